@@ -1,0 +1,279 @@
+"""The only reader and writer of run folders: every file of one appears whole or not at all."""
+
+import csv
+import hashlib
+import io
+import json
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sealtwin.errors import InputError
+from sealtwin.records import Comparison, Floats, Outline, Profile, Run, Solid, Trajectory
+
+TRAJECTORY_COLUMNS = ("t_s", "x_mm", "y_mm", "z_mm", "s_mm", "speed_mm_s", "flow_mm3_s")
+PARTICLE_COLUMNS = ("x_mm", "y_mm", "z_mm", "vx_mm_s", "vy_mm_s", "vz_mm_s", "age_s", "spilled")
+POLYLINES = ("centreline", "left_wall", "right_wall", "outline")
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """A temporary name beside ``path`` that takes its place when the block ends without an error.
+
+    The suffix is kept, since writers choose their format by it.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
+    try:
+        yield temporary
+        with temporary.open("rb+") as written:
+            os.fsync(written.fileno())
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str) -> None:
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8", newline="\n")
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    with replacing(path) as temporary:
+        temporary.write_bytes(content)
+
+
+def write_json(path: Path, content: Any) -> None:
+    write_text(path, as_json(content))
+
+
+def as_json(content: Any) -> str:
+    """JSON that any reader accepts: NaN and infinity, which JSON does not have, become null."""
+    return json.dumps(_plain(content), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def read_json(path: Path) -> Any:
+    """Raises InputError, naming the file, where it is missing or no JSON."""
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise InputError(f"{path}: not found. Run the stage that writes it, or 'sealtwin run' for all.") from None
+    except ValueError as fault:
+        raise InputError(f"{path}: no readable JSON ({fault}). Delete it and run its stage again.") from fault
+
+
+def sha256(path: Path) -> str:
+    with path.open("rb") as content:
+        return hashlib.file_digest(content, "sha256").hexdigest()
+
+
+def write_table(path: Path, columns: Sequence[str], rows: Floats, decimals: int = 6) -> None:
+    """A CSV of numbers, one header line with units in the names; NaN as an empty field."""
+    table = io.StringIO()
+    writer = csv.writer(table, lineterminator="\n")
+    writer.writerow(columns)
+    for row in rows:
+        writer.writerow(["" if np.isnan(value) else f"{value:.{decimals}f}" for value in row])
+    write_text(path, table.getvalue())
+
+
+def read_table(path: Path, columns: Sequence[str]) -> Floats:
+    """Rows of a CSV that ``write_table`` wrote, (n, len(columns)). Raises InputError, naming file and line."""
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise InputError(f"{path}: not found. Run the stage that writes it, or 'sealtwin run' for all.") from None
+    except UnicodeDecodeError as fault:
+        raise InputError(f"{path}: no UTF-8 text. Run its stage again.") from fault
+    reader = csv.DictReader(io.StringIO(text))
+    if missing := set(columns) - set(reader.fieldnames or ()):
+        raise InputError(f"{path}, line 1: no column {', '.join(sorted(missing))}; expected {','.join(columns)}.")
+    rows = []
+    for line, row in enumerate(reader, start=2):
+        try:
+            rows.append([float(row[name]) if row[name] else np.nan for name in columns])
+        except (TypeError, ValueError):
+            raise InputError(f"{path}, line {line}: expected {len(columns)} numbers, found {row}.") from None
+    return np.array(rows, dtype=float).reshape(-1, len(columns))
+
+
+def write_outline(folder: Path, outline: Outline) -> None:
+    content: dict[str, Any] = {
+        "length_mm": outline.length_mm,
+        "mean_width_mm": outline.mean_width_mm,
+        "mm_per_px": outline.mm_per_px,
+        "scale_source": outline.scale_source,
+        "scale_residual_mm": outline.scale_residual_mm,
+        "path_source": outline.path_source,
+        "ends": outline.ends,
+        "face_mm": outline.face_mm,
+        "warnings": outline.warnings,
+    }
+    for name in POLYLINES:
+        for unit in ("mm", "px"):
+            content[f"{name}_{unit}"] = np.round(getattr(outline, f"{name}_{unit}"), 5)
+    write_json(folder / "outline.json", content)
+
+
+def read_outline(folder: Path) -> Outline:
+    content = read_json(folder / "outline.json")
+    try:
+        return Outline(
+            **{f"{name}_{unit}": np.array(content[f"{name}_{unit}"]) for name in POLYLINES for unit in ("mm", "px")},
+            ends=tuple(content["ends"]),
+            face_mm=None if content["face_mm"] is None else tuple(content["face_mm"]),
+            mm_per_px=content["mm_per_px"],
+            scale_source=content["scale_source"],
+            scale_residual_mm=content["scale_residual_mm"],
+            path_source=content["path_source"],
+            warnings=tuple(content["warnings"]),
+        )
+    except (KeyError, TypeError) as fault:
+        raise InputError(f"{folder / 'outline.json'}: {fault} is missing or unreadable. Digitise again.") from fault
+
+
+def write_solid(folder: Path, solid: Solid) -> None:
+    """crack.stl and crack.ply in millimetres; solid.json says what neither format can: units, labels, volumes."""
+    import trimesh
+
+    mesh = trimesh.Trimesh(solid.vertices_mm, solid.faces, process=False)
+    for name in ("crack.stl", "crack.ply"):
+        with replacing(folder / name) as temporary:
+            mesh.export(temporary)
+    write_json(
+        folder / "solid.json",
+        {
+            "units": "mm",
+            "tilt": solid.tilt,
+            "wall_angle_deg": solid.wall_angle_deg,
+            "depth_mm": solid.depth_mm,
+            "block_mm": solid.block_mm,
+            "cavity_volume_mm3": solid.cavity_volume_mm3,
+            **solid.report,
+            "face_label": solid.face_label,
+        },
+    )
+
+
+def read_solid(folder: Path) -> Solid:
+    """Geometry from crack.ply, whose order the labels follow; the rest from solid.json."""
+    import trimesh
+
+    content = read_json(folder / "solid.json")
+    path = folder / "crack.ply"
+    if not path.is_file():
+        raise InputError(f"{path}: not found. Run 'sealtwin digitise' for this trial.")
+    mesh = trimesh.load_mesh(path, process=False)
+    own = {"units", "tilt", "wall_angle_deg", "depth_mm", "block_mm", "cavity_volume_mm3", "face_label"}
+    if len(content["face_label"]) != len(mesh.faces):
+        raise InputError(f"{path}: {len(mesh.faces)} faces, solid.json labels {len(content['face_label'])}.")
+    return Solid(
+        vertices_mm=np.array(mesh.vertices, dtype=float),
+        faces=np.array(mesh.faces, dtype=np.int64),
+        face_label=np.array(content["face_label"], dtype=np.int64),
+        block_mm=tuple(content["block_mm"]),
+        depth_mm=content["depth_mm"],
+        tilt=content["tilt"],
+        wall_angle_deg=content["wall_angle_deg"],
+        cavity_volume_mm3=content["cavity_volume_mm3"],
+        report={key: value for key, value in content.items() if key not in own},
+    )
+
+
+def write_trajectory(folder: Path, trajectory: Trajectory) -> None:
+    """trajectory.csv, and trajectory.txt with x y z a line for simulators and robots that read nothing else."""
+    rows = np.column_stack(
+        [trajectory.t_s, trajectory.position_mm, trajectory.s_mm, trajectory.speed_mm_s, trajectory.flow_mm3_s]
+    )
+    write_table(folder / "trajectory.csv", TRAJECTORY_COLUMNS, rows)
+    lines = [f"{x:.4f} {y:.4f} {z:.4f}" for x, y, z in trajectory.position_mm]
+    write_text(folder / "trajectory.txt", "\n".join(lines) + "\n")
+
+
+def read_trajectory(folder: Path) -> Trajectory:
+    rows = read_table(folder / "trajectory.csv", TRAJECTORY_COLUMNS)
+    return Trajectory(
+        t_s=rows[:, 0], position_mm=rows[:, 1:4], s_mm=rows[:, 4], speed_mm_s=rows[:, 5], flow_mm3_s=rows[:, 6]
+    )
+
+
+def write_run(folder: Path, run: Run) -> None:
+    """particles.csv, and simulation.json with what is not per particle."""
+    rows = np.column_stack([run.position_mm, run.velocity_mm_s, run.age_s, run.spilled])
+    write_table(folder / "particles.csv", PARTICLE_COLUMNS, rows)
+    write_json(
+        folder / "simulation.json",
+        {
+            "particles": len(run.position_mm),
+            "radius_mm": run.radius_mm,
+            "particle_volume_mm3": run.particle_volume_mm3,
+            "dispensed_volume_mm3": run.dispensed_volume_mm3,
+            "escaped_particles": run.escaped_particles,
+            "spilled_particles": run.spilled_particles,
+            "device": run.device,
+            "settings": run.settings,
+            "health": run.health,
+        },
+    )
+
+
+def read_run(folder: Path) -> Run:
+    rows = read_table(folder / "particles.csv", PARTICLE_COLUMNS)
+    content = read_json(folder / "simulation.json")
+    return Run(
+        position_mm=rows[:, 0:3],
+        velocity_mm_s=rows[:, 3:6],
+        age_s=rows[:, 6],
+        spilled=rows[:, 7] > 0,
+        radius_mm=content["radius_mm"],
+        particle_volume_mm3=content["particle_volume_mm3"],
+        escaped_particles=content["escaped_particles"],
+        device=content["device"],
+        settings=content["settings"],
+        health=content["health"],
+    )
+
+
+def write_profile(folder: Path, profile: Profile) -> None:
+    write_table(folder / "profile.csv", ("s_mm", "level_mm"), np.column_stack([profile.s_mm, profile.level_mm]))
+
+
+def read_profile(folder: Path) -> Profile:
+    rows = read_table(folder / "profile.csv", ("s_mm", "level_mm"))
+    return Profile(s_mm=rows[:, 0], level_mm=rows[:, 1], data="synthetic", source="simulation")
+
+
+def write_comparison(folder: Path, comparison: Comparison) -> None:
+    write_json(
+        folder / "comparison.json",
+        {
+            "mean_error_mm": comparison.mean_error_mm,
+            "worst_error_mm": comparison.worst_error_mm,
+            "worst_at_mm": comparison.worst_at_mm,
+            "gate": comparison.gate,
+            "passed": comparison.passed,
+            "verdict": comparison.verdict,
+            **comparison.metrics,
+        },
+    )
+
+
+def _plain(value: Any) -> Any:
+    """Arrays to lists, numpy scalars to Python's, NaN and infinity to None."""
+    if isinstance(value, dict):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray):
+        return _plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if isinstance(value, np.generic):
+        return _plain(value.item())
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    if isinstance(value, Path):
+        return value.name
+    return value

@@ -1,0 +1,181 @@
+"""What the stages hand to each other: frozen records of plain arrays, in millimetres and seconds.
+
+Conventions, everywhere:
+
+- ``_px``: x right, y down, origin at the centre of the photo's first pixel.
+- ``_mm``: right-handed; x right and y UP in the photo, z out of the face, z = 0 on it. The origin is the lower left
+  corner of the face where the face is known, else the centre of the photo's lower left pixel.
+- ``s_mm`` runs along the centreline from the first end given, where the nozzle starts. At an open end s = 0 is where
+  the centreline meets the edge of the face.
+- Polylines are open, rings are counter-clockwise in mm and do not repeat their first point.
+"""
+
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+EndKind = Literal["open", "closed", "cut"]
+"""open: at the edge of the face; closed: a tip; cut: the user cut a longer crack here, with a wall across it."""
+
+DataKind = Literal["measured", "reconstructed", "synthetic"]
+"""Where data come from. Only ``measured`` may ever be called validated."""
+
+
+class FaceLabel(IntEnum):
+    """What each triangle of a solid is part of."""
+
+    TOP = 0
+    WALL = 1
+    FLOOR = 2
+    END = 3
+    """Vertical wall across a cut end, or the inner side of the dam at an open end."""
+    OUTSIDE = 4
+
+
+@dataclass(frozen=True)
+class Outline:
+    """A crack on the face of a sample, as seen from above.
+
+    ``left_wall`` lies to the left of someone who walks along the centreline from s = 0 (mm frame, y up).
+    """
+
+    centreline_mm: Floats  # (n, 2), first row at s = 0
+    left_wall_mm: Floats  # (n, 2), station by station with the centreline
+    right_wall_mm: Floats  # (n, 2)
+    outline_mm: Floats  # (m, 2), ring
+    centreline_px: Floats
+    left_wall_px: Floats
+    right_wall_px: Floats
+    outline_px: Floats
+    ends: tuple[EndKind, EndKind]
+    face_mm: tuple[float, float, float, float] | None
+    """x_min, y_min, x_max, y_max of the sample's face, where it is known."""
+    mm_per_px: float
+    """Local scale at the middle of the crack."""
+    scale_source: str
+    """In words, for example "8 ArUco markers" or "given: 0.35 mm/px (assumed)"."""
+    scale_residual_mm: float | None
+    """RMS misfit of the scale's control points; None where there are none to misfit."""
+    path_source: Literal["ends", "automatic"]
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def s_mm(self) -> Floats:
+        """Arc length at each centreline point, (n,)."""
+        return arc_length(self.centreline_mm)
+
+    @property
+    def length_mm(self) -> float:
+        return float(self.s_mm[-1])
+
+    @property
+    def width_mm(self) -> Floats:
+        """Distance between the two walls at each station, (n,)."""
+        return np.linalg.norm(self.left_wall_mm - self.right_wall_mm, axis=1)
+
+    @property
+    def mean_width_mm(self) -> float:
+        """Width averaged over the arc length."""
+        return float(np.trapezoid(self.width_mm, self.s_mm) / self.length_mm)
+
+
+@dataclass(frozen=True)
+class Solid:
+    """The sample: a block less the crack's cavity, dams at open ends included. Watertight, faces outward."""
+
+    vertices_mm: Floats  # (v, 3)
+    faces: Integers  # (f, 3)
+    face_label: Integers  # (f,), FaceLabel values
+    block_mm: tuple[float, float, float, float]
+    """x_min, y_min, x_max, y_max of the block; its dams may stand outside."""
+    depth_mm: float
+    tilt: str
+    wall_angle_deg: float
+    cavity_volume_mm3: float
+    """Between the walls, below the face, inside the block."""
+    report: dict[str, Any]
+    """Widths, the volume of each tilt reading, where walls close: the content of solid.json."""
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """A timed nozzle path: waypoints, each with the speed and flow that hold until the next."""
+
+    t_s: Floats  # (n,)
+    position_mm: Floats  # (n, 3): the nozzle tip
+    s_mm: Floats  # (n,): arc length on the crack's centreline
+    speed_mm_s: Floats  # (n,)
+    flow_mm3_s: Floats  # (n,)
+
+    @property
+    def duration_s(self) -> float:
+        return float(self.t_s[-1] - self.t_s[0])
+
+
+@dataclass(frozen=True)
+class Run:
+    """A finished fluid run."""
+
+    position_mm: Floats  # (n, 3): particles as they lie when the profile is taken
+    velocity_mm_s: Floats  # (n, 3)
+    age_s: Floats  # (n,): since release
+    spilled: NDArray[np.bool_]  # (n,): over the sample's edge
+    radius_mm: float
+    particle_volume_mm3: float
+    """Dispensed volume over particles: Eq. 6 of the paper."""
+    escaped_particles: int
+    """Went through a wall. Anything but 0 is a fault."""
+    device: str
+    settings: dict[str, Any]
+    """Effective settings of the solver after its preset is resolved."""
+    health: dict[str, Any]
+    """Numbers that say whether the run can be trusted: density error, neighbours, iterations, times."""
+
+    @property
+    def spilled_particles(self) -> int:
+        return int(self.spilled.sum())
+
+    @property
+    def dispensed_volume_mm3(self) -> float:
+        return len(self.position_mm) * self.particle_volume_mm3
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Level of the sealant along the crack, relative to the face: negative below it, positive above."""
+
+    s_mm: Floats  # (n,), increasing
+    level_mm: Floats  # (n,)
+    repeats_mm: Floats | None = None
+    """(n, r) single readings where the profile was measured; NaN where one is missing."""
+    data: DataKind = "synthetic"
+    source: str = ""
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A simulated surface held against a measured one."""
+
+    mean_error_mm: float
+    """Area between the two curves over the covered length, exact."""
+    worst_error_mm: float
+    worst_at_mm: float
+    metrics: dict[str, Any]
+    """The content of comparison.json."""
+    gate: dict[str, float] = field(default_factory=dict)
+    """Limits that the trial declared, by metric."""
+    passed: bool | None = None
+    """Against the gate; None where the trial declares none."""
+    verdict: str = ""
+
+
+def arc_length(points_mm: Floats) -> Floats:
+    """Distance along an open polyline from its first point, (n,)."""
+    steps = np.linalg.norm(np.diff(points_mm, axis=0), axis=1)
+    return np.concatenate([[0.0], np.cumsum(steps)])
