@@ -21,8 +21,9 @@ class Marker(Settings):
 
 
 class MarkerBoard(Settings):
-    """Markers of known place in the plane of the face. Markers nearer or farther than the face give a wrong scale:
-    the error is their offset over the camera's distance.
+    """Markers of known place in the plane of the face.
+
+    Markers nearer or farther than the face give a wrong scale: the error is their offset over the camera's distance.
     """
 
     dictionary: Literal["4x4_50", "5x5_100", "6x6_250", "apriltag_36h11"] = "4x4_50"
