@@ -95,7 +95,7 @@ def read_table(path: Path, columns: Sequence[str]) -> Floats:
     rows = []
     for line, row in enumerate(reader, start=2):
         try:
-            rows.append([float(row[name]) if row[name] else np.nan for name in columns])
+            rows.append([np.nan if row[name] == "" else float(row[name]) for name in columns])
         except (TypeError, ValueError):
             raise InputError(f"{path}, line {line}: expected {len(columns)} numbers, found {row}.") from None
     return np.array(rows, dtype=float).reshape(-1, len(columns))

@@ -1,0 +1,208 @@
+"""One run folder: who holds it, which stage made which file from what, and what may be kept."""
+
+import hashlib
+import json
+import os
+import platform
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from filelock import FileLock, Timeout
+
+from sealtwin.errors import BusyError, InputError
+from sealtwin.files import read_json, sha256, write_json, write_text
+
+MANIFEST = "manifest.json"
+LOCK = ".lock"
+HOLDER = ".holder.json"
+TEMPORARY = re.compile(r"\.[^.]+\.\d+\.\w+")
+"""What ``files.replacing`` leaves when its process is killed."""
+
+PACKAGES = (
+    "sealtwin",
+    "numpy",
+    "scipy",
+    "opencv-python-headless",
+    "scikit-image",
+    "trimesh",
+    "manifold3d",
+    "warp-lang",
+    "similaritymeasures",
+    "matplotlib",
+)
+
+
+class RunFolder:
+    """A folder that this process holds. Made by ``open_folder``."""
+
+    def __init__(self, path: Path, manifest: dict[str, Any]) -> None:
+        self.path = path
+        self.manifest = manifest
+
+    def is_current(self, stage: str, key: str) -> bool:
+        """Whether ``stage`` was finished with this key and its files are still as it wrote them."""
+        entry = self.manifest["stages"].get(stage)
+        return entry is not None and entry["key"] == key and not self._changed(entry)
+
+    def keep_changed(self, stage: str) -> list[str]:
+        """Set aside files of ``stage`` that somebody edited since, so that redoing it loses nothing.
+
+        Returns the names under which they were kept.
+        """
+        entry = self.manifest["stages"].get(stage)
+        kept = []
+        for name in self._changed(entry) if entry else []:
+            path = self.path / name
+            if path.is_file():
+                copy = path.with_name(f"{path.stem}.changed{path.suffix}")
+                path.replace(copy)
+                kept.append(copy.name)
+        return kept
+
+    def forget(self, stage: str) -> None:
+        """``stage`` is about to be redone: killed half way, its files must not pass for finished ones."""
+        if self.manifest["stages"].pop(stage, None) is not None:
+            self.save()
+
+    def record(
+        self,
+        stage: str,
+        key: str,
+        inputs: Mapping[str, str],
+        outputs: Sequence[str],
+        wall_time_s: float,
+        *,
+        given: Sequence[str] = (),
+        **facts: Any,
+    ) -> None:
+        """``stage`` is finished: its key, the hashes of what it read and wrote, and what else it says of itself.
+
+        ``given`` names the inputs that came from the user and not from an earlier stage.
+        """
+        self.manifest["stages"][stage] = {
+            "key": key,
+            "inputs": dict(inputs),
+            "given": list(given),
+            "outputs": {name: sha256(self.path / name) for name in outputs},
+            "wall_time_s": round(wall_time_s, 3),
+            "finished_utc": datetime.now(UTC).isoformat(timespec="seconds"),
+            "versions": versions(),
+            **facts,
+        }
+        self.save()
+
+    def finished(self) -> list[str]:
+        """Stages whose results still rest on what lies in the folder: none upstream was redone since."""
+        stages = self.manifest["stages"]
+        written = {name: digest for entry in stages.values() for name, digest in entry["outputs"].items()}
+        return [
+            stage
+            for stage, entry in stages.items()
+            if all(
+                written.get(name) == digest for name, digest in entry["inputs"].items() if name not in entry["given"]
+            )
+        ]
+
+    def wall_time_s(self) -> float:
+        """Of all finished stages, each when it was last done."""
+        return sum(self.manifest["stages"][stage]["wall_time_s"] for stage in self.finished())
+
+    def save(self) -> None:
+        write_json(self.path / MANIFEST, self.manifest)
+
+    def _changed(self, entry: Mapping[str, Any]) -> list[str]:
+        return [
+            name
+            for name, digest in entry["outputs"].items()
+            if not (self.path / name).is_file() or sha256(self.path / name) != digest
+        ]
+
+
+@contextmanager
+def open_folder(path: Path, *, create: bool) -> Iterator[RunFolder]:
+    """Hold a run folder until the block ends; a killed process lets go at once.
+
+    Args:
+        path: The folder.
+        create: Make it where it is missing or empty; otherwise it must be a run folder already.
+
+    Raises:
+        InputError: it is a file, is no run folder, or holds files that no run wrote.
+        BusyError: another process holds it.
+    """
+    _check_usable(path, create)
+    path.mkdir(parents=True, exist_ok=True)
+    lock = FileLock(path / LOCK)
+    try:
+        lock.acquire(timeout=0)
+    except Timeout:
+        raise BusyError(f"{path}: in use by {_holder(path)}. Wait for it, stop it, or give another --out.") from None
+    try:
+        since = datetime.now().astimezone().strftime("%H:%M:%S")
+        write_text(path / HOLDER, json.dumps({"process": os.getpid(), "host": platform.node(), "since": since}))
+        for stale in path.iterdir():
+            if TEMPORARY.fullmatch(stale.name):
+                stale.unlink()
+        yield RunFolder(path, _read_manifest(path))
+    finally:
+        (path / HOLDER).unlink(missing_ok=True)
+        lock.release()
+
+
+def require_folder(path: Path) -> None:
+    """Raises InputError where ``path``, or a folder on the way to it, is a file."""
+    for part in (path, *path.parents):
+        if part.exists() and not part.is_dir():
+            raise InputError(f"{part}: this is a file; --out must name a folder, new or made by an earlier run.")
+
+
+def stage_key(inputs: Mapping[str, str], settings: Mapping[str, Any]) -> str:
+    """What a stage's result depends on, as one hash: its inputs, its settings and the package version."""
+    content = {"inputs": dict(inputs), "settings": dict(settings), "version": version("sealtwin")}
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def versions() -> dict[str, str]:
+    """Of Python and of each package that shapes a result."""
+    return {"python": platform.python_version(), **{name: version(name) for name in PACKAGES}}
+
+
+def _check_usable(path: Path, create: bool) -> None:
+    require_folder(path)
+    is_run = (path / MANIFEST).is_file()
+    if not create and not is_run:
+        raise InputError(f"{path}: no run folder (it has no {MANIFEST}). 'sealtwin run TRIAL' makes one.")
+    if create and path.is_dir() and not is_run:
+        # Killed before its first file, a run leaves only these.
+        foreign = [found.name for found in path.iterdir() if found.name not in {LOCK, HOLDER} and not _stale(found)]
+        if foreign:
+            raise InputError(
+                f"{path}: holds files that no run wrote ({', '.join(sorted(foreign)[:3])}); "
+                "nothing of yours is overwritten: give --out another folder."
+            )
+
+
+def _stale(path: Path) -> bool:
+    return TEMPORARY.fullmatch(path.name) is not None
+
+
+def _holder(path: Path) -> str:
+    try:
+        holder = json.loads((path / HOLDER).read_text(encoding="utf-8"))
+        return f"process {holder['process']} on {holder['host']} since {holder['since']}"
+    except (OSError, ValueError, KeyError):
+        return "another process that has just started"
+
+
+def _read_manifest(path: Path) -> dict[str, Any]:
+    if not (path / MANIFEST).is_file():
+        write_json(path / MANIFEST, {"version": 1, "stages": {}})
+    manifest = read_json(path / MANIFEST)
+    if not isinstance(manifest, dict) or manifest.get("version") != 1 or not isinstance(manifest.get("stages"), dict):
+        raise InputError(f"{path / MANIFEST}: not of a form that this version reads; give --out another folder.")
+    return manifest

@@ -1,0 +1,89 @@
+"""What a command says at its end: one object for programs, a few lines for people."""
+
+import os
+from pathlib import Path
+from typing import Any
+
+from sealtwin import files
+from sealtwin.folder import RunFolder
+from sealtwin.trial import Trial
+
+
+def read_result(folder: RunFolder, trial: Trial) -> dict[str, Any]:
+    """The --json object of what the folder holds now; written to run.json where it differs."""
+    stages = folder.finished()
+    result: dict[str, Any] = {
+        "version": 1,
+        "name": trial.name,
+        "folder": _shown(folder.path),
+        "wall_time_s": round(folder.wall_time_s(), 1),
+        "stages": stages,
+    }
+    if "digitise" in stages:
+        outline, solid = files.read_outline(folder.path), files.read_json(folder.path / "solid.json")
+        result |= {
+            "length_mm": round(outline.length_mm, 3),
+            "mean_width_mm": round(outline.mean_width_mm, 3),
+            "cavity_volume_mm3": round(solid["cavity_volume_mm3"], 1),
+            "sealant_mm3": round(solid["sealant_mm3"], 1),
+            "path_source": outline.path_source,
+            "scale_source": outline.scale_source,
+        }
+    if "simulate" in stages:
+        simulation = files.read_json(folder.path / "simulation.json")
+        result |= {
+            "particles": simulation["particles"],
+            "escaped_particles": simulation["escaped_particles"],
+            "spilled_particles": simulation["spilled_particles"],
+            "volume_ratio": round(simulation["health"]["volume_ratio"], 4),
+            "device": simulation["device"],
+        }
+    if "validate" in stages:
+        result["report"] = _shown(folder.path / "report.html")
+        if trial.readings is not None:
+            result |= _compared(files.read_json(folder.path / "comparison.json"))
+    target = folder.path / "run.json"
+    if not target.is_file() or files.read_json(target) != result:
+        files.write_json(target, result)
+    return result
+
+
+def _compared(comparison: dict[str, Any]) -> dict[str, Any]:
+    return {
+        "mean_error_mm": round(comparison["mean_error_mm"], 4),
+        "worst_error_mm": round(comparison["worst_error_mm"], 4),
+        "worst_at_mm": round(comparison["worst_at_mm"], 2),
+        "gate_passed": comparison["passed"],
+        "verdict": comparison["verdict"],
+    }
+
+
+def _shown(path: Path) -> str:
+    """From where the command was given: what a person can click, and no home folder's name."""
+    return Path(os.path.relpath(path)).as_posix()
+
+
+def headline(result: dict[str, Any]) -> list[str]:
+    """The few lines that a person wants at the end of a command."""
+    lines = []
+    if "length_mm" in result:
+        lines.append(
+            f"Crack: {result['length_mm']:.1f} mm long, {result['mean_width_mm']:.2f} mm wide "
+            f"({result['scale_source']}; path: {result['path_source']}); "
+            f"cavity {result['cavity_volume_mm3'] / 1e3:.2f} ml, sealant {result['sealant_mm3'] / 1e3:.2f} ml."
+        )
+    if "particles" in result:
+        lines.append(
+            f"Fluid: {result['particles']} particles, {result['escaped_particles']} escaped, "
+            f"{result['spilled_particles']} spilled; volume ratio {result['volume_ratio']:.3f}; {result['device']}."
+        )
+    if "mean_error_mm" in result:
+        lines.append(
+            f"Error: {result['mean_error_mm']:.2f} mm on average, {result['worst_error_mm']:.2f} mm at worst "
+            f"(at {result['worst_at_mm']:.0f} mm). {result['verdict']}"
+        )
+    if "report" in result:
+        lines.append(f"Report: {result['report']}")
+    else:
+        lines.append(f"Folder: {result['folder']}")
+    return lines

@@ -1,0 +1,81 @@
+"""A commented trial to start from, for 'sealtwin init'."""
+
+from pathlib import Path
+
+from sealtwin.errors import InputError
+from sealtwin.files import write_text
+
+TRIAL = """\
+# A trial: one crack, how it is sealed, and what was measured of it afterwards.
+# Run it with:  sealtwin run {folder}/trial.toml
+# Lengths are millimetres; pixels count from the centre of the photo's first pixel, x right, y down.
+
+name = "my-trial"
+note = ""                       # what a reader of the report must know
+seed = 0                        # of the small disorder with which particles leave the nozzle
+
+[photo]
+file = "photo.jpg"              # top-down, beside this file
+data = "measured"               # or "reconstructed", "synthetic": only measured data can validate
+mm_per_px = 0.1                 # the scale: this, or face_mm, or [photo.markers]; it is never guessed
+scale_is = "measured"           # "assumed" is said so in every output
+# face_mm = [160.0, 40.0]       # width and height of the sample's face, as scale (leave mm_per_px out then)
+# ends_px = [[12.0, 340.0], [905.0, 377.0]]   # the crack's two ends; the nozzle starts at the first.
+#                               # Left out, the crack is searched for: look at overlay.png before you trust it.
+
+[crack]
+depth_mm = 16.0
+tilt = "lean"                   # lean, flare, funnel or vertical: how the walls go down
+wall_angle_deg = 11.0           # each wall's angle from vertical
+
+[path]
+volume_ml = "cavity"            # sealant to give; "cavity" fills the crack up to its face
+trim_mm = 10.0                  # the nozzle starts and ends this far from the crack's ends
+speed_mm_s = 4.0
+
+[fluid]
+U = 30.0                        # the paper's fluid viscosity, together with
+D_cm = 0.3                      # its wall drag; or, instead of both: viscosity_pa_s = 0.054
+freeze_after_s = 2.58           # sealant older than this has set; or "never"
+
+[solver]
+preset = "accurate"             # or "paper": the paper's constants
+
+[nozzle]
+diameter_mm = 2.4
+
+# What you measured after sealing. Without it the report shows the simulation alone.
+# [readings]
+# file = "caliper.csv"
+# data = "measured"
+# role = "held-out"             # or "calibrated-on", where these readings helped to choose U and D
+#
+# [gate]
+# mean_error_mm = 1.6           # the command ends with exit code 5 where the mean error is above
+"""
+
+READINGS = "s_mm,level_1_mm,level_2_mm,level_3_mm\n"
+"""Level upward from the face, three repeats at each station along the crack."""
+
+
+def write_starter(folder: Path) -> list[Path]:
+    """Write trial.toml and caliper.csv into ``folder``.
+
+    Returns:
+        The files written.
+
+    Raises:
+        InputError: one of them is there already; nothing is overwritten.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"{folder}: this is a file; give a folder, new or existing.")
+    contents = {
+        folder / "trial.toml": TRIAL.replace("{folder}", folder.as_posix()),
+        folder / "caliper.csv": READINGS,
+    }
+    for path in contents:
+        if path.exists():
+            raise InputError(f"{path}: is there already and is not overwritten; give another folder.")
+    for path, text in contents.items():
+        write_text(path, text)
+    return list(contents)

@@ -1,0 +1,89 @@
+"""Run-folder files: whole or not there, and the same after re-reading."""
+
+import json
+
+import numpy as np
+import pytest
+
+from sealtwin import files
+from sealtwin.errors import InputError
+from sealtwin.records import Profile, Run, Trajectory
+
+
+def test_a_writer_that_fails_leaves_the_old_file_and_no_litter(tmp_path):
+    path = tmp_path / "profile.csv"
+    files.write_text(path, "old")
+
+    def fail_half_way():
+        with files.replacing(path) as temporary:
+            temporary.write_text("half of the n")
+            raise RuntimeError
+
+    with pytest.raises(RuntimeError):
+        fail_half_way()
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_table_keeps_its_numbers_and_its_gaps(tmp_path):
+    rows = np.array([[0.1, np.nan], [-2.0, 1e-6]])
+    files.write_table(tmp_path / "t.csv", ("s_mm", "level_mm"), rows)
+    np.testing.assert_allclose(files.read_table(tmp_path / "t.csv", ("s_mm", "level_mm")), rows, atol=5e-7)
+
+
+@pytest.mark.parametrize(
+    ("text", "named"),
+    [("s_mm\n1\n", "level_mm"), ("s_mm,level_mm\n1,two\n", "line 2"), ("s_mm,level_mm\n1\n", "line 2")],
+)
+def test_a_broken_table_is_named_by_file_and_line(tmp_path, text, named):
+    path = tmp_path / "profile.csv"
+    path.write_text(text)
+    with pytest.raises(InputError, match=named) as fault:
+        files.read_table(path, ("s_mm", "level_mm"))
+    assert "profile.csv" in str(fault.value)
+
+
+def test_json_has_no_word_that_json_does_not_know():
+    content = {"a": np.float64("nan"), "b": np.array([1.0, np.inf]), "c": np.int64(3), "d": (True, np.bool_(False))}
+    assert json.loads(files.as_json(content)) == {"a": None, "b": [1.0, None], "c": 3, "d": [True, False]}
+
+
+def test_a_trajectory_and_a_profile_survive_their_files(tmp_path):
+    trajectory = Trajectory(
+        t_s=np.array([0.0, 0.25]),
+        position_mm=np.array([[1.0, 2.0, 3.0], [2.0, 2.0, 3.0]]),
+        s_mm=np.array([10.0, 11.0]),
+        speed_mm_s=np.array([4.0, 4.0]),
+        flow_mm3_s=np.array([320.0, 320.0]),
+    )
+    files.write_trajectory(tmp_path, trajectory)
+    again = files.read_trajectory(tmp_path)
+    for name in vars(trajectory):
+        np.testing.assert_array_equal(getattr(again, name), getattr(trajectory, name))
+    assert (tmp_path / "trajectory.txt").read_text().splitlines()[1] == "2.0000 2.0000 3.0000"
+
+    profile = Profile(s_mm=np.array([0.0, 1.0]), level_mm=np.array([-16.0, 0.5]))
+    files.write_profile(tmp_path, profile)
+    np.testing.assert_array_equal(files.read_profile(tmp_path).level_mm, profile.level_mm)
+
+
+def test_a_run_survives_its_files(tmp_path):
+    rng = np.random.default_rng(0)
+    run = Run(
+        position_mm=rng.normal(size=(5, 3)),
+        velocity_mm_s=rng.normal(size=(5, 3)),
+        age_s=rng.uniform(size=5),
+        spilled=np.array([False, True, False, False, False]),
+        radius_mm=0.4,
+        particle_volume_mm3=0.33,
+        escaped_particles=0,
+        device="cpu",
+        settings={"substeps": 4},
+        health={"frames": 3},
+    )
+    files.write_run(tmp_path, run)
+    again = files.read_run(tmp_path)
+    np.testing.assert_allclose(again.position_mm, run.position_mm, atol=1e-6)
+    assert again.spilled_particles == 1
+    assert again.dispensed_volume_mm3 == pytest.approx(5 * 0.33)
+    assert again.settings == run.settings

@@ -1,0 +1,111 @@
+"""A run folder: one holder, nothing of the user's overwritten, nothing half done taken for done."""
+
+import subprocess
+import sys
+import time
+
+import pytest
+
+from sealtwin import files
+from sealtwin.errors import BusyError, InputError
+from sealtwin.folder import MANIFEST, open_folder, stage_key
+
+KEY = stage_key({"photo.jpg": "1"}, {"depth_mm": 16.0})
+
+
+def _finish(folder, stage="digitise", name="outline.json", inputs=None, given=("photo.jpg",)):
+    files.write_text(folder.path / name, "{}")
+    folder.record(stage, KEY, inputs or {"photo.jpg": "1"}, [name], 1.0, given=given)
+
+
+def test_a_stage_is_current_until_its_key_or_its_files_change(tmp_path):
+    with open_folder(tmp_path / "run", create=True) as folder:
+        assert not folder.is_current("digitise", KEY)
+        _finish(folder)
+    with open_folder(tmp_path / "run", create=True) as folder:
+        assert folder.is_current("digitise", KEY)
+        assert not folder.is_current("digitise", stage_key({"photo.jpg": "2"}, {"depth_mm": 16.0}))
+        assert not folder.is_current("digitise", stage_key({"photo.jpg": "1"}, {"depth_mm": 16.5}))
+        (folder.path / "outline.json").write_text("{ }")
+        assert not folder.is_current("digitise", KEY)
+
+
+def test_an_edited_file_is_set_aside_and_not_lost(tmp_path):
+    with open_folder(tmp_path / "run", create=True) as folder:
+        _finish(folder)
+        (folder.path / "outline.json").write_text("mine")
+        assert folder.keep_changed("digitise") == ["outline.changed.json"]
+        assert (folder.path / "outline.changed.json").read_text() == "mine"
+
+
+def test_a_result_is_finished_only_on_what_it_was_made_from(tmp_path):
+    with open_folder(tmp_path / "run", create=True) as folder:
+        _finish(folder)
+        digest = files.sha256(folder.path / "outline.json")
+        _finish(folder, "simulate", "particles.csv", {"outline.json": digest}, given=())
+        assert folder.finished() == ["digitise", "simulate"]
+        folder.forget("digitise")
+        assert folder.finished() == []
+        files.write_text(folder.path / "outline.json", "{ }")
+        folder.record("digitise", KEY, {"photo.jpg": "1"}, ["outline.json"], 1.0, given=["photo.jpg"])
+        assert folder.finished() == ["digitise"]
+
+
+def test_the_second_process_is_told_who_holds_the_folder(tmp_path):
+    script = f"""
+import time
+from pathlib import Path
+from sealtwin.folder import open_folder
+with open_folder(Path({str(tmp_path / "run")!r}), create=True):
+    print("held", flush=True)
+    time.sleep(60)
+"""
+    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) as first:
+        assert first.stdout is not None
+        assert first.stdout.readline() == "held\n"
+        with pytest.raises(BusyError, match=f"process {first.pid} "), open_folder(tmp_path / "run", create=True):
+            pass
+        first.kill()
+    deadline = time.monotonic() + 10
+    while time.monotonic() < deadline:
+        try:
+            with open_folder(tmp_path / "run", create=True) as folder:
+                assert (folder.path / MANIFEST).is_file()
+                return
+        except BusyError:
+            time.sleep(0.1)
+    pytest.fail("a killed process still holds its folder")
+
+
+def test_litter_of_a_killed_writer_is_swept(tmp_path):
+    with open_folder(tmp_path / "run", create=True) as folder:
+        (folder.path / ".crack.12345.stl").write_text("half")
+        (folder.path / "notes.txt").write_text("mine")
+    with open_folder(tmp_path / "run", create=True) as folder:
+        assert not (folder.path / ".crack.12345.stl").exists()
+        assert (folder.path / "notes.txt").exists()
+
+
+def test_a_folder_of_somebody_elses_files_is_refused(tmp_path):
+    (tmp_path / "trial.toml").write_text("mine")
+    with pytest.raises(InputError, match=r"trial\.toml"), open_folder(tmp_path, create=True):
+        pass
+    assert (tmp_path / "trial.toml").read_text() == "mine"
+
+
+def test_a_file_for_a_folder_and_a_missing_run_are_refused(tmp_path):
+    (tmp_path / "file").write_text("")
+    for path in (tmp_path / "file", tmp_path / "file" / "below"):
+        with pytest.raises(InputError, match="this is a file"), open_folder(path, create=True):
+            pass
+    with pytest.raises(InputError, match="no run folder"), open_folder(tmp_path / "none", create=False):
+        pass
+
+
+@pytest.mark.parametrize("content", ["", "[]", '{"version": 2, "stages": {}}'])
+def test_a_manifest_of_another_form_is_refused(tmp_path, content):
+    with open_folder(tmp_path / "run", create=True):
+        pass
+    (tmp_path / "run" / MANIFEST).write_text(content)
+    with pytest.raises(InputError, match=r"manifest\.json"), open_folder(tmp_path / "run", create=True):
+        pass
