@@ -203,7 +203,7 @@ def read_trajectory(folder: Path) -> Trajectory:
 
 def write_run(folder: Path, run: Run) -> None:
     """particles.csv, and simulation.json with what is not per particle."""
-    rows = np.column_stack([run.position_mm, run.velocity_mm_s, run.age_s, run.spilled])
+    rows = np.column_stack([run.position_mm, run.velocity_mm_s, run.age_s, run.spilled.astype(float)])
     write_table(folder / "particles.csv", PARTICLE_COLUMNS, rows)
     write_json(
         folder / "simulation.json",

@@ -12,7 +12,7 @@ from sealtwin import files
 from sealtwin.errors import InputError
 from sealtwin.folder import RunFolder, stage_key
 from sealtwin.progress import Progress
-from sealtwin.records import Trajectory
+from sealtwin.records import Profile, Trajectory
 from sealtwin.result import read_result
 from sealtwin.trial import Trial, load_trial, trial_text
 
@@ -83,11 +83,17 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> Outcome:
         InputError, NumericalError: from a stage; what earlier stages wrote stays.
     """
     work: dict[StageName, Callable[[Job], bool]] = {"digitise": _digitise, "simulate": _simulate, "validate": _validate}
-    redone = tuple(stage for stage in STAGES if stage in stages and work[stage](job))
+    redone: list[StageName] = []
+    for stage in STAGES:
+        if stage == "simulate" and "validate" in stages:
+            # Minutes of simulation must not pass before a typo in the sheet is found.
+            _read_readings(job)
+        if stage in stages and work[stage](job):
+            redone.append(stage)
     result = read_result(job.folder, job.trial)
     if not redone:
         job.progress.note(f"{job.path}: complete and up to date; nothing to redo.")
-    return Outcome(result, redone, result.get("gate_passed"))
+    return Outcome(result, tuple(redone), result.get("gate_passed"))
 
 
 def _digitise(job: Job) -> bool:
@@ -211,16 +217,13 @@ def _validate(job: Job) -> bool:
         return False
     began = _begin(job, "validate", "Validating", steps=2)
 
-    from validate.caliper import read_readings
     from validate.compare import compare
     from validate.report import Evidence, write_report
 
     outline, solid = files.read_outline(job.path), files.read_solid(job.path)
     run, profile = files.read_run(job.path), files.read_profile(job.path)
-    readings, comparison = None, None
-    if trial.readings is not None:
-        sheet = job.path / trial.readings.file
-        readings = read_readings(sheet, trial.readings, outline.length_mm, solid.depth_mm)
+    readings, comparison = _read_readings(job), None
+    if trial.readings is not None and readings is not None:
         comparison = compare(
             profile, readings, gate=trial.gate, role=trial.readings.role, outline=outline, photo_data=trial.photo.data
         )
@@ -247,6 +250,16 @@ def _validate(job: Job) -> bool:
     outputs = ["report.html", "report.pdf"] + (["comparison.json"] if comparison else [])
     job.folder.record("validate", key, inputs, outputs, time.monotonic() - began, given=given)
     return True
+
+
+def _read_readings(job: Job) -> Profile | None:
+    if job.trial.readings is None:
+        return None
+    from validate.caliper import read_readings
+
+    sheet = job.path / job.trial.readings.file
+    length_mm = files.read_outline(job.path).length_mm
+    return read_readings(sheet, job.trial.readings, length_mm, job.trial.crack.depth_mm)
 
 
 def dispensed_mm3(trajectory: Trajectory) -> float:

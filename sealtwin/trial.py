@@ -22,7 +22,7 @@ LARGEST_TRIAL_BYTES = 1_000_000
 class Trial(Settings):
     """A crack, how it is sealed, and what was measured of it afterwards."""
 
-    name: Annotated[str, Field(min_length=1, max_length=80, pattern=r"^[^\x00-\x1f\x7f/\\]+$")]
+    name: Annotated[str, Field(min_length=1, max_length=80, pattern=r"^[^\x00-\x1f\x7f]+$")]
     """Shown in the report, and the name of its folder under reports/."""
     note: Annotated[str, Field(max_length=2000)] = ""
     """Shown in the report: what a reader must know about this trial."""
