@@ -9,6 +9,7 @@ from sealtwin.records import DataKind
 from sealtwin.settings import Settings
 
 Pixel = tuple[float, float]
+Tilt = Literal["lean", "flare", "funnel", "vertical"]
 
 
 class Marker(Settings):
@@ -72,7 +73,7 @@ class CrackShape(Settings):
     """What the photo cannot show: depth and the tilt of the walls."""
 
     depth_mm: float = Field(gt=0, le=500)
-    tilt: Literal["lean", "flare", "funnel", "vertical"] = "lean"
+    tilt: Tilt = "lean"
     """lean: both walls lean the same way, so mouth, width and volume are the photo's. flare: the floor keeps the
     traced width, the mouth opens. funnel: the mouth keeps it, the walls close. The paper tilts its walls to "funnel
     particles into the crack while keeping the appearance of the original crack", which lean does.

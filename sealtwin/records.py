@@ -117,6 +117,11 @@ class Trajectory:
     def duration_s(self) -> float:
         return float(self.t_s[-1] - self.t_s[0])
 
+    @property
+    def length_mm(self) -> float:
+        """Of the path from waypoint to waypoint: less than the arc of the centreline by what smoothing takes."""
+        return float(arc_length(self.position_mm)[-1])
+
 
 @dataclass(frozen=True)
 class Run:

@@ -1,0 +1,133 @@
+"""The sample as a watertight solid: a block less the crack's cavity, from the outline and a measured depth."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from manifold3d import CrossSection, FillRule
+
+from digitise.footprint import Dam, Footprint, dams, lay_out
+from digitise.intersections import intersecting_faces
+from digitise.labels import label_faces
+from digitise.mesh import check_mesh, euler_number, mesh_volume_mm3, min_edge_mm
+from digitise.readings import compare_readings, section
+from digitise.settings import CrackShape
+from digitise.tidy import tidy
+from digitise.wedges import carve, tilted_by_mm
+from sealtwin.errors import InputError
+from sealtwin.records import Floats, Integers, Outline, Solid
+
+JITTER_MM = 2e-4
+"""Step of the vertices' random shift after a failed build: breaks a coincidence, and is a thousandth of a pixel."""
+ATTEMPTS = 6
+SMALLEST_CAVITY_MM3 = 1.0
+"""Four particles of the paper's size; a cavity with less holds no sealant worth a simulation."""
+
+
+def build_solid(outline: Outline, shape: CrackShape) -> Solid:
+    """Block minus tilted cavity, watertight and free of self-intersections, with dams at open ends.
+
+    z = 0 is the face, the cavity's floor lies at ``-depth_mm`` and the block's underside ``floor_thickness_mm`` below.
+    The walls stand at the traced outline at the mouth (lean, funnel, vertical) or at the floor (flare).
+
+    Raises InputError where the outline crosses itself, comes out of the block where no open end is, encloses nothing,
+    or cannot be made watertight.
+    """
+    footprint = lay_out(outline, shape, tilted_by_mm(shape))
+    plates = dams(footprint, [section(footprint, shape, depth_mm) for depth_mm in (0.0, shape.depth_mm)])
+    readings = compare_readings(outline, footprint, shape)
+    _require_volume(readings, shape)
+    vertices_mm, faces, jitter_mm = _watertight(footprint, shape, plates)
+    bottom_mm = -(shape.depth_mm + shape.floor_thickness_mm)
+    block_mm3 = footprint.block.area() * -bottom_mm
+    dam_mm3 = _dam_volume_mm3(plates, shape.dam_height_mm - bottom_mm)
+    return Solid(
+        vertices_mm=vertices_mm,
+        faces=faces,
+        face_label=label_faces(vertices_mm, faces, footprint, shape.depth_mm, bottom_mm),
+        block_mm=footprint.block_mm,
+        depth_mm=shape.depth_mm,
+        tilt=shape.tilt,
+        wall_angle_deg=0.0 if shape.tilt == "vertical" else shape.wall_angle_deg,
+        cavity_volume_mm3=block_mm3 + dam_mm3 - mesh_volume_mm3(vertices_mm, faces),
+        report={
+            **readings,
+            **_mesh_report(vertices_mm, faces),
+            "jitter_mm": jitter_mm,
+            "ends": [{"kind": end.kind, "centre_mm": end.centre_mm, "outward": end.outward} for end in footprint.ends],
+            "dams": [_dam_report(plate, bottom_mm, shape.dam_height_mm) for plate in plates],
+            "warnings": [*footprint.warnings, *_tilt_warnings(outline, shape, readings)],
+        },
+    )
+
+
+def _watertight(footprint: Footprint, shape: CrackShape, plates: tuple[Dam, ...]) -> tuple[Floats, Integers, float]:
+    """Build, tidy and check; where a check fails, shift the outline's vertices a little and build again."""
+    rng = np.random.default_rng(0)
+    faults: list[str] = []
+    for attempt in range(ATTEMPTS):
+        jitter_mm = attempt * JITTER_MM
+        shaken = replace(footprint, crack=_shaken(footprint.crack, jitter_mm, rng)) if attempt else footprint
+        vertices_mm, faces = tidy(carve(shaken, shape, plates))
+        faults = check_mesh(vertices_mm, faces, expected_euler=2)
+        if not faults:
+            return vertices_mm, faces, jitter_mm
+    raise InputError(
+        f"No sound solid after {ATTEMPTS} builds of this outline with tilt {shape.tilt}: {faults[0]} "
+        "Retrace the crack near there, or choose another tilt."
+    )
+
+
+def _shaken(crack: CrossSection, by_mm: float, rng: np.random.Generator) -> CrossSection:
+    rings = [ring + rng.uniform(-by_mm, by_mm, ring.shape) for ring in crack.to_polygons()]
+    return CrossSection(rings, FillRule.Positive)
+
+
+def _require_volume(readings: dict[str, Any], shape: CrackShape) -> None:
+    volume_mm3 = readings["volume_mm3"][shape.tilt]
+    if volume_mm3 < SMALLEST_CAVITY_MM3:
+        raise InputError(
+            f"At {shape.wall_angle_deg:g}° and {shape.depth_mm:g} mm deep, tilt {shape.tilt} leaves a cavity of "
+            f'{volume_mm3:.2g} mm³: nothing to fill. Reduce the angle or choose tilt = "flare" or "lean".'
+        )
+
+
+def _tilt_warnings(outline: Outline, shape: CrackShape, readings: dict[str, Any]) -> list[str]:
+    closing = readings["closing_depth_mm"]
+    if shape.tilt != "funnel" or closing["share_above_floor"] == 0:
+        return []
+    steepest_deg = np.degrees(np.arctan(outline.mean_width_mm / (2 * shape.depth_mm)))
+    return [
+        f"At {shape.wall_angle_deg:g}° the walls meet at {closing['mean']:.1f} mm on average, above the requested "
+        f"depth {shape.depth_mm:g} mm along {closing['share_above_floor']:.0%} of the crack; volume "
+        f"{readings['volume_mm3']['funnel'] / 1000:.2f} ml. Reduce the angle below {steepest_deg:.1f}°, choose "
+        'tilt = "flare" or "lean", or accept the V.'
+    ]
+
+
+def _mesh_report(vertices_mm: Floats, faces: Integers) -> dict[str, Any]:
+    """Measured on the finished mesh, not repeated from the checks it passed."""
+    return {
+        "watertight": not check_mesh(vertices_mm, faces),
+        "triangles": len(faces),
+        "euler": euler_number(faces),
+        "min_edge_mm": min_edge_mm(vertices_mm, faces),
+        "self_intersections": len(intersecting_faces(vertices_mm, faces)),
+    }
+
+
+def _dam_volume_mm3(plates: tuple[Dam, ...], height_mm: float) -> float:
+    area = CrossSection()
+    for plate in plates:
+        area += _plan(plate)
+    return area.area() * height_mm
+
+
+def _plan(plate: Dam) -> CrossSection:
+    x_min, y_min, x_max, y_max = plate.box_mm
+    return CrossSection.square((x_max - x_min, y_max - y_min)).translate((x_min, y_min))
+
+
+def _dam_report(plate: Dam, bottom_mm: float, top_mm: float) -> dict[str, Any]:
+    x_min, y_min, x_max, y_max = plate.box_mm
+    return {"end": plate.end, "box_mm": [x_min, y_min, bottom_mm, x_max, y_max, top_mm]}
