@@ -1,0 +1,280 @@
+"""The measuring instrument, held to lattices of particles whose surface is known."""
+
+import numpy as np
+import pytest
+import trimesh
+
+from sealtwin.errors import NumericalError
+from sealtwin.records import FaceLabel, Outline, Run, Solid
+from simulate.profile import half_spacing_mm, measure_profile, project_to_centreline, volume_ratio
+
+LENGTH_MM, WIDTH_MM, DEPTH_MM = 40.0, 3.1, 10.0
+BIAS_MM = 0.1
+LEVELS = {
+    "flat": lambda s: np.full_like(s, -5.3),
+    "gentle": lambda s: -6 + 0.1 * s,
+    "steep": lambda s: -9 + 0.6 * np.minimum(s, 15) + 0.03 * np.maximum(s - 15, 0),
+    "falling": lambda s: 1 - 0.2 * s,
+}
+
+
+def straight(turn_deg: float = 0.0) -> Outline:
+    return outline_along(np.column_stack([np.linspace(0, LENGTH_MM, 81), np.zeros(81)]) @ turned(turn_deg).T)
+
+
+def bow(radius_mm: float = 30.0) -> Outline:
+    angle = np.linspace(0, LENGTH_MM / radius_mm, 100)
+    return outline_along(radius_mm * np.column_stack([np.sin(angle), 1 - np.cos(angle)]))
+
+
+def turned(degrees: float):
+    angle = np.radians(degrees)
+    return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+
+
+def outline_along(centreline) -> Outline:
+    along = np.gradient(centreline, axis=0)
+    normal = np.column_stack([-along[:, 1], along[:, 0]]) / np.linalg.norm(along, axis=1)[:, None]
+    left, right = centreline + normal * WIDTH_MM / 2, centreline - normal * WIDTH_MM / 2
+    ring = np.vstack([right, left[::-1]])
+    return Outline(
+        centreline, left, right, ring, centreline, left, right, ring, ("cut", "cut"), None, 0.1, "given", None, "ends"
+    )
+
+
+def slot(outline: Outline | None = None, tilt_deg: float = 0.0, reading: str = "vertical", margin_mm=12.0) -> Solid:
+    """A block less a slot along a straight outline, with walls across its ends."""
+    slope = np.tan(np.radians(tilt_deg)) * DEPTH_MM
+    # Outward shift of the left and the right wall from the floor to the mouth.
+    left, right = {"vertical": (0.0, 0.0), "flare": (slope, slope), "lean": (slope, -slope)}[reading]
+    half = WIDTH_MM / 2
+    mouth = np.array([[0, -half - right], [LENGTH_MM, -half - right], [LENGTH_MM, half + left], [0, half + left]])
+    floor = np.array([[0, -half], [LENGTH_MM, -half], [LENGTH_MM, half], [0, half]])
+    x0, y0, x1, y1 = -margin_mm, -margin_mm - half, LENGTH_MM + margin_mm, margin_mm + half
+    block = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
+    rings = [(block, -20.0), (block, 0.0), (mouth, 0.0), (floor, -DEPTH_MM)]
+    vertices = np.vstack([np.column_stack([ring, np.full(4, z)]) for ring, z in rings])
+    faces, labels = [[0, 2, 1], [0, 3, 2]], [FaceLabel.OUTSIDE] * 2
+    for below, label in ((0, FaceLabel.OUTSIDE), (4, FaceLabel.TOP), (8, FaceLabel.WALL)):
+        for i in range(4):
+            a, b = below + i, below + (i + 1) % 4
+            faces += [[a, b, b + 4], [a, b + 4, a + 4]]
+            labels += [label] * 2
+    faces += [[12, 13, 14], [12, 14, 15]]
+    labels += [FaceLabel.FLOOR] * 2
+    along = (outline or straight()).centreline_mm
+    direction = along[-1] - along[0]
+    angle = float(np.degrees(np.arctan2(direction[1], direction[0])))
+    vertices[:, :2] = vertices[:, :2] @ turned(angle).T
+    mesh = trimesh.Trimesh(vertices, faces, process=False)
+    assert mesh.is_watertight
+    assert mesh.volume > 0
+    volume = LENGTH_MM * DEPTH_MM * (WIDTH_MM + (left + right) / 2)
+    return Solid(vertices, np.array(faces), np.array(labels), (x0, y0, x1, y1), DEPTH_MM, reading, tilt_deg, volume, {})
+
+
+def mouth_without_face() -> Solid:
+    """A solid of which only the depth is asked: no facet of a face hides any particle."""
+    none = np.empty((0, 3))
+    return Solid(none, none.astype(int), np.empty(0, int), (0, 0, 0, 0), DEPTH_MM, "vertical", 0.0, 1.0, {})
+
+
+def run_of(position, radius_mm=0.4, velocity=None, spilled=None, volume_mm3=None) -> Run:
+    position = np.asarray(position, dtype=float)
+    count = len(position)
+    return Run(
+        position_mm=position,
+        velocity_mm_s=np.zeros((count, 3)) if velocity is None else velocity,
+        age_s=np.ones(count),
+        spilled=np.zeros(count, bool) if spilled is None else spilled,
+        radius_mm=radius_mm,
+        particle_volume_mm3=4 * np.sqrt(2) * (0.97 * radius_mm) ** 3 if volume_mm3 is None else volume_mm3,
+        escaped_particles=0,
+        device="cpu",
+        settings={},
+        health={},
+    )
+
+
+def lattice(outline: Outline, level_of_s, spacing_mm: float, seed: int = 0, jitter: float = 0.0):
+    """Points of a cubic lattice, its axes the frame's and its phase random, in the crack and below the level.
+
+    A point stands for its cell: cells whose middles are below the level make a volume that has that level on average.
+    """
+    random = np.random.default_rng(seed)
+    ring = outline.outline_mm
+    low = [*ring.min(axis=0), -DEPTH_MM + spacing_mm / 2]
+    high = [*ring.max(axis=0), 3.0]
+    phase = [*random.uniform(0, spacing_mm, 2), 0.0]
+    axes = [np.arange(a + p, b, spacing_mm) for a, b, p in zip(low, high, phase, strict=True)]
+    point = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    s_mm = project_to_centreline(point[:, :2], outline.centreline_mm)
+    foot = np.column_stack([np.interp(s_mm, outline.s_mm, outline.centreline_mm[:, k]) for k in (0, 1)])
+    inside = np.linalg.norm(point[:, :2] - foot, axis=1) <= WIDTH_MM / 2
+    point = point[inside & (point[:, 2] <= level_of_s(s_mm))]
+    return point + random.normal(0, jitter * spacing_mm, point.shape)
+
+
+def columns(level_of_s, radius_mm: float):
+    """Straight columns of touching spheres, each topped by a sphere that reaches exactly to the level."""
+    point = []
+    for s_mm in np.arange(radius_mm, LENGTH_MM, 2 * radius_mm):
+        top = level_of_s(np.array([s_mm]))[0] - radius_mm
+        for y_mm in np.arange(-1, 1.01, 2 * radius_mm):
+            point += [(s_mm, y_mm, z) for z in np.arange(top, -DEPTH_MM, -2 * radius_mm)]
+    return np.array(point)
+
+
+def bias_mm(profile, level_of_s, trim_mm=2.0):
+    inner = (profile.s_mm > trim_mm) & (profile.s_mm < profile.s_mm[-1] - trim_mm)
+    return float(np.mean((profile.level_mm - level_of_s(profile.s_mm))[inner]))
+
+
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("radius_mm", [0.3, 0.4, 0.5])
+@pytest.mark.parametrize("outline", [straight(), straight(30), bow()], ids=["straight", "oblique", "bow"])
+def test_a_lattice_is_read_at_its_level(outline, radius_mm, level):
+    """Worst of these 36: 0.03 mm. Without putting readings where their particles are, "steep" reads 0.2 mm high."""
+    spacing_mm = (4 * np.sqrt(2)) ** (1 / 3) * 0.97 * radius_mm
+    point = lattice(outline, LEVELS[level], spacing_mm, seed=int(100 * radius_mm))
+    profile = measure_profile(run_of(point, radius_mm), outline, mouth_without_face())
+    cut_mm = 0.0
+    if level == "flat":
+        # Its top layer lies up to half a cell beside the level asked for: read is what the cells add up to.
+        layers = np.arange(-DEPTH_MM + spacing_mm / 2, -5.3, spacing_mm)
+        cut_mm = layers[-1] + spacing_mm / 2 + 5.3
+    assert abs(bias_mm(profile, LEVELS[level]) - cut_mm) <= BIAS_MM
+
+
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("radius_mm", [0.3, 0.4, 0.5])
+def test_columns_of_touching_spheres_are_read_at_their_tops(radius_mm, level):
+    """0.14 R below, to be exact: the liquid's volume ends half a spacing of Eq. 6 above a centre, not a radius."""
+    point = columns(LEVELS[level], radius_mm)
+    profile = measure_profile(run_of(point, radius_mm), straight(), mouth_without_face())
+    assert abs(bias_mm(profile, LEVELS[level])) <= BIAS_MM
+
+
+def test_a_rough_surface_is_read_high_by_a_part_of_its_roughness():
+    """The topmost of about five particles is read, as in the paper: 0.1 mm high where centres scatter by 0.07 mm."""
+    point = lattice(straight(20), LEVELS["gentle"], 0.69, jitter=0.1)
+    read = bias_mm(measure_profile(run_of(point), straight(20), mouth_without_face()), LEVELS["gentle"])
+    assert 0 < read < 0.15
+
+
+def test_an_empty_stretch_is_the_floor_and_a_gap_in_the_packing_is_not():
+    point = lattice(straight(), LEVELS["flat"], 0.69)
+    s_mm = point[:, 0]
+    hole = (s_mm > 10) & (s_mm < 15)
+    chink = (s_mm > 25) & (s_mm < 25.8)
+    bubble = (np.abs(s_mm - 30) < 1) & (np.abs(point[:, 2] + 8) < 0.6)
+    profile = measure_profile(run_of(point[~hole & ~chink & ~bubble]), straight(), mouth_without_face())
+    empty = (profile.s_mm > 11) & (profile.s_mm < 14)
+    assert (profile.level_mm[empty] == -DEPTH_MM).all()
+    full = (profile.s_mm < 9) | (profile.s_mm > 16)
+    assert np.ptp(profile.level_mm[full]) < 1e-9
+    assert measure_profile(run_of(np.empty((0, 3))), straight(), mouth_without_face()).level_mm.max() == -DEPTH_MM
+
+
+def test_a_jet_and_lost_drops_are_not_the_surface():
+    """Broken on purpose by counting the jet, the profile has a spike of 8 mm at s = 20."""
+    bed = lattice(straight(), LEVELS["flat"], 0.69)
+    jet = np.array([[20 + dx, dy, z] for z in np.arange(-5, 3, 0.5) for dx in (-0.8, 0, 0.8) for dy in (-0.8, 0, 0.8)])
+    drop = np.array([[30.0, 0.0, -1.0]])
+    away = np.array([[10.0, 30.0, -9.0]])
+    point = np.vstack([bed, jet, drop, away])
+    velocity = np.zeros_like(point)
+    velocity[len(bed) : len(bed) + len(jet), 2] = -120.0
+    spilled = np.arange(len(point)) == len(point) - 1
+    profile = measure_profile(run_of(point, velocity=velocity, spilled=spilled), straight(), mouth_without_face())
+    calm = measure_profile(run_of(bed), straight(), mouth_without_face())
+    # What the jet has laid down within a diameter of the bed is bed.
+    assert np.abs(profile.level_mm - calm.level_mm).max() < 1.6
+    assert np.abs(profile.level_mm - calm.level_mm)[np.abs(profile.s_mm - 20) > 2].max() == 0.0
+
+
+def test_a_surface_that_sinks_fast_is_no_jet():
+    point = lattice(straight(), LEVELS["flat"], 0.69)
+    velocity = np.zeros_like(point)
+    velocity[point[:, 2] > -6.0, 2] = -150.0
+    sinking = measure_profile(run_of(point, velocity=velocity), straight(), mouth_without_face())
+    assert np.array_equal(sinking.level_mm, measure_profile(run_of(point), straight(), mouth_without_face()).level_mm)
+
+
+def test_sealant_on_the_face_beside_the_mouth_does_not_raise_the_level():
+    bed = lattice(straight(), lambda s: np.full_like(s, -0.6), 0.69)
+    film = np.array([[x, y, 0.35] for x in np.arange(5, 35, 0.7) for y in (-4.0, -3.2, -2.4, 2.4, 3.2, 4.0)])
+    heap = np.array([[x, 0.0, 0.4] for x in np.arange(20, 30, 0.7)])
+    sample = slot()
+    beside = measure_profile(run_of(np.vstack([bed, film])), straight(), sample)
+    assert np.array_equal(beside.level_mm, measure_profile(run_of(bed), straight(), sample).level_mm)
+    above = measure_profile(run_of(np.vstack([bed, film, heap])), straight(), sample)
+    assert above.level_mm[np.abs(above.s_mm - 25) < 4] == pytest.approx(0.4 + half_spacing_mm(run_of(heap)))
+
+
+def test_the_profile_starts_where_the_nozzle_starts():
+    """Chirality and direction: the same particles, with the centreline walked from its other end."""
+    point = lattice(bow(), LEVELS["gentle"], 0.69)
+    forward = bow()
+    backward = outline_along(forward.centreline_mm[::-1])
+    here = measure_profile(run_of(point), forward, mouth_without_face())
+    there = measure_profile(run_of(point), backward, mouth_without_face())
+    assert here.level_mm[-10] > here.level_mm[10] + 3
+    assert np.abs(here.level_mm - there.level_mm[::-1]).mean() < 0.05
+
+
+def test_arc_length_is_that_of_the_nearest_point():
+    corner = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 10.0]])
+    point = np.array([[4.0, 1.0], [11.0, 5.0], [-2.0, 1.0], [9.0, 13.0], [9.0, 2.0]])
+    assert project_to_centreline(point, corner) == pytest.approx([4.0, 15.0, -2.0, 23.0, 12.0])
+
+
+def test_stations_cover_the_crack_from_end_to_end():
+    profile = measure_profile(run_of([[1.0, 0.0, -5.0]]), bow(), mouth_without_face())
+    assert profile.s_mm[0] == 0.0
+    assert profile.s_mm[-1] == pytest.approx(bow().length_mm)
+    assert np.diff(profile.s_mm) == pytest.approx(0.2, rel=0.01)
+
+
+def test_a_lost_particle_stops_the_reading():
+    with pytest.raises(NumericalError, match="Particle 1"):
+        measure_profile(run_of([[1, 0, -5], [2, np.nan, -5]]), straight(), mouth_without_face())
+
+
+@pytest.mark.parametrize("turn_deg", [0, 30, 90, 131])
+@pytest.mark.parametrize("reading", ["vertical", "lean", "flare"])
+def test_volume_of_a_filled_slot(reading, turn_deg):
+    """Of known section, to 6 mm above its floor: 18.6 mm² vertical or leaning, 23.7 mm² with 8 degrees of flare.
+
+    Broken on purpose without the turn of the cells, the slot along x reads 3 % off.
+    """
+    point = cavity_lattice(0.5, reading, 8.0, top_mm=-4.0)
+    point[:, :2] = point[:, :2] @ turned(turn_deg).T
+    section_mm2 = 6 * WIDTH_MM + (36 * np.tan(np.radians(8.0)) if reading == "flare" else 0.0)
+    run = run_of(point, volume_mm3=section_mm2 * LENGTH_MM / len(point))
+    assert volume_ratio(run, slot(straight(turn_deg), 8.0, reading)) == pytest.approx(1.0, abs=0.02)
+
+
+def test_a_heap_above_the_face_is_part_of_the_volume_and_spill_is_not():
+    sample = slot()
+    full = cavity_lattice(0.5, "vertical", 0.0, top_mm=0.0)
+    heap = np.array(
+        [[x, y, z] for x in np.arange(5, 35, 0.5) for y in np.arange(-5, 5.1, 0.5) for z in (0.25, 0.75, 1.25)]
+    )
+    both = run_of(np.vstack([full, heap]), volume_mm3=0.5**3)
+    assert volume_ratio(both, sample) == pytest.approx(1.0, abs=0.03)
+    lost = run_of(both.position_mm, spilled=np.arange(len(both.position_mm)) >= len(full), volume_mm3=0.5**3)
+    assert volume_ratio(lost, sample) == pytest.approx(len(full) / len(both.position_mm), abs=0.02)
+    assert volume_ratio(run_of(np.empty((0, 3))), sample) == 0.0
+
+
+def cavity_lattice(spacing_mm, reading, tilt_deg, top_mm):
+    """Lattice points of the cavity that ``slot`` makes, below a level, along x."""
+    slope = np.tan(np.radians(tilt_deg)) if reading != "vertical" else 0.0
+    axes = [np.arange(a + spacing_mm * p, b, spacing_mm) for a, b, p in ((0, LENGTH_MM, 0.5), (-5, 5, 0.37))]
+    height = np.arange(-DEPTH_MM + spacing_mm / 2, top_mm, spacing_mm)
+    x, y, z = (c.ravel() for c in np.meshgrid(*axes, height, indexing="ij"))
+    rise = (z + DEPTH_MM) * slope
+    left = WIDTH_MM / 2 + rise
+    right = -WIDTH_MM / 2 - (rise if reading == "flare" else -rise)
+    return np.column_stack([x, y, z])[(y < left) & (y > right)]
