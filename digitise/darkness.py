@@ -1,0 +1,109 @@
+"""How crack-like each pixel of a photo is, on a copy small enough to search."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from digitise.photo import Photo
+from sealtwin.records import Floats
+
+Map = NDArray[np.float32]
+
+WORK_PX = 720
+"""Longer side of the copy: a path needs no more, the walls are refined on the photo itself."""
+RIDGE_SIGMAS_PX = (1.5, 3.0, 6.0, 10.0)
+"""On the copy: cracks from 3 to 35 px wide answer to one of them."""
+BACKGROUND_PX = 81
+"""On the copy: dark things narrower than this do not count as background."""
+EDGE_PX = 3.0
+"""Of the photo: the outermost pixels of the face mix with what lies beside it."""
+
+
+@dataclass(frozen=True)
+class DarkMap:
+    """A window of the photo, scaled down."""
+
+    offset_px: tuple[int, int]
+    """Of the window in the photo: x, y."""
+    scale: float
+    """Pixels here per pixel of the photo."""
+    dark: Map
+    """1 - brightness over local background, 0 to 1."""
+    ridge: Map
+    """Answer of a dark line of the best-fitting width, in units of its own noise."""
+    allowed: NDArray[np.bool_]
+    """On the face and on no marker."""
+
+    def to_work(self, points_px: Floats) -> Floats:
+        return (np.asarray(points_px, dtype=float) - self.offset_px + 0.5) * self.scale - 0.5
+
+    def to_photo(self, points_work: Floats) -> Floats:
+        return (np.asarray(points_work, dtype=float) + 0.5) / self.scale - 0.5 + self.offset_px
+
+
+def map_darkness(photo: Photo, window_px: tuple[int, int, int, int] | None = None) -> DarkMap:
+    """Search map of the photo, or of ``window_px`` (left, top, right, bottom; the last two excluded)."""
+    left, top, right, bottom = window_px or (0, 0, *photo.size_px)
+    light = photo.brightness[top:bottom, left:right]
+    allowed = sample_mask(photo)[top:bottom, left:right]
+    scale = min(1.0, WORK_PX / max(light.shape))
+    size = (max(1, round(light.shape[1] * scale)), max(1, round(light.shape[0] * scale)))
+    light = cv2.resize(light, size, interpolation=cv2.INTER_AREA)
+    allowed = cv2.resize(allowed, size, interpolation=cv2.INTER_AREA) >= 254
+    # What is beside the sample must look like sample, or its edge is the strongest line in the photo.
+    light = _filled(light, allowed)
+    dark = _flattened(cv2.GaussianBlur(light, (0, 0), 0.8))
+    return DarkMap((left, top), scale, dark, np.where(allowed, _ridges(dark, allowed), 0).astype(np.float32), allowed)
+
+
+def sample_mask(photo: Photo) -> NDArray[np.uint8]:
+    """255 where the photo shows the sample's face and no marker, else 0, (height, width)."""
+    width, height = photo.size_px
+    mask = np.full((height, width), 255 if photo.face_px is None else 0, dtype=np.uint8)
+    if photo.face_px is not None:
+        centre = photo.face_px.mean(axis=0)
+        outward = photo.face_px - centre
+        inner = centre + outward * (1 - EDGE_PX / np.abs(outward).min(axis=0))
+        cv2.fillPoly(mask, [np.rint(inner * 16).astype(np.int32)], [255], shift=4)
+    for quad in photo.markers_px:
+        margin = quad.mean(axis=0) + 1.3 * (quad - quad.mean(axis=0))
+        cv2.fillPoly(mask, [np.rint(margin * 16).astype(np.int32)], [0], shift=4)
+    return mask
+
+
+def _filled(light: Map, allowed: NDArray[np.bool_]) -> Map:
+    """The picture with everything that is not allowed replaced by a smooth continuation of what is."""
+    if allowed.all() or not allowed.any():
+        return light
+    weight = allowed.astype(np.float32)
+    level = float(np.median(light[allowed]))
+    sigma = BACKGROUND_PX / 4
+    near = cv2.GaussianBlur(light * weight, (0, 0), sigma) + 1e-3 * level
+    return np.where(allowed, light, near / (cv2.GaussianBlur(weight, (0, 0), sigma) + 1e-3)).astype(np.float32)
+
+
+def _flattened(light: Map) -> Map:
+    """Darkness relative to the brightness around: 0 on plain mortar in any light, near 1 in a deep crack."""
+    size = min(BACKGROUND_PX, 2 * (min(light.shape) // 4) + 1)
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
+    # Median first: a closing alone would rest on the brightest grains.
+    background = cv2.morphologyEx(cv2.GaussianBlur(light, (0, 0), 3), cv2.MORPH_CLOSE, disc)
+    background = cv2.GaussianBlur(background, (0, 0), size / 4)
+    return np.clip(1 - light / np.maximum(background, 1e-4), 0, 1).astype(np.float32)
+
+
+def _ridges(dark: Map, allowed: NDArray[np.bool_]) -> Map:
+    """Largest principal curvature over scales (Lindeberg's normalisation, sigma squared), over its robust spread."""
+    best = np.zeros_like(dark)
+    for sigma in RIDGE_SIGMAS_PX:
+        smooth = cv2.GaussianBlur(dark, (0, 0), sigma)
+        xx = cv2.Sobel(smooth, cv2.CV_32F, 2, 0, ksize=3, scale=0.25)
+        yy = cv2.Sobel(smooth, cv2.CV_32F, 0, 2, ksize=3, scale=0.25)
+        xy = cv2.Sobel(smooth, cv2.CV_32F, 1, 1, ksize=3, scale=0.25)
+        # A dark line is a crest of darkness: its curvature across is the most negative eigenvalue.
+        across = -(xx + yy) / 2 + np.sqrt(((xx - yy) / 2) ** 2 + xy**2)
+        spread = 1.4826 * float(np.median(np.abs(across[allowed]))) if allowed.any() else 0.0
+        best = np.maximum(best, across * sigma**2 / max(spread * sigma**2, 2e-3))
+    return best

@@ -1,0 +1,112 @@
+"""Find the sample's face in a photo by its four edges."""
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from sealtwin.errors import InputError
+from sealtwin.records import Floats
+
+WORK_PX = 800
+"""Longer side of the copy on which the face is searched; its edges are refined on the photo itself."""
+MIN_AREA = 0.1
+"""Of the photo: a smaller face is something else."""
+ASPECT_TOLERANCE = 0.2
+"""Perspective of a top-down photo changes width over height by far less."""
+
+
+def find_face(brightness: NDArray[np.float32], size_mm: tuple[float, float], file: Path) -> tuple[Floats, float]:
+    """Corners in px, (4, 2): lower left, lower right, upper right, upper left; and how far its edges are from straight.
+
+    The face must differ in brightness from what surrounds it on all four sides. The second figure is the RMS distance,
+    in px, of edge points from the four lines. Raises InputError where no rectangle of about the right shape stands out.
+    """
+    rough = _rough_corners(brightness)
+    if rough is None:
+        raise InputError(f"{file}: the face does not stand out from what is around it; give face_corners_px.")
+    lines, misses_px = zip(*(_edge_line(brightness, rough, side) for side in range(4)), strict=True)
+    corners = np.array([_crossing(lines[side - 1], lines[side]) for side in range(4)])
+    width_px, height_px = (
+        np.linalg.norm(corners[[1, 3]] - corners[[0, 0]], axis=1)
+        + np.linalg.norm(corners[[2, 2]] - corners[[3, 1]], axis=1)
+    ) / 2
+    found, expected = width_px / height_px, size_mm[0] / size_mm[1]
+    if not np.isfinite(found) or abs(np.log(found / expected)) > ASPECT_TOLERANCE:
+        raise InputError(
+            f"{file}: what stands out is {found:.2f} times as wide as high, face_mm says {expected:.2f}: "
+            "check face_mm (width, height in the photo), or give face_corners_px."
+        )
+    return corners, float(np.sqrt(np.mean(np.concatenate(misses_px) ** 2)))
+
+
+def _rough_corners(brightness: NDArray[np.float32]) -> Floats | None:
+    """Largest bright or dark region that the photo's border is not part of, as a quadrilateral."""
+    scale = min(1.0, WORK_PX / max(brightness.shape))
+    small = cv2.resize(brightness, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    small = np.sqrt(cv2.GaussianBlur(small, (0, 0), 2))
+    grey = cv2.normalize(small, None, 0, 255, cv2.NORM_MINMAX).astype(np.uint8)  # pyright: ignore[reportCallIssue, reportArgumentType]
+    _, bright = cv2.threshold(grey, 0, 1, cv2.THRESH_BINARY + cv2.THRESH_OTSU)
+    border = np.concatenate([bright[0], bright[-1], bright[:, 0], bright[:, -1]])
+    face = (bright == (0 if border.mean() > 0.5 else 1)).astype(np.uint8)
+    face = cv2.morphologyEx(face, cv2.MORPH_OPEN, np.ones((5, 5), np.uint8))
+    count, label, stats, _ = cv2.connectedComponentsWithStats(face)
+    if count < 2:
+        return None
+    area = stats[1:, cv2.CC_STAT_AREA]
+    # An open crack cuts the face in two: every part of some size belongs to it.
+    parts = 1 + np.flatnonzero(area > 0.1 * area.max())
+    y, x = np.nonzero(np.isin(label, parts))
+    hull = cv2.convexHull(np.column_stack([x, y]).astype(np.int32))
+    if cv2.contourArea(hull) < MIN_AREA * face.size:
+        return None
+    box = cv2.boxPoints(cv2.minAreaRect(hull)).astype(float)
+    quad = cv2.approxPolyDP(hull, 0.02 * cv2.arcLength(hull, True), True)[:, 0].astype(float)
+    corners = _ordered(quad if len(quad) == 4 else box)
+    if cv2.contourArea(hull) < 0.9 * cv2.contourArea(corners.astype(np.float32)):
+        return None
+    return (corners + 0.5) / scale - 0.5
+
+
+def _ordered(corners: Floats) -> Floats:
+    """Lower left, lower right, upper right, upper left, as they lie in the photo (y down)."""
+    centre = corners.mean(axis=0)
+    angle = np.arctan2(-(corners - centre)[:, 1], (corners - centre)[:, 0])
+    around = corners[np.argsort(angle)]  # counter-clockwise as seen, from -180 degrees: lower left first or second
+    lower_left = int(np.argmax(around[:, 1] - around[:, 0]))
+    return np.roll(around, -lower_left, axis=0)
+
+
+def _edge_line(brightness: NDArray[np.float32], corners: Floats, side: int) -> tuple[Floats, Floats]:
+    """Line (point, direction) through the steepest brightness along one side, and its points' distances, px."""
+    start, end = corners[side], corners[(side + 1) % 4]
+    along = (end - start) / np.linalg.norm(end - start)
+    normal = np.array([-along[1], along[0]])
+    reach = max(6.0, 0.012 * max(brightness.shape))
+    offsets = np.arange(-reach, reach + 0.25, 0.5)
+    foot = start + np.outer(np.linspace(0.04, 0.96, 200), end - start)
+    sample = foot[:, None] + offsets[:, None] * normal
+    blurred = cv2.remap(
+        cv2.GaussianBlur(brightness, (0, 0), 1.0),
+        sample[..., 0].astype(np.float32),
+        sample[..., 1].astype(np.float32),
+        cv2.INTER_LINEAR,
+        borderMode=cv2.BORDER_REPLICATE,
+    )
+    slope = np.abs(np.gradient(blurred, axis=1))
+    points = foot + offsets[np.argmax(slope, axis=1)][:, None] * normal
+    keep = np.ones(len(points), dtype=bool)
+    for _ in range(5):
+        centre = points[keep].mean(axis=0)
+        direction = np.linalg.svd(points[keep] - centre)[2][0]
+        miss = (points - centre) @ np.array([-direction[1], direction[0]])
+        # Median, since the crack and pores pull single points far off.
+        keep = np.abs(miss) <= max(1.0, 3 * float(np.median(np.abs(miss))))
+    return np.array([centre, direction]), miss[keep]
+
+
+def _crossing(first: Floats, second: Floats) -> Floats:
+    (p, u), (q, v) = first, second
+    along = np.linalg.solve(np.column_stack([u, -v]), q - p)[0]
+    return p + along * u

@@ -1,0 +1,189 @@
+"""Find the crack in a photo: the darkest way between two given ends, or the most crack-like line there is."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from scipy.ndimage import distance_transform_edt
+from skimage.graph import MCP_Geometric
+
+from digitise.darkness import DarkMap, map_darkness
+from digitise.photo import Photo
+from digitise.settings import Pixel
+from digitise.skeleton import longest_lines
+from sealtwin.errors import InputError
+from sealtwin.records import Floats, arc_length
+
+THIN_PX = 6.0
+"""On the search map: thinner cracks are told by their shape as lines, wider ones by their darkness."""
+LEAST_DARKNESS = 0.2
+"""Of a crack's middle, relative to the mortar beside it: stains and shadows stay below."""
+SNAP_PX = 15.0
+"""How far an end may be clicked beside its crack, in the photo; or one crack width, if that is more."""
+MOST_GAPS = 0.2
+"""Share of the path that may be as bright as mortar."""
+RUNNER_UP = 0.5
+"""A second line with more than this share of the first one's score makes the choice the user's."""
+
+
+@dataclass(frozen=True)
+class CrackPath:
+    """A rough way along the crack, inside it."""
+
+    points_px: Floats
+    """(n, 2), from the first end."""
+    width_px: float
+    """Typical width of the crack along it."""
+    source: Literal["ends", "automatic"]
+
+
+def find_path(photo: Photo, ends_px: tuple[Pixel, Pixel] | None) -> CrackPath:
+    """Between the given ends, in their order; without ends, along the one crack that stands out, from left to right.
+
+    Raises InputError where an end is outside the photo or on no crack, where no crack is found or two compete.
+    """
+    if ends_px is None:
+        return _automatic(photo)
+    _check_ends(photo, ends_px)
+    return _between(photo, np.array(ends_px, dtype=float), map_darkness(photo, _window(photo, ends_px)), "ends")
+
+
+def _between(photo: Photo, ends_px: Floats, field: DarkMap, source: Literal["ends", "automatic"]) -> CrackPath:
+    start, end = (tuple(point) for point in _on_map(field, ends_px))
+    # Cost B of wide cracks finds any path well enough to tell how wide the crack is.
+    rows = _cheapest(_cost_of_wide(field), start, end)
+    darkness = _crack_darkness(photo, field, rows)
+    width_work = _width(field, rows, darkness)
+    if width_work < THIN_PX:
+        rows = _cheapest(_cost_of_thin(field), start, end)
+        darkness = _crack_darkness(photo, field, rows)
+        width_work = _width(field, rows, darkness)
+    width_px = width_work / field.scale
+    points_px = field.to_photo(rows[:, ::-1])
+    on_crack = field.dark[rows[:, 0], rows[:, 1]] > darkness / 2
+    points_px = _from_crack_to_crack(photo, points_px, on_crack, ends_px, width_px)
+    return CrackPath(points_px, width_px, source)
+
+
+def _automatic(photo: Photo) -> CrackPath:
+    field = map_darkness(photo)
+    lines = longest_lines(field)
+    if not lines:
+        raise InputError(f"{photo.file}: no crack found: nothing dark, thin and long stands out; give ends_px.")
+    (best, score), *others = lines
+    if others and others[0][1] > RUNNER_UP * score:
+        second = field.to_photo(others[0][0][[0, -1], ::-1])
+        raise InputError(
+            f"{photo.file}: two cracks compete, {_listed(field.to_photo(best[[0, -1], ::-1]))} and {_listed(second)} px "
+            f"(the second has {others[0][1] / score:.0%} of the first one's score); choose with ends_px."
+        )
+    ends_px = field.to_photo(best[[0, -1], ::-1])
+    if ends_px[0, 0] > ends_px[1, 0]:
+        ends_px = ends_px[::-1]
+    return _between(photo, ends_px, field, "automatic")
+
+
+def _check_ends(photo: Photo, ends_px: tuple[Pixel, Pixel]) -> None:
+    width, height = photo.size_px
+    for x, y in ends_px:
+        if not (0 <= x <= width - 1 and 0 <= y <= height - 1):
+            raise InputError(
+                f"{photo.file}: the end ({x:g}, {y:g}) lies outside the photo of {width} x {height} px; "
+                "x runs right and y down, from 0."
+            )
+    if np.linalg.norm(np.subtract(*ends_px)) < SNAP_PX:
+        raise InputError(f"{photo.file}: the two ends {_listed(np.array(ends_px))} px are the same place.")
+    if photo.face_mm is None:
+        return
+    x_min, y_min, x_max, y_max = photo.face_mm
+    for end, (x, y) in zip(ends_px, photo.to_mm(np.array(ends_px)), strict=True):
+        outside_mm = float(np.hypot(max(x_min - x, 0, x - x_max), max(y_min - y, 0, y - y_max)))
+        if outside_mm > SNAP_PX * photo.mm_per_px:
+            raise InputError(
+                f"{photo.file}: the end ({end[0]:g}, {end[1]:g}) lies {outside_mm:.1f} mm outside the face; "
+                "give the place where the crack meets its edge."
+            )
+
+
+def _window(photo: Photo, ends_px: tuple[Pixel, Pixel]) -> tuple[int, int, int, int]:
+    """Where a path between the ends may run: their box, and half their distance around it."""
+    ends = np.array(ends_px)
+    margin = max(100.0, 0.5 * float(np.linalg.norm(ends[1] - ends[0])))
+    left, top = np.maximum(np.floor(ends.min(axis=0) - margin), 0).astype(int)
+    right, bottom = np.minimum(np.ceil(ends.max(axis=0) + margin) + 1, photo.size_px).astype(int)
+    return int(left), int(top), int(right), int(bottom)
+
+
+def _on_map(field: DarkMap, ends_px: Floats) -> np.ndarray:
+    """Row and column of each end, moved onto the face where a click just missed it."""
+    nearest = distance_transform_edt(~field.allowed, return_distances=False, return_indices=True)
+    limits = np.array(field.dark.shape) - 1
+    cells = np.clip(np.rint(field.to_work(ends_px)[:, ::-1]).astype(int), 0, limits)
+    return np.array([nearest[:, row, column] for row, column in cells])
+
+
+def _cost_of_thin(field: DarkMap) -> np.ndarray:
+    return np.where(field.allowed, 1 / (0.04 + np.clip(field.ridge, 0, 8) / 8), np.inf)
+
+
+def _cost_of_wide(field: DarkMap) -> np.ndarray:
+    reference = max(float(np.percentile(field.dark[field.allowed], 99)), LEAST_DARKNESS)
+    strength = np.clip(field.ridge, 0, 8) / 8 * field.dark / reference
+    return np.where(field.allowed, 1 / (0.03 + np.minimum(strength, 1.5) ** 1.5), np.inf)
+
+
+def _cheapest(cost: np.ndarray, start: tuple[int, int], end: tuple[int, int]) -> np.ndarray:
+    """Rows and columns, (n, 2), of the path with the least cost per length."""
+    search = MCP_Geometric(np.where(np.isfinite(cost), cost, -1), fully_connected=True)
+    search.find_costs([start], [end])
+    return np.array(search.traceback(end))
+
+
+def _crack_darkness(photo: Photo, field: DarkMap, rows: np.ndarray) -> float:
+    darkness = float(np.median(field.dark[rows[:, 0], rows[:, 1]]))
+    if darkness < LEAST_DARKNESS:
+        raise InputError(
+            f"{photo.file}: no crack between the ends: the way there is only {darkness:.0%} darker than around it "
+            f"(a crack is at least {LEAST_DARKNESS:.0%}); check ends_px."
+        )
+    return darkness
+
+
+def _width(field: DarkMap, rows: np.ndarray, darkness: float) -> float:
+    """Twice the median distance from the ridge of the crack to its half-dark rim, on the map."""
+    mask = (field.dark > darkness / 2) & field.allowed
+    to_rim = distance_transform_edt(np.pad(mask, 1))[1:-1, 1:-1]
+    # The path cuts corners inside a wide crack; the ridge of the distances nearby is its middle.
+    from scipy.ndimage import maximum_filter
+
+    reach = to_rim[rows[:, 0], rows[:, 1]]
+    size = 2 * int(np.ceil(np.median(reach[reach > 0]) if np.any(reach > 0) else 1)) + 1
+    middle = maximum_filter(to_rim, size=size)[rows[:, 0], rows[:, 1]]
+    return float(2 * np.median(middle[reach > 0]) - 1) if np.any(reach > 0) else 0.0
+
+
+def _from_crack_to_crack(
+    photo: Photo, points_px: Floats, on_crack: np.ndarray, ends_px: Floats, width_px: float
+) -> Floats:
+    """The path less what lies before its first and after its last point in the crack."""
+    inside = np.flatnonzero(on_crack)
+    first, last = int(inside[0]), int(inside[-1])
+    s_px = arc_length(points_px)
+    limit_px = max(SNAP_PX, width_px)
+    for (x, y), beside_px in zip(ends_px, (s_px[first], s_px[-1] - s_px[last]), strict=True):
+        if beside_px > limit_px:
+            raise InputError(
+                f"{photo.file}: the end ({x:g}, {y:g}) is on no crack: the nearest one is {beside_px:.0f} px away "
+                f"(at most {limit_px:.0f}); give a point inside the crack."
+            )
+    gaps = 1 - float(np.mean(on_crack[first : last + 1]))
+    if gaps > MOST_GAPS:
+        raise InputError(
+            f"{photo.file}: no crack on {gaps:.0%} of the way between the ends (at most {MOST_GAPS:.0%}); "
+            "give ends of one unbroken crack."
+        )
+    return points_px[first : last + 1]
+
+
+def _listed(points_px: Floats) -> str:
+    return " to ".join(f"({x:.0f}, {y:.0f})" for x, y in points_px)

@@ -1,0 +1,101 @@
+"""Small geometry of open polylines and rings in the plane; (n, 2) arrays in any one unit, y up."""
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from sealtwin.records import Floats, arc_length
+
+
+def resampled(points: Floats, spacing: float) -> Floats:
+    """Points at equal steps of arc length, as close to ``spacing`` as fits; both ends kept."""
+    s = arc_length(points)
+    stations = np.linspace(0, s[-1], max(2, 1 + round(s[-1] / spacing)))
+    return at_arc_length(points, s, stations)
+
+
+def at_arc_length(values: Floats, s: Floats, stations: Floats) -> Floats:
+    """Each column of ``values``, known at ``s``, linearly at ``stations``."""
+    return np.column_stack([np.interp(stations, s, column) for column in values.T])
+
+
+def smoothed(values: Floats, sigma: float) -> Floats:
+    """Gaussian along the first axis, sigma in samples. The ends stay where they are: odd reflection."""
+    if len(values) < 3 or sigma <= 0:
+        return values
+    pad = min(len(values) - 1, int(4 * sigma) + 1)
+    before = 2 * values[:1] - values[pad:0:-1]
+    after = 2 * values[-1:] - values[-2 : -pad - 2 : -1]
+    return gaussian_filter1d(np.concatenate([before, values, after]), sigma, axis=0)[pad : pad + len(values)]
+
+
+def tangents(points: Floats) -> Floats:
+    """Unit vectors along the polyline."""
+    along = np.gradient(points, axis=0)
+    return along / np.linalg.norm(along, axis=1, keepdims=True)
+
+
+def left_normals(points: Floats) -> Floats:
+    """Unit vectors to the left of travel."""
+    along = tangents(points)
+    return np.column_stack([-along[:, 1], along[:, 0]])
+
+
+def extended(points: Floats, length: float, over: float, spacing: float) -> Floats:
+    """The polyline with a straight piece before and after it, in the mean direction of its outer ``over``."""
+    s = arc_length(points)
+    near, far = points[s <= over], points[s >= s[-1] - over]
+    steps = np.arange(spacing, length + spacing / 2, spacing)[:, None]
+    before = near[0] + steps[::-1] * _unit(near[0] - near[-1])
+    after = far[-1] + steps * _unit(far[-1] - far[0])
+    return np.concatenate([before, points, after])
+
+
+def without_folds(wall: Floats, along: Floats) -> Floats:
+    """A wall that never steps backwards: stretches that do are bridged by a straight line.
+
+    ``along`` are the unit tangents of the centreline at the same stations.
+    """
+    kept = [0]
+    for station in range(1, len(wall)):
+        while len(kept) > 1 and (wall[station] - wall[kept[-1]]) @ along[station] <= 0:
+            kept.pop()
+        kept.append(station)
+    stations = np.arange(len(wall))
+    return at_arc_length(wall[kept], stations[kept].astype(float), stations.astype(float))
+
+
+def clipped_to_box(ring: Floats, box: tuple[float, float, float, float]) -> Floats:
+    """The part of a ring inside a rectangle (Sutherland and Hodgman); empty where they do not meet."""
+    x_min, y_min, x_max, y_max = box
+    for axis, limit, sign in ((0, x_min, 1), (0, x_max, -1), (1, y_min, 1), (1, y_max, -1)):
+        inside = sign * (ring[:, axis] - limit)
+        clipped = []
+        for here, there, depth, next_depth in zip(
+            ring, np.roll(ring, -1, axis=0), inside, np.roll(inside, -1), strict=True
+        ):
+            if depth >= 0:
+                clipped.append(here)
+            if (depth >= 0) != (next_depth >= 0):
+                crossing = here + (there - here) * depth / (depth - next_depth)
+                crossing[axis] = limit
+                clipped.append(crossing)
+        if not clipped:
+            return np.empty((0, 2))
+        ring = np.array(clipped)
+    return ring
+
+
+def without_repeats(ring: Floats, closer_than: float) -> Floats:
+    """A ring less the points that lie on their predecessor."""
+    step = np.linalg.norm(ring - np.roll(ring, 1, axis=0), axis=1)
+    return ring[step > closer_than]
+
+
+def signed_area(ring: Floats) -> float:
+    """Positive where the ring runs counter-clockwise."""
+    x, y = ring.T
+    return float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) / 2)
+
+
+def _unit(vector: Floats) -> Floats:
+    return vector / np.linalg.norm(vector)
