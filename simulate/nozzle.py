@@ -1,0 +1,84 @@
+"""What leaves the nozzle, where and when: the whole schedule of a run, known before it starts."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from sealtwin.records import Floats, Integers, Trajectory
+from simulate.settings import particle_volume
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """Every particle of a run in the order of release, mm and s."""
+
+    position_mm: Floats  # (n, 3), where it is released
+    velocity_mm_s: Floats  # (n, 3)
+    frame_of: Integers  # (n,)
+    released: Integers
+    """(frames,): particles out once the frame's release is made."""
+    frame_s: float
+    """Time in which the largest flow fills one release (Eq. 6), cut so that the path is a whole number of frames."""
+    release: int
+    """Particles of a full release."""
+    dispensed_mm3: float
+
+    @property
+    def particles(self) -> int:
+        return len(self.position_mm)
+
+
+def plan_releases(trajectory: Trajectory, radius_mm: float, diameter_mm: float, seed: int) -> Schedule:
+    """N particles by Eq. 6, a full disc at a time, as soon as the path has asked for one more than is out."""
+    disc_mm = pack_disc(diameter_mm / 2, radius_mm)
+    volume_mm3 = particle_volume(radius_mm)
+    flow_mm3_s = trajectory.flow_mm3_s[:-1]
+    asked_mm3 = np.concatenate([[0.0], np.cumsum(flow_mm3_s * np.diff(trajectory.t_s))])
+    particles = max(1, round(asked_mm3[-1] / volume_mm3))
+    frames = math.ceil(trajectory.duration_s * flow_mm3_s.max() / (len(disc_mm) * volume_mm3))
+    frame_s = trajectory.duration_s / frames
+    ends_s = trajectory.t_s[0] + frame_s * np.arange(1, frames + 1)
+    wanted = np.interp(ends_s, trajectory.t_s, asked_mm3) / asked_mm3[-1] * particles
+    released = np.zeros(frames, dtype=np.int64)
+    out = 0
+    for frame in range(frames):
+        # A particle's part of rounding must not open a release of its own.
+        if wanted[frame] > out + 1e-6:
+            out = min(out + len(disc_mm), particles)
+        released[frame] = out
+    released[-1] = particles
+    frame_of = np.searchsorted(released, np.arange(particles), side="right")
+    batch_start = np.concatenate([[0], released[:-1]])[frame_of]
+    at_s = ends_s[frame_of] - frame_s
+    tip_mm = np.column_stack([np.interp(at_s, trajectory.t_s, x) for x in trajectory.position_mm.T])
+    flow = flow_mm3_s[np.clip(np.searchsorted(trajectory.t_s, at_s, side="right") - 1, 0, len(flow_mm3_s) - 1)]
+    # Each disc turned by chance: discs in line would stack up like coins.
+    turn = np.random.default_rng(seed).uniform(0, 2 * np.pi, frames)[frame_of]
+    x, y = disc_mm[np.arange(particles) - batch_start].T
+    offset = np.column_stack([x * np.cos(turn) - y * np.sin(turn), x * np.sin(turn) + y * np.cos(turn), 0 * turn])
+    down_mm_s = flow / (np.pi * (diameter_mm / 2) ** 2)
+    return Schedule(
+        position_mm=tip_mm + offset,
+        velocity_mm_s=np.outer(down_mm_s, [0.0, 0.0, -1.0]),
+        frame_of=frame_of,
+        released=released,
+        frame_s=frame_s,
+        release=len(disc_mm),
+        dispensed_mm3=float(asked_mm3[-1]),
+    )
+
+
+def pack_disc(disc_radius: float, radius: float) -> Floats:
+    """Centres of the most circles of a hexagonal lattice that a disc holds, (n, 2); one where it holds none.
+
+    The disc's middle is tried on a circle, between two and between three.
+    """
+    reach = math.ceil(disc_radius / radius) + 1
+    a, b = np.meshgrid(np.arange(-reach, reach + 1), np.arange(-reach, reach + 1))
+    lattice = 2 * radius * np.column_stack([a.ravel() + b.ravel() / 2, b.ravel() * math.sqrt(3) / 2])
+    middles = 2 * radius * np.array([[0.0, 0.0], [0.5, 0.0], [0.5, math.sqrt(3) / 6]])
+    packings = [lattice - middle for middle in middles]
+    held = [p[np.hypot(*p.T) + radius <= disc_radius * (1 + 1e-9)] for p in packings]
+    best = max(held, key=len)
+    return best if len(best) else np.zeros((1, 2))

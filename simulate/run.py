@@ -1,0 +1,227 @@
+"""The loop of one run: release, step, freeze, watch, until the profile is taken."""
+
+import math
+import time
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from sealtwin.errors import InputError, NumericalError
+from sealtwin.progress import Progress
+from sealtwin.records import Integers, Outline, Run, Solid, Trajectory
+from simulate import kernels
+from simulate.device import describe_device
+from simulate.distance import CM, MARGIN_MM, build_barrier
+from simulate.nozzle import Schedule, plan_releases
+from simulate.settings import Fluid, Nozzle, Solver
+from simulate.solver import DENSEST, FASTEST_CM_S, Domain, FluidSolver, substeps_for
+from simulate.state import NEIGHBOURS, WALL_NEIGHBOURS, State
+from simulate.viscosity import kinematic_viscosity, viscous_weight
+from simulate.walls import place_walls
+
+SAMPLE_EVERY = 50
+"""Frames between two samples of the density error."""
+PARTICLES_AT_MOST = 2_000_000
+"""Lists of all of them, where none freezes, take 6 GB."""
+ACROSS_AT_LEAST = 2
+"""Particles abreast in a crack of mean width."""
+ROUNDING = 1e-9
+"""A whole number of frames must not become one more."""
+CM2_IN_M2 = 1e4
+FAULTS = {
+    int(kernels.NEIGHBOURS_FULL): f"A particle has more than {NEIGHBOURS} neighbours: the fluid collapsed.",
+    int(kernels.WALLS_FULL): f"A particle has more than {WALL_NEIGHBOURS} wall particles around it.",
+    int(kernels.NOT_FINITE): "A position, speed or density is no number any more.",
+    int(kernels.TOO_FAST): f"A particle is faster than {FASTEST_CM_S / 100:g} m/s.",
+    int(kernels.TOO_DENSE): f"A particle's density is over {DENSEST:g} times the rest density.",
+}
+
+
+def inject(
+    solid: Solid,
+    outline: Outline,
+    trajectory: Trajectory,
+    fluid: Fluid,
+    solver: Solver,
+    nozzle: Nozzle,
+    *,
+    seed: int,
+    device: str,
+    progress: Progress,
+) -> Run:
+    """Follow the trajectory, then let the sealant settle for ``solver.settle_s``.
+
+    Bit for bit the same on one CPU for the same input and seed. Raises InputError where the settings do not fit the
+    crack, NumericalError where the numbers stop meaning anything.
+    """
+    check_fit(outline, solid, fluid, solver, nozzle)
+    began = time.perf_counter()
+    progress.note(f"simulate on {describe_device(device)}")
+    schedule = plan_releases(trajectory, solver.radius_mm, nozzle.diameter_mm, seed)
+    if schedule.particles > PARTICLES_AT_MOST:
+        raise InputError(
+            f"solver.radius_mm is {solver.radius_mm:g}: this volume needs {schedule.particles} particles, "
+            f"{PARTICLES_AT_MOST} are allowed. Take a larger radius."
+        )
+    windows = _windows(schedule, fluid, solver)
+    barrier = build_barrier(solid, outline, solver.radius_mm, device)
+    walls = place_walls(solid, outline, barrier, solver.radius_mm)
+    substeps = substeps_for(solver, schedule.frame_s)
+    support = 4 * solver.radius_mm * CM
+    weight = fluid.U
+    if fluid.viscosity_pa_s is not None:
+        weight = viscous_weight(fluid.viscosity_pa_s / fluid.density_kg_m3 * CM2_IN_M2, support, schedule.frame_s)
+    state = State(schedule, int((windows.end - windows.first).max()), device)
+    engine = FluidSolver(
+        state,
+        walls,
+        barrier,
+        _domain(solid, outline, trajectory, support),
+        solver,
+        step_s=schedule.frame_s / substeps,
+        weights=(weight / substeps, fluid.D_cm / substeps),
+    )
+    ready = time.perf_counter()
+    health = _advance(engine, windows, substeps, schedule.frame_s, progress)
+    fate = state.fate.numpy()
+    position_mm = state.position.numpy().astype(float) / CM
+    fate[(fate == int(kernels.IN_PLAY)) & (barrier.exact_mm(position_mm) < 0)] = int(kernels.ESCAPED)
+    velocity_mm_s = state.velocity.numpy().astype(float) / CM
+    velocity_mm_s[: windows.first[-1]] = 0.0
+    escaped = int((fate == int(kernels.ESCAPED)).sum())
+    if escaped:
+        progress.note(f"FAULT: {escaped} particles went through a wall. Do not use this run; please report it.")
+    return Run(
+        position_mm=position_mm,
+        velocity_mm_s=velocity_mm_s,
+        age_s=(len(windows.end) - schedule.frame_of) * schedule.frame_s,
+        spilled=fate == int(kernels.SPILLED),
+        radius_mm=solver.radius_mm,
+        particle_volume_mm3=schedule.dispensed_mm3 / schedule.particles,
+        escaped_particles=escaped,
+        device=describe_device(device),
+        settings={
+            "fluid": fluid.model_dump(),
+            "solver": solver.model_dump() | solver.scheme._asdict() | {"substeps": substeps},
+            "nozzle": nozzle.model_dump(),
+            "seed": seed,
+        },
+        health=health
+        | {
+            "frames": len(windows.end),
+            "frame_s": schedule.frame_s,
+            "substeps": substeps,
+            "particles_a_release": schedule.release,
+            "wall_particles": len(walls.point),
+            "particles_across": outline.mean_width_mm / (2 * solver.radius_mm),
+            "viscosity_m2_s": kinematic_viscosity(weight, support, schedule.frame_s) / CM2_IN_M2,
+            "U": weight,
+            "setup_s": ready - began,
+            "frames_s": time.perf_counter() - ready,
+        },
+    )
+
+
+def check_fit(outline: Outline, solid: Solid, fluid: Fluid, solver: Solver, nozzle: Nozzle) -> None:
+    """Raises InputError where settings that are fine alone are impossible in this crack."""
+    x_min, y_min, x_max, y_max = solid.block_mm
+    side_mm = min(x_max - x_min, y_max - y_min)
+    if nozzle.diameter_mm > side_mm:
+        raise InputError(
+            f"nozzle.diameter_mm is {nozzle.diameter_mm:g}: wider than the face, whose shorter side is {side_mm:g} mm. "
+            f"Allowed is at most {side_mm:g}."
+        )
+    widest_mm = outline.mean_width_mm / ACROSS_AT_LEAST / 2
+    if solver.radius_mm > widest_mm:
+        raise InputError(
+            f"solver.radius_mm is {solver.radius_mm:g}: fewer than {ACROSS_AT_LEAST} particles fit abreast in a crack "
+            f"of mean width {outline.mean_width_mm:.2f} mm, and fluid one particle wide bridges the walls instead of "
+            f"flowing. Allowed is at most {widest_mm:.3f}; {outline.mean_width_mm / 8:.3f} is four abreast, as in the "
+            "paper."
+        )
+    if solver.radius_mm > nozzle.diameter_mm / 2:
+        raise InputError(
+            f"solver.radius_mm is {solver.radius_mm:g}: a particle is wider than the nozzle it leaves. Allowed is at "
+            f"most {nozzle.diameter_mm / 2:g}, half of nozzle.diameter_mm."
+        )
+    fall_s = math.sqrt(2 * solid.depth_mm / 9810)
+    if fluid.freeze_after_s != "never" and fluid.freeze_after_s < fall_s:
+        raise InputError(
+            f"fluid.freeze_after_s is {fluid.freeze_after_s:g}: sealant falls {solid.depth_mm:g} mm to the floor in "
+            f'{fall_s:.3f} s and would freeze in the air. Allowed is at least {fall_s:.3f}, or "never".'
+        )
+
+
+class _Windows(NamedTuple):
+    """Which particles move in each frame: from ``first`` up to, not including, ``end``; both (frames,)."""
+
+    first: Integers
+    end: Integers
+
+
+def _windows(schedule: Schedule, fluid: Fluid, solver: Solver) -> _Windows:
+    """Particles leave the nozzle in order, and freeze by age in the same order."""
+    settling = np.full(math.ceil(solver.settle_s / schedule.frame_s - ROUNDING), schedule.particles)
+    end = np.concatenate([schedule.released, settling])
+    first = np.zeros_like(end)
+    if fluid.freeze_after_s != "never":
+        old = math.ceil(fluid.freeze_after_s / schedule.frame_s - ROUNDING)
+        first[old:] = end[: max(len(end) - old, 0)]
+    return _Windows(first, end)
+
+
+def _domain(solid: Solid, outline: Outline, trajectory: Trajectory, support: float) -> Domain:
+    """Box of the neighbour search: the crack, the face around it, and up to the nozzle."""
+    low = outline.outline_mm.min(axis=0) - MARGIN_MM
+    high = outline.outline_mm.max(axis=0) + MARGIN_MM
+    return Domain(
+        np.append(low, -solid.depth_mm) * CM - support,
+        np.append(high, max(trajectory.position_mm[:, 2].max(), 0.0)) * CM + support,
+    )
+
+
+def _advance(
+    engine: FluidSolver, windows: _Windows, substeps: int, frame_s: float, progress: Progress
+) -> dict[str, Any]:
+    """All frames; what was seen on the way. Raises NumericalError, naming frame, time, particle and place."""
+    state = engine.state
+    frames = len(windows.end)
+    solves, moving, samples = [], [], []
+    most_neighbours = 0
+    progress.start("simulate", frames)
+    for frame, (first, end) in enumerate(zip(*windows, strict=True)):
+        state.first, state.end = int(first), int(end)
+        if state.moving == 0:
+            continue
+        try:
+            solves += [engine.step() for _ in range(substeps)]
+        except NumericalError as fault:
+            raise NumericalError(f"{fault} Frame {frame}, t = {frame * frame_s:.3f} s.") from fault
+        _raise_fault(engine, frame, frame * frame_s)
+        moving.append(state.moving)
+        if frame % SAMPLE_EVERY == 0 or frame == frames - 1:
+            samples.append(state.density.numpy()[first:end] - 1.0)
+            most_neighbours = max(most_neighbours, int(state.neighbour_count.numpy()[: state.moving].max()))
+        progress.advance(frame + 1, f"{end} particles, {state.moving} moving")
+    error = np.maximum(np.concatenate(samples), 0.0)
+    return {
+        "density_error_mean": error.mean(),
+        "density_error_p95": np.quantile(error, 0.95),
+        "density_error_max": error.max(),
+        "most_neighbours": most_neighbours,
+        "moving_mean": np.mean(moving),
+        "moving_most": max(moving),
+        "viscosity_iterations_mean": np.mean(solves),
+        "viscosity_iterations_most": max(solves),
+    }
+
+
+def _raise_fault(engine: FluidSolver, frame: int, t_s: float) -> None:
+    state = engine.state
+    for kind, particle in enumerate(engine.inspect()):
+        if particle < len(state.position):
+            x, y, z = state.position.numpy()[particle] / CM
+            raise NumericalError(
+                f"{FAULTS[kind]} Frame {frame}, t = {t_s:.3f} s, particle {particle} at "
+                f"({x:.2f}, {y:.2f}, {z:.2f}) mm. Try more substeps, or a smaller radius."
+            )

@@ -1,0 +1,112 @@
+"""Choices made before a run: the tables [fluid], [solver] and [nozzle] of a trial file."""
+
+import math
+from typing import Literal, NamedTuple, Self
+
+from pydantic import Field, model_validator
+
+from sealtwin.settings import Settings
+
+
+class Fluid(Settings):
+    """The sealant: the paper's U and D, or a viscosity in physical units; never both."""
+
+    U: float | None = Field(default=None, ge=0, le=1e6)
+    """Weight of the fluid's own viscosity in Eq. 5; no unit where lengths are in cm, as in the paper. A frame of
+    7.23 ms at a radius of 0.4 mm turns U = 1 into 1.07e-6 m2/s, about water.
+    """
+    D_cm: float = Field(default=0.3, ge=0, le=1e3)
+    """Weight of the walls' drag in Eq. 5. The paper's choice, since nothing that a user can measure gives it."""
+    viscosity_pa_s: float | None = Field(default=None, ge=0, le=1e4)
+    """Dynamic viscosity in place of U, which follows from the radius and the frame."""
+    density_kg_m3: float = Field(default=1690.0, gt=0, le=2e4)
+    """Cement paste of water-cement ratio 0.67, from 3150 and 1000 kg/m3 of its parts. It turns viscosity_pa_s into
+    U and changes nothing else.
+    """
+    freeze_after_s: float | Literal["never"]
+    """Age at which a particle is fixed where it lies. It is the paste's stiffening and makes the slope of the bed:
+    2.58 s is the paper's limit of 2,500 moving particles.
+    """
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if (self.U is None) == (self.viscosity_pa_s is None):
+            raise ValueError("give either U (with D_cm) or viscosity_pa_s, one of the two and not both")
+        if self.freeze_after_s != "never" and self.freeze_after_s <= 0:
+            raise ValueError(f'freeze_after_s is {self.freeze_after_s}: above 0, or "never"')
+        return self
+
+
+class Scheme(NamedTuple):
+    """The constants that the two presets choose; effective values, nothing left open."""
+
+    iterations: int
+    """Pressure iterations a substep."""
+    volume_factor: float
+    """Volume of a particle in the density sum, over 4 sqrt(2) f^3 R^3 of Eq. 6."""
+    wall: Literal["calibrated", "source"]
+    """Strength of wall particles: completing the missing half of the kernel, or 1 / W(0)."""
+    frozen_answer: float
+    """Multiplier that a frozen neighbour answers with, over the particle's own."""
+
+
+PACKING = 0.97
+"""f of Eq. 6, the paper's: the effective radius of a particle over its radius."""
+
+
+def particle_volume(radius: float) -> float:
+    """What a particle brings, by Eq. 6: 4 sqrt(2) f^3 R^3, in the cube of the radius' unit."""
+    return 4 * math.sqrt(2) * (PACKING * radius) ** 3
+
+
+SPHERE = 4 / 3 * math.pi / particle_volume(1.0)
+"""Volume of a sphere of radius R over that of Eq. 6: the mass in the solver that the paper built on. 0.811."""
+
+PRESETS = {
+    "accurate": Scheme(iterations=4, volume_factor=1.0, wall="calibrated", frozen_answer=1.0),
+    "paper": Scheme(iterations=4, volume_factor=SPHERE, wall="source", frozen_answer=0.0),
+}
+
+
+class Solver(Settings):
+    """How hard each frame works. Equations: Macklin & Müller 2013 (PBF), and the paper's Eqs 1 to 6."""
+
+    preset: Literal["accurate", "paper"] = "accurate"
+    """accurate keeps the dispensed volume; paper takes the constants of the solver that the paper built on, which
+    lose about a fifth of it. Lean walls fit the paper's bed with the second, flared walls with the first.
+    """
+    radius_mm: float = Field(default=0.4, gt=0, le=10)
+    """Of a particle: four abreast in a crack of 3.1 mm, as in the paper."""
+    substeps: int | None = Field(default=None, ge=1, le=1000)
+    """A frame's parts. Left out, as many as keep a particle's fall in one of them under 0.03 h: 4 in the paper's
+    trial. Compression falls with their square.
+    """
+    iterations: int | None = Field(default=None, ge=1, le=1000)
+    """Pressure iterations a substep; left out, the preset's."""
+    volume_factor: float | None = Field(default=None, ge=0.5, le=2)
+    """Volume of a particle in the density sum over that of Eq. 6; left out, the preset's."""
+    relaxation: float = Field(default=1.5, ge=0)
+    """epsilon h^2 of Eq. 1: 60 per cm2 at h = 1.6 mm, as in the paper, and the same at any scale."""
+    damping_per_s: float = Field(default=0.2, ge=0)
+    """eta of Eq. 4, as a rate: divided by a particle's mass of 0.3 mg it would be unstable."""
+    viscosity_solve: Literal["implicit", "explicit"] = "implicit"
+    """implicit: one linear solve a substep, whatever U. explicit: Eq. 5 in q passes as the paper has it; the
+    reference, slow for U above 1000 or D above 1.
+    """
+    settle_s: float = Field(default=0.0, ge=0, le=3600)
+    """Time between the last release and the profile. None in the paper."""
+
+    @property
+    def scheme(self) -> Scheme:
+        """The preset's constants with what the user set in their place."""
+        preset = PRESETS[self.preset]
+        return preset._replace(
+            iterations=self.iterations or preset.iterations, volume_factor=self.volume_factor or preset.volume_factor
+        )
+
+
+class Nozzle(Settings):
+    """The outlet. Its path, height and flow are the trajectory's."""
+
+    diameter_mm: float = Field(default=2.4, gt=0, le=100)
+    """The paper's. A release is as many particles as pack its disc, seven at a radius of 0.4 mm."""
