@@ -1,0 +1,128 @@
+"""Caliper sheets: what is read, and what is refused by file, line, column, value and remedy."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sealtwin.errors import InputError
+from validate import caliper
+from validate.caliper import read_readings
+from validate.settings import Readings
+
+SETTINGS = Readings(file=Path("caliper.csv"), data="measured", role="held-out")
+GOOD = """s_mm,level_1_mm,level_2_mm,level_3_mm
+0,-16.1,-15.9,-16.0
+5,-13.0,-13.2,
+10,-10.0,-9.8,-10.2
+"""
+
+
+@pytest.fixture
+def sheet(tmp_path):
+    def write(content: str | bytes) -> Path:
+        path = tmp_path / "caliper.csv"
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+        return path
+
+    return write
+
+
+def read(path: Path):
+    return read_readings(path, SETTINGS, length_mm=80.0, depth_mm=16.0)
+
+
+def test_levels_are_means_of_the_readings_that_are_there(sheet):
+    profile = read(sheet(GOOD))
+    assert profile.s_mm.tolist() == [0, 5, 10]
+    assert profile.level_mm == pytest.approx([-16.0, -13.1, -10.0])
+    assert profile.repeats_mm is not None
+    assert np.isnan(profile.repeats_mm[1, 2])
+    assert (profile.data, profile.source) == ("measured", "caliper.csv")
+
+
+def test_depth_counts_downward(sheet):
+    deep = sheet("s_mm,depth_1_mm,depth_2_mm\n0,16,15\n5,4,4.5\n10,-1,-1\n")
+    assert read(deep).level_mm == pytest.approx([-15.5, -4.25, 1.0])
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        "\ufeff" + GOOD,
+        GOOD.replace("\n", "\r\n"),
+        GOOD.replace(",", " , "),
+        "\n" + GOOD + "\n,,,\n",
+        GOOD.replace("-16.1", '"-16.1"'),
+        GOOD + "15,,,\n",
+    ],
+    ids=["byte order mark", "CRLF", "blanks", "empty lines", "quotes", "station without reading"],
+)
+def test_what_spreadsheets_add_changes_nothing(sheet, content):
+    profile = read(sheet(content))
+    assert profile.s_mm.tolist() == [0, 5, 10]
+    assert profile.level_mm == pytest.approx([-16.0, -13.1, -10.0])
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ("", ["no rows"]),
+        ("s_mm,level_1_mm\n", ["no rows", "s_mm,level_1_mm"]),
+        ("x,level_1_mm\n0,1\n", ["line 1", "no column s_mm", "expected"]),
+        ("s_mm\n0\n", ["line 1", "no column of readings"]),
+        ("s_mm;level_1_mm\n0;1\n", ["line 1", "separated by commas"]),
+        ("level_1_mm,s_mm\n0,1\n", ["line 1", "place 2", "first"]),
+        ("s_mm,height\n0,1\n", ["line 1", "'height'", "sign and unit"]),
+        ("s_mm,level_1_cm\n0,1\n", ["'level_1_cm'"]),
+        ("s_mm,level_1_mm,depth_2_mm\n0,1,1\n", ["level and depth"]),
+        ("s_mm,level_1_mm,level_1_mm\n0,1,1\n", ["stands twice"]),
+        (GOOD.replace("-9.8", "about 10"), ["line 4", "column level_2_mm", "'about 10'", "blank"]),
+        (GOOD.replace("-9.8", "nan"), ["line 4", "column level_2_mm", "'nan'"]),
+        (GOOD.replace("-9.8", "inf"), ["line 4", "'inf'"]),
+        (GOOD.replace("5,-13.0", ",-13.0"), ["line 3", "column s_mm", "''"]),
+        (GOOD.replace("10,-10.0", "4,-10.0"), ["line 4", "4 mm after 5 mm", "Sort"]),
+        (GOOD.replace("10,-10.0", "5,-10.0"), ["line 4", "5 mm stands twice", "columns"]),
+        (GOOD.replace("10,-10.0", "100,-10.0"), ["line 4", "outside the crack", "80.0 mm"]),
+        (GOOD.replace("0,-16.1", "-5,-16.1"), ["line 2", "outside the crack"]),
+        (GOOD.replace("-9.8", "9.8"), ["line 4", "column level_2_mm", "9.8", "possible", "upward"]),
+        (GOOD.replace("-9.8", "-98"), ["line 4", "-98"]),
+        (GOOD.replace(",-10.2", ""), ["line 4", "3 fields under 4 columns"]),
+        (GOOD.replace("-10.2", "-10,2"), ["line 4", "5 fields under 4 columns", "point"]),
+        ("s_mm,level_1_mm\n0,1\n", ["1 stations"]),
+        (b"s_mm,level_1_mm\n0,\xff\xfe\n", ["UTF-8"]),
+        (b"s_mm,level_1_mm\n0,1\n\x00\x00,1\n", ["line 3", "column s_mm"]),
+        ('s_mm,level_1_mm\n0,"1\n5,2\n', ["no CSV"]),
+    ],
+)
+def test_every_fault_is_named_with_its_remedy(sheet, content, words):
+    path = sheet(content)
+    with pytest.raises(InputError) as fault:
+        read(path)
+    assert str(fault.value).startswith(str(path))
+    for word in words:
+        assert word in str(fault.value)
+
+
+def test_a_depth_sheet_under_a_level_header_is_noticed(sheet):
+    with pytest.raises(InputError, match="Level counts upward, depth downward"):
+        read(sheet("s_mm,level_1_mm\n0,16\n5,12\n"))
+
+
+def test_sheets_without_bound_are_refused(sheet):
+    with pytest.raises(InputError, match="larger than"):
+        read(sheet("s_mm,level_1_mm\n" + "0,1\n" * 300_000))
+    rows = "".join(f"{i / 1000},-1\n" for i in range(caliper.MOST_ROWS + 1))
+    with pytest.raises(InputError, match="at most 10000 are read"):
+        read(sheet("s_mm,level_1_mm\n" + rows))
+    names = ",".join(f"level_{i}_mm" for i in range(40))
+    with pytest.raises(InputError, match="40 repeats"):
+        read(sheet(f"s_mm,{names}\n" + "0" + ",1" * 40 + "\n"))
+    with pytest.raises(InputError, match="no CSV"):
+        read(sheet("s_mm,level_1_mm\n0," + "1" * 200_000 + "\n"))
+
+
+@pytest.mark.parametrize("name", ["absent.csv", "."])
+def test_a_sheet_that_is_not_there_is_named(tmp_path, name):
+    with pytest.raises(InputError, match="cannot be opened"):
+        read(tmp_path / name)
