@@ -37,7 +37,7 @@ def _trial(tmp_path, *changes):
         ('volume_ml = "cavity"', "volume_ml = -1.0", ["volume_ml", "-1"]),
         ("U = 30.0 ", "U = -30.0 ", ["fluid.U = -30.0", "0"]),
         ("U = 30.0 ", "viscosity_pa_s = 0.05\nU = 30.0 ", ["fluid", "viscosity_pa_s", "U"]),
-        ("freeze_after_s = 2.58", "freeze_after_s = 0.0", ["fluid.freeze_after_s", "0"]),
+        ("freeze_after_s = 2.58", "freeze_after_s = 0.0", ["fluid: freeze_after_s is 0.0", "never"]),
         ('preset = "accurate"', 'preset = "exact"', ["solver.preset = 'exact'", "paper"]),
         ("mm_per_px = 0.1 ", "# mm_per_px = 0.1 ", ["photo", "no scale"]),
         ("mm_per_px = 0.1 ", "mm_per_px = 0.1\nface_mm = [160.0, 40.0] #", ["one scale, not two"]),
