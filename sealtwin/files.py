@@ -5,6 +5,7 @@ import hashlib
 import io
 import json
 import os
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,10 +14,11 @@ from typing import Any
 import numpy as np
 
 from sealtwin.errors import InputError
-from sealtwin.records import Comparison, Floats, Outline, Profile, Run, Solid, Trajectory
+from sealtwin.records import Comparison, FaceLabel, Floats, Outline, Profile, Run, Solid, Trajectory
 
 TRAJECTORY_COLUMNS = ("t_s", "x_mm", "y_mm", "z_mm", "s_mm", "speed_mm_s", "flow_mm3_s")
 PARTICLE_COLUMNS = ("x_mm", "y_mm", "z_mm", "vx_mm_s", "vy_mm_s", "vz_mm_s", "age_s", "spilled")
+NUMBERS = re.compile(r"\[\s+[-+\d.eE]+(?:,\s+[-+\d.eE]+)*\s+\]")
 POLYLINES = ("centreline", "left_wall", "right_wall", "outline")
 
 
@@ -52,8 +54,12 @@ def write_json(path: Path, content: Any) -> None:
 
 
 def as_json(content: Any) -> str:
-    """JSON that any reader accepts: NaN and infinity, which JSON does not have, become null."""
-    return json.dumps(_plain(content), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+    """JSON that any reader accepts: NaN and infinity, which JSON does not have, become null.
+
+    Indented for people, but a list of numbers stays on its line.
+    """
+    text = json.dumps(_plain(content), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+    return NUMBERS.sub(lambda found: " ".join(found.group().split()).replace("[ ", "[").replace(" ]", "]"), text)
 
 
 def read_json(path: Path) -> Any:
@@ -154,7 +160,9 @@ def write_solid(folder: Path, solid: Solid) -> None:
             "block_mm": solid.block_mm,
             "cavity_volume_mm3": solid.cavity_volume_mm3,
             **solid.report,
-            "face_label": solid.face_label,
+            # A digit for each triangle of crack.ply, in its order.
+            "face_label": "".join(str(label) for label in solid.face_label),
+            "face_label_meaning": {str(label.value): label.name.lower() for label in FaceLabel},
         },
     )
 
@@ -168,13 +176,14 @@ def read_solid(folder: Path) -> Solid:
     if not path.is_file():
         raise InputError(f"{path}: not found. Run 'sealtwin digitise' for this trial.")
     mesh = trimesh.load_mesh(path, process=False)
-    own = {"units", "tilt", "wall_angle_deg", "depth_mm", "block_mm", "cavity_volume_mm3", "face_label"}
+    own = {"units", "tilt", "wall_angle_deg", "depth_mm", "block_mm", "cavity_volume_mm3"}
+    own |= {"face_label", "face_label_meaning"}
     if len(content["face_label"]) != len(mesh.faces):
         raise InputError(f"{path}: {len(mesh.faces)} faces, solid.json labels {len(content['face_label'])}.")
     return Solid(
         vertices_mm=np.array(mesh.vertices, dtype=float),
         faces=np.array(mesh.faces, dtype=np.int64),
-        face_label=np.array(content["face_label"], dtype=np.int64),
+        face_label=np.array([int(digit) for digit in content["face_label"]], dtype=np.int64),
         block_mm=tuple(content["block_mm"]),
         depth_mm=content["depth_mm"],
         tilt=content["tilt"],
