@@ -1,6 +1,7 @@
 """The signed distance to the solid: exact from its mesh, and from a grid that is fast enough to ask in every step."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import warp as wp
@@ -12,7 +13,7 @@ from simulate import kernels_distance as device_code
 CM = 0.1
 """In a millimetre: kernels work in centimetres."""
 CLEARANCE = 0.86
-"""Of a particle's centre from a wall over its radius: where fluid pressed on calibrated wall particles comes to rest."""
+"""Of a particle's centre from a wall over its radius: where fluid pressed on calibrated walls comes to rest."""
 MARGIN_MM = 12.0
 """Face around the crack's mouth that the grid covers; beyond it sealant rests on the plane z = 0."""
 BLOCKS_AT_MOST = 4_000_000
@@ -23,8 +24,8 @@ BLOCKS_AT_MOST = 4_000_000
 class Barrier:
     """What no particle may enter."""
 
-    grid: device_code.Distance
-    """For kernels. Spacing R/2; a wall thinner than that is not resolved by it."""
+    grid: Any
+    """A kernels_distance.Distance. Spacing R/2; a wall thinner than that is not resolved by it."""
     mesh: wp.Mesh
     clearance: float
     """cm, that a particle's centre keeps from walls."""

@@ -280,7 +280,7 @@ def inspect(
     fate: wp.array[int],  # in, out
     fault: wp.array[int],  # out
 ):
-    """Find what went wrong, by the lowest number of a particle, and mark what left: over the edge, or through a wall."""
+    """Report what went wrong, by the first particle; mark what left, over the edge or through a wall."""
     i = first + wp.tid()
     if fate[i] != IN_PLAY:
         return

@@ -40,7 +40,7 @@ def weigh_pairs(
     i = first + row
     x = position[i]
     own = mass / density[i]
-    total = 0.0
+    total = float(0.0)
     for slot in range(neighbour_count[row]):
         j = neighbour[row, slot]
         weight = fluid_weight * own * mass / density[j] * gauss(wp.length(x - position[j]), support)

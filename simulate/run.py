@@ -68,9 +68,7 @@ def inject(
     walls = place_walls(solid, outline, barrier, solver.radius_mm)
     substeps = substeps_for(solver, schedule.frame_s)
     support = 4 * solver.radius_mm * CM
-    weight = fluid.U
-    if fluid.viscosity_pa_s is not None:
-        weight = viscous_weight(fluid.viscosity_pa_s / fluid.density_kg_m3 * CM2_IN_M2, support, schedule.frame_s)
+    weight = _effective_u(fluid, support, schedule.frame_s)
     state = State(schedule, int((windows.end - windows.first).max()), device)
     engine = FluidSolver(
         state,
@@ -94,7 +92,7 @@ def inject(
     return Run(
         position_mm=position_mm,
         velocity_mm_s=velocity_mm_s,
-        age_s=(len(windows.end) - schedule.frame_of) * schedule.frame_s,
+        age_s=(len(windows.end) - schedule.frame_of).astype(float) * schedule.frame_s,
         spilled=fate == int(kernels.SPILLED),
         radius_mm=solver.radius_mm,
         particle_volume_mm3=schedule.dispensed_mm3 / schedule.particles,
@@ -150,6 +148,12 @@ def check_fit(outline: Outline, solid: Solid, fluid: Fluid, solver: Solver, nozz
             f"fluid.freeze_after_s is {fluid.freeze_after_s:g}: sealant falls {solid.depth_mm:g} mm to the floor in "
             f'{fall_s:.3f} s and would freeze in the air. Allowed is at least {fall_s:.3f}, or "never".'
         )
+
+
+def _effective_u(fluid: Fluid, support: float, frame_s: float) -> float:
+    if fluid.viscosity_pa_s is None:
+        return fluid.U or 0.0
+    return viscous_weight(fluid.viscosity_pa_s / fluid.density_kg_m3 * CM2_IN_M2, support, frame_s)
 
 
 class _Windows(NamedTuple):

@@ -1,7 +1,7 @@
 """One substep in the order of the paper's Algorithm 1: predict, find neighbours, project, update velocity."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import warp as wp
 
@@ -186,5 +186,5 @@ class FluidSolver:
             self._fault,
         )
 
-    def _launch(self, kernel: wp.Kernel, *inputs: object) -> None:
+    def _launch(self, kernel: Any, *inputs: object) -> None:
         wp.launch(kernel, self.state.moving, inputs=list(inputs), device=self.state.device)

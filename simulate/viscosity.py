@@ -1,6 +1,7 @@
 """The viscosity of a substep: Eq. 5 by backward Euler (one linear solve), or in q explicit passes as printed."""
 
 import math
+from typing import Any
 
 import numpy as np
 import warp as wp
@@ -136,7 +137,7 @@ class Viscosity:
             ],
         )
 
-    def _launch(self, kernel: wp.Kernel, inputs: list) -> None:
+    def _launch(self, kernel: Any, inputs: list) -> None:
         wp.launch(kernel, self._state.moving, inputs=inputs, device=self._state.device)
 
     def _dot(self, a: wp.array, b: wp.array, out: wp.array) -> None:

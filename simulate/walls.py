@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import warp as wp
 from scipy.sparse import csr_array
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from sealtwin.records import FaceLabel, Floats, Integers, Outline, Solid
 from simulate.distance import CLEARANCE, CM, MARGIN_MM, Barrier
@@ -36,7 +36,7 @@ def place_walls(solid: Solid, outline: Outline, barrier: Barrier, radius_mm: flo
     # Across a thin nose the far wall is nearer than the near one: such a point would stand out of the solid there.
     held = deep[barrier.exact_mm(deep) <= -0.9 * radius_mm] if near.any() else deep
     kept = held[_spread(held, NEAREST * spacing_mm)]
-    _, nearest = cKDTree(kept).query(deep)
+    _, nearest = KDTree(kept).query(deep)
     share = np.bincount(nearest, minlength=len(kept)) * area_mm2 / spacing_mm**2
     return Walls(
         wp.array(kept * CM, dtype=wp.vec3, device=barrier.device),
@@ -91,7 +91,7 @@ def _sample_surface(solid: Solid, per_mm2: float, rng: np.random.Generator) -> t
 def _near_crack(points_mm: Floats, outline: Outline) -> np.ndarray:
     """Within the margin of the crack, seen from above, (n,) bool."""
     rows = np.concatenate([outline.left_wall_mm, outline.centreline_mm, outline.right_wall_mm])
-    away, _ = cKDTree(rows).query(points_mm[:, :2])
+    away, _ = KDTree(rows).query(points_mm[:, :2])
     return away <= MARGIN_MM
 
 
@@ -99,7 +99,7 @@ def _spread(points: Floats, apart: float) -> Integers:
     """The greedy choice, first come first served, of points no two of which are nearer than ``apart``."""
     count = len(points)
     rank = np.random.default_rng(1).permutation(count)
-    pairs = np.sort(rank[cKDTree(points).query_pairs(apart, output_type="ndarray")], axis=1)
+    pairs = np.sort(rank[KDTree(points).query_pairs(apart, output_type="ndarray")], axis=1)
     earlier = csr_array((np.ones(len(pairs), dtype=np.int32), (pairs[:, 1], pairs[:, 0])), shape=(count, count))
     undecided = np.ones(count, dtype=np.int32)
     kept = np.zeros(count, dtype=np.int32)
