@@ -18,7 +18,7 @@ from digitise.polyline import (
     signed_area,
     smoothed,
     tangents,
-    without_folds,
+    without_loops,
     without_repeats,
 )
 from digitise.strip import BLUR_PX, Strip, Walls, find_walls, straighten
@@ -91,13 +91,13 @@ def _trace(
     width_mm = path.width_px * photo.mm_per_px
     inner_mm = smoothed(resampled(photo.to_mm(path.points_px), spacing_mm), 0.75 * width_mm / spacing_mm)
     strip = straighten(photo, blurred, mask, inner_mm, REACH * width_mm)
-    walls = find_walls(strip, np.full(len(inner_mm), width_mm), spacing_mm)
+    walls = find_walls(strip, width_mm, spacing_mm)
     ends = _judge_ends(photo, path, blurred, mask, walls)
     line_mm = _prolonged(photo, inner_mm, ends, width_mm, spacing_mm)
     traced = None
     for _ in range(PASSES):
         strip = straighten(photo, blurred, mask, line_mm, REACH * width_mm)
-        walls = find_walls(strip, np.full(len(line_mm), width_mm), spacing_mm)
+        walls = find_walls(strip, width_mm, spacing_mm)
         traced = _Traced(strip, walls)
         width_mm = float(np.median((walls.left_mm + walls.right_mm)[walls.left_seen & walls.right_seen]))
         line_mm = smoothed(resampled(traced.middle_mm, spacing_mm), CENTRE_SMOOTHING * width_mm / spacing_mm)
@@ -194,11 +194,9 @@ def _assemble(
 ) -> Outline:
     line_mm = traced.strip.line_mm
     s_mm = arc_length(line_mm)
-    along = tangents(line_mm)
     spacing_mm = STATION_PX * photo.mm_per_px
     sigma = WALL_SMOOTHING_PX / STATION_PX
-    left_mm = without_folds(smoothed(traced.left_mm, sigma), along)
-    right_mm = without_folds(smoothed(traced.right_mm, sigma), along)
+    left_mm, right_mm = (without_loops(smoothed(wall, sigma)) for wall in (traced.left_mm, traced.right_mm))
     count = max(2, 1 + round((last_s - first_s) / spacing_mm))
     stations = np.linspace(first_s, last_s, count)
     centreline_mm, left_at, right_at = (

@@ -19,7 +19,16 @@ def at_arc_length(values: Floats, s: Floats, stations: Floats) -> Floats:
 
 
 def smoothed(values: Floats, sigma: float) -> Floats:
-    """Gaussian along the first axis, sigma in samples. The ends stay where they are: odd reflection."""
+    """Gaussian along the first axis, sigma in samples, then once more what the first one took away.
+
+    A single Gaussian cuts every corner and shortens a wandering line; twicing (Tukey) leaves far more of it. The ends
+    stay where they are: odd reflection.
+    """
+    once = _blurred(values, sigma)
+    return once + _blurred(values - once, sigma)
+
+
+def _blurred(values: Floats, sigma: float) -> Floats:
     if len(values) < 3 or sigma <= 0:
         return values
     pad = min(len(values) - 1, int(4 * sigma) + 1)
@@ -50,18 +59,53 @@ def extended(points: Floats, length: float, over: float, spacing: float) -> Floa
     return np.concatenate([before, points, after])
 
 
-def without_folds(wall: Floats, along: Floats) -> Floats:
-    """A wall that never steps backwards: stretches that do are bridged by a straight line.
+def without_loops(points: Floats) -> Floats:
+    """A polyline whose loops are pulled tight: their points move to where it crosses itself, and their number stays.
 
-    ``along`` are the unit tangents of the centreline at the same stations.
+    A line offset by more than its radius of curvature makes such loops.
     """
-    kept = [0]
-    for station in range(1, len(wall)):
-        while len(kept) > 1 and (wall[station] - wall[kept[-1]]) @ along[station] <= 0:
-            kept.pop()
-        kept.append(station)
-    stations = np.arange(len(wall))
-    return at_arc_length(wall[kept], stations[kept].astype(float), stations.astype(float))
+    tight = points.copy()
+    for first, second in crossings(points):
+        here, there = tight[first : first + 2], tight[second : second + 2]
+        tight[first + 1 : second + 1] = _meeting(here, there)
+    return tight
+
+
+def crossings(points: Floats, closed: bool = False) -> list[tuple[int, int]]:
+    """Pairs of segments, by their first points, that cross; of loops within loops the outermost only.
+
+    Neighbours, which share a point, do not count.
+    """
+    start = points if closed else points[:-1]
+    end = np.roll(points, -1, axis=0) if closed else points[1:]
+    low, high = np.minimum(start, end), np.maximum(start, end)
+    found, beyond = [], -1
+    for first in range(len(start) - 2):
+        if first <= beyond:
+            continue
+        later = np.arange(first + 2, len(start) - (1 if closed and first == 0 else 0))
+        near = later[np.all((low[later] <= high[first]) & (high[later] >= low[first]), axis=1)]
+        crossed = [int(second) for second in near if _cross(start[first], end[first], start[second], end[second])]
+        if crossed:
+            beyond = crossed[-1]
+            found.append((first, beyond))
+    return found
+
+
+def _cross(a: Floats, b: Floats, c: Floats, d: Floats) -> bool:
+    """Whether two segments properly cross."""
+
+    def side(p: Floats, q: Floats, r: Floats) -> float:
+        return float((q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]))
+
+    return side(a, b, c) * side(a, b, d) < 0 and side(c, d, a) * side(c, d, b) < 0
+
+
+def _meeting(first: Floats, second: Floats) -> Floats:
+    """Where the lines through two segments cross."""
+    u, v = first[1] - first[0], second[1] - second[0]
+    along = np.linalg.solve(np.column_stack([u, -v]), second[0] - first[0])[0]
+    return first[0] + along * u
 
 
 def clipped_to_box(ring: Floats, box: tuple[float, float, float, float]) -> Floats:

@@ -68,41 +68,61 @@ def straighten(
     return Strip(line_mm, normal, offset_mm, light.astype(float), valid)
 
 
-def find_walls(strip: Strip, width_mm: Floats, spacing_mm: float) -> Walls:
+def find_walls(strip: Strip, width_mm: float, spacing_mm: float) -> Walls:
     """Both walls at half contrast, as smooth as the picture allows.
 
-    ``width_mm`` is a first idea of the width at each station, ``spacing_mm`` the distance of stations. Where a wall is
-    not in the picture it keeps the offset that it last had.
+    ``width_mm`` is the typical width of the crack, ``spacing_mm`` the distance of stations. Where only one wall is in
+    the picture, as at an oblique open end, the other is taken to go with it at the width of the stations around.
     """
-    over = 2 * int(np.ceil(np.median(width_mm) / spacing_mm)) + 1
-    distance = np.abs(strip.offset_mm)[None]
-    dark = _level(strip, distance < 0.25 * width_mm[:, None], over)
+    over = 2 * int(np.ceil(width_mm / spacing_mm)) + 1
+    distance = np.abs(strip.offset_mm)
+    dark = _level(strip, distance < 0.25 * width_mm, over)
+    # A tip is narrower than the band and would pass mortar for its darkness.
+    dark = np.minimum(dark, np.median(dark))
     sides = []
     for sign in (1, -1):
-        beside = (
-            (sign * strip.offset_mm > 0) & (distance > 0.9 * width_mm[:, None]) & (distance < 1.5 * width_mm[:, None])
-        )
+        beside = (sign * strip.offset_mm > 0.9 * width_mm) & (distance < 1.5 * width_mm)
         bright = _level(strip, beside, over)
-        outward = np.flatnonzero(sign * strip.offset_mm >= 0)
-        outward = outward if sign > 0 else outward[::-1]
+        outward = np.flatnonzero(sign * strip.offset_mm >= 0)[::sign]
         contrast = np.maximum(bright - dark, 1e-6)[:, None]
         # -0.5 in the dark, 0.5 on mortar; 0 where nothing is known, which pulls a wall nowhere.
         excess = np.clip((strip.light[:, outward] - dark[:, None]) / contrast, 0, 1) - 0.5
         excess[~strip.valid[:, outward]] = 0
         place, seen = _follow(excess, strip.valid[:, outward])
         sides.append((place * float(strip.offset_mm[1] - strip.offset_mm[0]), seen, (dark + bright) / 2))
-    (left, left_seen, left_half), (right, right_seen, right_half) = sides
+    (left_mm, left_seen, left_half), (right_mm, right_seen, right_half) = sides
+    left_mm, right_mm = _completed(left_mm, right_mm, left_seen, right_seen, over)
     threshold = (left_half + right_half) / 2
     middle = strip.light[:, len(strip.offset_mm) // 2]
-    return Walls(left, right, left_seen, right_seen, middle < threshold, threshold)
+    return Walls(left_mm, right_mm, left_seen, right_seen, middle < threshold, threshold)
 
 
-def _level(strip: Strip, where: NDArray[np.bool_], over: int) -> Floats:
-    """Median brightness of a band at each station, steadied along the strip; gaps take their neighbours' value."""
-    values = np.where(where & strip.valid, strip.light, np.nan)
-    known = np.any(where & strip.valid, axis=1)
+def _completed(
+    left_mm: Floats, right_mm: Floats, left_seen: NDArray[np.bool_], right_seen: NDArray[np.bool_], over: int
+) -> tuple[Floats, Floats]:
+    """Where one wall alone is seen, put the other at the neighbourhood's width from it."""
+    both = left_seen & right_seen
+    if not both.any():
+        return left_mm, right_mm
+    station = np.arange(len(left_mm))
+    width_mm = median_filter((left_mm + right_mm)[both], size=over, mode="nearest")
+    width_mm = np.interp(station, station[both], width_mm)
+    return (
+        np.where(right_seen & ~left_seen, np.maximum(width_mm - right_mm, 0), left_mm),
+        np.where(left_seen & ~right_seen, np.maximum(width_mm - left_mm, 0), right_mm),
+    )
+
+
+def _level(strip: Strip, band: NDArray[np.bool_], over: int) -> Floats:
+    """Median brightness of a band of offsets at each station, steadied along the strip.
+
+    Stations that show nothing of the band take their neighbours' value.
+    """
+    shown = strip.valid[:, band]
+    known = shown.any(axis=1)
     if not known.any():
-        return np.full(len(values), np.nan)
+        return np.zeros(len(strip.light))
+    values = np.where(shown, strip.light[:, band], np.nan)
     stations = np.arange(len(values))
     level = np.interp(stations, stations[known], np.nanmedian(values[known], axis=1))
     return median_filter(level, size=over, mode="nearest")
