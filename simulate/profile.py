@@ -16,7 +16,7 @@ from scipy import ndimage
 from scipy.spatial import KDTree
 
 from sealtwin.errors import NumericalError
-from sealtwin.records import FaceLabel, Floats, Integers, Outline, Profile, Run, Solid, arc_length
+from sealtwin.records import FaceLabel, Floats, Integers, Outline, Profile, Run, Solid, arc_length_at
 
 PIXEL_MM = 0.2
 """Of the side view; never more than half a particle's radius."""
@@ -44,7 +44,7 @@ def measure_profile(run: Run, outline: Outline, solid: Solid) -> Profile:
     s_mm = np.linspace(0.0, outline.length_mm, stations)
     level_mm = np.full(stations, -solid.depth_mm)
 
-    particle_s_mm = project_to_centreline(run.position_mm[:, :2], outline.centreline_mm)
+    particle_s_mm = arc_length_at(run.position_mm[:, :2], outline.centreline_mm)
     counted = settled(run, solid.depth_mm) & over_cavity(run.position_mm, solid)
     # Sealant in the corners of an oblique open end is the crack's, but lies beside its profile.
     counted &= (particle_s_mm > -4 * run.radius_mm) & (particle_s_mm < outline.length_mm + 4 * run.radius_mm)
@@ -97,26 +97,6 @@ def settled(run: Run, depth_mm: float) -> Mask:
 def half_spacing_mm(run: Run) -> float:
     """From the topmost centres to the liquid's surface: half the side of the cube that a particle stands for."""
     return min(run.radius_mm, float(np.cbrt(run.particle_volume_mm3)) / 2)
-
-
-def project_to_centreline(point_mm: Floats, centreline_mm: Floats) -> Floats:
-    """Arc length of the nearest point of the polyline, (n,); beyond its ends the polyline runs on straight."""
-    start_mm, step_mm = centreline_mm[:-1], np.diff(centreline_mm, axis=0)
-    begins_mm = arc_length(centreline_mm)
-    nearest = np.full(len(point_mm), np.inf)
-    s_mm = np.zeros(len(point_mm))
-    last = len(step_mm) - 1
-    for index, (start, step) in enumerate(zip(start_mm, step_mm, strict=True)):
-        length_mm = np.hypot(*step)
-        if length_mm == 0:
-            continue
-        offset = point_mm - start
-        along = np.clip(offset @ step / length_mm**2, -np.inf if index == 0 else 0.0, np.inf if index == last else 1.0)
-        distance = ((offset - along[:, None] * step) ** 2).sum(axis=1)
-        closer = distance < nearest
-        nearest[closer] = distance[closer]
-        s_mm[closer] = begins_mm[index] + along[closer] * length_mm
-    return s_mm
 
 
 def over_cavity(position_mm: Floats, solid: Solid) -> Mask:

@@ -5,8 +5,8 @@ import pytest
 import trimesh
 
 from sealtwin.errors import NumericalError
-from sealtwin.records import FaceLabel, Outline, Run, Solid
-from simulate.profile import half_spacing_mm, measure_profile, project_to_centreline, volume_ratio
+from sealtwin.records import FaceLabel, Outline, Run, Solid, arc_length_at
+from simulate.profile import half_spacing_mm, measure_profile, volume_ratio
 
 LENGTH_MM, WIDTH_MM, DEPTH_MM = 40.0, 3.1, 10.0
 BIAS_MM = 0.1
@@ -108,7 +108,7 @@ def lattice(outline: Outline, level_of_s, spacing_mm: float, seed: int = 0, jitt
     phase = [*random.uniform(0, spacing_mm, 2), 0.0]
     axes = [np.arange(a + p, b, spacing_mm) for a, b, p in zip(low, high, phase, strict=True)]
     point = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    s_mm = project_to_centreline(point[:, :2], outline.centreline_mm)
+    s_mm = arc_length_at(point[:, :2], outline.centreline_mm)
     foot = np.column_stack([np.interp(s_mm, outline.s_mm, outline.centreline_mm[:, k]) for k in (0, 1)])
     inside = np.linalg.norm(point[:, :2] - foot, axis=1) <= WIDTH_MM / 2
     point = point[inside & (point[:, 2] <= level_of_s(s_mm))]
@@ -226,7 +226,7 @@ def test_the_profile_starts_where_the_nozzle_starts():
 def test_arc_length_is_that_of_the_nearest_point():
     corner = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 10.0]])
     point = np.array([[4.0, 1.0], [11.0, 5.0], [-2.0, 1.0], [9.0, 13.0], [9.0, 2.0]])
-    assert project_to_centreline(point, corner) == pytest.approx([4.0, 15.0, -2.0, 23.0, 12.0])
+    assert arc_length_at(point, corner) == pytest.approx([4.0, 15.0, -2.0, 23.0, 12.0])
 
 
 def test_stations_cover_the_crack_from_end_to_end():

@@ -41,8 +41,8 @@ def measured(data="measured", offset_mm: float = 0.0) -> Profile:
 
 
 def compared(simulated: Profile, read: Profile | None = None, **choices):
-    choices: dict[str, Any] = {"role": "held-out", "photo_data": "measured"} | choices
-    return compare(simulated, read or measured(), outline(), solid(), **choices)
+    kinds: dict[str, Any] = {"role": "held-out", "photo_data": "measured"} | choices
+    return compare(simulated, read or measured(), outline(), solid(), **kinds)
 
 
 def noisy_profile(seed: int = 1):
@@ -84,9 +84,9 @@ def test_the_traps_of_the_library_do_not_reach_us():
     assert area_by_similaritymeasures(x, y, STATIONS, PROSE) == pytest.approx(exact, rel=1e-9)
     same = np.column_stack([x, np.interp(x, STATIONS, PROSE)])
     assert similaritymeasures.area_between_two_curves(sheet, same) > 10
-    assert area_between(*same.T, STATIONS, PROSE) < 1e-12
-    crossing = np.array([[0.0, 0.0], [1.0, 1.0]]), np.array([[0.0, 1.0], [1.0, 0.0]])
-    assert similaritymeasures.area_between_two_curves(*crossing) == pytest.approx(1.0)
+    assert area_between(same[:, 0], same[:, 1], STATIONS, PROSE) < 1e-12
+    up, down = np.array([[0.0, 0.0], [1.0, 1.0]]), np.array([[0.0, 1.0], [1.0, 0.0]])
+    assert similaritymeasures.area_between_two_curves(up, down) == pytest.approx(1.0)
     assert area_between(x[::-1], y[::-1], STATIONS, PROSE) == exact
     part = (x >= 2) & (x <= 78)
     fine = np.linspace(2, 78, 200_001)
