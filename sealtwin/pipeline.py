@@ -33,6 +33,8 @@ class Job:
     source: Path
     """Folder that relative names in the trial start from."""
     folder: RunFolder
+    sheet: Path | None
+    """The readings under the name that the user knows; the folder holds a copy of them."""
     device: str
     """As asked for; "auto" is resolved where the fluid run starts."""
     progress: Progress
@@ -57,7 +59,7 @@ def start_job(trial: Trial, source: Path, folder: RunFolder, device: str, progre
 
     The photo is not copied: it may carry the place and the person that took it. Its hash is in the manifest.
     """
-    resolved = trial
+    resolved, sheet = trial, None
     if trial.readings is not None:
         sheet = trial.readings.file if trial.readings.file.is_absolute() else source / trial.readings.file
         copied = f"inputs/{sheet.name}"
@@ -68,12 +70,14 @@ def start_job(trial: Trial, source: Path, folder: RunFolder, device: str, progre
     target = folder.path / "trial.toml"
     if not target.is_file() or target.read_text(encoding="utf-8") != text:
         files.write_text(target, text)
-    return Job(resolved, source, folder, device, progress)
+    return Job(resolved, source, folder, sheet, device, progress)
 
 
 def resume_job(folder: RunFolder, device: str, progress: Progress) -> Job:
     """The trial that a run folder already holds."""
-    return Job(load_trial(folder.path / "trial.toml"), folder.path, folder, device, progress)
+    trial = load_trial(folder.path / "trial.toml")
+    sheet = None if trial.readings is None else folder.path / trial.readings.file
+    return Job(trial, folder.path, folder, sheet, device, progress)
 
 
 def run_stages(job: Job, stages: Sequence[StageName]) -> Outcome:
@@ -253,13 +257,12 @@ def _validate(job: Job) -> bool:
 
 
 def _read_readings(job: Job) -> Profile | None:
-    if job.trial.readings is None:
+    if job.trial.readings is None or job.sheet is None:
         return None
     from validate.caliper import read_readings
 
-    sheet = job.path / job.trial.readings.file
     length_mm = files.read_outline(job.path).length_mm
-    return read_readings(sheet, job.trial.readings, length_mm, job.trial.crack.depth_mm)
+    return read_readings(job.sheet, job.trial.readings, length_mm, job.trial.crack.depth_mm)
 
 
 def dispensed_mm3(trajectory: Trajectory) -> float:
