@@ -41,8 +41,8 @@ LEANING = {
     "preset": "paper",
     "mean_error_mm": "1.8",
     "why": """\
-# Both walls lean by 11 degrees, and the fluid has the constants of the solver that the paper built on: a crack too small
-# for 4.8 ml, and a fluid that loses a fifth of its volume. Never mix this pair with that of trial.toml.""",
+# Both walls lean by 11 degrees, and the fluid has the constants of the solver that the paper built on: a crack too
+# small for 4.8 ml, and a fluid that loses a fifth of its volume. Never mix this pair with that of trial.toml.""",
 }
 TRIAL = """\
 # The paper's trial, RECONSTRUCTED: a procedural photo, and readings drawn from the paper's prose; nothing was measured.
