@@ -7,9 +7,8 @@ import numpy as np
 from manifold3d import CrossSection, FillRule
 
 from digitise.footprint import Dam, Footprint, dams, lay_out
-from digitise.intersections import intersecting_faces
 from digitise.labels import label_faces
-from digitise.mesh import check_mesh, euler_number, mesh_volume_mm3, min_edge_mm
+from digitise.mesh import MeshFigures, examine_mesh
 from digitise.readings import compare_readings, section
 from digitise.settings import CrackShape
 from digitise.tidy import tidy
@@ -37,7 +36,7 @@ def build_solid(outline: Outline, shape: CrackShape) -> Solid:
     plates = dams(footprint, [section(footprint, shape, depth_mm) for depth_mm in (0.0, shape.depth_mm)])
     readings = compare_readings(outline, footprint, shape)
     _require_volume(readings, shape)
-    vertices_mm, faces, jitter_mm = _watertight(footprint, shape, plates)
+    vertices_mm, faces, figures, jitter_mm = _watertight(footprint, shape, plates)
     bottom_mm = -(shape.depth_mm + shape.floor_thickness_mm)
     block_mm3 = footprint.block.area() * -bottom_mm
     dam_mm3 = _dam_volume_mm3(plates, shape.dam_height_mm - bottom_mm)
@@ -49,10 +48,15 @@ def build_solid(outline: Outline, shape: CrackShape) -> Solid:
         depth_mm=shape.depth_mm,
         tilt=shape.tilt,
         wall_angle_deg=0.0 if shape.tilt == "vertical" else shape.wall_angle_deg,
-        cavity_volume_mm3=block_mm3 + dam_mm3 - mesh_volume_mm3(vertices_mm, faces),
+        cavity_volume_mm3=block_mm3 + dam_mm3 - figures.volume_mm3,
         report={
             **readings,
-            **_mesh_report(vertices_mm, faces),
+            # No mesh that leaks gets here: see _watertight.
+            "watertight": True,
+            "triangles": len(faces),
+            "euler": figures.euler,
+            "min_edge_mm": figures.min_edge_mm,
+            "self_intersections": figures.self_intersections,
             "jitter_mm": jitter_mm,
             "ends": [{"kind": end.kind, "centre_mm": end.centre_mm, "outward": end.outward} for end in footprint.ends],
             "dams": [_dam_report(plate, bottom_mm, shape.dam_height_mm) for plate in plates],
@@ -61,7 +65,9 @@ def build_solid(outline: Outline, shape: CrackShape) -> Solid:
     )
 
 
-def _watertight(footprint: Footprint, shape: CrackShape, plates: tuple[Dam, ...]) -> tuple[Floats, Integers, float]:
+def _watertight(
+    footprint: Footprint, shape: CrackShape, plates: tuple[Dam, ...]
+) -> tuple[Floats, Integers, MeshFigures, float]:
     """Build, tidy and check; where a check fails, shift the outline's vertices a little and build again."""
     rng = np.random.default_rng(0)
     faults: list[str] = []
@@ -69,9 +75,9 @@ def _watertight(footprint: Footprint, shape: CrackShape, plates: tuple[Dam, ...]
         jitter_mm = attempt * JITTER_MM
         shaken = replace(footprint, crack=_shaken(footprint.crack, jitter_mm, rng)) if attempt else footprint
         vertices_mm, faces = tidy(carve(shaken, shape, plates))
-        faults = check_mesh(vertices_mm, faces, expected_euler=2)
-        if not faults:
-            return vertices_mm, faces, jitter_mm
+        faults, figures = examine_mesh(vertices_mm, faces, expected_euler=2)
+        if figures is not None and not faults:
+            return vertices_mm, faces, figures, jitter_mm
     raise InputError(
         f"No sound solid after {ATTEMPTS} builds of this outline with tilt {shape.tilt}: {faults[0]} "
         "Retrace the crack near there, or choose another tilt."
@@ -103,17 +109,6 @@ def _tilt_warnings(outline: Outline, shape: CrackShape, readings: dict[str, Any]
         f"{readings['volume_mm3']['funnel'] / 1000:.2f} ml. Reduce the angle below {steepest_deg:.1f}°, choose "
         'tilt = "flare" or "lean", or accept the V.'
     ]
-
-
-def _mesh_report(vertices_mm: Floats, faces: Integers) -> dict[str, Any]:
-    """Measured on the finished mesh, not repeated from the checks it passed."""
-    return {
-        "watertight": not check_mesh(vertices_mm, faces),
-        "triangles": len(faces),
-        "euler": euler_number(faces),
-        "min_edge_mm": min_edge_mm(vertices_mm, faces),
-        "self_intersections": len(intersecting_faces(vertices_mm, faces)),
-    }
 
 
 def _dam_volume_mm3(plates: tuple[Dam, ...], height_mm: float) -> float:

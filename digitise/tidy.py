@@ -79,8 +79,6 @@ def _without_empty_patches(vertices: Floats, faces: Integers) -> Integers:
     edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     owner = np.repeat(np.arange(len(faces)), 3)
     _, edge_of, uses = np.unique(edges, axis=0, return_inverse=True, return_counts=True)
-    if (uses == 2).all():
-        return faces
     edge_of = edge_of.reshape(-1)
     order = np.argsort(edge_of, kind="stable")
     twice = order[uses[edge_of[order]] == 2].reshape(-1, 2)

@@ -15,8 +15,9 @@ from digitise.footprint import Dam, Footprint, rectangle
 from digitise.settings import CrackShape
 from sealtwin.records import Floats
 
-MITRE_DEG = 10.0
-"""The facets of a fan are tangent to the true cone and leave it by 1 / cos(5°) - 1 = 0.4 % at their corners."""
+MITRE_DEG = 8.0
+"""Facets of a fan are tangent to the true cone and stand 0.24 % out at their corners: at most 0.08 % of a rough cavity's
+volume, where 10° made 0.1 %."""
 
 
 def tilted_by_mm(shape: CrackShape) -> float:
@@ -30,22 +31,23 @@ def carve(footprint: Footprint, shape: CrackShape, plates: tuple[Dam, ...]) -> M
     bottom_mm = -(depth_mm + shape.floor_thickness_mm)
     block = _upright(footprint.block, bottom_mm, 0.0)
     shaft = _upright(footprint.crack, -depth_mm, 0.0)
-    walls: list[Manifold] = []
+    walls = Manifold()
     if spread_mm > 0 and shape.tilt == "lean":
         shaft = shaft.transform(_shear(footprint.lean, spread_mm / depth_mm))
     elif spread_mm > 0 and shape.tilt == "flare":
         voids = _wedges(footprint.crack, -spread_mm, edge_z_mm=-depth_mm, far_z_mm=0.0)
-        shaft = Manifold.batch_boolean([shaft, *voids], OpType.Add)
+        shaft += voids
     elif spread_mm > 0 and shape.tilt == "funnel":
         walls = _wedges(footprint.crack, spread_mm, edge_z_mm=0.0, far_z_mm=-depth_mm)
-    parts = [block - shaft, *walls]
-    if not footprint.stoppers.is_empty():
-        parts.append(_upright(footprint.stoppers, -depth_mm, 0.0))
-    if walls:
+    sample = block - shaft
+    if not walls.is_empty():
         # Wedges of the run-outs stand beyond the block's sides; what is outside belongs to the dams alone.
-        parts = [Manifold.batch_boolean(parts, OpType.Add) ^ block]
-    parts += [_upright(rectangle(plate.box_mm), bottom_mm, shape.dam_height_mm) for plate in plates]
-    return Manifold.batch_boolean(parts, OpType.Add)
+        sample = (sample + walls) ^ block
+    if not footprint.stoppers.is_empty():
+        sample += _upright(footprint.stoppers, -depth_mm, 0.0)
+    for plate in plates:
+        sample += _upright(rectangle(plate.box_mm), bottom_mm, shape.dam_height_mm)
+    return sample
 
 
 def _upright(region: CrossSection, bottom_mm: float, top_mm: float) -> Manifold:
@@ -59,16 +61,28 @@ def _shear(towards: Floats, slope: float) -> Floats:
     return matrix
 
 
-def _wedges(region: CrossSection, inward_mm: float, edge_z_mm: float, far_z_mm: float) -> list[Manifold]:
-    """Convex pieces between each wall of ``region`` and where it has moved to.
+def _wedges(region: CrossSection, inward_mm: float, edge_z_mm: float, far_z_mm: float) -> Manifold:
+    """All between the walls of ``region`` and where they have moved to.
 
-    The wall stands at ``edge_z_mm`` and has moved ``inward_mm`` (outward if negative) at ``far_z_mm``.
+    The walls stand at ``edge_z_mm`` and have moved ``inward_mm`` (outward if negative) at ``far_z_mm``.
     """
-    pieces = []
-    for ring in region.to_polygons():
-        for corners in _moved_corners(ring, inward_mm):
-            pieces.append(corners)
-    return [_hull(start, end, moved, edge_z_mm, far_z_mm) for start, end, moved in pieces]
+    return _united(
+        [
+            _hull(start, end, moved, edge_z_mm, far_z_mm)
+            for ring in region.to_polygons()
+            for start, end, moved in _moved_corners(ring, inward_mm)
+        ]
+    )
+
+
+def _united(pieces: list[Manifold]) -> Manifold:
+    """Union of pieces in the order of the ring: neighbours first, which keeps every boolean small."""
+    while len(pieces) > 1:
+        pieces = [Manifold.batch_boolean(pieces[i : i + 2], OpType.Add) for i in range(0, len(pieces), 2)]
+        for piece in pieces:
+            # Booleans are put off until someone asks, and then done all at once: three times slower here.
+            piece.num_tri()
+    return pieces[0]
 
 
 def _moved_corners(ring: Floats, inward_mm: float) -> list[tuple[Floats, Floats, Floats]]:
