@@ -16,8 +16,8 @@ from digitise.settings import CrackShape
 from sealtwin.records import Floats
 
 MITRE_DEG = 8.0
-"""Facets of a fan are tangent to the true cone and stand 0.24 % out at their corners: at most 0.08 % of a rough cavity's
-volume, where 10° made 0.1 %."""
+"""Facets of a fan are tangent to the true cone and stand 0.24 % out at their corners. That makes at most 0.08 % of a
+rough cavity's volume; 10° made 0.1 %."""
 
 
 def tilted_by_mm(shape: CrackShape) -> float:
