@@ -1,6 +1,6 @@
 """The crack and its block as seen from above: one clean region, run out past its flat ends, and where dams stand."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from manifold3d import CrossSection, FillRule, JoinType, OpType
@@ -41,6 +41,11 @@ class FlatEnd:
     right_mm: Floats
     outward: Floats
     """Unit vector along which the crack leaves."""
+
+    @property
+    def onward(self) -> Floats:
+        """Unit vector of the walk from s = 0 to the far end, here."""
+        return self.outward if self.number else -self.outward
 
     @property
     def centre_mm(self) -> Floats:
@@ -102,6 +107,7 @@ def lay_out(outline: Outline, shape: CrackShape, spread_mm: float) -> Footprint:
     lean = _lean(outline.centreline_mm, shape)
     block_mm = outline.face_mm or _grown_box(ring, ends, shape, lean, spread_mm)
     _require_open_ends_at_side(ends, block_mm, outline.mean_width_mm)
+    ends = tuple(_on_side(end, ring, block_mm, outline.mean_width_mm) for end in ends)
     reach_mm = spread_mm + RUN_OUT_MM
     run_outs = [_run_out(end, reach_mm + outline.mean_width_mm) for end in ends]
     crack, cleaning_warnings = _cleaned(CrossSection.batch_boolean([traced, *run_outs], OpType.Add))
@@ -248,6 +254,23 @@ def _require_open_ends_at_side(ends: tuple[FlatEnd, ...], block_mm: Box, width_m
                 f"End {end.number + 1} is open but lies {away_mm:.1f} mm inside the face. "
                 "Move it to the edge of the face, or make it closed or cut."
             )
+
+
+def _on_side(end: FlatEnd, ring_mm: Floats, block_mm: Box, width_mm: float) -> FlatEnd:
+    """An open end with its corners where the outline meets the block's side.
+
+    The walls' first stations lie square to the centreline: of an oblique crack one is inside the block, one outside.
+    """
+    if end.kind != "open":
+        return end
+    side = nearest_side(end.centre_mm, block_mm)
+    at_side = ring_mm[np.abs(ring_mm[:, side % 2] - block_mm[side]) < TOLERANCE_MM]
+    # An end as oblique as 10 degrees to the side opens over six widths of it.
+    at_side = at_side[np.linalg.norm(at_side - end.centre_mm, axis=1) < 6 * width_mm]
+    if len(at_side) < 2:
+        return end
+    to_left = at_side @ np.array([-end.onward[1], end.onward[0]])
+    return replace(end, left_mm=at_side[to_left.argmax()], right_mm=at_side[to_left.argmin()])
 
 
 def _run_out(end: FlatEnd, reach_mm: float) -> CrossSection:
