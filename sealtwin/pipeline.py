@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from sealtwin import files
-from sealtwin.errors import InputError
+from sealtwin.errors import InputError, NumericalError
 from sealtwin.folder import RunFolder, stage_key
 from sealtwin.progress import Progress
 from sealtwin.records import Profile, Trajectory
@@ -84,7 +84,7 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> Outcome:
     """Bring ``stages`` up to date, in their order.
 
     Raises:
-        InputError, NumericalError: from a stage; what earlier stages wrote stays.
+        InputError, NumericalError: from a stage, or since a particle escaped; what was written stays.
     """
     work: dict[StageName, Callable[[Job], bool]] = {"digitise": _digitise, "simulate": _simulate, "validate": _validate}
     redone: list[StageName] = []
@@ -95,6 +95,11 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> Outcome:
         if stage in stages and work[stage](job):
             redone.append(stage)
     result = read_result(job.folder, job.trial)
+    if escaped := result.get("escaped_particles"):
+        raise NumericalError(
+            f"{job.path}: {escaped} particles went through a wall, which must never happen; the files are complete, "
+            "but do not use them. Please report this with the trial file."
+        )
     if not redone:
         job.progress.note(f"{job.path}: complete and up to date; nothing to redo.")
     return Outcome(result, tuple(redone), result.get("gate_passed"))

@@ -1,0 +1,150 @@
+"""A whole run as a process: what it leaves, what it keeps, and what a kill leaves of it."""
+
+import json
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from sealtwin.files import sha256
+from tests.coarse import make_coarse
+
+LEFT = {
+    "trial.toml", "overlay.png", "outline.json", "crack.stl", "crack.ply", "solid.json", "trajectory.csv",
+    "trajectory.txt", "particles.csv", "simulation.json", "profile.csv", "comparison.json", "report.html", "report.pdf",
+    "run.json", "manifest.json",
+}  # fmt: skip
+SAME_IN_EVERY_RUN = (
+    "overlay.png", "outline.json", "crack.stl", "crack.ply", "solid.json", "trajectory.csv", "trajectory.txt",
+    "particles.csv", "profile.csv", "comparison.json",
+)  # fmt: skip
+"""Everything but wall times."""
+
+
+def _start(*arguments: object) -> "subprocess.Popen[str]":
+    command = [sys.executable, "-m", "sealtwin.cli", *map(str, arguments)]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def _finish(*arguments: object) -> tuple[int, str, str]:
+    process = _start(*arguments)
+    out, err = process.communicate()
+    return process.returncode, out, err
+
+
+@pytest.fixture(scope="module")
+def unbroken(tmp_path_factory) -> tuple[Path, Path, dict]:
+    """Trial, run folder, and the answer of one run without disturbance."""
+    lab = tmp_path_factory.mktemp("lab")
+    trial = make_coarse(lab / "trial")
+    code, out, err = _finish("run", trial, "--out", lab / "run", "--device", "cpu", "--json")
+    assert code == 0, err
+    return trial, lab / "run", json.loads(out)
+
+
+def test_a_run_leaves_every_file_and_answers_with_the_headline(unbroken):
+    _, run, answer = unbroken
+    assert {path.name for path in run.iterdir() if path.is_file() and not path.name.startswith(".")} == LEFT
+    for key in ("mean_error_mm", "worst_error_mm", "worst_at_mm", "volume_ratio", "wall_time_s"):
+        assert isinstance(answer[key], float), key
+    assert answer["escaped_particles"] == 0
+    assert answer["spilled_particles"] >= 0
+    assert answer["particles"] > 1000
+    assert Path(answer["report"]).name == "report.html"
+    assert "consistent with the reconstruction" in answer["verdict"]
+    assert "validated" not in (run / "report.html").read_text(encoding="utf-8").lower()
+
+
+def test_the_manifest_has_the_hash_of_every_file_it_answers_for(unbroken):
+    _, run, _ = unbroken
+    stages = json.loads((run / "manifest.json").read_text())["stages"]
+    assert list(stages) == ["digitise", "simulate", "validate"]
+    written = {name: digest for entry in stages.values() for name, digest in entry["outputs"].items()}
+    assert set(written) == LEFT - {"trial.toml", "run.json", "manifest.json"}
+    for name, digest in written.items():
+        assert sha256(run / name) == digest
+
+
+def test_a_complete_folder_is_left_alone(unbroken):
+    trial, run, answer = unbroken
+    before = {path: path.stat().st_mtime_ns for path in run.iterdir() if not path.name.startswith(".")}
+    code, out, err = _finish("run", trial, "--out", run, "--device", "cpu", "--json")
+    assert code == 0
+    assert "nothing to redo" in err
+    assert json.loads(out) == answer
+    assert before == {path: path.stat().st_mtime_ns for path in before}
+
+
+def test_only_what_depends_on_a_changed_setting_is_redone_and_a_failed_gate_keeps_its_report(unbroken, tmp_path):
+    trial, run, _ = unbroken
+    particles = (run / "particles.csv").stat().st_mtime_ns
+    strict = trial.with_name("strict.toml")
+    strict.write_text(trial.read_text().replace("mean_error_mm = 20.0", "mean_error_mm = 0.001"))
+    report = (run / "report.html").read_text(encoding="utf-8")
+    code, out, _ = _finish("run", strict, "--out", run, "--device", "cpu", "--json")
+    assert code == 5
+    assert json.loads(out)["gate_passed"] is False
+    assert (run / "particles.csv").stat().st_mtime_ns == particles
+    assert (run / "report.html").read_text(encoding="utf-8") != report
+    assert _finish("run", trial, "--out", run, "--device", "cpu", "--quiet")[0] == 0
+
+
+def _kill_until_done(trial: Path, run: Path, delays_s: list[float]) -> int:
+    """Kill the run after each delay, then let it finish; how many runs were really killed."""
+    killed = 0
+    for delay_s in delays_s:
+        process = _start("run", trial, "--out", run, "--device", "cpu", "--quiet")
+        try:
+            process.communicate(timeout=delay_s)
+        except subprocess.TimeoutExpired:
+            process.send_signal(signal.SIGKILL)
+            process.communicate()
+            killed += 1
+    code, _, err = _finish("run", trial, "--out", run, "--device", "cpu", "--quiet")
+    assert code == 0, err
+    return killed
+
+
+def _assert_same_run(run: Path, unbroken_run: Path) -> None:
+    for name in SAME_IN_EVERY_RUN:
+        assert sha256(run / name) == sha256(unbroken_run / name), name
+    left = {path.name for path in run.iterdir() if path.is_file() and path.name != ".lock"}
+    assert left == LEFT
+
+
+def test_a_killed_run_is_finished_by_the_same_command(unbroken, tmp_path):
+    """Killed while it imports, digitises and simulates; the result is the unbroken one to the bit."""
+    trial, run, answer = unbroken
+    delays_s = [0.4, 1.2, 0.5 * answer["wall_time_s"]]
+    assert _kill_until_done(trial, tmp_path / "run", delays_s) >= 2
+    _assert_same_run(tmp_path / "run", run)
+
+
+@pytest.mark.slow
+def test_runs_killed_at_twenty_random_moments_come_out_the_same(unbroken, tmp_path):
+    trial, run, answer = unbroken
+    moments = random.Random(20)
+    killed = 0
+    for round_ in range(4):
+        delays_s = [moments.uniform(0.1, 1.3 * answer["wall_time_s"]) for _ in range(5)]
+        killed += _kill_until_done(trial, tmp_path / f"run{round_}", delays_s)
+        _assert_same_run(tmp_path / f"run{round_}", run)
+    assert killed >= 8
+
+
+def test_an_interrupt_ends_with_130_and_lets_go_of_the_folder(unbroken, tmp_path):
+    trial, _, _ = unbroken
+    process = _start("run", trial, "--out", tmp_path / "run", "--device", "cpu", "--quiet")
+    deadline = time.monotonic() + 60
+    while not (tmp_path / "run" / "trajectory.txt").is_file():
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate()
+    assert process.returncode == 130
+    assert "Traceback" not in err
+    assert not (tmp_path / "run" / ".holder.json").exists()
