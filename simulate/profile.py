@@ -80,8 +80,8 @@ def settled(run: Run, depth_mm: float) -> Mask:
     """Which particles lie on the sample, (n,): neither over its edge nor in flight.
 
     In flight is what moves down faster than a free fall of one radius, sqrt(2 g R), which nothing that lies on others
-    can do, and is more than a diameter clear of all slower ones within a diameter around. Without the second, a surface
-    that sinks fast would be taken for a jet. Under the nozzle the jet made a spike of 2.6 mm.
+    can do, and is more than a radius clear of all slower ones within a diameter around: a surface in which some
+    particles move fast keeps them. Under the nozzle the jet made a spike of 2.6 mm.
     """
     lies = ~run.spilled
     fast = np.flatnonzero(lies & (run.velocity_mm_s[:, 2] < -np.sqrt(2 * GRAVITY_MM_S2 * run.radius_mm)))
@@ -90,7 +90,7 @@ def settled(run: Run, depth_mm: float) -> Mask:
     slow_mm = run.position_mm[np.setdiff1d(np.flatnonzero(lies), fast)]
     around = KDTree(slow_mm[:, :2]).query_ball_point(run.position_mm[fast, :2], 2 * run.radius_mm)
     bed_mm = np.array([slow_mm[near, 2].max(initial=-depth_mm) for near in around])
-    lies[fast] = run.position_mm[fast, 2] <= bed_mm + 2 * run.radius_mm
+    lies[fast] = run.position_mm[fast, 2] <= bed_mm + run.radius_mm
     return lies
 
 

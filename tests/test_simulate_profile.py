@@ -188,17 +188,17 @@ def test_a_jet_and_lost_drops_are_not_the_surface():
     spilled = np.arange(len(point)) == len(point) - 1
     profile = measure_profile(run_of(point, velocity=velocity, spilled=spilled), straight(), mouth_without_face())
     calm = measure_profile(run_of(bed), straight(), mouth_without_face())
-    # What the jet has laid down within a diameter of the bed is bed.
-    assert np.abs(profile.level_mm - calm.level_mm).max() < 1.6
+    # What of the jet is within a radius of the bed is bed.
+    assert np.abs(profile.level_mm - calm.level_mm).max() <= 0.4 + 1e-9
     assert np.abs(profile.level_mm - calm.level_mm)[np.abs(profile.s_mm - 20) > 2].max() == 0.0
 
 
-def test_a_surface_that_sinks_fast_is_no_jet():
+def test_a_surface_of_which_a_part_moves_fast_is_no_jet():
     point = lattice(straight(), LEVELS["flat"], 0.69)
     velocity = np.zeros_like(point)
-    velocity[point[:, 2] > -6.0, 2] = -150.0
-    sinking = measure_profile(run_of(point, velocity=velocity), straight(), mouth_without_face())
-    assert np.array_equal(sinking.level_mm, measure_profile(run_of(point), straight(), mouth_without_face()).level_mm)
+    velocity[::2, 2] = -150.0
+    agitated = measure_profile(run_of(point, velocity=velocity), straight(), mouth_without_face())
+    assert np.array_equal(agitated.level_mm, measure_profile(run_of(point), straight(), mouth_without_face()).level_mm)
 
 
 def test_sealant_on_the_face_beside_the_mouth_does_not_raise_the_level():

@@ -1,0 +1,165 @@
+"""The sample and its fill as pictures, all to scale: the block, side view, top view, sections."""
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import EllipseCollection
+from matplotlib.colors import to_rgb
+from matplotlib.figure import FigureBase
+from matplotlib.patches import Polygon, Rectangle
+
+from sealtwin.records import FaceLabel, Floats, Outline, Profile, Run, Solid, Trajectory, arc_length_at
+from validate.figures import ALONG
+from validate.rendering import render
+from validate.slicing import cut_rings
+from validate.theme import AGES, GROUND, HEIGHTS, INK, MEASURED, canvas, label_axes, themed
+
+LABEL_COLOUR = {
+    FaceLabel.TOP: GROUND,
+    FaceLabel.WALL: "#5b87a6",
+    FaceLabel.FLOOR: "#35566e",
+    FaceLabel.END: "#8fb0c6",
+    FaceLabel.OUTSIDE: "#ada497",
+}
+SECTIONS_AT = (0.2, 0.5, 0.8)
+"""Of the crack's length: in the paste's slope, at its middle, in its plateau."""
+ACROSS_MM = 9.0
+"""Shown to each side of the centreline in a section."""
+WIDTH_PX = 1300
+
+
+def draw_solid(solid: Solid, on: FigureBase | None = None) -> FigureBase:
+    """The block from above, and its cavity alone from the side, as if cast."""
+    with themed():
+        figure = canvas(on, 9.0, 5.6)
+        block_axes, cast_axes = figure.subplots(2, 1, height_ratios=(2.1, 1.0))
+        colour = np.array([to_rgb(LABEL_COLOUR[label]) for label in FaceLabel])[solid.face_label]
+        azimuth_deg = _square_on(solid)
+        block_axes.imshow(render(solid.vertices_mm, solid.faces, colour, azimuth_deg - 40, 42, WIDTH_PX))
+        block_axes.set_title("The sample, with the dams at its open ends" if _has_dams(solid) else "The sample")
+        cavity = np.isin(solid.face_label, (FaceLabel.WALL, FaceLabel.FLOOR))
+        cast_axes.imshow(render(solid.vertices_mm, solid.faces[cavity], colour[cavity], azimuth_deg, 14, WIDTH_PX))
+        cast_axes.set_title(
+            f"Its cavity as a cast, {solid.cavity_volume_mm3 / 1000:.2f} ml, {solid.depth_mm:g} mm deep"
+        )
+        for axes in (block_axes, cast_axes):
+            axes.set_axis_off()
+            axes.set_anchor("NW")
+    return figure
+
+
+def draw_side_view(
+    run: Run, outline: Outline, solid: Solid, profile: Profile, on: FigureBase | None = None
+) -> FigureBase:
+    """Every particle at its place along the crack and its height, coloured by age, under the measured surface."""
+    with themed():
+        figure = canvas(on, 9.0, 3.1)
+        axes = figure.add_subplot()
+        s_mm = arc_length_at(run.position_mm[:, :2], outline.centreline_mm)
+        shown = ~run.spilled & (s_mm > -8) & (s_mm < outline.length_mm + 8)
+        axes.axhspan(-solid.depth_mm - 2, -solid.depth_mm, color=GROUND, linewidth=0)
+        axes.axhline(0.0, color=INK, linewidth=0.8)
+        place_mm = np.column_stack([s_mm, run.position_mm[:, 2]])[shown]
+        discs = _draw_particles(axes, place_mm, run, run.age_s[shown], AGES)
+        figure.colorbar(discs, ax=axes, label="age (s)", shrink=0.8, pad=0.01)
+        axes.plot(profile.s_mm, profile.level_mm, color="white", linewidth=3.0)
+        axes.plot(
+            profile.s_mm, profile.level_mm, color=MEASURED, linewidth=1.4, label="profile read from the particles"
+        )
+        axes.set_xlim(-6, outline.length_mm + 6)
+        axes.set_ylim(-solid.depth_mm - 2, max(4.0, float(run.position_mm[shown, 2].max(initial=0.0)) + 1.5))
+        axes.set_aspect("equal")
+        axes.grid(visible=False)
+        label_axes(axes, ALONG, "z (mm)", "Side view of the fill: particles by age")
+        axes.legend(loc="upper left")
+    return figure
+
+
+def draw_top_view(
+    run: Run, outline: Outline, solid: Solid, trajectory: Trajectory, on: FigureBase | None = None
+) -> FigureBase:
+    """The sample from above: particles by height, the traced walls, the nozzle's path."""
+    with themed():
+        figure = canvas(on, 9.0, 3.6)
+        axes = figure.add_subplot()
+        x_min, y_min, x_max, y_max = solid.block_mm
+        axes.add_patch(Rectangle((x_min, y_min), x_max - x_min, y_max - y_min, facecolor=GROUND, edgecolor="none"))
+        shown = ~run.spilled
+        order = np.argsort(run.position_mm[shown, 2])
+        position_mm = run.position_mm[shown][order]
+        discs = _draw_particles(axes, position_mm[:, :2], run, position_mm[:, 2], HEIGHTS)
+        figure.colorbar(discs, ax=axes, label="z (mm)", shrink=0.8, pad=0.01)
+        for index, wall_mm in enumerate((outline.left_wall_mm, outline.right_wall_mm)):
+            axes.plot(*wall_mm.T, color=INK, linewidth=0.9, label="walls in the photo" if index == 0 else None)
+        axes.plot(*trajectory.position_mm[:, :2].T, color=MEASURED, linewidth=1.2, label="nozzle path, from its dot")
+        axes.plot(*trajectory.position_mm[0, :2], "o", color=MEASURED, markersize=5)
+        low, high = outline.outline_mm.min(axis=0) - 14, outline.outline_mm.max(axis=0) + 14
+        axes.set_xlim(max(low[0], x_min - 4), min(high[0], x_max + 4))
+        axes.set_ylim(max(low[1], y_min - 4), min(high[1], y_max + 4))
+        axes.set_aspect("equal")
+        axes.grid(visible=False)
+        label_axes(axes, "x (mm)", "y (mm)", "Top view: particles by height")
+        axes.legend(loc="upper left", labelcolor=INK, frameon=True, framealpha=0.8, edgecolor="none")
+    return figure
+
+
+def draw_sections(run: Run, outline: Outline, solid: Solid, on: FigureBase | None = None) -> FigureBase:
+    """Across the crack at three places: the walls of the solid, and the particles within a diameter."""
+    with themed():
+        figure = canvas(on, 9.0, 3.4)
+        row = figure.subplots(1, len(SECTIONS_AT), sharey=True)
+        for axes, share in zip(row, SECTIONS_AT, strict=True):
+            _draw_section(axes, run, outline, solid, share * outline.length_mm)
+        row[0].set_ylabel("z (mm)")
+    return figure
+
+
+def _draw_section(axes: Axes, run: Run, outline: Outline, solid: Solid, s_mm: float) -> None:
+    """Seen along the path: left of the path is left in the picture."""
+    foot, tip = (outline.centreline_mm[np.searchsorted(outline.s_mm, s)] for s in (s_mm, s_mm + 1))
+    ahead = (tip - foot) / np.linalg.norm(tip - foot)
+    right = np.array([ahead[1], -ahead[0]])
+    for ring in cut_rings(solid.vertices_mm, solid.faces, foot, ahead):
+        axes.add_patch(Polygon(ring, closed=True, facecolor=GROUND, edgecolor=INK, linewidth=0.8))
+    offset = run.position_mm[:, :2] - foot
+    near = (np.abs(offset @ ahead) < run.radius_mm) & (np.abs(offset @ right) < ACROSS_MM) & ~run.spilled
+    _draw_particles(axes, np.column_stack([offset @ right, run.position_mm[:, 2]])[near], run, run.age_s[near], AGES)
+    axes.set_xlim(-ACROSS_MM, ACROSS_MM)
+    axes.set_ylim(-solid.depth_mm - 2, max(4.0, float(run.position_mm[near, 2].max(initial=0.0)) + 1))
+    axes.set_aspect("equal")
+    axes.grid(visible=False)
+    label_axes(axes, "across (mm)", "", f"s = {s_mm:.0f} mm")
+
+
+def _draw_particles(axes: Axes, place_mm: Floats, run: Run, value: Floats, colours: str) -> EllipseCollection:
+    """Discs of the particles' size, as pixels: 15,000 of them as outlines would be megabytes."""
+    across_mm = np.full(len(place_mm), 2 * run.radius_mm)
+    discs = EllipseCollection(
+        across_mm,
+        across_mm,
+        np.zeros(len(place_mm)),
+        units="xy",
+        offsets=place_mm,
+        offset_transform=axes.transData,
+        array=value,
+        cmap=matplotlib.colormaps[colours],
+        linewidth=0,
+        rasterized=True,
+    )
+    if colours == AGES:
+        discs.set_clim(0, float(run.age_s.max(initial=1.0)))
+    axes.add_collection(discs)
+    return discs
+
+
+def _square_on(solid: Solid) -> float:
+    """Azimuth that looks straight at the cavity's long side."""
+    cavity = np.unique(solid.faces[np.isin(solid.face_label, (FaceLabel.WALL, FaceLabel.FLOOR))])
+    plan = solid.vertices_mm[cavity, :2]
+    _, _, axes = np.linalg.svd(plan - plan.mean(axis=0), full_matrices=False)
+    azimuth_deg = float(np.degrees(np.arctan2(axes[0, 1], axes[0, 0])))
+    return (azimuth_deg + 90) % 180 - 90
+
+
+def _has_dams(solid: Solid) -> bool:
+    return bool(solid.report.get("dams"))
