@@ -6,6 +6,9 @@ import warp as wp
 
 from sealtwin.errors import InputError
 
+# Warp's banner goes to stdout, which belongs to results.
+wp.config.log_level = wp.LOG_WARNING
+
 
 def choose_device(name: str) -> str:
     """Warp's name of the device. "auto" is the first CUDA device where there is one, else the CPU.

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sealtwin.errors import InputError
 from sealtwin.records import Floats, Integers, Trajectory
 from simulate.settings import particle_volume
 
@@ -30,12 +31,20 @@ class Schedule:
 
 
 def plan_releases(trajectory: Trajectory, radius_mm: float, diameter_mm: float, seed: int) -> Schedule:
-    """N particles by Eq. 6, a full disc at a time, as soon as the path has asked for one more than is out."""
+    """N particles by Eq. 6, a full disc at a time, as soon as the path has asked for one more than is out.
+
+    Raises InputError where the path gives no sealant.
+    """
     disc_mm = pack_disc(diameter_mm / 2, radius_mm)
     volume_mm3 = particle_volume(radius_mm)
     flow_mm3_s = trajectory.flow_mm3_s[:-1]
     asked_mm3 = np.concatenate([[0.0], np.cumsum(flow_mm3_s * np.diff(trajectory.t_s))])
-    particles = max(1, round(asked_mm3[-1] / volume_mm3))
+    if not (np.isfinite(asked_mm3).all() and (flow_mm3_s >= 0).all() and asked_mm3[-1] >= volume_mm3):
+        raise InputError(
+            f"trajectory: its flow gives {asked_mm3[-1]:g} mm3 of sealant; at least {volume_mm3:.3f} mm3, one particle "
+            f"of radius {radius_mm:g} mm, is needed, and no flow below 0. Check flow_mm3_s and t_s."
+        )
+    particles = round(asked_mm3[-1] / volume_mm3)
     frames = math.ceil(trajectory.duration_s * flow_mm3_s.max() / (len(disc_mm) * volume_mm3))
     frame_s = trajectory.duration_s / frames
     ends_s = trajectory.t_s[0] + frame_s * np.arange(1, frames + 1)

@@ -56,7 +56,6 @@ def inject(
     """
     check_fit(outline, solid, fluid, solver, nozzle)
     began = time.perf_counter()
-    progress.note(f"simulate on {describe_device(device)}")
     schedule = plan_releases(trajectory, solver.radius_mm, nozzle.diameter_mm, seed)
     if schedule.particles > PARTICLES_AT_MOST:
         raise InputError(

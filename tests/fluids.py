@@ -1,0 +1,98 @@
+"""Small cracks, short pours and particles placed by hand: for the tests of ``simulate``."""
+
+import numpy as np
+
+from digitise.settings import CrackShape, NozzlePath
+from digitise.solid import build_solid
+from digitise.trajectory import plan_trajectory
+from sealtwin.progress import Progress
+from sealtwin.records import Floats, Outline, Run, Solid, Trajectory
+from simulate.distance import CM, build_barrier
+from simulate.nozzle import Schedule
+from simulate.run import inject
+from simulate.settings import Fluid, Nozzle, Solver
+from simulate.solver import Domain, FluidSolver
+from simulate.state import State
+from simulate.walls import place_walls
+from tests.shapes import straight_slot
+
+FRAME_S = 7.23e-3
+"""The paper's."""
+LIKE_THE_PAPER = Fluid(U=30.0, D_cm=0.3, freeze_after_s=2.58)
+
+
+def slot(
+    length_mm: float = 6.0, width_mm: float = 3.1, depth_mm: float = 16.0, tilt: str = "vertical", angle_deg: float = 5.5
+) -> tuple[Solid, Outline]:
+    """A straight crack with a wall across each end."""
+    outline = straight_slot(length_mm, width_mm)
+    shape = CrackShape.model_validate({"depth_mm": depth_mm, "tilt": tilt, "wall_angle_deg": angle_deg})
+    return build_solid(outline, shape), outline
+
+
+def path(outline: Outline, volume_ml: float, speed_mm_s: float = 4.0, trim_mm: float = 2.0) -> Trajectory:
+    return plan_trajectory(
+        outline, NozzlePath(volume_ml=volume_ml, speed_mm_s=speed_mm_s, trim_mm=trim_mm), cavity_volume_mm3=1e3
+    )
+
+
+def pour(
+    crack: tuple[Solid, Outline], trajectory: Trajectory, fluid: Fluid = LIKE_THE_PAPER, seed: int = 0, **solver: object
+) -> Run:
+    solid, outline = crack
+    settings = Solver.model_validate(solver)
+    return inject(
+        solid, outline, trajectory, fluid, settings, Nozzle(), seed=seed, device="cpu", progress=Progress()
+    )
+
+
+def lattice(low_mm: Floats, high_mm: Floats, spacing_mm: float, seed: int = 0) -> Floats:
+    """Points of a cubic lattice between two corners, each out of line by up to a tenth of the spacing."""
+    axes = [np.arange(a + spacing_mm / 2, b, spacing_mm) for a, b in zip(low_mm, high_mm, strict=True)]
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    return points + np.random.default_rng(seed).uniform(-0.1, 0.1, points.shape) * spacing_mm
+
+
+def engine_with(
+    position_mm: Floats,
+    crack: tuple[Solid, Outline],
+    *,
+    frame_s: float = FRAME_S,
+    weights: tuple[float, float] = (0.0, 0.0),
+    walls_count: bool = True,
+    **solver: object,
+) -> FluidSolver:
+    """A solver whose particles all move from where they are put. ``weights`` are U and D of a whole frame."""
+    solid, outline = crack
+    settings = Solver.model_validate(solver)
+    count = len(position_mm)
+    schedule = Schedule(
+        position_mm=position_mm,
+        velocity_mm_s=np.zeros_like(position_mm),
+        frame_of=np.zeros(count, dtype=np.int64),
+        released=np.array([count]),
+        frame_s=frame_s,
+        release=count,
+        dispensed_mm3=1.0,
+    )
+    state = State(schedule, count, "cpu")
+    state.end = count
+    barrier = build_barrier(solid, outline, settings.radius_mm, "cpu")
+    walls = place_walls(solid, outline, barrier, settings.radius_mm)
+    if not walls_count:
+        walls.share.zero_()
+    substeps = settings.substeps or 4
+    low, high = position_mm.min(axis=0) - 5, position_mm.max(axis=0) + 5
+    return FluidSolver(
+        state,
+        walls,
+        barrier,
+        Domain(low * CM, high * CM),
+        settings,
+        step_s=frame_s / substeps,
+        weights=(weights[0] / substeps, weights[1] / substeps),
+    )
+
+
+def positions_mm(engine: FluidSolver) -> Floats:
+    return engine.state.position.numpy().astype(float) / CM

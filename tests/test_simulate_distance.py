@@ -1,0 +1,104 @@
+from dataclasses import replace
+
+import manifold3d
+import numpy as np
+import pytest
+import warp as wp
+
+from sealtwin.errors import InputError
+from sealtwin.records import FaceLabel, Solid
+from simulate.distance import CLEARANCE, CM, build_barrier
+from tests.fluids import engine_with, slot
+from tests.shapes import straight_slot
+
+RADIUS_MM = 0.4
+
+
+def two_slots(septum_mm: float) -> Solid:
+    """Two cavities of 3 x 20 x 8 mm, side by side along x, in one block."""
+    block = manifold3d.Manifold.cube((44.0, 30.0, 12.0)).translate((-12, -15, -12))
+    for side in (-1, 1):
+        y = septum_mm / 2 if side > 0 else -septum_mm / 2 - 3
+        block -= manifold3d.Manifold.cube((20.0, 3.0, 9.0)).translate((0, y, -8))
+    mesh = block.to_mesh()
+    faces = np.array(mesh.tri_verts, dtype=np.int64)
+    label = np.full(len(faces), int(FaceLabel.WALL))
+    block_mm = (-12.0, -15.0, 32.0, 15.0)
+    return Solid(
+        np.array(mesh.vert_properties[:, :3], float), faces, label, block_mm, 8.0, "vertical", 0.0, 960.0, {}
+    )
+
+
+def test_the_grid_knows_the_mesh_to_a_twentieth_of_a_radius():
+    """Near walls, where particles are stopped. Edges of the mesh are rounded by the grid: hence the worst case."""
+    solid, outline = slot(tilt="flare", depth_mm=6.0)
+    barrier = build_barrier(solid, outline, RADIUS_MM, "cpu")
+    points = np.random.default_rng(0).uniform([-3, -4, -7], [9, 4, 2], (20_000, 3))
+    exact, sampled = barrier.exact_mm(points), barrier.sampled_mm(points)
+    near = np.abs(exact) < RADIUS_MM
+    error = np.abs(exact - sampled)[near]
+    assert error.mean() < 0.005
+    assert np.quantile(error, 0.95) < RADIUS_MM / 20
+    assert error.max() < RADIUS_MM / 4
+    # Away from the surface the grid may only be careful: never a longer way than there is, never another side.
+    assert (np.abs(sampled) <= np.abs(exact) + 0.02)[~near].all()
+    assert (np.sign(exact) == np.sign(sampled))[np.abs(exact) > 0.05].all()
+
+
+def test_exact_distances_are_those_of_a_box():
+    solid, outline = slot(depth_mm=6.0)
+    barrier = build_barrier(solid, outline, RADIUS_MM, "cpu")
+    points = np.array([[3, 0, -3], [3, 1.05, -3], [3, 2.05, -3], [3, 0, -5.8], [3, 0, -7], [-5, 9, 1.5]])
+    assert barrier.exact_mm(points) == pytest.approx([1.55, 0.5, -0.5, 0.2, -1.0, 1.5], abs=1e-4)
+
+
+def test_beyond_the_grid_the_sample_is_its_face_and_then_nothing():
+    solid, outline = slot()
+    wide = replace(solid, block_mm=(-50.0, -50.0, 50.0, 50.0))
+    barrier = build_barrier(wide, outline, RADIUS_MM, "cpu")
+    sampled = barrier.sampled_mm(np.array([[40.0, 40.0, 2.0], [40.0, 40.0, -2.0], [60.0, 0.0, -2.0]]))
+    assert sampled[:2] == pytest.approx([2.0, -2.0], abs=1e-5)
+    assert sampled[2] > 100
+
+
+@pytest.mark.parametrize("septum_mm", [0.3, 1.0])
+def test_no_jump_crosses_a_thin_wall(septum_mm):
+    """Steps of up to 20 mm, aimed at the wall between two cavities."""
+    crack = two_slots(septum_mm), straight_slot(20.0, 3.1)
+    rng = np.random.default_rng(0)
+    side = np.repeat([-1.0, 1.0], 2000)
+    y = side * rng.uniform(septum_mm / 2 + 0.4, septum_mm / 2 + 2.6, 4000)
+    start = np.column_stack([rng.uniform(0.5, 19.5, 4000), y, rng.uniform(-7.6, -1, 4000)])
+    engine = engine_with(start, crack, substeps=4)
+    step_mm = np.column_stack([rng.normal(0, 3, 4000), -side * rng.uniform(0, 20, 4000), rng.normal(0, 1, 4000)])
+    engine.state.velocity = wp.array(step_mm * CM / (7.23e-3 / 4), dtype=wp.vec3, device="cpu")
+    engine.predict()
+    end = engine.state.position.numpy() / CM
+    below = end[:, 2] < 0
+    assert below.sum() > 3000
+    assert (np.sign(end[below, 1]) == side[below]).all()
+    assert build_barrier(*crack, RADIUS_MM, "cpu").exact_mm(end)[below].min() > 0.4 * CLEARANCE * RADIUS_MM
+    # They did go until the wall stopped them.
+    assert np.median(np.abs(end[below, 1])) < septum_mm / 2 + RADIUS_MM
+
+
+@pytest.mark.parametrize(("tilt", "angle_deg"), [("vertical", 0.0), ("funnel", 11.0), ("flare", 5.5), ("lean", 11.0)])
+def test_corners_and_closing_walls_hold_a_falling_particle(tilt, angle_deg):
+    """Thrown down at every angle, in a V (funnel) as in the corner of floor and wall."""
+    solid, outline = slot(12.0, tilt=tilt, angle_deg=angle_deg)
+    rng = np.random.default_rng(1)
+    start = np.column_stack([rng.uniform(0.6, 11.4, 2000), rng.uniform(-1, 1, 2000), np.full(2000, 0.5)])
+    engine = engine_with(start, (solid, outline), substeps=4)
+    for _ in range(4):
+        step_mm = rng.normal(0, [3, 3, 1], (2000, 3)) - [0, 0, 8]
+        engine.state.velocity = wp.array(step_mm * CM / (7.23e-3 / 4), dtype=wp.vec3, device="cpu")
+        engine.predict()
+    end = engine.state.position.numpy() / CM
+    assert build_barrier(solid, outline, RADIUS_MM, "cpu").exact_mm(end).min() > 0.3 * CLEARANCE * RADIUS_MM
+    assert np.quantile(end[:, 2], 0.1) < -4
+
+
+def test_a_radius_that_needs_too_fine_a_grid_is_refused():
+    solid, outline = slot()
+    with pytest.raises(InputError, match=r"solver.radius_mm is 0.02: its distance grid"):
+        build_barrier(solid, outline, 0.02, "cpu")

@@ -1,0 +1,75 @@
+import numpy as np
+import pytest
+from scipy.spatial.distance import pdist
+
+from sealtwin.records import Trajectory
+from simulate.nozzle import pack_disc, plan_releases
+
+
+def straight_path(flow_mm3_s, speed_mm_s: float = 4.0) -> Trajectory:
+    """Along x from 10 mm, a waypoint each 1 mm; a flow for each waypoint."""
+    x = 10.0 + np.arange(len(flow_mm3_s))
+    return Trajectory(
+        t_s=(x - 10) / speed_mm_s,
+        position_mm=np.column_stack([x, 0 * x, 3 + 0 * x]),
+        s_mm=x,
+        speed_mm_s=np.full_like(x, speed_mm_s),
+        flow_mm3_s=np.asarray(flow_mm3_s, dtype=float),
+    )
+
+
+PAPER = straight_path(np.full(61, 4800 / 15))
+
+
+def test_the_papers_trial_is_14527_particles_in_2076_frames_of_seven():
+    """Eq. 6: 4800 / (4 sqrt(2) 0.97^3 0.4^3) = 14,527.05; 15 s / 2,076 = 7.23 ms."""
+    schedule = plan_releases(PAPER, radius_mm=0.4, diameter_mm=2.4, seed=0)
+    assert schedule.particles == 14_527
+    assert schedule.release == 7
+    assert len(schedule.released) == 2_076
+    assert schedule.frame_s == pytest.approx(15 / 2076)
+    assert set(np.diff(schedule.released[:-1])) == {7}
+
+
+def test_particles_leave_at_the_speed_that_the_flow_needs():
+    schedule = plan_releases(PAPER, radius_mm=0.4, diameter_mm=2.4, seed=0)
+    # 320 mm3/s over pi 1.2^2 mm2.
+    assert schedule.velocity_mm_s[:, 2] == pytest.approx(-70.74, abs=0.01)
+    assert np.abs(schedule.velocity_mm_s[:, :2]).max() == 0
+
+
+def test_every_release_lies_within_the_nozzle_where_it_stands():
+    schedule = plan_releases(PAPER, radius_mm=0.4, diameter_mm=2.4, seed=5)
+    at_s = schedule.frame_of * schedule.frame_s
+    from_axis = np.hypot(schedule.position_mm[:, 0] - (10 + 4 * at_s), schedule.position_mm[:, 1])
+    assert from_axis.max() <= 1.2 - 0.4 + 1e-9
+    assert schedule.position_mm[:, 2] == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize(("ratio", "count"), [(0.5, 1), (1.0, 1), (2.0, 2), (2.4, 3), (3.0, 7), (4.31, 12)])
+def test_a_disc_holds_as_many_circles_as_pack_it(ratio, count):
+    """Known packings of circles in a circle, as far as they lie on a hexagonal lattice."""
+    packed = pack_disc(ratio * 0.4, 0.4)
+    assert len(packed) == count
+    if count > 1:
+        assert pdist(packed).min() == pytest.approx(0.8)
+        assert np.hypot(*packed.T).max() + 0.4 <= ratio * 0.4 + 1e-9
+
+
+def test_releases_follow_a_flow_that_changes():
+    """Twice the flow, twice the particles; none where there is none. To within one release."""
+    flow = np.concatenate([np.full(20, 100.0), np.zeros(20), np.full(21, 200.0)])
+    schedule = plan_releases(straight_path(flow), radius_mm=0.4, diameter_mm=2.4, seed=0)
+    x = schedule.position_mm[:, 0]
+    shares = [np.mean((x > a) & (x < b)) for a, b in ((8, 31.3), (31.3, 48.7), (48.7, 72))]
+    slack = 2 * schedule.release / schedule.particles
+    assert shares == pytest.approx([1 / 3, 0, 2 / 3], abs=slack)
+    assert schedule.released[-1] == schedule.particles
+    assert np.diff(schedule.released).max() <= schedule.release
+
+
+def test_the_seed_turns_the_discs_and_nothing_else():
+    first, again, other = (plan_releases(PAPER, 0.4, 2.4, seed=seed) for seed in (1, 1, 2))
+    assert np.array_equal(first.position_mm, again.position_mm)
+    assert not np.array_equal(first.position_mm, other.position_mm)
+    assert np.array_equal(first.released, other.released)
