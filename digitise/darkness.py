@@ -11,10 +11,10 @@ from sealtwin.records import Floats
 
 Map = NDArray[np.float32]
 
-WORK_PX = 720
+WORK_PX = 1000
 """Longer side of the copy: a path needs no more, the walls are refined on the photo itself."""
-RIDGE_SIGMAS_PX = (1.5, 3.0, 6.0, 10.0)
-"""On the copy: cracks from 3 to 35 px wide answer to one of them."""
+RIDGE_SIGMAS_PX = (1.5, 3.0, 6.0, 12.0)
+"""On the copy: cracks from 3 to 40 px wide answer to one of them."""
 BACKGROUND_PX = 81
 """On the copy: dark things narrower than this do not count as background."""
 EDGE_PX = 3.0

@@ -4,7 +4,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.ndimage import distance_transform_edt
+from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt, maximum_filter
 from skimage.graph import MCP_Geometric
 
 from digitise.darkness import DarkMap, map_darkness
@@ -12,7 +13,7 @@ from digitise.photo import Photo
 from digitise.settings import Pixel
 from digitise.skeleton import longest_lines
 from sealtwin.errors import InputError
-from sealtwin.records import Floats, arc_length
+from sealtwin.records import Floats, Integers, arc_length
 
 THIN_PX = 6.0
 """On the search map: thinner cracks are told by their shape as lines, wider ones by their darkness."""
@@ -20,6 +21,8 @@ LEAST_DARKNESS = 0.2
 """Of a crack's middle, relative to the mortar beside it: stains and shadows stay below."""
 SNAP_PX = 15.0
 """How far an end may be clicked beside its crack, in the photo; or one crack width, if that is more."""
+SURE_RIDGE = 5.0
+"""In noise units: a line this strong is a crack even where the search map is too coarse to show how dark it is."""
 MOST_GAPS = 0.2
 """Share of the path that may be as bright as mortar."""
 RUNNER_UP = 0.5
@@ -49,19 +52,25 @@ def find_path(photo: Photo, ends_px: tuple[Pixel, Pixel] | None) -> CrackPath:
 
 
 def _between(photo: Photo, ends_px: Floats, field: DarkMap, source: Literal["ends", "automatic"]) -> CrackPath:
-    start, end = (tuple(point) for point in _on_map(field, ends_px))
-    # Cost B of wide cracks finds any path well enough to tell how wide the crack is.
-    rows = _cheapest(_cost_of_wide(field), start, end)
-    darkness = _crack_darkness(photo, field, rows)
-    width_work = _width(field, rows, darkness)
-    if width_work < THIN_PX:
-        rows = _cheapest(_cost_of_thin(field), start, end)
-        darkness = _crack_darkness(photo, field, rows)
-        width_work = _width(field, rows, darkness)
-    width_px = width_work / field.scale
-    points_px = field.to_photo(rows[:, ::-1])
-    on_crack = field.dark[rows[:, 0], rows[:, 1]] > darkness / 2
-    points_px = _from_crack_to_crack(photo, points_px, on_crack, ends_px, width_px)
+    start, end = ((int(row), int(column)) for row, column in _on_map(field, ends_px))
+    # Cost B, of wide cracks, finds any path well enough to tell how wide the crack is.
+    cells = _cheapest(_cost_of_wide(field), start, end)
+    darkness, width = _measure(field, cells)
+    if width < THIN_PX:
+        cells = _cheapest(_cost_of_thin(field), start, end)
+        darkness, width = _measure(field, cells)
+    if darkness < LEAST_DARKNESS and np.median(field.ridge[tuple(cells.T)]) < SURE_RIDGE:
+        raise InputError(
+            f"{photo.file}: no crack between the ends: the way there is only {darkness:.0%} darker than around it "
+            f"(a crack is at least {LEAST_DARKNESS:.0%}); check ends_px."
+        )
+    if width >= THIN_PX:
+        cells = _cheapest(_cost_off_centre(field, cells, darkness), start, end)
+        darkness, width = _measure(field, cells)
+    width_px = width / field.scale
+    # A path through a thin crack may run a cell beside it.
+    on_crack = maximum_filter(field.dark, size=3)[tuple(cells.T)] > darkness / 2
+    points_px = _from_crack_to_crack(photo, field.to_photo(cells[:, ::-1]), on_crack, ends_px, width_px)
     return CrackPath(points_px, width_px, source)
 
 
@@ -114,7 +123,7 @@ def _window(photo: Photo, ends_px: tuple[Pixel, Pixel]) -> tuple[int, int, int, 
     return int(left), int(top), int(right), int(bottom)
 
 
-def _on_map(field: DarkMap, ends_px: Floats) -> np.ndarray:
+def _on_map(field: DarkMap, ends_px: Floats) -> Integers:
     """Row and column of each end, moved onto the face where a click just missed it."""
     nearest = distance_transform_edt(~field.allowed, return_distances=False, return_indices=True)
     limits = np.array(field.dark.shape) - 1
@@ -122,48 +131,47 @@ def _on_map(field: DarkMap, ends_px: Floats) -> np.ndarray:
     return np.array([nearest[:, row, column] for row, column in cells])
 
 
-def _cost_of_thin(field: DarkMap) -> np.ndarray:
+def _cost_of_thin(field: DarkMap) -> Floats:
     return np.where(field.allowed, 1 / (0.04 + np.clip(field.ridge, 0, 8) / 8), np.inf)
 
 
-def _cost_of_wide(field: DarkMap) -> np.ndarray:
+def _cost_of_wide(field: DarkMap) -> Floats:
     reference = max(float(np.percentile(field.dark[field.allowed], 99)), LEAST_DARKNESS)
     strength = np.clip(field.ridge, 0, 8) / 8 * field.dark / reference
     return np.where(field.allowed, 1 / (0.03 + np.minimum(strength, 1.5) ** 1.5), np.inf)
 
 
-def _cheapest(cost: np.ndarray, start: tuple[int, int], end: tuple[int, int]) -> np.ndarray:
+def _cost_off_centre(field: DarkMap, cells: Integers, darkness: float) -> Floats:
+    """Cheapest in the middle of a wide crack, which is as dark everywhere."""
+    to_rim = distance_transform_edt(_crack_mask(field, darkness))
+    usual = max(float(np.percentile(to_rim[tuple(cells.T)], 75)), 1.0)
+    return np.where(field.allowed, 1 / (0.03 + np.minimum(to_rim / usual, 1.5) ** 2), np.inf)
+
+
+def _cheapest(cost: Floats, start: tuple[int, int], end: tuple[int, int]) -> Integers:
     """Rows and columns, (n, 2), of the path with the least cost per length."""
     search = MCP_Geometric(np.where(np.isfinite(cost), cost, -1), fully_connected=True)
     search.find_costs([start], [end])
-    return np.array(search.traceback(end))
+    return np.array(search.traceback(end), dtype=np.int64)
 
 
-def _crack_darkness(photo: Photo, field: DarkMap, rows: np.ndarray) -> float:
-    darkness = float(np.median(field.dark[rows[:, 0], rows[:, 1]]))
-    if darkness < LEAST_DARKNESS:
-        raise InputError(
-            f"{photo.file}: no crack between the ends: the way there is only {darkness:.0%} darker than around it "
-            f"(a crack is at least {LEAST_DARKNESS:.0%}); check ends_px."
-        )
-    return darkness
+def _measure(field: DarkMap, cells: Integers) -> tuple[float, float]:
+    """Typical darkness along a path, and width of the dark around it, on the map."""
+    darkness = float(np.median(field.dark[tuple(cells.T)]))
+    to_rim = distance_transform_edt(_crack_mask(field, darkness))[tuple(cells.T)]
+    return darkness, float(2 * np.median(to_rim[to_rim > 0]) - 1) if np.any(to_rim > 0) else 0.0
 
 
-def _width(field: DarkMap, rows: np.ndarray, darkness: float) -> float:
-    """Twice the median distance from the ridge of the crack to its half-dark rim, on the map."""
+def _crack_mask(field: DarkMap, darkness: float) -> NDArray[np.bool_]:
+    """Half as dark as the crack, and on the sample; the rim of the map counts as outside."""
     mask = (field.dark > darkness / 2) & field.allowed
-    to_rim = distance_transform_edt(np.pad(mask, 1))[1:-1, 1:-1]
-    # The path cuts corners inside a wide crack; the ridge of the distances nearby is its middle.
-    from scipy.ndimage import maximum_filter
-
-    reach = to_rim[rows[:, 0], rows[:, 1]]
-    size = 2 * int(np.ceil(np.median(reach[reach > 0]) if np.any(reach > 0) else 1)) + 1
-    middle = maximum_filter(to_rim, size=size)[rows[:, 0], rows[:, 1]]
-    return float(2 * np.median(middle[reach > 0]) - 1) if np.any(reach > 0) else 0.0
+    mask[[0, -1]] = False
+    mask[:, [0, -1]] = False
+    return mask
 
 
 def _from_crack_to_crack(
-    photo: Photo, points_px: Floats, on_crack: np.ndarray, ends_px: Floats, width_px: float
+    photo: Photo, points_px: Floats, on_crack: NDArray[np.bool_], ends_px: Floats, width_px: float
 ) -> Floats:
     """The path less what lies before its first and after its last point in the crack."""
     inside = np.flatnonzero(on_crack)

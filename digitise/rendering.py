@@ -13,7 +13,7 @@ from sealtwin.records import Floats
 
 Image = NDArray[np.float32]
 
-BOARD, INK, GAP, MORTAR, CRACK, LIT_WALL, PORE = 0.72, 0.035, 0.06, 0.34, 0.022, 0.075, 0.13
+BOARD, INK, GAP, MORTAR, CRACK, PORE = 0.72, 0.035, 0.06, 0.34, 0.022, 0.13
 """Reflectances, judged by eye from photos of mortar prisms under diffuse light."""
 ROWS_PER_PX = 8
 """Sub-rows of the exact fill: edges are placed to better than 0.01 px."""
@@ -33,6 +33,8 @@ class Look:
     noise: float
     """Standard deviation of the sensor's noise at full brightness; below it, it shrinks like shot noise."""
     jpeg_quality: int
+    lit_wall: float = 0.04
+    """Reflectance of a narrow rim of the wall that faces the lamp; 0.022, as the rest of the crack, in diffuse light."""
 
 
 @dataclass(frozen=True)
@@ -105,7 +107,7 @@ def _shade(scene: Scene, look: Look, rng: np.random.Generator) -> Image:
     mortar = _mix(mortar, PORE, _cover(scene.pores, size))
     inside = coverage(scene.crack, size)
     lit = inside * (1 - coverage(scene.crack_floor, size))
-    mortar = _mix(mortar, CRACK * (1 + 0.3 * stains) + (LIT_WALL - CRACK) * lit, inside)
+    mortar = _mix(mortar, CRACK * (1 + 0.3 * stains) + (look.lit_wall - CRACK) * lit, inside)
 
     picture = np.full((height, width), BOARD, dtype=np.float32)
     picture *= 1 + 0.15 * look.grain * grain

@@ -28,6 +28,9 @@ MARKER_MM = 16.0
 MARKER_OFFSET_MM = 14.0
 """From the edge of the face to the centres of the markers."""
 
+DIFFUSE = Look(light=0.3, grain=0.09, blur_px=0.9, noise=0.02, jpeg_quality=88)
+"""A steady hand, a diffuse lamp to one side, a phone's compression."""
+
 
 @dataclass(frozen=True)
 class Recipe:
@@ -58,7 +61,7 @@ class Recipe:
     gap_mm: float = 0.5
     """Shadow between the face and the board."""
     pores: int = 160
-    look: Look = Look(light=0.3, grain=0.09, blur_px=0.9, noise=0.02, jpeg_quality=88)
+    look: Look = DIFFUSE
 
 
 PAPER = Recipe()

@@ -76,13 +76,16 @@ def find_walls(strip: Strip, width_mm: float, spacing_mm: float) -> Walls:
     """
     over = 2 * int(np.ceil(width_mm / spacing_mm)) + 1
     distance = np.abs(strip.offset_mm)
-    dark = _level(strip, distance < 0.25 * width_mm, over)
+    dark = _level(strip, strip.valid & (distance < 0.25 * width_mm), over)
     # A tip is narrower than the band and would pass mortar for its darkness.
     dark = np.minimum(dark, np.median(dark))
+    beside = strip.valid & (distance > 0.8 * width_mm) & (distance < 1.5 * width_mm)
+    usual = float(np.median(strip.light[beside])) if beside.any() else 0.0
+    # Where the crack is wide, the band beside it is crack as well; that is not what mortar looks like.
+    mortar = beside & (strip.light > (2 * dark[:, None] + usual) / 3)
     sides = []
     for sign in (1, -1):
-        beside = (sign * strip.offset_mm > 0.9 * width_mm) & (distance < 1.5 * width_mm)
-        bright = _level(strip, beside, over)
+        bright = _level(strip, mortar & (sign * strip.offset_mm > 0), over)
         outward = np.flatnonzero(sign * strip.offset_mm >= 0)[::sign]
         contrast = np.maximum(bright - dark, 1e-6)[:, None]
         # -0.5 in the dark, 0.5 on mortar; 0 where nothing is known, which pulls a wall nowhere.
@@ -113,18 +116,17 @@ def _completed(
     )
 
 
-def _level(strip: Strip, band: NDArray[np.bool_], over: int) -> Floats:
-    """Median brightness of a band of offsets at each station, steadied along the strip.
+def _level(strip: Strip, where: NDArray[np.bool_], over: int) -> Floats:
+    """Median brightness of some pixels of each station, steadied along the strip.
 
-    Stations that show nothing of the band take their neighbours' value.
+    Stations that have too few of them take their neighbours' value.
     """
-    shown = strip.valid[:, band]
-    known = shown.any(axis=1)
+    known = where.sum(axis=1) >= 3
     if not known.any():
         return np.zeros(len(strip.light))
-    values = np.where(shown, strip.light[:, band], np.nan)
-    stations = np.arange(len(values))
-    level = np.interp(stations, stations[known], np.nanmedian(values[known], axis=1))
+    values = np.where(where[known], strip.light[known], np.nan)
+    stations = np.arange(len(strip.light))
+    level = np.interp(stations, stations[known], np.nanmedian(values, axis=1))
     return median_filter(level, size=over, mode="nearest")
 
 
