@@ -1,0 +1,320 @@
+"""What a report says in words and numbers, for the page and the PDF alike."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from validate.evidence import Evidence
+
+GRAVITY_M_S2 = 9.81
+SURFACE_TENSION_N_M = 0.072
+"""Of water at room temperature; an assumption for any paste."""
+NOT_RECORDED = "not recorded"
+
+
+@dataclass(frozen=True)
+class Table:
+    title: str
+    rows: tuple[tuple[str, str], ...]
+
+
+def headline(evidence: Evidence) -> tuple[str, str]:
+    """The verdict line, and how it ended: "passed", "failed" or "open"."""
+    comparison = evidence.comparison
+    if comparison is None:
+        return "No readings: this is the simulated fill alone, held against nothing.", "open"
+    return comparison.verdict, {True: "passed", False: "failed", None: "open"}[comparison.passed]
+
+
+def warning(evidence: Evidence) -> str:
+    """What must be said before any number where data are not measured; else empty."""
+    if evidence.all_measured:
+        return ""
+    kinds = [f"the photo is {evidence.photo_data}"]
+    if evidence.readings is not None:
+        kinds.append(f"the caliper readings are {evidence.readings.data}")
+    return f"Not a validation: {' and '.join(kinds)}. This report can show consistency, nothing more."
+
+
+def key_figures(evidence: Evidence) -> list[tuple[str, str]]:
+    """The numbers that one looks for first, each with its unit."""
+    run, comparison = evidence.run, evidence.comparison
+    figures = []
+    if comparison is not None:
+        figures += [
+            ("mean error", f"{comparison.mean_error_mm:.2f} mm"),
+            ("worst error", f"{comparison.worst_error_mm:.2f} mm at {comparison.worst_at_mm:.0f} mm"),
+        ]
+    return [
+        *figures,
+        ("volume ratio", f"{evidence.volume_ratio:.3f}"),
+        ("escaped particles", f"{run.escaped_particles}"),
+        ("spilled particles", f"{run.spilled_particles}"),
+        ("particles", f"{len(run.position_mm):,}"),
+    ]
+
+
+def tables(evidence: Evidence) -> list[Table]:
+    agreement = [] if evidence.comparison is None else [_agreement(evidence), _repeats(evidence)]
+    return [
+        *agreement,
+        _mass_balance(evidence),
+        _geometry(evidence),
+        _path(evidence),
+        _health(evidence),
+        _settings(evidence),
+        Table("Provenance", (*evidence.provenance.items(), ("made again by", evidence.command))),
+    ]
+
+
+def assumptions(evidence: Evidence) -> list[str]:
+    """Sentences on what was taken for granted, with the numbers that say how much hangs on it."""
+    solver, fluid = (evidence.run.settings.get(key, {}) for key in ("solver", "fluid"))
+    sentences = [_tilt(evidence), _surface_tension(evidence)]
+    freeze = fluid.get("freeze_after_s")
+    if isinstance(freeze, int | float):
+        sentences.append(
+            f"A particle is fixed where it lies {freeze:g} s after its release. This stands for the paste's stiffening "
+            "and holds the slope of the bed; the paper has the same as a limit of moving particles."
+        )
+    sentences += [
+        f"The profile is taken {solver.get('settle_s', 0.0):g} s after the last release. Curing and shrinkage are not "
+        "modelled, while a caliper reads the cured sealant.",
+        "Simulated and measured s both count from the first end given; neither curve is shifted to fit the other.",
+        "The profile counts sealant in the crack and above its mouth. Sealant on the face beside the mouth is in the "
+        "mass balance, not in the profile.",
+        f"Scale of the photo: {evidence.outline.scale_source}"
+        + (
+            "."
+            if evidence.outline.scale_residual_mm is None
+            else f", RMS misfit {evidence.outline.scale_residual_mm:.3f} mm."
+        ),
+    ]
+    if evidence.outline.path_source == "automatic":
+        sentences.append(
+            "The crack was found automatically: look at the overlay before you trust what follows from it."
+        )
+    if evidence.comparison is not None and evidence.comparison.metrics["role"] == "calibrated-on":
+        sentences.append(
+            "The fluid was calibrated on these very readings: the error is what calibration left over, not a test."
+        )
+    warnings = (*evidence.outline.warnings, *evidence.solid.report.get("warnings", ()))
+    return [*sentences, *(f"Note of the digitising stage: {text}" for text in warnings)]
+
+
+def _agreement(evidence: Evidence) -> Table:
+    assert evidence.comparison is not None
+    comparison, metrics = evidence.comparison, evidence.comparison.metrics
+    beats = "the simulation beats it" if metrics["beats_flat_level"] else "the simulation does NOT beat it"
+    return Table(
+        "Agreement with the readings",
+        (
+            ("role of the readings", metrics["role"]),
+            (
+                "covered length",
+                f"{metrics['covered_length_mm']:.1f} mm, {metrics['coverage']:.1%} of the crack "
+                f"({metrics['covered_from_mm']:.1f} to {metrics['covered_to_mm']:.1f} mm)",
+            ),
+            ("area between the curves, exact", f"{metrics['area_mm2']:.4f} mm²"),
+            (
+                "area by similaritymeasures",
+                f"{metrics['area_similaritymeasures_mm2']:.4f} mm², {metrics['area_difference_mm2']:+.1e} mm² apart",
+            ),
+            ("mean error = area / covered length", f"{comparison.mean_error_mm:.3f} mm"),
+            ("bias (simulated - measured)", f"{metrics['bias_mm']:+.3f} mm"),
+            ("root mean square error", f"{metrics['rmse_mm']:.3f} mm"),
+            ("95 % of the length within", f"{metrics['p95_error_mm']:.3f} mm"),
+            ("worst error", f"{comparison.worst_error_mm:.3f} mm at s = {comparison.worst_at_mm:.1f} mm"),
+            ("length with less than 1 mm error", f"{metrics['share_under_1_mm']:.1%}"),
+            ("mean error, first 10 mm bin", _mm(metrics["start_zone_error_mm"])),
+            ("mean error, last 10 mm bin", _mm(metrics["end_zone_error_mm"])),
+            (
+                "best flat level, as a baseline",
+                f"{metrics['flat_level_mm']:.2f} mm, mean error {metrics['flat_level_error_mm']:.3f} mm: {beats}",
+            ),
+            (
+                "room below the face",
+                f"{metrics['simulated_underfill_mm3']:.0f} mm³ simulated, "
+                f"{metrics['measured_underfill_mm3']:.0f} mm³ measured",
+            ),
+            (
+                "sealant above the mouth",
+                f"{metrics['simulated_overfill_mm3']:.0f} mm³ simulated, "
+                f"{metrics['measured_overfill_mm3']:.0f} mm³ measured",
+            ),
+        ),
+    )
+
+
+def _repeats(evidence: Evidence) -> Table:
+    assert evidence.comparison is not None
+    assert evidence.readings is not None
+    readings = evidence.comparison.metrics["readings"]
+    rows = [
+        ("source", evidence.readings.source),
+        ("data", evidence.readings.data),
+        ("stations, readings", f"{readings['stations']}, {readings['readings']}"),
+    ]
+    if readings["repeatability_sd_mm"] is None:
+        rows.append(("repeatability", "no repeats: the scatter of the readings is not known"))
+    else:
+        rows += [
+            (
+                "repeatability, pooled over the stations",
+                f"{readings['repeatability_sd_mm']:.3f} mm standard deviation, "
+                f"{readings['degrees_of_freedom']} degrees of freedom",
+            ),
+            ("95 % band of a station's mean", f"± {np.max(readings['band_95_mm']):.3f} mm at most"),
+        ]
+    return Table("Readings", tuple(rows))
+
+
+def _mass_balance(evidence: Evidence) -> Table:
+    run = evidence.run
+    stays = ~run.spilled
+    below = stays & (run.position_mm[:, 2] <= 0)
+    above = stays & ~below
+
+    def volume(count: int) -> str:
+        return f"{count * run.particle_volume_mm3:.0f} mm³, {count:,} particles"
+
+    return Table(
+        "Where the sealant is",
+        (
+            ("dispensed", volume(len(run.position_mm))),
+            ("in the crack, below the face", volume(int(below.sum()))),
+            ("above the face, the jet under the nozzle included", volume(int(above.sum()))),
+            ("spilled over the sample's edge", volume(run.spilled_particles)),
+            ("escaped through a wall (must be 0)", volume(run.escaped_particles)),
+            ("volume that the settled particles fill, over dispensed", f"{evidence.volume_ratio:.3f}"),
+        ),
+    )
+
+
+def _geometry(evidence: Evidence) -> Table:
+    outline, solid, report = evidence.outline, evidence.solid, evidence.solid.report
+    rows = [
+        ("length along the centreline", f"{outline.length_mm:.2f} mm"),
+        ("ends", ", ".join(outline.ends)),
+        ("width in the photo, mean", f"{outline.mean_width_mm:.2f} mm"),
+        (
+            "width of the mouth, of the floor",
+            f"{_mm(report.get('mouth_width_mm'))}, {_mm(report.get('floor_width_mm'))}",
+        ),
+        ("depth", f"{solid.depth_mm:g} mm"),
+        ("tilt", _tilt_words(evidence)),
+        ("volume of the cavity", f"{solid.cavity_volume_mm3:.0f} mm³"),
+    ]
+    if "volume_mm3" in report:
+        readings = ", ".join(f"{tilt} {volume:.0f}" for tilt, volume in report["volume_mm3"].items())
+        rows.append((f"volume by reading of the tilt, at {solid.wall_angle_deg:g}°", f"{readings} mm³"))
+    if solid.tilt == "funnel" and "closing_depth_mm" in report:
+        closing = report["closing_depth_mm"]
+        rows.append(
+            ("walls meet at", f"{closing['mean']:.1f} mm deep, above the floor on {closing['share_above_floor']:.0%}")
+        )
+    rows.append(("cavity over sealant", f"{solid.cavity_volume_mm3 / evidence.run.dispensed_volume_mm3:.2f}"))
+    return Table("Crack and solid", tuple(rows))
+
+
+def _path(evidence: Evidence) -> Table:
+    trajectory = evidence.trajectory
+    return Table(
+        "Nozzle path",
+        (
+            ("from, to", f"s = {trajectory.s_mm[0]:.1f} to {trajectory.s_mm[-1]:.1f} mm"),
+            ("duration", f"{trajectory.duration_s:.2f} s in {len(trajectory.t_s)} waypoints"),
+            ("speed", f"{trajectory.speed_mm_s[:-1].mean():.2f} mm/s"),
+            ("flow", f"{_mean_flow_mm3_s(evidence):.1f} mm³/s"),
+            ("height above the face", f"{trajectory.position_mm[:, 2].mean():.1f} mm"),
+        ),
+    )
+
+
+def _health(evidence: Evidence) -> Table:
+    rows = [(_words(key), _plain(value)) for key, value in evidence.run.health.items()]
+    return Table("Numerical health", (("device", evidence.run.device), *rows))
+
+
+def _settings(evidence: Evidence) -> Table:
+    rows = []
+    for group, content in evidence.run.settings.items():
+        if isinstance(content, dict):
+            rows += [(f"{group}: {_words(key)}", _plain(value)) for key, value in content.items() if value is not None]
+        else:
+            rows.append((group, _plain(content)))
+    return Table("Settings in effect", tuple(rows))
+
+
+def _tilt(evidence: Evidence) -> str:
+    ratio = evidence.solid.cavity_volume_mm3 / evidence.run.dispensed_volume_mm3
+    return (
+        f"A photo from above does not show how the walls stand. Assumed here: {_tilt_words(evidence)}; the cavity "
+        f"holds {ratio:.2f} times the sealant. The table of the solid gives the volume of each other reading."
+    )
+
+
+def _tilt_words(evidence: Evidence) -> str:
+    solid = evidence.solid
+    return (
+        "vertical walls"
+        if solid.tilt == "vertical"
+        else f"{solid.tilt}, each wall {solid.wall_angle_deg:g}° from vertical"
+    )
+
+
+def _surface_tension(evidence: Evidence) -> str:
+    """Reynolds number in the nozzle, Bond number across the crack."""
+    density_kg_m3 = evidence.run.settings.get("fluid", {}).get("density_kg_m3")
+    viscosity_m2_s = evidence.run.health.get("viscosity_m2_s")
+    nozzle_mm = evidence.run.settings.get("nozzle", {}).get("diameter_mm")
+    if density_kg_m3 is None or nozzle_mm is None or not viscosity_m2_s:
+        return "Surface tension is not modelled. The run records no viscosity, so no Reynolds or Bond number is given."
+    speed_mm_s = _mean_flow_mm3_s(evidence) / (np.pi / 4 * nozzle_mm**2)
+    reynolds = speed_mm_s * nozzle_mm * 1e-6 / viscosity_m2_s
+    width_mm = evidence.outline.mean_width_mm
+    bond = density_kg_m3 * GRAVITY_M_S2 * (width_mm * 1e-3) ** 2 / SURFACE_TENSION_N_M
+    capillary_mm = 1e3 * np.sqrt(SURFACE_TENSION_N_M / (density_kg_m3 * GRAVITY_M_S2))
+    return (
+        f"Surface tension is not modelled. Bond number {bond:.2g} over the crack's {width_mm:.2f} mm "
+        f"({density_kg_m3:g} kg/m³; {SURFACE_TENSION_N_M:g} N/m, water's, assumed): gravity over capillarity, so "
+        f"menisci of up to about {capillary_mm:.1f} mm at the walls are missing. Reynolds number {reynolds:.2g} in the nozzle "
+        f"({speed_mm_s:.0f} mm/s, {nozzle_mm:g} mm, {viscosity_m2_s * 1e6:.3g} mm²/s)."
+    )
+
+
+def _mean_flow_mm3_s(evidence: Evidence) -> float:
+    """Over the time of the path; each waypoint's flow holds until the next."""
+    trajectory = evidence.trajectory
+    return float(trajectory.flow_mm3_s[:-1] @ np.diff(trajectory.t_s) / trajectory.duration_s)
+
+
+def _mm(value: float | None) -> str:
+    return NOT_RECORDED if value is None or np.isnan(value) else f"{value:.2f} mm"
+
+
+UNITS = {
+    "_pa_s": "Pa s",
+    "_m2_s": "m²/s",
+    "_kg_m3": "kg/m³",
+    "_per_s": "1/s",
+    "_mm_s": "mm/s",
+    "_mm": "mm",
+    "_cm": "cm",
+    "_s": "s",
+}
+
+
+def _words(key: str) -> str:
+    """A name in the code as words, its unit in brackets: "frame_s" is "frame (s)"."""
+    for ending, unit in UNITS.items():
+        if key.endswith(ending):
+            return f"{key.removesuffix(ending).replace('_', ' ')} ({unit})"
+    return key.replace("_", " ")
+
+
+def _plain(value: Any) -> str:
+    if isinstance(value, bool | np.bool_):
+        return "yes" if value else "no"
+    return f"{value:.4g}" if isinstance(value, float | np.floating) else str(value)

@@ -1,0 +1,79 @@
+"""Which figures a report shows, in their order, and what is said about each."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from matplotlib.figure import FigureBase
+
+from validate.evidence import Evidence
+from validate.figures import draw_error, draw_histogram, draw_profile
+from validate.pictures import draw_sections, draw_side_view, draw_solid, draw_top_view
+
+
+@dataclass(frozen=True)
+class Plate:
+    """A figure of a report."""
+
+    section: str
+    caption: str
+    height_in: float
+    """On a page that is A4 wide."""
+    draw: Callable[[FigureBase | None], FigureBase]
+
+
+def report_plates(evidence: Evidence) -> list[Plate]:
+    """Those of the comparison only where there is one."""
+    profile, readings, comparison = evidence.profile, evidence.readings, evidence.comparison
+    outline, solid, run = evidence.outline, evidence.solid, evidence.run
+    against = "" if readings is None else ", with the caliper's means, their 95 % band and the single readings"
+    plates = [
+        Plate(
+            "Level",
+            f"Simulated level along the crack{against}.",
+            3.5,
+            lambda on: draw_profile(profile, solid.depth_mm, readings, comparison, on),
+        )
+    ]
+    if readings is not None and comparison is not None:
+        plates += [
+            Plate(
+                "Level",
+                "Signed error along the crack. Inside the band, the readings cannot tell the two apart.",
+                2.9,
+                lambda on: draw_error(profile, readings, comparison, on),
+            ),
+            Plate(
+                "Level",
+                "Mean absolute error in each 10 mm of the crack's length, exact integrals, as in the paper's Fig. 9b.",
+                2.9,
+                lambda on: draw_histogram(comparison, on),
+            ),
+        ]
+    return [
+        *plates,
+        Plate(
+            "Fill",
+            "Every particle at its place along the crack, coloured by age; the line is the profile read from them.",
+            2.9,
+            lambda on: draw_side_view(run, outline, solid, profile, on),
+        ),
+        Plate(
+            "Fill",
+            "The sample from above, particles coloured by height.",
+            3.2,
+            lambda on: draw_top_view(run, outline, solid, evidence.trajectory, on),
+        ),
+        Plate(
+            "Fill",
+            "Across the crack, seen along the nozzle's path: the solid, cut, and the particles of a slice one diameter "
+            "thick, coloured by age.",
+            3.2,
+            lambda on: draw_sections(run, outline, solid, on),
+        ),
+        Plate(
+            "Solid",
+            "The solid that was simulated, and its cavity alone.",
+            4.6,
+            lambda on: draw_solid(solid, on),
+        ),
+    ]
