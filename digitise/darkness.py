@@ -7,9 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from digitise.photo import Photo
-from sealtwin.records import Floats
-
-Map = NDArray[np.float32]
+from digitise.raster import Map, blurred, shrunk
+from sealtwin.records import Floats, Integers
 
 WORK_PX = 1000
 """Longer side of the copy: a path needs no more, the walls are refined on the photo itself."""
@@ -39,7 +38,7 @@ class DarkMap:
     def to_work(self, points_px: Floats) -> Floats:
         return (np.asarray(points_px, dtype=float) - self.offset_px + 0.5) * self.scale - 0.5
 
-    def to_photo(self, points_work: Floats) -> Floats:
+    def to_photo(self, points_work: Floats | Integers) -> Floats:
         return (np.asarray(points_work, dtype=float) + 0.5) / self.scale - 0.5 + self.offset_px
 
 
@@ -50,11 +49,11 @@ def map_darkness(photo: Photo, window_px: tuple[int, int, int, int] | None = Non
     allowed = sample_mask(photo)[top:bottom, left:right]
     scale = min(1.0, WORK_PX / max(light.shape))
     size = (max(1, round(light.shape[1] * scale)), max(1, round(light.shape[0] * scale)))
-    light = cv2.resize(light, size, interpolation=cv2.INTER_AREA)
-    allowed = cv2.resize(allowed, size, interpolation=cv2.INTER_AREA) >= 254
+    light = shrunk(light, size)
+    allowed = shrunk(allowed.astype(np.float32), size) >= 254
     # What is beside the sample must look like sample, or its edge is the strongest line in the photo.
     light = _filled(light, allowed)
-    dark = _flattened(cv2.GaussianBlur(light, (0, 0), 0.8))
+    dark = _flattened(blurred(light, 0.8))
     return DarkMap((left, top), scale, dark, np.where(allowed, _ridges(dark, allowed), 0).astype(np.float32), allowed)
 
 
@@ -80,8 +79,8 @@ def _filled(light: Map, allowed: NDArray[np.bool_]) -> Map:
     weight = allowed.astype(np.float32)
     level = float(np.median(light[allowed]))
     sigma = BACKGROUND_PX / 4
-    near = cv2.GaussianBlur(light * weight, (0, 0), sigma) + 1e-3 * level
-    return np.where(allowed, light, near / (cv2.GaussianBlur(weight, (0, 0), sigma) + 1e-3)).astype(np.float32)
+    near = blurred(light * weight, sigma) + 1e-3 * level
+    return np.where(allowed, light, near / (blurred(weight, sigma) + 1e-3)).astype(np.float32)
 
 
 def _flattened(light: Map) -> Map:
@@ -89,8 +88,8 @@ def _flattened(light: Map) -> Map:
     size = min(BACKGROUND_PX, 2 * (min(light.shape) // 4) + 1)
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
     # Median first: a closing alone would rest on the brightest grains.
-    background = cv2.morphologyEx(cv2.GaussianBlur(light, (0, 0), 3), cv2.MORPH_CLOSE, disc)
-    background = cv2.GaussianBlur(background, (0, 0), size / 4)
+    background = cv2.morphologyEx(blurred(light, 3), cv2.MORPH_CLOSE, disc).astype(np.float32)
+    background = blurred(background, size / 4)
     return np.clip(1 - light / np.maximum(background, 1e-4), 0, 1).astype(np.float32)
 
 
@@ -98,7 +97,7 @@ def _ridges(dark: Map, allowed: NDArray[np.bool_]) -> Map:
     """Largest principal curvature over scales (Lindeberg's normalisation, sigma squared), over its robust spread."""
     best = np.zeros_like(dark)
     for sigma in RIDGE_SIGMAS_PX:
-        smooth = cv2.GaussianBlur(dark, (0, 0), sigma)
+        smooth = blurred(dark, sigma)
         xx = cv2.Sobel(smooth, cv2.CV_32F, 2, 0, ksize=3, scale=0.25)
         yy = cv2.Sobel(smooth, cv2.CV_32F, 0, 2, ksize=3, scale=0.25)
         xy = cv2.Sobel(smooth, cv2.CV_32F, 1, 1, ksize=3, scale=0.25)

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from digitise.raster import Map, blurred
 from sealtwin.errors import InputError
 from sealtwin.records import Floats
 
@@ -17,7 +17,7 @@ ASPECT_TOLERANCE = 0.2
 """Perspective of a top-down photo changes width over height by far less."""
 
 
-def find_face(brightness: NDArray[np.float32], size_mm: tuple[float, float], file: Path) -> tuple[Floats, float]:
+def find_face(brightness: Map, size_mm: tuple[float, float], file: Path) -> tuple[Floats, float]:
     """Corners in px, (4, 2): lower left, lower right, upper right, upper left; and how far its edges are from straight.
 
     The face must differ in brightness from what surrounds it on all four sides. The second figure is the RMS distance,
@@ -26,7 +26,8 @@ def find_face(brightness: NDArray[np.float32], size_mm: tuple[float, float], fil
     rough = _rough_corners(brightness)
     if rough is None:
         raise InputError(f"{file}: the face does not stand out from what is around it; give face_corners_px.")
-    lines, misses_px = zip(*(_edge_line(brightness, rough, side) for side in range(4)), strict=True)
+    soft = blurred(brightness, 1.0)
+    lines, misses_px = zip(*(_edge_line(soft, rough, side) for side in range(4)), strict=True)
     corners = np.array([_crossing(lines[side - 1], lines[side]) for side in range(4)])
     width_px, height_px = (
         np.linalg.norm(corners[[1, 3]] - corners[[0, 0]], axis=1)
@@ -41,7 +42,7 @@ def find_face(brightness: NDArray[np.float32], size_mm: tuple[float, float], fil
     return corners, float(np.sqrt(np.mean(np.concatenate(misses_px) ** 2)))
 
 
-def _rough_corners(brightness: NDArray[np.float32]) -> Floats | None:
+def _rough_corners(brightness: Map) -> Floats | None:
     """Largest bright or dark region that the photo's border is not part of, as a quadrilateral."""
     scale = min(1.0, WORK_PX / max(brightness.shape))
     small = cv2.resize(brightness, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
@@ -78,32 +79,38 @@ def _ordered(corners: Floats) -> Floats:
     return np.roll(around, -lower_left, axis=0)
 
 
-def _edge_line(brightness: NDArray[np.float32], corners: Floats, side: int) -> tuple[Floats, Floats]:
+def _edge_line(soft: Map, corners: Floats, side: int) -> tuple[Floats, Floats]:
     """Line (point, direction) through the steepest brightness along one side, and its points' distances, px."""
     start, end = corners[side], corners[(side + 1) % 4]
     along = (end - start) / np.linalg.norm(end - start)
     normal = np.array([-along[1], along[0]])
-    reach = max(6.0, 0.012 * max(brightness.shape))
+    reach = max(6.0, 0.012 * max(soft.shape))
     offsets = np.arange(-reach, reach + 0.25, 0.5)
     foot = start + np.outer(np.linspace(0.04, 0.96, 200), end - start)
     sample = foot[:, None] + offsets[:, None] * normal
-    blurred = cv2.remap(
-        cv2.GaussianBlur(brightness, (0, 0), 1.0),
+    light = cv2.remap(
+        soft,
         sample[..., 0].astype(np.float32),
         sample[..., 1].astype(np.float32),
         cv2.INTER_LINEAR,
         borderMode=cv2.BORDER_REPLICATE,
     )
-    slope = np.abs(np.gradient(blurred, axis=1))
+    slope = np.abs(np.gradient(light, axis=1))
     points = foot + offsets[np.argmax(slope, axis=1)][:, None] * normal
-    keep = np.ones(len(points), dtype=bool)
+    line, miss = _fit(points)
     for _ in range(5):
-        centre = points[keep].mean(axis=0)
-        direction = np.linalg.svd(points[keep] - centre)[2][0]
-        miss = (points - centre) @ np.array([-direction[1], direction[0]])
         # Median, since the crack and pores pull single points far off.
         keep = np.abs(miss) <= max(1.0, 3 * float(np.median(np.abs(miss))))
-    return np.array([centre, direction]), miss[keep]
+        points = points[keep]
+        line, miss = _fit(points)
+    return line, miss
+
+
+def _fit(points: Floats) -> tuple[Floats, Floats]:
+    """Line of least squares (point, direction), and each point's signed distance from it."""
+    centre = points.mean(axis=0)
+    direction = np.linalg.svd(points - centre)[2][0]
+    return np.array([centre, direction]), (points - centre) @ np.array([-direction[1], direction[0]])
 
 
 def _crossing(first: Floats, second: Floats) -> Floats:

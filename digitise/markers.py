@@ -45,8 +45,8 @@ def find_markers(
     if len(found) < MIN_MARKERS:
         missing = sorted(set(expected) - set(found))
         raise InputError(
-            f"{file}: found {len(found)} of {len(expected)} markers of {board.dictionary} (missing {_listed(missing)}); "
-            f"need {MIN_MARKERS}. Check that they are in the photo, sharp, with white around them."
+            f"{file}: found {len(found)} of {len(expected)} markers of {board.dictionary}, need {MIN_MARKERS} "
+            f"(missing {_listed(missing)}). Check that they are in the photo, sharp, with white around them."
         )
     return found
 

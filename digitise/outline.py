@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,6 +12,7 @@ from digitise.photo import Photo
 from digitise.polyline import (
     at_arc_length,
     clipped_to_box,
+    depth_inside,
     extended,
     resampled,
     signed_area,
@@ -21,6 +21,7 @@ from digitise.polyline import (
     without_loops,
     without_repeats,
 )
+from digitise.raster import Map, blurred
 from digitise.strip import BLUR_PX, Strip, Walls, find_walls, straighten
 from sealtwin.errors import InputError
 from sealtwin.records import EndKind, Floats, Outline, arc_length
@@ -77,26 +78,26 @@ def trace_outline(photo: Photo, path: CrackPath) -> Outline:
             f"{photo.file}: the crack is {path.width_px:.1f} px wide; need {MIN_WIDTH_PX:g} px to measure its width: "
             "move the camera closer."
         )
-    blurred = cv2.GaussianBlur(photo.brightness, (0, 0), BLUR_PX)
+    soft = blurred(photo.brightness, BLUR_PX)
     mask = sample_mask(photo)
-    traced, ends = _trace(photo, path, blurred, mask)
+    traced, ends = _trace(photo, path, soft, mask)
     first_s, last_s = (_end_place_mm(photo, traced, ends, which) for which in (0, 1))
     return _assemble(photo, path, traced, (ends[0].kind, ends[1].kind), first_s, last_s)
 
 
 def _trace(
-    photo: Photo, path: CrackPath, blurred: NDArray[np.float32], mask: NDArray[np.uint8]
+    photo: Photo, path: CrackPath, soft: Map, mask: NDArray[np.uint8]
 ) -> tuple[_Traced, tuple[PathEnd, PathEnd]]:
     spacing_mm = STATION_PX * photo.mm_per_px
     width_mm = path.width_px * photo.mm_per_px
     inner_mm = smoothed(resampled(photo.to_mm(path.points_px), spacing_mm), 0.75 * width_mm / spacing_mm)
-    strip = straighten(photo, blurred, mask, inner_mm, REACH * width_mm)
+    strip = straighten(photo, soft, mask, inner_mm, REACH * width_mm)
     walls = find_walls(strip, width_mm, spacing_mm)
-    ends = _judge_ends(photo, path, blurred, mask, walls)
+    ends = _judge_ends(photo, path, soft, mask, walls)
     line_mm = _prolonged(photo, inner_mm, ends, width_mm, spacing_mm)
     traced = None
     for _ in range(PASSES):
-        strip = straighten(photo, blurred, mask, line_mm, REACH * width_mm)
+        strip = straighten(photo, soft, mask, line_mm, REACH * width_mm)
         walls = find_walls(strip, width_mm, spacing_mm)
         traced = _Traced(strip, walls)
         width_mm = float(np.median((walls.left_mm + walls.right_mm)[walls.left_seen & walls.right_seen]))
@@ -107,7 +108,7 @@ def _trace(
 
 
 def _judge_ends(
-    photo: Photo, path: CrackPath, blurred: NDArray[np.float32], mask: NDArray[np.uint8], walls: Walls
+    photo: Photo, path: CrackPath, soft: Map, mask: NDArray[np.uint8], walls: Walls
 ) -> tuple[PathEnd, PathEnd]:
     s_px = arc_length(path.points_px)
     over = min(2 * path.width_px, s_px[-1] / 2)
@@ -117,7 +118,7 @@ def _judge_ends(
     for end_px, behind_px, station in ((path.points_px[0], near, 0), (path.points_px[-1], far, -1)):
         ahead = (end_px - behind_px) / np.linalg.norm(end_px - behind_px)
         threshold = float(walls.threshold[station])
-        judged.append(judge_end(photo, blurred, mask, end_px, ahead, path.width_px, threshold))
+        judged.append(judge_end(photo, soft, mask, end_px, ahead, path.width_px, threshold))
     return judged[0], judged[1]
 
 
@@ -158,9 +159,7 @@ def _end_place_mm(photo: Photo, traced: _Traced, ends: tuple[PathEnd, PathEnd], 
 
 def _edge_crossing_mm(line_mm: Floats, s_mm: Floats, face_mm: tuple[float, float, float, float], which: int) -> float:
     """Where the line enters (0) or leaves (1) the face, from its middle outward."""
-    x_min, y_min, x_max, y_max = face_mm
-    x, y = line_mm.T
-    depth = np.min([x - x_min, x_max - x, y - y_min, y_max - y], axis=0)
+    depth = depth_inside(line_mm, face_mm)
     outside = np.flatnonzero(depth < 0)
     middle = len(line_mm) // 2
     beyond = outside[outside < middle] if which == 0 else outside[outside > middle]

@@ -5,7 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from digitise.photo import Photo
-from digitise.polyline import at_arc_length
+from digitise.polyline import at_arc_length, depth_inside
 from sealtwin.records import Floats, Outline, arc_length
 
 Picture = NDArray[np.uint8]
@@ -58,9 +58,7 @@ def _on_face(photo: Photo, wall_px: Floats) -> Floats:
     """The part of a wall that lies on the face: stations at an open end may reach past it."""
     if photo.face_mm is None:
         return wall_px
-    x_min, y_min, x_max, y_max = photo.face_mm
-    x, y = photo.to_mm(wall_px).T
-    return wall_px[(x >= x_min) & (x <= x_max) & (y >= y_min) & (y <= y_max)]
+    return wall_px[depth_inside(photo.to_mm(wall_px), photo.face_mm) >= 0]
 
 
 def _mark_ends(picture: Picture, centreline: Floats, outline: Outline, unit: float) -> None:
@@ -80,8 +78,8 @@ def _mark_ends(picture: Picture, centreline: Floats, outline: Outline, unit: flo
         limit = np.array([picture.shape[1], picture.shape[0]]) - half
         middle = np.clip(beside, np.minimum(half, limit), limit)
         corner = middle - 0.5 * np.array([width, height])
-        _panel(picture, corner - 4 * unit, corner + (width, height) + 4 * unit, INK, 0.65)
-        _text(picture, corner + (0, height), text, unit, PAPER)
+        _panel(picture, corner - 4 * unit, corner + np.array([width, height]) + 4 * unit, INK, 0.65)
+        _text(picture, corner + np.array([0, height]), text, unit, PAPER)
 
 
 def _arrow(picture: Picture, centreline: Floats, width_px: float, unit: float) -> None:
@@ -112,13 +110,13 @@ def _legend(picture: Picture, outline: Outline, taken: Floats, unit: float) -> N
     low = _free_corner(picture, size, taken, ((0, 0), (1, 0), (0, 1), (1, 1)))
     _panel(picture, low, low + size, PAPER, 0.8)
     for number, (colour, text) in enumerate(lines):
-        base = low + (pad, pad / 2 + row * (number + 0.75))
+        base = low + np.array([pad, pad / 2 + row * (number + 0.75)])
         if colour is not None:
-            middle = base - (0, 5 * unit)
+            middle = base - np.array([0, 5 * unit])
             for shade, thickness in ((INK, 4.5 * unit), (colour, 3 * unit)):
-                end = middle + (swatch - 8 * unit, 0)
+                end = middle + np.array([swatch - 8 * unit, 0])
                 cv2.line(picture, _whole(middle), _whole(end), shade, max(1, round(thickness)), cv2.LINE_AA)
-            base = base + (swatch, 0)
+            base = base + np.array([swatch, 0])
         _text(picture, base, text, unit, INK)
 
 
@@ -130,10 +128,12 @@ def _scale_bar(picture: Picture, mm_per_px: float, taken: Floats, unit: float) -
     size = np.array([length + 2 * pad, 22 * unit + bar + pad])
     low = _free_corner(picture, size, taken, ((1, 1), (0, 1), (1, 0)))
     _panel(picture, low, low + size, PAPER, 0.8)
-    start = low + (pad, size[1] - pad - bar)
-    cv2.rectangle(picture, _whole(start), _whole(start + (length, bar)), INK, -1)
-    cv2.rectangle(picture, _whole(start + (length / 2, 1)), _whole(start + (length - 1, bar - 1)), PAPER, -1)
-    _text(picture, start - (0, 6 * unit), f"{length_mm} mm", unit, INK)
+    start = low + np.array([pad, size[1] - pad - bar])
+    cv2.rectangle(picture, _whole(start), _whole(start + np.array([length, bar])), INK, -1)
+    cv2.rectangle(
+        picture, _whole(start + np.array([length / 2, 1])), _whole(start + np.array([length - 1, bar - 1])), PAPER, -1
+    )
+    _text(picture, start - np.array([0, 6 * unit]), f"{length_mm} mm", unit, INK)
 
 
 def _free_corner(picture: Picture, size: Floats, taken: Floats, corners: tuple[tuple[int, int], ...]) -> Floats:

@@ -10,6 +10,7 @@ from skimage.graph import MCP_Geometric
 
 from digitise.darkness import DarkMap, map_darkness
 from digitise.photo import Photo
+from digitise.polyline import depth_inside
 from digitise.settings import Pixel
 from digitise.skeleton import longest_lines
 from sealtwin.errors import InputError
@@ -79,14 +80,13 @@ def _automatic(photo: Photo) -> CrackPath:
     lines = longest_lines(field)
     if not lines:
         raise InputError(f"{photo.file}: no crack found: nothing dark, thin and long stands out; give ends_px.")
-    (best, score), *others = lines
-    if others and others[0][1] > RUNNER_UP * score:
-        second = field.to_photo(others[0][0][[0, -1], ::-1])
+    ends_px, score = field.to_photo(lines[0][0][[0, -1], ::-1]), lines[0][1]
+    if len(lines) > 1 and lines[1][1] > RUNNER_UP * score:
+        rival_px = field.to_photo(lines[1][0][[0, -1], ::-1])
         raise InputError(
-            f"{photo.file}: two cracks compete, {_listed(field.to_photo(best[[0, -1], ::-1]))} and {_listed(second)} px "
-            f"(the second has {others[0][1] / score:.0%} of the first one's score); choose with ends_px."
+            f"{photo.file}: two cracks compete, {_listed(ends_px)} and {_listed(rival_px)} px (the second has "
+            f"{lines[1][1] / score:.0%} of the first one's score); choose with ends_px."
         )
-    ends_px = field.to_photo(best[[0, -1], ::-1])
     if ends_px[0, 0] > ends_px[1, 0]:
         ends_px = ends_px[::-1]
     return _between(photo, ends_px, field, "automatic")
@@ -104,12 +104,10 @@ def _check_ends(photo: Photo, ends_px: tuple[Pixel, Pixel]) -> None:
         raise InputError(f"{photo.file}: the two ends {_listed(np.array(ends_px))} px are the same place.")
     if photo.face_mm is None:
         return
-    x_min, y_min, x_max, y_max = photo.face_mm
-    for end, (x, y) in zip(ends_px, photo.to_mm(np.array(ends_px)), strict=True):
-        outside_mm = float(np.hypot(max(x_min - x, 0, x - x_max), max(y_min - y, 0, y - y_max)))
-        if outside_mm > SNAP_PX * photo.mm_per_px:
+    for (x, y), depth_mm in zip(ends_px, depth_inside(photo.to_mm(np.array(ends_px)), photo.face_mm), strict=True):
+        if depth_mm < -SNAP_PX * photo.mm_per_px:
             raise InputError(
-                f"{photo.file}: the end ({end[0]:g}, {end[1]:g}) lies {outside_mm:.1f} mm outside the face; "
+                f"{photo.file}: the end ({x:g}, {y:g}) lies {-depth_mm:.1f} mm outside the face; "
                 "give the place where the crack meets its edge."
             )
 
@@ -125,7 +123,7 @@ def _window(photo: Photo, ends_px: tuple[Pixel, Pixel]) -> tuple[int, int, int, 
 
 def _on_map(field: DarkMap, ends_px: Floats) -> Integers:
     """Row and column of each end, moved onto the face where a click just missed it."""
-    nearest = distance_transform_edt(~field.allowed, return_distances=False, return_indices=True)
+    nearest = np.asarray(distance_transform_edt(~field.allowed, return_distances=False, return_indices=True))
     limits = np.array(field.dark.shape) - 1
     cells = np.clip(np.rint(field.to_work(ends_px)[:, ::-1]).astype(int), 0, limits)
     return np.array([nearest[:, row, column] for row, column in cells])
@@ -143,7 +141,7 @@ def _cost_of_wide(field: DarkMap) -> Floats:
 
 def _cost_off_centre(field: DarkMap, cells: Integers, darkness: float) -> Floats:
     """Cheapest in the middle of a wide crack, which is as dark everywhere."""
-    to_rim = distance_transform_edt(_crack_mask(field, darkness))
+    to_rim = _to_rim(field, darkness)
     usual = max(float(np.percentile(to_rim[tuple(cells.T)], 75)), 1.0)
     return np.where(field.allowed, 1 / (0.03 + np.minimum(to_rim / usual, 1.5) ** 2), np.inf)
 
@@ -158,16 +156,16 @@ def _cheapest(cost: Floats, start: tuple[int, int], end: tuple[int, int]) -> Int
 def _measure(field: DarkMap, cells: Integers) -> tuple[float, float]:
     """Typical darkness along a path, and width of the dark around it, on the map."""
     darkness = float(np.median(field.dark[tuple(cells.T)]))
-    to_rim = distance_transform_edt(_crack_mask(field, darkness))[tuple(cells.T)]
+    to_rim = _to_rim(field, darkness)[tuple(cells.T)]
     return darkness, float(2 * np.median(to_rim[to_rim > 0]) - 1) if np.any(to_rim > 0) else 0.0
 
 
-def _crack_mask(field: DarkMap, darkness: float) -> NDArray[np.bool_]:
-    """Half as dark as the crack, and on the sample; the rim of the map counts as outside."""
+def _to_rim(field: DarkMap, darkness: float) -> Floats:
+    """Distance from the nearest cell that is not half as dark as the crack, or not on the sample or the map."""
     mask = (field.dark > darkness / 2) & field.allowed
     mask[[0, -1]] = False
     mask[:, [0, -1]] = False
-    return mask
+    return np.asarray(distance_transform_edt(mask))
 
 
 def _from_crack_to_crack(

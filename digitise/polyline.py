@@ -5,6 +5,9 @@ from scipy.ndimage import gaussian_filter1d
 
 from sealtwin.records import Floats, arc_length
 
+Box = tuple[float, float, float, float]
+"""x_min, y_min, x_max, y_max."""
+
 
 def resampled(points: Floats, spacing: float) -> Floats:
     """Points at equal steps of arc length, as close to ``spacing`` as fits; both ends kept."""
@@ -108,7 +111,28 @@ def _meeting(first: Floats, second: Floats) -> Floats:
     return first[0] + along * u
 
 
-def clipped_to_box(ring: Floats, box: tuple[float, float, float, float]) -> Floats:
+def depth_inside(points: Floats, box: Box) -> Floats:
+    """Distance of each point from the nearest side of a rectangle; negative outside, (n,)."""
+    x_min, y_min, x_max, y_max = box
+    x, y = points.T
+    beside = np.maximum(np.maximum(x_min - x, x - x_max), np.maximum(y_min - y, y - y_max))
+    around = np.hypot(np.maximum(np.maximum(x_min - x, x - x_max), 0), np.maximum(np.maximum(y_min - y, y - y_max), 0))
+    return np.where(beside > 0, -around, -beside)
+
+
+def rectangle(box: Box) -> Floats:
+    """Its corners: lower left, lower right, upper right, upper left."""
+    x_min, y_min, x_max, y_max = box
+    return np.array([[x_min, y_min], [x_max, y_min], [x_max, y_max], [x_min, y_max]], dtype=float)
+
+
+def project(homography: Floats, points: Floats) -> Floats:
+    """Points through a (3, 3) homography."""
+    lifted = np.column_stack([points, np.ones(len(points))]) @ homography.T
+    return lifted[:, :2] / lifted[:, 2:]
+
+
+def clipped_to_box(ring: Floats, box: Box) -> Floats:
     """The part of a ring inside a rectangle (Sutherland and Hodgman); empty where they do not meet."""
     x_min, y_min, x_max, y_max = box
     for axis, limit, sign in ((0, x_min, 1), (0, x_max, -1), (1, y_min, 1), (1, y_max, -1)):

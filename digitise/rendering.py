@@ -7,11 +7,9 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from digitise.raster import Map, blurred
 from sealtwin.records import Floats
-
-Image = NDArray[np.float32]
 
 BOARD, INK, GAP, MORTAR, CRACK, PORE = 0.72, 0.035, 0.06, 0.34, 0.022, 0.13
 """Reflectances, judged by eye from photos of mortar prisms under diffuse light."""
@@ -34,7 +32,7 @@ class Look:
     """Standard deviation of the sensor's noise at full brightness; below it, it shrinks like shot noise."""
     jpeg_quality: int
     lit_wall: float = 0.04
-    """Reflectance of a narrow rim of the wall that faces the lamp; 0.022, as the rest of the crack, in diffuse light."""
+    """Reflectance of a narrow rim of the wall that faces the lamp; 0.022, like the rest, in diffuse light."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +58,7 @@ class Scene:
 def render_jpeg(scene: Scene, look: Look, rng: np.random.Generator) -> bytes:
     """The photo of ``scene``, as the bytes of a JPEG file."""
     light = _shade(scene, look, rng)
-    light = cv2.GaussianBlur(light, (0, 0), look.blur_px)
+    light = blurred(light, look.blur_px)
     # One sensor's noise for all colours: three would double the file and help nobody.
     light += look.noise * np.sqrt(np.clip(light, 0, 1)) * rng.standard_normal(light.shape, dtype=np.float32)
     warm_bgr = np.array([0.94, 1.0, 1.03], dtype=np.float32)
@@ -69,7 +67,7 @@ def render_jpeg(scene: Scene, look: Look, rng: np.random.Generator) -> bytes:
     return cv2.imencode(".jpg", np.rint(255 * display).astype(np.uint8), quality)[1].tobytes()
 
 
-def coverage(ring: Floats, size_px: tuple[int, int]) -> Image:
+def coverage(ring: Floats, size_px: tuple[int, int]) -> Map:
     """How much of each pixel lies inside a ring of pixel coordinates, 0 to 1, (height, width).
 
     Exact along x, ``ROWS_PER_PX`` samples along y: OpenCV's own fill grows every shape by half a pixel.
@@ -94,7 +92,7 @@ def coverage(ring: Floats, size_px: tuple[int, int]) -> Image:
     return np.abs(np.cumsum(steps, axis=1)[:, :width]).astype(np.float32)
 
 
-def _shade(scene: Scene, look: Look, rng: np.random.Generator) -> Image:
+def _shade(scene: Scene, look: Look, rng: np.random.Generator) -> Map:
     """Reflectance times light."""
     width, height = scene.size_px
     px_per_mm = scene.px_per_mm
@@ -122,18 +120,18 @@ def _shade(scene: Scene, look: Look, rng: np.random.Generator) -> Image:
     return picture * (1 + look.light * (0.7 * slope - 0.3 * (x**2 + y**2)))
 
 
-def _noise(scene: Scene, rng: np.random.Generator, sigma_px: float) -> Image:
+def _noise(scene: Scene, rng: np.random.Generator, sigma_px: float) -> Map:
     """Smooth noise of unit standard deviation and one grain size."""
     width, height = scene.size_px
-    noise = cv2.GaussianBlur(rng.standard_normal((height, width), dtype=np.float32), (0, 0), sigma_px)
+    noise = blurred(rng.standard_normal((height, width), dtype=np.float32), sigma_px)
     return noise / noise.std()
 
 
-def _mix(under: Image, over: Image | float, cover: Image) -> Image:
+def _mix(under: Map | Floats, over: Map | Floats | float, cover: Map) -> Map:
     return (under + cover * (over - under)).astype(np.float32)
 
 
-def _cover(rings: list[Floats], size_px: tuple[int, int]) -> Image:
+def _cover(rings: list[Floats], size_px: tuple[int, int]) -> Map:
     """Coverage of many small shapes at once; neighbours that share an edge leave no seam."""
     width, height = size_px
     total = np.zeros((height, width), dtype=np.float32)

@@ -9,14 +9,14 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Literal
 
-import cv2
 import numpy as np
 
 from digitise.markers import black_modules
+from digitise.polyline import depth_inside, project, rectangle
 from digitise.rendering import Look, Scene, render_jpeg
 from digitise.settings import Marker, MarkerBoard, PhotoInput
 from sealtwin.files import write_bytes, write_json
-from sealtwin.records import Floats, arc_length
+from sealtwin.records import Floats, Integers, arc_length
 
 GENERATOR_VERSION = 1
 """Raised whenever the same seed would give another picture."""
@@ -91,7 +91,7 @@ class Specimen:
 
     @property
     def ends_px(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        first, last = to_px(self.px_from_mm, self.centreline_mm[[0, -1]])
+        first, last = project(self.px_from_mm, self.centreline_mm[[0, -1]])
         return (float(first[0]), float(first[1])), (float(last[0]), float(last[1]))
 
     def photo_input(self, file: Path = Path("photo.jpg"), with_ends: bool = True) -> PhotoInput:
@@ -124,7 +124,7 @@ class Specimen:
             "markers": self.board.model_dump(),
             "px_from_mm": self.px_from_mm,
             "centreline_mm": np.round(centreline_mm, 4),
-            "centreline_px": np.round(to_px(self.px_from_mm, centreline_mm), 3),
+            "centreline_px": np.round(project(self.px_from_mm, centreline_mm), 3),
             "width_mm": np.round(self.width_mm[thin], 4),
             "left_wall_mm": np.round(self.left_wall_mm[_thinned(self.left_wall_mm)], 4),
             "right_wall_mm": np.round(self.right_wall_mm[_thinned(self.right_wall_mm)], 4),
@@ -148,7 +148,7 @@ def make_specimen(seed: int = 1, recipe: Recipe = PAPER) -> Specimen:
         _scene(recipe, board, px_from_mm, size_px, left_mm, right_mm, picture_rng), recipe.look, picture_rng
     )
     width_mm = np.linalg.norm(left_mm - right_mm, axis=1)
-    inside = _inside(line_mm, recipe)
+    inside = depth_inside(line_mm, (0, 0, *recipe.face_mm)) > -1e-6
     return Specimen(
         seed=seed,
         recipe=recipe,
@@ -168,13 +168,9 @@ def mean_width_mm(centreline_mm: Floats, width_mm: Floats) -> float:
     return float(np.trapezoid(width_mm, s_mm) / s_mm[-1])
 
 
-def to_px(px_from_mm: Floats, points_mm: Floats) -> Floats:
-    return cv2.perspectiveTransform(points_mm[:, None].astype(float), px_from_mm)[:, 0]
-
-
 def _crack(recipe: Recipe, rng: np.random.Generator) -> tuple[Floats, Floats, Floats]:
     """Centreline, left and right wall, station by station; an open crack runs on beyond the face."""
-    from scipy.optimize import brentq
+    from scipy.optimize import root_scalar
 
     wander = _harmonics(rng, longest=1.0, shortest=0.06, decay=1.5)
     swell = _harmonics(rng, longest=0.7, shortest=0.04, decay=1.0)
@@ -205,7 +201,8 @@ def _crack(recipe: Recipe, rng: np.random.Generator) -> tuple[Floats, Floats, Fl
         raise ValueError(
             f"a crack {recipe.length_mm:g} mm long is too short for a face {height_face:g} mm high and its wander"
         )
-    line_mm = line(chord(float(brentq(too_long_mm, shortest, recipe.length_mm, xtol=1e-9))))
+    scale = root_scalar(too_long_mm, bracket=(shortest, recipe.length_mm), xtol=1e-9).root
+    line_mm = line(chord(scale))
     on_face = (t >= 0) & (t <= 1)
     if np.any(line_mm[on_face] < -1e-6) or np.any(line_mm[on_face] > np.array(recipe.face_mm) + 1e-6):
         raise ValueError(f"a crack {recipe.length_mm:g} mm long does not fit a face of {recipe.face_mm} mm")
@@ -236,11 +233,6 @@ def _harmonics(rng: np.random.Generator, longest: float, shortest: float, decay:
     return lambda t: np.sin(2 * np.pi * np.outer(t, waves) + phase) @ size
 
 
-def _inside(points_mm: Floats, recipe: Recipe) -> np.ndarray:
-    slack_mm = 1e-6
-    return np.all((points_mm >= -slack_mm) & (points_mm <= np.array(recipe.face_mm) + slack_mm), axis=1)
-
-
 def _clipped(wall_mm: Floats, recipe: Recipe) -> Floats:
     """The part on the face, with its crossings of the lower and upper edge; a closed wall is all of it."""
     if recipe.ends == "closed":
@@ -253,7 +245,7 @@ def _clipped(wall_mm: Floats, recipe: Recipe) -> Floats:
     return np.concatenate([crossings[:1], wall_mm[inner], crossings[1:]])
 
 
-def _thinned(wall_mm: Floats) -> Floats:
+def _thinned(wall_mm: Floats) -> Integers:
     """Indices about 0.1 mm apart, both ends kept."""
     return np.unique(np.append(np.arange(0, len(wall_mm), 2), len(wall_mm) - 1))
 
@@ -298,8 +290,7 @@ def _scene(
     lit_mm = np.array([0.12, -0.12]) * min(1.0, recipe.width_mm)
 
     def box(grown_mm: float) -> Floats:
-        low, right, top = -grown_mm, width + grown_mm, height + grown_mm
-        return to_px(px_from_mm, np.array([[low, low], [right, low], [right, top], [low, top]]))
+        return project(px_from_mm, rectangle((-grown_mm, -grown_mm, width + grown_mm, height + grown_mm)))
 
     squares = [black_modules(board, marker) for marker in board.markers]
     return Scene(
@@ -307,11 +298,11 @@ def _scene(
         px_per_mm=1 / recipe.mm_per_px,
         face=box(0.0),
         gap=box(recipe.gap_mm),
-        crack=to_px(px_from_mm, crack_mm),
-        crack_floor=to_px(px_from_mm, crack_mm + lit_mm),
-        pores=[to_px(px_from_mm, ring) for ring in _pores(recipe, np.concatenate([left_mm, right_mm]), rng)],
-        ink=[to_px(px_from_mm, outer) for outer, _ in squares],
-        paper=[to_px(px_from_mm, cell) for _, cells in squares for cell in cells],
+        crack=project(px_from_mm, crack_mm),
+        crack_floor=project(px_from_mm, crack_mm + lit_mm),
+        pores=[project(px_from_mm, ring) for ring in _pores(recipe, np.concatenate([left_mm, right_mm]), rng)],
+        ink=[project(px_from_mm, outer) for outer, _ in squares],
+        paper=[project(px_from_mm, cell) for _, cells in squares for cell in cells],
     )
 
 

@@ -9,6 +9,7 @@ from scipy.ndimage import median_filter
 
 from digitise.photo import Photo
 from digitise.polyline import left_normals
+from digitise.raster import Map
 from sealtwin.records import Floats
 
 OFFSET_PX = 0.5
@@ -53,17 +54,18 @@ class Walls:
     """Half contrast at each station."""
 
 
-def straighten(
-    photo: Photo, blurred: NDArray[np.float32], mask: NDArray[np.uint8], line_mm: Floats, reach_mm: float
-) -> Strip:
-    """Sample ``blurred`` up to ``reach_mm`` to either side of the line. ``mask`` is 255 on the sample."""
+def straighten(photo: Photo, soft: Map, mask: NDArray[np.uint8], line_mm: Floats, reach_mm: float) -> Strip:
+    """Sample ``soft``, the blurred brightness, up to ``reach_mm`` to either side of the line.
+
+    ``mask`` is 255 on the sample.
+    """
     count = int(np.ceil(reach_mm / (OFFSET_PX * photo.mm_per_px)))
-    offset_mm = np.arange(-count, count + 1) * OFFSET_PX * photo.mm_per_px
+    offset_mm = np.arange(-count, count + 1.0) * (OFFSET_PX * photo.mm_per_px)
     normal = left_normals(line_mm)
     place_mm = line_mm[:, None] + offset_mm[:, None] * normal[:, None]
     place_px = photo.to_px(place_mm.reshape(-1, 2)).reshape(place_mm.shape).astype(np.float32)
     x, y = place_px[..., 0], place_px[..., 1]
-    light = cv2.remap(blurred, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    light = cv2.remap(soft, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     valid = cv2.remap(mask, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=0) >= 254
     return Strip(line_mm, normal, offset_mm, light.astype(float), valid)
 
