@@ -95,25 +95,34 @@ def _without_empty_patches(vertices: Floats, faces: Integers) -> Integers:
 
 
 def _collapsed(vertices: Floats, faces: Integers) -> Integers:
-    """Shrink edges shorter than ``SHORT_MM`` to one of their ends, where that changes neither topology nor shape."""
+    """Shrink short edges to one of their ends, where that changes neither topology nor shape."""
+    # An edge may be held by a neighbour just above the limit: then the next round reaches a little farther.
+    for reach in (1, 2, 4):
+        if reach > 1 and not len(_edges_below(vertices, faces, SHORT_MM / 2)):
+            break
+        mesh = _Fans(vertices, faces, reach * SHORT_MM)
+        queue = [(int(a), int(b)) for a, b in _edges_below(vertices, faces, reach * SHORT_MM)]
+        while queue:
+            a, b = queue.pop(0)
+            queue += mesh.collapse(a, b)
+        faces = mesh.faces()
+    return faces
+
+
+def _edges_below(vertices: Floats, faces: Integers, limit_mm: float) -> Integers:
+    """Shortest first, (n, 2)."""
     edges = np.unique(np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
     length = np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1)
-    short = edges[length < SHORT_MM][np.argsort(length[length < SHORT_MM])]
-    if not len(short):
-        return faces
-    mesh = _Fans(vertices, faces)
-    queue = [(int(a), int(b)) for a, b in short]
-    while queue:
-        a, b = queue.pop(0)
-        queue += mesh.collapse(a, b)
-    return mesh.faces()
+    order = np.argsort(length)
+    return edges[order[length[order] < limit_mm]]
 
 
 class _Fans:
     """Faces by vertex, so that one edge can be collapsed at a time."""
 
-    def __init__(self, vertices: Floats, faces: Integers) -> None:
+    def __init__(self, vertices: Floats, faces: Integers, short_mm: float) -> None:
         self._vertices = vertices
+        self._short_mm = short_mm
         self._faces = {number: tuple(int(v) for v in face) for number, face in enumerate(faces)}
         self._around: dict[int, set[int]] = defaultdict(set)
         for number, face in self._faces.items():
@@ -145,7 +154,7 @@ class _Fans:
             )
             self._around[kept].add(number)
         at = self._vertices[kept]
-        return [(kept, v) for v in self._neighbours(kept) if np.linalg.norm(self._vertices[v] - at) < SHORT_MM]
+        return [(kept, v) for v in self._neighbours(kept) if np.linalg.norm(self._vertices[v] - at) < self._short_mm]
 
     def _neighbours(self, vertex: int) -> set[int]:
         return {v for number in self._around[vertex] for v in self._faces[number]} - {vertex}
@@ -160,7 +169,7 @@ class _Fans:
         turned = (normals[0] * normals[1]).sum(axis=1) < 0.5 * areas[0] * areas[1]
         # Needles thinner than the edge that goes have no direction worth keeping.
         longest = np.linalg.norm(before - np.roll(before, 1, axis=1), axis=2).max(axis=1)
-        if (turned & (areas[0] > SHORT_MM * longest)).any():
+        if (turned & (areas[0] > self._short_mm * longest)).any():
             return np.inf
         step = self._vertices[kept] - self._vertices[gone]
         return float(np.abs((normals[0] @ step) / 6).sum())

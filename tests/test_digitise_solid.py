@@ -1,0 +1,335 @@
+"""The sample's solid against closed forms, an independent integral, and what a file makes of it."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+import trimesh
+from manifold3d import Manifold, Mesh64
+from scipy.spatial import KDTree
+
+from digitise.mesh import check_mesh
+from digitise.settings import CrackShape, Tilt
+from digitise.solid import build_solid
+from sealtwin.errors import InputError
+from sealtwin.files import read_solid, write_solid
+from sealtwin.records import FaceLabel, Floats, Outline, Solid
+from tests.shapes import (
+    CLOSED,
+    CUT,
+    OPEN,
+    arc_slot,
+    closed_crack,
+    cut_crack,
+    mirrored,
+    oblique_slot,
+    pinched_crack,
+    random_crack,
+    reversed_path,
+    straight_slot,
+    wandering_crack,
+    with_ring,
+)
+
+TILTS: tuple[Tilt, ...] = ("vertical", "lean", "flare", "funnel")
+DEPTH_MM, ANGLE_DEG = 16.0, 11.0
+SLOPE = np.tan(np.radians(ANGLE_DEG))
+L, W = 80.0, 3.1
+
+
+def shape(tilt: Tilt = "lean", **changes) -> CrackShape:
+    return CrackShape.model_validate({"depth_mm": DEPTH_MM, "tilt": tilt} | changes)
+
+
+def corners(solid: Solid, label: FaceLabel) -> Floats:
+    return solid.vertices_mm[solid.faces[solid.face_label == label]]
+
+
+def area_mm2(triangles: Floats) -> float:
+    sides = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    return float(np.linalg.norm(sides, axis=1).sum()) / 2
+
+
+def manifold(solid: Solid) -> Manifold:
+    return Manifold(Mesh64(solid.vertices_mm, solid.faces.astype(np.uint64)))
+
+
+SLOT_VOLUMES = {
+    "vertical": L * W * DEPTH_MM,
+    "lean": L * W * DEPTH_MM,
+    "flare": L * (W * DEPTH_MM + SLOPE * DEPTH_MM**2),
+    "funnel": L * W**2 / (4 * SLOPE),
+}
+
+
+@pytest.mark.parametrize("tilt", TILTS)
+@pytest.mark.parametrize("outline", [straight_slot(L, W, OPEN), straight_slot(L, W, CUT)], ids=["open", "cut"])
+def test_a_straight_slot_holds_what_its_section_says(outline, tilt):
+    """Closed forms; the funnel's walls meet at 8.0 mm, half way down."""
+    solid = build_solid(outline, shape(tilt))
+    assert solid.cavity_volume_mm3 == pytest.approx(SLOT_VOLUMES[tilt], rel=1e-6)
+
+
+@pytest.mark.parametrize("tilt", TILTS)
+def test_the_paper_s_oblique_slot_holds_what_its_section_says(tilt):
+    """Sections are parallelograms: ends cut obliquely by the block change no volume. Breaks without run-outs."""
+    solid = build_solid(oblique_slot(W), shape(tilt))
+    assert solid.cavity_volume_mm3 == pytest.approx(SLOT_VOLUMES[tilt], rel=1e-5)
+
+
+def test_closed_tips_tilt_too():
+    """A rectangle that flares is it, its sides swept out, and a quarter of a cone at each corner."""
+    spread = SLOPE * DEPTH_MM
+    flare = DEPTH_MM * (L * W + (L + W) * spread + np.pi * spread**2 / 3)
+    funnel = (W**2 * L / 4 - W**3 / 12) / SLOPE
+    slot = straight_slot(L, W, CLOSED)
+    # Facets stand outside the cone: 0.24 % of its own volume.
+    assert build_solid(slot, shape("flare")).cavity_volume_mm3 == pytest.approx(flare, rel=2e-4)
+    assert build_solid(slot, shape("funnel")).cavity_volume_mm3 == pytest.approx(funnel, rel=1e-6)
+
+
+@pytest.mark.parametrize("outline", [closed_crack(1), closed_crack(2, rough_mm=0.05), pinched_crack(3)])
+def test_cavities_hold_the_integral_of_their_depth(outline):
+    """Depth from the traced ring by nearest distance on a grid: no offsets, no booleans, no simplified outline."""
+    ring = outline.outline_mm
+    spread = SLOPE * DEPTH_MM
+    distance, inside, cell_mm2 = distances(ring, spread + 0.2)
+    depths: dict[Tilt, Floats] = {
+        "vertical": np.where(inside, DEPTH_MM, 0.0),
+        "flare": np.where(inside, DEPTH_MM, np.clip(DEPTH_MM - distance / SLOPE, 0.0, None)),
+        "funnel": np.where(inside, np.clip(distance / SLOPE, None, DEPTH_MM), 0.0),
+    }
+    for tilt, depth_mm in depths.items():
+        solid = build_solid(outline, shape(tilt))
+        assert solid.cavity_volume_mm3 == pytest.approx(depth_mm.sum() * cell_mm2, rel=1e-3), tilt
+
+
+def distances(ring: Floats, margin_mm: float, cell_mm: float = 0.04) -> tuple[Floats, np.ndarray, float]:
+    """On a grid of cell centres: distance to the ring, whether inside it, and a cell's area."""
+    low, high = ring.min(axis=0) - margin_mm, ring.max(axis=0) + margin_mm
+    x, y = (np.arange(low[axis], high[axis], cell_mm) + cell_mm / 2 for axis in (0, 1))
+    grid = np.stack(np.meshgrid(x, y), axis=-1)
+    step = np.roll(ring, -1, axis=0) - ring
+    dense = np.vstack(
+        [a + np.linspace(0, 1, int(np.linalg.norm(d) / 0.01) + 2)[:, None] * d for a, d in zip(ring, step, strict=True)]
+    )
+    distance, _ = KDTree(dense).query(grid.reshape(-1, 2))
+    inside = np.zeros(grid.shape[:2], dtype=bool)
+    for (x0, y0), (x1, y1) in zip(ring, np.roll(ring, -1, axis=0), strict=True):
+        rows = np.flatnonzero((y > min(y0, y1)) & (y <= max(y0, y1)))
+        crossing = x0 + (y[rows] - y0) / (y1 - y0) * (x1 - x0) if len(rows) else np.empty(0)
+        inside[rows] ^= x[None, :] > crossing[:, None]
+    return distance, inside.reshape(-1), cell_mm**2
+
+
+@pytest.mark.parametrize("tilt", TILTS)
+@pytest.mark.parametrize(
+    "outline", [wandering_crack(1, rough_mm=0.05), cut_crack(2), pinched_crack(1)], ids=["open", "cut", "closed"]
+)
+def test_the_file_is_the_solid(tmp_path, outline, tilt):
+    """Sound in memory, and again from a float32 STL, which knows vertices only by their coordinates."""
+    solid = build_solid(outline, shape(tilt))
+    assert check_mesh(solid.vertices_mm, solid.faces, expected_euler=2) == []
+    write_solid(tmp_path, solid)
+    stl = trimesh.load_mesh(tmp_path / "crack.stl")
+    assert stl.is_watertight
+    assert stl.is_winding_consistent
+    assert stl.euler_number == 2
+    assert stl.volume == pytest.approx(manifold(solid).volume(), rel=1e-6)
+    again = read_solid(tmp_path)
+    assert np.array_equal(again.faces, solid.faces)
+    assert np.array_equal(again.face_label, solid.face_label)
+    assert again.cavity_volume_mm3 == solid.cavity_volume_mm3
+
+
+@pytest.mark.parametrize("tilt", ["flare", "funnel"])
+def test_walls_stand_at_the_angle(tilt):
+    """Every facet's own angle from vertical, by area; booleans that shave a wall would show here."""
+    solid = build_solid(wandering_crack(1, rough_mm=0.05), shape(tilt))
+    wall = corners(solid, FaceLabel.WALL)
+    normal = np.cross(wall[:, 1] - wall[:, 0], wall[:, 2] - wall[:, 0])
+    area = np.linalg.norm(normal, axis=1) / 2
+    angle_deg = np.degrees(np.arcsin(normal[:, 2] / (2 * area)))
+    off = np.abs(angle_deg - ANGLE_DEG) > 0.1
+    assert area[off & (area > 1e-3)].sum() < 1e-3 * area.sum()
+    assert np.average(angle_deg, weights=area) == pytest.approx(ANGLE_DEG, abs=0.01)
+
+
+@pytest.mark.parametrize(("lean_to", "side"), [("left", 1.0), ("right", -1.0)])
+def test_lean_shears_the_mouth_to_the_named_side(lean_to, side):
+    """Along +x left is +y. The floor is the mouth, moved: mouth, width and volume are the photo's."""
+    solid = build_solid(straight_slot(L, W, CLOSED), shape("lean", lean_to=lean_to))
+    floor = np.unique(corners(solid, FaceLabel.FLOOR).reshape(-1, 3), axis=0)
+    shift_mm = side * SLOPE * DEPTH_MM
+    assert floor[:, 1].min() == pytest.approx(shift_mm - W / 2, abs=1e-6)
+    assert floor[:, 1].max() == pytest.approx(shift_mm + W / 2, abs=1e-6)
+    assert np.ptp(floor[:, 0]) == pytest.approx(L, abs=1e-6)
+
+
+def test_the_side_to_lean_to_goes_with_the_path():
+    """Walked from its other end, left is the other side."""
+    there = build_solid(cut_crack(1), shape("lean", lean_to="left"))
+    back = build_solid(reversed_path(cut_crack(1)), shape("lean", lean_to="right"))
+    assert back.cavity_volume_mm3 == pytest.approx(there.cavity_volume_mm3, rel=1e-6)
+    middle = [corners(solid, FaceLabel.FLOOR).reshape(-1, 3).mean(axis=0) for solid in (there, back)]
+    assert np.abs(middle[0] - middle[1]).max() < 0.5
+
+
+@pytest.mark.parametrize("tilt", TILTS)
+def test_a_mirrored_crack_gives_the_mirrored_solid(tilt):
+    outline = wandering_crack(4)
+    solid = build_solid(outline, shape(tilt))
+    twin = build_solid(mirrored(outline), shape(tilt, lean_to="right"))
+    assert twin.cavity_volume_mm3 == pytest.approx(solid.cavity_volume_mm3, rel=1e-4)
+    body, image = manifold(solid), manifold(twin)
+    assert differing_mm3(body, image.mirror((1, 0, 0))) < 1e-3 * solid.cavity_volume_mm3
+    assert differing_mm3(body, image.translate((160, 0, 0))) > 0.1 * solid.cavity_volume_mm3
+
+
+def differing_mm3(one: Manifold, other: Manifold) -> float:
+    """What is in one of two bodies only."""
+    return (one - other).volume() + (other - one).volume()
+
+
+def test_the_mouth_in_the_stl_is_the_outline_and_not_its_mirror_image(tmp_path):
+    outline = wandering_crack(4)
+    write_solid(tmp_path, build_solid(outline, shape("vertical")))
+    stl = trimesh.load_mesh(tmp_path / "crack.stl")
+    mouth = stl.vertices[np.abs(stl.vertices[:, 2]) < 1e-6][:, :2]
+    inner = mouth[(mouth[:, 1] > 1) & (mouth[:, 1] < 39)]
+    dense = np.vstack(
+        [
+            np.linspace(a, b, 20)
+            for a, b in zip(outline.outline_mm, np.roll(outline.outline_mm, -1, axis=0), strict=True)
+        ]
+    )
+    assert len(inner) > 50
+    assert KDTree(dense).query(inner)[0].max() < 0.03
+    assert KDTree([160, 0] + dense * [-1, 1]).query(inner)[0].max() > 3
+
+
+@pytest.mark.parametrize("tilt", TILTS)
+def test_dams_close_open_ends(tilt):
+    """Below the face the cavity is a hole in the sample, not a gap that runs out of its side; above it stand plates."""
+    solid = build_solid(wandering_crack(1), shape(tilt))
+    body = manifold(solid)
+    # Inner contours run clockwise: one hole, whose whole rim is sample.
+    holes = [ring for ring in body.slice(-1.0).to_polygons() if signed_area(ring) < 0]
+    assert len(holes) == 1
+    above = body.slice(5.0)
+    assert above.num_contour() == 2
+    assert body.slice(10.5).is_empty()
+    for plate in above.to_polygons():
+        low, high = plate.min(axis=0), plate.max(axis=0)
+        assert high[1] - low[1] == pytest.approx(4.0)
+        assert high[0] - low[0] > 8.0 + W
+    assert {tuple(dam["box_mm"])[2] for dam in solid.report["dams"]} == {-20.0}
+
+
+def signed_area(ring: Floats) -> float:
+    x, y = ring.T
+    return 0.5 * float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))
+
+
+def test_labels_cover_the_faces_they_name():
+    """Areas of a cut flare, in closed form."""
+    solid = build_solid(straight_slot(L, W, CUT), shape("flare"))
+    x_min, y_min, x_max, y_max = solid.block_mm
+    mouth = W + 2 * SLOPE * DEPTH_MM
+    block = (x_max - x_min) * (y_max - y_min)
+    sides = 2 * 20.0 * (x_max - x_min + y_max - y_min)
+    expected = {
+        FaceLabel.TOP: block - L * mouth,
+        FaceLabel.FLOOR: L * W,
+        FaceLabel.WALL: 2 * L * DEPTH_MM / np.cos(np.radians(ANGLE_DEG)),
+        FaceLabel.END: 2 * DEPTH_MM * (W + mouth) / 2,
+        FaceLabel.OUTSIDE: block + sides,
+    }
+    for label, area in expected.items():
+        assert area_mm2(corners(solid, label)) == pytest.approx(area, rel=1e-6), label.name
+
+
+def test_the_inside_of_a_dam_is_an_end():
+    """It closes the opening below the face and stands 10 mm above it, 4 mm of tape on either hand."""
+    solid = build_solid(straight_slot(L, W, OPEN), shape("vertical"))
+    ends = corners(solid, FaceLabel.END)
+    assert area_mm2(ends) == pytest.approx(2 * (W * DEPTH_MM + (W + 8) * 10.0), rel=1e-6)
+    assert np.ptp(ends[:, :, 0], axis=1).max() < 1e-6
+
+
+def test_the_report_says_what_the_tilt_means():
+    report = build_solid(oblique_slot(W), shape("flare")).report
+    for tilt in TILTS:
+        assert report["volume_mm3"][tilt] == pytest.approx(SLOT_VOLUMES[tilt], rel=2e-4)
+    assert report["floor_width_mm"] == report["photo_width_mm"] == pytest.approx(W, rel=0.02)
+    assert report["mouth_width_mm"] - report["photo_width_mm"] == pytest.approx(2 * SLOPE * DEPTH_MM)
+    assert (report["watertight"], report["euler"], report["self_intersections"]) == (True, 2, 0)
+    assert report["warnings"] == []
+
+
+def test_a_funnel_that_closes_says_where():
+    report = build_solid(straight_slot(L, W, CUT), shape("funnel")).report
+    assert report["closing_depth_mm"]["mean"] == pytest.approx(W / (2 * SLOPE))
+    assert report["closing_depth_mm"]["share_above_floor"] == 1.0
+    assert report["floor_width_mm"] == 0.0
+    assert "walls meet at 8.0 mm" in report["warnings"][0]
+
+
+def test_an_open_end_without_a_known_face_lies_at_the_block_s_side():
+    outline = dataclasses.replace(straight_slot(L, W, OPEN), face_mm=None)
+    solid = build_solid(outline, shape("vertical", margin_mm=7.0))
+    assert solid.block_mm == pytest.approx((0.0, -W / 2 - 7.0, L, W / 2 + 7.0))
+    assert solid.cavity_volume_mm3 == pytest.approx(L * W * DEPTH_MM)
+
+
+@pytest.mark.parametrize("tilt", TILTS)
+def test_without_a_face_the_margin_stands_around_mouth_and_floor(tilt):
+    solid = build_solid(straight_slot(L, W, CLOSED), shape(tilt, margin_mm=5.0))
+    inner = np.concatenate([corners(solid, label).reshape(-1, 3) for label in (FaceLabel.WALL, FaceLabel.FLOOR)])
+    x_min, y_min, x_max, y_max = solid.block_mm
+    gaps = [*(inner.min(axis=0)[:2] - [x_min, y_min]), *([x_max, y_max] - inner.max(axis=0)[:2])]
+    assert gaps == pytest.approx([5.0] * 4, abs=0.02)
+
+
+def bow_tie() -> Outline:
+    slot = straight_slot(20.0, 3.0, CLOSED)
+    return with_ring(slot, np.array([[0.0, -1.5], [20.0, 1.5], [20.0, -1.5], [0.0, 1.5]]))
+
+
+@pytest.mark.parametrize(
+    ("outline", "changes", "says"),
+    [
+        (bow_tie(), {}, r"crosses itself near \(10.0, 0.0\) mm"),
+        (dataclasses.replace(straight_slot(40.0, 3.0, CLOSED), face_mm=(-1.0, -1.6, 41.0, 20.0)), {}, "within 0.1 mm"),
+        (dataclasses.replace(straight_slot(40.0, 3.0, CLOSED), face_mm=(50.0, 0.0, 90.0, 9.0)), {}, "outside the face"),
+        (dataclasses.replace(straight_slot(40.0, 3.0, OPEN), face_mm=(-9.0, -9.0, 49.0, 9.0)), {}, "End 1 is open but"),
+        (straight_slot(10.0, 0.2, CLOSED), {"tilt": "funnel", "wall_angle_deg": 50.0}, "nothing to fill"),
+        (with_ring(straight_slot(), np.zeros((2, 2))), {}, "2 points"),
+        (with_ring(straight_slot(), np.full((4, 2), np.nan)), {}, "no finite numbers"),
+        (arc_slot(10.0, 359.0, 3.0, CLOSED), {}, "no side to lean to"),
+    ],
+)
+def test_impossible_cracks_are_refused_in_a_sentence(outline, changes, says):
+    with pytest.raises(InputError, match=says):
+        build_solid(outline, shape(**changes))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(20))
+def test_any_crack_becomes_sound_in_every_tilt(seed):
+    """Twenty of each of five kinds, smooth and rough, against the integral of their sections."""
+    rough_mm = (0.0, 0.05, 0.1, 0.2)[seed % 4]
+    outlines = [
+        wandering_crack(seed, rough_mm=rough_mm),
+        cut_crack(seed, rough_mm=rough_mm),
+        closed_crack(seed, rough_mm=rough_mm),
+        random_crack("plain", seed, length_mm=100.0, rough_mm=rough_mm),
+        random_crack("pinched", seed, neck_mm=0.03 + 0.1 * (seed % 3), rough_mm=rough_mm / 2),
+    ]
+    for outline in outlines:
+        for tilt in TILTS:
+            solid = build_solid(outline, shape(tilt))
+            assert check_mesh(solid.vertices_mm, solid.faces, expected_euler=2) == []
+            rounded = solid.vertices_mm.astype(np.float32).astype(float)
+            assert check_mesh(rounded, solid.faces, expected_euler=2) == []
+            assert solid.cavity_volume_mm3 == pytest.approx(solid.report["volume_mm3"][tilt], rel=1e-3)
