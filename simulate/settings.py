@@ -63,7 +63,8 @@ SPHERE = 4 / 3 * math.pi / particle_volume(1.0)
 """Volume of a sphere of radius R over that of Eq. 6: the mass in the solver that the paper built on. 0.811."""
 
 PRESETS = {
-    "accurate": Scheme(iterations=4, volume_factor=1.0, wall="calibrated", frozen_answer=1.0),
+    # What freezes is 7 % denser than at rest, and more where new sealant presses into it: decision 0011.
+    "accurate": Scheme(iterations=4, volume_factor=1.1, wall="calibrated", frozen_answer=1.0),
     "paper": Scheme(iterations=4, volume_factor=SPHERE, wall="source", frozen_answer=0.0),
 }
 

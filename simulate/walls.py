@@ -27,10 +27,9 @@ class Walls:
 
 
 def place_walls(solid: Solid, outline: Outline, barrier: Barrier, radius_mm: float) -> Walls:
-    """Even cover of all that sealant can touch, by a fixed seed: the layer is part of the geometry, not of a run."""
-    rng = np.random.default_rng(0)
+    """Even cover of all that sealant can touch. No seed: the layer is part of the geometry, not of a run."""
     spacing_mm = 2 * radius_mm
-    surface, normal, area_mm2 = _sample_surface(solid, CANDIDATES / spacing_mm**2, rng)
+    surface, normal, area_mm2 = _sample_surface(solid, CANDIDATES / spacing_mm**2)
     near = _near_crack(surface, outline)
     deep = (surface - radius_mm * normal)[near]
     # Across a thin nose the far wall is nearer than the near one: such a point would stand out of the solid there.
@@ -69,7 +68,7 @@ def source_wall_mass(radius: float) -> float:
     return 64 * np.pi * (4 * radius) ** 3 / 315
 
 
-def _sample_surface(solid: Solid, per_mm2: float, rng: np.random.Generator) -> tuple[Floats, Floats, float]:
+def _sample_surface(solid: Solid, per_mm2: float) -> tuple[Floats, Floats, float]:
     """Points on all but the outside, their outward normals, and the surface that each stands for (mm2)."""
     triangles = solid.vertices_mm[solid.faces[solid.face_label != FaceLabel.OUTSIDE]]
     across = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
@@ -77,10 +76,12 @@ def _sample_surface(solid: Solid, per_mm2: float, rng: np.random.Generator) -> t
     total = twice_area.sum() / 2
     count = int(np.ceil(total * per_mm2))
     # Even steps through the summed area: a triangle gets its share of points to within one, however small it is.
-    at = (np.arange(count) + rng.random(count)) / count
+    order = np.arange(count)
+    at = (order + 0.5) / count
     chosen = np.searchsorted(np.cumsum(twice_area), at * twice_area.sum())
     chosen = np.minimum(chosen, len(triangles) - 1)
-    u, v = rng.random((2, count, 1))
+    # The R2 sequence (Roberts 2018) fills a triangle evenly, where random points cover it with 1 / sqrt(n) of noise.
+    u, v = (np.outer(order, [0.7548776662466927, 0.5698402909980532]) % 1.0).T[:, :, None]
     fold = u + v > 1
     u, v = np.where(fold, 1 - u, u), np.where(fold, 1 - v, v)
     a, b, c = triangles[chosen].transpose(1, 0, 2)
@@ -98,7 +99,7 @@ def _near_crack(points_mm: Floats, outline: Outline) -> np.ndarray:
 def _spread(points: Floats, apart: float) -> Integers:
     """The greedy choice, first come first served, of points no two of which are nearer than ``apart``."""
     count = len(points)
-    rank = np.random.default_rng(1).permutation(count)
+    rank = np.random.default_rng(0).permutation(count)
     pairs = np.sort(rank[KDTree(points).query_pairs(apart, output_type="ndarray")], axis=1)
     earlier = csr_array((np.ones(len(pairs), dtype=np.int32), (pairs[:, 1], pairs[:, 0])), shape=(count, count))
     undecided = np.ones(count, dtype=np.int32)

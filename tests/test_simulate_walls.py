@@ -1,0 +1,92 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trimesh
+from scipy.spatial import KDTree
+
+from sealtwin.records import FaceLabel, Floats, Solid
+from simulate.distance import CM, build_barrier
+from simulate.walls import Walls, calibrated_wall_mass, place_walls, source_wall_mass
+from tests.fluids import slot
+
+RADIUS_MM = 0.4
+
+
+def walls_of(solid: Solid, outline) -> tuple[Walls, Floats, Floats]:
+    """The layer, its points in mm and its shares."""
+    walls = place_walls(solid, outline, build_barrier(solid, outline, RADIUS_MM, "cpu"), RADIUS_MM)
+    return walls, walls.point.numpy() / CM, walls.share.numpy()
+
+
+def refined(solid: Solid, edge_mm: float) -> Solid:
+    """The same surface in smaller triangles."""
+    vertices, faces, index = trimesh.remesh.subdivide_to_size(
+        solid.vertices_mm, solid.faces, edge_mm, return_index=True
+    )
+    return replace(solid, vertices_mm=vertices, faces=faces, face_label=solid.face_label[index])
+
+
+@pytest.mark.parametrize("tilt", ["flare", "funnel"])
+def test_the_layer_lies_a_radius_deep_and_covers_what_sealant_can_touch(tilt):
+    solid, outline = slot(20.0, depth_mm=7.0, tilt=tilt, angle_deg=5.5)
+    _, point, share = walls_of(solid, outline)
+    assert build_barrier(solid, outline, RADIUS_MM, "cpu").exact_mm(point).max() < -0.88 * RADIUS_MM
+    near = KDTree(point)
+    assert near.query(point, k=2)[0][:, 1].min() > 0.7 * 2 * RADIUS_MM
+    # No place on the walls or the floor is farther from its particle than one across.
+    touched = np.isin(solid.face_label, [FaceLabel.WALL, FaceLabel.FLOOR])
+    mesh = trimesh.Trimesh(solid.vertices_mm, solid.faces[touched], process=False)
+    surface, face = trimesh.sample.sample_surface(mesh, 5000, seed=0)
+    hole = near.query(surface - RADIUS_MM * mesh.face_normals[face])[0]
+    assert hole.max() < 1.1 * 2 * RADIUS_MM
+    assert share.min() >= 0
+
+
+def test_shares_add_up_to_the_surface_whatever_its_triangles():
+    """Drag (Eq. 5) and density count wall particles: ten times the triangles must not change either."""
+    coarse, outline = slot(20.0, depth_mm=7.0)
+    fine = refined(coarse, 1.0)
+    assert len(fine.faces) > 10 * len(coarse.faces)
+    place = np.random.default_rng(0).uniform([3, -1.2, -6], [17, 1.2, -2], (500, 3))
+    drag = []
+    for solid in (coarse, fine):
+        _, point, share = walls_of(solid, outline)
+        away = np.linalg.norm(place[:, None] - point, axis=2)
+        drag.append((share * np.exp(-(away**2) / 1.6**2) * (away < 1.6)).sum(axis=1))
+        inside = (np.abs(point[:, 1]) < 2.5) & (point[:, 2] < -0.8) & (np.abs(point[:, 0] - 10) < 9)
+        # Two walls from the floor up to 0.8 mm below the face, 18 mm long; the floor's layer apart.
+        upright = inside & (point[:, 2] > -6.6)
+        assert share[upright].sum() * (2 * RADIUS_MM) ** 2 == pytest.approx(2 * 18 * (7 - 0.8 - 0.4), rel=0.03)
+    # Dense quadrature gives what lies between the two; a layer of 2,100 points leaves 1 % of noise.
+    assert drag[1].mean() == pytest.approx(drag[0].mean(), rel=0.03)
+    assert np.abs(drag[1] - drag[0]).mean() < 0.2 * drag[0].mean()
+
+
+def test_the_calibrated_strength_is_a_fifth_of_the_sources():
+    """The note measures 0.21 to 0.24 of 1 / W(0) over the distances at which fluid rests."""
+    assert calibrated_wall_mass(0.04) / source_wall_mass(0.04) == pytest.approx(0.22, abs=0.01)
+    # Both are volumes: ten times the radius, a thousand times the mass.
+    assert calibrated_wall_mass(0.4) == pytest.approx(1e3 * calibrated_wall_mass(0.04))
+
+
+def test_a_flat_wall_completes_the_density():
+    """Fluid of rest density up to the wall, in a continuum: kernel inside the fluid plus wall particles make 1."""
+    solid, outline = slot(20.0, width_mm=8.0, depth_mm=10.0)
+    _, point, share = walls_of(solid, outline)
+    support = 4 * RADIUS_MM
+    rng = np.random.default_rng(0)
+    place = np.column_stack([rng.uniform(6, 14, 400), np.full(400, -4 + 0.86 * RADIUS_MM), rng.uniform(-7, -3, 400)])
+    away = np.linalg.norm(place[:, None] - point, axis=2)
+    weight = 315 / (64 * np.pi * support**9) * np.clip(support**2 - away**2, 0, None) ** 3
+    from_walls = calibrated_wall_mass(RADIUS_MM) * (share * weight).sum(axis=1)
+    # Sphere of the kernel, cut by the wall at 0.86 R: 28.6 % of its weight is beyond.
+    z = np.linspace(0.86 * RADIUS_MM, support, 4001)
+    beyond = np.trapezoid(315 / (256 * support**9) * (support**2 - z**2) ** 4, z)
+    assert from_walls.mean() == pytest.approx(beyond, rel=0.03)
+    assert from_walls.std() < 0.1 * beyond
+
+
+def test_the_layer_is_the_same_every_time():
+    crack = slot()
+    assert np.array_equal(walls_of(*crack)[1], walls_of(*crack)[1])
