@@ -14,6 +14,7 @@ from sealtwin.errors import InputError
 FORMATS = ("JPEG", "PNG", "WEBP", "TIFF", "BMP")
 MAX_PIXELS = 50_000_000
 """Twice a good camera's photo; what is kept of that many is 350 MB."""
+TOO_LARGE = f"more than the {MAX_PIXELS // 1_000_000} million pixels that are read; save it smaller."
 MIN_SIDE_PX = 64
 
 
@@ -38,7 +39,7 @@ def read_photo(path: Path) -> NDArray[np.uint8]:
                 upright = ImageOps.exif_transpose(photo)
                 return np.array(upright.convert("RGB"))
     except (Image.DecompressionBombError, Image.DecompressionBombWarning):
-        raise InputError(f"{path}: {_too_large('more')}") from None
+        raise InputError(f"{path}: {TOO_LARGE}") from None
     except Image.UnidentifiedImageError:
         raise InputError(f"{path}: no photo that can be read; save it as {_formats()}.") from None
     except (OSError, SyntaxError, ValueError, EOFError, struct.error, zlib.error) as fault:
@@ -50,15 +51,11 @@ def read_photo(path: Path) -> NDArray[np.uint8]:
 def _check_header(path: Path, photo: Image.Image) -> None:
     width, height = photo.size
     if width * height > MAX_PIXELS:
-        raise InputError(f"{path}: {_too_large(f'{width} x {height}')}")
+        raise InputError(f"{path}: {width} x {height} pixels, {TOO_LARGE}")
     if min(width, height) < MIN_SIDE_PX:
         raise InputError(f"{path}: {width} x {height} pixels are too few; each side needs {MIN_SIDE_PX}.")
     if photo.mode.startswith(("I", "F")):
         raise InputError(f"{path}: more than 8 bits a channel ({photo.mode}); save it with 8.")
-
-
-def _too_large(found: str) -> str:
-    return f"{found} pixels; at most {MAX_PIXELS // 1_000_000} million are read. Save it smaller."
 
 
 def _formats() -> str:

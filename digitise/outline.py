@@ -12,6 +12,7 @@ from digitise.photo import Photo
 from digitise.polyline import (
     at_arc_length,
     clipped_to_box,
+    crossings,
     depth_inside,
     extended,
     resampled,
@@ -28,22 +29,28 @@ from sealtwin.records import EndKind, Floats, Outline, arc_length
 
 MIN_WIDTH_PX = 8.0
 """Narrower, blur and threshold decide the width more than the crack does."""
+MIN_SLENDERNESS = 3.0
+"""Length over width: shorter, there is no direction to follow."""
 STATION_PX = 2.5
 """Between stations: 0.25 mm at 0.1 mm/px."""
 PASSES = 3
 """Each centres the line between the walls that the last one found; the third moves it by less than 0.01 mm."""
 REACH = 1.5
 """Crack widths to either side that are searched for a wall."""
-BEYOND_OPEN = 3.0
-"""Crack widths that the line is carried over an open edge, so that both walls of an oblique crack reach it."""
-BEYOND_CUT = 0.75
-BEYOND_TIP = 1.0
+BEYOND: dict[EndKind, float] = {"open": 3.0, "cut": 0.75, "closed": 1.0}
+"""Crack widths that the line is carried past its ends: over an open edge so far that both walls of an oblique crack
+reach it, else as much as smoothing needs.
+"""
+PATH_SMOOTHING = 0.75
+"""Gaussian sigma of the rough path, in crack widths: its steps are cells of the search map."""
 CENTRE_SMOOTHING = 0.25
 """Gaussian sigma of the centreline, in crack widths."""
 WALL_SMOOTHING_PX = 2.0
 """Gaussian sigma of the walls along the crack: below what grain and noise leave, above a grain of sand's own edge."""
 MOST_UNSEEN = 0.2
 """Share of the path on which a wall may be missing."""
+WORTH_SAYING = 0.05
+"""The same share, from which it is told. An open end hides a wall by itself, on about 3 % of the fixture."""
 
 
 @dataclass(frozen=True)
@@ -71,152 +78,134 @@ def trace_outline(photo: Photo, path: CrackPath) -> Outline:
 
     At an open end s = 0 is where the centreline meets the edge of the face. There the outline ends on the edge, while
     the walls of the first stations, which lie on the centreline's normals, may reach past it: an oblique crack's walls
-    end at different s. Raises InputError where the crack is too narrow or its walls are not found.
+    end at different s. Raises InputError where the crack is too narrow, too short, or its walls are not found.
     """
     if path.width_px < MIN_WIDTH_PX:
         raise InputError(
             f"{photo.file}: the crack is {path.width_px:.1f} px wide; need {MIN_WIDTH_PX:g} px to measure its width: "
             "move the camera closer."
         )
-    soft = blurred(photo.brightness, BLUR_PX)
-    mask = sample_mask(photo)
-    traced, ends = _trace(photo, path, soft, mask)
-    first_s, last_s = (_end_place_mm(photo, traced, ends, which) for which in (0, 1))
-    return _assemble(photo, path, traced, (ends[0].kind, ends[1].kind), first_s, last_s)
+    length_px = float(arc_length(path.points_px)[-1])
+    if length_px < MIN_SLENDERNESS * path.width_px:
+        raise InputError(
+            f"{photo.file}: the crack is {length_px:.0f} px long and {path.width_px:.0f} px wide; need "
+            f"{MIN_SLENDERNESS:g} times its width: give ends_px farther apart."
+        )
+    traced, ends = _trace(photo, path)
+    unseen = _unseen(traced)
+    if unseen > MOST_UNSEEN:
+        raise InputError(_walls_missing(photo, unseen))
+    return _assemble(photo, path, traced, ends, unseen)
 
 
-def _trace(
-    photo: Photo, path: CrackPath, soft: Map, mask: NDArray[np.uint8]
-) -> tuple[_Traced, tuple[PathEnd, PathEnd]]:
+def _trace(photo: Photo, path: CrackPath) -> tuple[_Traced, tuple[PathEnd, PathEnd]]:
+    soft, mask = blurred(photo.brightness, BLUR_PX), sample_mask(photo)
     spacing_mm = STATION_PX * photo.mm_per_px
     width_mm = path.width_px * photo.mm_per_px
-    inner_mm = smoothed(resampled(photo.to_mm(path.points_px), spacing_mm), 0.75 * width_mm / spacing_mm)
-    strip = straighten(photo, soft, mask, inner_mm, REACH * width_mm)
-    walls = find_walls(strip, width_mm, spacing_mm)
-    ends = _judge_ends(photo, path, soft, mask, walls)
-    line_mm = _prolonged(photo, inner_mm, ends, width_mm, spacing_mm)
-    traced = None
-    for _ in range(PASSES):
+
+    def look(line_mm: Floats) -> _Traced:
         strip = straighten(photo, soft, mask, line_mm, REACH * width_mm)
-        walls = find_walls(strip, width_mm, spacing_mm)
-        traced = _Traced(strip, walls)
-        width_mm = float(np.median((walls.left_mm + walls.right_mm)[walls.left_seen & walls.right_seen]))
-        line_mm = smoothed(resampled(traced.middle_mm, spacing_mm), CENTRE_SMOOTHING * width_mm / spacing_mm)
-    assert traced is not None
-    _check_seen(photo, traced)
-    return traced, ends
+        return _Traced(strip, find_walls(strip, width_mm, spacing_mm))
+
+    line_mm = smoothed(resampled(photo.to_mm(path.points_px), spacing_mm), PATH_SMOOTHING * width_mm / spacing_mm)
+    threshold = look(line_mm).walls.threshold
+    first = _judge(photo, soft, mask, path.points_px, path.width_px, float(threshold[0]))
+    last = _judge(photo, soft, mask, path.points_px[::-1], path.width_px, float(threshold[-1]))
+    if first.kind == "closed":
+        line_mm = np.concatenate([photo.to_mm(first.place_px[None]), line_mm])
+    if last.kind == "closed":
+        line_mm = np.concatenate([line_mm, photo.to_mm(last.place_px[None])])
+    before_mm, after_mm = (BEYOND[end.kind] * width_mm for end in (first, last))
+    traced = look(resampled(extended(line_mm, before_mm, after_mm, 2 * width_mm, spacing_mm), spacing_mm))
+    for _ in range(PASSES - 1):
+        seen = traced.walls.left_seen & traced.walls.right_seen
+        if not seen.any():
+            raise InputError(_walls_missing(photo, 1.0))
+        width_mm = float(np.median((traced.walls.left_mm + traced.walls.right_mm)[seen]))
+        middle_mm = resampled(traced.middle_mm, spacing_mm)
+        traced = look(smoothed(middle_mm, CENTRE_SMOOTHING * width_mm / spacing_mm))
+    return traced, (first, last)
 
 
-def _judge_ends(
-    photo: Photo, path: CrackPath, soft: Map, mask: NDArray[np.uint8], walls: Walls
-) -> tuple[PathEnd, PathEnd]:
-    s_px = arc_length(path.points_px)
-    over = min(2 * path.width_px, s_px[-1] / 2)
-    near = path.points_px[int(np.searchsorted(s_px, over))]
-    far = path.points_px[int(np.searchsorted(s_px, s_px[-1] - over))]
-    judged = []
-    for end_px, behind_px, station in ((path.points_px[0], near, 0), (path.points_px[-1], far, -1)):
-        ahead = (end_px - behind_px) / np.linalg.norm(end_px - behind_px)
-        threshold = float(walls.threshold[station])
-        judged.append(judge_end(photo, soft, mask, end_px, ahead, path.width_px, threshold))
-    return judged[0], judged[1]
+def _judge(
+    photo: Photo, soft: Map, mask: NDArray[np.uint8], points_px: Floats, width_px: float, threshold: float
+) -> PathEnd:
+    """What happens at the first of ``points_px``."""
+    behind_px = points_px[int(np.searchsorted(arc_length(points_px), 2 * width_px))]
+    ahead = (points_px[0] - behind_px) / np.linalg.norm(points_px[0] - behind_px)
+    return judge_end(photo, soft, mask, points_px[0], ahead, width_px, threshold)
 
 
-def _prolonged(
-    photo: Photo, inner_mm: Floats, ends: tuple[PathEnd, PathEnd], width_mm: float, spacing_mm: float
-) -> Floats:
-    """The line carried on past its ends, as far as each kind of end needs."""
-    beyond = {"open": BEYOND_OPEN, "cut": BEYOND_CUT, "closed": BEYOND_TIP}
-    line_mm = inner_mm
-    for which, end in enumerate(ends):
-        if which:
-            line_mm = line_mm[::-1]
-        if end.kind == "closed":
-            line_mm = np.concatenate([photo.to_mm(end.place_px[None]), line_mm])
-        longer = extended(line_mm, beyond[end.kind] * width_mm, 2 * width_mm, spacing_mm)
-        added = len(longer) - len(line_mm)
-        line_mm = longer[: len(longer) - added // 2]
-        if which:
-            line_mm = line_mm[::-1]
-    return resampled(line_mm, spacing_mm)
+def _unseen(traced: _Traced) -> float:
+    """Share of the crack, where it is on the sample, on which a wall is missing."""
+    walls = traced.walls
+    inside = traced.strip.valid[:, len(traced.strip.offset_mm) // 2] & walls.open_line
+    return 1 - float(np.mean((walls.left_seen & walls.right_seen)[inside])) if inside.any() else 1.0
 
 
-def _end_place_mm(photo: Photo, traced: _Traced, ends: tuple[PathEnd, PathEnd], which: int) -> float:
-    """Arc length on the traced line at which the crack begins (``which`` 0) or ends (1)."""
-    line_mm = traced.strip.line_mm
+def _walls_missing(photo: Photo, unseen: float) -> str:
+    return (
+        f"{photo.file}: walls not found on {unseen:.0%} of the path (at most {MOST_UNSEEN:.0%}); look at the photo for "
+        "shadows and dirt along the crack, or give ends_px of a clearer part."
+    )
+
+
+def _end_place_mm(photo: Photo, line_mm: Floats, end: PathEnd, at_start: bool) -> float:
+    """Arc length on the traced line at which the crack begins or ends."""
     s_mm = arc_length(line_mm)
-    end = ends[which]
+    if end.kind == "open":
+        return _edge_crossing_mm(photo, line_mm, s_mm, at_start)
     place_mm = photo.to_mm(end.place_px[None])[0]
     nearest = int(np.argmin(np.linalg.norm(line_mm - place_mm, axis=1)))
-    if end.kind == "cut":
-        along = tangents(line_mm)[nearest]
-        return float(np.clip(s_mm[nearest] + (place_mm - line_mm[nearest]) @ along, 0, s_mm[-1]))
-    if end.kind == "open":
-        assert photo.face_mm is not None
-        return _edge_crossing_mm(line_mm, s_mm, photo.face_mm, which)
-    return _tip_mm(traced, s_mm, which)
+    beside_mm = float((place_mm - line_mm[nearest]) @ tangents(line_mm)[nearest])
+    return float(np.clip(s_mm[nearest] + beside_mm, 0, s_mm[-1]))
 
 
-def _edge_crossing_mm(line_mm: Floats, s_mm: Floats, face_mm: tuple[float, float, float, float], which: int) -> float:
-    """Where the line enters (0) or leaves (1) the face, from its middle outward."""
-    depth = depth_inside(line_mm, face_mm)
-    outside = np.flatnonzero(depth < 0)
+def _edge_crossing_mm(photo: Photo, line_mm: Floats, s_mm: Floats, at_start: bool) -> float:
+    """Where the line enters the face, or leaves it, as seen from its middle."""
+    assert photo.face_mm is not None, "an open end needs an edge"
+    depth_mm = depth_inside(line_mm, photo.face_mm)
+    outside = np.flatnonzero(depth_mm < 0)
     middle = len(line_mm) // 2
-    beyond = outside[outside < middle] if which == 0 else outside[outside > middle]
-    if len(beyond) == 0:
-        return float(s_mm[0] if which == 0 else s_mm[-1])
-    out = int(beyond[-1] if which == 0 else beyond[0])
-    inner = out + 1 if which == 0 else out - 1
-    fraction = depth[inner] / (depth[inner] - depth[out])
+    beyond = outside[outside < middle] if at_start else outside[outside > middle]
+    if len(beyond) == 0 or depth_mm[middle] < 0:
+        raise InputError(
+            f"{photo.file}: the crack runs along the edge of the face without crossing it; give ends_px farther inside."
+        )
+    out = int(beyond[-1] if at_start else beyond[0])
+    inner = out + 1 if at_start else out - 1
+    fraction = depth_mm[inner] / (depth_mm[inner] - depth_mm[out])
     return float(s_mm[inner] + fraction * (s_mm[out] - s_mm[inner]))
 
 
-def _tip_mm(traced: _Traced, s_mm: Floats, which: int) -> float:
-    """Where the line leaves the dark for good."""
-    dark = np.flatnonzero(traced.walls.open_line)
-    return float(s_mm[dark[0] if which == 0 else dark[-1]])
-
-
-def _check_seen(photo: Photo, traced: _Traced) -> None:
-    on_sample = traced.strip.valid[:, len(traced.strip.offset_mm) // 2] & traced.walls.open_line
-    seen = traced.walls.left_seen & traced.walls.right_seen
-    unseen = 1 - float(np.mean(seen[on_sample])) if on_sample.any() else 1.0
-    if unseen > MOST_UNSEEN:
-        raise InputError(
-            f"{photo.file}: walls not found on {unseen:.0%} of the path (at most {MOST_UNSEEN:.0%}); "
-            "look at the photo for shadows and dirt along the crack, or give ends_px of a clearer part."
-        )
-
-
-def _assemble(
-    photo: Photo, path: CrackPath, traced: _Traced, kinds: tuple[EndKind, EndKind], first_s: float, last_s: float
-) -> Outline:
+def _assemble(photo: Photo, path: CrackPath, traced: _Traced, ends: tuple[PathEnd, PathEnd], unseen: float) -> Outline:
+    """Stations from end to end, and the ring round them."""
     line_mm = traced.strip.line_mm
     s_mm = arc_length(line_mm)
-    spacing_mm = STATION_PX * photo.mm_per_px
+    first_mm, last_mm = _end_place_mm(photo, line_mm, ends[0], True), _end_place_mm(photo, line_mm, ends[1], False)
     sigma = WALL_SMOOTHING_PX / STATION_PX
     left_mm, right_mm = (without_loops(smoothed(wall, sigma)) for wall in (traced.left_mm, traced.right_mm))
-    count = max(2, 1 + round((last_s - first_s) / spacing_mm))
-    stations = np.linspace(first_s, last_s, count)
+    count = max(2, 1 + round((last_mm - first_mm) / (STATION_PX * photo.mm_per_px)))
+    stations = np.linspace(first_mm, last_mm, count)
     centreline_mm, left_at, right_at = (
         at_arc_length(points, s_mm, stations) for points in (line_mm, left_mm, right_mm)
     )
-    # A tip belongs to both walls.
+    kinds = (ends[0].kind, ends[1].kind)
     for kind, station in zip(kinds, (0, -1), strict=True):
-        if kind == "closed":
+        if kind == "closed":  # a tip belongs to both walls
             left_at[station] = right_at[station] = centreline_mm[station]
-    before, after = s_mm < first_s, s_mm > last_s
-    keep_before, keep_after = kinds[0] == "open", kinds[1] == "open"
-    left_ring, right_ring = (
-        np.concatenate([wall[before & keep_before], at, wall[after & keep_after]])
-        for wall, at in ((left_mm, left_at), (right_mm, right_at))
+    over_start = (s_mm < first_mm) & (kinds[0] == "open")
+    over_end = (s_mm > last_mm) & (kinds[1] == "open")
+    right_side, left_side = (
+        np.concatenate([wall[over_start], at, wall[over_end]])
+        for wall, at in ((right_mm, right_at), (left_mm, left_at))
     )
-    ring = np.concatenate([right_ring, left_ring[::-1]])
+    ring = np.concatenate([right_side, left_side[::-1]])
     if photo.face_mm is not None:
         ring = clipped_to_box(ring, photo.face_mm)
-    ring = without_repeats(ring, 1e-3 * spacing_mm)
-    if len(ring) < 3 or signed_area(ring) <= 0:
-        raise InputError(f"{photo.file}: the walls of the crack cross; give ends_px of a clearer part.")
+    ring = without_repeats(ring, 1e-3 * photo.mm_per_px)
+    if len(ring) < 3 or signed_area(ring) <= 0 or crossings(ring, closed=True):
+        raise InputError(f"{photo.file}: the walls of the crack cross each other; give ends_px of a clearer part.")
     return Outline(
         centreline_mm=centreline_mm,
         left_wall_mm=left_at,
@@ -232,5 +221,14 @@ def _assemble(
         scale_source=photo.scale_source,
         scale_residual_mm=photo.scale_residual_mm,
         path_source=path.source,
-        warnings=photo.warnings,
+        warnings=(*photo.warnings, *_doubts(path, unseen)),
     )
+
+
+def _doubts(path: CrackPath, unseen: float) -> list[str]:
+    doubts = []
+    if path.source == "automatic":
+        doubts.append("the crack was found automatically: look at overlay.png, then give ends_px to confirm it")
+    if unseen > WORTH_SAYING:
+        doubts.append(f"a wall was not seen on {unseen:.0%} of the crack and is bridged there")
+    return doubts

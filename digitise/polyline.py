@@ -52,14 +52,13 @@ def left_normals(points: Floats) -> Floats:
     return np.column_stack([-along[:, 1], along[:, 0]])
 
 
-def extended(points: Floats, length: float, over: float, spacing: float) -> Floats:
-    """The polyline with a straight piece before and after it, in the mean direction of its outer ``over``."""
+def extended(points: Floats, before: float, after: float, over: float, spacing: float) -> Floats:
+    """The polyline with a straight piece at each end, in the mean direction of the ``over`` next to it."""
     s = arc_length(points)
     near, far = points[s <= over], points[s >= s[-1] - over]
-    steps = np.arange(spacing, length + spacing / 2, spacing)[:, None]
-    before = near[0] + steps[::-1] * _unit(near[0] - near[-1])
-    after = far[-1] + steps * _unit(far[-1] - far[0])
-    return np.concatenate([before, points, after])
+    backward = np.arange(spacing, before + spacing / 2, spacing)[::-1, None] * _unit(near[0] - near[-1])
+    forward = np.arange(spacing, after + spacing / 2, spacing)[:, None] * _unit(far[-1] - far[0])
+    return np.concatenate([near[0] + backward, points, far[-1] + forward])
 
 
 def without_loops(points: Floats) -> Floats:

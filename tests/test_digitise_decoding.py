@@ -1,0 +1,131 @@
+import struct
+import subprocess
+import sys
+import zlib
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from digitise.decoding import read_photo
+from sealtwin.errors import InputError
+
+
+def write_bomb(path, side=40_000):
+    """A PNG of ``side`` x ``side`` black bits: a few hundred kB that become 4.8 GB as RGB."""
+
+    def chunk(name: bytes, content: bytes) -> bytes:
+        return struct.pack(">I", len(content)) + name + content + struct.pack(">I", zlib.crc32(name + content))
+
+    packer = zlib.compressobj(9)
+    rows = bytes((side // 8 + 1) * 1000)
+    pixels = b"".join(packer.compress(rows) for _ in range(side // 1000)) + packer.flush()
+    header = struct.pack(">IIBBBBB", side, side, 1, 0, 0, 0, 0)
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", pixels) + chunk(b"IEND", b""))
+
+
+@pytest.fixture
+def picture():
+    return np.random.default_rng(1).integers(0, 255, (80, 100, 3), dtype=np.uint8)
+
+
+def refusal(path) -> str:
+    with pytest.raises(InputError) as caught:
+        read_photo(path)
+    text = str(caught.value)
+    assert str(path) in text
+    assert "\n" not in text
+    return text
+
+
+def test_a_missing_photo_is_refused_by_name(tmp_path):
+    assert "not found" in refusal(tmp_path / "photo.jpg")
+
+
+def test_a_folder_is_no_photo(tmp_path):
+    assert "folder" in refusal(tmp_path)
+
+
+def test_an_empty_file_is_refused(tmp_path):
+    path = tmp_path / "photo.jpg"
+    path.touch()
+    assert "empty" in refusal(path)
+
+
+def test_a_text_file_is_refused_with_the_formats_that_can_be_read(tmp_path):
+    path = tmp_path / "photo.jpg"
+    path.write_text("this is not a photo\n" * 50)
+    assert "JPEG, PNG" in refusal(path)
+
+
+@pytest.mark.parametrize("ending", ["jpg", "png", "webp", "bmp", "tif"])
+@pytest.mark.parametrize("share", [0.5, 0.98])
+def test_a_truncated_photo_is_refused(tmp_path, picture, ending, share):
+    path = tmp_path / f"photo.{ending}"
+    Image.fromarray(picture).save(path)
+    read_photo(path)
+    whole = path.read_bytes()
+    path.write_bytes(whole[: int(share * len(whole))])
+    assert "cut short" in refusal(path) or "no photo" in refusal(path)
+
+
+def test_a_photo_of_too_many_pixels_is_refused_before_it_is_expanded(tmp_path):
+    """In a process of its own, whose memory must not grow: the whole picture would need 1.6 GB, 4.8 as RGB."""
+    path = tmp_path / "bomb.png"
+    write_bomb(path)
+    assert path.stat().st_size < 1_000_000
+    assert "50 million pixels" in refusal(path)
+    script = (
+        "import resource, sys; from pathlib import Path; from digitise.decoding import read_photo\n"
+        "before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n"
+        "try: read_photo(Path(sys.argv[1]))\n"
+        "except Exception as refusal: print(type(refusal).__name__)\n"
+        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)"
+    )
+    said = subprocess.run([sys.executable, "-c", script, str(path)], check=True, capture_output=True, text=True)
+    kind, grown = said.stdout.split()
+    assert kind == "InputError"
+    grown_mb = int(grown) / (1e6 if sys.platform == "darwin" else 1e3)
+    assert grown_mb < 60
+
+
+def test_a_photo_that_pillow_itself_calls_a_bomb_is_refused(tmp_path):
+    path = tmp_path / "bomb.png"
+    write_bomb(path, side=10_000)  # 100 million pixels: Pillow warns, and refuses at twice its limit
+    assert "50 million pixels" in refusal(path)
+
+
+def test_a_photo_just_too_large_is_refused_with_its_size(tmp_path):
+    path = tmp_path / "large.png"
+    write_bomb(path, side=8_000)
+    assert "8000 x 8000 pixels" in refusal(path)
+
+
+def test_a_handful_of_pixels_is_refused(tmp_path, picture):
+    path = tmp_path / "photo.png"
+    Image.fromarray(picture[:20]).save(path)
+    assert "100 x 20" in refusal(path)
+
+
+def test_sixteen_bits_are_refused_not_squeezed(tmp_path):
+    path = tmp_path / "photo.png"
+    Image.fromarray(np.full((80, 80), 40_000, dtype=np.uint16)).save(path)
+    assert "8 bits" in refusal(path)
+
+
+@pytest.mark.parametrize("mode", ["L", "RGB", "RGBA", "P", "1"])
+def test_grey_colour_and_palette_all_become_rgb(tmp_path, picture, mode):
+    path = tmp_path / "photo.png"
+    Image.fromarray(picture).convert(mode).save(path)
+    pixels = read_photo(path)
+    assert pixels.shape == (80, 100, 3)
+    assert pixels.dtype == np.uint8
+
+
+def test_a_phone_held_upright_gives_an_upright_photo(tmp_path, picture):
+    """EXIF orientation 6: the camera was turned, the stored picture lies on its side."""
+    path = tmp_path / "photo.png"
+    exif = Image.Exif()
+    exif[0x0112] = 6
+    Image.fromarray(picture).save(path, exif=exif)
+    assert read_photo(path) == pytest.approx(np.rot90(picture, -1))
