@@ -279,8 +279,8 @@ def _surface_tension(evidence: Evidence) -> str:
     return (
         f"Surface tension is not modelled. Bond number {bond:.2g} over the crack's {width_mm:.2f} mm "
         f"({density_kg_m3:g} kg/m³; {SURFACE_TENSION_N_M:g} N/m, water's, assumed): gravity over capillarity, so "
-        f"menisci of up to about {capillary_mm:.1f} mm at the walls are missing. Reynolds number {reynolds:.2g} in the nozzle "
-        f"({speed_mm_s:.0f} mm/s, {nozzle_mm:g} mm, {viscosity_m2_s * 1e6:.3g} mm²/s)."
+        f"menisci of up to about {capillary_mm:.1f} mm at the walls are missing. Reynolds number {reynolds:.2g} in the "
+        f"nozzle ({speed_mm_s:.0f} mm/s, {nozzle_mm:g} mm, {viscosity_m2_s * 1e6:.3g} mm²/s)."
     )
 
 

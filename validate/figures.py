@@ -5,8 +5,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
 from sealtwin.records import Comparison, Floats, Profile
-from validate.theme import GROUND, INK, MEASURED, MUTED, SIMULATED, THIRD, canvas, label_axes, themed
+from validate.theme import GROUND, INK, MEASURED, MUTED, ON_GROUND, SIMULATED, THIRD, canvas, label_axes, themed
 
+OVER_LINES = {"facecolor": "#ffffff", "edgecolor": "none", "alpha": 0.8, "pad": 0.6}
 ALONG = "s along the crack from the start of the nozzle's path (mm)"
 
 
@@ -23,8 +24,10 @@ def draw_profile(
         axes = figure.add_subplot()
         axes.axhline(0.0, color=INK, linewidth=1.0)
         axes.axhspan(-depth_mm - 1.5, -depth_mm, color=GROUND, linewidth=0)
-        _name_line(axes, 0.0, "face", below=False)
-        _name_line(axes, -depth_mm, "floor", below=True)
+        axes.annotate("face", (0.0, 0.0), (4, 3), textcoords="offset points", va="bottom", color=MUTED, fontsize=8)
+        axes.annotate(
+            "floor", (0.0, -depth_mm), (4, -3), textcoords="offset points", va="top", color=ON_GROUND, fontsize=8
+        )
         if readings is not None and comparison is not None:
             _draw_readings(axes, readings, comparison)
             axes.axhline(
@@ -38,7 +41,7 @@ def draw_profile(
         axes.set_xlim(0, profile.s_mm[-1])
         axes.set_ylim(-depth_mm - 1.5, max(3.0, float(profile.level_mm.max()) + 1.5))
         label_axes(axes, ALONG, "level from the face (mm)", "Level of the sealant")
-        axes.legend(loc="lower right")
+        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.09))
     return figure
 
 
@@ -59,19 +62,21 @@ def draw_error(profile: Profile, readings: Profile, comparison: Comparison, on: 
         bias_mm = comparison.metrics["bias_mm"]
         axes.axhline(bias_mm, color=MUTED, linewidth=1.0, linestyle="--", label=f"bias {bias_mm:+.2f} mm")
         worst = int(np.argmin(np.abs(s_mm - comparison.worst_at_mm)))
-        axes.plot(s_mm[worst], error_mm[worst], "o", color=INK, markersize=5, markerfacecolor="none")
-        axes.annotate(
-            f"worst: {comparison.worst_error_mm:.2f} mm at s = {comparison.worst_at_mm:.1f} mm",
-            (s_mm[worst], error_mm[worst]),
-            xytext=(8, 0) if s_mm[worst] < profile.s_mm[-1] * 0.6 else (-8, 0),
-            textcoords="offset points",
-            ha="left" if s_mm[worst] < profile.s_mm[-1] * 0.6 else "right",
-            va="center",
+        axes.plot(
+            s_mm[worst],
+            error_mm[worst],
+            "o",
+            color=INK,
+            markersize=6,
+            markerfacecolor="none",
+            linestyle="none",
+            label=f"worst, {comparison.worst_error_mm:.2f} mm at s = {comparison.worst_at_mm:.1f} mm",
+            clip_on=False,
         )
         axes.set_xlim(0, profile.s_mm[-1])
         axes.margins(y=0.15)
         label_axes(axes, ALONG, "error (mm)", "Signed error: above zero, the simulation stands too high")
-        axes.legend(loc="best", ncols=3)
+        axes.legend(loc="best", ncols=2)
     return figure
 
 
@@ -86,7 +91,15 @@ def draw_histogram(comparison: Comparison, on: FigureBase | None = None) -> Figu
         errors_mm = np.array([part["mean_error_mm"] for part in bins])
         axes.bar(begins_mm, errors_mm, widths_mm, align="edge", color=SIMULATED, edgecolor="white", linewidth=1.5)
         for begin_mm, width_mm, error_mm in zip(begins_mm, widths_mm, errors_mm, strict=True):
-            axes.text(begin_mm + width_mm / 2, error_mm, f"{error_mm:.2f}", ha="center", va="bottom", fontsize=8)
+            axes.text(
+                begin_mm + width_mm / 2,
+                error_mm,
+                f"{error_mm:.2f}",
+                ha="center",
+                va="bottom",
+                fontsize=8,
+                bbox=OVER_LINES,
+            )
         axes.axhline(
             comparison.mean_error_mm,
             color=INK,
@@ -136,20 +149,6 @@ def _draw_readings(axes: Axes, readings: Profile, comparison: Comparison) -> Non
         )
     kind = {"measured": "caliper", "reconstructed": "caliper, RECONSTRUCTED", "synthetic": "caliper, SYNTHETIC"}
     axes.plot(readings.s_mm, readings.level_mm, "o-", color=MEASURED, markersize=3.5, label=kind[readings.data])
-
-
-def _name_line(axes: Axes, level_mm: float, name: str, below: bool) -> None:
-    axes.annotate(
-        name,
-        (0.0, level_mm),
-        xycoords=("axes fraction", "data"),
-        xytext=(4, -3 if below else 3),
-        textcoords="offset points",
-        ha="left",
-        va="top" if below else "bottom",
-        color=MUTED,
-        fontsize=8,
-    )
 
 
 def _signed_error(profile: Profile, readings: Profile) -> tuple[Floats, Floats]:

@@ -12,7 +12,7 @@ from sealtwin.records import FaceLabel, Floats, Outline, Profile, Run, Solid, Tr
 from validate.figures import ALONG
 from validate.rendering import render
 from validate.slicing import cut_rings
-from validate.theme import AGES, GROUND, HEIGHTS, INK, MEASURED, canvas, label_axes, themed
+from validate.theme import AGES, GROUND, HEIGHTS, INK, MEASURED, ON_GROUND, canvas, label_axes, themed
 
 LABEL_COLOUR = {
     FaceLabel.TOP: GROUND,
@@ -90,7 +90,7 @@ def draw_top_view(
         discs = _draw_particles(axes, position_mm[:, :2], run, position_mm[:, 2], HEIGHTS)
         figure.colorbar(discs, ax=axes, label="z (mm)", shrink=0.8, pad=0.01)
         for index, wall_mm in enumerate((outline.left_wall_mm, outline.right_wall_mm)):
-            axes.plot(*wall_mm.T, color=INK, linewidth=0.9, label="walls in the photo" if index == 0 else None)
+            axes.plot(*wall_mm.T, color=ON_GROUND, linewidth=0.9, label="walls in the photo" if index == 0 else None)
         axes.plot(*trajectory.position_mm[:, :2].T, color=MEASURED, linewidth=1.2, label="nozzle path, from its dot")
         axes.plot(*trajectory.position_mm[0, :2], "o", color=MEASURED, markersize=5)
         low, high = outline.outline_mm.min(axis=0) - 14, outline.outline_mm.max(axis=0) + 14
@@ -99,7 +99,9 @@ def draw_top_view(
         axes.set_aspect("equal")
         axes.grid(visible=False)
         label_axes(axes, "x (mm)", "y (mm)", "Top view: particles by height")
-        axes.legend(loc="upper left", labelcolor=INK, frameon=True, framealpha=0.8, edgecolor="none")
+        axes.legend(
+            loc="upper left", labelcolor=ON_GROUND, frameon=True, facecolor=GROUND, framealpha=1.0, edgecolor="none"
+        )
     return figure
 
 
@@ -120,7 +122,7 @@ def _draw_section(axes: Axes, run: Run, outline: Outline, solid: Solid, s_mm: fl
     ahead = (tip - foot) / np.linalg.norm(tip - foot)
     right = np.array([ahead[1], -ahead[0]])
     for ring in cut_rings(solid.vertices_mm, solid.faces, foot, ahead):
-        axes.add_patch(Polygon(ring, closed=True, facecolor=GROUND, edgecolor=INK, linewidth=0.8))
+        axes.add_patch(Polygon(ring, closed=True, facecolor=GROUND, edgecolor=ON_GROUND, linewidth=0.8))
     offset = run.position_mm[:, :2] - foot
     near = (np.abs(offset @ ahead) < run.radius_mm) & (np.abs(offset @ right) < ACROSS_MM) & ~run.spilled
     _draw_particles(axes, np.column_stack([offset @ right, run.position_mm[:, 2]])[near], run, run.age_s[near], AGES)

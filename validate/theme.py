@@ -15,6 +15,8 @@ MUTED = "#66727d"
 GRID = "#d4dadf"
 GROUND = "#c9c2b8"
 """Mortar, cut."""
+ON_GROUND = "#2b2620"
+"""Lines and words on mortar, dark on a dark page too."""
 # Okabe and Ito: told apart with any colour vision, and in grey.
 SIMULATED = "#0072b2"
 MEASURED = "#d55e00"

@@ -1,0 +1,137 @@
+"""Text set down A4 pages line by line, as wide as its letters are."""
+
+from collections.abc import Iterator, Sequence
+from functools import cache
+from typing import Literal
+
+import numpy as np
+from matplotlib import font_manager
+from matplotlib.backends.backend_pdf import PdfPages
+from matplotlib.figure import Figure
+from matplotlib.ft2font import LoadFlags
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from validate.theme import GRID, INK, MUTED, SIMULATED, printable
+
+WIDTH_IN, HEIGHT_IN = 8.27, 11.69
+MARGIN_IN = 0.7
+TEXT_PT = 8.5
+LINE_IN = 0.165
+"""From one line of text to the next."""
+LABEL_IN = 2.9
+DPI = 150
+"""Of what is drawn as pixels."""
+LONGEST = 500
+"""Letters of a word that are looked at: none is so narrow that more of them fit on a line."""
+Weight = Literal["normal", "bold"]
+
+
+class Typesetter:
+    """Sets text down a page, and starts a new page where the next line does not fit."""
+
+    def __init__(self, pages: PdfPages) -> None:
+        self._pages = pages
+        self._begin()
+
+    def heading(self, text: str) -> None:
+        self._need(4 * LINE_IN)
+        self._down_in += LINE_IN
+        self._write(text, MARGIN_IN, size_pt=11, weight="bold", colour=SIMULATED)
+        self._down_in += 1.5 * LINE_IN
+
+    def text(self, text: str, size_pt: float = TEXT_PT, weight: Weight = "normal", colour: str = INK) -> None:
+        for line in wrapped(text, WIDTH_IN - 2 * MARGIN_IN, size_pt, weight):
+            self._need(LINE_IN * size_pt / TEXT_PT)
+            self._write(line, MARGIN_IN, size_pt, weight, colour)
+            self._down_in += LINE_IN * size_pt / TEXT_PT
+        self._down_in += 0.5 * LINE_IN
+
+    def rows(self, rows: Sequence[tuple[str, str]]) -> None:
+        for label, value in rows:
+            labels = wrapped(label, LABEL_IN - 0.15, TEXT_PT)
+            values = wrapped(value, WIDTH_IN - 2 * MARGIN_IN - LABEL_IN, TEXT_PT)
+            for line in range(max(len(labels), len(values))):
+                self._need(LINE_IN)
+                self._write(labels[line] if line < len(labels) else "", MARGIN_IN, colour=MUTED)
+                self._write(values[line] if line < len(values) else "", MARGIN_IN + LABEL_IN)
+                self._down_in += LINE_IN
+            self._rule()
+
+    def picture(self, picture: NDArray[np.uint8]) -> None:
+        """Across the page, in its own proportions."""
+        width_in = WIDTH_IN - 2 * MARGIN_IN
+        height_in = min(width_in * picture.shape[0] / picture.shape[1], 0.6 * HEIGHT_IN)
+        self._need(height_in + LINE_IN)
+        self._down_in += 0.5 * LINE_IN
+        bottom = 1 - (self._down_in + height_in) / HEIGHT_IN
+        axes = self._page.add_axes((MARGIN_IN / WIDTH_IN, bottom, width_in / WIDTH_IN, height_in / HEIGHT_IN))
+        axes.imshow(picture)
+        axes.set_axis_off()
+        self._down_in += height_in + 1.5 * LINE_IN
+
+    def end(self) -> None:
+        self._pages.savefig(self._page, dpi=DPI)
+
+    def _begin(self) -> None:
+        self._page = Figure(figsize=(WIDTH_IN, HEIGHT_IN))
+        self._down_in = MARGIN_IN
+
+    def _need(self, height_in: float) -> None:
+        if self._down_in + height_in > HEIGHT_IN - MARGIN_IN:
+            self.end()
+            self._begin()
+
+    def _write(
+        self,
+        line: str,
+        x_in: float,
+        size_pt: float = TEXT_PT,
+        weight: Weight = "normal",
+        colour: str = INK,
+    ) -> None:
+        y = 1 - self._down_in / HEIGHT_IN
+        self._page.text(x_in / WIDTH_IN, y, line, fontsize=size_pt, fontweight=weight, color=colour, va="top")
+
+    def _rule(self) -> None:
+        y = 1 - (self._down_in - 0.1 * LINE_IN) / HEIGHT_IN
+        across = MARGIN_IN / WIDTH_IN
+        self._page.add_artist(Line2D((across, 1 - across), (y, y), color=GRID, linewidth=0.5))
+        self._down_in += 0.2 * LINE_IN
+
+
+def wrapped(text: str, width_in: float, size_pt: float, weight: Weight = "normal") -> list[str]:
+    """Lines no wider than ``width_in``, broken at blanks, or inside a word that is wider than a line."""
+    return [line for part in printable(text).split("\n") for line in _lines(part, width_in * 72 / size_pt, weight)]
+
+
+def _lines(text: str, width_em: float, weight: Weight) -> Iterator[str]:
+    line = ""
+    for word in text.split():
+        longer = f"{line} {word}" if line else word
+        if _width_em(longer, weight) <= width_em:
+            line = longer
+            continue
+        if line:
+            yield line
+        while _width_em(word[:LONGEST], weight) > width_em:
+            room = np.cumsum([_advance_em(letter, weight) for letter in word[:LONGEST]]) <= width_em
+            fits = max(1, int(room.sum()))
+            yield word[:fits]
+            word = word[fits:]
+        line = word
+    if line:
+        yield line
+
+
+def _width_em(text: str, weight: Weight) -> float:
+    return sum(_advance_em(letter, weight) for letter in text)
+
+
+@cache
+def _advance_em(letter: str, weight: Weight) -> float:
+    font = font_manager.get_font(
+        font_manager.findfont(font_manager.FontProperties(family="DejaVu Sans", weight=weight))
+    )
+    font.set_size(100, 72)
+    return font.load_char(ord(letter), flags=LoadFlags.NO_HINTING).linearHoriAdvance / 65536 / 100
