@@ -227,14 +227,21 @@ def _validate(job: Job) -> bool:
     began = _begin(job, "validate", "Validating", steps=2)
 
     from validate.compare import compare
-    from validate.report import Evidence, write_report
+    from validate.evidence import Evidence
+    from validate.report import write_report
 
     outline, solid = files.read_outline(job.path), files.read_solid(job.path)
     run, profile = files.read_run(job.path), files.read_profile(job.path)
     readings, comparison = _read_readings(job), None
     if trial.readings is not None and readings is not None:
         comparison = compare(
-            profile, readings, gate=trial.gate, role=trial.readings.role, outline=outline, photo_data=trial.photo.data
+            profile,
+            readings,
+            outline,
+            solid,
+            gate=trial.gate,
+            role=trial.readings.role,
+            photo_data=trial.photo.data,
         )
         files.write_comparison(job.path, comparison)
     job.progress.advance(1, "writing the report")
