@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from digitise.footprint import Footprint
+from digitise.footprint import Footprint, nearest_side
 from sealtwin.records import FaceLabel, Floats, Integers
 
 NEAR_MM = 5e-3
@@ -23,11 +23,14 @@ def label_faces(
         if end.kind == "cut":
             facing = np.array([end.across[1], -end.across[0]])
             label[_within((corners[:, :, :2] - end.centre_mm) @ facing, 0.0)] = FaceLabel.END
+    dammed = {nearest_side(end.centre_mm, box) for end in footprint.ends if end.kind == "open"}
     for side in range(4):
         in_plane = _within(corners[:, :, side % 2], box[side])
-        # Outward of the block at its own sides; a dam's inner side looks back at the crack.
-        outward = (normal[:, side % 2] < 0) == (side < 2)
-        label[in_plane] = np.where(outward[in_plane], FaceLabel.OUTSIDE, FaceLabel.END)
+        label[in_plane] = FaceLabel.OUTSIDE
+        if side in dammed:
+            # A dam's inner side lies in the same plane and looks back at the crack.
+            inward = (normal[:, side % 2] > 0) == (side < 2)
+            label[in_plane & inward] = FaceLabel.END
     label[_within(corners[:, :, 2], 0.0)] = FaceLabel.TOP
     label[_within(corners[:, :, 2], -depth_mm)] = FaceLabel.FLOOR
     label[_within(corners[:, :, 2], bottom_mm)] = FaceLabel.OUTSIDE

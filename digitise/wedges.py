@@ -39,12 +39,13 @@ def carve(footprint: Footprint, shape: CrackShape, plates: tuple[Dam, ...]) -> M
         shaft += voids
     elif spread_mm > 0 and shape.tilt == "funnel":
         walls = _wedges(footprint.crack, spread_mm, edge_z_mm=0.0, far_z_mm=-depth_mm)
+    if not footprint.stoppers.is_empty():
+        # Beyond the shaft's own top and bottom: planes that coincide would leave slivers there.
+        shaft -= _upright(footprint.stoppers, -depth_mm - 1.0, 1.0)
     sample = block - shaft
     if not walls.is_empty():
         # Wedges of the run-outs stand beyond the block's sides; what is outside belongs to the dams alone.
         sample = (sample + walls) ^ block
-    if not footprint.stoppers.is_empty():
-        sample += _upright(footprint.stoppers, -depth_mm, 0.0)
     for plate in plates:
         sample += _upright(rectangle(plate.box_mm), bottom_mm, shape.dam_height_mm)
     return sample
