@@ -1,5 +1,7 @@
 """The sample and its fill as pictures, all to scale: the block, side view, top view, sections."""
 
+from dataclasses import dataclass
+
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
@@ -7,6 +9,7 @@ from matplotlib.collections import EllipseCollection
 from matplotlib.colors import to_rgb
 from matplotlib.figure import FigureBase
 from matplotlib.patches import Polygon, Rectangle
+from numpy.typing import NDArray
 
 from sealtwin.records import FaceLabel, Floats, Outline, Profile, Run, Solid, Trajectory, arc_length_at
 from validate.figures import ALONG
@@ -25,20 +28,36 @@ SECTIONS_AT = (0.2, 0.5, 0.8)
 """Of the crack's length: in the paste's slope, at its middle, in its plateau."""
 ACROSS_MM = 9.0
 """Shown to each side of the centreline in a section."""
-WIDTH_PX = 1300
+WIDTH_PX = 1000
 
 
-def draw_solid(solid: Solid, on: FigureBase | None = None) -> FigureBase:
+@dataclass(frozen=True)
+class SolidViews:
+    """RGBA pictures of a solid: made once, shown on the page and in the PDF."""
+
+    block: NDArray[np.uint8]
+    cast: NDArray[np.uint8]
+
+
+def view_solid(solid: Solid) -> SolidViews:
     """The block from above, and its cavity alone from the side, as if cast."""
+    colour = np.array([to_rgb(LABEL_COLOUR[label]) for label in FaceLabel])[solid.face_label]
+    azimuth_deg = _square_on(solid)
+    cavity = np.isin(solid.face_label, (FaceLabel.WALL, FaceLabel.FLOOR))
+    return SolidViews(
+        block=render(solid.vertices_mm, solid.faces, colour, azimuth_deg - 40, 42, WIDTH_PX),
+        cast=render(solid.vertices_mm, solid.faces[cavity], colour[cavity], azimuth_deg, 14, WIDTH_PX),
+    )
+
+
+def draw_solid(solid: Solid, views: SolidViews, on: FigureBase | None = None) -> FigureBase:
+    """The block and its cavity, each as wide as the figure: not to one scale."""
     with themed():
         figure = canvas(on, 9.0, 5.6)
         block_axes, cast_axes = figure.subplots(2, 1, height_ratios=(2.1, 1.0))
-        colour = np.array([to_rgb(LABEL_COLOUR[label]) for label in FaceLabel])[solid.face_label]
-        azimuth_deg = _square_on(solid)
-        block_axes.imshow(render(solid.vertices_mm, solid.faces, colour, azimuth_deg - 40, 42, WIDTH_PX))
-        block_axes.set_title("The sample, with the dams at its open ends" if _has_dams(solid) else "The sample")
-        cavity = np.isin(solid.face_label, (FaceLabel.WALL, FaceLabel.FLOOR))
-        cast_axes.imshow(render(solid.vertices_mm, solid.faces[cavity], colour[cavity], azimuth_deg, 14, WIDTH_PX))
+        block_axes.imshow(views.block)
+        block_axes.set_title("The sample, with the dams at its open ends" if solid.report.get("dams") else "The sample")
+        cast_axes.imshow(views.cast)
         cast_axes.set_title(
             f"Its cavity as a cast, {solid.cavity_volume_mm3 / 1000:.2f} ml, {solid.depth_mm:g} mm deep"
         )
@@ -124,7 +143,7 @@ def _draw_section(axes: Axes, run: Run, outline: Outline, solid: Solid, s_mm: fl
     for ring in cut_rings(solid.vertices_mm, solid.faces, foot, ahead):
         axes.add_patch(Polygon(ring, closed=True, facecolor=GROUND, edgecolor=ON_GROUND, linewidth=0.8))
     offset = run.position_mm[:, :2] - foot
-    near = (np.abs(offset @ ahead) < run.radius_mm) & (np.abs(offset @ right) < ACROSS_MM) & ~run.spilled
+    near = (np.abs(offset @ ahead) <= run.radius_mm) & (np.abs(offset @ right) < ACROSS_MM) & ~run.spilled
     _draw_particles(axes, np.column_stack([offset @ right, run.position_mm[:, 2]])[near], run, run.age_s[near], AGES)
     axes.set_xlim(-ACROSS_MM, ACROSS_MM)
     axes.set_ylim(-solid.depth_mm - 2, max(4.0, float(run.position_mm[near, 2].max(initial=0.0)) + 1))
@@ -161,7 +180,3 @@ def _square_on(solid: Solid) -> float:
     _, _, axes = np.linalg.svd(plan - plan.mean(axis=0), full_matrices=False)
     azimuth_deg = float(np.degrees(np.arctan2(axes[0, 1], axes[0, 0])))
     return (azimuth_deg + 90) % 180 - 90
-
-
-def _has_dams(solid: Solid) -> bool:
-    return bool(solid.report.get("dams"))

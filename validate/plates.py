@@ -7,7 +7,7 @@ from matplotlib.figure import FigureBase
 
 from validate.evidence import Evidence
 from validate.figures import draw_error, draw_histogram, draw_profile
-from validate.pictures import draw_sections, draw_side_view, draw_solid, draw_top_view
+from validate.pictures import draw_sections, draw_side_view, draw_solid, draw_top_view, view_solid
 
 
 @dataclass(frozen=True)
@@ -25,6 +25,7 @@ def report_plates(evidence: Evidence) -> list[Plate]:
     """Those of the comparison only where there is one."""
     profile, readings, comparison = evidence.profile, evidence.readings, evidence.comparison
     outline, solid, run = evidence.outline, evidence.solid, evidence.run
+    views = view_solid(solid)
     against = "" if readings is None else ", with the caliper's means, their 95 % band and the single readings"
     plates = [
         Plate(
@@ -74,6 +75,6 @@ def report_plates(evidence: Evidence) -> list[Plate]:
             "Solid",
             "The solid that was simulated, and its cavity alone.",
             4.6,
-            lambda on: draw_solid(solid, on),
+            lambda on: draw_solid(solid, views, on),
         ),
     ]

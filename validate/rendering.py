@@ -40,7 +40,7 @@ def render(
         in_front = depth > nearest[pixel]
         nearest[pixel[in_front]] = depth[in_front]
         owner[pixel[in_front]] = index
-    picture = np.zeros((height * width, 4))
+    picture = np.zeros((height * width, 4), dtype=np.float32)
     seen = owner >= 0
     picture[seen, :3] = face_colour[owner[seen]] * shade[owner[seen], None]
     picture[seen, 3] = 1.0

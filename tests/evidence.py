@@ -1,0 +1,106 @@
+"""A small trial with everything a report needs, without a fluid run."""
+
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure, FigureBase, SubFigure
+from matplotlib.lines import Line2D
+
+from digitise.settings import CrackShape, NozzlePath
+from digitise.solid import build_solid
+from digitise.trajectory import plan_trajectory
+from sealtwin.records import DataKind, Floats, Outline, Profile, Run, Solid, arc_length_at
+from tests.shapes import straight_slot
+from validate.compare import compare
+from validate.evidence import Evidence
+from validate.settings import Gate
+
+STATIONS_MM = np.arange(0.0, 41.0, 5.0)
+RADIUS_MM = 0.5
+
+
+def make_evidence(
+    folder: Path,
+    *,
+    name: str = "trial",
+    note: str = "",
+    readings_data: DataKind | None = "measured",
+    photo_data: DataKind = "measured",
+    source: str = "caliper.csv",
+    gate: Gate | None = None,
+    error_mm: float = 0.5,
+    **changes: Any,
+) -> Evidence:
+    """A 40 mm slot, filled along a slope; ``error_mm`` is what the simulation stands too high."""
+    outline = straight_slot(length_mm=40.0)
+    solid = build_solid(outline, CrackShape(depth_mm=10.0, tilt="vertical"))
+    trajectory = plan_trajectory(outline, NozzlePath(volume_ml="cavity", trim_mm=5.0), solid.cavity_volume_mm3)
+    s_mm = np.linspace(0, outline.length_mm, 201)
+    profile = Profile(s_mm, slope(s_mm) + error_mm, source="simulation")
+    readings = comparison = None
+    if readings_data is not None:
+        repeats_mm = slope(STATIONS_MM)[:, None] + np.array([-0.1, 0.0, 0.1])
+        readings = Profile(STATIONS_MM, slope(STATIONS_MM), repeats_mm, readings_data, source)
+        comparison = compare(profile, readings, outline, solid, role="held-out", photo_data=photo_data, gate=gate)
+    overlay = folder / "overlay.png"
+    cv2.imwrite(str(overlay), np.full((60, 120, 3), 128, np.uint8))
+    content: dict[str, Any] = {
+        "name": name,
+        "note": note,
+        "outline": outline,
+        "solid": solid,
+        "trajectory": trajectory,
+        "run": make_run(outline, solid),
+        "profile": profile,
+        "readings": readings,
+        "comparison": comparison,
+        "volume_ratio": 0.987,
+        "overlay_path": overlay,
+        "photo_data": photo_data,
+        "provenance": {"sealtwin": "0.1.0", "seed": "0"},
+        "command": "sealtwin run trial.toml",
+    }
+    return Evidence(**content | changes)
+
+
+def slope(s_mm):
+    return -8.0 + 0.2 * s_mm
+
+
+def make_run(outline: Outline, solid: Solid) -> Run:
+    """Spheres on a lattice below the slope; the last one is over the edge."""
+    low, high = outline.outline_mm.min(axis=0) + RADIUS_MM, outline.outline_mm.max(axis=0) - RADIUS_MM
+    axes = [np.arange(a, b + 1e-9, 2 * RADIUS_MM) for a, b in zip(low, high, strict=True)]
+    axes.append(np.arange(-solid.depth_mm + RADIUS_MM, 1.0, 2 * RADIUS_MM))
+    point = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    point = point[point[:, 2] < slope(arc_length_at(point[:, :2], outline.centreline_mm))]
+    count = len(point)
+    return Run(
+        position_mm=point,
+        velocity_mm_s=np.zeros((count, 3)),
+        age_s=np.linspace(10, 0, count),
+        spilled=np.arange(count) == count - 1,
+        radius_mm=RADIUS_MM,
+        particle_volume_mm3=1.0,
+        escaped_particles=0,
+        device="cpu",
+        settings={
+            "fluid": {"U": 30.0, "density_kg_m3": 1690.0, "freeze_after_s": 2.58},
+            "solver": {"settle_s": 0.0},
+            "nozzle": {"diameter_mm": 2.4},
+            "seed": 0,
+        },
+        health={"density_error_mean": 0.02, "viscosity_m2_s": 3.26e-5, "frame_s": 0.00714},
+    )
+
+
+def axes_of(figure: FigureBase) -> list[Axes]:
+    assert isinstance(figure, Figure | SubFigure)
+    return list(figure.axes)
+
+
+def heights(line: Line2D) -> Floats:
+    return np.array(line.get_ydata(), dtype=float)

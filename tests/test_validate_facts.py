@@ -1,0 +1,102 @@
+"""What a report says: every number with its unit, nothing claimed that was not measured."""
+
+import re
+
+import numpy as np
+import pytest
+
+from sealtwin.records import Comparison
+from tests.evidence import make_evidence
+from validate.evidence import Evidence
+from validate.facts import assumptions, headline, key_figures, tables, warning
+from validate.settings import Gate
+
+GATE = Gate(mean_error_mm=1.0)
+
+
+def rows(evidence: Evidence, title: str) -> dict[str, str]:
+    return dict(next(table.rows for table in tables(evidence) if table.title == title))
+
+
+@pytest.mark.parametrize(
+    ("readings_data", "photo_data"), [("reconstructed", "measured"), ("measured", "synthetic"), (None, "synthetic")]
+)
+def test_what_was_not_measured_is_warned_of(tmp_path, readings_data, photo_data):
+    evidence = make_evidence(tmp_path, readings_data=readings_data, photo_data=photo_data, gate=GATE)
+    assert warning(evidence).startswith("Not a validation")
+    assert (readings_data if readings_data == "reconstructed" else photo_data) in warning(evidence)
+    assert not re.search(r"[Vv]alidated", headline(evidence)[0])
+
+
+def test_measured_data_need_no_warning(tmp_path):
+    assert warning(make_evidence(tmp_path)) == ""
+
+
+@pytest.mark.parametrize(
+    ("gate", "error_mm", "outcome"), [(GATE, 0.5, "passed"), (GATE, 1.5, "failed"), (None, 1, "open")]
+)
+def test_the_headline_is_the_verdict(tmp_path, gate, error_mm, outcome):
+    evidence = make_evidence(tmp_path, gate=gate, error_mm=error_mm)
+    comparison = evidence.comparison
+    assert isinstance(comparison, Comparison)
+    assert headline(evidence) == (comparison.verdict, outcome)
+
+
+def test_without_readings_nothing_is_compared(tmp_path):
+    evidence = make_evidence(tmp_path, readings_data=None)
+    assert headline(evidence)[1] == "open"
+    assert "mean error" not in dict(key_figures(evidence))
+    assert "Agreement with the readings" not in [table.title for table in tables(evidence)]
+
+
+def test_every_particle_is_somewhere(tmp_path):
+    evidence = make_evidence(tmp_path)
+    count = {
+        name: int(re.findall(r"([\d,]+) particles", text)[0].replace(",", ""))
+        for name, text in rows(evidence, "Where the sealant is").items()
+        if "particles" in text
+    }
+    parts = [number for name, number in count.items() if name.startswith(("in the crack", "above the face", "spilled"))]
+    assert count["spilled over the sample's edge"] == 1
+    assert sum(parts) == count["dispensed"] == len(evidence.run.position_mm)
+
+
+def test_reynolds_and_bond_numbers_are_those_of_the_trial(tmp_path):
+    """By hand: Bo = 1690 * 9.81 * 0.0031² / 0.072 = 2.2; Re = v d / nu with v = Q / (pi d² / 4)."""
+    evidence = make_evidence(tmp_path)
+    sentence = next(text for text in assumptions(evidence) if text.startswith("Surface tension"))
+    assert "Bond number 2.2" in sentence
+    trajectory = evidence.trajectory
+    flow_mm3_s = 40 * 3.1 * 10 / trajectory.duration_s
+    speed_mm_s = flow_mm3_s / (np.pi * 1.2**2)
+    assert f"Reynolds number {speed_mm_s * 2.4 / 32.6:.2g}" in sentence
+    assert f"{speed_mm_s:.0f} mm/s" in sentence
+
+
+def test_a_run_without_viscosity_gets_no_invented_numbers(tmp_path):
+    evidence = make_evidence(tmp_path)
+    evidence.run.health.clear()
+    assert any("no Reynolds or Bond number" in text for text in assumptions(evidence))
+
+
+def test_each_reading_of_the_tilt_has_its_volume(tmp_path):
+    solid = rows(make_evidence(tmp_path), "Crack and solid")
+    assert solid["tilt"] == "vertical walls"
+    assert solid["cavity over sealant"]
+    volumes = next(text for name, text in solid.items() if name.startswith("volume by reading"))
+    assert all(tilt in volumes for tilt in ("lean", "flare", "funnel", "vertical"))
+
+
+def test_both_areas_stand_side_by_side(tmp_path):
+    agreement = rows(make_evidence(tmp_path, error_mm=0.5), "Agreement with the readings")
+    assert agreement["area between the curves, exact"] == "20.0000 mm²"
+    assert agreement["area by similaritymeasures"].startswith("20.0000 mm²")
+    assert agreement["mean error = area / covered length"] == "0.500 mm"
+    assert "beats it" in agreement["best flat level, as a baseline"]
+
+
+def test_units_follow_from_the_names(tmp_path):
+    health = rows(make_evidence(tmp_path), "Numerical health")
+    assert health["frame (s)"] == "0.00714"
+    assert health["viscosity (m²/s)"] == "3.26e-05"
+    assert rows(make_evidence(tmp_path), "Settings in effect")["fluid: density (kg/m³)"] == "1690"

@@ -1,0 +1,94 @@
+"""The curves show the numbers that they are made of, every axis with its unit."""
+
+import numpy as np
+import pytest
+from matplotlib import rcParams
+from matplotlib.figure import Figure
+
+from tests.evidence import STATIONS_MM, axes_of, heights, make_evidence, slope
+from validate.figures import draw_error, draw_histogram, draw_profile
+from validate.settings import Gate
+
+
+@pytest.fixture(scope="module")
+def evidence(tmp_path_factory):
+    return make_evidence(tmp_path_factory.mktemp("evidence"), gate=Gate(mean_error_mm=1.0), error_mm=0.5)
+
+
+def drawn(evidence):
+    profile, readings, comparison = evidence.profile, evidence.readings, evidence.comparison
+    return {
+        "profile": draw_profile(profile, 10.0, readings, comparison),
+        "error": draw_error(profile, readings, comparison),
+        "histogram": draw_histogram(comparison),
+    }
+
+
+def test_every_axis_has_a_unit(evidence):
+    for figure in drawn(evidence).values():
+        (axes,) = axes_of(figure)
+        assert axes.get_xlabel().endswith("(mm)")
+        assert axes.get_ylabel().endswith("(mm)")
+        assert axes.get_title(loc="left")
+
+
+def curve(figure, label: str):
+    (axes,) = axes_of(figure)
+    return next(line for line in axes.lines if str(line.get_label()).startswith(label))
+
+
+def test_the_profile_shows_simulation_means_and_every_reading(evidence):
+    figure = drawn(evidence)["profile"]
+    assert np.array_equal(heights(curve(figure, "simulated")), evidence.profile.level_mm)
+    assert np.array_equal(heights(curve(figure, "caliper")), slope(STATIONS_MM))
+    (axes,) = axes_of(figure)
+    marks = [line for line in axes.lines if line.get_marker() == "_"]
+    assert np.sort(np.concatenate([heights(line) for line in marks])) == pytest.approx(
+        np.sort(evidence.readings.repeats_mm.ravel())
+    )
+
+
+@pytest.mark.parametrize("data", ["reconstructed", "synthetic"])
+def test_readings_that_nobody_took_are_called_so_in_the_legend(tmp_path, data):
+    figure = drawn(make_evidence(tmp_path, readings_data=data))["profile"]
+    assert data.upper() in str(curve(figure, "caliper").get_label())
+
+
+def test_a_profile_alone_has_no_caliper(evidence):
+    figure = draw_profile(evidence.profile, 10.0, None, None)
+    (axes,) = axes_of(figure)
+    assert axes.get_legend_handles_labels()[1] == ["simulated"]
+
+
+def test_the_error_is_positive_where_the_simulation_stands_too_high(evidence):
+    line = curve(drawn(evidence)["error"], "simulated - measured")
+    assert heights(line) == pytest.approx(0.5)
+
+
+def test_bars_are_the_bins_of_the_comparison(evidence):
+    (axes,) = axes_of(drawn(evidence)["histogram"])
+    bars = [bar.get_extents().transformed(axes.transData.inverted()).bounds for bar in axes.patches]
+    assert bars == [pytest.approx((10.0 * i, 0.0, 10.0, 0.5)) for i in range(4)]
+    assert {str(line.get_label()) for line in axes.lines} == {"mean error 0.50 mm", "gate for the mean, 1 mm"}
+
+
+def test_uncovered_bins_have_no_bar(tmp_path):
+    evidence = make_evidence(tmp_path)
+    comparison = evidence.comparison
+    assert comparison is not None
+    comparison.metrics["error_by_bin"][0] |= {"covered_mm": 0.0, "mean_error_mm": np.nan}
+    (axes,) = axes_of(draw_histogram(comparison))
+    assert len(axes.patches) == 3
+
+
+def test_drawing_leaves_no_trace_in_matplotlib(evidence):
+    before = dict(rcParams)
+    drawn(evidence)
+    assert dict(rcParams) == before
+
+
+def test_a_part_of_a_page_can_be_drawn_on(evidence):
+    page = Figure(layout="constrained")
+    lower = page.subfigures(2, 1, squeeze=False)[1, 0]
+    assert draw_histogram(evidence.comparison, lower) is lower
+    assert len(axes_of(lower)) == 1
