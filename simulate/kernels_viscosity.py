@@ -95,18 +95,32 @@ def start_search(
     volume: wp.array[float],
     velocity: wp.array[wp.vec3],
     solution: wp.array[wp.vec3],  # out
-    residual: wp.array[wp.vec3],  # out
+    right_side: wp.array[wp.vec3],  # out
+    scaled: wp.array[wp.vec3],  # out
+):
+    """The first guess is the velocity without viscosity; scaled is the right hand side over the diagonal (Jacobi)."""
+    row = wp.tid()
+    v = velocity[first + row]
+    b = volume[row] * v
+    solution[row] = v
+    right_side[row] = b
+    scaled[row] = b / (volume[row] + resistance[row])
+
+
+@wp.kernel
+def first_residual(
+    resistance: wp.array[float],
+    volume: wp.array[float],
+    product: wp.array[wp.vec3],
+    residual: wp.array[wp.vec3],  # in: right hand side, out
     scaled: wp.array[wp.vec3],  # out
     direction: wp.array[wp.vec3],  # out
 ):
-    """From rest: the residual is the right hand side; scaled is the residual over the diagonal (Jacobi)."""
     row = wp.tid()
-    r = volume[row] * velocity[first + row]
-    z = r / (volume[row] + resistance[row])
-    solution[row] = wp.vec3(0.0)
+    r = residual[row] - product[row]
     residual[row] = r
-    scaled[row] = z
-    direction[row] = z
+    scaled[row] = r / (volume[row] + resistance[row])
+    direction[row] = r / (volume[row] + resistance[row])
 
 
 @wp.kernel

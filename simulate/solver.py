@@ -55,23 +55,23 @@ class FluidSolver:
     ) -> None:
         radius = settings.radius_mm / 10
         self.state = state
-        self._walls, self._barrier, self._settings = walls, barrier, settings
-        self._scheme = settings.scheme
+        self.walls, self.barrier, self._settings = walls, barrier, settings
+        self.scheme = settings.scheme
         self._step_s = step_s
         self._support = 4 * radius
-        self._kernel = kernels.Smoothing()
-        self._kernel.support = self._support
-        self._kernel.poly6 = 315 / (64 * math.pi * self._support**9)
-        self._kernel.spiky = -45 / (math.pi * self._support**6)
-        self._mass = self._scheme.volume_factor * particle_volume(radius)
+        self.smoothing = kernels.Smoothing()
+        self.smoothing.support = self._support
+        self.smoothing.poly6 = 315 / (64 * math.pi * self._support**9)
+        self.smoothing.spiky = -45 / (math.pi * self._support**6)
+        self.mass = self.scheme.volume_factor * particle_volume(radius)
         wall_mass = {"calibrated": calibrated_wall_mass, "source": source_wall_mass}
-        self._wall_mass = wall_mass[self._scheme.wall](radius)
-        self._viscosity = Viscosity(state, walls, self._support, self._mass, weights)
+        self.wall_mass = wall_mass[self.scheme.wall](radius)
+        self.viscosity = Viscosity(state, walls, self._support, self.mass, weights)
         reach = LIST_REACH * self._support
-        self._fluid_cells = CellGrid(domain.low, domain.high, reach, len(state.position), state.device)
-        self._wall_cells = CellGrid(domain.low, domain.high, reach, len(walls.point), state.device)
+        self.fluid_cells = CellGrid(domain.low, domain.high, reach, len(state.position), state.device)
+        self.wall_cells = CellGrid(domain.low, domain.high, reach, len(walls.point), state.device)
         all_in_play = wp.zeros(len(walls.point), dtype=int, device=state.device)
-        self._wall_cells.fill(walls.point, all_in_play, len(walls.point))
+        self.wall_cells.fill(walls.point, all_in_play, len(walls.point))
         self._no_fault = wp.full(int(kernels.FAULTS), len(state.position), dtype=int, device=state.device)
         self._fault = wp.clone(self._no_fault)
 
@@ -79,13 +79,13 @@ class FluidSolver:
         """Advance the moving particles by one substep; how many iterations or passes the viscosity took."""
         self.predict()
         self.find_neighbours()
-        for _ in range(self._scheme.iterations):
+        for _ in range(self.scheme.iterations):
             self.measure_density()
             self.correct()
         self.update_velocity()
         if self._settings.viscosity_solve == "implicit":
-            return self._viscosity.solve_implicit()
-        return self._viscosity.pass_explicit()
+            return self.viscosity.solve_implicit()
+        return self.viscosity.pass_explicit()
 
     def predict(self) -> None:
         state = self.state
@@ -94,8 +94,8 @@ class FluidSolver:
             state.first,
             self._step_s,
             self._settings.damping_per_s,
-            self._barrier.clearance,
-            self._barrier.grid,
+            self.barrier.clearance,
+            self.barrier.grid,
             state.fate,
             state.velocity,
             state.position,
@@ -105,18 +105,18 @@ class FluidSolver:
     def find_neighbours(self) -> None:
         """Among all that are out, frozen ones included, and among the walls."""
         state = self.state
-        self._fluid_cells.fill(state.position, state.fate, state.end)
-        self._list(self._fluid_cells, 0, kernels.NEIGHBOURS_FULL, state.neighbour, state.neighbour_count)
-        self._list(self._wall_cells, 1, kernels.WALLS_FULL, state.wall_neighbour, state.wall_count)
+        self.fluid_cells.fill(state.position, state.fate, state.end)
+        self._list(self.fluid_cells, 0, kernels.NEIGHBOURS_FULL, state.neighbour, state.neighbour_count)
+        self._list(self.wall_cells, 1, kernels.WALLS_FULL, state.wall_neighbour, state.wall_count)
 
     def measure_density(self) -> None:
-        state, walls = self.state, self._walls
+        state, walls = self.state, self.walls
         self._launch(
             kernels.measure_density,
             state.first,
-            self._kernel,
-            self._mass,
-            self._wall_mass,
+            self.smoothing,
+            self.mass,
+            self.wall_mass,
             self._settings.relaxation / self._support**2,
             state.position,
             state.neighbour,
@@ -137,9 +137,9 @@ class FluidSolver:
             kernels.correct,
             state.first,
             LONGEST_CORRECTION * self._support,
-            self._scheme.frozen_answer,
-            self._barrier.clearance,
-            self._barrier.grid,
+            self.scheme.frozen_answer,
+            self.barrier.clearance,
+            self.barrier.grid,
             state.multiplier,
             state.neighbour,
             state.neighbour_count,
@@ -161,7 +161,7 @@ class FluidSolver:
             FASTEST_CM_S,
             DENSEST,
             self._support,
-            self._barrier.grid,
+            self.barrier.grid,
             state.position,
             state.velocity,
             state.density,

@@ -1,5 +1,7 @@
 """Small cracks, short pours and particles placed by hand: for the tests of ``simulate``."""
 
+from functools import cache
+
 import numpy as np
 
 from digitise.settings import CrackShape, NozzlePath
@@ -7,13 +9,13 @@ from digitise.solid import build_solid
 from digitise.trajectory import plan_trajectory
 from sealtwin.progress import Progress
 from sealtwin.records import Floats, Outline, Run, Solid, Trajectory
-from simulate.distance import CM, build_barrier
+from simulate.distance import CM, Barrier, build_barrier
 from simulate.nozzle import Schedule
 from simulate.run import inject
 from simulate.settings import Fluid, Nozzle, Solver
 from simulate.solver import Domain, FluidSolver
 from simulate.state import State
-from simulate.walls import place_walls
+from simulate.walls import Walls, place_walls
 from tests.shapes import straight_slot
 
 FRAME_S = 7.23e-3
@@ -21,8 +23,13 @@ FRAME_S = 7.23e-3
 LIKE_THE_PAPER = Fluid(U=30.0, D_cm=0.3, freeze_after_s=2.58)
 
 
+@cache
 def slot(
-    length_mm: float = 6.0, width_mm: float = 3.1, depth_mm: float = 16.0, tilt: str = "vertical", angle_deg: float = 5.5
+    length_mm: float = 6.0,
+    width_mm: float = 3.1,
+    depth_mm: float = 16.0,
+    tilt: str = "vertical",
+    angle_deg: float = 5.5,
 ) -> tuple[Solid, Outline]:
     """A straight crack with a wall across each end."""
     outline = straight_slot(length_mm, width_mm)
@@ -41,9 +48,7 @@ def pour(
 ) -> Run:
     solid, outline = crack
     settings = Solver.model_validate(solver)
-    return inject(
-        solid, outline, trajectory, fluid, settings, Nozzle(), seed=seed, device="cpu", progress=Progress()
-    )
+    return inject(solid, outline, trajectory, fluid, settings, Nozzle(), seed=seed, device="cpu", progress=Progress())
 
 
 def lattice(low_mm: Floats, high_mm: Floats, spacing_mm: float, seed: int = 0) -> Floats:
@@ -59,11 +64,9 @@ def engine_with(
     *,
     frame_s: float = FRAME_S,
     weights: tuple[float, float] = (0.0, 0.0),
-    walls_count: bool = True,
     **solver: object,
 ) -> FluidSolver:
     """A solver whose particles all move from where they are put. ``weights`` are U and D of a whole frame."""
-    solid, outline = crack
     settings = Solver.model_validate(solver)
     count = len(position_mm)
     schedule = Schedule(
@@ -77,10 +80,7 @@ def engine_with(
     )
     state = State(schedule, count, "cpu")
     state.end = count
-    barrier = build_barrier(solid, outline, settings.radius_mm, "cpu")
-    walls = place_walls(solid, outline, barrier, settings.radius_mm)
-    if not walls_count:
-        walls.share.zero_()
+    barrier, walls = _enclosure(*crack, settings.radius_mm)
     substeps = settings.substeps or 4
     low, high = position_mm.min(axis=0) - 5, position_mm.max(axis=0) + 5
     return FluidSolver(
@@ -96,3 +96,16 @@ def engine_with(
 
 def positions_mm(engine: FluidSolver) -> Floats:
     return engine.state.position.numpy().astype(float) / CM
+
+
+_enclosures: dict[tuple[int, float], tuple[Solid, Barrier, Walls]] = {}
+
+
+def _enclosure(solid: Solid, outline: Outline, radius_mm: float) -> tuple[Barrier, Walls]:
+    """Built once for each solid; the solid is kept, so that its id stays its own."""
+    key = id(solid), radius_mm
+    if key not in _enclosures:
+        barrier = build_barrier(solid, outline, radius_mm, "cpu")
+        _enclosures[key] = solid, barrier, place_walls(solid, outline, barrier, radius_mm)
+    _, barrier, walls = _enclosures[key]
+    return barrier, walls

@@ -24,9 +24,7 @@ def two_slots(septum_mm: float) -> Solid:
     faces = np.array(mesh.tri_verts, dtype=np.int64)
     label = np.full(len(faces), int(FaceLabel.WALL))
     block_mm = (-12.0, -15.0, 32.0, 15.0)
-    return Solid(
-        np.array(mesh.vert_properties[:, :3], float), faces, label, block_mm, 8.0, "vertical", 0.0, 960.0, {}
-    )
+    return Solid(np.array(mesh.vert_properties[:, :3], float), faces, label, block_mm, 8.0, "vertical", 0.0, 960.0, {})
 
 
 def test_the_grid_knows_the_mesh_to_a_twentieth_of_a_radius():

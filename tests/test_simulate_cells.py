@@ -1,0 +1,70 @@
+import numpy as np
+import pytest
+import warp as wp
+from scipy.spatial import KDTree
+
+from simulate import kernels
+from simulate.cells import CellGrid
+from tests.fluids import engine_with, lattice, slot
+
+REACH_CM = 1.04 * 0.16
+
+
+def test_the_neighbour_list_is_that_of_a_search_over_all_pairs():
+    """Points beyond the grid on every side are found as well."""
+    crack = slot()
+    points = np.random.default_rng(0).uniform([-3, -3, -16], [9, 3, 2], (1500, 3))
+    engine = engine_with(points, crack)
+    grid = CellGrid(np.array([0.0, -0.1, -1.0]), np.array([0.5, 0.1, 0.0]), REACH_CM, 1500, "cpu")
+    engine.fluid_cells = grid
+    engine.find_neighbours()
+    state = engine.state
+    here = state.position.numpy().astype(float)
+    expected = KDTree(here).query_ball_point(here, REACH_CM)
+    found, count = state.neighbour.numpy(), state.neighbour_count.numpy()
+    for i, around in enumerate(expected):
+        assert sorted([i, *found[i, : count[i]]]) == sorted(around)
+
+
+def test_walls_are_found_like_any_point():
+    engine = engine_with(lattice(np.array([1, -1, -15]), np.array([5, 1, -8]), 0.7), slot())
+    engine.find_neighbours()
+    state, wall = engine.state, engine.walls.point.numpy().astype(float)
+    expected = KDTree(wall).query_ball_point(state.position.numpy().astype(float), REACH_CM)
+    found, count = state.wall_neighbour.numpy(), state.wall_count.numpy()
+    assert max(count) > 8
+    for i, around in enumerate(expected):
+        assert sorted(found[i, : count[i]]) == sorted(around)
+
+
+def test_a_list_that_is_too_short_is_reported_with_its_first_particle():
+    crowd = np.vstack([[[3.0, 0.0, -1.0]], np.random.default_rng(0).normal([3, 0, -8], 0.1, (200, 3))])
+    engine = engine_with(crowd, slot())
+    engine.find_neighbours()
+    assert engine.inspect()[int(kernels.NEIGHBOURS_FULL)] == 1
+
+
+def test_what_left_is_nobodys_neighbour():
+    engine = engine_with(lattice(np.array([1, -1, -12]), np.array([5, 1, -8]), 0.7), slot())
+    fate = np.zeros(len(engine.state.position), dtype=np.int32)
+    fate[::3] = kernels.SPILLED
+    engine.state.fate = wp.array(fate, dtype=int, device="cpu")
+    engine.find_neighbours()
+    count = engine.state.neighbour_count.numpy()
+    assert (count[::3] == 0).all()
+    listed = np.concatenate([row[:n] for row, n in zip(engine.state.neighbour.numpy(), count, strict=True)])
+    assert len(listed) > 100
+    assert not (listed % 3 == 0).any()
+
+
+@pytest.mark.parametrize("count", [1, 7, 500])
+def test_the_grid_sorts_a_part_of_its_points(count):
+    """Later points are not out yet. Order within a cell is the points' own, so that sums come out the same."""
+    points = np.random.default_rng(2).uniform(0, 1, (500, 3))
+    grid = CellGrid(np.zeros(3), np.ones(3), 0.25, 500, "cpu")
+    grid.fill(wp.array(points, dtype=wp.vec3, device="cpu"), wp.zeros(500, dtype=int, device="cpu"), count)
+    number = grid.cells.number.numpy()[:count]
+    assert sorted(number) == list(range(count))
+    key = (np.floor(points[number] / 0.25) @ [1, 4, 16]).astype(int)
+    assert (np.diff(key * 1000 + number) > 0).all()
+    assert grid.cells.point.numpy()[:count] == pytest.approx(points[number])
