@@ -104,7 +104,9 @@ class NozzlePath(Settings):
     nozzle_height_mm: float = Field(default=3.0, gt=0)
     """Of the nozzle's tip above the face."""
     smoothing_mm: float = Field(default=0.1, ge=0)
-    """Bound of the RMS distance from the centreline: at 0.1 no turn between waypoints exceeds 8 degrees."""
+    """Bound of the RMS distance from the centreline: at 0.1 no turn between waypoints of a wandering crack exceeds 8
+    degrees; the corner of a dog-leg stays.
+    """
 
     @model_validator(mode="after")
     def _positive_volume(self) -> Self:
