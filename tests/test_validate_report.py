@@ -1,5 +1,6 @@
 """The page and the PDF: complete, self-contained, and deaf to what names would have them do."""
 
+import re
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -87,6 +88,11 @@ def test_the_page_needs_nothing_but_itself(usual):
     assert references
     assert all(value.startswith(("data:image/", "#")) for value in references)
     assert "url(http" not in source
+    # Namespaces are the only addresses left.
+    assert set(re.findall(r"https?://[^\"' <>]+", source)) == {
+        "http://www.w3.org/2000/svg",
+        "http://www.w3.org/1999/xlink",
+    }
     policy = next(attributes["content"] for _, attributes in page.tags if attributes.get("http-equiv"))
     assert policy is not None
     assert policy.startswith("default-src 'none'")
@@ -111,7 +117,7 @@ def test_the_page_is_small(usual):
 
 
 def test_names_are_text_and_nothing_else(tmp_path):
-    """Broken on purpose: with autoescape off the page has a script, with parse_math on the PDF raises."""
+    """Broken on purpose: with autoescape off the page has a script, with parse_math on the PDF cannot be drawn."""
     source, page, pdf = written(
         tmp_path,
         name=HOSTILE,

@@ -25,6 +25,7 @@ OVERLAY_PX = 1500
 """Widest overlay in the report; the full one lies beside it."""
 PIXELS_DPI = 150
 """Of what is drawn as pixels inside a figure."""
+NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
 PAGE_COLOURS = {INK: "--ink", MUTED: "--muted", GRID: "--grid", "#ffffff": "--card"}
 """Colours of a figure that follow the page, light or dark."""
 
@@ -71,7 +72,7 @@ def _svg(plate: Plate, name: str) -> Markup:
     with themed(), rc_context({"svg.hashsalt": name}):
         figure = plate.draw(None)
         assert isinstance(figure, Figure)
-        figure.savefig(target, format="svg", dpi=PIXELS_DPI, transparent=True, metadata={"Date": None})
+        figure.savefig(target, format="svg", dpi=PIXELS_DPI, transparent=True, metadata=NO_METADATA)
     svg = target.getvalue()
     head, body = svg[svg.index("<svg") :].split(">", 1)
     head = re.sub(r' (width|height)="[^"]*"', "", head)
