@@ -3,7 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from digitise.footprint import Footprint, nearest_side
+from digitise.footprint import Footprint
+from digitise.region import nearest_side
 from sealtwin.records import FaceLabel, Floats, Integers
 
 NEAR_MM = 5e-3

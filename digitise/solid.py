@@ -6,10 +6,12 @@ from typing import Any
 import numpy as np
 from manifold3d import CrossSection, FillRule
 
-from digitise.footprint import Dam, Footprint, dams, lay_out
+from digitise.dams import Dam, dams
+from digitise.footprint import Footprint, lay_out
 from digitise.labels import label_faces
 from digitise.mesh import MeshFigures, examine_mesh
 from digitise.readings import compare_readings, section
+from digitise.region import rectangle
 from digitise.settings import CrackShape
 from digitise.tidy import tidy
 from digitise.wedges import carve, tilted_by_mm
@@ -114,13 +116,8 @@ def _tilt_warnings(outline: Outline, shape: CrackShape, readings: dict[str, Any]
 def _dam_volume_mm3(plates: tuple[Dam, ...], height_mm: float) -> float:
     area = CrossSection()
     for plate in plates:
-        area += _plan(plate)
+        area += rectangle(plate.box_mm)
     return area.area() * height_mm
-
-
-def _plan(plate: Dam) -> CrossSection:
-    x_min, y_min, x_max, y_max = plate.box_mm
-    return CrossSection.square((x_max - x_min, y_max - y_min)).translate((x_min, y_min))
 
 
 def _dam_report(plate: Dam, bottom_mm: float, top_mm: float) -> dict[str, Any]:

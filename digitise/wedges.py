@@ -11,7 +11,9 @@ from itertools import pairwise
 import numpy as np
 from manifold3d import CrossSection, Manifold, OpType
 
-from digitise.footprint import Dam, Footprint, rectangle
+from digitise.dams import Dam
+from digitise.footprint import Footprint
+from digitise.region import rectangle
 from digitise.settings import CrackShape
 from sealtwin.records import Floats
 
