@@ -69,6 +69,13 @@ def test_areas_of_closed_form(a, b, area):
     assert area_by_similaritymeasures(x_a, y_a, x_b, y_b) == pytest.approx(area, abs=1e-9)
 
 
+@pytest.mark.parametrize("rest", [5e-211, -5e-211, 1e-17, -1e-17, 3e-16])
+def test_what_rounding_leaves_at_a_station_drops_no_triangle(rest):
+    """Found by hypothesis: the library sees a crossing at x = 1 - 1e-17 as none, and gives 0 for 0.5."""
+    assert area_between([0, 1], [0, 0], [0, 1], [-1, rest]) == pytest.approx(0.5, abs=1e-12)
+    assert area_by_similaritymeasures([0, 1], [0, 0], [0, 1], [-1, rest]) == pytest.approx(0.5, abs=1e-9)
+
+
 def test_a_parabola_converges_to_its_integral():
     x = np.linspace(0, 1, 20_001)
     assert area_between(x, x**2, [0, 1], [0, 1]) == pytest.approx(1 / 6, abs=1e-9)

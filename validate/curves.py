@@ -6,6 +6,9 @@ from numpy.typing import ArrayLike
 from sealtwin.errors import InputError
 from sealtwin.records import Floats
 
+ROUNDING = 1e-14
+"""Of the largest value."""
+
 
 class Pieces:
     """A continuous, piecewise linear function: values at increasing x, straight between."""
@@ -54,7 +57,9 @@ class Difference(Pieces):
         x = np.unique(np.concatenate([x_a, x_b]))
         x = x[(x >= low) & (x <= high)]
         value = np.interp(x, x_a, y_a) - np.interp(x, x_b, y_b)
-        crosses = value[:-1] * value[1:] < 0
+        # What rounding leaves of a crossing at a station is a crossing there, not one beside it.
+        value[np.abs(value) < ROUNDING * np.abs(value).max()] = 0.0
+        crosses = np.sign(value[:-1]) * np.sign(value[1:]) < 0
         first, last = value[:-1][crosses], value[1:][crosses]
         crossing = x[:-1][crosses] + np.diff(x)[crosses] * (first / (first - last))
         super().__init__(*_merged(x, value, crossing))
@@ -69,7 +74,7 @@ class Difference(Pieces):
 
 def _merged(x: Floats, value: Floats, crossing: Floats) -> tuple[Floats, Floats]:
     """Points with the crossings, where the value is 0, put among them."""
-    # A crossing that rounds onto a station would double it; the value there is then rounding alone.
+    # A crossing that rounds onto a station would double it; between stations so close it is worth no area.
     crossing = np.setdiff1d(crossing, x)
     order = np.argsort(np.concatenate([x, crossing]), kind="stable")
     return np.concatenate([x, crossing])[order], np.concatenate([value, np.zeros(len(crossing))])[order]
