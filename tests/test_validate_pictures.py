@@ -1,9 +1,12 @@
 """Pictures to scale, in the right hand, of the particles that are there."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from tests.evidence import axes_of, heights, make_evidence
+from tests.shapes import straight_slot
 from validate.pictures import draw_sections, draw_side_view, draw_solid, draw_top_view, view_solid
 
 
@@ -56,3 +59,11 @@ def test_the_cast_is_the_cavity_and_the_block_holds_it(evidence):
     )
     figure = draw_solid(evidence.solid, views)
     assert "1.24 ml" in axes_of(figure)[1].get_title(loc="left")
+
+
+def test_a_crack_of_few_points_and_few_millimetres_has_sections(evidence):
+    outline = straight_slot(length_mm=4.0)
+    two = replace(outline, centreline_mm=outline.centreline_mm[[0, -1]])
+    figure = draw_sections(evidence.run, two, evidence.solid)
+    assert [axes.get_title(loc="left") for axes in axes_of(figure)] == ["s = 1 mm", "s = 2 mm", "s = 3 mm"]
+    assert all(len(places(axes)) for axes in axes_of(figure))

@@ -137,7 +137,10 @@ def draw_sections(run: Run, outline: Outline, solid: Solid, on: FigureBase | Non
 
 def _draw_section(axes: Axes, run: Run, outline: Outline, solid: Solid, s_mm: float) -> None:
     """Seen along the path: left of the path is left in the picture."""
-    foot, tip = (outline.centreline_mm[np.searchsorted(outline.s_mm, s)] for s in (s_mm, s_mm + 1))
+    foot, tip = (
+        np.array([np.interp(s, outline.s_mm, outline.centreline_mm[:, axis]) for axis in (0, 1)])
+        for s in (s_mm, min(s_mm + 1.0, outline.length_mm))
+    )
     ahead = (tip - foot) / np.linalg.norm(tip - foot)
     right = np.array([ahead[1], -ahead[0]])
     for ring in cut_rings(solid.vertices_mm, solid.faces, foot, ahead):

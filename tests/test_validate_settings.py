@@ -1,0 +1,24 @@
+"""Tables [readings] and [gate]: what is declared, and nothing else."""
+
+from pathlib import Path
+
+import pytest
+from pydantic import ValidationError
+
+from validate.settings import Gate, Readings
+
+
+@pytest.mark.parametrize("limit", [0, -1, float("nan"), float("inf"), "1.6"])
+def test_a_gate_is_a_positive_number(limit):
+    with pytest.raises(ValidationError):
+        Gate(mean_error_mm=limit)
+
+
+@pytest.mark.parametrize(
+    "change", [{"data": "guessed"}, {"role": "training"}, {"unit": "mm"}, {"role": None}], ids=lambda c: next(iter(c))
+)
+def test_readings_declare_origin_and_role(change):
+    content = {"file": Path("caliper.csv"), "data": "measured", "role": "held-out"}
+    assert Readings.model_validate(content).role == "held-out"
+    with pytest.raises(ValidationError):
+        Readings.model_validate(content | change)
