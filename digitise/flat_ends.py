@@ -95,14 +95,14 @@ def run_out(end: FlatEnd, reach_mm: float) -> CrossSection:
     return _region(corners)
 
 
-def stopper(end: FlatEnd, reach_mm: float) -> CrossSection:
-    """Ground beyond a cut end, wide and long enough to hold all of its run-out."""
+def stopper(end: FlatEnd, reach_mm: float, spread_mm: float) -> CrossSection:
+    """Ground beyond a cut end, wide and long enough to hold all of its run-out after that has tilted."""
     away = np.array([end.across[1], -end.across[0]])
     away = away if away @ end.outward > 0 else -away
     # The run-out drifts sideways by as much as the cut is oblique.
     drift_mm = reach_mm * float(np.linalg.norm(end.run_out))
     side = (drift_mm + reach_mm) * end.across
-    depth = (reach_mm + RUN_OUT_MM) * away
+    depth = (reach_mm + spread_mm + RUN_OUT_MM) * away
     return _region(
         np.array([end.right_mm - side, end.right_mm - side + depth, end.left_mm + side + depth, end.left_mm + side])
     )

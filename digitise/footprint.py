@@ -41,16 +41,16 @@ def lay_out(outline: Outline, shape: CrackShape, spread_mm: float) -> Footprint:
     ends = flat_ends(outline)
     lean = _lean(outline.centreline_mm, shape)
     block_mm = outline.face_mm or _grown_box(ring, ends, shape, lean, spread_mm)
-    if (traced ^ rectangle(block_mm)).area() < PIECE_MM2:
-        raise InputError(f"The crack lies outside the face {_listed(block_mm)} mm. Check ends_px and face_mm.")
     require_open_ends_at_side(ends, block_mm, outline.mean_width_mm)
     ends = tuple(on_side(end, ring, block_mm, outline.mean_width_mm) for end in ends)
-    reach_mm = spread_mm + RUN_OUT_MM
-    run_outs = [run_out(end, reach_mm + outline.mean_width_mm) for end in ends]
+    reach_mm = spread_mm + RUN_OUT_MM + outline.mean_width_mm
+    run_outs = [run_out(end, reach_mm) for end in ends]
     crack, cleaning_warnings = cleaned(CrossSection.batch_boolean([traced, *run_outs], OpType.Add))
-    stoppers = [stopper(end, reach_mm + outline.mean_width_mm) for end in ends if end.kind == "cut"]
+    stoppers = [stopper(end, reach_mm, spread_mm) for end in ends if end.kind == "cut"]
     beyond = CrossSection.batch_boolean(stoppers, OpType.Add) ^ rectangle(block_mm) if stoppers else CrossSection()
     _require_clear(traced, beyond, outline.mean_width_mm)
+    if ((traced ^ rectangle(block_mm)) - beyond).area() < PIECE_MM2:
+        raise InputError(f"No crack lies on the face {_listed(block_mm)} mm. Check ends_px and face_mm.")
     return Footprint(
         crack=crack,
         block_mm=block_mm,

@@ -36,7 +36,11 @@ def section(footprint: Footprint, shape: CrackShape, depth_mm: float) -> CrossSe
 
 def cavity_volume_mm3(footprint: Footprint, shape: CrackShape, slices: int = SLICES) -> float:
     """Integral of the sections over the depth."""
-    step_mm = shape.depth_mm / slices
+    reach_mm = shape.depth_mm
+    # A narrow funnel ends far above its floor: the slices belong where it is open.
+    while shape.tilt == "funnel" and section(footprint, shape, reach_mm / 2).is_empty():
+        reach_mm /= 2
+    step_mm = reach_mm / slices
     return step_mm * sum(section(footprint, shape, (i + 0.5) * step_mm).area() for i in range(slices))
 
 
