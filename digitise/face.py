@@ -95,8 +95,9 @@ def _edge_line(soft: Map, corners: Floats, side: int) -> tuple[Floats, Floats]:
         cv2.INTER_LINEAR,
         borderMode=cv2.BORDER_REPLICATE,
     )
-    slope = np.abs(np.gradient(light, axis=1))
-    points = foot + offsets[np.argmax(slope, axis=1)][:, None] * normal
+    # Neighbours along the edge share it, but not their grain.
+    slope = np.abs(np.gradient(cv2.blur(light, (1, 9)), axis=1))
+    points = foot + (_peak(slope) * (offsets[1] - offsets[0]) + offsets[0])[:, None] * normal
     line, miss = _fit(points)
     for _ in range(5):
         # Median, since the crack and pores pull single points far off.
@@ -104,6 +105,15 @@ def _edge_line(soft: Map, corners: Floats, side: int) -> tuple[Floats, Floats]:
         points = points[keep]
         line, miss = _fit(points)
     return line, miss
+
+
+def _peak(rows: Floats) -> Floats:
+    """Place of the largest value of each row, in samples, to a fraction by the parabola through its neighbours."""
+    top = np.clip(np.argmax(rows, axis=1), 1, rows.shape[1] - 2)
+    row = np.arange(len(rows))
+    before, at, after = rows[row, top - 1], rows[row, top], rows[row, top + 1]
+    bend = np.minimum(before - 2 * at + after, -1e-12)
+    return top + np.clip(0.5 * (before - after) / bend, -0.5, 0.5)
 
 
 def _fit(points: Floats) -> tuple[Floats, Floats]:

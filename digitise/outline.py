@@ -12,13 +12,13 @@ from digitise.photo import Photo
 from digitise.polyline import (
     at_arc_length,
     clipped_to_box,
-    crossings,
     depth_inside,
     extended,
     resampled,
     signed_area,
     smoothed,
     tangents,
+    uncrossed,
     without_loops,
     without_repeats,
 )
@@ -49,6 +49,8 @@ WALL_SMOOTHING_PX = 2.0
 """Gaussian sigma of the walls along the crack: below what grain and noise leave, above a grain of sand's own edge."""
 MOST_UNSEEN = 0.2
 """Share of the path on which a wall may be missing."""
+MOST_TRIMMED = 0.02
+"""Share of the crack's area that may go where its walls cross each other."""
 WORTH_SAYING = 0.05
 """The same share, from which it is told. An open end hides a wall by itself, on about 3 % of the fixture."""
 
@@ -200,12 +202,14 @@ def _assemble(photo: Photo, path: CrackPath, traced: _Traced, ends: tuple[PathEn
         np.concatenate([wall[over_start], at, wall[over_end]])
         for wall, at in ((right_mm, right_at), (left_mm, left_at))
     )
-    ring = np.concatenate([right_side, left_side[::-1]])
+    # Round a sharp corner one wall may touch the other by a hair.
+    whole = np.concatenate([right_side, left_side[::-1]])
+    ring = uncrossed(whole)
+    if len(ring) < 3 or signed_area(ring) < (1 - MOST_TRIMMED) * signed_area(whole):
+        raise InputError(f"{photo.file}: the walls of the crack cross each other; give ends_px of a clearer part.")
     if photo.face_mm is not None:
         ring = clipped_to_box(ring, photo.face_mm)
     ring = without_repeats(ring, 1e-3 * photo.mm_per_px)
-    if len(ring) < 3 or signed_area(ring) <= 0 or crossings(ring, closed=True):
-        raise InputError(f"{photo.file}: the walls of the crack cross each other; give ends_px of a clearer part.")
     return Outline(
         centreline_mm=centreline_mm,
         left_wall_mm=left_at,

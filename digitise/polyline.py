@@ -94,6 +94,16 @@ def crossings(points: Floats, closed: bool = False) -> list[tuple[int, int]]:
     return found
 
 
+def uncrossed(ring: Floats) -> Floats:
+    """What a counter-clockwise ring encloses once, as one simple ring: the largest, where it falls apart."""
+    if not crossings(ring, closed=True):
+        return ring
+    from manifold3d import CrossSection, FillRule
+
+    pieces = [np.asarray(piece, dtype=float) for piece in CrossSection([ring], FillRule.Positive).to_polygons()]
+    return max(pieces, key=signed_area, default=np.empty((0, 2)))
+
+
 def _cross(a: Floats, b: Floats, c: Floats, d: Floats) -> bool:
     """Whether two segments properly cross."""
 

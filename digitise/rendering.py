@@ -109,8 +109,9 @@ def _shade(scene: Scene, look: Look, rng: np.random.Generator) -> Map:
 
     picture = np.full((height, width), BOARD, dtype=np.float32)
     picture *= 1 + 0.15 * look.grain * grain
-    picture = _mix(picture, GAP, coverage(scene.gap, size))
-    picture = _mix(picture, mortar, coverage(scene.face, size))
+    face, gap = coverage(scene.face, size), coverage(scene.gap, size)
+    # Side by side, not one over the other: where the gap is closed, board and mortar share the pixels of the edge.
+    picture = picture * (1 - gap) + GAP * (gap - face) + mortar * face
     picture = _mix(picture, INK, _cover(scene.ink, size))
     picture = _mix(picture, BOARD, _cover(scene.paper, size))
 

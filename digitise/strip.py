@@ -18,7 +18,7 @@ BLUR_PX = 0.8
 """Of the brightness before it is sampled: quiets grain and noise; a straight edge stays in its place."""
 STEEPEST = 16
 """Samples that a wall may move sideways between two stations."""
-STIFFNESS = 0.02
+STIFFNESS = 0.1
 """Price of a step sideways, per sample squared, against a sample of misplaced mortar."""
 
 SNAP = 4
@@ -73,8 +73,9 @@ def straighten(photo: Photo, soft: Map, mask: NDArray[np.uint8], line_mm: Floats
 def find_walls(strip: Strip, width_mm: float, spacing_mm: float) -> Walls:
     """Both walls at half contrast, as smooth as the picture allows.
 
-    ``width_mm`` is the typical width of the crack, ``spacing_mm`` the distance of stations. Where only one wall is in
-    the picture, as at an oblique open end, the other is taken to go with it at the width of the stations around.
+    ``width_mm`` is the typical width of the crack, ``spacing_mm`` the distance of stations. Where a wall is lost for a
+    while it is bridged. Where one alone reaches on, as at an oblique open end, the other is taken to go with it at the
+    width of the stations before.
     """
     over = 2 * int(np.ceil(width_mm / spacing_mm)) + 1
     distance = np.abs(strip.offset_mm)
@@ -105,17 +106,27 @@ def find_walls(strip: Strip, width_mm: float, spacing_mm: float) -> Walls:
 def _completed(
     left_mm: Floats, right_mm: Floats, left_seen: NDArray[np.bool_], right_seen: NDArray[np.bool_], over: int
 ) -> tuple[Floats, Floats]:
-    """Where one wall alone is seen, put the other at the neighbourhood's width from it."""
+    """Both walls at every station: bridged where one is lost for a while, and at the ends at the width's distance."""
     both = left_seen & right_seen
     if not both.any():
         return left_mm, right_mm
     station = np.arange(len(left_mm))
+    left_mm = np.interp(station, station[left_seen], left_mm[left_seen])
+    right_mm = np.interp(station, station[right_seen], right_mm[right_seen])
     width_mm = median_filter((left_mm + right_mm)[both], size=over, mode="nearest")
     width_mm = np.interp(station, station[both], width_mm)
+    past_left, past_right = _past_ends(left_seen), _past_ends(right_seen)
     return (
-        np.where(right_seen & ~left_seen, np.maximum(width_mm - right_mm, 0), left_mm),
-        np.where(left_seen & ~right_seen, np.maximum(width_mm - left_mm, 0), right_mm),
+        np.where(past_left & ~past_right, np.maximum(width_mm - right_mm, 0), left_mm),
+        np.where(past_right & ~past_left, np.maximum(width_mm - left_mm, 0), right_mm),
     )
+
+
+def _past_ends(seen: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Stations before the first and after the last that was seen."""
+    known = np.flatnonzero(seen)
+    station = np.arange(len(seen))
+    return (station < known[0]) | (station > known[-1])
 
 
 def _level(strip: Strip, where: NDArray[np.bool_], over: int) -> Floats:

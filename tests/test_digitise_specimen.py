@@ -20,7 +20,7 @@ def paper() -> Specimen:
 
 
 def pixels(jpeg: bytes) -> np.ndarray:
-    return cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR).astype(float)
+    return np.asarray(cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR), dtype=float)
 
 
 def test_the_committed_photo_is_what_the_generator_draws(paper):

@@ -1,0 +1,69 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from digitise.ends import judge_end
+from digitise.photo import Photo
+from digitise.raster import blurred
+
+RIGHT = np.array([1.0, 0.0])
+
+
+def photo_of_dark(dark: np.ndarray, face_mm=None) -> Photo:
+    """A photo at 1 mm/px, y up from its lower left pixel, black where ``dark``."""
+    brightness = np.where(dark, 0.02, 0.4).astype(np.float32)
+    return Photo(
+        file=Path(__file__),
+        image=np.zeros((*dark.shape, 3), dtype=np.uint8),
+        brightness=brightness,
+        mm_from_px=np.array([[1.0, 0, 0], [0, -1, dark.shape[0] - 1], [0, 0, 1]]),
+        face_mm=face_mm,
+        mm_per_px=1.0,
+        scale_source="test",
+        scale_residual_mm=None,
+    )
+
+
+def judged(dark: np.ndarray, end_px: tuple[float, float], face_mm=None):
+    photo = photo_of_dark(dark, face_mm)
+    mask = np.full(dark.shape, 255, dtype=np.uint8)
+    return judge_end(photo, blurred(photo.brightness, 0.8), mask, np.array(end_px), RIGHT, 10.0, 0.2)
+
+
+@pytest.fixture
+def band() -> np.ndarray:
+    """A crack 10 px wide from the left border to x = 120, in a photo of 200 x 100 px."""
+    dark = np.zeros((100, 200), dtype=bool)
+    dark[45:55, :121] = True
+    return dark
+
+
+def test_a_crack_that_goes_on_is_cut_where_the_end_was_given(band):
+    end = judged(band, (90.0, 50.0))
+    assert end.kind == "cut"
+    assert end.place_px == pytest.approx([90, 50])
+
+
+def test_a_tip_is_found_beyond_the_given_end(band):
+    end = judged(band, (112.0, 50.0))
+    assert end.kind == "closed"
+    assert end.place_px[0] == pytest.approx(120, abs=1)
+
+
+def test_a_pore_beyond_the_tip_is_no_crack(band):
+    band[46:54, 126:134] = True
+    end = judged(band, (118.0, 50.0))
+    assert end.kind == "closed"
+    assert end.place_px[0] == pytest.approx(120, abs=1)
+
+
+def test_an_end_at_the_edge_of_the_face_is_open(band):
+    face_mm = (0.0, 0.0, 121.0, 99.0)
+    assert judged(band, (119.0, 50.0), face_mm).kind == "open"
+    assert judged(band, (60.0, 50.0), face_mm).kind == "cut"
+
+
+def test_an_end_at_the_border_of_the_photo_is_cut(band):
+    band[45:55] = True
+    assert judged(band, (195.0, 50.0)).kind == "cut"

@@ -1,0 +1,46 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from digitise.photo import load_photo
+from digitise.settings import PhotoInput
+from digitise.specimen import Recipe, make_specimen
+from sealtwin.errors import InputError
+from tests.pictures import SMALL_FACE, evenly_scaled, mortar, photo_of, write_png
+
+
+def test_a_photo_is_looked_for_beside_the_trial(tmp_path):
+    write_png(tmp_path / "photo.png", mortar())
+    settings = PhotoInput(file=Path("photo.png"), data="synthetic", mm_per_px=0.1)
+    assert load_photo(settings, tmp_path).size_px == (500, 300)
+    with pytest.raises(InputError, match="not found"):
+        load_photo(settings, tmp_path / "elsewhere")
+
+
+@pytest.mark.parametrize("level", [0.0, 0.001])
+def test_a_black_photo_is_refused_as_black(tmp_path, level):
+    path = write_png(tmp_path / "photo.png", np.full((200, 300), level))
+    with pytest.raises(InputError, match="all black"):
+        evenly_scaled(path)
+
+
+def test_brightness_is_proportional_to_light(tmp_path):
+    """Half the light is 186 of 255 in the file, and half the brightness here."""
+    steps = np.repeat([[1.0, 0.5, 0.1]], 100, axis=0).repeat(100, axis=1)
+    photo = evenly_scaled(write_png(tmp_path / "photo.png", steps))
+    assert photo.brightness[50, [50, 150, 250]] == pytest.approx([1.0, 0.5, 0.1], abs=0.005)
+
+
+def test_millimetres_and_pixels_lead_back_to_each_other(tmp_path):
+    photo = photo_of(make_specimen(1, Recipe(**SMALL_FACE, tilt_deg=10)), tmp_path)
+    places_px = np.array([[3.0, 4], [700, 20], [512, 800]])
+    assert photo.to_px(photo.to_mm(places_px)) == pytest.approx(places_px, abs=1e-6)
+
+
+def test_the_face_runs_round_from_its_lower_left_corner(tmp_path):
+    photo = photo_of(make_specimen(1, Recipe(**SMALL_FACE)), tmp_path)
+    assert photo.face_px is not None
+    (left, low), (right, _), (_, high), _ = photo.face_px
+    assert left < right
+    assert low > high  # px, y down
