@@ -16,7 +16,7 @@ RIDGE_SIGMAS_PX = (1.5, 3.0, 6.0, 12.0)
 """On the copy: cracks from 3 to 40 px wide answer to one of them."""
 BACKGROUND_PX = 81
 """On the copy: dark things narrower than this do not count as background."""
-EDGE_PX = 3.0
+EDGE_PX = 3
 """Of the photo: the outermost pixels of the face mix with what lies beside it."""
 
 
@@ -62,10 +62,9 @@ def sample_mask(photo: Photo) -> NDArray[np.uint8]:
     width, height = photo.size_px
     mask = np.full((height, width), 255 if photo.face_px is None else 0, dtype=np.uint8)
     if photo.face_px is not None:
-        centre = photo.face_px.mean(axis=0)
-        outward = photo.face_px - centre
-        inner = centre + outward * (1 - EDGE_PX / np.abs(outward).min(axis=0))
-        cv2.fillPoly(mask, [np.rint(inner * 16).astype(np.int32)], [255], shift=4)
+        cv2.fillPoly(mask, [np.rint(photo.face_px * 16).astype(np.int32)], [255], shift=4)
+        disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * EDGE_PX + 1, 2 * EDGE_PX + 1))
+        mask = np.asarray(cv2.erode(mask, disc), dtype=np.uint8)
     for quad in photo.markers_px:
         margin = quad.mean(axis=0) + 1.3 * (quad - quad.mean(axis=0))
         cv2.fillPoly(mask, [np.rint(margin * 16).astype(np.int32)], [0], shift=4)

@@ -189,6 +189,25 @@ def test_a_mirrored_photo_gives_the_mirrored_outline(tmp_path, flip, seed):
     assert np.linalg.norm(turned.centreline_mm[0] - mirrored(plain.centreline_mm, (49.9, 29.9))[0]) < 0.2
 
 
+@pytest.mark.parametrize("turn_deg", [45, 170])
+def test_a_turned_camera_changes_nothing_on_the_face(tmp_path, turn_deg):
+    """Markers fix the face's own frame; what is left is the second sampling of a turned picture."""
+    truth = make_specimen(3, Recipe(**SMALL_FACE))
+    plain = photo_of(truth, tmp_path)
+    height, width = plain.image.shape[:2]
+    side = int(np.hypot(height, width)) + 2
+    turn = cv2.getRotationMatrix2D((width / 2, height / 2), turn_deg, 1.0)
+    turn[:, 2] += (np.array([side, side]) - (width, height)) / 2
+    image = cv2.warpAffine(plain.image, turn, (side, side), flags=cv2.INTER_CUBIC, borderValue=(190, 190, 190))
+    cv2.imwrite(str(tmp_path / "turned.png"), image[..., ::-1])
+    (a, b), (c, d) = np.column_stack([np.array(truth.ends_px), [1, 1]]) @ turn.T
+    turned = load_photo(truth.photo_input(Path("turned.png")), tmp_path)
+    outline = trace_outline(turned, find_path(turned, ((a, b), (c, d))))
+    assert rms(distance_to(outline.centreline_mm, truth.centreline_mm)) <= 0.10
+    assert wall_rms_mm(outline, truth) <= 0.15
+    assert np.linalg.norm(outline.centreline_mm[0] - truth.centreline_mm[0]) < 1
+
+
 def test_ends_inside_a_longer_crack_cut_it_straight_across(bent_photo):
     outline = trace_outline(bent_photo, find_path(bent_photo, BENT_ENDS))
     assert outline.ends == ("cut", "cut")
