@@ -55,7 +55,7 @@ class FluidSolver:
     ) -> None:
         radius = settings.radius_mm / 10
         self.state = state
-        self.walls, self.barrier, self._settings = walls, barrier, settings
+        self.walls, self.barrier, self.settings = walls, barrier, settings
         self.scheme = settings.scheme
         self._step_s = step_s
         self._support = 4 * radius
@@ -83,7 +83,7 @@ class FluidSolver:
             self.measure_density()
             self.correct()
         self.update_velocity()
-        if self._settings.viscosity_solve == "implicit":
+        if self.settings.viscosity_solve == "implicit":
             return self.viscosity.solve_implicit()
         return self.viscosity.pass_explicit()
 
@@ -93,7 +93,7 @@ class FluidSolver:
             kernels.predict,
             state.first,
             self._step_s,
-            self._settings.damping_per_s,
+            self.settings.damping_per_s,
             self.barrier.clearance,
             self.barrier.grid,
             state.fate,
@@ -117,7 +117,7 @@ class FluidSolver:
             self.smoothing,
             self.mass,
             self.wall_mass,
-            self._settings.relaxation / self._support**2,
+            self.settings.relaxation / self._support**2,
             state.position,
             state.neighbour,
             state.neighbour_count,

@@ -1,6 +1,7 @@
 """Small cracks, short pours and particles placed by hand: for the tests of ``simulate``."""
 
 from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -44,7 +45,7 @@ def path(outline: Outline, volume_ml: float, speed_mm_s: float = 4.0, trim_mm: f
 
 
 def pour(
-    crack: tuple[Solid, Outline], trajectory: Trajectory, fluid: Fluid = LIKE_THE_PAPER, seed: int = 0, **solver: object
+    crack: tuple[Solid, Outline], trajectory: Trajectory, fluid: Fluid = LIKE_THE_PAPER, seed: int = 0, **solver: Any
 ) -> Run:
     solid, outline = crack
     settings = Solver.model_validate(solver)
@@ -64,7 +65,7 @@ def engine_with(
     *,
     frame_s: float = FRAME_S,
     weights: tuple[float, float] = (0.0, 0.0),
-    **solver: object,
+    **solver: Any,
 ) -> FluidSolver:
     """A solver whose particles all move from where they are put. ``weights`` are U and D of a whole frame."""
     settings = Solver.model_validate(solver)

@@ -8,7 +8,7 @@ from simulate.nozzle import pack_disc, plan_releases
 
 def straight_path(flow_mm3_s, speed_mm_s: float = 4.0) -> Trajectory:
     """Along x from 10 mm, a waypoint each 1 mm; a flow for each waypoint."""
-    x = 10.0 + np.arange(len(flow_mm3_s))
+    x = np.arange(10.0, 10.0 + len(flow_mm3_s), dtype=np.float64)
     return Trajectory(
         t_s=(x - 10) / speed_mm_s,
         position_mm=np.column_stack([x, 0 * x, 3 + 0 * x]),

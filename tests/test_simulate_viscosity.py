@@ -1,3 +1,5 @@
+from typing import Any
+
 import numpy as np
 import pytest
 import warp as wp
@@ -11,13 +13,13 @@ SUPPORT_CM = 0.16
 STEP_S = FRAME_S / 4
 
 
-def still_block(weights: tuple[float, float] = (30.0, 0.0), **solver: object) -> FluidSolver:
+def still_block(weights: tuple[float, float] = (30.0, 0.0), **solver: Any) -> FluidSolver:
     """Particles at rest density in the air, lists and densities made: for the viscosity alone, in place."""
     points = lattice(np.array([0, -2.1, 20]), np.array([5, 2.1, 32]), 0.69)
     return _prepared(engine_with(points, slot(depth_mm=4.0), weights=weights, **solver))
 
 
-def filled_slot(weights: tuple[float, float], **solver: object) -> FluidSolver:
+def filled_slot(weights: tuple[float, float], **solver: Any) -> FluidSolver:
     points = lattice(np.array([0.2, -1.3, -15.7]), np.array([5.8, 1.3, -6]), 0.69)
     return _prepared(engine_with(points, slot(), weights=weights, **solver))
 
@@ -42,7 +44,7 @@ def chaos(engine: FluidSolver) -> Floats:
 
 @pytest.mark.parametrize("weight", [0.3, 3.0, 30.0])
 def test_a_shear_wave_decays_as_the_viscosity_law_says(weight):
-    """nu = 0.1185 U h^4 / dt (cm), to 5 %, where no surface is near.
+    """Nu = 0.1185 U h^4 / dt (cm), to 5 %, where no surface is near.
 
     A cosine with level ends is a mode of the free block, so that its amplitude decays as exp(-nu k^2 t).
     """
@@ -115,8 +117,9 @@ def test_explicit_passes_are_stable_up_to_twice_the_largest_diagonal(share, stab
 
 
 def test_q_follows_its_rule():
-    """The largest (U S + D B) / 0.9, here of a quarter of a frame; the note's (0.042 U + 21 D) / 0.9 is for its slot,
-    without the corners of this short one.
+    """The largest (U S + D B) / 0.9, here of a quarter of a frame.
+
+    The note's (0.042 U + 21 D) / 0.9 is for its slot, without the corners of this short one.
     """
     engine = filled_slot((30.0, 3.0))
     passes = engine.viscosity.pass_explicit()

@@ -1,11 +1,12 @@
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 import trimesh
 from scipy.spatial import KDTree
 
-from sealtwin.records import FaceLabel, Floats, Solid
+from sealtwin.records import FaceLabel, Solid
 from simulate.distance import CM, build_barrier
 from simulate.walls import Walls, calibrated_wall_mass, place_walls, source_wall_mass
 from tests.fluids import slot
@@ -13,7 +14,7 @@ from tests.fluids import slot
 RADIUS_MM = 0.4
 
 
-def walls_of(solid: Solid, outline) -> tuple[Walls, Floats, Floats]:
+def walls_of(solid: Solid, outline) -> tuple[Walls, Any, Any]:
     """The layer, its points in mm and its shares."""
     walls = place_walls(solid, outline, build_barrier(solid, outline, RADIUS_MM, "cpu"), RADIUS_MM)
     return walls, walls.point.numpy() / CM, walls.share.numpy()
@@ -21,9 +22,8 @@ def walls_of(solid: Solid, outline) -> tuple[Walls, Floats, Floats]:
 
 def refined(solid: Solid, edge_mm: float) -> Solid:
     """The same surface in smaller triangles."""
-    vertices, faces, index = trimesh.remesh.subdivide_to_size(
-        solid.vertices_mm, solid.faces, edge_mm, return_index=True
-    )
+    parts: Any = trimesh.remesh.subdivide_to_size(solid.vertices_mm, solid.faces, edge_mm, return_index=True)
+    vertices, faces, index = parts
     return replace(solid, vertices_mm=vertices, faces=faces, face_label=solid.face_label[index])
 
 
@@ -37,7 +37,8 @@ def test_the_layer_lies_a_radius_deep_and_covers_what_sealant_can_touch(tilt):
     # No place on the walls or the floor is farther from its particle than one across.
     touched = np.isin(solid.face_label, [FaceLabel.WALL, FaceLabel.FLOOR])
     mesh = trimesh.Trimesh(solid.vertices_mm, solid.faces[touched], process=False)
-    surface, face = trimesh.sample.sample_surface(mesh, 5000, seed=0)
+    sample: Any = trimesh.sample.sample_surface(mesh, 5000, seed=0)
+    surface, face = sample
     hole = near.query(surface - RADIUS_MM * mesh.face_normals[face])[0]
     assert hole.max() < 1.1 * 2 * RADIUS_MM
     assert share.min() >= 0
