@@ -5,29 +5,15 @@ Those take many seconds to compile on their first run; this one takes a fraction
 
 import warp as wp
 
-from simulate import device as _quiet_warp  # noqa: F401  its import keeps Warp's banner off stdout
+from simulate import kernels_selftest as device_code
 
 SIDE = 8
 """Points along each edge of the lattice."""
-
-
-@wp.kernel
-def count_pairs(
-    side: int,
-    step_i: int,
-    step_j: int,
-    step_k: int,
-    count: wp.array(dtype=int),  # out
-):
-    """Whether a point of a cubic lattice has another one step away."""
-    i, j, k = wp.tid()
-    if i + step_i < side and j + step_j < side and k + step_k < side:
-        count[(i * side + j) * side + k] += 1
 
 
 def touching_pairs(device: str) -> int:
     """Pairs of points one apart in a cubic lattice of 8 x 8 x 8, counted on ``device``. The answer is 3 * 7 * 8 * 8."""
     count = wp.zeros(SIDE**3, dtype=int, device=device)
     for step in ((1, 0, 0), (0, 1, 0), (0, 0, 1)):
-        wp.launch(count_pairs, dim=(SIDE, SIDE, SIDE), inputs=[SIDE, *step, count], device=device)
+        wp.launch(device_code.count_pairs, dim=(SIDE, SIDE, SIDE), inputs=[SIDE, *step, count], device=device)
     return int(count.numpy().sum())
