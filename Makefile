@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: demo test test-slow lint clean
+.PHONY: demo test test-slow benchmark picture lint clean
 
 demo: $(STAMP)
 	$(BIN)/sealtwin run fixtures/paper-trial/trial.toml --device cpu
@@ -14,6 +14,12 @@ test: $(STAMP)
 
 test-slow: $(STAMP)
 	$(BIN)/pytest -m slow
+
+benchmark: $(STAMP)
+	$(BIN)/python benchmarks/paper_trial.py
+
+picture: demo
+	$(BIN)/python reports/images/draw.py reports/paper-trial
 
 lint: $(STAMP)
 	$(BIN)/ruff check .
