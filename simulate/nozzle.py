@@ -9,6 +9,9 @@ from sealtwin.errors import InputError
 from sealtwin.records import Floats, Integers, Trajectory
 from simulate.settings import particle_volume
 
+PARTICLES_AT_MOST = 1_000_000
+"""Lists of all of them, where none freezes, take 3 GB."""
+
 
 @dataclass(frozen=True)
 class Schedule:
@@ -45,7 +48,17 @@ def plan_releases(trajectory: Trajectory, radius_mm: float, diameter_mm: float, 
             f"of radius {radius_mm:g} mm, is needed, and no flow below 0. Check flow_mm3_s and t_s."
         )
     particles = round(asked_mm3[-1] / volume_mm3)
+    if particles > PARTICLES_AT_MOST:
+        raise InputError(
+            f"solver.radius_mm is {radius_mm:g}: {asked_mm3[-1]:g} mm3 of sealant need {particles} particles, "
+            f"{PARTICLES_AT_MOST} are allowed. Take a larger radius."
+        )
     frames = math.ceil(trajectory.duration_s * flow_mm3_s.max() / (len(disc_mm) * volume_mm3))
+    if frames > PARTICLES_AT_MOST:
+        raise InputError(
+            f"trajectory: its largest flow, {flow_mm3_s.max():g} mm3/s over {trajectory.duration_s:g} s, needs "
+            f"{frames} frames, {PARTICLES_AT_MOST} are allowed. Give a steadier flow, or a larger radius."
+        )
     frame_s = trajectory.duration_s / frames
     ends_s = trajectory.t_s[0] + frame_s * np.arange(1, frames + 1)
     wanted = np.interp(ends_s, trajectory.t_s, asked_mm3) / asked_mm3[-1] * particles

@@ -5,6 +5,7 @@ import time
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sealtwin.errors import InputError, NumericalError
 from sealtwin.progress import Progress
@@ -21,8 +22,6 @@ from simulate.walls import place_walls
 
 SAMPLE_EVERY = 50
 """Frames between two samples of the density error."""
-PARTICLES_AT_MOST = 2_000_000
-"""Lists of all of them, where none freezes, take 6 GB."""
 ACROSS_AT_LEAST = 2
 """Particles abreast in a crack of mean width."""
 ROUNDING = 1e-9
@@ -57,11 +56,6 @@ def inject(
     check_fit(outline, solid, fluid, solver, nozzle)
     began = time.perf_counter()
     schedule = plan_releases(trajectory, solver.radius_mm, nozzle.diameter_mm, seed)
-    if schedule.particles > PARTICLES_AT_MOST:
-        raise InputError(
-            f"solver.radius_mm is {solver.radius_mm:g}: this volume needs {schedule.particles} particles, "
-            f"{PARTICLES_AT_MOST} are allowed. Take a larger radius."
-        )
     windows = _windows(schedule, fluid, solver)
     barrier = build_barrier(solid, outline, solver.radius_mm, device)
     walls = place_walls(solid, outline, barrier, solver.radius_mm)
@@ -80,22 +74,29 @@ def inject(
     )
     ready = time.perf_counter()
     health = _advance(engine, windows, substeps, schedule.frame_s, progress)
-    fate = state.fate.numpy()
-    position_mm = state.position.numpy().astype(float) / CM
-    fate[(fate == int(kernels.IN_PLAY)) & (barrier.exact_mm(position_mm) < 0)] = int(kernels.ESCAPED)
+    health |= {
+        "frames": len(windows.end),
+        "frame_s": schedule.frame_s,
+        "substeps": substeps,
+        "particles_a_release": schedule.release,
+        "wall_particles": len(walls.point),
+        "particles_across": outline.mean_width_mm / (2 * solver.radius_mm),
+        "viscosity_m2_s": kinematic_viscosity(weight, support, schedule.frame_s) / CM2_IN_M2,
+        "U": weight,
+        "setup_s": ready - began,
+        "frames_s": time.perf_counter() - ready,
+    }
+    fate = _fates(engine, progress)
     velocity_mm_s = state.velocity.numpy().astype(float) / CM
     velocity_mm_s[: windows.first[-1]] = 0.0
-    escaped = int((fate == int(kernels.ESCAPED)).sum())
-    if escaped:
-        progress.note(f"FAULT: {escaped} particles went through a wall. Do not use this run; please report it.")
     return Run(
-        position_mm=position_mm,
+        position_mm=state.position.numpy().astype(float) / CM,
         velocity_mm_s=velocity_mm_s,
         age_s=(len(windows.end) - schedule.frame_of).astype(float) * schedule.frame_s,
         spilled=fate == int(kernels.SPILLED),
         radius_mm=solver.radius_mm,
         particle_volume_mm3=schedule.dispensed_mm3 / schedule.particles,
-        escaped_particles=escaped,
+        escaped_particles=int((fate == int(kernels.ESCAPED)).sum()),
         device=describe_device(device),
         settings={
             "fluid": fluid.model_dump(),
@@ -103,19 +104,7 @@ def inject(
             "nozzle": nozzle.model_dump(),
             "seed": seed,
         },
-        health=health
-        | {
-            "frames": len(windows.end),
-            "frame_s": schedule.frame_s,
-            "substeps": substeps,
-            "particles_a_release": schedule.release,
-            "wall_particles": len(walls.point),
-            "particles_across": outline.mean_width_mm / (2 * solver.radius_mm),
-            "viscosity_m2_s": kinematic_viscosity(weight, support, schedule.frame_s) / CM2_IN_M2,
-            "U": weight,
-            "setup_s": ready - began,
-            "frames_s": time.perf_counter() - ready,
-        },
+        health=health,
     )
 
 
@@ -208,15 +197,25 @@ def _advance(
         progress.advance(frame + 1, f"{end} particles, {state.moving} moving")
     error = np.maximum(np.concatenate(samples), 0.0)
     return {
-        "density_error_mean": error.mean(),
-        "density_error_p95": np.quantile(error, 0.95),
-        "density_error_max": error.max(),
+        "density_error_mean": float(error.mean()),
+        "density_error_p95": float(np.quantile(error, 0.95)),
+        "density_error_max": float(error.max()),
         "most_neighbours": most_neighbours,
-        "moving_mean": np.mean(moving),
+        "moving_mean": float(np.mean(moving)),
         "moving_most": max(moving),
-        "viscosity_iterations_mean": np.mean(solves),
+        "viscosity_iterations_mean": float(np.mean(solves)),
         "viscosity_iterations_most": max(solves),
     }
+
+
+def _fates(engine: FluidSolver, progress: Progress) -> NDArray[np.integer]:
+    """What became of each particle. The last word on escapes has the mesh itself, not the grid that stopped them."""
+    fate = np.array(engine.state.fate.numpy(), dtype=np.int64)
+    inside = engine.barrier.exact_mm(engine.state.position.numpy() / CM) < 0
+    fate[(fate == int(kernels.IN_PLAY)) & inside] = int(kernels.ESCAPED)
+    if escaped := int((fate == int(kernels.ESCAPED)).sum()):
+        progress.note(f"FAULT: {escaped} particles went through a wall. Do not use this run; please report it.")
+    return fate
 
 
 def _raise_fault(engine: FluidSolver, frame: int, t_s: float) -> None:

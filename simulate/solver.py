@@ -72,8 +72,8 @@ class FluidSolver:
         self.wall_cells = CellGrid(domain.low, domain.high, reach, len(walls.point), state.device)
         all_in_play = wp.zeros(len(walls.point), dtype=int, device=state.device)
         self.wall_cells.fill(walls.point, all_in_play, len(walls.point))
-        self._no_fault = wp.full(int(kernels.FAULTS), len(state.position), dtype=int, device=state.device)
-        self._fault = wp.clone(self._no_fault)
+        # No particle has the number of them all: none is at fault yet.
+        self._fault = wp.full(int(kernels.FAULTS), len(state.position), dtype=int, device=state.device)
 
     def step(self) -> int:
         """Advance the moving particles by one substep; how many iterations or passes the viscosity took."""

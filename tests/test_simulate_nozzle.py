@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from scipy.spatial.distance import pdist
 
+from sealtwin.errors import InputError
 from sealtwin.records import Trajectory
 from simulate.nozzle import pack_disc, plan_releases
 
@@ -73,3 +74,21 @@ def test_the_seed_turns_the_discs_and_nothing_else():
     assert np.array_equal(first.position_mm, again.position_mm)
     assert not np.array_equal(first.position_mm, other.position_mm)
     assert np.array_equal(first.released, other.released)
+
+
+def test_more_particles_than_memory_holds_are_refused_before_they_are_made():
+    with pytest.raises(InputError, match=r"radius_mm is 0.001: 4800 mm3 of sealant need 929\d+ particles, 1000000 are"):
+        plan_releases(PAPER, radius_mm=0.001, diameter_mm=2.4, seed=0)
+
+
+@pytest.mark.parametrize("flow", [0.0, -320.0, np.nan, 1e-6])
+def test_a_path_without_sealant_is_refused(flow):
+    with pytest.raises(InputError, match=r"at least 0\.330 mm3, one particle"):
+        plan_releases(straight_path(np.full(61, flow)), radius_mm=0.4, diameter_mm=2.4, seed=0)
+
+
+def test_a_flow_of_one_burst_in_a_long_path_is_refused():
+    flow = np.zeros(60_000)
+    flow[5] = 1e6
+    with pytest.raises(InputError, match="its largest flow, 1e\\+06 mm3/s"):
+        plan_releases(straight_path(flow, speed_mm_s=1e2), radius_mm=2.0, diameter_mm=9.0, seed=0)
