@@ -47,8 +47,8 @@ class Recipe:
     """Of a closed crack to the long side; an open one's follows from its length and the height of the face."""
     wander_mm: float = 1.0
     """Standard deviation of the centreline from the straight line."""
-    width_variation: float = 0.15
-    """Standard deviation of the width over its mean."""
+    width_variation: float = 0.08
+    """Standard deviation of the width over its mean: small, since the sample was split and its halves set apart."""
     roughness_mm: float = 0.05
     """Standard deviation of each wall's own roughness, at the scale of sand."""
     mirrored: bool = False
