@@ -1,3 +1,4 @@
+import logging
 from dataclasses import replace
 from typing import Any
 
@@ -26,8 +27,9 @@ def height_mm(run: Run) -> float:
     return float(np.quantile(run.position_mm[:, 2], 0.95))
 
 
-@pytest.mark.parametrize("preset", ["accurate", "paper"])
-@pytest.mark.parametrize(("u", "d"), CORNERS)
+@pytest.mark.parametrize(
+    ("u", "d", "preset"), [(*pair, "accurate") for pair in CORNERS] + [(*CORNERS[0], "paper"), (*CORNERS[3], "paper")]
+)
 def test_nothing_escapes_at_the_corners_and_the_centre_of_the_papers_range(u, d, preset):
     crack = slot(12.0)
     fluid = Fluid(U=u, D_cm=d, freeze_after_s=0.3)
@@ -125,7 +127,9 @@ def test_a_collapse_stops_the_run_and_says_what_when_which_and_where():
     """One substep of 38 ms: the column falls into itself."""
     crack = slot(12.0)
     fluid = Fluid(U=0.0, D_cm=0.0, freeze_after_s="never")
-    with pytest.raises(NumericalError, match=r"(?s)collapsed.*Frame \d+, t = .* s, particle \d+ at \(.*\) mm\. Try"):
+    with pytest.raises(
+        NumericalError, match=r"(collapsed|density).*Frame \d+, t = .* s, particle \d+ at \(.*\) mm\. Try"
+    ):
         pour(crack, path(crack[1], 0.3, speed_mm_s=4.0), fluid, substeps=1, iterations=1)
 
 
@@ -249,12 +253,12 @@ def test_the_papers_trial_settles_as_in_the_prototype(tilt, preset, worst_mm):
 
 
 @pytest.mark.slow
-def test_a_finer_step_moves_the_bed_by_little(record_property):
+def test_a_finer_step_moves_the_bed_by_little():
     """16 x 4 for 6 x 4 at R = 0.5 mm leaves 2 % of compression, and needs little of a volume factor."""
     coarse = trial("flare", "accurate", radius_mm=0.5)[1]
     fine = trial("flare", "accurate", radius_mm=0.5, substeps=16, volume_factor=1.03)[1]
     moved_mm = np.abs(bins_mm(fine) - bins_mm(coarse)).mean()
-    record_property("level_change_mm", float(moved_mm))
+    logging.getLogger(__name__).info("level moved by %.2f mm, mean of 10 mm bins", moved_mm)
     assert moved_mm < 0.5
 
 
