@@ -17,11 +17,11 @@ OF_THE_WHOLE = 1e-3
 OF_THE_CHANGE = 1e-2
 """Largest residual over that of no viscosity at all: without it the solve would end before a thin fluid is slowed."""
 SEARCHES_AT_MOST = 500
-"""The note's worst case takes 24."""
+"""The prototype's worst case takes 24."""
 STABLE = 0.9
 """Largest part of a velocity that one explicit pass may take away: above 1 it overshoots, at 2 it explodes."""
 LAW = 0.1185
-"""nu = LAW U h^4 / dt: half the second moment of the weight over h^4, lengths in cm. Shear waves measure 5 % more."""
+"""nu = LAW U h^4 / dt: half the second moment of the weight over h^4, lengths in cm. Held to 5 % by shear waves."""
 
 
 def kinematic_viscosity(weight: float, support: float, step_s: float) -> float:
@@ -35,7 +35,7 @@ def viscous_weight(kinematic: float, support: float, step_s: float) -> float:
 
 
 class Viscosity:
-    """Both solves on the same weights. ``fluid_weight`` and ``wall_weight`` are U and D of one substep, cm."""
+    """Both solves on the same weights of pairs. ``weights`` are U and D (cm) of one substep."""
 
     def __init__(self, state: State, walls: Walls, support: float, mass: float, weights: tuple[float, float]) -> None:
         rows, device = len(state.neighbour_count), state.device
@@ -49,7 +49,7 @@ class Viscosity:
         self._scalars = [wp.zeros(1, dtype=float, device=device) for _ in range(3)]
 
     def solve_implicit(self) -> int:
-        """V <- (I + A)^-1 v by conjugate gradients; how many iterations it took.
+        """Backward Euler on Eq. 5, (I + A) v_new = v, by conjugate gradients; how many iterations it took.
 
         Raises NumericalError where it does not converge.
         """
@@ -83,7 +83,7 @@ class Viscosity:
         return iterations
 
     def pass_explicit(self) -> int:
-        """V <- v - (A / q) v, q times, with the fewest passes that are stable; how many these were."""
+        """Eq. 5 as printed, v - (A / q) v, in the fewest passes that are stable; how many these were."""
         before, after, *_ = self._vectors
         state = self._state
         self._weigh()

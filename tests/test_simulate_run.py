@@ -85,7 +85,7 @@ def test_ages_frames_and_freezing_follow_the_clock():
 
 
 def test_a_frozen_bed_keeps_its_volume_only_if_it_answers_in_full(monkeypatch):
-    """The note: with lambda_j = 0 a frozen bed soaks up fluid (0.279 mm3 a particle for 0.308)."""
+    """The prototype: with lambda_j = 0 a frozen bed soaks up fluid (0.279 mm3 a particle for 0.308)."""
     crack = slot(6.0, depth_mm=12.0)
     trajectory = path(crack[1], 0.13, speed_mm_s=2.0)
     fluid = Fluid(U=30.0, D_cm=0.3, freeze_after_s=0.15)
@@ -264,7 +264,7 @@ def test_a_finer_step_moves_the_bed_by_little():
 
 @pytest.mark.slow
 def test_particles_of_another_size_make_the_same_bed_at_equal_viscosity():
-    """The note: 0.29 mm apart; its bound is 0.6."""
+    """The prototype: 0.29 mm apart; its bound is 0.6."""
     fluid = Fluid(viscosity_pa_s=0.0322, density_kg_m3=1000.0, freeze_after_s=2.58)
     levels = [bins_mm(trial("flare", "accurate", fluid, radius_mm=radius_mm)[1]) for radius_mm in (0.4, 0.5)]
     assert np.abs(levels[0] - levels[1]).mean() < 0.6
@@ -272,7 +272,7 @@ def test_particles_of_another_size_make_the_same_bed_at_equal_viscosity():
 
 @pytest.mark.slow
 def test_explicit_passes_and_the_implicit_solve_make_the_same_bed():
-    """The note: 0.20 mm apart at U = 1000, D = 0.3 cm; its bound is 0.4."""
+    """The prototype: 0.20 mm apart at U = 1000, D = 0.3 cm; its bound is 0.4."""
     fluid = Fluid(U=1000.0, D_cm=0.3, freeze_after_s=2.58)
     levels = [
         bins_mm(trial("flare", "accurate", fluid, radius_mm=0.6, viscosity_solve=solve)[1])
@@ -283,7 +283,7 @@ def test_explicit_passes_and_the_implicit_solve_make_the_same_bed():
 
 @pytest.mark.slow
 def test_without_freezing_the_papers_bed_is_flat():
-    """The note: bins spread by less than 3 mm, and the error is above 3."""
+    """The prototype: bins spread by less than 3 mm, and the error is above 3."""
     fluid = Fluid(U=30.0, D_cm=0.3, freeze_after_s="never")
     _, profile, _ = trial("flare", "accurate", fluid, radius_mm=0.6)
     assert np.ptp(bins_mm(profile)) < 3

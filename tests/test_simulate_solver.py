@@ -31,7 +31,7 @@ def slab(engine: FluidSolver, from_floor_mm: float, to_mm: float) -> NDArray[np.
 
 
 def test_a_column_is_compressed_as_the_law_says_and_substeps_beat_iterations():
-    """The note's law is 4 g z dt^2 / (n h^2); with calibrated walls it measures 0.7 of it (9.9 % for 14 % at 4 x 5).
+    """The prototype's law is 4 g z dt^2 / (n h^2); calibrated walls leave 0.7 of it (9.9 % for 14 % at 4 x 5).
 
     Twice the substeps leave a quarter, to what a single column's packing allows.
     """
@@ -68,7 +68,7 @@ def test_fluid_rests_on_walls_at_the_clearance():
 
 @pytest.mark.parametrize(("radius_mm", "frame_s", "substeps"), [(0.4, 7.225e-3, 4), (0.5, 14.1e-3, 6), (0.4, 1e-3, 1)])
 def test_substeps_follow_the_fall_of_a_particle(radius_mm, frame_s, substeps):
-    """4 x 4 at R = 0.4 and 6 x 4 at R = 0.5 mm are what the note recommends for the paper's trial."""
+    """4 x 4 at R = 0.4 and 6 x 4 at R = 0.5 mm are what the prototype recommends for the paper's trial."""
     assert substeps_for(Solver(radius_mm=radius_mm), frame_s) == substeps
     assert substeps_for(Solver(radius_mm=radius_mm, substeps=3), frame_s) == 3
 

@@ -119,7 +119,7 @@ def test_explicit_passes_are_stable_up_to_twice_the_largest_diagonal(share, stab
 def test_q_follows_its_rule():
     """The largest (U S + D B) / 0.9, here of a quarter of a frame.
 
-    The note's (0.042 U + 21 D) / 0.9 is for its slot, without the corners of this short one.
+    The prototype's (0.042 U + 21 D) / 0.9 is for its slot, without the corners of this short one.
     """
     engine = filled_slot((30.0, 3.0))
     passes = engine.viscosity.pass_explicit()

@@ -65,7 +65,7 @@ def test_shares_add_up_to_the_surface_whatever_its_triangles():
 
 
 def test_the_calibrated_strength_is_a_fifth_of_the_sources():
-    """The note measures 0.21 to 0.24 of 1 / W(0) over the distances at which fluid rests."""
+    """The prototype measures 0.21 to 0.24 of 1 / W(0) over the distances at which fluid rests."""
     assert calibrated_wall_mass(0.04) / source_wall_mass(0.04) == pytest.approx(0.22, abs=0.01)
     # Both are volumes: ten times the radius, a thousand times the mass.
     assert calibrated_wall_mass(0.4) == pytest.approx(1e3 * calibrated_wall_mass(0.04))
