@@ -191,7 +191,7 @@ def _advance(
             raise NumericalError(f"{fault} Frame {frame}, t = {frame * frame_s:.3f} s.") from fault
         _raise_fault(engine, frame, frame * frame_s)
         moving.append(state.moving)
-        if frame % SAMPLE_EVERY == 0 or frame == frames - 1:
+        if not samples or frame % SAMPLE_EVERY == 0 or frame == frames - 1:
             samples.append(state.density.numpy()[first:end] - 1.0)
             most_neighbours = max(most_neighbours, int(state.neighbour_count.numpy()[: state.moving].max()))
         progress.advance(frame + 1, f"{end} particles, {state.moving} moving")

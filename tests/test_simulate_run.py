@@ -84,6 +84,16 @@ def test_ages_frames_and_freezing_follow_the_clock():
     assert run.health["moving_most"] < len(run.position_mm)
 
 
+def test_a_bed_that_froze_while_it_settled_stands_still():
+    """The path starts without flow and the run outlasts the last particle's freezing: no frame of either moves any."""
+    crack = slot(12.0)
+    trajectory = path(crack[1], 0.05, speed_mm_s=20.0)
+    trajectory.flow_mm3_s[:2] = 0.0
+    run = pour(crack, trajectory, Fluid(U=30.0, D_cm=0.3, freeze_after_s=0.15), settle_s=0.3)
+    assert (run.velocity_mm_s == 0).all()
+    assert run.health["density_error_max"] > 0
+
+
 def test_a_frozen_bed_keeps_its_volume_only_if_it_answers_in_full(monkeypatch):
     """The prototype: with lambda_j = 0 a frozen bed soaks up fluid (0.279 mm3 a particle for 0.308)."""
     crack = slot(6.0, depth_mm=12.0)
