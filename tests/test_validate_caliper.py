@@ -83,6 +83,8 @@ def test_what_spreadsheets_add_changes_nothing(sheet, content):
         (GOOD.replace("5,-13.0", ",-13.0"), ["line 3", "column s_mm", "''"]),
         (GOOD.replace("10,-10.0", "4,-10.0"), ["line 4", "4 mm after 5 mm", "Sort"]),
         (GOOD.replace("10,-10.0", "5,-10.0"), ["line 4", "5 mm stands twice", "columns"]),
+        (GOOD.replace("10,-10.0", "5.0001,-10.0"), ["line 4", "5.0001 mm is less than 0.01 mm after 5 mm", "columns"]),
+        (GOOD.replace("5,-13.0", "1e-12,-13.0"), ["line 3", "1e-12 mm is less than 0.01 mm after 0 mm"]),
         (GOOD.replace("10,-10.0", "100,-10.0"), ["line 4", "outside the crack", "80.0 mm"]),
         (GOOD.replace("0,-16.1", "-5,-16.1"), ["line 2", "outside the crack"]),
         (GOOD.replace("-9.8", "9.8"), ["line 4", "column level_2_mm", "9.8", "possible", "upward"]),
@@ -102,6 +104,11 @@ def test_every_fault_is_named_with_its_remedy(sheet, content, words):
     assert str(fault.value).startswith(str(path))
     for word in words:
         assert word in str(fault.value)
+
+
+def test_stations_may_stand_as_close_as_a_caliper_reads(sheet):
+    """0.01 mm apart, where binary fractions make it 0.00999999999999801."""
+    assert read(sheet("s_mm,level_1_mm\n70.12,-1\n70.13,-1\n")).s_mm.tolist() == [70.12, 70.13]
 
 
 def test_a_depth_sheet_under_a_level_header_is_noticed(sheet):

@@ -265,3 +265,30 @@ def test_without_a_gate_nothing_passes():
     assert result.passed is None
     assert result.verdict.startswith("No gate declared")
     assert result.gate == {}
+
+
+def test_a_particle_through_a_wall_fails_every_run():
+    for gate in (Gate(mean_error_mm=1.6), None):
+        result = compared(measured(), gate=gate, escaped_particles=11)
+        assert result.passed is False
+        assert result.verdict.startswith("Do not use: 11 particles went through a wall")
+        assert result.metrics["escaped_particles"] == 11
+    assert compared(measured(), gate=Gate(mean_error_mm=1.6)).passed is True
+
+
+def test_two_readings_side_by_side_are_no_verdict():
+    """What a stranger tried: a millimetre of the crack, and a level that is right there."""
+    pair = profile([45, 46], [1.0, 1.0], data="measured")
+    result = compared(measured(), pair, gate=Gate(mean_error_mm=1.6))
+    assert result.mean_error_mm < 0.1
+    assert result.passed is False
+    assert result.verdict.startswith("No verdict: readings cover 1 % of the crack's length (2 stations")
+    assert compared(measured(), pair).passed is None
+
+
+def test_a_part_of_the_crack_is_named_in_the_verdict():
+    part = STATIONS < 70.1
+    result = compared(measured(), profile(STATIONS[part], PROSE[part], data="measured"), gate=Gate(mean_error_mm=1.6))
+    assert result.passed is True
+    assert result.verdict.endswith("allowed. The readings cover 87 % of the crack's length.")
+    assert "cover" not in compared(measured(), gate=Gate(mean_error_mm=1.6)).verdict

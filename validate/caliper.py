@@ -14,6 +14,8 @@ from validate.settings import Readings
 MOST_BYTES = 1_000_000
 MOST_ROWS = 10_000
 MOST_REPEATS = 32
+CLOSEST_MM = 0.01
+"""Between stations: the last digit of a caliper. Closer ones are one place, read twice."""
 HEADER = "s_mm,level_1_mm,level_2_mm,level_3_mm (level upward from the face) or s_mm,depth_1_mm,... (depth downward)"
 READING_COLUMN = re.compile(r"(level|depth)(_\d+)?_mm")
 
@@ -115,7 +117,7 @@ def _number(path: Path, line: int, column: str, text: str) -> float:
 
 
 def _check_station(path: Path, line: int, s_mm: float, before_mm: list[float], length_mm: float) -> None:
-    where = f"{path}, line {line}, column s_mm: {s_mm:g}"
+    where = f"{path}, line {line}, column s_mm: {s_mm:.12g}"
     # The crack's length is known to about a millimetre; the last station of a caliper is its end.
     slack_mm = max(2.0, 0.03 * length_mm)
     if not -slack_mm <= s_mm <= length_mm + slack_mm:
@@ -126,7 +128,12 @@ def _check_station(path: Path, line: int, s_mm: float, before_mm: list[float], l
     if before_mm and s_mm == before_mm[-1]:
         raise InputError(f"{where} mm stands twice. Write repeated readings of a station as columns of one row.")
     if before_mm and s_mm < before_mm[-1]:
-        raise InputError(f"{where} mm after {before_mm[-1]:g} mm. Sort the rows by s_mm.")
+        raise InputError(f"{where} mm after {before_mm[-1]:.12g} mm. Sort the rows by s_mm.")
+    if before_mm and s_mm - before_mm[-1] < CLOSEST_MM * (1 - 1e-9):
+        raise InputError(
+            f"{where} mm is less than {CLOSEST_MM:g} mm after {before_mm[-1]:.12g} mm. "
+            "Write repeated readings of a station as columns of one row."
+        )
 
 
 def _check_level(path: Path, line: int, column: str, text: str, level_mm: float, depth_mm: float) -> None:

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from sealtwin.records import Comparison, DataKind, Floats, Outline, Profile, Solid
 from validate.curves import Difference, Pieces, polyline
 from validate.settings import Gate, Role
+from validate.verdict import Judgement, basis_of
 
 BIN_MM = 10.0
 """Of the error histogram along the crack, as in the paper's Fig. 9b; the first and the last are its start and end."""
@@ -26,11 +27,14 @@ def compare(
     role: Role,
     photo_data: DataKind,
     gate: Gate | None = None,
+    escaped_particles: int = 0,
 ) -> Comparison:
     """Metrics of simulated minus measured level over their common stretch of s, all of them exact integrals.
 
     Between stations both curves are straight, so the error is piecewise linear; positive means that the simulation
-    stands too high. Raises InputError where the two curves do not overlap.
+    stands too high. ``escaped_particles`` are those of the run that was measured: with one, nothing passes.
+
+    Raises InputError where the two curves do not overlap.
     """
     error = Difference(simulated.s_mm, simulated.level_mm, measured.s_mm, measured.level_mm)
     area_mm2 = area_between(simulated.s_mm, simulated.level_mm, measured.s_mm, measured.level_mm)
@@ -44,11 +48,16 @@ def compare(
     flat_error_mm = (
         area_between(error.x[[0, -1]], np.full(2, flat_level_mm), measured.s_mm, measured.level_mm) / error.length_mm
     )
+    basis = basis_of(measured.s_mm, float(error.x[0]), float(error.x[-1]), outline.length_mm)
     metrics: dict[str, Any] = {
         "covered_from_mm": error.x[0],
         "covered_to_mm": error.x[-1],
         "covered_length_mm": error.length_mm,
-        "coverage": error.length_mm / outline.length_mm,
+        "coverage": basis.coverage,
+        "stations_compared": basis.stations,
+        "widest_gap_mm": basis.widest_gap * outline.length_mm,
+        "enough_readings": basis.suffices,
+        "escaped_particles": escaped_particles,
         "area_mm2": area_mm2,
         "area_similaritymeasures_mm2": area_library_mm2,
         "area_difference_mm2": area_mm2 - area_library_mm2,
@@ -70,15 +79,15 @@ def compare(
     for name, profile in (("simulated", simulated), ("measured", measured)):
         volumes = fill_volumes(profile, outline, solid, float(error.x[0]), float(error.x[-1]))
         metrics |= {f"{name}_{key}": value for key, value in volumes.items()}
-    passed = None if gate is None else mean_error_mm <= gate.mean_error_mm
+    judgement = Judgement(mean_error_mm, gate, basis, escaped_particles, measured.data, photo_data, role)
     return Comparison(
         mean_error_mm=mean_error_mm,
         worst_error_mm=float(abs(error.value[worst])),
         worst_at_mm=float(error.x[worst]),
         metrics=metrics,
         gate={} if gate is None else {"mean_error_mm": gate.mean_error_mm},
-        passed=passed,
-        verdict=verdict(mean_error_mm, gate, passed, measured.data, photo_data, role),
+        passed=judgement.passed,
+        verdict=judgement.verdict,
     )
 
 
@@ -178,20 +187,6 @@ def repeatability(measured: Profile) -> dict[str, Any]:
     deviation_mm = float(np.sqrt(np.nansum(residual_mm**2) / freedom))
     band_mm = float(t.ppf(0.975, freedom)) * deviation_mm / np.sqrt(count)
     return summary | {"repeatability_sd_mm": deviation_mm, "band_95_mm": band_mm}
-
-
-def verdict(
-    mean_error_mm: float, gate: Gate | None, passed: bool | None, data: DataKind, photo_data: DataKind, role: Role
-) -> str:
-    """One line. Only measured readings and a measured photo, held out, can validate."""
-    if gate is None:
-        return f"No gate declared: mean error {mean_error_mm:.3f} mm, neither passed nor failed."
-    figures = f"mean error {mean_error_mm:.3f} mm, at most {gate.mean_error_mm:g} mm allowed"
-    if data != "measured" or photo_data != "measured":
-        return f"{'Consistent' if passed else 'Not consistent'} with the reconstruction: {figures}."
-    if role == "calibrated-on":
-        return f"{'Agrees' if passed else 'Does not agree'} with the readings it was calibrated on: {figures}."
-    return f"{'Validated on' if passed else 'Not validated by'} held-out readings: {figures}."
 
 
 def _clipped(profile: Profile, low: float, high: float) -> tuple[Floats, Floats]:
