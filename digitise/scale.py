@@ -11,7 +11,7 @@ from digitise.face import find_face
 from digitise.markers import corners_mm, find_markers
 from digitise.polyline import Box, depth_inside, project, rectangle
 from digitise.raster import Map
-from digitise.settings import MarkerBoard, PhotoInput, Pixel
+from digitise.settings import COARSEST_MM_PER_PX, FINEST_MM_PER_PX, MarkerBoard, PhotoInput, Pixel
 from sealtwin.errors import InputError
 from sealtwin.records import Floats
 
@@ -38,6 +38,16 @@ class Scale:
 
 def find_scale(image: NDArray[np.uint8], brightness: Map, settings: PhotoInput, file: Path) -> Scale:
     """The one scale that ``settings`` give. Raises InputError where the photo does not show it, or contradicts it."""
+    scale = _find(image, brightness, settings, file)
+    if not FINEST_MM_PER_PX <= scale.mm_per_px <= COARSEST_MM_PER_PX:
+        raise InputError(
+            f"{file}: by its {scale.source}, a pixel of the photo is {scale.mm_per_px:.2g} mm; "
+            f"{FINEST_MM_PER_PX:g} to {COARSEST_MM_PER_PX:g} can be. Check the lengths and pixels that give the scale."
+        )
+    return scale
+
+
+def _find(image: NDArray[np.uint8], brightness: Map, settings: PhotoInput, file: Path) -> Scale:
     size_px = (image.shape[1], image.shape[0])
     face_mm = None if settings.face_mm is None else (0.0, 0.0, *settings.face_mm)
     if settings.markers is not None:
@@ -96,6 +106,7 @@ def _by_face(
         corners_px, bend_px = find_face(brightness, (width_mm, height_mm), file)
     else:
         corners_px, bend_px = np.array(given_px, dtype=float), None
+        _check_in_sight(corners_px, size_px, file)
         _check_order(corners_px, file)
     mm_from_px = _homography(corners_px, rectangle(face_mm))
     mm_per_px = _local_scale(mm_from_px, size_px, face_mm)
@@ -115,6 +126,16 @@ def _given(mm_per_px: float, assumed: bool, size_px: tuple[int, int]) -> Scale:
         source=f"given: {mm_per_px:g} mm/px{' (assumed)' if assumed else ''}",
         warnings=("the scale is assumed: every length is only as good as it",) if assumed else (),
     )
+
+
+def _check_in_sight(corners_px: Floats, size_px: tuple[int, int], file: Path) -> None:
+    """A corner may be cut off by the photo's border, but not lie a photo's width away."""
+    for (x, y), beyond in zip(corners_px, -depth_inside(corners_px, (0, 0, *size_px)), strict=True):
+        if beyond > max(size_px) / 2:
+            raise InputError(
+                f"{file}: face_corners_px has ({x:g}, {y:g}), {beyond:.3g} px outside the photo of {size_px[0]} x "
+                f"{size_px[1]} px; x runs right and y down, from 0."
+            )
 
 
 def _check_order(corners_px: Floats, file: Path) -> None:

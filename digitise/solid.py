@@ -10,7 +10,7 @@ from digitise.dams import Dam, dams
 from digitise.footprint import Footprint, lay_out
 from digitise.labels import label_faces
 from digitise.mesh import MeshFigures, examine_mesh
-from digitise.readings import compare_readings, section
+from digitise.readings import cavity_volume_mm3, compare_readings, section
 from digitise.region import rectangle
 from digitise.settings import CrackShape
 from digitise.tidy import tidy
@@ -21,6 +21,10 @@ from sealtwin.records import Floats, Integers, Outline, Solid
 JITTER_MM = 2e-4
 """Step of the vertices' random shift after a failed build: breaks a coincidence, and is a thousandth of a pixel."""
 ATTEMPTS = 6
+CAVITY_TOLERANCE = 1e-3
+"""Between the mesh's cavity and the integral of the outline's sections: promised to whoever weighs their sealant."""
+FINE_SLICES = 512
+"""Of a second look, before a solid is refused: a funnel's sections change fastest where its walls meet."""
 SMALLEST_CAVITY_MM3 = 1.0
 """Four particles of the paper's size; a cavity with less holds no sealant worth a simulation."""
 
@@ -32,7 +36,7 @@ def build_solid(outline: Outline, shape: CrackShape) -> Solid:
     The walls stand at the traced outline at the mouth (lean, funnel, vertical) or at the floor (flare).
 
     Raises InputError where the outline crosses itself, comes out of the block where no open end is, encloses nothing,
-    or cannot be made watertight.
+    cannot be made watertight, or the mesh's cavity is not the integral of its sections within ``CAVITY_TOLERANCE``.
     """
     footprint = lay_out(outline, shape, tilted_by_mm(shape))
     plates = dams(footprint, [section(footprint, shape, depth_mm) for depth_mm in (0.0, shape.depth_mm)])
@@ -42,6 +46,8 @@ def build_solid(outline: Outline, shape: CrackShape) -> Solid:
     bottom_mm = -(shape.depth_mm + shape.floor_thickness_mm)
     block_mm3 = footprint.block.area() * -bottom_mm
     dam_mm3 = _dam_volume_mm3(plates, shape.dam_height_mm - bottom_mm)
+    cavity_mm3 = block_mm3 + dam_mm3 - figures.volume_mm3
+    _require_agreement(cavity_mm3, readings, footprint, shape)
     return Solid(
         vertices_mm=vertices_mm,
         faces=faces,
@@ -50,7 +56,7 @@ def build_solid(outline: Outline, shape: CrackShape) -> Solid:
         depth_mm=shape.depth_mm,
         tilt=shape.tilt,
         wall_angle_deg=0.0 if shape.tilt == "vertical" else shape.wall_angle_deg,
-        cavity_volume_mm3=block_mm3 + dam_mm3 - figures.volume_mm3,
+        cavity_volume_mm3=cavity_mm3,
         report={
             **readings,
             # No mesh that leaks gets here: see _watertight.
@@ -97,6 +103,17 @@ def _require_volume(readings: dict[str, Any], shape: CrackShape) -> None:
         raise InputError(
             f"At {shape.wall_angle_deg:g}° and {shape.depth_mm:g} mm deep, tilt {shape.tilt} leaves a cavity of "
             f'{volume_mm3:.2g} mm³: nothing to fill. Reduce the angle or choose tilt = "flare" or "lean".'
+        )
+
+
+def _require_agreement(cavity_mm3: float, readings: dict[str, Any], footprint: Footprint, shape: CrackShape) -> None:
+    integral_mm3 = readings["volume_mm3"][shape.tilt]
+    if abs(cavity_mm3 / integral_mm3 - 1) > CAVITY_TOLERANCE:
+        integral_mm3 = cavity_volume_mm3(footprint, shape, FINE_SLICES)
+    if abs(cavity_mm3 / integral_mm3 - 1) > CAVITY_TOLERANCE:
+        raise InputError(
+            f"The mesh's cavity holds {cavity_mm3:.6g} mm³, the sections of its outline {integral_mm3:.6g} mm³: they "
+            f"may differ by {CAVITY_TOLERANCE:.1%}. Reduce floor_thickness_mm and margin_mm, or choose another tilt."
         )
 
 

@@ -105,7 +105,10 @@ class Solid:
 
 @dataclass(frozen=True)
 class Trajectory:
-    """A timed nozzle path: waypoints, each with the speed and flow that hold until the next."""
+    """A timed nozzle path: waypoints, each with the speed and flow that hold until the next.
+
+    The last row has speed 0 and flow 0: whoever holds it stands still and gives no more.
+    """
 
     t_s: Floats  # (n,)
     position_mm: Floats  # (n, 3): the nozzle tip

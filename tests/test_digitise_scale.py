@@ -119,6 +119,23 @@ def test_corners_in_another_order_would_mirror_the_crack_and_are_refused(specime
         load_photo(with_corners(project(specimen.px_from_mm, FACE[::-1])), tmp_path)
 
 
+@pytest.mark.parametrize("far", [1e300, -5000.0])
+def test_a_corner_far_outside_the_photo_is_refused_by_its_place(specimen, tmp_path, far):
+    specimen.write(tmp_path)
+    corners_px = project(specimen.px_from_mm, FACE)
+    corners_px[1, 0] = far
+    with pytest.raises(InputError, match=r"face_corners_px has .* px outside the photo of"):
+        load_photo(with_corners(corners_px), tmp_path)
+
+
+def test_corners_that_make_a_pixel_of_centimetres_are_refused(tmp_path):
+    """A face of 70 x 40 mm on four neighbouring pixels."""
+    path = write_png(tmp_path / "photo.jpg", mortar())
+    corners_px = np.array([[100.0, 102], [103, 102], [103, 100], [100, 100]])
+    with pytest.raises(InputError, match=r"a pixel of the photo is \d+ mm; 0\.001 to 2 can be"):
+        load_photo(with_corners(corners_px), path.parent)
+
+
 def test_a_face_of_another_shape_is_refused(tmp_path):
     make_specimen(2, BARE).write(tmp_path)
     with pytest.raises(InputError, match=r"(3\.9|4\.0)\d times as wide as high, face_mm says 2\.00"):

@@ -327,6 +327,16 @@ def test_impossible_cracks_are_refused_in_a_sentence(outline, changes, says):
         build_solid(outline, shape(**changes))
 
 
+def test_a_mesh_whose_cavity_lost_its_digits_is_refused():
+    """A floor a thousand kilometres thick, past the bounds of the settings: the cavity drowns in the block's rounding.
+
+    Without the check the cavity came out 4.8 % too large, and the sealant with it.
+    """
+    thick = shape("vertical").model_copy(update={"floor_thickness_mm": 1e9})
+    with pytest.raises(InputError, match=r"cavity holds .* the sections of its outline .* may differ by 0\.1%"):
+        build_solid(oblique_slot(W), thick)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(20))
 def test_any_crack_becomes_sound_in_every_tilt(seed):

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from digitise.settings import NozzlePath
-from digitise.trajectory import plan_trajectory, smooth_centreline
+from digitise.trajectory import plan_trajectory, smooth_centreline, volume_warnings
 from sealtwin.errors import InputError
 from sealtwin.files import read_trajectory, write_trajectory
 from sealtwin.records import Trajectory, arc_length
@@ -29,7 +29,14 @@ def test_a_straight_crack_gets_the_paper_s_path():
     assert np.abs(path.s_mm - expected[:, 0]).max() < 1e-9
     assert path.duration_s == pytest.approx(15.0, rel=1e-12)
     assert path.length_mm == pytest.approx(60.0, rel=1e-12)
-    assert path.flow_mm3_s == pytest.approx(np.full(61, 320.0))
+    assert path.flow_mm3_s[:-1] == pytest.approx(np.full(60, 320.0))
+    assert path.speed_mm_s[:-1] == pytest.approx(np.full(60, 4.0))
+
+
+def test_a_controller_that_holds_the_last_row_stands_still_and_gives_no_more():
+    path = plan_trajectory(wandering_crack(1), PAPER, cavity_volume_mm3=1.0)
+    assert (path.flow_mm3_s[-1], path.speed_mm_s[-1]) == (0.0, 0.0)
+    assert path.flow_mm3_s[:-1].min() > 0
 
 
 def test_an_arc_is_followed_within_the_smoothing_bound():
@@ -121,7 +128,7 @@ def test_the_file_gives_the_volume_too(tmp_path):
     ("length_mm", "changes", "says"),
     [
         (20.5, {}, r"Centreline 20.5 mm: too short to trim 2 x 10 mm"),
-        (80.0, {"spacing_mm": 1e-6}, "more than 100000 waypoints"),
+        (1100.0, {"spacing_mm": 0.0105}, "more than 100000 waypoints"),
         (80.0, {"volume_ml": "cavity"}, "the cavity holds 0 mm³"),
     ],
 )
@@ -129,3 +136,18 @@ def test_impossible_paths_are_refused_in_a_sentence(length_mm, changes, says):
     plan = NozzlePath.model_validate({"volume_ml": 4.8} | changes)
     with pytest.raises(InputError, match=says):
         plan_trajectory(straight_slot(length_mm), plan, cavity_volume_mm3=0.0)
+
+
+def test_a_cavity_larger_than_a_path_may_fill_is_refused_with_its_volume():
+    """volume_ml has a limit of 1000; "cavity" must not be a way round it."""
+    with pytest.raises(InputError, match=r"the cavity holds 31000 ml, more than the 1000 ml"):
+        plan_trajectory(straight_slot(), NozzlePath(), cavity_volume_mm3=3.1e7)
+
+
+def test_a_volume_far_from_the_cavity_s_is_remarked_on():
+    """The paper's trial gives 0.81 cavities (4.8 of 5.95 ml); 1000 ml for 3.17 is a slip, and so is a thousandth."""
+    assert volume_warnings(4800.0, 5950.0) == ()
+    (flood,) = volume_warnings(1e6, 3170.0)
+    assert "1000 ml of sealant to a cavity of 3.17 ml, 315 times" in flood
+    (drop,) = volume_warnings(1.0, 3170.0)
+    assert "0.000315 times" in drop

@@ -1,0 +1,56 @@
+"""Bounds of what reaches the robot's files and the printer."""
+
+import json
+from typing import Any
+
+import pytest
+from pydantic import BaseModel, ValidationError
+
+from digitise.settings import CrackShape, Marker, MarkerBoard, NozzlePath, PhotoInput
+
+PHOTO: dict[str, Any] = {"file": "photo.jpg", "data": "measured"}
+CRACK: dict[str, Any] = {"depth_mm": 16.0}
+MARKER: dict[str, Any] = {"id": 0, "x_mm": 0.0, "y_mm": 0.0}
+
+
+@pytest.mark.parametrize(
+    ("table", "base", "key", "values"),
+    [
+        (PhotoInput, PHOTO, "mm_per_px", (1e-12, 1e-3, 10.0, 1e300)),
+        (CrackShape, {}, "depth_mm", (0.001, 501.0)),
+        (CrackShape, CRACK, "floor_thickness_mm", (1e-9, 1e9)),
+        (CrackShape, CRACK, "margin_mm", (1e-9, 1e9)),
+        (CrackShape, CRACK, "dam_height_mm", (-1.0, 1e-9, 1e9)),
+        (NozzlePath, {}, "volume_ml", (1e-9, 0.0, 1001.0, 1e300)),
+        (NozzlePath, {}, "speed_mm_s", (1e-9, 1e300)),
+        (NozzlePath, {}, "nozzle_height_mm", (1e-9, 1e9)),
+        (NozzlePath, {}, "spacing_mm", (1e-6, 1e9)),
+        (NozzlePath, {}, "trim_mm", (-1.0, 1e9)),
+        (NozzlePath, {}, "smoothing_mm", (-1.0, 1e9)),
+        (MarkerBoard, {"markers": [MARKER] * 4}, "size_mm", (1e-9, 1e9)),
+        (Marker, MARKER, "x_mm", (-1e9, 1e300)),
+        (Marker, MARKER, "id", (-1, 10**9)),
+    ],
+)
+def test_a_number_that_no_bench_has_is_refused_by_its_key(table: type[BaseModel], base, key, values):
+    """Each of these once reached trajectory.csv or crack.stl, or ended in a traceback."""
+    for value in values:
+        with pytest.raises(ValidationError) as fault:
+            table.model_validate_json(_json(base | {key: value}))
+        assert key in str(fault.value)
+
+
+@pytest.mark.parametrize("side", [0.0, -40.0, 1e9])
+def test_a_face_has_two_sides_of_a_sample_s_size(side):
+    with pytest.raises(ValidationError, match=r"face_mm\.1"):
+        PhotoInput.model_validate_json(_json(PHOTO | {"face_mm": [160.0, side]}))
+
+
+def test_what_a_bench_does_have_is_taken():
+    CrackShape.model_validate(CRACK | {"dam_height_mm": 0.0, "floor_thickness_mm": 0.2, "depth_mm": 500.0})
+    NozzlePath.model_validate({"volume_ml": 1000.0, "speed_mm_s": 1000.0, "smoothing_mm": 0.0, "trim_mm": 0.0})
+    PhotoInput.model_validate_json(_json(PHOTO | {"mm_per_px": 0.002}))
+
+
+def _json(content: dict[str, Any]) -> str:
+    return json.dumps(content)
