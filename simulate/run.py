@@ -14,6 +14,7 @@ from simulate import kernels
 from simulate.device import describe_device
 from simulate.distance import CM, MARGIN_MM, build_barrier
 from simulate.nozzle import Schedule, plan_releases
+from simulate.outlet import check_outlet
 from simulate.settings import Fluid, Nozzle, Solver
 from simulate.solver import DENSEST, FASTEST_CM_S, Domain, FluidSolver, substeps_for
 from simulate.state import NEIGHBOURS, WALL_NEIGHBOURS, State
@@ -58,6 +59,15 @@ def inject(
     schedule = plan_releases(trajectory, solver.radius_mm, nozzle.diameter_mm, seed)
     windows = _windows(schedule, fluid, solver)
     barrier = build_barrier(solid, outline, solver.radius_mm, device)
+    check_outlet(
+        schedule,
+        trajectory,
+        outline,
+        barrier,
+        radius_mm=solver.radius_mm,
+        diameter_mm=nozzle.diameter_mm,
+        seed=seed,
+    )
     walls = place_walls(solid, outline, barrier, solver.radius_mm)
     substeps = substeps_for(solver, schedule.frame_s)
     support = 4 * solver.radius_mm * CM
@@ -180,7 +190,7 @@ def _advance(
     frames = len(windows.end)
     solves, moving, samples = [], [], []
     most_neighbours = 0
-    progress.start("simulate", frames)
+    progress.start("Simulating", frames)
     for frame, (first, end) in enumerate(zip(*windows, strict=True)):
         state.first, state.end = int(first), int(end)
         if state.moving == 0:

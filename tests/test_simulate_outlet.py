@@ -1,0 +1,97 @@
+import re
+from typing import Any
+
+import manifold3d
+import numpy as np
+import pytest
+
+from digitise.settings import CrackShape, NozzlePath
+from digitise.solid import build_solid
+from digitise.trajectory import plan_trajectory
+from sealtwin.errors import InputError
+from sealtwin.progress import Progress
+from sealtwin.records import FaceLabel, Outline, Run, Solid
+from simulate.run import inject
+from simulate.settings import Nozzle, Solver
+from tests.fluids import LIKE_THE_PAPER
+from tests.shapes import OPEN, straight_slot
+
+RADIUS_MM = 0.7
+
+
+def dammed() -> tuple[Solid, Outline]:
+    """A crack across the whole of a face of 24 x 40 mm, with a dam of 10 mm at either end."""
+    outline = straight_slot(24.0, ends=OPEN)
+    return build_solid(outline, CrackShape(depth_mm=6.0, tilt="vertical")), outline
+
+
+def bridged() -> tuple[Solid, Outline]:
+    """A crack of 24 mm in a block, and over its middle a bridge, 2 mm wide, from 1 to 5 mm above the face."""
+    block = manifold3d.Manifold.cube((48.0, 30.0, 10.0)).translate((-12, -15, -10))
+    bridge = manifold3d.Manifold.cube((2.0, 10.0, 5.0)).translate((11, -5, 0))
+    under = manifold3d.Manifold.cube((2.0, 6.0, 1.0)).translate((11, -3, 0))
+    mesh = (block - manifold3d.Manifold.cube((24.0, 3.1, 7.0)).translate((0, -1.55, -6)) + (bridge - under)).to_mesh()
+    faces = np.array(mesh.tri_verts, dtype=np.int64)
+    label = np.full(len(faces), int(FaceLabel.WALL))
+    points = np.array(mesh.vert_properties[:, :3], float)
+    return Solid(points, faces, label, (-12.0, -15.0, 36.0, 15.0), 6.0, "vertical", 0.0, 446.4, {}), straight_slot(24.0)
+
+
+def pour(crack: tuple[Solid, Outline], diameter_mm: float = 2.4, **path: Any) -> Run:
+    solid, outline = crack
+    table = {"volume_ml": 0.1, "speed_mm_s": 40.0, "trim_mm": 4.0} | path
+    return inject(
+        solid,
+        outline,
+        plan_trajectory(outline, NozzlePath.model_validate(table), solid.cavity_volume_mm3),
+        LIKE_THE_PAPER,
+        Solver(radius_mm=RADIUS_MM),
+        Nozzle(diameter_mm=diameter_mm),
+        seed=0,
+        device="cpu",
+        progress=Progress(),
+    )
+
+
+def refusal(crack: tuple[Solid, Outline], **settings: Any) -> str:
+    with pytest.raises(InputError) as fault:
+        pour(crack, **settings)
+    return str(fault.value)
+
+
+@pytest.mark.parametrize(
+    ("settings", "fault"),
+    [
+        ({"trim_mm": 0.0}, r"path.trim_mm is 0 .* first at s = 0.0 mm, \(.*\) mm. Allowed is path.trim_mm of at least"),
+        ({"diameter_mm": 12.0}, r"nozzle.diameter_mm is 12, .* or nozzle.diameter_mm of at most"),
+        ({"nozzle_height_mm": 0.3, "diameter_mm": 7.0}, r"path.nozzle_height_mm is 0.3: .* of at least 0.7\."),
+    ],
+)
+def test_nothing_is_released_inside_a_dam_or_the_face(settings, fault):
+    """Without the check five particles of the wide disc end in the dam: "escaped", after the whole run."""
+    assert re.search(fault, refusal(dammed(), **settings))
+
+
+@pytest.mark.parametrize(("crack", "settings"), [(dammed, {"diameter_mm": 12.0}), (bridged, {})])
+def test_each_way_out_that_a_refusal_names_is_one(crack, settings):
+    message = refusal(crack(), **settings)
+    ways = re.findall(r"(?:nozzle|path)\.(\w+) of at (?:least|most) ([\d.]+\d)", message)
+    assert {"diameter_mm", "trim_mm", "nozzle_height_mm"} >= {name for name, _ in ways} >= {"nozzle_height_mm"}
+    for name, value in ways:
+        assert pour(crack(), **{**settings, name: float(value)}).escaped_particles == 0
+
+
+def test_a_bridge_over_the_crack_is_passed_above_and_not_through():
+    # Its side is at 11 mm; the clearance is 0.6 mm, and a release comes each 0.5 mm.
+    first = re.search(r"first at s = ([\d.]+) mm", refusal(bridged()))
+    assert first
+    assert 10.4 <= float(first[1]) <= 10.9
+    run = pour(bridged(), nozzle_height_mm=6.0)
+    assert run.escaped_particles == 0
+    # Some of it lies on the bridge.
+    assert (run.position_mm[:, 2] > 5).any()
+
+
+def test_a_disc_that_only_just_clears_the_dams_is_poured():
+    run = pour(dammed(), trim_mm=1.0)
+    assert run.escaped_particles == run.spilled_particles == 0
