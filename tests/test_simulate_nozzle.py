@@ -69,6 +69,18 @@ def test_releases_follow_a_flow_that_changes():
     assert np.diff(schedule.released).max() <= schedule.release
 
 
+@pytest.mark.parametrize("last", [0.0, 1e9])
+def test_the_last_waypoint_has_no_flow_of_its_own(last):
+    """A row holds until the next, and the last has none: a path that ends with 0 gives as much as one that does not."""
+    flow = np.full(61, 4800 / 15)
+    constant = plan_releases(straight_path(flow), radius_mm=0.4, diameter_mm=2.4, seed=0)
+    flow[-1] = last
+    ended = plan_releases(straight_path(flow), radius_mm=0.4, diameter_mm=2.4, seed=0)
+    assert ended.dispensed_mm3 == pytest.approx(4800)
+    for name in ("position_mm", "velocity_mm_s", "frame_of", "released", "frame_s"):
+        assert np.array_equal(getattr(ended, name), getattr(constant, name)), name
+
+
 def test_the_seed_turns_the_discs_and_nothing_else():
     first, again, other = (plan_releases(PAPER, 0.4, 2.4, seed=seed) for seed in (1, 1, 2))
     assert np.array_equal(first.position_mm, again.position_mm)
