@@ -40,11 +40,21 @@ def make_evidence(
     trajectory = plan_trajectory(outline, NozzlePath(volume_ml="cavity", trim_mm=5.0), solid.cavity_volume_mm3)
     s_mm = np.linspace(0, outline.length_mm, 201)
     profile = Profile(s_mm, slope(s_mm) + error_mm, source="simulation")
+    run = changes.get("run", make_run(outline, solid))
     readings = comparison = None
     if readings_data is not None:
         repeats_mm = slope(STATIONS_MM)[:, None] + np.array([-0.1, 0.0, 0.1])
         readings = Profile(STATIONS_MM, slope(STATIONS_MM), repeats_mm, readings_data, source)
-        comparison = compare(profile, readings, outline, solid, role="held-out", photo_data=photo_data, gate=gate)
+        comparison = compare(
+            profile,
+            readings,
+            outline,
+            solid,
+            role="held-out",
+            photo_data=photo_data,
+            gate=gate,
+            escaped_particles=run.escaped_particles,
+        )
     overlay = folder / "overlay.png"
     cv2.imwrite(str(overlay), np.full((60, 120, 3), 128, np.uint8))
     content: dict[str, Any] = {
@@ -53,7 +63,7 @@ def make_evidence(
         "outline": outline,
         "solid": solid,
         "trajectory": trajectory,
-        "run": make_run(outline, solid),
+        "run": run,
         "profile": profile,
         "readings": readings,
         "comparison": comparison,

@@ -1,6 +1,7 @@
 """What a report says: every number with its unit, nothing claimed that was not measured."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ import pytest
 from sealtwin.records import Comparison
 from tests.evidence import make_evidence
 from validate.evidence import Evidence
-from validate.facts import assumptions, headline, key_figures, tables, warning
+from validate.facts import assumptions, headline, key_figures, tables
 from validate.settings import Gate
 
 GATE = Gate(mean_error_mm=1.0)
@@ -16,20 +17,6 @@ GATE = Gate(mean_error_mm=1.0)
 
 def rows(evidence: Evidence, title: str) -> dict[str, str]:
     return dict(next(table.rows for table in tables(evidence) if table.title == title))
-
-
-@pytest.mark.parametrize(
-    ("readings_data", "photo_data"), [("reconstructed", "measured"), ("measured", "synthetic"), (None, "synthetic")]
-)
-def test_what_was_not_measured_is_warned_of(tmp_path, readings_data, photo_data):
-    evidence = make_evidence(tmp_path, readings_data=readings_data, photo_data=photo_data, gate=GATE)
-    assert warning(evidence).startswith("Not a validation")
-    assert (readings_data if readings_data == "reconstructed" else photo_data) in warning(evidence)
-    assert not re.search(r"[Vv]alidated", headline(evidence)[0])
-
-
-def test_measured_data_need_no_warning(tmp_path):
-    assert warning(make_evidence(tmp_path)) == ""
 
 
 @pytest.mark.parametrize(
@@ -49,12 +36,23 @@ def test_without_readings_nothing_is_compared(tmp_path):
     assert "Agreement with the readings" not in [table.title for table in tables(evidence)]
 
 
+def test_a_leak_without_readings_is_the_headline(tmp_path):
+    evidence = make_evidence(tmp_path, readings_data=None)
+    leaking = replace(evidence, run=replace(evidence.run, escaped_particles=2))
+    assert headline(leaking) == ("Do not use: 2 particles went through a wall. There are no readings.", "failed")
+
+
+def test_one_particle_is_no_plural(tmp_path):
+    spilled = rows(make_evidence(tmp_path), "Where the sealant is")["spilled over the sample's edge"]
+    assert spilled.endswith(", 1 particle")
+
+
 def test_every_particle_is_somewhere(tmp_path):
     evidence = make_evidence(tmp_path)
     count = {
-        name: int(re.findall(r"([\d,]+) particles", text)[0].replace(",", ""))
+        name: int(re.findall(r"([\d,]+) particle", text)[0].replace(",", ""))
         for name, text in rows(evidence, "Where the sealant is").items()
-        if "particles" in text
+        if "particle" in text
     }
     parts = [number for name, number in count.items() if name.startswith(("in the crack", "above the face", "spilled"))]
     assert count["spilled over the sample's edge"] == 1

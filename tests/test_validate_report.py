@@ -1,6 +1,7 @@
 """The page and the PDF: complete, self-contained, and deaf to what names would have them do."""
 
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -145,6 +146,17 @@ def test_without_readings_the_simulation_stands_alone_and_says_so(tmp_path):
         assert "Agreement with the readings" not in text
         assert "mean error" not in text
     assert sum(tag == "svg" for tag, _ in page.tags) == 5
+
+
+@pytest.mark.parametrize("readings_data", ["measured", None])
+def test_a_leak_and_a_lost_volume_stand_before_every_number(tmp_path, readings_data):
+    run = replace(make_evidence(tmp_path).run, escaped_particles=11)
+    _, page, pdf = written(tmp_path, readings_data=readings_data, gate=GATE, run=run, volume_ratio=0.7)
+    for text in (page.text, pdf):
+        for words in ("Do not use: 11 particles went through a wall", "of its volume (0.7"):
+            assert text.index(words) < text.index("escaped particles")
+    verdict = [attributes["class"] for tag, attributes in page.tags if tag == "div" and "class" in attributes]
+    assert "verdict failed" in verdict
 
 
 def test_the_same_evidence_gives_the_same_bytes(tmp_path, usual, usual_folder):

@@ -28,7 +28,3 @@ class Evidence:
     """Versions, device, seed, times, hashes: shown in this order."""
     command: str
     """What makes this report again."""
-
-    @property
-    def all_measured(self) -> bool:
-        return self.photo_data == "measured" and (self.readings is None or self.readings.data == "measured")

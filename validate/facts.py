@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from validate.evidence import Evidence
+from validate.verdict import counted, leak
 
 GRAVITY_M_S2 = 9.81
 SURFACE_TENSION_N_M = 0.072
@@ -22,19 +23,11 @@ class Table:
 def headline(evidence: Evidence) -> tuple[str, str]:
     """The verdict line, and how it ended: "passed", "failed" or "open"."""
     comparison = evidence.comparison
+    if comparison is None and evidence.run.escaped_particles:
+        return f"{leak(evidence.run.escaped_particles)}. There are no readings.", "failed"
     if comparison is None:
         return "No readings: this is the simulated fill alone, held against nothing.", "open"
     return comparison.verdict, {True: "passed", False: "failed", None: "open"}[comparison.passed]
-
-
-def warning(evidence: Evidence) -> str:
-    """What must be said before any number where data are not measured; else empty."""
-    if evidence.all_measured:
-        return ""
-    kinds = [f"the photo is {evidence.photo_data}"]
-    if evidence.readings is not None:
-        kinds.append(f"the caliper readings are {evidence.readings.data}")
-    return f"Not a validation: {' and '.join(kinds)}. This report can show consistency, nothing more."
 
 
 def key_figures(evidence: Evidence) -> list[tuple[str, str]]:
@@ -150,11 +143,16 @@ def _agreement(evidence: Evidence) -> Table:
 def _repeats(evidence: Evidence) -> Table:
     assert evidence.comparison is not None
     assert evidence.readings is not None
-    readings = evidence.comparison.metrics["readings"]
+    metrics = evidence.comparison.metrics
+    readings = metrics["readings"]
     rows = [
         ("source", evidence.readings.source),
         ("data", evidence.readings.data),
         ("stations, readings", f"{readings['stations']}, {readings['readings']}"),
+        (
+            "stations compared",
+            f"{metrics['stations_compared']}, at most {metrics['widest_gap_mm']:.1f} mm from one to the next",
+        ),
     ]
     if readings["repeatability_sd_mm"] is None:
         rows.append(("repeatability", "no repeats: the scatter of the readings is not known"))
@@ -163,7 +161,7 @@ def _repeats(evidence: Evidence) -> Table:
             (
                 "repeatability, pooled over the stations",
                 f"{readings['repeatability_sd_mm']:.3f} mm standard deviation, "
-                f"{readings['degrees_of_freedom']} degrees of freedom",
+                f"{counted(readings['degrees_of_freedom'], 'degree')} of freedom",
             ),
             ("95 % band of a station's mean", f"± {np.max(readings['band_95_mm']):.3f} mm at most"),
         ]
@@ -177,7 +175,7 @@ def _mass_balance(evidence: Evidence) -> Table:
     above = stays & ~below
 
     def volume(count: int) -> str:
-        return f"{count * run.particle_volume_mm3:.0f} mm³, {count:,} particles"
+        return f"{count * run.particle_volume_mm3:.0f} mm³, {counted(count, 'particle')}"
 
     return Table(
         "Where the sealant is",
@@ -224,7 +222,7 @@ def _path(evidence: Evidence) -> Table:
         "Nozzle path",
         (
             ("from, to", f"s = {trajectory.s_mm[0]:.1f} to {trajectory.s_mm[-1]:.1f} mm"),
-            ("duration", f"{trajectory.duration_s:.2f} s in {len(trajectory.t_s)} waypoints"),
+            ("duration", f"{trajectory.duration_s:.2f} s in {counted(len(trajectory.t_s), 'waypoint')}"),
             ("speed", f"{trajectory.speed_mm_s[:-1].mean():.2f} mm/s"),
             ("flow", f"{_mean_flow_mm3_s(evidence):.1f} mm³/s"),
             ("height above the face", f"{trajectory.position_mm[:, 2].mean():.1f} mm"),

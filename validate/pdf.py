@@ -10,6 +10,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from numpy.typing import NDArray
 
 from validate import facts
+from validate.cautions import cautions
 from validate.evidence import Evidence
 from validate.plates import Plate
 from validate.theme import MEASURED, MUTED, THIRD, printable, themed
@@ -27,7 +28,8 @@ def write_pdf(path: Path, evidence: Evidence, overlay: NDArray[np.uint8], plates
         front = Typesetter(pages)
         front.text(evidence.name, size_pt=20, weight="bold")
         front.text(evidence.note, colour=MUTED)
-        front.text(facts.warning(evidence), size_pt=10, weight="bold", colour=MEASURED)
+        for caution in cautions(evidence):
+            front.text(caution, size_pt=10, weight="bold", colour=MEASURED)
         front.text(verdict, size_pt=11, weight="bold", colour=OUTCOME_COLOUR[outcome])
         front.rows(facts.key_figures(evidence))
         front.picture(overlay)

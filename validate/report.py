@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from sealtwin.errors import InputError
 from sealtwin.files import replacing, write_text
 from validate import facts
+from validate.cautions import cautions
 from validate.evidence import Evidence
 from validate.pdf import write_pdf
 from validate.plates import Plate, report_plates
@@ -53,7 +54,7 @@ def _page(evidence: Evidence, overlay: NDArray[np.uint8], plates: list[Plate]) -
         evidence=evidence,
         verdict=verdict,
         outcome=outcome,
-        warning=facts.warning(evidence),
+        cautions=cautions(evidence),
         key_figures=facts.key_figures(evidence),
         overlay=_data_uri(overlay),
         figures=[

@@ -1,0 +1,68 @@
+"""What must be said before any number of a trial."""
+
+from sealtwin.records import Run
+from validate.evidence import Evidence
+from validate.verdict import counted, leak
+
+SOUND = (0.95, 1.05)
+"""Volume that lies on the sample over what was dispensed there: what preset "accurate" promises."""
+FEW_ACROSS = 3.0
+"""Particles from wall to wall; four in the paper. Runs with two gained 11 to 17 %, with four nothing."""
+
+
+def run_warnings(run: Run, volume_ratio: float) -> tuple[str, ...]:
+    """What a run's own numbers say against it, in whole sentences; empty where it is sound.
+
+    ``volume_ratio`` is what the settled particles fill over all that was dispensed. What ran over the sample's edge is
+    no fault of the fluid, and is told apart.
+    """
+    texts = []
+    if run.escaped_particles:
+        texts.append(f"{leak(run.escaped_particles)}, which must never happen. Please report it with the trial file.")
+    low, high = SOUND
+    gone = run.spilled_particles + run.escaped_particles
+    kept = volume_ratio * len(run.position_mm) / max(1, len(run.position_mm) - gone)
+    sound = f"{low:g} to {high:g} is sound"
+    if kept < low:
+        texts.append(f"The fluid lost {100 * (1 - kept):.0f} % of its volume ({kept:.3f}; {sound}): {_lost(run)}")
+    elif kept > high:
+        texts.append(f"The fluid gained {100 * (kept - 1):.0f} % of its volume ({kept:.3f}; {sound}): {_gained(run)}")
+    if run.spilled_particles and not low <= volume_ratio <= high:
+        share = 100 * run.spilled_particles / len(run.position_mm)
+        texts.append(
+            f"{counted(run.spilled_particles, 'particle')}, {share:.1f} % of the sealant, ran over the sample's edge: "
+            "the levels are those of what is left."
+        )
+    return tuple(texts)
+
+
+def cautions(evidence: Evidence) -> tuple[str, ...]:
+    """Of the run, then of data that nobody measured; only what is not measured is named."""
+    run_texts = run_warnings(evidence.run, evidence.volume_ratio)
+    kinds = []
+    if evidence.photo_data != "measured":
+        kinds.append(f"the photo is {evidence.photo_data}")
+    if evidence.readings is not None and evidence.readings.data != "measured":
+        kinds.append(f"the caliper readings are {evidence.readings.data}")
+    if not kinds:
+        return run_texts
+    return (*run_texts, f"Not a validation: {' and '.join(kinds)}. This report can show consistency, nothing more.")
+
+
+def _lost(run: Run) -> str:
+    if run.settings.get("solver", {}).get("preset") == "paper":
+        return (
+            'levels stand too low. For preset "paper" this is known, it keeps the source\'s constants; '
+            'preset "accurate" keeps the volume.'
+        )
+    return "levels stand too low. See the density error; more solver.substeps compress the fluid less."
+
+
+def _gained(run: Run) -> str:
+    across = run.health.get("particles_across")
+    if across is not None and across < FEW_ACROSS:
+        return (
+            f"levels stand too high. Only {across:.1f} particles lie between the walls, where the paper has four: "
+            "make solver.radius_mm smaller."
+        )
+    return "levels stand too high."
