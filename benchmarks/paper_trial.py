@@ -18,7 +18,8 @@ from scipy.spatial import KDTree
 from benchmarks.table import Row, finish
 from sealtwin import files
 from sealtwin.folder import open_folder
-from sealtwin.pipeline import run_stages, start_job
+from sealtwin.job import start_job
+from sealtwin.pipeline import run_stages
 from sealtwin.progress import PlainProgress
 from sealtwin.records import Floats
 from sealtwin.trial import load_trial

@@ -1,24 +1,27 @@
 """The command line: parse, call, print. Results go to stdout, narration to stderr."""
 
 import json
+import os
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TextIO
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NoReturn, TextIO
 
 import typer
 
 from sealtwin.errors import SealtwinError
 
 if TYPE_CHECKING:
-    from sealtwin.pipeline import Job, StageName
+    from sealtwin.job import Job, StageName
     from sealtwin.progress import Progress
     from sealtwin.trial import Trial
 
 ALL_STAGES: "tuple[StageName, ...]" = ("digitise", "simulate", "validate")
+BAD_INPUT = 3
 GATE_FAILED = 5
+INTERRUPTED = 130
 
 app = typer.Typer(
     name="sealtwin",
@@ -49,16 +52,30 @@ TrialFile = Annotated[Path, typer.Argument(metavar="TRIAL", help="A trial.toml; 
 RunFolderPath = Annotated[Path, typer.Argument(metavar="RUN", help="A run folder.")]
 
 
+DemoOut = Annotated[
+    Path | None, typer.Option("--out", metavar="DIR", help="Gets trial/ and run/; default: reports/demo.")
+]
+
+
+@app.callback(invoke_without_command=True)
+def common(
+    version: Annotated[bool, typer.Option("--version", help="Show the version and exit.")] = False,
+) -> None:
+    if version:
+        from importlib.metadata import version as installed
+
+        print(installed("sealtwin"))
+        raise typer.Exit
+
+
 @app.command()
-def demo(out: Out = None, device: Device = "auto", as_json: Json = False, quiet: Quiet = False) -> None:
+def demo(out: DemoOut = None, device: Device = "auto", as_json: Json = False, quiet: Quiet = False) -> None:
     """Run the paper's trial, reconstructed: write its photo, readings and trial, then run all stages."""
     with _command(device, as_json, quiet) as command:
-        from sealtwin.folder import require_folder
-        from sealtwin.reconstruction import write_paper_trial
+        from sealtwin.reconstruction import place_paper_trial
 
         folder = out or Path("reports", "demo")
-        require_folder(folder)
-        write_paper_trial(folder / "trial")
+        place_paper_trial(folder / "trial")
         command.say(f"The trial that runs: {folder / 'trial' / 'trial.toml'}")
         command.run(folder / "trial" / "trial.toml", folder / "run", ALL_STAGES)
 
@@ -91,9 +108,12 @@ def digitise(
         typer.Option(metavar="X,Y X,Y", help="Photo: the crack's two ends in pixels; the nozzle starts at the first."),
     ] = None,
     tilt: Annotated[
-        Literal["lean", "flare", "funnel", "vertical"], typer.Option(help="Photo: how the walls tilt.")
-    ] = "lean",
-    wall_angle_deg: Annotated[float, typer.Option(help="Photo: each wall's angle from vertical.")] = 11.0,
+        Literal["lean", "flare", "funnel", "vertical"] | None,
+        typer.Option(help="Photo: how the walls tilt; default: lean."),
+    ] = None,
+    wall_angle_deg: Annotated[
+        float | None, typer.Option(help="Photo: each wall's angle from vertical; default: 11.")
+    ] = None,
     volume_ml: Annotated[
         float | None, typer.Option(help="Photo: sealant to give; default: what fills the crack to its face.")
     ] = None,
@@ -106,7 +126,8 @@ def digitise(
     """
     with _command("cpu", as_json, quiet) as command:
         if target.suffix.lower() == ".toml":
-            if assumed or any(value is not None for value in (depth_mm, mm_per_px, face_mm, ends, volume_ml)):
+            of_a_photo = (depth_mm, mm_per_px, face_mm, ends, tilt, wall_angle_deg, volume_ml)
+            if assumed or any(value is not None for value in of_a_photo):
                 raise typer.BadParameter("options for a photo beside a trial file: put them into the trial file")
             command.run(target, out, ("digitise",))
             return
@@ -186,7 +207,7 @@ class Command:
 
     def run_checked(self, trial: "Trial", source: Path, out: Path | None, stages: "Sequence[StageName]") -> None:
         from sealtwin.folder import open_folder
-        from sealtwin.pipeline import start_job
+        from sealtwin.job import start_job
 
         with (
             open_folder(out or Path("reports", trial.folder_name), create=True) as folder,
@@ -196,7 +217,7 @@ class Command:
 
     def resume(self, path: Path, stages: "Sequence[StageName]") -> None:
         from sealtwin.folder import open_folder
-        from sealtwin.pipeline import resume_job
+        from sealtwin.job import resume_job
 
         with open_folder(path, create=False) as folder, self._progress() as progress:
             self._finish(resume_job(folder, self.device, progress), stages)
@@ -208,14 +229,20 @@ class Command:
     def answer(self, content: dict[str, Any], lines: Sequence[str]) -> None:
         print(json.dumps(content, ensure_ascii=False) if self.as_json else "\n".join(lines), file=self.stdout)
 
+    def fail(self, message: str, exit_code: int) -> NoReturn:
+        print(f"sealtwin: {message}", file=sys.stderr)
+        if self.as_json:
+            self.answer({"version": 1, "error": message, "exit_code": exit_code}, ())
+        raise typer.Exit(exit_code)
+
     def _finish(self, job: "Job", stages: "Sequence[StageName]") -> None:
         from sealtwin.pipeline import run_stages
         from sealtwin.result import headline
 
         outcome = run_stages(job, stages)
         job.progress.close()
-        self.answer(outcome.result, headline(outcome.result))
-        if outcome.gate_passed is False:
+        self.answer(outcome.result, headline(outcome.result, stages[-1]))
+        if "validate" in stages and outcome.gate_passed is False:
             raise typer.Exit(GATE_FAILED)
 
     def _progress(self) -> "Progress":
@@ -232,10 +259,17 @@ def _command(device: str, as_json: bool, quiet: bool) -> Iterator[Command]:
         with redirect_stdout(sys.stderr):
             yield command
     except SealtwinError as fault:
-        print(f"sealtwin: {fault}", file=sys.stderr)
-        if as_json:
-            command.answer({"version": 1, "error": str(fault), "exit_code": fault.exit_code}, ())
-        raise typer.Exit(fault.exit_code) from None
+        command.fail(str(fault), fault.exit_code)
+    except BrokenPipeError:
+        # Whoever read the answer has gone; without this the interpreter complains as it flushes.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise typer.Exit(BAD_INPUT) from None
+    except OSError as fault:
+        if fault.filename is None:
+            raise
+        command.fail(f"{fault.filename}: {fault.strerror}. Give a place that can be read and written.", BAD_INPUT)
+    except KeyboardInterrupt:
+        command.fail("interrupted; the same command goes on from the last finished stage.", INTERRUPTED)
 
 
 def _pair(text: str, separator: str, option: str) -> tuple[float, float]:

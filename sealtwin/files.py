@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from sealtwin.errors import InputError
-from sealtwin.records import Comparison, FaceLabel, Floats, Outline, Profile, Run, Solid, Trajectory
+from sealtwin.records import Comparison, FaceLabel, Floats, Integers, Outline, Profile, Run, Solid, Trajectory
 
 TRAJECTORY_COLUMNS = ("t_s", "x_mm", "y_mm", "z_mm", "s_mm", "speed_mm_s", "flow_mm3_s")
 PARTICLE_COLUMNS = ("x_mm", "y_mm", "z_mm", "vx_mm_s", "vy_mm_s", "vz_mm_s", "age_s", "spilled")
@@ -49,6 +49,12 @@ def write_bytes(path: Path, content: bytes) -> None:
         temporary.write_bytes(content)
 
 
+def write_if_new(path: Path, content: bytes) -> None:
+    """Leave a file alone that already holds ``content``."""
+    if not path.is_file() or path.read_bytes() != content:
+        write_bytes(path, content)
+
+
 def write_json(path: Path, content: Any) -> None:
     write_text(path, as_json(content))
 
@@ -70,6 +76,16 @@ def read_json(path: Path) -> Any:
         raise InputError(f"{path}: not found. Run the stage that writes it, or 'sealtwin run' for all.") from None
     except ValueError as fault:
         raise InputError(f"{path}: no readable JSON ({fault}). Delete it and run its stage again.") from fault
+
+
+@contextmanager
+def understood(path: Path) -> Iterator[None]:
+    """A file of our own that somebody edited may lack anything: name it, and the way back."""
+    try:
+        yield
+    except (KeyError, TypeError, ValueError, AttributeError, IndexError) as fault:
+        reason = f"{type(fault).__name__}: {fault}"
+        raise InputError(f"{path}: not as its stage wrote it ({reason}). Run that stage again.") from fault
 
 
 def sha256(path: Path) -> str:
@@ -126,10 +142,15 @@ def write_outline(folder: Path, outline: Outline) -> None:
 
 
 def read_outline(folder: Path) -> Outline:
-    content = read_json(folder / "outline.json")
-    try:
+    path = folder / "outline.json"
+    content = read_json(path)
+    with understood(path):
+        lines = {f"{name}_{unit}": np.array(content[f"{name}_{unit}"]) for name in POLYLINES for unit in ("mm", "px")}
+        for name, points in lines.items():
+            if points.ndim != 2 or points.shape[1] != 2 or not np.isfinite(points.astype(float)).all():
+                raise ValueError(f"{name} is no list of points")
         return Outline(
-            **{f"{name}_{unit}": np.array(content[f"{name}_{unit}"]) for name in POLYLINES for unit in ("mm", "px")},
+            **lines,
             ends=tuple(content["ends"]),
             face_mm=None if content["face_mm"] is None else tuple(content["face_mm"]),
             mm_per_px=content["mm_per_px"],
@@ -138,8 +159,6 @@ def read_outline(folder: Path) -> Outline:
             path_source=content["path_source"],
             warnings=tuple(content["warnings"]),
         )
-    except (KeyError, TypeError) as fault:
-        raise InputError(f"{folder / 'outline.json'}: {fault} is missing or unreadable. Digitise again.") from fault
 
 
 def write_solid(folder: Path, solid: Solid) -> None:
@@ -169,28 +188,24 @@ def write_solid(folder: Path, solid: Solid) -> None:
 
 def read_solid(folder: Path) -> Solid:
     """Geometry from crack.ply, whose order the labels follow; the rest from solid.json."""
-    import trimesh
-
     content = read_json(folder / "solid.json")
-    path = folder / "crack.ply"
-    if not path.is_file():
-        raise InputError(f"{path}: not found. Run 'sealtwin digitise' for this trial.")
-    mesh = trimesh.load_mesh(path, process=False)
+    vertices_mm, faces = _read_mesh(folder / "crack.ply")
     own = {"units", "tilt", "wall_angle_deg", "depth_mm", "block_mm", "cavity_volume_mm3"}
     own |= {"face_label", "face_label_meaning"}
-    if len(content["face_label"]) != len(mesh.faces):
-        raise InputError(f"{path}: {len(mesh.faces)} faces, solid.json labels {len(content['face_label'])}.")
-    return Solid(
-        vertices_mm=np.array(mesh.vertices, dtype=float),
-        faces=np.array(mesh.faces, dtype=np.int64),
-        face_label=np.array([int(digit) for digit in content["face_label"]], dtype=np.int64),
-        block_mm=tuple(content["block_mm"]),
-        depth_mm=content["depth_mm"],
-        tilt=content["tilt"],
-        wall_angle_deg=content["wall_angle_deg"],
-        cavity_volume_mm3=content["cavity_volume_mm3"],
-        report={key: value for key, value in content.items() if key not in own},
-    )
+    with understood(folder / "solid.json"):
+        if len(content["face_label"]) != len(faces):
+            raise ValueError(f"{len(content['face_label'])} labels for the {len(faces)} faces of crack.ply")
+        return Solid(
+            vertices_mm=vertices_mm,
+            faces=faces,
+            face_label=np.array([int(digit) for digit in content["face_label"]], dtype=np.int64),
+            block_mm=tuple(content["block_mm"]),
+            depth_mm=content["depth_mm"],
+            tilt=content["tilt"],
+            wall_angle_deg=content["wall_angle_deg"],
+            cavity_volume_mm3=content["cavity_volume_mm3"],
+            report={key: value for key, value in content.items() if key not in own},
+        )
 
 
 def write_trajectory(folder: Path, trajectory: Trajectory) -> None:
@@ -232,19 +247,21 @@ def write_run(folder: Path, run: Run) -> None:
 
 def read_run(folder: Path) -> Run:
     rows = read_table(folder / "particles.csv", PARTICLE_COLUMNS)
-    content = read_json(folder / "simulation.json")
-    return Run(
-        position_mm=rows[:, 0:3],
-        velocity_mm_s=rows[:, 3:6],
-        age_s=rows[:, 6],
-        spilled=rows[:, 7] > 0,
-        radius_mm=content["radius_mm"],
-        particle_volume_mm3=content["particle_volume_mm3"],
-        escaped_particles=content["escaped_particles"],
-        device=content["device"],
-        settings=content["settings"],
-        health=content["health"],
-    )
+    path = folder / "simulation.json"
+    content = read_json(path)
+    with understood(path):
+        return Run(
+            position_mm=rows[:, 0:3],
+            velocity_mm_s=rows[:, 3:6],
+            age_s=rows[:, 6],
+            spilled=rows[:, 7] > 0,
+            radius_mm=content["radius_mm"],
+            particle_volume_mm3=content["particle_volume_mm3"],
+            escaped_particles=content["escaped_particles"],
+            device=content["device"],
+            settings=content["settings"],
+            health=content["health"],
+        )
 
 
 def write_profile(folder: Path, profile: Profile) -> None:
@@ -269,6 +286,20 @@ def write_comparison(folder: Path, comparison: Comparison) -> None:
             **comparison.metrics,
         },
     )
+
+
+def _read_mesh(path: Path) -> tuple[Floats, Integers]:
+    import trimesh
+
+    if not path.is_file():
+        raise InputError(f"{path}: not found. Digitise again.")
+    try:
+        mesh = trimesh.load_mesh(path, process=False)
+    except Exception as fault:  # A reader of foreign files stumbles over anything.
+        raise InputError(f"{path}: no readable PLY ({fault}). Digitise again.") from fault
+    if not isinstance(mesh, trimesh.Trimesh):
+        raise InputError(f"{path}: no mesh of triangles. Digitise again.")
+    return np.array(mesh.vertices, dtype=float), np.array(mesh.faces, dtype=np.int64)
 
 
 def _plain(value: Any) -> Any:

@@ -15,7 +15,7 @@ from typing import Any
 from filelock import FileLock, Timeout
 
 from sealtwin.errors import BusyError, InputError
-from sealtwin.files import read_json, sha256, write_json, write_text
+from sealtwin.files import sha256, write_json, write_text
 
 MANIFEST = "manifest.json"
 LOCK = ".lock"
@@ -23,6 +23,8 @@ HOLDER = ".holder.json"
 TEMPORARY = re.compile(r"\.[^.]+\.\d+\.\w+")
 """What ``files.replacing`` leaves when its process is killed."""
 
+ENTRY = {"key", "settings", "inputs", "given", "outputs", "wall_time_s", "versions"}
+"""What the manifest says of each finished stage."""
 PACKAGES = (
     "sealtwin",
     "numpy",
@@ -49,30 +51,39 @@ class RunFolder:
         entry = self.manifest["stages"].get(stage)
         return entry is not None and entry["key"] == key and not self._changed(entry)
 
-    def keep_changed(self, stage: str) -> list[str]:
-        """Set aside files of ``stage`` that somebody edited since, so that redoing it loses nothing.
-
-        Returns the names under which they were kept.
-        """
+    def settings_of(self, stage: str) -> dict[str, Any] | None:
+        """What ``stage`` was finished with; None where it is not finished."""
         entry = self.manifest["stages"].get(stage)
-        kept = []
-        for name in self._changed(entry) if entry else []:
-            path = self.path / name
-            if path.is_file():
-                copy = path.with_name(f"{path.stem}.changed{path.suffix}")
-                path.replace(copy)
-                kept.append(copy.name)
-        return kept
+        return None if entry is None else entry["settings"]
 
-    def forget(self, stage: str) -> None:
-        """``stage`` is about to be redone: killed half way, its files must not pass for finished ones."""
-        if self.manifest["stages"].pop(stage, None) is not None:
+    def edited(self, stage: str) -> list[str]:
+        """Files of ``stage`` that are there, but not as it wrote them."""
+        entry = self.manifest["stages"].get(stage)
+        return [name for name in self._changed(entry) if (self.path / name).is_file()] if entry else []
+
+    def clear(self, stage: str) -> list[str]:
+        """``stage`` is no longer finished, and its files go: killed half way, nothing old passes for new.
+
+        Files that somebody edited since are set aside. Returns the names under which they were kept.
+        """
+        kept = []
+        for name in self.edited(stage):
+            path = self.path / name
+            copy = path.with_name(f"{path.stem}.changed{path.suffix}")
+            path.replace(copy)
+            kept.append(copy.name)
+        entry = self.manifest["stages"].pop(stage, None)
+        if entry is not None:
             self.save()
+            for name in entry["outputs"]:
+                (self.path / name).unlink(missing_ok=True)
+        return kept
 
     def record(
         self,
         stage: str,
         key: str,
+        settings: Mapping[str, Any],
         inputs: Mapping[str, str],
         outputs: Sequence[str],
         wall_time_s: float,
@@ -80,12 +91,13 @@ class RunFolder:
         given: Sequence[str] = (),
         **facts: Any,
     ) -> None:
-        """``stage`` is finished: its key, the hashes of what it read and wrote, and what else it says of itself.
+        """``stage`` is finished: its key, its settings, the hashes of what it read and wrote, and other facts.
 
         ``given`` names the inputs that came from the user and not from an earlier stage.
         """
         self.manifest["stages"][stage] = {
             "key": key,
+            "settings": dict(settings),
             "inputs": dict(inputs),
             "given": list(given),
             "outputs": {name: sha256(self.path / name) for name in outputs},
@@ -97,16 +109,8 @@ class RunFolder:
         self.save()
 
     def finished(self) -> list[str]:
-        """Stages whose results still rest on what lies in the folder: none upstream was redone since."""
-        stages = self.manifest["stages"]
-        written = {name: digest for entry in stages.values() for name, digest in entry["outputs"].items()}
-        return [
-            stage
-            for stage, entry in stages.items()
-            if all(
-                written.get(name) == digest for name, digest in entry["inputs"].items() if name not in entry["given"]
-            )
-        ]
+        """Stages whose results still rest on what lies in the folder: none of it was replaced since."""
+        return [stage for stage, entry in self.manifest["stages"].items() if self._rests_on_what_is_here(entry)]
 
     def wall_time_s(self) -> float:
         """Of all finished stages, each when it was last done."""
@@ -114,6 +118,12 @@ class RunFolder:
 
     def save(self) -> None:
         write_json(self.path / MANIFEST, self.manifest)
+
+    def _rests_on_what_is_here(self, entry: Mapping[str, Any]) -> bool:
+        from_stages = {name: digest for name, digest in entry["inputs"].items() if name not in entry["given"]}
+        return all((self.path / name).is_file() for name in (*from_stages, *entry["outputs"])) and all(
+            sha256(self.path / name) == digest for name, digest in from_stages.items()
+        )
 
     def _changed(self, entry: Mapping[str, Any]) -> list[str]:
         return [
@@ -202,7 +212,12 @@ def _holder(path: Path) -> str:
 def _read_manifest(path: Path) -> dict[str, Any]:
     if not (path / MANIFEST).is_file():
         write_json(path / MANIFEST, {"version": 1, "stages": {}})
-    manifest = read_json(path / MANIFEST)
-    if not isinstance(manifest, dict) or manifest.get("version") != 1 or not isinstance(manifest.get("stages"), dict):
-        raise InputError(f"{path / MANIFEST}: not of a form that this version reads; give --out another folder.")
-    return manifest
+    try:
+        manifest = json.loads((path / MANIFEST).read_text(encoding="utf-8"))
+        if manifest["version"] == 1 and all(set(entry) >= ENTRY for entry in manifest["stages"].values()):
+            return manifest
+    except (ValueError, KeyError, TypeError, AttributeError):
+        pass  # Damaged or of another form: one sentence for all of it.
+    raise InputError(
+        f"{path / MANIFEST}: damaged, or written by another version. Give another --out, or delete {path}."
+    )

@@ -7,10 +7,13 @@ reconstruction wherever it is shown.
 
 import sys
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from sealtwin.files import write_table, write_text
+from sealtwin.errors import InputError
+from sealtwin.files import write_if_new, write_table, write_text
+from sealtwin.folder import require_folder
 from sealtwin.records import Floats
 
 SEED = 1
@@ -115,6 +118,22 @@ def write_paper_trial(folder: Path) -> None:
     }
     write_text(folder / "trial.toml", TRIAL.format(**photo, **FLARED))
     write_text(folder / "trial-paper.toml", TRIAL.format(**photo, **LEANING))
+
+
+def place_paper_trial(folder: Path) -> None:
+    """``write_paper_trial`` into a folder that may be there already.
+
+    Raises InputError where it holds anything else: nothing of the user's is overwritten.
+    """
+    require_folder(folder)
+    with TemporaryDirectory() as fresh:
+        write_paper_trial(Path(fresh))
+        for path in Path(fresh).iterdir():
+            target = folder / path.name
+            if target.exists() and (not target.is_file() or target.read_bytes() != path.read_bytes()):
+                raise InputError(f"{target}: is there already and is not the demo's; give --out another folder.")
+        for path in Path(fresh).iterdir():
+            write_if_new(folder / path.name, path.read_bytes())
 
 
 def paper_readings(seed: int) -> Floats:

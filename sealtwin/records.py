@@ -20,6 +20,9 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
+ON_EDGE_MM = 1e-3
+"""A wall point this close to the edge of the face has met it; files keep a hundredth of this."""
+
 EndKind = Literal["open", "closed", "cut"]
 """open: at the edge of the face; closed: a tip; cut: the user cut a longer crack here, with a wall across it."""
 
@@ -42,7 +45,8 @@ class FaceLabel(IntEnum):
 class Outline:
     """A crack on the face of a sample, as seen from above.
 
-    ``left_wall`` lies to the left of someone who walks along the centreline from s = 0 (mm frame, y up).
+    ``left_wall`` lies to the left of someone who walks along the centreline from s = 0 (mm frame, y up). Beside an open
+    end that is oblique one wall stands still on the edge of the face, and the other spreads as many stations up to it.
     """
 
     centreline_mm: Floats  # (n, 2), first row at s = 0
@@ -76,9 +80,30 @@ class Outline:
 
     @property
     def width_mm(self) -> Floats:
-        """Distance between the two walls at each station, (n,)."""
-        return np.linalg.norm(self.left_wall_mm - self.right_wall_mm, axis=1)
+        """Distance between the two walls at each station, (n,).
 
+        Beside an open end a wall that has met the edge of the face has no width of its own left to give: there it is
+        that of the nearest station where both walls still run.
+        """
+        width_mm = np.linalg.norm(self.left_wall_mm - self.right_wall_mm, axis=1)
+        running = np.flatnonzero(~self._on_edge)
+        if len(running):
+            first = running[0] if self.ends[0] == "open" else 0
+            last = running[-1] if self.ends[1] == "open" else len(width_mm) - 1
+            width_mm[:first], width_mm[last + 1 :] = width_mm[first], width_mm[last]
+        return width_mm
+
+    @property
+    def _on_edge(self) -> NDArray[np.bool_]:
+        """Stations at which a wall lies on the edge of the face, (n,)."""
+        if self.face_mm is None:
+            return np.zeros(len(self.centreline_mm), dtype=bool)
+        low, high = np.array(self.face_mm[:2]), np.array(self.face_mm[2:])
+        left, right = (
+            np.minimum(wall - low, high - wall).min(axis=1) < ON_EDGE_MM
+            for wall in (self.left_wall_mm, self.right_wall_mm)
+        )
+        return left | right
     @property
     def mean_width_mm(self) -> float:
         """Width averaged over the arc length."""

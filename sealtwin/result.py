@@ -18,6 +18,7 @@ def read_result(folder: RunFolder, trial: Trial) -> dict[str, Any]:
         "folder": _shown(folder.path),
         "wall_time_s": round(folder.wall_time_s(), 1),
         "stages": stages,
+        "edited": [name for stage in stages for name in folder.edited(stage)],
     }
     if "digitise" in stages:
         outline, solid = files.read_outline(folder.path), files.read_json(folder.path / "solid.json")
@@ -59,12 +60,13 @@ def _compared(comparison: dict[str, Any]) -> dict[str, Any]:
 
 
 def _shown(path: Path) -> str:
-    """From where the command was given: what a person can click, and no home folder's name."""
-    return Path(os.path.relpath(path)).as_posix()
+    """Relative where it lies below the current folder, so that no home folder is named; else as it was given."""
+    below = path.absolute().is_relative_to(Path.cwd())
+    return Path(os.path.relpath(path)).as_posix() if below else path.as_posix()
 
 
-def headline(result: dict[str, Any]) -> list[str]:
-    """The few lines that a person wants at the end of a command."""
+def headline(result: dict[str, Any], last: str) -> list[str]:
+    """The few lines that a person wants at the end of a command whose last stage was ``last``."""
     lines = []
     if "length_mm" in result:
         lines.append(
@@ -72,17 +74,17 @@ def headline(result: dict[str, Any]) -> list[str]:
             f"({result['scale_source']}; path: {result['path_source']}); "
             f"cavity {result['cavity_volume_mm3'] / 1e3:.2f} ml, sealant {result['sealant_mm3'] / 1e3:.2f} ml."
         )
-    if "particles" in result:
+    if "particles" in result and last != "digitise":
         lines.append(
             f"Fluid: {result['particles']} particles, {result['escaped_particles']} escaped, "
             f"{result['spilled_particles']} spilled; volume ratio {result['volume_ratio']:.3f}; {result['device']}."
         )
-    if "mean_error_mm" in result:
+    if "mean_error_mm" in result and last == "validate":
         lines.append(
             f"Error: {result['mean_error_mm']:.2f} mm on average, {result['worst_error_mm']:.2f} mm at worst "
             f"(at {result['worst_at_mm']:.0f} mm). {result['verdict']}"
         )
-    if "report" in result:
+    if "report" in result and last == "validate":
         lines.append(f"Report: {result['report']}")
     else:
         lines.append(f"Folder: {result['folder']}")

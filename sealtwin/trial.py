@@ -2,6 +2,7 @@
 
 import difflib
 import json
+import re
 import tomllib
 from pathlib import Path
 from typing import Annotated, Any, Self
@@ -15,14 +16,20 @@ from sealtwin.settings import Settings
 from simulate.settings import Fluid, Nozzle, Solver
 from validate.settings import Gate, Readings
 
-LARGEST_TRIAL_BYTES = 1_000_000
+LARGEST_TRIAL_BYTES = 200_000
 """A trial file is some kilobytes; anything like this is another file given by mistake."""
+DEEP_KEY = re.compile(r"(?<![\w\"'-])(?:[\w\"'-]++\s*+\.\s*+){16}")
+"""A dotted key of thousands of parts makes a table for each: gigabytes from kilobytes."""
+LONGEST_FOLDER_BYTES = 120
+
+PRINTABLE = r"^[^\x00-\x1f\x7f]*[^\x00-\x20\x7f][^\x00-\x1f\x7f]*$"
+"""One line, and not spaces alone."""
 
 
 class Trial(Settings):
     """A crack, how it is sealed, and what was measured of it afterwards."""
 
-    name: Annotated[str, Field(min_length=1, max_length=80, pattern=r"^[^\x00-\x1f\x7f]+$")]
+    name: Annotated[str, Field(min_length=1, max_length=80, pattern=PRINTABLE)]
     """Shown in the report, and the name of its folder under reports/."""
     note: Annotated[str, Field(max_length=2000)] = ""
     """Shown in the report: what a reader must know about this trial."""
@@ -57,7 +64,8 @@ class Trial(Settings):
     def folder_name(self) -> str:
         """The name, less what file systems or shells stumble over."""
         kept = "".join(letter if letter.isalnum() or letter in "-_." else "-" for letter in self.name)
-        return kept.strip(".-") or "trial"
+        # File systems count bytes, and a letter may take four.
+        return kept.encode()[:LONGEST_FOLDER_BYTES].decode(errors="ignore").strip(".-") or "trial"
 
 
 def load_trial(path: Path) -> Trial:
@@ -69,15 +77,19 @@ def load_trial(path: Path) -> Trial:
     """
     if path.is_dir():
         raise InputError(f"{path}: this is a folder; give the trial.toml in it.")
+    if not path.is_file():
+        raise InputError(f"{path}: no such file. 'sealtwin init DIR' writes a trial to start from.")
+    if path.stat().st_size > LARGEST_TRIAL_BYTES:
+        raise InputError(f"{path}: larger than {LARGEST_TRIAL_BYTES} bytes; this is no trial file.")
     try:
-        if path.stat().st_size > LARGEST_TRIAL_BYTES:
-            raise InputError(f"{path}: larger than {LARGEST_TRIAL_BYTES} bytes; this is no trial file.")
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(f"{path}: not found. 'sealtwin init DIR' writes a trial to start from.") from None
+        # Windows' Notepad opens a file with a byte-order mark.
+        text = path.read_text(encoding="utf-8-sig")
+        if DEEP_KEY.search(text):
+            raise InputError(f"{path}: a key of more than 16 parts; a trial file has tables of one level.")
+        content = tomllib.loads(text)
     except UnicodeDecodeError:
         raise InputError(f"{path}: no UTF-8 text; a trial file is TOML. 'sealtwin init DIR' writes one.") from None
-    except tomllib.TOMLDecodeError as fault:
+    except (ValueError, RecursionError) as fault:
         raise InputError(f"{path}: no valid TOML: {fault}.") from None
     return _checked(path, content)
 
@@ -90,8 +102,8 @@ def photo_trial(
     face_mm: tuple[float, float] | None,
     assumed: bool,
     ends_px: tuple[tuple[float, float], tuple[float, float]] | None,
-    tilt: str,
-    wall_angle_deg: float,
+    tilt: str | None,
+    wall_angle_deg: float | None,
     volume_ml: float | None,
 ) -> Trial:
     """The trial of somebody who only wants a mesh and a path from a photo. Raises InputError as ``load_trial``."""
@@ -105,8 +117,8 @@ def photo_trial(
             "ends_px": ends_px,
             "scale_is": "assumed" if assumed else "measured",
         },
-        "crack": {"depth_mm": depth_mm, "tilt": tilt, "wall_angle_deg": wall_angle_deg},
-        "path": {"volume_ml": "cavity" if volume_ml is None else volume_ml},
+        "crack": _given(depth_mm=depth_mm, tilt=tilt, wall_angle_deg=wall_angle_deg),
+        "path": _given(volume_ml=volume_ml),
     }
     return _checked(photo, content)
 
@@ -120,6 +132,11 @@ def trial_text(trial: Trial) -> str:
     for key, value in json.loads(trial.model_dump_json(exclude_none=True)).items():
         document.add(key, value)
     return tomlkit.dumps(document)
+
+
+def _given(**options: Any) -> dict[str, Any]:
+    """Those that were given; the rest keep the settings' own defaults."""
+    return {name: value for name, value in options.items() if value is not None}
 
 
 def _checked(path: Path, content: dict[str, Any]) -> Trial:
@@ -139,6 +156,8 @@ def _sentence(path: Path, error: ErrorDetails) -> str:
         return f"{path}: {where}: no such key; {allowed}"
     if error["type"] == "missing":
         return f"{path}: {where} is missing; it has no default, so it must be given."
+    if error["type"] == "string_pattern_mismatch":
+        return f"{path}: {where} = {found!r}: must be one line of text, not blank and without control characters."
     reason = error["msg"].removeprefix("Value error, ").removeprefix("Input ")
     if isinstance(found, dict | list):
         return f"{path}: {where}: {reason}." if where else f"{path}: {reason}."

@@ -148,11 +148,46 @@ def test_an_absent_device_is_refused_and_never_replaced(trial, tmp_path):
     assert "cuda:7" in _refusal("run", trial, "--out", tmp_path / "run", "--device", "cuda:7", "--quiet")
 
 
+def test_a_place_that_cannot_be_written_is_named(trial, tmp_path):
+    (tmp_path / "dangling").symlink_to(tmp_path / "none" / "there")
+    for out in (Path("/proc/nowhere"), tmp_path / ("x" * 300), tmp_path / "dangling"):
+        assert out.name in _refusal("run", trial, "--out", out, "--quiet")
+
+
+def test_the_demo_overwrites_nothing_of_the_users(tmp_path):
+    (tmp_path / "mine" / "trial").mkdir(parents=True)
+    (tmp_path / "mine" / "trial" / "trial.toml").write_text("mine")
+    assert "trial.toml" in _refusal("demo", "--out", tmp_path / "mine")
+    assert (tmp_path / "mine" / "trial" / "trial.toml").read_text() == "mine"
+    assert not (tmp_path / "mine" / "run").exists()
+
+
+def test_another_photo_does_not_replace_a_result_without_a_word(tmp_path):
+    photos = [tmp_path / name for name in ("crack.jpg", "crack.png")]
+    photos[0].write_bytes((FIXTURE / "photo.jpg").read_bytes())
+    cv2.imwrite(str(photos[1]), cv2.flip(np.asarray(cv2.imread(str(photos[0]))), 1))
+    options = (
+        "--depth-mm",
+        16,
+        "--mm-per-px",
+        0.1,
+        "--ends",
+        "780,600",
+        "1340,300",
+        "--out",
+        tmp_path / "run",
+        "--quiet",
+    )
+    assert _sealtwin("digitise", photos[0], *options).exit_code == 0
+    assert "crack.jpg" in _refusal("digitise", photos[1], *options)
+
+
 def test_usage_errors_have_their_own_code(tmp_path):
     photo = tmp_path / "photo.png"
     assert _sealtwin("digitise", photo).exit_code == 2
     assert _sealtwin("digitise", photo, "--depth-mm", 16, "--ends", "12;340", "1,2").exit_code == 2
-    assert _sealtwin("digitise", FIXTURE / "trial.toml", "--depth-mm", 16).exit_code == 2
+    for option in (("--depth-mm", 16), ("--tilt", "funnel"), ("--wall-angle-deg", 50), ("--assumed",)):
+        assert _sealtwin("digitise", FIXTURE / "trial.toml", *option).exit_code == 2
     assert _sealtwin("fly").exit_code == 2
 
 

@@ -87,3 +87,26 @@ def test_a_run_survives_its_files(tmp_path):
     assert again.spilled_particles == 1
     assert again.dispensed_volume_mm3 == pytest.approx(5 * 0.33)
     assert again.settings == run.settings
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("outline.json", '{"centreline_mm": 5}'),
+        ("outline.json", "[]"),
+        ("solid.json", '{"face_label": 7}'),
+        ("crack.ply", "ply\nnonsense"),
+        ("crack.ply", ""),
+        ("simulation.json", "{}"),
+    ],
+)
+def test_a_file_that_somebody_broke_is_named_with_the_way_back(tmp_path, name, content):
+    """No traceback: a run folder is plain files, and people do edit them."""
+    files.write_table(tmp_path / "particles.csv", files.PARTICLE_COLUMNS, np.zeros((1, 8)))
+    files.write_text(tmp_path / "solid.json", "{}")
+    files.write_text(tmp_path / "crack.ply", "")
+    (tmp_path / name).write_text(content)
+    read = {"outline.json": files.read_outline, "simulation.json": files.read_run}.get(name, files.read_solid)
+    with pytest.raises(InputError, match=r"again\.") as fault:
+        read(tmp_path)
+    assert str(tmp_path) in str(fault.value)

@@ -15,7 +15,7 @@ KEY = stage_key({"photo.jpg": "1"}, {"depth_mm": 16.0})
 
 def _finish(folder, stage="digitise", name="outline.json", inputs=None, given=("photo.jpg",)):
     files.write_text(folder.path / name, "{}")
-    folder.record(stage, KEY, inputs or {"photo.jpg": "1"}, [name], 1.0, given=given)
+    folder.record(stage, KEY, {"depth_mm": 16.0}, inputs or {"photo.jpg": "1"}, [name], 1.0, given=given)
 
 
 def test_a_stage_is_current_until_its_key_or_its_files_change(tmp_path):
@@ -30,24 +30,30 @@ def test_a_stage_is_current_until_its_key_or_its_files_change(tmp_path):
         assert not folder.is_current("digitise", KEY)
 
 
-def test_an_edited_file_is_set_aside_and_not_lost(tmp_path):
+def test_clearing_a_stage_sets_edited_files_aside_and_takes_the_rest(tmp_path):
     with open_folder(tmp_path / "run", create=True) as folder:
         _finish(folder)
+        assert folder.edited("digitise") == []
         (folder.path / "outline.json").write_text("mine")
-        assert folder.keep_changed("digitise") == ["outline.changed.json"]
+        assert folder.edited("digitise") == ["outline.json"]
+        assert folder.clear("digitise") == ["outline.changed.json"]
         assert (folder.path / "outline.changed.json").read_text() == "mine"
+        assert folder.settings_of("digitise") is None
+        _finish(folder)
+        assert folder.clear("digitise") == []
+        assert not (folder.path / "outline.json").exists()
 
 
-def test_a_result_is_finished_only_on_what_it_was_made_from(tmp_path):
+def test_a_result_is_finished_only_while_what_it_was_made_from_lies_there(tmp_path):
     with open_folder(tmp_path / "run", create=True) as folder:
         _finish(folder)
         digest = files.sha256(folder.path / "outline.json")
         _finish(folder, "simulate", "particles.csv", {"outline.json": digest}, given=())
         assert folder.finished() == ["digitise", "simulate"]
-        folder.forget("digitise")
-        assert folder.finished() == []
         files.write_text(folder.path / "outline.json", "{ }")
-        folder.record("digitise", KEY, {"photo.jpg": "1"}, ["outline.json"], 1.0, given=["photo.jpg"])
+        assert folder.finished() == ["digitise"]
+        files.write_text(folder.path / "outline.json", "{}")
+        (folder.path / "particles.csv").unlink()
         assert folder.finished() == ["digitise"]
 
 
@@ -102,7 +108,16 @@ def test_a_file_for_a_folder_and_a_missing_run_are_refused(tmp_path):
         pass
 
 
-@pytest.mark.parametrize("content", ["", "[]", '{"version": 2, "stages": {}}'])
+@pytest.mark.parametrize(
+    "content",
+    [
+        "",
+        "[]",
+        '{"version": 2, "stages": {}}',
+        '{"version": 1, "stages": {"digitise": 5}}',
+        '{"version": 1, "stages": {"digitise": {}}}',
+    ],
+)
 def test_a_manifest_of_another_form_is_refused(tmp_path, content):
     with open_folder(tmp_path / "run", create=True):
         pass

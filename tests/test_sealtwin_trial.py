@@ -1,5 +1,6 @@
 """A trial file: every fault named by key, value and what is allowed, before anything runs."""
 
+import os
 import tomllib
 from pathlib import Path
 
@@ -43,6 +44,7 @@ def _trial(tmp_path, *changes):
         ("mm_per_px = 0.1 ", "mm_per_px = 0.1\nface_mm = [160.0, 40.0] #", ["one scale, not two"]),
         ("[nozzle]", "[nozzel]", ["nozzel", "did you mean 'nozzle'"]),
         ('name = "my-trial"', 'name = ""', ["name = ''", "1 character"]),
+        ('name = "my-trial"', 'name = "   "', ["name = '   '", "not blank"]),
     ],
 )
 def test_a_fault_is_named_by_key_value_and_remedy(tmp_path, old, new, named):
@@ -71,7 +73,14 @@ def test_all_faults_of_a_file_are_named_at_once(tmp_path):
 
 @pytest.mark.parametrize(
     ("content", "named"),
-    [(b"depth_mm = ", "no valid TOML"), (b"\xff\xfe", "UTF-8"), (b"#" * 1_000_001, "larger than")],
+    [
+        (b"depth_mm = ", "no valid TOML"),
+        (b"\xff\xfe", "UTF-8"),
+        (b"#" * 200_001, "larger than"),
+        (b"a = " + b"[" * 20_000, "no valid TOML"),
+        (b"a = " + b"9" * 5_000, "no valid TOML"),
+        (b"a." * 20_000 + b"a = 1", "16 parts"),
+    ],
 )
 def test_a_file_that_is_no_trial_is_refused(tmp_path, content, named):
     path = tmp_path / "trial.toml"
@@ -80,8 +89,22 @@ def test_a_file_that_is_no_trial_is_refused(tmp_path, content, named):
         load_trial(path)
 
 
+def test_a_trial_from_a_windows_editor_is_read(tmp_path):
+    path = tmp_path / "trial.toml"
+    path.write_bytes(b"\xef\xbb\xbf" + TRIAL.replace("\n", "\r\n").encode())
+    assert load_trial(path).crack.depth_mm == 16.0
+
+
+def test_a_pipe_or_a_device_is_no_trial(tmp_path):
+    os.mkfifo(tmp_path / "pipe.toml")
+    (tmp_path / "zero.toml").symlink_to("/dev/zero")
+    for name in ("pipe.toml", "zero.toml"):
+        with pytest.raises(InputError, match="no such file"):
+            load_trial(tmp_path / name)
+
+
 def test_a_missing_trial_and_a_folder_are_refused(tmp_path):
-    with pytest.raises(InputError, match="not found"):
+    with pytest.raises(InputError, match="no such file"):
         load_trial(tmp_path / "none.toml")
     with pytest.raises(InputError, match="this is a folder"):
         load_trial(tmp_path)
@@ -144,7 +167,10 @@ def test_a_photo_without_a_trial_makes_one():
     assert trial.fluid is None
 
 
-@pytest.mark.parametrize(("name", "folder"), [("A <b>crack</b> $x$", "A--b-crack--b---x"), ("../..", "trial")])
+@pytest.mark.parametrize(
+    ("name", "folder"),
+    [("A <b>crack</b> $x$", "A--b-crack--b---x"), ("../..", "trial"), ("\U0001d49c" * 80, "\U0001d49c" * 30)],
+)
 def test_a_name_becomes_a_harmless_folder(tmp_path, name, folder):
     trial = load_trial(_trial(tmp_path, ('name = "my-trial"', f'name = "{name}"')))
     assert trial.name == name

@@ -1,0 +1,123 @@
+"""A trial in the folder it is run in: where it comes from, and when that folder becomes its own."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from sealtwin import files
+from sealtwin.errors import InputError
+from sealtwin.folder import RunFolder
+from sealtwin.progress import Progress
+from sealtwin.trial import Trial, load_trial, trial_text
+
+StageName = Literal["digitise", "simulate", "validate"]
+STAGES: tuple[StageName, ...] = ("digitise", "simulate", "validate")
+LARGEST_SHEET_BYTES = 5_000_000
+
+
+@dataclass(frozen=True)
+class Job:
+    """A trial in the folder it is run in."""
+
+    trial: Trial
+    source: Path
+    """Folder that relative names in the trial start from."""
+    folder: RunFolder
+    sheet: Path | None
+    """The readings under the name that the user knows; the folder holds a copy of them."""
+    device: str
+    """As asked for; "auto" is resolved where the fluid run starts."""
+    progress: Progress
+
+    @property
+    def path(self) -> Path:
+        return self.folder.path
+
+
+def start_job(trial: Trial, source: Path, folder: RunFolder, device: str, progress: Progress) -> Job:
+    """A trial from outside, to be run in ``folder``. Nothing is written before a stage has something to write.
+
+    Raises InputError where the folder holds another trial or the sheet of readings is not there.
+    """
+    _refuse_another_trial(folder, trial)
+    sheet = None
+    if trial.readings is not None:
+        sheet = source / trial.readings.file
+        check_sheet(sheet)
+        copied = trial.readings.model_copy(update={"file": Path("inputs") / sheet.name})
+        trial = trial.model_copy(update={"readings": copied})
+    return Job(trial, source, folder, sheet, device, progress)
+
+
+def resume_job(folder: RunFolder, device: str, progress: Progress) -> Job:
+    """The trial that a run folder already holds."""
+    trial = load_trial(folder.path / "trial.toml")
+    sheet = None if trial.readings is None else folder.path / trial.readings.file
+    return Job(trial, folder.path, folder, sheet, device, progress)
+
+
+def stage_settings(trial: Trial, stage: StageName) -> dict[str, Any]:
+    """What of a trial a stage depends on."""
+    tables: dict[StageName, dict[str, Any]] = {
+        "digitise": {
+            "photo": trial.photo.model_dump(mode="json", exclude={"file"}),
+            "crack": trial.crack.model_dump(mode="json"),
+            "path": trial.path.model_dump(mode="json"),
+        },
+        "simulate": {
+            "fluid": trial.fluid and trial.fluid.model_dump(mode="json"),
+            "solver": trial.solver.model_dump(mode="json"),
+            "nozzle": trial.nozzle.model_dump(mode="json"),
+            "seed": trial.seed,
+        },
+        "validate": {
+            "name": trial.name,
+            "note": trial.note,
+            "photo": trial.photo.data,
+            "readings": trial.readings and trial.readings.model_dump(mode="json"),
+            "gate": trial.gate and trial.gate.model_dump(mode="json"),
+        },
+    }
+    return tables[stage]
+
+
+def begin_writing(job: Job, stage: StageName) -> None:
+    """From here the folder is this trial's: what ``stage`` and its reports left before goes, edited files aside."""
+    adopt_trial(job)
+    (job.path / "run.json").unlink(missing_ok=True)
+    for stale in dict.fromkeys((stage, "validate")):
+        for name in job.folder.clear(stale):
+            job.progress.note(f"{stale}: a file was edited since this stage wrote it; yours is kept as {name}.")
+
+
+def adopt_trial(job: Job) -> None:
+    """Write the resolved trial, and a copy of the readings, into the folder.
+
+    The photo is not copied: it may carry the place and the person that took it. Its hash is in the manifest.
+    """
+    if job.source.resolve() == job.path.resolve():
+        return
+    if job.sheet is not None and job.trial.readings is not None:
+        files.write_if_new(job.path / job.trial.readings.file, job.sheet.read_bytes())
+    photo = job.trial.photo.model_copy(update={"file": Path(job.trial.photo.file.name)})
+    files.write_if_new(job.path / "trial.toml", trial_text(job.trial.model_copy(update={"photo": photo})).encode())
+
+
+def check_sheet(sheet: Path) -> None:
+    if not sheet.is_file():
+        raise InputError(f"{sheet}: no such file; [readings] file names it. Put it there, or leave [readings] out.")
+    if sheet.stat().st_size > LARGEST_SHEET_BYTES:
+        raise InputError(f"{sheet}: larger than {LARGEST_SHEET_BYTES / 1e6:g} MB; a sheet of readings is some kB.")
+
+
+def _refuse_another_trial(folder: RunFolder, trial: Trial) -> None:
+    """A folder is one trial's: another one's results must not be replaced without a word."""
+    path = folder.path / "trial.toml"
+    if not path.is_file():
+        return
+    held = load_trial(path)
+    if (held.name, held.photo.file.name) != (trial.name, trial.photo.file.name):
+        raise InputError(
+            f"{folder.path}: holds trial '{held.name}' with photo {held.photo.file.name}; this is '{trial.name}' with "
+            f"photo {trial.photo.file.name}. Give another --out, or delete that folder."
+        )
