@@ -167,6 +167,7 @@ def _validate(job: Job) -> bool:
     job.progress.start("Validating", 2)
     began = time.monotonic()
 
+    from validate.cautions import run_warnings
     from validate.compare import compare
     from validate.evidence import Evidence
     from validate.report import write_report
@@ -200,8 +201,10 @@ def _validate(job: Job) -> bool:
         overlay_path=job.path / "overlay.png",
         photo_data=trial.photo.data,
         provenance=_provenance(job),
-        command="sealtwin run trial.toml",
+        command="sealtwin run on its trial file, with the photo and the readings of these hashes beside it",
     )
+    for warning in run_warnings(run, evidence.volume_ratio):
+        job.progress.note(f"note: {warning}")
     begin_writing(job, "validate")
     outputs = ["report.html", "report.pdf"]
     if comparison is not None:
