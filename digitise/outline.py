@@ -24,6 +24,7 @@ from digitise.polyline import (
 )
 from digitise.raster import Map, blurred
 from digitise.strip import BLUR_PX, Strip, Walls, find_walls, straighten
+from digitise.wall_ends import walls_on_face
 from sealtwin.errors import InputError
 from sealtwin.records import EndKind, Floats, Outline, arc_length
 
@@ -78,9 +79,9 @@ class _Traced:
 def trace_outline(photo: Photo, path: CrackPath) -> Outline:
     """Measure the crack along ``path``.
 
-    At an open end s = 0 is where the centreline meets the edge of the face. There the outline ends on the edge, while
-    the walls of the first stations, which lie on the centreline's normals, may reach past it: an oblique crack's walls
-    end at different s. Raises InputError where the crack is too narrow, too short, or its walls are not found.
+    At an open end s = 0 is where the centreline meets the edge of the face. There the outline and both walls end on the
+    edge; an oblique crack's walls do so at different s: see ``walls_on_face``. Raises InputError where the crack is too
+    narrow, too short, or its walls are not found.
     """
     if path.width_px < MIN_WIDTH_PX:
         raise InputError(
@@ -193,9 +194,8 @@ def _assemble(photo: Photo, path: CrackPath, traced: _Traced, ends: tuple[PathEn
         at_arc_length(points, s_mm, stations) for points in (line_mm, left_mm, right_mm)
     )
     kinds = (ends[0].kind, ends[1].kind)
-    for kind, station in zip(kinds, (0, -1), strict=True):
-        if kind == "closed":  # a tip belongs to both walls
-            left_at[station] = right_at[station] = centreline_mm[station]
+    tips = [station for kind, station in zip(kinds, (0, -1), strict=True) if kind == "closed"]
+    left_at[tips] = right_at[tips] = centreline_mm[tips]  # a tip belongs to both walls
     over_start = (s_mm < first_mm) & (kinds[0] == "open")
     over_end = (s_mm > last_mm) & (kinds[1] == "open")
     right_side, left_side = (
@@ -209,6 +209,9 @@ def _assemble(photo: Photo, path: CrackPath, traced: _Traced, ends: tuple[PathEn
         raise InputError(f"{photo.file}: the walls of the crack cross each other; give ends_px of a clearer part.")
     if photo.face_mm is not None:
         ring = clipped_to_box(ring, photo.face_mm)
+        open_ends = (kinds[0] == "open", kinds[1] == "open")
+        left_at, right_at = walls_on_face(left_mm, right_mm, s_mm, stations, photo.face_mm, open_ends)
+        left_at[tips] = right_at[tips] = centreline_mm[tips]
     ring = without_repeats(ring, 1e-3 * photo.mm_per_px)
     return Outline(
         centreline_mm=centreline_mm,

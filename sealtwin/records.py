@@ -104,6 +104,7 @@ class Outline:
             for wall in (self.left_wall_mm, self.right_wall_mm)
         )
         return left | right
+
     @property
     def mean_width_mm(self) -> float:
         """Width averaged over the arc length."""
