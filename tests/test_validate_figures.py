@@ -1,9 +1,12 @@
 """The curves show the numbers that they are made of, every axis with its unit."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from matplotlib import rcParams
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 from tests.evidence import STATIONS_MM, axes_of, heights, make_evidence, slope
 from validate.figures import draw_error, draw_histogram, draw_profile
@@ -27,7 +30,7 @@ def drawn(evidence):
 def test_every_axis_has_a_unit(evidence):
     for figure in drawn(evidence).values():
         (axes,) = axes_of(figure)
-        assert axes.get_xlabel().endswith("(mm)")
+        assert axes.get_xlabel() == "s along the crack from the end where the nozzle starts (mm)"
         assert axes.get_ylabel().endswith("(mm)")
         assert axes.get_title(loc="left")
 
@@ -79,6 +82,63 @@ def test_uncovered_bins_have_no_bar(tmp_path):
     comparison.metrics["error_by_bin"][0] |= {"covered_mm": 0.0, "mean_error_mm": np.nan}
     (axes,) = axes_of(draw_histogram(comparison))
     assert len(axes.patches) == 3
+
+
+def boxes(figure, artists):
+    figure.canvas.draw()
+    return [artist.get_window_extent() for artist in artists]
+
+
+@pytest.mark.parametrize("name", ["profile", "error", "histogram"])
+def test_no_legend_lies_on_the_plot(evidence, name):
+    figure = drawn(evidence)[name]
+    (axes,) = axes_of(figure)
+    legend, plot = boxes(figure, [axes.get_legend(), axes.patch])
+    words = axes.get_title(loc="left")
+    (title,) = boxes(figure, axes.findobj(lambda artist: isinstance(artist, Text) and artist.get_text() == words))
+    assert plot.y1 <= legend.y0 + 0.5
+    assert legend.y1 <= title.y0 + 0.5
+
+
+def test_face_and_floor_are_named_beside_the_plot(evidence):
+    figure = drawn(evidence)["profile"]
+    (axes,) = axes_of(figure)
+    assert [text.get_text() for text in axes.texts] == ["face", "floor"]
+    plot, face, floor = boxes(figure, [axes.patch, *axes.texts])
+    for label, z_mm in ((face, 0.0), (floor, -10.0)):
+        assert label.x0 > plot.x1
+        assert (label.y0 + label.y1) / 2 == pytest.approx(axes.transData.transform((0, z_mm))[1], abs=2)
+
+
+def test_no_line_runs_through_the_number_of_a_bar(evidence):
+    """The mean lies just above its bars; a box that hides all lines stands behind each number."""
+    figure = drawn(evidence)["histogram"]
+    (axes,) = axes_of(figure)
+    assert [text.get_text() for text in axes.texts] == ["0.50"] * 4
+    for text in axes.texts:
+        box = text.get_bbox_patch()
+        assert box is not None
+        assert box.get_alpha() in (None, 1.0)
+        assert text.get_zorder() > max(line.get_zorder() for line in axes.lines)
+    numbers, bars = boxes(figure, axes.texts), boxes(figure, axes.patches)
+    plot = axes.get_window_extent()
+    for number, bar in zip(numbers, bars, strict=True):
+        assert bar.y1 < number.y0
+        assert number.y1 < plot.y1
+
+
+def test_a_long_crack_has_numbers_that_do_not_touch(tmp_path):
+    comparison = make_evidence(tmp_path, gate=Gate(mean_error_mm=1.0)).comparison
+    assert comparison is not None
+    comparison.metrics["error_by_bin"] = [
+        {"from_mm": 10.0 * i, "to_mm": 10.0 * (i + 1), "covered_mm": 10.0, "mean_error_mm": 1.23} for i in range(40)
+    ]
+    figure = draw_histogram(comparison)
+    (axes,) = axes_of(figure)
+    for row in (axes.texts, [label for label in axes.get_xticklabels() if label.get_text()]):
+        drawn_boxes = boxes(figure, row)
+        assert all(left.x1 < right.x0 for left, right in pairwise(drawn_boxes))
+    assert max(box.y1 for box in boxes(figure, axes.texts)) < axes.get_window_extent().y1
 
 
 def test_drawing_leaves_no_trace_in_matplotlib(evidence):

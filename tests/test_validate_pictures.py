@@ -40,6 +40,16 @@ def test_the_top_view_is_not_mirrored(evidence):
     assert (axes.get_xlabel(), axes.get_ylabel(), bar.get_ylabel()) == ("x (mm)", "y (mm)", "z (mm)")
 
 
+def test_walls_end_where_the_sample_does(evidence):
+    """A station's wall past an open end is traced, and lies beside the face."""
+    figure = draw_top_view(evidence.run, evidence.outline, evidence.solid, evidence.trajectory)
+    axes, _ = axes_of(figure)
+    for wall in axes.lines[:2]:
+        clip = wall.get_clip_box()
+        assert clip is not None
+        assert axes.transData.inverted().transform_bbox(clip).extents == pytest.approx(evidence.solid.block_mm)
+
+
 def test_sections_show_a_slice_of_one_diameter(evidence):
     figure = draw_sections(evidence.run, evidence.outline, evidence.solid)
     assert [axes.get_title(loc="left") for axes in axes_of(figure)] == ["s = 8 mm", "s = 20 mm", "s = 32 mm"]

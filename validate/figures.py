@@ -5,10 +5,23 @@ from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
 from sealtwin.records import Comparison, Floats, Profile
-from validate.theme import GROUND, INK, MEASURED, MUTED, ON_GROUND, SIMULATED, THIRD, canvas, label_axes, themed
+from validate.theme import (
+    GROUND,
+    INK,
+    MEASURED,
+    MUTED,
+    SIMULATED,
+    THIRD,
+    canvas,
+    label_axes,
+    put_legend_under_title,
+    themed,
+)
 
-OVER_LINES = {"facecolor": "#ffffff", "edgecolor": "none", "alpha": 0.8, "pad": 0.6}
-ALONG = "s along the crack from the start of the nozzle's path (mm)"
+OVER_LINES = {"facecolor": "#ffffff", "edgecolor": "none", "pad": 1.5}
+ALONG = "s along the crack from the end where the nozzle starts (mm)"
+MOST_BIN_LABELS = 16
+"""That stand side by side across a page."""
 
 
 def draw_profile(
@@ -24,10 +37,12 @@ def draw_profile(
         axes = figure.add_subplot()
         axes.axhline(0.0, color=INK, linewidth=1.0)
         axes.axhspan(-depth_mm - 1.5, -depth_mm, color=GROUND, linewidth=0)
-        axes.annotate("face", (0.0, 0.0), (4, 3), textcoords="offset points", va="bottom", color=MUTED, fontsize=8)
-        axes.annotate(
-            "floor", (0.0, -depth_mm), (4, -3), textcoords="offset points", va="top", color=ON_GROUND, fontsize=8
-        )
+        for name, z_mm in (("face", 0.0), ("floor", -depth_mm)):
+            # Beside the plot, where no curve comes.
+            beside = axes.get_yaxis_transform()
+            axes.annotate(
+                name, (1.0, z_mm), (4, 0), beside, textcoords="offset points", va="center", color=MUTED, fontsize=8
+            )
         if readings is not None and comparison is not None:
             _draw_readings(axes, readings, comparison)
             axes.axhline(
@@ -41,7 +56,7 @@ def draw_profile(
         axes.set_xlim(0, profile.s_mm[-1])
         axes.set_ylim(-depth_mm - 1.5, max(3.0, float(profile.level_mm.max()) + 1.5))
         label_axes(axes, ALONG, "level from the face (mm)", "Level of the sealant")
-        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.09))
+        put_legend_under_title(axes, columns=3)
     return figure
 
 
@@ -76,7 +91,7 @@ def draw_error(profile: Profile, readings: Profile, comparison: Comparison, on: 
         axes.set_xlim(0, profile.s_mm[-1])
         axes.margins(y=0.15)
         label_axes(axes, ALONG, "error (mm)", "Signed error: above zero, the simulation stands too high")
-        axes.legend(loc="best", ncols=2)
+        put_legend_under_title(axes, columns=4)
     return figure
 
 
@@ -91,14 +106,17 @@ def draw_histogram(comparison: Comparison, on: FigureBase | None = None) -> Figu
         errors_mm = np.array([part["mean_error_mm"] for part in bins])
         axes.bar(begins_mm, errors_mm, widths_mm, align="edge", color=SIMULATED, edgecolor="white", linewidth=1.5)
         for begin_mm, width_mm, error_mm in zip(begins_mm, widths_mm, errors_mm, strict=True):
-            axes.text(
-                begin_mm + width_mm / 2,
-                error_mm,
+            axes.annotate(
                 f"{error_mm:.2f}",
+                (begin_mm + width_mm / 2, error_mm),
+                (0, 3),
+                textcoords="offset points",
                 ha="center",
                 va="bottom",
                 fontsize=8,
+                rotation=90 if len(bins) > MOST_BIN_LABELS else 0,
                 bbox=OVER_LINES,
+                zorder=5,
             )
         axes.axhline(
             comparison.mean_error_mm,
@@ -115,12 +133,13 @@ def draw_histogram(comparison: Comparison, on: FigureBase | None = None) -> Figu
                 label=f"gate for the mean, {comparison.gate['mean_error_mm']:g} mm",
             )
         axes.set_xlim(0, bins[-1]["to_mm"] if bins else None)
-        axes.margins(y=0.15)
+        # Upright numbers of many bins are three times as high.
+        axes.margins(y=0.12 if len(bins) <= MOST_BIN_LABELS else 0.25)
         axes.grid(visible=False, axis="x")
-        edges_mm = [*begins_mm, *(begins_mm[-1:] + widths_mm[-1:])]
+        edges_mm = [*begins_mm, *(begins_mm[-1:] + widths_mm[-1:])][:: len(bins) // MOST_BIN_LABELS + 1]
         axes.set_xticks(edges_mm, [f"{edge_mm:.4g}" for edge_mm in edges_mm])
         label_axes(axes, ALONG, "mean |error| (mm)", "Error by 10 mm of the crack's length")
-        axes.legend(loc="upper right", ncols=2)
+        put_legend_under_title(axes, columns=2)
     return figure
 
 

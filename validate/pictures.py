@@ -15,7 +15,18 @@ from sealtwin.records import FaceLabel, Floats, Outline, Profile, Run, Solid, Tr
 from validate.figures import ALONG
 from validate.rendering import render
 from validate.slicing import cut_rings
-from validate.theme import AGES, GROUND, HEIGHTS, INK, MEASURED, ON_GROUND, canvas, label_axes, themed
+from validate.theme import (
+    AGES,
+    GROUND,
+    HEIGHTS,
+    INK,
+    MEASURED,
+    ON_GROUND,
+    canvas,
+    label_axes,
+    put_legend_under_title,
+    themed,
+)
 
 LABEL_COLOUR = {
     FaceLabel.TOP: GROUND,
@@ -90,7 +101,7 @@ def draw_side_view(
         axes.set_aspect("equal")
         axes.grid(visible=False)
         label_axes(axes, ALONG, "z (mm)", "Side view of the fill: particles by age")
-        axes.legend(loc="upper left")
+        put_legend_under_title(axes, columns=1)
     return figure
 
 
@@ -102,14 +113,18 @@ def draw_top_view(
         figure = canvas(on, 9.0, 3.6)
         axes = figure.add_subplot()
         x_min, y_min, x_max, y_max = solid.block_mm
-        axes.add_patch(Rectangle((x_min, y_min), x_max - x_min, y_max - y_min, facecolor=GROUND, edgecolor="none"))
+        face = Rectangle((x_min, y_min), x_max - x_min, y_max - y_min, facecolor=GROUND, edgecolor="none")
+        axes.add_patch(face)
         shown = ~run.spilled
         order = np.argsort(run.position_mm[shown, 2])
         position_mm = run.position_mm[shown][order]
         discs = _draw_particles(axes, position_mm[:, :2], run, position_mm[:, 2], HEIGHTS)
         figure.colorbar(discs, ax=axes, label="z (mm)", shrink=0.8, pad=0.01)
         for index, wall_mm in enumerate((outline.left_wall_mm, outline.right_wall_mm)):
-            axes.plot(*wall_mm.T, color=ON_GROUND, linewidth=0.9, label="walls in the photo" if index == 0 else None)
+            label = "walls in the photo" if index == 0 else None
+            (wall,) = axes.plot(*wall_mm.T, color=ON_GROUND, linewidth=0.9, label=label)
+            # Past an oblique open end stations run on; the sample does not.
+            wall.set_clip_path(face)
         axes.plot(*trajectory.position_mm[:, :2].T, color=MEASURED, linewidth=1.2, label="nozzle path, from its dot")
         axes.plot(*trajectory.position_mm[0, :2], "o", color=MEASURED, markersize=5)
         low, high = outline.outline_mm.min(axis=0) - 14, outline.outline_mm.max(axis=0) + 14
@@ -118,9 +133,7 @@ def draw_top_view(
         axes.set_aspect("equal")
         axes.grid(visible=False)
         label_axes(axes, "x (mm)", "y (mm)", "Top view: particles by height")
-        axes.legend(
-            loc="upper left", labelcolor=ON_GROUND, frameon=True, facecolor=GROUND, framealpha=1.0, edgecolor="none"
-        )
+        put_legend_under_title(axes, columns=2)
     return figure
 
 

@@ -24,6 +24,9 @@ THIRD = "#009e73"
 AGES = "viridis"
 HEIGHTS = "cividis"
 
+LEGEND_ROW_PT = 12.5
+"""A line of 8 pt with the space between two."""
+
 STYLE: Any = {
     "font.family": "sans-serif",
     "font.size": 9.0,
@@ -70,6 +73,24 @@ def label_axes(axes: Axes, x: str, y: str, title: str) -> None:
     axes.set_xlabel(x)
     axes.set_ylabel(y)
     axes.set_title(title)
+
+
+def put_legend_under_title(axes: Axes, columns: int) -> None:
+    """Between title and plot: inside it, some curve of some user would run through."""
+    handles, labels = axes.get_legend_handles_labels()
+    axes.legend(
+        handles,
+        labels,
+        loc="lower left",
+        bbox_to_anchor=(0.0, 1.0),
+        ncols=columns,
+        borderaxespad=0.0,
+        borderpad=0.3,
+        columnspacing=1.5,
+        fontsize=8.0,
+    )
+    rows = -(-len(labels) // columns)
+    axes.set_title(axes.get_title(loc="left"), pad=6.0 + LEGEND_ROW_PT * rows)
 
 
 def printable(text: str) -> str:
