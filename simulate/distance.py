@@ -7,7 +7,7 @@ import numpy as np
 import warp as wp
 
 from sealtwin.errors import InputError
-from sealtwin.records import Floats, Outline, Solid
+from sealtwin.records import FaceLabel, Floats, Outline, Solid
 from simulate import kernels_distance as device_code
 
 CM = 0.1
@@ -16,6 +16,8 @@ CLEARANCE = 0.86
 """Of a particle's centre from a wall over its radius: where fluid pressed on calibrated walls comes to rest."""
 MARGIN_MM = 12.0
 """Face around the crack's mouth that the grid covers; beyond it sealant rests on the plane z = 0."""
+RAISED_MM = 1e-3
+"""Above this height a vertex is no longer rounding of the face."""
 BLOCKS_AT_MOST = 4_000_000
 """Of 64 cells: 1.6 m of a paper-sized crack at its radius, and 3 GB at worst."""
 
@@ -54,8 +56,7 @@ def build_barrier(solid: Solid, outline: Outline, radius_mm: float, device: str)
     )
     spacing_mm = radius_mm / 2
     block_mm = spacing_mm * device_code.BLOCK
-    low = np.append(outline.outline_mm.min(axis=0) - MARGIN_MM, -solid.depth_mm - 2 * radius_mm)
-    high = np.append(outline.outline_mm.max(axis=0) + MARGIN_MM, solid.vertices_mm[:, 2].max() + 2 * radius_mm)
+    low, high = crack_box_mm(solid, outline, radius_mm)
     blocks = np.ceil((high - low) / block_mm).astype(int)
     if (count := int(np.prod(blocks, dtype=float))) > BLOCKS_AT_MOST:
         raise InputError(
@@ -81,6 +82,20 @@ def build_barrier(solid: Solid, outline: Outline, radius_mm: float, device: str)
     grid.nodes = wp.array(nodes * CM, dtype=float, device=device)
     grid.face = wp.vec4(*(np.array(solid.block_mm) * CM))
     return Barrier(grid, mesh, CLEARANCE * radius_mm * CM, device)
+
+
+def crack_box_mm(solid: Solid, outline: Outline, radius_mm: float) -> tuple[Floats, Floats]:
+    """Low and high corner, (3,) each: all that sealant in the crack or near its mouth can touch.
+
+    Walls that lean far and what stands above the face belong to it, also where they leave the margin.
+    """
+    inner = solid.faces[np.isin(solid.face_label, [FaceLabel.WALL, FaceLabel.FLOOR, FaceLabel.END])]
+    raised = np.flatnonzero(solid.vertices_mm[:, 2] > RAISED_MM)
+    walls_mm = solid.vertices_mm[np.concatenate([inner.ravel(), raised])][:, :2]
+    low_mm = np.vstack([outline.outline_mm - MARGIN_MM, walls_mm - 2 * radius_mm]).min(axis=0)
+    high_mm = np.vstack([outline.outline_mm + MARGIN_MM, walls_mm + 2 * radius_mm]).max(axis=0)
+    top_mm = solid.vertices_mm[:, 2].max()
+    return np.append(low_mm, -solid.depth_mm - 2 * radius_mm), np.append(high_mm, top_mm + 2 * radius_mm)
 
 
 def exact_distance_mm(mesh: wp.Mesh, points_mm: Floats, device: str) -> Floats:

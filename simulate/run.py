@@ -12,11 +12,11 @@ from sealtwin.progress import Progress
 from sealtwin.records import Integers, Outline, Run, Solid, Trajectory
 from simulate import kernels
 from simulate.device import describe_device
-from simulate.distance import CM, MARGIN_MM, build_barrier
+from simulate.distance import CM, build_barrier, crack_box_mm
 from simulate.nozzle import Schedule, plan_releases
 from simulate.outlet import check_outlet
 from simulate.settings import Fluid, Nozzle, Solver
-from simulate.solver import DENSEST, FASTEST_CM_S, Domain, FluidSolver, substeps_for
+from simulate.solver import DENSEST, FASTEST_CM_S, LIST_REACH, Domain, FluidSolver, substeps_for
 from simulate.state import NEIGHBOURS, WALL_NEIGHBOURS, State
 from simulate.viscosity import kinematic_viscosity, viscous_weight
 from simulate.walls import place_walls
@@ -25,6 +25,8 @@ SAMPLE_EVERY = 50
 """Frames between two samples of the density error."""
 ACROSS_AT_LEAST = 2
 """Particles abreast in a crack of mean width."""
+CELLS_AT_MOST = 4_000_000
+"""Of the neighbour search: 90 times the paper's trial. Each substep clears and sums them all: 2 ms."""
 ROUNDING = 1e-9
 """A whole number of frames must not become one more."""
 CM2_IN_M2 = 1e4
@@ -58,6 +60,7 @@ def inject(
     began = time.perf_counter()
     schedule = plan_releases(trajectory, solver.radius_mm, nozzle.diameter_mm, seed)
     windows = _windows(schedule, fluid, solver)
+    domain = _domain(solid, outline, trajectory, solver.radius_mm)
     barrier = build_barrier(solid, outline, solver.radius_mm, device)
     check_outlet(
         schedule,
@@ -77,7 +80,7 @@ def inject(
         state,
         walls,
         barrier,
-        _domain(solid, outline, trajectory, support),
+        domain,
         solver,
         step_s=schedule.frame_s / substeps,
         weights=(weight / substeps, fluid.D_cm / substeps),
@@ -172,14 +175,25 @@ def _windows(schedule: Schedule, fluid: Fluid, solver: Solver) -> _Windows:
     return _Windows(first, end)
 
 
-def _domain(solid: Solid, outline: Outline, trajectory: Trajectory, support: float) -> Domain:
-    """Box of the neighbour search: the crack, the face around it, and up to the nozzle."""
-    low = outline.outline_mm.min(axis=0) - MARGIN_MM
-    high = outline.outline_mm.max(axis=0) + MARGIN_MM
-    return Domain(
-        np.append(low, -solid.depth_mm) * CM - support,
-        np.append(high, max(trajectory.position_mm[:, 2].max(), 0.0)) * CM + support,
-    )
+def _domain(solid: Solid, outline: Outline, trajectory: Trajectory, radius_mm: float) -> Domain:
+    """Box of the neighbour search: the crack, the face around it, and all of the nozzle's path.
+
+    Raises InputError where a path leads so far away that the box has too many cells.
+    """
+    support_mm = 4 * radius_mm
+    low_mm, high_mm = crack_box_mm(solid, outline, radius_mm)
+    low_mm[2], high_mm[2] = -solid.depth_mm, 0.0
+    low_mm = np.minimum(low_mm, [*trajectory.position_mm[:, :2].min(axis=0), np.inf]) - support_mm
+    high_mm = np.maximum(high_mm, trajectory.position_mm.max(axis=0)) + support_mm
+    cells = math.prod(((high_mm - low_mm) / (LIST_REACH * support_mm)).tolist())
+    if not cells <= CELLS_AT_MOST:
+        x, y, z = trajectory.position_mm[np.abs(trajectory.position_mm).max(axis=1).argmax()]
+        raise InputError(
+            f"trajectory: it goes as far as ({x:g}, {y:g}, {z:g}) mm, and with solver.radius_mm = {radius_mm:g} the box "
+            f"around it and the crack has {cells:.3g} cells for the neighbour search; {CELLS_AT_MOST} are allowed. "
+            "Bring the nozzle nearer to the crack (path.nozzle_height_mm), or take a larger radius."
+        )
+    return Domain(low_mm * CM, high_mm * CM)
 
 
 def _advance(

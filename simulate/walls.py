@@ -29,8 +29,9 @@ class Walls:
 def place_walls(solid: Solid, outline: Outline, barrier: Barrier, radius_mm: float) -> Walls:
     """Even cover of all that sealant can touch. No seed: the layer is part of the geometry, not of a run."""
     spacing_mm = 2 * radius_mm
-    surface, normal, area_mm2 = _sample_surface(solid, CANDIDATES / spacing_mm**2)
-    near = _near_crack(surface, outline)
+    surface, normal, label, area_mm2 = _sample_surface(solid, CANDIDATES / spacing_mm**2)
+    # All of the cavity, however far its walls lean, and of the face what sealant may run over.
+    near = (label != FaceLabel.TOP) | _near_crack(surface, outline)
     deep = (surface - radius_mm * normal)[near]
     # Across a thin nose the far wall is nearer than the near one: such a point would stand out of the solid there.
     held = deep[barrier.exact_mm(deep) <= -0.9 * radius_mm] if near.any() else deep
@@ -68,9 +69,10 @@ def source_wall_mass(radius: float) -> float:
     return 64 * np.pi * (4 * radius) ** 3 / 315
 
 
-def _sample_surface(solid: Solid, per_mm2: float) -> tuple[Floats, Floats, float]:
-    """Points on all but the outside, their outward normals, and the surface that each stands for (mm2)."""
-    triangles = solid.vertices_mm[solid.faces[solid.face_label != FaceLabel.OUTSIDE]]
+def _sample_surface(solid: Solid, per_mm2: float) -> tuple[Floats, Floats, Integers, float]:
+    """Points on all but the outside, their outward normals and labels, and the surface each stands for (mm2)."""
+    touched = solid.face_label != FaceLabel.OUTSIDE
+    triangles = solid.vertices_mm[solid.faces[touched]]
     across = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     twice_area = np.linalg.norm(across, axis=1)
     total = twice_area.sum() / 2
@@ -86,7 +88,7 @@ def _sample_surface(solid: Solid, per_mm2: float) -> tuple[Floats, Floats, float
     u, v = np.where(fold, 1 - u, u), np.where(fold, 1 - v, v)
     a, b, c = triangles[chosen].transpose(1, 0, 2)
     normal = across[chosen] / twice_area[chosen, None]
-    return a + u * (b - a) + v * (c - a), normal, total / count
+    return a + u * (b - a) + v * (c - a), normal, solid.face_label[touched][chosen], total / count
 
 
 def _near_crack(points_mm: Floats, outline: Outline) -> np.ndarray:

@@ -59,6 +59,20 @@ def test_beyond_the_grid_the_sample_is_its_face_and_then_nothing():
     assert sampled[2] > 100
 
 
+@pytest.mark.parametrize(("tilt", "depth_mm", "angle_deg"), [("lean", 90.0, 11.0), ("flare", 40.0, 25.0)])
+def test_a_crack_whose_walls_lead_far_from_its_outline_is_known_to_its_floor(tilt, depth_mm, angle_deg):
+    """A margin around the outline alone leaves the lower part of the lean cavity out, and the paste on an unseen shelf."""
+    solid, outline = slot(tilt=tilt, depth_mm=depth_mm, angle_deg=angle_deg)
+    radius_mm = 0.75
+    barrier = build_barrier(solid, outline, radius_mm, "cpu")
+    cavity = solid.vertices_mm[solid.faces[np.isin(solid.face_label, [FaceLabel.WALL, FaceLabel.FLOOR])]].reshape(-1, 3)
+    points = np.random.default_rng(0).uniform(cavity.min(axis=0), cavity.max(axis=0), (20_000, 3))
+    exact, sampled = barrier.exact_mm(points), barrier.sampled_mm(points)
+    clear = np.abs(exact) > radius_mm / 2
+    assert (exact[clear] > 0).sum() > 500
+    assert (np.sign(exact) == np.sign(sampled))[clear].all()
+
+
 @pytest.mark.parametrize("septum_mm", [0.3, 1.0])
 def test_no_jump_crosses_a_thin_wall(septum_mm):
     """Steps of up to 20 mm, aimed at the wall between two cavities."""

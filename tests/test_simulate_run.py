@@ -215,6 +215,29 @@ def test_settings_that_cannot_go_together_are_refused_with_the_physics(solver, n
         check_fit(outline, solid, Fluid.model_validate(table), Solver(**solver), Nozzle(**nozzle))
 
 
+@pytest.mark.parametrize("away_mm", [(0, 0, 1e9), (1e9, 0, 0), (0, -1e300, 0)])
+def test_a_path_that_leads_far_away_is_refused_before_memory_is_asked_for(away_mm):
+    """A trajectory.csv may come from anywhere. Without the check, Warp fails on the shape of an array."""
+    solid, outline = slot(12.0)
+    trajectory = path(outline, 0.05, speed_mm_s=20.0)
+    trajectory.position_mm[3] += away_mm
+    with pytest.raises(InputError, match=r"trajectory: it goes as far as \(.*1e\+\d+.*\) mm, .* 4000000 are allowed"):
+        pour((solid, outline), trajectory)
+
+
+def test_the_progress_is_titled_as_that_of_the_other_stages():
+    titles = []
+
+    class Ear(Progress):
+        def start(self, title: str, total: int) -> None:
+            titles.append(title)
+
+    crack = slot(12.0)
+    trajectory = path(crack[1], 0.01, speed_mm_s=20.0)
+    run_module.inject(*crack, trajectory, LIKE_THE_PAPER, Solver(), Nozzle(), seed=0, device="cpu", progress=Ear())
+    assert titles == ["Simulating"]
+
+
 def test_health_says_whether_the_run_can_be_trusted():
     crack = slot(12.0)
     health = pour(crack, path(crack[1], 0.05, speed_mm_s=20.0)).health

@@ -44,6 +44,15 @@ def test_the_layer_lies_a_radius_deep_and_covers_what_sealant_can_touch(tilt):
     assert share.min() >= 0
 
 
+def test_walls_that_lean_far_are_covered_to_the_floor():
+    """Its floor lies 17 mm beside its mouth; a margin around the mouth alone ends at a depth of 77 mm."""
+    solid, outline = slot(tilt="lean", depth_mm=90.0, angle_deg=11.0)
+    _, point, _ = walls_of(solid, outline)
+    assert point[:, 2].min() == pytest.approx(-90 - RADIUS_MM, abs=1e-3)
+    depth, _ = np.histogram(point[:, 2], bins=np.linspace(-89, -1, 9))
+    assert depth.min() > 0.8 * depth.max()
+
+
 def test_shares_add_up_to_the_surface_whatever_its_triangles():
     """Drag (Eq. 5) and density count wall particles: ten times the triangles must not change either."""
     coarse, outline = slot(20.0, depth_mm=7.0)
