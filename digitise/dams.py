@@ -27,10 +27,10 @@ class Dam:
     box_mm: Box
 
 
-def dams(footprint: Footprint, sections: list[CrossSection]) -> tuple[Dam, ...]:
+def dams(footprint: Footprint, sections: list[CrossSection], spread_mm: float = 0.0) -> tuple[Dam, ...]:
     """One plate for each open end, over all that ``sections`` (the cavity at several depths) leave open at its side.
 
-    Raises InputError where the cavity comes out of the block anywhere else.
+    ``spread_mm`` is what the tilt moved the walls by, for whoever must be told. Raises InputError where the cavity comes out of the block anywhere else.
     """
     opened = [(end, nearest_side(end.centre_mm, footprint.block_mm)) for end in footprint.ends if end.kind == "open"]
     points = np.vstack([polygon for section in sections for polygon in section.to_polygons()])
@@ -47,7 +47,7 @@ def dams(footprint: Footprint, sections: list[CrossSection]) -> tuple[Dam, ...]:
                 "Move the end to the edge of the face, or make it closed or cut."
             )
         plates.append(Dam(end.number, side, _plate(at_side, side, footprint.block_mm)))
-    _require_clearance(footprint.block_mm, sections, plates)
+    _require_clearance(footprint, sections, plates, spread_mm)
     return tuple(plates)
 
 
@@ -61,21 +61,37 @@ def _plate(at_side: Floats, side: int, block_mm: Box) -> Box:
     return (inner, low, outer, high) if side % 2 == 0 else (low, inner, high, outer)
 
 
-def _require_clearance(block_mm: Box, sections: list[CrossSection], plates: list[Dam]) -> None:
+def _require_clearance(footprint: Footprint, sections: list[CrossSection], plates: list[Dam], spread_mm: float) -> None:
+    block_mm = footprint.block_mm
     x_min, y_min, x_max, y_max = block_mm
     safe = rectangle((x_min + CLEARANCE_MM, y_min + CLEARANCE_MM, x_max - CLEARANCE_MM, y_max - CLEARANCE_MM))
     for plate in plates:
         safe += rectangle(_behind(plate, block_mm))
     for section in sections:
-        exposed = [piece for piece in (section - safe).decompose() if piece.area() > 1e-6]
+        exposed = _pieces(section - safe)
         if not exposed:
             continue
+        if not _pieces(((footprint.crack ^ footprint.block) - footprint.stoppers) - safe):
+            raise tilted_out(spread_mm)
         points = np.vstack([polygon for piece in exposed for polygon in piece.to_polygons()])
         away_mm = max(0.0, float(np.min([np.abs(points[:, side % 2] - block_mm[side]).min() for side in range(4)])))
         raise InputError(
             f"Crack mouth or floor comes within {away_mm:.2g} mm of the block side, where no open end is; at least "
             f"{CLEARANCE_MM} mm must stand. Mark an open end there, or give a larger face_mm or margin_mm."
         )
+
+
+def tilted_out(spread_mm: float) -> InputError:
+    """The tilt, not the trace, takes the crack out of the sample."""
+    return InputError(
+        f"The tilt moves the walls {spread_mm:.1f} mm sideways over the depth, which takes the crack to within "
+        f"{CLEARANCE_MM} mm of the block's side or through it, where no open end is. Reduce wall_angle_deg, check "
+        'depth_mm, or choose tilt = "vertical".'
+    )
+
+
+def _pieces(region: CrossSection) -> list[CrossSection]:
+    return [piece for piece in region.decompose() if piece.area() > 1e-6]
 
 
 def _behind(plate: Dam, block_mm: Box) -> Box:

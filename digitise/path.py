@@ -100,8 +100,13 @@ def _check_ends(photo: Photo, ends_px: tuple[Pixel, Pixel]) -> None:
                 f"{photo.file}: the end ({x:g}, {y:g}) lies outside the photo of {width} x {height} px; "
                 "x runs right and y down, from 0."
             )
-    if np.linalg.norm(np.subtract(*ends_px)) < SNAP_PX:
-        raise InputError(f"{photo.file}: the two ends {_listed(np.array(ends_px))} px are the same place.")
+    apart_px = float(np.linalg.norm(np.subtract(*ends_px)))
+    if apart_px < SNAP_PX:
+        found = "the same place" if apart_px == 0 else f"only {apart_px:.2g} px apart"
+        raise InputError(
+            f"{photo.file}: the two ends {_listed(np.array(ends_px))} px are {found}; an end may be clicked "
+            f"{SNAP_PX:g} px beside its crack, so they must be farther apart than that. Check ends_px."
+        )
     if photo.face_mm is None:
         return
     for (x, y), depth_mm in zip(ends_px, depth_inside(photo.to_mm(np.array(ends_px)), photo.face_mm), strict=True):

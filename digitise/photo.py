@@ -70,7 +70,8 @@ def load_photo(settings: PhotoInput, folder: Path) -> Photo:
     Raises InputError where it cannot be read, is black, or shows too little to measure by.
     """
     path = folder / settings.file
-    image = read_photo(path)
+    decoded = read_photo(path)
+    image = decoded.image
     brightness = _light(image)
     if np.percentile(brightness, 99.5) < (BLACK / 255) ** DISPLAY_GAMMA:
         raise InputError(f"{path}: the photo is all black; give it more light or a longer exposure.")
@@ -85,7 +86,7 @@ def load_photo(settings: PhotoInput, folder: Path) -> Photo:
         scale_source=scale.source,
         scale_residual_mm=scale.residual_mm,
         markers_px=scale.markers_px,
-        warnings=scale.warnings,
+        warnings=(*decoded.warnings, *scale.warnings),
     )
 
 

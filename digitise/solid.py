@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from manifold3d import CrossSection, FillRule
 
-from digitise.dams import Dam, dams
+from digitise.dams import Dam, dams, tilted_out
 from digitise.footprint import Footprint, lay_out
 from digitise.labels import label_faces
 from digitise.mesh import MeshFigures, examine_mesh
@@ -25,6 +25,8 @@ CAVITY_TOLERANCE = 1e-3
 """Between the mesh's cavity and the integral of the outline's sections: promised to whoever weighs their sealant."""
 FINE_SLICES = 512
 """Of a second look, before a solid is refused: a funnel's sections change fastest where its walls meet."""
+LEAST_FLOOR = 0.5
+"""Of the mouth's area, under walls that lean: with less of it left, the crack has gone out of the sample's side."""
 SMALLEST_CAVITY_MM3 = 1.0
 """Four particles of the paper's size; a cavity with less holds no sealant worth a simulation."""
 
@@ -38,8 +40,12 @@ def build_solid(outline: Outline, shape: CrackShape) -> Solid:
     Raises InputError where the outline crosses itself, comes out of the block where no open end is, encloses nothing,
     cannot be made watertight, or the mesh's cavity is not the integral of its sections within ``CAVITY_TOLERANCE``.
     """
-    footprint = lay_out(outline, shape, tilted_by_mm(shape))
-    plates = dams(footprint, [section(footprint, shape, depth_mm) for depth_mm in (0.0, shape.depth_mm)])
+    spread_mm = tilted_by_mm(shape)
+    footprint = lay_out(outline, shape, spread_mm)
+    sections = [section(footprint, shape, depth_mm) for depth_mm in (0.0, shape.depth_mm)]
+    if shape.tilt == "lean" and sections[1].area() < LEAST_FLOOR * sections[0].area():
+        raise tilted_out(spread_mm)
+    plates = dams(footprint, sections, spread_mm)
     readings = compare_readings(outline, footprint, shape)
     _require_volume(readings, shape)
     vertices_mm, faces, figures, jitter_mm = _watertight(footprint, shape, plates)
@@ -99,11 +105,19 @@ def _shaken(crack: CrossSection, by_mm: float, rng: np.random.Generator) -> Cros
 
 def _require_volume(readings: dict[str, Any], shape: CrackShape) -> None:
     volume_mm3 = readings["volume_mm3"][shape.tilt]
-    if volume_mm3 < SMALLEST_CAVITY_MM3:
-        raise InputError(
-            f"At {shape.wall_angle_deg:g}° and {shape.depth_mm:g} mm deep, tilt {shape.tilt} leaves a cavity of "
-            f'{volume_mm3:.2g} mm³: nothing to fill. Reduce the angle or choose tilt = "flare" or "lean".'
-        )
+    if volume_mm3 >= SMALLEST_CAVITY_MM3:
+        return
+    # Only a funnel takes room away; otherwise the crack itself is too shallow or too small.
+    closes = shape.tilt == "funnel" and readings["volume_mm3"]["vertical"] >= SMALLEST_CAVITY_MM3
+    remedy = (
+        'Reduce wall_angle_deg or choose tilt = "flare" or "lean".'
+        if closes
+        else "Check depth_mm and the photo's scale."
+    )
+    raise InputError(
+        f"At {shape.wall_angle_deg:g}° and {shape.depth_mm:g} mm deep, tilt {shape.tilt} leaves a cavity of "
+        f"{volume_mm3:.2g} mm³, less than {SMALLEST_CAVITY_MM3:g}: nothing to fill. {remedy}"
+    )
 
 
 def _require_agreement(cavity_mm3: float, readings: dict[str, Any], footprint: Footprint, shape: CrackShape) -> None:

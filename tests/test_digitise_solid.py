@@ -317,6 +317,13 @@ def bow_tie() -> Outline:
         ),
         (dataclasses.replace(straight_slot(40.0, 3.0, OPEN), face_mm=(-9.0, -9.0, 49.0, 9.0)), {}, "End 1 is open but"),
         (straight_slot(10.0, 0.2, CLOSED), {"tilt": "funnel", "wall_angle_deg": 50.0}, "nothing to fill"),
+        (
+            straight_slot(10.0, 0.2, CLOSED),
+            {"depth_mm": 0.2},
+            "less than 1: nothing to fill. Check depth_mm and the photo's scale",
+        ),
+        (oblique_slot(W), {"depth_mm": 500.0}, r"The tilt moves the walls 97\.2 mm sideways .* check depth_mm"),
+        (oblique_slot(W), {"depth_mm": 500.0, "tilt": "flare"}, r"The tilt moves the walls 97\.2 mm sideways"),
         (with_ring(straight_slot(), np.zeros((2, 2))), {}, "2 points"),
         (with_ring(straight_slot(), np.full((4, 2), np.nan)), {}, "no finite numbers"),
         (arc_slot(10.0, 359.0, 3.0, CLOSED), {}, "no side to lean to"),

@@ -73,6 +73,7 @@ def test_walls_of_a_straight_oblique_crack_meet_the_edges_where_geometry_says():
 def test_walls_that_do_not_reach_the_edge_end_where_they_are_known():
     s_mm = np.arange(0.0, 21.0)
     line = np.column_stack([s_mm + 5, np.full(21, 20.0)])
-    left, right = walls_on_face(line + [0, 1], line - [0, 1], s_mm, s_mm[2:-2], FACE, (True, False))
+    up = np.array([0.0, 1.0])
+    left, right = walls_on_face(line + up, line - up, s_mm, s_mm[2:-2], FACE, (True, False))
     assert left[[0, -1]] == pytest.approx(np.array([[5.0, 21], [23, 21]]))
     assert len(left) == len(right) == 17
