@@ -95,6 +95,7 @@ def test_both_areas_stand_side_by_side(tmp_path):
 
 def test_units_follow_from_the_names(tmp_path):
     health = rows(make_evidence(tmp_path), "Numerical health")
-    assert health["frame (s)"] == "0.00714"
-    assert health["viscosity (m²/s)"] == "3.26e-05"
+    assert health["simulated time of a frame"] == "7.14 ms"
+    assert health["kinematic viscosity in effect"] == "32.6 mm²/s"
+    assert health["compression above the rest density, mean"] == "2.00 %"
     assert rows(make_evidence(tmp_path), "Settings in effect")["fluid: density (kg/m³)"] == "1690"

@@ -73,7 +73,7 @@ def test_every_table_is_in_both(usual):
             "Assumptions",
         ):
             assert title in text
-        for fact in ("Bond number 2.2", "0.987", "sealtwin run trial.toml", "viscosity (m²/s)"):
+        for fact in ("Bond number 2.2", "0.987", "sealtwin run trial.toml", "kinematic viscosity in effect"):
             assert fact in text
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from validate.settings import Gate
-from validate.verdict import Basis, Judgement, basis_of, counted
+from validate.verdict import Basis, Judgement, basis_of
 
 GATE = Gate(mean_error_mm=1.6)
 
@@ -57,8 +57,3 @@ def test_a_leak_speaks_before_thin_readings():
     judgement = judged(Basis(2, 0.01, 0.01), escaped_particles=1)
     assert judgement.passed is False
     assert judgement.verdict.startswith("Do not use: 1 particle went through a wall")
-
-
-@pytest.mark.parametrize(("number", "words"), [(0, "0 stations"), (1, "1 station"), (1200, "1,200 stations")])
-def test_nouns_follow_their_number(number, words):
-    assert counted(number, "station") == words

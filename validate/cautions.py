@@ -2,7 +2,8 @@
 
 from sealtwin.records import Run
 from validate.evidence import Evidence
-from validate.verdict import counted, leak
+from validate.verdict import leak
+from validate.wording import counted
 
 SOUND = (0.95, 1.05)
 """Volume that lies on the sample over what was dispensed there: what preset "accurate" promises."""

@@ -1,12 +1,13 @@
 """What a report says in words and numbers, for the page and the PDF alike."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from validate.evidence import Evidence
-from validate.verdict import counted, leak
+from validate.health import health_rows
+from validate.verdict import leak
+from validate.wording import counted, plain, words
 
 GRAVITY_M_S2 = 9.81
 SURFACE_TENSION_N_M = 0.072
@@ -231,17 +232,16 @@ def _path(evidence: Evidence) -> Table:
 
 
 def _health(evidence: Evidence) -> Table:
-    rows = [(_words(key), _plain(value)) for key, value in evidence.run.health.items()]
-    return Table("Numerical health", (("device", evidence.run.device), *rows))
+    return Table("Numerical health", (("device", evidence.run.device), *health_rows(evidence.run.health)))
 
 
 def _settings(evidence: Evidence) -> Table:
     rows = []
     for group, content in evidence.run.settings.items():
         if isinstance(content, dict):
-            rows += [(f"{group}: {_words(key)}", _plain(value)) for key, value in content.items() if value is not None]
+            rows += [(f"{group}: {words(key)}", plain(value)) for key, value in content.items() if value is not None]
         else:
-            rows.append((group, _plain(content)))
+            rows.append((group, plain(content)))
     return Table("Settings in effect", tuple(rows))
 
 
@@ -290,29 +290,3 @@ def _mean_flow_mm3_s(evidence: Evidence) -> float:
 
 def _mm(value: float | None) -> str:
     return NOT_RECORDED if value is None or np.isnan(value) else f"{value:.2f} mm"
-
-
-UNITS = {
-    "_pa_s": "Pa s",
-    "_m2_s": "m²/s",
-    "_kg_m3": "kg/m³",
-    "_per_s": "1/s",
-    "_mm_s": "mm/s",
-    "_mm": "mm",
-    "_cm": "cm",
-    "_s": "s",
-}
-
-
-def _words(key: str) -> str:
-    """A name in the code as words, its unit in brackets: "frame_s" is "frame (s)"."""
-    for ending, unit in UNITS.items():
-        if key.endswith(ending):
-            return f"{key.removesuffix(ending).replace('_', ' ')} ({unit})"
-    return key.replace("_", " ")
-
-
-def _plain(value: Any) -> str:
-    if isinstance(value, bool | np.bool_):
-        return "yes" if value else "no"
-    return f"{value:.4g}" if isinstance(value, float | np.floating) else str(value)

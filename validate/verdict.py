@@ -7,6 +7,7 @@ import numpy as np
 
 from sealtwin.records import DataKind, Floats
 from validate.settings import Gate, Role
+from validate.wording import counted
 
 FEWEST_STATIONS = 5
 """The paper's surface falls, rests, falls and rests again: a curve through fewer points cannot follow it."""
@@ -100,8 +101,3 @@ class Judgement:
 def leak(escaped_particles: int) -> str:
     """The beginning of a sentence for which there must never be a reason."""
     return f"Do not use: {counted(escaped_particles, 'particle')} went through a wall"
-
-
-def counted(number: int, thing: str) -> str:
-    """A number and its noun, in the plural where there are several."""
-    return f"{number:,} {thing}{'' if number == 1 else 's'}"

@@ -1,0 +1,32 @@
+"""Names of the code as a reader's words."""
+
+import numpy as np
+import pytest
+
+from validate.wording import counted, plain, words
+
+
+@pytest.mark.parametrize(("number", "text"), [(0, "0 stations"), (1, "1 station"), (1200, "1,200 stations")])
+def test_nouns_follow_their_number(number, text):
+    assert counted(number, "station") == text
+
+
+@pytest.mark.parametrize(
+    ("key", "text"),
+    [
+        ("frame_s", "frame (s)"),
+        ("speed_mm_s", "speed (mm/s)"),
+        ("viscosity_pa_s", "viscosity (Pa s)"),
+        ("D_cm", "D (cm)"),
+        ("wall", "wall"),
+    ],
+)
+def test_units_follow_from_the_names(key, text):
+    assert words(key) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(True, "yes"), (np.bool_(False), "no"), (3.24808e-5, "3.248e-05"), (7, "7"), ("lean", "lean")]
+)
+def test_values_are_short(value, text):
+    assert plain(value) == text
