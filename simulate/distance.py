@@ -99,11 +99,11 @@ def crack_box_mm(solid: Solid, outline: Outline, radius_mm: float) -> tuple[Floa
 
 
 def exact_distance_mm(mesh: wp.Mesh, points_mm: Floats, device: str) -> Floats:
-    """Raises InputError where a point sees no triangle at all."""
+    """NaN for a point that is no number. Raises InputError where any other sees no triangle at all."""
     points = wp.array(points_mm * CM, dtype=wp.vec3, device=device)
     distance = wp.empty(len(points_mm), dtype=float, device=device)
     wp.launch(device_code.measure_distance, len(points_mm), inputs=[mesh.id, points, distance], device=device)
     found = distance.numpy() / CM
-    if np.isnan(found).any():
+    if np.isnan(found[np.isfinite(points_mm).all(axis=1)]).any():
         raise InputError("the solid has no triangle of any area: check the mesh, or digitise again.")
     return found

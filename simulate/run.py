@@ -189,7 +189,7 @@ def _domain(solid: Solid, outline: Outline, trajectory: Trajectory, radius_mm: f
     if not cells <= CELLS_AT_MOST:
         x, y, z = trajectory.position_mm[np.abs(trajectory.position_mm).max(axis=1).argmax()]
         raise InputError(
-            f"trajectory: it goes as far as ({x:g}, {y:g}, {z:g}) mm, and with solver.radius_mm = {radius_mm:g} the box "
+            f"trajectory: it goes as far as ({x:g}, {y:g}, {z:g}) mm; with solver.radius_mm = {radius_mm:g} the box "
             f"around it and the crack has {cells:.3g} cells for the neighbour search; {CELLS_AT_MOST} are allowed. "
             "Bring the nozzle nearer to the crack (path.nozzle_height_mm), or take a larger radius."
         )

@@ -61,7 +61,7 @@ def test_beyond_the_grid_the_sample_is_its_face_and_then_nothing():
 
 @pytest.mark.parametrize(("tilt", "depth_mm", "angle_deg"), [("lean", 90.0, 11.0), ("flare", 40.0, 25.0)])
 def test_a_crack_whose_walls_lead_far_from_its_outline_is_known_to_its_floor(tilt, depth_mm, angle_deg):
-    """A margin around the outline alone leaves the lower part of the lean cavity out, and the paste on an unseen shelf."""
+    """A margin around the outline alone leaves part of the lean cavity out, and paste on an unseen shelf."""
     solid, outline = slot(tilt=tilt, depth_mm=depth_mm, angle_deg=angle_deg)
     radius_mm = 0.75
     barrier = build_barrier(solid, outline, radius_mm, "cpu")
