@@ -30,7 +30,9 @@ class Dam:
 def dams(footprint: Footprint, sections: list[CrossSection], spread_mm: float = 0.0) -> tuple[Dam, ...]:
     """One plate for each open end, over all that ``sections`` (the cavity at several depths) leave open at its side.
 
-    ``spread_mm`` is what the tilt moved the walls by, for whoever must be told. Raises InputError where the cavity comes out of the block anywhere else.
+    ``spread_mm`` is what the tilt moved the walls by, for whoever must be told.
+
+    Raises InputError where the cavity comes out of the block anywhere else.
     """
     opened = [(end, nearest_side(end.centre_mm, footprint.block_mm)) for end in footprint.ends if end.kind == "open"]
     points = np.vstack([polygon for section in sections for polygon in section.to_polygons()])

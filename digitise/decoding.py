@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageOps
+from PIL import Image, ImageFile, ImageOps
 
 from sealtwin.errors import InputError
 
@@ -75,7 +75,8 @@ def _check_header(path: Path, photo: Image.Image) -> None:
 
 def _stored_as(photo: Image.Image) -> str:
     """Pillow's name for the pixels as they lie in the file; its mode already tells of what it makes of them."""
-    arguments = photo.tile[0].args if photo.tile else ()
+    tiles = photo.tile if isinstance(photo, ImageFile.ImageFile) else []
+    arguments = tiles[0].args if tiles else ()
     return next((part for part in np.atleast_1d(np.array(arguments, dtype=object)) if isinstance(part, str)), "")
 
 
