@@ -42,11 +42,16 @@ class DarkMap:
         return (np.asarray(points_work, dtype=float) + 0.5) / self.scale - 0.5 + self.offset_px
 
 
-def map_darkness(photo: Photo, window_px: tuple[int, int, int, int] | None = None) -> DarkMap:
-    """Search map of the photo, or of ``window_px`` (left, top, right, bottom; the last two excluded)."""
+def map_darkness(
+    photo: Photo, window_px: tuple[int, int, int, int] | None = None, seen_face_px: Floats | None = None
+) -> DarkMap:
+    """Search map of the photo, or of ``window_px`` (left, top, right, bottom; the last two excluded).
+
+    ``seen_face_px`` are the corners of a face without a measured size: what is outside it is not searched.
+    """
     left, top, right, bottom = window_px or (0, 0, *photo.size_px)
     light = photo.brightness[top:bottom, left:right]
-    allowed = sample_mask(photo)[top:bottom, left:right]
+    allowed = sample_mask(photo, seen_face_px)[top:bottom, left:right]
     scale = min(1.0, WORK_PX / max(light.shape))
     size = (max(1, round(light.shape[1] * scale)), max(1, round(light.shape[0] * scale)))
     light = shrunk(light, size)
@@ -57,12 +62,13 @@ def map_darkness(photo: Photo, window_px: tuple[int, int, int, int] | None = Non
     return DarkMap((left, top), scale, dark, np.where(allowed, _ridges(dark, allowed), 0).astype(np.float32), allowed)
 
 
-def sample_mask(photo: Photo) -> NDArray[np.uint8]:
+def sample_mask(photo: Photo, seen_face_px: Floats | None = None) -> NDArray[np.uint8]:
     """255 where the photo shows the sample's face and no marker, else 0, (height, width)."""
     width, height = photo.size_px
-    mask = np.full((height, width), 255 if photo.face_px is None else 0, dtype=np.uint8)
-    if photo.face_px is not None:
-        cv2.fillPoly(mask, [np.rint(photo.face_px * 16).astype(np.int32)], [255], shift=4)
+    face_px = photo.face_px if photo.face_px is not None else seen_face_px
+    mask = np.full((height, width), 255 if face_px is None else 0, dtype=np.uint8)
+    if face_px is not None:
+        cv2.fillPoly(mask, [np.rint(face_px * 16).astype(np.int32)], [255], shift=4)
         disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * EDGE_PX + 1, 2 * EDGE_PX + 1))
         mask = np.asarray(cv2.erode(mask, disc), dtype=np.uint8)
     for quad in photo.markers_px:

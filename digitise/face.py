@@ -13,6 +13,20 @@ WORK_PX = 800
 """Longer side of the copy on which the face is searched; its edges are refined on the photo itself."""
 MIN_AREA = 0.1
 """Of the photo: a smaller face is something else."""
+GAP_BRIGHTNESS = 0.8
+"""Of the darker of face and board: what lies between them with less light is a gap or its shadow, no edge between two
+greys. Without one, the darkest of a row of grain, averaged along the edge, stays above 0.9.
+"""
+LEAST_FILLED = 0.7
+"""Of its quadrilateral, by a face that nobody has measured: a crack and pores take some of it, never so much."""
+MOST_SLENDER = 5.0
+"""Length over width of a face that nobody has measured: a straight crack is a filled rectangle too, but longer."""
+LEAST_PART = 0.1
+"""Of the largest part of a face that a crack cut in two: whatever is smaller is no part of it."""
+LEAST_PART_UNMEASURED = 0.3
+"""The same where no size tells markers, a tenth of a face each, from the smaller of its parts."""
+STRAIGHT_PX = 2.0
+"""RMS that a sawn or cast edge stays within; the hull of anything else does not."""
 ASPECT_TOLERANCE = 0.2
 """Perspective of a top-down photo changes width over height by far less."""
 
@@ -42,8 +56,31 @@ def find_face(brightness: Map, size_mm: tuple[float, float], file: Path) -> tupl
     return corners, float(np.sqrt(np.mean(np.concatenate(misses_px) ** 2)))
 
 
-def _rough_corners(brightness: Map) -> Floats | None:
-    """Largest bright or dark region that the photo's border is not part of, as a quadrilateral."""
+def see_face(brightness: Map) -> Floats | None:
+    """Corners in px of a face that nobody has measured, (4, 2), or None where no filled, straight-sided one stands out.
+
+    For leaving out what is no sample; there is no scale in it.
+    """
+    rough = _rough_corners(brightness, LEAST_PART_UNMEASURED, LEAST_FILLED)
+    if rough is None or _slenderness(rough) > MOST_SLENDER:
+        return None
+    soft = blurred(brightness, 1.0)
+    lines, misses_px = zip(*(_edge_line(soft, rough, side) for side in range(4)), strict=True)
+    if np.sqrt(np.mean(np.concatenate(misses_px) ** 2)) > STRAIGHT_PX:
+        return None
+    return np.array([_crossing(lines[side - 1], lines[side]) for side in range(4)])
+
+
+def _slenderness(corners: Floats) -> float:
+    first, second, *_ = np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1)
+    return float(max(first, second) / max(min(first, second), 1e-6))
+
+
+def _rough_corners(brightness: Map, least_part: float = LEAST_PART, least_filled: float = 0.0) -> Floats | None:
+    """Largest bright or dark region that the photo's border is not part of, as a quadrilateral.
+
+    None where it fills less than ``least_filled`` of that: a forked crack has a large hull too.
+    """
     scale = min(1.0, WORK_PX / max(brightness.shape))
     small = cv2.resize(brightness, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
     small = np.sqrt(cv2.GaussianBlur(small, (0, 0), 2))
@@ -57,7 +94,7 @@ def _rough_corners(brightness: Map) -> Floats | None:
         return None
     area = stats[1:, cv2.CC_STAT_AREA]
     # An open crack cuts the face in two: every part of some size belongs to it.
-    parts = 1 + np.flatnonzero(area > 0.1 * area.max())
+    parts = 1 + np.flatnonzero(area > least_part * area.max())
     y, x = np.nonzero(np.isin(label, parts))
     hull = cv2.convexHull(np.column_stack([x, y]).astype(np.int32))
     if cv2.contourArea(hull) < MIN_AREA * face.size:
@@ -65,7 +102,8 @@ def _rough_corners(brightness: Map) -> Floats | None:
     box = cv2.boxPoints(cv2.minAreaRect(hull)).astype(float)
     quad = cv2.approxPolyDP(hull, 0.02 * cv2.arcLength(hull, True), True)[:, 0].astype(float)
     corners = _ordered(quad if len(quad) == 4 else box)
-    if cv2.contourArea(hull) < 0.9 * cv2.contourArea(corners.astype(np.float32)):
+    corners_area = cv2.contourArea(corners.astype(np.float32))
+    if cv2.contourArea(hull) < 0.9 * corners_area or len(x) < least_filled * corners_area:
         return None
     return (corners + 0.5) / scale - 0.5
 
@@ -80,7 +118,10 @@ def _ordered(corners: Floats) -> Floats:
 
 
 def _edge_line(soft: Map, corners: Floats, side: int) -> tuple[Floats, Floats]:
-    """Line (point, direction) through the steepest brightness along one side, and its points' distances, px."""
+    """Line (point, direction) through the steepest brightness along one side, and its points' distances, px.
+
+    Where a dark gap lies between sample and board, it is the steepest on the face's own side of that.
+    """
     start, end = corners[side], corners[(side + 1) % 4]
     along = (end - start) / np.linalg.norm(end - start)
     normal = np.array([-along[1], along[0]])
@@ -96,7 +137,8 @@ def _edge_line(soft: Map, corners: Floats, side: int) -> tuple[Floats, Floats]:
         borderMode=cv2.BORDER_REPLICATE,
     )
     # Neighbours along the edge share it, but not their grain.
-    slope = np.abs(np.gradient(cv2.blur(light, (1, 9)), axis=1))
+    light = np.asarray(cv2.blur(light, (1, 9)), dtype=float)
+    slope = _inner_slope(light) if _has_gap(light) else np.abs(np.gradient(light, axis=1))
     points = foot + (_peak(slope) * (offsets[1] - offsets[0]) + offsets[0])[:, None] * normal
     line, miss = _fit(points)
     for _ in range(5):
@@ -105,6 +147,22 @@ def _edge_line(soft: Map, corners: Floats, side: int) -> tuple[Floats, Floats]:
         points = points[keep]
         line, miss = _fit(points)
     return line, miss
+
+
+def _has_gap(light: Floats) -> bool:
+    """Whether rows of brightness, from the face outward, mostly pass something darker than both their ends.
+
+    The crack and pores are dark as well, but only on a few rows.
+    """
+    quarter = light.shape[1] // 4
+    inner, outer = np.median(light[:, :quarter], axis=1), np.median(light[:, -quarter:], axis=1)
+    return float(np.median(light.min(axis=1) / np.maximum(np.minimum(inner, outer), 1e-6))) < GAP_BRIGHTNESS
+
+
+def _inner_slope(light: Floats) -> Floats:
+    """How fast brightness falls outward, up to the darkest place of each row; 0 beyond."""
+    fall = np.maximum(-np.gradient(light, axis=1), 0)
+    return np.where(np.arange(light.shape[1]) <= light.argmin(axis=1)[:, None], fall, 0)
 
 
 def _peak(rows: Floats) -> Floats:

@@ -228,7 +228,7 @@ def _assemble(photo: Photo, path: CrackPath, traced: _Traced, ends: tuple[PathEn
         scale_source=photo.scale_source,
         scale_residual_mm=photo.scale_residual_mm,
         path_source=path.source,
-        warnings=(*photo.warnings, *_doubts(path, unseen)),
+        warnings=(*photo.warnings, *path.warnings, *_doubts(path, unseen)),
     )
 
 

@@ -1,6 +1,6 @@
 """Find the crack in a photo: the darkest way between two given ends, or the most crack-like line there is."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -8,7 +8,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, maximum_filter
 from skimage.graph import MCP_Geometric
 
+from digitise.beside import unlike_length_px
 from digitise.darkness import DarkMap, map_darkness
+from digitise.face import see_face
 from digitise.photo import Photo
 from digitise.polyline import depth_inside
 from digitise.settings import Pixel
@@ -26,6 +28,12 @@ SURE_RIDGE = 5.0
 """In noise units: a line this strong is a crack even where the search map is too coarse to show how dark it is."""
 MOST_GAPS = 0.2
 """Share of the path that may be as bright as mortar."""
+EDGES_SEEN = (
+    "the crack was searched for inside the edges of the sample, which the photo shows; "
+    "give face_mm, its size, to have the crack open where it meets them"
+)
+EDGE_WIDTHS, EDGE_SHARE = 3.0, 0.05
+"""In widths and in shares of the line: a stretch with unlike sides that is longer than both is told of."""
 RUNNER_UP = 0.5
 """A second line with more than this share of the first one's score makes the choice the user's."""
 
@@ -39,6 +47,7 @@ class CrackPath:
     width_px: float
     """Typical width of the crack along it."""
     source: Literal["ends", "automatic"]
+    warnings: tuple[str, ...] = ()
 
 
 def find_path(photo: Photo, ends_px: tuple[Pixel, Pixel] | None) -> CrackPath:
@@ -76,10 +85,13 @@ def _between(photo: Photo, ends_px: Floats, field: DarkMap, source: Literal["end
 
 
 def _automatic(photo: Photo) -> CrackPath:
-    field = map_darkness(photo)
+    # The shadow around a sample is the longest dark line in its photo.
+    seen_px = see_face(photo.brightness) if photo.face_px is None else None
+    field = map_darkness(photo, seen_face_px=seen_px)
     lines = longest_lines(field)
     if not lines:
-        raise InputError(f"{photo.file}: no crack found: nothing dark, thin and long stands out; give ends_px.")
+        where = "" if seen_px is None else " inside the edges of the sample"
+        raise InputError(f"{photo.file}: no crack found{where}: nothing dark, thin and long stands out; give ends_px.")
     ends_px, score = field.to_photo(lines[0][0][[0, -1], ::-1]), lines[0][1]
     if len(lines) > 1 and lines[1][1] > RUNNER_UP * score:
         rival_px = field.to_photo(lines[1][0][[0, -1], ::-1])
@@ -89,7 +101,16 @@ def _automatic(photo: Photo) -> CrackPath:
         )
     if ends_px[0, 0] > ends_px[1, 0]:
         ends_px = ends_px[::-1]
-    return _between(photo, ends_px, field, "automatic")
+    path = _between(photo, ends_px, field, "automatic")
+    warnings = () if seen_px is None else (EDGES_SEEN,)
+    unlike_px = unlike_length_px(photo, path.points_px, path.width_px)
+    if unlike_px > max(EDGE_WIDTHS * path.width_px, EDGE_SHARE * float(arc_length(path.points_px)[-1])):
+        warnings = (
+            *warnings,
+            f"along {unlike_px * photo.mm_per_px:.0f} mm of the line that was found, one side is far brighter than the "
+            "other, as at the sample's edge, where no nozzle must go: look at overlay.png, and give ends_px or face_mm",
+        )
+    return replace(path, warnings=warnings)
 
 
 def _check_ends(photo: Photo, ends_px: tuple[Pixel, Pixel]) -> None:

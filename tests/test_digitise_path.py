@@ -1,7 +1,14 @@
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from digitise.beside import unlike_length_px
+from digitise.face import see_face
+from digitise.outline import trace_outline
 from digitise.path import find_path
+from digitise.photo import load_photo
+from digitise.settings import PhotoInput
 from digitise.specimen import Recipe, Specimen, make_specimen
 from sealtwin.errors import InputError
 from tests.pictures import SMALL_FACE, distance_to, evenly_scaled, mortar, photo_of, with_crack, write_png
@@ -103,3 +110,44 @@ def test_two_cracks_of_like_strength_are_the_user_s_choice(tmp_path):
     picture = with_crack(with_crack(mortar(), [(30, 60), (470, 80)]), [(30, 240), (470, 220)])
     with pytest.raises(InputError, match="two cracks compete"):
         find_path(evenly_scaled(write_png(tmp_path / "photo.png", picture)), None)
+
+
+FIXTURE = Path(__file__).parent.parent / "fixtures" / "paper-trial" / "photo.jpg"
+
+
+@pytest.mark.parametrize("scale", [{"mm_per_px": 0.1}, {"face_mm": (160.0, 40.0)}], ids=["mm_per_px", "face_mm"])
+def test_without_markers_and_ends_the_shadow_around_the_sample_is_not_taken_for_a_crack(scale):
+    """Its edge is the longest dark line in the photo; a nozzle would drive along it. Within one width of the ends."""
+    photo = load_photo(PhotoInput.model_validate({"file": FIXTURE, "data": "synthetic"} | scale), FIXTURE.parent)
+    truth = make_specimen(1)
+    path = find_path(photo, None)
+    truth_px = np.asarray(truth.truth()["centreline_px"])
+    assert distance_to(path.points_px, truth_px).max() < 31
+    assert np.linalg.norm(path.points_px[[0, -1]] - truth_px[[0, -1]], axis=1).max() < 31
+    outline = trace_outline(photo, path)
+    assert outline.mean_width_mm == pytest.approx(3.1, rel=0.02)
+    assert outline.length_mm == pytest.approx(80, abs=2)
+    assert any("inside the edges of the sample" in warning for warning in outline.warnings) == ("mm_per_px" in scale)
+
+
+def test_a_line_that_turns_into_the_sample_s_edge_is_remarked_on(tmp_path):
+    """A cropped photo: mortar above, a bright board below, a shadow between them into which the crack runs."""
+    picture = mortar()
+    picture[200:] *= 2.7
+    plain = with_crack(mortar(), [(60, 10), (200, 200)])
+    picture = with_crack(with_crack(picture, [(60, 10), (200, 200)]), [(200, 200), (480, 200)])
+    photo = evenly_scaled(write_png(tmp_path / "photo.png", picture))
+    turned = find_path(photo, None)
+    assert any("one side is far brighter" in warning for warning in turned.warnings)
+    along_edge_px = float(np.ptp(turned.points_px[turned.points_px[:, 1] > 190, 0]))
+    assert along_edge_px > 100
+    assert unlike_length_px(photo, turned.points_px, turned.width_px) == pytest.approx(along_edge_px, abs=30)
+    straight = find_path(evenly_scaled(write_png(tmp_path / "plain.png", plain)), None)
+    assert straight.warnings == ()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_plain_mortar_and_a_straight_crack_are_no_face(seed):
+    assert see_face(mortar(seed=seed).astype(np.float32)) is None
+    crossed = with_crack(mortar(seed=seed), [(20, 60), (480, 200)], width_px=40)
+    assert see_face(crossed.astype(np.float32)) is None

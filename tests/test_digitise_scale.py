@@ -101,6 +101,19 @@ def test_the_edges_of_the_face_give_the_scale(tmp_path):
     assert photo.scale_residual_mm is not None
 
 
+@pytest.mark.parametrize(("gap_mm", "mm_per_px"), [(0.5, 0.1), (2.0, 0.1), (1.0, 0.2)])
+def test_the_shadow_around_a_sample_is_no_part_of_its_face(tmp_path, gap_mm, mm_per_px):
+    """Its edges are those of the mortar, not of the board: with the outer ones each side is a gap too far out.
+
+    Gaps from 5 px; one of 2.5 px drowns in the blur and moves the edges by its third.
+    """
+    ringed = make_specimen(2, Recipe(gap_mm=gap_mm, mm_per_px=mm_per_px))
+    ringed.write(tmp_path)
+    photo = load_photo(PhotoInput(file=Path("photo.jpg"), data="synthetic", face_mm=(160, 40)), tmp_path)
+    face = rectangle((0, 0, 160, 40))
+    assert np.abs(photo.to_mm(project(ringed.px_from_mm, face)) - face).max() < 0.1
+
+
 def with_corners(corners_px: Floats) -> PhotoInput:
     a, b, c, d = ((float(x), float(y)) for x, y in corners_px)
     return PhotoInput(file=Path("photo.jpg"), data="synthetic", face_mm=(70, 40), face_corners_px=(a, b, c, d))
