@@ -113,6 +113,32 @@ def test_figures_take_the_colours_of_the_page(usual):
     assert "#1c2833" not in drawing
 
 
+def test_both_say_where_photo_and_scale_come_from(usual):
+    _, page, pdf = usual
+    for text in (page.text, pdf.replace("\n", " ")):
+        assert "over the photo. Photo: measured. Scale: " in text
+
+
+def test_pages_are_filled(usual_folder, usual):
+    """On every page but the last, something stands in the lower two fifths."""
+    for page in PdfReader(usual_folder / "report.pdf").pages[:-1]:
+        heights_pt = []
+        page.extract_text(
+            visitor_text=lambda text, _, place, *rest, to=heights_pt: text.strip() and to.append(place[5])
+        )
+        assert min(heights_pt) < 0.4 * float(page.mediabox.height)
+
+
+def test_the_photo_scrolls_where_the_screen_is_narrow(usual):
+    """At 390 px the overlay's words were 4 px high."""
+    source, page, _ = usual
+    frame = [attributes for tag, attributes in page.tags if tag in ("div", "img")]
+    before = frame[next(i for i, attributes in enumerate(frame) if "src" in attributes) - 1]
+    assert (before["class"], before["tabindex"]) == ("plot", "0")
+    assert re.search(r"\.plot \{ overflow-x: auto; \}", source)
+    assert re.search(r"\.plot img \{[^}]*min-width: 58rem", source)
+
+
 def test_the_page_is_small(usual):
     assert len(usual[0]) < 3_000_000
 

@@ -1,12 +1,28 @@
 """Lines of the PDF are as wide as the page allows, whatever letters they hold."""
 
+import io
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from matplotlib.backends.backend_pdf import PdfPages
+from matplotlib.figure import FigureBase
 from matplotlib.textpath import TextPath
+from pypdf import PdfReader
 
-from validate.theme import printable
-from validate.typeset import wrapped
+from tests.evidence import axes_of
+from validate.theme import canvas, printable
+from validate.typeset import HEIGHT_IN, MARGIN_IN, WIDTH_IN, Typesetter, wrapped
+
+
+def pages_of(typeset) -> list[str]:
+    """The text of each page that a function sets."""
+    target = io.BytesIO()
+    with PdfPages(target) as pages:
+        setter = Typesetter(pages)
+        typeset(setter)
+        setter.end()
+    return [page.extract_text() for page in PdfReader(target).pages]
 
 
 @settings(max_examples=40, deadline=None)
@@ -33,3 +49,57 @@ def test_lines_are_filled():
 
 def test_what_the_font_lacks_becomes_a_question_mark():
     assert printable("Ø 5 °, 裂\x00\n缝 \N{FIRE}") == "Ø 5 °, ??\n? ?"
+
+
+def test_a_table_over_a_page_says_its_title_again():
+    first, second = pages_of(lambda setter: setter.table("Settings", [(f"key {i}", "value") for i in range(70)]))
+    assert first.startswith("Settings\n")
+    assert second.startswith("Settings, continued\n")
+    assert "key 69" in second
+
+
+def test_a_row_stays_on_one_page():
+    long = "\n".join(f"line {i}" for i in range(8))
+    first, second = pages_of(lambda setter: setter.table("T", [(f"key {i}", "x") for i in range(45)] + [("row", long)]))
+    assert "line" not in first
+    assert all(f"line {i}" in second for i in range(8))
+
+
+def test_a_row_longer_than_a_page_goes_on():
+    long = "\n".join(f"line {i}." for i in range(150))
+    texts = pages_of(lambda setter: setter.table("T", [("row", long)]))
+    assert len(texts) == 3
+    assert all(f"line {i}." in "".join(texts) for i in range(150))
+
+
+def test_a_figure_lies_below_the_text_and_takes_its_caption_along():
+    places = []
+
+    def draw(on: FigureBase) -> None:
+        axes = canvas(on, 9, 3).add_subplot()
+        axes.set_xlabel("x (mm)")
+        places.append(on)
+
+    def typeset(setter: Typesetter) -> None:
+        setter.text("before")
+        setter.figure(4.0, draw, "caption of the first")
+        setter.figure(4.0, draw, "caption of the second")
+        setter.figure(4.0, draw, "caption of the third")
+        setter.text("after")
+
+    first, second = pages_of(typeset)
+    assert [word in first for word in ("before", "of the first", "of the second", "of the third")] == [1, 1, 1, 0]
+    assert "caption of the third\nafter" in second
+    boxes = [
+        axes.get_window_extent().transformed(on.figure.dpi_scale_trans.inverted())
+        for on in places
+        for axes in axes_of(on)
+    ]
+    for box in boxes:
+        assert box.x0 > MARGIN_IN
+        assert box.x1 < WIDTH_IN - MARGIN_IN + 0.01
+        assert 2.5 < box.height < 4.0
+    # From the top of the page down; the third begins a new one.
+    tops_in = [HEIGHT_IN - box.y1 for box in boxes]
+    assert MARGIN_IN < tops_in[0] < tops_in[1] - 4.0
+    assert tops_in[2] < tops_in[0]

@@ -49,6 +49,13 @@ def key_figures(evidence: Evidence) -> list[tuple[str, str]]:
     ]
 
 
+def photo_caption(evidence: Evidence) -> str:
+    return (
+        f"The walls and the centreline that were found, over the photo. Photo: {evidence.photo_data}. "
+        f"Scale: {evidence.outline.scale_source}."
+    )
+
+
 def tables(evidence: Evidence) -> list[Table]:
     agreement = [] if evidence.comparison is None else [_agreement(evidence), _repeats(evidence)]
     return [

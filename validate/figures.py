@@ -91,7 +91,7 @@ def draw_error(profile: Profile, readings: Profile, comparison: Comparison, on: 
         axes.set_xlim(0, profile.s_mm[-1])
         axes.margins(y=0.15)
         label_axes(axes, ALONG, "error (mm)", "Signed error: above zero, the simulation stands too high")
-        put_legend_under_title(axes, columns=4)
+        put_legend_under_title(axes, columns=2)
     return figure
 
 

@@ -31,7 +31,7 @@ def report_plates(evidence: Evidence) -> list[Plate]:
         Plate(
             "Level",
             f"Simulated level along the crack{against}.",
-            3.5,
+            3.4,
             lambda on: draw_profile(profile, solid.depth_mm, readings, comparison, on),
         )
     ]
@@ -40,13 +40,13 @@ def report_plates(evidence: Evidence) -> list[Plate]:
             Plate(
                 "Level",
                 "Signed error along the crack. Inside the band, the readings cannot tell the two apart.",
-                2.9,
+                2.75,
                 lambda on: draw_error(profile, readings, comparison, on),
             ),
             Plate(
                 "Level",
                 "Mean absolute error in each 10 mm of the crack's length, exact integrals, as in the paper's Fig. 9b.",
-                2.9,
+                2.75,
                 lambda on: draw_histogram(comparison, on),
             ),
         ]
@@ -55,26 +55,26 @@ def report_plates(evidence: Evidence) -> list[Plate]:
         Plate(
             "Fill",
             "Every particle at its place along the crack, coloured by age; the line is the profile read from them.",
-            2.9,
+            2.75,
             lambda on: draw_side_view(run, outline, solid, profile, on),
         ),
         Plate(
             "Fill",
             "The sample from above, particles coloured by height.",
-            3.2,
+            2.8,
             lambda on: draw_top_view(run, outline, solid, evidence.trajectory, on),
         ),
         Plate(
             "Fill",
             "Across the crack, seen along the nozzle's path: the solid, cut, and the particles of a slice one diameter "
             "thick, coloured by age.",
-            3.2,
+            2.6,
             lambda on: draw_sections(run, outline, solid, on),
         ),
         Plate(
             "Solid",
             "The solid that was simulated, and its cavity alone.",
-            4.6,
+            3.5,
             lambda on: draw_solid(solid, views, on),
         ),
     ]

@@ -57,6 +57,7 @@ def _page(evidence: Evidence, overlay: NDArray[np.uint8], plates: list[Plate]) -
         cautions=cautions(evidence),
         key_figures=facts.key_figures(evidence),
         overlay=_data_uri(overlay),
+        photo_caption=facts.photo_caption(evidence),
         figures=[
             {"section": plate.section, "caption": plate.caption, "svg": _svg(plate, f"figure{number}")}
             for number, plate in enumerate(plates)

@@ -1,14 +1,15 @@
-"""Text set down A4 pages line by line, as wide as its letters are."""
+"""Text, tables and figures set down A4 pages, text as wide as its letters are."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from typing import Literal
 
 import numpy as np
 from matplotlib import font_manager
 from matplotlib.backends.backend_pdf import PdfPages
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, FigureBase, SubFigure
 from matplotlib.ft2font import LoadFlags
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
@@ -17,9 +18,12 @@ from validate.theme import GRID, INK, MUTED, SIMULATED, printable
 WIDTH_IN, HEIGHT_IN = 8.27, 11.69
 MARGIN_IN = 0.7
 TEXT_PT = 8.5
+CAPTION_PT = 8.0
 LINE_IN = 0.165
 """From one line of text to the next."""
 LABEL_IN = 2.9
+LONGEST_ROW = 10
+"""Lines that are kept together."""
 DPI = 150
 """Of what is drawn as pixels."""
 LONGEST = 500
@@ -47,11 +51,20 @@ class Typesetter:
             self._down_in += LINE_IN * size_pt / TEXT_PT
         self._down_in += 0.5 * LINE_IN
 
-    def rows(self, rows: Sequence[tuple[str, str]]) -> None:
+    def table(self, title: str, rows: Sequence[tuple[str, str]]) -> None:
+        """Under its title, said again where the table goes on over a page."""
+        self.heading(title)
+        self.rows(rows, title)
+
+    def rows(self, rows: Sequence[tuple[str, str]], title: str = "") -> None:
         for label, value in rows:
             labels = wrapped(label, LABEL_IN - 0.15, TEXT_PT)
             values = wrapped(value, WIDTH_IN - 2 * MARGIN_IN - LABEL_IN, TEXT_PT)
-            for line in range(max(len(labels), len(values))):
+            lines = max(len(labels), len(values))
+            # A row stays whole, unless somebody wrote a page into it.
+            if self._need(LINE_IN * min(lines, LONGEST_ROW)) and title:
+                self.heading(f"{title}, continued")
+            for line in range(lines):
                 self._need(LINE_IN)
                 self._write(labels[line] if line < len(labels) else "", MARGIN_IN, colour=MUTED)
                 self._write(values[line] if line < len(values) else "", MARGIN_IN + LABEL_IN)
@@ -70,17 +83,61 @@ class Typesetter:
         axes.set_axis_off()
         self._down_in += height_in + 1.5 * LINE_IN
 
+    def figure(self, height_in: float, draw: Callable[[FigureBase], object], caption: str) -> None:
+        """Across the page, its caption below on the same page."""
+        captions = wrapped(caption, WIDTH_IN - 2 * MARGIN_IN, CAPTION_PT)
+        self._need(height_in + LINE_IN * (len(captions) + 1))
+        below_in = HEIGHT_IN - self._down_in - height_in
+        grid = self._page.add_gridspec(
+            3,
+            3,
+            width_ratios=(MARGIN_IN, WIDTH_IN - 2 * MARGIN_IN, MARGIN_IN),
+            height_ratios=(self._down_in, height_in, below_in),
+        )
+        # Before anything is drawn: colour bars are made to suit it.
+        self._page.set_layout_engine(ConstrainedLayoutEngine(hspace=0.0, wspace=0.0))
+        part = self._page.add_subfigure(grid[1, 1])
+        self._figures.append(part)
+        draw(part)
+        self._down_in += height_in + 0.3 * LINE_IN
+        self.text(caption, CAPTION_PT, colour=MUTED)
+        self._down_in += 0.5 * LINE_IN
+
     def end(self) -> None:
+        if self._figures:
+            self._lay_out()
         self._pages.savefig(self._page, dpi=DPI)
 
     def _begin(self) -> None:
         self._page = Figure(figsize=(WIDTH_IN, HEIGHT_IN))
+        self._figures: list[SubFigure] = []
         self._down_in = MARGIN_IN
 
-    def _need(self, height_in: float) -> None:
-        if self._down_in + height_in > HEIGHT_IN - MARGIN_IN:
-            self.end()
-            self._begin()
+    def _lay_out(self) -> None:
+        """Room for every label, to the same last digit in every run.
+
+        The layout's solver orders its terms by their place in memory; what it leaves in the 12th digit would make two
+        reports of one run differ.
+        """
+        place = [np.array(part.bbox_relative.extents) for part in self._figures]
+        engine = self._page.get_layout_engine()
+        assert engine is not None
+        for _ in range(2):
+            # Axes that keep a scale get their size in the first pass, and their neighbours theirs in the second.
+            engine.execute(self._page)
+        self._page.set_layout_engine("none")
+        for part, (left, bottom, right, top) in zip(self._figures, place, strict=True):
+            part.bbox_relative.p0, part.bbox_relative.p1 = (left, bottom), (right, top)
+            for axes in part.axes:
+                axes.set_position(np.round(axes.get_position(original=True).bounds, 6).tolist())
+
+    def _need(self, height_in: float) -> bool:
+        """Whether a new page was begun for it."""
+        if self._down_in + height_in <= HEIGHT_IN - MARGIN_IN:
+            return False
+        self.end()
+        self._begin()
+        return True
 
     def _write(
         self,
