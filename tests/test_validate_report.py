@@ -123,9 +123,7 @@ def test_pages_are_filled(usual_folder, usual):
     """On every page but the last, something stands in the lower two fifths."""
     for page in PdfReader(usual_folder / "report.pdf").pages[:-1]:
         heights_pt = []
-        page.extract_text(
-            visitor_text=lambda text, _, place, *rest, to=heights_pt: text.strip() and to.append(place[5])
-        )
+        page.extract_text(visitor_text=lambda text, place, *rest, to=heights_pt: text.strip() and to.append(place[5]))
         assert min(heights_pt) < 0.4 * float(page.mediabox.height)
 
 
