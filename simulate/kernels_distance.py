@@ -99,6 +99,9 @@ def move(solid: Distance, start: wp.vec3, step: wp.vec3, clearance: float) -> wp
     length = wp.length(step)
     if length == 0.0:
         return start
+    if not wp.isfinite(length):
+        # Left here, it would pass for a particle at rest; gone, it stops the run.
+        return start + step
     pieces = wp.min(int(length / (0.45 * clearance)) + 1, PIECES)
     piece = step / wp.max(float(pieces), length / (0.45 * clearance))
     here = start

@@ -15,7 +15,7 @@ from simulate.device import describe_device
 from simulate.distance import CM, build_barrier, crack_box_mm
 from simulate.nozzle import Schedule, plan_releases
 from simulate.outlet import check_outlet
-from simulate.settings import Fluid, Nozzle, Solver
+from simulate.settings import STIFFEST_U, Fluid, Nozzle, Solver
 from simulate.solver import DENSEST, FASTEST_CM_S, LIST_REACH, Domain, FluidSolver, substeps_for
 from simulate.state import NEIGHBOURS, WALL_NEIGHBOURS, State
 from simulate.viscosity import kinematic_viscosity, viscous_weight
@@ -73,6 +73,7 @@ def inject(
     )
     walls = place_walls(solid, outline, barrier, solver.radius_mm)
     substeps = substeps_for(solver, schedule.frame_s)
+    _check_damping(solver, schedule.frame_s / substeps)
     support = 4 * solver.radius_mm * CM
     weight = _effective_u(fluid, support, schedule.frame_s)
     state = State(schedule, int((windows.end - windows.first).max()), device)
@@ -151,10 +152,26 @@ def check_fit(outline: Outline, solid: Solid, fluid: Fluid, solver: Solver, nozz
         )
 
 
+def _check_damping(solver: Solver, step_s: float) -> None:
+    if solver.damping_per_s * step_s > 1:
+        raise InputError(
+            f"solver.damping_per_s is {solver.damping_per_s:g}: in a substep of {step_s * 1e3:.3g} ms it would take "
+            f"more than all of a particle's speed. Allowed is at most {1 / step_s:.4g}, or more with more substeps."
+        )
+
+
 def _effective_u(fluid: Fluid, support: float, frame_s: float) -> float:
+    """Raises InputError where a viscosity in physical units is more than the equations can carry."""
     if fluid.viscosity_pa_s is None:
         return fluid.U or 0.0
-    return viscous_weight(fluid.viscosity_pa_s / fluid.density_kg_m3 * CM2_IN_M2, support, frame_s)
+    weight = viscous_weight(fluid.viscosity_pa_s / fluid.density_kg_m3 * CM2_IN_M2, support, frame_s)
+    if weight > STIFFEST_U:
+        raise InputError(
+            f"fluid.viscosity_pa_s is {fluid.viscosity_pa_s:g} and fluid.density_kg_m3 {fluid.density_kg_m3:g}: in "
+            f"frames of {frame_s * 1e3:.3g} ms they amount to U = {weight:.3g}, {STIFFEST_U:g} is allowed. "
+            f"Give at most {fluid.viscosity_pa_s * STIFFEST_U / weight:.3g} Pa s."
+        )
+    return weight
 
 
 class _Windows(NamedTuple):

@@ -7,11 +7,14 @@ from pydantic import Field, model_validator
 
 from sealtwin.settings import Settings
 
+STIFFEST_U = 1e6
+"""A thousand times the paper's stiffest: it stands like a solid, and float32 still solves it."""
+
 
 class Fluid(Settings):
     """The sealant: the paper's U and D, or a viscosity in physical units; never both."""
 
-    U: float | None = Field(default=None, ge=0, le=1e6)
+    U: float | None = Field(default=None, ge=0, le=STIFFEST_U)
     """Weight of the fluid's own viscosity in Eq. 5; no unit where lengths are in cm, as in the paper. A frame of
     7.23 ms at a radius of 0.4 mm turns U = 1 into 1.07e-6 m2/s, about water.
     """
@@ -86,10 +89,14 @@ class Solver(Settings):
     """Pressure iterations a substep; left out, the preset's."""
     volume_factor: float | None = Field(default=None, ge=0.5, le=2)
     """Volume of a particle in the density sum over that of Eq. 6; left out, the preset's."""
-    relaxation: float = Field(default=1.5, ge=0)
-    """epsilon h^2 of Eq. 1: 60 per cm2 at h = 1.6 mm, as in the paper, and the same at any scale."""
-    damping_per_s: float = Field(default=0.2, ge=0)
-    """eta of Eq. 4, as a rate: divided by a particle's mass of 0.3 mg it would be unstable."""
+    relaxation: float = Field(default=1.5, ge=1e-3, le=1e3)
+    """epsilon h^2 of Eq. 1: 60 per cm2 at h = 1.6 mm, as in the paper, and the same at any scale. At 0 a particle
+    alone has no multiplier; far above the limit nothing holds the fluid apart.
+    """
+    damping_per_s: float = Field(default=0.2, ge=0, le=1e3)
+    """eta of Eq. 4, as a rate: divided by a particle's mass of 0.3 mg it would be unstable. No more than
+    one over a substep, in which it then takes all of a particle's speed: 550 in the paper's trial.
+    """
     viscosity_solve: Literal["implicit", "explicit"] = "implicit"
     """implicit: one linear solve a substep, whatever U. explicit: Eq. 5 in q passes as the paper has it; the
     reference, slow for U above 1000 or D above 1.

@@ -110,6 +110,15 @@ def test_corners_and_closing_walls_hold_a_falling_particle(tilt, angle_deg):
     assert np.quantile(end[:, 2], 0.1) < -4
 
 
+def test_a_step_that_is_no_number_is_not_taken_for_rest():
+    """The run stops for a position that is no number; a particle that hangs in the air would pass for a bed."""
+    engine = engine_with(np.array([[3.0, 0.0, -8.0], [3.0, 0.0, -2.0]]), slot())
+    engine.state.velocity = wp.array([[np.nan, 0, 0], [0, 0, 0]], dtype=wp.vec3, device="cpu")
+    engine.predict()
+    moved = np.isfinite(engine.state.position.numpy()).all(axis=1)
+    assert moved.tolist() == [False, True]
+
+
 def test_a_radius_that_needs_too_fine_a_grid_is_refused():
     solid, outline = slot()
     with pytest.raises(InputError, match=r"solver.radius_mm is 0.02: its distance grid"):

@@ -225,6 +225,34 @@ def test_a_path_that_leads_far_away_is_refused_before_memory_is_asked_for(away_m
         pour((solid, outline), trajectory)
 
 
+@pytest.mark.parametrize(
+    ("fluid", "solver", "fault"),
+    [
+        (
+            {"U": 1.0},
+            {"damping_per_s": 900.0},
+            r"damping_per_s is 900: .* at most \d+\.?\d*, or more with more substeps",
+        ),
+        (
+            {"viscosity_pa_s": 1e4, "density_kg_m3": 1.0},
+            {},
+            r"viscosity_pa_s is 10000 .* U = .* Give at most [\d.]+ Pa s",
+        ),
+    ],
+)
+def test_what_a_substep_cannot_carry_is_refused(fluid, solver, fault):
+    """Without the checks, the first run stops for its speed, and the second for a number that is none."""
+    crack = slot(12.0)
+    with pytest.raises(InputError, match=fault):
+        pour(
+            crack,
+            path(crack[1], 0.05, speed_mm_s=20.0),
+            Fluid.model_validate(fluid | {"freeze_after_s": "never"}),
+            radius_mm=0.7,
+            **solver,
+        )
+
+
 def test_the_progress_is_titled_as_that_of_the_other_stages():
     titles = []
 

@@ -33,3 +33,11 @@ def test_presets_differ_where_the_issue_says_and_nowhere_else():
 def test_what_the_user_sets_replaces_the_presets_value():
     scheme = Solver(preset="paper", iterations=7, volume_factor=1.0).scheme
     assert (scheme.iterations, scheme.volume_factor, scheme.wall) == (7, 1.0, "source")
+
+
+@pytest.mark.parametrize("table", [{"relaxation": 0.0}, {"relaxation": 1e300}, {"damping_per_s": 1e300}])
+def test_constants_out_of_their_range_are_refused(table):
+    """No relaxation leaves a particle alone without a multiplier; 1e300 is infinite on the device."""
+    (name,) = table
+    with pytest.raises(ValidationError, match=name):
+        Solver.model_validate(table)

@@ -45,11 +45,11 @@ def test_the_layer_lies_a_radius_deep_and_covers_what_sealant_can_touch(tilt):
 
 
 def test_walls_that_lean_far_are_covered_to_the_floor():
-    """Its floor lies 17 mm beside its mouth; a margin around the mouth alone ends at a depth of 77 mm."""
-    solid, outline = slot(tilt="lean", depth_mm=90.0, angle_deg=11.0)
+    """Its floor lies 18 mm beside its mouth; a margin around the mouth alone ends at a depth of 34 mm."""
+    solid, outline = slot(tilt="lean", depth_mm=40.0, angle_deg=24.0)
     _, point, _ = walls_of(solid, outline)
-    assert point[:, 2].min() == pytest.approx(-90 - RADIUS_MM, abs=1e-3)
-    depth, _ = np.histogram(point[:, 2], bins=np.linspace(-89, -1, 9))
+    assert point[:, 2].min() == pytest.approx(-40 - RADIUS_MM, abs=1e-3)
+    depth, _ = np.histogram(point[:, 2], bins=np.linspace(-39, -1, 9))
     assert depth.min() > 0.8 * depth.max()
 
 
