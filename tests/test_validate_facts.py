@@ -10,6 +10,7 @@ from sealtwin.records import Comparison
 from tests.evidence import make_evidence
 from validate.evidence import Evidence
 from validate.facts import assumptions, headline, key_figures, tables
+from validate.plates import report_plates
 from validate.settings import Gate
 
 GATE = Gate(mean_error_mm=1.0)
@@ -83,6 +84,26 @@ def test_each_reading_of_the_tilt_has_its_volume(tmp_path):
     assert solid["cavity over sealant"]
     volumes = next(text for name, text in solid.items() if name.startswith("volume by reading"))
     assert all(tilt in volumes for tilt in ("lean", "flare", "funnel", "vertical"))
+
+
+def test_dams_are_told_from_the_sample(tmp_path):
+    """Whoever prints crack.stl prints them too."""
+    evidence = make_evidence(tmp_path)
+    assert "in crack.stl beside the sample" not in rows(evidence, "Crack and solid")
+    report = {**evidence.solid.report, "dams": [{"end": 0, "box_mm": [0.0, -4.0, -20.0, 9.0, 0.0, 10.0]}]}
+    dammed = replace(evidence, solid=replace(evidence.solid, report=report))
+    row = rows(dammed, "Crack and solid")["in crack.stl beside the sample"]
+    assert row == "1 dam at open ends, to 10 mm above the face: no part of the sample"
+    captions = [[plate.caption for plate in report_plates(which)][-1] for which in (evidence, dammed)]
+    assert ["dams" in caption for caption in captions] == [False, True]
+
+
+def test_widths_that_vary_along_the_crack_are_called_means(tmp_path):
+    solid = rows(make_evidence(tmp_path), "Crack and solid")
+    assert {name for name in solid if "width" in name} == {
+        "width in the photo, mean",
+        "mean width of the mouth, of the floor",
+    }
 
 
 def test_both_areas_stand_side_by_side(tmp_path):

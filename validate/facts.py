@@ -205,7 +205,7 @@ def _geometry(evidence: Evidence) -> Table:
         ("ends", ", ".join(outline.ends)),
         ("width in the photo, mean", f"{outline.mean_width_mm:.2f} mm"),
         (
-            "width of the mouth, of the floor",
+            "mean width of the mouth, of the floor",
             f"{_mm(report.get('mouth_width_mm'))}, {_mm(report.get('floor_width_mm'))}",
         ),
         ("depth", f"{solid.depth_mm:g} mm"),
@@ -219,6 +219,14 @@ def _geometry(evidence: Evidence) -> Table:
         closing = report["closing_depth_mm"]
         rows.append(
             ("walls meet at", f"{closing['mean']:.1f} mm deep, above the floor on {closing['share_above_floor']:.0%}")
+        )
+    if dams := report.get("dams"):
+        high_mm = max(dam["box_mm"][5] for dam in dams)
+        rows.append(
+            (
+                "in crack.stl beside the sample",
+                f"{counted(len(dams), 'dam')} at open ends, to {high_mm:g} mm above the face: no part of the sample",
+            )
         )
     rows.append(("cavity over sealant", f"{solid.cavity_volume_mm3 / evidence.run.dispensed_volume_mm3:.2f}"))
     return Table("Crack and solid", tuple(rows))

@@ -26,6 +26,7 @@ def report_plates(evidence: Evidence) -> list[Plate]:
     profile, readings, comparison = evidence.profile, evidence.readings, evidence.comparison
     outline, solid, run = evidence.outline, evidence.solid, evidence.run
     views = view_solid(solid)
+    dams = ", with the dams at its open ends" if solid.report.get("dams") else ""
     against = "" if readings is None else ", with the caliper's means, their 95 % band and the single readings"
     plates = [
         Plate(
@@ -73,7 +74,7 @@ def report_plates(evidence: Evidence) -> list[Plate]:
         ),
         Plate(
             "Solid",
-            "The solid that was simulated, and its cavity alone.",
+            f"The solid that was simulated, as it stands in crack.stl{dams}, and its cavity alone.",
             3.5,
             lambda on: draw_solid(solid, views, on),
         ),
