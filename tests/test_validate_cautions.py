@@ -50,7 +50,7 @@ def test_only_what_was_not_measured_is_named(tmp_path, readings_data, photo_data
     assert "alidated" not in headline(evidence)[0]
 
 
-@pytest.mark.parametrize("ratio", [0.95, 0.997, 1.05])
+@pytest.mark.parametrize("ratio", [0.9495, 0.95, 0.997, 1.05, 1.0504])
 def test_a_volume_that_is_kept_is_no_news(run, ratio):
     assert run_warnings(run, ratio) == ()
 
@@ -80,6 +80,9 @@ def test_what_ran_over_the_edge_is_not_lost_by_the_fluid(run):
     lost, ran = run_warnings(replace(run, spilled=spilled), 0.9 * (1 - share))
     assert lost.startswith("The fluid lost 10 %")
     assert ran == text
+    few = spilled & (spilled.cumsum() < 3)
+    (lost,) = run_warnings(replace(run, spilled=few), 0.8)
+    assert lost.startswith("The fluid lost 20 %")
     (gained,) = run_warnings(replace(run, spilled=spilled), 1.04)
     assert gained.startswith("The fluid gained 15 %")
 
