@@ -12,6 +12,9 @@ from simulate.settings import particle_volume
 PARTICLES_AT_MOST = 1_000_000
 """Lists of all of them, where none freezes, take 3 GB."""
 
+RELEASED_AT_MOST = 100_000
+"""At once. The disc is packed from a lattice of four times as many; the paper's holds seven."""
+
 
 @dataclass(frozen=True)
 class Schedule:
@@ -38,7 +41,6 @@ def plan_releases(trajectory: Trajectory, radius_mm: float, diameter_mm: float, 
 
     Raises InputError where the path gives no sealant.
     """
-    disc_mm = pack_disc(diameter_mm / 2, radius_mm)
     volume_mm3 = particle_volume(radius_mm)
     flow_mm3_s = trajectory.flow_mm3_s[:-1]
     asked_mm3 = np.concatenate([[0.0], np.cumsum(flow_mm3_s * np.diff(trajectory.t_s))])
@@ -53,6 +55,13 @@ def plan_releases(trajectory: Trajectory, radius_mm: float, diameter_mm: float, 
             f"solver.radius_mm is {radius_mm:g}: {asked_mm3[-1]:g} mm3 of sealant need {particles} particles, "
             f"{PARTICLES_AT_MOST} are allowed. Take a larger radius."
         )
+    if (diameter_mm / 2 / radius_mm) ** 2 > RELEASED_AT_MOST:
+        raise InputError(
+            f"nozzle.diameter_mm is {diameter_mm:g} and solver.radius_mm is {radius_mm:g}: more than "
+            f"{RELEASED_AT_MOST} particles would leave at once. Allowed is a diameter of at most "
+            f"{2 * radius_mm * math.sqrt(RELEASED_AT_MOST):.3g} mm, or take a larger radius."
+        )
+    disc_mm = pack_disc(diameter_mm / 2, radius_mm)
     frames = math.ceil(trajectory.duration_s * flow_mm3_s.max() / (len(disc_mm) * volume_mm3))
     if frames > PARTICLES_AT_MOST:
         raise InputError(

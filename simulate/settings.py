@@ -77,7 +77,7 @@ class Solver(Settings):
 
     preset: Literal["accurate", "paper"] = "accurate"
     """accurate keeps the dispensed volume; paper takes the constants of the solver that the paper built on, which
-    lose about a fifth of it. Lean walls fit the paper's bed with the second, flared walls with the first.
+    lose a fifth to a quarter of it. Lean walls fit the paper's bed with the second, flared walls with the first.
     """
     radius_mm: float = Field(default=0.4, gt=0, le=10)
     """Of a particle: four abreast in a crack of 3.1 mm, as in the paper."""

@@ -93,6 +93,15 @@ def test_more_particles_than_memory_holds_are_refused_before_they_are_made():
         plan_releases(PAPER, radius_mm=0.001, diameter_mm=2.4, seed=0)
 
 
+def test_a_disc_of_more_particles_than_a_run_is_refused_before_it_is_packed():
+    """Packed first, the lattice of such a disc would take terabytes."""
+    with pytest.raises(InputError, match=r"radius_mm is 1e-06: .* particles, 1000000 are allowed"):
+        plan_releases(PAPER, radius_mm=1e-6, diameter_mm=2.4, seed=0)
+    drop = straight_path(np.full(61, 1e-3))
+    with pytest.raises(InputError, match=r"diameter_mm is 100 .* 0.005: more than 100000 .* of at most 3.16 mm"):
+        plan_releases(drop, radius_mm=0.005, diameter_mm=100.0, seed=0)
+
+
 @pytest.mark.parametrize("flow", [0.0, -320.0, np.nan, 1e-6])
 def test_a_path_without_sealant_is_refused(flow):
     with pytest.raises(InputError, match=r"at least 0\.330 mm3, one particle"):

@@ -46,7 +46,7 @@ CASES = [
         {"trim_mm": 0.0},
     ),
     Case("low dams, overfull", 1.0, straight_slot(16.0, ends=OPEN), crack={"depth_mm": 4.0, "dam_height_mm": 0.5}),
-    Case("high dams, overfull", 0.8, straight_slot(16.0, ends=OPEN), STIFF, {"depth_mm": 4.0}, {"trim_mm": 4.0}),
+    Case("high dams, overfull", 0.6, straight_slot(16.0, ends=OPEN), STIFF, {"depth_mm": 4.0}, {"trim_mm": 4.0}),
     Case("edge at hand", 0.6, straight_slot(12.0, face_mm=EDGE_AT_HAND_MM), crack={"depth_mm": 6.0}),
     Case("a floor as thin as foil", 0.4, crack={"depth_mm": 6.0, "floor_thickness_mm": 0.2}),
     Case("a nozzle far wider than the mouth", 0.8, straight_slot(24.0), nozzle_mm=12.0, crack={"depth_mm": 6.0}),
