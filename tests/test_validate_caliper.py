@@ -91,7 +91,7 @@ def test_what_spreadsheets_add_changes_nothing(sheet, content):
         (GOOD.replace("-9.8", "-98"), ["line 4", "-98"]),
         (GOOD.replace(",-10.2", ""), ["line 4", "3 fields under 4 columns"]),
         (GOOD.replace("-10.2", "-10,2"), ["line 4", "5 fields under 4 columns", "point"]),
-        ("s_mm,level_1_mm\n0,1\n", ["1 stations"]),
+        ("s_mm,level_1_mm\n0,1\n", ["1 station with a reading"]),
         (b"s_mm,level_1_mm\n0,\xff\xfe\n", ["UTF-8"]),
         (b"s_mm,level_1_mm\n0,1\n\x00\x00,1\n", ["line 3", "column s_mm"]),
         ('s_mm,level_1_mm\n0,"1\n5,2\n', ["no CSV"]),

@@ -68,7 +68,7 @@ def test_a_gain_with_two_particles_across_names_the_radius(run):
     assert "Only 2.1 particles" in text
     assert "solver.radius_mm" in text
     (plain,) = run_warnings(replace(run, health={"particles_across": 3.87}), 1.107)
-    assert plain.endswith("levels stand too high.")
+    assert plain.endswith("levels stand higher than that much sealant would.")
 
 
 def test_what_ran_over_the_edge_is_not_lost_by_the_fluid(run):

@@ -10,6 +10,7 @@ import numpy as np
 from sealtwin.errors import InputError
 from sealtwin.records import Floats, Profile
 from validate.settings import Readings
+from validate.wording import counted
 
 MOST_BYTES = 1_000_000
 MOST_ROWS = 10_000
@@ -153,7 +154,9 @@ def _check_level(path: Path, line: int, column: str, text: str, level_mm: float,
 def _profile(path: Path, s_mm: Floats, repeats_mm: Floats, settings: Readings) -> Profile:
     read = ~np.isnan(repeats_mm).all(axis=1)
     if read.sum() < 2:
-        raise InputError(f"{path}: {read.sum()} stations with a reading; a level along the crack needs two or more.")
+        raise InputError(
+            f"{path}: {counted(int(read.sum()), 'station')} with a reading; a level along the crack needs two or more."
+        )
     s_mm, repeats_mm = s_mm[read], repeats_mm[read]
     return Profile(
         s_mm=s_mm,

@@ -6,11 +6,11 @@ from validate.verdict import leak
 from validate.wording import counted
 
 SOUND = (0.95, 1.05)
-"""Volume that lies on the sample over what was dispensed there: what preset "accurate" promises."""
+"""Volume that lies on the sample over what was dispensed on it: what preset "accurate" promises."""
 FEW_ACROSS = 3.0
 """Particles from wall to wall; four in the paper. Runs with two gained 11 to 17 %, with four nothing."""
-
 MUCH_SPILLED = 0.05
+"""Of the sealant: named beside a loss by the fluid; below it, only where it is what makes the ratio unsound."""
 
 
 def run_warnings(run: Run, volume_ratio: float) -> tuple[str, ...]:
@@ -26,15 +26,17 @@ def run_warnings(run: Run, volume_ratio: float) -> tuple[str, ...]:
     spilled = run.spilled_particles / len(run.position_mm)
     # To the digits that are shown: 1.050 is never too much.
     kept = round(volume_ratio / max(1 - spilled, 1e-3), 3)
-    sound = f"{low:g} to {high:g} is sound"
-    if kept < low:
-        texts.append(f"The fluid lost {100 * (1 - kept):.0f} % of its volume ({kept:.3f}; {sound}): {_lost(run)}")
-    elif kept > high:
-        texts.append(f"The fluid gained {100 * (kept - 1):.0f} % of its volume ({kept:.3f}; {sound}): {_gained(run)}")
+    if not low <= kept <= high:
+        change, stand = ("lost", "lower") if kept < low else ("gained", "higher")
+        why = _why_lost(run) if kept < low else _why_gained(run)
+        texts.append(
+            f"The fluid {change} {100 * abs(1 - kept):.0f} % of its volume ({kept:.3f}; {low:g} to {high:g} is sound): "
+            f"levels stand {stand} than that much sealant would.{why}"
+        )
     if not low <= round(volume_ratio, 3) <= high and (low <= kept <= high or spilled > MUCH_SPILLED):
         texts.append(
-            f"{counted(run.spilled_particles, 'particle')}, {100 * spilled:.1f} % of the sealant, ran over the sample's "
-            "edge: the levels are those of what is left."
+            f"{counted(run.spilled_particles, 'particle')}, {100 * spilled:.1f} % of the sealant, ran over the edge "
+            "of the sample: the levels are those of what is left."
         )
     return tuple(texts)
 
@@ -52,20 +54,19 @@ def cautions(evidence: Evidence) -> tuple[str, ...]:
     return (*run_texts, f"Not a validation: {' and '.join(kinds)}. This report can show consistency, nothing more.")
 
 
-def _lost(run: Run) -> str:
+def _why_lost(run: Run) -> str:
     if run.settings.get("solver", {}).get("preset") == "paper":
         return (
-            'levels stand too low. For preset "paper" this is known, it keeps the source\'s constants; '
-            'preset "accurate" keeps the volume.'
+            ' For preset "paper" this is known: it keeps the source\'s constants. Preset "accurate" keeps the volume.'
         )
-    return "levels stand too low. See the density error; more solver.substeps compress the fluid less."
+    return " See the compression under numerical health; more solver.substeps compress less."
 
 
-def _gained(run: Run) -> str:
+def _why_gained(run: Run) -> str:
     across = run.health.get("particles_across")
-    if across is not None and across < FEW_ACROSS:
-        return (
-            f"levels stand too high. Only {across:.1f} particles lie between the walls, where the paper has four: "
-            "make solver.radius_mm smaller."
-        )
-    return "levels stand too high."
+    if across is None or across >= FEW_ACROSS:
+        return ""
+    return (
+        f" Only {across:.1f} particles lie side by side between the walls, where the paper has four: "
+        "make solver.radius_mm smaller."
+    )
