@@ -205,7 +205,7 @@ class Comparison:
     gate: dict[str, float] = field(default_factory=dict)
     """Limits that the trial declared, by metric."""
     passed: bool | None = None
-    """Against the gate; None where the trial declares none."""
+    """Against the gate; None where the trial declares none. False whenever a particle escaped."""
     verdict: str = ""
 
 
