@@ -87,7 +87,7 @@ class CrackShape(Settings):
     tilt: Tilt = "lean"
     """lean: both walls lean the same way, so mouth and width are the photo's, and so is the volume between closed or
     cut ends; open ends stay vertical, in the side of the sample, so that where the crack bends there, or meets the side
-    obliquely, the volume is off by about 1 %. flare: the floor keeps the traced width, the mouth opens. funnel: the
+    obliquely, the volume is off by 1 to 2 %. flare: the floor keeps the traced width, the mouth opens. funnel: the
     mouth keeps it, the walls close. The paper tilts its walls to "funnel particles into the crack while keeping the
     appearance of the original crack", which lean does.
     """
