@@ -3,13 +3,14 @@
 from functools import cache
 from typing import Any
 
+import manifold3d
 import numpy as np
 
 from digitise.settings import CrackShape, NozzlePath
 from digitise.solid import build_solid
 from digitise.trajectory import plan_trajectory
 from sealtwin.progress import Progress
-from sealtwin.records import Floats, Outline, Run, Solid, Trajectory
+from sealtwin.records import FaceLabel, Floats, Outline, Run, Solid, Trajectory
 from simulate.distance import CM, Barrier, build_barrier
 from simulate.nozzle import Schedule
 from simulate.run import inject
@@ -36,6 +37,19 @@ def slot(
     outline = straight_slot(length_mm, width_mm)
     shape = CrackShape.model_validate({"depth_mm": depth_mm, "tilt": tilt, "wall_angle_deg": angle_deg})
     return build_solid(outline, shape), outline
+
+
+def hewn(body: manifold3d.Manifold, block_mm: tuple[float, float, float, float], depth_mm: float) -> Solid:
+    """A solid of any shape from a block whose face is z = 0: its sides and underside are the outside, the rest wall."""
+    mesh = body.to_mesh()
+    vertices, faces = np.array(mesh.vert_properties[:, :3], float), np.array(mesh.tri_verts, dtype=np.int64)
+    label = np.full(len(faces), int(FaceLabel.WALL))
+    corner = vertices[faces]
+    label[(np.abs(corner[:, :, 2]) < 1e-6).all(axis=1)] = FaceLabel.TOP
+    sides = [(0, block_mm[0]), (1, block_mm[1]), (0, block_mm[2]), (1, block_mm[3]), (2, vertices[:, 2].min())]
+    for axis, at_mm in sides:
+        label[(np.abs(corner[:, :, axis] - at_mm) < 1e-6).all(axis=1)] = FaceLabel.OUTSIDE
+    return Solid(vertices, faces, label, block_mm, depth_mm, "vertical", 0.0, 1e3, {})
 
 
 def path(outline: Outline, volume_ml: float, speed_mm_s: float = 4.0, trim_mm: float = 2.0) -> Trajectory:

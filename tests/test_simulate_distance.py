@@ -8,7 +8,7 @@ import warp as wp
 from sealtwin.errors import InputError
 from sealtwin.records import FaceLabel, Solid
 from simulate.distance import CLEARANCE, CM, build_barrier
-from tests.fluids import engine_with, slot
+from tests.fluids import engine_with, hewn, slot
 from tests.shapes import straight_slot
 
 RADIUS_MM = 0.4
@@ -20,11 +20,7 @@ def two_slots(septum_mm: float) -> Solid:
     for side in (-1, 1):
         y = septum_mm / 2 if side > 0 else -septum_mm / 2 - 3
         block -= manifold3d.Manifold.cube((20.0, 3.0, 9.0)).translate((0, y, -8))
-    mesh = block.to_mesh()
-    faces = np.array(mesh.tri_verts, dtype=np.int64)
-    label = np.full(len(faces), int(FaceLabel.WALL))
-    block_mm = (-12.0, -15.0, 32.0, 15.0)
-    return Solid(np.array(mesh.vert_properties[:, :3], float), faces, label, block_mm, 8.0, "vertical", 0.0, 960.0, {})
+    return hewn(block, (-12.0, -15.0, 32.0, 15.0), 8.0)
 
 
 def test_the_grid_knows_the_mesh_to_a_twentieth_of_a_radius():

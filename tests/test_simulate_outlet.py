@@ -2,7 +2,6 @@ import re
 from typing import Any
 
 import manifold3d
-import numpy as np
 import pytest
 
 from digitise.settings import CrackShape, NozzlePath
@@ -10,10 +9,10 @@ from digitise.solid import build_solid
 from digitise.trajectory import plan_trajectory
 from sealtwin.errors import InputError
 from sealtwin.progress import Progress
-from sealtwin.records import FaceLabel, Outline, Run, Solid
+from sealtwin.records import Outline, Run, Solid
 from simulate.run import inject
 from simulate.settings import Nozzle, Solver
-from tests.fluids import LIKE_THE_PAPER
+from tests.fluids import LIKE_THE_PAPER, hewn
 from tests.shapes import OPEN, straight_slot
 
 RADIUS_MM = 0.7
@@ -30,11 +29,8 @@ def bridged() -> tuple[Solid, Outline]:
     block = manifold3d.Manifold.cube((48.0, 30.0, 10.0)).translate((-12, -15, -10))
     bridge = manifold3d.Manifold.cube((2.0, 10.0, 5.0)).translate((11, -5, 0))
     under = manifold3d.Manifold.cube((2.0, 6.0, 1.0)).translate((11, -3, 0))
-    mesh = (block - manifold3d.Manifold.cube((24.0, 3.1, 7.0)).translate((0, -1.55, -6)) + (bridge - under)).to_mesh()
-    faces = np.array(mesh.tri_verts, dtype=np.int64)
-    label = np.full(len(faces), int(FaceLabel.WALL))
-    points = np.array(mesh.vert_properties[:, :3], float)
-    return Solid(points, faces, label, (-12.0, -15.0, 36.0, 15.0), 6.0, "vertical", 0.0, 446.4, {}), straight_slot(24.0)
+    cavity = manifold3d.Manifold.cube((24.0, 3.1, 7.0)).translate((0, -1.55, -6))
+    return hewn(block - cavity + (bridge - under), (-12.0, -15.0, 36.0, 15.0), 6.0), straight_slot(24.0)
 
 
 def pour(crack: tuple[Solid, Outline], diameter_mm: float = 2.4, **path: Any) -> Run:
