@@ -72,7 +72,7 @@ def _digitise(job: Job) -> bool:
     from digitise.path import find_path
     from digitise.photo import load_photo
     from digitise.solid import build_solid
-    from digitise.trajectory import plan_trajectory
+    from digitise.trajectory import plan_trajectory, volume_warnings
 
     photo = load_photo(job.trial.photo, job.source)
     job.progress.advance(1, "finding the crack")
@@ -88,6 +88,7 @@ def _digitise(job: Job) -> bool:
         **solid.report,
         "sealant_mm3": sealant_mm3,
         "cavity_to_sealant": solid.cavity_volume_mm3 / sealant_mm3,
+        "warnings": [*solid.report["warnings"], *volume_warnings(sealant_mm3, solid.cavity_volume_mm3)],
     }
     encoded, png = cv2.imencode(".png", cv2.cvtColor(draw_overlay(photo, outline), cv2.COLOR_RGB2BGR))
     if not encoded:
@@ -98,7 +99,7 @@ def _digitise(job: Job) -> bool:
     files.write_solid(job.path, replace(solid, report=report))
     files.write_trajectory(job.path, trajectory)
     job.progress.advance(5)
-    for warning in (*outline.warnings, *solid.report["warnings"]):
+    for warning in (*outline.warnings, *report["warnings"]):
         job.progress.note(f"note: {warning}")
     outputs = ("overlay.png", "crack.stl", "trajectory.txt", *DIGITISED)
     job.folder.record("digitise", key, settings, inputs, outputs, time.monotonic() - began, given=list(inputs))

@@ -182,6 +182,13 @@ def test_another_photo_does_not_replace_a_result_without_a_word(tmp_path):
     assert "crack.jpg" in _refusal("digitise", photos[1], *options)
 
 
+def test_sealant_out_of_proportion_to_the_crack_is_said(tmp_path):
+    crack = ("--depth-mm", 16, "--mm-per-px", 0.1, "--ends", "780,600", "1340,300", "--volume-ml", 60)
+    answer = _sealtwin("digitise", FIXTURE / "photo.jpg", *crack, "--out", tmp_path / "run")
+    assert answer.exit_code == 0
+    assert any("note:" in line and "60" in line and "ml" in line for line in answer.stderr.splitlines())
+
+
 def test_usage_errors_have_their_own_code(tmp_path):
     photo = tmp_path / "photo.png"
     assert _sealtwin("digitise", photo).exit_code == 2
