@@ -32,7 +32,7 @@ def finish(rows: Sequence[Row]) -> None:
     print(f"{'figure':<52} {'seen':>10} {'unit':<6} {'target':<14} {'goal':<14}")
     for row in rows:
         missed = "" if row.met else "  MISSED"
-        print(f"{row.name:<52} {row.value:>10.4g} {row.unit:<6} {row.target:<14} {row.goal:<14}{missed}")
+        print(f"{row.name:<52} {row.value:>10.5g} {row.unit:<6} {row.target:<14} {row.goal:<14}{missed}")
     met = sum(row.met for row in rows)
     print(f"{met} of {len(rows)} targets met")
     sys.exit(0 if met == len(rows) else 1)

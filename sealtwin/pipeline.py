@@ -202,7 +202,7 @@ def _validate(job: Job) -> bool:
         overlay_path=job.path / "overlay.png",
         photo_data=trial.photo.data,
         provenance=_provenance(job),
-        command="sealtwin run on its trial file, with the photo and the readings of these hashes beside it",
+        command="sealtwin run TRIAL",
     )
     for warning in run_warnings(run, evidence.volume_ratio):
         job.progress.note(f"note: {warning}")
