@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from importlib.metadata import version
+from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
@@ -69,7 +70,7 @@ class RunFolder:
         kept = []
         for name in self.edited(stage):
             path = self.path / name
-            copy = path.with_name(f"{path.stem}.changed{path.suffix}")
+            copy = _free_name(path)
             path.replace(copy)
             kept.append(copy.name)
         entry = self.manifest["stages"].pop(stage, None)
@@ -109,8 +110,10 @@ class RunFolder:
         self.save()
 
     def finished(self) -> list[str]:
-        """Stages whose results still rest on what lies in the folder: none of it was replaced since."""
-        return [stage for stage, entry in self.manifest["stages"].items() if self._rests_on_what_is_here(entry)]
+        """Stages whose results still rest on what lies in the folder, in the order of the pipeline."""
+        # Redone, a stage stands last in the manifest; the alphabet happens to know where it belongs.
+        stages = sorted(self.manifest["stages"].items())
+        return [stage for stage, entry in stages if self._rests_on_what_is_here(entry)]
 
     def wall_time_s(self) -> float:
         """Of all finished stages, each when it was last done."""
@@ -195,6 +198,12 @@ def _check_usable(path: Path, create: bool) -> None:
                 f"{path}: holds files that no run wrote ({', '.join(sorted(foreign)[:3])}); "
                 "nothing of yours is overwritten: give --out another folder."
             )
+
+
+def _free_name(path: Path) -> Path:
+    """Where an edited file is kept; what was kept before stays too."""
+    tries = (path.with_name(f"{path.stem}.changed{number}{path.suffix}") for number in chain([""], count(2)))
+    return next(name for name in tries if not name.exists())
 
 
 def _stale(path: Path) -> bool:

@@ -45,7 +45,7 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> Outcome:
             redone.append(stage)
     adopt_trial(job)
     result = read_result(job.folder, job.trial)
-    if escaped := result.get("escaped_particles"):
+    if (escaped := result.get("escaped_particles")) and stages[-1] != "digitise":
         raise NumericalError(
             f"{job.path}: {escaped} particles went through a wall, which must never happen; the files are complete, "
             "but do not use them. Please report this with the trial file."
@@ -175,6 +175,8 @@ def _validate(job: Job) -> bool:
 
     outline, solid = files.read_outline(job.path), files.read_solid(job.path)
     run, profile = files.read_run(job.path), files.read_profile(job.path)
+    with files.understood(job.path / "simulation.json"):
+        ratio = float(run.health["volume_ratio"])
     readings, comparison = _read_readings(job), None
     if trial.readings is not None and readings is not None:
         comparison = compare(
@@ -198,13 +200,13 @@ def _validate(job: Job) -> bool:
         profile=profile,
         readings=readings,
         comparison=comparison,
-        volume_ratio=run.health["volume_ratio"],
+        volume_ratio=ratio,
         overlay_path=job.path / "overlay.png",
         photo_data=trial.photo.data,
         provenance=_provenance(job),
         command="sealtwin run TRIAL",
     )
-    for warning in run_warnings(run, evidence.volume_ratio):
+    for warning in run_warnings(run, ratio):
         job.progress.note(f"note: {warning}")
     begin_writing(job, "validate")
     outputs = ["report.html", "report.pdf"]

@@ -1,6 +1,7 @@
 """What a command says at its end: one object for programs, a few lines for people."""
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,16 @@ def read_result(folder: RunFolder, trial: Trial) -> dict[str, Any]:
         "stages": stages,
         "edited": [name for stage in stages for name in folder.edited(stage)],
     }
+    with files.understood(folder.path):
+        result |= _findings(folder, trial, stages)
+    target = folder.path / "run.json"
+    if not target.is_file() or files.read_json(target) != result:
+        files.write_json(target, result)
+    return result
+
+
+def _findings(folder: RunFolder, trial: Trial, stages: Sequence[str]) -> dict[str, Any]:
+    result: dict[str, Any] = {}
     if "digitise" in stages:
         outline, solid = files.read_outline(folder.path), files.read_json(folder.path / "solid.json")
         result |= {
@@ -43,9 +54,6 @@ def read_result(folder: RunFolder, trial: Trial) -> dict[str, Any]:
         result["report"] = _shown(folder.path / "report.html")
         if trial.readings is not None:
             result |= _compared(files.read_json(folder.path / "comparison.json"))
-    target = folder.path / "run.json"
-    if not target.is_file() or files.read_json(target) != result:
-        files.write_json(target, result)
     return result
 
 

@@ -40,6 +40,10 @@ def test_clearing_a_stage_sets_edited_files_aside_and_takes_the_rest(tmp_path):
         assert (folder.path / "outline.changed.json").read_text() == "mine"
         assert folder.settings_of("digitise") is None
         _finish(folder)
+        (folder.path / "outline.json").write_text("mine again")
+        assert folder.clear("digitise") == ["outline.changed2.json"]
+        assert (folder.path / "outline.changed.json").read_text() == "mine"
+        _finish(folder)
         assert folder.clear("digitise") == []
         assert not (folder.path / "outline.json").exists()
 
@@ -53,6 +57,8 @@ def test_a_result_is_finished_only_while_what_it_was_made_from_lies_there(tmp_pa
         files.write_text(folder.path / "outline.json", "{ }")
         assert folder.finished() == ["digitise"]
         files.write_text(folder.path / "outline.json", "{}")
+        folder.manifest["stages"]["digitise"] = folder.manifest["stages"].pop("digitise")
+        assert folder.finished() == ["digitise", "simulate"]
         (folder.path / "particles.csv").unlink()
         assert folder.finished() == ["digitise"]
 

@@ -149,6 +149,19 @@ def test_a_profile_brought_by_hand_is_judged_and_said_to_be(copied):
         assert ("nothing to redo" in err) is again
 
 
+@pytest.mark.parametrize(
+    ("name", "key"),
+    [("simulation.json", "health"), ("simulation.json", "spilled_particles"), ("solid.json", "sealant_mm3")],
+)
+def test_a_result_that_somebody_broke_is_one_sentence_and_no_traceback(copied, name, key):
+    content = json.loads((copied / name).read_text())
+    content.pop(key)
+    (copied / name).write_text(json.dumps(content))
+    code, _, err = _finish("validate", copied)
+    assert code == 3, err
+    assert "not as its stage wrote it" in err
+
+
 def test_without_readings_no_old_comparison_is_left(unbroken, copied):
     trial, _, _ = unbroken
     text = trial.read_text()
