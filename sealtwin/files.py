@@ -133,6 +133,11 @@ def write_outline(folder: Path, outline: Outline) -> None:
         "path_source": outline.path_source,
         "ends": outline.ends,
         "face_mm": outline.face_mm,
+        "scale_uncertainty": outline.scale_uncertainty,
+        "camera_tilt_deg": outline.camera_tilt_deg,
+        "branches_kept": outline.branches_kept,
+        "branches_mm": [np.round(line, 5) for line in outline.branches_mm],
+        "islands_mm": [np.round(ring, 5) for ring in outline.islands_mm],
         "warnings": outline.warnings,
     }
     for name in POLYLINES:
@@ -158,6 +163,11 @@ def read_outline(folder: Path) -> Outline:
             scale_residual_mm=content["scale_residual_mm"],
             path_source=content["path_source"],
             warnings=tuple(content["warnings"]),
+            islands_mm=tuple(np.array(ring, dtype=float) for ring in content["islands_mm"]),
+            branches_mm=tuple(np.array(line, dtype=float) for line in content["branches_mm"]),
+            branches_kept=content["branches_kept"],
+            scale_uncertainty=content["scale_uncertainty"],
+            camera_tilt_deg=content["camera_tilt_deg"],
         )
 
 

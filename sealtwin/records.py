@@ -26,6 +26,11 @@ ON_EDGE_MM = 1e-3
 EndKind = Literal["open", "closed", "cut"]
 """open: at the edge of the face; closed: a tip; cut: the user cut a longer crack here, with a wall across it."""
 
+PathSource = Literal["ends", "via", "automatic", "mask", "mesh"]
+"""How the crack was found: between given ends, also by given points between, by itself, as painted, or in a mesh. An
+automatic path is a proposal until somebody has looked at it.
+"""
+
 DataKind = Literal["measured", "reconstructed", "synthetic"]
 """Where data come from. Only ``measured`` may ever be called validated."""
 
@@ -66,8 +71,18 @@ class Outline:
     """In words, for example "8 ArUco markers" or "given: 0.35 mm/px (assumed)"."""
     scale_residual_mm: float | None
     """RMS misfit of the scale's control points; None where there are none to misfit."""
-    path_source: Literal["ends", "automatic"]
+    path_source: PathSource
     warnings: tuple[str, ...] = ()
+    islands_mm: tuple[Floats, ...] = ()
+    """Rings inside the outline that are no crack, clockwise."""
+    branches_mm: tuple[Floats, ...] = ()
+    """Centre polylines of side cracks that were seen, from the main crack outward."""
+    branches_kept: bool = False
+    """Whether the outline holds the branches."""
+    scale_uncertainty: float | None = None
+    """Standard uncertainty of every length for the scale alone, over the length; None where nothing tells it."""
+    camera_tilt_deg: float | None = None
+    """Between the camera's axis and the normal of the face, where the photo shows it."""
 
     @property
     def s_mm(self) -> Floats:
@@ -109,6 +124,15 @@ class Outline:
     def mean_width_mm(self) -> float:
         """Width averaged over the arc length."""
         return float(np.trapezoid(self.width_mm, self.s_mm) / self.length_mm)
+
+
+@dataclass(frozen=True)
+class Sections:
+    """What a cavity is along its crack's centreline."""
+
+    s_mm: Floats  # (k,), increasing
+    depth_mm: Floats  # (k,)
+    area_mm2: Floats  # (k,): of the section square to the centreline, below the face
 
 
 @dataclass(frozen=True)
