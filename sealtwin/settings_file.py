@@ -1,0 +1,109 @@
+"""A file of settings: read, checked, and each fault of it said in one sentence."""
+
+import difflib
+import json
+import re
+import tomllib
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import ValidationError
+from pydantic_core import ErrorDetails
+
+from sealtwin.errors import InputError
+from sealtwin.settings import Settings
+
+Table = TypeVar("Table", bound=Settings)
+
+LARGEST_BYTES = 200_000
+"""A file of settings is some kilobytes; anything like this is another file given by mistake."""
+DEEP_KEY = re.compile(r"(?<![\w\"'-])(?:[\w\"'-]++\s*+\.\s*+){16}")
+"""A dotted key of thousands of parts makes a table for each: gigabytes from kilobytes."""
+
+
+def read_settings(kind: type[Table], path: Path, *, name: str, starter: str) -> Table:
+    """Settings from a TOML file.
+
+    Args:
+        kind: What the file's whole content is.
+        path: The file.
+        name: What such a file is called, for example "trial file".
+        starter: How to get one to start from, for example "'sealtwin init DIR' writes one".
+
+    Raises:
+        InputError: the file is missing, no TOML, or holds a key or a value that cannot be; every fault is named with
+            its key, the value found and what is allowed.
+    """
+    if path.is_dir():
+        raise InputError(f"{path}: this is a folder; give the {name}.")
+    if not path.is_file():
+        raise InputError(f"{path}: no such file. {starter}.")
+    if path.stat().st_size > LARGEST_BYTES:
+        raise InputError(f"{path}: larger than {LARGEST_BYTES} bytes; this is no {name}.")
+    try:
+        # Windows' Notepad opens a file with a byte-order mark.
+        text = path.read_text(encoding="utf-8-sig")
+        if DEEP_KEY.search(text):
+            raise InputError(f"{path}: a key of more than 16 parts; a {name} has tables of a level or two.")
+        content = tomllib.loads(text)
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: no UTF-8 text; a {name} is TOML. {starter}.") from None
+    except (ValueError, RecursionError) as fault:
+        raise InputError(f"{path}: no valid TOML: {fault}.") from None
+    return checked(kind, path, content)
+
+
+def checked(kind: type[Table], path: Path, content: dict[str, Any]) -> Table:
+    """``content`` as settings; faults name ``path``. Raises InputError as ``read_settings``."""
+    try:
+        # JSON is the form in which strict types still take a list for a tuple and a string for a path.
+        return kind.model_validate_json(json.dumps(content, default=str))
+    except ValidationError as fault:
+        raise InputError("\n".join(_sentence(kind, path, error) for error in fault.errors())) from None
+
+
+def _sentence(kind: type[Settings], path: Path, error: ErrorDetails) -> str:
+    where = ".".join(str(part) for part in error["loc"] if not _is_type_name(part))
+    found = error["input"]
+    if error["type"] == "extra_forbidden":
+        beside = _keys_beside(kind, error["loc"])
+        close = difflib.get_close_matches(str(error["loc"][-1]), beside, n=1)
+        allowed = f"did you mean '{close[0]}'?" if close else f"allowed: {', '.join(beside)}."
+        return f"{path}: {where}: no such key; {allowed}"
+    if error["type"] == "missing":
+        return f"{path}: {where} is missing; it has no default, so it must be given."
+    if error["type"] == "string_pattern_mismatch":
+        return f"{path}: {where} = {found!r}: must be one line of text, not blank and without control characters."
+    reason = error["msg"].removeprefix("Value error, ").removeprefix("Input ")
+    if isinstance(found, dict | list):
+        return f"{path}: {where}: {reason}." if where else f"{path}: {reason}."
+    return f"{path}: {where} = {found!r}: {reason}."
+
+
+def _is_type_name(part: int | str) -> bool:
+    """Branches of a union, which pydantic adds to the place of an error and no user wrote."""
+    return isinstance(part, str) and (
+        part in {"float", "int", "str"} or part.startswith(("literal[", "constrained-", "tuple["))
+    )
+
+
+def _keys_beside(kind: type[Settings], location: tuple[int | str, ...]) -> list[str]:
+    """Keys that the table of a misspelt key knows."""
+    table: Any = kind
+    for part in location[:-1]:
+        if isinstance(part, str) and part in table.model_fields:
+            inner = _settings_in(table.model_fields[part].annotation)
+            if inner is None:
+                return []
+            table = inner
+    return sorted(table.model_fields)
+
+
+def _settings_in(annotation: Any) -> Any:
+    """The settings class inside X, X | None or tuple[X, ...]."""
+    if isinstance(annotation, type) and issubclass(annotation, Settings):
+        return annotation
+    for inner in getattr(annotation, "__args__", ()):
+        if (found := _settings_in(inner)) is not None:
+            return found
+    return None
