@@ -19,6 +19,8 @@ LARGEST_BYTES = 200_000
 """A file of settings is some kilobytes; anything like this is another file given by mistake."""
 DEEP_KEY = re.compile(r"(?<![\w\"'-])(?:[\w\"'-]++\s*+\.\s*+){16}")
 """A dotted key of thousands of parts makes a table for each: gigabytes from kilobytes."""
+BRANCHES = {"float", "int", "str", "one", "several"}
+"""Names of a union's branches: pydantic's own, and the tags of settings that are one number or several."""
 
 
 def read_settings(kind: type[Table], path: Path, *, name: str, starter: str) -> Table:
@@ -82,9 +84,7 @@ def _sentence(kind: type[Settings], path: Path, error: ErrorDetails) -> str:
 
 def _is_type_name(part: int | str) -> bool:
     """Branches of a union, which pydantic adds to the place of an error and no user wrote."""
-    return isinstance(part, str) and (
-        part in {"float", "int", "str"} or part.startswith(("literal[", "constrained-", "tuple["))
-    )
+    return isinstance(part, str) and (part in BRANCHES or part.startswith(("literal[", "constrained-")))
 
 
 def _keys_beside(kind: type[Settings], location: tuple[int | str, ...]) -> list[str]:
