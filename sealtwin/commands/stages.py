@@ -1,0 +1,48 @@
+"""The stages as commands: a whole trial, or one stage of it."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from sealtwin.answering import Device, Json, Out, Quiet, RunFolderPath, TrialFile, answering
+
+if TYPE_CHECKING:
+    from sealtwin.job import StageName
+
+ALL_STAGES: "tuple[StageName, ...]" = ("digitise", "simulate", "validate")
+
+DemoOut = Annotated[
+    Path | None, typer.Option("--out", metavar="DIR", help="Gets trial/ and run/; default: reports/demo.")
+]
+
+
+def demo(out: DemoOut = None, device: Device = "auto", as_json: Json = False, quiet: Quiet = False) -> None:
+    """Run the paper's trial, reconstructed: write its photo, readings and trial, then run all stages."""
+    with answering(device, as_json, quiet) as command:
+        from sealtwin.reconstruction import place_paper_trial
+
+        folder = out or Path("reports", "demo")
+        place_paper_trial(folder / "trial")
+        command.say(f"The trial that runs: {folder / 'trial' / 'trial.toml'}")
+        command.run(folder / "trial" / "trial.toml", folder / "run", ALL_STAGES)
+
+
+def run(
+    trial: TrialFile, out: Out = None, device: Device = "auto", as_json: Json = False, quiet: Quiet = False
+) -> None:
+    """Bring a whole trial up to date: digitise, simulate, validate, report."""
+    with answering(device, as_json, quiet) as command:
+        command.run(trial, out, ALL_STAGES)
+
+
+def simulate(folder: RunFolderPath, device: Device = "auto", as_json: Json = False, quiet: Quiet = False) -> None:
+    """Inject the sealant into a digitised run folder; its settings are those of RUN/trial.toml."""
+    with answering(device, as_json, quiet) as command:
+        command.resume(folder, ("simulate",))
+
+
+def validate(folder: RunFolderPath, as_json: Json = False, quiet: Quiet = False) -> None:
+    """Hold a simulated run folder against its readings and write the report."""
+    with answering("auto", as_json, quiet) as command:
+        command.resume(folder, ("validate",))
