@@ -22,7 +22,7 @@ ARC_SEGMENTS = 128
 def section(footprint: Footprint, shape: CrackShape, depth_mm: float) -> CrossSection:
     """The cavity at one depth below the face, inside the block, cut ends closed."""
     spread_mm = tilted_by_mm(shape)
-    share = depth_mm / shape.depth_mm
+    share = depth_mm / shape.deepest_mm
     crack = footprint.crack
     if shape.tilt == "funnel" and share > 0:
         crack = crack.offset(-share * spread_mm, JoinType.Round, circular_segments=ARC_SEGMENTS)
@@ -36,7 +36,7 @@ def section(footprint: Footprint, shape: CrackShape, depth_mm: float) -> CrossSe
 
 def cavity_volume_mm3(footprint: Footprint, shape: CrackShape, slices: int = SLICES) -> float:
     """Integral of the sections over the depth."""
-    reach_mm = shape.depth_mm
+    reach_mm = shape.deepest_mm
     # A narrow funnel ends far above its floor: the slices belong where it is open.
     while shape.tilt == "funnel" and section(footprint, shape, reach_mm / 2).is_empty():
         reach_mm /= 2
@@ -72,11 +72,11 @@ def _mean_width_mm(outline: Outline, opening_mm: float) -> float:
 
 def _closing_depth(outline: Outline, shape: CrackShape) -> dict[str, float]:
     """Where the walls of a funnel at this angle meet: w / (2 tan angle) below the face."""
-    slope = float(np.tan(np.radians(shape.wall_angle_deg)))
+    slope = float(np.tan(np.radians(replace_tilt(shape, "funnel").wall_angles_deg)).mean())
     if slope == 0:
         return {"min": np.inf, "mean": np.inf, "share_above_floor": 0.0}
     depth_mm = outline.width_mm / (2 * slope)
-    closed = (depth_mm < shape.depth_mm).astype(float)
+    closed = (depth_mm < shape.deepest_mm).astype(float)
     return {
         "min": float(depth_mm.min()),
         "mean": float(np.trapezoid(depth_mm, outline.s_mm) / outline.length_mm),

@@ -12,6 +12,7 @@ from digitise.labels import label_faces
 from digitise.mesh import MeshFigures, examine_mesh
 from digitise.readings import cavity_volume_mm3, compare_readings, section
 from digitise.region import rectangle
+from digitise.sections import crack_sections
 from digitise.settings import CrackShape
 from digitise.tidy import tidy
 from digitise.wedges import carve, tilted_by_mm
@@ -40,16 +41,18 @@ def build_solid(outline: Outline, shape: CrackShape) -> Solid:
     Raises InputError where the outline crosses itself, comes out of the block where no open end is, encloses nothing,
     cannot be made watertight, or the mesh's cavity is not the integral of its sections within ``CAVITY_TOLERANCE``.
     """
+    if isinstance(shape.depth_mm, tuple) or len(set(shape.wall_angles_deg)) > 1:
+        raise NotImplementedError("a table of depths, or two angles")
     spread_mm = tilted_by_mm(shape)
     footprint = lay_out(outline, shape, spread_mm)
-    sections = [section(footprint, shape, depth_mm) for depth_mm in (0.0, shape.depth_mm)]
+    sections = [section(footprint, shape, depth_mm) for depth_mm in (0.0, shape.deepest_mm)]
     if shape.tilt == "lean" and sections[1].area() < LEAST_FLOOR * sections[0].area():
         raise tilted_out(spread_mm)
     plates = dams(footprint, sections, spread_mm)
     readings = compare_readings(outline, footprint, shape)
     _require_volume(readings, shape)
     vertices_mm, faces, figures, jitter_mm = _watertight(footprint, shape, plates)
-    bottom_mm = -(shape.depth_mm + shape.floor_thickness_mm)
+    bottom_mm = -(shape.deepest_mm + shape.floor_thickness_mm)
     block_mm3 = footprint.block.area() * -bottom_mm
     dam_mm3 = _dam_volume_mm3(plates, shape.dam_height_mm - bottom_mm)
     cavity_mm3 = block_mm3 + dam_mm3 - figures.volume_mm3
@@ -57,12 +60,13 @@ def build_solid(outline: Outline, shape: CrackShape) -> Solid:
     return Solid(
         vertices_mm=vertices_mm,
         faces=faces,
-        face_label=label_faces(vertices_mm, faces, footprint, shape.depth_mm, bottom_mm),
+        face_label=label_faces(vertices_mm, faces, footprint, shape.deepest_mm, bottom_mm),
         block_mm=footprint.block_mm,
-        depth_mm=shape.depth_mm,
+        depth_mm=shape.deepest_mm,
         tilt=shape.tilt,
-        wall_angle_deg=0.0 if shape.tilt == "vertical" else shape.wall_angle_deg,
+        wall_angles_deg=shape.wall_angles_deg,
         cavity_volume_mm3=cavity_mm3,
+        sections=crack_sections(outline, shape),
         report={
             **readings,
             # No mesh that leaks gets here: see _watertight.
@@ -115,7 +119,7 @@ def _require_volume(readings: dict[str, Any], shape: CrackShape) -> None:
         else "Check depth_mm and the photo's scale."
     )
     raise InputError(
-        f"At {shape.wall_angle_deg:g}° and {shape.depth_mm:g} mm deep, tilt {shape.tilt} leaves a cavity of "
+        f"At {max(shape.wall_angles_deg):g}° and {shape.deepest_mm:g} mm deep, tilt {shape.tilt} leaves a cavity of "
         f"{volume_mm3:.2g} mm³, less than {SMALLEST_CAVITY_MM3:g}: nothing to fill. {remedy}"
     )
 
@@ -135,10 +139,10 @@ def _tilt_warnings(outline: Outline, shape: CrackShape, readings: dict[str, Any]
     closing = readings["closing_depth_mm"]
     if shape.tilt != "funnel" or closing["share_above_floor"] == 0:
         return []
-    steepest_deg = np.degrees(np.arctan(outline.mean_width_mm / (2 * shape.depth_mm)))
+    steepest_deg = np.degrees(np.arctan(outline.mean_width_mm / (2 * shape.deepest_mm)))
     return [
-        f"At {shape.wall_angle_deg:g}° the walls meet at {closing['mean']:.1f} mm on average, above the requested "
-        f"depth {shape.depth_mm:g} mm along {closing['share_above_floor']:.0%} of the crack; volume "
+        f"At {max(shape.wall_angles_deg):g}° the walls meet at {closing['mean']:.1f} mm on average, above the "
+        f"requested depth {shape.deepest_mm:g} mm along {closing['share_above_floor']:.0%} of the crack; volume "
         f"{readings['volume_mm3']['funnel'] / 1000:.2f} ml. Reduce the angle below {steepest_deg:.1f}°, choose "
         'tilt = "flare" or "lean", or accept the V.'
     ]

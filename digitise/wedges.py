@@ -24,12 +24,12 @@ rough cavity's volume; 10° made 0.1 %."""
 
 def tilted_by_mm(shape: CrackShape) -> float:
     """How far a wall moves sideways between mouth and floor."""
-    return 0.0 if shape.tilt == "vertical" else shape.depth_mm * float(np.tan(np.radians(shape.wall_angle_deg)))
+    return shape.deepest_mm * float(np.tan(np.radians(max(shape.wall_angles_deg))))
 
 
 def carve(footprint: Footprint, shape: CrackShape, plates: tuple[Dam, ...]) -> Manifold:
     """The sample in mm, dams included: as the booleans leave it, before it is tidied."""
-    depth_mm, spread_mm = shape.depth_mm, tilted_by_mm(shape)
+    depth_mm, spread_mm = shape.deepest_mm, tilted_by_mm(shape)
     bottom_mm = -(depth_mm + shape.floor_thickness_mm)
     block = _upright(footprint.block, bottom_mm, 0.0)
     shaft = _upright(footprint.crack, -depth_mm, 0.0)

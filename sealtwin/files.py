@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from sealtwin.errors import InputError
-from sealtwin.records import Comparison, FaceLabel, Floats, Integers, Outline, Profile, Run, Solid, Trajectory
+from sealtwin.records import Comparison, FaceLabel, Floats, Integers, Outline, Profile, Run, Sections, Solid, Trajectory
 
 TRAJECTORY_COLUMNS = ("t_s", "x_mm", "y_mm", "z_mm", "s_mm", "speed_mm_s", "flow_mm3_s")
 PARTICLE_COLUMNS = ("x_mm", "y_mm", "z_mm", "vx_mm_s", "vy_mm_s", "vz_mm_s", "age_s", "spilled")
@@ -184,10 +184,11 @@ def write_solid(folder: Path, solid: Solid) -> None:
         {
             "units": "mm",
             "tilt": solid.tilt,
-            "wall_angle_deg": solid.wall_angle_deg,
+            "wall_angles_deg": solid.wall_angles_deg,
             "depth_mm": solid.depth_mm,
             "block_mm": solid.block_mm,
             "cavity_volume_mm3": solid.cavity_volume_mm3,
+            "sections": {key: np.round(values, 5) for key, values in vars(solid.sections).items()},
             **solid.report,
             # A digit for each triangle of crack.ply, in its order.
             "face_label": "".join(str(label) for label in solid.face_label),
@@ -200,8 +201,8 @@ def read_solid(folder: Path) -> Solid:
     """Geometry from crack.ply, whose order the labels follow; the rest from solid.json."""
     content = read_json(folder / "solid.json")
     vertices_mm, faces = _read_mesh(folder / "crack.ply")
-    own = {"units", "tilt", "wall_angle_deg", "depth_mm", "block_mm", "cavity_volume_mm3"}
-    own |= {"face_label", "face_label_meaning"}
+    own = {"units", "tilt", "wall_angles_deg", "depth_mm", "block_mm", "cavity_volume_mm3"}
+    own |= {"sections", "face_label", "face_label_meaning"}
     with understood(folder / "solid.json"):
         if len(content["face_label"]) != len(faces):
             raise ValueError(f"{len(content['face_label'])} labels for the {len(faces)} faces of crack.ply")
@@ -212,8 +213,9 @@ def read_solid(folder: Path) -> Solid:
             block_mm=tuple(content["block_mm"]),
             depth_mm=content["depth_mm"],
             tilt=content["tilt"],
-            wall_angle_deg=content["wall_angle_deg"],
+            wall_angles_deg=tuple(content["wall_angles_deg"]),
             cavity_volume_mm3=content["cavity_volume_mm3"],
+            sections=Sections(**{key: np.array(values, float) for key, values in content["sections"].items()}),
             report={key: value for key, value in content.items() if key not in own},
         )
 

@@ -225,7 +225,7 @@ def _read_readings(job: Job) -> Profile | None:
     from validate.caliper import read_readings
 
     length_mm = files.read_outline(job.path).length_mm
-    return read_readings(job.sheet, job.trial.readings, length_mm, job.trial.crack.depth_mm)
+    return read_readings(job.sheet, job.trial.readings, length_mm, job.trial.crack.deepest_mm)
 
 
 def dispensed_mm3(trajectory: Trajectory) -> float:

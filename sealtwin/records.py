@@ -145,12 +145,20 @@ class Solid:
     block_mm: tuple[float, float, float, float]
     """x_min, y_min, x_max, y_max of the block; its dams may stand outside."""
     depth_mm: float
+    """Where it is deepest."""
     tilt: str
-    wall_angle_deg: float
+    wall_angles_deg: tuple[float, float]
+    """From vertical: of the left wall and of the right one, seen along the centreline."""
     cavity_volume_mm3: float
     """Between the walls, below the face, inside the block."""
+    sections: Sections
+    """Of the cavity along the centreline; side cracks and what lies beyond its ends apart."""
     report: dict[str, Any]
     """Widths, the volume of each tilt reading, where walls close: the content of solid.json."""
+
+    def depth_at_mm(self, s_mm: Floats) -> Floats:
+        """Depth of the cavity's floor at each arc length along the centreline, (n,)."""
+        return np.interp(s_mm, self.sections.s_mm, self.sections.depth_mm)
 
 
 @dataclass(frozen=True)

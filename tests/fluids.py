@@ -18,7 +18,7 @@ from simulate.settings import Fluid, Nozzle, Solver
 from simulate.solver import Domain, FluidSolver
 from simulate.state import State
 from simulate.walls import Walls, place_walls
-from tests.shapes import straight_slot
+from tests.shapes import level_floor, straight_slot
 
 FRAME_S = 7.23e-3
 """The paper's."""
@@ -49,7 +49,7 @@ def hewn(body: manifold3d.Manifold, block_mm: tuple[float, float, float, float],
     sides = [(0, block_mm[0]), (1, block_mm[1]), (0, block_mm[2]), (1, block_mm[3]), (2, vertices[:, 2].min())]
     for axis, at_mm in sides:
         label[(np.abs(corner[:, :, axis] - at_mm) < 1e-6).all(axis=1)] = FaceLabel.OUTSIDE
-    return Solid(vertices, faces, label, block_mm, depth_mm, "vertical", 0.0, 1e3, {})
+    return Solid(vertices, faces, label, block_mm, depth_mm, "vertical", (0.0, 0.0), 1e3, level_floor(depth_mm), {})
 
 
 def path(outline: Outline, volume_ml: float, speed_mm_s: float = 4.0, trim_mm: float = 2.0) -> Trajectory:

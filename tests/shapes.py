@@ -5,7 +5,7 @@ from typing import cast
 
 import numpy as np
 
-from sealtwin.records import EndKind, Floats, Outline
+from sealtwin.records import EndKind, Floats, Outline, Sections
 
 PAPER_FACE_MM = (0.0, 0.0, 160.0, 40.0)
 MM_PER_PX = 0.1
@@ -149,6 +149,12 @@ def reversed_path(outline: Outline) -> Outline:
         cast(tuple[EndKind, EndKind], outline.ends[::-1]),
         outline.face_mm,
     )
+
+
+def level_floor(depth_mm: float, width_mm: float = 3.0, length_mm: float = 80.0) -> Sections:
+    """Of a slot: the same section all along."""
+    ends = np.array([0.0, length_mm])
+    return Sections(ends, np.full(2, depth_mm), np.full(2, depth_mm * width_mm))
 
 
 def with_ring(outline: Outline, ring_mm: Floats) -> Outline:

@@ -7,6 +7,7 @@ import trimesh
 from sealtwin.errors import NumericalError
 from sealtwin.records import FaceLabel, Outline, Run, Solid, arc_length_at
 from simulate.profile import half_spacing_mm, measure_profile, volume_ratio
+from tests.shapes import level_floor
 
 LENGTH_MM, WIDTH_MM, DEPTH_MM = 40.0, 3.1, 10.0
 BIAS_MM = 0.1
@@ -70,13 +71,15 @@ def slot(outline: Outline | None = None, tilt_deg: float = 0.0, reading: str = "
     assert mesh.is_watertight
     assert mesh.volume > 0
     volume = LENGTH_MM * DEPTH_MM * (WIDTH_MM + (left + right) / 2)
-    return Solid(vertices, np.array(faces), np.array(labels), (x0, y0, x1, y1), DEPTH_MM, reading, tilt_deg, volume, {})
+    angles_deg, sections = (tilt_deg, tilt_deg), level_floor(DEPTH_MM)
+    faces, labels, block_mm = np.array(faces), np.array(labels), (x0, y0, x1, y1)
+    return Solid(vertices, faces, labels, block_mm, DEPTH_MM, reading, angles_deg, volume, sections, {})
 
 
 def mouth_without_face() -> Solid:
     """A solid of which only the depth is asked: no facet of a face hides any particle."""
-    none = np.empty((0, 3))
-    return Solid(none, none.astype(int), np.empty(0, int), (0, 0, 0, 0), DEPTH_MM, "vertical", 0.0, 1.0, {})
+    none, box, sections = np.empty((0, 3)), (0.0, 0.0, 0.0, 0.0), level_floor(DEPTH_MM)
+    return Solid(none, none.astype(int), np.empty(0, int), box, DEPTH_MM, "vertical", (0.0, 0.0), 1.0, sections, {})
 
 
 def run_of(position, radius_mm=0.4, velocity=None, spilled=None, volume_mm3=None) -> Run:

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from sealtwin.errors import InputError
 from sealtwin.records import Outline, Profile, Solid
+from tests.shapes import level_floor
 from validate.compare import area_between, area_by_similaritymeasures, best_flat_level, compare, fill_volumes
 from validate.settings import Gate
 
@@ -28,8 +29,9 @@ def outline(length_mm: float = LENGTH_MM) -> Outline:
 
 
 def solid(tilt: str = "vertical", angle_deg: float = 0.0) -> Solid:
-    none = np.empty((0, 3))
-    return Solid(none, none.astype(int), np.empty(0, int), (0, 0, 0, 0), DEPTH_MM, tilt, angle_deg, 3968.0, {})
+    none, box = np.empty((0, 3)), (0.0, 0.0, 0.0, 0.0)
+    angles_deg, sections = (angle_deg, angle_deg), level_floor(DEPTH_MM)
+    return Solid(none, none.astype(int), np.empty(0, int), box, DEPTH_MM, tilt, angles_deg, 3968.0, sections, {})
 
 
 def profile(x, y, **kind) -> Profile:

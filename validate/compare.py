@@ -152,14 +152,15 @@ def best_flat_level(x: Floats, y: Floats) -> float:
 def fill_volumes(profile: Profile, outline: Outline, solid: Solid, from_mm: float, to_mm: float) -> dict[str, float]:
     """Room left below the face and sealant above the mouth over a stretch of s, mm³.
 
-    The section is as wide as the mouth at the face and narrows by the tangent of the walls' angle where they tilt
+    The section is as wide as the mouth at the face and narrows by the tangents of the walls' angles where they tilt
     against each other (flare and funnel alike); sealant on the face beside the mouth is not seen by a profile.
     """
     s_mm = np.unique(np.concatenate([profile.s_mm, outline.s_mm, [from_mm, to_mm]]))
     s_mm = s_mm[(s_mm >= from_mm) & (s_mm <= to_mm)]
     level_mm = np.interp(s_mm, profile.s_mm, profile.level_mm)
     traced_mm = np.interp(s_mm, outline.s_mm, outline.width_mm)
-    closing = 2 * np.tan(np.radians(solid.wall_angle_deg)) if solid.tilt in ("flare", "funnel") else 0.0
+    tilted = solid.tilt in ("flare", "funnel")
+    closing = float(np.tan(np.radians(solid.wall_angles_deg)).sum()) if tilted else 0.0
     mouth_mm = traced_mm + (closing * solid.depth_mm if solid.tilt == "flare" else 0.0)
     below_mm = np.maximum(-level_mm, 0.0)
     if closing:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sealtwin.records import Solid
 from validate.evidence import Evidence
 from validate.health import health_rows
 from validate.verdict import leak
@@ -214,7 +215,7 @@ def _geometry(evidence: Evidence) -> Table:
     ]
     if "volume_mm3" in report:
         readings = ", ".join(f"{tilt} {volume:.0f}" for tilt, volume in report["volume_mm3"].items())
-        rows.append((f"volume by reading of the tilt, at {solid.wall_angle_deg:g}°", f"{readings} mm³"))
+        rows.append((f"volume by reading of the tilt, {_angle_words(solid)}", f"{readings} mm³"))
     if solid.tilt == "funnel" and "closing_depth_mm" in report:
         closing = report["closing_depth_mm"]
         rows.append(
@@ -270,10 +271,13 @@ def _tilt(evidence: Evidence) -> str:
 
 def _tilt_words(evidence: Evidence) -> str:
     solid = evidence.solid
+    return "vertical walls" if solid.tilt == "vertical" else f"{solid.tilt}, {_angle_words(solid)} from vertical"
+
+
+def _angle_words(solid: Solid) -> str:
+    left_deg, right_deg = solid.wall_angles_deg
     return (
-        "vertical walls"
-        if solid.tilt == "vertical"
-        else f"{solid.tilt}, each wall {solid.wall_angle_deg:g}° from vertical"
+        f"each wall {left_deg:g}°" if left_deg == right_deg else f"left wall {left_deg:g}°, right wall {right_deg:g}°"
     )
 
 
