@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from digitise.decoding import read_photo
+from digitise.decoding import read_mask, read_photo
 from digitise.polyline import Box, project, rectangle
 from digitise.raster import Map
 from digitise.scale import find_scale
@@ -39,6 +39,8 @@ class Photo:
     scale_residual_mm: float | None
     markers_px: tuple[Floats, ...] = ()
     """Corners of the markers found: they are not part of the sample."""
+    drawn: NDArray[np.bool_] | None = None
+    """Where the user has painted the crack, (height, width); None where it is to be found."""
     warnings: tuple[str, ...] = ()
 
     @property
@@ -86,6 +88,7 @@ def load_photo(settings: PhotoInput, folder: Path) -> Photo:
         scale_source=scale.source,
         scale_residual_mm=scale.residual_mm,
         markers_px=scale.markers_px,
+        drawn=None if settings.mask is None else read_mask(folder / settings.mask, image.shape[1::-1]),
         warnings=(*decoded.warnings, *scale.warnings),
     )
 

@@ -2,6 +2,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from digitise.photo import load_photo
 from digitise.settings import PhotoInput
@@ -44,3 +45,48 @@ def test_the_face_runs_round_from_its_lower_left_corner(tmp_path):
     (left, low), (right, _), (_, high), _ = photo.face_px
     assert left < right
     assert low > high  # px, y down
+
+
+def painted(tmp_path, size_px=(500, 300), **changes):
+    """The mask of a photo of 500 x 300 px, with a crack of 200 x 10 px painted into a picture of ``size_px``."""
+    write_png(tmp_path / "photo.png", mortar())
+    mask = np.zeros(size_px[::-1], dtype=np.uint8)
+    mask[150:160, 100:300] = 255
+    picture = Image.fromarray(mask)
+    if changes.get("see_through"):
+        picture = Image.merge("LA", [Image.new("L", picture.size, changes["colour"]), picture])
+    if changes.get("upside_down"):
+        picture = picture.point(lambda grey: 255 - grey)
+    if changes.get("empty"):
+        picture = Image.new("L", size_px)
+    exif = Image.Exif()
+    if changes.get("sideways"):
+        picture, exif[0x0112] = picture.transpose(Image.Transpose.ROTATE_90), 6
+    picture.save(tmp_path / "mask.png", exif=exif)
+    settings = PhotoInput(file=Path("photo.png"), data="synthetic", mm_per_px=0.1, mask=Path("mask.png"))
+    drawn = load_photo(settings, tmp_path).drawn
+    assert drawn is not None
+    rows, columns = np.nonzero(drawn)
+    return rows.min(), rows.max() + 1, columns.min(), columns.max() + 1, len(rows)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{}, {"see_through": True, "colour": 0}, {"see_through": True, "colour": 255}, {"sideways": True}],
+    ids=["white on black", "opaque black", "opaque white", "turned by its EXIF"],
+)
+def test_a_painted_mask_says_where_the_crack_is(tmp_path, changes):
+    assert painted(tmp_path, **changes) == (150, 160, 100, 300, 2000)
+
+
+@pytest.mark.parametrize(
+    ("changes", "refused"),
+    [
+        ({"size_px": (400, 300)}, r"mask is 400 x 300 px, the photo 500 x 300"),
+        ({"empty": True}, "nothing is painted"),
+        ({"upside_down": True}, "paints 99% of the photo"),
+    ],
+)
+def test_a_mask_that_cannot_be_the_crack_is_refused(tmp_path, changes, refused):
+    with pytest.raises(InputError, match=refused):
+        painted(tmp_path, **changes)
