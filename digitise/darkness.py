@@ -24,8 +24,8 @@ EDGE_PX = 3
 class DarkMap:
     """A window of the photo, scaled down."""
 
-    offset_px: tuple[int, int]
-    """Of the window in the photo: x, y."""
+    offset_px: tuple[float, float]
+    """Of the window's left upper corner in the photo: x, y."""
     scale: float
     """Pixels here per pixel of the photo."""
     dark: Map
@@ -41,17 +41,23 @@ class DarkMap:
     def to_photo(self, points_work: Floats | Integers) -> Floats:
         return (np.asarray(points_work, dtype=float) + 0.5) / self.scale - 0.5 + self.offset_px
 
+    def window(self, left: int, top: int, right: int, bottom: int) -> "DarkMap":
+        """A part of the map, from a column and a row of it to others, these excluded."""
+        part = np.s_[top:bottom, left:right]
+        offset_px = (self.offset_px[0] + left / self.scale, self.offset_px[1] + top / self.scale)
+        return DarkMap(offset_px, self.scale, self.dark[part], self.ridge[part], self.allowed[part])
 
-def map_darkness(
-    photo: Photo, window_px: tuple[int, int, int, int] | None = None, seen_face_px: Floats | None = None
-) -> DarkMap:
-    """Search map of the photo, or of ``window_px`` (left, top, right, bottom; the last two excluded).
+
+def map_darkness(photo: Photo, region_px: Floats | None = None, seen_face_px: Floats | None = None) -> DarkMap:
+    """Search map of the photo, or of the polygon ``region_px`` in it.
 
     ``seen_face_px`` are the corners of a face without a measured size: what is outside it is not searched.
     """
-    left, top, right, bottom = window_px or (0, 0, *photo.size_px)
+    left, top, right, bottom = _box(photo, region_px)
     light = photo.brightness[top:bottom, left:right]
     allowed = sample_mask(photo, seen_face_px)[top:bottom, left:right]
+    if region_px is not None:
+        allowed = np.minimum(allowed, _filled_polygon(allowed.shape, region_px - (left, top)))
     scale = min(1.0, WORK_PX / max(light.shape))
     size = (max(1, round(light.shape[1] * scale)), max(1, round(light.shape[0] * scale)))
     light = shrunk(light, size)
@@ -62,13 +68,28 @@ def map_darkness(
     return DarkMap((left, top), scale, dark, np.where(allowed, _ridges(dark, allowed), 0).astype(np.float32), allowed)
 
 
+def _box(photo: Photo, region_px: Floats | None) -> tuple[int, int, int, int]:
+    """Left, top, right, bottom of what is searched; the last two excluded."""
+    if region_px is None:
+        return 0, 0, *photo.size_px
+    left, top = np.maximum(np.floor(region_px.min(axis=0)), 0).astype(int)
+    right, bottom = np.minimum(np.ceil(region_px.max(axis=0)) + 1, photo.size_px).astype(int)
+    return int(left), int(top), int(right), int(bottom)
+
+
+def _filled_polygon(shape: tuple[int, ...], corners_px: Floats) -> NDArray[np.uint8]:
+    mask = np.zeros(shape, dtype=np.uint8)
+    cv2.fillPoly(mask, [np.rint(corners_px * 16).astype(np.int32)], [255], shift=4)
+    return mask
+
+
 def sample_mask(photo: Photo, seen_face_px: Floats | None = None) -> NDArray[np.uint8]:
     """255 where the photo shows the sample's face and no marker, else 0, (height, width)."""
     width, height = photo.size_px
     face_px = photo.face_px if photo.face_px is not None else seen_face_px
-    mask = np.full((height, width), 255 if face_px is None else 0, dtype=np.uint8)
+    mask = np.full((height, width), 255, dtype=np.uint8)
     if face_px is not None:
-        cv2.fillPoly(mask, [np.rint(face_px * 16).astype(np.int32)], [255], shift=4)
+        mask = _filled_polygon((height, width), face_px)
         disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * EDGE_PX + 1, 2 * EDGE_PX + 1))
         mask = np.asarray(cv2.erode(mask, disc), dtype=np.uint8)
     for quad in photo.markers_px:

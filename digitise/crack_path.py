@@ -1,0 +1,25 @@
+"""A rough way along a crack, in pixels: what searching hands to measuring."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from sealtwin.records import Floats
+
+
+@dataclass(frozen=True)
+class CrackPath:
+    """A rough way along the crack, inside it."""
+
+    points_px: Floats
+    """(n, 2), from the first end."""
+    width_px: float
+    """Typical width of the crack along it."""
+    source: Literal["ends", "via", "automatic", "mask"]
+    warnings: tuple[str, ...] = ()
+    branches_px: tuple[Floats, ...] = ()
+    """Side lines that leave the path, each (n, 2), from the path outward."""
+
+
+def listed(points_px: Floats) -> str:
+    """Points in words: "(10, 20) to (30, 40)"."""
+    return " to ".join(f"({x:.0f}, {y:.0f})" for x, y in points_px)
