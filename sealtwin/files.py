@@ -14,7 +14,19 @@ from typing import Any
 import numpy as np
 
 from sealtwin.errors import InputError
-from sealtwin.records import Comparison, FaceLabel, Floats, Integers, Outline, Profile, Run, Sections, Solid, Trajectory
+from sealtwin.records import (
+    Comparison,
+    FaceLabel,
+    Floats,
+    Integers,
+    Outline,
+    Pixels,
+    Profile,
+    Run,
+    Sections,
+    Solid,
+    Trajectory,
+)
 
 TRAJECTORY_COLUMNS = ("t_s", "x_mm", "y_mm", "z_mm", "s_mm", "speed_mm_s", "flow_mm3_s")
 PARTICLE_COLUMNS = ("x_mm", "y_mm", "z_mm", "vx_mm_s", "vy_mm_s", "vz_mm_s", "age_s", "spilled")
@@ -53,6 +65,15 @@ def write_if_new(path: Path, content: bytes) -> None:
     """Leave a file alone that already holds ``content``."""
     if not path.is_file() or path.read_bytes() != content:
         write_bytes(path, content)
+
+
+def write_png(path: Path, picture: Pixels) -> None:
+    import cv2
+
+    encoded, png = cv2.imencode(".png", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))
+    if not encoded:
+        raise RuntimeError("OpenCV could not encode a picture")
+    write_bytes(path, png.tobytes())
 
 
 def write_json(path: Path, content: Any) -> None:

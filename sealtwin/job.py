@@ -12,6 +12,8 @@ from sealtwin.trial import Trial, load_trial, trial_text
 
 StageName = Literal["digitise", "simulate", "validate"]
 STAGES: tuple[StageName, ...] = ("digitise", "simulate", "validate")
+FILES_OF_A_SAMPLE = ("file", "second_photo", "mask", "path")
+"""Settings of [photo] and [mesh] that name a file."""
 LARGEST_SHEET_BYTES = 5_000_000
 
 
@@ -60,8 +62,10 @@ def stage_settings(trial: Trial, stage: StageName) -> dict[str, Any]:
     """What of a trial a stage depends on."""
     tables: dict[StageName, dict[str, Any]] = {
         "digitise": {
-            "photo": trial.photo.model_dump(mode="json", exclude={"file"}),
-            "crack": trial.crack.model_dump(mode="json"),
+            # What the files hold counts, by their hashes, and not where they lie.
+            "photo": trial.photo and trial.photo.model_dump(mode="json", exclude=set(FILES_OF_A_SAMPLE)),
+            "crack": trial.crack and trial.crack.model_dump(mode="json"),
+            "mesh": trial.mesh and trial.mesh.model_dump(mode="json", exclude=set(FILES_OF_A_SAMPLE)),
             "path": trial.path.model_dump(mode="json"),
         },
         "simulate": {
@@ -73,12 +77,18 @@ def stage_settings(trial: Trial, stage: StageName) -> dict[str, Any]:
         "validate": {
             "name": trial.name,
             "note": trial.note,
-            "photo": trial.photo.data,
+            "sample": trial.sample.data,
             "readings": trial.readings and trial.readings.model_dump(mode="json"),
             "gate": trial.gate and trial.gate.model_dump(mode="json"),
         },
     }
     return tables[stage]
+
+
+def sample_files(trial: Trial) -> dict[str, Path]:
+    """The files that show the crack, as the trial names them, by the settings that hold them."""
+    named = {role: getattr(trial.sample, role, None) for role in FILES_OF_A_SAMPLE}
+    return {role: file for role, file in named.items() if file is not None}
 
 
 def begin_writing(job: Job, stage: StageName) -> None:
@@ -93,14 +103,18 @@ def begin_writing(job: Job, stage: StageName) -> None:
 def adopt_trial(job: Job) -> None:
     """Write the resolved trial, and a copy of the readings, into the folder.
 
-    The photo is not copied: it may carry the place and the person that took it. Its hash is in the manifest.
+    Neither photo nor mesh is copied: a photo may carry the place and the person that took it, a scan is large. Their
+    hashes are in the manifest.
     """
     if job.source.resolve() == job.path.resolve():
         return
     if job.sheet is not None and job.trial.readings is not None:
         files.write_if_new(job.path / job.trial.readings.file, job.sheet.read_bytes())
-    photo = job.trial.photo.model_copy(update={"file": Path(job.trial.photo.file.name)})
-    files.write_if_new(job.path / "trial.toml", trial_text(job.trial.model_copy(update={"photo": photo})).encode())
+    sample = job.trial.sample
+    names = {role: Path(file.name) for role, file in sample_files(job.trial).items()}
+    table = "photo" if sample is job.trial.photo else "mesh"
+    resolved = job.trial.model_copy(update={table: sample.model_copy(update=names)})
+    files.write_if_new(job.path / "trial.toml", trial_text(resolved).encode())
 
 
 def check_sheet(sheet: Path) -> None:
@@ -116,8 +130,8 @@ def _refuse_another_trial(folder: RunFolder, trial: Trial) -> None:
     if not path.is_file():
         return
     held = load_trial(path)
-    if (held.name, held.photo.file.name) != (trial.name, trial.photo.file.name):
+    if (held.name, held.sample.file.name) != (trial.name, trial.sample.file.name):
         raise InputError(
-            f"{folder.path}: holds trial '{held.name}' with photo {held.photo.file.name}; this is '{trial.name}' with "
-            f"photo {trial.photo.file.name}. Give another --out, or delete that folder."
+            f"{folder.path}: holds trial '{held.name}' of {held.sample.file.name}; this is '{trial.name}' of "
+            f"{trial.sample.file.name}. Give another --out, or delete that folder."
         )

@@ -10,7 +10,7 @@ from typing import Any
 from sealtwin import files
 from sealtwin.errors import InputError, NumericalError
 from sealtwin.folder import stage_key
-from sealtwin.job import STAGES, Job, StageName, adopt_trial, begin_writing, check_sheet, stage_settings
+from sealtwin.job import STAGES, Job, StageName, adopt_trial, begin_writing, check_sheet, sample_files, stage_settings
 from sealtwin.records import Profile, Trajectory
 from sealtwin.result import read_result
 
@@ -56,31 +56,20 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> Outcome:
 
 
 def _digitise(job: Job) -> bool:
-    photo_path = job.source / job.trial.photo.file
-    inputs = {photo_path.name: files.sha256(photo_path)} if photo_path.is_file() else {}
+    inputs = _hashes_of_sample(job)
     settings = stage_settings(job.trial, "digitise")
     key = stage_key(inputs, settings)
-    if inputs and job.folder.is_current("digitise", key):
+    # A file that is not there has no hash; what reads it says so.
+    if len(inputs) == len(sample_files(job.trial)) and job.folder.is_current("digitise", key):
         return False
     job.progress.start("Digitising", 5)
     began = time.monotonic()
 
-    import cv2
-
-    from digitise.outline import trace_outline
-    from digitise.overlay import draw_overlay
-    from digitise.path import find_path
-    from digitise.photo import load_photo
-    from digitise.solid import build_solid
     from digitise.trajectory import plan_trajectory, volume_warnings
+    from sealtwin.sample import digitise_sample
 
-    photo = load_photo(job.trial.photo, job.source)
-    job.progress.advance(1, "finding the crack")
-    path = find_path(photo, job.trial.photo.ends_px)
-    job.progress.advance(2, "tracing its walls")
-    outline = trace_outline(photo, path)
-    job.progress.advance(3, "building the solid")
-    solid = build_solid(outline, job.trial.crack)
+    sample = digitise_sample(job)
+    outline, solid = sample.outline, sample.solid
     job.progress.advance(4, "planning the path")
     trajectory = plan_trajectory(outline, job.trial.path, solid.cavity_volume_mm3)
     sealant_mm3 = dispensed_mm3(trajectory)
@@ -90,11 +79,8 @@ def _digitise(job: Job) -> bool:
         "cavity_to_sealant": solid.cavity_volume_mm3 / sealant_mm3,
         "warnings": [*solid.report["warnings"], *volume_warnings(sealant_mm3, solid.cavity_volume_mm3)],
     }
-    encoded, png = cv2.imencode(".png", cv2.cvtColor(draw_overlay(photo, outline), cv2.COLOR_RGB2BGR))
-    if not encoded:
-        raise RuntimeError("OpenCV could not encode the overlay")
     begin_writing(job, "digitise")
-    files.write_bytes(job.path / "overlay.png", png.tobytes())
+    files.write_png(job.path / "overlay.png", sample.overlay)
     files.write_outline(job.path, outline)
     files.write_solid(job.path, replace(solid, report=report))
     files.write_trajectory(job.path, trajectory)
@@ -104,6 +90,16 @@ def _digitise(job: Job) -> bool:
     outputs = ("overlay.png", "crack.stl", "trajectory.txt", *DIGITISED)
     job.folder.record("digitise", key, settings, inputs, outputs, time.monotonic() - began, given=list(inputs))
     return True
+
+
+def _hashes_of_sample(job: Job) -> dict[str, str]:
+    """Of each file that shows the crack, by its role and name."""
+    named = sample_files(job.trial).items()
+    return {
+        file.name if role == "file" else f"{role} {file.name}": files.sha256(job.source / file)
+        for role, file in named
+        if (job.source / file).is_file()
+    }
 
 
 def _simulate(job: Job) -> bool:
@@ -186,7 +182,7 @@ def _validate(job: Job) -> bool:
             solid,
             gate=trial.gate,
             role=trial.readings.role,
-            photo_data=trial.photo.data,
+            photo_data=trial.sample.data,
             escaped_particles=run.escaped_particles,
         )
     job.progress.advance(1, "writing the report")
@@ -202,7 +198,7 @@ def _validate(job: Job) -> bool:
         comparison=comparison,
         volume_ratio=ratio,
         overlay_path=job.path / "overlay.png",
-        photo_data=trial.photo.data,
+        photo_data=trial.sample.data,
         provenance=_provenance(job),
         command="sealtwin run TRIAL",
     )
@@ -225,7 +221,9 @@ def _read_readings(job: Job) -> Profile | None:
     from validate.caliper import read_readings
 
     length_mm = files.read_outline(job.path).length_mm
-    return read_readings(job.sheet, job.trial.readings, length_mm, job.trial.crack.deepest_mm)
+    with files.understood(job.path / "solid.json"):
+        depth_mm = float(files.read_json(job.path / "solid.json")["depth_mm"])
+    return read_readings(job.sheet, job.trial.readings, length_mm, depth_mm)
 
 
 def dispensed_mm3(trajectory: Trajectory) -> float:

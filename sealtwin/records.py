@@ -19,6 +19,8 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+Pixels = NDArray[np.uint8]
+"""(height, width, 3), RGB."""
 
 ON_EDGE_MM = 1e-3
 """A wall point this close to the edge of the face has met it; files keep a hundredth of this."""

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
-from digitise.settings import CrackShape, NozzlePath, PhotoInput
+from digitise.settings import CrackShape, MeshInput, NozzlePath, PhotoInput
 from sealtwin.settings import Settings
 from sealtwin.settings_file import checked, read_settings
 from simulate.settings import Fluid, Nozzle, Solver
@@ -27,8 +27,11 @@ class Trial(Settings):
     """Shown in the report: what a reader must know about this trial."""
     seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
     """Of the small disorder with which particles leave the nozzle."""
-    photo: PhotoInput
-    crack: CrackShape
+    photo: PhotoInput | None = None
+    crack: CrackShape | None = None
+    """What a photo cannot show; a mesh shows it."""
+    mesh: MeshInput | None = None
+    """In place of photo and crack."""
     path: NozzlePath = NozzlePath()
     fluid: Fluid | None = None
     """Only the fluid run needs it; a mesh and a path do not."""
@@ -39,8 +42,18 @@ class Trial(Settings):
     gate: Gate | None = None
 
     @model_validator(mode="after")
+    def _one_sample(self) -> Self:
+        if self.mesh is not None and (self.photo is not None or self.crack is not None):
+            raise ValueError("[mesh] beside [photo] or [crack]: a mesh has a depth and walls of its own; give either")
+        if self.mesh is None and self.photo is None:
+            raise ValueError("no [photo] and no [mesh]: give one to say where the crack is")
+        if self.photo is not None and self.crack is None:
+            raise ValueError("[crack] is missing: a photo cannot show how deep a crack is")
+        return self
+
+    @model_validator(mode="after")
     def _fits_together(self) -> Self:
-        face = self.photo.face_mm
+        face = None if self.photo is None else self.photo.face_mm
         if face is not None and self.nozzle.diameter_mm >= min(face):
             raise ValueError(
                 f"nozzle.diameter_mm is {self.nozzle.diameter_mm:g}: it must be below the face's smaller side, "
@@ -53,6 +66,13 @@ class Trial(Settings):
         if self.gate is not None and self.readings is None:
             raise ValueError("[gate] without [readings]: there is nothing to hold it against")
         return self
+
+    @property
+    def sample(self) -> PhotoInput | MeshInput:
+        """What shows the crack."""
+        sample = self.photo or self.mesh
+        assert sample is not None, "checked when the trial was read"
+        return sample
 
     @property
     def folder_name(self) -> str:

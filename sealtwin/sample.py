@@ -1,0 +1,50 @@
+"""The sample of a trial: its crack, its solid and a picture to check them by, from a photo or from a mesh."""
+
+from dataclasses import dataclass
+
+from sealtwin.job import Job
+from sealtwin.records import Outline, Pixels, Solid
+
+
+@dataclass(frozen=True)
+class Sample:
+    """What the digitise stage knows before it plans the nozzle's path."""
+
+    outline: Outline
+    solid: Solid
+    overlay: Pixels
+    """What the crack was found in, with its walls drawn on it."""
+
+
+def digitise_sample(job: Job) -> Sample:
+    """Raises InputError where photo or mesh do not show a crack that can be measured."""
+    return _from_photo(job) if job.trial.mesh is None else _from_mesh(job)
+
+
+def _from_photo(job: Job) -> Sample:
+    from digitise.outline import trace_outline
+    from digitise.overlay import draw_overlay
+    from digitise.path import find_path
+    from digitise.photo import load_photo
+    from digitise.solid import build_solid
+
+    settings, crack = job.trial.photo, job.trial.crack
+    assert settings is not None, "a trial has a photo or a mesh"
+    assert crack is not None, "a trial with a photo has a crack's shape"
+    photo = load_photo(settings, job.source)
+    job.progress.advance(1, "finding the crack")
+    path = find_path(photo, settings.ends_px)
+    job.progress.advance(2, "tracing its walls")
+    outline = trace_outline(photo, path)
+    job.progress.advance(3, "building the solid")
+    return Sample(outline, build_solid(outline, crack), draw_overlay(photo, outline))
+
+
+def _from_mesh(job: Job) -> Sample:
+    from digitise.imported import import_sample
+
+    assert job.trial.mesh is not None, "a trial has a photo or a mesh"
+    imported = import_sample(job.trial.mesh, job.source)
+    for note in imported.notes:
+        job.progress.note(f"note: {note}")
+    return Sample(imported.outline, imported.solid, imported.overlay_rgb)
