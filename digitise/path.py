@@ -3,6 +3,7 @@
 from digitise.automatic import automatic_path
 from digitise.crack_path import CrackPath
 from digitise.livewire import LiveWire
+from digitise.painted import painted_path
 from digitise.photo import Photo
 from digitise.settings import Pixel
 
@@ -17,10 +18,13 @@ def find_path(
 ) -> CrackPath:
     """Between the given ends, in their order, past the via points in theirs, inside ``roi_px`` only.
 
-    Without ends, along the one crack that stands out, from left to right.
+    Without ends, along the one crack that stands out, from left to right. Where the user has painted the crack, along
+    the middle of the paint.
 
     Raises InputError where a point is outside the photo or on no crack, where no crack is found or two compete.
     """
+    if photo.drawn is not None:
+        return painted_path(photo, ends_px)
     if ends_px is None:
         return automatic_path(photo, roi_px)
     return LiveWire(photo, roi_px).path(ends_px, via_px)

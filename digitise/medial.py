@@ -1,0 +1,105 @@
+"""Lines in the middle of a region: its skeleton, the longest way along it, and the side lines that leave a way."""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array, csr_array
+from scipy.sparse.csgraph import connected_components, dijkstra
+from scipy.spatial import KDTree
+from skimage.morphology import skeletonize
+
+from sealtwin.records import Floats, Integers
+
+STEPS = ((0, 1), (1, -1), (1, 0), (1, 1))
+"""To half of a cell's eight neighbours: row, column."""
+
+
+def radius(region: NDArray[np.bool_]) -> Floats:
+    """Distance from each cell of the region to the nearest cell outside it; what lies off the picture is outside."""
+    padded = np.pad(region.astype(np.uint8), 1)
+    return cv2.distanceTransform(padded, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[1:-1, 1:-1].astype(float)
+
+
+def longest_line(region: NDArray[np.bool_]) -> Integers:
+    """Rows and columns, (n, 2), along the longest way through the region's skeleton; empty where there is none."""
+    cells = np.argwhere(skeletonize(region))
+    if len(cells) < 2:
+        return cells
+    graph = linked(cells)
+    _, piece = connected_components(graph, directed=False)
+    walks = [longest_walk(graph, int(np.flatnonzero(piece == number)[0])) for number in range(piece.max() + 1)]
+    lengths = [walk[1] for walk in walks]
+    return cells[walks[int(np.argmax(lengths))][0]]
+
+
+def without_hooks(way: Integers, to_rim: Floats) -> Integers:
+    """Less half a width at both ends: a skeleton turns into a corner of a blunt end."""
+    back = round(float(np.median(to_rim[tuple(way.T)])))
+    return way[back:-back] if 0 < 2 * back < len(way) - 1 else way
+
+
+def linked(cells: Integers, worth: Floats | None = None) -> csr_array:
+    """Graph of cells and their eight neighbours; a link is as long as its step, or that times the mean ``worth``."""
+    index = {(int(row), int(column)): number for number, (row, column) in enumerate(cells)}
+    links = [
+        (here, index[row + down, column + right], float(np.hypot(down, right)))
+        for (row, column), here in index.items()
+        for down, right in STEPS
+        if (row + down, column + right) in index
+    ]
+    first, second, length = (np.array(column) for column in zip(*links, strict=True)) if links else (np.empty(0),) * 3
+    first, second = first.astype(int), second.astype(int)
+    if worth is not None:
+        length = length * (worth[first] + worth[second]) / 2
+    return csr_array(coo_array((length, (first, second)), shape=(len(cells), len(cells))))
+
+
+def longest_walk(graph: csr_array, start: int) -> tuple[Integers, float]:
+    """Indices of the longest of the shortest ways through the piece that holds ``start``, and its length.
+
+    Exact where the piece is a tree: from anywhere to its far end, and from there to the other.
+    """
+    far = _farthest(dijkstra(graph, directed=False, indices=start))
+    away, before = dijkstra(graph, directed=False, indices=far, return_predecessors=True)
+    end = _farthest(away)
+    walk = [end]
+    while walk[-1] != far:
+        walk.append(int(before[walk[-1]]))
+    return np.array(walk[::-1], dtype=np.int64), float(away[end])
+
+
+def side_lines(region: NDArray[np.bool_], way: Integers, least: float) -> list[Integers]:
+    """Lines of the region's skeleton that leave ``way``, each from the way outward, (n, 2).
+
+    Left out are those that end nearer than ``least`` to the region's rim at the way, as a rough wall's own do.
+    """
+    cells = np.argwhere(skeletonize(region))
+    if len(cells) < 2:
+        return []
+    to_rim = radius(region)[tuple(way.T)]
+    away, nearest = KDTree(way).query(cells)
+    nearest = np.asarray(nearest)
+    beyond = away - to_rim[nearest]
+    outside = np.flatnonzero(beyond > 0)
+    if len(outside) < 2:
+        return []
+    graph = linked(cells)
+    _, piece = connected_components(graph[outside][:, outside], directed=False)
+    lines = []
+    for number in range(piece.max() + 1):
+        own = outside[piece == number]
+        root = own[int(np.argmin(beyond[own]))]
+        if beyond[own].max() < least or away[root] > 2 * to_rim[nearest[root]] + 2:
+            continue
+        length, before = dijkstra(
+            graph[own][:, own], directed=False, indices=int(np.searchsorted(own, root)), return_predecessors=True
+        )
+        walk = [_farthest(length)]
+        while own[walk[-1]] != root:
+            walk.append(int(before[walk[-1]]))
+        lines.append(np.concatenate([way[nearest[root]][None], cells[own[walk[::-1]]]]))
+    return sorted(lines, key=lambda line: -len(line))
+
+
+def _farthest(away: Floats) -> int:
+    return int(np.argmax(np.where(np.isfinite(away), away, -1)))
