@@ -1,11 +1,12 @@
-"""The nozzle's timed path over a crack: smooth, at constant speed, giving a constant flow."""
+"""The nozzle's timed path over a crack: smooth, straight before and after it, and how much it gives where."""
 
 import numpy as np
 from scipy.interpolate import splev, splprep
 
+from digitise.ramps import times_along
 from digitise.settings import LARGEST_VOLUME_ML, NozzlePath
 from sealtwin.errors import InputError
-from sealtwin.records import Floats, Outline, Trajectory, arc_length
+from sealtwin.records import Floats, Outline, Sections, Trajectory, arc_length
 
 SAMPLE_MM = 0.25
 """The centreline is resampled this finely before it is smoothed, so that every millimetre of it weighs the same."""
@@ -14,40 +15,61 @@ MOST_WAYPOINTS = 100_000
 """A metre of crack at a hundredth of a millimetre; more is a slip of the pen."""
 MUCH_SEALANT, LITTLE_SEALANT = 3.0, 0.1
 """Cavities' worth beyond which a volume is more likely a slip than a plan: the paper gives 0.8 to 1.2."""
+ROUNDING = 1e-9
 
 
-def plan_trajectory(outline: Outline, path: NozzlePath, cavity_volume_mm3: float) -> Trajectory:
-    """Waypoints from ``trim_mm`` in to as far from the other end, evenly spaced, on a smoothed centreline.
+def plan_trajectory(
+    outline: Outline, path: NozzlePath, cavity_volume_mm3: float, sections: Sections | None = None
+) -> Trajectory:
+    """Evenly spaced waypoints on a smoothed centreline, from one trim to the other, with a straight lead at each end.
 
     Row i holds from ``t_s[i]`` to ``t_s[i + 1]``: the nozzle goes straight from waypoint to waypoint at ``speed_mm_s``
     and gives ``flow_mm3_s``. In the last row both are 0: a controller that holds it stands still and gives no more, so
-    ``sum(flow[:-1] * diff(t))`` is the whole volume. ``s_mm`` is arc length on the outline's own centreline: the first
-    waypoint has s = ``trim_mm``.
+    ``sum(flow[:-1] * diff(t))`` is the whole volume. ``s_mm`` is arc length on the outline's own centreline, from its
+    first point: it falls along a reversed path, and on a lead it runs on beyond the trim, below 0 if need be.
 
-    Raises InputError where the crack is too short for its trims, or the cavity's volume is asked for and there is none,
-    or more than a path may give.
+    Ramps take from the first waypoint and from the last, leads included. What a millimetre of crack gets does not
+    depend on how fast it is passed: the same everywhere, or in proportion to the cavity's section there.
+
+    Args:
+        outline: The crack.
+        path: How to follow it.
+        cavity_volume_mm3: What volume_ml = "cavity" is a share of.
+        sections: The cavity along the centreline; needed for flow = "cross_section".
+
+    Raises:
+        InputError: the path is too short for its trims or ramps, has too many waypoints, or gives no volume that a path
+            may give.
     """
-    length_mm = outline.length_mm
-    if length_mm < 2 * path.trim_mm + path.spacing_mm:
-        raise InputError(
-            f"Centreline {length_mm:.1f} mm: too short to trim 2 x {path.trim_mm:g} mm and leave a step of "
-            f"{path.spacing_mm:g} mm. Reduce trim_mm."
-        )
-    if length_mm / path.spacing_mm > MOST_WAYPOINTS:
-        raise InputError(
-            f"spacing_mm is {path.spacing_mm:g}: more than {MOST_WAYPOINTS} waypoints on {length_mm:.0f} mm of crack. "
-            "Choose a larger spacing."
-        )
+    _check_lengths(outline.length_mm, path)
     volume_mm3 = _volume_mm3(path, cavity_volume_mm3)
-    s_mm, points_mm = _waypoints(outline.centreline_mm, path)
-    t_s = arc_length(points_mm) / path.speed_mm_s
-    moving = np.append(np.ones(len(t_s) - 1), 0.0)
+    s_mm, points_mm, headings = _waypoints(outline.centreline_mm, path)
+    if path.reverse:
+        s_mm, points_mm, headings = s_mm[::-1], points_mm[::-1], -headings[::-1]
+    share = _shares(s_mm, points_mm, path, sections)
+
+    onward = -1.0 if path.reverse else 1.0
+    before_mm, after_mm = _steps(path.lead_in_mm, path.spacing_mm)[::-1], _steps(path.lead_out_mm, path.spacing_mm)
+    s_mm = np.concatenate([s_mm[0] - onward * before_mm, s_mm, s_mm[-1] + onward * after_mm])
+    points_mm = np.concatenate(
+        [points_mm[0] - before_mm[:, None] * headings[0], points_mm, points_mm[-1] + after_mm[:, None] * headings[-1]]
+    )
+    share = np.concatenate([np.zeros(len(before_mm)), share, np.zeros(len(after_mm))])
+
+    way_mm = arc_length(points_mm)
+    if way_mm[-1] < 2 * path.ramp_mm:
+        raise InputError(
+            f"ramp_mm is {path.ramp_mm:g}: two ramps do not fit into a path of {way_mm[-1]:.1f} mm, leads included. "
+            f"Allowed is at most {np.floor(way_mm[-1] * 5) / 10:g}; or give a longer lead_in_mm and lead_out_mm."
+        )
+    t_s = times_along(way_mm, path.speed_mm_s, path.ramp_mm)
+    lasts_s = np.diff(t_s)
     return Trajectory(
         t_s=t_s,
         position_mm=np.column_stack([points_mm, np.full(len(points_mm), path.nozzle_height_mm)]),
         s_mm=s_mm,
-        speed_mm_s=path.speed_mm_s * moving,
-        flow_mm3_s=volume_mm3 / t_s[-1] * moving,
+        speed_mm_s=np.append(np.diff(way_mm) / lasts_s, 0.0),
+        flow_mm3_s=np.append(volume_mm3 * share / lasts_s, 0.0),
     )
 
 
@@ -77,15 +99,60 @@ def smooth_centreline(centreline_mm: Floats, smoothing_mm: float) -> tuple[Float
     return at_mm, np.column_stack(splev(at_mm, spline))
 
 
-def _waypoints(centreline_mm: Floats, path: NozzlePath) -> tuple[Floats, Floats]:
-    """Arc length on the centreline and position of each waypoint, evenly spaced along the smoothed path."""
+def _check_lengths(length_mm: float, path: NozzlePath) -> None:
+    first_mm, last_mm = path.trims_mm
+    if length_mm < first_mm + last_mm + path.spacing_mm:
+        trims = f"2 x {first_mm:g}" if first_mm == last_mm else f"{first_mm:g} and {last_mm:g}"
+        raise InputError(
+            f"Centreline {length_mm:.1f} mm: too short to trim {trims} mm and leave a step of "
+            f"{path.spacing_mm:g} mm. Reduce trim_mm."
+        )
+    if (length_mm + path.lead_in_mm + path.lead_out_mm) / path.spacing_mm > MOST_WAYPOINTS:
+        raise InputError(
+            f"spacing_mm is {path.spacing_mm:g}: more than {MOST_WAYPOINTS} waypoints on {length_mm:.0f} mm of crack. "
+            "Choose a larger spacing."
+        )
+
+
+def _waypoints(centreline_mm: Floats, path: NozzlePath) -> tuple[Floats, Floats, Floats]:
+    """Arc length on the centreline, place and heading of each waypoint, evenly spaced along the smoothed path."""
     at_mm, smooth = smooth_centreline(centreline_mm, path.smoothing_mm)
     flown_mm = arc_length(smooth)
-    first, last = np.interp([path.trim_mm, at_mm[-1] - path.trim_mm], at_mm, flown_mm)
-    steps = max(1, int(np.ceil((last - first) / path.spacing_mm - 1e-9)))
-    even_mm = np.linspace(first, last, steps + 1)
-    points_mm = np.column_stack([np.interp(even_mm, flown_mm, smooth[:, axis]) for axis in (0, 1)])
-    return np.interp(even_mm, flown_mm, at_mm), points_mm
+    from_start_mm, from_end_mm = path.trims_mm
+    first, last = np.interp([from_start_mm, at_mm[-1] - from_end_mm], at_mm, flown_mm)
+    even_mm = np.linspace(first, last, max(1, int(np.ceil((last - first) / path.spacing_mm - ROUNDING))) + 1)
+    tangents = np.gradient(smooth, flown_mm, axis=0)
+    points_mm, headings = (
+        np.column_stack([np.interp(even_mm, flown_mm, column) for column in values.T]) for values in (smooth, tangents)
+    )
+    headings /= np.linalg.norm(headings, axis=1, keepdims=True)
+    return np.interp(even_mm, flown_mm, at_mm), points_mm, headings
+
+
+def _steps(length_mm: float, spacing_mm: float) -> Floats:
+    """Distances from an end of the path to the waypoints of the lead beyond it, the nearest first."""
+    count = int(np.ceil(length_mm / spacing_mm - ROUNDING))
+    return length_mm / max(count, 1) * np.arange(1, count + 1)
+
+
+def _shares(s_mm: Floats, points_mm: Floats, path: NozzlePath, sections: Sections | None) -> Floats:
+    """Of the volume, between each waypoint and the next; their sum is 1."""
+    if path.flow == "constant":
+        share = np.diff(arc_length(points_mm))
+    else:
+        if sections is None:
+            raise ValueError('flow = "cross_section" without sections')
+        # Sections change faster than waypoints come where a crack tapers: their integral, so that nothing is skipped.
+        grid_mm = np.unique(np.concatenate([s_mm, sections.s_mm]))
+        area_mm2 = np.interp(grid_mm, sections.s_mm, sections.area_mm2)
+        below_mm3 = np.concatenate([[0.0], np.cumsum((area_mm2[1:] + area_mm2[:-1]) / 2 * np.diff(grid_mm))])
+        share = np.abs(np.diff(np.interp(s_mm, grid_mm, below_mm3)))
+        if not share.sum() > 0:
+            raise InputError(
+                f'flow is "cross_section", but the cavity has no section between s = {s_mm.min():g} and '
+                f'{s_mm.max():g} mm. Check depth_mm, or set flow = "constant".'
+            )
+    return share / share.sum()
 
 
 def _volume_mm3(path: NozzlePath, cavity_volume_mm3: float) -> float:
@@ -95,10 +162,12 @@ def _volume_mm3(path: NozzlePath, cavity_volume_mm3: float) -> float:
         raise InputError(
             f'volume_ml is "cavity", but the cavity holds {cavity_volume_mm3:g} mm³. Give volume_ml a number.'
         )
-    if cavity_volume_mm3 > 1000 * LARGEST_VOLUME_ML:
+    volume_mm3 = path.fill * cavity_volume_mm3
+    if volume_mm3 > 1000 * LARGEST_VOLUME_ML:
+        filled = "" if path.fill == 1 else f", which fill = {path.fill:g} makes {volume_mm3 / 1000:.0f} ml"
         raise InputError(
-            f'volume_ml is "cavity", but the cavity holds {cavity_volume_mm3 / 1000:.0f} ml, more than the '
+            f'volume_ml is "cavity", but the cavity holds {cavity_volume_mm3 / 1000:.0f} ml{filled}, more than the '
             f"{LARGEST_VOLUME_ML:g} ml that one path may give. Check depth_mm and the scale of the photo, or give "
             "volume_ml a number."
         )
-    return cavity_volume_mm3
+    return volume_mm3

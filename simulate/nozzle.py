@@ -83,7 +83,7 @@ def plan_releases(trajectory: Trajectory, radius_mm: float, diameter_mm: float, 
     batch_start = np.concatenate([[0], released[:-1]])[frame_of]
     at_s = ends_s[frame_of] - frame_s
     tip_mm = np.column_stack([np.interp(at_s, trajectory.t_s, x) for x in trajectory.position_mm.T])
-    flow = flow_mm3_s[np.clip(np.searchsorted(trajectory.t_s, at_s, side="right") - 1, 0, len(flow_mm3_s) - 1)]
+    flow = _flow_as_it_leaves(trajectory, ends_s, frame_s)[frame_of]
     # Each disc turned by chance: discs in line would stack up like coins.
     turn = np.random.default_rng(seed).uniform(0, 2 * np.pi, frames)[frame_of]
     x, y = disc_mm[np.arange(particles) - batch_start].T
@@ -98,6 +98,20 @@ def plan_releases(trajectory: Trajectory, radius_mm: float, diameter_mm: float, 
         release=len(disc_mm),
         dispensed_mm3=float(asked_mm3[-1]),
     )
+
+
+def _flow_as_it_leaves(trajectory: Trajectory, ends_s: Floats, frame_s: float) -> Floats:
+    """Mean over the sealant that each frame gives, not over its time, mm³/s; NaN where it gives none.
+
+    A frame in which the flow begins gives little, but what it gives comes at full flow.
+    """
+    flow_mm3_s, lasts_s = trajectory.flow_mm3_s[:-1], np.diff(trajectory.t_s)
+    volume, weighted = (np.concatenate([[0.0], np.cumsum(flow_mm3_s**power * lasts_s)]) for power in (1, 2))
+    given, weight = (
+        np.interp(ends_s, trajectory.t_s, so_far) - np.interp(ends_s - frame_s, trajectory.t_s, so_far)
+        for so_far in (volume, weighted)
+    )
+    return np.divide(weight, given, out=np.full(len(given), np.nan), where=given > 0)
 
 
 def pack_disc(disc_radius: float, radius: float) -> Floats:

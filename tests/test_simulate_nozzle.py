@@ -2,9 +2,13 @@ import numpy as np
 import pytest
 from scipy.spatial.distance import pdist
 
+from digitise.settings import NozzlePath
+from digitise.trajectory import plan_trajectory
 from sealtwin.errors import InputError
-from sealtwin.records import Trajectory
+from sealtwin.records import Sections, Trajectory
 from simulate.nozzle import pack_disc, plan_releases
+from simulate.settings import particle_volume
+from tests.shapes import straight_slot
 
 
 def straight_path(flow_mm3_s, speed_mm_s: float = 4.0) -> Trajectory:
@@ -67,6 +71,48 @@ def test_releases_follow_a_flow_that_changes():
     assert shares == pytest.approx([1 / 3, 0, 2 / 3], abs=slack)
     assert schedule.released[-1] == schedule.particles
     assert np.diff(schedule.released).max() <= schedule.release
+
+
+DEEPENING = Sections(s_mm=np.array([0.0, 80.0]), depth_mm=np.array([4.0, 16.0]), area_mm2=np.array([10.0, 50.0]))
+"""A crack whose section at s is 10 + s / 2 mm²."""
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"lead_in_mm": 12.0, "lead_out_mm": 5.0},
+        {"ramp_mm": 15.0},
+        {"flow": "cross_section"},
+        {"reverse": True, "trim_mm": (2.0, 20.0)},
+        {"reverse": True, "ramp_mm": 6.0, "lead_in_mm": 9.0, "lead_out_mm": 3.0, "flow": "cross_section"},
+    ],
+)
+def test_every_kind_of_path_releases_what_was_planned_where_it_was_planned(changes):
+    """Half of what a planned path gives by s must be half of the particles, within the releases that straddle s."""
+    plan = NozzlePath.model_validate({"volume_ml": 2.0} | changes)
+    path = plan_trajectory(straight_slot(80.0), plan, 1.0, DEEPENING)
+    schedule = plan_releases(path, radius_mm=0.4, diameter_mm=2.4, seed=0)
+    assert schedule.dispensed_mm3 == pytest.approx(2000.0, rel=1e-9)
+    assert schedule.particles == round(2000.0 / particle_volume(0.4))
+    x = schedule.position_mm[:, 0]
+    given = np.concatenate([[0.0], np.cumsum(path.flow_mm3_s[:-1] * np.diff(path.t_s))]) / 2000.0
+    # A release gathers what its frames have asked for, and lies within the disc of 0.8 mm about the tip.
+    slack = 2 * schedule.release / schedule.particles + 0.8 * np.abs(np.diff(given)).max()
+    for s_mm in np.linspace(path.s_mm.min(), path.s_mm.max(), 9):
+        planned = np.interp(s_mm, *(values[:: -1 if plan.reverse else 1] for values in (path.s_mm, given)))
+        assert np.mean(x <= s_mm if not plan.reverse else x >= s_mm) == pytest.approx(planned, abs=slack)
+    leaving_mm_s = -schedule.velocity_mm_s[:, 2] * np.pi * 1.2**2
+    assert leaving_mm_s.max() <= path.flow_mm3_s.max() * (1 + 1e-9)
+    assert leaving_mm_s.min() >= path.flow_mm3_s[path.flow_mm3_s > 0].min() * (1 - 1e-9)
+
+
+def test_the_first_sealant_after_a_lead_comes_at_full_flow():
+    """Averaged over the time of a frame in which the flow begins late, it would drip."""
+    path = plan_trajectory(straight_slot(80.0), NozzlePath(volume_ml=4.8, lead_in_mm=0.513), 1.0)
+    schedule = plan_releases(path, radius_mm=0.4, diameter_mm=2.4, seed=0)
+    assert schedule.frame_of[0] * schedule.frame_s < 0.513 / 4 < (schedule.frame_of[0] + 1) * schedule.frame_s
+    # 320 mm3/s over pi 1.2^2 mm2.
+    assert schedule.velocity_mm_s[0, 2] == pytest.approx(-70.74, abs=0.01)
 
 
 @pytest.mark.parametrize("last", [0.0, 1e9])
