@@ -8,7 +8,7 @@ Map = NDArray[np.float32]
 """One number per pixel, (height, width)."""
 
 
-def blurred(picture: Map, sigma_px: float) -> Map:
+def blurred(picture: Map | NDArray[np.float64], sigma_px: float) -> Map:
     """Gaussian blur."""
     return np.asarray(cv2.GaussianBlur(picture, (0, 0), sigma_px), dtype=np.float32)
 

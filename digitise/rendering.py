@@ -1,38 +1,26 @@
-"""Draw a cracked mortar face as a camera sees it: exact edges, then light, grain, blur, noise and JPEG.
+"""Paint a cracked mortar face with exact edges: reflectance, pixel by pixel, before any light falls on it.
 
-Brightness is linear (proportional to light) until the last step. Pixel centres are integers, as everywhere.
+Pixel centres are integers, as everywhere.
 """
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
+from digitise.lighting import SideLamp
 from digitise.raster import Map, blurred
 from sealtwin.records import Floats
 
 BOARD, INK, GAP, MORTAR, CRACK, PORE = 0.72, 0.035, 0.06, 0.34, 0.022, 0.13
 """Reflectances, judged by eye from photos of mortar prisms under diffuse light."""
+UNLIT_RIM = 0.04
+"""Of a narrow rim of one wall, which even diffuse light reaches more than the rest of the crack."""
 ROWS_PER_PX = 8
 """Sub-rows of the exact fill: edges are placed to better than 0.01 px."""
-DISPLAY_GAMMA = 2.2
-
-
-@dataclass(frozen=True)
-class Look:
-    """What the camera and the lamp do to the scene."""
-
-    light: float
-    """Brightest over mean of the uneven lighting, less 1."""
-    grain: float
-    """Relative brightness of the sand, standard deviation."""
-    blur_px: float
-    """Gaussian sigma of lens and focus."""
-    noise: float
-    """Standard deviation of the sensor's noise at full brightness; below it, it shrinks like shot noise."""
-    jpeg_quality: int
-    lit_wall: float = 0.04
-    """Reflectance of a narrow rim of the wall that faces the lamp; 0.022, like the rest, in diffuse light."""
+STAIN_MM = 2.5
+"""Size of stains of oil or damp: about that of the crack's width, and so the hardest to tell from it."""
+STAINED = 0.25
+"""Share of the face that they cover."""
 
 
 @dataclass(frozen=True)
@@ -53,18 +41,74 @@ class Scene:
     """Black modules of the markers."""
     paper: list[Floats]
     """White modules inside them."""
+    cards: list[Floats]
+    """White squares under the markers, where the board itself is not white."""
+    side_cracks: list[Floats]
+    stones: list[Floats]
+    """Inside the crack, level with the face."""
+    mortar: float
+    """Reflectance of the face."""
+    board: float
+    """Reflectance of what it lies on."""
 
 
-def render_jpeg(scene: Scene, look: Look, rng: np.random.Generator) -> bytes:
-    """The photo of ``scene``, as the bytes of a JPEG file."""
-    light = _shade(scene, look, rng)
-    light = blurred(light, look.blur_px)
-    # One sensor's noise for all colours: three would double the file and help nobody.
-    light += look.noise * np.sqrt(np.clip(light, 0, 1)) * rng.standard_normal(light.shape, dtype=np.float32)
-    warm_bgr = np.array([0.94, 1.0, 1.03], dtype=np.float32)
-    display = np.clip(light[..., None] * warm_bgr, 0, 1) ** (1 / DISPLAY_GAMMA)
-    quality = [cv2.IMWRITE_JPEG_QUALITY, look.jpeg_quality]
-    return cv2.imencode(".jpg", np.rint(255 * display).astype(np.uint8), quality)[1].tobytes()
+@dataclass(frozen=True)
+class Texture:
+    """What the surface itself shows: unit noise of sand and of larger unevenness, and stains."""
+
+    grain: Map | Floats
+    unevenness: Map
+    stains: Map | None
+    """0 to 1; None on a clean face."""
+
+
+def draw_texture(scene: Scene, rng: np.random.Generator, stained: np.random.Generator | None) -> Texture:
+    """The same surface for every photo of it; ``stained`` draws its stains."""
+    px_per_mm = scene.px_per_mm
+    grain = 0.5 * _noise(scene, rng, 0.12 * px_per_mm) + 0.5 * _noise(scene, rng, 0.3 * px_per_mm)
+    # Cubed: a few grains of sand stand out, most do not.
+    grain += 0.15 * _noise(scene, rng, 0.2 * px_per_mm) ** 3
+    unevenness = _noise(scene, rng, 3 * px_per_mm)
+    if stained is None:
+        return Texture(grain, unevenness, None)
+    blots = _noise(scene, stained, STAIN_MM * px_per_mm)
+    rim = np.quantile(blots[::8, ::8], 1 - STAINED)
+    return Texture(grain, unevenness, np.clip((blots - rim) / 0.5 + 0.5, 0, 1).astype(np.float32))
+
+
+def paint(scene: Scene, texture: Texture, grain: float, stain: float, lamp: SideLamp | None) -> Map:
+    """Reflectance of every pixel.
+
+    ``grain`` is the relative brightness of the sand, ``stain`` the share of its light that a stain swallows; ``lamp``
+    lights one wall of the crack, which is part of the scene since it depends on where the crack's floor is seen.
+    """
+    size = scene.size_px
+    mortar = scene.mortar * (1 + grain * (texture.grain + 0.5 * texture.unevenness))
+    if texture.stains is not None:
+        mortar *= 1 - stain * texture.stains
+    stone = mortar
+    mortar = _mix(mortar, PORE, _cover(scene.pores, size))
+    inside = coverage(scene.crack, size)
+    lit = inside * (1 - coverage(scene.crack_floor, size))
+    for ring in scene.side_cracks:
+        side = coverage(ring, size)
+        inside, lit = inside + (1 - inside) * side, lit * (1 - side)
+    # A lit wall is broken mortar: as grainy as the face, and brighter where it stands out.
+    wall = UNLIT_RIM if lamp is None else lamp.wall * (1 + 2 * grain * (texture.grain + texture.unevenness))
+    mortar = _mix(mortar, CRACK * (1 + 0.3 * texture.unevenness) + (wall - CRACK) * lit, inside)
+    if scene.stones:
+        mortar = _mix(mortar, stone, _cover(scene.stones, size))
+
+    width, height = size
+    picture = np.full((height, width), scene.board, dtype=np.float32)
+    picture *= 1 + 0.15 * grain * texture.grain
+    face, gap = coverage(scene.face, size), coverage(scene.gap, size)
+    # Side by side, not one over the other: where the gap is closed, board and mortar share the pixels of the edge.
+    picture = picture * (1 - gap) + GAP * (gap - face) + mortar * face
+    if scene.cards:
+        picture = _mix(picture, BOARD, _cover(scene.cards, size))
+    picture = _mix(picture, INK, _cover(scene.ink, size))
+    return _mix(picture, BOARD, _cover(scene.paper, size))
 
 
 def coverage(ring: Floats, size_px: tuple[int, int]) -> Map:
@@ -92,35 +136,6 @@ def coverage(ring: Floats, size_px: tuple[int, int]) -> Map:
     return np.abs(np.cumsum(steps, axis=1)[:, :width]).astype(np.float32)
 
 
-def _shade(scene: Scene, look: Look, rng: np.random.Generator) -> Map:
-    """Reflectance times light."""
-    width, height = scene.size_px
-    px_per_mm = scene.px_per_mm
-    size = scene.size_px
-    grain = 0.5 * _noise(scene, rng, 0.12 * px_per_mm) + 0.5 * _noise(scene, rng, 0.3 * px_per_mm)
-    # Cubed: a few grains of sand stand out, most do not.
-    grain += 0.15 * _noise(scene, rng, 0.2 * px_per_mm) ** 3
-    stains = _noise(scene, rng, 3 * px_per_mm)
-    mortar = MORTAR * (1 + look.grain * (grain + 0.5 * stains))
-    mortar = _mix(mortar, PORE, _cover(scene.pores, size))
-    inside = coverage(scene.crack, size)
-    lit = inside * (1 - coverage(scene.crack_floor, size))
-    mortar = _mix(mortar, CRACK * (1 + 0.3 * stains) + (look.lit_wall - CRACK) * lit, inside)
-
-    picture = np.full((height, width), BOARD, dtype=np.float32)
-    picture *= 1 + 0.15 * look.grain * grain
-    face, gap = coverage(scene.face, size), coverage(scene.gap, size)
-    # Side by side, not one over the other: where the gap is closed, board and mortar share the pixels of the edge.
-    picture = picture * (1 - gap) + GAP * (gap - face) + mortar * face
-    picture = _mix(picture, INK, _cover(scene.ink, size))
-    picture = _mix(picture, BOARD, _cover(scene.paper, size))
-
-    y, x = np.mgrid[-1 : 1 : height * 1j, -1 : 1 : width * 1j].astype(np.float32)
-    direction = rng.uniform(0, 2 * np.pi)
-    slope = np.cos(direction) * x + np.sin(direction) * y
-    return picture * (1 + look.light * (0.7 * slope - 0.3 * (x**2 + y**2)))
-
-
 def _noise(scene: Scene, rng: np.random.Generator, sigma_px: float) -> Map:
     """Smooth noise of unit standard deviation and one grain size."""
     width, height = scene.size_px
@@ -128,7 +143,7 @@ def _noise(scene: Scene, rng: np.random.Generator, sigma_px: float) -> Map:
     return noise / noise.std()
 
 
-def _mix(under: Map | Floats, over: Map | Floats | float, cover: Map) -> Map:
+def _mix(under: Map | Floats, over: Map | Floats | float, cover: Map | Floats) -> Map:
     return (under + cover * (over - under)).astype(np.float32)
 
 

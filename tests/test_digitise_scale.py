@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from digitise.photo import load_photo
-from digitise.polyline import project, rectangle
+from digitise.polyline import rectangle
 from digitise.settings import Marker, PhotoInput
 from digitise.specimen import Recipe, Specimen, make_specimen
 from sealtwin.errors import InputError
@@ -42,7 +42,7 @@ def photo_with(specimen, tmp_path):
 def test_markers_place_the_face_to_a_hundredth_of_a_millimetre(specimen, tmp_path):
     """With corners refined in the gamma of the stored photo, or not at all, this is 0.03 mm and more."""
     photo = photo_of(specimen, tmp_path)
-    miss_mm = photo.to_mm(project(specimen.px_from_mm, FACE)) - FACE
+    miss_mm = photo.to_mm(specimen.to_px(FACE)) - FACE
     assert np.abs(miss_mm).max() < 0.01
     assert photo.scale_residual_mm is not None
     assert photo.scale_residual_mm < 0.04
@@ -50,7 +50,7 @@ def test_markers_place_the_face_to_a_hundredth_of_a_millimetre(specimen, tmp_pat
 
 
 def test_a_marker_out_of_sight_is_named_and_the_others_used(specimen, photo_with):
-    corner = np.rint(project(specimen.px_from_mm, np.array([[-14.0, -14.0]]))[0]).astype(int)
+    corner = np.rint(specimen.to_px(np.array([[-14.0, -14.0]]))[0]).astype(int)
     photo = photo_with(lambda image: cv2.circle(image, tuple(corner), 120, (200, 200, 200), -1))
     assert photo.warnings == ("markers not found: 0",)
     assert photo.scale_source.startswith("7 ")
@@ -66,7 +66,7 @@ def test_too_few_markers_are_refused_with_what_is_missing(photo_with):
 
 def test_a_marker_printed_twice_is_refused_by_its_number(specimen, photo_with):
     def paste(image):
-        x, y = np.rint(project(specimen.px_from_mm, np.array([[-14.0, -14.0]]))[0]).astype(int)
+        x, y = np.rint(specimen.to_px(np.array([[-14.0, -14.0]]))[0]).astype(int)
         copy = image[y - 100 : y + 100, x - 100 : x + 100].copy()
         image[y - 330 : y - 130, x - 100 : x + 100] = copy
 
@@ -96,7 +96,7 @@ def test_the_edges_of_the_face_give_the_scale(tmp_path):
     bare.write(tmp_path)
     photo = load_photo(PhotoInput(file=Path("photo.jpg"), data="synthetic", face_mm=(160, 40)), tmp_path)
     face = rectangle((0, 0, 160, 40))
-    assert np.abs(photo.to_mm(project(bare.px_from_mm, face)) - face).max() < 0.1
+    assert np.abs(photo.to_mm(bare.to_px(face)) - face).max() < 0.1
     assert photo.scale_source == "face of 160 x 40 mm, found by its edges"
     assert photo.scale_residual_mm is not None
 
@@ -111,7 +111,7 @@ def test_the_shadow_around_a_sample_is_no_part_of_its_face(tmp_path, gap_mm, mm_
     ringed.write(tmp_path)
     photo = load_photo(PhotoInput(file=Path("photo.jpg"), data="synthetic", face_mm=(160, 40)), tmp_path)
     face = rectangle((0, 0, 160, 40))
-    assert np.abs(photo.to_mm(project(ringed.px_from_mm, face)) - face).max() < 0.1
+    assert np.abs(photo.to_mm(ringed.to_px(face)) - face).max() < 0.1
 
 
 def with_corners(corners_px: Floats) -> PhotoInput:
@@ -121,21 +121,21 @@ def with_corners(corners_px: Floats) -> PhotoInput:
 
 def test_given_corners_give_the_same_scale(specimen, tmp_path):
     specimen.write(tmp_path)
-    photo = load_photo(with_corners(project(specimen.px_from_mm, FACE)), tmp_path)
+    photo = load_photo(with_corners(specimen.to_px(FACE)), tmp_path)
     inner = np.array([[20.0, 10], [50, 30]])
-    assert photo.to_mm(project(specimen.px_from_mm, inner)) == pytest.approx(inner, abs=1e-3)
+    assert photo.to_mm(specimen.to_px(inner)) == pytest.approx(inner, abs=1e-3)
 
 
 def test_corners_in_another_order_would_mirror_the_crack_and_are_refused(specimen, tmp_path):
     specimen.write(tmp_path)
     with pytest.raises(InputError, match="from its lower left corner by lower right"):
-        load_photo(with_corners(project(specimen.px_from_mm, FACE[::-1])), tmp_path)
+        load_photo(with_corners(specimen.to_px(FACE[::-1])), tmp_path)
 
 
 @pytest.mark.parametrize("far", [1e300, -5000.0])
 def test_a_corner_far_outside_the_photo_is_refused_by_its_place(specimen, tmp_path, far):
     specimen.write(tmp_path)
-    corners_px = project(specimen.px_from_mm, FACE)
+    corners_px = specimen.to_px(FACE)
     corners_px[1, 0] = far
     with pytest.raises(InputError, match=r"face_corners_px has .* px outside the photo of"):
         load_photo(with_corners(corners_px), tmp_path)
