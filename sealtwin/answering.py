@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 BAD_INPUT = 3
 GATE_FAILED = 5
+SOME_FAILED = 6
 INTERRUPTED = 130
 
 Out = Annotated[
@@ -59,7 +60,7 @@ class Command:
 
         with (
             open_folder(out or Path("reports", trial.folder_name), create=True) as folder,
-            self._progress() as progress,
+            self.progress() as progress,
         ):
             self._finish(start_job(trial, source, folder, self.device, progress), stages)
 
@@ -67,7 +68,7 @@ class Command:
         from sealtwin.folder import open_folder
         from sealtwin.job import resume_job
 
-        with open_folder(path, create=False) as folder, self._progress() as progress:
+        with open_folder(path, create=False) as folder, self.progress() as progress:
             self._finish(resume_job(folder, self.device, progress), stages)
 
     def say(self, text: str) -> None:
@@ -93,7 +94,7 @@ class Command:
         if "validate" in stages and outcome.gate_passed is False:
             raise typer.Exit(GATE_FAILED)
 
-    def _progress(self) -> "Progress":
+    def progress(self) -> "Progress":
         from sealtwin.progress import progress_for_stderr
 
         return progress_for_stderr(self.quiet)
@@ -118,12 +119,3 @@ def answering(device: str, as_json: bool, quiet: bool) -> Iterator[Command]:
         command.fail(f"{fault.filename}: {fault.strerror}. Give a place that can be read and written.", BAD_INPUT)
     except KeyboardInterrupt:
         command.fail("interrupted; the same command goes on from the last finished stage.", INTERRUPTED)
-
-
-def two_numbers(text: str, separator: str, option: str) -> tuple[float, float]:
-    """Raises typer.BadParameter, naming the option."""
-    try:
-        first, second = (float(part) for part in text.split(separator))
-    except ValueError:
-        raise typer.BadParameter(f"{option} {text}: expected two numbers, as in 12{separator}340") from None
-    return first, second

@@ -11,7 +11,7 @@ app = typer.Typer(
     help="From a photo of a cracked pavement sample and a measured depth to a validated digital twin of its sealing.",
     epilog=(
         "Exit codes: 0 ok, 1 a bug of ours, 2 usage, 3 bad input, 4 numerical failure, "
-        "5 the trial's gate failed (the report is complete), 130 interrupted."
+        "5 the trial's gate failed (the report is complete), 6 some photos of a batch failed, 130 interrupted."
     ),
     no_args_is_help=True,
     add_completion=False,

@@ -149,6 +149,17 @@ def open_folder(path: Path, *, create: bool) -> Iterator[RunFolder]:
         BusyError: another process holds it.
     """
     _check_usable(path, create)
+    with holding(path):
+        for stale in path.iterdir():
+            if TEMPORARY.fullmatch(stale.name):
+                stale.unlink()
+        yield RunFolder(path, _read_manifest(path))
+
+
+@contextmanager
+def holding(path: Path) -> Iterator[None]:
+    """Make a folder and keep other processes of ours out of it. Raises BusyError where one is in it."""
+    require_folder(path)
     path.mkdir(parents=True, exist_ok=True)
     lock = FileLock(path / LOCK)
     try:
@@ -158,10 +169,7 @@ def open_folder(path: Path, *, create: bool) -> Iterator[RunFolder]:
     try:
         since = datetime.now().astimezone().strftime("%H:%M:%S")
         write_text(path / HOLDER, json.dumps({"process": os.getpid(), "host": platform.node(), "since": since}))
-        for stale in path.iterdir():
-            if TEMPORARY.fullmatch(stale.name):
-                stale.unlink()
-        yield RunFolder(path, _read_manifest(path))
+        yield
     finally:
         (path / HOLDER).unlink(missing_ok=True)
         lock.release()

@@ -33,7 +33,7 @@ def _from_photo(job: Job) -> Sample:
     assert crack is not None, "a trial with a photo has a crack's shape"
     photo = load_photo(settings, job.source)
     job.progress.advance(1, "finding the crack")
-    path = find_path(photo, settings.ends_px)
+    path = find_path(photo, settings.ends_px, settings.via_px, settings.roi_px)
     job.progress.advance(2, "tracing its walls")
     outline = trace_outline(photo, path)
     job.progress.advance(3, "building the solid")

@@ -1,6 +1,8 @@
 """One trial: the stages' own settings in one TOML file, checked before anything runs."""
 
 import json
+import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Self
 
@@ -16,6 +18,8 @@ LONGEST_FOLDER_BYTES = 120
 
 PRINTABLE = r"^[^\x00-\x1f\x7f]*[^\x00-\x20\x7f][^\x00-\x1f\x7f]*$"
 """One line, and not spaces alone."""
+LINE_BREAKING = re.compile(r"[\x00-\x1f\x7f]")
+"""What a file's name may hold and a trial's must not."""
 
 
 class Trial(Settings):
@@ -92,31 +96,18 @@ def load_trial(path: Path) -> Trial:
     return read_settings(Trial, path, name="trial file", starter="'sealtwin init DIR' writes a trial to start from")
 
 
-def photo_trial(
-    photo: Path,
-    *,
-    depth_mm: float,
-    mm_per_px: float | None,
-    face_mm: tuple[float, float] | None,
-    assumed: bool,
-    ends_px: tuple[tuple[float, float], tuple[float, float]] | None,
-    tilt: str | None,
-    wall_angle_deg: float | None,
-    volume_ml: float | None,
-) -> Trial:
-    """The trial of somebody who only wants a mesh and a path from a photo. Raises InputError as ``load_trial``."""
+def photo_trial(photo: Path, tables: Mapping[str, Mapping[str, Any]]) -> Trial:
+    """The trial of somebody who only wants a mesh and a path from a photo.
+
+    ``tables`` holds what was given of [photo], [crack] and [path]; None stands for what was not. Raises InputError as
+    ``load_trial``.
+    """
+    given = {table: _given(settings) for table, settings in tables.items()}
     content = {
-        "name": photo.stem[:80] or "photo",
-        "photo": {
-            "file": photo.name,
-            "data": "measured",
-            "mm_per_px": mm_per_px,
-            "face_mm": face_mm,
-            "ends_px": ends_px,
-            "scale_is": "assumed" if assumed else "measured",
-        },
-        "crack": _given(depth_mm=depth_mm, tilt=tilt, wall_angle_deg=wall_angle_deg),
-        "path": _given(volume_ml=volume_ml),
+        "name": LINE_BREAKING.sub("-", photo.stem)[:80].strip() or "photo",
+        "photo": {"file": photo.name, "data": "measured", **given.get("photo", {})},
+        "crack": given.get("crack", {}),
+        "path": given.get("path", {}),
     }
     return checked(Trial, photo, content)
 
@@ -132,6 +123,6 @@ def trial_text(trial: Trial) -> str:
     return tomlkit.dumps(document)
 
 
-def _given(**options: Any) -> dict[str, Any]:
+def _given(settings: Mapping[str, Any]) -> dict[str, Any]:
     """Those that were given; the rest keep the settings' own defaults."""
-    return {name: value for name, value in options.items() if value is not None}
+    return {name: value for name, value in settings.items() if value is not None}
