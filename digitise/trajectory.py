@@ -132,7 +132,7 @@ def _waypoints(centreline_mm: Floats, path: NozzlePath) -> tuple[Floats, Floats,
 def _steps(length_mm: float, spacing_mm: float) -> Floats:
     """Distances from an end of the path to the waypoints of the lead beyond it, the nearest first."""
     count = int(np.ceil(length_mm / spacing_mm - ROUNDING))
-    return length_mm / max(count, 1) * np.arange(1, count + 1)
+    return length_mm / max(count, 1) * np.arange(1, count + 1, dtype=float)
 
 
 def _shares(s_mm: Floats, points_mm: Floats, path: NozzlePath, sections: Sections | None) -> Floats:

@@ -185,6 +185,17 @@ class Trajectory:
         """Of the path from waypoint to waypoint: less than the arc of the centreline by what smoothing takes."""
         return float(arc_length(self.position_mm)[-1])
 
+    @property
+    def given_mm3(self) -> Floats:
+        """Sealant given between each waypoint and the next, (n - 1,)."""
+        return self.flow_mm3_s[:-1] * np.diff(self.t_s)
+
+    @property
+    def giving(self) -> slice:
+        """Waypoints from where the first sealant leaves to where the last does: leads are without."""
+        flowing = np.flatnonzero(self.flow_mm3_s[:-1] > 0)
+        return slice(int(flowing[0]), int(flowing[-1]) + 2) if len(flowing) else slice(0, 0)
+
 
 @dataclass(frozen=True)
 class Run:

@@ -36,6 +36,7 @@ def check_outlet(
     at_s = trajectory.t_s[0] + schedule.frame_of * schedule.frame_s
     s_mm = np.interp(at_s, trajectory.t_s, trajectory.s_mm)[blocked]
     x, y, z = schedule.position_mm[blocked][0]
+    begins_mm, ends_mm = trajectory.s_mm[trajectory.giving][[0, -1]]
     remedies = [
         _larger_trim(s_mm, outline.length_mm),
         _smaller_nozzle(trajectory, barrier, radius_mm, diameter_mm, seed),
@@ -43,8 +44,9 @@ def check_outlet(
     ]
     allowed = ", or ".join(remedy for remedy in remedies if remedy) or "no path so near to the solid: move it"
     raise InputError(
-        f"nozzle.diameter_mm is {diameter_mm:g}, path.trim_mm is {trajectory.s_mm[0]:g} (the path starts there) and "
-        f"path.nozzle_height_mm is {trajectory.position_mm[:, 2].min():g}: together they release sealant inside the "
+        f"nozzle.diameter_mm is {diameter_mm:g}, path.trim_mm lets sealant flow from s = {begins_mm:g} to "
+        f"{ends_mm:g} mm and path.nozzle_height_mm is {trajectory.position_mm[:, 2].min():g}: together they release "
+        f"sealant inside the "
         f"solid, a dam at an open end for one, or nearer than {barrier.clearance / CM:.2f} mm to it; first at "
         f"s = {s_mm[0]:.1f} mm, ({x:.1f}, {y:.1f}, {z:.1f}) mm. Allowed is {allowed}."
     )

@@ -193,18 +193,19 @@ def _windows(schedule: Schedule, fluid: Fluid, solver: Solver) -> _Windows:
 
 
 def _domain(solid: Solid, outline: Outline, trajectory: Trajectory, radius_mm: float) -> Domain:
-    """Box of the neighbour search: the crack, the face around it, and all of the nozzle's path.
+    """Box of the neighbour search: the crack, the face around it, and where the nozzle gives sealant.
 
     Raises InputError where a path leads so far away that the box has too many cells.
     """
     support_mm = 4 * radius_mm
     low_mm, high_mm = crack_box_mm(solid, outline, radius_mm)
     low_mm[2], high_mm[2] = -solid.depth_mm, 0.0
-    low_mm = np.minimum(low_mm, [*trajectory.position_mm[:, :2].min(axis=0), np.inf]) - support_mm
-    high_mm = np.maximum(high_mm, trajectory.position_mm.max(axis=0)) + support_mm
+    nozzle_mm = trajectory.position_mm[trajectory.giving]
+    low_mm = np.minimum(low_mm, [*nozzle_mm[:, :2].min(axis=0), np.inf]) - support_mm
+    high_mm = np.maximum(high_mm, nozzle_mm.max(axis=0)) + support_mm
     cells = math.prod(((high_mm - low_mm) / (LIST_REACH * support_mm)).tolist())
     if not cells <= CELLS_AT_MOST:
-        x, y, z = trajectory.position_mm[np.abs(trajectory.position_mm).max(axis=1).argmax()]
+        x, y, z = nozzle_mm[np.abs(nozzle_mm).max(axis=1).argmax()]
         raise InputError(
             f"trajectory: it goes as far as ({x:g}, {y:g}, {z:g}) mm; with solver.radius_mm = {radius_mm:g} the box "
             f"around it and the crack has {cells:.3g} cells for the neighbour search; {CELLS_AT_MOST} are allowed. "

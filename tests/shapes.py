@@ -38,6 +38,13 @@ def arc_slot(
     return _between(centre, half, half, ends, None)
 
 
+def dog_leg(turn_deg: float) -> Outline:
+    """Two straight halves of 40 mm, 3 mm wide, that meet at an angle."""
+    t, turn = np.linspace(-40.0, 40.0, 321), np.radians(turn_deg)
+    centre = np.where(t[:, None] < 0, np.outer(t, [1.0, 0.0]), np.outer(t, [np.cos(turn), np.sin(turn)]))
+    return _between(centre, np.full_like(t, 1.5), np.full_like(t, 1.5), CUT, None)
+
+
 def oblique_slot(width_mm: float = 3.1) -> Outline:
     """The paper's crack without its wander: straight, 80 mm, at 30 degrees across the 40 mm of the face, both open."""
     return wandering_crack(wander_mm=0.0, width_mm=width_mm, width_change=0.0)

@@ -14,8 +14,8 @@ from digitise.ramps import times_along
     even=st.floats(0.0, 500),
     count=st.integers(2, 300),
 )
-def test_a_path_with_two_ramps_takes_as_long_as_at_speed_and_one_ramp_more(speed, ramp, even, count):
-    """Each ramp is passed at half the speed on average, so both together cost one ramp's time."""
+def test_a_path_with_two_ramps_takes_as_long_as_one_longer_by_both_of_them(speed, ramp, even, count):
+    """Each ramp is passed at half the speed on average."""
     length = 2 * ramp + even
     t_s = times_along(np.linspace(0.0, length, count), speed, ramp)
     # Square roots of distances: rounding of 1e-16 mm becomes 1e-8 of a ramp.

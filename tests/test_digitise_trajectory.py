@@ -1,6 +1,7 @@
 """The nozzle's path against lines and arcs, and its flow against the volume it must give."""
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from digitise.settings import NozzlePath
 from digitise.trajectory import plan_trajectory, smooth_centreline, volume_warnings
 from sealtwin.errors import InputError
 from sealtwin.files import read_trajectory, write_trajectory
-from sealtwin.records import Trajectory, arc_length
+from sealtwin.records import Outline, Sections, Trajectory, arc_length
 from tests.shapes import arc_slot, cut_crack, mirrored, reversed_path, straight_slot, wandering_crack
 
 PAPER = NozzlePath(volume_ml=4.8)
@@ -19,6 +20,14 @@ PAPER = NozzlePath(volume_ml=4.8)
 
 def dispensed_mm3(trajectory: Trajectory) -> float:
     return float((trajectory.flow_mm3_s[:-1] * np.diff(trajectory.t_s)).sum())
+
+
+def planned(outline: Outline, sections: Sections | None = None, **changes: Any) -> Trajectory:
+    return plan_trajectory(outline, NozzlePath.model_validate({"volume_ml": 4.8} | changes), 1.0, sections)
+
+
+TAPERING = Sections(s_mm=np.array([0.0, 80.0]), depth_mm=np.array([4.0, 16.0]), area_mm2=np.array([10.0, 50.0]))
+"""A crack of 80 mm whose section at s is 10 + s / 2 mm²."""
 
 
 def test_a_straight_crack_gets_the_paper_s_path():
@@ -75,27 +84,117 @@ def turns_deg(path: Trajectory) -> np.ndarray:
     return np.degrees(np.abs(np.diff(np.unwrap(np.arctan2(step[:, 1], step[:, 0])))))
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(
     seed=st.integers(0, 50),
     volume_ml=st.floats(0.01, 900),
     speed=st.floats(0.1, 100),
     spacing=st.floats(0.1, 7),
-    trim=st.floats(0, 15),
+    trims=st.tuples(st.floats(0, 15), st.floats(0, 15)),
+    ramp=st.floats(0, 4),
+    leads=st.tuples(st.sampled_from([0.0, 0.4, 12.0]), st.sampled_from([0.0, 3.0])),
+    reverse=st.booleans(),
+    flow=st.sampled_from(["constant", "cross_section"]),
 )
-def test_the_volume_is_out_exactly_when_the_path_ends(seed, volume_ml, speed, spacing, trim):
-    """Each row holds until the next: speed times time is the way, flow times time the volume, whatever the crack."""
+def test_the_volume_is_out_exactly_when_the_path_ends(
+    seed, volume_ml, speed, spacing, trims, ramp, leads, reverse, flow
+):
+    """Each row holds until the next: speed times time is the way, flow times time the volume, whatever the path."""
     outline = cut_crack(seed)
-    plan = NozzlePath(volume_ml=volume_ml, speed_mm_s=speed, spacing_mm=spacing, trim_mm=trim)
-    path = plan_trajectory(outline, plan, cavity_volume_mm3=1.0)
-    assert dispensed_mm3(path) == pytest.approx(volume_ml * 1000, rel=1e-12)
+    path = planned(
+        outline,
+        TAPERING,
+        volume_ml=volume_ml,
+        speed_mm_s=speed,
+        spacing_mm=spacing,
+        trim_mm=trims,
+        ramp_mm=min(ramp, (outline.length_mm - sum(trims)) / 3),
+        lead_in_mm=leads[0],
+        lead_out_mm=leads[1],
+        reverse=reverse,
+        flow=flow,
+    )
+    assert dispensed_mm3(path) == pytest.approx(volume_ml * 1000, rel=1e-9)
     way_mm = np.linalg.norm(np.diff(path.position_mm, axis=0), axis=1)
-    assert way_mm / np.diff(path.t_s) == pytest.approx(np.full(len(way_mm), speed), rel=1e-9)
+    assert way_mm / np.diff(path.t_s) == pytest.approx(path.speed_mm_s[:-1], rel=1e-9)
+    assert path.speed_mm_s.max() <= speed * (1 + 1e-9)
     assert way_mm.max() <= spacing + 1e-9
+    giving = path.giving
+    on_crack = way_mm[giving.start : giving.stop - 1]
     # Chords of even arcs: no waypoint is skipped, none doubled.
-    assert way_mm.min() > 0.9 * way_mm.max()
-    assert path.s_mm[0] == pytest.approx(trim, abs=1e-9)
-    assert path.s_mm[-1] == pytest.approx(outline.length_mm - trim, abs=1e-9)
+    assert on_crack.min() > 0.9 * on_crack.max()
+    ends = (trims[0], outline.length_mm - trims[1])
+    first, last = reversed(ends) if reverse else ends
+    assert path.s_mm[giving][[0, -1]] == pytest.approx([first, last], abs=1e-9)
+    onward = -1 if reverse else 1
+    assert path.s_mm[[0, -1]] == pytest.approx([first - onward * leads[0], last + onward * leads[1]], abs=1e-9)
+
+
+def test_a_reversed_path_is_the_same_line_from_its_other_end():
+    """Without leads: the same places and the same doses, s of the same crack, and time from the other end."""
+    outline = wandering_crack(3)
+    there, back = (planned(outline, reverse=reverse, trim_mm=(5.0, 15.0)) for reverse in (False, True))
+    assert np.abs(back.position_mm - there.position_mm[::-1]).max() < 1e-12
+    assert np.abs(back.s_mm - there.s_mm[::-1]).max() < 1e-12
+    assert back.s_mm[-1] == pytest.approx(5.0, abs=1e-9)
+    assert back.given_mm3 == pytest.approx(there.given_mm3[::-1])
+    assert back.t_s[0] == 0
+    # Turned about twice is a reversed crack with its trims exchanged, but for where the spline sets its knots: that
+    # must stay below the bound of the smoothing.
+    walked = planned(reversed_path(outline), trim_mm=(15.0, 5.0))
+    assert np.linalg.norm(walked.position_mm[[0, -1]] - back.position_mm[[0, -1]], axis=1).max() < 0.1
+
+
+@pytest.mark.parametrize("reverse", [False, True])
+def test_leads_are_straight_tangent_and_dry(reverse):
+    """On an arc of 60 mm radius about the origin a tangent is square to the radius; s runs on below 0."""
+    path = planned(arc_slot(60.0), trim_mm=2.0, lead_in_mm=7.5, lead_out_mm=4.0, reverse=reverse)
+    giving = path.giving
+    lead_in, lead_out = path.position_mm[: giving.start + 1, :2], path.position_mm[giving.stop - 1 :, :2]
+    for lead, length_mm, foot in ((lead_in, 7.5, lead_in[-1]), (lead_out, 4.0, lead_out[0])):
+        along = (lead[-1] - lead[0]) / length_mm
+        assert np.linalg.norm(along) == pytest.approx(1.0, abs=1e-9)
+        # Smoothing by 0.1 mm may turn the very end of an arc by a degree or two.
+        assert abs(along @ foot / np.linalg.norm(foot)) < np.sin(np.radians(2))
+        assert np.linalg.norm(np.diff(lead, n=2, axis=0), axis=1).max() < 1e-9
+    length_mm = arc_slot(60.0).length_mm
+    assert path.s_mm[0] == pytest.approx(length_mm + 5.5 if reverse else -5.5, abs=1e-9)
+    assert turns_deg(path).max() < 2
+    assert path.flow_mm3_s[: giving.start].tolist() == [0.0] * 8
+    assert path.flow_mm3_s[giving.stop - 1 :].tolist() == [0.0] * 5
+    assert path.flow_mm3_s[giving][:-1] == pytest.approx(path.flow_mm3_s[giving][0])
+
+
+def test_a_ramp_changes_when_a_millimetre_gets_its_sealant_and_not_how_much():
+    plain, ramped = (planned(straight_slot(80.0), ramp_mm=ramp) for ramp in (0.0, 10.0))
+    assert ramped.given_mm3 == pytest.approx(plain.given_mm3)
+    assert ramped.flow_mm3_s[:-1] / ramped.speed_mm_s[:-1] == pytest.approx(np.full(60, 80.0))
+    # Each ramp takes 2.5 s more: 15 s and 5 s. At v² / (2 ramp) = 0.8 mm/s² the first 2.5 mm take 2.5 s.
+    assert ramped.duration_s == pytest.approx(20.0)
+    assert np.interp(2.5, ramped.t_s, ramped.s_mm - 10) == pytest.approx(2.5, abs=0.05)
+    assert ramped.speed_mm_s[20:40] == pytest.approx(np.full(20, 4.0))
+
+
+def test_a_wide_place_gets_its_share():
+    """Of the section 10 + s / 2 mm², from s = 10 to 70: between s and s + 1 lie 10 + (s + 0.5) / 2 of 1800 mm³."""
+    for reverse in (False, True):
+        path = planned(straight_slot(80.0), TAPERING, flow="cross_section", reverse=reverse)
+        between = np.minimum(path.s_mm[:-1], path.s_mm[1:])
+        assert path.given_mm3 / 4800 == pytest.approx((10 + (between + 0.5) / 2) / 1800, rel=1e-9)
+
+
+def test_a_pinch_between_two_waypoints_is_not_skipped():
+    """Section 20 mm², but 0 at s = 40.5, from 40.25 to 40.75: the step from 40 to 41 holds 3/4 of any other."""
+    pinched = Sections(np.array([0, 40.25, 40.5, 40.75, 80.0]), np.full(5, 9.0), np.array([20, 20, 0, 20, 20.0]))
+    given_mm3 = planned(straight_slot(80.0), pinched, flow="cross_section").given_mm3
+    assert given_mm3[30] / given_mm3[0] == pytest.approx(0.75)
+
+
+def test_a_share_of_the_cavity_is_given_where_asked_for():
+    path = planned(straight_slot(), volume_ml="cavity", fill=1.0)
+    half = plan_trajectory(straight_slot(), NozzlePath(fill=0.55), cavity_volume_mm3=3968.0)
+    assert dispensed_mm3(path) == pytest.approx(1.0)
+    assert dispensed_mm3(half) == pytest.approx(0.55 * 3968.0, rel=1e-12)
 
 
 def test_the_cavity_s_volume_is_given_where_asked_for():
@@ -128,6 +227,10 @@ def test_the_file_gives_the_volume_too(tmp_path):
     ("length_mm", "changes", "says"),
     [
         (20.5, {}, r"Centreline 20.5 mm: too short to trim 2 x 10 mm"),
+        (20.5, {"trim_mm": (18.0, 2.0)}, r"too short to trim 18 and 2 mm and leave a step of 1 mm"),
+        (40.0, {"ramp_mm": 10.5}, r"ramp_mm is 10.5: two ramps do not fit into a path of 20.0 mm.* at most 10; or"),
+        (40.0, {"ramp_mm": 15.5, "lead_in_mm": 10.0}, r"into a path of 30.0 mm, leads included. Allowed is at most 15"),
+        (80.0, {"spacing_mm": 0.0105, "lead_in_mm": 500.0, "lead_out_mm": 500.0}, "more than 100000 waypoints"),
         (1100.0, {"spacing_mm": 0.0105}, "more than 100000 waypoints"),
         (80.0, {"volume_ml": "cavity"}, "the cavity holds 0 mm³"),
     ],
@@ -138,10 +241,20 @@ def test_impossible_paths_are_refused_in_a_sentence(length_mm, changes, says):
         plan_trajectory(straight_slot(length_mm), plan, cavity_volume_mm3=0.0)
 
 
+def test_a_crack_without_any_section_gets_no_share_of_nothing():
+    empty = Sections(np.array([0.0, 80.0]), np.zeros(2), np.zeros(2))
+    with pytest.raises(InputError, match=r'flow is "cross_section", but the cavity has no section between s = 10 and'):
+        planned(straight_slot(80.0), empty, flow="cross_section")
+    with pytest.raises(ValueError, match="without sections"):
+        planned(straight_slot(80.0), flow="cross_section")
+
+
 def test_a_cavity_larger_than_a_path_may_fill_is_refused_with_its_volume():
     """volume_ml has a limit of 1000; "cavity" must not be a way round it."""
     with pytest.raises(InputError, match=r"the cavity holds 31000 ml, more than the 1000 ml"):
         plan_trajectory(straight_slot(), NozzlePath(), cavity_volume_mm3=3.1e7)
+    with pytest.raises(InputError, match=r"holds 400 ml, which fill = 3 makes 1200 ml, more than the 1000 ml"):
+        plan_trajectory(straight_slot(), NozzlePath(fill=3.0), cavity_volume_mm3=4e5)
 
 
 def test_a_volume_far_from_the_cavity_s_is_remarked_on():

@@ -5,8 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from digitise.settings import CrackShape
+from digitise.settings import CrackShape, NozzlePath
 from digitise.solid import build_solid
+from digitise.trajectory import plan_trajectory
 from sealtwin.errors import InputError, NumericalError
 from sealtwin.progress import Progress
 from sealtwin.records import Profile, Run
@@ -223,6 +224,16 @@ def test_a_path_that_leads_far_away_is_refused_before_memory_is_asked_for(away_m
     trajectory.position_mm[3] += away_mm
     with pytest.raises(InputError, match=r"trajectory: it goes as far as \(.*1e\+\d+.*\) mm; .* 4000000 are allowed"):
         pour((solid, outline), trajectory)
+
+
+def test_a_lead_without_sealant_costs_no_memory():
+    """Half a metre of approach would double a box of 4 000 000 cells; nothing is released on it."""
+    solid, outline = slot(12.0)
+    there = path(outline, 0.05)
+    led = plan_trajectory(outline, NozzlePath(volume_ml=0.05, trim_mm=2.0, lead_in_mm=500.0, lead_out_mm=40.0), 1e3)
+    boxes = [run_module._domain(solid, outline, trajectory, 0.4) for trajectory in (there, led)]
+    for name in ("low", "high"):
+        assert np.abs(getattr(boxes[0], name) - getattr(boxes[1], name)).max() < 1e-9
 
 
 @pytest.mark.parametrize(

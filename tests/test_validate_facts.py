@@ -6,6 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from digitise.settings import NozzlePath
+from digitise.trajectory import plan_trajectory
 from sealtwin.records import Comparison
 from tests.evidence import make_evidence
 from validate.evidence import Evidence
@@ -70,6 +72,29 @@ def test_reynolds_and_bond_numbers_are_those_of_the_trial(tmp_path):
     speed_mm_s = flow_mm3_s / (np.pi * 1.2**2)
     assert f"Reynolds number {speed_mm_s * 2.4 / 32.6:.2g}" in sentence
     assert f"{speed_mm_s:.0f} mm/s" in sentence
+
+
+def test_a_path_with_leads_and_ramps_is_told_with_what_varies(tmp_path):
+    """Its flow is that of the time in which sealant flows: a lead of any length must not dilute it."""
+    evidence = make_evidence(tmp_path)
+    plain, led = (
+        replace(
+            evidence,
+            trajectory=plan_trajectory(
+                evidence.outline, NozzlePath.model_validate({"volume_ml": 1.2, "trim_mm": 5.0} | more), 1.0
+            ),
+        )
+        for more in ({}, {"lead_in_mm": 30.0, "lead_out_mm": 4.0, "ramp_mm": 10.0, "reverse": True})
+    )
+    table = rows(led, "Nozzle path")
+    assert table["gives sealant from, to"] == "s = 35.0 to 5.0 mm"
+    assert table["without sealant before, after"] == "30.0 mm, 4.0 mm"
+    # The first millimetre of a ramp of 10 mm takes 2 sqrt(10) / 4 s.
+    assert table["speed"] == "0.63 to 4.00 mm/s"
+    nozzle = [next(text for text in assumptions(each) if text.startswith("Surface tension")) for each in (plain, led)]
+    speeds = [float(re.search(r"\((\d+) mm/s", text)[1]) for text in nozzle]  # pyright: ignore[reportOptionalSubscript]
+    # 1.2 ml in 7.5 s; slowed by the end of one ramp, it is less, but not the half that the leads would make of it.
+    assert 0.8 * speeds[0] < speeds[1] <= speeds[0]
 
 
 def test_a_run_without_viscosity_gets_no_invented_numbers(tmp_path):

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sealtwin.records import Solid
+from sealtwin.records import Floats, Solid, Trajectory, arc_length
 from validate.evidence import Evidence
 from validate.health import health_rows
 from validate.verdict import leak
@@ -235,16 +235,30 @@ def _geometry(evidence: Evidence) -> Table:
 
 def _path(evidence: Evidence) -> Table:
     trajectory = evidence.trajectory
-    return Table(
-        "Nozzle path",
-        (
-            ("from, to", f"s = {trajectory.s_mm[0]:.1f} to {trajectory.s_mm[-1]:.1f} mm"),
-            ("duration", f"{trajectory.duration_s:.2f} s in {counted(len(trajectory.t_s), 'waypoint')}"),
-            ("speed", f"{trajectory.speed_mm_s[:-1].mean():.2f} mm/s"),
-            ("flow", f"{_mean_flow_mm3_s(evidence):.1f} mm³/s"),
-            ("height above the face", f"{trajectory.position_mm[:, 2].mean():.1f} mm"),
-        ),
-    )
+    giving = trajectory.giving
+    begins_mm, ends_mm = trajectory.s_mm[giving][[0, -1]]
+    rows = [
+        ("gives sealant from, to", f"s = {begins_mm:.1f} to {ends_mm:.1f} mm"),
+        ("duration", f"{trajectory.duration_s:.2f} s in {counted(len(trajectory.t_s), 'waypoint')}"),
+        ("speed", _span(trajectory.speed_mm_s[:-1], 2, "mm/s")),
+        ("flow", _span(trajectory.flow_mm3_s[giving.start : giving.stop - 1], 1, "mm³/s")),
+        ("height above the face", f"{trajectory.position_mm[:, 2].mean():.1f} mm"),
+    ]
+    leads_mm = [arc_length(points)[-1] for points in _leads(trajectory)]
+    if any(leads_mm):
+        rows.append(("without sealant before, after", f"{leads_mm[0]:.1f} mm, {leads_mm[1]:.1f} mm"))
+    return Table("Nozzle path", tuple(rows))
+
+
+def _leads(trajectory: Trajectory) -> tuple[Floats, Floats]:
+    giving = trajectory.giving
+    return trajectory.position_mm[: giving.start + 1], trajectory.position_mm[giving.stop - 1 :]
+
+
+def _span(values: Floats, decimals: int, unit: str) -> str:
+    """One number where they are the same as far as it is written, else the least and the most."""
+    least, most = (f"{value:.{decimals}f}" for value in (values.min(), values.max()))
+    return f"{least} {unit}" if least == most else f"{least} to {most} {unit}"
 
 
 def _health(evidence: Evidence) -> Table:
@@ -302,9 +316,10 @@ def _surface_tension(evidence: Evidence) -> str:
 
 
 def _mean_flow_mm3_s(evidence: Evidence) -> float:
-    """Over the time of the path; each waypoint's flow holds until the next."""
+    """Over the time in which sealant flows; each waypoint's flow holds until the next."""
     trajectory = evidence.trajectory
-    return float(trajectory.flow_mm3_s[:-1] @ np.diff(trajectory.t_s) / trajectory.duration_s)
+    flowing = trajectory.flow_mm3_s[:-1] > 0
+    return float(trajectory.given_mm3.sum() / np.diff(trajectory.t_s)[flowing].sum())
 
 
 def _mm(value: float | None) -> str:
