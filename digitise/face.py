@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 
 from digitise.raster import Map, blurred
+from digitise.straight import fit_line_to_most, meeting
 from sealtwin.errors import InputError
 from sealtwin.records import Floats
 
@@ -42,7 +43,7 @@ def find_face(brightness: Map, size_mm: tuple[float, float], file: Path) -> tupl
         raise InputError(f"{file}: the face does not stand out from what is around it; give face_corners_px.")
     soft = blurred(brightness, 1.0)
     lines, misses_px = zip(*(_edge_line(soft, rough, side) for side in range(4)), strict=True)
-    corners = np.array([_crossing(lines[side - 1], lines[side]) for side in range(4)])
+    corners = np.array([meeting(lines[side - 1], lines[side]) for side in range(4)])
     width_px, height_px = (
         np.linalg.norm(corners[[1, 3]] - corners[[0, 0]], axis=1)
         + np.linalg.norm(corners[[2, 2]] - corners[[3, 1]], axis=1)
@@ -68,7 +69,7 @@ def see_face(brightness: Map) -> Floats | None:
     lines, misses_px = zip(*(_edge_line(soft, rough, side) for side in range(4)), strict=True)
     if np.sqrt(np.mean(np.concatenate(misses_px) ** 2)) > STRAIGHT_PX:
         return None
-    return np.array([_crossing(lines[side - 1], lines[side]) for side in range(4)])
+    return np.array([meeting(lines[side - 1], lines[side]) for side in range(4)])
 
 
 def _slenderness(corners: Floats) -> float:
@@ -140,13 +141,7 @@ def _edge_line(soft: Map, corners: Floats, side: int) -> tuple[Floats, Floats]:
     light = np.asarray(cv2.blur(light, (1, 9)), dtype=float)
     slope = _inner_slope(light) if _has_gap(light) else np.abs(np.gradient(light, axis=1))
     points = foot + (_peak(slope) * (offsets[1] - offsets[0]) + offsets[0])[:, None] * normal
-    line, miss = _fit(points)
-    for _ in range(5):
-        # Median, since the crack and pores pull single points far off.
-        keep = np.abs(miss) <= max(1.0, 3 * float(np.median(np.abs(miss))))
-        points = points[keep]
-        line, miss = _fit(points)
-    return line, miss
+    return fit_line_to_most(points, least=1.0)
 
 
 def _has_gap(light: Floats) -> bool:
@@ -172,16 +167,3 @@ def _peak(rows: Floats) -> Floats:
     before, at, after = rows[row, top - 1], rows[row, top], rows[row, top + 1]
     bend = np.minimum(before - 2 * at + after, -1e-12)
     return top + np.clip(0.5 * (before - after) / bend, -0.5, 0.5)
-
-
-def _fit(points: Floats) -> tuple[Floats, Floats]:
-    """Line of least squares (point, direction), and each point's signed distance from it."""
-    centre = points.mean(axis=0)
-    direction = np.linalg.svd(points - centre)[2][0]
-    return np.array([centre, direction]), (points - centre) @ np.array([-direction[1], direction[0]])
-
-
-def _crossing(first: Floats, second: Floats) -> Floats:
-    (p, u), (q, v) = first, second
-    along = np.linalg.solve(np.column_stack([u, -v]), q - p)[0]
-    return p + along * u
