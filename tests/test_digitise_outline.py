@@ -5,11 +5,11 @@ import cv2
 import numpy as np
 import pytest
 
+from digitise.lighting import Look
 from digitise.outline import trace_outline
 from digitise.path import find_path
 from digitise.photo import Photo, load_photo
 from digitise.polyline import crossings, signed_area
-from digitise.lighting import Look
 from digitise.settings import PhotoInput
 from digitise.specimen import Recipe, Specimen, make_specimen, mean_width_mm
 from sealtwin.errors import InputError

@@ -1,0 +1,187 @@
+"""Cracks with an exact truth, traced between clicked ends: how far off, and what is refused.
+
+    python benchmarks/tracing.py [--tier clean|hard|refused] [--seeds N] [--first SEED] [--json]
+    python benchmarks/tracing.py --photos DIR
+
+Clean: at least 16 px wide, diffuse light, at most 0.15 mm/px, camera tilted to 10 degrees, every second one through a
+lens with k1 to -0.2. Hard: the same with one difficulty, and the means that the tool has against it. Refused: photos
+and hints of which nothing can be measured. The photos are procedural: they say what tracing can do, not what a camera
+will give it. Goals are the medians of our first study, less a third.
+"""
+
+import argparse
+import json
+import sys
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from benchmarks.table import Row, finish
+from benchmarks.tracing_cases import HARD, Case, clean_case, hard_case
+from benchmarks.tracing_figures import Figures, trace_case
+from benchmarks.tracing_refusals import REFUSALS, refused
+
+SHOWN = ("centreline_mm", "wall_mm", "width_percent", "length_percent", "end_mm", "scale_percent", "iou", "time_s")
+GOAL = 2 / 3
+STUDY: dict[str, tuple[float, ...]] = {
+    "clean closed": (0.019, 0.052, 0.8, 0.11, 0.15, 0.008, 0.982),
+    "clean closed, bent": (0.019, 0.052, 0.8, 0.11, 0.15, 0.09, 0.982),
+    "clean open": (0.041, 0.092, 0.8, 0.67, 1.4, 0.008, 0.974),
+    "clean open, bent": (0.041, 0.092, 0.8, 0.67, 1.4, 0.09, 0.974),
+    "hard shadow": (0.042, 0.080, 1.9, 0.08, 0.17, 0.008, 0.973),
+    "hard wall lit a little": (0.079, 0.107, 3.0, 0.41, 0.25, 0.008, 0.950),
+    "hard wall lit, two photos": (0.019, 0.052, 0.8, 0.11, 0.15, 0.008, 0.98),
+    "hard wall lit, fraction 0.7": (0.14, 0.17, 2.4, 0.4, 0.38, 0.008, 0.91),
+    "hard pores at the wall": (0.019, 0.07, 0.8, 0.11, 0.15, 0.008, 0.982),
+    "hard blur 2 px": (0.026, 0.056, 0.8, 0.29, 0.20, 0.015, 0.98),
+    "hard JPEG 50": (0.028, 0.050, 0.8, 0.10, 0.16, 0.008, 0.98),
+    "hard 8 to 15 px": (0.03, 0.06, 2.9, 0.2, 0.2, 0.008, 0.947),
+}
+"""Medians of the study, in the order of SHOWN. It had no stains; two photos are to be as good as a clean one."""
+
+
+@dataclass(frozen=True)
+class Traced:
+    case: Case
+    figures: Figures
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--tier", choices=("clean", "hard", "refused"), help="this one only")
+    parser.add_argument("--seeds", type=int, default=32, help="clean cracks; of each hard kind an eighth of them")
+    parser.add_argument(
+        "--first", type=int, default=1, help="first seed: others than those that the tool was made with"
+    )
+    parser.add_argument("--json", action="store_true", help="every figure, for programs, in place of the tables")
+    parser.add_argument("--photos", type=Path, help="score a folder of X.png with X_mask.png instead")
+    options = parser.parse_args()
+    if options.photos:
+        from benchmarks.tracing_photos import score_photos
+
+        finish(score_photos(options.photos))
+        return
+    # One thread, so that process time is that of one core.
+    cv2.setNumThreads(1)
+    cases = list(_cases(options.tier, options.seeds, options.first))
+    with tempfile.TemporaryDirectory() as folder:
+        traced = [_told(Traced(case, trace_case(case, Path(folder)))) for case in cases]
+        answers = _refusals(Path(folder), options.first) if options.tier in (None, "refused") else {}
+    if options.json:
+        print(json.dumps(_record(traced, answers), indent=1))
+        return
+    _print_cases(traced)
+    _print_groups(traced)
+    for name, answer in answers.items():
+        print(f"{name:<28} {'refused by name' if answer is None else answer}")
+    print()
+    finish([*_rows(traced, "clean", 1), *_rows(traced, "hard", 2), *_refusal_rows(answers)])
+
+
+def _cases(tier: str | None, seeds: int, first: int) -> Sequence[Case]:
+    clean = [clean_case(seed) for seed in range(first, first + seeds)] if tier in (None, "clean") else []
+    each = range(first, first + max(2, seeds // 8))
+    hard = [hard_case(kind, seed) for kind in HARD for seed in each] if tier in (None, "hard") else []
+    return [*clean, *hard]
+
+
+def _told(traced: Traced) -> Traced:
+    figures = traced.figures
+    told = figures.refusal or f"walls {figures.wall_mm:.3f} mm, {figures.time_s:.1f} s"
+    print(f"{traced.case.name}: {told}", file=sys.stderr)
+    return traced
+
+
+def _refusals(folder: Path, first: int) -> dict[str, str | None]:
+    answers = {}
+    for case in REFUSALS:
+        answers[case.name] = refused(case, first, folder)
+        print(f"{case.name}: {answers[case.name] or 'refused by name'}", file=sys.stderr)
+    return answers
+
+
+def _print_cases(traced: Sequence[Traced]) -> None:
+    print(f"{'case':<34} {'mm/px':>6} {'width px':>8} " + _heading())
+    for one in traced:
+        recipe = one.case.recipe
+        begin = f"{one.case.name:<34} {recipe.mm_per_px:>6.3f} {recipe.width_mm / recipe.mm_per_px:>8.1f} "
+        print(begin + (one.figures.refusal or _line([getattr(one.figures, name) for name in SHOWN])))
+    print()
+
+
+def _print_groups(traced: Sequence[Traced]) -> None:
+    print(f"{'group':<42} {'':<8}" + _heading())
+    for group in dict.fromkeys(f"{one.case.tier} {one.case.group}" for one in traced):
+        members = [one.figures for one in traced if f"{one.case.tier} {one.case.group}" == group]
+        columns = [np.nan_to_num([getattr(member, name) for member in members], nan=np.inf) for name in SHOWN]
+        worst = [
+            float(column.min() if name == "iou" else column.max()) for name, column in zip(SHOWN, columns, strict=True)
+        ]
+        print(f"{f'{group} ({len(members)})':<42} {'worst':<8}{_line(worst)}")
+        print(f"{'':<42} {'median':<8}{_line([float(np.median(column)) for column in columns])}")
+        if group in STUDY:
+            *errors, iou = STUDY[group]
+            print(f"{'':<42} {'goal':<8}{_line([*(GOAL * error for error in errors), 1 - GOAL * (1 - iou)])}")
+    print()
+
+
+def _heading() -> str:
+    names = [name.removesuffix("_mm").removesuffix("_percent").removesuffix("_s") for name in SHOWN]
+    units = ["mm", "mm", "%", "%", "mm", "%", "", "s"]
+    return " ".join(f"{f'{name} {unit}'.strip():>13}" for name, unit in zip(names, units, strict=True))
+
+
+def _line(values: Sequence[float]) -> str:
+    return " ".join(f"{value:>13.3f}" for value in values)
+
+
+def _rows(traced: Sequence[Traced], tier: str, slack: float) -> list[Row]:
+    """The targets of a tier, worst case; ``slack`` is how much more the hard ones may miss."""
+    members = [one for one in traced if one.case.tier == tier]
+    if not members:
+        return []
+
+    def row(name: str, figure: str, unit: str, limit: float, study: float, chosen: Callable[[Case], bool]) -> Row:
+        values = np.array([getattr(one.figures, figure) for one in members if chosen(one.case)])
+        # A refused photo is as far off as can be.
+        values = np.nan_to_num(values, nan=np.inf)
+        goal = f"median {GOAL * study:.2g}: {np.median(values):.2g}"
+        worst = values.max(initial=0.0)
+        return Row(f"{tier}: {name}, worst of {len(values)}", float(worst), unit, 0, slack * limit, goal)
+
+    def every(case: Case) -> bool:
+        return True
+
+    rows = [
+        row("centreline RMS", "centreline_mm", "mm", 0.1, 0.019, every),
+        row("walls RMS", "wall_mm", "mm", 0.15, 0.052, every),
+        row("mean width", "width_percent", "%", 2, 0.8, every),
+        row("length, closed", "length_percent", "%", 0.5, 0.11, lambda case: case.recipe.ends == "closed"),
+        row("length, open", "length_mm", "mm", 2, 0.54, lambda case: case.recipe.ends == "open"),
+        row("scale", "scale_percent", "%", 0.1, 0.008, lambda case: case.recipe.lens_k1 == 0),
+    ]
+    if tier == "clean":
+        rows.append(row("scale, bent", "scale_percent", "%", 0.3, 0.09, lambda case: case.recipe.lens_k1 != 0))
+    return rows
+
+
+def _refusal_rows(answers: dict[str, str | None]) -> list[Row]:
+    if not answers:
+        return []
+    by_name = sum(answer is None for answer in answers.values())
+    return [Row("out of range: refused by name", by_name, "", len(answers), len(answers))]
+
+
+def _record(traced: Sequence[Traced], answers: dict[str, str | None]) -> dict[str, object]:
+    return {
+        "cases": [{**asdict(one.case), "figures": asdict(one.figures)} for one in traced],
+        "refusals": answers,
+    }
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,131 @@
+"""The synthetic cracks that tracing is held to: clean ones, hard ones, and photos that must be refused."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from digitise.fracture import fracture
+from digitise.lighting import MODERATE_LAMP, STRONG_LAMP, Look, SideLamp
+from digitise.recipe import Recipe
+from digitise.specimen import Specimen
+
+CLICK_PX = 2.0
+"""Standard deviation, in x and in y, of an end that somebody clicks."""
+FACE_HEIGHT_MM = 40.0
+"""The paper's; an open crack crosses it."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One crack to trace between clicked ends, and the means that the tool offers against its difficulty."""
+
+    tier: str
+    group: str
+    seed: int
+    recipe: Recipe
+    edge_fraction: float = 0.5
+
+    @property
+    def name(self) -> str:
+        return f"{self.tier} {self.group} {self.seed}"
+
+    def ends_px(self, truth: Specimen) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Where the user clicks: the true ends, missed by a hand's noise."""
+        miss_px = CLICK_PX * np.random.default_rng([self.seed, 7]).standard_normal((2, 2))
+        (a, b), (c, d) = np.clip(np.array(truth.ends_px) + miss_px, 0, np.array(truth.camera.size_px) - 1)
+        return (float(a), float(b)), (float(c), float(d))
+
+
+def clean_case(seed: int) -> Case:
+    """In turn closed and open, every fourth through a lens that bends; every other number by chance."""
+    ends = ("closed", "open")[seed % 2]
+    bent = seed % 4 in (2, 3)
+    for attempt in range(100):
+        rng = np.random.default_rng([seed, 8, attempt])
+        recipe = _sound_recipe(rng, least_px=16.0, most_px=80.0)
+        recipe = replace(
+            recipe,
+            ends=ends,
+            tilt_deg=rng.uniform(0, 10),
+            lens_k1=rng.uniform(-0.2, -0.03) if bent else 0.0,
+            camera_mm=rng.uniform(262, 450),
+        )
+        if _fits(seed, recipe):
+            return Case("clean", f"{ends}{', bent' if bent else ''}", seed, recipe)
+    raise RuntimeError(f"no crack of seed {seed} fits its face")
+
+
+HARD: dict[str, Callable[[Recipe, np.random.Generator], Recipe]] = {
+    "stains": lambda recipe, rng: replace(recipe, stain=rng.uniform(0.3, 0.5)),
+    "shadow": lambda recipe, rng: _looking(recipe, shadow=rng.uniform(0.4, 0.6)),
+    "wall lit a little": lambda recipe, rng: _lit(recipe, rng, MODERATE_LAMP),
+    "wall lit, two photos": lambda recipe, rng: replace(_lit(recipe, rng, STRONG_LAMP), second_photo=True),
+    "wall lit, fraction 0.7": lambda recipe, rng: _lit(recipe, rng, STRONG_LAMP),
+    "pores at the wall": lambda recipe, rng: replace(recipe, wall_pores=14, pores=400),
+    "blur 2 px": lambda recipe, rng: _looking(recipe, blur_px=2.0),
+    "JPEG 50": lambda recipe, rng: _looking(recipe, jpeg_quality=50, noise=0.03),
+    "8 to 15 px": lambda recipe, rng: replace(recipe, width_mm=rng.uniform(8.5, 14.5) * recipe.mm_per_px),
+}
+
+
+def hard_case(group: str, seed: int) -> Case:
+    """A clean crack with one difficulty, of a size that a user would meet it in."""
+    for attempt in range(100):
+        rng = np.random.default_rng([seed, 9, list(HARD).index(group), attempt])
+        recipe = replace(_sound_recipe(rng, least_px=16.0, most_px=50.0), ends=("closed", "open")[seed % 2])
+        recipe = HARD[group](recipe, rng)
+        if _fits(seed, recipe):
+            return Case("hard", group, seed, recipe, 0.7 if "fraction" in group else 0.5)
+    raise RuntimeError(f"no crack of seed {seed} fits its face")
+
+
+def _sound_recipe(rng: np.random.Generator, least_px: float, most_px: float) -> Recipe:
+    """A crack ``least_px`` to ``most_px`` wide in a steady photo in diffuse light."""
+    mm_per_px = rng.uniform(0.06, 0.15)
+    length_mm = rng.uniform(48, 80)
+    # A crack must be ten widths long, or it is a hole.
+    widest_mm = min(8.0, length_mm / 10, most_px * mm_per_px)
+    width_mm = float(np.exp(rng.uniform(np.log(least_px * mm_per_px), np.log(widest_mm))))
+    return Recipe(
+        face_mm=(length_mm + 20, FACE_HEIGHT_MM),
+        length_mm=length_mm,
+        width_mm=width_mm,
+        angle_deg=rng.uniform(5, 22),
+        wander_mm=rng.uniform(0.4, 1.4),
+        shortest_wave=max(0.06, 2.5 * width_mm / length_mm),
+        width_variation=rng.uniform(0.05, 0.2),
+        mirrored=bool(rng.integers(2)),
+        mm_per_px=mm_per_px,
+        tilt_deg=rng.uniform(0, 5),
+        look=Look(
+            light=rng.uniform(0.1, 0.4),
+            grain=rng.uniform(0.05, 0.12),
+            blur_px=rng.uniform(0.5, 1.2),
+            noise=rng.uniform(0.01, 0.03),
+            jpeg_quality=int(rng.integers(80, 96)),
+        ),
+    )
+
+
+def _looking(recipe: Recipe, **changes: object) -> Recipe:
+    return replace(recipe, look=replace(recipe.look, **changes))
+
+
+def _lit(recipe: Recipe, rng: np.random.Generator, lamp: SideLamp) -> Recipe:
+    """The lamp stands within 30 degrees of square to the crack, on either side of it."""
+    run_deg = recipe.angle_deg
+    if recipe.ends == "open":
+        run_deg = np.degrees(np.arcsin(min(1.0, FACE_HEIGHT_MM / recipe.length_mm)))
+    if recipe.mirrored:
+        run_deg = 180 - run_deg
+    from_deg = run_deg + rng.choice([-90, 90]) + rng.uniform(-30, 30)
+    return _looking(recipe, light=0.4, lamp=replace(lamp, from_deg=float(from_deg)))
+
+
+def _fits(seed: int, recipe: Recipe) -> bool:
+    try:
+        fracture(recipe, np.random.default_rng([seed, 1]), np.random.default_rng([seed, 3]))
+    except ValueError:
+        return False
+    return True

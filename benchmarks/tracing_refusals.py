@@ -1,0 +1,134 @@
+"""Photos that nobody can measure a crack in, and the words in which the tool must say so."""
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from digitise.outline import trace_outline
+from digitise.path import find_path
+from digitise.photo import load_photo
+from digitise.recipe import Recipe
+from digitise.settings import PhotoInput
+from digitise.specimen import MARKER_MM, MARKER_OFFSET_MM, Specimen, make_specimen
+from sealtwin.errors import InputError
+
+Image = NDArray[np.uint8]
+SMALL = Recipe(face_mm=(80, 40), length_mm=55)
+NO_CRACK = replace(SMALL, width_mm=1e-4)
+"""A thousandth of a pixel wide: nobody sees it."""
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """A spoilt photo or hint, and the pattern of what must be said."""
+
+    name: str
+    says: str
+    spoilt: Callable[[Specimen, PhotoInput, Image], tuple[PhotoInput, Image]]
+    """From a specimen, its settings with true ends and its BGR photo."""
+    recipe: Recipe = SMALL
+
+
+def refused(case: Refusal, seed: int, folder: Path) -> str | None:
+    """None where the tool refuses in the words wanted, else what it did instead."""
+    truth = make_specimen(seed, case.recipe)
+    image = np.asarray(cv2.imdecode(np.frombuffer(truth.jpeg, np.uint8), cv2.IMREAD_COLOR), dtype=np.uint8)
+    settings, image = case.spoilt(truth, truth.photo_input(Path("spoilt.png")), image)
+    cv2.imwrite(str(folder / "spoilt.png"), image)
+    try:
+        photo = load_photo(settings, folder)
+        outline = trace_outline(photo, find_path(photo, settings.ends_px))
+    except InputError as refusal:
+        return None if re.search(case.says, str(refusal)) else f"said otherwise: {refusal}"
+    return f"traced a crack {outline.length_mm:.0f} mm long"
+
+
+def _as_it_is(truth: Specimen, settings: PhotoInput, image: Image) -> tuple[PhotoInput, Image]:
+    return settings, image
+
+
+def _without_ends(truth: Specimen, settings: PhotoInput, image: Image) -> tuple[PhotoInput, Image]:
+    return settings.model_copy(update={"ends_px": None}), image
+
+
+def _markers_covered(truth: Specimen, settings: PhotoInput, image: Image) -> tuple[PhotoInput, Image]:
+    for marker in truth.board.markers:
+        _patch(truth, image, marker.x_mm, marker.y_mm)[:] = 200
+    return settings, image
+
+
+def _marker_twice(truth: Specimen, settings: PhotoInput, image: Image) -> tuple[PhotoInput, Image]:
+    first, last = truth.board.markers[0], truth.board.markers[-1]
+    copied, covered = (_patch(truth, image, marker.x_mm, marker.y_mm) for marker in (first, last))
+    covered[:] = cv2.resize(copied, covered.shape[1::-1])
+    return settings, image
+
+
+def _marker_misplaced(truth: Specimen, settings: PhotoInput, image: Image) -> tuple[PhotoInput, Image]:
+    first, *others = truth.board.markers
+    moved = first.model_copy(update={"x_mm": first.x_mm + 3})
+    return settings.model_copy(update={"markers": truth.board.model_copy(update={"markers": (moved, *others)})}), image
+
+
+def _face_only(truth: Specimen, settings: PhotoInput, image: Image) -> tuple[PhotoInput, Image]:
+    settings, image = _markers_covered(truth, settings, image)
+    return settings.model_copy(update={"markers": None}), image
+
+
+def _black(truth: Specimen, settings: PhotoInput, image: Image) -> tuple[PhotoInput, Image]:
+    return settings, np.zeros_like(image)
+
+
+def _two_cracks(truth: Specimen, settings: PhotoInput, image: Image) -> tuple[PhotoInput, Image]:
+    """The photo twice, side by side: neither crack is the main one."""
+    twice = np.hstack([image, image])
+    flat = PhotoInput(file=settings.file, data="synthetic", mm_per_px=truth.recipe.mm_per_px)
+    return flat, twice
+
+
+def _end_beside(truth: Specimen, settings: PhotoInput, image: Image) -> tuple[PhotoInput, Image]:
+    (x, y), other = truth.ends_px
+    return settings.model_copy(update={"ends_px": ((x + 150, y), other)}), image
+
+
+def _end_outside(truth: Specimen, settings: PhotoInput, image: Image) -> tuple[PhotoInput, Image]:
+    return settings.model_copy(update={"ends_px": (truth.ends_px[0], (image.shape[1] + 40.0, 10.0))}), image
+
+
+def _ends_alike(truth: Specimen, settings: PhotoInput, image: Image) -> tuple[PhotoInput, Image]:
+    x, y = truth.ends_px[0]
+    return settings.model_copy(update={"ends_px": ((x, y), (x + 5, y))}), image
+
+
+def _patch(truth: Specimen, image: Image, x_mm: float, y_mm: float) -> Image:
+    """The part of the photo that shows a marker and some white around it."""
+    reach_mm = (MARKER_MM / 2 + MARKER_OFFSET_MM - 1) / 2
+    corners_px = truth.to_px(np.array([[x_mm - reach_mm, y_mm + reach_mm], [x_mm + reach_mm, y_mm - reach_mm]]))
+    (left, top), (right, bottom) = np.maximum(np.rint(corners_px).astype(int), 0)
+    return image[top:bottom, left:right]
+
+
+REFUSALS = (
+    Refusal("crack 6 px wide", r"crack is \d\.\d px wide; need 8 px", _as_it_is, replace(SMALL, width_mm=0.6)),
+    Refusal("no crack, searched for", r"no crack found", _without_ends, NO_CRACK),
+    Refusal("no crack, ends given", r"no crack between the ends|is on no crack", _as_it_is, NO_CRACK),
+    Refusal("two cracks", r"two cracks compete", _two_cracks),
+    Refusal("no markers", r"found 0 of 8 markers", _markers_covered),
+    Refusal("marker twice", r"marker 0 is in the photo more than once", _marker_twice),
+    Refusal("marker misplaced", r"markers miss their places", _marker_misplaced),
+    Refusal(
+        "face not there",
+        r"face does not stand out|what stands out is",
+        _face_only,
+        replace(SMALL, board=SMALL.mortar, gap_mm=0),
+    ),
+    Refusal("black", r"all black", _black),
+    Refusal("end beside the crack", r"is on no crack", _end_beside),
+    Refusal("end outside the photo", r"lies outside the photo", _end_outside),
+    Refusal("both ends in one place", r"only 5 px apart", _ends_alike),
+)
