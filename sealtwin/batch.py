@@ -65,6 +65,11 @@ class Row:
     warnings: tuple[str, ...] = ()
     reason: str = ""
 
+    @property
+    def fault(self) -> str:
+        """Most reasons begin with the file."""
+        return self.reason if self.reason.startswith(self.file) else f"{self.file}: {self.reason}"
+
 
 @dataclass(frozen=True)
 class Report:
@@ -107,7 +112,7 @@ def digitise_many(planned: Sequence[Planned], out: Path, progress: Progress, job
             for done, row in enumerate(_rows(planned, out, jobs), start=1):
                 rows[row.folder] = row
                 if row.status != "ok":
-                    progress.note(f"{row.file}: {row.reason}")
+                    progress.note(row.fault)
                 progress.advance(done, row.folder)
         finally:
             # Interrupted, what is finished is still told of.
@@ -211,7 +216,7 @@ def _ending(rows: Sequence[Row], failed: Sequence[Row], out: Path) -> list[str]:
     lines = [f"{len(rows) - len(failed)} of {len(rows)} photos digitised. Look at {out / SHEET}; table: {out / CSV}"]
     if proposals:
         lines.append(f"{proposals} cracks were found automatically: proposals, until somebody has looked at them.")
-    return [*lines, *(f"failed: {row.file}: {row.reason}" for row in failed)]
+    return [*lines, *(f"failed: {row.fault}" for row in failed)]
 
 
 def _parts(trial_file: Path) -> set[Path]:

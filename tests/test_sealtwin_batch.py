@@ -74,7 +74,7 @@ def test_the_contact_sheet_shows_every_photo_and_loads_nothing(done):
     page = (done[0] / "index.html").read_text()
     assert page.count("data:image/jpeg;base64,") == 2
     assert "2 of 4 photos digitised" in page
-    assert "proposal until you confirm it" in page
+    assert "was found automatically" in page
     assert "http" not in page.replace("http-equiv", "")
 
 

@@ -151,20 +151,43 @@ def test_the_two_trials_of_the_fixture_differ_in_the_tilt_and_the_preset_only():
 
 
 def test_a_photo_without_a_trial_makes_one():
-    trial = photo_trial(
-        Path("some/photo.png"),
-        depth_mm=16.0,
-        mm_per_px=0.1,
-        face_mm=None,
-        assumed=True,
-        ends_px=((12.0, 340.0), (905.0, 377.0)),
-        tilt="lean",
-        wall_angle_deg=11.0,
-        volume_ml=None,
-    )
+    ends_px = ((12.0, 340.0), (905.0, 377.0))
+    tables = {
+        "photo": {"mm_per_px": 0.1, "face_mm": None, "scale_is": "assumed", "ends_px": ends_px, "via_px": None},
+        "crack": {"depth_mm": 16.0, "tilt": "lean", "wall_angle_deg": (11.0, 11.0)},
+        "path": {"volume_ml": None},
+    }
+    trial = photo_trial(Path("some/photo.png"), tables)
     assert trial.name == "photo"
     assert trial.photo.scale_is == "assumed"
+    assert trial.photo.ends_px == ends_px
+    assert trial.photo.via_px == ()
+    assert trial.path.volume_ml == "cavity"
     assert trial.fluid is None
+
+
+def test_a_photo_of_any_name_makes_a_trial():
+    """A trial's name is one line of text; what a camera or a joker calls a file need not be."""
+    tables = {"photo": {"mm_per_px": 0.1}, "crack": {"depth_mm": 16.0}, "path": {}}
+    assert photo_trial(Path("a\nb\x07.jpg"), tables).name == "a-b-"
+    assert photo_trial(Path(f"{'x' * 200}.jpg"), tables).name == "x" * 80
+
+
+@pytest.mark.parametrize(
+    ("tables", "named"),
+    [
+        ('[mesh]\nfile = "a.stl"\ndata = "measured"\nunits = "mm"\n[crack]\ndepth_mm = 16\n', "[mesh] beside"),
+        ("", "no [photo] and no [mesh]"),
+        ('[photo]\nfile = "a.png"\ndata = "measured"\nmm_per_px = 0.1\n', "[crack] is missing"),
+        ('[mesh]\nfile = "a.stl"\ndata = "measured"\n', "mesh.units is missing"),
+    ],
+)
+def test_a_trial_starts_from_a_photo_or_a_mesh(tmp_path, tables, named):
+    path = tmp_path / "trial.toml"
+    path.write_text(f'name = "a"\n{tables}')
+    with pytest.raises(InputError) as fault:
+        load_trial(path)
+    assert named in str(fault.value)
 
 
 @pytest.mark.parametrize(
