@@ -65,19 +65,22 @@ def _digitise(job: Job) -> bool:
     job.progress.start("Digitising", 5)
     began = time.monotonic()
 
+    from digitise.path_report import path_report
     from digitise.trajectory import plan_trajectory, volume_warnings
     from sealtwin.sample import digitise_sample
 
     sample = digitise_sample(job)
     outline, solid = sample.outline, sample.solid
     job.progress.advance(4, "planning the path")
-    trajectory = plan_trajectory(outline, job.trial.path, solid.cavity_volume_mm3)
+    trajectory = plan_trajectory(outline, job.trial.path, solid.cavity_volume_mm3, solid.sections)
+    path, doubts = path_report(trajectory, outline, job.trial.path)
     sealant_mm3 = dispensed_mm3(trajectory)
     report = {
         **solid.report,
         "sealant_mm3": sealant_mm3,
         "cavity_to_sealant": solid.cavity_volume_mm3 / sealant_mm3,
-        "warnings": [*solid.report["warnings"], *volume_warnings(sealant_mm3, solid.cavity_volume_mm3)],
+        "path": path,
+        "warnings": [*solid.report["warnings"], *doubts, *volume_warnings(sealant_mm3, solid.cavity_volume_mm3)],
     }
     begin_writing(job, "digitise")
     files.write_png(job.path / "overlay.png", sample.overlay)
