@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from digitise.decoding import read_mask, read_photo
-from digitise.polyline import Box, project, rectangle
+from digitise.polyline import Box, rectangle
 from digitise.raster import Map
 from digitise.scale import find_scale
 from digitise.settings import PhotoInput
+from digitise.view import View
 from sealtwin.errors import InputError
 from sealtwin.records import Floats
 
@@ -19,6 +20,9 @@ DISPLAY_GAMMA = 2.2
 """Cameras store the 2.2th root of light, near enough. Half contrast is half the light, not half the number."""
 BLACK = 15
 """Of 255. A photo whose brightest parts are darker shows nothing."""
+
+RING_POINTS = 32
+"""On each side of the face: a lens of k1 = -0.2 bends what lies between two of them by a hundredth of a pixel."""
 
 
 @dataclass(frozen=True)
@@ -30,13 +34,17 @@ class Photo:
     """(height, width, 3), RGB, as the camera stored it."""
     brightness: Map
     """Proportional to light, 0 to 1."""
-    mm_from_px: Floats
-    """Homography, (3, 3)."""
+    view: View
+    """The only mapping between pixels and millimetres."""
     face_mm: Box | None
     mm_per_px: float
     """At the centre of the face, or of the photo where the face is not known."""
     scale_source: str
     scale_residual_mm: float | None
+    scale_uncertainty: float | None = None
+    """Standard uncertainty of a length for the scale alone, over the length; None where nothing tells it."""
+    camera_tilt_deg: float | None = None
+    """Between the camera's axis and the normal of the face, where the photo shows it."""
     markers_px: tuple[Floats, ...] = ()
     """Corners of the markers found: they are not part of the sample."""
     drawn: NDArray[np.bool_] | None = None
@@ -50,20 +58,30 @@ class Photo:
 
     def to_mm(self, points_px: Floats) -> Floats:
         """(n, 2) to (n, 2)."""
-        return project(self.mm_from_px, points_px)
+        return self.view.to_mm(points_px)
 
     def to_px(self, points_mm: Floats) -> Floats:
         """(n, 2) to (n, 2)."""
-        return project(self._px_from_mm, points_mm)
+        return self.view.to_px(points_mm)
 
-    @cached_property
-    def _px_from_mm(self) -> Floats:
-        return np.asarray(np.linalg.inv(self.mm_from_px), dtype=float)
+    def mm_per_px_at(self, points_px: Floats) -> Floats:
+        """Local scale at each point, (n,): by tilt and lens it is not the same everywhere."""
+        return self.view.mm_per_px_at(points_px)
 
     @cached_property
     def face_px(self) -> Floats | None:
         """Corners of the face: lower left, lower right, upper right, upper left."""
         return None if self.face_mm is None else self.to_px(rectangle(self.face_mm))
+
+    @cached_property
+    def face_ring_px(self) -> Floats | None:
+        """The face's edge, which a lens bends, as a ring of many points from the same corner."""
+        if self.face_mm is None:
+            return None
+        corners_mm = rectangle(self.face_mm)
+        share = np.arange(RING_POINTS)[:, None] / RING_POINTS
+        sides = zip(corners_mm, np.roll(corners_mm, -1, axis=0), strict=True)
+        return self.to_px(np.concatenate([start + share * (end - start) for start, end in sides]))
 
 
 def load_photo(settings: PhotoInput, folder: Path) -> Photo:
@@ -77,16 +95,18 @@ def load_photo(settings: PhotoInput, folder: Path) -> Photo:
     brightness = _light(image)
     if np.percentile(brightness, 99.5) < (BLACK / 255) ** DISPLAY_GAMMA:
         raise InputError(f"{path}: the photo is all black; give it more light or a longer exposure.")
-    scale = find_scale(image, brightness, settings, path)
+    scale = find_scale(image, brightness, settings, decoded.focal_px, path)
     return Photo(
         file=path,
         image=image,
         brightness=brightness,
-        mm_from_px=scale.mm_from_px,
+        view=scale.view,
         face_mm=scale.face_mm,
         mm_per_px=scale.mm_per_px,
         scale_source=scale.source,
         scale_residual_mm=scale.residual_mm,
+        scale_uncertainty=scale.uncertainty,
+        camera_tilt_deg=scale.camera_tilt_deg,
         markers_px=scale.markers_px,
         drawn=None if settings.mask is None else read_mask(folder / settings.mask, image.shape[1::-1]),
         warnings=(*decoded.warnings, *scale.warnings),

@@ -6,6 +6,7 @@ import pytest
 from digitise.ends import judge_end
 from digitise.photo import Photo
 from digitise.raster import blurred
+from digitise.view import View
 
 RIGHT = np.array([1.0, 0.0])
 
@@ -17,7 +18,7 @@ def photo_of_dark(dark: np.ndarray, face_mm=None) -> Photo:
         file=Path(__file__),
         image=np.zeros((*dark.shape, 3), dtype=np.uint8),
         brightness=brightness,
-        mm_from_px=np.array([[1.0, 0, 0], [0, -1, dark.shape[0] - 1], [0, 0, 1]]),
+        view=View(np.array([[1.0, 0, 0], [0, -1, dark.shape[0] - 1], [0, 0, 1]])),
         face_mm=face_mm,
         mm_per_px=1.0,
         scale_source="test",
