@@ -1,0 +1,206 @@
+"""What the mesh of a scan or of a CAD program needs before it is one surface: each repair is counted and told."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import KDTree
+
+from digitise.mesh import MIN_EDGE_MM, mesh_volume_mm3
+from sealtwin.errors import InputError
+from sealtwin.records import Floats, Integers
+
+WELD_MM = MIN_EDGE_MM / 2
+"""Vertices as near as this are one. With 1e-5 mm of noise on the corners of a triangle soup each triangle would else
+pass for a body of its own, without volume; edges twice as long must stay.
+"""
+SHEET = 0.5
+"""Of a surface's area, which as a vector is nil where it closes: above, it is a sheet, and has no inside to tell by."""
+
+NEEDLE_MM = 1e-7
+"""A triangle lower than this is a line: a thousandth of what float32 tells apart at 160 mm."""
+MOST_ROUNDS = 50
+"""Of merging needles: one for each that lies on the next."""
+
+
+@dataclass(frozen=True)
+class Repair:
+    """One thing that was mended."""
+
+    what: str
+    """In words, as "faces turned to look as their neighbours do"."""
+    count: int
+    volume_change: float
+    """Over the volume before; NaN where there was none."""
+
+    def __str__(self) -> str:
+        changed = "" if np.isnan(self.volume_change) else f"; volume changed by {100 * self.volume_change:.2g} %"
+        return f"{self.count} {self.what}{changed}"
+
+
+@dataclass(frozen=True)
+class Surface:
+    """Triangles in mm, and what was done to them so far."""
+
+    vertices_mm: Floats
+    faces: Integers
+    repairs: tuple[Repair, ...] = ()
+
+    @property
+    def volume_mm3(self) -> float:
+        """Of a closed surface; roughly, of one with small holes."""
+        return mesh_volume_mm3(self.vertices_mm, self.faces) if len(self.faces) else 0.0
+
+    def mended(self, what: str, count: int, faces: Integers, vertices_mm: Floats | None = None) -> "Surface":
+        """With other faces, and perhaps vertices; told unless it was nothing."""
+        after = replace(self, faces=faces, vertices_mm=self.vertices_mm if vertices_mm is None else vertices_mm)
+        if not count:
+            return after
+        before_mm3 = self.volume_mm3
+        change = after.volume_mm3 / before_mm3 - 1 if before_mm3 else np.nan
+        return replace(after, repairs=(*self.repairs, Repair(what, count, change)))
+
+
+def one_surface(vertices_mm: Floats, faces: Integers) -> Surface:
+    """Vertices joined, faces without corners of their own dropped, and all faces looking out of their body.
+
+    Holes stay open. Raises InputError where no face is left, or where faces cannot all look to one side, as on a
+    Moebius strip.
+    """
+    surface = _without_repeats(_joined(Surface(vertices_mm, faces)))
+    if not len(surface.faces):
+        raise InputError(f"Mesh has no face with corners more than {WELD_MM:g} mm apart. Check its units.")
+    return _facing_out(_facing_alike(surface))
+
+
+def without_needles(surface: Surface) -> Surface:
+    """The same surface with no triangle whose corners lie on a line.
+
+    Each is merged with the neighbour along its longest edge, which its third corner then splits: nothing moves.
+    Manifold (3.5.4) removes such triangles as it reads a mesh, and may take neighbours out of their plane with them:
+    of a block of 127,039 mm³ that held one, 226 mm³ were gone.
+    """
+    faces = surface.faces.copy()
+    vertex_count = len(surface.vertices_mm)
+    for _ in range(MOST_ROUNDS):
+        corners_mm = surface.vertices_mm[faces]
+        edges_mm = np.linalg.norm(np.roll(corners_mm, -1, axis=1) - corners_mm, axis=2)
+        across = np.cross(corners_mm[:, 1] - corners_mm[:, 0], corners_mm[:, 2] - corners_mm[:, 0])
+        needles = np.flatnonzero(np.linalg.norm(across, axis=1) <= NEEDLE_MM * edges_mm.max(axis=1))
+        if not len(needles):
+            break
+        longest = edges_mm[needles].argmax(axis=1)
+        p, q, b = (faces[needles, (longest + k) % 3] for k in range(3))
+        key = (faces * vertex_count + np.roll(faces, -1, axis=1)).reshape(-1)
+        order = np.argsort(key)
+        at = np.minimum(np.searchsorted(key, q * vertex_count + p, sorter=order), len(key) - 1)
+        neighbour, place = np.divmod(order[at], 3)
+        d = faces[neighbour, (place + 2) % 3]
+        found = (key[order[at]] == q * vertex_count + p) & (b != d)
+        found &= ~np.isin(b * vertex_count + d, key) & ~np.isin(d * vertex_count + b, key)
+        # One merger for each face in a round: the rest wait for the next.
+        involved = np.column_stack([needles, neighbour])[found]
+        _, first = np.unique(involved, return_index=True)
+        alone = np.isin(np.arange(involved.size), first).reshape(-1, 2).all(axis=1)
+        if not alone.any():
+            break
+        one, other = involved[alone].T
+        p, q, b, d = (corner[found][alone] for corner in (p, q, b, d))
+        faces[one], faces[other] = np.column_stack([b, p, d]), np.column_stack([d, q, b])
+    return replace(surface, faces=faces)
+
+
+def edge_uses(faces: Integers) -> tuple[Integers, Integers, Integers]:
+    """Directed edges (3f, 2), face by face, and their order by the ends they join, with where each new edge begins."""
+    directed = faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    low, high = directed.min(axis=1), directed.max(axis=1)
+    order = np.lexsort((high, low))
+    new = np.append(True, (low[order[1:]] != low[order[:-1]]) | (high[order[1:]] != high[order[:-1]]))
+    return directed, order, np.flatnonzero(new)
+
+
+def _joined(surface: Surface) -> Surface:
+    # Most formats write a vertex once for each of its faces: to join those is no repair.
+    places_mm, place = np.unique(surface.vertices_mm, axis=0, return_inverse=True)
+    surface = replace(surface, vertices_mm=places_mm, faces=place.reshape(-1)[surface.faces])
+    near = KDTree(places_mm).query_pairs(WELD_MM, output_type="ndarray")
+    groups, group = _connected(len(places_mm), near[:, 0], near[:, 1])
+    _, representative = np.unique(group, return_index=True)
+    joined = representative[group[surface.faces]]
+    return surface.mended(f"vertices joined to others within {WELD_MM:g} mm", len(places_mm) - groups, joined)
+
+
+def _without_repeats(surface: Surface) -> Surface:
+    corners = np.sort(surface.faces, axis=1)
+    proper = (corners[:, 0] != corners[:, 1]) & (corners[:, 1] != corners[:, 2])
+    surface = surface.mended("faces without area dropped", int((~proper).sum()), surface.faces[proper])
+    _, first = np.unique(corners[proper], axis=0, return_index=True)
+    repeated = len(surface.faces) - len(first)
+    return surface.mended("repeated faces dropped", repeated, surface.faces[np.sort(first)])
+
+
+def _facing_alike(surface: Surface) -> Surface:
+    """Every face looks to the same side as its neighbours: to that of most."""
+    one, other, alike = _neighbours(surface.faces)
+    count = len(surface.faces)
+    # Each face is there twice, as it is and turned over, and neighbours that disagree are linked crosswise: what then
+    # hangs together agrees.
+    as_is, turned_over = np.where(alike, other, other + count), np.where(alike, other + count, other)
+    _, side = _connected(2 * count, np.append(one, one + count), np.append(as_is, turned_over))
+    here, there = side[:count], side[count:]
+    if (torn := here == there).any():
+        x, y, z = surface.vertices_mm[surface.faces[np.argmax(torn)]].mean(axis=0)
+        raise InputError(
+            f"Mesh has no inside: {int(torn.sum())} of its faces cannot all look to one side, first near "
+            f"({x:.2f}, {y:.2f}, {z:.2f}) mm. Mend it in the program that made it."
+        )
+    faces_on = np.bincount(here, minlength=side.max() + 1)
+    turn = (faces_on[here] < faces_on[there]) | ((faces_on[here] == faces_on[there]) & (here > there))
+    return surface.mended("faces turned to look as their neighbours do", int(turn.sum()), _turned(surface.faces, turn))
+
+
+def _facing_out(surface: Surface) -> Surface:
+    """Bodies that are inside out and sheets that look down are turned over; hollows in the largest body are kept."""
+    one, other, _ = _neighbours(surface.faces)
+    bodies, body = _connected(len(surface.faces), one, other)
+    corners_mm = surface.vertices_mm[surface.faces]
+    area = np.cross(corners_mm[:, 1] - corners_mm[:, 0], corners_mm[:, 2] - corners_mm[:, 0]) / 2
+    size = np.bincount(body, minlength=bodies)
+    middle_mm = _by_body(corners_mm.mean(axis=1), body, bodies) / size[:, None]
+    volume_mm3 = np.bincount(body, np.linalg.det(corners_mm - middle_mm[body, None]) / 6, bodies)
+    vector = _by_body(area, body, bodies)
+    sheet = np.linalg.norm(vector, axis=1) > SHEET * np.bincount(body, np.linalg.norm(area, axis=1), bodies)
+    inward = np.where(sheet, vector[:, 2], volume_mm3) < 0
+    low, high = np.full((bodies, 3), np.inf), np.full((bodies, 3), -np.inf)
+    np.minimum.at(low, body, corners_mm.min(axis=1))
+    np.maximum.at(high, body, corners_mm.max(axis=1))
+    largest = int(np.argmax(np.prod(high - low, axis=1)))
+    inside = ((low >= low[largest]) & (high <= high[largest])).all(axis=1)
+    turn = np.where(inside, inward[largest], inward)[body]
+    return surface.mended("faces turned to look outward", int(turn.sum()), _turned(surface.faces, turn))
+
+
+def _neighbours(faces: Integers) -> tuple[Integers, Integers, NDArray[np.bool_]]:
+    """Pairs of faces that alone share an edge, and whether they look to the same side of it, (n,) each."""
+    directed, order, begins = edge_uses(faces)
+    pairs = begins[np.diff(np.append(begins, len(order))) == 2]
+    one, other = order[pairs], order[pairs + 1]
+    return one // 3, other // 3, directed[one, 0] != directed[other, 0]
+
+
+def _connected(count: int, one: Integers, other: Integers) -> tuple[int, Integers]:
+    """How many groups linked things fall into, and the group of each, (count,)."""
+    links = coo_array((np.ones(len(one), dtype=np.int8), (one, other)), shape=(count, count))
+    groups, group = connected_components(links, directed=False)
+    return int(groups), np.asarray(group, dtype=np.int64)
+
+
+def _by_body(values: Floats, body: Integers, bodies: int) -> Floats:
+    """Sums over the faces of each body, (bodies, 3)."""
+    return np.column_stack([np.bincount(body, column, bodies) for column in values.T]).astype(float)
+
+
+def _turned(faces: Integers, turn: NDArray[np.bool_]) -> Integers:
+    return np.where(turn[:, None], faces[:, ::-1], faces)
