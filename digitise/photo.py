@@ -84,22 +84,51 @@ class Photo:
         return self.to_px(np.concatenate([start + share * (end - start) for start, end in sides]))
 
 
+@dataclass(frozen=True)
+class Pixels:
+    """What a photo's file shows, whatever its scale; the fields are those of ``Photo``."""
+
+    file: Path
+    image: NDArray[np.uint8]
+    brightness: Map
+    focal_px: float | None
+    """As the camera noted it."""
+    drawn: NDArray[np.bool_] | None = None
+    warnings: tuple[str, ...] = ()
+
+
 def load_photo(settings: PhotoInput, folder: Path) -> Photo:
     """Read the photo, which lies in ``folder`` unless its path is absolute, and find its scale.
 
     Raises InputError where it cannot be read, is black, or shows too little to measure by.
     """
+    return scaled(read_pixels(settings, folder), settings)
+
+
+def read_pixels(settings: PhotoInput, folder: Path) -> Pixels:
+    """The first, and slower, half of ``load_photo``."""
     path = folder / settings.file
     decoded = read_photo(path)
-    image = decoded.image
-    brightness = _light(image)
+    brightness = _light(decoded.image)
     if np.percentile(brightness, 99.5) < (BLACK / 255) ** DISPLAY_GAMMA:
         raise InputError(f"{path}: the photo is all black; give it more light or a longer exposure.")
-    scale = find_scale(image, brightness, settings, decoded.focal_px, path)
-    return Photo(
+    return Pixels(
         file=path,
-        image=image,
+        image=decoded.image,
         brightness=brightness,
+        focal_px=decoded.focal_px,
+        drawn=None if settings.mask is None else read_mask(folder / settings.mask, decoded.image.shape[1::-1]),
+        warnings=decoded.warnings,
+    )
+
+
+def scaled(pixels: Pixels, settings: PhotoInput) -> Photo:
+    """The second half of ``load_photo``: pixels with the scale that ``settings`` give."""
+    scale = find_scale(pixels.image, pixels.brightness, settings, pixels.focal_px, pixels.file)
+    return Photo(
+        file=pixels.file,
+        image=pixels.image,
+        brightness=pixels.brightness,
         view=scale.view,
         face_mm=scale.face_mm,
         mm_per_px=scale.mm_per_px,
@@ -108,8 +137,8 @@ def load_photo(settings: PhotoInput, folder: Path) -> Photo:
         scale_uncertainty=scale.uncertainty,
         camera_tilt_deg=scale.camera_tilt_deg,
         markers_px=scale.markers_px,
-        drawn=None if settings.mask is None else read_mask(folder / settings.mask, image.shape[1::-1]),
-        warnings=(*decoded.warnings, *scale.warnings),
+        drawn=pixels.drawn,
+        warnings=(*pixels.warnings, *scale.warnings),
     )
 
 
