@@ -11,6 +11,7 @@ from digitise.decoding import read_mask, read_photo
 from digitise.polyline import Box, rectangle
 from digitise.raster import Map
 from digitise.scale import find_scale
+from digitise.second_light import darker_of_both
 from digitise.settings import PhotoInput
 from digitise.view import View
 from sealtwin.errors import InputError
@@ -100,7 +101,8 @@ class Pixels:
 def load_photo(settings: PhotoInput, folder: Path) -> Photo:
     """Read the photo, which lies in ``folder`` unless its path is absolute, and find its scale.
 
-    Raises InputError where it cannot be read, is black, or shows too little to measure by.
+    A second photo lends its darker pixels to the brightness; the colours are the first one's. Raises InputError where a
+    picture cannot be read or is black, or the photo shows too little to measure by.
     """
     return scaled(read_pixels(settings, folder), settings)
 
@@ -109,16 +111,19 @@ def read_pixels(settings: PhotoInput, folder: Path) -> Pixels:
     """The first, and slower, half of ``load_photo``."""
     path = folder / settings.file
     decoded = read_photo(path)
-    brightness = _light(decoded.image)
-    if np.percentile(brightness, 99.5) < (BLACK / 255) ** DISPLAY_GAMMA:
-        raise InputError(f"{path}: the photo is all black; give it more light or a longer exposure.")
+    brightness, warnings = _light(decoded.image, path), decoded.warnings
+    if settings.second_photo is not None:
+        second = folder / settings.second_photo
+        other = _light(read_photo(second, "photo.second_photo").image, second)
+        brightness, remarks = darker_of_both(brightness, other, second)
+        warnings += remarks
     return Pixels(
         file=path,
         image=decoded.image,
         brightness=brightness,
         focal_px=decoded.focal_px,
         drawn=None if settings.mask is None else read_mask(folder / settings.mask, decoded.image.shape[1::-1]),
-        warnings=decoded.warnings,
+        warnings=warnings,
     )
 
 
@@ -142,10 +147,12 @@ def scaled(pixels: Pixels, settings: PhotoInput) -> Photo:
     )
 
 
-def _light(image: NDArray[np.uint8]) -> Map:
-    """Luminance of each pixel, linear."""
+def _light(image: NDArray[np.uint8], file: Path) -> Map:
+    """Luminance of each pixel, linear. Raises InputError where there is none to speak of."""
     to_light = (np.arange(256) / 255.0) ** DISPLAY_GAMMA
     light = np.zeros(image.shape[:2], dtype=np.float32)
     for channel, weight in enumerate((0.2126, 0.7152, 0.0722)):
         light += (weight * to_light).astype(np.float32)[image[..., channel]]
+    if np.percentile(light[::2, ::2], 99.5) < (BLACK / 255) ** DISPLAY_GAMMA:
+        raise InputError(f"{file}: the photo is all black; give it more light or a longer exposure.")
     return light
