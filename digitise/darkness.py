@@ -86,7 +86,7 @@ def _filled_polygon(shape: tuple[int, ...], corners_px: Floats) -> NDArray[np.ui
 def sample_mask(photo: Photo, seen_face_px: Floats | None = None) -> NDArray[np.uint8]:
     """255 where the photo shows the sample's face and no marker, else 0, (height, width)."""
     width, height = photo.size_px
-    face_px = photo.face_px if photo.face_px is not None else seen_face_px
+    face_px = photo.face_ring_px if photo.face_ring_px is not None else seen_face_px
     mask = np.full((height, width), 255, dtype=np.uint8)
     if face_px is not None:
         mask = _filled_polygon((height, width), face_px)

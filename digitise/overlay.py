@@ -38,8 +38,8 @@ def draw_overlay(photo: Photo, outline: Outline) -> Picture:
         return (points_px + 0.5) * scale - 0.5
 
     thin = max(1, round(0.7 * unit))
-    if photo.face_px is not None:
-        _line(picture, placed(photo.face_px), PAPER, thin, closed=True)
+    if photo.face_ring_px is not None:
+        _line(picture, placed(photo.face_ring_px), PAPER, thin, closed=True)
     # The ring first: where it is not covered by a wall it shows how the crack was closed at its ends.
     _line(picture, placed(outline.outline_px), ENDS, thin, closed=True)
     _line(picture, placed(_on_face(photo, outline.left_wall_px)), LEFT, thin)
