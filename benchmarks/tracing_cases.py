@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
@@ -39,14 +40,13 @@ class Case:
 
 def clean_case(seed: int) -> Case:
     """In turn closed and open, every fourth through a lens that bends; every other number by chance."""
-    ends = ("closed", "open")[seed % 2]
+    ends = _ends(seed)
     bent = seed % 4 in (2, 3)
     for attempt in range(100):
         rng = np.random.default_rng([seed, 8, attempt])
-        recipe = _sound_recipe(rng, least_px=16.0, most_px=80.0)
+        recipe = _sound_recipe(rng, ends, least_px=16.0, most_px=80.0)
         recipe = replace(
             recipe,
-            ends=ends,
             tilt_deg=rng.uniform(0, 10),
             lens_k1=rng.uniform(-0.2, -0.03) if bent else 0.0,
             camera_mm=rng.uniform(262, 450),
@@ -73,14 +73,18 @@ def hard_case(group: str, seed: int) -> Case:
     """A clean crack with one difficulty, of a size that a user would meet it in."""
     for attempt in range(100):
         rng = np.random.default_rng([seed, 9, list(HARD).index(group), attempt])
-        recipe = replace(_sound_recipe(rng, least_px=16.0, most_px=50.0), ends=("closed", "open")[seed % 2])
+        recipe = _sound_recipe(rng, _ends(seed), least_px=16.0, most_px=50.0)
         recipe = HARD[group](recipe, rng)
         if _fits(seed, recipe):
             return Case("hard", group, seed, recipe, 0.7 if "fraction" in group else 0.5)
     raise RuntimeError(f"no crack of seed {seed} fits its face")
 
 
-def _sound_recipe(rng: np.random.Generator, least_px: float, most_px: float) -> Recipe:
+def _ends(seed: int) -> Literal["closed", "open"]:
+    return "open" if seed % 2 else "closed"
+
+
+def _sound_recipe(rng: np.random.Generator, ends: Literal["closed", "open"], least_px: float, most_px: float) -> Recipe:
     """A crack ``least_px`` to ``most_px`` wide in a steady photo in diffuse light."""
     mm_per_px = rng.uniform(0.06, 0.15)
     length_mm = rng.uniform(48, 80)
@@ -88,13 +92,16 @@ def _sound_recipe(rng: np.random.Generator, least_px: float, most_px: float) -> 
     widest_mm = min(8.0, length_mm / 10, most_px * mm_per_px)
     width_mm = float(np.exp(rng.uniform(np.log(least_px * mm_per_px), np.log(widest_mm))))
     return Recipe(
-        face_mm=(length_mm + 20, FACE_HEIGHT_MM),
+        face_mm=(length_mm + 40, FACE_HEIGHT_MM),
+        offset_mm=rng.uniform(-15, 15),
+        ends=ends,
         length_mm=length_mm,
         width_mm=width_mm,
         angle_deg=rng.uniform(5, 22),
         wander_mm=rng.uniform(0.4, 1.4),
         shortest_wave=max(0.06, 2.5 * width_mm / length_mm),
-        width_variation=rng.uniform(0.05, 0.2),
+        # The halves of a sample that is cracked through were set apart as they are, the mouth of a tip was not.
+        width_variation=rng.uniform(0.03, 0.12 if ends == "open" else 0.2),
         mirrored=bool(rng.integers(2)),
         mm_per_px=mm_per_px,
         tilt_deg=rng.uniform(0, 5),

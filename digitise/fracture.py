@@ -102,7 +102,7 @@ def _main_crack(recipe: Recipe, rng: np.random.Generator) -> tuple[Floats, Float
     swell = _harmonics(rng, longest=0.7, shortest=0.04, decay=1.0)
     rough = [_harmonics(rng, longest=0.04, shortest=0.006, decay=0.7) for _ in range(2)]
     width_face, height_face = recipe.face_mm
-    centre = np.array([width_face, height_face]) / 2
+    centre = np.array([width_face / 2 + recipe.offset_mm, height_face / 2])
     steps = round(recipe.length_mm / STEP_MM)
     beyond = round(max(12.0, 5 * recipe.width_mm) / STEP_MM) if recipe.ends == "open" else 0
     t = np.arange(-beyond, steps + beyond + 1) / steps

@@ -33,6 +33,8 @@ class Recipe:
     """Mean over the centreline."""
     ends: Literal["open", "closed"] = "open"
     """open: the crack crosses the face from its lower edge to its upper edge; closed: it ends in two tips."""
+    offset_mm: float = 0.0
+    """Of the crack's middle, to the right of the face's: through the very middle a lens bends a crack along itself."""
     angle_deg: float = 30.0
     """Of a closed crack to the long side; an open one's follows from its length and the height of the face."""
     wander_mm: float = 1.0
