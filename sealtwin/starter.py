@@ -17,21 +17,33 @@ seed = 0                        # of the small disorder with which particles lea
 [photo]
 file = "photo.jpg"              # top-down, beside this file
 data = "measured"               # or "reconstructed", "synthetic": only measured data can validate
-mm_per_px = 0.1                 # the scale: this, or face_mm, or [photo.markers]; it is never guessed
+mm_per_px = 0.1                 # the scale: this, a ruler, face_mm or [photo.markers]; it is never guessed
 scale_is = "measured"           # "assumed" is said so in every output
-# face_mm = [160.0, 40.0]       # width and height of the sample's face, as scale (leave mm_per_px out then)
+# ruler_px = [[100.0, 900.0], [1100.0, 905.0]]   # or two points on a ruler in the plane of the face,
+# ruler_mm = 100.0              # and their distance (leave mm_per_px out then)
+# face_mm = [160.0, 40.0]       # or width and height of the sample's face
+# For [photo.markers] print a frame: 'sealtwin markers --help'.
+#
+# 'sealtwin trace {folder}/trial.toml' opens a page that finds the crack as you click, and fills these in:
 # ends_px = [[12.0, 340.0], [905.0, 377.0]]   # the crack's two ends; the nozzle starts at the first.
 #                               # Left out, the crack is searched for: look at overlay.png before you trust it.
+# via_px = [[450.0, 352.0]]     # points between them that it passes, where it forks
+# roi_px = [[0.0, 300.0], [950.0, 420.0]]     # search inside this box, or polygon, only
+# mask = "painted.png"          # the crack painted white on black; nothing is searched for then
+# second_photo = "lit-from-the-other-side.jpg"
 
 [crack]
-depth_mm = 16.0
+depth_mm = 16.0                 # or a table along the crack: [[0.0, 12.0], [40.0, 16.0]] is [s, depth]
 tilt = "lean"                   # lean, flare, funnel or vertical: how the walls go down
-wall_angle_deg = 11.0           # each wall's angle from vertical
+wall_angle_deg = 11.0           # each wall's angle from vertical; [left, right] for flare or funnel
 
 [path]
 volume_ml = "cavity"            # sealant to give; "cavity" fills the crack up to its face
 trim_mm = 10.0                  # the nozzle starts and ends this far from the crack's ends
 speed_mm_s = 4.0
+flow = "constant"               # or "cross_section": more where the cavity is wider or deeper
+ramp_mm = 0.0                   # way in which the nozzle comes to speed, and to a stop
+lead_in_mm = 0.0                # straight approach without flow
 
 [fluid]
 U = 30.0                        # the paper's fluid viscosity, together with

@@ -150,6 +150,27 @@ def test_the_two_trials_of_the_fixture_differ_in_the_tilt_and_the_preset_only():
     assert ours == papers
 
 
+@pytest.mark.parametrize(
+    ("uncommented", "left_out"),
+    [
+        (["ends_px", "via_px", "roi_px", "second_photo"], []),
+        (["ends_px", "mask"], []),
+        (["ruler_px", "ruler_mm"], ["mm_per_px", "scale_is"]),
+        (["face_mm"], ["mm_per_px", "scale_is"]),
+    ],
+)
+def test_what_the_starter_only_hints_at_is_valid_too(tmp_path, uncommented, left_out):
+    lines = []
+    for line in TRIAL.splitlines():
+        bare = line.removeprefix("# ")
+        key = bare.split(" ")[0]
+        lines.append(bare if key in uncommented else f"# {line}" if key in left_out else line)
+    path = tmp_path / "trial.toml"
+    path.write_text("\n".join(lines))
+    photo = load_trial(path).photo
+    assert all(getattr(photo, key) for key in uncommented)
+
+
 def test_a_photo_without_a_trial_makes_one():
     ends_px = ((12.0, 340.0), (905.0, 377.0))
     tables = {
