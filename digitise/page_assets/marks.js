@@ -1,0 +1,105 @@
+// What lies on the photo: lines that were found, and points that the user placed.
+
+const SVG = "http://www.w3.org/2000/svg";
+
+export class Lines {
+  constructor(svg) {
+    this.sheet = document.createElementNS(SVG, "g");
+    svg.append(this.sheet);
+    this.shown = new Map();
+  }
+
+  /** `points` in photo pixels; none takes the line away. */
+  set(name, points, closed = false) {
+    if (!points?.length) {
+      this.shown.get(name)?.remove();
+      this.shown.delete(name);
+      return;
+    }
+    let line = this.shown.get(name);
+    if (!line) {
+      line = document.createElementNS(SVG, "path");
+      line.id = name;
+      line.classList.add(name.replace(/-\d+$/, ""));
+      this.sheet.append(line);
+      this.shown.set(name, line);
+    }
+    line.setAttribute("d", `M${points.map(([x, y]) => `${x} ${y}`).join("L")}${closed ? "Z" : ""}`);
+  }
+
+  /** As many lines as `lists` holds, numbered. */
+  setAll(name, lists, closed) {
+    for (const shown of [...this.shown.keys()]) if (shown.startsWith(`${name}-`)) this.set(shown, null);
+    (lists ?? []).forEach((points, number) => this.set(`${name}-${number}`, points, closed));
+  }
+
+  follow(viewport) {
+    const [x, y] = viewport.toScreen([0, 0]);
+    this.sheet.setAttribute("transform", `matrix(${viewport.zoom} 0 0 ${viewport.zoom} ${x} ${y})`);
+  }
+}
+
+export class Points {
+  /** `moving(id, screen)` while one is dragged, `moved(id)` at its end, `pressed(id, event)` for a key. */
+  constructor(group, { moving, moved, pressed }) {
+    Object.assign(this, { group, moving, moved, pressed });
+    this.shown = new Map();
+  }
+
+  show(points, viewport) {
+    const wanted = new Set(points.map(({ id }) => id));
+    for (const [id, button] of this.shown) {
+      if (wanted.has(id)) continue;
+      button.remove();
+      this.shown.delete(id);
+    }
+    points.forEach((point, place) => {
+      const button = this.shown.get(point.id) ?? this.button(point);
+      if (this.group.children[place] !== button) this.group.insertBefore(button, this.group.children[place] ?? null);
+      const [x, y] = viewport.toScreen(point.point);
+      button.style.transform = `translate(${x}px, ${y}px)`;
+      button.firstElementChild.textContent = point.kind === "end" ? point.index + 1 : "";
+      const [right, down] = point.point.map((place) => Math.round(place * 10) / 10);
+      button.setAttribute("aria-label", `${point.name}, x ${right}, y ${down}`);
+    });
+  }
+
+  focus(id) {
+    this.shown.get(id)?.focus();
+  }
+
+  button({ id, kind }) {
+    const button = document.createElement("button");
+    button.id = id;
+    button.className = `point ${kind}`;
+    button.setAttribute("aria-roledescription", "movable point");
+    button.append(document.createElement("span"));
+    button.addEventListener("keydown", (event) => this.pressed(id, event));
+    button.addEventListener("pointerdown", (event) => this.grab(id, button, event));
+    this.shown.set(id, button);
+    return button;
+  }
+
+  grab(id, button, event) {
+    if (event.button !== 0) return;
+    event.stopPropagation();
+    button.setPointerCapture(event.pointerId);
+    const held = button.getBoundingClientRect();
+    const off = [event.clientX - (held.left + held.width / 2), event.clientY - (held.top + held.height / 2)];
+    const start = [event.clientX, event.clientY];
+    let dragged = false;
+    const move = (now) => {
+      dragged ||= Math.hypot(now.clientX - start[0], now.clientY - start[1]) > 2;
+      if (dragged) this.moving(id, [now.clientX - off[0], now.clientY - off[1]]);
+    };
+    const end = () => {
+      button.removeEventListener("pointermove", move);
+      button.removeEventListener("pointerup", end);
+      button.removeEventListener("pointercancel", end);
+      if (dragged) this.moved(id);
+    };
+    button.addEventListener("pointermove", move);
+    button.addEventListener("pointerup", end);
+    button.addEventListener("pointercancel", end);
+  }
+}

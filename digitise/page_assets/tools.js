@@ -1,0 +1,59 @@
+// What a click on the photo places, and what a drag draws.
+
+import { hasEnds, withCorner, withVia } from "./draft.js";
+
+const far = ([x, y], [right, down]) => Math.hypot(right - x, down - y);
+
+export const TOOLS = {
+  ends: {
+    key: "e",
+    label: "Ends",
+    icon: "M6 18 18 6M6 18m-3 0a3 3 0 1 0 6 0 3 3 0 1 0-6 0M18 6m-3 0a3 3 0 1 0 6 0 3 3 0 1 0-6 0",
+    guide: (draft) => {
+      if (hasEnds(draft)) return "Drag an end, or click where the nearer one should be.";
+      return draft.ends.some(Boolean) ? "Click the other end of the crack." : "Click one end of the crack: the nozzle starts there.";
+    },
+    place: (draft, point) => {
+      const free = draft.ends.indexOf(null);
+      const [first, second] = draft.ends;
+      const index = free >= 0 ? free : Number(far(second, point) < far(first, point));
+      return { ...draft, ends: draft.ends.map((end, place) => (place === index ? point : end)) };
+    },
+  },
+  via: {
+    key: "v",
+    label: "Via",
+    icon: "M3 19c5 0 4-7 9-7s4-7 9-7M12 12m-3 0a3 3 0 1 0 6 0 3 3 0 1 0-6 0",
+    guide: (draft) =>
+      hasEnds(draft) ? "Click where the crack passes, if the line takes another way." : "Give both ends first.",
+    place: (draft, point, path) => (hasEnds(draft) ? withVia(draft, point, path) : draft),
+  },
+  ruler: {
+    key: "r",
+    label: "Ruler",
+    icon: "m3 16 13-13 5 5L8 21zM7 12l2 2M10 9l2 2M13 6l2 2",
+    guide: (draft) =>
+      draft.ruler.length < 2 ? "Drag along a ruler, or click two of its marks." : "Drag the ruler's two points to its marks; give their distance.",
+    place: (draft, point) => ({ ...draft, scale: "ruler", ruler: [...(draft.ruler.length < 2 ? draft.ruler : []), point] }),
+    draw: (draft, from, to) => ({ ...draft, scale: "ruler", ruler: [from, to] }),
+  },
+  face: {
+    key: "f",
+    label: "Face",
+    icon: "M4 7 19 5l1 13L5 20zM4 7h.01M19 5h.01M20 18h.01M5 20h.01",
+    guide: (draft) =>
+      draft.face.length === 4 ? "Drag the corners onto those of the sample's face." : `Click the four corners of the sample's face: ${4 - draft.face.length} to go.`,
+    place: (draft, point) => withCorner(draft, point),
+  },
+  roi: {
+    key: "b",
+    label: "Box",
+    icon: "M4 4h4M10 4h4M16 4h4M4 20h4M10 20h4M16 20h4M4 6v4M4 12v4M20 6v4M20 12v4",
+    guide: () => "Drag a box: the crack is searched for inside it only.",
+    place: (draft, point) => ({ ...draft, roi: [...(draft.roi.length < 2 ? draft.roi : []), point] }),
+    draw: (draft, from, to) => ({ ...draft, roi: [from, to] }),
+  },
+};
+
+/** Tools that give a scale are of no use beside markers, which give it already. */
+export const toolNames = (markers) => Object.keys(TOOLS).filter((name) => !markers || !["ruler", "face"].includes(name));

@@ -1,0 +1,52 @@
+// Asks where the crack is, as often as points move and no oftener than the server answers.
+
+import { post } from "./server.js";
+
+export class Tracing {
+  /** `show` gets every answer with the hints that were asked about; `lost` is told when the server has gone. */
+  constructor(show, lost) {
+    this.show = show;
+    this.lost = lost;
+    this.revision = 0;
+    this.asking = null;
+    this.waiting = null;
+  }
+
+  /** A point is under way: path only, and the last place asked for is the one that counts. */
+  sketch(hints, meaning) {
+    if (this.asking?.sketch) this.waiting = { hints, meaning };
+    else this.ask({ hints, meaning, until: "path", sketch: true });
+  }
+
+  /** At once, as far as `until`: "scale", "path" or "walls". */
+  trace(hints, meaning, until) {
+    this.ask({ hints, meaning, until });
+  }
+
+  /** Whatever is under way no longer matters. */
+  forget() {
+    this.waiting = null;
+    this.asking?.stop.abort();
+    this.asking = null;
+  }
+
+  async ask({ hints, meaning, until, sketch = false }) {
+    this.forget();
+    const asked = { sketch, stop: new AbortController() };
+    this.asking = asked;
+    // Grows across reloads and tabs, since the server answers the newest only.
+    this.revision = Math.max(this.revision + 0.001, performance.timeOrigin + performance.now());
+    const question = { hints, revision: this.revision, until };
+    const heard = (answer) => this.asking === asked && this.show(answer, meaning);
+    try {
+      await post("trace", question, heard, asked.stop.signal);
+    } catch (fault) {
+      if (fault.name !== "AbortError") this.lost(fault);
+      return;
+    }
+    if (this.asking !== asked) return;
+    this.asking = null;
+    if (this.waiting) this.ask({ ...this.waiting, until: "path", sketch: true });
+    else this.show({ done: true }, meaning);
+  }
+}
