@@ -66,3 +66,8 @@ def test_what_noise_could_have_told_is_not_told():
     by_focal = pose_of(1.0, noise_px=0.2, by_focal=True)
     assert by_focal is not None
     assert by_focal.tilt_deg == pytest.approx(true_tilt_deg(1.0), abs=0.2)
+
+
+def test_a_tilt_by_the_focal_length_needs_corners_too():
+    """Corners off by 10 px lean the face by 2 degrees of their own."""
+    assert pose_of(3.0, noise_px=10.0, by_focal=True) is None
