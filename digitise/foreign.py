@@ -46,7 +46,7 @@ def foreign_format(path: Path) -> str | None:
         for begins, maker in RAW_STARTS.items():
             if start.startswith(begins):
                 return _raw(maker)
-        if start[:4] not in TIFF_STARTS:
+        if start[:4] not in TIFF_STARTS or len(start) < 8:
             return None
         if start[8:10] == b"CR":
             return _raw("Canon (CR2)")
