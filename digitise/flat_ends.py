@@ -58,6 +58,16 @@ def flat_ends(outline: Outline) -> tuple[FlatEnd, ...]:
     return tuple(_flat_end(outline, number) for number in (0, 1) if outline.ends[number] != "closed")
 
 
+def heading(outline: Outline, number: int) -> Floats:
+    """Unit vector along which the crack's centreline leaves by an end."""
+    centre = outline.centreline_mm if number == 0 else outline.centreline_mm[::-1]
+    ahead = min(HEADING_MM, outline.length_mm)
+    s_mm = arc_length(centre)
+    inside = np.array([np.interp(ahead, s_mm, centre[:, axis]) for axis in (0, 1)])
+    outward = centre[0] - inside
+    return outward / np.linalg.norm(outward)
+
+
 def require_open_ends_at_side(ends: tuple[FlatEnd, ...], block_mm: Box, width_mm: float) -> None:
     for end in ends:
         if end.kind != "open":
@@ -109,18 +119,12 @@ def stopper(end: FlatEnd, reach_mm: float, spread_mm: float) -> CrossSection:
 
 
 def _flat_end(outline: Outline, number: int) -> FlatEnd:
-    centre = outline.centreline_mm if number == 0 else outline.centreline_mm[::-1]
-    index = 0 if number == 0 else -1
-    ahead = min(HEADING_MM, outline.length_mm)
-    s_mm = arc_length(centre)
-    inside = np.array([np.interp(ahead, s_mm, centre[:, axis]) for axis in (0, 1)])
-    outward = centre[0] - inside
     return FlatEnd(
         number=number,
         kind=outline.ends[number],
-        left_mm=outline.left_wall_mm[index],
-        right_mm=outline.right_wall_mm[index],
-        outward=outward / np.linalg.norm(outward),
+        left_mm=outline.left_wall_mm[-number],
+        right_mm=outline.right_wall_mm[-number],
+        outward=heading(outline, number),
     )
 
 

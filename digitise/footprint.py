@@ -4,10 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from manifold3d import CrossSection, OpType
+from scipy.spatial import KDTree
 
 from digitise.flat_ends import RUN_OUT_MM, FlatEnd, flat_ends, on_side, require_open_ends_at_side, run_out, stopper
+from digitise.floor import Floor, lay_floor
 from digitise.region import PIECE_MM2, Box, cleaned, nearest_side, rectangle, traced_region
 from digitise.settings import CrackShape
+from digitise.sides import Sides, sides
 from sealtwin.errors import InputError
 from sealtwin.records import Floats, Outline, arc_length
 
@@ -24,6 +27,9 @@ class Footprint:
     ends: tuple[FlatEnd, ...]
     lean: Floats
     """Unit vector from the mouth to where the floor lies, if the walls lean."""
+    sides: Sides
+    floor: Floor | None
+    """None where it is a plane."""
     warnings: tuple[str, ...]
 
     @property
@@ -37,7 +43,7 @@ def lay_out(outline: Outline, shape: CrackShape, spread_mm: float) -> Footprint:
     Raises InputError where the outline crosses itself, is empty, or an open end does not lie at the block's side.
     """
     ring = outline.outline_mm
-    traced, crossing_warnings = traced_region(ring)
+    traced, crossing_warnings = traced_region(ring, outline.islands_mm)
     ends = flat_ends(outline)
     lean = _lean(outline.centreline_mm, shape)
     block_mm = outline.face_mm or _grown_box(ring, ends, shape, lean, spread_mm)
@@ -57,8 +63,16 @@ def lay_out(outline: Outline, shape: CrackShape, spread_mm: float) -> Footprint:
         stoppers=beyond,
         ends=ends,
         lean=lean,
+        sides=sides(outline, reach_mm),
+        floor=lay_floor(outline.centreline_mm, shape, _breadth_mm(outline, traced) + spread_mm, block_mm),
         warnings=(*crossing_warnings, *cleaning_warnings),
     )
+
+
+def _breadth_mm(outline: Outline, traced: CrossSection) -> float:
+    """How far from the centreline the crack reaches."""
+    away_mm, _ = KDTree(outline.centreline_mm).query(np.vstack(traced.to_polygons()))
+    return float(away_mm.max())
 
 
 def _lean(centreline_mm: Floats, shape: CrackShape) -> Floats:

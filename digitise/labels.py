@@ -33,12 +33,22 @@ def label_faces(
             inward = (normal[:, side % 2] > 0) == (side < 2)
             label[in_plane & inward] = FaceLabel.END
     label[_within(corners[:, :, 2], 0.0)] = FaceLabel.TOP
-    label[_within(corners[:, :, 2], -depth_mm)] = FaceLabel.FLOOR
+    label[_on_floor(vertices_mm, faces, footprint, depth_mm)] = FaceLabel.FLOOR
     label[_within(corners[:, :, 2], bottom_mm)] = FaceLabel.OUTSIDE
     beyond = (centre[:, 0] < box[0] - NEAR_MM) | (centre[:, 0] > box[2] + NEAR_MM)
     beyond |= (centre[:, 1] < box[1] - NEAR_MM) | (centre[:, 1] > box[3] + NEAR_MM)
     label[beyond] = FaceLabel.OUTSIDE
     return label
+
+
+def _on_floor(vertices_mm: Floats, faces: Integers, footprint: Footprint, depth_mm: float) -> NDArray[np.bool_]:
+    if footprint.floor is None:
+        return _within(vertices_mm[faces][:, :, 2], -depth_mm)
+    above_mm = vertices_mm[:, 2] + footprint.floor.depth_at_mm(vertices_mm[:, :2])
+    middle_mm = vertices_mm[faces].mean(axis=1)
+    # A wall between two places of a floor that rises between them has its corners in the floor, but not its middle.
+    arched_mm = middle_mm[:, 2] + footprint.floor.depth_at_mm(middle_mm[:, :2])
+    return _within(above_mm[faces], 0.0) & (np.abs(arched_mm) < NEAR_MM)
 
 
 def _within(coordinate: Floats, level: float) -> NDArray[np.bool_]:

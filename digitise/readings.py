@@ -1,6 +1,6 @@
 """What each reading of the tilt makes of one outline: sections, volumes, widths, and where walls meet.
 
-All of it from the outline alone, by exact offsets of it at many depths; the solid is checked against these.
+All of it from the outline alone, by offsets of it at many depths; the solid is checked against these.
 """
 
 from typing import Any, get_args
@@ -10,7 +10,7 @@ from manifold3d import CrossSection, JoinType
 
 from digitise.footprint import Footprint
 from digitise.settings import CrackShape, Tilt
-from digitise.wedges import tilted_by_mm
+from digitise.tilting import WallPiece, swept, tilted_walls, wall_shifts_mm
 from sealtwin.records import Outline
 
 SLICES = 64
@@ -19,35 +19,56 @@ ARC_SEGMENTS = 128
 """A full turn of a rounded offset corner: 0.04 % of the corner's own area."""
 
 
-def section(footprint: Footprint, shape: CrackShape, depth_mm: float) -> CrossSection:
-    """The cavity at one depth below the face, inside the block, cut ends closed."""
-    spread_mm = tilted_by_mm(shape)
-    share = depth_mm / shape.deepest_mm
-    crack = footprint.crack
-    if shape.tilt == "funnel" and share > 0:
-        crack = crack.offset(-share * spread_mm, JoinType.Round, circular_segments=ARC_SEGMENTS)
-    elif shape.tilt == "flare" and share < 1:
-        crack = crack.offset((1 - share) * spread_mm, JoinType.Round, circular_segments=ARC_SEGMENTS)
-    elif shape.tilt == "lean":
-        x, y = share * spread_mm * footprint.lean
-        crack = crack.translate((float(x), float(y)))
-    return (crack ^ footprint.block) - footprint.stoppers
+class Slicer:
+    """The cavity at any depth below the face, inside the block, cut ends closed."""
+
+    def __init__(self, footprint: Footprint, shape: CrackShape) -> None:
+        self._footprint = footprint
+        self._shape = shape
+        self._shifts_mm = wall_shifts_mm(shape)
+        self._pieces: list[WallPiece] = []
+        if shape.tilt in ("flare", "funnel") and self._shifts_mm[0] != self._shifts_mm[1]:
+            self._pieces = tilted_walls(footprint, shape)
+
+    def between_walls(self, depth_mm: float) -> CrossSection:
+        """What lies between the walls, whether above the floor or below it."""
+        crack = self._moved(depth_mm / self._shape.deepest_mm)
+        return (crack ^ self._footprint.block) - self._footprint.stoppers
+
+    def cavity(self, depth_mm: float) -> CrossSection:
+        section, floor = self.between_walls(depth_mm), self._footprint.floor
+        return section if floor is None else section - floor.above(depth_mm)
+
+    def _moved(self, share: float) -> CrossSection:
+        crack, shift_mm = self._footprint.crack, self._shifts_mm[0]
+        if self._shape.tilt == "vertical":
+            return crack
+        if self._shape.tilt == "lean":
+            x, y = share * shift_mm * self._footprint.lean
+            return crack.translate((float(x), float(y)))
+        flares = self._shape.tilt == "flare"
+        share = 1 - share if flares else share
+        if share <= 0:
+            return crack
+        if self._pieces:
+            walls = swept(self._pieces, share)
+            return crack + walls if flares else crack - walls
+        return crack.offset(share * shift_mm * (1 if flares else -1), JoinType.Round, circular_segments=ARC_SEGMENTS)
 
 
 def cavity_volume_mm3(footprint: Footprint, shape: CrackShape, slices: int = SLICES) -> float:
     """Integral of the sections over the depth."""
-    reach_mm = shape.deepest_mm
+    slicer, reach_mm = Slicer(footprint, shape), shape.deepest_mm
     # A narrow funnel ends far above its floor: the slices belong where it is open.
-    while shape.tilt == "funnel" and section(footprint, shape, reach_mm / 2).is_empty():
+    while shape.tilt == "funnel" and slicer.between_walls(reach_mm / 2).is_empty():
         reach_mm /= 2
     step_mm = reach_mm / slices
-    return step_mm * sum(section(footprint, shape, (i + 0.5) * step_mm).area() for i in range(slices))
+    return step_mm * sum(slicer.cavity((i + 0.5) * step_mm).area() for i in range(slices))
 
 
 def compare_readings(outline: Outline, footprint: Footprint, shape: CrackShape) -> dict[str, Any]:
     """The part of solid.json that says what the chosen tilt means beside the others at this angle."""
-    spread_mm = tilted_by_mm(shape)
-    opening_mm = 2 * spread_mm * {"flare": 1.0, "funnel": -1.0}.get(shape.tilt, 0.0)
+    opening_mm = sum(wall_shifts_mm(shape)) * {"flare": 1.0, "funnel": -1.0}.get(shape.tilt, 0.0)
     other_mm = _mean_width_mm(outline, opening_mm)
     photo_mm = outline.mean_width_mm
     mouth_mm, floor_mm = (other_mm, photo_mm) if shape.tilt == "flare" else (photo_mm, other_mm)
@@ -55,12 +76,12 @@ def compare_readings(outline: Outline, footprint: Footprint, shape: CrackShape) 
         "photo_width_mm": photo_mm,
         "mouth_width_mm": mouth_mm,
         "floor_width_mm": floor_mm,
-        "volume_mm3": {tilt: cavity_volume_mm3(footprint, replace_tilt(shape, tilt)) for tilt in get_args(Tilt)},
+        "volume_mm3": {tilt: cavity_volume_mm3(footprint, with_tilt(shape, tilt)) for tilt in get_args(Tilt)},
         "closing_depth_mm": _closing_depth(outline, shape),
     }
 
 
-def replace_tilt(shape: CrackShape, tilt: Tilt) -> CrackShape:
+def with_tilt(shape: CrackShape, tilt: Tilt) -> CrackShape:
     return shape.model_copy(update={"tilt": tilt})
 
 
@@ -71,12 +92,12 @@ def _mean_width_mm(outline: Outline, opening_mm: float) -> float:
 
 
 def _closing_depth(outline: Outline, shape: CrackShape) -> dict[str, float]:
-    """Where the walls of a funnel at this angle meet: w / (2 tan angle) below the face."""
-    slope = float(np.tan(np.radians(replace_tilt(shape, "funnel").wall_angles_deg)).mean())
-    if slope == 0:
+    """Where the walls of a funnel at these angles meet: w / (tan left + tan right) below the face."""
+    closing = float(np.tan(np.radians(with_tilt(shape, "funnel").wall_angles_deg)).sum())
+    if closing == 0:
         return {"min": np.inf, "mean": np.inf, "share_above_floor": 0.0}
-    depth_mm = outline.width_mm / (2 * slope)
-    closed = (depth_mm < shape.deepest_mm).astype(float)
+    depth_mm = outline.width_mm / closing
+    closed = (depth_mm < shape.depth_at_mm(outline.s_mm)).astype(float)
     return {
         "min": float(depth_mm.min()),
         "mean": float(np.trapezoid(depth_mm, outline.s_mm) / outline.length_mm),

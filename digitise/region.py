@@ -1,5 +1,7 @@
 """A crack as one clean region of the plane: no crossing, no noise that booleans would turn into slivers."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from manifold3d import CrossSection, FillRule, JoinType
 
@@ -19,11 +21,23 @@ ISLAND_MM2 = 0.1
 """Smaller pieces and islands are noise: a quarter of the particles' section."""
 
 
-def traced_region(ring_mm: Floats) -> tuple[CrossSection, list[str]]:
-    """What the ring encloses, whichever way it runs, and warnings about small loops that were left out.
+def traced_region(ring_mm: Floats, islands_mm: Sequence[Floats] = ()) -> tuple[CrossSection, list[str]]:
+    """What the ring encloses and no island does, whichever way they run, and warnings about what was left out.
 
-    Raises InputError where it encloses nothing or crosses itself by more than noise does.
+    Raises InputError where it encloses nothing or the ring crosses itself by more than noise does.
     """
+    traced, warnings = _within_ring(ring_mm)
+    islands = [island for island in islands_mm if len(island) >= 3]
+    if not all(np.isfinite(island).all() for island in islands):
+        raise InputError("An island of the outline has points that are no finite numbers. Trace it again.")
+    if islands:
+        traced -= CrossSection(islands, FillRule.NonZero)
+    if traced.area() < PIECE_MM2:
+        raise InputError(f"The outline encloses {traced.area():.3g} mm² beside its islands: no crack. Trace it again.")
+    return traced, warnings
+
+
+def _within_ring(ring_mm: Floats) -> tuple[CrossSection, list[str]]:
     if not np.isfinite(ring_mm).all():
         raise InputError("The outline has points that are no finite numbers. Trace it again.")
     if len(ring_mm) < 3:
@@ -54,14 +68,21 @@ def cleaned(crack: CrossSection) -> tuple[CrossSection, list[str]]:
     warnings, kept = [], []
     for piece in opened.decompose():
         if piece.area() < PIECE_MM2:
-            warnings.append(f"Outline piece of {piece.area():.3f} mm² dropped (smaller than {PIECE_MM2} mm²).")
+            x, y = np.vstack(piece.to_polygons()).mean(axis=0)
+            warnings.append(
+                f"Outline piece of {piece.area():.3f} mm² near ({x:.1f}, {y:.1f}) mm dropped (smaller than {PIECE_MM2} "
+                "mm²)."
+            )
             continue
         kept.append(piece)
     rings = []
     for ring in (polygon for piece in kept for polygon in piece.to_polygons()):
         area_mm2 = _signed_area_mm2(ring)
         if -ISLAND_MM2 < area_mm2 < 0:
-            warnings.append(f"Island of {-area_mm2:.3f} mm² filled (smaller than {ISLAND_MM2} mm²).")
+            x, y = ring.mean(axis=0)
+            warnings.append(
+                f"Island of {-area_mm2:.3f} mm² near ({x:.1f}, {y:.1f}) mm filled (smaller than {ISLAND_MM2} mm²)."
+            )
             continue
         rings.append(ring)
     if len(kept) > 1:

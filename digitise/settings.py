@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Annotated, Literal, Self
 
 import numpy as np
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
 from sealtwin.records import DataKind, Floats
 from sealtwin.settings import Settings
@@ -33,8 +33,18 @@ DepthStation = tuple[Annotated[float, Field(ge=0, le=10_000)], Depth]
 """Arc length along the centreline from where the nozzle starts, and the depth there; both in mm."""
 Trim = Annotated[float, Field(ge=0, le=1000)]
 """A metre is more than half of any crack on a sample."""
+MeshUnit = Literal["mm", "cm", "m", "inch"]
 MOST_VIA = 50
 """Clicks between the ends: more would be drawing the crack, which a mask does better."""
+
+
+def _tape_or_none(height_mm: float) -> float:
+    if 0 < height_mm < 0.1:
+        raise ValueError("give 0, or 0.1 to 100")
+    return height_mm
+
+
+DamHeight = Annotated[float, Field(ge=0, le=100), AfterValidator(_tape_or_none)]
 
 
 class Marker(Settings):
@@ -172,14 +182,14 @@ class CrackShape(Settings):
     """Block around the crack where the size of the face is not known: room for sealant that overflows. Thinner walls
     would break, and a metre is more than any spill.
     """
-    dam_height_mm: float = Field(default=10.0, ge=0, le=100)
+    dam_height_mm: DamHeight = 10.0
     """Tape at open ends stands this far above the face, so that nothing leaves where the paper's was taped: 0 for none
     above it, else at least 0.1, which is the thickness of the tape itself.
     """
 
     @property
     def deepest_mm(self) -> float:
-        return float(self.depth_at_mm(np.array(self._stations)[:, 0]).max())
+        return float(self.depth_at_mm(self.depth_stations_mm).max())
 
     @property
     def wall_angles_deg(self) -> tuple[float, float]:
@@ -188,6 +198,11 @@ class CrackShape(Settings):
             return 0.0, 0.0
         both = self.wall_angle_deg
         return both if isinstance(both, tuple) else (both, both)
+
+    @property
+    def depth_stations_mm(self) -> Floats:
+        """Arc lengths at which the depth is given, (k,)."""
+        return np.array(self._stations, dtype=float)[:, 0]
 
     def depth_at_mm(self, s_mm: Floats) -> Floats:
         """Depth at each arc length along the centreline, (n,)."""
@@ -214,12 +229,6 @@ class CrackShape(Settings):
             )
         return self
 
-    @model_validator(mode="after")
-    def _dam_or_none(self) -> Self:
-        if 0 < self.dam_height_mm < 0.1:
-            raise ValueError(f"dam_height_mm is {self.dam_height_mm:g}: give 0, or 0.1 to 100")
-        return self
-
 
 class MeshInput(Settings):
     """A sample that somebody has modelled or scanned, in place of a photo."""
@@ -228,7 +237,7 @@ class MeshInput(Settings):
     """STL, PLY, OBJ, OFF, GLB or 3MF; beside the trial file, or absolute."""
     data: DataKind
     """Where the mesh comes from; anything but "measured" is said so in every report."""
-    units: Literal["mm", "cm", "m", "inch"]
+    units: MeshUnit
     """Of its numbers. Most formats do not say, so it is never guessed."""
     up: Literal["x", "y", "z", "-x", "-y", "-z"] = "z"
     """The axis of the file that points out of the cracked face."""
@@ -236,6 +245,10 @@ class MeshInput(Settings):
     """Centreline as x y in mm a line, in the file's own frame turned upright; left out, it is found in a section just
     under the face.
     """
+    base_mm: float | None = Field(default=None, gt=0.1, le=1000)
+    """Of a scan that is open below: it gets upright sides, and a flat underside this far below the face."""
+    dam_height_mm: DamHeight = 10.0
+    """As in [crack]: a dam stands wherever the crack leaves the block."""
 
 
 class NozzlePath(Settings):

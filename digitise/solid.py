@@ -10,12 +10,13 @@ from digitise.dams import Dam, dams, tilted_out
 from digitise.footprint import Footprint, lay_out
 from digitise.labels import label_faces
 from digitise.mesh import MeshFigures, examine_mesh
-from digitise.readings import cavity_volume_mm3, compare_readings, section
+from digitise.readings import Slicer, cavity_volume_mm3, compare_readings
 from digitise.region import rectangle
 from digitise.sections import crack_sections
 from digitise.settings import CrackShape
 from digitise.tidy import tidy
-from digitise.wedges import carve, tilted_by_mm
+from digitise.tilting import wall_shifts_mm
+from digitise.wedges import carve
 from sealtwin.errors import InputError
 from sealtwin.records import Floats, Integers, Outline, Solid
 
@@ -41,11 +42,11 @@ def build_solid(outline: Outline, shape: CrackShape) -> Solid:
     Raises InputError where the outline crosses itself, comes out of the block where no open end is, encloses nothing,
     cannot be made watertight, or the mesh's cavity is not the integral of its sections within ``CAVITY_TOLERANCE``.
     """
-    if isinstance(shape.depth_mm, tuple) or len(set(shape.wall_angles_deg)) > 1:
-        raise NotImplementedError("a table of depths, or two angles")
-    spread_mm = tilted_by_mm(shape)
+    shape, table_warnings = _as_long_as(outline.length_mm, shape)
+    spread_mm = max(wall_shifts_mm(shape))
     footprint = lay_out(outline, shape, spread_mm)
-    sections = [section(footprint, shape, depth_mm) for depth_mm in (0.0, shape.deepest_mm)]
+    slicer = Slicer(footprint, shape)
+    sections = [slicer.between_walls(depth_mm) for depth_mm in (0.0, shape.deepest_mm)]
     if shape.tilt == "lean" and sections[1].area() < LEAST_FLOOR * sections[0].area():
         raise tilted_out(spread_mm)
     plates = dams(footprint, sections, spread_mm)
@@ -78,9 +79,23 @@ def build_solid(outline: Outline, shape: CrackShape) -> Solid:
             "jitter_mm": jitter_mm,
             "ends": [{"kind": end.kind, "centre_mm": end.centre_mm, "outward": end.outward} for end in footprint.ends],
             "dams": [_dam_report(plate, bottom_mm, shape.dam_height_mm) for plate in plates],
-            "warnings": [*footprint.warnings, *_tilt_warnings(outline, shape, readings)],
+            "warnings": [*footprint.warnings, *table_warnings, *_tilt_warnings(outline, footprint, shape, readings)],
         },
     )
+
+
+def _as_long_as(length_mm: float, shape: CrackShape) -> tuple[CrackShape, list[str]]:
+    """The shape with its table of depths ended at the crack's own end."""
+    s_mm = shape.depth_stations_mm
+    if s_mm[-1] <= length_mm:
+        return shape, []
+    s_mm = np.append(s_mm[s_mm < length_mm], length_mm)
+    table = tuple(zip(s_mm.tolist(), shape.depth_at_mm(s_mm).tolist(), strict=True))
+    warning = (
+        f"depth_mm goes on to s = {shape.depth_stations_mm[-1]:g} mm, but the crack is {length_mm:.1f} mm long: its "
+        "floor ends there."
+    )
+    return shape.model_copy(update={"depth_mm": table}), [warning]
 
 
 def _watertight(
@@ -119,7 +134,7 @@ def _require_volume(readings: dict[str, Any], shape: CrackShape) -> None:
         else "Check depth_mm and the photo's scale."
     )
     raise InputError(
-        f"At {max(shape.wall_angles_deg):g}° and {shape.deepest_mm:g} mm deep, tilt {shape.tilt} leaves a cavity of "
+        f"At {_angles(shape)} and {shape.deepest_mm:g} mm deep, tilt {shape.tilt} leaves a cavity of "
         f"{volume_mm3:.2g} mm³, less than {SMALLEST_CAVITY_MM3:g}: nothing to fill. {remedy}"
     )
 
@@ -135,17 +150,23 @@ def _require_agreement(cavity_mm3: float, readings: dict[str, Any], footprint: F
         )
 
 
-def _tilt_warnings(outline: Outline, shape: CrackShape, readings: dict[str, Any]) -> list[str]:
+def _tilt_warnings(outline: Outline, footprint: Footprint, shape: CrackShape, readings: dict[str, Any]) -> list[str]:
     closing = readings["closing_depth_mm"]
     if shape.tilt != "funnel" or closing["share_above_floor"] == 0:
         return []
+    depth_mm = f"{shape.deepest_mm:g} mm" if footprint.floor is None else f"of up to {shape.deepest_mm:g} mm"
     steepest_deg = np.degrees(np.arctan(outline.mean_width_mm / (2 * shape.deepest_mm)))
     return [
-        f"At {max(shape.wall_angles_deg):g}° the walls meet at {closing['mean']:.1f} mm on average, above the "
-        f"requested depth {shape.deepest_mm:g} mm along {closing['share_above_floor']:.0%} of the crack; volume "
+        f"At {_angles(shape)} the walls meet at {closing['mean']:.1f} mm on average, above the requested depth "
+        f"{depth_mm} along {closing['share_above_floor']:.0%} of the crack; volume "
         f"{readings['volume_mm3']['funnel'] / 1000:.2f} ml. Reduce the angle below {steepest_deg:.1f}°, choose "
         'tilt = "flare" or "lean", or accept the V.'
     ]
+
+
+def _angles(shape: CrackShape) -> str:
+    left_deg, right_deg = shape.wall_angles_deg
+    return f"{left_deg:g}°" if left_deg == right_deg else f"{left_deg:g}° left and {right_deg:g}° right"
 
 
 def _dam_volume_mm3(plates: tuple[Dam, ...], height_mm: float) -> float:

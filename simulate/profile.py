@@ -42,10 +42,10 @@ def measure_profile(run: Run, outline: Outline, solid: Solid) -> Profile:
     pixel_mm = min(PIXEL_MM, run.radius_mm / 2)
     stations = max(2, round(outline.length_mm / pixel_mm) + 1)
     s_mm = np.linspace(0.0, outline.length_mm, stations)
-    level_mm = np.full(stations, -solid.depth_mm)
+    level_mm = -solid.depth_at_mm(s_mm)
 
     particle_s_mm = arc_length_at(run.position_mm[:, :2], outline.centreline_mm)
-    counted = settled(run, solid.depth_mm) & over_cavity(run.position_mm, solid)
+    counted = settled(run, solid.depth_at_mm(particle_s_mm)) & over_cavity(run.position_mm, solid)
     # Sealant in the corners of an oblique open end is the crack's, but lies beside its profile.
     counted &= (particle_s_mm > -4 * run.radius_mm) & (particle_s_mm < outline.length_mm + 4 * run.radius_mm)
     if counted.any():
@@ -65,7 +65,7 @@ def volume_ratio(run: Run, solid: Solid, cell_mm: float = 0.4) -> float:
     Bias: lattices of known volume, also with 20 % scatter, in vertical, leaning and flaring slots are read at 0.984 to
     1.004. The edge of a film on the face gains up to 0.2 R, a slope m about 0.4 m R.
     """
-    lies = settled(run, solid.depth_mm)
+    lies = settled(run, np.full(len(run.position_mm), solid.depth_mm))
     if not lies.any():
         return 0.0
     # Turned by 18 degrees, no wall along an axis, or at 30, 45 or 60 degrees to one, runs along the cells: along
@@ -75,8 +75,8 @@ def volume_ratio(run: Run, solid: Solid, cell_mm: float = 0.4) -> float:
     return height_sum_mm * cell_mm**2 / run.dispensed_volume_mm3
 
 
-def settled(run: Run, depth_mm: float) -> Mask:
-    """Which particles lie on the sample, (n,): neither over its edge nor in flight.
+def settled(run: Run, depth_mm: Floats) -> Mask:
+    """Which particles lie on the sample, (n,): neither over its edge nor in flight. ``depth_mm`` is the floor's, (n,).
 
     In flight is what moves down faster than a free fall of one radius, sqrt(2 g R), which nothing that lies on others
     can do, and is more than a radius clear of all slower ones within a diameter around: a surface in which some
@@ -88,7 +88,9 @@ def settled(run: Run, depth_mm: float) -> Mask:
         return lies
     slow_mm = run.position_mm[np.setdiff1d(np.flatnonzero(lies), fast)]
     around = KDTree(slow_mm[:, :2]).query_ball_point(run.position_mm[fast, :2], 2 * run.radius_mm)
-    bed_mm = np.array([slow_mm[near, 2].max(initial=-depth_mm) for near in around])
+    bed_mm = np.array(
+        [slow_mm[near, 2].max(initial=-floor) for near, floor in zip(around, depth_mm[fast], strict=True)]
+    )
     lies[fast] = run.position_mm[fast, 2] <= bed_mm + run.radius_mm
     return lies
 

@@ -7,9 +7,9 @@ import pytest
 
 from digitise.dams import dams
 from digitise.footprint import lay_out
-from digitise.readings import section
+from digitise.readings import Slicer
 from digitise.settings import CrackShape
-from digitise.wedges import tilted_by_mm
+from digitise.tilting import wall_shifts_mm
 from sealtwin.errors import InputError
 from tests.shapes import OPEN, oblique_slot, straight_slot
 
@@ -18,7 +18,7 @@ VERTICAL = CrackShape(depth_mm=16.0, tilt="vertical")
 
 def test_dams_stand_on_the_side_that_the_crack_leaves_by():
     footprint = lay_out(oblique_slot(), VERTICAL, 0.0)
-    first, second = dams(footprint, [section(footprint, VERTICAL, 0.0)])
+    first, second = dams(footprint, [Slicer(footprint, VERTICAL).cavity(0.0)])
     opening = 3.1 / np.sin(np.radians(30))
     assert (first.end, first.side, second.end, second.side) == (0, 1, 1, 3)
     assert first.box_mm[1::2] == (-4.0, 0.0)
@@ -31,8 +31,8 @@ def test_dams_stand_on_the_side_that_the_crack_leaves_by():
 def test_dams_cover_what_the_tilt_opens(tilt, reaches):
     """Lean moves the opening's foot along the side, flare widens its top."""
     shape = CrackShape(depth_mm=16.0, tilt=tilt)
-    footprint = lay_out(straight_slot(80.0, 3.1, OPEN), shape, tilted_by_mm(shape))
-    first, _ = dams(footprint, [section(footprint, shape, depth_mm) for depth_mm in (0.0, 16.0)])
+    footprint = lay_out(straight_slot(80.0, 3.1, OPEN), shape, max(wall_shifts_mm(shape)))
+    first, _ = dams(footprint, [Slicer(footprint, shape).cavity(depth_mm) for depth_mm in (0.0, 16.0)])
     assert first.box_mm[3] == pytest.approx(1.55 + reaches + 4.0, abs=0.01)
     assert first.box_mm[1] == pytest.approx(-1.55 - 4.0 - (reaches if tilt == "flare" else 0.0), abs=0.01)
 
@@ -43,4 +43,4 @@ def test_a_crack_out_of_a_corner_is_refused():
     cornered = dataclasses.replace(slot, face_mm=(0.0, -1.0, 80.0, 20.0))
     footprint = lay_out(cornered, VERTICAL, 0.0)
     with pytest.raises(InputError, match="within 0 mm of the block side"):
-        dams(footprint, [section(footprint, VERTICAL, 0.0)])
+        dams(footprint, [Slicer(footprint, VERTICAL).cavity(0.0)])

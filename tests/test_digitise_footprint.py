@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from digitise.footprint import lay_out
-from digitise.readings import section
+from digitise.readings import Slicer
 from digitise.settings import CrackShape
 from sealtwin.errors import InputError
 from tests.shapes import CUT, oblique_slot, straight_slot, with_ring
@@ -24,7 +24,7 @@ def test_an_oblique_end_is_the_same_wherever_its_walls_stop():
         stations[0], stations[-1] = (outline.centreline_mm[i] + half * square for i in (0, -1))
         walls.append(stations)
     stationed = dataclasses.replace(outline, left_wall_mm=walls[0], right_wall_mm=walls[1])
-    given, by_stations = (section(lay_out(o, VERTICAL, 0.0), VERTICAL, 0.0) for o in (outline, stationed))
+    given, by_stations = (Slicer(lay_out(o, VERTICAL, 0.0), VERTICAL).cavity(0.0) for o in (outline, stationed))
     assert (given - by_stations).area() + (by_stations - given).area() < 1e-6
 
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from digitise.footprint import lay_out
-from digitise.readings import cavity_volume_mm3, compare_readings, section
+from digitise.readings import Slicer, cavity_volume_mm3, compare_readings
 from digitise.settings import CrackShape
-from digitise.wedges import tilted_by_mm
+from digitise.tilting import wall_shifts_mm
 from tests.shapes import CUT, arc_slot, oblique_slot, pinched_crack, straight_slot
 
 
@@ -14,7 +14,7 @@ def test_the_paper_s_dimensions_hold_these_volumes():
     """80 x 3.1 x 16 mm at 11°: 3.97, 7.95 and 0.99 ml by hand; the paper injects 4.8."""
     shape = CrackShape(depth_mm=16.0, tilt="lean")
     outline = oblique_slot()
-    volume = compare_readings(outline, lay_out(outline, shape, tilted_by_mm(shape)), shape)["volume_mm3"]
+    volume = compare_readings(outline, lay_out(outline, shape, max(wall_shifts_mm(shape))), shape)["volume_mm3"]
     assert volume["vertical"] == pytest.approx(3968.0, rel=1e-4)
     assert volume["lean"] == pytest.approx(3968.0, rel=1e-4)
     assert volume["flare"] == pytest.approx(7948.9, rel=1e-4)
@@ -25,16 +25,16 @@ def test_the_paper_s_dimensions_hold_these_volumes():
 @pytest.mark.parametrize("depth_mm", [0.0, 4.0, 7.5])
 def test_sections_of_a_slot_have_the_width_of_their_depth(tilt, depth_mm):
     shape = CrackShape(depth_mm=16.0, tilt=tilt)
-    footprint = lay_out(straight_slot(80.0, 3.1, CUT), shape, tilted_by_mm(shape))
+    footprint = lay_out(straight_slot(80.0, 3.1, CUT), shape, max(wall_shifts_mm(shape)))
     slope = np.tan(np.radians(11))
     width_mm = 3.1 + {"flare": 2 * slope * (16.0 - depth_mm), "funnel": -2 * slope * depth_mm}.get(tilt, 0.0)
-    assert section(footprint, shape, depth_mm).area() == pytest.approx(80.0 * width_mm, rel=1e-5)
+    assert Slicer(footprint, shape).cavity(depth_mm).area() == pytest.approx(80.0 * width_mm, rel=1e-5)
 
 
 def test_sixty_four_slices_are_enough():
     """Against a thousand, where it is hardest: a funnel that closes at another depth everywhere along the crack."""
     shape = CrackShape(depth_mm=16.0, tilt="funnel")
-    footprint = lay_out(pinched_crack(1), shape, tilted_by_mm(shape))
+    footprint = lay_out(pinched_crack(1), shape, max(wall_shifts_mm(shape)))
     assert cavity_volume_mm3(footprint, shape) == pytest.approx(cavity_volume_mm3(footprint, shape, 1000), rel=3e-4)
 
 

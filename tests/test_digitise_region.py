@@ -1,11 +1,14 @@
 """The crack as a region: cleaned without moving its walls, and whatever goes is named."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 from digitise.footprint import lay_out
-from digitise.readings import section
+from digitise.readings import Slicer
 from digitise.settings import CrackShape
+from sealtwin.errors import InputError
 from sealtwin.records import Floats, Outline
 from tests.shapes import CLOSED, straight_slot, wandering_crack, with_ring
 
@@ -17,7 +20,7 @@ def test_cleaning_keeps_the_area(seed):
     """Within 0.02 %: simplifying to 0.01 mm loses 0.06 % of a pinched crack."""
     outline = wandering_crack(seed, rough_mm=0.05)
     footprint = lay_out(outline, VERTICAL, 0.0)
-    assert section(footprint, VERTICAL, 0.0).area() == pytest.approx(signed_area(outline.outline_mm), rel=2e-4)
+    assert Slicer(footprint, VERTICAL).cavity(0.0).area() == pytest.approx(signed_area(outline.outline_mm), rel=2e-4)
 
 
 def test_specks_are_dropped_and_islands_filled_and_both_are_named():
@@ -34,7 +37,44 @@ def test_specks_are_dropped_and_islands_filled_and_both_are_named():
     speck = with_ring(speck, np.vstack([speck.outline_mm, [(10.5, 1.502), (10.0, 1.502), (10.0, 3.0), (0.0, 3.0)]]))
     dropped = lay_out(speck, VERTICAL, 0.0)
     assert dropped.crack.num_contour() == 1
-    assert any("piece of 0.040 mm² dropped" in warning for warning in dropped.warnings)
+    assert any("piece of 0.040 mm² near (10.6, 1.5) mm dropped" in warning for warning in dropped.warnings)
+
+
+def stone(x_mm: float, y_mm: float, radius_mm: float, sides: int = 24) -> Floats:
+    """Clockwise, as islands run."""
+    turn = -2 * np.pi * np.arange(sides) / sides
+    return np.array([x_mm, y_mm]) + radius_mm * np.column_stack([np.cos(turn), np.sin(turn)])
+
+
+def with_islands(*islands_mm: Floats) -> Outline:
+    return dataclasses.replace(straight_slot(20.0, 3.0, CLOSED), islands_mm=islands_mm)
+
+
+def test_islands_stand_in_the_crack_whichever_way_they_run():
+    one, other = stone(5.0, 0.0, 0.5), stone(12.0, 0.4, 0.8)[::-1]
+    footprint = lay_out(with_islands(one, other), VERTICAL, 0.0)
+    assert footprint.crack.area() == pytest.approx(60.0 - signed_area(one[::-1]) - signed_area(other), rel=1e-4)
+    assert footprint.crack.num_contour() == 3
+    assert footprint.warnings == ()
+
+
+def test_a_small_island_is_filled_and_its_place_named():
+    footprint = lay_out(with_islands(stone(5.0, 0.2, 0.17), stone(12.0, 0.0, 0.8)), VERTICAL, 0.0)
+    assert footprint.crack.num_contour() == 2
+    assert footprint.warnings == ("Island of 0.090 mm² near (5.0, 0.2) mm filled (smaller than 0.1 mm²).",)
+
+
+def test_an_island_at_a_wall_is_a_notch():
+    footprint = lay_out(with_islands(stone(5.0, -1.5, 0.5)), VERTICAL, 0.0)
+    assert footprint.crack.num_contour() == 1
+    assert footprint.crack.area() == pytest.approx(60.0 - signed_area(stone(5.0, -1.5, 0.5)[::-1]) / 2, rel=1e-3)
+
+
+def test_islands_that_fill_the_crack_are_refused():
+    with pytest.raises(InputError, match="beside its islands: no crack"):
+        lay_out(with_islands(stone(10.0, 0.0, 30.0)), VERTICAL, 0.0)
+    with pytest.raises(InputError, match="island of the outline has points that are no finite numbers"):
+        lay_out(with_islands(np.full((4, 2), np.nan)), VERTICAL, 0.0)
 
 
 def test_a_small_loop_is_left_out_and_named():

@@ -102,7 +102,7 @@ def test_cavities_hold_the_integral_of_their_depth(outline):
     """Depth from the traced ring by nearest distance on a grid: no offsets, no booleans, no simplified outline."""
     ring = outline.outline_mm
     spread = SLOPE * DEPTH_MM
-    distance, inside, cell_mm2 = distances(ring, spread + 0.2)
+    distance, inside, cell_mm2, _ = distances(ring, spread + 0.2)
     depths: dict[Tilt, Floats] = {
         "vertical": np.where(inside, DEPTH_MM, 0.0),
         "flare": np.where(inside, DEPTH_MM, np.clip(DEPTH_MM - distance / SLOPE, 0.0, None)),
@@ -113,8 +113,8 @@ def test_cavities_hold_the_integral_of_their_depth(outline):
         assert solid.cavity_volume_mm3 == pytest.approx(depth_mm.sum() * cell_mm2, rel=1e-3), tilt
 
 
-def distances(ring: Floats, margin_mm: float, cell_mm: float = 0.04) -> tuple[Floats, np.ndarray, float]:
-    """On a grid of cell centres: distance to the ring, whether inside it, and a cell's area."""
+def distances(ring: Floats, margin_mm: float, cell_mm: float = 0.04) -> tuple[Floats, np.ndarray, float, Floats]:
+    """On a grid of cell centres: distance to the ring, whether inside it, a cell's area, and the centres."""
     low, high = ring.min(axis=0) - margin_mm, ring.max(axis=0) + margin_mm
     x, y = (np.arange(low[axis], high[axis], cell_mm) + cell_mm / 2 for axis in (0, 1))
     grid = np.stack(np.meshgrid(x, y), axis=-1)
@@ -128,7 +128,7 @@ def distances(ring: Floats, margin_mm: float, cell_mm: float = 0.04) -> tuple[Fl
         rows = np.flatnonzero((y > min(y0, y1)) & (y <= max(y0, y1)))
         crossing = x0 + (y[rows] - y0) / (y1 - y0) * (x1 - x0) if len(rows) else np.empty(0)
         inside[rows] ^= x[None, :] > crossing[:, None]
-    return distance, inside.reshape(-1), cell_mm**2
+    return distance, inside.reshape(-1), cell_mm**2, grid.reshape(-1, 2)
 
 
 @pytest.mark.parametrize("tilt", TILTS)

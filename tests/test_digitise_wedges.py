@@ -5,7 +5,8 @@ import pytest
 
 from digitise.footprint import Footprint, lay_out
 from digitise.settings import CrackShape
-from digitise.wedges import MITRE_DEG, carve, tilted_by_mm
+from digitise.tilting import MITRE_DEG, wall_shifts_mm
+from digitise.wedges import carve
 from sealtwin.records import Floats
 from tests.shapes import CLOSED, straight_slot, with_ring
 
@@ -18,8 +19,8 @@ def polygon(sides: int, radius_mm: float) -> Floats:
 
 
 def cavity_mm3(ring: Floats, shape: CrackShape) -> float:
-    footprint: Footprint = lay_out(with_ring(straight_slot(8.0, 4.0, CLOSED), ring), shape, tilted_by_mm(shape))
-    block_mm3 = footprint.block.area() * (shape.depth_mm + shape.floor_thickness_mm)
+    footprint: Footprint = lay_out(with_ring(straight_slot(8.0, 4.0, CLOSED), ring), shape, max(wall_shifts_mm(shape)))
+    block_mm3 = footprint.block.area() * (shape.deepest_mm + shape.floor_thickness_mm)
     return block_mm3 - carve(footprint, shape, ()).volume()
 
 

@@ -1,11 +1,13 @@
 """The measuring instrument, held to lattices of particles whose surface is known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import trimesh
 
 from sealtwin.errors import NumericalError
-from sealtwin.records import FaceLabel, Outline, Run, Solid, arc_length_at
+from sealtwin.records import FaceLabel, Outline, Run, Sections, Solid, arc_length_at
 from simulate.profile import half_spacing_mm, measure_profile, volume_ratio
 from tests.shapes import level_floor
 
@@ -180,6 +182,27 @@ def test_an_empty_stretch_is_the_floor_and_a_gap_in_the_packing_is_not():
     full = (profile.s_mm < 9) | (profile.s_mm > 16)
     assert np.ptp(profile.level_mm[full]) < 1e-9
     assert measure_profile(run_of(np.empty((0, 3))), straight(), mouth_without_face()).level_mm.max() == -DEPTH_MM
+
+
+def test_an_empty_stretch_over_a_stepped_floor_is_the_floor_of_its_place():
+    """Half of the crack 4 mm deep, half 10; nothing lies in it but a heap in the shallow half, on its floor."""
+    sections = Sections(np.array([0.0, 19.9, 20.1, 40.0]), np.array([4.0, 4.0, 10.0, 10.0]), np.full(4, 1.0))
+    solid = replace(mouth_without_face(), sections=sections)
+    heap = [(x, y, z) for x in np.arange(5, 10, 0.8) for y in (-0.8, 0.0, 0.8) for z in (-3.6, -2.8, -2.0)]
+    profile = measure_profile(run_of(heap), straight(), solid)
+    assert profile.level_mm[profile.s_mm < 4.0] == pytest.approx(-4.0)
+    assert profile.level_mm[(profile.s_mm > 11.0) & (profile.s_mm < 19.8)] == pytest.approx(-4.0)
+    assert profile.level_mm[profile.s_mm > 20.2] == pytest.approx(-10.0)
+    assert profile.level_mm[np.abs(profile.s_mm - 7.4) < 1.5] == pytest.approx(-1.6, abs=BIAS_MM)
+
+
+def test_what_falls_onto_a_shallow_floor_lies_on_it():
+    """A fast particle a radius above the floor of its place is no jet; as far above a deeper floor it is."""
+    run = run_of([(10.0, 0.0, -3.7), (30.0, 0.0, -3.7)], velocity=np.array([[0.0, 0.0, -200.0]] * 2))
+    sections = Sections(np.array([0.0, 19.9, 20.1, 40.0]), np.array([4.0, 4.0, 10.0, 10.0]), np.full(4, 1.0))
+    profile = measure_profile(run, straight(), replace(mouth_without_face(), sections=sections))
+    assert profile.level_mm[np.abs(profile.s_mm - 10.0) < 0.2] == pytest.approx(-3.3, abs=BIAS_MM)
+    assert profile.level_mm[np.abs(profile.s_mm - 30.0) < 0.2] == pytest.approx(-10.0)
 
 
 def test_a_jet_and_lost_drops_are_not_the_surface():

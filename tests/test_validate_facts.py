@@ -8,7 +8,7 @@ import pytest
 
 from digitise.settings import NozzlePath
 from digitise.trajectory import plan_trajectory
-from sealtwin.records import Comparison
+from sealtwin.records import Comparison, Sections
 from tests.evidence import make_evidence
 from validate.evidence import Evidence
 from validate.facts import assumptions, headline, key_figures, tables
@@ -95,6 +95,17 @@ def test_a_path_with_leads_and_ramps_is_told_with_what_varies(tmp_path):
     speeds = [float(re.search(r"\((\d+) mm/s", text)[1]) for text in nozzle]  # pyright: ignore[reportOptionalSubscript]
     # 1.2 ml in 7.5 s; slowed by the end of one ramp, it is less, but not the half that the leads would make of it.
     assert 0.8 * speeds[0] < speeds[1] <= speeds[0]
+
+
+def test_two_angles_and_a_table_of_depths_are_told_as_two_and_as_a_range(tmp_path):
+    evidence = make_evidence(tmp_path)
+    sections = Sections(np.array([0.0, 40.0]), np.array([10.0, 4.0]), np.array([1.0, 1.0]))
+    odd = replace(evidence.solid, tilt="flare", wall_angles_deg=(5.0, 12.5), sections=sections)
+    table = rows(replace(evidence, solid=odd), "Crack and solid")
+    assert table["depth"] == "4 to 10 mm, from station to station"
+    assert table["tilt"] == "flare, left wall 5°, right wall 12.5° from vertical"
+    even = rows(evidence, "Crack and solid")
+    assert (even["depth"], even["tilt"]) == ("10 mm", "vertical walls")
 
 
 def test_a_run_without_viscosity_gets_no_invented_numbers(tmp_path):

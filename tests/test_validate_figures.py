@@ -8,7 +8,9 @@ from matplotlib import rcParams
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
+from sealtwin.records import Sections
 from tests.evidence import STATIONS_MM, axes_of, heights, make_evidence, slope
+from tests.shapes import level_floor
 from validate.figures import draw_error, draw_histogram, draw_profile
 from validate.settings import Gate
 
@@ -21,7 +23,7 @@ def evidence(tmp_path_factory):
 def drawn(evidence):
     profile, readings, comparison = evidence.profile, evidence.readings, evidence.comparison
     return {
-        "profile": draw_profile(profile, 10.0, readings, comparison),
+        "profile": draw_profile(profile, level_floor(10.0), readings, comparison),
         "error": draw_error(profile, readings, comparison),
         "histogram": draw_histogram(comparison),
     }
@@ -58,9 +60,20 @@ def test_readings_that_nobody_took_are_called_so_in_the_legend(tmp_path, data):
 
 
 def test_a_profile_alone_has_no_caliper(evidence):
-    figure = draw_profile(evidence.profile, 10.0, None, None)
+    figure = draw_profile(evidence.profile, level_floor(10.0), None, None)
     (axes,) = axes_of(figure)
     assert axes.get_legend_handles_labels()[1] == ["simulated"]
+
+
+def test_the_floor_is_drawn_where_it_is(evidence):
+    """A floor that rises from 10 to 4 mm half way along; the ground below it reaches the end of the plot."""
+    sections = Sections(np.array([0.0, 20.0, 40.0]), np.array([10.0, 10.0, 4.0]), np.full(3, 1.0))
+    (axes,) = axes_of(draw_profile(evidence.profile, sections, None, None))
+    (ground,) = axes.patches
+    corner_mm = np.array(ground.get_path().vertices)
+    along = np.isclose(corner_mm[:, 0], 30.0, atol=0.11)
+    assert corner_mm[along, 1] == pytest.approx(-7.0, abs=0.05)
+    assert corner_mm[:, 1].min() == pytest.approx(axes.get_ylim()[0]) == -11.5
 
 
 def test_the_error_is_positive_where_the_simulation_stands_too_high(evidence):

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sealtwin.records import Floats, Solid, Trajectory, arc_length
+from sealtwin.records import Floats, Sections, Solid, Trajectory, arc_length
 from validate.evidence import Evidence
 from validate.health import health_rows
 from validate.verdict import leak
@@ -209,7 +209,7 @@ def _geometry(evidence: Evidence) -> Table:
             "mean width of the mouth, of the floor",
             f"{_mm(report.get('mouth_width_mm'))}, {_mm(report.get('floor_width_mm'))}",
         ),
-        ("depth", f"{solid.depth_mm:g} mm"),
+        ("depth", _depth_words(solid.sections)),
         ("tilt", _tilt_words(evidence)),
         ("volume of the cavity", f"{solid.cavity_volume_mm3:.0f} mm³"),
     ]
@@ -286,6 +286,11 @@ def _tilt(evidence: Evidence) -> str:
 def _tilt_words(evidence: Evidence) -> str:
     solid = evidence.solid
     return "vertical walls" if solid.tilt == "vertical" else f"{solid.tilt}, {_angle_words(solid)} from vertical"
+
+
+def _depth_words(sections: Sections) -> str:
+    low_mm, high_mm = sections.depth_mm.min(), sections.depth_mm.max()
+    return f"{high_mm:g} mm" if low_mm == high_mm else f"{low_mm:.3g} to {high_mm:.3g} mm, from station to station"
 
 
 def _angle_words(solid: Solid) -> str:

@@ -4,15 +4,15 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
-from sealtwin.records import Comparison, Floats, Profile
+from sealtwin.records import Comparison, Floats, Profile, Sections
 from validate.theme import (
-    GROUND,
     INK,
     MEASURED,
     MUTED,
     SIMULATED,
     THIRD,
     canvas,
+    draw_ground,
     label_axes,
     put_legend_under_title,
     themed,
@@ -26,7 +26,7 @@ MOST_BIN_LABELS = 16
 
 def draw_profile(
     profile: Profile,
-    depth_mm: float,
+    sections: Sections,
     readings: Profile | None,
     comparison: Comparison | None,
     on: FigureBase | None = None,
@@ -36,8 +36,10 @@ def draw_profile(
         figure = canvas(on, 9.0, 3.9)
         axes = figure.add_subplot()
         axes.axhline(0.0, color=INK, linewidth=1.0)
-        axes.axhspan(-depth_mm - 1.5, -depth_mm, color=GROUND, linewidth=0)
-        for name, z_mm in (("face", 0.0), ("floor", -depth_mm)):
+        floor_mm = -np.interp(profile.s_mm, sections.s_mm, sections.depth_mm)
+        bottom_mm = float(floor_mm.min()) - 1.5
+        draw_ground(axes, profile.s_mm, floor_mm, bottom_mm)
+        for name, z_mm in (("face", 0.0), ("floor", float(floor_mm[-1]))):
             # Beside the plot, where no curve comes.
             beside = axes.get_yaxis_transform()
             axes.annotate(
@@ -54,7 +56,7 @@ def draw_profile(
             )
         axes.plot(profile.s_mm, profile.level_mm, color=SIMULATED, label="simulated")
         axes.set_xlim(0, profile.s_mm[-1])
-        axes.set_ylim(-depth_mm - 1.5, max(3.0, float(profile.level_mm.max()) + 1.5))
+        axes.set_ylim(bottom_mm, max(3.0, float(profile.level_mm.max()) + 1.5))
         label_axes(axes, ALONG, "level from the face (mm)", "Level of the sealant")
         put_legend_under_title(axes, columns=3)
     return figure

@@ -23,6 +23,7 @@ from validate.theme import (
     MEASURED,
     ON_GROUND,
     canvas,
+    draw_ground,
     label_axes,
     put_legend_under_title,
     themed,
@@ -87,7 +88,8 @@ def draw_side_view(
         axes = figure.add_subplot()
         s_mm = arc_length_at(run.position_mm[:, :2], outline.centreline_mm)
         shown = ~run.spilled & (s_mm > -8) & (s_mm < outline.length_mm + 8)
-        axes.axhspan(-solid.depth_mm - 2, -solid.depth_mm, color=GROUND, linewidth=0)
+        along_mm = np.linspace(-6, outline.length_mm + 6, 500)
+        draw_ground(axes, along_mm, -solid.depth_at_mm(along_mm), -solid.depth_mm - 2)
         axes.axhline(0.0, color=INK, linewidth=0.8)
         place_mm = np.column_stack([s_mm, run.position_mm[:, 2]])[shown]
         discs = _draw_particles(axes, place_mm, run, run.age_s[shown], AGES)

@@ -33,7 +33,7 @@ def report_plates(evidence: Evidence) -> list[Plate]:
             "Level",
             f"Simulated level along the crack{against}.",
             3.4,
-            lambda on: draw_profile(profile, solid.depth_mm, readings, comparison, on),
+            lambda on: draw_profile(profile, solid.sections, readings, comparison, on),
         )
     ]
     if readings is not None and comparison is not None:

@@ -6,9 +6,12 @@ from contextlib import contextmanager
 from functools import cache
 from typing import Any
 
+import numpy as np
 from matplotlib import font_manager, rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, FigureBase
+
+from sealtwin.records import Floats
 
 INK = "#1c2833"
 MUTED = "#66727d"
@@ -73,6 +76,12 @@ def label_axes(axes: Axes, x: str, y: str, title: str) -> None:
     axes.set_xlabel(x)
     axes.set_ylabel(y)
     axes.set_title(title)
+
+
+def draw_ground(axes: Axes, s_mm: Floats, floor_mm: Floats, bottom_mm: float) -> None:
+    """Sample below a floor, down to the end of the plot."""
+    outline_mm = np.concatenate([floor_mm, [bottom_mm, bottom_mm]])
+    axes.fill(np.concatenate([s_mm, s_mm[[-1, 0]]]), outline_mm, color=GROUND, linewidth=0)
 
 
 def put_legend_under_title(axes: Axes, columns: int) -> None:

@@ -38,7 +38,7 @@ def main(folder: Path) -> None:
         axes.set_axis_off()
         axes.set_title(f"{trial.name}: photo {trial.photo.data}, readings {readings.data}")
         draw_side_view(run, outline, solid, profile, on=side)
-        draw_profile(profile, solid.depth_mm, readings, comparison, on=level)
+        draw_profile(profile, solid.sections, readings, comparison, on=level)
         figure.savefig(TARGET, dpi=110, metadata={"Software": None})
     print(TARGET)
 
