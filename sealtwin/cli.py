@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from sealtwin.commands import digitise, setup, stages
+from sealtwin.commands import digitise, robot, setup, stages, trace
 
 app = typer.Typer(
     name="sealtwin",
@@ -22,9 +22,11 @@ app = typer.Typer(
 for command in (
     stages.demo,
     stages.run,
+    trace.trace,
     digitise.digitise,
     stages.simulate,
     stages.validate,
+    robot.robot,
     setup.init,
     setup.doctor,
 ):

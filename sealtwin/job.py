@@ -95,7 +95,9 @@ def begin_writing(job: Job, stage: StageName) -> None:
     """From here the folder is this trial's: what ``stage`` and its reports left before goes, edited files aside."""
     adopt_trial(job)
     (job.path / "run.json").unlink(missing_ok=True)
-    for stale in dict.fromkeys((stage, "validate")):
+    # A program of the old path must not lie beside the new one.
+    programs = ("robot",) if stage == "digitise" else ()
+    for stale in dict.fromkeys((stage, *programs, "validate")):
         for name in job.folder.clear(stale):
             job.progress.note(f"{stale}: a file was edited since this stage wrote it; yours is kept as {name}.")
 

@@ -16,7 +16,7 @@ def read_result(folder: RunFolder, trial: Trial) -> dict[str, Any]:
     result: dict[str, Any] = {
         "version": 1,
         "name": trial.name,
-        "folder": _shown(folder.path),
+        "folder": shown(folder.path),
         "wall_time_s": round(folder.wall_time_s(), 1),
         "stages": stages,
         "edited": [name for stage in stages for name in folder.edited(stage)],
@@ -51,7 +51,7 @@ def _findings(folder: RunFolder, trial: Trial, stages: Sequence[str]) -> dict[st
             "device": simulation["device"],
         }
     if "validate" in stages:
-        result["report"] = _shown(folder.path / "report.html")
+        result["report"] = shown(folder.path / "report.html")
         if trial.readings is not None:
             result |= _compared(files.read_json(folder.path / "comparison.json"))
     return result
@@ -67,7 +67,7 @@ def _compared(comparison: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _shown(path: Path) -> str:
+def shown(path: Path) -> str:
     """Relative where it lies below the current folder, so that no home folder is named; else as it was given."""
     below = path.absolute().is_relative_to(Path.cwd())
     return Path(os.path.relpath(path)).as_posix() if below else path.as_posix()
