@@ -193,13 +193,21 @@ def read_outline(folder: Path) -> Outline:
 
 
 def write_solid(folder: Path, solid: Solid) -> None:
-    """crack.stl and crack.ply in millimetres; solid.json says what neither format can: units, labels, volumes."""
+    """crack.stl and crack.ply in millimetres, crack.glb as glTF has it: metres, y up.
+
+    solid.json says what none of these formats can: units, labels, volumes.
+    """
     import trimesh
 
-    mesh = trimesh.Trimesh(solid.vertices_mm, solid.faces, process=False)
-    for name in ("crack.stl", "crack.ply"):
-        with replacing(folder / name) as temporary:
-            mesh.export(temporary)
+    x_mm, y_mm, z_mm = solid.vertices_mm.T
+    vertices = {
+        ".stl": solid.vertices_mm,
+        ".ply": solid.vertices_mm,
+        ".glb": np.column_stack([x_mm, z_mm, -y_mm]) / 1e3,
+    }
+    for suffix, points in vertices.items():
+        with replacing(folder / f"crack{suffix}") as temporary:
+            trimesh.Trimesh(points, solid.faces, process=False).export(temporary)
     write_json(
         folder / "solid.json",
         {

@@ -90,7 +90,7 @@ def _digitise(job: Job) -> bool:
     job.progress.advance(5)
     for warning in (*outline.warnings, *report["warnings"]):
         job.progress.note(f"note: {warning}")
-    outputs = ("overlay.png", "crack.stl", "trajectory.txt", *DIGITISED)
+    outputs = ("overlay.png", "crack.stl", "crack.glb", "trajectory.txt", *DIGITISED)
     job.folder.record("digitise", key, settings, inputs, outputs, time.monotonic() - began, given=list(inputs))
     return True
 

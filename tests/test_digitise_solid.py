@@ -145,10 +145,23 @@ def test_the_file_is_the_solid(tmp_path, outline, tilt):
     assert stl.is_winding_consistent
     assert stl.euler_number == 2
     assert stl.volume == pytest.approx(manifold(solid).volume(), rel=1e-6)
+    gltf = trimesh.load_mesh(tmp_path / "crack.glb", process=False)
+    assert gltf.is_watertight
+    assert gltf.volume * 1e9 == pytest.approx(stl.volume, rel=1e-6)
     again = read_solid(tmp_path)
     assert np.array_equal(again.faces, solid.faces)
     assert np.array_equal(again.face_label, solid.face_label)
     assert again.cavity_volume_mm3 == solid.cavity_volume_mm3
+
+
+def test_the_gltf_lies_face_up_in_metres(tmp_path):
+    """Its y is up and its z towards the viewer: what is up in the photo, +y, goes away from them."""
+    solid = build_solid(wandering_crack(1), shape("lean"))
+    write_solid(tmp_path, solid)
+    gltf = trimesh.load_mesh(tmp_path / "crack.glb", process=False)
+    x, y, z = 1000 * gltf.vertices.T
+    assert np.column_stack([x, -z, y]) == pytest.approx(solid.vertices_mm, abs=1e-5)  # float32 at 160 mm
+    assert np.array_equal(gltf.faces, solid.faces)
 
 
 @pytest.mark.parametrize("tilt", ["flare", "funnel"])

@@ -15,13 +15,13 @@ from sealtwin.files import sha256
 from tests.coarse import make_coarse
 
 LEFT = {
-    "trial.toml", "overlay.png", "outline.json", "crack.stl", "crack.ply", "solid.json", "trajectory.csv",
+    "trial.toml", "overlay.png", "outline.json", "crack.stl", "crack.ply", "crack.glb", "solid.json", "trajectory.csv",
     "trajectory.txt", "particles.csv", "simulation.json", "profile.csv", "comparison.json", "report.html", "report.pdf",
     "run.json", "manifest.json",
 }  # fmt: skip
 SAME_IN_EVERY_RUN = (
-    "overlay.png", "outline.json", "crack.stl", "crack.ply", "solid.json", "trajectory.csv", "trajectory.txt",
-    "particles.csv", "profile.csv", "comparison.json",
+    "overlay.png", "outline.json", "crack.stl", "crack.ply", "crack.glb", "solid.json", "trajectory.csv",
+    "trajectory.txt", "particles.csv", "profile.csv", "comparison.json",
 )  # fmt: skip
 """Everything but wall times."""
 
