@@ -1,9 +1,8 @@
 """A rough way along a crack, in pixels: what searching hands to measuring."""
 
 from dataclasses import dataclass
-from typing import Literal
 
-from sealtwin.records import Floats
+from sealtwin.records import Floats, PathSource
 
 
 @dataclass(frozen=True)
@@ -14,7 +13,7 @@ class CrackPath:
     """(n, 2), from the first end."""
     width_px: float
     """Typical width of the crack along it."""
-    source: Literal["ends", "via", "automatic", "mask"]
+    source: PathSource
     warnings: tuple[str, ...] = ()
     branches_px: tuple[Floats, ...] = ()
     """Side lines that leave the path, each (n, 2), from the path outward."""

@@ -48,12 +48,12 @@ def dams(footprint: Footprint, sections: list[CrossSection], spread_mm: float = 
                 f"End {end.number + 1} is open, but the crack does not reach the block's side there. "
                 "Move the end to the edge of the face, or make it closed or cut."
             )
-        plates.append(Dam(end.number, side, _plate(at_side, side, footprint.block_mm)))
+        plates.append(Dam(end.number, side, plate_over(at_side, side, footprint.block_mm)))
     _require_clearance(footprint, sections, plates, spread_mm)
     return tuple(plates)
 
 
-def _plate(at_side: Floats, side: int, block_mm: Box) -> Box:
+def plate_over(at_side: Floats, side: int, block_mm: Box) -> Box:
     """The opening and an overlap, no farther than the block's corners, standing outside the block's side."""
     along = 1 - side % 2
     low = max(float(at_side[:, along].min()) - DAM_OVERLAP_MM, block_mm[along])

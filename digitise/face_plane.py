@@ -39,6 +39,11 @@ class FacePlane:
     def tilt_deg(self) -> float:
         return float(np.degrees(np.arccos(min(1.0, self.normal[2]))))
 
+    def height_mm(self, points_mm: Floats) -> Floats:
+        """Z of the plane at each x and y, (n,)."""
+        x, y, z = self.normal
+        return self.place_mm[2] - (points_mm - self.place_mm[:2]) @ np.array([x, y]) / z
+
     @property
     def to_level(self) -> Floats:
         """(4, 4): turns the plane level by the shortest way, and moves it to z = 0."""

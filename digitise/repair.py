@@ -24,6 +24,9 @@ NEEDLE_MM = 1e-7
 MOST_ROUNDS = 50
 """Of merging needles: one for each that lies on the next."""
 
+NEARLY_CLOSED = 0.01
+"""Of a surface's area: with no more open, the volume inside is known to about as much."""
+
 
 @dataclass(frozen=True)
 class Repair:
@@ -33,7 +36,7 @@ class Repair:
     """In words, as "faces turned to look as their neighbours do"."""
     count: int
     volume_change: float
-    """Over the volume before; NaN where there was none."""
+    """Over the volume before; NaN where that was not known."""
 
     def __str__(self) -> str:
         changed = "" if np.isnan(self.volume_change) else f"; volume changed by {100 * self.volume_change:.2g} %"
@@ -50,16 +53,21 @@ class Surface:
 
     @property
     def volume_mm3(self) -> float:
-        """Of a closed surface; roughly, of one with small holes."""
-        return mesh_volume_mm3(self.vertices_mm, self.faces) if len(self.faces) else 0.0
+        """NaN where the surface does not nearly close: its area as a vector is then not nil."""
+        if not len(self.faces):
+            return np.nan
+        corners_mm = self.vertices_mm[self.faces]
+        area = np.cross(corners_mm[:, 1] - corners_mm[:, 0], corners_mm[:, 2] - corners_mm[:, 0])
+        if np.linalg.norm(area.sum(axis=0)) > NEARLY_CLOSED * np.linalg.norm(area, axis=1).sum():
+            return np.nan
+        return mesh_volume_mm3(self.vertices_mm, self.faces)
 
     def mended(self, what: str, count: int, faces: Integers, vertices_mm: Floats | None = None) -> "Surface":
         """With other faces, and perhaps vertices; told unless it was nothing."""
         after = replace(self, faces=faces, vertices_mm=self.vertices_mm if vertices_mm is None else vertices_mm)
         if not count:
             return after
-        before_mm3 = self.volume_mm3
-        change = after.volume_mm3 / before_mm3 - 1 if before_mm3 else np.nan
+        change = abs(after.volume_mm3 / self.volume_mm3) - 1
         return replace(after, repairs=(*self.repairs, Repair(what, count, change)))
 
 
@@ -143,7 +151,7 @@ def _without_repeats(surface: Surface) -> Surface:
 
 def _facing_alike(surface: Surface) -> Surface:
     """Every face looks to the same side as its neighbours: to that of most."""
-    one, other, alike = _neighbours(surface.faces)
+    one, other, alike = neighbours(surface.faces)
     count = len(surface.faces)
     # Each face is there twice, as it is and turned over, and neighbours that disagree are linked crosswise: what then
     # hangs together agrees.
@@ -163,7 +171,7 @@ def _facing_alike(surface: Surface) -> Surface:
 
 def _facing_out(surface: Surface) -> Surface:
     """Bodies that are inside out and sheets that look down are turned over; hollows in the largest body are kept."""
-    one, other, _ = _neighbours(surface.faces)
+    one, other, _ = neighbours(surface.faces)
     bodies, body = _connected(len(surface.faces), one, other)
     corners_mm = surface.vertices_mm[surface.faces]
     area = np.cross(corners_mm[:, 1] - corners_mm[:, 0], corners_mm[:, 2] - corners_mm[:, 0]) / 2
@@ -182,7 +190,7 @@ def _facing_out(surface: Surface) -> Surface:
     return surface.mended("faces turned to look outward", int(turn.sum()), _turned(surface.faces, turn))
 
 
-def _neighbours(faces: Integers) -> tuple[Integers, Integers, NDArray[np.bool_]]:
+def neighbours(faces: Integers) -> tuple[Integers, Integers, NDArray[np.bool_]]:
     """Pairs of faces that alone share an edge, and whether they look to the same side of it, (n,) each."""
     directed, order, begins = edge_uses(faces)
     pairs = begins[np.diff(np.append(begins, len(order))) == 2]

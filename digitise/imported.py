@@ -1,0 +1,131 @@
+"""A sample from a mesh that somebody has modelled or scanned: the same records as from a photo."""
+
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from digitise.block import Block, cut_block
+from digitise.bodies import bounded_body
+from digitise.cavity import Cavity, find_cavity
+from digitise.face_plane import FacePlane, find_face
+from digitise.given_line import along, middle_path
+from digitise.mesh_file import read_mesh
+from digitise.mesh_frame import moved, notes_on_unit, upright, upright_mm
+from digitise.mesh_path import read_path
+from digitise.modelled_solid import modelled_solid
+from digitise.openings import close_holes, find_openings, with_base
+from digitise.outline import trace_outline
+from digitise.overlay import draw_overlay
+from digitise.photo import Photo
+from digitise.polyline import signed_area
+from digitise.repair import Surface, one_surface
+from digitise.settings import MeshInput
+from digitise.top_view import photograph
+from sealtwin.errors import InputError
+from sealtwin.records import Floats, Outline, Pixels, Solid
+
+BELOW_MM = 0.05
+"""Under the face, where the mouth is seen: walls at 11 degrees have moved by a hundredth of a millimetre."""
+BELOW_ROUGHNESS = 4.0
+"""The same in RMS of a rough face: all but 60 in a million of its points lie higher."""
+
+
+@dataclass(frozen=True)
+class ImportedSample:
+    """What the digitise stage knows of a mesh before it plans the nozzle's path."""
+
+    outline: Outline
+    solid: Solid
+    overlay_rgb: Pixels
+    notes: tuple[str, ...]
+    """What was found out on the way, in whole sentences."""
+
+
+def import_sample(settings: MeshInput, folder: Path) -> ImportedSample:
+    """Read, mend and level the mesh, find the crack in its face, and trace it as a photo from above would show it.
+
+    Coordinates are those of any sample: mm, z = 0 on the face, its lower left corner the origin.
+
+    Raises InputError where the file cannot be read, bounds no block, or shows no one crack.
+    """
+    path = folder / settings.file
+    read = read_mesh(path)
+    notes = notes_on_unit(read, settings, path)
+    surface = one_surface(upright_mm(read, settings), read.faces)
+    plane = find_face(surface)
+    level = replace(surface, vertices_mm=moved(surface.vertices_mm, plane.to_level))
+    body, repairs = bounded_body(_closed(level, settings.base_mm))
+    below_mm = max(BELOW_MM, BELOW_ROUGHNESS * plane.roughness_mm)
+    block = cut_block(body, below_mm)
+    placed = block.placed @ plane.to_level
+    line_mm = None if settings.path is None else _given_line_mm(folder / settings.path, plane, placed)
+    cavity = find_cavity(block, below_mm, line_mm)
+    photo = photograph(block, cavity, path)
+    outline = _with_mouth(trace_outline(replace(photo, drawn=None), middle_path(photo, line_mm)), cavity, photo)
+    if line_mm is not None:
+        outline, note = along(outline, photo, line_mm)
+        notes.append(note)
+    notes += _notes_on_place(plane, block, placed)
+    report = {
+        "mesh": {
+            "file": path.name,
+            "triangles_read": len(read.faces),
+            "sample_from_file": placed @ upright(settings),
+            "face_tilt_deg": plane.tilt_deg,
+            "face_roughness_mm": plane.roughness_mm,
+            "mouth_seen_below_face_mm": below_mm,
+            "repairs": [asdict(repair) for repair in repairs],
+        },
+        "warnings": [str(repair) for repair in repairs],
+    }
+    solid = modelled_solid(block, cavity, outline, settings.dam_height_mm, report)
+    return ImportedSample(outline, solid, draw_overlay(photo, outline), tuple(notes))
+
+
+def _with_mouth(traced: Outline, cavity: Cavity, photo: Photo) -> Outline:
+    """Walls and middle as traced, round them the mouth as it is: no doubt of a photo is left."""
+    ring, *islands = sorted((np.asarray(ring) for ring in cavity.mouth.to_polygons()), key=signed_area, reverse=True)
+    return replace(
+        traced,
+        outline_mm=ring,
+        outline_px=photo.to_px(ring),
+        islands_mm=tuple(islands),
+        branches_kept=len(traced.branches_mm) > 0,
+        warnings=cavity.warnings,
+    )
+
+
+def _closed(surface: Surface, base_mm: float | None) -> Surface:
+    """Raises InputError where a sheet has no base to stand on, or a body is given one."""
+    openings = find_openings(surface)
+    surface = close_holes(surface, openings)
+    if openings.rim is not None and base_mm is not None:
+        return with_base(surface, openings.rim, base_mm)
+    if openings.rim is not None:
+        raise InputError(
+            "Mesh encloses no volume; it is a sheet. Give base_mm, the depth of a flat underside below the face, to "
+            "make it solid."
+        )
+    if base_mm is not None:
+        raise InputError(f"base_mm is {base_mm:g}, but the mesh is closed below. Leave base_mm out.")
+    return surface
+
+
+def _given_line_mm(path: Path, plane: FacePlane, placed: Floats) -> Floats:
+    """In the sample's frame, (n, 2)."""
+    line_mm = read_path(path)
+    return moved(np.column_stack([line_mm, plane.height_mm(line_mm)]), placed)[:, :2]
+
+
+def _notes_on_place(plane: FacePlane, block: Block, placed: Floats) -> list[str]:
+    notes = [
+        f"the face is plane within {plane.roughness_mm:.3f} mm (RMS) and was tilted by {plane.tilt_deg:.2f} degrees",
+        f"the block is {block.size_mm[0]:.2f} x {block.size_mm[1]:.2f} mm; the mesh was moved by "
+        f"({placed[0, 3]:.2f}, {placed[1, 3]:.2f}, {placed[2, 3]:.2f}) mm",
+    ]
+    if block.yaw_deg:
+        notes.append(f"the block was turned by {-block.yaw_deg:.2f} degrees, so that its sides lie along x and y")
+    if block.trimmed_mm > 0:
+        notes.append(f"up to {block.trimmed_mm:.2f} mm beside the block's sides were cut off: dams, edges, roughness")
+    return notes
