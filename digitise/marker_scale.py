@@ -43,7 +43,7 @@ def scale_by_markers(
     known = [marker for marker in board.markers if marker.id in found]
     seen_px = np.concatenate([found[marker.id] for marker in known])
     true_mm = np.concatenate([corners_mm(board, marker) for marker in known])
-    fit, covariance = _fit(seen_px, true_mm, size_px, settings.lens == "auto")
+    fit, covariance = fit_markers(seen_px, true_mm, size_px, settings.lens == "auto")
     view = fit.view
     miss_mm = np.linalg.norm(view.to_mm(seen_px) - true_mm, axis=1)
     residual_mm = float(np.sqrt(np.mean(miss_mm**2)))
@@ -54,7 +54,8 @@ def scale_by_markers(
         worst = known[int(np.argmax(miss_mm)) // CORNERS].id
         raise InputError(
             f"{file}: the markers miss their places by {residual_mm:.2f} mm (at most {limit_mm:.2f}), most of all "
-            f"marker {worst}: check x_mm, y_mm and size_mm, and that all lie flat, level with the face."
+            f"marker {worst}: check x_mm, y_mm and size_mm, and that all lie flat, level with the face"
+            f"{'; or let lens be auto' if settings.lens == 'none' else ''}."
         )
     if face_mm is not None and depth_inside(places, (0, 0, *size_px))[MIDDLE] < 0:
         raise InputError(f"{file}: by its markers, the face lies outside the photo: check x_mm, y_mm and face_mm.")
@@ -77,8 +78,8 @@ def scale_by_markers(
     )
 
 
-def _fit(seen_px: Floats, true_mm: Floats, size_px: tuple[int, int], lens_wanted: bool) -> tuple[Fit, Floats]:
-    """The view, with a lens where the markers show one, and the covariance of its parameters."""
+def fit_markers(seen_px: Floats, true_mm: Floats, size_px: tuple[int, int], lens_wanted: bool) -> tuple[Fit, Floats]:
+    """The view by the corners of markers, with a lens where they show one; and the covariance of its parameters."""
     if lens_wanted:
         bent = fit_view(seen_px, true_mm, size_px, lens=True)
         covariance = bent.covariance_by_group(CORNERS)

@@ -30,7 +30,7 @@ def find_scale(
         )
     if scale.uncertainty is None or scale.uncertainty < UNSURE:
         return scale
-    unsure = f"the scale is known to {scale.uncertainty:.1%} only (one sigma): every length is off by as much"
+    unsure = f"the scale is known to {scale.uncertainty:.1%} only (one sigma): every length may be off by that and more"
     return replace(scale, warnings=(*scale.warnings, unsure))
 
 
