@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from sealtwin.commands import digitise, robot, setup, stages, trace
+from sealtwin.commands import digitise, import_mesh, robot, setup, stages, trace
 
 app = typer.Typer(
     name="sealtwin",
@@ -24,6 +24,7 @@ for command in (
     stages.run,
     trace.trace,
     digitise.digitise,
+    import_mesh.import_mesh,
     stages.simulate,
     stages.validate,
     robot.robot,

@@ -102,14 +102,19 @@ def photo_trial(photo: Path, tables: Mapping[str, Mapping[str, Any]]) -> Trial:
     ``tables`` holds what was given of [photo], [crack] and [path]; None stands for what was not. Raises InputError as
     ``load_trial``.
     """
-    given = {table: _given(settings) for table, settings in tables.items()}
-    content = {
-        "name": LINE_BREAKING.sub("-", photo.stem)[:80].strip() or "photo",
-        "photo": {"file": photo.name, "data": "measured", **given.get("photo", {})},
-        "crack": given.get("crack", {}),
-        "path": given.get("path", {}),
-    }
-    return checked(Trial, photo, content)
+    return _trial_of("photo", photo, {"crack": {}, **tables})
+
+
+def mesh_trial(mesh: Path, tables: Mapping[str, Mapping[str, Any]]) -> Trial:
+    """The same from a mesh; ``tables`` holds what was given of [mesh] and [path]."""
+    return _trial_of("mesh", mesh, tables)
+
+
+def _trial_of(kind: str, file: Path, tables: Mapping[str, Mapping[str, Any]]) -> Trial:
+    content: dict[str, Any] = {table: _given(settings) for table, settings in tables.items()}
+    content[kind] = {"file": file.name, "data": "measured", **content.get(kind, {})}
+    content["name"] = LINE_BREAKING.sub("-", file.stem)[:80].strip() or kind
+    return checked(Trial, file, content)
 
 
 def trial_text(trial: Trial) -> str:
