@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from digitise.path_report import path_report
 from digitise.settings import NozzlePath
 from digitise.trajectory import plan_trajectory
 from sealtwin.records import Comparison, Sections
@@ -106,6 +107,17 @@ def test_two_angles_and_a_table_of_depths_are_told_as_two_and_as_a_range(tmp_pat
     assert table["tilt"] == "flare, left wall 5°, right wall 12.5° from vertical"
     even = rows(evidence, "Crack and solid")
     assert (even["depth"], even["tilt"]) == ("10 mm", "vertical walls")
+
+
+def test_a_path_s_length_is_told_with_its_smoothing(tmp_path):
+    evidence = make_evidence(tmp_path)
+    assert "length over the crack" not in rows(evidence, "Nozzle path")
+    plan = NozzlePath(volume_ml=1.2, trim_mm=5.0)
+    evidence.solid.report["path"] = path_report(evidence.trajectory, evidence.outline, plan)[0]
+    told = rows(evidence, "Nozzle path")["length over the crack"]
+    assert told == "30.00 mm, smoothed within 0.1 mm RMS of the centreline's 30.00 mm; turns by up to 0.0°"
+    evidence.solid.report["path"]["smallest_radius_mm"] = 12.34
+    assert rows(evidence, "Nozzle path")["length over the crack"].endswith("0.0°, smallest radius 12.3 mm")
 
 
 def test_a_run_without_viscosity_gets_no_invented_numbers(tmp_path):

@@ -1,6 +1,7 @@
 """What a report says in words and numbers, for the page and the PDF alike."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -14,6 +15,7 @@ GRAVITY_M_S2 = 9.81
 SURFACE_TENSION_N_M = 0.072
 """Of water at room temperature; an assumption for any paste."""
 NOT_RECORDED = "not recorded"
+WITHOUT_ANGLE = {"vertical": "vertical walls", "modelled": "as in the mesh"}
 
 
 @dataclass(frozen=True)
@@ -51,9 +53,10 @@ def key_figures(evidence: Evidence) -> list[tuple[str, str]]:
 
 
 def photo_caption(evidence: Evidence) -> str:
+    seen_in = evidence.outline.seen_in
     return (
-        f"The walls and the centreline that were found, over the photo. Photo: {evidence.photo_data}. "
-        f"Scale: {evidence.outline.scale_source}."
+        f"The walls and the centreline that were found, over the {seen_in}. {seen_in.capitalize()}: "
+        f"{evidence.photo_data}. Scale: {evidence.outline.scale_source}."
     )
 
 
@@ -86,7 +89,7 @@ def assumptions(evidence: Evidence) -> list[str]:
         "Simulated and measured s both count from the first end given; neither curve is shifted to fit the other.",
         "The profile counts sealant in the crack and above its mouth. Sealant on the face beside the mouth is in the "
         "mass balance, not in the profile.",
-        f"Scale of the photo: {evidence.outline.scale_source}"
+        f"Scale of the {evidence.outline.seen_in}: {evidence.outline.scale_source}"
         + (
             "."
             if evidence.outline.scale_residual_mm is None
@@ -204,7 +207,7 @@ def _geometry(evidence: Evidence) -> Table:
     rows = [
         ("length along the centreline", f"{outline.length_mm:.2f} mm"),
         ("ends", ", ".join(outline.ends)),
-        ("width in the photo, mean", f"{outline.mean_width_mm:.2f} mm"),
+        (f"width in the {outline.seen_in}, mean", f"{outline.mean_width_mm:.2f} mm"),
         (
             "mean width of the mouth, of the floor",
             f"{_mm(report.get('mouth_width_mm'))}, {_mm(report.get('floor_width_mm'))}",
@@ -244,10 +247,22 @@ def _path(evidence: Evidence) -> Table:
         ("flow", _span(trajectory.flow_mm3_s[giving.start : giving.stop - 1], 1, "mm³/s")),
         ("height above the face", f"{trajectory.position_mm[:, 2].mean():.1f} mm"),
     ]
+    if (path := evidence.solid.report.get("path")) is not None:
+        rows.insert(1, ("length over the crack", _smoothed(path)))
     leads_mm = [arc_length(points)[-1] for points in _leads(trajectory)]
     if any(leads_mm):
         rows.append(("without sealant before, after", f"{leads_mm[0]:.1f} mm, {leads_mm[1]:.1f} mm"))
     return Table("Nozzle path", tuple(rows))
+
+
+def _smoothed(path: dict[str, Any]) -> str:
+    """A length means little without how much was smoothed away."""
+    radius_mm = path["smallest_radius_mm"]
+    bends = "" if radius_mm is None else f", smallest radius {radius_mm:.1f} mm"
+    return (
+        f"{path['length_mm']:.2f} mm, smoothed within {path['smoothing_mm']:g} mm RMS of the centreline's "
+        f"{path['centreline_mm']:.2f} mm; turns by up to {path['largest_turn_deg']:.1f}°{bends}"
+    )
 
 
 def _leads(trajectory: Trajectory) -> tuple[Floats, Floats]:
@@ -277,6 +292,8 @@ def _settings(evidence: Evidence) -> Table:
 
 def _tilt(evidence: Evidence) -> str:
     ratio = evidence.solid.cavity_volume_mm3 / evidence.run.dispensed_volume_mm3
+    if evidence.outline.seen_in == "mesh":
+        return f"The walls stand as they do in the mesh; the cavity holds {ratio:.2f} times the sealant."
     return (
         f"A photo from above does not show how the walls stand. Assumed here: {_tilt_words(evidence)}; the cavity "
         f"holds {ratio:.2f} times the sealant. The table of the solid gives the volume of each other reading."
@@ -285,7 +302,9 @@ def _tilt(evidence: Evidence) -> str:
 
 def _tilt_words(evidence: Evidence) -> str:
     solid = evidence.solid
-    return "vertical walls" if solid.tilt == "vertical" else f"{solid.tilt}, {_angle_words(solid)} from vertical"
+    if solid.tilt in WITHOUT_ANGLE:
+        return WITHOUT_ANGLE[solid.tilt]
+    return f"{solid.tilt}, {_angle_words(solid)} from vertical"
 
 
 def _depth_words(sections: Sections) -> str:
