@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from digitise.photo import Photo
 from digitise.polyline import at_arc_length, depth_inside
-from sealtwin.records import Floats, Outline, arc_length
+from sealtwin.records import Floats, Outline, PathSource, arc_length
 
 Picture = NDArray[np.uint8]
 Colour = tuple[int, int, int]
@@ -23,6 +23,13 @@ LONGER_SIDE_PX = 2400
 MOST_ENLARGED = 4.0
 ROUND_LENGTHS_MM = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 SUBPIXEL_BITS = 4
+FOUND: dict[PathSource, str] = {
+    "ends": "between the given ends",
+    "via": "between the given ends, by the given points",
+    "automatic": "AUTOMATIC, look whether it is right",
+    "mask": "as painted",
+    "mesh": "along the mouth in the mesh",
+}
 FONT = cv2.FONT_HERSHEY_SIMPLEX
 
 
@@ -95,7 +102,7 @@ def _arrow(picture: Picture, centreline: Floats, width_px: float, unit: float) -
 
 def _legend(picture: Picture, outline: Outline, taken: Floats, unit: float) -> None:
     """In the corner that hides least of the crack."""
-    found = "between the given ends" if outline.path_source == "ends" else "AUTOMATIC, look whether it is right"
+    found = FOUND[outline.path_source]
     lines: list[tuple[Colour | None, str]] = [
         (None, f"{outline.length_mm:.1f} mm long, {outline.mean_width_mm:.2f} mm wide on average"),
         (None, f"scale: {outline.scale_source}"),

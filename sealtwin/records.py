@@ -87,6 +87,11 @@ class Outline:
     """Between the camera's axis and the normal of the face, where the photo shows it."""
 
     @property
+    def seen_in(self) -> Literal["photo", "mesh"]:
+        """What the crack was found in."""
+        return "mesh" if self.path_source == "mesh" else "photo"
+
+    @property
     def s_mm(self) -> Floats:
         """Arc length at each centreline point, (n,)."""
         return arc_length(self.centreline_mm)
@@ -149,6 +154,7 @@ class Solid:
     depth_mm: float
     """Where it is deepest."""
     tilt: str
+    """A reading of the tilt; "modelled" where a mesh has walls of its own, which no angle tells."""
     wall_angles_deg: tuple[float, float]
     """From vertical: of the left wall and of the right one, seen along the centreline."""
     cavity_volume_mm3: float

@@ -46,7 +46,7 @@ def cautions(evidence: Evidence) -> tuple[str, ...]:
     run_texts = run_warnings(evidence.run, evidence.volume_ratio)
     kinds = []
     if evidence.photo_data != "measured":
-        kinds.append(f"the photo is {evidence.photo_data}")
+        kinds.append(f"the {evidence.outline.seen_in} is {evidence.photo_data}")
     if evidence.readings is not None and evidence.readings.data != "measured":
         kinds.append(f"the caliper readings are {evidence.readings.data}")
     if not kinds:

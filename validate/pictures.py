@@ -123,7 +123,7 @@ def draw_top_view(
         discs = _draw_particles(axes, position_mm[:, :2], run, position_mm[:, 2], HEIGHTS)
         figure.colorbar(discs, ax=axes, label="z (mm)", shrink=0.8, pad=0.01)
         for index, wall_mm in enumerate((outline.left_wall_mm, outline.right_wall_mm)):
-            label = "walls in the photo" if index == 0 else None
+            label = f"walls in the {outline.seen_in}" if index == 0 else None
             (wall,) = axes.plot(*wall_mm.T, color=ON_GROUND, linewidth=0.9, label=label)
             # Past an oblique open end stations run on; the sample does not.
             wall.set_clip_path(face)
