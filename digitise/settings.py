@@ -209,6 +209,12 @@ class CrackShape(Settings):
         return np.interp(s_mm, *np.array(self._stations, dtype=float).T)
 
     @property
+    def level_depths_mm(self) -> Floats:
+        """Depths at which the floor is level for a while, (k,), increasing: the first and the last belong to them."""
+        depth_mm = np.array(self._stations, dtype=float)[:, 1]
+        return np.unique(np.concatenate([depth_mm[:-1][np.diff(depth_mm) == 0], depth_mm[[0, -1]]]))
+
+    @property
     def _stations(self) -> tuple[tuple[float, float], ...]:
         return self.depth_mm if isinstance(self.depth_mm, tuple) else ((0.0, self.depth_mm),)
 
@@ -269,8 +275,9 @@ class NozzlePath(Settings):
     two ends, that of s = 0 first.
     """
     ramp_mm: float = Field(default=0.0, ge=0, le=200)
-    """At both ends the nozzle takes this far to come to speed and to a stop, with the flow in proportion, so that
-    every millimetre gets what it would get at speed. Further than 200 no arm needs.
+    """At both ends, from the outer end of a lead where there is one, the nozzle takes this far to come to speed and to
+    a stop, with the flow in proportion, so that every millimetre gets what it would get at speed. Further than 200 no
+    arm needs.
     """
     lead_in_mm: float = Field(default=0.0, ge=0, le=500)
     """A straight approach before the path, in its direction and without flow: what an arm needs to come to speed.
@@ -304,5 +311,9 @@ class NozzlePath(Settings):
             raise ValueError(
                 f"volume_ml is {self.volume_ml:g}: give {SMALLEST_VOLUME_ML:g} to {LARGEST_VOLUME_ML:g}, "
                 'or "cavity" to fill the crack up to its face'
+            )
+        if self.volume_ml != "cavity" and self.fill != 1:
+            raise ValueError(
+                f'fill is {self.fill:g} beside volume_ml = {self.volume_ml:g}: a share is of volume_ml = "cavity" only'
             )
         return self

@@ -27,6 +27,10 @@ MARKER: dict[str, Any] = {"id": 0, "x_mm": 0.0, "y_mm": 0.0}
         (NozzlePath, {}, "spacing_mm", (1e-6, 1e9)),
         (NozzlePath, {}, "trim_mm", (-1.0, 1e9)),
         (NozzlePath, {}, "smoothing_mm", (-1.0, 1e9)),
+        (NozzlePath, {}, "ramp_mm", (-1.0, 1e9)),
+        (NozzlePath, {}, "lead_in_mm", (-1.0, 1e9)),
+        (NozzlePath, {}, "lead_out_mm", (-1.0, 1e9)),
+        (NozzlePath, {}, "fill", (0.0, -1.0, 1e9)),
         (MarkerBoard, {"markers": [MARKER] * 4}, "size_mm", (1e-9, 1e9)),
         (Marker, MARKER, "x_mm", (-1e9, 1e300)),
         (Marker, MARKER, "id", (-1, 10**9)),
@@ -54,3 +58,12 @@ def test_what_a_bench_does_have_is_taken():
 
 def _json(content: dict[str, Any]) -> str:
     return json.dumps(content)
+
+
+def test_a_share_of_the_cavity_beside_a_volume_is_refused():
+    """One of the two would be ignored."""
+    assert NozzlePath(fill=0.8).fill == 0.8
+    with pytest.raises(
+        ValidationError, match=r'fill is 0\.8 beside volume_ml = 4\.8: a share is of volume_ml = "cavity"'
+    ):
+        NozzlePath(volume_ml=4.8, fill=0.8)
