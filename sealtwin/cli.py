@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from sealtwin.commands import digitise, import_mesh, robot, setup, stages, trace
+from sealtwin.commands import digitise, import_mesh, markers, robot, setup, stages, trace
 
 app = typer.Typer(
     name="sealtwin",
@@ -28,6 +28,7 @@ for command in (
     stages.simulate,
     stages.validate,
     robot.robot,
+    markers.markers,
     setup.init,
     setup.doctor,
 ):
