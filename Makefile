@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: demo test test-slow benchmark picture lint clean
+.PHONY: demo test test-slow test-browser benchmark picture lint clean
 
 demo: $(STAMP)
 	$(BIN)/sealtwin run fixtures/paper-trial/trial.toml --device cpu
@@ -14,6 +14,11 @@ test: $(STAMP)
 
 test-slow: $(STAMP)
 	$(BIN)/pytest -m slow
+
+test-browser: $(STAMP)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[browser]' --constraint constraints.txt
+	command -v chromium || { apt-get update && apt-get install --yes --no-install-recommends chromium; }
+	$(BIN)/pytest -m browser
 
 benchmark: $(STAMP)
 	$(BIN)/python benchmarks/paper_trial.py
