@@ -139,8 +139,10 @@ class Gcode(Settings):
 class Urscript(Settings):
     """An arm of Universal Robots."""
 
-    blend_mm: float = Field(default=0.4, ge=0, le=20)
-    """Radius in which the arm rounds each waypoint: below half the spacing, which is 1 mm by default."""
+    blend_mm: float = Field(default=0.4, gt=0.01, le=20)
+    """Radius in which the arm rounds each waypoint: below half the spacing, which is 1 mm by default. With none it
+    would stop at each.
+    """
     dispenser: Literal["analog", "digital"]
     """analog: a standard analog output in proportion to the flow; digital: a standard output on and off."""
     port: int = Field(ge=0, le=7)

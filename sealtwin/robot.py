@@ -20,6 +20,13 @@ if TYPE_CHECKING:
 
 REPORT = "robot.json"
 USES = ("outline.json", "trajectory.csv")
+NAMES: "dict[Format, str]" = {
+    "txt": "path.txt",
+    "csv": "path.csv",
+    "spel": "path.prg",
+    "gcode": "path.gcode",
+    "urscript": "path.script",
+}
 
 
 def write_robot_files(
@@ -68,7 +75,11 @@ def write_robot_files(
     path = replace(path, head=_head(report))
     texts = {name: text(path) for name, text in _writers(kinds).items()}
     target = out or folder.path / "robot"
-    kept = folder.clear("robot") if out is None else _check_foreign(target, texts)
+    if out is None:
+        kept = folder.clear("robot")
+    else:
+        kept = []
+        _clear_own(target, texts)
     for name, text in texts.items():
         files.write_text(target / name, text)
     report["files"] = {name: files.sha256(target / name) for name in texts}
@@ -161,13 +172,23 @@ def _head(report: dict[str, Any]) -> tuple[str, ...]:
     )
 
 
-def _check_foreign(target: Path, texts: dict[str, str]) -> list[str]:
-    """Raises InputError where a file of the user's would be overwritten; ours lie beside a report of ours."""
+def _clear_own(target: Path, texts: dict[str, str]) -> None:
+    """Remove what an earlier call left in a folder of the user's: its report says what that was.
+
+    Raises InputError where a file lies there that was not written so, and would be replaced.
+    """
     require_folder(target)
-    there = [name for name in (*texts, REPORT) if (target / name).exists()]
-    if there and not (target / REPORT).is_file():
-        raise InputError(f"{target}: holds {', '.join(there)} that sealtwin robot did not write; give another --out.")
-    return []
+    written: dict[str, str] = {}
+    if (target / REPORT).is_file():
+        with files.understood(target / REPORT):
+            listed = files.read_json(target / REPORT)["files"]
+            written = {name: listed[name] for name in NAMES.values() if name in listed}
+    for name in (*texts, *written):
+        path = target / name
+        if path.is_file() and written.get(name) != files.sha256(path):
+            raise InputError(f"{path}: is not as sealtwin robot wrote it, and is not replaced; give another --out.")
+    for name in written:
+        (target / name).unlink(missing_ok=True)
 
 
 def _writers(kinds: "Sequence[Format]") -> "dict[str, Callable[[RobotPath], str]]":
@@ -176,11 +197,11 @@ def _writers(kinds: "Sequence[Format]") -> "dict[str, Callable[[RobotPath], str]
     from digitise.robot_tables import points_text, table_text
     from digitise.robot_urscript import urscript_text
 
-    writers: dict[Format, tuple[str, Callable[[RobotPath], str]]] = {
-        "txt": ("path.txt", points_text),
-        "csv": ("path.csv", table_text),
-        "spel": ("path.prg", spel_text),
-        "gcode": ("path.gcode", gcode_text),
-        "urscript": ("path.script", urscript_text),
+    writers: dict[Format, Callable[[RobotPath], str]] = {
+        "txt": points_text,
+        "csv": table_text,
+        "spel": spel_text,
+        "gcode": gcode_text,
+        "urscript": urscript_text,
     }
-    return dict(writers[kind] for kind in kinds)
+    return {NAMES[kind]: writers[kind] for kind in kinds}

@@ -174,15 +174,32 @@ def test_a_missing_cell_an_unfinished_run_and_no_run_are_refused(run, cell, tmp_
 
 def test_the_files_go_elsewhere_where_asked_and_replace_only_their_own(run, cell, tmp_path):
     out = tmp_path / "stick"
-    for _ in range(2):
-        assert _sealtwin("robot", run, "--cell", cell, "--format", "csv", "--out", out).exit_code == 0
-        assert {path.name for path in out.iterdir()} == {"path.csv", "robot.json"}
+    for kind, name in (("csv", "path.csv"), ("csv", "path.csv"), ("txt", "path.txt")):
+        assert _sealtwin("robot", run, "--cell", cell, "--format", kind, "--out", out).exit_code == 0
+        # What the call before left would pass for this one's.
+        assert {path.name for path in out.iterdir()} == {name, "robot.json"}
     assert not (run / "robot").exists()
-    (tmp_path / "mine").mkdir()
-    (tmp_path / "mine" / "path.csv").write_text("mine")
-    refused = _refusal(run, "--cell", cell, "--format", "csv", "--out", tmp_path / "mine")
-    assert "holds path.csv that sealtwin robot did not write" in refused
-    assert (tmp_path / "mine" / "path.csv").read_text() == "mine"
+    (out / "path.csv").write_text("mine")
+    (out / "notes.txt").write_text("mine")
+    assert "path.csv: is not as sealtwin robot wrote it" in _refusal(
+        run, "--cell", cell, "--format", "csv", "--out", out
+    )
+    assert _sealtwin("robot", run, "--cell", cell, "--format", "txt", "--out", out).exit_code == 0
+    (out / "path.txt").write_text("edited")
+    assert "path.txt: is not as" in _refusal(run, "--cell", cell, "--format", "gcode", "--out", out)
+    left = {path.name: path.read_text() for path in out.iterdir() if path.name != "robot.json"}
+    assert left == {"path.csv": "mine", "notes.txt": "mine", "path.txt": "edited"}
+
+
+def test_a_forged_report_deletes_nothing_but_robot_files(run, cell, tmp_path):
+    (tmp_path / "diary.txt").write_text("mine")
+    forged = {"files": {"../diary.txt": sha256(tmp_path / "diary.txt")}}
+    files.write_json(tmp_path / "stick" / "robot.json", forged)
+    call = ("robot", run, "--cell", cell, "--format", "txt", "--out", tmp_path / "stick")
+    assert _sealtwin(*call).exit_code == 0
+    assert (tmp_path / "diary.txt").read_text() == "mine"
+    (tmp_path / "stick" / "robot.json").write_text("[]")
+    assert _sealtwin(*call).exit_code == 3
 
 
 def test_a_new_path_takes_the_programs_of_the_old_one_with_it(run, cell):
