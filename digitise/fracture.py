@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from digitise.polyline import crossings, depth_inside, left_normals, signed_area, tangents
+from digitise.polyline import depth_inside, left_normals, signed_area, tangents
 from digitise.recipe import Recipe, SideCrack
 from sealtwin.records import Floats, arc_length
 
@@ -59,7 +59,8 @@ def fracture(recipe: Recipe, rng: np.random.Generator, spoiling: np.random.Gener
     Raises ValueError where it does not fit its face, or its walls cross.
     """
     line_mm, left_mm, right_mm = _main_crack(recipe, rng)
-    if crossings(left_mm) or crossings(right_mm):
+    # Beside a bend sharper than its half width a wall runs backwards, and so in a loop.
+    if any(np.any((np.diff(wall, axis=0) * np.diff(line_mm, axis=0)).sum(axis=1) <= 0) for wall in (left_mm, right_mm)):
         raise ValueError("a wall of the crack crosses itself: give it less wander, longer waves or less width")
     on_face = depth_inside(line_mm, (0, 0, *recipe.face_mm)) > -1e-6
     sides = [_side_crack(line_mm[on_face], side, recipe, spoiling) for side in recipe.side_cracks]
