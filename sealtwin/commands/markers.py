@@ -1,0 +1,47 @@
+"""A printable frame of markers, which gives photos their scale."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from sealtwin.answering import Json, answering
+from sealtwin.photo_options import two_numbers
+
+
+def markers(
+    face_mm: Annotated[str, typer.Option(metavar="WxH", help="Size of the sample's face: the opening of the frame.")],
+    out: Annotated[Path, typer.Option("--out", metavar="FILE", help="The page to print: .pdf or .svg.")],
+    size_mm: Annotated[float, typer.Option(min=5, max=200, help="Outer edge of a marker's black square.")] = 16.0,
+    dictionary: Annotated[
+        Literal["4x4_50", "5x5_100", "6x6_250", "apriltag_36h11"], typer.Option(help="Kind of the markers.")
+    ] = "4x4_50",
+    count: Annotated[
+        Literal["4", "8"], typer.Option(help="At the corners of the face, or also in the middle of its sides.")
+    ] = "8",
+    paper: Annotated[Literal["a4", "a3", "letter"], typer.Option(help="Size of the paper, either way up.")] = "a4",
+    toml: Annotated[
+        Path | None, typer.Option("--toml", metavar="FILE", help="Also write the table for the trial file here.")
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Write a frame of markers to print, cut out and lay level with the face; print its table for the trial file.
+
+    Example: sealtwin markers --face-mm 160x40 --out frame.pdf
+    """
+    with answering("cpu", as_json, quiet=False) as command:
+        if out.suffix.lower() not in (".pdf", ".svg"):
+            raise typer.BadParameter(f"--out {out}: expected a file that ends in .pdf or .svg")
+        from digitise.board import board_around, board_toml, checked_face, draw_frame
+        from digitise.sheet import as_pdf, as_svg
+        from sealtwin.files import write_bytes, write_text
+
+        face = checked_face(two_numbers(face_mm, "x", "--face-mm"))
+        frame = draw_frame(face, board_around(face, size_mm, dictionary, int(count)), paper)
+        table = board_toml(frame)
+        write_bytes(out, as_pdf(frame.sheet) if out.suffix.lower() == ".pdf" else as_svg(frame.sheet).encode())
+        if toml is not None:
+            write_text(toml, table)
+        command.say(f"{out}: print it at 100 %, and measure its ruler. For the trial file:")
+        content = {"version": 1, "file": out.as_posix(), "face_mm": face, "markers": frame.board.model_dump()}
+        command.answer(content, table.splitlines())

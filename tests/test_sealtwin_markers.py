@@ -1,0 +1,59 @@
+"""The command `sealtwin markers` as a user meets it."""
+
+import json
+import tomllib
+
+import pytest
+from typer.testing import CliRunner
+
+from sealtwin.cli import app
+from tests.sheets import read_pdf, read_svg
+
+
+def _markers(*arguments):
+    return CliRunner().invoke(app, ["markers", *(str(argument) for argument in arguments)])
+
+
+def test_a_frame_and_its_table_are_written(tmp_path):
+    answer = _markers("--face-mm", "160x40", "--out", tmp_path / "frame.pdf", "--toml", tmp_path / "board.toml")
+    assert answer.exit_code == 0, answer.output
+    assert read_pdf(tmp_path / "frame.pdf").size_mm == pytest.approx((297, 210), abs=1e-3)
+    table = (tmp_path / "board.toml").read_text()
+    assert answer.stdout == table
+    assert len(tomllib.loads(table)["photo"]["markers"]["markers"]) == 8
+
+
+def test_the_ending_of_the_name_chooses_svg(tmp_path):
+    answer = _markers("--face-mm", "70x40", "--out", tmp_path / "frame.SVG", "--count", "4", "--paper", "letter")
+    assert answer.exit_code == 0, answer.output
+    assert read_svg(tmp_path / "frame.SVG").size_mm == (215.9, 279.4)
+
+
+def test_a_program_gets_the_board_as_one_object(tmp_path):
+    answer = _markers("--face-mm", "70x40", "--out", tmp_path / "frame.pdf", "--size-mm", "10", "--json")
+    content = json.loads(answer.stdout)
+    assert content["face_mm"] == [70, 40]
+    assert content["markers"]["size_mm"] == 10
+    assert content["markers"]["markers"][0] == {"id": 0, "x_mm": -8.75, "y_mm": -8.75}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "said"),
+    [
+        (("--face-mm", "300x200"), 3, "a4 takes 198 x 285"),
+        (("--face-mm", "4x40"), 3, "a face of 4 x 40 mm: sides of 5 to 400 mm can be"),
+        (("--face-mm", "160"), 2, "--face-mm 160: expected two numbers"),
+        (("--face-mm", "160x40", "--size-mm", "1"), 2, "--size-mm"),
+    ],
+)
+def test_what_cannot_be_printed_is_said_and_nothing_written(tmp_path, arguments, code, said):
+    answer = _markers(*arguments, "--out", tmp_path / "frame.pdf")
+    assert answer.exit_code == code
+    assert said in " ".join(answer.stderr.replace("│", " ").split())
+    assert not (tmp_path / "frame.pdf").exists()
+
+
+def test_another_ending_is_refused(tmp_path):
+    answer = _markers("--face-mm", "160x40", "--out", tmp_path / "frame.png")
+    assert answer.exit_code == 2
+    assert ".pdf or .svg" in answer.stderr
