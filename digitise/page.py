@@ -65,6 +65,7 @@ class TracePage:
         return self
 
     def __exit__(self, *_: object) -> None:
+        self._session.end()
         self._server.shutdown()
         self._server.server_close()
 

@@ -6,6 +6,7 @@ import sys
 import time
 import traceback
 from collections.abc import Iterator
+from contextlib import suppress
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from threading import BoundedSemaphore
@@ -55,17 +56,17 @@ class Site(Protocol):
 class PageServer(ThreadingHTTPServer):
     """On 127.0.0.1 only. ``port`` 0 takes a free one."""
 
-    daemon_threads = True
+    # A thread that is still inside a native library as the interpreter ends takes the whole process down with it.
+    daemon_threads, block_on_close = False, True
     # A browser opens several connections in one breath; those that find no place in the queue try again a second later.
     request_queue_size = MOST_CONNECTIONS
-    # Stopping must not wait for a browser's idle connections.
-    block_on_close = False
 
     def __init__(self, site: Site, port: int = 0) -> None:
         super().__init__(("127.0.0.1", port), _Visit)
         self.site = site
         self.gate = Gate(self.server_port)
         self._room = BoundedSemaphore(MOST_CONNECTIONS)
+        self._connections: set[socket.socket] = set()
 
     @property
     def url(self) -> str:
@@ -75,10 +76,19 @@ class PageServer(ThreadingHTTPServer):
         return self._room.acquire(blocking=False)
 
     def process_request_thread(self, request: Any, client_address: Any) -> None:
+        self._connections.add(request)
         try:
             super().process_request_thread(request, client_address)
         finally:
+            self._connections.discard(request)
             self._room.release()
+
+    def server_close(self) -> None:
+        """Let answers that are under way be finished; a browser's idle connections are not waited for."""
+        for connection in tuple(self._connections):
+            with suppress(OSError):
+                connection.shutdown(socket.SHUT_RD)
+        super().server_close()
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         # A client that went away or never spoke HTTP is no news; a bug keeps its traceback.

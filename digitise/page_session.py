@@ -1,5 +1,6 @@
 """What the trace page knows: one photo, and what its scale, path and walls are with the hints of the moment."""
 
+import math
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext, suppress
@@ -91,6 +92,10 @@ class TraceSession:
                 yield {"walls": _walls_answer(seen.photo, outline, seen.known)}
             except InputError as fault:
                 yield {"refused": _in_px_unless(seen.known, str(fault))}
+
+    def end(self) -> None:
+        """Whatever is under way stops at its next step."""
+        self._newest = math.inf
 
     @contextmanager
     def _turn(self, revision: float, alone: bool) -> Iterator[None]:

@@ -200,6 +200,34 @@ def test_only_so_many_at_once(server):
     pytest.fail("no room, although everybody has left")
 
 
+def test_it_ends_at_once_but_not_in_the_middle_of_an_answer():
+    """Ten seconds of an idle browser's patience are not waited for; a computation in native code is."""
+    server = PageServer(Echo())
+    threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True).start()
+    working, done = threading.Event(), threading.Event()
+
+    def slow(name, body):
+        working.set()
+        time.sleep(0.3)
+        done.set()
+        yield {"late": True}
+
+    server.site.post = slow
+    with (
+        socket.create_connection(("127.0.0.1", server.server_port), timeout=5) as idle,
+        socket.create_connection(("127.0.0.1", server.server_port), timeout=5) as busy,
+    ):
+        idle.sendall(f"GET /{server.gate.token}/ HTTP/1.1\r\nHost: 127.0.0.1:{server.server_port}\r\n\r\n".encode())
+        assert idle.recv(100).startswith(b"HTTP/1.1 200")
+        busy.sendall(_head_of_a_post(server, length=2).encode() + b"{}")
+        assert working.wait(5)
+        began = time.monotonic()
+        server.shutdown()
+        server.server_close()
+        assert done.is_set()
+        assert time.monotonic() - began < 5, "half of an idle connection's patience"
+
+
 def test_a_bug_keeps_its_traceback_and_the_server_goes_on(server, capfd):
     with pytest.raises((http.client.HTTPException, ConnectionError)):
         _ask(server, "POST", "bug", b"{}")

@@ -145,6 +145,15 @@ def test_a_newer_question_spares_the_walls_of_the_older(session):
     assert not waiting.is_alive()
 
 
+def test_in_the_end_nothing_goes_on(session):
+    question = session.trace(Hints(ends_px=ENDS), 1.0, "walls")
+    next(question)
+    next(question)
+    session.end()
+    with pytest.raises(OutdatedError):
+        next(question)
+
+
 def test_a_search_of_the_whole_photo_holds_no_click_up(session, monkeypatch):
     """It may take seconds, and the user may well know better before it ends."""
     searching, found = threading.Event(), threading.Event()

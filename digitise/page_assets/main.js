@@ -304,7 +304,6 @@ for (const name of toolNames(facts.markers)) {
 
 function choose(name) {
   tool = name;
-  stage.dataset.tool = name;
   const kind = { ruler: "ruler", face: "face" }[name];
   if (kind && draft.scale !== kind) commit({ ...draft, scale: kind });
   refresh();
@@ -395,6 +394,5 @@ part("about").textContent = `${facts.size_px.join(" × ")} px`;
 stage.setAttribute("aria-label", `Photo ${facts.name}`);
 part("depth-section").hidden = !facts.needs_depth;
 part("save-where").textContent = facts.saves_to;
-stage.dataset.tool = tool;
 refresh();
 trace("walls");

@@ -1,0 +1,187 @@
+"""A real Chromium, without a head, on the page of a real 'sealtwin trace'."""
+
+import importlib
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+
+from digitise.polyline import rectangle
+from digitise.specimen import PAPER, make_specimen
+
+PROBES = Path(__file__).parent / "probes.js"
+FLAGS = (
+    "--no-sandbox",  # the tests may run as root, in a container
+    "--disable-gpu",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+)
+PATIENCE_MS = 30_000
+"""For what must come at all. How fast it must come is measured where that is the claim."""
+UNREAD = "net::ERR_ABORTED"
+"""Chromium says so of every answer that a page reads piece by piece, also when it has read the last piece."""
+
+
+@pytest.fixture(scope="session")
+def chromium():
+    playwright = importlib.import_module("playwright.sync_api")
+    executable = shutil.which("chromium")
+    assert executable, "no chromium on the PATH; 'make test-browser' installs it"
+    with playwright.sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=executable, headless=True, args=list(FLAGS))
+        yield browser
+        browser.close()
+
+
+@dataclass(frozen=True)
+class Shot:
+    """A specimen's photo, and where on it things are."""
+
+    file: Path
+    mm_per_px: float
+    length_mm: float
+    width_mm: float
+    line_px: Any
+    """Along the crack's middle, (n, 2)."""
+    corners_px: Any
+    """Of the face: lower left, lower right, upper right, upper left."""
+    mortar_px: Any
+    """Two places with plain mortar between and around, (2, 2)."""
+
+    def along(self, share):
+        """A place on the crack, as a share of its length."""
+        return tuple(self.line_px[round(share * (len(self.line_px) - 1))])
+
+
+def _shot(folder, megapixels=None):
+    specimen = make_specimen(1)
+    image = cv2.imdecode(np.frombuffer(specimen.jpeg, np.uint8), cv2.IMREAD_COLOR)
+    assert image is not None
+    factor = 1.0 if megapixels is None else float(np.sqrt(megapixels * 1e6 / (image.shape[0] * image.shape[1])))
+    larger = cv2.resize(image, None, fx=factor, fy=factor, interpolation=cv2.INTER_CUBIC)
+    cv2.imwrite(str(folder / "crack.jpg"), larger, [cv2.IMWRITE_JPEG_QUALITY, 90])
+
+    def seen(points_mm):
+        return factor * (specimen.to_px(points_mm) + 0.5) - 0.5
+
+    return Shot(
+        file=folder / "crack.jpg",
+        mm_per_px=PAPER.mm_per_px / factor,
+        length_mm=PAPER.length_mm,
+        width_mm=PAPER.width_mm,
+        line_px=seen(specimen.centreline_mm),
+        corners_px=seen(rectangle((0, 0, *PAPER.face_mm))),
+        mortar_px=seen(np.array([[106.0, 18.0], [152.0, 3.0]])),
+    )
+
+
+@pytest.fixture(scope="session")
+def shot(tmp_path_factory):
+    """As it is drawn: 2 megapixels."""
+    return _shot(tmp_path_factory.mktemp("shot"))
+
+
+@pytest.fixture(scope="session")
+def big(tmp_path_factory):
+    """The same, enlarged to what a phone takes."""
+    return _shot(tmp_path_factory.mktemp("big"), megapixels=12)
+
+
+@dataclass
+class Bench:
+    """A browser's page, and the command that serves it."""
+
+    page: Any
+    command: Any
+    url: str
+    complaints: list[str] = field(default_factory=list)
+    visited: set[str] = field(default_factory=set)
+
+    def at(self, point_px):
+        """Where a place of the photo is on the screen."""
+        return tuple(self.probe("onScreen", [float(place) for place in point_px]))
+
+    def probe(self, question, *given):
+        """Ask one of probes.js."""
+        return self.page.evaluate("([question, given]) => window.probe[question](...given)", [question, list(given)])
+
+    def until(self, condition, *given):
+        """Wait until a JavaScript expression of ``given`` holds."""
+        self.page.wait_for_function(f"(given) => {condition}", arg=list(given), timeout=PATIENCE_MS)
+
+    def click(self, point_px):
+        self.page.mouse.click(*self.at(point_px))
+
+    def drag(self, start_px, end_px):
+        self.page.mouse.move(*self.at(start_px))
+        self.page.mouse.down()
+        self.page.mouse.move(*self.at(np.mean([start_px, end_px], axis=0)))
+        self.page.mouse.move(*self.at(end_px))
+        self.page.mouse.up()
+
+    def await_state(self, *states):
+        wanted = ", ".join(f"#stage[data-state={state}]" for state in states)
+        self.page.wait_for_selector(wanted, timeout=PATIENCE_MS, state="attached")
+
+    def text(self, selector):
+        return self.page.inner_text(selector).strip()
+
+    def number(self, name):
+        """A figure of the panel."""
+        return self.probe("number", name)
+
+    def points(self):
+        """Ids of the points on the photo, in the order of Tab."""
+        return self.page.eval_on_selector_all(".point", "all => all.map(one => one.id)")
+
+
+@pytest.fixture
+def open_page(chromium):
+    """Start the command for a target and open what it serves; in the end nothing may have gone wrong or astray."""
+    benches, contexts = [], []
+
+    def opened(target, width=1280, height=800, **look):
+        command = subprocess.Popen(
+            [sys.executable, "-m", "sealtwin.cli", "trace", str(target), "--no-browser"],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        assert command.stderr is not None
+        first = command.stderr.readline()
+        assert first.startswith("Trace page: http://127.0.0.1:"), first + command.stderr.read()
+        url = first.removeprefix("Trace page: ").strip()
+        context = chromium.new_context(viewport={"width": width, "height": height}, **look)
+        context.add_init_script(path=PROBES)
+        contexts.append(context)
+        bench = Bench(context.new_page(), command, url)
+        benches.append(bench)
+        bench.page.on("console", lambda message: bench.complaints.append(f"{message.type}: {message.text}"))
+        bench.page.on("pageerror", lambda fault: bench.complaints.append(f"error: {fault}"))
+        bench.page.on("request", lambda request: bench.visited.add(request.url))
+        bench.page.on("requestfailed", lambda request: _note_failure(bench, request))
+        bench.page.goto(url)
+        bench.page.wait_for_selector("#save-where:not(:empty)", timeout=PATIENCE_MS)
+        return bench
+
+    yield opened
+    for context in contexts:
+        context.close()
+    for bench in benches:
+        bench.command.terminate()
+        bench.command.communicate(timeout=20)
+    for bench in benches:
+        assert not bench.complaints
+        assert {visited for visited in bench.visited if not visited.startswith(bench.url)} == set()
+
+
+def _note_failure(bench, request):
+    if request.failure != UNREAD:
+        bench.complaints.append(f"{request.url}: {request.failure}")
