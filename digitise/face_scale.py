@@ -27,14 +27,10 @@ def scale_by_face(brightness: Map, settings: PhotoInput, face_mm: Box, focal_px:
     """
     size_px = (brightness.shape[1], brightness.shape[0])
     width_mm, height_mm = face_mm[2:]
-    if settings.face_corners_px is None:
+    corners_px, bend_px, noise_px = given_corners(settings, size_px, file), None, CLICKED_PX
+    if corners_px is None:
         corners_px, bend_px = find_face(brightness, (width_mm, height_mm), file)
         noise_px = FOUND_PX
-    else:
-        corners_px, bend_px = np.array(settings.face_corners_px, dtype=float), None
-        noise_px = CLICKED_PX
-        _check_in_sight(corners_px, size_px, file)
-        _check_order(corners_px, file)
     fit = fit_view(corners_px, rectangle(face_mm), size_px, lens=False)
     covariance = fit.covariance_of_clicks(noise_px)
     places = places_px(fit.view, size_px, face_mm)
@@ -45,12 +41,22 @@ def scale_by_face(brightness: Map, settings: PhotoInput, face_mm: Box, focal_px:
     return Scale(
         view=fit.view,
         mm_per_px=mm_per_px,
-        source=f"face of {width_mm:g} x {height_mm:g} mm, {'found by its edges' if bend_px else 'corners given'}",
+        source=f"face of {width_mm:g} x {height_mm:g} mm, {'corners given' if bend_px is None else 'found by its edges'}",
         residual_mm=None if bend_px is None else bend_px * mm_per_px,
         uncertainty=float(np.hypot(fit.spread_of_scale(places, covariance), by_calliper)),
         camera_tilt_deg=None if pose is None else pose.tilt_deg,
         face_mm=face_mm,
     )
+
+
+def given_corners(settings: PhotoInput, size_px: tuple[int, int], file: Path) -> Floats | None:
+    """The user's corners of the face, (4, 2). Raises InputError where they are out of sight or do not go round it."""
+    if settings.face_corners_px is None:
+        return None
+    corners_px = np.array(settings.face_corners_px, dtype=float)
+    _check_in_sight(corners_px, size_px, file)
+    _check_order(corners_px, file)
+    return corners_px
 
 
 def _check_in_sight(corners_px: Floats, size_px: tuple[int, int], file: Path) -> None:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from digitise.control import Fit, fit_view
+from digitise.face_scale import given_corners
 from digitise.level import check_level
 from digitise.markers import corners_mm, find_markers
 from digitise.polyline import Box, depth_inside
@@ -61,8 +62,7 @@ def scale_by_markers(
         raise InputError(f"{file}: by its markers, the face lies outside the photo: check x_mm, y_mm and face_mm.")
     pose = find_pose(fit, covariance, view.to_mm(places)[MIDDLE], focal_px, settings.camera_distance_mm)
     distance_mm = settings.camera_distance_mm if pose is None else pose.distance_mm
-    given_px = None if settings.face_corners_px is None else np.array(settings.face_corners_px, dtype=float)
-    level = check_level(brightness, view, face_mm, given_px, distance_mm, file)
+    level = check_level(brightness, view, face_mm, given_corners(settings, size_px, file), distance_mm, file)
     missing = [str(marker.id) for marker in board.markers if marker.id not in found]
     span_mm = float(np.linalg.norm(np.ptp(true_mm, axis=0)))
     return Scale(

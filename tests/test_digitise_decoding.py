@@ -158,3 +158,30 @@ def test_a_phone_held_upright_gives_an_upright_photo(tmp_path, picture):
     exif[0x0112] = 6
     Image.fromarray(picture).save(path, exif=exif)
     assert read_photo(path).image == pytest.approx(np.rot90(picture, -1))
+
+
+def taken(folder, film_mm=None, size_px=None, orientation=None):
+    """A photo of 400 x 300 px whose EXIF tells these."""
+    exif = Image.Exif()
+    camera = exif.get_ifd(0x8769)
+    if film_mm is not None:
+        camera[0xA405] = film_mm
+    if size_px is not None:
+        camera[0xA002], camera[0xA003] = size_px
+    if orientation is not None:
+        exif[0x0112] = orientation
+    Image.fromarray(np.full((300, 400, 3), 90, dtype=np.uint8)).save(folder / "photo.jpg", exif=exif)
+    return read_photo(folder / "photo.jpg").focal_px
+
+
+@pytest.mark.parametrize("changes", [{}, {"size_px": (4000, 3000)}, {"orientation": 6}, {"size_px": (3000, 4000)}])
+def test_the_focal_length_is_read_in_pixels(tmp_path, changes):
+    """26 mm in front of film of 43.27 mm diagonal, on a photo of 500 px diagonal; smaller copies have the same shape."""
+    assert taken(tmp_path, film_mm=26, **changes) == pytest.approx(26 * 500 / np.hypot(36, 24))
+
+
+@pytest.mark.parametrize(
+    "changes", [{}, {"film_mm": 0}, {"film_mm": 26, "size_px": (4000, 2250)}], ids=["none", "zero", "cropped"]
+)
+def test_a_focal_length_that_is_not_told_or_was_cropped_away_is_not_made_up(tmp_path, changes):
+    assert taken(tmp_path, **changes) is None

@@ -4,6 +4,7 @@ import pytest
 from digitise.control import fit_view
 from digitise.marker_scale import BOARD_MM, fit_markers
 from digitise.photo import Photo, load_photo
+from digitise.polyline import rectangle
 from digitise.recipe import Recipe
 from digitise.settings import MarkerBoard
 from digitise.specimen import Specimen, make_specimen
@@ -109,6 +110,14 @@ def test_markers_that_lie_below_the_face_make_the_scale_unsure(bent, tmp_path):
     assert photo.scale_uncertainty == pytest.approx(grown - 1, rel=0.2)
     assert any("mm below the face, 262 mm from the camera" in warning for warning in photo.warnings)
     assert any("the scale is known to 2.0% only" in warning for warning in photo.warnings)
+
+
+def test_corners_beside_markers_are_checked_like_corners_alone(bent, tmp_path):
+    bent.write(tmp_path)
+    turned = tuple((float(x), float(y)) for x, y in bent.to_px(rectangle((0, 0, 70, 40)))[::-1])
+    settings = bent.photo_input().model_copy(update={"face_corners_px": turned})
+    with pytest.raises(InputError, match="do not go round a face"):
+        load_photo(settings, tmp_path)
 
 
 @pytest.mark.parametrize("count", [4, 8])
