@@ -36,12 +36,13 @@ def scale_by_face(brightness: Map, settings: PhotoInput, face_mm: Box, focal_px:
     places = places_px(fit.view, size_px, face_mm)
     mm_per_px = float(fit.view.mm_per_px_at(places)[MIDDLE])
     pose = find_pose(fit, covariance, fit.view.to_mm(places)[MIDDLE], focal_px, settings.camera_distance_mm)
+    found = "corners given" if bend_px is None else "found by its edges"
     # Of the geometric mean of both directions, to which each side adds half of its own.
     by_calliper = FACE_MM * np.hypot(0.5 / width_mm, 0.5 / height_mm)
     return Scale(
         view=fit.view,
         mm_per_px=mm_per_px,
-        source=f"face of {width_mm:g} x {height_mm:g} mm, {'corners given' if bend_px is None else 'found by its edges'}",
+        source=f"face of {width_mm:g} x {height_mm:g} mm, {found}",
         residual_mm=None if bend_px is None else bend_px * mm_per_px,
         uncertainty=float(np.hypot(fit.spread_of_scale(places, covariance), by_calliper)),
         camera_tilt_deg=None if pose is None else pose.tilt_deg,

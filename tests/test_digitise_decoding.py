@@ -176,7 +176,7 @@ def taken(folder, film_mm=None, size_px=None, orientation=None):
 
 @pytest.mark.parametrize("changes", [{}, {"size_px": (4000, 3000)}, {"orientation": 6}, {"size_px": (3000, 4000)}])
 def test_the_focal_length_is_read_in_pixels(tmp_path, changes):
-    """26 mm in front of film of 43.27 mm diagonal, on a photo of 500 px diagonal; smaller copies have the same shape."""
+    """26 mm before film of 43.27 mm diagonal, on a photo of 500 px diagonal; smaller copies have the same shape."""
     assert taken(tmp_path, film_mm=26, **changes) == pytest.approx(26 * 500 / np.hypot(36, 24))
 
 
