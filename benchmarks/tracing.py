@@ -75,8 +75,9 @@ def main() -> None:
     if options.json:
         print(json.dumps(_record(traced, answers), indent=1))
         return
-    _print_cases(traced)
-    _print_groups(traced)
+    if traced:
+        _print_cases(traced)
+        _print_groups(traced)
     for name, answer in answers.items():
         print(f"{name:<28} {'refused by name' if answer is None else answer}")
     print()

@@ -38,11 +38,12 @@ def refused(case: Refusal, seed: int, folder: Path) -> str | None:
     """None where the tool refuses in the words wanted, else what it did instead."""
     truth = make_specimen(seed, case.recipe)
     image = np.asarray(cv2.imdecode(np.frombuffer(truth.jpeg, np.uint8), cv2.IMREAD_COLOR), dtype=np.uint8)
-    settings, image = case.spoilt(truth, truth.photo_input(Path("spoilt.png")), image)
-    cv2.imwrite(str(folder / "spoilt.png"), image)
+    settings, image = case.spoilt(truth, truth.photo_input(folder / "spoilt.png"), image)
+    cv2.imwrite(str(settings.file), image)
     try:
         photo = load_photo(settings, folder)
-        outline = trace_outline(photo, find_path(photo, settings.ends_px))
+        path = find_path(photo, settings.ends_px, settings.via_px, settings.roi_px)
+        outline = trace_outline(photo, path)
     except InputError as refusal:
         return None if re.search(case.says, str(refusal)) else f"said otherwise: {refusal}"
     return f"traced a crack {outline.length_mm:.0f} mm long"
@@ -105,6 +106,29 @@ def _ends_alike(truth: Specimen, settings: PhotoInput, image: Image) -> tuple[Ph
     return settings.model_copy(update={"ends_px": ((x, y), (x + 5, y))}), image
 
 
+def _via_beside(truth: Specimen, settings: PhotoInput, image: Image) -> tuple[PhotoInput, Image]:
+    x, y = np.mean(truth.ends_px, axis=0)
+    return settings.model_copy(update={"via_px": ((float(x) + 150, float(y)),)}), image
+
+
+def _region_beside(truth: Specimen, settings: PhotoInput, image: Image) -> tuple[PhotoInput, Image]:
+    (left, top), (right, bottom) = truth.to_px(np.array([[2.0, 38.0], [12.0, 2.0]]))
+    corners = ((float(left), float(top)), (float(right), float(bottom)))
+    return settings.model_copy(update={"ends_px": None, "roi_px": corners}), image
+
+
+def _camera_moved(truth: Specimen, settings: PhotoInput, image: Image) -> tuple[PhotoInput, Image]:
+    second = settings.file.with_name("second.png")
+    cv2.imwrite(str(second), np.roll(image, 40, axis=1))
+    return settings.model_copy(update={"second_photo": second}), image
+
+
+def _mask_of_another_photo(truth: Specimen, settings: PhotoInput, image: Image) -> tuple[PhotoInput, Image]:
+    mask = settings.file.with_name("mask.png")
+    cv2.imwrite(str(mask), np.zeros((image.shape[0], image.shape[1] - 100), dtype=np.uint8))
+    return settings.model_copy(update={"mask": mask}), image
+
+
 def _patch(truth: Specimen, image: Image, x_mm: float, y_mm: float) -> Image:
     """The part of the photo that shows a marker and some white around it."""
     reach_mm = (MARKER_MM / 2 + MARKER_OFFSET_MM - 1) / 2
@@ -130,5 +154,9 @@ REFUSALS = (
     Refusal("black", r"all black", _black),
     Refusal("end beside the crack", r"is on no crack", _end_beside),
     Refusal("end outside the photo", r"lies outside the photo", _end_outside),
+    Refusal("via point beside the crack", r"via point .* is on no crack", _via_beside),
+    Refusal("region beside the crack", r"no crack found", _region_beside),
+    Refusal("camera moved between two photos", r"the camera has moved|does not show what the first", _camera_moved),
+    Refusal("mask of another photo", r"the mask is \d+ x \d+ px, the photo", _mask_of_another_photo),
     Refusal("both ends in one place", r"only 5 px apart", _ends_alike),
 )
