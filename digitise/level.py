@@ -86,7 +86,7 @@ def _rule(distance_mm: float | None, unmeasured: bool) -> str:
     cost = "0.4 % of every length at 250 mm from the camera"
     if distance_mm is not None:
         cost = f"{1 / distance_mm:.2%} of every length at {distance_mm:.0f} mm from the camera"
-    why = "without face_mm" if unmeasured else "since the face does not stand out"
+    why = "without face_mm" if unmeasured else "since the edges of the face do not show clearly"
     return f"whether the markers lie level with the face is not seen, {why}: each mm above or below it costs {cost}"
 
 
@@ -121,7 +121,8 @@ def _inner_edge(brightness: Map, rough_px: Floats, side: int, reach_px: float) -
     # Neighbours along the edge share it, but not their grain.
     light = np.asarray(cv2.blur(light, (3, 9)), dtype=float)
     count = len(offset)
-    of_face = float(np.median(light[:, : count // 4]))
+    # Row by row, since stains and the lamp change along the edge.
+    of_face = np.median(light[:, : count // 4], axis=1, keepdims=True)
     unlike = np.abs(light - of_face) > UNLIKE * of_face
     lasting = unlike[:, :-2] & unlike[:, 1:-1] & unlike[:, 2:]
     lasting[:, : count // 8] = False

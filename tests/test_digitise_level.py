@@ -74,7 +74,7 @@ def test_an_offset_that_is_no_bent_frame_is_refused():
 
 @pytest.mark.parametrize(
     ("light", "face_mm", "why"),
-    [(picture(board=MORTAR), FACE_MM, "does not stand out"), (picture(), None, "without face_mm")],
+    [(picture(board=MORTAR), FACE_MM, "do not show clearly"), (picture(), None, "without face_mm")],
     ids=["hidden", "unmeasured"],
 )
 @pytest.mark.parametrize(
