@@ -100,16 +100,17 @@ def _closed(surface: Surface, base_mm: float | None) -> Surface:
     """Raises InputError where a sheet has no base to stand on, or a body is given one."""
     openings = find_openings(surface)
     surface = close_holes(surface, openings)
-    if openings.rim is not None and base_mm is not None:
-        return with_base(surface, openings.rim, base_mm)
-    if openings.rim is not None:
+    is_sheet = openings.wide is not None and not openings.is_underside
+    if not is_sheet and base_mm is not None:
+        raise InputError(f"base_mm is {base_mm:g}, but the mesh is closed below. Leave base_mm out.")
+    if openings.wide is None or not is_sheet:
+        return surface
+    if base_mm is None:
         raise InputError(
             "Mesh encloses no volume; it is a sheet. Give base_mm, the depth of a flat underside below the face, to "
             "make it solid."
         )
-    if base_mm is not None:
-        raise InputError(f"base_mm is {base_mm:g}, but the mesh is closed below. Leave base_mm out.")
-    return surface
+    return with_base(surface, openings.wide, base_mm)
 
 
 def _given_line_mm(path: Path, plane: FacePlane, placed: Floats) -> Floats:

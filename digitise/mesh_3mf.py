@@ -12,8 +12,8 @@ import numpy as np
 from digitise.triangles import MOST_VERTICES, FileUnit, Triangles, UnreadableError, refuse_too_many
 from sealtwin.records import Floats
 
-LARGEST_MODEL = 700_000_000
-"""Bytes of XML, read piece by piece: five million triangles take 600 million."""
+LARGEST_MODEL = 300_000_000
+"""Bytes of XML, read piece by piece: two million triangles take 240 million."""
 MOST_ENTRIES = 10_000
 PIECE = 1 << 20
 MOST_COMPONENTS, DEEPEST_COMPONENT = 10_000, 32

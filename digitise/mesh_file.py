@@ -21,8 +21,8 @@ from digitise.mesh_text import read_obj, read_off
 from digitise.triangles import Triangles
 from sealtwin.errors import InputError
 
-LARGEST_BYTES = 300_000_000
-"""As much as a binary STL of five million triangles and a fifth more; text of that size is better saved as binary."""
+LARGEST_BYTES = 200_000_000
+"""Twice a binary STL of two million triangles; larger text is better saved as binary."""
 BEYOND_ANY_UNIT = 1e9
 """A kilometre in microns."""
 READERS: dict[str, Callable[[bytes], Triangles]] = {

@@ -14,7 +14,7 @@ from sealtwin.records import Integers
 MOST_OPEN = 0.01
 """Of all edges, that may be open to be closed unasked: more holes are a surface that was not seen."""
 RIM_SPAN = 0.5
-"""Of the mesh's extent along x and along y: a hole as wide as that is the rim of a sheet."""
+"""Of the mesh's extent along x and along y: an opening as wide as that is where a scan ends."""
 FLAT = 1e-3
 """Of the mesh's height: an opening as flat and as near to the lowest point is a missing underside."""
 
@@ -24,37 +24,48 @@ class Openings:
     """Rings of vertices round the holes of a surface; each runs so that the surface is on its left."""
 
     holes: tuple[Integers, ...]
-    rim: Integers | None
-    """Of a sheet: all that is below it is missing."""
+    wide: Integers | None
+    """As wide as the mesh itself: all that is below it is missing."""
+    is_underside: bool
+    """Whether that one lies flat at the bottom, so that nothing is missing but the underside."""
 
 
 def find_openings(surface: Surface) -> Openings:
-    """Rings of open edges, and which of them is a sheet's rim."""
+    """Rings of open edges, the longest that is as wide as the mesh apart."""
     rings = _rings(_open_edges(surface.faces))
     place_mm = surface.vertices_mm
     used_mm = place_mm[np.unique(surface.faces)]
     extent_mm, lowest_mm = np.ptp(used_mm, axis=0), used_mm[:, 2].min()
     for number, ring in enumerate(rings):
-        wide = (np.ptp(place_mm[ring], axis=0)[:2] > RIM_SPAN * extent_mm[:2]).all()
-        if wide and place_mm[ring, 2].max() > lowest_mm + FLAT * extent_mm[2]:
-            return Openings(tuple(rings[:number] + rings[number + 1 :]), ring)
-    return Openings(tuple(rings), None)
+        if (np.ptp(place_mm[ring], axis=0)[:2] > RIM_SPAN * extent_mm[:2]).all():
+            at_bottom = bool(place_mm[ring, 2].max() <= lowest_mm + FLAT * extent_mm[2])
+            return Openings(tuple(rings[:number] + rings[number + 1 :]), ring, at_bottom)
+    return Openings(tuple(rings), None, False)
 
 
 def close_holes(surface: Surface, openings: Openings) -> Surface:
-    """Raises InputError where they are more than small damage, or where edges are open that make no ring."""
+    """Small holes filled, and a missing underside; a sheet stays open at its rim.
+
+    Raises InputError where holes are more than small damage, or where edges are open that make no ring.
+    """
     edges = len(edge_uses(surface.faces)[2])
-    open_edges = len(_open_edges(surface.faces)) - (0 if openings.rim is None else len(openings.rim))
-    if open_edges > MOST_OPEN * edges or open_edges != sum(map(len, openings.holes)):
-        first = _open_edges(surface.faces)[0, 0]
-        x, y, z = surface.vertices_mm[first]
+    open_edges = _open_edges(surface.faces)
+    small = len(open_edges) - (0 if openings.wide is None else len(openings.wide))
+    if small > MOST_OPEN * edges or small != sum(map(len, openings.holes)):
+        x, y, z = surface.vertices_mm[open_edges[0, 0]]
         raise InputError(
-            f"Mesh is not watertight: {open_edges} of {edges} edges are open, first near ({x:.2f}, {y:.2f}, {z:.2f}) "
+            f"Mesh is not watertight: {small} of {edges} edges are open, first near ({x:.2f}, {y:.2f}, {z:.2f}) "
             f"mm; up to {MOST_OPEN:.0%} in whole rings are closed. Close the holes in the program that made it."
         )
-    lids = [hole[::-1][fill_ring(surface.vertices_mm[hole[::-1]])] for hole in openings.holes]
-    closed = np.concatenate([surface.faces, *lids])
-    return surface.mended(f"holes closed, of {open_edges} open edges", len(lids), closed)
+    filled = _filled(surface, openings.holes, f"holes closed, of {small} open edges")
+    if openings.wide is None or not openings.is_underside:
+        return filled
+    return _filled(filled, (openings.wide,), "missing underside closed")
+
+
+def _filled(surface: Surface, holes: tuple[Integers, ...], what: str) -> Surface:
+    lids = [hole[::-1][fill_ring(surface.vertices_mm[hole[::-1]])] for hole in holes]
+    return surface.mended(what, len(lids), np.concatenate([surface.faces, *lids]))
 
 
 def with_base(surface: Surface, rim: Integers, base_mm: float) -> Surface:

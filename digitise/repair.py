@@ -27,6 +27,9 @@ MOST_ROUNDS = 50
 NEARLY_CLOSED = 0.01
 """Of a surface's area: with no more open, the volume inside is known to about as much."""
 
+ROUNDING = 1e-9
+"""Of a volume: less is no change."""
+
 
 @dataclass(frozen=True)
 class Repair:
@@ -39,8 +42,10 @@ class Repair:
     """Over the volume before; NaN where that was not known."""
 
     def __str__(self) -> str:
-        changed = "" if np.isnan(self.volume_change) else f"; volume changed by {100 * self.volume_change:.2g} %"
-        return f"{self.count} {self.what}{changed}"
+        if np.isnan(self.volume_change):
+            return f"{self.count} {self.what}"
+        change = "unchanged" if abs(self.volume_change) < ROUNDING else f"changed by {100 * self.volume_change:.2g} %"
+        return f"{self.count} {self.what}; volume {change}"
 
 
 @dataclass(frozen=True)
@@ -67,8 +72,15 @@ class Surface:
         after = replace(self, faces=faces, vertices_mm=self.vertices_mm if vertices_mm is None else vertices_mm)
         if not count:
             return after
-        change = abs(after.volume_mm3 / self.volume_mm3) - 1
+        before_mm3 = self.volume_mm3
+        change = abs(after.volume_mm3 / before_mm3) - 1 if before_mm3 else np.nan
         return replace(after, repairs=(*self.repairs, Repair(what, count, change)))
+
+    def turned(self, what: str, turn: NDArray[np.bool_]) -> "Surface":
+        """With those faces turned over; told unless it was none. What they enclose stays where it is."""
+        faces = np.where(turn[:, None], self.faces[:, ::-1], self.faces)
+        told = (Repair(what, int(turn.sum()), np.nan),) if turn.any() else ()
+        return replace(self, faces=faces, repairs=(*self.repairs, *told))
 
 
 def one_surface(vertices_mm: Floats, faces: Integers) -> Surface:
@@ -166,7 +178,7 @@ def _facing_alike(surface: Surface) -> Surface:
         )
     faces_on = np.bincount(here, minlength=side.max() + 1)
     turn = (faces_on[here] < faces_on[there]) | ((faces_on[here] == faces_on[there]) & (here > there))
-    return surface.mended("faces turned to look as their neighbours do", int(turn.sum()), _turned(surface.faces, turn))
+    return surface.turned("faces turned to look as their neighbours do", turn)
 
 
 def _facing_out(surface: Surface) -> Surface:
@@ -187,7 +199,7 @@ def _facing_out(surface: Surface) -> Surface:
     largest = int(np.argmax(np.prod(high - low, axis=1)))
     inside = ((low >= low[largest]) & (high <= high[largest])).all(axis=1)
     turn = np.where(inside, inward[largest], inward)[body]
-    return surface.mended("faces turned to look outward", int(turn.sum()), _turned(surface.faces, turn))
+    return surface.turned("faces turned to look outward", turn)
 
 
 def neighbours(faces: Integers) -> tuple[Integers, Integers, NDArray[np.bool_]]:
@@ -208,7 +220,3 @@ def _connected(count: int, one: Integers, other: Integers) -> tuple[int, Integer
 def _by_body(values: Floats, body: Integers, bodies: int) -> Floats:
     """Sums over the faces of each body, (bodies, 3)."""
     return np.column_stack([np.bincount(body, column, bodies) for column in values.T]).astype(float)
-
-
-def _turned(faces: Integers, turn: NDArray[np.bool_]) -> Integers:
-    return np.where(turn[:, None], faces[:, ::-1], faces)

@@ -10,8 +10,8 @@ from manifold3d import triangulate
 
 from sealtwin.records import Floats, Integers
 
-MOST_TRIANGLES = 5_000_000
-"""A block of 160 x 40 x 20 mm scanned every 0.08 mm; to repair more would take over 4 GB of memory."""
+MOST_TRIANGLES = 2_000_000
+"""A face of 160 x 40 mm scanned every 0.08 mm, a tenth of a particle. To mend and check so many takes 4 GB."""
 MOST_VERTICES = 3 * MOST_TRIANGLES
 FileUnit = Literal["micron", "mm", "cm", "m", "inch", "foot"]
 
