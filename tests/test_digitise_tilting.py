@@ -96,11 +96,13 @@ def test_a_tip_goes_over_from_one_shift_to_the_other():
 
 
 def test_a_wall_without_an_angle_stands_upright_up_to_the_tip():
-    """A shift that begins at none leaves no flat piece behind: the mesh is sound at the first try."""
-    for tilt in ("flare", "funnel"):
-        solid = build(closed_crack(1), tilt, 0.0, 8.0)
+    """A shift that begins at none leaves no flat piece behind, and holds as much as one that begins at hardly any."""
+    slot = straight_slot(20.0, 4.0, CLOSED)
+    for outline, tilt in ((closed_crack(1), "flare"), (closed_crack(1), "funnel"), (slot, "flare"), (slot, "funnel")):
+        solid, nearly = (build(outline, tilt, left_deg, 8.0) for left_deg in (0.0, 1e-3))
         assert solid.report["jitter_mm"] == 0.0
         assert check_mesh(solid.vertices_mm, solid.faces, expected_euler=2) == []
+        assert solid.cavity_volume_mm3 == pytest.approx(nearly.cavity_volume_mm3, rel=2e-4)
 
 
 def test_an_angle_for_each_wall_is_one_angle_where_they_are_alike():
