@@ -1,5 +1,6 @@
 """Walls at their own angles, left and right, against closed forms."""
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +10,7 @@ from digitise.mesh import check_mesh
 from digitise.settings import CrackShape
 from digitise.solid import build_solid
 from sealtwin.records import FaceLabel, Floats, Outline, Solid
-from tests.shapes import CLOSED, CUT, arc_slot, closed_crack, mirrored, straight_slot, wandering_crack
+from tests.shapes import CLOSED, CUT, arc_slot, closed_crack, mirrored, reversed_path, straight_slot, wandering_crack
 
 DEPTH_MM = 12.0
 SLOPE = {angle_deg: np.tan(np.radians(angle_deg)) for angle_deg in (0.0, 4.0, 5.0, 6.0, 8.0, 14.0, 20.0)}
@@ -98,7 +99,8 @@ def test_a_tip_goes_over_from_one_shift_to_the_other():
 def test_a_wall_without_an_angle_stands_upright_up_to_the_tip():
     """A shift that begins at none leaves no flat piece behind, and holds as much as one that begins at hardly any."""
     slot = straight_slot(20.0, 4.0, CLOSED)
-    for outline, tilt in ((closed_crack(1), "flare"), (closed_crack(1), "funnel"), (slot, "flare"), (slot, "funnel")):
+    outlines = [closed_crack(1), slot, reversed_path(slot)]
+    for outline, tilt in itertools.product(outlines, ("flare", "funnel")):
         solid, nearly = (build(outline, tilt, left_deg, 8.0) for left_deg in (0.0, 1e-3))
         assert solid.report["jitter_mm"] == 0.0
         assert check_mesh(solid.vertices_mm, solid.faces, expected_euler=2) == []
