@@ -25,6 +25,7 @@ from benchmarks.tracing_cases import HARD, Case, clean_case, hard_case
 from benchmarks.tracing_figures import Figures, trace_case
 from benchmarks.tracing_refusals import REFUSALS, refused
 from digitise.recipe import Recipe
+from sealtwin.errors import InputError
 
 SHOWN = ("centreline_mm", "wall_mm", "width_percent", "length_percent", "end_mm", "scale_percent", "iou", "time_s")
 GOAL = 2 / 3
@@ -64,24 +65,27 @@ def main() -> None:
     if options.photos:
         from benchmarks.tracing_photos import score_photos
 
-        finish(score_photos(options.photos))
-        return
+        try:
+            finish(score_photos(options.photos))
+        except InputError as error:
+            sys.exit(str(error))
     # One thread, so that process time is that of one core.
     cv2.setNumThreads(1)
     cases = list(_cases(options.tier, options.seeds, options.first))
     with tempfile.TemporaryDirectory() as folder:
         traced = [_told(Traced(case, trace_case(case, Path(folder)))) for case in cases]
         answers = _refusals(Path(folder), options.first) if options.tier in (None, "refused") else {}
+    rows = [*_rows(traced, "clean", 1), *_rows(traced, "hard", 2), *_refusal_rows(answers)]
     if options.json:
-        print(json.dumps(_record(traced, answers), indent=1))
-        return
+        print(json.dumps(_record(traced, answers, rows), indent=1, allow_nan=False))
+        sys.exit(0 if all(row.met for row in rows) else 1)
     if traced:
         _print_cases(traced)
         _print_groups(traced)
     for name, answer in answers.items():
-        print(f"{name:<28} {'refused by name' if answer is None else answer}")
+        print(f"{name:<32} {'refused by name' if answer is None else answer}")
     print()
-    finish([*_rows(traced, "clean", 1), *_rows(traced, "hard", 2), *_refusal_rows(answers)])
+    finish(rows)
 
 
 def _cases(tier: str | None, seeds: int, first: int) -> Sequence[Case]:
@@ -189,10 +193,19 @@ def _refusal_rows(answers: dict[str, str | None]) -> list[Row]:
     return [Row("out of range: refused by name", by_name, "", len(answers), len(answers))]
 
 
-def _record(traced: Sequence[Traced], answers: dict[str, str | None]) -> dict[str, object]:
+def _record(traced: Sequence[Traced], answers: dict[str, str | None], rows: Sequence[Row]) -> dict[str, object]:
+    """JSON knows no NaN and no infinity: a figure that a refused photo does not have is null."""
+
+    def plain(values: dict[str, object]) -> dict[str, object]:
+        return {
+            name: None if isinstance(value, float) and not np.isfinite(value) else value
+            for name, value in values.items()
+        }
+
     return {
-        "cases": [{**asdict(one.case), "figures": asdict(one.figures)} for one in traced],
+        "cases": [{**asdict(one.case), "figures": plain(asdict(one.figures))} for one in traced],
         "refusals": answers,
+        "targets": [{**plain(asdict(row)), "met": row.met} for row in rows],
     }
 
 
