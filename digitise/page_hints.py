@@ -42,7 +42,7 @@ PATH_KEYS = frozenset(Hints.model_fields) - SCALE_KEYS
 
 def rest_of(photo: PhotoInput) -> dict[str, Any]:
     """What a trial says of its photo beside the hints."""
-    return photo.model_dump(mode="json", exclude=set(Hints.model_fields), exclude_unset=True, exclude_none=True)
+    return photo.model_dump(mode="json", exclude=set(Hints.model_fields), exclude_none=True)
 
 
 def scale_settings(rest: dict[str, Any], hints: Hints) -> PhotoInput | None:

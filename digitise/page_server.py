@@ -172,9 +172,8 @@ class _Visit(BaseHTTPRequestHandler):
         return body if len(body) == expected else None
 
     def _refuse(self, refusal: Refusal) -> None:
-        # What may still arrive of the request is not read.
-        self.close_connection = True
         body = json.dumps({"error": refusal.reason}).encode()
+        # What may still arrive of the request is not read: the connection goes with it.
         self._begin(refusal.status, "application/json", {"Content-Length": str(len(body)), "Connection": "close"})
         if self.command != "HEAD":
             self.wfile.write(body)

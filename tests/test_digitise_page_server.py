@@ -187,7 +187,9 @@ def test_a_slow_client_is_dropped_and_holds_nobody_up(server, monkeypatch):
 
 def test_only_so_many_at_once(server):
     """Threads are memory: a loop that opens connections must not take the machine with it."""
+    began = time.monotonic()
     idle = [socket.create_connection(("127.0.0.1", server.server_port), timeout=5) for _ in range(MOST_CONNECTIONS)]
+    assert time.monotonic() - began < 0.9, "a connection that finds no place in the queue tries again after a second"
     with pytest.raises((http.client.HTTPException, ConnectionError)):
         _ask(server)
     for wire in idle:

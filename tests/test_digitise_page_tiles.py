@@ -2,6 +2,7 @@
 
 import io
 
+import cv2
 import numpy as np
 import pytest
 from PIL import Image
@@ -9,10 +10,12 @@ from PIL import Image
 from digitise.page_tiles import TILE_PX, Pyramid
 
 
-def _ramp(width, height):
-    """Brightness grows evenly to the right: its value tells a pixel's place, at any size."""
-    row = np.linspace(20, 230, width)
-    return np.repeat(np.tile(row, (height, 1))[..., None], 3, axis=2).round().astype(np.uint8)
+def _clouds(width, height):
+    """Soft spots of some pixels: a shift by half a pixel changes them by 3 of 255 on average."""
+    noise = np.random.default_rng(1).standard_normal((height, width)).astype(np.float32)
+    soft = cv2.GaussianBlur(noise, (0, 0), 5.0)
+    grey = np.clip(128 + 40 * soft / soft.std(), 0, 255).round().astype(np.uint8)
+    return np.repeat(grey[..., None], 3, axis=2)
 
 
 def _decoded(jpeg):
@@ -32,32 +35,34 @@ def _assembled(pyramid, level):
 
 
 def test_the_tiles_of_the_first_level_are_the_photo():
-    """JPEG at quality 92 leaves a smooth ramp within 3 of 255; a tile out of place would be off by 40 and more."""
-    photo = _ramp(1300, 700)
+    """JPEG leaves soft spots within 2 of 255 on average; a tile out of place would be off by 40."""
+    photo = _clouds(1300, 700)
     photo[..., 2] = 90  # blue, so that swapped channels show
     whole = _assembled(Pyramid(photo), 0)
     assert whole.shape == photo.shape
-    assert np.abs(whole.astype(int) - photo).max() <= 4
+    assert np.abs(whole.astype(int) - photo).mean(axis=(0, 1)).max() < 2
 
 
-@pytest.mark.parametrize("size", [(1024, 512), (1301, 703), (4097, 130)])
+@pytest.mark.parametrize("size", [(1024, 512), (1301, 703), (2049, 130)])
 def test_every_pixel_keeps_its_place_at_every_size(size):
-    """An odd side that were squeezed into half of it would shift the far edge by up to a pixel at each level.
+    """Each is the mean of its block of the photo, but for 2.5 of 255 by JPEG and rounding.
 
-    Compared in pixels of the photo: a ramp of 210 steps tells a place to size / 210, and rounding to a half of that.
+    Where an odd side is squeezed into half of it, the far end is off by 4 to 20.
     """
-    pyramid = Pyramid(_ramp(*size))
+    photo = _clouds(*size)
+    pyramid = Pyramid(photo)
     assert pyramid.levels == 1 + int(np.ceil(np.log2(max(size) / TILE_PX)))
     for level in range(1, pyramid.levels):
-        seen = _assembled(pyramid, level)[0, :, 0].astype(float)
-        centres_px = (np.arange(len(seen)) + 0.5) * 2**level - 0.5
-        inside = centres_px + 2 ** (level - 1) < size[0]  # the last one is lengthened by the border's own colour
-        expected = 20 + 210 * centres_px / (size[0] - 1)
-        assert np.abs(seen - expected)[inside].mean() < 1.2
+        block = 2**level
+        width, height = (side // block * block for side in size)
+        blocks = photo[:height, :width, 0].reshape(height // block, block, width // block, block)
+        expected = blocks.astype(float).mean(axis=(1, 3))
+        seen = _assembled(pyramid, level)[: height // block, : width // block, 0]
+        assert np.abs(seen - expected)[:, -100:].mean() < 3
 
 
 def test_outside_the_photo_there_is_no_tile():
-    pyramid = Pyramid(_ramp(600, 600))
+    pyramid = Pyramid(_clouds(1200, 1200))
     assert pyramid.tile(0, 1, 1) is not None
-    for place in ((0, 2, 0), (0, 0, 2), (0, -1, 0), (0, 0, -1), (-1, 0, 0), (2, 0, 0), (99, 0, 0)):
+    for place in ((0, 3, 0), (0, 0, 3), (0, -1, 0), (0, 0, -2), (0, -2, 0), (-1, 0, 0), (3, 0, 0), (99, 0, 0)):
         assert pyramid.tile(*place) is None

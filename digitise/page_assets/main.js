@@ -17,7 +17,7 @@ const narrow = window.matchMedia("(max-width: 860px)");
 const facts = await opening();
 const first = draftOf(facts.hints, facts.markers);
 const history = new History(first);
-const found = { path: null, walls: null, scale: null };
+const found = { path: null, walls: null, scale: null, stale: false }; // Stale: of an earlier question.
 let draft = first; // While something is dragged it runs ahead of the history.
 let tool = hasEnds(first) ? "via" : "ends";
 let crosshair = [facts.size_px[0] / 2, facts.size_px[1] / 2];
@@ -28,7 +28,7 @@ const viewport = new Viewport(stage, part("photo"), {
   size: facts.size_px,
   levels: facts.levels,
   moved: place,
-  covered: () => (narrow.matches ? [120, 60] : [0, 0]), // Tools and guide above, view buttons below.
+  covered: () => (narrow.matches ? [0, 120] : [0, 0]), // View buttons and notices.
 });
 const lines = new Lines(part("lines"));
 const points = new Points(part("points"), {
@@ -89,12 +89,14 @@ function dismiss() {
 function heard(answer, { sketch = false }) {
   if (answer.scale) {
     found.scale = answer.scale;
+    found.stale = true;
     showScale(answer.scale);
     if (draft.scale !== "face" || !draft.face.length) lines.set("face", answer.scale.face_px, true);
     lines.setAll("marker", answer.scale.markers_px, true);
   }
   if (answer.path) {
     found.path = answer.path;
+    found.stale = false;
     found.walls = null;
     stage.dataset.state = "path";
     draw();
@@ -111,7 +113,7 @@ function heard(answer, { sketch = false }) {
     say("");
     part("refusal").textContent = answer.refused;
     found.walls = null;
-    if (!found.path || found.path.source === "automatic") found.path = null;
+    if (found.stale) found.path = null; // The way itself was refused, not its walls.
     draw();
   }
 }
