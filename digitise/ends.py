@@ -17,6 +17,9 @@ LOOK_AHEAD = 2.0
 GOES_ON = 1.5
 """Crack widths of dark ahead of the end beyond which it is cut from a longer crack."""
 
+BLUNT = 0.25
+"""Crack widths behind its farthest point within which an end counts as reaching as far: a sharp tip narrows in less."""
+
 
 @dataclass(frozen=True)
 class PathEnd:
@@ -50,7 +53,16 @@ def judge_end(
     width, height = photo.size_px
     if extent_px.max() > GOES_ON * width_px or depth_inside(reached_px, (0, 0, width - 1, height - 1)).min() <= 1:
         return PathEnd("cut", end_px)
-    return PathEnd("closed", reached_px[int(np.argmax(extent_px))])
+    return PathEnd("closed", _tip_px(reached_px, end_px, ahead, width_px))
+
+
+def _tip_px(reached_px: Floats, end_px: Floats, ahead: Floats, width_px: float) -> Floats:
+    """As far ahead as the dark reaches; sideways in the middle of what reaches as far, or a blunt end's corner wins."""
+    away_px = reached_px - end_px
+    extent_px = away_px @ ahead
+    aside = np.array([-ahead[1], ahead[0]])
+    sideways_px = away_px[extent_px > extent_px.max() - BLUNT * width_px] @ aside
+    return end_px + extent_px.max() * ahead + (sideways_px.min() + sideways_px.max()) / 2 * aside
 
 
 def _dark_ahead_px(

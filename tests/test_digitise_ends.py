@@ -52,6 +52,15 @@ def test_a_tip_is_found_beyond_the_given_end(band):
     assert end.place_px[0] == pytest.approx(120, abs=1)
 
 
+def test_a_blunt_end_is_met_in_its_middle(band):
+    """Not in the corner that a path seen a little aslant reaches last."""
+    photo = photo_of_dark(band)
+    aslant = np.array([np.cos(0.1), np.sin(0.1)])
+    mask = np.full(band.shape, 255, dtype=np.uint8)
+    end = judge_end(photo, blurred(photo.brightness, 0.8), mask, np.array([112.0, 50.0]), aslant, 10.0, 0.2)
+    assert end.place_px == pytest.approx([120, 50], abs=1.0)
+
+
 def test_a_pore_beyond_the_tip_is_no_crack(band):
     band[46:54, 126:134] = True
     end = judged(band, (118.0, 50.0))
