@@ -1,0 +1,193 @@
+"""Random outlines of every kind, made into solids with every tilt: whether each is sound, how exact, and how fast.
+
+    python benchmarks/solids.py [--outlines N] [--first SEED]
+
+Plain, pinched, self-touching, tapered, branched and with islands; 50 to 300 mm long, traced in 200 to 2000 points.
+Every second one is as deep and as steep as the paper's, the others from 6 to 25 mm deep and from 3 to 15 degrees steep.
+Sound is what holds in memory and again in a file of float32: closed, facing outward, crossing itself nowhere, one piece
+without a hole through it, its cavity with one for each island.
+"""
+
+import argparse
+import io
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import trimesh
+from manifold3d import Manifold, Mesh64
+
+from benchmarks.outlines import KINDS, Kind, odd_outline
+from benchmarks.table import Row, finish
+from digitise.footprint import lay_out
+from digitise.mesh import check_mesh, mesh_volume_mm3
+from digitise.readings import Slicer, cavity_volume_mm3
+from digitise.settings import CrackShape, Tilt
+from digitise.solid import build_solid
+from digitise.tilting import wall_shifts_mm
+from sealtwin.errors import InputError
+from sealtwin.records import FaceLabel, Floats, Outline, Solid
+
+TILTS: tuple[Tilt, ...] = ("flare", "funnel", "lean")
+OFF_DEG = 0.1
+SPECK_MM2 = 1e-3
+"""A smaller facet has no angle worth naming."""
+BELOW_MM = 1e-6
+"""Where the mouth's pieces and islands are counted."""
+
+
+@dataclass(frozen=True)
+class Built:
+    kind: Kind
+    seed: int
+    tilt: Tilt
+    faults: tuple[str, ...]
+    vertices: int = 0
+    """Of the outline, cleaned."""
+    triangles: int = 0
+    volume_percent: float = np.inf
+    """Off the integral of its sections."""
+    wall_off_percent: float = np.inf
+    """Of the wall's area, at more than OFF_DEG from its angle; of a lean, from its shear."""
+    angle_deg: float = np.inf
+    """The area's mean, off the tilt's angle."""
+    shortest_mm: float = 0.0
+    time_s: float = np.inf
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--outlines", type=int, default=100, help="how many, of all kinds together")
+    parser.add_argument(
+        "--first", type=int, default=0, help="first seed: others than those that the tool was made with"
+    )
+    arguments = parser.parse_args()
+    built = []
+    for number in range(arguments.outlines):
+        kind, seed = KINDS[number % len(KINDS)], arguments.first + number // len(KINDS)
+        for tilt in TILTS:
+            built.append(build(odd_outline(kind, seed), kind, seed, tilt))
+            for fault in built[-1].faults:
+                print(f"{kind} {seed}, {tilt}: {fault}")
+    finish(rows(built))
+
+
+def build(outline: Outline, kind: Kind, seed: int, tilt: Tilt) -> Built:
+    """One solid, and all that is wrong with it."""
+    shape = shape_of(seed, tilt)
+    began = time.process_time()
+    try:
+        solid = build_solid(outline, shape)
+    except InputError as fault:
+        return Built(kind, seed, tilt, (str(fault),))
+    took_s = time.process_time() - began
+    footprint = lay_out(outline, shape, max(wall_shifts_mm(shape)))
+    integral_mm3 = cavity_volume_mm3(footprint, shape, finer=4)
+    off_percent, angle_deg = wall_errors(solid, footprint.lean, shape)
+    return Built(
+        kind,
+        seed,
+        tilt,
+        (*faults_of_the_file(solid), *faults_of_the_cavity(solid, Slicer(footprint, shape))),
+        vertices=footprint.crack.num_vert(),
+        triangles=len(solid.faces),
+        volume_percent=100 * abs(solid.cavity_volume_mm3 / integral_mm3 - 1),
+        wall_off_percent=off_percent,
+        angle_deg=angle_deg,
+        shortest_mm=solid.report["min_edge_mm"],
+        time_s=took_s,
+    )
+
+
+def shape_of(seed: int, tilt: Tilt) -> CrackShape:
+    if seed % 2 == 0:
+        return CrackShape(depth_mm=16.0, tilt=tilt, wall_angle_deg=11.0)
+    rng = np.random.default_rng(seed)
+    return CrackShape(depth_mm=rng.uniform(6.0, 25.0), tilt=tilt, wall_angle_deg=rng.uniform(3.0, 15.0))
+
+
+def faults_of_the_file(solid: Solid) -> list[str]:
+    """Of a binary STL, which knows its vertices only by their float32 coordinates."""
+    file = io.BytesIO()
+    trimesh.Trimesh(solid.vertices_mm, solid.faces, process=False).export(file, file_type="stl")
+    file.seek(0)
+    stl = trimesh.load_mesh(file, file_type="stl")
+    faults = check_mesh(solid.vertices_mm, solid.faces, expected_euler=2)
+    faults += check_mesh(np.array(stl.vertices, dtype=float), np.array(stl.faces, dtype=np.int64), expected_euler=2)
+    if not (stl.is_watertight and stl.is_winding_consistent):
+        faults.append("the STL is not watertight or its faces look both ways")
+    off = abs(float(stl.volume) / mesh_volume_mm3(solid.vertices_mm, solid.faces) - 1)
+    return faults if off < 1e-6 else [*faults, f"the STL's volume is off by {1e6 * off:.2g} ppm"]
+
+
+def faults_of_the_cavity(solid: Solid, slicer: Slicer) -> list[str]:
+    """The block less the solid: as large as it says, and for each piece of the mouth a ball, with a hole per island."""
+    x_min, y_min, x_max, y_max = solid.block_mm
+    bottom_mm = float(solid.vertices_mm[:, 2].min())
+    block = Manifold.cube((x_max - x_min, y_max - y_min, -bottom_mm)).translate((x_min, y_min, bottom_mm))
+    cavity = block - Manifold(Mesh64(solid.vertices_mm, solid.faces.astype(np.uint64)))
+    pieces = [piece for piece in cavity.decompose() if piece.volume() > 1e-3]
+    euler = sum(2 - 2 * piece.genus() for piece in pieces)
+    mouth = slicer.between_walls(BELOW_MM).to_polygons()
+    expected = 2 * sum(1 if _runs_outward(ring) else -1 for ring in mouth)
+    faults = [] if euler == expected else [f"the cavity's Euler number is {euler}, not {expected}"]
+    missing_mm3 = abs(cavity.volume() - solid.cavity_volume_mm3)
+    if missing_mm3 > 1e-6 * block.volume():
+        faults.append(f"cavity and solid are {missing_mm3:.2g} mm³ short of the block")
+    return faults
+
+
+def _runs_outward(ring: Floats) -> bool:
+    x, y = ring.T
+    return float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))) > 0
+
+
+def wall_errors(solid: Solid, lean: Floats, shape: CrackShape) -> tuple[float, float]:
+    """Percent of the wall's area that is off its angle, and how far the area's mean is, in degrees.
+
+    A leaning wall has an angle of its own at every bend: it is put upright first.
+    """
+    vertices_mm, expected_deg = solid.vertices_mm, shape.wall_angles_deg[0]
+    if solid.tilt == "lean":
+        slope = wall_shifts_mm(shape)[0] / shape.deepest_mm
+        vertices_mm = vertices_mm + np.column_stack(
+            [np.outer(vertices_mm[:, 2] * slope, lean), np.zeros(len(vertices_mm))]
+        )
+        expected_deg = 0.0
+    corners = vertices_mm[solid.faces[solid.face_label == FaceLabel.WALL]]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area_mm2 = np.linalg.norm(normal, axis=1) / 2
+    seen = area_mm2 > SPECK_MM2
+    angle_deg = np.degrees(np.arcsin(normal[seen, 2] / (2 * area_mm2[seen])))
+    off = np.abs(angle_deg - expected_deg) > OFF_DEG
+    mean_deg = float(np.average(angle_deg, weights=area_mm2[seen]))
+    return 100 * float(area_mm2[seen][off].sum() / area_mm2.sum()), abs(mean_deg - expected_deg)
+
+
+def rows(built: Sequence[Built]) -> list[Row]:
+    """The table: what is promised holds for the worst of each tilt."""
+    table = []
+    for tilt in TILTS:
+        mine = [each for each in built if each.tilt == tilt]
+        sound = [each for each in mine if not each.faults]
+        # What was refused has no figures, and is missed by the count already.
+        seen = [each for each in mine if each.triangles]
+        table += [
+            Row(f"{tilt}: sound, of {len(mine)}", len(sound), "", len(mine), len(mine)),
+            Row(f"{tilt}: volume off its sections', worst", _worst(seen, "volume_percent"), "%", 0, 0.1),
+            Row(f"{tilt}: wall area off by {OFF_DEG}°, worst", _worst(seen, "wall_off_percent"), "%", 0, 0.1),
+            Row(f"{tilt}: mean angle off, worst", _worst(seen, "angle_deg"), "°", 0, 0.01),
+            Row(f"{tilt}: shortest edge", min((each.shortest_mm for each in seen), default=0.0), "mm", 1e-3, 1.0),
+            Row(f"{tilt}: time, median", float(np.median([each.time_s for each in seen] or [np.inf])), "s", 0, 1.0),
+            Row(f"{tilt}: time, worst", _worst(seen, "time_s"), "s", 0, 3.0, "<= 0.7"),
+        ]
+    return table
+
+
+def _worst(built: Sequence[Built], figure: str) -> float:
+    return max((float(getattr(each, figure)) for each in built), default=np.inf)
+
+
+if __name__ == "__main__":
+    main()
