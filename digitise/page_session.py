@@ -14,6 +14,7 @@ import numpy as np
 from digitise.crack_path import CrackPath
 from digitise.livewire import LiveWire
 from digitise.outline import trace_outline
+from digitise.page_glance import glance
 from digitise.page_hints import SCALE_KEYS, UNSCALED_MM_PER_PX, Hints, path_settings, rest_of, scale_settings
 from digitise.page_tiles import Pyramid
 from digitise.path import find_path
@@ -24,7 +25,7 @@ from sealtwin.errors import InputError
 from sealtwin.records import Floats, Outline
 
 Answer = dict[str, Any]
-Until = Literal["scale", "path", "walls"]
+Until = Literal["scale", "path", "glance", "walls"]
 
 
 class OutdatedError(Exception):
@@ -71,7 +72,7 @@ class TraceSession:
         }
 
     def trace(self, hints: Hints, revision: float, until: Until) -> Iterator[Answer]:
-        """Scale, path and walls, each as soon as it is known; the last may be a refusal in one sentence.
+        """Scale, path, walls at a glance and walls, each as soon as it is known; the last may be a refusal.
 
         Without ends the crack is searched for, unless painted. ``revision`` grows from question to question.
 
@@ -86,6 +87,11 @@ class TraceSession:
                 path = self._path(seen.photo, hints)
                 yield {"path": _path_answer(path, seen.known)}
                 if until == "path":
+                    return
+                self._check_newest(revision)
+                if (rough := glance(seen.photo, path)) is not None:
+                    yield {"glance": _walls_answer(seen.photo, rough, seen.known)}
+                if until == "glance":
                     return
                 self._check_newest(revision)
                 outline = trace_outline(seen.photo, path)
@@ -166,11 +172,14 @@ def _path_answer(path: CrackPath, in_mm: bool) -> Answer:
 
 def _walls_answer(photo: Photo, outline: Outline, in_mm: bool) -> Answer:
     rings = [outline.outline_mm, *outline.islands_mm]
+    lines_mm = {
+        "left": outline.left_wall_mm,
+        "right": outline.right_wall_mm,
+        "centreline": outline.centreline_mm,
+        "outline": outline.outline_mm,
+    }
     return {
-        "left_px": _rounded(outline.left_wall_px),
-        "right_px": _rounded(outline.right_wall_px),
-        "centreline_px": _rounded(outline.centreline_px),
-        "outline_px": _rounded(outline.outline_px),
+        **{f"{name}_px": _rounded(photo.to_px(line_mm)) for name, line_mm in lines_mm.items()},
         "islands_px": [_rounded(photo.to_px(ring)) for ring in outline.islands_mm],
         "branches_px": [_rounded(photo.to_px(line)) for line in outline.branches_mm],
         "unit": "mm" if in_mm else "px",

@@ -86,6 +86,16 @@ def test_it_answers_no_further_than_it_is_asked(session):
     assert list(_asked(session, Hints(ends_px=ENDS), until="path")) == ["scale", "path"]
 
 
+def test_walls_at_a_glance_come_before_the_walls(file, monkeypatch):
+    """They are told apart by name: nobody takes the first for the last."""
+    monkeypatch.setattr(page_session, "glance", trace_outline)
+    session = _session(file)
+    answers = _asked(session, Hints(ends_px=ENDS))
+    assert list(answers) == ["scale", "path", "glance", "walls"]
+    assert answers["glance"] == answers["walls"]
+    assert list(_asked(session, Hints(ends_px=ENDS), until="glance")) == ["scale", "path", "glance"]
+
+
 def test_a_refusal_is_the_sentence_it_is(session, file):
     answers = _asked(session, Hints(ends_px=BARE, mm_per_px=0.1))
     with pytest.raises(InputError) as fault:

@@ -6,6 +6,7 @@ import { History } from "./history.js";
 import { Lines, Points } from "./marks.js";
 import { showCoordinates, showPath, showScale, showScaleFields, showWalls, showWarnings, typed, watchScaleFields } from "./panel.js";
 import { opening, post } from "./server.js";
+import { rove } from "./toolbar.js";
 import { TOOLS, toolNames } from "./tools.js";
 import { Tracing } from "./tracing.js";
 import { Viewport } from "./viewport.js";
@@ -36,7 +37,7 @@ const points = new Points(part("points"), {
     const { left, top } = stage.getBoundingClientRect();
     draft = pointOf(id).move(rounded(inPhoto(viewport.toPhoto([screen[0] - left, screen[1] - top]))));
     refresh();
-    if (hasEnds(draft)) tracing.sketch(hintsOf(draft), { sketch: true });
+    if (hasEnds(draft)) tracing.sketch(hintsOf(draft), { sketch: true, still: true }, "glance");
   },
   moved: () => commit(draft),
   pressed: pressedOnPoint,
@@ -86,7 +87,8 @@ function dismiss() {
   draw();
 }
 
-function heard(answer, { sketch = false }) {
+/** `sketch`: nobody has let go yet; `still`: draw when all is there, lest walls flicker under a moving point. */
+function heard(answer, { sketch = false, still = false }) {
   if (answer.scale) {
     found.scale = answer.scale;
     found.stale = true;
@@ -99,6 +101,12 @@ function heard(answer, { sketch = false }) {
     found.stale = false;
     found.walls = null;
     stage.dataset.state = "path";
+    if (!still) draw();
+  }
+  if (answer.done && still) draw();
+  if (answer.glance) {
+    found.walls = answer.glance;
+    stage.dataset.state = "glance";
     draw();
   }
   if (answer.walls) {
@@ -123,6 +131,7 @@ function draw() {
   const { path, walls } = found;
   const automatic = path?.source === "automatic";
   part("lines").classList.toggle("proposed", automatic);
+  document.body.classList.toggle("rough", stage.dataset.state !== "walls");
   lines.set("ring", walls?.outline_px, true);
   lines.setAll("island", walls?.islands_px, true);
   lines.setAll("branch", walls?.branches_px);
@@ -159,6 +168,7 @@ function refresh() {
   part("undo").disabled = !history.canUndo;
   part("redo").disabled = !history.canRedo;
   part("swap").disabled = !hasEnds(draft);
+  for (const settle of toolbars) settle();
   lines.set("ruler", draft.scale === "ruler" && draft.ruler.length === 2 ? draft.ruler : null);
   if (draft.scale === "face" && draft.face.length > 1) lines.set("face", draft.face, draft.face.length === 4);
   lines.set("roi", draft.roi.length < 2 ? null : draft.roi.length === 2 ? boxed(draft.roi) : draft.roi, true);
@@ -206,7 +216,7 @@ function follow(point) {
   if (tool !== "ends" || Boolean(from) === Boolean(to)) return;
   sketching = true;
   const ends = draft.ends.map((end) => end ?? rounded(point));
-  tracing.sketch({ ...hintsOf(draft), ends_px: ends }, { sketch: true });
+  tracing.sketch({ ...hintsOf(draft), ends_px: ends }, { sketch: true }, "path");
 }
 
 stage.addEventListener("pointerleave", () => {
@@ -303,6 +313,9 @@ for (const name of toolNames(facts.markers)) {
   button.addEventListener("click", () => choose(name));
   part("tools").append(button);
 }
+
+const toolbars = [...document.querySelectorAll("[role=toolbar]")].map(rove);
+for (const button of document.querySelectorAll("[role=toolbar] button")) button.tabIndex = -1;
 
 function choose(name) {
   tool = name;

@@ -12,13 +12,13 @@ export class Tracing {
     this.waiting = null;
   }
 
-  /** A point is under way: path only, and the last place asked for is the one that counts. */
-  sketch(hints, meaning) {
-    if (this.asking?.sketch) this.waiting = { hints, meaning };
-    else this.ask({ hints, meaning, until: "path", sketch: true });
+  /** A point is under way: as far as `until`, and the last place asked for is the one that counts. */
+  sketch(hints, meaning, until) {
+    if (this.asking?.sketch) this.waiting = { hints, meaning, until };
+    else this.ask({ hints, meaning, until, sketch: true });
   }
 
-  /** At once, as far as `until`: "scale", "path" or "walls". */
+  /** At once, as far as `until`: "scale", "path", "glance" or "walls". */
   trace(hints, meaning, until) {
     this.ask({ hints, meaning, until });
   }
@@ -46,7 +46,7 @@ export class Tracing {
     }
     if (this.asking !== asked) return;
     this.asking = null;
-    if (this.waiting) this.ask({ ...this.waiting, until: "path", sketch: true });
-    else this.show({ done: true }, meaning);
+    this.show({ done: true }, meaning);
+    if (this.waiting) this.ask({ ...this.waiting, sketch: true });
   }
 }

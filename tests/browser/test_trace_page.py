@@ -27,20 +27,22 @@ def _distance_to_line(points_px, line_px):
 
 
 def test_two_clicks_and_the_walls_are_there_within_half_a_second(open_page, big, capsys):
-    """The issue's bar: half a second from the second click to the walls, on 12 megapixels. It is printed.
+    """The issue's bar: half a second from the second click to path and walls, on 12 megapixels. It is printed.
 
-    Asserted at twice that, and where others use the machine at as many times more as they outnumber its cores.
+    Asserted for walls at a glance, and twice as long for the final ones; where others use the machine, as many times
+    longer as they outnumber its cores.
     """
     bench = open_page(big.file)
     bench.await_state("walls")  # the proposal has been made: the search no longer competes
     bench.probe("startClock")
     _two_ends(bench, big)
     clock = bench.page.evaluate("window.probe.clock")
-    path_s, walls_s = ((clock[state] - clock["click"]) / 1000 for state in ("path", "walls"))
+    path_s, glance_s, walls_s = ((clock[state] - clock["click"]) / 1000 for state in ("path", "glance", "walls"))
     with capsys.disabled():
-        sys.stdout.write(f"\nafter the second click: path {path_s:.2f} s, walls {walls_s:.2f} s\n")
+        line = f"after the second click: path {path_s:.2f} s, walls {glance_s:.2f} s, refined {walls_s:.2f} s"
+        sys.stdout.write(f"\n{line}\n")
     crowd = max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1))
-    assert path_s < 0.5 * crowd
+    assert glance_s < 0.5 * crowd
     assert walls_s < 1.0 * crowd
     assert _distance_to_line(bench.probe("line", "way"), big.line_px).max() < 0.5 / big.mm_per_px
 
@@ -92,11 +94,30 @@ def test_an_end_is_dragged_and_the_line_follows(open_page, shot):
     bench.until("window.probe.number('length') === given[0]", before)
 
 
+def test_walls_follow_a_point_that_is_dragged(open_page, big):
+    """Before it is let go; and what is typed or saved is not yet changed."""
+    bench = open_page(big.file)
+    _two_ends(bench, big)
+    whole = bench.number("length")
+    bench.page.mouse.move(*bench.at(big.along(0.95)))
+    bench.page.mouse.down()
+    bench.page.mouse.move(*bench.at(big.along(0.8)), steps=5)
+    bench.page.mouse.move(*bench.at(big.along(0.7)), steps=5)
+    bench.until("window.probe.number('length') < given[0]", 0.78 * whole)
+    assert bench.page.get_attribute("#stage", "data-state") == "glance"
+    assert bench.page.locator("#left-wall").count() == 1
+    assert bench.page.is_disabled("#redo")
+    bench.page.mouse.up()
+    bench.await_state("walls")
+    assert bench.number("length") / whole == pytest.approx(65 / 90, abs=0.03)
+
+
 def test_the_keyboard_alone_is_enough(open_page, shot):
     """Tab to the photo, arrows to the ends, Enter; then to the points, and every one of them by keys."""
     bench = open_page(shot.file)
     bench.await_state("walls")
-    bench.page.keyboard.press("Tab")
+    for _ in range(3):  # tools, views, photo
+        bench.page.keyboard.press("Tab")
     assert bench.page.evaluate("document.activeElement.id") == "stage"
     for share in (0.1, 0.9):
         _walk_to(bench, shot.along(share))
@@ -148,6 +169,22 @@ def _crosshair(bench):
 def _place(bench, point):
     fields = bench.page.locator(f"[data-point={point}] input")
     return [float(fields.nth(axis).input_value()) for axis in (0, 1)]
+
+
+def test_a_toolbar_is_one_stop_and_arrows_go_along_it(open_page, shot):
+    """As WAI-ARIA describes a toolbar; what is switched off is left out."""
+    bench = open_page(shot.file)
+    bench.await_state("walls")
+    bench.page.keyboard.press("Tab")
+    bench.page.keyboard.press("ArrowRight")
+    bench.page.keyboard.press("Enter")
+    assert bench.page.get_attribute("#tools [data-tool=via]", "aria-pressed") == "true"
+    bench.page.keyboard.press("Tab")
+    assert bench.page.evaluate("document.activeElement.id") == "closer", "there is nothing to undo yet"
+    bench.page.keyboard.press("ArrowLeft")
+    assert bench.page.evaluate("document.activeElement.id") == "fit"
+    bench.page.keyboard.press("Shift+Tab")
+    assert bench.page.evaluate("document.activeElement.dataset.tool") == "via"
 
 
 def test_a_ruler_gives_the_scale(open_page, shot):
