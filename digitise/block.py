@@ -73,7 +73,8 @@ def parted(body: Manifold, cutter: Manifold) -> tuple[Manifold, Manifold]:
     whole_mm3 = body.volume()
     if abs(inside.volume() + outside.volume() - whole_mm3) > CUT_TOLERANCE * whole_mm3:
         raise InputError(
-            "Mesh cannot be cut without loss: it has triangles without height. Simplify it, and try again."
+            "Mesh cannot be cut without loss: it crosses itself, or has triangles without height. Mend it in the "
+            "program that made it."
         )
     return inside, outside
 

@@ -171,6 +171,15 @@ HOSTILE = {
         written(box(), "stl_ascii").replace(b"vertex", b"corner", 1),
         "35 corners, which is no whole number of triangles",
     ),
+    "a facet with two numbers to a corner": (
+        ".stl",
+        b"solid\nfacet normal 0 0 1\n"
+        + b"vertex 1 2 3\n" * 3
+        + b"endfacet\nfacet\n"
+        + b"vertex 1 2\n" * 3
+        + b"endfacet",
+        "a vertex is not three numbers",
+    ),
     "no number that is one": (".stl", written(box(), "stl_ascii").replace(b"20.0", b"nan"), "no finite numbers"),
     "a number beyond any unit": (".obj", b"v 0 0 0\nv 1e300 0 0\nv 0 1e300 0\nv 1 1 1e9\nf 1 2 3 4", "beyond 1e"),
     "a PLY that claims 4 billion vertices": (".ply", (PLY.format("ascii", HUGE, 1) + LIST).encode(), "4000000000 of"),
