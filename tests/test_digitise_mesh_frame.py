@@ -34,7 +34,7 @@ def test_numbers_become_millimetres(units, mm):
 @pytest.mark.parametrize(
     ("longest", "units", "says"),
     [
-        (160.0, "m", "probably in mm or cm: set units"),
+        (80.0, "m", "probably in mm or cm: set units"),
         (0.16, "mm", "probably in m: set units"),
         (6.3, "mm", "probably in cm or inch: set units"),
         (9000.0, "cm", "Crop the mesh to the sample"),
