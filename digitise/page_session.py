@@ -80,7 +80,8 @@ class TraceSession:
         """
         with self._turn(revision, alone=hints.ends_px is not None):
             seen = self._scaled(hints)
-            yield {"scale": _scale_answer(seen)}
+            by_edges = hints.face_mm is not None and hints.face_corners_px is None and not self._rest.get("markers")
+            yield {"scale": _scale_answer(seen, by_edges)}
             if until == "scale":
                 return
             try:
@@ -145,11 +146,12 @@ class TraceSession:
         return self._last_wire[2]
 
 
-def _scale_answer(seen: _Scaled) -> Answer:
+def _scale_answer(seen: _Scaled, by_edges: bool) -> Answer:
+    """``corners_px``: those of the face, where they were found by its edges and can be set right by hand."""
     photo = seen.photo
     answer: Answer = {"refused": seen.refused, "markers_px": [_rounded(corners) for corners in photo.markers_px]}
     if not seen.known:
-        return answer | {"mm_per_px": None, "face_px": None}
+        return answer | {"mm_per_px": None, "face_px": None, "corners_px": None}
     return answer | {
         "mm_per_px": photo.mm_per_px,
         "source": photo.scale_source,
@@ -157,6 +159,7 @@ def _scale_answer(seen: _Scaled) -> Answer:
         "uncertainty": photo.scale_uncertainty,
         "camera_tilt_deg": photo.camera_tilt_deg,
         "face_px": None if photo.face_ring_px is None else _rounded(photo.face_ring_px),
+        "corners_px": _rounded(photo.face_px) if by_edges and photo.face_px is not None else None,
         "warnings": photo.warnings,
     }
 

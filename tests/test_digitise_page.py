@@ -9,6 +9,7 @@ import pytest
 
 from digitise.page import MEDIA_TYPES, TracePage
 from digitise.page_tiles import Pyramid
+from digitise.settings import MOST_VIA
 from sealtwin.errors import InputError
 
 ASSETS = files("digitise") / "page_assets"
@@ -75,6 +76,11 @@ def test_nothing_is_fetched_from_elsewhere_or_run_inline():
         assert entry.name[entry.name.rfind(".") :] in MEDIA_TYPES
     page = (ASSETS / "page.html").read_text(encoding="utf-8")
     assert not re.search(r"\son\w+=|\sstyle=|<style|<script(?![^>]*\ssrc=)", page)
+
+
+def test_the_page_knows_how_many_via_points_there_may_be():
+    """A click more would be refused as nothing that this page sends."""
+    assert f"const MOST_VIA = {MOST_VIA};" in (ASSETS / "tools.js").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("name", ["../page.py", "..%2fpage.py", "page_assets/main.js", "/etc/passwd", "main.js/", "x"])

@@ -17,6 +17,7 @@ from digitise.settings import PhotoInput
 from sealtwin.errors import InputError
 from tests.pictures import evenly_scaled, mortar, with_crack, write_png
 
+FIXTURE = Path(__file__).parent.parent / "fixtures" / "paper-trial"
 ENDS = ((50.0, 201.0), (450.0, 101.0))
 BARE = ((60.0, 40.0), (240.0, 40.0))
 """On plain mortar."""
@@ -109,6 +110,21 @@ def test_a_scale_that_cannot_be_is_said_and_the_crack_still_shown(session):
     assert "ruler" in answers["scale"]["refused"]
     assert answers["scale"]["mm_per_px"] is None
     assert answers["walls"]["unit"] == "px"
+
+
+def test_corners_that_were_found_can_be_set_right_by_hand():
+    """Given as corners, they are the same face; and are then no longer offered."""
+    settings = PhotoInput(file=Path("photo.jpg"), data="synthetic", mm_per_px=1.0)
+    session = TraceSession(settings, FIXTURE, Hints())
+    found = _asked(session, Hints(face_mm=(160.0, 40.0)), until="scale")["scale"]
+    assert "found by its edges" in found["source"]
+    lower_left, lower_right, upper_right, upper_left = (tuple(corner) for corner in found["corners_px"])
+    given = Hints(face_mm=(160.0, 40.0), face_corners_px=(lower_left, lower_right, upper_right, upper_left))
+    again = _asked(session, given, until="scale")["scale"]
+    assert "corners given" in again["source"]
+    assert again["corners_px"] is None
+    # Corners are handed over to a hundredth of a pixel.
+    assert np.allclose(again["face_px"], found["face_px"], atol=0.03)
 
 
 def test_via_points_and_region_are_followed(session):

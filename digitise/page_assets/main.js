@@ -1,13 +1,15 @@
 // The trace page: points go to the server, lines come back.
 
 import { draftOf, hasEnds, hintsOf, pointsOf, rounded } from "./draft.js";
+import { Findings } from "./findings.js";
 import { watch } from "./gestures.js";
 import { History } from "./history.js";
+import { Leaving } from "./leaving.js";
 import { Lines, Points } from "./marks.js";
-import { showCoordinates, showPath, showScale, showScaleFields, showWalls, showWarnings, typed, watchScaleFields } from "./panel.js";
-import { opening, post } from "./server.js";
+import { showCoordinates, showScaleFields, typed, watchScaleFields } from "./panel.js";
+import { opening } from "./server.js";
 import { rove } from "./toolbar.js";
-import { TOOLS, toolNames } from "./tools.js";
+import { TOOLS, addButtons, toolNames } from "./tools.js";
 import { Tracing } from "./tracing.js";
 import { Viewport } from "./viewport.js";
 
@@ -18,12 +20,10 @@ const narrow = window.matchMedia("(max-width: 860px)");
 const facts = await opening();
 const first = draftOf(facts.hints, facts.markers);
 const history = new History(first);
-const found = { path: null, walls: null, scale: null, stale: false }; // Stale: of an earlier question.
 let draft = first; // While something is dragged it runs ahead of the history.
 let tool = hasEnds(first) ? "via" : "ends";
 let crosshair = [facts.size_px[0] / 2, facts.size_px[1] / 2];
 let sketching = false; // A line to the pointer is shown, which nobody has asked to keep.
-let ended = false;
 
 const viewport = new Viewport(stage, part("photo"), {
   size: facts.size_px,
@@ -32,6 +32,7 @@ const viewport = new Viewport(stage, part("photo"), {
   covered: () => (narrow.matches ? [0, 120] : [0, 0]), // View buttons and notices.
 });
 const lines = new Lines(part("lines"));
+const found = new Findings(lines);
 const points = new Points(part("points"), {
   moving: (id, screen) => {
     const { left, top } = stage.getBoundingClientRect();
@@ -43,6 +44,15 @@ const points = new Points(part("points"), {
   pressed: pressedOnPoint,
 });
 const tracing = new Tracing(heard, lost);
+const leaving = new Leaving({
+  missing,
+  content: () => ({ hints: hintsOf(draft), depth_mm: facts.needs_depth ? typed(part("depth-mm").value) : null }),
+  changed: () => history.canUndo,
+  lost,
+  over: () => tracing.forget(),
+});
+addButtons(part("tools"), toolNames(facts.markers), choose);
+const toolbars = [...document.querySelectorAll("[role=toolbar]")].map(rove);
 
 // ---- What is asked, and what comes back ----
 
@@ -56,7 +66,7 @@ function commit(next, kind = null) {
 
 function ask(before) {
   sketching = false;
-  part("refusal").textContent = "";
+  part("refusal").textContent = part("save-refused").textContent = "";
   if (hasEnds(draft) || facts.painted) {
     part("proposal").hidden = true;
     return trace("walls");
@@ -64,7 +74,7 @@ function ask(before) {
   const gone = ["ends", "via"].some((key) => JSON.stringify(before[key]) !== JSON.stringify(draft[key]));
   if (gone) dismiss();
   // Without ends there is nothing to follow; a new box or scale is worth another search only where one was made.
-  trace(found.path?.source === "automatic" ? "walls" : "scale");
+  trace(found.automatic ? "walls" : "scale");
 }
 
 function trace(until) {
@@ -82,77 +92,39 @@ function search() {
 /** Take away what was found. */
 function dismiss() {
   tracing.forget();
-  found.path = found.walls = null;
+  found.dismiss();
+  found.draw(draft.via.length);
   part("proposal").hidden = true;
-  draw();
 }
 
 /** `sketch`: nobody has let go yet; `still`: draw when all is there, lest walls flicker under a moving point. */
 function heard(answer, { sketch = false, still = false }) {
-  if (answer.scale) {
-    found.scale = answer.scale;
-    found.stale = true;
-    showScale(answer.scale);
-    if (draft.scale !== "face" || !draft.face.length) lines.set("face", answer.scale.face_px, true);
-    lines.setAll("marker", answer.scale.markers_px, true);
-  }
-  if (answer.path) {
-    found.path = answer.path;
-    found.stale = false;
-    found.walls = null;
-    stage.dataset.state = "path";
-    if (!still) draw();
-  }
-  if (answer.done && still) draw();
-  if (answer.glance) {
-    found.walls = answer.glance;
-    stage.dataset.state = "glance";
-    draw();
-  }
-  if (answer.walls) {
-    found.walls = answer.walls;
-    stage.dataset.state = "walls";
-    part("proposal").hidden = found.path.source !== "automatic";
-    draw();
-    say(`Walls found: ${part("length").textContent} long, ${part("width").textContent} wide on average.`);
-  }
+  const known = found.hear(answer);
+  if (answer.scale) showFace();
+  if (known) stage.dataset.state = known;
   if (answer.refused && !sketch) {
     stage.dataset.state = "refused";
-    say("");
+    found.refused();
     part("refusal").textContent = answer.refused;
-    found.walls = null;
-    if (found.stale) found.path = null; // The way itself was refused, not its walls.
-    draw();
+    say("");
   }
-}
-
-/** Draw what was found. */
-function draw() {
-  const { path, walls } = found;
-  const automatic = path?.source === "automatic";
-  part("lines").classList.toggle("proposed", automatic);
-  document.body.classList.toggle("rough", stage.dataset.state !== "walls");
-  lines.set("ring", walls?.outline_px, true);
-  lines.setAll("island", walls?.islands_px, true);
-  lines.setAll("branch", walls?.branches_px);
-  lines.set("left-wall", walls?.left_px);
-  lines.set("right-wall", walls?.right_px);
-  lines.set("way", walls ? walls.centreline_px : path?.points_px);
-  showWalls(walls);
-  showPath(path, walls, draft.via.length);
-  showWarnings([...(found.scale?.warnings ?? []), ...(path?.warnings ?? []), ...(walls?.warnings ?? [])]);
+  const whole = known !== "path" || !still;
+  if ((known && whole) || (answer.refused && !sketch) || (answer.done && still)) found.draw(draft.via.length);
+  if (known !== "walls") return;
+  part("proposal").hidden = !found.automatic;
+  say(`Walls found: ${part("length").textContent} long, ${part("width").textContent} wide on average.`);
 }
 
 /** An answer stopped short: the server has gone, or stumbled over this question and goes on. */
 async function lost() {
-  if (ended) return;
+  if (leaving.ended) return;
   if (await opening().then(Boolean, () => false)) {
     stage.dataset.state = "refused";
     say("");
     part("refusal").textContent = "This went wrong by a bug of ours: the terminal shows where. Undo, or go on with other points.";
     return;
   }
-  farewell("The trace has ended", "The command that served this page no longer runs. What was not saved is gone.");
+  leaving.farewell("The trace has ended", "The command that served this page no longer runs. What was not saved is gone.");
 }
 
 // ---- What is seen ----
@@ -170,9 +142,15 @@ function refresh() {
   part("swap").disabled = !hasEnds(draft);
   for (const settle of toolbars) settle();
   lines.set("ruler", draft.scale === "ruler" && draft.ruler.length === 2 ? draft.ruler : null);
-  if (draft.scale === "face" && draft.face.length > 1) lines.set("face", draft.face, draft.face.length === 4);
+  showFace();
   lines.set("roi", draft.roi.length < 2 ? null : draft.roi.length === 2 ? boxed(draft.roi) : draft.roi, true);
   place();
+}
+
+/** The face as clicked, or as found. */
+function showFace() {
+  if (draft.scale === "face" && draft.face.length) lines.set("face", draft.face, draft.face.length === 4);
+  else lines.set("face", found.scale?.face_px, true);
 }
 
 /** Put everything where the photo lies now. */
@@ -276,14 +254,14 @@ document.addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.metaKey) {
     if (key === "s") {
       event.preventDefault();
-      save();
+      leaving.save();
     } else if ((key === "z" || key === "y") && !event.target.matches("input")) {
       event.preventDefault();
       step(key === "y" || event.shiftKey ? "redo" : "undo");
     }
     return;
   }
-  if (event.altKey || event.target.matches("input") || ended) return;
+  if (event.altKey || event.target.matches("input") || leaving.ended) return;
   if (event.key in VIEW_KEYS) VIEW_KEYS[event.key]();
   const named = toolNames(facts.markers).find((name) => TOOLS[name].key === key);
   if (named) choose(named);
@@ -299,23 +277,6 @@ function step(direction) {
 }
 
 // ---- Buttons and fields ----
-
-for (const name of toolNames(facts.markers)) {
-  const { key, label, icon } = TOOLS[name];
-  const button = document.createElement("button");
-  button.dataset.tool = name;
-  button.title = `${label} (${key.toUpperCase()})`;
-  button.setAttribute("aria-keyshortcuts", key.toUpperCase());
-  button.innerHTML = `<svg viewBox="0 0 24 24"><path d="${icon}"/></svg>`;
-  const text = document.createElement("span");
-  text.textContent = label;
-  button.append(text);
-  button.addEventListener("click", () => choose(name));
-  part("tools").append(button);
-}
-
-const toolbars = [...document.querySelectorAll("[role=toolbar]")].map(rove);
-for (const button of document.querySelectorAll("[role=toolbar] button")) button.tabIndex = -1;
 
 function choose(name) {
   tool = name;
@@ -342,63 +303,18 @@ part("reject").addEventListener("click", () => {
   dismiss();
   stage.focus();
 });
+part("adjust").addEventListener("click", () => {
+  commit({ ...draft, face: found.scale.corners_px.map(rounded) });
+  choose("face");
+});
 watchScaleFields((edit) => commit(edit(draft)));
 
-// ---- Leaving ----
-
-function unready() {
+/** What must be said before a save. */
+function missing() {
   if (!hasEnds(draft) && !facts.painted) return "Give the two ends first: a line that was found automatically stays a proposal.";
   if (facts.needs_depth && typed(part("depth-mm").value) === null) return "Give the measured depth first, in mm.";
   if (facts.needs_depth && !found.scale?.mm_per_px) return "Give a scale first: ruler, face or mm/px.";
   return null;
-}
-
-async function save() {
-  if (ended) return;
-  const missing = unready();
-  part("save-refused").textContent = missing ?? "";
-  if (missing) return;
-  const content = { hints: hintsOf(draft), depth_mm: facts.needs_depth ? typed(part("depth-mm").value) : null };
-  try {
-    await post("save", content, (answer) => {
-      if (answer.refused) part("save-refused").textContent = answer.refused;
-      if (answer.saved) farewell("Saved", answer.saved.summary, answer.saved.next);
-    });
-  } catch (fault) {
-    lost(fault);
-  }
-}
-
-let sure = false; // The first press on Quit asks, the second leaves.
-
-async function quit() {
-  if (history.canUndo && !sure) {
-    sure = true;
-    part("quit").textContent = "Quit without saving?";
-    return;
-  }
-  await post("quit", {}, () => farewell("Nothing was saved", "The trial and the photo are as they were.")).catch(lost);
-}
-
-part("quit").addEventListener("blur", () => {
-  sure = false;
-  part("quit").textContent = "Quit";
-});
-part("save").addEventListener("click", save);
-part("quit").addEventListener("click", quit);
-window.addEventListener("beforeunload", (event) => {
-  if (!ended && history.canUndo) event.preventDefault();
-});
-
-function farewell(title, text, next) {
-  ended = true;
-  tracing.forget();
-  part("farewell-title").textContent = title;
-  part("farewell-text").textContent = text;
-  part("farewell-next").textContent = next ?? "";
-  part("farewell-next").hidden = !next;
-  part("farewell").addEventListener("cancel", (event) => event.preventDefault());
-  part("farewell").showModal();
 }
 
 // ---- Beginning ----

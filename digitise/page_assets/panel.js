@@ -13,8 +13,10 @@ const inUnit = (value, digits, unit) => {
   return `${value.toLocaleString("en", { maximumFractionDigits: whole ? 0 : digits, minimumFractionDigits: whole ? 0 : digits })} ${unit}`;
 };
 
-export function showWalls(walls) {
+/** `rough`: measured at a glance only. */
+export function showWalls(walls, rough) {
   const { unit } = walls ?? {};
+  part("length").closest("dl").classList.toggle("rough", rough);
   const digits = unit === "px" ? [0, 1, 0] : [1, 2, 0];
   part("length").textContent = walls ? inUnit(walls.length, digits[0], unit) : "–";
   part("width").textContent = walls ? inUnit(walls.mean_width, digits[1], unit) : "–";
@@ -51,6 +53,7 @@ export function showScale(scale) {
     if (scale.residual_mm != null) facts.push(`residual ${scale.residual_mm.toFixed(3)} mm`);
     if (scale.camera_tilt_deg != null) facts.push(`camera tilted ${scale.camera_tilt_deg.toFixed(1)}°`);
   }
+  part("adjust").hidden = !scale?.corners_px;
   part("scale-found").textContent = facts.length ? `${facts.join("; ")}.` : "No scale yet: lengths are in pixels.";
   part("scale-refused").textContent = scale?.refused ?? "";
 }

@@ -16,6 +16,7 @@ export function rove(toolbar) {
     event.preventDefault();
   });
   toolbar.addEventListener("focusin", (event) => stopAt(event.target));
+  for (const button of toolbar.querySelectorAll("button")) button.tabIndex = -1;
   /** Call when buttons were enabled or disabled: the stop must be one that can be reached. */
   return () => {
     const buttons = usable();

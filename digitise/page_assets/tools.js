@@ -2,6 +2,8 @@
 
 import { hasEnds, withCorner, withVia } from "./draft.js";
 
+const MOST_VIA = 50; // As in digitise/settings.py: more would be drawing the crack.
+
 const far = ([x, y], [right, down]) => Math.hypot(right - x, down - y);
 
 export const TOOLS = {
@@ -24,9 +26,12 @@ export const TOOLS = {
     key: "v",
     label: "Via",
     icon: "M3 19c5 0 4-7 9-7s4-7 9-7M12 12m-3 0a3 3 0 1 0 6 0 3 3 0 1 0-6 0",
-    guide: (draft) =>
-      hasEnds(draft) ? "Click where the crack passes, if the line takes another way." : "Give both ends first.",
-    place: (draft, point, path) => (hasEnds(draft) ? withVia(draft, point, path) : draft),
+    guide: (draft) => {
+      if (draft.via.length >= MOST_VIA) return "No more via points: paint the crack in a mask instead.";
+      return hasEnds(draft) ? "Click where the crack passes, if the line takes another way." : "Give both ends first.";
+    },
+    place: (draft, point, path) =>
+      hasEnds(draft) && draft.via.length < MOST_VIA ? withVia(draft, point, path) : draft,
   },
   ruler: {
     key: "r",
@@ -54,6 +59,20 @@ export const TOOLS = {
     draw: (draft, from, to) => ({ ...draft, roi: [from, to] }),
   },
 };
+
+/** A button for each of `names` in `toolbar`. */
+export function addButtons(toolbar, names, choose) {
+  for (const name of names) {
+    const { key, label, icon } = TOOLS[name];
+    const button = document.createElement("button");
+    button.dataset.tool = name;
+    button.title = `${label} (${key.toUpperCase()})`;
+    button.setAttribute("aria-keyshortcuts", key.toUpperCase());
+    button.innerHTML = `<svg viewBox="0 0 24 24"><path d="${icon}"/></svg><span>${label}</span>`;
+    button.addEventListener("click", () => choose(name));
+    toolbar.append(button);
+  }
+}
 
 /** Tools that give a scale are of no use beside markers, which give it already. */
 export const toolNames = (markers) => Object.keys(TOOLS).filter((name) => !markers || !["ruler", "face"].includes(name));

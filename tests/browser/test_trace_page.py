@@ -222,6 +222,22 @@ def test_the_corners_of_the_face_give_the_scale(open_page, shot):
     assert bench.number("length") == pytest.approx(shot.length_mm, rel=0.015)
 
 
+def test_corners_that_were_found_are_adjusted_by_hand(open_page, shot):
+    bench = open_page(shot.file)
+    bench.page.check("input[value=face]")
+    bench.page.fill("#face-width-mm", "160")
+    bench.page.fill("#face-height-mm", "40")
+    bench.page.keyboard.press("Enter")
+    bench.until("document.getElementById('scale-found').innerText.includes('found by its edges')")
+    assert bench.points() == []
+    bench.page.click("#adjust")
+    assert bench.points() == [f"face-{corner}" for corner in range(4)]
+    assert not bench.page.is_visible("#adjust")
+    bench.until("document.getElementById('scale-found').innerText.includes('corners given')")
+    for corner in range(4):
+        assert bench.at(_place(bench, f"face-{corner}")) == pytest.approx(bench.at(shot.corners_px[corner]), abs=2)
+
+
 def test_a_box_bounds_the_search(open_page, shot):
     bench = open_page(shot.file)
     bench.await_state("walls")
