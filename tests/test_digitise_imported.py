@@ -67,6 +67,8 @@ def test_our_own_solid_comes_back_as_the_same_crack(tmp_path, paper, name, units
     assert back.solid.block_mm == pytest.approx(solid.block_mm, abs=1e-4)
     assert back.solid.depth_mm == pytest.approx(16.0, abs=1e-4)
     assert back.outline.ends == OPEN
+    # Beside an oblique end one wall is lost to a photo, and that is told; a mesh knows its walls.
+    assert back.outline.warnings == ()
     assert farthest_mm(back.outline.outline_mm, ring(outline.outline_mm)) < 0.03
     assert farthest_mm(ring(outline.outline_mm), ring(back.outline.outline_mm)) < 0.03
     # Where one wall alone is left beside an oblique end, the middle is a matter of taste.
@@ -112,6 +114,11 @@ def test_the_picture_shows_the_crack_dark_and_its_walls_on_it(tmp_path):
     grey = np.mean(picture[round((y + 12) * scale), round(x * scale)])
     face = np.mean(picture[round((y + 120) * scale), round(x * scale)])
     assert grey < 100 < 180 < face
+
+
+def test_other_openings_are_told(tmp_path):
+    (warning,) = brought(tmp_path, mesh_of(slotted(box((5.0, 5.0, -3.0), (8.0, 8.0, 1.0))))).outline.warnings
+    assert warning.startswith("1 other openings of up to 9.0 mm²")
 
 
 def test_each_repair_is_told(tmp_path):
