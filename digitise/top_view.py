@@ -24,8 +24,8 @@ LEAST_ACROSS_PX = 10
 """Below, walls drawn in pixels would round off what the mesh knows of them."""
 ROUND_MM = 15.0
 """Of the face round the crack that is shown: room for the overlay's legend."""
-BORDER_MM = 1.5
-"""Beside the face, where a crack that leaves it is seen to."""
+BORDER_MM = 8.0
+"""Beside the face: room for what the overlay writes at the ends of a crack that leaves it."""
 FACET_MM, FACETS = 1.0, 50_000
 """Long facets are drawn in pieces of this size, as each has one shade; but in no more than so many."""
 FACE_GREY, DEEPEST_GREY, BESIDE_GREY = 205.0, 40.0, 245
