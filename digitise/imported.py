@@ -7,18 +7,17 @@ import numpy as np
 
 from digitise.block import Block, cut_block
 from digitise.bodies import bounded_body
-from digitise.cavity import Cavity, find_cavity
+from digitise.cavity import find_cavity
 from digitise.face_plane import FacePlane, find_face
 from digitise.given_line import along, middle_path
 from digitise.mesh_file import read_mesh
 from digitise.mesh_frame import moved, notes_on_unit, upright, upright_mm
 from digitise.mesh_path import read_path
 from digitise.modelled_solid import modelled_solid
+from digitise.mouth import with_mouth
 from digitise.openings import close_holes, find_openings, with_base
 from digitise.outline import trace_outline
 from digitise.overlay import draw_overlay
-from digitise.photo import Photo
-from digitise.polyline import signed_area
 from digitise.repair import Surface, one_surface
 from digitise.settings import MeshInput
 from digitise.top_view import photograph
@@ -62,7 +61,7 @@ def import_sample(settings: MeshInput, folder: Path) -> ImportedSample:
     line_mm = None if settings.path is None else _given_line_mm(folder / settings.path, plane, placed)
     cavity = find_cavity(block, below_mm, line_mm)
     photo = photograph(block, cavity, path)
-    outline = _with_mouth(trace_outline(replace(photo, drawn=None), middle_path(photo, line_mm)), cavity, photo)
+    outline = with_mouth(trace_outline(replace(photo, drawn=None), middle_path(photo, line_mm)), cavity, photo)
     if line_mm is not None:
         outline, note = along(outline, photo, line_mm)
         notes.append(note)
@@ -81,19 +80,6 @@ def import_sample(settings: MeshInput, folder: Path) -> ImportedSample:
     }
     solid = modelled_solid(block, cavity, outline, settings.dam_height_mm, report)
     return ImportedSample(outline, solid, draw_overlay(photo, outline), tuple(notes))
-
-
-def _with_mouth(traced: Outline, cavity: Cavity, photo: Photo) -> Outline:
-    """Walls and middle as traced, round them the mouth as it is: no doubt of a photo is left."""
-    ring, *islands = sorted((np.asarray(ring) for ring in cavity.mouth.to_polygons()), key=signed_area, reverse=True)
-    return replace(
-        traced,
-        outline_mm=ring,
-        outline_px=photo.to_px(ring),
-        islands_mm=tuple(islands),
-        branches_kept=len(traced.branches_mm) > 0,
-        warnings=cavity.warnings,
-    )
 
 
 def _closed(surface: Surface, base_mm: float | None) -> Surface:

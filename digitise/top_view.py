@@ -28,6 +28,8 @@ BORDER_MM = 8.0
 """Beside the face: room for what the overlay writes at the ends of a crack that leaves it."""
 FACET_MM, FACETS = 1.0, 50_000
 """Long facets are drawn in pieces of this size, as each has one shade; but in no more than so many."""
+SPECK_MM2 = 1e-6
+"""Facets of less are what rounding leaves at a cut, and would be drawn as lines."""
 FACE_GREY, DEEPEST_GREY, BESIDE_GREY = 205.0, 40.0, 245
 LIGHT = np.array([-0.4, 0.45, 0.8])
 """From the upper left."""
@@ -76,7 +78,7 @@ def _shaded(body: Manifold, view: View, shape: tuple[int, int], depth_mm: float)
     mesh = body.refine_to_length(max(FACET_MM, float(np.sqrt(body.surface_area() / FACETS)))).to_mesh64()
     corners_mm = np.array(mesh.vert_properties[:, :3])[np.array(mesh.tri_verts, dtype=np.int64)]
     across = np.cross(corners_mm[:, 1] - corners_mm[:, 0], corners_mm[:, 2] - corners_mm[:, 0])
-    up = across[:, 2] > 0
+    up = across[:, 2] > SPECK_MM2
     corners_mm, across = corners_mm[up], across[up]
     height_mm = corners_mm[:, :, 2].mean(axis=1)
     order = np.argsort(height_mm)

@@ -11,6 +11,7 @@ from scipy.spatial import KDTree
 
 from digitise.imported import ImportedSample, import_sample
 from digitise.mesh import check_mesh
+from digitise.nearest import nearest_on_ring
 from digitise.polyline import resampled
 from digitise.settings import CrackShape, MeshInput
 from digitise.solid import build_solid
@@ -74,7 +75,9 @@ def test_our_own_solid_comes_back_as_the_same_crack(tmp_path, paper, name, units
     # Where one wall alone is left beside an oblique end, the middle is a matter of taste.
     inside = resampled(midline(back.outline), 0.5)[10:-10]
     assert farthest_mm(inside, midline(outline)) < 0.1
-    assert back.outline.mean_width_mm == pytest.approx(outline.mean_width_mm, rel=5e-3)
+    assert back.outline.mean_width_mm == pytest.approx(outline.mean_width_mm, rel=2e-3)
+    for wall in (back.outline.left_wall_mm, back.outline.right_wall_mm):
+        assert np.abs(nearest_on_ring(wall, back.outline.outline_mm) - wall).max() < 1e-9
 
 
 def test_its_faces_are_told_apart_as_those_that_we_made(tmp_path, paper):
