@@ -1,5 +1,7 @@
 """Which triangles of a mesh pierce each other, in double precision."""
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -8,6 +10,8 @@ from sealtwin.records import Floats, Integers
 CONTACT_MM = 1e-5
 """Touching by less is rounding, not crossing: float32 files move a vertex at 100 mm by as much."""
 LEAF_FACES = 4
+AT_ONCE = 50_000
+"""Pairs of boxes that are opened at a time; each may become sixteen pairs of faces."""
 
 
 def intersecting_faces(vertices_mm: Floats, faces: Integers) -> Integers:
@@ -15,7 +19,16 @@ def intersecting_faces(vertices_mm: Floats, faces: Integers) -> Integers:
 
     Two triangles that cross do so along a segment that begins or ends where an edge of one passes through the other.
     """
-    pairs = _close_pairs(vertices_mm[faces])
+    triangles = vertices_mm[faces]
+    found = [_crossing(vertices_mm, faces, triangles, pairs) for pairs in _close_pairs(triangles)]
+    return np.concatenate([np.empty((0, 2), dtype=np.int64), *found])
+
+
+def _crossing(vertices_mm: Floats, faces: Integers, triangles: Floats, pairs: Integers) -> Integers:
+    """Those of the pairs that cross."""
+    # Most neighbours lie to one side of each other, which costs far less to see than that no edge passes through.
+    for one, other in ((0, 1), (1, 0)):
+        pairs = pairs[_reaches_across(triangles, pairs[:, one], pairs[:, other])]
     crossing = np.zeros(len(pairs), dtype=bool)
     for one, other in ((0, 1), (1, 0)):
         piercing = faces[pairs[:, one]]
@@ -27,6 +40,18 @@ def intersecting_faces(vertices_mm: Floats, faces: Integers) -> Integers:
             apart &= ~crossing
             crossing[apart] |= _pierces(vertices_mm[edge[apart]], vertices_mm[pierced[apart]])
     return pairs[crossing]
+
+
+def _reaches_across(triangles: Floats, across: Integers, reaching: Integers) -> NDArray[np.bool_]:
+    """Whether a triangle has corners on both sides of the other one's plane, by more than a contact, (n,)."""
+    origin, b, c = triangles[across].transpose(1, 0, 2)
+    normal = np.cross(b - origin, c - origin)
+    area = np.linalg.norm(normal, axis=1)
+    normal /= np.where(area > 0, area, 1.0)[:, None]
+    height = np.einsum("nij,nj->ni", triangles[reaching] - origin[:, None], normal)
+    # A needle has no plane to be on either side of.
+    needle = area < CONTACT_MM**2
+    return needle | ((height.max(axis=1) > CONTACT_MM) & (height.min(axis=1) < -CONTACT_MM))
 
 
 def _pierces(edge: Floats, triangle: Floats) -> NDArray[np.bool_]:
@@ -49,8 +74,11 @@ def _pierces(edge: Floats, triangle: Floats) -> NDArray[np.bool_]:
     return through
 
 
-def _close_pairs(triangles: Floats) -> Integers:
-    """Pairs of faces with overlapping boxes, (n, 2), first below second: a tree of boxes walked against itself."""
+def _close_pairs(triangles: Floats) -> Iterator[Integers]:
+    """Pairs of faces with overlapping boxes, (n, 2), first below second: a tree of boxes walked against itself.
+
+    In parts, so that a scan of millions of faces takes no more room than one of a hundred thousand.
+    """
     order = _along_a_curve(triangles.mean(axis=1))
     levels = int(np.ceil(np.log2(max(1.0, len(order) / LEAF_FACES))))
     slots = np.full(LEAF_FACES * 2**levels, -1, dtype=np.int64)
@@ -62,15 +90,23 @@ def _close_pairs(triangles: Floats) -> Integers:
     for _ in range(levels):
         low, high = boxes[-1]
         boxes.append((low.reshape(-1, 2, 3).min(axis=1), high.reshape(-1, 2, 3).max(axis=1)))
-    pairs = np.zeros((1, 2), dtype=np.int64)
-    for level, (low, high) in enumerate(reversed(boxes[:-1])):
+    waiting = [(0, np.zeros((1, 2), dtype=np.int64))]
+    while waiting:
+        level, pairs = waiting.pop()
+        if len(pairs) > AT_ONCE:
+            waiting += [(level, half) for half in np.array_split(pairs, 2)]
+            continue
+        low, high = boxes[levels - level]
         children = LEAF_FACES if level == levels else 2
         steps = np.stack(np.meshgrid(np.arange(children), np.arange(children), indexing="ij"), axis=-1).reshape(-1, 2)
         pairs = (pairs[:, None] * children + steps).reshape(-1, 2)
         pairs = pairs[pairs[:, 0] <= pairs[:, 1]]
         first, second = pairs.T
         pairs = pairs[((low[first] <= high[second]) & (low[second] <= high[first])).all(axis=1)]
-    return slots[pairs[pairs[:, 0] < pairs[:, 1]]]
+        if level < levels:
+            waiting.append((level + 1, pairs))
+        else:
+            yield slots[pairs[pairs[:, 0] < pairs[:, 1]]]
 
 
 def _along_a_curve(centres: Floats) -> Integers:

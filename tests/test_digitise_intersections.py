@@ -23,8 +23,9 @@ def crossings(*triangles) -> int:
         ([[9, 9, -1], [9, 9, 1], [8, 8, 5]], 0),
         ([[3, 3, -1], [3, 3, 1], [4, 4, 5]], 0),
         ([[1, -1, -1], [1, -1, 1], [1, 9, 0]], 1),
+        ([[1, 1, -1], [1, 1, 1], [1, 1, 3]], 1),
     ],
-    ids=["through", "above", "touching", "within a contact", "far", "beside, boxes overlap", "edges cross"],
+    ids=["through", "above", "touching", "within a contact", "far", "beside, boxes overlap", "edges cross", "needle"],
 )
 def test_pairs_of_triangles(other, expected):
     assert crossings(FLAT, other) == expected
@@ -44,3 +45,15 @@ def test_the_tree_of_boxes_misses_no_pair():
     alone = sum(crossings(triangles[i], triangles[j]) for i in range(50) for j in range(i))
     assert 20 < alone < 1000
     assert crossings(*triangles) == alone
+
+
+def test_in_parts_the_same_pairs_are_found(monkeypatch):
+    """A scan of millions of faces is walked in parts, so that its memory is bounded."""
+    rng = np.random.default_rng(0)
+    corners = (rng.uniform(0, 20, (400, 1, 3)) + rng.uniform(-1, 1, (400, 3, 3))).reshape(-1, 3)
+    faces = np.arange(1200).reshape(-1, 3)
+    whole = intersecting_faces(corners, faces)
+    monkeypatch.setattr("digitise.intersections.AT_ONCE", 20)
+    parts = intersecting_faces(corners, faces)
+    assert len(whole) > 10
+    assert {tuple(pair) for pair in parts.tolist()} == {tuple(pair) for pair in whole.tolist()}
