@@ -18,6 +18,17 @@ window.probe = {
     return document.querySelector("#lines g").getScreenCTM().a;
   },
 
+  /** How bright the photo is painted at a place of it, 0 to 255. */
+  shade(place) {
+    const canvas = document.getElementById("photo");
+    const { left, top } = canvas.getBoundingClientRect();
+    const [x, y] = this.onScreen(place);
+    const at = [x - left, y - top].map((distance) => Math.floor(distance * devicePixelRatio));
+    this.pen ??= document.createElement("canvas").getContext("2d", { willReadFrequently: true });
+    this.pen.drawImage(canvas, ...at, 1, 1, 0, 0, 1, 1);
+    return this.pen.getImageData(0, 0, 1, 1).data[1];
+  },
+
   line(name) {
     const points = document.getElementById(name).getAttribute("d").slice(1).split("L");
     return points.map((point) => point.split(" ").map(Number));

@@ -6,6 +6,7 @@ import shutil
 import sys
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
@@ -78,6 +79,9 @@ def test_via_points_undo_and_redo(open_page, shot):
         assert bench.points() == left
     bench.await_state("walls")
     assert "past 1 via point;" in bench.text("#how")
+    bench.page.keyboard.press("Control+z")
+    bench.click(shot.along(0.5))
+    assert bench.page.is_disabled("#redo"), "what was undone is gone once something else is said"
 
 
 def test_an_end_is_dragged_and_the_line_follows(open_page, shot):
@@ -140,6 +144,15 @@ def test_the_keyboard_alone_is_enough(open_page, shot):
     for key, tool in (("e", "ends"), ("r", "ruler"), ("f", "face"), ("b", "roi"), ("v", "via")):
         bench.page.keyboard.press(key)
         assert bench.page.get_attribute(f"#tools [data-tool={tool}]", "aria-pressed") == "true"
+    for _ in range(6):
+        bench.page.keyboard.press("+")
+    bench.page.focus("#end-0")
+    for _ in range(12):
+        bench.page.keyboard.press("Shift+ArrowLeft")
+    stage, point = (bench.page.locator(part).bounding_box() for part in ("#stage", "#end-0"))
+    assert stage["x"] <= point["x"] <= stage["x"] + stage["width"] - point["width"], "a moved point stays in sight"
+    bench.page.keyboard.press("0")
+    bench.page.wait_for_timeout(100)
     whole = bench.probe("zoom")
     for keys, factor in (("+", 1.5), ("-", 1.0), ("++0", 1.0)):
         for key in keys:
@@ -222,6 +235,17 @@ def test_the_corners_of_the_face_give_the_scale(open_page, shot):
     assert bench.number("length") == pytest.approx(shot.length_mm, rel=0.015)
 
 
+def test_corners_of_a_turned_face_go_round_from_its_lower_left(open_page, shot):
+    """Turned by 20 degrees, a long face's lower left corner lies above the middle of the photo."""
+    bench = open_page(shot.file)
+    bench.page.keyboard.press("f")
+    corners = ((368, 315), (1684, 793), (1752, 605), (436, 127))
+    for corner in (1, 3, 0, 2):
+        bench.click(corners[corner])
+    for number, corner in enumerate(corners):
+        assert _place(bench, f"face-{number}") == pytest.approx(corner, abs=3)
+
+
 def test_corners_that_were_found_are_adjusted_by_hand(open_page, shot):
     bench = open_page(shot.file)
     bench.page.check("input[value=face]")
@@ -274,6 +298,18 @@ def test_a_refusal_is_shown_and_taken_back(open_page, shot):
     assert not re.search(r"\d", bench.text("#length"))
     bench.page.click("#undo")
     assert bench.text("#refusal") == ""
+
+
+def test_a_line_that_is_refused_does_not_stay_on_the_photo(open_page, shot):
+    bench = open_page(shot.file)
+    _two_ends(bench, shot)
+    bench.drag(shot.along(0.95), shot.mortar_px[1])
+    bench.until("document.getElementById('refusal').innerText.includes('walls not found')")
+    assert bench.page.locator("#way").count() == 1, "the way was found, but for its walls"
+    bench.drag(shot.mortar_px[1], np.add(shot.along(0.05), [5, 0]))
+    bench.until("document.getElementById('refusal').innerText.includes('px apart')")
+    assert bench.page.locator("#way").count() == 0
+    assert bench.page.locator("#left-wall").count() == 0
 
 
 def test_it_saves_into_the_trial_and_ends(open_page, tmp_path):
@@ -427,11 +463,29 @@ def test_nothing_moves_for_those_who_asked_for_stillness(open_page, shot):
 
 
 def test_two_windows_on_one_page_do_not_lock_each_other_out(open_page, shot):
-    """The server answers the newest question, whichever window asks it."""
+    """The server answers the newest question, whichever window asks it, and however long that has been open."""
     bench = open_page(shot.file)
-    bench.await_state("walls")
+    _two_ends(bench, shot)
     other = bench.page.context.new_page()
     other.goto(bench.url)
     other.wait_for_selector("#stage[data-state=walls]", timeout=30_000)
-    _two_ends(bench, shot)
-    assert bench.number("length") > 0
+    bench.click(shot.along(0.5))
+    bench.until("document.getElementById('how').innerText.includes('past 1 via point;')")
+    bench.await_state("walls")
+
+
+def test_a_pixel_is_shown_where_it_lies(open_page, tmp_path):
+    """Lines and photo share one frame, in which a pixel reaches half a pixel to each side of its place."""
+    grey = np.full((400, 600), 60, np.uint8)
+    grey[200:208, 296:304] = 250  # a block of JPEG's own grid, which it keeps sharp
+    cv2.imwrite(str(tmp_path / "block.png"), grey)
+    bench = open_page(tmp_path / "block.png")
+    bench.page.mouse.move(*bench.at((300, 204)))
+    for _ in range(30):
+        bench.page.mouse.wheel(0, -300)
+    bench.until("window.probe.zoom() >= 39.9")
+    bench.page.wait_for_load_state("networkidle")
+    for place, bright in (((295.7, 204), True), ((295.3, 204), False), ((303.3, 204), True), ((303.7, 204), False)):
+        assert (bench.probe("shade", place) > 155) == bright
+    for place, bright in (((300, 199.7), True), ((300, 199.3), False), ((300, 207.3), True), ((300, 207.7), False)):
+        assert (bench.probe("shade", place) > 155) == bright
