@@ -62,11 +62,11 @@ class PageServer(ThreadingHTTPServer):
     request_queue_size = MOST_CONNECTIONS
 
     def __init__(self, site: Site, port: int = 0) -> None:
+        self._room = BoundedSemaphore(MOST_CONNECTIONS)
+        self._connections: set[socket.socket] = set()
         super().__init__(("127.0.0.1", port), _Visit)
         self.site = site
         self.gate = Gate(self.server_port)
-        self._room = BoundedSemaphore(MOST_CONNECTIONS)
-        self._connections: set[socket.socket] = set()
 
     @property
     def url(self) -> str:

@@ -127,6 +127,7 @@ def test_no_browser_is_opened_when_none_is_wanted(trial, browser, monkeypatch):
     assert answer.exit_code == 130
     assert browser.answers == ()
     assert answer.stderr.startswith("Trace page: http://127.0.0.1:")
+    assert answer.stderr.endswith("interrupted; nothing was saved.\n")
     assert trial.read_bytes() == before
 
 

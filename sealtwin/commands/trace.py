@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from sealtwin.answering import Json, Quiet, answering
+from sealtwin.answering import INTERRUPTED, Json, Quiet, answering
 from sealtwin.errors import InputError
 
 if TYPE_CHECKING:
@@ -44,7 +44,10 @@ def trace(
             command.say("It ends when you save or quit there, or with Ctrl-C here.")
             if not no_browser and not webbrowser.open(page.url):
                 command.say("No browser could be opened; open that address yourself.")
-            saved = page.wait()
+            try:
+                saved = page.wait()
+            except KeyboardInterrupt:
+                command.fail("interrupted; nothing was saved.", INTERRUPTED)
         if saved is None:
             command.answer({"version": 1, "saved": None, "changed": []}, ["Nothing was saved."])
         else:

@@ -329,6 +329,36 @@ def test_it_saves_into_the_trial_and_ends(open_page, tmp_path):
     assert changed == ["ends_px = [[1402.7, 258.9], [719.3, 658.4]]"]
 
 
+SAID = {
+    "a ruler": "ruler_px = [[261.4, 657.8], [1861.3, 659.7]]\nruler_mm = 160",
+    "corners of the face": "face_mm = [160.0, 40.0]\n"
+    "face_corners_px = [[265.6, 657.8], [1861.3, 659.7], [1864.6, 258.4], [261.4, 260.2]]",
+    "an assumed scale": 'mm_per_px = 0.1\nscale_is = "assumed"',
+    "a box and via points": "mm_per_px = 0.1\nvia_px = [[900.25, 550.125]]\nroi_px = [[200, 200], [1900, 700]]",
+    "a polygon": "mm_per_px = 0.1\nroi_px = [[200, 200], [1900, 210.5], [1900, 700], [210, 690]]",
+}
+
+
+@pytest.mark.parametrize("said", SAID)
+def test_what_a_trial_says_already_is_shown_and_saved_as_it_is(open_page, tmp_path, said):
+    """Nothing is rounded, dropped or written out by opening and saving."""
+    shutil.copy(FIXTURE / "photo.jpg", tmp_path)
+    trial = tmp_path / "trial.toml"
+    ends = "ends_px = [[719.3, 658.4], [1402.7, 258.9]]"
+    trial.write_text(
+        f'name = "x"\n[photo]\nfile = "photo.jpg"\ndata = "synthetic"\n{ends}\n{SAID[said]}\n[crack]\ndepth_mm = 16\n'
+    )
+    before = trial.read_bytes()
+    bench = open_page(trial)
+    bench.await_state("walls", "refused")
+    assert bench.text("#refusal") == ""
+    assert bench.text("#length").endswith("mm")
+    bench.page.click("#save")
+    bench.page.wait_for_selector("#farewell[open]")
+    assert "nothing had changed" in bench.text("#farewell-text")
+    assert trial.read_bytes() == before
+
+
 def test_a_trial_that_changed_meanwhile_is_not_overwritten(open_page, tmp_path):
     shutil.copytree(FIXTURE, tmp_path / "lab")
     trial = tmp_path / "lab" / "trial.toml"
