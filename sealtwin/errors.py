@@ -8,6 +8,10 @@ SealtwinError              what the user can mend: no traceback is shown
 Anything else is a bug (exit code 1) and keeps its traceback.
 """
 
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from typing import ClassVar
 
 
@@ -31,3 +35,21 @@ class NumericalError(SealtwinError):
     """NaN, overflow or runaway density: says what, in which frame, and which particle."""
 
     exit_code = 4
+
+
+def as_text(path: Path) -> str:
+    """A path as every terminal, page and JSON takes it: bytes of it that are not UTF-8 stand as escapes."""
+    return os.fsencode(path).decode("utf-8", "backslashreplace")
+
+
+@contextmanager
+def naming(path: Path) -> Iterator[None]:
+    """Let an OSError from within name ``path``: a full disk names no file, and a temporary file is none of the user's.
+
+    Without a name a fault of the machine would pass for a bug of ours.
+    """
+    try:
+        yield
+    except OSError as fault:
+        fault.filename, fault.filename2 = str(path), None
+        raise

@@ -6,6 +6,7 @@ import io
 import json
 import os
 import re
+from array import array
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from sealtwin.errors import InputError
+from sealtwin.errors import InputError, naming
 from sealtwin.records import (
     Comparison,
     FaceLabel,
@@ -32,6 +33,8 @@ TRAJECTORY_COLUMNS = ("t_s", "x_mm", "y_mm", "z_mm", "s_mm", "speed_mm_s", "flow
 PARTICLE_COLUMNS = ("x_mm", "y_mm", "z_mm", "vx_mm_s", "vy_mm_s", "vz_mm_s", "age_s", "spilled")
 NUMBERS = re.compile(r"\[\s+[-+\d.eE]+(?:,\s+[-+\d.eE]+)*\s+\]")
 POLYLINES = ("centreline", "left_wall", "right_wall", "outline")
+LARGEST_BYTES = 200_000_000
+"""Of a table or a JSON: two million particles. What is larger is none of ours, and would take the machine's memory."""
 
 
 @contextmanager
@@ -42,13 +45,14 @@ def replacing(path: Path) -> Iterator[Path]:
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
-    try:
-        yield temporary
-        with temporary.open("rb+") as written:
-            os.fsync(written.fileno())
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    with naming(path):
+        try:
+            yield temporary
+            with temporary.open("rb+") as written:
+                os.fsync(written.fileno())
+            temporary.replace(path)
+        finally:
+            temporary.unlink(missing_ok=True)
 
 
 def write_text(path: Path, text: str) -> None:
@@ -92,10 +96,8 @@ def as_json(content: Any) -> str:
 def read_json(path: Path) -> Any:
     """Raises InputError, naming the file, where it is missing or no JSON."""
     try:
-        return json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(f"{path}: not found. Run the stage that writes it, or 'sealtwin run' for all.") from None
-    except ValueError as fault:
+        return json.loads(_read_text(path))
+    except (ValueError, RecursionError) as fault:
         raise InputError(f"{path}: no readable JSON ({fault}). Delete it and run its stage again.") from fault
 
 
@@ -110,7 +112,7 @@ def understood(path: Path) -> Iterator[None]:
 
 
 def sha256(path: Path) -> str:
-    with path.open("rb") as content:
+    with naming(path), path.open("rb") as content:
         return hashlib.file_digest(content, "sha256").hexdigest()
 
 
@@ -126,22 +128,26 @@ def write_table(path: Path, columns: Sequence[str], rows: Floats, decimals: int 
 
 def read_table(path: Path, columns: Sequence[str]) -> Floats:
     """Rows of a CSV that ``write_table`` wrote, (n, len(columns)). Raises InputError, naming file and line."""
+    return read_rows(path, _read_text(path), columns)
+
+
+def read_rows(path: Path, text: str, columns: Sequence[str], delimiter: str = ",") -> Floats:
+    """``read_table`` of ``text``, whatever file it comes from."""
+    reader = csv.DictReader(io.StringIO(text), delimiter=delimiter)
+    # Eight bytes a number; lists of lists take ten times that.
+    numbers, line = array("d"), 1
     try:
-        text = path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise InputError(f"{path}: not found. Run the stage that writes it, or 'sealtwin run' for all.") from None
-    except UnicodeDecodeError as fault:
-        raise InputError(f"{path}: no UTF-8 text. Run its stage again.") from fault
-    reader = csv.DictReader(io.StringIO(text))
-    if missing := set(columns) - set(reader.fieldnames or ()):
-        raise InputError(f"{path}, line 1: no column {', '.join(sorted(missing))}; expected {','.join(columns)}.")
-    rows = []
-    for line, row in enumerate(reader, start=2):
-        try:
-            rows.append([np.nan if row[name] == "" else float(row[name]) for name in columns])
-        except (TypeError, ValueError):
-            raise InputError(f"{path}, line {line}: expected {len(columns)} numbers, found {row}.") from None
-    return np.array(rows, dtype=float).reshape(-1, len(columns))
+        if missing := set(columns) - set(reader.fieldnames or ()):
+            raise InputError(f"{path}, line 1: no column {', '.join(sorted(missing))}; expected {','.join(columns)}.")
+        for line, row in enumerate(reader, start=2):
+            try:
+                numbers.extend([np.nan if row[name] == "" else float(row[name]) for name in columns])
+            except (TypeError, ValueError):
+                found = str([row[name] for name in columns])
+                raise InputError(f"{path}, line {line}: expected {len(columns)} numbers, found {found:.80}.") from None
+    except csv.Error as fault:
+        raise InputError(f"{path}, after line {line}: no readable CSV ({fault}).") from None
+    return np.array(numbers, dtype=float).reshape(-1, len(columns))
 
 
 def write_outline(folder: Path, outline: Outline) -> None:
@@ -327,6 +333,18 @@ def write_comparison(folder: Path, comparison: Comparison) -> None:
             **comparison.metrics,
         },
     )
+
+
+def _read_text(path: Path) -> str:
+    """Of a file that a stage wrote. Raises InputError where it is not there, or cannot be one."""
+    try:
+        if path.stat().st_size > LARGEST_BYTES:
+            raise InputError(f"{path}: larger than {LARGEST_BYTES / 1e6:g} MB, as no stage writes it. Run it again.")
+        return path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise InputError(f"{path}: not found. Run the stage that writes it, or 'sealtwin run' for all.") from None
+    except UnicodeDecodeError as fault:
+        raise InputError(f"{path}: no UTF-8 text. Run its stage again.") from fault
 
 
 def _read_mesh(path: Path) -> tuple[Floats, Integers]:

@@ -15,7 +15,7 @@ from typing import Any
 
 from filelock import FileLock, Timeout
 
-from sealtwin.errors import BusyError, InputError
+from sealtwin.errors import BusyError, InputError, as_text
 from sealtwin.files import sha256, write_json, write_text
 
 MANIFEST = "manifest.json"
@@ -24,7 +24,15 @@ HOLDER = ".holder.json"
 TEMPORARY = re.compile(r"\.[^.]+\.\d+\.\w+")
 """What ``files.replacing`` leaves when its process is killed."""
 
-ENTRY = {"key", "settings", "inputs", "given", "outputs", "wall_time_s", "versions"}
+ENTRY = {
+    "key": str,
+    "settings": dict,
+    "inputs": dict,
+    "given": list,
+    "outputs": dict,
+    "wall_time_s": int | float,
+    "versions": dict,
+}
 """What the manifest says of each finished stage."""
 PACKAGES = (
     "sealtwin",
@@ -176,7 +184,9 @@ def holding(path: Path) -> Iterator[None]:
 
 
 def require_folder(path: Path) -> None:
-    """Raises InputError where ``path``, or a folder on the way to it, is a file."""
+    """Raises InputError where ``path``, or a folder on the way to it, is a file, or has a name that no JSON takes."""
+    if as_text(path) != str(path):
+        raise InputError(f"{as_text(path)}: a name that is not UTF-8; give --out another folder, or rename it.")
     for part in (path, *path.parents):
         if part.exists() and not part.is_dir():
             raise InputError(f"{part}: this is a file; --out must name a folder, new or made by an earlier run.")
@@ -231,10 +241,30 @@ def _read_manifest(path: Path) -> dict[str, Any]:
         write_json(path / MANIFEST, {"version": 1, "stages": {}})
     try:
         manifest = json.loads((path / MANIFEST).read_text(encoding="utf-8"))
-        if manifest["version"] == 1 and all(set(entry) >= ENTRY for entry in manifest["stages"].values()):
+        if manifest["version"] == 1 and all(_is_entry(entry) for entry in manifest["stages"].values()):
+            _refuse_outside(path, [name for entry in manifest["stages"].values() for name in entry["outputs"]])
             return manifest
-    except (ValueError, KeyError, TypeError, AttributeError):
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         pass  # Damaged or of another form: one sentence for all of it.
     raise InputError(
         f"{path / MANIFEST}: damaged, or written by another version. Give another --out, or delete {path}."
     )
+
+
+def _is_entry(entry: Mapping[str, Any]) -> bool:
+    return all(isinstance(entry[part], kind) for part, kind in ENTRY.items())
+
+
+def _refuse_outside(path: Path, outputs: Sequence[str]) -> None:
+    """Raises InputError where an output lies outside the folder: a stage that is redone moves or removes its outputs.
+
+    ``record`` writes no such name; a run folder from somebody else may hold one, or a link that leads out.
+    """
+    home = path.resolve()
+    for name in outputs:
+        file = path / name
+        if file == path or "\0" in name or file.name == ".." or not file.parent.resolve().is_relative_to(home):
+            raise InputError(
+                f"{path / MANIFEST}: names {name!r:.80} as made by a stage, which lies outside {path}; nothing is done "
+                "there. Give another --out, or delete that folder."
+            )

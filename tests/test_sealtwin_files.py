@@ -1,5 +1,6 @@
 """Run-folder files: whole or not there, and the same after re-reading."""
 
+import errno
 import json
 
 import numpy as np
@@ -41,6 +42,48 @@ def test_a_broken_table_is_named_by_file_and_line(tmp_path, text, named):
     with pytest.raises(InputError, match=named) as fault:
         files.read_table(path, ("s_mm", "level_mm"))
     assert "profile.csv" in str(fault.value)
+
+
+@pytest.mark.parametrize(
+    "text", ['"' + "x" * 200_000, "s_mm,level_mm\n1," + "9" * 200_000, 's_mm,level_mm\n1,"' + "x" * 200_000]
+)
+def test_a_field_that_never_ends_is_refused(tmp_path, text):
+    path = tmp_path / "profile.csv"
+    path.write_text(text)
+    with pytest.raises(InputError, match=r"profile\.csv, .*(line 1|CSV)") as fault:
+        files.read_table(path, ("s_mm", "level_mm"))
+    assert len(str(fault.value)) < 400
+
+
+@pytest.mark.parametrize("reader", [files.read_json, lambda path: files.read_table(path, ("s_mm",))])
+def test_a_file_larger_than_any_of_ours_is_not_read(tmp_path, reader):
+    """Three gigabytes that take no room on the disk, but would in memory."""
+    path = tmp_path / "huge"
+    with path.open("wb") as opened:
+        opened.truncate(3_000_000_000)
+    with pytest.raises(InputError, match="larger than 200 MB"):
+        reader(path)
+
+
+@pytest.mark.parametrize("text", ["[" * 100_000, '{"a":' * 100_000])
+def test_json_within_json_without_end_is_no_bug_of_ours(tmp_path, text):
+    (tmp_path / "outline.json").write_text(text)
+    with pytest.raises(InputError, match=r"outline\.json: no readable JSON"):
+        files.read_json(tmp_path / "outline.json")
+
+
+def test_a_full_disk_is_told_by_the_file_that_found_no_room(tmp_path):
+    path = tmp_path / "crack.stl"
+    path.write_text("old")
+
+    def fill_the_disk():
+        with files.replacing(path) as temporary:
+            temporary.write_text("half of the n")
+            raise OSError(errno.ENOSPC, "No space left on device")
+
+    with pytest.raises(OSError, match=r"crack\.stl"):
+        fill_the_disk()
+    assert [(file.name, file.read_text()) for file in tmp_path.iterdir()] == [("crack.stl", "old")]
 
 
 def test_json_has_no_word_that_json_does_not_know():

@@ -122,6 +122,9 @@ def test_a_file_for_a_folder_and_a_missing_run_are_refused(tmp_path):
         '{"version": 2, "stages": {}}',
         '{"version": 1, "stages": {"digitise": 5}}',
         '{"version": 1, "stages": {"digitise": {}}}',
+        '{"version": 1, "stages": {"digitise": {"key": "", "settings": [], "inputs": {}, "given": [], "outputs": {}, '
+        '"wall_time_s": 1, "versions": {}}}}',
+        "[" * 100_000,
     ],
 )
 def test_a_manifest_of_another_form_is_refused(tmp_path, content):
@@ -130,3 +133,42 @@ def test_a_manifest_of_another_form_is_refused(tmp_path, content):
     (tmp_path / "run" / MANIFEST).write_text(content)
     with pytest.raises(InputError, match=r"manifest\.json"), open_folder(tmp_path / "run", create=True):
         pass
+
+
+@pytest.mark.parametrize(
+    "name", ["../mine.txt", "{home}/mine.txt", "a/../../mine.txt", "link/mine.txt", "..", ".", "", "a\0b"]
+)
+def test_a_manifest_from_somebody_else_cannot_reach_out_of_its_folder(tmp_path, name):
+    """A stage that is redone moves or removes what the manifest says it made."""
+    mine = tmp_path / "mine.txt"
+    mine.write_text("mine")
+    with open_folder(tmp_path / "run", create=True) as folder:
+        _finish(folder)
+        (folder.path / "link").symlink_to(tmp_path)
+        folder.manifest["stages"]["digitise"]["outputs"] = {name.format(home=tmp_path): "0" * 64}
+        folder.save()
+    with (
+        pytest.raises(InputError, match="lies outside") as fault,
+        open_folder(tmp_path / "run", create=True) as folder,
+    ):
+        folder.clear("digitise")
+    assert "\0" not in str(fault.value)
+    assert mine.read_text() == "mine"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["mine.txt", "run"]
+
+
+def test_outputs_below_the_folder_are_its_own(tmp_path):
+    with open_folder(tmp_path / "run", create=True) as folder:
+        _finish(folder, "robot", "robot/path.txt")
+    with open_folder(tmp_path / "run", create=True) as folder:
+        assert folder.clear("robot") == []
+        assert not (folder.path / "robot/path.txt").exists()
+
+
+def test_a_folder_whose_name_no_json_takes_is_refused(tmp_path):
+    with (
+        pytest.raises(InputError, match=r"caf\\xe9: a name that is not UTF-8"),
+        open_folder(tmp_path / "caf\udce9", create=True),
+    ):
+        pass
+    assert not list(tmp_path.iterdir())
