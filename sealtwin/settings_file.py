@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from sealtwin.errors import InputError
+from sealtwin.errors import InputError, as_text, naming
 from sealtwin.settings import Settings
 
 Table = TypeVar("Table", bound=Settings)
@@ -19,6 +19,10 @@ LARGEST_BYTES = 200_000
 """A file of settings is some kilobytes; anything like this is another file given by mistake."""
 DEEP_KEY = re.compile(r"(?<![\w\"'-])(?:[\w\"'-]++\s*+\.\s*+){16}")
 """A dotted key of thousands of parts makes a table for each: gigabytes from kilobytes."""
+MOST_FAULTS = 8
+"""Told at once; whoever has more gives another file by mistake, or a list of the wrong kind."""
+LONGEST_VALUE = 60
+"""Letters of a value that is shown; more of it helps nobody to find it."""
 BRANCHES = {"float", "int", "str", "one", "several"}
 """Names of a union's branches: pydantic's own, and the tags of settings that are one number or several."""
 
@@ -44,7 +48,8 @@ def read_settings(kind: type[Table], path: Path, *, name: str, starter: str) -> 
         raise InputError(f"{path}: larger than {LARGEST_BYTES} bytes; this is no {name}.")
     try:
         # Windows' Notepad opens a file with a byte-order mark.
-        text = path.read_text(encoding="utf-8-sig")
+        with naming(path):
+            text = path.read_text(encoding="utf-8-sig")
         if DEEP_KEY.search(text):
             raise InputError(f"{path}: a key of more than 16 parts; a {name} has tables of a level or two.")
         content = tomllib.loads(text)
@@ -57,29 +62,68 @@ def read_settings(kind: type[Table], path: Path, *, name: str, starter: str) -> 
 
 def checked(kind: type[Table], path: Path, content: dict[str, Any]) -> Table:
     """``content`` as settings; faults name ``path``. Raises InputError as ``read_settings``."""
+    if as_text(path) != str(path):
+        raise InputError(f"{as_text(path)}: a name that is not UTF-8, which no trial can hold; rename it.")
     try:
         # JSON is the form in which strict types still take a list for a tuple and a string for a path.
-        return kind.model_validate_json(json.dumps(content, default=str))
+        text = json.dumps(content, default=str)
+    except ValueError:
+        # Python reads a hexadecimal number of any length, and writes none of so many digits.
+        raise InputError(f"{path}: a whole number of thousands of digits; no setting takes one.") from None
+    try:
+        return kind.model_validate_json(text)
     except ValidationError as fault:
-        raise InputError("\n".join(_sentence(kind, path, error) for error in fault.errors())) from None
+        raise InputError("\n".join(_sentences(kind, path, fault.errors()))) from None
 
 
-def _sentence(kind: type[Settings], path: Path, error: ErrorDetails) -> str:
-    where = ".".join(str(part) for part in error["loc"] if not _is_type_name(part))
+def _sentences(kind: type[Settings], path: Path, errors: list[ErrorDetails]) -> list[str]:
+    """One for each place in the file: the branches of a union find fault with the same value."""
+    places: dict[tuple[int | str, ...], list[ErrorDetails]] = {}
+    for error in errors:
+        where = tuple(part for part in error["loc"] if not _is_type_name(part))
+        if error["type"] == "missing" and isinstance(where[-1], int):
+            where = where[:-1]
+        places.setdefault(where, []).append(error)
+    told = [
+        _sentence(kind, path, ".".join(str(part) for part in where), found)
+        for where, found in list(places.items())[:MOST_FAULTS]
+    ]
+    more = len(places) - len(told)
+    return [*told, f"{path}: and {more} more faults of this kind or another."] if more else told
+
+
+def _sentence(kind: type[Settings], path: Path, where: str, errors: list[ErrorDetails]) -> str:
+    error = errors[0]
     found = error["input"]
     if error["type"] == "extra_forbidden":
         beside = _keys_beside(kind, error["loc"])
         close = difflib.get_close_matches(str(error["loc"][-1]), beside, n=1)
         allowed = f"did you mean '{close[0]}'?" if close else f"allowed: {', '.join(beside)}."
         return f"{path}: {where}: no such key; {allowed}"
+    if error["type"] == "missing" and isinstance(error["loc"][-1], int):
+        return f"{path}: {where}: {len(found)} given, {len(found) + len(errors)} needed."
     if error["type"] == "missing":
         return f"{path}: {where} is missing; it has no default, so it must be given."
     if error["type"] == "string_pattern_mismatch":
-        return f"{path}: {where} = {found!r}: must be one line of text, not blank and without control characters."
-    reason = error["msg"].removeprefix("Value error, ").removeprefix("Input ")
+        return f"{path}: {where} = {_shown(found)}: must be one line of text, not blank and without control characters."
+    reason = ", or ".join(dict.fromkeys(_reason(error) for error in errors))
     if isinstance(found, dict | list):
         return f"{path}: {where}: {reason}." if where else f"{path}: {reason}."
-    return f"{path}: {where} = {found!r}: {reason}."
+    return f"{path}: {where} = {_shown(found)}: {reason}."
+
+
+def _reason(error: ErrorDetails) -> str:
+    limits = error.get("ctx", {})
+    if error["type"] == "too_long":
+        return f"{limits['actual_length']} given, at most {limits['max_length']} allowed"
+    if error["type"] == "too_short":
+        return f"{limits['actual_length']} given, at least {limits['min_length']} needed"
+    return error["msg"].removeprefix("Value error, ").removeprefix("Input ")
+
+
+def _shown(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= LONGEST_VALUE else f"{text[:LONGEST_VALUE]}..."
 
 
 def _is_type_name(part: int | str) -> bool:
