@@ -6,10 +6,10 @@ from typing import Any
 
 import typer
 
-from sealtwin.errors import InputError
+from sealtwin.errors import InputError, naming
 
 LARGEST_TABLE_BYTES = 200_000
-"""A depth every tenth of a millimetre along two metres of crack."""
+"""Many times what a table of a thousand rows takes, which is the most that [crack] has room for."""
 
 
 def points(text: str | None, option: str) -> list[tuple[float, float]] | None:
@@ -49,13 +49,13 @@ def depth(text: str) -> float | list[list[float]]:
         raise InputError(f"{path}: larger than {LARGEST_TABLE_BYTES} bytes; a table of depths is some rows.")
     if not path.is_file():
         raise InputError(f"{path}: not found; --depth-mm takes a number, or a CSV with the columns s_mm and depth_mm.")
-    from sealtwin import files
-
-    rows = files.read_table(path, ("s_mm", "depth_mm"))
-    for line, row in enumerate(rows.tolist(), start=2):
+    rows = _table(path)
+    if not rows:
+        raise InputError(f"{path}: no rows below its header; give s_mm and depth_mm in each, in mm.")
+    for line, row in enumerate(rows, start=2):
         if not all(math.isfinite(value) for value in row):
             raise InputError(f"{path}, line {line}: s_mm and depth_mm must both be numbers, in mm.")
-    return rows.tolist()
+    return rows
 
 
 def board(path: Path | None) -> dict[str, Any] | None:
@@ -89,3 +89,17 @@ def _number(text: str, option: str, expected: str) -> float:
     if not math.isfinite(value):
         raise typer.BadParameter(f"{option} {text}: expected {expected}")
     return value
+
+
+def _table(path: Path) -> list[list[float]]:
+    """Rows as a spreadsheet saves them: with a byte-order mark; with semicolons or tabs, and then decimal commas."""
+    from sealtwin import files
+
+    try:
+        with naming(path):
+            text = path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: no UTF-8 text; save the table as CSV in UTF-8.") from None
+    delimiter = next((sign for sign in ";\t" if sign in text), ",")
+    text = text.replace(" ", "") if delimiter == "," else text.replace(" ", "").replace(",", ".")
+    return files.read_rows(path, text, ("s_mm", "depth_mm"), delimiter).tolist()

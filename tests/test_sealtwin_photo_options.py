@@ -37,8 +37,27 @@ def test_depths_along_the_crack_come_from_a_table(tmp_path):
 
 
 @pytest.mark.parametrize(
+    "content",
+    [
+        "\ufeffs_mm,depth_mm\r\n0,12\r\n40,16.5\r\n",
+        "\ufeffs_mm;depth_mm\r\n0;12\r\n40;16,5\r\n",
+        "s_mm\tdepth_mm\n0\t12\n40\t16,5\n",
+        "s_mm, depth_mm\n0, 12\n\n40, 16.5\n\n",
+    ],
+    ids=["UTF-8 with a mark", "decimal comma", "tabs", "spaces and empty lines"],
+)
+def test_a_table_is_read_as_spreadsheets_save_it(tmp_path, content):
+    table = tmp_path / "depths.csv"
+    table.write_bytes(content.encode())
+    assert depth(str(table)) == [[0.0, 12.0], [40.0, 16.5]]
+
+
+@pytest.mark.parametrize(
     ("content", "named"),
     [
+        ("s_mm,depth_mm\n", "no rows"),
+        ("", "no column"),
+        ('s_mm,depth_mm\n0,"' + "1" * 150_000, "CSV"),
         ("s_mm,tiefe\n0,12\n", "no column depth_mm"),
         ("s_mm,depth_mm\n0,12\n40,deep\n", "line 3"),
         ("s_mm,depth_mm\n0,\n", "line 2"),
@@ -52,6 +71,13 @@ def test_a_table_of_depths_that_cannot_be_used_is_named(tmp_path: Path, content,
     with pytest.raises(InputError, match=named) as fault:
         depth(str(table))
     assert "depths.csv" in str(fault.value)
+
+
+def test_a_table_in_another_encoding_is_named(tmp_path):
+    table = tmp_path / "depths.csv"
+    table.write_bytes("s_mm,depth_mm\n0,16\n".encode("utf-16"))
+    with pytest.raises(InputError, match=r"depths\.csv: no UTF-8 text; save"):
+        depth(str(table))
 
 
 def test_markers_come_from_the_file_that_the_trial_takes_them_from(tmp_path):
