@@ -1,31 +1,39 @@
 """Many photos in one command: each in a run folder of its own, a table and a contact sheet of all."""
 
 import glob
+import json
 import traceback
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
+from itertools import count
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
 from sealtwin import files
 from sealtwin.contact_sheet import write_contact_sheet, write_csv
-from sealtwin.errors import InputError, SealtwinError
+from sealtwin.errors import InputError, SealtwinError, as_text
 from sealtwin.folder import MANIFEST, holding, open_folder
 from sealtwin.job import sample_files, start_job
 from sealtwin.pipeline import run_stages
 from sealtwin.progress import Progress
 from sealtwin.trial import Trial, load_trial, photo_trial
 
-BUG, BAD_INPUT, SOME_FAILED = 1, 3, 6
+BUG, SOME_FAILED = 1, 6
+KILLED = (
+    "the processes that digitised were killed, most likely since memory ran out; the same command goes on with what is "
+    "left: give it fewer --jobs."
+)
 PHOTO_SUFFIXES = {".jpg", ".jpeg", ".png", ".webp", ".tif", ".tiff", ".bmp", ".heic", ".heif"}
 """Taken from a folder; what cannot be read among them is said to be so."""
 LISTING = "batch.json"
 """Marks a folder as a batch's own, and lists it for programs."""
 CSV, SHEET = "photos.csv", "index.html"
 FAULT = "fault.txt"
+OWN = {LISTING, CSV, SHEET}
 
 Tables = Mapping[str, Mapping[str, Any]]
 
@@ -43,7 +51,7 @@ class Planned:
 
     def trial(self) -> Trial:
         """Raises InputError where it cannot be one."""
-        return load_trial(self.file) if self.file.suffix == ".toml" else photo_trial(self.file, self.tables)
+        return load_trial(self.file) if _is_trial(self.file) else photo_trial(self.file, self.tables)
 
 
 @dataclass(frozen=True)
@@ -93,7 +101,7 @@ def plan(targets: Sequence[Path], tables: Tables) -> list[Planned]:
     named = [file for target in targets for file in _photos(target)]
     own = [beside if (beside := file.with_suffix(".toml")).is_file() else file for file in named]
     # A mask or a second photo is part of another photo's trial.
-    parts = {part for file in set(own) if file.suffix == ".toml" for part in _parts(file)}
+    parts = {part for file in set(own) if _is_trial(file) for part in _parts(file)}
     kept = list(dict.fromkeys(file for photo, file in zip(named, own, strict=True) if photo.absolute() not in parts))
     return [Planned(file, name, tables) for file, name in zip(kept, _names(kept), strict=True)]
 
@@ -136,6 +144,10 @@ def _photos(target: Path) -> list[Path]:
     return sorted(found)
 
 
+def _is_trial(file: Path) -> bool:
+    return file.suffix.lower() == ".toml"
+
+
 def _is_pattern(target: Path) -> bool:
     return glob.has_magic(str(target)) and not target.exists()
 
@@ -146,9 +158,13 @@ def _rows(planned: Sequence[Planned], out: Path, jobs: int) -> Iterator[Row]:
         return
     # A fresh process each: OpenCV's and manifold's threads do not survive a fork.
     with ProcessPoolExecutor(min(jobs, len(planned)), mp_context=get_context("spawn")) as pool:
+        at_work = {pool.submit(_digitise_one, item, out): item for item in planned}
         try:
-            for future in as_completed([pool.submit(_digitise_one, item, out) for item in planned]):
-                yield future.result()
+            for future in as_completed(at_work):
+                try:
+                    yield future.result()
+                except BrokenProcessPool:
+                    yield _failed(at_work[future], KILLED)
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise
@@ -162,21 +178,32 @@ def _digitise_one(item: Planned, out: Path) -> Row:
         (folder / FAULT).unlink(missing_ok=True)
         return _done(item, folder)
     except SealtwinError as fault:
-        return Row(str(item.file), item.name, "failed", reason=str(fault))
+        return _failed(item, str(fault))
     except OSError as fault:
-        return Row(str(item.file), item.name, "failed", reason=f"{fault.filename or item.file}: {fault.strerror}.")
+        return _failed(item, f"{fault.filename or item.file}: {fault.strerror}.")
     except Exception as fault:
         # A bug of ours that one photo wakes must not cost the others theirs; it is told of, and ends with code 1.
+        return _failed(item, f"{type(fault).__name__}: {fault}. A bug of ours: please report {_traced(folder)}.", "bug")
+
+
+def _failed(item: Planned, reason: str, status: str = "failed") -> Row:
+    return Row(as_text(item.file), item.name, status, reason=reason)
+
+
+def _traced(folder: Path) -> str:
+    """Where the traceback of the error at hand lies: on a full disk, in the sentence itself."""
+    try:
         files.write_text(folder / FAULT, traceback.format_exc())
-        reason = f"{type(fault).__name__}: {fault}. A bug of ours: please report {folder / FAULT}."
-        return Row(str(item.file), item.name, "bug", reason=reason)
+    except OSError:
+        return f"it with this: {traceback.format_exc()}"
+    return str(folder / FAULT)
 
 
 def _done(item: Planned, folder: Path) -> Row:
     outline, solid = files.read_json(folder / "outline.json"), files.read_json(folder / "solid.json")
     with files.understood(folder):
         return Row(
-            file=str(item.file),
+            file=as_text(item.file),
             folder=item.name,
             status="ok",
             mean_width_mm=round(outline["mean_width_mm"], 3),
@@ -229,22 +256,39 @@ def _parts(trial_file: Path) -> set[Path]:
 
 
 def _names(kept: Sequence[Path]) -> list[str]:
-    """A folder's name for each photo, no two alike on any file system."""
-    names = [file.stem for file in kept]
-    for longer in (lambda file: file.name.replace(".", "-"), lambda file: f"{file.absolute().parent.name}-{file.stem}"):
-        count = Counter(name.casefold() for name in names)
-        names = [longer(file) if count[name.casefold()] > 1 else name for file, name in zip(kept, names, strict=True)]
-    taken: Counter[str] = Counter()
-    numbered = []
-    for name in names:
-        taken[name.casefold()] += 1
-        numbered.append(name if taken[name.casefold()] == 1 else f"{name}-{taken[name.casefold()]}")
-    return numbered
+    """A folder's name for each photo: no two alike on any file system, and none hidden, above, or the batch's own."""
+    names = [_whole(file) if file.stem.startswith(".") or file.stem.casefold() in OWN else _stem(file) for file in kept]
+    for longer in (_whole, lambda file: f"{file.absolute().parent.name.lstrip('.')}-{_stem(file)}"):
+        times = Counter(name.casefold() for name in names)
+        names = [longer(file) if times[name.casefold()] > 1 else name for file, name in zip(kept, names, strict=True)]
+    taken = {name.casefold() for name in names}
+    seen: set[str] = set()
+    for place, name in enumerate(names):
+        if name.casefold() in seen:
+            names[place] = next(longer for number in count(2) if (longer := f"{name}-{number}").casefold() not in taken)
+        seen.add(name.casefold())
+        taken.add(names[place].casefold())
+    return names
+
+
+def _stem(file: Path) -> str:
+    return as_text(Path(file.stem))
+
+
+def _whole(file: Path) -> str:
+    return as_text(Path(file.name)).replace(".", "-")
 
 
 def _refuse_foreign(out: Path) -> None:
-    if (out / LISTING).is_file():
+    if _is_listing(out / LISTING):
         return
-    foreign = [name for name in (MANIFEST, CSV, SHEET) if (out / name).exists()]
+    foreign = [name for name in (LISTING, MANIFEST, CSV, SHEET) if (out / name).exists()]
     if foreign:
         raise InputError(f"{out}: holds {foreign[0]}, which no batch wrote; give --out another folder.")
+
+
+def _is_listing(file: Path) -> bool:
+    try:
+        return file.is_file() and json.loads(file.read_text(encoding="utf-8"))["version"] == 1
+    except (ValueError, KeyError, TypeError, RecursionError):
+        return False

@@ -2,7 +2,10 @@
 
 import csv
 import json
+import os
+import resource
 import shutil
+import signal
 import subprocess
 import sys
 import threading
@@ -12,7 +15,7 @@ import pytest
 from typer.testing import CliRunner
 
 from sealtwin import batch
-from sealtwin.batch import digitise_many, plan
+from sealtwin.batch import Planned, digitise_many, plan
 from sealtwin.cli import app
 from sealtwin.errors import InputError
 from sealtwin.folder import holding
@@ -174,6 +177,66 @@ def test_nothing_of_the_users_is_overwritten(tmp_path, lab):
     assert (tmp_path / "index.html").read_text() == "mine"
 
 
+def test_a_listing_of_somebody_else_is_not_overwritten(tmp_path, lab):
+    (tmp_path / "batch.json").write_text("mine")
+    answer = _digitise(lab, "--depth-mm", 16, "--mm-per-px", 0.1, "--out", tmp_path)
+    assert answer.exit_code == 3
+    assert "batch.json, which no batch wrote" in answer.stderr
+    assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [("batch.json", "mine")]
+
+
+@pytest.mark.parametrize(
+    "name", ["...jpg", "..jpg", ".png", ".hidden.png", ".lock.png", "photos.csv.png", "INDEX.html.png"]
+)
+def test_no_photos_name_is_a_way_out_or_a_file_of_the_batch(tmp_path, name):
+    """The stem of "...jpg" is "..": its run folder would be the folder above."""
+    (tmp_path / name).touch()
+    folder = plan([tmp_path / name], TABLES)[0].name
+    assert not folder.startswith(".")
+    assert "." not in folder
+
+
+def test_numbers_for_photos_of_one_name_are_not_other_photos_names(tmp_path):
+    places = ("p/a/x.png", "q/a/x.png", "r/a/x.png", "s/a-x-2.png")
+    names = [item.name for item in plan([tmp_path / place for place in places], TABLES)]
+    assert len({name.casefold() for name in names}) == 4
+    assert names[3] == "a-x-2"
+
+
+def test_a_name_that_is_not_utf8_fails_alone(tmp_path, lab):
+    shutil.copy(lab / "first.png", tmp_path / "caf\udce9.png")
+    report = digitise_many(plan([tmp_path, lab / "first.png"], TABLES), tmp_path / "out", Progress())
+    assert [row["status"] for row in report.content["photos"]] == ["failed", "ok"]
+    assert "caf\\xe9.png: a name that is not UTF-8" in report.content["photos"][0]["reason"]
+    assert json.loads((tmp_path / "out" / "batch.json").read_text())["failed"] == 1
+
+
+def test_a_full_disk_is_told_for_each_photo_and_is_no_bug(tmp_path, lab):
+    """Each photo's STL takes some 200 kB; no file may have more than 30."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (30_000, hard))
+    try:
+        report = digitise_many(plan([lab / "first.png", lab / "second.png"], TABLES), tmp_path, Progress())
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert report.exit_code == 6
+    for row in report.content["photos"]:
+        assert row["reason"].startswith(str(tmp_path / row["folder"]))
+        assert "File too large" in row["reason"]
+    assert digitise_many(plan([lab / "first.png"], TABLES), tmp_path, Progress()).exit_code == 0
+
+
+def test_a_bug_on_a_full_disk_stops_nothing(tmp_path, lab, monkeypatch):
+    def burst(job, stages):
+        (job.path / "fault.txt").mkdir()  # nothing can be written over it
+        raise ZeroDivisionError("on purpose")
+
+    monkeypatch.setattr(batch, "run_stages", burst)
+    report = digitise_many(plan([lab / "first.png", lab / "second.png"], TABLES), tmp_path, Progress())
+    assert [row["status"] for row in report.content["photos"]] == ["bug", "bug"]
+    assert "Traceback" in report.content["photos"][0]["reason"]
+
+
 @pytest.mark.parametrize(
     ("arguments", "named"),
     [
@@ -191,6 +254,26 @@ def test_a_folder_without_photos_is_named(tmp_path):
     answer = _digitise(tmp_path, "--depth-mm", 16, "--mm-per-px", 0.1, "--out", tmp_path / "out")
     assert answer.exit_code == 3
     assert "no photos there" in answer.stderr
+
+
+class _Deadly(Planned):
+    """A photo at which the machine runs out of memory, and kills the process."""
+
+    def trial(self):
+        os.kill(os.getpid(), signal.SIGKILL)
+        raise AssertionError
+
+
+@pytest.mark.slow
+def test_killed_processes_cost_no_photo_that_is_done(tmp_path, lab):
+    """Both photos of the broken pool are told of; a later call makes up for it."""
+    good = plan([lab / "first.png"], TABLES)
+    report = digitise_many([*good, _Deadly(lab / "second.png", "second", TABLES)], tmp_path, Progress(), jobs=2)
+    assert report.exit_code == 6
+    assert "killed" in report.content["photos"][1]["reason"]
+    assert (tmp_path / "index.html").is_file()
+    again = digitise_many(plan([lab / "first.png", lab / "second.png"], TABLES), tmp_path, Progress(), jobs=2)
+    assert again.exit_code == 0
 
 
 @pytest.mark.slow
