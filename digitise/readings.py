@@ -3,6 +3,7 @@
 All of it from the outline alone, by offsets of it at many depths; the solid is checked against these.
 """
 
+from itertools import pairwise
 from typing import Any, get_args
 
 import numpy as np
@@ -10,11 +11,13 @@ from manifold3d import CrossSection, JoinType
 
 from digitise.footprint import Footprint
 from digitise.settings import CrackShape, Tilt
-from digitise.tilting import WallPiece, swept, tilted_walls, wall_shifts_mm
+from digitise.tilting import Stretch, swept, tilted_walls, wall_shifts_mm
 from sealtwin.records import Outline
 
-SLICES = 64
-"""Midpoints over the depth: within 0.03 % where a funnel's walls meet, far better elsewhere."""
+NODES: dict[Tilt, int] = {"vertical": 1, "lean": 8, "flare": 8, "funnel": 24}
+"""Of Gauss and Legendre, over the depth: within 15 ppm of the limit; where a funnel's walls meet, within 70."""
+FLOOR_NODES = 16
+"""Over a floor that rises and falls, whose area bends at every station of its table: within 400 ppm."""
 ARC_SEGMENTS = 128
 """A full turn of a rounded offset corner: 0.04 % of the corner's own area."""
 
@@ -26,9 +29,9 @@ class Slicer:
         self._footprint = footprint
         self._shape = shape
         self._shifts_mm = wall_shifts_mm(shape)
-        self._pieces: list[WallPiece] = []
+        self._stretches: list[Stretch] = []
         if shape.tilt in ("flare", "funnel") and self._shifts_mm[0] != self._shifts_mm[1]:
-            self._pieces = tilted_walls(footprint, shape)
+            self._stretches = tilted_walls(footprint, shape)
 
     def between_walls(self, depth_mm: float) -> CrossSection:
         """What lies between the walls, whether above the floor or below it."""
@@ -50,20 +53,29 @@ class Slicer:
         share = 1 - share if flares else share
         if share <= 0:
             return crack
-        if self._pieces:
-            walls = swept(self._pieces, share)
+        if self._stretches:
+            walls = swept(self._stretches, share)
             return crack + walls if flares else crack - walls
         return crack.offset(share * shift_mm * (1 if flares else -1), JoinType.Round, circular_segments=ARC_SEGMENTS)
 
 
-def cavity_volume_mm3(footprint: Footprint, shape: CrackShape, slices: int = SLICES) -> float:
-    """Integral of the sections over the depth."""
+def cavity_volume_mm3(footprint: Footprint, shape: CrackShape, finer: int = 1) -> float:
+    """Integral of the sections over the depth, with ``finer`` times as many of them as are mostly enough."""
     slicer, reach_mm = Slicer(footprint, shape), shape.deepest_mm
-    # A narrow funnel ends far above its floor: the slices belong where it is open.
-    while shape.tilt == "funnel" and slicer.between_walls(reach_mm / 2).is_empty():
-        reach_mm /= 2
-    step_mm = reach_mm / slices
-    return step_mm * sum(slicer.cavity((i + 0.5) * step_mm).area() for i in range(slices))
+    # A narrow funnel ends far above its floor: the sections belong where it is open.
+    while shape.tilt == "funnel" and slicer.between_walls(0.9 * reach_mm).is_empty():
+        reach_mm *= 0.9
+    stretches_mm, nodes = [(0.0, reach_mm)], NODES[shape.tilt]
+    if footprint.floor is not None:
+        # Where the floor is level for a while, sections lose all of that in one step.
+        steps_mm = shape.level_depths_mm[shape.level_depths_mm < reach_mm]
+        stretches_mm, nodes = list(pairwise([0.0, *steps_mm, reach_mm])), FLOOR_NODES
+    at, weight = np.polynomial.legendre.leggauss(finer * nodes)
+    return sum(
+        (below_mm - above_mm) / 2 * w * slicer.cavity(above_mm + (below_mm - above_mm) * (1 + x) / 2).area()
+        for above_mm, below_mm in stretches_mm
+        for x, w in zip(at, weight, strict=True)
+    )
 
 
 def compare_readings(outline: Outline, footprint: Footprint, shape: CrackShape) -> dict[str, Any]:

@@ -4,7 +4,6 @@ A wall that stands still at one level moves sideways with depth. Where neighbour
 with pieces of no length fanned between them so that each mitre turns at most ``MITRE_DEG``.
 """
 
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -19,12 +18,11 @@ MITRE_DEG = 8.0
 rough cavity's volume; 10° made 0.1 %."""
 
 
-class WallPiece(NamedTuple):
-    """A straight piece of wall, or a corner, which has no length."""
+class Stretch(NamedTuple):
+    """Wall from corner to corner, all of them parting: a fan repeats its corner for each place that it comes to."""
 
-    start: Floats
-    end: Floats
-    moved: Floats  # (2, 2): where the two have come to at the other level
+    corners: Floats  # (n, 2)
+    moved: Floats  # (n, 2): where they have come to at the other level
 
 
 def wall_shifts_mm(shape: CrackShape) -> tuple[float, float]:
@@ -33,30 +31,29 @@ def wall_shifts_mm(shape: CrackShape) -> tuple[float, float]:
     return float(left), float(right)
 
 
-def tilted_walls(footprint: Footprint, shape: CrackShape) -> list[WallPiece]:
+def tilted_walls(footprint: Footprint, shape: CrackShape) -> list[Stretch]:
     """Of a flare, which opens upward from its floor, or of a funnel, which closes downward from its mouth.
 
     Walls without an angle do not move and are left out.
     """
     left_mm, right_mm = wall_shifts_mm(shape)
     outward = 1.0 if shape.tilt == "flare" else -1.0
-    pieces = []
+    stretches = []
     for ring in footprint.crack.to_polygons():
         normal = _inward_normals(ring)
         shift_mm = np.full(len(ring), left_mm)
         if left_mm != right_mm:
             share = footprint.sides.left_share((ring + np.roll(ring, -1, axis=0)) / 2, -normal)
             shift_mm = share * left_mm + (1 - share) * right_mm
-        pieces += _moved_ring(ring, normal, -outward * shift_mm)
-    return pieces
+        stretches += _moved_ring(ring, normal, -outward * shift_mm)
+    return stretches
 
 
-def swept(pieces: list[WallPiece], share: float) -> CrossSection:
+def swept(stretches: list[Stretch], share: float) -> CrossSection:
     """All that the walls pass over in the first ``share`` of their way."""
-    fixed = np.array([(piece.start, piece.end) for piece in pieces])
-    moved = fixed + share * (np.array([piece.moved for piece in pieces]) - fixed)
+    rings = [np.vstack([at, (at + share * (moved - at))[::-1]]) for at, moved in stretches]
     # All turn alike, so that where two overlap they add up.
-    return CrossSection(list(np.concatenate([fixed, moved[:, ::-1]], axis=1)), FillRule.NonZero)
+    return CrossSection(rings, FillRule.NonZero)
 
 
 def _inward_normals(ring: Floats) -> Floats:
@@ -65,7 +62,7 @@ def _inward_normals(ring: Floats) -> Floats:
     return np.column_stack([-step[:, 1], step[:, 0]]) / np.linalg.norm(step, axis=1)[:, None]
 
 
-def _moved_ring(ring: Floats, normal: Floats, inward_mm: Floats) -> list[WallPiece]:
+def _moved_ring(ring: Floats, normal: Floats, inward_mm: Floats) -> list[Stretch]:
     before, inward_before_mm = np.roll(normal, 1, axis=0), np.roll(inward_mm, 1)
     turn = np.arctan2(before[:, 0] * normal[:, 1] - before[:, 1] * normal[:, 0], (before * normal).sum(axis=1))
     parting = -turn * np.sign(inward_mm + inward_before_mm) > 1e-9
@@ -73,17 +70,26 @@ def _moved_ring(ring: Floats, normal: Floats, inward_mm: Floats) -> list[WallPie
         _fan(ring[i], before[i], normal[i], float(turn[i]), inward_before_mm[i], inward_mm[i]) if parting[i] else None
         for i in range(len(ring))
     ]
-    pieces = []
+    stretches: list[Stretch] = []
+    corners: list[Floats] = []
+    moved: list[Floats] = []
     for i in range(len(ring)):
         j = (i + 1) % len(ring)
         here, there = fans[i], fans[j]
         if inward_mm[i] != 0:
-            from_point = here[-1] if here is not None else ring[i] + inward_mm[i] * normal[i]
-            to_point = there[0] if there is not None else ring[j] + inward_mm[i] * normal[i]
-            pieces.append(WallPiece(ring[i], ring[j], np.array([from_point, to_point])))
-        if here is not None:
-            pieces += [WallPiece(ring[i], ring[i], np.array(pair)) for pair in pairwise(here)]
-    return pieces
+            if not corners:
+                corners, moved = [ring[i]], [ring[i] + inward_mm[i] * normal[i] if here is None else here[-1]]
+            ends = [ring[j] + inward_mm[i] * normal[i]] if there is None else list(there)
+            corners, moved = corners + [ring[j]] * len(ends), moved + ends
+            if there is not None and j > 0 and inward_mm[j] != 0:
+                continue
+        elif there is not None:
+            # From a wall that stands still the fan begins a stretch of its own.
+            corners, moved = [ring[j]] * len(there), list(there)
+        if len(corners) > 1:
+            stretches.append(Stretch(np.array(corners), np.array(moved)))
+        corners, moved = [], []
+    return stretches
 
 
 def _fan(corner: Floats, before: Floats, after: Floats, turn: float, from_mm: float, to_mm: float) -> Floats:

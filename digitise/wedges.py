@@ -1,17 +1,17 @@
-"""Block minus tilted cavity, as unions of convex pieces: every wall face stands at exactly the tilt's angle.
+"""Block minus tilted cavity, as unions of wedges: every wall face stands at exactly the tilt's angle.
 
-What lies between a piece of wall and where it has moved to is a wedge: a triangle swept along it. Wedges are only ever
-united: their backs lie exactly in the walls, and taking wedges away one after the other leaves fins.
+What lies between a stretch of wall and where it has moved to is a wedge: a triangle swept along it. Wedges are only
+ever united: their backs lie exactly in the walls, and taking wedges away one after the other leaves fins.
 """
 
 import numpy as np
-from manifold3d import CrossSection, Manifold, OpType
+from manifold3d import CrossSection, Manifold, Mesh64, OpType
 
 from digitise.dams import Dam
 from digitise.footprint import Footprint
 from digitise.region import rectangle
 from digitise.settings import CrackShape
-from digitise.tilting import WallPiece, tilted_walls, wall_shifts_mm
+from digitise.tilting import Stretch, tilted_walls, wall_shifts_mm
 from sealtwin.records import Floats
 
 BELOW_MM = 1.0
@@ -55,9 +55,9 @@ def _shear(towards: Floats, slope: float) -> Floats:
     return matrix
 
 
-def _wedges(pieces: list[WallPiece], edge_z_mm: float, far_z_mm: float) -> Manifold:
+def _wedges(stretches: list[Stretch], edge_z_mm: float, far_z_mm: float) -> Manifold:
     """All between walls that stand at ``edge_z_mm`` and where they have moved to at ``far_z_mm``."""
-    return _united([_hull(piece, edge_z_mm, far_z_mm) for piece in pieces]) if pieces else Manifold()
+    return _united([_wedge(stretch, edge_z_mm, far_z_mm) for stretch in stretches]) if stretches else Manifold()
 
 
 def _united(pieces: list[Manifold]) -> Manifold:
@@ -70,6 +70,22 @@ def _united(pieces: list[Manifold]) -> Manifold:
     return pieces[0]
 
 
-def _hull(piece: WallPiece, edge_z_mm: float, far_z_mm: float) -> Manifold:
-    at_wall = [(x, y, z) for x, y in (piece.start, piece.end) for z in (edge_z_mm, far_z_mm)]
-    return Manifold.hull_points(np.array(at_wall + [(x, y, far_z_mm) for x, y in piece.moved]))
+def _wedge(stretch: Stretch, edge_z_mm: float, far_z_mm: float) -> Manifold:
+    """A row of wedges end to end: back, slope and base, and a triangle at either end."""
+    corners, moved = stretch
+    # A fan is many places that one corner comes to.
+    fresh = np.concatenate([[True], (corners[1:] != corners[:-1]).any(axis=1)])
+    count = int(fresh.sum())
+    edge = np.cumsum(fresh) - 1
+    foot, far = edge + count, np.arange(len(corners)) + 2 * count
+    vertices = np.empty((2 * count + len(corners), 3))
+    vertices[: 2 * count, :2] = np.concatenate([corners[fresh], corners[fresh]])
+    vertices[2 * count :, :2] = moved
+    vertices[:, 2] = far_z_mm
+    vertices[:count, 2] = edge_z_mm
+    quads = [(a[:-1], b[:-1], b[1:], a[1:]) for a, b in ((edge, foot), (foot, far), (far, edge))]
+    triangles = [np.stack(quad)[[[0, 1, 2], [0, 2, 3]]] for quad in quads]
+    faces = np.concatenate(triangles, axis=2).transpose(0, 2, 1).reshape(-1, 3)
+    faces = faces[(faces != faces[:, [1, 2, 0]]).all(axis=1)]
+    ends = [(edge[0], far[0], foot[0]), (edge[-1], foot[-1], far[-1])]
+    return Manifold(Mesh64(vertices, np.vstack([faces, ends]).astype(np.uint64)))
