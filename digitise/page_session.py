@@ -140,7 +140,10 @@ class TraceSession:
         return self._wire(photo, settings.roi_px).path(settings.ends_px, settings.via_px)
 
     def _wire(self, photo: Photo, roi_px: tuple[Pixel, ...] | None) -> LiveWire:
-        """The same for as long as scale and region stay: to make it takes longer than to ask it."""
+        """The same for as long as face and region stay: to make it takes longer than to ask it."""
+        if photo.face_mm is None and not photo.markers_px:
+            # A plain scale changes nothing of where a crack may be.
+            photo = self._plain
         if self._last_wire is None or self._last_wire[0] is not photo or self._last_wire[1] != roi_px:
             self._last_wire = photo, roi_px, LiveWire(photo, roi_px)
         return self._last_wire[2]

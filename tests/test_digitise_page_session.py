@@ -198,16 +198,18 @@ def test_a_search_of_the_whole_photo_holds_no_click_up(session, monkeypatch):
     search.join(10)
 
 
-def test_the_search_map_is_made_once_for_a_scale_and_a_region(file, monkeypatch):
+def test_the_search_map_is_made_once_for_a_face_and_a_region(file, monkeypatch):
     """It takes most of a click's half second on a large photo."""
     made = []
     wire = page_session.LiveWire
     monkeypatch.setattr(page_session, "LiveWire", lambda *given: made.append(given) or wire(*given))
     session = _session(file)
     assert len(made) == 1, "made before the first click"
-    for _ in range(3):
-        _asked(session, Hints(ends_px=ENDS), until="path")
+    for mm_per_px in (None, None, 0.1, 0.2):
+        _asked(session, Hints(ends_px=ENDS, mm_per_px=mm_per_px), until="path")
     assert len(made) == 1
-    _asked(session, Hints(ends_px=ENDS, mm_per_px=0.1), until="path")
+    corners = ((0.0, 299.0), (499.0, 299.0), (499.0, 0.0), (0.0, 0.0))
+    _asked(session, Hints(ends_px=ENDS, face_mm=(50.0, 30.0), face_corners_px=corners), until="path")
+    assert len(made) == 2
     _asked(session, Hints(ends_px=ENDS, mm_per_px=0.1, roi_px=((0.0, 0.0), (499.0, 299.0))), until="path")
     assert len(made) == 3

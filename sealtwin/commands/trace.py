@@ -16,15 +16,17 @@ if TYPE_CHECKING:
 
 def trace(
     target: Annotated[Path, typer.Argument(metavar="TRIAL|PHOTO", help="A trial.toml, or a photo without one.")],
-    port: Annotated[int, typer.Option(min=0, max=65535, help="Of the page; default: any that is free.")] = 0,
+    port: Annotated[
+        int | None, typer.Option(min=1024, max=65535, help="Of the page; default: any that is free.")
+    ] = None,
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Only print the page's address.")] = False,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
     """Click a crack's ends on its photo, see its walls, and save the clicks.
 
-    Opens a page in your browser that only this machine can reach, and ends when you save or quit there. Of a trial, the
-    hints in its [photo] are replaced and all else is kept; beside a photo, a new trial is written.
+    Opens a page in your browser that only this machine can reach; it ends when you save or quit there.
+    A trial keeps all but the hints for its photo; beside a photo, a new trial is written.
     """
     with answering("cpu", as_json, quiet) as command:
         import webbrowser
@@ -33,7 +35,7 @@ def trace(
 
         session, save, facts = _of_trial(target) if target.suffix.lower() == ".toml" else _of_photo(target)
         try:
-            page = TracePage(session, save, facts=facts, port=port)
+            page = TracePage(session, save, facts=facts, port=port or 0)
         except OSError as fault:
             raise InputError(
                 f"--port {port}: {fault.strerror}. Give another one, or none for any that is free."
