@@ -1,6 +1,6 @@
 """Legal settings that nobody plans for: whatever is poured where, no particle may leave through a wall."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,8 @@ from tests.shapes import OPEN, closed_crack, straight_slot
 WATERY = {"U": 0.1, "D_cm": 1e-3, "freeze_after_s": "never"}
 STIFF = {"U": 1e4, "D_cm": 3.0, "freeze_after_s": 0.3}
 EDGE_AT_HAND_MM = (-2.0, -3.0, 14.0, 3.0)
+
+STONE = replace(straight_slot(12.0, 7.0), islands_mm=(np.array([(4.0, -1.5), (5.0, 1.5), (7.0, 1.0), (7.5, -1.0)]),))
 
 
 @dataclass(frozen=True)
@@ -53,6 +55,8 @@ CASES = [
     Case("the largest radius", 0.3, fluid=STIFF, solver={"radius_mm": 0.775, "preset": "paper"}),
     Case("a fall of 100 mm", 0.2, path={"nozzle_height_mm": 100.0}),
     Case("hardly a crack", 0.1, crack={"depth_mm": 0.3}),
+    Case("a step in the floor", 0.3, crack={"depth_mm": ((5.0, 3.0), (5.2, 10.0)), "tilt": "lean"}),
+    Case("a stone under a flare of two angles", 0.5, STONE, crack={"tilt": "flare", "wall_angle_deg": (3.0, 12.0)}),
 ]
 
 
