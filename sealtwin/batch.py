@@ -2,6 +2,8 @@
 
 import glob
 import json
+import os
+import threading
 import traceback
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -9,7 +11,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from itertools import count
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
 from pathlib import Path
 from typing import Any
 
@@ -157,7 +159,7 @@ def _rows(planned: Sequence[Planned], out: Path, jobs: int) -> Iterator[Row]:
         yield from (_digitise_one(item, out) for item in planned)
         return
     # A fresh process each: OpenCV's and manifold's threads do not survive a fork.
-    with ProcessPoolExecutor(min(jobs, len(planned)), mp_context=get_context("spawn")) as pool:
+    with ProcessPoolExecutor(min(jobs, len(planned)), get_context("spawn"), _end_with_parent) as pool:
         at_work = {pool.submit(_digitise_one, item, out): item for item in planned}
         try:
             for future in as_completed(at_work):
@@ -168,6 +170,18 @@ def _rows(planned: Sequence[Planned], out: Path, jobs: int) -> Iterator[Row]:
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise
+
+
+def _end_with_parent() -> None:
+    """A batch that is killed cannot tell its processes: they would wait for work for ever."""
+    parent = parent_process()
+    assert parent is not None, "called in the processes of a pool"
+
+    def watch() -> None:
+        parent.join()
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
 
 
 def _digitise_one(item: Planned, out: Path) -> Row:

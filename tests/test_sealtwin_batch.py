@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from pathlib import Path
 
 import pytest
@@ -274,6 +275,28 @@ def test_killed_processes_cost_no_photo_that_is_done(tmp_path, lab):
     assert (tmp_path / "index.html").is_file()
     again = digitise_many(plan([lab / "first.png", lab / "second.png"], TABLES), tmp_path, Progress(), jobs=2)
     assert again.exit_code == 0
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="finds a process' children as Linux lists them")
+def test_a_killed_batch_leaves_no_process_behind(tmp_path, lab):
+    command = [sys.executable, "-m", "sealtwin.cli", "digitise", str(lab), "--depth-mm", "16", "--mm-per-px", "0.1"]
+    batch_process = subprocess.Popen([*command, "--jobs", "2", "--out", str(tmp_path / "out"), "--quiet"])
+    listed = Path(f"/proc/{batch_process.pid}/task/{batch_process.pid}/children")
+    within(60, lambda: list(tmp_path.glob("out/*/manifest.json")))
+    children = listed.read_text().split()
+    batch_process.kill()
+    batch_process.wait()
+    assert len(children) >= 2
+    assert within(20, lambda: not any(Path(f"/proc/{child}").exists() for child in children))
+
+
+def within(seconds, happens):
+    """Whether it happens in that time."""
+    until = time.monotonic() + seconds
+    while not (happened := happens()) and time.monotonic() < until:
+        time.sleep(0.05)
+    return bool(happened)
 
 
 @pytest.mark.slow
