@@ -4,13 +4,13 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: demo test test-slow test-browser benchmark picture lint clean
+.PHONY: demo test test-slow test-browser benchmark benchmark-digitise picture lint clean
 
 demo: $(STAMP)
 	$(BIN)/sealtwin run fixtures/paper-trial/trial.toml --device cpu
 
 test: $(STAMP)
-	$(BIN)/pytest
+	$(BIN)/pytest --numprocesses 2 --dist worksteal
 
 test-slow: $(STAMP)
 	$(BIN)/pytest -m slow
@@ -22,6 +22,11 @@ test-browser: $(STAMP)
 
 benchmark: $(STAMP)
 	$(BIN)/python benchmarks/paper_trial.py
+
+benchmark-digitise: $(STAMP)
+	$(BIN)/python benchmarks/tracing.py
+	$(BIN)/python benchmarks/solids.py
+	$(BIN)/python benchmarks/digitise_speed.py
 
 picture: demo
 	$(BIN)/python reports/images/draw.py reports/paper-trial
