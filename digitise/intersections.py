@@ -20,15 +20,17 @@ def intersecting_faces(vertices_mm: Floats, faces: Integers) -> Integers:
     Two triangles that cross do so along a segment that begins or ends where an edge of one passes through the other.
     """
     triangles = vertices_mm[faces]
-    found = [_crossing(vertices_mm, faces, triangles, pairs) for pairs in _close_pairs(triangles)]
+    planes = _planes(triangles)
+    found = [
+        # Most neighbours lie to one side of each other, which costs far less to see than that no edge passes through.
+        _crossing(vertices_mm, faces, _across(triangles, planes, _across(triangles, planes, pairs)[:, ::-1]))
+        for pairs in _close_pairs(triangles)
+    ]
     return np.concatenate([np.empty((0, 2), dtype=np.int64), *found])
 
 
-def _crossing(vertices_mm: Floats, faces: Integers, triangles: Floats, pairs: Integers) -> Integers:
+def _crossing(vertices_mm: Floats, faces: Integers, pairs: Integers) -> Integers:
     """Those of the pairs that cross."""
-    # Most neighbours lie to one side of each other, which costs far less to see than that no edge passes through.
-    for one, other in ((0, 1), (1, 0)):
-        pairs = pairs[_reaches_across(triangles, pairs[:, one], pairs[:, other])]
     crossing = np.zeros(len(pairs), dtype=bool)
     for one, other in ((0, 1), (1, 0)):
         piercing = faces[pairs[:, one]]
@@ -42,16 +44,20 @@ def _crossing(vertices_mm: Floats, faces: Integers, triangles: Floats, pairs: In
     return pairs[crossing]
 
 
-def _reaches_across(triangles: Floats, across: Integers, reaching: Integers) -> NDArray[np.bool_]:
-    """Whether a triangle has corners on both sides of the other one's plane, by more than a contact, (n,)."""
-    origin, b, c = triangles[across].transpose(1, 0, 2)
-    normal = np.cross(b - origin, c - origin)
+def _planes(triangles: Floats) -> Floats:
+    """Unit normal of each triangle and how far along it its plane lies, (f, 4); NaN for a needle, which has none."""
+    normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     area = np.linalg.norm(normal, axis=1)
-    normal /= np.where(area > 0, area, 1.0)[:, None]
-    height = np.einsum("nij,nj->ni", triangles[reaching] - origin[:, None], normal)
-    # A needle has no plane to be on either side of.
-    needle = area < CONTACT_MM**2
-    return needle | ((height.max(axis=1) > CONTACT_MM) & (height.min(axis=1) < -CONTACT_MM))
+    normal /= np.where(area < CONTACT_MM**2, np.nan, area)[:, None]
+    return np.column_stack([normal, (triangles[:, 0] * normal).sum(axis=1)])
+
+
+def _across(triangles: Floats, planes: Floats, pairs: Integers) -> Integers:
+    """Pairs whose first triangle has corners on both sides of the second one's plane, by more than a contact."""
+    plane = planes[pairs[:, 1]]
+    height = np.einsum("nij,nj->ni", triangles[pairs[:, 0]], plane[:, :3]) - plane[:, 3:]
+    to_one_side = (height.max(axis=1) <= CONTACT_MM) | (height.min(axis=1) >= -CONTACT_MM)
+    return pairs[~to_one_side]
 
 
 def _pierces(edge: Floats, triangle: Floats) -> NDArray[np.bool_]:
