@@ -6,18 +6,26 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from digitise.lines import strength
 from digitise.photo import Photo
 from digitise.raster import Map, blurred, shrunk
+from digitise.surroundings import surroundings
 from sealtwin.records import Floats, Integers
 
 WORK_PX = 1000
 """Longer side of the copy: a path needs no more, the walls are refined on the photo itself."""
-RIDGE_SIGMAS_PX = (1.5, 3.0, 6.0, 12.0)
-"""On the copy: cracks from 3 to 40 px wide answer to one of them."""
 BACKGROUND_PX = 81
-"""On the copy: dark things narrower than this do not count as background."""
+"""On the copy: dark things narrower than half of this do not count as background."""
+EVEN_PX = 20.0
+"""On the copy: sigma of the mean that brightness is compared with where lines are looked for."""
+LEAST_LIGHT = 0.05
+"""Of display brightness: what is darker is compared with this, or the noise of a black board would be lines."""
+DISPLAY_GAMMA = 2.2
+"""Of lightness as the eye and the camera's file count it: there, grain is as strong in the shade as in the light."""
 EDGE_PX = 3
 """Of the photo: the outermost pixels of the face mix with what lies beside it."""
+RIM_PX = 3
+"""Of the copy: lines so close to its rim have no mortar on one side; many photos come with a frame."""
 
 
 @dataclass(frozen=True)
@@ -30,8 +38,10 @@ class DarkMap:
     """Pixels here per pixel of the photo."""
     dark: Map
     """1 - brightness over local background, 0 to 1."""
+    even: Map
+    """Brightness as displayed, over its local mean."""
     ridge: Map
-    """Answer of a dark line of the best-fitting width, in units of its own noise."""
+    """Answer of a dark line of the best-fitting width, in units of the noise around."""
     allowed: NDArray[np.bool_]
     """On the face and on no marker."""
 
@@ -45,7 +55,7 @@ class DarkMap:
         """A part of the map, from a column and a row of it to others, these excluded."""
         part = np.s_[top:bottom, left:right]
         offset_px = (self.offset_px[0] + left / self.scale, self.offset_px[1] + top / self.scale)
-        return DarkMap(offset_px, self.scale, self.dark[part], self.ridge[part], self.allowed[part])
+        return DarkMap(offset_px, self.scale, self.dark[part], self.even[part], self.ridge[part], self.allowed[part])
 
 
 def map_darkness(photo: Photo, region_px: Floats | None = None, seen_face_px: Floats | None = None) -> DarkMap:
@@ -62,10 +72,14 @@ def map_darkness(photo: Photo, region_px: Floats | None = None, seen_face_px: Fl
     size = (max(1, round(light.shape[1] * scale)), max(1, round(light.shape[0] * scale)))
     light = shrunk(light, size)
     allowed = shrunk(allowed.astype(np.float32), size) >= 254
+    if photo.face_px is None and seen_face_px is None:
+        allowed &= ~surroundings(_around(_shown(light)))
     # What is beside the sample must look like sample, or its edge is the strongest line in the photo.
     light = _filled(light, allowed)
-    dark = _flattened(blurred(light, 0.8))
-    return DarkMap((left, top), scale, dark, np.where(allowed, _ridges(dark, allowed), 0).astype(np.float32), allowed)
+    shown = _shown(light)
+    even = (shown / np.maximum(blurred(shown, EVEN_PX), LEAST_LIGHT)).astype(np.float32)
+    ridge = np.where(inner(allowed), strength(even, allowed), 0).astype(np.float32)
+    return DarkMap((left, top), scale, _darkness(light, _around(shown)), even, ridge, allowed)
 
 
 def _box(photo: Photo, region_px: Floats | None) -> tuple[int, int, int, int]:
@@ -109,26 +123,28 @@ def _filled(light: Map, allowed: NDArray[np.bool_]) -> Map:
     return np.where(allowed, light, near / (blurred(weight, sigma) + 1e-3)).astype(np.float32)
 
 
-def _flattened(light: Map) -> Map:
-    """Darkness relative to the brightness around: 0 on plain mortar in any light, near 1 in a deep crack."""
-    size = min(BACKGROUND_PX, 2 * (min(light.shape) // 4) + 1)
-    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
-    # Median first: a closing alone would rest on the brightest grains.
-    background = cv2.morphologyEx(blurred(light, 3), cv2.MORPH_CLOSE, disc).astype(np.float32)
-    background = blurred(background, size / 4)
-    return np.clip(1 - light / np.maximum(background, 1e-4), 0, 1).astype(np.float32)
+def inner(allowed: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Less the rim of the map."""
+    kept = allowed.copy()
+    kept[:RIM_PX] = kept[-RIM_PX:] = False
+    kept[:, :RIM_PX] = kept[:, -RIM_PX:] = False
+    return kept
 
 
-def _ridges(dark: Map, allowed: NDArray[np.bool_]) -> Map:
-    """Largest principal curvature over scales (Lindeberg's normalisation, sigma squared), over its robust spread."""
-    best = np.zeros_like(dark)
-    for sigma in RIDGE_SIGMAS_PX:
-        smooth = blurred(dark, sigma)
-        xx = cv2.Sobel(smooth, cv2.CV_32F, 2, 0, ksize=3, scale=0.25)
-        yy = cv2.Sobel(smooth, cv2.CV_32F, 0, 2, ksize=3, scale=0.25)
-        xy = cv2.Sobel(smooth, cv2.CV_32F, 1, 1, ksize=3, scale=0.25)
-        # A dark line is a crest of darkness: its curvature across is the most negative eigenvalue.
-        across = -(xx + yy) / 2 + np.sqrt(((xx - yy) / 2) ** 2 + xy**2)
-        spread = 1.4826 * float(np.median(np.abs(across[allowed]))) if allowed.any() else 0.0
-        best = np.maximum(best, across * sigma**2 / max(spread * sigma**2, 2e-3))
-    return best
+def _shown(light: Map) -> Map:
+    """Brightness as displayed, 0 to 1."""
+    return np.asarray(np.power(np.clip(light, 0, 1), 1 / DISPLAY_GAMMA), dtype=np.float32)
+
+
+def _around(shown: Map) -> Map:
+    """Displayed brightness less what is narrow; a median keeps the edges of shadows where they are."""
+    size = min(BACKGROUND_PX, 2 * (min(shown.shape) // 4) + 1)
+    # OpenCV's large medians are of whole numbers.
+    around = cv2.medianBlur(np.rint(255 * shown).astype(np.uint8), size)
+    return np.asarray(around, dtype=np.float32) / np.float32(255)
+
+
+def _darkness(light: Map, around: Map) -> Map:
+    """Darkness relative to the light around: 0 on plain mortar in any light, near 1 in a deep crack."""
+    background = blurred(np.power(around, np.float32(DISPLAY_GAMMA)), BACKGROUND_PX / 16)
+    return np.clip(1 - blurred(light, 0.8) / np.maximum(background, 1e-4), 0, 1).astype(np.float32)

@@ -26,6 +26,10 @@ SURE_RIDGE = 5.0
 """In noise units: a line this strong is a crack even where the search map is too coarse to show how dark it is."""
 MOST_GAPS = 0.2
 """Share of the path that may be as bright as mortar."""
+CLEAR = 8.0
+"""In noise units: a clearer line is no cheaper, or one strong grain would pay for a detour."""
+NOTHING = 0.04
+"""Worth of a step where there is no line: a gap costs as much as a line 25 times as long."""
 AROUND = 0.5
 """A path may leave the box of its points by this much of their distance."""
 LEAST_AROUND_PX = 100.0
@@ -86,7 +90,7 @@ class _Way:
         legs = _legs(_cost_of_wide(field), stops)
         darkness, width = _measure(field, np.concatenate(legs))
         thin = width < THIN_PX
-        cost = _cost_of_thin(field) if thin else _cost_off_centre(field, np.concatenate(legs), darkness)
+        cost = cost_of_thin(field) if thin else _cost_off_centre(field, np.concatenate(legs), darkness)
         if thin:
             legs = _legs(cost, stops)
             darkness, width = _measure(field, np.concatenate(legs))
@@ -189,13 +193,14 @@ class _Way:
         return slice(first, last + 1)
 
 
-def _cost_of_thin(field: DarkMap) -> Floats:
-    return np.where(field.allowed, 1 / (0.04 + np.clip(field.ridge, 0, 8) / 8), np.inf)
+def cost_of_thin(field: DarkMap) -> Floats:
+    """Of a step on a thin crack's way: its clearness as a line counts."""
+    return np.where(field.allowed, 1 / (NOTHING + np.clip(field.ridge, 0, CLEAR) / CLEAR), np.inf)
 
 
 def _cost_of_wide(field: DarkMap) -> Floats:
     reference = max(float(np.percentile(field.dark[field.allowed], 99)), LEAST_DARKNESS)
-    strength = np.clip(field.ridge, 0, 8) / 8 * field.dark / reference
+    strength = np.clip(field.ridge, 0, CLEAR) / CLEAR * field.dark / reference
     return np.where(field.allowed, 1 / (0.03 + np.minimum(strength, 1.5) ** 1.5), np.inf)
 
 

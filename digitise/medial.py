@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
-from scipy.sparse.csgraph import connected_components, dijkstra
+from scipy.sparse.csgraph import connected_components, dijkstra, minimum_spanning_tree
 from scipy.spatial import KDTree
 from skimage.morphology import skeletonize
 
@@ -52,6 +52,14 @@ def linked(cells: Integers, worth: Floats | None = None) -> csr_array:
     if worth is not None:
         length = length * (worth[first] + worth[second]) / 2
     return csr_array(coo_array((length, (first, second)), shape=(len(cells), len(cells))))
+
+
+def strongest_tree(graph: csr_array, worth: Floats) -> csr_array:
+    """The graph less what closes its loops: of each loop the link between the least worthy cells goes."""
+    links = coo_array(graph)
+    weakness = 1 / (worth[links.row] + worth[links.col])
+    kept = coo_array(minimum_spanning_tree(csr_array(coo_array((weakness, (links.row, links.col)), shape=graph.shape))))
+    return csr_array(coo_array((np.asarray(graph[kept.row, kept.col]), (kept.row, kept.col)), shape=graph.shape))
 
 
 def longest_walk(graph: csr_array, start: int) -> tuple[Integers, float]:
