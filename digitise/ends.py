@@ -4,12 +4,11 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from digitise.darkness import EDGE_PX
+from digitise.patch import Patch
 from digitise.photo import Photo
 from digitise.polyline import depth_inside
-from digitise.raster import Map
 from sealtwin.records import EndKind, Floats
 
 LOOK_AHEAD = 2.0
@@ -30,20 +29,12 @@ class PathEnd:
     """The tip of a closed crack; else where the path ends."""
 
 
-def judge_end(
-    photo: Photo,
-    soft: Map,
-    mask: NDArray[np.uint8],
-    end_px: Floats,
-    ahead: Floats,
-    width_px: float,
-    threshold: float,
-) -> PathEnd:
-    """``ahead`` is the unit direction out of the crack in the photo; where ``soft`` is below ``threshold`` is crack.
+def judge_end(photo: Photo, patch: Patch, end_px: Floats, ahead: Floats, width_px: float, threshold: float) -> PathEnd:
+    """``ahead`` is the unit direction out of the crack in the photo; what is darker than ``threshold`` is crack.
 
-    ``mask`` is 255 on the sample. The edge of the photo cuts a crack like a user does.
+    The edge of the photo cuts a crack like a user does.
     """
-    reached_px = np.vstack([end_px, _dark_ahead_px(soft, mask, end_px, ahead, width_px, threshold)])
+    reached_px = np.vstack([end_px, _dark_ahead_px(photo, patch, end_px, ahead, width_px, threshold)])
     if photo.face_mm is not None:
         # The mask stops short of the edge.
         edge_px = np.abs(depth_inside(photo.to_mm(reached_px), photo.face_mm)) / photo.mm_per_px
@@ -66,22 +57,25 @@ def _tip_px(reached_px: Floats, end_px: Floats, ahead: Floats, width_px: float) 
 
 
 def _dark_ahead_px(
-    soft: Map, mask: NDArray[np.uint8], end_px: Floats, ahead: Floats, width_px: float, threshold: float
+    photo: Photo, patch: Patch, end_px: Floats, ahead: Floats, width_px: float, threshold: float
 ) -> Floats:
     """Pixels of crack around and ahead of the end that hang together with it, (n, 2)."""
     reach_px = LOOK_AHEAD * width_px
-    left, top = np.maximum(np.floor(end_px - reach_px), 0).astype(int)
-    right, bottom = np.ceil(end_px + reach_px).astype(int) + 1
+    left, top = np.maximum(np.floor(end_px - reach_px) - patch.offset_px, 0).astype(int)
+    right, bottom = (np.ceil(end_px + reach_px) - patch.offset_px).astype(int) + 1
     window = np.s_[top:bottom, left:right]
-    y, x = np.nonzero((soft[window] < threshold) & (mask[window] == 255))
-    dark_px = np.column_stack([x + left, y + top]).astype(float)
+    y, x = np.nonzero(patch.soft[window] < threshold)
+    dark_px = np.column_stack([x + left, y + top]) + np.array(patch.offset_px, dtype=float)
     away_px = dark_px - end_px
     # From a little behind the end, so that a bright speck on it does not part the crack from its end.
     kept = (away_px @ ahead > -0.5 * width_px) & (np.linalg.norm(away_px, axis=1) <= reach_px)
+    if not kept.any():
+        return dark_px[kept]
+    kept[kept] = patch.on_sample(dark_px[kept], photo.to_mm(dark_px[kept]))
     x, y, dark_px, away_px = x[kept], y[kept], dark_px[kept], away_px[kept]
     if len(dark_px) == 0:
         return dark_px
-    picture = np.zeros(soft[window].shape, dtype=np.uint8)
+    picture = np.zeros(patch.soft[window].shape, dtype=np.uint8)
     picture[y, x] = 1
     label = cv2.connectedComponents(picture, connectivity=8)[1][y, x]
     nearest = int(np.argmin(np.linalg.norm(away_px, axis=1)))

@@ -9,7 +9,10 @@ from digitise.cavity import Cavity
 from digitise.nearest import nearest_on_ring
 from digitise.photo import Photo
 from digitise.polyline import Box, depth_inside, signed_area
-from sealtwin.records import ON_EDGE_MM, Floats, Outline
+from sealtwin.records import Floats, Outline
+
+ON_EDGE_MM = 1e-3
+"""A wall point this close to the edge of the face has met it."""
 
 
 def with_mouth(traced: Outline, cavity: Cavity, photo: Photo) -> Outline:

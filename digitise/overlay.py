@@ -5,7 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from digitise.photo import Photo
-from digitise.polyline import at_arc_length, depth_inside
+from digitise.polyline import at_arc_length, depth_inside, resampled
 from sealtwin.records import Floats, Outline, PathSource, arc_length
 
 Picture = NDArray[np.uint8]
@@ -23,6 +23,8 @@ LONGER_SIDE_PX = 2400
 MOST_ENLARGED = 4.0
 ROUND_LENGTHS_MM = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 SUBPIXEL_BITS = 4
+DASH = 5.0
+"""Thousandths of the picture's longer side: length of a dash and of the gap after it."""
 FOUND: dict[PathSource, str] = {
     "ends": "between the given ends",
     "via": "between the given ends, by the given points",
@@ -49,6 +51,11 @@ def draw_overlay(photo: Photo, outline: Outline) -> Picture:
         _line(picture, placed(photo.face_ring_px), PAPER, thin, closed=True)
     # The ring first: where it is not covered by a wall it shows how the crack was closed at its ends.
     _line(picture, placed(outline.outline_px), ENDS, thin, closed=True)
+    for ring_mm in outline.islands_mm:
+        _line(picture, placed(photo.to_px(ring_mm)), ENDS, thin, closed=True)
+    for line_mm in outline.branches_mm:
+        branch = placed(photo.to_px(line_mm))
+        _line(picture, branch, CENTRE, thin) if outline.branches_kept else _dashed(picture, branch, CENTRE, thin, unit)
     _line(picture, placed(_on_face(photo, outline.left_wall_px)), LEFT, thin)
     _line(picture, placed(_on_face(photo, outline.right_wall_px)), RIGHT, thin)
     centreline = placed(outline.centreline_px)
@@ -169,6 +176,13 @@ def _text(picture: Picture, base: Floats, text: str, unit: float, colour: Colour
 def _line(picture: Picture, points: Floats, colour: Colour, thickness: int, closed: bool = False) -> None:
     fixed = np.rint(points * 2**SUBPIXEL_BITS).astype(np.int32)
     cv2.polylines(picture, [fixed], closed, colour, thickness, cv2.LINE_AA, SUBPIXEL_BITS)
+
+
+def _dashed(picture: Picture, points: Floats, colour: Colour, thickness: int, unit: float) -> None:
+    """What is left out."""
+    dashes = resampled(points, DASH * unit)
+    for start in range(0, len(dashes) - 1, 2):
+        _line(picture, dashes[start : start + 2], colour, thickness)
 
 
 def _along(points: Floats, distance: float) -> Floats:

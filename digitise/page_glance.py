@@ -20,7 +20,7 @@ specimen 3.1 mm wide, and its time falls as the copy shrinks.
 """
 
 
-def glance(photo: Photo, path: CrackPath) -> Outline | None:
+def glance(photo: Photo, path: CrackPath, edge_fraction: float = 0.5) -> Outline | None:
     """The outline as a smaller copy of the photo shows it; its ``_px`` count in that copy.
 
     None where the crack is too narrow for a copy, or its walls are not found there: the photo itself decides.
@@ -31,7 +31,7 @@ def glance(photo: Photo, path: CrackPath) -> Outline | None:
     factor = 2**shrinks
     narrow = replace(path, points_px=_placed(path.points_px, factor), width_px=path.width_px / factor)
     with suppress(InputError):
-        return trace_outline(shrunk(photo, factor), narrow)
+        return trace_outline(shrunk(photo, factor), narrow, edge_fraction)
     return None
 
 

@@ -48,6 +48,7 @@ class TraceSession:
         Raises InputError where the photo cannot be read.
         """
         self._rest, self.hints = rest_of(settings), hints
+        self._edge_fraction, self._keep_branches = settings.edge_fraction, settings.branches == "keep"
         pixels = read_pixels(settings, folder)
         # Whoever reads a sentence on the page sees which photo it is about: a name is enough.
         self._pixels = replace(pixels, file=Path(pixels.file.name))
@@ -90,12 +91,12 @@ class TraceSession:
                 if until == "path":
                     return
                 self._check_newest(revision)
-                if (rough := glance(seen.photo, path)) is not None:
+                if (rough := glance(seen.photo, path, self._edge_fraction)) is not None:
                     yield {"glance": _walls_answer(seen.photo, rough, seen.known)}
                 if until == "glance":
                     return
                 self._check_newest(revision)
-                outline = trace_outline(seen.photo, path)
+                outline = trace_outline(seen.photo, path, self._edge_fraction, self._keep_branches)
                 yield {"walls": _walls_answer(seen.photo, outline, seen.known)}
             except InputError as fault:
                 yield {"refused": _in_px_unless(seen.known, str(fault))}

@@ -21,14 +21,17 @@ def at_arc_length(values: Floats, s: Floats, stations: Floats) -> Floats:
     return np.column_stack([np.interp(stations, s, column) for column in values.T])
 
 
-def smoothed(values: Floats, sigma: float) -> Floats:
-    """Gaussian along the first axis, sigma in samples, then once more what the first one took away.
+def smoothed(values: Floats, sigma: float, returns: int = 1) -> Floats:
+    """Gaussian along the first axis, sigma in samples, then what it took away, smoothed, back again, ``returns`` times.
 
-    A single Gaussian cuts every corner and shortens a wandering line; twicing (Tukey) leaves far more of it. The ends
-    stay where they are: odd reflection.
+    A single Gaussian cuts every corner and shortens a wandering line; twicing (Tukey) leaves far more of it, and the
+    more so the more often: four returns keep all that is longer than 4 sigma, and little of what is shorter than half
+    of that. The ends stay where they are: odd reflection.
     """
-    once = _blurred(values, sigma)
-    return once + _blurred(values - once, sigma)
+    smooth = _blurred(values, sigma)
+    for _ in range(returns):
+        smooth = smooth + _blurred(values - smooth, sigma)
+    return smooth
 
 
 def _blurred(values: Floats, sigma: float) -> Floats:
@@ -127,6 +130,15 @@ def depth_inside(points: Floats, box: Box) -> Floats:
     beside = np.maximum(np.maximum(x_min - x, x - x_max), np.maximum(y_min - y, y - y_max))
     around = np.hypot(np.maximum(np.maximum(x_min - x, x - x_max), 0), np.maximum(np.maximum(y_min - y, y - y_max), 0))
     return np.where(beside > 0, -around, -beside)
+
+
+def on_side(point: Floats, box: Box) -> Floats:
+    """The place on the nearest side of a rectangle, (2,)."""
+    x_min, y_min, x_max, y_max = box
+    side = int(np.argmin(np.abs(np.array([point[0] - x_min, point[1] - y_min, point[0] - x_max, point[1] - y_max]))))
+    moved = point.copy()
+    moved[side % 2] = box[side]
+    return moved
 
 
 def rectangle(box: Box) -> Floats:

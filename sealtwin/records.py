@@ -22,8 +22,8 @@ Integers = NDArray[np.int64]
 Pixels = NDArray[np.uint8]
 """(height, width, 3), RGB."""
 
-ON_EDGE_MM = 1e-3
-"""A wall point this close to the edge of the face has met it; files keep a hundredth of this."""
+FACING = 0.98
+"""Cosine up to which the line between two walls counts as square to the centreline: 11 degrees."""
 
 EndKind = Literal["open", "closed", "cut"]
 """open: at the edge of the face; closed: a tip; cut: the user cut a longer crack here, with a wall across it."""
@@ -102,30 +102,19 @@ class Outline:
 
     @property
     def width_mm(self) -> Floats:
-        """Distance between the two walls at each station, (n,).
+        """Distance between the two walls at each station, square to the centreline, (n,).
 
-        Beside an open end a wall that has met the edge of the face has no width of its own left to give: there it is
-        that of the nearest station where both walls still run.
+        Beside an open end that is oblique the two walls of a station lie along the edge of the face: there the width is
+        that of the nearest station whose walls still face each other.
         """
-        width_mm = np.linalg.norm(self.left_wall_mm - self.right_wall_mm, axis=1)
-        running = np.flatnonzero(~self._on_edge)
-        if len(running):
-            first = running[0] if self.ends[0] == "open" else 0
-            last = running[-1] if self.ends[1] == "open" else len(width_mm) - 1
+        across_mm = self.left_wall_mm - self.right_wall_mm
+        width_mm = np.abs(_cross(_unit(np.gradient(self.centreline_mm, axis=0)), across_mm))
+        facing = np.flatnonzero(width_mm >= FACING * np.linalg.norm(across_mm, axis=1))
+        if len(facing):
+            first = facing[0] if self.ends[0] == "open" else 0
+            last = facing[-1] if self.ends[1] == "open" else len(width_mm) - 1
             width_mm[:first], width_mm[last + 1 :] = width_mm[first], width_mm[last]
         return width_mm
-
-    @property
-    def _on_edge(self) -> NDArray[np.bool_]:
-        """Stations at which a wall lies on the edge of the face, (n,)."""
-        if self.face_mm is None:
-            return np.zeros(len(self.centreline_mm), dtype=bool)
-        low, high = np.array(self.face_mm[:2]), np.array(self.face_mm[2:])
-        left, right = (
-            np.minimum(wall - low, high - wall).min(axis=1) < ON_EDGE_MM
-            for wall in (self.left_wall_mm, self.right_wall_mm)
-        )
-        return left | right
 
     @property
     def mean_width_mm(self) -> float:
@@ -258,6 +247,14 @@ class Comparison:
     passed: bool | None = None
     """Against the gate; None where the trial declares none. False whenever a particle escaped."""
     verdict: str = ""
+
+
+def _unit(vectors: Floats) -> Floats:
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+
+
+def _cross(first: Floats, second: Floats) -> Floats:
+    return first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
 
 
 def arc_length(points_mm: Floats) -> Floats:

@@ -35,7 +35,7 @@ def _from_photo(job: Job) -> Sample:
     job.progress.advance(1, "finding the crack")
     path = find_path(photo, settings.ends_px, settings.via_px, settings.roi_px)
     job.progress.advance(2, "tracing its walls")
-    outline = trace_outline(photo, path)
+    outline = trace_outline(photo, path, settings.edge_fraction, keep_branches=settings.branches == "keep")
     job.progress.advance(3, "building the solid")
     return Sample(outline, build_solid(outline, crack), draw_overlay(photo, outline))
 

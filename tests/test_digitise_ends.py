@@ -3,10 +3,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from digitise.ends import judge_end
+from digitise.ends import PathEnd, judge_end
+from digitise.patch import patch_around
 from digitise.photo import Photo
-from digitise.raster import blurred
 from digitise.view import View
+from sealtwin.records import Floats
 
 RIGHT = np.array([1.0, 0.0])
 
@@ -26,10 +27,10 @@ def photo_of_dark(dark: np.ndarray, face_mm=None) -> Photo:
     )
 
 
-def judged(dark: np.ndarray, end_px: tuple[float, float], face_mm=None):
+def judged(dark: np.ndarray, end_px: tuple[float, float], face_mm=None, ahead: Floats = RIGHT) -> PathEnd:
     photo = photo_of_dark(dark, face_mm)
-    mask = np.full(dark.shape, 255, dtype=np.uint8)
-    return judge_end(photo, blurred(photo.brightness, 0.8), mask, np.array(end_px), RIGHT, 10.0, 0.2)
+    end = np.array(end_px)
+    return judge_end(photo, patch_around(photo, end[None], 60.0), end, ahead, 10.0, 0.2)
 
 
 @pytest.fixture
@@ -54,10 +55,7 @@ def test_a_tip_is_found_beyond_the_given_end(band):
 
 def test_a_blunt_end_is_met_in_its_middle(band):
     """Not in the corner that a path seen a little aslant reaches last."""
-    photo = photo_of_dark(band)
-    aslant = np.array([np.cos(0.1), np.sin(0.1)])
-    mask = np.full(band.shape, 255, dtype=np.uint8)
-    end = judge_end(photo, blurred(photo.brightness, 0.8), mask, np.array([112.0, 50.0]), aslant, 10.0, 0.2)
+    end = judged(band, (112.0, 50.0), ahead=np.array([np.cos(0.1), np.sin(0.1)]))
     assert end.place_px == pytest.approx([120, 50], abs=1.0)
 
 

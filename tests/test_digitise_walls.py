@@ -1,8 +1,11 @@
 import numpy as np
 import pytest
 
+from digitise.patch import BLUR_PX, Patch
+from digitise.polyline import left_normals
 from digitise.raster import blurred
-from digitise.strip import BLUR_PX, Walls, find_walls, straighten
+from digitise.strip import sample_step_mm, straighten
+from digitise.walls import Walls, find_walls
 from tests.pictures import evenly_scaled, write_png
 
 MM_PER_PX = 0.1
@@ -12,13 +15,17 @@ MM_PER_PX = 0.1
 def walls_of(tmp_path):
     """Walls, in px from the line y = 60, of a crack whose brightness is given, (120, 300)."""
 
-    def find(brightness: np.ndarray, mask: np.ndarray | None = None, width_px: float = 20) -> Walls:
+    def find(
+        brightness: np.ndarray, mask: np.ndarray | None = None, width_px: float = 20, edge_fraction: float = 0.5
+    ) -> Walls:
         photo = evenly_scaled(write_png(tmp_path / "strip.png", brightness), MM_PER_PX)
         line_mm = photo.to_mm(np.column_stack([np.arange(20, 280, 2.5), np.full(104, 60.0)]))
         mask = np.full(brightness.shape, 255, dtype=np.uint8) if mask is None else mask
-        soft = blurred(photo.brightness, BLUR_PX)
-        strip = straighten(photo, soft, mask, line_mm, 1.5 * width_px * MM_PER_PX)
-        return find_walls(strip, width_px * MM_PER_PX, 2.5 * MM_PER_PX)
+        patch = Patch((0, 0), blurred(photo.brightness, BLUR_PX), mask, None, MM_PER_PX)
+        width_mm = width_px * MM_PER_PX
+        step_mm = sample_step_mm(width_mm, MM_PER_PX)
+        strip = straighten(photo, patch, line_mm, left_normals(line_mm), step_mm, 1.5 * width_mm)
+        return find_walls(strip, width_mm, edge_fraction)
 
     return find
 
