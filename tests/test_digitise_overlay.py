@@ -1,9 +1,12 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from digitise.outline import trace_outline
 from digitise.overlay import CENTRE, ENDS, LEFT, LONGER_SIDE_PX, RIGHT, draw_overlay
 from digitise.path import find_path
+from digitise.polyline import resampled
 from digitise.specimen import Recipe, make_specimen
 from tests.pictures import SMALL_FACE, evenly_scaled, mortar, photo_of, with_crack, write_png
 
@@ -39,6 +42,21 @@ def test_both_ends_are_marked(scene):
     photo, outline, picture = scene
     scale = picture.shape[1] / photo.size_px[0]
     assert share_of_colour(picture, (outline.centreline_px[[0, -1]] + 0.5) * scale - 0.5, ENDS) == 1
+
+
+def test_side_cracks_are_drawn_dashed_where_they_are_left_out_and_islands_with_their_rim(scene):
+    """Half of a dashed line is dashes, whose ends are soft."""
+    photo, outline, _ = scene
+    line_px, ring_px = np.array([[100.0, 300.0], [160.0, 360.0]]), np.array([[200.0, 300], [240, 300], [220, 340]])
+    spoilt = replace(outline, branches_mm=(photo.to_mm(line_px),), islands_mm=(photo.to_mm(ring_px),))
+    shares = []
+    for branches_kept in (False, True):
+        picture = draw_overlay(photo, replace(spoilt, branches_kept=branches_kept))
+        scale = picture.shape[1] / photo.size_px[0]
+        for points_px, colour in ((line_px, CENTRE), (ring_px, ENDS)):
+            places = (resampled(points_px, 0.5) + 0.5) * scale - 0.5
+            shares.append(share_of_colour(picture, places, colour))
+    assert shares == pytest.approx([0.5, 1, 1, 1], abs=0.15)
 
 
 def test_the_photo_itself_is_not_drawn_on(scene):
