@@ -108,8 +108,9 @@ class Outline:
         that of the nearest station whose walls still face each other.
         """
         across_mm = self.left_wall_mm - self.right_wall_mm
-        width_mm = np.abs(_cross(_unit(np.gradient(self.centreline_mm, axis=0)), across_mm))
-        facing = np.flatnonzero(width_mm >= FACING * np.linalg.norm(across_mm, axis=1))
+        width_mm = np.linalg.norm(across_mm, axis=1)
+        square_mm = np.abs(_cross(_unit(np.gradient(self.centreline_mm, axis=0)), across_mm))
+        facing = np.flatnonzero(square_mm >= FACING * width_mm)
         if len(facing):
             first = facing[0] if self.ends[0] == "open" else 0
             last = facing[-1] if self.ends[1] == "open" else len(width_mm) - 1
