@@ -17,6 +17,8 @@ STATION_MM = 1.0
 SMOOTHED_STATIONS = 1.0
 """Standard deviation of a Gaussian over the centreline: the floor's lines are to stand square to the crack, not to the
 waver of its trace."""
+ROOM_MM = 10.0
+"""Around the block: a dam is 4 mm thick."""
 
 
 @dataclass(frozen=True)
@@ -97,9 +99,9 @@ def _to_left(line_mm: Floats, own_mm: Floats) -> Floats:
 
 
 def _around(places_mm: Floats, box_mm: Box) -> Floats:
-    """Four corners that hold the box and the places with room to spare, so that no triangle ends short of either."""
-    low = np.minimum(places_mm.min(axis=0), box_mm[:2]) - STATION_MM
-    high = np.maximum(places_mm.max(axis=0), box_mm[2:]) + STATION_MM
+    """Four corners that hold the places, and the box with the dams outside it: a depth is asked of their corners too."""
+    low = np.minimum(places_mm.min(axis=0), box_mm[:2]) - ROOM_MM
+    high = np.maximum(places_mm.max(axis=0), box_mm[2:]) + ROOM_MM
     return np.array([low, (high[0], low[1]), high, (low[0], high[1])])
 
 

@@ -1,6 +1,7 @@
 """Floors that rise and fall along the crack, against closed forms and a dense sum."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -138,6 +139,7 @@ def test_a_rough_crack_with_hills_islands_and_two_angles_is_sound():
     stone = middle + np.column_stack([np.cos(turn), np.sin(turn)])
     assert KDTree(outline.outline_mm).query(stone)[0].min() > 1.0
     outline = replace(outline, islands_mm=(stone,))
-    for tilt in TILTS:
-        solid = build(outline, HILLS, tilt, wall_angle_deg=5.0 if tilt == "lean" else (3.0, 6.0))
+    angles_deg: dict[Tilt, Any] = {"lean": 5.0, "flare": (3.0, 6.0), "funnel": (3.0, 6.0)}
+    for tilt, wall_angle_deg in angles_deg.items():
+        solid = build(outline, HILLS, tilt, wall_angle_deg=wall_angle_deg)
         assert solid.cavity_volume_mm3 == pytest.approx(solid.report["volume_mm3"][tilt], rel=1e-3)
