@@ -99,7 +99,7 @@ def _to_left(line_mm: Floats, own_mm: Floats) -> Floats:
 
 
 def _around(places_mm: Floats, box_mm: Box) -> Floats:
-    """Four corners that hold the places, and the box with the dams outside it: a depth is asked of their corners too."""
+    """Four corners that hold the places, and the box with its dams: a depth is asked of their corners too."""
     low = np.minimum(places_mm.min(axis=0), box_mm[:2]) - ROOM_MM
     high = np.maximum(places_mm.max(axis=0), box_mm[2:]) + ROOM_MM
     return np.array([low, (high[0], low[1]), high, (low[0], high[1])])
