@@ -35,8 +35,11 @@ def _digitise(*arguments):
 def lab(tmp_path_factory):
     """Two photos with a crack, a mortar face without one, and a text file that calls itself a photo."""
     folder = tmp_path_factory.mktemp("lab")
-    write_png(folder / "first.png", with_crack(mortar(), [(40, 150), (460, 140)]))
-    write_png(folder / "second.png", with_crack(mortar(), [(40, 120), (460, 170)]))
+    # Straight ones would pass for joints.
+    first = [(40, 150), (110, 162), (190, 140), (280, 157), (370, 136), (460, 148)]
+    second = [(40, 120), (120, 131), (200, 118), (290, 146), (380, 139), (460, 170)]
+    write_png(folder / "first.png", with_crack(mortar(), first))
+    write_png(folder / "second.png", with_crack(mortar(), second))
     write_png(folder / "plain.png", mortar())
     (folder / "note.jpg").write_text("This is no photo.")
     return folder
