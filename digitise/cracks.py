@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 from skimage.filters import apply_hysteresis_threshold
 from skimage.morphology import skeletonize
 
+from digitise.costs import CLEAR, NOTHING, cost_of_thin
 from digitise.darkness import DarkMap, inner, map_darkness
 from digitise.growth import grown
 from digitise.joints import beside_straight, straight_lines
 from digitise.lines import support
-from digitise.livewire import CLEAR, NOTHING, cost_of_thin
 from digitise.medial import linked, longest_walk, radius, strongest_tree, without_hooks
 from digitise.photo import Photo
 from digitise.pieces import larger_pieces, pieces

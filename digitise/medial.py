@@ -12,6 +12,10 @@ from sealtwin.records import Floats, Integers
 
 STEPS = ((0, 1), (1, -1), (1, 0), (1, 1))
 """To half of a cell's eight neighbours: row, column."""
+LEAST_BRANCH = 2.0
+"""In widths: a side line that ends nearer to the wall is roughness."""
+LEAST_BRANCH_PX = 8.0
+"""The same in pixels: shorter is a pore or a slip of a brush."""
 
 
 def radius(region: NDArray[np.bool_]) -> Floats:

@@ -7,7 +7,7 @@ from skimage.graph import MCP_Geometric
 
 from digitise.crack_path import CrackPath
 from digitise.hints import SNAP_PX, check_hints
-from digitise.medial import longest_line, radius, side_lines, without_hooks
+from digitise.medial import LEAST_BRANCH, LEAST_BRANCH_PX, longest_line, radius, side_lines, without_hooks
 from digitise.photo import Photo
 from digitise.raster import shrunk
 from digitise.settings import Pixel
@@ -20,10 +20,6 @@ LEAST_COVERED = 0.25
 """Of a cell of that copy, by paint: a line of one pixel stays whole."""
 PINHOLE = 0.5
 """Of the crack's width: smaller places without paint are slips of the brush."""
-LEAST_BRANCH = 2.0
-"""In widths: a side line that ends nearer to the wall is roughness."""
-LEAST_BRANCH_PX = 8.0
-"""The same in pixels: shorter is a pore or a slip of the brush."""
 
 
 def painted_path(photo: Photo, ends_px: tuple[Pixel, Pixel] | None) -> CrackPath:
