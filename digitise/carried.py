@@ -20,9 +20,7 @@ Side = tuple[Floats, NDArray[np.bool_]]
 """Distance of a wall from the line, and where it was seen, (stations,)."""
 
 
-def completed(
-    left: Side, right: Side, across: float, station: float, both_reach_edge: bool
-) -> tuple[Floats, Floats]:
+def completed(left: Side, right: Side, across: float, station: float, both_reach_edge: bool) -> tuple[Floats, Floats]:
     """Both walls at every station; ``across`` is the number of stations in one crack width, ``station`` their distance.
 
     At the ends a wall that is lost before the other one goes with it, at the width that the crack has there: the edge

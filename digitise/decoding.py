@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageFile, ImageOps
 
 from digitise.foreign import foreign_format
+from digitise.settings import LARGEST_FILE_BYTES
 from sealtwin.errors import InputError
 
 FORMATS = ("JPEG", "PNG", "WEBP", "TIFF", "BMP")
@@ -85,8 +86,12 @@ def _opened(path: Path, key: str) -> Iterator[Image.Image]:
         raise InputError(f"{path}: this is a folder; {key} must be a {_formats()} file.")
     if not path.is_file():
         raise InputError(f"{path}: not found; {key} is looked for beside the trial file.")
-    if path.stat().st_size == 0:
+    size = path.stat().st_size
+    if size == 0:
         raise InputError(f"{path}: the photo is empty (0 bytes); copy it from the camera again.")
+    if size > LARGEST_FILE_BYTES:
+        # Some decoders take the whole file into memory before they look at it.
+        raise InputError(f"{path}: {size / 1e6:.0f} MB; at most {LARGEST_FILE_BYTES / 1e6:.0f} MB; save it as JPEG.")
     if foreign := foreign_format(path):
         raise InputError(f"{path}: {foreign}")
     try:

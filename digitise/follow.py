@@ -36,4 +36,4 @@ def follow(excess: Floats, sample_px: float, station_px: float) -> Floats:
     side = np.arange(sides)
     for station in range(stations - 1, 0, -1):
         place[:, station - 1] = place[:, station] + steps[came_by[station, side, place[:, station]]]
-    return (place + 0.5) * sample_px
+    return np.asarray((place + 0.5) * sample_px, dtype=float)

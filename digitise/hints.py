@@ -4,7 +4,7 @@ import numpy as np
 
 from digitise.crack_path import listed
 from digitise.photo import Photo
-from digitise.polyline import depth_inside
+from digitise.polyline import crossings, depth_inside
 from digitise.settings import Pixel
 from sealtwin.errors import InputError
 from sealtwin.records import Floats
@@ -50,12 +50,18 @@ def _check_apart(photo: Photo, ends_px: tuple[Pixel, Pixel], via_px: tuple[Pixel
 def region_px(photo: Photo, roi_px: tuple[Pixel, ...]) -> Floats:
     """Corners of the region of interest, (n, 2): of a box, where two opposite ones are given.
 
-    Raises InputError where it holds too little of the photo.
+    Raises InputError where it holds too little of the photo, or its sides cross.
     """
     corners = np.array(roi_px, dtype=float)
     if len(corners) == 2:
         (left, top), (right, bottom) = corners.min(axis=0), corners.max(axis=0)
         corners = np.array([[left, top], [right, top], [right, bottom], [left, bottom]])
+    if crossed := crossings(corners, closed=True):
+        sides = [listed(corners[[side, (side + 1) % len(corners)]]) for side in crossed[0]]
+        raise InputError(
+            f"{photo.file}: roi_px crosses itself: its side {sides[0]} and its side {sides[1]} px; give its corners in "
+            "the order in which they go round."
+        )
     low = np.maximum(corners.min(axis=0), 0)
     high = np.minimum(corners.max(axis=0), np.array(photo.size_px) - 1)
     if np.any(high - low < LEAST_REGION_PX):

@@ -26,6 +26,8 @@ LEAST_APART = 0.05
 """Of a square's circumference, between it and another that is not the same. OpenCV's own 0.125 takes a marker for the
 white card that it is printed on: of 296 markers in synthetic photos it loses 44, this none.
 """
+MOST_NAMED = 12
+"""Markers that are not there; whoever misses more knows which."""
 LIKE_SIZE = 2.0
 """Largest factor between the sides of markers of one size in a photo taken from above; a stray one is another."""
 
@@ -111,4 +113,5 @@ def _dictionary(board: MarkerBoard) -> cv2.aruco.Dictionary:
 
 
 def _listed(numbers: set[int]) -> str:
-    return ", ".join(str(number) for number in sorted(numbers))
+    told = ", ".join(str(number) for number in sorted(numbers)[:MOST_NAMED])
+    return told if len(numbers) <= MOST_NAMED else f"{told} and {len(numbers) - MOST_NAMED} more"

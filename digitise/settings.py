@@ -10,7 +10,11 @@ from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 from sealtwin.records import DataKind, Floats
 from sealtwin.settings import Settings
 
-Pixel = tuple[float, float]
+InPhoto = Annotated[float, Field(ge=-1_000_000, le=1_000_000)]
+"""A pixel's column or row, or that of a place beside the photo: no photo that is read has a side of a million."""
+Pixel = tuple[InPhoto, InPhoto]
+LARGEST_FILE_BYTES = 250_000_000
+"""Of a photo or a mesh: what 50 million pixels with transparency take uncompressed, and a quarter more."""
 OnFace = Annotated[float, Field(ge=-10_000, le=10_000)]
 """A place on the face, in mm: none lies ten metres off."""
 FaceSide = Annotated[float, Field(gt=1, le=5000)]
@@ -68,6 +72,13 @@ class MarkerBoard(Settings):
     """Outer edge of the black square: finer does not print, and a metre is larger than a sample."""
     markers: tuple[Marker, ...] = Field(min_length=4, max_length=1000)
     """Four corners fix a homography; fewer markers leave it to the noise of one."""
+
+    @model_validator(mode="after")
+    def _each_once(self) -> Self:
+        numbers = [marker.id for marker in self.markers]
+        if twice := {number for number in numbers if numbers.count(number) > 1}:
+            raise ValueError(f"marker {min(twice)} is listed {numbers.count(min(twice))} times; it lies in one place")
+        return self
 
 
 class PhotoInput(Settings):

@@ -30,7 +30,8 @@ def softness_px(share: Floats, place_px: Floats, sample_px: float, edge_fraction
     rel_px = np.arange(0, 3 * SOFTEST_PX, 0.5 * sample_px)
     sigmas_px = [SOFTEST_PX]
     for side, places_px in zip(share, place_px, strict=True):
-        profile = np.median(_between(side, np.minimum((places_px[:, None] + rel_px) / sample_px, side.shape[1] - 1)), axis=0)
+        sample = np.minimum((places_px[:, None] + rel_px) / sample_px, side.shape[1] - 1)
+        profile = np.median(_between(side, sample), axis=0)
         inner, outer = (_reached(profile, rel_px, level) for level in (edge_fraction, OUTER))
         if outer is not None:
             sigmas_px.append((outer - (inner or 0.0)) / (ndtri(OUTER) - ndtri(edge_fraction)))

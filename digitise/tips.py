@@ -46,10 +46,16 @@ def find_tip(photo: Photo, patch: Patch, line_mm: Floats, walls: Walls, near_mm:
     low_mm, high_mm = (-right_mm, left_mm) if outward > 0 else (-left_mm, right_mm)
     low_mm, high_mm = low_mm[:, None] - BESIDE_PX * px, high_mm[:, None] + BESIDE_PX * px
     inside = (strip.offset_mm >= low_mm) & (strip.offset_mm <= high_mm)
-    beside = ~inside & (strip.offset_mm >= low_mm - 2 * BESIDE_PX * px) & (strip.offset_mm <= high_mm + 2 * BESIDE_PX * px)
-    bright = np.nanmedian(np.where(beside & strip.valid, strip.light, np.nan), axis=1)
+    around_mm = 2 * BESIDE_PX * px
+    beside = ~inside & (strip.offset_mm >= low_mm - around_mm) & (strip.offset_mm <= high_mm + around_mm)
+    mortar = beside & strip.valid
+    known = np.flatnonzero(mortar.any(axis=1))
+    if len(known) == 0:
+        return float(s_mm[last])
+    levels = np.nanmedian(np.where(mortar[known], strip.light[known], np.nan), axis=1)
+    bright = np.interp(np.arange(len(mortar)), known, levels)[:, None]
     dark = np.interp(stations_mm, s_mm, walls.dark)
-    missing = np.where(inside, 1 - (strip.light - dark[:, None]) / np.maximum(bright - dark, 1e-6)[:, None], 0)
+    missing = np.where(inside, 1 - (strip.light - dark[:, None]) / np.maximum(bright - dark[:, None], 1e-6), 0)
     width_px = missing.sum(axis=1) * strip.sample_px
     return _vanishing_mm(stations_mm, width_px, float(s_mm[last]), outward, reach_mm)
 
@@ -57,7 +63,7 @@ def find_tip(photo: Photo, patch: Patch, line_mm: Floats, walls: Walls, near_mm:
 def _vanishing_mm(stations_mm: Floats, width_px: Floats, last_mm: float, outward: int, reach_mm: float) -> float:
     """Where the square of the width, extrapolated outward from about ``last_mm``, is 0."""
     last = int(np.argmin(np.abs(stations_mm - last_mm)))
-    widest_px = min(WIDEST_PX, TIP_SHARE * float(np.median(width_px[:last + 1])))
+    widest_px = min(WIDEST_PX, TIP_SHARE * float(np.median(width_px[: last + 1])))
     wide = np.flatnonzero(width_px[: last + 1] > widest_px)
     narrow = np.flatnonzero(width_px[last:] < NARROWEST_PX)
     begin = wide[-1] if len(wide) else 0

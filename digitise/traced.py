@@ -184,10 +184,8 @@ def _nearest_mm(line_mm: Floats, place_mm: Floats) -> float:
     return float(np.clip(s_mm[nearest] + beside_mm, 0, s_mm[-1]))
 
 
-def _check_seen(
-    photo: Photo, strip: Strip, walls: Walls, span_mm: tuple[float, float], most_unseen: float
-) -> float:
-    """Share of the crack, where it is on the sample, on which a wall is missing; more than ``most_unseen`` is refused."""
+def _check_seen(photo: Photo, strip: Strip, walls: Walls, span_mm: tuple[float, float], most_unseen: float) -> float:
+    """Share of the crack, where it is on the sample, on which a wall is missing; refused above ``most_unseen``."""
     s_mm = arc_length(strip.line_mm)
     within = strip.valid[:, strip.middle] & (s_mm >= span_mm[0]) & (s_mm <= span_mm[1])
     unseen = 1 - float(np.mean((walls.both_seen & walls.open_line)[within])) if within.any() else 1.0

@@ -68,12 +68,14 @@ def find_walls(strip: Strip, width_mm: float, edge_fraction: float = 0.5, both_r
     # Where nothing is known, nothing pulls a wall.
     place_px = follow(np.where(valid, share - edge_fraction, 0), strip.sample_px, strip.station_px)
     sigma_px = softness_px(share, place_px, strip.sample_px, edge_fraction)
+    seen = np.zeros(place_px.shape, dtype=bool)
     for _ in range(REFINEMENTS):
         place_px, seen = refined(light, valid, place_px, sigma_px, strip.sample_px, over, contrast)
     left, right = zip(place_px * strip.mm_per_px, seen, strict=True)
     left_mm, right_mm = completed(left, right, across, strip.station_px * strip.mm_per_px, both_reach_edge)
     bright = bright.mean(axis=0)
-    return Walls(left_mm, right_mm, *seen, strip.light[:, strip.middle] < (dark + bright) / 2, dark, bright)
+    open_line = strip.light[:, strip.middle] < (dark + bright) / 2
+    return Walls(left_mm, right_mm, seen[0], seen[1], open_line, dark, bright)
 
 
 def _outward(strip: Strip, values: NDArray) -> NDArray:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from importlib.metadata import version
 from typing import Any
 
+from digitise.settings import LARGEST_FILE_BYTES
 from sealtwin import files
 from sealtwin.errors import InputError, NumericalError
 from sealtwin.folder import stage_key
@@ -59,7 +60,7 @@ def _digitise(job: Job) -> bool:
     inputs = _hashes_of_sample(job)
     settings = stage_settings(job.trial, "digitise")
     key = stage_key(inputs, settings)
-    # A file that is not there has no hash; what reads it says so.
+    # A file that is not there, or larger than any that is read, has no hash; what reads it says so.
     if len(inputs) == len(sample_files(job.trial)) and job.folder.is_current("digitise", key):
         return False
     job.progress.start("Digitising", 5)
@@ -96,12 +97,12 @@ def _digitise(job: Job) -> bool:
 
 
 def _hashes_of_sample(job: Job) -> dict[str, str]:
-    """Of each file that shows the crack, by its role and name."""
+    """Of each file that shows the crack and is of a size that is read, by its role and name."""
     named = sample_files(job.trial).items()
     return {
         file.name if role == "file" else f"{role} {file.name}": files.sha256(job.source / file)
         for role, file in named
-        if (job.source / file).is_file()
+        if (job.source / file).is_file() and (job.source / file).stat().st_size <= LARGEST_FILE_BYTES
     }
 
 

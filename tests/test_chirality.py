@@ -35,6 +35,7 @@ def truth() -> dict:
 def traced():
     """The fixture's crack runs from the lower left to the upper right of its photo; its mirror image does not."""
     trial = load_trial(FIXTURE / "trial.toml")
+    assert trial.photo is not None
     photo = load_photo(trial.photo, FIXTURE)
     outline = trace_outline(photo, find_path(photo, trial.photo.ends_px))
     return outline, build_solid(outline, CrackShape(depth_mm=16.0, tilt="vertical"))

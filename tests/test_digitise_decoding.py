@@ -1,6 +1,7 @@
 import struct
 import subprocess
 import sys
+import time
 import zlib
 
 import cv2
@@ -100,6 +101,18 @@ def test_a_photo_just_too_large_is_refused_with_its_size(tmp_path):
     path = tmp_path / "large.png"
     write_bomb(path, side=8_000)
     assert "8000 x 8000 pixels" in refusal(path)
+
+
+@pytest.mark.parametrize("start", [b"RIFF\xff\xff\xff\xffWEBPVP8 ", b"\x89PNG\r\n\x1a\n", b"II*\0\x08\0\0\0", b"BM"])
+def test_a_file_of_gigabytes_is_refused_before_it_is_read(tmp_path, start):
+    """It takes no room on the disk; the WebP decoder would take twice its size in memory before it looks at it."""
+    path = tmp_path / "photo.webp"
+    with path.open("wb") as opened:
+        opened.write(start)
+        opened.truncate(3_000_000_000)
+    began = time.process_time()
+    assert "3000 MB; at most 250 MB" in refusal(path)
+    assert time.process_time() - began < 0.5  # 0.001 s; reading takes seconds
 
 
 def test_a_handful_of_pixels_is_refused(tmp_path, picture):

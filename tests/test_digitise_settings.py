@@ -31,7 +31,7 @@ MARKER: dict[str, Any] = {"id": 0, "x_mm": 0.0, "y_mm": 0.0}
         (NozzlePath, {}, "lead_in_mm", (-1.0, 1e9)),
         (NozzlePath, {}, "lead_out_mm", (-1.0, 1e9)),
         (NozzlePath, {}, "fill", (0.0, -1.0, 1e9)),
-        (MarkerBoard, {"markers": [MARKER] * 4}, "size_mm", (1e-9, 1e9)),
+        (MarkerBoard, {"markers": [MARKER | {"id": n} for n in range(4)]}, "size_mm", (1e-9, 1e9)),
         (Marker, MARKER, "x_mm", (-1e9, 1e300)),
         (Marker, MARKER, "id", (-1, 10**9)),
     ],
@@ -42,6 +42,20 @@ def test_a_number_that_no_bench_has_is_refused_by_its_key(table: type[BaseModel]
         with pytest.raises(ValidationError) as fault:
             table.model_validate_json(_json(base | {key: value}))
         assert key in str(fault.value)
+
+
+@pytest.mark.parametrize("key", ["ends_px", "via_px", "roi_px", "ruler_px", "face_corners_px"])
+@pytest.mark.parametrize("value", [1e308, -1e12, 2e6])
+def test_a_place_that_no_photo_has_is_refused_by_its_key(key, value):
+    """Beyond 2^27 px OpenCV's integers overflow: a region of everything became a region of nothing."""
+    with pytest.raises(ValidationError, match=key):
+        PhotoInput.model_validate_json(_json(PHOTO | {"mm_per_px": 0.1, key: [[0.0, 0.0], [value, 0.0]]}))
+
+
+def test_a_marker_lies_in_one_place():
+    places = [{"id": number, "x_mm": 20.0 * number, "y_mm": 0.0} for number in (0, 1, 2, 3, 1)]
+    with pytest.raises(ValidationError, match="marker 1 is listed 2 times"):
+        MarkerBoard.model_validate_json(_json({"size_mm": 16.0, "markers": places}))
 
 
 @pytest.mark.parametrize("side", [0.0, -40.0, 1e9])

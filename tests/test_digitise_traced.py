@@ -10,7 +10,7 @@ from digitise.path import find_path
 from digitise.photo import load_photo
 from digitise.specimen import Recipe, Specimen, make_specimen, mean_width_mm
 from sealtwin.files import read_outline, write_outline
-from sealtwin.records import Outline, arc_length
+from sealtwin.records import Outline
 from tests.pictures import SMALL_FACE, distance_to, photo_of, rms
 
 FIXTURE = Path(__file__).parent.parent / "fixtures" / "paper-trial"

@@ -37,6 +37,31 @@ def test_a_program_gets_the_board_as_one_object(tmp_path):
     assert content["markers"]["markers"][0] == {"id": 0, "x_mm": -8.75, "y_mm": -8.75}
 
 
+@pytest.mark.parametrize("option", ["--out", "--toml"])
+def test_nothing_of_the_users_is_overwritten(tmp_path, option):
+    """--toml wants a new file for the table: whoever gives the trial's own name must not lose the trial."""
+    mine = tmp_path / "mine.pdf"
+    mine.write_text("mine")
+    named = {"--out": tmp_path / "frame.pdf", "--toml": tmp_path / "board.toml"} | {option: mine}
+    answer = _markers("--face-mm", "160x40", *(part for pair in named.items() for part in pair))
+    assert answer.exit_code == 3
+    assert "mine.pdf: is there already" in answer.stderr
+    assert [(file.name, file.read_text()) for file in tmp_path.iterdir()] == [("mine.pdf", "mine")]
+
+
+def test_the_same_frame_can_be_written_again(tmp_path):
+    for _ in range(2):
+        answer = _markers("--face-mm", "160x40", "--out", tmp_path / "frame.pdf", "--toml", tmp_path / "board.toml")
+        assert answer.exit_code == 0, answer.output
+
+
+def test_page_and_table_are_two_files(tmp_path):
+    answer = _markers("--face-mm", "160x40", "--out", tmp_path / "frame.pdf", "--toml", tmp_path / "frame.pdf")
+    assert answer.exit_code == 2
+    assert "same file" in answer.stderr
+    assert not list(tmp_path.iterdir())
+
+
 @pytest.mark.parametrize(
     ("arguments", "code", "said"),
     [

@@ -92,7 +92,9 @@ def test_a_file_that_is_no_trial_is_refused(tmp_path, content, named):
 def test_a_trial_from_a_windows_editor_is_read(tmp_path):
     path = tmp_path / "trial.toml"
     path.write_bytes(b"\xef\xbb\xbf" + TRIAL.replace("\n", "\r\n").encode())
-    assert load_trial(path).crack.depth_mm == 16.0
+    crack = load_trial(path).crack
+    assert crack is not None
+    assert crack.depth_mm == 16.0
 
 
 def test_a_pipe_or_a_device_is_no_trial(tmp_path):
@@ -113,6 +115,7 @@ def test_a_missing_trial_and_a_folder_are_refused(tmp_path):
 def test_the_starter_is_a_valid_trial_and_overwrites_nothing(tmp_path):
     trial_file, sheet = write_starter(tmp_path / "new")
     trial = load_trial(trial_file)
+    assert trial.crack is not None
     assert trial.crack.depth_mm == 16.0
     assert sheet.read_text().startswith("s_mm,")
     with pytest.raises(InputError, match="not overwritten"):
@@ -180,6 +183,7 @@ def test_a_photo_without_a_trial_makes_one():
     }
     trial = photo_trial(Path("some/photo.png"), tables)
     assert trial.name == "photo"
+    assert trial.photo is not None
     assert trial.photo.scale_is == "assumed"
     assert trial.photo.ends_px == ends_px
     assert trial.photo.via_px == ()

@@ -34,14 +34,20 @@ def markers(
             raise typer.BadParameter(f"--out {out}: expected a file that ends in .pdf or .svg")
         from digitise.board import board_around, board_toml, checked_face, draw_frame
         from digitise.sheet import as_pdf, as_svg
-        from sealtwin.files import write_bytes, write_text
+        from sealtwin.files import refuse_other, write_bytes
 
+        if toml is not None and toml.resolve() == out.resolve():
+            raise typer.BadParameter(f"--toml {toml}: the same file as --out")
         face = checked_face(two_numbers(face_mm, "x", "--face-mm"))
         frame = draw_frame(face, board_around(face, size_mm, dictionary, int(count)), paper)
         table = board_toml(frame)
-        write_bytes(out, as_pdf(frame.sheet) if out.suffix.lower() == ".pdf" else as_svg(frame.sheet).encode())
-        if toml is not None:
-            write_text(toml, table)
+        page = as_pdf(frame.sheet) if out.suffix.lower() == ".pdf" else as_svg(frame.sheet).encode()
+        written = {out: page} if toml is None else {out: page, toml: table.encode()}
+        # "For the trial file" is easily read as a wish for its name.
+        for file, content in written.items():
+            refuse_other(file, content)
+        for file, content in written.items():
+            write_bytes(file, content)
         command.say(f"{out}: print it at 100 %, and measure its ruler. For the trial file:")
-        content = {"version": 1, "file": out.as_posix(), "face_mm": face, "markers": frame.board.model_dump()}
-        command.answer(content, table.splitlines())
+        answer = {"version": 1, "file": out.as_posix(), "face_mm": face, "markers": frame.board.model_dump()}
+        command.answer(answer, table.splitlines())
