@@ -21,8 +21,8 @@ from sealtwin.files import sha256, write_json, write_text
 MANIFEST = "manifest.json"
 LOCK = ".lock"
 HOLDER = ".holder.json"
-TEMPORARY = re.compile(r"\.[^.]+\.\d+\.\w+")
-"""What ``files.replacing`` leaves when its process is killed."""
+TEMPORARY = re.compile(r"\.\.?[^.]+\.\d+\.\w+")
+"""What ``files.replacing`` leaves when its process is killed, of a hidden file too."""
 
 ENTRY = {
     "key": str,

@@ -8,7 +8,7 @@ import pytest
 
 from sealtwin import files
 from sealtwin.errors import BusyError, InputError
-from sealtwin.folder import MANIFEST, open_folder, stage_key
+from sealtwin.folder import HOLDER, LOCK, MANIFEST, open_folder, stage_key
 
 KEY = stage_key({"photo.jpg": "1"}, {"depth_mm": 16.0})
 
@@ -96,6 +96,21 @@ def test_litter_of_a_killed_writer_is_swept(tmp_path):
     with open_folder(tmp_path / "run", create=True) as folder:
         assert not (folder.path / ".crack.12345.stl").exists()
         assert (folder.path / "notes.txt").exists()
+
+
+@pytest.mark.parametrize("name", [MANIFEST, HOLDER, "crack.stl"])
+def test_a_run_killed_at_its_first_file_can_be_started_again(tmp_path, name):
+    """The folder holds then what was being written, and nothing that says it is a run's."""
+    script = (
+        "import os, sys; from pathlib import Path; from sealtwin.files import replacing\n"
+        "with replacing(Path(sys.argv[1])) as temporary:\n"
+        "    temporary.write_text('half'); os._exit(9)"
+    )
+    killed = subprocess.run([sys.executable, "-c", script, str(tmp_path / "run" / name)], check=False)
+    assert killed.returncode == 9
+    assert len(list((tmp_path / "run").iterdir())) == 1
+    with open_folder(tmp_path / "run", create=True) as folder:
+        assert {path.name for path in folder.path.iterdir()} == {MANIFEST, HOLDER, LOCK}
 
 
 def test_a_folder_of_somebody_elses_files_is_refused(tmp_path):
