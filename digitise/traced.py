@@ -18,8 +18,12 @@ from sealtwin.records import EndKind, Floats, arc_length
 
 STATION_PX = 2.5
 """Between stations: 0.25 mm at 0.1 mm/px."""
-PASSES = 2
-"""Each centres the line between the walls that were found along it; a third moves it by less than 0.01 mm."""
+PASSES, MOST_PASSES = 2, 8
+"""Each centres the line between the walls that were found along it. Two bring a path that runs in the crack to within
+0.01 mm; one that runs along a wall of a wide crack, whose width looked half of what it is, needs more.
+"""
+CENTRED = 0.05
+"""Crack widths by which a line that needs no further pass was off the middle, nearly everywhere."""
 REACH = 1.5
 """Crack widths to either side that are searched for a wall."""
 BEYOND: dict[EndKind, float] = {"open": 3.0, "cut": 0.75, "closed": 1.0}
@@ -80,12 +84,15 @@ def trace(photo: Photo, path: CrackPath, edge_fraction: float) -> Traced:
     _, walls = look(line_mm, rays_across(line_mm, width_mm, (None, None)))
     ends = _judged_ends(photo, patch, path, walls)
     line_mm = _carried_on(photo, line_mm, ends, width_mm, spacing_mm)
-    for _ in range(PASSES):
+    for number in range(MOST_PASSES):
         strip, walls = look(line_mm, rays_across(line_mm, width_mm, (None, None)))
         _check_seen(photo, strip, walls, (0.0, np.inf), most_unseen=1.0)
         span_mm = _span_mm(photo, patch, line_mm, walls, ends)
         width_mm = max(_usual_width_mm(walls), LEAST_WIDTH_PX * photo.mm_per_px)
         line_mm = _recentred(strip, walls, ends, span_mm, width_mm, spacing_mm)
+        aside_mm = np.abs(walls.left_mm - walls.right_mm)[walls.both_seen] / 2
+        if number + 1 >= PASSES and np.percentile(aside_mm, 95) < CENTRED * width_mm:
+            break
     rays = rays_across(line_mm, width_mm, _crossings(photo, line_mm, ends))
     strip, walls = look(line_mm, rays, at_edge=True)
     span_mm = _span_mm(photo, patch, line_mm, walls, ends)
