@@ -41,6 +41,9 @@ def _cut(cavity: Manifold, centre_mm: Floats, left: Floats, half_mm: float) -> t
     moved = cavity.transform(np.column_stack([turn, -turn @ np.append(centre_mm, 0.0)]))
     depth_mm, area_mm2 = 0.0, 0.0
     for piece in moved.slice(0.0).decompose():
+        # What is left of a tip that the plane only grazes has no bounds.
+        if piece.is_empty():
+            continue
         low, bottom, high, _ = piece.bounds()
         if low <= half_mm and high >= -half_mm:
             depth_mm = max(depth_mm, -bottom)

@@ -132,7 +132,7 @@ def test_corners_in_another_order_would_mirror_the_crack_and_are_refused(specime
         load_photo(with_corners(specimen.to_px(FACE[::-1])), tmp_path)
 
 
-@pytest.mark.parametrize("far", [1e300, -5000.0])
+@pytest.mark.parametrize("far", [9e5, -5000.0])
 def test_a_corner_far_outside_the_photo_is_refused_by_its_place(specimen, tmp_path, far):
     specimen.write(tmp_path)
     corners_px = specimen.to_px(FACE)

@@ -109,7 +109,7 @@ def test_the_formats_asked_for_are_written_and_no_others(run, cell):
     answer = _sealtwin("robot", run, "--cell", cell, "--format", "txt,gcode")
     # What the call before left would pass for this one's.
     assert {path.name for path in (run / "robot").iterdir()} == {"path.txt", "path.gcode", "robot.json"}
-    assert answer.stdout.startswith("Path: 59.5 mm in 14.9 s, 4.8 ml; the worst of 3 taught points misses by 0.00 mm")
+    assert answer.stdout.startswith("Path: 59.8 mm in 14.9 s, 4.8 ml; the worst of 3 taught points misses by 0.00 mm")
     assert _sealtwin("robot", run, "--cell", cell, "--format", "txt,krl").exit_code == 2
     assert _sealtwin("robot", run).exit_code == 2
 
