@@ -73,7 +73,7 @@ def write_if_new(path: Path, content: bytes) -> None:
 
 def refuse_other(path: Path, content: bytes) -> None:
     """Raises InputError where something else than ``content`` lies at ``path``, which would be lost."""
-    if path.is_dir() or (path.exists() and path.read_bytes() != content):
+    if path.exists() and path.read_bytes() != content:
         raise InputError(f"{path}: is there already and is not overwritten; give another name, or move it away.")
 
 

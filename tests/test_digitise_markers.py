@@ -1,3 +1,4 @@
+import json
 from pathlib import Path
 
 import cv2
@@ -9,6 +10,7 @@ from digitise.markers import find_markers
 from digitise.recipe import Recipe
 from digitise.settings import MarkerBoard
 from digitise.specimen import Specimen, make_specimen
+from sealtwin.errors import InputError
 from tests.pictures import SMALL_FACE, photo_of
 
 FILE = Path("photo.jpg")
@@ -65,3 +67,11 @@ def test_a_small_copy_of_a_marker_is_none_of_the_board(specimen, photo):
 def test_other_markers_in_the_photo_are_left_out(specimen, photo):
     board = MarkerBoard(size_mm=16, markers=specimen.board.markers[:4])
     assert set(find_markers(photo.image, photo.brightness, board, FILE)) == {0, 1, 2, 3}
+
+
+def test_missing_markers_are_named_while_somebody_reads_on(specimen, photo):
+    """A board may have a thousand."""
+    places = [{"id": number, "x_mm": float(number), "y_mm": 0.0} for number in range(20, 50)]
+    board = MarkerBoard.model_validate_json(json.dumps({"size_mm": 8.0, "markers": places}))
+    with pytest.raises(InputError, match=r"found 0 of 30 markers .* \(missing 20, .*, 31 and 18 more\)"):
+        find_markers(photo.image, photo.brightness, board, FILE)

@@ -10,7 +10,9 @@ import time
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
+from sealtwin.cli import app
 from sealtwin.files import sha256
 from tests.coarse import make_coarse
 
@@ -111,6 +113,19 @@ def test_a_command_that_fails_leaves_the_folder_as_it_was(unbroken, tmp_path):
         assert named in err
         after = {path.name: sha256(path) for path in run.iterdir() if path.is_file() and not path.name.startswith(".")}
         assert after == before
+
+
+def test_gigabytes_are_refused_before_they_are_hashed(tmp_path):
+    """Twenty of them, which take no room on the disk, and a minute to read."""
+    photo = tmp_path / "photo.png"
+    with photo.open("wb") as opened:
+        opened.truncate(20_000_000_000)
+    arguments = ("digitise", photo, "--depth-mm", "16", "--mm-per-px", "0.1", "--out", tmp_path / "run")
+    began = time.process_time()
+    answer = CliRunner().invoke(app, [str(argument) for argument in arguments])
+    assert time.process_time() - began < 5  # 20 s to hash; otherwise what it takes to import OpenCV
+    assert answer.exit_code == 3
+    assert "20000 MB" in answer.stderr
 
 
 @pytest.fixture
