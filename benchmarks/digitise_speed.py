@@ -16,8 +16,8 @@ import tempfile
 from pathlib import Path
 
 from benchmarks.table import Row, finish
-from digitise.recipe import Recipe
-from digitise.specimen import make_specimen, mean_width_mm
+from digitise.specimens.recipe import Recipe
+from digitise.specimens.specimen import make_specimen, mean_width_mm
 from sealtwin.records import arc_length
 
 RECIPE = Recipe(face_mm=(148.0, 98.0), length_mm=130.0, mm_per_px=0.05)
@@ -34,7 +34,7 @@ from sealtwin.job import start_job
 from sealtwin.pipeline import run_stages
 from sealtwin.progress import Progress
 from sealtwin.trial import load_trial
-import sealtwin.sample, digitise.outline, digitise.overlay, digitise.path, digitise.photo, digitise.solid
+import sealtwin.sample, digitise.outline, digitise.walls.overlay, digitise.path, digitise.photo, digitise.solid
 import digitise.trajectory, digitise.path_report, trimesh.exchange.load
 trial = Path(sys.argv[1])
 with open_folder(Path(sys.argv[2]), create=True) as folder:

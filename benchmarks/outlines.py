@@ -8,7 +8,7 @@ import numpy as np
 from manifold3d import CrossSection, FillRule
 from scipy.ndimage import gaussian_filter1d
 
-from digitise.polyline import left_normals
+from digitise.geometry.polyline import left_normals
 from sealtwin.records import EndKind, Floats, Outline, arc_length
 
 Kind = Literal["plain", "pinched", "self-touching", "tapered", "branches", "islands"]

@@ -20,12 +20,12 @@ from manifold3d import Manifold, Mesh64
 
 from benchmarks.outlines import KINDS, Kind, odd_outline
 from benchmarks.table import Row, finish
-from digitise.footprint import lay_out
+from digitise.body.footprint import lay_out
+from digitise.body.readings import Slicer, cavity_volume_mm3
+from digitise.body.tilting import wall_shifts_mm
 from digitise.mesh import check_mesh, mesh_volume_mm3
-from digitise.readings import Slicer, cavity_volume_mm3
 from digitise.settings import CrackShape, Tilt
 from digitise.solid import build_solid
-from digitise.tilting import wall_shifts_mm
 from sealtwin.errors import InputError
 from sealtwin.records import FaceLabel, Floats, Outline, Solid
 

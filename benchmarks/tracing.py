@@ -24,7 +24,7 @@ from benchmarks.table import Row, finish
 from benchmarks.tracing_cases import HARD, Case, clean_case, hard_case
 from benchmarks.tracing_figures import Figures, trace_case
 from benchmarks.tracing_refusals import REFUSALS, refused
-from digitise.recipe import Recipe
+from digitise.specimens.recipe import Recipe
 from sealtwin.errors import InputError
 
 SHOWN = ("centreline_mm", "wall_mm", "width_percent", "length_percent", "end_mm", "scale_percent", "iou", "time_s")

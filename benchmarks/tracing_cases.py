@@ -6,10 +6,10 @@ from typing import Literal
 
 import numpy as np
 
-from digitise.fracture import fracture
-from digitise.lighting import MODERATE_LAMP, STRONG_LAMP, Look, SideLamp
-from digitise.recipe import Recipe
-from digitise.specimen import Specimen
+from digitise.specimens.fracture import fracture
+from digitise.specimens.lighting import MODERATE_LAMP, STRONG_LAMP, Look, SideLamp
+from digitise.specimens.recipe import Recipe
+from digitise.specimens.specimen import Specimen
 
 CLICK_PX = 2.0
 """Standard deviation, in x and in y, of an end that somebody clicks."""

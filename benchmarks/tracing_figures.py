@@ -9,12 +9,12 @@ from manifold3d import CrossSection
 from scipy.spatial import KDTree
 
 from benchmarks.tracing_cases import Case
-from digitise.fracture import mean_width_mm
 from digitise.outline import trace_outline
 from digitise.path import find_path
 from digitise.photo import Photo, load_photo
 from digitise.settings import PhotoInput
-from digitise.specimen import Specimen, make_specimen
+from digitise.specimens.fracture import mean_width_mm
+from digitise.specimens.specimen import Specimen, make_specimen
 from sealtwin.errors import InputError
 from sealtwin.records import Floats, Outline, arc_length
 

@@ -21,9 +21,9 @@ from scipy.ndimage import distance_transform_edt
 from scipy.spatial import KDTree
 
 from benchmarks.table import Row, finish
-from digitise.crack_path import CrackPath
-from digitise.cracks import find_cracks
-from digitise.medial import longest_line
+from digitise.finding.crack_path import CrackPath
+from digitise.finding.cracks import find_cracks
+from digitise.finding.medial import longest_line
 from digitise.path import find_path
 from digitise.photo import Photo, load_photo
 from digitise.settings import PhotoInput, Pixel

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from digitise.outline import trace_outline
 from digitise.path import find_path
 from digitise.photo import load_photo
-from digitise.recipe import Recipe
 from digitise.settings import PhotoInput
-from digitise.specimen import MARKER_MM, MARKER_OFFSET_MM, Specimen, make_specimen
+from digitise.specimens.recipe import Recipe
+from digitise.specimens.specimen import MARKER_MM, MARKER_OFFSET_MM, Specimen, make_specimen
 from sealtwin.errors import InputError
 
 Image = NDArray[np.uint8]

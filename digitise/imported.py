@@ -5,22 +5,22 @@ from pathlib import Path
 
 import numpy as np
 
-from digitise.block import Block, cut_block
-from digitise.bodies import bounded_body
-from digitise.cavity import find_cavity
-from digitise.face_plane import FacePlane, find_face
-from digitise.given_line import along, middle_path
-from digitise.mesh_file import read_mesh
-from digitise.mesh_frame import moved, notes_on_unit, upright, upright_mm
-from digitise.mesh_path import read_path
-from digitise.modelled_solid import modelled_solid
-from digitise.mouth import with_mouth
-from digitise.openings import close_holes, find_openings, with_base
+from digitise.modelled.block import Block, cut_block
+from digitise.modelled.bodies import bounded_body
+from digitise.modelled.cavity import find_cavity
+from digitise.modelled.face_plane import FacePlane, find_face
+from digitise.modelled.given_line import along, middle_path
+from digitise.modelled.mesh_file import read_mesh
+from digitise.modelled.mesh_frame import moved, notes_on_unit, upright, upright_mm
+from digitise.modelled.mesh_path import read_path
+from digitise.modelled.mouth import with_mouth
+from digitise.modelled.openings import close_holes, find_openings, with_base
+from digitise.modelled.repair import Surface, one_surface
+from digitise.modelled.solid import modelled_solid
+from digitise.modelled.top_view import photograph
 from digitise.outline import trace_outline
-from digitise.overlay import draw_overlay
-from digitise.repair import Surface, one_surface
 from digitise.settings import MeshInput
-from digitise.top_view import photograph
+from digitise.walls.overlay import draw_overlay
 from sealtwin.errors import InputError
 from sealtwin.records import Floats, Outline, Pixels, Solid
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from digitise.intersections import intersecting_faces
+from digitise.geometry.intersections import intersecting_faces
 from sealtwin.records import Floats, Integers
 
 MIN_EDGE_MM = 1e-3

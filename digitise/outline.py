@@ -2,12 +2,8 @@
 
 import numpy as np
 
-from digitise.branches import with_branches
-from digitise.crack_path import CrackPath
-from digitise.drawn import RIM, painted_photo
-from digitise.islands import find_islands, with_islands
-from digitise.photo import Photo
-from digitise.polyline import (
+from digitise.finding.crack_path import CrackPath
+from digitise.geometry.polyline import (
     at_arc_length,
     clipped_to_box,
     on_side,
@@ -17,7 +13,11 @@ from digitise.polyline import (
     without_loops,
     without_repeats,
 )
-from digitise.traced import STATION_PX, Traced, trace
+from digitise.photo import Photo
+from digitise.walls.branches import with_branches
+from digitise.walls.drawn import RIM, painted_photo
+from digitise.walls.islands import find_islands, with_islands
+from digitise.walls.traced import STATION_PX, Traced, trace
 from sealtwin.errors import InputError
 from sealtwin.records import Outline, arc_length
 

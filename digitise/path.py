@@ -1,9 +1,9 @@
 """Find the crack in a photo: as painted, the darkest way between given points, or the most crack-like line there is."""
 
-from digitise.automatic import automatic_path
-from digitise.crack_path import CrackPath
-from digitise.livewire import LiveWire
-from digitise.painted import painted_path
+from digitise.finding.automatic import automatic_path
+from digitise.finding.crack_path import CrackPath
+from digitise.finding.livewire import LiveWire
+from digitise.finding.painted import painted_path
 from digitise.photo import Photo
 from digitise.settings import Pixel
 

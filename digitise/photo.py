@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from digitise.decoding import read_mask, read_photo
-from digitise.polyline import Box, rectangle
-from digitise.raster import Map
-from digitise.scale import find_scale
-from digitise.second_light import darker_of_both
+from digitise.geometry.polyline import Box, rectangle
+from digitise.pictures.decoding import read_mask, read_photo
+from digitise.pictures.raster import Map
+from digitise.pictures.second_light import darker_of_both
+from digitise.scaling.scale import find_scale
+from digitise.scaling.view import View
 from digitise.settings import PhotoInput
-from digitise.view import View
 from sealtwin.errors import InputError
 from sealtwin.records import Floats
 

@@ -6,17 +6,17 @@ from typing import Any
 import numpy as np
 from manifold3d import CrossSection, FillRule
 
-from digitise.dams import Dam, dams, tilted_out
-from digitise.footprint import Footprint, lay_out
-from digitise.labels import label_faces
+from digitise.body.dams import Dam, dams, tilted_out
+from digitise.body.footprint import Footprint, lay_out
+from digitise.body.labels import label_faces
+from digitise.body.readings import Slicer, cavity_volume_mm3, compare_readings
+from digitise.body.sections import crack_sections
+from digitise.body.tidy import tidy
+from digitise.body.tilting import wall_shifts_mm
+from digitise.body.wedges import carve
+from digitise.geometry.region import rectangle
 from digitise.mesh import MeshFigures, examine_mesh
-from digitise.readings import Slicer, cavity_volume_mm3, compare_readings
-from digitise.region import rectangle
-from digitise.sections import crack_sections
 from digitise.settings import CrackShape
-from digitise.tidy import tidy
-from digitise.tilting import wall_shifts_mm
-from digitise.wedges import carve
 from sealtwin.errors import InputError
 from sealtwin.records import Floats, Integers, Outline, Solid
 

@@ -5,7 +5,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from digitise.page_hints import Hints
+from digitise.trace_page.hints import Hints
 from sealtwin.errors import InputError
 from sealtwin.files import write_bytes
 from sealtwin.settings_file import checked

@@ -102,7 +102,7 @@ mean_error_mm = {mean_error_mm}
 
 def write_paper_trial(folder: Path) -> None:
     """Write the reconstructed trial into ``folder``: photo, its truth, readings, and both readings of the geometry."""
-    from digitise.specimen import make_specimen
+    from digitise.specimens.specimen import make_specimen
 
     specimen = make_specimen(SEED)
     specimen.write(folder)

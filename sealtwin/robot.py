@@ -15,8 +15,8 @@ from sealtwin.settings_file import read_settings
 from sealtwin.trial import load_trial
 
 if TYPE_CHECKING:
-    from digitise.cell import Cell, Format
-    from digitise.robot import RobotPath
+    from digitise.robots.cell import Cell, Format
+    from digitise.robots.placed import RobotPath
 
 REPORT = "robot.json"
 USES = ("outline.json", "trajectory.csv")
@@ -62,8 +62,8 @@ def write_robot_files(
             "such a path. Look at overlay.png, give its ends in the trial file (ends_px) and digitise again; or, "
             "having looked, give --allow-automatic."
         )
-    from digitise.cell import Cell
-    from digitise.robot import place_path
+    from digitise.robots.cell import Cell
+    from digitise.robots.placed import place_path
 
     cell = read_settings(
         Cell, cell_file, name="cell file", starter="'sealtwin robot --example cell.toml' writes one to start from"
@@ -107,7 +107,7 @@ def headline(report: dict[str, Any]) -> list[str]:
 
 def _kinds(cell: "Cell", cell_file: Path, asked: Sequence[str]) -> "list[Format]":
     """Those asked for, each once."""
-    from digitise.cell import FORMATS
+    from digitise.robots.cell import FORMATS
 
     wanted: list[Format] = []
     for kind in FORMATS:
@@ -192,10 +192,10 @@ def _clear_own(target: Path, texts: dict[str, str]) -> None:
 
 
 def _writers(kinds: "Sequence[Format]") -> "dict[str, Callable[[RobotPath], str]]":
-    from digitise.robot_gcode import gcode_text
-    from digitise.robot_spel import spel_text
-    from digitise.robot_tables import points_text, table_text
-    from digitise.robot_urscript import urscript_text
+    from digitise.robots.gcode import gcode_text
+    from digitise.robots.spel import spel_text
+    from digitise.robots.tables import points_text, table_text
+    from digitise.robots.urscript import urscript_text
 
     writers: dict[Format, Callable[[RobotPath], str]] = {
         "txt": points_text,

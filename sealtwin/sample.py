@@ -23,10 +23,10 @@ def digitise_sample(job: Job) -> Sample:
 
 def _from_photo(job: Job) -> Sample:
     from digitise.outline import trace_outline
-    from digitise.overlay import draw_overlay
     from digitise.path import find_path
     from digitise.photo import load_photo
     from digitise.solid import build_solid
+    from digitise.walls.overlay import draw_overlay
 
     settings, crack = job.trial.photo, job.trial.crack
     assert settings is not None, "a trial has a photo or a mesh"

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from digitise.camera import Camera, camera_above
-from digitise.markers import corners_mm
+from digitise.scaling.camera import Camera, camera_above
+from digitise.scaling.markers import corners_mm
 from digitise.settings import Marker, MarkerBoard
 from sealtwin.records import Floats
 

@@ -6,8 +6,8 @@ import numpy as np
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from digitise.cell import Cell
-from digitise.robot import RobotPath, place_path
+from digitise.robots.cell import Cell
+from digitise.robots.placed import RobotPath, place_path
 from digitise.settings import NozzlePath
 from digitise.trajectory import plan_trajectory
 from sealtwin.records import Floats, Outline, Sections, Trajectory

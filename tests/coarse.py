@@ -3,7 +3,8 @@
 import shutil
 from pathlib import Path
 
-FIXTURE = Path(__file__).parent.parent / "fixtures" / "paper-trial"
+from tests.places import FIXTURE
+
 QUICKER = (
     ("radius_mm = 0.4", "radius_mm = 0.75"),
     ("speed_mm_s = 4.0", "speed_mm_s = 20.0"),

@@ -8,7 +8,7 @@ import numpy as np
 
 from digitise.photo import Photo, load_photo
 from digitise.settings import PhotoInput
-from digitise.specimen import Specimen
+from digitise.specimens.specimen import Specimen
 from sealtwin.records import Floats
 
 SMALL_FACE = {"face_mm": (70.0, 40.0), "length_mm": 50.0}

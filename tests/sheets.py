@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pypdf
 
-from digitise.rendering import coverage
+from digitise.specimens.rendering import coverage
 from sealtwin.records import Floats
 
 NUMBER = r"(-?[\d.]+)"

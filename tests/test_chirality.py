@@ -1,7 +1,6 @@
 """A mirrored crack is a bug that a robot would act on: one handed crack, from its photo to its profile."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,9 +18,9 @@ from sealtwin.files import write_solid
 from sealtwin.records import Floats
 from sealtwin.trial import load_trial
 from simulate.profile import measure_profile
-from tests.test_simulate_profile import run_of
+from tests.places import FIXTURE
+from tests.simulate.test_profile import run_of
 
-FIXTURE = Path(__file__).parent.parent / "fixtures" / "paper-trial"
 LOW_MM, HIGH_MM = -12.0, -4.0
 """Level of the sealant in the lower left half of the crack, and in the upper right one."""
 

@@ -32,8 +32,8 @@ def markers(
     with answering("cpu", as_json, quiet=False) as command:
         if out.suffix.lower() not in (".pdf", ".svg"):
             raise typer.BadParameter(f"--out {out}: expected a file that ends in .pdf or .svg")
-        from digitise.board import board_around, board_toml, checked_face, draw_frame
-        from digitise.sheet import as_pdf, as_svg
+        from digitise.scaling.board import board_around, board_toml, checked_face, draw_frame
+        from digitise.scaling.sheet import as_pdf, as_svg
         from sealtwin.files import refuse_other, write_bytes
 
         if toml is not None and toml.resolve() == out.resolve():

@@ -48,7 +48,7 @@ def robot(
             return
         if folder is None or cell is None:
             raise typer.BadParameter("give RUN and --cell FILE; --example FILE writes a cell file to start from")
-        from digitise.cell import FORMATS
+        from digitise.robots.cell import FORMATS
         from sealtwin.folder import open_folder
         from sealtwin.robot import headline, write_robot_files
 

@@ -10,8 +10,8 @@ from sealtwin.answering import INTERRUPTED, Json, Quiet, answering
 from sealtwin.errors import InputError
 
 if TYPE_CHECKING:
-    from digitise.page import Save
-    from digitise.page_session import TraceSession
+    from digitise.trace_page.page import Save
+    from digitise.trace_page.session import TraceSession
 
 
 def trace(
@@ -31,7 +31,7 @@ def trace(
     with answering("cpu", as_json, quiet) as command:
         import webbrowser
 
-        from digitise.page import TracePage
+        from digitise.trace_page.page import TracePage
 
         session, save, facts = _of_trial(target) if target.suffix.lower() == ".toml" else _of_photo(target)
         try:
@@ -58,8 +58,8 @@ def trace(
 
 
 def _of_trial(path: Path) -> "tuple[TraceSession, Save, dict[str, Any]]":
-    from digitise.page_hints import Hints
-    from digitise.page_session import TraceSession
+    from digitise.trace_page.hints import Hints
+    from digitise.trace_page.session import TraceSession
     from sealtwin.hints import TrialFile
     from sealtwin.trial import load_trial
 
@@ -76,9 +76,9 @@ def _of_trial(path: Path) -> "tuple[TraceSession, Save, dict[str, Any]]":
 
 
 def _of_photo(path: Path) -> "tuple[TraceSession, Save, dict[str, Any]]":
-    from digitise.page_hints import UNSCALED_MM_PER_PX, Hints
-    from digitise.page_session import TraceSession
     from digitise.settings import PhotoInput
+    from digitise.trace_page.hints import UNSCALED_MM_PER_PX, Hints
+    from digitise.trace_page.session import TraceSession
     from sealtwin.hints import NewTrial
 
     trial = NewTrial(path)

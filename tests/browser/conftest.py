@@ -12,8 +12,8 @@ import cv2
 import numpy as np
 import pytest
 
-from digitise.polyline import rectangle
-from digitise.specimen import PAPER, make_specimen
+from digitise.geometry.polyline import rectangle
+from digitise.specimens.specimen import PAPER, make_specimen
 
 PROBES = Path(__file__).parent / "probes.js"
 FLAGS = (

@@ -1,0 +1,1 @@
+"""The sample's body: a block less its crack, exact and watertight."""

@@ -1,0 +1,1 @@
+"""Lines and regions of the plane, and triangles that meet."""

@@ -1,0 +1,1 @@
+"""A sample that somebody has modelled or scanned."""

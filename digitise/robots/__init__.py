@@ -1,0 +1,1 @@
+"""A nozzle's path in the languages of robots."""

@@ -1,0 +1,1 @@
+"""Made-up samples, drawn with exact truth."""

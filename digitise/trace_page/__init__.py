@@ -1,0 +1,1 @@
+"""The trace page in this machine's browser."""

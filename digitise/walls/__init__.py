@@ -1,0 +1,1 @@
+"""Where a crack's walls stand, to a fraction of a pixel."""

@@ -1,0 +1,194 @@
+"""Draw what was traced over the user's own photo, to be judged at a look."""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from digitise.geometry.polyline import at_arc_length, depth_inside, resampled
+from digitise.photo import Photo
+from sealtwin.records import Floats, Outline, PathSource, arc_length
+
+Picture = NDArray[np.uint8]
+Colour = tuple[int, int, int]
+
+LEFT: Colour = (0, 222, 160)
+RIGHT: Colour = (60, 170, 255)
+CENTRE: Colour = (250, 235, 60)
+ENDS: Colour = (255, 90, 20)
+INK: Colour = (24, 24, 24)
+PAPER: Colour = (255, 255, 255)
+"""RGB. Walls and centreline differ in lightness as well as hue, for colour-blind readers."""
+LONGER_SIDE_PX = 2400
+"""Of the picture: larger photos are shown smaller, small ones larger, but at most by ``MOST_ENLARGED``."""
+MOST_ENLARGED = 4.0
+ROUND_LENGTHS_MM = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
+SUBPIXEL_BITS = 4
+DASH = 5.0
+"""Thousandths of the picture's longer side: length of a dash and of the gap after it."""
+FOUND: dict[PathSource, str] = {
+    "ends": "between the given ends",
+    "via": "between the given ends, by the given points",
+    "automatic": "AUTOMATIC, look whether it is right",
+    "mask": "as painted",
+    "mesh": "along the mouth in the mesh",
+}
+FONT = cv2.FONT_HERSHEY_SIMPLEX
+
+
+def draw_overlay(photo: Photo, outline: Outline) -> Picture:
+    """The photo with walls, centreline, ends, direction, legend and scale bar, (height, width, 3) RGB."""
+    scale = min(LONGER_SIDE_PX / max(photo.size_px), MOST_ENLARGED)
+    how = cv2.INTER_AREA if scale < 1 else cv2.INTER_CUBIC
+    picture = np.asarray(cv2.resize(photo.image, None, fx=scale, fy=scale, interpolation=how), dtype=np.uint8)
+    # All marks grow with the picture: a thousandth of its longer side.
+    unit = max(picture.shape[:2]) / 1000
+
+    def placed(points_px: Floats) -> Floats:
+        return (points_px + 0.5) * scale - 0.5
+
+    thin = max(1, round(0.7 * unit))
+    if photo.face_ring_px is not None:
+        _line(picture, placed(photo.face_ring_px), PAPER, thin, closed=True)
+    # The ring first: where it is not covered by a wall it shows how the crack was closed at its ends.
+    _line(picture, placed(outline.outline_px), ENDS, thin, closed=True)
+    for ring_mm in outline.islands_mm:
+        _line(picture, placed(photo.to_px(ring_mm)), ENDS, thin, closed=True)
+    for line_mm in outline.branches_mm:
+        branch = placed(photo.to_px(line_mm))
+        _line(picture, branch, CENTRE, thin) if outline.branches_kept else _dashed(picture, branch, CENTRE, thin, unit)
+    _line(picture, placed(_on_face(photo, outline.left_wall_px)), LEFT, thin)
+    _line(picture, placed(_on_face(photo, outline.right_wall_px)), RIGHT, thin)
+    centreline = placed(outline.centreline_px)
+    _line(picture, centreline, CENTRE, thin)
+    _arrow(picture, centreline, outline.mean_width_mm / outline.mm_per_px * scale, unit)
+    _mark_ends(picture, centreline, outline, unit)
+    taken = placed(outline.outline_px)
+    _legend(picture, outline, taken, unit)
+    _scale_bar(picture, outline.mm_per_px / scale, taken, unit)
+    return picture
+
+
+def _on_face(photo: Photo, wall_px: Floats) -> Floats:
+    """The part of a wall that lies on the face: stations at an open end may reach past it."""
+    if photo.face_mm is None:
+        return wall_px
+    return wall_px[depth_inside(photo.to_mm(wall_px), photo.face_mm) >= 0]
+
+
+def _mark_ends(picture: Picture, centreline: Floats, outline: Outline, unit: float) -> None:
+    """A dot on each end and its name beyond it."""
+    first = f"start, s = 0 ({outline.ends[0]} end)"
+    last = f"s = {outline.length_mm:.1f} mm ({outline.ends[1]} end)"
+    for point, inner, text in (
+        (centreline[0], _along(centreline, 30 * unit), first),
+        (centreline[-1], _along(centreline[::-1], 30 * unit), last),
+    ):
+        cv2.circle(picture, _whole(point), round(4 * unit), PAPER, -1, cv2.LINE_AA)
+        cv2.circle(picture, _whole(point), round(3 * unit), ENDS, -1, cv2.LINE_AA)
+        outward = (point - inner) / max(float(np.linalg.norm(point - inner)), 1e-9)
+        width, height = _text_size(text, unit)
+        beside = point + outward * (14 * unit + 0.5 * np.array([width, height]))
+        half = 0.5 * np.array([width, height]) + 8 * unit
+        limit = np.array([picture.shape[1], picture.shape[0]]) - half
+        middle = np.clip(beside, np.minimum(half, limit), limit)
+        corner = middle - 0.5 * np.array([width, height])
+        _panel(picture, corner - 4 * unit, corner + np.array([width, height]) + 4 * unit, INK, 0.65)
+        _text(picture, corner + np.array([0, height]), text, unit, PAPER)
+
+
+def _arrow(picture: Picture, centreline: Floats, width_px: float, unit: float) -> None:
+    """The direction of travel, to the right of the crack near its start."""
+    reach = 0.05 * float(arc_length(centreline)[-1])
+    tail, head = _along(centreline, reach), _along(centreline, reach + 60 * unit)
+    step = (head - tail) / max(float(np.linalg.norm(head - tail)), 1e-9)
+    aside = np.array([-step[1], step[0]]) * (width_px + 10 * unit)
+    for colour, thickness in ((INK, 5 * unit), (PAPER, 2.4 * unit)):
+        pen = max(1, round(thickness))
+        cv2.arrowedLine(picture, _whole(tail + aside), _whole(head + aside), colour, pen, cv2.LINE_AA, tipLength=0.3)
+
+
+def _legend(picture: Picture, outline: Outline, taken: Floats, unit: float) -> None:
+    """In the corner that hides least of the crack."""
+    found = FOUND[outline.path_source]
+    lines: list[tuple[Colour | None, str]] = [
+        (None, f"{outline.length_mm:.1f} mm long, {outline.mean_width_mm:.2f} mm wide on average"),
+        (None, f"scale: {outline.scale_source}"),
+        (None, f"path: {found}"),
+        (LEFT, "left wall"),
+        (RIGHT, "right wall"),
+        (CENTRE, "centreline"),
+    ]
+    pad, row, swatch = 8 * unit, 17 * unit, 30 * unit
+    width = max(_text_size(text, unit)[0] + (swatch if colour else 0) for colour, text in lines) + 2 * pad
+    size = np.array([width, row * len(lines) + pad])
+    low = _free_corner(picture, size, taken, ((0, 0), (1, 0), (0, 1), (1, 1)))
+    _panel(picture, low, low + size, PAPER, 0.8)
+    for number, (colour, text) in enumerate(lines):
+        base = low + np.array([pad, pad / 2 + row * (number + 0.75)])
+        if colour is not None:
+            middle = base - np.array([0, 5 * unit])
+            for shade, thickness in ((INK, 4.5 * unit), (colour, 3 * unit)):
+                end = middle + np.array([swatch - 8 * unit, 0])
+                cv2.line(picture, _whole(middle), _whole(end), shade, max(1, round(thickness)), cv2.LINE_AA)
+            base = base + np.array([swatch, 0])
+        _text(picture, base, text, unit, INK)
+
+
+def _scale_bar(picture: Picture, mm_per_px: float, taken: Floats, unit: float) -> None:
+    """The longest round length of at most a fifth of the picture, half black and half white."""
+    fitting = [step for step in ROUND_LENGTHS_MM if step <= 0.2 * picture.shape[1] * mm_per_px]
+    length_mm = fitting[-1] if fitting else ROUND_LENGTHS_MM[0]
+    length, pad, bar = length_mm / mm_per_px, 10 * unit, 5 * unit
+    size = np.array([length + 2 * pad, 22 * unit + bar + pad])
+    low = _free_corner(picture, size, taken, ((1, 1), (0, 1), (1, 0)))
+    _panel(picture, low, low + size, PAPER, 0.8)
+    start = low + np.array([pad, size[1] - pad - bar])
+    cv2.rectangle(picture, _whole(start), _whole(start + np.array([length, bar])), INK, -1)
+    cv2.rectangle(
+        picture, _whole(start + np.array([length / 2, 1])), _whole(start + np.array([length - 1, bar - 1])), PAPER, -1
+    )
+    _text(picture, start - np.array([0, 6 * unit]), f"{length_mm} mm", unit, INK)
+
+
+def _free_corner(picture: Picture, size: Floats, taken: Floats, corners: tuple[tuple[int, int], ...]) -> Floats:
+    """Upper left point of a box of that size in the first corner that covers the fewest points."""
+    room = np.array([picture.shape[1], picture.shape[0]]) - size
+    places = [np.array(corner) * room for corner in corners]
+    return min(places, key=lambda low: int(np.sum(np.all((taken >= low) & (taken <= low + size), axis=1))))
+
+
+def _panel(picture: Picture, low: Floats, high: Floats, colour: Colour, opacity: float) -> None:
+    (left, top), (right, bottom) = np.maximum(np.rint(low), 0).astype(int), np.maximum(np.rint(high), 0).astype(int)
+    window = picture[top:bottom, left:right]
+    window[:] = np.rint((1 - opacity) * window + opacity * np.array(colour)).astype(np.uint8)
+
+
+def _text_size(text: str, unit: float) -> tuple[float, float]:
+    """Width and height; a little more than OpenCV says, which leaves out the last letter's overhang."""
+    (width, height), _ = cv2.getTextSize(text, FONT, 0.4 * unit, 1)
+    return 1.04 * width, float(height)
+
+
+def _text(picture: Picture, base: Floats, text: str, unit: float, colour: Colour) -> None:
+    cv2.putText(picture, text, _whole(base), FONT, 0.4 * unit, colour, max(1, round(0.5 * unit)), cv2.LINE_AA)
+
+
+def _line(picture: Picture, points: Floats, colour: Colour, thickness: int, closed: bool = False) -> None:
+    fixed = np.rint(points * 2**SUBPIXEL_BITS).astype(np.int32)
+    cv2.polylines(picture, [fixed], closed, colour, thickness, cv2.LINE_AA, SUBPIXEL_BITS)
+
+
+def _dashed(picture: Picture, points: Floats, colour: Colour, thickness: int, unit: float) -> None:
+    """What is left out."""
+    dashes = resampled(points, DASH * unit)
+    for start in range(0, len(dashes) - 1, 2):
+        _line(picture, dashes[start : start + 2], colour, thickness)
+
+
+def _along(points: Floats, distance: float) -> Floats:
+    s = arc_length(points)
+    return at_arc_length(points, s, np.array([min(distance, s[-1])]))[0]
+
+
+def _whole(point: Floats) -> tuple[int, int]:
+    return round(float(point[0])), round(float(point[1]))

@@ -1,0 +1,204 @@
+"""Follow a crack from end to end: a line down its middle, and the walls along it, each found with the other's help."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from digitise.finding.crack_path import CrackPath
+from digitise.geometry.polyline import extended, resampled, smoothed, tangents
+from digitise.photo import Photo
+from digitise.walls.ends import PathEnd, judge_end
+from digitise.walls.patch import Patch, patch_around
+from digitise.walls.rays import Crossing, Crossings, Rays, edge_crossing, rays_across
+from digitise.walls.strip import Strip, sample_step_mm, straighten
+from digitise.walls.tips import find_tip
+from digitise.walls.walls import Walls, find_walls
+from sealtwin.errors import InputError
+from sealtwin.records import EndKind, Floats, arc_length
+
+STATION_PX = 2.5
+"""Between stations: 0.25 mm at 0.1 mm/px."""
+PASSES, MOST_PASSES = 2, 8
+"""Each centres the line between the walls that were found along it. Two bring a path that runs in the crack to within
+0.01 mm; one that runs along a wall of a wide crack, whose width looked half of what it is, needs more.
+"""
+CENTRED = 0.05
+"""Crack widths by which a line that needs no further pass was off the middle, nearly everywhere."""
+REACH = 1.5
+"""Crack widths to either side that are searched for a wall."""
+BEYOND: dict[EndKind, float] = {"open": 3.0, "cut": 0.75, "closed": 1.0}
+"""Crack widths that the line is carried past its ends: over an open edge however far inside it the path stopped, else
+as much as smoothing needs.
+"""
+PATH_SMOOTHING = 0.75
+"""Gaussian sigma of the rough path, in crack widths: its steps are cells of the search map."""
+CENTRE_SMOOTHING, RETURNS = 0.25, 4
+"""Gaussian sigma of the centreline, in crack widths, and how often it gets back what that took away: bends longer than
+one and a half widths stay, the walls' own roughness goes.
+"""
+PATH_AHEAD, TIP_AHEAD = 2.0, 0.5
+"""Crack widths before an end that give the direction in which the line runs on: of the rough path, and of the line
+before a tip.
+"""
+
+
+LEAST_WIDTH_PX = 6.0
+"""A width to begin with, however narrow the crack looked on the search map."""
+MOST_UNSEEN = 0.2
+"""Share of the path on which a wall may be missing."""
+
+
+Ends = tuple[PathEnd, PathEnd]
+
+
+@dataclass(frozen=True)
+class Traced:
+    """A line that runs past the crack's ends, and the walls along it."""
+
+    line_mm: Floats
+    """Down the middle, (n, 2); beside an open end, to the middle of its opening."""
+    left_mm: Floats
+    right_mm: Floats
+    walls: Walls
+    kinds: tuple[EndKind, EndKind]
+    span_mm: tuple[float, float]
+    """Arc length on the line at which the crack begins and ends."""
+    width_px: float
+    """Median, in pixels of the photo."""
+    unseen: float
+    """Share of the crack on which a wall is missing."""
+
+
+def trace(photo: Photo, path: CrackPath, edge_fraction: float) -> Traced:
+    """Both walls along ``path``, from end to end. Raises InputError where too much of them is not found."""
+    width_px = max(path.width_px, LEAST_WIDTH_PX)
+    patch = patch_around(photo, path.points_px, (max(BEYOND.values()) + 2 * REACH) * width_px)
+    spacing_mm, width_mm = STATION_PX * photo.mm_per_px, width_px * photo.mm_per_px
+
+    def look(line_mm: Floats, rays: Rays, at_edge: bool = False) -> tuple[Strip, Walls]:
+        step_mm = sample_step_mm(width_mm, photo.mm_per_px)
+        strip = straighten(photo, patch, line_mm, rays.direction, step_mm, REACH * width_mm)
+        return strip, find_walls(strip, width_mm, edge_fraction, at_edge)
+
+    line_mm = smoothed(resampled(photo.to_mm(path.points_px), spacing_mm), PATH_SMOOTHING * width_mm / spacing_mm)
+    _, walls = look(line_mm, rays_across(line_mm, width_mm, (None, None)))
+    ends = _judged_ends(photo, patch, path, walls)
+    line_mm = _carried_on(photo, line_mm, ends, width_mm, spacing_mm)
+    for number in range(MOST_PASSES):
+        strip, walls = look(line_mm, rays_across(line_mm, width_mm, (None, None)))
+        _check_seen(photo, strip, walls, (0.0, np.inf), most_unseen=1.0)
+        span_mm = _span_mm(photo, patch, line_mm, walls, ends)
+        width_mm = max(_usual_width_mm(walls), LEAST_WIDTH_PX * photo.mm_per_px)
+        line_mm = _recentred(strip, walls, ends, span_mm, width_mm, spacing_mm)
+        aside_mm = np.abs(walls.left_mm - walls.right_mm)[walls.both_seen] / 2
+        if number + 1 >= PASSES and np.percentile(aside_mm, 95) < CENTRED * width_mm:
+            break
+    rays = rays_across(line_mm, width_mm, _crossings(photo, line_mm, ends))
+    strip, walls = look(line_mm, rays, at_edge=True)
+    span_mm = _span_mm(photo, patch, line_mm, walls, ends)
+    width_mm = _usual_width_mm(walls)
+    unseen = _check_seen(photo, strip, walls, span_mm, MOST_UNSEEN)
+    aside_mm = smoothed(walls.left_mm - walls.right_mm, CENTRE_SMOOTHING * width_mm / spacing_mm) / 2
+    middle_mm = strip.places_mm(rays.at_edge * aside_mm)
+    first_mm, last_mm = np.interp(span_mm, arc_length(line_mm), arc_length(middle_mm))
+    return Traced(
+        line_mm=middle_mm,
+        left_mm=strip.places_mm(walls.left_mm),
+        right_mm=strip.places_mm(-walls.right_mm),
+        walls=walls,
+        kinds=(ends[0].kind, ends[1].kind),
+        span_mm=(float(first_mm), float(last_mm)),
+        width_px=width_mm / photo.mm_per_px,
+        unseen=unseen,
+    )
+
+
+def _judged_ends(photo: Photo, patch: Patch, path: CrackPath, walls: Walls) -> Ends:
+    threshold = (walls.dark + walls.bright) / 2
+
+    def judged(points_px: Floats, at: int) -> PathEnd:
+        behind_px = points_px[int(np.searchsorted(arc_length(points_px), 2 * path.width_px))]
+        ahead = (points_px[0] - behind_px) / np.linalg.norm(points_px[0] - behind_px)
+        return judge_end(photo, patch, points_px[0], ahead, path.width_px, float(threshold[at]))
+
+    return judged(path.points_px, 0), judged(path.points_px[::-1], -1)
+
+
+def _carried_on(photo: Photo, line_mm: Floats, ends: Ends, width_mm: float, spacing_mm: float) -> Floats:
+    """The line to both tips and past all ends."""
+    tips_mm = [photo.to_mm(end.place_px[None]) if end.kind == "closed" else np.empty((0, 2)) for end in ends]
+    line_mm = np.concatenate([tips_mm[0], line_mm, tips_mm[1]])
+    before_mm, after_mm = (BEYOND[end.kind] * width_mm for end in ends)
+    return resampled(extended(line_mm, before_mm, after_mm, PATH_AHEAD * width_mm, spacing_mm), spacing_mm)
+
+
+def _recentred(
+    strip: Strip, walls: Walls, ends: Ends, span_mm: tuple[float, float], width_mm: float, spacing_mm: float
+) -> Floats:
+    """A smooth line between the walls; past a tip, where there are none, straight on."""
+    middle_mm = strip.places_mm((walls.left_mm - walls.right_mm) / 2)
+    s_mm = arc_length(strip.line_mm)
+    between = np.flatnonzero(walls.both_seen & (s_mm > span_mm[0]) & (s_mm < span_mm[1]))
+    closed = [end.kind == "closed" and len(between) > 1 for end in ends]
+    first = between[0] if closed[0] else 0
+    last = between[-1] if closed[1] else len(s_mm) - 1
+    sigma = CENTRE_SMOOTHING * width_mm / spacing_mm
+    line_mm = smoothed(resampled(middle_mm[first : last + 1], spacing_mm), sigma, RETURNS)
+    before_mm, after_mm = (BEYOND["closed"] * width_mm * is_closed for is_closed in closed)
+    return resampled(extended(line_mm, before_mm, after_mm, TIP_AHEAD * width_mm, spacing_mm), spacing_mm)
+
+
+def _span_mm(photo: Photo, patch: Patch, line_mm: Floats, walls: Walls, ends: Ends) -> tuple[float, float]:
+    """Arc length on the line at which the crack begins and ends."""
+    crossings = _crossings(photo, line_mm, ends)
+
+    def end_mm(end: PathEnd, crossing: Crossing | None, outward: int) -> float:
+        if crossing is not None:
+            return crossing.s_mm
+        near_mm = _nearest_mm(line_mm, photo.to_mm(end.place_px[None])[0])
+        return find_tip(photo, patch, line_mm, walls, near_mm, outward) if end.kind == "closed" else near_mm
+
+    return end_mm(ends[0], crossings[0], -1), end_mm(ends[1], crossings[1], 1)
+
+
+def _crossings(photo: Photo, line_mm: Floats, ends: Ends) -> Crossings:
+    """Where the line meets the edge of the face, at ends that are open."""
+
+    def crossing(end: PathEnd, at_start: bool) -> Crossing | None:
+        if end.kind != "open":
+            return None
+        assert photo.face_mm is not None, "an open end needs an edge"
+        found = edge_crossing(line_mm, photo.face_mm, at_start)
+        if found is None:
+            raise InputError(
+                f"{photo.file}: the crack runs along the edge of the face without crossing it; give ends_px farther "
+                "inside."
+            )
+        return found
+
+    return crossing(ends[0], True), crossing(ends[1], False)
+
+
+def _usual_width_mm(walls: Walls) -> float:
+    return float(np.median(walls.width_mm[walls.both_seen]))
+
+
+def _nearest_mm(line_mm: Floats, place_mm: Floats) -> float:
+    """Arc length on a line beside a place."""
+    s_mm = arc_length(line_mm)
+    nearest = int(np.argmin(np.linalg.norm(line_mm - place_mm, axis=1)))
+    beside_mm = float((place_mm - line_mm[nearest]) @ tangents(line_mm)[nearest])
+    return float(np.clip(s_mm[nearest] + beside_mm, 0, s_mm[-1]))
+
+
+def _check_seen(photo: Photo, strip: Strip, walls: Walls, span_mm: tuple[float, float], most_unseen: float) -> float:
+    """Share of the crack, where it is on the sample, on which a wall is missing; refused above ``most_unseen``."""
+    s_mm = arc_length(strip.line_mm)
+    within = strip.valid[:, strip.middle] & (s_mm >= span_mm[0]) & (s_mm <= span_mm[1])
+    unseen = 1 - float(np.mean((walls.both_seen & walls.open_line)[within])) if within.any() else 1.0
+    if unseen > most_unseen or not walls.both_seen.any():
+        raise InputError(
+            f"{photo.file}: walls not found on {unseen:.0%} of the path (at most {MOST_UNSEEN:.0%}); look at the photo "
+            "for shadows and dirt along the crack, or give ends_px of a clearer part."
+        )
+    return unseen

@@ -1,0 +1,121 @@
+"""The judge of tracing: a truth scores nothing, an error scores itself, and a refusal is no success."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.tracing import Traced, _rows
+from benchmarks.tracing_cases import HARD, clean_case, hard_case
+from benchmarks.tracing_figures import Figures, measured
+from benchmarks.tracing_refusals import REFUSALS, Refusal, refused
+from digitise.outline import trace_outline
+from digitise.path import find_path
+from digitise.photo import Photo
+from digitise.specimens.recipe import Recipe
+from digitise.specimens.specimen import Specimen, make_specimen
+from sealtwin.records import Floats, Outline
+from tests.pictures import photo_of
+
+CLOSED = Recipe(face_mm=(70, 40), length_mm=45, ends="closed", mm_per_px=0.15)
+
+
+@pytest.fixture(scope="module")
+def truth() -> Specimen:
+    return make_specimen(5, CLOSED)
+
+
+@pytest.fixture(scope="module")
+def photo(truth, tmp_path_factory) -> Photo:
+    return photo_of(truth, tmp_path_factory.mktemp("closed"))
+
+
+@pytest.fixture(scope="module")
+def traced(truth, photo) -> Outline:
+    return trace_outline(photo, find_path(photo, truth.ends_px))
+
+
+def moved(truth: Specimen, traced: Outline, by: Floats, stretch: float = 1.0) -> Outline:
+    """The truth itself as an outline, moved and stretched; of the tracing, only what is beside its lines."""
+    lines = {
+        name: getattr(truth, name) * stretch + by
+        for name in ("centreline_mm", "left_wall_mm", "right_wall_mm", "outline_mm")
+    }
+    return replace(traced, **lines)
+
+
+def test_the_truth_is_no_distance_from_itself(truth, photo, traced):
+    """Points of the true line stand 1 um from the nearest place on it: see distance_mm."""
+    figures = measured(moved(truth, traced, np.zeros(2)), photo, truth, 0.5)
+    assert (figures.centreline_mm, figures.wall_mm) == pytest.approx((0, 0), abs=1e-3)
+    assert (figures.width_percent, figures.length_percent, figures.end_mm) == pytest.approx((0, 0, 0), abs=1e-9)
+    assert figures.iou == pytest.approx(1, abs=1e-9)
+    assert figures.time_s == 0.5
+
+
+def test_an_error_is_measured_as_large_as_it_is(truth, photo, traced):
+    """The crack runs 30 degrees to x, so that 0.2 mm along y are 0.17 mm across it; the area that is shared shrinks."""
+    aside = measured(moved(truth, traced, np.array([0.0, 0.2])), photo, truth, 0)
+    assert aside.centreline_mm == pytest.approx(0.2 * np.cos(np.radians(30)), rel=0.05)
+    assert aside.end_mm == pytest.approx(0.2)
+    assert aside.iou < 0.92
+    stretched = measured(moved(truth, traced, np.zeros(2), 1.02), photo, truth, 0)
+    assert stretched.length_percent == pytest.approx(2, rel=1e-3)
+    assert stretched.length_mm == pytest.approx(0.02 * 45, rel=1e-3)
+    assert stretched.width_percent == pytest.approx(2, rel=1e-3)
+
+
+def test_a_false_scale_is_seen(truth, photo, traced):
+    """Half a percent: five times what clean photos may have."""
+    true = measured(traced, photo, truth, 0)
+    off = replace(truth, camera=replace(truth.camera, homography=truth.camera.homography @ np.diag([1.005, 1.005, 1])))
+    assert true.scale_percent < 0.05
+    assert measured(traced, photo, off, 0).scale_percent == pytest.approx(0.5, abs=0.05)
+
+
+def test_a_refused_photo_misses_every_target_of_its_tier():
+    good = Figures(0, 0, 0, 0, 0, 0, 0, 1, 0)
+    bad = replace(good, **dict.fromkeys(("centreline_mm", "wall_mm", "width_percent", "length_percent"), np.nan))
+    cases = [clean_case(4), clean_case(8)]
+    met = {row.name: row.met for row in _rows([Traced(case, good) for case in cases], "clean", 1)}
+    missed = {
+        row.name: row.met
+        for row in _rows([Traced(cases[0], good), Traced(cases[1], replace(bad, refusal="no"))], "clean", 1)
+    }
+    assert all(met.values())
+    assert [name for name, ok in missed.items() if not ok] == [
+        name for name in met if any(word in name for word in ("centreline", "walls", "width", "length, closed"))
+    ]
+
+
+def test_a_photo_that_is_traced_or_refused_in_other_words_is_not_refused_by_name(tmp_path):
+    sound = Refusal("sound", "anything", lambda truth, settings, image: (settings, image), CLOSED)
+    assert refused(sound, 5, tmp_path) == "traced a crack 45 mm long"
+    black = next(case for case in REFUSALS if case.name == "black")
+    assert refused(black, 5, tmp_path) is None
+    assert (refused(replace(black, says="too blue"), 5, tmp_path) or "").startswith("said otherwise")
+
+
+def test_cases_keep_what_their_tier_promises():
+    clean = [clean_case(seed) for seed in range(1, 9)]
+    assert len({case.group for case in clean}) == 4
+    for case in clean:
+        recipe = case.recipe
+        assert recipe.width_mm / recipe.mm_per_px >= 15
+        assert recipe.mm_per_px <= 0.15
+        assert recipe.tilt_deg <= 10
+        assert -0.2 <= recipe.lens_k1 <= 0
+    narrow = hard_case("8 to 15 px", 1).recipe
+    assert 8 <= narrow.width_mm / narrow.mm_per_px <= 15
+    assert hard_case("wall lit, two photos", 1).recipe.second_photo
+    assert {hard_case(kind, 1).edge_fraction for kind in HARD} == {0.5, 0.7}
+    assert clean_case(3) == clean_case(3) != clean_case(7)
+
+
+def test_ends_are_clicked_beside_the_true_ones_and_always_the_same_way(truth):
+    case = clean_case(5)
+    clicks = np.array(case.ends_px(truth))
+    assert np.array_equal(clicks, np.array(case.ends_px(truth)))
+    off_px = np.abs(clicks - np.array(truth.ends_px))
+    assert off_px.min() > 0
+    assert off_px.max() < 8  # four standard deviations

@@ -1,0 +1,46 @@
+import cv2
+import numpy as np
+import pytest
+
+from digitise.finding.medial import longest_line, radius, side_lines
+from tests.pictures import distance_to
+
+
+def painted(*strokes, width_px=9, size_px=(300, 200)):
+    picture = np.zeros(size_px[::-1], dtype=np.uint8)
+    for points in strokes:
+        cv2.polylines(picture, [np.array(points, dtype=np.int32)], False, 1, width_px)
+    return picture > 0
+
+
+MAIN = [(20, 100), (150, 90), (280, 110)]
+BRANCH = [(150, 90), (170, 30)]
+
+
+def test_the_longest_line_of_a_fork_leaves_its_shortest_arm_out():
+    line = longest_line(painted(MAIN, BRANCH))[:, ::-1].astype(float)
+    assert distance_to(line, np.array(MAIN, dtype=float)).max() < 4
+    # A skeleton ends about half a width before a blunt end.
+    assert np.ptp(line[:, 0]) == pytest.approx(260, abs=10)
+
+
+def test_of_two_pieces_the_longer_line_counts_not_the_larger_area():
+    region = painted(MAIN, width_px=3) | painted([(60, 170), (100, 170)], width_px=41)
+    assert distance_to(longest_line(region)[:, ::-1].astype(float), np.array(MAIN, dtype=float)).max() < 3
+
+
+def test_side_lines_run_outward_and_roughness_is_none():
+    region = painted(MAIN, BRANCH, [(220, 101), (223, 80)])
+    way = longest_line(region)
+    lines = side_lines(region, way, least=18)
+    assert len(lines) == 1
+    (line,) = lines
+    outward = line[:, ::-1].astype(float)
+    assert distance_to(outward[:1], way[:, ::-1].astype(float)) < 1
+    assert np.linalg.norm(outward[-1] - BRANCH[1]) < 9
+    assert len(side_lines(region, way, least=6)) == 2
+
+
+def test_off_the_picture_is_outside_the_region():
+    """A crack that the photo cuts is as deep as its walls are apart, not as its picture is large."""
+    assert radius(np.ones((9, 40), dtype=bool)).max() == pytest.approx(5, abs=0.1)

@@ -1,0 +1,100 @@
+"""The crack as a region: cleaned without moving its walls, and whatever goes is named."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from digitise.body.footprint import lay_out
+from digitise.body.readings import Slicer
+from digitise.settings import CrackShape
+from sealtwin.errors import InputError
+from sealtwin.records import Floats, Outline
+from tests.shapes import CLOSED, straight_slot, wandering_crack, with_ring
+
+VERTICAL = CrackShape(depth_mm=16.0, tilt="vertical")
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_cleaning_keeps_the_area(seed):
+    """Within 0.02 %: simplifying to 0.01 mm loses 0.06 % of a pinched crack."""
+    outline = wandering_crack(seed, rough_mm=0.05)
+    footprint = lay_out(outline, VERTICAL, 0.0)
+    assert Slicer(footprint, VERTICAL).cavity(0.0).area() == pytest.approx(signed_area(outline.outline_mm), rel=2e-4)
+
+
+def test_specks_are_dropped_and_islands_filled_and_both_are_named():
+    thread = ring_of([(0, 0), (9, 0), (9, 1.0), (9.004, 1.0), (9.004, 0), (20, 0), (20, 3), (0, 3)])
+    kept = lay_out(thread, VERTICAL, 0.0)
+    assert kept.crack.area() == pytest.approx(60.0, rel=1e-3)
+    necked = ring_of([(0, 0), (10, 0), (10, 1.498), (10.5, 1.498), (10.5, 0), (20, 0), (20, 3), (10.5, 3)])
+    neck = [(10.5, 1.502), (10.0, 1.502), (10.0, 3.0), (0.0, 3.0)]
+    necked = with_ring(necked, np.vstack([necked.outline_mm, neck]))
+    apart = lay_out(necked, VERTICAL, 0.0)
+    assert apart.crack.num_contour() == 2
+    assert any("in 2 pieces" in warning for warning in apart.warnings)
+    speck = ring_of([(0, 0), (10, 0), (10, 1.498), (10.5, 1.498), (10.5, 1.4), (10.7, 1.4), (10.7, 1.6), (10.5, 1.6)])
+    speck = with_ring(speck, np.vstack([speck.outline_mm, [(10.5, 1.502), (10.0, 1.502), (10.0, 3.0), (0.0, 3.0)]]))
+    dropped = lay_out(speck, VERTICAL, 0.0)
+    assert dropped.crack.num_contour() == 1
+    assert any("piece of 0.040 mm² near (10.6, 1.5) mm dropped" in warning for warning in dropped.warnings)
+
+
+def stone(x_mm: float, y_mm: float, radius_mm: float, sides: int = 24) -> Floats:
+    """Clockwise, as islands run."""
+    turn = -2 * np.pi * np.arange(sides) / sides
+    return np.array([x_mm, y_mm]) + radius_mm * np.column_stack([np.cos(turn), np.sin(turn)])
+
+
+def with_islands(*islands_mm: Floats) -> Outline:
+    return dataclasses.replace(straight_slot(20.0, 3.0, CLOSED), islands_mm=islands_mm)
+
+
+def test_islands_stand_in_the_crack_whichever_way_they_run():
+    one, other = stone(5.0, 0.0, 0.5), stone(12.0, 0.4, 0.8)[::-1]
+    footprint = lay_out(with_islands(one, other), VERTICAL, 0.0)
+    assert footprint.crack.area() == pytest.approx(60.0 - signed_area(one[::-1]) - signed_area(other), rel=1e-4)
+    assert footprint.crack.num_contour() == 3
+    assert footprint.warnings == ()
+
+
+def test_a_small_island_is_filled_and_its_place_named():
+    footprint = lay_out(with_islands(stone(5.0, 0.2, 0.17), stone(12.0, 0.0, 0.8)), VERTICAL, 0.0)
+    assert footprint.crack.num_contour() == 2
+    assert footprint.warnings == ("Island of 0.090 mm² near (5.0, 0.2) mm filled (smaller than 0.1 mm²).",)
+
+
+def test_an_island_at_a_wall_is_a_notch():
+    footprint = lay_out(with_islands(stone(5.0, -1.5, 0.5)), VERTICAL, 0.0)
+    assert footprint.crack.num_contour() == 1
+    assert footprint.crack.area() == pytest.approx(60.0 - signed_area(stone(5.0, -1.5, 0.5)[::-1]) / 2, rel=1e-3)
+
+
+def test_islands_that_fill_the_crack_are_refused():
+    with pytest.raises(InputError, match="beside its islands: no crack"):
+        lay_out(with_islands(stone(10.0, 0.0, 30.0)), VERTICAL, 0.0)
+    with pytest.raises(InputError, match="island of the outline has points that are no finite numbers"):
+        lay_out(with_islands(np.full((4, 2), np.nan)), VERTICAL, 0.0)
+
+
+def test_a_small_loop_is_left_out_and_named():
+    """0.02 mm² where the trace turned back on itself; a loop of 0.05 mm² is the user's to mend."""
+    looped = ring_of([(0, 0), (10.2, 0), (10.0, -0.2), (10.0, 0.2), (10.2, 0.0001), (20, 0), (20, 3), (0, 3)])
+    footprint = lay_out(looped, VERTICAL, 0.0)
+    assert any("crosses itself near (10.0" in warning for warning in footprint.warnings)
+
+
+def test_clockwise_rings_are_the_same_crack():
+    outline = wandering_crack(1)
+    turned = with_ring(outline, outline.outline_mm[::-1])
+    one, other = (lay_out(o, VERTICAL, 0.0).crack.area() for o in (outline, turned))
+    assert other == pytest.approx(one, rel=1e-6)
+
+
+def ring_of(points: list[tuple[float, float]]) -> Outline:
+    return with_ring(straight_slot(20.0, 3.0, CLOSED), np.array(points))
+
+
+def signed_area(ring: Floats) -> float:
+    x, y = ring.T
+    return 0.5 * float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))

@@ -1,0 +1,124 @@
+"""A cell file: every fault named by key, value and what is allowed; of no cell is asked what another language needs."""
+
+import tomllib
+
+import pytest
+
+from digitise.robots.cell import FORMATS, Cell
+from sealtwin.cell_example import CELL, write_example_cell
+from sealtwin.errors import InputError
+from sealtwin.settings_file import read_settings
+
+
+def read(tmp_path, *changes: tuple[str, str]) -> Cell:
+    text = CELL
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new, 1)
+    path = tmp_path / "cell.toml"
+    path.write_text(text, encoding="utf-8")
+    return read_settings(Cell, path, name="cell file", starter="'sealtwin robot --example FILE' writes one")
+
+
+def uncommented(*tables: str) -> list[tuple[str, str]]:
+    """Changes that bring tables of the example to life."""
+    lines, found, live = [], CELL.splitlines(), False
+    for line in found:
+        if line.startswith(("[", "# [")):
+            live = any(line.startswith(f"# [{table}]") for table in tables)
+        if live and line.startswith("# "):
+            lines.append((line, line[2:]))
+    return lines
+
+
+def test_the_example_is_a_valid_cell_with_every_table_of_it_alive(tmp_path):
+    cell = read(tmp_path, *uncommented("plunger", "gcode", "urscript"))
+    assert [kind for kind in FORMATS if cell.missing_for(kind) is None] == list(FORMATS)
+    assert cell.urscript is not None
+    assert cell.urscript.full_flow_mm3_s == 1000.0
+
+
+def test_the_example_is_written_once(tmp_path):
+    write_example_cell(tmp_path / "new" / "bench.toml")
+    assert tomllib.loads((tmp_path / "new" / "bench.toml").read_text())["name"] == "bench"
+    assert "--cell bench.toml" in (tmp_path / "new" / "bench.toml").read_text()
+    with pytest.raises(InputError, match="not overwritten"):
+        write_example_cell(tmp_path / "new" / "bench.toml")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "named"),
+    [
+        ("robot_z", "robotz", ["robotz: no such key", "did you mean 'robot_z'"]),
+        ("low_mm = [150.0, -150.0, 50.0]", "low_mm = [150.0, -150.0]", ["reach.low_mm: 2 given, 3 needed"]),
+        ("high_mm = [350.0", "high_mm = [50.0", ["reach: low_mm [150.0, -150.0, 50.0] must be below high_mm [50.0"]),
+        ("robot_mm = [250.0, 80.0, 55.0]", "robot_mm = [250.0, 80.0, 5e9]", ["taught.1.robot_mm.2", "10000"]),
+        ('formats = ["spel", "csv"]', 'formats = ["gcode"]', ['formats has "gcode", but there is no [gcode] table']),
+        ('formats = ["spel", "csv"]', 'formats = ["krl"]', ["formats.0 = 'krl'", "urscript"]),
+        ('dispenser = "output"', 'dispenser = "z"', ["spel: output_bit and dispenser"]),
+        ("output_bit = 8", "", ["spel: output_bit and dispenser"]),
+        ("output_bit = 8", "output_bit = 8\naxis_start_mm = 3.0", ["spel: axis_start_mm and a dispenser"]),
+        (
+            'dispenser = "output"     ',
+            'dispenser = "s"\naxis_start_mm = 0.0\n#',
+            ["spel: ", 'dispenser = "s" with motion = "curve"'],
+        ),
+        ("largest_speed_mm_s = 100.0", "largest_speed_mm_s = nan", ["motion.largest_speed_mm_s = nan", "finite"]),
+        ("acceleration_mm_s2 = 200.0", "", ["motion.acceleration_mm_s2 is missing"]),
+    ],
+)
+def test_a_fault_is_named_by_key_value_and_remedy(tmp_path, old, new, named):
+    changes = [(old, new)]
+    if '"s"' in new:
+        changes.append(("output_bit = 8", ""))
+    with pytest.raises(InputError) as fault:
+        read(tmp_path, *changes)
+    for words in ["cell.toml", *named]:
+        assert words in str(fault.value)
+
+
+@pytest.mark.parametrize(
+    ("table", "old", "new", "named"),
+    [
+        (
+            "plunger",
+            "# diameter_mm = 20.0 ",
+            "diameter_mm = 20.0\nmm3_per_mm = 3.0 #",
+            "either diameter_mm or mm3_per_mm",
+        ),
+        ("plunger", "# diameter_mm = 20.0 ", "#", "either diameter_mm or mm3_per_mm"),
+        ("urscript", "# port = 0", "port = 2", "port is 2: a standard analog output is 0 or 1"),
+        ("urscript", "# full_flow_mm3_s = 1000.0", "#", "full_flow_mm3_s and dispenser"),
+        ("urscript", '# dispenser = "analog"', 'dispenser = "digital"', "full_flow_mm3_s and dispenser"),
+        (
+            "urscript",
+            "# port = 0",
+            "port = 0\ntool_turn_deg = 9.0\nrotation_vector_rad = [0.0, 3.1, 0.0]",
+            "tool_turn_deg",
+        ),
+    ],
+)
+def test_settings_that_do_not_go_together_are_refused(tmp_path, table, old, new, named):
+    changes = [(line, alive) for line, alive in uncommented(table) if not line.startswith(old.strip())]
+    with pytest.raises(InputError, match=named):
+        read(tmp_path, (old, new), *changes)
+
+
+def test_two_points_are_no_frame(tmp_path):
+    with pytest.raises(InputError, match=r"taught: 2 given, at least 3 needed"):
+        read(tmp_path, ("[[taught]]\nsample_mm = [0.0, 40.0]\nrobot_mm = [210.0, -80.0, 55.0]\n", ""))
+
+
+def test_what_a_language_needs_is_told_apart(tmp_path):
+    cell = read(tmp_path)
+    assert [cell.missing_for(kind) for kind in FORMATS] == [None, None, None, "gcode", "urscript"]
+    on_z = read(
+        tmp_path,
+        *uncommented("plunger", "gcode"),
+        ('dispenser = "output"', 'dispenser = "z"'),
+        ("output_bit = 8", "axis_start_mm = -20.0"),
+    )
+    assert on_z.missing_for("spel") is None
+    assert on_z.missing_for("gcode") is None
+    no_plunger = on_z.model_copy(update={"plunger": None})
+    assert (no_plunger.missing_for("spel"), no_plunger.missing_for("gcode")) == ("plunger", "plunger")

@@ -1,0 +1,116 @@
+"""A path in the robot's frame, and each limit of the cell broken once."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from digitise.robots.placed import level_flow_mm3_s, place_path, plunger_mm
+from sealtwin.errors import InputError
+from tests.cells import cell, in_cell, placed, trajectory
+from tests.shapes import arc_slot, straight_slot
+
+
+def test_the_path_lies_where_the_taught_points_put_it():
+    it = trajectory(lead_in_mm=5.0)
+    path = placed(it)
+    assert np.abs(path.trajectory.position_mm - in_cell(it.position_mm)).max() < 1e-9
+    assert path.tilt_deg == pytest.approx(1.0, abs=1e-6)
+    for name in ("t_s", "s_mm", "speed_mm_s", "flow_mm3_s"):
+        assert getattr(path.trajectory, name) is getattr(it, name)
+    assert path.warnings == ()
+
+
+def test_the_safe_height_is_above_the_face_and_not_above_the_path():
+    path = placed(motion={"safe_height_mm": 30.0})
+    for over, tip in ((path.above_start_mm, 0), (path.above_end_mm, -1)):
+        # The tip is 3 mm above the face already.
+        assert over - path.trajectory.position_mm[tip] == pytest.approx(27.0 * path.frame.normal)
+
+
+@pytest.mark.parametrize(
+    ("planned", "changes", "says"),
+    [
+        (
+            {},
+            {"motion": {"most_waypoints": 40}},
+            r"63 waypoints; motion.most_waypoints allows 40\. .*spacing_mm of 1\.7 or",
+        ),
+        ({"nozzle_height_mm": 50.0}, {}, r"safe_height_mm is 50, and the path itself runs 50 mm above the face"),
+        ({"speed_mm_s": 201.0}, {}, r"the path runs at 201 mm/s; motion.largest_speed_mm_s allows 200"),
+        (
+            {"ramp_mm": 3.0, "speed_mm_s": 120.0},
+            {},
+            r"a ramp of the path needs 2\d{3} mm/s²; motion.acceleration_mm_s2 allows 2000",
+        ),
+        ({}, {"reach": {"low_mm": (400.0, -800.0, -800.0)}}, r"the path leads \d+\.\d mm out of the reach box, to \("),
+        (
+            {"speed_mm_s": 250.0},
+            {"motion": {"most_waypoints": 50}},
+            r"most_waypoints allows 50(.|\n)*cell.toml: the path runs at 250",
+        ),
+    ],
+)
+def test_what_a_cell_does_not_allow_is_refused_by_name(planned, changes, says):
+    with pytest.raises(InputError, match=says) as fault:
+        placed(trajectory(**planned), **changes)
+    assert all(line.startswith("cell.toml: ") for line in str(fault.value).splitlines())
+
+
+def test_the_spacing_that_a_refusal_names_is_enough():
+    path = placed(trajectory(spacing_mm=1.7), motion={"most_waypoints": 40})
+    assert len(path.trajectory.t_s) <= 40
+
+
+def test_a_bend_needs_v_squared_over_r():
+    """10 mm/s round 5 mm: 20 mm/s², which an arm of 19 cannot and one of 21 can."""
+    it = trajectory(arc_slot(5.0, 300.0), smoothing_mm=0.0, speed_mm_s=10.0, trim_mm=2.0, spacing_mm=0.5)
+    with pytest.raises(
+        InputError, match=r"the bend at s = \d+\.\d mm needs 2[01]\.?\d* mm/s² at 10 mm/s; .* allows 19"
+    ):
+        placed(it, motion={"acceleration_mm_s2": 19.0})
+    assert placed(it, motion={"acceleration_mm_s2": 22.0})
+
+
+def test_a_fast_start_and_far_points_are_remarked_on():
+    fast = trajectory(straight_slot(80.0), speed_mm_s=50.0)
+    (start,) = placed(fast, motion={"acceleration_mm_s2": 100.0}).warnings
+    assert "needs 12.5 mm to come to 50 mm/s and has 0.0 mm before the first sealant" in start
+    led = trajectory(straight_slot(80.0), speed_mm_s=50.0, lead_in_mm=12.0)
+    assert placed(led, motion={"acceleration_mm_s2": 100.0}).warnings == ()
+    it = trajectory()
+    (far,) = placed(replace(it, position_mm=it.position_mm + np.array([0, 120.0, 0]))).warnings
+    assert "an error of touch of 0.1 mm at each becomes 0." in far
+
+
+def test_the_plunger_goes_as_far_as_the_volume_asks():
+    """4.8 ml of a syringe of 20 mm: 15.28 mm; geared 2000 mm³ to a millimetre: 2.4 mm."""
+    assert plunger_mm(placed())[-1] == pytest.approx(4800 / (np.pi * 100))
+    geared = placed(plunger={"diameter_mm": None, "mm3_per_mm": 2000.0})
+    way_mm = plunger_mm(geared)
+    assert (way_mm[0], way_mm[-1]) == pytest.approx((0.0, 2.4))
+    assert np.diff(way_mm) == pytest.approx(trajectory().given_mm3 / 2000)
+
+
+def test_a_path_of_one_flow_is_told_from_one_of_several():
+    assert level_flow_mm3_s(placed(trajectory(lead_in_mm=9.0)), "x", "y") == pytest.approx(
+        4800 / trajectory().duration_s
+    )
+    with pytest.raises(InputError, match=r"cell\.toml: a tap gives one flow or none, .* or turn it by hand"):
+        level_flow_mm3_s(placed(trajectory(ramp_mm=4.0)), "a tap", "turn it by hand")
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (lambda it: replace(it, t_s=it.t_s[::-1]), "t_s that grows"),
+        (lambda it: replace(it, position_mm=it.position_mm * np.nan), "numbers in all"),
+        (lambda it: replace(it, **{name: getattr(it, name)[:1] for name in vars(it)}), "two rows or more"),
+        (lambda it: replace(it, flow_mm3_s=-it.flow_mm3_s), "must not be negative"),
+        (lambda it: replace(it, flow_mm3_s=0 * it.flow_mm3_s), "not 0 everywhere"),
+        (lambda it: replace(it, speed_mm_s=2 * it.speed_mm_s), "speed_mm_s is not what its places and times make"),
+    ],
+)
+def test_a_trajectory_that_somebody_broke_moves_no_arm(change, says):
+    with pytest.raises(InputError, match=f"trajectory.csv: .*{says}"):
+        place_path(change(trajectory()), cell(), "cell.toml")

@@ -1,0 +1,150 @@
+"""SPEL+, read back by a reader of the language."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from digitise.robots.placed import RobotPath, place_path
+from digitise.robots.spel import spel_text
+from sealtwin.errors import InputError
+from tests.cells import cell, in_cell, placed, random_paths, trajectory
+from tests.robot_readers import read_spel
+from tests.shapes import dog_leg, straight_slot, wandering_crack
+
+AREA_MM2 = np.pi * 10.0**2
+ADDED = {"motion": "move", "dispenser": "s", "output_bit": None, "axis_start_mm": 5.0, "axis_gives": "+"}
+ON_Z = {"dispenser": "z", "output_bit": None, "axis_start_mm": -20.0}
+
+
+@settings(max_examples=40, deadline=None)
+@given(it=random_paths(), turn=st.floats(-180, 180), axis=st.sampled_from(["s", "t"]), gives=st.sampled_from("+-"))
+def test_moves_go_where_and_press_as_far_as_was_planned(it, turn, axis, gives):
+    """Three decimals of a place, four of the plunger: 1e-4 mm of a 20 mm syringe is 0.03 mm³."""
+    table = {**ADDED, "dispenser": axis, "axis_gives": gives}
+    path = place_path(it, cell(turn, spel=table), "cell.toml")
+    program = read_spel(spel_text(path))
+    along = program.motions[1:-1]
+    places = np.array([motion.place for motion in along])
+    assert np.abs(places - in_cell(it.position_mm, turn)).max() < 6e-4
+    assert [motion.speed for motion in along[1:]] == pytest.approx(it.speed_mm_s[:-1], abs=6e-4)
+    # It stops at the last waypoint and nowhere before.
+    assert [motion.how for motion in along[1:]] == ["Move CP"] * (len(it.t_s) - 2) + ["Move"]
+    gone_mm = np.array([motion.given for motion in along]) - 5.0
+    planned_mm = np.concatenate([[0.0], np.cumsum(it.given_mm3)]) / AREA_MM2
+    assert gone_mm * (1 if gives == "+" else -1) == pytest.approx(planned_mm, abs=6e-5)
+    # The other added axis is left at 0, and above start and end the plunger stands still.
+    point = next(iter(program.points.values()))
+    assert (point[-1] if axis == "s" else point[-2]) == 0
+    assert program.motions[0].given == along[0].given
+    assert program.motions[-1].given == along[-1].given
+
+
+def curved(path: RobotPath) -> tuple[np.ndarray, list[str]]:
+    motions = read_spel(spel_text(path)).motions
+    return np.array([m.place for m in motions if m.how == "CVMove"]), [motion.how for motion in motions]
+
+
+@pytest.mark.parametrize("reverse", [False, True])
+def test_a_curve_passes_every_waypoint_over_the_crack_at_one_speed_with_the_output_on(reverse):
+    it = trajectory(lead_in_mm=10.0, lead_out_mm=6.0, ramp_mm=5.0, reverse=reverse)
+    program = read_spel(spel_text(placed(it)))
+    crack = it.position_mm[it.giving]
+    assert program.curve == (4, 2, 1 + len(crack))
+    on_curve = [motion for motion in program.motions if motion.how == "CVMove"]
+    assert np.abs(np.array([m.place for m in on_curve]) - in_cell(crack)[1:]).max() < 6e-4
+    assert {motion.speed for motion in on_curve} == {4.0}
+    before = [motion.how for motion in program.motions[:3]]
+    assert before == ["Move", "Move", "Move CP"]
+    # On as the curve begins, off as it ends: the leads are dry.
+    assert program.switches == [(3, "On 8"), (3 + len(on_curve), "Off 8")]
+    ends = program.motions[-2:]
+    assert np.array(ends[0].place) == pytest.approx(in_cell(it.position_mm[-1:])[0], abs=6e-4)
+    assert np.array(ends[1].place) - ends[0].place == pytest.approx(47.0 * placed(it).frame.normal, abs=2e-3)
+
+
+def test_without_leads_the_curve_starts_where_the_nozzle_came_down():
+    places, how = curved(placed())
+    assert how[:2] == ["Move", "Move"]
+    assert how[-1] == "Move"
+    assert set(how[2:-1]) == {"CVMove"}
+    assert len(places) == len(trajectory().t_s) - 1
+
+
+def test_the_dispenser_is_told_the_flow_it_must_have():
+    """4.8 ml over 61.17 mm at 4 mm/s."""
+    it = trajectory()
+    assert f"output 8 to {it.flow_mm3_s[0]:.4f} mm3/s before" in spel_text(placed(it))
+
+
+@pytest.mark.parametrize("motion", ["curve", "move"])
+def test_where_z_presses_the_plunger_it_does_nothing_else(motion):
+    """The paper's arm: z falls with the volume, from where the plunger stands, and the nozzle is never lifted."""
+    it = trajectory(lead_in_mm=10.0)
+    path = placed(it, spel={**ON_Z, "motion": motion}, tip_deg=0.0)
+    program = read_spel(spel_text(path))
+    places = np.array([motion.place for motion in program.motions])
+    assert places[0] == pytest.approx([*in_cell(it.position_mm[:1], tip_deg=0.0)[0, :2], -20.0], abs=6e-4)
+    assert places[-1, 2] == pytest.approx(-20.0 - 4800 / AREA_MM2, abs=6e-4)
+    assert np.diff(places[:, 2]).max() <= 0
+    flown = np.linalg.norm(np.diff(places[-62:, :2], axis=0), axis=1)
+    # SpeedS is the tip's in space: across the face it must still be the planned 4 mm/s.
+    step_s = np.linalg.norm(np.diff(places[-62:], axis=0), axis=1) / [m.speed for m in program.motions[-61:]]
+    assert flown / step_s == pytest.approx(np.full(61, 4.0), rel=2e-3)
+
+
+def test_a_six_axis_arm_gets_all_its_angles_and_the_flags_of_its_cell():
+    table = {"vw_deg": (90.0, 180.0), "u_deg": 30.0, "hand": "left", "local": 3, "tool": 2, "first_point": 100}
+    text = spel_text(placed(spel=table))
+    program = read_spel(text)
+    assert program.curve == (6, 101, 100 + len(trajectory().t_s))
+    assert {point[3:] for point in program.points.values()} == {(30.0, 90.0, 180.0)}
+    assert program.flags == {"/L", "/3"}
+    assert min(program.points) == 100
+    assert "  Tool 2\n" in text
+
+
+def test_a_curve_of_many_points_is_thinned_where_that_leaves_the_path_nowhere():
+    """300 points along a straight crack are 200 as well; those of a wild one are not."""
+    it = trajectory(straight_slot(160.0), spacing_mm=0.5)
+    assert len(it.t_s) == 281
+    places, _ = curved(placed(it))
+    assert len(places) == 199
+    # From the first waypoint, where the curve starts, to the last.
+    assert places[-1] == pytest.approx(in_cell(it.position_mm[-1:])[0], abs=6e-4)
+    assert np.ptp(np.linalg.norm(np.diff(places, axis=0), axis=1)) < 2e-3
+    long = trajectory(wandering_crack(3, wander_mm=4.0), spacing_mm=0.1, smoothing_mm=0.0)
+    assert len(curved(placed(long))[0]) == 199
+    # Of 80 mm, 200 points are 0.402 mm apart, the corner halfway between two: cut by 0.201 sin 30 mm.
+    corner = trajectory(dog_leg(60.0), spacing_mm=0.2, smoothing_mm=0.0, trim_mm=0.0)
+    with pytest.raises(InputError, match=r'takes 200 points, the path has 401 .* leave it by 0\.1\d mm; .* = "move"'):
+        spel_text(placed(corner))
+
+
+def test_a_short_path_gets_the_three_points_that_a_curve_needs():
+    places, _ = curved(placed(trajectory(straight_slot(25.0), spacing_mm=5.0)))
+    assert len(places) == 2
+
+
+@pytest.mark.parametrize(
+    ("path", "spel", "says"),
+    [
+        ({"ramp_mm": 5.0}, {}, r'CVMove keeps one speed, .* from 0\.\d+ to 4 mm/s\. Set spel.motion = "move"'),
+        ({"flow": "cross_section"}, {}, r'CVMove keeps one flow, .* Set spel.motion = "move"; or digitise with'),
+        (
+            {"flow": "cross_section"},
+            {"motion": "move"},
+            r"an output that is on or off gives one flow or none, .* let an axis press the plunger",
+        ),
+        ({"speed_mm_s": 0.05}, {}, r"SpeedS takes 0\.1 mm/s or more, and the path has 0\.05"),
+        ({}, {"first_point": 940}, r"needs 65 points from P940 on; P999 is the last"),
+    ],
+)
+def test_what_spel_cannot_say_is_refused(path, spel, says):
+    with pytest.raises(InputError, match="cell.toml: .*" + says):
+        spel_text(placed(trajectory(**path), spel=spel))
+
+
+def test_a_plunger_axis_out_of_reach_is_refused():
+    with pytest.raises(InputError, match=r"SPEL\+ program, .* 25\.3 mm out of the reach box, to .* -35\.3\) mm"):
+        spel_text(placed(spel=ON_Z, tip_deg=0.0, reach={"low_mm": (-800.0, -800.0, -10.0)}))

@@ -1,0 +1,218 @@
+"""A mesh from others comes in as the crack that it is, whatever its units, axes and damage."""
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+from scipy.spatial import KDTree
+
+from digitise.geometry.polyline import resampled
+from digitise.imported import ImportedSample, import_sample
+from digitise.mesh import check_mesh
+from digitise.modelled.nearest import nearest_on_ring
+from digitise.settings import CrackShape, MeshInput
+from digitise.solid import build_solid
+from sealtwin.errors import InputError
+from sealtwin.records import FaceLabel, Floats, Outline, Solid
+from tests.meshes import Mesh, box, mesh_of, sheet, slotted, soup, turned
+from tests.shapes import CLOSED, OPEN, closed_crack, straight_slot, wandering_crack
+
+AXES = {"y": ((1, 0, 0), (0, 0, 1), (0, -1, 0)), "-x": ((0, 0, -1), (0, 1, 0), (1, 0, 0))}
+"""From upright to a file whose axis of that name points out of the face."""
+
+
+def brought(folder: Path, mesh: Mesh, name: str = "scan.stl", **settings: Any) -> ImportedSample:
+    trimesh.Trimesh(*mesh, process=False).export(folder / name)
+    table = MeshInput.model_validate({"file": Path(name), "data": "synthetic", "units": "mm", **settings})
+    return import_sample(table, folder)
+
+
+def midline(outline: Outline) -> Floats:
+    """Between the walls, which the centreline of a made-up crack is not."""
+    return (outline.left_wall_mm + outline.right_wall_mm) / 2
+
+
+def farthest_mm(points_mm: Floats, line_mm: Floats) -> float:
+    return float(KDTree(resampled(line_mm, 0.005)).query(points_mm)[0].max())
+
+
+def ring(points_mm: Floats) -> Floats:
+    return np.vstack([points_mm, points_mm[:1]])
+
+
+def mesh_area_mm2(solid: Solid, label: FaceLabel) -> float:
+    corners = solid.vertices_mm[solid.faces[solid.face_label == label]]
+    return float(
+        np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2
+    )
+
+
+@pytest.fixture(scope="module")
+def paper() -> tuple[Outline, Solid]:
+    """Wandering, leaning, open at both ends: the hardest of our own solids."""
+    outline = wandering_crack()
+    return outline, build_solid(outline, CrackShape(depth_mm=16.0, tilt="lean"))
+
+
+@pytest.mark.parametrize(("name", "units", "up"), [("a.stl", "inch", "y"), ("a.ply", "m", "-x"), ("a.glb", "cm", "y")])
+def test_our_own_solid_comes_back_as_the_same_crack(tmp_path, paper, name, units, up):
+    """Walls that lean by 11 degrees have moved by 0.01 mm where the mouth is seen, 0.05 mm under the face."""
+    outline, solid = paper
+    scale = {"inch": 25.4, "m": 1000.0, "cm": 10.0}[units]
+    file = solid.vertices_mm @ np.array(AXES[up]).T / scale, solid.faces
+    back = brought(tmp_path, file, name, units=units, up=up)
+    assert back.solid.cavity_volume_mm3 == pytest.approx(solid.cavity_volume_mm3, rel=1e-6)
+    assert back.solid.block_mm == pytest.approx(solid.block_mm, abs=1e-4)
+    assert back.solid.depth_mm == pytest.approx(16.0, abs=1e-4)
+    assert back.outline.ends == OPEN
+    # Beside an oblique end one wall is lost to a photo, and that is told; a mesh knows its walls.
+    assert back.outline.warnings == ()
+    assert farthest_mm(back.outline.outline_mm, ring(outline.outline_mm)) < 0.03
+    assert farthest_mm(ring(outline.outline_mm), ring(back.outline.outline_mm)) < 0.03
+    # Where one wall alone is left beside an oblique end, the middle is a matter of taste.
+    inside = resampled(midline(back.outline), 0.5)[10:-10]
+    assert farthest_mm(inside, midline(outline)) < 0.1
+    assert back.outline.mean_width_mm == pytest.approx(outline.mean_width_mm, rel=2e-3)
+    for wall in (back.outline.left_wall_mm, back.outline.right_wall_mm):
+        assert np.abs(nearest_on_ring(wall, back.outline.outline_mm) - wall).max() < 1e-9
+
+
+def test_its_faces_are_told_apart_as_those_that_we_made(tmp_path, paper):
+    """To 0.2 percent: where a dam's edge would meet what is left of an old dam's, it is 0.02 mm wider."""
+    _, solid = paper
+    back = brought(tmp_path, (solid.vertices_mm, solid.faces)).solid
+    for label in FaceLabel:
+        assert mesh_area_mm2(back, label) == pytest.approx(mesh_area_mm2(solid, label), rel=2e-3), label.name
+    assert check_mesh(back.vertices_mm, back.faces, expected_euler=2) == []
+    assert back.report["warnings"] == []
+
+
+def test_sections_add_up_to_the_cavity(tmp_path):
+    """Between closed ends all of it is square to some station; trapezoids of 1 mm leave 0.2 % of a tip."""
+    solid = build_solid(closed_crack(), CrackShape(depth_mm=8.0, tilt="funnel", wall_angle_deg=6.0))
+    back = brought(tmp_path, (solid.vertices_mm, solid.faces))
+    assert back.outline.ends == CLOSED
+    sections = back.solid.sections
+    assert np.trapezoid(sections.area_mm2, sections.s_mm) == pytest.approx(solid.cavity_volume_mm3, rel=5e-3)
+    assert sections.depth_mm.max() == pytest.approx(8.0, abs=1e-3)
+    assert sections.s_mm[-1] == pytest.approx(back.outline.length_mm)
+
+
+def test_it_is_named_a_mesh_wherever_a_photo_would_be(tmp_path):
+    outline = brought(tmp_path, mesh_of(slotted())).outline
+    assert (outline.path_source, outline.scale_source) == ("mesh", "mesh in mm: scan.stl")
+    assert outline.warnings == ()
+    shown_px = outline.centreline_px * outline.mm_per_px
+    assert np.ptp(shown_px, axis=0) == pytest.approx(np.ptp(outline.centreline_mm, axis=0), abs=1e-6)
+
+
+def test_the_picture_shows_the_crack_dark_and_its_walls_on_it(tmp_path):
+    back = brought(tmp_path, mesh_of(slotted()))
+    picture = back.overlay_rgb
+    scale = picture.shape[1] / (back.outline.mm_per_px**-1 * (60 + 30))
+    (x, y) = back.outline.centreline_px[len(back.outline.centreline_px) // 3]
+    grey = np.mean(picture[round((y + 12) * scale), round(x * scale)])
+    face = np.mean(picture[round((y + 120) * scale), round(x * scale)])
+    assert grey < 100 < 180 < face
+
+
+def test_other_openings_are_told(tmp_path):
+    (warning,) = brought(tmp_path, mesh_of(slotted(box((5.0, 5.0, -3.0), (8.0, 8.0, 1.0))))).outline.warnings
+    assert warning.startswith("1 other openings of up to 9.0 mm²")
+
+
+def test_each_repair_is_told(tmp_path):
+    vertices, faces = soup(mesh_of(slotted()), noise_mm=1e-5)
+    back = brought(tmp_path, (vertices, faces[:, ::-1]))
+    assert back.solid.cavity_volume_mm3 == pytest.approx(2400.0, rel=1e-5)
+    joined, turned_over = back.solid.report["warnings"]
+    assert "vertices joined" in joined
+    assert "faces turned to look outward" in turned_over
+    assert [repair["count"] for repair in back.solid.report["mesh"]["repairs"]] == [int(joined.split()[0]), len(faces)]
+
+
+def test_a_scanned_sheet_becomes_a_sample(tmp_path):
+    """Tilted, turned, rough and open below. A step of 0.8 mm draws its crack 4.6 mm wide where the mouth is seen.
+
+    The grain, 0.05 mm over the 300 mm² of the mouth, may hide 1.5 % of the volume.
+    """
+    vertices, faces = sheet(rough_mm=0.0, from_mm=20.0, to_mm=90.0)
+    a, b, c = vertices[faces].transpose(1, 0, 2)
+    hollow_mm3 = float((np.cross(b - a, c - a)[:, 2] / 2 * -(a + b + c)[:, 2] / 3).sum())
+    mesh = turned(turned(sheet(from_mm=20.0, to_mm=90.0), 0, 2.0), 2, -9.0)
+    back = brought(tmp_path, mesh, base_mm=15.0)
+    assert back.outline.ends == CLOSED
+    assert back.outline.length_mm == pytest.approx(70.0, abs=2.5)
+    assert back.outline.mean_width_mm == pytest.approx(4.6, abs=0.15)
+    assert back.solid.cavity_volume_mm3 == pytest.approx(hollow_mm3, rel=0.02)
+    assert back.solid.report["mesh"]["face_tilt_deg"] == pytest.approx(2.0, abs=0.05)
+    assert back.solid.vertices_mm[:, 2].min() == pytest.approx(-15.0, abs=1e-6)
+    assert check_mesh(back.solid.vertices_mm, back.solid.faces, expected_euler=2) == []
+    labels = {label.name: mesh_area_mm2(back.solid, label) for label in FaceLabel}
+    assert labels["TOP"] == pytest.approx(100 * 40 - 70 * 4.8, rel=0.02)
+    assert labels["FLOOR"] < 70 * 1.6
+
+
+def test_dams_stand_wherever_a_crack_leaves(tmp_path):
+    """A T: three openings, of which the path passes two."""
+    openings = box((-1.0, 18.0, -10.0), (101.0, 22.0, 1.0)), box((48.0, 18.0, -10.0), (52.0, 41.0, 1.0))
+    back = brought(tmp_path, mesh_of(slotted(*openings)), dam_height_mm=5.0)
+    boxes = np.array([dam["box_mm"] for dam in back.solid.report["dams"]])
+    assert len(boxes) == 3
+    assert (boxes[:, 5] == 5.0).all()
+    assert mesh_area_mm2(back.solid, FaceLabel.END) == pytest.approx(3 * (4 * 10 + 12 * 5), rel=2e-3)
+    assert back.solid.cavity_volume_mm3 == pytest.approx(100 * 4 * 10 + 18 * 4 * 10)
+
+
+def test_a_given_path_is_the_centreline(tmp_path):
+    """In the file's own frame turned upright, whatever is levelled and moved afterwards."""
+    mesh = turned(turned(mesh_of(slotted()), 0, 3.0), 2, 14.0)
+    line_mm = np.column_stack([np.linspace(75, 15, 100), np.full(100, 20.4), np.zeros(100)])
+    file_mm = turned(turned((line_mm, mesh[1]), 0, 3.0), 2, 14.0)[0]
+    (tmp_path / "path.csv").write_text("x_mm,y_mm\n" + "\n".join(f"{x:.6f},{y:.6f}" for x, y, _ in file_mm))
+    back = brought(tmp_path, mesh, path=Path("path.csv"))
+    centre = back.outline.centreline_mm
+    assert np.abs(centre[:, 1] - 20.4).max() < 0.02
+    assert centre[0, 0] == pytest.approx(75, abs=0.1)
+    # The slot ends at x = 20, and so does its centreline.
+    assert centre[-1, 0] == pytest.approx(20, abs=0.3)
+    assert back.outline.width_mm[20:-40] == pytest.approx(4.0, abs=0.02)
+    # Towards its blunt end the middle turns into a corner.
+    assert re.match(r"the centreline is the given path; it lies 0\.4\d mm \(RMS\), at most", back.notes[0])
+
+
+@pytest.mark.parametrize(
+    ("mesh", "settings", "says"),
+    [
+        (
+            mesh_of(slotted()),
+            {"units": "m"},
+            "Bounding box 1e+05 x 4e+04 x 2e+04 mm, with units = m, is implausible .* in mm or cm",
+        ),
+        (mesh_of(slotted()), {"base_mm": 30.0}, "base_mm is 30, but the mesh is closed below"),
+        (mesh_of(slotted()), {"up": "-z"}, "No crack opens in the face"),
+        (mesh_of(slotted()), {"path": Path("none.csv")}, "none.csv: no such path file"),
+        (sheet(), {}, "encloses no volume; it is a sheet. Give base_mm"),
+        (sheet(), {"base_mm": 5.0}, "base_mm is 5, but the mesh reaches"),
+    ],
+)
+def test_what_cannot_be_a_sample_is_refused_in_a_sentence(tmp_path, mesh, settings, says):
+    with pytest.raises(InputError, match=says.replace("+", r"\+")):
+        brought(tmp_path, mesh, **settings)
+
+
+def test_a_glb_that_is_not_in_metres_is_taken_at_its_word_and_told(tmp_path):
+    back = brought(tmp_path, mesh_of(slotted()), "scan.glb", units="mm")
+    assert "glTF counts in metres; its numbers are taken for mm" in back.notes[0]
+
+
+def test_a_straight_slot_has_its_own_length(tmp_path):
+    """Its ends lie in the block's sides, where one pixel of its picture is 0.08 mm."""
+    solid = build_solid(straight_slot(80.0, 3.1, OPEN), CrackShape(depth_mm=8.0, tilt="vertical"))
+    back = brought(tmp_path, (solid.vertices_mm, solid.faces))
+    assert back.outline.length_mm == pytest.approx(80.0, abs=1e-3)
+    assert np.abs(midline(back.outline)[:, 1] - 20.0).max() < 0.01
+    assert back.outline.face_mm == pytest.approx((0.0, 0.0, 80.0, 40.0))

@@ -1,0 +1,240 @@
+"""What must not depend on how the camera was held: a mirror mirrors, a scale scales, a turn turns."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from digitise.geometry.polyline import left_normals, resampled, smoothed
+from digitise.outline import trace_outline
+from digitise.path import find_path
+from digitise.photo import load_photo
+from digitise.pictures.raster import blurred
+from digitise.settings import NozzlePath, PhotoInput, Pixel
+from digitise.specimens.rendering import coverage
+from digitise.specimens.specimen import Recipe, Specimen, make_specimen
+from digitise.trajectory import plan_trajectory
+from sealtwin.records import Floats, Outline, Trajectory, arc_length
+from tests.pictures import SMALL_FACE, distance_to, mortar, rms, write_png
+
+SIZE_PX = (600, 420)
+MM_PER_PX = 0.1
+
+
+@dataclass(frozen=True)
+class Digitised:
+    """All that comes out of one photo on the way to the robot."""
+
+    path_mm: Floats
+    outline: Outline
+    trajectory: Trajectory
+
+    @property
+    def backwards(self) -> "Digitised":
+        """The same line walked from its other end, where left is right."""
+        outline = replace(
+            self.outline,
+            centreline_mm=self.outline.centreline_mm[::-1],
+            left_wall_mm=self.outline.right_wall_mm[::-1],
+            right_wall_mm=self.outline.left_wall_mm[::-1],
+        )
+        trajectory = replace(self.trajectory, position_mm=self.trajectory.position_mm[::-1])
+        return Digitised(self.path_mm[::-1], outline, trajectory)
+
+    @property
+    def lines_mm(self) -> dict[str, Floats]:
+        return {
+            "path": self.path_mm,
+            "centreline": self.outline.centreline_mm,
+            "left wall": self.outline.left_wall_mm,
+            "right wall": self.outline.right_wall_mm,
+            "nozzle": self.trajectory.position_mm[:, :2],
+        }
+
+
+def digitised(settings: PhotoInput, folder: Path) -> Digitised:
+    photo = load_photo(settings, folder)
+    path = find_path(photo, settings.ends_px)
+    outline = trace_outline(photo, path)
+    trajectory = plan_trajectory(outline, NozzlePath(trim_mm=2), 1000.0)
+    return Digitised(photo.to_mm(path.points_px), outline, trajectory)
+
+
+def cracked(seed: int, taper_px: float = 60.0) -> tuple[Floats, Floats]:
+    """Brightness of a plain photo with a crooked crack in it, and the crack's ends in px, (2, 2).
+
+    Without a taper it ends square, as where a saw began it.
+    """
+    rng = np.random.default_rng(seed)
+    x = np.concatenate([[150], np.sort(rng.uniform(200, 400, 3)), [450]])
+    corners = np.column_stack([x, rng.uniform(150, 270, 5)])
+    line_px = smoothed(resampled(corners, 2.0), 15.0)
+    to_tip_px = np.minimum(arc_length(line_px), arc_length(line_px)[::-1])
+    width_px = rng.uniform(12, 24) * np.sqrt(np.minimum((to_tip_px + 0.1) / max(taper_px, 0.1), 1))
+    across_px = width_px[:, None] / 2 * left_normals(line_px)
+    crack = coverage(np.concatenate([line_px + across_px, (line_px - across_px)[::-1]]), SIZE_PX)
+    return mortar(SIZE_PX, seed) * (1 - 0.93 * blurred(crack, 0.9)), line_px[[0, -1]]
+
+
+def of_picture(picture: Floats, ends_px: Floats | None, folder: Path, mm_per_px: float = MM_PER_PX) -> Digitised:
+    file = write_png(folder / "photo.png", picture)
+    return digitised(PhotoInput(file=file, data="synthetic", mm_per_px=mm_per_px, ends_px=pair(ends_px)), folder)
+
+
+def pair(ends_px: Floats | None) -> tuple[Pixel, Pixel] | None:
+    if ends_px is None:
+        return None
+    (a, b), (c, d) = ends_px.tolist()
+    return (a, b), (c, d)
+
+
+@dataclass(frozen=True)
+class Apart:
+    """How far lines may lie from where they should, RMS in mm."""
+
+    path: float
+    walls: float
+    nozzle: float = 0.05
+    """Half of what its smooth line may stray from the centreline: which way turns on a hundredth of a pixel."""
+    width: float = 5e-3
+    """Of the mean width, relative."""
+    sizes: float = 0.01
+    """Of length and mean width, relative: the walls of a crack 2 mm wide, each 0.01 mm off."""
+
+
+EXACT = Apart(path=1e-4, walls=1e-4, nozzle=1e-4, sizes=1e-4)
+"""A thousandth of a pixel: where no pixel is resampled, rounding leaves 1e-6 mm."""
+
+
+def check(
+    found: Digitised, expected: Digitised, moved: Callable[[Floats], Floats], mirror: bool, apart: Apart = EXACT
+) -> None:
+    """Every line of ``found`` lies where that of ``expected`` does after ``moved``, and starts where that does.
+
+    A mirror swaps the walls.
+    """
+    swapped = {"left wall": "right wall", "right wall": "left wall"} if mirror else {}
+    limits_mm = {"path": apart.path, "nozzle": apart.nozzle}
+    for name, line_mm in found.lines_mm.items():
+        there_mm = moved(expected.lines_mm[swapped.get(name, name)])
+        assert rms(distance_to(line_mm, there_mm)) < limits_mm.get(name, apart.walls), name
+        assert np.linalg.norm(line_mm[0] - there_mm[0]) < 10 * max(apart.path, apart.walls), name
+    assert found.outline.length_mm == pytest.approx(expected.outline.length_mm, rel=apart.sizes)
+    assert found.outline.mean_width_mm == pytest.approx(expected.outline.mean_width_mm, rel=apart.sizes)
+
+
+MIRRORS = pytest.mark.parametrize(("flip", "mirror"), [(1, True), (0, True), (-1, False)], ids=["x", "y", "half turn"])
+SEEDS = pytest.mark.parametrize("seed", [1, 2])
+
+
+def flipped_px(points_px: Floats, flip: int) -> Floats:
+    """As cv2.flip moves them: 1 left and right, 0 top and bottom, -1 both."""
+    return np.where([flip != 0, flip != 1], np.array(SIZE_PX) - 1.0 - points_px, points_px)
+
+
+@SEEDS
+@MIRRORS
+def test_a_mirrored_photo_mirrors_path_walls_and_nozzle(tmp_path, flip, mirror, seed):
+    """To a thousandth of a pixel: no pixel is resampled, so that rounding alone leaves 1e-6 mm.
+
+    With the search map half a pixel off on purpose, the path misses by 0.05 mm; with brightness read 0.3 px beside
+    its place, the walls by 0.03 mm.
+    """
+    picture, ends_px = cracked(seed)
+    plain = of_picture(picture, ends_px, tmp_path)
+    turned = of_picture(np.asarray(cv2.flip(picture, flip), dtype=float), flipped_px(ends_px, flip), tmp_path)
+    check(turned, plain, lambda mm: flipped_px(mm / MM_PER_PX, flip) * MM_PER_PX, mirror)
+
+
+@MIRRORS
+def test_square_ends_are_mirrored_too(tmp_path, flip, mirror):
+    """Many pixels of such an end are about as far out. Where the first of them was taken, the end moved by 0.6 mm."""
+    picture, ends_px = cracked(1, taper_px=0)
+    plain = of_picture(picture, ends_px, tmp_path)
+    turned = of_picture(np.asarray(cv2.flip(picture, flip), dtype=float), flipped_px(ends_px, flip), tmp_path)
+    check(turned, plain, lambda mm: flipped_px(mm / MM_PER_PX, flip) * MM_PER_PX, mirror)
+
+
+@MIRRORS
+def test_the_crack_that_is_found_by_itself_is_mirrored_too(tmp_path, flip, mirror):
+    """The skeleton that it is found by leans to one side by a pixel; it runs from left to right in either photo."""
+    picture, _ = cracked(2)
+    plain = of_picture(picture, None, tmp_path)
+    turned = of_picture(np.asarray(cv2.flip(picture, flip), dtype=float), None, tmp_path)
+    if flip != 0:
+        plain = plain.backwards
+    check(turned, plain, lambda mm: flipped_px(mm / MM_PER_PX, flip) * MM_PER_PX, mirror, Apart(path=0.1, walls=0.01))
+
+
+@SEEDS
+def test_a_quarter_turn_of_the_photo_turns_everything(tmp_path, seed):
+    """Again nothing is resampled, and 1e-6 mm are left."""
+    picture, ends_px = cracked(seed)
+    width, height = SIZE_PX
+    plain = of_picture(picture, ends_px, tmp_path)
+    x, y = ends_px.T
+    turned = of_picture(np.rot90(picture), np.column_stack([y, width - 1 - x]), tmp_path)
+
+    def moved(points_mm: Floats) -> Floats:
+        x, y = points_mm.T
+        return np.column_stack([(height - 1) * MM_PER_PX - y, x])
+
+    check(turned, plain, moved, False)
+
+
+@SEEDS
+def test_a_photo_turned_by_17_degrees_turns_everything(tmp_path, seed):
+    """Every pixel is drawn anew: walls 0.01 mm apart. The path steps from cell to cell of its map."""
+    picture, ends_px = cracked(seed)
+    turn = cv2.getRotationMatrix2D(((SIZE_PX[0] - 1) / 2, (SIZE_PX[1] - 1) / 2), 17, 1.0)
+    redrawn = cv2.warpAffine(picture, turn, SIZE_PX, flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REFLECT)
+
+    def px(points_px: Floats) -> Floats:
+        return points_px @ turn[:, :2].T + turn[:, 2]
+
+    def moved(points_mm: Floats) -> Floats:
+        up, last_row = np.array([1, -1]) * MM_PER_PX, np.array([0, SIZE_PX[1] - 1])
+        return (px(points_mm / up + last_row) - last_row) * up
+
+    plain = of_picture(picture, ends_px, tmp_path)
+    turned = of_picture(np.asarray(redrawn, dtype=float), px(ends_px), tmp_path)
+    check(turned, plain, moved, False, Apart(path=0.1, walls=0.02))
+
+
+@SEEDS
+@pytest.mark.parametrize("factor", [0.75, 2.0])
+def test_the_size_of_the_photo_changes_nothing_in_mm(tmp_path, factor, seed):
+    """Resampling moves walls by 0.005 mm; the map on which the path is found has other cells."""
+    picture, ends_px = cracked(seed)
+    by = cv2.INTER_AREA if factor < 1 else cv2.INTER_CUBIC
+    resized = np.asarray(cv2.resize(picture, None, fx=factor, fy=factor, interpolation=by), dtype=float)
+    plain = of_picture(picture, ends_px, tmp_path)
+    other = of_picture(resized, (ends_px + 0.5) * factor - 0.5, tmp_path, MM_PER_PX / factor)
+    # The origins are the centres of pixels of two sizes.
+    check(other, plain, lambda mm: mm + 0.5 * MM_PER_PX * (1 - 1 / factor), False, Apart(path=0.25, walls=0.02))
+
+
+def test_markers_that_grow_with_the_photo_leave_every_length(tmp_path):
+    """Markers, crack and face are resampled together; the frame is the face's own.
+
+    Beside an open end the last 3 px of a wall are not looked at: its last points move by as much, 0.2 mm. Oblique ends
+    hide a sixth of this short crack's width, which is then taken from beside them: 0.6 % of the mean is seen.
+    """
+    truth = make_specimen(3, Recipe(**SMALL_FACE, mm_per_px=0.15))
+    plain, *others = (digitised_specimen(truth, factor, tmp_path) for factor in (1.0, 0.8, 1.4))
+    for other in others:
+        check(other, plain, lambda mm: mm, False, Apart(path=0.25, walls=0.05, width=1e-2))
+
+
+def digitised_specimen(truth: Specimen, factor: float, folder: Path) -> Digitised:
+    image = np.asarray(cv2.imdecode(np.frombuffer(truth.jpeg, np.uint8), cv2.IMREAD_COLOR), dtype=np.uint8)
+    by = cv2.INTER_AREA if factor < 1 else cv2.INTER_CUBIC
+    resized = cv2.resize(image, None, fx=factor, fy=factor, interpolation=by)
+    cv2.imwrite(str(folder / "photo.png"), resized)
+    # cv2.resize rounds the photo's sides to whole pixels.
+    factors = np.array(resized.shape[1::-1]) / np.array(image.shape[1::-1])
+    ends_px = pair((np.array(truth.ends_px) + 0.5) * factors - 0.5)
+    return digitised(truth.photo_input(Path("photo.png")).model_copy(update={"ends_px": ends_px}), folder)

@@ -1,0 +1,148 @@
+"""The trace page's own names: files, tiles, questions, and how it ends."""
+
+import json
+import re
+from importlib.resources import files
+
+import numpy as np
+import pytest
+
+from digitise.settings import MOST_VIA
+from digitise.trace_page.page import MEDIA_TYPES, TracePage
+from digitise.trace_page.tiles import Pyramid
+from sealtwin.errors import InputError
+
+ASSETS = files("digitise.trace_page") / "assets"
+
+
+class Session:
+    """Answers at once, and remembers what it was asked."""
+
+    def __init__(self):
+        self.pyramid = Pyramid(np.full((600, 700, 3), 120, np.uint8))
+        self.asked = []
+
+    def opening(self):
+        return {"name": "crack.jpg"}
+
+    def end(self):
+        pass
+
+    def trace(self, hints, revision, until):
+        self.asked.append((hints, revision, until))
+        yield {"scale": {}}
+
+
+@pytest.fixture
+def saved():
+    return []
+
+
+@pytest.fixture
+def page(saved):
+    def save(hints, depth_mm):
+        if depth_mm is not None and depth_mm < 0:
+            raise InputError("crack.toml: depth_mm: too shallow.")
+        saved.append((hints, depth_mm))
+        return {"file": "crack.toml"}
+
+    with TracePage(Session(), save, facts={"needs_depth": True}) as page:  # pyright: ignore[reportArgumentType]
+        yield page
+
+
+def _posted(page, name, content):
+    return list(page.post(name, json.dumps(content).encode()))
+
+
+def test_the_page_and_all_that_it_names_are_there(page):
+    """Also what modules import: one that is missing leaves a blank page."""
+    whole = page.get("")
+    assert whole.media_type.startswith("text/html")
+    named = set(re.findall(r'(?:href|src)="([^"#]+)"', whole.body.decode()))
+    for entry in ASSETS.iterdir():
+        if entry.name.endswith(".js"):
+            named |= set(re.findall(r'from "\./([^"]+)"', entry.read_text(encoding="utf-8")))
+    assert {"main.js", "page.css", "draft.js"} <= named
+    for name in named:
+        assert page.get(name) is not None, name
+    assert {entry.name for entry in ASSETS.iterdir()} - named == {"page.html"}
+
+
+def test_nothing_is_fetched_from_elsewhere_or_run_inline():
+    """The content security policy forbids both; here it is seen before a browser is."""
+    for entry in ASSETS.iterdir():
+        text = entry.read_text(encoding="utf-8").replace("http://www.w3.org/2000/svg", "")
+        assert not re.search(r"https?://|@import|url\(", text), entry.name
+        assert entry.name[entry.name.rfind(".") :] in MEDIA_TYPES
+    page = (ASSETS / "page.html").read_text(encoding="utf-8")
+    assert not re.search(r"\son\w+=|\sstyle=|<style|<script(?![^>]*\ssrc=)", page)
+
+
+def test_the_page_knows_how_many_via_points_there_may_be():
+    """A click more would be refused as nothing that this page sends."""
+    assert f"const MOST_VIA = {MOST_VIA};" in (ASSETS / "tools.js").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("name", ["../page.py", "..%2fpage.py", "assets/main.js", "/etc/passwd", "main.js/", "x"])
+def test_no_other_file_is_served(page, name):
+    assert page.get(name) is None
+
+
+def test_tiles_are_served(page):
+    assert page.get("photo/0/1/1.jpg").media_type == "image/jpeg"
+    for name in ("photo/0/2/0.jpg", "photo/9/0/0.jpg", "photo/0/0/0.png", "photo/0/-1/0.jpg", "photo/0/0/0.jpg/x"):
+        assert page.get(name) is None
+
+
+def test_it_opens_with_the_facts(page):
+    assert json.loads(page.get("session").body) == {"name": "crack.jpg", "needs_depth": True}
+
+
+def test_a_question_is_handed_on(page):
+    answers = _posted(page, "trace", {"hints": {"mm_per_px": 0.1}, "revision": 3, "until": "path"})
+    assert answers == [{"scale": {}}]
+    hints, revision, until = page._session.asked[0]
+    assert (hints.mm_per_px, revision, until) == (0.1, 3, "path")
+
+
+@pytest.mark.parametrize(
+    ("name", "body"),
+    [
+        ("trace", b""),
+        ("trace", b"\xff\xfe"),
+        ("trace", b"[]"),
+        ("trace", b'{"hints": {}, "revision": 1}'),
+        ("trace", b'{"hints": {}, "revision": -1, "until": "path"}'),
+        ("trace", b'{"hints": {}, "revision": 1, "until": "all"}'),
+        ("trace", b'{"hints": {}, "revision": 1, "until": "path", "file": "x"}'),
+        ("trace", b'{"hints": {"file": "x"}, "revision": 1, "until": "path"}'),
+        ("save", b'{"hints": {}, "depth_mm": "16"}'),
+        ("save", b'{"hints": {}, "depth_mm": Infinity}'),
+        ("save", b'{"hints": {}, "out": "/tmp"}'),
+        ("save", b"[" * 60_000),
+    ],
+)
+def test_what_the_page_never_sends_is_refused(page, saved, name, body):
+    with pytest.raises(ValueError, match="not what this page sends"):
+        page.post(name, body)
+    assert not saved
+    assert page.post("session", b"{}") is None
+
+
+def test_saving_hands_the_hints_over_and_ends_it(page, saved):
+    answers = _posted(page, "save", {"hints": {"mm_per_px": 0.1}, "depth_mm": 16})
+    assert answers == [{"saved": {"file": "crack.toml"}}]
+    assert page.wait() == {"file": "crack.toml"}
+    assert [(hints.said(), depth_mm) for hints, depth_mm in saved] == [({"mm_per_px": 0.1}, 16.0)]
+
+
+def test_a_refused_save_says_why_and_the_page_stays(page, saved):
+    assert _posted(page, "save", {"hints": {}, "depth_mm": -1}) == [{"refused": "crack.toml: depth_mm: too shallow."}]
+    assert not page._ended.is_set()
+    assert not saved
+
+
+def test_leaving_saves_nothing(page, saved):
+    assert _posted(page, "quit", {}) == [{"left": True}]
+    assert page.wait() is None
+    assert not saved

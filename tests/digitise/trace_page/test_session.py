@@ -1,0 +1,215 @@
+"""What the trace page is told: the pipeline's own numbers, in their order, for the newest question only."""
+
+import json
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from digitise.outline import trace_outline
+from digitise.path import find_path
+from digitise.settings import PhotoInput
+from digitise.trace_page import session as page_session
+from digitise.trace_page.hints import Hints
+from digitise.trace_page.session import OutdatedError, TraceSession
+from sealtwin.errors import InputError
+from tests.pictures import evenly_scaled, mortar, with_crack, write_png
+from tests.places import FIXTURE
+
+ENDS = ((50.0, 201.0), (450.0, 101.0))
+BARE = ((60.0, 40.0), (240.0, 40.0))
+"""On plain mortar."""
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    picture = with_crack(mortar(), [(50, 200), (180, 150), (300, 160), (450, 100)])
+    return write_png(tmp_path_factory.mktemp("photo") / "crack.png", picture)
+
+
+@pytest.fixture
+def session(file):
+    return _session(file)
+
+
+def _session(file, hints=None, **settings):
+    settings = {"mm_per_px": 1.0, **settings}
+    return TraceSession(PhotoInput(file=Path(file.name), data="synthetic", **settings), file.parent, hints or Hints())
+
+
+def _asked(session, hints, until="walls", revision=None):
+    """All answers in one dictionary, in their order."""
+    answers = {}
+    for answer in session.trace(hints, time.monotonic() if revision is None else revision, until):
+        json.dumps(answer, allow_nan=False)
+        answers |= answer
+    return answers
+
+
+def test_the_page_shows_what_the_pipeline_finds(session, file):
+    """To a hundredth of a pixel, to which points are rounded; numbers exactly."""
+    answers = _asked(session, Hints(ends_px=ENDS, mm_per_px=0.1))
+    photo = evenly_scaled(file)
+    path = find_path(photo, ENDS)
+    outline = trace_outline(photo, path)
+    assert list(answers) == ["scale", "path", "walls"]
+    assert answers["scale"]["mm_per_px"] == 0.1
+    assert np.allclose(answers["path"]["points_px"], path.points_px, atol=0.0051)
+    walls = answers["walls"]
+    assert (walls["unit"], walls["length"], walls["mean_width"]) == ("mm", outline.length_mm, outline.mean_width_mm)
+    assert np.allclose(walls["left_px"], outline.left_wall_px, atol=0.0051)
+    assert np.allclose(walls["outline_px"], outline.outline_px, atol=0.0051)
+    # A crack's area is its length times its mean width, less its tips.
+    assert 0.95 < walls["area"] / (outline.length_mm * outline.mean_width_mm) < 1.02
+
+
+def test_without_a_scale_lengths_are_pixels(session):
+    in_px = _asked(session, Hints(ends_px=ENDS))
+    in_mm = _asked(session, Hints(ends_px=ENDS, mm_per_px=0.1))["walls"]
+    assert in_px["scale"]["mm_per_px"] is None
+    assert in_px["walls"]["unit"] == "px"
+    for name, power in (("length", 1), ("mean_width", 1), ("area", 2)):
+        assert in_px["walls"][name] == pytest.approx(in_mm[name] * 10**power, rel=1e-3)
+
+
+def test_without_a_scale_no_sentence_speaks_of_millimetres(session):
+    """A millimetre is a pixel then, and a reader would take it for one of the sample's."""
+    photo_in_px = page_session._in_px_unless(False, "along 12 mm of the line, 3.1 mm/px; mmm and comm stay")
+    assert photo_in_px == "along 12 px of the line, 3.1 px/px; mmm and comm stay"
+    assert page_session._in_px_unless(True, "along 12 mm") == "along 12 mm"
+    assert " mm" not in json.dumps(_asked(session, Hints(ends_px=ENDS)))
+
+
+def test_it_answers_no_further_than_it_is_asked(session):
+    assert list(_asked(session, Hints(ends_px=ENDS), until="scale")) == ["scale"]
+    assert list(_asked(session, Hints(ends_px=ENDS), until="path")) == ["scale", "path"]
+
+
+def test_walls_at_a_glance_come_before_the_walls(file, monkeypatch):
+    """They are told apart by name: nobody takes the first for the last."""
+    monkeypatch.setattr(page_session, "glance", trace_outline)
+    session = _session(file)
+    answers = _asked(session, Hints(ends_px=ENDS))
+    assert list(answers) == ["scale", "path", "glance", "walls"]
+    assert answers["glance"] == answers["walls"]
+    assert list(_asked(session, Hints(ends_px=ENDS), until="glance")) == ["scale", "path", "glance"]
+
+
+def test_a_refusal_is_the_sentence_it_is(session, file):
+    answers = _asked(session, Hints(ends_px=BARE, mm_per_px=0.1))
+    with pytest.raises(InputError) as fault:
+        find_path(evenly_scaled(file), BARE)
+    assert list(answers) == ["scale", "refused"]
+    assert answers["refused"] == str(fault.value).replace(str(file), file.name)
+
+
+def test_a_scale_that_cannot_be_is_said_and_the_crack_still_shown(session):
+    answers = _asked(session, Hints(ends_px=ENDS, ruler_px=((10.0, 10.0), (10.5, 10.0)), ruler_mm=4000.0))
+    assert "ruler" in answers["scale"]["refused"]
+    assert answers["scale"]["mm_per_px"] is None
+    assert answers["walls"]["unit"] == "px"
+
+
+def test_corners_that_were_found_can_be_set_right_by_hand():
+    """Given as corners, they are the same face; and are then no longer offered."""
+    settings = PhotoInput(file=Path("photo.jpg"), data="synthetic", mm_per_px=1.0)
+    session = TraceSession(settings, FIXTURE, Hints())
+    found = _asked(session, Hints(face_mm=(160.0, 40.0)), until="scale")["scale"]
+    assert "found by its edges" in found["source"]
+    lower_left, lower_right, upper_right, upper_left = (tuple(corner) for corner in found["corners_px"])
+    given = Hints(face_mm=(160.0, 40.0), face_corners_px=(lower_left, lower_right, upper_right, upper_left))
+    again = _asked(session, given, until="scale")["scale"]
+    assert "corners given" in again["source"]
+    assert again["corners_px"] is None
+    # Corners are handed over to a hundredth of a pixel.
+    assert np.allclose(again["face_px"], found["face_px"], atol=0.03)
+
+
+def test_via_points_and_region_are_followed(session):
+    found = _asked(session, Hints(ends_px=ENDS, via_px=((300.0, 161.0),)))
+    assert found["path"]["source"] == "via"
+    away = _asked(session, Hints(ends_px=ENDS, roi_px=((0.0, 0.0), (499.0, 60.0))))
+    assert "roi_px" in away["refused"]
+
+
+def test_without_ends_the_crack_is_proposed(session):
+    found = _asked(session, Hints(mm_per_px=0.1))
+    assert found["path"]["source"] == "automatic"
+    ends = np.array([found["path"]["points_px"][0], found["path"]["points_px"][-1]])
+    # Round ends, which no line of that width reaches: within one width of 14 px, as a click may be.
+    assert np.linalg.norm(ends - np.array(ENDS), axis=1).max() < 14
+
+
+def test_it_starts_with_the_trials_hints(file):
+    hints = Hints(ends_px=ENDS, mm_per_px=0.1)
+    opening = _session(file, hints).opening()
+    assert opening["name"] == "crack.png"
+    assert tuple(opening["size_px"]) == (500, 300)
+    assert opening["hints"] == {"ends_px": [list(end) for end in ENDS], "mm_per_px": 0.1}
+    assert (opening["markers"], opening["painted"]) == (False, False)
+
+
+def test_an_older_question_is_dropped(session):
+    assert "walls" in _asked(session, Hints(ends_px=ENDS), revision=7.0)
+    with pytest.raises(OutdatedError):
+        next(session.trace(Hints(ends_px=ENDS), 6.9, "scale"))
+
+
+def test_a_newer_question_spares_the_walls_of_the_older(session):
+    older = session.trace(Hints(ends_px=ENDS), 1.0, "walls")
+    assert list(next(older)) == ["scale"]
+    assert list(next(older)) == ["path"]
+    waiting = threading.Thread(target=lambda: _asked(session, Hints(ends_px=ENDS), revision=2.0))
+    waiting.start()
+    while session._newest < 2:
+        time.sleep(0.001)
+    with pytest.raises(OutdatedError):
+        next(older)
+    waiting.join(10)
+    assert not waiting.is_alive()
+
+
+def test_in_the_end_nothing_goes_on(session):
+    question = session.trace(Hints(ends_px=ENDS), 1.0, "walls")
+    next(question)
+    next(question)
+    session.end()
+    with pytest.raises(OutdatedError):
+        next(question)
+
+
+def test_a_search_of_the_whole_photo_holds_no_click_up(session, monkeypatch):
+    """It may take seconds, and the user may well know better before it ends."""
+    searching, found = threading.Event(), threading.Event()
+
+    def endless(*_):
+        searching.set()
+        assert found.wait(10)
+        raise InputError("nothing")
+
+    monkeypatch.setattr(page_session, "find_path", endless)
+    search = threading.Thread(target=lambda: list(session.trace(Hints(), 1.0, "walls")))
+    search.start()
+    assert searching.wait(10)
+    assert "walls" in _asked(session, Hints(ends_px=ENDS), revision=2.0)
+    found.set()
+    search.join(10)
+
+
+def test_the_search_map_is_made_once_for_a_face_and_a_region(file, monkeypatch):
+    """It takes most of a click's half second on a large photo."""
+    made = []
+    wire = page_session.LiveWire
+    monkeypatch.setattr(page_session, "LiveWire", lambda *given: made.append(given) or wire(*given))
+    session = _session(file)
+    assert len(made) == 1, "made before the first click"
+    for mm_per_px in (None, None, 0.1, 0.2):
+        _asked(session, Hints(ends_px=ENDS, mm_per_px=mm_per_px), until="path")
+    assert len(made) == 1
+    corners = ((0.0, 299.0), (499.0, 299.0), (499.0, 0.0), (0.0, 0.0))
+    _asked(session, Hints(ends_px=ENDS, face_mm=(50.0, 30.0), face_corners_px=corners), until="path")
+    assert len(made) == 2
+    _asked(session, Hints(ends_px=ENDS, mm_per_px=0.1, roi_px=((0.0, 0.0), (499.0, 299.0))), until="path")
+    assert len(made) == 3

@@ -1,0 +1,85 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from skimage.draw import polygon2mask
+
+from digitise.geometry.polyline import signed_area
+from digitise.outline import trace_outline
+from digitise.path import find_path
+from digitise.specimens.recipe import Recipe, SideCrack
+from digitise.specimens.specimen import make_specimen
+from tests.pictures import SMALL_FACE, distance_to, evenly_scaled, mortar, photo_of, rms, write_png
+
+HALF_PIXEL = 0.5
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory):
+    """A specimen with its exact crack painted, on a photo that shows none."""
+    side = SideCrack(at=0.35, side="left", angle_deg=60, length_mm=14, width_mm=1.8)
+    truth = make_specimen(1, Recipe(**SMALL_FACE, side_cracks=(side,), stones=2))
+    photo = photo_of(truth, tmp_path_factory.mktemp("drawn"))
+    return truth, replace(photo, brightness=np.full_like(photo.brightness, 0.4))
+
+
+def painted(photo, rings_mm, holes_mm=()):
+    drawn = np.zeros(photo.brightness.shape, dtype=bool)
+    for rings, value in ((rings_mm, True), (holes_mm, False)):
+        for ring in rings:
+            drawn[polygon2mask(drawn.shape, photo.to_px(ring)[:, ::-1])] = value
+    return replace(photo, drawn=drawn)
+
+
+def test_walls_lie_on_the_rim_of_the_paint(scene):
+    """To half a pixel, of which the steps of the mask take 0.3."""
+    truth, photo = scene
+    photo = painted(photo, [truth.outline_mm])
+    outline = trace_outline(photo, find_path(photo, truth.ends_px))
+    for traced, exact in ((outline.left_wall_mm, truth.left_wall_mm), (outline.right_wall_mm, truth.right_wall_mm)):
+        assert rms(distance_to(traced, exact)) < HALF_PIXEL * photo.mm_per_px
+    assert signed_area(outline.outline_mm) == pytest.approx(signed_area(truth.outline_mm), rel=0.005)
+    assert outline.ends == ("open", "open")
+    assert outline.path_source == "mask"
+    # The share of the contrast that a photo's light asks for says nothing about paint.
+    again = trace_outline(photo, find_path(photo, truth.ends_px), edge_fraction=0.7)
+    assert np.array_equal(again.outline_mm, outline.outline_mm)
+
+
+def test_holes_in_the_paint_are_islands_and_its_side_cracks_are_not_lost(scene):
+    truth, photo = scene
+    photo = painted(photo, [truth.outline_mm, *truth.branch_rings_mm], truth.islands_mm)
+    outline = trace_outline(photo, find_path(photo, truth.ends_px), keep_branches=True)
+    assert outline.branches_kept
+    assert [signed_area(ring) < 0 for ring in outline.islands_mm] == [True, True]
+    net_mm2 = signed_area(outline.outline_mm) + sum(signed_area(ring) for ring in outline.islands_mm)
+    # As many pixels as the paint has, at the scale that the main crack's own pixels have on average.
+    main = painted(photo, [truth.outline_mm]).drawn
+    px_mm2 = signed_area(truth.outline_mm) / main.sum()
+    assert net_mm2 == pytest.approx(px_mm2 * photo.drawn.sum(), rel=0.01)
+
+
+@pytest.mark.parametrize(("side_px", "count"), [(2, 0), (5, 1)])
+def test_only_slips_of_the_brush_are_filled(tmp_path, side_px, count):
+    """0.04 mm² is less than what a solid keeps as an island, 0.25 mm² more."""
+    photo = evenly_scaled(write_png(tmp_path / "photo.png", mortar()))
+    drawn = np.zeros(photo.brightness.shape, dtype=bool)
+    drawn[135:165, 30:470] = True
+    drawn[148 : 148 + side_px, 250 : 250 + side_px] = False
+    photo = replace(photo, drawn=drawn)
+    outline = trace_outline(photo, find_path(photo, None))
+    assert len(outline.islands_mm) == count
+    assert outline.mean_width_mm == pytest.approx(3.0, abs=0.05)
+    assert outline.ends == ("closed", "closed")
+
+
+def test_another_piece_beside_the_crack_hides_no_wall(tmp_path):
+    photo = evenly_scaled(write_png(tmp_path / "photo.png", mortar()))
+    drawn = np.zeros(photo.brightness.shape, dtype=bool)
+    drawn[140:160, 30:470] = True
+    alone = replace(photo, drawn=drawn.copy())
+    drawn[163:175, 100:400] = True
+    both = replace(photo, drawn=drawn)
+    ends = ((40.0, 150.0), (460.0, 150.0))
+    traced, exact = (trace_outline(picture, find_path(picture, ends)) for picture in (both, alone))
+    assert np.array_equal(traced.outline_mm, exact.outline_mm)

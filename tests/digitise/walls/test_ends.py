@@ -1,0 +1,77 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from digitise.photo import Photo
+from digitise.scaling.view import View
+from digitise.walls.ends import PathEnd, judge_end
+from digitise.walls.patch import patch_around
+from sealtwin.records import Floats
+
+RIGHT = np.array([1.0, 0.0])
+
+
+def photo_of_dark(dark: np.ndarray, face_mm=None) -> Photo:
+    """A photo at 1 mm/px, y up from its lower left pixel, black where ``dark``."""
+    brightness = np.where(dark, 0.02, 0.4).astype(np.float32)
+    return Photo(
+        file=Path(__file__),
+        image=np.zeros((*dark.shape, 3), dtype=np.uint8),
+        brightness=brightness,
+        view=View(np.array([[1.0, 0, 0], [0, -1, dark.shape[0] - 1], [0, 0, 1]])),
+        face_mm=face_mm,
+        mm_per_px=1.0,
+        scale_source="test",
+        scale_residual_mm=None,
+    )
+
+
+def judged(dark: np.ndarray, end_px: tuple[float, float], face_mm=None, ahead: Floats = RIGHT) -> PathEnd:
+    photo = photo_of_dark(dark, face_mm)
+    end = np.array(end_px)
+    return judge_end(photo, patch_around(photo, end[None], 60.0), end, ahead, 10.0, 0.2)
+
+
+@pytest.fixture
+def band() -> np.ndarray:
+    """A crack 10 px wide from the left border to x = 120, in a photo of 200 x 100 px."""
+    dark = np.zeros((100, 200), dtype=bool)
+    dark[45:55, :121] = True
+    return dark
+
+
+def test_a_crack_that_goes_on_is_cut_where_the_end_was_given(band):
+    end = judged(band, (90.0, 50.0))
+    assert end.kind == "cut"
+    assert end.place_px == pytest.approx([90, 50])
+
+
+def test_a_tip_is_found_beyond_the_given_end(band):
+    end = judged(band, (112.0, 50.0))
+    assert end.kind == "closed"
+    assert end.place_px[0] == pytest.approx(120, abs=1)
+
+
+def test_a_blunt_end_is_met_in_its_middle(band):
+    """Not in the corner that a path seen a little aslant reaches last."""
+    end = judged(band, (112.0, 50.0), ahead=np.array([np.cos(0.1), np.sin(0.1)]))
+    assert end.place_px == pytest.approx([120, 50], abs=1.0)
+
+
+def test_a_pore_beyond_the_tip_is_no_crack(band):
+    band[46:54, 126:134] = True
+    end = judged(band, (118.0, 50.0))
+    assert end.kind == "closed"
+    assert end.place_px[0] == pytest.approx(120, abs=1)
+
+
+def test_an_end_at_the_edge_of_the_face_is_open(band):
+    face_mm = (0.0, 0.0, 121.0, 99.0)
+    assert judged(band, (119.0, 50.0), face_mm).kind == "open"
+    assert judged(band, (60.0, 50.0), face_mm).kind == "cut"
+
+
+def test_an_end_at_the_border_of_the_photo_is_cut(band):
+    band[45:55] = True
+    assert judged(band, (195.0, 50.0)).kind == "cut"

@@ -1,0 +1,81 @@
+import numpy as np
+import pytest
+
+from digitise.geometry.polyline import signed_area
+from digitise.outline import trace_outline
+from digitise.path import find_path
+from digitise.settings import CrackShape
+from digitise.solid import build_solid
+from digitise.specimens.lighting import Look
+from digitise.specimens.recipe import Recipe
+from digitise.specimens.specimen import make_specimen
+from tests.pictures import SMALL_FACE, distance_to, evenly_scaled, mortar, photo_of, rms, with_crack, write_png
+
+POOR = Look(light=0.5, grain=0.15, blur_px=2.0, noise=0.04, jpeg_quality=50)
+
+
+@pytest.fixture(scope="module")
+def stony(tmp_path_factory):
+    truth = make_specimen(1, Recipe(**SMALL_FACE, stones=3))
+    photo = photo_of(truth, tmp_path_factory.mktemp("stones"))
+    return truth, trace_outline(photo, find_path(photo, truth.ends_px))
+
+
+def test_stones_in_the_crack_are_islands(stony):
+    """Half a pixel on their rim."""
+    truth, outline = stony
+    assert len(outline.islands_mm) == 3
+    for ring in outline.islands_mm:
+        assert signed_area(ring) < 0
+        exact = min(truth.islands_mm, key=lambda stone: np.linalg.norm(stone.mean(axis=0) - ring.mean(axis=0)))
+        assert rms(distance_to(ring, np.vstack([exact, exact[:1]]))) < 0.05
+    assert any(warning.startswith("3 islands stand in the crack, 13.") for warning in outline.warnings)
+
+
+def test_walls_pass_stones(stony):
+    """As on a plain specimen."""
+    truth, outline = stony
+    assert signed_area(outline.outline_mm) == pytest.approx(signed_area(truth.outline_mm), rel=0.02)
+    for traced, exact in ((outline.left_wall_mm, truth.left_wall_mm), (outline.right_wall_mm, truth.right_wall_mm)):
+        assert rms(distance_to(traced, exact)) < 0.1
+
+
+def test_the_solid_keeps_its_stones(stony):
+    _, outline = stony
+    solid = build_solid(outline, CrackShape(depth_mm=8.0, tilt="vertical"))
+    stones_mm2 = -sum(signed_area(ring) for ring in outline.islands_mm)
+    net_mm2 = signed_area(outline.outline_mm) - stones_mm2
+    assert solid.cavity_volume_mm3 == pytest.approx(8 * net_mm2, rel=0.005)
+
+
+@pytest.mark.parametrize("recipe", [Recipe(**SMALL_FACE), Recipe(**SMALL_FACE, look=POOR, wall_pores=20)])
+def test_a_crack_without_stones_has_no_islands(tmp_path, recipe):
+    truth = make_specimen(2, recipe)
+    photo = photo_of(truth, tmp_path)
+    assert trace_outline(photo, find_path(photo, truth.ends_px)).islands_mm == ()
+
+
+@pytest.mark.parametrize(("side_px", "count"), [(7, 0), (14, 1)])
+def test_glints_on_the_floor_are_no_stones(tmp_path, side_px, count):
+    """0.12 mm² is less than a stone, 0.49 mm² is more; the walls stay where they are without either."""
+    plain = with_crack(mortar(), [(-20, 150), (520, 150)], width_px=30)
+    spoilt = plain.copy()
+    spoilt[144 : 144 + side_px, 250 : 250 + side_px] = 0.4
+    outlines = []
+    for name, picture in (("plain.png", plain), ("spoilt.png", spoilt)):
+        photo = evenly_scaled(write_png(tmp_path / name, picture), mm_per_px=0.05)
+        outlines.append(trace_outline(photo, find_path(photo, ((70.0, 150.0), (430.0, 150.0)))))
+    assert [len(outline.islands_mm) for outline in outlines] == [0, count]
+    # A fifth of a pixel.
+    assert outlines[1].mean_width_mm == pytest.approx(outlines[0].mean_width_mm, abs=0.01)
+
+
+def test_ground_between_two_strands_is_no_stone(tmp_path):
+    """Wider than the crack: one strand is measured, as the path goes."""
+    picture = with_crack(mortar(), [(20, 150), (150, 150), (200, 110), (300, 110), (350, 150), (480, 150)])
+    picture = with_crack(picture, [(150, 150), (200, 190), (300, 190), (350, 150)])
+    photo = evenly_scaled(write_png(tmp_path / "photo.png", picture))
+    path = find_path(photo, ((40.0, 150.0), (460.0, 150.0)), via_px=((250.0, 110.0),))
+    outline = trace_outline(photo, path)
+    assert outline.islands_mm == ()
+    assert outline.centreline_px[:, 1].max() < 160

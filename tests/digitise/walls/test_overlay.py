@@ -1,0 +1,75 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from digitise.geometry.polyline import resampled
+from digitise.outline import trace_outline
+from digitise.path import find_path
+from digitise.specimens.specimen import Recipe, make_specimen
+from digitise.walls.overlay import CENTRE, ENDS, LEFT, LONGER_SIDE_PX, RIGHT, draw_overlay
+from tests.pictures import SMALL_FACE, evenly_scaled, mortar, photo_of, with_crack, write_png
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory):
+    specimen = make_specimen(1, Recipe(**SMALL_FACE))
+    photo = photo_of(specimen, tmp_path_factory.mktemp("overlay"))
+    outline = trace_outline(photo, find_path(photo, specimen.ends_px))
+    return photo, outline, draw_overlay(photo, outline)
+
+
+def share_of_colour(picture, places, colour) -> float:
+    """How many places of the picture have about that colour."""
+    x, y = np.rint(places).astype(int).T
+    return float(np.mean(np.abs(picture[y, x].astype(float) - colour).max(axis=1) < 90))
+
+
+def test_walls_and_centreline_are_drawn_where_they_are(scene):
+    """Drawn one photo pixel aside on purpose, the lines are missed."""
+    photo, outline, picture = scene
+    scale = picture.shape[1] / photo.size_px[0]
+    inner = slice(40, -40)  # clear of labels and of what lies outside the face
+    for points_px, colour in (
+        (outline.left_wall_px, LEFT),
+        (outline.right_wall_px, RIGHT),
+        (outline.centreline_px, CENTRE),
+    ):
+        assert share_of_colour(picture, (points_px[inner] + 0.5) * scale - 0.5, colour) > 0.9
+
+
+def test_both_ends_are_marked(scene):
+    photo, outline, picture = scene
+    scale = picture.shape[1] / photo.size_px[0]
+    assert share_of_colour(picture, (outline.centreline_px[[0, -1]] + 0.5) * scale - 0.5, ENDS) == 1
+
+
+def test_side_cracks_are_drawn_dashed_where_they_are_left_out_and_islands_with_their_rim(scene):
+    """Half of a dashed line is dashes, whose ends are soft."""
+    photo, outline, _ = scene
+    line_px, ring_px = np.array([[100.0, 300.0], [160.0, 360.0]]), np.array([[200.0, 300], [240, 300], [220, 340]])
+    spoilt = replace(outline, branches_mm=(photo.to_mm(line_px),), islands_mm=(photo.to_mm(ring_px),))
+    shares = []
+    for branches_kept in (False, True):
+        picture = draw_overlay(photo, replace(spoilt, branches_kept=branches_kept))
+        scale = picture.shape[1] / photo.size_px[0]
+        for points_px, colour in ((line_px, CENTRE), (ring_px, ENDS)):
+            places = (resampled(points_px, 0.5) + 0.5) * scale - 0.5
+            shares.append(share_of_colour(picture, places, colour))
+    assert shares == pytest.approx([0.5, 1, 1, 1], abs=0.15)
+
+
+def test_the_photo_itself_is_not_drawn_on(scene):
+    photo, outline, _ = scene
+    before = photo.image.copy()
+    draw_overlay(photo, outline)
+    assert np.array_equal(photo.image, before)
+
+
+def test_large_and_small_photos_become_pictures_of_readable_size(scene, tmp_path):
+    _, _, picture = scene
+    assert max(picture.shape[:2]) == LONGER_SIDE_PX
+    assert picture.dtype == np.uint8
+    small = evenly_scaled(write_png(tmp_path / "photo.png", with_crack(mortar(), [(20, 150), (480, 140)])))
+    traced = trace_outline(small, find_path(small, ((40.0, 150.0), (460.0, 140.0))))
+    assert draw_overlay(small, traced).shape == (1200, 2000, 3)

@@ -1,0 +1,220 @@
+"""The command as a user meets it: answers, exit codes, one sentence for each thing that is wrong."""
+
+import json
+import shutil
+import struct
+import subprocess
+import sys
+import zlib
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from sealtwin.cli import app
+from tests.places import FIXTURE
+
+
+def _sealtwin(*arguments):
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+@pytest.fixture
+def trial(tmp_path):
+    """A copy of the fixture that a test may spoil."""
+    shutil.copytree(FIXTURE, tmp_path / "lab")
+    return tmp_path / "lab" / "trial.toml"
+
+
+def _refusal(*arguments):
+    """The one sentence on stderr of a command that must end with exit code 3."""
+    answer = _sealtwin(*arguments)
+    assert answer.exit_code == 3, answer.output
+    sentence = next(line for line in answer.stderr.splitlines() if line.startswith("sealtwin: "))
+    assert "Traceback" not in answer.output
+    return sentence
+
+
+def _png_bomb():
+    """A greyscale PNG of 40,000 x 40,000 pixels in under 1 MB: decoded it is 1.6 GB, in colour 4.8 GB."""
+
+    def chunk(kind, content):
+        return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
+
+    header = struct.pack(">IIBBBBB", 40_000, 40_000, 8, 0, 0, 0, 0)
+    rows = zlib.compress(bytes(40_001) * 10_000, 9)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", rows) + chunk(b"IEND", b"")
+
+
+def _encoded(image):
+    return cv2.imencode(".png", image)[1].tobytes()
+
+
+BAD_PHOTOS = {
+    "missing": (None, "not found"),
+    "empty": (b"", "empty"),
+    "truncated": ("truncated", "photo"),
+    "a text file": (b"This is no photo.\n" * 100, "photo"),
+    "a bomb": (_png_bomb(), "pixels"),
+    "all black": (_encoded(np.zeros((800, 2000, 3), np.uint8)), ""),
+    "without a crack": (_encoded(np.full((800, 2000, 3), 150, np.uint8)), ""),
+}
+
+
+@pytest.mark.parametrize("fault", BAD_PHOTOS)
+def test_a_bad_photo_gets_one_sentence(trial, tmp_path, fault):
+    content, named = BAD_PHOTOS[fault]
+    photo = trial.parent / "photo.jpg"
+    if content == "truncated":
+        photo.write_bytes(photo.read_bytes()[:20_000])
+    elif content is None:
+        photo.unlink()
+    else:
+        photo.write_bytes(content)
+    sentence = _refusal("digitise", trial, "--out", tmp_path / "run", "--quiet")
+    assert named in sentence
+    assert "photo.jpg" in sentence
+
+
+@pytest.mark.parametrize("fault", ["all black", "without a crack"])
+def test_a_photo_without_a_crack_is_refused_with_a_given_scale_too(tmp_path, fault):
+    photo = tmp_path / "photo.png"
+    photo.write_bytes(BAD_PHOTOS[fault][0])
+    for ends in ((), ("--ends", "100,400", "1900,420")):
+        out = tmp_path / "run"
+        _refusal("digitise", photo, "--depth-mm", 16, "--mm-per-px", 0.1, *ends, "--out", out, "--quiet")
+
+
+def test_memory_stays_bounded_when_a_photo_is_a_bomb(tmp_path):
+    (tmp_path / "bomb.png").write_bytes(_png_bomb())
+    # Not ru_maxrss: a child starts with its parent's, and pytest may have grown by then.
+    script = (
+        "import sys; from pathlib import Path; from sealtwin.cli import main\n"
+        "try: main()\n"
+        "finally: print(Path('/proc/self/status').read_text().split('VmHWM:')[1].split()[0], file=sys.stderr)"
+    )
+    photo, out = str(tmp_path / "bomb.png"), str(tmp_path / "run")
+    command = ["digitise", photo, "--depth-mm", "16", "--mm-per-px", "0.1", "--out", out]
+    answer = subprocess.run([sys.executable, "-c", script, *command], capture_output=True, text=True, check=False)
+    assert answer.returncode == 3, answer.stderr
+    assert int(answer.stderr.split()[-1]) < 700_000  # kB; the decoded photo alone is 1,600 MB
+
+
+BAD_SHEETS = {
+    "a missing column": ("s_mm,height\n0,-16\n", "height"),
+    "text in a number": ("s_mm,level_1_mm\n0,-16\n5,deep\n", "deep"),
+    "unsorted stations": ("s_mm,level_1_mm\n5,-16\n0,-12\n", "line 3"),
+    "repeated stations": ("s_mm,level_1_mm\n0,-16\n0,-12\n", "line 3"),
+    "no rows": ("s_mm,level_1_mm\n", "no"),
+}
+
+
+@pytest.mark.parametrize("fault", BAD_SHEETS)
+def test_a_bad_sheet_gets_one_sentence_before_the_long_run(trial, tmp_path, fault):
+    """Minutes of simulation must not pass before a typo in the sheet is found."""
+    (trial.parent / "caliper.csv").write_text(BAD_SHEETS[fault][0])
+    sentence = _refusal("run", trial, "--out", tmp_path / "run", "--quiet")
+    assert BAD_SHEETS[fault][1] in sentence
+    assert str(trial.parent / "caliper.csv") in sentence
+    assert not (tmp_path / "run" / "particles.csv").exists()
+
+
+def test_an_output_folder_that_is_a_file_is_refused(trial, tmp_path):
+    (tmp_path / "run").write_text("mine")
+    assert "this is a file" in _refusal("run", trial, "--out", tmp_path / "run")
+    assert (tmp_path / "run").read_text() == "mine"
+
+
+def test_a_typo_in_a_key_is_refused_as_json_too(trial, tmp_path):
+    trial.write_text(trial.read_text().replace("depth_mm", "dept_mm"))
+    answer = _sealtwin("run", trial, "--out", tmp_path / "run", "--json")
+    assert answer.exit_code == 3
+    error = json.loads(answer.stdout)
+    assert error["exit_code"] == 3
+    assert "did you mean 'depth_mm'" in error["error"]
+
+
+def test_an_absent_device_is_refused_and_never_replaced(trial, tmp_path):
+    assert "cuda:7" in _refusal("run", trial, "--out", tmp_path / "run", "--device", "cuda:7", "--quiet")
+
+
+def test_a_place_that_cannot_be_written_is_named(trial, tmp_path):
+    (tmp_path / "dangling").symlink_to(tmp_path / "none" / "there")
+    for out in (Path("/proc/nowhere"), tmp_path / ("x" * 300), tmp_path / "dangling"):
+        assert out.name in _refusal("run", trial, "--out", out, "--quiet")
+
+
+def test_the_demo_overwrites_nothing_of_the_users(tmp_path):
+    (tmp_path / "mine" / "trial").mkdir(parents=True)
+    (tmp_path / "mine" / "trial" / "trial.toml").write_text("mine")
+    assert "trial.toml" in _refusal("demo", "--out", tmp_path / "mine")
+    assert (tmp_path / "mine" / "trial" / "trial.toml").read_text() == "mine"
+    assert not (tmp_path / "mine" / "run").exists()
+
+
+def test_another_photo_does_not_replace_a_result_without_a_word(tmp_path):
+    photos = [tmp_path / name for name in ("crack.jpg", "crack.png")]
+    photos[0].write_bytes((FIXTURE / "photo.jpg").read_bytes())
+    cv2.imwrite(str(photos[1]), cv2.flip(np.asarray(cv2.imread(str(photos[0]))), 1))
+    options = (
+        "--depth-mm",
+        16,
+        "--mm-per-px",
+        0.1,
+        "--ends",
+        "780,600",
+        "1340,300",
+        "--out",
+        tmp_path / "run",
+        "--quiet",
+    )
+    assert _sealtwin("digitise", photos[0], *options).exit_code == 0
+    assert "crack.jpg" in _refusal("digitise", photos[1], *options)
+
+
+def test_sealant_out_of_proportion_to_the_crack_is_said(tmp_path):
+    crack = ("--depth-mm", 16, "--mm-per-px", 0.1, "--ends", "780,600", "1340,300", "--volume-ml", 60)
+    answer = _sealtwin("digitise", FIXTURE / "photo.jpg", *crack, "--out", tmp_path / "run")
+    assert answer.exit_code == 0
+    assert any("note:" in line and "60" in line and "ml" in line for line in answer.stderr.splitlines())
+
+
+def test_usage_errors_have_their_own_code(tmp_path):
+    photo = tmp_path / "photo.png"
+    assert _sealtwin("digitise", photo).exit_code == 2
+    assert _sealtwin("digitise", photo, "--depth-mm", 16, "--ends", "12;340", "1,2").exit_code == 2
+    for option in (("--depth-mm", 16), ("--tilt", "funnel"), ("--wall-angle-deg", 50), ("--assumed",)):
+        assert _sealtwin("digitise", FIXTURE / "trial.toml", *option).exit_code == 2
+    assert _sealtwin("fly").exit_code == 2
+
+
+def test_digitise_answers_in_json_and_then_redoes_nothing(trial, tmp_path):
+    answer = _sealtwin("digitise", trial, "--out", tmp_path / "run", "--json")
+    assert answer.exit_code == 0, answer.output
+    result = json.loads(answer.stdout)
+    assert result["version"] == 1
+    assert 78 < result["length_mm"] < 82
+    assert result == json.loads((tmp_path / "run" / "run.json").read_text())
+    before = {path: path.stat().st_mtime_ns for path in (tmp_path / "run").iterdir() if not path.name.startswith(".")}
+    again = _sealtwin("digitise", trial, "--out", tmp_path / "run")
+    assert "nothing to redo" in again.stderr
+    assert before == {path: path.stat().st_mtime_ns for path in before}
+
+
+def test_a_folder_names_no_home_and_no_place_of_this_machine(trial, tmp_path):
+    _sealtwin("digitise", trial, "--out", tmp_path / "run", "--quiet")
+    for name in ("manifest.json", "trial.toml", "outline.json", "solid.json"):
+        text = (tmp_path / "run" / name).read_text()
+        assert str(tmp_path) not in text
+        assert str(Path.home()) not in text
+
+
+def test_init_and_doctor_answer(tmp_path):
+    answer = _sealtwin("init", tmp_path / "new")
+    assert answer.exit_code == 0
+    assert (tmp_path / "new" / "trial.toml").is_file()
+    findings = json.loads(_sealtwin("doctor", "--json").stdout)
+    assert findings["healthy"] is True
+    assert "warp-lang" in findings["versions"]

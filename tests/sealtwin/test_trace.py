@@ -1,0 +1,155 @@
+"""'sealtwin trace' from its first line to its last, with a browser that knows what it wants."""
+
+import http.client
+import json
+import shutil
+import socket
+import webbrowser
+from contextlib import closing
+from urllib.parse import urlsplit
+
+import pytest
+from typer.testing import CliRunner
+
+from sealtwin.cli import app
+from sealtwin.trial import load_trial
+from tests.places import FIXTURE
+
+ENDS = [[719.3, 658.4], [1402.7, 258.9]]
+
+
+@pytest.fixture
+def trial(tmp_path):
+    """A copy of the fixture that a test may change."""
+    shutil.copytree(FIXTURE, tmp_path / "lab")
+    return tmp_path / "lab" / "trial.toml"
+
+
+@pytest.fixture
+def browser(monkeypatch):
+    """Opens in place of the user's, and posts what it is told to: first to last, each with its answers."""
+
+    class Browser:
+        posts: tuple = ()
+        answers: tuple = ()
+
+        def open(self, url):
+            self.answers = tuple(_posted(url, *post) for post in self.posts)
+            return True
+
+    browser = Browser()
+    monkeypatch.setattr(webbrowser, "open", browser.open)
+    return browser
+
+
+def _posted(url, name, content):
+    parts = urlsplit(url)
+    assert parts.hostname == "127.0.0.1"
+    headers = {"Origin": f"http://{parts.netloc}", "Content-Type": "application/json"}
+    with closing(http.client.HTTPConnection(parts.netloc, timeout=30)) as connection:
+        connection.request("POST", parts.path + name, json.dumps(content), headers)
+        return [json.loads(line) for line in connection.getresponse()]
+
+
+def _sealtwin(*arguments):
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+def test_what_is_clicked_is_saved_into_the_trial(trial, browser):
+    hints = {"ends_px": ENDS[::-1], "via_px": [[1000.0, 498.0]], "face_mm": [160, 40]}
+    browser.posts = (("trace", {"hints": hints, "revision": 1, "until": "walls"}), ("save", {"hints": hints}))
+    answer = _sealtwin("trace", trial)
+    assert answer.exit_code == 0, answer.output
+    traced, saved = browser.answers
+    assert [next(iter(line)) for line in traced] == ["scale", "path", "walls"]
+    # The fixture's truth, within the tracing benchmark's 0.5 %.
+    assert traced[2]["walls"]["length"] == pytest.approx(80, rel=0.01)
+    assert saved == [{"saved": {"file": str(trial), "changed": ["ends_px", "via_px"], **_said(answer)}}]
+    photo = load_trial(trial).photo
+    assert photo is not None
+    assert photo.ends_px == tuple(tuple(end) for end in hints["ends_px"])
+    assert photo.markers == load_trial(FIXTURE / "trial.toml").photo.markers  # pyright: ignore
+    assert answer.stderr.startswith("Trace page: http://127.0.0.1:")
+
+
+def _said(answer):
+    """The two lines of the command's answer, as the page shows them."""
+    summary, following = answer.stdout.splitlines()
+    return {"summary": summary, "next": following.removeprefix("Next: ")}
+
+
+def test_the_command_that_it_names_next_runs(trial, browser, tmp_path, monkeypatch):
+    hints = {"ends_px": ENDS, "via_px": [[1000.0, 498.0]], "face_mm": [160, 40]}
+    browser.posts = (("save", {"hints": hints}),)
+    named = _said(_sealtwin("trace", trial, "--quiet"))["next"]
+    assert named == f"sealtwin digitise {trial}"
+    answer = _sealtwin("digitise", trial, "--out", tmp_path / "run", "--json", "--quiet")
+    assert answer.exit_code == 0, answer.output
+    assert json.loads(answer.stdout)["path_source"] == "via"
+
+
+def test_a_photo_gets_a_trial_beside_it(trial, browser):
+    photo = trial.parent / "photo.jpg"
+    hints = {"ends_px": ENDS, "mm_per_px": 0.1}
+    browser.posts = (("save", {"hints": hints}), ("save", {"hints": hints, "depth_mm": 16}))
+    answer = _sealtwin("trace", photo, "--json", "--quiet")
+    assert "crack.depth_mm is missing" in browser.answers[0][0]["refused"]
+    written = photo.with_suffix(".toml")
+    assert json.loads(answer.stdout) == {
+        "version": 1,
+        "saved": str(written),
+        "changed": ["ends_px", "mm_per_px"],
+    }
+    new = load_trial(written)
+    assert new.photo is not None
+    assert new.photo.file.name == "photo.jpg"
+
+
+def test_leaving_saves_nothing(trial, browser):
+    before = trial.read_bytes()
+    browser.posts = (("quit", {}),)
+    answer = _sealtwin("trace", trial)
+    assert (answer.exit_code, answer.stdout) == (0, "Nothing was saved.\n")
+    assert trial.read_bytes() == before
+
+
+def test_no_browser_is_opened_when_none_is_wanted(trial, browser, monkeypatch):
+    """Ctrl-C ends it, with the exit code of an interruption, and nothing is written."""
+    from digitise.trace_page.page import TracePage
+
+    def interrupted(_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(TracePage, "wait", interrupted)
+    before = trial.read_bytes()
+    answer = _sealtwin("trace", trial, "--no-browser", "--quiet")
+    assert answer.exit_code == 130
+    assert browser.answers == ()
+    assert answer.stderr.startswith("Trace page: http://127.0.0.1:")
+    assert answer.stderr.endswith("interrupted; nothing was saved.\n")
+    assert trial.read_bytes() == before
+
+
+def _refusal(*arguments):
+    answer = _sealtwin(*arguments)
+    assert answer.exit_code == 3, answer.output
+    assert "Traceback" not in answer.output
+    return answer.stderr
+
+
+def test_what_cannot_be_traced_is_refused_before_a_page_opens(trial, browser, tmp_path):
+    assert "not found" in _refusal("trace", tmp_path / "none.jpg")
+    assert "no such file" in _refusal("trace", tmp_path / "none.toml")
+    (trial.parent / "photo.toml").write_text("")
+    assert "is there already" in _refusal("trace", trial.parent / "photo.jpg")
+    mesh = tmp_path / "mesh.toml"
+    mesh.write_text('name = "m"\n[mesh]\nfile = "m.stl"\ndata = "measured"\nunits = "mm"\n')
+    assert "no photo to trace" in _refusal("trace", mesh)
+    (trial.parent / "photo.jpg").write_bytes(b"no photo")
+    assert "no photo that can be read" in _refusal("trace", trial)
+
+
+def test_a_port_that_is_taken_is_named(trial):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        assert f"--port {port}: Address already in use" in _refusal("trace", trial, "--port", port)
