@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TextIO
 
 import typer
+from typer.core import TyperGroup
 
 from sealtwin.errors import SealtwinError
 
@@ -81,7 +82,7 @@ class Command:
     def fail(self, message: str, exit_code: int) -> NoReturn:
         print(f"sealtwin: {message}", file=sys.stderr)
         if self.as_json:
-            self.answer({"version": 1, "error": message, "exit_code": exit_code}, ())
+            print(_as_error(message, exit_code), file=self.stdout)
         raise typer.Exit(exit_code)
 
     def _finish(self, job: "Job", stages: "Sequence[StageName]") -> None:
@@ -98,6 +99,19 @@ class Command:
         from sealtwin.progress import progress_for_stderr
 
         return progress_for_stderr(self.quiet)
+
+
+class Commands(TyperGroup):
+    """All commands: with --json, a command line that cannot be understood is answered by an object as well."""
+
+    def invoke(self, ctx: Any) -> Any:
+        as_json = "--json" in ctx.args
+        try:
+            return super().invoke(ctx)
+        except typer.TyperException as fault:
+            if as_json:
+                print(_as_error(fault.format_message(), fault.exit_code))
+            raise
 
 
 @contextmanager
@@ -119,3 +133,7 @@ def answering(device: str, as_json: bool, quiet: bool) -> Iterator[Command]:
         command.fail(f"{fault.filename}: {fault.strerror}. Give a place that can be read and written.", BAD_INPUT)
     except KeyboardInterrupt:
         command.fail("interrupted; the same command goes on from the last finished stage.", INTERRUPTED)
+
+
+def _as_error(message: str, exit_code: int) -> str:
+    return json.dumps({"version": 1, "error": message, "exit_code": exit_code}, ensure_ascii=False)

@@ -4,10 +4,12 @@ from typing import Annotated
 
 import typer
 
+from sealtwin.answering import Commands
 from sealtwin.commands import digitise, import_mesh, markers, robot, setup, stages, trace
 
 app = typer.Typer(
     name="sealtwin",
+    cls=Commands,
     help="From a photo of a cracked pavement sample and a measured depth to a validated digital twin of its sealing.",
     epilog=(
         "Exit codes: 0 ok, 1 a bug of ours, 2 usage, 3 bad input, 4 numerical failure, "
@@ -49,7 +51,3 @@ def common(
 def main() -> None:
     """The ``sealtwin`` command."""
     app()
-
-
-if __name__ == "__main__":
-    main()

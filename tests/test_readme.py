@@ -44,7 +44,7 @@ def test_sealtwin_commands_run_in_the_order_given(tmp_path):
     for line in commands:
         arguments = shlex.split(line)[1:]
         answer = subprocess.run(
-            [sys.executable, "-m", "sealtwin.cli", *arguments],
+            [sys.executable, "-m", "sealtwin", *arguments],
             cwd=tmp_path,
             capture_output=True,
             text=True,

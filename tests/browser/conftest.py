@@ -149,7 +149,7 @@ def open_page(chromium):
 
     def opened(target, width=1280, height=800, **look):
         command = subprocess.Popen(
-            [sys.executable, "-m", "sealtwin.cli", "trace", str(target), "--no-browser"],
+            [sys.executable, "-m", "sealtwin", "trace", str(target), "--no-browser"],
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,

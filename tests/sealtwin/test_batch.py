@@ -283,7 +283,7 @@ def test_killed_processes_cost_no_photo_that_is_done(tmp_path, lab):
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="finds a process' children as Linux lists them")
 def test_a_killed_batch_leaves_no_process_behind(tmp_path, lab):
-    command = [sys.executable, "-m", "sealtwin.cli", "digitise", str(lab), "--depth-mm", "16", "--mm-per-px", "0.1"]
+    command = [sys.executable, "-m", "sealtwin", "digitise", str(lab), "--depth-mm", "16", "--mm-per-px", "0.1"]
     batch_process = subprocess.Popen([*command, "--jobs", "2", "--out", str(tmp_path / "out"), "--quiet"])
     listed = Path(f"/proc/{batch_process.pid}/task/{batch_process.pid}/children")
     within(60, lambda: list(tmp_path.glob("out/*/manifest.json")))
@@ -305,7 +305,7 @@ def within(seconds, happens):
 @pytest.mark.slow
 def test_two_processes_make_what_one_makes(lab, tmp_path):
     for jobs in ("1", "2"):
-        command = [sys.executable, "-m", "sealtwin.cli", "digitise", str(lab), "--depth-mm", "16", "--mm-per-px", "0.1"]
+        command = [sys.executable, "-m", "sealtwin", "digitise", str(lab), "--depth-mm", "16", "--mm-per-px", "0.1"]
         subprocess.run([*command, "--jobs", jobs, "--out", str(tmp_path / jobs), "--quiet"], check=False, timeout=120)
     one, two = ((tmp_path / jobs / "photos.csv").read_text() for jobs in ("1", "2"))
     assert one == two

@@ -190,6 +190,32 @@ def test_usage_errors_have_their_own_code(tmp_path):
     assert _sealtwin("fly").exit_code == 2
 
 
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        (("digitise", "photo.png"), "--depth-mm"),
+        (("digitise", "photo.png", "--depth-mm", "16", "--ends", "12;340", "1,2"), "--ends"),
+        (("import-mesh", "scan.stl"), "--units"),
+        (("robot", "run", "--speed", "4"), "--speed"),
+        (("fly",), "fly"),
+    ],
+)
+def test_a_program_reads_what_was_wrong_with_its_command_line(arguments, named):
+    """Faults that the parser finds, and those that a command finds; broken on purpose, stdout stays empty."""
+    answer = _sealtwin(*arguments, "--json")
+    error = json.loads(answer.stdout)
+    assert (error["version"], error["exit_code"], answer.exit_code) == (1, 2, 2)
+    assert named in error["error"]
+    assert named in answer.stderr
+    assert not _sealtwin(*arguments).stdout
+
+
+def test_the_module_is_the_command():
+    command = [sys.executable, "-m", "sealtwin", "--version"]
+    answer = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert answer.stdout == _sealtwin("--version").stdout != ""
+
+
 def test_digitise_answers_in_json_and_then_redoes_nothing(trial, tmp_path):
     answer = _sealtwin("digitise", trial, "--out", tmp_path / "run", "--json")
     assert answer.exit_code == 0, answer.output

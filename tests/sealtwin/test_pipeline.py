@@ -29,7 +29,7 @@ SAME_IN_EVERY_RUN = (
 
 
 def _start(*arguments: object) -> "subprocess.Popen[str]":
-    command = [sys.executable, "-m", "sealtwin.cli", *map(str, arguments)]
+    command = [sys.executable, "-m", "sealtwin", *map(str, arguments)]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
