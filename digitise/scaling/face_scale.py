@@ -19,6 +19,10 @@ CLICKED_PX, FOUND_PX = 1.0, 0.5
 FACE_MM = 0.25
 """Standard uncertainty of each side of the face: a calliper on mortar edges tells half a millimetre, at two sigma."""
 
+MOST_FORESHORTENED = 2.0
+"""Between the sides of a face, by a camera 60 degrees off square. Corners that start elsewhere than at the lower left
+turn a face by a quarter, which changes that of one half longer than wide by more."""
+
 
 def scale_by_face(brightness: Map, settings: PhotoInput, face_mm: Box, focal_px: float | None, file: Path) -> Scale:
     """Four corners fix the homography exactly; how straight the found edges are stands in for its misfit.
@@ -51,12 +55,17 @@ def scale_by_face(brightness: Map, settings: PhotoInput, face_mm: Box, focal_px:
 
 
 def given_corners(settings: PhotoInput, size_px: tuple[int, int], file: Path) -> Floats | None:
-    """The user's corners of the face, (4, 2). Raises InputError where they are out of sight or do not go round it."""
+    """The user's corners of the face, (4, 2).
+
+    Raises InputError where they are out of sight, do not go round it, or go round another shape than that of face_mm.
+    """
     if settings.face_corners_px is None:
         return None
     corners_px = np.array(settings.face_corners_px, dtype=float)
     _check_in_sight(corners_px, size_px, file)
     _check_order(corners_px, file)
+    if settings.face_mm is not None:
+        _check_shape(corners_px, settings.face_mm, file)
     return corners_px
 
 
@@ -79,4 +88,16 @@ def _check_order(corners_px: Floats, file: Path) -> None:
         raise InputError(
             f"{file}: face_corners_px {listed} do not go round a face from its lower left corner by lower right and "
             "upper right to upper left (px, y down)."
+        )
+
+
+def _check_shape(corners_px: Floats, face_mm: tuple[float, float], file: Path) -> None:
+    """However the camera was tilted, a long face does not look high."""
+    lower, right, upper, left = np.linalg.norm(np.roll(corners_px, -1, axis=0) - corners_px, axis=1)
+    seen, expected = (lower + upper) / (left + right), face_mm[0] / face_mm[1]
+    if max(seen / expected, expected / seen) > MOST_FORESHORTENED:
+        raise InputError(
+            f"{file}: face_corners_px go round a face {seen:.2f} times as wide as high, face_mm says {expected:.2f}. List "
+            "the corners from the lower left by lower right and upper right to upper left (px, y down), or correct "
+            "face_mm (width, height in the photo)."
         )

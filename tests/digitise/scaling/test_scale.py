@@ -132,6 +132,22 @@ def test_corners_in_another_order_would_mirror_the_crack_and_are_refused(specime
         load_photo(with_corners(specimen.to_px(FACE[::-1])), tmp_path)
 
 
+@pytest.mark.parametrize("quarters", [1, 3])
+def test_corners_that_start_elsewhere_are_refused_before_they_squeeze_the_crack(specimen, tmp_path, quarters):
+    """Without the check, the lengths of this face come out wrong by three, and no figure tells."""
+    specimen.write(tmp_path)
+    with pytest.raises(InputError, match=r"0\.5\d times as wide as high, face_mm says 1\.75.*from the lower left"):
+        load_photo(with_corners(np.roll(specimen.to_px(FACE), quarters, axis=0)), tmp_path)
+
+
+def test_corners_seen_from_far_aside_are_taken(specimen, tmp_path):
+    """Half a face's height, as a camera 60 degrees off square sees it, and a little of that back."""
+    specimen.write(tmp_path)
+    corners_px = specimen.to_px(FACE)
+    corners_px[2:, 1] += 0.45 * (corners_px[:2, 1] - corners_px[2:, 1]).mean()
+    assert load_photo(with_corners(corners_px), tmp_path).face_mm is not None
+
+
 @pytest.mark.parametrize("far", [9e5, -5000.0])
 def test_a_corner_far_outside_the_photo_is_refused_by_its_place(specimen, tmp_path, far):
     specimen.write(tmp_path)
