@@ -74,7 +74,7 @@ def cracks_on(field: DarkMap, photo: Photo, straight_too: bool = False) -> Crack
     clear = np.where(inner(field.allowed), support(field.even, field.allowed), 0).astype(np.float32)
     seen = apply_hysteresis_threshold(clear, LIKELY, SURE)
     straight = straight_lines(skeletonize(seen))
-    cost = cost_of_thin(field)
+    cost = cost_of_thin(field, np.argwhere(skeletonize(seen)))
     if not straight_too:
         joint = beside_straight(seen.shape, straight)
         seen &= ~joint

@@ -1,6 +1,6 @@
 """How crack-like each pixel of a photo is, on a copy small enough to search."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -22,6 +22,8 @@ LEAST_LIGHT = 0.05
 """Of display brightness: what is darker is compared with this, or the noise of a black board would be lines."""
 DISPLAY_GAMMA = 2.2
 """Of lightness as the eye and the camera's file count it: there, grain is as strong in the shade as in the light."""
+DARKEST = 99
+"""Percentile of darkness that a crack's middle has."""
 EDGE_PX = 3
 """Of the photo: the outermost pixels of the face mix with what lies beside it."""
 RIM_PX = 3
@@ -44,6 +46,8 @@ class DarkMap:
     """Answer of a dark line of the best-fitting width, in units of the noise around."""
     allowed: NDArray[np.bool_]
     """On the face and on no marker."""
+    darkest: float
+    """Darkness that one cell in a hundred of the whole map has: a crack's, where there is one."""
 
     def to_work(self, points_px: Floats) -> Floats:
         return (np.asarray(points_px, dtype=float) - self.offset_px + 0.5) * self.scale - 0.5
@@ -55,7 +59,14 @@ class DarkMap:
         """A part of the map, from a column and a row of it to others, these excluded."""
         part = np.s_[top:bottom, left:right]
         offset_px = (self.offset_px[0] + left / self.scale, self.offset_px[1] + top / self.scale)
-        return DarkMap(offset_px, self.scale, self.dark[part], self.even[part], self.ridge[part], self.allowed[part])
+        return replace(
+            self,
+            offset_px=offset_px,
+            dark=self.dark[part],
+            even=self.even[part],
+            ridge=self.ridge[part],
+            allowed=self.allowed[part],
+        )
 
 
 def map_darkness(photo: Photo, region_px: Floats | None = None, seen_face_px: Floats | None = None) -> DarkMap:
@@ -79,7 +90,9 @@ def map_darkness(photo: Photo, region_px: Floats | None = None, seen_face_px: Fl
     shown = _shown(light)
     even = (shown / np.maximum(blurred(shown, EVEN_PX), LEAST_LIGHT)).astype(np.float32)
     ridge = np.where(inner(allowed), strength(even, allowed), 0).astype(np.float32)
-    return DarkMap((left, top), scale, _darkness(light, _around(shown)), even, ridge, allowed)
+    dark = _darkness(light, _around(shown))
+    darkest = float(np.percentile(dark[allowed], DARKEST)) if allowed.any() else 0.0
+    return DarkMap((left, top), scale, dark, even, ridge, allowed, darkest)
 
 
 def _box(photo: Photo, region_px: Floats | None) -> tuple[int, int, int, int]:

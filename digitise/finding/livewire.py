@@ -9,15 +9,11 @@ from digitise.finding.crack_path import CrackPath
 from digitise.finding.darkness import DarkMap, map_darkness
 from digitise.finding.hints import check_hints, region_px
 from digitise.finding.lines import support
-from digitise.finding.way import Way
+from digitise.finding.way import Way, leg_margin
 from digitise.photo import Photo
 from digitise.pictures.raster import Map
 from digitise.settings import Pixel
 from sealtwin.records import Floats
-
-AROUND = 0.5
-"""A path may leave the box of its points by this much of their distance."""
-LEAST_AROUND_PX = 100.0
 
 
 class LiveWire:
@@ -53,10 +49,10 @@ class LiveWire:
 
     def _window(self, points_px: Floats) -> tuple[int, int, int, int]:
         """Left, top, right, bottom of the cells where a path between the points may run; the last two excluded."""
-        margin = max(LEAST_AROUND_PX, AROUND * float(np.linalg.norm(np.ptp(points_px, axis=0))))
+        work = self.field.to_work(points_px)
+        apart = np.linalg.norm(np.diff(work, axis=0), axis=1)
+        margin = leg_margin(float(apart.max()), self.field.scale) + 1
         height, width = self.field.dark.shape
-        low = np.floor(self.field.to_work(points_px.min(axis=0) - margin))
-        high = np.ceil(self.field.to_work(points_px.max(axis=0) + margin))
-        left, top = np.clip(low, 0, (width - 1, height - 1)).astype(int).tolist()
-        right, bottom = np.clip(high, 0, (width - 1, height - 1)).astype(int).tolist()
+        left, top = np.clip(np.floor(work.min(axis=0)) - margin, 0, (width - 1, height - 1)).astype(int).tolist()
+        right, bottom = np.clip(np.ceil(work.max(axis=0)) + margin, 0, (width - 1, height - 1)).astype(int).tolist()
         return left, top, right + 1, bottom + 1

@@ -7,7 +7,6 @@ from itertools import pairwise
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter
 from scipy.spatial import KDTree
 
 from digitise.finding.costs import cheapest, cost_of_thin, cost_of_wide, cost_off_centre, measure
@@ -15,6 +14,7 @@ from digitise.finding.crack_path import CrackPath
 from digitise.finding.darkness import DarkMap
 from digitise.finding.hints import SNAP_PX
 from digitise.finding.medial import LEAST_BRANCH, LEAST_BRANCH_PX, side_lines
+from digitise.finding.path_width import width_along
 from digitise.finding.pieces import larger_pieces, pieces
 from digitise.photo import Photo
 from digitise.pictures.raster import Map
@@ -33,6 +33,8 @@ CLEAR_RIDGE = 3.0
 """In noise units, of a place: it is on a crack even where grain of its darkness lies beside it."""
 MOST_GAPS = 0.2
 """Share of the path that may be as bright as mortar."""
+AROUND, LEAST_AROUND_PX = 0.5, 100.0
+"""A path may leave the box of two points by this share of their distance, and by so many pixels of the photo."""
 BESIDE = 1.5
 """Cells: two ways this close are the same way."""
 
@@ -52,31 +54,33 @@ class Way:
         field = self.field
         stops = self._on_map(self.points_px)
         # The cost of wide cracks finds any path well enough to tell how wide the crack is.
-        legs = _legs(cost_of_wide(field), stops)
-        darkness, width = measure(field, np.concatenate(legs))
+        legs = self._legs(cost_of_wide(field), stops)
+        rough = np.concatenate(legs)
+        darkness, width = measure(field, rough)
         thin = width < THIN_PX
-        cost = cost_of_thin(field) if thin else cost_off_centre(field, np.concatenate(legs), darkness)
+        cost = cost_of_thin(field, rough) if thin else cost_off_centre(field, rough, darkness)
         if thin:
-            legs = _legs(cost, stops)
+            legs = self._legs(cost, stops)
             darkness, width = measure(field, np.concatenate(legs))
         self._check_clear(np.concatenate(legs))
         # A path through a thin crack may run a cell beside it.
-        crack = np.asarray(maximum_filter(field.dark, size=3)) > darkness / 2
+        crack = cv2.dilate(field.dark, np.ones((3, 3), np.uint8)) > darkness / 2
         if thin:
             crack |= field.ridge > CLEAR_RIDGE
         limit_px = max(SNAP_PX, width / field.scale)
         if not thin or len(stops) > 2:
             stops[1:-1] = self._snapped(stops[1:-1], cost, crack, limit_px)
-            legs = _legs(cost, stops)
+            legs = self._legs(cost, stops)
             darkness, width = measure(field, np.concatenate(legs))
         cells = self._without_spurs(legs, limit_px)
         points_px = field.to_photo(cells[:, ::-1])
         on_crack = self._from_crack_to_crack(points_px, crack[tuple(cells.T)], limit_px)
         branches = self._branches(cells[on_crack], darkness, width)
-        return CrackPath(points_px[on_crack], width / field.scale, "ends", branches_px=branches)
+        width_px = width_along(self.photo, points_px[on_crack], width / field.scale)
+        return CrackPath(points_px[on_crack], width_px, "ends", branches_px=branches)
 
     def _branches(self, cells: Integers, darkness: float, width: float) -> tuple[Floats, ...]:
-        """Side cracks that leave the way as dark as it is; what goes on past its ends is the crack itself, cut."""
+        """Side cracks that leave the way as dark as it is, each from the way outward."""
         field = self.field
         dark = ((field.dark > darkness / 2) & field.allowed).astype(np.uint8)
         # Grain that touches the crack by a corner is no part of it.
@@ -88,10 +92,18 @@ class Way:
         way = cells[region[tuple(cells.T)]]
         least = max(LEAST_BRANCH * width, LEAST_BRANCH_PX * field.scale)
         lines = side_lines(region, way, least) if len(way) > 1 else []
-        ends = way[[0, -1]]
-        return tuple(
-            field.to_photo(line[:, ::-1]) for line in lines if np.linalg.norm(line[0] - ends, axis=1).min() > 2 * width
-        )
+        return tuple(field.to_photo(line[:, ::-1]) for line in lines if self._is_side_crack(line, way[[0, -1]], width))
+
+    def _is_side_crack(self, line: Integers, ends: Integers, width: float) -> bool:
+        """Not grain after grain, and not where the crack itself goes on past an end."""
+        is_clear = np.median(self.field.ridge[tuple(line.T)]) >= SURE_RIDGE
+        return bool(is_clear and np.linalg.norm(line[0] - ends, axis=1).min() > 2 * width)
+
+    def _legs(self, cost: Floats, stops: Integers) -> list[Integers]:
+        return [
+            cheapest(cost, start, end, leg_margin(float(np.linalg.norm(end - start)), self.field.scale))
+            for start, end in pairwise(stops)
+        ]
 
     def _on_map(self, points_px: Floats) -> Integers:
         """Row and column of each point, moved to the nearest place that may be searched."""
@@ -185,8 +197,9 @@ class Way:
         return slice(first, last + 1)
 
 
-def _legs(cost: Floats, stops: Integers) -> list[Integers]:
-    return [cheapest(cost, start, end) for start, end in pairwise(stops)]
+def leg_margin(apart: float, scale: float) -> int:
+    """Cells by which a path between points so many cells apart may leave their box."""
+    return int(np.ceil(max(LEAST_AROUND_PX * scale, AROUND * apart)))
 
 
 def _common(there: Integers, back: Integers) -> tuple[int, int]:
