@@ -97,7 +97,7 @@ def _check_shape(corners_px: Floats, face_mm: tuple[float, float], file: Path) -
     seen, expected = (lower + upper) / (left + right), face_mm[0] / face_mm[1]
     if max(seen / expected, expected / seen) > MOST_FORESHORTENED:
         raise InputError(
-            f"{file}: face_corners_px go round a face {seen:.2f} times as wide as high, face_mm says {expected:.2f}. List "
-            "the corners from the lower left by lower right and upper right to upper left (px, y down), or correct "
+            f"{file}: face_corners_px go round a face {seen:.2f} times as wide as high, face_mm says {expected:.2f}. "
+            "List corners from the lower left by lower right and upper right to upper left (px, y down), or correct "
             "face_mm (width, height in the photo)."
         )
