@@ -11,8 +11,10 @@ SHAPE = (60, 100)
 
 
 def field_of(ridge: Floats | float = 0.0, dark: Floats | float = 0.0, allowed=True, darkest=0.8) -> DarkMap:
-    maps = [np.broadcast_to(np.asarray(value, np.float32), SHAPE).copy() for value in (dark, 1, ridge)]
-    return DarkMap((0.0, 0.0), 1.0, *maps, np.full(SHAPE, allowed), darkest)
+    def whole(value):
+        return np.broadcast_to(np.asarray(value, np.float32), SHAPE).copy()
+
+    return DarkMap((0.0, 0.0), 1.0, whole(dark), whole(1), whole(ridge), np.full(SHAPE, allowed), darkest)
 
 
 def row(number, value, width=1):
