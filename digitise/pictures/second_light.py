@@ -16,6 +16,10 @@ from sealtwin.records import Floats
 TILES = 3
 """A side: a camera that was turned has moved each part of the photo differently."""
 TILE_PX = 512
+GRAIN_PX, LIGHT_PX = 1, 17
+"""Blur that keeps a tile's grain and less of its noise; breadth over which light changes more than grain does."""
+GRAINS = 2.0
+"""Times the usual grain: what differs by more is lit otherwise, and how much more says nothing about a shift."""
 SEEN = 0.2
 """Least height of a tile's phase correlation: 0.7 and more where both photos show the same grain, 0.02 where not."""
 MOST_MOVED_PX = 2.0
@@ -53,10 +57,8 @@ def darker_of_both(light: Map, second: Map, file: Path) -> tuple[Map, tuple[str,
         )
     aligned = second * np.float32(np.median(light[::4, ::4]) / np.median(second[::4, ::4]))
     if moved_px > LEAST_MOVED_PX:
-        back = np.column_stack([np.eye(2), -shift_px])
-        height, width = light.shape
-        aligned = cv2.warpAffine(aligned, back, (width, height), flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
-    return np.minimum(light, np.asarray(aligned, dtype=np.float32)), _warnings(moved_px, seen)
+        aligned = _moved(aligned, -shift_px)
+    return np.minimum(light, aligned), _warnings(moved_px, seen)
 
 
 def _warnings(moved_px: float, seen: np.ndarray) -> tuple[str, ...]:
@@ -72,16 +74,52 @@ def _warnings(moved_px: float, seen: np.ndarray) -> tuple[str, ...]:
 
 
 def _shifts(light: Map, second: Map) -> tuple[Floats, np.ndarray]:
-    """How far the second photo lies from the first in each tile, px (n, 2); and in which tiles that can be told."""
-    height, width = light.shape
-    side = min(TILE_PX, height // TILES, width // TILES)
-    window = np.asarray(cv2.createHanningWindow((side, side), cv2.CV_32F))
-    shifts_px, seen = [], []
-    for top in np.linspace(0, height - side, TILES).astype(int):
-        for left in np.linspace(0, width - side, TILES).astype(int):
-            # Roots of light, so that a glare does not outweigh the grain.
-            tiles = [np.sqrt(photo[top : top + side, left : left + side]) for photo in (light, second)]
-            shift_px, height_of_peak = cv2.phaseCorrelate(tiles[0], tiles[1], window)
-            shifts_px.append(shift_px)
-            seen.append(height_of_peak > SEEN)
-    return np.array(shifts_px), np.array(seen)
+    """How far the second photo lies from the first in each tile, px (n, 2); and in which tiles that can be told.
+
+    Where each photo shows another wall of the crack lit, that looks like a crack that has moved. A tile full of it
+    believes another tile, whose shift lets more of its grain agree.
+    """
+    tiles = [(light[part], second[part]) for part in _parts(light.shape)]
+    window = np.asarray(cv2.createHanningWindow(tiles[0][0].shape[::-1], cv2.CV_32F))
+    # Roots of light, so that a glare does not outweigh the grain.
+    own = [cv2.phaseCorrelate(np.sqrt(tile), np.sqrt(other), window) for tile, other in tiles]
+    shifts_px = np.array([shift_px for shift_px, _ in own])
+    seen = np.array([height_of_peak > SEEN for _, height_of_peak in own])
+    believed_px = shifts_px.copy()
+    for i in np.flatnonzero(seen):
+        believed_px[i] = _likeliest(shifts_px[seen], *tiles[i])
+    return believed_px, seen
+
+
+def _parts(shape: tuple[int, ...]) -> list[tuple[slice, slice]]:
+    """Rows and columns of each tile."""
+    height, width = shape
+    most = min(TILE_PX, height // TILES, width // TILES)
+    # OpenCV pads a tile to a length that is quick to transform; where that is odd, its shift is half a pixel off.
+    side = max(length for length in range(2, most + 1, 2) if cv2.getOptimalDFTSize(length) == length)
+    return [
+        np.s_[top : top + side, left : left + side]
+        for top in np.linspace(0, height - side, TILES).astype(int)
+        for left in np.linspace(0, width - side, TILES).astype(int)
+    ]
+
+
+def _likeliest(shifts_px: Floats, tile: Map, other: Map) -> Floats:
+    """The one of the shifts that lets most of both tiles' grain agree."""
+    grain, others = _grain(tile), _grain(other)
+    most = GRAINS * np.median(np.abs(grain))
+    apart = [np.minimum(np.abs(grain - _moved(others, -shift_px)), most).mean() for shift_px in shifts_px]
+    return shifts_px[int(np.argmin(apart))]
+
+
+def _grain(tile: Map) -> Map:
+    """What is left of a tile without its own exposure and the light's slow changes."""
+    root = cv2.GaussianBlur(np.sqrt(tile / np.mean(tile)), (0, 0), GRAIN_PX)
+    return np.asarray(root - cv2.blur(root, (LIGHT_PX, LIGHT_PX)), dtype=np.float32)
+
+
+def _moved(picture: Map, by_px: Floats) -> Map:
+    height, width = picture.shape
+    motion = np.column_stack([np.eye(2), by_px])
+    moved = cv2.warpAffine(picture, motion, (width, height), flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+    return np.asarray(moved, dtype=np.float32)

@@ -22,12 +22,12 @@ MIDDLE_PX = (450, 350)
 FACE_MM = (0.0, 0.0, *SMALL_FACE["face_mm"])
 
 
-def lit(from_the_left: bool, noise_seed: int = 0) -> Map:
+def lit(from_the_left: bool, noise_seed: int = 0, size_px=SIZE_PX, grain: float = 1.0, rim_px: int = 10) -> Map:
     """A dark band, 40 px wide, of which the wall across from the lamp is as bright as the mortar."""
-    light = mortar(SIZE_PX)
+    light = 0.35 + grain * (mortar(size_px) - 0.35)
     light[:, 430:470] = 0.02
-    light[:, 460 : 470 if from_the_left else 460] = 0.34
-    light[:, 430 : 430 if from_the_left else 440] = 0.34
+    light[:, 470 - rim_px : 470 if from_the_left else 470 - rim_px] = 0.34
+    light[:, 430 : 430 if from_the_left else 430 + rim_px] = 0.34
     noise = np.random.default_rng(noise_seed).standard_normal(light.shape)
     return (cv2.GaussianBlur(light, (0, 0), 1.0) + 0.005 * noise).astype(np.float32)
 
@@ -66,6 +66,22 @@ def test_a_small_shift_is_undone_and_told():
     both, (warning,) = darker_of_both(lit(True, 1), moved(lit(False, 2), (1.5, -0.4)), FILE)
     assert width_px(both) == pytest.approx(40, abs=0.4)
     assert "moved by 1.6 px onto the first" in warning
+
+
+@pytest.mark.parametrize("size_px", [(900, 700), (1215, 670)])
+def test_a_camera_that_stood_still_has_not_moved(size_px):
+    """Of the second size, tiles are transformed in an odd length, half a pixel off in x and in y."""
+    first, second = lit(True, 1, size_px), lit(False, 2, size_px)
+    both, warnings = darker_of_both(first, second, FILE)
+    assert warnings == ()
+    assert width_px(both) == pytest.approx(40, abs=0.3)
+
+
+def test_a_crack_lit_from_either_side_is_no_camera_that_moved():
+    """Walls 20 px broad on mortar of faint grain: a tile that holds the crack seems to have moved by 21 px."""
+    both, warnings = darker_of_both(lit(True, 1, grain=0.15, rim_px=20), lit(False, 2, grain=0.15, rim_px=20), FILE)
+    assert width_px(both) == pytest.approx(40, abs=0.3)
+    assert not any("moved" in warning for warning in warnings)
 
 
 @pytest.mark.parametrize(
