@@ -60,7 +60,7 @@ def import_sample(settings: MeshInput, folder: Path) -> ImportedSample:
     placed = block.placed @ plane.to_level
     line_mm = None if settings.path is None else _given_line_mm(folder / settings.path, plane, placed)
     cavity = find_cavity(block, below_mm, line_mm)
-    photo = photograph(block, cavity, path)
+    photo = photograph(block, cavity, path, settings.units)
     outline = with_mouth(trace_outline(replace(photo, drawn=None), middle_path(photo, line_mm)), cavity, photo)
     if line_mm is not None:
         outline, note = along(outline, photo, line_mm)
@@ -88,7 +88,8 @@ def _closed(surface: Surface, base_mm: float | None) -> Surface:
     surface = close_holes(surface, openings)
     is_sheet = openings.wide is not None and not openings.is_underside
     if not is_sheet and base_mm is not None:
-        raise InputError(f"base_mm is {base_mm:g}, but the mesh is closed below. Leave base_mm out.")
+        sides = "is closed below" if openings.wide is None else "has sides down to a flat underside, which is closed"
+        raise InputError(f"base_mm is {base_mm:g}, but the mesh {sides}. Leave base_mm out.")
     if openings.wide is None or not is_sheet:
         return surface
     if base_mm is None:
@@ -113,6 +114,13 @@ def _notes_on_place(plane: FacePlane, block: Block, placed: Floats) -> list[str]
     ]
     if block.yaw_deg:
         notes.append(f"the block was turned by {-block.yaw_deg:.2f} degrees, so that its sides lie along x and y")
+    low_mm, high_mm = np.reshape(block.body.bounding_box(), (2, 3))
+    longer_mm, height_mm = max(block.size_mm), high_mm[2] - low_mm[2]
+    if height_mm > min(block.size_mm):
+        notes.append(
+            f"the block has a larger side than its face, one of {longer_mm:.0f} x {height_mm:.0f} mm: if the crack "
+            "opens there, check up, the axis that points out of the cracked face"
+        )
     if block.trimmed_mm > 0:
         notes.append(f"up to {block.trimmed_mm:.2f} mm beside the block's sides were cut off: dams, edges, roughness")
     return notes

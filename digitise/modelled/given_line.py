@@ -13,6 +13,8 @@ from sealtwin.records import Floats, Outline, arc_length_at
 
 MOST_BESIDE = 0.05
 """Of a given line, between where it enters the crack and leaves it, that may run beside the crack."""
+WHOLE = 0.9
+"""Of the mouth's area, beside a line that is said to follow the crack: oblique open ends take some of it."""
 SPACING_MM = 0.25
 """Of a given line's points: that of the centreline at 0.1 mm/px."""
 
@@ -29,7 +31,7 @@ def middle_path(photo: Photo, line_mm: Floats | None) -> CrackPath:
 def along(outline: Outline, photo: Photo, line_mm: Floats) -> tuple[Outline, str]:
     """The outline with the given line for its centreline, and how far that lies from the middle.
 
-    Raises InputError where the line runs beside the crack.
+    A warning says where it follows a part of the crack only. Raises InputError where the line runs beside the crack.
     """
     line_mm = _in_mouth(photo, line_mm)
     beside = 1 - float(_covered(photo, line_mm).mean())
@@ -53,6 +55,14 @@ def along(outline: Outline, photo: Photo, line_mm: Floats) -> tuple[Outline, str
         left_wall_px=photo.to_px(left_mm),
         right_wall_px=photo.to_px(right_mm),
     )
+    assert photo.drawn is not None, "the mouth is painted"
+    beside_line = given.mean_width_mm * given.length_mm / (int(photo.drawn.sum()) * photo.mm_per_px**2)
+    if beside_line < WHOLE:
+        doubt = (
+            f"the given path, {given.length_mm:.1f} mm long, follows {100 * beside_line:.0f} % of the crack's mouth: "
+            'volume_ml = "cavity" would give all of the sealant there; give volume_ml, or a path along the whole crack'
+        )
+        given = replace(given, warnings=(*given.warnings, doubt))
     return given, (
         f"the centreline is the given path; it lies {np.sqrt(np.mean(away_mm**2)):.2f} mm (RMS), at most "
         f"{away_mm.max():.2f} mm, from the middle between the walls"

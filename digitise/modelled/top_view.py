@@ -12,6 +12,7 @@ from digitise.modelled.block import Block
 from digitise.modelled.cavity import Cavity
 from digitise.photo import Photo
 from digitise.scaling.view import View
+from digitise.settings import MeshUnit
 from digitise.specimens.rendering import coverage
 from sealtwin.errors import InputError
 from sealtwin.records import arc_length
@@ -35,10 +36,11 @@ LIGHT = np.array([-0.4, 0.45, 0.8])
 """From the upper left."""
 
 
-def photograph(block: Block, cavity: Cavity, file: Path) -> Photo:
+def photograph(block: Block, cavity: Cavity, file: Path, units: MeshUnit) -> Photo:
     """The crack's mouth dark on a bright face, each pixel by the share that it covers; and a shaded picture to look at.
 
-    Raises InputError where the crack is too narrow for its length.
+    Lengths are mm; ``units`` are those that the file's numbers had. Raises InputError where the crack is too narrow for
+    its length.
     """
     low, high = np.reshape(cavity.mouth.bounds(), (2, 2))
     face_low, face_high = np.zeros(2), np.array(block.size_mm)
@@ -66,7 +68,7 @@ def photograph(block: Block, cavity: Cavity, file: Path) -> Photo:
         view=view,
         face_mm=block.face_mm,
         mm_per_px=mm_per_px,
-        scale_source=f"mesh in mm: {file.name}",
+        scale_source=f"mesh in {units}: {file.name}",
         scale_residual_mm=None,
         drawn=covered > 0.5,
         warnings=cavity.warnings,

@@ -17,7 +17,7 @@ from digitise.settings import CrackShape, MeshInput
 from digitise.solid import build_solid
 from sealtwin.errors import InputError
 from sealtwin.records import FaceLabel, Floats, Outline, Solid
-from tests.meshes import Mesh, box, mesh_of, sheet, slotted, soup, turned
+from tests.meshes import Mesh, block, box, mesh_of, sheet, slotted, soup, turned
 from tests.shapes import CLOSED, OPEN, closed_crack, straight_slot, wandering_crack
 
 AXES = {"y": ((1, 0, 0), (0, 0, 1), (0, -1, 0)), "-x": ((0, 0, -1), (0, 1, 0), (1, 0, 0))}
@@ -182,6 +182,32 @@ def test_a_given_path_is_the_centreline(tmp_path):
     assert back.outline.width_mm[20:-40] == pytest.approx(4.0, abs=0.02)
     # Towards its blunt end the middle turns into a corner.
     assert re.match(r"the centreline is the given path; it lies 0\.4\d mm \(RMS\), at most", back.notes[0])
+
+
+@pytest.mark.parametrize(("from_mm", "share"), [(15, None), (50, "50")])
+def test_a_given_path_along_a_part_of_the_crack_is_told(tmp_path, from_mm, share):
+    """The slot runs from 20 to 80 mm: half of it would get the sealant of all."""
+    line_mm = np.linspace((from_mm, 20.0), (85.0, 20.0), 50)
+    (tmp_path / "path.csv").write_text("x_mm,y_mm\n" + "\n".join(f"{x:.4f},{y:.4f}" for x, y in line_mm))
+    outline = brought(tmp_path, mesh_of(slotted()), path=Path("path.csv")).outline
+    follows = [re.search(r"follows (\d+) % of the crack's mouth", warning) for warning in outline.warnings]
+    assert [found and found[1] for found in follows] == ([] if share is None else [share])
+
+
+def test_a_block_that_stands_on_its_side_is_told(tmp_path):
+    """A crack that runs out at a side opens there as well: which of the two is the face, up alone says."""
+    across = mesh_of(block() - box((49.0, -1.0, -12.0), (51.0, 30.0, 1.0)))
+    assert not any("larger side" in note for note in brought(tmp_path, across).notes)
+    upended = brought(tmp_path, across, up="-y").notes
+    assert any("a larger side than its face, one of 100 x 40 mm" in note for note in upended)
+
+
+def test_a_sheet_with_sides_needs_no_base(tmp_path):
+    vertices, faces = mesh_of(slotted())
+    open_below = vertices, faces[vertices[faces][:, :, 2].max(axis=1) > -20.0]
+    assert brought(tmp_path, open_below).solid.cavity_volume_mm3 == pytest.approx(2400.0)
+    with pytest.raises(InputError, match=r"has sides down to a flat underside, which is closed\. Leave base_mm out"):
+        brought(tmp_path, open_below, base_mm=25.0)
 
 
 @pytest.mark.parametrize(

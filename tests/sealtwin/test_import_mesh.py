@@ -30,7 +30,7 @@ def test_a_mesh_becomes_a_run_folder_like_any_other(tmp_path):
     assert done.exit_code == 0, done.output
     result = json.loads(done.stdout)
     assert result["cavity_volume_mm3"] == pytest.approx(2400.0, abs=0.1)
-    assert (result["path_source"], result["scale_source"]) == ("mesh", "mesh in mm: scan.stl")
+    assert (result["path_source"], result["scale_source"]) == ("mesh", "mesh in inch: scan.stl")
     made = {path.name for path in (tmp_path / "run").iterdir()}
     assert made >= {
         "crack.stl",
