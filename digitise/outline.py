@@ -32,6 +32,8 @@ MOST_TRIMMED = 0.02
 WORTH_SAYING = 0.05
 """Share of the crack without a wall from which it is told."""
 
+PROPOSAL = "the crack was found automatically: look at overlay.png, then give ends_px to confirm it"
+
 
 def trace_outline(photo: Photo, path: CrackPath, edge_fraction: float = 0.5, keep_branches: bool = False) -> Outline:
     """Measure the crack along ``path``, which may be painted.
@@ -120,7 +122,7 @@ def _assemble(photo: Photo, path: CrackPath, traced: Traced) -> Outline:
 def _doubts(path: CrackPath, unseen: float) -> list[str]:
     doubts = []
     if path.source == "automatic":
-        doubts.append("the crack was found automatically: look at overlay.png, then give ends_px to confirm it")
+        doubts.append(PROPOSAL)
     if unseen > WORTH_SAYING:
         doubts.append(f"a wall was not seen on {unseen:.0%} of the crack and is bridged there")
     return doubts

@@ -3,7 +3,7 @@
 import math
 import re
 from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from threading import Lock
@@ -14,7 +14,7 @@ import numpy as np
 from digitise.finding.crack_path import CrackPath
 from digitise.finding.livewire import LiveWire
 from digitise.geometry.polyline import signed_area
-from digitise.outline import trace_outline
+from digitise.outline import PROPOSAL, trace_outline
 from digitise.path import find_path
 from digitise.photo import Photo, read_pixels, scaled
 from digitise.settings import PhotoInput, Pixel
@@ -54,7 +54,9 @@ class TraceSession:
         self._pixels = replace(pixels, file=Path(pixels.file.name))
         self._plain = scaled(self._pixels, path_settings(self._rest, Hints()))
         self.pyramid = Pyramid(pixels.image)
-        self._newest, self._working, self._scaling = 0.0, Lock(), Lock()
+        self._newest, self._scaling = 0.0, Lock()
+        # One after the other each; a click does not wait for a search, which may take seconds.
+        self._clicking, self._searching = Lock(), Lock()
         self._last_scale: tuple[Hints, _Scaled] | None = None
         self._last_wire: tuple[Photo, tuple[Pixel, ...] | None, LiveWire] | None = None
         # The first click shall not wait for the search map. What is wrong with the region is said when it is asked for.
@@ -79,13 +81,16 @@ class TraceSession:
 
         Raises OutdatedError as soon as a newer one was asked.
         """
-        with self._turn(revision, alone=hints.ends_px is not None):
-            seen = self._scaled(hints)
-            by_edges = hints.face_mm is not None and hints.face_corners_px is None and not self._rest.get("markers")
-            yield {"scale": _scale_answer(seen, by_edges)}
-            if until == "scale":
-                return
+        self._newest = max(self._newest, revision)
+        self._check_newest(revision)
+        seen = self._scaled(hints)
+        by_edges = hints.face_mm is not None and hints.face_corners_px is None and not self._rest.get("markers")
+        yield {"scale": _scale_answer(seen, by_edges)}
+        if until == "scale":
+            return
+        with self._searching if hints.ends_px is None else self._clicking:
             try:
+                self._check_newest(revision)
                 path = self._path(seen.photo, hints)
                 yield {"path": _path_answer(path, seen.known)}
                 if until == "path":
@@ -104,14 +109,6 @@ class TraceSession:
     def end(self) -> None:
         """Whatever is under way stops at its next step."""
         self._newest = math.inf
-
-    @contextmanager
-    def _turn(self, revision: float, alone: bool) -> Iterator[None]:
-        """One question after the other; a search of the whole photo, which may take seconds, lets others pass."""
-        self._newest = max(self._newest, revision)
-        with self._working if alone else nullcontext():
-            self._check_newest(revision)
-            yield
 
     def _check_newest(self, revision: float) -> None:
         if revision < self._newest:
@@ -195,7 +192,8 @@ def _walls_answer(photo: Photo, outline: Outline, in_mm: bool) -> Answer:
         # Islands turn the other way round, so that their area counts against the outline's.
         "area": sum(signed_area(ring) for ring in rings),
         "ends": outline.ends,
-        "warnings": [_in_px_unless(in_mm, warning) for warning in outline.warnings],
+        # The page asks itself whether a proposal is the crack, and has no overlay.png.
+        "warnings": [_in_px_unless(in_mm, warning) for warning in outline.warnings if warning != PROPOSAL],
     }
 
 

@@ -3,6 +3,7 @@
 import json
 import threading
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -196,6 +197,41 @@ def test_a_search_of_the_whole_photo_holds_no_click_up(session, monkeypatch):
     assert "walls" in _asked(session, Hints(ends_px=ENDS), revision=2.0)
     found.set()
     search.join(10)
+
+
+def test_of_several_searches_only_the_newest_is_made(session, monkeypatch):
+    """Each field that is filled in asks for another; all at once they would slow down the one that counts."""
+    made, go_on = [], threading.Event()
+
+    def search(photo, *_):
+        made.append(photo.mm_per_px)
+        assert go_on.wait(10)
+        raise InputError("nothing")
+
+    monkeypatch.setattr(page_session, "find_path", search)
+    answered = []
+
+    def ask(mm_per_px, revision):
+        with suppress(OutdatedError):
+            for answer in session.trace(Hints(mm_per_px=mm_per_px), revision, "walls"):
+                answered.append((revision, *answer))
+
+    asking = [threading.Thread(target=ask, args=(0.1 * revision, float(revision))) for revision in (1, 2, 3)]
+    for revision, thread in enumerate(asking, start=1):
+        thread.start()
+        while (revision, "scale") not in answered or not made:
+            time.sleep(0.001)
+    go_on.set()
+    for thread in asking:
+        thread.join(10)
+    assert made == pytest.approx([0.1, 0.3])
+    assert answered == [(1, "scale"), (2, "scale"), (3, "scale"), (1, "refused"), (3, "refused")]
+
+
+def test_the_page_is_not_told_of_a_file_that_it_does_not_have(session):
+    """It asks itself whether a proposal is the crack; a run's folder has the overlay."""
+    found = _asked(session, Hints(mm_per_px=0.1))
+    assert found["walls"]["warnings"] == []
 
 
 def test_the_search_map_is_made_once_for_a_face_and_a_region(file, monkeypatch):
