@@ -19,8 +19,8 @@ from sealtwin.errors import InputError
 
 Image = NDArray[np.uint8]
 SMALL = Recipe(face_mm=(80, 40), length_mm=55)
-NO_CRACK = replace(SMALL, width_mm=1e-4)
-"""A thousandth of a pixel wide: nobody sees it."""
+NO_CRACK = replace(SMALL, width_mm=1e-4, roughness_mm=0.0)
+"""A thousandth of a pixel wide, as walls without roughness are: nobody sees it."""
 
 
 @dataclass(frozen=True)
