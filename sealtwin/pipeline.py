@@ -92,7 +92,10 @@ def _digitise(job: Job) -> bool:
     for warning in (*outline.warnings, *report["warnings"]):
         job.progress.note(f"note: {warning}")
     outputs = ("overlay.png", "crack.stl", "crack.glb", "trajectory.txt", *DIGITISED)
-    job.folder.record("digitise", key, settings, inputs, outputs, time.monotonic() - began, given=list(inputs))
+    wall_time_s = time.monotonic() - began
+    job.folder.record(
+        "digitise", key, settings, inputs, outputs, wall_time_s, given=list(inputs), path_source=outline.path_source
+    )
     return True
 
 

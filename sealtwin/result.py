@@ -40,6 +40,11 @@ def _findings(folder: RunFolder, trial: Trial, stages: Sequence[str]) -> dict[st
             "sealant_mm3": round(solid["sealant_mm3"], 1),
             "path_source": outline.path_source,
             "scale_source": outline.scale_source,
+            "mm_per_px": None if outline.seen_in == "mesh" else round(outline.mm_per_px, 6),
+            "scale_uncertainty": outline.scale_uncertainty,
+            "scale_residual_mm": outline.scale_residual_mm,
+            "camera_tilt_deg": outline.camera_tilt_deg,
+            "warnings": [*outline.warnings, *solid["warnings"]],
         }
     if "simulate" in stages:
         simulation = files.read_json(folder.path / "simulation.json")
@@ -79,9 +84,10 @@ def headline(result: dict[str, Any], last: str) -> list[str]:
     if "length_mm" in result:
         lines.append(
             f"Crack: {result['length_mm']:.1f} mm long, {result['mean_width_mm']:.2f} mm wide "
-            f"({result['scale_source']}; path: {result['path_source']}); "
+            f"(path: {result['path_source']}); "
             f"cavity {result['cavity_volume_mm3'] / 1e3:.2f} ml, sealant {result['sealant_mm3'] / 1e3:.2f} ml."
         )
+        lines.append(_scale(result))
     if "particles" in result and last != "digitise":
         lines.append(
             f"Fluid: {result['particles']} particles, {result['escaped_particles']} escaped, "
@@ -97,3 +103,15 @@ def headline(result: dict[str, Any], last: str) -> list[str]:
     else:
         lines.append(f"Folder: {result['folder']}")
     return lines
+
+
+def _scale(result: dict[str, Any]) -> str:
+    """Where it comes from; and what was measured of it, where it was not given as a number."""
+    facts = [result["scale_source"]]
+    if result["scale_uncertainty"] is not None:
+        facts += [f"{result['mm_per_px']:.4g} mm/px", f"uncertain by {100 * result['scale_uncertainty']:.2g} %"]
+    if result["scale_residual_mm"] is not None:
+        facts.append(f"residual {result['scale_residual_mm']:.3f} mm")
+    if result["camera_tilt_deg"] is not None:
+        facts.append(f"camera tilted {result['camera_tilt_deg']:.1f} degrees")
+    return f"Scale: {', '.join(facts)}."

@@ -1,6 +1,7 @@
 """The command as a user meets it: answers, exit codes, one sentence for each thing that is wrong."""
 
 import json
+import re
 import shutil
 import struct
 import subprocess
@@ -227,6 +228,24 @@ def test_digitise_answers_in_json_and_then_redoes_nothing(trial, tmp_path):
     again = _sealtwin("digitise", trial, "--out", tmp_path / "run")
     assert "nothing to redo" in again.stderr
     assert before == {path: path.stat().st_mtime_ns for path in before}
+
+
+def test_the_answer_tells_how_good_the_scale_is_and_who_found_the_path(trial, tmp_path):
+    """Whoever reads one object, or three lines, must not take a proposal for a crack that somebody has seen."""
+    answer = _sealtwin("digitise", trial, "--out", tmp_path / "run")
+    result = json.loads((tmp_path / "run" / "run.json").read_text())
+    outline = json.loads((tmp_path / "run" / "outline.json").read_text())
+    assert result["scale_uncertainty"] == outline["scale_uncertainty"]
+    shown = re.search(r"Scale: .*markers.*, 0\.1\d* mm/px, uncertain by 0\.\d+ %, residual 0\.0\d\d mm", answer.stdout)
+    assert shown, answer.stdout
+    photo, out = trial.parent / "photo.jpg", tmp_path / "found"
+    found = _sealtwin("digitise", photo, "--depth-mm", 16, "--mm-per-px", 0.1, "--out", out, "--json")
+    result = json.loads(found.stdout)
+    assert any("found automatically" in warning for warning in result["warnings"])
+    assert result["mm_per_px"] == 0.1
+    for folder, source in ((tmp_path / "run", "ends"), (out, "automatic")):
+        manifest = json.loads((folder / "manifest.json").read_text())
+        assert manifest["stages"]["digitise"]["path_source"] == source
 
 
 def test_a_folder_names_no_home_and_no_place_of_this_machine(trial, tmp_path):
