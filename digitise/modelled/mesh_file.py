@@ -65,7 +65,7 @@ def read_mesh(path: Path) -> Triangles:
     """
     kind = path.suffix.lower()
     if not path.is_file():
-        raise InputError(f"{path}: no such mesh file; [mesh] file names it. Put it there, or correct the name.")
+        raise InputError(f"{path}: no such mesh file; what mesh.file names is looked for beside its trial file.")
     if kind not in READERS:
         reason = INSTEAD.get(kind, "no mesh format that is read")
         raise InputError(f"{path}: {reason}. Give one of {', '.join(name[1:].upper() for name in READERS)}.")

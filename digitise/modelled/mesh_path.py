@@ -21,7 +21,9 @@ def read_path(path: Path) -> Floats:
     Raises InputError, naming file and line, where a line holds anything else, or fewer than two points are left.
     """
     if not path.is_file():
-        raise InputError(f"{path}: no such path file; [mesh] path names it. Put it there, or leave it out.")
+        raise InputError(
+            f"{path}: no such path file; what mesh.path names is looked for beside its trial file. It may be left out."
+        )
     if path.stat().st_size > LARGEST_BYTES:
         raise InputError(f"{path}: larger than {LARGEST_BYTES / 1e6:g} MB; a path has some hundred lines.")
     try:

@@ -85,7 +85,7 @@ def _opened(path: Path, key: str) -> Iterator[Image.Image]:
     if path.is_dir():
         raise InputError(f"{path}: this is a folder; {key} must be a {_formats()} file.")
     if not path.is_file():
-        raise InputError(f"{path}: not found; {key} is looked for beside the trial file.")
+        raise InputError(f"{path}: not found; what {key} names is looked for beside its trial file.")
     size = path.stat().st_size
     if size == 0:
         raise InputError(f"{path}: the photo is empty (0 bytes); copy it from the camera again.")
@@ -118,7 +118,7 @@ def _check_header(path: Path, photo: Image.Image) -> None:
     if min(width, height) < MIN_SIDE_PX:
         raise InputError(f"{path}: {width} x {height} pixels are too few; each side needs {MIN_SIDE_PX}.")
     if photo.mode.startswith(("I", "F")) or ";16" in _stored_as(photo):
-        raise InputError(f"{path}: more than 8 bits a channel ({_stored_as(photo) or photo.mode}); save it with 8.")
+        raise InputError(f"{path}: more than 8 bits a channel; save it with 8, as JPEG for one.")
     pages = getattr(photo, "n_frames", 1)
     if photo.format in MULTIPAGE and pages > 1:
         raise InputError(f"{path}: {pages} pages or frames in one file; save the one that shows the crack by itself.")

@@ -106,6 +106,7 @@ def digitise(
             },
             "path": {"volume_ml": volume_ml},
         }
+        _refuse_meshes(targets)
         given = [name for settings in tables.values() for name, value in settings.items() if value is not None]
         from sealtwin.batch import are_several, digitise_many, plan
 
@@ -133,3 +134,11 @@ def digitise(
         command.answer(report.content, report.lines)
         if report.exit_code:
             raise typer.Exit(report.exit_code)
+
+
+def _refuse_meshes(targets: list[Path]) -> None:
+    from digitise.modelled.mesh_file import READERS
+
+    meshes = [target for target in targets if target.suffix.lower() in READERS]
+    if meshes:
+        raise typer.BadParameter(f"{meshes[0]} is a mesh: 'sealtwin import-mesh {meshes[0]}' takes it")

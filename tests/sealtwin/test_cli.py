@@ -196,6 +196,7 @@ def test_usage_errors_have_their_own_code(tmp_path):
     [
         (("digitise", "photo.png"), "--depth-mm"),
         (("digitise", "photo.png", "--depth-mm", "16", "--ends", "12;340", "1,2"), "--ends"),
+        (("digitise", "scan.stl", "--depth-mm", "16"), "sealtwin import-mesh scan.stl"),
         (("import-mesh", "scan.stl"), "--units"),
         (("robot", "run", "--speed", "4"), "--speed"),
         (("fly",), "fly"),
