@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from sealtwin.answering import Json, answering
+from sealtwin.answering import Json, Quiet, answering
 from sealtwin.photo_options import two_numbers
 
 
@@ -24,12 +24,13 @@ def markers(
         Path | None, typer.Option("--toml", metavar="FILE", help="Also write the table for the trial file here.")
     ] = None,
     as_json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
     """Write a frame of markers to print, cut out and lay level with the face; print its table for the trial file.
 
     Example: sealtwin markers --face-mm 160x40 --out frame.pdf
     """
-    with answering("cpu", as_json, quiet=False) as command:
+    with answering("cpu", as_json, quiet) as command:
         if out.suffix.lower() not in (".pdf", ".svg"):
             raise typer.BadParameter(f"--out {out}: expected a file that ends in .pdf or .svg")
         from digitise.scaling.board import board_around, board_toml, checked_face, draw_frame
@@ -48,6 +49,10 @@ def markers(
             refuse_other(file, content)
         for file, content in written.items():
             write_bytes(file, content)
-        command.say(f"{out}: print it at 100 %, and measure its ruler. For the trial file:")
+        command.say(f"{out}: print it at 100 %, and measure its ruler.")
+        if toml is not None:
+            command.say(f"Then: sealtwin digitise PHOTO --markers {toml} --face-mm {face_mm} --depth-mm ...")
+        elif not as_json:
+            command.say("For the trial file:")
         answer = {"version": 1, "file": out.as_posix(), "face_mm": face, "markers": frame.board.model_dump()}
         command.answer(answer, table.splitlines())

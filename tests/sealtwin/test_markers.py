@@ -21,6 +21,13 @@ def test_a_frame_and_its_table_are_written(tmp_path):
     table = (tmp_path / "board.toml").read_text()
     assert answer.stdout == table
     assert len(tomllib.loads(table)["photo"]["markers"]["markers"]) == 8
+    assert f"sealtwin digitise PHOTO --markers {tmp_path / 'board.toml'} --face-mm 160x40" in answer.stderr
+
+
+def test_quiet_leaves_the_table_alone(tmp_path):
+    answer = _markers("--face-mm", "160x40", "--out", tmp_path / "frame.pdf", "--quiet")
+    assert not answer.stderr
+    assert answer.stdout.startswith("# In [photo]: face_mm = [160.0, 40.0]\n[photo.markers]")
 
 
 def test_the_ending_of_the_name_chooses_svg(tmp_path):
