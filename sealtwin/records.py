@@ -28,9 +28,9 @@ FACING = 0.98
 EndKind = Literal["open", "closed", "cut"]
 """open: at the edge of the face; closed: a tip; cut: the user cut a longer crack here, with a wall across it."""
 
-PathSource = Literal["ends", "via", "automatic", "mask", "mesh"]
-"""How the crack was found: between given ends, also by given points between, by itself, as painted, or in a mesh. An
-automatic path is a proposal until somebody has looked at it.
+PathSource = Literal["ends", "via", "automatic", "mask", "mesh", "line"]
+"""How the crack was found: between given ends, also by given points between, by itself, as painted; in a mesh along its
+mouth, or along a given line. An automatic path is a proposal until somebody has looked at it.
 """
 
 DataKind = Literal["measured", "reconstructed", "synthetic"]
@@ -89,7 +89,7 @@ class Outline:
     @property
     def seen_in(self) -> Literal["photo", "mesh"]:
         """What the crack was found in."""
-        return "mesh" if self.path_source == "mesh" else "photo"
+        return "mesh" if self.path_source in ("mesh", "line") else "photo"
 
     @property
     def s_mm(self) -> Floats:

@@ -54,6 +54,7 @@ def along(outline: Outline, photo: Photo, line_mm: Floats) -> tuple[Outline, str
         centreline_px=photo.to_px(line_mm),
         left_wall_px=photo.to_px(left_mm),
         right_wall_px=photo.to_px(right_mm),
+        path_source="line",
     )
     assert photo.drawn is not None, "the mouth is painted"
     beside_line = given.mean_width_mm * given.length_mm / (int(photo.drawn.sum()) * photo.mm_per_px**2)

@@ -31,6 +31,7 @@ FOUND: dict[PathSource, str] = {
     "automatic": "AUTOMATIC, look whether it is right",
     "mask": "as painted",
     "mesh": "along the mouth in the mesh",
+    "line": "along the given line",
 }
 FONT = cv2.FONT_HERSHEY_SIMPLEX
 

@@ -176,6 +176,7 @@ def test_a_given_path_is_the_centreline(tmp_path):
     back = brought(tmp_path, mesh, path=Path("path.csv"))
     centre = back.outline.centreline_mm
     assert np.abs(centre[:, 1] - 20.4).max() < 0.02
+    assert (back.outline.path_source, back.outline.seen_in) == ("line", "mesh")
     assert centre[0, 0] == pytest.approx(75, abs=0.1)
     # The slot ends at x = 20, and so does its centreline.
     assert centre[-1, 0] == pytest.approx(20, abs=0.3)
