@@ -65,6 +65,9 @@ function commit(next, kind = null) {
 }
 
 function ask(before) {
+  const placed = (draft) => JSON.stringify([hintsOf(draft), draft.ends, draft.via]);
+  // Half a ruler, or a width without a height, says nothing yet.
+  if (placed(before) === placed(draft) && !sketching) return;
   sketching = false;
   part("refusal").textContent = part("save-refused").textContent = "";
   if (hasEnds(draft) || facts.painted) {
@@ -147,10 +150,11 @@ function refresh() {
   place();
 }
 
-/** The face as clicked, or as found. */
+/** The face as clicked, or as found, which can then be adjusted. */
 function showFace() {
   if (draft.scale === "face" && draft.face.length) lines.set("face", draft.face, draft.face.length === 4);
   else lines.set("face", found.scale?.face_px, true);
+  part("adjust").hidden = draft.face.length > 0 || !found.scale?.corners_px;
 }
 
 /** Put everything where the photo lies now. */
@@ -309,12 +313,13 @@ part("adjust").addEventListener("click", () => {
 });
 watchScaleFields((edit) => commit(edit(draft)));
 
-/** What must be said before a save. */
+/** What must be said before a save, all in one sentence. */
 function missing() {
-  if (!hasEnds(draft) && !facts.painted) return "Give the two ends first: a line that was found automatically stays a proposal.";
-  if (facts.needs_depth && typed(part("depth-mm").value) === null) return "Give the measured depth first, in mm.";
-  if (facts.needs_depth && !found.scale?.mm_per_px) return "Give a scale first: ruler, face or mm/px.";
-  return null;
+  const lacks = [];
+  if (!hasEnds(draft) && !facts.painted) lacks.push("the two ends, since a line that was found automatically stays a proposal");
+  if (facts.needs_depth && typed(part("depth-mm").value) === null) lacks.push("the measured depth, in mm");
+  if (facts.needs_depth && !found.scale?.mm_per_px) lacks.push("a scale: ruler, face or mm/px");
+  return lacks.length ? `Give ${lacks.join("; and ")} first.` : null;
 }
 
 // ---- Beginning ----

@@ -53,7 +53,6 @@ export function showScale(scale) {
     if (scale.residual_mm != null) facts.push(`residual ${scale.residual_mm.toFixed(3)} mm`);
     if (scale.camera_tilt_deg != null) facts.push(`camera tilted ${scale.camera_tilt_deg.toFixed(1)}°`);
   }
-  part("adjust").hidden = !scale?.corners_px;
   part("scale-found").textContent = facts.length ? `${facts.join("; ")}.` : "No scale yet: lengths are in pixels.";
   part("scale-refused").textContent = scale?.refused ?? "";
 }
