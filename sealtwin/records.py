@@ -104,17 +104,20 @@ class Outline:
     def width_mm(self) -> Floats:
         """Distance between the two walls at each station, square to the centreline, (n,).
 
-        Beside an open end that is oblique the two walls of a station lie along the edge of the face: there the width is
-        that of the nearest station whose walls still face each other.
+        Beside an open end that is oblique the two walls of a station lie along the edge of the face, and what is square
+        of that is as rough as the walls are along the edge: there the width is its mean, up to the nearest station
+        whose walls face each other. So widths add up to the crack's area.
         """
-        across_mm = self.left_wall_mm - self.right_wall_mm
+        s_mm, across_mm = self.s_mm, self.left_wall_mm - self.right_wall_mm
         width_mm = np.linalg.norm(across_mm, axis=1)
         square_mm = np.abs(_cross(_unit(np.gradient(self.centreline_mm, axis=0)), across_mm))
         facing = np.flatnonzero(square_mm >= FACING * width_mm)
         if len(facing):
-            first = facing[0] if self.ends[0] == "open" else 0
-            last = facing[-1] if self.ends[1] == "open" else len(width_mm) - 1
-            width_mm[:first], width_mm[last + 1 :] = width_mm[first], width_mm[last]
+            oblique = slice(0, facing[0] + 1), slice(facing[-1], len(s_mm))
+            for kind, stations in zip(self.ends, oblique, strict=True):
+                piece_mm = np.ptp(s_mm[stations])
+                if kind == "open" and piece_mm > 0:
+                    width_mm[stations] = np.trapezoid(square_mm[stations], s_mm[stations]) / piece_mm
         return width_mm
 
     @property

@@ -44,24 +44,14 @@ def edge_crossing(line_mm: Floats, face_mm: Box, at_start: bool) -> Crossing | N
     return Crossing(float(s_mm[inner] + fraction * (s_mm[out] - s_mm[inner])), inward)
 
 
-@dataclass(frozen=True)
-class Rays:
-    """From each station of a line to the left."""
+def rays_across(line_mm: Floats, width_mm: float, crossings: Crossings) -> Floats:
+    """From each station of a line to the left, (n, 2), as long as reaches 1 mm square to the line.
 
-    direction: Floats
-    """(n, 2), as long as reaches 1 mm square to the line."""
-    at_edge: Floats
-    """1 where the line meets the edge of the face, falling to 0 where a normal's wall is still on it, (n,)."""
-
-
-def rays_across(line_mm: Floats, width_mm: float, crossings: Crossings) -> Rays:
-    """Square to the line where the crack runs free.
-
-    Beside an open end they lie along the edge of the face, which an oblique crack's normals would meet before its wall;
-    in between they turn from one to the other.
+    Where the crack runs free they are square to it. Beside an open end they lie along the edge of the face, which an
+    oblique crack's normals would meet before its wall; in between they turn from one to the other.
     """
     s_mm, along, normal = arc_length(line_mm), tangents(line_mm), left_normals(line_mm)
-    shear, turned, at_edge = np.zeros((3, len(line_mm)))
+    shear, turned = np.zeros((2, len(line_mm)))
     for crossing in crossings:
         if crossing is None:
             continue
@@ -72,8 +62,7 @@ def rays_across(line_mm: Floats, width_mm: float, crossings: Crossings) -> Rays:
         reaches = np.abs(s_mm - crossing.s_mm) / max(SPREAD * width_mm * oblique, 1e-9)
         share = np.clip(2 - reaches, 0, 1)
         shear, turned = shear + share * to_edge, turned + share
-        at_edge = np.maximum(at_edge, np.clip(1 - reaches, 0, 1))
-    return Rays(normal + (shear / np.maximum(turned, 1))[:, None] * along, at_edge)
+    return normal + (shear / np.maximum(turned, 1))[:, None] * along
 
 
 def _not_zero(values: Floats) -> Floats:

@@ -9,7 +9,7 @@ from digitise.geometry.polyline import extended, resampled, smoothed, tangents
 from digitise.photo import Photo
 from digitise.walls.ends import PathEnd, judge_end
 from digitise.walls.patch import Patch, patch_around
-from digitise.walls.rays import Crossing, Crossings, Rays, edge_crossing, rays_across
+from digitise.walls.rays import Crossing, Crossings, edge_crossing, rays_across
 from digitise.walls.strip import Strip, sample_step_mm, straighten
 from digitise.walls.tips import find_tip
 from digitise.walls.walls import Walls, find_walls
@@ -56,7 +56,7 @@ class Traced:
     """A line that runs past the crack's ends, and the walls along it."""
 
     line_mm: Floats
-    """Down the middle, (n, 2); beside an open end, to the middle of its opening."""
+    """Down the middle, (n, 2); beside an open end, where one wall has left the face, half a width from the other."""
     left_mm: Floats
     right_mm: Floats
     walls: Walls
@@ -75,9 +75,9 @@ def trace(photo: Photo, path: CrackPath, edge_fraction: float) -> Traced:
     patch = patch_around(photo, path.points_px, (max(BEYOND.values()) + 2 * REACH) * width_px)
     spacing_mm, width_mm = STATION_PX * photo.mm_per_px, width_px * photo.mm_per_px
 
-    def look(line_mm: Floats, rays: Rays, at_edge: bool = False) -> tuple[Strip, Walls]:
+    def look(line_mm: Floats, ray: Floats, at_edge: bool = False) -> tuple[Strip, Walls]:
         step_mm = sample_step_mm(width_mm, photo.mm_per_px)
-        strip = straighten(photo, patch, line_mm, rays.direction, step_mm, REACH * width_mm)
+        strip = straighten(photo, patch, line_mm, ray, step_mm, REACH * width_mm)
         return strip, find_walls(strip, width_mm, edge_fraction, at_edge)
 
     line_mm = smoothed(resampled(photo.to_mm(path.points_px), spacing_mm), PATH_SMOOTHING * width_mm / spacing_mm)
@@ -93,21 +93,17 @@ def trace(photo: Photo, path: CrackPath, edge_fraction: float) -> Traced:
         aside_mm = np.abs(walls.left_mm - walls.right_mm)[walls.both_seen] / 2
         if number + 1 >= PASSES and np.percentile(aside_mm, 95) < CENTRED * width_mm:
             break
-    rays = rays_across(line_mm, width_mm, _crossings(photo, line_mm, ends))
-    strip, walls = look(line_mm, rays, at_edge=True)
+    strip, walls = look(line_mm, rays_across(line_mm, width_mm, _crossings(photo, line_mm, ends)), at_edge=True)
     span_mm = _span_mm(photo, patch, line_mm, walls, ends)
     width_mm = _usual_width_mm(walls)
     unseen = _check_seen(photo, strip, walls, span_mm, MOST_UNSEEN)
-    aside_mm = smoothed(walls.left_mm - walls.right_mm, CENTRE_SMOOTHING * width_mm / spacing_mm) / 2
-    middle_mm = strip.places_mm(rays.at_edge * aside_mm)
-    first_mm, last_mm = np.interp(span_mm, arc_length(line_mm), arc_length(middle_mm))
     return Traced(
-        line_mm=middle_mm,
+        line_mm=line_mm,
         left_mm=strip.places_mm(walls.left_mm),
         right_mm=strip.places_mm(-walls.right_mm),
         walls=walls,
         kinds=(ends[0].kind, ends[1].kind),
-        span_mm=(float(first_mm), float(last_mm)),
+        span_mm=span_mm,
         width_px=width_mm / photo.mm_per_px,
         unseen=unseen,
     )
