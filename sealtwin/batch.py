@@ -136,7 +136,9 @@ def digitise_many(planned: Sequence[Planned], out: Path, progress: Progress, job
 
 def _photos(target: Path) -> list[Path]:
     if target.is_dir():
-        found = [file for file in target.iterdir() if file.suffix.lower() in PHOTO_SUFFIXES]
+        # As a shell's patterns, without hidden files: a Mac leaves a ._photo.jpg beside each photo that it copies.
+        visible = [file for file in target.iterdir() if not file.name.startswith(".")]
+        found = [file for file in visible if file.suffix.lower() in PHOTO_SUFFIXES]
     elif _is_pattern(target):
         found = [Path(file) for file in glob.glob(str(target))]  # noqa: PTH207
     else:

@@ -82,6 +82,8 @@ def test_the_contact_sheet_shows_every_photo_and_loads_nothing(done):
     assert page.count("data:image/jpeg;base64,") == 2
     assert "2 of 4 photos digitised" in page
     assert "was found automatically" in page
+    assert "Found automatically: <strong>2 of 2</strong>" in page
+    assert "Up to 16.0 mm deep, as given" in page
     assert "http" not in page.replace("http-equiv", "")
 
 
@@ -252,6 +254,14 @@ def test_what_only_one_photo_can_have_is_refused_for_several(lab, arguments, nam
     answer = _digitise(lab, *arguments)
     assert answer.exit_code == 2
     assert named in answer.stderr.replace("\n", " ")
+
+
+def test_what_a_mac_leaves_beside_a_photo_is_no_photo(tmp_path):
+    """Named by itself a hidden file is taken, as by any command."""
+    for name in ("crack.jpg", "._crack.jpg", ".hidden.jpg"):
+        (tmp_path / name).touch()
+    assert [item.file.name for item in plan([tmp_path], TABLES)] == ["crack.jpg"]
+    assert [item.file.name for item in plan([tmp_path / ".hidden.jpg"], TABLES)] == [".hidden.jpg"]
 
 
 def test_a_folder_without_photos_is_named(tmp_path):
