@@ -172,6 +172,11 @@ def _motion_faults(trajectory: Trajectory, cell: Cell) -> list[str]:
             f"the path runs at {fastest_mm_s:g} mm/s; motion.largest_speed_mm_s allows {motion.largest_speed_mm_s:g}. "
             "Digitise with a lower path.speed_mm_s."
         )
+    if motion.approach_speed_mm_s > motion.largest_speed_mm_s:
+        faults.append(
+            f"motion.approach_speed_mm_s is {motion.approach_speed_mm_s:g}; motion.largest_speed_mm_s allows "
+            f"{motion.largest_speed_mm_s:g}. Give a lower one."
+        )
     return [*faults, *_acceleration_faults(trajectory, motion.acceleration_mm_s2)]
 
 

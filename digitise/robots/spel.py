@@ -85,7 +85,7 @@ def _along_curve(path: RobotPath, settings: Spel, places: Places, number: int) -
     crack = places[giving]
     step_mm = np.linalg.norm(np.diff(crack[:, :3], axis=0), axis=1)
     speed_mm_s = step_mm / lasts_s[giving.start : giving.stop - 1]
-    path.refuse([*_uneven_faults(path, speed_mm_s), *_slow_faults(speed_mm_s)])
+    path.refuse([*_uneven_faults(path, speed_mm_s), *_speed_faults(path, speed_mm_s)])
     crack = _for_curve(path, crack)
     before, after = places[: min(giving.start, 1)], places[giving.stop :][-1:]
     begins, ends = number + len(before), number + len(before) + len(crack) - 1
@@ -109,7 +109,7 @@ def _along_moves(path: RobotPath, settings: Spel, places: Places, number: int) -
     """A Move for each waypoint, each with its speed, as ``_along_curve``."""
     trajectory = path.trajectory
     speed_mm_s = np.linalg.norm(np.diff(places[:, :3], axis=0), axis=1) / np.diff(trajectory.t_s)
-    path.refuse(_slow_faults(speed_mm_s))
+    path.refuse(_speed_faults(path, speed_mm_s))
     flowing = trajectory.flow_mm3_s > 0
     switched = settings.dispenser == "output"
     lines, speed, is_on, last = [f"  Move P{number}"], "", False, len(places) - 1
@@ -158,13 +158,20 @@ def _uneven_faults(path: RobotPath, speed_mm_s: Floats) -> list[str]:
     return faults
 
 
-def _slow_faults(speed_mm_s: Floats) -> list[str]:
-    if speed_mm_s.min() >= SLOWEST_MM_S:
-        return []
-    return [
-        f"SpeedS takes {SLOWEST_MM_S:g} mm/s or more, and the path has {speed_mm_s.min():.3g}. Digitise with a higher "
-        "path.speed_mm_s, or a coarser path.spacing_mm on a ramp."
-    ]
+def _speed_faults(path: RobotPath, speed_mm_s: Floats) -> list[str]:
+    """Of the arm, which goes faster than the nozzle along the path where its z presses the plunger as well."""
+    faults, largest_mm_s = [], path.cell.motion.largest_speed_mm_s
+    if speed_mm_s.min() < SLOWEST_MM_S:
+        faults.append(
+            f"SpeedS takes {SLOWEST_MM_S:g} mm/s or more, and the path has {speed_mm_s.min():.3g}. Digitise with a "
+            "higher path.speed_mm_s, or a coarser path.spacing_mm on a ramp."
+        )
+    if speed_mm_s.max() > largest_mm_s * (1 + EVEN):
+        faults.append(
+            f"along the path and down with the plunger the arm goes at {speed_mm_s.max():.4g} mm/s; "
+            f"motion.largest_speed_mm_s allows {largest_mm_s:g}. Digitise with a lower path.speed_mm_s."
+        )
+    return faults
 
 
 def _number_faults(count: int, settings: Spel) -> list[str]:

@@ -39,6 +39,11 @@ def test_the_safe_height_is_above_the_face_and_not_above_the_path():
         ({"nozzle_height_mm": 50.0}, {}, r"safe_height_mm is 50, and the path itself runs 50 mm above the face"),
         ({"speed_mm_s": 201.0}, {}, r"the path runs at 201 mm/s; motion.largest_speed_mm_s allows 200"),
         (
+            {},
+            {"motion": {"largest_speed_mm_s": 5.0}},
+            r"motion.approach_speed_mm_s is 20; motion.largest_speed_mm_s allows 5\. Give a lower one",
+        ),
+        (
             {"ramp_mm": 3.0, "speed_mm_s": 120.0},
             {},
             r"a ramp of the path needs 2\d{3} mm/s²; motion.acceleration_mm_s2 allows 2000",

@@ -148,3 +148,12 @@ def test_what_spel_cannot_say_is_refused(path, spel, says):
 def test_a_plunger_axis_out_of_reach_is_refused():
     with pytest.raises(InputError, match=r"SPEL\+ program, .* 25\.3 mm out of the reach box, to .* -35\.3\) mm"):
         spel_text(placed(spel=ON_Z, tip_deg=0.0, reach={"low_mm": (-800.0, -800.0, -10.0)}))
+
+
+@pytest.mark.parametrize("motion", ["curve", "move"])
+def test_a_plunger_on_z_counts_for_the_arms_speed(motion):
+    """15.3 mm of plunger over 62 mm of path: the arm goes 3 % faster than the nozzle, and SpeedS is the arm's."""
+    at_its_limit = trajectory(speed_mm_s=30.0), {"motion": {"largest_speed_mm_s": 30.0}, "tip_deg": 0.0}
+    spel_text(placed(at_its_limit[0], **at_its_limit[1]))
+    with pytest.raises(InputError, match=r"the arm goes at 30\.9\d? mm/s; motion.largest_speed_mm_s allows 30\."):
+        spel_text(placed(at_its_limit[0], spel={**ON_Z, "motion": motion}, **at_its_limit[1]))
