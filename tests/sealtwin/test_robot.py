@@ -109,7 +109,12 @@ def test_the_formats_asked_for_are_written_and_no_others(run, cell):
     answer = _sealtwin("robot", run, "--cell", cell, "--format", "txt,gcode")
     # What the call before left would pass for this one's.
     assert {path.name for path in (run / "robot").iterdir()} == {"path.txt", "path.gcode", "robot.json"}
-    assert answer.stdout.startswith("Path: 59.8 mm in 14.9 s, 4.8 ml; the worst of 3 taught points misses by 0.00 mm")
+    report = json.loads((run / "robot" / "robot.json").read_text())
+    # 80 mm of crack, less two trims of 10, at 4 mm/s; an open end is good to a millimetre.
+    assert report["length_mm"] == pytest.approx(60.0, abs=2.0)
+    assert report["duration_s"] == pytest.approx(report["length_mm"] / 4.0, rel=1e-6)
+    told = f"Path: {report['length_mm']:.1f} mm in {report['duration_s']:.1f} s, 4.8 ml; the worst of 3 taught points"
+    assert answer.stdout.startswith(f"{told} misses by 0.00 mm")
     assert _sealtwin("robot", run, "--cell", cell, "--format", "txt,krl").exit_code == 2
     assert _sealtwin("robot", run).exit_code == 2
 
