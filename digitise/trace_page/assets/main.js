@@ -316,10 +316,10 @@ watchScaleFields((edit) => commit(edit(draft)));
 /** What must be said before a save, all in one sentence. */
 function missing() {
   const lacks = [];
-  if (!hasEnds(draft) && !facts.painted) lacks.push("the two ends, since a line that was found automatically stays a proposal");
-  if (facts.needs_depth && typed(part("depth-mm").value) === null) lacks.push("the measured depth, in mm");
-  if (facts.needs_depth && !found.scale?.mm_per_px) lacks.push("a scale: ruler, face or mm/px");
-  return lacks.length ? `Give ${lacks.join("; and ")} first.` : null;
+  if (!hasEnds(draft) && !facts.painted) lacks.push("the two ends (a line that was found automatically stays a proposal)");
+  if (facts.needs_depth && typed(part("depth-mm").value) === null) lacks.push("the measured depth in mm");
+  if (facts.needs_depth && !found.scale?.mm_per_px) lacks.push("a scale (ruler, face or mm/px)");
+  return lacks.length ? `First give ${lacks.join(", ")}.` : null;
 }
 
 // ---- Beginning ----

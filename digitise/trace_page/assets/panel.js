@@ -48,8 +48,9 @@ export function showWarnings(warnings) {
 export function showScale(scale) {
   const facts = [];
   if (scale?.mm_per_px) {
-    facts.push(`${scale.mm_per_px.toPrecision(3)} mm/px, ${scale.source}`);
-    if (scale.uncertainty != null) facts.push(`uncertain by ${(100 * scale.uncertainty).toPrecision(2)} %`);
+    const measured = scale.uncertainty != null; // Else it is a number that was given, as the source says.
+    facts.push(measured ? `${scale.mm_per_px.toPrecision(3)} mm/px, ${scale.source}` : scale.source);
+    if (measured) facts.push(`uncertain by ${(100 * scale.uncertainty).toPrecision(2)} %`);
     if (scale.residual_mm != null) facts.push(`residual ${scale.residual_mm.toFixed(3)} mm`);
     if (scale.camera_tilt_deg != null) facts.push(`camera tilted ${scale.camera_tilt_deg.toFixed(1)}°`);
   }
