@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from digitise.finding.crack_path import CrackPath
-from digitise.geometry.polyline import extended, resampled, smoothed, tangents
+from digitise.finding.darkness import EDGE_PX
+from digitise.geometry.polyline import depth_inside, extended, resampled, smoothed, tangents
 from digitise.photo import Photo
 from digitise.walls.ends import PathEnd, judge_end
 from digitise.walls.patch import Patch, patch_around
@@ -29,6 +30,10 @@ REACH = 1.5
 BEYOND: dict[EndKind, float] = {"open": 3.0, "cut": 0.75, "closed": 1.0}
 """Crack widths that the line is carried past its ends: over an open edge however far inside it the path stopped, else
 as much as smoothing needs.
+"""
+CLEAR = 0.25
+"""Crack widths from the edge of the face, and twice the rim that the search leaves out, within which a path may follow
+that rim to where somebody clicked; its direction there is none of the crack's.
 """
 PATH_SMOOTHING = 0.75
 """Gaussian sigma of the rough path, in crack widths: its steps are cells of the search map."""
@@ -121,11 +126,26 @@ def _judged_ends(photo: Photo, patch: Patch, path: CrackPath, walls: Walls) -> E
 
 
 def _carried_on(photo: Photo, line_mm: Floats, ends: Ends, width_mm: float, spacing_mm: float) -> Floats:
-    """The line to both tips and past all ends."""
-    tips_mm = [photo.to_mm(end.place_px[None]) if end.kind == "closed" else np.empty((0, 2)) for end in ends]
-    line_mm = np.concatenate([tips_mm[0], line_mm, tips_mm[1]])
+    """The line to both tips and past all ends; an open one's from where the path is clear of the edge."""
+    first, last = _clear_of_edges(photo, line_mm, ends, width_mm)
+    s_mm = arc_length(line_mm)
     before_mm, after_mm = (BEYOND[end.kind] * width_mm for end in ends)
+    before_mm, after_mm = before_mm + s_mm[first], after_mm + s_mm[-1] - s_mm[last]
+    tips_mm = [photo.to_mm(end.place_px[None]) if end.kind == "closed" else np.empty((0, 2)) for end in ends]
+    line_mm = np.concatenate([tips_mm[0], line_mm[first : last + 1], tips_mm[1]])
     return resampled(extended(line_mm, before_mm, after_mm, PATH_AHEAD * width_mm, spacing_mm), spacing_mm)
+
+
+def _clear_of_edges(photo: Photo, line_mm: Floats, ends: Ends, width_mm: float) -> tuple[int, int]:
+    """First and last point of a line that do not follow the edge of the face where it is to be met."""
+    first, last = 0, len(line_mm) - 1
+    if photo.face_mm is None:
+        return first, last
+    rim_mm = CLEAR * width_mm + 2 * EDGE_PX * photo.mm_per_px
+    clear = np.flatnonzero(depth_inside(line_mm, photo.face_mm) > rim_mm)
+    if len(clear) < 2:
+        return first, last
+    return (int(clear[0]) if ends[0].kind == "open" else first), (int(clear[-1]) if ends[1].kind == "open" else last)
 
 
 def _recentred(

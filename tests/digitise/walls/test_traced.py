@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.tracing_cases import clean_case
+from benchmarks.tracing_cases import clean_case, hard_case
 from digitise.outline import trace_outline
 from digitise.path import find_path
 from digitise.photo import load_photo
@@ -61,3 +61,14 @@ def test_the_centreline_keeps_its_way_where_one_wall_has_left_the_face(tmp_path)
     photo = photo_of(truth, tmp_path)
     outline = trace_outline(photo, find_path(photo, case.ends_px(truth)))
     assert rms(distance_to(outline.centreline_mm, truth.centreline_mm)) <= 0.08
+
+
+def test_a_narrow_crack_is_followed_over_the_edge_along_which_its_path_ends(tmp_path):
+    """10 px wide; its path runs 20 px along the rim of what is searched, and carried on that way it never left."""
+    case = hard_case("8 to 15 px", 3)
+    truth = make_specimen(case.seed, case.recipe)
+    photo = photo_of(truth, tmp_path)
+    outline = trace_outline(photo, find_path(photo, case.ends_px(truth)))
+    assert outline.ends == ("open", "open")
+    assert rms(distance_to(outline.centreline_mm, truth.centreline_mm)) <= 0.1
+    assert outline.length_mm == pytest.approx(case.recipe.length_mm, abs=2)
