@@ -17,6 +17,8 @@ from digitise.photo import Photo
 from digitise.walls.branches import with_branches
 from digitise.walls.drawn import RIM, painted_photo
 from digitise.walls.islands import find_islands, with_islands
+from digitise.walls.mouths import trace_past_mouths
+from digitise.walls.side_cracks import find_side_cracks
 from digitise.walls.traced import STATION_PX, Traced, trace
 from sealtwin.errors import InputError
 from sealtwin.records import Outline, arc_length
@@ -44,14 +46,12 @@ def trace_outline(photo: Photo, path: CrackPath, edge_fraction: float = 0.5, kee
     if path.source == "mask":
         photo, edge_fraction = painted_photo(photo, path), RIM
     islands = find_islands(photo, path, edge_fraction)
-
-    def alone(crack: CrackPath) -> tuple[Outline, Traced]:
-        traced = _traced(islands.photo, crack, edge_fraction)
-        return _assemble(photo, crack, traced), traced
-
-    outline, traced = alone(path)
-    measure = (lambda branch: alone(branch)[0]) if keep_branches else None
-    return with_branches(islands.photo, path, with_islands(outline, islands), traced, measure)
+    sides = find_side_cracks(islands.photo, path, edge_fraction)
+    past = trace_past_mouths(islands.photo, sides, lambda seen: _traced(seen, path, edge_fraction))
+    outline = _assemble(photo, path, past.traced)
+    # What is painted is as wide as it is painted, with no blur to mistake for it.
+    least_px = 0.0 if path.source == "mask" else MIN_WIDTH_PX
+    return with_islands(with_branches(photo, outline, sides, past, keep_branches, least_px), islands)
 
 
 def _traced(photo: Photo, path: CrackPath, edge_fraction: float) -> Traced:

@@ -15,8 +15,6 @@ class CrackPath:
     """Typical width of the crack along it."""
     source: PathSource
     warnings: tuple[str, ...] = ()
-    branches_px: tuple[Floats, ...] = ()
-    """Side lines that leave the path, each (n, 2), from the path outward."""
 
 
 def listed(points_px: Floats) -> str:

@@ -1,5 +1,7 @@
 """Lines in the middle of a region: its skeleton, the longest way along it, and the side lines that leave a way."""
 
+from typing import NamedTuple
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -12,10 +14,13 @@ from sealtwin.records import Floats, Integers
 
 STEPS = ((0, 1), (1, -1), (1, 0), (1, 1))
 """To half of a cell's eight neighbours: row, column."""
-LEAST_BRANCH = 2.0
+LEAST_BRANCH = 1.0
 """In widths: a side line that ends nearer to the wall is roughness."""
 LEAST_BRANCH_PX = 8.0
 """The same in pixels: shorter is a pore or a slip of a brush."""
+
+AT_RIM = 1.5
+"""Cells: from one to the next across a corner."""
 
 
 def radius(region: NDArray[np.bool_]) -> Floats:
@@ -74,43 +79,74 @@ def longest_walk(graph: csr_array, start: int) -> tuple[Integers, float]:
     far = _farthest(dijkstra(graph, directed=False, indices=start))
     away, before = dijkstra(graph, directed=False, indices=far, return_predecessors=True)
     end = _farthest(away)
-    walk = [end]
-    while walk[-1] != far:
-        walk.append(int(before[walk[-1]]))
-    return np.array(walk[::-1], dtype=np.int64), float(away[end])
+    return _walked(before, far, end), float(away[end])
 
 
-def side_lines(region: NDArray[np.bool_], way: Integers, least: float) -> list[Integers]:
-    """Lines of the region's skeleton that leave ``way``, each from the way outward, (n, 2).
+class SideLine(NamedTuple):
+    """A line of a region's skeleton that leaves a way."""
 
-    Left out are those that end nearer than ``least`` to the region's rim at the way, as a rough wall's own do.
+    cells: Integers
+    """Rows and columns, (n, 2), from the rim of the region around the way outward."""
+    comes_back: bool
+    """It ends on that rim again."""
+
+
+def side_lines(region: NDArray[np.bool_], way: Integers, least: float) -> list[SideLine]:
+    """Lines of the region's skeleton that leave that part of it which goes with ``way``, longest first.
+
+    Left out are those that end nearer than ``least`` to the region's rim, as a rough wall's own do, and what goes on
+    past the ends of the way.
     """
     cells = np.argwhere(skeletonize(region))
     if len(cells) < 2:
         return []
-    to_rim = radius(region)[tuple(way.T)]
-    away, nearest = KDTree(way).query(cells)
+    trunk = _beside(cells, way)
+    if len(trunk) < 2:
+        return []
+    to_rim = radius(region)[tuple(trunk.T)]
+    away, nearest = KDTree(trunk).query(cells)
     nearest = np.asarray(nearest)
     beyond = away - to_rim[nearest]
     outside = np.flatnonzero(beyond > 0)
     if len(outside) < 2:
         return []
-    graph = linked(cells)
-    _, piece = connected_components(graph[outside][:, outside], directed=False)
+    graph = linked(cells)[outside][:, outside]
+    _, piece = connected_components(graph, directed=False)
     lines = []
     for number in range(piece.max() + 1):
-        own = outside[piece == number]
-        root = own[int(np.argmin(beyond[own]))]
-        if beyond[own].max() < least or away[root] > 2 * to_rim[nearest[root]] + 2:
+        members = np.flatnonzero(piece == number)
+        own = outside[members]
+        root = int(np.argmin(beyond[own]))
+        foot = nearest[own[root]]
+        if beyond[own].max() < least or foot in (0, len(trunk) - 1):
             continue
-        length, before = dijkstra(
-            graph[own][:, own], directed=False, indices=int(np.searchsorted(own, root)), return_predecessors=True
-        )
-        walk = [_farthest(length)]
-        while own[walk[-1]] != root:
-            walk.append(int(before[walk[-1]]))
-        lines.append(np.concatenate([way[nearest[root]][None], cells[own[walk[::-1]]]]))
-    return sorted(lines, key=lambda line: -len(line))
+        length, before = dijkstra(graph[members][:, members], directed=False, indices=root, return_predecessors=True)
+        walk = _walked(before, root, _farthest(length))
+        lines.append(SideLine(cells[own[walk]], comes_back=bool(beyond[own[walk[-1]]] <= AT_RIM)))
+    return sorted(lines, key=lambda line: -len(line.cells))
+
+
+def _beside(cells: Integers, way: Integers) -> Integers:
+    """The walk along a skeleton from one end of ``way`` to the other that keeps nearest to it.
+
+    A way need not run in the middle: where it does not, half of the skeleton lies beside it.
+    """
+    away = np.asarray(KDTree(way).query(cells)[0])
+    _, piece = connected_components(linked(cells), directed=False)
+    own = np.flatnonzero(piece == np.bincount(piece[np.unique(KDTree(cells).query(way)[1])]).argmax())
+    cells, away = cells[own], away[own]
+    first, last = (int(np.argmin(np.sum((cells - end) ** 2, axis=1))) for end in way[[0, -1]])
+    graph = linked(cells, worth=1 + away / max(float(np.median(away)), 1.0))
+    _, before = dijkstra(graph, directed=False, indices=first, return_predecessors=True)
+    return cells[_walked(before, first, last)]
+
+
+def _walked(before: Integers, start: int, end: int) -> Integers:
+    """Indices from start to end of a search that started there."""
+    walk = [end]
+    while walk[-1] != start:
+        walk.append(int(before[walk[-1]]))
+    return np.array(walk[::-1], dtype=np.int64)
 
 
 def _farthest(away: Floats) -> int:

@@ -7,7 +7,7 @@ from skimage.graph import MCP_Geometric
 
 from digitise.finding.crack_path import CrackPath
 from digitise.finding.hints import SNAP_PX, check_hints
-from digitise.finding.medial import LEAST_BRANCH, LEAST_BRANCH_PX, longest_line, radius, side_lines, without_hooks
+from digitise.finding.medial import longest_line, radius, without_hooks
 from digitise.photo import Photo
 from digitise.pictures.raster import shrunk
 from digitise.settings import Pixel
@@ -50,13 +50,11 @@ def painted_path(photo: Photo, ends_px: tuple[Pixel, Pixel] | None) -> CrackPath
     else:
         way = _between(region, (np.array(ends_px) - (left, top) + 0.5) * scale - 0.5)
     width_px = (2 * float(np.median(radius(region)[tuple(way.T)])) - 1) / scale
-    branches = side_lines(region, way, max(LEAST_BRANCH * width_px, LEAST_BRANCH_PX) * scale)
     return CrackPath(
         points_px=to_photo(way),
         width_px=width_px,
         source="mask",
         warnings=_others(stats[1:, cv2.CC_STAT_AREA], chosen - 1, to_photo(way)) if count > 2 else (),
-        branches_px=tuple(to_photo(line) for line in branches),
     )
 
 

@@ -13,9 +13,8 @@ from digitise.finding.costs import cheapest, cost_of_thin, cost_of_wide, cost_of
 from digitise.finding.crack_path import CrackPath
 from digitise.finding.darkness import DarkMap
 from digitise.finding.hints import SNAP_PX
-from digitise.finding.medial import LEAST_BRANCH, LEAST_BRANCH_PX, side_lines
 from digitise.finding.path_width import width_along
-from digitise.finding.pieces import larger_pieces, pieces
+from digitise.finding.pieces import larger_pieces
 from digitise.photo import Photo
 from digitise.pictures.raster import Map
 from sealtwin.errors import InputError
@@ -75,29 +74,8 @@ class Way:
         cells = self._without_spurs(legs, limit_px)
         points_px = field.to_photo(cells[:, ::-1])
         on_crack = self._from_crack_to_crack(points_px, crack[tuple(cells.T)], limit_px)
-        branches = self._branches(cells[on_crack], darkness, width)
         width_px = width_along(self.photo, points_px[on_crack], width / field.scale)
-        return CrackPath(points_px[on_crack], width_px, "ends", branches_px=branches)
-
-    def _branches(self, cells: Integers, darkness: float, width: float) -> tuple[Floats, ...]:
-        """Side cracks that leave the way as dark as it is, each from the way outward."""
-        field = self.field
-        dark = ((field.dark > darkness / 2) & field.allowed).astype(np.uint8)
-        # Grain that touches the crack by a corner is no part of it.
-        label, _ = pieces(cv2.morphologyEx(dark, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)) > 0)
-        on_way = label[tuple(cells.T)]
-        if not on_way.any():
-            return ()
-        region = label == np.bincount(on_way[on_way > 0]).argmax()
-        way = cells[region[tuple(cells.T)]]
-        least = max(LEAST_BRANCH * width, LEAST_BRANCH_PX * field.scale)
-        lines = side_lines(region, way, least) if len(way) > 1 else []
-        return tuple(field.to_photo(line[:, ::-1]) for line in lines if self._is_side_crack(line, way[[0, -1]], width))
-
-    def _is_side_crack(self, line: Integers, ends: Integers, width: float) -> bool:
-        """Not grain after grain, and not where the crack itself goes on past an end."""
-        is_clear = np.median(self.field.ridge[tuple(line.T)]) >= SURE_RIDGE
-        return bool(is_clear and np.linalg.norm(line[0] - ends, axis=1).min() > 2 * width)
+        return CrackPath(points_px[on_crack], width_px, "ends")
 
     def _legs(self, cost: Floats, stops: Integers) -> list[Integers]:
         return [

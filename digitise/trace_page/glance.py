@@ -29,7 +29,7 @@ def glance(photo: Photo, path: CrackPath, edge_fraction: float = 0.5) -> Outline
     if shrinks == 0 or photo.drawn is not None:
         return None
     factor = 2**shrinks
-    narrow = replace(path, points_px=_placed(path.points_px, factor), width_px=path.width_px / factor, branches_px=())
+    narrow = replace(path, points_px=_placed(path.points_px, factor), width_px=path.width_px / factor)
     with suppress(InputError):
         return trace_outline(shrunk(photo, factor), narrow, edge_fraction)
     return None

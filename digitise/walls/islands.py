@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 from skimage.measure import find_contours, points_in_poly
 
 from digitise.finding.crack_path import CrackPath
@@ -13,7 +12,7 @@ from digitise.finding.medial import radius
 from digitise.geometry.polyline import signed_area
 from digitise.geometry.region import ISLAND_MM2
 from digitise.photo import Photo
-from digitise.pictures.raster import Map, blurred, shrunk
+from digitise.walls.contrast import contrast
 from digitise.walls.patch import Patch, patch_around
 from digitise.walls.traced import LEAST_WIDTH_PX
 from sealtwin.records import Floats, Outline
@@ -26,12 +25,8 @@ LEAST_PX = 30
 """With fewer pixels it may be noise."""
 WIDEST = 1.0
 """Crack widths: what is wider parts two cracks, and the path goes along one of them."""
-CRACK, MORTAR, REACH = 0.25, 0.8, 2.5
-"""Crack widths from the path: within the first is crack, between the others there is mortar."""
-WORK_PX = 8.0
-"""Width of the crack in the small picture that tells the levels, which change slowly."""
-SPREAD = 2.0
-"""Crack widths: sigma of what is taken together for a level."""
+REACH = 2.5
+"""Crack widths from the path, to either side, that are looked at."""
 SKIRT_PX = 3
 """Blur brightens the crack so far around a stone."""
 
@@ -49,8 +44,8 @@ class Islands:
 def find_islands(photo: Photo, path: CrackPath, edge_fraction: float) -> Islands:
     """Each is drawn where light has risen by ``edge_fraction`` of the contrast, as the walls are."""
     patch = patch_around(photo, path.points_px, REACH * max(path.width_px, LEAST_WIDTH_PX))
-    dark, bright = _levels(patch, photo, path)
-    share = (patch.soft - dark) / np.maximum(bright - dark, 1e-6)
+    levels = contrast(photo, path, patch)
+    share, dark = levels.share, levels.dark
     stones = _enclosed(photo, path, patch, share > edge_fraction)
     if not stones:
         return Islands((), photo)
@@ -76,28 +71,7 @@ def with_islands(outline: Outline, islands: Islands) -> Outline:
     area_mm2 = sum(-signed_area(ring) for ring in standing)
     count = "1 island stands" if len(standing) == 1 else f"{len(standing)} islands stand"
     warning = f"{count} in the crack, {area_mm2:.1f} mm² in all: no sealant goes there"
-    return replace(outline, islands_mm=standing, warnings=(*outline.warnings, warning))
-
-
-def _levels(patch: Patch, photo: Photo, path: CrackPath) -> tuple[Map, Map]:
-    """Brightness of the crack, and of the mortar beside it, everywhere in the patch."""
-    height, width = patch.soft.shape
-    width_px = max(path.width_px, LEAST_WIDTH_PX)
-    scale = min(1.0, WORK_PX / width_px)
-    small = shrunk(patch.soft, (max(1, round(width * scale)), max(1, round(height * scale))))
-    y, x = np.indices(small.shape, dtype=np.float64)
-    cells_px = np.stack([x, y], axis=-1)
-    places_px = (cells_px + 0.5) / scale - 0.5 + patch.offset_px
-    shown = patch.on_sample(places_px, photo.to_mm(places_px.reshape(-1, 2)).reshape(places_px.shape))
-    away = np.asarray(KDTree(path.points_px).query(places_px)[0]) / width_px
-    sigma = SPREAD * width_px * scale
-
-    def level(where: NDArray[np.bool_]) -> Map:
-        weight = where.astype(np.float32)
-        mean = blurred(small * weight, sigma) / np.maximum(blurred(weight, sigma), 1e-6)
-        return np.asarray(cv2.resize(mean, (width, height)), dtype=np.float32)
-
-    return level(shown & (away < CRACK)), level(shown & (away > MORTAR))
+    return replace(outline, islands_mm=(*standing, *outline.islands_mm), warnings=(*outline.warnings, warning))
 
 
 def _enclosed(photo: Photo, path: CrackPath, patch: Patch, bright: NDArray[np.bool_]) -> list[NDArray[np.uint8]]:

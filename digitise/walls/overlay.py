@@ -3,6 +3,7 @@
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from skimage.measure import points_in_poly
 
 from digitise.geometry.polyline import at_arc_length, depth_inside, resampled
 from digitise.photo import Photo
@@ -25,6 +26,8 @@ ROUND_LENGTHS_MM = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 SUBPIXEL_BITS = 4
 DASH = 5.0
 """Thousandths of the picture's longer side: length of a dash and of the gap after it."""
+KEPT = 0.9
+"""Share of a side crack's line that lies in the outline from which it is part of it; left out, it only begins there."""
 FOUND: dict[PathSource, str] = {
     "ends": "between the given ends",
     "via": "between the given ends, by the given points",
@@ -56,7 +59,8 @@ def draw_overlay(photo: Photo, outline: Outline) -> Picture:
         _line(picture, placed(photo.to_px(ring_mm)), ENDS, thin, closed=True)
     for line_mm in outline.branches_mm:
         branch = placed(photo.to_px(line_mm))
-        _line(picture, branch, CENTRE, thin) if outline.branches_kept else _dashed(picture, branch, CENTRE, thin, unit)
+        kept = np.mean(points_in_poly(line_mm, outline.outline_mm)) > KEPT
+        _line(picture, branch, CENTRE, thin) if kept else _dashed(picture, branch, CENTRE, unit)
     _line(picture, placed(_on_face(photo, outline.left_wall_px)), LEFT, thin)
     _line(picture, placed(_on_face(photo, outline.right_wall_px)), RIGHT, thin)
     centreline = placed(outline.centreline_px)
@@ -179,11 +183,11 @@ def _line(picture: Picture, points: Floats, colour: Colour, thickness: int, clos
     cv2.polylines(picture, [fixed], closed, colour, thickness, cv2.LINE_AA, SUBPIXEL_BITS)
 
 
-def _dashed(picture: Picture, points: Floats, colour: Colour, thickness: int, unit: float) -> None:
-    """What is left out."""
+def _dashed(picture: Picture, points: Floats, colour: Colour, unit: float) -> None:
+    """What is left out, as thin as it can be drawn."""
     dashes = resampled(points, DASH * unit)
     for start in range(0, len(dashes) - 1, 2):
-        _line(picture, dashes[start : start + 2], colour, thickness)
+        _line(picture, dashes[start : start + 2], colour, 1)
 
 
 def _along(points: Floats, distance: float) -> Floats:

@@ -59,6 +59,20 @@ def test_holes_in_the_paint_are_islands_and_its_side_cracks_are_not_lost(scene):
     assert net_mm2 == pytest.approx(px_mm2 * photo.drawn.sum(), rel=0.01)
 
 
+def test_a_painted_side_crack_is_kept_however_narrow(tmp_path):
+    """A stroke is as wide as it was painted; on a photo, 5 px would be too little to tell."""
+    photo = evenly_scaled(write_png(tmp_path / "photo.png", mortar()))
+    drawn = np.zeros(photo.brightness.shape, dtype=bool)
+    drawn[140:164, 30:470] = True
+    drawn[60:140, 250:255] = True
+    photo = replace(photo, drawn=drawn)
+    main, whole = (trace_outline(photo, find_path(photo, None), keep_branches=keep) for keep in (False, True))
+    assert main.warnings == ('1 side crack (9 mm) is left out; branches = "keep" keeps it',)
+    # 80 x 5 px of paint; a pixel of its length for the corners, which the blur of the picture rounds.
+    assert signed_area(whole.outline_mm) - signed_area(main.outline_mm) == pytest.approx(4.0, abs=0.1)
+    assert whole.warnings == ()
+
+
 @pytest.mark.parametrize(("side_px", "count"), [(2, 0), (5, 1)])
 def test_only_slips_of_the_brush_are_filled(tmp_path, side_px, count):
     """0.04 mm² is less than what a solid keeps as an island, 0.25 mm² more."""
