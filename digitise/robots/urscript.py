@@ -102,7 +102,11 @@ def _notes(path: RobotPath, settings: Urscript) -> list[str]:
         if settings.full_flow_mm3_s is None
         else f"Analog output {settings.port}: 1.0 is {settings.full_flow_mm3_s:g} mm3/s."
     )
-    return ["Units: m, rad, m/s. Poses in the base frame, and the active TCP must be the tip of the nozzle.", dispenser]
+    return [
+        "Units: m, rad, m/s. Poses in the base frame, and the active TCP must be the tip of the nozzle.",
+        f"To the place above the path by movej at {JOINT_SPEED_RAD_S} rad/s, the way that the arm finds: start near.",
+        dispenser,
+    ]
 
 
 def _blend_faults(path: RobotPath, settings: Urscript) -> list[str]:
