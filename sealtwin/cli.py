@@ -51,3 +51,7 @@ def common(
 def main() -> None:
     """The ``sealtwin`` command."""
     app()
+
+
+if __name__ == "__main__":
+    main()

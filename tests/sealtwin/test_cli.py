@@ -212,8 +212,10 @@ def test_a_program_reads_what_was_wrong_with_its_command_line(arguments, named):
     assert not _sealtwin(*arguments).stdout
 
 
-def test_the_module_is_the_command():
-    command = [sys.executable, "-m", "sealtwin", "--version"]
+@pytest.mark.parametrize("module", ["sealtwin", "sealtwin.cli"])
+def test_the_module_is_the_command(module):
+    """Run as a module, a file that only defines would do nothing, and say so by code 0."""
+    command = [sys.executable, "-m", module, "--version"]
     answer = subprocess.run(command, capture_output=True, text=True, check=True)
     assert answer.stdout == _sealtwin("--version").stdout != ""
 
