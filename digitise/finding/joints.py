@@ -16,8 +16,8 @@ COVERED = 0.8
 """Share of the line on which there is something that close."""
 LARGEST_GAP = 0.05
 """Of the diagonal, by a chip or a crack that crosses."""
-BESIDE_PX = 8.0
-"""Cells from the line that still belong to the joint: both its rims are lines as well."""
+BESIDE_PX = 12.0
+"""Cells from the line that still belong to the joint: both its rims are lines as well, 14 apart where it is wide."""
 
 
 def straight_lines(bones: NDArray[np.bool_]) -> list[Floats]:

@@ -44,8 +44,12 @@ STRONGEST, WEAKEST = 6.0, -1.0
 """Noise units that one step may count for: neither a pore nor a gap decides over the whole way."""
 CLEAREST = 6.0
 """Standard deviations that a line of full strength always counts for, on ground however patterned."""
-TYPICAL, HIGH = 50, 84
+LOW, TYPICAL, HIGH = 16, 50, 84
 """Percentiles of the support on plain ground, a standard deviation apart."""
+LOPSIDED = 1.4
+"""Upper spread over lower one, where there is nothing but grain: the best of many ways is seldom bad. Seen are 1.2 to
+1.3 in drawn noise, 1.4 to 1.6 in pictures of asphalt.
+"""
 
 
 def strength(even: Map, allowed: NDArray[np.bool_]) -> Map:
@@ -153,8 +157,10 @@ def _spread_from(value: Map, usable: NDArray[np.bool_]) -> Map:
     """In standard deviations of plain ground above its typical value."""
     if not usable.any():
         return np.zeros_like(value)
-    typical, high = np.percentile(value[usable], (TYPICAL, HIGH))
-    spread = min(high - typical, (STRONGEST - typical) / CLEAREST)
+    low, typical, high = np.percentile(value[usable], (LOW, TYPICAL, HIGH))
+    # Joints and holes reach far and raise the upper spread; very quiet parts of a picture widen the lower one.
+    spread = np.sqrt((high - typical) * LOPSIDED * (typical - low))
+    spread = min(spread, (STRONGEST - typical) / CLEAREST)
     return ((value - typical) / max(spread, 1e-6)).astype(np.float32)
 
 
