@@ -25,7 +25,7 @@ TILE = re.compile(r"photo/(\d{1,2})/(\d{1,3})/(\d{1,3})\.jpg")
 
 Save = Callable[[Hints, float | None], dict[str, Any]]
 """Takes the hints, and the depth in mm where the page asked for it; gives what the page says in the end. Raises
-InputError where they cannot be saved: the page says why, and stays.
+InputError or OSError where they cannot be saved: the page says why, and stays.
 """
 
 
@@ -108,6 +108,10 @@ class TracePage:
             saved = self._save(farewell.hints, farewell.depth_mm)
         except InputError as fault:
             yield {"refused": str(fault)}
+            return
+        except OSError as fault:
+            # A full disk, or a folder of somebody else's: what was clicked must not be lost by that.
+            yield {"refused": f"{fault.filename}: {fault.strerror}. Make that place writable, and save again."}
             return
         yield {"saved": saved}
         self._saved = saved

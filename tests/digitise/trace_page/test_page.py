@@ -43,6 +43,8 @@ def page(saved):
     def save(hints, depth_mm):
         if depth_mm is not None and depth_mm < 0:
             raise InputError("crack.toml: depth_mm: too shallow.")
+        if depth_mm == 999:
+            raise PermissionError(13, "Permission denied", "lab/crack.toml")
         saved.append((hints, depth_mm))
         return {"file": "crack.toml"}
 
@@ -140,6 +142,14 @@ def test_a_refused_save_says_why_and_the_page_stays(page, saved):
     assert _posted(page, "save", {"hints": {}, "depth_mm": -1}) == [{"refused": "crack.toml: depth_mm: too shallow."}]
     assert not page._ended.is_set()
     assert not saved
+
+
+def test_a_place_that_cannot_be_written_costs_no_click(page, saved):
+    (answer,) = _posted(page, "save", {"hints": {}, "depth_mm": 999})
+    assert answer["refused"].startswith("lab/crack.toml: Permission denied.")
+    assert not page._ended.is_set()
+    _posted(page, "save", {"hints": {}, "depth_mm": 16})
+    assert len(saved) == 1
 
 
 def test_leaving_saves_nothing(page, saved):
