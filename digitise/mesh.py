@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from digitise.geometry.edges import directed_edges, edge_uses
+from digitise.geometry.equal_rows import equal_rows
 from digitise.geometry.intersections import intersecting_faces
 from sealtwin.records import Floats, Integers
 
@@ -91,17 +93,12 @@ def mesh_volume_mm3(vertices_mm: Floats, faces: Integers) -> float:
 
 def euler_number(faces: Integers) -> int:
     """Vertices less edges plus faces."""
-    edges = np.unique(np.sort(_edges(faces), axis=1), axis=0)
-    return len(np.unique(faces)) - len(edges) + len(faces)
+    return len(np.unique(faces)) - len(edge_uses(faces)[1].begins) + len(faces)
 
 
 def _min_edge_mm(vertices_mm: Floats, faces: Integers) -> float:
-    ends = vertices_mm[_edges(faces)]
+    ends = vertices_mm[directed_edges(faces)]
     return float(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).min())
-
-
-def _edges(faces: Integers) -> Integers:
-    return faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
 
 
 def _cross(corners: Floats) -> Floats:
@@ -109,21 +106,22 @@ def _cross(corners: Floats) -> Floats:
 
 
 def _edge_faults(vertices_mm: Floats, faces: Integers) -> list[str]:
-    directed = _edges(faces)
-    edges, uses = np.unique(np.sort(directed, axis=1), axis=0, return_counts=True)
-    if (uses == 1).any():
-        at = vertices_mm[edges[uses == 1][0, 0]]
+    directed, uses = edge_uses(faces)
+    if (alone := uses.count == 1).any():
+        at = vertices_mm[directed[uses.first[alone][0]].min()]
         return [
-            f"Mesh is not watertight: {int((uses == 1).sum())} open edges, "
+            f"Mesh is not watertight: {int(alone.sum())} open edges, "
             f"first near ({at[0]:.2f}, {at[1]:.2f}, {at[2]:.2f}) mm. Import with repair=True."
         ]
-    if (uses > 2).any():
-        at = vertices_mm[edges[uses > 2][0, 0]]
+    if (many := uses.count > 2).any():
+        at = vertices_mm[directed[uses.first[many][0]].min()]
         return [
-            f"Mesh has {int((uses > 2).sum())} edges where more than two faces meet, "
+            f"Mesh has {int(many.sum())} edges where more than two faces meet, "
             f"first near ({at[0]:.2f}, {at[1]:.2f}, {at[2]:.2f}) mm."
         ]
-    twice = len(directed) - len(np.unique(directed, axis=0))
+    # Of the two uses of each edge, one runs each way.
+    one, other = uses.order.reshape(-1, 2).T
+    twice = int((directed[one, 0] == directed[other, 0]).sum())
     if twice:
         return [f"Mesh has {twice} edges whose two faces look to opposite sides. Import with repair=True."]
     return []
@@ -134,7 +132,7 @@ def _size_faults(vertices_mm: Floats, faces: Integers, shortest_mm: float) -> li
     if shortest_mm < MIN_EDGE_MM:
         faults.append(f"Mesh has an edge of {shortest_mm:.2g} mm; below {MIN_EDGE_MM} mm a file's rounding loses it.")
     used = np.unique(faces)
-    rounded = np.unique(vertices_mm[used].astype(np.float32), axis=0)
-    if len(rounded) < len(used):
-        faults.append(f"Mesh has {len(used) - len(rounded)} vertices that fall together in a float32 file.")
+    together = len(used) - len(equal_rows(vertices_mm[used].astype(np.float32)).begins)
+    if together:
+        faults.append(f"Mesh has {together} vertices that fall together in a float32 file.")
     return faults

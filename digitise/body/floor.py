@@ -7,10 +7,11 @@ import numpy as np
 from manifold3d import CrossSection, Manifold, Mesh64
 from scipy.spatial import Delaunay
 
+from digitise.geometry.edges import open_edges
 from digitise.geometry.polyline import at_arc_length, smoothed
 from digitise.geometry.region import Box
 from digitise.settings import CrackShape
-from sealtwin.records import Floats, Integers, arc_length, arc_length_at
+from sealtwin.records import Floats, arc_length, arc_length_at
 
 STATION_MM = 1.0
 """Between corners of the floor, along and across the crack: a third of the paper's width."""
@@ -47,7 +48,7 @@ class Floor:
         """All below the floor."""
         count = len(self.corners_mm)
         top = self._triangles.simplices.astype(np.int64)
-        a, b = _rim(top).T
+        a, b = open_edges(top).T
         sides = np.vstack([np.column_stack([b, a, a + count]), np.column_stack([b, a + count, b + count])])
         levels_mm = (-self.depth_mm, np.full(count, self.bottom_mm))
         vertices = np.vstack([np.column_stack([self.corners_mm, z_mm]) for z_mm in levels_mm])
@@ -103,10 +104,3 @@ def _around(places_mm: Floats, box_mm: Box) -> Floats:
     low = np.minimum(places_mm.min(axis=0), box_mm[:2]) - ROOM_MM
     high = np.maximum(places_mm.max(axis=0), box_mm[2:]) + ROOM_MM
     return np.array([low, (high[0], low[1]), high, (low[0], high[1])])
-
-
-def _rim(triangles: Integers) -> Integers:
-    """Directed edges that only one triangle has, (n, 2)."""
-    edges = triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-    _, which, uses = np.unique(np.sort(edges, axis=1), axis=0, return_index=True, return_counts=True)
-    return edges[which[uses == 1]]

@@ -4,14 +4,14 @@ Exact booleans leave dust, doubled vertices, folds without volume and edges down
 memory; an STL, which knows vertices only by their rounded coordinates, falls apart over them.
 """
 
-from collections import defaultdict
-
 import numpy as np
 from manifold3d import Manifold
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
+from digitise.geometry.edges import edge_uses
+from digitise.geometry.equal_rows import equal_rows
 from sealtwin.records import Floats, Integers
 
 DUST_MM3 = 1e-3
@@ -61,8 +61,7 @@ def _without_opposite_pairs(faces: Integers) -> Integers:
     first = faces.argmin(axis=1)
     rows = np.arange(len(faces))
     looks_up = faces[rows, (first + 1) % 3] < faces[rows, (first + 2) % 3]
-    _, group = np.unique(corners, axis=0, return_inverse=True)
-    group = group.reshape(-1)
+    group = equal_rows(corners).group
     balance = np.bincount(group, weights=np.where(looks_up, 1.0, -1.0))
     # Of a stack on the same corners as many stay as do not cancel.
     keep = np.zeros(len(faces), dtype=bool)
@@ -76,13 +75,11 @@ def _without_opposite_pairs(faces: Integers) -> Integers:
 
 def _without_empty_patches(vertices: Floats, faces: Integers) -> Integers:
     """Cut at edges where more than two faces meet, and drop the patches that then enclose nothing."""
-    edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    owner = np.repeat(np.arange(len(faces)), 3)
-    _, edge_of, uses = np.unique(edges, axis=0, return_inverse=True, return_counts=True)
-    edge_of = edge_of.reshape(-1)
-    order = np.argsort(edge_of, kind="stable")
-    twice = order[uses[edge_of[order]] == 2].reshape(-1, 2)
-    links = coo_array((np.ones(len(twice)), owner[twice].T), shape=(len(faces),) * 2)
+    _, uses = edge_uses(faces)
+    pairs = uses.begins[uses.count == 2]
+    links = coo_array(
+        (np.ones(len(pairs)), (uses.order[pairs] // 3, uses.order[pairs + 1] // 3)), shape=(len(faces),) * 2
+    )
     count, patch = connected_components(links, directed=False)
     keep = np.ones(len(faces), dtype=bool)
     for number in range(count):
@@ -111,7 +108,8 @@ def _collapsed(vertices: Floats, faces: Integers) -> Integers:
 
 def _edges_below(vertices: Floats, faces: Integers, limit_mm: float) -> Integers:
     """Shortest first, (n, 2)."""
-    edges = np.unique(np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
+    directed, uses = edge_uses(faces)
+    edges = np.sort(directed[uses.first], axis=1)
     length = np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1)
     order = np.argsort(length)
     return edges[order[length[order] < limit_mm]]
@@ -123,18 +121,18 @@ class _Fans:
     def __init__(self, vertices: Floats, faces: Integers, short_mm: float) -> None:
         self._vertices = vertices
         self._short_mm = short_mm
-        self._faces = {number: tuple(int(v) for v in face) for number, face in enumerate(faces)}
-        self._around: dict[int, set[int]] = defaultdict(set)
-        for number, face in self._faces.items():
-            for vertex in face:
-                self._around[vertex].add(number)
+        self._faces = faces.copy()
+        self._there = np.ones(len(faces), dtype=bool)
+        self._users = np.argsort(faces.reshape(-1), kind="stable") // 3
+        self._begins = np.concatenate([[0], np.cumsum(np.bincount(faces.reshape(-1), minlength=len(vertices)))])
+        self._known: dict[int, set[int]] = {}
 
     def faces(self) -> Integers:
-        return np.array(list(self._faces.values()), dtype=np.int64)
+        return self._faces[self._there]
 
     def collapse(self, a: int, b: int) -> list[tuple[int, int]]:
         """Merge the edge's ends if allowed; returns the short edges that this made."""
-        shared = self._around[a] & self._around[b]
+        shared = self._around(a) & self._around(b)
         # The link condition: only the two faces of the edge itself may join a's neighbours to b's.
         if len(shared) != 2 or len(self._neighbours(a) & self._neighbours(b)) != 2:
             return []
@@ -143,27 +141,33 @@ class _Fans:
             return []
         _, kept, gone = best
         for number in shared:
-            for vertex in self._faces.pop(number):
-                self._around[vertex].discard(number)
-        for number in self._around.pop(gone):
-            face = self._faces[number]
-            self._faces[number] = (
-                kept if face[0] == gone else face[0],
-                kept if face[1] == gone else face[1],
-                kept if face[2] == gone else face[2],
-            )
-            self._around[kept].add(number)
+            for vertex in self._corners(number):
+                self._around(vertex).discard(number)
+            self._there[number] = False
+        for number in self._known[gone]:
+            self._faces[number, self._faces[number] == gone] = kept
+        self._known[kept] |= self._known[gone]
+        self._known[gone] = set()
         at = self._vertices[kept]
         return [(kept, v) for v in self._neighbours(kept) if np.linalg.norm(self._vertices[v] - at) < self._short_mm]
 
     def _neighbours(self, vertex: int) -> set[int]:
-        return {v for number in self._around[vertex] for v in self._faces[number]} - {vertex}
+        return {v for number in self._around(vertex) for v in self._corners(number)} - {vertex}
+
+    def _corners(self, number: int) -> list[int]:
+        return self._faces[number].tolist()
+
+    def _around(self, vertex: int) -> set[int]:
+        """Faces at a vertex: found when first asked for, since few vertices of a scan have a short edge."""
+        if vertex not in self._known:
+            users = self._users[self._begins[vertex] : self._begins[vertex + 1]]
+            self._known[vertex] = set(users[self._there[users]].tolist())
+        return self._known[vertex]
 
     def _change(self, gone: int, kept: int, shared: set[int]) -> float:
         """Volume that moving ``gone`` onto ``kept`` sweeps; infinite where a face of some size would turn over."""
-        rest = [self._faces[number] for number in self._around[gone] - shared]
-        before = self._vertices[np.array(rest)]
-        after = self._vertices[np.array([[kept if v == gone else v for v in face] for face in rest])]
+        rest = self._faces[list(self._around(gone) - shared)]
+        before, after = self._vertices[rest], self._vertices[np.where(rest == gone, kept, rest)]
         normals = [np.cross(c[:, 1] - c[:, 0], c[:, 2] - c[:, 0]) for c in (before, after)]
         areas = [np.linalg.norm(normal, axis=1) for normal in normals]
         turned = (normals[0] * normals[1]).sum(axis=1) < 0.5 * areas[0] * areas[1]

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from manifold3d import CrossSection, FillRule, triangulate
 
+from digitise.geometry.edges import edge_uses, open_edges
 from digitise.geometry.polyline import signed_area
-from digitise.modelled.repair import Surface, edge_uses
+from digitise.modelled.repair import Surface
 from digitise.modelled.triangles import fill_ring
 from sealtwin.errors import InputError
 from sealtwin.records import Integers
@@ -32,7 +33,7 @@ class Openings:
 
 def find_openings(surface: Surface) -> Openings:
     """Rings of open edges, the longest that is as wide as the mesh apart."""
-    rings = _rings(_open_edges(surface.faces))
+    rings = _rings(open_edges(surface.faces))
     place_mm = surface.vertices_mm
     used_mm = place_mm[np.unique(surface.faces)]
     extent_mm, lowest_mm = np.ptp(used_mm, axis=0), used_mm[:, 2].min()
@@ -48,11 +49,11 @@ def close_holes(surface: Surface, openings: Openings) -> Surface:
 
     Raises InputError where holes are more than small damage, or where edges are open that make no ring.
     """
-    edges = len(edge_uses(surface.faces)[2])
-    open_edges = _open_edges(surface.faces)
-    small = len(open_edges) - (0 if openings.wide is None else len(openings.wide))
+    directed, uses = edge_uses(surface.faces)
+    edges, unclosed = len(uses.begins), directed[uses.first[uses.count == 1]]
+    small = len(unclosed) - (0 if openings.wide is None else len(openings.wide))
     if small > MOST_OPEN * edges or small != sum(map(len, openings.holes)):
-        x, y, z = surface.vertices_mm[open_edges[0, 0]]
+        x, y, z = surface.vertices_mm[unclosed[0, 0]]
         raise InputError(
             f"Mesh is not watertight: {small} of {edges} edges are open, first near ({x:.2f}, {y:.2f}, {z:.2f}) "
             f"mm; up to {MOST_OPEN:.0%} in whole rings are closed. Close the holes in the program that made it."
@@ -94,12 +95,6 @@ def with_base(surface: Surface, rim: Integers, base_mm: float) -> Surface:
         np.concatenate([surface.faces, sides, underside]),
         np.concatenate([surface.vertices_mm, feet_mm]),
     )
-
-
-def _open_edges(faces: Integers) -> Integers:
-    """Directed edges that one face alone uses, (n, 2)."""
-    directed, order, begins = edge_uses(faces)
-    return directed[order[begins[np.diff(np.append(begins, len(order))) == 1]]]
 
 
 def _rings(edges: Integers) -> list[Integers]:

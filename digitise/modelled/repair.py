@@ -8,6 +8,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
+from digitise.geometry.edges import edge_uses
+from digitise.geometry.equal_rows import equal_rows
 from digitise.mesh import MIN_EDGE_MM, mesh_volume_mm3
 from sealtwin.errors import InputError
 from sealtwin.records import Floats, Integers
@@ -132,19 +134,11 @@ def without_needles(surface: Surface) -> Surface:
     return replace(surface, faces=faces)
 
 
-def edge_uses(faces: Integers) -> tuple[Integers, Integers, Integers]:
-    """Directed edges (3f, 2), face by face, and their order by the ends they join, with where each new edge begins."""
-    directed = faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-    low, high = directed.min(axis=1), directed.max(axis=1)
-    order = np.lexsort((high, low))
-    new = np.append(True, (low[order[1:]] != low[order[:-1]]) | (high[order[1:]] != high[order[:-1]]))
-    return directed, order, np.flatnonzero(new)
-
-
 def _joined(surface: Surface) -> Surface:
     # Most formats write a vertex once for each of its faces: to join those is no repair.
-    places_mm, place = np.unique(surface.vertices_mm, axis=0, return_inverse=True)
-    surface = replace(surface, vertices_mm=places_mm, faces=place.reshape(-1)[surface.faces])
+    alike = equal_rows(surface.vertices_mm)
+    places_mm = surface.vertices_mm[alike.first]
+    surface = replace(surface, vertices_mm=places_mm, faces=alike.group[surface.faces])
     near = KDTree(places_mm).query_pairs(WELD_MM, output_type="ndarray")
     groups, group = _connected(len(places_mm), near[:, 0], near[:, 1])
     _, representative = np.unique(group, return_index=True)
@@ -156,7 +150,7 @@ def _without_repeats(surface: Surface) -> Surface:
     corners = np.sort(surface.faces, axis=1)
     proper = (corners[:, 0] != corners[:, 1]) & (corners[:, 1] != corners[:, 2])
     surface = surface.mended("faces without area dropped", int((~proper).sum()), surface.faces[proper])
-    _, first = np.unique(corners[proper], axis=0, return_index=True)
+    first = equal_rows(corners[proper]).first
     repeated = len(surface.faces) - len(first)
     return surface.mended("repeated faces dropped", repeated, surface.faces[np.sort(first)])
 
@@ -204,9 +198,9 @@ def _facing_out(surface: Surface) -> Surface:
 
 def neighbours(faces: Integers) -> tuple[Integers, Integers, NDArray[np.bool_]]:
     """Pairs of faces that alone share an edge, and whether they look to the same side of it, (n,) each."""
-    directed, order, begins = edge_uses(faces)
-    pairs = begins[np.diff(np.append(begins, len(order))) == 2]
-    one, other = order[pairs], order[pairs + 1]
+    directed, uses = edge_uses(faces)
+    pairs = uses.begins[uses.count == 2]
+    one, other = uses.order[pairs], uses.order[pairs + 1]
     return one // 3, other // 3, directed[one, 0] != directed[other, 0]
 
 
