@@ -1,6 +1,7 @@
 """How much of the way from crack to mortar each pixel around a crack has brightened."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -28,15 +29,28 @@ class Contrast:
     """The levels of a crack and of the mortar around it, everywhere in a patch."""
 
     patch: Patch
-    dark: Map
-    bright: Map
     sample: NDArray[np.bool_]
     """Where the patch shows the sample's face, and no marker."""
+    coarse_dark: Map
+    coarse_bright: Map
 
-    @property
+    @cached_property
+    def dark(self) -> Map:
+        return _sized(self.coarse_dark, self.patch.soft.shape)
+
+    @cached_property
+    def bright(self) -> Map:
+        return _sized(self.coarse_bright, self.patch.soft.shape)
+
+    @cached_property
     def share(self) -> Map:
         """0 in the crack, 1 on mortar."""
-        return np.asarray((self.patch.soft - self.dark) / np.maximum(self.bright - self.dark, 1e-6), dtype=np.float32)
+        return self.share_of(self.patch.soft)
+
+    def share_of(self, light: Map) -> Map:
+        """The same of a copy of the patch in another size."""
+        dark, bright = (_sized(level, light.shape) for level in (self.coarse_dark, self.coarse_bright))
+        return np.asarray((light - dark) / np.maximum(bright - dark, np.float32(1e-6)), dtype=np.float32)
 
 
 def contrast(photo: Photo, path: CrackPath, patch: Patch) -> Contrast:
@@ -57,10 +71,14 @@ def contrast(photo: Photo, path: CrackPath, patch: Patch) -> Contrast:
         weight = where.astype(np.float32)
         usual = float(np.median(small[where])) if where.any() else 0.0
         mean = (blurred(small * weight, sigma) + FAR * usual) / (blurred(weight, sigma) + FAR)
-        return np.asarray(cv2.resize(mean, (width, height)), dtype=np.float32)
+        return np.asarray(mean, dtype=np.float32)
 
     inside, beside = shown & (away < CRACK), shown & (away > MORTAR)
     dark = float(np.median(small[inside])) if inside.any() else 0.0
     usual = float(np.median(small[beside])) if beside.any() else 0.0
     # Side cracks and pores are no mortar.
-    return Contrast(patch, level(inside), level(beside & (small > (2 * dark + usual) / 3)), sample)
+    return Contrast(patch, sample, level(inside), level(beside & (small > (2 * dark + usual) / 3)))
+
+
+def _sized(level: Map, shape: tuple[int, ...]) -> Map:
+    return np.asarray(cv2.resize(level, shape[::-1]), dtype=np.float32)

@@ -61,10 +61,10 @@ def find_side_cracks(photo: Photo, path: CrackPath, edge_fraction: float) -> Sid
     width_px = max(path.width_px, LEAST_WIDTH_PX)
     patch = patch_around(photo, path.points_px, AROUND * float(arc_length(path.points_px)[-1]))
     levels = contrast(photo, path, patch)
-    share, way_px = levels.share, path.points_px - patch.offset_px
+    way_px, (height, width) = path.points_px - patch.offset_px, patch.soft.shape
     scale = min(1.0, WORK_PX / width_px)
-    size = (max(1, round(share.shape[1] * scale)), max(1, round(share.shape[0] * scale)))
-    small, shown = shrunk(share, size), shrunk(levels.sample.astype(np.float32), size) > 0.99
+    size = (max(1, round(width * scale)), max(1, round(height * scale)))
+    small, shown = levels.share_of(shrunk(patch.soft, size)), shrunk(levels.sample.astype(np.float32), size) > 0.99
     way = np.clip(_cells((way_px + 0.5) * scale - 0.5), 0, np.array(small.shape) - 1)
     region = holding((small < edge_fraction) & shown, way)
     way = way[region[tuple(way.T)]]
@@ -81,7 +81,9 @@ def find_side_cracks(photo: Photo, path: CrackPath, edge_fraction: float) -> Sid
             unlike_px = unlike_length_px(photo, line_px + patch.offset_px, 2 * half_px)
             if unlike_px < EDGE * len(line_px):
                 found.append(SideCrack(line_px, half_px, line.comes_back))
-    crack = holding((share < edge_fraction) & levels.sample, _cells(way_px)) if found else np.zeros_like(levels.sample)
+    crack = np.zeros_like(levels.sample)
+    if found:
+        crack = holding((levels.share < edge_fraction) & levels.sample, _cells(way_px))
     return SideCracks(tuple(found), levels, crack, way_px, width_px, edge_fraction)
 
 
