@@ -89,30 +89,31 @@ def _close_pairs(triangles: Floats) -> Iterator[Integers]:
     levels = int(np.ceil(np.log2(max(1.0, len(order) / LEAF_FACES))))
     slots = np.full(LEAF_FACES * 2**levels, -1, dtype=np.int64)
     slots[: len(order)] = order
-    low = np.full((len(slots), 3), np.inf)
-    high = np.full((len(slots), 3), -np.inf)
-    low[: len(order)], high[: len(order)] = triangles[order].min(axis=1), triangles[order].max(axis=1)
-    boxes = [(low, high), (low.reshape(-1, LEAF_FACES, 3).min(axis=1), high.reshape(-1, LEAF_FACES, 3).max(axis=1))]
-    for _ in range(levels):
+    # Axis by axis, since most boxes that miss each other do so along the first.
+    low, high = np.full((3, len(slots)), np.inf), np.full((3, len(slots)), -np.inf)
+    low[:, : len(order)], high[:, : len(order)] = triangles[order].min(axis=1).T, triangles[order].max(axis=1).T
+    boxes = [(low, high)]
+    for children in (LEAF_FACES, *[2] * levels):
         low, high = boxes[-1]
-        boxes.append((low.reshape(-1, 2, 3).min(axis=1), high.reshape(-1, 2, 3).max(axis=1)))
-    waiting = [(0, np.zeros((1, 2), dtype=np.int64))]
+        boxes.append((low.reshape(3, -1, children).min(axis=2), high.reshape(3, -1, children).max(axis=2)))
+    waiting = [(0, np.zeros((2, 1), dtype=np.int64))]
     while waiting:
         level, pairs = waiting.pop()
-        if len(pairs) > AT_ONCE:
-            waiting += [(level, half) for half in np.array_split(pairs, 2)]
+        if pairs.shape[1] > AT_ONCE:
+            waiting += [(level, half) for half in np.array_split(pairs, 2, axis=1)]
             continue
-        low, high = boxes[levels - level]
         children = LEAF_FACES if level == levels else 2
-        steps = np.stack(np.meshgrid(np.arange(children), np.arange(children), indexing="ij"), axis=-1).reshape(-1, 2)
-        pairs = (pairs[:, None] * children + steps).reshape(-1, 2)
-        pairs = pairs[pairs[:, 0] <= pairs[:, 1]]
-        first, second = pairs.T
-        pairs = pairs[((low[first] <= high[second]) & (low[second] <= high[first])).all(axis=1)]
+        steps = np.stack(np.meshgrid(np.arange(children), np.arange(children), indexing="ij")).reshape(2, 1, -1)
+        first, second = (pairs[:, :, None] * children + steps).reshape(2, -1)
+        ordered = first < second if level == levels else first <= second
+        first, second = first[ordered], second[ordered]
+        for low, high in zip(*boxes[levels - level], strict=True):
+            near = (low[first] <= high[second]) & (low[second] <= high[first])
+            first, second = first[near], second[near]
         if level < levels:
-            waiting.append((level + 1, pairs))
+            waiting.append((level + 1, np.stack([first, second])))
         else:
-            yield slots[pairs[pairs[:, 0] < pairs[:, 1]]]
+            yield slots[np.column_stack([first, second])]
 
 
 def _along_a_curve(centres: Floats) -> Integers:
