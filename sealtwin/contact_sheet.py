@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from sealtwin.files import write_text
+from sealtwin.sample import REFUSED
 
 COLUMNS = (
     "file",
@@ -50,6 +51,11 @@ def write_contact_sheet(path: Path, folder: Path, photos: Sequence[Entry]) -> No
     page = environment.get_template("contact_sheet.html.j2").render(
         photos=photos,
         thumbnails={photo["folder"]: _thumbnail(folder / photo["folder"] / "overlay.png") for photo in done},
+        refused={
+            photo["folder"]: _thumbnail(folder / photo["folder"] / REFUSED)
+            for photo in photos
+            if REFUSED in photo["reason"]
+        },
         done=done,
         sealant_ml=sum(photo["sealant_ml"] for photo in done),
     )

@@ -14,6 +14,7 @@ from sealtwin.folder import stage_key
 from sealtwin.job import STAGES, Job, StageName, adopt_trial, begin_writing, check_sheet, sample_files, stage_settings
 from sealtwin.records import Profile, Trajectory
 from sealtwin.result import read_result
+from sealtwin.sample import REFUSED, digitise_sample
 
 DIGITISED = ("outline.json", "crack.ply", "solid.json", "trajectory.csv")
 """What the later stages read of the first."""
@@ -31,7 +32,7 @@ class Outcome:
 
 
 def run_stages(job: Job, stages: Sequence[StageName]) -> Outcome:
-    """Bring ``stages`` up to date, in their order. A stage that fails leaves the folder as it was.
+    """Bring ``stages`` up to date, in their order. A stage that fails leaves the folder as it was, but for refused.png.
 
     Raises:
         InputError, NumericalError: from a stage; or since a particle escaped, with all files written.
@@ -57,6 +58,7 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> Outcome:
 
 
 def _digitise(job: Job) -> bool:
+    (job.path / REFUSED).unlink(missing_ok=True)
     inputs = _hashes_of_sample(job)
     settings = stage_settings(job.trial, "digitise")
     key = stage_key(inputs, settings)
@@ -68,7 +70,6 @@ def _digitise(job: Job) -> bool:
 
     from digitise.path_report import path_report
     from digitise.trajectory import plan_trajectory, volume_warnings
-    from sealtwin.sample import digitise_sample
 
     sample = digitise_sample(job)
     outline, solid = sample.outline, sample.solid

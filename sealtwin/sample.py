@@ -1,9 +1,17 @@
 """The sample of a trial: its crack, its solid and a picture to check them by, from a photo or from a mesh."""
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
+from sealtwin import files
+from sealtwin.errors import InputError
 from sealtwin.job import Job
 from sealtwin.records import Outline, Pixels, Solid
+from sealtwin.result import shown
+
+REFUSED = "refused.png"
+"""What was found in a photo until it was refused; gone as soon as another attempt begins."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +34,7 @@ def _from_photo(job: Job) -> Sample:
     from digitise.path import find_path
     from digitise.photo import load_photo
     from digitise.solid import build_solid
-    from digitise.walls.overlay import draw_overlay
+    from digitise.walls.overlay import draw_overlay, draw_way
 
     settings, crack = job.trial.photo, job.trial.crack
     assert settings is not None, "a trial has a photo or a mesh"
@@ -35,9 +43,12 @@ def _from_photo(job: Job) -> Sample:
     job.progress.advance(1, "finding the crack")
     path = find_path(photo, settings.ends_px, settings.via_px, settings.roi_px)
     job.progress.advance(2, "tracing its walls")
-    outline = trace_outline(photo, path, settings.edge_fraction, keep_branches=settings.branches == "keep")
+    with _seen(job, lambda: draw_way(photo, path)):
+        outline = trace_outline(photo, path, settings.edge_fraction, keep_branches=settings.branches == "keep")
     job.progress.advance(3, "building the solid")
-    return Sample(outline, build_solid(outline, crack), draw_overlay(photo, outline))
+    overlay = draw_overlay(photo, outline)
+    with _seen(job, lambda: overlay):
+        return Sample(outline, build_solid(outline, crack), overlay)
 
 
 def _from_mesh(job: Job) -> Sample:
@@ -48,3 +59,14 @@ def _from_mesh(job: Job) -> Sample:
     for note in imported.notes:
         job.progress.note(f"note: {note}")
     return Sample(imported.outline, imported.solid, imported.overlay_rgb)
+
+
+@contextmanager
+def _seen(job: Job, draw: Callable[[], Pixels]) -> Iterator[None]:
+    """Let a refusal show what it is about: a sentence in px and mm says little to whoever has the photo in front."""
+    try:
+        yield
+    except InputError as fault:
+        picture = job.path / REFUSED
+        files.write_png(picture, draw())
+        raise InputError(f"{fault} Look at {shown(picture)}.") from None

@@ -5,6 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 from skimage.measure import points_in_poly
 
+from digitise.finding.crack_path import CrackPath
 from digitise.geometry.polyline import at_arc_length, depth_inside, resampled
 from digitise.photo import Photo
 from sealtwin.records import Floats, Outline, PathSource, arc_length
@@ -41,11 +42,7 @@ FONT = cv2.FONT_HERSHEY_SIMPLEX
 
 def draw_overlay(photo: Photo, outline: Outline) -> Picture:
     """The photo with walls, centreline, ends, direction, legend and scale bar, (height, width, 3) RGB."""
-    scale = min(LONGER_SIDE_PX / max(photo.size_px), MOST_ENLARGED)
-    how = cv2.INTER_AREA if scale < 1 else cv2.INTER_CUBIC
-    picture = np.asarray(cv2.resize(photo.image, None, fx=scale, fy=scale, interpolation=how), dtype=np.uint8)
-    # All marks grow with the picture: a thousandth of its longer side.
-    unit = max(picture.shape[:2]) / 1000
+    picture, scale, unit = _enlarged(photo)
 
     def placed(points_px: Floats) -> Floats:
         return (points_px + 0.5) * scale - 0.5
@@ -71,6 +68,25 @@ def draw_overlay(photo: Photo, outline: Outline) -> Picture:
     _legend(picture, outline, taken, unit)
     _scale_bar(picture, outline.mm_per_px / scale, taken, unit)
     return picture
+
+
+def draw_way(photo: Photo, path: CrackPath) -> Picture:
+    """The photo with the way along which no walls could be measured, from dot to dot; as large as the overlay."""
+    picture, scale, unit = _enlarged(photo)
+    way = (path.points_px + 0.5) * scale - 0.5
+    _line(picture, way, CENTRE, max(1, round(1.5 * unit)))
+    for point in way[[0, -1]]:
+        cv2.circle(picture, _whole(point), round(4 * unit), PAPER, -1, cv2.LINE_AA)
+        cv2.circle(picture, _whole(point), round(3 * unit), ENDS, -1, cv2.LINE_AA)
+    return picture
+
+
+def _enlarged(photo: Photo) -> tuple[Picture, float, float]:
+    """A copy to draw on; its pixels for one of the photo's; the unit of all marks, a thousandth of its longer side."""
+    scale = min(LONGER_SIDE_PX / max(photo.size_px), MOST_ENLARGED)
+    how = cv2.INTER_AREA if scale < 1 else cv2.INTER_CUBIC
+    picture = np.asarray(cv2.resize(photo.image, None, fx=scale, fy=scale, interpolation=how), dtype=np.uint8)
+    return picture, scale, max(picture.shape[:2]) / 1000
 
 
 def _on_face(photo: Photo, wall_px: Floats) -> Floats:

@@ -87,6 +87,19 @@ def test_the_contact_sheet_shows_every_photo_and_loads_nothing(done):
     assert "http" not in page.replace("http-equiv", "")
 
 
+def test_the_contact_sheet_shows_what_was_found_of_a_photo_that_was_refused(tmp_path):
+    """Of this refusal: one that names no picture may have left an older one."""
+    for folder in ("narrow", "gone"):
+        (tmp_path / folder).mkdir()
+        write_png(tmp_path / folder / "refused.png", mortar())
+    reasons = {"narrow": "too narrow. Look at narrow/refused.png.", "gone": "not found."}
+    rows = [vars(batch.Row(f"{name}.jpg", name, "failed", reason=reason)) for name, reason in reasons.items()]
+    batch.write_contact_sheet(tmp_path / "index.html", tmp_path, rows)
+    page = (tmp_path / "index.html").read_text()
+    assert page.count("data:image/jpeg;base64,") == 1
+    assert '<a href="narrow/refused.png">' in page
+
+
 def test_names_with_markup_or_formulas_stay_text(tmp_path, lab):
     name = "=cmd&<b>x.png"
     shutil.copy(lab / "first.png", tmp_path / name)

@@ -15,6 +15,7 @@ import pytest
 from typer.testing import CliRunner
 
 from sealtwin.cli import app
+from tests.pictures import mortar, with_crack, write_png
 from tests.places import FIXTURE
 
 
@@ -249,6 +250,21 @@ def test_the_answer_tells_how_good_the_scale_is_and_who_found_the_path(trial, tm
     for folder, source in ((tmp_path / "run", "ends"), (out, "automatic")):
         manifest = json.loads((folder / "manifest.json").read_text())
         assert manifest["stages"]["digitise"]["path_source"] == source
+
+
+def test_a_refusal_shows_what_was_found_until_the_next_attempt(tmp_path):
+    """A crack of 5 px: seen, followed, and too narrow to be measured."""
+    narrow = with_crack(mortar(), [(40, 150), (460, 140)], width_px=4)
+    photo, out = write_png(tmp_path / "crack.png", narrow), tmp_path / "run"
+    crack = (photo, "--depth-mm", 16, "--mm-per-px", 0.1, "--ends", "40,150", "460,140", "--out", out)
+    sentence = _refusal("digitise", *crack)
+    assert sentence.endswith(f"Look at {out / 'refused.png'}.")
+    picture = np.asarray(cv2.imread(str(out / "refused.png")))
+    assert np.abs(picture.astype(int) - (60, 235, 250)).max(axis=2).min() < 40, "the way, in its yellow"
+    write_png(photo, with_crack(mortar(), [(40, 150), (460, 140)]))
+    answer = _sealtwin("digitise", *crack, "--quiet")
+    assert answer.exit_code == 0, answer.output
+    assert not (out / "refused.png").exists()
 
 
 def test_a_folder_names_no_home_and_no_place_of_this_machine(trial, tmp_path):
