@@ -5,39 +5,49 @@ import warp as wp
 from warp.utils import array_scan, radix_sort_pairs
 
 from sealtwin.records import Floats
-from simulate import kernels
+from simulate import kernels_neighbours as device_code
+
+SPARE = 16
+"""Entries that a loop over sixteen points at a time may read past the last one."""
 
 
 class CellGrid:
-    """A box of cells with room for ``capacity`` points; points beyond the box count to its border cells."""
+    """A box of cells for each of ``runs`` clouds of ``capacity`` points; points beyond it count to border cells."""
 
-    def __init__(self, low: Floats, high: Floats, size: float, capacity: int, device: str) -> None:
+    def __init__(self, low: Floats, high: Floats, size: float, capacity: int, device: str, runs: int = 1) -> None:
         count = np.maximum(np.ceil((high - low) / size).astype(int), 1)
-        cells = int(count.prod())
-        self._device = device
+        cells = runs * int(count.prod())
+        points = runs * capacity
+        self._device, self._runs = device, runs
         # One cell more for points left out, and one end more than cells.
         self._counts = wp.zeros(cells + 2, dtype=int, device=device)
         self._ends = wp.zeros(cells + 2, dtype=int, device=device)
         # The sort needs as much room again.
-        self._cell = wp.zeros(2 * capacity, dtype=int, device=device)
-        self._number = wp.zeros(2 * capacity, dtype=int, device=device)
-        self.cells = kernels.Cells()
+        self._cell = wp.zeros(2 * points, dtype=int, device=device)
+        self._number = wp.zeros(2 * points + SPARE, dtype=int, device=device)
+        self.cells = device_code.Cells()
         self.cells.corner = wp.vec3(*low)
         self.cells.size = size
         self.cells.count = wp.vec3i(*map(int, count))
+        self.cells.points_a_run = capacity
         self.cells.start = self._ends
-        self.cells.point = wp.zeros(capacity, dtype=wp.vec3, device=device)
+        self.cells.x, self.cells.y, self.cells.z = (
+            wp.zeros(points + SPARE, dtype=float, device=device) for _ in range(3)
+        )
         self.cells.number = self._number
 
-    def fill(self, point: wp.array, fate: wp.array, count: int) -> None:
+    def fill(self, place: wp.array, fate: wp.array, count: int) -> None:
         """Sort the first ``count`` points; the order within a cell is theirs, on any device."""
+        cells = self.cells
         self._counts.zero_()
         wp.launch(
-            kernels.count_in_cells,
+            device_code.count_in_cells,
             count,
-            inputs=[self.cells, point, fate, self._cell, self._number, self._counts],
+            inputs=[cells, self._runs, place, fate, self._cell, self._number, self._counts],
             device=self._device,
         )
         array_scan(self._counts, self._ends, inclusive=False)
         radix_sort_pairs(self._cell, self._number, count)
-        wp.launch(kernels.gather, count, inputs=[self._number, point, self.cells.point], device=self._device)
+        wp.launch(
+            device_code.gather, count, inputs=[self._number, place, cells.x, cells.y, cells.z], device=self._device
+        )

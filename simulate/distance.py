@@ -5,11 +5,13 @@ from typing import Any
 
 import numpy as np
 import warp as wp
+from numpy.typing import NDArray
 
 from sealtwin.errors import InputError
-from sealtwin.records import FaceLabel, Floats, Outline, Solid
+from sealtwin.records import FaceLabel, Floats, Integers, Outline, Solid
 from simulate import kernels_distance as device_code
 
+Mask = NDArray[np.bool_]
 CM = 0.1
 """In a millimetre: kernels work in centimetres."""
 CLEARANCE = 0.86
@@ -18,6 +20,9 @@ MARGIN_MM = 12.0
 """Face around the crack's mouth that the grid covers; beyond it sealant rests on the plane z = 0."""
 RAISED_MM = 1e-3
 """Above this height a vertex is no longer rounding of the face."""
+EVERYWHERE_MM = 1e7
+COARSE = 4
+"""Blocks along the edge of a crowd of them."""
 BLOCKS_AT_MOST = 4_000_000
 """Of 64 cells: 1.6 m of a paper-sized crack at its radius, and 3 GB at worst."""
 
@@ -50,10 +55,7 @@ def build_barrier(solid: Solid, outline: Outline, radius_mm: float, device: str)
 
     Raises InputError where the box is too large for the radius.
     """
-    mesh = wp.Mesh(
-        points=wp.array(solid.vertices_mm * CM, dtype=wp.vec3, device=device),
-        indices=wp.array(solid.faces.ravel(), dtype=int, device=device),
-    )
+    mesh = _mesh(solid, solid.faces, device)
     spacing_mm = radius_mm / 2
     block_mm = spacing_mm * device_code.BLOCK
     low, high = crack_box_mm(solid, outline, radius_mm)
@@ -63,25 +65,77 @@ def build_barrier(solid: Solid, outline: Outline, radius_mm: float, device: str)
             f"solver.radius_mm is {radius_mm:g}: its distance grid would need {count} blocks, {BLOCKS_AT_MOST} are "
             "allowed. Take a larger radius, or simulate a shorter piece of the crack."
         )
-    corners = low + np.stack(np.meshgrid(*map(np.arange, blocks), indexing="ij"), axis=-1).reshape(-1, 3) * block_mm
-    centre_mm = exact_distance_mm(mesh, corners + block_mm / 2, device)
     half_diagonal_mm = np.sqrt(3) / 2 * block_mm
+    number = np.stack(np.meshgrid(*map(np.arange, blocks), indexing="ij"), axis=-1).reshape(-1, 3)
+    middle_mm = low + (number + 0.5) * block_mm
+    centre_mm = _at_centres(mesh, number, middle_mm, half_diagonal_mm + radius_mm, block_mm, device)
     near = (centre_mm > -half_diagonal_mm) & (centre_mm < half_diagonal_mm + radius_mm)
-    ticks = np.arange(device_code.BLOCK + 1) * spacing_mm
-    offsets = np.stack(np.meshgrid(ticks, ticks, ticks, indexing="ij"), axis=-1).reshape(-1, 3)
-    points = (corners[near][:, None] + offsets).reshape(-1, 3)
-    nodes = exact_distance_mm(mesh, points, device).reshape(-1, *[device_code.BLOCK + 1] * 3)
-    row = np.full(len(near), -1)
-    row[near] = np.arange(near.sum())
+    faced = near.copy()
+    faced[near] = _at_the_face(solid, middle_mm[near], half_diagonal_mm, block_mm, device)
+    noded = near & ~faced
+    within_mm = 2 * half_diagonal_mm + radius_mm + spacing_mm
+    nodes = _nodes(mesh, low, number[noded] * device_code.BLOCK, spacing_mm, within_mm, device)
+    row = np.full(len(number), int(device_code.FAR))
+    row[faced] = int(device_code.FACE)
+    row[noded] = np.arange(noded.sum())
     grid = device_code.Distance()
     grid.corner = wp.vec3(*(low * CM))
     grid.spacing = spacing_mm * CM
     grid.blocks = wp.vec3i(*map(int, blocks))
-    grid.row = wp.array(row.reshape(blocks), dtype=int, device=device)
-    grid.centre = wp.array((centre_mm * CM).reshape(blocks), dtype=float, device=device)
-    grid.nodes = wp.array(nodes * CM, dtype=float, device=device)
+    grid.row = wp.array(row, dtype=int, device=device)
+    grid.centre = wp.array(centre_mm * CM, dtype=float, device=device)
+    grid.nodes = wp.array(nodes.ravel() * CM, dtype=float, device=device)
     grid.face = wp.vec4(*(np.array(solid.block_mm) * CM))
     return Barrier(grid, mesh, CLEARANCE * radius_mm * CM, device)
+
+
+def _at_centres(
+    mesh: wp.Mesh, number: Integers, middle_mm: Floats, near_mm: float, block_mm: float, device: str
+) -> Floats:
+    """Distance at each block's centre, (b,); where it is larger than ``near_mm``, what is known of it for sure.
+
+    Blocks are looked at one by one only where the ``COARSE`` cubed that they belong to come near the surface.
+    """
+    _, first, member = np.unique(number // COARSE, axis=0, return_index=True, return_inverse=True)
+    crowd_mm = middle_mm[first] + (COARSE - 1) / 2 * block_mm
+    crowd_mm -= (number[first] % COARSE) * block_mm
+    around_mm = exact_distance_mm(mesh, crowd_mm, device)[member.ravel()]
+    away_mm = np.linalg.norm(middle_mm - crowd_mm[member.ravel()], axis=1)
+    for_sure_mm = np.abs(around_mm) - away_mm
+    centre_mm = np.sign(around_mm) * for_sure_mm
+    unsure = for_sure_mm <= near_mm
+    centre_mm[unsure] = exact_distance_mm(mesh, middle_mm[unsure], device)
+    return centre_mm
+
+
+def _at_the_face(solid: Solid, middle_mm: Floats, half_diagonal_mm: float, block_mm: float, device: str) -> Mask:
+    """Which blocks, (b,), are nearer to the face than to anything else in all their places: there z is the distance."""
+    top = solid.face_label == FaceLabel.TOP
+    flat = np.abs(solid.vertices_mm[solid.faces[top]][:, :, 2]).max(initial=0.0) <= RAISED_MM
+    if top.all() or not top.any() or not flat:
+        return np.zeros(len(middle_mm), dtype=bool)
+    others = _mesh(solid, solid.faces[~top], device)
+    away_mm = np.abs(exact_distance_mm(others, middle_mm, device))
+    return away_mm - half_diagonal_mm > np.abs(middle_mm[:, 2]) + block_mm / 2
+
+
+def _nodes(mesh: wp.Mesh, low: Floats, first: Integers, spacing_mm: float, within_mm: float, device: str) -> Floats:
+    """Distances on the nodes of blocks, (b, NODES), that begin at node ``first``; each node is measured once."""
+    side = np.arange(device_code.BLOCK + 1)
+    offset = np.stack(np.meshgrid(side, side, side, indexing="ij"), axis=-1).reshape(-1, 3)
+    key = np.zeros((len(first), len(offset)), dtype=np.int64)
+    for axis in range(3):
+        key = key << 21 | (first[:, None, axis] + offset[:, axis])
+    unique, which = np.unique(key, return_inverse=True)
+    node = np.stack([unique >> 42, unique >> 21 & 0x1FFFFF, unique & 0x1FFFFF], axis=-1)
+    return exact_distance_mm(mesh, low + node * spacing_mm, device, within_mm)[which].reshape(key.shape)
+
+
+def _mesh(solid: Solid, faces: Integers, device: str) -> wp.Mesh:
+    return wp.Mesh(
+        points=wp.array(solid.vertices_mm * CM, dtype=wp.vec3, device=device),
+        indices=wp.array(faces.ravel(), dtype=int, device=device),
+    )
 
 
 def crack_box_mm(solid: Solid, outline: Outline, radius_mm: float) -> tuple[Floats, Floats]:
@@ -98,11 +152,12 @@ def crack_box_mm(solid: Solid, outline: Outline, radius_mm: float) -> tuple[Floa
     return np.append(low_mm, -solid.depth_mm - 2 * radius_mm), np.append(high_mm, top_mm + 2 * radius_mm)
 
 
-def exact_distance_mm(mesh: wp.Mesh, points_mm: Floats, device: str) -> Floats:
-    """NaN for a point that is no number. Raises InputError where any other sees no triangle at all."""
+def exact_distance_mm(mesh: wp.Mesh, points_mm: Floats, device: str, within_mm: float = EVERYWHERE_MM) -> Floats:
+    """NaN for a point that is no number. Raises InputError where any other sees no triangle ``within_mm``."""
     points = wp.array(points_mm * CM, dtype=wp.vec3, device=device)
     distance = wp.empty(len(points_mm), dtype=float, device=device)
-    wp.launch(device_code.measure_distance, len(points_mm), inputs=[mesh.id, points, distance], device=device)
+    inputs = [mesh.id, points, within_mm * CM, distance]
+    wp.launch(device_code.measure_distance, len(points_mm), inputs=inputs, device=device)
     found = distance.numpy() / CM
     if np.isnan(found[np.isfinite(points_mm).all(axis=1)]).any():
         raise InputError("the solid has no triangle of any area: check the mesh, or digitise again.")

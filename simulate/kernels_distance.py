@@ -9,6 +9,10 @@ wp.set_module_options({"enable_backward": False})
 
 BLOCK = wp.constant(4)
 """Cells along the edge of a block; its nodes are one more, so that no interpolation needs two blocks."""
+NODES = wp.constant(125)
+"""Of a block."""
+FAR = wp.constant(-1)
+FACE = wp.constant(-2)
 PIECES = wp.constant(256)
 """Of a move, at most. A longer one ends early; the run stops for its speed before that."""
 
@@ -20,9 +24,10 @@ class Distance:
     corner: wp.vec3
     spacing: float
     blocks: wp.vec3i
-    row: wp.array3d[int]
-    centre: wp.array3d[float]
-    nodes: wp.array4d[float]
+    row: wp.array[int]
+    """Of a block's nodes; FAR, or FACE where the face z = 0 is nearer to all of it than anything else."""
+    centre: wp.array[float]
+    nodes: wp.array[float]
     face: wp.vec4
 
 
@@ -41,10 +46,13 @@ def distance_at(solid: Distance, x: wp.vec3) -> wp.vec4:
         if x[0] > solid.face[0] and x[1] > solid.face[1] and x[0] < solid.face[2] and x[1] < solid.face[3]:
             return wp.vec4(0.0, 0.0, 1.0, x[2])
         return wp.vec4(0.0, 0.0, 0.0, 1.0e3)
-    row = solid.row[a, b, c]
-    if row < 0:
+    block = (a * solid.blocks[1] + b) * solid.blocks[2] + c
+    row = solid.row[block]
+    if row == FACE:
+        return wp.vec4(0.0, 0.0, 1.0, x[2])
+    if row == FAR:
         # What is left for sure at the far corner of the block.
-        middle = solid.centre[a, b, c]
+        middle = solid.centre[block]
         left = wp.abs(middle) - 0.8661 * reach * solid.spacing
         return wp.vec4(0.0, 0.0, 0.0, wp.sign(middle) * left)
     i = wp.min(int(u[0]) - a * BLOCK, BLOCK - 1)
@@ -53,14 +61,17 @@ def distance_at(solid: Distance, x: wp.vec3) -> wp.vec4:
     p = u[0] - float(a * BLOCK + i)
     q = u[1] - float(b * BLOCK + j)
     r = u[2] - float(c * BLOCK + k)
-    d000 = solid.nodes[row, i, j, k]
-    d001 = solid.nodes[row, i, j, k + 1]
-    d010 = solid.nodes[row, i, j + 1, k]
-    d011 = solid.nodes[row, i, j + 1, k + 1]
-    d100 = solid.nodes[row, i + 1, j, k]
-    d101 = solid.nodes[row, i + 1, j, k + 1]
-    d110 = solid.nodes[row, i + 1, j + 1, k]
-    d111 = solid.nodes[row, i + 1, j + 1, k + 1]
+    node = row * NODES + (i * (BLOCK + 1) + j) * (BLOCK + 1) + k
+    next_j = BLOCK + 1
+    next_i = (BLOCK + 1) * (BLOCK + 1)
+    d000 = solid.nodes[node]
+    d001 = solid.nodes[node + 1]
+    d010 = solid.nodes[node + next_j]
+    d011 = solid.nodes[node + next_j + 1]
+    d100 = solid.nodes[node + next_i]
+    d101 = solid.nodes[node + next_i + 1]
+    d110 = solid.nodes[node + next_i + next_j]
+    d111 = solid.nodes[node + next_i + next_j + 1]
     d00 = wp.lerp(d000, d001, r)
     d01 = wp.lerp(d010, d011, r)
     d10 = wp.lerp(d100, d101, r)
@@ -117,11 +128,15 @@ def move(solid: Distance, start: wp.vec3, step: wp.vec3, clearance: float) -> wp
 def measure_distance(
     mesh: wp.uint64,
     point: wp.array[wp.vec3],
+    within: float,
     distance: wp.array[float],  # out
 ):
-    """Exact signed distance; inside is where a ray crosses the surface an odd number of times. NaN without a mesh."""
+    """Exact signed distance; inside is where a ray crosses the surface an odd number of times.
+
+    NaN where no triangle is ``within`` reach.
+    """
     i = wp.tid()
-    found = wp.mesh_query_point_sign_parity(mesh, point[i], 1.0e6, 1)
+    found = wp.mesh_query_point_sign_parity(mesh, point[i], within, 1)
     distance[i] = wp.nan
     if found.result:
         nearest = wp.mesh_eval_position(mesh, found.face, found.u, found.v)

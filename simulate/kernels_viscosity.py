@@ -1,173 +1,316 @@
-"""Device code of the viscosity: Eq. 5 of the paper, and its implicit form. Centimetres and seconds.
+"""Device code of the viscosity: Eq. 5 of the paper, its implicit form, and a yield stress in it. Centimetres, seconds.
 
-Rows of the implicit system are multiplied by the particle's volume m/rho, which makes the matrix symmetric.
+A particle's ``thickness`` is the weight of its pairs in a substep: U of Eq. 5 over h sqrt(pi), or what a viscosity and
+a yield stress amount to. Rows of the implicit system are multiplied by the particle's volume m/rho, which makes the
+matrix symmetric.
 """
+
+from types import ModuleType
+from typing import Any, NamedTuple
 
 import warp as wp
 
+from simulate.kernels_rest import Movers
+
 wp.set_module_options({"enable_backward": False})
 
-
-@wp.func
-def gauss(distance: float, support: float):
-    """exp(-r^2/h^2) / (h sqrt(pi)), cut off at h: the weight that the paper prints, which explains its U and D."""
-    if distance >= support:
-        return 0.0
-    return wp.exp(-distance * distance / (support * support)) / (1.772453851 * support)
+CHUNKS = wp.constant(64)
+"""Parts of a run in which a scalar product is summed: the same whatever the device and the number of threads."""
 
 
-@wp.kernel
-def weigh_pairs(
-    first: int,
-    support: float,
-    mass: float,
-    fluid_weight: float,
-    wall_weight: float,
-    position: wp.array[wp.vec3],
-    density: wp.array[float],
-    neighbour: wp.array2d[int],
-    neighbour_count: wp.array[int],
-    wall_point: wp.array[wp.vec3],
-    wall_share: wp.array[float],
-    wall_neighbour: wp.array2d[int],
-    wall_count: wp.array[int],
-    coupling: wp.array2d[float],  # out
-    resistance: wp.array[float],  # out
-    volume: wp.array[float],  # out
-):
-    """U m/rho_j W for each pair, and its sum with D sum_k W for each particle; all times m/rho_i."""
-    row = wp.tid()
-    i = first + row
-    x = position[i]
-    own = mass / density[i]
-    total = float(0.0)
-    for slot in range(neighbour_count[row]):
-        j = neighbour[row, slot]
-        weight = fluid_weight * own * mass / density[j] * gauss(wp.length(x - position[j]), support)
-        coupling[row, slot] = weight
-        total += weight
-    for slot in range(wall_count[row]):
-        k = wall_neighbour[row, slot]
-        total += wall_weight * own * wall_share[k] * gauss(wp.length(x - wall_point[k]), support)
-    resistance[row] = total
-    volume[row] = own
+@wp.struct
+class Paste:
+    """What a run's fluid is, by the number of the run, and what the numbers make of it."""
+
+    thin: wp.array[float]
+    """Thickness of the fluid where it flows fast."""
+    drag: wp.array[float]
+    """D of Eq. 5 in a substep over h sqrt(pi)."""
+    yields_at: wp.array[float]
+    """Yield stress of fresh paste over density, cm2/s2."""
+    stiffens_by: wp.array[float]
+    """What a second of age adds to it."""
+    yields_at_most: wp.array[float]
+    per_viscosity: float
+    """Thickness for each cm2/s of viscosity."""
+    per_shear: float
+    """Squared shear, 1/s2, for each unit of the sum over pairs."""
+    wall_per_viscosity: float
+    """Drag for each cm2/s2 of yield stress at a speed of 1 cm/s."""
+    slowest_shear: float
+    """1/s: below it the paste creeps as a fluid of constant viscosity."""
+    slowest: float
+    """cm/s: the same along a wall."""
 
 
 @wp.func
-def pulled_along(
-    first: int,
-    row: int,
-    neighbour: wp.array2d[int],
-    neighbour_count: wp.array[int],
-    coupling: wp.array2d[float],
-    velocity: wp.array[wp.vec3],
-):
-    """Sum over the moving neighbours of weight times velocity; the frozen ones stand still. ``velocity`` is by row."""
-    total = wp.vec3(0.0)
-    for slot in range(neighbour_count[row]):
-        other = neighbour[row, slot] - first
-        if other >= 0:
-            total += coupling[row, slot] * velocity[other]
-    return total
+def yield_stress(paste: Paste, run: int, age_s: float):
+    return wp.min(paste.yields_at[run] + paste.stiffens_by[run] * age_s, paste.yields_at_most[run])
 
 
-@wp.kernel
-def apply_matrix(
-    first: int,
-    neighbour: wp.array2d[int],
-    neighbour_count: wp.array[int],
-    coupling: wp.array2d[float],
-    resistance: wp.array[float],
-    volume: wp.array[float],
-    vector: wp.array[wp.vec3],
-    product: wp.array[wp.vec3],  # out
-):
-    """(I + A) of backward Euler on Eq. 5, times a vector of velocities."""
-    row = wp.tid()
-    pulled = pulled_along(first, row, neighbour, neighbour_count, coupling, vector)
-    product[row] = (volume[row] + resistance[row]) * vector[row] - pulled
+class ViscosityKernels(NamedTuple):
+    measure_shear: Any
+    weigh_pairs: Any
+    apply_matrix: Any
+    pass_velocity: Any
 
 
 @wp.kernel
 def start_search(
-    first: int,
+    begin: int,
+    movers: Movers,
     resistance: wp.array[float],
     volume: wp.array[float],
     velocity: wp.array[wp.vec3],
-    solution: wp.array[wp.vec3],  # out
-    right_side: wp.array[wp.vec3],  # out
-    scaled: wp.array[wp.vec3],  # out
-):
-    """The first guess is the velocity without viscosity; scaled is the right hand side over the diagonal (Jacobi)."""
-    row = wp.tid()
-    v = velocity[first + row]
-    b = volume[row] * v
-    solution[row] = v
-    right_side[row] = b
-    scaled[row] = b / (volume[row] + resistance[row])
-
-
-@wp.kernel
-def first_residual(
-    resistance: wp.array[float],
-    volume: wp.array[float],
     product: wp.array[wp.vec3],
-    residual: wp.array[wp.vec3],  # in: right hand side, out
+    residual: wp.array[wp.vec3],  # out
     scaled: wp.array[wp.vec3],  # out
     direction: wp.array[wp.vec3],  # out
+    whole: wp.array[wp.vec3],  # out
 ):
-    row = wp.tid()
-    r = residual[row] - product[row]
+    """Start of the search from the velocity without viscosity: residual, and right side, over the diagonal (Jacobi)."""
+    row = begin + wp.tid()
+    if row >= movers.count[0]:
+        return
+    i = movers.who[row]
+    diagonal = volume[i] + resistance[row]
+    right = volume[i] * velocity[i]
+    r = right - product[row]
     residual[row] = r
-    scaled[row] = r / (volume[row] + resistance[row])
-    direction[row] = r / (volume[row] + resistance[row])
+    scaled[row] = r / diagonal
+    direction[i] = r / diagonal
+    # Its square is the right side's over the diagonal.
+    whole[row] = right / wp.sqrt(diagonal)
 
 
 @wp.kernel
 def advance_search(
+    begin: int,
+    movers: Movers,
+    points_a_run: int,
     error: wp.array[float],
+    goal: wp.array[float],
     curvature: wp.array[float],
     resistance: wp.array[float],
     volume: wp.array[float],
     direction: wp.array[wp.vec3],
     product: wp.array[wp.vec3],
-    solution: wp.array[wp.vec3],  # in, out
+    velocity: wp.array[wp.vec3],  # in, out
     residual: wp.array[wp.vec3],  # in, out
     scaled: wp.array[wp.vec3],  # out
 ):
-    row = wp.tid()
+    row = begin + wp.tid()
+    if row >= movers.count[0]:
+        return
+    i = movers.who[row]
+    run = i // points_a_run
+    if error[run] <= goal[run]:
+        return
     # A fluid at rest has nothing to solve for: 0 / 0.
-    length = error[0] / wp.max(curvature[0], 1.0e-30)
-    solution[row] = solution[row] + length * direction[row]
+    length = error[run] / wp.max(curvature[run], 1.0e-30)
+    velocity[i] = velocity[i] + length * direction[i]
     r = residual[row] - length * product[row]
     residual[row] = r
-    scaled[row] = r / (volume[row] + resistance[row])
+    scaled[row] = r / (volume[i] + resistance[row])
 
 
 @wp.kernel
 def turn_search(
+    begin: int,
+    movers: Movers,
+    points_a_run: int,
     error: wp.array[float],
     error_before: wp.array[float],
     scaled: wp.array[wp.vec3],
     direction: wp.array[wp.vec3],  # in, out
 ):
-    row = wp.tid()
-    direction[row] = scaled[row] + error[0] / wp.max(error_before[0], 1.0e-30) * direction[row]
+    row = begin + wp.tid()
+    if row >= movers.count[0]:
+        return
+    i = movers.who[row]
+    run = i // points_a_run
+    direction[i] = scaled[row] + error[run] / wp.max(error_before[run], 1.0e-30) * direction[i]
 
 
 @wp.kernel
-def pass_velocity(
-    first: int,
-    passes: float,
-    neighbour: wp.array2d[int],
-    neighbour_count: wp.array[int],
-    coupling: wp.array2d[float],
-    resistance: wp.array[float],
-    volume: wp.array[float],
-    before: wp.array[wp.vec3],
-    after: wp.array[wp.vec3],  # out
+def sum_chunks(
+    movers: Movers,
+    a: wp.array[wp.vec3],
+    b: wp.array[wp.vec3],
+    partial: wp.array2d[float],  # out
 ):
-    """One of the q passes of Eq. 5."""
-    row = wp.tid()
-    pulled = pulled_along(first, row, neighbour, neighbour_count, coupling, before)
-    after[row] = before[row] - (resistance[row] * before[row] - pulled) / (passes * volume[row])
+    """Scalar product of two vectors by row, in parts."""
+    run, chunk = wp.tid()
+    total = float(0.0)
+    for row in range(movers.first_row[run] + chunk, movers.first_row[run + 1], CHUNKS):
+        total += wp.dot(a[row], b[row])
+    partial[run, chunk] = total
+
+
+@wp.kernel
+def sum_chunks_along(
+    movers: Movers,
+    direction: wp.array[wp.vec3],
+    product: wp.array[wp.vec3],
+    partial: wp.array2d[float],  # out
+):
+    """The same where the first vector is by particle."""
+    run, chunk = wp.tid()
+    total = float(0.0)
+    for row in range(movers.first_row[run] + chunk, movers.first_row[run + 1], CHUNKS):
+        total += wp.dot(direction[movers.who[row]], product[row])
+    partial[run, chunk] = total
+
+
+@wp.kernel
+def finish_sum(
+    partial: wp.array2d[float],
+    total: wp.array[float],  # in, out
+    before: wp.array[float],  # out
+):
+    """The parts in their order; what the sum was before is kept."""
+    run = wp.tid()
+    sum = float(0.0)
+    for chunk in range(CHUNKS):
+        sum += partial[run, chunk]
+    before[run] = total[run]
+    total[run] = sum
+
+
+@wp.kernel
+def set_goal(
+    of_the_whole: float,
+    of_the_change: float,
+    whole: wp.array[float],
+    error: wp.array[float],
+    goal: wp.array[float],  # out
+):
+    run = wp.tid()
+    goal[run] = wp.min(of_the_whole * of_the_whole * whole[run], of_the_change * of_the_change * error[run])
+
+
+def viscosity_kernels(loops: ModuleType, module: Any) -> ViscosityKernels:
+    """Those that go over pairs, with the inner loops of ``loops``."""
+    sum_shear, couple, sum_drag, sum_pulled = loops.sum_shear, loops.couple, loops.sum_drag, loops.sum_pulled
+
+    @wp.kernel(enable_backward=False, module=module)
+    def measure_shear(
+        begin: int,
+        movers: Movers,
+        points_a_run: int,
+        support: float,
+        paste: Paste,
+        fresh_shear: float,
+        fresh_speed: float,
+        frame: wp.array[int],
+        frame_s: float,
+        frame_of: wp.array[int],
+        place: wp.array[wp.vec4],
+        velocity: wp.array[wp.vec3],
+        volume: wp.array[float],
+        listed: wp.array2d[int],
+        count: wp.array[int],
+        shear: wp.array[float],  # out
+        thickness: wp.array[float],  # out
+        yields: wp.array[float],  # out
+        slides: wp.array[float],  # out
+    ):
+        """Shear, by the velocities that the last substep left, and Bingham's viscosity at it.
+
+        gamma^2 = sum_j w_ij |v_i - v_j|^2 / (2 c h^2) is the rate at which the viscosity dissipates;
+        nu + tau / (rho (gamma + eps)).
+        """
+        row = begin + wp.tid()
+        if row >= movers.count[0]:
+            return
+        i = movers.who[row]
+        run = i // points_a_run
+        gamma = fresh_shear
+        slide = fresh_speed
+        age = frame[0] - frame_of[i]
+        if age > 0:
+            here = place[i]
+            slide = wp.length(velocity[i])
+            sheared = sum_shear(place, velocity, volume, listed, row, count[row], here, velocity[i], support)
+            gamma = wp.sqrt(paste.per_shear * sheared)
+        tau = yield_stress(paste, run, float(age) * frame_s)
+        shear[i] = gamma
+        yields[row] = tau
+        slides[row] = slide
+        thickness[i] = paste.thin[run] + paste.per_viscosity * tau / (gamma + paste.slowest_shear)
+
+    @wp.kernel(enable_backward=False, module=module)
+    def weigh_pairs(
+        begin: int,
+        movers: Movers,
+        points_a_run: int,
+        support: float,
+        paste: Paste,
+        place: wp.array[wp.vec4],
+        slides: wp.array[float],
+        yields: wp.array[float],
+        volume: wp.array[float],
+        thickness: wp.array[float],
+        listed: wp.array2d[int],
+        count: wp.array[int],
+        wall: wp.array[wp.vec4],
+        wall_listed: wp.array2d[int],
+        wall_count: wp.array[int],
+        coupling: wp.array2d[float],  # out
+        resistance: wp.array[float],  # out
+    ):
+        """The weight of each pair, and its sum with the walls' drag for each particle; all times m/rho_i."""
+        row = begin + wp.tid()
+        if row >= movers.count[0]:
+            return
+        i = movers.who[row]
+        run = i // points_a_run
+        here = place[i]
+        own = volume[i]
+        total = couple(place, volume, thickness, listed, row, count[row], here, own, thickness[i], support, coupling)
+        drag = paste.drag[run] + paste.wall_per_viscosity * yields[row] / (slides[row] + paste.slowest)
+        walls = sum_drag(wall, wall_listed, row, wall_count[row], here, support)
+        resistance[row] = total + own * drag * walls
+
+    @wp.kernel(enable_backward=False, module=module)
+    def apply_matrix(
+        begin: int,
+        movers: Movers,
+        listed: wp.array2d[int],
+        count: wp.array[int],
+        coupling: wp.array2d[float],
+        resistance: wp.array[float],
+        volume: wp.array[float],
+        vector: wp.array[wp.vec3],
+        product: wp.array[wp.vec3],  # out
+    ):
+        """(I + A) of backward Euler on Eq. 5, times a vector of velocities."""
+        row = begin + wp.tid()
+        if row >= movers.count[0]:
+            return
+        i = movers.who[row]
+        pulled = sum_pulled(vector, coupling, listed, row, count[row])
+        product[row] = (volume[i] + resistance[row]) * vector[i] - pulled
+
+    @wp.kernel(enable_backward=False, module=module)
+    def pass_velocity(
+        begin: int,
+        movers: Movers,
+        passes: float,
+        listed: wp.array2d[int],
+        count: wp.array[int],
+        coupling: wp.array2d[float],
+        resistance: wp.array[float],
+        volume: wp.array[float],
+        before: wp.array[wp.vec3],
+        after: wp.array[wp.vec3],  # out
+    ):
+        """One of the q passes of Eq. 5."""
+        row = begin + wp.tid()
+        if row >= movers.count[0]:
+            return
+        i = movers.who[row]
+        pulled = sum_pulled(before, coupling, listed, row, count[row])
+        after[i] = before[i] - (resistance[row] * before[i] - pulled) / (passes * volume[i])
+
+    return ViscosityKernels(measure_shear, weigh_pairs, apply_matrix, pass_velocity)

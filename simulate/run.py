@@ -2,23 +2,24 @@
 
 import math
 import time
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sealtwin.errors import InputError, NumericalError
 from sealtwin.progress import Progress
-from sealtwin.records import Integers, Outline, Run, Solid, Trajectory
-from simulate import kernels
+from sealtwin.records import Outline, Run, Solid, Trajectory
+from simulate import kernels, kernels_rest
 from simulate.device import describe_device
 from simulate.distance import CM, build_barrier, crack_box_mm
+from simulate.neighbours import NEIGHBOURS, WALL_NEIGHBOURS
 from simulate.nozzle import Schedule, plan_releases
 from simulate.outlet import check_outlet
+from simulate.paste import NEVER, Rheology, kinematic_viscosity, viscous_weight
 from simulate.settings import STIFFEST_U, Fluid, Nozzle, Solver
 from simulate.solver import DENSEST, FASTEST_CM_S, LIST_REACH, Domain, FluidSolver, substeps_for
-from simulate.state import NEIGHBOURS, WALL_NEIGHBOURS, State
-from simulate.viscosity import kinematic_viscosity, viscous_weight
+from simulate.state import State
 from simulate.walls import place_walls
 
 SAMPLE_EVERY = 50
@@ -59,7 +60,7 @@ def inject(
     check_fit(outline, solid, fluid, solver, nozzle)
     began = time.perf_counter()
     schedule = plan_releases(trajectory, solver.radius_mm, nozzle.diameter_mm, seed)
-    windows = _windows(schedule, fluid, solver)
+    frames = len(schedule.released) + math.ceil(solver.settle_s / schedule.frame_s - ROUNDING)
     domain = _domain(solid, outline, trajectory, solver.radius_mm)
     barrier = build_barrier(solid, outline, solver.radius_mm, device)
     check_outlet(
@@ -76,24 +77,27 @@ def inject(
     _check_damping(solver, schedule.frame_s / substeps)
     support = 4 * solver.radius_mm * CM
     weight = _effective_u(fluid, support, schedule.frame_s)
-    state = State(schedule, int((windows.end - windows.first).max()), device)
+    rheology = _rheology(fluid, weight, schedule.frame_s)
+    state = State(schedule, device)
     engine = FluidSolver(
         state,
         walls,
         barrier,
         domain,
         solver,
-        step_s=schedule.frame_s / substeps,
-        weights=(weight / substeps, fluid.D_cm / substeps),
+        [rheology],
+        frame_s=schedule.frame_s,
+        substeps=substeps,
+        rows=_most_movers(schedule, frames, rheology.frames_to_freeze),
     )
     ready = time.perf_counter()
-    health = _advance(engine, windows, substeps, schedule.frame_s, progress)
+    health = _advance(engine, frames, schedule.frame_s, progress)
     health |= {
-        "frames": len(windows.end),
+        "frames": frames,
         "frame_s": schedule.frame_s,
         "substeps": substeps,
         "particles_a_release": schedule.release,
-        "wall_particles": len(walls.point),
+        "wall_particles": len(walls.place),
         "particles_across": outline.mean_width_mm / (2 * solver.radius_mm),
         "viscosity_m2_s": kinematic_viscosity(weight, support, schedule.frame_s) / CM2_IN_M2,
         "U": weight,
@@ -101,16 +105,14 @@ def inject(
         "frames_s": time.perf_counter() - ready,
     }
     fate = _fates(engine, progress)
-    velocity_mm_s = state.velocity.numpy().astype(float) / CM
-    velocity_mm_s[: windows.first[-1]] = 0.0
     return Run(
-        position_mm=state.position.numpy().astype(float) / CM,
-        velocity_mm_s=velocity_mm_s,
-        age_s=(len(windows.end) - schedule.frame_of).astype(float) * schedule.frame_s,
-        spilled=fate == int(kernels.SPILLED),
+        position_mm=state.position_mm(),
+        velocity_mm_s=state.velocity_mm_s(),
+        age_s=(frames - schedule.frame_of).astype(float) * schedule.frame_s,
+        spilled=fate == int(kernels_rest.SPILLED),
         radius_mm=solver.radius_mm,
         particle_volume_mm3=schedule.dispensed_mm3 / schedule.particles,
-        escaped_particles=int((fate == int(kernels.ESCAPED)).sum()),
+        escaped_particles=int((fate == int(kernels_rest.ESCAPED)).sum()),
         device=describe_device(device),
         settings={
             "fluid": fluid.model_dump(),
@@ -174,22 +176,27 @@ def _effective_u(fluid: Fluid, support: float, frame_s: float) -> float:
     return weight
 
 
-class _Windows(NamedTuple):
-    """Which particles move in each frame: from ``first`` up to, not including, ``end``; both (frames,)."""
-
-    first: Integers
-    end: Integers
-
-
-def _windows(schedule: Schedule, fluid: Fluid, solver: Solver) -> _Windows:
-    """Particles leave the nozzle in order, and freeze by age in the same order."""
-    settling = np.full(math.ceil(solver.settle_s / schedule.frame_s - ROUNDING), schedule.particles)
-    end = np.concatenate([schedule.released, settling])
-    first = np.zeros_like(end)
+def _rheology(fluid: Fluid, weight: float, frame_s: float) -> Rheology:
+    frames_to_freeze = NEVER
     if fluid.freeze_after_s != "never":
-        old = math.ceil(fluid.freeze_after_s / schedule.frame_s - ROUNDING)
-        first[old:] = end[: max(len(end) - old, 0)]
-    return _Windows(first, end)
+        frames_to_freeze = math.ceil(fluid.freeze_after_s / frame_s - ROUNDING)
+    return Rheology(
+        weight,
+        fluid.D_cm,
+        yield_cm2_s2=fluid.yield_stress_pa / fluid.density_kg_m3 * CM2_IN_M2,
+        stiffening_cm2_s3=fluid.structuration_pa_per_s / fluid.density_kg_m3 * CM2_IN_M2,
+        yield_most_cm2_s2=fluid.most_yield_stress_pa / fluid.density_kg_m3 * CM2_IN_M2,
+        frames_to_freeze=frames_to_freeze,
+    )
+
+
+def _most_movers(schedule: Schedule, frames: int, frames_to_freeze: int) -> int:
+    """Particles leave the nozzle in order, and freeze by age in the same order; how many lie between the two."""
+    out = np.concatenate([schedule.released, np.full(frames - len(schedule.released), schedule.particles)])
+    frozen = np.zeros_like(out)
+    if frames_to_freeze < frames:
+        frozen[frames_to_freeze:] = out[:-frames_to_freeze]
+    return int((out - frozen).max())
 
 
 def _domain(solid: Solid, outline: Outline, trajectory: Trajectory, radius_mm: float) -> Domain:
@@ -214,29 +221,27 @@ def _domain(solid: Solid, outline: Outline, trajectory: Trajectory, radius_mm: f
     return Domain(low_mm * CM, high_mm * CM)
 
 
-def _advance(
-    engine: FluidSolver, windows: _Windows, substeps: int, frame_s: float, progress: Progress
-) -> dict[str, Any]:
+def _advance(engine: FluidSolver, frames: int, frame_s: float, progress: Progress) -> dict[str, Any]:
     """All frames; what was seen on the way. Raises NumericalError, naming frame, time, particle and place."""
     state = engine.state
-    frames = len(windows.end)
     solves, moving, samples = [], [], []
     most_neighbours = 0
     progress.start("Simulating", frames)
-    for frame, (first, end) in enumerate(zip(*windows, strict=True)):
-        state.first, state.end = int(first), int(end)
-        if state.moving == 0:
+    for frame in range(frames):
+        engine.begin_frame(frame)
+        if engine.rows == 0:
             continue
+        moving.append(engine.rows)
         try:
-            solves += [engine.step() for _ in range(substeps)]
+            solves += [engine.step() for _ in range(engine.substeps)]
         except NumericalError as fault:
             raise NumericalError(f"{fault} Frame {frame}, t = {frame * frame_s:.3f} s.") from fault
         _raise_fault(engine, frame, frame * frame_s)
-        moving.append(state.moving)
         if not samples or frame % SAMPLE_EVERY == 0 or frame == frames - 1:
-            samples.append(state.density.numpy()[first:end] - 1.0)
-            most_neighbours = max(most_neighbours, int(state.neighbour_count.numpy()[: state.moving].max()))
-        progress.advance(frame + 1, f"{end} particles, {state.moving} moving")
+            who = engine.movers.movers.who.numpy()[: engine.rows]
+            samples.append(state.density.numpy()[who] - 1.0)
+            most_neighbours = max(most_neighbours, int(engine.lists.fluid_count.numpy()[: engine.rows].max(initial=0)))
+        progress.advance(frame + 1, f"{engine.rows} moving")
     error = np.maximum(np.concatenate(samples), 0.0)
     return {
         "density_error_mean": float(error.mean()),
@@ -253,9 +258,10 @@ def _advance(
 def _fates(engine: FluidSolver, progress: Progress) -> NDArray[np.integer]:
     """What became of each particle. The last word on escapes has the mesh itself, not the grid that stopped them."""
     fate = np.array(engine.state.fate.numpy(), dtype=np.int64)
-    inside = engine.barrier.exact_mm(engine.state.position.numpy() / CM) < 0
-    fate[(fate == int(kernels.IN_PLAY)) & inside] = int(kernels.ESCAPED)
-    if escaped := int((fate == int(kernels.ESCAPED)).sum()):
+    inside = engine.barrier.exact_mm(engine.state.position_mm()) < 0
+    here = (fate == int(kernels_rest.MOVING)) | (fate == int(kernels_rest.RESTING))
+    fate[here & inside] = int(kernels_rest.ESCAPED)
+    if escaped := int((fate == int(kernels_rest.ESCAPED)).sum()):
         progress.note(f"FAULT: {escaped} particles went through a wall. Do not use this run; please report it.")
     return fate
 
@@ -263,8 +269,8 @@ def _fates(engine: FluidSolver, progress: Progress) -> NDArray[np.integer]:
 def _raise_fault(engine: FluidSolver, frame: int, t_s: float) -> None:
     state = engine.state
     for kind, particle in enumerate(engine.inspect()):
-        if particle < len(state.position):
-            x, y, z = state.position.numpy()[particle] / CM
+        if particle < state.count:
+            x, y, z = state.position_mm()[particle]
             raise NumericalError(
                 f"{FAULTS[kind]} Frame {frame}, t = {t_s:.3f} s, particle {particle} at "
                 f"({x:.2f}, {y:.2f}, {z:.2f}) mm. Try more substeps, or a smaller radius."

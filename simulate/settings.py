@@ -10,6 +10,9 @@ from sealtwin.settings import Settings
 STIFFEST_U = 1e6
 """A thousand times the paper's stiffest: it stands like a solid, and float32 still solves it."""
 
+MOST_YIELD_PA = 1e4
+"""Paste that has set: a column of a metre stands."""
+
 
 class Fluid(Settings):
     """The sealant: the paper's U and D, or a viscosity in physical units; never both."""
@@ -26,10 +29,22 @@ class Fluid(Settings):
     """Cement paste of water-cement ratio 0.67, from 3150 and 1000 kg/m3 of its parts. It turns viscosity_pa_s into
     U and changes nothing else.
     """
+    yield_stress_pa: float = Field(default=0.0, ge=0, le=1e4)
+    """Of fresh paste: below it, it stands like a solid (Bingham). Cement grouts have 5 to 37 Pa."""
+    structuration_pa_per_s: float = Field(default=0.0, ge=0, le=1e3)
+    """What a second at rest or in motion adds to the yield stress, as the paste cures."""
+    yield_stress_most_pa: float | None = Field(default=None, ge=0, le=1e4)
+    """Where curing ends; left out, it does not."""
     freeze_after_s: float | Literal["never"]
     """Age at which a particle is fixed where it lies. It is the paste's stiffening and makes the slope of the bed:
     2.58 s is the paper's limit of 2,500 moving particles.
     """
+
+    @property
+    def most_yield_stress_pa(self) -> float:
+        if self.yield_stress_most_pa is not None:
+            return self.yield_stress_most_pa
+        return self.yield_stress_pa if self.structuration_pa_per_s == 0 else MOST_YIELD_PA
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -101,8 +116,17 @@ class Solver(Settings):
     """implicit: one linear solve a substep, whatever U. explicit: Eq. 5 in q passes as the paper has it; the
     reference, slow for U above 1000 or D above 1.
     """
+    sleep: bool = True
+    """Paste with a yield stress that has come to rest is left where it lies until something hits it: quick, and
+    without any creep. False computes on, at the smallest rate of shear that float32 allows.
+    """
     settle_s: float = Field(default=0.0, ge=0, le=3600)
     """Time between the last release and the profile. None in the paper."""
+
+    @property
+    def slowest_shear_per_s(self) -> float:
+        """Below it paste with a yield stress creeps as a fluid of constant viscosity (the prototype's two values)."""
+        return 0.1 if self.sleep else 0.002
 
     @property
     def scheme(self) -> Scheme:

@@ -1,14 +1,20 @@
 """One substep in the order of the paper's Algorithm 1: predict, find neighbours, project, update velocity."""
 
 import math
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import warp as wp
 
 from sealtwin.records import Floats
-from simulate import kernels
+from simulate import kernels, kernels_rest
 from simulate.cells import CellGrid
 from simulate.distance import Barrier
+from simulate.launch import Launcher
+from simulate.movers import MoversList
+from simulate.neighbours import NeighbourLists
+from simulate.pairs import pair_kernels
+from simulate.paste import Rheology, paste_on_device
 from simulate.settings import Solver, particle_volume
 from simulate.state import State
 from simulate.viscosity import Viscosity
@@ -24,6 +30,12 @@ FASTEST_CM_S = 2000.0
 """A fall from 20 m: whatever is faster gained its energy from the numbers."""
 DENSEST = 2.5
 """Over rest density. Sound runs, overfull and thick ones included, stayed under 1.5; 128 neighbours come soon after."""
+CREEP = 5.0
+"""Times the slowest shear: below it the stress is under 5/6 of the yield stress, and paste may fall asleep."""
+PATIENCE_S = 0.3
+"""Of quiet before sleep (prototype)."""
+WAKING_CM_S = 0.5
+"""Of a neighbour (prototype)."""
 
 
 class Domain(NamedTuple):
@@ -40,7 +52,10 @@ def substeps_for(settings: Solver, frame_s: float) -> int:
 
 
 class FluidSolver:
-    """A state, its walls and settings: everything that a substep needs. Touches no files, prints nothing."""
+    """One run, or several at once that share geometry and schedule: everything that a substep needs.
+
+    Touches no files, prints nothing.
+    """
 
     def __init__(
         self,
@@ -49,142 +64,239 @@ class FluidSolver:
         barrier: Barrier,
         domain: Domain,
         settings: Solver,
+        fluids: Sequence[Rheology],
         *,
-        step_s: float,
-        weights: tuple[float, float],
+        frame_s: float,
+        substeps: int,
+        rows: int,
+        threads: int = 1,
+        native: bool | None = None,
     ) -> None:
+        """``rows`` may move at one time. ``native``: loops for CPUs; None is what suits the device."""
         radius = settings.radius_mm / 10
-        self.state = state
-        self.walls, self.barrier, self.settings = walls, barrier, settings
-        self.scheme = settings.scheme
-        self._step_s = step_s
+        device = state.device
+        self.state, self.walls, self.barrier, self.settings = state, walls, barrier, settings
+        self.scheme, self.substeps = settings.scheme, substeps
+        self._step_s = frame_s / substeps
         self._support = 4 * radius
-        self.smoothing = kernels.Smoothing()
-        self.smoothing.support = self._support
-        self.smoothing.poly6 = 315 / (64 * math.pi * self._support**9)
-        self.smoothing.spiky = -45 / (math.pi * self._support**6)
         self.mass = self.scheme.volume_factor * particle_volume(radius)
         wall_mass = {"calibrated": calibrated_wall_mass, "source": source_wall_mass}
         self.wall_mass = wall_mass[self.scheme.wall](radius)
-        self.viscosity = Viscosity(state, walls, self._support, self.mass, weights)
+        self.smoothing = _smoothing(self._support, self.mass, self.wall_mass, settings.relaxation)
+        state.volume.fill_(self.mass)
+        self.movers, self.lists = MoversList(state), NeighbourLists(rows, device)
+        self._kernels = pair_kernels(device == "cpu" if native is None else native)
+        self._launch = Launcher(device, threads)
+        self._fluids = tuple(fluids)
+        self._yields = any(fluid.yields for fluid in fluids)
+        self._sleeps = self._yields and settings.sleep
+        slowest = settings.slowest_shear_per_s
+        self._slowest_shear = slowest
+        paste = paste_on_device(fluids, self._support, self._step_s, substeps, slowest, device)
+        self.viscosity = Viscosity(
+            state,
+            self.movers,
+            self.lists,
+            walls,
+            paste,
+            self._kernels,
+            self._launch,
+            support=self._support,
+            frame_s=frame_s,
+        )
         reach = LIST_REACH * self._support
-        self.fluid_cells = CellGrid(domain.low, domain.high, reach, len(state.position), state.device)
-        self.wall_cells = CellGrid(domain.low, domain.high, reach, len(walls.point), state.device)
-        all_in_play = wp.zeros(len(walls.point), dtype=int, device=state.device)
-        self.wall_cells.fill(walls.point, all_in_play, len(walls.point))
+        self.fluid_cells = CellGrid(domain.low, domain.high, reach, state.points_a_run, device, state.runs)
+        self.wall_cells = CellGrid(domain.low, domain.high, reach, len(walls.place), device)
+        all_there = wp.zeros(len(walls.place), dtype=int, device=device)
+        self.wall_cells.fill(walls.place, all_there, len(walls.place))
+        self._wall_slope = wp.zeros(rows, dtype=wp.vec3, device=device)
+        self._correction = wp.zeros(rows, dtype=wp.vec3, device=device)
+        self._quiet_s = wp.zeros(state.count, dtype=float, device=device)
+        self._frames_to_freeze = wp.array([fluid.frames_to_freeze for fluid in fluids], dtype=int, device=device)
         # No particle has the number of them all: none is at fault yet.
-        self._fault = wp.full(int(kernels.FAULTS), len(state.position), dtype=int, device=state.device)
+        self._fault = wp.full(int(kernels.FAULTS), state.count, dtype=int, device=device)
+        self._out = state.count
+        self.rows = 0
+        """How many move now."""
+
+    def begin_frame(self, frame: int) -> None:
+        """Release what comes out in it, and freeze what has grown too old."""
+        state = self.state
+        # One run's particles lie in the order of release; those of several, or what a GPU does, are all sorted.
+        if state.runs == 1 and state.device == "cpu":
+            self._out = state.released(frame)
+        state.frame.fill_(frame)
+        self._launch.all("release", kernels_rest.release, state.count, state.frame, state.frame_of, state.fate)
+        self._launch.all(
+            "freeze",
+            kernels_rest.freeze,
+            state.count,
+            state.frame,
+            state.points_a_run,
+            self._frames_to_freeze,
+            state.frame_of,
+            state.fate,
+            state.place,
+            state.velocity,
+            state.direction,
+        )
+        self.find_movers()
 
     def step(self) -> int:
         """Advance the moving particles by one substep; how many iterations or passes the viscosity took."""
         self.predict()
         self.find_neighbours()
+        if self._yields:
+            self.viscosity.measure_shear(self.rows)
         for _ in range(self.scheme.iterations):
             self.measure_density()
             self.correct()
         self.update_velocity()
         if self.settings.viscosity_solve == "implicit":
-            return self.viscosity.solve_implicit()
-        return self.viscosity.pass_explicit()
+            iterations = self.viscosity.solve_implicit(self.rows)
+        else:
+            iterations = self.viscosity.pass_explicit(self.rows)
+        if self._yields:
+            self.go_as_solved()
+        if self._sleeps:
+            self.rest()
+        return iterations
+
+    def find_movers(self) -> None:
+        self.movers.find()
+        self.rows = self.movers.number() if self.state.device == "cpu" else len(self._correction)
 
     def predict(self) -> None:
         state = self.state
-        self._launch(
+        self._rows(
             kernels.predict,
-            state.first,
             self._step_s,
             self.settings.damping_per_s,
             self.barrier.clearance,
             self.barrier.grid,
-            state.fate,
             state.velocity,
-            state.position,
+            state.place,
             state.start,
         )
 
     def find_neighbours(self) -> None:
-        """Among all that are out, frozen ones included, and among the walls."""
-        state = self.state
-        self.fluid_cells.fill(state.position, state.fate, state.end)
-        self._list(self.fluid_cells, 0, kernels.NEIGHBOURS_FULL, state.neighbour, state.neighbour_count)
-        self._list(self.wall_cells, 1, kernels.WALLS_FULL, state.wall_neighbour, state.wall_count)
+        """Among all that are out, resting ones included, and among the walls."""
+        state, lists = self.state, self.lists
+        self.fluid_cells.fill(state.place, state.fate, self._out)
+        self._list(self.fluid_cells, 1, kernels.NEIGHBOURS_FULL, lists.fluid, lists.fluid_count)
+        self._list(self.wall_cells, 0, kernels.WALLS_FULL, lists.wall, lists.wall_count)
 
     def measure_density(self) -> None:
-        state, walls = self.state, self.walls
-        self._launch(
-            kernels.measure_density,
-            state.first,
+        state, lists = self.state, self.lists
+        self._rows(
+            self._kernels.pressure.measure_density,
             self.smoothing,
-            self.mass,
-            self.wall_mass,
-            self.settings.relaxation / self._support**2,
-            state.position,
-            state.neighbour,
-            state.neighbour_count,
-            walls.point,
-            walls.share,
-            state.wall_neighbour,
-            state.wall_count,
-            state.gradient,
-            state.wall_gradient,
+            lists.fluid,
+            lists.fluid_count,
+            self.walls.place,
+            lists.wall,
+            lists.wall_count,
+            state.place,
+            self._wall_slope,
             state.density,
-            state.multiplier,
+            state.volume,
         )
 
     def correct(self) -> None:
-        state = self.state
-        self._launch(
-            kernels.correct,
-            state.first,
+        state, lists = self.state, self.lists
+        self._rows(
+            self._kernels.pressure.correct,
+            self.smoothing,
             LONGEST_CORRECTION * self._support,
             self.scheme.frozen_answer,
-            self.barrier.clearance,
-            self.barrier.grid,
-            state.multiplier,
-            state.neighbour,
-            state.neighbour_count,
-            state.gradient,
-            state.wall_gradient,
-            state.position,
+            lists.fluid,
+            lists.fluid_count,
+            self._wall_slope,
+            state.place,
+            self._correction,
         )
+        self._rows(kernels.shift, self.barrier.clearance, self.barrier.grid, self._correction, state.place)
 
     def update_velocity(self) -> None:
         state = self.state
-        self._launch(kernels.update_velocity, state.first, self._step_s, state.start, state.position, state.velocity)
+        self._rows(kernels.update_velocity, self._step_s, state.start, state.place, state.velocity)
+
+    def go_as_solved(self) -> None:
+        state = self.state
+        self._rows(
+            kernels.go_as_solved,
+            self._step_s,
+            self.barrier.clearance,
+            self.barrier.grid,
+            state.start,
+            state.velocity,
+            state.place,
+        )
+
+    def rest(self) -> None:
+        """Wake and put to sleep; the list of movers follows."""
+        state, lists = self.state, self.lists
+        self._rows(
+            kernels_rest.wake, WAKING_CM_S, state.velocity, lists.fluid, lists.fluid_count, state.fate, self._quiet_s
+        )
+        self._rows(
+            kernels_rest.fall_asleep,
+            self._step_s,
+            PATIENCE_S,
+            CREEP * self._slowest_shear,
+            CREEP * self._slowest_shear * self._support,
+            self.viscosity.shear,
+            self._quiet_s,
+            state.fate,
+            state.place,
+            state.velocity,
+            state.direction,
+        )
+        self.find_movers()
 
     def inspect(self) -> list[int]:
         """Mark what spilled; for each fault of kernels.py, the first particle that has it, or their number if none."""
         state = self.state
-        self._launch(
+        self._rows(
             kernels.inspect,
-            state.first,
             FASTEST_CM_S,
             DENSEST,
             self._support,
             self.barrier.grid,
-            state.position,
-            state.velocity,
+            state.place,
             state.density,
+            state.velocity,
+            state.direction,
             state.fate,
             self._fault,
         )
         return self._fault.numpy().tolist()
 
-    def _list(self, grid: CellGrid, self_is_listed: int, full: int, neighbour: wp.array, count: wp.array) -> None:
-        state = self.state
-        self._launch(
-            kernels.list_neighbours,
-            state.first,
+    def _list(self, grid: CellGrid, of_the_fluid: int, full: int, listed: wp.array, count: wp.array) -> None:
+        self._launch.rows(
+            f"list {of_the_fluid}",
+            self._kernels.list_neighbours,
+            self.rows,
+            self.movers.movers,
             grid.cells,
+            of_the_fluid,
             LIST_REACH * self._support,
-            self_is_listed,
             full,
-            state.position,
-            state.fate,
-            neighbour,
+            self.state.place,
+            listed,
             count,
             self._fault,
         )
 
-    def _launch(self, kernel: Any, *inputs: object) -> None:
-        wp.launch(kernel, self.state.moving, inputs=list(inputs), device=self.state.device)
+    def _rows(self, kernel: wp.Kernel, *inputs: object) -> None:
+        self._launch.rows(kernel.key, kernel, self.rows, self.movers.movers, *inputs)
+
+
+def _smoothing(support: float, mass: float, wall_mass: float, relaxation: float) -> kernels.Smoothing:
+    poly6, spiky = 315 / (64 * math.pi * support**9), -45 / (math.pi * support**6)
+    smoothing = kernels.Smoothing()
+    smoothing.support, smoothing.mass = support, mass
+    smoothing.density, smoothing.slope = mass * poly6, mass * spiky
+    smoothing.wall_density, smoothing.wall_slope = wall_mass * poly6, wall_mass * spiky
+    smoothing.relaxation = relaxation / support**2
+    return smoothing

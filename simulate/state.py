@@ -1,40 +1,61 @@
-"""The particles of a run on the device, and the lists of those near each other. Centimetres and seconds."""
+"""The particles of one run, or of several at once, on the device. Centimetres and seconds."""
 
+import numpy as np
 import warp as wp
 
+from sealtwin.records import Floats
+from simulate import kernels_rest as device_code
 from simulate.distance import CM
 from simulate.nozzle import Schedule
 
-NEIGHBOURS = 128
-"""Slots of a list. Fluid at rest fills about 50, at twice its density 100."""
-WALL_NEIGHBOURS = 96
-"""Slots of a list. A flat wall fills about 13, a narrow corner three times that."""
+SPARE = 1
+"""Entries that a load of sixteen bytes may read past the last particle's twelve."""
 
 
 class State:
-    """All particles of a run in the order of release; rows of pairs for at most ``rows`` that move at one time."""
+    """All particles in the order of release, run by run; ``runs`` share one schedule.
 
-    def __init__(self, schedule: Schedule, rows: int, device: str) -> None:
-        count = schedule.particles
-        self.device = device
-        # Those still to come lie where and move as they will be released.
-        self.position = wp.array(schedule.position_mm * CM, dtype=wp.vec3, device=device)
-        self.velocity = wp.array(schedule.velocity_mm_s * CM, dtype=wp.vec3, device=device)
-        self.start = wp.zeros_like(self.position)
+    Those still to come lie where and move as they will be released.
+    """
+
+    def __init__(self, schedule: Schedule, device: str, runs: int = 1) -> None:
+        self.device, self.runs, self.points_a_run = device, runs, schedule.particles
+        self._released = schedule.released
+        count = runs * schedule.particles
+        self.place = _padded(np.pad(schedule.position_mm * CM, ((0, 0), (0, 1))), runs, wp.vec4, device)
+        """Position, and the multiplier of the density constraint: above 0 where a particle rests."""
+        self.velocity = _padded(schedule.velocity_mm_s * CM, runs, wp.vec3, device)
+        self.start = wp.zeros(count, dtype=wp.vec3, device=device)
+        """Where each was before the substep."""
+        self.direction = _padded(np.zeros((schedule.particles, 3)), runs, wp.vec3, device)
+        """Of the viscosity's search; zero for who rests."""
         self.density = wp.full(count, 1.0, dtype=float, device=device)
-        self.multiplier = wp.zeros(count, dtype=float, device=device)
-        self.fate = wp.zeros(count, dtype=int, device=device)
-        self.neighbour = wp.zeros((rows, NEIGHBOURS), dtype=int, device=device)
-        self.neighbour_count = wp.zeros(rows, dtype=int, device=device)
-        self.gradient = wp.zeros((rows, NEIGHBOURS), dtype=wp.vec3, device=device)
-        self.wall_neighbour = wp.zeros((rows, WALL_NEIGHBOURS), dtype=int, device=device)
-        self.wall_count = wp.zeros(rows, dtype=int, device=device)
-        self.wall_gradient = wp.zeros(rows, dtype=wp.vec3, device=device)
-        self.first = 0
-        """The oldest particle that still moves."""
-        self.end = 0
-        """One past the youngest that is out."""
+        self.volume = wp.zeros(count, dtype=float, device=device)
+        self.frame_of = wp.array(np.tile(schedule.frame_of, runs), dtype=int, device=device)
+        self.fate = wp.full(count, int(device_code.WAITING), dtype=int, device=device)
+        self.frame = wp.zeros(1, dtype=int, device=device)
+        """The number of the frame that runs."""
 
     @property
-    def moving(self) -> int:
-        return self.end - self.first
+    def count(self) -> int:
+        """Of all particles, those still to come included."""
+        return self.runs * self.points_a_run
+
+    def released(self, frame: int) -> int:
+        """Particles of a run that are out once a frame's release is made."""
+        return int(self._released[min(frame, len(self._released) - 1)])
+
+    def position_mm(self) -> Floats:
+        """Of all particles, (count, 3)."""
+        return self.place.numpy()[:, :3].astype(float) / CM
+
+    def velocity_mm_s(self) -> Floats:
+        """Of all particles, (count, 3)."""
+        return self.velocity.numpy().astype(float) / CM
+
+
+def _padded(rows: Floats, runs: int, dtype: type, device: str) -> wp.array:
+    """An array with room behind its end that may be read, and is never looked at."""
+    spare = np.zeros((SPARE, rows.shape[1]))
+    whole = wp.array(np.concatenate([np.tile(rows, (runs, 1)), spare]), dtype=dtype, device=device)
+    return whole[: runs * len(rows)]

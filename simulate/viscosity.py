@@ -1,15 +1,21 @@
-"""The viscosity of a substep: Eq. 5 by backward Euler (one linear solve), or in q explicit passes as printed."""
+"""The viscosity of a substep: Eq. 5 by backward Euler (one linear solve), or in q explicit passes as printed.
+
+With a yield stress the solve is Bingham's: viscosity nu + tau / (rho (gamma + eps)), by the shear gamma that the last
+substep left (one lagged Picard pass), and the same stress along rough walls.
+"""
 
 import math
-from typing import Any
 
 import numpy as np
 import warp as wp
-from warp.utils import array_inner
 
 from sealtwin.errors import NumericalError
 from simulate import kernels_viscosity as device_code
-from simulate.state import NEIGHBOURS, State
+from simulate.launch import Launcher
+from simulate.movers import MoversList
+from simulate.neighbours import NEIGHBOURS, NeighbourLists, pairs_of
+from simulate.pairs import PairKernels
+from simulate.state import State
 from simulate.walls import Walls
 
 OF_THE_WHOLE = 1e-3
@@ -18,133 +24,238 @@ OF_THE_CHANGE = 1e-2
 """Largest residual over that of no viscosity at all: without it the solve would end before a thin fluid is slowed."""
 SEARCHES_AT_MOST = 500
 """The prototype's worst case takes 24."""
+SEARCHES_UNSEEN = 24
+"""On a GPU, where nobody looks at the residual between two iterations; a run that is solved waits for the others."""
 STABLE = 0.9
 """Largest part of a velocity that one explicit pass may take away: above 1 it overshoots, at 2 it explodes."""
-LAW = 0.1185
-"""nu = LAW U h^4 / dt: half the second moment of the weight over h^4, lengths in cm. Held to 5 % by shear waves."""
-
-
-def kinematic_viscosity(weight: float, support: float, step_s: float) -> float:
-    """What Eq. 5 with U = ``weight``, once in ``step_s``, amounts to; cm2/s."""
-    return LAW * weight * support**4 / step_s
-
-
-def viscous_weight(kinematic: float, support: float, step_s: float) -> float:
-    """U for a kinematic viscosity in cm2/s."""
-    return kinematic * step_s / (LAW * support**4)
+FRESH_SHEAR, FRESH_CM_S = 10.0, 5.0
+"""1/s, cm/s: of what has just left the nozzle, whose neighbours are not its own yet."""
 
 
 class Viscosity:
-    """Both solves on the same weights of pairs. ``weights`` are U and D (cm) of one substep."""
+    """Both solves on the same weights of pairs, for all runs at once; each run is solved as if it were alone."""
 
-    def __init__(self, state: State, walls: Walls, support: float, mass: float, weights: tuple[float, float]) -> None:
-        rows, device = len(state.neighbour_count), state.device
-        self._state, self._walls = state, walls
-        self._support, self._mass = support, mass
-        self._fluid_weight, self._wall_weight = weights
-        self._coupling = wp.zeros((rows, NEIGHBOURS), dtype=float, device=device)
+    def __init__(
+        self,
+        state: State,
+        movers: MoversList,
+        lists: NeighbourLists,
+        walls: Walls,
+        paste: device_code.Paste,
+        kernels: PairKernels,
+        launcher: Launcher,
+        *,
+        support: float,
+        frame_s: float,
+    ) -> None:
+        rows, device = len(lists.fluid_count), state.device
+        self._state, self._movers, self._paste = state, movers, paste
+        self._lists, self._walls = lists, walls
+        self._support, self._frame_s = support, frame_s
+        self._pairs, self._launch = kernels.viscosity, launcher
+        self.shear = wp.zeros(state.count, dtype=float, device=device)
+        """1/s, as the last substep left it; by particle, like ``thickness``."""
+        self.thickness = wp.array(np.repeat(self._paste.thin.numpy(), state.points_a_run), dtype=float, device=device)
+        self._yields, self._slides = (wp.zeros(rows, dtype=float, device=device) for _ in range(2))
+        self._coupling = pairs_of(rows, NEIGHBOURS, float, device)
         self.resistance = wp.zeros(rows, dtype=float, device=device)
-        self.volume = wp.zeros(rows, dtype=float, device=device)
-        self._vectors = [wp.zeros(rows, dtype=wp.vec3, device=device) for _ in range(5)]
-        self._scalars = [wp.zeros(1, dtype=float, device=device) for _ in range(3)]
+        self._residual, self._scaled, self._product, self._whole = (
+            wp.zeros(rows, dtype=wp.vec3, device=device) for _ in range(4)
+        )
+        self._partial = wp.zeros((state.runs, int(device_code.CHUNKS)), dtype=float, device=device)
+        self._sums = {
+            name: wp.zeros(state.runs, dtype=float, device=device)
+            for name in ("whole", "error", "error_before", "curvature", "goal", "unused")
+        }
+        self._other = wp.zeros(state.count + 1, dtype=wp.vec3, device=device)[: state.count]
 
-    def solve_implicit(self) -> int:
+    def measure_shear(self, rows: int) -> None:
+        """Before a substep replaces the velocities that the last one left."""
+        state, lists = self._state, self._lists
+        self._launch.rows(
+            "shear",
+            self._pairs.measure_shear,
+            rows,
+            self._movers.movers,
+            state.points_a_run,
+            self._support,
+            self._paste,
+            FRESH_SHEAR,
+            FRESH_CM_S,
+            state.frame,
+            self._frame_s,
+            state.frame_of,
+            state.place,
+            state.velocity,
+            state.volume,
+            lists.fluid,
+            lists.fluid_count,
+            self.shear,
+            self.thickness,
+            self._yields,
+            self._slides,
+        )
+
+    def solve_implicit(self, rows: int) -> int:
         """Backward Euler on Eq. 5, (I + A) v_new = v, by conjugate gradients; how many iterations it took.
 
         Raises NumericalError where it does not converge.
         """
-        solution, residual, scaled, direction, product = self._vectors
-        error, error_before, curvature = self._scalars
-        diagonal = [self.resistance, self.volume]
-        state = self._state
-        self._weigh()
-        self._launch(device_code.start_search, [state.first, *diagonal, state.velocity, solution, residual, scaled])
-        self._dot(residual, scaled, error)
-        whole = error.numpy()[0]
-        self._apply(solution, product)
-        self._launch(device_code.first_residual, [*diagonal, product, residual, scaled, direction])
-        self._dot(residual, scaled, error)
-        goal = min(OF_THE_WHOLE**2 * whole, OF_THE_CHANGE**2 * error.numpy()[0])
+        state, sums = self._state, self._sums
+        diagonal = (self.resistance, state.volume)
+        self._weigh(rows)
+        self._apply("first product", rows, state.velocity)
+        self._launch.rows(
+            "start of search",
+            device_code.start_search,
+            rows,
+            self._movers.movers,
+            *diagonal,
+            state.velocity,
+            self._product,
+            self._residual,
+            self._scaled,
+            state.direction,
+            self._whole,
+        )
+        self._dot("whole", self._whole, self._whole, "whole", "unused")
+        self._dot("error", self._residual, self._scaled, "error", "error_before")
+        self._launch.all(
+            "goal",
+            device_code.set_goal,
+            state.runs,
+            OF_THE_WHOLE,
+            OF_THE_CHANGE,
+            sums["whole"],
+            sums["error"],
+            sums["goal"],
+        )
         iterations = 0
-        while error.numpy()[0] > goal:
-            if iterations == SEARCHES_AT_MOST:
-                raise NumericalError(f"The viscosity solve did not converge in {iterations} iterations.")
-            self._apply(direction, product)
-            self._dot(direction, product, curvature)
-            self._launch(
+        while self._goes_on(iterations):
+            self._apply("product", rows, state.direction)
+            self._dot("curvature", state.direction, self._product, "curvature", "unused")
+            self._launch.rows(
+                "advance of search",
                 device_code.advance_search,
-                [error, curvature, *diagonal, direction, product, solution, residual, scaled],
+                rows,
+                self._movers.movers,
+                state.points_a_run,
+                sums["error"],
+                sums["goal"],
+                sums["curvature"],
+                *diagonal,
+                state.direction,
+                self._product,
+                state.velocity,
+                self._residual,
+                self._scaled,
             )
-            error, error_before = error_before, error
-            self._dot(residual, scaled, error)
-            self._launch(device_code.turn_search, [error, error_before, scaled, direction])
+            self._dot("error", self._residual, self._scaled, "error", "error_before")
+            self._launch.rows(
+                "turn of search",
+                device_code.turn_search,
+                rows,
+                self._movers.movers,
+                state.points_a_run,
+                sums["error"],
+                sums["error_before"],
+                self._scaled,
+                state.direction,
+            )
             iterations += 1
-        wp.copy(state.velocity, solution, state.first, 0, state.moving)
         return iterations
 
-    def pass_explicit(self) -> int:
+    def _goes_on(self, iterations: int) -> bool:
+        if self._state.device != "cpu":
+            return iterations < SEARCHES_UNSEEN
+        if not (self._sums["error"].numpy() > self._sums["goal"].numpy()).any():
+            return False
+        if iterations == SEARCHES_AT_MOST:
+            raise NumericalError(f"The viscosity solve did not converge in {iterations} iterations.")
+        return True
+
+    def pass_explicit(self, rows: int) -> int:
         """Eq. 5 as printed, v - (A / q) v, in the fewest passes that are stable; how many these were."""
-        before, after, *_ = self._vectors
         state = self._state
-        self._weigh()
-        share = self.resistance.numpy()[: state.moving] / self.volume.numpy()[: state.moving]
-        passes = max(1, math.ceil(np.max(share) / STABLE))
-        wp.copy(before, state.velocity, 0, state.first, state.moving)
+        self._weigh(rows)
+        who = self._movers.movers.who.numpy()[:rows]
+        share = self.resistance.numpy()[:rows] / state.volume.numpy()[who]
+        passes = max(1, math.ceil(share.max(initial=0.0) / STABLE))
+        # Who rests has no speed, in both.
+        wp.copy(self._other, state.velocity)
+        before, after = state.velocity, self._other
         for _ in range(passes):
-            self.pass_once(before, after, passes)
+            self.pass_once(before, after, passes, rows)
             before, after = after, before
-        wp.copy(state.velocity, before, state.first, 0, state.moving)
+        wp.copy(state.velocity, before)
         return passes
 
-    def pass_once(self, before: wp.array, after: wp.array, passes: float) -> None:
+    def pass_once(self, before: wp.array, after: wp.array, passes: float, rows: int) -> None:
         """One of q passes; stable up to a largest diagonal of A of about 1.95 q."""
-        state = self._state
-        self._launch(
-            device_code.pass_velocity,
-            [
-                state.first,
+        state, lists = self._state, self._lists
+        wp.launch(
+            self._pairs.pass_velocity,
+            rows,
+            inputs=[
+                0,
+                self._movers.movers,
                 passes,
-                state.neighbour,
-                state.neighbour_count,
+                lists.fluid,
+                lists.fluid_count,
                 self._coupling,
                 self.resistance,
-                self.volume,
+                state.volume,
                 before,
                 after,
             ],
+            device=state.device,
         )
 
-    def _apply(self, vector: wp.array, product: wp.array) -> None:
-        state = self._state
-        pairs = [state.neighbour, state.neighbour_count, self._coupling, self.resistance, self.volume]
-        self._launch(device_code.apply_matrix, [state.first, *pairs, vector, product])
-
-    def _weigh(self) -> None:
-        state, walls = self._state, self._walls
-        self._launch(
-            device_code.weigh_pairs,
-            [
-                state.first,
-                self._support,
-                self._mass,
-                self._fluid_weight,
-                self._wall_weight,
-                state.position,
-                state.density,
-                state.neighbour,
-                state.neighbour_count,
-                walls.point,
-                walls.share,
-                state.wall_neighbour,
-                state.wall_count,
-                self._coupling,
-                self.resistance,
-                self.volume,
-            ],
+    def _weigh(self, rows: int) -> None:
+        state, lists = self._state, self._lists
+        self._launch.rows(
+            "weights",
+            self._pairs.weigh_pairs,
+            rows,
+            self._movers.movers,
+            state.points_a_run,
+            self._support,
+            self._paste,
+            state.place,
+            self._slides,
+            self._yields,
+            state.volume,
+            self.thickness,
+            lists.fluid,
+            lists.fluid_count,
+            self._walls.place,
+            lists.wall,
+            lists.wall_count,
+            self._coupling,
+            self.resistance,
         )
 
-    def _launch(self, kernel: Any, inputs: list) -> None:
-        wp.launch(kernel, self._state.moving, inputs=inputs, device=self._state.device)
+    def _apply(self, name: str, rows: int, vector: wp.array) -> None:
+        lists = self._lists
+        self._launch.rows(
+            name,
+            self._pairs.apply_matrix,
+            rows,
+            self._movers.movers,
+            lists.fluid,
+            lists.fluid_count,
+            self._coupling,
+            self.resistance,
+            self._state.volume,
+            vector,
+            self._product,
+        )
 
-    def _dot(self, a: wp.array, b: wp.array, out: wp.array) -> None:
-        array_inner(a, b, out=out, count=self._state.moving)
+    def _dot(self, name: str, a: wp.array, b: wp.array, total: str, before: str) -> None:
+        """Of two vectors, the first by row like the second, or by particle."""
+        runs, sums = self._state.runs, self._sums
+        along = a is self._state.direction
+        kernel = device_code.sum_chunks_along if along else device_code.sum_chunks
+        dim = (runs, int(device_code.CHUNKS))
+        self._launch.all(f"{name}, parts", kernel, dim, self._movers.movers, a, b, self._partial)
+        self._launch.all(name, device_code.finish_sum, runs, self._partial, sums[total], sums[before])

@@ -22,10 +22,10 @@ NEAREST = 0.78
 class Walls:
     """Wall particles on the device."""
 
-    point: wp.array
-    """cm."""
-    share: wp.array
-    """Surface that a particle stands for over (2R)^2: 1 on average, whatever the triangles."""
+    place: wp.array
+    """Position in cm, and share: the surface that a particle stands for over (2R)^2, 1 on average whatever the
+    triangles.
+    """
 
 
 def place_walls(solid: Solid, outline: Outline, barrier: Barrier, radius_mm: float) -> Walls:
@@ -42,10 +42,7 @@ def place_walls(solid: Solid, outline: Outline, barrier: Barrier, radius_mm: flo
     kept = _spread(deep[held], points.lot[near][held], NEAREST * spacing_mm)
     _, nearest = KDTree(kept).query(deep)
     share = np.bincount(nearest, minlength=len(kept)) / CANDIDATES
-    return Walls(
-        wp.array(kept * CM, dtype=wp.vec3, device=barrier.device),
-        wp.array(share, dtype=float, device=barrier.device),
-    )
+    return Walls(wp.array(np.column_stack([kept * CM, share]), dtype=wp.vec4, device=barrier.device))
 
 
 def calibrated_wall_mass(radius: float) -> float:

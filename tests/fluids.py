@@ -5,6 +5,7 @@ from typing import Any
 
 import manifold3d
 import numpy as np
+from numpy.typing import NDArray
 
 from digitise.settings import CrackShape, NozzlePath
 from digitise.solid import build_solid
@@ -12,7 +13,9 @@ from digitise.trajectory import plan_trajectory
 from sealtwin.progress import Progress
 from sealtwin.records import FaceLabel, Floats, Outline, Run, Solid, Trajectory
 from simulate.distance import CM, Barrier, build_barrier
+from simulate.kernels_rest import RESTING
 from simulate.nozzle import Schedule
+from simulate.paste import Rheology
 from simulate.run import inject
 from simulate.settings import Fluid, Nozzle, Solver
 from simulate.solver import Domain, FluidSolver
@@ -79,6 +82,9 @@ def engine_with(
     *,
     frame_s: float = FRAME_S,
     weights: tuple[float, float] = (0.0, 0.0),
+    fluid: Rheology | None = None,
+    threads: int = 1,
+    native: bool = True,
     **solver: Any,
 ) -> FluidSolver:
     """A solver whose particles all move from where they are put. ``weights`` are U and D of a whole frame."""
@@ -93,24 +99,38 @@ def engine_with(
         release=count,
         dispensed_mm3=1.0,
     )
-    state = State(schedule, count, "cpu")
-    state.end = count
+    state = State(schedule, "cpu")
     barrier, walls = _enclosure(*crack, settings.radius_mm)
     substeps = settings.substeps or 4
     low, high = position_mm.min(axis=0) - 5, position_mm.max(axis=0) + 5
-    return FluidSolver(
+    engine = FluidSolver(
         state,
         walls,
         barrier,
         Domain(low * CM, high * CM),
         settings,
-        step_s=frame_s / substeps,
-        weights=(weights[0] / substeps, weights[1] / substeps),
+        [fluid or Rheology(*weights)],
+        frame_s=frame_s,
+        substeps=substeps,
+        rows=count,
+        threads=threads,
+        native=native,
     )
+    engine.begin_frame(0)
+    return engine
 
 
 def positions_mm(engine: FluidSolver) -> Floats:
-    return engine.state.position.numpy().astype(float) / CM
+    return engine.state.position_mm()
+
+
+def lay_down(engine: FluidSolver, rests: NDArray[np.bool_]) -> None:
+    """Put those particles to rest."""
+    place, fate = engine.state.place.numpy().copy(), engine.state.fate.numpy().copy()
+    place[rests, 3], fate[rests] = 1.0, RESTING
+    engine.state.place.assign(place)
+    engine.state.fate.assign(fate)
+    engine.find_movers()
 
 
 _enclosures: dict[tuple[int, float], tuple[Solid, Barrier, Walls]] = {}

@@ -3,8 +3,9 @@ import pytest
 import warp as wp
 from scipy.spatial import KDTree
 
-from simulate import kernels
+from simulate import kernels, kernels_rest
 from simulate.cells import CellGrid
+from simulate.distance import CM
 from tests.fluids import engine_with, lattice, slot
 
 REACH_CM = 1.04 * 0.16
@@ -18,10 +19,10 @@ def test_the_neighbour_list_is_that_of_a_search_over_all_pairs():
     grid = CellGrid(np.array([0.0, -0.1, -1.0]), np.array([0.5, 0.1, 0.0]), REACH_CM, 1500, "cpu")
     engine.fluid_cells = grid
     engine.find_neighbours()
-    state = engine.state
-    here = state.position.numpy().astype(float)
+    lists = engine.lists
+    here = engine.state.position_mm() * CM
     expected = KDTree(here).query_ball_point(here, REACH_CM)
-    found, count = state.neighbour.numpy(), state.neighbour_count.numpy()
+    found, count = lists.fluid.numpy(), lists.fluid_count.numpy()
     for i, around in enumerate(expected):
         assert sorted([i, *found[i, : count[i]]]) == sorted(around)
 
@@ -29,9 +30,9 @@ def test_the_neighbour_list_is_that_of_a_search_over_all_pairs():
 def test_walls_are_found_like_any_point():
     engine = engine_with(lattice(np.array([1, -1, -15]), np.array([5, 1, -8]), 0.7), slot())
     engine.find_neighbours()
-    state, wall = engine.state, engine.walls.point.numpy().astype(float)
-    expected = KDTree(wall).query_ball_point(state.position.numpy().astype(float), REACH_CM)
-    found, count = state.wall_neighbour.numpy(), state.wall_count.numpy()
+    lists, wall = engine.lists, engine.walls.place.numpy()[:, :3].astype(float)
+    expected = KDTree(wall).query_ball_point(engine.state.position_mm() * CM, REACH_CM)
+    found, count = lists.wall.numpy(), lists.wall_count.numpy()
     assert max(count) > 8
     for i, around in enumerate(expected):
         assert sorted(found[i, : count[i]]) == sorted(around)
@@ -46,13 +47,14 @@ def test_a_list_that_is_too_short_is_reported_with_its_first_particle():
 
 def test_what_left_is_nobodys_neighbour():
     engine = engine_with(lattice(np.array([1, -1, -12]), np.array([5, 1, -8]), 0.7), slot())
-    fate = np.zeros(len(engine.state.position), dtype=np.int32)
-    fate[::3] = kernels.SPILLED
-    engine.state.fate = wp.array(fate, dtype=int, device="cpu")
+    fate = np.zeros(engine.state.count, dtype=np.int32)
+    fate[::3] = kernels_rest.SPILLED
+    engine.state.fate.assign(fate)
+    engine.find_movers()
     engine.find_neighbours()
-    count = engine.state.neighbour_count.numpy()
-    assert (count[::3] == 0).all()
-    listed = np.concatenate([row[:n] for row, n in zip(engine.state.neighbour.numpy(), count, strict=True)])
+    assert engine.rows == (fate == 0).sum()
+    count = engine.lists.fluid_count.numpy()[: engine.rows]
+    listed = np.concatenate([row[:n] for row, n in zip(engine.lists.fluid.numpy(), count, strict=False)])
     assert len(listed) > 100
     assert not (listed % 3 == 0).any()
 
@@ -62,9 +64,11 @@ def test_the_grid_sorts_a_part_of_its_points(count):
     """Later points are not out yet. Order within a cell is the points' own, so that sums come out the same."""
     points = np.random.default_rng(2).uniform(0, 1, (500, 3))
     grid = CellGrid(np.zeros(3), np.ones(3), 0.25, 500, "cpu")
-    grid.fill(wp.array(points, dtype=wp.vec3, device="cpu"), wp.zeros(500, dtype=int, device="cpu"), count)
+    place = np.pad(points, ((0, 0), (0, 1)))
+    grid.fill(wp.array(place, dtype=wp.vec4, device="cpu"), wp.zeros(500, dtype=int, device="cpu"), count)
     number = grid.cells.number.numpy()[:count]
     assert sorted(number) == list(range(count))
     key = (np.floor(points[number] / 0.25) @ [1, 4, 16]).astype(int)
     assert (np.diff(key * 1000 + number) > 0).all()
-    assert grid.cells.point.numpy()[:count] == pytest.approx(points[number])
+    for axis, sorted_to in enumerate((grid.cells.x, grid.cells.y, grid.cells.z)):
+        assert sorted_to.numpy()[:count] == pytest.approx(points[number, axis])

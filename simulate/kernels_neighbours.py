@@ -1,0 +1,150 @@
+"""Device code of the neighbour search: points sorted into cells, and a list for each particle that moves."""
+
+from types import ModuleType
+from typing import Any
+
+import warp as wp
+
+from simulate.kernels_rest import MOVING, RESTING, Movers
+
+wp.set_module_options({"enable_backward": False})
+
+SIXTEEN = wp.constant(16)
+"""Lists are filled up to whole sixteens with places that may be read (kernels_pairs_native)."""
+
+
+@wp.struct
+class Cells:
+    """Points in the order of the cells that hold them. x counts fastest: three cells along x are one run of points.
+
+    Each run that is computed at once has cells of its own; walls have one set for all of them.
+    """
+
+    corner: wp.vec3
+    size: float
+    count: wp.vec3i
+    points_a_run: int
+    """Points with numbers below it are the first run's, and so on."""
+    start: wp.array[int]
+    x: wp.array[float]
+    y: wp.array[float]
+    z: wp.array[float]
+    number: wp.array[int]
+
+
+@wp.func
+def cells_a_run(cells: Cells):
+    return cells.count[0] * cells.count[1] * cells.count[2]
+
+
+@wp.func
+def cell_along(x: float, corner: float, size: float, count: int):
+    """Points beyond the grid belong to its border cells, which keeps near ones near."""
+    return wp.clamp(int(wp.floor((x - corner) / size)), 0, count - 1)
+
+
+@wp.func
+def cell_of(cells: Cells, x: wp.vec4):
+    a = cell_along(x[0], cells.corner[0], cells.size, cells.count[0])
+    b = cell_along(x[1], cells.corner[1], cells.size, cells.count[1])
+    c = cell_along(x[2], cells.corner[2], cells.size, cells.count[2])
+    return a + cells.count[0] * (b + cells.count[1] * c)
+
+
+@wp.kernel
+def count_in_cells(
+    cells: Cells,
+    runs: int,
+    place: wp.array[wp.vec4],
+    fate: wp.array[int],
+    cell: wp.array[int],  # out
+    number: wp.array[int],  # out
+    count: wp.array[int],  # out
+):
+    """The cell of each point, one past the last for those that are not there, and how many each holds."""
+    i = wp.tid()
+    number[i] = i
+    key = runs * cells_a_run(cells)
+    if fate[i] == MOVING or fate[i] == RESTING:
+        key = cell_of(cells, place[i]) + i // cells.points_a_run * cells_a_run(cells)
+    cell[i] = key
+    wp.atomic_add(count, key, 1)
+
+
+@wp.kernel
+def gather(
+    number: wp.array[int],
+    place: wp.array[wp.vec4],
+    x: wp.array[float],  # out
+    y: wp.array[float],  # out
+    z: wp.array[float],  # out
+):
+    k = wp.tid()
+    here = place[number[k]]
+    x[k] = here[0]
+    y[k] = here[1]
+    z[k] = here[2]
+
+
+def neighbour_kernels(loops: ModuleType, module: Any) -> Any:
+    """``list_neighbours`` with the inner loop of ``loops``."""
+    collect = loops.collect
+
+    @wp.kernel(enable_backward=False, module=module)
+    def list_neighbours(
+        begin: int,
+        movers: Movers,
+        cells: Cells,
+        of_the_fluid: int,
+        reach: float,
+        full: int,
+        place: wp.array[wp.vec4],
+        listed: wp.array2d[int],  # out
+        count: wp.array[int],  # out
+        fault: wp.array[int],  # out
+    ):
+        """The points nearer than ``reach``, itself left out; a list too short is a fault, and never cut in silence."""
+        row = begin + wp.tid()
+        if row >= movers.count[0]:
+            return
+        i = movers.who[row]
+        here = place[i]
+        a = cell_along(here[0], cells.corner[0], cells.size, cells.count[0])
+        b = cell_along(here[1], cells.corner[1], cells.size, cells.count[1])
+        c = cell_along(here[2], cells.corner[2], cells.size, cells.count[2])
+        a_low = wp.max(a - 1, 0)
+        a_high = wp.min(a + 1, cells.count[0] - 1)
+        base = int(0)
+        self = int(-1)
+        last = int(0)
+        if of_the_fluid == 1:
+            base = i // cells.points_a_run * cells_a_run(cells)
+            self = i
+            last = i
+        found = int(0)
+        for cc in range(wp.max(c - 1, 0), wp.min(c + 2, cells.count[2])):
+            for bb in range(wp.max(b - 1, 0), wp.min(b + 2, cells.count[1])):
+                line = base + cells.count[0] * (bb + cells.count[1] * cc)
+                found = collect(
+                    cells.x,
+                    cells.y,
+                    cells.z,
+                    cells.number,
+                    cells.start[line + a_low],
+                    cells.start[line + a_high + 1],
+                    here,
+                    reach,
+                    self,
+                    listed,
+                    row,
+                    found,
+                )
+        slots = listed.shape[1]
+        if found > slots:
+            wp.atomic_min(fault, full, i)
+            found = slots
+        count[row] = found
+        for slot in range(found, (found + SIXTEEN - 1) // SIXTEEN * SIXTEEN):
+            listed[row, slot] = last
+
+    return list_neighbours

@@ -1,0 +1,70 @@
+"""What the sealant of a run is, in the numbers' own units, and how several runs' lie on the device."""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import warp as wp
+
+from simulate import kernels_viscosity as device_code
+
+LAW = 0.1185
+"""nu = LAW U h^4 / dt: half the second moment of the weight over h^4, lengths in cm. Held to 5 % by shear waves."""
+WALL_LAYER = 0.624
+"""Of the wetted wall's stress, what one layer of wall particles of spacing 2R, R deep, is given, h = 4R: the drag
+then comes to 0.88 of it (prototype)."""
+NEVER = 2**30
+"""Frames to freeze, of what does not."""
+
+
+class Rheology(NamedTuple):
+    """Of one run. Weights of Eq. 5 are those of a whole frame; stresses are divided by the density."""
+
+    viscous_weight: float
+    """U."""
+    wall_weight_cm: float
+    """D."""
+    yield_cm2_s2: float = 0.0
+    """Of fresh paste."""
+    stiffening_cm2_s3: float = 0.0
+    yield_most_cm2_s2: float = 0.0
+    frames_to_freeze: int = NEVER
+
+    @property
+    def yields(self) -> bool:
+        return self.yield_most_cm2_s2 > 0
+
+
+def kinematic_viscosity(weight: float, support: float, step_s: float) -> float:
+    """What Eq. 5 with U = ``weight``, once in ``step_s``, amounts to; cm2/s."""
+    return LAW * weight * support**4 / step_s
+
+
+def viscous_weight(kinematic: float, support: float, step_s: float) -> float:
+    """U for a kinematic viscosity in cm2/s."""
+    return kinematic * step_s / (LAW * support**4)
+
+
+def paste_on_device(
+    fluids: Sequence[Rheology], support: float, step_s: float, substeps: int, slowest_shear_per_s: float, device: str
+) -> device_code.Paste:
+    """The constants of each run for a substep of ``step_s``; below ``slowest_shear_per_s`` paste creeps."""
+    # Eq. 5 weighs with exp(-r^2/h^2) / (h sqrt(pi)); the kernels leave the divisor to these constants.
+    shape = math.sqrt(math.pi) * support
+
+    def by_run(values: Sequence[float]) -> wp.array:
+        return wp.array(np.array(values), dtype=float, device=device)
+
+    paste = device_code.Paste()
+    paste.thin = by_run([fluid.viscous_weight / substeps / shape for fluid in fluids])
+    paste.drag = by_run([fluid.wall_weight_cm / substeps / shape for fluid in fluids])
+    paste.yields_at = by_run([fluid.yield_cm2_s2 for fluid in fluids])
+    paste.stiffens_by = by_run([fluid.stiffening_cm2_s3 for fluid in fluids])
+    paste.yields_at_most = by_run([fluid.yield_most_cm2_s2 for fluid in fluids])
+    paste.per_viscosity = viscous_weight(1.0, support, step_s) / shape
+    paste.per_shear = 1 / (2 * LAW * support**4 * shape)
+    paste.wall_per_viscosity = step_s * WALL_LAYER / shape
+    paste.slowest_shear = slowest_shear_per_s
+    paste.slowest = slowest_shear_per_s * support
+    return paste
