@@ -27,12 +27,14 @@ class Row:
         return f"<= {self.high:g}" if self.low <= 0 else f"{self.low:g} to {self.high:g}"
 
 
-def finish(rows: Sequence[Row]) -> None:
-    """Print the table and leave: with 0 where every target is met, else with 1."""
+def finish(rows: Sequence[Row], last_line: str = "") -> None:
+    """Print the table and leave: with 0 where every target is met, else with 1. ``last_line`` is for programs."""
     print(f"{'figure':<52} {'seen':>10} {'unit':<6} {'target':<14} {'goal':<14}")
     for row in rows:
         missed = "" if row.met else "  MISSED"
         print(f"{row.name:<52} {row.value:>10.5g} {row.unit:<6} {row.target:<14} {row.goal:<14}{missed}")
     met = sum(row.met for row in rows)
     print(f"{met} of {len(rows)} targets met")
+    if last_line:
+        print(last_line)
     sys.exit(0 if met == len(rows) else 1)

@@ -77,7 +77,7 @@ class FluidSolver:
         device = state.device
         self.state, self.walls, self.barrier, self.settings = state, walls, barrier, settings
         self.scheme, self.substeps = settings.scheme, substeps
-        self._step_s = frame_s / substeps
+        self.step_s = frame_s / substeps
         self._support = 4 * radius
         self.mass = self.scheme.volume_factor * particle_volume(radius)
         wall_mass = {"calibrated": calibrated_wall_mass, "source": source_wall_mass}
@@ -92,13 +92,13 @@ class FluidSolver:
         self._sleeps = self._yields and settings.sleep
         slowest = settings.slowest_shear_per_s
         self._slowest_shear = slowest
-        paste = paste_on_device(fluids, self._support, self._step_s, substeps, slowest, device)
+        self.paste = paste_on_device(fluids, self._support, self.step_s, substeps, slowest, device)
         self.viscosity = Viscosity(
             state,
             self.movers,
             self.lists,
             walls,
-            paste,
+            self.paste,
             self._kernels,
             self._launch,
             support=self._support,
@@ -170,7 +170,7 @@ class FluidSolver:
         state = self.state
         self._rows(
             kernels.predict,
-            self._step_s,
+            self.step_s,
             self.settings.damping_per_s,
             self.barrier.clearance,
             self.barrier.grid,
@@ -219,13 +219,13 @@ class FluidSolver:
 
     def update_velocity(self) -> None:
         state = self.state
-        self._rows(kernels.update_velocity, self._step_s, state.start, state.place, state.velocity)
+        self._rows(kernels.update_velocity, self.step_s, state.start, state.place, state.velocity)
 
     def go_as_solved(self) -> None:
         state = self.state
         self._rows(
             kernels.go_as_solved,
-            self._step_s,
+            self.step_s,
             self.barrier.clearance,
             self.barrier.grid,
             state.start,
@@ -241,7 +241,7 @@ class FluidSolver:
         )
         self._rows(
             kernels_rest.fall_asleep,
-            self._step_s,
+            self.step_s,
             PATIENCE_S,
             CREEP * self._slowest_shear,
             CREEP * self._slowest_shear * self._support,

@@ -1,0 +1,126 @@
+"""How long one substep of the fluid takes, against the same substep in numba, and whether both do the same.
+
+    python benchmarks/pbf_step.py [--particles N] [--threads T] [--json]
+
+A block of N particles, settled in a square tank: h = 4 R, five pressure iterations, steps of 1 ms, one explicit pass of
+viscosity. Both start from the same state and take turns; a figure is the least of many turns. With one thread, time is
+the processor's, which other work on the machine disturbs least; with several it is the clock's.
+"""
+
+import argparse
+import json
+import time
+from collections.abc import Callable
+
+import manifold3d
+import numba
+import numpy as np
+
+from benchmarks.pbf_numba import NumbaStep
+from benchmarks.table import Row, finish
+from sealtwin.records import Outline, Solid
+from simulate.solver import FluidSolver
+from tests.fluids import engine_with, hewn, lattice
+from tests.shapes import straight_slot
+
+RADIUS_MM = 0.4
+STEP_S = 1e-3
+SPACING_MM = 0.72
+"""Of the block before it settles."""
+SIDE_MM = 26.0
+"""Of the tank's floor, at PARTICLES; other numbers keep the block's shape."""
+PARTICLES = 15_000
+SETTLE_STEPS = 200
+TURNS, STEPS_A_TURN = 12, 4
+TOGETHER_MM = 0.01
+"""A fortieth of a radius, between both after ten steps: chaos doubles their last bits' difference in some steps."""
+
+
+def tank(particles: int) -> tuple[Solid, Outline, float]:
+    """A square pit for a block of that size, and its depth in mm."""
+    scale = (particles / PARTICLES) ** (1 / 3)
+    side, depth = SIDE_MM * scale, 20 * scale + 2
+    half, rim = side / 2, side / 2 + 5
+    body = manifold3d.Manifold.cube((2 * rim, 2 * rim, depth + 5)).translate((-rim, -rim, -depth - 5))
+    body -= manifold3d.Manifold.cube((side, side, depth + 1)).translate((-half, -half, -depth))
+    return hewn(body, (-rim, -rim, rim, rim), depth), straight_slot(side, side), depth
+
+
+def settled_block(particles: int, threads: int) -> FluidSolver:
+    solid, outline, depth_mm = tank(particles)
+    half = SIDE_MM * (particles / PARTICLES) ** (1 / 3) / 2 - 0.35
+    points = lattice(np.array([-half, -half, 0.35 - depth_mm]), np.array([half, half, 0.0]), SPACING_MM)
+    block = points[np.argsort(points[:, 2], kind="stable")][:particles]
+    if len(block) < particles:
+        raise SystemExit(f"--particles {particles}: the tank holds {len(block)} of them.")
+    engine = engine_with(
+        block,
+        (solid, outline),
+        frame_s=STEP_S,
+        substeps=1,
+        iterations=5,
+        viscosity_solve="explicit",
+        weights=(0.05, 0.0),
+        volume_factor=1.0,
+        radius_mm=RADIUS_MM,
+        threads=threads,
+    )
+    for _ in range(SETTLE_STEPS):
+        engine.step()
+    return engine
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--particles", type=int, default=PARTICLES)
+    parser.add_argument("--threads", type=int, default=1)
+    parser.add_argument("--json", action="store_true", help="the last line is an object of the figures")
+    asked = parser.parse_args()
+    numba.set_num_threads(asked.threads)
+    engine = settled_block(asked.particles, asked.threads)
+    baseline = NumbaStep.copy_of(engine)
+    apart_mm = _apart_mm(engine, baseline)
+    clock = time.process_time if asked.threads == 1 else time.perf_counter
+    ours_ms, theirs_ms = _take_turns(engine.step, baseline.step, clock)
+    near = float(engine.lists.fluid_count.numpy().mean())
+    rows = [
+        Row("both, ten steps on, farthest apart", apart_mm, "mm", 0, TOGETHER_MM),
+        Row("density, mean of the settled block", float(engine.state.density.numpy().mean()), "", 0.9, 1.1),
+        Row("neighbours of a particle, mean", near, "", 30, 70),
+        Row("this package, a substep", ours_ms, "ms", 0, np.inf),
+        Row("numba, a substep", theirs_ms, "ms", 0, np.inf),
+        Row("this package over numba", ours_ms / theirs_ms, "", 0, 0.7, "<= 0.4"),
+    ]
+    figures = {
+        "particles": asked.particles,
+        "threads": asked.threads,
+        "ms_per_step": ours_ms,
+        "numba_ms_per_step": theirs_ms,
+        "ratio": ours_ms / theirs_ms,
+        "apart_mm": apart_mm,
+    }
+    finish(rows, last_line=json.dumps(figures) if asked.json else "")
+
+
+def _apart_mm(engine: FluidSolver, baseline: NumbaStep) -> float:
+    for _ in range(10):
+        engine.step()
+        baseline.step()
+    theirs = 10 * np.column_stack([baseline.x, baseline.y, baseline.z])
+    return float(np.abs(engine.state.position_mm() - theirs).max())
+
+
+def _take_turns(ours: Callable[[], object], theirs: Callable[[], object], clock: Callable[[], float]) -> list[float]:
+    """Milliseconds a step, of each, in its quietest turn."""
+    least = [np.inf, np.inf]
+    for _ in range(TURNS):
+        for which, step in enumerate((ours, theirs)):
+            began = clock()
+            for _ in range(STEPS_A_TURN):
+                step()
+            least[which] = min(least[which], 1e3 * (clock() - began) / STEPS_A_TURN)
+    return least
+
+
+if __name__ == "__main__":
+    main()
