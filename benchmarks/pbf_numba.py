@@ -70,8 +70,7 @@ class NumbaStep:
         walls = self._wall[:3]
         _list(*place, *walls, self._wall_start, self._wall_number, *box, reach, False, self._walls, self._wall_count)
         numbers = tuple(
-            np.float32(value)
-            for value in (s.support, s.density, s.slope, s.wall_density, s.wall_slope, s.relaxation)
+            np.float32(value) for value in (s.support, s.density, s.slope, s.wall_density, s.wall_slope, s.relaxation)
         )
         lists = (self._listed, self._count, self._walls, self._wall_count)
         for _ in range(engine.scheme.iterations):
@@ -140,7 +139,23 @@ def _list(x, y, z, px, py, pz, start, number, corner, size, cells, reach, same, 
 
 @njit(parallel=True, cache=True, fastmath=True)
 def _measure(
-    x, y, z, wall, listed, count, walls, wall_count, h, density, slope, wall_density, wall_slope, relaxation, rho, lam, by
+    x,
+    y,
+    z,
+    wall,
+    listed,
+    count,
+    walls,
+    wall_count,
+    h,
+    density,
+    slope,
+    wall_density,
+    wall_slope,
+    eps,
+    rho,
+    lam,
+    by,
 ):
     h2 = h * h
     for i in prange(len(x)):
@@ -175,7 +190,7 @@ def _measure(
         ox, oy, oz = slope * gx + by[i, 0], slope * gy + by[i, 1], slope * gz + by[i, 2]
         rho[i] = density * total + wall_density * wtotal
         above = max(rho[i] - np.float32(1), np.float32(0))
-        lam[i] = -above / (ox * ox + oy * oy + oz * oz + slope * slope * squares + relaxation)
+        lam[i] = -above / (ox * ox + oy * oy + oz * oz + slope * slope * squares + eps)
 
 
 @njit(parallel=True, cache=True, fastmath=True)
@@ -202,7 +217,7 @@ def _correct(x, y, z, listed, count, h, slope, longest, lam, by, out):
 @njit(inline="always", fastmath=True)
 def _distance(px, py, pz, corner, spacing, blocks, row, centre, nodes, face):
     u, v, w = (px - corner[0]) / spacing, (py - corner[1]) / spacing, (pz - corner[2]) / spacing
-    a, b, c = int(math.floor(u / 4)), int(math.floor(v / 4)), int(math.floor(w / 4))
+    a, b, c = math.floor(u / 4), math.floor(v / 4), math.floor(w / 4)
     none = np.float32(0)
     if a < 0 or b < 0 or c < 0 or a >= blocks[0] or b >= blocks[1] or c >= blocks[2]:
         if face[0] < px < face[2] and face[1] < py < face[3]:

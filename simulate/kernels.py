@@ -186,7 +186,7 @@ def pressure_kernels(loops: ModuleType, module: Any) -> PressureKernels:
         place: wp.array[wp.vec4],  # in, out: the multiplier, which no one reads here
         wall_slope: wp.array[wp.vec3],  # out
         density: wp.array[float],  # out
-        volume: wp.array[float],  # out
+        bulk: wp.array[wp.vec2],  # in, out: the volume
     ):
         """rho_i = sum_j m W_poly6 + sum_k psi_k W_poly6 and its multiplier (Eqs 1 and 2).
 
@@ -206,7 +206,7 @@ def pressure_kernels(loops: ModuleType, module: Any) -> PressureKernels:
         squares = wp.length_sq(own) + kernel.slope * kernel.slope * sums[4]
         wall_slope[row] = by_walls
         density[i] = rho
-        volume[i] = kernel.mass / rho
+        bulk[i] = wp.vec2(kernel.mass / rho, bulk[i][1])
         place[i] = wp.vec4(here[0], here[1], here[2], -wp.max(rho - 1.0, 0.0) / (squares + kernel.relaxation))
 
     @wp.kernel(enable_backward=False, module=module)

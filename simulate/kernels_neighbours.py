@@ -10,7 +10,7 @@ from simulate.kernels_rest import MOVING, RESTING, Movers
 wp.set_module_options({"enable_backward": False})
 
 SIXTEEN = wp.constant(16)
-"""Lists are filled up to whole sixteens with places that may be read (kernels_pairs_native)."""
+"""Lists are filled up to whole sixteens with nobody (kernels_pairs_native)."""
 
 
 @wp.struct
@@ -98,6 +98,7 @@ def neighbour_kernels(loops: ModuleType, module: Any) -> Any:
         of_the_fluid: int,
         reach: float,
         full: int,
+        nobody: int,
         place: wp.array[wp.vec4],
         listed: wp.array2d[int],  # out
         count: wp.array[int],  # out
@@ -116,11 +117,9 @@ def neighbour_kernels(loops: ModuleType, module: Any) -> Any:
         a_high = wp.min(a + 1, cells.count[0] - 1)
         base = int(0)
         self = int(-1)
-        last = int(0)
         if of_the_fluid == 1:
             base = i // cells.points_a_run * cells_a_run(cells)
             self = i
-            last = i
         found = int(0)
         for cc in range(wp.max(c - 1, 0), wp.min(c + 2, cells.count[2])):
             for bb in range(wp.max(b - 1, 0), wp.min(b + 2, cells.count[1])):
@@ -145,6 +144,6 @@ def neighbour_kernels(loops: ModuleType, module: Any) -> Any:
             found = slots
         count[row] = found
         for slot in range(found, (found + SIXTEEN - 1) // SIXTEEN * SIXTEEN):
-            listed[row, slot] = last
+            listed[row, slot] = nobody
 
     return list_neighbours

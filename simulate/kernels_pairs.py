@@ -1,8 +1,8 @@
 """Device code of the inner loops: what a particle sums over its neighbours. Centimetres and seconds.
 
 These are the equations, for any device. ``kernels_pairs_native`` has the same sums with sixteen neighbours at a time,
-for CPUs; tests hold both to each other. A list's row is filled up to a whole sixteen with places that may be read;
-what counts is its first ``count`` entries.
+for CPUs; tests hold both to each other. A list's row is filled up to a whole sixteen with nobody;
+what counts here is its first ``count`` entries.
 """
 
 import warp as wp
@@ -108,7 +108,7 @@ def gauss(squared: float, support: float):
 def sum_shear(
     place: wp.array[wp.vec4],
     velocity: wp.array[wp.vec3],
-    volume: wp.array[float],
+    bulk: wp.array[wp.vec2],  # volume and thickness
     listed: wp.array2d[int],
     row: int,
     count: int,
@@ -122,21 +122,19 @@ def sum_shear(
         j = listed[row, slot]
         other = place[j]
         offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
-        total += volume[j] * gauss(wp.length_sq(offset), support) * wp.length_sq(moves - velocity[j])
+        total += bulk[j][0] * gauss(wp.length_sq(offset), support) * wp.length_sq(moves - velocity[j])
     return total
 
 
 @wp.func
 def couple(
     place: wp.array[wp.vec4],
-    volume: wp.array[float],
-    thickness: wp.array[float],
+    bulk: wp.array[wp.vec2],  # volume and thickness
     listed: wp.array2d[int],
     row: int,
     count: int,
     here: wp.vec4,
-    own_volume: float,
-    own_thickness: float,
+    own: wp.vec2,
     support: float,
     coupling: wp.array2d[float],  # out
 ):
@@ -146,8 +144,9 @@ def couple(
         j = listed[row, slot]
         other = place[j]
         offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
-        mean = 2.0 * own_thickness * thickness[j] / wp.max(own_thickness + thickness[j], 1.0e-20)
-        weight = own_volume * volume[j] * mean * gauss(wp.length_sq(offset), support)
+        theirs = bulk[j]
+        mean = 2.0 * own[1] * theirs[1] / wp.max(own[1] + theirs[1], 1.0e-20)
+        weight = own[0] * theirs[0] * mean * gauss(wp.length_sq(offset), support)
         coupling[row, slot] = weight
         total += weight
     return total

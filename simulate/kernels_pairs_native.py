@@ -2,7 +2,8 @@
 
 Vectors of a C++ compiler, without any processor's own instructions but one: AVX-512 packs the found neighbours of a
 list, where the processor has it. On two cores of an EPYC the plain loops take eight to twelve times as long
-(``benchmarks/pbf_step.py``). Sums are taken in another order than there, so that the last bits differ.
+(``benchmarks/pbf_step.py``). What fills a list's row up is nobody, so far away that
+all its terms are zero. Sums are taken in another order than there, so that the last bits differ.
 """
 
 import warp as wp
@@ -15,8 +16,6 @@ wp.set_module_options({"enable_backward": False})
 VECTORS = """
 typedef float f4 __attribute__((vector_size(16)));
 typedef float f16 __attribute__((vector_size(64)));
-typedef int i16 __attribute__((vector_size(64)));
-const i16 iota = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
 const f16 none = {};
 #define PAIR(a, b) __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7)
 #define QUAD(a, b, c, d) __builtin_shufflevector(PAIR(a, b), PAIR(c, d), 0,1,2,3,4,5,6,7,8,9,10,11,12,13,14,15)
@@ -34,7 +33,11 @@ const f16 none = {};
     const f16 d = QUAD(LOAD(from+n*l[3]), LOAD(from+n*l[7]), LOAD(from+n*l[11]), LOAD(from+n*l[15])); \\
     const f16 ab = LOW(a, b), cd = LOW(c, d), ab2 = HIGH(a, b), cd2 = HIGH(c, d); \\
     X = FIRST(ab, cd); Y = SECOND(ab, cd); Z = FIRST(ab2, cd2); W = SECOND(ab2, cd2); }
-#define SUM(v) ({ float sum = 0.0f; for (int q = 0; q < 16; ++q) sum += (v)[q]; sum; })
+#define HALVES(v, ...) (__builtin_shufflevector(v, v, __VA_ARGS__))
+#define SUM(v) ({ \\
+    const auto eight = HALVES(v, 0, 1, 2, 3, 4, 5, 6, 7) + HALVES(v, 8, 9, 10, 11, 12, 13, 14, 15); \\
+    const auto four = HALVES(eight, 0, 1, 2, 3) + HALVES(eight, 4, 5, 6, 7); \\
+    (four[0] + four[1]) + (four[2] + four[3]); })
 #define ABOVE(v) ({ const f16 w = (v); w > 0.0f ? w : none; })
 // exp(-u) for 0 <= u <= 1, by the squares of exp(-u/4): to 1e-7.
 #define FADE(u) ({ const f16 t = (u) * -0.25f; \\
@@ -47,17 +50,17 @@ OFFSETS = """
 for (int s = 0; s < count; s += 16) {
     const int* l = list + s;
     LOAD16(X, Y, Z, W, PLACES.data, 16, l)
-    const i16 counts = iota + s < count;
     X = here[0] - X; Y = here[1] - Y; Z = here[2] - Z;
     const f16 d2 = X * X + Y * Y + Z * Z;
 """
 SPIKE = """
     const f16 inverse = 1.0f / __builtin_elementwise_sqrt(__builtin_elementwise_max(d2, none + 1e-30f));
     const f16 short_of = ABOVE(support - d2 * inverse);
-    f16 spike = (counts & (d2 > 0.0f)) ? short_of * short_of * inverse : none;
+    // Of two in one place: large, times offsets of zero.
+    f16 spike = short_of * short_of * inverse;
 """
 GAUSS = """
-    const f16 gauss = (counts & (d2 < h2)) ? FADE(__builtin_elementwise_min(d2 / h2, none + 1.0f)) : none;
+    const f16 gauss = d2 < h2 ? FADE(d2 * (1.0f / h2)) : none;
 """
 
 
@@ -73,7 +76,7 @@ def _block(*parts: str) -> str:
         OFFSETS.replace("PLACES", "place"),
         SPIKE,
         """
-    const f16 left = counts ? ABOVE(h2 - d2) : none;
+    const f16 left = ABOVE(h2 - d2);
     density += left * left * left;
     gx += spike * X; gy += spike * Y; gz += spike * Z;
     squares += spike * spike * d2;
@@ -101,7 +104,7 @@ def sum_density(
         OFFSETS.replace("PLACES", "wall"),
         SPIKE,
         """
-    const f16 left = counts ? ABOVE(h2 - d2) : none;
+    const f16 left = ABOVE(h2 - d2);
     density += W * left * left * left;
     spike *= W;
     gx += spike * X; gy += spike * Y; gz += spike * Z;
@@ -156,9 +159,8 @@ def sum_correction(
         """
     LOAD16(U, V, T, unused, velocity.data, 12, l)
     U = moves[0] - U; V = moves[1] - V; T = moves[2] - T;
-    f16 their;
-    for (int q = 0; q < 16; ++q) their[q] = volume.data[l[q]];
-    total += their * gauss * (U * U + V * V + T * T);
+    LOAD16(volume, thickness, next, after, bulk.data, 8, l)
+    total += volume * gauss * (U * U + V * V + T * T);
 }
 return SUM(total);
 """,
@@ -167,7 +169,7 @@ return SUM(total);
 def sum_shear(
     place: wp.array[wp.vec4],
     velocity: wp.array[wp.vec3],
-    volume: wp.array[float],
+    bulk: wp.array[wp.vec2],
     listed: wp.array2d[int],
     row: int,
     count: int,
@@ -187,10 +189,9 @@ float* out = coupling.data + (size_t)row * (size_t)coupling.shape[1];
         OFFSETS.replace("PLACES", "place"),
         GAUSS,
         """
-    f16 their, thick;
-    for (int q = 0; q < 16; ++q) { their[q] = volume.data[l[q]]; thick[q] = thickness.data[l[q]]; }
-    const f16 both = __builtin_elementwise_max(thick + own_thickness, none + 1e-20f);
-    const f16 weight = own_volume * their * gauss * (2.0f * own_thickness * thick / both);
+    LOAD16(volume, thickness, next, after, bulk.data, 8, l)
+    const f16 both = __builtin_elementwise_max(thickness + own[1], none + 1e-20f);
+    const f16 weight = own[0] * volume * gauss * (2.0f * own[1] * thickness / both);
     __builtin_memcpy(out + s, &weight, 64);
     total += weight;
 }
@@ -200,14 +201,12 @@ return SUM(total);
 )
 def couple(
     place: wp.array[wp.vec4],
-    volume: wp.array[float],
-    thickness: wp.array[float],
+    bulk: wp.array[wp.vec2],
     listed: wp.array2d[int],
     row: int,
     count: int,
     here: wp.vec4,
-    own_volume: float,
-    own_thickness: float,
+    own: wp.vec2,
     support: float,
     coupling: wp.array2d[float],
 ) -> float: ...

@@ -60,7 +60,7 @@ def start_search(
     begin: int,
     movers: Movers,
     resistance: wp.array[float],
-    volume: wp.array[float],
+    bulk: wp.array[wp.vec2],
     velocity: wp.array[wp.vec3],
     product: wp.array[wp.vec3],
     residual: wp.array[wp.vec3],  # out
@@ -73,8 +73,8 @@ def start_search(
     if row >= movers.count[0]:
         return
     i = movers.who[row]
-    diagonal = volume[i] + resistance[row]
-    right = volume[i] * velocity[i]
+    diagonal = bulk[i][0] + resistance[row]
+    right = bulk[i][0] * velocity[i]
     r = right - product[row]
     residual[row] = r
     scaled[row] = r / diagonal
@@ -92,7 +92,7 @@ def advance_search(
     goal: wp.array[float],
     curvature: wp.array[float],
     resistance: wp.array[float],
-    volume: wp.array[float],
+    bulk: wp.array[wp.vec2],
     direction: wp.array[wp.vec3],
     product: wp.array[wp.vec3],
     velocity: wp.array[wp.vec3],  # in, out
@@ -111,7 +111,7 @@ def advance_search(
     velocity[i] = velocity[i] + length * direction[i]
     r = residual[row] - length * product[row]
     residual[row] = r
-    scaled[row] = r / (volume[i] + resistance[row])
+    scaled[row] = r / (bulk[i][0] + resistance[row])
 
 
 @wp.kernel
@@ -207,11 +207,10 @@ def viscosity_kernels(loops: ModuleType, module: Any) -> ViscosityKernels:
         frame_of: wp.array[int],
         place: wp.array[wp.vec4],
         velocity: wp.array[wp.vec3],
-        volume: wp.array[float],
         listed: wp.array2d[int],
         count: wp.array[int],
+        bulk: wp.array[wp.vec2],  # in, out: the thickness, which no one reads here
         shear: wp.array[float],  # out
-        thickness: wp.array[float],  # out
         yields: wp.array[float],  # out
         slides: wp.array[float],  # out
     ):
@@ -231,13 +230,14 @@ def viscosity_kernels(loops: ModuleType, module: Any) -> ViscosityKernels:
         if age > 0:
             here = place[i]
             slide = wp.length(velocity[i])
-            sheared = sum_shear(place, velocity, volume, listed, row, count[row], here, velocity[i], support)
+            sheared = sum_shear(place, velocity, bulk, listed, row, count[row], here, velocity[i], support)
             gamma = wp.sqrt(paste.per_shear * sheared)
         tau = yield_stress(paste, run, float(age) * frame_s)
         shear[i] = gamma
         yields[row] = tau
         slides[row] = slide
-        thickness[i] = paste.thin[run] + paste.per_viscosity * tau / (gamma + paste.slowest_shear)
+        thickness = paste.thin[run] + paste.per_viscosity * tau / (gamma + paste.slowest_shear)
+        bulk[i] = wp.vec2(bulk[i][0], thickness)
 
     @wp.kernel(enable_backward=False, module=module)
     def weigh_pairs(
@@ -249,8 +249,7 @@ def viscosity_kernels(loops: ModuleType, module: Any) -> ViscosityKernels:
         place: wp.array[wp.vec4],
         slides: wp.array[float],
         yields: wp.array[float],
-        volume: wp.array[float],
-        thickness: wp.array[float],
+        bulk: wp.array[wp.vec2],
         listed: wp.array2d[int],
         count: wp.array[int],
         wall: wp.array[wp.vec4],
@@ -266,11 +265,11 @@ def viscosity_kernels(loops: ModuleType, module: Any) -> ViscosityKernels:
         i = movers.who[row]
         run = i // points_a_run
         here = place[i]
-        own = volume[i]
-        total = couple(place, volume, thickness, listed, row, count[row], here, own, thickness[i], support, coupling)
+        own = bulk[i]
+        total = couple(place, bulk, listed, row, count[row], here, own, support, coupling)
         drag = paste.drag[run] + paste.wall_per_viscosity * yields[row] / (slides[row] + paste.slowest)
         walls = sum_drag(wall, wall_listed, row, wall_count[row], here, support)
-        resistance[row] = total + own * drag * walls
+        resistance[row] = total + own[0] * drag * walls
 
     @wp.kernel(enable_backward=False, module=module)
     def apply_matrix(
@@ -280,7 +279,7 @@ def viscosity_kernels(loops: ModuleType, module: Any) -> ViscosityKernels:
         count: wp.array[int],
         coupling: wp.array2d[float],
         resistance: wp.array[float],
-        volume: wp.array[float],
+        bulk: wp.array[wp.vec2],
         vector: wp.array[wp.vec3],
         product: wp.array[wp.vec3],  # out
     ):
@@ -290,7 +289,7 @@ def viscosity_kernels(loops: ModuleType, module: Any) -> ViscosityKernels:
             return
         i = movers.who[row]
         pulled = sum_pulled(vector, coupling, listed, row, count[row])
-        product[row] = (volume[i] + resistance[row]) * vector[i] - pulled
+        product[row] = (bulk[i][0] + resistance[row]) * vector[i] - pulled
 
     @wp.kernel(enable_backward=False, module=module)
     def pass_velocity(
@@ -301,7 +300,7 @@ def viscosity_kernels(loops: ModuleType, module: Any) -> ViscosityKernels:
         count: wp.array[int],
         coupling: wp.array2d[float],
         resistance: wp.array[float],
-        volume: wp.array[float],
+        bulk: wp.array[wp.vec2],
         before: wp.array[wp.vec3],
         after: wp.array[wp.vec3],  # out
     ):
@@ -311,6 +310,6 @@ def viscosity_kernels(loops: ModuleType, module: Any) -> ViscosityKernels:
             return
         i = movers.who[row]
         pulled = sum_pulled(before, coupling, listed, row, count[row])
-        after[i] = before[i] - (resistance[row] * before[i] - pulled) / (passes * volume[i])
+        after[i] = before[i] - (resistance[row] * before[i] - pulled) / (passes * bulk[i][0])
 
     return ViscosityKernels(measure_shear, weigh_pairs, apply_matrix, pass_velocity)

@@ -7,6 +7,9 @@ NEIGHBOURS = 128
 WALL_NEIGHBOURS = 96
 """Slots of a list. A flat wall fills about 13, a narrow corner three times that."""
 
+NOWHERE_CM = 1e6
+"""Where nobody is, in x, y and z, with whom the rows of lists are filled up: no particle comes near it."""
+
 
 class NeighbourLists:
     """For at most ``rows`` movers. A GPU reads the same slot of many rows at once, a CPU the slots of a row."""

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import warp as wp
@@ -48,7 +48,7 @@ def viscous_weight(kinematic: float, support: float, step_s: float) -> float:
 
 def paste_on_device(
     fluids: Sequence[Rheology], support: float, step_s: float, substeps: int, slowest_shear_per_s: float, device: str
-) -> device_code.Paste:
+) -> Any:
     """The constants of each run for a substep of ``step_s``; below ``slowest_shear_per_s`` paste creeps."""
     # Eq. 5 weighs with exp(-r^2/h^2) / (h sqrt(pi)); the kernels leave the divisor to these constants.
     shape = math.sqrt(math.pi) * support

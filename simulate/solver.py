@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import warp as wp
 
@@ -83,7 +83,6 @@ class FluidSolver:
         wall_mass = {"calibrated": calibrated_wall_mass, "source": source_wall_mass}
         self.wall_mass = wall_mass[self.scheme.wall](radius)
         self.smoothing = _smoothing(self._support, self.mass, self.wall_mass, settings.relaxation)
-        state.volume.fill_(self.mass)
         self.movers, self.lists = MoversList(state), NeighbourLists(rows, device)
         self._kernels = pair_kernels(device == "cpu" if native is None else native)
         self._launch = Launcher(device, threads)
@@ -102,6 +101,7 @@ class FluidSolver:
             self._kernels,
             self._launch,
             support=self._support,
+            mass=self.mass,
             frame_s=frame_s,
         )
         reach = LIST_REACH * self._support
@@ -183,8 +183,8 @@ class FluidSolver:
         """Among all that are out, resting ones included, and among the walls."""
         state, lists = self.state, self.lists
         self.fluid_cells.fill(state.place, state.fate, self._out)
-        self._list(self.fluid_cells, 1, kernels.NEIGHBOURS_FULL, lists.fluid, lists.fluid_count)
-        self._list(self.wall_cells, 0, kernels.WALLS_FULL, lists.wall, lists.wall_count)
+        self._list("fluid", self.fluid_cells, kernels.NEIGHBOURS_FULL, state.nobody, lists.fluid, lists.fluid_count)
+        self._list("wall", self.wall_cells, kernels.WALLS_FULL, len(self.walls.place), lists.wall, lists.wall_count)
 
     def measure_density(self) -> None:
         state, lists = self.state, self.lists
@@ -199,7 +199,7 @@ class FluidSolver:
             state.place,
             self._wall_slope,
             state.density,
-            state.volume,
+            state.bulk,
         )
 
     def correct(self) -> None:
@@ -272,27 +272,28 @@ class FluidSolver:
         )
         return self._fault.numpy().tolist()
 
-    def _list(self, grid: CellGrid, of_the_fluid: int, full: int, listed: wp.array, count: wp.array) -> None:
+    def _list(self, of: str, grid: CellGrid, full: int, nobody: int, listed: wp.array, count: wp.array) -> None:
         self._launch.rows(
-            f"list {of_the_fluid}",
+            f"list {of}",
             self._kernels.list_neighbours,
             self.rows,
             self.movers.movers,
             grid.cells,
-            of_the_fluid,
+            int(of == "fluid"),
             LIST_REACH * self._support,
             full,
+            nobody,
             self.state.place,
             listed,
             count,
             self._fault,
         )
 
-    def _rows(self, kernel: wp.Kernel, *inputs: object) -> None:
+    def _rows(self, kernel: Any, *inputs: object) -> None:
         self._launch.rows(kernel.key, kernel, self.rows, self.movers.movers, *inputs)
 
 
-def _smoothing(support: float, mass: float, wall_mass: float, relaxation: float) -> kernels.Smoothing:
+def _smoothing(support: float, mass: float, wall_mass: float, relaxation: float) -> Any:
     poly6, spiky = 315 / (64 * math.pi * support**9), -45 / (math.pi * support**6)
     smoothing = kernels.Smoothing()
     smoothing.support, smoothing.mass = support, mass

@@ -1,15 +1,18 @@
 """The particles of one run, or of several at once, on the device. Centimetres and seconds."""
 
+from typing import Any
+
 import numpy as np
 import warp as wp
 
 from sealtwin.records import Floats
 from simulate import kernels_rest as device_code
 from simulate.distance import CM
+from simulate.neighbours import NOWHERE_CM
 from simulate.nozzle import Schedule
 
-SPARE = 1
-"""Entries that a load of sixteen bytes may read past the last particle's twelve."""
+SPARE = 2
+"""Entries behind the last particle: nobody, with whom lists are filled up, and what a load of sixteen bytes reads."""
 
 
 class State:
@@ -30,11 +33,17 @@ class State:
         self.direction = _padded(np.zeros((schedule.particles, 3)), runs, wp.vec3, device)
         """Of the viscosity's search; zero for who rests."""
         self.density = wp.full(count, 1.0, dtype=float, device=device)
-        self.volume = wp.zeros(count, dtype=float, device=device)
+        self.bulk = _padded(np.zeros((schedule.particles, 2)), runs, wp.vec2, device)
+        """Volume m/rho in cm3, and thickness: the weight of a particle's pairs in the viscosity."""
         self.frame_of = wp.array(np.tile(schedule.frame_of, runs), dtype=int, device=device)
         self.fate = wp.full(count, int(device_code.WAITING), dtype=int, device=device)
         self.frame = wp.zeros(1, dtype=int, device=device)
         """The number of the frame that runs."""
+
+    @property
+    def nobody(self) -> int:
+        """A number that stands for no particle, and may be read like one."""
+        return self.count
 
     @property
     def count(self) -> int:
@@ -54,8 +63,8 @@ class State:
         return self.velocity.numpy().astype(float) / CM
 
 
-def _padded(rows: Floats, runs: int, dtype: type, device: str) -> wp.array:
-    """An array with room behind its end that may be read, and is never looked at."""
-    spare = np.zeros((SPARE, rows.shape[1]))
+def _padded(rows: Floats, runs: int, dtype: type, device: str) -> Any:
+    """An array with entries behind its end that may be read."""
+    spare = np.full((SPARE, rows.shape[1]), NOWHERE_CM if dtype is wp.vec4 else 0.0)
     whole = wp.array(np.concatenate([np.tile(rows, (runs, 1)), spare]), dtype=dtype, device=device)
     return whole[: runs * len(rows)]

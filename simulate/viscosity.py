@@ -5,6 +5,7 @@ substep left (one lagged Picard pass), and the same stress along rough walls.
 """
 
 import math
+from typing import Any
 
 import numpy as np
 import warp as wp
@@ -15,7 +16,7 @@ from simulate.launch import Launcher
 from simulate.movers import MoversList
 from simulate.neighbours import NEIGHBOURS, NeighbourLists, pairs_of
 from simulate.pairs import PairKernels
-from simulate.state import State
+from simulate.state import SPARE, State
 from simulate.walls import Walls
 
 OF_THE_WHOLE = 1e-3
@@ -41,11 +42,12 @@ class Viscosity:
         movers: MoversList,
         lists: NeighbourLists,
         walls: Walls,
-        paste: device_code.Paste,
+        paste: Any,
         kernels: PairKernels,
         launcher: Launcher,
         *,
         support: float,
+        mass: float,
         frame_s: float,
     ) -> None:
         rows, device = len(lists.fluid_count), state.device
@@ -54,8 +56,9 @@ class Viscosity:
         self._support, self._frame_s = support, frame_s
         self._pairs, self._launch = kernels.viscosity, launcher
         self.shear = wp.zeros(state.count, dtype=float, device=device)
-        """1/s, as the last substep left it; by particle, like ``thickness``."""
-        self.thickness = wp.array(np.repeat(self._paste.thin.numpy(), state.points_a_run), dtype=float, device=device)
+        """1/s, as the last substep left it; by particle."""
+        thin = np.repeat(paste.thin.numpy(), state.points_a_run)
+        state.bulk.assign(np.column_stack([np.full(state.count, mass), thin]).astype(np.float32))
         self._yields, self._slides = (wp.zeros(rows, dtype=float, device=device) for _ in range(2))
         self._coupling = pairs_of(rows, NEIGHBOURS, float, device)
         self.resistance = wp.zeros(rows, dtype=float, device=device)
@@ -67,7 +70,7 @@ class Viscosity:
             name: wp.zeros(state.runs, dtype=float, device=device)
             for name in ("whole", "error", "error_before", "curvature", "goal", "unused")
         }
-        self._other = wp.zeros(state.count + 1, dtype=wp.vec3, device=device)[: state.count]
+        self._other: Any = wp.zeros(state.count + SPARE, dtype=wp.vec3, device=device)[: state.count]
 
     def measure_shear(self, rows: int) -> None:
         """Before a substep replaces the velocities that the last one left."""
@@ -87,11 +90,10 @@ class Viscosity:
             state.frame_of,
             state.place,
             state.velocity,
-            state.volume,
             lists.fluid,
             lists.fluid_count,
+            state.bulk,
             self.shear,
-            self.thickness,
             self._yields,
             self._slides,
         )
@@ -102,7 +104,7 @@ class Viscosity:
         Raises NumericalError where it does not converge.
         """
         state, sums = self._state, self._sums
-        diagonal = (self.resistance, state.volume)
+        diagonal = (self.resistance, state.bulk)
         self._weigh(rows)
         self._apply("first product", rows, state.velocity)
         self._launch.rows(
@@ -179,18 +181,19 @@ class Viscosity:
         state = self._state
         self._weigh(rows)
         who = self._movers.movers.who.numpy()[:rows]
-        share = self.resistance.numpy()[:rows] / state.volume.numpy()[who]
+        share = self.resistance.numpy()[:rows] / state.bulk.numpy()[who, 0]
         passes = max(1, math.ceil(share.max(initial=0.0) / STABLE))
         # Who rests has no speed, in both.
         wp.copy(self._other, state.velocity)
-        before, after = state.velocity, self._other
+        before: Any = state.velocity
+        after = self._other
         for _ in range(passes):
             self.pass_once(before, after, passes, rows)
             before, after = after, before
         wp.copy(state.velocity, before)
         return passes
 
-    def pass_once(self, before: wp.array, after: wp.array, passes: float, rows: int) -> None:
+    def pass_once(self, before: Any, after: Any, passes: float, rows: int) -> None:
         """One of q passes; stable up to a largest diagonal of A of about 1.95 q."""
         state, lists = self._state, self._lists
         wp.launch(
@@ -204,7 +207,7 @@ class Viscosity:
                 lists.fluid_count,
                 self._coupling,
                 self.resistance,
-                state.volume,
+                state.bulk,
                 before,
                 after,
             ],
@@ -224,8 +227,7 @@ class Viscosity:
             state.place,
             self._slides,
             self._yields,
-            state.volume,
-            self.thickness,
+            state.bulk,
             lists.fluid,
             lists.fluid_count,
             self._walls.place,
@@ -246,7 +248,7 @@ class Viscosity:
             lists.fluid_count,
             self._coupling,
             self.resistance,
-            self._state.volume,
+            self._state.bulk,
             vector,
             self._product,
         )

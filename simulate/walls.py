@@ -1,6 +1,7 @@
 """Wall particles: one layer, a radius deep in the solid, that complete the density and drag the fluid."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import warp as wp
@@ -10,6 +11,7 @@ from scipy.spatial import KDTree
 
 from sealtwin.records import FaceLabel, Floats, Outline, Solid
 from simulate.distance import CLEARANCE, CM, MARGIN_MM, Barrier
+from simulate.neighbours import NOWHERE_CM
 from simulate.surface import spread_points
 
 CANDIDATES = 20
@@ -22,7 +24,7 @@ NEAREST = 0.78
 class Walls:
     """Wall particles on the device."""
 
-    place: wp.array
+    place: Any
     """Position in cm, and share: the surface that a particle stands for over (2R)^2, 1 on average whatever the
     triangles.
     """
@@ -42,7 +44,9 @@ def place_walls(solid: Solid, outline: Outline, barrier: Barrier, radius_mm: flo
     kept = _spread(deep[held], points.lot[near][held], NEAREST * spacing_mm)
     _, nearest = KDTree(kept).query(deep)
     share = np.bincount(nearest, minlength=len(kept)) / CANDIDATES
-    return Walls(wp.array(np.column_stack([kept * CM, share]), dtype=wp.vec4, device=barrier.device))
+    nobody = np.full((1, 4), NOWHERE_CM)
+    place = np.concatenate([np.column_stack([kept * CM, share]), nobody])
+    return Walls(wp.array(place, dtype=wp.vec4, device=barrier.device)[: len(kept)])
 
 
 def calibrated_wall_mass(radius: float) -> float:

@@ -1,6 +1,5 @@
 """The inner loops for CPUs against the plain ones, which are the equations."""
 
-from functools import cache
 from types import ModuleType
 from typing import Any
 
@@ -11,72 +10,32 @@ from numpy.typing import NDArray
 
 from simulate import kernels_pairs, kernels_pairs_native
 from tests.fluids import engine_with, lattice, positions_mm, slot
+from tests.kernels_sums import sum_kernel
 
 SUPPORT = 0.16
 ROWS, SLOTS, POINTS = 40, 64, 300
-Row = NDArray[np.floating]
+Rows = NDArray[Any]
 
 
-@cache
-def kernels_of(loops: ModuleType) -> dict[str, Any]:
-    """One that stores each sum, (row, five)."""
-    module = wp.get_module(f"tests.pairs.{loops.__name__}")
-    sum_density, sum_walls, sum_correction = loops.sum_density, loops.sum_walls, loops.sum_correction
-    sum_shear, couple, sum_drag, sum_pulled = loops.sum_shear, loops.couple, loops.sum_drag, loops.sum_pulled
-
-    @wp.kernel(enable_backward=False, module=module)
-    def all_sums(
-        place: wp.array[wp.vec4],
-        velocity: wp.array[wp.vec3],
-        volume: wp.array[float],
-        thickness: wp.array[float],
-        listed: wp.array2d[int],
-        count: wp.array[int],
-        support: float,
-        coupling: wp.array2d[float],
-        out: wp.array2d[float],
-    ):
-        row = wp.tid()
-        here, many = place[row], count[row]
-        density = sum_density(place, listed, row, many, here, support)
-        walls = sum_walls(place, listed, row, many, here, support)
-        correction = sum_correction(place, listed, row, many, here, support, -0.3)
-        for k in range(5):
-            out[row, k] = density[k]
-        for k in range(4):
-            out[row, 5 + k] = walls[k]
-        for k in range(3):
-            out[row, 9 + k] = correction[k]
-        out[row, 12] = sum_shear(place, velocity, volume, listed, row, many, here, velocity[row], support)
-        out[row, 13] = couple(
-            place, volume, thickness, listed, row, many, here, volume[row], thickness[row], support, coupling
-        )
-        out[row, 14] = sum_drag(place, listed, row, many, here, support)
-        pulled = sum_pulled(velocity, coupling, listed, row, many)
-        for k in range(3):
-            out[row, 15 + k] = pulled[k]
-
-    return {"all": all_sums}
-
-
-def sums(loops: ModuleType) -> tuple[Row, Row]:
+def sums(loops: ModuleType) -> tuple[Rows, Rows]:
     """Of a cloud with neighbours in and beyond reach, two of them in one place; rows of 0 to 40 neighbours."""
     random = np.random.default_rng(3)
     place = np.column_stack([random.uniform(0, 0.25, (POINTS, 3)), random.uniform(-1, 1, POINTS)])
     place[7, :3] = place[0, :3]
     listed = np.array([random.permutation(POINTS)[:SLOTS] for _ in range(ROWS)])
     listed[0, 0] = 7
+    # As in a run, nobody stands behind a row's count.
+    listed[np.arange(SLOTS) > np.arange(ROWS)[:, None]] = POINTS
     given = {
-        "place": wp.array(np.vstack([place, [[9e9] * 4]]), dtype=wp.vec4, device="cpu")[:POINTS],
-        "velocity": wp.array(random.normal(0, 10, (POINTS + 1, 3)), dtype=wp.vec3, device="cpu")[:POINTS],
-        "volume": wp.array(random.uniform(0.5, 1, POINTS), dtype=float, device="cpu"),
-        "thickness": wp.array(random.uniform(0, 3, POINTS), dtype=float, device="cpu"),
+        "place": wp.array(np.vstack([place, [[1e6] * 4] * 2]), dtype=wp.vec4, device="cpu")[:POINTS],
+        "velocity": wp.array(random.normal(0, 10, (POINTS + 2, 3)), dtype=wp.vec3, device="cpu")[:POINTS],
+        "bulk": wp.array(random.uniform(0.5, 3, (POINTS + 2, 2)), dtype=wp.vec2, device="cpu")[:POINTS],
         "listed": wp.array(listed, dtype=int, device="cpu"),
         "count": wp.array(np.arange(ROWS) + 1, dtype=int, device="cpu"),
     }
     coupling = wp.zeros((ROWS, SLOTS), dtype=float, device="cpu")
     out = wp.zeros((ROWS, 18), dtype=float, device="cpu")
-    wp.launch(kernels_of(loops)["all"], ROWS, inputs=[*given.values(), SUPPORT, coupling, out], device="cpu")
+    wp.launch(sum_kernel(loops), ROWS, inputs=[*given.values(), SUPPORT, coupling, out], device="cpu")
     return out.numpy(), coupling.numpy()
 
 

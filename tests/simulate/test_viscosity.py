@@ -41,7 +41,7 @@ def velocity_of(engine: FluidSolver) -> Floats:
 
 def largest_diagonal(engine: FluidSolver) -> float:
     """Of A, where all particles move."""
-    return float((engine.viscosity.resistance.numpy() / engine.state.volume.numpy()).max())
+    return float((engine.viscosity.resistance.numpy() / engine.state.bulk.numpy()[:, 0]).max())
 
 
 def chaos(engine: FluidSolver) -> Floats:

@@ -1,0 +1,46 @@
+"""Device code for tests: every inner loop of a module, side by side."""
+
+from functools import cache
+from types import ModuleType
+from typing import Any
+
+import warp as wp
+
+
+@cache
+def sum_kernel(loops: ModuleType) -> Any:
+    """Stores what each sum of ``loops`` is for the first points of a cloud, (row, 18), and the coupling of pairs."""
+    module = wp.get_module(f"tests.pairs.{loops.__name__}")
+    sum_density, sum_walls, sum_correction = loops.sum_density, loops.sum_walls, loops.sum_correction
+    sum_shear, couple, sum_drag, sum_pulled = loops.sum_shear, loops.couple, loops.sum_drag, loops.sum_pulled
+
+    @wp.kernel(enable_backward=False, module=module)
+    def all_sums(
+        place: wp.array[wp.vec4],
+        velocity: wp.array[wp.vec3],
+        bulk: wp.array[wp.vec2],
+        listed: wp.array2d[int],
+        count: wp.array[int],
+        support: float,
+        coupling: wp.array2d[float],
+        out: wp.array2d[float],
+    ):
+        row = wp.tid()
+        here, many = place[row], count[row]
+        density = sum_density(place, listed, row, many, here, support)
+        walls = sum_walls(place, listed, row, many, here, support)
+        correction = sum_correction(place, listed, row, many, here, support, -0.3)
+        for k in range(5):
+            out[row, k] = density[k]
+        for k in range(4):
+            out[row, 5 + k] = walls[k]
+        for k in range(3):
+            out[row, 9 + k] = correction[k]
+        out[row, 12] = sum_shear(place, velocity, bulk, listed, row, many, here, velocity[row], support)
+        out[row, 13] = couple(place, bulk, listed, row, many, here, bulk[row], support, coupling)
+        out[row, 14] = sum_drag(place, listed, row, many, here, support)
+        pulled = sum_pulled(velocity, coupling, listed, row, many)
+        for k in range(3):
+            out[row, 15 + k] = pulled[k]
+
+    return all_sums
