@@ -57,8 +57,9 @@ class Command:
 
     def run_checked(self, trial: "Trial", source: Path, out: Path | None, stages: "Sequence[StageName]") -> None:
         from sealtwin.folder import open_folder
-        from sealtwin.job import start_job
+        from sealtwin.job import require_sample, start_job
 
+        require_sample(trial, source)
         with (
             open_folder(out or Path("reports", trial.folder_name), create=True) as folder,
             self.progress() as progress,

@@ -91,6 +91,16 @@ def sample_files(trial: Trial) -> dict[str, Path]:
     return {role: file for role, file in named.items() if file is not None}
 
 
+def require_sample(trial: Trial, source: Path) -> None:
+    """Raises InputError where a file that shows the crack is not there: a slip of the pen must not leave a folder."""
+    table = "photo" if trial.mesh is None else "mesh"
+    for role, file in sample_files(trial).items():
+        if not (source / file).exists():
+            raise InputError(
+                f"{source / file}: not found; what {table}.{role} names is looked for beside its trial file."
+            )
+
+
 def begin_writing(job: Job, stage: StageName) -> None:
     """From here the folder is this trial's: what ``stage`` and its reports left before goes, edited files aside."""
     adopt_trial(job)

@@ -267,6 +267,15 @@ def test_a_refusal_shows_what_was_found_until_the_next_attempt(tmp_path):
     assert not (out / "refused.png").exists()
 
 
+@pytest.mark.parametrize(
+    "command", ["digitise photo.jpg --depth-mm 16 --mm-per-px 0.1", "import-mesh scan.stl --units mm"]
+)
+def test_a_file_that_is_not_there_leaves_no_folder(tmp_path, command):
+    name, file, *options = command.split()
+    assert f"{file}: not found" in _refusal(name, tmp_path / file, *options, "--out", tmp_path / "run")
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_folder_names_no_home_and_no_place_of_this_machine(trial, tmp_path):
     _sealtwin("digitise", trial, "--out", tmp_path / "run", "--quiet")
     for name in ("manifest.json", "trial.toml", "outline.json", "solid.json"):
