@@ -37,7 +37,9 @@ def voted_lines(voters: NDArray[np.bool_], region: NDArray[np.bool_], cost: Floa
 
 def _votes(voters: NDArray[np.bool_], cost: Floats) -> Integers:
     """How many voters' cheapest way to the cheapest of them leads over each cell."""
-    root = int(np.argmin(np.where(voters, cost, np.inf)))
+    cheapest = np.flatnonzero(voters & (cost == cost[voters].min()))
+    # Many cost the same; the first of them would be the tip of whatever lies highest in the picture, be it a hair.
+    root = int(cheapest[len(cheapest) // 2])
     search = MCP_Geometric(np.where(np.isfinite(cost), cost, -1), fully_connected=True)
     _, came_by = search.find_costs([np.unravel_index(root, cost.shape)])
     steps = np.array(search.offsets, dtype=np.int64) @ (cost.shape[1], 1)
