@@ -30,9 +30,8 @@ def softness_px(share: Floats, place_px: Floats, sample_px: float, edge_fraction
     rel_px = np.arange(0, 3 * SOFTEST_PX, 0.5 * sample_px)
     sigmas_px = [SOFTEST_PX]
     for side, places_px in zip(share, place_px, strict=True):
-        sample = np.minimum((places_px[:, None] + rel_px) / sample_px, side.shape[1] - 1)
-        profile = np.median(_between(side, sample), axis=0)
-        inner, outer = (_reached(profile, rel_px, level) for level in (edge_fraction, OUTER))
+        profile = usual_profile(side, places_px, rel_px, sample_px)
+        inner, outer = (reached(profile, rel_px, level) for level in (edge_fraction, OUTER))
         if outer is not None:
             sigmas_px.append((outer - (inner or 0.0)) / (ndtri(OUTER) - ndtri(edge_fraction)))
     return float(np.clip(min(sigmas_px), SHARPEST_PX, SOFTEST_PX))
@@ -46,11 +45,13 @@ def refined(
     sample_px: float,
     over: int,
     contrast: Floats,
+    rim: Floats,
 ) -> tuple[Floats, NDArray[np.bool_]]:
     """Distance of each wall from the line in px, (2, stations), and where its step is seen.
 
     ``light`` and ``valid`` run from the line outward, (2, stations, samples); ``place_px`` is where the walls were
-    followed, ``over`` the stations over which levels are steadied.
+    followed, ``over`` the stations over which levels are steadied. Just inside a wall it is no darker than ``rim``,
+    (2, stations), 0 where none is lit: what is read there is the crack itself where a lit rim is narrow.
     """
     width_px = np.maximum(median_filter(place_px.sum(axis=0), over, mode="nearest"), 1.0)[:, None]
     outer_px = np.arange(CLEAR * sigma_px, (CLEAR + OUTSIDE) * sigma_px, sample_px)
@@ -61,6 +62,7 @@ def refined(
     outer, inner = (
         _level(_between(shown, (place_px[..., None] + rel_px) / sample_px), over) for rel_px in (outer_px, inner_px)
     )
+    inner = np.maximum(inner, rim)
 
     def brightened(rel_px: Floats) -> Floats:
         """Share of mortar in the blurred picture of a slot, so far from one wall."""
@@ -79,7 +81,13 @@ def refined(
     return np.where(stepped, step_px, place_px), stepped & (outer - inner >= LEAST_STEP * contrast)
 
 
-def _reached(profile: Floats, at: Floats, level: float) -> float | None:
+def usual_profile(side: Floats, places_px: Floats, rel_px: Floats, sample_px: float) -> Floats:
+    """Median over a wall's stations of its share of the contrast, at ``rel_px`` from ``places_px`` outward."""
+    sample = np.minimum((places_px[:, None] + rel_px) / sample_px, side.shape[1] - 1)
+    return np.median(_between(side, sample), axis=0)
+
+
+def reached(profile: Floats, at: Floats, level: float) -> float | None:
     """Where a profile first comes to a level; None where it does not."""
     first = int(np.argmax(profile >= level))
     if profile[first] < level:

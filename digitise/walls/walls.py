@@ -8,6 +8,7 @@ from scipy.ndimage import median_filter
 
 from digitise.walls.carried import completed
 from digitise.walls.follow import follow
+from digitise.walls.lit import HALF, lit_share
 from digitise.walls.steps import refined, softness_px
 from digitise.walls.strip import Strip
 from sealtwin.records import Floats
@@ -49,7 +50,8 @@ def find_walls(strip: Strip, width_mm: float, edge_fraction: float = 0.5, both_r
     """Both walls in the middle of their steps from dark to bright, followed as smoothly as the picture allows.
 
     ``width_mm`` is the typical width of the crack. Up to ``edge_fraction`` of the contrast, from crack to mortar, all
-    is crack: below a half, less than a lit wall; above, less than a stain. Where a wall is lost it is completed.
+    is crack: below a half, less than a lit wall; above, less than a stain. Above, a wall with a lit rim is drawn midway
+    from its brightness to the mortar's, one without in the middle of its step. Where a wall is lost it is completed.
     """
     across = width_mm / strip.mm_per_px / strip.station_px
     over = 2 * int(np.ceil(across)) + 1
@@ -65,12 +67,23 @@ def find_walls(strip: Strip, width_mm: float, edge_fraction: float = 0.5, both_r
     light, valid = _outward(strip, strip.light), _outward(strip, strip.valid)
     contrast = np.maximum(bright - dark, 1e-6)
     share = np.clip((light - dark[:, None]) / contrast[..., None], 0, 1)
-    # Where nothing is known, nothing pulls a wall.
-    place_px = follow(np.where(valid, share - edge_fraction, 0), strip.sample_px, strip.station_px)
-    sigma_px = softness_px(share, place_px, strip.sample_px, edge_fraction)
+
+    def excess(fraction: float) -> Floats:
+        # Where nothing is known, nothing pulls a wall.
+        return np.where(valid, share - fraction, 0)
+
+    fraction, lit = min(edge_fraction, HALF), np.zeros(2)
+    place_px = follow(excess(fraction), strip.sample_px, strip.station_px)
+    sigma_px = softness_px(share, place_px, strip.sample_px, fraction)
+    if edge_fraction > HALF:
+        lit = lit_share(share, place_px, sigma_px, strip.sample_px, edge_fraction)
+        for side in np.flatnonzero(lit):
+            midway = max(edge_fraction, (1 + lit[side]) / 2)
+            place_px[side] = follow(excess(midway)[side : side + 1], strip.sample_px, strip.station_px)[0]
+    rim = np.where(lit[:, None] > 0, dark + lit[:, None] * contrast, 0)
     seen = np.zeros(place_px.shape, dtype=bool)
     for _ in range(REFINEMENTS):
-        place_px, seen = refined(light, valid, place_px, sigma_px, strip.sample_px, over, contrast)
+        place_px, seen = refined(light, valid, place_px, sigma_px, strip.sample_px, over, contrast, rim)
     left, right = zip(place_px * strip.mm_per_px, seen, strict=True)
     left_mm, right_mm = completed(left, right, across, strip.station_px * strip.mm_per_px, both_reach_edge)
     bright = bright.mean(axis=0)

@@ -79,3 +79,20 @@ def test_a_pore_beside_the_crack_draws_no_wall_to_it(walls_of):
     brightness[35:47, 144:156] = 0.02
     walls = walls_of(brightness)
     assert np.abs(walls.left_mm / MM_PER_PX - 9).max() < 0.1
+
+
+@pytest.mark.parametrize("rim_px", [3, 5])
+def test_a_lit_rim_is_crack_and_the_other_wall_stays_where_it_is(walls_of, rim_px):
+    """56 % as bright as mortar, blurred by 1 px, in grain of 5 %. By the level inside a narrow one: 0.9 px too far in.
+
+    At half the contrast the wall is drawn on the rim's inner side.
+    """
+    brightness = band(50.5, 69.0)
+    brightness[51 : 51 + rim_px] = 0.02 + 0.56 * 0.38
+    brightness = blurred(brightness.astype(np.float32), 1.0).astype(float)
+    brightness *= 1 + 0.05 * np.random.default_rng(1).standard_normal(brightness.shape)
+    walls = walls_of(brightness, edge_fraction=0.7)
+    assert np.median(walls.left_mm) / MM_PER_PX == pytest.approx(9.5, abs=0.3)
+    assert np.median(walls.right_mm) / MM_PER_PX == pytest.approx(9, abs=0.1)
+    half = walls_of(brightness, edge_fraction=0.5)
+    assert np.median(half.left_mm) / MM_PER_PX < 9
