@@ -138,6 +138,7 @@ def _legend(picture: Picture, outline: Outline, taken: Floats, unit: float) -> N
         (LEFT, "left wall"),
         (RIGHT, "right wall"),
         (CENTRE, "centreline"),
+        (ENDS, "rest of the rim"),
     ]
     pad, row, swatch = 8 * unit, 17 * unit, 30 * unit
     width = max(_text_size(text, unit)[0] + (swatch if colour else 0) for colour, text in lines) + 2 * pad

@@ -8,6 +8,7 @@ from digitise.geometry.polyline import resampled
 from digitise.outline import trace_outline
 from digitise.path import find_path
 from digitise.specimens.specimen import Recipe, make_specimen
+from digitise.walls import overlay
 from digitise.walls.overlay import CENTRE, ENDS, LEFT, LONGER_SIDE_PX, RIGHT, draw_overlay, draw_way
 from tests.pictures import SMALL_FACE, evenly_scaled, mortar, photo_of, with_crack, write_png
 
@@ -72,6 +73,15 @@ def test_a_way_without_walls_is_drawn_where_it_was_followed(scene):
     assert share_of_colour(picture, places[5:-5], CENTRE) > 0.95
     assert share_of_colour(picture, places[[0, -1]], ENDS) == 1
     assert share_of_colour(picture, np.add(places[5:-5], [25, 0]), CENTRE) < 0.05
+
+
+def test_every_colour_that_is_drawn_stands_in_the_legend(scene, monkeypatch):
+    """Ends, stones and kept side cracks are what walls leave of the rim."""
+    photo, outline, _ = scene
+    named = []
+    monkeypatch.setattr(overlay, "_text", lambda *given: named.append(given[2]))
+    draw_overlay(photo, outline)
+    assert {"left wall", "right wall", "centreline", "rest of the rim"} <= set(named)
 
 
 def test_the_photo_itself_is_not_drawn_on(scene):
