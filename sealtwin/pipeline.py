@@ -127,8 +127,9 @@ def _simulate(job: Job) -> bool:
         return False
     began = time.monotonic()
 
+    from simulate.fit import check_fit
     from simulate.profile import measure_profile, volume_ratio
-    from simulate.run import check_fit, inject
+    from simulate.run import inject
 
     outline, solid = files.read_outline(job.path), files.read_solid(job.path)
     trajectory = files.read_trajectory(job.path)

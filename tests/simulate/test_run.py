@@ -11,10 +11,10 @@ from digitise.trajectory import plan_trajectory
 from sealtwin.errors import InputError, NumericalError
 from sealtwin.progress import Progress
 from sealtwin.records import Profile, Run
-from simulate import distance, viscosity
+from simulate import distance, injection, viscosity
 from simulate import run as run_module
+from simulate.fit import check_fit, domain_of
 from simulate.profile import measure_profile, volume_ratio
-from simulate.run import check_fit
 from simulate.settings import PRESETS, Fluid, Nozzle, Solver
 from tests.fluids import LIKE_THE_PAPER, path, pour, slot
 from tests.shapes import oblique_slot
@@ -154,14 +154,14 @@ def test_speed_and_density_are_watched(monkeypatch, limit, value, what):
 
 
 def test_a_position_that_is_no_number_stops_the_run(monkeypatch):
-    plan = run_module.plan_releases
+    plan = injection.plan_releases
 
     def poisoned(*arguments):
         schedule = plan(*arguments)
         schedule.position_mm[9] = np.nan
         return schedule
 
-    monkeypatch.setattr(run_module, "plan_releases", poisoned)
+    monkeypatch.setattr(injection, "plan_releases", poisoned)
     crack = slot(12.0)
     with pytest.raises(NumericalError, match=r"no number any more.*particle 9"):
         pour(crack, path(crack[1], 0.02, speed_mm_s=20.0))
@@ -231,7 +231,7 @@ def test_a_lead_without_sealant_costs_no_memory():
     solid, outline = slot(12.0)
     there = path(outline, 0.05)
     led = plan_trajectory(outline, NozzlePath(volume_ml=0.05, trim_mm=2.0, lead_in_mm=500.0, lead_out_mm=40.0), 1e3)
-    boxes = [run_module._domain(solid, outline, trajectory, 0.4) for trajectory in (there, led)]
+    boxes = [domain_of(solid, outline, trajectory, 0.4) for trajectory in (there, led)]
     for name in ("low", "high"):
         assert np.abs(getattr(boxes[0], name) - getattr(boxes[1], name)).max() < 1e-9
 

@@ -1,0 +1,253 @@
+"""An injection that can be followed frame by frame: one fluid, or several in the same crack under the same nozzle."""
+
+import math
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sealtwin.errors import NumericalError
+from sealtwin.records import Outline, Run, Solid, Trajectory
+from simulate import kernels, kernels_rest
+from simulate.device import describe_device
+from simulate.distance import CM, build_barrier
+from simulate.fit import CM2_IN_M2, ROUNDING, check_damping, check_fit, domain_of, effective_u, rheology_of
+from simulate.neighbours import NEIGHBOURS, WALL_NEIGHBOURS
+from simulate.nozzle import Schedule, plan_releases
+from simulate.outlet import check_outlet
+from simulate.paste import Rheology, kinematic_viscosity
+from simulate.settings import Fluid, Nozzle, Solver
+from simulate.solver import DENSEST, FASTEST_CM_S, FluidSolver, substeps_for
+from simulate.state import State
+from simulate.walls import place_walls
+
+SAMPLE_EVERY = 50
+"""Frames between two samples of the density error."""
+FAULTS = {
+    int(kernels.NEIGHBOURS_FULL): f"A particle has more than {NEIGHBOURS} neighbours: the fluid collapsed.",
+    int(kernels.WALLS_FULL): f"A particle has more than {WALL_NEIGHBOURS} wall particles around it.",
+    int(kernels.NOT_FINITE): "A position, speed or density is no number any more.",
+    int(kernels.TOO_FAST): f"A particle is faster than {FASTEST_CM_S / 100:g} m/s.",
+    int(kernels.TOO_DENSE): f"A particle's density is over {DENSEST:g} times the rest density.",
+}
+
+
+@dataclass
+class Injection:
+    """A prepared run: what it was made from, and how far it has come. Made by ``prepare``."""
+
+    outline: Outline
+    fluids: tuple[Fluid, ...]
+    solver: Solver
+    nozzle: Nozzle
+    seed: int
+    schedule: Schedule
+    engine: FluidSolver
+    frames: int
+    """To the end of settling."""
+    setup_s: float
+    seen: "Seen"
+    done: int = 0
+    """Frames that are finished."""
+
+    @property
+    def t_s(self) -> float:
+        """Of the clock, after the frames that are done."""
+        return self.done * self.schedule.frame_s
+
+    @property
+    def out(self) -> int:
+        """Particles of a run that have left the nozzle."""
+        return self.engine.state.released(self.done - 1) if self.done else 0
+
+    @property
+    def at_rest(self) -> bool:
+        """Nothing moves, and nothing is to come."""
+        return self.done >= len(self.schedule.released) and self.engine.rows == 0
+
+    def advance(self) -> None:
+        """One frame. Raises NumericalError, naming frame, time, particle and place."""
+        frame, engine = self.done, self.engine
+        began = time.perf_counter()
+        engine.begin_frame(frame)
+        if engine.rows:
+            try:
+                solves = [engine.step() for _ in range(engine.substeps)]
+            except NumericalError as fault:
+                raise NumericalError(f"{fault} Frame {frame}, t = {self.t_s:.3f} s.") from fault
+            self._raise_fault()
+            sampled = not self.seen.density or frame % SAMPLE_EVERY == 0 or frame == self.frames - 1
+            self.seen.add(engine, solves, sampled)
+        self.done += 1
+        self.seen.frames_s += time.perf_counter() - began
+
+    def results(self) -> list[Run]:
+        """Where every particle is now, a Run for each fluid."""
+        engine, schedule = self.engine, self.schedule
+        state = engine.state
+        fate = _fates(engine)
+        count = schedule.particles
+        health = {**self.seen.summary(), **self._facts()}
+        made = []
+        for number, fluid in enumerate(self.fluids):
+            own = slice(number * count, (number + 1) * count)
+            weight = effective_u(fluid, 4 * self.solver.radius_mm * CM, schedule.frame_s)
+            support = 4 * self.solver.radius_mm * CM
+            made.append(
+                Run(
+                    position_mm=state.position_mm()[own],
+                    velocity_mm_s=state.velocity_mm_s()[own],
+                    age_s=(self.done - schedule.frame_of).astype(float) * schedule.frame_s,
+                    spilled=fate[own] == int(kernels_rest.SPILLED),
+                    radius_mm=self.solver.radius_mm,
+                    particle_volume_mm3=schedule.dispensed_mm3 / count,
+                    escaped_particles=int((fate[own] == int(kernels_rest.ESCAPED)).sum()),
+                    device=describe_device(state.device),
+                    settings=self._settings(fluid),
+                    health=health
+                    | {
+                        "viscosity_m2_s": kinematic_viscosity(weight, support, schedule.frame_s) / CM2_IN_M2,
+                        "U": weight,
+                    },
+                )
+            )
+        return made
+
+    def _settings(self, fluid: Fluid) -> dict[str, Any]:
+        effective = self.solver.scheme._asdict() | {"substeps": self.engine.substeps}
+        return {
+            "fluid": fluid.model_dump(),
+            "solver": self.solver.model_dump() | effective,
+            "nozzle": self.nozzle.model_dump(),
+            "seed": self.seed,
+        }
+
+    def _facts(self) -> dict[str, Any]:
+        return {
+            "frames": self.done,
+            "frame_s": self.schedule.frame_s,
+            "substeps": self.engine.substeps,
+            "particles_a_release": self.schedule.release,
+            "wall_particles": len(self.engine.walls.place),
+            "particles_across": self.outline.mean_width_mm / (2 * self.solver.radius_mm),
+            "setup_s": self.setup_s,
+            "frames_s": self.seen.frames_s,
+        }
+
+    def _raise_fault(self) -> None:
+        state = self.engine.state
+        for kind, particle in enumerate(self.engine.inspect()):
+            if particle < state.count:
+                x, y, z = state.position_mm()[particle]
+                raise NumericalError(
+                    f"{FAULTS[kind]} Frame {self.done}, t = {self.t_s:.3f} s, particle {particle} at "
+                    f"({x:.2f}, {y:.2f}, {z:.2f}) mm. Try more substeps, or a smaller radius."
+                )
+
+
+class Seen:
+    """What was seen on the way, for the run's health."""
+
+    def __init__(self) -> None:
+        self.density: list[NDArray[np.floating]] = []
+        """Errors of the movers, of the frames that were sampled."""
+        self.solves: list[int] = []
+        self.moving: list[int] = []
+        self.most_neighbours = 0
+        self.frames_s = 0.0
+
+    def add(self, engine: FluidSolver, solves: Sequence[int], sampled: bool) -> None:
+        self.solves += solves
+        self.moving.append(engine.rows)
+        if sampled and engine.rows:
+            who = engine.movers.movers.who.numpy()[: engine.rows]
+            self.density.append(np.maximum(engine.state.density.numpy()[who] - 1.0, 0.0))
+            listed = engine.lists.fluid_count.numpy()[: engine.rows]
+            self.most_neighbours = max(self.most_neighbours, int(listed.max()))
+
+    def summary(self) -> dict[str, Any]:
+        error = np.concatenate(self.density)
+        return {
+            "density_error_mean": float(error.mean()),
+            "density_error_p95": float(np.quantile(error, 0.95)),
+            "density_error_max": float(error.max()),
+            "most_neighbours": self.most_neighbours,
+            "moving_mean": float(np.mean(self.moving)),
+            "moving_most": max(self.moving),
+            "viscosity_iterations_mean": float(np.mean(self.solves)),
+            "viscosity_iterations_most": max(self.solves),
+        }
+
+
+def prepare(
+    solid: Solid,
+    outline: Outline,
+    trajectory: Trajectory,
+    fluids: Sequence[Fluid],
+    solver: Solver,
+    nozzle: Nozzle,
+    *,
+    seed: int,
+    device: str,
+    threads: int = 1,
+) -> Injection:
+    """Schedule, walls and particles, ready for the first frame.
+
+    Several ``fluids`` are computed at once, each as if it were alone. Raises InputError where the settings do not fit
+    the crack.
+    """
+    for fluid in fluids:
+        check_fit(outline, solid, fluid, solver, nozzle)
+    began = time.perf_counter()
+    schedule = plan_releases(trajectory, solver.radius_mm, nozzle.diameter_mm, seed)
+    frames = len(schedule.released) + math.ceil(solver.settle_s / schedule.frame_s - ROUNDING)
+    domain = domain_of(solid, outline, trajectory, solver.radius_mm)
+    barrier = build_barrier(solid, outline, solver.radius_mm, device)
+    check_outlet(
+        schedule,
+        trajectory,
+        outline,
+        barrier,
+        radius_mm=solver.radius_mm,
+        diameter_mm=nozzle.diameter_mm,
+        seed=seed,
+    )
+    substeps = substeps_for(solver, schedule.frame_s)
+    check_damping(solver, schedule.frame_s / substeps)
+    support = 4 * solver.radius_mm * CM
+    pastes = [rheology_of(fluid, support, schedule.frame_s) for fluid in fluids]
+    engine = FluidSolver(
+        State(schedule, device, len(pastes)),
+        place_walls(solid, outline, barrier, solver.radius_mm),
+        barrier,
+        domain,
+        solver,
+        pastes,
+        frame_s=schedule.frame_s,
+        substeps=substeps,
+        rows=sum(_most_movers(schedule, frames, paste) for paste in pastes),
+        threads=threads,
+    )
+    setup_s = time.perf_counter() - began
+    return Injection(outline, tuple(fluids), solver, nozzle, seed, schedule, engine, frames, setup_s, Seen())
+
+
+def _most_movers(schedule: Schedule, frames: int, paste: Rheology) -> int:
+    """Particles leave the nozzle in order, and freeze by age in the same order; how many lie between the two."""
+    out = np.concatenate([schedule.released, np.full(frames - len(schedule.released), schedule.particles)])
+    frozen = np.zeros_like(out)
+    if paste.frames_to_freeze < frames:
+        frozen[paste.frames_to_freeze :] = out[: -paste.frames_to_freeze]
+    return int((out - frozen).max())
+
+
+def _fates(engine: FluidSolver) -> NDArray[np.integer]:
+    """What became of each particle. The last word on escapes has the mesh itself, not the grid that stopped them."""
+    fate = np.array(engine.state.fate.numpy(), dtype=np.int64)
+    inside = engine.barrier.exact_mm(engine.state.position_mm()) < 0
+    here = (fate == int(kernels_rest.MOVING)) | (fate == int(kernels_rest.RESTING))
+    fate[here & inside] = int(kernels_rest.ESCAPED)
+    return fate
