@@ -153,7 +153,11 @@ def _heading(line: Floats, first: Floats, last: Floats) -> Floats:
 
 
 def _across(photo: Photo, sides: SideCracks, traced: Traced, lips_px: Floats) -> Floats:
-    """The main crack's wall from lip to lip: as the opposite wall runs, at a distance between those of the lips."""
+    """The main crack's wall from lip to lip: halfway between a straight one and the opposite one's run.
+
+    A crack of even width wanders with both walls, but its width changes as well: over mouths in drawn cracks either
+    guess alone was off by 0.15 to 0.19 mm in the mean, halfway 0.14.
+    """
     offset = sides.levels.patch.offset_px
     lips_mm = photo.to_mm(lips_px + offset)
     walls_mm = traced.left_mm, traced.right_mm
@@ -165,8 +169,9 @@ def _across(photo: Photo, sides: SideCracks, traced: Traced, lips_px: Floats) ->
     sigma = SMOOTHING * traced.width_px * photo.mm_per_px / station_mm
     opposite_mm = smoothed(walls_mm[1 - own], sigma)[first : last + 1]
     along = np.linspace(0, 1, len(opposite_mm))[:, None]
-    apart_mm = (1 - along) * (lips_mm[0] - opposite_mm[0]) + along * (lips_mm[1] - opposite_mm[-1])
-    return photo.to_px(opposite_mm + apart_mm) - offset
+    straight_mm = (1 - along) * lips_mm[0] + along * lips_mm[1]
+    wander_mm = opposite_mm - ((1 - along) * opposite_mm[0] + along * opposite_mm[-1])
+    return photo.to_px(straight_mm + wander_mm / 2) - offset
 
 
 def _parted(sides: SideCracks, walls_px: Sequence[Floats]) -> NDArray[np.bool_]:
