@@ -15,7 +15,7 @@ from digitise.modelled.mesh_frame import moved, notes_on_unit, upright, upright_
 from digitise.modelled.mesh_path import read_path
 from digitise.modelled.mouth import with_mouth
 from digitise.modelled.openings import close_holes, find_openings, with_base
-from digitise.modelled.repair import Surface, one_surface
+from digitise.modelled.repair import Repair, Surface, one_surface
 from digitise.modelled.solid import modelled_solid
 from digitise.modelled.top_view import photograph
 from digitise.outline import trace_outline
@@ -49,14 +49,8 @@ def import_sample(settings: MeshInput, folder: Path) -> ImportedSample:
     Raises InputError where the file cannot be read, bounds no block, or shows no one crack.
     """
     path = folder / settings.file
-    read = read_mesh(path)
-    notes = notes_on_unit(read, settings, path)
-    surface = one_surface(upright_mm(read, settings), read.faces)
-    plane = find_face(surface)
-    level = replace(surface, vertices_mm=moved(surface.vertices_mm, plane.to_level))
-    body, repairs = bounded_body(_closed(level, settings.base_mm))
-    below_mm = max(BELOW_MM, BELOW_ROUGHNESS * plane.roughness_mm)
-    block = cut_block(body, below_mm)
+    read = _read_block(settings, path)
+    block, plane, below_mm, notes = read.block, read.plane, read.below_mm, [*read.notes]
     placed = block.placed @ plane.to_level
     line_mm = None if settings.path is None else _given_line_mm(folder / settings.path, plane, placed)
     cavity = find_cavity(block, below_mm, line_mm)
@@ -69,17 +63,43 @@ def import_sample(settings: MeshInput, folder: Path) -> ImportedSample:
     report = {
         "mesh": {
             "file": path.name,
-            "triangles_read": len(read.faces),
+            "triangles_read": read.triangles,
             "sample_from_file": placed @ upright(settings),
             "face_tilt_deg": plane.tilt_deg,
             "face_roughness_mm": plane.roughness_mm,
             "mouth_seen_below_face_mm": below_mm,
-            "repairs": [asdict(repair) for repair in repairs],
+            "repairs": [asdict(repair) for repair in read.repairs],
         },
-        "warnings": [str(repair) for repair in repairs],
+        "warnings": [str(repair) for repair in read.repairs],
     }
     solid = modelled_solid(block, cavity, outline, settings.dam_height_mm, report)
     return ImportedSample(outline, solid, draw_overlay(photo, outline), tuple(notes))
+
+
+@dataclass(frozen=True)
+class _Read:
+    """What is kept of a file: of two million triangles each step before the block takes hundreds of megabytes."""
+
+    block: Block
+    plane: FacePlane
+    below_mm: float
+    triangles: int
+    repairs: tuple[Repair, ...]
+    notes: list[str]
+
+
+def _read_block(settings: MeshInput, path: Path) -> _Read:
+    mesh = read_mesh(path)
+    notes = notes_on_unit(mesh, settings, path)
+    triangles = len(mesh.faces)
+    surface = one_surface(upright_mm(mesh, settings), mesh.faces)
+    del mesh
+    plane = find_face(surface)
+    level = replace(surface, vertices_mm=moved(surface.vertices_mm, plane.to_level))
+    body, repairs = bounded_body(_closed(level, settings.base_mm))
+    del surface, level
+    below_mm = max(BELOW_MM, BELOW_ROUGHNESS * plane.roughness_mm)
+    return _Read(cut_block(body, below_mm), plane, below_mm, triangles, repairs, notes)
 
 
 def _closed(surface: Surface, base_mm: float | None) -> Surface:

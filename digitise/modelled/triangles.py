@@ -11,7 +11,7 @@ from manifold3d import triangulate
 from sealtwin.records import Floats, Integers
 
 MOST_TRIANGLES = 2_000_000
-"""A face of 160 x 40 mm scanned every 0.08 mm, a tenth of a particle. To mend and check so many takes 4 GB."""
+"""A face of 160 x 40 mm scanned every 0.08 mm, a tenth of a particle. To mend and check so many takes 2 GB."""
 MOST_VERTICES = 3 * MOST_TRIANGLES
 FileUnit = Literal["micron", "mm", "cm", "m", "inch", "foot"]
 
