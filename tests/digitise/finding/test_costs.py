@@ -48,6 +48,7 @@ def test_a_wide_crack_is_told_by_its_darkness():
     field = field_of(ridge=CLEAR, dark=row(30, 0.8) + row(10, 0.2))
     cost = cost_of_wide(field)
     assert cost[10, 50] > 5 * cost[30, 50]
+    assert cost[30, 50] == pytest.approx(1 / 1.03, rel=1e-3)  # as dark as the darkest of the whole map
 
 
 def test_the_middle_of_a_wide_crack_is_the_cheapest():
@@ -62,12 +63,14 @@ def test_nothing_leads_where_nothing_is_searched():
         assert np.isinf(cost).all()
 
 
+@pytest.mark.parametrize("row_of_detour", [15, 45])
 @pytest.mark.parametrize(("margin", "detours"), [(20, True), (10, False)])
-def test_the_cheapest_way_keeps_within_its_margin(margin, detours):
+def test_the_cheapest_way_keeps_within_its_margin(margin, detours, row_of_detour):
     """The detour is 15 cells off, and a hundred times cheaper."""
     cost = np.full(SHAPE, 100.0)
-    cost[15, 10:91] = cost[15:31, 10] = cost[15:31, 90] = 1.0
+    cost[row_of_detour, 10:91] = 1.0
+    cost[min(row_of_detour, 30) : max(row_of_detour, 30) + 1, [10, 90]] = 1.0
     way = cheapest(cost, np.array([30, 10]), np.array([30, 90]), margin)
     assert np.all(way[0] == (30, 10))
     assert np.all(way[-1] == (30, 90))
-    assert (way[:, 0].min() == 15) == detours
+    assert (row_of_detour in way[:, 0]) == detours

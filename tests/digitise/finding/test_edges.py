@@ -19,7 +19,9 @@ def picture(above, below, in_line, half_width=2):
 
 @pytest.mark.parametrize(("above", "below"), [(1.3, 0.7), (0.7, 1.3)])
 def test_a_step_is_an_edge_whichever_side_is_dark(above, below):
-    assert edge_share(picture(above, below, 0.7), CELLS, 2.5) > 0.95
+    """Even where it is a little darker in between, as most shadows of edges are."""
+    for in_line in (0.7, 0.6):
+        assert edge_share(picture(above, below, in_line), CELLS, 2.5) > 0.95
 
 
 @pytest.mark.parametrize(("above", "below"), [(1.0, 1.0), (1.1, 0.9)])
@@ -29,5 +31,6 @@ def test_a_dark_line_is_none_and_neither_is_one_along_a_faint_step(above, below)
 
 def test_the_share_is_that_of_the_length():
     half = picture(1.3, 0.7, 0.7)
-    half[:, 120:] = picture(1.0, 1.0, 0.5)[:, 120:]
+    for start in (60, 140):
+        half[:, start : start + 50] = picture(1.0, 1.0, 0.5)[:, start : start + 50]
     assert edge_share(half, CELLS, 2.5) == pytest.approx(0.5, abs=0.05)

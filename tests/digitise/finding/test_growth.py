@@ -15,7 +15,7 @@ def lines():
 
 
 def dark(width, level=0.8):
-    picture = np.zeros((120, 300), dtype=np.float32)
+    picture = np.full((120, 300), level / 2, dtype=np.float32)  # ground is dark as well, if less
     low = 60 - width // 2
     picture[low : low + width, 20:280] = level
     return picture

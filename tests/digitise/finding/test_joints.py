@@ -40,6 +40,14 @@ def test_a_chipped_joint_is_straight_and_a_crack_is_not():
     assert straight_lines(bones(wandering(4))) == []
 
 
+def test_a_row_of_dashes_is_no_joint():
+    """Half of it is missing; of a joint a fifth at most."""
+    dashed = bones(np.array([(10.0, 100.0), (390.0, 100.0)]))
+    for start in range(10, 390, 16):
+        dashed[:, start : start + 8] = False
+    assert straight_lines(dashed) == []
+
+
 def test_a_short_straight_line_may_be_a_crack():
     assert straight_lines(bones(np.array([(100, 100), (250, 130)]))) == []
 

@@ -54,5 +54,15 @@ def test_a_loop_stays_closed_but_for_its_parting():
     assert np.diff(angle).max() * 35 < 2 * 11 + 2
 
 
+def test_what_no_way_leads_to_is_kept(crack):
+    """As a second crack behind what may not be searched, a marker across a narrow face."""
+    cells = crack | np.roll(crack, 25, axis=0)
+    cost = cost_of(cells)
+    cost[55] = np.inf
+    lines = voted_lines(cells, cells, cost)
+    assert np.ptp(np.nonzero(lines[40])[0]) > 110
+    assert np.ptp(np.nonzero(lines[65])[0]) > 110
+
+
 def test_without_voters_there_are_no_lines(crack):
     assert not voted_lines(np.zeros_like(crack), crack, cost_of(crack)).any()
