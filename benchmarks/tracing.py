@@ -1,12 +1,13 @@
 """Cracks with an exact truth, traced between clicked ends: how far off, and what is refused.
 
-    python benchmarks/tracing.py [--tier clean|hard|refused] [--seeds N] [--first SEED] [--json]
+    python benchmarks/tracing.py [--tier clean|hard|branched|refused] [--seeds N] [--first SEED] [--json]
     python benchmarks/tracing.py --photos DIR
 
 Clean: at least 16 px wide, diffuse light, at most 0.15 mm/px, camera tilted to 10 degrees, every second one through a
-lens with k1 to -0.2. Hard: the same with one difficulty, and the means that the tool has against it. Refused: photos
-and hints of which nothing can be measured. The photos are procedural: they say what tracing can do, not what a camera
-will give it. Goals are the medians of our first study, less a third.
+lens with k1 to -0.2. Hard: the same with one difficulty, and the means that the tool has against it. Branched: clean
+ones with a side crack, dropped or kept; they are shown and have no targets. Refused: photos and hints of which nothing
+can be measured. The photos are procedural: they say what tracing can do, not what a camera will give it. Goals are the
+medians of our first study, less a third.
 """
 
 import argparse
@@ -21,7 +22,7 @@ import cv2
 import numpy as np
 
 from benchmarks.table import Row, finish
-from benchmarks.tracing_cases import HARD, Case, clean_case, hard_case
+from benchmarks.tracing_cases import HARD, Case, branched_case, clean_case, hard_case
 from benchmarks.tracing_figures import Figures, trace_case
 from benchmarks.tracing_refusals import REFUSALS, refused
 from digitise.specimens.recipe import Recipe
@@ -54,8 +55,8 @@ class Traced:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--tier", choices=("clean", "hard", "refused"), help="this one only")
-    parser.add_argument("--seeds", type=int, default=32, help="clean cracks; of each hard kind an eighth of them")
+    parser.add_argument("--tier", choices=("clean", "hard", "branched", "refused"), help="this one only")
+    parser.add_argument("--seeds", type=int, default=32, help="clean cracks; of each other kind an eighth of them")
     parser.add_argument(
         "--first", type=int, default=1, help="first seed: others than those that the tool was made with"
     )
@@ -92,7 +93,8 @@ def _cases(tier: str | None, seeds: int, first: int) -> Sequence[Case]:
     clean = [clean_case(seed) for seed in range(first, first + seeds)] if tier in (None, "clean") else []
     each = range(first, first + max(2, seeds // 8))
     hard = [hard_case(kind, seed) for kind in HARD for seed in each] if tier in (None, "hard") else []
-    return [*clean, *hard]
+    branched = [branched_case(keep, seed) for keep in (False, True) for seed in each]
+    return [*clean, *hard, *(branched if tier in (None, "branched") else [])]
 
 
 def _told(traced: Traced) -> Traced:

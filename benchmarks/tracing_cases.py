@@ -8,7 +8,7 @@ import numpy as np
 
 from digitise.specimens.fracture import fracture
 from digitise.specimens.lighting import MODERATE_LAMP, STRONG_LAMP, Look, SideLamp
-from digitise.specimens.recipe import Recipe
+from digitise.specimens.recipe import Recipe, SideCrack
 from digitise.specimens.specimen import Specimen
 
 CLICK_PX = 2.0
@@ -26,6 +26,7 @@ class Case:
     seed: int
     recipe: Recipe
     edge_fraction: float = 0.5
+    keep_branches: bool = False
 
     @property
     def name(self) -> str:
@@ -77,6 +78,27 @@ def hard_case(group: str, seed: int) -> Case:
         recipe = HARD[group](recipe, rng)
         if _fits(seed, recipe):
             return Case("hard", group, seed, recipe, 0.7 if "fraction" in group else 0.5)
+    raise RuntimeError(f"no crack of seed {seed} fits its face")
+
+
+def branched_case(keep: bool, seed: int) -> Case:
+    """A clean crack that a side crack leaves, which is to be dropped or kept: the same one, whichever is asked for."""
+    for attempt in range(100):
+        rng = np.random.default_rng([seed, 10, attempt])
+        recipe = _sound_recipe(rng, _ends(seed), least_px=16.0, most_px=50.0)
+        width_mm, angle_deg = max(rng.uniform(0.3, 1.2) * recipe.width_mm, 10 * recipe.mm_per_px), rng.uniform(25, 90)
+        # So long that what is seen of it beside the main crack is five times as long as wide: its tip takes four.
+        hidden_mm = recipe.width_mm / np.sin(np.radians(angle_deg)) / 2
+        side = SideCrack(
+            at=rng.uniform(0.25, 0.75),
+            side="left" if rng.integers(2) else "right",
+            angle_deg=angle_deg,
+            length_mm=hidden_mm + max(5 * width_mm, 4.0),
+            width_mm=width_mm,
+        )
+        recipe = replace(recipe, side_cracks=(side,))
+        if _fits(seed, recipe):
+            return Case("branched", "kept" if keep else "dropped", seed, recipe, keep_branches=keep)
     raise RuntimeError(f"no crack of seed {seed} fits its face")
 
 

@@ -1,11 +1,12 @@
 """How far a traced crack is from its exact truth."""
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from manifold3d import CrossSection
+from manifold3d import CrossSection, FillRule
 from scipy.spatial import KDTree
 
 from benchmarks.tracing_cases import Case
@@ -36,7 +37,7 @@ class Figures:
     scale_percent: float
     """Of the face as a whole: spread of its mapped places over their true spread."""
     iou: float
-    """Area that true and traced outline share over the area of both."""
+    """Area that true and traced outline share over the area of both; with the side cracks, where they are kept."""
     time_s: float
     """Process time from the photo's file to its outline."""
     refusal: str = ""
@@ -60,14 +61,14 @@ def trace_case(case: Case, folder: Path) -> Figures:
     try:
         photo = load_photo(settings, folder)
         path = find_path(photo, settings.ends_px)
-        outline = trace_outline(photo, path, edge_fraction=settings.edge_fraction)
+        outline = trace_outline(photo, path, settings.edge_fraction, case.keep_branches)
     except InputError as refusal:
         nan = float("nan")
         return Figures(nan, nan, nan, nan, nan, nan, nan, nan, time.process_time() - began, str(refusal))
-    return measured(outline, photo, truth, time.process_time() - began)
+    return measured(outline, photo, truth, time.process_time() - began, case.keep_branches)
 
 
-def measured(outline: Outline, photo: Photo, truth: Specimen, time_s: float) -> Figures:
+def measured(outline: Outline, photo: Photo, truth: Specimen, time_s: float, keep_branches: bool = False) -> Figures:
     length_mm = float(arc_length(truth.centreline_mm)[-1])
     width_mm = mean_width_mm(truth.centreline_mm, truth.width_mm)
     walls_mm = [
@@ -82,7 +83,7 @@ def measured(outline: Outline, photo: Photo, truth: Specimen, time_s: float) -> 
         length_mm=abs(outline.length_mm - length_mm),
         end_mm=float(np.linalg.norm(outline.centreline_mm[[0, -1]] - truth.centreline_mm[[0, -1]], axis=1).max()),
         scale_percent=100 * abs(_scale_error(photo, truth)),
-        iou=_shared_area(outline.outline_mm, truth.outline_mm),
+        iou=_shared_area([outline.outline_mm], [truth.outline_mm, *(truth.branch_rings_mm if keep_branches else ())]),
         time_s=time_s,
     )
 
@@ -106,8 +107,8 @@ def _spread(points: Floats) -> float:
     return float(np.sqrt(np.mean(np.sum((points - points.mean(axis=0)) ** 2, axis=1))))
 
 
-def _shared_area(one_mm: Floats, other_mm: Floats) -> float:
-    one, other = CrossSection([one_mm]), CrossSection([other_mm])
+def _shared_area(one_mm: Sequence[Floats], other_mm: Sequence[Floats]) -> float:
+    one, other = (CrossSection(list(rings), FillRule.Positive) for rings in (one_mm, other_mm))
     return (one ^ other).area() / (one + other).area()
 
 

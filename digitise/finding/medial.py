@@ -14,11 +14,10 @@ from sealtwin.records import Floats, Integers
 
 STEPS = ((0, 1), (1, -1), (1, 0), (1, 1))
 """To half of a cell's eight neighbours: row, column."""
-LEAST_BRANCH = 1.0
-"""In widths: a side line that ends nearer to the wall is roughness."""
+LEAST_BRANCH = 0.7
+"""In widths: what ends nearer to the wall is roughness. A side crack at 30 degrees is then 1.4 widths long."""
 LEAST_BRANCH_PX = 8.0
 """The same in pixels: shorter is a pore or a slip of a brush."""
-
 AT_RIM = 1.5
 """Cells: from one to the next across a corner."""
 

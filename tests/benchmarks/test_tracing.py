@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from manifold3d import CrossSection
 
 from benchmarks.tracing import Traced, _rows
 from benchmarks.tracing_cases import HARD, clean_case, hard_case
@@ -71,6 +72,16 @@ def test_a_false_scale_is_seen(truth, photo, traced):
     off = replace(truth, camera=replace(truth.camera, homography=truth.camera.homography @ np.diag([1.005, 1.005, 1])))
     assert true.scale_percent < 0.05
     assert measured(traced, photo, off, 0).scale_percent == pytest.approx(0.5, abs=0.05)
+
+
+def test_a_side_crack_counts_where_it_is_to_be_kept(truth, photo, traced):
+    """A tenth of the crack's area, beside it."""
+    crack = CrossSection([truth.outline_mm])
+    far_mm = crack.bounds()[2] + 1
+    side = CrossSection.square((1, crack.area() / 10)).translate((far_mm, 0)).to_polygons()[0]
+    forked, exact = replace(truth, branch_rings_mm=(side,)), moved(truth, traced, np.zeros(2))
+    assert measured(exact, photo, forked, 0).iou == pytest.approx(1, abs=1e-9)
+    assert measured(exact, photo, forked, 0, keep_branches=True).iou == pytest.approx(1 / 1.1, abs=1e-6)
 
 
 def test_a_refused_photo_misses_every_target_of_its_tier():

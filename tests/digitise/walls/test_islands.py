@@ -49,10 +49,11 @@ def test_the_solid_keeps_its_stones(stony):
 
 
 @pytest.mark.parametrize("recipe", [Recipe(**SMALL_FACE), Recipe(**SMALL_FACE, look=POOR, wall_pores=20)])
-def test_a_crack_without_stones_has_no_islands(tmp_path, recipe):
+def test_a_crack_without_stones_and_side_cracks_has_none(tmp_path, recipe):
     truth = make_specimen(2, recipe)
     photo = photo_of(truth, tmp_path)
-    assert trace_outline(photo, find_path(photo, truth.ends_px)).islands_mm == ()
+    outline = trace_outline(photo, find_path(photo, truth.ends_px))
+    assert (outline.islands_mm, outline.branches_mm) == ((), ())
 
 
 @pytest.mark.parametrize(("side_px", "count"), [(7, 0), (14, 1)])
