@@ -64,7 +64,7 @@ def width_error(outline: Outline, truth: Specimen) -> float:
 
 @pytest.mark.parametrize("with_ends", [True, False])
 def test_the_fixture_is_traced_as_the_issue_asks(paper, paper_photo, with_ends):
-    """Limits of issue 2. Measured: centreline 0.03, walls 0.02 mm, width 0.1 %, length 0.5 mm."""
+    """Limits of issue 2. Measured: centreline 0.04, walls 0.03 mm, width 0.8 %, length 0.5 mm."""
     outline = trace_outline(paper_photo, find_path(paper_photo, paper.ends_px if with_ends else None))
     assert rms(distance_to(outline.centreline_mm, paper.centreline_mm)) <= 0.10
     assert wall_rms_mm(outline, paper) <= 0.15
