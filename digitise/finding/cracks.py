@@ -10,7 +10,6 @@ from skimage.morphology import skeletonize
 
 from digitise.finding.costs import CLEAR, NOTHING, cost_of_thin
 from digitise.finding.darkness import DarkMap, inner, map_darkness
-from digitise.finding.edges import edge_share
 from digitise.finding.growth import grown
 from digitise.finding.joints import beside_straight, straight_lines
 from digitise.finding.lines import support
@@ -36,10 +35,6 @@ LEAST_WORTH = 1e-3
 RIM_PX, LONGEST_ACROSS = 8.0, 5.0
 """Cells from the edge of what is searched in which its own shadow lies, and how many times that a crack may be in it:
 it meets the edge at more than 12 degrees.
-"""
-MOST_EDGE = 0.4
-"""Share of a crack's main line that may be an edge. Of 93 drawn cracks none had more than 0.25; edges of shadows,
-patches and paint have 0.4 to 0.9.
 """
 FADING = 0.5
 """Of a line's own median worth: where its ends fall below, it has left the crack."""
@@ -90,13 +85,9 @@ def cracks_on(field: DarkMap, photo: Photo, straight_too: bool = False) -> Crack
     worth = (np.clip(field.ridge, 0, CLEAR) / CLEAR * field.dark).astype(float) + LEAST_WORTH
     # A wide crack has lines along both its walls, and one middle.
     half_width, bones, (label, area) = radius(mask), skeletonize(mask), pieces(mask)
-    cracks = []
-    for piece in range(1, len(area)):
-        line = _main_line(np.argwhere(bones & (label == piece)), worth, half_width)
-        if edge_share(field.even, line, float(np.median(half_width[tuple(line.T)]))) > MOST_EDGE:
-            mask &= label != piece
-        else:
-            cracks.append(_crack(line, worth, half_width, field))
+    skeletons = [np.argwhere(bones & (label == piece)) for piece in range(1, len(area))]
+    main_lines = [_main_line(cells, worth, half_width) for cells in skeletons]
+    cracks = [_crack(line, worth, half_width, field) for line in main_lines]
     return CrackMap(
         mask=_on_photo(mask, field, photo),
         cracks=tuple(sorted(cracks, key=lambda crack: -crack.score)),

@@ -50,15 +50,6 @@ def test_plain_grain_has_no_cracks_to_speak_of(tmp_path, seed):
         find_path(photo, None)
 
 
-@pytest.mark.parametrize("brighter", [0.5, 0.7, 1.6], ids=["shadow", "patch", "paint"])
-def test_edges_of_bright_and_dark_are_no_cracks(tmp_path, brighter):
-    """Dark against one side only. A rough edge: a straight one might be left out for that."""
-    x, y = np.meshgrid(np.arange(500), np.arange(300))
-    picture = mortar() * np.where(y + 12 * np.sin(x / 25) > 150, brighter, 1.0)
-    picture = cv2.GaussianBlur(picture, (0, 0), 0.7)
-    assert find_cracks(photo_from(picture, tmp_path)).cracks == ()
-
-
 def test_a_joint_is_told_from_a_crack(tmp_path):
     picture = with_crack(with_crack(mortar(), CRACK, width_px=4), [(300, 0), (310, 299)], width_px=6)
     photo = photo_from(picture, tmp_path)
