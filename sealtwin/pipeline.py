@@ -19,6 +19,8 @@ from sealtwin.sample import REFUSED, digitise_sample
 DIGITISED = ("outline.json", "crack.ply", "solid.json", "trajectory.csv")
 """What the later stages read of the first."""
 SIMULATED = ("particles.csv", "simulation.json", "profile.csv")
+CHECKPOINT = "checkpoint.npz"
+"""Of a fluid run that is not finished."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +34,9 @@ class Outcome:
 
 
 def run_stages(job: Job, stages: Sequence[StageName]) -> Outcome:
-    """Bring ``stages`` up to date, in their order. A stage that fails leaves the folder as it was, but for refused.png.
+    """Bring ``stages`` up to date, in their order.
+
+    A stage that fails leaves the folder as it was, but for refused.png and the checkpoint of a fluid run.
 
     Raises:
         InputError, NumericalError: from a stage; or since a particle escaped, with all files written.
@@ -127,6 +131,7 @@ def _simulate(job: Job) -> bool:
         return False
     began = time.monotonic()
 
+    from simulate.checkpoint import Checkpoint
     from simulate.fit import check_fit
     from simulate.profile import measure_profile, volume_ratio
     from simulate.run import inject
@@ -134,6 +139,7 @@ def _simulate(job: Job) -> bool:
     outline, solid = files.read_outline(job.path), files.read_solid(job.path)
     trajectory = files.read_trajectory(job.path)
     check_fit(outline, solid, trial.fluid, trial.solver, trial.nozzle)
+    checkpoint = Checkpoint(job.path / CHECKPOINT, key, job.progress.note)
     run = inject(
         solid,
         outline,
@@ -144,6 +150,7 @@ def _simulate(job: Job) -> bool:
         seed=trial.seed,
         device=device,
         progress=job.progress,
+        watchers=(checkpoint,),
     )
     run = replace(run, health={**run.health, "volume_ratio": volume_ratio(run, solid)})
     profile = measure_profile(run, outline, solid)
@@ -152,6 +159,7 @@ def _simulate(job: Job) -> bool:
     files.write_profile(job.path, profile)
     facts = {"device": describe_device(device), "seed": trial.seed}
     job.folder.record("simulate", key, settings, inputs, SIMULATED, time.monotonic() - began, **facts)
+    checkpoint.remove()
     return True
 
 

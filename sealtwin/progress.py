@@ -12,8 +12,8 @@ LINE_EVERY_S = 10.0
 class Progress:
     """Base and silent form. Stages call ``start``, ``advance`` and ``note``; they never print."""
 
-    def start(self, title: str, total: int) -> None:
-        """A new piece of work of ``total`` equal steps."""
+    def start(self, title: str, total: int, done: int = 0) -> None:
+        """A new piece of work of ``total`` equal steps, of which ``done`` were done in an earlier process."""
 
     def advance(self, done: int, note: str = "") -> None:
         """``done`` steps of the current piece are behind us."""
@@ -37,20 +37,20 @@ class PlainProgress(Progress):
     """Lines on stderr, for logs and pipes."""
 
     def __init__(self) -> None:
-        self._title, self._total = "", 0
+        self._title, self._total, self._before = "", 0, 0
         self._began = self._printed = 0.0
 
-    def start(self, title: str, total: int) -> None:
-        self._title, self._total = title, total
+    def start(self, title: str, total: int, done: int = 0) -> None:
+        self._title, self._total, self._before = title, total, done
         self._began = self._printed = time.monotonic()
         self.note(title)
 
     def advance(self, done: int, note: str = "") -> None:
         now = time.monotonic()
-        if now - self._printed < LINE_EVERY_S or not done:
+        if now - self._printed < LINE_EVERY_S or done == self._before:
             return
         self._printed = now
-        left_s = (now - self._began) * (self._total - done) / done
+        left_s = (now - self._began) * (self._total - done) / (done - self._before)
         self.note(f"{self._title}: {done / self._total:.0%}, about {left_s:.0f} s left. {note}".rstrip())
 
     def note(self, text: str) -> None:
@@ -75,8 +75,8 @@ class RichProgress(Progress):
         self._bar.start()
         self._task: Any = None
 
-    def start(self, title: str, total: int) -> None:
-        self._task = self._bar.add_task(title, total=total, note="")
+    def start(self, title: str, total: int, done: int = 0) -> None:
+        self._task = self._bar.add_task(title, total=total, completed=done, note="")
 
     def advance(self, done: int, note: str = "") -> None:
         self._bar.update(self._task, completed=done, note=note)

@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -83,6 +83,32 @@ class Injection:
             self.seen.add(engine, solves, sampled)
         self.done += 1
         self.seen.frames_s += time.perf_counter() - began
+
+    def snapshot(self) -> dict[str, NDArray[Any]]:
+        """All that the frames to come depend on, and what was seen so far, by name."""
+        # On the CPU numpy() is a view of what the next frame writes to.
+        device = {name: array.numpy().copy() for name, array in self.engine.lasting().items()}
+        return {"done": np.array(self.done), **device, **self.seen.snapshot()}
+
+    def restore(self, snapshot: Mapping[str, NDArray[Any]]) -> None:
+        """Go back, or on, to where ``snapshot`` was taken: on one CPU the run then continues to the same bits.
+
+        Raises KeyError or ValueError, with nothing changed, where it is of no run like this one.
+        """
+        lasting = self.engine.lasting()
+        for name, here in self.snapshot().items():
+            found = snapshot[name]
+            # What was seen grows as the run goes.
+            alike = found.shape == here.shape if name in lasting else found.ndim == here.ndim
+            if found.dtype != here.dtype or not alike:
+                raise ValueError(f"{name} is {found.dtype} {found.shape}, not {here.dtype} {here.shape}")
+        if not 0 <= snapshot["done"] <= self.frames:
+            raise ValueError(f"{snapshot['done']} of {self.frames} frames are done")
+        for name, array in lasting.items():
+            array.assign(snapshot[name])
+        self.done = int(snapshot["done"])
+        self.seen.restore(snapshot)
+        self.engine.find_movers()
 
     def results(self) -> list[Run]:
         """Where every particle is now, a Run for each fluid."""
@@ -167,6 +193,20 @@ class Seen:
             self.density.append(np.maximum(engine.state.density.numpy()[who] - 1.0, 0.0))
             listed = engine.lists.fluid_count.numpy()[: engine.rows]
             self.most_neighbours = max(self.most_neighbours, int(listed.max()))
+
+    def snapshot(self) -> dict[str, NDArray[Any]]:
+        return {
+            "seen_density": np.concatenate([np.zeros(0, np.float32), *self.density]),
+            "seen_solves": np.array(self.solves, dtype=np.int64),
+            "seen_moving": np.array(self.moving, dtype=np.int64),
+            "seen_neighbours": np.array(self.most_neighbours),
+            "seen_frames_s": np.array(self.frames_s),
+        }
+
+    def restore(self, snapshot: Mapping[str, NDArray[Any]]) -> None:
+        self.density = [snapshot["seen_density"]] if len(snapshot["seen_density"]) else []
+        self.solves, self.moving = snapshot["seen_solves"].tolist(), snapshot["seen_moving"].tolist()
+        self.most_neighbours, self.frames_s = int(snapshot["seen_neighbours"]), float(snapshot["seen_frames_s"])
 
     def summary(self) -> dict[str, Any]:
         error = np.concatenate(self.density)

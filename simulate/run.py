@@ -41,7 +41,7 @@ def inject(
     injection = prepare(solid, outline, trajectory, [fluid], solver, nozzle, seed=seed, device=device, threads=threads)
     for watcher in watchers:
         watcher.begin(injection)
-    progress.start("Simulating", injection.frames)
+    progress.start("Simulating", injection.frames, injection.done)
     while injection.done < injection.frames and not injection.at_rest:
         injection.advance()
         for watcher in watchers:

@@ -162,6 +162,10 @@ class FluidSolver:
             self.rest()
         return iterations
 
+    def lasting(self) -> dict[str, Any]:
+        """Arrays that a substep takes over from the one before, by name; all others are made anew in each."""
+        return {**self.state.lasting(), "quiet_s": self._quiet_s}
+
     def find_movers(self) -> None:
         self.movers.find()
         self.rows = self.movers.number() if self.state.device == "cpu" else len(self._correction)

@@ -54,6 +54,11 @@ class State:
         """Particles of a run that are out once a frame's release is made."""
         return int(self._released[min(frame, len(self._released) - 1)])
 
+    def lasting(self) -> dict[str, Any]:
+        """Arrays that a substep takes over from the one before, by name."""
+        names = ("place", "velocity", "density", "bulk", "fate")
+        return {name: getattr(self, name) for name in names}
+
     def position_mm(self) -> Floats:
         """Of all particles, (count, 3)."""
         return self.place.numpy()[:, :3].astype(float) / CM

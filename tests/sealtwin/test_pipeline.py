@@ -245,3 +245,31 @@ def test_an_interrupt_ends_with_130_and_lets_go_of_the_folder(unbroken, tmp_path
     assert process.returncode == 130
     assert err.splitlines()[-1].startswith("sealtwin: interrupted")
     assert not (tmp_path / "run" / ".holder.json").exists()
+
+
+KEEPING_EVERY_FRAME = "import simulate.checkpoint as c; c.EVERY_S = 0; from sealtwin.cli import main; main()"
+
+
+def test_a_fluid_run_that_is_killed_goes_on_from_its_checkpoint(unbroken, tmp_path):
+    """With kill -9, and to the bit; settings that changed since begin again, and say so."""
+    trial, run, _ = unbroken
+    arguments = ["run", str(trial), "--out", str(tmp_path / "run"), "--device", "cpu"]
+    process = subprocess.Popen([sys.executable, "-c", KEEPING_EVERY_FRAME, *arguments], stderr=subprocess.DEVNULL)
+    deadline = time.monotonic() + 60
+    while not (tmp_path / "run" / "checkpoint.npz").is_file():
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    time.sleep(0.3)
+    process.send_signal(signal.SIGKILL)
+    process.communicate()
+    shutil.copytree(tmp_path / "run", tmp_path / "other")
+    code, _, err = _finish(*arguments)
+    assert code == 0, err
+    assert "checkpoint.npz: going on after frame" in err
+    _assert_same_run(tmp_path / "run", run)
+    held = tmp_path / "other" / "trial.toml"
+    held.write_text(held.read_text().replace("U = 30.0", "U = 20.0"))
+    code, _, err = _finish("simulate", tmp_path / "other", "--device", "cpu")
+    assert code == 0, err
+    assert "checkpoint.npz: kept by a run with other settings, inputs or device; the fluid run starts again" in err
+    assert not (tmp_path / "other" / "checkpoint.npz").exists()

@@ -268,7 +268,7 @@ def test_the_progress_is_titled_as_that_of_the_other_stages():
     titles = []
 
     class Ear(Progress):
-        def start(self, title: str, total: int) -> None:
+        def start(self, title: str, total: int, done: int = 0) -> None:
             titles.append(title)
 
     crack = slot(12.0)

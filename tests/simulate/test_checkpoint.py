@@ -1,0 +1,138 @@
+"""A run that is killed and goes on is the unbroken one, bit for bit."""
+
+import io
+import random
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+import pytest
+
+from simulate.checkpoint import Checkpoint
+from simulate.injection import Injection, prepare
+from simulate.settings import Fluid, Nozzle, Solver
+from tests.fluids import path, slot
+
+FREEZING = Fluid(U=30.0, D_cm=0.3, freeze_after_s=0.2)
+YIELDING = Fluid(viscosity_pa_s=0.05, yield_stress_pa=60.0, structuration_pa_per_s=5.0, freeze_after_s="never")
+
+
+def injection(fluid: Fluid, **solver: Any) -> Injection:
+    solid, outline = slot(12.0)
+    settings = Solver.model_validate({"radius_mm": 0.6, "settle_s": 0.6, **solver})
+    trajectory = path(outline, 0.12, speed_mm_s=20.0)
+    return prepare(solid, outline, trajectory, [fluid], settings, Nozzle(), seed=1, device="cpu")
+
+
+def finish(run: Injection) -> None:
+    while run.done < run.frames and not run.at_rest:
+        run.advance()
+
+
+def bits(run: Injection) -> dict[str, bytes]:
+    """Of everything that lasts and of what was seen, computing time apart."""
+    return {name: kept.tobytes() for name, kept in run.snapshot().items() if name != "seen_frames_s"}
+
+
+class Killed:
+    """The same run in pieces, each of which begins with a new solver from what the last one kept."""
+
+    def __init__(self, file: Path, fluid: Fluid, **solver: Any) -> None:
+        self.said: list[str] = []
+        self._file, self._fluid, self._solver = file, fluid, solver
+
+    def go_on(self, until: int) -> Injection:
+        run = injection(self._fluid, **self._solver)
+        checkpoint = Checkpoint(self._file, "key", self.said.append)
+        checkpoint.begin(run)
+        while run.done < min(until, run.frames) and not run.at_rest:
+            run.advance()
+        checkpoint.keep(run)
+        return run
+
+
+@pytest.mark.parametrize(
+    ("fluid", "solver"),
+    [(FREEZING, {}), (YIELDING, {}), (YIELDING, {"sleep": False}), (FREEZING, {"viscosity_solve": "explicit"})],
+)
+def test_a_run_killed_at_random_frames_is_the_unbroken_one_to_the_bit(tmp_path, fluid, solver):
+    """Once as it fills, once as it comes to rest and some particles already lie; nothing may be left out of the file.
+
+    Broken on purpose without any one of the arrays in ``lasting``, at least one of these fails.
+    """
+    unbroken = injection(fluid, **solver)
+    finish(unbroken)
+    killed = Killed(tmp_path / "checkpoint.npz", fluid, **solver)
+    moments = random.Random(4)
+    for low, high in ((0.1, 0.6), (0.8, 0.98)):
+        killed.go_on(int(moments.uniform(low, high) * unbroken.done))
+    last = killed.go_on(unbroken.frames)
+    assert len(killed.said) == 2
+    assert all("going on after frame" in said for said in killed.said)
+    assert bits(last) == bits(unbroken)
+    if solver != {"sleep": False}:
+        # Particles froze or slept on the way: otherwise this would not hold what it says.
+        assert unbroken.seen.moving[-1] < max(unbroken.seen.moving) / 2
+    assert last.results()[0].position_mm.tobytes() == unbroken.results()[0].position_mm.tobytes()
+
+
+@pytest.fixture(scope="module")
+def begun() -> bytes:
+    """A checkpoint after five frames."""
+    with TemporaryDirectory() as folder:
+        Killed(Path(folder) / "checkpoint.npz", FREEZING).go_on(5)
+        return (Path(folder) / "checkpoint.npz").read_bytes()
+
+
+@pytest.fixture(scope="module")
+def fresh() -> Injection:
+    """No test moves it on."""
+    return injection(FREEZING)
+
+
+def test_a_checkpoint_of_another_run_is_said_and_not_used(begun, fresh, tmp_path):
+    (tmp_path / "checkpoint.npz").write_bytes(begun)
+    said = []
+    Checkpoint(tmp_path / "checkpoint.npz", "another key", said.append).begin(fresh)
+    assert fresh.done == 0
+    assert said == [
+        "checkpoint.npz: kept by a run with other settings, inputs or device; the fluid run starts again at its first "
+        "frame."
+    ]
+
+
+@pytest.mark.parametrize("damage", ["cut", "flip", "text", "empty", "other size", "bare"])
+def test_a_damaged_checkpoint_is_one_sentence_and_a_fresh_start(begun, fresh, tmp_path, damage):
+    file = tmp_path / "checkpoint.npz"
+    content = {
+        "cut": begun[: len(begun) // 2],
+        "flip": begun[:3000] + bytes([begun[3000] ^ 1]) + begun[3001:],
+        "text": b"not a checkpoint\n",
+        "empty": b"",
+    }
+    if damage in content:
+        file.write_bytes(content[damage])
+    else:
+        kept = dict(np.load(io.BytesIO(begun)))
+        np.savez(file, allow_pickle=False, **(kept | {"place": kept["place"][:-1]} if damage == "other size" else {}))
+    said, before = [], bits(fresh)
+    Checkpoint(file, "key", said.append).begin(fresh)
+    assert len(said) == 1
+    assert said[0].startswith("checkpoint.npz: damaged (")
+    assert said[0].endswith("); the fluid run starts again at its first frame.")
+    assert "\n" not in said[0]
+    assert bits(fresh) == before
+
+
+def test_a_checkpoint_is_kept_by_the_clock_and_removed_when_the_run_is_done(fresh, tmp_path, monkeypatch):
+    file = tmp_path / "checkpoint.npz"
+    checkpoint = Checkpoint(file, "key", pytest.fail)
+    checkpoint.begin(fresh)
+    checkpoint.after_frame(fresh)
+    assert not file.exists()
+    monkeypatch.setattr("simulate.checkpoint.EVERY_S", 0.0)
+    checkpoint.after_frame(fresh)
+    assert [path.name for path in tmp_path.iterdir()] == ["checkpoint.npz"]
+    checkpoint.remove()
+    assert not file.exists()
