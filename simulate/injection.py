@@ -288,6 +288,5 @@ def _fates(engine: FluidSolver) -> NDArray[np.integer]:
     """What became of each particle. The last word on escapes has the mesh itself, not the grid that stopped them."""
     fate = np.array(engine.state.fate.numpy(), dtype=np.int64)
     inside = engine.barrier.exact_mm(engine.state.position_mm()) < 0
-    here = (fate == int(kernels_rest.MOVING)) | (fate == int(kernels_rest.RESTING))
-    fate[here & inside] = int(kernels_rest.ESCAPED)
+    fate[(fate <= int(kernels_rest.FROZEN)) & inside] = int(kernels_rest.ESCAPED)
     return fate

@@ -106,6 +106,8 @@ def update_velocity(
 def go_as_solved(
     begin: int,
     movers: Movers,
+    points_a_run: int,
+    yields: wp.array[float],
     step_s: float,
     clearance: float,
     solid: Distance,
@@ -113,11 +115,16 @@ def go_as_solved(
     velocity: wp.array[wp.vec3],
     place: wp.array[wp.vec4],  # in, out
 ):
-    """X = x0 + v dt with the velocity that the viscosity left: without it a bank at rest slides in every substep."""
+    """X = x0 + v dt with the velocity that the viscosity left, for paste that yields.
+
+    Eq. 5 changes velocities after positions have moved: without this, a bank at rest slides in every substep.
+    """
     row = begin + wp.tid()
     if row >= movers.count[0]:
         return
     i = movers.who[row]
+    if yields[i // points_a_run] == 0.0:
+        return
     there = move(solid, start[i], step_s * velocity[i], clearance)
     place[i] = wp.vec4(there[0], there[1], there[2], place[i][3])
 

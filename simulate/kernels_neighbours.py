@@ -5,7 +5,7 @@ from typing import Any
 
 import warp as wp
 
-from simulate.kernels_rest import MOVING, RESTING, Movers
+from simulate.kernels_rest import FROZEN, Movers
 
 wp.set_module_options({"enable_backward": False})
 
@@ -65,7 +65,7 @@ def count_in_cells(
     i = wp.tid()
     number[i] = i
     key = runs * cells_a_run(cells)
-    if fate[i] == MOVING or fate[i] == RESTING:
+    if fate[i] <= FROZEN:
         key = cell_of(cells, place[i]) + i // cells.points_a_run * cells_a_run(cells)
     cell[i] = key
     wp.atomic_add(count, key, 1)

@@ -5,11 +5,13 @@ import warp as wp
 wp.set_module_options({"enable_backward": False})
 
 MOVING = wp.constant(0)
-RESTING = wp.constant(1)
-"""Frozen or asleep: others feel it, and it lies where it is."""
-SPILLED = wp.constant(2)
-ESCAPED = wp.constant(3)
-WAITING = wp.constant(4)
+ASLEEP = wp.constant(1)
+"""It lies where it is, and others feel it; what hits it hard wakes it."""
+FROZEN = wp.constant(2)
+"""By its age: the same for good."""
+SPILLED = wp.constant(3)
+ESCAPED = wp.constant(4)
+WAITING = wp.constant(5)
 """Not released yet."""
 
 
@@ -48,7 +50,7 @@ def freeze(
     """Fix what is older than the paste's stiffening time, as the paper does to bound its cost."""
     i = wp.tid()
     if fate[i] == MOVING and frame[0] - frame_of[i] >= frames_to_freeze[i // points_a_run]:
-        fate[i] = RESTING
+        fate[i] = FROZEN
         lay_down(i, place, velocity, direction)
 
 
@@ -102,6 +104,8 @@ def number_movers(
 def fall_asleep(
     begin: int,
     movers: Movers,
+    points_a_run: int,
+    yields: wp.array[float],
     step_s: float,
     patience_s: float,
     slowest_shear: float,
@@ -118,14 +122,14 @@ def fall_asleep(
     if row >= movers.count[0]:
         return
     i = movers.who[row]
-    if fate[i] != MOVING:
+    if fate[i] != MOVING or yields[i // points_a_run] == 0.0:
         return
     quiet = float(0.0)
     if shear[i] < slowest_shear and wp.length(velocity[i]) < slowest:
         quiet = quiet_s[i] + step_s
     quiet_s[i] = quiet
     if quiet >= patience_s:
-        fate[i] = RESTING
+        fate[i] = ASLEEP
         lay_down(i, place, velocity, direction)
 
 
@@ -133,6 +137,8 @@ def fall_asleep(
 def wake(
     begin: int,
     movers: Movers,
+    points_a_run: int,
+    yields: wp.array[float],
     fast: float,
     velocity: wp.array[wp.vec3],
     listed: wp.array2d[int],
@@ -144,9 +150,10 @@ def wake(
     row = begin + wp.tid()
     if row >= movers.count[0]:
         return
-    if wp.length(velocity[movers.who[row]]) > fast:
+    i = movers.who[row]
+    if yields[i // points_a_run] > 0.0 and wp.length(velocity[i]) > fast:
         for slot in range(count[row]):
             j = listed[row, slot]
-            if fate[j] == RESTING:
+            if fate[j] == ASLEEP:
                 fate[j] = MOVING
                 quiet_s[j] = 0.0

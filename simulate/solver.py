@@ -168,7 +168,10 @@ class FluidSolver:
 
     def find_movers(self) -> None:
         self.movers.find()
-        self.rows = self.movers.number() if self.state.device == "cpu" else len(self._correction)
+        most = len(self._correction)
+        self.rows = self.movers.number() if self.state.device == "cpu" else most
+        if self.rows > most:
+            raise RuntimeError(f"{self.rows} particles move where there is room for {most}.")
 
     def predict(self) -> None:
         state = self.state
@@ -229,6 +232,8 @@ class FluidSolver:
         state = self.state
         self._rows(
             kernels.go_as_solved,
+            state.points_a_run,
+            self.paste.yields_at_most,
             self.step_s,
             self.barrier.clearance,
             self.barrier.grid,
@@ -240,11 +245,20 @@ class FluidSolver:
     def rest(self) -> None:
         """Wake and put to sleep; the list of movers follows."""
         state, lists = self.state, self.lists
+        yields = (state.points_a_run, self.paste.yields_at_most)
         self._rows(
-            kernels_rest.wake, WAKING_CM_S, state.velocity, lists.fluid, lists.fluid_count, state.fate, self._quiet_s
+            kernels_rest.wake,
+            *yields,
+            WAKING_CM_S,
+            state.velocity,
+            lists.fluid,
+            lists.fluid_count,
+            state.fate,
+            self._quiet_s,
         )
         self._rows(
             kernels_rest.fall_asleep,
+            *yields,
             self.step_s,
             PATIENCE_S,
             CREEP * self._slowest_shear,

@@ -13,7 +13,7 @@ from digitise.trajectory import plan_trajectory
 from sealtwin.progress import Progress
 from sealtwin.records import FaceLabel, Floats, Outline, Run, Solid, Trajectory
 from simulate.distance import CM, Barrier, build_barrier
-from simulate.kernels_rest import RESTING
+from simulate.kernels_rest import FROZEN
 from simulate.nozzle import Schedule
 from simulate.paste import Rheology
 from simulate.run import inject
@@ -127,7 +127,7 @@ def positions_mm(engine: FluidSolver) -> Floats:
 def lay_down(engine: FluidSolver, rests: NDArray[np.bool_]) -> None:
     """Put those particles to rest."""
     place, fate = engine.state.place.numpy().copy(), engine.state.fate.numpy().copy()
-    place[rests, 3], fate[rests] = 1.0, RESTING
+    place[rests, 3], fate[rests] = 1.0, FROZEN
     engine.state.place.assign(place)
     engine.state.fate.assign(fate)
     engine.find_movers()

@@ -1,0 +1,79 @@
+"""Several fluids at once, several threads, and an injection followed by hand."""
+
+import numpy as np
+import pytest
+
+from sealtwin.records import Run
+from simulate.injection import prepare
+from simulate.settings import Fluid, Nozzle, Solver
+from tests.fluids import path, pour, slot
+
+PASTES = (
+    Fluid(U=30.0, D_cm=0.3, freeze_after_s=0.2),
+    Fluid(U=1000.0, D_cm=0.01, freeze_after_s="never"),
+    Fluid(U=30.0, D_cm=0.3, yield_stress_pa=12.0, freeze_after_s="never"),
+)
+
+
+def together(pastes: tuple[Fluid, ...], threads: int = 1) -> list[Run]:
+    solid, outline = slot(12.0)
+    injection = prepare(
+        solid,
+        outline,
+        path(outline, 0.1, speed_mm_s=20.0),
+        pastes,
+        Solver(settle_s=0.3),
+        Nozzle(),
+        seed=0,
+        device="cpu",
+        threads=threads,
+    )
+    while injection.done < injection.frames and not injection.at_rest:
+        injection.advance()
+    return injection.results()
+
+
+def test_fluids_computed_at_once_are_what_each_is_alone():
+    """Bit for bit: a study in one launch must not depend on which runs share it."""
+    for run, paste in zip(together(PASTES), PASTES, strict=True):
+        alone = pour(slot(12.0), path(slot(12.0)[1], 0.1, speed_mm_s=20.0), paste, settle_s=0.3)
+        assert np.array_equal(run.position_mm, alone.position_mm)
+        assert np.array_equal(run.velocity_mm_s, alone.velocity_mm_s)
+    assert run.settings["fluid"]["yield_stress_pa"] == 12.0
+
+
+def test_two_threads_give_the_same_bits_as_one(monkeypatch):
+    """Slices of a launch write rows of their own, and sums are taken in the same parts."""
+    monkeypatch.setattr("simulate.launch.LEAST_SLICE", 10)
+    for one, two in zip(together(PASTES[:1]), together(PASTES[:1], threads=2), strict=True):
+        assert np.array_equal(one.position_mm, two.position_mm)
+
+
+@pytest.mark.parametrize("paste", [PASTES[2], PASTES[2].model_copy(update={"structuration_pa_per_s": 50.0})])
+def test_paste_with_a_yield_stress_falls_asleep_and_the_run_ends(paste):
+    solid, outline = slot(12.0)
+    injection = prepare(
+        solid,
+        outline,
+        path(outline, 0.1, speed_mm_s=20.0),
+        [paste],
+        Solver(settle_s=20.0),
+        Nozzle(),
+        seed=0,
+        device="cpu",
+    )
+    while injection.done < injection.frames and not injection.at_rest:
+        injection.advance()
+    assert injection.at_rest
+    assert injection.t_s < 5.0
+    (run,) = injection.results()
+    assert (run.velocity_mm_s == 0).all()
+    assert run.escaped_particles == 0
+
+
+def test_what_froze_by_its_age_is_not_woken():
+    """Paste that yields and freezes too: what moves at one time stays what the nozzle gave in that time."""
+    paste = PASTES[2].model_copy(update={"freeze_after_s": 0.2})
+    (run,) = together((paste,))
+    assert run.health["moving_most"] <= 0.2 / run.health["frame_s"] * 7 + 7
+    assert (run.velocity_mm_s[run.age_s > 0.21] == 0).all()
