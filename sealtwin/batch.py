@@ -2,8 +2,6 @@
 
 import glob
 import json
-import os
-import threading
 import traceback
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -11,7 +9,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from itertools import count
-from multiprocessing import get_context, parent_process
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +19,7 @@ from sealtwin.errors import InputError, SealtwinError, as_text
 from sealtwin.folder import MANIFEST, holding, open_folder
 from sealtwin.job import sample_files, start_job
 from sealtwin.pipeline import run_stages
+from sealtwin.processes import end_with_parent
 from sealtwin.progress import Progress
 from sealtwin.trial import Trial, load_trial, photo_trial
 
@@ -161,7 +160,7 @@ def _rows(planned: Sequence[Planned], out: Path, jobs: int) -> Iterator[Row]:
         yield from (_digitise_one(item, out) for item in planned)
         return
     # A fresh process each: OpenCV's and manifold's threads do not survive a fork.
-    with ProcessPoolExecutor(min(jobs, len(planned)), get_context("spawn"), _end_with_parent) as pool:
+    with ProcessPoolExecutor(min(jobs, len(planned)), get_context("spawn"), end_with_parent) as pool:
         at_work = {pool.submit(_digitise_one, item, out): item for item in planned}
         try:
             for future in as_completed(at_work):
@@ -172,18 +171,6 @@ def _rows(planned: Sequence[Planned], out: Path, jobs: int) -> Iterator[Row]:
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise
-
-
-def _end_with_parent() -> None:
-    """A batch that is killed cannot tell its processes: they would wait for work for ever."""
-    parent = parent_process()
-    assert parent is not None, "called in the processes of a pool"
-
-    def watch() -> None:
-        parent.join()
-        os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()
 
 
 def _digitise_one(item: Planned, out: Path) -> Row:

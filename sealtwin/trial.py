@@ -9,6 +9,7 @@ from typing import Annotated, Any, Self
 from pydantic import Field, model_validator
 
 from digitise.settings import CrackShape, MeshInput, NozzlePath, PhotoInput
+from sealtwin.output import Output
 from sealtwin.settings import Settings
 from sealtwin.settings_file import checked, read_settings
 from simulate.settings import Fluid, Nozzle, Solver
@@ -41,6 +42,7 @@ class Trial(Settings):
     """Only the fluid run needs it; a mesh and a path do not."""
     solver: Solver = Solver()
     nozzle: Nozzle = Nozzle()
+    output: Output = Output()
     readings: Readings | None = None
     """Left out, the report shows the simulated profile and compares nothing."""
     gate: Gate | None = None
@@ -80,10 +82,14 @@ class Trial(Settings):
 
     @property
     def folder_name(self) -> str:
-        """The name, less what file systems or shells stumble over."""
-        kept = "".join(letter if letter.isalnum() or letter in "-_." else "-" for letter in self.name)
-        # File systems count bytes, and a letter may take four.
-        return kept.encode()[:LONGEST_FOLDER_BYTES].decode(errors="ignore").strip(".-") or "trial"
+        return folder_name(self.name)
+
+
+def folder_name(name: str) -> str:
+    """The name, less what file systems or shells stumble over."""
+    kept = "".join(letter if letter.isalnum() or letter in "-_." else "-" for letter in name)
+    # File systems count bytes, and a letter may take four.
+    return kept.encode()[:LONGEST_FOLDER_BYTES].decode(errors="ignore").strip(".-") or "trial"
 
 
 def load_trial(path: Path) -> Trial:

@@ -1,0 +1,160 @@
+"""One sealing of a crack that is digitised already: inject, measure, compare, keep what a study keeps of it."""
+
+import time
+import traceback
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from sealtwin import files
+from sealtwin.errors import NumericalError, SealtwinError
+from sealtwin.ledger import PROFILE
+from sealtwin.progress import Progress
+from sealtwin.records import Outline, Profile, Run, Solid, Trajectory
+from sealtwin.trial import Trial
+from validate.settings import Readings
+
+SUMMARY = "summary.json"
+INPUTS = "inputs"
+"""Where a run folder keeps its copy of the readings."""
+
+
+@dataclass(frozen=True)
+class Bench:
+    """What all runs of one sample share. Plain records, which travel to another machine as they are."""
+
+    outline: Outline
+    solid: Solid
+    trajectory: Trajectory
+    readings: Profile | None
+
+
+@dataclass(frozen=True)
+class Sealing:
+    """A finished run, measured."""
+
+    profile: Profile
+    figures: dict[str, Any]
+    """As ``sealtwin.ledger.StudyRun`` has them, but for the profile's hash."""
+    wall_s: float
+    run: Run | None
+    """Where its particles are wanted too."""
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A run without a result."""
+
+    reason: str
+    wall_s: float
+    trace: str | None
+    """Of a bug."""
+
+
+def read_bench(folder: Path, settings: Readings | None) -> Bench:
+    """From a digitised run folder. Raises InputError where it lacks a file, or the readings cannot be read."""
+    outline, solid = files.read_outline(folder), files.read_solid(folder)
+    readings = None
+    if settings is not None:
+        from validate.caliper import read_readings
+
+        sheet = folder / INPUTS / settings.file.name
+        readings = read_readings(sheet, settings, outline.length_mm, solid.depth_mm)
+    return Bench(outline, solid, files.read_trajectory(folder), readings)
+
+
+def seal(
+    bench: Bench, trials: Sequence[Trial], *, device: str, keep_runs: bool, progress: Progress
+) -> list[Sealing | Failure]:
+    """Runs that differ in their fluids alone, in one launch; each as if it were alone.
+
+    Raises nothing of theirs: a run that fails costs no other one its result.
+    """
+    began = time.monotonic()
+    try:
+        return [*_seal(bench, trials, device, keep_runs, progress)]
+    except Exception as fault:
+        if len(trials) == 1:
+            return [_failure(fault, time.monotonic() - began)]
+    return [
+        outcome
+        for trial in trials
+        for outcome in seal(bench, [trial], device=device, keep_runs=keep_runs, progress=progress)
+    ]
+
+
+def write_sealing(folder: Path, sealing: Sealing, settings: Mapping[str, Any]) -> str:
+    """profile.csv and summary.json, and the particles where they were kept. Returns the profile's hash."""
+    files.write_profile(folder, sealing.profile)
+    if sealing.run is not None:
+        files.write_run(folder, sealing.run)
+    files.write_json(folder / SUMMARY, {"settings": dict(settings), "figures": sealing.figures})
+    return files.sha256(folder / PROFILE)
+
+
+def _seal(bench: Bench, trials: Sequence[Trial], device: str, keep_runs: bool, progress: Progress) -> list[Sealing]:
+    """Raises InputError and NumericalError from one of them."""
+    from simulate.injection import prepare
+
+    began = time.monotonic()
+    first = trials[0]
+    injection = prepare(
+        bench.solid,
+        bench.outline,
+        bench.trajectory,
+        [trial.fluid for trial in trials if trial.fluid is not None],
+        first.solver,
+        first.nozzle,
+        seed=first.seed,
+        device=device,
+    )
+    progress.start("Simulating", injection.frames)
+    while injection.done < injection.frames and not injection.at_rest:
+        injection.advance()
+        progress.advance(injection.done)
+    measured = [(run, *_measure(bench, trial, run)) for trial, run in zip(trials, injection.results(), strict=True)]
+    wall_s = (time.monotonic() - began) / len(measured)
+    return [Sealing(profile, figures, wall_s, run if keep_runs else None) for run, profile, figures in measured]
+
+
+def _measure(bench: Bench, trial: Trial, run: Run) -> tuple[Profile, dict[str, Any]]:
+    from simulate.profile import measure_profile, volume_ratio
+
+    if run.escaped_particles:
+        raise NumericalError(
+            f"{run.escaped_particles} particles went through a wall, which must never happen; of this run no number is "
+            "kept. Please report it with its settings."
+        )
+    profile = measure_profile(run, bench.outline, bench.solid)
+    figures: dict[str, Any] = {
+        "particles": len(run.position_mm),
+        "escaped_particles": run.escaped_particles,
+        "spilled_particles": run.spilled_particles,
+        "volume_ratio": volume_ratio(run, bench.solid),
+        "health": run.health,
+    }
+    if trial.readings is not None and bench.readings is not None:
+        from validate.compare import compare
+
+        comparison = compare(
+            profile,
+            bench.readings,
+            bench.outline,
+            bench.solid,
+            role=trial.readings.role,
+            photo_data=trial.sample.data,
+        )
+        figures |= {
+            "mean_error_mm": comparison.mean_error_mm,
+            "worst_error_mm": comparison.worst_error_mm,
+            "worst_at_mm": comparison.worst_at_mm,
+        }
+    return profile, figures
+
+
+def _failure(fault: Exception, wall_s: float) -> Failure:
+    if isinstance(fault, SealtwinError):
+        return Failure(str(fault), wall_s, None)
+    reason = f"{type(fault).__name__}: {fault}. A bug of ours: please report it with its trace in the ledger."
+    return Failure(reason, wall_s, "".join(traceback.format_exception(fault)))

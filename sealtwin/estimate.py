@@ -1,0 +1,109 @@
+"""What a study will take: time, memory, disk. A model, which the runs that are done correct."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from sealtwin.errors import InputError
+from sealtwin.ledger import StudyRun
+from sealtwin.records import Trajectory
+from sealtwin.trial import Trial
+
+SETUP_S = 0.2
+"""Walls, distances and reading the profile, on a core of the machine that the README names; so are the next two."""
+LAUNCHES_S = 0.5e-3
+"""A substep's launches, whatever they work on."""
+PARTICLE_S = 2e-6
+"""A moving particle's part of a substep."""
+PROCESS_BYTES = 300e6
+"""Python and its libraries, in a process that has done some runs."""
+PARTICLE_BYTES = 2e3
+"""Lists of 224 neighbours of 4 bytes, and as much again for the weights of its pairs."""
+RUN_BYTES = 25e3
+"""profile.csv and summary.json, and a row of the ledger."""
+PARTICLE_ROW_BYTES = 75
+"""A line of particles.csv."""
+
+
+@dataclass(frozen=True)
+class Size:
+    """Of one run, before it starts."""
+
+    particles: int
+    work_s: float
+    """On one core, by the model."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Of what is left of a study."""
+
+    runs: int
+    time_s: float
+    measured: bool
+    """Whether runs that are done have corrected the model; without one it may be off by a factor of three."""
+    memory_bytes: float
+    """Of all processes together."""
+    disk_bytes: float
+
+    @property
+    def sentence(self) -> str:
+        basis = "by the runs that are done" if self.measured else "by a model; the first runs will correct it"
+        return (
+            f"{self.runs} runs are left: about {in_words(self.time_s)} ({basis}), {self.memory_bytes / 1e9:.1f} GB of "
+            f"memory, {self.disk_bytes / 1e6:.1f} MB on disk."
+        )
+
+
+def size_of(trial: Trial, trajectory: Trajectory) -> Size:
+    """Raises InputError where the path gives no sealant, or more particles than are allowed."""
+    from simulate.nozzle import plan_releases
+    from simulate.solver import substeps_for
+
+    schedule = plan_releases(trajectory, trial.solver.radius_mm, trial.nozzle.diameter_mm, trial.seed)
+    frames = len(schedule.released) + math.ceil(trial.solver.settle_s / schedule.frame_s)
+    out = np.pad(schedule.released, (0, frames - len(schedule.released)), mode="edge")
+    moving = int(out.sum())
+    if trial.fluid is not None and trial.fluid.freeze_after_s != "never":
+        # Particles freeze in the order in which they came.
+        moving -= int(out[: max(0, frames - math.ceil(trial.fluid.freeze_after_s / schedule.frame_s))].sum())
+    substeps = substeps_for(trial.solver, schedule.frame_s)
+    return Size(schedule.particles, SETUP_S + substeps * (LAUNCHES_S * frames + PARTICLE_S * moving))
+
+
+def estimate(runs: Sequence[StudyRun], particles: int, jobs: int, batch: int, *, keep_runs: bool) -> Estimate:
+    """Of what is waiting among ``runs``, the largest of which has so many ``particles``, with ``jobs`` processes."""
+    left = [run for run in runs if run.state == "waiting"]
+    jobs = min(jobs, max(1, len(left)))
+    pace = measured_pace(runs)
+    return Estimate(
+        runs=len(left),
+        time_s=(pace or 1.0) * sum(run.work_s for run in left) / jobs,
+        measured=pace is not None,
+        memory_bytes=jobs * (PROCESS_BYTES + batch * particles * PARTICLE_BYTES),
+        disk_bytes=len(left) * (RUN_BYTES + keep_runs * particles * PARTICLE_ROW_BYTES),
+    )
+
+
+def measured_pace(runs: Sequence[StudyRun]) -> float | None:
+    """Time that runs took, over the model's; None where none is done."""
+    timed = [(run.wall_s, run.work_s) for run in runs if run.state == "done" and run.wall_s is not None]
+    return sum(wall for wall, _ in timed) / sum(work for _, work in timed) if timed else None
+
+
+def require_disk(expected: Estimate, free_bytes: float, folder: str) -> None:
+    """Raises InputError where the results will not fit."""
+    if expected.disk_bytes > free_bytes:
+        raise InputError(
+            f"{folder}: {free_bytes / 1e6:.0f} MB are free there, the results need {expected.disk_bytes / 1e6:.0f} MB. "
+            "Give --out another disk, or leave out --keep-runs."
+        )
+
+
+def in_words(time_s: float) -> str:
+    """As a person says it: seconds below two minutes, minutes below two hours."""
+    if time_s < 120:
+        return f"{time_s:.0f} s"
+    return f"{time_s / 60:.0f} min" if time_s < 7200 else f"{time_s / 3600:.1f} h"

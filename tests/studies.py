@@ -1,0 +1,57 @@
+"""A study whose runs take a fraction of a second: a drawn crack of 12 mm, coarse particles, a quick nozzle."""
+
+from pathlib import Path
+
+from tests.pictures import mortar, with_crack, write_png
+
+TRIAL = """
+name = "tiny"
+
+[photo]
+file = "crack.png"
+data = "synthetic"
+mm_per_px = 0.1
+ends_px = [[40, 101], [160, 98]]
+
+[crack]
+depth_mm = 8
+tilt = "vertical"
+
+[path]
+volume_ml = 0.15
+speed_mm_s = 20
+trim_mm = 1
+
+[fluid]
+U = 30.0
+D_cm = 0.3
+freeze_after_s = 0.2
+
+[solver]
+radius_mm = 0.45
+
+[nozzle]
+diameter_mm = 1.2
+
+[readings]
+file = "readings.csv"
+data = "synthetic"
+role = "calibrated-on"
+"""
+READINGS = "s_mm,level_1_mm\n1,-2\n4,-2\n7,-1\n11,-1\n"
+GRID = """
+[grid]
+"fluid.U" = [3.0, 30.0, 300.0]
+"fluid.D_cm" = [0.03, 0.3]
+"""
+
+
+def tiny_lab(folder: Path, varies: str = GRID) -> Path:
+    """Photo, trial, readings and study in ``folder``; returns the study file."""
+    folder.mkdir(parents=True, exist_ok=True)
+    write_png(folder / "crack.png", with_crack(mortar((200, 200)), [(40, 101), (80, 97), (120, 103), (160, 98)], 20))
+    (folder / "trial.toml").write_text(TRIAL, encoding="utf-8")
+    (folder / "readings.csv").write_text(READINGS, encoding="utf-8")
+    study = folder / "study.toml"
+    study.write_text(f'name = "tiny"\ntrial = "trial.toml"\n{varies}', encoding="utf-8")
+    return study
