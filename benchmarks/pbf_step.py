@@ -11,6 +11,7 @@ import argparse
 import json
 import time
 from collections.abc import Callable
+from typing import NamedTuple
 
 import manifold3d
 import numba
@@ -47,7 +48,24 @@ def tank(particles: int) -> tuple[Solid, Outline, float]:
     return hewn(body, (-rim, -rim, rim, rim), depth), straight_slot(side, side), depth
 
 
-def settled_block(particles: int, threads: int) -> FluidSolver:
+class Times(NamedTuple):
+    engine: FluidSolver
+    apart_mm: float
+    ours_ms: float
+    numba_ms: float
+
+
+def time_both(particles: int, threads: int) -> Times:
+    """A substep of each, in milliseconds of the processor with one thread, of the clock with several."""
+    numba.set_num_threads(threads)
+    engine = settled_block(particles, threads)
+    baseline = NumbaStep.copy_of(engine)
+    apart_mm = _apart_mm(engine, baseline)
+    clock = time.process_time if threads == 1 else time.perf_counter
+    return Times(engine, apart_mm, *_take_turns(engine.step, baseline.step, clock))
+
+
+def settled_block(particles: int, threads: int, steps: int = SETTLE_STEPS) -> FluidSolver:
     solid, outline, depth_mm = tank(particles)
     half = SIDE_MM * (particles / PARTICLES) ** (1 / 3) / 2 - 0.35
     points = lattice(np.array([-half, -half, 0.35 - depth_mm]), np.array([half, half, 0.0]), SPACING_MM)
@@ -66,7 +84,7 @@ def settled_block(particles: int, threads: int) -> FluidSolver:
         radius_mm=RADIUS_MM,
         threads=threads,
     )
-    for _ in range(SETTLE_STEPS):
+    for _ in range(steps):
         engine.step()
     return engine
 
@@ -77,12 +95,7 @@ def main() -> None:
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--json", action="store_true", help="the last line is an object of the figures")
     asked = parser.parse_args()
-    numba.set_num_threads(asked.threads)
-    engine = settled_block(asked.particles, asked.threads)
-    baseline = NumbaStep.copy_of(engine)
-    apart_mm = _apart_mm(engine, baseline)
-    clock = time.process_time if asked.threads == 1 else time.perf_counter
-    ours_ms, theirs_ms = _take_turns(engine.step, baseline.step, clock)
+    engine, apart_mm, ours_ms, theirs_ms = time_both(asked.particles, asked.threads)
     near = float(engine.lists.fluid_count.numpy().mean())
     rows = [
         Row("both, one step on, farthest apart", apart_mm, "mm", 0, TOGETHER_MM),
