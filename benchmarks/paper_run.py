@@ -117,7 +117,7 @@ def _scaling(threads: int) -> list[Row]:
 
 
 def _narrow(threads: int) -> list[Row]:
-    """The paper's crack and nozzle speed at 1 mm: four particles across, less sealant in proportion, a nozzle so wide."""
+    """The paper's crack and nozzle speed at 1 mm: four particles across, less sealant and a thinner nozzle to match."""
     outline = straight_slot(80.0, NARROW_MM)
     solid = build_solid(outline, CrackShape(depth_mm=16.0, tilt="vertical", wall_angle_deg=0.0))
     path = NozzlePath(volume_ml=4.8 * NARROW_MM / 3.1, speed_mm_s=4.0, trim_mm=10.0)
