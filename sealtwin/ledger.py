@@ -127,13 +127,11 @@ class Ledger:
             raise InputError(f"{folder}: no study (it has no {LEDGER}). 'sealtwin sweep STUDY.toml' makes one.")
         with self._told():
             self._base = sqlite3.connect(self.path, timeout=WAIT_S, isolation_level=None)
-            if create:
-                # Readers do not wait for writers, nor writers for readers.
-                self._base.execute("PRAGMA journal_mode = WAL")
-                self._base.executescript(TABLES)
-                self._base.execute("INSERT OR IGNORE INTO facts VALUES ('version', ?)", [str(VERSION)])
-            if self.fact("version") != str(VERSION):
-                raise InputError(f"{self.path}: written by another version. Give another --out, or delete {folder}.")
+        try:
+            self._open(create)
+        except BaseException:
+            self._base.close()
+            raise
 
     def __enter__(self) -> Self:
         return self
@@ -266,6 +264,18 @@ class Ledger:
                 "FROM runs WHERE number IS NOT NULL"
             ).fetchone()
         return work_s
+
+    def _open(self, create: bool) -> None:
+        with self._told():
+            if create:
+                # Readers do not wait for writers, nor writers for readers.
+                self._base.execute("PRAGMA journal_mode = WAL")
+                self._base.executescript(TABLES)
+                self._base.execute("INSERT OR IGNORE INTO facts VALUES ('version', ?)", [str(VERSION)])
+        if self.fact("version") != str(VERSION):
+            raise InputError(
+                f"{self.path}: written by another version. Give another --out, or delete {self.path.parent}."
+            )
 
     def _close(
         self,

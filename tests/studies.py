@@ -18,7 +18,7 @@ depth_mm = 8
 tilt = "vertical"
 
 [path]
-volume_ml = 0.15
+volume_ml = 0.08
 speed_mm_s = 20
 trim_mm = 1
 
@@ -29,9 +29,10 @@ freeze_after_s = 0.2
 
 [solver]
 radius_mm = 0.45
+substeps = 2
 
 [nozzle]
-diameter_mm = 1.2
+diameter_mm = 2.4
 
 [readings]
 file = "readings.csv"
@@ -41,7 +42,7 @@ role = "calibrated-on"
 READINGS = "s_mm,level_1_mm\n1,-2\n4,-2\n7,-1\n11,-1\n"
 GRID = """
 [grid]
-"fluid.U" = [3.0, 30.0, 300.0]
+"fluid.U" = [3.0, 300.0]
 "fluid.D_cm" = [0.03, 0.3]
 """
 

@@ -1,0 +1,325 @@
+"""A sweep: nothing that finished is lost or done twice, whatever is killed; nothing that failed is a number."""
+
+import json
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from sealtwin import bench, workers
+from sealtwin.cli import app
+from sealtwin.errors import BusyError, InputError, NumericalError
+from sealtwin.folder import holding
+from sealtwin.ledger import Ledger, profile_path, read_study
+from sealtwin.progress import Progress
+from sealtwin.sweep import Wish, sweep
+from sealtwin.workers import Task, compute_all
+from tests.studies import tiny_lab
+
+HERE = Wish(device="cpu", jobs=1, batch=1)
+
+
+class Narration(Progress):
+    def __init__(self):
+        self.notes = []
+
+    def note(self, text):
+        self.notes.append(text)
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory):
+    """The study file of four tiny runs."""
+    return tiny_lab(tmp_path_factory.mktemp("lab"))
+
+
+@pytest.fixture(scope="module")
+def prepared(lab, tmp_path_factory):
+    """Its folder, digitised and planned, nothing computed."""
+    out = tmp_path_factory.mktemp("prepared") / "out"
+    sweep(lab, out, replace(HERE, dry_run=True), Progress())
+    return out
+
+
+@pytest.fixture(scope="module")
+def unbroken(prepared, tmp_path_factory):
+    """The same, computed in this process from beginning to end."""
+    out = tmp_path_factory.mktemp("unbroken") / "out"
+    shutil.copytree(prepared, out)
+    compute_all(Task(out, "cpu", batch=1, keep_runs=False))
+    return out
+
+
+@pytest.fixture
+def fresh(prepared, tmp_path):
+    shutil.copytree(prepared, tmp_path / "out")
+    return tmp_path / "out"
+
+
+def _results(out):
+    """What a run found, by its number: profile's bytes, and figures but for times."""
+    found = {}
+    for run in read_study(out):
+        assert run.state == "done", run.reason
+        figures = json.loads(json.dumps(run.figures))
+        for name in ("setup_s", "frames_s"):
+            del figures["health"][name]
+        found[run.number] = profile_path(out, run.key).read_bytes(), figures
+    return found
+
+
+def _finished(out):
+    """When each run was finished that is."""
+    return {run.key: run.finished_unix_s for run in read_study(out) if run.state == "done"}
+
+
+def _start(lab, out):
+    command = [sys.executable, "-m", "sealtwin", "sweep", str(lab), "--out", str(out), "--device", "cpu", "--jobs", "2"]
+    return subprocess.Popen([*command, "--quiet"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def _children(pid):
+    """Processes of a sweep."""
+    found = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
+    return [int(child) for child in found if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes()]
+
+
+def _kill_until_done(lab, out, kills, seed):
+    """Now a worker and now the parent, each at a random moment. Returns what had finished before each."""
+    chance = random.Random(seed)
+    seen = []
+    parent = _start(lab, out)
+    for number in range(kills):
+        if chance.random() < 0.7:
+            _wait_for_a_run(parent, out)
+        # A process needs seconds to start, a run takes tenths of one.
+        time.sleep(chance.uniform(0, 0.5))
+        seen.append(_finished(out))
+        if number % 2:
+            parent.kill()
+            parent.communicate()
+            parent = _start(lab, out)
+        elif parent.poll() is None and (processes := _children(parent.pid)):
+            os.kill(chance.choice(processes), signal.SIGKILL)
+    _, errors = parent.communicate(timeout=300)
+    assert parent.returncode == 0, errors
+    return seen
+
+
+def _wait_for_a_run(parent, out):
+    while parent.poll() is None and all(run.state != "running" for run in read_study(out)):
+        time.sleep(0.02)
+
+
+def _check_killed(lab, out, unbroken, kills, seed):
+    seen = _kill_until_done(lab, out, kills, seed)
+    assert _results(out) == _results(unbroken)
+    last = _finished(out)
+    for before in seen:
+        assert {key: last[key] for key in before} == before  # nothing that was done was done again
+    assert len(list((out / "runs").iterdir())) == len(last)
+    assert not list(out.glob("runs/*/.*"))
+    # A worker's kill costs one run, the parent's both that were under way.
+    assert sum(run.tries for run in read_study(out)) <= len(last) + 1.5 * kills
+
+
+def test_a_sweep_whose_worker_and_parent_are_killed_ends_as_an_unbroken_one(lab, fresh, unbroken):
+    _check_killed(lab, fresh, unbroken, kills=2, seed=1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_sweep_killed_ten_times_ends_as_an_unbroken_one(tmp_path, seed):
+    lab = tiny_lab(tmp_path / "lab", '[grid]\nseed = [1, 2, 3, 4, 5, 6]\n"fluid.U" = [1.0, 10.0, 100.0, 1000.0]\n')
+    for name in ("unbroken", "killed"):
+        sweep(lab, tmp_path / name, replace(HERE, dry_run=True), Progress())
+    compute_all(Task(tmp_path / "unbroken", "cpu", batch=1, keep_runs=False))
+    _check_killed(lab, tmp_path / "killed", tmp_path / "unbroken", kills=10, seed=seed)
+
+
+def test_a_finished_sweep_redoes_nothing_and_tells_the_same(lab, unbroken, tmp_path):
+    out = tmp_path / "out"
+    shutil.copytree(unbroken, out)
+    report = sweep(lab, out, HERE, Progress())
+    assert report.exit_code == 0
+    assert report.content["states"] == {"waiting": 0, "running": 0, "done": 4, "failed": 0}
+    assert _finished(out) == _finished(unbroken)
+    answer = CliRunner().invoke(app, ["sweep", "status", str(out), "--json"])
+    assert answer.exit_code == 0
+    told = json.loads(answer.stdout)
+    assert told["states"] == report.content["states"]
+    best = min(read_study(out), key=lambda run: run.figures["mean_error_mm"] if run.figures else 1e9)
+    assert told["best"]["number"] == best.number
+    table = (out / "runs.csv").read_text().splitlines()
+    assert len(table) == 5
+    assert table[0].startswith("number,fluid.U,fluid.D_cm,state,mean_error_mm")
+
+
+def test_a_result_that_was_lost_or_edited_is_computed_again_and_no_other(lab, unbroken, tmp_path):
+    out = tmp_path / "out"
+    shutil.copytree(unbroken, out)
+    runs = read_study(out)
+    profile_path(out, runs[0].key).unlink()
+    profile_path(out, runs[3].key).write_text("s_mm,level_mm\n0,0\n")
+    sweep(lab, out, replace(HERE, dry_run=True), Progress())
+    assert [run.state for run in read_study(out)] == ["waiting", "done", "done", "waiting"]
+    compute_all(Task(out, "cpu", batch=1, keep_runs=False))
+    assert _results(out) == _results(unbroken)
+
+
+def test_a_study_that_grows_keeps_what_is_done(unbroken, tmp_path, lab):
+    out = tmp_path / "out"
+    shutil.copytree(unbroken, out)
+    more = tiny_lab(tmp_path / "lab", '[grid]\n"fluid.U" = [1.0, 3.0, 300.0]\n"fluid.D_cm" = [0.3]\n')
+    sweep(more, out, replace(HERE, dry_run=True), Progress())
+    assert [run.state for run in read_study(out)] == ["waiting", "done", "done"]
+    sweep(lab, out, replace(HERE, dry_run=True), Progress())
+    assert [run.state for run in read_study(out)] == ["done"] * 4
+
+
+def test_runs_in_one_launch_have_the_bits_that_they_have_alone(fresh, unbroken):
+    compute_all(Task(fresh, "cpu", batch=2, keep_runs=False))
+    alone, together = _results(unbroken), _results(fresh)
+    assert {number: profile for number, (profile, _) in together.items()} == {
+        number: profile for number, (profile, _) in alone.items()
+    }
+    for number, (_, figures) in together.items():
+        assert figures["mean_error_mm"] == alone[number][1]["mean_error_mm"]
+        assert figures["volume_ratio"] == alone[number][1]["volume_ratio"]
+
+
+def test_a_run_that_fails_is_told_with_its_reason_and_costs_no_other_its_result(lab, fresh, unbroken, monkeypatch):
+    """One diverges, one wakes a bug, in one launch with the two others."""
+    real = bench._seal
+
+    def stumble(sample, trials, *rest):
+        weights = {trial.fluid.U for trial in trials if trial.fluid.D_cm == 0.3}
+        if 3.0 in weights:
+            raise NumericalError("A position is no number any more. Frame 7.")
+        if 300.0 in weights:
+            raise ZeroDivisionError("on purpose")
+        return real(sample, trials, *rest)
+
+    monkeypatch.setattr(bench, "_seal", stumble)
+    compute_all(Task(fresh, "cpu", batch=4, keep_runs=False))
+    first, diverged, other, bug = read_study(fresh)
+    assert [run.state for run in (first, diverged, other, bug)] == ["done", "failed", "done", "failed"]
+    assert (diverged.reason, diverged.trace) == ("A position is no number any more. Frame 7.", None)
+    assert "ZeroDivisionError: on purpose. A bug of ours" in (bug.reason or "")
+    assert "in stumble" in (bug.trace or "")
+    assert diverged.figures is None
+    assert bug.figures is None
+    expected = _results(unbroken)
+    for run in (first, other):
+        assert profile_path(fresh, run.key).read_bytes() == expected[run.number][0]
+
+    report = sweep(lab, fresh, HERE, Progress())
+    assert report.exit_code == 1  # a bug's code, before that of runs that failed
+    assert "failed: run 2 (fluid.U = 3.0, fluid.D_cm = 0.3): A position is no number any more. Frame 7." in report.lines
+    monkeypatch.setattr(bench, "_seal", real)
+    sweep(lab, fresh, replace(HERE, retry=True, dry_run=True), Progress())
+    compute_all(Task(fresh, "cpu", batch=1, keep_runs=False))
+    assert _results(fresh) == expected
+
+
+def test_a_run_with_a_particle_through_a_wall_is_no_number(fresh, monkeypatch):
+    from simulate.injection import Injection
+
+    real = Injection.results
+    monkeypatch.setattr(Injection, "results", lambda self: [replace(run, escaped_particles=2) for run in real(self)])
+    with Ledger(fresh) as ledger:
+        for run in ledger.runs()[1:]:
+            ledger.give_up(run.key, "not this one")
+    compute_all(Task(fresh, "cpu", batch=1, keep_runs=False))
+    first = read_study(fresh)[0]
+    assert first.state == "failed"
+    assert "2 particles went through a wall" in (first.reason or "")
+    assert first.figures is None
+    assert not profile_path(fresh, first.key).exists()
+
+
+def test_a_run_that_costs_three_processes_their_life_is_given_up(lab, fresh, monkeypatch):
+    """Memory that runs out: the kernel kills whoever is at it, again and again."""
+    monkeypatch.setattr(workers, "work", _die_at_the_second_run)
+    report = sweep(lab, fresh, HERE, Progress())
+    assert report.exit_code == 6
+    runs = read_study(fresh)
+    assert [run.number for run in runs if run.state == "failed"] == [2]
+    assert "3 processes were killed while they computed it" in (runs[1].reason or "")
+    assert runs[1].tries == 3
+
+
+def _die_at_the_second_run(task):
+    with Ledger(task.folder) as ledger:
+        while (claim := ledger.claim()) is not None:
+            (entry,) = claim.entries
+            if entry.number == 2:
+                os.kill(os.getpid(), signal.SIGKILL)
+            ledger.finish(claim, entry.key, 0.1, {})
+
+
+def test_a_second_parent_is_refused(lab, fresh):
+    with holding(fresh), pytest.raises(BusyError, match="in use by process"):
+        sweep(lab, fresh, HERE, Progress())
+
+
+def test_settings_that_do_not_fit_the_crack_are_refused_before_anything_runs(tmp_path):
+    study = tiny_lab(tmp_path, '[grid]\n"solver.radius_mm" = [0.45, 3.0]\n"fluid.U" = [1.0, 2.0]\n')
+    with pytest.raises(InputError) as caught:
+        sweep(study, tmp_path / "out", HERE, Progress())
+    assert "runs 3, 4: solver.radius_mm is 3: fewer than 2 particles fit abreast" in str(caught.value)
+    assert read_study(tmp_path / "out") == []
+
+
+def test_a_sweep_says_first_what_it_will_take_and_dry_runs_leave_it_at_that(lab, tmp_path):
+    told = Narration()
+    report = sweep(lab, tmp_path / "out", replace(HERE, dry_run=True), told)
+    (estimate,) = [note for note in told.notes if note.startswith("tiny: ")]
+    assert "4 runs of 170 particles" in estimate
+    assert "by a model" in estimate
+    assert "GB of memory" in estimate
+    assert "on disk" in estimate
+    assert report.content["states"]["waiting"] == 4
+
+
+def test_particles_are_kept_on_request_also_of_runs_that_are_done(lab, unbroken, tmp_path):
+    out = tmp_path / "out"
+    shutil.copytree(unbroken, out)
+    sweep(lab, out, replace(HERE, keep_runs=True, dry_run=True), Progress())
+    compute_all(Task(out, "cpu", batch=1, keep_runs=True))
+    assert len(list(out.glob("runs/*/particles.csv"))) == 4
+    assert _results(out) == _results(unbroken)
+
+
+def test_folders_of_somebody_else_are_left_alone(lab, tmp_path, fresh):
+    (tmp_path / "theirs").mkdir()
+    (tmp_path / "theirs" / "thesis.txt").write_text("mine")
+    with pytest.raises(InputError, match=r"holds files that no sweep wrote \(thesis.txt\)"):
+        sweep(lab, tmp_path / "theirs", HERE, Progress())
+    other = tiny_lab(tmp_path / "lab")
+    other.write_text(other.read_text().replace('name = "tiny"', 'name = "another"'))
+    with pytest.raises(InputError, match="holds the study 'tiny'; this is 'another'"):
+        sweep(other, fresh, HERE, Progress())
+
+
+@pytest.mark.slow
+def test_a_process_does_not_grow_from_run_to_run(fresh):
+    """Twenty runs: what the first ones load stays, what each takes is given back. One brings 1.8 MB.
+
+    The heap itself breathes by 25 MB, so the least of some counts; kept on purpose, twelve runs add 20 MB.
+    """
+    seen_mb = []
+    for _ in range(5):
+        with Ledger(fresh) as ledger:
+            ledger.put_back(run.key for run in ledger.runs())
+        compute_all(Task(fresh, "cpu", batch=1, keep_runs=False))
+        seen_mb.append(int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6)
+    assert min(seen_mb[3:]) - min(seen_mb[1:3]) < 5
