@@ -5,7 +5,7 @@ import os
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TextIO
 
@@ -50,10 +50,13 @@ class Command:
     stdout: TextIO
     """Kept, since whatever a library prints is sent to stderr: stdout is for the answer alone."""
 
-    def run(self, trial_path: Path, out: Path | None, stages: "Sequence[StageName]") -> None:
-        from sealtwin.trial import load_trial
+    def run(
+        self, trial_path: Path, out: Path | None, stages: "Sequence[StageName]", *, frames_every_s: float | None = None
+    ) -> None:
+        """``frames_every_s`` in place of the trial's own, where it is given."""
+        from sealtwin.trial import load_trial, showing
 
-        self.run_checked(load_trial(trial_path), trial_path.parent, out, stages)
+        self.run_checked(showing(load_trial(trial_path), frames_every_s), trial_path.parent, out, stages)
 
     def run_checked(self, trial: "Trial", source: Path, out: Path | None, stages: "Sequence[StageName]") -> None:
         from sealtwin.folder import open_folder
@@ -66,12 +69,15 @@ class Command:
         ):
             self._finish(start_job(trial, source, folder, self.device, progress), stages)
 
-    def resume(self, path: Path, stages: "Sequence[StageName]") -> None:
+    def resume(self, path: Path, stages: "Sequence[StageName]", *, frames_every_s: float | None = None) -> None:
+        """``frames_every_s`` in place of the trial's own, where it is given."""
         from sealtwin.folder import open_folder
         from sealtwin.job import resume_job
+        from sealtwin.trial import showing
 
         with open_folder(path, create=False) as folder, self.progress() as progress:
-            self._finish(resume_job(folder, self.device, progress), stages)
+            job = resume_job(folder, self.device, progress)
+            self._finish(replace(job, trial=showing(job.trial, frames_every_s)), stages)
 
     def say(self, text: str) -> None:
         if not self.quiet:

@@ -1,5 +1,6 @@
 """One trial through the stages, each redone only where its inputs, settings or this version changed."""
 
+import json
 import platform
 import time
 from collections.abc import Callable, Sequence
@@ -10,8 +11,9 @@ from typing import Any
 from digitise.settings import LARGEST_FILE_BYTES
 from sealtwin import files
 from sealtwin.errors import InputError, NumericalError
-from sealtwin.folder import stage_key
+from sealtwin.folder import MANIFEST, stage_key
 from sealtwin.job import STAGES, Job, StageName, adopt_trial, begin_writing, check_sheet, sample_files, stage_settings
+from sealtwin.output import FRAMES, Output
 from sealtwin.records import Profile, Trajectory
 from sealtwin.result import read_result
 from sealtwin.sample import REFUSED, digitise_sample
@@ -19,8 +21,6 @@ from sealtwin.sample import REFUSED, digitise_sample
 DIGITISED = ("outline.json", "crack.ply", "solid.json", "trajectory.csv")
 """What the later stages read of the first."""
 SIMULATED = ("particles.csv", "simulation.json", "profile.csv")
-CHECKPOINT = "checkpoint.npz"
-"""Of a fluid run that is not finished."""
 
 
 @dataclass(frozen=True)
@@ -127,11 +127,11 @@ def _simulate(job: Job) -> bool:
     inputs = _made_by(job, "digitise", DIGITISED)
     settings = stage_settings(trial, "simulate")
     key = stage_key(inputs, {**settings, "device": device})
-    if job.folder.is_current("simulate", key):
+    if job.folder.is_current("simulate", key) and _shows(job, trial.output):
         return False
     began = time.monotonic()
 
-    from simulate.checkpoint import Checkpoint
+    from sealtwin.watching import PROGRESS, ProgressFile, watch
     from simulate.fit import check_fit
     from simulate.profile import measure_profile, volume_ratio
     from simulate.run import inject
@@ -139,28 +139,38 @@ def _simulate(job: Job) -> bool:
     outline, solid = files.read_outline(job.path), files.read_solid(job.path)
     trajectory = files.read_trajectory(job.path)
     check_fit(outline, solid, trial.fluid, trial.solver, trial.nozzle)
-    checkpoint = Checkpoint(job.path / CHECKPOINT, key, job.progress.note)
-    run = inject(
-        solid,
-        outline,
-        trajectory,
-        trial.fluid,
-        trial.solver,
-        trial.nozzle,
-        seed=trial.seed,
-        device=device,
-        progress=job.progress,
-        watchers=(checkpoint,),
-    )
-    run = replace(run, health={**run.health, "volume_ratio": volume_ratio(run, solid)})
-    profile = measure_profile(run, outline, solid)
-    begin_writing(job, "simulate")
-    files.write_run(job.path, run)
-    files.write_profile(job.path, profile)
-    facts = {"device": describe_device(device), "seed": trial.seed}
-    job.folder.record("simulate", key, settings, inputs, SIMULATED, time.monotonic() - began, **facts)
-    checkpoint.remove()
+    checkpoint, *others = watch(job.path, trial.output, key, job.progress.note)
+    with ProgressFile(job.path / PROGRESS) as progress_file:
+        run = inject(
+            solid,
+            outline,
+            trajectory,
+            trial.fluid,
+            trial.solver,
+            trial.nozzle,
+            seed=trial.seed,
+            device=device,
+            progress=job.progress,
+            watchers=(checkpoint, *others, progress_file),
+        )
+        run = replace(run, health={**run.health, "volume_ratio": volume_ratio(run, solid)})
+        profile = measure_profile(run, outline, solid)
+        begin_writing(job, "simulate")
+        files.write_run(job.path, run)
+        files.write_profile(job.path, profile)
+        facts = {"device": describe_device(device), "seed": trial.seed, "output": trial.output.model_dump(mode="json")}
+        job.folder.record("simulate", key, settings, inputs, SIMULATED, time.monotonic() - began, **facts)
+        checkpoint.remove()
     return True
+
+
+def _shows(job: Job, wanted: Output) -> bool:
+    """Whether the finished run left all frames and pictures that are wanted now."""
+    with files.understood(job.path / MANIFEST):
+        made = Output.model_validate_json(json.dumps(job.folder.manifest["stages"]["simulate"].get("output", {})))
+    if wanted.frames_every_s is not None and not (job.path / FRAMES).is_file():
+        return False
+    return wanted.frames_every_s in (None, made.frames_every_s) and set(wanted.snapshots_s) <= set(made.snapshots_s)
 
 
 def _validate(job: Job) -> bool:

@@ -224,6 +224,36 @@ class Run:
         return len(self.position_mm) * self.particle_volume_mm3
 
 
+class ParticleState(IntEnum):
+    """What a particle does at one moment."""
+
+    MOVING = 0
+    ASLEEP = 1
+    """At rest below the yield stress, until something hits it."""
+    FROZEN = 2
+    """By its age, for good."""
+    SPILLED = 3
+    """Over the sample's edge."""
+    ESCAPED = 4
+    """Through a wall: a fault."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """The particles that have left the nozzle, in that order, at one moment of a fluid run."""
+
+    t_s: float
+    position_mm: Floats  # (n, 3)
+    velocity_mm_s: Floats  # (n, 3)
+    age_s: Floats  # (n,): since release
+    density: Floats  # (n,): over rest density
+    state: Integers  # (n,), ParticleState values
+
+    @property
+    def speed_mm_s(self) -> Floats:
+        return np.linalg.norm(self.velocity_mm_s, axis=1)
+
+
 @dataclass(frozen=True)
 class Profile:
     """Level of the sealant along the crack, relative to the face: negative below it, positive above."""

@@ -56,6 +56,10 @@ preset = "accurate"             # or "paper": the paper's constants
 [nozzle]
 diameter_mm = 2.4
 
+[output]                        # pictures change nothing of the run
+snapshots_s = [0.5, 7.0, 15.0]  # moments that snapshots/ shows
+# frames_every_s = 0.1          # frames for ParaView, and for 'sealtwin film'
+
 # What you measured after sealing. Without it the report shows the simulation alone.
 # [readings]
 # file = "caliper.csv"

@@ -102,6 +102,14 @@ def load_trial(path: Path) -> Trial:
     return read_settings(Trial, path, name="trial file", starter="'sealtwin init DIR' writes a trial to start from")
 
 
+def showing(trial: Trial, frames_every_s: float | None) -> Trial:
+    """The same trial, its frames written every so often where that is given. Raises InputError."""
+    if frames_every_s is None:
+        return trial
+    output = {**trial.output.model_dump(mode="json"), "frames_every_s": frames_every_s}
+    return trial.model_copy(update={"output": checked(Output, Path("--frames-every-s"), output)})
+
+
 def photo_trial(photo: Path, tables: Mapping[str, Mapping[str, Any]]) -> Trial:
     """The trial of somebody who only wants a mesh and a path from a photo.
 

@@ -17,6 +17,17 @@ DemoOut = Annotated[
 ]
 
 
+FramesEveryS = Annotated[
+    float | None,
+    typer.Option(
+        "--frames-every-s",
+        metavar="S",
+        help="Write the fluid to RUN/frames every S simulated seconds, for ParaView (fill.pvd) and 'sealtwin film'; "
+        "in place of frames_every_s of the trial's [output].",
+    ),
+]
+
+
 def demo(out: DemoOut = None, device: Device = "auto", as_json: Json = False, quiet: Quiet = False) -> None:
     """Run the paper's trial, reconstructed: write its photo, readings and trial, then run all stages."""
     with answering(device, as_json, quiet) as command:
@@ -29,17 +40,32 @@ def demo(out: DemoOut = None, device: Device = "auto", as_json: Json = False, qu
 
 
 def run(
-    trial: TrialFile, out: Out = None, device: Device = "auto", as_json: Json = False, quiet: Quiet = False
+    trial: TrialFile,
+    out: Out = None,
+    frames_every_s: FramesEveryS = None,
+    device: Device = "auto",
+    as_json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
-    """Bring a whole trial up to date: digitise, simulate, validate, report."""
+    """Bring a whole trial up to date: digitise, simulate, validate, report.
+
+    While the fluid runs, RUN/progress.json says how far it is and health.csv how well it does; a checkpoint every ten
+    seconds lets the same command go on after a kill. [output] of the trial asks for snapshots and frames.
+    """
     with answering(device, as_json, quiet) as command:
-        command.run(trial, out, ALL_STAGES)
+        command.run(trial, out, ALL_STAGES, frames_every_s=frames_every_s)
 
 
-def simulate(folder: RunFolderPath, device: Device = "auto", as_json: Json = False, quiet: Quiet = False) -> None:
+def simulate(
+    folder: RunFolderPath,
+    frames_every_s: FramesEveryS = None,
+    device: Device = "auto",
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
     """Inject the sealant into a digitised run folder; its settings are those of RUN/trial.toml."""
     with answering(device, as_json, quiet) as command:
-        command.resume(folder, ("simulate",))
+        command.resume(folder, ("simulate",), frames_every_s=frames_every_s)
 
 
 def validate(folder: RunFolderPath, as_json: Json = False, quiet: Quiet = False) -> None:

@@ -15,12 +15,15 @@ from typer.testing import CliRunner
 from sealtwin.cli import app
 from sealtwin.files import sha256
 from tests.coarse import make_coarse
+from tests.vtk_reader import read_polydata, read_pvd
 
 LEFT = {
     "trial.toml", "overlay.png", "outline.json", "crack.stl", "crack.ply", "crack.glb", "solid.json", "trajectory.csv",
     "trajectory.txt", "particles.csv", "simulation.json", "profile.csv", "comparison.json", "report.html", "report.pdf",
-    "run.json", "manifest.json",
+    "run.json", "manifest.json", "health.csv", "progress.json",
 }  # fmt: skip
+NOT_IN_MANIFEST = {"trial.toml", "run.json", "manifest.json", "health.csv", "progress.json"}
+"""The last two are the last run's that was started, finished or not."""
 SAME_IN_EVERY_RUN = (
     "overlay.png", "outline.json", "crack.stl", "crack.ply", "crack.glb", "solid.json", "trajectory.csv",
     "trajectory.txt", "particles.csv", "profile.csv", "comparison.json",
@@ -67,7 +70,7 @@ def test_the_manifest_has_the_hash_of_every_file_it_answers_for(unbroken):
     stages = json.loads((run / "manifest.json").read_text())["stages"]
     assert list(stages) == ["digitise", "simulate", "validate"]
     written = {name: digest for entry in stages.values() for name, digest in entry["outputs"].items()}
-    assert set(written) == LEFT - {"trial.toml", "run.json", "manifest.json"}
+    assert set(written) == LEFT - NOT_IN_MANIFEST
     for name, digest in written.items():
         assert sha256(run / name) == digest
 
@@ -188,6 +191,22 @@ def test_without_readings_no_old_comparison_is_left(unbroken, copied):
     assert not (copied / "comparison.json").exists()
 
 
+def test_frames_that_are_asked_for_later_are_made_then_and_the_result_stays_the_same(copied):
+    """Pictures change no physics: to the bit."""
+    simulated = ("particles.csv", "profile.csv")
+    before = [sha256(copied / name) for name in simulated]
+    for again in (False, True):
+        code, _, err = _finish("simulate", copied, "--frames-every-s", "0.5", "--device", "cpu")
+        assert code == 0, err
+        assert ("nothing to redo" in err) is again
+        # At 0, 0.5, ... 2.5 s, and at the end for 3 s.
+        assert len(read_pvd(copied / "frames" / "fill.pvd")) == 7
+    assert [sha256(copied / name) for name in simulated] == before
+    code, _, err = _finish("simulate", copied, "--frames-every-s", "0", "--device", "cpu")
+    assert code == 3
+    assert err.splitlines()[-1].endswith("frames_every_s = 0.0: should be greater than or equal to 0.001.")
+
+
 def _kill_until_done(trial: Path, run: Path, delays_s: list[float]) -> int:
     """Kill the run after each delay, then let it finish; how many runs were really killed."""
     killed = 0
@@ -253,7 +272,7 @@ KEEPING_EVERY_FRAME = "import simulate.checkpoint as c; c.EVERY_S = 0; from seal
 def test_a_fluid_run_that_is_killed_goes_on_from_its_checkpoint(unbroken, tmp_path):
     """With kill -9, and to the bit; settings that changed since begin again, and say so."""
     trial, run, _ = unbroken
-    arguments = ["run", str(trial), "--out", str(tmp_path / "run"), "--device", "cpu"]
+    arguments = ["run", str(trial), "--out", str(tmp_path / "run"), "--device", "cpu", "--frames-every-s", "0.1"]
     process = subprocess.Popen([sys.executable, "-c", KEEPING_EVERY_FRAME, *arguments], stderr=subprocess.DEVNULL)
     deadline = time.monotonic() + 60
     while not (tmp_path / "run" / "checkpoint.npz").is_file():
@@ -261,12 +280,22 @@ def test_a_fluid_run_that_is_killed_goes_on_from_its_checkpoint(unbroken, tmp_pa
         time.sleep(0.05)
     time.sleep(0.3)
     process.send_signal(signal.SIGKILL)
+    assert json.loads((tmp_path / "run" / "progress.json").read_text())["state"] == "running"
     process.communicate()
     shutil.copytree(tmp_path / "run", tmp_path / "other")
     code, _, err = _finish(*arguments)
     assert code == 0, err
     assert "checkpoint.npz: going on after frame" in err
     _assert_same_run(tmp_path / "run", run)
+    progress = json.loads((tmp_path / "run" / "progress.json").read_text())
+    assert (progress["state"], progress["percent"], progress["eta_s"]) == ("finished", 100.0, None)
+    numbers = [int(row.split(",")[0]) for row in (tmp_path / "run" / "health.csv").read_text().splitlines()[1:]]
+    assert numbers == list(range(10, progress["frame"] + 1, 10))
+    frames = read_pvd(tmp_path / "run" / "frames" / "fill.pvd")
+    # The last moment, 3 s, is 0.03 s past the end.
+    assert [t_s for t_s, _ in frames] == pytest.approx([0.1 * number for number in range(31)], abs=0.04)
+    for t_s, file in frames:
+        assert read_polydata(file).field_data["TimeValue"].tolist() == [t_s]
     held = tmp_path / "other" / "trial.toml"
     held.write_text(held.read_text().replace("U = 30.0", "U = 20.0"))
     code, _, err = _finish("simulate", tmp_path / "other", "--device", "cpu")

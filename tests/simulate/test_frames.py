@@ -1,0 +1,132 @@
+"""Frames of a run at given moments."""
+
+import gc
+import itertools
+import tracemalloc
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sealtwin.records import ParticleState
+from simulate import kernels_rest
+from simulate.frames import Moments, take_frame
+from simulate.health import COLUMNS, HealthLog
+from simulate.injection import Injection, prepare
+from simulate.settings import Fluid, Nozzle, Solver
+from tests.fluids import path, slot
+
+FREEZING = Fluid(U=30.0, D_cm=0.3, freeze_after_s=0.2)
+
+
+def injection(volume_ml: float = 0.12, speed_mm_s: float = 20.0) -> Injection:
+    solid, outline = slot(12.0)
+    solver = Solver.model_validate({"radius_mm": 0.6, "settle_s": 0.1})
+    trajectory = path(outline, volume_ml, speed_mm_s)
+    return prepare(solid, outline, trajectory, [FREEZING], solver, Nozzle(), seed=1, device="cpu")
+
+
+def followed(run: Injection, *watchers, frames: int | None = None) -> None:
+    for watcher in watchers:
+        watcher.begin(run)
+    for _ in range(run.frames - run.done if frames is None else frames):
+        run.advance()
+        for watcher in watchers:
+            watcher.after_frame(run)
+
+
+def test_states_have_the_numbers_of_the_kernels():
+    assert {state.name: state.value for state in ParticleState} == {
+        state.name: int(getattr(kernels_rest, state.name)) for state in ParticleState
+    }
+
+
+def test_a_frame_holds_what_has_left_the_nozzle_as_it_is_then():
+    run = injection()
+    followed(run)
+    frame, (result,) = take_frame(run), run.results()
+    assert frame.t_s == run.t_s
+    assert np.array_equal(frame.position_mm, result.position_mm)
+    assert np.array_equal(frame.velocity_mm_s, result.velocity_mm_s)
+    assert np.array_equal(frame.age_s, result.age_s)
+    assert ((frame.state == ParticleState.FROZEN) == (frame.age_s > 0.2)).mean() > 0.98
+    half = injection()
+    followed(half, frames=20)
+    assert len(take_frame(half).age_s) == half.out < len(result.age_s)
+
+
+def test_each_moment_is_taken_once_by_the_first_frame_that_reaches_it():
+    """0 before anything is out, two in one frame, one just past the end; one far past it is not there."""
+    run, taken = injection(), []
+    end_s = run.frames * run.schedule.frame_s
+    wanted = [0.0, 0.1, 0.1001, 0.3, 1.01 * end_s]
+    followed(run, Moments([*wanted, 1.5 * end_s], lambda asked_s, frame: taken.append((asked_s, frame.t_s))))
+    assert [asked_s for asked_s, _ in taken] == wanted
+    for asked_s, t_s in taken[1:-1]:
+        assert 0 <= t_s - asked_s < run.schedule.frame_s
+    assert (taken[0][1], taken[-1][1]) == (run.schedule.frame_s, run.t_s)
+
+
+def test_a_resumed_run_takes_each_moment_that_a_kill_may_have_lost():
+    """Kept in the very frame in which a moment fell due: its file may not be there."""
+    whole, resumed, taken = injection(), injection(), []
+    take = lambda asked_s, _: taken.append(asked_s)  # noqa: E731
+    followed(whole, frames=20)
+    resumed.restore(whole.snapshot())
+    times_s = (whole.t_s * share for share in (0.5, 1.0, 1.5, 2.0))
+    followed(resumed, Moments(times_s, take), frames=25)
+    assert taken == pytest.approx([whole.t_s * share for share in (1.0, 1.5, 2.0)])
+
+
+def test_health_has_a_row_for_every_tenth_frame_and_a_resumed_run_goes_on_with_it(tmp_path):
+    def rows(file: Path) -> list[list[str]]:
+        return [line.split(",") for line in file.read_text().splitlines()]
+
+    whole, file = injection(), tmp_path / "health.csv"
+    followed(whole, HealthLog(file))
+    header, *values = rows(file)
+    assert header == list(COLUMNS)
+    assert [int(row[0]) for row in values] == list(range(10, whole.done + 1, 10))
+    last = dict(zip(header, values[-1], strict=True))
+    at_end = injection()
+    followed(at_end, frames=int(last["frame"]))
+    assert int(last["particles"]) == at_end.out
+    assert int(last["moving"]) == at_end.engine.rows
+    assert 0 <= float(last["density_error_mean"]) <= float(last["density_error_p95"]) < 0.2
+    assert float(last["ms_a_frame"]) > 0
+    assert float(last["viscosity_iterations"]) == pytest.approx(np.mean(at_end.seen.solves[-40:]), abs=0.01)
+    resumed, kept = injection(), injection()
+    followed(kept, HealthLog(file), frames=33)
+    with file.open("a") as opened:
+        opened.write("40,0.1,lost")  # a line that a power cut tore
+    resumed.restore(kept.snapshot())
+    followed(resumed, HealthLog(file))
+    again = rows(file)
+    assert [row[:-1] for row in again] == [row[:-1] for row in [header, *values]]
+
+
+def test_memory_does_not_grow_over_a_watched_run(tmp_path):
+    """300 frames, each of them taken and let go: to keep them would be 47 kB each.
+
+    For the run's health 4 iterations, a number of movers and a fiftieth of a density sample are kept: 104 B, as seen.
+    """
+    run = injection(volume_ml=0.8)
+    log = HealthLog(tmp_path / "health.csv")
+    moments = Moments((run.schedule.frame_s * number for number in itertools.count()), lambda *_: None)
+    followed(run, log, moments, frames=100)
+    tracemalloc.start()
+    # Warp sets up what a launch needs when it is first made.
+    followed(run, frames=1)
+    try:
+        gc.collect()
+        before, _ = tracemalloc.get_traced_memory()
+        for _ in range(300):
+            run.advance()
+            log.after_frame(run)
+            moments.after_frame(run)
+        gc.collect()
+        after, _ = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert run.done < run.frames
+    assert (after - before) / 300 < 300
