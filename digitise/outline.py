@@ -115,14 +115,18 @@ def _assemble(photo: Photo, path: CrackPath, traced: Traced) -> Outline:
         path_source=path.source,
         scale_uncertainty=photo.scale_uncertainty,
         camera_tilt_deg=photo.camera_tilt_deg,
-        warnings=(*photo.warnings, *path.warnings, *_doubts(path, traced.unseen)),
+        warnings=(*photo.warnings, *path.warnings, *_doubts(path, traced)),
     )
 
 
-def _doubts(path: CrackPath, unseen: float) -> list[str]:
+def _doubts(path: CrackPath, traced: Traced) -> list[str]:
     doubts = []
     if path.source == "automatic":
         doubts.append(PROPOSAL)
-    if unseen > WORTH_SAYING:
-        doubts.append(f"a wall was not seen on {unseen:.0%} of the crack and is bridged there")
+    if traced.unseen > WORTH_SAYING:
+        doubts.append(f"a wall was not seen on {traced.unseen:.0%} of the crack and is bridged there")
+    if traced.beyond_mm > 0:
+        doubts.append(
+            f"{traced.beyond_mm:.1f} mm of the path are left out at the edge of the photo, which cuts a wall off"
+        )
     return doubts

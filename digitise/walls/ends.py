@@ -14,7 +14,9 @@ from sealtwin.records import EndKind, Floats
 LOOK_AHEAD = 2.0
 """Crack widths ahead of the end that are searched: no one clicks an edge of the face exactly."""
 GOES_ON = 1.5
-"""Crack widths of dark ahead of the end beyond which it is cut from a longer crack."""
+"""Crack widths of dark around the end beyond which it is cut from something longer: from a longer crack, where the dark
+lies ahead, or from the shadow along the sample's edge, where it lies across.
+"""
 
 BLUNT = 0.25
 """Crack widths behind its farthest point within which an end counts as reaching as far: a sharp tip narrows in less."""
@@ -40,9 +42,9 @@ def judge_end(photo: Photo, patch: Patch, end_px: Floats, ahead: Floats, width_p
         edge_px = np.abs(depth_inside(photo.to_mm(reached_px), photo.face_mm)) / photo.mm_per_px
         if edge_px.min() <= 2 * EDGE_PX:
             return PathEnd("open", end_px)
-    extent_px = (reached_px - end_px) @ ahead
+    away_px = np.linalg.norm(reached_px - end_px, axis=1)
     width, height = photo.size_px
-    if extent_px.max() > GOES_ON * width_px or depth_inside(reached_px, (0, 0, width - 1, height - 1)).min() <= 1:
+    if away_px.max() > GOES_ON * width_px or depth_inside(reached_px, (0, 0, width - 1, height - 1)).min() <= 1:
         return PathEnd("cut", end_px)
     return PathEnd("closed", _tip_px(reached_px, end_px, ahead, width_px))
 

@@ -50,7 +50,9 @@ before a tip.
 LEAST_WIDTH_PX = 6.0
 """A width to begin with, however narrow the crack looked on the search map."""
 MOST_UNSEEN = 0.2
-"""Share of the path on which a wall may be missing."""
+"""Share of the path on which a wall may be missing, or lie outside the photo."""
+BORDER_PX = 1.0
+"""From the photo's outermost pixels: smoothing moves a wall by less."""
 
 
 Ends = tuple[PathEnd, PathEnd]
@@ -72,6 +74,8 @@ class Traced:
     """Median, in pixels of the photo."""
     unseen: float
     """Share of the crack on which a wall is missing."""
+    beyond_mm: float
+    """Length of path that is left out at its ends, because a wall lies outside the photo there."""
 
 
 def trace(photo: Photo, path: CrackPath, edge_fraction: float) -> Traced:
@@ -99,18 +103,22 @@ def trace(photo: Photo, path: CrackPath, edge_fraction: float) -> Traced:
         if number + 1 >= PASSES and np.percentile(aside_mm, 95) < CENTRED * width_mm:
             break
     strip, walls = look(line_mm, rays_across(line_mm, width_mm, _crossings(photo, line_mm, ends)), at_edge=True)
-    span_mm = _span_mm(photo, patch, line_mm, walls, ends)
+    left_mm, right_mm = strip.places_mm(walls.left_mm), strip.places_mm(-walls.right_mm)
+    whole_mm = _span_mm(photo, patch, line_mm, walls, ends)
+    span_mm = _shown_span_mm(photo, line_mm, (left_mm, right_mm), whole_mm)
+    kinds = (ends[0].kind if span_mm[0] == whole_mm[0] else "cut", ends[1].kind if span_mm[1] == whole_mm[1] else "cut")
     width_mm = _usual_width_mm(walls)
     unseen = _check_seen(photo, strip, walls, span_mm, MOST_UNSEEN)
     return Traced(
         line_mm=line_mm,
-        left_mm=strip.places_mm(walls.left_mm),
-        right_mm=strip.places_mm(-walls.right_mm),
+        left_mm=left_mm,
+        right_mm=right_mm,
         walls=walls,
-        kinds=(ends[0].kind, ends[1].kind),
+        kinds=kinds,
         span_mm=span_mm,
         width_px=width_mm / photo.mm_per_px,
         unseen=unseen,
+        beyond_mm=(whole_mm[1] - whole_mm[0]) - (span_mm[1] - span_mm[0]),
     )
 
 
@@ -175,6 +183,35 @@ def _span_mm(photo: Photo, patch: Patch, line_mm: Floats, walls: Walls, ends: En
         return find_tip(photo, patch, line_mm, walls, near_mm, outward) if end.kind == "closed" else near_mm
 
     return end_mm(ends[0], crossings[0], -1), end_mm(ends[1], crossings[1], 1)
+
+
+def _shown_span_mm(
+    photo: Photo, line_mm: Floats, walls_mm: tuple[Floats, Floats], span_mm: tuple[float, float]
+) -> tuple[float, float]:
+    """The longest part of a span on which the photo shows both walls: its edge cuts a crack as a user does.
+
+    Raises InputError where little is left.
+    """
+    width, height = photo.size_px
+    hidden = np.zeros(len(line_mm), dtype=bool)
+    for wall_mm in walls_mm:
+        outside = depth_inside(photo.to_px(wall_mm), (0, 0, width - 1, height - 1)) < BORDER_PX
+        # A wall beyond the edge of the face ends there anyway.
+        hidden |= outside & (True if photo.face_mm is None else depth_inside(wall_mm, photo.face_mm) > 0)
+    s_mm = arc_length(line_mm)
+    within = (s_mm > span_mm[0]) & (s_mm < span_mm[1])
+    stops_mm = np.concatenate([[span_mm[0]], s_mm[hidden & within], [span_mm[1]]])
+    longest = int(np.argmax(np.diff(stops_mm)))
+    lost = 1 - float(stops_mm[longest + 1] - stops_mm[longest]) / (span_mm[1] - span_mm[0])
+    if lost > MOST_UNSEEN:
+        raise InputError(
+            f"{photo.file}: a wall lies outside the photo on {lost:.0%} of the path (at most {MOST_UNSEEN:.0%}); give "
+            "ends_px farther inside, or a photo that shows both walls."
+        )
+    shown_mm = s_mm[~hidden & within]
+    shown_mm = shown_mm[(shown_mm > stops_mm[longest]) & (shown_mm < stops_mm[longest + 1])]
+    first_mm = span_mm[0] if longest == 0 else float(shown_mm[0])
+    return first_mm, span_mm[1] if longest == len(stops_mm) - 2 else float(shown_mm[-1])
 
 
 def _crossings(photo: Photo, line_mm: Floats, ends: Ends) -> Crossings:

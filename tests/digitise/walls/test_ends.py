@@ -75,3 +75,13 @@ def test_an_end_at_the_edge_of_the_face_is_open(band):
 def test_an_end_at_the_border_of_the_photo_is_cut(band):
     band[45:55] = True
     assert judged(band, (195.0, 50.0)).kind == "cut"
+
+
+@pytest.mark.parametrize("shift", [0, 0.5], ids=["square", "oblique"])
+def test_the_shadow_along_a_sample_s_edge_is_no_tip(band, shift):
+    """The face's size is not known: along the dark that lies across, a tip would be drawn 15 px aside."""
+    rows, columns = np.mgrid[:100, :200]
+    band |= np.abs(columns - 122 - shift * (rows - 50)) < 3
+    end = judged(band, (118.0, 50.0))
+    assert end.kind == "cut"
+    assert end.place_px == pytest.approx([118, 50])

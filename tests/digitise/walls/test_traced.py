@@ -1,5 +1,7 @@
 """Walls end where the crack does, and the width does not suffer from it."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -7,10 +9,12 @@ from benchmarks.tracing_cases import clean_case, hard_case
 from digitise.outline import trace_outline
 from digitise.path import find_path
 from digitise.photo import load_photo
+from digitise.settings import PhotoInput
 from digitise.specimens.specimen import Recipe, Specimen, make_specimen, mean_width_mm
+from sealtwin.errors import InputError
 from sealtwin.files import read_outline, write_outline
 from sealtwin.records import Outline
-from tests.pictures import SMALL_FACE, distance_to, photo_of, rms
+from tests.pictures import SMALL_FACE, distance_to, evenly_scaled, mortar, photo_of, rms, with_crack, write_png
 from tests.places import FIXTURE
 
 FACE = (0.0, 0.0, 160.0, 40.0)
@@ -72,3 +76,39 @@ def test_a_narrow_crack_is_followed_over_the_edge_along_which_its_path_ends(tmp_
     assert outline.ends == ("open", "open")
     assert rms(distance_to(outline.centreline_mm, truth.centreline_mm)) <= 0.1
     assert outline.length_mm == pytest.approx(case.recipe.length_mm, abs=2)
+
+
+@pytest.mark.parametrize("seed", [1, 4])
+def test_without_the_face_s_size_the_crack_ends_where_it_was_clicked_at_the_sample_s_edge(seed, tmp_path):
+    """Not in the shadow along that edge, which made 50 mm 56 to 65. The scale knows of no tilt: 1 % here."""
+    truth = make_specimen(seed, Recipe(**SMALL_FACE))
+    truth.write(tmp_path)
+    settings = PhotoInput(file=Path("photo.jpg"), data="synthetic", ends_px=truth.ends_px, mm_per_px=0.1)
+    photo = load_photo(settings, tmp_path)
+    outline = trace_outline(photo, find_path(photo, settings.ends_px))
+    assert outline.ends == ("cut", "cut")
+    assert outline.length_mm == pytest.approx(50, abs=1)
+    # The paper's crack meets the edge at 53 degrees: half of its width lies 1.2 mm from the clicked place.
+    assert distance_to(outline.outline_px, truth.to_px(truth.centreline_mm)).max() * 0.1 < 2.5
+
+
+def along_the_border(folder: Path, to_y: float) -> Outline:
+    """A crack that turns up along the right border, which cuts its right wall off, to where an end is given."""
+    picture = with_crack(mortar(), [(20, 150), (494, 160), (494, 10)])
+    photo = evenly_scaled(write_png(folder / "photo.png", picture))
+    return trace_outline(photo, find_path(photo, ((30.0, 150.0), (494.0, to_y))))
+
+
+def test_no_wall_is_drawn_outside_the_photo(tmp_path):
+    outline = along_the_border(tmp_path, to_y=100.0)
+    assert outline.outline_px.min() >= 0
+    assert np.all(outline.outline_px <= (499, 299))
+    assert outline.ends[1] == "cut"
+    assert any("mm of the path are left out at the edge of the photo" in warning for warning in outline.warnings)
+    # All of the crack up to its turn is there.
+    assert outline.outline_px[:, 0].max() > 480
+
+
+def test_a_crack_along_the_photo_s_border_is_refused(tmp_path):
+    with pytest.raises(InputError, match=r"a wall lies outside the photo on \d\d% of the path \(at most 20%\)"):
+        along_the_border(tmp_path, to_y=20.0)
