@@ -22,6 +22,7 @@ CM2_IN_M2 = 1e4
 
 def check_fit(outline: Outline, solid: Solid, fluid: Fluid, solver: Solver, nozzle: Nozzle) -> None:
     """Raises InputError where settings that are fine alone are impossible in this crack."""
+    radius_mm = solver.for_crack(outline.mean_width_mm).size_mm
     x_min, y_min, x_max, y_max = solid.block_mm
     side_mm = min(x_max - x_min, y_max - y_min)
     if nozzle.diameter_mm > side_mm:
@@ -30,16 +31,16 @@ def check_fit(outline: Outline, solid: Solid, fluid: Fluid, solver: Solver, nozz
             f"Allowed is at most {side_mm:g}."
         )
     widest_mm = outline.mean_width_mm / ACROSS_AT_LEAST / 2
-    if solver.radius_mm > widest_mm:
+    if radius_mm > widest_mm:
         raise InputError(
-            f"solver.radius_mm is {solver.radius_mm:g}: fewer than {ACROSS_AT_LEAST} particles fit abreast in a crack "
+            f"solver.radius_mm is {radius_mm:g}: fewer than {ACROSS_AT_LEAST} particles fit abreast in a crack "
             f"of mean width {outline.mean_width_mm:.2f} mm, and fluid one particle wide bridges the walls instead of "
-            f"flowing. Allowed is at most {widest_mm:.3f}; {outline.mean_width_mm / 8:.3f} is four abreast, as in the "
-            "paper."
+            f'flowing. Allowed is at most {widest_mm:.3f}; {outline.mean_width_mm / 8:.3f}, or "auto", is four abreast, '
+            "as in the paper."
         )
-    if solver.radius_mm > nozzle.diameter_mm / 2:
+    if radius_mm > nozzle.diameter_mm / 2:
         raise InputError(
-            f"solver.radius_mm is {solver.radius_mm:g}: a particle is wider than the nozzle it leaves. Allowed is at "
+            f"solver.radius_mm is {radius_mm:g}: a particle is wider than the nozzle it leaves. Allowed is at "
             f"most {nozzle.diameter_mm / 2:g}, half of nozzle.diameter_mm."
         )
     fall_s = math.sqrt(2 * solid.depth_mm / 9810)

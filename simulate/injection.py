@@ -19,6 +19,7 @@ from simulate.neighbours import NEIGHBOURS, WALL_NEIGHBOURS
 from simulate.nozzle import Schedule, plan_releases
 from simulate.outlet import check_outlet
 from simulate.paste import Rheology, kinematic_viscosity
+from simulate.regime import regime_of
 from simulate.settings import Fluid, Nozzle, Solver
 from simulate.solver import DENSEST, FASTEST_CM_S, FluidSolver, substeps_for
 from simulate.state import State
@@ -120,24 +121,18 @@ class Injection:
         made = []
         for number, fluid in enumerate(self.fluids):
             own = slice(number * count, (number + 1) * count)
-            weight = effective_u(fluid, 4 * self.solver.radius_mm * CM, schedule.frame_s)
-            support = 4 * self.solver.radius_mm * CM
             made.append(
                 Run(
                     position_mm=state.position_mm()[own],
                     velocity_mm_s=state.velocity_mm_s()[own],
                     age_s=(self.done - schedule.frame_of).astype(float) * schedule.frame_s,
                     spilled=fate[own] == int(kernels_rest.SPILLED),
-                    radius_mm=self.solver.radius_mm,
+                    radius_mm=self.solver.size_mm,
                     particle_volume_mm3=schedule.dispensed_mm3 / count,
                     escaped_particles=int((fate[own] == int(kernels_rest.ESCAPED)).sum()),
                     device=describe_device(state.device),
                     settings=self._settings(fluid),
-                    health=health
-                    | {
-                        "viscosity_m2_s": kinematic_viscosity(weight, support, schedule.frame_s) / CM2_IN_M2,
-                        "U": weight,
-                    },
+                    health=health | self._effects(fluid),
                 )
             )
         return made
@@ -151,6 +146,27 @@ class Injection:
             "seed": self.seed,
         }
 
+    def _effects(self, fluid: Fluid) -> dict[str, Any]:
+        """What a fluid's settings amount to, and which forces rule."""
+        support, frame_s = 4 * self.solver.size_mm * CM, self.schedule.frame_s
+        weight = effective_u(fluid, support, frame_s)
+        viscosity_m2_s = kinematic_viscosity(weight, support, frame_s) / CM2_IN_M2
+        regime = regime_of(
+            viscosity_m2_s=viscosity_m2_s,
+            density_kg_m3=fluid.density_kg_m3,
+            yield_stress_pa=fluid.yield_stress_pa,
+            speed_mm_s=float(np.linalg.norm(self.schedule.velocity_mm_s, axis=1).mean()),
+            nozzle_mm=self.nozzle.diameter_mm,
+            width_mm=self.outline.mean_width_mm,
+        )
+        return {
+            "viscosity_m2_s": viscosity_m2_s,
+            "viscosity_pa_s": viscosity_m2_s * fluid.density_kg_m3,
+            "U": weight,
+            "yield_stress_pa": fluid.yield_stress_pa,
+            **{name: value for name, value in regime._asdict().items() if value is not None},
+        }
+
     def _facts(self) -> dict[str, Any]:
         return {
             "frames": self.done,
@@ -158,7 +174,7 @@ class Injection:
             "substeps": self.engine.substeps,
             "particles_a_release": self.schedule.release,
             "wall_particles": len(self.engine.walls.place),
-            "particles_across": self.outline.mean_width_mm / (2 * self.solver.radius_mm),
+            "particles_across": self.outline.mean_width_mm / (2 * self.solver.size_mm),
             "setup_s": self.setup_s,
             "frames_s": self.seen.frames_s,
         }
@@ -239,29 +255,30 @@ def prepare(
     Several ``fluids`` are computed at once, each as if it were alone. Raises InputError where the settings do not fit
     the crack.
     """
+    solver = solver.for_crack(outline.mean_width_mm)
     for fluid in fluids:
         check_fit(outline, solid, fluid, solver, nozzle)
     began = time.perf_counter()
-    schedule = plan_releases(trajectory, solver.radius_mm, nozzle.diameter_mm, seed)
+    schedule = plan_releases(trajectory, solver.size_mm, nozzle.diameter_mm, seed)
     frames = len(schedule.released) + math.ceil(solver.settle_s / schedule.frame_s - ROUNDING)
-    domain = domain_of(solid, outline, trajectory, solver.radius_mm)
-    barrier = build_barrier(solid, outline, solver.radius_mm, device)
+    domain = domain_of(solid, outline, trajectory, solver.size_mm)
+    barrier = build_barrier(solid, outline, solver.size_mm, device)
     check_outlet(
         schedule,
         trajectory,
         outline,
         barrier,
-        radius_mm=solver.radius_mm,
+        radius_mm=solver.size_mm,
         diameter_mm=nozzle.diameter_mm,
         seed=seed,
     )
     substeps = substeps_for(solver, schedule.frame_s)
     check_damping(solver, schedule.frame_s / substeps)
-    support = 4 * solver.radius_mm * CM
+    support = 4 * solver.size_mm * CM
     pastes = [rheology_of(fluid, support, schedule.frame_s) for fluid in fluids]
     engine = FluidSolver(
         State(schedule, device, len(pastes)),
-        place_walls(solid, outline, barrier, solver.radius_mm),
+        place_walls(solid, outline, barrier, solver.size_mm),
         barrier,
         domain,
         solver,

@@ -1,7 +1,7 @@
 """Choices made before a run: the tables [fluid], [solver] and [nozzle] of a trial file."""
 
 import math
-from typing import Literal, NamedTuple, Self
+from typing import Annotated, Literal, NamedTuple, Self
 
 from pydantic import Field, model_validator
 
@@ -55,6 +55,10 @@ class Fluid(Settings):
         return self
 
 
+ABREAST = 4
+"""Particles from wall to wall, as in the paper: with fewer they bridge the walls, with more a run takes long."""
+
+
 class Scheme(NamedTuple):
     """The constants that the two presets choose; effective values, nothing left open."""
 
@@ -94,8 +98,8 @@ class Solver(Settings):
     """accurate keeps the dispensed volume; paper takes the constants of the solver that the paper built on, which
     lose a fifth to a quarter of it. Lean walls fit the paper's bed with the second, flared walls with the first.
     """
-    radius_mm: float = Field(default=0.4, gt=0, le=10)
-    """Of a particle: four abreast in a crack of 3.1 mm, as in the paper."""
+    radius_mm: Annotated[float, Field(gt=0, le=10)] | Literal["auto"] = 0.4
+    """Of a particle: 0.4 is four abreast in a crack of 3.1 mm, as in the paper; "auto" is four abreast in this one."""
     substeps: int | None = Field(default=None, ge=1, le=1000)
     """A frame's parts. Left out, as many as keep a particle's fall in one of them under 0.03 h: 4 in the paper's
     trial. Compression falls with their square.
@@ -122,6 +126,19 @@ class Solver(Settings):
     """
     settle_s: float = Field(default=0.0, ge=0, le=3600)
     """Time between the last release and the profile. None in the paper."""
+
+    @property
+    def size_mm(self) -> float:
+        """The radius, once it is a number: ``for_crack`` makes it one."""
+        if self.radius_mm == "auto":
+            raise ValueError("the radius follows from the crack's width; see for_crack")
+        return self.radius_mm
+
+    def for_crack(self, width_mm: float) -> Self:
+        """The same with a radius that fits a crack of that mean width, where the user left it to us."""
+        if self.radius_mm != "auto":
+            return self
+        return self.model_copy(update={"radius_mm": min(10.0, float(f"{width_mm / ABREAST / 2:.3g}"))})
 
     @property
     def slowest_shear_per_s(self) -> float:

@@ -47,7 +47,7 @@ class Domain(NamedTuple):
 
 def substeps_for(settings: Solver, frame_s: float) -> int:
     """The user's number, or as many as keep the fall in one of them short."""
-    support = 4 * settings.radius_mm / 10
+    support = 4 * settings.size_mm / 10
     return settings.substeps or max(1, math.ceil(frame_s / math.sqrt(FALL * support / 981.0)))
 
 
@@ -73,7 +73,7 @@ class FluidSolver:
         native: bool | None = None,
     ) -> None:
         """``rows`` may move at one time. ``native``: loops for CPUs; None is what suits the device."""
-        radius = settings.radius_mm / 10
+        radius = settings.size_mm / 10
         device = state.device
         self.state, self.walls, self.barrier, self.settings = state, walls, barrier, settings
         self.scheme, self.substeps = settings.scheme, substeps

@@ -331,11 +331,15 @@ def _surface_tension(evidence: Evidence) -> str:
     width_mm = evidence.outline.mean_width_mm
     bond = density_kg_m3 * GRAVITY_M_S2 * (width_mm * 1e-3) ** 2 / SURFACE_TENSION_N_M
     capillary_mm = 1e3 * np.sqrt(SURFACE_TENSION_N_M / (density_kg_m3 * GRAVITY_M_S2))
+    yields = ""
+    if yield_stress_pa := evidence.run.settings.get("fluid", {}).get("yield_stress_pa"):
+        bingham = yield_stress_pa / (density_kg_m3 * viscosity_m2_s * speed_mm_s / nozzle_mm)
+        yields = f" Bingham number {bingham:.2g} there: yield stress over viscous stress."
     return (
         f"Surface tension is not modelled. Bond number {bond:.2g} over the crack's {width_mm:.2f} mm "
         f"({density_kg_m3:g} kg/m³; {SURFACE_TENSION_N_M:g} N/m, water's, assumed): gravity over capillarity, so "
         f"menisci of up to about {capillary_mm:.1f} mm at the walls are missing. Reynolds number {reynolds:.2g} in the "
-        f"nozzle ({speed_mm_s:.0f} mm/s, {nozzle_mm:g} mm, {viscosity_m2_s * 1e6:.3g} mm²/s)."
+        f"nozzle ({speed_mm_s:.0f} mm/s, {nozzle_mm:g} mm, {viscosity_m2_s * 1e6:.3g} mm²/s)." + yields
     )
 
 
