@@ -57,19 +57,22 @@ class Estimate:
         )
 
 
-def size_of(trial: Trial, trajectory: Trajectory) -> Size:
-    """Raises InputError where the path gives no sealant, or more particles than are allowed."""
+def size_of(trial: Trial, trajectory: Trajectory, width_mm: float) -> Size:
+    """``width_mm`` is the crack's mean, from which a radius may follow.
+
+    Raises InputError where the path gives no sealant, or more particles than are allowed."""
     from simulate.nozzle import plan_releases
     from simulate.solver import substeps_for
 
-    schedule = plan_releases(trajectory, trial.solver.radius_mm, trial.nozzle.diameter_mm, trial.seed)
+    solver = trial.solver.for_crack(width_mm)
+    schedule = plan_releases(trajectory, solver.size_mm, trial.nozzle.diameter_mm, trial.seed)
     frames = len(schedule.released) + math.ceil(trial.solver.settle_s / schedule.frame_s)
     out = np.pad(schedule.released, (0, frames - len(schedule.released)), mode="edge")
     moving = int(out.sum())
     if trial.fluid is not None and trial.fluid.freeze_after_s != "never":
         # Particles freeze in the order in which they came.
         moving -= int(out[: max(0, frames - math.ceil(trial.fluid.freeze_after_s / schedule.frame_s))].sum())
-    substeps = substeps_for(trial.solver, schedule.frame_s)
+    substeps = substeps_for(solver, schedule.frame_s)
     return Size(schedule.particles, SETUP_S + substeps * (LAUNCHES_S * frames + PARTICLE_S * moving))
 
 

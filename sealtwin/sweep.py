@@ -171,7 +171,7 @@ def _entries(planned: Sequence[Planned], samples: dict[int, str], folder: Path, 
             assert trial.fluid is not None, "checked before"
             check_fit(crack.outline, crack.solid, trial.fluid, trial.solver, trial.nozzle)
             if alike not in sizes:
-                sizes[alike] = size_of(trial, crack.trajectory)
+                sizes[alike] = size_of(trial, crack.trajectory, crack.outline.mean_width_mm)
         except InputError as fault:
             faults.setdefault(str(fault), []).append(run.number)
             continue

@@ -35,8 +35,8 @@ def check_fit(outline: Outline, solid: Solid, fluid: Fluid, solver: Solver, nozz
         raise InputError(
             f"solver.radius_mm is {radius_mm:g}: fewer than {ACROSS_AT_LEAST} particles fit abreast in a crack "
             f"of mean width {outline.mean_width_mm:.2f} mm, and fluid one particle wide bridges the walls instead of "
-            f'flowing. Allowed is at most {widest_mm:.3f}; {outline.mean_width_mm / 8:.3f}, or "auto", is four abreast, '
-            "as in the paper."
+            f"flowing. Allowed is at most {widest_mm:.3f}; {outline.mean_width_mm / 8:.3f} is four abreast, as in the "
+            'paper, and so is "auto".'
         )
     if radius_mm > nozzle.diameter_mm / 2:
         raise InputError(
