@@ -4,14 +4,14 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
-from sealtwin.bench import Failure, seal
+from sealtwin.bench import Failure, Sealing, seal
 from sealtwin.errors import InputError
 from sealtwin.ledger import Claim, Ledger
 from sealtwin.progress import Progress
 from sealtwin.workers import LOOK_EVERY_S, Task, bench_of, keep, trial_of
 
 CONNECT_S = 20.0
-"""A scheduler that is there answers at once, also from another building."""
+"""A scheduler that is there answers at once, and workers that were started along with it come in some seconds."""
 AHEAD = 2
 """Claims for each thread of the cluster: one that runs, and one that is there when it ends."""
 
@@ -27,16 +27,18 @@ def run_there(task: Task, address: str, look: Callable[[Ledger], None]) -> None:
     except ImportError:
         raise InputError("--dask needs Dask: pip install 'sealtwin[cluster]', here and on every worker.") from None
     try:
-        client = Client(address, timeout=CONNECT_S, set_as_default=False)
+        client: Any = Client(address, timeout=CONNECT_S)
     except (OSError, ValueError) as fault:
         raise InputError(
             f"--dask {address}: no scheduler answers there ({fault}). 'dask scheduler' starts one."
         ) from None
     with client, Ledger(task.folder) as ledger:
-        threads = _threads(client, address)
+        _require_workers(client, address)
         at_work: dict[Any, Claim] = {}
         while True:
-            while len(at_work) < AHEAD * threads and (claim := ledger.claim(task.batch)) is not None:
+            # Workers come and go.
+            wanted = AHEAD * max(1, sum(client.nthreads().values()))
+            while len(at_work) < wanted and (claim := ledger.claim(task.batch)) is not None:
                 at_work[_submit(client, task, claim)] = claim
             if not at_work:
                 break
@@ -62,7 +64,7 @@ def _submit(client: Any, task: Task, claim: Claim) -> Any:
     )
 
 
-def _outcomes(future: Any, claim: Claim) -> Any:
+def _outcomes(future: Any, claim: Claim) -> list[Sealing | Failure]:
     """What ``seal`` gave; it raises nothing itself, so that any error here is of the cluster."""
     if future.status == "finished":
         return future.result()
@@ -70,12 +72,15 @@ def _outcomes(future: Any, claim: Claim) -> Any:
     return [Failure(reason, 0.0, None) for _ in claim.entries]
 
 
-def _threads(client: Any, address: str) -> int:
+def _require_workers(client: Any, address: str) -> None:
     from importlib.metadata import version
 
-    workers = client.scheduler_info(n_workers=-1)["workers"]
-    if not workers:
-        raise InputError(f"--dask {address}: the scheduler has no worker. 'dask worker {address}' starts one.")
+    try:
+        client.wait_for_workers(1, timeout=CONNECT_S)
+    except TimeoutError:
+        raise InputError(
+            f"--dask {address}: the scheduler has no worker. 'dask worker {address}' starts one."
+        ) from None
     try:
         found = client.run(version, "sealtwin")
     except Exception as fault:
@@ -84,4 +89,3 @@ def _threads(client: Any, address: str) -> int:
     if other := {worker: theirs for worker, theirs in found.items() if theirs != own}:
         worker, theirs = next(iter(other.items()))
         raise InputError(f"--dask {address}: {worker} has sealtwin {theirs}, here is {own}. Install the same on each.")
-    return sum(worker["nthreads"] for worker in workers.values())

@@ -143,6 +143,8 @@ def test_a_sweep_killed_ten_times_ends_as_an_unbroken_one(tmp_path, seed):
         sweep(lab, tmp_path / name, replace(HERE, dry_run=True), Progress())
     compute_all(Task(tmp_path / "unbroken", "cpu", batch=1, keep_runs=False))
     _check_killed(lab, tmp_path / "killed", tmp_path / "unbroken", kills=10, seed=seed)
+    # Some of the ten did hit a process at work.
+    assert sum(run.tries for run in read_study(tmp_path / "killed")) > 24
 
 
 def test_a_finished_sweep_redoes_nothing_and_tells_the_same(lab, unbroken, tmp_path):
