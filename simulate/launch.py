@@ -50,7 +50,7 @@ class Launcher:
         self._commands: dict[str, list[Any]] = {}
         self._helpers = [_Helper() for _ in range(threads - 1)]
         self.kernels = 0
-        """Launched so far."""
+        """Launched so far; scans and sorts of Warp's own library are not counted."""
 
     def rows(self, name: str, kernel: Any, rows: int, *inputs: object) -> None:
         """Over rows 0 to ``rows``; the kernel's first argument is a slice's first row, the rest are ``inputs``."""

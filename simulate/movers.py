@@ -4,14 +4,15 @@ import warp as wp
 from warp.utils import array_scan
 
 from simulate import kernels_rest as device_code
+from simulate.launch import Launcher
 from simulate.state import State
 
 
 class MoversList:
     """The particles that move, found anew whenever some were released, froze, fell asleep or woke."""
 
-    def __init__(self, state: State) -> None:
-        self._state = state
+    def __init__(self, state: State, launcher: Launcher) -> None:
+        self._state, self._launch = state, launcher
         self._moves = wp.zeros(state.count, dtype=int, device=state.device)
         self._row = wp.zeros(state.count, dtype=int, device=state.device)
         self.movers = device_code.Movers()
@@ -21,13 +22,16 @@ class MoversList:
 
     def find(self) -> None:
         state = self._state
-        wp.launch(device_code.mark_movers, state.count, inputs=[state.fate, self._moves], device=state.device)
+        self._launch.all("mark movers", device_code.mark_movers, state.count, state.fate, self._moves)
         array_scan(self._moves, self._row, inclusive=False)
-        wp.launch(
+        self._launch.all(
+            "number movers",
             device_code.number_movers,
             state.count,
-            inputs=[state.points_a_run, state.fate, self._row, self.movers],
-            device=state.device,
+            state.points_a_run,
+            state.fate,
+            self._row,
+            self.movers,
         )
 
     def number(self) -> int:

@@ -83,9 +83,9 @@ class FluidSolver:
         wall_mass = {"calibrated": calibrated_wall_mass, "source": source_wall_mass}
         self.wall_mass = wall_mass[self.scheme.wall](radius)
         self.smoothing = _smoothing(self._support, self.mass, self.wall_mass, settings.relaxation)
-        self.movers, self.lists = MoversList(state), NeighbourLists(rows, device)
-        self._kernels = pair_kernels(device == "cpu" if native is None else native)
         self._launch = Launcher(device, threads)
+        self.movers, self.lists = MoversList(state, self._launch), NeighbourLists(rows, device)
+        self._kernels = pair_kernels(device == "cpu" if native is None else native)
         self._fluids = tuple(fluids)
         self._yields = any(fluid.yields for fluid in fluids)
         self._sleeps = self._yields and settings.sleep
@@ -116,8 +116,35 @@ class FluidSolver:
         # No particle has the number of them all: none is at fault yet.
         self._fault = wp.full(int(kernels.FAULTS), state.count, dtype=int, device=device)
         self._out = state.count
+        self._recorded: Any = None
+        self.kernels_a_frame = 0
+        """Launched in the last frame that was not replayed."""
         self.rows = 0
         """How many move now."""
+
+    def advance(self, frame: int) -> list[int]:
+        """One frame: release, freeze, all substeps, a look for faults; what each substep's viscosity took.
+
+        On a GPU a frame is recorded once and replayed, without a word to the host in between; it returns nothing.
+        """
+        if self.state.device != "cpu" and self._recorded is None and frame > 0:
+            # The frame before has loaded every kernel, which a recording must not do.
+            with wp.ScopedCapture(device=self.state.device) as capture:
+                self._run_frame(frame)
+            self._recorded = capture.graph
+        if self._recorded is not None:
+            wp.capture_launch(self._recorded)
+            return []
+        return self._run_frame(frame)
+
+    def _run_frame(self, frame: int) -> list[int]:
+        before = self._launch.kernels
+        self.begin_frame(frame)
+        solves = [self.step() for _ in range(self.substeps)] if self.rows else []
+        if self.rows:
+            self.look()
+        self.kernels_a_frame = self._launch.kernels - before
+        return solves
 
     def begin_frame(self, frame: int) -> None:
         """Release what comes out in it, and freeze what has grown too old."""
@@ -125,7 +152,7 @@ class FluidSolver:
         # One run's particles lie in the order of release; those of several, or what a GPU does, are all sorted.
         if state.runs == 1 and state.device == "cpu":
             self._out = state.released(frame)
-        state.frame.fill_(frame)
+        self._launch.all("count frame", kernels_rest.count_frame, 1, state.frame)
         self._launch.all("release", kernels_rest.release, state.count, state.frame, state.frame_of, state.fate)
         self._launch.all(
             "freeze",
@@ -165,6 +192,11 @@ class FluidSolver:
     def lasting(self) -> dict[str, Any]:
         """Arrays that a substep takes over from the one before, by name; all others are made anew in each."""
         return {**self.state.lasting(), "quiet_s": self._quiet_s}
+
+    def go_on_from(self, done: int) -> None:
+        """After arrays were put back to where they stood when ``done`` frames were."""
+        self.state.frame.fill_(done - 1)
+        self.find_movers()
 
     def find_movers(self) -> None:
         self.movers.find()
@@ -272,8 +304,8 @@ class FluidSolver:
         )
         self.find_movers()
 
-    def inspect(self) -> list[int]:
-        """Mark what spilled; for each fault of kernels.py, the first particle that has it, or their number if none."""
+    def look(self) -> None:
+        """Mark what spilled or escaped, and note faults."""
         state = self.state
         self._rows(
             kernels.inspect,
@@ -288,7 +320,15 @@ class FluidSolver:
             state.fate,
             self._fault,
         )
+
+    def faults(self) -> list[int]:
+        """For each fault of kernels.py, the first particle that had it, or the number of all particles where none."""
         return self._fault.numpy().tolist()
+
+    def inspect(self) -> list[int]:
+        """``look``, and the ``faults`` found."""
+        self.look()
+        return self.faults()
 
     def _list(self, of: str, grid: CellGrid, full: int, nobody: int, listed: wp.array, count: wp.array) -> None:
         self._launch.rows(

@@ -37,8 +37,8 @@ class State:
         """Volume m/rho in cm3, and thickness: the weight of a particle's pairs in the viscosity."""
         self.frame_of = wp.array(np.tile(schedule.frame_of, runs), dtype=int, device=device)
         self.fate = wp.full(count, int(device_code.WAITING), dtype=int, device=device)
-        self.frame = wp.zeros(1, dtype=int, device=device)
-        """The number of the frame that runs."""
+        self.frame = wp.full(1, -1, dtype=int, device=device)
+        """The number of the frame that runs, or ran last; -1 before the first."""
 
     @property
     def nobody(self) -> int:

@@ -26,6 +26,7 @@ MEANING = {
     "reynolds": ("Reynolds number in the nozzle, inertia over viscosity", 1, "{:.2g}"),
     "bond": ("Bond number across the crack, gravity over surface tension (water's)", 1, "{:.2g}"),
     "bingham": ("Bingham number in the nozzle, yield stress over viscous stress", 1, "{:.2g}"),
+    "kernels_a_frame": ("kernels launched in the last frame", 1, "{:,}"),
     "setup_s": ("computing time before the first frame", 1, "{:.1f} s"),
     "frames_s": ("computing time of all frames", 1, "{:.1f} s"),
     "volume_ratio": ("volume of the settled particles over dispensed", 1, "{:.3f}"),
