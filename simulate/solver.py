@@ -17,7 +17,7 @@ from simulate.pairs import pair_kernels
 from simulate.paste import Rheology, paste_on_device
 from simulate.settings import Solver, particle_volume
 from simulate.state import State
-from simulate.viscosity import Viscosity
+from simulate.viscosity import THIN_U, Viscosity
 from simulate.walls import Walls, calibrated_wall_mass, source_wall_mass
 
 LIST_REACH = 1.04
@@ -103,6 +103,7 @@ class FluidSolver:
             support=self._support,
             mass=self.mass,
             frame_s=frame_s,
+            thin=all(fluid.viscous_weight <= THIN_U and not fluid.yields for fluid in fluids),
         )
         reach = LIST_REACH * self._support
         self.fluid_cells = CellGrid(domain.low, domain.high, reach, state.points_a_run, device, state.runs)
@@ -116,18 +117,25 @@ class FluidSolver:
         # No particle has the number of them all: none is at fault yet.
         self._fault = wp.full(int(kernels.FAULTS), state.count, dtype=int, device=device)
         self._out = state.count
+        self.replays = device != "cpu"
+        """Whether frames are recorded, and the host is told nothing within them."""
         self._recorded: Any = None
         self.kernels_a_frame = 0
         """Launched in the last frame that was not replayed."""
         self.rows = 0
         """How many move now."""
 
+    @property
+    def recorded(self) -> bool:
+        """Whether frames are replayed by now."""
+        return self._recorded is not None
+
     def advance(self, frame: int) -> list[int]:
         """One frame: release, freeze, all substeps, a look for faults; what each substep's viscosity took.
 
         On a GPU a frame is recorded once and replayed, without a word to the host in between; it returns nothing.
         """
-        if self.state.device != "cpu" and self._recorded is None and frame > 0:
+        if self.replays and self._recorded is None and self.kernels_a_frame:
             # The frame before has loaded every kernel, which a recording must not do.
             with wp.ScopedCapture(device=self.state.device) as capture:
                 self._run_frame(frame)
@@ -201,7 +209,7 @@ class FluidSolver:
     def find_movers(self) -> None:
         self.movers.find()
         most = len(self._correction)
-        self.rows = self.movers.number() if self.state.device == "cpu" else most
+        self.rows = most if self.replays else self.movers.number()
         if self.rows > most:
             raise RuntimeError(f"{self.rows} particles move where there is room for {most}.")
 
