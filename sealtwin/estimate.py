@@ -60,7 +60,8 @@ class Estimate:
 def size_of(trial: Trial, trajectory: Trajectory, width_mm: float) -> Size:
     """``width_mm`` is the crack's mean, from which a radius may follow.
 
-    Raises InputError where the path gives no sealant, or more particles than are allowed."""
+    Raises InputError where the path gives no sealant, or more particles than are allowed.
+    """
     from simulate.nozzle import plan_releases
     from simulate.solver import substeps_for
 
