@@ -25,6 +25,10 @@ from sealtwin.records import Outline, arc_length
 
 MIN_WIDTH_PX = 8.0
 """Narrower, blur and threshold decide the width more than the crack does."""
+HAIRLINE = 0.6
+"""Of that: a path that looks narrower has no walls to look for. Over cracks of 2 to 15 px, paths whose walls are seen
+were within a fifth of the true width, but too wide by half below 3 px.
+"""
 MIN_SLENDERNESS = 3.0
 """Length over width: shorter, there is no direction to follow."""
 WALL_SMOOTHING_PX = 2.0
@@ -56,6 +60,7 @@ def trace_outline(photo: Photo, path: CrackPath, edge_fraction: float = 0.5, kee
 
 def _traced(photo: Photo, path: CrackPath, edge_fraction: float) -> Traced:
     """Both walls. Raises InputError where the crack is too narrow or too short to have any."""
+    _check_wide(photo, path.width_px, HAIRLINE * MIN_WIDTH_PX)
     length_px = float(arc_length(path.points_px)[-1])
     if length_px < MIN_SLENDERNESS * path.width_px:
         raise InputError(
@@ -63,12 +68,16 @@ def _traced(photo: Photo, path: CrackPath, edge_fraction: float) -> Traced:
             f"{MIN_SLENDERNESS:g} times its width: give ends_px farther apart."
         )
     traced = trace(photo, path, edge_fraction)
-    if traced.width_px < MIN_WIDTH_PX:
+    _check_wide(photo, traced.width_px, MIN_WIDTH_PX)
+    return traced
+
+
+def _check_wide(photo: Photo, width_px: float, least_px: float) -> None:
+    if width_px < least_px:
         raise InputError(
-            f"{photo.file}: the crack is {traced.width_px:.1f} px wide; need {MIN_WIDTH_PX:g} px to measure its width: "
+            f"{photo.file}: the crack is {width_px:.1f} px wide; need {MIN_WIDTH_PX:g} px to measure its width: "
             "move the camera closer."
         )
-    return traced
 
 
 def _assemble(photo: Photo, path: CrackPath, traced: Traced) -> Outline:

@@ -7,6 +7,7 @@ import numpy as np
 from digitise.finding.beside import unlike_length_px
 from digitise.finding.crack_path import CrackPath, listed
 from digitise.finding.cracks import Crack, CrackMap, cracks_on
+from digitise.finding.hints import SNAP_PX
 from digitise.finding.livewire import LiveWire
 from digitise.geometry.polyline import depth_inside
 from digitise.photo import Photo
@@ -59,8 +60,7 @@ def automatic_path(photo: Photo, roi_px: tuple[Pixel, ...] | None = None) -> Cra
             f"{listed(second.line_px[[0, -1]])} px with {second.score:.0f} ({second.score / first.score:.0%} of it); "
             "choose with ends_px."
         )
-    (start_x, start_y), (end_x, end_y) = ends_px
-    path = wire.path(((start_x, start_y), (end_x, end_y)))
+    path = _way_between(wire, ends_px, photo)
     unlike_px = unlike_length_px(photo, path.points_px, path.width_px)
     if unlike_px > max(EDGE_WIDTHS * path.width_px, EDGE_SHARE * float(arc_length(path.points_px)[-1])):
         warnings.append(
@@ -68,6 +68,23 @@ def automatic_path(photo: Photo, roi_px: tuple[Pixel, ...] | None = None) -> Cra
             "other, as at the sample's edge, where no nozzle must go: look at overlay.png, and give ends_px or face_mm"
         )
     return replace(path, source="automatic", warnings=tuple(warnings))
+
+
+def _way_between(wire: LiveWire, ends_px: Floats, photo: Photo) -> CrackPath:
+    """The crack's way between the ends of the line that was found: nobody gave them, so no hint of theirs is wrong."""
+    if np.linalg.norm(ends_px[0] - ends_px[1]) < max(_least_length_px(photo), SNAP_PX):
+        raise InputError(
+            f"{photo.file}: no crack found: the most crack-like line comes back to where it begins, at "
+            f"{listed(ends_px[:1])} px, as the rim of a stain does; give ends_px."
+        )
+    (start_x, start_y), (end_x, end_y) = ends_px
+    try:
+        return wire.path(((start_x, start_y), (end_x, end_y)))
+    except InputError as refusal:
+        raise InputError(
+            f"{photo.file}: no crack found: the most crack-like line, from {listed(ends_px)} px, is none all along; "
+            "give ends_px."
+        ) from refusal
 
 
 def _seen_face_px(photo: Photo) -> Floats | None:
@@ -85,9 +102,12 @@ def _seen_face_px(photo: Photo) -> Floats | None:
 
 def _long(found: CrackMap, photo: Photo) -> list[Crack]:
     """The cracks that are long enough to be meant."""
-    least_px = LEAST_LENGTH * float(np.hypot(*photo.size_px))
     return [
         crack
         for crack in found.cracks
-        if arc_length(crack.line_px)[-1] >= max(least_px, LEAST_SLENDERNESS * crack.width_px)
+        if arc_length(crack.line_px)[-1] >= max(_least_length_px(photo), LEAST_SLENDERNESS * crack.width_px)
     ]
+
+
+def _least_length_px(photo: Photo) -> float:
+    return LEAST_LENGTH * float(np.hypot(*photo.size_px))

@@ -110,9 +110,13 @@ class Way:
             return
         clearness = float(np.median(self.support()[along]))
         if clearness < LEAST_SUPPORT:
+            found = (
+                f"stands out from plain ground by {clearness:.1f} of its spread (a crack by at least {LEAST_SUPPORT:g})"
+                if clearness > 0
+                else "is no darker line than plain ground has anywhere"
+            )
             raise InputError(
-                f"{self.photo.file}: no crack between the ends: the best way there stands out from plain ground by "
-                f"{max(clearness, 0):.1f} of its spread (a crack by at least {LEAST_SUPPORT:g}); check ends_px."
+                f"{self.photo.file}: no crack between the ends: the best way there {found}; check ends_px."
             )
 
     def _snapped(self, stops: Integers, cost: Floats, crack: NDArray[np.bool_], limit_px: float) -> Integers:

@@ -99,6 +99,19 @@ def test_a_photo_without_a_crack_is_refused(plain):
         find_path(plain, None)
 
 
+@pytest.mark.parametrize("radius_px", [30, 60])
+def test_a_search_without_ends_blames_no_ends(radius_px, tmp_path):
+    """The rim of a stain comes back to where it begins: "the two ends are only 9 px apart" would name what nobody gave.
+
+    With the larger rim, a gap of 16 px would be traced in place of the rim.
+    """
+    turn = np.linspace(0, 2 * np.pi * (1 - 4 / 360), 100)
+    rim = np.column_stack([250 + radius_px * np.cos(turn), 150 + radius_px * np.sin(turn)]).astype(int)
+    picture = with_crack(mortar(), [(x, y) for x, y in rim.tolist()], width_px=6)
+    with pytest.raises(InputError, match=r"no crack found: the most crack-like line comes back .* give ends_px"):
+        find_path(evenly_scaled(write_png(tmp_path / "photo.png", picture)), None)
+
+
 def test_a_wide_gap_between_two_cracks_is_no_crack(tmp_path):
     picture = with_crack(with_crack(mortar(), [(20, 150), (170, 150)]), [(330, 150), (480, 150)])
     photo = evenly_scaled(write_png(tmp_path / "photo.png", picture))
