@@ -85,9 +85,13 @@ def engine_with(
     fluid: Rheology | None = None,
     threads: int = 1,
     native: bool = True,
+    reach_mm: tuple[Floats, Floats] | None = None,
     **solver: Any,
 ) -> FluidSolver:
-    """A solver whose particles all move from where they are put. ``weights`` are U and D of a whole frame."""
+    """A solver whose particles all move from where they are put. ``weights`` are U and D of a whole frame.
+
+    ``reach_mm`` is the box of the neighbour search, where particles go farther than 5 mm from where they start.
+    """
     settings = Solver.model_validate(solver)
     count = len(position_mm)
     schedule = Schedule(
@@ -102,7 +106,7 @@ def engine_with(
     state = State(schedule, "cpu")
     barrier, walls = _enclosure(*crack, settings.radius_mm)
     substeps = settings.substeps or 4
-    low, high = position_mm.min(axis=0) - 5, position_mm.max(axis=0) + 5
+    low, high = reach_mm or (position_mm.min(axis=0) - 5, position_mm.max(axis=0) + 5)
     engine = FluidSolver(
         state,
         walls,

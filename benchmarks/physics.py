@@ -1,0 +1,53 @@
+"""The fluid against textbooks, experiments and the prototype: reference, source, measured, tolerance, pass.
+
+    python benchmarks/physics.py [--only NAME]... [--list]
+
+Each case prints what it took of the processor. A tolerance comes from a source or a reason that stands beside it in
+the code, never from what was measured: what misses it is a limit of the solver, and is said to be one. Figures without
+a tolerance are reported. About ten minutes on one core.
+"""
+
+import argparse
+import time
+
+from benchmarks import physics_flow, physics_rest, physics_viscous, physics_yield
+from benchmarks.physics_findings import Case, Finding
+from benchmarks.table import leave
+
+MODULES = (physics_rest, physics_flow, physics_viscous, physics_yield)
+CASES: dict[str, Case] = {name: getattr(module, name) for module in MODULES for name in module.CASES}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--only", action="append", choices=CASES, metavar="NAME", help="a case; may be given again")
+    parser.add_argument("--list", action="store_true", help="the names of the cases")
+    asked = parser.parse_args()
+    if asked.list:
+        for name, case in CASES.items():
+            print(f"{name:<16} {(case.__doc__ or '').splitlines()[0]}")
+        return
+    print(f"{'figure':<56} {'reference':<20} {'measured':>9} {'unit':<6} {'tolerance':<16} {'':<6} source")
+    judged: list[Finding] = []
+    began = time.process_time()
+    for name in asked.only or CASES:
+        before = time.process_time()
+        findings = CASES[name]()
+        for finding in findings:
+            _print(finding)
+        print(f"    {name}: {time.process_time() - before:.0f} CPU s", flush=True)
+        judged += [finding for finding in findings if finding.judged]
+    print(f"{time.process_time() - began:.0f} CPU s")
+    leave(sum(finding.met for finding in judged), len(judged))
+
+
+def _print(finding: Finding) -> None:
+    passed = "" if not finding.judged else "pass" if finding.met else "MISSED"
+    print(
+        f"{finding.name:<56} {finding.reference:<20} {finding.measured:>9.4g} {finding.unit:<6} "
+        f"{finding.tolerance:<16} {passed:<6} {finding.source}"
+    )
+
+
+if __name__ == "__main__":
+    main()

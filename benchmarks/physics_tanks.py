@@ -1,0 +1,233 @@
+"""Tanks and channels for the physics benchmarks: blocks of fluid in pits hewn from a block, and how they are run.
+
+Millimetres and seconds. A pit stands on z = 0 here: its floor is at z = 0, its mouth at its depth.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import manifold3d
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from sealtwin.records import Floats, Outline, Solid
+from simulate.paste import Rheology, viscous_weight
+from simulate.settings import particle_volume
+from simulate.solver import FluidSolver
+from simulate.walls import Walls
+from tests.fluids import engine_with, hewn, positions_mm
+from tests.shapes import straight_slot
+
+GRAVITY_MM_S2 = 9810.0
+RIM_MM = 5.0
+"""Of the block around a pit."""
+CLEARANCE = 0.86
+"""Of particles from walls, over their radius, where fluid comes to rest."""
+SCATTER = 0.05
+"""Of a block's lattice, over its spacing: exactly even rows stack up on top of each other."""
+
+SETTLING_MM2_S, SETTLING_S = 300.0, 0.25
+"""Thick enough to end all motion in that time, thin enough to find its level."""
+
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Pit:
+    """A box from x = 0, with y = 0 in its middle."""
+
+    length_mm: float
+    width_mm: float
+    depth_mm: float
+
+    @property
+    def crack(self) -> tuple[Solid, Outline]:
+        return _hew(self)
+
+    @property
+    def box_mm(self) -> tuple[Floats, Floats]:
+        """All of it and what splashes out, in the solver's own z, face at 0."""
+        half = self.width_mm / 2
+        low, high = np.array([0, -half, -self.depth_mm]), np.array([self.length_mm, half, 0])
+        return low - RIM_MM, high + RIM_MM
+
+
+@cache
+def _hew(pit: Pit) -> tuple[Solid, Outline]:
+    length, half, depth = pit.length_mm, pit.width_mm / 2, pit.depth_mm
+    low, high = (-RIM_MM, -half - RIM_MM), (length + RIM_MM, half + RIM_MM)
+    size = (high[0] - low[0], high[1] - low[1], depth + RIM_MM)
+    body = manifold3d.Manifold.cube(size).translate((*low, -depth - RIM_MM))
+    body -= manifold3d.Manifold.cube((length, 2 * half, depth + 1)).translate((0, -half, -depth))
+    return hewn(body, (*low, *high), depth), straight_slot(length, pit.width_mm)
+
+
+def raised(place_mm: Floats, by_mm: float) -> Floats:
+    """The same places, (n, 3), so much higher."""
+    return place_mm + np.array([0.0, 0.0, by_mm])
+
+
+def spacing_mm(radius_mm: float) -> float:
+    """Side of the cube that a particle stands for."""
+    return float(np.cbrt(particle_volume(radius_mm)))
+
+
+def block_mm(low: tuple[float, float, float], high: tuple[float, float, float], radius_mm: float) -> Floats:
+    """Particles that fill a box, (n, 3): even layers at the clearance from its sides, of its volume in all."""
+    side, kept = spacing_mm(radius_mm), CLEARANCE * radius_mm
+    size = np.subtract(high, low)
+    along, across = (max(1, round(length / side)) for length in size[:2])
+    counts = along, across, max(1, round(float(size.prod()) / side**3 / along / across))
+    axes = [np.linspace(a + kept, b - kept, count) for a, b, count in zip(low, high, counts, strict=True)]
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    return points + np.random.default_rng(0).uniform(-SCATTER, SCATTER, points.shape) * side
+
+
+def settled_mm(pit: Pit, radius_mm: float, step_s: float, height_mm: float | None = None, **solver: Any) -> Floats:
+    """Particles at rest in a pit that they fill up to a height, (n, 3), as a gate holds them before it opens.
+
+    A lattice put down in the open bursts: its layers are not where the pressure wants them.
+    """
+    half = pit.width_mm / 2
+    top_mm = pit.depth_mm if height_mm is None else height_mm
+    fluid = block_mm((0.0, -half, 0.0), (pit.length_mm, half, top_mm), radius_mm)
+    tank = Tank.of(pit, fluid, radius_mm=radius_mm, step_s=step_s, viscosity_mm2_s=SETTLING_MM2_S, **solver)
+    tank.wait(SETTLING_S)
+    return tank.place_mm
+
+
+CUBE_MM, CUBE_RADIUS_MM = 12.0, 0.4
+
+
+@cache
+def cube_mm() -> Floats:
+    """A cube as packed as a liquid, (n, 3): lattices have a viscosity of their own, 24 % off along some axes."""
+    return settled_mm(Pit(CUBE_MM, CUBE_MM, CUBE_MM + 8), CUBE_RADIUS_MM, 0.5e-3, CUBE_MM)
+
+
+@dataclass
+class Tank:
+    """Fluid in a pit."""
+
+    pit: Pit
+    engine: FluidSolver
+    radius_mm: float
+    frames: int = 0
+
+    @classmethod
+    def of(
+        cls,
+        pit: Pit,
+        particles_mm: Floats,
+        *,
+        radius_mm: float,
+        step_s: float,
+        viscosity_mm2_s: float = 0.0,
+        drag_mm: float = 0.0,
+        yield_mm2_s2: float = 0.0,
+        slips: Callable[[Floats], Mask] | None = None,
+        falls: bool = False,
+        **solver: Any,
+    ) -> "Tank":
+        """A frame is a substep.
+
+        ``slips`` says which places of walls, floor at z = 0, drag no fluid. What ``falls`` is high above the pit.
+        """
+        support_cm = 0.4 * radius_mm
+        fluid = Rheology(
+            viscous_weight(viscosity_mm2_s / 100, support_cm, step_s),
+            drag_mm / 10,
+            yield_cm2_s2=yield_mm2_s2 / 100,
+            yield_most_cm2_s2=yield_mm2_s2 / 100,
+        )
+        settings: dict[str, Any] = {"volume_factor": 1.0} | solver | {"substeps": 1}
+        engine = engine_with(
+            particles_mm - [0, 0, pit.depth_mm],
+            pit.crack,
+            frame_s=step_s,
+            fluid=fluid,
+            radius_mm=radius_mm,
+            # A tenth of a speed in half a second would count as viscosity.
+            damping_per_s=0.0,
+            reach_mm=None if falls else pit.box_mm,
+            **settings,
+        )
+        if slips is not None:
+            _let_slip(engine, slips, pit.depth_mm)
+        return cls(pit, engine, radius_mm)
+
+    @property
+    def step_s(self) -> float:
+        return self.engine.step_s
+
+    @property
+    def place_mm(self) -> Floats:
+        """(n, 3), floor at z = 0."""
+        return positions_mm(self.engine) + np.array([0, 0, self.pit.depth_mm])
+
+    @property
+    def velocity_mm_s(self) -> Floats:
+        return self.engine.state.velocity_mm_s()
+
+    def set_velocity(self, velocity_mm_s: Floats) -> None:
+        self.engine.state.velocity.assign((velocity_mm_s / 10).astype(np.float32))
+
+    def run(self, seconds: float) -> Iterator[float]:
+        """Substep after substep; the time after each, until all rest."""
+        for number in range(1, round(seconds / self.step_s) + 1):
+            self.engine.begin_frame(self.frames)
+            if self.engine.rows == 0:
+                return
+            self.engine.step()
+            self.frames += 1
+            yield number * self.step_s
+
+    def wait(self, seconds: float) -> None:
+        for _ in self.run(seconds):
+            pass
+
+    def leaked(self) -> int:
+        """Particles inside the solid, or no numbers."""
+        place = positions_mm(self.engine)
+        sound = np.isfinite(place).all(axis=1)
+        return int((~sound).sum() + (self.engine.barrier.exact_mm(place[sound]) < 0).sum())
+
+    def surface_mm(self, column_mm: float = 1.0) -> Floats:
+        """Level over x, (columns, 2): half a spacing above the topmost centre of each column that has any."""
+        place = self.place_mm
+        column = np.floor(place[:, 0] / column_mm).astype(int)
+        top = np.full(column.max() + 1, -np.inf)
+        np.maximum.at(top, column, place[:, 2])
+        seen = np.flatnonzero(np.isfinite(top))
+        middle_mm = (seen + 0.5).astype(np.float64) * column_mm
+        return np.stack([middle_mm, top[seen] + spacing_mm(self.radius_mm) / 2], axis=1)
+
+    def front_mm(self) -> float:
+        """Where the fluid ends in x: half a spacing beyond all but its first half percent, which is spray."""
+        return float(np.quantile(self.place_mm[:, 0], 0.995)) + spacing_mm(self.radius_mm) / 2
+
+
+def no_slip_mm(viscosity_mm2_s: float, radius_mm: float, step_s: float) -> float:
+    """D of Eq. 5 that stands for a wall to which the fluid sticks.
+
+    Of fluid whose speed grows in proportion to its distance from the wall, the layer of wall particles then takes as
+    much momentum as the viscosity brings to it: nu = integral of (D / dt) B(z) z.
+    """
+    support = 4 * radius_mm
+    z = np.linspace(0.0, support, 2001)
+    # exp(-r^2/h^2), cut off at h, over a plane a radius below the wall.
+    plane = np.pi * support**2 * np.maximum(np.exp(-(((z + radius_mm) / support) ** 2)) - np.exp(-1.0), 0.0)
+    drag = plane / (2 * radius_mm) ** 2 / (np.sqrt(np.pi) * support)
+    return float(viscosity_mm2_s * step_s / np.trapezoid(drag * z, z))
+
+
+def _let_slip(engine: FluidSolver, slips: Callable[[Floats], Mask], depth_mm: float) -> None:
+    """Those wall particles keep their pressure and lose their drag: the viscosity reads walls of its own."""
+    place = engine.walls.place.numpy().copy()
+    place[slips(10 * place[:, :3].astype(float) + [0, 0, depth_mm]), 3] = 0.0
+    spare = np.full((1, 4), 1e3)
+    whole = wp.array(np.concatenate([place, spare]), dtype=wp.vec4, device=engine.state.device)
+    engine.viscosity._walls = Walls(whole[: len(place)])

@@ -1,0 +1,203 @@
+"""What holds the slope of the bed: fixing particles by age, a yield stress, or nothing; on the paper's trial.
+
+    python benchmarks/stiffening.py [--radius-mm 0.5] [--only NAME] [--figure FILE]
+
+All three pour the same paste: 12 Pa come from the prototype, 2.58 s from the paper, and the viscosity is that of its
+U = 30. Each is held against the readings when the nozzle stops, 2 s later, when its last mound has settled, and 10 s
+after that, for drift. The readings are reconstructed from prose and the trial was calibrated on them: the table says
+which model can make the bed, not which is true.
+"""
+
+import argparse
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from sealtwin import files
+from sealtwin.folder import open_folder
+from sealtwin.job import start_job
+from sealtwin.pipeline import run_stages
+from sealtwin.progress import Progress
+from sealtwin.records import Floats, Outline, Profile, Solid, Trajectory
+from sealtwin.trial import load_trial
+from simulate.injection import Injection, prepare
+from simulate.profile import measure_profile, volume_ratio
+from simulate.settings import Fluid, Nozzle, Solver
+from validate.caliper import read_readings
+from validate.compare import compare
+from validate.theme import INK, MEASURED, MUTED, SIMULATED, THIRD, draw_ground, label_axes, themed
+
+FIXTURE = Path(__file__).parent.parent / "fixtures" / "paper-trial"
+VISCOSITY_PA_S, DENSITY_KG_M3 = 0.0545, 1690.0
+"""U = 30 of the paper's radius and frame, 0.322 cm2/s."""
+DRAG_CM_S = 0.3 / 7.225e-3
+"""D over a frame: the drag of a second must not depend on the radius."""
+WATCHED_S = (0.0, 2.0, 12.0)
+"""After the nozzle has stopped."""
+
+
+@dataclass(frozen=True)
+class Stiffening:
+    name: str
+    colour: str
+    yield_stress_pa: float
+    freeze_after_s: float | str
+
+    def fluid(self, frame_s: float) -> Fluid:
+        return Fluid.model_validate(
+            {
+                "viscosity_pa_s": VISCOSITY_PA_S,
+                "density_kg_m3": DENSITY_KG_M3,
+                "D_cm": DRAG_CM_S * frame_s,
+                "yield_stress_pa": self.yield_stress_pa,
+                "freeze_after_s": self.freeze_after_s,
+            }
+        )
+
+
+WAYS = {
+    "freezing": Stiffening("fixed after 2.58 s, as in the paper", SIMULATED, 0.0, 2.58),
+    "yield": Stiffening("yield stress of 12 Pa, with sleep", THIRD, 12.0, "never"),
+    "neither": Stiffening("neither", MUTED, 0.0, "never"),
+}
+
+
+@dataclass(frozen=True)
+class Bed:
+    """What one way made."""
+
+    way: Stiffening
+    levels: tuple[Profile, ...]
+    """At WATCHED_S."""
+    errors_mm: tuple[float, ...]
+    escaped: int
+    volume_ratio: float
+    cpu_s: float
+    """Until the nozzle stopped."""
+    moving: tuple[int, ...]
+    """Particles, at WATCHED_S."""
+
+    @property
+    def drift_mm(self) -> float:
+        """Of the bin that moved most in the last ten seconds."""
+        return float(np.abs(bins_mm(self.levels[2]) - bins_mm(self.levels[1])).max())
+
+
+@dataclass(frozen=True)
+class Sample:
+    outline: Outline
+    solid: Solid
+    trajectory: Trajectory
+    readings: Profile
+
+    def error_mm(self, level: Profile) -> float:
+        comparison = compare(
+            level, self.readings, self.outline, self.solid, role="calibrated-on", photo_data="synthetic"
+        )
+        return comparison.mean_error_mm
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--radius-mm", type=float, default=0.5)
+    parser.add_argument("--only", choices=WAYS)
+    parser.add_argument("--figure", type=Path, help="where to draw the levels side by side")
+    asked = parser.parse_args()
+    sample = trace()
+    beds = []
+    for name in [asked.only] if asked.only else WAYS:
+        beds.append(pour(sample, WAYS[name], asked.radius_mm))
+        _print(beds[-1], asked.radius_mm)
+    if asked.figure:
+        draw(beds, sample, asked.radius_mm).savefig(asked.figure, dpi=120)
+
+
+def trace() -> Sample:
+    """The fixture's crack and path, through the first stage."""
+    trial = load_trial(FIXTURE / "trial.toml")
+    with tempfile.TemporaryDirectory() as made, open_folder(Path(made) / trial.folder_name, create=True) as folder:
+        run_stages(start_job(trial, FIXTURE, folder, "cpu", Progress()), ("digitise",))
+        outline, solid = files.read_outline(folder.path), files.read_solid(folder.path)
+        trajectory = files.read_trajectory(folder.path)
+    assert trial.readings is not None
+    readings = read_readings(FIXTURE / trial.readings.file, trial.readings, outline.length_mm, solid.depth_mm)
+    return Sample(outline, solid, trajectory, readings)
+
+
+def pour(sample: Sample, way: Stiffening, radius_mm: float) -> Bed:
+    solver = Solver(radius_mm=radius_mm, settle_s=WATCHED_S[-1])
+    crack = sample.solid, sample.outline, sample.trajectory
+    # The frame follows from the radius, and the drag from the frame.
+    frame_s = prepare(*crack, [way.fluid(1.0)], solver, Nozzle(), seed=0, device="cpu").schedule.frame_s
+    injection = prepare(*crack, [way.fluid(frame_s)], solver, Nozzle(), seed=0, device="cpu")
+    began, cpu_s = time.process_time(), 0.0
+    levels, moving = [], []
+    stop = len(injection.schedule.released)
+    for after_s in WATCHED_S:
+        _advance(injection, stop + round(after_s / frame_s))
+        cpu_s = cpu_s or time.process_time() - began
+        (run,) = injection.results()
+        levels.append(measure_profile(run, sample.outline, sample.solid))
+        moving.append(injection.engine.rows)
+    (run,) = injection.results()
+    return Bed(
+        way,
+        tuple(levels),
+        tuple(sample.error_mm(level) for level in levels),
+        run.escaped_particles,
+        volume_ratio(run, sample.solid),
+        cpu_s,
+        tuple(moving),
+    )
+
+
+def _advance(injection: Injection, frame: int) -> None:
+    while injection.done < frame and not injection.at_rest:
+        injection.advance()
+
+
+def bins_mm(level: Profile) -> Floats:
+    """Mean level in 10 mm each, of the crack's 80."""
+    return np.array([level.level_mm[(level.s_mm >= a) & (level.s_mm < a + 10)].mean() for a in range(0, 80, 10)])
+
+
+def _print(bed: Bed, radius_mm: float) -> None:
+    errors = "  ".join(f"{error:.2f}" for error in bed.errors_mm)
+    print(
+        f"R {radius_mm:g} mm, {bed.way.name}: error {errors} mm when the nozzle stops, 2 and 12 s later; drift "
+        f"{bed.drift_mm:.2f} mm in 10 s; volume kept {bed.volume_ratio:.3f}; escaped {bed.escaped}; "
+        f"moving {bed.moving}; {bed.cpu_s:.0f} CPU s"
+    )
+    print("    bins", " ".join(f"{level:.1f}" for level in bins_mm(bed.levels[0])), flush=True)
+
+
+def draw(beds: list[Bed], sample: Sample, radius_mm: float) -> Figure:
+    """One panel each: when the nozzle stops, and 12 s later, beside the readings."""
+    with themed():
+        figure = Figure(figsize=(9.0, 2.6 * len(beds) + 0.4), layout="constrained")
+        panels = figure.subplots(len(beds), 1, sharex=True, squeeze=False)[:, 0]
+        for axes, bed in zip(panels, beds, strict=True):
+            s_mm = bed.levels[0].s_mm
+            floor_mm = -sample.solid.depth_at_mm(s_mm)
+            draw_ground(axes, s_mm, floor_mm, float(floor_mm.min()) - 1.5)
+            axes.axhline(0.0, color=INK, linewidth=0.8)
+            axes.plot(sample.readings.s_mm, sample.readings.level_mm, "o", color=MEASURED, ms=4, label="readings")
+            axes.plot(s_mm, bed.levels[0].level_mm, color=bed.way.colour, label="when the nozzle stops")
+            axes.plot(s_mm, bed.levels[2].level_mm, color=bed.way.colour, ls=(0, (2, 1.5)), lw=1.2, label="12 s later")
+            axes.set_xlim(0, s_mm[-1])
+            title = (
+                f"{bed.way.name}: mean error {bed.errors_mm[0]:.2f} mm, {bed.errors_mm[2]:.2f} mm 12 s later; "
+                f"drift {bed.drift_mm:.2f} mm in the last 10 s"
+            )
+            label_axes(axes, "", "level (mm)", title)
+            axes.legend(loc="lower right", ncols=3, fontsize=8)
+        panels[-1].set_xlabel(f"s along the crack (mm); particles of {radius_mm:g} mm, readings reconstructed")
+    return figure
+
+
+if __name__ == "__main__":
+    main()
