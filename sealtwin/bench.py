@@ -3,9 +3,9 @@
 import time
 import traceback
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sealtwin import files
 from sealtwin.errors import NumericalError, SealtwinError
@@ -14,6 +14,9 @@ from sealtwin.progress import Progress
 from sealtwin.records import Outline, Profile, Run, Solid, Trajectory
 from sealtwin.trial import Trial
 from validate.settings import Readings
+
+if TYPE_CHECKING:
+    from simulate.enclosure import Enclosure
 
 SUMMARY = "summary.json"
 INPUTS = "inputs"
@@ -28,6 +31,17 @@ class Bench:
     solid: Solid
     trajectory: Trajectory
     readings: Profile | None
+    _enclosures: dict[tuple[float, str], "Enclosure"] = field(default_factory=dict, compare=False, repr=False)
+
+    def enclosure(self, radius_mm: float, device: str) -> "Enclosure":
+        """For particles of that size. The last one is kept: it takes a fifth of a run, and most studies need one."""
+        from simulate.enclosure import enclose
+
+        wanted = radius_mm, device
+        if wanted not in self._enclosures:
+            self._enclosures.clear()
+            self._enclosures[wanted] = enclose(self.solid, self.outline, radius_mm, device)
+        return self._enclosures[wanted]
 
 
 @dataclass(frozen=True)
@@ -108,6 +122,7 @@ def _seal(bench: Bench, trials: Sequence[Trial], device: str, keep_runs: bool, p
         first.nozzle,
         seed=first.seed,
         device=device,
+        enclosure=bench.enclosure(first.solver.for_crack(bench.outline.mean_width_mm).size_mm, device),
     )
     progress.start("Simulating", injection.frames)
     while injection.done < injection.frames and not injection.at_rest:

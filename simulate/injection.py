@@ -13,7 +13,8 @@ from sealtwin.errors import NumericalError
 from sealtwin.records import Outline, Run, Solid, Trajectory
 from simulate import kernels, kernels_rest
 from simulate.device import describe_device
-from simulate.distance import CM, build_barrier
+from simulate.distance import CM
+from simulate.enclosure import Enclosure, enclose
 from simulate.fit import CM2_IN_M2, ROUNDING, check_damping, check_fit, domain_of, effective_u, rheology_of
 from simulate.neighbours import NEIGHBOURS, WALL_NEIGHBOURS
 from simulate.nozzle import Schedule, plan_releases
@@ -23,7 +24,6 @@ from simulate.regime import regime_of
 from simulate.settings import Fluid, Nozzle, Solver
 from simulate.solver import DENSEST, FASTEST_CM_S, FluidSolver, substeps_for
 from simulate.state import State
-from simulate.walls import place_walls
 
 SAMPLE_EVERY = 50
 """Frames between two samples of the density error."""
@@ -262,10 +262,12 @@ def prepare(
     seed: int,
     device: str,
     threads: int = 1,
+    enclosure: Enclosure | None = None,
 ) -> Injection:
     """Schedule, walls and particles, ready for the first frame.
 
-    Several ``fluids`` are computed at once, each as if it were alone. Raises InputError where the settings do not fit
+    Several ``fluids`` are computed at once, each as if it were alone. ``enclosure`` is that of an earlier run in this
+    crack, with particles of this size on this device; None: build it. Raises InputError where the settings do not fit
     the crack.
     """
     solver = solver.for_crack(outline.mean_width_mm)
@@ -275,12 +277,12 @@ def prepare(
     schedule = plan_releases(trajectory, solver.size_mm, nozzle.diameter_mm, seed)
     frames = len(schedule.released) + math.ceil(solver.settle_s / schedule.frame_s - ROUNDING)
     domain = domain_of(solid, outline, trajectory, solver.size_mm)
-    barrier = build_barrier(solid, outline, solver.size_mm, device)
+    enclosure = enclosure or enclose(solid, outline, solver.size_mm, device)
     check_outlet(
         schedule,
         trajectory,
         outline,
-        barrier,
+        enclosure.barrier,
         radius_mm=solver.size_mm,
         diameter_mm=nozzle.diameter_mm,
         seed=seed,
@@ -291,8 +293,8 @@ def prepare(
     pastes = [rheology_of(fluid, support, schedule.frame_s) for fluid in fluids]
     engine = FluidSolver(
         State(schedule, device, len(pastes)),
-        place_walls(solid, outline, barrier, solver.size_mm),
-        barrier,
+        enclosure.walls,
+        enclosure.barrier,
         domain,
         solver,
         pastes,
