@@ -93,7 +93,8 @@ class StudyRun:
     """Of a bug."""
     figures: dict[str, Any] | None
     """Of a run that is done, else None: mean_error_mm, worst_error_mm and worst_at_mm where the trial has readings;
-    volume_ratio, spilled_particles, particles, health, profile_sha256.
+    volume_ratio, spilled_particles, particles, profile_sha256, and health, which is that of the whole launch where
+    several runs shared one.
     """
 
 

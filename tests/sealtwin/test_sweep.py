@@ -268,6 +268,52 @@ def _die_at_the_second_run(task):
             ledger.finish(claim, entry.key, 0.1, {})
 
 
+def test_a_process_that_hangs_is_ended_and_its_run_computed_by_another(lab, fresh, monkeypatch):
+    monkeypatch.setattr(workers, "work", _hang_at_first)
+    monkeypatch.setattr(workers, "STALLED_S", 0.5)
+    report = sweep(lab, fresh, HERE, Progress())
+    assert report.exit_code == 0
+    assert [run.tries for run in read_study(fresh)] == [2, 1, 1, 1]
+
+
+def _hang_at_first(task):
+    with Ledger(task.folder) as ledger:
+        while (claim := ledger.claim()) is not None:
+            (entry,) = claim.entries
+            if (entry.number, ledger.runs()[0].tries) == (1, 1):
+                time.sleep(600)
+            ledger.finish(claim, entry.key, 0.1, {})
+
+
+def test_another_terminal_sees_how_far_it_is(fresh):
+    with Ledger(fresh) as ledger:
+        claim = ledger.claim()
+        assert claim is not None
+        ledger.beat(claim, 30, 57)
+        first = claim.entries[0].key
+        ledger.finish(claim, first, 2.0, {"mean_error_mm": 1.25})
+        second = ledger.claim()
+        assert second is not None
+        ledger.beat(second, 30, 57)
+    answer = CliRunner().invoke(app, ["sweep", "status", str(fresh)])
+    lines = answer.stdout.splitlines()
+    assert lines[0] == "tiny: 4 runs, 2 waiting, 1 running, 1 done."
+    # Runs of equal size: two and 27 of 57 frames are left, at 2 s a run.
+    assert lines[1] == "About 5 s left."
+    assert "running: run 2 (fluid.U = 3.0, fluid.D_cm = 0.3): frame 30 of 57, process" in lines[2]
+    assert lines[3] == "Nearest to the readings: run 1 (fluid.U = 3.0, fluid.D_cm = 0.03), 1.25 mm on average."
+
+
+def test_what_cannot_be_asked_for_is_a_usage_error_and_what_is_not_there_bad_input(tmp_path, lab):
+    def code(*arguments):
+        return CliRunner().invoke(app, ["sweep", *arguments]).exit_code
+
+    assert code("status") == 2
+    assert code(str(lab), str(lab)) == 2
+    assert code("status", str(tmp_path)) == 3
+    assert code(str(tmp_path / "missing.toml")) == 3
+
+
 def test_a_second_parent_is_refused(lab, fresh):
     with holding(fresh), pytest.raises(BusyError, match="in use by process"):
         sweep(lab, fresh, HERE, Progress())
