@@ -5,6 +5,7 @@ import hashlib
 import io
 import json
 import os
+import platform
 import shutil
 import time
 from collections.abc import Sequence
@@ -292,7 +293,9 @@ def _lines(content: dict[str, Any], runs: Sequence[StudyRun], failed: Sequence[S
         if run.state == "running" and run.heartbeat_unix_s is not None:
             heard_s = max(0.0, time.time() - run.heartbeat_unix_s)
             far = f"frame {run.frame} of {run.frames}" if run.frames else "preparing"
-            lines.append(f"running: {_named(run)}: {far}, process {run.pid} on {run.host}, heard {heard_s:.0f} s ago.")
+            gone = "; it is gone: the same command goes on" if _is_gone(run) else ""
+            who = f"process {run.pid} on {run.host}, heard {heard_s:.0f} s ago{gone}"
+            lines.append(f"running: {_named(run)}: {far}, {who}.")
     if content["best"] is not None:
         best = content["best"]
         lines.append(
@@ -303,6 +306,19 @@ def _lines(content: dict[str, Any], runs: Sequence[StudyRun], failed: Sequence[S
     if len(failed) > TOLD:
         lines.append(f"failed: and {len(failed) - TOLD} more.")
     return [*lines, f"Folder: {content['folder']}"]
+
+
+def _is_gone(run: StudyRun) -> bool:
+    """Whether it was killed together with the parent that would have noticed; of other machines nobody knows."""
+    if run.pid is None or run.host != platform.node():
+        return False
+    try:
+        os.kill(run.pid, 0)
+    except ProcessLookupError:
+        return True
+    except PermissionError:
+        pass  # Somebody else's, and alive.
+    return False
 
 
 def _named(run: StudyRun) -> str:

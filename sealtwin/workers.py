@@ -58,7 +58,7 @@ def run_here(task: Task, jobs: int, look: Callable[[Ledger], None]) -> None:
             while True:
                 crew = [process for process in crew if not _has_ended(process, ledger, lost)]
                 wanted = min(jobs, len(crew) + ledger.count("waiting"))
-                with _environment(ONE_THREAD):
+                with _environment(ONE_THREAD), _deaf_to_interrupts():
                     crew += [_start(task) for _ in range(wanted - len(crew))]
                 if not crew:
                     break
@@ -71,13 +71,13 @@ def run_here(task: Task, jobs: int, look: Callable[[Ledger], None]) -> None:
                 process.kill()
             for process in crew:
                 process.join()
+                assert process.pid is not None, "it was started"
+                ledger.put_back(ledger.held_by(process.pid))
 
 
 def work(task: Task) -> None:
     """The life of one process: until no run waits."""
     end_with_parent()
-    # Ctrl-C reaches the whole terminal; who is to stop is told by the parent.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
     compute_all(task)
 
 
@@ -170,6 +170,16 @@ def _end_stalled(crew: Sequence[SpawnProcess], ledger: Ledger) -> None:
     for process in crew:
         if process.pid in stalled:
             process.kill()
+
+
+@contextmanager
+def _deaf_to_interrupts() -> Iterator[None]:
+    """Ctrl-C reaches the whole terminal. Processes started within are deaf to it, and end when the parent says so."""
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 @contextmanager

@@ -301,7 +301,29 @@ def test_another_terminal_sees_how_far_it_is(fresh):
     # Runs of equal size: two and 27 of 57 frames are left, at 2 s a run.
     assert lines[1] == "About 5 s left."
     assert "running: run 2 (fluid.U = 3.0, fluid.D_cm = 0.3): frame 30 of 57, process" in lines[2]
+    assert "gone" not in lines[2]
     assert lines[3] == "Nearest to the readings: run 1 (fluid.U = 3.0, fluid.D_cm = 0.03), 1.25 mm on average."
+
+
+def test_another_terminal_sees_that_nobody_works_any_more(fresh):
+    """Parent and worker were killed at once, and nobody was left to say so."""
+    take = f"from sealtwin.ledger import Ledger; from pathlib import Path; Ledger(Path({str(fresh)!r})).claim()"
+    subprocess.run([sys.executable, "-c", take], check=True)
+    answer = CliRunner().invoke(app, ["sweep", "status", str(fresh)])
+    assert "s ago; it is gone: the same command goes on." in answer.stdout
+
+
+def test_interrupted_it_leaves_no_process_and_no_run_behind(lab, fresh):
+    parent = _start(lab, fresh)
+    _wait_for_a_run(parent, fresh)
+    children = _children(parent.pid)
+    parent.send_signal(signal.SIGINT)
+    _, errors = parent.communicate(timeout=60)
+    assert parent.returncode == 130
+    assert "interrupted; the same command goes on" in errors
+    assert "Traceback" not in errors
+    assert not [child for child in children if Path(f"/proc/{child}").exists()]
+    assert "running" not in {run.state for run in read_study(fresh)}
 
 
 def test_what_cannot_be_asked_for_is_a_usage_error_and_what_is_not_there_bad_input(tmp_path, lab):
