@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from sealtwin.answering import Commands
-from sealtwin.commands import digitise, import_mesh, markers, robot, setup, stages, sweep, trace
+from sealtwin.commands import digitise, film, import_mesh, markers, robot, setup, stages, sweep, trace
 
 app = typer.Typer(
     name="sealtwin",
@@ -29,6 +29,7 @@ for command in (
     import_mesh.import_mesh,
     stages.simulate,
     stages.validate,
+    film.film,
     sweep.sweep,
     robot.robot,
     markers.markers,

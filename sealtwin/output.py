@@ -11,6 +11,9 @@ FRAMES = Path("frames", "fill.pvd")
 SNAPSHOTS = Path("snapshots", "snapshots.pvd")
 """In a run folder, beside the frames that they list."""
 
+PAST_THE_END = 1.02
+"""A moment so little after a run's end is its end: the paper looks at 15 s, our trial's nozzle is done after 14.8 s."""
+
 Moment = Annotated[float, Field(ge=0, le=9999)]
 
 

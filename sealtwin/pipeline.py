@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from importlib.metadata import version
+from pathlib import Path
 from typing import Any
 
 from digitise.settings import LARGEST_FILE_BYTES
@@ -13,10 +14,11 @@ from sealtwin import files
 from sealtwin.errors import InputError, NumericalError
 from sealtwin.folder import MANIFEST, stage_key
 from sealtwin.job import STAGES, Job, StageName, adopt_trial, begin_writing, check_sheet, sample_files, stage_settings
-from sealtwin.output import FRAMES, Output
-from sealtwin.records import Profile, Trajectory
+from sealtwin.output import FRAMES, PAST_THE_END, SNAPSHOTS, Output
+from sealtwin.records import Profile, Run, Trajectory
 from sealtwin.result import read_result
 from sealtwin.sample import REFUSED, digitise_sample
+from sealtwin.vtk_files import read_collection, read_frame
 
 DIGITISED = ("outline.json", "crack.ply", "solid.json", "trajectory.csv")
 """What the later stages read of the first."""
@@ -131,10 +133,12 @@ def _simulate(job: Job) -> bool:
         return False
     began = time.monotonic()
 
-    from sealtwin.watching import PROGRESS, ProgressFile, watch
+    from sealtwin.watching import PROGRESS, ProgressFile, read_health, watch
     from simulate.fit import check_fit
     from simulate.profile import measure_profile, volume_ratio
     from simulate.run import inject
+    from validate.gallery import write_gallery
+    from validate.snapshots import Scene
 
     outline, solid = files.read_outline(job.path), files.read_solid(job.path)
     trajectory = files.read_trajectory(job.path)
@@ -158,10 +162,22 @@ def _simulate(job: Job) -> bool:
         begin_writing(job, "simulate")
         files.write_run(job.path, run)
         files.write_profile(job.path, profile)
+        job.progress.start("Drawing", 1)
+        scene = Scene(outline, solid, trajectory, run.radius_mm, trial.nozzle.diameter_mm)
+        frames = {Path(name).stem: read_frame(job.path / name) for name in _snapshots(job)}
+        pictures = write_gallery(job.path, frames, scene, read_health(job.path))
+        _say_what_is_missing(job, run)
         facts = {"device": describe_device(device), "seed": trial.seed, "output": trial.output.model_dump(mode="json")}
-        job.folder.record("simulate", key, settings, inputs, SIMULATED, time.monotonic() - began, **facts)
+        job.folder.record("simulate", key, settings, inputs, (*SIMULATED, *pictures), time.monotonic() - began, **facts)
         checkpoint.remove()
     return True
+
+
+def _say_what_is_missing(job: Job, run: Run) -> None:
+    end_s = run.health["frames"] * run.health["frame_s"]
+    if late := [t_s for t_s in sorted(set(job.trial.output.snapshots_s)) if t_s > PAST_THE_END * end_s]:
+        moments = ", ".join(f"{t_s:g}" for t_s in late)
+        job.progress.note(f"note: no snapshot at {moments} s: the run ended after {end_s:.2f} s.")
 
 
 def _shows(job: Job, wanted: Output) -> bool:
@@ -178,6 +194,7 @@ def _validate(job: Job) -> bool:
     inputs = {
         **_made_by(job, "digitise", (*DIGITISED, "overlay.png")),
         **_made_by(job, "simulate", SIMULATED),
+        **{name: files.sha256(job.path / name) for name in _snapshots(job)},
     }
     given = {}
     if trial.readings is not None and job.sheet is not None:
@@ -228,6 +245,7 @@ def _validate(job: Job) -> bool:
         photo_data=trial.sample.data,
         provenance=_provenance(job),
         command="sealtwin run TRIAL",
+        frames=tuple(read_frame(job.path / name) for name in _snapshots(job)),
     )
     for warning in run_warnings(run, ratio):
         job.progress.note(f"note: {warning}")
@@ -240,6 +258,13 @@ def _validate(job: Job) -> bool:
     job.progress.advance(2)
     job.folder.record("validate", key, settings, inputs, outputs, time.monotonic() - began, given=list(given))
     return True
+
+
+def _snapshots(job: Job) -> list[str]:
+    """Files of the run's snapshots, in the order of time; none where the run made none."""
+    if not (job.path / SNAPSHOTS).is_file():
+        return []
+    return [f"{SNAPSHOTS.parent}/{path.name}" for _, path in read_collection(job.path / SNAPSHOTS)]
 
 
 def _read_readings(job: Job) -> Profile | None:

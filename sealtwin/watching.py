@@ -9,13 +9,13 @@ from types import TracebackType
 from typing import Self
 
 from sealtwin.errors import InputError
-from sealtwin.files import write_json
+from sealtwin.files import read_table, write_json
 from sealtwin.output import FRAMES, SNAPSHOTS, Output
-from sealtwin.records import Frame
+from sealtwin.records import Floats, Frame
 from sealtwin.vtk_files import time_of_frame, write_collection, write_frame
 from simulate.checkpoint import Checkpoint
 from simulate.frames import Moments
-from simulate.health import HealthLog
+from simulate.health import COLUMNS, HealthLog
 from simulate.injection import Injection
 
 CHECKPOINT = "checkpoint.npz"
@@ -52,6 +52,8 @@ class FrameFiles:
         self._moments.after_frame(injection)
 
     def _take(self, asked_s: float, frame: Frame) -> None:
+        if frame.t_s in self._frames.values():
+            return  # Several moments in one frame of the run, or just past its end.
         name = f"{asked_s:08.3f}s.vtp"
         write_frame(self._folder / name, frame)
         self._frames[name] = frame.t_s
@@ -130,6 +132,11 @@ def watch(
         FrameFiles(folder / SNAPSHOTS, sorted(set(output.snapshots_s))),
         HealthLog(folder / HEALTH),
     )
+
+
+def read_health(folder: Path) -> dict[str, Floats]:
+    """The columns of health.csv, NaN where a row had nothing to say."""
+    return dict(zip(COLUMNS, read_table(folder / HEALTH, COLUMNS).T, strict=True))
 
 
 def _time_or_none(path: Path) -> float | None:

@@ -5,12 +5,10 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
+from sealtwin.output import PAST_THE_END
 from sealtwin.records import Frame
 from simulate.fit import ROUNDING
 from simulate.injection import Injection
-
-PAST_THE_END = 1.02
-"""A moment so little after a run's end is its end: the paper looks at 15 s, our trial's nozzle is done after 14.8 s."""
 
 
 def take_frame(injection: Injection) -> Frame:

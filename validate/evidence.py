@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from sealtwin.records import Comparison, DataKind, Outline, Profile, Run, Solid, Trajectory
+from sealtwin.records import Comparison, DataKind, Frame, Outline, Profile, Run, Solid, Trajectory
 
 
 @dataclass(frozen=True)
@@ -28,3 +28,5 @@ class Evidence:
     """Versions, device, seed, times, hashes: shown in this order."""
     command: str
     """What makes this report again."""
+    frames: tuple[Frame, ...] = ()
+    """Snapshots of the run, in the order of time."""

@@ -2,21 +2,17 @@
 
 from dataclasses import dataclass
 
-import matplotlib
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.collections import EllipseCollection
-from matplotlib.colors import to_rgb
+from matplotlib.colors import Normalize, to_rgb
 from matplotlib.figure import FigureBase
-from matplotlib.patches import Polygon, Rectangle
+from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
-from sealtwin.records import FaceLabel, Floats, Outline, Profile, Run, Solid, Trajectory, arc_length_at
+from sealtwin.records import FaceLabel, Outline, Profile, Run, Solid, Trajectory, arc_length_at
 from validate.figures import ALONG
+from validate.particles import Scale, age_scale, draw_discs, draw_section
 from validate.rendering import render
-from validate.slicing import cut_rings
 from validate.theme import (
-    AGES,
     GROUND,
     HEIGHTS,
     INK,
@@ -38,8 +34,6 @@ LABEL_COLOUR = {
 }
 SECTIONS_AT = (0.2, 0.5, 0.8)
 """Of the crack's length: in the paste's slope, at its middle, in its plateau."""
-ACROSS_MM = 9.0
-"""Shown to each side of the centreline in a section."""
 WIDTH_PX = 1000
 
 
@@ -92,7 +86,7 @@ def draw_side_view(
         draw_ground(axes, along_mm, -solid.depth_at_mm(along_mm), -solid.depth_mm - 2)
         axes.axhline(0.0, color=INK, linewidth=0.8)
         place_mm = np.column_stack([s_mm, run.position_mm[:, 2]])[shown]
-        discs = _draw_particles(axes, place_mm, run, run.age_s[shown], AGES)
+        discs = draw_discs(axes, place_mm, run.radius_mm, run.age_s[shown], _ages(run))
         figure.colorbar(discs, ax=axes, label="age (s)", shrink=0.8, pad=0.01)
         axes.plot(profile.s_mm, profile.level_mm, color="white", linewidth=3.0)
         axes.plot(
@@ -120,7 +114,8 @@ def draw_top_view(
         shown = ~run.spilled
         order = np.argsort(run.position_mm[shown, 2])
         position_mm = run.position_mm[shown][order]
-        discs = _draw_particles(axes, position_mm[:, :2], run, position_mm[:, 2], HEIGHTS)
+        heights = Scale("z (mm)", HEIGHTS, Normalize())
+        discs = draw_discs(axes, position_mm[:, :2], run.radius_mm, position_mm[:, 2], heights)
         figure.colorbar(discs, ax=axes, label="z (mm)", shrink=0.8, pad=0.01)
         for index, wall_mm in enumerate((outline.left_wall_mm, outline.right_wall_mm)):
             label = f"walls in the {outline.seen_in}" if index == 0 else None
@@ -144,51 +139,17 @@ def draw_sections(run: Run, outline: Outline, solid: Solid, on: FigureBase | Non
     with themed():
         figure = canvas(on, 9.0, 3.4)
         row = figure.subplots(1, len(SECTIONS_AT), sharey=True)
+        stays = ~run.spilled
+        position_mm = run.position_mm[stays]
         for axes, share in zip(row, SECTIONS_AT, strict=True):
-            _draw_section(axes, run, outline, solid, share * outline.length_mm)
+            s_mm = share * outline.length_mm
+            draw_section(axes, outline, solid, s_mm, position_mm, run.radius_mm, run.age_s[stays], _ages(run))
         row[0].set_ylabel("z (mm)")
     return figure
 
 
-def _draw_section(axes: Axes, run: Run, outline: Outline, solid: Solid, s_mm: float) -> None:
-    """Seen along the path: left of the path is left in the picture."""
-    foot, tip = (
-        np.array([np.interp(s, outline.s_mm, outline.centreline_mm[:, axis]) for axis in (0, 1)])
-        for s in (s_mm, min(s_mm + 1.0, outline.length_mm))
-    )
-    ahead = (tip - foot) / np.linalg.norm(tip - foot)
-    right = np.array([ahead[1], -ahead[0]])
-    for ring in cut_rings(solid.vertices_mm, solid.faces, foot, ahead):
-        axes.add_patch(Polygon(ring, closed=True, facecolor=GROUND, edgecolor=ON_GROUND, linewidth=0.8))
-    offset = run.position_mm[:, :2] - foot
-    near = (np.abs(offset @ ahead) <= run.radius_mm) & (np.abs(offset @ right) < ACROSS_MM) & ~run.spilled
-    _draw_particles(axes, np.column_stack([offset @ right, run.position_mm[:, 2]])[near], run, run.age_s[near], AGES)
-    axes.set_xlim(-ACROSS_MM, ACROSS_MM)
-    axes.set_ylim(-solid.depth_mm - 2, max(4.0, float(run.position_mm[near, 2].max(initial=0.0)) + 1))
-    axes.set_aspect("equal")
-    axes.grid(visible=False)
-    label_axes(axes, "across (mm)", "", f"s = {s_mm:.0f} mm")
-
-
-def _draw_particles(axes: Axes, place_mm: Floats, run: Run, value: Floats, colours: str) -> EllipseCollection:
-    """Discs of the particles' size, as pixels: 15,000 of them as outlines would be megabytes."""
-    across_mm = np.full(len(place_mm), 2 * run.radius_mm)
-    discs = EllipseCollection(
-        across_mm,
-        across_mm,
-        np.zeros(len(place_mm)),
-        units="xy",
-        offsets=place_mm,
-        offset_transform=axes.transData,
-        array=value,
-        cmap=matplotlib.colormaps[colours],
-        linewidth=0,
-        rasterized=True,
-    )
-    if colours == AGES:
-        discs.set_clim(0, float(run.age_s.max(initial=1.0)))
-    axes.add_collection(discs)
-    return discs
+def _ages(run: Run) -> Scale:
+    return age_scale(float(run.age_s.max(initial=1.0)))
 
 
 def _square_on(solid: Solid) -> float:

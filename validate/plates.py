@@ -8,6 +8,7 @@ from matplotlib.figure import FigureBase
 from validate.evidence import Evidence
 from validate.figures import draw_error, draw_histogram, draw_profile
 from validate.pictures import draw_sections, draw_side_view, draw_solid, draw_top_view, view_solid
+from validate.snapshots import Scene, draw_fill, fill_height_in
 
 
 @dataclass(frozen=True)
@@ -51,6 +52,17 @@ def report_plates(evidence: Evidence) -> list[Plate]:
                 lambda on: draw_histogram(comparison, on),
             ),
         ]
+    if evidence.frames:
+        scene = Scene(outline, solid, evidence.trajectory, run.radius_mm, run.settings["nozzle"]["diameter_mm"])
+        plates.append(
+            Plate(
+                "Fill",
+                "Sections along the crack as it is filled, particles coloured by speed on the left and by age on the "
+                "right, as in the paper's Fig. 6. The particles nearest to the centreline lie on top.",
+                fill_height_in(evidence.frames),
+                lambda on: draw_fill(evidence.frames, scene, on),
+            )
+        )
     return [
         *plates,
         Plate(

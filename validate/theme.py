@@ -26,6 +26,7 @@ MEASURED = "#d55e00"
 THIRD = "#009e73"
 AGES = "viridis"
 HEIGHTS = "cividis"
+SPEEDS = "plasma"
 
 LEGEND_ROW_PT = 12.5
 """A line of 8 pt with the space between two."""

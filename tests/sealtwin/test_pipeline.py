@@ -1,5 +1,6 @@
 """A whole run as a process: what it leaves, what it keeps, and what a kill leaves of it."""
 
+import html
 import json
 import random
 import shutil
@@ -20,7 +21,7 @@ from tests.vtk_reader import read_polydata, read_pvd
 LEFT = {
     "trial.toml", "overlay.png", "outline.json", "crack.stl", "crack.ply", "crack.glb", "solid.json", "trajectory.csv",
     "trajectory.txt", "particles.csv", "simulation.json", "profile.csv", "comparison.json", "report.html", "report.pdf",
-    "run.json", "manifest.json", "health.csv", "progress.json",
+    "run.json", "manifest.json", "health.csv", "health.png", "health.svg", "progress.json",
 }  # fmt: skip
 NOT_IN_MANIFEST = {"trial.toml", "run.json", "manifest.json", "health.csv", "progress.json"}
 """The last two are the last run's that was started, finished or not."""
@@ -205,6 +206,39 @@ def test_frames_that_are_asked_for_later_are_made_then_and_the_result_stays_the_
     code, _, err = _finish("simulate", copied, "--frames-every-s", "0", "--device", "cpu")
     assert code == 3
     assert err.splitlines()[-1].endswith("frames_every_s = 0.0: should be greater than or equal to 0.001.")
+
+
+def test_snapshots_and_a_film_are_made_of_a_run_that_is_asked_for_them(copied):
+    """In the folder and in the report; what lies past the run's end is said."""
+    held = copied / "trial.toml"
+    asked = held.read_text().replace("snapshots_s = []", "snapshots_s = [2.0, 0.5, 9.0]\nframes_every_s = 1.0")
+    held.write_text(asked)
+    code, _, err = _finish("simulate", copied, "--device", "cpu")
+    assert code == 0, err
+    assert "note: no snapshot at 9 s: the run ended after 2.97 s." in err
+    names = {path.name for path in (copied / "snapshots").iterdir()}
+    stems = ("0000.500s", "0002.000s", "fill")
+    pictures = {f"{stem}.{kind}" for stem in stems for kind in ("png", "svg")}
+    assert names == {*pictures, "0000.500s.vtp", "0002.000s.vtp", "snapshots.pvd"}
+    stage = json.loads((copied / "manifest.json").read_text())["stages"]["simulate"]
+    assert {f"snapshots/{name}" for name in pictures} <= set(stage["outputs"])
+    assert stage["output"]["snapshots_s"] == [2.0, 0.5, 9.0]
+    assert _finish("validate", copied)[0] == 0
+    assert "as in the paper's Fig. 6" in html.unescape((copied / "report.html").read_text(encoding="utf-8"))
+    code, out, err = _finish("film", copied, "--json")
+    assert code == 0, err
+    answer = json.loads(out)
+    assert (answer["frames"], Path(answer["film"]).name) == (4, "fill.gif")
+    assert (copied / "fill.gif").stat().st_size > 10_000
+    held.write_text(asked.replace("[2.0, 0.5, 9.0]", "[2.0]"))
+    code, _, err = _finish("simulate", copied, "--device", "cpu")
+    assert "nothing to redo" in err
+
+
+def test_a_film_without_frames_says_how_to_get_them(unbroken):
+    code, _, err = _finish("film", unbroken[1])
+    assert code == 3
+    assert "--frames-every-s 0.1" in err
 
 
 def _kill_until_done(trial: Path, run: Path, delays_s: list[float]) -> int:
