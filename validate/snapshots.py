@@ -164,7 +164,10 @@ def draw_snapshot(frame: Frame, scene: Scene, on: FigureBase | None = None) -> F
 
 
 def _draw_top(axes: Axes, frame: Frame, scene: Scene) -> None:
-    x_min, y_min, x_max, y_max = scene.solid.block_mm
+    block_mm = np.reshape(scene.solid.block_mm, (2, 2))
+    around_mm = np.array([scene.outline.outline_mm.min(axis=0) - 8, scene.outline.outline_mm.max(axis=0) + 8])
+    # Of the face what is shown: a clip of its own takes the place of that of the axes.
+    (x_min, y_min), (x_max, y_max) = np.maximum(block_mm[0], around_mm[0]), np.minimum(block_mm[1], around_mm[1])
     face = Rectangle((x_min, y_min), x_max - x_min, y_max - y_min, facecolor="none", edgecolor="none")
     axes.add_patch(face)
     # Clockwise, so that the crack is a hole in it. What flows under the face is not seen from above.
@@ -185,9 +188,9 @@ def _draw_top(axes: Axes, frame: Frame, scene: Scene) -> None:
         wall.set_clip_path(face)
     if (tip_mm := scene.nozzle_mm(frame.t_s)) is not None:
         axes.plot(*tip_mm[:2], "o", color=THIRD, markersize=5, zorder=OVER + 0.1)
-    low, high = scene.outline.outline_mm.min(axis=0) - 8, scene.outline.outline_mm.max(axis=0) + 8
-    axes.set_xlim(max(low[0], x_min - 4), min(high[0], x_max + 4))
-    axes.set_ylim(max(low[1], y_min - 4), min(high[1], y_max + 4))
+    low, high = np.maximum(around_mm[0], block_mm[0] - 4), np.minimum(around_mm[1], block_mm[1] + 4)
+    axes.set_xlim(low[0], high[0])
+    axes.set_ylim(low[1], high[1])
     axes.set_aspect("equal")
     axes.grid(visible=False)
     label_axes(axes, "x (mm)", "y (mm)", "From above, by speed; the dot is the nozzle")

@@ -79,6 +79,10 @@ def test_what_is_nearest_to_the_centreline_lies_on_top(scene, frames):
     assert aside_mm[0] > aside_mm[-1]
 
 
+def axes_box(axes, box):
+    return axes.transAxes.inverted().transform_bbox(box).extents
+
+
 def area(ring):
     x, y = np.asarray(ring).T
     return 0.5 * float(np.sum(x[:-1] * y[1:] - x[1:] * y[:-1]))
@@ -101,6 +105,10 @@ def test_a_snapshot_has_a_unit_on_every_axis_and_hides_what_the_face_hides(scene
     face, crack = mortar.get_path().to_polygons(closed_only=True)
     assert np.sign(area(face)) == -np.sign(area(crack))
     assert abs(area(crack)) == pytest.approx(40 * 3.1, rel=0.01)
+    # Its clip is in the place of the axes', beside which nothing must be painted.
+    clip = mortar.get_clip_box()
+    assert clip is not None
+    assert axes_box(top, clip) == pytest.approx(np.clip(axes_box(top, clip), 0, 1), abs=1e-6)
 
 
 def test_the_nozzle_stands_where_it_is_then_and_is_gone_after_its_path(scene, evidence):
