@@ -178,8 +178,8 @@ class Planned:
 
 def load_study(path: Path) -> Study:
     """Raises InputError where it is missing, no TOML, or holds a key or a value that cannot be."""
-    example = "fixtures/paper-trial/study-paper.toml shows one"
-    return read_settings(Study, path, name="study file", starter=example)
+    starter = "'sealtwin sweep --example study.toml' writes one to start from"
+    return read_settings(Study, path, name="study file", starter=starter)
 
 
 def plan_runs(study: Study, path: Path, base: Trial) -> list[Planned]:

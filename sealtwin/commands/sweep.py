@@ -14,12 +14,12 @@ LAUNCH = 64
 
 def sweep(
     targets: Annotated[
-        list[Path],
+        list[Path] | None,
         typer.Argument(
             metavar="STUDY | status DIR",
             help="A study.toml; or 'status' and the folder of a sweep, also while it runs.",
         ),
-    ],
+    ] = None,
     out: Annotated[
         Path | None, typer.Option("--out", metavar="DIR", help="The sweep's folder; default: reports/<study name>.")
     ] = None,
@@ -42,6 +42,9 @@ def sweep(
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Check all settings, digitise, estimate; inject nothing.")
     ] = False,
+    example: Annotated[
+        Path | None, typer.Option("--example", metavar="FILE", help="Write a commented study file to start from.")
+    ] = None,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -54,6 +57,16 @@ def sweep(
     sealtwin sweep status reports/paper-132
     """
     with answering(device, as_json, quiet) as command:
+        if example is not None:
+            if targets:
+                raise typer.BadParameter("--example beside a study: it only writes a study file to start from")
+            from sealtwin.study_example import write_example_study
+
+            write_example_study(example)
+            command.answer({"version": 1, "file": example.as_posix()}, [str(example)])
+            return
+        if not targets:
+            raise typer.BadParameter("give a study; --example FILE writes one to start from")
         if str(targets[0]) == STATUS:
             if len(targets) != 2:
                 raise typer.BadParameter("status: give the folder of one sweep")

@@ -330,6 +330,10 @@ def test_what_cannot_be_asked_for_is_a_usage_error_and_what_is_not_there_bad_inp
     def code(*arguments):
         return CliRunner().invoke(app, ["sweep", *arguments]).exit_code
 
+    assert code() == 2
+    assert code("--example", str(tmp_path / "mine.toml")) == 0
+    assert code("--example", str(tmp_path / "mine.toml")) == 3
+    assert code(str(lab), "--example", str(tmp_path / "other.toml")) == 2
     assert code("status") == 2
     assert code(str(lab), str(lab)) == 2
     assert code("status", str(tmp_path)) == 3
