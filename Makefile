@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: demo test test-slow test-browser benchmark benchmark-digitise picture lint clean
+.PHONY: demo test test-slow test-browser benchmark benchmark-digitise benchmark-simulate picture lint clean
 
 demo: $(STAMP)
 	$(BIN)/sealtwin run fixtures/paper-trial/trial.toml --device cpu
@@ -27,6 +27,11 @@ benchmark-digitise: $(STAMP)
 	$(BIN)/python benchmarks/tracing.py
 	$(BIN)/python benchmarks/solids.py
 	$(BIN)/python benchmarks/digitise_speed.py
+
+benchmark-simulate: $(STAMP)
+	$(BIN)/python benchmarks/pbf_step.py
+	$(BIN)/python benchmarks/paper_run.py
+	$(BIN)/python benchmarks/physics.py
 
 picture: demo
 	$(BIN)/python reports/images/draw.py reports/paper-trial

@@ -23,7 +23,7 @@ FramesEveryS = Annotated[
         "--frames-every-s",
         metavar="S",
         help="Write the fluid to RUN/frames every S simulated seconds, for ParaView (fill.pvd) and 'sealtwin film'; "
-        "in place of frames_every_s of the trial's [output].",
+        "in place of frames_every_s in the trial's table output.",
     ),
 ]
 
@@ -50,7 +50,7 @@ def run(
     """Bring a whole trial up to date: digitise, simulate, validate, report.
 
     While the fluid runs, RUN/progress.json says how far it is and health.csv how well it does; a checkpoint every ten
-    seconds lets the same command go on after a kill. [output] of the trial asks for snapshots and frames.
+    seconds lets the same command go on after a kill. The trial's table output asks for snapshots and frames.
     """
     with answering(device, as_json, quiet) as command:
         command.run(trial, out, ALL_STAGES, frames_every_s=frames_every_s)
