@@ -19,6 +19,10 @@ PARTICLE_S = 2e-6
 """A moving particle's part of a substep."""
 PROCESS_BYTES = 300e6
 """Python and its libraries, in a process that has done some runs."""
+WALLS_BYTES = 18e3
+"""Of the grid of distances and the wall particles, for each particle: both get finer with it. At their peak, seen at
+radii of 0.4 and 0.6 mm: 270 and 115 MB.
+"""
 PARTICLE_BYTES = 2e3
 """Lists of 224 neighbours of 4 bytes, and as much again for the weights of its pairs."""
 RUN_BYTES = 25e3
@@ -86,7 +90,7 @@ def estimate(runs: Sequence[StudyRun], particles: int, jobs: int, batch: int, *,
         runs=len(left),
         time_s=(pace or 1.0) * sum(run.work_s for run in left) / jobs,
         measured=pace is not None,
-        memory_bytes=jobs * (PROCESS_BYTES + batch * particles * PARTICLE_BYTES),
+        memory_bytes=jobs * (PROCESS_BYTES + particles * (WALLS_BYTES + batch * PARTICLE_BYTES)),
         disk_bytes=len(left) * (RUN_BYTES + keep_runs * particles * PARTICLE_ROW_BYTES),
     )
 

@@ -17,7 +17,7 @@ trial = "trial.toml"              # beside this file; 'sealtwin init DIR' writes
 
 # Settings by dotted name: "seed", and all of [fluid], [solver], [nozzle], [path] and [crack] of the trial.
 [fixed]                           # in all runs, in place of the trial's own
-"solver.radius_mm" = 0.6          # half as coarse again as 0.4 mm, and four times as quick
+"solver.radius_mm" = 0.6          # half as coarse again as 0.4 mm, and three times as quick
 
 # One of three: [grid], [list] or [latin].
 [grid]                            # each value with each: 4 x 2 = 8 runs
