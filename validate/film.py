@@ -51,8 +51,9 @@ class Painter:
             self._plan.set_facecolor(GROUND)
             self._plan.fill(*np.vstack([left, right[::-1]]).T, color="white", linewidth=0, zorder=0.5)
             for wall, edge_mm in ((left, reach_mm), (right, -reach_mm)):
-                # What flows under the face is not seen from above.
-                self._plan.fill_between(*wall.T, edge_mm, color=GROUND, linewidth=0, zorder=UNDER + 0.1)
+                # What flows under the face is not seen from above, past the wall's ends neither.
+                shore = np.vstack([[low_mm, wall[0, 1]], wall, [high_mm, wall[-1, 1]]])
+                self._plan.fill_between(*shore.T, edge_mm, color=GROUND, linewidth=0, zorder=UNDER + 0.1)
                 self._plan.plot(*wall.T, color=INK, linewidth=0.8, zorder=OVER - 0.1)
             self._plan.set_ylim(-reach_mm, reach_mm)
             self._plan.set_aspect("equal")

@@ -95,11 +95,14 @@ def test_health_has_a_row_for_every_tenth_frame_and_a_resumed_run_goes_on_with_i
     assert 0 <= float(last["density_error_mean"]) <= float(last["density_error_p95"]) < 0.2
     assert float(last["ms_a_frame"]) > 0
     assert float(last["viscosity_iterations"]) == pytest.approx(np.mean(at_end.seen.solves[-40:]), abs=0.01)
-    resumed, kept = injection(), injection()
-    followed(kept, HealthLog(file), frames=33)
+    resumed, killed, log = injection(), injection(), HealthLog(file)
+    followed(killed, log, frames=25)
+    resumed.restore(killed.snapshot())
+    for _ in range(10):  # until the kill: the row of frame 30 is written, and will be again
+        killed.advance()
+        log.after_frame(killed)
     with file.open("a") as opened:
-        opened.write("40,0.1,lost")  # a line that a power cut tore
-    resumed.restore(kept.snapshot())
+        opened.write("20,0.1,lost")  # a line that a power cut tore
     followed(resumed, HealthLog(file))
     again = rows(file)
     assert [row[:-1] for row in again] == [row[:-1] for row in [header, *values]]

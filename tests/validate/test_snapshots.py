@@ -173,14 +173,19 @@ def test_a_gif_shows_each_frame_for_as_long_as_it_lasts(scene, frames, tmp_path)
 
 
 def test_an_mp4_can_be_read_back(scene, frames, tmp_path):
-    film(tmp_path / "fill.mp4", scene, [replace(frames[k % 3], t_s=k / 10) for k in range(6)])
+    timed = [replace(frames[k // 2], t_s=k / 10) for k in range(6)]
+    film(tmp_path / "fill.mp4", scene, timed)
     read = cv2.VideoCapture(str(tmp_path / "fill.mp4"))
     assert read.get(cv2.CAP_PROP_FRAME_COUNT) == 6
     assert read.get(cv2.CAP_PROP_FPS) == pytest.approx(10, rel=1e-3)
-    found, picture = read.read()
-    assert found
-    painted = Painter(scene).paint(replace(frames[0], t_s=0.0)).astype(int)
-    assert np.abs(picture[:, :, ::-1].astype(int) - painted).mean() < 6.0
+    painter = Painter(scene)
+    for frame in timed:
+        found, picture = read.read()
+        assert found
+        painted = painter.paint(frame).astype(int)
+        coloured = np.ptp(painted, axis=2) > 60
+        # Of 255, where something is coloured: red for blue would be 80 off.
+        assert np.abs(picture[:, :, ::-1].astype(int) - painted)[coloured].mean() < 30.0
 
 
 def test_a_film_that_cannot_be_made_is_one_sentence_and_no_file(scene, frames, tmp_path, monkeypatch):
