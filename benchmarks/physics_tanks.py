@@ -99,13 +99,13 @@ def settled_mm(pit: Pit, radius_mm: float, step_s: float, height_mm: float | Non
     return tank.place_mm
 
 
-CUBE_MM, CUBE_RADIUS_MM = 12.0, 0.4
+CUBE_RADIUS_MM = 0.4
 
 
 @cache
-def cube_mm() -> Floats:
+def cube_mm(side_mm: float) -> Floats:
     """A cube as packed as a liquid, (n, 3): lattices have a viscosity of their own, 24 % off along some axes."""
-    return settled_mm(Pit(CUBE_MM, CUBE_MM, CUBE_MM + 8), CUBE_RADIUS_MM, 0.5e-3, CUBE_MM)
+    return settled_mm(Pit(side_mm, side_mm, side_mm + 8), CUBE_RADIUS_MM, 0.5e-3, side_mm)
 
 
 @dataclass

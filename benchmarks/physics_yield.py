@@ -7,12 +7,14 @@ import numpy as np
 
 from benchmarks import stiffening
 from benchmarks.physics_findings import Finding, within
-from benchmarks.physics_tanks import CUBE_MM, CUBE_RADIUS_MM, GRAVITY_MM_S2, Pit, Tank, block_mm, cube_mm, raised
+from benchmarks.physics_tanks import CUBE_RADIUS_MM, GRAVITY_MM_S2, Pit, Tank, block_mm, cube_mm, raised
 from simulate.solver import FluidSolver
 
 DENSITY_KG_M3 = 1690.0
 VISCOSITY_MM2_S, DRAG_MM_S = 32.2, 3.0 / 7.23e-3
 """U = 30 and D = 0.3 cm of the paper's frame."""
+CUBE_MM = 9.0
+"""More than two supports from its middle to its sides."""
 WIDTH_MM, HEAP_MM = 3.1, (12.0, 24.0)
 SUBSTEP_S = {0.5: 14.1e-3 / 6, 0.4: 7.23e-3 / 4}
 """The prototype's, by radius in mm."""
@@ -58,7 +60,11 @@ def stability_number(stress_pa: float, depth_mm: float) -> float:
 
 
 def banks() -> list[Finding]:
-    """Tan of the slope over S: in proportion to the stress, and at any radius."""
+    """Tan of the slope over S: in proportion to the stress, and at any radius.
+
+    A heap of finite depth holds about 1 / (1 - 2 tau / (rho g d)) more, from 1.09 at 5 Pa to 1.15 at 15 Pa; and at
+    15 Pa its front keeps a kink where the block stood.
+    """
     found, ratios = [], []
     for stress_pa, radius_mm, low, high in (
         (5.0, 0.5, 1.14, 1.44),
@@ -134,7 +140,7 @@ def energy() -> list[Finding]:
 def _still_block(step_s: float, stress_pa: float) -> Tank:
     tank = Tank.of(
         Pit(CUBE_MM, CUBE_MM, 4.0),
-        raised(cube_mm(), 30.0),
+        raised(cube_mm(CUBE_MM), 30.0),
         radius_mm=CUBE_RADIUS_MM,
         step_s=step_s,
         viscosity_mm2_s=VISCOSITY_MM2_S,
