@@ -139,7 +139,10 @@ def answering(device: str, as_json: bool, quiet: bool) -> Iterator[Command]:
             raise
         command.fail(f"{fault.filename}: {fault.strerror}. Give a place that can be read and written.", BAD_INPUT)
     except KeyboardInterrupt:
-        command.fail("interrupted; the same command goes on from the last finished stage.", INTERRUPTED)
+        command.fail(
+            "interrupted; the same command goes on from the last finished stage, or a fluid run's checkpoint.",
+            INTERRUPTED,
+        )
 
 
 def _as_error(message: str, exit_code: int) -> str:

@@ -38,7 +38,7 @@ class FrameFiles:
         for stale in self._folder.glob(".*"):
             stale.unlink()  # What a kill left of a file that was being written.
         found = sorted(self._folder.glob("*s.vtp"))
-        times = {path.name: _time_or_none(path) for path in found} if injection.done else {}
+        times = {path.name: _time_or_none(path) for path in found}
         self._frames = {name: t_s for name, t_s in times.items() if t_s is not None and t_s <= injection.t_s}
         for path in found:
             if path.name not in self._frames:
@@ -89,7 +89,9 @@ class ProgressFile:
 
     def __exit__(self, kind: type[BaseException] | None, fault: BaseException | None, _: TracebackType | None) -> None:
         if self._injection is not None:
-            self._write("finished" if kind is None else "failed", None if fault is None else str(fault))
+            stopped = kind is not None and issubclass(kind, KeyboardInterrupt)
+            state = "finished" if kind is None else "interrupted" if stopped else "failed"
+            self._write(state, str(fault) if state == "failed" else None)
 
     def _write(self, state: str, fault: str | None = None) -> None:
         run = self._injection
