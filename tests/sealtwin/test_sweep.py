@@ -3,6 +3,7 @@
 import json
 import os
 import random
+import re
 import shutil
 import signal
 import subprocess
@@ -14,14 +15,18 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from sealtwin import bench, workers
+from sealtwin import bench, files, workers
 from sealtwin.cli import app
 from sealtwin.errors import BusyError, InputError, NumericalError
 from sealtwin.folder import holding
 from sealtwin.ledger import Ledger, profile_path, read_study
 from sealtwin.progress import Progress
+from sealtwin.study import load_study, plan_runs
 from sealtwin.sweep import Wish, sweep
+from sealtwin.trial import load_trial
 from sealtwin.workers import Task, compute_all
+from simulate.profile import measure_profile
+from simulate.run import inject
 from tests.studies import tiny_lab
 
 HERE = Wish(device="cpu", jobs=1, batch=1)
@@ -83,13 +88,21 @@ def _finished(out):
 
 def _start(lab, out):
     command = [sys.executable, "-m", "sealtwin", "sweep", str(lab), "--out", str(out), "--device", "cpu", "--jobs", "2"]
-    return subprocess.Popen([*command, "--quiet"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    # A group of its own, as a terminal makes it.
+    return subprocess.Popen(
+        [*command, "--quiet"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
 
 
 def _children(pid):
     """Processes of a sweep."""
     found = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
     return [int(child) for child in found if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes()]
+
+
+def _ignores(pid, number):
+    (mask,) = re.findall(r"SigIgn:\s*(\w+)", Path(f"/proc/{pid}/status").read_text())
+    return int(mask, 16) >> (number - 1) & 1
 
 
 def _kill_until_done(lab, out, kills, seed):
@@ -185,6 +198,32 @@ def test_a_study_that_grows_keeps_what_is_done(unbroken, tmp_path, lab):
     assert [run.state for run in read_study(out)] == ["waiting", "done", "done"]
     sweep(lab, out, replace(HERE, dry_run=True), Progress())
     assert [run.state for run in read_study(out)] == ["done"] * 4
+
+
+def test_each_run_of_a_study_is_the_run_that_its_settings_make_alone(tmp_path):
+    """Of two radii, so that no run may stand in the walls of another one's particles."""
+    lab = tiny_lab(tmp_path, '[grid]\n"solver.radius_mm" = [0.45, 0.5]\n')
+    out = tmp_path / "out"
+    sweep(lab, out, replace(HERE, dry_run=True), Progress())
+    compute_all(Task(out, "cpu", batch=1, keep_runs=False))
+    (sample,) = (out / "samples").iterdir()
+    solid, outline = files.read_solid(sample), files.read_outline(sample)
+    planned = plan_runs(load_study(lab), lab, load_trial(tmp_path / "trial.toml"))
+    for run, (trial, fluid) in zip(read_study(out), [(p.trial, p.trial.fluid) for p in planned], strict=True):
+        assert fluid is not None
+        alone = inject(
+            solid,
+            outline,
+            files.read_trajectory(sample),
+            fluid,
+            trial.solver,
+            trial.nozzle,
+            seed=trial.seed,
+            device="cpu",
+            progress=Progress(),
+        )
+        files.write_profile(tmp_path, measure_profile(alone, outline, solid))
+        assert profile_path(out, run.key).read_bytes() == (tmp_path / "profile.csv").read_bytes()
 
 
 def test_runs_in_one_launch_have_the_bits_that_they_have_alone(fresh, unbroken):
@@ -317,7 +356,10 @@ def test_interrupted_it_leaves_no_process_and_no_run_behind(lab, fresh):
     parent = _start(lab, fresh)
     _wait_for_a_run(parent, fresh)
     children = _children(parent.pid)
-    parent.send_signal(signal.SIGINT)
+    # Deaf from their first moment on: else tracebacks of half loaded libraries hide the sentence.
+    assert all(_ignores(child, signal.SIGINT) for child in children)
+    # Ctrl-C reaches all processes of the group.
+    os.killpg(parent.pid, signal.SIGINT)
     _, errors = parent.communicate(timeout=60)
     assert parent.returncode == 130
     assert "interrupted; the same command goes on" in errors
