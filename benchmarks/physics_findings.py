@@ -30,8 +30,8 @@ class Finding:
         if self.low is None and self.high is None:
             return "reported"
         if self.low is None or self.high is None:
-            return f"<= {self.high:g}" if self.low is None else f">= {self.low:g}"
-        return f"{self.low:g}" if self.low == self.high else f"{self.low:g} to {self.high:g}"
+            return f"<= {self.high:.4g}" if self.low is None else f">= {self.low:.4g}"
+        return f"{self.low:.4g}" if self.low == self.high else f"{self.low:.4g} to {self.high:.4g}"
 
 
 def within(
