@@ -23,7 +23,7 @@ def run_there(task: Task, address: str, look: Callable[[Ledger], None]) -> None:
     worker has another version of sealtwin.
     """
     try:
-        from distributed import Client, wait
+        from distributed import Client, wait  # pyright: ignore[reportMissingImports]
     except ImportError:
         raise InputError("--dask needs Dask: pip install 'sealtwin[cluster]', here and on every worker.") from None
     try:

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -17,7 +18,11 @@ from sealtwin.sweep import Wish, sweep
 from sealtwin.workers import Task, compute_all
 from tests.studies import tiny_lab
 
-pytest.importorskip("distributed", reason="needs the extra 'cluster'")
+pytestmark = [
+    pytest.mark.slow,
+    # Looked for and not imported: whoever runs the plain tests must not wait for it.
+    pytest.mark.skipif(find_spec("distributed") is None, reason="needs the extra 'cluster'"),
+]
 
 HERE = Wish(device="cpu", jobs=1, batch=1)
 ANSWER_S = 120
@@ -82,7 +87,6 @@ def _wait_for_done(out, parent, count):
         time.sleep(0.05)
 
 
-@pytest.mark.slow
 def test_a_cluster_that_loses_a_worker_and_its_parent_gives_what_this_machine_gives(tmp_path, cluster):
     """Two workers; one is killed, later the parent; the same command ends it, with the same bytes."""
     lab = tiny_lab(tmp_path / "lab", '[grid]\nseed = [1, 2, 3, 4]\n"fluid.U" = [1.0, 10.0, 100.0]\n')
@@ -111,7 +115,6 @@ def test_a_cluster_that_loses_a_worker_and_its_parent_gives_what_this_machine_gi
     assert {key: after[key] for key in before} == before
 
 
-@pytest.mark.slow
 def test_a_cluster_that_is_not_there_is_told_in_words(tmp_path, cluster):
     lab = tiny_lab(tmp_path / "lab")
     parent = _start(lab, tmp_path / "out", cluster.address)

@@ -382,6 +382,12 @@ def test_what_cannot_be_asked_for_is_a_usage_error_and_what_is_not_there_bad_inp
     assert code(str(tmp_path / "missing.toml")) == 3
 
 
+def test_a_cluster_without_dask_is_told_what_to_install(lab, fresh, monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(InputError, match=r"pip install 'sealtwin\[cluster\]'"):
+        sweep(lab, fresh, replace(HERE, dask="tcp://127.0.0.1:8786"), Progress())
+
+
 def test_a_second_parent_is_refused(lab, fresh):
     with holding(fresh), pytest.raises(BusyError, match="in use by process"):
         sweep(lab, fresh, HERE, Progress())
