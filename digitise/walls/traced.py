@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from digitise.finding.crack_path import CrackPath
 from digitise.finding.darkness import EDGE_PX
@@ -51,6 +52,10 @@ LEAST_WIDTH_PX = 6.0
 """A width to begin with, however narrow the crack looked on the search map."""
 MOST_UNSEEN = 0.2
 """Share of the path on which a wall may be missing, or lie outside the photo."""
+ONWARD = 6
+"""Stations, 15 px, before the place where the edge of the face hides a wall that tell how it runs on: fewer tell of
+grain, twice as many of bends.
+"""
 BORDER_PX = 1.0
 """From the photo's outermost pixels: smoothing moves a wall by less."""
 
@@ -103,7 +108,8 @@ def trace(photo: Photo, path: CrackPath, edge_fraction: float) -> Traced:
         if number + 1 >= PASSES and np.percentile(aside_mm, 95) < CENTRED * width_mm:
             break
     strip, walls = look(line_mm, rays_across(line_mm, width_mm, _crossings(photo, line_mm, ends)), at_edge=True)
-    left_mm, right_mm = strip.places_mm(walls.left_mm), strip.places_mm(-walls.right_mm)
+    left_mm = _straight_on(strip.places_mm(walls.left_mm), walls.left_seen, ends)
+    right_mm = _straight_on(strip.places_mm(-walls.right_mm), walls.right_seen, ends)
     whole_mm = _span_mm(photo, patch, line_mm, walls, ends)
     span_mm = _shown_span_mm(photo, line_mm, (left_mm, right_mm), whole_mm)
     kinds = (ends[0].kind if span_mm[0] == whole_mm[0] else "cut", ends[1].kind if span_mm[1] == whole_mm[1] else "cut")
@@ -183,6 +189,22 @@ def _span_mm(photo: Photo, patch: Patch, line_mm: Floats, walls: Walls, ends: En
         return find_tip(photo, patch, line_mm, walls, near_mm, outward) if end.kind == "closed" else near_mm
 
     return end_mm(ends[0], crossings[0], -1), end_mm(ends[1], crossings[1], 1)
+
+
+def _straight_on(wall_mm: Floats, seen: NDArray[np.bool_], ends: Ends) -> Floats:
+    """The wall, straight on past the last place where it was seen, at ends that are open.
+
+    Its distance from the line, which may turn along the edge of the face there, would draw it along that edge as well.
+    """
+    wall_mm = wall_mm.copy()
+    if np.count_nonzero(seen) <= ONWARD:
+        return wall_mm
+    for end, onward in zip(ends, (wall_mm[::-1], wall_mm), strict=True):
+        if end.kind == "open":
+            last = int(np.flatnonzero(seen if onward is wall_mm else seen[::-1])[-1])
+            step_mm = (onward[last] - onward[last - ONWARD]) / ONWARD
+            onward[last + 1 :] = onward[last] + np.arange(1, len(onward) - last)[:, None] * step_mm
+    return wall_mm
 
 
 def _shown_span_mm(
