@@ -179,7 +179,7 @@ def draw(beds: list[Bed], sample: Sample, radius_mm: float) -> Figure:
     """One panel each: when the nozzle stops, and 12 s later, beside the readings."""
     with themed():
         figure = Figure(figsize=(9.0, 2.6 * len(beds) + 0.4), layout="constrained")
-        panels = figure.subplots(len(beds), 1, sharex=True, squeeze=False)[:, 0]
+        panels = figure.subplots(len(beds), 1, sharex=True, sharey=True, squeeze=False)[:, 0]
         for axes, bed in zip(panels, beds, strict=True):
             s_mm = bed.levels[0].s_mm
             floor_mm = -sample.solid.depth_at_mm(s_mm)
@@ -188,11 +188,9 @@ def draw(beds: list[Bed], sample: Sample, radius_mm: float) -> Figure:
             axes.plot(sample.readings.s_mm, sample.readings.level_mm, "o", color=MEASURED, ms=4, label="readings")
             axes.plot(s_mm, bed.levels[0].level_mm, color=bed.way.colour, label="when the nozzle stops")
             axes.plot(s_mm, bed.levels[2].level_mm, color=bed.way.colour, ls=(0, (2, 1.5)), lw=1.2, label="12 s later")
-            axes.set_xlim(0, s_mm[-1])
-            title = (
-                f"{bed.way.name}: mean error {bed.errors_mm[0]:.2f} mm, {bed.errors_mm[2]:.2f} mm 12 s later; "
-                f"drift {bed.drift_mm:.2f} mm in the last 10 s"
-            )
+            axes.set_xlim(0, np.ceil(s_mm[-1]))
+            first, _, last = bed.errors_mm
+            title = f"{bed.way.name}: off by {first:.2f} mm, 12 s later {last:.2f}; drift in 10 s {bed.drift_mm:.2f}"
             label_axes(axes, "", "level (mm)", title)
             axes.legend(loc="lower right", ncols=3, fontsize=8)
         panels[-1].set_xlabel(f"s along the crack (mm); particles of {radius_mm:g} mm, readings reconstructed")
