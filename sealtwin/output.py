@@ -7,6 +7,8 @@ from pydantic import Field
 
 from sealtwin.settings import Settings
 
+CHECKPOINT = "checkpoint.npz"
+"""Of a run that is not finished."""
 FRAMES = Path("frames", "fill.pvd")
 SNAPSHOTS = Path("snapshots", "snapshots.pvd")
 """In a run folder, beside the frames that they list."""

@@ -14,7 +14,7 @@ from sealtwin import files
 from sealtwin.errors import InputError, NumericalError
 from sealtwin.folder import MANIFEST, stage_key
 from sealtwin.job import STAGES, Job, StageName, adopt_trial, begin_writing, check_sheet, sample_files, stage_settings
-from sealtwin.output import FRAMES, PAST_THE_END, SNAPSHOTS, Output
+from sealtwin.output import CHECKPOINT, FRAMES, PAST_THE_END, SNAPSHOTS, Output
 from sealtwin.records import Profile, Run, Trajectory
 from sealtwin.result import read_result
 from sealtwin.sample import REFUSED, digitise_sample
@@ -130,6 +130,8 @@ def _simulate(job: Job) -> bool:
     settings = stage_settings(trial, "simulate")
     key = stage_key(inputs, {**settings, "device": device})
     if job.folder.is_current("simulate", key) and _shows(job, trial.output):
+        # Killed just after it was finished, a run leaves its checkpoint.
+        (job.path / CHECKPOINT).unlink(missing_ok=True)
         return False
     began = time.monotonic()
 

@@ -10,7 +10,7 @@ from typing import Self
 
 from sealtwin.errors import InputError
 from sealtwin.files import read_table, write_json
-from sealtwin.output import FRAMES, SNAPSHOTS, Output
+from sealtwin.output import CHECKPOINT, FRAMES, SNAPSHOTS, Output
 from sealtwin.records import Floats, Frame
 from sealtwin.vtk_files import time_of_frame, write_collection, write_frame
 from simulate.checkpoint import Checkpoint
@@ -18,8 +18,6 @@ from simulate.frames import Moments
 from simulate.health import COLUMNS, HealthLog
 from simulate.injection import Injection
 
-CHECKPOINT = "checkpoint.npz"
-"""Of a run that is not finished."""
 HEALTH = "health.csv"
 PROGRESS = "progress.json"
 PROGRESS_EVERY_S = 1.0

@@ -17,7 +17,7 @@ def film(folder: RunFolderPath, out: FilmOut = None, as_json: Json = False, quie
     """Make a film of the fill from RUN/frames, which 'sealtwin run TRIAL --frames-every-s 0.1' writes.
 
     It shows the section along the crack and the crack from above, coloured by speed, in the run's own time. GIF plays
-    anywhere; MP4 (VP9) is smaller, plays in browsers and VLC, and needs an OpenCV that can write it.
+    anywhere; MP4 (VP9) has all colours, plays in browsers and VLC, and needs an OpenCV that can write it.
     """
     with answering("auto", as_json, quiet) as command:
         from sealtwin.film import make_film

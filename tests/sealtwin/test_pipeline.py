@@ -1,6 +1,5 @@
 """A whole run as a process: what it leaves, what it keeps, and what a kill leaves of it."""
 
-import html
 import json
 import random
 import shutil
@@ -192,53 +191,45 @@ def test_without_readings_no_old_comparison_is_left(unbroken, copied):
     assert not (copied / "comparison.json").exists()
 
 
-def test_frames_that_are_asked_for_later_are_made_then_and_the_result_stays_the_same(copied):
-    """Pictures change no physics: to the bit."""
-    simulated = ("particles.csv", "profile.csv")
-    before = [sha256(copied / name) for name in simulated]
-    for again in (False, True):
-        code, _, err = _finish("simulate", copied, "--frames-every-s", "0.5", "--device", "cpu")
-        assert code == 0, err
-        assert ("nothing to redo" in err) is again
-        # At 0, 0.5, ... 2.5 s, and at the end for 3 s.
-        assert len(read_pvd(copied / "frames" / "fill.pvd")) == 7
-    assert [sha256(copied / name) for name in simulated] == before
-    code, _, err = _finish("simulate", copied, "--frames-every-s", "0", "--device", "cpu")
-    assert code == 3
-    assert err.splitlines()[-1].endswith("frames_every_s = 0.0: should be greater than or equal to 0.001.")
-
-
-def test_snapshots_and_a_film_are_made_of_a_run_that_is_asked_for_them(copied):
-    """In the folder and in the report; what lies past the run's end is said."""
+def test_pictures_that_are_asked_for_later_are_made_then_and_the_result_stays_the_same(copied):
+    """Frames, snapshots and a film change no physics, to the bit; what lies past the run's end is said."""
+    before = [sha256(copied / name) for name in ("particles.csv", "profile.csv")]
     held = copied / "trial.toml"
-    asked = held.read_text().replace("snapshots_s = []", "snapshots_s = [2.0, 0.5, 9.0]\nframes_every_s = 1.0")
+    asked = held.read_text().replace("snapshots_s = []", "snapshots_s = [2.0, 0.5, 9.0]")
     held.write_text(asked)
-    code, _, err = _finish("simulate", copied, "--device", "cpu")
+    arguments = ("simulate", copied, "--frames-every-s", "0.5", "--device", "cpu")
+    code, _, err = _finish(*arguments)
     assert code == 0, err
     assert "note: no snapshot at 9 s: the run ended after 2.97 s." in err
-    names = {path.name for path in (copied / "snapshots").iterdir()}
-    stems = ("0000.500s", "0002.000s", "fill")
-    pictures = {f"{stem}.{kind}" for stem in stems for kind in ("png", "svg")}
-    assert names == {*pictures, "0000.500s.vtp", "0002.000s.vtp", "snapshots.pvd"}
+    assert [sha256(copied / name) for name in ("particles.csv", "profile.csv")] == before
+    # At 0, 0.5, ... 2.5 s, and at the end for 3 s.
+    assert len(read_pvd(copied / "frames" / "fill.pvd")) == 7
+    pictures = {f"{stem}.{kind}" for stem in ("0000.500s", "0002.000s", "fill") for kind in ("png", "svg")}
+    left = {path.name for path in (copied / "snapshots").iterdir()}
+    assert left == {*pictures, "0000.500s.vtp", "0002.000s.vtp", "snapshots.pvd"}
     stage = json.loads((copied / "manifest.json").read_text())["stages"]["simulate"]
     assert {f"snapshots/{name}" for name in pictures} <= set(stage["outputs"])
-    assert stage["output"]["snapshots_s"] == [2.0, 0.5, 9.0]
-    assert _finish("validate", copied)[0] == 0
-    assert "as in the paper's Fig. 6" in html.unescape((copied / "report.html").read_text(encoding="utf-8"))
     code, out, err = _finish("film", copied, "--json")
     assert code == 0, err
     answer = json.loads(out)
-    assert (answer["frames"], Path(answer["film"]).name) == (4, "fill.gif")
+    assert (answer["frames"], Path(answer["film"]).name) == (7, "fill.gif")
     assert (copied / "fill.gif").stat().st_size > 10_000
     held.write_text(asked.replace("[2.0, 0.5, 9.0]", "[2.0]"))
-    code, _, err = _finish("simulate", copied, "--device", "cpu")
-    assert "nothing to redo" in err
+    (copied / "checkpoint.npz").write_bytes(b"of a run that was killed just after it was finished")
+    assert "nothing to redo" in _finish(*arguments)[2]
+    assert not (copied / "checkpoint.npz").exists()
+
+
+def test_a_time_between_frames_that_cannot_be_is_one_sentence(unbroken):
+    answer = CliRunner().invoke(app, ["simulate", str(unbroken[1]), "--frames-every-s", "0"])
+    assert answer.exit_code == 3
+    assert answer.stderr.endswith("frames_every_s = 0.0: should be greater than or equal to 0.001.\n")
 
 
 def test_a_film_without_frames_says_how_to_get_them(unbroken):
-    code, _, err = _finish("film", unbroken[1])
-    assert code == 3
-    assert "--frames-every-s 0.1" in err
+    answer = CliRunner().invoke(app, ["film", str(unbroken[1])])
+    assert answer.exit_code == 3
+    assert "--frames-every-s 0.1" in answer.stderr
 
 
 def _kill_until_done(trial: Path, run: Path, delays_s: list[float]) -> int:

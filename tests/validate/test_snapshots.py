@@ -16,6 +16,7 @@ from validate.film import Painter, write_film
 from validate.gallery import write_gallery
 from validate.health_plot import PANELS, draw_health
 from validate.particles import SPEED, Along
+from validate.plates import report_plates
 from validate.snapshots import Scene, draw_fill, draw_snapshot
 
 
@@ -122,6 +123,14 @@ def test_many_moments_are_thinned_to_a_page(scene, frames):
     assert len(axes_of(figure)) == 8 * 2 + 2
 
 
+def test_a_report_shows_the_fill_where_the_run_left_snapshots(evidence, frames):
+    plates = {len(given): report_plates(replace(evidence, frames=given)) for given in ((), tuple(frames))}
+    (extra,) = [plate for plate in plates[3] if plate.caption not in {plate.caption for plate in plates[0]}]
+    assert "as in the paper's Fig. 6" in extra.caption
+    assert extra.section == "Fill"
+    assert len(axes_of(extra.draw(None))) == 3 * 2 + 2
+
+
 @pytest.fixture(scope="module")
 def health():
     """Of a run in which nothing moved at the end."""
@@ -137,7 +146,8 @@ def test_health_shows_per_cent_and_the_zero_of_what_must_stay_zero(health):
     assert lost.get_ylim() == (0.0, 1.0)
 
 
-def test_a_gallery_is_the_same_when_it_is_made_again(scene, frames, health, tmp_path):
+def test_a_gallery_is_the_same_when_it_is_made_again(scene, frames, health, tmp_path, monkeypatch):
+    monkeypatch.setattr("validate.gallery.DPI", 40)
     written = []
     for run in ("a", "b"):
         names = write_gallery(tmp_path / run, {"0007.000s": frames[1]}, scene, health)
