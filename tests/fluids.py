@@ -104,7 +104,7 @@ def engine_with(
         dispensed_mm3=1.0,
     )
     state = State(schedule, "cpu")
-    barrier, walls = _enclosure(*crack, settings.radius_mm)
+    barrier, walls = _enclosure(*crack, settings.size_mm)
     substeps = settings.substeps or 4
     low, high = reach_mm or (position_mm.min(axis=0) - 5, position_mm.max(axis=0) + 5)
     engine = FluidSolver(
