@@ -169,6 +169,7 @@ def _rows(planned: Sequence[Planned], out: Path, jobs: int) -> Iterator[Row]:
                 except BrokenProcessPool:
                     yield _failed(at_work[future], KILLED)
         except BaseException:
+            # Ctrl-C too: photos that wait must not be digitised after it.
             pool.shutdown(cancel_futures=True)
             raise
 

@@ -89,6 +89,7 @@ def seal(
     try:
         return [*_seal(bench, trials, device, keep_runs, progress)]
     except Exception as fault:
+        # A bug that one run's settings wake must not cost the others theirs; its trace is kept.
         if len(trials) == 1:
             return [_failure(fault, time.monotonic() - began)]
     return [
@@ -110,6 +111,7 @@ def write_sealing(folder: Path, sealing: Sealing, settings: Mapping[str, Any]) -
 def _seal(bench: Bench, trials: Sequence[Trial], device: str, keep_runs: bool, progress: Progress) -> list[Sealing]:
     """Raises InputError and NumericalError from one of them."""
     from simulate.injection import prepare
+    from simulate.run import follow
 
     began = time.monotonic()
     first = trials[0]
@@ -124,11 +126,8 @@ def _seal(bench: Bench, trials: Sequence[Trial], device: str, keep_runs: bool, p
         device=device,
         enclosure=bench.enclosure(first.solver.for_crack(bench.outline.mean_width_mm).size_mm, device),
     )
-    progress.start("Simulating", injection.frames)
-    while injection.done < injection.frames and not injection.at_rest:
-        injection.advance()
-        progress.advance(injection.done)
-    measured = [(run, *_measure(bench, trial, run)) for trial, run in zip(trials, injection.results(), strict=True)]
+    runs = follow(injection, progress)
+    measured = [(run, *_measure(bench, trial, run)) for trial, run in zip(trials, runs, strict=True)]
     wall_s = (time.monotonic() - began) / len(measured)
     return [Sealing(profile, figures, wall_s, run if keep_runs else None) for run, profile, figures in measured]
 

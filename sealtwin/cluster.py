@@ -84,6 +84,7 @@ def _require_workers(client: Any, address: str) -> None:
     try:
         found = client.run(version, "sealtwin")
     except Exception as fault:
+        # What a worker raised comes over the wire as whatever it was there.
         raise InputError(f"--dask {address}: a worker has no sealtwin ({fault}). Install it on each.") from None
     own = version("sealtwin")
     if other := {worker: theirs for worker, theirs in found.items() if theirs != own}:

@@ -131,6 +131,7 @@ class Ledger:
         try:
             self._open(create)
         except BaseException:
+            # Whatever it was, Ctrl-C too, nobody else holds this connection.
             self._base.close()
             raise
 
@@ -306,6 +307,7 @@ class Ledger:
         try:
             yield
         except BaseException:
+            # Ctrl-C too: half of a transaction must not be kept.
             self._base.execute("ROLLBACK")
             raise
         self._base.execute("COMMIT")

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from sealtwin.errors import NumericalError
 from sealtwin.records import Outline, Run, Solid, Trajectory
+from sealtwin.regime import regime_of
 from simulate import kernels, kernels_rest
 from simulate.device import describe_device
 from simulate.distance import CM
@@ -20,7 +21,6 @@ from simulate.neighbours import NEIGHBOURS, WALL_NEIGHBOURS
 from simulate.nozzle import Schedule, plan_releases
 from simulate.outlet import check_outlet
 from simulate.paste import Rheology, kinematic_viscosity
-from simulate.regime import regime_of
 from simulate.settings import Fluid, Nozzle, Solver
 from simulate.solver import DENSEST, FASTEST_CM_S, FluidSolver, substeps_for
 from simulate.state import State
@@ -207,9 +207,13 @@ class Seen:
 
     def add(self, engine: FluidSolver, solves: Sequence[int], sampled: bool) -> None:
         self.solves += solves
-        self.moving.append(engine.rows)
+        if not engine.replays:
+            self.moving.append(engine.rows)
         if sampled and engine.rows:
             rows = engine.movers.number()
+            # A replayed frame tells nobody how many move; its rows are room for the most.
+            if engine.replays:
+                self.moving.append(rows)
             who = engine.movers.movers.who.numpy()[:rows]
             self.density.append(np.maximum(engine.state.density.numpy()[who] - 1.0, 0.0))
             listed = engine.lists.fluid_count.numpy()[:rows]

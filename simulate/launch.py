@@ -34,6 +34,7 @@ class _Helper:
             try:
                 command.launch()
             except BaseException as fault:
+                # It belongs to the thread that waits, which would else wait for ever.
                 self._done.put(fault)
             else:
                 self._done.put(None)

@@ -39,6 +39,19 @@ def inject(
     settings do not fit the crack, NumericalError where the numbers stop meaning anything.
     """
     injection = prepare(solid, outline, trajectory, [fluid], solver, nozzle, seed=seed, device=device, threads=threads)
+    (run,) = follow(injection, progress, watchers)
+    if run.escaped_particles:
+        progress.note(
+            f"FAULT: {run.escaped_particles} particles went through a wall. Do not use this run; please report it."
+        )
+    return run
+
+
+def follow(injection: Injection, progress: Progress, watchers: Sequence[Watcher] = ()) -> list[Run]:
+    """Every frame that is left, until the last or until nothing moves; a Run for each fluid.
+
+    Raises NumericalError where the numbers stop meaning anything.
+    """
     for watcher in watchers:
         watcher.begin(injection)
     progress.start("Simulating", injection.frames, injection.done)
@@ -47,9 +60,4 @@ def inject(
         for watcher in watchers:
             watcher.after_frame(injection)
         progress.advance(injection.done, f"{injection.out} particles, {injection.engine.rows} moving")
-    (run,) = injection.results()
-    if run.escaped_particles:
-        progress.note(
-            f"FAULT: {run.escaped_particles} particles went through a wall. Do not use this run; please report it."
-        )
-    return run
+    return injection.results()

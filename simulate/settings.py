@@ -27,7 +27,7 @@ class Fluid(Settings):
     """Dynamic viscosity in place of U, which follows from the radius and the frame."""
     density_kg_m3: float = Field(default=1690.0, gt=0, le=2e4)
     """Cement paste of water-cement ratio 0.67, from 3150 and 1000 kg/m3 of its parts. It turns viscosity_pa_s into
-    U and changes nothing else.
+    U, and stresses into what they can hold against gravity; the fluid falls alike at any density.
     """
     yield_stress_pa: float = Field(default=0.0, ge=0, le=1e4)
     """Of fresh paste: below it, it stands like a solid (Bingham). Cement grouts have 5 to 37 Pa."""
@@ -52,6 +52,11 @@ class Fluid(Settings):
             raise ValueError("give either U (with D_cm) or viscosity_pa_s, one of the two and not both")
         if self.freeze_after_s != "never" and self.freeze_after_s <= 0:
             raise ValueError(f'freeze_after_s is {self.freeze_after_s}: above 0, or "never"')
+        if self.most_yield_stress_pa < self.yield_stress_pa:
+            raise ValueError(
+                f"yield_stress_most_pa is {self.yield_stress_most_pa:g}, below yield_stress_pa, which is "
+                f"{self.yield_stress_pa:g}: curing only adds to it"
+            )
         return self
 
 

@@ -86,7 +86,6 @@ class FluidSolver:
         self._launch = Launcher(device, threads)
         self.movers, self.lists = MoversList(state, self._launch), NeighbourLists(rows, device)
         self._kernels = pair_kernels(device == "cpu" if native is None else native)
-        self._fluids = tuple(fluids)
         self._yields = any(fluid.yields for fluid in fluids)
         self._sleeps = self._yields and settings.sleep
         slowest = settings.slowest_shear_per_s

@@ -6,14 +6,12 @@ from typing import Any
 import numpy as np
 
 from sealtwin.records import Floats, Sections, Solid, Trajectory, arc_length
+from sealtwin.regime import SURFACE_TENSION_N_M, regime_of
 from validate.evidence import Evidence
 from validate.health import health_rows
 from validate.verdict import leak
 from validate.wording import counted, plain, words
 
-GRAVITY_M_S2 = 9.81
-SURFACE_TENSION_N_M = 0.072
-"""Of water at room temperature; an assumption for any paste."""
 NOT_RECORDED = "not recorded"
 WITHOUT_ANGLE = {"vertical": "vertical walls", "modelled": "as in the mesh"}
 
@@ -83,9 +81,18 @@ def assumptions(evidence: Evidence) -> list[str]:
             f"A particle is fixed where it lies {freeze:g} s after its release. This stands for the paste's stiffening "
             "and holds the slope of the bed; the paper has the same as a limit of moving particles."
         )
+    curing_pa_s = fluid.get("structuration_pa_per_s", 0.0)
+    yield_stress_pa = fluid.get("yield_stress_pa", 0.0)
+    if yield_stress_pa or curing_pa_s:
+        grows = f", and {curing_pa_s:g} Pa more each second" if curing_pa_s else ""
+        sentences.append(
+            f"The paste is a Bingham fluid: it stands below a yield stress of {yield_stress_pa:g} Pa{grows}, in the "
+            "fluid and along the walls, which are taken for rough. This holds the slope of the bed."
+        )
+    left_out = "Shrinkage is" if curing_pa_s else "Curing and shrinkage are"
     sentences += [
-        f"The profile is taken {solver.get('settle_s', 0.0):g} s after the last release. Curing and shrinkage are not "
-        "modelled, while a caliper reads the cured sealant.",
+        f"The profile is taken {solver.get('settle_s', 0.0):g} s after the last release. {left_out} not modelled, "
+        "while a caliper reads the cured sealant.",
         "Simulated and measured s both count from the first end given; neither curve is shifted to fit the other.",
         "The profile counts sealant in the crack and above its mouth. Sealant on the face beside the mouth is in the "
         "mass balance, not in the profile.",
@@ -327,19 +334,24 @@ def _surface_tension(evidence: Evidence) -> str:
     if density_kg_m3 is None or nozzle_mm is None or not viscosity_m2_s:
         return "Surface tension is not modelled. The run records no viscosity, so no Reynolds or Bond number is given."
     speed_mm_s = _mean_flow_mm3_s(evidence) / (np.pi / 4 * nozzle_mm**2)
-    reynolds = speed_mm_s * nozzle_mm * 1e-6 / viscosity_m2_s
     width_mm = evidence.outline.mean_width_mm
-    bond = density_kg_m3 * GRAVITY_M_S2 * (width_mm * 1e-3) ** 2 / SURFACE_TENSION_N_M
-    capillary_mm = 1e3 * np.sqrt(SURFACE_TENSION_N_M / (density_kg_m3 * GRAVITY_M_S2))
-    yields = ""
-    if yield_stress_pa := evidence.run.settings.get("fluid", {}).get("yield_stress_pa"):
-        bingham = yield_stress_pa / (density_kg_m3 * viscosity_m2_s * speed_mm_s / nozzle_mm)
-        yields = f" Bingham number {bingham:.2g} there: yield stress over viscous stress."
+    regime = regime_of(
+        viscosity_m2_s=viscosity_m2_s,
+        density_kg_m3=density_kg_m3,
+        yield_stress_pa=evidence.run.settings["fluid"].get("yield_stress_pa", 0.0),
+        speed_mm_s=speed_mm_s,
+        nozzle_mm=nozzle_mm,
+        width_mm=width_mm,
+    )
+    # Capillarity is as strong as gravity over the width at which the Bond number is 1.
+    capillary_mm = width_mm / np.sqrt(regime.bond)
+    yields = f" Bingham number {regime.bingham:.2g} there: yield stress over viscous stress." if regime.bingham else ""
     return (
-        f"Surface tension is not modelled. Bond number {bond:.2g} over the crack's {width_mm:.2f} mm "
+        f"Surface tension is not modelled. Bond number {regime.bond:.2g} over the crack's {width_mm:.2f} mm "
         f"({density_kg_m3:g} kg/m³; {SURFACE_TENSION_N_M:g} N/m, water's, assumed): gravity over capillarity, so "
-        f"menisci of up to about {capillary_mm:.1f} mm at the walls are missing. Reynolds number {reynolds:.2g} in the "
-        f"nozzle ({speed_mm_s:.0f} mm/s, {nozzle_mm:g} mm, {viscosity_m2_s * 1e6:.3g} mm²/s)." + yields
+        f"menisci of up to about {capillary_mm:.1f} mm at the walls are missing. "
+        f"Reynolds number {regime.reynolds:.2g} in the nozzle ({speed_mm_s:.0f} mm/s, {nozzle_mm:g} mm, "
+        f"{viscosity_m2_s * 1e6:.3g} mm²/s).{yields}"
     )
 
 

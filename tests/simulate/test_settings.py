@@ -14,6 +14,10 @@ from simulate.settings import Fluid, Solver
         ({"U": 1.0, "freeze_after_s": float("nan")}, "finite"),
         ({"U": -1.0, "freeze_after_s": "never"}, "U"),
         ({"U": "30", "freeze_after_s": "never"}, "U"),
+        (
+            {"U": 1.0, "freeze_after_s": "never", "yield_stress_pa": 12.0, "yield_stress_most_pa": 5.0},
+            "yield_stress_most_pa is 5, below yield_stress_pa, which is 12",
+        ),
     ],
 )
 def test_an_impossible_fluid_is_refused_with_its_reason(table, fault):

@@ -75,6 +75,20 @@ def test_reynolds_and_bond_numbers_are_those_of_the_trial(tmp_path):
     assert f"{speed_mm_s:.0f} mm/s" in sentence
 
 
+def test_paste_that_yields_is_told_with_its_stress_and_its_number(tmp_path):
+    """By hand: 12 Pa over rho nu v / d; curing is then modelled, and only shrinkage is not."""
+    evidence = make_evidence(tmp_path)
+    assert not any("Bingham" in text for text in assumptions(evidence))
+    evidence.run.settings["fluid"] |= {"yield_stress_pa": 12.0, "structuration_pa_per_s": 0.5}
+    told = " ".join(assumptions(evidence))
+    speed_mm_s = 40 * 3.1 * 10 / evidence.trajectory.duration_s / (np.pi * 1.2**2)
+    density_kg_m3 = evidence.run.settings["fluid"]["density_kg_m3"]
+    assert f"Bingham number {12.0 / (density_kg_m3 * 32.6e-6 * speed_mm_s / 2.4):.2g} there" in told
+    assert "yield stress of 12 Pa, and 0.5 Pa more each second" in told
+    assert "Shrinkage is not modelled" in told
+    assert "Curing" not in told
+
+
 def test_a_path_with_leads_and_ramps_is_told_with_what_varies(tmp_path):
     """Its flow is that of the time in which sealant flows: a lead of any length must not dilute it."""
     evidence = make_evidence(tmp_path)
