@@ -33,6 +33,8 @@ SIDE_MM = 26.0
 PARTICLES = 15_000
 SETTLE_STEPS = 200
 TURNS, STEPS_A_TURN = 12, 4
+PAUSE_S = 0.3
+"""Between two turns on several threads: those of numba look for more work for 0.2 s before they leave their core."""
 TOGETHER_MM = 1e-4
 """Between both after one step: 1/4000 of a radius, and ten times what float32 rounds at a centimetre from the origin.
 """
@@ -62,7 +64,7 @@ def time_both(particles: int, threads: int) -> Times:
     baseline = NumbaStep.copy_of(engine)
     apart_mm = _apart_mm(engine, baseline)
     clock = time.process_time if threads == 1 else time.perf_counter
-    return Times(engine, apart_mm, *_take_turns(engine.step, baseline.step, clock))
+    return Times(engine, apart_mm, *_take_turns(engine.step, baseline.step, clock, PAUSE_S if threads > 1 else 0.0))
 
 
 def settled_block(particles: int, threads: int, steps: int = SETTLE_STEPS) -> FluidSolver:
@@ -123,11 +125,14 @@ def _apart_mm(engine: FluidSolver, baseline: NumbaStep) -> float:
     return float(np.abs(engine.state.position_mm() - theirs).max())
 
 
-def _take_turns(ours: Callable[[], object], theirs: Callable[[], object], clock: Callable[[], float]) -> list[float]:
+def _take_turns(
+    ours: Callable[[], object], theirs: Callable[[], object], clock: Callable[[], float], pause_s: float
+) -> list[float]:
     """Milliseconds a step, of each, in its quietest turn."""
     least = [np.inf, np.inf]
     for _ in range(TURNS):
         for which, step in enumerate((ours, theirs)):
+            time.sleep(pause_s)
             began = clock()
             for _ in range(STEPS_A_TURN):
                 step()

@@ -229,8 +229,9 @@ class FluidSolver:
         """Among all that are out, resting ones included, and among the walls."""
         state, lists = self.state, self.lists
         self.fluid_cells.fill(state.place, state.fate, self._out)
-        self._list("fluid", self.fluid_cells, kernels.NEIGHBOURS_FULL, state.nobody, lists.fluid, lists.fluid_count)
-        self._list("wall", self.wall_cells, kernels.WALLS_FULL, len(self.walls.place), lists.wall, lists.wall_count)
+        with self._launch.slice_by_slice():
+            self._list("fluid", self.fluid_cells, kernels.NEIGHBOURS_FULL, state.nobody, lists.fluid, lists.fluid_count)
+            self._list("wall", self.wall_cells, kernels.WALLS_FULL, len(self.walls.place), lists.wall, lists.wall_count)
 
     def measure_density(self) -> None:
         state, lists = self.state, self.lists

@@ -202,22 +202,18 @@ class Viscosity:
     def pass_once(self, before: Any, after: Any, passes: float, rows: int) -> None:
         """One of q passes; stable up to a largest diagonal of A of about 1.95 q."""
         state, lists = self._state, self._lists
-        wp.launch(
+        self._launch.rows_once(
             self._pairs.pass_velocity,
             rows,
-            inputs=[
-                0,
-                self._movers.movers,
-                passes,
-                lists.fluid,
-                lists.fluid_count,
-                self._coupling,
-                self.resistance,
-                state.bulk,
-                before,
-                after,
-            ],
-            device=state.device,
+            self._movers.movers,
+            passes,
+            lists.fluid,
+            lists.fluid_count,
+            self._coupling,
+            self.resistance,
+            state.bulk,
+            before,
+            after,
         )
 
     def _weigh(self, rows: int) -> None:
