@@ -83,13 +83,13 @@ def seal(
 ) -> list[Sealing | Failure]:
     """Runs that differ in their fluids alone, in one launch; each as if it were alone.
 
-    Raises nothing of theirs: a run that fails costs no other one its result.
+    Raises nothing of theirs: a run that fails costs no other one its result, and a bug no more than a second try.
     """
     began = time.monotonic()
     try:
         return [*_seal(bench, trials, device, keep_runs, progress)]
     except Exception as fault:
-        # A bug that one run's settings wake must not cost the others theirs; its trace is kept.
+        # What one run's settings wake before or beside its numbers must not cost the others theirs.
         if len(trials) == 1:
             return [_failure(fault, time.monotonic() - began)]
     return [
@@ -108,8 +108,10 @@ def write_sealing(folder: Path, sealing: Sealing, settings: Mapping[str, Any]) -
     return files.sha256(folder / PROFILE)
 
 
-def _seal(bench: Bench, trials: Sequence[Trial], device: str, keep_runs: bool, progress: Progress) -> list[Sealing]:
-    """Raises InputError and NumericalError from one of them."""
+def _seal(
+    bench: Bench, trials: Sequence[Trial], device: str, keep_runs: bool, progress: Progress
+) -> list[Sealing | Failure]:
+    """Raises InputError from one of them, and NumericalError where all diverge."""
     from simulate.injection import prepare
     from simulate.run import follow
 
@@ -126,10 +128,24 @@ def _seal(bench: Bench, trials: Sequence[Trial], device: str, keep_runs: bool, p
         device=device,
         enclosure=bench.enclosure(first.solver.for_crack(bench.outline.mean_width_mm).size_mm, device),
     )
-    runs = follow(injection, progress)
-    measured = [(run, *_measure(bench, trial, run)) for trial, run in zip(trials, runs, strict=True)]
-    wall_s = (time.monotonic() - began) / len(measured)
-    return [Sealing(profile, figures, wall_s, run if keep_runs else None) for run, profile, figures in measured]
+    follow(injection, progress)
+    outcomes = injection.outcomes()
+    launch_s = (time.monotonic() - began) / len(trials)
+    return [_judge(bench, trial, outcome, launch_s, keep_runs) for trial, outcome in zip(trials, outcomes, strict=True)]
+
+
+def _judge(
+    bench: Bench, trial: Trial, outcome: Run | NumericalError, launch_s: float, keep_runs: bool
+) -> Sealing | Failure:
+    """``launch_s`` is the run's part of the launch."""
+    began = time.monotonic()
+    try:
+        if isinstance(outcome, NumericalError):
+            raise outcome
+        profile, figures = _measure(bench, trial, outcome)
+    except SealtwinError as fault:
+        return _failure(fault, launch_s + time.monotonic() - began)
+    return Sealing(profile, figures, launch_s + time.monotonic() - began, outcome if keep_runs else None)
 
 
 def _measure(bench: Bench, trial: Trial, run: Run) -> tuple[Profile, dict[str, Any]]:

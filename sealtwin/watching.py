@@ -112,7 +112,7 @@ class ProgressFile:
                 "percent": round(100 * run.done / frames, 1),
                 "eta_s": eta_s if state == "running" else None,
                 "particles": run.out,
-                "moving": run.engine.rows,
+                "moving": run.moving,
                 "updated_utc": datetime.now(UTC).isoformat(timespec="seconds"),
             },
         )

@@ -3,10 +3,11 @@
 import math
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+import warp as wp
 from numpy.typing import NDArray
 
 from sealtwin.errors import NumericalError
@@ -22,12 +23,14 @@ from simulate.nozzle import Schedule, plan_releases
 from simulate.outlet import check_outlet
 from simulate.paste import Rheology, kinematic_viscosity
 from simulate.settings import Fluid, Nozzle, Solver
-from simulate.solver import DENSEST, FASTEST_CM_S, FluidSolver, substeps_for
+from simulate.solver import DENSEST, FASTEST_CM_S, UNSOLVED, Fault, FluidSolver, substeps_for
 from simulate.state import State
+from simulate.viscosity import SEARCHES_AT_MOST
 
 SAMPLE_EVERY = 50
 """Frames between two samples of the density error."""
 FAULTS = {
+    UNSOLVED: f"The viscosity solve did not converge in {SEARCHES_AT_MOST} iterations.",
     int(kernels.NEIGHBOURS_FULL): f"A particle has more than {NEIGHBOURS} neighbours: the fluid collapsed.",
     int(kernels.WALLS_FULL): f"A particle has more than {WALL_NEIGHBOURS} wall particles around it.",
     int(kernels.NOT_FINITE): "A position, speed or density is no number any more.",
@@ -53,6 +56,10 @@ class Injection:
     seen: "Seen"
     done: int = 0
     """Frames that are finished."""
+    moving: int = 0
+    """Particles that move, over all runs, when that was last seen: in every frame on a CPU, else at a sample."""
+    failed: dict[int, NumericalError] = field(default_factory=dict)
+    """Runs that were given up, by their number; the others go on without them."""
 
     @property
     def t_s(self) -> float:
@@ -67,29 +74,35 @@ class Injection:
     @property
     def at_rest(self) -> bool:
         """Nothing moves, and nothing is to come."""
-        return self.done >= len(self.schedule.released) and self.engine.rows == 0
+        return self.done >= len(self.schedule.released) and self.moving == 0
 
     def advance(self) -> None:
-        """One frame. Raises NumericalError, naming frame, time, particle and place.
+        """One frame. A run that goes wrong is given up; NumericalError where it was the last one.
 
-        On a GPU faults are looked for only where the density is sampled, and name that later frame.
+        That names frame, time, particle and place. Where frames are replayed, faults are looked for only where the
+        density is sampled, and name that later frame.
         """
         frame, engine = self.done, self.engine
         began = time.perf_counter()
-        try:
-            solves = engine.advance(frame)
-        except NumericalError as fault:
-            raise NumericalError(f"{fault} Frame {frame}, t = {self.t_s:.3f} s.") from fault
-        if engine.rows:
-            sampled = not self.seen.density or frame % SAMPLE_EVERY == 0 or frame == self.frames - 1
-            if sampled or engine.state.device == "cpu":
-                self._raise_fault()
-            self.seen.add(engine, solves, sampled)
+        solves = engine.advance(frame)
+        sampled = not self.seen.density or frame % SAMPLE_EVERY == 0 or frame == self.frames - 1
+        if sampled or not engine.replays:
+            self._give_up_faulty()
+            self.moving = engine.count_movers()
+            if self.moving:
+                self.seen.add(engine, solves, self.moving, sampled)
         self.done += 1
+        self.seen.frames_s += time.perf_counter() - began
+
+    def wait(self) -> None:
+        """Until the device has finished its frames, whose time this is: before anybody reads what they left."""
+        began = time.perf_counter()
+        wp.synchronize_device(self.engine.state.device)
         self.seen.frames_s += time.perf_counter() - began
 
     def snapshot(self) -> dict[str, NDArray[Any]]:
         """All that the frames to come depend on, and what was seen so far, by name."""
+        self.wait()
         # On the CPU numpy() is a view of what the next frame writes to.
         device = {name: array.numpy().copy() for name, array in self.engine.lasting().items()}
         return {"done": np.array(self.done), **device, **self.seen.snapshot()}
@@ -113,27 +126,42 @@ class Injection:
         self.done = int(snapshot["done"])
         self.seen.restore(snapshot)
         self.engine.go_on_from(self.done)
+        self.moving = self.engine.count_movers()
 
     def results(self) -> list[Run]:
-        """Where every particle is now, a Run for each fluid."""
+        """Where every particle is now, a Run for each fluid. Raises NumericalError where one was given up."""
+        made = []
+        for outcome in self.outcomes():
+            if isinstance(outcome, NumericalError):
+                raise outcome
+            made.append(outcome)
+        return made
+
+    def outcomes(self) -> list[Run | NumericalError]:
+        """A Run for each fluid, or why there is none."""
+        self.wait()
         engine, schedule = self.engine, self.schedule
-        state = engine.state
         fate = _fates(engine)
+        # From a GPU once, and not for every run.
+        position_mm, velocity_mm_s = engine.state.position_mm(), engine.state.velocity_mm_s()
         count = schedule.particles
         health = {**self.seen.summary(), **self._facts()}
-        made = []
+        made: list[Run | NumericalError] = []
         for number, fluid in enumerate(self.fluids):
+            if number in self.failed:
+                made.append(self.failed[number])
+                continue
             own = slice(number * count, (number + 1) * count)
             made.append(
                 Run(
-                    position_mm=state.position_mm()[own],
-                    velocity_mm_s=state.velocity_mm_s()[own],
+                    position_mm=position_mm[own],
+                    velocity_mm_s=velocity_mm_s[own],
                     age_s=(self.done - schedule.frame_of).astype(float) * schedule.frame_s,
                     spilled=fate[own] == int(kernels_rest.SPILLED),
                     radius_mm=self.solver.size_mm,
                     particle_volume_mm3=schedule.dispensed_mm3 / count,
                     escaped_particles=int((fate[own] == int(kernels_rest.ESCAPED)).sum()),
-                    device=describe_device(state.device),
+                    device=describe_device(engine.state.device),
                     settings=self._settings(fluid),
                     health=health | self._effects(fluid),
                 )
@@ -183,15 +211,20 @@ class Injection:
             "frames_s": self.seen.frames_s,
         }
 
-    def _raise_fault(self) -> None:
-        state = self.engine.state
-        for kind, particle in enumerate(self.engine.faults()):
-            if particle < state.count:
-                x, y, z = state.position_mm()[particle]
-                raise NumericalError(
-                    f"{FAULTS[kind]} Frame {self.done}, t = {self.t_s:.3f} s, particle {particle} at "
-                    f"({x:.2f}, {y:.2f}, {z:.2f}) mm. Try more substeps, or a smaller radius."
-                )
+    def _give_up_faulty(self) -> None:
+        """Raises NumericalError where no run is left, with all as the fault left it."""
+        for run, fault in self.engine.faults().items():
+            self.failed[run] = NumericalError(self._in_words(run, fault))
+            if len(self.failed) == len(self.fluids):
+                raise self.failed[run]
+            self.engine.give_up(run)
+
+    def _in_words(self, run: int, fault: Fault) -> str:
+        said = f"{FAULTS[fault.kind]} Frame {self.done}, t = {self.t_s:.3f} s"
+        if fault.particle is not None:
+            x, y, z = self.engine.state.position_mm()[run * self.schedule.particles + fault.particle]
+            said += f", particle {fault.particle} at ({x:.2f}, {y:.2f}, {z:.2f}) mm"
+        return f"{said}. Try more substeps, or a smaller radius."
 
 
 class Seen:
@@ -205,18 +238,13 @@ class Seen:
         self.most_neighbours = 0
         self.frames_s = 0.0
 
-    def add(self, engine: FluidSolver, solves: Sequence[int], sampled: bool) -> None:
+    def add(self, engine: FluidSolver, solves: Sequence[int], moving: int, sampled: bool) -> None:
         self.solves += solves
-        if not engine.replays:
-            self.moving.append(engine.rows)
-        if sampled and engine.rows:
-            rows = engine.movers.number()
-            # A replayed frame tells nobody how many move; its rows are room for the most.
-            if engine.replays:
-                self.moving.append(rows)
-            who = engine.movers.movers.who.numpy()[:rows]
+        self.moving.append(moving)
+        if sampled:
+            who = engine.movers.movers.who.numpy()[:moving]
             self.density.append(np.maximum(engine.state.density.numpy()[who] - 1.0, 0.0))
-            listed = engine.lists.fluid_count.numpy()[:rows]
+            listed = engine.lists.fluid_count.numpy()[:moving]
             self.most_neighbours = max(self.most_neighbours, int(listed.max(initial=0)))
 
     def snapshot(self) -> dict[str, NDArray[Any]]:

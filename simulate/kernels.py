@@ -17,12 +17,12 @@ wp.set_module_options({"enable_backward": False})
 
 GRAVITY = wp.constant(wp.vec3(0.0, 0.0, -981.0))
 
-NEIGHBOURS_FULL = wp.constant(0)
-WALLS_FULL = wp.constant(1)
-NOT_FINITE = wp.constant(2)
-TOO_FAST = wp.constant(3)
-TOO_DENSE = wp.constant(4)
-FAULTS = wp.constant(5)
+# A bit each: what is wrong with a particle is their sum.
+NEIGHBOURS_FULL = wp.constant(1)
+WALLS_FULL = wp.constant(2)
+NOT_FINITE = wp.constant(4)
+TOO_FAST = wp.constant(8)
+TOO_DENSE = wp.constant(16)
 
 
 @wp.struct
@@ -142,9 +142,9 @@ def inspect(
     velocity: wp.array[wp.vec3],  # in, out
     direction: wp.array[wp.vec3],  # out
     fate: wp.array[int],  # in, out
-    fault: wp.array[int],  # out
+    fault: wp.array[int],  # in, out
 ):
-    """Report what went wrong, by the first particle; mark what left, over the edge or through a wall."""
+    """Mark what went wrong, by particle, and what left, over the edge or through a wall."""
     row = begin + wp.tid()
     if row >= movers.count[0]:
         return
@@ -154,11 +154,11 @@ def inspect(
     x = wp.vec3(place[i][0], place[i][1], place[i][2])
     speed = wp.length(velocity[i])
     if not (wp.isfinite(x) and wp.isfinite(speed) and wp.isfinite(density[i])):
-        wp.atomic_min(fault, NOT_FINITE, i)
+        fault[i] = fault[i] | NOT_FINITE
     elif speed > fastest:
-        wp.atomic_min(fault, TOO_FAST, i)
+        fault[i] = fault[i] | TOO_FAST
     elif density[i] > densest:
-        wp.atomic_min(fault, TOO_DENSE, i)
+        fault[i] = fault[i] | TOO_DENSE
     else:
         face = solid.face
         over = wp.max(wp.max(face[0] - x[0], x[0] - face[2]), wp.max(face[1] - x[1], x[1] - face[3]))

@@ -13,6 +13,8 @@ SPILLED = wp.constant(3)
 ESCAPED = wp.constant(4)
 WAITING = wp.constant(5)
 """Not released yet."""
+GIVEN_UP = wp.constant(6)
+"""Of a run that failed, whose particles are gone at once, those still to come included."""
 
 
 @wp.struct

@@ -189,6 +189,25 @@ def set_goal(
     goal[run] = wp.min(of_the_whole * of_the_whole * whole[run], of_the_change * of_the_change * error[run])
 
 
+@wp.kernel
+def ask_for_more(
+    at_most: int,
+    error: wp.array[float],
+    goal: wp.array[float],
+    searches: wp.array[int],  # in, out
+    more: wp.array[int],  # out
+    unsolved: wp.array[int],  # in, out
+):
+    """Whether a run's residual is above its goal still; one that was searched ``at_most`` times stays unsolved."""
+    run = wp.tid()
+    if error[run] > goal[run]:
+        if searches[run] < at_most:
+            searches[run] = searches[run] + 1
+            more[0] = 1
+        else:
+            unsolved[run] = 1
+
+
 def viscosity_kernels(loops: ModuleType, module: Any) -> ViscosityKernels:
     """Those that go over pairs, with the inner loops of ``loops``."""
     sum_shear, couple, sum_drag, sum_pulled = loops.sum_shear, loops.couple, loops.sum_drag, loops.sum_pulled

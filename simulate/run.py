@@ -39,7 +39,8 @@ def inject(
     settings do not fit the crack, NumericalError where the numbers stop meaning anything.
     """
     injection = prepare(solid, outline, trajectory, [fluid], solver, nozzle, seed=seed, device=device, threads=threads)
-    (run,) = follow(injection, progress, watchers)
+    follow(injection, progress, watchers)
+    (run,) = injection.results()
     if run.escaped_particles:
         progress.note(
             f"FAULT: {run.escaped_particles} particles went through a wall. Do not use this run; please report it."
@@ -47,10 +48,10 @@ def inject(
     return run
 
 
-def follow(injection: Injection, progress: Progress, watchers: Sequence[Watcher] = ()) -> list[Run]:
-    """Every frame that is left, until the last or until nothing moves; a Run for each fluid.
+def follow(injection: Injection, progress: Progress, watchers: Sequence[Watcher] = ()) -> None:
+    """Every frame that is left, until the last or until nothing moves.
 
-    Raises NumericalError where the numbers stop meaning anything.
+    Raises NumericalError where the numbers of every run stopped meaning anything.
     """
     for watcher in watchers:
         watcher.begin(injection)
@@ -59,5 +60,4 @@ def follow(injection: Injection, progress: Progress, watchers: Sequence[Watcher]
         injection.advance()
         for watcher in watchers:
             watcher.after_frame(injection)
-        progress.advance(injection.done, f"{injection.out} particles, {injection.engine.rows} moving")
-    return injection.results()
+        progress.advance(injection.done, f"{injection.out} particles, {injection.moving} moving")

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
+import numpy as np
 import warp as wp
 
 from sealtwin.records import Floats
@@ -17,7 +18,7 @@ from simulate.pairs import pair_kernels
 from simulate.paste import Rheology, paste_on_device
 from simulate.settings import Solver, particle_volume
 from simulate.state import State
-from simulate.viscosity import THIN_U, Viscosity
+from simulate.viscosity import Viscosity
 from simulate.walls import Walls, calibrated_wall_mass, source_wall_mass
 
 LIST_REACH = 1.04
@@ -36,6 +37,18 @@ PATIENCE_S = 0.3
 """Of quiet before sleep (prototype)."""
 WAKING_CM_S = 0.5
 """Of a neighbour (prototype)."""
+
+
+UNSOLVED = 0
+"""Beside the kernels' faults, that of a run whose viscosity was not solved."""
+
+
+class Fault(NamedTuple):
+    """What ended a run."""
+
+    kind: int
+    particle: int | None
+    """The first of the run's own that had it; None where it is the fault of none."""
 
 
 class Domain(NamedTuple):
@@ -83,7 +96,7 @@ class FluidSolver:
         wall_mass = {"calibrated": calibrated_wall_mass, "source": source_wall_mass}
         self.wall_mass = wall_mass[self.scheme.wall](radius)
         self.smoothing = _smoothing(self._support, self.mass, self.wall_mass, settings.relaxation)
-        self._launch = Launcher(device, threads)
+        self._launch = Launcher(device, threads if device == "cpu" else 1)
         self.movers, self.lists = MoversList(state, self._launch), NeighbourLists(rows, device)
         self._kernels = pair_kernels(device == "cpu" if native is None else native)
         self._yields = any(fluid.yields for fluid in fluids)
@@ -102,7 +115,6 @@ class FluidSolver:
             support=self._support,
             mass=self.mass,
             frame_s=frame_s,
-            thin=all(fluid.viscous_weight <= THIN_U and not fluid.yields for fluid in fluids),
         )
         reach = LIST_REACH * self._support
         self.fluid_cells = CellGrid(domain.low, domain.high, reach, state.points_a_run, device, state.runs)
@@ -113,16 +125,17 @@ class FluidSolver:
         self._correction = wp.zeros(rows, dtype=wp.vec3, device=device)
         self._quiet_s = wp.zeros(state.count, dtype=float, device=device)
         self._frames_to_freeze = wp.array([fluid.frames_to_freeze for fluid in fluids], dtype=int, device=device)
-        # No particle has the number of them all: none is at fault yet.
-        self._fault = wp.full(int(kernels.FAULTS), state.count, dtype=int, device=device)
+        self._fault = wp.zeros(state.count, dtype=int, device=device)
+        """By particle, all that was ever wrong with it."""
         self._out = state.count
-        self.replays = device != "cpu"
+        # Explicit passes are counted by the host, in each substep.
+        self.replays = device != "cpu" and settings.viscosity_solve == "implicit"
         """Whether frames are recorded, and the host is told nothing within them."""
         self._recorded: Any = None
         self.kernels_a_frame = 0
         """Launched in the last frame that was not replayed."""
         self.rows = 0
-        """How many move now."""
+        """Of a launch: as many as move now, or where frames are replayed, as ever may."""
 
     @property
     def recorded(self) -> bool:
@@ -135,8 +148,8 @@ class FluidSolver:
         On a GPU a frame is recorded once and replayed, without a word to the host in between; it returns nothing.
         """
         if self.replays and self._recorded is None and self.kernels_a_frame:
-            # The frame before has loaded every kernel, which a recording must not do.
-            with wp.ScopedCapture(device=self.state.device) as capture:
+            # The frame before has loaded every kernel, which a recording must not do; and least of all those of CPUs.
+            with wp.ScopedCapture(device=self.state.device, force_module_load=False) as capture:
                 self._run_frame(frame)
             self._recorded = capture.graph
         if self._recorded is not None:
@@ -157,7 +170,7 @@ class FluidSolver:
         """Release what comes out in it, and freeze what has grown too old."""
         state = self.state
         # One run's particles lie in the order of release; those of several, or what a GPU does, are all sorted.
-        if state.runs == 1 and state.device == "cpu":
+        if state.runs == 1 and not self.replays:
             self._out = state.released(frame)
         self._launch.all("count frame", kernels_rest.count_frame, 1, state.frame)
         self._launch.all("release", kernels_rest.release, state.count, state.frame, state.frame_of, state.fate)
@@ -177,7 +190,10 @@ class FluidSolver:
         self.find_movers()
 
     def step(self) -> int:
-        """Advance the moving particles by one substep; how many iterations or passes the viscosity took."""
+        """Advance the moving particles by one substep; how many iterations or passes the viscosity took.
+
+        Where frames are replayed nobody is told, and that is 0.
+        """
         self.predict()
         self.find_neighbours()
         if self._yields:
@@ -187,7 +203,8 @@ class FluidSolver:
             self.correct()
         self.update_velocity()
         if self.settings.viscosity_solve == "implicit":
-            iterations = self.viscosity.solve_implicit(self.rows)
+            self.viscosity.solve_implicit(self.rows)
+            iterations = 0 if self.replays else self.viscosity.searches()
         else:
             iterations = self.viscosity.pass_explicit(self.rows)
         if self._yields:
@@ -207,10 +224,14 @@ class FluidSolver:
 
     def find_movers(self) -> None:
         self.movers.find()
-        most = len(self._correction)
-        self.rows = most if self.replays else self.movers.number()
-        if self.rows > most:
-            raise RuntimeError(f"{self.rows} particles move where there is room for {most}.")
+        self.rows = len(self._wall_slope) if self.replays else self.count_movers()
+
+    def count_movers(self) -> int:
+        """How many move now, for which the host waits. Raises RuntimeError where there is no room for as many."""
+        moving, room = self.movers.number(), len(self._wall_slope)
+        if moving > room:
+            raise RuntimeError(f"{moving} particles move where there is room for {room}.")
+        return moving
 
     def predict(self) -> None:
         state = self.state
@@ -329,14 +350,30 @@ class FluidSolver:
             self._fault,
         )
 
-    def faults(self) -> list[int]:
-        """For each fault of kernels.py, the first particle that had it, or the number of all particles where none."""
-        return self._fault.numpy().tolist()
+    def faults(self) -> dict[int, Fault]:
+        """The first one of each run that had any, by the number of the run."""
+        unsolved, fault = self.viscosity.unsolved.numpy(), self._fault.numpy()
+        found = {int(run): Fault(UNSOLVED, None) for run in np.flatnonzero(unsolved)}
+        if fault.any():
+            for run, own in enumerate(fault.reshape(self.state.runs, -1)):
+                if kinds := np.bitwise_or.reduce(own):
+                    kind = int(kinds & -kinds)
+                    found[run] = Fault(kind, int(np.argmax(own & kind > 0)))
+        return found
 
-    def inspect(self) -> list[int]:
+    def inspect(self) -> dict[int, Fault]:
         """``look``, and the ``faults`` found."""
         self.look()
         return self.faults()
+
+    def give_up(self, run: int) -> None:
+        """Take a run out for good, those of its particles that are still to come included."""
+        state = self.state
+        own = slice(run * state.points_a_run, (run + 1) * state.points_a_run)
+        for array, value in ((state.fate, int(kernels_rest.GIVEN_UP)), (self._fault, 0)):
+            array[own].fill_(value)
+        self.viscosity.unsolved[run : run + 1].fill_(0)
+        self.find_movers()
 
     def _list(self, of: str, grid: CellGrid, full: int, nobody: int, listed: wp.array, count: wp.array) -> None:
         self._launch.rows(

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from sealtwin.errors import NumericalError
 from simulate import kernels_viscosity as device_code
 from simulate.launch import Launcher
 from simulate.movers import MoversList
@@ -25,10 +24,6 @@ OF_THE_CHANGE = 1e-2
 """Largest residual over that of no viscosity at all: without it the solve would end before a thin fluid is slowed."""
 SEARCHES_AT_MOST = 500
 """The prototype's worst case takes 24."""
-SEARCHES_UNSEEN = {"thin": 8, "thick": 24}
-"""On a GPU, where nobody looks at the residual between two iterations; a run that is solved waits for the others.
-Thin is U up to 100 without a yield stress: it takes 5 in the paper's trial (prototype: 4 to 14, thick ones 24)."""
-THIN_U = 100.0
 STABLE = 0.9
 """Largest part of a velocity that one explicit pass may take away: above 1 it overshoots, at 2 it explodes."""
 FRESH_SHEAR, FRESH_CM_S = 10.0, 5.0
@@ -51,7 +46,6 @@ class Viscosity:
         support: float,
         mass: float,
         frame_s: float,
-        thin: bool,
     ) -> None:
         rows, device = len(lists.fluid_count), state.device
         self._state, self._movers, self._paste = state, movers, paste
@@ -60,9 +54,6 @@ class Viscosity:
         self._pairs, self._launch = kernels.viscosity, launcher
         self.shear = wp.zeros(state.count, dtype=float, device=device)
         """1/s, as the last substep left it; by particle."""
-        self._searches_unseen = SEARCHES_UNSEEN["thin" if thin else "thick"]
-        self.unseen = device != "cpu"
-        """Whether the search goes on for a fixed number of iterations, since nobody looks at its residual."""
         thickness = np.repeat(paste.thin.numpy(), state.points_a_run)
         state.bulk.assign(np.column_stack([np.full(state.count, mass), thickness]).astype(np.float32))
         self._yields, self._slides = (wp.zeros(rows, dtype=float, device=device) for _ in range(2))
@@ -76,6 +67,10 @@ class Viscosity:
             name: wp.zeros(state.runs, dtype=float, device=device)
             for name in ("whole", "error", "error_before", "curvature", "goal", "unused")
         }
+        self._more = wp.zeros(1, dtype=int, device=device)
+        self._searches = wp.zeros(state.runs, dtype=int, device=device)
+        self.unsolved = wp.zeros(state.runs, dtype=int, device=device)
+        """By run: 1 where a solve ended before its goal."""
         self._other: Any = wp.zeros(state.count + SPARE, dtype=wp.vec3, device=device)[: state.count]
 
     def measure_shear(self, rows: int) -> None:
@@ -104,10 +99,10 @@ class Viscosity:
             self._slides,
         )
 
-    def solve_implicit(self, rows: int) -> int:
-        """Backward Euler on Eq. 5, (I + A) v_new = v, by conjugate gradients; how many iterations it took.
+    def solve_implicit(self, rows: int) -> None:
+        """Backward Euler on Eq. 5, (I + A) v_new = v, by conjugate gradients, until every run's is solved.
 
-        Raises NumericalError where it does not converge.
+        The device itself asks whether to go on, so that a recorded solve takes as many iterations as any other.
         """
         state, sums = self._state, self._sums
         diagonal = (self.resistance, state.bulk)
@@ -138,49 +133,63 @@ class Viscosity:
             sums["error"],
             sums["goal"],
         )
-        iterations = 0
-        while self._goes_on(iterations):
-            self._apply("product", rows, state.direction)
-            self._dot("curvature", state.direction, self._product, "curvature", "unused")
-            self._launch.rows(
-                "advance of search",
-                device_code.advance_search,
-                rows,
-                self._movers.movers,
-                state.points_a_run,
-                sums["error"],
-                sums["goal"],
-                sums["curvature"],
-                *diagonal,
-                state.direction,
-                self._product,
-                state.velocity,
-                self._residual,
-                self._scaled,
-            )
-            self._dot("error", self._residual, self._scaled, "error", "error_before")
-            self._launch.rows(
-                "turn of search",
-                device_code.turn_search,
-                rows,
-                self._movers.movers,
-                state.points_a_run,
-                sums["error"],
-                sums["error_before"],
-                self._scaled,
-                state.direction,
-            )
-            iterations += 1
-        return iterations
+        self._searches.zero_()
+        self._ask_for_more()
+        wp.capture_while(self._more, self._search, rows=rows)
 
-    def _goes_on(self, iterations: int) -> bool:
-        if self.unseen:
-            return iterations < self._searches_unseen
-        if not (self._sums["error"].numpy() > self._sums["goal"].numpy()).any():
-            return False
-        if iterations == SEARCHES_AT_MOST:
-            raise NumericalError(f"The viscosity solve did not converge in {iterations} iterations.")
-        return True
+    def searches(self) -> int:
+        """Iterations of the last solve, of the run that took most."""
+        return int(self._searches.numpy().max())
+
+    def _search(self, rows: int) -> None:
+        state, sums = self._state, self._sums
+        self._apply("product", rows, state.direction)
+        self._dot("curvature", state.direction, self._product, "curvature", "unused")
+        self._launch.rows(
+            "advance of search",
+            device_code.advance_search,
+            rows,
+            self._movers.movers,
+            state.points_a_run,
+            sums["error"],
+            sums["goal"],
+            sums["curvature"],
+            self.resistance,
+            state.bulk,
+            state.direction,
+            self._product,
+            state.velocity,
+            self._residual,
+            self._scaled,
+        )
+        self._dot("error", self._residual, self._scaled, "error", "error_before")
+        self._launch.rows(
+            "turn of search",
+            device_code.turn_search,
+            rows,
+            self._movers.movers,
+            state.points_a_run,
+            sums["error"],
+            sums["error_before"],
+            self._scaled,
+            state.direction,
+        )
+        self._ask_for_more()
+
+    def _ask_for_more(self) -> None:
+        sums = self._sums
+        self._more.zero_()
+        self._launch.all(
+            "more",
+            device_code.ask_for_more,
+            self._state.runs,
+            SEARCHES_AT_MOST,
+            sums["error"],
+            sums["goal"],
+            self._searches,
+            self._more,
+            self.unsolved,
+        )
 
     def pass_explicit(self, rows: int) -> int:
         """Eq. 5 as printed, v - (A / q) v, in the fewest passes that are stable; how many these were."""

@@ -28,7 +28,7 @@ def together(pastes: tuple[Fluid, ...], threads: int = 1, replays: bool = False)
         device="cpu",
         threads=threads,
     )
-    injection.engine.replays = injection.engine.viscosity.unseen = replays
+    injection.engine.replays = replays
     while injection.done < injection.frames and not injection.at_rest:
         injection.advance()
     assert injection.engine.recorded == replays
