@@ -13,6 +13,7 @@ from simulate.injection import Injection
 
 def take_frame(injection: Injection) -> Frame:
     """All particles of the first run that have left the nozzle, as its last frame left them."""
+    injection.wait()
     state, out = injection.engine.state, injection.out
     return Frame(
         t_s=injection.t_s,

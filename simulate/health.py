@@ -52,6 +52,7 @@ class HealthLog:
             self._look_back(injection)
 
     def _row(self, injection: Injection) -> list[str]:
+        injection.wait()
         engine, seen = injection.engine, injection.seen
         moving = engine.movers.number()
         who = engine.movers.movers.who.numpy()[:moving]

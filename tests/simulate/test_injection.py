@@ -1,10 +1,13 @@
 """Several fluids at once, several threads, and an injection followed by hand."""
 
+import time
+
 import numpy as np
 import pytest
 
+from sealtwin.errors import NumericalError
 from sealtwin.records import Run
-from simulate.injection import prepare
+from simulate.injection import SAMPLE_EVERY, Injection, prepare
 from simulate.settings import Fluid, Nozzle, Solver
 from tests.fluids import path, pour, slot
 
@@ -15,32 +18,117 @@ PASTES = (
 )
 
 
-def together(pastes: tuple[Fluid, ...], threads: int = 1, replays: bool = False) -> list[Run]:
+def ready(pastes: tuple[Fluid, ...], *, threads: int = 1, replays: bool = False, settle_s: float = 0.3) -> Injection:
+    """``replays``: what a GPU does, done on the CPU."""
     solid, outline = slot(12.0)
     injection = prepare(
         solid,
         outline,
         path(outline, 0.1, speed_mm_s=20.0),
         pastes,
-        Solver(settle_s=0.3),
+        Solver(settle_s=settle_s),
         Nozzle(),
         seed=0,
         device="cpu",
         threads=threads,
     )
     injection.engine.replays = replays
+    return injection
+
+
+def finish(injection: Injection) -> Injection:
     while injection.done < injection.frames and not injection.at_rest:
         injection.advance()
-    assert injection.engine.recorded == replays
-    return injection.results()
+    assert injection.engine.recorded == injection.engine.replays
+    return injection
 
 
-def test_a_frame_recorded_once_and_replayed_is_the_same_frame():
-    """What a GPU does, done on the CPU: no count of movers, no residual, no frame number comes from the host."""
-    for replayed, told in zip(together(PASTES, replays=True), together(PASTES), strict=True):
+def together(pastes: tuple[Fluid, ...], threads: int = 1, replays: bool = False) -> list[Run]:
+    return finish(ready(pastes, threads=threads, replays=replays)).results()
+
+
+@pytest.mark.parametrize("pastes", [PASTES, PASTES[:1]])
+def test_a_frame_recorded_once_and_replayed_is_the_same_frame(pastes):
+    """No count of movers, no residual, no frame number comes from the host."""
+    for replayed, told in zip(together(pastes, replays=True), together(pastes), strict=True):
         assert np.array_equal(replayed.position_mm, told.position_mm)
         # Counted in fewer frames, and not the room for all that may.
         assert 0 < replayed.health["moving_most"] <= told.health["moving_most"]
+
+
+def test_a_replayed_run_ends_when_its_bed_is_at_rest():
+    """It is seen at the next sample, and not at the last frame; what lies then lies where it lay."""
+    told, replayed = (finish(ready(PASTES[2:], replays=replays, settle_s=5.0)) for replays in (False, True))
+    assert told.done < told.frames - SAMPLE_EVERY
+    assert told.done <= replayed.done < told.done + SAMPLE_EVERY
+    assert np.array_equal(replayed.results()[0].position_mm, told.results()[0].position_mm)
+
+
+def test_a_replayed_run_goes_on_from_where_it_was_kept():
+    """In a solver of its own, and back in one that has recorded its frame already."""
+    unbroken = finish(ready(PASTES[2:], replays=True))
+    killed, resumed = (ready(PASTES[2:], replays=True) for _ in range(2))
+    for _ in range(30):
+        killed.advance()
+    kept = killed.snapshot()
+    for _ in range(7):
+        killed.advance()
+    for run in (killed, resumed):
+        run.restore(kept)
+        assert np.array_equal(finish(run).results()[0].position_mm, unbroken.results()[0].position_mm)
+
+
+def spoil_a_place(injection: Injection, monkeypatch: pytest.MonkeyPatch) -> str:
+    """The tenth particle of the second run comes from nowhere."""
+    place = injection.engine.state.place.numpy().copy()
+    place[injection.schedule.particles + 9] = np.nan
+    injection.engine.state.place.assign(place)
+    return r"no number any more.*, particle \d+ at \(nan"
+
+
+def forbid_long_solves(injection: Injection, monkeypatch: pytest.MonkeyPatch) -> str:
+    """The stiff one of them takes up to 19 iterations, the others two."""
+    monkeypatch.setattr("simulate.viscosity.SEARCHES_AT_MOST", 6)
+    return r"did not converge .* Frame \d+"
+
+
+@pytest.mark.parametrize("replays", [False, True])
+@pytest.mark.parametrize("spoil", [spoil_a_place, forbid_long_solves])
+def test_a_run_that_fails_costs_the_others_of_its_launch_nothing(spoil, replays, monkeypatch):
+    """It is given up where it fails; those beside it have the bits that they have alone, and nobody computes twice."""
+    pastes = (PASTES[0], Fluid(U=1e4, D_cm=3.0, freeze_after_s="never"), PASTES[0])
+    injection = ready(pastes, replays=replays)
+    reason = spoil(injection, monkeypatch)
+    finish(injection)
+    alone = together(PASTES[:1])[0]
+    first, failed, last = injection.outcomes()
+    assert isinstance(failed, NumericalError)
+    # The others are frozen by now; what failed would never be.
+    assert injection.moving == 0
+    with pytest.raises(NumericalError, match=reason):
+        injection.results()
+    for run in (first, last):
+        assert isinstance(run, Run)
+        assert np.array_equal(run.position_mm, alone.position_mm)
+        assert np.isfinite(run.health["density_error_max"])
+
+
+def test_a_launch_of_which_no_run_is_left_ends(monkeypatch):
+    injection = ready(PASTES[:2])
+    monkeypatch.setattr("simulate.viscosity.SEARCHES_AT_MOST", 0)
+    with pytest.raises(NumericalError, match="did not converge"):
+        finish(injection)
+    assert len(injection.failed) == 2
+
+
+def test_time_that_is_spent_waiting_for_the_device_is_the_frames(monkeypatch):
+    """A GPU computes while the host goes on; who reads first would else find its time nowhere."""
+    injection = ready(PASTES[:1])
+    injection.advance()
+    before_s = injection.seen.frames_s
+    monkeypatch.setattr("warp.synchronize_device", lambda _: time.sleep(0.02))
+    injection.snapshot()
+    assert 0.02 <= injection.seen.frames_s - before_s < 1
 
 
 def test_fluids_computed_at_once_are_what_each_is_alone():
