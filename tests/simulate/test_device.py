@@ -1,11 +1,18 @@
+import importlib
 import sys
+from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 import warp as wp
 
+import simulate
 from sealtwin.errors import InputError
-from simulate import kernels, kernels_distance, kernels_viscosity
 from simulate.device import choose_device, describe_device
+from simulate.pairs import pair_kernels
+from simulate.paste import Rheology
+from tests.fluids import engine_with, slot
 
 
 def test_auto_takes_a_gpu_where_there_is_one_and_the_cpu_elsewhere():
@@ -21,10 +28,44 @@ def test_the_description_names_the_kind_of_device():
     assert "CPU" in describe_device("cpu")
 
 
+def device_code() -> list[Any]:
+    """Every Warp module of simulate with kernels that a GPU runs."""
+    files = Path(simulate.__path__[0]).glob("kernels*.py")
+    by_file = [wp.get_module(importlib.import_module(f"simulate.{file.stem}").__name__) for file in sorted(files)]
+    by_pairs = {kernel.module for group in pair_kernels(native=False) for kernel in _kernels_of(group)}
+    return [module for module in (*by_file, *by_pairs) if module.kernels]
+
+
+def _kernels_of(group: Any) -> tuple[wp.Kernel, ...]:
+    return (group,) if isinstance(group, wp.Kernel) else tuple(group)
+
+
+def test_no_kernel_that_a_run_launches_is_left_out_of_those_that_are_compiled_for_cuda():
+    engine = engine_with(np.array([[3.0, 0.0, -8.0]]), slot(), fluid=Rheology(30.0, 0.3, yield_most_cm2_s2=50.0))
+    engine.advance(0)
+    launched = {command[0].kernel.module.name for command in engine._launch._commands.values()}
+    compiled = {module.name for module in device_code()}
+    assert {name.replace("native", "plain") for name in launched} <= compiled
+    assert "simulate.pairs.plain" in compiled
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="Warp's CUDA compiler comes with its Linux wheels")
-@pytest.mark.parametrize("module", [kernels, kernels_distance, kernels_viscosity])
-def test_the_device_code_compiles_for_cuda_without_a_gpu(module, tmp_path):
-    """Hopper's architecture. That it runs there is for the tests marked gpu."""
-    wp.compile_aot_module(module, arch=90, module_dir=tmp_path)
-    assert list(tmp_path.glob("*.sm90.cubin")) or list(tmp_path.glob("*.sm90.ptx"))
+@pytest.mark.parametrize("arch", [80, 90])
+@pytest.mark.parametrize("module", device_code(), ids=lambda module: module.name)
+def test_the_device_code_compiles_for_cuda_without_a_gpu(module, arch, tmp_path):
+    """For Ampere's and Hopper's architectures. That it runs there is for the tests marked gpu."""
+    wp.compile_aot_module(module, arch=arch, module_dir=tmp_path)
+    assert list(tmp_path.glob(f"*.sm{arch}.cubin")) or list(tmp_path.glob(f"*.sm{arch}.ptx"))
+
+
+@pytest.mark.parametrize("lacking", ["is_conditional_graph_supported", "is_mempool_supported"])
+def test_a_gpu_on_which_no_frame_can_be_recorded_is_refused(lacking, monkeypatch):
+    """Its driver is too old, or it has no memory pools; the CPU is named, and not taken in silence."""
+    monkeypatch.setattr(wp, "get_devices", lambda: ["cpu", "cuda:0"])
+    for name in ("is_conditional_graph_supported", "is_mempool_supported"):
+        monkeypatch.setattr(wp, name, lambda *_, name=name: name != lacking)
+    for asked in ("auto", "cuda", "cuda:0"):
+        with pytest.raises(InputError, match=r"^device cuda:0: .*--device cpu"):
+            choose_device(asked)
+    assert choose_device("cpu") == "cpu"
