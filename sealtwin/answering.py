@@ -51,14 +51,22 @@ class Command:
     """Kept, since whatever a library prints is sent to stderr: stdout is for the answer alone."""
 
     def run(
-        self, trial_path: Path, out: Path | None, stages: "Sequence[StageName]", *, frames_every_s: float | None = None
+        self,
+        trial_path: Path,
+        out: Path | None,
+        stages: "Sequence[StageName]",
+        *,
+        frames_every_s: float | None = None,
+        threads: int = 1,
     ) -> None:
         """``frames_every_s`` in place of the trial's own, where it is given."""
         from sealtwin.trial import load_trial, showing
 
-        self.run_checked(showing(load_trial(trial_path), frames_every_s), trial_path.parent, out, stages)
+        self.run_checked(showing(load_trial(trial_path), frames_every_s), trial_path.parent, out, stages, threads)
 
-    def run_checked(self, trial: "Trial", source: Path, out: Path | None, stages: "Sequence[StageName]") -> None:
+    def run_checked(
+        self, trial: "Trial", source: Path, out: Path | None, stages: "Sequence[StageName]", threads: int = 1
+    ) -> None:
         from sealtwin.folder import open_folder
         from sealtwin.job import require_sample, start_job
 
@@ -67,9 +75,12 @@ class Command:
             open_folder(out or Path("reports", trial.folder_name), create=True) as folder,
             self.progress() as progress,
         ):
-            self._finish(start_job(trial, source, folder, self.device, progress), stages)
+            job = start_job(trial, source, folder, self.device, progress)
+            self._finish(replace(job, threads=threads), stages)
 
-    def resume(self, path: Path, stages: "Sequence[StageName]", *, frames_every_s: float | None = None) -> None:
+    def resume(
+        self, path: Path, stages: "Sequence[StageName]", *, frames_every_s: float | None = None, threads: int = 1
+    ) -> None:
         """``frames_every_s`` in place of the trial's own, where it is given."""
         from sealtwin.folder import open_folder
         from sealtwin.job import resume_job
@@ -77,7 +88,7 @@ class Command:
 
         with open_folder(path, create=False) as folder, self.progress() as progress:
             job = resume_job(folder, self.device, progress)
-            self._finish(replace(job, trial=showing(job.trial, frames_every_s)), stages)
+            self._finish(replace(job, trial=showing(job.trial, frames_every_s), threads=threads), stages)
 
     def say(self, text: str) -> None:
         if not self.quiet:

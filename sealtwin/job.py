@@ -30,6 +30,8 @@ class Job:
     device: str
     """As asked for; "auto" is resolved where the fluid run starts."""
     progress: Progress
+    threads: int = 1
+    """Of a CPU, that share a fluid run; how many changes nothing in the result."""
 
     @property
     def path(self) -> Path:

@@ -125,6 +125,8 @@ def _simulate(job: Job) -> bool:
     from simulate.device import choose_device, describe_device
 
     device = choose_device(job.device)
+    if job.threads > 1 and device != "cpu":
+        raise InputError(f"--threads {job.threads}: threads are a CPU's, and this run is on {device}. Leave it out.")
     job.progress.note(f"Device: {describe_device(device)}")
     inputs = _made_by(job, "digitise", DIGITISED)
     settings = stage_settings(trial, "simulate")
@@ -158,6 +160,7 @@ def _simulate(job: Job) -> bool:
             device=device,
             progress=job.progress,
             watchers=(checkpoint, *others, progress_file),
+            threads=job.threads,
         )
         run = replace(run, health={**run.health, "volume_ratio": volume_ratio(run, solid)})
         profile = measure_profile(run, outline, solid)

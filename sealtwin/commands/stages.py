@@ -27,6 +27,16 @@ FramesEveryS = Annotated[
     ),
 ]
 
+Threads = Annotated[
+    int,
+    typer.Option(
+        "--threads",
+        min=1,
+        max=64,
+        help="Threads of a CPU that share the fluid run, for runs of many particles; the result is the same.",
+    ),
+]
+
 
 def demo(out: DemoOut = None, device: Device = "auto", as_json: Json = False, quiet: Quiet = False) -> None:
     """Run the paper's trial, reconstructed: write its photo, readings and trial, then run all stages."""
@@ -43,6 +53,7 @@ def run(
     trial: TrialFile,
     out: Out = None,
     frames_every_s: FramesEveryS = None,
+    threads: Threads = 1,
     device: Device = "auto",
     as_json: Json = False,
     quiet: Quiet = False,
@@ -53,19 +64,20 @@ def run(
     seconds lets the same command go on after a kill. The trial's table output asks for snapshots and frames.
     """
     with answering(device, as_json, quiet) as command:
-        command.run(trial, out, ALL_STAGES, frames_every_s=frames_every_s)
+        command.run(trial, out, ALL_STAGES, frames_every_s=frames_every_s, threads=threads)
 
 
 def simulate(
     folder: RunFolderPath,
     frames_every_s: FramesEveryS = None,
+    threads: Threads = 1,
     device: Device = "auto",
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
     """Inject the sealant into a digitised run folder; its settings are those of RUN/trial.toml."""
     with answering(device, as_json, quiet) as command:
-        command.resume(folder, ("simulate",), frames_every_s=frames_every_s)
+        command.resume(folder, ("simulate",), frames_every_s=frames_every_s, threads=threads)
 
 
 def validate(folder: RunFolderPath, as_json: Json = False, quiet: Quiet = False) -> None:

@@ -327,3 +327,26 @@ def test_a_fluid_run_that_is_killed_goes_on_from_its_checkpoint(unbroken, tmp_pa
     assert code == 0, err
     assert "checkpoint.npz: kept by a run with other settings, inputs or device; the fluid run starts again" in err
     assert not (tmp_path / "other" / "checkpoint.npz").exists()
+
+
+class Reached(Exception): ...
+
+
+def test_threads_are_those_of_the_fluid_run_and_a_gpu_has_none(unbroken, tmp_path, monkeypatch):
+    made = unbroken[1]
+    shutil.copytree(made, tmp_path / "run")
+    # Another seed is another run.
+    (tmp_path / "run" / "trial.toml").write_text((made / "trial.toml").read_text().replace("seed = 0", "seed = 1"))
+
+    def launcher(device: str, threads: int) -> None:
+        raise Reached(device, threads)
+
+    monkeypatch.setattr("simulate.solver.Launcher", launcher)
+    command = ["simulate", str(tmp_path / "run"), "--threads", "2"]
+    answer = CliRunner().invoke(app, [*command, "--device", "cpu"])
+    assert isinstance(answer.exception, Reached)
+    assert answer.exception.args == ("cpu", 2)
+    monkeypatch.setattr("simulate.device.choose_device", lambda _: "cuda:0")
+    answer = CliRunner().invoke(app, command)
+    assert answer.exit_code == 3
+    assert answer.stderr.endswith("--threads 2: threads are a CPU's, and this run is on cuda:0. Leave it out.\n")
