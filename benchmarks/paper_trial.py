@@ -2,9 +2,9 @@
 
     python benchmarks/paper_trial.py [--out DIR]
 
-The photo is procedural and its truth exact. The readings follow the paper's prose, and U, D and the freezing age are
-the paper's fit to that profile: the mean errors are residuals of a calibration, not predictions. Runs whatever is not
-up to date.
+The photo is procedural and its truth exact. The readings follow the paper's prose; U, D and the freezing age are the
+paper's fit to that profile, and the yield stress was read off it: the mean errors are residuals of a calibration, not
+predictions. Runs whatever is not up to date.
 """
 
 import argparse

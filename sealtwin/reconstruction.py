@@ -33,9 +33,15 @@ FLARED = {
     "wall_angle_deg": "5.5",
     "preset": "accurate",
     "mean_error_mm": "1.6",
+    "stiffens": """\
+# What holds the slope of the bed, in place of the paper's freezing by age; read off these very readings.
+freeze_after_s = "never"
+yield_stress_pa = 12.0""",
+    "settles": """
+settle_s = 2.0                  # what the nozzle left last has come to rest by then""",
     "why": """\
 # Walls flare by 5.5 degrees and the fluid keeps its volume: of all readings of the paper's geometry, the one that then
-# holds its 4.8 ml.""",
+# holds its 4.8 ml. The paste has a yield stress.""",
 }
 LEANING = {
     "name": "paper-trial-lean",
@@ -43,9 +49,11 @@ LEANING = {
     "wall_angle_deg": "11.0",
     "preset": "paper",
     "mean_error_mm": "1.8",
+    "stiffens": "freeze_after_s = 2.58",
+    "settles": "",
     "why": """\
-# Both walls lean by 11 degrees, and the fluid has the constants of the solver that the paper built on: a crack too
-# small for 4.8 ml, and a fluid that loses a fifth of its volume. Never mix this pair with that of trial.toml.""",
+# Both walls lean by 11 degrees, and the fluid has the constants of the solver that the paper built on, its freezing
+# too: a crack too small for 4.8 ml, and a fluid that loses a fifth of its volume. Never mix this with trial.toml.""",
 }
 TRIAL = """\
 # The paper's trial, RECONSTRUCTED: a procedural photo, and readings drawn from the paper's prose; nothing was measured.
@@ -81,11 +89,11 @@ speed_mm_s = 4.0
 [fluid]
 U = 30.0
 D_cm = 0.3
-freeze_after_s = 2.58
+{stiffens}
 
 [solver]
 preset = "{preset}"
-radius_mm = 0.4
+radius_mm = 0.4{settles}
 
 [nozzle]
 diameter_mm = 2.4

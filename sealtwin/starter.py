@@ -48,10 +48,12 @@ lead_in_mm = 0.0                # straight approach without flow
 [fluid]
 U = 30.0                        # the paper's fluid viscosity, together with
 D_cm = 0.3                      # its wall drag; or, instead of both: viscosity_pa_s = 0.054
-freeze_after_s = 2.58           # sealant older than this has set; or "never"
+yield_stress_pa = 12.0          # below this stress the paste stands; fresh cement grouts have 5 to 37
+freeze_after_s = "never"        # or, in place of a yield stress, the age at which sealant has set: 2.58 in the paper
 
 [solver]
 preset = "accurate"             # or "paper": the paper's constants
+settle_s = 2.0                  # time for the last of it to come to rest before the level is taken
 
 [nozzle]
 diameter_mm = 2.4
