@@ -10,7 +10,7 @@ the processor's, which other work on the machine disturbs least; with several it
 import argparse
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import manifold3d
@@ -35,6 +35,8 @@ SETTLE_STEPS = 200
 TURNS, STEPS_A_TURN = 12, 4
 PAUSE_S = 0.3
 """Between two turns on several threads: those of numba look for more work for 0.2 s before they leave their core."""
+MANY_THREADS = 1.6
+"""Times one thread, on a quiet machine: two of two cores."""
 TOGETHER_MM = 1e-4
 """Between both after one step: 1/4000 of a radius, and ten times what float32 rounds at a centimetre from the origin.
 """
@@ -55,6 +57,8 @@ class Times(NamedTuple):
     apart_mm: float
     ours_ms: float
     numba_ms: float
+    alone_ms: float
+    """Ours on one thread."""
 
 
 def time_both(particles: int, threads: int) -> Times:
@@ -63,8 +67,11 @@ def time_both(particles: int, threads: int) -> Times:
     engine = settled_block(particles, threads)
     baseline = NumbaStep.copy_of(engine)
     apart_mm = _apart_mm(engine, baseline)
-    clock = time.process_time if threads == 1 else time.perf_counter
-    return Times(engine, apart_mm, *_take_turns(engine.step, baseline.step, clock, PAUSE_S if threads > 1 else 0.0))
+    if threads == 1:
+        ours_ms, numba_ms = _take_turns((engine.step, baseline.step), time.process_time, 0.0)
+        return Times(engine, apart_mm, ours_ms, numba_ms, ours_ms)
+    alone = settled_block(particles, 1)
+    return Times(engine, apart_mm, *_take_turns((engine.step, baseline.step, alone.step), time.perf_counter, PAUSE_S))
 
 
 def settled_block(particles: int, threads: int, steps: int = SETTLE_STEPS) -> FluidSolver:
@@ -97,7 +104,7 @@ def main() -> None:
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--json", action="store_true", help="the last line is an object of the figures")
     asked = parser.parse_args()
-    engine, apart_mm, ours_ms, theirs_ms = time_both(asked.particles, asked.threads)
+    engine, apart_mm, ours_ms, theirs_ms, alone_ms = time_both(asked.particles, asked.threads)
     near = float(engine.lists.fluid_count.numpy().mean())
     rows = [
         Row("both, one step on, farthest apart", apart_mm, "mm", 0, TOGETHER_MM),
@@ -107,6 +114,8 @@ def main() -> None:
         Row("numba, a substep", theirs_ms, "ms", 0, np.inf),
         Row("this package over numba", ours_ms / theirs_ms, "", 0, 0.7, "<= 0.4"),
     ]
+    if asked.threads > 1:
+        rows.append(Row(f"one thread over {asked.threads}", alone_ms / ours_ms, "x", MANY_THREADS, np.inf))
     figures = {
         "particles": asked.particles,
         "threads": asked.threads,
@@ -125,13 +134,11 @@ def _apart_mm(engine: FluidSolver, baseline: NumbaStep) -> float:
     return float(np.abs(engine.state.position_mm() - theirs).max())
 
 
-def _take_turns(
-    ours: Callable[[], object], theirs: Callable[[], object], clock: Callable[[], float], pause_s: float
-) -> list[float]:
+def _take_turns(steps: Sequence[Callable[[], object]], clock: Callable[[], float], pause_s: float) -> list[float]:
     """Milliseconds a step, of each, in its quietest turn."""
-    least = [np.inf, np.inf]
+    least = [np.inf] * len(steps)
     for _ in range(TURNS):
-        for which, step in enumerate((ours, theirs)):
+        for which, step in enumerate(steps):
             time.sleep(pause_s)
             began = clock()
             for _ in range(STEPS_A_TURN):

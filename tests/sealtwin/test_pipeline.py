@@ -329,7 +329,7 @@ def test_a_fluid_run_that_is_killed_goes_on_from_its_checkpoint(unbroken, tmp_pa
     assert not (tmp_path / "other" / "checkpoint.npz").exists()
 
 
-class Reached(Exception): ...
+class ReachedError(Exception): ...
 
 
 def test_threads_are_those_of_the_fluid_run_and_a_gpu_has_none(unbroken, tmp_path, monkeypatch):
@@ -339,12 +339,12 @@ def test_threads_are_those_of_the_fluid_run_and_a_gpu_has_none(unbroken, tmp_pat
     (tmp_path / "run" / "trial.toml").write_text((made / "trial.toml").read_text().replace("seed = 0", "seed = 1"))
 
     def launcher(device: str, threads: int) -> None:
-        raise Reached(device, threads)
+        raise ReachedError(device, threads)
 
     monkeypatch.setattr("simulate.solver.Launcher", launcher)
     command = ["simulate", str(tmp_path / "run"), "--threads", "2"]
     answer = CliRunner().invoke(app, [*command, "--device", "cpu"])
-    assert isinstance(answer.exception, Reached)
+    assert isinstance(answer.exception, ReachedError)
     assert answer.exception.args == ("cpu", 2)
     monkeypatch.setattr("simulate.device.choose_device", lambda _: "cuda:0")
     answer = CliRunner().invoke(app, command)
