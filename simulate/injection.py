@@ -333,6 +333,7 @@ def prepare(
         frame_s=schedule.frame_s,
         substeps=substeps,
         rows=sum(_most_movers(schedule, frames, paste) for paste in pastes),
+        centreline=outline.centreline_mm * CM,
         threads=threads,
     )
     setup_s = time.perf_counter() - began

@@ -24,6 +24,9 @@ NOT_FINITE = wp.constant(4)
 TOO_FAST = wp.constant(8)
 TOO_DENSE = wp.constant(16)
 
+MOST_BY_WALLS = wp.constant(0.6)
+"""Of a density: a corner of two walls makes 0.43 (1 - 0.75^2), one of three 0.58."""
+
 
 @wp.struct
 class Smoothing:
@@ -171,14 +174,54 @@ def inspect(
             direction[i] = wp.vec3(0.0)
 
 
+@wp.struct
+class Constraint:
+    """Of a particle: rho_i, and how it changes with places (Eqs 1 and 2)."""
+
+    density: float
+    by_walls: float
+    """What walls add to it."""
+    slope: wp.vec3
+    """Its gradient with the particle's own place."""
+    wall_slope: wp.vec3
+    """The walls' part of that."""
+    squares: float
+    """Sum of its squared gradients with all places."""
+
+
 class PressureKernels(NamedTuple):
     measure_density: Any
+    measure_terms: Any
     correct: Any
 
 
 def pressure_kernels(loops: ModuleType, module: Any) -> PressureKernels:
-    """Both kernels of a pressure iteration with the inner loops of ``loops``."""
+    """The kernels of a pressure iteration that go over pairs, with the inner loops of ``loops``."""
     sum_density, sum_walls, sum_correction = loops.sum_density, loops.sum_walls, loops.sum_correction
+
+    @wp.func(module=module)
+    def constrain(
+        kernel: Smoothing,
+        listed: wp.array2d[int],
+        count: wp.array[int],
+        wall: wp.array[wp.vec4],
+        wall_listed: wp.array2d[int],
+        wall_count: wp.array[int],
+        place: wp.array[wp.vec4],
+        row: int,
+        here: wp.vec4,
+    ):
+        """rho_i = sum_j m W_poly6 + sum_k psi_k W_poly6, and its gradients by the spiky kernel."""
+        h = kernel.support
+        sums = sum_density(place, listed, row, count[row], here, h)
+        walls = sum_walls(wall, wall_listed, row, wall_count[row], here, h)
+        it = Constraint()
+        it.by_walls = kernel.wall_density * walls[0]
+        it.density = kernel.density * (h * h * h * h * h * h + sums[0]) + it.by_walls
+        it.wall_slope = kernel.wall_slope * wp.vec3(walls[1], walls[2], walls[3])
+        it.slope = kernel.slope * wp.vec3(sums[1], sums[2], sums[3]) + it.wall_slope
+        it.squares = wp.length_sq(it.slope) + kernel.slope * kernel.slope * sums[4]
+        return it
 
     @wp.kernel(enable_backward=False, module=module)
     def measure_density(
@@ -195,26 +238,52 @@ def pressure_kernels(loops: ModuleType, module: Any) -> PressureKernels:
         density: wp.array[float],  # out
         bulk: wp.array[wp.vec2],  # in, out: the volume
     ):
-        """rho_i = sum_j m W_poly6 + sum_k psi_k W_poly6 and its multiplier (Eqs 1 and 2).
-
-        lambda_i = -max(rho_i - 1, 0) / (sum |grad C|^2 + eps).
-        """
+        """lambda_i = -max(rho_i - 1, 0) / (sum |grad C|^2 + eps)."""
         row = begin + wp.tid()
         if row >= movers.count[0]:
             return
         i = movers.who[row]
         here = place[i]
-        h = kernel.support
-        sums = sum_density(place, listed, row, count[row], here, h)
-        walls = sum_walls(wall, wall_listed, row, wall_count[row], here, h)
-        rho = kernel.density * (h * h * h * h * h * h + sums[0]) + kernel.wall_density * walls[0]
-        by_walls = kernel.wall_slope * wp.vec3(walls[1], walls[2], walls[3])
-        own = kernel.slope * wp.vec3(sums[1], sums[2], sums[3]) + by_walls
-        squares = wp.length_sq(own) + kernel.slope * kernel.slope * sums[4]
-        wall_slope[row] = by_walls
-        density[i] = rho
-        bulk[i] = wp.vec2(kernel.mass / rho, bulk[i][1])
-        place[i] = wp.vec4(here[0], here[1], here[2], -wp.max(rho - 1.0, 0.0) / (squares + kernel.relaxation))
+        it = constrain(kernel, listed, count, wall, wall_listed, wall_count, place, row, here)
+        wall_slope[row] = it.wall_slope
+        density[i] = it.density
+        bulk[i] = wp.vec2(kernel.mass / it.density, bulk[i][1])
+        multiplier = -wp.max(it.density - 1.0, 0.0) / (it.squares + kernel.relaxation)
+        place[i] = wp.vec4(here[0], here[1], here[2], multiplier)
+
+    @wp.kernel(enable_backward=False, module=module)
+    def measure_terms(
+        begin: int,
+        movers: Movers,
+        kernel: Smoothing,
+        listed: wp.array2d[int],
+        count: wp.array[int],
+        wall: wp.array[wp.vec4],
+        wall_listed: wp.array2d[int],
+        wall_count: wp.array[int],
+        place: wp.array[wp.vec4],
+        wall_slope: wp.array[wp.vec3],  # out
+        density: wp.array[float],  # out
+        bulk: wp.array[wp.vec2],  # in, out: the volume
+        slope: wp.array[wp.vec4],  # out: and the share in its nodes' multipliers
+        yielding: wp.array[float],  # out
+    ):
+        """What the coarse level needs to know of a particle, ``kernels_coarse``.
+
+        Walls answer a multiplier, but not its gradient: of that a particle beside them feels only what its fluid
+        neighbours make, and so takes the more of its nodes' multipliers.
+        """
+        row = begin + wp.tid()
+        if row >= movers.count[0]:
+            return
+        i = movers.who[row]
+        it = constrain(kernel, listed, count, wall, wall_listed, wall_count, place, row, place[i])
+        wall_slope[row] = it.wall_slope
+        density[i] = it.density
+        bulk[i] = wp.vec2(kernel.mass / it.density, bulk[i][1])
+        share = 1.0 / (1.0 - wp.min(it.by_walls / it.density, MOST_BY_WALLS))
+        slope[row] = wp.vec4(it.slope[0], it.slope[1], it.slope[2], share)
+        yielding[row] = 1.0 / (it.squares + kernel.relaxation)
 
     @wp.kernel(enable_backward=False, module=module)
     def correct(
@@ -231,6 +300,8 @@ def pressure_kernels(loops: ModuleType, module: Any) -> PressureKernels:
     ):
         """dx_i = sum_j (lambda_i + lambda_j) m grad W + lambda_i sum_k psi_k grad W (Eq. 3).
 
+        lambda is what the place holds: the multiplier, or what an iteration changed of it.
+
         Who rests cannot give way: it answers with the particle's own multiplier, or, as in the paper, with none, and
         is then half as hard as it should be.
         """
@@ -246,4 +317,4 @@ def pressure_kernels(loops: ModuleType, module: Any) -> PressureKernels:
             step *= longest / length
         correction[row] = step
 
-    return PressureKernels(measure_density, correct)
+    return PressureKernels(measure_density, measure_terms, correct)

@@ -7,6 +7,8 @@ what counts here is its first ``count`` entries.
 
 import warp as wp
 
+from simulate.kernels_rest import RESTS
+
 wp.set_module_options({"enable_backward": False})
 
 DensitySums = wp.types.vector(length=5, dtype=wp.float32)
@@ -76,7 +78,7 @@ def sum_walls(
 
 @wp.func
 def sum_correction(
-    place: wp.array[wp.vec4],  # and multiplier; above 0, the particle rests
+    place: wp.array[wp.vec4],  # and multiplier
     listed: wp.array2d[int],
     row: int,
     count: int,
@@ -90,7 +92,7 @@ def sum_correction(
         other = place[listed[row, slot]]
         offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
         answer = other[3]
-        if answer > 0.0:
+        if answer == RESTS:
             answer = resting
         total += (here[3] + answer) * spike(support, wp.length(offset)) * offset
     return total

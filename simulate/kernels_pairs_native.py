@@ -9,6 +9,7 @@ all its terms are zero. Sums are taken in another order than there, so that the 
 import warp as wp
 
 from simulate.kernels_pairs import DensitySums, WallSums
+from simulate.kernels_rest import RESTS
 
 wp.set_module_options({"enable_backward": False})
 
@@ -128,11 +129,12 @@ def sum_walls(
 @wp.func_native(
     _block(
         VECTORS,
+        f"const float RESTS = {float(RESTS)!r}f;",
         "f16 x = {}, y = {}, z = {};",
         OFFSETS.replace("PLACES", "place"),
         SPIKE,
         """
-    spike *= here[3] + (W > 0.0f ? none + resting : W);
+    spike *= here[3] + (W == RESTS ? none + resting : W);
     x += spike * X; y += spike * Y; z += spike * Z;
 }
 return wp::vec3(SUM(x), SUM(y), SUM(z));

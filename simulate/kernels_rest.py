@@ -16,6 +16,9 @@ WAITING = wp.constant(5)
 GIVEN_UP = wp.constant(6)
 """Of a run that failed, whose particles are gone at once, those still to come included."""
 
+RESTS = wp.constant(1.0e30)
+"""In place of a multiplier: who rests has none, and the pressure's loops read it with the place."""
+
 
 @wp.struct
 class Movers:
@@ -72,8 +75,7 @@ def lay_down(
     direction: wp.array[wp.vec3],
 ):
     x = place[i]
-    # A multiplier above 0 marks who rests: the pressure loops read it with the place.
-    place[i] = wp.vec4(x[0], x[1], x[2], 1.0)
+    place[i] = wp.vec4(x[0], x[1], x[2], RESTS)
     velocity[i] = wp.vec3(0.0)
     direction[i] = wp.vec3(0.0)
 

@@ -7,9 +7,11 @@ from typing import Any, NamedTuple
 import numpy as np
 import warp as wp
 
+from sealtwin.errors import InputError
 from sealtwin.records import Floats
 from simulate import kernels, kernels_rest
 from simulate.cells import CellGrid
+from simulate.coarse_pressure import CoarsePressure
 from simulate.distance import Barrier
 from simulate.launch import Launcher
 from simulate.movers import MoversList
@@ -59,9 +61,18 @@ class Domain(NamedTuple):
 
 
 def substeps_for(settings: Solver, frame_s: float) -> int:
-    """The user's number, or as many as keep the fall in one of them short."""
+    """The user's number, or as many as keep the fall in one of them short.
+
+    Raises InputError where the number is smaller than that and the pressure has two levels.
+    """
     support = 4 * settings.size_mm / 10
-    return settings.substeps or max(1, math.ceil(frame_s / math.sqrt(FALL * support / 981.0)))
+    short = max(1, math.ceil(frame_s / math.sqrt(FALL * support / 981.0)))
+    if settings.substeps is not None and settings.substeps < short and settings.pressure == "two-level":
+        raise InputError(
+            f'solver.substeps is {settings.substeps}: with solver.pressure = "two-level" frames of '
+            f"{frame_s * 1e3:.3g} ms need at least {short}, or the fluid boils. Give as many, or leave it out."
+        )
+    return settings.substeps or short
 
 
 class FluidSolver:
@@ -82,10 +93,14 @@ class FluidSolver:
         frame_s: float,
         substeps: int,
         rows: int,
+        centreline: Floats,
         threads: int = 1,
         native: bool | None = None,
     ) -> None:
-        """``rows`` may move at one time. ``native``: loops for CPUs; None is what suits the device."""
+        """``rows`` may move at one time. ``centreline`` is the crack's, (n, 2), cm.
+
+        ``native``: loops for CPUs; None is what suits the device.
+        """
         radius = settings.size_mm / 10
         device = state.device
         self.state, self.walls, self.barrier, self.settings = state, walls, barrier, settings
@@ -123,6 +138,18 @@ class FluidSolver:
         self.wall_cells.fill(walls.place, all_there, len(walls.place))
         self._wall_slope = wp.zeros(rows, dtype=wp.vec3, device=device)
         self._correction = wp.zeros(rows, dtype=wp.vec3, device=device)
+        self._coarse: CoarsePressure | None = None
+        if settings.pressure == "two-level":
+            self._coarse = CoarsePressure(
+                state,
+                self.movers,
+                self._launch,
+                centreline,
+                domain.low,
+                domain.high,
+                rows=rows,
+                support=self._support,
+            )
         self._quiet_s = wp.zeros(state.count, dtype=float, device=device)
         self._frames_to_freeze = wp.array([fluid.frames_to_freeze for fluid in fluids], dtype=int, device=device)
         self._fault = wp.zeros(state.count, dtype=int, device=device)
@@ -198,8 +225,14 @@ class FluidSolver:
         self.find_neighbours()
         if self._yields:
             self.viscosity.measure_shear(self.rows)
-        for _ in range(self.scheme.iterations):
-            self.measure_density()
+        if self._coarse:
+            self._coarse.begin(self.rows)
+        for iteration in range(self.scheme.iterations):
+            if self._coarse:
+                self._measure_terms(self._coarse)
+                self._coarse.change(iteration, self.rows)
+            else:
+                self.measure_density()
             self.correct()
         self.update_velocity()
         if self.settings.viscosity_solve == "implicit":
@@ -268,6 +301,24 @@ class FluidSolver:
             self._wall_slope,
             state.density,
             state.bulk,
+        )
+
+    def _measure_terms(self, coarse: CoarsePressure) -> None:
+        state, lists = self.state, self.lists
+        self._rows(
+            self._kernels.pressure.measure_terms,
+            self.smoothing,
+            lists.fluid,
+            lists.fluid_count,
+            self.walls.place,
+            lists.wall,
+            lists.wall_count,
+            state.place,
+            self._wall_slope,
+            state.density,
+            state.bulk,
+            coarse.slope,
+            coarse.yielding,
         )
 
     def correct(self) -> None:

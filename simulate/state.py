@@ -26,7 +26,7 @@ class State:
         self._released = schedule.released
         count = runs * schedule.particles
         self.place = _padded(np.pad(schedule.position_mm * CM, ((0, 0), (0, 1))), runs, wp.vec4, device)
-        """Position, and the multiplier of the density constraint: above 0 where a particle rests."""
+        """Position, and the multiplier of the density constraint: RESTS where a particle rests."""
         self.velocity = _padded(schedule.velocity_mm_s * CM, runs, wp.vec3, device)
         self.start = wp.zeros(count, dtype=wp.vec3, device=device)
         """Where each was before the substep."""

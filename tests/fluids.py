@@ -13,7 +13,7 @@ from digitise.trajectory import plan_trajectory
 from sealtwin.progress import Progress
 from sealtwin.records import FaceLabel, Floats, Outline, Run, Solid, Trajectory
 from simulate.distance import CM, Barrier, build_barrier
-from simulate.kernels_rest import FROZEN
+from simulate.kernels_rest import FROZEN, RESTS
 from simulate.nozzle import Schedule
 from simulate.paste import Rheology
 from simulate.run import inject
@@ -117,6 +117,7 @@ def engine_with(
         frame_s=frame_s,
         substeps=substeps,
         rows=count,
+        centreline=crack[1].centreline_mm * CM,
         threads=threads,
         native=native,
     )
@@ -131,7 +132,7 @@ def positions_mm(engine: FluidSolver) -> Floats:
 def lay_down(engine: FluidSolver, rests: NDArray[np.bool_]) -> None:
     """Put those particles to rest."""
     place, fate = engine.state.place.numpy().copy(), engine.state.fate.numpy().copy()
-    place[rests, 3], fate[rests] = 1.0, FROZEN
+    place[rests, 3], fate[rests] = RESTS, FROZEN
     engine.state.place.assign(place)
     engine.state.fate.assign(fate)
     engine.find_movers()
