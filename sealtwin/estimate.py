@@ -1,10 +1,7 @@
 """What a study will take: time, memory, disk. A model, which the runs that are done correct."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-
-import numpy as np
 
 from sealtwin.errors import InputError
 from sealtwin.ledger import StudyRun
@@ -23,8 +20,10 @@ WALLS_BYTES = 18e3
 """Of the grid of distances and the wall particles, for each particle: both get finer with it. At their peak, seen at
 radii of 0.4 and 0.6 mm: 270 and 115 MB.
 """
-PARTICLE_BYTES = 2e3
-"""Lists of 224 neighbours of 4 bytes, and as much again for the weights of its pairs."""
+PARTICLE_BYTES = 170.0
+"""Place, speed and age, the search's sorting, and its part of the cells."""
+MOVER_BYTES = 1500.0
+"""While it moves: lists of 224 neighbours, and the weights of its 128 pairs, of 4 bytes each; what the solves need."""
 RUN_BYTES = 25e3
 """profile.csv and summary.json, and a row of the ledger."""
 PARTICLE_ROW_BYTES = 75
@@ -36,8 +35,15 @@ class Size:
     """Of one run, before it starts."""
 
     particles: int
+    moving: int
+    """At one time, the most."""
     work_s: float
     """On one core, by the model."""
+
+    @property
+    def bytes(self) -> float:
+        """Of its arrays on the device, each time that it is in a launch."""
+        return self.particles * PARTICLE_BYTES + self.moving * MOVER_BYTES
 
 
 @dataclass(frozen=True)
@@ -66,23 +72,20 @@ def size_of(trial: Trial, trajectory: Trajectory, width_mm: float) -> Size:
 
     Raises InputError where the path gives no sealant, or more particles than are allowed.
     """
+    from simulate.course import course_of
     from simulate.nozzle import plan_releases
     from simulate.solver import substeps_for
 
+    assert trial.fluid is not None, "a study without one is refused"
     solver = trial.solver.for_crack(width_mm)
     schedule = plan_releases(trajectory, solver.size_mm, trial.nozzle.diameter_mm, trial.seed)
-    frames = len(schedule.released) + math.ceil(trial.solver.settle_s / schedule.frame_s)
-    out = np.pad(schedule.released, (0, frames - len(schedule.released)), mode="edge")
-    moving = int(out.sum())
-    if trial.fluid is not None and trial.fluid.freeze_after_s != "never":
-        # Particles freeze in the order in which they came.
-        moving -= int(out[: max(0, frames - math.ceil(trial.fluid.freeze_after_s / schedule.frame_s))].sum())
-    substeps = substeps_for(solver, schedule.frame_s)
-    return Size(schedule.particles, SETUP_S + substeps * (LAUNCHES_S * frames + PARTICLE_S * moving))
+    course = course_of(schedule, trial.fluid, solver.settle_s)
+    work_s = substeps_for(solver, schedule.frame_s) * (LAUNCHES_S * course.frames + PARTICLE_S * course.moving.sum())
+    return Size(schedule.particles, int(course.moving.max()), SETUP_S + float(work_s))
 
 
-def estimate(runs: Sequence[StudyRun], particles: int, jobs: int, batch: int, *, keep_runs: bool) -> Estimate:
-    """Of what is waiting among ``runs``, the largest of which has so many ``particles``, with ``jobs`` processes."""
+def estimate(runs: Sequence[StudyRun], largest: Size, jobs: int, batch: int, *, keep_runs: bool) -> Estimate:
+    """Of what is waiting among ``runs``, with ``jobs`` processes."""
     left = [run for run in runs if run.state == "waiting"]
     jobs = min(jobs, max(1, len(left)))
     pace = measured_pace(runs)
@@ -90,8 +93,8 @@ def estimate(runs: Sequence[StudyRun], particles: int, jobs: int, batch: int, *,
         runs=len(left),
         time_s=(pace or 1.0) * sum(run.work_s for run in left) / jobs,
         measured=pace is not None,
-        memory_bytes=jobs * (PROCESS_BYTES + particles * (WALLS_BYTES + batch * PARTICLE_BYTES)),
-        disk_bytes=len(left) * (RUN_BYTES + keep_runs * particles * PARTICLE_ROW_BYTES),
+        memory_bytes=jobs * (PROCESS_BYTES + largest.particles * WALLS_BYTES + batch * largest.bytes),
+        disk_bytes=len(left) * (RUN_BYTES + keep_runs * largest.particles * PARTICLE_ROW_BYTES),
     )
 
 

@@ -83,11 +83,13 @@ def sweep(file: Path, out: Path | None, wish: Wish, progress: Progress) -> Repor
         _adopt(folder, ledger, study)
         files.write_if_new(folder / "study.toml", file.read_bytes())
         samples = _digitise(planned, base.parent, folder, progress)
-        entries, particles = _entries(planned, samples, folder, wish.device)
+        entries, largest = _entries(planned, samples, folder, wish.device)
         ledger.plan(entries)
         ledger.put_back(_to_redo(ledger.runs(), folder, wish))
-        expected = estimate(ledger.runs(), particles, wish.jobs, wish.batch, keep_runs=wish.keep_runs)
-        progress.note(f"{study.name}: {len(entries)} runs of {particles:,} particles at most. {expected.sentence}")
+        expected = estimate(ledger.runs(), largest, wish.jobs, wish.batch, keep_runs=wish.keep_runs)
+        progress.note(
+            f"{study.name}: {len(entries)} runs of {largest.particles:,} particles at most. {expected.sentence}"
+        )
         require_disk(expected, shutil.disk_usage(folder).free, shown(folder))
         if expected.runs and not wish.dry_run:
             _run(folder, ledger, wish, progress)
@@ -153,8 +155,10 @@ def _digitise(planned: Sequence[Planned], source: Path, folder: Path, progress: 
     return samples
 
 
-def _entries(planned: Sequence[Planned], samples: dict[int, str], folder: Path, device: str) -> tuple[list[Entry], int]:
-    """The ledger's rows, and the particles of the largest run. Raises InputError where settings do not fit a crack."""
+def _entries(
+    planned: Sequence[Planned], samples: dict[int, str], folder: Path, device: str
+) -> tuple[list[Entry], Size]:
+    """The ledger's rows, and the size of the largest run. Raises InputError where settings do not fit a crack."""
     from simulate.fit import check_fit
 
     entries: list[Entry] = []
@@ -184,7 +188,7 @@ def _entries(planned: Sequence[Planned], samples: dict[int, str], folder: Path, 
             )
         )
     raise_faults(faults)
-    return entries, max(size.particles for size in sizes.values())
+    return entries, max(sizes.values(), key=lambda size: (size.particles, size.bytes))
 
 
 class _Crack:

@@ -6,8 +6,9 @@ import numpy as np
 
 from sealtwin.errors import InputError
 from sealtwin.records import Outline, Solid, Trajectory
+from simulate.course import frames_to_freeze
 from simulate.distance import CM, crack_box_mm
-from simulate.paste import NEVER, Rheology, viscous_weight
+from simulate.paste import Rheology, viscous_weight
 from simulate.settings import STIFFEST_U, Fluid, Nozzle, Solver
 from simulate.solver import LIST_REACH, Domain
 
@@ -15,8 +16,6 @@ ACROSS_AT_LEAST = 2
 """Particles abreast in a crack of mean width."""
 CELLS_AT_MOST = 4_000_000
 """Of the neighbour search: 90 times the paper's trial. Each substep clears and sums them all: 2 ms."""
-ROUNDING = 1e-9
-"""A whole number of frames must not become one more."""
 CM2_IN_M2 = 1e4
 
 
@@ -75,16 +74,13 @@ def effective_u(fluid: Fluid, support: float, frame_s: float) -> float:
 
 def rheology_of(fluid: Fluid, support: float, frame_s: float) -> Rheology:
     """Raises InputError where a viscosity is more than the equations can carry."""
-    frames_to_freeze = NEVER
-    if fluid.freeze_after_s != "never":
-        frames_to_freeze = math.ceil(fluid.freeze_after_s / frame_s - ROUNDING)
     return Rheology(
         effective_u(fluid, support, frame_s),
         fluid.D_cm,
         yield_cm2_s2=fluid.yield_stress_pa / fluid.density_kg_m3 * CM2_IN_M2,
         stiffening_cm2_s3=fluid.structuration_pa_per_s / fluid.density_kg_m3 * CM2_IN_M2,
         yield_most_cm2_s2=fluid.most_yield_stress_pa / fluid.density_kg_m3 * CM2_IN_M2,
-        frames_to_freeze=frames_to_freeze,
+        frames_to_freeze=frames_to_freeze(fluid, frame_s),
     )
 
 

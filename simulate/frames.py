@@ -7,7 +7,7 @@ import numpy as np
 
 from sealtwin.output import PAST_THE_END
 from sealtwin.records import Frame
-from simulate.fit import ROUNDING
+from simulate.course import ROUNDING
 from simulate.injection import Injection
 
 

@@ -1,6 +1,5 @@
 """An injection that can be followed frame by frame: one fluid, or several in the same crack under the same nozzle."""
 
-import math
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -14,14 +13,15 @@ from sealtwin.errors import NumericalError
 from sealtwin.records import Outline, Run, Solid, Trajectory
 from sealtwin.regime import regime_of
 from simulate import kernels, kernels_rest
+from simulate.course import course_of
 from simulate.device import describe_device
 from simulate.distance import CM
 from simulate.enclosure import Enclosure, enclose
-from simulate.fit import CM2_IN_M2, ROUNDING, check_damping, check_fit, domain_of, effective_u, rheology_of
+from simulate.fit import CM2_IN_M2, check_damping, check_fit, domain_of, effective_u, rheology_of
 from simulate.neighbours import NEIGHBOURS, WALL_NEIGHBOURS
 from simulate.nozzle import Schedule, plan_releases
 from simulate.outlet import check_outlet
-from simulate.paste import Rheology, kinematic_viscosity
+from simulate.paste import kinematic_viscosity
 from simulate.settings import Fluid, Nozzle, Solver
 from simulate.solver import DENSEST, FASTEST_CM_S, UNSOLVED, Fault, FluidSolver, substeps_for
 from simulate.state import State
@@ -307,7 +307,7 @@ def prepare(
         check_fit(outline, solid, fluid, solver, nozzle)
     began = time.perf_counter()
     schedule = plan_releases(trajectory, solver.size_mm, nozzle.diameter_mm, seed)
-    frames = len(schedule.released) + math.ceil(solver.settle_s / schedule.frame_s - ROUNDING)
+    courses = [course_of(schedule, fluid, solver.settle_s) for fluid in fluids]
     domain = domain_of(solid, outline, trajectory, solver.size_mm)
     enclosure = enclosure or enclose(solid, outline, solver.size_mm, device)
     check_outlet(
@@ -332,21 +332,12 @@ def prepare(
         pastes,
         frame_s=schedule.frame_s,
         substeps=substeps,
-        rows=sum(_most_movers(schedule, frames, paste) for paste in pastes),
+        rows=sum(int(course.moving.max()) for course in courses),
         centreline=outline.centreline_mm * CM,
         threads=threads,
     )
     setup_s = time.perf_counter() - began
-    return Injection(outline, tuple(fluids), solver, nozzle, seed, schedule, engine, frames, setup_s, Seen())
-
-
-def _most_movers(schedule: Schedule, frames: int, paste: Rheology) -> int:
-    """Particles leave the nozzle in order, and freeze by age in the same order; how many lie between the two."""
-    out = np.concatenate([schedule.released, np.full(frames - len(schedule.released), schedule.particles)])
-    frozen = np.zeros_like(out)
-    if paste.frames_to_freeze < frames:
-        frozen[paste.frames_to_freeze :] = out[: -paste.frames_to_freeze]
-    return int((out - frozen).max())
+    return Injection(outline, tuple(fluids), solver, nozzle, seed, schedule, engine, courses[0].frames, setup_s, Seen())
 
 
 def _fates(engine: FluidSolver) -> NDArray[np.integer]:

@@ -1,0 +1,217 @@
+"""The fluid on a GPU: one run, a whole study in one launch, and how far it lies from what a CPU makes of the same.
+
+    python benchmarks/cuda_runs.py [--device cuda:0] [--runs N] [--radius-mm R]
+
+One run is the paper's trial, frozen by age; the study is the paper's 132 pairs of U and D, at the radius of its file.
+The shipped trial, with its yield stress, is computed on the device, and three times on the CPU: as it is, and with the
+nozzle 1e-6 mm higher and lower; device and CPU may lie twice as far apart as these. --radius-mm coarsens all. A time is
+that of set-up, frames and results, after such a run has loaded every kernel; digitising and the profiles are apart. On
+the CPU (--device cpu) times have no targets.
+"""
+
+import argparse
+import math
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+import warp as wp
+
+from benchmarks.table import Row, finish
+from sealtwin.bench import Bench, read_bench
+from sealtwin.errors import InputError, NumericalError
+from sealtwin.estimate import size_of
+from sealtwin.folder import open_folder
+from sealtwin.job import start_job
+from sealtwin.pipeline import run_stages
+from sealtwin.progress import Progress, progress_for_stderr
+from sealtwin.records import Profile, Run
+from sealtwin.study import load_study, plan_runs
+from sealtwin.trial import Trial, load_trial
+from simulate.device import choose_device, describe_device
+from simulate.injection import prepare
+from simulate.profile import measure_profile
+from simulate.run import follow
+from tests.places import FIXTURE
+from validate.compare import error_bins
+
+ALIKE = {"fluid.U": 30.0, "fluid.D_cm": 0.3}
+"""The paper's own pair, of its 132."""
+ONE_S, STUDY_S = 2.0, 30.0
+NUDGE_MM = 1e-6
+UP = np.array([0.0, 0.0, 1.0])
+NO_DEVICE = 3
+"""The command's code for input that cannot be."""
+
+
+@dataclass(frozen=True)
+class Launch:
+    """Some runs that were computed at once."""
+
+    outcomes: list[Run | NumericalError]
+    took_s: float
+    setup_s: float
+    frames: int
+    kernels: int
+    """A frame, the search of the viscosity counted once."""
+    recorded: bool
+    particles: int
+    taken_bytes: float
+    """Of the device's memory by these runs; NaN where nobody counts it."""
+
+    @property
+    def runs(self) -> list[Run]:
+        return [outcome for outcome in self.outcomes if isinstance(outcome, Run)]
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--device", default="cuda:0")
+    parser.add_argument("--runs", type=int, default=132, help="of the study's 132, spread over all of them")
+    parser.add_argument("--radius-mm", type=float)
+    asked = parser.parse_args(arguments)
+    try:
+        device = choose_device(asked.device)
+    except InputError as fault:
+        print(fault, file=sys.stderr)
+        sys.exit(NO_DEVICE)
+    print(f"Device: {describe_device(device)}")
+    shipped = _coarsened(load_trial(FIXTURE / "trial.toml"), asked.radius_mm)
+    study = _pairs(asked.radius_mm)
+    own = {"solver": shipped.solver.model_copy(update={"settle_s": 0.0})}
+    paper = next(trial for settings, trial in study if settings == ALIKE).model_copy(update=own)
+    bench = _digitised(shipped)
+    spread = [study[number][1] for number in np.linspace(0, len(study) - 1, asked.runs).round().astype(int)]
+    for trials in ([paper], spread):
+        inject_at_once(bench, trials, device, frames=3)
+    one = inject_at_once(bench, [paper], device)
+    together = inject_at_once(bench, spread, device)
+    finish(
+        [
+            *_timed("one run", one, ONE_S, "<= 1", device),
+            *_timed(f"{len(spread)} runs", together, STUDY_S, "<= 10", device),
+            _profiles(bench, together),
+            *_memory(bench, spread, together),
+            *_apart(bench, shipped, device),
+        ]
+    )
+
+
+def inject_at_once(bench: Bench, trials: Sequence[Trial], device: str, frames: int | None = None) -> Launch:
+    """All runs in one launch; ``frames`` ends them early."""
+    first = trials[0]
+    enclosure = bench.enclosure(first.solver.size_mm, device)
+    before = _used_bytes(device)
+    began = time.perf_counter()
+    injection = prepare(
+        bench.solid,
+        bench.outline,
+        bench.trajectory,
+        [trial.fluid for trial in trials if trial.fluid is not None],
+        first.solver,
+        first.nozzle,
+        seed=first.seed,
+        device=device,
+        enclosure=enclosure,
+    )
+    if frames is None:
+        follow(injection, progress_for_stderr(quiet=False))
+    else:
+        for _ in range(frames):
+            injection.advance()
+    outcomes = injection.outcomes()
+    return Launch(
+        outcomes,
+        time.perf_counter() - began,
+        injection.setup_s,
+        injection.done,
+        injection.engine.kernels_a_frame,
+        injection.engine.recorded,
+        injection.schedule.particles,
+        _used_bytes(device) - before,
+    )
+
+
+def _timed(name: str, launch: Launch, most_s: float, goal: str, device: str) -> list[Row]:
+    on_gpu = device != "cpu"
+    unplaced = sum(int((~np.isfinite(run.position_mm)).any(axis=1).sum()) for run in launch.runs)
+    return [
+        Row(f"{name}, with set-up and results", launch.took_s, "s", 0, most_s if on_gpu else math.inf, goal),
+        Row(f"{name}: set-up", launch.setup_s, "s", 0, math.inf),
+        Row(f"{name}: frames", launch.frames, "", 0, math.inf),
+        Row(f"{name}: kernels a frame, a solve's search once", launch.kernels, "", 0, math.inf),
+        Row(f"{name}: frames replayed from one graph", launch.recorded, "", on_gpu, on_gpu),
+        Row(f"{name}: particles each", launch.particles, "", 0, math.inf),
+        Row(f"{name}: failed", len(launch.outcomes) - len(launch.runs), "", 0, 0),
+        Row(f"{name}: particles through a wall", sum(run.escaped_particles for run in launch.runs), "", 0, 0),
+        Row(f"{name}: places that are no number", unplaced, "", 0, 0),
+    ]
+
+
+def _profiles(bench: Bench, launch: Launch) -> Row:
+    began = time.perf_counter()
+    for run in launch.runs:
+        measure_profile(run, bench.outline, bench.solid)
+    return Row(f"{len(launch.runs)} runs: their profiles read, one core", time.perf_counter() - began, "s", 0, math.inf)
+
+
+def _memory(bench: Bench, trials: Sequence[Trial], launch: Launch) -> list[Row]:
+    expected = len(trials) * size_of(trials[0], bench.trajectory, bench.outline.mean_width_mm).bytes
+    rows = [Row(f"{len(trials)} runs: memory, expected", expected / 1e6, "MB", 0, math.inf)]
+    if math.isfinite(launch.taken_bytes):
+        # A pool hands out whole blocks, and holds what scans and sorts take for a moment.
+        rows.append(Row(f"{len(trials)} runs: memory, seen over expected", launch.taken_bytes / expected, "", 0.8, 1.3))
+    return rows
+
+
+def _apart(bench: Bench, trial: Trial, device: str) -> list[Row]:
+    """Of device and CPU, and of CPU runs among themselves: how far two levels lie apart, mean over bins of 10 mm."""
+
+    def level(device: str, up_mm: float = 0.0) -> Profile:
+        nudged = replace(bench.trajectory, position_mm=bench.trajectory.position_mm + up_mm * UP)
+        (run,) = inject_at_once(replace(bench, trajectory=nudged), [trial], device).runs
+        return measure_profile(run, bench.outline, bench.solid)
+
+    def apart_mm(one: Profile, other: Profile) -> float:
+        return float(np.mean([part["mean_error_mm"] for part in error_bins(one, other, bench.outline.length_mm)]))
+
+    here, *nudged = (level("cpu", up_mm) for up_mm in (0.0, NUDGE_MM, -NUDGE_MM))
+    among = float(np.mean([apart_mm(*pair) for pair in combinations((here, *nudged), 2)]))
+    return [
+        # At 0 nothing was nudged, and the next row would hold nothing.
+        Row(f"CPU runs, the nozzle {NUDGE_MM:g} mm apart", among, "mm", 1e-9, math.inf),
+        Row("device and CPU", apart_mm(level(device), here), "mm", 0, 2 * among),
+    ]
+
+
+def _coarsened(trial: Trial, radius_mm: float | None) -> Trial:
+    solver = trial.solver if radius_mm is None else trial.solver.model_copy(update={"radius_mm": radius_mm})
+    return trial.model_copy(update={"solver": solver})
+
+
+def _pairs(radius_mm: float | None) -> list[tuple[dict[str, object], Trial]]:
+    """What varies in each run of the paper's study, and its trial."""
+    file = FIXTURE / "study-paper.toml"
+    study = load_study(file)
+    planned = plan_runs(study, file, load_trial(FIXTURE / study.trial))
+    return [(run.settings, _coarsened(run.trial, radius_mm)) for run in planned]
+
+
+def _digitised(trial: Trial) -> Bench:
+    with tempfile.TemporaryDirectory() as scratch, open_folder(Path(scratch) / "run", create=True) as folder:
+        run_stages(start_job(trial, FIXTURE, folder, "cpu", Progress()), ("digitise",))
+        return read_bench(folder.path, None)
+
+
+def _used_bytes(device: str) -> float:
+    """By the arrays on a GPU; on a CPU nobody counts them."""
+    return math.nan if device == "cpu" else float(wp.get_mempool_used_mem_current(device))
+
+
+if __name__ == "__main__":
+    main()
