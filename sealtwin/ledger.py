@@ -3,28 +3,24 @@
 import json
 import os
 import platform
-import sqlite3
 import time
 import uuid
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Any, Literal
 
+from sealtwin.database import Database
 from sealtwin.errors import InputError
 
 LEDGER = "ledger.sqlite"
 PROFILE = "profile.csv"
 VERSION = 1
-WAIT_S = 60.0
-"""For another process to finish its write, which takes milliseconds; a slow disk gets its time."""
 
 State = Literal["waiting", "running", "done", "failed"]
 STATES: tuple[State, ...] = ("waiting", "running", "done", "failed")
 
 TABLES = """
-CREATE TABLE IF NOT EXISTS facts (name TEXT PRIMARY KEY, value TEXT NOT NULL);
 CREATE TABLE IF NOT EXISTS runs (
     key TEXT PRIMARY KEY,       -- hash of all that the result depends on
     number INTEGER,             -- in the study; none: of an earlier form of it, kept
@@ -119,36 +115,16 @@ def run_path(folder: Path, key: str) -> Path:
     return folder / "runs" / key[:16]
 
 
-class Ledger:
+class Ledger(Database):
     """An open ledger. Every change is one transaction: a process that is killed leaves it as before or as after."""
 
+    called = "ledger"
+
     def __init__(self, folder: Path, *, create: bool = False) -> None:
-        self.path = folder / LEDGER
-        if not create and not self.path.is_file():
+        path = folder / LEDGER
+        if not create and not path.is_file():
             raise InputError(f"{folder}: no study (it has no {LEDGER}). 'sealtwin sweep STUDY.toml' makes one.")
-        with self._told():
-            self._base = sqlite3.connect(self.path, timeout=WAIT_S, isolation_level=None)
-        try:
-            self._open(create)
-        except BaseException:
-            # Whatever it was, Ctrl-C too, nobody else holds this connection.
-            self._base.close()
-            raise
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._base.close()
-
-    def fact(self, name: str) -> str | None:
-        """What is true of the whole study."""
-        with self._told():
-            row = self._base.execute("SELECT value FROM facts WHERE name = ?", [name]).fetchone()
-        return None if row is None else row[0]
-
-    def state_fact(self, name: str, value: str) -> None:
-        self._write("INSERT OR REPLACE INTO facts VALUES (?, ?)", [name, value])
+        super().__init__(path, TABLES, VERSION, create=create, readers_wait=False)
 
     def plan(self, entries: Sequence[Entry]) -> None:
         """From here on the study is ``entries``. Runs that were finished with the same key stay so.
@@ -267,18 +243,6 @@ class Ledger:
             ).fetchone()
         return work_s
 
-    def _open(self, create: bool) -> None:
-        with self._told():
-            if create:
-                # Readers do not wait for writers, nor writers for readers.
-                self._base.execute("PRAGMA journal_mode = WAL")
-                self._base.executescript(TABLES)
-                self._base.execute("INSERT OR IGNORE INTO facts VALUES ('version', ?)", [str(VERSION)])
-        if self.fact("version") != str(VERSION):
-            raise InputError(
-                f"{self.path}: written by another version. Give another --out, or delete {self.path.parent}."
-            )
-
     def _close(
         self,
         claim: Claim,
@@ -296,33 +260,3 @@ class Ledger:
             [state, wall_s, reason, trace, figures, time.time(), key, claim.token],
         )
         return changed == 1
-
-    def _write(self, statement: str, values: Sequence[Any]) -> int:
-        with self._told():
-            return self._base.execute(statement, values).rowcount
-
-    @contextmanager
-    def _transaction(self) -> Iterator[None]:
-        self._base.execute("BEGIN IMMEDIATE")
-        try:
-            yield
-        except BaseException:
-            # Ctrl-C too: half of a transaction must not be kept.
-            self._base.execute("ROLLBACK")
-            raise
-        self._base.execute("COMMIT")
-
-    @contextmanager
-    def _told(self) -> Iterator[None]:
-        """What is wrong with disk or file is the user's to mend."""
-        try:
-            yield
-        except sqlite3.OperationalError as fault:
-            raise InputError(
-                f"{self.path}: {fault}. The folder must be writable, not full, and on a disk of this machine; then "
-                "give the same command again."
-            ) from fault
-        except sqlite3.DatabaseError as fault:
-            if type(fault) is not sqlite3.DatabaseError:
-                raise
-            raise InputError(f"{self.path}: no ledger that can be read ({fault}). Give another --out.") from fault
