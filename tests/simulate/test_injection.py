@@ -6,45 +6,10 @@ import numpy as np
 import pytest
 
 from sealtwin.errors import NumericalError
-from sealtwin.records import Run
-from simulate.injection import SAMPLE_EVERY, Injection, prepare
-from simulate.settings import Fluid, Nozzle, Solver
+from simulate.injection import SAMPLE_EVERY, prepare
+from simulate.settings import Nozzle, Solver
 from tests.fluids import path, pour, slot
-
-PASTES = (
-    Fluid(U=30.0, D_cm=0.3, freeze_after_s=0.2),
-    Fluid(U=1000.0, D_cm=0.01, freeze_after_s="never"),
-    Fluid(U=30.0, D_cm=0.3, yield_stress_pa=12.0, freeze_after_s="never"),
-)
-
-
-def ready(pastes: tuple[Fluid, ...], *, threads: int = 1, replays: bool = False, settle_s: float = 0.3) -> Injection:
-    """``replays``: what a GPU does, done on the CPU."""
-    solid, outline = slot(12.0)
-    injection = prepare(
-        solid,
-        outline,
-        path(outline, 0.1, speed_mm_s=20.0),
-        pastes,
-        Solver(settle_s=settle_s),
-        Nozzle(),
-        seed=0,
-        device="cpu",
-        threads=threads,
-    )
-    injection.engine.replays = replays
-    return injection
-
-
-def finish(injection: Injection) -> Injection:
-    while injection.done < injection.frames and not injection.at_rest:
-        injection.advance()
-    assert injection.engine.recorded == injection.engine.replays
-    return injection
-
-
-def together(pastes: tuple[Fluid, ...], threads: int = 1, replays: bool = False) -> list[Run]:
-    return finish(ready(pastes, threads=threads, replays=replays)).results()
+from tests.launches import PASTES, SPOILED, check_the_others, finish, forbid_long_solves, ready, spoil_a_place, together
 
 
 @pytest.mark.parametrize("pastes", [PASTES, PASTES[:1]])
@@ -78,39 +43,14 @@ def test_a_replayed_run_goes_on_from_where_it_was_kept():
         assert np.array_equal(finish(run).results()[0].position_mm, unbroken.results()[0].position_mm)
 
 
-def spoil_a_place(injection: Injection, monkeypatch: pytest.MonkeyPatch) -> str:
-    """The tenth particle of the second run comes from nowhere."""
-    place = injection.engine.state.place.numpy().copy()
-    place[injection.schedule.particles + 9] = np.nan
-    injection.engine.state.place.assign(place)
-    return r"no number any more.*, particle \d+ at \(nan"
-
-
-def forbid_long_solves(injection: Injection, monkeypatch: pytest.MonkeyPatch) -> str:
-    """The stiff one of them takes up to 19 iterations, the others two."""
-    monkeypatch.setattr("simulate.viscosity.SEARCHES_AT_MOST", 6)
-    return r"did not converge .* Frame \d+"
-
-
 @pytest.mark.parametrize("replays", [False, True])
 @pytest.mark.parametrize("spoil", [spoil_a_place, forbid_long_solves])
 def test_a_run_that_fails_costs_the_others_of_its_launch_nothing(spoil, replays, monkeypatch):
     """It is given up where it fails; those beside it have the bits that they have alone, and nobody computes twice."""
-    pastes = (PASTES[0], Fluid(U=1e4, D_cm=3.0, freeze_after_s="never"), PASTES[0])
-    injection = ready(pastes, replays=replays)
+    injection = ready(SPOILED, replays=replays)
     reason = spoil(injection, monkeypatch)
     finish(injection)
-    alone = together(PASTES[:1])[0]
-    first, failed, last = injection.outcomes()
-    assert isinstance(failed, NumericalError)
-    # The others are frozen by now; what failed would never be.
-    assert injection.moving == 0
-    with pytest.raises(NumericalError, match=reason):
-        injection.results()
-    for run in (first, last):
-        assert isinstance(run, Run)
-        assert np.array_equal(run.position_mm, alone.position_mm)
-        assert np.isfinite(run.health["density_error_max"])
+    check_the_others(injection, reason)
 
 
 def test_a_launch_of_which_no_run_is_left_ends(monkeypatch):

@@ -1,0 +1,87 @@
+"""Several short pours in one launch, told by the host or replayed, and what may go wrong in one of them."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from sealtwin.errors import NumericalError
+from sealtwin.records import Run
+from simulate.injection import Injection, prepare
+from simulate.settings import Fluid, Nozzle, Solver
+from tests.fluids import path, slot
+
+PASTES = (
+    Fluid(U=30.0, D_cm=0.3, freeze_after_s=0.2),
+    Fluid(U=1000.0, D_cm=0.01, freeze_after_s="never"),
+    Fluid(U=30.0, D_cm=0.3, yield_stress_pa=12.0, freeze_after_s="never"),
+)
+
+
+def ready(
+    pastes: tuple[Fluid, ...],
+    *,
+    device: str = "cpu",
+    threads: int = 1,
+    replays: bool = False,
+    **solver: Any,
+) -> Injection:
+    """``replays``: what a GPU does, done on the CPU."""
+    solid, outline = slot(12.0)
+    injection = prepare(
+        solid,
+        outline,
+        path(outline, 0.1, speed_mm_s=20.0),
+        pastes,
+        Solver.model_validate({"settle_s": 0.3, **solver}),
+        Nozzle(),
+        seed=0,
+        device=device,
+        threads=threads,
+    )
+    if replays:
+        injection.engine.replays = True
+    return injection
+
+
+def finish(injection: Injection) -> Injection:
+    while injection.done < injection.frames and not injection.at_rest:
+        injection.advance()
+    assert injection.engine.recorded == injection.engine.replays
+    return injection
+
+
+def together(pastes: tuple[Fluid, ...], **how: Any) -> list[Run]:
+    return finish(ready(pastes, **how)).results()
+
+
+SPOILED = (PASTES[0], Fluid(U=1e4, D_cm=3.0, freeze_after_s="never"), PASTES[0])
+"""The second of them is to fail."""
+
+
+def spoil_a_place(injection: Injection, monkeypatch: pytest.MonkeyPatch) -> str:
+    """The tenth particle of the second run comes from nowhere."""
+    place = injection.engine.state.place.numpy().copy()
+    place[injection.schedule.particles + 9] = np.nan
+    injection.engine.state.place.assign(place)
+    return r"no number any more.*, particle \d+ at \(nan"
+
+
+def forbid_long_solves(injection: Injection, monkeypatch: pytest.MonkeyPatch) -> str:
+    """The stiff one of them takes up to 19 iterations, the others two."""
+    monkeypatch.setattr("simulate.viscosity.SEARCHES_AT_MOST", 6)
+    return r"did not converge .* Frame \d+"
+
+
+def check_the_others(injection: Injection, reason: str) -> None:
+    first, failed, last = injection.outcomes()
+    assert isinstance(failed, NumericalError)
+    # The others are frozen by now; what failed would never be.
+    assert injection.moving == 0
+    with pytest.raises(NumericalError, match=reason):
+        injection.results()
+    (alone,) = together(PASTES[:1], device=injection.engine.state.device)
+    for run in (first, last):
+        assert isinstance(run, Run)
+        assert np.array_equal(run.position_mm, alone.position_mm)
+        assert np.isfinite(run.health["density_error_max"])

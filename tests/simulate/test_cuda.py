@@ -1,0 +1,93 @@
+"""What only a GPU can show; that a recorded frame is the same frame is shown on the CPU (test_injection)."""
+
+import numpy as np
+import pytest
+import warp as wp
+
+from simulate.device import choose_device
+from tests.launches import PASTES, SPOILED, check_the_others, finish, forbid_long_solves, ready, spoil_a_place, together
+
+DEVICE = "cuda:0"
+
+pytestmark = [
+    pytest.mark.gpu,
+    pytest.mark.skipif(not wp.get_cuda_device_count(), reason="no CUDA device is here"),
+]
+
+
+def test_the_device_is_one_that_can_record_frames():
+    assert choose_device("auto") == DEVICE
+
+
+def test_a_frame_is_recorded_and_the_fluid_stays_near_to_the_cpus():
+    """After 8 frames, in which chaos has no time: floats rounded in another order, and nothing else, lie between.
+
+    CPU runs whose starts are 1e-6 mm apart are up to 2e-5 mm apart by then; the benchmark holds a whole run to its bound.
+    """
+    for paste in PASTES:
+        here, there = ready((paste,)), ready((paste,), device=DEVICE)
+        for _ in range(8):
+            here.advance()
+            there.advance()
+        assert there.engine.recorded
+        assert there.engine.kernels_a_frame > 0
+        out = here.out
+        apart_mm = np.abs(here.engine.state.position_mm() - there.engine.state.position_mm())[:out].max()
+        assert 0 < apart_mm < 1e-2
+
+
+def test_runs_on_a_gpu_have_the_same_bits_each_time_and_in_any_company():
+    """No float is summed in an order of chance."""
+    once, again = together(PASTES, device=DEVICE), together(PASTES, device=DEVICE)
+    for run, same, paste in zip(once, again, PASTES, strict=True):
+        (alone,) = together((paste,), device=DEVICE)
+        assert np.array_equal(run.position_mm, same.position_mm)
+        assert np.array_equal(run.position_mm, alone.position_mm)
+        assert run.escaped_particles == 0
+
+
+def test_a_run_on_a_gpu_goes_on_from_where_it_was_kept():
+    unbroken = finish(ready(PASTES[2:], device=DEVICE))
+    killed, resumed = (ready(PASTES[2:], device=DEVICE) for _ in range(2))
+    for _ in range(30):
+        killed.advance()
+    kept = killed.snapshot()
+    for _ in range(7):
+        killed.advance()
+    for run in (killed, resumed):
+        run.restore(kept)
+        assert np.array_equal(finish(run).results()[0].position_mm, unbroken.results()[0].position_mm)
+
+
+@pytest.mark.parametrize("spoil", [spoil_a_place, forbid_long_solves])
+def test_a_run_that_fails_on_a_gpu_costs_the_others_nothing(spoil, monkeypatch):
+    injection = ready(SPOILED, device=DEVICE)
+    reason = spoil(injection, monkeypatch)
+    finish(injection)
+    check_the_others(injection, reason)
+
+
+def test_explicit_passes_are_counted_by_the_host_and_no_frame_of_theirs_is_recorded():
+    """Near to the solve, as on the CPU: the two differ by what a coarser step in time changes."""
+    injection = finish(ready(PASTES[:1], device=DEVICE, viscosity_solve="explicit"))
+    assert not injection.engine.recorded
+    (explicit,) = injection.results()
+    (implicit,) = together(PASTES[:1], device=DEVICE)
+    assert explicit.health["viscosity_iterations_most"] >= 1
+    assert np.median(explicit.position_mm[:, 2]) == pytest.approx(np.median(implicit.position_mm[:, 2]), abs=0.2)
+
+
+def test_frames_are_replayed_without_a_word_from_the_host(monkeypatch):
+    """Between samples no array is read and nobody waits."""
+    injection = ready(PASTES[:1], device=DEVICE)
+    for _ in range(2):
+        injection.advance()
+
+    def overheard(*_: object) -> None:
+        raise AssertionError("the host asked within a frame")
+
+    for name in ("synchronize_device", "synchronize_stream", "synchronize"):
+        monkeypatch.setattr(f"warp._src.context.{name}", overheard)
+    monkeypatch.setattr(wp.array, "numpy", overheard)
+    for _ in range(40):
+        injection.advance()
