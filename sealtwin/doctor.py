@@ -54,15 +54,18 @@ def _devices() -> str:
 
 
 def _fluid() -> str:
-    """A kernel compiled and run on the device that "auto" takes, against an answer known by hand."""
+    """Kernels compiled, run and recorded on the device that "auto" takes, against answers known by hand."""
     from simulate.device import choose_device
-    from simulate.selftest import touching_pairs
+    from simulate.selftest import SIDE, touching_pairs, turns_of_a_recording
 
     device = choose_device("auto")
     found = touching_pairs(device)
     if found != 3 * 7 * 8 * 8:
         raise RuntimeError(f"a lattice of 8 x 8 x 8 has {found} touching pairs on {device}, not {3 * 7 * 8 * 8}")
-    return f"a kernel compiled and run on {device}"
+    turns = turns_of_a_recording(device)
+    if turns != SIDE:
+        raise RuntimeError(f"a recorded loop of {SIDE} turns took {turns} on {device}")
+    return f"kernels compiled, run and recorded on {device}"
 
 
 def _report() -> str:

@@ -15,3 +15,17 @@ def count_pairs(
     i, j, k = wp.tid()
     if i + step_i < side and j + step_j < side and k + step_k < side:
         count[(i * side + j) * side + k] += 1
+
+
+@wp.kernel
+def count_turn(
+    at_most: int,
+    turns: wp.array[int],  # in, out
+    more: wp.array[int],  # out
+):
+    """One turn of a loop that the device ends by itself."""
+    turns[0] = turns[0] + 1
+    if turns[0] < at_most:
+        more[0] = 1
+    else:
+        more[0] = 0

@@ -22,7 +22,8 @@ def test_the_device_is_one_that_can_record_frames():
 def test_a_frame_is_recorded_and_the_fluid_stays_near_to_the_cpus():
     """After 8 frames, in which chaos has no time: floats rounded in another order, and nothing else, lie between.
 
-    CPU runs whose starts are 1e-6 mm apart are up to 2e-5 mm apart by then; the benchmark holds a whole run to its bound.
+    CPU runs whose starts are 1e-6 mm apart are up to 2e-5 mm apart by then; the benchmark holds a whole run to
+    its bound.
     """
     for paste in PASTES:
         here, there = ready((paste,)), ready((paste,), device=DEVICE)
