@@ -3,13 +3,15 @@
 Those take many seconds to compile on their first run; these take a fraction of that.
 """
 
+from typing import Any
+
 import warp as wp
 from warp.utils import array_scan
 
 from simulate import kernels_selftest as device_code
 
 SIDE = 8
-"""Points along each edge of the lattice."""
+"""Points along each edge of the lattice, and turns of the loop."""
 
 
 def touching_pairs(device: str) -> int:
@@ -35,5 +37,6 @@ def turns_of_a_recording(device: str) -> int:
     with wp.ScopedCapture(device=device, force_module_load=False) as capture:
         wp.capture_while(more, turn)
         array_scan(ones, sums)
-    wp.capture_launch(capture.graph)
+    recorded: Any = capture.graph
+    wp.capture_launch(recorded)
     return int(turns.numpy()[0]) if int(sums.numpy()[-1]) == SIDE else 0
