@@ -1,13 +1,11 @@
 """What a batch of photos became, for spreadsheets and for people."""
 
 import base64
-import csv
-import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from sealtwin.files import write_text
+from sealtwin.files import write_sheet, write_text
 from sealtwin.sample import REFUSED
 
 COLUMNS = (
@@ -24,8 +22,6 @@ COLUMNS = (
     "warnings",
     "reason",
 )
-FORMULA = ("=", "+", "-", "@", "\t", "\r")
-"""What makes a spreadsheet run a cell."""
 THUMBNAIL_PX = 720
 """Wide enough to see the walls, small enough for a page of a hundred."""
 
@@ -33,11 +29,7 @@ Entry = Mapping[str, Any]
 
 
 def write_csv(path: Path, photos: Sequence[Entry]) -> None:
-    table = io.StringIO()
-    writer = csv.writer(table, lineterminator="\n")
-    writer.writerow(COLUMNS)
-    writer.writerows([_cell(photo[column]) for column in COLUMNS] for photo in photos)
-    write_text(path, table.getvalue())
+    write_sheet(path, COLUMNS, ([_cell(photo[column]) for column in COLUMNS] for photo in photos))
 
 
 def write_contact_sheet(path: Path, folder: Path, photos: Sequence[Entry]) -> None:
@@ -62,13 +54,8 @@ def write_contact_sheet(path: Path, folder: Path, photos: Sequence[Entry]) -> No
     write_text(path, page)
 
 
-def _cell(value: Any) -> str:
-    if value is None:
-        return ""
-    if isinstance(value, str | tuple | list):
-        text = value if isinstance(value, str) else "; ".join(value)
-        return f"'{text}" if text.startswith(FORMULA) else text
-    return f"{value:g}"
+def _cell(value: Any) -> str | float | None:
+    return "; ".join(value) if isinstance(value, tuple | list) else value
 
 
 def _thumbnail(overlay: Path) -> str:

@@ -7,7 +7,7 @@ import json
 import os
 import re
 from array import array
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -33,6 +33,8 @@ TRAJECTORY_COLUMNS = ("t_s", "x_mm", "y_mm", "z_mm", "s_mm", "speed_mm_s", "flow
 PARTICLE_COLUMNS = ("x_mm", "y_mm", "z_mm", "vx_mm_s", "vy_mm_s", "vz_mm_s", "age_s", "spilled")
 NUMBERS = re.compile(r"\[\s+[-+\d.eE]+(?:,\s+[-+\d.eE]+)*\s+\]")
 POLYLINES = ("centreline", "left_wall", "right_wall", "outline")
+FORMULA = ("=", "+", "-", "@", "\t", "\r")
+"""What makes a spreadsheet run a cell."""
 LARGEST_BYTES = 200_000_000
 """Of a table or a JSON: two million particles. What is larger is none of ours, and would take the machine's memory."""
 
@@ -130,6 +132,20 @@ def write_table(path: Path, columns: Sequence[str], rows: Floats, decimals: int 
     for row in rows:
         writer.writerow(["" if np.isnan(value) else f"{value:.{decimals}f}" for value in row])
     write_text(path, table.getvalue())
+
+
+def write_sheet(path: Path, columns: Sequence[str], rows: Iterable[Sequence[str | float | None]]) -> None:
+    """A CSV of text and numbers for spreadsheets, in which no text can pass for a formula; None as an empty field."""
+    table = io.StringIO()
+    writer = csv.writer(table, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows([_cell(value) for value in row] for row in rows)
+    write_text(path, table.getvalue())
+
+
+def as_text_cell(text: str) -> str:
+    """What a spreadsheet shows as ``text`` and does not run."""
+    return f"'{text}" if text.startswith(FORMULA) else text
 
 
 def read_table(path: Path, columns: Sequence[str]) -> Floats:
@@ -351,6 +367,12 @@ def _read_text(path: Path) -> str:
         raise InputError(f"{path}: not found. Run the stage that writes it, or 'sealtwin run' for all.") from None
     except UnicodeDecodeError as fault:
         raise InputError(f"{path}: no UTF-8 text. Run its stage again.") from fault
+
+
+def _cell(value: str | float | None) -> str:
+    if value is None:
+        return ""
+    return as_text_cell(value) if isinstance(value, str) else f"{value:g}"
 
 
 def _read_mesh(path: Path) -> tuple[Floats, Integers]:

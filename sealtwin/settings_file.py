@@ -4,6 +4,7 @@ import difflib
 import json
 import re
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -40,6 +41,11 @@ def read_settings(kind: type[Table], path: Path, *, name: str, starter: str) -> 
         InputError: the file is missing, no TOML, or holds a key or a value that cannot be; every fault is named with
             its key, the value found and what is allowed.
     """
+    return checked(kind, path, read_toml(path, name=name, starter=starter))
+
+
+def read_toml(path: Path, *, name: str, starter: str) -> dict[str, Any]:
+    """The content of a TOML file, its keys not yet checked. Arguments and errors as ``read_settings``."""
     if path.is_dir():
         raise InputError(f"{path}: this is a folder; give the {name}.")
     if not path.is_file():
@@ -52,16 +58,20 @@ def read_settings(kind: type[Table], path: Path, *, name: str, starter: str) -> 
             text = path.read_text(encoding="utf-8-sig")
         if DEEP_KEY.search(text):
             raise InputError(f"{path}: a key of more than 16 parts; a {name} has tables of a level or two.")
-        content = tomllib.loads(text)
+        return tomllib.loads(text)
     except UnicodeDecodeError:
         raise InputError(f"{path}: no UTF-8 text; a {name} is TOML. {starter}.") from None
     except (ValueError, RecursionError) as fault:
         raise InputError(f"{path}: no valid TOML: {fault}.") from None
-    return checked(kind, path, content)
 
 
-def checked(kind: type[Table], path: Path, content: dict[str, Any]) -> Table:
-    """``content`` as settings; faults name ``path``. Raises InputError as ``read_settings``."""
+def checked(
+    kind: type[Table], path: Path, content: dict[str, Any], origin: Callable[[str], str] | None = None
+) -> Table:
+    """``content`` as settings. Raises InputError as ``read_settings``.
+
+    Faults name ``path``; or, where ``content`` comes from several files, what ``origin`` says of a dotted key.
+    """
     if as_text(path) != str(path):
         raise InputError(f"{as_text(path)}: a name that is not UTF-8, which no trial can hold; rename it.")
     try:
@@ -73,10 +83,11 @@ def checked(kind: type[Table], path: Path, content: dict[str, Any]) -> Table:
     try:
         return kind.model_validate_json(text)
     except ValidationError as fault:
-        raise InputError("\n".join(_sentences(kind, path, fault.errors()))) from None
+        named = origin or (lambda _: str(path))
+        raise InputError("\n".join(_sentences(kind, named, fault.errors()))) from None
 
 
-def _sentences(kind: type[Settings], path: Path, errors: list[ErrorDetails]) -> list[str]:
+def _sentences(kind: type[Settings], named: Callable[[str], str], errors: list[ErrorDetails]) -> list[str]:
     """One for each place in the file: the branches of a union find fault with the same value."""
     places: dict[tuple[int | str, ...], list[ErrorDetails]] = {}
     for error in errors:
@@ -84,15 +95,15 @@ def _sentences(kind: type[Settings], path: Path, errors: list[ErrorDetails]) -> 
         if error["type"] == "missing" and isinstance(where[-1], int):
             where = where[:-1]
         places.setdefault(where, []).append(error)
-    told = [
-        _sentence(kind, path, ".".join(str(part) for part in where), found)
-        for where, found in list(places.items())[:MOST_FAULTS]
-    ]
+    told = []
+    for parts, found in list(places.items())[:MOST_FAULTS]:
+        where = ".".join(str(part) for part in parts)
+        told.append(_sentence(kind, named(where), where, found))
     more = len(places) - len(told)
-    return [*told, f"{path}: and {more} more faults of this kind or another."] if more else told
+    return [*told, f"{named('')}: and {more} more faults of this kind or another."] if more else told
 
 
-def _sentence(kind: type[Settings], path: Path, where: str, errors: list[ErrorDetails]) -> str:
+def _sentence(kind: type[Settings], path: str, where: str, errors: list[ErrorDetails]) -> str:
     error = errors[0]
     found = error["input"]
     if error["type"] == "extra_forbidden":
