@@ -264,6 +264,8 @@ class Profile:
     """(n, r) single readings where the profile was measured; NaN where one is missing."""
     data: DataKind = "synthetic"
     source: str = ""
+    dialect: str = ""
+    """How the sheet of readings was understood, in one sentence; empty where there is none."""
 
 
 @dataclass(frozen=True)

@@ -107,7 +107,6 @@ def test_memory_stays_bounded_when_a_photo_is_a_bomb(tmp_path):
 BAD_SHEETS = {
     "a missing column": ("s_mm,height\n0,-16\n", "height"),
     "text in a number": ("s_mm,level_1_mm\n0,-16\n5,deep\n", "deep"),
-    "unsorted stations": ("s_mm,level_1_mm\n5,-16\n0,-12\n", "line 3"),
     "repeated stations": ("s_mm,level_1_mm\n0,-16\n0,-12\n", "line 3"),
     "no rows": ("s_mm,level_1_mm\n", "no"),
 }
