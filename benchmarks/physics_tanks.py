@@ -32,6 +32,9 @@ SCATTER = 0.05
 SETTLING_MM2_S, SETTLING_S = 300.0, 0.25
 """Thick enough to end all motion in that time, thin enough to find its level."""
 
+SPRAY = 0.005
+"""Share of a fluid that runs ahead of its front, particle by particle."""
+
 Mask = NDArray[np.bool_]
 
 
@@ -206,8 +209,8 @@ class Tank:
         return np.stack([middle_mm, top[seen] + spacing_mm(self.radius_mm) / 2], axis=1)
 
     def front_mm(self) -> float:
-        """Where the fluid ends in x: half a spacing beyond all but its first half percent, which is spray."""
-        return float(np.quantile(self.place_mm[:, 0], 0.995)) + spacing_mm(self.radius_mm) / 2
+        """Where the fluid ends in x: half a spacing beyond all but its SPRAY."""
+        return float(np.quantile(self.place_mm[:, 0], 1 - SPRAY)) + spacing_mm(self.radius_mm) / 2
 
 
 def no_slip_mm(viscosity_mm2_s: float, radius_mm: float, step_s: float) -> float:
