@@ -13,6 +13,7 @@ import tempfile
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -128,8 +129,8 @@ def trace() -> Sample:
     return Sample(outline, solid, trajectory, readings)
 
 
-def pour(sample: Sample, way: Stiffening, radius_mm: float) -> Bed:
-    solver = Solver(radius_mm=radius_mm, settle_s=WATCHED_S[-1])
+def pour(sample: Sample, way: Stiffening, radius_mm: float, **solving: Any) -> Bed:
+    solver = Solver.model_validate({"radius_mm": radius_mm, "settle_s": WATCHED_S[-1], **solving})
     crack = sample.solid, sample.outline, sample.trajectory
     # The frame follows from the radius, and the drag from the frame.
     frame_s = prepare(*crack, [way.fluid(1.0)], solver, Nozzle(), seed=0, device="cpu").schedule.frame_s

@@ -147,6 +147,8 @@ class FluidSolver:
                 centreline,
                 domain.low,
                 domain.high,
+                # Wall particles lie a radius deep.
+                floor=float(walls.place.numpy()[:, 2].min()) + radius,
                 rows=rows,
                 support=self._support,
             )
