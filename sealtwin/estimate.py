@@ -87,7 +87,7 @@ def size_of(trial: Trial, trajectory: Trajectory, width_mm: float) -> Size:
 def estimate(runs: Sequence[StudyRun], largest: Size, jobs: int, batch: int, *, keep_runs: bool) -> Estimate:
     """Of what is waiting among ``runs``, with ``jobs`` processes."""
     left = [run for run in runs if run.state == "waiting"]
-    jobs = min(jobs, max(1, len(left)))
+    jobs, batch = (min(most, max(1, len(left))) for most in (jobs, batch))
     pace = measured_pace(runs)
     return Estimate(
         runs=len(left),
@@ -110,6 +110,15 @@ def require_disk(expected: Estimate, free_bytes: float, folder: str) -> None:
         raise InputError(
             f"{folder}: {free_bytes / 1e6:.0f} MB are free there, the results need {expected.disk_bytes / 1e6:.0f} MB. "
             "Give --out another disk, or leave out --keep-runs."
+        )
+
+
+def require_memory(expected: Estimate, free_bytes: float, device: str, batch: int) -> None:
+    """Raises InputError where a launch of ``batch`` runs will not fit a GPU."""
+    if expected.memory_bytes > free_bytes:
+        raise InputError(
+            f"--batch {batch}: that many runs in one launch need {expected.memory_bytes / 1e9:.1f} GB, "
+            f"{free_bytes / 1e9:.1f} GB are free on {device}. Give a smaller --batch, or fewer --jobs."
         )
 
 

@@ -16,7 +16,7 @@ from typing import Any
 from sealtwin import files
 from sealtwin.bench import INPUTS
 from sealtwin.errors import InputError
-from sealtwin.estimate import Size, estimate, in_words, measured_pace, require_disk, size_of
+from sealtwin.estimate import Size, estimate, in_words, measured_pace, require_disk, require_memory, size_of
 from sealtwin.folder import HOLDER, LOCK, holding, open_folder, require_folder, stage_key
 from sealtwin.job import require_sample, stage_settings, start_job
 from sealtwin.ledger import LEDGER, STATES, Entry, Ledger, StudyRun, profile_path, run_path
@@ -72,6 +72,8 @@ def sweep(file: Path, out: Path | None, wish: Wish, progress: Progress) -> Repor
             this study's.
         BusyError: another process works in the folder.
     """
+    from simulate.device import free_bytes
+
     study = load_study(file)
     base = file.parent / study.trial
     planned = plan_runs(study, file, load_trial(base))
@@ -91,6 +93,8 @@ def sweep(file: Path, out: Path | None, wish: Wish, progress: Progress) -> Repor
             f"{study.name}: {len(entries)} runs of {largest.particles:,} particles at most. {expected.sentence}"
         )
         require_disk(expected, shutil.disk_usage(folder).free, shown(folder))
+        if wish.dask is None:
+            require_memory(expected, free_bytes(wish.device), wish.device, wish.batch)
         if expected.runs and not wish.dry_run:
             _run(folder, ledger, wish, progress)
         _write_table(folder / TABLE, ledger.runs())

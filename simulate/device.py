@@ -1,5 +1,6 @@
 """Where the kernels run: the choice is the user's, and never changed in silence."""
 
+import math
 import platform
 
 import warp as wp
@@ -25,6 +26,11 @@ def choose_device(name: str) -> str:
     if name != "cpu":
         _require_recording(name)
     return name
+
+
+def free_bytes(name: str) -> float:
+    """Of a GPU's own memory; no bound on a CPU, whose memory the operating system lends."""
+    return math.inf if name == "cpu" else float(wp.get_device(name).free_memory)
 
 
 def _require_recording(name: str) -> None:

@@ -7,7 +7,7 @@ import pytest
 import warp as wp
 
 from sealtwin.errors import InputError
-from sealtwin.estimate import Estimate, Size, estimate, in_words, require_disk, size_of
+from sealtwin.estimate import Estimate, Size, estimate, in_words, require_disk, require_memory, size_of
 from sealtwin.ledger import StudyRun
 from sealtwin.trial import load_trial
 from simulate.enclosure import enclose
@@ -99,6 +99,18 @@ def test_a_disk_that_is_too_small_is_told_before_the_first_run():
     require_disk(wanted, 6e6, "out")
     with pytest.raises(InputError, match="out: 4 MB are free there, the results need 5 MB"):
         require_disk(wanted, 4e6, "out")
+
+
+def test_a_launch_that_a_gpu_cannot_hold_is_told_before_the_first_run():
+    size, runs = Size(14_527, 14_527, 1.0), [_run("waiting", 1.0) for _ in range(132)]
+    wanted = estimate(runs, size, jobs=1, batch=132, keep_runs=False)
+    # As many as there are, and not as there may be.
+    assert wanted == estimate(runs, size, jobs=1, batch=256, keep_runs=False)
+    # 24 MB each, and what one process needs beside them.
+    assert wanted.memory_bytes == pytest.approx(132 * 24.3e6, rel=0.2)
+    require_memory(wanted, 8e9, "cuda:0", 132)
+    with pytest.raises(InputError, match=r"--batch 132: .* need 3\.\d GB, 2\.0 GB are free on cuda:0"):
+        require_memory(wanted, 2e9, "cuda:0", 132)
 
 
 @pytest.mark.parametrize(("time_s", "words"), [(7.4, "7 s"), (119, "119 s"), (700, "12 min"), (9000, "2.5 h")])
