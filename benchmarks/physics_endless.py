@@ -1,0 +1,153 @@
+"""Fluid without walls or surface, under pressure or none: a box that repeats itself in all three directions.
+
+Millimetres and seconds. The solver knows no such box. Around it lie images of what is near its sides: particles that
+rest, as far as the solver sees, and that are given the place, multiplier, volume and speed of their originals whenever
+these have changed.
+"""
+
+from collections.abc import Callable
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from benchmarks.physics_tanks import GRAVITY_MM_S2, Pit, Tank, raised, spacing_mm
+from sealtwin.records import Floats
+from simulate.distance import CM
+from simulate.settings import particle_volume
+from tests.fluids import lay_down
+
+PIT_DEPTH_MM, HIGH_MM = 4.0, 30.0
+"""The box hangs this high over the floor of a pit, far from any wall."""
+REACH = 1.5
+"""Of images around the box, over the support: what comes into a list while particles move."""
+ROOM = 1.2
+"""For images, over those of an even fluid."""
+CHANGES = ("predict", "measure_density", "correct", "update_velocity")
+"""What a substep does to particles, up to its viscosity."""
+STIR_MM_S, STIR_STEPS, CALM_STEPS = 200.0, 80, 80
+"""Enough to lose a lattice, whose layers slide in steps; and to come to rest in a paste of the paper's U."""
+CALMING_MM2_S = 32.2
+
+
+class Endless:
+    """Fluid in a box of ``side_mm``, (3,), and in all the boxes beside it."""
+
+    def __init__(
+        self, place_mm: Floats, side_mm: Floats, *, radius_mm: float, step_s: float, viscosity_mm2_s: float
+    ) -> None:
+        """Particles, (n, 3), at rest in a box whose low corner is the origin."""
+        self.side_mm, self.count = side_mm, len(place_mm)
+        self._reach_mm = REACH * 4 * radius_mm
+        room = ROOM * (np.prod(side_mm + 2 * self._reach_mm) / np.prod(side_mm) - 1)
+        # Images for which there is no original wait under the box, out of its reach.
+        waiting = np.tile(side_mm / 2 - [0, 0, HIGH_MM - PIT_DEPTH_MM - 2], (int(room * self.count), 1))
+        self.tank = Tank.of(
+            Pit(float(side_mm[0]), float(side_mm[1]), PIT_DEPTH_MM),
+            raised(np.vstack([place_mm, waiting]), HIGH_MM),
+            radius_mm=radius_mm,
+            step_s=step_s,
+            viscosity_mm2_s=viscosity_mm2_s,
+            falls=True,
+        )
+        engine = self.tank.engine
+        lay_down(engine, np.arange(engine.state.count) >= self.count)
+        self._idle = self._of("place")[self.count :].copy()
+        self._source, self._shift = np.zeros(0, dtype=np.int64), np.zeros((0, 3))
+        for name in CHANGES:
+            setattr(engine, name, self._then_followed(getattr(engine, name)))
+        # The viscosity's search turns its directions between two products.
+        engine.viscosity._apply = self._followed_first(engine.viscosity._apply)
+
+    @property
+    def place_mm(self) -> Floats:
+        return self.tank.place_mm[: self.count] - [0, 0, HIGH_MM]
+
+    @property
+    def velocity_mm_s(self) -> Floats:
+        return self.tank.velocity_mm_s[: self.count]
+
+    @property
+    def density(self) -> float:
+        """Mean, over rest density."""
+        return float(self._of("density")[: self.count].mean())
+
+    def set_velocity(self, velocity_mm_s: Floats) -> None:
+        self._of("velocity")[: self.count] = velocity_mm_s * CM
+
+    def wait(self, steps: int) -> None:
+        engine = self.tank.engine
+        for _ in range(steps):
+            self._wrap()
+            # Nothing holds the box up.
+            self._of("velocity")[: self.count, 2] += GRAVITY_MM_S2 * CM * engine.step_s
+            engine.begin_frame(self.tank.frames)
+            engine.step()
+            self.tank.frames += 1
+
+    def solve_alone(self, times: int) -> None:
+        """The viscosity of as many substeps, with all particles where they are."""
+        engine = self.tank.engine
+        self._wrap()
+        engine.find_neighbours()
+        engine.measure_density()
+        for _ in range(times):
+            engine.viscosity.solve_implicit(engine.rows)
+
+    def _wrap(self) -> None:
+        """Who has left the box enters it on the other side; images are chosen anew."""
+        place, side, reach = self._of("place"), self.side_mm * CM, self._reach_mm * CM
+        low = np.array([0.0, 0.0, HIGH_MM - PIT_DEPTH_MM]) * CM
+        inside = low + (place[: self.count, :3] - low) % side
+        place[: self.count, :3] = inside
+        place[self.count :] = self._idle
+        shifts = [np.array(turn) * side for turn in product((-1, 0, 1), repeat=3) if any(turn)]
+        near = [((inside + s > low - reach) & (inside + s < low + side + reach)).all(axis=1) for s in shifts]
+        self._source = np.concatenate([np.flatnonzero(which) for which in near])
+        self._shift = np.repeat(shifts, [which.sum() for which in near], axis=0)
+        self._follow()
+
+    def _follow(self) -> None:
+        image = slice(self.count, self.count + len(self._source))
+        for name in ("place", "bulk", "velocity", "direction"):
+            values = self._of(name)
+            values[image] = values[self._source]
+        self._of("place")[image, :3] += self._shift
+
+    def _of(self, name: str) -> Floats:
+        """An array of the state itself: on the CPU ``numpy`` gives no copy."""
+        return getattr(self.tank.engine.state, name).numpy()
+
+    def _then_followed(self, change: Callable[..., None]) -> Callable[..., None]:
+        def changed(*inputs: Any) -> None:
+            change(*inputs)
+            self._follow()
+
+        return changed
+
+    def _followed_first(self, read: Callable[..., None]) -> Callable[..., None]:
+        def reads(*inputs: Any) -> None:
+            self._follow()
+            read(*inputs)
+
+        return reads
+
+
+def stirred_mm(side_mm: Floats, packed: float, radius_mm: float, step_s: float) -> Floats:
+    """Particles at rest in no order, (n, 3): ``packed`` times as many as Eq. 6 gives the box."""
+    count = round(packed * float(side_mm.prod()) / particle_volume(radius_mm))
+    along = np.ceil(side_mm / spacing_mm(radius_mm) * np.cbrt(packed)).astype(int) + 1
+    axes = [(np.arange(n) + 0.5) / n * length for n, length in zip(along, side_mm, strict=True)]
+    lattice = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    random = np.random.default_rng(0)
+    place = random.permutation(lattice)[:count]
+    kick = random.normal(0, STIR_MM_S, place.shape)
+    for viscosity_mm2_s, speed, steps in (
+        (0.0, kick - kick.mean(axis=0), STIR_STEPS),
+        (CALMING_MM2_S, 0 * kick, CALM_STEPS),
+    ):
+        box = Endless(place, side_mm, radius_mm=radius_mm, step_s=step_s, viscosity_mm2_s=viscosity_mm2_s)
+        box.set_velocity(speed)
+        box.wait(steps)
+        place = box.place_mm
+    return place
