@@ -16,6 +16,7 @@ from xml.parsers import expat
 
 from validate.sheets.faults import Place, SheetFaults, clipped, refuse
 from validate.sheets.grid import BLANK, MOST_COLUMNS, MOST_ROWS, Cell, Grid, Row
+from validate.wording import counted
 
 MOST_BYTES = 5_000_000
 """Of the file: photos in it are not read, but they are hashed."""
@@ -120,9 +121,10 @@ def _remarks(chosen: _Sheet, sheets: list[_Sheet]) -> Iterator[str]:
     if chosen.hidden:
         yield "this sheet is hidden"
     if chosen.hidden_rows or chosen.hidden_columns:
-        yield f"{chosen.hidden_rows} hidden rows and {chosen.hidden_columns} hidden columns are read too"
+        rows, columns = counted(chosen.hidden_rows, "hidden row"), counted(chosen.hidden_columns, "hidden column")
+        yield f"{rows} and {columns} are read too"
     if others := [sheet for sheet in sheets if sheet.hidden and sheet.rows and sheet is not chosen]:
-        yield f"{len(others)} hidden sheet{'' if len(others) == 1 else 's'} not read"
+        yield f"{counted(len(others), 'hidden sheet')} not read"
 
 
 class _Workbook:

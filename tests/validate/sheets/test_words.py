@@ -1,0 +1,78 @@
+"""Names of columns: understood whole, or not at all."""
+
+import pytest
+
+from validate.sheets.words import Meaning, meaning, unit_of
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("s_mm", Meaning("station", "mm")),
+        ("s/mm", Meaning("station", "mm")),
+        ("S [mm]", Meaning("station", "mm")),
+        ("Position entlang Riss (cm)", Meaning("station", "cm")),
+        ("distance from start in m", Meaning("station", "m")),
+        ("Abstand", Meaning("station")),
+        ("level_1_mm", Meaning("reading", "mm", "level", "1")),
+        ("depth_12_in", Meaning("reading", "inch", "depth", "12")),
+        ("depth [in]", Meaning("reading", "inch", "depth")),
+        ("depth [mm]", Meaning("reading", "mm", "depth")),
+        ("Tiefe (cm)", Meaning("reading", "cm", "depth")),
+        ("h in mm", Meaning("reading", "mm", "level")),
+        ("Höhe 2 / Zoll", Meaning("reading", "inch", "level", "2")),
+        ("Ho\u0308he", Meaning("reading", None, "level")),
+        ("HOEHE", Meaning("reading", None, "level")),
+        ("Tiefe unter Oberfläche Messung 3 [mm]", Meaning("reading", "mm", "depth", "3")),
+        ("value down [mm]", Meaning("reading", "mm", "depth")),
+        ("rep1", Meaning("reading", None, None, "1")),
+        ("2. Messung (mm)", Meaning("reading", "mm", None, "2")),
+        ("Messung", Meaning("repeat")),
+        ("Wdh.", Meaning("repeat")),
+        ("Reading No.", Meaning("repeat")),
+        ("value", Meaning("reading")),
+        ("Nr.", Meaning("skipped")),
+        ("Station Nr", Meaning("skipped")),
+        ("Mittelwert Tiefe [mm]", Meaning("skipped", "mm")),
+        ("Bemerkung", Meaning("skipped")),
+    ],
+)
+def test_names_of_labs_are_understood(name, expected):
+    assert meaning(name) == expected
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "",
+        "x",
+        "t",
+        "d [mm]",
+        "12",
+        "Länge [mm]",
+        "Risstiefe [mm]",
+        "crack depth [mm]",
+        "Füllhöhe [mm]",
+        "height above floor [mm]",
+        "depth level [mm]",
+        "level below surface [mm]",
+        "depth [mm] (cm)",
+        "depth [µm]",
+        "Position 1 [mm]",
+        "<b>depth</b> [mm]",
+        "$depth$ of $\\alpha$",
+        "=depth+gap",
+        "width [mm]",
+        "16.1",
+    ],
+)
+def test_what_says_nothing_is_not_guessed(name):
+    """Half of some would be enough for a guess, and it would be wrong: a crack's depth is no sealant's."""
+    assert meaning(name) is None
+
+
+@pytest.mark.parametrize(
+    ("text", "unit"), [("mm", "mm"), ("[cm]", "cm"), ("(in)", "inch"), ("s", None), ("1 mm", None)]
+)
+def test_a_unit_alone_is_told_from_other_cells(text, unit):
+    assert unit_of(text) == unit
