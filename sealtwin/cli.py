@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from sealtwin.answering import Commands
-from sealtwin.commands import digitise, film, import_mesh, markers, robot, setup, stages, sweep, trace
+from sealtwin.commands import digitise, film, import_mesh, lab, markers, robot, setup, stages, sweep, trace
 
 app = typer.Typer(
     name="sealtwin",
@@ -13,7 +13,7 @@ app = typer.Typer(
     help="From a photo of a cracked pavement sample and a measured depth to a validated digital twin of its sealing.",
     epilog=(
         "Exit codes: 0 ok, 1 a bug of ours, 2 usage, 3 bad input, 4 numerical failure, "
-        "5 the trial's gate failed (the report is complete), 6 some photos of a batch failed, 130 interrupted."
+        "5 the trial's gate failed (the report is complete), 6 some of a batch failed, 130 interrupted."
     ),
     no_args_is_help=True,
     add_completion=False,
@@ -27,6 +27,8 @@ for command in (
     trace.trace,
     digitise.digitise,
     import_mesh.import_mesh,
+    lab.ingest,
+    lab.lab,
     stages.simulate,
     stages.validate,
     film.film,

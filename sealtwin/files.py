@@ -135,12 +135,16 @@ def write_table(path: Path, columns: Sequence[str], rows: Floats, decimals: int 
 
 
 def write_sheet(path: Path, columns: Sequence[str], rows: Iterable[Sequence[str | float | None]]) -> None:
+    write_text(path, sheet_text(columns, rows))
+
+
+def sheet_text(columns: Sequence[str], rows: Iterable[Sequence[str | float | None]]) -> str:
     """A CSV of text and numbers for spreadsheets, in which no text can pass for a formula; None as an empty field."""
     table = io.StringIO()
     writer = csv.writer(table, lineterminator="\n")
     writer.writerow(columns)
     writer.writerows([_cell(value) for value in row] for row in rows)
-    write_text(path, table.getvalue())
+    return table.getvalue()
 
 
 def as_text_cell(text: str) -> str:

@@ -5,7 +5,7 @@ import json
 import os
 import platform
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from importlib.metadata import version
@@ -165,15 +165,23 @@ def open_folder(path: Path, *, create: bool) -> Iterator[RunFolder]:
 
 
 @contextmanager
-def holding(path: Path) -> Iterator[None]:
-    """Make a folder and keep other processes of ours out of it. Raises BusyError where one is in it."""
+def holding(path: Path, waiting: Callable[[str], None] | None = None) -> Iterator[None]:
+    """Make a folder and keep other processes of ours out of it.
+
+    Raises BusyError where one is in it; or, where ``waiting`` is given, tells it so and waits for that process to end.
+    """
     require_folder(path)
     path.mkdir(parents=True, exist_ok=True)
     lock = FileLock(path / LOCK)
     try:
         lock.acquire(timeout=0)
     except Timeout:
-        raise BusyError(f"{path}: in use by {_holder(path)}. Wait for it, stop it, or give another --out.") from None
+        if waiting is None:
+            raise BusyError(
+                f"{path}: in use by {_holder(path)}. Wait for it, stop it, or give another --out."
+            ) from None
+        waiting(f"{path}: in use by {_holder(path)}; waiting for it.")
+        lock.acquire()
     try:
         since = datetime.now().astimezone().strftime("%H:%M:%S")
         write_text(path / HOLDER, json.dumps({"process": os.getpid(), "host": platform.node(), "since": since}))

@@ -1,0 +1,68 @@
+"""A lab's folder into trials and a catalogue, and what that catalogue holds."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from sealtwin.answering import Json, Quiet, answering
+
+
+def ingest(
+    folder: Annotated[
+        Path, typer.Argument(metavar="FOLDER", help="Photos, sheets of readings and notes; nothing in it is changed.")
+    ],
+    out: Annotated[
+        Path, typer.Option("--out", metavar="LAB", help="Gets a folder for each trial, pairing.csv and the catalogue.")
+    ],
+    pairing: Annotated[
+        Path | None,
+        typer.Option("--pairing", metavar="CSV", help="LAB/pairing.csv as you have corrected it: file, role, sample."),
+    ] = None,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Pair, check and tell; write nothing.")] = False,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Take a lab's folder of photos, caliper sheets and notes into trials and a catalogue.
+
+    Files are paired by name: P01_top.jpg, "p 01 Messung.xlsx" and P01_notes.toml are of one sample. What is in doubt is
+    asked, what is wrong is named, the rest goes on. A note says what no photo shows, in the trial's own keys (TOML) or
+    in a table of words and values ("Tiefe [mm]; 16,0"); lab.toml on top of FOLDER says it for all samples.
+
+    Again, the same command adds nothing; a sample that has changed becomes a new revision beside the old one.
+
+    Example: sealtwin ingest measurements --out lab --dry-run
+    """
+    with answering("cpu", as_json, quiet) as command:
+        from sealtwin.lab import telling
+        from sealtwin.lab.ingest import ingest as take_in
+
+        with command.progress() as progress:
+            ingested = take_in(folder, out, progress, pairing=pairing, dry_run=dry_run)
+        command.answer(telling.content(ingested), telling.lines(ingested))
+        if code := telling.exit_code(ingested):
+            raise typer.Exit(code)
+
+
+def lab(
+    action: Annotated[Literal["list", "show", "export"], typer.Argument(metavar="list|show|export")],
+    folder: Annotated[Path, typer.Argument(metavar="LAB", help="The folder that 'sealtwin ingest' made.")],
+    sample: Annotated[str | None, typer.Argument(metavar="[SAMPLE]", help="Of show.")] = None,
+    out: Annotated[Path | None, typer.Option("--out", metavar="CSV", help="Of export.")] = None,
+    as_json: Json = False,
+) -> None:
+    """What a lab's catalogue holds: list LAB, show LAB SAMPLE, export LAB --out FILE.csv."""
+    with answering("cpu", as_json, quiet=False) as command:
+        if (action == "show") != (sample is not None):
+            raise typer.BadParameter("give a sample with show, and with show only")
+        if (action == "export") != (out is not None):
+            raise typer.BadParameter("give --out with export, and with export only")
+        from sealtwin.lab import asking
+
+        if out is not None:
+            rows = asking.export(folder, out)
+            command.answer({"version": 1, "file": out.as_posix(), "rows": rows}, [f"{out}: {rows} rows"])
+        elif sample is not None:
+            command.answer(*asking.show_sample(folder, sample))
+        else:
+            command.answer(*asking.list_lab(folder))

@@ -1,0 +1,217 @@
+"""What the name of a lab's file says: which sample it belongs to, and what it shows of it."""
+
+import re
+import unicodedata
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import PurePath
+from typing import Literal
+
+from sealtwin.batch import PHOTO_SUFFIXES
+
+Role = Literal["photo", "second_photo", "mask", "readings", "note", "ignore"]
+
+NOTE_SUFFIX = ".toml"
+TABLE_SUFFIXES = {".csv", ".tsv", ".txt", ".xlsx"}
+UNREAD_TABLES = {".xls", ".xlsm", ".xlsb", ".ods", ".numbers", ".sxc"}
+"""A lab's own numbers in formats that are not read: to be named, not passed over."""
+
+WORDS: dict[Role, frozenset[str]] = {
+    "photo": frozenset(
+        [
+            "photo",
+            "photos",
+            "foto",
+            "fotos",
+            "picture",
+            "pictures",
+            "pic",
+            "pics",
+            "image",
+            "images",
+            "bild",
+            "bilder",
+            "dcim",
+            "top",
+            "above",
+            "oben",
+            "draufsicht",
+            "aufsicht",
+            "side",
+            "seite",
+            "front",
+            "back",
+            "hinten",
+            "vorne",
+            "detail",
+            "before",
+            "after",
+            "vorher",
+            "nachher",
+        ]
+    ),
+    "second_photo": frozenset(["second", "zweites", "2nd", "otherlight", "gegenlicht"]),
+    "mask": frozenset(["mask", "masks", "maske", "masken", "painted"]),
+    "readings": frozenset(
+        [
+            "caliper",
+            "calipers",
+            "reading",
+            "readings",
+            "measurement",
+            "measurements",
+            "measured",
+            "level",
+            "levels",
+            "depth",
+            "depths",
+            "height",
+            "heights",
+            "sheet",
+            "sheets",
+            "data",
+            "schieblehre",
+            "messschieber",
+            "messung",
+            "messungen",
+            "messwert",
+            "messwerte",
+            "messreihe",
+            "messdaten",
+            "daten",
+            "tiefe",
+            "tiefen",
+            "höhe",
+            "höhen",
+            "hoehe",
+            "hoehen",
+            "tabelle",
+        ]
+    ),
+    "note": frozenset(
+        [
+            "note",
+            "notes",
+            "info",
+            "infos",
+            "meta",
+            "metadata",
+            "protocol",
+            "protokoll",
+            "protokolle",
+            "log",
+            "notiz",
+            "notizen",
+            "bemerkung",
+            "bemerkungen",
+            "angaben",
+        ]
+    ),
+}
+"""At the beginning or the end of a name, English and German. Two views of one sample are both photos: which one counts
+is a question, and no name answers it.
+"""
+CAMERA = re.compile(r"(img|imag|dsc[nf]?|pxl|mvimg|cimg|gopr)[ _-]?\d{3,}([ _-]\d+)*|p\d{7}", re.IGNORECASE)
+"""A name that a camera gave says nothing of a sample."""
+WORD = re.compile(r"[^\W_]+")
+OUTSIDE_LABELS = re.compile(r"[^\w .-]+")
+
+
+@dataclass(frozen=True)
+class Said:
+    """What a file's name says."""
+
+    sample: str
+    """Letters, digits, spaces and -_. only; empty where the name says none."""
+    role: Role
+
+
+def read_name(file: PurePath) -> Said | None:
+    """``file`` is relative to the lab's folder. None for what is neither photo, sheet nor note by its suffix.
+
+    A folder is part of a sample's name too, unless its own name only says what lies in it: photos/P01.jpg and
+    sheets/P01.csv are of one sample, May/P01.jpg and June/P01.jpg are not.
+    """
+    possible = possible_roles(file.suffix.lower())
+    if not possible:
+        return None
+    rest, said = _without(file.stem, possible)
+    folders = [_without(part, tuple(WORDS)) for part in file.parent.parts]
+    named = [folder for folder, _ in folders if folder]
+    if not (named and CAMERA.fullmatch(rest)):
+        named.append(rest)
+    # A folder of one sample often holds files of its name.
+    parts = [part for before, part in pairwise(["", *named]) if sample_key(part) not in ("", sample_key(before))]
+    by_folder: list[Role] = [role for _, roles in folders for role in roles]
+    return Said("-".join(parts), _narrowest([*said, *by_folder[::-1]], possible))
+
+
+def sample_key(sample: str) -> str:
+    """Equal for two spellings of one sample: case, spaces, points, hyphens and underscores do not count.
+
+    Between two digits a gap does: 1-11 is not 11-1.
+    """
+    words = WORD.findall(unicodedata.normalize("NFKC", sample).casefold())
+    key = ""
+    for word in words:
+        key += f"-{word}" if key[-1:].isdigit() and word[0].isdigit() else word
+    return key
+
+
+def as_label(text: str) -> str:
+    """What can name a sample anywhere: in a file's name, a report, a spreadsheet."""
+    return OUTSIDE_LABELS.sub("-", text.strip())
+
+
+def within_one_letter(keys: Iterable[str]) -> dict[str, set[str]]:
+    """For each key those that differ from it by one letter more, less or other.
+
+    Its time grows with their number, not with that of their pairs.
+    """
+    keys = list(keys)
+    alike: dict[str, set[str]] = {}
+    for key in keys:
+        for place in range(len(key) + 1):
+            alike.setdefault(f"{key[:place]}\0{key[place:]}", set()).add(key)
+            alike.setdefault(f"{key[:place]}\0{key[place + 1 :]}", set()).add(key)
+    near: dict[str, set[str]] = {key: set() for key in keys}
+    for group in alike.values():
+        if len(group) > 1:
+            for key in group:
+                near[key] |= group - {key}
+    return near
+
+
+def possible_roles(suffix: str) -> tuple[Role, ...]:
+    """What a file of that suffix can be; first what it is where its name says no more."""
+    if suffix in PHOTO_SUFFIXES:
+        return ("photo", "second_photo", "mask")
+    if suffix in TABLE_SUFFIXES:
+        return ("readings", "note")
+    return ("note",) if suffix == NOTE_SUFFIX else ()
+
+
+def _without(name: str, roles: tuple[Role, ...]) -> tuple[str, list[Role]]:
+    """``name`` less the words at its ends that name one of ``roles``, and the roles that they named."""
+    name = unicodedata.normalize("NFC", name)
+    words = list(WORD.finditer(name))
+    found: list[Role] = []
+    for place in (-1, 0):
+        while words and (role := _role(words[place].group(), roles)):
+            found.append(role)
+            del words[place]
+    return as_label(name[words[0].start() : words[-1].end()] if words else ""), found
+
+
+def _role(word: str, roles: tuple[Role, ...]) -> Role | None:
+    word = unicodedata.normalize("NFKC", word).casefold()
+    return next((role for role in roles if word in WORDS[role]), None)
+
+
+def _narrowest(said: list[Role], possible: tuple[Role, ...]) -> Role:
+    """A mask in a folder of photos is a mask: what a name adds to its suffix counts."""
+    for role in said:
+        if role in possible[1:]:
+            return role
+    return possible[0]

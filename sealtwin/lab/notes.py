@@ -1,0 +1,157 @@
+"""A note: what somebody wrote down about a sample, or about all of a folder, since no photo shows it."""
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from sealtwin.errors import InputError, as_text
+from sealtwin.lab.keys import ALTERNATIVES, DATE, known_keys, tables
+from sealtwin.lab.naming import NOTE_SUFFIX
+from sealtwin.lab.values import read_date, read_setting, read_value
+from sealtwin.lab.words import BY_WORD, HEADS, NOT_STATED, UNITS, likely_key, likely_word, normal
+from sealtwin.settings_file import read_toml
+
+MOST_FAULTS = 20
+STARTER = 'a note says what no photo shows: data = "measured", and in [crack] depth_mm = 16.0'
+UNIT_OF_WORD = re.compile(r"(.*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])]|\s+in\s+(\S+)|,\s*(\S+))\s*:?\s*")
+"""Tiefe [mm], depth (mm), Tiefe in mm, depth, mm."""
+LONGEST_SHOWN = 60
+KEYS = "a note knows the keys of a trial ('sealtwin init DIR' shows them), and data, date and operator."
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One thing that a note says."""
+
+    value: Any
+    origin: str
+    """The file, and the row where it has rows: where whoever mends it must look."""
+
+
+@dataclass
+class Note:
+    """What notes say, by dotted key; and what is wrong with them, a sentence each."""
+
+    entries: dict[str, Entry] = field(default_factory=dict)
+    faults: list[str] = field(default_factory=list)
+    meant: set[str] = field(default_factory=set)
+    """Keys that the faults are about, as far as can be told: they are not missing, but wrong."""
+
+    def over(self, defaults: "Note") -> "Note":
+        """This one, and what it does not say as the folder's ``defaults`` say it."""
+        taken = dict(defaults.entries)
+        for ways in ALTERNATIVES:
+            own = [way for way in ways if way & set(self.entries)]
+            for way in ways:
+                if own and way not in own:
+                    taken = {key: entry for key, entry in taken.items() if key not in way}
+        return Note(taken | self.entries, self.faults, self.meant)
+
+    def without_readings(self) -> "Note":
+        """For a sample that has none: what the folder says of readings is then of others."""
+        kept = {key: entry for key, entry in self.entries.items() if key.partition(".")[0] not in {"readings", "gate"}}
+        return Note(kept, self.faults, self.meant)
+
+
+def read_note(path: Path) -> Note:
+    """All that ``path`` says, and all that is wrong with it; it raises nothing for a file that cannot be read."""
+    try:
+        return _toml(path) if path.suffix.lower() == NOTE_SUFFIX else _words(path)
+    except InputError as fault:
+        return Note({}, str(fault).splitlines())
+
+
+def _toml(path: Path) -> Note:
+    note = Note()
+    where = as_text(path)
+    for name, value in read_toml(path, name="note", starter=STARTER).items():
+        if isinstance(value, dict) and name in tables():
+            for key, inner in value.items():
+                _take(note, f"{name}.{key}", inner, where)
+        else:
+            _take(note, name, value, where)
+    return note
+
+
+def _take(note: Note, key: str, value: Any, where: str) -> None:
+    """A trial's own key, or one of a note's."""
+    if key in tables():
+        note.faults.append(f"{where}: {key} is a table of settings; write [{key}], and its keys below.")
+    elif key not in known_keys():
+        _unknown(note, likely_key(key), f"{where}: {shown(key)}: no such key")
+    elif key in note.entries:
+        note.faults.append(f"{where}: {key} stands there twice, also in {note.entries[key].origin}; keep one.")
+    else:
+        try:
+            note.entries[key] = Entry(read_date(value) if key == DATE else value, where)
+        except ValueError as fault:
+            note.meant.add(key)
+            note.faults.append(f"{where}: {key} = {shown(value)} {fault}")
+
+
+def _unknown(note: Note, likely: str | None, begins: str) -> None:
+    if likely is not None:
+        note.meant.add(likely)
+    note.faults.append(f"{begins}; {KEYS if likely is None else f'did you mean {likely!r}?'}")
+
+
+def _words(path: Path) -> Note:
+    """A sheet of two columns, word and value; a third may hold the unit."""
+    from validate.settings import Declared
+    from validate.sheets.cells import read_cells
+
+    grid = read_cells(path, Declared())
+    note = Note()
+    for place, row in enumerate(grid.rows):
+        word, value, unit, *more = (row.cell(column).text for column in range(max(4, len(row.cells))))
+        where = str(grid.place(row.number))
+        if place == 0 and normal(word) in HEADS:
+            continue
+        if any(more) or (unit and not _is_unit(unit)):
+            held = next(text for text in (*more, unit) if text)
+            note.faults.append(
+                f"{where}: {shown(held)} beside word and value; a third column holds units, and no more are read."
+            )
+        elif not word:
+            note.faults.append(f"{where}: {shown(value)} without a word before it; write what it is.")
+        elif normal(value) not in NOT_STATED and value not in NOT_STATED:
+            if row.cell(1).kind in {"formula", "error"}:
+                note.faults.append(f"{where}: {shown(word)} holds a formula without a result; write the value itself.")
+            else:
+                _take_word(note, word, value, unit, where)
+    return note
+
+
+def _take_word(note: Note, word: str, value: str, unit: str, where: str) -> None:
+    written = word.rstrip(": ")
+    if written in known_keys():
+        try:
+            _take(note, written, read_setting(value), where)
+        except ValueError as fault:
+            note.meant.add(written)
+            note.faults.append(f"{where}: {written} = {shown(value)} {fault}")
+        return
+    found = UNIT_OF_WORD.fullmatch(word)
+    name, in_word = (found[1], next((part for part in found.groups()[1:] if part), "")) if found else (written, "")
+    meaning = BY_WORD.get(normal(written)) or BY_WORD.get(normal(name))
+    if meaning is None:
+        word_meant = likely_word(name)
+        if word_meant is not None:
+            note.meant.add(BY_WORD[normal(word_meant)].key)
+        _unknown(note, word_meant or likely_key(name), f"{where}: {shown(written)}: no word that is known")
+        return
+    try:
+        _take(note, meaning.key, read_value(meaning, value, in_word or unit), where)
+    except ValueError as fault:
+        note.meant.add(meaning.key)
+        note.faults.append(f"{where}, column 2: {shown(written)} = {shown(value)} {fault}")
+
+
+def _is_unit(text: str) -> bool:
+    return any(text.casefold().replace(" ", "") in units for units in UNITS.values())
+
+
+def shown(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= LONGEST_SHOWN else f"{text[:LONGEST_SHOWN]}..."

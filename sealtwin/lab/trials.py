@@ -1,0 +1,235 @@
+"""One sample's files as a trial that is ready to run; or all that keeps it from being one."""
+
+import hashlib
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path, PurePath
+from typing import Any
+
+from digitise.settings import DEEPEST_MM, LARGEST_FILE_BYTES
+from sealtwin import files
+from sealtwin.errors import InputError
+from sealtwin.job import LARGEST_SHEET_BYTES
+from sealtwin.lab.keys import ALTERNATIVES, DATA, OWN
+from sealtwin.lab.naming import Role
+from sealtwin.lab.notes import Note, read_note
+from sealtwin.lab.pairing import LONGEST_NAME, Sample
+from sealtwin.settings_file import checked
+from sealtwin.trial import Trial
+
+INPUTS = Path("inputs")
+PICTURES: Mapping[Role, str] = {"photo": "photo.file", "second_photo": "photo.second_photo", "mask": "photo.mask"}
+"""Settings that name a file."""
+NAMED_FILES: Mapping[Role, str] = {**PICTURES, "readings": "readings.file"}
+
+
+@dataclass(frozen=True)
+class RawFile:
+    """A file of the lab's, and how it is kept."""
+
+    role: Role
+    path: Path
+    original: str
+    """Where it lay, relative to the lab's folder."""
+    sha256: str
+    size_bytes: int
+
+    @property
+    def kept_as(self) -> str:
+        """By its role: a lab's names may be anything, and two of one folder alike."""
+        return (INPUTS / f"{self.role}{self.path.suffix.lower()}").as_posix()
+
+
+@dataclass
+class Prepared:
+    """What a sample is found to be; a trial only where nothing is wrong with it."""
+
+    sample: Sample
+    raw: list[RawFile] = field(default_factory=list)
+    note: Note = field(default_factory=Note)
+    faults: list[str] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)
+    trial: Trial | None = None
+    dialect: str | None = None
+    """Of the sheet of readings, in a sentence."""
+
+    @property
+    def content(self) -> str:
+        """Hash of what was measured and of what was said about it: equal where nothing has changed."""
+        said = {key: entry.value for key, entry in sorted(self.note.entries.items())}
+        hashes = {raw.role: raw.sha256 for raw in self.raw}
+        return hashlib.sha256(json.dumps([said, hashes], sort_keys=True, default=str).encode()).hexdigest()
+
+    def said(self, key: str) -> str | None:
+        entry = self.note.entries.get(key)
+        return None if entry is None else str(entry.value)
+
+
+def gather(folder: Path, sample: Sample, defaults: Note) -> Prepared:
+    """A sample's notes, and the hashes of its files; their content is not looked at yet."""
+    prepared = Prepared(sample, faults=list(sample.questions))
+    if prepared.faults:
+        return prepared
+    if len(sample.name) > LONGEST_NAME:
+        prepared.faults.append(f"{sample.name[:20]}...: a name of {len(sample.name)} letters; at most {LONGEST_NAME}.")
+    for role, file in sorted(sample.files.items()):
+        path = folder / file
+        limit = LARGEST_FILE_BYTES if role in PICTURES else LARGEST_SHEET_BYTES
+        size = path.stat().st_size
+        if size > limit:
+            prepared.faults.append(f"{path}: {size / 1e6:,.0f} MB; at most {limit / 1e6:,.0f} MB of a {role} are read.")
+        else:
+            prepared.raw.append(RawFile(role, path, file.as_posix(), files.sha256(path), size))
+    own = next((read_note(raw.path) for raw in prepared.raw if raw.role == "note"), Note())
+    if "readings" in sample.files:
+        prepared.note = own.over(defaults)
+    else:
+        prepared.note = own.over(defaults.without_readings())
+        of_readings = sorted(key for key in own.entries if key.startswith(("readings.", "gate.")))
+        prepared.faults += [
+            f"{own.entries[key].origin}: {key} of a sample without readings; add its sheet, or leave {key} out."
+            for key in of_readings
+        ]
+    prepared.faults += own.faults
+    return prepared
+
+
+def prepare(folder: Path, prepared: Prepared) -> None:
+    """Look at what ``gather`` found: give ``prepared`` its trial and its dialect, or its faults."""
+    content = _content(prepared)
+    try:
+        trial = checked(Trial, folder, content, lambda key: _origin(folder, prepared, key))
+    except InputError as fault:
+        trial = None
+        prepared.faults += str(fault).splitlines()
+    for raw in prepared.raw:
+        if raw.role in PICTURES:
+            _look_at_picture(raw, prepared)
+        elif raw.role == "readings":
+            _read_readings(raw, content, prepared)
+    if prepared.faults or trial is None:
+        return
+    prepared.trial = trial
+    if trial.fluid is None:
+        prepared.remarks.append("no [fluid]: 'sealtwin digitise' takes it, 'sealtwin run' needs one, best in lab.toml.")
+    if trial.photo is not None and trial.photo.ends_px is None and trial.photo.mask is None:
+        prepared.remarks.append("no ends_px: the crack is searched for; 'sealtwin trace' lets you click its ends.")
+
+
+def _content(prepared: Prepared) -> dict[str, Any]:
+    """Tables of a trial. What must be said and is not is a fault, and here a stand-in, so that the rest is checked."""
+    said = {key: entry.value for key, entry in prepared.note.entries.items()}
+    data = said.pop(DATA, None)
+    said = {key: value for key, value in said.items() if key not in OWN}
+    readings = "readings" in prepared.sample.files
+    tables = ["photo", "readings"] if readings else ["photo"]
+    if data is not None:
+        said = {f"{table}.data": data for table in tables} | said
+    said = {"name": prepared.sample.name[:LONGEST_NAME]} | said
+    for raw in prepared.raw:
+        if raw.role in NAMED_FILES:
+            said[NAMED_FILES[raw.role]] = _confirmed(prepared, raw)
+    for role, key in NAMED_FILES.items():
+        if key in said and role not in prepared.sample.files:
+            origin = prepared.note.entries[key].origin
+            prepared.faults.append(
+                f"{origin}: {key} = {str(said.pop(key))!r:.80}, which is not of this sample by its name; give it the "
+                f"sample's name, or the role {role} in the pairing file."
+            )
+    where = _where_to_say(prepared)
+    for key, stand_in, remedy in _needed(readings):
+        if key not in said:
+            said[key] = stand_in
+            if key not in prepared.note.meant and not (key.endswith(".data") and DATA in prepared.note.meant):
+                prepared.faults.append(f"{where}: {key} is not said{remedy}")
+    scales = set[str]().union(*ALTERNATIVES[0])
+    if not scales & said.keys():
+        said["photo.mm_per_px"] = 0.1
+        if not scales & prepared.note.meant:
+            prepared.faults.append(
+                f"{where}: no scale is said; write [photo] mm_per_px, face_mm, ruler_px or markers, or 'Scale [mm/px]'."
+            )
+    content: dict[str, Any] = {}
+    for key, value in said.items():
+        table, _, name = key.rpartition(".")
+        (content.setdefault(table, {}) if table else content)[name] = value
+    return content
+
+
+def _needed(readings: bool) -> list[tuple[str, Any, str]]:
+    """What has no default and no photo shows: the setting, a stand-in, and what to write."""
+    where_from = 'where they come from; write data = "measured" (or "reconstructed", "synthetic").'
+    needed = [
+        ("photo.data", "synthetic", f": {where_from}"),
+        ("crack.depth_mm", 16.0, "; no photo shows it: write [crack] depth_mm = 16.0, or 'Depth [mm]' and 16.0."),
+    ]
+    if readings:
+        role = 'write [readings] role = "held-out", or "calibrated-on" where they helped to choose the fluid.'
+        needed += [("readings.data", "synthetic", f": {where_from}"), ("readings.role", "held-out", f": {role}")]
+    return needed
+
+
+def _confirmed(prepared: Prepared, raw: RawFile) -> str:
+    """How the kept file is named in the trial; a note may name the file too, if it means the same one."""
+    key = NAMED_FILES[raw.role]
+    named = prepared.note.entries.get(key)
+    if named is not None and PurePath(str(named.value)).name != raw.path.name:
+        prepared.faults.append(
+            f"{named.origin}: {key} = {str(named.value)!r:.80}, but {raw.original} is of this sample by its name; "
+            "leave it out, and say in the pairing file which is."
+        )
+    return raw.kept_as
+
+
+def _where_to_say(prepared: Prepared) -> str:
+    """The sample's note, or the name that one would get."""
+    note, photo = prepared.sample.files.get("note"), prepared.sample.files["photo"]
+    return str(note) if note is not None else f"{photo.with_name(f'{photo.stem}_notes.toml')} or lab.toml"
+
+
+def _origin(folder: Path, prepared: Prepared, key: str) -> str:
+    """Where a setting was said, or those of a table."""
+    entries = prepared.note.entries
+    told = [entry.origin for name, entry in entries.items() if key == name or key.startswith(f"{name}.")]
+    told += [entry.origin for name, entry in entries.items() if name.startswith(f"{key}.")]
+    if key.endswith(".data") and DATA in entries:
+        told.append(entries[DATA].origin)
+    return ", ".join(dict.fromkeys(told[::-1])) if told else str(folder / _where_to_say(prepared))
+
+
+def _look_at_picture(raw: RawFile, prepared: Prepared) -> None:
+    from digitise.pictures.decoding import read_photo
+
+    try:
+        read_photo(raw.path, PICTURES[raw.role])
+    except InputError as fault:
+        prepared.faults.append(str(fault))
+
+
+def _read_readings(raw: RawFile, content: Mapping[str, Any], prepared: Prepared) -> None:
+    """By the pipeline's own reader, whatever else is wrong; how long the crack is, is not known yet."""
+    from validate.settings import Readings
+    from validate.sheets.possible import Crack
+    from validate.sheets.sheet import read_sheet
+
+    try:
+        settings = checked(Readings, raw.path, dict(content["readings"]))
+    except InputError:
+        # Told of already, by the key that is at fault.
+        return
+    try:
+        prepared.dialect = read_sheet(raw.path, settings, Crack(math.inf, _depth_mm(content))).dialect.sentence
+    except InputError as fault:
+        prepared.faults += str(fault).splitlines()
+
+
+def _depth_mm(content: Mapping[str, Any]) -> float:
+    """The deepest that is said; where nothing usable is, the deepest that any sample is."""
+    from digitise.settings import CrackShape
+
+    try:
+        return checked(CrackShape, Path(), dict(content["crack"])).deepest_mm
+    except InputError:
+        return DEEPEST_MM
