@@ -23,13 +23,13 @@ def read(centreline_mm: Floats, place_mm: Floats) -> tuple[Floats, Floats]:
     return s_mm, table[:, 1:]
 
 
-def test_around_a_bend_of_four_widths_it_is_right_to_a_quarter_of_a_node():
-    """Nodes are 2 mm apart; a map and straight pieces between its nodes cut corners. Without those pieces: 0.8 mm."""
+def test_around_a_bend_of_four_widths_it_is_right_to_a_fraction_of_a_radius():
+    """The map's nodes lie 1.6 mm apart and the crack turns by 8 degrees between two: 0.14 mm and 6 degrees off."""
     outline = arc_slot(BEND_MM, 80.0, 3.1)
     turn, away = np.random.default_rng(0).uniform((0, -1.5), (np.radians(80), 1.5), (500, 2)).T
     place_mm = (BEND_MM + away)[:, None] * np.column_stack([np.cos(turn), np.sin(turn)])
     s_mm, along = read(outline.centreline_mm, place_mm)
-    assert np.abs(s_mm - arc_length_at(place_mm, outline.centreline_mm)).max() < 0.5
+    assert np.abs(s_mm - arc_length_at(place_mm, outline.centreline_mm)).max() < 0.2
     tangent = np.column_stack([-np.sin(turn), np.cos(turn)])
     assert (along * tangent).sum(axis=1).min() > np.cos(np.radians(10))
     assert np.linalg.norm(along, axis=1) == pytest.approx(1.0, abs=1e-5)
