@@ -165,17 +165,17 @@ def _write_pairing(
     lab: Path, given: Path | None, placed: Sequence[Placed], samples: Sequence[Sample], catalogue: Catalogue
 ) -> None:
     """Raises InputError where it was edited, and not given back: the edits would be lost."""
-    path, known = lab / PAIRING, (catalogue.fact(OWN_SHEETS) or "").split()
+    path, text = lab / PAIRING, pairing_text(placed, samples)
     now = files.sha256(path) if path.is_file() else None
-    mine = now is None or now in known or (given is not None and given.resolve() == path.resolve())
-    if not mine:
+    then = hashlib.sha256(text.encode()).hexdigest()
+    known = {None, then, *(catalogue.fact(OWN_SHEETS) or "").split()}
+    if now not in known and (given is None or given.resolve() != path.resolve()):
         raise InputError(
             f"{path}: edited since it was written. Give it back with --pairing {path}, or delete it if the names of "
             "the files are to decide."
         )
-    text = pairing_text(placed, samples)
     # Both, since a kill may come before the file is written.
-    catalogue.state_fact(OWN_SHEETS, f"{now or ''} {hashlib.sha256(text.encode()).hexdigest()}")
+    catalogue.state_fact(OWN_SHEETS, f"{now or ''} {then}")
     files.write_text(path, text)
 
 

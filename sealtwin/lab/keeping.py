@@ -12,7 +12,6 @@ from pathlib import Path
 
 from sealtwin import files
 from sealtwin.errors import InputError, naming
-from sealtwin.folder import HOLDER, LOCK
 from sealtwin.lab.catalogue import CATALOGUE, RECORD, Catalogue, KeptFile, Record, read_record
 from sealtwin.lab.pairing_file import PAIRING
 from sealtwin.lab.trials import INPUTS, Prepared, RawFile
@@ -28,8 +27,10 @@ def require_lab(lab: Path) -> None:
     """Raises InputError where ``lab`` holds what no ingest wrote: it must not be mixed up with it."""
     if not lab.is_dir() or (lab / CATALOGUE).is_file():
         return
-    own = {LOCK, HOLDER, INCOMING, PAIRING}
-    foreign = [entry.name for entry in lab.iterdir() if entry.name not in own and not (entry / RECORD).is_file()]
+    # Another process may be at its very first steps here; what is hidden is its, or the system's.
+    own = {PAIRING, CATALOGUE, f"{CATALOGUE}-journal"}
+    shown = [entry for entry in lab.iterdir() if not entry.name.startswith(".") and entry.name not in own]
+    foreign = [entry.name for entry in shown if not (entry / RECORD).is_file()]
     if foreign:
         raise InputError(
             f"{lab}: holds files that no ingest wrote ({', '.join(sorted(foreign)[:3])}); give --out another folder."

@@ -8,6 +8,8 @@ from sealtwin.trial import Trial
 DATA, DATE, OPERATOR = "data", "date", "operator"
 OWN = frozenset({DATA, DATE, OPERATOR})
 """data: where photo and readings come from, both at once. Date and operator go into the catalogue."""
+OF_READINGS = ("readings.", "gate.")
+"""How keys begin that say nothing of a sample without readings."""
 MESH = "mesh"
 """A lab's samples are photos; 'sealtwin import-mesh' takes a mesh."""
 ALTERNATIVES = (

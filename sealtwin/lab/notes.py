@@ -6,13 +6,12 @@ from pathlib import Path
 from typing import Any
 
 from sealtwin.errors import InputError, as_text
-from sealtwin.lab.keys import ALTERNATIVES, DATE, known_keys, tables
+from sealtwin.lab.keys import ALTERNATIVES, DATE, OF_READINGS, known_keys, tables
 from sealtwin.lab.naming import NOTE_SUFFIX
 from sealtwin.lab.values import read_date, read_setting, read_value
 from sealtwin.lab.words import BY_WORD, HEADS, NOT_STATED, UNITS, likely_key, likely_word, normal
 from sealtwin.settings_file import read_toml
 
-MOST_FAULTS = 20
 STARTER = 'a note says what no photo shows: data = "measured", and in [crack] depth_mm = 16.0'
 UNIT_OF_WORD = re.compile(r"(.*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])]|\s+in\s+(\S+)|,\s*(\S+))\s*:?\s*")
 """Tiefe [mm], depth (mm), Tiefe in mm, depth, mm."""
@@ -50,7 +49,7 @@ class Note:
 
     def without_readings(self) -> "Note":
         """For a sample that has none: what the folder says of readings is then of others."""
-        kept = {key: entry for key, entry in self.entries.items() if key.partition(".")[0] not in {"readings", "gate"}}
+        kept = {key: entry for key, entry in self.entries.items() if not key.startswith(OF_READINGS)}
         return Note(kept, self.faults, self.meant)
 
 
@@ -100,6 +99,7 @@ def _words(path: Path) -> Note:
     """A sheet of two columns, word and value; a third may hold the unit."""
     from validate.settings import Declared
     from validate.sheets.cells import read_cells
+    from validate.sheets.decimals import MISSING
 
     grid = read_cells(path, Declared())
     note = Note()
@@ -115,7 +115,7 @@ def _words(path: Path) -> Note:
             )
         elif not word:
             note.faults.append(f"{where}: {shown(value)} without a word before it; write what it is.")
-        elif normal(value) not in NOT_STATED and value not in NOT_STATED:
+        elif value.casefold() not in NOT_STATED | MISSING:
             if row.cell(1).kind in {"formula", "error"}:
                 note.faults.append(f"{where}: {shown(word)} holds a formula without a result; write the value itself.")
             else:

@@ -12,7 +12,7 @@ from digitise.settings import DEEPEST_MM, LARGEST_FILE_BYTES
 from sealtwin import files
 from sealtwin.errors import InputError
 from sealtwin.job import LARGEST_SHEET_BYTES
-from sealtwin.lab.keys import ALTERNATIVES, DATA, OWN
+from sealtwin.lab.keys import ALTERNATIVES, DATA, OF_READINGS, OWN
 from sealtwin.lab.naming import Role
 from sealtwin.lab.notes import Note, read_note
 from sealtwin.lab.pairing import LONGEST_NAME, Sample
@@ -87,7 +87,7 @@ def gather(folder: Path, sample: Sample, defaults: Note) -> Prepared:
         prepared.note = own.over(defaults)
     else:
         prepared.note = own.over(defaults.without_readings())
-        of_readings = sorted(key for key in own.entries if key.startswith(("readings.", "gate.")))
+        of_readings = sorted(key for key in own.entries if key.startswith(OF_READINGS))
         prepared.faults += [
             f"{own.entries[key].origin}: {key} of a sample without readings; add its sheet, or leave {key} out."
             for key in of_readings
@@ -125,6 +125,8 @@ def _content(prepared: Prepared) -> dict[str, Any]:
     said = {key: value for key, value in said.items() if key not in OWN}
     readings = "readings" in prepared.sample.files
     tables = ["photo", "readings"] if readings else ["photo"]
+    if not readings:
+        said = {key: value for key, value in said.items() if not key.startswith(OF_READINGS)}
     if data is not None:
         said = {f"{table}.data": data for table in tables} | said
     said = {"name": prepared.sample.name[:LONGEST_NAME]} | said

@@ -98,7 +98,8 @@ MEANINGS: tuple[tuple[str, Meaning], ...] = (
 """German Datum is the date; a datum of readings is a Bezug."""
 HEADS = {"key", "parameter", "property", "quantity", "item", "angabe", "merkmal", "größe"}
 """In the first row of a sheet of words these head the column."""
-NOT_STATED = {"", "-", "\u2013", "n/a", "na", "none", "k.a.", "ka", "keine angabe", "unknown", "unbekannt", "?"}
+NOT_STATED = {"none", "keine angabe", "unknown", "unbekannt", "?"}
+"""Beside what is a missing reading."""
 
 NOTHING_BUT_WORDS = re.compile(r"[^\w/]+|_")
 UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue"})

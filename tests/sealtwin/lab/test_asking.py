@@ -1,0 +1,96 @@
+"""The catalogue as people, programs and spreadsheets see it."""
+
+import csv
+import json
+import shutil
+
+import pytest
+from typer.testing import CliRunner
+
+from sealtwin import files
+from sealtwin.cli import app
+from tests.lab_folder import FAULTS, make_lab_folder
+
+
+def _lab(*arguments):
+    return CliRunner().invoke(app, ["lab", *(str(argument) for argument in arguments)])
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory):
+    """P01 in two revisions, of which the second has results; P05 with a fault; nine sound ones."""
+    folder = make_lab_folder(tmp_path_factory.mktemp("asking") / "folder")
+    next(fault for fault in FAULTS if fault.what == "two photos of one sample").plant(folder)
+    lab = folder.parent / "lab"
+    for sheet in ("", "11.5,-1.0,-1.0,-1.0\n"):
+        with (folder / "P01.csv").open("a") as opened:
+            opened.write(sheet)
+        answer = CliRunner().invoke(app, ["ingest", str(folder), "--out", str(lab), "--quiet"])
+        assert answer.exit_code == 6, answer.output
+    files.write_json(lab / "P01@2" / "run" / "run.json", {"stages": ["digitise"], "mean_error_mm": 0.456})
+    return lab
+
+
+def test_list_shows_the_latest_trial_of_each_sample_and_what_failed(lab):
+    answer = _lab("list", lab)
+    assert answer.exit_code == 0, answer.output
+    rows = answer.stdout.splitlines()
+    assert [row.split()[0] for row in rows[1:-1]] == ["P01", "P02", "P03", "P04", "P06", "P07", "P08", "P09", "P10"]
+    assert rows[1].split()[1] == "2"
+    assert rows[1].endswith("mean error 0.46 mm")
+    assert rows[2].endswith("not run")
+    assert rows[-1].startswith("failed: P05: 2 files are its photo")
+
+
+def test_list_for_programs_says_the_same(lab):
+    content = json.loads(_lab("list", lab, "--json").stdout)
+    assert content["version"] == 1
+    assert len(content["trials"]) == 9
+    assert content["trials"][0]["mean_error_mm"] == 0.456
+    assert content["failed"][0]["name"] == "P05"
+
+
+def test_show_tells_files_hashes_dialect_and_every_revision(lab):
+    answer = _lab("show", lab, "p-01")
+    assert answer.exit_code == 0, answer.output
+    assert "P01, revision 2" in answer.stdout
+    assert "P01, revision 1" in answer.stdout
+    digest = files.sha256(lab / "P01" / "inputs" / "readings.csv")
+    assert (
+        f"readings: P01.csv, {(lab / 'P01/inputs/readings.csv').stat().st_size} bytes, sha256 {digest}" in answer.stdout
+    )
+    assert "read as CSV, UTF-8, commas, decimal point" in answer.stdout
+    assert "said: crack.depth_mm = 8.0" in answer.stdout
+
+
+def test_show_tells_why_a_sample_is_not_there(lab):
+    assert "failed: 2 files are its photo" in _lab("show", lab, "P05").stdout
+    unknown = _lab("show", lab, "P77")
+    assert unknown.exit_code == 3
+    assert "no sample 'P77'" in unknown.stderr
+
+
+def test_export_is_a_table_with_a_row_for_each_sample_taken_in_or_not(lab, tmp_path):
+    assert _lab("export", lab, "--out", tmp_path / "lab.csv").exit_code == 0
+    with (tmp_path / "lab.csv").open(newline="", encoding="utf-8") as opened:
+        rows = {row["sample"]: row for row in csv.DictReader(opened)}
+    assert len(rows) == 10
+    assert (rows["P02"]["date"], rows["P02"]["operator"], rows["P02"]["depth_mm"]) == ("2026-05-03", "A. Muster", "8")
+    assert rows["P05"]["state"] == "failed"
+    assert rows["P01"]["mean_error_mm"] == "0.456"
+    again = _lab("export", lab, "--out", tmp_path / "lab.csv")
+    assert again.exit_code == 3
+    assert "is there already" in again.stderr
+
+
+def test_asking_changes_nothing_and_needs_a_lab(lab, tmp_path):
+    copy = shutil.copytree(lab, tmp_path / "copy")
+    before = {path: path.stat().st_mtime_ns for path in copy.rglob("*")}
+    for arguments in (("list", copy), ("show", copy, "P01")):
+        assert _lab(*arguments).exit_code == 0
+    assert {path: path.stat().st_mtime_ns for path in copy.rglob("*")} == before
+    nothing = _lab("list", tmp_path)
+    assert nothing.exit_code == 3
+    assert "no lab" in nothing.stderr
+    assert _lab("show", lab).exit_code == 2
+    assert _lab("list", lab, "P01").exit_code == 2

@@ -1,0 +1,69 @@
+"""What a file's name says of a sample, and how near two names are."""
+
+from pathlib import PurePath
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sealtwin.lab.naming import read_name, sample_key, within_one_letter
+
+SPELLINGS = (
+    ("P01.jpg", "photo"),
+    ("p-01_top.JPEG", "photo"),
+    ("photos/P 01.png", "photo"),
+    ("Fotos/P01 Draufsicht.png", "photo"),
+    ("P01_Foto.tif", "photo"),
+    ("P01/IMG_2041.jpg", "photo"),
+    ("P01/P01.webp", "photo"),
+    ("P01_mask.png", "mask"),
+    ("masks/P01.png", "mask"),
+    ("P01_second_photo.jpg", "second_photo"),
+    ("P01.csv", "readings"),
+    ("p.01 Messung.xlsx", "readings"),
+    ("caliper/P01.txt", "readings"),
+    ("P01/Messwerte.tsv", "readings"),
+    ("Tiefen P01.csv", "readings"),
+    ("P01.toml", "note"),
+    ("P01_notes.csv", "note"),
+    ("Protokolle/P01.xlsx", "note"),
+    ("P01/Notiz.csv", "note"),
+)
+
+
+@pytest.mark.parametrize(("name", "role"), SPELLINGS)
+def test_one_sample_however_its_files_are_named(name, role):
+    said = read_name(PurePath(name))
+    assert said is not None
+    assert (sample_key(said.sample), said.role) == ("p01", role)
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [("May/P01.jpg", "June/P01.jpg"), ("1-11.jpg", "11-1.jpg"), ("P01.jpg", "P1.jpg"), ("P01_2.csv", "P01.csv")],
+)
+def test_what_may_be_two_samples_is_two(one, other):
+    keys = [sample_key(said.sample) for name in (one, other) if (said := read_name(PurePath(name))) is not None]
+    assert len(set(keys)) == 2
+
+
+@pytest.mark.parametrize("name", ["report.pdf", "P01", "P01.docx", "P01.stl"])
+def test_other_files_are_no_part_of_a_sample(name):
+    assert read_name(PurePath(name)) is None
+
+
+def test_a_name_with_markup_or_mathtext_becomes_a_plain_label():
+    said = read_name(PurePath("<b onload=x>P$_{1}$.png"))
+    assert said is not None
+    assert not set(said.sample) & set("<>$={}&\"'/\\")
+
+
+@given(st.text("ab1", max_size=6), st.text("ab1", max_size=6))
+def test_within_one_letter_is_one_edit_and_no_more(one, other):
+    """Against the textbook's table of edit distances."""
+    row = list(range(len(other) + 1))
+    for place, letter in enumerate(one, start=1):
+        before, row[0] = row[0], place
+        for column, wanted in enumerate(other, start=1):
+            before, row[column] = row[column], min(row[column] + 1, row[column - 1] + 1, before + (letter != wanted))
+    assert (other in within_one_letter([one, other])[one]) == (row[-1] == 1)

@@ -1,0 +1,120 @@
+"""Notes: lab words, units and decimal signs become settings; what is not sure is a fault with its row."""
+
+import openpyxl
+import pytest
+
+from sealtwin.lab.keys import known_keys
+from sealtwin.lab.notes import Entry, Note, read_note
+from sealtwin.lab.words import BY_WORD, MEANINGS
+
+
+def _written(folder, text, name="P01_notes.csv", encoding="utf-8"):
+    path = folder / name
+    path.write_bytes(text.encode(encoding))
+    return read_note(path)
+
+
+def _said(note):
+    assert not note.faults
+    return {key: entry.value for key, entry in note.entries.items()}
+
+
+def test_every_word_means_one_setting_that_there_is():
+    words = [word for words, _ in MEANINGS for word in words.split(",")]
+    assert len(words) == len(BY_WORD)  # none twice, spelt one way or another
+    assert {meaning.key for _, meaning in MEANINGS} <= known_keys()
+
+
+@pytest.mark.parametrize(
+    "row",
+    ["Tiefe [mm];16,0", "depth (cm);1,6", "Risstiefe in m;0,016", "TIEFE;16 mm", "Depth:;1.6 cm", "tiefe;16;mm",
+     "crack.depth_mm;16,0", "Crack-Depth, mm;16"],
+)  # fmt: skip
+def test_a_depth_is_a_depth_in_any_words_and_unit(tmp_path, row):
+    assert _said(_written(tmp_path, f"{row}\n")) == {"crack.depth_mm": 16.0}
+
+
+@pytest.mark.parametrize(
+    ("row", "key", "value"),
+    [
+        ("Maßstab;0,105 mm/px", "photo.mm_per_px", 0.105),
+        ("Probengröße;160 x 40 mm", "photo.face_mm", [160.0, 40.0]),
+        ("ends;12.5 340, 905 377", "photo.ends_px", [[12.5, 340.0], [905.0, 377.0]]),
+        ("Vorschub;240 mm/min", "path.speed_mm_s", 4.0),
+        ("viscosity;54 mPa·s", "fluid.viscosity_pa_s", 0.054),
+        ("Dichte;1,69 g/cm³", "fluid.density_kg_m3", 1690.0),
+        ("Zustand;ausgehärtet", "readings.state", "cured"),
+        ("Bezug;Probenoberfläche", "readings.datum", "sample_surface"),
+        ("use of readings;held-out", "readings.role", "held-out"),
+        ("Prüfdatum;3.5.2026", "date", "2026-05-03"),
+        ("Bemerkung;=SUM(A1), <b>", "note", "=SUM(A1), <b>"),
+    ],
+)
+def test_lab_words_become_settings_in_their_unit(tmp_path, row, key, value):
+    assert _said(_written(tmp_path, f"Angabe;Wert\n{row}\n", encoding="cp1252")) == {key: value}
+
+
+def test_what_is_left_blank_or_not_known_is_not_said(tmp_path):
+    assert _said(_written(tmp_path, "Tiefe;\nBearbeiter;k.A.\nMenge;n/a\nDatum;-\nPrüfer;M\n")) == {"operator": "M"}
+
+
+@pytest.mark.parametrize(
+    ("row", "says"),
+    [
+        ("Tiefe;16,0", "line 2, column 2: 'Tiefe' = '16,0' has no unit"),
+        ("Tiefe [mm];1,234", "may be 1234 or 1.2340"),
+        ("Tiefe [mm];1.234,5", "is no number"),
+        ("Tiefe [mm];1,6 cm", "is in mm by its word and in cm by its value"),
+        ("Tiefe [kg];16", "is in 'kg', which is not known here; write one of mm, cm"),
+        ("Teife [mm];16", "line 2: 'Teife [mm]': no word that is known; did you mean 'tiefe'?"),
+        ("Datum;03/05/2026", "is no date that can be read one way only"),
+        ("Zustand;halb trocken", "is none of wet, cured"),
+        ("Rissenden;12,5 340 905 377", "must be two places in pixels, decimals with a point"),
+        ("Tiefe [mm];16;links", "'links' beside word and value"),
+        (";16", "'16' without a word before it"),
+        ("Tiefe [mm];16\nRisstiefe [mm];17", "line 3: crack.depth_mm stands there twice"),
+        ("path.trim_mm;[1, 2", "is no value as TOML writes it"),
+    ],
+)
+def test_what_would_have_to_be_guessed_is_a_fault_with_its_row(tmp_path, row, says):
+    note = _written(tmp_path, f"Angabe;Wert\n{row}\n")
+    assert len(note.faults) == 1
+    assert says in note.faults[0]
+    assert "P01_notes.csv" in note.faults[0]
+
+
+def test_all_faults_of_a_note_are_told_at_once(tmp_path):
+    assert len(_written(tmp_path, "Tiefe;16\nMenge;viel\nDatum;gestern\nPruefr;M\n").faults) == 4
+
+
+def test_toml_knows_the_trials_own_keys_and_the_nearest_to_a_wrong_one(tmp_path):
+    note = _written(
+        tmp_path,
+        'data = "measured"\ndate = 2026-05-03\ncrack.depth_mm = 16\ndepht_mm = 3\n[photo]\nmm_per_pixl = 0.1\n[mesh]\n',
+        "P01.toml",
+    )
+    assert note.entries["date"].value == "2026-05-03"
+    assert note.entries["crack.depth_mm"].value == 16
+    assert "did you mean 'crack.depth_mm'?" in note.faults[0]
+    assert "did you mean 'photo.mm_per_px'?" in note.faults[1]
+    assert "'mesh': no such key" in note.faults[2]
+
+
+def test_a_workbook_is_a_note_with_numbers_and_dates_as_excel_holds_them(tmp_path):
+    from datetime import datetime
+
+    book = openpyxl.Workbook()
+    for row in (("Tiefe [mm]", 16.25), ("Datum", datetime(2026, 5, 3)), ("Prüfer", "M")):
+        book.worksheets[0].append(row)
+    book.save(tmp_path / "P01_notes.xlsx")
+    assert _said(read_note(tmp_path / "P01_notes.xlsx")) == {
+        "crack.depth_mm": 16.25,
+        "date": "2026-05-03",
+        "operator": "M",
+    }
+
+
+def test_a_samples_own_scale_takes_the_place_of_the_folders_whatever_its_kind():
+    folder = Note({key: Entry(1.0, "lab.toml") for key in ("photo.mm_per_px", "crack.depth_mm", "fluid.U")})
+    own = Note({"photo.face_mm": Entry([160.0, 40.0], "P01.toml"), "fluid.viscosity_pa_s": Entry(0.05, "P01.toml")})
+    assert set(own.over(folder).entries) == {"photo.face_mm", "fluid.viscosity_pa_s", "crack.depth_mm"}

@@ -1,0 +1,69 @@
+"""Pairing: what names say beyond doubt is done, everything else is asked."""
+
+from pathlib import PurePath
+
+from sealtwin.lab.pairing import Placed, pair, place_files
+
+
+def _paired(*names, decided=None):
+    samples = pair(place_files([PurePath(name) for name in names], decided or {}))
+    return {sample.key: sample for sample in samples}
+
+
+def _questions(*names, decided=None):
+    return {key: sample.questions for key, sample in _paired(*names, decided=decided).items() if sample.questions}
+
+
+def test_photo_sheet_and_note_of_one_name_are_one_sample():
+    samples = _paired("a/P01_top.jpg", "a/p-01 Messung.csv", "a/P01.toml", "a/P02.jpg")
+    assert {role: str(file) for role, file in samples["ap01"].files.items()} == {
+        "photo": "a/P01_top.jpg",
+        "readings": "a/p-01 Messung.csv",
+        "note": "a/P01.toml",
+    }
+    assert samples["ap01"].name == "a-P01"
+    assert not samples["ap01"].questions
+    assert list(samples["ap02"].files) == ["photo"]
+
+
+def test_two_of_a_kind_are_asked_about_and_neither_is_taken():
+    samples = _paired("P01_before.jpg", "P01_after.jpg", "P01.csv")
+    assert "photo" not in samples["p01"].files
+    assert "2 files are its photo: P01_before.jpg, P01_after.jpg" in samples["p01"].questions[0]
+
+
+def test_a_sheet_one_letter_off_holds_back_the_photo_that_it_may_be_of():
+    """Else the photo would be taken in without its readings, and nobody would look again."""
+    asked = _questions("P01.jpg", "P0l.csv")
+    assert "Is it of P01.jpg?" in asked["p0l"][0]
+    assert "P0l.csv has no photo and nearly its name" in asked["p01"][0]
+
+
+def test_a_sheet_in_another_folder_than_its_photo_is_asked_about():
+    assert "Is it of May/P01.jpg?" in _questions("May/P01.jpg", "Readings 2026/P01.csv")["2026p01"][0]
+
+
+def test_of_several_photos_that_a_sheet_may_be_of_none_is_held_back():
+    asked = _questions("P01.jpg", "P02.jpg", "P03.csv")
+    assert list(asked) == ["p03"]
+    assert "P01.jpg, P02.jpg" in asked["p03"][0]
+
+
+def test_samples_that_are_whole_may_have_nearly_one_name():
+    assert not _questions("P01.jpg", "P01.csv", "P02.jpg", "P02.csv", "P03.jpg")
+
+
+def test_a_name_that_says_no_sample_is_asked_about():
+    assert "its name says no sample" in _questions("photo.jpg")[""][0]
+
+
+def test_a_decision_of_the_user_counts_before_the_name():
+    sheet, side = PurePath("P0l.csv"), PurePath("P01_side.jpg")
+    decided = {
+        sheet: Placed(sheet, "readings", "P01", by_user=True),
+        side: Placed(side, "ignore", "P01", by_user=True),
+    }
+    samples = _paired("P01_top.jpg", "P01_side.jpg", "P0l.csv", decided=decided)
+    assert list(samples) == ["p01"]
+    assert not samples["p01"].questions
+    assert str(samples["p01"].files["readings"]) == "P0l.csv"
