@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from digitise.settings import LARGEST_FILE_BYTES
 from sealtwin import files
@@ -18,11 +18,17 @@ from sealtwin.output import CHECKPOINT, FRAMES, PAST_THE_END, SNAPSHOTS, Output
 from sealtwin.records import Profile, Run, Trajectory
 from sealtwin.result import read_result
 from sealtwin.sample import REFUSED, digitise_sample
+from sealtwin.trial import Trial
 from sealtwin.vtk_files import read_collection, read_frame
+
+if TYPE_CHECKING:
+    from validate.uncertainty.spread import Spread
 
 DIGITISED = ("outline.json", "crack.ply", "solid.json", "trajectory.csv")
 """What the later stages read of the first."""
 SIMULATED = ("particles.csv", "simulation.json", "profile.csv")
+UNCERTAINTY, SPREAD = "uncertainty", "uncertainty.json"
+"""What the extra runs of 'sealtwin validate RUN --uncertainty' are in the manifest, and what they leave."""
 
 
 @dataclass(frozen=True)
@@ -128,7 +134,7 @@ def _simulate(job: Job) -> bool:
     if job.threads > 1 and device != "cpu":
         raise InputError(f"--threads {job.threads}: threads are a CPU's, and this run is on {device}. Leave it out.")
     job.progress.note(f"Device: {describe_device(device)}")
-    inputs = _made_by(job, "digitise", DIGITISED)
+    inputs = made_by(job, "digitise", DIGITISED)
     settings = stage_settings(trial, "simulate")
     key = stage_key(inputs, {**settings, "device": device})
     if job.folder.is_current("simulate", key) and _shows(job, trial.output):
@@ -197,8 +203,8 @@ def _shows(job: Job, wanted: Output) -> bool:
 def _validate(job: Job) -> bool:
     trial = job.trial
     inputs = {
-        **_made_by(job, "digitise", (*DIGITISED, "overlay.png")),
-        **_made_by(job, "simulate", SIMULATED),
+        **made_by(job, "digitise", (*DIGITISED, "overlay.png")),
+        **made_by(job, "simulate", SIMULATED),
         **{name: files.sha256(job.path / name) for name in _snapshots(job)},
     }
     given = {}
@@ -206,6 +212,9 @@ def _validate(job: Job) -> bool:
         check_sheet(job.sheet)
         given = {trial.readings.file.as_posix(): files.sha256(job.sheet)}
     inputs |= given
+    spread = _read_spread(job)
+    if spread is not None:
+        inputs |= {SPREAD: files.sha256(job.path / SPREAD)}
     settings = stage_settings(trial, "validate")
     key = stage_key(inputs, settings)
     if job.folder.is_current("validate", key):
@@ -213,10 +222,11 @@ def _validate(job: Job) -> bool:
     job.progress.start("Validating", 2)
     began = time.monotonic()
 
+    from validate.assess import assess
     from validate.cautions import run_warnings
     from validate.compare import compare
     from validate.evidence import Evidence
-    from validate.report import write_report
+    from validate.report import REPORT, write_report
 
     outline, solid = files.read_outline(job.path), files.read_solid(job.path)
     run, profile = files.read_run(job.path), files.read_profile(job.path)
@@ -249,13 +259,16 @@ def _validate(job: Job) -> bool:
         overlay_path=job.path / "overlay.png",
         photo_data=trial.sample.data,
         provenance=_provenance(job),
-        command="sealtwin run TRIAL",
+        command="sealtwin run trial.toml",
         frames=tuple(read_frame(job.path / name) for name in _snapshots(job)),
     )
+    if comparison is not None and trial.readings is not None:
+        comparison = assess(evidence, trial.readings, trial.uncertainty, spread)
+        evidence = replace(evidence, comparison=comparison)
     for warning in run_warnings(run, ratio):
         job.progress.note(f"note: {warning}")
     begin_writing(job, "validate")
-    outputs = ["report.html", "report.pdf"]
+    outputs = list(REPORT)
     if comparison is not None:
         files.write_comparison(job.path, comparison)
         outputs.append("comparison.json")
@@ -263,6 +276,22 @@ def _validate(job: Job) -> bool:
     job.progress.advance(2)
     job.folder.record("validate", key, settings, inputs, outputs, time.monotonic() - began, given=list(given))
     return True
+
+
+def varied_settings(trial: Trial) -> dict[str, Any]:
+    """What of a trial its extra runs depend on."""
+    declared = trial.uncertainty.model_dump(mode="json", exclude_none=True)
+    return {**stage_settings(trial, "simulate"), "uncertainty": declared}
+
+
+def _read_spread(job: Job) -> "Spread | None":
+    """What extra runs of these very results and settings left; None where there were none."""
+    if UNCERTAINTY not in job.folder.finished() or job.folder.settings_of(UNCERTAINTY) != varied_settings(job.trial):
+        return None
+    from validate.uncertainty.spread import Spread
+
+    with files.understood(job.path / SPREAD):
+        return Spread.of(files.read_json(job.path / SPREAD))
 
 
 def _snapshots(job: Job) -> list[str]:
@@ -288,7 +317,7 @@ def dispensed_mm3(trajectory: Trajectory) -> float:
     return float((trajectory.flow_mm3_s[:-1] * (trajectory.t_s[1:] - trajectory.t_s[:-1])).sum())
 
 
-def _made_by(job: Job, stage: StageName, names: Sequence[str]) -> dict[str, str]:
+def made_by(job: Job, stage: StageName, names: Sequence[str]) -> dict[str, str]:
     """Hashes of files that ``stage`` left, edited since or not.
 
     Raises InputError where it is not finished, or was with other settings than the trial's.

@@ -1,17 +1,18 @@
-"""What a report says in words and numbers, for the page and the PDF alike."""
+"""The numbers of a report, each with its unit, as the tables of the page and the PDF."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from sealtwin.records import Floats, Sections, Solid, Trajectory, arc_length
-from sealtwin.regime import SURFACE_TENSION_N_M, regime_of
 from validate.evidence import Evidence
 from validate.health import health_rows
 from validate.verdict import leak
 from validate.wording import counted, plain, words
 
+Outcome = Literal["passed", "failed", "open"]
+"""open: no readings, or no gate declared."""
 NOT_RECORDED = "not recorded"
 WITHOUT_ANGLE = {"vertical": "vertical walls", "modelled": "as in the mesh"}
 
@@ -22,14 +23,15 @@ class Table:
     rows: tuple[tuple[str, str], ...]
 
 
-def headline(evidence: Evidence) -> tuple[str, str]:
-    """The verdict line, and how it ended: "passed", "failed" or "open"."""
+def headline(evidence: Evidence) -> tuple[str, Outcome]:
+    """The verdict line, and how it ended."""
     comparison = evidence.comparison
     if comparison is None and evidence.run.escaped_particles:
         return f"{leak(evidence.run.escaped_particles)}. There are no readings.", "failed"
     if comparison is None:
         return "No readings: this is the simulated fill alone, held against nothing.", "open"
-    return comparison.verdict, {True: "passed", False: "failed", None: "open"}[comparison.passed]
+    outcomes: dict[bool | None, Outcome] = {True: "passed", False: "failed", None: "open"}
+    return comparison.verdict, outcomes[comparison.passed]
 
 
 def key_figures(evidence: Evidence) -> list[tuple[str, str]]:
@@ -58,64 +60,7 @@ def photo_caption(evidence: Evidence) -> str:
     )
 
 
-def tables(evidence: Evidence) -> list[Table]:
-    agreement = [] if evidence.comparison is None else [_agreement(evidence), _repeats(evidence)]
-    return [
-        *agreement,
-        _mass_balance(evidence),
-        _geometry(evidence),
-        _path(evidence),
-        _health(evidence),
-        _settings(evidence),
-        Table("Provenance", (*evidence.provenance.items(), ("made again by", evidence.command))),
-    ]
-
-
-def assumptions(evidence: Evidence) -> list[str]:
-    """Sentences on what was taken for granted, with the numbers that say how much hangs on it."""
-    solver, fluid = (evidence.run.settings.get(key, {}) for key in ("solver", "fluid"))
-    sentences = [_tilt(evidence), _surface_tension(evidence)]
-    freeze = fluid.get("freeze_after_s")
-    if isinstance(freeze, int | float):
-        sentences.append(
-            f"A particle is fixed where it lies {freeze:g} s after its release. This stands for the paste's stiffening "
-            "and holds the slope of the bed; the paper has the same as a limit of moving particles."
-        )
-    curing_pa_s = fluid.get("structuration_pa_per_s", 0.0)
-    yield_stress_pa = fluid.get("yield_stress_pa", 0.0)
-    if yield_stress_pa or curing_pa_s:
-        grows = f", and {curing_pa_s:g} Pa more each second" if curing_pa_s else ""
-        sentences.append(
-            f"The paste is a Bingham fluid: it stands below a yield stress of {yield_stress_pa:g} Pa{grows}, in the "
-            "fluid and along the walls, which are taken for rough. This holds the slope of the bed."
-        )
-    left_out = "Shrinkage is" if curing_pa_s else "Curing and shrinkage are"
-    sentences += [
-        f"The profile is taken {solver.get('settle_s', 0.0):g} s after the last release. {left_out} not modelled, "
-        "while a caliper reads the cured sealant.",
-        "Simulated and measured s both count from the first end given; neither curve is shifted to fit the other.",
-        "The profile counts sealant in the crack and above its mouth. Sealant on the face beside the mouth is in the "
-        "mass balance, not in the profile.",
-        f"Scale of the {evidence.outline.seen_in}: {evidence.outline.scale_source}"
-        + (
-            "."
-            if evidence.outline.scale_residual_mm is None
-            else f", RMS misfit {evidence.outline.scale_residual_mm:.3f} mm."
-        ),
-    ]
-    if evidence.outline.path_source == "automatic":
-        sentences.append(
-            "The crack was found automatically: look at the overlay before you trust what follows from it."
-        )
-    if evidence.comparison is not None and evidence.comparison.metrics["role"] == "calibrated-on":
-        sentences.append(
-            "The fluid was calibrated on these very readings: the error is what calibration left over, not a test."
-        )
-    warnings = (*evidence.outline.warnings, *evidence.solid.report.get("warnings", ()))
-    return [*sentences, *(f"Note of the digitising stage: {text}" for text in warnings)]
-
-
-def _agreement(evidence: Evidence) -> Table:
+def agreement(evidence: Evidence) -> Table:
     assert evidence.comparison is not None
     comparison, metrics = evidence.comparison, evidence.comparison.metrics
     beats = "the simulation beats it" if metrics["beats_flat_level"] else "the simulation does NOT beat it"
@@ -159,7 +104,7 @@ def _agreement(evidence: Evidence) -> Table:
     )
 
 
-def _repeats(evidence: Evidence) -> Table:
+def readings(evidence: Evidence) -> Table:
     assert evidence.comparison is not None
     assert evidence.readings is not None
     metrics = evidence.comparison.metrics
@@ -187,29 +132,31 @@ def _repeats(evidence: Evidence) -> Table:
     return Table("Readings", tuple(rows))
 
 
-def _mass_balance(evidence: Evidence) -> Table:
+def mass_balance(evidence: Evidence) -> Table:
     run = evidence.run
-    stays = ~run.spilled
-    below = stays & (run.position_mm[:, 2] <= 0)
-    above = stays & ~below
-
-    def volume(count: int) -> str:
-        return f"{count * run.particle_volume_mm3:.0f} mm³, {counted(count, 'particle')}"
-
-    return Table(
-        "Where the sealant is",
-        (
-            ("dispensed", volume(len(run.position_mm))),
-            ("in the crack, below the face", volume(int(below.sum()))),
-            ("above the face, the jet under the nozzle included", volume(int(above.sum()))),
-            ("spilled over the sample's edge", volume(run.spilled_particles)),
-            ("escaped through a wall (must be 0)", volume(run.escaped_particles)),
-            ("volume that the settled particles fill, over dispensed", f"{evidence.volume_ratio:.3f}"),
-        ),
-    )
+    rows = [
+        (label, f"{volume_mm3:.0f} mm³, {counted(round(volume_mm3 / run.particle_volume_mm3), 'particle')}")
+        for label, volume_mm3 in volumes_mm3(evidence).values()
+    ]
+    rows.append(("volume that the settled particles fill, over dispensed", f"{evidence.volume_ratio:.3f}"))
+    return Table("Where the sealant is", tuple(rows))
 
 
-def _geometry(evidence: Evidence) -> Table:
+def volumes_mm3(evidence: Evidence) -> dict[str, tuple[str, float]]:
+    """Where what was dispensed has gone, by key: in words, and its volume."""
+    run = evidence.run
+    height_mm = run.position_mm[~run.spilled, 2]
+    counts = {
+        "dispensed": ("dispensed", len(run.position_mm)),
+        "in_crack": ("in the crack, below the face", int((height_mm <= 0).sum())),
+        "above_face": ("above the face, the jet under the nozzle included", int((height_mm > 0).sum())),
+        "spilled": ("spilled over the sample's edge", run.spilled_particles),
+        "escaped": ("escaped through a wall (must be 0)", run.escaped_particles),
+    }
+    return {key: (label, count * run.particle_volume_mm3) for key, (label, count) in counts.items()}
+
+
+def geometry(evidence: Evidence) -> Table:
     outline, solid, report = evidence.outline, evidence.solid, evidence.solid.report
     rows = [
         ("length along the centreline", f"{outline.length_mm:.2f} mm"),
@@ -220,7 +167,7 @@ def _geometry(evidence: Evidence) -> Table:
             f"{_mm(report.get('mouth_width_mm'))}, {_mm(report.get('floor_width_mm'))}",
         ),
         ("depth", _depth_words(solid.sections)),
-        ("tilt", _tilt_words(evidence)),
+        ("tilt", tilt_words(evidence)),
         ("volume of the cavity", f"{solid.cavity_volume_mm3:.0f} mm³"),
     ]
     if "volume_mm3" in report:
@@ -243,7 +190,7 @@ def _geometry(evidence: Evidence) -> Table:
     return Table("Crack and solid", tuple(rows))
 
 
-def _path(evidence: Evidence) -> Table:
+def nozzle_path(evidence: Evidence) -> Table:
     trajectory = evidence.trajectory
     giving = trajectory.giving
     begins_mm, ends_mm = trajectory.s_mm[giving][[0, -1]]
@@ -283,11 +230,11 @@ def _span(values: Floats, decimals: int, unit: str) -> str:
     return f"{least} {unit}" if least == most else f"{least} to {most} {unit}"
 
 
-def _health(evidence: Evidence) -> Table:
+def health(evidence: Evidence) -> Table:
     return Table("Numerical health", (("device", evidence.run.device), *health_rows(evidence.run.health)))
 
 
-def _settings(evidence: Evidence) -> Table:
+def settings_in_effect(evidence: Evidence) -> Table:
     rows = []
     for group, content in evidence.run.settings.items():
         if isinstance(content, dict):
@@ -297,17 +244,7 @@ def _settings(evidence: Evidence) -> Table:
     return Table("Settings in effect", tuple(rows))
 
 
-def _tilt(evidence: Evidence) -> str:
-    ratio = evidence.solid.cavity_volume_mm3 / evidence.run.dispensed_volume_mm3
-    if evidence.outline.seen_in == "mesh":
-        return f"The walls stand as they do in the mesh; the cavity holds {ratio:.2f} times the sealant."
-    return (
-        f"A photo from above does not show how the walls stand. Assumed here: {_tilt_words(evidence)}; the cavity "
-        f"holds {ratio:.2f} times the sealant. The table of the solid gives the volume of each other reading."
-    )
-
-
-def _tilt_words(evidence: Evidence) -> str:
+def tilt_words(evidence: Evidence) -> str:
     solid = evidence.solid
     if solid.tilt in WITHOUT_ANGLE:
         return WITHOUT_ANGLE[solid.tilt]
@@ -326,41 +263,9 @@ def _angle_words(solid: Solid) -> str:
     )
 
 
-def _surface_tension(evidence: Evidence) -> str:
-    """Reynolds number in the nozzle, Bond number across the crack."""
-    density_kg_m3 = evidence.run.settings.get("fluid", {}).get("density_kg_m3")
-    viscosity_m2_s = evidence.run.health.get("viscosity_m2_s")
-    nozzle_mm = evidence.run.settings.get("nozzle", {}).get("diameter_mm")
-    if density_kg_m3 is None or nozzle_mm is None or not viscosity_m2_s:
-        return "Surface tension is not modelled. The run records no viscosity, so no Reynolds or Bond number is given."
-    speed_mm_s = _mean_flow_mm3_s(evidence) / (np.pi / 4 * nozzle_mm**2)
-    width_mm = evidence.outline.mean_width_mm
-    regime = regime_of(
-        viscosity_m2_s=viscosity_m2_s,
-        density_kg_m3=density_kg_m3,
-        yield_stress_pa=evidence.run.settings["fluid"].get("yield_stress_pa", 0.0),
-        speed_mm_s=speed_mm_s,
-        nozzle_mm=nozzle_mm,
-        width_mm=width_mm,
-    )
-    # Capillarity is as strong as gravity over the width at which the Bond number is 1.
-    capillary_mm = width_mm / np.sqrt(regime.bond)
-    yields = f" Bingham number {regime.bingham:.2g} there: yield stress over viscous stress." if regime.bingham else ""
-    return (
-        f"Surface tension is not modelled. Bond number {regime.bond:.2g} over the crack's {width_mm:.2f} mm "
-        f"({density_kg_m3:g} kg/m³; {SURFACE_TENSION_N_M:g} N/m, water's, assumed): gravity over capillarity, so "
-        f"menisci of up to about {capillary_mm:.1f} mm at the walls are missing. "
-        f"Reynolds number {regime.reynolds:.2g} in the nozzle ({speed_mm_s:.0f} mm/s, {nozzle_mm:g} mm, "
-        f"{viscosity_m2_s * 1e6:.3g} mm²/s).{yields}"
-    )
-
-
-def _mean_flow_mm3_s(evidence: Evidence) -> float:
-    """Over the time in which sealant flows; each waypoint's flow holds until the next."""
-    trajectory = evidence.trajectory
-    flowing = trajectory.flow_mm3_s[:-1] > 0
-    return float(trajectory.given_mm3.sum() / np.diff(trajectory.t_s)[flowing].sum())
-
-
 def _mm(value: float | None) -> str:
     return NOT_RECORDED if value is None or np.isnan(value) else f"{value:.2f} mm"
+
+
+def provenance(evidence: Evidence) -> Table:
+    return Table("Versions and inputs", tuple(evidence.provenance.items()))

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize, to_rgb
 from matplotlib.figure import FigureBase
 from matplotlib.patches import Rectangle
@@ -48,7 +49,7 @@ class SolidViews:
 def view_solid(solid: Solid) -> SolidViews:
     """The block from above, and its cavity alone from the side, as if cast."""
     colour = np.array([to_rgb(LABEL_COLOUR[label]) for label in FaceLabel])[solid.face_label]
-    azimuth_deg = _square_on(solid)
+    azimuth_deg = square_on(solid)
     cavity = np.isin(solid.face_label, (FaceLabel.WALL, FaceLabel.FLOOR))
     return SolidViews(
         block=render(solid.vertices_mm, solid.faces, colour, azimuth_deg - 40, 42, WIDTH_PX),
@@ -70,6 +71,20 @@ def draw_solid(solid: Solid, views: SolidViews, on: FigureBase | None = None) ->
         for axes in (block_axes, cast_axes):
             axes.set_axis_off()
             axes.set_anchor("NW")
+    return figure
+
+
+def draw_still(still: NDArray[np.uint8], oldest_s: float, on: FigureBase | None = None) -> FigureBase:
+    """A picture of the fill in three dimensions, (h, w, 4), with what its colours mean."""
+    with themed():
+        figure = canvas(on, 9.0, 4.6)
+        axes = figure.add_subplot()
+        axes.imshow(still)
+        axes.set_axis_off()
+        label, colours, norm = age_scale(oldest_s)
+        figure.colorbar(
+            ScalarMappable(norm, colours), ax=axes, label=label, location="bottom", shrink=0.5, aspect=40, pad=0.02
+        )
     return figure
 
 
@@ -152,7 +167,7 @@ def _ages(run: Run) -> Scale:
     return age_scale(float(run.age_s.max(initial=1.0)))
 
 
-def _square_on(solid: Solid) -> float:
+def square_on(solid: Solid) -> float:
     """Azimuth that looks straight at the cavity's long side."""
     cavity = np.unique(solid.faces[np.isin(solid.face_label, (FaceLabel.WALL, FaceLabel.FLOOR))])
     plan = solid.vertices_mm[cavity, :2]

@@ -1,14 +1,22 @@
 """A shaded picture of a mesh: parallel projection, hidden surfaces by depth. No display, no GL."""
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
 from sealtwin.records import Floats, Integers
 
-LIGHT = np.array([-0.35, -0.45, 0.82])
-"""From the upper left of the viewer, in the world's axes."""
+LIGHT = np.array([-0.36, 0.48, 0.8])
+"""Unit vector to the light, which goes with the viewer: to the right of the picture, up in it, toward the viewer."""
+DARKEST = 0.55
+"""What is left of a colour where no light falls: it can still be read against its scale."""
 SMOOTHING = 2
 """Picture elements on each side of a pixel, averaged: smooth edges."""
+MOST_AT_ONCE = 1_000_000
+"""Pixels whose triangles are worked out together: 100 MB."""
+FLAT = 1e-9
+"""Doubled area, in pixels, of a triangle that is seen from its edge."""
 
 
 def render(
@@ -18,13 +26,15 @@ def render(
     azimuth_deg: float,
     elevation_deg: float,
     width_px: int,
+    face_normal: Floats | None = None,
 ) -> NDArray[np.uint8]:
     """The mesh as an RGBA picture, transparent around it, ``width_px`` wide.
 
     ``azimuth_deg`` turns the viewer about z, 0 looking along +y; ``elevation_deg`` is how far the viewer looks down.
-    ``face_colour`` is (f, 3) in 0 to 1. Facets that look away are drawn all the same, hidden where others are nearer.
+    ``face_colour`` is (f, 3) in 0 to 1; ``face_normal`` (f, 3) shades a facet as part of what it stands for, else it is
+    its own. Facets that look away are drawn all the same, hidden where others are nearer.
     """
-    right, up, toward = _view(azimuth_deg, elevation_deg)
+    right, up, toward = view_axes(azimuth_deg, elevation_deg)
     vertices_mm = vertices_mm - vertices_mm[np.unique(faces)].mean(axis=0)
     place = np.column_stack([vertices_mm @ right, -(vertices_mm @ up)])
     shown = place[np.unique(faces)]
@@ -32,14 +42,17 @@ def render(
     nearness = vertices_mm @ toward
     width, height = np.ceil(place[np.unique(faces)].max(axis=0) / SMOOTHING).astype(int) * SMOOTHING
 
-    shade = _shade(vertices_mm, faces, toward)
+    normal = _normals(vertices_mm, faces) if face_normal is None else face_normal
+    shade = _shade(normal, LIGHT @ np.array([right, up, toward]), toward)
     nearest = np.full(height * width, -np.inf)
     owner = np.full(height * width, -1)
-    for index, face in enumerate(faces):
-        pixel, depth = _covered(place[face], nearness[face], width, height)
-        in_front = depth > nearest[pixel]
-        nearest[pixel[in_front]] = depth[in_front]
-        owner[pixel[in_front]] = index
+    for part in _batches(place[faces]):
+        index, pixel, depth = _covered(place[faces[part]], nearness[faces[part]], width, height)
+        in_front = np.flatnonzero(depth > nearest[pixel])
+        # The last of several that are written to one pixel stays: the nearest, and of equals the first facet.
+        last = in_front[::-1][np.argsort(depth[in_front][::-1], kind="stable")]
+        nearest[pixel[last]] = depth[last]
+        owner[pixel[last]] = part.start + index[last]
     picture = np.zeros((height * width, 4), dtype=np.float32)
     seen = owner >= 0
     picture[seen, :3] = face_colour[owner[seen]] * shade[owner[seen], None]
@@ -51,7 +64,7 @@ def render(
     return np.round(255 * np.clip(mean, 0, 1)).astype(np.uint8)
 
 
-def _view(azimuth_deg: float, elevation_deg: float) -> tuple[Floats, Floats, Floats]:
+def view_axes(azimuth_deg: float, elevation_deg: float) -> tuple[Floats, Floats, Floats]:
     """Unit vectors to the right and up in the picture, and toward the viewer."""
     azimuth, elevation = np.radians([azimuth_deg, elevation_deg])
     right = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
@@ -60,38 +73,65 @@ def _view(azimuth_deg: float, elevation_deg: float) -> tuple[Floats, Floats, Flo
     return right, np.cross(toward, right), toward
 
 
-def _shade(vertices_mm: Floats, faces: Integers, toward: Floats) -> Floats:
-    """Brightness of each facet, (f,); facets that look away are lit from their back."""
+def seen_from(vertices_mm: Floats, faces: Integers, azimuth_deg: float, elevation_deg: float) -> NDArray[np.bool_]:
+    """Which facets turn their outside to the viewer, (f,)."""
+    _, _, toward = view_axes(azimuth_deg, elevation_deg)
+    return _normals(vertices_mm, faces) @ toward > 0
+
+
+def _normals(vertices_mm: Floats, faces: Integers) -> Floats:
+    """Unit vectors out of each facet, (f, 3); zero where it has no area."""
     a, b, c = (vertices_mm[faces[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)
     size = np.linalg.norm(normal, axis=1, keepdims=True)
-    normal /= np.where(size > 0, size, 1.0)
-    normal *= np.where(normal @ toward < 0, -1.0, 1.0)[:, None]
-    return 0.55 + 0.45 * np.clip(normal @ (LIGHT / np.linalg.norm(LIGHT)), 0.0, 1.0)
+    return normal / np.where(size > 0, size, 1.0)
 
 
-def _covered(corner: Floats, nearness: Floats, width: int, height: int) -> tuple[Integers, Floats]:
-    """Pixels whose middles a triangle covers, and how near it is there; row by row, so that slivers cost little."""
-    first = max(int(np.ceil(corner[:, 1].min() - 0.5)), 0)
-    last = min(int(np.floor(corner[:, 1].max() - 0.5)), height - 1)
-    rows = np.arange(first, last + 1)
-    (ax, ay), (bx, by), (cx, cy) = corner
+def _shade(normal: Floats, light: Floats, toward: Floats) -> Floats:
+    """Brightness of each facet, (f,); facets that look away are lit from their back."""
+    normal = normal * np.where(normal @ toward < 0, -1.0, 1.0)[:, None]
+    return DARKEST + (1 - DARKEST) * np.clip(normal @ light, 0.0, 1.0)
+
+
+def _batches(corner: Floats) -> Iterator[slice]:
+    """Facets in their order, as many at a time as cover ``MOST_AT_ONCE`` pixels with the boxes around them."""
+    boxes = np.cumsum(np.prod(np.ptp(corner, axis=1) + 1, axis=1))
+    begin = 0
+    while begin < len(corner):
+        before = boxes[begin - 1] if begin else 0.0
+        end = max(begin + 1, int(np.searchsorted(boxes, before + MOST_AT_ONCE, side="right")))
+        yield slice(begin, end)
+        begin = end
+
+
+def _covered(corner: Floats, nearness: Floats, width: int, height: int) -> tuple[Integers, Integers, Floats]:
+    """Pixels whose middles triangles (f, 3, 2) cover: of which triangle, which pixel, and how near it is there.
+
+    Row by row, so that slivers cost little.
+    """
+    first = np.maximum(np.ceil(corner[:, :, 1].min(axis=1) - 0.5), 0).astype(int)
+    last = np.minimum(np.floor(corner[:, :, 1].max(axis=1) - 0.5), height - 1).astype(int)
+    (ax, ay), (bx, by), (cx, cy) = corner.transpose(1, 2, 0)
     doubled_area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
-    if not len(rows) or abs(doubled_area) < 1e-9:
-        return np.empty(0, int), np.empty(0)
-    begin, end = np.full(len(rows), np.inf), np.full(len(rows), -np.inf)
-    for (x0, y0), (x1, y1) in ((corner[0], corner[1]), (corner[1], corner[2]), (corner[2], corner[0])):
-        if y0 == y1:
-            continue
-        along = (rows + 0.5 - y0) / (y1 - y0)
+    owner, row = _counted_up(np.where(np.abs(doubled_area) < FLAT, 0, np.maximum(last - first + 1, 0)), first)
+    begin, end = np.full(len(row), np.inf), np.full(len(row), -np.inf)
+    for one, other in ((0, 1), (1, 2), (2, 0)):
+        (x0, y0), (x1, y1) = corner[owner, one].T, corner[owner, other].T
+        along = (row + 0.5 - y0) / np.where(y0 == y1, np.nan, y1 - y0)
         x = np.where((along >= 0) & (along <= 1), x0 + along * (x1 - x0), np.nan)
         begin, end = np.fmin(begin, x), np.fmax(end, x)
     begin = np.clip(np.nan_to_num(np.ceil(begin - 0.5), posinf=width), 0, width).astype(int)
     end = np.clip(np.nan_to_num(np.floor(end - 0.5), neginf=-1), -1, width - 1).astype(int)
-    count = np.maximum(end - begin + 1, 0)
-    row = np.repeat(rows, count)
-    column = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count) + np.repeat(begin, count)
+    span, column = _counted_up(np.maximum(end - begin + 1, 0), begin)
+    owner, row = owner[span], row[span]
+    ax, ay, bx, by, cx, cy, doubled_area = (values[owner] for values in (ax, ay, bx, by, cx, cy, doubled_area))
+    a, b, c = nearness[owner].T
     to_b = ((column + 0.5 - ax) * (cy - ay) - (row + 0.5 - ay) * (cx - ax)) / doubled_area
     to_c = ((bx - ax) * (row + 0.5 - ay) - (by - ay) * (column + 0.5 - ax)) / doubled_area
-    near = nearness[0] + to_b * (nearness[1] - nearness[0]) + to_c * (nearness[2] - nearness[0])
-    return row * width + column, near
+    return owner, row * width + column, a + to_b * (b - a) + to_c * (c - a)
+
+
+def _counted_up(count: Integers, first: Integers) -> tuple[Integers, Integers]:
+    """For each of so many: whose it is, and its number from ``first`` of that one on."""
+    owner = np.repeat(np.arange(len(count)), count)
+    return owner, np.arange(count.sum()) - np.repeat(np.cumsum(count) - count - first, count)

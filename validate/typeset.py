@@ -21,9 +21,16 @@ TEXT_PT = 8.5
 CAPTION_PT = 8.0
 LINE_IN = 0.165
 """From one line of text to the next."""
+FOOT_PT = 7.5
+FOOT_IN = 0.4
+"""From the lower edge of a page to its number."""
+FOLIO_IN = 1.0
+"""Kept free for that number."""
 LABEL_IN = 2.9
 LONGEST_ROW = 10
 """Lines that are kept together."""
+KEPT_IN = 0.35 * HEIGHT_IN
+"""A table lower than this is not broken: more would leave pages half empty."""
 DPI = 150
 """Of what is drawn as pixels."""
 LONGEST = 500
@@ -34,9 +41,18 @@ Weight = Literal["normal", "bold"]
 class Typesetter:
     """Sets text down a page, and starts a new page where the next line does not fit."""
 
-    def __init__(self, pages: PdfPages) -> None:
-        self._pages = pages
+    def __init__(self, pages: PdfPages, running_title: str) -> None:
+        """``running_title`` stands at the foot of each page, beside its number."""
+        self._pages, self._running_title = pages, running_title
+        self._done: list[Figure] = []
         self._begin()
+
+    def chapter(self, title: str, below_in: float) -> None:
+        """Its title, on a page that has room for ``below_in`` more."""
+        self._need(4 * LINE_IN + below_in)
+        self._down_in += LINE_IN
+        self._write(title, MARGIN_IN, size_pt=14, weight="bold")
+        self._down_in += 1.8 * LINE_IN
 
     def heading(self, text: str) -> None:
         self._need(4 * LINE_IN)
@@ -45,21 +61,27 @@ class Typesetter:
         self._down_in += 1.5 * LINE_IN
 
     def text(self, text: str, size_pt: float = TEXT_PT, weight: Weight = "normal", colour: str = INK) -> None:
-        for line in wrapped(text, WIDTH_IN - 2 * MARGIN_IN, size_pt, weight):
-            self._need(LINE_IN * size_pt / TEXT_PT)
+        lines, line_in = wrapped(text, WIDTH_IN - 2 * MARGIN_IN, size_pt, weight), LINE_IN * size_pt / TEXT_PT
+        # A paragraph stays whole, unless somebody wrote a page into it.
+        self._need(line_in * min(len(lines), LONGEST_ROW))
+        for line in lines:
+            self._need(line_in)
             self._write(line, MARGIN_IN, size_pt, weight, colour)
-            self._down_in += LINE_IN * size_pt / TEXT_PT
+            self._down_in += line_in
         self._down_in += 0.5 * LINE_IN
 
     def table(self, title: str, rows: Sequence[tuple[str, str]]) -> None:
-        """Under its title, said again where the table goes on over a page."""
+        """Under its title, whole where it is short; else the title is said again on the next page."""
+        lines = sum(max(len(cell) for cell in _cells(row)) for row in rows)
+        height_in = 4 * LINE_IN + lines * LINE_IN + 0.2 * LINE_IN * len(rows)
+        if height_in < KEPT_IN:
+            self._need(height_in)
         self.heading(title)
         self.rows(rows, title)
 
     def rows(self, rows: Sequence[tuple[str, str]], title: str = "") -> None:
-        for label, value in rows:
-            labels = wrapped(label, LABEL_IN - 0.15, TEXT_PT)
-            values = wrapped(value, WIDTH_IN - 2 * MARGIN_IN - LABEL_IN, TEXT_PT)
+        for row in rows:
+            labels, values = _cells(row)
             lines = max(len(labels), len(values))
             # A row stays whole, unless somebody wrote a page into it.
             if self._need(LINE_IN * min(lines, LONGEST_ROW)) and title:
@@ -104,9 +126,21 @@ class Typesetter:
         self._down_in += 0.5 * LINE_IN
 
     def end(self) -> None:
+        """Write all pages: only now is it known how many there are."""
+        self._finish_page()
+        titles = wrapped(self._running_title, WIDTH_IN - 2 * MARGIN_IN - FOLIO_IN, FOOT_PT)[:1]
+        for number, page in enumerate(self._done, start=1):
+            foot = FOOT_IN / HEIGHT_IN
+            for title in titles:
+                page.text(MARGIN_IN / WIDTH_IN, foot, title, fontsize=FOOT_PT, color=MUTED)
+            folio = f"{number} of {len(self._done)}"
+            page.text(1 - MARGIN_IN / WIDTH_IN, foot, folio, fontsize=FOOT_PT, color=MUTED, ha="right")
+            self._pages.savefig(page, dpi=DPI)
+
+    def _finish_page(self) -> None:
         if self._figures:
             self._lay_out()
-        self._pages.savefig(self._page, dpi=DPI)
+        self._done.append(self._page)
 
     def _begin(self) -> None:
         self._page = Figure(figsize=(WIDTH_IN, HEIGHT_IN))
@@ -135,7 +169,7 @@ class Typesetter:
         """Whether a new page was begun for it."""
         if self._down_in + height_in <= HEIGHT_IN - MARGIN_IN:
             return False
-        self.end()
+        self._finish_page()
         self._begin()
         return True
 
@@ -155,6 +189,15 @@ class Typesetter:
         across = MARGIN_IN / WIDTH_IN
         self._page.add_artist(Line2D((across, 1 - across), (y, y), color=GRID, linewidth=0.5))
         self._down_in += 0.2 * LINE_IN
+
+
+def _cells(row: tuple[str, str]) -> tuple[list[str], list[str]]:
+    """Lines of a label and of its value."""
+    label, value = row
+    return (
+        wrapped(label, LABEL_IN - 0.15, TEXT_PT),
+        wrapped(value, WIDTH_IN - 2 * MARGIN_IN - LABEL_IN, TEXT_PT),
+    )
 
 
 def wrapped(text: str, width_in: float, size_pt: float, weight: Weight = "normal") -> list[str]:

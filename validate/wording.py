@@ -10,6 +10,8 @@ UNITS = {
     "_kg_m3": "kg/m³",
     "_per_s": "1/s",
     "_mm_s": "mm/s",
+    "_mm2": "mm²",
+    "_mm3": "mm³",
     "_mm": "mm",
     "_cm": "cm",
     "_s": "s",
@@ -27,6 +29,11 @@ def words(key: str) -> str:
         if key.endswith(ending):
             return f"{key.removesuffix(ending).replace('_', ' ')} ({unit})"
     return key.replace("_", " ")
+
+
+def unit_of(key: str) -> str:
+    """Of a name in the code; "1" for a pure number."""
+    return next((unit for ending, unit in UNITS.items() if key.endswith(ending)), "1")
 
 
 def plain(value: Any) -> str:

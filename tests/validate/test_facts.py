@@ -11,9 +11,11 @@ from digitise.settings import NozzlePath
 from digitise.trajectory import plan_trajectory
 from sealtwin.records import Comparison, Sections
 from tests.evidence import make_evidence
+from validate import facts
+from validate.assumptions import assumptions
 from validate.evidence import Evidence
-from validate.facts import assumptions, headline, key_figures, tables
-from validate.plates import report_plates
+from validate.facts import Table, headline, key_figures
+from validate.plates import solid_plate
 from validate.settings import Gate
 
 GATE = Gate(mean_error_mm=1.0)
@@ -21,6 +23,12 @@ GATE = Gate(mean_error_mm=1.0)
 
 def rows(evidence: Evidence, title: str) -> dict[str, str]:
     return dict(next(table.rows for table in tables(evidence) if table.title == title))
+
+
+def tables(evidence: Evidence) -> list[Table]:
+    compared = [] if evidence.comparison is None else [facts.agreement(evidence), facts.readings(evidence)]
+    alone = (facts.mass_balance, facts.health, facts.geometry, facts.nozzle_path, facts.settings_in_effect)
+    return [*compared, *(table(evidence) for table in alone)]
 
 
 @pytest.mark.parametrize(
@@ -61,32 +69,6 @@ def test_every_particle_is_somewhere(tmp_path):
     parts = [number for name, number in count.items() if name.startswith(("in the crack", "above the face", "spilled"))]
     assert count["spilled over the sample's edge"] == 1
     assert sum(parts) == count["dispensed"] == len(evidence.run.position_mm)
-
-
-def test_reynolds_and_bond_numbers_are_those_of_the_trial(tmp_path):
-    """By hand: Bo = 1690 * 9.81 * 0.0031² / 0.072 = 2.2; Re = v d / nu with v = Q / (pi d² / 4)."""
-    evidence = make_evidence(tmp_path)
-    sentence = next(text for text in assumptions(evidence) if text.startswith("Surface tension"))
-    assert "Bond number 2.2" in sentence
-    trajectory = evidence.trajectory
-    flow_mm3_s = 40 * 3.1 * 10 / trajectory.duration_s
-    speed_mm_s = flow_mm3_s / (np.pi * 1.2**2)
-    assert f"Reynolds number {speed_mm_s * 2.4 / 32.6:.2g}" in sentence
-    assert f"{speed_mm_s:.0f} mm/s" in sentence
-
-
-def test_paste_that_yields_is_told_with_its_stress_and_its_number(tmp_path):
-    """By hand: 12 Pa over rho nu v / d; curing is then modelled, and only shrinkage is not."""
-    evidence = make_evidence(tmp_path)
-    assert not any("Bingham" in text for text in assumptions(evidence))
-    evidence.run.settings["fluid"] |= {"yield_stress_pa": 12.0, "structuration_pa_per_s": 0.5}
-    told = " ".join(assumptions(evidence))
-    speed_mm_s = 40 * 3.1 * 10 / evidence.trajectory.duration_s / (np.pi * 1.2**2)
-    density_kg_m3 = evidence.run.settings["fluid"]["density_kg_m3"]
-    assert f"Bingham number {12.0 / (density_kg_m3 * 32.6e-6 * speed_mm_s / 2.4):.2g} there" in told
-    assert "yield stress of 12 Pa, and 0.5 Pa more each second" in told
-    assert "Shrinkage is not modelled" in told
-    assert "Curing" not in told
 
 
 def test_a_path_with_leads_and_ramps_is_told_with_what_varies(tmp_path):
@@ -134,12 +116,6 @@ def test_a_path_s_length_is_told_with_its_smoothing(tmp_path):
     assert rows(evidence, "Nozzle path")["length over the crack"].endswith("0.0°, smallest radius 12.3 mm")
 
 
-def test_a_run_without_viscosity_gets_no_invented_numbers(tmp_path):
-    evidence = make_evidence(tmp_path)
-    evidence.run.health.clear()
-    assert any("no Reynolds or Bond number" in text for text in assumptions(evidence))
-
-
 def test_each_reading_of_the_tilt_has_its_volume(tmp_path):
     solid = rows(make_evidence(tmp_path), "Crack and solid")
     assert solid["tilt"] == "vertical walls"
@@ -156,7 +132,7 @@ def test_dams_are_told_from_the_sample(tmp_path):
     dammed = replace(evidence, solid=replace(evidence.solid, report=report))
     row = rows(dammed, "Crack and solid")["in crack.stl beside the sample"]
     assert row == "1 dam at open ends, to 10 mm above the face: no part of the sample"
-    captions = [[plate.caption for plate in report_plates(which)][-1] for which in (evidence, dammed)]
+    captions = [solid_plate(which).caption for which in (evidence, dammed)]
     assert ["dams" in caption for caption in captions] == [False, True]
 
 

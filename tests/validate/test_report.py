@@ -1,5 +1,7 @@
 """The page and the PDF: complete, self-contained, and deaf to what names would have them do."""
 
+import base64
+import hashlib
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
@@ -10,10 +12,13 @@ from pypdf import PdfReader
 
 from sealtwin.errors import InputError
 from tests.evidence import make_evidence
-from validate.report import write_report
+from validate.report import REPORT, write_report
+from validate.report_data import ReportData
 from validate.settings import Gate
 
 HOSTILE = "<script>alert(1)</script> $\\frac$ {{ 7*7 }} $x_{1 </svg> \"quoted\" & 'so'"
+RUDE = "\N{RIGHT-TO-LEFT OVERRIDE}</title><!-- " + "\N{FIRE}" * 80
+"""What turns the line round, ends what it stands in, and is in no font of ours."""
 GATE = Gate(mean_error_mm=1.0)
 
 
@@ -79,7 +84,7 @@ def test_every_table_is_in_both(usual):
 
 def test_the_page_needs_nothing_but_itself(usual):
     source, page, _ = usual
-    assert {"script", "link", "iframe", "object"}.isdisjoint(tag for tag, _ in page.tags)
+    assert {"link", "iframe", "object", "form"}.isdisjoint(tag for tag, _ in page.tags)
     references = [
         value or ""
         for _, attributes in page.tags
@@ -88,6 +93,8 @@ def test_the_page_needs_nothing_but_itself(usual):
     ]
     assert references
     assert all(value.startswith(("data:image/", "#")) for value in references)
+    inside = {attributes["id"] for _, attributes in page.tags if "id" in attributes}
+    assert {value[1:] for value in references if value.startswith("#")} <= inside
     assert "url(http" not in source
     # Namespaces are the only addresses left.
     assert set(re.findall(r"https?://[^\"' <>]+", source)) == {
@@ -97,6 +104,10 @@ def test_the_page_needs_nothing_but_itself(usual):
     policy = next(attributes["content"] for _, attributes in page.tags if attributes.get("http-equiv"))
     assert policy is not None
     assert policy.startswith("default-src 'none'")
+    # One script, which the policy knows by its hash; the mesh is data.
+    assert [attributes.get("type") for tag, attributes in page.tags if tag == "script"] == ["application/json", None]
+    script = source[source.rindex("<script>") + len("<script>") : source.rindex("</script>")]
+    assert f"script-src 'sha256-{base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()}'" in policy
 
 
 def test_every_figure_says_what_it_shows(usual):
@@ -104,6 +115,12 @@ def test_every_figure_says_what_it_shows(usual):
     figures = [attributes for tag, attributes in page.tags if tag == "svg"]
     assert len(figures) == 7
     assert all(figure["role"] == "img" and figure["aria-label"] for figure in figures)
+
+
+def test_figures_are_numbered_alike_in_both(usual):
+    _, page, pdf = usual
+    numbers = [re.findall(r"Figure (\d+)\. ", text) for text in (page.text, pdf)]
+    assert numbers[0] == numbers[1] == [str(number) for number in range(1, 10)]
 
 
 def test_figures_take_the_colours_of_the_page(usual):
@@ -146,13 +163,17 @@ def test_names_are_text_and_nothing_else(tmp_path):
     source, page, pdf = written(
         tmp_path,
         name=HOSTILE,
-        note=HOSTILE + " Riß 裂缝 \x07",
+        note=HOSTILE + " Riß 裂缝 \x07" + RUDE,
         source=HOSTILE,
         provenance={HOSTILE: HOSTILE},
         command=HOSTILE,
         readings_data="reconstructed",
     )
-    assert "script" not in {tag for tag, _ in page.tags}
+    assert [tag for tag, _ in page.tags].count("script") == 2, "the page's own"
+    assert RUDE in page.text
+    data = ReportData.model_validate_json((tmp_path / "report.json").read_text(encoding="utf-8"))
+    assert data.note.endswith(RUDE)
+    assert data.provenance == {HOSTILE: HOSTILE}
     assert page.text.count(HOSTILE) >= 5
     assert "alert(1)</script>" not in source
     assert HOSTILE.split(" {{")[0] in pdf
@@ -170,6 +191,8 @@ def test_without_readings_the_simulation_stands_alone_and_says_so(tmp_path):
         assert "Agreement with the readings" not in text
         assert "mean error" not in text
     assert sum(tag == "svg" for tag, _ in page.tags) == 5
+    data = ReportData.model_validate_json((tmp_path / "report.json").read_text(encoding="utf-8"))
+    assert (data.metrics, data.verdict.role, data.verdict.outcome) == ({}, None, "open")
 
 
 @pytest.mark.parametrize("readings_data", ["measured", None])
@@ -185,7 +208,7 @@ def test_a_leak_and_a_lost_volume_stand_before_every_number(tmp_path, readings_d
 
 def test_the_same_evidence_gives_the_same_bytes(tmp_path, usual, usual_folder):
     written(tmp_path, gate=GATE, name="Slot 7")
-    for name in ("report.html", "report.pdf"):
+    for name in REPORT:
         assert (tmp_path / name).read_bytes() == (usual_folder / name).read_bytes()
 
 

@@ -19,7 +19,7 @@ def pages_of(typeset) -> list[str]:
     """The text of each page that a function sets."""
     target = io.BytesIO()
     with PdfPages(target) as pages:
-        setter = Typesetter(pages)
+        setter = Typesetter(pages, "running title")
         typeset(setter)
         setter.end()
     return [page.extract_text() for page in PdfReader(target).pages]
@@ -56,6 +56,37 @@ def test_a_table_over_a_page_says_its_title_again():
     assert first.startswith("Settings\n")
     assert second.startswith("Settings, continued\n")
     assert "key 69" in second
+
+
+def test_a_short_table_and_a_paragraph_are_not_broken():
+    """Broken on purpose, with no look ahead, the table's last row and the paragraph's last line go over the page."""
+    rows = [(f"key {i}", "value") for i in range(12)]
+    filler = "\n".join("filler" for _ in range(50))
+    first, second = pages_of(lambda setter: (setter.text(filler), setter.table("Short", rows)))
+    assert "Short" not in first
+    assert all(f"key {i} value" in second for i in range(12))
+    paragraph = "\n".join(f"line {i}" for i in range(9))
+    first, second = pages_of(
+        lambda setter: (setter.text(filler), setter.text("\n".join("x" * 7)), setter.text(paragraph))
+    )
+    assert "line" not in first
+    assert all(f"line {i}" in second for i in range(9))
+
+
+def test_each_page_has_the_running_title_and_its_number():
+    pages = pages_of(lambda setter: setter.table("T", [(f"key {i}", "value") for i in range(130)]))
+    assert len(pages) == 3
+    for number, text in enumerate(pages, start=1):
+        assert text.endswith(f"running title {number} of 3")
+
+
+def test_a_chapter_s_title_does_not_stand_alone():
+    filler = "\n".join("filler" for _ in range(48))
+    first, second = pages_of(
+        lambda setter: (setter.text(filler), setter.chapter("Chapter", below_in=3.0), setter.text("below"))
+    )
+    assert "Chapter" not in first
+    assert second.startswith("Chapter\nbelow")
 
 
 def test_a_row_stays_on_one_page():
