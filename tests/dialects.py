@@ -9,6 +9,7 @@ from typing import Literal
 
 import numpy as np
 import openpyxl
+from numpy.typing import ArrayLike
 
 from sealtwin.records import Floats
 
@@ -59,7 +60,7 @@ class Hand:
     """Of the rows."""
 
 
-def write_sheet(path: Path, hand: Hand, s_mm: Sequence[float], levels_mm: Floats) -> Path:
+def write_sheet(path: Path, hand: Hand, s_mm: Sequence[float], levels_mm: ArrayLike) -> Path:
     """``levels_mm``: (n, r), upward from the sample's surface; NaN where one is missing."""
     table = [[""] * hand.gap + [*row] for row in _table(hand, s_mm, np.asarray(levels_mm, dtype=float))]
     above = [[line] for line in hand.title] + [[]] * hand.gap

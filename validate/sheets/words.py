@@ -22,6 +22,8 @@ NAMES_OF_UNITS: dict[Unit, tuple[str, ...]] = {
 UNITS: dict[str, Unit] = {name: unit for unit, names in NAMES_OF_UNITS.items() for name in names}
 INCH = re.compile(r"[\[(/_]\s*in\s*[\])]?\s*$")
 """Elsewhere "in" is what stands before a unit."""
+LONGEST_NAME = 200
+"""Letters. A longer name is a text, and would keep the search for a unit busy."""
 WORD = re.compile(r"[^\W\d_]+|[0-9]+")
 
 STATION = {"s", "station", "position", "pos", "chainage", "stationing", "distance", "arclength"}
@@ -54,6 +56,8 @@ class Meaning:
 
 def meaning(name: str) -> Meaning | None:
     """None where the name, or any word of it, says nothing."""
+    if len(name) > LONGEST_NAME:
+        return None
     plain = _plain(name)
     found = WORD.findall(plain)
     numbers = [word for word in found if word.isdigit()]

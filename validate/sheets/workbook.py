@@ -5,9 +5,11 @@ By ECMA-376 part 1 (SpreadsheetML). Names are taken without their namespace, whi
 
 import io
 import re
+import struct
 import zipfile
 import zlib
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from datetime import datetime, timedelta
 from pathlib import Path, PurePosixPath
@@ -32,6 +34,9 @@ BUILT_IN_DATES = {*range(14, 23), *range(27, 37), *range(45, 48), *range(50, 59)
 """ECMA-376 part 1, 18.8.30, with the East Asian ones."""
 NO_DATE = re.compile(r'"[^"]*"|\\.|_.|\*.|\[(?![hms]+\])[^\]]*\]|General|Standard', re.IGNORECASE)
 """What of a number's format is text, padding, colour or condition."""
+LONGEST_FORMAT = 255
+"""Letters, as Excel has it."""
+MOST_MERGED = 10_000
 REFERENCE = re.compile(r"([A-Z]{1,3})([0-9]{1,7})")
 LAST_DAY = 2_958_466
 """The first after 31 December 9999."""
@@ -57,12 +62,20 @@ def read_workbook(path: Path, content: bytes, sha256: str, wanted: str | None) -
     if len(content) > MOST_BYTES:
         raise refuse(Place(path), f"larger than {MOST_BYTES:,} bytes.", "Take pictures out of it, or save it as CSV.")
     try:
-        with zipfile.ZipFile(io.BytesIO(content)) as archive:
-            return _grid(path, sha256, _Workbook(archive), wanted)
+        with _damage_named():
+            archive = zipfile.ZipFile(io.BytesIO(content))
+        return _grid(path, sha256, _Workbook(archive), wanted)
     except _UnusableError as fault:
         raise refuse(Place(path), f"no XLSX that can be read ({fault}).", SAVE_AGAIN) from fault
-    except (zipfile.BadZipFile, zlib.error, EOFError, expat.ExpatError, UnicodeError) as fault:
-        raise refuse(Place(path), f"a damaged XLSX ({clipped(str(fault))}).", SAVE_AGAIN) from fault
+
+
+@contextmanager
+def _damage_named() -> Iterator[None]:
+    """All that the archive's reader stumbles over where bytes are not as they were written."""
+    try:
+        yield
+    except (zipfile.BadZipFile, zlib.error, struct.error, EOFError, NotImplementedError, ValueError) as fault:
+        raise _UnusableError(f"damaged: {clipped(str(fault))}") from fault
 
 
 def _grid(path: Path, sha256: str, workbook: "_Workbook", wanted: str | None) -> Grid:
@@ -181,11 +194,18 @@ class _Workbook:
         parser.StartElementHandler = lambda name, values: handler.start(name.rpartition(":")[2], values)
         parser.EndElementHandler = lambda name: handler.end(name.rpartition(":")[2])
         parser.CharacterDataHandler = handler.text
-        # The archive's reader gives no more than the directory says, and a wrong checksum is a fault.
-        with self._archive.open(entry) as packed:
-            while piece := packed.read(PIECE):
+        try:
+            for piece in self._pieces(entry):
                 parser.Parse(piece)
-        parser.Parse(b"", True)
+            parser.Parse(b"", True)
+        except expat.ExpatError as fault:
+            raise _UnusableError(f"damaged: {clipped(part)}, {fault}") from fault
+
+    def _pieces(self, entry: zipfile.ZipInfo) -> Iterator[bytes]:
+        """No more than the directory says; a wrong checksum is damage."""
+        with _damage_named(), self._archive.open(entry) as packed:
+            while piece := packed.read(PIECE):
+                yield piece
 
 
 def _refuse_doctype(*_: object) -> None:
@@ -266,26 +286,27 @@ class _Styles(_Handler):
 
     def __init__(self) -> None:
         self.dates: list[bool] = []
-        self._formats: dict[str, str] = {}
+        self._formats = {str(key): True for key in BUILT_IN_DATES}
+        """Whether a format is a date's, by its key."""
         self._of_cells = False
 
     def start(self, name: str, values: dict[str, str]) -> None:
         if name == "numFmt":
-            self._formats[values.get("numFmtId", "")] = values.get("formatCode", "")
+            self._formats[values.get("numFmtId", "")] = _is_of_a_date(values.get("formatCode", ""))
         elif name == "cellXfs":
             self._of_cells = True
         elif name == "xf" and self._of_cells:
-            self.dates.append(_shows_a_date(values.get("numFmtId", "0"), self._formats))
+            self.dates.append(self._formats.get(values.get("numFmtId", "0"), False))
 
     def end(self, name: str) -> None:
         if name == "cellXfs":
             self._of_cells = False
 
 
-def _shows_a_date(key: str, formats: dict[str, str]) -> bool:
-    if key in formats:
-        return any(letter in "dmyhs" for letter in NO_DATE.sub("", formats[key]).lower())
-    return key.isascii() and key.isdigit() and len(key) < 4 and int(key) in BUILT_IN_DATES
+def _is_of_a_date(code: str) -> bool:
+    if len(code) > LONGEST_FORMAT:
+        raise _UnusableError(f"a format of {len(code):,} letters; {LONGEST_FORMAT} are allowed")
+    return any(letter in "dmyhs" for letter in NO_DATE.sub("", code).lower())
 
 
 class _Cells(_Handler):
@@ -358,6 +379,8 @@ class _Cells(_Handler):
         return Cell(f"{value:.15g}", "number")
 
     def _merge(self, reference: str) -> None:
+        if len(self._sheet.merged) == MOST_MERGED:
+            raise _UnusableError(f"more than {MOST_MERGED:,} merged cells")
         first, _, last = reference.partition(":")
         (row, column), (last_row, last_column) = _address(first), _address(last or first)
         self._sheet.merged.append((row, column, last_row, last_column))
