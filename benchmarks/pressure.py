@@ -1,10 +1,10 @@
 """What a column of 16 mm is compressed to at rest, with local and with two-level pressure, straight and curved.
 
-    python benchmarks/pressure.py [--only straight|bent|trial] [--runs]
+    python benchmarks/pressure.py [--only straight|bent|trial|runs] [--radius-mm 0.4]
 
 The fluid drags nowhere and has no viscosity: what moves at the end is what the pressure cannot calm. Densities are
-those of all particles, corners and surface included. ``--runs`` pours the paper's trial with both as well, which takes
-some three minutes.
+those of all particles, corners and surface included. ``--only runs`` pours the paper's trial with both instead, which
+takes some three minutes; the radius is for that.
 """
 
 import argparse
@@ -129,16 +129,14 @@ def _block_mm(crack: tuple[Solid, Outline], seed: int) -> Floats:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", choices=CRACKS)
-    parser.add_argument("--runs", action="store_true", help="pour the paper's trial as well")
+    parser.add_argument("--only", choices=[*CRACKS, "runs"])
+    parser.add_argument("--radius-mm", type=float, default=RADIUS_MM)
     asked = parser.parse_args()
-    rows: list[Row] = []
-    for name in [asked.only] if asked.only else CRACKS:
-        rows += _at_rest(name)
-    if asked.runs:
+    if asked.only == "runs":
         sample = trace()
-        for way in ("freezing", "yield"):
-            rows += _poured(sample, way)
+        rows = [row for way in ("freezing", "yield") for row in _poured(sample, way, asked.radius_mm)]
+    else:
+        rows = [row for name in ([asked.only] if asked.only else CRACKS) for row in _at_rest(name)]
     finish(rows)
 
 
@@ -166,8 +164,8 @@ def _at_rest(name: str) -> list[Row]:
     ]
 
 
-def _poured(sample: Sample, way: str) -> list[Row]:
-    local, two = (pour(sample, WAYS[way], RADIUS_MM, pressure=pressure) for pressure in ("local", "two-level"))
+def _poured(sample: Sample, way: str, radius_mm: float) -> list[Row]:
+    local, two = (pour(sample, WAYS[way], radius_mm, pressure=pressure) for pressure in ("local", "two-level"))
     return [
         Row(f"trial, {way}, local: mean error", local.errors_mm[0], "mm", 0, np.inf),
         Row(f"trial, {way}, two-level: mean error", two.errors_mm[0], "mm", 0, local.errors_mm[0] + SCATTER_MM),
