@@ -20,6 +20,7 @@ from tests.vtk_reader import read_polydata, read_pvd
 LEFT = {
     "trial.toml", "overlay.png", "outline.json", "crack.stl", "crack.ply", "crack.glb", "solid.json", "trajectory.csv",
     "trajectory.txt", "particles.csv", "simulation.json", "profile.csv", "comparison.json", "report.html", "report.pdf",
+    "report.json",
     "run.json", "manifest.json", "health.csv", "health.png", "health.svg", "progress.json",
 }  # fmt: skip
 NOT_IN_MANIFEST = {"trial.toml", "run.json", "manifest.json", "health.csv", "progress.json"}

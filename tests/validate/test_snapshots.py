@@ -16,7 +16,7 @@ from validate.film import Painter, write_film
 from validate.gallery import write_gallery
 from validate.health_plot import PANELS, draw_health
 from validate.particles import SPEED, Along
-from validate.plates import report_plates
+from validate.plates import fill_plates
 from validate.snapshots import Scene, draw_fill, draw_snapshot
 
 
@@ -124,10 +124,9 @@ def test_many_moments_are_thinned_to_a_page(scene, frames):
 
 
 def test_a_report_shows_the_fill_where_the_run_left_snapshots(evidence, frames):
-    plates = {len(given): report_plates(replace(evidence, frames=given)) for given in ((), tuple(frames))}
+    plates = {len(given): fill_plates(replace(evidence, frames=given)) for given in ((), tuple(frames))}
     (extra,) = [plate for plate in plates[3] if plate.caption not in {plate.caption for plate in plates[0]}]
     assert "as in the paper's Fig. 6" in extra.caption
-    assert extra.section == "Fill"
     assert len(axes_of(extra.draw(None))) == 3 * 2 + 2
 
 
