@@ -79,15 +79,25 @@ class Command:
             self._finish(replace(job, threads=threads), stages)
 
     def resume(
-        self, path: Path, stages: "Sequence[StageName]", *, frames_every_s: float | None = None, threads: int = 1
+        self,
+        path: Path,
+        stages: "Sequence[StageName]",
+        *,
+        frames_every_s: float | None = None,
+        threads: int = 1,
+        uncertainty: bool = False,
     ) -> None:
-        """``frames_every_s`` in place of the trial's own, where it is given."""
+        """``frames_every_s`` in place of the trial's own, where it is given; extra runs first for ``uncertainty``."""
         from sealtwin.folder import open_folder
         from sealtwin.job import resume_job
         from sealtwin.trial import showing
 
         with open_folder(path, create=False) as folder, self.progress() as progress:
             job = resume_job(folder, self.device, progress)
+            if uncertainty:
+                from sealtwin.uncertainty import vary
+
+                vary(job)
             self._finish(replace(job, trial=showing(job.trial, frames_every_s), threads=threads), stages)
 
     def say(self, text: str) -> None:

@@ -82,6 +82,7 @@ def stage_settings(trial: Trial, stage: StageName) -> dict[str, Any]:
             "sample": trial.sample.data,
             "readings": trial.readings and trial.readings.model_dump(mode="json"),
             "gate": trial.gate and trial.gate.model_dump(mode="json"),
+            "uncertainty": trial.uncertainty.model_dump(mode="json", exclude_none=True),
         },
     }
     return tables[stage]

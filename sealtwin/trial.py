@@ -14,6 +14,7 @@ from sealtwin.settings import Settings
 from sealtwin.settings_file import checked, read_settings
 from simulate.settings import Fluid, Nozzle, Solver
 from validate.settings import Gate, Readings
+from validate.uncertainty.settings import Uncertainty
 
 LONGEST_FOLDER_BYTES = 120
 
@@ -46,6 +47,8 @@ class Trial(Settings):
     readings: Readings | None = None
     """Left out, the report shows the simulated profile and compares nothing."""
     gate: Gate | None = None
+    uncertainty: Uncertainty = Uncertainty()
+    """How well the inputs are known; 'sealtwin validate RUN --uncertainty' turns it into that of the result."""
 
     @model_validator(mode="after")
     def _one_sample(self) -> Self:

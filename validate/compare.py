@@ -10,12 +10,17 @@ from sealtwin.records import Comparison, DataKind, Floats, Outline, Profile, Sol
 from validate.curves import Difference, Pieces, polyline
 from validate.settings import Gate, Role
 from validate.verdict import Judgement, basis_of
+from validate.volumes import fill_volumes
 
 BIN_MM = 10.0
 """Of the error histogram along the crack, as in the paper's Fig. 9b; the first and the last are its start and end."""
 AREAS_AGREE = 1e-9
 CLOSE_MM = 1.0
 """The paper states the share of the crack's length with an error below this."""
+FRECHET_MM = 0.5
+"""From point to point of the curves that Frechet's distance is taken of: it hangs on them, so they are always these."""
+MOST_FRECHET = 400
+"""Points: beyond them the time, which grows with their square, would be felt in a sweep."""
 
 
 def compare(
@@ -65,6 +70,7 @@ def compare(
         "rmse_mm": error.rms(),
         "p95_error_mm": error.quantile(0.95),
         "share_under_1_mm": error.share_within(CLOSE_MM),
+        "frechet_mm": frechet_mm(simulated, measured, float(error.x[0]), float(error.x[-1])),
         "error_by_bin": bins,
         "start_zone_error_mm": bins[0]["mean_error_mm"],
         "end_zone_error_mm": bins[-1]["mean_error_mm"],
@@ -144,34 +150,23 @@ def error_bins(simulated: Profile, measured: Profile, length_mm: float) -> list[
     return bins
 
 
+def frechet_mm(simulated: Profile, measured: Profile, from_mm: float, to_mm: float) -> float:
+    """Discrete Frechet distance of two curves over a stretch of s, both read at the same even points of it.
+
+    The shortest leash of a walk along both, forward only: unlike an area it forgives a step that comes early, and
+    counts it along the crack. It takes s and level for the same kind of millimetre.
+    """
+    import similaritymeasures
+
+    points = min(MOST_FRECHET, max(2, round((to_mm - from_mm) / FRECHET_MM) + 1))
+    s_mm = np.linspace(from_mm, to_mm, points)
+    first, second = (np.column_stack([s_mm, np.interp(s_mm, one.s_mm, one.level_mm)]) for one in (simulated, measured))
+    return float(similaritymeasures.frechet_dist(first, second))
+
+
 def best_flat_level(x: Floats, y: Floats) -> float:
     """The constant with the smallest mean distance from a polyline: its median over the length."""
     return Pieces(x, y).quantile(0.5)
-
-
-def fill_volumes(profile: Profile, outline: Outline, solid: Solid, from_mm: float, to_mm: float) -> dict[str, float]:
-    """Room left below the face and sealant above the mouth over a stretch of s, mm³.
-
-    The section is as wide as the mouth at the face and narrows by the tangents of the walls' angles where they tilt
-    against each other (flare and funnel alike); sealant on the face beside the mouth is not seen by a profile.
-    """
-    s_mm = np.unique(np.concatenate([profile.s_mm, outline.s_mm, [from_mm, to_mm]]))
-    s_mm = s_mm[(s_mm >= from_mm) & (s_mm <= to_mm)]
-    level_mm = np.interp(s_mm, profile.s_mm, profile.level_mm)
-    traced_mm = np.interp(s_mm, outline.s_mm, outline.width_mm)
-    tilted = solid.tilt in ("flare", "funnel")
-    closing = float(np.tan(np.radians(solid.wall_angles_deg)).sum()) if tilted else 0.0
-    mouth_mm = traced_mm + (closing * solid.depth_mm if solid.tilt == "flare" else 0.0)
-    below_mm = np.maximum(-level_mm, 0.0)
-    if closing:
-        # Walls of a narrow funnel meet above the floor; there is no room below.
-        below_mm = np.minimum(below_mm, mouth_mm / closing)
-    room_mm2 = mouth_mm * below_mm - closing * below_mm**2 / 2
-    heap_mm2 = mouth_mm * np.maximum(level_mm, 0.0)
-    return {
-        "underfill_mm3": float(np.trapezoid(room_mm2, s_mm)),
-        "overfill_mm3": float(np.trapezoid(heap_mm2, s_mm)),
-    }
 
 
 def repeatability(measured: Profile) -> dict[str, Any]:

@@ -80,7 +80,20 @@ def simulate(
         command.resume(folder, ("simulate",), frames_every_s=frames_every_s, threads=threads)
 
 
-def validate(folder: RunFolderPath, as_json: Json = False, quiet: Quiet = False) -> None:
+def validate(
+    folder: RunFolderPath,
+    uncertainty: Annotated[
+        bool,
+        typer.Option(
+            "--uncertainty",
+            help="First run the fluid with finer and with coarser particles, and with the inputs of the trial's table "
+            "uncertainty moved by what it declares; once, into RUN/uncertainty. Takes some ten times as long as RUN.",
+        ),
+    ] = False,
+    device: Device = "auto",
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
     """Hold a simulated run folder against its readings and write the report."""
-    with answering("auto", as_json, quiet) as command:
-        command.resume(folder, ("validate",))
+    with answering(device, as_json, quiet) as command:
+        command.resume(folder, ("validate",), uncertainty=uncertainty)

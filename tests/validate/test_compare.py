@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from sealtwin.errors import InputError
 from sealtwin.records import Outline, Profile, Solid
 from tests.shapes import level_floor
-from validate.compare import area_between, area_by_similaritymeasures, best_flat_level, compare, fill_volumes
+from validate.compare import area_between, area_by_similaritymeasures, best_flat_level, compare
 from validate.settings import Gate
 
 LENGTH_MM, WIDTH_MM, DEPTH_MM = 80.0, 3.0, 16.0
@@ -209,19 +209,6 @@ def test_a_flat_simulation_does_not_beat_the_flat_level():
     assert not metrics["beats_flat_level"]
     assert compared(profile(STATIONS, PROSE + 0.5)).metrics["beats_flat_level"]
     assert metrics["flat_level_error_mm"] == pytest.approx(area_between([0, 80], [1, 1], STATIONS, PROSE) / 80)
-
-
-def test_volumes_of_a_half_filled_crack():
-    level = profile([0, 80], [-8, -8])
-    plain = fill_volumes(level, outline(), solid(), 0, 80)
-    assert plain["underfill_mm3"] == pytest.approx(80 * 8 * 3)
-    tangent = np.tan(np.radians(5.5))
-    flare = fill_volumes(level, outline(), solid("flare", 5.5), 0, 80)
-    assert flare["underfill_mm3"] == pytest.approx(80 * 8 * (3 + 2 * 12 * tangent))
-    funnel = fill_volumes(profile([0, 80], [-16, -16]), outline(), solid("funnel", 11.0), 0, 80)
-    assert funnel["underfill_mm3"] == pytest.approx(80 * 3**2 / (4 * np.tan(np.radians(11))))
-    heap = fill_volumes(profile([0, 80], [2, 2]), outline(), solid("lean", 11.0), 0, 80)
-    assert heap == {"underfill_mm3": 0.0, "overfill_mm3": pytest.approx(80 * 3 * 2)}
 
 
 def test_repeats_of_all_stations_are_pooled():

@@ -1,0 +1,35 @@
+"""How well the inputs of a trial are known: its table [uncertainty]."""
+
+from typing import Annotated
+
+from pydantic import Field
+
+from sealtwin.settings import Settings
+
+Standard = Annotated[float, Field(gt=0, le=1000)]
+
+
+class Uncertainty(Settings):
+    """Standard uncertainties, one standard deviation each, of what was set, measured or assumed.
+
+    All are optional and none has a default: what is not declared is not included, and the report says so.
+    """
+
+    speed_mm_s: Standard | None = None
+    """Of the nozzle's speed. The volume stays: the flow follows."""
+    volume_ml: Standard | None = None
+    """Of the sealant given, and so of the flow."""
+    start_mm: Standard | None = None
+    """Of the place where the nozzle starts; the whole path moves along the crack with it."""
+    width_mm: Standard | None = None
+    """Of the crack's width, over all of its length."""
+    wall_angle_deg: Standard | None = None
+    """Of the tilt of the walls, both alike."""
+    depth_mm: Standard | None = None
+    """Of the crack's depth, over all of its length."""
+    viscosity_percent: Standard | None = None
+    yield_stress_pa: Standard | None = None
+    station_mm: Standard | None = None
+    """Of where the readings' s is 0 along the crack: all stations move together."""
+    repeatability_mm: Standard | None = None
+    """Standard deviation of a single reading, from earlier work; used only where no station was read twice."""
