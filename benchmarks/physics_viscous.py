@@ -85,7 +85,8 @@ SPIN_MM_S = 50.0
 def vortex() -> list[Finding]:
     """Taylor's vortex in a pit with D = 0: particles move under their weight, and exp(-2 nu k^2 t) is exact.
 
-    Where walls slip, that is: D = 0 leaves walls made of particles, which are rough. What is above nu is theirs.
+    Where walls slip, that is: D = 0 leaves walls made of particles, which are rough. What is above nu is theirs, and
+    the particles' own friction under half a centimetre of fluid (``shear_wave``).
     """
     return [
         Finding(
