@@ -8,12 +8,11 @@ from typing import Any
 from sealtwin import files
 from sealtwin.errors import InputError
 from sealtwin.lab.catalogue import Catalogue, Fault, Record
+from sealtwin.lab.finding import plain
 from sealtwin.lab.naming import sample_key
-from sealtwin.lab.telling import table
+from sealtwin.lab.telling import RUN, table
 from sealtwin.result import shown
 
-RUN = "run"
-"""Beside a trial's files, where 'sealtwin run LAB/SAMPLE/trial.toml --out LAB/SAMPLE/run' puts its results."""
 COLUMNS = (
     "sample", "revision", "state", "date", "operator", "data", "depth_mm", "photo", "photo_sha256", "readings",
     "readings_sha256", "dialect", "result", "mean_error_mm", "ingested_utc", "folder", "reason",
@@ -28,7 +27,8 @@ def list_lab(lab: Path) -> tuple[dict[str, Any], list[str]]:
     content = {"version": 1, "lab": shown(lab), "trials": rows, "failed": [asdict(fault) for fault in faults]}
     head = ("sample", "revision", "date", "data", "depth_mm", "readings", "result")
     told = table(head, [[_text(row[column]) for column in head] for row in rows]) if rows else ["No trials yet."]
-    return content, [*told, *(f"failed: {fault.name}: {fault.sentence}" for fault in faults)]
+    told += [f"failed: {fault.name}: {fault.sentence}" for fault in faults]
+    return content, [plain(line) for line in told]
 
 
 def show_sample(lab: Path, sample: str) -> tuple[dict[str, Any], list[str]]:
@@ -45,7 +45,8 @@ def show_sample(lab: Path, sample: str) -> tuple[dict[str, Any], list[str]]:
         "failed": [asdict(fault) for fault in faults],
     }
     told = [line for record in reversed(records) for line in _told(lab, record)]
-    return content, [*told, *(f"failed: {fault.sentence}" for fault in faults)]
+    told += [f"failed: {fault.sentence}" for fault in faults]
+    return content, [plain(line) for line in told]
 
 
 def export(lab: Path, out: Path) -> int:

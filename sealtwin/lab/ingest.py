@@ -123,7 +123,7 @@ def _take_in(
             fate: Fate = "new" if before is None else "revised"
             if dry_run:
                 return Outcome(sample, fate, (), tuple(prepared.remarks), dialect=prepared.dialect)
-            record = keep(lab, source, prepared, before, catalogue.folders())
+            record = keep(lab, source, prepared, before)
             catalogue.add(record)
             return Outcome(sample, fate, (), record.remarks, record.folder, record.revision, record.dialect)
     except InputError as fault:

@@ -55,7 +55,7 @@ def complete(lab: Path, catalogue: Catalogue) -> int:
     return len(records)
 
 
-def keep(lab: Path, source: str, prepared: Prepared, before: Record | None, taken: set[str]) -> Record:
+def keep(lab: Path, source: str, prepared: Prepared, before: Record | None) -> Record:
     """Write a trial's folder: its files byte for byte, trial.toml, record.json.
 
     Args:
@@ -63,7 +63,6 @@ def keep(lab: Path, source: str, prepared: Prepared, before: Record | None, take
         source: The lab's own folder.
         prepared: A sample with a trial.
         before: The sample's trial so far.
-        taken: Folders of all trials.
 
     Raises:
         InputError: a file has changed since it was looked at, or the folder's name is taken by another sample.
@@ -72,9 +71,9 @@ def keep(lab: Path, source: str, prepared: Prepared, before: Record | None, take
     revision = 1 if before is None else before.revision + 1
     record = Record(
         sample=prepared.sample.key,
-        name=prepared.trial.name,
+        name=prepared.sample.name,
         revision=revision,
-        folder=_folder(lab, prepared, before, revision, taken),
+        folder=_folder(lab, prepared, before, revision),
         source=source,
         content=prepared.content,
         files=tuple(KeptFile(raw.role, raw.original, raw.kept_as, raw.sha256, raw.size_bytes) for raw in prepared.raw),
@@ -98,11 +97,11 @@ def keep(lab: Path, source: str, prepared: Prepared, before: Record | None, take
     return record
 
 
-def _folder(lab: Path, prepared: Prepared, before: Record | None, revision: int, taken: set[str]) -> str:
+def _folder(lab: Path, prepared: Prepared, before: Record | None, revision: int) -> str:
     """The sample's name; of a later revision with its number behind an @, which no name of a folder has."""
     name = folder_name(prepared.sample.name) if before is None else before.folder.partition("@")[0]
     folder = name if revision == 1 else f"{name}@{revision}"
-    if folder.casefold() in {other.casefold() for other in taken} or (lab / folder).exists():
+    if (lab / folder).exists():
         raise InputError(
             f"{prepared.sample.files['photo']}: {lab / folder} is taken by another sample; give this one another name "
             "in the pairing file."

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from sealtwin.errors import InputError, as_text
-from sealtwin.lab.keys import ALTERNATIVES, DATE, OF_READINGS, known_keys, tables
+from sealtwin.lab.keys import ALTERNATIVES, DATE, OF_READINGS, OWN, known_keys, tables
 from sealtwin.lab.naming import NOTE_SUFFIX
 from sealtwin.lab.values import read_date, read_setting, read_value
 from sealtwin.lab.words import BY_WORD, HEADS, NOT_STATED, UNITS, likely_key, likely_word, normal
@@ -16,6 +16,7 @@ STARTER = 'a note says what no photo shows: data = "measured", and in [crack] de
 UNIT_OF_WORD = re.compile(r"(.*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])]|\s+in\s+(\S+)|,\s*(\S+))\s*:?\s*")
 """Tiefe [mm], depth (mm), Tiefe in mm, depth, mm."""
 LONGEST_SHOWN = 60
+LONGEST_OWN = 200
 KEYS = "a note knows the keys of a trial ('sealtwin init DIR' shows them), and data, date and operator."
 
 
@@ -83,10 +84,19 @@ def _take(note: Note, key: str, value: Any, where: str) -> None:
         note.faults.append(f"{where}: {key} stands there twice, also in {note.entries[key].origin}; keep one.")
     else:
         try:
-            note.entries[key] = Entry(read_date(value) if key == DATE else value, where)
+            note.entries[key] = Entry(_own(key, value), where)
         except ValueError as fault:
             note.meant.add(key)
             note.faults.append(f"{where}: {key} = {shown(value)} {fault}")
+
+
+def _own(key: str, value: Any) -> Any:
+    """The trial checks its own settings. Raises ValueError where one of a note's cannot be."""
+    if key == DATE:
+        return read_date(value)
+    if key in OWN and not (isinstance(value, str) and 0 < len(value) <= LONGEST_OWN):
+        raise ValueError(f"must be one to {LONGEST_OWN} letters, in quotes.")
+    return value
 
 
 def _unknown(note: Note, likely: str | None, begins: str) -> None:

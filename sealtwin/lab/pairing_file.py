@@ -61,6 +61,10 @@ def _rows(path: Path) -> list[tuple[str, Mapping[str, str]]]:
     from validate.settings import Declared
     from validate.sheets.cells import read_cells
 
+    if not path.is_file():
+        raise InputError(
+            f"{path}: no such file; 'sealtwin ingest FOLDER --out LAB' writes LAB/{PAIRING} to start from."
+        )
     grid = read_cells(path, Declared())
     head = [cell.text for cell in grid.rows[0].cells] if grid.rows else []
     if missing := [name for name in COLUMNS[:3] if name not in head]:

@@ -4,11 +4,14 @@ from collections.abc import Sequence
 from typing import Any
 
 from sealtwin.lab.catalogue import Fault
+from sealtwin.lab.finding import plain
 from sealtwin.lab.ingest import Ingested, Outcome
 from sealtwin.lab.pairing_file import PAIRING
 from sealtwin.result import shown
 
 NONE_TAKEN, SOME_FAILED, BUG = 3, 6, 1
+RUN = "run"
+"""Beside a trial's files, where the catalogue looks for the results of its run."""
 BROADEST = 36
 """Letters of a column of names on a terminal."""
 MOST_NAMED = 3
@@ -58,7 +61,7 @@ def lines(ingested: Ingested) -> list[str]:
     if passed:
         told.append(f"Left out: {_few(passed)}, neither photos, sheets nor notes.")
     told += _together(ingested.faults, "failed: ")
-    return [*told, *_ending(ingested)]
+    return [plain(line) for line in (*told, *_ending(ingested))]
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
@@ -105,7 +108,8 @@ def _ending(ingested: Ingested) -> list[str]:
         told.append(f"To answer questions, edit {lab}/{PAIRING} and give it back: --pairing {lab}/{PAIRING}")
     first = next((outcome.trial for outcome in ingested.outcomes if outcome.trial), None)
     if first is not None:
-        told.append(f"Catalogue: sealtwin lab list {lab}; a trial: sealtwin run {lab}/{first}/trial.toml")
+        told.append(f"Catalogue: sealtwin lab list {lab}")
+        told.append(f"A trial: sealtwin run {lab}/{first}/trial.toml --out {lab}/{first}/{RUN}")
     return told
 
 

@@ -251,6 +251,11 @@ def test_a_pairing_that_cannot_be_is_refused_with_all_its_rows(small, tmp_path):
     assert "line 6: P02.png stands there twice" in told[3]
 
 
+def test_a_pairing_that_is_not_there_is_told_of(small, tmp_path):
+    with pytest.raises(InputError, match=r"gone\.csv: no such file; 'sealtwin ingest FOLDER --out LAB' writes"):
+        ingest(small, tmp_path / "lab", QUIET, pairing=tmp_path / "gone.csv")
+
+
 def test_a_dry_run_tells_the_same_and_writes_nothing(small, tmp_path):
     dry = _sealtwin("ingest", small, "--out", tmp_path / "lab", "--dry-run", "--json", "--quiet")
     assert dry.exit_code == 0, dry.output
@@ -409,6 +414,16 @@ class TestHostile:
         _sealtwin("lab", "export", lab, "--out", tmp_path / "out.csv")
         assert "\"'=HYPERLINK(" in (tmp_path / "out.csv").read_text()
         assert not ingest(small, lab, QUIET, pairing=lab / "pairing.csv").found.left_out  # its own cells are read back
+
+    def test_a_note_that_would_move_a_terminals_cursor_moves_none(self, small, tmp_path):
+        (small / "P01.toml").write_text(
+            'operator = "\\u001b[2J"\nnote = "\\u202e"\ncrack.depth_mm = 8.0\n"\\u009b2J" = 1\n'
+        )
+        (small / "P02_Notiz.csv").write_bytes(b"Tiefe;8 mm\nBemerkung;\x1b[2J\n\x1b]0;x\n")
+        told = "\n".join(lines(ingest(small, tmp_path / "lab", QUIET)))
+        assert "P01.toml" in told
+        assert "P02_Notiz.csv" in told
+        assert not set(told) & {"\x1b", "\u202e", "\x9b"}
 
     def test_a_sheet_of_a_gigabyte_is_refused_unread(self, small, tmp_path, monkeypatch):
         with (small / "P01.csv").open("wb") as sheet:

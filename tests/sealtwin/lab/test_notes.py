@@ -47,6 +47,7 @@ def test_a_depth_is_a_depth_in_any_words_and_unit(tmp_path, row):
         ("Bezug;Probenoberfläche", "readings.datum", "sample_surface"),
         ("use of readings;held-out", "readings.role", "held-out"),
         ("Prüfdatum;3.5.2026", "date", "2026-05-03"),
+        ("Duesenhoehe;3 mm", "path.nozzle_height_mm", 3.0),
         ("Bemerkung;=SUM(A1), <b>", "note", "=SUM(A1), <b>"),
     ],
 )
