@@ -233,6 +233,8 @@ def _validate(job: Job) -> bool:
     with files.understood(job.path / "simulation.json"):
         ratio = float(run.health["volume_ratio"])
     readings, comparison = _read_readings(job), None
+    if readings is not None:
+        job.progress.note(f"Readings: {readings.dialect}.")
     if trial.readings is not None and readings is not None:
         comparison = compare(
             profile,

@@ -1,8 +1,6 @@
 """A sweep: all runs of a study brought up to date, in a folder of their own."""
 
-import csv
 import hashlib
-import io
 import json
 import os
 import platform
@@ -340,8 +338,4 @@ def _said(settings: dict[str, Any]) -> str:
 def _write_table(path: Path, runs: Sequence[StudyRun]) -> None:
     """For spreadsheets."""
     rows = [{name: value for name, value in _row(run).items() if name not in ("frame", "frames")} for run in runs]
-    table = io.StringIO()
-    writer = csv.DictWriter(table, list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    files.write_text(path, table.getvalue())
+    files.write_sheet(path, list(rows[0]), (list(row.values()) for row in rows))

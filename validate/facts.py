@@ -111,6 +111,7 @@ def readings(evidence: Evidence) -> Table:
     readings = metrics["readings"]
     rows = [
         ("source", evidence.readings.source),
+        *([("read as", evidence.readings.dialect)] if evidence.readings.dialect else []),
         ("data", evidence.readings.data),
         ("stations, readings", f"{readings['stations']}, {readings['readings']}"),
         (

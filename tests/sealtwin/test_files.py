@@ -1,6 +1,8 @@
 """Run-folder files: whole or not there, and the same after re-reading."""
 
+import csv
 import errno
+import io
 import json
 
 import numpy as np
@@ -153,3 +155,12 @@ def test_a_file_that_somebody_broke_is_named_with_the_way_back(tmp_path, name, c
     with pytest.raises(InputError, match=r"again\.") as fault:
         read(tmp_path)
     assert str(tmp_path) in str(fault.value)
+
+
+@pytest.mark.parametrize("start", ["=", "+", "-", "@", "\t", "\r", "\n", "\uff1d"])
+def test_no_text_of_an_exported_table_can_run_in_a_spreadsheet(start):
+    """A note such as =HYPERLINK(...) is somebody else's program. Numbers stay numbers, and negative ones too."""
+    text = files.sheet_text(["note", "level_mm"], [[f"{start}cmd|' /C calc'!A0", -1.5]])
+    (note, level_mm) = list(csv.reader(io.StringIO(text, newline="")))[1]
+    assert note == f"'{start}cmd|' /C calc'!A0"
+    assert float(level_mm) == -1.5

@@ -158,3 +158,12 @@ def test_units_follow_from_the_names(tmp_path):
     assert health["kinematic viscosity in effect"] == "32.6 mm²/s"
     assert health["compression above the rest density, mean"] == "2.00 %"
     assert rows(make_evidence(tmp_path), "Settings in effect")["fluid: density (kg/m³)"] == "1690"
+
+
+def test_a_report_says_how_the_sheet_was_understood(tmp_path):
+    """A comma taken for thousands, or a depth for a level, is seen here first."""
+    evidence = make_evidence(tmp_path)
+    assert evidence.readings is not None
+    assert "read as" not in rows(evidence, "Readings")
+    told = replace(evidence, readings=replace(evidence.readings, dialect="CSV, decimal comma; depth downward in cm"))
+    assert rows(told, "Readings")["read as"] == "CSV, decimal comma; depth downward in cm"

@@ -76,8 +76,8 @@ def read_header(grid: Grid, declared: Declared, faults: FaultList) -> Header:
     for name in unknown:
         faults.add(
             place,
-            f"column {clipped(name)!r} is unknown; expected {EXPECTED}.",
-            "Name its sign and unit, or, if it holds no readings, call it a note or delete it.",
+            f"column {clipped(name)!r} is unknown.",
+            "Name its sign and unit, such as 'depth 1 [mm]'; if it holds no readings, call it a note, or delete it.",
             name,
         )
     if len(stations) > 1:

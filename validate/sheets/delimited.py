@@ -15,6 +15,7 @@ SEPARATORS: dict[Separator, str] = {"tab": "\t", "semicolon": ";", "comma": ","}
 """In the order of preference where two divide as many rows alike: text holds commas, and rarely tabs."""
 NAMES = {"\t": "tabs", ";": "semicolons", ",": "commas"}
 MARKS = (
+    (b"\xff\xfe\x00\x00", "utf-32-le", "UTF-32"),
     (b"\xef\xbb\xbf", "utf-8", "UTF-8"),
     (b"\xff\xfe", "utf-16-le", "UTF-16"),
     (b"\xfe\xff", "utf-16-be", "UTF-16"),

@@ -12,6 +12,7 @@ from validate.sheets.decimals import common_mark, is_either, is_grouped, is_miss
 from validate.sheets.faults import FaultList, Place, clipped, letters
 from validate.sheets.grid import Cell, Grid, Row
 from validate.sheets.possible import Crack, level_mm
+from validate.wording import counted
 
 MM: dict[Unit, float] = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
 CLOSEST_MM = 0.01
@@ -135,7 +136,7 @@ class _Reader:
         if self._grid.separator is not None and (len(row.cells) < width or row.width > width):
             self._faults.add(
                 self._grid.place(row.number),
-                f"{max(row.width, len(row.cells))} fields under {width} columns.",
+                f"{counted(max(row.width, len(row.cells)), 'field')} under {counted(width, 'column')}.",
                 "Write one field for each column; leave a missing reading blank, and write decimals with a "
                 + ("point." if self._grid.separator == "," else "comma or a point, without thousands set apart."),
             )
