@@ -12,8 +12,9 @@ from simulate import kernels_viscosity as device_code
 LAW = 0.1185
 """nu = LAW U h^4 / dt: half the second moment of the weight over h^4, lengths in cm. Held to 5 % by shear waves."""
 WALL_LAYER = 0.624
-"""Of the wetted wall's stress, what one layer of wall particles of spacing 2R, R deep, is given, h = 4R: the drag
-then comes to 0.88 of it (prototype)."""
+"""Share of a rough wall's stress that each unit of B in Eq. 5 stands for: one over the integral of B across the fluid,
+for one layer of wall particles of spacing 2R, R deep, and h = 4R. A plug that slides then feels all of the stress.
+"""
 NEVER = 2**30
 """Frames to freeze, of what does not."""
 
