@@ -1,0 +1,240 @@
+"""The report in a reader's browser: on a desk, on a phone, in the dark, on paper, without scripts."""
+
+import importlib
+import shutil
+
+import cv2
+import numpy as np
+import pytest
+
+from tests.evidence import make_evidence
+from validate.report import write_report
+from validate.settings import Gate
+
+pytestmark = pytest.mark.browser
+
+FLAGS = (
+    "--no-sandbox",  # the tests may run as root, in a container
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--use-angle=swiftshader",  # WebGL where there is no graphics card
+    "--enable-unsafe-swiftshader",
+)
+HOSTILE = "</title></script><script>window.struck = 1</script><img src=x onerror='window.struck = 1'> \u202e$\\frac$"
+NAME = HOSTILE + "\N{FIRE}" * 80
+WIDTHS = (320, 390, 768, 1280)
+
+
+@pytest.fixture(scope="module")
+def browser():
+    playwright = importlib.import_module("playwright.sync_api")
+    executable = shutil.which("chromium")
+    assert executable, "no chromium on the PATH; 'make test-browser' installs it"
+    with playwright.sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=executable, headless=True, args=list(FLAGS))
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("report")
+    write_report(folder, make_evidence(folder, gate=Gate(mean_error_mm=1.0), readings_data="reconstructed"))
+    return folder / "report.html"
+
+
+@pytest.fixture(scope="module")
+def hostile(tmp_path_factory):
+    """Every text that is not ours tries to be more than text."""
+    folder = tmp_path_factory.mktemp("hostile")
+    texts = {"name": NAME, "note": HOSTILE * 3, "source": HOSTILE, "command": HOSTILE}
+    write_report(folder, make_evidence(folder, **texts, provenance={HOSTILE: "0123456789abcdef" * 20}))
+    return folder / "report.html"
+
+
+@pytest.fixture
+def open_report(browser):
+    """Open a page; in the end nothing may have gone wrong in it, and nothing may have been asked of anybody."""
+    contexts, complaints, wanted, asked = [], [], set(), set()
+
+    def opened(file, width=1280, height=900, script="", **look):
+        context = browser.new_context(viewport={"width": width, "height": height}, **look)
+        contexts.append(context)
+        if script:
+            context.add_init_script(script)
+        page = context.new_page()
+        page.on("console", lambda message: complaints.append(f"{message.type}: {message.text}"))
+        page.on("pageerror", lambda fault: complaints.append(f"error: {fault}"))
+        page.on("dialog", lambda dialog: complaints.append(f"dialog: {dialog.message}"))
+        page.on("request", lambda request: request.url.startswith("data:") or asked.add(request.url))
+        wanted.add(file.as_uri())
+        page.goto(file.as_uri())
+        return page
+
+    yield opened
+    for context in contexts:
+        context.close()
+    assert complaints == []
+    assert asked == wanted
+
+
+def live(page):
+    page.wait_for_selector("#turntable.live", timeout=30_000)
+    return page.locator("#turntable canvas")
+
+
+def view(page):
+    """Azimuth and elevation in degrees, and how close one has come."""
+    page.evaluate("new Promise(requestAnimationFrame)")
+    return np.array([float(number) for number in page.get_attribute("#turntable", "data-view").split()])
+
+
+def pixels(shown):
+    return cv2.imdecode(np.frombuffer(shown.screenshot(), np.uint8), cv2.IMREAD_COLOR).astype(float)
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("width", [390, 1280])
+def test_axe_finds_nothing_serious(open_report, report, width, scheme):
+    """All of axe-core's rules, best practices too; colour contrast is one of them."""
+    axe = importlib.import_module("axe_playwright_python.sync_playwright").Axe()
+    page = open_report(report, width=width, color_scheme=scheme)
+    live(page)
+    found = axe.run(page).response["violations"]
+    assert [(rule["id"], [node["html"][:80] for node in rule["nodes"]]) for rule in found] == []
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_nothing_is_wider_than_the_window(open_report, report, hostile, width):
+    """Figures scroll inside their frames, the page does not; nor does a name of any length make it."""
+    for file in (report, hostile):
+        page = open_report(file, width=width, height=844)
+        live(page)
+        assert page.evaluate("document.documentElement.scrollWidth <= document.documentElement.clientWidth")
+        page.context.close()
+
+
+def test_names_are_shown_and_do_nothing(open_report, hostile):
+    page = open_report(hostile)
+    live(page)
+    assert page.evaluate("window.struck") is None
+    assert page.title() == NAME + ": sealtwin report"
+    assert page.inner_text("h1").startswith("</title></script>")
+    assert page.locator("script").count() == 2
+
+
+def test_the_view_begins_where_the_still_stands(open_report, report):
+    """The same mesh, view and light, drawn by WebGL and by ourselves: 2 of 255 in the mean; turned by 2 degrees, 4."""
+    page = open_report(report)
+    live(page)
+    begun = pixels(page.locator("#turntable .view"))
+    page.evaluate("document.getElementById('turntable').classList.remove('live')")
+    still = pixels(page.locator("#turntable .view"))
+    assert np.abs(still - still[0, 0]).max() > 100, "there is something to be seen"
+    assert np.abs(begun - still).mean() < 2.0
+
+
+def test_pointer_keys_and_buttons_turn_it(open_report, report):
+    page = open_report(report)
+    canvas = live(page)
+    canvas.scroll_into_view_if_needed()
+    begin = view(page)
+    box = canvas.bounding_box()
+    middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(*middle)
+    page.mouse.down()
+    page.mouse.move(middle[0] + box["width"] / 4, middle[1] + box["width"] / 12)
+    page.mouse.up()
+    # Half a turn is the picture's width.
+    assert view(page) - begin == pytest.approx([-45.0, 15.0, 0.0], abs=0.2)
+    canvas.press("Home")
+    assert view(page) == pytest.approx(begin)
+    for key in ("ArrowLeft", "ArrowUp", "ArrowUp", "+"):
+        canvas.press(key)
+    assert view(page) - begin == pytest.approx([5.0, 10.0, 0.2], abs=0.06)
+    for name in ("Turn to the right", "Look from lower down", "Look from lower down", "Go farther away"):
+        page.get_by_role("button", name=name).click()
+    assert view(page) == pytest.approx(begin, abs=0.06)
+
+
+def test_the_wheel_scrolls_the_page_and_a_pinch_comes_closer(open_report, report):
+    page = open_report(report)
+    canvas = live(page)
+    canvas.scroll_into_view_if_needed()
+    begin, top = view(page), page.evaluate("scrollY")
+    canvas.hover()
+    page.mouse.wheel(0, 200)
+    page.wait_for_function("(top) => scrollY > top + 100", arg=top)
+    assert view(page) == pytest.approx(begin)
+    canvas.hover()
+    page.keyboard.down("Control")
+    page.mouse.wheel(0, -100)
+    page.keyboard.up("Control")
+    page.wait_for_function("document.getElementById('turntable').dataset.view.split(' ')[2] > 1.4")
+
+
+def test_a_finger_turns_it_sideways_and_scrolls_the_page_down(open_report, report):
+    page = open_report(report, width=390, height=844, has_touch=True, is_mobile=True)
+    canvas = live(page)
+    canvas.scroll_into_view_if_needed()
+    touch = page.context.new_cdp_session(page)
+
+    def swipe(right, down):
+        box = canvas.bounding_box()
+        x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        send = lambda kind, points: touch.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})  # noqa: E731
+        send("touchStart", [{"x": x, "y": y}])
+        for part in np.linspace(0, 1, 11)[1:]:
+            send("touchMove", [{"x": x + part * right, "y": y + part * down}])
+        send("touchEnd", [])
+
+    begin, top = view(page), page.evaluate("scrollY")
+    swipe(100, 0)
+    assert view(page)[0] < begin[0] - 30
+    assert page.evaluate("scrollY") == top
+    turned = view(page)
+    swipe(0, -150)
+    page.wait_for_function("(top) => scrollY > top + 80", arg=top)
+    assert view(page)[0] == pytest.approx(turned[0], abs=1.0)
+
+
+@pytest.mark.parametrize("lack", ["scripts", "WebGL"])
+def test_without_scripts_or_webgl_the_still_is_there(open_report, report, lack):
+    look = {"java_script_enabled": False} if lack == "scripts" else {}
+    script = "" if lack == "scripts" else "HTMLCanvasElement.prototype.getContext = () => null"
+    page = open_report(report, script=script, **look)
+    assert page.locator("#turntable img").is_visible()
+    assert not page.locator("#turntable canvas").is_visible()
+    assert not page.locator("#turntable button").first.is_visible()
+    shown = pixels(page.locator("#turntable .view"))
+    assert np.abs(shown - shown[0, 0]).max() > 100
+
+
+def test_on_paper_it_is_light_and_holds_still(open_report, report):
+    page = open_report(report, color_scheme="dark")
+    live(page)
+    page.emulate_media(media="print")
+    assert page.locator("#turntable img").is_visible()
+    for gone in ("#turntable canvas", "#turntable .controls", "nav"):
+        assert not page.locator(gone).is_visible()
+    ink = page.evaluate("getComputedStyle(document.body).color")
+    assert ink == "rgb(28, 40, 51)", "dark on white"
+    assert page.pdf(format="A4").startswith(b"%PDF")
+
+
+def test_what_is_turned_stays_in_the_picture(open_report, report):
+    """From above and end on, the crack would be higher than the picture is; the edges stay empty."""
+    page = open_report(report)
+    canvas = live(page)
+    for _ in range(18):
+        canvas.press("ArrowLeft")
+    for _ in range(12):
+        canvas.press("ArrowUp")
+    view(page)
+    page.evaluate("document.activeElement.blur()")
+    shown = pixels(page.locator("#turntable .view"))
+    ground = shown[0, 0]
+    for edge in (shown[2], shown[-3], shown[:, 2], shown[:, -3]):
+        assert np.abs(edge - ground).max() < 3
+    assert np.abs(shown - ground).max() > 100
