@@ -2,8 +2,6 @@
 
 import base64
 import hashlib
-import io
-import re
 from collections.abc import Sequence
 from importlib.resources import files as resources
 from typing import Any
@@ -12,10 +10,8 @@ import cv2
 import jinja2
 import matplotlib
 import numpy as np
-from markupsafe import Markup, escape
-from matplotlib import rc_context
+from markupsafe import Markup
 from matplotlib.colors import to_hex
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from validate import facts
@@ -24,7 +20,8 @@ from validate.chapters import Chapter, Command, Item, Model, Photo, Words
 from validate.evidence import Evidence
 from validate.facts import Table
 from validate.plates import Plate
-from validate.theme import AGES, GRID, INK, MUTED, themed
+from validate.svg import as_svg, in_page
+from validate.theme import AGES
 
 PIXELS_DPI = 150
 """Of what is drawn as pixels inside a figure."""
@@ -32,9 +29,6 @@ QUALITY = 85
 """Of photos and stills, of 100."""
 STOPS = 9
 """Colours between which the page blends a scale: viridis to 1 %."""
-NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
-PAGE_COLOURS = {INK: "--ink", MUTED: "--muted", GRID: "--grid", "#ffffff": "--card"}
-"""Colours of a figure that follow the page, light or dark."""
 
 
 def page(evidence: Evidence, content: Sequence[Chapter]) -> str:
@@ -81,29 +75,17 @@ def _shown(item: Item, name: str) -> dict[str, Any]:
                 "oldest": f"{item.turntable.oldest_s:.1f} s",
             }
         case Plate():
-            return {"kind": "plate", "caption": item.caption, "svg": _svg(item, name)}
+            return {
+                "kind": "plate",
+                "caption": item.caption,
+                "svg": in_page(as_svg(item.draw(None), name, PIXELS_DPI), item.caption),
+            }
         case Table():
             return {"kind": "table", "title": item.title, "rows": item.rows}
         case Words():
             return {"kind": "words", "sentences": item.sentences}
         case Command():
             return {"kind": "command", "text": item.text, "comment": item.comment}
-
-
-def _svg(plate: Plate, name: str) -> Markup:
-    """The figure as inline SVG. Its texts are escaped by matplotlib's own writer; none is a formula or markup."""
-    target = io.StringIO()
-    # Ids of clip paths must differ between the figures of a page, and not between two runs.
-    with themed(), rc_context({"svg.hashsalt": name}):
-        figure = plate.draw(None)
-        assert isinstance(figure, Figure)
-        figure.savefig(target, format="svg", dpi=PIXELS_DPI, transparent=True, metadata=NO_METADATA)
-    svg = target.getvalue()
-    head, body = svg[svg.index("<svg") :].split(">", 1)
-    head = re.sub(r' (width|height)="[^"]*"', "", head)
-    for colour, variable in PAGE_COLOURS.items():
-        body = body.replace(f": {colour}", f": var({variable})")
-    return Markup(f'{head} role="img" aria-label="{escape(plate.caption)}">{body}')
 
 
 def _gradient() -> str:
