@@ -376,7 +376,10 @@ def _read_text(path: Path) -> str:
 def _cell(value: str | float | None) -> str:
     if value is None:
         return ""
-    return as_text_cell(value) if isinstance(value, str) else f"{value:g}"
+    if isinstance(value, str):
+        # Python's writer leaves a lone carriage return without quotes, and readers begin a row there.
+        return as_text_cell(value.replace("\r\n", "\n").replace("\r", "\n"))
+    return f"{value:.12g}"
 
 
 def _read_mesh(path: Path) -> tuple[Floats, Integers]:
