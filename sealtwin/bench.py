@@ -17,6 +17,7 @@ from validate.settings import Readings
 
 if TYPE_CHECKING:
     from simulate.enclosure import Enclosure
+    from simulate.injection import Injection
 
 SUMMARY = "summary.json"
 INPUTS = "inputs"
@@ -86,12 +87,14 @@ def seal(
     Raises nothing of theirs: a run that fails costs no other one its result, and a bug no more than a second try.
     """
     began = time.monotonic()
-    try:
-        return [*_seal(bench, trials, device, keep_runs, progress)]
-    except Exception as fault:
-        # What one run's settings wake before or beside its numbers must not cost the others theirs.
-        if len(trials) == 1:
-            return [_failure(fault, time.monotonic() - began)]
+    # Explicit passes are as many as the stiffest of a launch needs, which is another result for the others.
+    if len(trials) == 1 or trials[0].solver.viscosity_solve == "implicit":
+        try:
+            return [*_seal(bench, trials, device, keep_runs, progress)]
+        except Exception as fault:
+            # What one run's settings wake before or beside its numbers must not cost the others theirs.
+            if len(trials) == 1:
+                return [_failure(fault, time.monotonic() - began)]
     return [
         outcome
         for trial in trials
@@ -112,12 +115,22 @@ def _seal(
     bench: Bench, trials: Sequence[Trial], device: str, keep_runs: bool, progress: Progress
 ) -> list[Sealing | Failure]:
     """Raises InputError from one of them, and NumericalError where all diverge."""
-    from simulate.injection import prepare
     from simulate.run import follow
 
     began = time.monotonic()
+    injection = ready(bench, trials, device)
+    follow(injection, progress)
+    outcomes = injection.outcomes()
+    launch_s = (time.monotonic() - began) / len(trials)
+    return [_judge(bench, trial, outcome, launch_s, keep_runs) for trial, outcome in zip(trials, outcomes, strict=True)]
+
+
+def ready(bench: Bench, trials: Sequence[Trial], device: str) -> "Injection":
+    """Runs that differ in their fluids alone, before their first frame. Raises InputError from one of them."""
+    from simulate.injection import prepare
+
     first = trials[0]
-    injection = prepare(
+    return prepare(
         bench.solid,
         bench.outline,
         bench.trajectory,
@@ -128,10 +141,6 @@ def _seal(
         device=device,
         enclosure=bench.enclosure(first.solver.for_crack(bench.outline.mean_width_mm).size_mm, device),
     )
-    follow(injection, progress)
-    outcomes = injection.outcomes()
-    launch_s = (time.monotonic() - began) / len(trials)
-    return [_judge(bench, trial, outcome, launch_s, keep_runs) for trial, outcome in zip(trials, outcomes, strict=True)]
 
 
 def _judge(

@@ -1,6 +1,7 @@
 """An injection that can be followed frame by frame: one fluid, or several in the same crack under the same nozzle."""
 
 import time
+from array import array
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -10,7 +11,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from sealtwin.errors import NumericalError
-from sealtwin.records import Outline, Run, Solid, Trajectory
+from sealtwin.records import Integers, Outline, Run, Solid, Trajectory
 from sealtwin.regime import regime_of
 from simulate import kernels, kernels_rest
 from simulate.course import course_of
@@ -90,7 +91,7 @@ class Injection:
             self._give_up_faulty()
             self.moving = engine.count_movers()
             if self.moving:
-                self.seen.add(engine, solves, self.moving, sampled)
+                self.seen.add(engine, solves, sampled)
         self.done += 1
         self.seen.frames_s += time.perf_counter() - began
 
@@ -104,7 +105,7 @@ class Injection:
         """All that the frames to come depend on, and what was seen so far, by name."""
         self.wait()
         # On the CPU numpy() is a view of what the next frame writes to.
-        device = {name: array.numpy().copy() for name, array in self.engine.lasting().items()}
+        device = {name: there.numpy().copy() for name, there in self.engine.lasting().items()}
         return {"done": np.array(self.done), **device, **self.seen.snapshot()}
 
     def restore(self, snapshot: Mapping[str, NDArray[Any]]) -> None:
@@ -121,8 +122,8 @@ class Injection:
                 raise ValueError(f"{name} is {found.dtype} {found.shape}, not {here.dtype} {here.shape}")
         if not 0 <= snapshot["done"] <= self.frames:
             raise ValueError(f"{snapshot['done']} of {self.frames} frames are done")
-        for name, array in lasting.items():
-            array.assign(snapshot[name])
+        for name, there in lasting.items():
+            there.assign(snapshot[name])
         self.done = int(snapshot["done"])
         self.seen.restore(snapshot)
         self.engine.go_on_from(self.done)
@@ -145,7 +146,7 @@ class Injection:
         # From a GPU once, and not for every run.
         position_mm, velocity_mm_s = engine.state.position_mm(), engine.state.velocity_mm_s()
         count = schedule.particles
-        health = {**self.seen.summary(), **self._facts()}
+        facts = self._facts()
         made: list[Run | NumericalError] = []
         for number, fluid in enumerate(self.fluids):
             if number in self.failed:
@@ -163,7 +164,7 @@ class Injection:
                     escaped_particles=int((fate[own] == int(kernels_rest.ESCAPED)).sum()),
                     device=describe_device(engine.state.device),
                     settings=self._settings(fluid),
-                    health=health | self._effects(fluid),
+                    health=self.seen.summary(number) | facts | self._effects(fluid),
                 )
             )
         return made
@@ -228,58 +229,68 @@ class Injection:
 
 
 class Seen:
-    """What was seen on the way, for the run's health."""
+    """What was seen on the way, for the health of each run: of frames in which something moves."""
 
-    def __init__(self) -> None:
+    def __init__(self, runs: int) -> None:
+        self._runs = runs
         self.density: list[NDArray[np.floating]] = []
         """Errors of the movers, of the frames that were sampled."""
-        self.solves: list[int] = []
-        self.moving: list[int] = []
-        self.most_neighbours = 0
+        self.owner: list[NDArray[np.integer]] = []
+        """The run that each of these belongs to."""
+        self.solves = array("q")
+        """By substep and run; nobody counts them where frames are replayed."""
+        self.moving = array("q")
+        """By frame and run."""
+        self.neighbours = np.zeros(runs, dtype=np.int64)
+        """The most, by run."""
         self.frames_s = 0.0
 
-    def add(self, engine: FluidSolver, solves: Sequence[int], moving: int, sampled: bool) -> None:
-        self.solves += solves
-        self.moving.append(moving)
+    def add(self, engine: FluidSolver, solves: Sequence[Integers], sampled: bool) -> None:
+        for iterations in solves:
+            self.solves.extend(iterations.tolist())
+        moving = np.diff(engine.movers.movers.first_row.numpy())
+        self.moving.extend(moving.tolist())
         if sampled:
-            who = engine.movers.movers.who.numpy()[:moving]
+            who = engine.movers.movers.who.numpy()[: moving.sum()]
+            owner = who // engine.state.points_a_run
+            self.owner.append(owner)
             self.density.append(np.maximum(engine.state.density.numpy()[who] - 1.0, 0.0))
-            listed = engine.lists.fluid_count.numpy()[:moving]
-            self.most_neighbours = max(self.most_neighbours, int(listed.max(initial=0)))
+            np.maximum.at(self.neighbours, owner, engine.lists.fluid_count.numpy()[: len(who)])
 
     def snapshot(self) -> dict[str, NDArray[Any]]:
         return {
             "seen_density": np.concatenate([np.zeros(0, np.float32), *self.density]),
+            "seen_owner": np.concatenate([np.zeros(0, np.int32), *self.owner]),
             "seen_solves": np.array(self.solves, dtype=np.int64),
             "seen_moving": np.array(self.moving, dtype=np.int64),
-            "seen_neighbours": np.array(self.most_neighbours),
+            "seen_neighbours": self.neighbours.copy(),
             "seen_frames_s": np.array(self.frames_s),
         }
 
     def restore(self, snapshot: Mapping[str, NDArray[Any]]) -> None:
-        self.density = [snapshot["seen_density"]] if len(snapshot["seen_density"]) else []
-        self.solves, self.moving = snapshot["seen_solves"].tolist(), snapshot["seen_moving"].tolist()
-        self.most_neighbours, self.frames_s = int(snapshot["seen_neighbours"]), float(snapshot["seen_frames_s"])
+        sampled = len(snapshot["seen_density"]) > 0
+        self.density = [snapshot["seen_density"]] if sampled else []
+        self.owner = [snapshot["seen_owner"]] if sampled else []
+        self.solves, self.moving = (array("q", snapshot[name].tolist()) for name in ("seen_solves", "seen_moving"))
+        self.neighbours, self.frames_s = snapshot["seen_neighbours"].copy(), float(snapshot["seen_frames_s"])
 
-    def _iterations(self) -> dict[str, Any]:
-        """Nobody counts them on a GPU."""
-        if not self.solves:
-            return {}
-        return {
-            "viscosity_iterations_mean": float(np.mean(self.solves)),
-            "viscosity_iterations_most": max(self.solves),
-        }
-
-    def summary(self) -> dict[str, Any]:
-        error = np.concatenate(self.density)
+    def summary(self, run: int) -> dict[str, Any]:
+        """Of one run, whatever moved in the others."""
+        error = np.concatenate(self.density)[np.concatenate(self.owner) == run]
+        moving = np.array(self.moving).reshape(-1, self._runs)[:, run]
+        iterations: dict[str, Any] = {}
+        if self.solves:
+            solves = np.array(self.solves).reshape(len(moving), -1, self._runs)[moving > 0, :, run]
+            iterations["viscosity_iterations_mean"] = float(solves.mean())
+            iterations["viscosity_iterations_most"] = int(solves.max())
         return {
             "density_error_mean": float(error.mean()),
             "density_error_p95": float(np.quantile(error, 0.95)),
             "density_error_max": float(error.max()),
-            "most_neighbours": self.most_neighbours,
-            "moving_mean": float(np.mean(self.moving)),
-            "moving_most": max(self.moving),
-            **self._iterations(),
+            "most_neighbours": int(self.neighbours[run]),
+            "moving_mean": float(moving[moving > 0].mean()),
+            "moving_most": int(moving.max()),
+            **iterations,
         }
 
 
@@ -337,7 +348,9 @@ def prepare(
         threads=threads,
     )
     setup_s = time.perf_counter() - began
-    return Injection(outline, tuple(fluids), solver, nozzle, seed, schedule, engine, courses[0].frames, setup_s, Seen())
+    return Injection(
+        outline, tuple(fluids), solver, nozzle, seed, schedule, engine, courses[0].frames, setup_s, Seen(len(pastes))
+    )
 
 
 def _fates(engine: FluidSolver) -> NDArray[np.integer]:

@@ -8,7 +8,7 @@ import numpy as np
 import warp as wp
 
 from sealtwin.errors import InputError
-from sealtwin.records import Floats
+from sealtwin.records import Floats, Integers
 from simulate import kernels, kernels_rest
 from simulate.cells import CellGrid
 from simulate.coarse_pressure import CoarsePressure
@@ -171,7 +171,7 @@ class FluidSolver:
         """Whether frames are replayed by now."""
         return self._recorded is not None
 
-    def advance(self, frame: int) -> list[int]:
+    def advance(self, frame: int) -> list[Integers]:
         """One frame: release, freeze, all substeps, a look for faults; what each substep's viscosity took.
 
         On a GPU a frame is recorded once and replayed, without a word to the host in between; it returns nothing.
@@ -186,14 +186,14 @@ class FluidSolver:
             return []
         return self._run_frame(frame)
 
-    def _run_frame(self, frame: int) -> list[int]:
+    def _run_frame(self, frame: int) -> list[Integers]:
         before = self._launch.kernels
         self.begin_frame(frame)
         solves = [self.step() for _ in range(self.substeps)] if self.rows else []
         if self.rows:
             self.look()
         self.kernels_a_frame = self._launch.kernels - before
-        return solves
+        return [] if self.replays else solves
 
     def begin_frame(self, frame: int) -> None:
         """Release what comes out in it, and freeze what has grown too old."""
@@ -218,11 +218,12 @@ class FluidSolver:
         )
         self.find_movers()
 
-    def step(self) -> int:
-        """Advance the moving particles by one substep; how many iterations or passes the viscosity took.
+    def step(self) -> Integers:
+        """Advance the moving particles by one substep; how many iterations or passes the viscosity took, by run.
 
-        Where frames are replayed nobody is told, and that is 0.
+        Where frames are replayed nobody is told, and these are 0.
         """
+        runs = self.state.runs
         self.predict()
         self.find_neighbours()
         if self._yields:
@@ -239,9 +240,9 @@ class FluidSolver:
         self.update_velocity()
         if self.settings.viscosity_solve == "implicit":
             self.viscosity.solve_implicit(self.rows)
-            iterations = 0 if self.replays else self.viscosity.searches()
+            iterations = np.zeros(runs, dtype=np.int64) if self.replays else self.viscosity.searches()
         else:
-            iterations = self.viscosity.pass_explicit(self.rows)
+            iterations = np.full(runs, self.viscosity.pass_explicit(self.rows))
         if self._yields:
             self.go_as_solved()
         if self._sleeps:

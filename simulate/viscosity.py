@@ -137,9 +137,9 @@ class Viscosity:
         self._ask_for_more()
         wp.capture_while(self._more, self._search, rows=rows)
 
-    def searches(self) -> int:
-        """Iterations of the last solve, of the run that took most."""
-        return int(self._searches.numpy().max())
+    def searches(self) -> Any:
+        """Iterations that the last solve took, by run."""
+        return self._searches.numpy().copy()
 
     def _search(self, rows: int) -> None:
         state, sums = self._state, self._sums

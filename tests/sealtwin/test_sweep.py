@@ -25,7 +25,7 @@ from sealtwin.records import Run
 from sealtwin.study import load_study, plan_runs
 from sealtwin.sweep import Wish, sweep
 from sealtwin.trial import load_trial
-from sealtwin.workers import Task, compute_all
+from sealtwin.workers import Task, bench_of, compute_all, trial_of
 from simulate.profile import measure_profile
 from simulate.run import inject
 from tests.studies import tiny_lab
@@ -236,6 +236,26 @@ def test_runs_in_one_launch_have_the_bits_that_they_have_alone(fresh, unbroken):
     for number, (_, figures) in together.items():
         assert figures["mean_error_mm"] == alone[number][1]["mean_error_mm"]
         assert figures["volume_ratio"] == alone[number][1]["volume_ratio"]
+
+
+def test_explicit_runs_of_a_claim_are_computed_one_by_one(fresh, monkeypatch):
+    """Their passes are counted over a whole launch: in company a thin fluid would be slowed in more of them."""
+    launches, real = [], bench._seal
+
+    def noted(sample, trials, *rest):
+        launches.append(len(trials))
+        return real(sample, trials, *rest)
+
+    monkeypatch.setattr(bench, "_seal", noted)
+    with Ledger(fresh) as ledger:
+        claim = ledger.claim()
+    assert claim is not None
+    (entry,) = claim.entries
+    trial = trial_of(entry)
+    explicit = trial.model_copy(update={"solver": trial.solver.model_copy(update={"viscosity_solve": "explicit"})})
+    outcomes = bench.seal(bench_of(fresh, entry), [explicit] * 2, device="cpu", keep_runs=False, progress=Progress())
+    assert launches == [1, 1]
+    assert [type(outcome) for outcome in outcomes] == [bench.Sealing] * 2
 
 
 def test_a_run_that_fails_is_told_with_its_reason_and_costs_no_other_its_result(lab, fresh, unbroken, monkeypatch):

@@ -78,6 +78,9 @@ def test_fluids_computed_at_once_are_what_each_is_alone():
         alone = pour(slot(12.0), path(slot(12.0)[1], 0.1, speed_mm_s=20.0), paste, settle_s=0.3)
         assert np.array_equal(run.position_mm, alone.position_mm)
         assert np.array_equal(run.velocity_mm_s, alone.velocity_mm_s)
+        for name in ("density_error_mean", "density_error_max", "most_neighbours", "moving_mean", "moving_most"):
+            assert run.health[name] == alone.health[name], name
+        assert run.health["viscosity_iterations_mean"] == alone.health["viscosity_iterations_mean"]
     assert runs[-1].settings["fluid"]["yield_stress_pa"] == 12.0
 
 
