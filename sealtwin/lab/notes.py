@@ -59,7 +59,7 @@ def read_note(path: Path) -> Note:
     try:
         return _toml(path) if path.suffix.lower() == NOTE_SUFFIX else _words(path)
     except InputError as fault:
-        return Note({}, str(fault).splitlines())
+        return Note({}, str(fault).splitlines(), set(known_keys()))
 
 
 def _toml(path: Path) -> Note:

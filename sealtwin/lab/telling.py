@@ -15,6 +15,8 @@ RUN = "run"
 BROADEST = 36
 """Letters of a column of names on a terminal."""
 MOST_NAMED = 3
+MOST_TOLD = 200
+"""Faults on a terminal, which keeps some thousand lines."""
 
 
 def exit_code(ingested: Ingested) -> int:
@@ -60,7 +62,10 @@ def lines(ingested: Ingested) -> list[str]:
     passed = [left.file for left in ingested.found.left_out if not left.lost]
     if passed:
         told.append(f"Left out: {_few(passed)}, neither photos, sheets nor notes.")
-    told += _together(ingested.faults, "failed: ")
+    failed = _together(ingested.faults, "failed: ")
+    told += failed[:MOST_TOLD]
+    if len(failed) > MOST_TOLD:
+        told.append(f"and {len(failed) - MOST_TOLD:,} more like these; --json and 'sealtwin lab list' tell them all.")
     return [plain(line) for line in (*told, *_ending(ingested))]
 
 

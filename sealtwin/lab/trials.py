@@ -38,8 +38,7 @@ class RawFile:
 
     @property
     def kept_as(self) -> str:
-        """By its role: a lab's names may be anything, and two of one folder alike."""
-        return (INPUTS / f"{self.role}{self.path.suffix.lower()}").as_posix()
+        return kept_as(self.role, self.path)
 
 
 @dataclass
@@ -67,6 +66,11 @@ class Prepared:
         return None if entry is None else str(entry.value)
 
 
+def kept_as(role: Role, file: PurePath) -> str:
+    """In the trial's folder, by its role: a lab's names may be anything, and two of one folder alike."""
+    return (INPUTS / f"{role}{file.suffix.lower()}").as_posix()
+
+
 def gather(folder: Path, sample: Sample, defaults: Note) -> Prepared:
     """A sample's notes, and the hashes of its files; their content is not looked at yet."""
     prepared = Prepared(sample, faults=list(sample.questions))
@@ -79,7 +83,9 @@ def gather(folder: Path, sample: Sample, defaults: Note) -> Prepared:
         limit = LARGEST_FILE_BYTES if role in PICTURES else LARGEST_SHEET_BYTES
         size = path.stat().st_size
         if size > limit:
-            prepared.faults.append(f"{path}: {size / 1e6:,.0f} MB; at most {limit / 1e6:,.0f} MB of a {role} are read.")
+            prepared.faults.append(
+                f"{path}: {size / 1e6:,.0f} MB; at most {limit / 1e6:,.0f} MB of such a file are read."
+            )
         else:
             prepared.raw.append(RawFile(role, path, file.as_posix(), files.sha256(path), size))
     own = next((read_note(raw.path) for raw in prepared.raw if raw.role == "note"), Note())
@@ -130,9 +136,9 @@ def _content(prepared: Prepared) -> dict[str, Any]:
     if data is not None:
         said = {f"{table}.data": data for table in tables} | said
     said = {"name": prepared.sample.name[:LONGEST_NAME]} | said
-    for raw in prepared.raw:
-        if raw.role in NAMED_FILES:
-            said[NAMED_FILES[raw.role]] = _confirmed(prepared, raw)
+    for role, file in prepared.sample.files.items():
+        if role in NAMED_FILES:
+            said[NAMED_FILES[role]] = _confirmed(prepared, role, file)
     for role, key in NAMED_FILES.items():
         if key in said and role not in prepared.sample.files:
             origin = prepared.note.entries[key].origin
@@ -173,16 +179,16 @@ def _needed(readings: bool) -> list[tuple[str, Any, str]]:
     return needed
 
 
-def _confirmed(prepared: Prepared, raw: RawFile) -> str:
+def _confirmed(prepared: Prepared, role: Role, file: PurePath) -> str:
     """How the kept file is named in the trial; a note may name the file too, if it means the same one."""
-    key = NAMED_FILES[raw.role]
+    key = NAMED_FILES[role]
     named = prepared.note.entries.get(key)
-    if named is not None and PurePath(str(named.value)).name != raw.path.name:
+    if named is not None and PurePath(str(named.value)).name != file.name:
         prepared.faults.append(
-            f"{named.origin}: {key} = {str(named.value)!r:.80}, but {raw.original} is of this sample by its name; "
+            f"{named.origin}: {key} = {str(named.value)!r:.80}, but {file} is of this sample by its name; "
             "leave it out, and say in the pairing file which is."
         )
-    return raw.kept_as
+    return kept_as(role, file)
 
 
 def _where_to_say(prepared: Prepared) -> str:

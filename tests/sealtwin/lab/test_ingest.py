@@ -432,7 +432,12 @@ class TestHostile:
             ingesting.files, "sha256", lambda path: pytest.fail(str(path)) if path.stat().st_size > 1e8 else "x"
         )
         ingested = ingest(small, tmp_path / "lab", QUIET, dry_run=True)
-        assert "P01.csv: 1,000 MB; at most 5 MB" in ingested.outcomes[0].faults[0]
+        assert ingested.outcomes[0].faults == ("P01.csv: 1,000 MB; at most 5 MB of such a file are read.",)
+
+    def test_a_note_that_cannot_be_read_is_the_one_fault(self, small, tmp_path):
+        (small / "P01.toml").write_text("a." * 60_000 + "b = 1")
+        (fault,) = ingest(small, tmp_path / "lab", QUIET).faults
+        assert fault.sentence.startswith("P01.toml: a key of more than 16 parts")
 
     def test_too_many_files_are_refused(self, small, tmp_path, monkeypatch):
         monkeypatch.setattr(finding, "MOST_ENTRIES", 6)
