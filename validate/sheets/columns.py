@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from validate.settings import Declared, Quantity, Unit
 from validate.sheets.decimals import is_missing
 from validate.sheets.faults import FaultList, clipped, refuse
-from validate.sheets.grid import Grid, Row
+from validate.sheets.grid import Cell, Grid, Row
 from validate.sheets.words import Meaning, meaning, unit_of
 
 MOST_REPEATS = 32
@@ -58,6 +58,8 @@ def read_header(grid: Grid, declared: Declared, faults: FaultList) -> Header:
         raise refuse(grid.place(), "no rows of readings.", f"Write a header {EXPECTED} and a row for each station.")
     index = max(range(min(len(grid.rows), MOST_LINES_ABOVE)), key=lambda i: (*_likeness(grid.rows[i]), -i))
     row, body = grid.rows[index], grid.rows[index + 1 :]
+    if body and (joined := _joined(row, body[0])) is not None:
+        row, body = joined, body[1:]
     place = grid.place(row.number)
     columns, unknown = _columns(row)
     stations = [column for column in columns if column.meaning.role == "station"]
@@ -123,6 +125,23 @@ def _likeness(row: Row) -> tuple[bool, int, int]:
     roles = [found.role for cell in row.cells if cell.text and (found := meaning(cell.text)) is not None]
     named = sum(1 for cell in row.cells if cell.text)
     return "station" in roles and ("reading" in roles or "repeat" in roles), len(roles), min(named, 2)
+
+
+def _joined(row: Row, below: Row) -> Row | None:
+    """The header with the names of a second line, where one name stands for several columns.
+
+    "Tiefe [mm]" over "Messung 1", "Messung 2" is "Tiefe [mm] Messung 1" and "Tiefe [mm] Messung 2". None where the
+    second line holds anything else than which reading a column is.
+    """
+    lower = {index: cell.text for index, cell in enumerate(below.cells) if cell.text}
+    meanings = [meaning(text) for text in lower.values()]
+    if not lower or any(it is None or it.role not in ("reading", "repeat") or it.quantity for it in meanings):
+        return None
+    cells, over = [], ""
+    for index in range(max(row.width, below.width)):
+        over = row.cell(index).text or over
+        cells.append(Cell(f"{over} {lower[index]}".strip()) if index in lower else row.cell(index))
+    return Row(row.number, tuple(cells))
 
 
 def _columns(row: Row) -> tuple[list[Column], list[str]]:

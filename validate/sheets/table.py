@@ -62,9 +62,11 @@ def read_table(grid: Grid, header: Header, declared: Declared, crack: Crack | No
 
 def _check_merged(grid: Grid, header: Header, faults: FaultList) -> None:
     """A merged cell says its value once, and means it for all or for the first: nobody can tell."""
+    # A header may span: what it then names is told by the line below it, or is a column without a name.
+    first_row = header.body[0].number if header.body else header.row.number
     used = {column.index for column in (header.station, header.repeat, *header.readings) if column is not None}
     for row, column, last_row, last_column in grid.merged:
-        if last_row >= header.row.number and used & set(range(column, min(last_column, max(used)) + 1)):
+        if last_row >= first_row and used & set(range(column, min(last_column, max(used)) + 1)):
             faults.add(
                 grid.place(row, column),
                 f"cells {letters(column)}{row} to {letters(last_column)}{last_row} are merged, and hold one value.",
@@ -145,8 +147,8 @@ class _Reader:
         for index, cell in enumerate(row.cells):
             if cell.text and index not in known:
                 self._faults.add(
-                    self._grid.place(row.number, index, ""),
-                    f"{clipped(cell.text)!r} stands in column {letters(index)}, which has no name.",
+                    self._grid.place(row.number, index),
+                    f"{clipped(cell.text)!r} stands in a column without a name, the {index + 1}. from the left.",
                     "Name the column, such as 'note', or delete it.",
                     cell.text,
                 )

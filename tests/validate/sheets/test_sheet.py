@@ -157,7 +157,7 @@ def test_a_message_stays_readable(read):
     ("text", "words"),
     [
         ("s_mm,depth_mm,\n0,1,7\n5,1,\n", ["line 2", "3 fields under 2"]),
-        ("s_mm,,depth_mm\n0,7,1\n5,,1\n", ["line 2", "'7' stands in column B", "no name"]),
+        ("s_mm,,depth_mm\n0,7,1\n5,,1\n", ["line 2", "'7' stands in a column without a name, the 2."]),
         ("s_mm,position_mm,depth_mm\n0,0,1\n5,5,1\n", ["'s_mm', 'position_mm' both name the place"]),
         ("s_mm,mean depth_mm\n0,1\n5,1\n", ["no column of readings", "'mean depth_mm' hold none"]),
         ("s_mm,repeat,depth_mm\n0,1,1\n0,1,2\n5,1,2\n", ["line 3", "repeat '1' of 0 mm stands twice"]),
@@ -186,6 +186,14 @@ def test_a_long_sheet_gathers_its_stations_from_anywhere(read):
 
 def test_a_bare_messung_holds_the_readings_where_nothing_else_does(read):
     assert read("s [mm];Messung\n0;1\n5;2\n", quantity="depth", unit="mm").repeats_mm.tolist() == [[1], [2]]
+
+
+def test_a_header_of_two_lines_is_read_as_one(read):
+    text = "Riss 4;;;\nPosition [mm];Tiefe;;Bemerkung\n;1. Messung;2. Messung;\n;mm;mm;\n0;1,5;1,6;gut\n5;2,5;2,6;\n"
+    sheet = read(text)
+    assert sheet.repeats_mm.tolist() == [[1.5, 1.6], [2.5, 2.6]]
+    fault = faults_of(read, text.replace("2,6", "x")).faults[0]
+    assert (fault.place.row, fault.place.name) == (6, "Tiefe 2. Messung")
 
 
 def test_a_sheet_says_how_it_was_understood(read):

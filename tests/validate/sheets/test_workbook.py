@@ -136,6 +136,23 @@ def test_merged_cells_are_named(book, read):
     assert len(read(book).s_mm) == 3
 
 
+def test_one_name_over_several_columns_is_each_ones(read):
+    """As spreadsheets merge it; a CSV of the same sheet has blanks there."""
+    book = openpyxl.Workbook()
+    sheet = first(book)
+    for row in ROWS:
+        sheet.append(row)
+    sheet.insert_rows(1)
+    sheet["A1"], sheet["B1"] = "s [mm]", "Tiefe [mm]"
+    sheet["A2"], sheet["B2"], sheet["C2"] = None, "Messung 1", "Messung 2"
+    sheet.merge_cells("A1:A2")
+    sheet.merge_cells("B1:C1")
+    assert read(book).repeats_mm[0].tolist() == [1.5, 1.6]
+    sheet["C2"] = None
+    message = str(faults_of(read, book))
+    assert "cell C3: 1.6 stands in a column without a name" in message.replace("'", "")
+
+
 def test_empty_sheets_are_no_choice(book, read):
     book.create_sheet("Tabelle2")
     assert len(read(book).s_mm) == 3
