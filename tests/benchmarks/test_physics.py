@@ -1,11 +1,13 @@
 """The judge of the fluid: what a tolerance means, and which order of convergence three sizes show."""
 
+import numpy as np
 import pytest
 
 from benchmarks.physics import CASES
 from benchmarks.physics_findings import Finding, within
-from benchmarks.physics_flow import REFINED, convergence_index
+from benchmarks.physics_flow import REFINED, _off_table, convergence_index
 from benchmarks.physics_tanks import block_mm, no_slip_mm
+from benchmarks.physics_yield import stability_number, steepest
 from simulate.settings import particle_volume
 
 
@@ -48,6 +50,24 @@ def test_drag_that_stands_for_no_slip_grows_with_viscosity_and_step_alone():
     once = no_slip_mm(30.0, 0.4, 2e-3)
     assert no_slip_mm(60.0, 0.4, 2e-3) == pytest.approx(2 * once)
     assert no_slip_mm(120.0, 0.8, 2e-3) == pytest.approx(2 * once)
+
+
+def test_what_a_slot_holds_is_the_stability_number_while_that_is_small():
+    """For 15 Pa, 13.7 mm deep, by hand: S = 0.905 (2 / 3.1 + 1 / 13.7) = 0.650, over its cosine 0.855, 15 % more.
+
+    Seen to fail with the tangent for the sine, and with half of what a finite heap holds more.
+    """
+    assert steepest(0.01, 10.0) == pytest.approx(stability_number(0.01, 10.0), rel=1e-3)
+    assert stability_number(15.0, 13.7) == pytest.approx(0.650, abs=1e-3)
+    assert steepest(15.0, 13.7) == pytest.approx(0.855 / (1 - 2 * 0.905 / 13.7), abs=2e-3)
+
+
+def test_a_dam_is_off_a_table_by_its_share_of_the_place_and_a_delay_counts():
+    """Seen to fail without the delay."""
+    front = np.column_stack([np.linspace(0, 4, 41), 1 + np.linspace(0, 4, 41)])
+    table = np.array([[1.0, 2.0], [2.0, 2.5]])
+    assert _off_table("front", front, table, 5.0, 0.0, "a table").measured == pytest.approx(20.0)
+    assert _off_table("front", front, table, 5.0, 0.5, "a table").measured == pytest.approx(-25.0)
 
 
 def test_every_case_says_what_it_is():
