@@ -1,6 +1,6 @@
 """A lab's folder of ten trials in ten dialects, and all that was spoilt in it: what is read, what is found, how long.
 
-``python benchmarks/ingest.py`` makes the folder, takes it in, takes it in again, and then once more with faults planted.
+``python benchmarks/ingest.py`` makes the folder, takes it in, takes it in again, and then one with faults planted.
 """
 
 import re

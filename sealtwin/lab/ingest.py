@@ -2,7 +2,7 @@
 
 import hashlib
 import traceback
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,15 +12,15 @@ from sealtwin import files
 from sealtwin.errors import InputError, as_text
 from sealtwin.folder import holding, require_folder
 from sealtwin.lab.catalogue import CATALOGUE, Catalogue, Fault, Record
-from sealtwin.lab.finding import DEFAULTS, Found, find_files
+from sealtwin.lab.finding import DEFAULTS, LeftOut, find_files
 from sealtwin.lab.keeping import complete, keep, require_lab
 from sealtwin.lab.notes import Note, read_note
-from sealtwin.lab.pairing import Placed, Sample, pair, place_files
+from sealtwin.lab.pairing import Sample, pair, place_files
 from sealtwin.lab.pairing_file import PAIRING, pairing_text, read_pairing
 from sealtwin.lab.trials import Prepared, gather, prepare
 from sealtwin.progress import Progress
 
-OWN_SHEETS = "pairing_sha256"
+WRITTEN_PAIRINGS = "pairing_sha256"
 """Fact of the catalogue: hashes of the pairing file as it was written last. Another one has been edited since."""
 OF_ONE = ("name", "date", "photo.file", "photo.mask", "photo.second_photo", "readings.file")
 """What is never true of all samples of a folder."""
@@ -49,8 +49,7 @@ class Ingested:
     lab: Path
     dry_run: bool
     outcomes: tuple[Outcome, ...]
-    placed: tuple[Placed, ...]
-    found: Found
+    left_out: tuple[LeftOut, ...]
     faults: tuple[Fault, ...]
     """Of samples, and of files that are of none."""
 
@@ -86,59 +85,77 @@ def ingest(
             raise InputError(f"{folder}: no photos, sheets or notes in it.")
         if not dry_run:
             catalogue.state_decisions(source, [item for item in placed if item.by_user])
-            _write_pairing(lab, pairing, placed, samples, catalogue)
+            _write_pairing(lab, pairing, pairing_text(placed, samples), catalogue)
         progress.start(f"Taking in {len(samples)} samples", len(samples))
+        work = _Work(folder, defaults, lab, catalogue, progress, dry_run)
         outcomes = []
         for done, sample in enumerate(samples, start=1):
-            outcomes.append(_take_in(sample, folder, source, defaults, lab, catalogue, progress, dry_run))
+            outcomes.append(_take_in(sample, work))
             progress.advance(done, sample.name)
         faults = [Fault(outcome.sample.name, sentence) for outcome in outcomes for sentence in outcome.faults]
         faults += [Fault(left.file, f"{left.file}: {left.reason}") for left in found.left_out if left.lost]
         if not dry_run:
             catalogue.state_faults(source, faults)
-    return Ingested(lab, dry_run, tuple(outcomes), tuple(placed), found, tuple(faults))
+    return Ingested(lab, dry_run, tuple(outcomes), found.left_out, tuple(faults))
 
 
-def _take_in(
-    sample: Sample,
-    folder: Path,
-    source: str,
-    defaults: Note,
-    lab: Path,
-    catalogue: Catalogue,
-    progress: Progress,
-    dry_run: bool,
-) -> Outcome:
+@dataclass(frozen=True)
+class _Work:
+    """What all samples of one ingest share."""
+
+    folder: Path
+    defaults: Note
+    lab: Path
+    catalogue: Catalogue
+    progress: Progress
+    dry_run: bool
+
+    @property
+    def source(self) -> str:
+        return as_text(self.folder)
+
+
+def _take_in(sample: Sample, work: _Work) -> Outcome:
+    """Whatever is wrong with it, or becomes wrong on the way, is its own; but for a fault of the disk of the lab."""
     prepared = Prepared(sample)
     try:
-        prepared = gather(folder, sample, defaults)
-        before = catalogue.latest(sample.key) if sample.key else None
-        if before is not None and not prepared.faults:
-            if before.content == prepared.content:
-                return Outcome(sample, "unchanged", (), before.remarks, before.folder, before.revision, before.dialect)
-            _refuse_namesake(prepared, before, source)
-        if not sample.questions:
-            prepare(folder, prepared)
-        if not prepared.faults:
-            fate: Fate = "new" if before is None else "revised"
-            if dry_run:
-                return Outcome(sample, fate, (), tuple(prepared.remarks), dialect=prepared.dialect)
-            record = keep(lab, source, prepared, before)
-            catalogue.add(record)
-            return Outcome(sample, fate, (), record.remarks, record.folder, record.revision, record.dialect)
+        prepared = gather(work.folder, sample, work.defaults)
+        if (outcome := _taken_in(prepared, work)) is not None:
+            return outcome
     except InputError as fault:
         prepared.faults += str(fault).splitlines()
     except OSError as fault:
-        if fault.filename is None or Path(fault.filename).is_relative_to(lab):
-            # A full disk is not this sample's fault, and no other one will fare better.
+        if fault.filename is None or Path(fault.filename).is_relative_to(work.lab):
             raise
         prepared.faults.append(f"{fault.filename}: {fault.strerror}. Make it readable.")
     except Exception as fault:
         # A bug of ours that one sample wakes must not cost the others theirs; it is told of, and ends with code 1.
-        progress.note(traceback.format_exc())
-        report = f"{sample.name}: {type(fault).__name__}: {fault}. A bug of ours: please report it."
+        work.progress.note(traceback.format_exc())
+        last = traceback.extract_tb(fault.__traceback__)[-1]
+        place = f"{Path(last.filename).name}, line {last.lineno}"
+        report = f"{sample.name}: {type(fault).__name__} in {place}: {fault}. A bug of ours: please report it."
         return Outcome(sample, "bug", (report,))
-    return Outcome(sample, "failed", tuple(dict.fromkeys(_from(folder, fault) for fault in prepared.faults)))
+    return Outcome(sample, "failed", tuple(dict.fromkeys(_from(work.folder, fault) for fault in prepared.faults)))
+
+
+def _taken_in(prepared: Prepared, work: _Work) -> Outcome | None:
+    """None where something is wrong with the sample, which ``prepared`` then says. Raises InputError too."""
+    sample = prepared.sample
+    before = None if sample.questions else work.catalogue.latest(sample.key)
+    if before is not None and not prepared.faults:
+        if before.content == prepared.content:
+            return Outcome(sample, "unchanged", (), before.remarks, before.folder, before.revision, before.dialect)
+        _refuse_namesake(prepared, before, work.source)
+    if not sample.questions:
+        prepare(work.folder, prepared)
+    if prepared.faults:
+        return None
+    fate: Fate = "new" if before is None else "revised"
+    if work.dry_run:
+        return Outcome(sample, fate, (), tuple(prepared.remarks), dialect=prepared.dialect)
+    record = keep(work.lab, work.source, prepared, before)
+    work.catalogue.add(record)
+    return Outcome(sample, fate, (), record.remarks, record.folder, record.revision, record.dialect)
 
 
 def _from(folder: Path, sentence: str) -> str:
@@ -161,21 +178,19 @@ def _catalogue(lab: Path, progress: Progress, dry_run: bool) -> Iterator[Catalog
         yield catalogue
 
 
-def _write_pairing(
-    lab: Path, given: Path | None, placed: Sequence[Placed], samples: Sequence[Sample], catalogue: Catalogue
-) -> None:
+def _write_pairing(lab: Path, given: Path | None, text: str, catalogue: Catalogue) -> None:
     """Raises InputError where it was edited, and not given back: the edits would be lost."""
-    path, text = lab / PAIRING, pairing_text(placed, samples)
+    path = lab / PAIRING
     now = files.sha256(path) if path.is_file() else None
     then = hashlib.sha256(text.encode()).hexdigest()
-    known = {None, then, *(catalogue.fact(OWN_SHEETS) or "").split()}
+    known = {None, then, *(catalogue.fact(WRITTEN_PAIRINGS) or "").split()}
     if now not in known and (given is None or given.resolve() != path.resolve()):
         raise InputError(
             f"{path}: edited since it was written. Give it back with --pairing {path}, or delete it if the names of "
             "the files are to decide."
         )
     # Both, since a kill may come before the file is written.
-    catalogue.state_fact(OWN_SHEETS, f"{now or ''} {then}")
+    catalogue.state_fact(WRITTEN_PAIRINGS, f"{now or ''} {then}")
     files.write_text(path, text)
 
 

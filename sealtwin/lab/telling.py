@@ -3,13 +3,14 @@
 from collections.abc import Sequence
 from typing import Any
 
+from sealtwin.batch import BUG, SOME_FAILED
+from sealtwin.errors import InputError
 from sealtwin.lab.catalogue import Fault
 from sealtwin.lab.finding import plain
 from sealtwin.lab.ingest import Ingested, Outcome
 from sealtwin.lab.pairing_file import PAIRING
 from sealtwin.result import shown
 
-NONE_TAKEN, SOME_FAILED, BUG = 3, 6, 1
 RUN = "run"
 """Beside a trial's files, where the catalogue looks for the results of its run."""
 BROADEST = 36
@@ -25,7 +26,7 @@ def exit_code(ingested: Ingested) -> int:
         return BUG
     if not ingested.faults:
         return 0
-    return SOME_FAILED if any(outcome.fate != "failed" for outcome in ingested.outcomes) else NONE_TAKEN
+    return SOME_FAILED if any(outcome.fate != "failed" for outcome in ingested.outcomes) else InputError.exit_code
 
 
 def content(ingested: Ingested) -> dict[str, Any]:
@@ -48,7 +49,7 @@ def content(ingested: Ingested) -> dict[str, Any]:
             }
             for outcome in ingested.outcomes
         ],
-        "left_out": [{"file": left.file, "reason": left.reason} for left in ingested.found.left_out],
+        "left_out": [{"file": left.file, "reason": left.reason} for left in ingested.left_out],
         "faults": [{"name": fault.name, "sentence": fault.sentence} for fault in ingested.faults],
         "exit_code": exit_code(ingested),
     }
@@ -59,7 +60,7 @@ def lines(ingested: Ingested) -> list[str]:
     told = [*_table(ingested.outcomes)]
     told += [f"{outcome.sample.name}: read as {outcome.dialect}." for outcome in ingested.outcomes if outcome.dialect]
     told += _together([Fault(o.sample.name, remark) for o in ingested.outcomes for remark in o.remarks], "note: ")
-    passed = [left.file for left in ingested.found.left_out if not left.lost]
+    passed = [left.file for left in ingested.left_out if not left.lost]
     if passed:
         told.append(f"Left out: {_few(passed)}, neither photos, sheets nor notes.")
     failed = _together(ingested.faults, "failed: ")

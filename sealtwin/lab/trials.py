@@ -126,36 +126,17 @@ def prepare(folder: Path, prepared: Prepared) -> None:
 
 def _content(prepared: Prepared) -> dict[str, Any]:
     """Tables of a trial. What must be said and is not is a fault, and here a stand-in, so that the rest is checked."""
-    said = {key: entry.value for key, entry in prepared.note.entries.items()}
-    data = said.pop(DATA, None)
-    said = {key: value for key, value in said.items() if key not in OWN}
-    readings = "readings" in prepared.sample.files
-    tables = ["photo", "readings"] if readings else ["photo"]
-    if not readings:
-        said = {key: value for key, value in said.items() if not key.startswith(OF_READINGS)}
-    if data is not None:
-        said = {f"{table}.data": data for table in tables} | said
-    said = {"name": prepared.sample.name[:LONGEST_NAME]} | said
-    for role, file in prepared.sample.files.items():
-        if role in NAMED_FILES:
-            said[NAMED_FILES[role]] = _confirmed(prepared, role, file)
-    for role, key in NAMED_FILES.items():
-        if key in said and role not in prepared.sample.files:
-            origin = prepared.note.entries[key].origin
-            prepared.faults.append(
-                f"{origin}: {key} = {str(said.pop(key))!r:.80}, which is not of this sample by its name; give it the "
-                f"sample's name, or the role {role} in the pairing file."
-            )
-    where = _where_to_say(prepared)
-    for key, stand_in, remedy in _needed(readings):
+    said = _said(prepared)
+    where, meant = _where_to_say(prepared), prepared.note.meant
+    for key, stand_in, remedy in _needed("readings" in prepared.sample.files):
         if key not in said:
             said[key] = stand_in
-            if key not in prepared.note.meant and not (key.endswith(".data") and DATA in prepared.note.meant):
+            if key not in meant and not (key.endswith(".data") and DATA in meant):
                 prepared.faults.append(f"{where}: {key} is not said{remedy}")
     scales = set[str]().union(*ALTERNATIVES[0])
     if not scales & said.keys():
         said["photo.mm_per_px"] = 0.1
-        if not scales & prepared.note.meant:
+        if not scales & meant:
             prepared.faults.append(
                 f"{where}: no scale is said; write [photo] mm_per_px, face_mm, ruler_px or markers, or 'Scale [mm/px]'."
             )
@@ -164,6 +145,26 @@ def _content(prepared: Prepared) -> dict[str, Any]:
         table, _, name = key.rpartition(".")
         (content.setdefault(table, {}) if table else content)[name] = value
     return content
+
+
+def _said(prepared: Prepared) -> dict[str, Any]:
+    """What notes say of a trial, by dotted key, and its files."""
+    present = prepared.sample.files
+    said = {"name": prepared.sample.name[:LONGEST_NAME]}
+    said |= {key: entry.value for key, entry in prepared.note.entries.items() if key not in OWN}
+    if (data := prepared.said(DATA)) is not None:
+        said = {"photo.data": data, "readings.data": data} | said
+    if "readings" not in present:
+        said = {key: value for key, value in said.items() if not key.startswith(OF_READINGS)}
+    for role, key in NAMED_FILES.items():
+        if role in present:
+            said[key] = _confirmed(prepared, role, present[role])
+        elif key in said:
+            prepared.faults.append(
+                f"{prepared.note.entries[key].origin}: {key} = {str(said.pop(key))!r:.80}, which is not of this sample "
+                f"by its name; give it the sample's name, or the role {role} in the pairing file."
+            )
+    return said
 
 
 def _needed(readings: bool) -> list[tuple[str, Any, str]]:

@@ -160,13 +160,16 @@ def test_a_changed_file_makes_a_revision_and_the_old_one_stays(small, tmp_path):
     assert [row[:3] for row in _rows(lab)] == [("P01", 1, "P01"), ("P01", 2, "P01@2"), ("P02", 1, "P02")]
 
 
-def test_a_word_in_lab_toml_revises_all_and_a_comment_none(small, tmp_path):
+def test_a_word_in_lab_toml_revises_all_that_it_is_about_and_a_comment_none(small, tmp_path):
+    (small / "P02_Messung.csv").unlink()
     lab = tmp_path / "lab"
     ingest(small, lab, QUIET)
     defaults = small / "lab.toml"
     defaults.write_text(f"# Seen.\n{defaults.read_text()}")
     assert {outcome.fate for outcome in ingest(small, lab, QUIET).outcomes} == {"unchanged"}
     defaults.write_text(defaults.read_text().replace("held-out", "calibrated-on"))
+    assert [outcome.fate for outcome in ingest(small, lab, QUIET).outcomes] == ["revised", "unchanged"]
+    defaults.write_text(defaults.read_text().replace("volume_ml = 0.08", "volume_ml = 0.09"))
     assert {outcome.fate for outcome in ingest(small, lab, QUIET).outcomes} == {"revised"}
 
 
@@ -369,6 +372,7 @@ def test_a_bug_that_one_sample_wakes_costs_no_other_one(small, tmp_path, monkeyp
     monkeypatch.setattr(ingesting, "prepare", burst)
     ingested = ingest(small, tmp_path / "lab", QUIET)
     assert [outcome.fate for outcome in ingested.outcomes] == ["bug", "new"]
+    assert "P01: ZeroDivisionError in test_ingest.py, line" in ingested.outcomes[0].faults[0]
     assert exit_code(ingested) == 1
 
 
@@ -413,7 +417,7 @@ class TestHostile:
         assert "\n'=cmd()_P01_photo.png,photo," in (lab / "pairing.csv").read_text()
         _sealtwin("lab", "export", lab, "--out", tmp_path / "out.csv")
         assert "\"'=HYPERLINK(" in (tmp_path / "out.csv").read_text()
-        assert not ingest(small, lab, QUIET, pairing=lab / "pairing.csv").found.left_out  # its own cells are read back
+        assert not ingest(small, lab, QUIET, pairing=lab / "pairing.csv").left_out  # its own cells are read back
 
     def test_a_note_that_would_move_a_terminals_cursor_moves_none(self, small, tmp_path):
         (small / "P01.toml").write_text(
