@@ -3,7 +3,7 @@
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sealtwin.errors import InputError, as_text
 from sealtwin.lab.keys import ALTERNATIVES, DATE, OF_READINGS, OWN, known_keys, tables
@@ -11,6 +11,9 @@ from sealtwin.lab.naming import NOTE_SUFFIX
 from sealtwin.lab.values import read_date, read_setting, read_value
 from sealtwin.lab.words import BY_WORD, HEADS, NOT_STATED, UNITS, likely_key, likely_word, normal
 from sealtwin.settings_file import read_toml
+
+if TYPE_CHECKING:
+    from validate.sheets.grid import Cell
 
 STARTER = 'a note says what no photo shows: data = "measured", and in [crack] depth_mm = 16.0'
 UNIT_OF_WORD = re.compile(r"(.*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])]|\s+in\s+(\S+)|,\s*(\S+))\s*:?\s*")
@@ -129,15 +132,15 @@ def _words(path: Path) -> Note:
             if row.cell(1).kind in {"formula", "error"}:
                 note.faults.append(f"{where}: {shown(word)} holds a formula without a result; write the value itself.")
             else:
-                _take_word(note, word, value, unit, where)
+                _take_word(note, word, row.cell(1), unit, where)
     return note
 
 
-def _take_word(note: Note, word: str, value: str, unit: str, where: str) -> None:
-    written = word.rstrip(": ")
+def _take_word(note: Note, word: str, cell: "Cell", unit: str, where: str) -> None:
+    written, value, exact = word.rstrip(": "), cell.text, cell.kind == "number"
     if written in known_keys():
         try:
-            _take(note, written, read_setting(value), where)
+            _take(note, written, read_setting(value, exact=exact), where)
         except ValueError as fault:
             note.meant.add(written)
             note.faults.append(f"{where}: {written} = {shown(value)} {fault}")
@@ -152,7 +155,7 @@ def _take_word(note: Note, word: str, value: str, unit: str, where: str) -> None
         _unknown(note, word_meant or likely_key(name), f"{where}: {shown(written)}: no word that is known")
         return
     try:
-        _take(note, meaning.key, read_value(meaning, value, in_word or unit), where)
+        _take(note, meaning.key, read_value(meaning, value, in_word or unit, exact=exact), where)
     except ValueError as fault:
         note.meant.add(meaning.key)
         note.faults.append(f"{where}, column 2: {shown(written)} = {shown(value)} {fault}")

@@ -9,8 +9,6 @@ from sealtwin.lab.naming import Role, read_name, sample_key, within_one_letter
 
 MOST_TOLD = 3
 """Names in one question; whoever has more sees them in the pairing file."""
-
-
 LONGEST_NAME = 80
 """Of a sample, as of a trial."""
 

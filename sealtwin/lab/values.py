@@ -10,6 +10,7 @@ from sealtwin.lab.words import UNITS, Meaning, normal
 
 NUMBER = re.compile(r"([-+\u2212]?\d[\d.,' ]*(?:[eE][-+]?\d+)?)\s*(.*)", re.DOTALL)
 PLAIN = re.compile(r"[-+]?\d+([.,]\d+)?([eE][-+]?\d+)?")
+WHOLE = re.compile(r"[-+]?\d+")
 AMBIGUOUS = re.compile(r"[-+]?[1-9]\d{0,2}[.,]\d{3}")
 """1,234 is a thousand to one reader, and one and a bit to another."""
 TIMES = re.compile(r"\s*[x\u00d7*]\s*", re.IGNORECASE)
@@ -17,17 +18,20 @@ PIXELS = re.compile(r"-?\d+(?:\.\d+)?")
 GERMAN_DATE = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})")
 
 
-def read_value(meaning: Meaning, text: str, unit: str) -> Any:
+def read_value(meaning: Meaning, text: str, unit: str, *, exact: bool = False) -> Any:
     """``text`` as the setting that ``meaning`` names takes it.
 
     Args:
         meaning: What the word beside it says.
         text: As it was written, not blank.
         unit: As the word gave it, for example mm of "depth [mm]"; empty where it gave none.
+        exact: A workbook's own number, whose decimal point is one.
 
     Raises:
         ValueError: it cannot be read, or not without guessing; its text ends a sentence that names the place.
     """
+    if exact and meaning.kind == "number":
+        return _scaled(meaning, float(text), unit, "")
     readers: dict[str, Callable[[Meaning, str, str], Any]] = {
         "text": lambda _, text, __: text,
         "date": lambda _, text, __: read_date(text),
@@ -39,8 +43,13 @@ def read_value(meaning: Meaning, text: str, unit: str) -> Any:
     return readers[meaning.kind](meaning, text, unit)
 
 
-def read_setting(text: str) -> Any:
-    """The value of a trial's own key in a sheet of words: a number, a word, or a list as TOML writes it."""
+def read_setting(text: str, *, exact: bool = False) -> Any:
+    """The value of a trial's own key in a sheet of words: a number, a word, or a list as TOML writes it.
+
+    ``exact`` and what is raised as ``read_value``.
+    """
+    if exact:
+        return int(text) if WHOLE.fullmatch(text) else float(text)
     if text[0] in "[{\"'" or text in {"true", "false"}:
         try:
             return tomllib.loads(f"value = {text}")["value"]
@@ -103,7 +112,7 @@ def _plain_number(text: str) -> float:
         whole, fraction = re.split("[.,]", text)
         raise ValueError(f"may be {whole}{fraction} or {whole}.{fraction}0; write one of these.")
     number = float(text.replace(",", "."))
-    return int(number) if re.fullmatch(r"[-+]?\d+", text) else number
+    return int(number) if WHOLE.fullmatch(text) else number
 
 
 def _scaled(meaning: Meaning, number: float, in_word: str, in_value: str) -> float:

@@ -105,11 +105,22 @@ def test_a_workbook_is_a_note_with_numbers_and_dates_as_excel_holds_them(tmp_pat
     from datetime import datetime
 
     book = openpyxl.Workbook()
-    for row in (("Tiefe [mm]", 16.25), ("Datum", datetime(2026, 5, 3)), ("Prüfer", "M")):
+    for row in (
+        ("Tiefe [mm]", 16.25),
+        ("Dichte [g/cm³]", 1.695),
+        ("path.trim_mm", 1.125),
+        ("solver.substeps", 2),
+        ("Datum", datetime(2026, 5, 3)),
+        ("Prüfer", "M"),
+    ):
         book.worksheets[0].append(row)
     book.save(tmp_path / "P01_notes.xlsx")
-    assert _said(read_note(tmp_path / "P01_notes.xlsx")) == {
+    said = _said(read_note(tmp_path / "P01_notes.xlsx"))
+    assert isinstance(said.pop("solver.substeps"), int)
+    assert said == {
         "crack.depth_mm": 16.25,
+        "fluid.density_kg_m3": 1695.0,
+        "path.trim_mm": 1.125,
         "date": "2026-05-03",
         "operator": "M",
     }
