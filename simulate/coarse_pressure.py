@@ -101,7 +101,6 @@ class CoarsePressure:
             # Places change too little in a substep to tell.
             self._sums.zero_()
             self._whole("matrix", device_code.sum_matrix, movers, nodes, spot, self.slope, self._old, self._sums)
-        self._excess.zero_()
         self._whole("excess", device_code.sum_excess, movers, nodes, spot, self.slope, state.density, self._excess)
         self._launch.all(
             "nodes",

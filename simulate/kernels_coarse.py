@@ -214,7 +214,7 @@ def solve(
     least: float,
     at_once: float,
     sums: wp.array2d[wp.int64],
-    excess: wp.array[wp.int64],
+    excess: wp.array[wp.int64],  # in, out: none, for the next iteration to sum into
     matrix: wp.array2d[float],  # out
     right: wp.array[float],  # out
     change: wp.array[float],  # out: of the nodes' multipliers in this iteration
@@ -235,6 +235,7 @@ def solve(
         if sums[a, WEIGHT] >= wp.int64(least * UNIT):
             left = wp.max(float(sums[a, OLD]), 0.0)
             right[a] = ((1.0 - at_once) * left - float(excess[a])) * scale
+        excess[a] = wp.int64(0)
         for of in range(WEIGHT):
             matrix[a, of] = float(sums[a, of]) / UNIT
     wait_for_block()
