@@ -86,7 +86,6 @@ def read_header(grid: Grid, declared: Declared, faults: FaultList) -> Header:
         faults.add(
             place, f"{shown_names(stations)} both name the place.", "Keep the one along the crack, delete the other."
         )
-    _check_names(grid, row, columns, faults)
     if len(readings) > MOST_REPEATS:
         raise refuse(place, f"{len(readings)} repeats; at most {MOST_REPEATS} are read.", "Give one trial's readings.")
     if repeat is not None and len(readings) > 1:
@@ -95,6 +94,7 @@ def read_header(grid: Grid, declared: Declared, faults: FaultList) -> Header:
             f"column {repeat.name} numbers the repeats of one column, and there are {shown_names(readings)}.",
             "Write all repeats of a station either as columns of one row, or as rows.",
         )
+    _check_numbers(grid, row, readings, faults)
     quantity = _quantity(grid, row, readings, declared, faults)
     units = _units_row(body[0]) if body else {}
     if units:
@@ -172,15 +172,24 @@ def _readings(columns: list[Column]) -> tuple[tuple[Column, ...], Column | None]
     return (*readings, *counters), None
 
 
-def _check_names(grid: Grid, row: Row, columns: Sequence[Column], faults: FaultList) -> None:
-    names = [column.name for column in columns if column.meaning.role != "skipped"]
-    for name in sorted({name for name in names if names.count(name) > 1}):
-        faults.add(
-            grid.place(row.number),
-            f"a column name stands twice: {clipped(name)!r} among {[clipped(each) for each in names[:12]]}.",
-            "Number the repeats.",
-            name,
-        )
+def _check_numbers(grid: Grid, row: Row, readings: Sequence[Column], faults: FaultList) -> None:
+    """Columns that are repeats of each other say so: one beside them without a number may be their mean."""
+    numbered: dict[str | None, list[Column]] = {}
+    for column in readings:
+        numbered.setdefault(column.meaning.number, []).append(column)
+    for number, columns in numbered.items():
+        place = grid.place(row.number)
+        if number is None and len(readings) > 1:
+            faults.add(
+                place,
+                f"{shown_names(columns)}: no number, and there are {len(readings)} columns of readings.",
+                "Number the repeats; call a mean a mean.",
+                columns[0].name,
+            )
+        elif len(columns) > 1:
+            faults.add(
+                place, f"repeat {number} stands twice: {shown_names(columns)}.", "Number the repeats.", columns[1].name
+            )
 
 
 def _quantity(
@@ -199,10 +208,11 @@ def _quantity(
             "Correct the one that is wrong.",
         )
         return None
-    if said is None and declared.quantity is None and readings:
+    nameless = [column for column in readings if column.meaning.quantity is None]
+    if nameless and declared.quantity is None:
         faults.add(
             place,
-            f"{shown_names(readings)}: nothing says whether readings count upward or downward.",
+            f"{shown_names(nameless)}: nothing says whether readings count upward or downward.",
             'Declare [readings] quantity = "level" (upward) or "depth" (downward), or name it in the header.',
         )
     return said or declared.quantity

@@ -160,6 +160,9 @@ def test_a_message_stays_readable(read):
         ("s_mm,,depth_mm\n0,7,1\n5,,1\n", ["line 2", "'7' stands in a column without a name, the 2."]),
         ("s_mm,position_mm,depth_mm\n0,0,1\n5,5,1\n", ["'s_mm', 'position_mm' both name the place"]),
         ("s_mm,mean depth_mm\n0,1\n5,1\n", ["no column of readings", "'mean depth_mm' hold none"]),
+        ("s_mm,depth 1_mm,rep2_mm\n0,1,1\n5,1,2\n", ["'rep2_mm': nothing says whether"]),
+        ("s_mm,depth 1_mm,depth 2_mm,depth_mm\n0,1,1,1\n5,1,2,2\n", ["'depth_mm': no number, and there are 3 columns"]),
+        ("s_mm,depth 1_mm,depth 1_cm\n0,1,1\n5,1,2\n", ["repeat 1 stands twice: 'depth 1_mm', 'depth 1_cm'"]),
         ("s_mm,repeat,depth_mm\n0,1,1\n0,1,2\n5,1,2\n", ["line 3", "repeat '1' of 0 mm stands twice"]),
         ("s_mm,repeat,depth_mm\n0,,1\n5,1,2\n", ["line 2", "column repeat", "which reading"]),
         ("s_mm,repeat,rep1_mm,rep2_mm\n0,1,1,1\n5,1,2,2\n", ["numbers the repeats of one column"]),
@@ -186,6 +189,10 @@ def test_a_long_sheet_gathers_its_stations_from_anywhere(read):
 
 def test_a_bare_messung_holds_the_readings_where_nothing_else_does(read):
     assert read("s [mm];Messung\n0;1\n5;2\n", quantity="depth", unit="mm").repeats_mm.tolist() == [[1], [2]]
+
+
+def test_a_line_that_holds_only_a_remark_is_no_reading(read):
+    assert read("s_mm,depth_mm,note\n0,1,\n,,the caliper slipped\n5,2,\n").s_mm.tolist() == [0, 5]
 
 
 def test_a_header_of_two_lines_is_read_as_one(read):
