@@ -78,10 +78,14 @@ def agreement(evidence: Evidence) -> Table:
                 "area by similaritymeasures",
                 f"{metrics['area_similaritymeasures_mm2']:.4f} mm², {metrics['area_difference_mm2']:+.1e} mm² apart",
             ),
-            ("mean error = area / covered length", f"{comparison.mean_error_mm:.3f} mm"),
-            ("bias (simulated - measured)", f"{metrics['bias_mm']:+.3f} mm"),
+            (
+                "mean error = area / covered length",
+                f"{comparison.mean_error_mm:.3f} mm{_interval(metrics, 'mean_error_mm')}",
+            ),
+            ("bias (simulated - measured)", f"{metrics['bias_mm']:+.3f} mm{_interval(metrics, 'bias_mm')}"),
             ("root mean square error", f"{metrics['rmse_mm']:.3f} mm"),
             ("95 % of the length within", f"{metrics['p95_error_mm']:.3f} mm"),
+            ("Fréchet distance", f"{metrics['frechet_mm']:.3f} mm"),
             ("worst error", f"{comparison.worst_error_mm:.3f} mm at s = {comparison.worst_at_mm:.1f} mm"),
             ("length with less than 1 mm error", f"{metrics['share_under_1_mm']:.1%}"),
             ("mean error, first 10 mm bin", _mm(metrics["start_zone_error_mm"])),
@@ -270,3 +274,11 @@ def _mm(value: float | None) -> str:
 
 def provenance(evidence: Evidence) -> Table:
     return Table("Versions and inputs", tuple(evidence.provenance.items()))
+
+
+def _interval(metrics: dict[str, Any], key: str) -> str:
+    """By what is unsure about the readings; nothing where that was not assessed."""
+    if (assessed := metrics.get("uncertainty")) is None:
+        return ""
+    low, high = assessed[key]
+    return f", 95 % interval by the readings {low:.3f} to {high:.3f} mm"

@@ -68,11 +68,9 @@ def draw_error(profile: Profile, readings: Profile, comparison: Comparison, on: 
         figure = canvas(on, 9.0, 2.9)
         axes = figure.add_subplot()
         s_mm, error_mm = _signed_error(profile, readings)
-        band_mm = comparison.metrics["readings"]["band_95_mm"]
+        band_mm, name = _band(comparison)
         if band_mm is not None:
-            axes.fill_between(
-                readings.s_mm, -band_mm, band_mm, color=MEASURED, alpha=0.25, linewidth=0, label="95 % band of readings"
-            )
+            axes.fill_between(readings.s_mm, -band_mm, band_mm, color=MEASURED, alpha=0.25, linewidth=0, label=name)
         axes.fill_between(s_mm, 0.0, error_mm, color=SIMULATED, alpha=0.25, linewidth=0)
         axes.plot(s_mm, error_mm, color=SIMULATED, label="simulated - measured")
         axes.axhline(0.0, color=INK, linewidth=1.0)
@@ -146,7 +144,7 @@ def draw_histogram(comparison: Comparison, on: FigureBase | None = None) -> Figu
 
 
 def _draw_readings(axes: Axes, readings: Profile, comparison: Comparison) -> None:
-    band_mm = comparison.metrics["readings"]["band_95_mm"]
+    band_mm, name = _band(comparison)
     if readings.repeats_mm is not None:
         for index, repeat_mm in enumerate(readings.repeats_mm.T):
             axes.plot(
@@ -166,10 +164,18 @@ def _draw_readings(axes: Axes, readings: Profile, comparison: Comparison) -> Non
             color=MEASURED,
             alpha=0.3,
             linewidth=0,
-            label="95 % band of the means",
+            label=name,
         )
     kind = {"measured": "caliper", "reconstructed": "caliper, RECONSTRUCTED", "synthetic": "caliper, SYNTHETIC"}
     axes.plot(readings.s_mm, readings.level_mm, "o-", color=MEASURED, markersize=3.5, label=kind[readings.data])
+
+
+def _band(comparison: Comparison) -> tuple[Floats | None, str]:
+    """Half the width of the 95 % band about each reading, and what it holds: the whole budget where there is one."""
+    assessed = comparison.metrics.get("uncertainty")
+    if assessed is not None:
+        return np.asarray(assessed["levels"]["band_95_mm"]), "95 % band of the readings, their whole budget"
+    return comparison.metrics["readings"]["band_95_mm"], "95 % band of the readings, by repeats alone"
 
 
 def _signed_error(profile: Profile, readings: Profile) -> tuple[Floats, Floats]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 
 from matplotlib.figure import FigureBase
 
@@ -84,10 +85,10 @@ def fill_plates(evidence: Evidence) -> list[Plate]:
 
 def solid_plate(evidence: Evidence) -> Plate:
     solid = evidence.solid
-    views = view_solid(solid)
+    views = cache(lambda: view_solid(solid))
     dams = ", with the dams at its open ends" if solid.report.get("dams") else ""
     return Plate(
         f"The solid that was simulated, as it stands in crack.stl{dams}, and its cavity alone.",
         3.5,
-        lambda on: draw_solid(solid, views, on),
+        lambda on: draw_solid(solid, views(), on),
     )
