@@ -5,20 +5,9 @@ import pytest
 import warp as wp
 
 from simulate.launch import LEAST_SLICE, Launcher
+from tests.kernels_rows import copy_row, count_row
 
 ROWS = 5 * LEAST_SLICE + 7
-
-
-@wp.kernel(enable_backward=False)
-def count_row(begin: int, seen: wp.array[int]):
-    row = begin + wp.tid()
-    seen[row] = seen[row] + 1
-
-
-@wp.kernel(enable_backward=False)
-def copy_row(begin: int, seen: wp.array[int], copied: wp.array[int]):
-    row = begin + wp.tid()
-    copied[row] = seen[row]
 
 
 def zeros(rows: int) -> wp.array:
