@@ -1,6 +1,7 @@
 """Intervals of 95 % from a budget of the readings: of any weighted sum of levels, and of the mean error."""
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -51,13 +52,18 @@ class Doubt:
         By propagating distributions (GUM supplement 1) from a fixed seed: a scatter of few repeats is Student's t, a
         limit is rectangular, and neither is a normal distribution.
         """
-        random = np.random.default_rng(0)
-        normal = random.standard_normal((2, DRAWS))
+        own, shared = _normal_draws()
+        random = np.random.default_rng(1)
         spread = np.sqrt(random.chisquare(self.freedom, DRAWS) / self.freedom) if np.isfinite(self.freedom) else 1.0
-        total = self.scatter_mm * normal[0] / spread + self.normal_mm * normal[1]
+        total = self.scatter_mm * own / spread + self.normal_mm * shared
         for standard_mm in self.rectangular_mm:
             total += standard_mm * np.sqrt(3) * random.uniform(-1, 1, DRAWS)
         return float(np.quantile(np.abs(total), SHARE))
+
+
+@cache
+def _normal_draws() -> Floats:
+    return np.random.default_rng(0).standard_normal((2, DRAWS))
 
 
 def doubt_of(budget: Budget, weight: Floats) -> Doubt:
@@ -117,7 +123,10 @@ def mean_error_interval(x: Floats, error_mm: Floats, hat: Floats, budget: Budget
     half_mm = doubt_of(budget, mean_weights(x, hat, middle)).half_width_mm
     noise_mm = draw(budget, CURVES) @ hat.T
     found_mm = float(mean_absolute(x, error_mm))
-    added_mm = max(0.0, float(mean_absolute(x, error_mm + noise_mm).mean()) - found_mm)
+    again_mm = mean_absolute(x, error_mm + noise_mm)
+    added_mm = max(0.0, float(again_mm.mean()) - found_mm)
+    # Shared by all stations, an error may turn signs along whole stretches: no weighted sum any more.
+    half_mm = max(half_mm, float(np.quantile(np.abs(again_mm - again_mm.mean()), SHARE)))
     alone_mm = float(np.quantile(mean_absolute(x, noise_mm), (1 + SHARE) / 2))
     low_mm = 0.0 if found_mm <= alone_mm else max(0.0, found_mm - 2 * added_mm - half_mm)
     return Interval(low_mm, max(found_mm, found_mm - added_mm + half_mm))

@@ -7,9 +7,9 @@ import numpy as np
 
 SAFETY = 1.25
 """Roache's factor for three sizes, as in Celik et al. 2008."""
-ORDERS = (0.5, 2.0)
-"""Between these an observed order is believed: below, the index grows without bound, and no part of the scheme is of a
-higher order than the second (Oberkampf & Roy 2010, 8.6.4)."""
+LEAST_ORDER, MOST_ORDER = 0.5, 2.0
+"""Below the first the index grows without bound and no order is believed; a higher one than the second, which no part
+of the scheme can have, is chance and counts as it (Oberkampf & Roy 2010, 8.6.4)."""
 EXPANDED = 2.0
 """Coverage factor between a 95 % band, as the index is meant, and a standard uncertainty."""
 
@@ -22,7 +22,7 @@ class Convergence:
 
     kind: Kind
     order: float | None
-    """Observed; None where there is none to believe."""
+    """As observed; None where there is none."""
     band: float
     """95 %: the index times the value where the number converges, else the spread of all three."""
 
@@ -43,9 +43,9 @@ def converge(fine: float, middle: float, coarse: float, finer: float, coarser: f
     if near * far < 0:
         return Convergence("oscillatory", None, spread)
     order = _order(near, far, finer, coarser)
-    if order is None or not ORDERS[0] <= order <= ORDERS[1]:
+    if order is None or order < LEAST_ORDER:
         return Convergence("no order", order, spread)
-    return Convergence("converging", order, SAFETY * abs(far) / (coarser**order - 1))
+    return Convergence("converging", order, SAFETY * abs(far) / (coarser ** min(order, MOST_ORDER) - 1))
 
 
 def _order(near: float, far: float, finer: float, coarser: float) -> float | None:
