@@ -50,9 +50,9 @@ def common_mark(texts: Iterable[str], separator: str | None) -> Decimal | None:
 
 
 def number(text: str, mark: Decimal | None) -> float | None:
-    """None where it is no finite number with that mark; any mark will do for a number without one."""
+    """None where it is no finite number with that ``mark``, or with either where that is None."""
     text = text.translate(MINUS)
-    if not NUMBER.fullmatch(text) or (mark is None and is_either(text)):
+    if not NUMBER.fullmatch(text):
         return None
     if mark is not None and MARKS["point" if mark == "comma" else "comma"] in text:
         return None

@@ -193,7 +193,7 @@ class _Reader:
         if cell.kind == "number":
             return float(cell.text)
         value = number(cell.text, self._mark) if cell.kind == "text" else None
-        if value is None and not (self._mark is None and is_either(cell.text)):
+        if value is None:
             found, remedy = self._complaint(column, cell, remedy)
             self._faults.add(place, found, remedy, cell.text)
         return value

@@ -65,6 +65,27 @@ def test_any_hand_writes_the_same_profile(tmp_path_factory, hand):
     assert_same(*read_back(tmp_path_factory.mktemp("hand") / "sheet", hand))
 
 
+@pytest.mark.parametrize(
+    ("encoding", "mark", "told"),
+    [
+        ("utf-8", False, "UTF-8"),
+        ("utf-8", True, "UTF-8"),
+        ("utf-16", False, "UTF-16"),
+        ("utf-16-be", True, "UTF-16"),
+        ("utf-16-le", False, "UTF-16 without a mark"),
+        ("utf-16-be", False, "UTF-16 without a mark"),
+        ("utf-32-le", True, "UTF-32"),
+        ("latin-1", False, "Windows-1252"),
+        ("cp1252", False, "Windows-1252"),
+    ],
+)
+def test_every_encoding_is_told_from_the_others(tmp_path, encoding, mark, told):
+    hand = Hand(encoding=encoding, mark=mark, language="german", separator=";", decimal=",", title=("Prüfer: Groß",))
+    sheet = read_sheet(write_sheet(tmp_path / "sheet.csv", hand, S_MM, LEVELS_MM), Declared())
+    assert sheet.dialect.written == ("CSV", told, "semicolons")
+    assert_same(sheet.s_mm, sheet.levels_mm)
+
+
 @pytest.mark.parametrize("separator", SEPARATORS)
 @pytest.mark.parametrize("decimal", DECIMALS)
 @pytest.mark.parametrize("long", [False, True])

@@ -191,6 +191,11 @@ def test_a_bare_messung_holds_the_readings_where_nothing_else_does(read):
     assert read("s [mm];Messung\n0;1\n5;2\n", quantity="depth", unit="mm").repeats_mm.tolist() == [[1], [2]]
 
 
+@pytest.mark.parametrize(("text", "level_mm"), [("+1,5", 1.5), ("\u22121,5", -1.5), ("\u20131,5", -1.5), (",5", 0.5)])
+def test_signs_are_read_as_people_and_word_processors_write_them(read, text, level_mm):
+    assert read(f"s [mm];level [mm]\n0;{text}\n5;-2\n").repeats_mm[0, 0] == level_mm
+
+
 def test_a_line_that_holds_only_a_remark_is_no_reading(read):
     assert read("s_mm,depth_mm,note\n0,1,\n,,the caliper slipped\n5,2,\n").s_mm.tolist() == [0, 5]
 
