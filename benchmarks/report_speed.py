@@ -41,7 +41,7 @@ from sealtwin.job import resume_job
 from sealtwin.pipeline import run_stages
 from sealtwin.progress import Progress
 import scipy.stats, similaritymeasures, trimesh.exchange.load, validate.assess, validate.caliper, validate.report
-with open_folder(Path(sys.argv[1])) as folder:
+with open_folder(Path(sys.argv[1]), create=False) as folder:
     folder.clear("validate")
     wall, cpu = time.perf_counter(), time.process_time()
     redone = run_stages(resume_job(folder, "cpu", Progress()), ("validate",)).redone

@@ -2,6 +2,7 @@
 
 import importlib
 import shutil
+from typing import Any
 
 import cv2
 import numpy as np
@@ -48,7 +49,7 @@ def report(tmp_path_factory):
 def hostile(tmp_path_factory):
     """Every text that is not ours tries to be more than text."""
     folder = tmp_path_factory.mktemp("hostile")
-    texts = {"name": NAME, "note": HOSTILE * 3, "source": HOSTILE, "command": HOSTILE}
+    texts: dict[str, Any] = {"name": NAME, "note": HOSTILE * 3, "source": HOSTILE, "command": HOSTILE}
     write_report(folder, make_evidence(folder, **texts, provenance={HOSTILE: "0123456789abcdef" * 20}))
     return folder / "report.html"
 
@@ -91,7 +92,8 @@ def view(page):
 
 
 def pixels(shown):
-    return cv2.imdecode(np.frombuffer(shown.screenshot(), np.uint8), cv2.IMREAD_COLOR).astype(float)
+    picture = cv2.imdecode(np.frombuffer(shown.screenshot(), np.uint8), cv2.IMREAD_COLOR)
+    return np.asarray(picture, dtype=float)
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
@@ -183,11 +185,9 @@ def test_a_finger_turns_it_sideways_and_scrolls_the_page_down(open_report, repor
     def swipe(right, down):
         box = canvas.bounding_box()
         x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-        send = lambda kind, points: touch.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})  # noqa: E731
-        send("touchStart", [{"x": x, "y": y}])
-        for part in np.linspace(0, 1, 11)[1:]:
-            send("touchMove", [{"x": x + part * right, "y": y + part * down}])
-        send("touchEnd", [])
+        moves = [("touchMove", [{"x": x + part * right, "y": y + part * down}]) for part in np.linspace(0.1, 1, 10)]
+        for kind, points in [("touchStart", [{"x": x, "y": y}]), *moves, ("touchEnd", [])]:
+            touch.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
 
     begin, top = view(page), page.evaluate("scrollY")
     swipe(100, 0)
