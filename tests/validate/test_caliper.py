@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from sealtwin.errors import InputError
+from tests.dialects import Hand, write_sheet
 from validate.caliper import read_readings
 from validate.settings import Readings
 from validate.sheets.grid import MOST_ROWS
@@ -45,6 +46,24 @@ def test_levels_are_means_of_the_readings_that_are_there(sheet):
 def test_depth_counts_downward(sheet):
     deep = sheet("s_mm,depth_1_mm,depth_2_mm\n0,16,15\n5,4,4.5\n10,-1,-1\n")
     assert read(deep).level_mm == pytest.approx([-15.5, -4.25, 1.0])
+
+
+def test_a_labs_workbook_gives_the_profile_of_the_plain_sheet(sheet, tmp_path):
+    """In centimetres, downward from the caliper's base 4 mm above the face, as a trial declares it."""
+    hand = Hand(workbook=True, language="german", quantity="depth", unit="cm", units="brackets", long=True)
+    plain = read(sheet(GOOD))
+    assert plain.repeats_mm is not None
+    lab = write_sheet(tmp_path / "lab.xlsx", hand, plain.s_mm.tolist(), plain.repeats_mm - 4.0)
+    declared = SETTINGS.model_copy(update={"datum": "caliper_base", "datum_level_mm": 4.0})
+    profile = read_readings(lab, declared, length_mm=80.0, depth_mm=16.0)
+    assert profile.repeats_mm is not None
+    # Centimetres and a shift of 4 mm leave the last bits of a double.
+    np.testing.assert_allclose(profile.level_mm, plain.level_mm, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(profile.repeats_mm, plain.repeats_mm, rtol=0, atol=1e-9)
+    assert profile.dialect == (
+        "XLSX, sheet 'Sheet'; long, 3 repeats; depth downward in cm from the caliper's base, +4 mm from the sample "
+        "surface, places in mm; 1 reading missing"
+    )
 
 
 @pytest.mark.parametrize(

@@ -58,8 +58,8 @@ def read_sheet(path: Path, declared: Declared, crack: Crack | None = None) -> Sh
     faults.raise_if_any()
     quantity, station_unit = header.quantity, header.station.unit
     units: tuple[Unit, ...] = tuple(dict.fromkeys(column.unit for column in header.readings if column.unit is not None))
-    if quantity is None or station_unit is None or not units:
-        raise AssertionError("a sheet without sign or unit is a fault")
+    assert quantity is not None, "a fault when the header was read"
+    assert station_unit is not None, "likewise"
     dialect = Dialect(
         written=grid.written,
         decimal=table.mark,
