@@ -217,8 +217,9 @@ def test_a_sheet_says_how_it_was_understood(read):
 
 
 def test_the_separator_may_be_declared_or_announced(read):
-    """Notes full of semicolons outvote the commas of this one."""
-    text = "s_mm,depth_mm,note\n0,1,a;b;c\n5,2,d;e;f\n"
+    """Notes full of semicolons divide the rows of this one as evenly as its commas do."""
+    text = "s_mm,depth_mm,note; who; why\n0,1,a;b;c\n5,2,d;e;f\n"
+    assert "read as CSV, UTF-8, semicolons" in str(faults_of(read, text))
     assert read(text, separator="comma").repeats_mm[:, 0].tolist() == [1, 2]
     assert read("sep=,\n" + text).repeats_mm[:, 0].tolist() == [1, 2]
     assert "line 3, column depth_mm" in str(faults_of(read, "sep=;\ns_mm;depth_mm\n0;x\n"))
