@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from sealtwin.answering import Commands
-from sealtwin.commands import digitise, film, import_mesh, lab, markers, robot, setup, stages, sweep, trace
+from sealtwin.commands import digitise, film, import_mesh, lab, map, markers, robot, setup, stages, sweep, trace
 
 app = typer.Typer(
     name="sealtwin",
@@ -33,6 +33,7 @@ for command in (
     stages.validate,
     film.film,
     sweep.sweep,
+    map.map,
     robot.robot,
     markers.markers,
     setup.init,

@@ -226,6 +226,14 @@ class Ledger(Database):
             runs.append(StudyRun(**values))
         return runs
 
+    def entry(self, key: str) -> Entry:
+        """A run of the study, as it was planned."""
+        with self._told():
+            row = self._base.execute(
+                "SELECT key, number, settings, trial, sample, kin, work_s FROM runs WHERE key = ?", [key]
+            ).fetchone()
+        return Entry(row[0], row[1], json.loads(row[2]), *row[3:])
+
     def count(self, state: State) -> int:
         with self._told():
             (number,) = self._base.execute(

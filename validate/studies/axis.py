@@ -1,0 +1,88 @@
+"""A setting that varies in a study, as an axis of its figures."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from sealtwin.errors import InputError
+from sealtwin.records import Floats
+from validate.wording import unit_of
+
+DECADES = 100.0
+"""Largest over smallest value from which an axis counts powers of ten: two decades."""
+LEVELS = 16
+"""Different values of a setting up to which each gets a line of its own: more are no grid, but draws."""
+
+
+@dataclass(frozen=True)
+class Axis:
+    setting: str
+    """Its dotted name, for example "fluid.D_cm"."""
+    values: tuple[float, ...]
+    """That it takes, increasing."""
+
+    @property
+    def name(self) -> str:
+        """As people say it: D."""
+        key = self.setting.rpartition(".")[2]
+        unit = unit_of(key)
+        return (key if unit == "1" else key.removesuffix(_ending(key))).replace("_", " ")
+
+    @property
+    def unit(self) -> str:
+        """Empty for a pure number."""
+        unit = unit_of(self.setting.rpartition(".")[2])
+        return "" if unit == "1" else unit
+
+    @property
+    def label(self) -> str:
+        return f"{self.name} ({self.unit})" if self.unit else self.name
+
+    @property
+    def logarithmic(self) -> bool:
+        return self.values[0] > 0 and self.values[-1] >= DECADES * self.values[0]
+
+    @property
+    def is_graded(self) -> bool:
+        """Whether few enough values for a line each."""
+        return len(self.values) <= LEVELS
+
+    def place(self, settings: Mapping[str, Any]) -> float:
+        return float(settings[self.setting])
+
+    def spaced(self, values: Floats) -> Floats:
+        """Values as they are spaced on the axis: powers of ten where it counts those."""
+        return np.log10(values) if self.logarithmic else np.asarray(values, dtype=float)
+
+    def said(self, value: float) -> str:
+        """For a sentence: "D = 0.3 cm"."""
+        return f"{self.name} = {value:g} {self.unit}".rstrip()
+
+
+def axes_of(settings: Sequence[Mapping[str, Any]]) -> tuple[Axis, Axis]:
+    """The two settings that vary among runs, the first one named across.
+
+    Raises InputError, in a sentence, where not two of them vary, or one is no number, or they vary as one.
+    """
+    values = {name: [each[name] for each in settings] for name in settings[0]}
+    varying = [name for name, found in values.items() if len({str(value) for value in found}) > 1]
+    if len(varying) != 2:
+        found = "none does" if not varying else f"{len(varying)} do: {', '.join(varying)}"
+        raise InputError(f"A map needs two settings that vary among the runs that are done; here {found}.")
+    for name in varying:
+        if odd := [value for value in values[name] if isinstance(value, bool) or not isinstance(value, int | float)]:
+            raise InputError(f"{name} = {odd[0]!r:.40}: no number; only settings that are numbers can be mapped.")
+    across, up = (Axis(name, tuple(sorted({float(value) for value in values[name]}))) for name in varying)
+    points = np.column_stack([axis.spaced(np.array(values[axis.setting], float)) for axis in (across, up)])
+    reach = np.ptp(points, axis=0)
+    if np.linalg.matrix_rank((points - points.mean(axis=0)) / reach, tol=1e-6) < 2:
+        raise InputError(f"{across.setting} and {up.setting} vary as one: all runs lie on a line. Vary them apart.")
+    return across, up
+
+
+def _ending(key: str) -> str:
+    from validate.wording import UNITS
+
+    return next(ending for ending in UNITS if key.endswith(ending))
