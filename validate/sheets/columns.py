@@ -74,7 +74,8 @@ def read_header(grid: Grid, declared: Declared, faults: FaultList) -> Header:
         )
     if not readings and not unknown:
         passed_over = "".join(f" {shown_names(skipped)} hold none." if skipped else "")
-        raise refuse(place, f"no column of readings beside {stations[0].name}.{passed_over}", f"Expected {EXPECTED}.")
+        found = f"no column of readings beside {shown_names(stations)}.{passed_over}"
+        raise refuse(place, found, f"Expected {EXPECTED}.")
     for name in unknown:
         faults.add(
             place,
@@ -91,7 +92,7 @@ def read_header(grid: Grid, declared: Declared, faults: FaultList) -> Header:
     if repeat is not None and len(readings) > 1:
         faults.add(
             place,
-            f"column {repeat.name} numbers the repeats of one column, and there are {shown_names(readings)}.",
+            f"column {shown_names([repeat])} numbers the repeats of one column, and there are {shown_names(readings)}.",
             "Write all repeats of a station either as columns of one row, or as rows.",
         )
     _check_numbers(grid, row, readings, faults)

@@ -169,9 +169,11 @@ class _Reader:
         text = row.cell(column.index).text
         if is_missing(text):
             self._faults.add(
-                self._address(row, column), f"{text!r}: which reading of the station this is, is not said.",
-                "Number the readings of each station.", text,
-            )  # fmt: skip
+                self._address(row, column),
+                f"{text!r}: which reading of the station this is, is not said.",
+                "Number the readings of each station.",
+                text,
+            )
         return text
 
     def _reading(self, row: Row, column: Column) -> float:
