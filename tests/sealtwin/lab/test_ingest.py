@@ -11,6 +11,7 @@ import sqlite3
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +22,7 @@ from sealtwin.cli import app
 from sealtwin.errors import InputError
 from sealtwin.lab import finding
 from sealtwin.lab import ingest as ingesting
-from sealtwin.lab.catalogue import CATALOGUE, Catalogue
+from sealtwin.lab.catalogue import CATALOGUE, Catalogue, Fault
 from sealtwin.lab.ingest import ingest
 from sealtwin.lab.telling import exit_code, lines
 from sealtwin.progress import Progress
@@ -376,6 +377,26 @@ def test_a_bug_that_one_sample_wakes_costs_no_other_one(small, tmp_path, monkeyp
     assert exit_code(ingested) == 1
 
 
+def test_a_file_that_cannot_be_read_is_its_samples_fault_and_a_full_disk_is_nobodys(small, tmp_path, monkeypatch):
+    real, lab = ingesting.gather, tmp_path / "lab"
+
+    def failing(at):
+        def gather(folder, sample, defaults):
+            if sample.name == "P01":
+                raise OSError(28, "on purpose", str(at))
+            return real(folder, sample, defaults)
+
+        monkeypatch.setattr(ingesting, "gather", gather)
+
+    failing(small / "P01.png")
+    outcomes = ingest(small, lab, QUIET).outcomes
+    assert outcomes[0].faults == ("P01.png: on purpose. Make it readable.",)
+    assert outcomes[1].fate == "new"
+    failing(lab / "P01")
+    with pytest.raises(OSError, match="on purpose"):
+        ingest(small, lab, QUIET)
+
+
 def test_a_file_that_changes_while_it_is_taken_in_is_not_kept(small, tmp_path, monkeypatch):
     real = ingesting.keep
 
@@ -428,6 +449,10 @@ class TestHostile:
         assert "P01.toml" in told
         assert "P02_Notiz.csv" in told
         assert not set(told) & {"\x1b", "\u202e", "\x9b"}
+
+    def test_whatever_a_fault_quotes_moves_no_cursor(self, sound):
+        told = lines(replace(sound[3], faults=(Fault("P01", "P01.csv: \x1b[2J\n\u202e"),)))
+        assert "failed: P01: P01.csv: ?[2J??" in told
 
     def test_a_sheet_of_a_gigabyte_is_refused_unread(self, small, tmp_path, monkeypatch):
         with (small / "P01.csv").open("wb") as sheet:
