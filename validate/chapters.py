@@ -14,6 +14,10 @@ from validate.evidence import Evidence
 from validate.facts import Table
 from validate.plates import Plate, fill_plates, level_plates, solid_plate
 from validate.turntable import Turntable, build_turntable
+from validate.uncertainty.facts import uncertainty_sentences, uncertainty_tables, volume_rows
+from validate.uncertainty.figures import CAPTION as UNCERTAINTY_CAPTION
+from validate.uncertainty.figures import HEIGHT_IN as UNCERTAINTY_IN
+from validate.uncertainty.figures import draw_uncertainty
 
 OVERLAY_PX = 1500
 """Widest overlay in the report; the full one lies beside it."""
@@ -85,8 +89,11 @@ def _chapters(evidence: Evidence) -> Iterator[Chapter]:
     yield _chapter("Fill", "fill", [_model(evidence), *fill_plates(evidence)])
     compared = [] if evidence.comparison is None else [facts.agreement(evidence), facts.readings(evidence)]
     yield _chapter("Level", "level", [*level_plates(evidence), *compared])
-    yield _chapter("Mass balance", "mass-balance", [facts.mass_balance(evidence)])
-    yield _chapter("Health of the run", "health", [Words((_convergence(evidence),)), facts.health(evidence)])
+    yield _chapter("Uncertainty", "uncertainty", _uncertainty(evidence))
+    against = [] if evidence.comparison is None else volume_rows(evidence.comparison.metrics)
+    held = [Table("As volumes of settled sealant, beside the readings", tuple(against))] if against else []
+    yield _chapter("Mass balance", "mass-balance", [facts.mass_balance(evidence), *held])
+    yield _chapter("Health of the run", "health", [facts.health(evidence)])
     yield _chapter("Assumptions", "assumptions", [Words(tuple(assumptions(evidence)))])
     yield _chapter("Left out", "left-out", [Words(tuple(left_out(evidence)))])
     geometry = [solid_plate(evidence), facts.geometry(evidence), facts.nozzle_path(evidence)]
@@ -102,11 +109,20 @@ def _chapter(title: str, name: str, items: Iterable[Item]) -> Chapter:
     return Chapter(title, name, tuple(items))
 
 
-def _convergence(evidence: Evidence) -> str:
-    return (
-        f"Convergence was not examined: this is one run, with particles of {evidence.run.radius_mm:g} mm radius, and "
-        "how much of the result hangs on their size is not known from it."
-    )
+def _uncertainty(evidence: Evidence) -> Iterator[Item]:
+    """What the comparison allows one to say; where nothing was assessed, that in one line."""
+    comparison = evidence.comparison
+    if comparison is None or not (sentences := uncertainty_sentences(comparison.metrics)):
+        yield Words(
+            (
+                "Not examined: this is one run, with particles of "
+                f"{evidence.run.radius_mm:g} mm radius, held against no interval.",
+            )
+        )
+        return
+    yield Words(tuple(sentences))
+    yield Plate(UNCERTAINTY_CAPTION, UNCERTAINTY_IN, lambda on: draw_uncertainty(comparison, on))
+    yield from uncertainty_tables(comparison.metrics)
 
 
 def _photo(evidence: Evidence) -> Photo:

@@ -17,6 +17,7 @@ from validate.evidence import Evidence
 from validate.facts import Outcome
 from validate.health import MEANING
 from validate.settings import Role
+from validate.uncertainty.facts import uncertainty_sentences
 from validate.wording import unit_of, words
 
 SCHEMA = "report.schema.json"
@@ -25,6 +26,7 @@ METRICS = {
     "mean_error_mm": "area between the simulated and the measured level over the covered length",
     "bias_mm": "mean of simulated minus measured level",
     "rmse_mm": "root mean square error",
+    "frechet_mm": "Fréchet distance of the two levels",
     "p95_error_mm": "error that 95 % of the length stay below",
     "worst_error_mm": "largest error",
     "worst_at_mm": "where along the crack the largest error is",
@@ -35,6 +37,8 @@ METRICS = {
     "end_zone_error_mm": "mean error over the last bin",
     "flat_level_mm": "constant level that lies nearest to the readings: a baseline",
     "flat_level_error_mm": "mean error of that constant level",
+    "volume_balance_level_mm": "level of the dispensed volume spread over the nozzle's reach: another baseline",
+    "volume_balance_error_mm": "mean error of that level",
     "covered_from_mm": "where the comparison begins along the crack",
     "covered_to_mm": "where it ends",
     "coverage": "share of the crack's length that is compared",
@@ -43,7 +47,12 @@ METRICS = {
     "simulated_overfill_mm3": "sealant above the mouth, simulated",
     "measured_overfill_mm3": "sealant above the mouth, measured",
 }
-"""Of a comparison, by its keys in comparison.json."""
+"""Of a comparison, by its keys in comparison.json; what was not computed is not there."""
+
+
+SHARES = ("share_under_1_mm", "coverage")
+"""Pure numbers, whatever their names end with."""
+WITH_INTERVAL = ("mean_error_mm", "bias_mm")
 
 
 class Part(BaseModel):
@@ -93,6 +102,25 @@ class ErrorBin(Part):
     """None where nothing of it has."""
 
 
+class Uncertainty(Part):
+    """What the mean level's error may come from, as in ASME V&V 20; standard uncertainties."""
+
+    error_mm: float
+    """E: simulated less measured."""
+    data_mm: float
+    """Of the readings."""
+    numerics_mm: float | None
+    """Of the particles' size; None where no other sizes were run."""
+    inputs_mm: float | None
+    """Of the declared inputs; None where none was varied."""
+    validation_mm: float
+    """u_val: of all that is known, together."""
+    resolved: bool
+    """Whether E is larger than twice u_val: smaller, the data cannot tell that the model is off, nor that it is not."""
+    sentences: tuple[str, ...]
+    """What that allows one to say, and what is not in it."""
+
+
 class ReportData(Part):
     """One trial: what was found, how sure that is, what it rests on."""
 
@@ -110,6 +138,8 @@ class ReportData(Part):
     """Simulated against measured level; empty without readings."""
     error_by_bin: tuple[ErrorBin, ...]
     """Along the crack, as in the report's histogram."""
+    uncertainty: Uncertainty | None
+    """None where none was assessed."""
     mass_balance: dict[str, Quantity]
     """Where the dispensed sealant is."""
     health: dict[str, Quantity | str]
@@ -141,6 +171,7 @@ def report_data(evidence: Evidence) -> ReportData:
         cautions=cautions(evidence),
         metrics={} if comparison is None else _metrics(comparison),
         error_by_bin=() if comparison is None else tuple(_bin(part) for part in comparison.metrics["error_by_bin"]),
+        uncertainty=_uncertainty(comparison),
         mass_balance={
             key: Quantity(value=volume_mm3, unit="mm³", meaning=label)
             for key, (label, volume_mm3) in facts.volumes_mm3(evidence).items()
@@ -164,9 +195,32 @@ def _metrics(comparison: Comparison) -> dict[str, Quantity]:
         name: getattr(comparison, name) for name in ("mean_error_mm", "worst_error_mm", "worst_at_mm")
     }
     return {
-        key: Quantity(value=_finite(numbers[key]), unit=unit_of(key), meaning=meaning)
+        key: Quantity(
+            value=_finite(numbers[key]),
+            unit="1" if key in SHARES else unit_of(key),
+            meaning=meaning,
+            interval_95=_interval(numbers, key),
+        )
         for key, meaning in METRICS.items()
+        if key in numbers
     }
+
+
+def _interval(numbers: dict[str, Any], key: str) -> tuple[float, float] | None:
+    if key not in WITH_INTERVAL or "uncertainty" not in numbers:
+        return None
+    low, high = numbers["uncertainty"][key]
+    return low, high
+
+
+def _uncertainty(comparison: Comparison | None) -> Uncertainty | None:
+    if comparison is None or "uncertainty" not in comparison.metrics:
+        return None
+    told = comparison.metrics["uncertainty"]["mean_level"]
+    return Uncertainty(
+        **{key: told[key] for key in ("error_mm", "data_mm", "numerics_mm", "inputs_mm", "validation_mm", "resolved")},
+        sentences=tuple(uncertainty_sentences(comparison.metrics)),
+    )
 
 
 def _bin(part: dict[str, float]) -> ErrorBin:

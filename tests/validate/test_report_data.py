@@ -34,6 +34,7 @@ def test_numbers_have_units_and_are_those_of_the_comparison(tmp_path):
     assert (mean.value, mean.unit) == (pytest.approx(0.5), "mm")
     assert (data.metrics["area_mm2"].unit, data.metrics["coverage"].unit) == ("mm²", "1")
     assert data.metrics["measured_underfill_mm3"].unit == "mm³"
+    assert data.metrics["share_under_1_mm"].unit == "1", "the millimetre in its name is another's"
     assert all(quantity.unit and quantity.meaning for quantity in data.metrics.values())
     assert len(data.error_by_bin) == 4
 
