@@ -78,8 +78,8 @@ def ingest(
     defaults = _defaults(folder) if found.defaults else Note()
     source = as_text(folder)
     with _catalogue(lab, progress, dry_run) as catalogue:
-        decided = catalogue.decisions(source) if pairing is None else read_pairing(pairing, found.files)
-        placed = place_files(found.files, decided)
+        decided = catalogue.decisions(source) if pairing is None else read_pairing(pairing, found.files, folder.name)
+        placed = place_files(found.files, decided, folder.name)
         samples = pair(placed)
         if not samples and not any(left.lost for left in found.left_out):
             raise InputError(f"{folder}: no photos, sheets or notes in it.")

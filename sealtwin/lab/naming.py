@@ -13,6 +13,8 @@ from sealtwin.batch import PHOTO_SUFFIXES
 Role = Literal["photo", "second_photo", "mask", "readings", "note", "ignore"]
 
 NOTE_SUFFIX = ".toml"
+STARTED = "trial.toml"
+"""As 'sealtwin init' calls it, in a folder that is one sample's."""
 TABLE_SUFFIXES = {".csv", ".tsv", ".txt", ".xlsx"}
 UNREAD_TABLES = {".xls", ".xlsm", ".xlsb", ".ods", ".numbers", ".sxc"}
 """A lab's own numbers in formats that are not read: to be named, not passed over."""
@@ -127,8 +129,10 @@ class Said:
     role: Role
 
 
-def read_name(file: PurePath) -> Said | None:
+def read_name(file: PurePath, folder: str = "") -> Said | None:
     """``file`` is relative to the lab's folder. None for what is neither photo, sheet nor note by its suffix.
+
+    Where no part of its name says a sample, it is of ``folder``, which is the name of the lab's.
 
     A folder is part of a sample's name too, unless its own name only says what lies in it: photos/P01.jpg and
     sheets/P01.csv are of one sample, May/P01.jpg and June/P01.jpg are not.
@@ -136,7 +140,7 @@ def read_name(file: PurePath) -> Said | None:
     possible = possible_roles(file.suffix.lower())
     if not possible:
         return None
-    rest, said = _without(file.stem, possible)
+    rest, said = ("", []) if file.name == STARTED else _without(file.stem, possible)
     folders = [_without(part, tuple(WORDS)) for part in file.parent.parts]
     named = [folder for folder, _ in folders if folder]
     if not (named and CAMERA.fullmatch(rest)):
@@ -144,7 +148,7 @@ def read_name(file: PurePath) -> Said | None:
     # A folder of one sample often holds files of its name.
     parts = [part for before, part in pairwise(["", *named]) if sample_key(part) not in ("", sample_key(before))]
     by_folder: list[Role] = [role for _, roles in folders for role in roles]
-    return Said("-".join(parts), _narrowest([*said, *by_folder[::-1]], possible))
+    return Said("-".join(parts) or as_label(folder), _narrowest([*said, *by_folder[::-1]], possible))
 
 
 def sample_key(sample: str) -> str:

@@ -43,11 +43,11 @@ class Sample:
         return sample_key(self.name)
 
 
-def place_files(files: Iterable[PurePath], decided: Mapping[PurePath, Placed]) -> list[Placed]:
-    """Each file by the user's decision, or else by its name."""
+def place_files(files: Iterable[PurePath], decided: Mapping[PurePath, Placed], folder: str = "") -> list[Placed]:
+    """Each file by the user's decision, or else by its name, or that of the lab's ``folder``."""
     placed = []
     for file in files:
-        said = read_name(file)
+        said = read_name(file, folder)
         if said is not None:
             placed.append(decided.get(file) or Placed(file, said.role, said.sample))
     return placed

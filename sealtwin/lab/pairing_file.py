@@ -27,7 +27,7 @@ def pairing_text(placed: Sequence[Placed], samples: Sequence[Sample]) -> str:
     )
 
 
-def read_pairing(path: Path, files: Iterable[PurePath]) -> dict[PurePath, Placed]:
+def read_pairing(path: Path, files: Iterable[PurePath], folder: str) -> dict[PurePath, Placed]:
     """What the user has decided: files whose rows say another thing than their names do.
 
     Raises InputError, naming all that is wrong: a row whose file is not there or stands there twice, a role or a sample
@@ -49,7 +49,7 @@ def read_pairing(path: Path, files: Iterable[PurePath]) -> dict[PurePath, Placed
             fault = _fault(file, row)
             if fault is not None:
                 faults.append(f"{where}: {fault}")
-            elif (placed := _decided(file, row)) is not None:
+            elif (placed := _decided(file, row, folder)) is not None:
                 decided[file] = placed
     if faults:
         raise InputError("\n".join(faults))
@@ -87,9 +87,9 @@ def _fault(file: PurePath, row: Mapping[str, str]) -> str | None:
     return None
 
 
-def _decided(file: PurePath, row: Mapping[str, str]) -> Placed | None:
+def _decided(file: PurePath, row: Mapping[str, str], folder: str) -> Placed | None:
     """None where the row says what the name says."""
-    by_name = read_name(file)
+    by_name = read_name(file, folder)
     role = ROLES[ROLES.index(row["role"])]
     if by_name == Said(as_label(row["sample"]), role):
         return None

@@ -29,6 +29,7 @@ from sealtwin.progress import Progress
 from sealtwin.trial import load_trial
 from tests.lab_folder import FAULTS, HANDS, LENGTH_MM, S_MM, levels_mm, make_lab_folder
 from tests.pictures import mortar, write_png
+from tests.places import FIXTURE
 from validate.caliper import read_readings
 
 QUIET = Progress()
@@ -122,6 +123,19 @@ def test_nothing_of_the_labs_is_changed_and_its_files_are_kept_byte_for_byte(sou
 def test_a_trial_of_the_lab_is_ready_for_its_stages(sound, tmp_path):
     answer = _sealtwin("digitise", sound[2] / "P05" / "trial.toml", "--out", tmp_path / "run", "--quiet")
     assert answer.exit_code == 0, answer.output
+
+
+def test_the_fixtures_own_trial_file_is_a_note_and_says_the_same_as_before(tmp_path):
+    ingested = ingest(FIXTURE, tmp_path / "lab", QUIET)
+    fates = {outcome.sample.name: outcome.fate for outcome in ingested.outcomes}
+    assert fates == {"paper-trial": "new", "study-paper": "failed", "trial-paper": "failed"}
+    found, before = (load_trial(path) for path in (tmp_path / "lab/paper-trial/trial.toml", FIXTURE / "trial.toml"))
+    assert found.photo is not None
+    assert found.readings is not None
+    assert found.photo.file == Path("inputs/photo.jpg")
+    assert found.readings.file == Path("inputs/readings.csv")
+    elsewhere = {"photo": {"file"}, "readings": {"file"}}
+    assert found.model_dump(exclude=elsewhere) == before.model_dump(exclude=elsewhere)
 
 
 def test_every_planted_fault_is_named_and_the_rest_goes_on(tmp_path):

@@ -53,6 +53,12 @@ def test_samples_that_are_whole_may_have_nearly_one_name():
     assert not _questions("P01.jpg", "P01.csv", "P02.jpg", "P02.csv", "P03.jpg")
 
 
+def test_a_folder_of_one_sample_names_it():
+    files = [PurePath(name) for name in ("photo.jpg", "caliper.csv", "trial.toml")]
+    (sample,) = pair(place_files(files, {}, "paper-trial"))
+    assert (sample.name, sample.questions, len(sample.files)) == ("paper-trial", (), 3)
+
+
 def test_a_name_that_says_no_sample_is_asked_about():
     assert "its name says no sample" in _questions("photo.jpg")[""][0]
 
