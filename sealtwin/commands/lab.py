@@ -27,7 +27,7 @@ def ingest(
 
     Files are paired by name: P01_top.jpg, "p 01 Messung.xlsx" and P01_notes.toml are of one sample. What is in doubt is
     asked, what is wrong is named, the rest goes on. A note says what no photo shows, in the trial's own keys (TOML) or
-    in a table of words and values ("Tiefe [mm]; 16,0"); lab.toml on top of FOLDER says it for all samples.
+    in a table of words and values ("Tiefe in mm; 16,0"); lab.toml on top of FOLDER says it for all samples.
 
     Again, the same command adds nothing; a sample that has changed becomes a new revision beside the old one.
 
@@ -47,7 +47,7 @@ def ingest(
 def lab(
     action: Annotated[Literal["list", "show", "export"], typer.Argument(metavar="list|show|export")],
     folder: Annotated[Path, typer.Argument(metavar="LAB", help="The folder that 'sealtwin ingest' made.")],
-    sample: Annotated[str | None, typer.Argument(metavar="[SAMPLE]", help="Of show.")] = None,
+    sample: Annotated[str | None, typer.Argument(metavar="SAMPLE", help="Of show.")] = None,
     out: Annotated[Path | None, typer.Option("--out", metavar="CSV", help="Of export.")] = None,
     as_json: Json = False,
 ) -> None:
