@@ -138,8 +138,9 @@ def _means(spread: Spread, x: Floats) -> list[float]:
 
 
 def _level_doubt_mm(spread: Spread, s_mm: Floats) -> Floats:
+    """The same at all stations, (n,): three runs may agree at one place by chance, and disagree beside it."""
     levels_mm = np.array([np.interp(s_mm, spread.s_mm, size.level_mm) for size in spread.sizes])
-    return np.array([spread.converged(three).standard for three in levels_mm.T])
+    return np.full(len(s_mm), _rms(np.array([spread.converged(three).standard for three in levels_mm.T])))
 
 
 def _numerics(spread: Spread, measured: Profile, x: Floats) -> dict[str, Any]:

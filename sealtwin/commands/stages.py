@@ -87,7 +87,7 @@ def validate(
         typer.Option(
             "--uncertainty",
             help="First run the fluid with finer and with coarser particles, and with the inputs of the trial's table "
-            "uncertainty moved by what it declares; once, into RUN/uncertainty. Takes five to ten times as long as RUN.",
+            "uncertainty moved by what it declares; once, into RUN/uncertainty. Takes 5 to 10 times as long as RUN.",
         ),
     ] = False,
     device: Device = "auto",

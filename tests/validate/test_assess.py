@@ -1,0 +1,154 @@
+"""A comparison with all that it allows one to say, on a slot whose answer is known."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sealtwin.files import as_json
+from tests.evidence import axes_of, heights, make_evidence, slope
+from validate.assess import assess
+from validate.evidence import Evidence
+from validate.settings import Readings
+from validate.uncertainty.design import Effect
+from validate.uncertainty.facts import uncertainty_sentences, uncertainty_tables, volume_rows
+from validate.uncertainty.figures import draw_uncertainty
+from validate.uncertainty.settings import Uncertainty
+from validate.uncertainty.spread import Size, Spread
+
+SHEET = Readings(file=Path("caliper.csv"), data="measured", role="held-out", limit_mm=0.0)
+S_MM = np.linspace(0, 40, 81)
+
+
+@pytest.fixture(scope="module")
+def evidence(tmp_path_factory) -> Evidence:
+    """A slope of 0.2, simulated 0.5 mm too high; nine stations read thrice, -0.1, 0 and 0.1 mm off."""
+    return make_evidence(tmp_path_factory.mktemp("evidence"), error_mm=0.5)
+
+
+def spread(levels_mm=(0.45, 0.5, 0.6), effects=(), scatter_mm=None) -> Spread:
+    """The slope at three particle sizes, each its own height above the readings."""
+    sizes = [Size(0.5 * ratio, slope(S_MM) + z_mm) for ratio, z_mm in zip((1 / 1.3, 1.0, 1.3), levels_mm, strict=True)]
+    fine, middle, coarse = sizes
+    return Spread(S_MM, (fine, middle, coarse), tuple(effects), scatter_mm, 0.65 if effects else None)
+
+
+def metrics(evidence: Evidence, declared: Uncertainty | None = None, runs: Spread | None = None, **changes):
+    comparison = assess(evidence, SHEET.model_copy(update=changes), declared or Uncertainty(), runs)
+    return json.loads(as_json(comparison.metrics))
+
+
+def test_the_readings_doubt_is_there_without_any_run(evidence):
+    """Pooled deviation 0.1 mm, three repeats, eighteen degrees: 2.10 x 0.1 / sqrt(3). Last digits add nothing seen."""
+    found = metrics(evidence)["uncertainty"]
+    assert found["levels"]["band_95_mm"] == pytest.approx([2.101 * 0.1 / np.sqrt(3)] * 9, rel=0.01)
+    low_mm, high_mm = found["bias_mm"]
+    weights = np.array([1 / 16, *[1 / 8] * 7, 1 / 16])
+    half_mm = 2.101 * 0.1 / np.sqrt(3) * np.sqrt((weights**2).sum())
+    assert (low_mm, high_mm) == (pytest.approx(0.5 - half_mm, abs=2e-3), pytest.approx(0.5 + half_mm, abs=2e-3))
+    # An error of one sign throughout; 1,000 draws know a half-width to 5 %.
+    assert found["mean_error_mm"] == pytest.approx([low_mm, high_mm], abs=0.05 * half_mm)
+    assert found["mean_level"]["numerics_mm"] is None
+    assert found["mean_level"]["inputs_mm"] is None
+    assert "the numerics and the inputs is not in it" in found["sentences"][0]
+
+
+def test_three_sizes_give_the_numerics_and_their_order(evidence):
+    """Steps of 0.05 and 0.1 mm at ratios of 1.3: order log(2) / log(1.3) = 2.6, which counts as 2."""
+    found = metrics(evidence, runs=spread())["uncertainty"]
+    band_mm = 1.25 * 0.1 / (1.3**2 - 1)
+    assert found["numerics"]["mean_level_mm"]["order"] == pytest.approx(np.log(2) / np.log(1.3), abs=1e-3)
+    assert found["mean_level"]["numerics_mm"] == pytest.approx(band_mm / 2, rel=1e-3)
+    assert found["stations"]["numerics_mm"] == pytest.approx([band_mm / 2] * 9, rel=1e-3)
+    assert found["numerics"]["mean_error_mm"]["values"] == pytest.approx([0.45, 0.5, 0.6], abs=1e-3)
+
+
+def test_only_declared_inputs_count_and_the_others_are_named(evidence):
+    """A volume that lifts all by 0.3 mm, and stations that are off by 2 mm on a slope of 0.2."""
+    declared = Uncertainty(volume_ml=0.1, station_mm=2.0)
+    lifted = Effect("volume_ml", 0.1, np.full(81, 0.3))
+    found = metrics(evidence, declared, spread(effects=[lifted]))["uncertainty"]
+    # At the very ends the profile does not run on, so that half of the shift is lost there.
+    assert found["stations"]["inputs_mm"][4] == pytest.approx(np.hypot(0.3, 0.4), rel=1e-3)
+    assert [one["name"] for one in found["inputs"]] == ["volume_ml", "station_mm"]
+    assert "speed_mm_s" in found["inputs_left_out"]
+    assert "volume_ml" not in found["inputs_left_out"]
+    assert metrics(evidence, runs=spread())["uncertainty"]["mean_level"]["inputs_mm"] is None
+
+
+def test_the_validation_uncertainty_is_the_root_of_squares(evidence):
+    found = metrics(evidence, Uncertainty(), spread(effects=[Effect("volume_ml", 0.1, np.full(81, 0.3))]))
+    mean = found["uncertainty"]["mean_level"]
+    parts = [mean["data_mm"], mean["numerics_mm"], mean["inputs_mm"]]
+    assert mean["validation_mm"] == pytest.approx(np.sqrt(np.square(parts).sum()))
+    assert mean["error_mm"] == pytest.approx(0.5, abs=1e-3)
+    assert mean["resolved"] is (2 * mean["validation_mm"] < 0.5)
+
+
+def test_a_datum_that_is_off_is_shared_and_does_not_average_out(evidence):
+    alone, shared = (metrics(evidence, datum_error_mm=value)["uncertainty"] for value in (None, 0.2))
+    assert shared["bias_systematic_mm"] == pytest.approx(0.2)
+    assert shared["bias_mm"][1] - shared["bias_mm"][0] > 5 * (alone["bias_mm"][1] - alone["bias_mm"][0])
+
+
+def test_volumes_of_the_readings_stand_beside_those_of_the_run(evidence):
+    """A slot of 40 x 3.1 x 10 mm, filled on average to -4 mm: 744 mm³ where the readings are."""
+    found = metrics(evidence, state="cured", shrinkage_percent=7.0)
+    balance = found["mass_balance"]
+    assert balance["readings_mm3"] == pytest.approx(40 * 3.1 * 6, rel=2e-3)
+    assert balance["readings_when_dispensed_mm3"] == pytest.approx(balance["readings_mm3"] / 0.93)
+    assert found["measured_fill_ratio"] == pytest.approx(0.6, rel=2e-3)
+    parts = sum(balance[f"{part}_mm3"] for part in ("in_crack", "above", "spilled", "lost"))
+    assert parts == pytest.approx(balance["dispensed_mm3"])
+    assert found["beats_volume_balance"] is True
+
+
+def test_a_volume_spread_evenly_is_a_baseline_to_beat(evidence):
+    """Off by more than the even level, a simulation does not beat it."""
+    assert evidence.comparison is not None
+    bad = replace(evidence, comparison=replace(evidence.comparison, mean_error_mm=50.0))
+    assert metrics(bad)["beats_volume_balance"] is False
+
+
+def test_what_the_runs_left_survives_its_file():
+    kept = spread(effects=[Effect("volume_ml", 0.1, np.full(81, 0.3))], scatter_mm=0.02)
+    again = Spread.of(json.loads(as_json(kept.content())))
+    assert again.content()["effect_scatter_mm"] == 0.02
+    assert [vars(size)["radius_mm"] for size in again.sizes] == [vars(size)["radius_mm"] for size in kept.sizes]
+    assert again.effects[0].level_mm.tolist() == kept.effects[0].level_mm.tolist()
+    broken = json.loads(as_json(kept.content()))
+    broken["sizes"][1]["level_mm"].pop()
+    with pytest.raises(ValueError, match="not one level for each s_mm"):
+        Spread.of(broken)
+
+
+def test_every_table_has_units_and_nothing_is_told_of_what_was_not_assessed(evidence):
+    assert uncertainty_tables({}) == []
+    assert uncertainty_sentences({}) == []
+    assert volume_rows({}) == []
+    declared = Uncertainty(volume_ml=0.1)
+    runs = spread(effects=[Effect("volume_ml", 0.1, np.full(81, 0.3))], scatter_mm=0.02)
+    told = metrics(evidence, declared, runs)
+    titles = [table.title for table in uncertainty_tables(told)]
+    assert titles[0] == "What may be said of the error"
+    assert {"Budget of the readings", "Where s is 0", "Particle size"} < set(titles)
+    rows = dict(row for table in uncertainty_tables(told) for row in table.rows)
+    assert rows["volume given, by 0.1 ml"].startswith("mean level +0.300 mm")
+    assert "observed order 2.6" in rows["mean level"]
+    assert all("mm" in text or "of 9" in text or text in ("yes", "no") or "p =" in text or "s from" in text
+               for text in rows.values())  # fmt: skip
+    assert any("crack's depth" in sentence for sentence in uncertainty_sentences(told))
+
+
+def test_the_figure_shows_each_station_and_each_part(evidence):
+    runs = spread(effects=[Effect("volume_ml", 0.1, np.full(81, 0.3))])
+    comparison = assess(evidence, SHEET, Uncertainty(), runs)
+    figure = draw_uncertainty(comparison)
+    upper, lower = axes_of(figure)
+    marked = sum(len(heights(line)) for line in upper.lines if line.get_marker() == "o")
+    assert marked == 9
+    assert len(lower.lines) == 4
+    without = draw_uncertainty(assess(evidence, SHEET, Uncertainty(), None))
+    assert len(axes_of(without)[1].lines) == 2

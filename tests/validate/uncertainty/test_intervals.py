@@ -1,0 +1,144 @@
+"""Intervals against Student's tables, closed forms and what a rectangle must do; their coverage is a benchmark."""
+
+from typing import Literal
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from validate.curves import Difference
+from validate.uncertainty.intervals import (
+    Doubt,
+    bands_mm,
+    doubt_of,
+    draw,
+    hats,
+    mean_absolute,
+    mean_error_interval,
+    mean_weights,
+)
+from validate.uncertainty.readings import Budget, Part
+
+S_MM = np.linspace(0, 80, 9)
+PERCENT = 0.01
+"""Of a half-width: twice what 20,000 draws leave."""
+
+
+def budget(scatter_mm=0.1, freedom=np.inf, parts=(), *, pooled: bool = True) -> Budget:
+    ones = np.ones(len(S_MM))
+    return Budget(ones * scatter_mm, ones * freedom, pooled, None, tuple(parts), ())
+
+
+def part(standard_mm: float, shape: Literal["normal", "rectangular"] = "rectangular", *, shared: bool = True) -> Part:
+    return Part("part", np.ones(len(S_MM)) * standard_mm, shared, shape)
+
+
+@pytest.mark.parametrize(("freedom", "factor"), [(2.0, 4.303), (34.0, 2.032), (np.inf, 1.960)])
+def test_scatter_alone_is_students(freedom, factor):
+    """Three repeats of one station have 4.30; seventeen stations pooled 2.03.
+
+    A t of two degrees has long tails, which 20,000 draws know to 3 %.
+    """
+    assert Doubt(0.1, freedom, 0.0, ()).half_width_mm == pytest.approx(0.1 * factor, rel=3 * PERCENT)
+
+
+def test_a_limit_alone_is_a_rectangle():
+    assert Doubt(0.0, np.inf, 0.0, (0.02 / np.sqrt(3),)).half_width_mm == pytest.approx(0.95 * 0.02, rel=PERCENT)
+
+
+def test_normal_parts_add_in_squares():
+    assert Doubt(0.03, np.inf, 0.04, ()).half_width_mm == pytest.approx(1.96 * 0.05, rel=PERCENT)
+    assert Doubt(0.03, np.inf, 0.04, ()).standard_mm == pytest.approx(0.05)
+
+
+def test_scatter_averages_out_along_the_crack_and_what_is_shared_does_not():
+    known = budget(0.1, parts=[part(0.05), part(0.07, "normal")])
+    weight = np.full(9, 1 / 9)
+    found = doubt_of(known, weight)
+    assert found.scatter_mm == pytest.approx(0.1 / 3)
+    assert (found.normal_mm, found.rectangular_mm) == (pytest.approx(0.07), (pytest.approx(0.05),))
+    assert found.systematic_mm == pytest.approx(np.hypot(0.05, 0.07))
+
+
+def test_a_shared_error_leaves_differences_alone():
+    weight = np.array([1.0, -1.0, *np.zeros(7)])
+    assert doubt_of(budget(0.0, parts=[part(0.05)]), weight).systematic_mm == pytest.approx(0.0)
+
+
+def test_pooled_scatter_keeps_its_freedom_and_single_ones_add_theirs():
+    """Welch and Satterthwaite: nine equal estimates of two degrees have eighteen together."""
+    weight = np.full(9, 1 / 9)
+    assert doubt_of(budget(0.1, 2.0), weight).freedom == pytest.approx(2.0)
+    assert doubt_of(budget(0.1, 2.0, pooled=False), weight).freedom == pytest.approx(18.0)
+
+
+def test_a_band_is_as_wide_as_its_station_is_unsure():
+    scatter_mm = np.where(S_MM < 40, 0.1, 0.2)
+    band_mm = bands_mm(Budget(scatter_mm, np.full(9, np.inf), True, None, (), ()))
+    assert band_mm == pytest.approx(1.96 * scatter_mm, rel=PERCENT)
+
+
+def test_weights_of_a_mean_are_the_trapezoids():
+    x = np.linspace(0, 80, 401)
+    weight = mean_weights(x, hats(x, S_MM))
+    assert weight == pytest.approx([1 / 16, *[1 / 8] * 7, 1 / 16])
+    assert weight.sum() == pytest.approx(1.0)
+
+
+def test_a_station_just_outside_counts_with_its_part():
+    x = np.linspace(0, 75, 376)
+    weight = mean_weights(x, hats(x, S_MM))
+    assert weight[-1] == pytest.approx(5 * (5 / 10) / 2 / 75)
+
+
+@given(st.lists(st.floats(-9, 9).map(lambda value: round(value, 3)), min_size=2, max_size=12))
+def test_the_mean_of_absolutes_is_the_integral_of_the_comparison(values):
+    """At any sampling, crossings inside pieces included."""
+    x = np.linspace(0, 10, len(values))
+    error = Difference(x, values, [0, 10], [0, 0])
+    exact = np.sum(np.diff(error.x) * (np.abs(error.value[:-1]) + np.abs(error.value[1:])) / 2) / 10
+    assert mean_absolute(x, np.array(values)) == pytest.approx(exact, rel=1e-9, abs=1e-9)
+
+
+def test_draws_have_the_spread_of_their_budget():
+    """20,000 draws know a deviation to 0.5 %; t of ten degrees has one of sqrt(10 / 8)."""
+    known = budget(0.1, 10.0, parts=[part(0.05), part(0.02, shared=False)])
+    noise_mm = draw(known, 20_000)
+    assert noise_mm.std(axis=0) == pytest.approx(np.sqrt(0.1**2 * 10 / 8 + 0.05**2 + 0.02**2), rel=0.03)
+    together = np.corrcoef(noise_mm[:, 0], noise_mm[:, 1])[0, 1]
+    assert together == pytest.approx(0.05**2 / noise_mm[:, 0].var(), abs=0.03)
+
+
+def interval(error_mm, known):
+    x = np.linspace(0, 80, 81)
+    error = Difference(x, np.broadcast_to(error_mm, 81), x, np.zeros(81))
+    return mean_error_interval(error.x, error.value, hats(error.x, S_MM), known)
+
+
+def test_an_error_of_one_sign_is_as_unsure_as_the_bias():
+    """Scatter of nine stations, ends half: 1.96 x 0.1 x sqrt(7 / 64 + 2 / 256)."""
+    found = interval(2.0, budget(0.1))
+    half_mm = 1.96 * 0.1 * np.sqrt(7 / 64 + 2 / 256)
+    assert (found.low, found.high) == (pytest.approx(2 - half_mm, rel=PERCENT), pytest.approx(2 + half_mm, rel=PERCENT))
+
+
+def test_a_shared_error_moves_a_balanced_one_little():
+    """Too high on one half, too low on the other, by 2 mm each: what all share takes from one and gives the other."""
+    x = np.linspace(0, 80, 81)
+    balanced_mm = np.where(x < 40, 2.0, -2.0)
+    balanced_mm[40] = 0.0
+    shared = budget(0.0, parts=[part(0.2, "normal")])
+    one_sided, both = interval(2.0, shared), interval(balanced_mm, shared)
+    assert one_sided.high - one_sided.low == pytest.approx(2 * 1.96 * 0.2, rel=0.05)
+    assert both.high - both.low < 0.1 * (one_sided.high - one_sided.low)
+
+
+def test_what_scatter_alone_would_make_may_be_nothing():
+    """A tenth of the scatter is no error that anybody sees; ten times it is one."""
+    assert interval(0.01, budget(0.1)).low == 0.0
+    assert interval(1.0, budget(0.1)).low > 0.9
+
+
+def test_an_interval_is_the_same_each_time():
+    assert interval(0.3, budget(0.1)) == interval(0.3, budget(0.1))

@@ -1,0 +1,39 @@
+"""What V&V 20 allows one to say, and not a word more."""
+
+import numpy as np
+import pytest
+
+from validate.uncertainty.validation import Comparand, station_sentence
+
+
+def test_parts_add_in_squares_and_only_those_that_are_known():
+    assert Comparand(1.0, 0.3, 0.4, 1.2).validation_mm == pytest.approx(1.3)
+    assert Comparand(1.0, 0.3, None, None).validation_mm == pytest.approx(0.3)
+
+
+def test_an_error_within_the_doubt_does_not_say_that_the_model_is_right():
+    sentence = Comparand(-0.2, 0.3, 0.4, 0.0).sentence
+    assert sentence.startswith("The data cannot resolve an error of the model in the mean level (E = -0.20 mm, 2 u_val")
+    assert "between -1.20 and +0.80 mm" in sentence
+    assert sentence.endswith("This does not say that the model is right.")
+
+
+@pytest.mark.parametrize(("error_mm", "way"), [(1.5, "too high"), (-1.5, "too low")])
+def test_an_error_beyond_it_has_a_sign_and_bounds(error_mm, way):
+    comparand = Comparand(error_mm, 0.3, 0.4, 0.0)
+    assert comparand.resolved
+    assert comparand.model_error_mm == (pytest.approx(error_mm - 1.0), pytest.approx(error_mm + 1.0))
+    assert f"mean level is {way}" in comparand.sentence
+
+
+def test_what_is_not_determined_is_said():
+    assert "about the numerics and the inputs is not in it" in Comparand(1.0, 0.1).sentence
+    assert "about the inputs is not in it" in Comparand(1.0, 0.1, 0.1).sentence
+    assert "not in it" not in Comparand(1.0, 0.1, 0.1, 0.1).sentence
+
+
+def test_stations_are_counted_by_the_side_on_which_they_are_off():
+    sentence = station_sentence(np.array([1.0, -1.0, -0.1, 0.3]), np.array([0.2, 0.2, 0.2, 0.1]))
+    assert "At 3 of 4 stations" in sentence
+    assert "too high at 2 and too low at 1. At the other 1 the data cannot tell." in sentence
+    assert station_sentence(np.zeros(3), np.ones(3)) == "At none of 3 stations is |E| above 2 u_val."
