@@ -45,14 +45,16 @@ def balance_profile(volume_mm3: float, trajectory: Trajectory, outline: Outline,
 
     first_mm, last_mm = np.sort(trajectory.s_mm[trajectory.giving][[0, -1]])
 
-    def excess_mm3(level_mm: float) -> float:
+    def held(level_mm: float) -> dict[str, float]:
         floor_mm = -solid.depth_at_mm(outline.s_mm)
         flat = Profile(outline.s_mm, np.maximum(floor_mm, level_mm))
-        return fill_volumes(flat, outline, solid, first_mm, last_mm)["sealant_mm3"] - volume_mm3
+        return fill_volumes(flat, outline, solid, first_mm, last_mm)
 
-    # Above the face each millimetre adds as much: this is surely too high.
-    highest_mm = 1.0 + volume_mm3 / float(mouth_widths_mm(outline.s_mm, outline, solid).min() * (last_mm - first_mm))
-    level_mm = root_scalar(excess_mm3, bracket=(-solid.depth_mm, highest_mm)).root
+    # Above the face each millimetre adds as much as the first: all of it heaped up is surely too high.
+    highest_mm = 1.0 + volume_mm3 / held(1.0)["overfill_mm3"]
+    level_mm = root_scalar(
+        lambda level_mm: held(level_mm)["sealant_mm3"] - volume_mm3, bracket=(-solid.depth_mm, highest_mm)
+    ).root
     edges_mm = np.array([first_mm, last_mm])
     s_mm = np.unique(np.concatenate([outline.s_mm, edges_mm, edges_mm + BEYOND_MM * np.array([-1, 1])]))
     s_mm = s_mm[(s_mm >= 0) & (s_mm <= outline.length_mm)]

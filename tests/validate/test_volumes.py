@@ -83,6 +83,20 @@ def test_a_volume_spread_over_the_reach_has_the_level_of_a_prism(tilt, angle_deg
     )
 
 
+def test_a_crack_that_closes_in_a_tip_has_a_level_too():
+    """Its mouth has no width there; half of the 80 x 3 mm of a wedge is a mean width of 1.5 mm over all of it."""
+    tip = np.linspace(0, 1, len(OUTLINE.centreline_mm))[:, None]
+    wedge = replace(
+        OUTLINE,
+        left_wall_mm=OUTLINE.centreline_mm + tip * (OUTLINE.left_wall_mm - OUTLINE.centreline_mm),
+        right_wall_mm=OUTLINE.centreline_mm + tip * (OUTLINE.right_wall_mm - OUTLINE.centreline_mm),
+    )
+    trajectory, sample = poured(1.8)
+    all_over = replace(trajectory, s_mm=np.linspace(0, LENGTH_MM, len(trajectory.s_mm)))
+    baseline = balance_profile(80 * 1.5 * 6, all_over, wedge, sample)
+    assert np.interp(40, baseline.s_mm, baseline.level_mm) == pytest.approx(-10.0, abs=0.01)
+
+
 def test_a_path_that_starts_at_the_far_end_reaches_as_far():
     trajectory, sample = poured(1.8)
     backwards = replace(trajectory, s_mm=LENGTH_MM - trajectory.s_mm)
