@@ -14,6 +14,7 @@ from sealtwin.folder import holding, require_folder
 from sealtwin.lab.catalogue import CATALOGUE, Catalogue, Fault, Record
 from sealtwin.lab.finding import DEFAULTS, LeftOut, find_files
 from sealtwin.lab.keeping import complete, keep, require_lab
+from sealtwin.lab.naming import read_names
 from sealtwin.lab.notes import Note, read_note
 from sealtwin.lab.pairing import Sample, pair, place_files
 from sealtwin.lab.pairing_file import PAIRING, pairing_text, read_pairing
@@ -78,8 +79,8 @@ def ingest(
     defaults = _defaults(folder) if found.defaults else Note()
     source = as_text(folder)
     with _catalogue(lab, progress, dry_run) as catalogue:
-        decided = catalogue.decisions(source) if pairing is None else read_pairing(pairing, found.files, folder.name)
-        placed = place_files(found.files, decided, folder.name)
+        named = read_names(found.files, folder.name)
+        placed = place_files(named, catalogue.decisions(source) if pairing is None else read_pairing(pairing, named))
         samples = pair(placed)
         if not samples and not any(left.lost for left in found.left_out):
             raise InputError(f"{folder}: no photos, sheets or notes in it.")

@@ -19,96 +19,26 @@ TABLE_SUFFIXES = {".csv", ".tsv", ".txt", ".xlsx"}
 UNREAD_TABLES = {".xls", ".xlsm", ".xlsb", ".ods", ".numbers", ".sxc"}
 """A lab's own numbers in formats that are not read: to be named, not passed over."""
 
+
+def _set(words: str) -> frozenset[str]:
+    return frozenset(words.split())
+
+
 WORDS: dict[Role, frozenset[str]] = {
-    "photo": frozenset(
-        [
-            "photo",
-            "photos",
-            "foto",
-            "fotos",
-            "picture",
-            "pictures",
-            "pic",
-            "pics",
-            "image",
-            "images",
-            "bild",
-            "bilder",
-            "dcim",
-            "top",
-            "above",
-            "oben",
-            "draufsicht",
-            "aufsicht",
-            "side",
-            "seite",
-            "front",
-            "back",
-            "hinten",
-            "vorne",
-            "detail",
-            "before",
-            "after",
-            "vorher",
-            "nachher",
-        ]
+    "photo": _set(
+        "photo photos foto fotos picture pictures pic pics image images bild bilder dcim top above oben draufsicht "
+        "aufsicht side seite front back hinten vorne detail before after vorher nachher"
     ),
-    "second_photo": frozenset(["second", "zweites", "2nd", "otherlight", "gegenlicht"]),
-    "mask": frozenset(["mask", "masks", "maske", "masken", "painted"]),
-    "readings": frozenset(
-        [
-            "caliper",
-            "calipers",
-            "reading",
-            "readings",
-            "measurement",
-            "measurements",
-            "measured",
-            "level",
-            "levels",
-            "depth",
-            "depths",
-            "height",
-            "heights",
-            "sheet",
-            "sheets",
-            "data",
-            "schieblehre",
-            "messschieber",
-            "messung",
-            "messungen",
-            "messwert",
-            "messwerte",
-            "messreihe",
-            "messdaten",
-            "daten",
-            "tiefe",
-            "tiefen",
-            "höhe",
-            "höhen",
-            "hoehe",
-            "hoehen",
-            "tabelle",
-        ]
+    "second_photo": _set("second zweites 2nd otherlight gegenlicht"),
+    "mask": _set("mask masks maske masken painted"),
+    "readings": _set(
+        "caliper calipers reading readings measurement measurements measured level levels depth depths height heights "
+        "sheet sheets data schieblehre messschieber messung messungen messwert messwerte messreihe messdaten daten "
+        "tiefe tiefen höhe höhen hoehe hoehen tabelle"
     ),
-    "note": frozenset(
-        [
-            "note",
-            "notes",
-            "info",
-            "infos",
-            "meta",
-            "metadata",
-            "protocol",
-            "protokoll",
-            "protokolle",
-            "log",
-            "notiz",
-            "notizen",
-            "bemerkung",
-            "bemerkungen",
-            "angaben",
-        ]
+    "note": _set(
+        "note notes info infos meta metadata protocol protokoll protokolle log notiz notizen bemerkung bemerkungen "
+        "angaben"
     ),
 }
 """At the beginning or the end of a name, English and German. Two views of one sample are both photos: which one counts
@@ -129,10 +59,24 @@ class Said:
     role: Role
 
 
-def read_name(file: PurePath, folder: str = "") -> Said | None:
-    """``file`` is relative to the lab's folder. None for what is neither photo, sheet nor note by its suffix.
+def read_names(files: Iterable[PurePath], folder: str) -> dict[PurePath, Said]:
+    """What the name of each of a lab's photos, sheets and notes says; they are relative to the lab's folder.
 
-    Where no part of its name says a sample, it is of ``folder``, which is the name of the lab's.
+    Where no part of a name says a sample, the file is of the one that ``folder``, the lab's folder itself, is named by.
+    A camera's name is that of a sample only where a sheet or a note bears it too, as those of 'sealtwin trace' do.
+    """
+    files = list(files)
+    by_camera = {file.parent for file in files if not _is_picture(file) and CAMERA.fullmatch(file.stem)}
+    named = {file: read_name(file, camera_counts=file.parent in by_camera) for file in files}
+    return {
+        file: said if said.sample else Said(as_label(folder), said.role)
+        for file, said in named.items()
+        if said is not None
+    }
+
+
+def read_name(file: PurePath, *, camera_counts: bool = False) -> Said | None:
+    """What one name says by itself. None for what is neither photo, sheet nor note by its suffix.
 
     A folder is part of a sample's name too, unless its own name only says what lies in it: photos/P01.jpg and
     sheets/P01.csv are of one sample, May/P01.jpg and June/P01.jpg are not.
@@ -143,12 +87,12 @@ def read_name(file: PurePath, folder: str = "") -> Said | None:
     rest, said = ("", []) if file.name == STARTED else _without(file.stem, possible)
     folders = [_without(part, tuple(WORDS)) for part in file.parent.parts]
     named = [folder for folder, _ in folders if folder]
-    if not (named and CAMERA.fullmatch(rest)):
+    if camera_counts or not (named and CAMERA.fullmatch(rest)):
         named.append(rest)
     # A folder of one sample often holds files of its name.
     parts = [part for before, part in pairwise(["", *named]) if sample_key(part) not in ("", sample_key(before))]
     by_folder: list[Role] = [role for _, roles in folders for role in roles]
-    return Said("-".join(parts) or as_label(folder), _narrowest([*said, *by_folder[::-1]], possible))
+    return Said("-".join(parts), _narrowest([*said, *by_folder[::-1]], possible))
 
 
 def sample_key(sample: str) -> str:
@@ -194,6 +138,10 @@ def possible_roles(suffix: str) -> tuple[Role, ...]:
     if suffix in TABLE_SUFFIXES:
         return ("readings", "note")
     return ("note",) if suffix == NOTE_SUFFIX else ()
+
+
+def _is_picture(file: PurePath) -> bool:
+    return file.suffix.lower() in PHOTO_SUFFIXES
 
 
 def _without(name: str, roles: tuple[Role, ...]) -> tuple[str, list[Role]]:

@@ -1,11 +1,11 @@
 """Which files are of one sample: by their names, as the user corrects it. What is in doubt is asked, never decided."""
 
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import PurePath
 
-from sealtwin.lab.naming import Role, read_name, sample_key, within_one_letter
+from sealtwin.lab.naming import Role, Said, read_name, sample_key, within_one_letter
 
 MOST_TOLD = 3
 """Names in one question; whoever has more sees them in the pairing file."""
@@ -43,14 +43,9 @@ class Sample:
         return sample_key(self.name)
 
 
-def place_files(files: Iterable[PurePath], decided: Mapping[PurePath, Placed], folder: str = "") -> list[Placed]:
-    """Each file by the user's decision, or else by its name, or that of the lab's ``folder``."""
-    placed = []
-    for file in files:
-        said = read_name(file, folder)
-        if said is not None:
-            placed.append(decided.get(file) or Placed(file, said.role, said.sample))
-    return placed
+def place_files(named: Mapping[PurePath, Said], decided: Mapping[PurePath, Placed]) -> list[Placed]:
+    """Each file by the user's decision, or else by what its name says."""
+    return [decided.get(file) or Placed(file, said.role, said.sample) for file, said in named.items()]
 
 
 def pair(placed: Sequence[Placed]) -> list[Sample]:

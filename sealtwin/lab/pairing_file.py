@@ -1,12 +1,12 @@
 """The pairing as a table that a person corrects in a spreadsheet and gives back."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path, PurePath
 from typing import get_args
 
 from sealtwin.errors import InputError
 from sealtwin.files import as_text_cell, sheet_text
-from sealtwin.lab.naming import Role, Said, as_label, possible_roles, read_name, sample_key
+from sealtwin.lab.naming import Role, Said, as_label, possible_roles, sample_key
 from sealtwin.lab.pairing import Placed, Sample
 
 PAIRING = "pairing.csv"
@@ -27,13 +27,13 @@ def pairing_text(placed: Sequence[Placed], samples: Sequence[Sample]) -> str:
     )
 
 
-def read_pairing(path: Path, files: Iterable[PurePath], folder: str) -> dict[PurePath, Placed]:
+def read_pairing(path: Path, named: Mapping[PurePath, Said]) -> dict[PurePath, Placed]:
     """What the user has decided: files whose rows say another thing than their names do.
 
     Raises InputError, naming all that is wrong: a row whose file is not there or stands there twice, a role or a sample
     that cannot be.
     """
-    by_cell = {as_text_cell(file.as_posix()): file for file in files} | {file.as_posix(): file for file in files}
+    by_cell = {as_text_cell(file.as_posix()): file for file in named} | {file.as_posix(): file for file in named}
     rows = _rows(path)
     decided: dict[PurePath, Placed] = {}
     seen: set[PurePath] = set()
@@ -49,8 +49,8 @@ def read_pairing(path: Path, files: Iterable[PurePath], folder: str) -> dict[Pur
             fault = _fault(file, row)
             if fault is not None:
                 faults.append(f"{where}: {fault}")
-            elif (placed := _decided(file, row, folder)) is not None:
-                decided[file] = placed
+            elif (said := _said(row)) != named[file]:
+                decided[file] = Placed(file, said.role, said.sample, by_user=True)
     if faults:
         raise InputError("\n".join(faults))
     return decided
@@ -87,10 +87,5 @@ def _fault(file: PurePath, row: Mapping[str, str]) -> str | None:
     return None
 
 
-def _decided(file: PurePath, row: Mapping[str, str], folder: str) -> Placed | None:
-    """None where the row says what the name says."""
-    by_name = read_name(file, folder)
-    role = ROLES[ROLES.index(row["role"])]
-    if by_name == Said(as_label(row["sample"]), role):
-        return None
-    return Placed(file, role, as_label(row["sample"]), by_user=True)
+def _said(row: Mapping[str, str]) -> Said:
+    return Said(as_label(row["sample"]), ROLES[ROLES.index(row["role"])])

@@ -2,11 +2,12 @@
 
 from pathlib import PurePath
 
+from sealtwin.lab.naming import read_names
 from sealtwin.lab.pairing import Placed, pair, place_files
 
 
 def _paired(*names, decided=None):
-    samples = pair(place_files([PurePath(name) for name in names], decided or {}))
+    samples = pair(place_files(read_names(map(PurePath, names), "?"), decided or {}))
     return {sample.key: sample for sample in samples}
 
 
@@ -54,9 +55,15 @@ def test_samples_that_are_whole_may_have_nearly_one_name():
 
 
 def test_a_folder_of_one_sample_names_it():
-    files = [PurePath(name) for name in ("photo.jpg", "caliper.csv", "trial.toml")]
-    (sample,) = pair(place_files(files, {}, "paper-trial"))
+    named = read_names(map(PurePath, ("photo.jpg", "caliper.csv", "trial.toml")), "paper-trial")
+    (sample,) = pair(place_files(named, {}))
     assert (sample.name, sample.questions, len(sample.files)) == ("paper-trial", (), 3)
+
+
+def test_a_cameras_name_counts_where_a_note_bears_it_too():
+    """Traced photos as they come from the camera are samples; beside a sheet of another name they are views of one."""
+    assert list(_paired("May/IMG_2041.jpg", "May/IMG_2041.toml", "May/IMG_2042.jpg")) == ["mayimg2041", "mayimg2042"]
+    assert "2 files are its photo" in _questions("P05/IMG_2041.jpg", "P05/IMG_2042.jpg", "P05/caliper.csv")["p05"][0]
 
 
 def test_a_name_that_says_no_sample_is_asked_about():
