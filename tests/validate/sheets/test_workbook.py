@@ -288,3 +288,13 @@ def test_an_archive_that_lies_about_its_sizes_is_damaged(tmp_path):
     path.write_bytes(content)
     with pytest.raises(SheetFaults, match="damaged"):
         read_cells(path, Declared())
+
+
+def test_an_archive_whose_parts_begin_before_it_is_damaged(tmp_path):
+    """The standard library's reader then seeks to before the file, and older ones do not call that a bad archive."""
+    path = by_hand(tmp_path / "a.xlsx", hand_sheet(*HEADER))
+    content = bytearray(path.read_bytes())
+    content[-6:-2] = (1 << 30).to_bytes(4, "little")
+    path.write_bytes(content)
+    with pytest.raises(SheetFaults, match="damaged"):
+        read_cells(path, Declared())
