@@ -7,6 +7,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize, to_rgb
 from matplotlib.figure import FigureBase
 from matplotlib.patches import Rectangle
+from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from sealtwin.records import FaceLabel, Outline, Profile, Run, Solid, Trajectory, arc_length_at
@@ -132,13 +133,17 @@ def draw_top_view(
         heights = Scale("z (mm)", HEIGHTS, Normalize())
         discs = draw_discs(axes, position_mm[:, :2], run.radius_mm, position_mm[:, 2], heights)
         figure.colorbar(discs, ax=axes, label="z (mm)", shrink=0.8, pad=0.01)
-        for index, wall_mm in enumerate((outline.left_wall_mm, outline.right_wall_mm)):
-            label = f"walls in the {outline.seen_in}" if index == 0 else None
-            (wall,) = axes.plot(*wall_mm.T, color=ON_GROUND, linewidth=0.9, label=label)
+        for wall_mm in (outline.left_wall_mm, outline.right_wall_mm):
+            (wall,) = axes.plot(*wall_mm.T, color=ON_GROUND, linewidth=0.9)
             # Past an oblique open end stations run on; the sample does not.
             wall.set_clip_path(face)
         axes.plot(*trajectory.position_mm[:, :2].T, color=MEASURED, linewidth=1.2, label="nozzle path, from its dot")
         axes.plot(*trajectory.position_mm[0, :2], "o", color=MEASURED, markersize=5)
+        # In the legend on mortar too: a dark page would swallow it.
+        on_mortar = [withStroke(linewidth=5.0, foreground=GROUND)]
+        axes.plot(
+            [], [], color=ON_GROUND, linewidth=0.9, path_effects=on_mortar, label=f"walls in the {outline.seen_in}"
+        )
         low, high = outline.outline_mm.min(axis=0) - 14, outline.outline_mm.max(axis=0) + 14
         axes.set_xlim(max(low[0], x_min - 4), min(high[0], x_max + 4))
         axes.set_ylim(max(low[1], y_min - 4), min(high[1], y_max + 4))

@@ -7,10 +7,18 @@ from markupsafe import Markup, escape
 from matplotlib import rc_context
 from matplotlib.figure import Figure, FigureBase
 
-from validate.theme import GRID, INK, MUTED, themed
+from validate.theme import GRID, INK, MEASURED, MUTED, SIMULATED, THIRD, themed
 
 NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
-PAGE_COLOURS = {INK: "--ink", MUTED: "--muted", GRID: "--grid", "#ffffff": "--card"}
+PAGE_COLOURS = {
+    INK: "--ink",
+    MUTED: "--muted",
+    GRID: "--grid",
+    "#ffffff": "--card",
+    SIMULATED: "--simulated",
+    MEASURED: "--measured",
+    THIRD: "--third",
+}
 """Colours of a figure that follow the page, light or dark."""
 
 

@@ -128,6 +128,9 @@ def test_figures_take_the_colours_of_the_page(usual):
     drawing = source[source.index("<svg") :]
     assert "var(--ink)" in drawing
     assert "#1c2833" not in drawing
+    # Curves too: blue that is told from white is hardly told from a dark page.
+    assert "var(--simulated)" in drawing
+    assert "#0072b2" not in drawing
 
 
 def test_both_say_where_photo_and_scale_come_from(usual):
