@@ -54,7 +54,8 @@ class Mapped:
     content: dict[str, Any]
     lines: list[str]
     chart: Chart
-    fills: tuple[Fill, ...]
+    folder: Path
+    """Where it was written."""
 
 
 def map_study(folder: Path, out: Path | None, wish: Held, progress: Progress) -> Mapped:
@@ -88,7 +89,7 @@ def map_study(folder: Path, out: Path | None, wish: Held, progress: Progress) ->
         chart.exclusion,
         f"Page: {shown(target / PAGE)}",
     ]
-    return Mapped(content, lines, chart, fills)
+    return Mapped(content, lines, chart, target)
 
 
 def _chart(folder: Path, ledger: Ledger, wish: Held) -> tuple[Chart, dict[int, StudyRun]]:

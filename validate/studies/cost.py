@@ -64,7 +64,7 @@ def draw_cost(chart: Chart, fills: Sequence[Fill], on: FigureBase | None = None)
             label_axes(axes, axis.label, "time of a run (s)", f"Whole runs, over {axis.name}")
         if fills:
             particles, frame_ms = frame_times(fills)
-            row[0].plot(particles, frame_ms, "o", color=MEASURED, markersize=2, alpha=0.25)
+            row[0].plot(particles, frame_ms, "o", color=MEASURED, markersize=2, alpha=0.25, rasterized=True)
             row[0].plot(*medians(particles, frame_ms), "s", color=INK, markersize=5)
             title = "Frames, their medians"
             if (pace := pace_of(particles, frame_ms)) is not None:

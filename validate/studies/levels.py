@@ -18,7 +18,7 @@ def draw_levels(chart: Chart, on: FigureBase | None = None) -> FigureBase:
         figure = canvas(on, 9.0, 4.2)
         axes = figure.add_subplot()
         curves = [np.column_stack([run.run.profile.s_mm, run.run.profile.level_mm]) for run in chart.runs]
-        axes.add_collection(LineCollection(curves, colors=MUTED, linewidths=0.7, alpha=FAINT))
+        axes.add_collection(LineCollection(curves, colors=MUTED, linewidths=0.7, alpha=FAINT, rasterized=True))
         readings, best = chart.readings, chart.best
         axes.axhline(0.0, color=INK, linewidth=1.0)
         axes.fill_between(

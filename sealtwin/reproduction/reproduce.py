@@ -1,0 +1,81 @@
+"""The paper reproduced: its study for both readings of the tilt, its claims held against ours, a page."""
+
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+
+from sealtwin import files
+from sealtwin.mapping import Held, Mapped, map_study
+from sealtwin.progress import Progress
+from sealtwin.reproduction.claims import Finding, findings
+from sealtwin.reproduction.redrawn import errors_against, redraw
+from sealtwin.reproduction.surface import CHOSEN, surface_of, surfaces_of
+from sealtwin.reproduction.telling import FIGURES, Feeding, Study, page
+from sealtwin.reproduction.unequal import by_sampling, of_all
+from sealtwin.study import load_study
+from sealtwin.sweep import Wish, cores, sweep
+
+
+@dataclass(frozen=True)
+class Part:
+    """A study of the reproduction, before it is run."""
+
+    name: str
+    title: str
+    study: Path
+    fills: bool
+    """Whether some of its runs are drawn as they fill the crack."""
+
+
+def parts(home: Path) -> tuple[Part, ...]:
+    """``home`` is reports/reproduction in a checkout."""
+    fixture = home.parents[1] / "fixtures" / "paper-trial"
+    return (
+        Part("flare", "walls flared, preset accurate", fixture / "study-paper.toml", fills=True),
+        Part("lean", "walls leaning, preset paper", home / "study-lean.toml", fills=False),
+    )
+
+
+def reproduce(home: Path, wanted: tuple[Part, ...], work: Path, progress: Progress) -> list[str]:
+    """Run the studies into ``work``, write README.md and figures/ into ``home``; the lines to say at the end."""
+    maps = []
+    for part in wanted:
+        folder = work / load_study(part.study).folder_name
+        report = sweep(part.study, folder, Wish(device="cpu", jobs=cores(), batch=1), progress)
+        progress.note(report.lines[0])
+        maps.append(map_study(folder, None, Held(None, None, part.fills, "cpu"), progress))
+    studies = [_study(home, work, part, mapped) for part, mapped in zip(wanted, maps, strict=True)]
+    chart = maps[0].chart
+    chosen = next(run for run in chart.runs if run.at == CHOSEN)
+    progress.note("Feeding similaritymeasures unequal samplings.")
+    feeding = Feeding(chart, by_sampling(chosen, chart.readings), chosen.mean_error_mm, of_all(chart))
+    radius_mm = float(load_study(wanted[0].study).fixed["solver.radius_mm"])
+    files.write_text(home / "README.md", page(studies, feeding, radius_mm))
+    _write_claims(home / "figures" / "claims.csv", studies)
+    files.write_sheet(
+        home / "figures" / "unequal-samplings.csv",
+        ("points", "mean_error_mm"),
+        [(each.points, each.error_mm) for each in feeding.samplings],
+    )
+    return [*(line for mapped in maps for line in mapped.lines[:2]), f"Page: {home / 'README.md'}"]
+
+
+def _study(home: Path, work: Path, part: Part, mapped: Mapped) -> Study:
+    chart = mapped.chart
+    redrawn = redraw()
+    found = findings(surface_of(chart), surfaces_of(chart, errors_against(chart, redrawn), redrawn))
+    drawn = mapped.folder / "figures"
+    shown = [name for name, _ in FIGURES if (drawn / f"{name}.svg").is_file()]
+    (home / "figures").mkdir(parents=True, exist_ok=True)
+    for name in [*(f"{name}.svg" for name in shown), "runs.csv"]:
+        shutil.copyfile(drawn / name, home / "figures" / f"{part.name}-{name}")
+    return Study(part.name, part.title, chart, found, shown)
+
+
+def _write_claims(path: Path, studies: list[Study]) -> None:
+    def cells(study: Study, finding: Finding) -> tuple[str, ...]:
+        agrees = "yes" if finding.agrees else "no"
+        return study.title, finding.name, finding.paper, finding.ours, finding.redrawn, agrees
+
+    columns = ("study", "claim", "paper", "ours", "redrawn", "agrees")
+    files.write_sheet(path, columns, [cells(study, finding) for study in studies for finding in study.findings])

@@ -1,0 +1,119 @@
+"""The reproduction as a page of Markdown, which a repository shows."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from sealtwin.records import Floats
+from sealtwin.reproduction.claims import Finding
+from sealtwin.reproduction.redrawn import ALONG_MM, LEVEL_MM, SETS
+from sealtwin.reproduction.unequal import OF_ALL, Careless
+from validate.studies.chart import Chart
+
+FIGURES = (
+    ("levels", "All levels, the nearest in bold (the paper's Fig. 7)"),
+    ("heat", "Mean error over U and D (its Fig. 8)"),
+    ("thumbnails", "The lettered runs at their end (its Fig. 8)"),
+    ("influence-D", "Influence of D (its Fig. 10a)"),
+    ("influence-U", "Influence of U (its Fig. 10b)"),
+    ("fills", "Chosen runs as they fill the crack (its Fig. 6)"),
+    ("cost", "Time of a frame over the particles that move (its Fig. 11), and of whole runs"),
+)
+"""Names of their files, and what they show."""
+
+
+@dataclass(frozen=True)
+class Study:
+    """One reading of the paper's geometry, run and judged."""
+
+    name: str
+    """In file names."""
+    title: str
+    chart: Chart
+    findings: Sequence[Finding]
+    shown: Sequence[str]
+    """Which of the figures lie beside the page."""
+
+
+@dataclass(frozen=True)
+class Feeding:
+    """What similaritymeasures makes of unequal samplings, in one study."""
+
+    chart: Chart
+    samplings: Sequence[Careless]
+    """Of the pair that the paper chose."""
+    exact_mm: float
+    all_mm: Floats
+    """Of every run, with ``OF_ALL`` points."""
+
+
+def page(studies: Sequence[Study], feeding: Feeding, radius_mm: float) -> str:
+    import jinja2
+
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("sealtwin"),
+        autoescape=False,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        keep_trailing_newline=True,
+    )
+    claims = [
+        {"name": found[0].name, "paper": found[0].paper, "found": found}
+        for found in zip(*(study.findings for study in studies), strict=True)
+    ]
+    return environment.get_template("reproduction.md.j2").render(
+        studies=[_told(study) for study in studies],
+        claims=claims,
+        feeding=_fed(feeding),
+        radius_mm=f"{radius_mm:g}",
+        sets=SETS,
+        along_mm=f"{ALONG_MM:g}",
+        level_mm=f"{LEVEL_MM:g}",
+    )
+
+
+def _told(study: Study) -> dict[str, Any]:
+    chart = study.chart
+    wall_s = np.array([run.run.wall_s for run in chart.runs])
+    return {
+        "name": study.name,
+        "title": study.title,
+        "runs": len(chart.runs),
+        "exclusion": chart.exclusion,
+        "nearest": f"{chart.said(chart.best)}, {chart.best.mean_error_mm:.2f} mm",
+        "flatness": chart.flatness,
+        "agreeing": [finding for finding in study.findings if finding.agrees],
+        "disagreeing": [finding for finding in study.findings if not finding.agrees],
+        "median_s": f"{np.median(wall_s):.0f}",
+        "least_s": f"{wall_s.min():.0f}",
+        "most_s": f"{wall_s.max():.0f}",
+        "figures": [(name, caption) for name, caption in FIGURES if name in study.shown],
+    }
+
+
+def _fed(feeding: Feeding) -> dict[str, Any]:
+    from scipy.stats import rankdata
+
+    chart, exact_mm = feeding.chart, feeding.chart.errors_mm
+    ratio = feeding.all_mm / exact_mm
+    ranks = np.corrcoef(rankdata(exact_mm), rankdata(feeding.all_mm))
+    return {
+        "readings": len(chart.readings.s_mm),
+        "samplings": [
+            {
+                "points": each.points,
+                "error": f"{each.error_mm:.2f}",
+                "ratio": f"{each.error_mm / feeding.exact_mm:.2f}",
+            }
+            for each in feeding.samplings
+        ],
+        "exact": f"{feeding.exact_mm:.2f}",
+        "of_all": OF_ALL,
+        "least": f"{ratio.min():.2f}",
+        "most": f"{ratio.max():.2f}",
+        "rank": f"{ranks[0, 1]:.2f}",
+        "nearest": chart.said(chart.best),
+        "nearest_fed": chart.said(chart.runs[int(np.argmin(feeding.all_mm))]),
+    }
