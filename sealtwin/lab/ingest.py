@@ -136,7 +136,7 @@ def _take_in(sample: Sample, work: _Work) -> Outcome:
         place = f"{Path(last.filename).name}, line {last.lineno}"
         report = f"{sample.name}: {type(fault).__name__} in {place}: {fault}. A bug of ours: please report it."
         return Outcome(sample, "bug", (report,))
-    return Outcome(sample, "failed", tuple(dict.fromkeys(_from(work.folder, fault) for fault in prepared.faults)))
+    return Outcome(sample, "failed", tuple(_from(work.folder, fault) for fault in prepared.faults))
 
 
 def _taken_in(prepared: Prepared, work: _Work) -> Outcome | None:

@@ -232,6 +232,19 @@ def test_a_traced_trial_beside_its_photo_is_its_note(small, tmp_path):
     assert "P01.toml: photo.file = 'P02.png', but P01.png is of this sample by its name" in fault.sentence
 
 
+def test_a_mask_is_its_samples_by_its_name_and_by_nothing_else(small, tmp_path):
+    write_png(small / "P01_mask.png", mortar((200, 200)))
+    note = (small / "P01.toml").read_text()
+    (small / "P01.toml").write_text(f'{note}mask = "P01_mask.png"\n')
+    assert not ingest(small, tmp_path / "lab", QUIET).faults
+    trial = load_trial(tmp_path / "lab" / "P01" / "trial.toml")
+    assert trial.photo is not None
+    assert trial.photo.mask == Path("inputs/mask.png")
+    (small / "P01_mask.png").rename(small / "drawn.dat")
+    (fault,) = ingest(small, tmp_path / "lab", QUIET).faults
+    assert "P01.toml: photo.mask = 'P01_mask.png', which is not of this sample by its name" in fault.sentence
+
+
 def test_the_pairing_is_shown_corrected_and_remembered(small, tmp_path):
     lab = tmp_path / "lab"
     (small / "P02_Messung.csv").rename(small / "PO2_Messung.csv")
