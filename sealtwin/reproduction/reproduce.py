@@ -1,10 +1,12 @@
 """The paper reproduced: its study for both readings of the tilt, its claims held against ours, a page."""
 
 import shutil
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from sealtwin import files
+from sealtwin.ledger import StudyRun, read_study
 from sealtwin.mapping import Held, Mapped, map_study
 from sealtwin.progress import Progress
 from sealtwin.reproduction.claims import Finding, findings
@@ -23,6 +25,8 @@ class Part:
     name: str
     title: str
     study: Path
+    fine: Path
+    """The pairs that the paper names, with particles of its size."""
     fills: bool
     """Whether some of its runs are drawn as they fill the crack."""
 
@@ -31,20 +35,31 @@ def parts(home: Path) -> tuple[Part, ...]:
     """``home`` is reports/reproduction in a checkout."""
     fixture = home.parents[1] / "fixtures" / "paper-trial"
     return (
-        Part("flare", "walls flared, preset accurate", fixture / "study-paper.toml", fills=True),
-        Part("lean", "walls leaning, preset paper", home / "study-lean.toml", fills=False),
+        Part(
+            "flare",
+            "walls flared, preset accurate",
+            fixture / "study-paper.toml",
+            home / "study-flare-fine.toml",
+            fills=True,
+        ),
+        Part(
+            "lean",
+            "walls leaning, preset paper",
+            home / "study-lean.toml",
+            home / "study-lean-fine.toml",
+            fills=False,
+        ),
     )
 
 
 def reproduce(home: Path, wanted: tuple[Part, ...], work: Path, progress: Progress) -> list[str]:
     """Run the studies into ``work``, write README.md and figures/ into ``home``; the lines to say at the end."""
-    maps = []
+    maps, studies = [], []
     for part in wanted:
-        folder = work / load_study(part.study).folder_name
-        report = sweep(part.study, folder, Wish(device="cpu", jobs=cores(), batch=1), progress)
-        progress.note(report.lines[0])
+        folder = _swept(part.study, work, progress)
         maps.append(map_study(folder, None, Held(None, None, part.fills, "cpu"), progress))
-    studies = [_study(home, work, part, mapped) for part, mapped in zip(wanted, maps, strict=True)]
+        fine = read_study(_swept(part.fine, work, progress))
+        studies.append(_study(home, part, maps[-1], fine))
     chart = maps[0].chart
     chosen = next(run for run in chart.runs if run.at == CHOSEN)
     progress.note("Feeding similaritymeasures unequal samplings.")
@@ -60,7 +75,14 @@ def reproduce(home: Path, wanted: tuple[Part, ...], work: Path, progress: Progre
     return [*(line for mapped in maps for line in mapped.lines[:2]), f"Page: {home / 'README.md'}"]
 
 
-def _study(home: Path, work: Path, part: Part, mapped: Mapped) -> Study:
+def _swept(study: Path, work: Path, progress: Progress) -> Path:
+    """The folder in which all runs of a study are done, or failed for a reason."""
+    folder = work / load_study(study).folder_name
+    progress.note(sweep(study, folder, Wish(device="cpu", jobs=cores(), batch=1), progress).lines[0])
+    return folder
+
+
+def _study(home: Path, part: Part, mapped: Mapped, fine: Sequence[StudyRun]) -> Study:
     chart = mapped.chart
     redrawn = redraw()
     found = findings(surface_of(chart), surfaces_of(chart, errors_against(chart, redrawn), redrawn))
@@ -69,7 +91,12 @@ def _study(home: Path, work: Path, part: Part, mapped: Mapped) -> Study:
     (home / "figures").mkdir(parents=True, exist_ok=True)
     for name in [*(f"{name}.svg" for name in shown), "runs.csv"]:
         shutil.copyfile(drawn / name, home / "figures" / f"{part.name}-{name}")
-    return Study(part.name, part.title, chart, found, shown)
+    finer_mm = {
+        (float(run.settings["fluid.U"]), float(run.settings["fluid.D_cm"])): run.figures["mean_error_mm"]
+        for run in fine
+        if run.figures
+    }
+    return Study(part.name, part.title, chart, found, finer_mm, shown)
 
 
 def _write_claims(path: Path, studies: list[Study]) -> None:

@@ -1,6 +1,6 @@
 """The reproduction as a page of Markdown, which a repository shows."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -33,6 +33,8 @@ class Study:
     title: str
     chart: Chart
     findings: Sequence[Finding]
+    finer_mm: Mapping[tuple[float, float], float]
+    """Mean error of the pairs that the paper names, with particles of its size."""
     shown: Sequence[str]
     """Which of the figures lie beside the page."""
 
@@ -89,8 +91,14 @@ def _told(study: Study) -> dict[str, Any]:
         "median_s": f"{np.median(wall_s):.0f}",
         "least_s": f"{wall_s.min():.0f}",
         "most_s": f"{wall_s.max():.0f}",
+        "radii": [_radii(chart, pair, fine_mm) for pair, fine_mm in study.finer_mm.items()],
         "figures": [(name, caption) for name, caption in FIGURES if name in study.shown],
     }
+
+
+def _radii(chart: Chart, pair: tuple[float, float], fine_mm: float) -> dict[str, str]:
+    coarse = next(run for run in chart.runs if run.at == pair)
+    return {"pair": chart.said(coarse), "coarse": f"{coarse.mean_error_mm:.2f}", "fine": f"{fine_mm:.2f}"}
 
 
 def _fed(feeding: Feeding) -> dict[str, Any]:
