@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: demo test test-slow test-browser benchmark benchmark-digitise benchmark-simulate picture lint clean
+.PHONY: demo test test-slow test-browser test-gpu benchmark benchmark-digitise benchmark-simulate benchmark-gpu picture lint clean
 
 demo: $(STAMP)
 	$(BIN)/sealtwin run fixtures/paper-trial/trial.toml --device cpu
@@ -20,6 +20,9 @@ test-browser: $(STAMP)
 	command -v chromium || { apt-get update && apt-get install --yes --no-install-recommends chromium; }
 	$(BIN)/pytest -m browser
 
+test-gpu: $(STAMP)
+	$(BIN)/pytest -m gpu
+
 benchmark: $(STAMP)
 	$(BIN)/python benchmarks/paper_trial.py
 
@@ -32,6 +35,10 @@ benchmark-simulate: $(STAMP)
 	$(BIN)/python benchmarks/pbf_step.py
 	$(BIN)/python benchmarks/paper_run.py
 	$(BIN)/python benchmarks/physics.py
+	$(BIN)/python -m benchmarks.pressure
+
+benchmark-gpu: $(STAMP)
+	$(BIN)/python -m benchmarks.cuda_runs
 
 picture: demo
 	$(BIN)/python reports/images/draw.py reports/paper-trial
