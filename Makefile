@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: demo test test-slow test-browser test-gpu benchmark benchmark-digitise benchmark-simulate benchmark-gpu picture lint clean
+.PHONY: demo test test-slow test-browser test-gpu benchmark benchmark-digitise benchmark-simulate benchmark-validate benchmark-gpu picture lint clean
 
 demo: $(STAMP)
 	$(BIN)/sealtwin run fixtures/paper-trial/trial.toml --device cpu
@@ -36,6 +36,9 @@ benchmark-simulate: $(STAMP)
 	$(BIN)/python benchmarks/paper_run.py
 	$(BIN)/python benchmarks/physics.py
 	$(BIN)/python -m benchmarks.pressure
+
+benchmark-validate: $(STAMP)
+	$(BIN)/python benchmarks/ingest.py
 
 benchmark-gpu: $(STAMP)
 	$(BIN)/python -m benchmarks.cuda_runs
