@@ -29,6 +29,8 @@ FOLIO_IN = 1.0
 LABEL_IN = 2.9
 LONGEST_ROW = 10
 """Lines that are kept together."""
+LAST_ROWS = 3
+"""Of a table, that come over to a new page together."""
 KEPT_IN = 0.35 * HEIGHT_IN
 """A table lower than this is not broken: more would leave pages half empty."""
 DPI = 150
@@ -72,19 +74,20 @@ class Typesetter:
 
     def table(self, title: str, rows: Sequence[tuple[str, str]]) -> None:
         """Under its title, whole where it is short; else the title is said again on the next page."""
-        lines = sum(max(len(cell) for cell in _cells(row)) for row in rows)
-        height_in = 4 * LINE_IN + lines * LINE_IN + 0.2 * LINE_IN * len(rows)
+        height_in = 4 * LINE_IN + sum(_height_in(row) for row in rows)
         if height_in < KEPT_IN:
             self._need(height_in)
         self.heading(title)
         self.rows(rows, title)
 
     def rows(self, rows: Sequence[tuple[str, str]], title: str = "") -> None:
-        for row in rows:
+        heights_in = [_height_in(row) for row in rows]
+        for number, row in enumerate(rows):
             labels, values = _cells(row)
             lines = max(len(labels), len(values))
-            # A row stays whole, unless somebody wrote a page into it.
-            if self._need(LINE_IN * min(lines, LONGEST_ROW)) and title:
+            # A row stays whole, and the last ones stay together: one alone on a page looks lost.
+            left_in = heights_in[number:] if len(rows) - number == LAST_ROWS else heights_in[number : number + 1]
+            if self._need(sum(left_in)) and title:
                 self.heading(f"{title}, continued")
             for line in range(lines):
                 self._need(LINE_IN)
@@ -198,6 +201,11 @@ def _cells(row: tuple[str, str]) -> tuple[list[str], list[str]]:
         wrapped(label, LABEL_IN - 0.15, TEXT_PT),
         wrapped(value, WIDTH_IN - 2 * MARGIN_IN - LABEL_IN, TEXT_PT),
     )
+
+
+def _height_in(row: tuple[str, str]) -> float:
+    """Of a row that is kept whole, its rule included; of a longer one, of what is kept together of it."""
+    return LINE_IN * (min(max(len(cell) for cell in _cells(row)), LONGEST_ROW) + 0.2)
 
 
 def wrapped(text: str, width_in: float, size_pt: float, weight: Weight = "normal") -> list[str]:

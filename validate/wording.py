@@ -5,7 +5,9 @@ from typing import Any
 import numpy as np
 
 UNITS = {
+    "_pa_per_s": "Pa/s",
     "_pa_s": "Pa s",
+    "_pa": "Pa",
     "_m2_s": "m²/s",
     "_kg_m3": "kg/m³",
     "_per_s": "1/s",

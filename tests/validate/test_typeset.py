@@ -73,6 +73,14 @@ def test_a_short_table_and_a_paragraph_are_not_broken():
     assert all(f"line {i}" in second for i in range(9))
 
 
+def test_the_last_rows_come_over_together():
+    """Of so many rows one or two would stand alone on the second page."""
+    for count in range(50, 62):
+        pages = pages_of(lambda setter, count=count: setter.table("T", [(f"key {i}", "value") for i in range(count)]))
+        assert len(pages) == 1 or pages[1].count("value") >= 3
+    assert len(pages) == 2
+
+
 def test_each_page_has_the_running_title_and_its_number():
     pages = pages_of(lambda setter: setter.table("T", [(f"key {i}", "value") for i in range(130)]))
     assert len(pages) == 3
