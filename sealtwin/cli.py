@@ -5,7 +5,20 @@ from typing import Annotated
 import typer
 
 from sealtwin.answering import Commands
-from sealtwin.commands import digitise, film, import_mesh, lab, map, markers, robot, setup, stages, sweep, trace
+from sealtwin.commands import (
+    compare,
+    digitise,
+    film,
+    import_mesh,
+    lab,
+    map,
+    markers,
+    robot,
+    setup,
+    stages,
+    sweep,
+    trace,
+)
 
 app = typer.Typer(
     name="sealtwin",
@@ -34,6 +47,7 @@ for command in (
     film.film,
     sweep.sweep,
     map.map,
+    compare.compare,
     robot.robot,
     markers.markers,
     setup.init,
