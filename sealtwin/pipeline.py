@@ -212,7 +212,7 @@ def _validate(job: Job) -> bool:
         check_sheet(job.sheet)
         given = {trial.readings.file.as_posix(): files.sha256(job.sheet)}
     inputs |= given
-    spread = _read_spread(job)
+    spread = read_spread(job)
     if spread is not None:
         inputs |= {SPREAD: files.sha256(job.path / SPREAD)}
     settings = stage_settings(trial, "validate")
@@ -270,7 +270,7 @@ def _validate(job: Job) -> bool:
     for warning in run_warnings(run, ratio):
         job.progress.note(f"note: {warning}")
     begin_writing(job, "validate")
-    outputs = list(REPORT)
+    outputs: list[str] = list(REPORT)
     if comparison is not None:
         files.write_comparison(job.path, comparison)
         outputs.append("comparison.json")
@@ -286,7 +286,7 @@ def varied_settings(trial: Trial) -> dict[str, Any]:
     return {**stage_settings(trial, "simulate"), "uncertainty": declared}
 
 
-def _read_spread(job: Job) -> "Spread | None":
+def read_spread(job: Job) -> "Spread | None":
     """What extra runs of these very results and settings left; None where there were none."""
     if UNCERTAINTY not in job.folder.finished() or job.folder.settings_of(UNCERTAINTY) != varied_settings(job.trial):
         return None

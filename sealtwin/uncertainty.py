@@ -37,6 +37,8 @@ BATCH = 1
 """Runs in a launch: they differ in more than their fluids."""
 OF_THE_WALLS = ("width_mm", "wall_angle_deg", "depth_mm")
 """Inputs that change the solid."""
+SAME_POINT_MM = 1e-6
+"""Both walls at a tip."""
 WITHOUT_RUNS = ("station_mm", "repeatability_mm")
 """Of the readings, not of the run."""
 
@@ -144,7 +146,18 @@ def _moved(job: Job, sample: _Sample, steps: Mapping[str, float]) -> _Sample:
                 f"{job.path / 'trial.toml'}: [uncertainty] {', '.join(name for name in OF_THE_WALLS if name in steps)}:"
                 " the sample is a mesh, whose walls are its own. Leave it out."
             )
-        outline = _widened(outline, steps.get("width_mm", 0.0))
+        if "width_mm" in steps:
+            if outline.branches_kept:
+                raise InputError(
+                    f"{job.path / 'trial.toml'}: [uncertainty] width_mm: side cracks are part of the outline, and only "
+                    "a main crack is widened. Leave it out."
+                )
+            if abs(steps["width_mm"]) > outline.mean_width_mm / 2:
+                raise InputError(
+                    f"{job.path / 'trial.toml'}: [uncertainty] width_mm = {abs(steps['width_mm']):g}: of a crack "
+                    f"{outline.mean_width_mm:.2f} mm wide at most half can be in doubt."
+                )
+            outline = _widened(outline, steps["width_mm"])
         changes = {
             "crack.wall_angle_deg": _shifted(trial.crack.wall_angle_deg, steps.get("wall_angle_deg", 0.0)),
             "crack.depth_mm": _deeper(trial.crack.depth_mm, steps.get("depth_mm", 0.0)),
@@ -206,13 +219,13 @@ def _changed(job: Job, changes: Mapping[str, Any]) -> Trial:
 
 
 def _widened(outline: Outline, by_mm: float) -> Outline:
-    """Both walls moved apart, square to the crack, by half of ``by_mm`` each."""
-    across_mm = outline.left_wall_mm - outline.right_wall_mm
-    out = across_mm / np.linalg.norm(across_mm, axis=1, keepdims=True) * by_mm / 2
-    left_mm, right_mm = outline.left_wall_mm + out, outline.right_wall_mm - out
-    return replace(
-        outline, left_wall_mm=left_mm, right_wall_mm=right_mm, outline_mm=np.vstack([right_mm, left_mm[::-1]])
-    )
+    """Its mean width larger by ``by_mm``, every width in proportion: a tip stays one, and an open end at the face."""
+    from digitise.geometry.polyline import uncrossed, without_repeats
+
+    apart = (outline.left_wall_mm - outline.right_wall_mm) * by_mm / outline.mean_width_mm / 2
+    left_mm, right_mm = outline.left_wall_mm + apart, outline.right_wall_mm - apart
+    ring_mm = without_repeats(uncrossed(np.vstack([right_mm, left_mm[::-1]])), SAME_POINT_MM)
+    return replace(outline, left_wall_mm=left_mm, right_wall_mm=right_mm, outline_mm=ring_mm)
 
 
 def _shifted(angle_deg: float | tuple[float, float], by_deg: float) -> float | tuple[float, ...]:
@@ -233,8 +246,14 @@ def _entries(
     for number, variant in enumerate(variants, start=1):
         trial, sample = variant.trial, variant.sample
         assert trial.fluid is not None, "it was run"
-        check_fit(sample.outline, sample.solid, trial.fluid, trial.solver, trial.nozzle)
-        sizes.append(size_of(trial, sample.trajectory, sample.outline.mean_width_mm))
+        try:
+            check_fit(sample.outline, sample.solid, trial.fluid, trial.solver, trial.nozzle)
+            sizes.append(size_of(trial, sample.trajectory, sample.outline.mean_width_mm))
+        except InputError as fault:
+            raise InputError(
+                f"{folder}: the extra run with {_said(variant.settings)} cannot be: {fault} Extra runs have particles "
+                f"{RATIO:g} times smaller and larger than the trial's: give the trial another solver.radius_mm."
+            ) from None
         name = stage_key(inputs, {"moved": {} if "solver.radius_mm" in variant.settings else variant.settings})[:12]
         _write_sample(folder / "samples" / name, sample)
         key = stage_key(inputs, {**stage_settings(trial, "simulate"), "sample": name, "device": device})
@@ -281,13 +300,19 @@ def _run(job: Job, ledger: Ledger, task: Task, largest: Size) -> None:
 def _require_all(runs: list[StudyRun], folder: Path) -> None:
     failed = [run for run in runs if run.state == "failed"]
     if failed:
-        told = "\n".join(
-            f"{', '.join(f'{name} {value:+g}' for name, value in run.settings.items())}: {run.reason}" for run in failed
-        )
+        told = "\n".join(f"{_said(run.settings)}: {run.reason}" for run in failed)
         raise NumericalError(
             f"{folder}: {len(failed)} of {len(runs)} extra runs failed, and without them nothing is said of the "
             f"uncertainty. The same command tries them again; the others are kept.\n{told}"
         )
+
+
+def _said(settings: Mapping[str, float]) -> str:
+    """A size as it is, an input by how much it is moved."""
+    return ", ".join(
+        f"{name} = {value:g}" if "." in name else f"{name} {value:+g} from the trial's"
+        for name, value in settings.items()
+    )
 
 
 def _level_mm(folder: Path, run: StudyRun, profile: Profile) -> np.ndarray:

@@ -22,7 +22,7 @@ class Uncertainty(Settings):
     start_mm: Standard | None = None
     """Of the place where the nozzle starts; the whole path moves along the crack with it."""
     width_mm: Standard | None = None
-    """Of the crack's width, over all of its length."""
+    """Of the crack's mean width; every width of it in proportion."""
     wall_angle_deg: Standard | None = None
     """Of the tilt of the walls, both alike."""
     depth_mm: Standard | None = None
