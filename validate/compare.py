@@ -80,6 +80,7 @@ def compare(
         "readings": repeatability(measured),
         "role": role,
         "readings_data": measured.data,
+        "readings_dialect": measured.dialect,
         "photo_data": photo_data,
     }
     for name, profile in (("simulated", simulated), ("measured", measured)):

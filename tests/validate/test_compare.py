@@ -281,3 +281,9 @@ def test_a_part_of_the_crack_is_named_in_the_verdict():
     assert result.passed is True
     assert result.verdict.endswith("allowed. The readings cover 87 % of the crack's length.")
     assert "cover" not in compared(measured(), gate=Gate(mean_error_mm=1.6)).verdict
+
+
+def test_a_comparison_keeps_how_its_sheet_was_understood():
+    """comparison.json is what another program reads: a depth taken for a level must be found there too."""
+    read = replace(measured(), dialect="CSV, decimal comma; depth downward in cm")
+    assert compared(measured(), read).metrics["readings_dialect"] == read.dialect
