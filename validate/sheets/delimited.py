@@ -36,10 +36,10 @@ def read_delimited(path: Path, content: bytes, sha256: str, separator: Separator
         lines = _fields(text, mark)
     except csv.Error as fault:
         raise refuse(Place(path), f"no CSV ({fault}).", "Save the sheet as 'CSV UTF-8'.") from fault
+    if len(lines) > MOST_ROWS:
+        raise refuse(Place(path), f"{len(lines)} lines; at most {MOST_ROWS} are read.", "Thin the stations out.")
     first = 1 if announced is None else 2
     rows = [Row(first - 1 + number, tuple(Cell(field) if field else BLANK for field in row)) for number, row in lines]
-    if len(rows) > MOST_ROWS:
-        raise refuse(Place(path), f"{len(rows)} lines; at most {MOST_ROWS} are read.", "Thin the stations out.")
     if wide := next((row for row in rows if row.width > MOST_COLUMNS), None):
         raise refuse(
             Place(path, row=wide.number),
