@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from sealtwin.errors import InputError
 from sealtwin.records import Outline, Profile, Solid
 from tests.shapes import level_floor
-from validate.compare import area_between, area_by_similaritymeasures, best_flat_level, compare
+from validate.compare import area_between, area_by_similaritymeasures, best_flat_level, compare, frechet_mm
 from validate.settings import Gate
 
 LENGTH_MM, WIDTH_MM, DEPTH_MM = 80.0, 3.0, 16.0
@@ -83,24 +83,55 @@ def test_a_parabola_converges_to_its_integral():
     assert area_between(x, x**2, [0, 1], [0, 1]) == pytest.approx(1 / 6, abs=1e-9)
 
 
-def test_the_traps_of_the_library_do_not_reach_us():
-    """Fed as the paper may have fed it, the library is off by factors; on the union grid both are one number."""
-    x, y = noisy_profile()
-    sheet = np.column_stack([STATIONS, PROSE])
-    exact = area_between(x, y, STATIONS, PROSE)
-    naive = similaritymeasures.area_between_two_curves(sheet, np.column_stack([x, y]))
-    assert naive > 2 * exact
-    assert area_by_similaritymeasures(x, y, STATIONS, PROSE) == pytest.approx(exact, rel=1e-9)
+def test_one_curve_twice_and_a_crossing_mislead_the_library_and_not_us():
+    """Points are paired by their number: a curve against itself, sampled finer, is an area; a crossing is none."""
+    x = np.linspace(0, LENGTH_MM, 801)
     same = np.column_stack([x, np.interp(x, STATIONS, PROSE)])
-    assert similaritymeasures.area_between_two_curves(sheet, same) > 10
-    assert area_between(same[:, 0], same[:, 1], STATIONS, PROSE) < 1e-12
+    assert similaritymeasures.area_between_two_curves(np.column_stack([STATIONS, PROSE]), same) > 10
+    assert area_between(x, same[:, 1], STATIONS, PROSE) < 1e-12
     up, down = np.array([[0.0, 0.0], [1.0, 1.0]]), np.array([[0.0, 1.0], [1.0, 0.0]])
     assert similaritymeasures.area_between_two_curves(up, down) == pytest.approx(1.0)
-    assert area_between(x[::-1], y[::-1], STATIONS, PROSE) == exact
-    part = (x >= 2) & (x <= 78)
-    fine = np.linspace(2, 78, 200_001)
-    gap = np.abs(np.interp(fine, x, y) - np.interp(fine, STATIONS, PROSE))
-    assert area_between(x[part], y[part], STATIONS, PROSE) == pytest.approx(np.trapezoid(gap, fine), rel=1e-6)
+    assert area_between(*up.T, *down.T) == pytest.approx(0.5, abs=1e-12)
+
+
+TRAPS = {
+    "17 against 801 points": (lambda x, y: (x, y), 2.0),
+    "17 against 40 points": (lambda x, y: (x[::20], y[::20]), 1.1),
+    "simulation reversed": (lambda x, y: (x[::-1], y[::-1]), 10.0),
+    "from 2 to 78 mm only": (lambda x, y: (x[20:-20], y[20:-20]), 2.0),
+}
+"""How a simulated profile may be given, and by what factor at least the library is then off, points fed as they are."""
+
+
+@pytest.mark.parametrize("trap", TRAPS)
+def test_each_trap_misleads_the_library_and_not_us(trap):
+    """Ours against the trapezoids of a million points, whose error is below 1e-5.
+
+    On the union of both grids, with its crossings, the library agrees with ours to 1e-9.
+    """
+    given, factor = TRAPS[trap]
+    x, y = given(*noisy_profile())
+    exact = area_between(x, y, STATIONS, PROSE)
+    order = np.argsort(x)
+    fine = np.linspace(x.min(), x.max(), 1_000_001)
+    gap = np.abs(np.interp(fine, x[order], y[order]) - np.interp(fine, STATIONS, PROSE))
+    assert exact == pytest.approx(np.trapezoid(gap, fine), rel=1e-5)
+    sheet = np.column_stack([STATIONS, PROSE])
+    assert similaritymeasures.area_between_two_curves(sheet, np.column_stack([x, y])) > factor * exact
+    assert area_by_similaritymeasures(x, y, STATIONS, PROSE) == pytest.approx(exact, rel=1e-9)
+
+
+def test_frechet_is_the_same_however_a_curve_is_sampled():
+    """Level curves a millimetre apart are a millimetre apart; a step that comes 3 mm early costs 3 mm at most."""
+    flat, above = profile([0, 80], [0, 0]), profile(np.linspace(0, 80, 33), np.ones(33))
+    assert frechet_mm(flat, above, 0, 80) == pytest.approx(1.0)
+    assert frechet_mm(above, flat, 0, 80) == pytest.approx(1.0)
+    fine = np.linspace(0, 80, 1601)
+    prose = profile(fine, np.interp(fine, STATIONS, PROSE))
+    assert frechet_mm(prose, measured(), 0, 80) == pytest.approx(0.0, abs=1e-12)
+    early, late = profile([0, 40, 41, 80], [-8, -8, 0, 0]), profile([0, 43, 44, 80], [-8, -8, 0, 0])
+    assert frechet_mm(early, late, 0, 80) == pytest.approx(3.0, abs=0.05)
+    assert compared(early, late).worst_error_mm == pytest.approx(8.0)
 
 
 @pytest.mark.parametrize(
