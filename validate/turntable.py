@@ -15,7 +15,7 @@ from matplotlib.colors import to_rgb
 from numpy.typing import NDArray
 
 from sealtwin.records import FaceLabel, Floats, Integers, Run, Solid
-from validate.fluid_surface import fluid_surface
+from validate.fluid_surface import MOST_VERTICES, fluid_surface
 from validate.pictures import LABEL_COLOUR, square_on
 from validate.rendering import DARKEST, LIGHT, render, seen_from, view_axes
 from validate.theme import AGES, ON_GROUND
@@ -32,6 +32,12 @@ MARGIN = 0.08
 """Of the picture's width, at least, on each side of the first view: longer things stand there when it is turned."""
 STEPS = 65_535
 """Of 16 bits, across the largest extent: 2 µm in a sample of 160 mm."""
+
+
+MOST_CORNERS = STEPS + 1 - MOST_VERTICES
+"""Of walls and rim, since 16 bits number all. The paper's trial has 7,000 of them; a scan may have millions."""
+FINEST, COARSER = 1 / 2000, 1.3
+"""Of the solid's extent, how close corners are made one where there are too many; and from one try to the next."""
 
 
 @dataclass(frozen=True)
@@ -122,11 +128,10 @@ def build_turntable(run: Run, solid: Solid) -> Turntable:
     oldest_s = max(float(run.age_s.max(initial=0.0)), 0.1)
     fluid = fluid_surface(run.position_mm[stays], run.particle_volume_mm3, run.age_s[stays])
     ages = matplotlib.colormaps[AGES](np.clip(fluid.value / oldest_s, 0.0, 1.0))[:, :3]
-    parts = [_inside(solid), _rim(solid), (fluid.vertices_mm, fluid.faces, fluid.normal, ages)]
+    walls = _coarse(solid)
+    parts = [_inside(walls), _rim(walls), (fluid.vertices_mm, fluid.faces, fluid.normal, ages)]
     before = np.cumsum([0, *(len(vertices_mm) for vertices_mm, *_ in parts)])
     vertices_mm, normal, colour = (np.vstack([part[field] for part in parts]) for field in (0, 2, 3))
-    if len(vertices_mm) > STEPS + 1:
-        raise RuntimeError(f"{len(vertices_mm)} vertices do not fit into 16-bit numbers")
     return Turntable(
         vertices_mm=vertices_mm,
         faces=np.vstack([part[1] + first for part, first in zip(parts, before, strict=False)]),
@@ -142,30 +147,65 @@ Part = tuple[Floats, Integers, Floats, Floats]
 """Vertices (v, 3), faces (f, 3), normals (v, 3) and colours (v, 3)."""
 
 
-def _inside(solid: Solid) -> Part:
-    """The cavity's own facets, flat: each has its corners to itself."""
-    chosen = np.isin(solid.face_label, INSIDE)
-    corner = solid.vertices_mm[solid.faces[chosen]]
+@dataclass(frozen=True)
+class _Walls:
+    """A solid's facets with their labels."""
+
+    vertices_mm: Floats
+    faces: Integers
+    label: Integers
+
+    @property
+    def inside(self) -> NDArray[np.bool_]:
+        return np.isin(self.label, INSIDE)
+
+    @property
+    def rim(self) -> Integers:
+        """Edges of the face that a wall shares, (n, 2), the face to their left."""
+        edges = _directed_edges(self.faces[self.label == FaceLabel.TOP])
+        back = _directed_edges(self.faces[self.inside])[:, ::-1]
+        count = len(self.vertices_mm)
+        return edges[np.isin(edges @ [count, 1], back @ [count, 1])]
+
+    @property
+    def corners(self) -> int:
+        """That are drawn: no facet shares its own, and a ribbon has four."""
+        return 3 * int(self.inside.sum()) + 4 * len(self.rim)
+
+
+def _coarse(solid: Solid) -> _Walls:
+    """As fine as can be carried: near corners become one of them, and facets between those are gone."""
+    walls = _Walls(solid.vertices_mm, solid.faces, solid.face_label)
+    cell_mm = FINEST * float(np.ptp(solid.vertices_mm, axis=0).max())
+    while walls.corners > MOST_CORNERS:
+        cells = np.round(solid.vertices_mm / cell_mm).astype(np.int64)
+        _, first, cell = np.unique(cells, axis=0, return_index=True, return_inverse=True)
+        faces = first[cell.ravel()][solid.faces]
+        kept = (faces != faces[:, [1, 2, 0]]).all(axis=1)
+        walls = _Walls(solid.vertices_mm, faces[kept], solid.face_label[kept])
+        cell_mm *= COARSER
+    return walls
+
+
+def _inside(walls: _Walls) -> Part:
+    """The cavity's own facets, flat."""
+    corner, label = walls.vertices_mm[walls.faces[walls.inside]], walls.label[walls.inside]
     normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     size = np.linalg.norm(normal, axis=1)
-    corner, normal = corner[size > 0], (normal[size > 0] / size[size > 0, None])
-    colour = np.array([to_rgb(LABEL_COLOUR[label]) for label in FaceLabel])[solid.face_label[chosen][size > 0]]
+    corner, label, normal = corner[size > 0], label[size > 0], normal[size > 0] / size[size > 0, None]
+    colour = np.array([to_rgb(LABEL_COLOUR[each]) for each in FaceLabel])[label]
     faces = np.arange(3 * len(corner)).reshape(-1, 3)
     return corner.reshape(-1, 3), faces, np.repeat(normal, 3, axis=0), np.repeat(colour, 3, axis=0)
 
 
-def _rim(solid: Solid) -> Part:
+def _rim(walls: _Walls) -> Part:
     """A ribbon on the face along each edge between the face and a wall."""
-    along = _directed_edges(solid.faces[solid.face_label == FaceLabel.TOP])
-    back = {(b, a) for a, b in _directed_edges(solid.faces[np.isin(solid.face_label, INSIDE)]).tolist()}
-    edge = np.array([pair for pair in along.tolist() if tuple(pair) in back], dtype=np.int64).reshape(-1, 2)
-    begin_mm, end_mm = solid.vertices_mm[edge[:, 0]], solid.vertices_mm[edge[:, 1]]
+    begin_mm, end_mm = walls.vertices_mm[walls.rim.T]
     ahead = (end_mm - begin_mm)[:, :2]
     ahead = ahead / np.linalg.norm(ahead, axis=1, keepdims=True)
-    # The face lies to the left of its own edges.
     onto_face = RIM_MM * np.column_stack([-ahead[:, 1], ahead[:, 0], np.zeros(len(ahead))])
     corner = np.stack([begin_mm, end_mm, end_mm + onto_face, begin_mm + onto_face], axis=1).reshape(-1, 3)
-    faces = (4 * np.arange(len(edge))[:, None, None] + np.array([[0, 1, 2], [0, 2, 3]])).reshape(-1, 3)
+    faces = (4 * np.arange(len(ahead))[:, None, None] + np.array([[0, 1, 2], [0, 2, 3]])).reshape(-1, 3)
     count = len(corner)
     return corner, faces, np.tile([0.0, 0.0, 1.0], (count, 1)), np.tile(to_rgb(ON_GROUND), (count, 1))
 

@@ -2,14 +2,16 @@
 
 import base64
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
+import trimesh
 
 from sealtwin.records import FaceLabel
 from tests.evidence import make_evidence
 from validate.rendering import seen_from
-from validate.turntable import RIM_MM, STILL_PX, build_turntable
+from validate.turntable import MOST_CORNERS, RIM_MM, STILL_PX, build_turntable
 
 
 @pytest.fixture(scope="module")
@@ -64,6 +66,23 @@ def test_the_rim_lies_on_the_face_beside_the_mouth(evidence, turntable):
     assert distance_mm.max() < half_mm + 2 * RIM_MM
 
 
+def test_a_scan_with_many_facets_is_carried_coarser(evidence):
+    """Each facet in 4096: 16 bits must number all corners, and walls stay where they are to a fiftieth of a width."""
+    solid = evidence.solid
+    vertices_mm, faces, label = solid.vertices_mm, solid.faces, solid.face_label
+    for _ in range(6):
+        vertices_mm, faces = trimesh.remesh.subdivide(vertices_mm, faces)[:2]
+        label = np.repeat(label, 4)
+    fine = replace(solid, vertices_mm=vertices_mm, faces=faces, face_label=label)
+    assert 3 * (label == FaceLabel.WALL).sum() > MOST_CORNERS
+    scan, plain = build_turntable(evidence.run, fine), build_turntable(evidence.run, solid)
+    assert len(scan.vertices_mm) <= 2**16
+    assert np.abs(scan.vertices_mm.min(axis=0) - plain.vertices_mm.min(axis=0)).max() < 0.1
+    assert np.abs(scan.vertices_mm.max(axis=0) - plain.vertices_mm.max(axis=0)).max() < 0.1
+    differing = np.abs(scan.still.astype(float) - plain.still).max(axis=2) > 40
+    assert differing.mean() < 0.01
+
+
 def test_the_still_has_the_fill_in_its_middle_and_room_around(turntable):
     still = turntable.still
     assert still.shape == (STILL_PX[1], STILL_PX[0], 4)
@@ -72,3 +91,10 @@ def test_the_still_has_the_fill_in_its_middle_and_room_around(turntable):
     assert min(margins) >= 0.05 * STILL_PX[1]
     assert abs(margins[0] - margins[1]) <= 2
     assert abs(margins[2] - margins[3]) <= 2
+
+
+def test_a_crack_that_nothing_stayed_in_is_shown_empty(evidence):
+    spilled = replace(evidence.run, spilled=np.ones(len(evidence.run.spilled), dtype=bool))
+    empty = build_turntable(spilled, evidence.solid)
+    assert json.loads(empty.packed())["faces"]
+    assert empty.still[:, :, 3].max() == 255
