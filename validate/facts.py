@@ -39,8 +39,12 @@ def key_figures(evidence: Evidence) -> list[tuple[str, str]]:
     run, comparison = evidence.run, evidence.comparison
     figures = []
     if comparison is not None:
+        figures.append(("mean error", f"{comparison.mean_error_mm:.2f} mm"))
+        if (assessed := comparison.metrics.get("uncertainty")) is not None:
+            low_mm, high_mm = assessed["mean_error_mm"]
+            figures.append(("its 95 % interval by the readings", f"{low_mm:.2f} to {high_mm:.2f} mm"))
         figures += [
-            ("mean error", f"{comparison.mean_error_mm:.2f} mm"),
+            ("readings", comparison.metrics["role"]),
             ("worst error", f"{comparison.worst_error_mm:.2f} mm at {comparison.worst_at_mm:.0f} mm"),
         ]
     return [

@@ -8,7 +8,7 @@ import pytest
 from tests.evidence import make_evidence
 from validate.assess import assess
 from validate.chapters import Command, Model, Photo, Words, chapters
-from validate.facts import Table
+from validate.facts import Table, key_figures
 from validate.plates import Plate
 from validate.report_data import report_data
 from validate.settings import Readings
@@ -73,6 +73,8 @@ def test_an_assessed_error_has_its_interval_wherever_it_stands(assessed):
     assert agreement["mean error = area / covered length"].endswith(
         f"0.500 mm, 95 % interval by the readings {low_mm:.3f} to {high_mm:.3f} mm"
     )
+    assert dict(key_figures(assessed))["its 95 % interval by the readings"] == f"{low_mm:.2f} to {high_mm:.2f} mm"
+    assert dict(key_figures(assessed))["readings"] == "held-out"
     assert titles(content)["Uncertainty"][0] == "What may be said of the error"
     assert len(titles(content)["Mass balance"]) == 2
     data = report_data(assessed)
