@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from string import ascii_lowercase
 from typing import Any
 
 import numpy as np
@@ -15,8 +16,10 @@ from validate.studies.sheet import Cell, Grid, Numbers, Part, Plot, Sheet
 from validate.theme import INK, MEASURED, SIMULATED, THIRD, canvas, label_axes, put_legend_under_title, themed
 
 COLOURS = (SIMULATED, MEASURED, THIRD, "#cc79a7", "#56b4e9", "#e69f00", INK)
-"""Okabe and Ito's. More runs begin again with other strokes."""
+"""Okabe and Ito's."""
 STROKES = ("-", "--", ":", "-.")
+LEGEND_COLUMNS = 8
+"""Letters side by side."""
 NONE = "-"
 
 
@@ -47,7 +50,7 @@ def side_by_side(sides: Sequence[Side]) -> Sheet:
     finding = f"{len(sides)} runs, {len(compared)} of them held against readings. {_nearest(compared)}"
     parts = [
         Part("Settings that differ", _same(sides), [_settings(sides)]),
-        Part("Levels", [], [_levels(sides), *([_errors(compared)] if compared else [])]),
+        Part("Levels", [], [_levels(sides), *([_errors(sides)] if compared else [])]),
         Part("Figures", [], [_figures(sides)]),
     ]
     if trials:
@@ -63,11 +66,23 @@ def side_by_side(sides: Sequence[Side]) -> Sheet:
         cautions=_cautions(sides),
         finding=finding,
         key_figures=[
-            (side.name, f"{side.metrics['mean_error_mm']:.2f} mm off" if side.metrics else "no readings")
-            for side in sides
+            (
+                f"{letter}: {side.name}",
+                f"{side.metrics['mean_error_mm']:.2f} mm off" if side.metrics else "no readings",
+            )
+            for letter, side in zip(lettered(sides), sides, strict=True)
         ],
         parts=parts,
     )
+
+
+def lettered(sides: Sequence[Side]) -> list[str]:
+    """How figures name the runs, where a name of 80 characters has no room: a to z, then a2."""
+    letters = len(ascii_lowercase)
+    return [
+        ascii_lowercase[index % letters] + (str(index // letters + 1) if index >= letters else "")
+        for index in range(len(sides))
+    ]
 
 
 def differing(sides: Sequence[Side]) -> dict[str, list[Any]]:
@@ -152,7 +167,7 @@ def _figures(sides: Sequence[Side]) -> Grid:
         numbers.append([label, *values])
     for label in dict.fromkeys(name for side in sides for name in side.facts):
         values = [side.facts.get(label) for side in sides]
-        rows.append([label, *(NONE if value is None else f"{value:.4g}" for value in values)])
+        rows.append([label, *(NONE if value is None else _rounded(value) for value in values)])
         numbers.append([label, *values])
     head = ["figure", *(side.name for side in sides)]
     return Grid("By run", head, rows, "figures", Numbers(head, numbers))
@@ -183,21 +198,22 @@ def _levels(sides: Sequence[Side]) -> Plot:
     numbers = Numbers(["s_mm", *(f"{side.name}: level_mm" for side in sides)], _cells(np.column_stack([s_mm, *levels])))
     return Plot(
         "levels",
-        "The level along the crack of every run, and their readings as dots.",
+        "The level along the crack of every run, by its letter above, and their readings as dots.",
         lambda on: draw_side_by_side(sides, on),
         numbers,
     )
 
 
-def _errors(compared: Sequence[Side]) -> Plot:
+def _errors(sides: Sequence[Side]) -> Plot:
     return Plot(
         "errors",
         "Signed error of every run that has readings: above zero, it stands too high.",
-        lambda on: draw_errors(compared, on),
+        lambda on: draw_errors(sides, on),
     )
 
 
 def draw_side_by_side(sides: Sequence[Side], on: FigureBase | None = None) -> FigureBase:
+    letters = lettered(sides)
     with themed():
         figure = canvas(on, 9.0, 4.2)
         axes = figure.add_subplot()
@@ -216,27 +232,32 @@ def draw_side_by_side(sides: Sequence[Side], on: FigureBase | None = None) -> Fi
                     color=_colour(index) if alone else INK,
                     markersize=4,
                     markerfacecolor="none",
-                    label=f"caliper{f' of {side.name}' if alone else ''}{kind}",
+                    label=f"caliper{f' of {letters[index]}' if alone else ''}{kind}",
                 )
-            axes.plot(side.profile.s_mm, side.profile.level_mm, _stroke(index), color=_colour(index), label=side.name)
+            axes.plot(
+                side.profile.s_mm, side.profile.level_mm, _stroke(index), color=_colour(index), label=letters[index]
+            )
         axes.set_xlim(0, max(side.profile.s_mm[-1] for side in sides))
         label_axes(axes, ALONG, "level from the face (mm)", "Levels")
-        put_legend_under_title(axes, columns=3)
+        put_legend_under_title(axes, columns=LEGEND_COLUMNS)
     return figure
 
 
-def draw_errors(compared: Sequence[Side], on: FigureBase | None = None) -> FigureBase:
+def draw_errors(sides: Sequence[Side], on: FigureBase | None = None) -> FigureBase:
+    letters = lettered(sides)
     with themed():
         figure = canvas(on, 9.0, 3.2)
         axes = figure.add_subplot()
         axes.axhline(0.0, color=INK, linewidth=1.0)
-        for index, side in enumerate(compared):
-            assert side.readings is not None, "they were compared"
+        for index, side in enumerate(sides):
+            if side.readings is None:
+                continue
             profile, readings = side.profile, side.readings
             error = Difference(profile.s_mm, profile.level_mm, readings.s_mm, readings.level_mm)
-            axes.plot(error.x, error.value, _stroke(index), color=_colour(index), label=side.name)
+            axes.plot(error.x, error.value, _stroke(index), color=_colour(index), label=letters[index])
+        axes.set_xlim(0, max(side.profile.s_mm[-1] for side in sides))
         label_axes(axes, ALONG, "error (mm)", "Signed error")
-        put_legend_under_title(axes, columns=3)
+        put_legend_under_title(axes, columns=LEGEND_COLUMNS)
     return figure
 
 
@@ -245,11 +266,16 @@ def _colour(index: int) -> str:
 
 
 def _stroke(index: int) -> str:
-    return STROKES[index // len(COLOURS) % len(STROKES)]
+    # Another one than the neighbour's: runs that came out the same lie on each other.
+    return STROKES[index % len(STROKES)]
 
 
 def _cells(rows: Floats) -> list[list[Cell]]:
     return [[None if np.isnan(value) else float(value) for value in row] for row in rows]
+
+
+def _rounded(value: float) -> str:
+    return f"{value:,}" if isinstance(value, int) else f"{value:.4g}"
 
 
 def _plain(value: Any) -> str:

@@ -1,0 +1,47 @@
+"""The page of a study: whole in itself, escaped, its numbers beside it."""
+
+import csv
+import re
+
+from tests.charts import make_chart
+from validate.studies.held import Excluded
+from validate.studies.map_sheet import map_sheet
+from validate.studies.sheet import write_sheet_of_figures
+
+HOSTILE = "<script>alert(1)</script> $\\frac{a}{b}$ =1+1"
+
+
+def test_a_map_is_one_page_with_a_file_for_each_figure(tmp_path):
+    """Nothing is loaded from anywhere; every figure has words for who does not see it."""
+    written = write_sheet_of_figures(tmp_path, "map.html", map_sheet(make_chart(), ()))
+    page = (tmp_path / "map.html").read_text(encoding="utf-8")
+    assert "default-src 'none'" in page
+    assert not re.search(r"(?:src|href)=\"(?!data:|#)", page)
+    names = {"levels", "heat", "influence-U", "influence-D", "cost"}
+    assert {f"figures/{name}.svg" for name in names} <= set(written)
+    assert page.count("<svg") == len(names) == page.count('role="img" aria-label=')
+    assert all((tmp_path / name).is_file() for name in written)
+    with (tmp_path / "figures" / "runs.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 35
+    assert min(rows, key=lambda row: float(row["mean_error_mm"]))["fluid.U"] == "30"
+
+
+def test_the_same_study_leaves_the_same_files(tmp_path):
+    for name in ("a", "b"):
+        written = write_sheet_of_figures(tmp_path / name, "map.html", map_sheet(make_chart(), ()))
+    for name in written:
+        assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes(), name
+
+
+def test_names_and_reasons_are_text_and_nothing_else(tmp_path):
+    """In the page, in SVGs and in the CSV that a spreadsheet opens."""
+    chart = make_chart((Excluded(36, {"fluid.U": "=2+2"}, HOSTILE),), name=HOSTILE)
+    write_sheet_of_figures(tmp_path, "map.html", map_sheet(chart, ()))
+    page = (tmp_path / "map.html").read_text(encoding="utf-8")
+    assert "<script" not in page
+    assert "&lt;script&gt;alert(1)" in page
+    assert "=1+1" in page
+    with (tmp_path / "figures" / "left-out.csv").open(encoding="utf-8", newline="") as file:
+        for row in csv.reader(file):
+            assert not any(cell.startswith(("=", "+", "-", "@")) for cell in row)
