@@ -1,5 +1,6 @@
 """A comparison with all that it allows one to say: intervals, baselines, balance, and what the error may come from."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import Any
 
@@ -40,7 +41,20 @@ def assess(evidence: Evidence, settings: Readings, declared: Uncertainty, spread
         "mass_balance": _mass_balance(evidence, comparison, settings),
         "uncertainty": _uncertainty(evidence.profile, measured, budget, declared, spread),
     }
+    added["uncertainty"]["sentences"] += _gate_in_doubt(comparison.gate, added["uncertainty"]["mean_error_mm"])
     return replace(comparison, metrics=comparison.metrics | added)
+
+
+def _gate_in_doubt(gate: Mapping[str, float], ends_mm: Sequence[float]) -> list[str]:
+    """The gate is judged by what was found; whether the readings could tell is another matter."""
+    low_mm, high_mm = ends_mm
+    limit_mm = gate.get("mean_error_mm")
+    if limit_mm is None or not low_mm <= limit_mm <= high_mm:
+        return []
+    return [
+        f"The gate of {limit_mm:g} mm lies within the 95 % interval of the mean error, {low_mm:.2f} to {high_mm:.2f} "
+        "mm: the readings cannot tell whether it is kept."
+    ]
 
 
 def _volume_balance(evidence: Evidence, comparison: Comparison, measured: Profile) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """The extra runs: the same physics at other sizes, inputs moved as declared, computed once, and a failure named."""
 
+import re
 import shutil
 from pathlib import Path
 
@@ -175,6 +176,15 @@ def test_a_failed_run_is_named_and_nothing_is_said(run_folder, tmp_path, monkeyp
     with pytest.raises(NumericalError, match=r"6 of 6 extra runs failed.*\nsolver.radius_mm = 0.2769: diverged in fr"):
         _vary(path)
     assert not (path / SPREAD).exists()
+
+
+def test_without_readings_there_is_nothing_to_be_unsure_of(run_folder, tmp_path):
+    path = tmp_path / "run"
+    shutil.copytree(run_folder, path)
+    text = (path / "trial.toml").read_text()
+    (path / "trial.toml").write_text(re.sub(r"(?s)\[readings\].*?(?=\n\[|$)", "", text))
+    with pytest.raises(InputError, match=r"no \[readings\]; --uncertainty is that of a comparison"):
+        _vary(path)
 
 
 def test_a_size_that_does_not_fit_the_crack_is_told_with_the_run_that_needs_it(run_folder, tmp_path, monkeypatch):

@@ -11,7 +11,7 @@ from sealtwin.files import as_json
 from tests.evidence import axes_of, heights, make_evidence, slope
 from validate.assess import assess
 from validate.evidence import Evidence
-from validate.settings import Readings
+from validate.settings import Gate, Readings
 from validate.uncertainty.design import Effect
 from validate.uncertainty.facts import uncertainty_sentences, uncertainty_tables, volume_rows
 from validate.uncertainty.figures import draw_uncertainty
@@ -103,6 +103,13 @@ def test_volumes_of_the_readings_stand_beside_those_of_the_run(evidence):
     parts = sum(balance[f"{part}_mm3"] for part in ("in_crack", "above", "spilled", "lost"))
     assert parts == pytest.approx(balance["dispensed_mm3"])
     assert found["beats_volume_balance"] is True
+
+
+@pytest.mark.parametrize(("limit_mm", "told"), [(0.4, False), (0.51, True), (0.6, False)])
+def test_a_gate_within_the_interval_is_in_doubt(tmp_path, limit_mm, told):
+    """The mean error is 0.46 to 0.54 mm."""
+    found = metrics(make_evidence(tmp_path, error_mm=0.5, gate=Gate(mean_error_mm=limit_mm)))["uncertainty"]
+    assert any("cannot tell whether it is kept" in sentence for sentence in found["sentences"]) is told
 
 
 def test_a_volume_spread_evenly_is_a_baseline_to_beat(evidence):

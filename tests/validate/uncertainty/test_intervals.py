@@ -135,9 +135,21 @@ def test_a_shared_error_moves_a_balanced_one_little():
 
 
 def test_what_scatter_alone_would_make_may_be_nothing():
-    """A tenth of the scatter is no error that anybody sees; ten times it is one."""
+    """A tenth of the scatter is no error that anybody sees; ten times it is one.
+
+    Of 300 perfect simulations 97.5 % have nothing in their interval, chance leaves 94.8 % of them.
+    """
     assert interval(0.01, budget(0.1)).low == 0.0
     assert interval(1.0, budget(0.1)).low > 0.9
+    stations_mm = np.linspace(0, 80, 33)
+    ones = np.ones(33)
+    known = Budget(0.1 * ones, np.inf * ones, True, None, (), ())
+    random = np.random.default_rng(3)
+    lows = []
+    for _ in range(300):
+        error = Difference(stations_mm, 0.1 * random.standard_normal(33), stations_mm, np.zeros(33))
+        lows.append(mean_error_interval(error.x, error.value, hats(error.x, stations_mm), known).low)
+    assert np.mean(np.array(lows) == 0.0) > 0.948
 
 
 def test_an_interval_is_the_same_each_time():
