@@ -133,7 +133,7 @@ def _alignment(found: dict[str, Any]) -> Table:
     rows = [("choice", found["alignment"]["choice"])]
     rows += [
         (
-            f"readings moved by {row['shift_mm']:+g} mm",
+            f"readings moved by {row['shift_mm']:+g} mm" if row["shift_mm"] else "as chosen",
             f"mean error {row['mean_error_mm']:.3f} mm, bias {row['bias_mm']:+.3f} mm",
         )
         for row in found["alignment"]["shifts"]
