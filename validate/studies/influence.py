@@ -3,14 +3,15 @@
 import matplotlib
 import numpy as np
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import LogNorm, Normalize
+from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.figure import FigureBase
 from matplotlib.ticker import FuncFormatter
 
 from validate.studies.chart import Chart
 from validate.theme import INK, canvas, label_axes, themed
 
-COLOURS = "viridis"
+COLOURS = ListedColormap(matplotlib.colormaps["viridis"](np.linspace(0.2, 0.88, 256)))
+"""Without its ends, of which one vanishes on a dark page and the other on a light one."""
 
 
 def draw_influence(chart: Chart, of: int, on: FigureBase | None = None) -> FigureBase:
@@ -21,21 +22,20 @@ def draw_influence(chart: Chart, of: int, on: FigureBase | None = None) -> Figur
         axes = figure.add_subplot()
         places, kept = (np.array([run.at[index] for run in chart.runs]) for index in (of, 1 - of))
         norm = (LogNorm if other.logarithmic else Normalize)(other.values[0], other.values[-1])
-        colours = matplotlib.colormaps[COLOURS]
         if other.is_graded:
             for value in other.values:
                 here = np.flatnonzero(kept == value)
                 here = here[np.argsort(places[here])]
                 axes.plot(
-                    places[here], chart.errors_mm[here], "o-", color=colours(norm(value)), markersize=3, linewidth=1.2
+                    places[here], chart.errors_mm[here], "o-", color=COLOURS(norm(value)), markersize=3, linewidth=1.2
                 )
         else:
-            axes.scatter(places, chart.errors_mm, c=kept, cmap=colours, norm=norm, s=18)
+            axes.scatter(places, chart.errors_mm, c=kept, cmap=COLOURS, norm=norm, s=18)
         if along.is_graded:
             mean_mm = [chart.errors_mm[places == value].mean() for value in along.values]
             axes.plot(along.values, mean_mm, color=INK, linewidth=3.0, label=f"mean over {other.name}")
             axes.legend(loc="best")
-        bar = figure.colorbar(ScalarMappable(norm, colours), ax=axes, pad=0.01)
+        bar = figure.colorbar(ScalarMappable(norm, COLOURS), ax=axes, pad=0.01)
         bar.set_label(other.label)
         if other.logarithmic:
             bar.formatter = FuncFormatter(lambda value, _: f"{value:g}")

@@ -10,7 +10,7 @@ from validate.figures import ALONG
 from validate.studies.chart import Chart
 from validate.theme import INK, MEASURED, MUTED, SIMULATED, canvas, label_axes, themed
 
-FAINT = 0.35
+FAINT = 0.5
 
 
 def draw_levels(chart: Chart, on: FigureBase | None = None) -> FigureBase:
