@@ -33,7 +33,8 @@ def test_parts_add_up_to_what_was_dispensed():
 
 def test_a_film_beside_the_mouth_is_a_footprint_and_a_heap_over_it_is_none():
     """A disc of 0.4 mm covers 0.50 mm²; on cells of 0.2 mm it is read within a third, a row of them within 10 %."""
-    heap = run([[40.0, 0.0, 0.3]])
+    # Its disc reaches over the edge of the mouth, at 1.5 mm; its middle does not.
+    heap = run([[40.0, 1.25, 0.3]])
     assert mass_balance(heap, SOLID, 1.0).footprint_mm2 == 0.0
     beside = run([[40.0, 6.0, 0.3]])
     assert mass_balance(beside, SOLID, 1.0).footprint_mm2 == pytest.approx(np.pi * 0.16, rel=1 / 3)
