@@ -32,8 +32,6 @@ MARGIN = 0.08
 """Of the picture's width, at least, on each side of the first view: longer things stand there when it is turned."""
 STEPS = 65_535
 """Of 16 bits, across the largest extent: 2 µm in a sample of 160 mm."""
-
-
 MOST_CORNERS = STEPS + 1 - MOST_VERTICES
 """Of walls and rim, since 16 bits number all. The paper's trial has 7,000 of them; a scan may have millions."""
 FINEST, COARSER = 1 / 2000, 1.3
@@ -58,7 +56,8 @@ class Turntable:
         """RGBA, from where the page begins."""
         shown = self.faces[self._seen()]
         colour, normal = (values[shown].mean(axis=1) for values in (self.colour, self.normal))
-        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+        size = np.linalg.norm(normal, axis=1, keepdims=True)
+        normal /= np.where(size > 0, size, 1.0)
         width_mm, _ = self._extent_mm()
         width_px = round(STILL_PX[0] * width_mm / self._across_mm())
         picture = render(

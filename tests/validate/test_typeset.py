@@ -75,10 +75,12 @@ def test_a_short_table_and_a_paragraph_are_not_broken():
 
 def test_the_last_rows_come_over_together():
     """Of so many rows one or two would stand alone on the second page."""
-    for count in range(50, 62):
+    most = 0
+    for count in range(48, 56):
         pages = pages_of(lambda setter, count=count: setter.table("T", [(f"key {i}", "value") for i in range(count)]))
         assert len(pages) == 1 or pages[1].count("value") >= 3
-    assert len(pages) == 2
+        most = max(most, len(pages))
+    assert most == 2
 
 
 def test_each_page_has_the_running_title_and_its_number():
