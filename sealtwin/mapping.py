@@ -14,11 +14,12 @@ from sealtwin.job import check_sheet
 from sealtwin.ledger import Ledger, StudyRun, profile_path
 from sealtwin.moments import is_seen, watch_run
 from sealtwin.progress import Progress
-from sealtwin.records import DataKind, Outline, Profile, Solid
+from sealtwin.records import DataKind, Profile
 from sealtwin.result import shown
 from sealtwin.trial import Trial
 from sealtwin.workers import trial_of
 from validate.settings import Readings
+from validate.sheets.possible import Crack
 from validate.studies.axis import axes_of
 from validate.studies.chart import Chart, as_near_as_the_best, chosen_few, scatter_of_runs
 from validate.studies.fills import Fill
@@ -101,7 +102,7 @@ def _chart(folder: Path, ledger: Ledger, wish: Held) -> tuple[Chart, dict[int, S
     trial = trial_of(ledger.entry(done[0].key))
     sample = folder / "samples" / done[0].sample
     outline, solid = files.read_outline(sample), files.read_solid(sample)
-    readings, settings = _readings(sample, trial, outline, solid, wish)
+    readings, settings = _readings(sample, trial, _largest(folder, done), wish)
     finished = [Finished(run.number, run.settings, _profile(folder, run), run.wall_s or 0.0) for run in done]
     held = tuple(hold(run, readings, axes) for run in finished)
 
@@ -135,7 +136,17 @@ def _profile(folder: Path, run: StudyRun) -> Profile:
     return files.read_profile(path.parent)
 
 
-def _readings(sample: Path, trial: Trial, outline: Outline, solid: Solid, wish: Held) -> tuple[Profile, Readings]:
+def _largest(folder: Path, runs: Sequence[StudyRun]) -> Crack:
+    """A crack as long and as deep as any of the study's: what no run's crack can hold is no reading of any."""
+    samples = [folder / "samples" / name for name in dict.fromkeys(run.sample for run in runs)]
+    depths_mm = []
+    for sample in samples:
+        with files.understood(sample / "solid.json"):
+            depths_mm.append(float(files.read_json(sample / "solid.json")["depth_mm"]))
+    return Crack(max(files.read_outline(sample).length_mm for sample in samples), max(depths_mm))
+
+
+def _readings(sample: Path, trial: Trial, crack: Crack, wish: Held) -> tuple[Profile, Readings]:
     from validate.caliper import read_readings
 
     own = None if trial.readings is None else sample / INPUTS / trial.readings.file.name
@@ -154,7 +165,7 @@ def _readings(sample: Path, trial: Trial, outline: Outline, solid: Solid, wish: 
         settings = trial.readings.model_copy(update={"data": wish.data})
     else:
         settings = Readings(file=sheet, data=wish.data, role="held-out")
-    return read_readings(sheet, settings, outline.length_mm, solid.depth_mm), settings
+    return read_readings(sheet, settings, crack.length_mm, crack.depth_mm), settings
 
 
 def _fills(

@@ -67,7 +67,7 @@ def test_runs_are_told_apart_by_what_differs(run, other, tmp_path):
 
 
 def test_another_sheet_with_the_same_settings_is_a_replicate(run, tmp_path):
-    """Readings a millimetre lower beside the same run: measured means 0 and -1 apart from it, so half of it each."""
+    """The same settings with readings of their own; with another nozzle's speed it is another trial."""
     path = tmp_path / "second"
     shutil.copytree(run, path)
     sheet = path / "inputs" / "readings.csv"
@@ -75,6 +75,12 @@ def test_another_sheet_with_the_same_settings_is_a_replicate(run, tmp_path):
     hold(path)
     (told,) = compare_runs([run, path], tmp_path / "page").content["replicates"]
     assert "over 2 replicates" in told
+    trial = path / "trial.toml"
+    text = trial.read_text(encoding="utf-8")
+    assert "speed_mm_s = 20.0" in text
+    trial.write_text(text.replace("speed_mm_s = 20.0", "speed_mm_s = 21.0"), encoding="utf-8")
+    (told,) = compare_runs([run, path], tmp_path / "page").content["replicates"]
+    assert told.startswith("No area validation metric")
 
 
 def test_what_is_no_finished_run_is_refused_by_name(run, other, tmp_path):

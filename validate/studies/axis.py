@@ -13,7 +13,7 @@ from validate.wording import unit_of
 DECADES = 100.0
 """Largest over smallest value from which an axis counts powers of ten: two decades."""
 LEVELS = 16
-"""Different values of a setting up to which each gets a line of its own: more are no grid, but draws."""
+"""Different values of a setting up to which each gets a line of its own."""
 
 
 @dataclass(frozen=True)
@@ -44,10 +44,9 @@ class Axis:
     def logarithmic(self) -> bool:
         return self.values[0] > 0 and self.values[-1] >= DECADES * self.values[0]
 
-    @property
-    def is_graded(self) -> bool:
-        """Whether few enough values for a line each."""
-        return len(self.values) <= LEVELS
+    def is_graded(self, runs: int) -> bool:
+        """Whether so many runs share few enough values for a line each: a grid does, draws do not."""
+        return len(self.values) <= min(LEVELS, runs // 2)
 
     def place(self, settings: Mapping[str, Any]) -> float:
         return float(settings[self.setting])
@@ -58,7 +57,11 @@ class Axis:
 
     def said(self, value: float) -> str:
         """For a sentence: "D = 0.3 cm"."""
-        return f"{self.name} = {value:g} {self.unit}".rstrip()
+        return f"{self.name} = {self.rounded(value)} {self.unit}".rstrip()
+
+    def rounded(self, value: float) -> str:
+        """To four digits, as nobody sets it finer."""
+        return f"{float(f'{value:.4g}'):g}"
 
 
 def axes_of(settings: Sequence[Mapping[str, Any]]) -> tuple[Axis, Axis]:

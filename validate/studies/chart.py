@@ -151,4 +151,6 @@ def _spaced(runs: Sequence[Held], axes: tuple[Axis, Axis]) -> Floats:
 
 def _span(axis: Axis, values: list[float]) -> str:
     low, high = min(values), max(values)
-    return axis.said(low) if low == high else f"{axis.name} from {low:g} to {high:g} {axis.unit}".rstrip()
+    if low == high:
+        return axis.said(low)
+    return f"{axis.name} from {axis.rounded(low)} to {axis.rounded(high)} {axis.unit}".rstrip()

@@ -61,7 +61,7 @@ def draw_thumbnails(fills: Sequence[Fill], on: FigureBase | None = None) -> Figu
     columns = min(3, len(fills))
     rows = -(-len(fills) // columns)
     with themed():
-        figure = canvas(on, 9.0, 0.5 + 1.15 * rows)
+        figure = canvas(on, 9.0, 0.5 + 1.3 * rows)
         grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
         scale = _ages(fills)
         for axes, fill in zip(grid.ravel(), fills, strict=False):
@@ -69,7 +69,7 @@ def draw_thumbnails(fills: Sequence[Fill], on: FigureBase | None = None) -> Figu
             profile = fill.run.run.profile
             axes.plot(profile.s_mm, profile.level_mm, color="white", linewidth=2.4)
             axes.plot(profile.s_mm, profile.level_mm, color=MEASURED, linewidth=1.1)
-            axes.set_title(f"{fill.title}: {fill.run.mean_error_mm:.2f} mm off", fontsize=8.5)
+            axes.set_title(f"{fill.title}\n{fill.run.mean_error_mm:.2f} mm off", fontsize=7.5)
         for axes in grid.ravel()[len(fills) :]:
             axes.set_axis_off()
         _add_bar(figure, list(grid.ravel()), scale)

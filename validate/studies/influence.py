@@ -22,7 +22,7 @@ def draw_influence(chart: Chart, of: int, on: FigureBase | None = None) -> Figur
         axes = figure.add_subplot()
         places, kept = (np.array([run.at[index] for run in chart.runs]) for index in (of, 1 - of))
         norm = (LogNorm if other.logarithmic else Normalize)(other.values[0], other.values[-1])
-        if other.is_graded:
+        if other.is_graded(len(chart.runs)):
             for value in other.values:
                 here = np.flatnonzero(kept == value)
                 here = here[np.argsort(places[here])]
@@ -31,7 +31,7 @@ def draw_influence(chart: Chart, of: int, on: FigureBase | None = None) -> Figur
                 )
         else:
             axes.scatter(places, chart.errors_mm, c=kept, cmap=COLOURS, norm=norm, s=18)
-        if along.is_graded:
+        if along.is_graded(len(chart.runs)):
             mean_mm = [chart.errors_mm[places == value].mean() for value in along.values]
             axes.plot(along.values, mean_mm, color=INK, linewidth=3.0, label=f"mean over {other.name}")
             axes.legend(loc="best")

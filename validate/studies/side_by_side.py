@@ -158,7 +158,10 @@ def _figures(sides: Sequence[Side]) -> Grid:
         "worst error (mm)": ("worst_error_mm", 2),
         "at s (mm)": ("worst_at_mm", 1),
         "share of the length under 1 mm": ("share_under_1_mm", 2),
+        "Fréchet distance (mm)": ("frechet_mm", 2),
         "mean error of the best flat level (mm)": ("flat_level_error_mm", 3),
+        "mean error of the volume's level (mm)": ("volume_balance_error_mm", 3),
+        "share of the crack that is filled": ("simulated_fill_ratio", 3),
     }
     rows, numbers = [], []
     for label, (key, digits) in measured.items():

@@ -67,6 +67,9 @@ def test_redrawn_readings_scatter_as_prose_leaves_open():
     assert levels_mm[:, at_60].std() == pytest.approx(np.hypot(0.5 / np.sqrt(2), 0.15 / np.sqrt(3)), rel=0.1)
     assert levels_mm[:, at_60].mean() == pytest.approx(1.0, abs=0.06)
     assert levels_mm.min() >= -16.0
+    # A second difference knows nothing of the line: what is left is the caliper's, of weights 1, -2, 1.
+    around = levels_mm[:, at_60 - 1 : at_60 + 2] @ np.array([1.0, -2.0, 1.0])
+    assert around.std() == pytest.approx(np.sqrt(6) * 0.15 / np.sqrt(3), rel=0.1)
 
 
 def test_errors_against_redrawn_readings_are_exact():

@@ -48,3 +48,15 @@ def test_what_cannot_be_mapped_is_refused_in_a_sentence(settings, sentence):
     with pytest.raises(InputError, match=re.escape(sentence)) as fault:
         axes_of(settings)
     assert "\n" not in str(fault.value)
+
+
+def test_draws_are_no_grid():
+    """A line through values that one run each has would show noise as an influence."""
+    across, _ = axes_of(rows(*[(value, 7 * value % 12) for value in range(12)]))
+    assert not across.is_graded(runs=12)
+    assert axes_of(rows(*[(one, other) for one in range(6) for other in range(2)]))[0].is_graded(runs=12)
+
+
+def test_values_are_told_as_people_set_them():
+    axis = axes_of(rows((1, 1), (2, 2), (1, 2)))[0]
+    assert [axis.rounded(value) for value in (10000.0, 1e-4, 23.8957, 0.03)] == ["10000", "0.0001", "23.9", "0.03"]
