@@ -39,6 +39,8 @@ benchmark-simulate: $(STAMP)
 
 benchmark-validate: $(STAMP)
 	$(BIN)/python benchmarks/ingest.py
+	$(BIN)/python benchmarks/report_speed.py
+	$(BIN)/python -m benchmarks.coverage
 
 benchmark-gpu: $(STAMP)
 	$(BIN)/python -m benchmarks.cuda_runs
