@@ -43,13 +43,12 @@ def draw_fills(fills: Sequence[Fill], on: FigureBase | None = None) -> FigureBas
         for row, fill in zip(grid, fills, strict=True):
             for axes, frame in zip(row, fill.frames, strict=False):
                 _draw(axes, fill, frame, scale)
+                axes.annotate(
+                    f"{frame.t_s:.1f} s", (1.0, 1.0), (0, 3), "axes fraction", "offset points", ha="right", fontsize=7.5
+                )
             row[0].set_title(fill.title, fontsize=8.5)
             for axes in row[len(fill.frames) :]:
                 axes.set_axis_off()
-        for axes, frame in zip(grid[0], fills[0].frames, strict=False):
-            axes.annotate(
-                f"t = {frame.t_s:.1f} s", (1.0, 1.0), (0, 4), "axes fraction", "offset points", ha="right", fontsize=8
-            )
         for axes in grid[-1]:
             axes.set_xlabel("s (mm)")
         _add_bar(figure, list(grid.ravel()), scale)
