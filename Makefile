@@ -40,7 +40,7 @@ benchmark-simulate: $(STAMP)
 benchmark-validate: $(STAMP)
 	$(BIN)/python benchmarks/ingest.py
 	$(BIN)/python benchmarks/report_speed.py
-	$(BIN)/python -m benchmarks.coverage
+	$(BIN)/python -m benchmarks.stated_intervals
 
 benchmark-gpu: $(STAMP)
 	$(BIN)/python -m benchmarks.cuda_runs

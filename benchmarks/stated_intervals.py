@@ -1,6 +1,6 @@
 """How often the stated 95 % intervals hold the truth, on synthetic trials whose truth is known.
 
-    python benchmarks/coverage.py [--draws 5000] [--only NAME]
+    python benchmarks/stated_intervals.py [--draws 5000] [--only NAME]
 
 Each trial draws a bed, a simulation of it that is off by a smooth error, and readings with all the errors that their
 sheet declares: scatter, last digit, the caliper's limit, the datum, the probe on a slope. Held against the truth are
