@@ -120,15 +120,17 @@ def mean_error_interval(x: Floats, error_mm: Floats, hat: Floats, budget: Budget
     lower one by twice as much, and to 0 where scatter alone would make as much.
     """
     middle = np.sign(error_mm[:-1] + error_mm[1:])
-    half_mm = doubt_of(budget, mean_weights(x, hat, middle)).half_width_mm
+    weight = mean_weights(x, hat, middle)
     # Each error drawn with its opposite: what is linear in them then adds nothing, not even by chance.
     half_of_them = draw(budget, CURVES // 2)
-    noise_mm = np.concatenate([half_of_them, -half_of_them]) @ hat.T
+    errors_mm = np.concatenate([half_of_them, -half_of_them])
+    noise_mm = errors_mm @ hat.T
     found_mm = float(mean_absolute(x, error_mm))
     again_mm = mean_absolute(x, error_mm + noise_mm)
     added_mm = max(0.0, float(again_mm.mean()) - found_mm)
     # Shared by all stations, an error may turn signs along whole stretches: no weighted sum any more.
-    half_mm = max(half_mm, float(np.quantile(np.abs(again_mm - again_mm.mean()), SHARE)))
+    summed_mm, spread_mm = (np.quantile(np.abs(one), SHARE) for one in (errors_mm @ weight, again_mm - again_mm.mean()))
+    half_mm = doubt_of(budget, weight).half_width_mm * (max(1.0, spread_mm / summed_mm) if summed_mm > 0 else 1.0)
     alone_mm = float(np.quantile(mean_absolute(x, noise_mm), (1 + SHARE) / 2))
     low_mm = 0.0 if found_mm <= alone_mm else max(0.0, found_mm - 2 * added_mm - half_mm)
     return Interval(low_mm, max(found_mm, found_mm - added_mm + half_mm))
