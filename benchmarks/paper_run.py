@@ -4,8 +4,8 @@
     python benchmarks/paper_run.py --scaling                a substep of 1,000 to 200,000 particles, the paper's Fig. 11
     python benchmarks/paper_run.py --narrow                 a crack of 1 mm, which the paper puts at 54 minutes
 
-The trial is the shipped one with the paper's freezing by age: 14,527 particles, 4 substeps of 4 iterations. Time is that
-of the run and its set-up, digitising apart; correctness is asserted beside it.
+The trial is the shipped one with the paper's freezing by age: 14,527 particles, 4 substeps of 4 iterations. Time is
+that of the run and its set-up, digitising apart; correctness is asserted beside it.
 """
 
 import argparse
