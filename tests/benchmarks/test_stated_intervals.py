@@ -11,7 +11,7 @@ CHANCE = 3 * np.sqrt(0.95 * 0.05 / DRAWS)
 """Three standard deviations of a share of 95 % by so many draws: 5 %. The benchmark has 5,000."""
 
 
-@pytest.mark.parametrize("design", [DESIGNS[0], DESIGNS[4], DESIGNS[7]], ids=lambda design: design.name)
+@pytest.mark.parametrize("design", [DESIGNS[0], DESIGNS[4]], ids=lambda design: design.name)
 def test_intervals_hold_the_truth_as_often_as_they_say(design):
     found = coverage_of(design, DRAWS)
     for share in (found.bias, found.mean_error):
