@@ -25,8 +25,8 @@ class Part:
     name: str
     title: str
     study: Path
-    fine: Path
-    """The pairs that the paper names, with particles of its size."""
+    fine: Path | None
+    """The pairs that the paper names with particles of its size, where those of the study are coarser."""
     fills: bool
     """Whether some of its runs are drawn as they fill the crack."""
 
@@ -46,7 +46,7 @@ def parts(home: Path) -> tuple[Part, ...]:
             "lean",
             "walls leaning, preset paper",
             home / "study-lean.toml",
-            home / "study-lean-fine.toml",
+            fine=None,
             fills=False,
         ),
     )
@@ -58,14 +58,13 @@ def reproduce(home: Path, wanted: tuple[Part, ...], work: Path, progress: Progre
     for part in wanted:
         folder = _swept(part.study, work, progress)
         maps.append(map_study(folder, None, Held(None, None, part.fills, "cpu"), progress))
-        fine = read_study(_swept(part.fine, work, progress))
+        fine = [] if part.fine is None else read_study(_swept(part.fine, work, progress))
         studies.append(_study(home, part, maps[-1], fine))
     chart = maps[0].chart
     chosen = next(run for run in chart.runs if run.at == CHOSEN)
     progress.note("Feeding similaritymeasures unequal samplings.")
     feeding = Feeding(chart, by_sampling(chosen, chart.readings), chosen.mean_error_mm, of_all(chart))
-    radius_mm = float(load_study(wanted[0].study).fixed["solver.radius_mm"])
-    files.write_text(home / "README.md", page(studies, feeding, radius_mm))
+    files.write_text(home / "README.md", page(studies, feeding))
     _write_claims(home / "figures" / "claims.csv", studies)
     files.write_sheet(
         home / "figures" / "unequal-samplings.csv",
@@ -96,7 +95,8 @@ def _study(home: Path, part: Part, mapped: Mapped, fine: Sequence[StudyRun]) -> 
         for run in fine
         if run.figures
     }
-    return Study(part.name, part.title, chart, found, finer_mm, shown)
+    radius_mm = float(load_study(part.study).fixed["solver.radius_mm"])
+    return Study(part.name, part.title, radius_mm, chart, found, finer_mm, shown)
 
 
 def _write_claims(path: Path, studies: list[Study]) -> None:

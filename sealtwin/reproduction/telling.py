@@ -31,6 +31,8 @@ class Study:
     name: str
     """In file names."""
     title: str
+    radius_mm: float
+    """Of its particles."""
     chart: Chart
     findings: Sequence[Finding]
     finer_mm: Mapping[tuple[float, float], float]
@@ -51,7 +53,7 @@ class Feeding:
     """Of every run, with ``OF_ALL`` points."""
 
 
-def page(studies: Sequence[Study], feeding: Feeding, radius_mm: float) -> str:
+def page(studies: Sequence[Study], feeding: Feeding) -> str:
     import jinja2
 
     environment = jinja2.Environment(
@@ -69,7 +71,6 @@ def page(studies: Sequence[Study], feeding: Feeding, radius_mm: float) -> str:
         studies=[_told(study) for study in studies],
         claims=claims,
         feeding=_fed(feeding),
-        radius_mm=f"{radius_mm:g}",
         sets=SETS,
         along_mm=f"{ALONG_MM:g}",
         level_mm=f"{LEVEL_MM:g}",
@@ -82,6 +83,7 @@ def _told(study: Study) -> dict[str, Any]:
     return {
         "name": study.name,
         "title": study.title,
+        "radius_mm": f"{study.radius_mm:g}",
         "runs": len(chart.runs),
         "exclusion": chart.exclusion,
         "nearest": f"{chart.said(chart.best)}, {chart.best.mean_error_mm:.2f} mm",
