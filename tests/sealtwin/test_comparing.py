@@ -5,8 +5,10 @@ import shutil
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
 from sealtwin import files
+from sealtwin.cli import app
 from sealtwin.comparing import compare_runs
 from sealtwin.errors import InputError
 from sealtwin.folder import open_folder
@@ -94,3 +96,10 @@ def test_what_is_no_finished_run_is_refused_by_name(run, other, tmp_path):
     (other / "profile.csv").unlink()
     with pytest.raises(InputError, match="second: not simulated yet"):
         compare_runs([run, other], tmp_path / "page")
+
+
+def test_the_command_wants_two_runs(run, other, tmp_path):
+    asked = CliRunner().invoke(app, ["compare", str(run), str(other), "--out", str(tmp_path / "page"), "--json"])
+    assert asked.exit_code == 0, asked.output
+    assert json.loads(asked.stdout)["differing"] == {"fluid.U": [30.0, 3.0]}
+    assert CliRunner().invoke(app, ["compare", str(run)]).exit_code == 2

@@ -6,7 +6,9 @@ import shutil
 from dataclasses import replace
 
 import pytest
+from typer.testing import CliRunner
 
+from sealtwin.cli import app
 from sealtwin.errors import InputError
 from sealtwin.ledger import Ledger, profile_path, read_study
 from sealtwin.mapping import Held, map_study
@@ -120,3 +122,13 @@ def test_other_readings_say_where_they_come_from(study, lab, tmp_path):
     # Readings a millimetre lower lift every bias by it.
     for first, second in zip(before.runs, after.runs, strict=True):
         assert second.bias_mm - first.bias_mm == pytest.approx(1.0, abs=1e-9)
+
+
+def test_the_command_answers_with_one_object(swept, tmp_path):
+    """And with exit code 3 and one sentence where there is nothing to map."""
+    asked = CliRunner().invoke(app, ["map", str(swept), "--no-fills", "--out", str(tmp_path), "--json", "--quiet"])
+    assert asked.exit_code == 0, asked.output
+    assert json.loads(asked.stdout) == json.loads((tmp_path / "map.json").read_text(encoding="utf-8"))
+    refused = CliRunner().invoke(app, ["map", str(tmp_path), "--no-fills", "--json"])
+    assert refused.exit_code == 3
+    assert "no study" in json.loads(refused.stdout)["error"]

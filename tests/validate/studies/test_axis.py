@@ -1,6 +1,7 @@
 """Two settings as axes: what can be mapped, and the sentence where it cannot."""
 
 import re
+from typing import Any
 
 import pytest
 
@@ -8,7 +9,7 @@ from sealtwin.errors import InputError
 from validate.studies.axis import axes_of
 
 
-def rows(*pairs, names=("fluid.U", "fluid.D_cm")):
+def rows(*pairs: Any, names: tuple[str, str] = ("fluid.U", "fluid.D_cm")) -> list[dict[str, Any]]:
     return [dict(zip(names, pair, strict=True)) for pair in pairs]
 
 
