@@ -36,8 +36,8 @@ NOT_DONE = "It is not computed yet; 'sealtwin sweep' with the same study goes on
 
 
 @dataclass(frozen=True)
-class Held:
-    """Against what, and how the user wants it drawn."""
+class MapWish:
+    """Against what the user wants runs held, and how drawn."""
 
     caliper: Path | None
     """A sheet of readings; None: the one that the study's trial names."""
@@ -59,7 +59,7 @@ class Mapped:
     """Where it was written."""
 
 
-def map_study(folder: Path, out: Path | None, wish: Held, progress: Progress) -> Mapped:
+def map_study(folder: Path, out: Path | None, wish: MapWish, progress: Progress) -> Mapped:
     """Write map.html, map.json and figures/ for a sweep's folder.
 
     Args:
@@ -93,7 +93,7 @@ def map_study(folder: Path, out: Path | None, wish: Held, progress: Progress) ->
     return Mapped(content, lines, chart, target)
 
 
-def _chart(folder: Path, ledger: Ledger, wish: Held) -> tuple[Chart, dict[int, StudyRun]]:
+def _chart(folder: Path, ledger: Ledger, wish: MapWish) -> tuple[Chart, dict[int, StudyRun]]:
     runs = ledger.runs()
     done = [run for run in runs if run.state == "done"]
     if len(done) < FEWEST:
@@ -146,7 +146,7 @@ def _largest(folder: Path, runs: Sequence[StudyRun]) -> Crack:
     return Crack(max(files.read_outline(sample).length_mm for sample in samples), max(depths_mm))
 
 
-def _readings(sample: Path, trial: Trial, crack: Crack, wish: Held) -> tuple[Profile, Readings]:
+def _readings(sample: Path, trial: Trial, crack: Crack, wish: MapWish) -> tuple[Profile, Readings]:
     from validate.caliper import read_readings
 
     own = None if trial.readings is None else sample / INPUTS / trial.readings.file.name

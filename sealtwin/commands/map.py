@@ -42,9 +42,9 @@ def map(
     Example: sealtwin map reports/paper-132 --caliper fixtures/paper-trial/caliper.csv
     """
     with answering(device, as_json, quiet) as command:
-        from sealtwin.mapping import Held, map_study
+        from sealtwin.mapping import MapWish, map_study
         from simulate.device import choose_device
 
-        wish = Held(caliper, data, fills, choose_device(device) if fills else "cpu")
+        wish = MapWish(caliper, data, fills, choose_device(device) if fills else "cpu")
         mapped = map_study(folder, out, wish, command.progress())
         command.answer(mapped.content, mapped.lines)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from sealtwin import files
 from sealtwin.ledger import StudyRun, read_study
-from sealtwin.mapping import Held, Mapped, map_study
+from sealtwin.mapping import Mapped, MapWish, map_study
 from sealtwin.progress import Progress
 from sealtwin.reproduction.claims import Finding, findings
 from sealtwin.reproduction.redrawn import errors_against, redraw
@@ -57,7 +57,7 @@ def reproduce(home: Path, wanted: tuple[Part, ...], work: Path, progress: Progre
     maps, studies = [], []
     for part in wanted:
         folder = _swept(part.study, work, progress)
-        maps.append(map_study(folder, None, Held(None, None, part.fills, "cpu"), progress))
+        maps.append(map_study(folder, None, MapWish(None, None, part.fills, "cpu"), progress))
         fine = [] if part.fine is None else read_study(_swept(part.fine, work, progress))
         studies.append(_study(home, part, maps[-1], fine))
     chart = maps[0].chart

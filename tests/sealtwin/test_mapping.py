@@ -11,14 +11,14 @@ from typer.testing import CliRunner
 from sealtwin.cli import app
 from sealtwin.errors import InputError
 from sealtwin.ledger import Ledger, profile_path, read_study
-from sealtwin.mapping import Held, map_study
+from sealtwin.mapping import MapWish, map_study
 from sealtwin.moments import watch_run
 from sealtwin.progress import Progress
 from sealtwin.sweep import Wish, sweep
 from sealtwin.workers import Task, compute_all
 from tests.studies import tiny_lab
 
-WITHOUT_FILLS = Held(caliper=None, data=None, fills=False, device="cpu")
+WITHOUT_FILLS = MapWish(caliper=None, data=None, fills=False, device="cpu")
 
 
 @pytest.fixture(scope="module")
