@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: demo test test-slow test-browser test-gpu benchmark benchmark-digitise benchmark-simulate benchmark-validate benchmark-gpu picture lint clean
+.PHONY: demo test test-slow test-browser test-gpu benchmark benchmark-digitise benchmark-simulate benchmark-validate benchmark-gpu reproduce picture lint clean
 
 demo: $(STAMP)
 	$(BIN)/sealtwin run fixtures/paper-trial/trial.toml --device cpu
@@ -44,6 +44,9 @@ benchmark-validate: $(STAMP)
 
 benchmark-gpu: $(STAMP)
 	$(BIN)/python -m benchmarks.cuda_runs
+
+reproduce: $(STAMP)
+	$(BIN)/python reports/reproduction/reproduce.py
 
 picture: demo
 	$(BIN)/python reports/images/draw.py reports/paper-trial
