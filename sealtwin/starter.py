@@ -70,6 +70,12 @@ snapshots_s = [0.5, 7.0, 15.0]  # moments that snapshots/ shows
 # data = "measured"
 # role = "held-out"             # or "calibrated-on", where these readings helped to choose U and D
 #
+# [uncertainty]                 # standard deviations of what you set and measured, for 'sealtwin validate --uncertainty'
+# speed_mm_s = 0.1
+# volume_ml = 0.1
+# width_mm = 0.1
+# wall_angle_deg = 1.0          # what is left out is not included, and the report says so
+#
 # [gate]
 # mean_error_mm = 1.6           # the command ends with exit code 5 where the mean error is above
 """

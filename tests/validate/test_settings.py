@@ -15,7 +15,9 @@ def test_a_gate_is_a_positive_number(limit):
 
 
 @pytest.mark.parametrize(
-    "change", [{"data": "guessed"}, {"role": "training"}, {"unit": "furlong"}, {"role": None}], ids=lambda c: next(iter(c))
+    "change",
+    [{"data": "guessed"}, {"role": "training"}, {"unit": "furlong"}, {"role": None}],
+    ids=lambda c: next(iter(c)),
 )
 def test_readings_declare_origin_and_role(change):
     content = {"file": Path("caliper.csv"), "data": "measured", "role": "held-out"}
