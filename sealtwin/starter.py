@@ -70,7 +70,7 @@ snapshots_s = [0.5, 7.0, 15.0]  # moments that snapshots/ shows
 # data = "measured"
 # role = "held-out"             # or "calibrated-on", where these readings helped to choose U and D
 #
-# [uncertainty]                 # standard deviations of what you set and measured, for 'sealtwin validate --uncertainty'
+# [uncertainty]                 # standard deviations of what you set, for 'sealtwin validate --uncertainty'
 # speed_mm_s = 0.1
 # volume_ml = 0.1
 # width_mm = 0.1
