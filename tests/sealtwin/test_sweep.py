@@ -227,6 +227,20 @@ def test_each_run_of_a_study_is_the_run_that_its_settings_make_alone(tmp_path):
         assert profile_path(out, run.key).read_bytes() == (tmp_path / "profile.csv").read_bytes()
 
 
+def test_a_study_replays_its_frames_where_freezing_keeps_few_moving(fresh):
+    with Ledger(fresh) as ledger:
+        claim = ledger.claim(1)
+    assert claim is not None
+    at, trial = bench_of(fresh, claim.entries[0]), trial_of(claim.entries[0])
+    assert trial.fluid is not None
+    assert bench.ready(at, [trial], "cpu").engine.replays
+    for changed in (
+        {"fluid": trial.fluid.model_copy(update={"freeze_after_s": "never"})},
+        {"solver": trial.solver.model_copy(update={"viscosity_solve": "explicit"})},
+    ):
+        assert not bench.ready(at, [trial.model_copy(update=changed)], "cpu").engine.replays
+
+
 def test_runs_in_one_launch_have_the_bits_that_they_have_alone(fresh, unbroken):
     compute_all(Task(fresh, "cpu", batch=2, keep_runs=False))
     alone, together = _results(unbroken), _results(fresh)
