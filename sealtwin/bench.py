@@ -119,6 +119,11 @@ def _seal(
 
     began = time.monotonic()
     injection = ready(bench, trials, device)
+    # Nobody watches these frames. Replayed on a CPU they take two thirds of the time, to the same bits, where freezing
+    # keeps those that move few: rows are launched for as many as ever may.
+    freezes = all(fluid.freeze_after_s != "never" for fluid in injection.fluids)
+    if freezes and trials[0].solver.viscosity_solve == "implicit":
+        injection.engine.replays = True
     follow(injection, progress)
     outcomes = injection.outcomes()
     launch_s = (time.monotonic() - began) / len(trials)
@@ -130,23 +135,17 @@ def ready(bench: Bench, trials: Sequence[Trial], device: str) -> "Injection":
     from simulate.injection import prepare
 
     first = trials[0]
-    fluids = [trial.fluid for trial in trials if trial.fluid is not None]
-    injection = prepare(
+    return prepare(
         bench.solid,
         bench.outline,
         bench.trajectory,
-        fluids,
+        [trial.fluid for trial in trials if trial.fluid is not None],
         first.solver,
         first.nozzle,
         seed=first.seed,
         device=device,
         enclosure=bench.enclosure(first.solver.for_crack(bench.outline.mean_width_mm).size_mm, device),
     )
-    # Nobody watches a study's frames. Replayed on a CPU they take two thirds of the time, to the same bits, where
-    # freezing keeps those that move few: rows are launched for as many as ever may.
-    if first.solver.viscosity_solve == "implicit" and all(fluid.freeze_after_s != "never" for fluid in fluids):
-        injection.engine.replays = True
-    return injection
 
 
 def _judge(

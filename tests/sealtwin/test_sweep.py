@@ -227,18 +227,23 @@ def test_each_run_of_a_study_is_the_run_that_its_settings_make_alone(tmp_path):
         assert profile_path(out, run.key).read_bytes() == (tmp_path / "profile.csv").read_bytes()
 
 
-def test_a_study_replays_its_frames_where_freezing_keeps_few_moving(fresh):
+def test_a_study_replays_its_frames_where_freezing_keeps_few_moving(fresh, monkeypatch):
+    """And whoever watches a run gets it frame by frame, with what each took."""
     with Ledger(fresh) as ledger:
         claim = ledger.claim(1)
     assert claim is not None
     at, trial = bench_of(fresh, claim.entries[0]), trial_of(claim.entries[0])
     assert trial.fluid is not None
-    assert bench.ready(at, [trial], "cpu").engine.replays
-    for changed in (
-        {"fluid": trial.fluid.model_copy(update={"freeze_after_s": "never"})},
-        {"solver": trial.solver.model_copy(update={"viscosity_solve": "explicit"})},
-    ):
-        assert not bench.ready(at, [trial.model_copy(update=changed)], "cpu").engine.replays
+    assert not bench.ready(at, [trial], "cpu").engine.replays
+    replayed = []
+    monkeypatch.setattr(
+        "simulate.run.follow", lambda injection, _: replayed.append(injection.engine.replays) or injection.advance()
+    )
+    never = {"fluid": trial.fluid.model_copy(update={"freeze_after_s": "never"})}
+    explicit = {"solver": trial.solver.model_copy(update={"viscosity_solve": "explicit"})}
+    for changed in ({}, never, explicit):
+        bench.seal(at, [trial.model_copy(update=changed)], device="cpu", keep_runs=False, progress=Progress())
+    assert replayed == [True, False, False]
 
 
 def test_runs_in_one_launch_have_the_bits_that_they_have_alone(fresh, unbroken):
