@@ -18,11 +18,14 @@ from digitise.specimens.specimen import PAPER, make_specimen
 PROBES = Path(__file__).parent / "probes.js"
 FLAGS = (
     "--no-sandbox",  # the tests may run as root, in a container
-    "--disable-gpu",
     "--disable-background-networking",
     "--disable-component-update",
     "--disable-sync",
 )
+WITHOUT_WEBGL = ("--disable-gpu",)
+"""What paints a photo soonest where there is no graphics card."""
+BY_SOFTWARE = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+"""WebGL where there is no graphics card."""
 PATIENCE_MS = 30_000
 """For what must come at all. How fast it must come is measured where that is the claim."""
 UNREAD = "net::ERR_ABORTED"
@@ -30,14 +33,27 @@ UNREAD = "net::ERR_ABORTED"
 
 
 @pytest.fixture(scope="session")
-def chromium():
+def launch():
+    """Start a Chromium with further flags; one driver starts them all, since two cannot run in one thread."""
     playwright = importlib.import_module("playwright.sync_api")
     executable = shutil.which("chromium")
     assert executable, "no chromium on the PATH; 'make test-browser' installs it"
     with playwright.sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=executable, headless=True, args=list(FLAGS))
-        yield browser
-        browser.close()
+        yield lambda flags: driver.chromium.launch(executable_path=executable, headless=True, args=[*FLAGS, *flags])
+
+
+@pytest.fixture(scope="session")
+def chromium(launch):
+    browser = launch(WITHOUT_WEBGL)
+    yield browser
+    browser.close()
+
+
+@pytest.fixture(scope="session")
+def chromium_with_webgl(launch):
+    browser = launch(BY_SOFTWARE)
+    yield browser
+    browser.close()
 
 
 @dataclass(frozen=True)

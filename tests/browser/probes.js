@@ -29,6 +29,11 @@ window.probe = {
     return this.pen.getImageData(0, 0, 1, 1).data[1];
   },
 
+  within(part, whole) {
+    const [inner, outer] = [part, whole].map((one) => document.querySelector(one).getBoundingClientRect());
+    return outer.left <= inner.left && inner.right <= outer.right && outer.top <= inner.top && inner.bottom <= outer.bottom;
+  },
+
   line(name) {
     const points = document.getElementById(name).getAttribute("d").slice(1).split("L");
     return points.map((point) => point.split(" ").map(Number));

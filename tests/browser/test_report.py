@@ -1,7 +1,6 @@
 """The report in a reader's browser: on a desk, on a phone, in the dark, on paper, without scripts."""
 
 import importlib
-import shutil
 from typing import Any
 
 import cv2
@@ -14,28 +13,9 @@ from validate.settings import Gate
 
 pytestmark = pytest.mark.browser
 
-FLAGS = (
-    "--no-sandbox",  # the tests may run as root, in a container
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--use-angle=swiftshader",  # WebGL where there is no graphics card
-    "--enable-unsafe-swiftshader",
-)
 HOSTILE = "</title></script><script>window.struck = 1</script><img src=x onerror='window.struck = 1'> \u202e$\\frac$"
 NAME = HOSTILE + "\N{FIRE}" * 80
 WIDTHS = (320, 390, 768, 1280)
-
-
-@pytest.fixture(scope="module")
-def browser():
-    playwright = importlib.import_module("playwright.sync_api")
-    executable = shutil.which("chromium")
-    assert executable, "no chromium on the PATH; 'make test-browser' installs it"
-    with playwright.sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=executable, headless=True, args=list(FLAGS))
-        yield browser
-        browser.close()
 
 
 @pytest.fixture(scope="module")
@@ -55,12 +35,12 @@ def hostile(tmp_path_factory):
 
 
 @pytest.fixture
-def open_report(browser):
+def open_report(chromium_with_webgl):
     """Open a page; in the end nothing may have gone wrong in it, and nothing may have been asked of anybody."""
     contexts, complaints, wanted, asked = [], [], set(), set()
 
     def opened(file, width=1280, height=900, script="", **look):
-        context = browser.new_context(viewport={"width": width, "height": height}, **look)
+        context = chromium_with_webgl.new_context(viewport={"width": width, "height": height}, **look)
         contexts.append(context)
         if script:
             context.add_init_script(script)
