@@ -58,17 +58,36 @@ def count_in_cells(
     place: wp.array[wp.vec4],
     fate: wp.array[int],
     cell: wp.array[int],  # out
-    number: wp.array[int],  # out
+    rank: wp.array[int],  # out: among the points of its cell, in their order on a CPU alone
     count: wp.array[int],  # out
 ):
     """The cell of each point, one past the last for those that are not there, and how many each holds."""
     i = wp.tid()
-    number[i] = i
     key = runs * cells_a_run(cells)
     if fate[i] <= FROZEN:
         key = cell_of(cells, place[i]) + i // cells.points_a_run * cells_a_run(cells)
     cell[i] = key
-    wp.atomic_add(count, key, 1)
+    rank[i] = wp.atomic_add(count, key, 1)
+
+
+@wp.kernel
+def put_in_cells(
+    cell: wp.array[int],
+    rank: wp.array[int],
+    start: wp.array[int],
+    place: wp.array[wp.vec4],
+    x: wp.array[float],  # out
+    y: wp.array[float],  # out
+    z: wp.array[float],  # out
+    number: wp.array[int],  # out
+):
+    i = wp.tid()
+    here = place[i]
+    k = start[cell[i]] + rank[i]
+    x[k] = here[0]
+    y[k] = here[1]
+    z[k] = here[2]
+    number[k] = i
 
 
 @wp.kernel

@@ -60,11 +60,12 @@ def test_what_left_is_nobodys_neighbour():
     assert not (listed % 3 == 0).any()
 
 
+@pytest.mark.parametrize("in_order", [True, False])
 @pytest.mark.parametrize("count", [1, 7, 500])
-def test_the_grid_sorts_a_part_of_its_points(count):
+def test_the_grid_sorts_a_part_of_its_points(count, in_order):
     """Later points are not out yet. Order within a cell is the points' own, so that sums come out the same."""
     points = np.random.default_rng(2).uniform(0, 1, (500, 3))
-    grid = CellGrid(np.zeros(3), np.ones(3), 0.25, 500, "cpu")
+    grid = CellGrid(np.zeros(3), np.ones(3), 0.25, 500, "cpu", in_order=in_order)
     place = np.pad(points, ((0, 0), (0, 1)))
     grid.fill(wp.array(place, dtype=wp.vec4, device="cpu"), wp.zeros(500, dtype=int, device="cpu"), count)
     number = grid.cells.number.numpy()[:count]
