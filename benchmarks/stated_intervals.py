@@ -18,7 +18,7 @@ import numpy as np
 
 from benchmarks.table import Row, finish
 from sealtwin.records import Floats, Profile
-from validate.curves import Difference
+from validate.comparison.curves import Difference
 from validate.settings import Readings
 from validate.uncertainty.intervals import bands_mm, doubt_of, hats, mean_absolute, mean_error_interval, mean_weights
 from validate.uncertainty.readings import budget_of

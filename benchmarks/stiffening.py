@@ -30,7 +30,7 @@ from simulate.profile import measure_profile, volume_ratio
 from simulate.settings import Fluid, Nozzle, Solver
 from validate.caliper import read_readings
 from validate.compare import compare
-from validate.theme import INK, MEASURED, MUTED, SIMULATED, THIRD, draw_ground, label_axes, themed
+from validate.drawing.theme import INK, MEASURED, MUTED, SIMULATED, THIRD, draw_ground, label_axes, themed
 
 FIXTURE = Path(__file__).parent.parent / "fixtures" / "paper-trial"
 VISCOSITY_PA_S, DENSITY_KG_M3 = 0.0545, 1690.0

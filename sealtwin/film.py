@@ -22,8 +22,8 @@ def make_film(folder: Path, path: Path, progress: Progress) -> tuple[int, float]
             f"{folder / FRAMES}: not found. 'sealtwin simulate {folder} --frames-every-s 0.1' runs the fluid again and "
             "writes frames."
         )
+    from validate.drawing.snapshots import Scene
     from validate.film import write_film
-    from validate.snapshots import Scene
 
     outline, solid, trajectory = files.read_outline(folder), files.read_solid(folder), files.read_trajectory(folder)
     with files.understood(folder / "simulation.json"):

@@ -106,9 +106,9 @@ def _chart(folder: Path, ledger: Ledger, wish: MapWish) -> tuple[Chart, dict[int
     finished = [Finished(run.number, run.settings, _profile(folder, run), run.wall_s or 0.0) for run in done]
     held = tuple(hold(run, readings, axes) for run in finished)
 
+    from validate.comparison.volumes import mouth_widths_mm
     from validate.uncertainty.intervals import bands_mm
     from validate.uncertainty.readings import budget_of
-    from validate.volumes import mouth_widths_mm
 
     scatter_mm = scatter_of_runs(held, axes)
     budget = budget_of(readings, settings, trial.uncertainty, mouth_widths_mm(readings.s_mm, outline, solid))
@@ -171,7 +171,7 @@ def _readings(sample: Path, trial: Trial, crack: Crack, wish: MapWish) -> tuple[
 def _fills(
     folder: Path, ledger: Ledger, chart: Chart, runs: dict[int, StudyRun], device: str, progress: Progress
 ) -> tuple[Fill, ...]:
-    from validate.snapshots import Scene
+    from validate.drawing.snapshots import Scene
 
     chosen = chosen_few(chart)
     waiting = [run for run in chosen if not is_seen(folder, runs[run.run.number])]

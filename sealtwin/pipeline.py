@@ -147,8 +147,8 @@ def _simulate(job: Job) -> bool:
     from simulate.fit import check_fit
     from simulate.profile import measure_profile, volume_ratio
     from simulate.run import inject
+    from validate.drawing.snapshots import Scene
     from validate.gallery import write_gallery
-    from validate.snapshots import Scene
 
     outline, solid = files.read_outline(job.path), files.read_solid(job.path)
     trajectory = files.read_trajectory(job.path)
@@ -223,10 +223,10 @@ def _validate(job: Job) -> bool:
     began = time.monotonic()
 
     from validate.assess import assess
-    from validate.cautions import run_warnings
     from validate.compare import compare
     from validate.evidence import Evidence
     from validate.report import REPORT, write_report
+    from validate.statements.cautions import run_warnings
 
     outline, solid = files.read_outline(job.path), files.read_solid(job.path)
     run, profile = files.read_run(job.path), files.read_profile(job.path)

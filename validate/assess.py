@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 
 from sealtwin.records import Comparison, Floats, Profile
-from validate.balance import mass_balance, when_dispensed_mm3
 from validate.compare import area_between
-from validate.curves import Difference
+from validate.comparison.balance import mass_balance, when_dispensed_mm3
+from validate.comparison.curves import Difference
+from validate.comparison.volumes import balance_profile, mouth_widths_mm
 from validate.evidence import Evidence
 from validate.settings import Readings
 from validate.uncertainty.alignment import CHOICE, shifted_errors_mm, station_effect_mm
@@ -19,7 +20,6 @@ from validate.uncertainty.readings import Budget, budget_of
 from validate.uncertainty.settings import Uncertainty
 from validate.uncertainty.spread import Spread
 from validate.uncertainty.validation import Comparand, station_sentence
-from validate.volumes import balance_profile, mouth_widths_mm
 
 
 def assess(evidence: Evidence, settings: Readings, declared: Uncertainty, spread: Spread | None) -> Comparison:

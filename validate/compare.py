@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sealtwin.records import Comparison, DataKind, Floats, Outline, Profile, Solid
-from validate.curves import Difference, Pieces, polyline
+from validate.comparison.curves import Difference, Pieces, polyline
+from validate.comparison.verdict import Judgement, basis_of
+from validate.comparison.volumes import fill_volumes
 from validate.settings import Gate, Role
-from validate.verdict import Judgement, basis_of
-from validate.volumes import fill_volumes
 
 BIN_MM = 10.0
 """Of the error histogram along the crack, as in the paper's Fig. 9b; the first and the last are its start and end."""

@@ -15,10 +15,10 @@ from PIL import Image
 from sealtwin.errors import InputError
 from sealtwin.files import replacing
 from sealtwin.records import Frame, Pixels
-from validate.figures import ALONG
-from validate.particles import SPEED, add_bar, draw_discs
-from validate.snapshots import OVER, UNDER, Scene
-from validate.theme import GROUND, INK, label_axes, themed
+from validate.drawing.level_curves import ALONG
+from validate.drawing.particles import SPEED, add_bar, draw_discs
+from validate.drawing.snapshots import OVER, UNDER, Scene
+from validate.drawing.theme import GROUND, INK, label_axes, themed
 
 WIDTH_IN, DPI = 9.6, 100
 ASIDE_MM = 6.0

@@ -8,9 +8,9 @@ from matplotlib.figure import Figure, FigureBase
 
 from sealtwin.files import replacing
 from sealtwin.records import Floats, Frame
-from validate.health_plot import draw_health
-from validate.snapshots import Scene, draw_fill, draw_snapshot
-from validate.theme import themed
+from validate.drawing.health_plot import draw_health
+from validate.drawing.snapshots import Scene, draw_fill, draw_snapshot
+from validate.drawing.theme import themed
 
 DPI = 150
 """Of a PNG, and of what is drawn as pixels inside an SVG."""

@@ -3,11 +3,11 @@
 from pathlib import Path
 
 from sealtwin.files import replacing, write_json, write_text
-from validate.chapters import chapters
 from validate.evidence import Evidence
-from validate.page import page
-from validate.pdf import write_pdf
-from validate.report_data import report_data
+from validate.reporting.chapters import chapters
+from validate.reporting.page import page
+from validate.reporting.pdf import write_pdf
+from validate.reporting.report_data import report_data
 
 REPORT = ("report.html", "report.pdf", "report.json")
 """What is written."""

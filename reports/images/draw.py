@@ -13,9 +13,9 @@ from sealtwin import files
 from sealtwin.trial import load_trial
 from validate.caliper import read_readings
 from validate.compare import compare
-from validate.figures import draw_profile
-from validate.pictures import draw_side_view
-from validate.theme import themed
+from validate.drawing.level_curves import draw_profile
+from validate.drawing.pictures import draw_side_view
+from validate.drawing.theme import themed
 
 TARGET = Path(__file__).parent / "paper-trial.png"
 

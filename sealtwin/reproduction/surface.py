@@ -7,7 +7,7 @@ import numpy as np
 
 from sealtwin.records import Floats, Profile
 from validate.compare import CLOSE_MM, error_bins
-from validate.curves import Difference
+from validate.comparison.curves import Difference
 from validate.studies.chart import Chart
 
 CHOSEN = (30.0, 0.3)

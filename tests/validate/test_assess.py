@@ -10,11 +10,11 @@ import pytest
 from sealtwin.files import as_json
 from tests.evidence import axes_of, heights, make_evidence, slope
 from validate.assess import assess
+from validate.drawing.error_sources import draw_uncertainty
 from validate.evidence import Evidence
 from validate.settings import Gate, Readings
+from validate.statements.uncertainty import uncertainty_sentences, uncertainty_tables, volume_rows
 from validate.uncertainty.design import Effect
-from validate.uncertainty.facts import uncertainty_sentences, uncertainty_tables, volume_rows
-from validate.uncertainty.figures import draw_uncertainty
 from validate.uncertainty.settings import Uncertainty
 from validate.uncertainty.spread import Size, Spread
 

@@ -8,9 +8,9 @@ from matplotlib.figure import FigureBase
 from matplotlib.ticker import FuncFormatter
 
 from sealtwin.records import Floats
+from validate.drawing.theme import INK, MEASURED, SIMULATED, canvas, label_axes, themed
 from validate.studies.chart import Chart
 from validate.studies.fills import Fill
-from validate.theme import INK, MEASURED, SIMULATED, canvas, label_axes, themed
 
 STEPS = 12
 FEWEST = 3

@@ -9,10 +9,10 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.figure import FigureBase
 
 from sealtwin.records import Floats, Frame
-from validate.particles import Scale, age_scale, draw_discs
-from validate.snapshots import Scene
+from validate.drawing.particles import Scale, age_scale, draw_discs
+from validate.drawing.snapshots import Scene
+from validate.drawing.theme import MEASURED, canvas, themed
 from validate.studies.held import Held
-from validate.theme import MEASURED, canvas, themed
 
 
 @dataclass(frozen=True)

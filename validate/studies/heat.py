@@ -9,9 +9,9 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter
 
 from sealtwin.records import Floats
+from validate.drawing.theme import INK, MEASURED, canvas, label_axes, themed
 from validate.studies.chart import Chart
 from validate.studies.held import Held
-from validate.theme import INK, MEASURED, canvas, label_axes, themed
 
 CELLS = 240
 """Of the heat map, along each axis: finer than a page shows."""

@@ -9,7 +9,7 @@ import numpy as np
 from sealtwin.errors import InputError
 from sealtwin.records import Floats, Profile
 from validate.compare import CLOSE_MM
-from validate.curves import Difference
+from validate.comparison.curves import Difference
 from validate.studies.axis import Axis
 
 

@@ -7,8 +7,8 @@ from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.figure import FigureBase
 from matplotlib.ticker import FuncFormatter
 
+from validate.drawing.theme import INK, canvas, label_axes, themed
 from validate.studies.chart import Chart
-from validate.theme import INK, canvas, label_axes, themed
 
 COLOURS = ListedColormap(matplotlib.colormaps["viridis"](np.linspace(0.2, 0.88, 256)))
 """Without its ends, of which one vanishes on a dark page and the other on a light one."""

@@ -6,9 +6,9 @@ from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
 
 from sealtwin.records import Floats
-from validate.figures import ALONG
+from validate.drawing.level_curves import ALONG
+from validate.drawing.theme import INK, MEASURED, MUTED, SIMULATED, canvas, label_axes, themed
 from validate.studies.chart import Chart
-from validate.theme import INK, MEASURED, MUTED, SIMULATED, canvas, label_axes, themed
 
 FAINT = 0.5
 

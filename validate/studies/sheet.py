@@ -8,7 +8,7 @@ import jinja2
 from matplotlib.figure import FigureBase
 
 from sealtwin.files import write_sheet, write_text
-from validate.svg import as_svg, in_page
+from validate.drawing.svg import as_svg, in_page
 
 DPI = 110
 """Of what is drawn as pixels inside a figure: a page of thirty fills stays below 2 MB."""

@@ -9,11 +9,11 @@ import numpy as np
 from matplotlib.figure import FigureBase
 
 from sealtwin.records import Floats, Profile
-from validate.curves import Difference, Pieces
-from validate.figures import ALONG
-from validate.replicates import FEWEST, Compared, area_validation_metric, held_out_mean_mm, held_out_table
+from validate.comparison.curves import Difference, Pieces
+from validate.drawing.level_curves import ALONG
+from validate.drawing.theme import INK, MEASURED, SIMULATED, THIRD, canvas, label_axes, put_legend_under_title, themed
+from validate.studies.replicates import FEWEST, Compared, area_validation_metric, held_out_mean_mm, held_out_table
 from validate.studies.sheet import Cell, Grid, Numbers, Part, Plot, Sheet
-from validate.theme import INK, MEASURED, SIMULATED, THIRD, canvas, label_axes, put_legend_under_title, themed
 
 COLOURS = (SIMULATED, MEASURED, THIRD, "#cc79a7", "#56b4e9", "#e69f00", INK)
 """Okabe and Ito's."""

@@ -10,7 +10,7 @@ from sealtwin.reproduction.redrawn import SETS, errors_against, redraw
 from sealtwin.reproduction.surface import Along, Surface, surface_of, surfaces_of
 from sealtwin.reproduction.unequal import by_sampling, careless_error_mm
 from tests.charts import BEST, make_chart
-from validate.curves import Difference
+from validate.comparison.curves import Difference
 
 U, D_CM = (np.ravel(each) for each in np.meshgrid([0.01, 0.1, 1.0, 10.0, 100.0, 1000.0], [1e-4, 1e-3, 0.3, 3.0]))
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from validate.curves import Difference
+from validate.comparison.curves import Difference
 from validate.uncertainty.intervals import (
     Doubt,
     bands_mm,

@@ -1,0 +1,55 @@
+"""A reader of the report understands what a run says of itself."""
+
+import pytest
+
+from tests.fluids import path, pour, slot
+from validate.statements.health import MEANING, health_rows
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "text"),
+    [
+        ("density_error_mean", 0.02318, "2.32 %"),
+        ("density_error_max", 0.1503, "15.0 %"),
+        ("viscosity_iterations_mean", 1.998, "2.0 a substep"),
+        ("frames", 2076, "2,076"),
+        ("frame_s", 0.0071729, "7.17 ms"),
+        ("frames_s", 115.48, "115.5 s"),
+        ("viscosity_m2_s", 3.248e-5, "32.5 mm²/s"),
+        ("moving_mean", 2302.1, "2,302"),
+        ("particles_across", 3.867, "3.9"),
+    ],
+)
+def test_each_number_has_its_unit_and_its_meaning(key, value, text):
+    ((label, shown),) = health_rows({key: value})
+    assert shown == text
+    assert label == MEANING[key][0]
+    assert "_" not in label
+
+
+def test_a_run_records_nothing_that_the_report_cannot_name():
+    """A new number needs a line in MEANING, or the report shows its name in the code."""
+    crack = slot(12.0)
+    recorded = set(pour(crack, path(crack[1], 0.005, speed_mm_s=40.0), radius_mm=0.7).health)
+    assert {"density_error_mean", "frame_s", "particles_across"} < recorded
+    assert recorded < set(MEANING)
+
+
+def test_two_times_of_a_frame_are_told_apart():
+    rows = dict(health_rows({"frames": 2000, "frame_s": 0.007, "frames_s": 100.0}))
+    assert rows["simulated time of a frame"] == "7.00 ms"
+    assert rows["computing time of a frame"] == "50.0 ms"
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "row"),
+    [
+        ("leak_mm_s", 0.25, ("leak (mm/s)", "0.25")),
+        ("solver", "explicit", ("solver", "explicit")),
+        ("frames", "many", ("frames", "many")),
+        ("most_neighbours", True, ("most neighbours", "yes")),
+        ("frames", None, ("frames", "None")),
+    ],
+)
+def test_what_is_not_known_keeps_its_name(key, value, row):
+    assert health_rows({key: value}) == [row]

@@ -1,0 +1,1 @@
+"""One trial as figures: curves, sections, pictures and the fill in three dimensions, all in one look."""

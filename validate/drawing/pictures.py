@@ -1,0 +1,181 @@
+"""The sample and its fill as pictures, all to scale: the block, side view, top view, sections."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize, to_rgb
+from matplotlib.figure import FigureBase
+from matplotlib.patches import Rectangle
+from matplotlib.patheffects import withStroke
+from numpy.typing import NDArray
+
+from sealtwin.records import FaceLabel, Outline, Profile, Run, Solid, Trajectory, arc_length_at
+from validate.drawing.level_curves import ALONG
+from validate.drawing.particles import Scale, age_scale, draw_discs, draw_section
+from validate.drawing.rendering import render
+from validate.drawing.theme import (
+    GROUND,
+    HEIGHTS,
+    INK,
+    MEASURED,
+    ON_GROUND,
+    canvas,
+    draw_ground,
+    label_axes,
+    put_legend_under_title,
+    themed,
+)
+
+LABEL_COLOUR = {
+    FaceLabel.TOP: GROUND,
+    FaceLabel.WALL: "#5b87a6",
+    FaceLabel.FLOOR: "#35566e",
+    FaceLabel.END: "#8fb0c6",
+    FaceLabel.OUTSIDE: "#ada497",
+}
+SECTIONS_AT = (0.2, 0.5, 0.8)
+"""Of the crack's length: in the paste's slope, at its middle, in its plateau."""
+WIDTH_PX = 1000
+
+
+@dataclass(frozen=True)
+class SolidViews:
+    """RGBA pictures of a solid: made once, shown on the page and in the PDF."""
+
+    block: NDArray[np.uint8]
+    cast: NDArray[np.uint8]
+
+
+def view_solid(solid: Solid) -> SolidViews:
+    """The block from above, and its cavity alone from the side, as if cast."""
+    colour = np.array([to_rgb(LABEL_COLOUR[label]) for label in FaceLabel])[solid.face_label]
+    azimuth_deg = square_on(solid)
+    cavity = np.isin(solid.face_label, (FaceLabel.WALL, FaceLabel.FLOOR))
+    return SolidViews(
+        block=render(solid.vertices_mm, solid.faces, colour, azimuth_deg - 40, 42, WIDTH_PX),
+        cast=render(solid.vertices_mm, solid.faces[cavity], colour[cavity], azimuth_deg, 14, WIDTH_PX),
+    )
+
+
+def draw_solid(solid: Solid, views: SolidViews, on: FigureBase | None = None) -> FigureBase:
+    """The block and its cavity, each as wide as the figure: not to one scale."""
+    with themed():
+        figure = canvas(on, 9.0, 5.6)
+        block_axes, cast_axes = figure.subplots(2, 1, height_ratios=(2.1, 1.0))
+        block_axes.imshow(views.block)
+        block_axes.set_title("The sample, with the dams at its open ends" if solid.report.get("dams") else "The sample")
+        cast_axes.imshow(views.cast)
+        cast_axes.set_title(
+            f"Its cavity as a cast, {solid.cavity_volume_mm3 / 1000:.2f} ml, {solid.depth_mm:g} mm deep"
+        )
+        for axes in (block_axes, cast_axes):
+            axes.set_axis_off()
+            axes.set_anchor("NW")
+    return figure
+
+
+def draw_still(still: NDArray[np.uint8], oldest_s: float, on: FigureBase | None = None) -> FigureBase:
+    """A picture of the fill in three dimensions, (h, w, 4), with what its colours mean."""
+    with themed():
+        figure = canvas(on, 9.0, 4.6)
+        axes = figure.add_subplot()
+        axes.imshow(still)
+        axes.set_axis_off()
+        label, colours, norm = age_scale(oldest_s)
+        figure.colorbar(
+            ScalarMappable(norm, colours), ax=axes, label=label, location="bottom", shrink=0.5, aspect=40, pad=0.02
+        )
+    return figure
+
+
+def draw_side_view(
+    run: Run, outline: Outline, solid: Solid, profile: Profile, on: FigureBase | None = None
+) -> FigureBase:
+    """Every particle at its place along the crack and its height, coloured by age, under the measured surface."""
+    with themed():
+        figure = canvas(on, 9.0, 3.1)
+        axes = figure.add_subplot()
+        s_mm = arc_length_at(run.position_mm[:, :2], outline.centreline_mm)
+        shown = ~run.spilled & (s_mm > -8) & (s_mm < outline.length_mm + 8)
+        along_mm = np.linspace(-6, outline.length_mm + 6, 500)
+        draw_ground(axes, along_mm, -solid.depth_at_mm(along_mm), -solid.depth_mm - 2)
+        axes.axhline(0.0, color=INK, linewidth=0.8)
+        place_mm = np.column_stack([s_mm, run.position_mm[:, 2]])[shown]
+        discs = draw_discs(axes, place_mm, run.radius_mm, run.age_s[shown], _ages(run))
+        figure.colorbar(discs, ax=axes, label="age (s)", shrink=0.8, pad=0.01)
+        axes.plot(profile.s_mm, profile.level_mm, color="white", linewidth=3.0)
+        axes.plot(
+            profile.s_mm, profile.level_mm, color=MEASURED, linewidth=1.4, label="profile read from the particles"
+        )
+        axes.set_xlim(-6, outline.length_mm + 6)
+        axes.set_ylim(-solid.depth_mm - 2, max(4.0, float(run.position_mm[shown, 2].max(initial=0.0)) + 1.5))
+        axes.set_aspect("equal")
+        axes.grid(visible=False)
+        label_axes(axes, ALONG, "z (mm)", "Side view of the fill: particles by age")
+        put_legend_under_title(axes, columns=1)
+    return figure
+
+
+def draw_top_view(
+    run: Run, outline: Outline, solid: Solid, trajectory: Trajectory, on: FigureBase | None = None
+) -> FigureBase:
+    """The sample from above: particles by height, the traced walls, the nozzle's path."""
+    with themed():
+        figure = canvas(on, 9.0, 3.6)
+        axes = figure.add_subplot()
+        x_min, y_min, x_max, y_max = solid.block_mm
+        face = Rectangle((x_min, y_min), x_max - x_min, y_max - y_min, facecolor=GROUND, edgecolor="none")
+        axes.add_patch(face)
+        shown = ~run.spilled
+        order = np.argsort(run.position_mm[shown, 2])
+        position_mm = run.position_mm[shown][order]
+        heights = Scale("z (mm)", HEIGHTS, Normalize())
+        discs = draw_discs(axes, position_mm[:, :2], run.radius_mm, position_mm[:, 2], heights)
+        figure.colorbar(discs, ax=axes, label="z (mm)", shrink=0.8, pad=0.01)
+        for wall_mm in (outline.left_wall_mm, outline.right_wall_mm):
+            (wall,) = axes.plot(*wall_mm.T, color=ON_GROUND, linewidth=0.9)
+            # Past an oblique open end stations run on; the sample does not.
+            wall.set_clip_path(face)
+        axes.plot(*trajectory.position_mm[:, :2].T, color=MEASURED, linewidth=1.2, label="nozzle path, from its dot")
+        axes.plot(*trajectory.position_mm[0, :2], "o", color=MEASURED, markersize=5)
+        # In the legend on mortar too: a dark page would swallow it.
+        on_mortar = [withStroke(linewidth=5.0, foreground=GROUND)]
+        axes.plot(
+            [], [], color=ON_GROUND, linewidth=0.9, path_effects=on_mortar, label=f"walls in the {outline.seen_in}"
+        )
+        low, high = outline.outline_mm.min(axis=0) - 14, outline.outline_mm.max(axis=0) + 14
+        axes.set_xlim(max(low[0], x_min - 4), min(high[0], x_max + 4))
+        axes.set_ylim(max(low[1], y_min - 4), min(high[1], y_max + 4))
+        axes.set_aspect("equal")
+        axes.grid(visible=False)
+        label_axes(axes, "x (mm)", "y (mm)", "Top view: particles by height")
+        put_legend_under_title(axes, columns=2)
+    return figure
+
+
+def draw_sections(run: Run, outline: Outline, solid: Solid, on: FigureBase | None = None) -> FigureBase:
+    """Across the crack at three places: the walls of the solid, and the particles within a diameter."""
+    with themed():
+        figure = canvas(on, 9.0, 3.4)
+        row = figure.subplots(1, len(SECTIONS_AT), sharey=True)
+        stays = ~run.spilled
+        position_mm = run.position_mm[stays]
+        for axes, share in zip(row, SECTIONS_AT, strict=True):
+            s_mm = share * outline.length_mm
+            draw_section(axes, outline, solid, s_mm, position_mm, run.radius_mm, run.age_s[stays], _ages(run))
+        row[0].set_ylabel("z (mm)")
+    return figure
+
+
+def _ages(run: Run) -> Scale:
+    return age_scale(float(run.age_s.max(initial=1.0)))
+
+
+def square_on(solid: Solid) -> float:
+    """Azimuth that looks straight at the cavity's long side."""
+    cavity = np.unique(solid.faces[np.isin(solid.face_label, (FaceLabel.WALL, FaceLabel.FLOOR))])
+    plan = solid.vertices_mm[cavity, :2]
+    _, _, axes = np.linalg.svd(plan - plan.mean(axis=0), full_matrices=False)
+    azimuth_deg = float(np.degrees(np.arctan2(axes[0, 1], axes[0, 0])))
+    return (azimuth_deg + 90) % 180 - 90

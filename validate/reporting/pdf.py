@@ -1,0 +1,68 @@
+"""The report as A4 pages, by matplotlib alone: no browser, no fonts of the system."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from matplotlib.backends.backend_pdf import PdfPages
+
+from validate.drawing.pictures import draw_still
+from validate.drawing.theme import MEASURED, MUTED, THIRD, printable, themed
+from validate.evidence import Evidence
+from validate.reporting.chapters import Chapter, Command, Item, Model, Photo, Words
+from validate.reporting.plates import Plate
+from validate.reporting.typeset import CAPTION_PT, Typesetter
+from validate.statements import facts
+from validate.statements.cautions import cautions
+from validate.statements.facts import Table
+
+OUTCOME_COLOUR = {"passed": THIRD, "failed": MEASURED, "open": MUTED}
+STILL_IN = 3.4
+
+
+def write_pdf(path: Path, evidence: Evidence, content: Sequence[Chapter]) -> None:
+    """What the page shows, in its order. The same evidence gives the same bytes: no date is written."""
+    metadata = {"Title": printable(evidence.name), "Creator": "sealtwin", "CreationDate": None, "ModDate": None}
+    verdict, outcome = facts.headline(evidence)
+    with themed(), PdfPages(path, metadata=metadata) as pages:
+        page = Typesetter(pages, evidence.name)
+        page.text(evidence.name, size_pt=20, weight="bold")
+        page.text(evidence.note, colour=MUTED)
+        for caution in cautions(evidence):
+            page.text(caution, size_pt=10, weight="bold", colour=MEASURED)
+        page.text(verdict, size_pt=11, weight="bold", colour=OUTCOME_COLOUR[outcome])
+        page.rows(facts.key_figures(evidence))
+        for chapter in content:
+            page.chapter(chapter.title, below_in=_room_in(chapter.items[0]))
+            for item in chapter.items:
+                _set_down(page, item)
+        page.end()
+
+
+def _set_down(page: Typesetter, item: Item) -> None:
+    match item:
+        case Photo():
+            page.picture(item.pixels)
+            page.text(item.caption, CAPTION_PT, colour=MUTED)
+        case Model():
+            turntable = item.turntable
+            page.figure(STILL_IN, lambda on: draw_still(turntable.still, turntable.oldest_s, on), item.caption)
+        case Plate():
+            page.figure(item.height_in, item.draw, item.caption)
+        case Table():
+            page.table(item.title, item.rows)
+        case Words():
+            for sentence in item.sentences:
+                page.text(sentence)
+        case Command():
+            page.text(f"{item.text}: {item.comment}")
+
+
+def _room_in(first: Item) -> float:
+    """What must fit below a chapter's title, or the title stands alone at the foot of a page."""
+    match first:
+        case Plate():
+            return first.height_in + 0.5
+        case Model():
+            return STILL_IN + 0.7
+        case _:
+            return 0.5
