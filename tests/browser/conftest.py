@@ -142,6 +142,17 @@ class Bench:
         self.page.mouse.move(*self.at(end_px))
         self.page.mouse.up()
 
+    def give_ends(self, shot, shares=(0.05, 0.95)):
+        """Click both ends of the crack, and wait for its walls."""
+        for share in shares:
+            self.click(shot.along(share))
+        self.await_state("walls")
+
+    def place(self, point):
+        """Of a point on the photo, as the panel has it in its fields, in pixels."""
+        fields = self.page.locator(f"[data-point={point}] input")
+        return [float(fields.nth(axis).input_value()) for axis in (0, 1)]
+
     def await_state(self, *states):
         wanted = ", ".join(f"#stage[data-state={state}]" for state in states)
         self.page.wait_for_selector(wanted, timeout=PATIENCE_MS, state="attached")

@@ -1,0 +1,109 @@
+"""The trace page by keys alone, and for those who hear it, see little or ask for stillness."""
+
+import numpy as np
+import pytest
+
+pytestmark = pytest.mark.browser
+
+
+def test_the_keyboard_alone_is_enough(open_page, shot):
+    """Tab to the photo, arrows to the ends, Enter; then to the points, and every one of them by keys."""
+    bench = open_page(shot.file)
+    bench.await_state("walls")
+    for _ in range(3):  # tools, views, photo
+        bench.page.keyboard.press("Tab")
+    assert bench.page.evaluate("document.activeElement.id") == "stage"
+    for share in (0.1, 0.9):
+        _walk_to(bench, shot.along(share))
+        bench.page.keyboard.press("Enter")
+    bench.await_state("walls")
+    bench.page.keyboard.press("Tab")
+    assert bench.page.evaluate("document.activeElement.id") == "end-0"
+    place = bench.place("end-0")
+    bench.page.keyboard.press("ArrowRight")
+    bench.page.keyboard.press("Shift+ArrowUp")
+    assert bench.place("end-0") == pytest.approx([place[0] + 1, place[1] - 10], abs=0.051)
+    bench.page.keyboard.press("Control+z")
+    assert bench.place("end-0") == pytest.approx(place), "steps of one point are taken back together"
+    bench.page.keyboard.press("Tab")
+    bench.page.keyboard.press("Delete")
+    assert bench.points() == ["end-0"]
+    assert bench.page.evaluate("document.activeElement.id") == "end-0", "the focus does not fall off the page"
+    bench.page.keyboard.press("Control+z")
+    assert bench.points() == ["end-0", "end-1"]
+    for key, tool in (("e", "ends"), ("r", "ruler"), ("f", "face"), ("b", "roi"), ("v", "via")):
+        bench.page.keyboard.press(key)
+        assert bench.page.get_attribute(f"#tools [data-tool={tool}]", "aria-pressed") == "true"
+    for _ in range(6):
+        bench.page.keyboard.press("+")
+    bench.page.focus("#end-0")
+    for _ in range(12):
+        bench.page.keyboard.press("Shift+ArrowLeft")
+    bench.until("window.probe.within('#end-0', '#stage')")  # a moved point stays in sight
+    bench.page.keyboard.press("0")
+    bench.page.wait_for_timeout(100)
+    whole = bench.probe("zoom")
+    for keys, factor in (("+", 1.5), ("-", 1.0), ("++0", 1.0)):
+        for key in keys:
+            bench.page.keyboard.press(key)
+        bench.until("Math.abs(window.probe.zoom() / given[0] - 1) < 1e-6", factor * whole)
+
+
+def _walk_to(bench, point_px):
+    """With the arrow keys, in steps of 64 and 8 screen pixels."""
+    for _ in range(200):
+        target, here = np.array(bench.at(point_px)), _crosshair(bench)
+        off = target - here
+        axis = int(np.argmax(np.abs(off)))
+        if abs(off[axis]) <= 4.01:
+            return
+        arrow = (("ArrowLeft", "ArrowRight"), ("ArrowUp", "ArrowDown"))[axis][int(off[axis] > 0)]
+        bench.page.keyboard.press(f"Shift+{arrow}" if abs(off[axis]) > 40 else arrow)
+    pytest.fail("the crosshair does not get there")
+
+
+def _crosshair(bench):
+    shown = bench.page.locator("#crosshair").bounding_box()
+    assert bench.page.is_visible("#crosshair")
+    return np.array([shown["x"] + shown["width"] / 2, shown["y"] + shown["height"] / 2])
+
+
+def test_a_toolbar_is_one_stop_and_arrows_go_along_it(open_page, shot):
+    """As WAI-ARIA describes a toolbar; what is switched off is left out."""
+    bench = open_page(shot.file)
+    bench.await_state("walls")
+    bench.page.keyboard.press("Tab")
+    bench.page.keyboard.press("ArrowRight")
+    bench.page.keyboard.press("Enter")
+    assert bench.page.get_attribute("#tools [data-tool=via]", "aria-pressed") == "true"
+    bench.page.keyboard.press("Tab")
+    assert bench.page.evaluate("document.activeElement.id") == "closer", "there is nothing to undo yet"
+    bench.page.keyboard.press("ArrowLeft")
+    assert bench.page.evaluate("document.activeElement.id") == "fit"
+    bench.page.keyboard.press("Shift+Tab")
+    assert bench.page.evaluate("document.activeElement.dataset.tool") == "via"
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_every_word_can_be_read(open_page, shot, scheme):
+    """WCAG AA: 4.5 to 1 for text."""
+    bench = open_page(shot.file, color_scheme=scheme)
+    bench.await_state("walls")
+    bench.page.click("details summary")
+    bench.page.click("#save")
+    pale = [found for found in bench.probe("contrasts") if found[0] < 4.5]
+    assert pale == []
+
+
+def test_every_control_has_a_name(open_page, shot):
+    bench = open_page(shot.file)
+    bench.give_ends(shot)
+    assert bench.probe("nameless") == []
+    assert bench.page.get_attribute("#end-0", "aria-label").startswith("End 1, where the nozzle starts, x ")
+    assert bench.page.get_attribute("#status", "role") == "status"
+    assert bench.text("#status").startswith("Walls found")
+
+
+def test_nothing_moves_for_those_who_asked_for_stillness(open_page, shot):
+    bench = open_page(shot.file, reduced_motion="reduce")
+    assert bench.probe("moving") == 0

@@ -1,0 +1,121 @@
+"""How the trace page ends: saved into a trial, refused, quit, or left by its command."""
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sealtwin.trial import load_trial
+from tests.places import FIXTURE
+
+pytestmark = pytest.mark.browser
+SAID = {
+    "a ruler": "ruler_px = [[261.4, 657.8], [1861.3, 659.7]]\nruler_mm = 160",
+    "corners of the face": "face_mm = [160.0, 40.0]\n"
+    "face_corners_px = [[265.6, 657.8], [1861.3, 659.7], [1864.6, 258.4], [261.4, 260.2]]",
+    "an assumed scale": 'mm_per_px = 0.1\nscale_is = "assumed"',
+    "a box and via points": "mm_per_px = 0.1\nvia_px = [[900.25, 550.125]]\nroi_px = [[200, 200], [1900, 700]]",
+    "a polygon": "mm_per_px = 0.1\nroi_px = [[200, 200], [1900, 210.5], [1900, 700], [210, 690]]",
+}
+
+
+def test_it_saves_into_the_trial_and_ends(open_page, tmp_path):
+    shutil.copytree(FIXTURE, tmp_path / "lab")
+    trial = tmp_path / "lab" / "trial.toml"
+    before = trial.read_text()
+    bench = open_page(trial)
+    bench.await_state("walls")
+    bench.page.click("#swap")
+    bench.await_state("walls")
+    bench.page.keyboard.press("Control+s")
+    bench.page.wait_for_selector("#farewell[open]")
+    assert "ends_px" in bench.text("#farewell-text")
+    assert bench.text("#farewell-next") == f"sealtwin digitise {trial}"
+    assert bench.command.wait(10) == 0
+    changed = [line for line in trial.read_text().splitlines() if line not in before.splitlines()]
+    assert changed == ["ends_px = [[1402.7, 258.9], [719.3, 658.4]]"]
+
+
+@pytest.mark.parametrize("said", SAID)
+def test_what_a_trial_says_already_is_shown_and_saved_as_it_is(open_page, tmp_path, said):
+    """Nothing is rounded, dropped or written out by opening and saving."""
+    shutil.copy(FIXTURE / "photo.jpg", tmp_path)
+    trial = tmp_path / "trial.toml"
+    ends = "ends_px = [[719.3, 658.4], [1402.7, 258.9]]"
+    trial.write_text(
+        f'name = "x"\n[photo]\nfile = "photo.jpg"\ndata = "synthetic"\n{ends}\n{SAID[said]}\n[crack]\ndepth_mm = 16\n'
+    )
+    before = trial.read_bytes()
+    bench = open_page(trial)
+    bench.await_state("walls", "refused")
+    assert bench.text("#refusal") == ""
+    assert bench.text("#length").endswith("mm")
+    bench.page.click("#save")
+    bench.page.wait_for_selector("#farewell[open]")
+    assert "nothing had changed" in bench.text("#farewell-text")
+    assert trial.read_bytes() == before
+
+
+def test_a_trial_that_changed_meanwhile_is_not_overwritten(open_page, tmp_path):
+    shutil.copytree(FIXTURE, tmp_path / "lab")
+    trial = tmp_path / "lab" / "trial.toml"
+    bench = open_page(trial)
+    bench.await_state("walls")
+    bench.page.click("#swap")
+    trial.write_text(trial.read_text() + "# mine\n")
+    bench.page.click("#save")
+    bench.until("document.getElementById('save-refused').innerText.includes('changed since')")
+    assert not bench.page.is_visible("#farewell")
+    assert bench.command.poll() is None
+    assert trial.read_text().endswith("# mine\n")
+
+
+def test_a_photo_needs_scale_and_depth_before_it_is_saved(open_page, shot, tmp_path):
+    photo = Path(shutil.copy(shot.file, tmp_path))
+    bench = open_page(photo)
+    bench.give_ends(shot)
+    for missing, selector, value in (("depth", "#depth-mm", "16"), ("scale", "#mm-per-px", f"{shot.mm_per_px:.5f}")):
+        bench.page.click("#save")
+        lacks = bench.text("#save-refused").lower()
+        assert missing in lacks
+        assert "scale" in lacks, "all that is missing is said at once"
+        if missing == "scale":
+            bench.page.check("input[value=mm_per_px]")
+        bench.page.fill(selector, value)
+        bench.page.keyboard.press("Enter")
+    bench.until("document.getElementById('length').innerText.endsWith('mm')")
+    bench.page.click("#save")
+    bench.page.wait_for_selector("#farewell[open]")
+    assert bench.command.wait(10) == 0
+    new = load_trial(photo.with_suffix(".toml"))
+    assert new.photo is not None
+    assert new.crack is not None
+    assert new.photo.ends_px is not None
+    assert (new.crack.depth_mm, new.photo.mm_per_px) == (16.0, pytest.approx(shot.mm_per_px, abs=1e-5))
+    # One screen pixel is two or three of the photo.
+    assert np.allclose(new.photo.ends_px, [shot.along(0.05), shot.along(0.95)], atol=4)
+
+
+def test_quitting_asks_once_where_something_would_be_lost(open_page, shot):
+    bench = open_page(shot.file)
+    bench.click(shot.along(0.05))
+    bench.page.click("#quit")
+    assert bench.text("#quit") == "Quit without saving?"
+    assert bench.command.poll() is None
+    bench.page.click("#quit")
+    bench.page.wait_for_selector("#farewell[open]")
+    assert bench.command.wait(10) == 0
+    assert not shot.file.with_suffix(".toml").exists()
+
+
+def test_a_page_whose_command_has_gone_says_so(open_page, shot):
+    bench = open_page(shot.file)
+    bench.await_state("walls")
+    bench.command.terminate()
+    bench.command.wait(10)
+    bench.click(shot.along(0.05))
+    bench.click(shot.along(0.95))
+    bench.page.wait_for_selector("#farewell[open]")
+    assert "no longer runs" in bench.text("#farewell-text")
+    bench.complaints.clear()  # Chromium logs the refused connections

@@ -1,0 +1,81 @@
+"""How long a pixel is, said on the trace page: by a ruler, by the corners of the face."""
+
+import pytest
+
+pytestmark = pytest.mark.browser
+
+
+def test_a_ruler_gives_the_scale(open_page, shot):
+    """From marker to marker of the drawn photo; 1 % is a slip of the mouse by five pixels in 500."""
+    bench = open_page(shot.file)
+    bench.give_ends(shot)
+    assert bench.text("#length").endswith("px")
+    bench.page.keyboard.press("r")
+    lower_left, lower_right = shot.corners_px[:2]
+    bench.drag(lower_left, lower_right)
+    bench.page.fill("#ruler-mm", "160")
+    bench.page.keyboard.press("Enter")
+    bench.until("document.getElementById('length').innerText.endsWith('mm')")
+    assert bench.number("length") == pytest.approx(0.9 * shot.length_mm, rel=0.02)
+    assert bench.number("width") == pytest.approx(shot.width_mm, rel=0.03)
+    assert "mm/px" in bench.text("#scale-found")
+
+
+def test_the_corners_of_the_face_give_the_scale(open_page, shot):
+    """Clicked in any order; the crack then opens where it meets the face's edge."""
+    bench = open_page(shot.file)
+    bench.page.keyboard.press("f")
+    for corner in (2, 0, 3, 1):
+        bench.click(shot.corners_px[corner])
+    assert bench.page.eval_on_selector_all("#coordinates span", "all => all.map(one => one.innerText)") == [
+        "Lower left", "Lower right", "Upper right", "Upper left",
+    ]  # fmt: skip
+    bench.page.fill("#face-width-mm", "160")
+    bench.page.fill("#face-height-mm", "40,0")
+    bench.page.keyboard.press("Enter")
+    bench.until("document.getElementById('scale-found').innerText.includes('corners given')")
+    bench.page.click("#tools [data-tool=ends]")
+    bench.give_ends(shot, shares=(0.01, 0.99))
+    assert "both ends open" in bench.text("#how")
+    assert bench.number("length") == pytest.approx(shot.length_mm, rel=0.015)
+
+
+def test_corners_of_a_turned_face_go_round_from_its_lower_left(open_page, shot):
+    """Turned by 20 degrees, a long face's lower left corner lies above the middle of the photo."""
+    bench = open_page(shot.file)
+    bench.page.keyboard.press("f")
+    corners = ((368, 315), (1684, 793), (1752, 605), (436, 127))
+    for corner in (1, 3, 0, 2):
+        bench.click(corners[corner])
+    for number, corner in enumerate(corners):
+        assert bench.place(f"face-{number}") == pytest.approx(corner, abs=3)
+
+
+def test_corners_that_were_found_are_adjusted_by_hand(open_page, shot):
+    bench = open_page(shot.file)
+    bench.page.check("input[value=face]")
+    bench.page.fill("#face-width-mm", "160")
+    bench.page.fill("#face-height-mm", "40")
+    bench.page.keyboard.press("Enter")
+    bench.until("document.getElementById('scale-found').innerText.includes('found by its edges')")
+    assert bench.points() == []
+    bench.page.click("#adjust")
+    assert bench.points() == [f"face-{corner}" for corner in range(4)]
+    assert not bench.page.is_visible("#adjust")
+    bench.until("document.getElementById('scale-found').innerText.includes('corners given')")
+    for corner in range(4):
+        assert bench.at(bench.place(f"face-{corner}")) == pytest.approx(bench.at(shot.corners_px[corner]), abs=2)
+
+
+def test_what_is_half_said_asks_nothing(open_page, shot):
+    """A search of the photo takes seconds: a width without a height is no reason for another one."""
+    bench = open_page(shot.file)
+    bench.await_state("walls")
+    asked = []
+    bench.page.on("request", lambda request: asked.append(request.post_data_json["hints"]))
+    bench.page.check("input[value=face]")
+    bench.page.fill("#face-width-mm", "160")
+    bench.page.fill("#face-height-mm", "40")
+    bench.page.keyboard.press("Enter")
+    bench.until("document.getElementById('length').innerText.endsWith('mm')")
+    assert asked == [{"face_mm": [160, 40]}]

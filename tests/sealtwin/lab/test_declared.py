@@ -1,0 +1,69 @@
+"""What lab.toml and notes say of samples: taken, asked for, or refused in one sentence."""
+
+from pathlib import Path
+
+import pytest
+
+from sealtwin.errors import InputError
+from sealtwin.lab.ingest import ingest
+from sealtwin.lab.telling import exit_code, lines
+from sealtwin.trial import load_trial
+from tests.labs import QUIET
+from tests.pictures import mortar, write_png
+
+
+def test_a_fault_of_lab_toml_is_told_once_and_stops_all(small, tmp_path):
+    (small / "lab.toml").write_text('data = "measured"\n[photo]\nmm_per_pxl = 0.1\n')
+    with pytest.raises(
+        InputError, match=r"lab\.toml: 'photo\.mm_per_pxl': no such key; did you mean 'photo\.mm_per_px'"
+    ):
+        ingest(small, tmp_path / "lab", QUIET)
+    (small / "lab.toml").write_text('data = "measured"\nname = "all"\n')
+    with pytest.raises(InputError, match="name is of one sample"):
+        ingest(small, tmp_path / "lab", QUIET)
+
+
+def test_a_value_of_lab_toml_that_fails_all_samples_is_told_in_one_sentence(small, tmp_path):
+    (small / "lab.toml").write_text((small / "lab.toml").read_text().replace("mm_per_px = 0.1", "mm_per_px = 100.0"))
+    ingested = ingest(small, tmp_path / "lab", QUIET)
+    assert exit_code(ingested) == 3
+    assert [line for line in lines(ingested) if line.startswith("failed: P01, P02: lab.toml: photo.mm_per_px = 100.0")]
+
+
+def test_what_is_not_declared_is_asked_and_where_to_write_it(small, tmp_path):
+    (small / "lab.toml").write_text("[photo]\nmm_per_px = 0.1\n")
+    sentences = [fault.sentence for fault in ingest(small, tmp_path / "lab", QUIET).faults if fault.name == "P01"]
+    assert len(sentences) == 3
+    for key in ("photo.data", "readings.data", "readings.role"):
+        assert any(sentence.startswith(f"P01.toml: {key} is not said") for sentence in sentences)
+
+
+def test_readings_that_a_note_speaks_of_must_be_there(small, tmp_path):
+    (small / "P02_Messung.csv").unlink()
+    assert not ingest(small, tmp_path / "lab", QUIET).faults  # of lab.toml's readings P02 has none
+    (small / "P02_Notiz.csv").write_text("Tiefe;8 mm\nZustand;wet\n")
+    (fault,) = ingest(small, tmp_path / "lab", QUIET).faults
+    assert "P02_Notiz.csv, line 2: readings.state of a sample without readings" in fault.sentence
+
+
+def test_a_traced_trial_beside_its_photo_is_its_note(small, tmp_path):
+    """As 'sealtwin trace' writes it: it names its photo, which must be the one beside it."""
+    text = 'name = "P01"\n[photo]\nfile = "P01.png"\ndata = "measured"\nmm_per_px = 0.1\n[crack]\ndepth_mm = 8.0\n'
+    (small / "P01.toml").write_text(text)
+    assert not ingest(small, tmp_path / "lab", QUIET).faults
+    (small / "P01.toml").write_text(text.replace("P01.png", "P02.png"))
+    (fault,) = ingest(small, tmp_path / "lab", QUIET).faults
+    assert "P01.toml: photo.file = 'P02.png', but P01.png is of this sample by its name" in fault.sentence
+
+
+def test_a_mask_is_its_samples_by_its_name_and_by_nothing_else(small, tmp_path):
+    write_png(small / "P01_mask.png", mortar((200, 200)))
+    note = (small / "P01.toml").read_text()
+    (small / "P01.toml").write_text(f'{note}mask = "P01_mask.png"\n')
+    assert not ingest(small, tmp_path / "lab", QUIET).faults
+    trial = load_trial(tmp_path / "lab" / "P01" / "trial.toml")
+    assert trial.photo is not None
+    assert trial.photo.mask == Path("inputs/mask.png")
+    (small / "P01_mask.png").rename(small / "drawn.dat")
+    (fault,) = ingest(small, tmp_path / "lab", QUIET).faults
+    assert "P01.toml: photo.mask = 'P01_mask.png', which is not of this sample by its name" in fault.sentence

@@ -1,0 +1,101 @@
+"""Links, names and notes that would move a cursor, giants: nothing of them strikes, and each is told."""
+
+import os
+import sqlite3
+from dataclasses import replace
+
+import pytest
+
+from sealtwin.errors import InputError
+from sealtwin.lab import finding
+from sealtwin.lab import ingest as ingesting
+from sealtwin.lab.catalogue import CATALOGUE, Fault
+from sealtwin.lab.ingest import ingest
+from sealtwin.lab.telling import lines
+from tests.labs import QUIET, sealtwin
+from tests.pictures import mortar, write_png
+
+
+def test_links_are_not_followed(small, tmp_path):
+    secret = write_png(tmp_path / "secret.png", mortar((200, 200)))
+    (small / "P03.png").symlink_to(secret)
+    (small / "loop").symlink_to(small)
+    ingested = ingest(small, tmp_path / "lab", QUIET)
+    assert [fault.sentence for fault in ingested.faults] == [
+        "P03.png: a link; links are not followed: copy the file itself."
+    ]
+    assert len(ingested.outcomes) == 2
+
+
+def test_names_that_would_move_a_terminals_cursor_are_left_out(small, tmp_path):
+    for name in ("P03\n.png", "P04\x1b[2J.png", "P05\u202egnp.png"):
+        (small / name).touch()
+    (small / os.fsdecode(b"P06\xff.png")).touch()
+    told = "\n".join(lines(ingest(small, tmp_path / "lab", QUIET)))
+    assert "P03?.png: a name with control characters" in told
+    assert "\\xff" in told
+    assert not set(told) & {"\x1b", "\u202e", "\udcff"}
+
+
+def test_names_and_notes_that_are_formulas_stay_text_in_tables(small, tmp_path):
+    (small / "P01.png").rename(small / "=cmd()_P01_photo.png")
+    (small / "P02_Notiz.csv").write_text('Tiefe;8 mm\nPrüfer;"=HYPERLINK(""x"")"\n')
+    lab = tmp_path / "lab"
+    ingest(small, lab, QUIET)
+    assert "\n'=cmd()_P01_photo.png,photo," in (lab / "pairing.csv").read_text()
+    sealtwin("lab", "export", lab, "--out", tmp_path / "out.csv")
+    assert "\"'=HYPERLINK(" in (tmp_path / "out.csv").read_text()
+    assert not ingest(small, lab, QUIET, pairing=lab / "pairing.csv").left_out  # its own cells are read back
+
+
+def test_a_note_that_would_move_a_terminals_cursor_moves_none(small, tmp_path):
+    (small / "P01.toml").write_text(
+        'operator = "\\u001b[2J"\nnote = "\\u202e"\ncrack.depth_mm = 8.0\n"\\u009b2J" = 1\n'
+    )
+    (small / "P02_Notiz.csv").write_bytes(b"Tiefe;8 mm\nBemerkung;\x1b[2J\n\x1b]0;x\n")
+    told = "\n".join(lines(ingest(small, tmp_path / "lab", QUIET)))
+    assert "P01.toml" in told
+    assert "P02_Notiz.csv" in told
+    assert not set(told) & {"\x1b", "\u202e", "\x9b"}
+
+
+def test_whatever_a_fault_quotes_moves_no_cursor(sound):
+    told = lines(replace(sound[3], faults=(Fault("P01", "P01.csv: \x1b[2J\n\u202e"),)))
+    assert "failed: P01: P01.csv: ?[2J??" in told
+
+
+def test_a_sheet_of_a_gigabyte_is_refused_unread(small, tmp_path, monkeypatch):
+    with (small / "P01.csv").open("wb") as sheet:
+        sheet.truncate(1_000_000_000)
+    monkeypatch.setattr(
+        ingesting.files, "sha256", lambda path: pytest.fail(str(path)) if path.stat().st_size > 1e8 else "x"
+    )
+    ingested = ingest(small, tmp_path / "lab", QUIET, dry_run=True)
+    assert ingested.outcomes[0].faults == ("P01.csv: 1,000 MB; at most 5 MB of such a file are read.",)
+
+
+def test_a_note_that_cannot_be_read_is_the_one_fault(small, tmp_path):
+    (small / "P01.toml").write_text("a." * 60_000 + "b = 1")
+    (fault,) = ingest(small, tmp_path / "lab", QUIET).faults
+    assert fault.sentence.startswith("P01.toml: a key of more than 16 parts")
+
+
+def test_too_many_files_are_refused(small, tmp_path, monkeypatch):
+    monkeypatch.setattr(finding, "MOST_ENTRIES", 6)
+    with pytest.raises(InputError, match="more than 6 files; give one part of it at a time"):
+        ingest(small, tmp_path / "lab", QUIET)
+
+
+def test_a_catalogue_that_is_none_is_told_of(small, tmp_path):
+    lab = tmp_path / "lab"
+    ingest(small, lab, QUIET)
+    (lab / CATALOGUE).write_bytes(b"no database" * 100)
+    with pytest.raises(InputError, match="no catalogue that can be read"):
+        ingest(small, lab, QUIET)
+    (lab / CATALOGUE).unlink()
+    with sqlite3.connect(lab / CATALOGUE) as base:
+        base.execute("CREATE TABLE facts (name TEXT PRIMARY KEY, value TEXT)")
+        base.execute("INSERT INTO facts VALUES ('version', '99')")
+    base.close()
+    with pytest.raises(InputError, match="written by another version"):
+        ingest(small, lab, QUIET)

@@ -1,0 +1,132 @@
+"""An ingest that is stopped, killed, doubled or struck by a fault leaves a lab that is whole."""
+
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from sealtwin.lab import ingest as ingesting
+from sealtwin.lab.catalogue import Catalogue
+from sealtwin.lab.ingest import ingest
+from sealtwin.lab.telling import exit_code
+from tests.lab_folder import HANDS
+from tests.labs import QUIET, hashes_of, rows_of
+
+
+def _trials(lab):
+    return sum(1 for _ in lab.glob("[!.]*/record.json"))
+
+
+def _start(folder, lab):
+    command = [sys.executable, "-m", "sealtwin", "ingest", str(folder), "--out", str(lab), "--quiet"]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+@pytest.mark.parametrize("step", ["keep", "add", "rename"])
+def test_stopped_at_any_step_the_same_command_completes_the_lab(small, tmp_path, monkeypatch, step):
+    lab = tmp_path / "lab"
+
+    def stop(*_, **__):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched:
+        place = {"keep": (ingesting, "keep"), "add": (Catalogue, "add"), "rename": (Path, "rename")}[step]
+        patched.setattr(*place, stop)
+        with pytest.raises(KeyboardInterrupt):
+            ingest(small, lab, QUIET)
+    assert not ingest(small, lab, QUIET).faults
+    unbroken = tmp_path / "unbroken"
+    ingest(small, unbroken, QUIET)
+    assert rows_of(lab) == rows_of(unbroken)
+    assert sorted(path.name for path in lab.iterdir()) == sorted(path.name for path in unbroken.iterdir())
+
+
+def test_two_ingests_at_once_lose_nothing(sound, small, tmp_path):
+    """Two processes, two folders that share samples: one waits for the other."""
+    lab = tmp_path / "lab"
+    both = [_start(folder, lab) for folder in (sound[0], small)]
+    for process in both:
+        _, told = process.communicate(timeout=120)
+        assert process.returncode == 0, told
+    assert [row[:2] for row in rows_of(lab)] == [(sample, 1) for sample in HANDS]
+    assert {path.name for path in lab.iterdir() if path.is_dir()} == set(HANDS)
+
+
+@pytest.mark.slow
+def test_killed_again_and_again_an_ingest_loses_nothing(sound, tmp_path):
+    """SIGKILL at random moments after one more trial is there, then once to its end: the same as unbroken."""
+    chance = random.Random(5)
+    lab = tmp_path / "lab"
+    kept = [0]
+    while kept[-1] < len(HANDS) - 1 and len(kept) < 12:
+        process = _start(sound[0], lab)
+        while process.poll() is None and _trials(lab) == kept[-1]:
+            time.sleep(0.002)
+        # A trial takes some hundredths of a second.
+        time.sleep(chance.uniform(0, 0.05))
+        process.send_signal(signal.SIGKILL)
+        process.communicate()
+        assert _trials(lab) > kept[-1]
+        kept.append(_trials(lab))
+    assert len(kept) > 3
+    ingested = ingest(sound[0], lab, QUIET)
+    assert not ingested.faults
+    assert rows_of(lab) == rows_of(sound[2])
+    for sample in HANDS:
+        names = ("trial.toml", "inputs")
+        found, unbroken = (hashes_of(place / sample) for place in (lab, sound[2]))
+        assert {n: d for n, d in found.items() if n.startswith(names)} == {
+            n: d for n, d in unbroken.items() if n.startswith(names)
+        }
+
+
+def test_a_bug_that_one_sample_wakes_costs_no_other_one(small, tmp_path, monkeypatch):
+    real = ingesting.prepare
+
+    def burst(folder, prepared):
+        if prepared.sample.name == "P01":
+            raise ZeroDivisionError("on purpose")
+        real(folder, prepared)
+
+    monkeypatch.setattr(ingesting, "prepare", burst)
+    ingested = ingest(small, tmp_path / "lab", QUIET)
+    assert [outcome.fate for outcome in ingested.outcomes] == ["bug", "new"]
+    assert "P01: ZeroDivisionError in test_unbroken.py, line" in ingested.outcomes[0].faults[0]
+    assert exit_code(ingested) == 1
+
+
+def test_a_file_that_cannot_be_read_is_its_samples_fault_and_a_full_disk_is_nobodys(small, tmp_path, monkeypatch):
+    real, lab = ingesting.gather, tmp_path / "lab"
+
+    def failing(at):
+        def gather(folder, sample, defaults):
+            if sample.name == "P01":
+                raise OSError(28, "on purpose", str(at))
+            return real(folder, sample, defaults)
+
+        monkeypatch.setattr(ingesting, "gather", gather)
+
+    failing(small / "P01.png")
+    outcomes = ingest(small, lab, QUIET).outcomes
+    assert outcomes[0].faults == ("P01.png: on purpose. Make it readable.",)
+    assert outcomes[1].fate == "new"
+    failing(lab / "P01")
+    with pytest.raises(OSError, match="on purpose"):
+        ingest(small, lab, QUIET)
+
+
+def test_a_file_that_changes_while_it_is_taken_in_is_not_kept(small, tmp_path, monkeypatch):
+    real = ingesting.keep
+
+    def changing(*arguments):
+        (small / "P01.csv").write_text("s_mm,level_1_mm\n1,-1\n2,-1\n")
+        return real(*arguments)
+
+    monkeypatch.setattr(ingesting, "keep", changing)
+    ingested = ingest(small, tmp_path / "lab", QUIET)
+    assert "P01.csv: changed while it was taken in" in ingested.outcomes[0].faults[0]
+    assert not (tmp_path / "lab" / "P01").exists()
