@@ -10,7 +10,7 @@ from openpyxl.worksheet.worksheet import Worksheet
 
 from sealtwin.errors import InputError
 from validate.settings import Declared
-from validate.sheets import workbook
+from validate.sheets import workbook_archive
 from validate.sheets.cells import read_cells
 from validate.sheets.faults import SheetFaults
 from validate.sheets.sheet import Sheet, read_sheet
@@ -260,7 +260,7 @@ def test_another_zip_is_no_workbook(tmp_path):
         (hand_sheet('<c t="s"><v>7</v></c>', HEADER[1]), "'7' stands where a number up to"),
         (hand_sheet('<c r="ABCD1"><v>7</v></c>', HEADER[1]), "'ABCD1' is no cell's address"),
         (
-            hand_sheet(f'<c t="inlineStr"><is><t>{"x" * workbook.LARGEST_PART}</t></is></c>', HEADER[1]),
+            hand_sheet(f'<c t="inlineStr"><is><t>{"x" * workbook_archive.LARGEST_PART}</t></is></c>', HEADER[1]),
             "unpacks to more",
         ),
         (hand_sheet(*["<c><v>7</v></c>"] * 24_000), "more rows than the 10000"),
@@ -274,7 +274,7 @@ def test_hostile_workbooks_are_refused_by_name(tmp_path, sheet, words):
 
 
 def test_many_sheets_together_are_bounded(tmp_path, book, read, monkeypatch):
-    monkeypatch.setattr(workbook, "LARGEST_PARTS", 2_000)
+    monkeypatch.setattr(workbook_archive, "LARGEST_PARTS", 2_000)
     assert "unpack to more than 0.002 MB together" in str(faults_of(read, book))
 
 
