@@ -38,7 +38,7 @@ from simulate.injection import prepare
 from simulate.profile import measure_profile
 from simulate.run import follow
 from tests.places import FIXTURE
-from validate.compare import error_bins
+from validate.comparison.distances import error_bins
 
 ALIKE = {"fluid.U": 30.0, "fluid.D_cm": 0.3}
 """The paper's own pair, of its 132."""

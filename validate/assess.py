@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from sealtwin.records import Comparison, Floats, Profile
-from validate.compare import area_between
 from validate.comparison.balance import mass_balance, when_dispensed_mm3
 from validate.comparison.curves import Difference
+from validate.comparison.distances import area_between
 from validate.comparison.volumes import balance_profile, mouth_widths_mm
 from validate.evidence import Evidence
 from validate.settings import Readings

@@ -12,7 +12,7 @@ import numpy as np
 
 from sealtwin.records import Floats
 from sealtwin.reproduction.surface import START_MM, Surface
-from validate.compare import BIN_MM
+from validate.comparison.distances import BIN_MM
 
 STEP = 3.5
 """Between neighbouring values of a setting in the study: so far off is next to it."""

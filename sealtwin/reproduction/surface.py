@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from sealtwin.records import Floats, Profile
-from validate.compare import CLOSE_MM, error_bins
 from validate.comparison.curves import Difference
+from validate.comparison.distances import CLOSE_MM, error_bins
 from validate.studies.chart import Chart
 
 CHOSEN = (30.0, 0.3)

@@ -8,8 +8,8 @@ import numpy as np
 
 from sealtwin.errors import InputError
 from sealtwin.records import Floats, Profile
-from validate.compare import CLOSE_MM
 from validate.comparison.curves import Difference
+from validate.comparison.distances import CLOSE_MM
 from validate.studies.axis import Axis
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 
 from sealtwin.records import Floats, Profile
-from validate.compare import area_between
 from validate.comparison.curves import Difference
+from validate.comparison.distances import area_between
 
 CHOICE = "s from the first end given, on both curves; neither is shifted to fit the other"
 SHIFTS_MM = (-2.0, -1.0, 0.0, 1.0, 2.0)
