@@ -14,9 +14,14 @@ from validate.drawing.error_sources import draw_uncertainty
 from validate.drawing.turntable import Turntable, build_turntable
 from validate.evidence import Evidence
 from validate.reporting.plates import Plate, fill_plates, level_plates, solid_plate
-from validate.statements import facts
+from validate.statements.agreement import agreement_table, readings_table
 from validate.statements.assumptions import assumptions, left_out
-from validate.statements.facts import Table
+from validate.statements.health import health_table
+from validate.statements.nozzle_path import path_table
+from validate.statements.origin import photo_caption, provenance_table, settings_table
+from validate.statements.sample import geometry_table
+from validate.statements.sealant import balance_table
+from validate.statements.table import Table
 from validate.statements.uncertainty import uncertainty_sentences, uncertainty_tables, volume_rows
 
 OVERLAY_PX = 1500
@@ -87,22 +92,22 @@ def _chapters(evidence: Evidence) -> Iterator[Chapter]:
     seen_in = evidence.outline.seen_in
     yield _chapter(seen_in.capitalize(), "photo", [_photo(evidence)])
     yield _chapter("Fill", "fill", [_model(evidence), *fill_plates(evidence)])
-    compared = [] if evidence.comparison is None else [facts.agreement(evidence), facts.readings(evidence)]
+    compared = [] if evidence.comparison is None else [agreement_table(evidence), readings_table(evidence)]
     yield _chapter("Level", "level", [*level_plates(evidence), *compared])
     yield _chapter("Uncertainty", "uncertainty", _uncertainty(evidence))
     against = [] if evidence.comparison is None else volume_rows(evidence.comparison.metrics)
     held = [Table("As volumes of settled sealant, beside the readings", tuple(against))] if against else []
-    yield _chapter("Mass balance", "mass-balance", [facts.mass_balance(evidence), *held])
-    yield _chapter("Health of the run", "health", [facts.health(evidence)])
+    yield _chapter("Mass balance", "mass-balance", [balance_table(evidence), *held])
+    yield _chapter("Health of the run", "health", [health_table(evidence)])
     yield _chapter("Assumptions", "assumptions", [Words(tuple(assumptions(evidence)))])
     yield _chapter("Left out", "left-out", [Words(tuple(left_out(evidence)))])
-    geometry = [solid_plate(evidence), facts.geometry(evidence), facts.nozzle_path(evidence)]
+    geometry = [solid_plate(evidence), geometry_table(evidence), path_table(evidence)]
     yield _chapter("Geometry", "geometry", geometry)
     again = Command(
         evidence.command,
         "makes this report again, from the trial.toml beside it with the files that it names beside that.",
     )
-    yield _chapter("Provenance", "provenance", [again, facts.provenance(evidence), facts.settings_in_effect(evidence)])
+    yield _chapter("Provenance", "provenance", [again, provenance_table(evidence), settings_table(evidence)])
 
 
 def _chapter(title: str, name: str, items: Iterable[Item]) -> Chapter:
@@ -134,7 +139,7 @@ def _photo(evidence: Evidence) -> Photo:
     scale = min(1.0, OVERLAY_PX / picture.shape[1])
     pixels = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
     return Photo(
-        facts.photo_caption(evidence),
+        photo_caption(evidence),
         f"The {evidence.outline.seen_in} of the sample with the crack's walls and centreline that were found",
         np.asarray(pixels, dtype=np.uint8),
     )

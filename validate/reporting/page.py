@@ -19,9 +19,9 @@ from validate.drawing.theme import AGES
 from validate.evidence import Evidence
 from validate.reporting.chapters import Chapter, Command, Item, Model, Photo, Words
 from validate.reporting.plates import Plate
-from validate.statements import facts
 from validate.statements.cautions import cautions
-from validate.statements.facts import Table
+from validate.statements.headline import headline, key_figures
+from validate.statements.table import Table
 
 PIXELS_DPI = 150
 """Of what is drawn as pixels inside a figure."""
@@ -36,14 +36,14 @@ def page(evidence: Evidence, content: Sequence[Chapter]) -> str:
         loader=jinja2.PackageLoader("validate"), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True
     )
     script = resources("validate").joinpath("templates", "turntable.js").read_text(encoding="utf-8")
-    verdict, outcome = facts.headline(evidence)
+    verdict, outcome = headline(evidence)
     return environment.get_template("report.html.j2").render(
         name=evidence.name,
         note=evidence.note,
         verdict=verdict,
         outcome=outcome,
         cautions=cautions(evidence),
-        key_figures=facts.key_figures(evidence),
+        key_figures=key_figures(evidence),
         chapters=[
             {
                 "title": chapter.title,

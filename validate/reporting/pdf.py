@@ -11,9 +11,9 @@ from validate.evidence import Evidence
 from validate.reporting.chapters import Chapter, Command, Item, Model, Photo, Words
 from validate.reporting.plates import Plate
 from validate.reporting.typeset import CAPTION_PT, Typesetter
-from validate.statements import facts
 from validate.statements.cautions import cautions
-from validate.statements.facts import Table
+from validate.statements.headline import headline, key_figures
+from validate.statements.table import Table
 
 OUTCOME_COLOUR = {"passed": THIRD, "failed": MEASURED, "open": MUTED}
 STILL_IN = 3.4
@@ -22,7 +22,7 @@ STILL_IN = 3.4
 def write_pdf(path: Path, evidence: Evidence, content: Sequence[Chapter]) -> None:
     """What the page shows, in its order. The same evidence gives the same bytes: no date is written."""
     metadata = {"Title": printable(evidence.name), "Creator": "sealtwin", "CreationDate": None, "ModDate": None}
-    verdict, outcome = facts.headline(evidence)
+    verdict, outcome = headline(evidence)
     with themed(), PdfPages(path, metadata=metadata) as pages:
         page = Typesetter(pages, evidence.name)
         page.text(evidence.name, size_pt=20, weight="bold")
@@ -30,7 +30,7 @@ def write_pdf(path: Path, evidence: Evidence, content: Sequence[Chapter]) -> Non
         for caution in cautions(evidence):
             page.text(caution, size_pt=10, weight="bold", colour=MEASURED)
         page.text(verdict, size_pt=11, weight="bold", colour=OUTCOME_COLOUR[outcome])
-        page.rows(facts.key_figures(evidence))
+        page.rows(key_figures(evidence))
         for chapter in content:
             page.chapter(chapter.title, below_in=_room_in(chapter.items[0]))
             for item in chapter.items:

@@ -12,11 +12,11 @@ from pydantic import BaseModel, ConfigDict
 from sealtwin.records import Comparison, DataKind
 from validate.evidence import Evidence
 from validate.settings import Role
-from validate.statements import facts
 from validate.statements.assumptions import assumptions, left_out
 from validate.statements.cautions import cautions
-from validate.statements.facts import Outcome
+from validate.statements.headline import Outcome, headline
 from validate.statements.health import MEANING
+from validate.statements.sealant import volumes_mm3
 from validate.statements.uncertainty import uncertainty_sentences
 from validate.wording import unit_of, words
 
@@ -156,7 +156,7 @@ class ReportData(Part):
 
 def report_data(evidence: Evidence) -> ReportData:
     comparison, readings = evidence.comparison, evidence.readings
-    sentence, outcome = facts.headline(evidence)
+    sentence, outcome = headline(evidence)
     return ReportData(
         name=evidence.name,
         note=evidence.note,
@@ -174,7 +174,7 @@ def report_data(evidence: Evidence) -> ReportData:
         uncertainty=_uncertainty(comparison),
         mass_balance={
             key: Quantity(value=volume_mm3, unit="mm³", meaning=label)
-            for key, (label, volume_mm3) in facts.volumes_mm3(evidence).items()
+            for key, (label, volume_mm3) in volumes_mm3(evidence).items()
         },
         health={key: _health(key, value) for key, value in evidence.run.health.items()},
         assumptions=tuple(assumptions(evidence)),

@@ -4,7 +4,7 @@ import numpy as np
 
 from sealtwin.regime import SURFACE_TENSION_N_M, regime_of
 from validate.evidence import Evidence
-from validate.statements.facts import tilt_words
+from validate.statements.sample import tilt_words
 from validate.wording import counted
 
 

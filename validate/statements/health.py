@@ -2,6 +2,8 @@
 
 from typing import Any
 
+from validate.evidence import Evidence
+from validate.statements.table import Table
 from validate.wording import plain, words
 
 MEANING = {
@@ -32,6 +34,10 @@ MEANING = {
     "volume_ratio": ("volume of the settled particles over dispensed", 1, "{:.3f}"),
 }
 """By key: label, factor to the unit that is shown, and the number with that unit."""
+
+
+def health_table(evidence: Evidence) -> Table:
+    return Table("Numerical health", (("device", evidence.run.device), *health_rows(evidence.run.health)))
 
 
 def health_rows(health: dict[str, Any]) -> list[tuple[str, str]]:

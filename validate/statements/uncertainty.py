@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from validate.statements.facts import Table
+from validate.statements.table import Table
 
 INPUTS = {
     "speed_mm_s": ("the nozzle's speed", "mm/s"),

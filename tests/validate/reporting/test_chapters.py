@@ -11,7 +11,8 @@ from validate.reporting.chapters import Command, Model, Photo, Words, chapters
 from validate.reporting.plates import Plate
 from validate.reporting.report_data import report_data
 from validate.settings import Readings
-from validate.statements.facts import Table, key_figures
+from validate.statements.headline import key_figures
+from validate.statements.table import Table
 from validate.uncertainty.settings import Uncertainty
 
 

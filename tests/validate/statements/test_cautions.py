@@ -7,7 +7,7 @@ import pytest
 from tests.evidence import make_evidence
 from validate.settings import Gate
 from validate.statements.cautions import cautions, run_warnings
-from validate.statements.facts import headline
+from validate.statements.headline import headline
 
 
 @pytest.fixture(scope="module")

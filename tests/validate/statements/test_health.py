@@ -2,7 +2,9 @@
 
 import pytest
 
+from tests.evidence import make_evidence
 from tests.fluids import path, pour, slot
+from tests.tables import rows
 from validate.statements.health import MEANING, health_rows
 
 
@@ -53,3 +55,11 @@ def test_two_times_of_a_frame_are_told_apart():
 )
 def test_what_is_not_known_keeps_its_name(key, value, row):
     assert health_rows({key: value}) == [row]
+
+
+def test_units_follow_from_the_names(tmp_path):
+    health = rows(make_evidence(tmp_path), "Numerical health")
+    assert health["simulated time of a frame"] == "7.14 ms"
+    assert health["kinematic viscosity in effect"] == "32.6 mm²/s"
+    assert health["compression above the rest density, mean"] == "2.00 %"
+    assert rows(make_evidence(tmp_path), "Settings in effect")["fluid: density (kg/m³)"] == "1690"
