@@ -1,0 +1,43 @@
+"""A small trial as it is filled: its scene, three moments of it, and how sound its numbers were."""
+
+import numpy as np
+import pytest
+
+from sealtwin.records import Frame, ParticleState
+from tests.evidence import RADIUS_MM, make_evidence
+from validate.drawing.health_plot import PANELS
+from validate.drawing.snapshots import Scene
+
+
+@pytest.fixture(scope="module")
+def evidence(tmp_path_factory):
+    return make_evidence(tmp_path_factory.mktemp("evidence"))
+
+
+@pytest.fixture(scope="module")
+def scene(evidence):
+    return Scene(evidence.outline, evidence.solid, evidence.trajectory, RADIUS_MM, 2.4)
+
+
+def frame_of(run, t_s: float) -> Frame:
+    """A part of the fill that grows with time; the last particle has spilled, and one moves 50 times as fast."""
+    count = round(len(run.age_s) * t_s / 10)
+    velocity_mm_s = np.zeros((count, 3))
+    velocity_mm_s[:, 2] = -10.0
+    velocity_mm_s[0, 2] = -500.0
+    state = np.full(count, int(ParticleState.MOVING))
+    state[-1] = ParticleState.SPILLED
+    return Frame(t_s, run.position_mm[:count], velocity_mm_s, np.linspace(t_s, 0, count), np.ones(count), state)
+
+
+@pytest.fixture(scope="module")
+def frames(evidence):
+    return [frame_of(evidence.run, t_s) for t_s in (0.5, 7.0, 10.0)]
+
+
+@pytest.fixture(scope="module")
+def health():
+    """Of a run in which nothing moved at the end."""
+    columns = {name: np.linspace(0.0, 0.1, 6) for _, curves in PANELS for name in curves}
+    columns["density_error_mean"] = np.array([0.0, 0.01, 0.02, 0.03, np.nan, np.nan])
+    return columns | {"t_s": np.linspace(0.0, 1.0, 6), "escaped": np.zeros(6), "spilled": np.zeros(6)}
