@@ -5,14 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.evidence import axes_of, heights, make_evidence
+from tests.evidence import axes_of, heights
 from tests.shapes import straight_slot
 from validate.drawing.pictures import draw_sections, draw_side_view, draw_solid, draw_top_view, view_solid
-
-
-@pytest.fixture(scope="module")
-def evidence(tmp_path_factory):
-    return make_evidence(tmp_path_factory.mktemp("evidence"))
 
 
 def places(axes):

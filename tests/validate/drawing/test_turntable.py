@@ -9,14 +9,8 @@ import pytest
 import trimesh
 
 from sealtwin.records import FaceLabel
-from tests.evidence import make_evidence
 from validate.drawing.rendering import seen_from
 from validate.drawing.turntable import MOST_CORNERS, RIM_MM, STILL_PX, build_turntable
-
-
-@pytest.fixture(scope="module")
-def evidence(tmp_path_factory):
-    return make_evidence(tmp_path_factory.mktemp("turntable"))
 
 
 @pytest.fixture(scope="module")

@@ -11,11 +11,6 @@ from validate.statements.headline import headline
 
 
 @pytest.fixture(scope="module")
-def evidence(tmp_path_factory):
-    return make_evidence(tmp_path_factory.mktemp("evidence"))
-
-
-@pytest.fixture(scope="module")
 def run(evidence):
     """Nothing over the edge, nothing through a wall."""
     return replace(evidence.run, spilled=evidence.run.spilled & False)
