@@ -11,7 +11,8 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-from simulate.solver import LIST_REACH, LONGEST_CORRECTION, FluidSolver
+from simulate.pressure import LONGEST_CORRECTION
+from simulate.solver import LIST_REACH, FluidSolver
 
 Array = NDArray[np.float32]
 SLOTS, WALL_SLOTS = 128, 96
@@ -59,7 +60,7 @@ class NumbaStep:
 
     def step(self) -> None:
         engine = self.engine
-        s, step_s, clearance = engine.smoothing, engine.step_s, np.float32(engine.barrier.clearance)
+        s, step_s, clearance = engine.pressure.smoothing, engine.step_s, np.float32(engine.barrier.clearance)
         place = (self.x, self.y, self.z)
         damping = engine.settings.damping_per_s
         _predict(*place, self.velocity, self._start, step_s, damping, clearance, *self._grid)

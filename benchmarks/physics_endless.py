@@ -23,8 +23,8 @@ REACH = 1.5
 """Of images around the box, over the support: what comes into a list while particles move."""
 ROOM = 1.2
 """For images, over those of an even fluid."""
-CHANGES = ("predict", "measure_density", "correct", "update_velocity")
-"""What a substep does to particles, up to its viscosity."""
+CHANGES = {"engine": ("predict", "update_velocity"), "pressure": ("measure_density", "correct")}
+"""What a substep does to particles, up to its viscosity; what parts of the solver do it."""
 STIR_MM_S, STIR_STEPS, CALM_STEPS = 200.0, 80, 80
 """Enough to lose a lattice, whose layers slide in steps; and to come to rest in a paste of the paper's U."""
 CALMING_MM2_S = 32.2
@@ -54,8 +54,9 @@ class Endless:
         lay_down(engine, np.arange(engine.state.count) >= self.count)
         self._idle = self._of("place")[self.count :].copy()
         self._source, self._shift = np.zeros(0, dtype=np.int64), np.zeros((0, 3))
-        for name in CHANGES:
-            setattr(engine, name, self._then_followed(getattr(engine, name)))
+        parts = {"engine": engine, "pressure": engine.pressure}
+        for part, name in [(parts[part], name) for part, names in CHANGES.items() for name in names]:
+            setattr(part, name, self._then_followed(getattr(part, name)))
         # The viscosity's search turns its directions between two products.
         engine.viscosity._apply = self._followed_first(engine.viscosity._apply)
 
@@ -90,7 +91,7 @@ class Endless:
         engine = self.tank.engine
         self._wrap()
         engine.find_neighbours()
-        engine.measure_density()
+        engine.pressure.measure_density(engine.rows)
         for _ in range(times):
             engine.viscosity.solve_implicit(engine.rows)
 

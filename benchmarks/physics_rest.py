@@ -174,7 +174,7 @@ def passes() -> list[Finding]:
     )
     engine = tank.engine
     engine.find_neighbours()
-    engine.measure_density()
+    engine.pressure.measure_density(engine.rows)
     engine.viscosity.pass_explicit(engine.rows)
     diagonal = float((engine.viscosity.resistance.numpy() / engine.state.bulk.numpy()[:, 0]).max())
     before, after = (wp.zeros(len(fluid) + 2, dtype=wp.vec3, device="cpu")[: len(fluid)] for _ in range(2))

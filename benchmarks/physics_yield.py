@@ -173,7 +173,7 @@ def _still_block(step_s: float, stress_pa: float) -> Tank:
     # A frame on: what is just released is taken to be sheared.
     tank.engine.begin_frame(1)
     tank.engine.find_neighbours()
-    tank.engine.measure_density()
+    tank.engine.pressure.measure_density(tank.engine.rows)
     return tank
 
 

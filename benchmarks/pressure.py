@@ -100,11 +100,11 @@ def settle(crack: tuple[Solid, Outline], seed: int = 0, **solver: Any) -> Column
             engine.step()
         took_s.append(time.process_time() - began)
         speeds.append(float(np.linalg.norm(engine.state.velocity.numpy(), axis=1).mean()))
-    assert engine.inspect() == {}
+    assert engine.watch.inspect(engine.rows) == {}
     leaked = int((engine.barrier.exact_mm(positions_mm(engine)) < 0).sum())
     # Where the last substep left the particles, and not before its last correction.
     engine.find_neighbours()
-    engine.measure_density()
+    engine.pressure.measure_density(engine.rows)
     compression = 100 * (engine.state.density.numpy().astype(float) - 1)
     return Column(compression, float(np.mean(speeds[-WATCHED:])), leaked, 1e3 * min(took_s[-WATCHED:]))
 

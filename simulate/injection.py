@@ -1,7 +1,6 @@
 """An injection that can be followed frame by frame: one fluid, or several in the same crack under the same nozzle."""
 
 import time
-from array import array
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -11,33 +10,25 @@ import warp as wp
 from numpy.typing import NDArray
 
 from sealtwin.errors import NumericalError
-from sealtwin.records import Integers, Outline, Run, Solid, Trajectory
+from sealtwin.records import Outline, Run, Solid, Trajectory
 from sealtwin.regime import regime_of
-from simulate import kernels, kernels_rest
+from simulate import kernels_rest
 from simulate.course import course_of
 from simulate.device import describe_device
 from simulate.distance import CM
 from simulate.enclosure import Enclosure, enclose
+from simulate.faults import SENTENCES, Fault
 from simulate.fit import CM2_IN_M2, check_damping, check_fit, domain_of, effective_u, rheology_of
-from simulate.neighbours import NEIGHBOURS, WALL_NEIGHBOURS
 from simulate.nozzle import Schedule, plan_releases
 from simulate.outlet import check_outlet
 from simulate.paste import kinematic_viscosity
+from simulate.seen import Seen
 from simulate.settings import Fluid, Nozzle, Solver
-from simulate.solver import DENSEST, FASTEST_CM_S, UNSOLVED, Fault, FluidSolver, substeps_for
+from simulate.solver import FluidSolver, substeps_for
 from simulate.state import State
-from simulate.viscosity import SEARCHES_AT_MOST
 
 SAMPLE_EVERY = 50
 """Frames between two samples of the density error."""
-FAULTS = {
-    UNSOLVED: f"The viscosity solve did not converge in {SEARCHES_AT_MOST} iterations.",
-    int(kernels.NEIGHBOURS_FULL): f"A particle has more than {NEIGHBOURS} neighbours: the fluid collapsed.",
-    int(kernels.WALLS_FULL): f"A particle has more than {WALL_NEIGHBOURS} wall particles around it.",
-    int(kernels.NOT_FINITE): "A position, speed or density is no number any more.",
-    int(kernels.TOO_FAST): f"A particle is faster than {FASTEST_CM_S / 100:g} m/s.",
-    int(kernels.TOO_DENSE): f"A particle's density is over {DENSEST:g} times the rest density.",
-}
 
 
 @dataclass
@@ -54,7 +45,7 @@ class Injection:
     frames: int
     """To the end of settling."""
     setup_s: float
-    seen: "Seen"
+    seen: Seen
     done: int = 0
     """Frames that are finished."""
     moving: int = 0
@@ -214,84 +205,18 @@ class Injection:
 
     def _give_up_faulty(self) -> None:
         """Raises NumericalError where no run is left, with all as the fault left it."""
-        for run, fault in self.engine.faults().items():
+        for run, fault in self.engine.watch.found().items():
             self.failed[run] = NumericalError(self._in_words(run, fault))
             if len(self.failed) == len(self.fluids):
                 raise self.failed[run]
             self.engine.give_up(run)
 
     def _in_words(self, run: int, fault: Fault) -> str:
-        said = f"{FAULTS[fault.kind]} Frame {self.done}, t = {self.t_s:.3f} s"
+        said = f"{SENTENCES[fault.kind]} Frame {self.done}, t = {self.t_s:.3f} s"
         if fault.particle is not None:
             x, y, z = self.engine.state.position_mm()[run * self.schedule.particles + fault.particle]
             said += f", particle {fault.particle} at ({x:.2f}, {y:.2f}, {z:.2f}) mm"
         return f"{said}. Try more substeps, or a smaller radius."
-
-
-class Seen:
-    """What was seen on the way, for the health of each run: of frames in which something moves."""
-
-    def __init__(self, runs: int) -> None:
-        self._runs = runs
-        self.density: list[NDArray[np.floating]] = []
-        """Errors of the movers, of the frames that were sampled."""
-        self.owner: list[NDArray[np.integer]] = []
-        """The run that each of these belongs to."""
-        self.solves = array("q")
-        """By substep and run; nobody counts them where frames are replayed."""
-        self.moving = array("q")
-        """By frame and run."""
-        self.neighbours = np.zeros(runs, dtype=np.int64)
-        """The most, by run."""
-        self.frames_s = 0.0
-
-    def add(self, engine: FluidSolver, solves: Sequence[Integers], sampled: bool) -> None:
-        for iterations in solves:
-            self.solves.extend(iterations.tolist())
-        moving = np.diff(engine.movers.movers.first_row.numpy())
-        self.moving.extend(moving.tolist())
-        if sampled:
-            who = engine.movers.movers.who.numpy()[: moving.sum()]
-            owner = who // engine.state.points_a_run
-            self.owner.append(owner)
-            self.density.append(np.maximum(engine.state.density.numpy()[who] - 1.0, 0.0))
-            np.maximum.at(self.neighbours, owner, engine.lists.fluid_count.numpy()[: len(who)])
-
-    def snapshot(self) -> dict[str, NDArray[Any]]:
-        return {
-            "seen_density": np.concatenate([np.zeros(0, np.float32), *self.density]),
-            "seen_owner": np.concatenate([np.zeros(0, np.int32), *self.owner]),
-            "seen_solves": np.array(self.solves, dtype=np.int64),
-            "seen_moving": np.array(self.moving, dtype=np.int64),
-            "seen_neighbours": self.neighbours.copy(),
-            "seen_frames_s": np.array(self.frames_s),
-        }
-
-    def restore(self, snapshot: Mapping[str, NDArray[Any]]) -> None:
-        sampled = len(snapshot["seen_density"]) > 0
-        self.density = [snapshot["seen_density"]] if sampled else []
-        self.owner = [snapshot["seen_owner"]] if sampled else []
-        self.solves, self.moving = (array("q", snapshot[name].tolist()) for name in ("seen_solves", "seen_moving"))
-        self.neighbours, self.frames_s = snapshot["seen_neighbours"].copy(), float(snapshot["seen_frames_s"])
-
-    def summary(self, run: int) -> dict[str, Any]:
-        """Of one run, whatever moved in the others."""
-        error = np.concatenate(self.density)[np.concatenate(self.owner) == run]
-        moving = np.array(self.moving).reshape(-1, self._runs)[:, run]
-        iterations: dict[str, Any] = {}
-        if self.solves:
-            solves = np.array(self.solves).reshape(len(moving), -1, self._runs)[moving > 0, :, run]
-            iterations["viscosity_iterations_mean"] = float(solves.mean())
-            iterations["viscosity_iterations_most"] = int(solves.max())
-        return {
-            "density_error_mean": float(error.mean()),
-            "density_error_p95": float(np.quantile(error, 0.95)),
-            "density_error_max": float(error.max()),
-            "most_neighbours": int(self.neighbours[run]),
-            "moving_mean": float(moving[moving > 0].mean()),
-            "moving_most": int(moving.max()),
-            **iterations,
-        }
 
 
 def prepare(

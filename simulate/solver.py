@@ -13,11 +13,13 @@ from simulate import kernels, kernels_rest
 from simulate.cells import CellGrid
 from simulate.coarse_pressure import CoarsePressure
 from simulate.distance import Barrier
+from simulate.faults import FaultWatch
 from simulate.launch import Launcher
 from simulate.movers import MoversList
 from simulate.neighbours import NeighbourLists
 from simulate.pairs import pair_kernels
 from simulate.paste import Rheology, paste_on_device
+from simulate.pressure import Pressure, smoothing_of
 from simulate.settings import Solver, particle_volume
 from simulate.state import State
 from simulate.viscosity import Viscosity
@@ -25,32 +27,14 @@ from simulate.walls import Walls, calibrated_wall_mass, source_wall_mass
 
 LIST_REACH = 1.04
 """Of a list over h: what can come within h while the pressure iterations move particles."""
-LONGEST_CORRECTION = 0.25
-"""Of one pressure iteration over h."""
 FALL = 0.03
 """Of a particle at rest in one substep, g dt^2 over h: more compresses the column (4 substeps in the paper's trial)."""
-FASTEST_CM_S = 2000.0
-"""A fall from 20 m: whatever is faster gained its energy from the numbers."""
-DENSEST = 2.5
-"""Over rest density. Sound runs, overfull and thick ones included, stayed under 1.5; 128 neighbours come soon after."""
 CREEP = 5.0
 """Times the slowest shear: below it the stress is under 5/6 of the yield stress, and paste may fall asleep."""
 PATIENCE_S = 0.3
 """Of quiet before sleep (prototype)."""
 WAKING_CM_S = 0.5
 """Of a neighbour (prototype)."""
-
-
-UNSOLVED = 0
-"""Beside the kernels' faults, that of a run whose viscosity was not solved."""
-
-
-class Fault(NamedTuple):
-    """What ended a run."""
-
-    kind: int
-    particle: int | None
-    """The first of the run's own that had it; None where it is the fault of none."""
 
 
 class Domain(NamedTuple):
@@ -108,9 +92,7 @@ class FluidSolver:
         self.step_s = frame_s / substeps
         self._support = 4 * radius
         self.mass = self.scheme.volume_factor * particle_volume(radius)
-        wall_mass = {"calibrated": calibrated_wall_mass, "source": source_wall_mass}
-        self.wall_mass = wall_mass[self.scheme.wall](radius)
-        self.smoothing = _smoothing(self._support, self.mass, self.wall_mass, settings.relaxation)
+        wall_mass = {"calibrated": calibrated_wall_mass, "source": source_wall_mass}[self.scheme.wall]
         self._launch = Launcher(device, threads if device == "cpu" else 1)
         self.movers, self.lists = MoversList(state, self._launch), NeighbourLists(rows, device)
         self._kernels = pair_kernels(device == "cpu" if native is None else native)
@@ -136,11 +118,9 @@ class FluidSolver:
         self.wall_cells = CellGrid(domain.low, domain.high, reach, len(walls.place), device)
         all_there = wp.zeros(len(walls.place), dtype=int, device=device)
         self.wall_cells.fill(walls.place, all_there, len(walls.place))
-        self._wall_slope = wp.zeros(rows, dtype=wp.vec3, device=device)
-        self._correction = wp.zeros(rows, dtype=wp.vec3, device=device)
-        self._coarse: CoarsePressure | None = None
+        coarse: CoarsePressure | None = None
         if settings.pressure == "two-level":
-            self._coarse = CoarsePressure(
+            coarse = CoarsePressure(
                 state,
                 self.movers,
                 self._launch,
@@ -152,10 +132,21 @@ class FluidSolver:
                 rows=rows,
                 support=self._support,
             )
+        self.pressure = Pressure(
+            state,
+            self.movers,
+            self.lists,
+            walls,
+            barrier,
+            self._kernels.pressure,
+            self._launch,
+            smoothing=smoothing_of(self._support, self.mass, wall_mass(radius), settings.relaxation),
+            scheme=self.scheme,
+            coarse=coarse,
+        )
+        self.watch = FaultWatch(state, self.movers, self._launch, barrier, self.viscosity.unsolved, self._support)
         self._quiet_s = wp.zeros(state.count, dtype=float, device=device)
         self._frames_to_freeze = wp.array([fluid.frames_to_freeze for fluid in fluids], dtype=int, device=device)
-        self._fault = wp.zeros(state.count, dtype=int, device=device)
-        """By particle, all that was ever wrong with it."""
         self._out = state.count
         # Explicit passes are counted by the host, in each substep.
         self.replays = device != "cpu" and settings.viscosity_solve == "implicit"
@@ -191,7 +182,7 @@ class FluidSolver:
         self.begin_frame(frame)
         solves = [self.step() for _ in range(self.substeps)] if self.rows else []
         if self.rows:
-            self.look()
+            self.watch.look(self.rows)
         self.kernels_a_frame = self._launch.kernels - before
         return [] if self.replays else solves
 
@@ -228,15 +219,7 @@ class FluidSolver:
         self.find_neighbours()
         if self._yields:
             self.viscosity.measure_shear(self.rows)
-        if self._coarse:
-            self._coarse.begin(self.rows)
-        for iteration in range(self.scheme.iterations):
-            if self._coarse:
-                self._measure_terms(self._coarse)
-                self._coarse.change(iteration, self.rows)
-            else:
-                self.measure_density()
-            self.correct()
+        self.pressure.solve(self.rows)
         self.update_velocity()
         if self.settings.viscosity_solve == "implicit":
             self.viscosity.solve_implicit(self.rows)
@@ -260,11 +243,11 @@ class FluidSolver:
 
     def find_movers(self) -> None:
         self.movers.find()
-        self.rows = len(self._wall_slope) if self.replays else self.count_movers()
+        self.rows = len(self.lists.fluid_count) if self.replays else self.count_movers()
 
     def count_movers(self) -> int:
         """How many move now, for which the host waits. Raises RuntimeError where there is no room for as many."""
-        moving, room = self.movers.number(), len(self._wall_slope)
+        moving, room = self.movers.number(), len(self.lists.fluid_count)
         if moving > room:
             raise RuntimeError(f"{moving} particles move where there is room for {room}.")
         return moving
@@ -289,55 +272,6 @@ class FluidSolver:
         with self._launch.slice_by_slice():
             self._list("fluid", self.fluid_cells, kernels.NEIGHBOURS_FULL, state.nobody, lists.fluid, lists.fluid_count)
             self._list("wall", self.wall_cells, kernels.WALLS_FULL, len(self.walls.place), lists.wall, lists.wall_count)
-
-    def measure_density(self) -> None:
-        state, lists = self.state, self.lists
-        self._rows(
-            self._kernels.pressure.measure_density,
-            self.smoothing,
-            lists.fluid,
-            lists.fluid_count,
-            self.walls.place,
-            lists.wall,
-            lists.wall_count,
-            state.place,
-            self._wall_slope,
-            state.density,
-            state.bulk,
-        )
-
-    def _measure_terms(self, coarse: CoarsePressure) -> None:
-        state, lists = self.state, self.lists
-        self._rows(
-            self._kernels.pressure.measure_terms,
-            self.smoothing,
-            lists.fluid,
-            lists.fluid_count,
-            self.walls.place,
-            lists.wall,
-            lists.wall_count,
-            state.place,
-            self._wall_slope,
-            state.density,
-            state.bulk,
-            coarse.slope,
-            coarse.yielding,
-        )
-
-    def correct(self) -> None:
-        state, lists = self.state, self.lists
-        self._rows(
-            self._kernels.pressure.correct,
-            self.smoothing,
-            LONGEST_CORRECTION * self._support,
-            self.scheme.frozen_answer,
-            lists.fluid,
-            lists.fluid_count,
-            self._wall_slope,
-            state.place,
-            self._correction,
-        )
-        self._rows(kernels.shift, self.barrier.clearance, self.barrier.grid, self._correction, state.place)
 
     def update_velocity(self) -> None:
         state = self.state
@@ -387,46 +321,11 @@ class FluidSolver:
         )
         self.find_movers()
 
-    def look(self) -> None:
-        """Mark what spilled or escaped, and note faults."""
-        state = self.state
-        self._rows(
-            kernels.inspect,
-            FASTEST_CM_S,
-            DENSEST,
-            self._support,
-            self.barrier.grid,
-            state.place,
-            state.density,
-            state.velocity,
-            state.direction,
-            state.fate,
-            self._fault,
-        )
-
-    def faults(self) -> dict[int, Fault]:
-        """The first one of each run that had any, by the number of the run."""
-        unsolved, fault = self.viscosity.unsolved.numpy(), self._fault.numpy()
-        found = {int(run): Fault(UNSOLVED, None) for run in np.flatnonzero(unsolved)}
-        if fault.any():
-            for run, own in enumerate(fault.reshape(self.state.runs, -1)):
-                if kinds := np.bitwise_or.reduce(own):
-                    kind = int(kinds & -kinds)
-                    found[run] = Fault(kind, int(np.argmax(own & kind > 0)))
-        return found
-
-    def inspect(self) -> dict[int, Fault]:
-        """``look``, and the ``faults`` found."""
-        self.look()
-        return self.faults()
-
     def give_up(self, run: int) -> None:
         """Take a run out for good, those of its particles that are still to come included."""
         state = self.state
-        own = slice(run * state.points_a_run, (run + 1) * state.points_a_run)
-        for array, value in ((state.fate, int(kernels_rest.GIVEN_UP)), (self._fault, 0)):
-            array[own].fill_(value)
-        self.viscosity.unsolved[run : run + 1].fill_(0)
+        state.fate[state.own(run)].fill_(int(kernels_rest.GIVEN_UP))
+        self.watch.forget(run)
         self.find_movers()
 
     def _list(self, of: str, grid: CellGrid, full: int, nobody: int, listed: wp.array, count: wp.array) -> None:
@@ -443,18 +342,8 @@ class FluidSolver:
             self.state.place,
             listed,
             count,
-            self._fault,
+            self.watch.by_particle,
         )
 
     def _rows(self, kernel: Any, *inputs: object) -> None:
         self._launch.rows(kernel.key, kernel, self.rows, self.movers.movers, *inputs)
-
-
-def _smoothing(support: float, mass: float, wall_mass: float, relaxation: float) -> Any:
-    poly6, spiky = 315 / (64 * math.pi * support**9), -45 / (math.pi * support**6)
-    smoothing = kernels.Smoothing()
-    smoothing.support, smoothing.mass = support, mass
-    smoothing.density, smoothing.slope = mass * poly6, mass * spiky
-    smoothing.wall_density, smoothing.wall_slope = wall_mass * poly6, wall_mass * spiky
-    smoothing.relaxation = relaxation / support**2
-    return smoothing

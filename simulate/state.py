@@ -50,6 +50,10 @@ class State:
         """Of all particles, those still to come included."""
         return self.runs * self.points_a_run
 
+    def own(self, run: int) -> slice:
+        """The particles of a run."""
+        return slice(run * self.points_a_run, (run + 1) * self.points_a_run)
+
     def released(self, frame: int) -> int:
         """Particles of a run that are out once a frame's release is made."""
         return int(self._released[min(frame, len(self._released) - 1)])

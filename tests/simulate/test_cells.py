@@ -6,7 +6,7 @@ from scipy.spatial import KDTree
 from simulate import kernels, kernels_rest
 from simulate.cells import CellGrid
 from simulate.distance import CM
-from simulate.solver import Fault
+from simulate.faults import Fault
 from tests.fluids import engine_with, lattice, slot
 
 REACH_CM = 1.04 * 0.16
@@ -43,7 +43,7 @@ def test_a_list_that_is_too_short_is_reported_with_its_first_particle():
     crowd = np.vstack([[[3.0, 0.0, -1.0]], np.random.default_rng(0).normal([3, 0, -8], 0.1, (200, 3))])
     engine = engine_with(crowd, slot())
     engine.find_neighbours()
-    assert engine.inspect() == {0: Fault(int(kernels.NEIGHBOURS_FULL), 1)}
+    assert engine.watch.inspect(engine.rows) == {0: Fault(int(kernels.NEIGHBOURS_FULL), 1)}
 
 
 def test_what_left_is_nobodys_neighbour():

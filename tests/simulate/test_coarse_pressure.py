@@ -87,11 +87,11 @@ def test_the_nodes_multipliers_make_the_densities_right_and_only_push(monkeypatc
     monkeypatch.setattr("simulate.coarse_pressure.SWEEPS", 300)
     cloud = lattice(np.array([0.3, -1.4, -12.0]), np.array([5.7, 1.5, -7.0]), 0.7)
     engine = engine_with(cloud, slot(), pressure="two-level")
-    coarse = engine._coarse
+    coarse = engine.pressure.coarse
     assert coarse
     engine.find_neighbours()
     coarse.begin(engine.rows)
-    engine._measure_terms(coarse)
+    engine.pressure.measure_terms(engine.rows, coarse)
     excess = np.random.default_rng(3).normal(0.02, 0.2, len(cloud))
     engine.state.density.assign((1 + excess).astype(np.float32))
     coarse.change(0, engine.rows)

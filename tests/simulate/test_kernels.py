@@ -17,13 +17,13 @@ def weights_by_distance() -> tuple[Floats, Floats, Floats]:
     apart_mm = np.linspace(0.02, 12 * SUPPORT, 400)
     engine = engine_with(np.vstack([first, first + np.outer(apart_mm, [0, 1, 0])]), slot(depth_mm=4.0))
     engine.find_neighbours()
-    engine.measure_density()
+    engine.pressure.measure_density(engine.rows)
     state = engine.state
     place = state.place.numpy().astype(float)
     # As strong on both of a pair, weak enough not to be cut: what they are pushed by is twice that times the gradient.
     place[:, 3] = -1e-4
     state.place.assign(place.astype(np.float32))
-    engine.correct()
+    engine.pressure.correct(engine.rows)
     pushed = (state.place.numpy() - place)[400:, 1] / (-2e-4 * MASS)
     alone = 315 / (64 * np.pi * SUPPORT**3)
     return place[400:, 1] - place[:400, 1], state.density.numpy()[400:] / MASS - alone, pushed
@@ -55,8 +55,8 @@ def test_the_gradient_kernel_is_the_slope_of_one_that_integrates_to_one():
 def test_two_particles_in_one_place_make_no_nan():
     engine = engine_with(np.array([[3.0, 0.0, 40.0], [3.0, 0.0, 40.0]]), slot(depth_mm=4.0))
     engine.find_neighbours()
-    engine.measure_density()
-    engine.correct()
+    engine.pressure.measure_density(engine.rows)
+    engine.pressure.correct(engine.rows)
     assert positions_mm(engine) == pytest.approx(np.array([[3.0, 0.0, 40.0], [3.0, 0.0, 40.0]]), abs=1e-5)
 
 
@@ -68,8 +68,8 @@ def test_corrections_cannot_push_the_liquid_as_a_whole():
     before = crowd()
     engine = engine_with(before, slot(depth_mm=4.0))
     engine.find_neighbours()
-    engine.measure_density()
-    engine.correct()
+    engine.pressure.measure_density(engine.rows)
+    engine.pressure.correct(engine.rows)
     moved = positions_mm(engine) - before
     assert np.abs(moved).max() > 0.05
     # float32 rounding at 3 cm from the origin: 2e-6 mm a particle.
@@ -80,7 +80,7 @@ def test_density_is_the_sum_of_poly6_over_all_pairs():
     points = crowd()
     engine = engine_with(points, slot(depth_mm=4.0))
     engine.find_neighbours()
-    engine.measure_density()
+    engine.pressure.measure_density(engine.rows)
     away = np.linalg.norm(points[:, None] - points, axis=2) / 10
     weight = 315 / (64 * np.pi * SUPPORT**9) * np.clip(SUPPORT**2 - away**2, 0, None) ** 3
     assert engine.state.density.numpy() == pytest.approx(MASS * weight.sum(axis=1), rel=1e-4)
@@ -91,8 +91,8 @@ def test_only_compressed_fluid_is_corrected():
     engine = engine_with(lattice(np.array([0, -3, 20]), np.array([6, 3, 26]), 1.1), slot(depth_mm=4.0))
     before = positions_mm(engine)
     engine.find_neighbours()
-    engine.measure_density()
-    engine.correct()
+    engine.pressure.measure_density(engine.rows)
+    engine.pressure.correct(engine.rows)
     assert engine.state.density.numpy().max() < 1
     assert np.array_equal(positions_mm(engine), before)
 
@@ -105,8 +105,8 @@ def test_a_frozen_neighbour_answers_as_hard_as_the_preset_says():
         engine = engine_with(before, slot(depth_mm=4.0), preset=preset, volume_factor=1.1)
         lay_down(engine, np.arange(len(before)) < len(before) - 1)
         engine.find_neighbours()
-        engine.measure_density()
-        engine.correct()
+        engine.pressure.measure_density(engine.rows)
+        engine.pressure.correct(engine.rows)
         moved.append(positions_mm(engine) - before)
     assert np.abs(moved[0][:-1]).max() < 1e-5
     assert np.linalg.norm(moved[1][-1]) > 1e-3

@@ -147,7 +147,7 @@ def test_a_collapse_stops_the_run_and_says_what_when_which_and_where():
 
 @pytest.mark.parametrize(("limit", "value", "what"), [("FASTEST_CM_S", 1.0, "faster"), ("DENSEST", 0.5, "density")])
 def test_speed_and_density_are_watched(monkeypatch, limit, value, what):
-    monkeypatch.setattr(f"simulate.solver.{limit}", value)
+    monkeypatch.setattr(f"simulate.faults.{limit}", value)
     crack = slot(12.0)
     with pytest.raises(NumericalError, match=f"{what}.*particle 0"):
         pour(crack, path(crack[1], 0.01, speed_mm_s=20.0))

@@ -20,7 +20,7 @@ def settled(frames: int = 90, **solver: Any) -> FluidSolver:
     engine = engine_with(column, slot(LENGTH_MM, depth_mm=DEPTH_MM), weights=(1.0, 0.0), volume_factor=1.0, **solver)
     for _ in range(frames * (engine.settings.substeps or 4)):
         engine.step()
-    assert engine.inspect() == {}
+    assert engine.watch.inspect(engine.rows) == {}
     return engine
 
 
@@ -84,8 +84,8 @@ def test_a_relaxation_is_the_same_at_any_scale():
         crack = slot(depth_mm=4.0)
         engine = engine_with(points, crack, radius_mm=0.4 * scale, frame_s=FRAME_S)
         engine.find_neighbours()
-        engine.measure_density()
-        engine.correct()
+        engine.pressure.measure_density(engine.rows)
+        engine.pressure.correct(engine.rows)
         moved.append((positions_mm(engine) - points) / scale)
     assert np.abs(moved[0]).max() > 0.02
     assert moved[1] == pytest.approx(moved[0], abs=1e-4)

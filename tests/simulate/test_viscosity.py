@@ -27,7 +27,7 @@ def filled_slot(weights: tuple[float, float], **solver: Any) -> FluidSolver:
 
 def _prepared(engine: FluidSolver) -> FluidSolver:
     engine.find_neighbours()
-    engine.measure_density()
+    engine.pressure.measure_density(engine.rows)
     return engine
 
 

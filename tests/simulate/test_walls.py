@@ -161,7 +161,7 @@ def test_the_fluid_is_dragged_alike_however_the_walls_are_triangulated():
     for solid in (whole, fine, mixed):
         engine = engine_with(points, (solid, outline), weights=(0.0, 0.3))
         engine.find_neighbours()
-        engine.measure_density()
+        engine.pressure.measure_density(engine.rows)
         engine.state.velocity.assign(np.asarray(np.tile([10.0, 0.0, 0.0], (len(points), 1)), dtype=np.float32))
         engine.viscosity.solve_implicit(engine.rows)
         left_over.append(engine.state.velocity.numpy()[:, 0])
