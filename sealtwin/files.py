@@ -7,7 +7,7 @@ import json
 import os
 import re
 from array import array
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -28,15 +28,22 @@ from sealtwin.records import (
     Solid,
     Trajectory,
 )
+from sealtwin.result_files import Judged, Simulation, understood_as
 
 TRAJECTORY_COLUMNS = ("t_s", "x_mm", "y_mm", "z_mm", "s_mm", "speed_mm_s", "flow_mm3_s")
 PARTICLE_COLUMNS = ("x_mm", "y_mm", "z_mm", "vx_mm_s", "vy_mm_s", "vz_mm_s", "age_s", "spilled")
+PROFILE_COLUMNS = ("s_mm", "level_mm")
 NUMBERS = re.compile(r"\[\s+[-+\d.eE]+(?:,\s+[-+\d.eE]+)*\s+\]")
 POLYLINES = ("centreline", "left_wall", "right_wall", "outline")
 FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n", "\uff1d", "\uff0b", "\uff0d", "\uff20")
 """What makes a spreadsheet run a cell; the last four are the full width ones, which some take for the same."""
 LARGEST_BYTES = 200_000_000
 """Of a table or a JSON: two million particles. What is larger is none of ours, and would take the machine's memory."""
+HIGHEST_MM = 1e3
+"""Of a level, above the face or below it: the deepest crack that is taken has half of that."""
+FARTHEST = 1e7
+"""Of any other number of a table, in mm, mm/s or s. A particle that falls for a minute is there; beyond it the single
+precision in which a run is computed knows no millimetre."""
 
 
 @contextmanager
@@ -318,31 +325,54 @@ def write_run(folder: Path, run: Run) -> None:
     )
 
 
+def read_simulation(folder: Path) -> Simulation:
+    """simulation.json, checked. Raises InputError, naming the field."""
+    return _simulation(folder)[0]
+
+
 def read_run(folder: Path) -> Run:
-    rows = read_table(folder / "particles.csv", PARTICLE_COLUMNS)
-    path = folder / "simulation.json"
-    content = read_json(path)
-    with understood(path):
-        return Run(
-            position_mm=rows[:, 0:3],
-            velocity_mm_s=rows[:, 3:6],
-            age_s=rows[:, 6],
-            spilled=rows[:, 7] > 0,
-            radius_mm=content["radius_mm"],
-            particle_volume_mm3=content["particle_volume_mm3"],
-            escaped_particles=content["escaped_particles"],
-            device=content["device"],
-            settings=content["settings"],
-            health=content["health"],
+    """Raises InputError where a number is none, or none that can be, or the two files are not of one run."""
+    path = folder / "particles.csv"
+    rows = read_table(path, PARTICLE_COLUMNS)
+    _require_numbers(path, PARTICLE_COLUMNS, rows, dict.fromkeys(PARTICLE_COLUMNS, FARTHEST) | {"spilled": 1.0})
+    simulation, content = _simulation(folder)
+    counts = len(rows), int((rows[:, 7] > 0).sum())
+    if counts != (simulation.particles, simulation.spilled_particles):
+        raise InputError(
+            f"{path}: {counts[0]} particles, {counts[1]} of them spilled; simulation.json has {simulation.particles} "
+            f"and {simulation.spilled_particles}. Simulate again."
         )
+    return Run(
+        position_mm=rows[:, 0:3],
+        velocity_mm_s=rows[:, 3:6],
+        age_s=rows[:, 6],
+        spilled=rows[:, 7] > 0,
+        radius_mm=simulation.radius_mm,
+        particle_volume_mm3=simulation.particle_volume_mm3,
+        escaped_particles=simulation.escaped_particles,
+        device=simulation.device,
+        settings=content["settings"],
+        health=content["health"],
+    )
 
 
 def write_profile(folder: Path, profile: Profile) -> None:
-    write_table(folder / "profile.csv", ("s_mm", "level_mm"), np.column_stack([profile.s_mm, profile.level_mm]))
+    write_table(folder / "profile.csv", PROFILE_COLUMNS, np.column_stack([profile.s_mm, profile.level_mm]))
 
 
 def read_profile(folder: Path) -> Profile:
-    rows = read_table(folder / "profile.csv", ("s_mm", "level_mm"))
+    """Raises InputError where a number is none, or no level, or s does not grow from row to row."""
+    path = folder / "profile.csv"
+    rows = read_table(path, PROFILE_COLUMNS)
+    if len(rows) < 2:
+        raise InputError(f"{path}: {len(rows)} rows; a level along a crack has two or more. Simulate again.")
+    _require_numbers(path, PROFILE_COLUMNS, rows, {"s_mm": FARTHEST, "level_mm": HIGHEST_MM})
+    back = np.flatnonzero(np.diff(rows[:, 0]) <= 0)
+    if len(back):
+        row = int(back[0]) + 1
+        raise InputError(
+            f"{path}, line {row + 2}: s_mm = {rows[row, 0]:g} after {rows[row - 1, 0]:g}; it must grow from row to row."
+        )
     return Profile(s_mm=rows[:, 0], level_mm=rows[:, 1], data="synthetic", source="simulation")
 
 
@@ -359,6 +389,35 @@ def write_comparison(folder: Path, comparison: Comparison) -> None:
             **comparison.metrics,
         },
     )
+
+
+def read_comparison(folder: Path) -> dict[str, Any]:
+    """comparison.json, what it leads with checked. Raises InputError, naming the field."""
+    path = folder / "comparison.json"
+    content = read_json(path)
+    with understood(path):
+        understood_as(Judged, content)
+    return content
+
+
+def _simulation(folder: Path) -> tuple[Simulation, dict[str, Any]]:
+    """Checked; and as it is written, its settings in their order."""
+    path = folder / "simulation.json"
+    content = read_json(path)
+    with understood(path):
+        return understood_as(Simulation, content), content
+
+
+def _require_numbers(path: Path, columns: Sequence[str], rows: Floats, most: Mapping[str, float]) -> None:
+    """Raises InputError, naming the line, where a number is none, or larger than any can be, whatever its sign."""
+    limits = np.array([most[name] for name in columns])
+    # NaN is no less than anything.
+    wrong = np.argwhere(~(np.abs(rows) <= limits))
+    if len(wrong):
+        row, column = (int(index) for index in wrong[0])
+        found, name = rows[row, column], columns[column]
+        allowed = "expected a number" if np.isnan(found) else f"expected {-limits[column]:g} to {limits[column]:g}"
+        raise InputError(f"{path}, line {row + 2}: {name} = {found:g}; {allowed}. Run its stage again.")
 
 
 def _read_text(path: Path) -> str:

@@ -157,6 +157,96 @@ def test_a_file_that_somebody_broke_is_named_with_the_way_back(tmp_path, name, c
     assert str(tmp_path) in str(fault.value)
 
 
+def one_particle(folder):
+    run = Run(
+        position_mm=np.zeros((1, 3)),
+        velocity_mm_s=np.zeros((1, 3)),
+        age_s=np.zeros(1),
+        spilled=np.array([False]),
+        radius_mm=0.4,
+        particle_volume_mm3=0.33,
+        escaped_particles=0,
+        device="cpu",
+        settings={"solver": {"substeps": 4, "preset": "accurate"}, "seed": 0},
+        health={"frames": 3, "volume_ratio": 1.0, "density_error_mean": np.nan},
+    )
+    files.write_run(folder, run)
+    return run
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("particles", "many"),
+        ("particles", 2),
+        ("radius_mm", -0.4),
+        ("radius_mm", float("nan")),
+        ("particle_volume_mm3", 1e308),
+        ("escaped_particles", 0.5),
+        ("device", 7),
+        ("settings", {"fluid": "thick"}),
+        ("settings", {"fluid": {"density_kg_m3": "1690"}}),
+        ("health", {"volume_ratio": "all of it"}),
+        ("health", [1.0]),
+    ],
+)
+def test_a_run_of_another_kind_or_size_is_named_by_its_field(tmp_path, key, value):
+    """Seen to fail with the content taken as it is: "particles": "many" made a report."""
+    one_particle(tmp_path)
+    path = tmp_path / "simulation.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {key: value}))
+    with pytest.raises(InputError, match=rf"simulation\.json.*{key}|simulation\.json has {value}") as fault:
+        files.read_run(tmp_path)
+    assert len(str(fault.value).splitlines()) == 1
+    assert "again." in str(fault.value)
+
+
+def test_what_no_number_was_found_for_and_settings_in_their_order_come_back(tmp_path):
+    written = one_particle(tmp_path)
+    again = files.read_run(tmp_path)
+    assert again.health == written.health | {"density_error_mean": None}
+    assert json.dumps(again.settings) == json.dumps(written.settings)
+
+
+@pytest.mark.parametrize(
+    ("name", "row", "said"),
+    [
+        ("profile.csv", "1.0,nan", "line 3: level_mm = nan; expected a number"),
+        ("profile.csv", "1.0,", "line 3: level_mm = nan; expected a number"),
+        ("profile.csv", "1.0,1e308", r"line 3: level_mm = 1e\+308; expected -1000 to 1000"),
+        ("profile.csv", "1.0,-inf", "line 3: level_mm = -inf; expected -1000 to 1000"),
+        ("profile.csv", "0.0,1.0", "line 3: s_mm = 0 after 0; it must grow"),
+        ("particles.csv", "0,0,nan,0,0,0,0,0", "line 3: z_mm = nan; expected a number"),
+        ("particles.csv", "0,0,0,0,-1e30,0,0,0", r"line 3: vy_mm_s = -1e\+30; expected"),
+        ("particles.csv", "0,0,0,0,0,0,0,0", "2 particles, 0 of them spilled; simulation.json has 1 and 0"),
+    ],
+)
+def test_a_row_that_no_stage_can_have_written_is_named(tmp_path, name, row, said):
+    one_particle(tmp_path)
+    files.write_profile(tmp_path, Profile(np.array([0.0]), np.array([-1.0])))
+    with (tmp_path / name).open("a") as table:
+        table.write(row + "\n")
+    with pytest.raises(InputError, match=rf"{name}.*{said}.*again|{said}"):
+        (files.read_profile if name == "profile.csv" else files.read_run)(tmp_path)
+
+
+def test_a_particle_that_fell_out_of_its_sample_is_still_read(tmp_path):
+    """For twenty seconds, as one that escaped early in the paper's trial: two kilometres."""
+    one_particle(tmp_path)
+    files.write_table(tmp_path / "particles.csv", files.PARTICLE_COLUMNS, np.array([[0, 0, -2e6, 0, 0, -2e5, 20, 0]]))
+    assert files.read_run(tmp_path).position_mm[0, 2] == -2e6
+
+
+@pytest.mark.parametrize("value", [float("nan"), "1.0", None, -1.0, 1e308])
+def test_a_comparison_that_leads_with_no_error_is_named(tmp_path, value):
+    content = {"mean_error_mm": 1.0, "worst_error_mm": 2.0, "worst_at_mm": 3.0, "passed": None, "verdict": "-"}
+    files.write_json(tmp_path / "comparison.json", content)
+    assert files.read_comparison(tmp_path)["mean_error_mm"] == 1.0
+    (tmp_path / "comparison.json").write_text(json.dumps(content | {"mean_error_mm": value}))
+    with pytest.raises(InputError, match=r"comparison\.json.*mean_error_mm = "):
+        files.read_comparison(tmp_path)
+
+
 @pytest.mark.parametrize("start", ["=", "+", "-", "@", "\t", "\r", "\n", "\uff1d"])
 def test_no_text_of_an_exported_table_can_run_in_a_spreadsheet(start):
     """A note such as =HYPERLINK(...) is somebody else's program. Numbers stay numbers, and negative ones too."""
