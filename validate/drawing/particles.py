@@ -15,7 +15,7 @@ from scipy.spatial import KDTree
 
 from sealtwin.records import Floats, Outline, Solid
 from validate.drawing.slicing import cut_rings
-from validate.drawing.theme import AGES, GROUND, ON_GROUND, SPEEDS, label_axes
+from validate.drawing.theme import AGES, AIR, GROUND, ON_GROUND, SPEEDS, label_axes
 
 ACROSS_MM = 9.0
 """Shown to each side of the centreline in a section."""
@@ -115,6 +115,7 @@ def draw_section(
     near = (np.abs(offset @ ahead) <= radius_mm) & (np.abs(offset @ right) < ACROSS_MM)
     place_mm = np.column_stack([offset @ right, position_mm[:, 2]])[near]
     draw_discs(axes, place_mm, radius_mm, value[near], scale)
+    axes.set_facecolor(AIR)
     axes.set_xlim(-ACROSS_MM, ACROSS_MM)
     axes.set_ylim(-solid.depth_mm - 2, max(4.0, float(position_mm[near, 2].max(initial=0.0)) + 1))
     axes.set_aspect("equal")

@@ -15,9 +15,9 @@ from validate.drawing.level_curves import ALONG
 from validate.drawing.particles import Scale, age_scale, draw_discs, draw_section
 from validate.drawing.rendering import render
 from validate.drawing.theme import (
+    AIR,
     GROUND,
     HEIGHTS,
-    INK,
     MEASURED,
     ON_GROUND,
     canvas,
@@ -100,11 +100,12 @@ def draw_side_view(
         shown = ~run.spilled & (s_mm > -8) & (s_mm < outline.length_mm + 8)
         along_mm = np.linspace(-6, outline.length_mm + 6, 500)
         draw_ground(axes, along_mm, -solid.depth_at_mm(along_mm), -solid.depth_mm - 2)
-        axes.axhline(0.0, color=INK, linewidth=0.8)
+        axes.axhline(0.0, color=ON_GROUND, linewidth=0.8)
+        axes.set_facecolor(AIR)
         place_mm = np.column_stack([s_mm, run.position_mm[:, 2]])[shown]
         discs = draw_discs(axes, place_mm, run.radius_mm, run.age_s[shown], _ages(run))
         figure.colorbar(discs, ax=axes, label="age (s)", shrink=0.8, pad=0.01)
-        axes.plot(profile.s_mm, profile.level_mm, color="white", linewidth=3.0)
+        axes.plot(profile.s_mm, profile.level_mm, color=AIR, linewidth=3.0)
         axes.plot(
             profile.s_mm, profile.level_mm, color=MEASURED, linewidth=1.4, label="profile read from the particles"
         )

@@ -12,7 +12,7 @@ from sealtwin.records import Floats, Frame, Integers, Outline, ParticleState, So
 from validate.drawing.level_curves import ALONG
 from validate.drawing.particles import SPEED, Along, Scale, add_bar, age_scale, draw_discs, draw_section
 from validate.drawing.pictures import SECTIONS_AT
-from validate.drawing.theme import GROUND, INK, ON_GROUND, THIRD, canvas, draw_ground, label_axes, themed
+from validate.drawing.theme import AIR, GROUND, ON_GROUND, THIRD, canvas, draw_ground, label_axes, themed
 
 MARGIN_MM = 6.0
 """Shown past each end of the crack."""
@@ -78,7 +78,8 @@ class Scene:
             if kind != "open":
                 end = Rectangle((start_mm, bottom_mm), MARGIN_MM, -bottom_mm, facecolor=GROUND, edgecolor="none")
                 axes.add_patch(end)
-        axes.plot([low_mm, high_mm], [0.0, 0.0], color=INK, linewidth=0.8)
+        axes.plot([low_mm, high_mm], [0.0, 0.0], color=ON_GROUND, linewidth=0.8)
+        axes.set_facecolor(AIR)
         axes.set_xlim(low_mm, high_mm)
         axes.set_ylim(bottom_mm, top_mm)
         axes.set_aspect("equal")
@@ -94,7 +95,7 @@ class Scene:
     def draw_nozzle(self, axes: Axes, t_s: float) -> Rectangle:
         """Seen from the side; invisible once it has gone."""
         tip_mm = self.nozzle_mm(t_s)
-        nozzle = Rectangle((0, 0), self._diameter_mm, NOZZLE_MM, facecolor="white", edgecolor=INK, linewidth=0.9)
+        nozzle = Rectangle((0, 0), self._diameter_mm, NOZZLE_MM, facecolor=AIR, edgecolor=ON_GROUND, linewidth=0.9)
         axes.add_patch(nozzle)
         self.move_nozzle(nozzle, tip_mm)
         return nozzle
@@ -191,6 +192,7 @@ def _draw_top(axes: Axes, frame: Frame, scene: Scene) -> None:
     low, high = np.maximum(around_mm[0], block_mm[0] - 4), np.minimum(around_mm[1], block_mm[1] + 4)
     axes.set_xlim(low[0], high[0])
     axes.set_ylim(low[1], high[1])
+    axes.set_facecolor(AIR)
     axes.set_aspect("equal")
     axes.grid(visible=False)
     label_axes(axes, "x (mm)", "y (mm)", "From above, by speed; the dot is the nozzle")

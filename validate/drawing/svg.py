@@ -31,7 +31,7 @@ def as_svg(figure: FigureBase, name: str, pixels_dpi: int) -> str:
     target = io.StringIO()
     # Ids of clip paths must differ between the figures of a page, and not between two runs.
     with themed(), rc_context({"svg.hashsalt": name}):
-        figure.savefig(target, format="svg", dpi=pixels_dpi, transparent=True, metadata=NO_METADATA)
+        figure.savefig(target, format="svg", dpi=pixels_dpi, facecolor="none", metadata=NO_METADATA)
     return target.getvalue()
 
 

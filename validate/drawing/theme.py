@@ -19,7 +19,9 @@ GRID = "#d4dadf"
 GROUND = "#c9c2b8"
 """Mortar, cut."""
 ON_GROUND = "#2b2620"
-"""Lines and words on mortar, dark on a dark page too."""
+"""Lines and words on mortar and in the air, dark on a dark page too."""
+AIR = "#fcfcfa"
+"""Around sealant: light on a dark page too, where its darkest colours would be lost."""
 # Okabe and Ito: told apart with any colour vision, and in grey.
 SIMULATED = "#0072b2"
 MEASURED = "#d55e00"
@@ -34,6 +36,8 @@ LEGEND_ROW_PT = 12.5
 STYLE: Any = {
     "font.family": "sans-serif",
     "font.size": 9.0,
+    # What has a ground of its own says so; all else stands on the page.
+    "axes.facecolor": "none",
     "axes.edgecolor": MUTED,
     "axes.labelcolor": INK,
     "axes.titlecolor": INK,

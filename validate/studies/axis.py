@@ -55,6 +55,11 @@ class Axis:
         """Values as they are spaced on the axis: powers of ten where it counts those."""
         return np.log10(values) if self.logarithmic else np.asarray(values, dtype=float)
 
+    def is_past_middle(self, value: float) -> bool:
+        """Whether it lies in the upper half of the axis as it is drawn."""
+        low, here, high = self.spaced(np.array([self.values[0], value, self.values[-1]]))
+        return bool(here > (low + high) / 2)
+
     def said(self, value: float) -> str:
         """For a sentence: "D = 0.3 cm"."""
         return f"{self.name} = {self.rounded(value)} {self.unit}".rstrip()

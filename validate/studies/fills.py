@@ -11,7 +11,7 @@ from matplotlib.figure import FigureBase
 from sealtwin.records import Floats, Frame
 from validate.drawing.particles import Scale, age_scale, draw_discs
 from validate.drawing.snapshots import Scene
-from validate.drawing.theme import MEASURED, canvas, themed
+from validate.drawing.theme import AIR, MEASURED, canvas, themed
 from validate.studies.held import Held
 
 
@@ -66,7 +66,7 @@ def draw_thumbnails(fills: Sequence[Fill], on: FigureBase | None = None) -> Figu
         for axes, fill in zip(grid.ravel(), fills, strict=False):
             _draw(axes, fill, fill.frames[-1], scale)
             profile = fill.run.run.profile
-            axes.plot(profile.s_mm, profile.level_mm, color="white", linewidth=2.4)
+            axes.plot(profile.s_mm, profile.level_mm, color=AIR, linewidth=2.4)
             axes.plot(profile.s_mm, profile.level_mm, color=MEASURED, linewidth=1.1)
             axes.set_title(f"{fill.title}\n{fill.run.mean_error_mm:.2f} mm off", fontsize=7.5)
         for axes in grid.ravel()[len(fills) :]:

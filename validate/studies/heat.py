@@ -51,10 +51,8 @@ def draw_heat(chart: Chart, chosen: Sequence[Held] = (), on: FigureBase | None =
             clip_on=False,
         )
         for letter, run in zip(ascii_lowercase, chosen, strict=False):
-            # Away from the edges of the map, where title and colours stand.
-            right, above = (
-                value > axis.values[len(axis.values) // 2] for axis, value in zip(chart.axes, run.at, strict=True)
-            )
+            # Toward the middle of the map: past its edges title and colours stand.
+            right, above = (axis.is_past_middle(value) for axis, value in zip(chart.axes, run.at, strict=True))
             axes.annotate(
                 letter,
                 run.at,

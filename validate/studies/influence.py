@@ -10,7 +10,7 @@ from matplotlib.ticker import FuncFormatter
 from validate.drawing.theme import INK, canvas, label_axes, themed
 from validate.studies.chart import Chart
 
-COLOURS = ListedColormap(matplotlib.colormaps["viridis"](np.linspace(0.2, 0.88, 256)))
+COLOURS = ListedColormap(matplotlib.colormaps["viridis"](np.linspace(0.3, 0.88, 256)))
 """Without its ends, of which one vanishes on a dark page and the other on a light one."""
 
 

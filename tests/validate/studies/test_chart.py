@@ -4,12 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from sealtwin.records import Profile
 from tests.charts import BEST, D_CM, U, error_mm, make_budget, make_chart, make_readings, make_runs
 from validate.studies.axis import axes_of
 from validate.studies.chart import as_near_as_the_best, chosen_few, scatter_of_runs
-from validate.studies.heat import heat
+from validate.studies.heat import draw_heat, heat
 from validate.studies.held import Excluded, Finished, hold
 
 
@@ -97,6 +98,23 @@ def test_the_map_meets_every_run():
     assert found_mm[-1, -1] == pytest.approx(error_mm(U[-1], D_CM[-1]), abs=1e-9)
     assert found_mm[0, -1] == pytest.approx(error_mm(U[-1], D_CM[0]), abs=1e-9)
     assert np.nanmin(found_mm) >= 0.5 - 1e-9
+
+
+@pytest.mark.parametrize(("u", "d_cm"), [(U, D_CM), ((30.0, 1000.0), (0.3, 3.0)), ((10.0, 30.0, 1000.0), (0.3, 3.0))])
+def test_letters_of_runs_stay_on_the_map(u, d_cm):
+    """Title, numbers and colours stand around it. Of an axis with two values both are edges."""
+    readings = make_readings()
+    runs, axes = held(make_runs(u, d_cm), readings)
+    chart = make_chart(axes=axes, runs=runs, as_near=(True,) * len(runs))
+    figure = draw_heat(chart, chosen_few(chart))
+    FigureCanvasAgg(figure).draw()
+    plot = figure.axes[0]
+    letters = [text for text in plot.texts if text.get_text()]
+    assert len(letters) == min(3, len(u)) * min(3, len(d_cm))
+    for letter in letters:
+        box = letter.get_window_extent()
+        assert plot.bbox.x0 <= box.x0 < box.x1 <= plot.bbox.x1
+        assert plot.bbox.y0 <= box.y0 < box.y1 <= plot.bbox.y1
 
 
 def test_chosen_runs_span_the_map_and_hold_the_best():
