@@ -5,9 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 
 from sealtwin.records import Profile
 from tests.charts import BEST, D_CM, U, error_mm, make_budget, make_chart, make_readings, make_runs
+from tests.evidence import axes_of as plots_of
 from validate.studies.axis import axes_of
 from validate.studies.chart import as_near_as_the_best, chosen_few, scatter_of_runs
 from validate.studies.heat import draw_heat, heat
@@ -107,8 +109,9 @@ def test_letters_of_runs_stay_on_the_map(u, d_cm):
     runs, axes = held(make_runs(u, d_cm), readings)
     chart = make_chart(axes=axes, runs=runs, as_near=(True,) * len(runs))
     figure = draw_heat(chart, chosen_few(chart))
+    assert isinstance(figure, Figure)
     FigureCanvasAgg(figure).draw()
-    plot = figure.axes[0]
+    plot = plots_of(figure)[0]
     letters = [text for text in plot.texts if text.get_text()]
     assert len(letters) == min(3, len(u)) * min(3, len(d_cm))
     for letter in letters:
