@@ -17,6 +17,7 @@ COLUMNS = (
     "sample", "revision", "state", "date", "operator", "data", "depth_mm", "photo", "photo_sha256", "readings",
     "readings_sha256", "dialect", "result", "mean_error_mm", "ingested_utc", "folder", "reason",
 )  # fmt: skip
+GONE = "its folder is gone"
 
 
 def list_lab(lab: Path) -> tuple[dict[str, Any], list[str]]:
@@ -80,7 +81,7 @@ def _row(lab: Path, record: Record) -> dict[str, Any]:
         "readings": readings and readings.original,
         "readings_sha256": readings and readings.sha256,
         "dialect": record.dialect,
-        "result": _state(result),
+        "result": _state(result) if (lab / record.folder).is_dir() else GONE,
         "mean_error_mm": result and result.get("mean_error_mm"),
         "ingested_utc": record.ingested_utc,
         "folder": record.folder,
@@ -122,7 +123,7 @@ def _told(lab: Path, record: Record) -> list[str]:
         told.append(f"  read as {record.dialect}")
     told += [f"  said: {line}" for line in said]
     told += [f"  note: {remark}" for remark in record.remarks]
-    return [*told, f"  result: {_state(_result(lab, record))}"]
+    return [*told, f"  result: {_state(_result(lab, record)) if (lab / record.folder).is_dir() else GONE}"]
 
 
 def _text(value: Any) -> str:

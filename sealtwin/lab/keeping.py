@@ -67,7 +67,6 @@ def keep(lab: Path, source: str, prepared: Prepared, before: Record | None) -> R
     Raises:
         InputError: a file has changed since it was looked at, or the folder's name is taken by another sample.
     """
-    assert prepared.trial is not None, "only what has a trial is kept"
     revision = 1 if before is None else before.revision + 1
     record = Record(
         sample=prepared.sample.key,
@@ -85,16 +84,37 @@ def keep(lab: Path, source: str, prepared: Prepared, before: Record | None) -> R
         ingested_utc=datetime.now(UTC).isoformat(timespec="seconds"),
         sealtwin=version("sealtwin"),
     )
+    put_in_place(lab, record, prepared)
+    return record
+
+
+def put_in_place(lab: Path, record: Record, prepared: Prepared) -> None:
+    """Write the folder of ``record`` beside its place, and move it there. Raises InputError as ``copy_raw``."""
+    assert prepared.trial is not None, "only what has a trial is kept"
     incoming = lab / INCOMING
     shutil.rmtree(incoming, ignore_errors=True)
     (incoming / INPUTS).mkdir(parents=True)
     for raw in prepared.raw:
-        _copy(raw, incoming / raw.kept_as)
+        copy_raw(raw, incoming / raw.kept_as)
     _write(incoming, prepared.trial, record)
     with naming(lab / record.folder):
         incoming.rename(lab / record.folder)
         _sync(lab)
-    return record
+
+
+def copy_raw(raw: RawFile, target: Path) -> None:
+    """Byte for byte, and the bytes that were looked at. Raises InputError where they are others by now."""
+    digest = hashlib.sha256()
+    with naming(raw.path):
+        source = os.open(raw.path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0))
+    with os.fdopen(source, "rb") as reader, naming(target), target.open("wb") as writer:
+        while chunk := reader.read(CHUNK_BYTES):
+            digest.update(chunk)
+            writer.write(chunk)
+        writer.flush()
+        os.fsync(writer.fileno())
+    if digest.hexdigest() != raw.sha256:
+        raise InputError(f"{raw.path}: changed while it was taken in. Give the same command again.")
 
 
 def _folder(lab: Path, prepared: Prepared, before: Record | None, revision: int) -> str:
@@ -114,21 +134,6 @@ def _write(incoming: Path, trial: Trial, record: Record) -> None:
     files.write_json(incoming / RECORD, asdict(record))
     _sync(incoming / INPUTS)
     _sync(incoming)
-
-
-def _copy(raw: RawFile, target: Path) -> None:
-    """Byte for byte, and the bytes that were looked at. Raises InputError where they are others by now."""
-    digest = hashlib.sha256()
-    with naming(raw.path):
-        source = os.open(raw.path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0))
-    with os.fdopen(source, "rb") as reader, naming(target), target.open("wb") as writer:
-        while chunk := reader.read(CHUNK_BYTES):
-            digest.update(chunk)
-            writer.write(chunk)
-        writer.flush()
-        os.fsync(writer.fileno())
-    if digest.hexdigest() != raw.sha256:
-        raise InputError(f"{raw.path}: changed while it was taken in. Give the same command again.")
 
 
 def _sync(folder: Path) -> None:

@@ -7,8 +7,9 @@ from sealtwin.batch import BUG, SOME_FAILED
 from sealtwin.errors import InputError
 from sealtwin.lab.catalogue import Fault
 from sealtwin.lab.finding import plain
-from sealtwin.lab.ingest import Ingested, Outcome
+from sealtwin.lab.ingest import Ingested
 from sealtwin.lab.pairing_file import PAIRING
+from sealtwin.lab.taking import Outcome
 from sealtwin.result import shown
 
 RUN = "run"
@@ -102,11 +103,9 @@ def _together(faults: Sequence[Fault], begins: str) -> list[str]:
 
 def _ending(ingested: Ingested) -> list[str]:
     fates = [outcome.fate for outcome in ingested.outcomes]
-    sound = [fate for fate in fates if fate in ("new", "revised", "unchanged")]
-    fresh = len(sound) - fates.count("unchanged")
-    told = [
-        f"{len(sound)} of {len(fates)} samples are sound: {fresh} new or revised, {fates.count('unchanged')} known."
-    ]
+    sound = [fate for fate in fates if fate in ("new", "revised", "unchanged", "restored")]
+    fresh, known = fates.count("new") + fates.count("revised"), fates.count("unchanged") + fates.count("restored")
+    told = [f"{len(sound)} of {len(fates)} samples are sound: {fresh} new or revised, {known} known."]
     if ingested.dry_run:
         return [*told, "Nothing was written: a dry run."]
     lab = shown(ingested.lab)
