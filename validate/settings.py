@@ -25,6 +25,8 @@ class Declared(Settings):
 
     sheet: Annotated[str, Field(min_length=1, max_length=200)] | None = None
     """Of a workbook with several."""
+    sample: Annotated[str, Field(min_length=1, max_length=200)] | None = None
+    """Whose rows are meant, where a column of the sheet names the sample of each; spelt as file names may spell it."""
     separator: Separator | None = None
     """Between the fields of a text file, where it cannot be told from its rows."""
     decimal: Decimal | None = None

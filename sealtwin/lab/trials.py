@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path, PurePath
@@ -229,7 +228,7 @@ def _read_readings(raw: RawFile, content: Mapping[str, Any], prepared: Prepared)
         # Told of already, by the key that is at fault.
         return
     try:
-        prepared.dialect = read_sheet(raw.path, settings, Crack(math.inf, _depth_mm(content))).dialect.sentence
+        prepared.dialect = read_sheet(raw.path, settings, Crack(None, _depth_mm(content))).dialect.sentence
     except InputError as fault:
         prepared.faults += str(fault).splitlines()
 

@@ -24,8 +24,6 @@ def read_cells(path: Path, declared: Declared) -> Grid:
     """
     content = _content(path)
     sha256 = hashlib.sha256(content).hexdigest()
-    if content.startswith(OLD_EXCEL):
-        raise refuse(Place(path), "an old Excel workbook (.xls), or one with a password.", workbook.SAVE_AGAIN)
     if content.startswith(ZIP):
         return workbook.read_workbook(path, content, sha256, declared.sheet)
     if declared.sheet is not None:
@@ -38,7 +36,17 @@ def read_cells(path: Path, declared: Declared) -> Grid:
     return delimited.read_delimited(path, content, sha256, declared.separator)
 
 
+def read_all_cells(path: Path) -> tuple[Grid, ...]:
+    """The same of every visible sheet that holds anything; of a text file its one. Raises as ``read_cells``."""
+    content = _content(path)
+    sha256 = hashlib.sha256(content).hexdigest()
+    if content.startswith(ZIP):
+        return workbook.read_sheets(path, content, sha256)
+    return (delimited.read_delimited(path, content, sha256, None),)
+
+
 def _content(path: Path) -> bytes:
+    """Raises SheetFaults where it is an old workbook, or changes meanwhile."""
     try:
         # A pipe would be waited for, and has no end.
         if not stat.S_ISREG(path.stat().st_mode):
@@ -53,4 +61,6 @@ def _content(path: Path) -> bytes:
         ) from fault
     if (before.st_size, before.st_mtime_ns, before.st_ino) != (after.st_size, after.st_mtime_ns, after.st_ino):
         raise refuse(Place(path), "changed while it was read.", "Save it, close it in other programs, and try again.")
+    if content.startswith(OLD_EXCEL):
+        raise refuse(Place(path), "an old Excel workbook (.xls), or one with a password.", workbook.SAVE_AGAIN)
     return content

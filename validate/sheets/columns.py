@@ -40,6 +40,8 @@ class Header:
     readings: tuple[Column, ...]
     repeat: Column | None
     """Of a long sheet, in which each row holds one reading."""
+    sample: Column | None
+    """Of a sheet that says of each row which sample it is of."""
     skipped: tuple[Column, ...]
     quantity: Quantity | None
     """None where it is a fault that nothing says it; so with the columns' units."""
@@ -63,6 +65,7 @@ def read_header(grid: Grid, declared: Declared, faults: FaultList) -> Header:
     place = grid.place(row.number)
     columns, unknown = _columns(row)
     stations = [column for column in columns if column.meaning.role == "station"]
+    samples = [column for column in columns if column.meaning.role == "sample"]
     skipped = tuple(column for column in columns if column.meaning.role == "skipped")
     readings, repeat = _readings(columns)
     if not stations:
@@ -73,9 +76,11 @@ def read_header(grid: Grid, declared: Declared, faults: FaultList) -> Header:
             f"It was read as {', '.join(grid.written)}; if that is wrong, declare [readings] separator or sheet.",
         )
     if not readings and not unknown:
-        passed_over = "".join(f" {shown_names(skipped)} hold none." if skipped else "")
+        passed_over = f" {shown_names(skipped)} hold none." if skipped else ""
         found = f"no column of readings beside {shown_names(stations)}.{passed_over}"
-        raise refuse(place, found, f"Expected {EXPECTED}.")
+        means = [column for column in skipped if column.unit is not None]
+        remedy = f"If {shown_names(means)} is all you have, call it a reading: level_mm or depth_mm." if means else ""
+        raise refuse(place, found, remedy or f"Expected {EXPECTED}.")
     for name in unknown:
         faults.add(
             place,
@@ -87,6 +92,8 @@ def read_header(grid: Grid, declared: Declared, faults: FaultList) -> Header:
         faults.add(
             place, f"{shown_names(stations)} both name the place.", "Keep the one along the crack, delete the other."
         )
+    if len(samples) > 1:
+        faults.add(place, f"{shown_names(samples)} both name the sample.", "Keep one, and call the other a note.")
     if len(readings) > MOST_REPEATS:
         raise refuse(place, f"{len(readings)} repeats; at most {MOST_REPEATS} are read.", "Give one trial's readings.")
     if repeat is not None and len(readings) > 1:
@@ -112,6 +119,7 @@ def read_header(grid: Grid, declared: Declared, faults: FaultList) -> Header:
         station=fitted[stations[0].index],
         readings=tuple(fitted[column.index] for column in readings),
         repeat=repeat,
+        sample=samples[0] if samples else None,
         skipped=skipped,
         quantity=quantity,
     )

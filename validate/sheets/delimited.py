@@ -28,7 +28,11 @@ ZEROS = 0.5
 def read_delimited(path: Path, content: bytes, sha256: str, separator: Separator | None) -> Grid:
     """Raises SheetFaults where it is no such file."""
     if len(content) > MOST_BYTES:
-        raise refuse(Place(path), f"larger than {MOST_BYTES:,} bytes.", "Give one trial's readings, not a collection.")
+        raise refuse(
+            Place(path),
+            f"larger than {MOST_BYTES:,} bytes.",
+            "A sheet of readings is some kilobytes: give less of it at a time.",
+        )
     text, encoding = _decoded(path, content)
     announced, text = _announced(text)
     mark = SEPARATORS[separator] if separator is not None else announced or _likeliest(text)

@@ -1,6 +1,6 @@
 """What is wrong with a sheet: all of it at once, each fault with its place and its remedy."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from sealtwin.errors import InputError, as_text
@@ -8,6 +8,8 @@ from sealtwin.errors import InputError, as_text
 MOST_KEPT = 1_000
 MOST_SHOWN = 20
 """Sentences in a message; who has more mends a column, not cells."""
+MOST_ROWS_TOLD = 8
+"""Of one mistake in many rows."""
 LONGEST_SHOWN = 60
 """Letters of a cell that is quoted; more of it helps nobody to find it."""
 
@@ -53,15 +55,27 @@ class Fault:
     def __str__(self) -> str:
         return f"{self.place}: {self.found} {self.remedy}"
 
+    @property
+    def kind(self) -> object:
+        """Equal for one mistake that was made in cell after cell of a column; of a fault without a cell its own."""
+        if self.place.column is None or not self.value:
+            return self.place, self.found, self.remedy
+        what = self.found.replace(clipped(self.value), "")
+        return replace(self.place, row=None), what, self.remedy
+
 
 class SheetFaults(InputError):  # noqa: N818  It is all of a sheet's faults, not one error.
     """All that is wrong with one sheet. ``faults`` holds the first thousand; the text shows twenty and counts them."""
 
     def __init__(self, faults: "FaultList") -> None:
         self.faults = tuple(faults.kept)
-        lines = [str(fault) for fault in self.faults[:MOST_SHOWN]]
-        if faults.count > len(lines):
-            lines.append(f"{as_text(self.faults[0].place.path)}: {faults.count - len(lines):,} more faults like these.")
+        alike: dict[object, list[Fault]] = {}
+        for fault in self.faults:
+            alike.setdefault(fault.kind, []).append(fault)
+        shown_ones = list(alike.values())[:MOST_SHOWN]
+        lines = [_joined(group) for group in shown_ones]
+        if more := faults.count - sum(map(len, shown_ones)):
+            lines.append(f"{as_text(self.faults[0].place.path)}: {more:,} more faults like these.")
         super().__init__("\n".join(lines))
 
 
@@ -81,6 +95,18 @@ class FaultList:
         """Raises SheetFaults."""
         if self.count:
             raise SheetFaults(self)
+
+
+def _joined(alike: list[Fault]) -> str:
+    """The first in words, the others by their rows."""
+    rows = [fault.place.row for fault in alike[1:] if fault.place.row is not None]
+    if not rows:
+        return str(alike[0])
+    if rows == list(range(rows[0], rows[-1] + 1)) and len(rows) > 1:
+        told = f"{rows[0]} to {rows[-1]}"
+    else:
+        told = ", ".join(map(str, rows[:MOST_ROWS_TOLD])) + (" and others" if len(rows) > MOST_ROWS_TOLD else "")
+    return f"{alike[0]} The same in {len(rows):,} more: row {told}."
 
 
 def refuse(place: Place, found: str, remedy: str, value: str | None = None) -> SheetFaults:

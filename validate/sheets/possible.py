@@ -9,21 +9,31 @@ from validate.sheets.faults import FaultList, Place
 
 Height = TypeVar("Height", float, Floats)
 
+SLACK_MM = 2.0
+LONGEST_MM = 10_000.0
+"""Of any crack: what is longer is no sample on a lab's table."""
+
 
 @dataclass(frozen=True)
 class Crack:
     """As far as it limits readings."""
 
-    length_mm: float
+    length_mm: float | None
+    """None before the crack is traced."""
     depth_mm: float
 
     def check_station(self, place: Place, written: str, s_mm: float, faults: FaultList) -> None:
-        # The crack's length is known to about a millimetre; the last station of a caliper is its end.
-        slack_mm = max(2.0, 0.03 * self.length_mm)
-        if not -slack_mm <= s_mm <= self.length_mm + slack_mm:
+        # The crack's length is known to about a millimetre, or a share of it by the scale; the last station of a
+        # caliper is its end. At its beginning the scale has no share.
+        if self.length_mm is None:
+            furthest_mm, extent = LONGEST_MM, f"0 to at most {LONGEST_MM:g} mm"
+        else:
+            furthest_mm = self.length_mm + max(SLACK_MM, 0.03 * self.length_mm)
+            extent = f"0 to {self.length_mm:.1f} mm along its centreline"
+        if not -SLACK_MM <= s_mm <= furthest_mm:
             faults.add(
                 place,
-                f"{s_mm:.12g} mm is outside the crack, 0 to {self.length_mm:.1f} mm along its centreline.",
+                f"{s_mm:.12g} mm is outside the crack, {extent}.",
                 "Check the unit, and from which end s is counted.",
                 written,
             )

@@ -8,8 +8,9 @@ from validate.settings import Declared, Quantity, Unit
 from validate.sheets.cells import read_cells
 from validate.sheets.columns import read_header
 from validate.sheets.dialect import Dialect
-from validate.sheets.faults import FaultList
+from validate.sheets.faults import FaultList, shown
 from validate.sheets.possible import Crack, level_mm
+from validate.sheets.samples import rows_of_sample
 from validate.sheets.table import read_table
 from validate.wording import counted
 
@@ -46,7 +47,7 @@ def read_sheet(path: Path, declared: Declared, crack: Crack | None = None) -> Sh
     """
     grid = read_cells(path, declared)
     faults = FaultList()
-    header = read_header(grid, declared, faults)
+    header = rows_of_sample(grid, read_header(grid, declared, faults), declared, faults)
     table = read_table(grid, header, declared, crack, faults)
     stations = len(table.s_mm)
     if stations < 2 and not faults.count:
@@ -61,7 +62,7 @@ def read_sheet(path: Path, declared: Declared, crack: Crack | None = None) -> Sh
     assert quantity is not None, "a fault when the header was read"
     assert station_unit is not None, "likewise"
     dialect = Dialect(
-        written=grid.written,
+        written=(*grid.written, *([] if declared.sample is None else [f"rows of {shown(declared.sample)}"])),
         decimal=table.mark,
         layout="wide" if header.repeat is None else "long",
         repeats=table.repeats_mm.shape[1],

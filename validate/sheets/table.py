@@ -64,7 +64,11 @@ def _check_merged(grid: Grid, header: Header, faults: FaultList) -> None:
     """A merged cell says its value once, and means it for all or for the first: nobody can tell."""
     # A header may span: what it then names is told by the line below it, or is a column without a name.
     first_row = header.body[0].number if header.body else header.row.number
-    used = {column.index for column in (header.station, header.repeat, *header.readings) if column is not None}
+    used = {
+        column.index
+        for column in (header.station, header.repeat, header.sample, *header.readings)
+        if column is not None
+    }
     for row, column, last_row, last_column in grid.merged:
         if last_row >= first_row and used & set(range(column, min(last_column, max(used)) + 1)):
             faults.add(
@@ -113,7 +117,7 @@ class _Reader:
         self._grid, self._header = grid, header
         self._mark: Decimal | None = mark
         self._declared, self._crack, self._faults = declared, crack, faults
-        columns = (header.station, header.repeat, *header.readings, *header.skipped)
+        columns = (header.station, header.repeat, header.sample, *header.readings, *header.skipped)
         self._named = {column.index for column in columns if column is not None}
         self._unknown = {index for index, cell in enumerate(header.row.cells) if cell.text} - self._named
 

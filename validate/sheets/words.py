@@ -1,46 +1,78 @@
-"""What a column's name says, in English or German: place or reading, upward or downward, unit, number.
+"""What a column's name says, in English, German, French or Spanish: place or reading, which way, unit, number.
 
 A word that is not known here makes the whole name unknown: half understood is guessed.
 """
 
 import re
-import unicodedata
 from dataclasses import dataclass
 from typing import Literal
 
 from validate.settings import Quantity, Unit
+from validate.sheets.letters import plain_letters
 
-Role = Literal["station", "reading", "repeat", "skipped"]
-"""station: place along the crack; repeat: which of several readings of a place a row holds; skipped: no reading."""
+Role = Literal["station", "reading", "repeat", "sample", "skipped"]
+"""station: place along the crack; repeat: which of several readings of a place a row holds; sample: whose row it is;
+skipped: no reading.
+"""
 
-NAMES_OF_UNITS: dict[Unit, tuple[str, ...]] = {
-    "mm": ("mm", "millimeter", "millimeters", "millimetre", "millimetres"),
-    "cm": ("cm", "centimeter", "centimeters", "centimetre", "centimetres", "zentimeter"),
-    "m": ("m", "meter", "meters", "metre", "metres"),
-    "inch": ("inch", "inches", "zoll"),
+NAMES_OF_UNITS: dict[Unit, str] = {
+    "mm": "mm millimeter millimeters millimetre millimetres milimetro milimetros",
+    "cm": "cm centimeter centimeters centimetre centimetres zentimeter centimetro centimetros",
+    "m": "m meter meters metre metres metro metros",
+    "inch": "inch inches zoll pouce pouces pulgada pulgadas",
 }
-UNITS: dict[str, Unit] = {name: unit for unit, names in NAMES_OF_UNITS.items() for name in names}
+UNITS: dict[str, Unit] = {name: unit for unit, names in NAMES_OF_UNITS.items() for name in names.split()}
 INCH = re.compile(r"[\[(/_]\s*in\s*[\])]?\s*$")
 """Elsewhere "in" is what stands before a unit."""
 LONGEST_NAME = 200
 """Letters. A longer name is a text, and would keep the search for a unit busy."""
 WORD = re.compile(r"[^\W\d_]+|[0-9]+")
 
-STATION = {"s", "station", "position", "pos", "chainage", "stationing", "distance", "arclength"}
-STATION |= {"stationierung", "abstand", "entfernung", "bogenlaenge", "lauflaenge", "ort"}
-DEPTH = {"depth", "tiefe", "messtiefe"} | {"down", "downward", "downwards", "below", "unten", "unter", "unterhalb"}
-LEVEL = {"level", "height", "h", "hoehe", "niveau"} | {"up", "upward", "upwards", "above", "oben", "ueber", "oberhalb"}
-REPEAT = {"rep", "repeat", "repetition", "replicate", "measurement", "messung", "wdh", "wiederholung", "durchgang"}
-VALUE = {"value", "reading", "wert", "messwert", "ablesung"}
-COUNTER = {"no", "nr", "number", "nummer", "index"}
-SKIPPED = {"note", "notes", "remark", "remarks", "comment", "comments", "operator", "date", "time", "id"}
-SKIPPED |= {"bemerkung", "bemerkungen", "anmerkung", "kommentar", "notiz", "pruefer", "datum", "zeit", "uhrzeit"}
-SKIPPED |= {"mean", "average", "avg", "median", "min", "max", "range", "sd", "std", "stdev"}
-SKIPPED |= {"mittel", "mittelwert", "mw", "spannweite", "stabw", "standardabweichung"}
+
+def _set(words: str) -> frozenset[str]:
+    """Words as ``plain_letters`` leaves them: English, German, French, Spanish."""
+    return frozenset(words.split())
+
+
+STATION = _set(
+    "s station position pos chainage stationing distance arclength "
+    "stationierung abstand entfernung bogenlaenge lauflaenge ort "
+    "abscisse emplacement posicion distancia abscisa estacion progresiva"
+)
+DEPTH = _set(
+    "depth down downward downwards below tiefe messtiefe unten unter unterhalb "
+    "profondeur prof dessous sous bas profundidad debajo bajo abajo"
+)
+LEVEL = _set(
+    "level height h up upward upwards above hoehe niveau pegel oben ueber oberhalb "
+    "hauteur dessus haut nivel altura encima sobre arriba"
+)
+REPEAT = _set(
+    "rep repeat repetition replicate measurement messung wdh wiederholung durchgang "
+    "mesure essai medida medicion repeticion ensayo"
+)
+VALUE = _set("value reading wert messwert ablesung valeur lecture releve valor lectura")
+COUNTER = _set("no nr number nummer index numero num n")
+SAMPLE = _set("sample specimen probe probekoerper pruefkoerper echantillon eprouvette muestra probeta")
+OF_SAMPLE = COUNTER | _set("name id code label bezeichnung kennung nom nombre de la del l")
+SKIPPED = _set(
+    "note notes remark remarks comment comments operator date time id "
+    "bemerkung bemerkungen anmerkung kommentar notiz pruefer bediener datum zeit uhrzeit "
+    "remarque remarques commentaire commentaires operateur heure "
+    "nota notas observacion observaciones comentario comentarios operador fecha hora "
+    "mean average avg median min max range sd std stdev "
+    "mittel mittelwert mw spannweite stabw standardabweichung moyenne moy mediane media promedio mediana desviacion"
+)
 """What is worked out of readings is none."""
-OF_ANY = {"in", "the", "of", "from", "der", "des", "von", "vom", "ab"}
-OF_STATION = OF_ANY | {"along", "crack", "centreline", "centerline", "start", "entlang", "riss", "rissanfang", "anfang"}
-OF_READING = OF_ANY | {"sample", "surface", "face", "probe", "oberflaeche", "probenoberflaeche", "measured", "gemessen"}
+OF_ANY = _set("in the of from der des von vom ab en de du la le les l d au a del el desde depuis")
+OF_STATION = OF_ANY | _set(
+    "along crack centreline centerline start entlang riss rissanfang anfang "
+    "long fissure debut origine largo grieta fisura inicio origen lo"
+)
+OF_READING = OF_ANY | _set(
+    "sample surface face probe oberflaeche probenoberflaeche measured gemessen "
+    "echantillon mesuree superficie cara muestra medido"
+)
 """Not "crack": a crack's depth is no reading of the sealant in it."""
 
 
@@ -58,7 +90,7 @@ def meaning(name: str) -> Meaning | None:
     """None where the name, or any word of it, says nothing."""
     if len(name) > LONGEST_NAME:
         return None
-    plain = _plain(name)
+    plain = plain_letters(name)
     found = WORD.findall(plain)
     numbers = [word for word in found if word.isdigit()]
     units: set[Unit] = {UNITS[word] for word in found if word in UNITS}
@@ -68,6 +100,8 @@ def meaning(name: str) -> Meaning | None:
     if len(units) > 1:
         return None
     unit = next(iter(units), None)
+    if words & SAMPLE and words <= SAMPLE | OF_SAMPLE and not (unit or numbers):
+        return Meaning("sample")
     if words & SKIPPED or (words and words <= COUNTER) or (words & STATION and words & COUNTER):
         return Meaning("skipped", unit)
     if words & STATION:
@@ -87,10 +121,5 @@ def meaning(name: str) -> Meaning | None:
 
 def unit_of(text: str) -> Unit | None:
     """Of a cell that holds a unit and nothing else, such as "[mm]"."""
-    word = _plain(text).strip("[]() ")
+    word = plain_letters(text).strip("[]() ")
     return "inch" if word == "in" else UNITS.get(word)
-
-
-def _plain(text: str) -> str:
-    text = unicodedata.normalize("NFC", text).casefold()
-    return text.translate(str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue"}))

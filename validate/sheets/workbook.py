@@ -1,6 +1,7 @@
 """A sheet in an XLSX workbook: the one that is wanted, or the only one that holds anything."""
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
 
@@ -19,10 +20,32 @@ SAVE_AGAIN = "Open it in a spreadsheet program and save it as XLSX, or as CSV."
 
 def read_workbook(path: Path, content: bytes, sha256: str, wanted: str | None) -> Grid:
     """The sheet that is ``wanted``, or the only visible one that holds anything. Raises SheetFaults."""
+    workbook = _open(path, content)
+    with _damage_told(path):
+        return _grid(path, sha256, workbook, wanted)
+
+
+def read_sheets(path: Path, content: bytes, sha256: str) -> tuple[Grid, ...]:
+    """All visible sheets that hold anything. Raises SheetFaults."""
+    workbook = _open(path, content)
+    with _damage_told(path):
+        for sheet in workbook.sheets:
+            workbook.fill(sheet)
+    full = [sheet for sheet in workbook.sheets if sheet.rows and not sheet.hidden]
+    return tuple(_as_grid(path, sha256, sheet, workbook.sheets) for sheet in full)
+
+
+def _open(path: Path, content: bytes) -> "_Workbook":
     if len(content) > MOST_BYTES:
         raise refuse(Place(path), f"larger than {MOST_BYTES:,} bytes.", "Take pictures out of it, or save it as CSV.")
+    with _damage_told(path):
+        return _Workbook(Archive(content))
+
+
+@contextmanager
+def _damage_told(path: Path) -> Iterator[None]:
     try:
-        return _grid(path, sha256, _Workbook(Archive(content)), wanted)
+        yield
     except UnusableError as fault:
         raise refuse(Place(path), f"no XLSX that can be read ({fault}).", SAVE_AGAIN) from fault
 
@@ -45,6 +68,10 @@ def _grid(path: Path, sha256: str, workbook: "_Workbook", wanted: str | None) ->
                 raise _which(path, "all that holds anything is hidden:", secret, None)
             raise refuse(Place(path), "no rows of readings: all sheets are empty.", "Save the workbook with its cells.")
         (chosen,) = full
+    return _as_grid(path, sha256, chosen, workbook.sheets)
+
+
+def _as_grid(path: Path, sha256: str, chosen: WorkbookSheet, sheets: list[WorkbookSheet]) -> Grid:
     _refuse_large(path, chosen)
     rows = []
     for number in sorted(chosen.rows):
@@ -57,7 +84,7 @@ def _grid(path: Path, sha256: str, workbook: "_Workbook", wanted: str | None) ->
         ("XLSX", f"sheet {clipped(chosen.name)!r}"),
         sheet=chosen.name,
         merged=tuple(chosen.merged),
-        remarks=tuple(_remarks(chosen, workbook.sheets)),
+        remarks=tuple(_remarks(chosen, sheets)),
     )
 
 

@@ -1,5 +1,6 @@
 """A sheet's part of an XLSX: what its cells hold, and everything that makes a cell no plain number."""
 
+import math
 import re
 from dataclasses import dataclass, field
 from datetime import datetime, timedelta
@@ -96,6 +97,9 @@ class Cells(Handler):
             value = float(text)
         except ValueError:
             raise UnusableError(f"{clipped(text)!r} stands where a number is stored") from None
+        if not math.isfinite(value):
+            # No program stores such a number; whoever wrote it by hand is told the word.
+            return Cell(text)
         style = _number(self._style)
         if style < len(self._dates) and self._dates[style] and 0 <= value < LAST_DAY:
             return Cell(f"{self._first_day + timedelta(days=value):%Y-%m-%d %H:%M}".removesuffix(" 00:00"), "date")

@@ -146,11 +146,24 @@ def test_all_faults_of_a_file_are_named_at_once(read):
 
 
 def test_a_message_stays_readable(read):
-    faults = faults_of(read, "s_mm,level_1_mm\n" + "".join(f"{i},deep\n" for i in range(3_000)))
+    columns = range(1, MOST_SHOWN + 5)
+    names = ",".join(f"level_{column}_mm" for column in columns)
+    faults = faults_of(read, f"s_mm,{names}\n" + "".join(f"{i}{',deep' * len(columns)}\n" for i in range(125)))
     lines = str(faults).splitlines()
     assert len(lines) == MOST_SHOWN + 1
-    assert lines[-1].endswith("2,980 more faults like these.")
+    assert lines[-1].endswith("more faults like these.")
     assert len(faults.faults) == 1_000
+
+
+def test_one_mistake_in_many_rows_is_told_once(read):
+    faults = faults_of(
+        read, "s_mm;level_mm\n" + "".join(f"{i};{word}\n" for i, word in enumerate(["x", "yy", "-"] * 4))
+    )
+    (line,) = str(faults).splitlines()
+    assert "line 2, column level_mm: 'x' is no number in mm" in line
+    assert line.endswith("The same in 7 more: row 3, 5, 6, 8, 9, 11, 12.")
+    (line,) = str(faults_of(read, "s_mm,level_mm\n" + "".join(f"{i},deep\n" for i in range(3_000)))).splitlines()[:-1]
+    assert line.endswith("The same in 999 more: row 3 to 1001.")
 
 
 @pytest.mark.parametrize(
@@ -264,3 +277,8 @@ def test_a_pipe_is_not_waited_for(tmp_path):
     os.mkfifo(tmp_path / "pipe.csv")
     with pytest.raises(InputError, match="cannot be opened"):
         read_cells(tmp_path / "pipe.csv", Declared())
+
+
+def test_a_lone_column_of_means_is_told_what_to_be_called(read):
+    faults = str(faults_of(read, "s_mm,level_mean_mm\n0,-1\n5,-2\n"))
+    assert "If 'level_mean_mm' is all you have, call it a reading: level_mm or depth_mm." in faults

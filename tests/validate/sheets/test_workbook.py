@@ -298,3 +298,11 @@ def test_an_archive_whose_parts_begin_before_it_is_damaged(tmp_path):
     path.write_bytes(content)
     with pytest.raises(SheetFaults, match="damaged"):
         read_cells(path, Declared())
+
+
+@pytest.mark.parametrize("word", ["NaN", "nan", "inf", "-INF"])
+def test_what_is_stored_as_no_finite_number_is_none(tmp_path, word):
+    """No program writes it; as a place it would be outside any crack by a comparison that means nothing."""
+    path = by_hand(tmp_path / "a.xlsx", hand_sheet(*HEADER, f"<c><v>{word}</v></c>", "<c><v>1</v></c>"))
+    with pytest.raises(SheetFaults, match=f"cell A2 .s_mm.: '{word}' is no number in mm"):
+        read_sheet(path, Declared())
