@@ -385,7 +385,9 @@ def write_comparison(folder: Path, comparison: Comparison) -> None:
             "worst_at_mm": comparison.worst_at_mm,
             "gate": comparison.gate,
             "passed": comparison.passed,
+            "outcome": comparison.outcome,
             "verdict": comparison.verdict,
+            "findings": comparison.findings,
             **comparison.metrics,
         },
     )

@@ -5,6 +5,7 @@ import platform
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,11 +23,15 @@ from sealtwin.trial import Trial
 from sealtwin.vtk_files import read_collection, read_frame
 
 if TYPE_CHECKING:
+    from validate.evidence import Sheet
     from validate.uncertainty.spread import Spread
 
+NOT_RECORDED = "not recorded"
 DIGITISED = ("outline.json", "crack.ply", "solid.json", "trajectory.csv")
 """What the later stages read of the first."""
 SIMULATED = ("particles.csv", "simulation.json", "profile.csv")
+REPORT_FORM = 2
+"""Of comparison.json and report.json: those of another form are made again."""
 UNCERTAINTY, SPREAD = "uncertainty", "uncertainty.json"
 """What the extra runs of 'sealtwin validate RUN --uncertainty' are in the manifest, and what they leave."""
 
@@ -216,7 +221,10 @@ def _validate(job: Job) -> bool:
     if spread is not None:
         inputs |= {SPREAD: files.sha256(job.path / SPREAD)}
     settings = stage_settings(trial, "validate")
-    key = stage_key(inputs, settings)
+    from sealtwin.origin import keep_origin, sheet_of
+
+    sheet = sheet_of(job)
+    key = stage_key(inputs, {**settings, "form": REPORT_FORM, "sheet": sheet and vars(sheet)})
     if job.folder.is_current("validate", key):
         return False
     job.progress.start("Validating", 2)
@@ -231,7 +239,7 @@ def _validate(job: Job) -> bool:
     outline, solid = files.read_outline(job.path), files.read_solid(job.path)
     run, profile = files.read_run(job.path), files.read_profile(job.path)
     with files.understood(job.path / "simulation.json"):
-        ratio = float(run.health["volume_ratio"])
+        ratio = files.read_simulation(job.path).volume_ratio
     readings, comparison = _read_readings(job), None
     if readings is not None:
         job.progress.note(f"Readings: {readings.dialect}.")
@@ -260,8 +268,10 @@ def _validate(job: Job) -> bool:
         volume_ratio=ratio,
         overlay_path=job.path / "overlay.png",
         photo_data=trial.sample.data,
-        provenance=_provenance(job),
-        command="sealtwin run trial.toml",
+        provenance=_provenance(job, sheet, spread is not None),
+        commands=_commands(job, spread is not None),
+        sheet=sheet,
+        edited=_edited(job),
         frames=tuple(read_frame(job.path / name) for name in _snapshots(job)),
     )
     if comparison is not None and trial.readings is not None:
@@ -270,6 +280,7 @@ def _validate(job: Job) -> bool:
     for warning in run_warnings(run, ratio):
         job.progress.note(f"note: {warning}")
     begin_writing(job, "validate")
+    keep_origin(job)
     outputs: list[str] = list(REPORT)
     if comparison is not None:
         files.write_comparison(job.path, comparison)
@@ -341,12 +352,30 @@ def made_by(job: Job, stage: StageName, names: Sequence[str]) -> dict[str, str]:
     return {name: files.sha256(job.path / name) for name in names}
 
 
-def _provenance(job: Job) -> dict[str, str]:
-    stages = {stage: job.folder.manifest["stages"][stage] for stage in ("digitise", "simulate")}
+def _edited(job: Job) -> tuple[str, ...]:
+    """Files that the report rests on, and that are not as their stage wrote them."""
+    used = {*DIGITISED, "overlay.png", *SIMULATED, SPREAD}
+    stages = ("digitise", "simulate", UNCERTAINTY)
+    return tuple(name for stage in stages for name in job.folder.edited(stage) if name in used)
+
+
+def _commands(job: Job, varied: bool) -> tuple[str, ...]:
+    run = f"reports/{job.trial.folder_name}"
+    again = (f"sealtwin validate {run} --uncertainty",) if varied else ()
+    return "sealtwin run trial.toml", *again
+
+
+def _provenance(job: Job, sheet: "Sheet | None", varied: bool) -> dict[str, str]:
+    done = ("digitise", "simulate", *([UNCERTAINTY] if varied else []))
+    stages = {stage: job.folder.manifest["stages"][stage] for stage in done}
     facts = {"sealtwin": version("sealtwin"), "system": f"{platform.system()} {platform.machine()}"}
     for stage, entry in stages.items():
+        facts[f"{stage}: finished"] = str(entry.get("finished_utc", NOT_RECORDED))
         facts[f"{stage}: wall time"] = f"{entry['wall_time_s']:.1f} s"
         facts |= {f"{stage}: {name}": f"sha256 {digest}" for name, digest in entry["inputs"].items()}
+    facts["validate: begun"] = datetime.now(UTC).isoformat(timespec="seconds")
+    if sheet is not None:
+        facts[f"validate: {sheet.name}"] = f"sha256 {sheet.sha256}"
     if edited := [name for stage in stages for name in job.folder.edited(stage)]:
         facts["edited by hand since"] = ", ".join(edited)
     facts["device"] = stages["simulate"]["device"]

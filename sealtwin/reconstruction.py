@@ -39,6 +39,18 @@ freeze_after_s = "never"
 yield_stress_pa = 12.0""",
     "settles": """
 settle_s = 2.0                  # what the nozzle left last has come to rest by then""",
+    "declared": """
+# How well a lab may know what it sets and measures, one standard deviation each, as we judge. Not viscosity and yield
+# stress: nobody measured them, they were read off these very readings.
+[uncertainty]
+speed_mm_s = 0.1                # a small arm along a bend, which nobody measured
+volume_ml = 0.1                 # a syringe of 10 ml, read to half of its division of 0.2 ml
+start_mm = 1.0                  # the nozzle is taught to the crack's end by eye
+width_mm = 0.1                  # one pixel of the photo: where grey turns into crack
+wall_angle_deg = 1.0            # seen by nobody; at 5.5 degrees the crack holds 5.95 ml, 0.36 ml less a degree lower
+depth_mm = 0.5                  # a ruler's reading, averaged over a broken floor
+station_mm = 1.0                # the caliper is set to its station by hand
+""",
     "why": """\
 # Walls flare by 5.5 degrees and the fluid keeps its volume: of all readings of the paper's geometry, the one that then
 # holds its 4.8 ml. The paste has a yield stress.""",
@@ -51,6 +63,7 @@ LEANING = {
     "mean_error_mm": "1.8",
     "stiffens": "freeze_after_s = 2.58",
     "settles": "",
+    "declared": "",
     "why": """\
 # Both walls lean by 11 degrees, and the fluid has the constants of the solver that the paper built on, its freezing
 # too: a crack too small for 4.8 ml, and a fluid that loses a fifth of its volume. Never mix this with trial.toml.""",
@@ -105,7 +118,7 @@ role = "calibrated-on"
 
 [gate]
 mean_error_mm = {mean_error_mm}
-"""
+{declared}"""
 
 
 def write_paper_trial(folder: Path) -> None:

@@ -268,6 +268,11 @@ class Profile:
     """How the sheet of readings was understood, in one sentence; empty where there is none."""
 
 
+Outcome = Literal["passed", "failed", "undecided", "open"]
+"""Of a comparison: its gate is kept, and the readings can tell; is not kept, or the run leaks; nobody can tell; there
+is none. See decision 0079."""
+
+
 @dataclass(frozen=True)
 class Comparison:
     """A simulated surface held against a measured one."""
@@ -281,8 +286,12 @@ class Comparison:
     gate: dict[str, float] = field(default_factory=dict)
     """Limits that the trial declared, by metric."""
     passed: bool | None = None
-    """Against the gate; None where the trial declares none. False whenever a particle escaped."""
+    """Whether what was found keeps the gate; None where the trial declares none. False where a particle escaped."""
+    outcome: Outcome = "open"
+    """The same with what the readings can tell."""
     verdict: str = ""
+    findings: tuple[str, ...] = ()
+    """What ASME V&V 20 allows one to say, to be read with the verdict; empty where there is none, or no interval."""
 
 
 def _unit(vectors: Floats) -> Floats:

@@ -47,29 +47,46 @@ def _findings(folder: RunFolder, trial: Trial, stages: Sequence[str]) -> dict[st
             "warnings": [*outline.warnings, *solid["warnings"]],
         }
     if "simulate" in stages:
-        simulation = files.read_json(folder.path / "simulation.json")
+        simulation = files.read_simulation(folder.path)
         result |= {
-            "particles": simulation["particles"],
-            "escaped_particles": simulation["escaped_particles"],
-            "spilled_particles": simulation["spilled_particles"],
-            "volume_ratio": round(simulation["health"]["volume_ratio"], 4),
-            "device": simulation["device"],
+            "particles": simulation.particles,
+            "escaped_particles": simulation.escaped_particles,
+            "spilled_particles": simulation.spilled_particles,
+            "volume_ratio": round(simulation.volume_ratio, 4),
+            "device": simulation.device,
         }
     if "validate" in stages:
         result["report"] = shown(folder.path / "report.html")
         if trial.readings is not None:
-            result |= _compared(files.read_json(folder.path / "comparison.json"))
+            result |= _compared(files.read_comparison(folder.path))
     return result
 
 
 def _compared(comparison: dict[str, Any]) -> dict[str, Any]:
+    found = comparison["uncertainty"]
+    mean, numerics = found["mean_level"], found["numerics"]
     return {
         "mean_error_mm": round(comparison["mean_error_mm"], 4),
+        "mean_error_95_mm": [round(end, 4) for end in found["mean_error_mm"]],
         "worst_error_mm": round(comparison["worst_error_mm"], 4),
         "worst_at_mm": round(comparison["worst_at_mm"], 2),
         "gate_passed": comparison["passed"],
+        "outcome": comparison["outcome"],
         "verdict": comparison["verdict"],
-    }
+        "mean_level": {
+            key: round(value, 4) if isinstance(value, float) else value
+            for key, value in mean.items()
+            if key in ("error_mm", "data_mm", "numerics_mm", "inputs_mm", "validation_mm", "resolved")
+        },
+        "particle_sizes": None if numerics is None else {
+            "radii_mm": [round(radius_mm, 4) for radius_mm in numerics["radii_mm"]],
+            "mean_error_mm": [round(error_mm, 4) for error_mm in numerics["mean_error_mm"]["values"]],
+            "kind": numerics["mean_error_mm"]["kind"],
+            "band_95_mm": round(numerics["mean_error_mm"]["band"], 4),
+        },
+        "inputs_mm": {one["name"]: round(one["mean_level_mm"], 4) for one in found["inputs"]},
+        "findings": comparison["findings"],
+    }  # fmt: skip
 
 
 def shown(path: Path) -> str:
@@ -94,14 +111,36 @@ def headline(result: dict[str, Any], last: str) -> list[str]:
             f"{result['spilled_particles']} spilled; volume ratio {result['volume_ratio']:.3f}; {result['device']}."
         )
     if "mean_error_mm" in result and last == "validate":
-        lines.append(
-            f"Error: {result['mean_error_mm']:.2f} mm on average, {result['worst_error_mm']:.2f} mm at worst "
-            f"(at {result['worst_at_mm']:.0f} mm). {result['verdict']}"
-        )
+        low_mm, high_mm = result["mean_error_95_mm"]
+        lines += [
+            f"Error: {result['mean_error_mm']:.2f} mm on average ({low_mm:.2f} to {high_mm:.2f} mm, 95 % by the "
+            f"readings), {result['worst_error_mm']:.2f} mm at worst (at {result['worst_at_mm']:.1f} mm).",
+            *_examined(result),
+            result["verdict"],
+            *result["findings"],
+        ]
+    elif result["edited"] and last == "validate":
+        lines.append(f"Edited by hand since: {', '.join(result['edited'])}.")
     if "report" in result and last == "validate":
         lines.append(f"Report: {result['report']}")
     else:
         lines.append(f"Folder: {result['folder']}")
+    return lines
+
+
+def _examined(result: dict[str, Any]) -> list[str]:
+    """What the extra runs of --uncertainty say; nothing where there were none."""
+    lines = []
+    if (sizes := result["particle_sizes"]) is not None:
+        errors = ", ".join(f"{error_mm:.2f}" for error_mm in sizes["mean_error_mm"])
+        radii = ", ".join(f"{radius_mm:.3g}" for radius_mm in sizes["radii_mm"])
+        lines.append(
+            f"Particle size: mean error {errors} mm at radii of {radii} mm, {sizes['kind']}: "
+            f"± {sizes['band_95_mm']:.2f} mm (95 %)."
+        )
+    if result["inputs_mm"]:
+        effects = ", ".join(f"{name} {effect_mm:+.2f} mm" for name, effect_mm in result["inputs_mm"].items())
+        lines.append(f"Inputs, each a standard uncertainty up, move the mean level by: {effects}.")
     return lines
 
 

@@ -57,6 +57,13 @@ class Simulation(Result):
     settings: SettingsInEffect
     health: dict[str, int | float | None]
 
+    @property
+    def volume_ratio(self) -> float:
+        """Raises ValueError where the run recorded none."""
+        if (ratio := self.health.get("volume_ratio")) is None:
+            raise ValueError("health.volume_ratio is missing")
+        return ratio
+
 
 class Judged(Result):
     """comparison.json: its numbers that are read again."""

@@ -39,8 +39,6 @@ OF_THE_WALLS = ("width_mm", "wall_angle_deg", "depth_mm")
 """Inputs that change the solid."""
 SAME_POINT_MM = 1e-6
 """Both walls at a tip."""
-WITHOUT_RUNS = ("station_mm", "repeatability_mm")
-"""Of the readings, not of the run."""
 
 
 @dataclass(frozen=True)
@@ -121,7 +119,7 @@ def _sizes(job: Job, sample: _Sample) -> list[_Variant]:
 
 def _designed(job: Job, sample: _Sample) -> list[_Variant]:
     """Each declared input a standard uncertainty up or down, after the design; at the coarser size, which is quick."""
-    inputs = _inputs(job.trial)
+    inputs = job.trial.uncertainty.moved
     if not inputs:
         return []
     radius_mm = sample.run.radius_mm * RATIO
@@ -131,12 +129,6 @@ def _designed(job: Job, sample: _Sample) -> list[_Variant]:
         moved = _moved(job, sample, steps)
         variants.append(_Variant(steps, _same_physics(job, moved, radius_mm, steps), moved))
     return variants
-
-
-def _inputs(trial: Trial) -> dict[str, float]:
-    """Declared standard uncertainties that it takes runs to know the effect of."""
-    declared = trial.uncertainty.model_dump(exclude_none=True)
-    return {name: value for name, value in declared.items() if name not in WITHOUT_RUNS}
 
 
 def _moved(job: Job, sample: _Sample, steps: Mapping[str, float]) -> _Sample:
@@ -330,7 +322,7 @@ def _spread(
 ) -> Spread:
     radius_mm, profile = sample.run.radius_mm, sample.profile
     finer, coarser = levels[: len(sizes)]
-    inputs = _inputs(trial)
+    inputs = trial.uncertainty.moved
     effects: tuple[Effect, ...] = ()
     scatter_mm = None
     if designed:

@@ -71,7 +71,7 @@ def make_evidence(
         "overlay_path": overlay,
         "photo_data": photo_data,
         "provenance": {"sealtwin": "0.1.0", "seed": "0"},
-        "command": "sealtwin run trial.toml",
+        "commands": ("sealtwin run trial.toml",),
     }
     return Evidence(**content | changes)
 

@@ -1,6 +1,5 @@
 """A comparison with all that it allows one to say: intervals, baselines, balance, and what the error may come from."""
 
-from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import Any
 
@@ -10,6 +9,7 @@ from sealtwin.records import Comparison, Floats, Profile
 from validate.comparison.balance import mass_balance, when_dispensed_mm3
 from validate.comparison.curves import Difference
 from validate.comparison.distances import area_between
+from validate.comparison.verdict import judged
 from validate.comparison.volumes import balance_profile, mouth_widths_mm
 from validate.evidence import Evidence
 from validate.settings import Readings
@@ -23,7 +23,7 @@ from validate.uncertainty.validation import Comparand, station_sentence
 
 
 def assess(evidence: Evidence, settings: Readings, declared: Uncertainty, spread: Spread | None) -> Comparison:
-    """The comparison of ``evidence``, its metrics completed.
+    """The comparison of ``evidence``, its metrics completed and judged by all of them.
 
     Args:
         evidence: A trial with readings and their comparison.
@@ -41,20 +41,7 @@ def assess(evidence: Evidence, settings: Readings, declared: Uncertainty, spread
         "mass_balance": _mass_balance(evidence, comparison, settings),
         "uncertainty": _uncertainty(evidence.profile, measured, budget, declared, spread),
     }
-    added["uncertainty"]["sentences"] += _gate_in_doubt(comparison.gate, added["uncertainty"]["mean_error_mm"])
-    return replace(comparison, metrics=comparison.metrics | added)
-
-
-def _gate_in_doubt(gate: Mapping[str, float], ends_mm: Sequence[float]) -> list[str]:
-    """The gate is judged by what was found; whether the readings could tell is another matter."""
-    low_mm, high_mm = ends_mm
-    limit_mm = gate.get("mean_error_mm")
-    if limit_mm is None or not low_mm <= limit_mm <= high_mm:
-        return []
-    return [
-        f"The gate of {limit_mm:g} mm lies within the 95 % interval of the mean error, {low_mm:.2f} to {high_mm:.2f} "
-        "mm: the readings cannot tell whether it is kept."
-    ]
+    return judged(replace(comparison, metrics=comparison.metrics | added), evidence.edited)
 
 
 def _volume_balance(evidence: Evidence, comparison: Comparison, measured: Profile) -> dict[str, Any]:
@@ -96,6 +83,7 @@ def _uncertainty(
         data_mm=mean.standard_mm,
         numerics_mm=None if spread is None else spread.converged(_means(spread, error.x)).standard,
         inputs_mm=float(np.sqrt(sum(_mean(error.x, one.level_mm) ** 2 for one in effects))) if effects else None,
+        inputs_waiting=bool(declared.moved.keys() - {one.name for one in effects}),
     )
     data_mm = budget.standard_mm[held]
     numerics_mm = None if spread is None else _level_doubt_mm(spread, s_mm)
@@ -117,7 +105,7 @@ def _uncertainty(
             "inputs_mm": inputs_mm,
             "validation_mm": validation_mm,
         },
-        "sentences": [overall.sentence, station_sentence(errors_mm, validation_mm)],
+        "sentences": [overall.sentence, station_sentence(errors_mm, validation_mm, overall.left_out)],
         "alignment": {"choice": CHOICE, "shifts": shifted_errors_mm(simulated, measured)},
         "numerics": None if spread is None else _numerics(spread, measured, error.x),
         "inputs": [
@@ -182,6 +170,7 @@ def _told(budget: Budget) -> dict[str, Any]:
         parts.insert(0, {**scatter, "shape": "Student's t", "freedom": float(budget.freedom.min())})
     return {
         "parts": parts,
+        "scatter_known": budget.scatter_mm is not None,
         "pooled": budget.pooled,
         "bartlett_p": budget.bartlett_p,
         "cautions": list(budget.cautions),

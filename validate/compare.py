@@ -15,7 +15,7 @@ from validate.comparison.distances import (
     frechet_mm,
 )
 from validate.comparison.repeatability import repeatability
-from validate.comparison.verdict import Judgement, basis_of
+from validate.comparison.verdict import basis_of, judged
 from validate.comparison.volumes import fill_volumes
 from validate.settings import Gate, Role
 
@@ -53,12 +53,16 @@ def compare(
         area_between(error.x[[0, -1]], np.full(2, flat_level_mm), measured.s_mm, measured.level_mm) / error.length_mm
     )
     basis = basis_of(measured.s_mm, float(error.x[0]), float(error.x[-1]), outline.length_mm)
+    beyond = (measured.s_mm < error.x[0]) | (measured.s_mm > error.x[-1])
     metrics: dict[str, Any] = {
         "covered_from_mm": error.x[0],
         "covered_to_mm": error.x[-1],
         "covered_length_mm": error.length_mm,
         "coverage": basis.coverage,
-        "stations_compared": basis.stations,
+        "length_mm": outline.length_mm,
+        "stations_compared": int((~beyond).sum()),
+        "stations_beyond_mm": measured.s_mm[beyond],
+        "stations_used": basis.stations,
         "widest_gap_mm": basis.widest_gap * outline.length_mm,
         "enough_readings": basis.suffices,
         "escaped_particles": escaped_particles,
@@ -85,13 +89,12 @@ def compare(
     for name, profile in (("simulated", simulated), ("measured", measured)):
         volumes = fill_volumes(profile, outline, solid, float(error.x[0]), float(error.x[-1]))
         metrics |= {f"{name}_{key}": value for key, value in volumes.items()}
-    judgement = Judgement(mean_error_mm, gate, basis, escaped_particles, measured.data, photo_data, role)
-    return Comparison(
-        mean_error_mm=mean_error_mm,
-        worst_error_mm=float(abs(error.value[worst])),
-        worst_at_mm=float(error.x[worst]),
-        metrics=metrics,
-        gate={} if gate is None else {"mean_error_mm": gate.mean_error_mm},
-        passed=judgement.passed,
-        verdict=judgement.verdict,
+    return judged(
+        Comparison(
+            mean_error_mm=mean_error_mm,
+            worst_error_mm=float(abs(error.value[worst])),
+            worst_at_mm=float(error.x[worst]),
+            metrics=metrics,
+            gate={} if gate is None else {"mean_error_mm": gate.mean_error_mm},
+        )
     )

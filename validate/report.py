@@ -8,6 +8,7 @@ from validate.reporting.chapters import chapters
 from validate.reporting.page import page
 from validate.reporting.pdf import write_pdf
 from validate.reporting.report_data import report_data
+from validate.statements.table import Table
 
 REPORT = ("report.html", "report.pdf", "report.json")
 """What is written."""
@@ -24,4 +25,5 @@ def write_report(folder: Path, evidence: Evidence) -> None:
     write_text(folder / "report.html", page(evidence, content))
     with replacing(folder / "report.pdf") as temporary:
         write_pdf(temporary, evidence, content)
-    write_json(folder / "report.json", report_data(evidence).model_dump(mode="json"))
+    tables = [item for chapter in content for item in chapter.items if isinstance(item, Table)]
+    write_json(folder / "report.json", report_data(evidence, tables).model_dump(mode="json"))

@@ -25,6 +25,15 @@ def counted(number: int, thing: str) -> str:
     return f"{number:,} {thing}{'' if number == 1 else 's'}"
 
 
+def signed(number: float, decimals: int) -> str:
+    """With its sign; what rounds to nothing is +0 and no less."""
+    return f"{round(number, decimals) + 0.0:+.{decimals}f}"
+
+
+def percent(share: float, decimals: int = 1) -> str:
+    return f"{100 * share:.{decimals}f} %"
+
+
 def words(key: str) -> str:
     """A name in the code as words, its unit in brackets: "frame_s" is "frame (s)"."""
     for ending, unit in UNITS.items():

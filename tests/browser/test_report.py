@@ -29,7 +29,7 @@ def report(tmp_path_factory):
 def hostile(tmp_path_factory):
     """Every text that is not ours tries to be more than text."""
     folder = tmp_path_factory.mktemp("hostile")
-    texts: dict[str, Any] = {"name": NAME, "note": HOSTILE * 3, "source": HOSTILE, "command": HOSTILE}
+    texts: dict[str, Any] = {"name": NAME, "note": HOSTILE * 3, "source": HOSTILE, "commands": (HOSTILE,)}
     write_report(folder, make_evidence(folder, **texts, provenance={HOSTILE: "0123456789abcdef" * 20}))
     return folder / "report.html"
 

@@ -63,6 +63,12 @@ def test_a_run_leaves_every_file_and_answers_with_the_headline(unbroken):
     assert answer["particles"] > 1000
     assert Path(answer["report"]).name == "report.html"
     assert answer["verdict"].startswith("Consistent with the reconstruction")
+    low_mm, high_mm = answer["mean_error_95_mm"]
+    assert low_mm < answer["mean_error_mm"] < high_mm
+    assert any("V&V 20" in sentence for sentence in answer["findings"])
+    report = json.loads((run / "report.json").read_text(encoding="utf-8"))
+    assert report["readings"]["sha256"] == sha256(run / "inputs" / "caliper.csv")
+    assert {"digitise: finished", "simulate: finished", "validate: begun"} <= set(report["provenance"])
     assert "validated" not in (run / "report.html").read_text(encoding="utf-8").lower()
 
 
@@ -152,20 +158,25 @@ def test_validate_refuses_results_of_other_settings(copied):
     assert "[crack]" in err
 
 
-def test_a_profile_brought_by_hand_is_judged_and_said_to_be(copied):
-    """Any stage can be replaced: that is what plain files are for."""
+def test_a_profile_brought_by_hand_is_shown_and_gets_no_verdict(copied):
+    """Any stage can be replaced, that is what plain files are for; but nobody signs what a hand has changed."""
     profile = copied / "profile.csv"
     rows = [line.split(",")[0] + ",-1.0" for line in profile.read_text().splitlines()[1:]]
     profile.write_text("s_mm,level_mm\n" + "\n".join(rows) + "\n")
     for again in (False, True):
         code, out, err = _finish("validate", copied, "--json")
-        assert code == 0, err
+        assert code == 5, err
         answer = json.loads(out)
         assert answer["stages"] == ["digitise", "simulate", "validate"]
         assert answer["edited"] == ["profile.csv"]
         assert 3.0 < answer["mean_error_mm"] < 4.5
+        assert (answer["outcome"], answer["gate_passed"], answer["findings"]) == ("undecided", False, [])
+        assert answer["verdict"] == "Edited by hand since (profile.csv): no verdict."
         assert "profile.csv: not as simulate wrote it" in err
         assert ("nothing to redo" in err) is again
+    page = (copied / "report.html").read_text(encoding="utf-8")
+    assert page.index("Edited by hand since (profile.csv): what follows") < page.index("Not a validation")
+    assert '<div class="verdict undecided">' in page
 
 
 @pytest.mark.parametrize(

@@ -102,10 +102,10 @@ def test_repeats_of_all_stations_are_pooled():
     [
         ("reconstructed", "reconstructed", "calibrated-on", 1.0, "Consistent with the reconstruction"),
         ("reconstructed", "measured", "held-out", 2.0, "Not consistent with the reconstruction"),
-        ("synthetic", "measured", "held-out", 1.0, "Consistent with the reconstruction"),
-        ("measured", "reconstructed", "held-out", 1.0, "Consistent with the reconstruction"),
+        ("synthetic", "measured", "held-out", 1.0, "Consistent with synthetic readings"),
+        ("measured", "synthetic", "held-out", 2.0, "Not consistent with the readings, on a synthetic sample"),
         ("measured", "measured", "calibrated-on", 1.0, "Agrees with the readings it was calibrated on"),
-        ("measured", "measured", "held-out", 1.0, "Validated on held-out readings"),
+        ("measured", "measured", "held-out", 1.0, "Validated to 1.6 mm on held-out readings"),
         ("measured", "measured", "held-out", 2.0, "Not validated"),
     ],
 )
@@ -141,6 +141,13 @@ def test_two_readings_side_by_side_are_no_verdict():
     assert result.passed is False
     assert result.verdict.startswith("No verdict: readings cover 1 % of the crack's length (2 stations")
     assert compared(measured(), pair).passed is None
+
+
+def test_a_station_beyond_the_crack_is_counted_as_such_everywhere():
+    """80 mm were read, 79.5 traced: that station shapes the readings' line to the end, and is none that is compared."""
+    metrics = compared(profile([0.0, 79.5], [1.0, 1.0])).metrics
+    assert (metrics["stations_compared"], metrics["stations_used"]) == (16, 17)
+    assert metrics["stations_beyond_mm"].tolist() == [80.0]
 
 
 def test_a_part_of_the_crack_is_named_in_the_verdict():

@@ -59,8 +59,8 @@ def usual(usual_folder):
 def test_page_and_pdf_lead_with_the_verdict(usual):
     _, page, pdf = usual
     for text in (page.text, pdf):
-        assert text.index("Slot 7") < text.index("Validated on held-out readings: mean error 0.500 mm")
-        assert text.index("Validated on") < text.index("area between the curves")
+        assert text.index("Slot 7") < text.index("Validated to 1 mm on held-out readings: mean error 0.500 mm")
+        assert text.index("Validated to") < text.index("area between the curves")
 
 
 def test_every_table_is_in_both(usual):
@@ -169,7 +169,7 @@ def test_names_are_text_and_nothing_else(tmp_path):
         note=HOSTILE + " Riß 裂缝 \x07" + RUDE,
         source=HOSTILE,
         provenance={HOSTILE: HOSTILE},
-        command=HOSTILE,
+        commands=(HOSTILE,),
         readings_data="reconstructed",
     )
     assert [tag for tag, _ in page.tags].count("script") == 2, "the page's own"

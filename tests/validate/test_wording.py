@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from validate.wording import counted, plain, words
+from validate.wording import counted, percent, plain, signed, words
 
 
 @pytest.mark.parametrize(("number", "text"), [(0, "0 stations"), (1, "1 station"), (1200, "1,200 stations")])
@@ -33,3 +33,14 @@ def test_units_follow_from_the_names(key, text):
 )
 def test_values_are_short(value, text):
     assert plain(value) == text
+
+
+@pytest.mark.parametrize(
+    ("number", "text"), [(-0.0004, "+0.000"), (0.0, "+0.000"), (-0.0006, "-0.001"), (1.5, "+1.500")]
+)
+def test_nothing_has_no_minus(number, text):
+    assert signed(number, 3) == text
+
+
+def test_a_share_is_in_percent():
+    assert (percent(0.56), percent(0.308, 0)) == ("56.0 %", "31 %")

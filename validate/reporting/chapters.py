@@ -53,9 +53,9 @@ class Words:
 
 @dataclass(frozen=True)
 class Command:
-    """To be typed again as it stands."""
+    """To be typed again as they stand, one after the other."""
 
-    text: str
+    lines: tuple[str, ...]
     comment: str
 
 
@@ -104,7 +104,7 @@ def _chapters(evidence: Evidence) -> Iterator[Chapter]:
     geometry = [solid_plate(evidence), geometry_table(evidence), path_table(evidence)]
     yield _chapter("Geometry", "geometry", geometry)
     again = Command(
-        evidence.command,
+        evidence.commands,
         "makes this report again, from the trial.toml beside it with the files that it names beside that.",
     )
     yield _chapter("Provenance", "provenance", [again, provenance_table(evidence), settings_table(evidence)])

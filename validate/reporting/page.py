@@ -20,7 +20,7 @@ from validate.evidence import Evidence
 from validate.reporting.chapters import Chapter, Command, Item, Model, Photo, Words
 from validate.reporting.plates import Plate
 from validate.statements.cautions import cautions
-from validate.statements.headline import headline, key_figures
+from validate.statements.headline import findings, headline, key_figures
 from validate.statements.table import Table
 
 PIXELS_DPI = 150
@@ -42,6 +42,7 @@ def page(evidence: Evidence, content: Sequence[Chapter]) -> str:
         note=evidence.note,
         verdict=verdict,
         outcome=outcome,
+        findings=findings(evidence),
         cautions=cautions(evidence),
         key_figures=key_figures(evidence),
         chapters=[
@@ -85,7 +86,7 @@ def _shown(item: Item, name: str) -> dict[str, Any]:
         case Words():
             return {"kind": "words", "sentences": item.sentences}
         case Command():
-            return {"kind": "command", "text": item.text, "comment": item.comment}
+            return {"kind": "command", "lines": item.lines, "comment": item.comment}
 
 
 def _gradient() -> str:

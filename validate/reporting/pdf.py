@@ -6,16 +6,18 @@ from pathlib import Path
 from matplotlib.backends.backend_pdf import PdfPages
 
 from validate.drawing.pictures import draw_still
-from validate.drawing.theme import MEASURED, MUTED, THIRD, printable, themed
+from validate.drawing.theme import MUTED, printable, themed
 from validate.evidence import Evidence
 from validate.reporting.chapters import Chapter, Command, Item, Model, Photo, Words
 from validate.reporting.plates import Plate
 from validate.reporting.typeset import CAPTION_PT, Typesetter
 from validate.statements.cautions import cautions
-from validate.statements.headline import headline, key_figures
+from validate.statements.headline import findings, headline, key_figures
 from validate.statements.table import Table
 
-OUTCOME_COLOUR = {"passed": THIRD, "failed": MEASURED, "open": MUTED}
+OUTCOME_COLOUR = {"passed": "#00704f", "failed": "#b3261e", "undecided": "#7a5c00", "open": MUTED}
+"""As on the page, by day: each is told from white, and the sentence says the same without it."""
+CAUTION = "#7a5c00"
 STILL_IN = 3.4
 
 
@@ -28,8 +30,10 @@ def write_pdf(path: Path, evidence: Evidence, content: Sequence[Chapter]) -> Non
         page.text(evidence.name, size_pt=20, weight="bold")
         page.text(evidence.note, colour=MUTED)
         for caution in cautions(evidence):
-            page.text(caution, size_pt=10, weight="bold", colour=MEASURED)
+            page.text(caution, size_pt=10, weight="bold", colour=CAUTION)
         page.text(verdict, size_pt=11, weight="bold", colour=OUTCOME_COLOUR[outcome])
+        for finding in findings(evidence):
+            page.text(finding)
         page.rows(key_figures(evidence))
         for chapter in content:
             page.chapter(chapter.title, below_in=_room_in(chapter.items[0]))
@@ -54,7 +58,7 @@ def _set_down(page: Typesetter, item: Item) -> None:
             for sentence in item.sentences:
                 page.text(sentence)
         case Command():
-            page.text(f"{item.text}: {item.comment}")
+            page.text(f"{', then '.join(item.lines)}: {item.comment}")
 
 
 def _room_in(first: Item) -> float:

@@ -4,9 +4,11 @@ from typing import Any
 
 import numpy as np
 
-from validate.evidence import Evidence
-from validate.statements.table import Table, millimetres
-from validate.wording import counted
+from validate.evidence import Evidence, Sheet
+from validate.statements.table import NOT_RECORDED, Table, millimetres
+from validate.wording import counted, percent, signed
+
+SAME_MM2 = 1e-9
 
 
 def agreement_table(evidence: Evidence) -> Table:
@@ -19,24 +21,24 @@ def agreement_table(evidence: Evidence) -> Table:
             ("role of the readings", metrics["role"]),
             (
                 "covered length",
-                f"{metrics['covered_length_mm']:.1f} mm, {metrics['coverage']:.1%} of the crack "
+                f"{metrics['covered_length_mm']:.1f} mm, {percent(metrics['coverage'])} of the crack "
                 f"({metrics['covered_from_mm']:.1f} to {metrics['covered_to_mm']:.1f} mm)",
             ),
             ("area between the curves, exact", f"{metrics['area_mm2']:.4f} mm²"),
             (
                 "area by similaritymeasures",
-                f"{metrics['area_similaritymeasures_mm2']:.4f} mm², {metrics['area_difference_mm2']:+.1e} mm² apart",
+                f"{metrics['area_similaritymeasures_mm2']:.4f} mm², {_apart(metrics['area_difference_mm2'])}",
             ),
             (
                 "mean error = area / covered length",
                 f"{comparison.mean_error_mm:.3f} mm{_interval(metrics, 'mean_error_mm')}",
             ),
-            ("bias (simulated - measured)", f"{metrics['bias_mm']:+.3f} mm{_interval(metrics, 'bias_mm')}"),
+            ("bias (simulated - measured)", f"{signed(metrics['bias_mm'], 3)} mm{_interval(metrics, 'bias_mm')}"),
             ("root mean square error", f"{metrics['rmse_mm']:.3f} mm"),
             ("95 % of the length within", f"{metrics['p95_error_mm']:.3f} mm"),
             ("Fréchet distance", f"{metrics['frechet_mm']:.3f} mm"),
             ("worst error", f"{comparison.worst_error_mm:.3f} mm at s = {comparison.worst_at_mm:.1f} mm"),
-            ("length with less than 1 mm error", f"{metrics['share_under_1_mm']:.1%}"),
+            ("length with less than 1 mm error", percent(metrics["share_under_1_mm"])),
             ("mean error, first 10 mm bin", millimetres(metrics["start_zone_error_mm"])),
             ("mean error, last 10 mm bin", millimetres(metrics["end_zone_error_mm"])),
             (
@@ -64,12 +66,14 @@ def readings_table(evidence: Evidence) -> Table:
     readings = metrics["readings"]
     rows = [
         ("source", evidence.readings.source),
+        *_origin(evidence.sheet),
         *([("read as", evidence.readings.dialect)] if evidence.readings.dialect else []),
         ("data", evidence.readings.data),
         ("stations, readings", f"{readings['stations']}, {readings['readings']}"),
         (
             "stations compared",
-            f"{metrics['stations_compared']}, at most {metrics['widest_gap_mm']:.1f} mm from one to the next",
+            f"{metrics['stations_compared']} of {readings['stations']}, at most {metrics['widest_gap_mm']:.1f} mm from "
+            "one to the next",
         ),
     ]
     if readings["repeatability_sd_mm"] is None:
@@ -81,7 +85,10 @@ def readings_table(evidence: Evidence) -> Table:
                 f"{readings['repeatability_sd_mm']:.3f} mm standard deviation, "
                 f"{counted(readings['degrees_of_freedom'], 'degree')} of freedom",
             ),
-            ("95 % band of a station's mean", f"± {np.max(readings['band_95_mm']):.3f} mm at most"),
+            (
+                "95 % band of a station's mean, by the scatter of its repeats alone",
+                f"± {np.max(readings['band_95_mm']):.3f} mm at most",
+            ),
         ]
     return Table("Readings", tuple(rows))
 
@@ -90,5 +97,21 @@ def _interval(metrics: dict[str, Any], key: str) -> str:
     """By what is unsure about the readings; nothing where that was not assessed."""
     if (assessed := metrics.get("uncertainty")) is None:
         return ""
-    low, high = assessed[key]
-    return f", 95 % interval by the readings {low:.3f} to {high:.3f} mm"
+    low, high = (signed(end, 3) if key == "bias_mm" else f"{end:.3f}" for end in assessed[key])
+    return f", 95 % interval by the readings {low} to {high} mm"
+
+
+def _apart(area_mm2: float) -> str:
+    """Two computations of one number, which differ by rounding."""
+    return "the same to 1e-9 mm²" if abs(area_mm2) < SAME_MM2 else f"{area_mm2:+.1e} mm² apart"
+
+
+def _origin(sheet: Sheet | None) -> list[tuple[str, str]]:
+    """Which file was judged, and who read it."""
+    if sheet is None:
+        return []
+    return [
+        ("file", sheet.name),
+        ("sha256 of the file", sheet.sha256),
+        ("read by, on", f"{sheet.operator or NOT_RECORDED}, {sheet.date or NOT_RECORDED}"),
+    ]

@@ -28,8 +28,8 @@ def assumptions(evidence: Evidence) -> list[str]:
         )
     absent = "Shrinkage is" if curing_pa_s else "Curing and shrinkage are"
     sentences += [
-        f"The profile is taken {solver.get('settle_s', 0.0):g} s after the last release. {absent} not modelled, "
-        "while a caliper reads the cured sealant.",
+        f"The profile is taken {solver.get('settle_s', 0.0):g} s after the last release. {absent} not modelled"
+        f"{_when_read(evidence)}.",
         "Simulated and measured s both count from the first end given; neither curve is shifted to fit the other.",
         "The profile counts sealant in the crack and above its mouth. Sealant on the face beside the mouth is in the "
         "mass balance, not in the profile.",
@@ -56,10 +56,13 @@ def left_out(evidence: Evidence) -> list[str]:
     """Data that stand in no metric, and why; one sentence says so where there are none."""
     sentences = []
     if evidence.readings is not None and evidence.comparison is not None:
-        stations, used = len(evidence.readings.s_mm), evidence.comparison.metrics["stations_compared"]
-        if used < stations:
+        metrics = evidence.comparison.metrics
+        if len(beyond_mm := metrics["stations_beyond_mm"]):
+            places = ", ".join(f"{s_mm:g}" for s_mm in beyond_mm)
             sentences.append(
-                f"{counted(stations - used, 'station')} of {stations}: beyond the stretch that both curves cover."
+                f"{counted(len(beyond_mm), 'station')} of {len(evidence.readings.s_mm)} (s = {places} mm): beyond the "
+                f"stretch that both curves cover, {metrics['covered_from_mm']:.1f} to {metrics['covered_to_mm']:.1f} "
+                "mm. The next one beyond an end gives the readings' line its direction up to there."
             )
         if evidence.readings.repeats_mm is not None and (missing := int(np.isnan(evidence.readings.repeats_mm).sum())):
             sentences.append(f"{counted(missing, 'single reading')}: no number in the sheet.")
@@ -75,6 +78,23 @@ def left_out(evidence: Evidence) -> list[str]:
             "no part of the solid."
         )
     return sentences or ["Nothing: every reading and every particle counts."]
+
+
+def _when_read(evidence: Evidence) -> str:
+    """Wet or cured, as it was declared: what has cured has lost volume that the simulated level still has."""
+    if evidence.comparison is None or (balance := evidence.comparison.metrics.get("mass_balance")) is None:
+        return ""
+    state, shrinkage_percent = balance["readings_state"], balance["shrinkage_percent"]
+    if state is None:
+        return "; whether the caliper read wet or cured sealant is not declared (readings.state)"
+    if state == "wet":
+        return ", and the caliper read wet sealant, which had not shrunk"
+    if shrinkage_percent is None:
+        return ", while the caliper read cured sealant, whose shrinkage is not declared (readings.shrinkage_percent)"
+    return (
+        f", while the caliper read cured sealant: the {shrinkage_percent:g} % by which it shrank are put back in the "
+        "mass balance, and not in the levels"
+    )
 
 
 def _tilt(evidence: Evidence) -> str:

@@ -1,12 +1,8 @@
 """The verdict in one line, and the numbers that one looks for first."""
 
-from typing import Literal
-
-from validate.comparison.verdict import leak
+from sealtwin.records import Outcome
+from validate.comparison.verdict import edited_by_hand, leak
 from validate.evidence import Evidence
-
-Outcome = Literal["passed", "failed", "open"]
-"""open: no readings, or no gate declared."""
 
 
 def headline(evidence: Evidence) -> tuple[str, Outcome]:
@@ -14,10 +10,16 @@ def headline(evidence: Evidence) -> tuple[str, Outcome]:
     comparison = evidence.comparison
     if comparison is None and evidence.run.escaped_particles:
         return f"{leak(evidence.run.escaped_particles)}. There are no readings.", "failed"
+    if comparison is None and evidence.edited:
+        return f"{edited_by_hand(evidence.edited)}: no verdict. There are no readings.", "undecided"
     if comparison is None:
         return "No readings: this is the simulated fill alone, held against nothing.", "open"
-    outcomes: dict[bool | None, Outcome] = {True: "passed", False: "failed", None: "open"}
-    return comparison.verdict, outcomes[comparison.passed]
+    return comparison.verdict, comparison.outcome
+
+
+def findings(evidence: Evidence) -> tuple[str, ...]:
+    """To be read with the verdict."""
+    return () if evidence.comparison is None else evidence.comparison.findings
 
 
 def key_figures(evidence: Evidence) -> list[tuple[str, str]]:
@@ -31,7 +33,7 @@ def key_figures(evidence: Evidence) -> list[tuple[str, str]]:
             figures.append(("its 95 % interval by the readings", f"{low_mm:.2f} to {high_mm:.2f} mm"))
         figures += [
             ("readings", comparison.metrics["role"]),
-            ("worst error", f"{comparison.worst_error_mm:.2f} mm at {comparison.worst_at_mm:.0f} mm"),
+            (f"worst error (at s = {comparison.worst_at_mm:.1f} mm)", f"{comparison.worst_error_mm:.2f} mm"),
         ]
     return [
         *figures,

@@ -3,7 +3,7 @@
 from sealtwin.records import Sections, Solid
 from validate.evidence import Evidence
 from validate.statements.table import Table, millimetres
-from validate.wording import counted
+from validate.wording import counted, percent
 
 WITHOUT_ANGLE = {"vertical": "vertical walls", "modelled": "as in the mesh"}
 
@@ -28,7 +28,10 @@ def geometry_table(evidence: Evidence) -> Table:
     if solid.tilt == "funnel" and "closing_depth_mm" in report:
         closing = report["closing_depth_mm"]
         rows.append(
-            ("walls meet at", f"{closing['mean']:.1f} mm deep, above the floor on {closing['share_above_floor']:.0%}")
+            (
+                "walls meet at",
+                f"{closing['mean']:.1f} mm deep, above the floor on {percent(closing['share_above_floor'], 0)}",
+            )
         )
     if dams := report.get("dams"):
         high_mm = max(dam["box_mm"][5] for dam in dams)

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from validate.statements.table import Table
+from validate.wording import percent, signed
 
 INPUTS = {
     "speed_mm_s": ("the nozzle's speed", "mm/s"),
@@ -80,7 +81,7 @@ def volume_rows(metrics: dict[str, Any]) -> list[tuple[str, str]]:
         ("held by the readings, over the covered length", f"{balance['readings_mm3']:.0f} mm³ ({cured})"),
         (
             "share of the cavity filled, over the covered length",
-            f"{metrics['simulated_fill_ratio']:.1%} simulated, {metrics['measured_fill_ratio']:.1%} measured",
+            f"{percent(metrics['simulated_fill_ratio'])} simulated, {percent(metrics['measured_fill_ratio'])} measured",
         ),
         (
             "level of the volume spread over the nozzle's reach, as a baseline",
@@ -101,10 +102,10 @@ def _result(found: dict[str, Any]) -> Table:
         "What may be said of the error",
         (
             ("mean error, 95 % by the readings' doubt", f"{low_mm:.3f} to {high_mm:.3f} mm"),
-            ("bias, 95 % by the readings' doubt", f"{bias_low_mm:+.3f} to {bias_high_mm:+.3f} mm"),
+            ("bias, 95 % by the readings' doubt", f"{signed(bias_low_mm, 3)} to {signed(bias_high_mm, 3)} mm"),
             ("of it, what more stations would not make smaller", f"{found['bias_systematic_mm']:.3f} mm (1 sd)"),
-            ("95 % band of a station's level", f"± {_span(band_mm)} mm"),
-            ("E, of the mean level: simulated - measured", f"{mean['error_mm']:+.3f} mm"),
+            ("95 % band of a station's level, by all that is known of the readings", f"± {_span(band_mm)} mm"),
+            ("E, of the mean level: simulated - measured", f"{signed(mean['error_mm'], 3)} mm"),
             ("u of the readings, in it", f"{mean['data_mm']:.3f} mm"),
             ("u of the numerics", _or_not(mean["numerics_mm"])),
             ("u of the inputs", _or_not(mean["inputs_mm"])),
@@ -134,7 +135,7 @@ def _alignment(found: dict[str, Any]) -> Table:
     rows += [
         (
             f"readings moved by {row['shift_mm']:+g} mm" if row["shift_mm"] else "as chosen",
-            f"mean error {row['mean_error_mm']:.3f} mm, bias {row['bias_mm']:+.3f} mm",
+            f"mean error {row['mean_error_mm']:.3f} mm, bias {signed(row['bias_mm'], 3)} mm",
         )
         for row in found["alignment"]["shifts"]
     ]
@@ -158,7 +159,7 @@ def _inputs(found: dict[str, Any]) -> Table:
     rows = []
     for one in found["inputs"]:
         name, unit = INPUTS[one["name"]]
-        does = f"mean level {one['mean_level_mm']:+.3f} mm, at most {one['largest_mm']:.2f} mm somewhere"
+        does = f"mean level {signed(one['mean_level_mm'], 3)} mm, at most {one['largest_mm']:.2f} mm somewhere"
         rows.append((f"{name}, by {one['standard']:g} {unit}", does))
     if found["effect_scatter_mm"] is not None:
         rows.append(("the same by the scatter of single runs", f"{found['effect_scatter_mm']:.2f} mm at a place"))

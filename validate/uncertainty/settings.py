@@ -6,6 +6,7 @@ from pydantic import Field
 
 from sealtwin.settings import Settings
 
+OF_THE_READINGS = ("station_mm", "repeatability_mm")
 Standard = Annotated[float, Field(gt=0, le=1000)]
 
 
@@ -33,3 +34,8 @@ class Uncertainty(Settings):
     """Of where the readings' s is 0 along the crack: all stations move together."""
     repeatability_mm: Standard | None = None
     """Standard deviation of a single reading, from earlier work; used only where no station was read twice."""
+
+    @property
+    def moved(self) -> dict[str, float]:
+        """The declared inputs whose effect takes runs to know, by name."""
+        return {name: value for name, value in self if value is not None and name not in OF_THE_READINGS}

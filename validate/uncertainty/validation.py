@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sealtwin.records import Floats
-from validate.wording import counted
+from validate.wording import counted, signed
 
 COVERAGE = 2.0
 """k: an interval of 95 % of a normal distribution."""
@@ -19,6 +19,8 @@ class Comparand:
     data_mm: float
     numerics_mm: float | None = None
     inputs_mm: float | None = None
+    inputs_waiting: bool = False
+    """Whether inputs are declared that no run has moved yet: then ``inputs_mm`` is of the others."""
 
     @property
     def validation_mm(self) -> float:
@@ -42,34 +44,45 @@ class Comparand:
         """Of the mean level along the crack."""
         half_mm = COVERAGE * self.validation_mm
         low_mm, high_mm = self.model_error_mm
-        figures = f"E = {self.error_mm:+.2f} mm, {COVERAGE:g} u_val = {half_mm:.2f} mm"
+        figures = f"E = {signed(self.error_mm, 2)} mm, {COVERAGE:g} u_val = {half_mm:.2f} mm; ASME V&V 20"
         if not self.resolved:
             said = (
                 f"The data cannot resolve an error of the model in the mean level ({figures}): it lies between "
-                f"{low_mm:+.2f} and {high_mm:+.2f} mm. This does not say that the model is right."
+                f"{signed(low_mm, 2)} and {signed(high_mm, 2)} mm. This does not say that the model is right."
             )
         else:
             way = "high" if self.error_mm > 0 else "low"
+            # What may be the numbers' or the inputs' fault is not laid at the model's door.
+            whose = "simulated" if self.left_out else "model's"
             said = (
-                f"The model's mean level is too {way} ({figures}): its error lies between {low_mm:+.2f} and "
-                f"{high_mm:+.2f} mm."
+                f"The {whose} mean level is too {way} ({figures}): its error lies between {signed(low_mm, 2)} "
+                f"and {signed(high_mm, 2)} mm."
             )
-        return said + _left_out(self.numerics_mm is None, self.inputs_mm is None)
+        return f"{said} The doubt about {self.left_out} is not in it." if self.left_out else said
+
+    @property
+    def left_out(self) -> str:
+        """Of the numerics and the inputs, what was not determined; empty where all was."""
+        parts = [] if self.numerics_mm is not None else ["the numerics"]
+        if self.inputs_mm is None:
+            parts.append("the inputs")
+        elif self.inputs_waiting:
+            parts.append("the other inputs")
+        return " and ".join(parts)
 
 
-def station_sentence(errors_mm: Floats, validation_mm: Floats) -> str:
-    """Of the levels at the stations, (n,) each."""
+def station_sentence(errors_mm: Floats, validation_mm: Floats, left_out: str = "") -> str:
+    """Of the levels at the stations, (n,) each; ``left_out`` is what u_val lacks, as ``Comparand`` has it."""
     resolved = np.abs(errors_mm) > COVERAGE * validation_mm
     high, low = int((resolved & (errors_mm > 0)).sum()), int((resolved & (errors_mm < 0)).sum())
     rest = len(errors_mm) - high - low
     if not high + low:
         return f"At none of {counted(len(errors_mm), 'station')} is |E| above {COVERAGE:g} u_val."
-    return (
-        f"At {high + low} of {counted(len(errors_mm), 'station')} |E| is above {COVERAGE:g} u_val: there the model is "
-        f"off, too high at {high} and too low at {low}. At the other {rest} the data cannot tell."
+    where = f"too high at {high} and too low at {low}"
+    off = (
+        f"{where}, by more than the readings' uncertainty alone; that of {left_out} is not in it."
+        if left_out
+        else f"there the model is off, {where}."
     )
-
-
-def _left_out(numerics: bool, inputs: bool) -> str:
-    names = [name for name, missing in (("the numerics", numerics), ("the inputs", inputs)) if missing]
-    return f" The doubt about {' and '.join(names)} is not in it." if names else ""
+    others = f" At the other {rest} the data cannot tell." if rest else ""
+    return f"At {high + low} of {counted(len(errors_mm), 'station')} |E| is above {COVERAGE:g} u_val: {off}{others}"

@@ -1,16 +1,26 @@
 """report.json: what it says is what was found, and the schema that is published is its own."""
 
+import html
 import json
+import re
 from dataclasses import replace
 from importlib.resources import files as resources
+from pathlib import Path
 
+import numpy as np
 import pytest
 from pydantic import ValidationError
 
 from sealtwin.files import as_json
-from tests.evidence import make_evidence
-from validate.reporting.report_data import SCHEMA, ReportData, report_data, schema
-from validate.settings import Gate
+from tests.evidence import make_evidence, slope
+from validate.assess import assess
+from validate.evidence import Sheet
+from validate.report import write_report
+from validate.reporting.report_data import SCHEMA, ReadingsFile, ReportData, report_data, schema
+from validate.settings import Gate, Readings
+from validate.uncertainty.design import Effect
+from validate.uncertainty.settings import Uncertainty
+from validate.uncertainty.spread import Size, Spread
 
 
 def test_the_published_schema_is_the_model_s():
@@ -37,6 +47,41 @@ def test_numbers_have_units_and_are_those_of_the_comparison(tmp_path):
     assert data.metrics["share_under_1_mm"].unit == "1", "the millimetre in its name is another's"
     assert all(quantity.unit and quantity.meaning for quantity in data.metrics.values())
     assert len(data.error_by_bin) == 4
+
+
+def test_what_the_page_has_is_here_too(tmp_path):
+    """Sizes, inputs, shifts and settled volumes were on the page alone; and a table that is added there comes along."""
+    declared, sheet = Uncertainty(volume_ml=0.1), Sheet("P01 Messung.csv", "73cf", "A. B.", "2026-03-01")
+    s_mm = np.linspace(0, 40, 81)
+    fine, middle, coarse = (
+        Size(radius_mm, slope(s_mm) + z_mm) for radius_mm, z_mm in ((0.4, 0.45), (0.5, 0.5), (0.6, 0.6))
+    )
+    runs = Spread(s_mm, (fine, middle, coarse), (Effect("volume_ml", 0.1, np.full(81, 0.3)),), 0.02, 0.6)
+    settings = Readings(file=Path("readings.csv"), data="measured", role="held-out")
+    evidence = make_evidence(tmp_path, gate=Gate(mean_error_mm=1.0), error_mm=0.5, sheet=sheet)
+    evidence = replace(evidence, comparison=assess(evidence, settings, declared, runs))
+    write_report(tmp_path, evidence)
+    data = ReportData.model_validate_json((tmp_path / "report.json").read_text(encoding="utf-8"))
+    assert data.readings == ReadingsFile(
+        name="P01 Messung.csv", sha256="73cf", operator="A. B.", date="2026-03-01", dialect=""
+    )
+    assert data.verdict.findings[0].startswith(
+        "The data cannot resolve an error of the model in the mean level (E = +0.50 mm"
+    )
+    assert data.sizes["mean_error_mm"].values_mm == pytest.approx((0.45, 0.5, 0.6), abs=1e-3)
+    assert (data.inputs["volume_ml"].unit, data.inputs["volume_ml"].mean_level_mm) == ("ml", pytest.approx(0.3))
+    assert [shift.shift_mm for shift in data.shifts] == [-2, -1, 0, 1, 2]
+    # A slot of 40 x 3.1 x 10 mm, read at -4 mm on average.
+    assert data.settled["readings_mm3"].value == pytest.approx(40 * 3.1 * 6, rel=2e-3)
+    assert (data.metrics["measured_fill_ratio"].value, data.settled["footprint_mm2"].unit) == (
+        pytest.approx(0.6, rel=2e-3),
+        "mm²",
+    )
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert [table.title for table in data.tables] == [
+        html.unescape(title) for title in re.findall("<h3>(.*)</h3>", page)
+    ]
+    assert len(data.tables) > 10
 
 
 def test_what_was_dispensed_is_somewhere(tmp_path):

@@ -1,11 +1,16 @@
 """What a report takes for granted and leaves out: said, with numbers, and never invented."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
+import pytest
 
 from tests.evidence import make_evidence
+from validate.assess import assess
+from validate.settings import Readings
 from validate.statements.assumptions import assumptions, left_out
+from validate.uncertainty.settings import Uncertainty
 
 
 def test_reynolds_and_bond_numbers_are_those_of_the_trial(tmp_path):
@@ -48,13 +53,14 @@ def test_what_counts_in_no_metric_is_told_by_its_number(tmp_path):
     assert left_out(evidence) == ["1 particle (1 mm³) over the edge of the sample: in the mass balance, in no profile."]
     repeats_mm = np.array(evidence.readings.repeats_mm)
     repeats_mm[0, :2] = np.nan
-    fewer = replace(evidence.comparison, metrics=evidence.comparison.metrics | {"stations_compared": 7})
+    fewer = replace(evidence.comparison, metrics=evidence.comparison.metrics | {"stations_beyond_mm": [38.0, 40.5]})
     outline = replace(evidence.outline, branches_mm=(np.zeros((2, 2)),))
     told = left_out(
         replace(evidence, readings=replace(evidence.readings, repeats_mm=repeats_mm), comparison=fewer, outline=outline)
     )
     assert told[:2] == [
-        "2 stations of 9: beyond the stretch that both curves cover.",
+        "2 stations of 9 (s = 38, 40.5 mm): beyond the stretch that both curves cover, 0.0 to 40.0 mm. The next one "
+        "beyond an end gives the readings' line its direction up to there.",
         "2 single readings: no number in the sheet.",
     ]
     assert told[3] == "1 side crack seen in the photo: no part of the solid."
@@ -64,3 +70,24 @@ def test_where_all_counts_it_is_said(tmp_path):
     evidence = make_evidence(tmp_path)
     run = replace(evidence.run, spilled=np.zeros(len(evidence.run.spilled), dtype=bool))
     assert left_out(replace(evidence, run=run)) == ["Nothing: every reading and every particle counts."]
+
+
+@pytest.mark.parametrize(
+    ("state", "shrinkage_percent", "said"),
+    [
+        ("wet", None, "not modelled, and the caliper read wet sealant, which had not shrunk."),
+        ("cured", None, "not modelled, while the caliper read cured sealant, whose shrinkage is not declared"),
+        ("cured", 7.0, "cured sealant: the 7 % by which it shrank are put back in the mass balance"),
+        (None, None, "whether the caliper read wet or cured sealant is not declared (readings.state)."),
+    ],
+)
+def test_what_was_read_is_as_it_was_declared(tmp_path, state, shrinkage_percent, said):
+    """Seen to fail with every sealant taken for cured."""
+    evidence = make_evidence(tmp_path)
+    sheet = Readings.model_validate(
+        {"file": Path("a.csv"), "data": "measured", "role": "held-out", "state": state}
+        | {"shrinkage_percent": shrinkage_percent}
+    )
+    told = assumptions(replace(evidence, comparison=assess(evidence, sheet, Uncertainty(), None)))
+    assert any(said in sentence for sentence in told)
+    assert not any("the caliper" in sentence for sentence in assumptions(evidence)), "not assessed, nothing is known"

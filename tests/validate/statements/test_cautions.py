@@ -88,3 +88,25 @@ def test_a_leak_comes_first(run, evidence):
     assert second.startswith("The fluid lost")
     leaking = replace(evidence, run=replace(run, escaped_particles=11), photo_data="synthetic")
     assert [text.split(":")[0] for text in cautions(leaking)] == ["Do not use", "Not a validation"]
+
+
+def test_files_that_somebody_edited_come_before_everything(run, evidence):
+    edited = replace(evidence, run=replace(run, escaped_particles=1), edited=("profile.csv", "simulation.json"))
+    assert cautions(edited)[0].startswith("Edited by hand since (profile.csv, simulation.json): what follows is of")
+    assert headline(replace(edited, run=run, comparison=None))[1] == "undecided"
+
+
+@pytest.mark.parametrize(("compressed", "told"), [(0.0999, False), (0.101, True), (None, False)])
+def test_a_bed_that_is_compressed_is_told_with_what_to_do(run, compressed, told):
+    texts = run_warnings(replace(run, health={"density_error_p95": compressed}), 1.0)
+    assert [text.startswith("The bed is compressed: of its particles 5 % are by more than 10 %") for text in texts] == [
+        True
+    ] * told
+    assert all('solver.pressure = "two-level"' in text for text in texts)
+
+
+def test_what_is_on_already_is_not_advised(run):
+    settings = {"solver": {"pressure": "two-level"}}
+    (text,) = run_warnings(replace(run, settings=settings, health={"density_error_p95": 0.2}), 1.0)
+    assert "two-level" not in text
+    assert "solver.substeps" in text

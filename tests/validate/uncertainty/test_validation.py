@@ -37,3 +37,22 @@ def test_stations_are_counted_by_the_side_on_which_they_are_off():
     assert "At 3 of 4 stations" in sentence
     assert "too high at 2 and too low at 1. At the other 1 the data cannot tell." in sentence
     assert station_sentence(np.zeros(3), np.ones(3)) == "At none of 3 stations is |E| above 2 u_val."
+
+
+def test_only_with_all_doubts_known_is_the_model_to_blame():
+    """Seen to fail with one sentence for both: numbers and inputs that nobody computed were laid at its door."""
+    assert "The simulated mean level is too high" in Comparand(1.0, 0.1, 0.1).sentence
+    assert "The model's mean level is too high" in Comparand(1.0, 0.1, 0.1, 0.1).sentence
+    errors_mm, validation_mm = np.array([1.0, -1.0]), np.array([0.2, 0.2])
+    assert "there the model is off, too high at 1" in station_sentence(errors_mm, validation_mm)
+    partial = station_sentence(errors_mm, validation_mm, Comparand(0.0, 0.1).left_out)
+    assert "model" not in partial
+    assert (
+        "too high at 1 and too low at 1, by more than the readings' uncertainty alone; that of the numerics and"
+        in partial
+    )
+
+
+def test_an_input_that_waits_for_its_run_is_not_in_it():
+    """Stations need no run: declared beside a speed, they alone must not pass for the inputs."""
+    assert "about the other inputs is not in it" in Comparand(1.0, 0.1, 0.1, 0.1, inputs_waiting=True).sentence
