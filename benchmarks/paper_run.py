@@ -118,7 +118,10 @@ def _scaling(threads: int) -> list[Row]:
 
 
 def _narrow(threads: int) -> list[Row]:
-    """The paper's crack and nozzle speed at 1 mm: four particles across, less sealant and a thinner nozzle to match."""
+    """The paper's crack and nozzle speed at 1 mm: four particles across, less sealant and a thinner nozzle to match.
+
+    It is 64 particles deep, where local pressure leaves a twentieth of what moves compressed by more than 16 %.
+    """
     outline = straight_slot(80.0, NARROW_MM)
     solid = build_solid(outline, CrackShape(depth_mm=16.0, tilt="vertical", wall_angle_deg=0.0))
     path = NozzlePath(volume_ml=4.8 * NARROW_MM / 3.1, speed_mm_s=4.0, trim_mm=10.0)
@@ -129,7 +132,7 @@ def _narrow(threads: int) -> list[Row]:
         outline,
         trajectory,
         LIKE_THE_PAPER,
-        Solver(radius_mm=NARROW_MM / 8),
+        Solver(radius_mm=NARROW_MM / 8, pressure="two-level"),
         Nozzle(diameter_mm=NARROW_MM),
         seed=0,
         device="cpu",
@@ -142,6 +145,7 @@ def _narrow(threads: int) -> list[Row]:
         Row("particles", len(run.position_mm), "", 1e5, 2e5),
         Row("moving at one time, most", run.health["moving_most"], "", 0, np.inf),
         *_sound(run),
+        Row("volume kept", volume_ratio(run, solid), "", 0.95, 1.05),
     ]
 
 

@@ -35,11 +35,11 @@ class CellGrid:
         # One cell more for points left out, and one end more than cells.
         self._counts = wp.zeros(cells + 2, dtype=int, device=device)
         self._ends = wp.zeros(cells + 2, dtype=int, device=device)
-        # A GPU's sort needs as much room again.
-        self._cell = wp.zeros(2 * points, dtype=int, device=device)
-        self._number = wp.zeros(2 * points + SPARE, dtype=int, device=device)
-        self._rank = wp.zeros(points, dtype=int, device=device)
-        self._unsorted = wp.array(np.arange(points), dtype=int, device=device)
+        # A sort needs as much room again.
+        room = points if self._in_order else 2 * points
+        self._cell = wp.zeros(room, dtype=int, device=device)
+        self._number = wp.zeros(room + SPARE, dtype=int, device=device)
+        self._rank = wp.zeros(points, dtype=int, device=device) if self._in_order else self._number
         self.cells = device_code.Cells()
         self.cells.corner = wp.vec3(*low)
         self.cells.size = size
@@ -72,6 +72,6 @@ class CellGrid:
                 device=self._device,
             )
         else:
-            wp.copy(self._number, self._unsorted, count=count)
+            wp.launch(device_code.number_points, count, inputs=[self._number], device=self._device)
             radix_sort_pairs(self._cell, self._number, count, end_bit=self._bits)
             wp.launch(device_code.gather, count, inputs=[self._number, place, *to], device=self._device)

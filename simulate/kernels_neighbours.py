@@ -91,6 +91,14 @@ def put_in_cells(
 
 
 @wp.kernel
+def number_points(
+    number: wp.array[int],  # out
+):
+    i = wp.tid()
+    number[i] = i
+
+
+@wp.kernel
 def gather(
     number: wp.array[int],
     place: wp.array[wp.vec4],
