@@ -19,10 +19,10 @@ from digitise.modelled.repair import Repair, Surface, one_surface
 from digitise.modelled.solid import modelled_solid
 from digitise.modelled.top_view import photograph
 from digitise.outline import trace_outline
+from digitise.photo import Photo
 from digitise.settings import MeshInput
-from digitise.walls.overlay import draw_overlay
 from sealtwin.errors import InputError
-from sealtwin.records import Floats, Outline, Pixels, Solid
+from sealtwin.records import Floats, Outline, Solid
 
 BELOW_MM = 0.05
 """Under the face, where the mouth is seen: walls at 11 degrees have moved by a hundredth of a millimetre."""
@@ -36,7 +36,8 @@ class ImportedSample:
 
     outline: Outline
     solid: Solid
-    overlay_rgb: Pixels
+    photo: Photo
+    """Of the mesh, as seen from above."""
     notes: tuple[str, ...]
     """What was found out on the way, in whole sentences."""
 
@@ -73,7 +74,7 @@ def import_sample(settings: MeshInput, folder: Path) -> ImportedSample:
         "warnings": [str(repair) for repair in read.repairs],
     }
     solid = modelled_solid(block, cavity, outline, settings.dam_height_mm, report)
-    return ImportedSample(outline, solid, draw_overlay(photo, outline), tuple(notes))
+    return ImportedSample(outline, solid, photo, tuple(notes))
 
 
 @dataclass(frozen=True)

@@ -87,6 +87,7 @@ def _digitise(job: Job) -> bool:
 
     from digitise.path_report import path_report
     from digitise.trajectory import plan_trajectory, volume_warnings
+    from digitise.walls.overlay import draw_overlay
 
     sample = digitise_sample(job)
     outline, solid = sample.outline, sample.solid
@@ -102,7 +103,7 @@ def _digitise(job: Job) -> bool:
         "warnings": [*solid.report["warnings"], *doubts, *volume_warnings(sealant_mm3, solid.cavity_volume_mm3)],
     }
     begin_writing(job, "digitise")
-    files.write_png(job.path / "overlay.png", sample.overlay)
+    files.write_png(job.path / "overlay.png", draw_overlay(sample.photo, outline, trajectory))
     files.write_outline(job.path, outline)
     files.write_solid(job.path, replace(solid, report=report))
     files.write_trajectory(job.path, trajectory)

@@ -3,12 +3,16 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from sealtwin import files
 from sealtwin.errors import InputError
 from sealtwin.job import Job
 from sealtwin.records import Outline, Pixels, Solid
 from sealtwin.result import shown
+
+if TYPE_CHECKING:
+    from digitise.photo import Photo
 
 REFUSED = "refused.png"
 """What was found in a photo until it was refused; gone as soon as another attempt begins."""
@@ -20,8 +24,8 @@ class Sample:
 
     outline: Outline
     solid: Solid
-    overlay: Pixels
-    """What the crack was found in, with its walls drawn on it."""
+    photo: "Photo"
+    """What the crack was found in, to draw on."""
 
 
 def digitise_sample(job: Job) -> Sample:
@@ -46,9 +50,8 @@ def _from_photo(job: Job) -> Sample:
     with _seen(job, lambda: draw_way(photo, path)):
         outline = trace_outline(photo, path, settings.edge_fraction, keep_branches=settings.branches == "keep")
     job.progress.advance(3, "building the solid")
-    overlay = draw_overlay(photo, outline)
-    with _seen(job, lambda: overlay):
-        return Sample(outline, build_solid(outline, crack), overlay)
+    with _seen(job, lambda: draw_overlay(photo, outline)):
+        return Sample(outline, build_solid(outline, crack), photo)
 
 
 def _from_mesh(job: Job) -> Sample:
@@ -58,7 +61,7 @@ def _from_mesh(job: Job) -> Sample:
     imported = import_sample(job.trial.mesh, job.source)
     for note in imported.notes:
         job.progress.note(f"note: {note}")
-    return Sample(imported.outline, imported.solid, imported.overlay_rgb)
+    return Sample(imported.outline, imported.solid, imported.photo)
 
 
 @contextmanager

@@ -8,7 +8,7 @@ from skimage.measure import points_in_poly
 from digitise.finding.crack_path import CrackPath
 from digitise.geometry.polyline import at_arc_length, depth_inside, resampled
 from digitise.photo import Photo
-from sealtwin.records import Floats, Outline, PathSource, arc_length
+from sealtwin.records import Floats, Outline, PathSource, Trajectory, arc_length
 
 Picture = NDArray[np.uint8]
 Colour = tuple[int, int, int]
@@ -19,7 +19,10 @@ CENTRE: Colour = (250, 235, 60)
 ENDS: Colour = (255, 90, 20)
 INK: Colour = (24, 24, 24)
 PAPER: Colour = (255, 255, 255)
+NOZZLE = PAPER
 """RGB. Walls and centreline differ in lightness as well as hue, for colour-blind readers."""
+BEADS = 11.0
+"""Thousandths of the picture's longer side: from one bead of the nozzle's path to the next."""
 LONGER_SIDE_PX = 2400
 """Of the picture: larger photos are shown smaller, small ones larger, but at most by ``MOST_ENLARGED``."""
 MOST_ENLARGED = 4.0
@@ -40,8 +43,12 @@ FOUND: dict[PathSource, str] = {
 FONT = cv2.FONT_HERSHEY_SIMPLEX
 
 
-def draw_overlay(photo: Photo, outline: Outline) -> Picture:
-    """The photo with walls, centreline, ends, direction, legend and scale bar, (height, width, 3) RGB."""
+def draw_overlay(photo: Photo, outline: Outline, trajectory: Trajectory | None = None) -> Picture:
+    """The photo with walls, centreline, ends, legend and scale bar, (height, width, 3) RGB.
+
+    With a ``trajectory`` it has the nozzle's path too, beads where it gives sealant, and its direction; None stands for
+    a crack of which no path was planned.
+    """
     picture, scale, unit = _enlarged(photo)
 
     def placed(points_px: Floats) -> Floats:
@@ -62,10 +69,13 @@ def draw_overlay(photo: Photo, outline: Outline) -> Picture:
     _line(picture, placed(_on_face(photo, outline.right_wall_px)), RIGHT, thin)
     centreline = placed(outline.centreline_px)
     _line(picture, centreline, CENTRE, thin)
-    _arrow(picture, centreline, outline.mean_width_mm / outline.mm_per_px * scale, unit)
+    if trajectory is not None:
+        nozzle = placed(photo.to_px(trajectory.position_mm[:, :2]))
+        _beads(picture, nozzle[trajectory.giving], unit)
+        _arrow(picture, nozzle, outline.mean_width_mm / outline.mm_per_px * scale, unit)
     _mark_ends(picture, centreline, outline, unit)
     taken = placed(outline.outline_px)
-    _legend(picture, outline, taken, unit)
+    _legend(picture, outline, trajectory, taken, unit)
     _scale_bar(picture, outline.mm_per_px / scale, taken, unit)
     return picture
 
@@ -117,10 +127,21 @@ def _mark_ends(picture: Picture, centreline: Floats, outline: Outline, unit: flo
         _text(picture, corner + np.array([0, height]), text, unit, PAPER)
 
 
-def _arrow(picture: Picture, centreline: Floats, width_px: float, unit: float) -> None:
-    """The direction of travel, to the right of the crack near its start."""
-    reach = 0.05 * float(arc_length(centreline)[-1])
-    tail, head = _along(centreline, reach), _along(centreline, reach + 60 * unit)
+def _beads(picture: Picture, given: Floats, unit: float) -> None:
+    """Small enough that the centreline is seen between them; the first and the last one larger."""
+    if len(given) < 2:
+        return
+    beads = resampled(given, BEADS * unit)
+    for number, bead in enumerate(beads):
+        size = 2.6 if number in (0, len(beads) - 1) else 1.3
+        cv2.circle(picture, _whole(bead), max(2, round((size + 0.7) * unit)), INK, -1, cv2.LINE_AA)
+        cv2.circle(picture, _whole(bead), max(1, round(size * unit)), NOZZLE, -1, cv2.LINE_AA)
+
+
+def _arrow(picture: Picture, nozzle: Floats, width_px: float, unit: float) -> None:
+    """The direction of travel, to the right of the crack near the path's start."""
+    reach = 0.05 * float(arc_length(nozzle)[-1])
+    tail, head = _along(nozzle, reach), _along(nozzle, reach + 60 * unit)
     step = (head - tail) / max(float(np.linalg.norm(head - tail)), 1e-9)
     aside = np.array([-step[1], step[0]]) * (width_px + 10 * unit)
     for colour, thickness in ((INK, 5 * unit), (PAPER, 2.4 * unit)):
@@ -128,18 +149,20 @@ def _arrow(picture: Picture, centreline: Floats, width_px: float, unit: float) -
         cv2.arrowedLine(picture, _whole(tail + aside), _whole(head + aside), colour, pen, cv2.LINE_AA, tipLength=0.3)
 
 
-def _legend(picture: Picture, outline: Outline, taken: Floats, unit: float) -> None:
+def _legend(picture: Picture, outline: Outline, trajectory: Trajectory | None, taken: Floats, unit: float) -> None:
     """In the corner that hides least of the crack."""
     found = FOUND[outline.path_source]
     lines: list[tuple[Colour | None, str]] = [
         (None, f"{outline.length_mm:.1f} mm long, {outline.mean_width_mm:.2f} mm wide on average"),
         (None, f"scale: {outline.scale_source}"),
-        (None, f"path: {found}"),
+        (None, f"crack: {found}"),
         (LEFT, "left wall"),
         (RIGHT, "right wall"),
         (CENTRE, "centreline"),
         (ENDS, "rest of the rim"),
     ]
+    if trajectory is not None and len(given := trajectory.s_mm[trajectory.giving]):
+        lines.append((NOZZLE, f"nozzle, gives from s = {given[0]:.1f} to {given[-1]:.1f} mm"))
     pad, row, swatch = 8 * unit, 17 * unit, 30 * unit
     width = max(_text_size(text, unit)[0] + (swatch if colour else 0) for colour, text in lines) + 2 * pad
     size = np.array([width, row * len(lines) + pad])

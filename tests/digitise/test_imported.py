@@ -15,6 +15,7 @@ from digitise.mesh import check_mesh
 from digitise.modelled.nearest import nearest_on_ring
 from digitise.settings import CrackShape, MeshInput
 from digitise.solid import build_solid
+from digitise.walls.overlay import draw_overlay
 from sealtwin.errors import InputError
 from sealtwin.records import FaceLabel, Floats, Outline, Solid
 from tests.meshes import Mesh, block, box, mesh_of, sheet, slotted, soup, turned
@@ -111,7 +112,7 @@ def test_it_is_named_a_mesh_wherever_a_photo_would_be(tmp_path):
 
 def test_the_picture_shows_the_crack_dark_and_its_walls_on_it(tmp_path):
     back = brought(tmp_path, mesh_of(slotted()))
-    picture = back.overlay_rgb
+    picture = draw_overlay(back.photo, back.outline)
     scale = picture.shape[1] / (back.outline.mm_per_px**-1 * (60 + 30))
     (x, y) = back.outline.centreline_px[len(back.outline.centreline_px) // 3]
     grey = np.mean(picture[round((y + 12) * scale), round(x * scale)])

@@ -7,9 +7,11 @@ from digitise.finding.crack_path import CrackPath
 from digitise.geometry.polyline import resampled
 from digitise.outline import trace_outline
 from digitise.path import find_path
+from digitise.settings import NozzlePath
 from digitise.specimens.specimen import Recipe, make_specimen
+from digitise.trajectory import plan_trajectory
 from digitise.walls import overlay
-from digitise.walls.overlay import CENTRE, ENDS, LEFT, LONGER_SIDE_PX, RIGHT, draw_overlay, draw_way
+from digitise.walls.overlay import CENTRE, ENDS, LEFT, LONGER_SIDE_PX, NOZZLE, RIGHT, draw_overlay, draw_way
 from tests.pictures import SMALL_FACE, evenly_scaled, mortar, photo_of, with_crack, write_png
 
 
@@ -38,6 +40,23 @@ def test_walls_and_centreline_are_drawn_where_they_are(scene):
         (outline.centreline_px, CENTRE),
     ):
         assert share_of_colour(picture, (points_px[inner] + 0.5) * scale - 0.5, colour) > 0.9
+
+
+@pytest.mark.parametrize("reverse", [False, True])
+def test_the_nozzles_path_lies_on_the_crack_where_it_gives(scene, reverse):
+    """Beads on the path alone, and none where it is trimmed; between them the centreline is still seen."""
+    photo, outline, bare = scene
+    path = NozzlePath(volume_ml=1.0, trim_mm=15.0, reverse=reverse)
+    trajectory = plan_trajectory(outline, path, cavity_volume_mm3=1e3)
+    picture = draw_overlay(photo, outline, trajectory)
+    scale = picture.shape[1] / photo.size_px[0]
+    nozzle = (photo.to_px(trajectory.position_mm[trajectory.giving, :2]) + 0.5) * scale - 0.5
+    assert share_of_colour(picture, nozzle[[0, -1]], NOZZLE) == 1
+    assert 0.2 < share_of_colour(picture, resampled(nozzle, 1.0), NOZZLE) < 0.6
+    off = np.linalg.norm(outline.centreline_mm - outline.centreline_mm[0], axis=1)
+    trimmed = (outline.centreline_px[(off > 6) & (off < 13)] + 0.5) * scale - 0.5
+    x, y = np.rint(trimmed).astype(int).T
+    assert np.array_equal(picture[y, x], bare[y, x])
 
 
 def test_both_ends_are_marked(scene):
@@ -80,8 +99,11 @@ def test_every_colour_that_is_drawn_stands_in_the_legend(scene, monkeypatch):
     photo, outline, _ = scene
     named = []
     monkeypatch.setattr(overlay, "_text", lambda *given: named.append(given[2]))
-    draw_overlay(photo, outline)
+    trajectory = plan_trajectory(outline, NozzlePath(volume_ml=1.0, trim_mm=15.0), cavity_volume_mm3=1e3)
+    draw_overlay(photo, outline, trajectory)
     assert {"left wall", "right wall", "centreline", "rest of the rim"} <= set(named)
+    (nozzle,) = [text for text in named if text.startswith("nozzle")]
+    assert nozzle.startswith("nozzle, gives from s = 15.0 to ")
 
 
 def test_the_photo_itself_is_not_drawn_on(scene):
