@@ -18,6 +18,8 @@ class Database:
 
     called: ClassVar[str]
     """What people call such a file."""
+    remedy: ClassVar[str] = "Give another --out."
+    """Where it is damaged, or of another version."""
 
     def __init__(self, path: Path, tables: str, version: int, *, create: bool, readers_wait: bool) -> None:
         """Open ``path``, and where ``create`` says so make it first.
@@ -43,7 +45,7 @@ class Database:
                     self._base.executescript(FACTS + tables)
                     self._base.execute("INSERT OR IGNORE INTO facts VALUES ('version', ?)", [str(version)])
             if self.fact("version") != str(version):
-                raise InputError(f"{path}: written by another version. Give another --out, or delete {path.parent}.")
+                raise InputError(f"{path}: written by another version. {self.remedy}")
         except BaseException:
             # Whatever it was, Ctrl-C too, nobody else holds this connection.
             self._base.close()
@@ -89,6 +91,9 @@ class Database:
         try:
             yield
         except sqlite3.OperationalError as fault:
+            if str(fault).startswith("no such"):
+                # Table or column: a sound database, and another program's.
+                raise self._unreadable(fault) from fault
             raise InputError(
                 f"{self.path}: {fault}. The folder must be writable, not full, and on a disk of this machine; then "
                 "give the same command again."
@@ -96,6 +101,7 @@ class Database:
         except sqlite3.DatabaseError as fault:
             if type(fault) is not sqlite3.DatabaseError:
                 raise
-            raise InputError(
-                f"{self.path}: no {self.called} that can be read ({fault}). Give another --out."
-            ) from fault
+            raise self._unreadable(fault) from fault
+
+    def _unreadable(self, fault: sqlite3.Error) -> InputError:
+        return InputError(f"{self.path}: no {self.called} that can be read ({fault}). {self.remedy}")

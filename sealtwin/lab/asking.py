@@ -9,9 +9,9 @@ from sealtwin import files
 from sealtwin.errors import InputError
 from sealtwin.lab.catalogue import Catalogue, Fault, Record
 from sealtwin.lab.finding import plain
-from sealtwin.lab.naming import sample_key
 from sealtwin.lab.telling import RUN, table
 from sealtwin.result import shown
+from validate.sheets.samples import sample_key
 
 COLUMNS = (
     "sample", "revision", "state", "date", "operator", "data", "depth_mm", "photo", "photo_sha256", "readings",

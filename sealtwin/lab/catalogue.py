@@ -9,13 +9,13 @@ from typing import Any, Self
 from sealtwin import files
 from sealtwin.database import Database
 from sealtwin.errors import InputError
-from sealtwin.lab.naming import Role
-from sealtwin.lab.pairing import Placed
+from sealtwin.lab.naming import Role, Said
+from sealtwin.lab.pairing import Decisions, Placed
 
 CATALOGUE = "catalogue.sqlite"
 RECORD = "record.json"
 """In each trial's folder what its row says: without its catalogue a lab is still whole."""
-VERSION = 1
+VERSION = 2
 TABLES = """
 CREATE TABLE IF NOT EXISTS trials (
     sample TEXT NOT NULL,       -- key of its name
@@ -36,8 +36,10 @@ CREATE TABLE IF NOT EXISTS faults (
     sentence TEXT NOT NULL
 );
 CREATE TABLE IF NOT EXISTS decisions (
-    source TEXT NOT NULL, file TEXT NOT NULL, role TEXT NOT NULL, sample TEXT NOT NULL,
-    PRIMARY KEY (source, file)
+    source TEXT NOT NULL, file TEXT NOT NULL,
+    part TEXT NOT NULL,         -- of a file that several samples share; empty: all of it
+    role TEXT NOT NULL, sample TEXT NOT NULL,
+    PRIMARY KEY (source, file, part)
 ) WITHOUT ROWID;
 """
 
@@ -94,6 +96,10 @@ class Catalogue(Database):
     """An open catalogue; short waits for other processes, nothing lost to them."""
 
     called = "catalogue"
+    remedy = (
+        "Move it away and ingest the same folders again: it is made anew, from the trials' own. A pairing that you had "
+        "corrected must be given once more."
+    )
 
     def __init__(self, path: Path, *, create: bool = False) -> None:
         # One plain file, that can be copied while nobody writes: a catalogue is asked seldom.
@@ -102,14 +108,14 @@ class Catalogue(Database):
     @classmethod
     def of(cls, lab: Path) -> Self:
         """Raises InputError where there is none."""
-        if not (lab / CATALOGUE).is_file():
+        if not is_there(lab):
             raise InputError(f"{lab}: no lab (it has no {CATALOGUE}). 'sealtwin ingest FOLDER --out {lab}' makes one.")
         return cls(lab / CATALOGUE)
 
     @classmethod
     def unwritten(cls, lab: Path) -> Self:
         """The lab's for whoever only looks; an empty one in memory where there is none."""
-        return cls.of(lab) if (lab / CATALOGUE).is_file() else cls(Path(":memory:"), create=True)
+        return cls.of(lab) if is_there(lab) else cls(Path(":memory:"), create=True)
 
     def records(self, sample: str | None = None) -> list[Record]:
         """All trials, or those of one sample, in the order of samples and revisions."""
@@ -155,18 +161,35 @@ class Catalogue(Database):
                 "INSERT INTO faults VALUES (?, ?, ?)", [(source, fault.name, fault.sentence) for fault in faults]
             )
 
-    def decisions(self, source: str) -> dict[PurePath, Placed]:
+    def holders(self, sha256: str) -> dict[str, str]:
+        """Keys of the samples that have a file of these bytes, and what it was called."""
+        rows = self._rows(
+            "SELECT sample, original FROM files JOIN trials USING (folder) WHERE sha256 = ? ORDER BY sample, revision",
+            [sha256],
+        )
+        return dict(rows)
+
+    def decisions(self, source: str) -> Decisions:
         """How the user has corrected the pairing of a source."""
-        rows = self._rows("SELECT file, role, sample FROM decisions WHERE source = ?", [source])
-        return {PurePath(file): Placed(PurePath(file), role, sample, by_user=True) for file, role, sample in rows}
+        rows = self._rows("SELECT file, part, role, sample FROM decisions WHERE source = ?", [source])
+        return {(PurePath(file), part): Said(sample, role) for file, part, role, sample in rows}
 
     def state_decisions(self, source: str, decided: Sequence[Placed]) -> None:
         with self._told(), self._transaction():
             self._base.execute("DELETE FROM decisions WHERE source = ?", [source])
             self._base.executemany(
-                "INSERT INTO decisions VALUES (?, ?, ?, ?)",
-                [(source, item.file.as_posix(), item.role, item.sample) for item in decided],
+                "INSERT INTO decisions VALUES (?, ?, ?, ?, ?)",
+                [
+                    (source, item.piece.file.as_posix(), item.piece.part_name, item.role, item.sample)
+                    for item in decided
+                ],
             )
+
+
+def is_there(lab: Path) -> bool:
+    """Of no bytes it is none: its making was cut short."""
+    path = lab / CATALOGUE
+    return path.is_file() and path.stat().st_size > 0
 
 
 def read_record(content: Mapping[str, Any]) -> Record:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePath
 
 from sealtwin.errors import InputError, as_text
-from sealtwin.lab.naming import UNREAD_TABLES, read_name
+from sealtwin.lab.naming import UNREAD_TABLES, Said, read_any_name, read_name
 
 DEFAULTS = "lab.toml"
 """What holds for all samples of the folder in which it lies on top."""
@@ -22,12 +22,18 @@ UNSEEN = {"Cc", "Cf", "Zl", "Zp"}
 
 @dataclass(frozen=True)
 class LeftOut:
-    """A file that takes no part, and why."""
+    """A file, or a folder, that takes no part, and why."""
 
     file: str
     reason: str
     lost: bool
     """Whether something of the lab's is missing by it, as a sheet that cannot be read."""
+    said: Said | None = None
+    """What its name says of a sample."""
+
+    @property
+    def sentence(self) -> str:
+        return f"{self.file}: {self.reason}"
 
 
 @dataclass(frozen=True)
@@ -47,12 +53,13 @@ def find_files(folder: Path) -> Found:
     """
     if not folder.is_dir():
         raise InputError(f"{as_text(folder)}: no such folder; give the one that holds photos, sheets and notes.")
-    files, left_out, defaults = [], [], False
-    for entry in sorted(_entries(folder), key=lambda entry: entry.path):
+    files, left_out, defaults = [], list[LeftOut](), False
+    for entry in sorted(_entries(folder, left_out), key=lambda entry: entry.path):
         file = PurePath(os.path.relpath(entry.path, folder))
         reason = _refusal(entry, file)
         if reason is not None:
-            left_out.append(LeftOut(plain(as_text(Path(file))), reason, lost=read_name(file) is not None))
+            said = read_any_name(file)
+            left_out.append(LeftOut(plain(as_text(Path(file))), reason, lost=said is not None, said=said))
         elif file == PurePath(DEFAULTS):
             defaults = True
         elif file.name == DEFAULTS:
@@ -60,7 +67,8 @@ def find_files(folder: Path) -> Found:
                 LeftOut(str(file), f"{DEFAULTS} counts on top of the folder only; move it there.", lost=True)
             )
         elif file.suffix.lower() in UNREAD_TABLES:
-            left_out.append(LeftOut(str(file), f"{file.suffix} is not read; save it as XLSX or CSV.", lost=True))
+            reason = f"{file.suffix} is not read; save it as XLSX or CSV."
+            left_out.append(LeftOut(str(file), reason, lost=True, said=read_any_name(file)))
         elif read_name(file) is None:
             left_out.append(LeftOut(str(file), "neither photo, sheet nor note, by its name.", lost=False))
         else:
@@ -77,13 +85,25 @@ def plain(text: str) -> str:
     return "".join("?" if unicodedata.category(letter) in UNSEEN else letter for letter in text)
 
 
-def _entries(folder: Path) -> Iterator[os.DirEntry[str]]:
-    """All but folders and hidden files: a Mac leaves a ._photo.jpg beside each photo, Excel a ~$sheet.xlsx."""
+def _entries(folder: Path, left_out: list[LeftOut]) -> Iterator[os.DirEntry[str]]:
+    """All but folders and hidden files: a Mac leaves a ._photo.jpg beside each photo, Excel a ~$sheet.xlsx.
+
+    Folders that are not looked into are added to ``left_out``. Raises InputError where there is too much of it all.
+    """
+
+    def leave_out(place: Path, reason: str) -> None:
+        left_out.append(LeftOut(plain(as_text(Path(os.path.relpath(place, folder)))), reason, lost=True))
+
     seen = 0
     waiting = [(folder, 0)]
     while waiting:
         place, deep = waiting.pop()
-        with os.scandir(place) as entries:
+        try:
+            entries = os.scandir(place)
+        except OSError as fault:
+            leave_out(place, f"a folder that cannot be read ({fault.strerror}). Make it readable, or move it away.")
+            continue
+        with entries:
             for entry in entries:
                 seen += 1
                 if seen > MOST_ENTRIES:
@@ -93,7 +113,10 @@ def _entries(folder: Path) -> Iterator[os.DirEntry[str]]:
                 if not entry.is_dir(follow_symlinks=False):
                     yield entry
                 elif deep == MOST_FOLDERS_DEEP:
-                    raise InputError(f"{as_text(Path(entry.path))}: more than {MOST_FOLDERS_DEEP} folders deep.")
+                    reason = (
+                        f"more than {MOST_FOLDERS_DEEP} folders deep: not looked into. Move what counts further up."
+                    )
+                    leave_out(Path(entry.path), reason)
                 else:
                     waiting.append((Path(entry.path), deep + 1))
 

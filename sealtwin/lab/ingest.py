@@ -1,23 +1,28 @@
 """A lab's folder into trials and a catalogue: what is sound is taken in, what is not is named, nothing is guessed."""
 
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
-from pathlib import Path
+from dataclasses import dataclass, replace
+from pathlib import Path, PurePath
 
 from sealtwin import files
 from sealtwin.errors import InputError, as_text
 from sealtwin.folder import holding, require_folder
 from sealtwin.lab.catalogue import CATALOGUE, Catalogue, Fault
 from sealtwin.lab.finding import DEFAULTS, LeftOut, find_files
+from sealtwin.lab.holding import hold_back
 from sealtwin.lab.keeping import complete, require_lab
-from sealtwin.lab.naming import read_names
+from sealtwin.lab.naming import Said, read_names
 from sealtwin.lab.notes import Note, read_note
-from sealtwin.lab.pairing import pair, place_files
-from sealtwin.lab.pairing_file import PAIRING, pairing_text, read_pairing
+from sealtwin.lab.pairing import Decisions, pair, place_files
+from sealtwin.lab.pairing_file import PAIRING, decided, pairing_text, photographed, read_pairing
+from sealtwin.lab.pieces import divide
 from sealtwin.lab.taking import Outcome, Work, take_in
+from sealtwin.lab.trials import faults_of_values
+from sealtwin.lab.twins import twins
 from sealtwin.progress import Progress
+from validate.sheets.samples import sample_key
 
 WRITTEN_PAIRINGS = "pairing_sha256"
 """Fact of the catalogue: hashes of the pairing file as it was written last. Another one has been edited since."""
@@ -60,10 +65,16 @@ def ingest(
     found = find_files(folder)
     defaults = _defaults(folder) if found.defaults else Note()
     source = as_text(folder)
+    by_name = read_names(found.files, folder.name)
+    rows = None if pairing is None else read_pairing(pairing)
+    given = (
+        None if rows is None else decided(rows, divide(folder, by_name, _photographed(by_name) | photographed(rows)))
+    )
     with _catalogue(lab, progress, dry_run) as catalogue:
-        named = read_names(found.files, folder.name)
-        placed = place_files(named, catalogue.decisions(source) if pairing is None else read_pairing(pairing, named))
-        samples = pair(placed)
+        decisions = catalogue.decisions(source) if given is None else given
+        named = divide(folder, by_name, _photographed(by_name, decisions))
+        placed = place_files(named, decisions)
+        samples, left_out = hold_back(pair(placed), found.left_out, folder.name)
         if not samples and not any(left.lost for left in found.left_out):
             raise InputError(f"{folder}: no photos, sheets or notes in it.")
         if not dry_run:
@@ -76,7 +87,11 @@ def ingest(
             outcomes.append(take_in(sample, work))
             progress.advance(done, sample.name)
         faults = [Fault(outcome.sample.name, sentence) for outcome in outcomes for sentence in outcome.faults]
-        faults += [Fault(left.file, f"{left.file}: {left.reason}") for left in found.left_out if left.lost]
+        faults += [Fault(left.file, left.sentence) for left in left_out if left.lost]
+        remarks = twins(work.sound, catalogue)
+        outcomes = [
+            replace(outcome, remarks=(*outcome.remarks, *remarks.get(outcome.sample.key, ()))) for outcome in outcomes
+        ]
         if not dry_run:
             catalogue.state_faults(source, faults)
     return Ingested(lab, dry_run, tuple(outcomes), found.left_out, tuple(faults))
@@ -114,7 +129,7 @@ def _write_pairing(lab: Path, given: Path | None, text: str, catalogue: Catalogu
 
 
 def _defaults(folder: Path) -> Note:
-    """What lab.toml says of all samples. Raises InputError where it cannot be used: every sample would fail by it."""
+    """What lab.toml says of all samples. Raises InputError, with all its faults, where one would fail every sample."""
     note = read_note(folder / DEFAULTS)
     misplaced = [key for key in OF_ONE if key in note.entries]
     faults = [
@@ -122,8 +137,14 @@ def _defaults(folder: Path) -> Note:
         *(f"{folder / DEFAULTS}: {key} is of one sample; put it into its note." for key in misplaced),
     ]
     if faults:
-        raise InputError("\n".join(faults))
+        raise InputError("\n".join([*faults, *faults_of_values(note, folder / DEFAULTS)]))
     return note
+
+
+def _photographed(named: Mapping[PurePath, Said], decisions: Decisions | None = None) -> set[str]:
+    """Keys of the samples that have a photo."""
+    said = {**named, **{file: said for (file, _), said in (decisions or {}).items()}}
+    return {sample_key(said.sample) for said in said.values() if said.role == "photo"}
 
 
 def _refuse_nested(folder: Path, lab: Path) -> None:

@@ -4,6 +4,7 @@ import contextlib
 import hashlib
 import json
 import os
+import re
 import shutil
 from dataclasses import asdict, replace
 from datetime import UTC, datetime
@@ -20,6 +21,8 @@ from sealtwin.trial import Trial, folder_name, trial_text
 INCOMING = ".incoming"
 """Where a trial lies while it is written."""
 TRIAL = "trial.toml"
+DEVICES = re.compile(r"(con|prn|aux|nul|com[0-9]|lpt[0-9])(\..*)?", re.IGNORECASE)
+"""Windows opens a device of that name, and no folder."""
 CHUNK_BYTES = 1 << 20
 
 
@@ -119,7 +122,7 @@ def copy_raw(raw: RawFile, target: Path) -> None:
 
 def _folder(lab: Path, prepared: Prepared, before: Record | None, revision: int) -> str:
     """The sample's name; of a later revision with its number behind an @, which no name of a folder has."""
-    name = folder_name(prepared.sample.name) if before is None else before.folder.partition("@")[0]
+    name = _openable(folder_name(prepared.sample.name)) if before is None else before.folder.partition("@")[0]
     folder = name if revision == 1 else f"{name}@{revision}"
     if (lab / folder).exists():
         raise InputError(
@@ -127,6 +130,10 @@ def _folder(lab: Path, prepared: Prepared, before: Record | None, revision: int)
             "in the pairing file."
         )
     return folder
+
+
+def _openable(name: str) -> str:
+    return f"sample-{name}" if DEVICES.fullmatch(name) else name
 
 
 def _write(incoming: Path, trial: Trial, record: Record) -> None:

@@ -5,6 +5,7 @@ from functools import cache
 from sealtwin.settings import Settings
 from sealtwin.trial import Trial
 
+NAME = "name"
 DATA, DATE, OPERATOR = "data", "date", "operator"
 OWN = frozenset({DATA, DATE, OPERATOR})
 """data: where photo and readings come from, both at once. Date and operator go into the catalogue."""

@@ -9,6 +9,8 @@ from pathlib import PurePath
 from typing import Literal
 
 from sealtwin.batch import PHOTO_SUFFIXES
+from validate.sheets.letters import plain_letters
+from validate.sheets.samples import sample_key
 
 Role = Literal["photo", "second_photo", "mask", "readings", "note", "ignore"]
 
@@ -27,22 +29,25 @@ def _set(words: str) -> frozenset[str]:
 WORDS: dict[Role, frozenset[str]] = {
     "photo": _set(
         "photo photos foto fotos picture pictures pic pics image images bild bilder dcim top above oben draufsicht "
-        "aufsicht side seite front back hinten vorne detail before after vorher nachher"
+        "aufsicht side seite front back hinten vorne detail before after vorher nachher "
+        "photographie dessus vue avant apres imagen imagenes arriba antes despues"
     ),
-    "second_photo": _set("second zweites 2nd otherlight gegenlicht"),
-    "mask": _set("mask masks maske masken painted"),
+    "second_photo": _set("second zweites 2nd otherlight gegenlicht deuxieme segunda"),
+    "mask": _set("mask masks maske masken painted masque masques mascara mascaras"),
     "readings": _set(
         "caliper calipers reading readings measurement measurements measured level levels depth depths height heights "
         "sheet sheets data schieblehre messschieber messung messungen messwert messwerte messreihe messdaten daten "
-        "tiefe tiefen höhe höhen hoehe hoehen tabelle"
+        "tiefe tiefen hoehe hoehen pegel tabelle "
+        "mesure mesures releve releves lecture lectures donnees profondeur profondeurs niveau niveaux tableau "
+        "lectura lecturas medida medidas medicion mediciones datos profundidad profundidades nivel niveles tabla"
     ),
     "note": _set(
         "note notes info infos meta metadata protocol protokoll protokolle log notiz notizen bemerkung bemerkungen "
-        "angaben"
+        "angaben remarque remarques fiche nota notas observaciones ficha"
     ),
 }
-"""At the beginning or the end of a name, English and German. Two views of one sample are both photos: which one counts
-is a question, and no name answers it.
+"""At the beginning or the end of a name, in four languages, as ``plain_letters`` leaves them. Two views of one sample
+are both photos: which one counts is a question, and no name answers it.
 """
 CAMERA = re.compile(r"(img|imag|dsc[nf]?|pxl|mvimg|cimg|gopr)[ _-]?\d{3,}([ _-]\d+)*|p\d{7}", re.IGNORECASE)
 """A name that a camera gave says nothing of a sample."""
@@ -95,18 +100,6 @@ def read_name(file: PurePath, *, camera_counts: bool = False) -> Said | None:
     return Said("-".join(parts), _narrowest([*said, *by_folder[::-1]], possible))
 
 
-def sample_key(sample: str) -> str:
-    """Equal for two spellings of one sample: case, spaces, points, hyphens and underscores do not count.
-
-    Between two digits a gap does: 1-11 is not 11-1.
-    """
-    words = WORD.findall(unicodedata.normalize("NFKC", sample).casefold())
-    key = ""
-    for word in words:
-        key += f"-{word}" if key[-1:].isdigit() and word[0].isdigit() else word
-    return key
-
-
 def as_label(text: str) -> str:
     """What can name a sample anywhere: in a file's name, a report, a spreadsheet."""
     return OUTSIDE_LABELS.sub("-", text.strip())
@@ -129,6 +122,19 @@ def within_one_letter(keys: Iterable[str]) -> dict[str, set[str]]:
             for key in group:
                 near[key] |= group - {key}
     return near
+
+
+def read_any_name(file: PurePath) -> Said | None:
+    """``read_name``, of tables in formats that are not read too."""
+    unread = file.suffix.lower() in UNREAD_TABLES
+    return read_name(file.with_suffix(".xlsx") if unread else file)
+
+
+def shorter_keys(sample: str) -> set[str]:
+    """Of what is left of a name without some of its first words, or of its last: P02 of "P02 mesures 3"."""
+    words = WORD.findall(sample)
+    cuts = range(1, len(words))
+    return {sample_key(" ".join(part)) for cut in cuts for part in (words[:cut], words[cut:])}
 
 
 def possible_roles(suffix: str) -> tuple[Role, ...]:
@@ -157,7 +163,7 @@ def _without(name: str, roles: tuple[Role, ...]) -> tuple[str, list[Role]]:
 
 
 def _role(word: str, roles: tuple[Role, ...]) -> Role | None:
-    word = unicodedata.normalize("NFKC", word).casefold()
+    word = plain_letters(word)
     return next((role for role in roles if word in WORDS[role]), None)
 
 

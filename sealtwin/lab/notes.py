@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sealtwin.errors import InputError, as_text
-from sealtwin.lab.keys import ALTERNATIVES, DATE, OF_READINGS, OWN, known_keys, tables
+from sealtwin.lab.finding import plain
+from sealtwin.lab.keys import ALTERNATIVES, DATE, MESH, NAME, OF_READINGS, OWN, known_keys, tables
 from sealtwin.lab.naming import NOTE_SUFFIX
 from sealtwin.lab.values import read_date, read_setting, read_value
 from sealtwin.lab.words import BY_WORD, HEADS, NOT_STATED, UNITS, likely_key, likely_word, normal
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from validate.sheets.grid import Cell
 
 STARTER = 'a note says what no photo shows: data = "measured", and in [crack] depth_mm = 16.0'
-UNIT_OF_WORD = re.compile(r"(.*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])]|\s+in\s+(\S+)|,\s*(\S+))\s*:?\s*")
+UNIT_OF_WORD = re.compile(r"(.*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])]|\s+(?:in|en)\s+(\S+)|,\s*(\S+))\s*:?\s*")
 """Tiefe [mm], depth (mm), Tiefe in mm, depth, mm."""
 LONGEST_SHOWN = 60
 LONGEST_OWN = 200
@@ -38,6 +39,8 @@ class Note:
 
     entries: dict[str, Entry] = field(default_factory=dict)
     faults: list[str] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)
+    """What it says besides, of which no setting speaks: the weather, the name of a project."""
     meant: set[str] = field(default_factory=set)
     """Keys that the faults are about, as far as can be told: they are not missing, but wrong."""
 
@@ -49,12 +52,12 @@ class Note:
             for way in ways:
                 if own and way not in own:
                     taken = {key: entry for key, entry in taken.items() if key not in way}
-        return Note(taken | self.entries, self.faults, self.meant)
+        return Note(taken | self.entries, self.faults, [*defaults.remarks, *self.remarks], self.meant)
 
     def without_readings(self) -> "Note":
         """For a sample that has none: what the folder says of readings is then of others."""
         kept = {key: entry for key, entry in self.entries.items() if not key.startswith(OF_READINGS)}
-        return Note(kept, self.faults, self.meant)
+        return Note(kept, self.faults, self.remarks, self.meant)
 
 
 def read_note(path: Path) -> Note:
@@ -62,7 +65,7 @@ def read_note(path: Path) -> Note:
     try:
         return _toml(path) if path.suffix.lower() == NOTE_SUFFIX else _words(path)
     except InputError as fault:
-        return Note({}, str(fault).splitlines(), set(known_keys()))
+        return Note({}, str(fault).splitlines(), meant=set(known_keys()))
 
 
 def _toml(path: Path) -> Note:
@@ -82,7 +85,7 @@ def _take(note: Note, key: str, value: Any, where: str) -> None:
     if key in tables():
         note.faults.append(f"{where}: {key} is a table of settings; write [{key}], and its keys below.")
     elif key not in known_keys():
-        _unknown(note, likely_key(key), f"{where}: {shown(key)}: no such key")
+        _unknown(note, likely_key(key), f"{where}: {shown(key)}", ": no such key", value, is_setting=_is_setting(key))
     elif key in note.entries:
         note.faults.append(f"{where}: {key} stands there twice, also in {note.entries[key].origin}; keep one.")
     else:
@@ -97,15 +100,27 @@ def _own(key: str, value: Any) -> Any:
     """The trial checks its own settings. Raises ValueError where one of a note's cannot be."""
     if key == DATE:
         return read_date(value)
+    if key == NAME and not (isinstance(value, str) and value.strip() and plain(value) == value):
+        raise ValueError("must be a name: one line of letters that can all be seen.")
     if key in OWN and not (isinstance(value, str) and 0 < len(value) <= LONGEST_OWN):
         raise ValueError(f"must be one to {LONGEST_OWN} letters, in quotes.")
     return value
 
 
-def _unknown(note: Note, likely: str | None, begins: str) -> None:
+def _unknown(note: Note, likely: str | None, place: str, what: str, value: Any, *, is_setting: bool = False) -> None:
+    """A slip of the pen is a fault, since its value would be lost; anything else that a lab writes down is remarked."""
     if likely is not None:
         note.meant.add(likely)
-    note.faults.append(f"{begins}; {KEYS if likely is None else f'did you mean {likely!r}?'}")
+        note.faults.append(f"{place}{what}; did you mean {likely!r}?")
+    elif is_setting:
+        note.faults.append(f"{place}{what}; {KEYS}")
+    else:
+        note.remarks.append(f"{place} = {shown(value)}: written down, and no setting.")
+
+
+def _is_setting(key: str) -> bool:
+    """Whether it can be meant for nothing else."""
+    return key == MESH or key.partition(".")[0] in tables()
 
 
 def _words(path: Path) -> Note:
@@ -152,7 +167,8 @@ def _take_word(note: Note, word: str, cell: "Cell", unit: str, where: str) -> No
         word_meant = likely_word(name)
         if word_meant is not None:
             note.meant.add(BY_WORD[normal(word_meant)].key)
-        _unknown(note, word_meant or likely_key(name), f"{where}: {shown(written)}: no word that is known")
+        likely = word_meant or likely_key(name)
+        _unknown(note, likely, f"{where}: {shown(written)}", ": no word that is known", value)
         return
     try:
         _take(note, meaning.key, read_value(meaning, value, in_word or unit, exact=exact), where)

@@ -1,7 +1,7 @@
 """One sample of a lab's folder: taken in, known already, mended, or named with all that is wrong with it."""
 
 import traceback
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
@@ -42,6 +42,8 @@ class Work:
     catalogue: Catalogue
     progress: Progress
     dry_run: bool
+    sound: list[Prepared] = field(default_factory=list)
+    """Samples in which nothing was wrong, as they are taken in."""
 
     @property
     def source(self) -> str:
@@ -54,6 +56,7 @@ def take_in(sample: Sample, work: Work) -> Outcome:
     try:
         prepared = gather(work.folder, sample, work.defaults)
         if (outcome := _taken_in(prepared, work)) is not None:
+            work.sound.append(prepared)
             return outcome
     except InputError as fault:
         prepared.faults += str(fault).splitlines()

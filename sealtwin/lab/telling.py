@@ -9,6 +9,7 @@ from sealtwin.lab.catalogue import Fault
 from sealtwin.lab.finding import plain
 from sealtwin.lab.ingest import Ingested
 from sealtwin.lab.pairing_file import PAIRING
+from sealtwin.lab.pieces import Piece
 from sealtwin.lab.taking import Outcome
 from sealtwin.result import shown
 
@@ -41,6 +42,7 @@ def content(ingested: Ingested) -> dict[str, Any]:
                 "name": outcome.sample.name,
                 "state": outcome.fate,
                 "files": {role: file.as_posix() for role, file in outcome.sample.files.items()},
+                "part": outcome.sample.part and str(outcome.sample.part),
                 "questions": outcome.sample.questions,
                 "faults": outcome.faults,
                 "remarks": outcome.remarks,
@@ -83,7 +85,9 @@ def _table(outcomes: Sequence[Outcome]) -> list[str]:
         files, none = outcome.sample.files, "?" if outcome.sample.questions else "-"
         return [
             outcome.sample.name or "?",
-            *(str(files.get(role, none)) for role in ("photo", "readings", "note")),
+            str(files.get("photo", none)),
+            str(Piece(files["readings"], outcome.sample.part)) if "readings" in files else none,
+            str(files.get("note", none)),
             outcome.fate if outcome.fate != "revised" or outcome.revision is None else f"revision {outcome.revision}",
         ]
 
@@ -94,7 +98,9 @@ def _together(faults: Sequence[Fault], begins: str) -> list[str]:
     """What holds for several samples is said once: a fault of lab.toml is of them all."""
     names: dict[str, list[str]] = {}
     for fault in faults:
-        names.setdefault(fault.sentence, []).append(fault.name)
+        of = names.setdefault(fault.sentence, [])
+        if fault.name not in of:
+            of.append(fault.name)
     return [
         f"{begins}{_few(of)}: {sentence}" if sentence.partition(":")[0] != of[0] else f"{begins}{sentence}"
         for sentence, of in names.items()

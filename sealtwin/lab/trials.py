@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path, PurePath
@@ -16,11 +17,13 @@ from sealtwin.lab.naming import Role
 from sealtwin.lab.notes import Note, read_note
 from sealtwin.lab.pairing import LONGEST_NAME, Sample
 from sealtwin.settings_file import checked
+from sealtwin.starter import TRIAL
 from sealtwin.trial import Trial
 
 INPUTS = Path("inputs")
 PICTURES: Mapping[Role, str] = {"photo": "photo.file", "second_photo": "photo.second_photo", "mask": "photo.mask"}
 """Settings that name a file."""
+STARTER = tomllib.loads(TRIAL)
 NAMED_FILES: Mapping[Role, str] = {**PICTURES, "readings": "readings.file"}
 
 
@@ -58,6 +61,9 @@ class Prepared:
         """Hash of what was measured and of what was said about it: equal where nothing has changed."""
         said = {key: entry.value for key, entry in sorted(self.note.entries.items())}
         hashes = {raw.role: raw.sha256 for raw in self.raw}
+        if self.sample.part is not None and "readings" in hashes:
+            # Of a sheet that others share, only what is this sample's.
+            hashes["readings"] = self.sample.part.sha256
         return hashlib.sha256(json.dumps([said, hashes], sort_keys=True, default=str).encode()).hexdigest()
 
     def said(self, key: str) -> str | None:
@@ -75,6 +81,7 @@ def gather(folder: Path, sample: Sample, defaults: Note) -> Prepared:
     prepared = Prepared(sample, faults=list(sample.questions))
     if prepared.faults:
         return prepared
+    prepared.faults += sample.lost
     if len(sample.name) > LONGEST_NAME:
         prepared.faults.append(f"{sample.name[:20]}...: a name of {len(sample.name)} letters; at most {LONGEST_NAME}.")
     for role, file in sorted(sample.files.items()):
@@ -98,7 +105,22 @@ def gather(folder: Path, sample: Sample, defaults: Note) -> Prepared:
             for key in of_readings
         ]
     prepared.faults += own.faults
+    prepared.remarks += prepared.note.remarks
     return prepared
+
+
+def faults_of_values(note: Note, path: Path) -> list[str]:
+    """What no sample of a folder could hold of what lab.toml says."""
+    said = _started({"name": "all", "photo.file": "photo.jpg", "photo.data": "synthetic", "crack.depth_mm": 16.0})
+    said |= {"readings.file": "readings.csv", "readings.data": "synthetic", "readings.role": "held-out"}
+    said |= {key: entry.value for key, entry in note.entries.items() if key not in OWN}
+    if not set[str]().union(*ALTERNATIVES[0]) & said.keys():
+        said["photo.mm_per_px"] = 0.1
+    try:
+        checked(Trial, path, _tables(said))
+    except InputError as fault:
+        return str(fault).splitlines()
+    return []
 
 
 def prepare(folder: Path, prepared: Prepared) -> None:
@@ -117,15 +139,16 @@ def prepare(folder: Path, prepared: Prepared) -> None:
     if prepared.faults or trial is None:
         return
     prepared.trial = trial
-    if trial.fluid is None:
-        prepared.remarks.append("no [fluid]: 'sealtwin digitise' takes it, 'sealtwin run' needs one, best in lab.toml.")
+    if not any(key.startswith("fluid.") for key in prepared.note.entries):
+        fluid = ", ".join(f"{key} = {value}" for key, value in STARTER["fluid"].items())
+        prepared.remarks.append(f"no [fluid] is said: the starter's, {fluid}. Write your own, best into lab.toml.")
     if trial.photo is not None and trial.photo.ends_px is None and trial.photo.mask is None:
         prepared.remarks.append("no ends_px: the crack is searched for; 'sealtwin trace' lets you click its ends.")
 
 
 def _content(prepared: Prepared) -> dict[str, Any]:
     """Tables of a trial. What must be said and is not is a fault, and here a stand-in, so that the rest is checked."""
-    said = _said(prepared)
+    said = _started(_said(prepared))
     where, meant = _where_to_say(prepared), prepared.note.meant
     for key, stand_in, remedy in _needed("readings" in prepared.sample.files):
         if key not in said:
@@ -139,6 +162,11 @@ def _content(prepared: Prepared) -> dict[str, Any]:
             prepared.faults.append(
                 f"{where}: no scale is said; write [photo] mm_per_px, face_mm, ruler_px or markers, or 'Scale [mm/px]'."
             )
+    return _tables(said)
+
+
+def _tables(said: Mapping[str, Any]) -> dict[str, Any]:
+    """Of dotted keys."""
     content: dict[str, Any] = {}
     for key, value in said.items():
         table, _, name = key.rpartition(".")
@@ -155,6 +183,8 @@ def _said(prepared: Prepared) -> dict[str, Any]:
         said = {"photo.data": data, "readings.data": data} | said
     if "readings" not in present:
         said = {key: value for key, value in said.items() if not key.startswith(OF_READINGS)}
+    if prepared.sample.part is not None and "readings" in present:
+        said |= _part_of_readings(prepared, said)
     for role, key in NAMED_FILES.items():
         if role in present:
             said[key] = _confirmed(prepared, role, present[role])
@@ -164,6 +194,30 @@ def _said(prepared: Prepared) -> dict[str, Any]:
                 f"by its name; give it the sample's name, or the role {role} in the pairing file."
             )
     return said
+
+
+def _part_of_readings(prepared: Prepared, said: Mapping[str, Any]) -> dict[str, str]:
+    """Which part of a file that others share; a note may say it too, if it means the same one."""
+    part = prepared.sample.part
+    assert part is not None, "asked for a shared file only"
+    settings = {"readings.sheet": part.sheet, "readings.sample": part.rows_of}
+    settings = {key: value for key, value in settings.items() if value is not None}
+    for key, value in settings.items():
+        if said.get(key, value) != value:
+            prepared.faults.append(
+                f"{prepared.note.entries[key].origin}: {key} = {str(said[key])!r:.80}, but "
+                f"{prepared.sample.files['readings']}, {part}, is of this sample by its name; leave it out, or "
+                "say in the pairing file which is."
+            )
+    return settings
+
+
+def _started(said: dict[str, Any]) -> dict[str, Any]:
+    """With what 'sealtwin init' writes too: without a rest the jet, still falling, is taken for the sealant's level."""
+    said = {"solver.settle_s": STARTER["solver"]["settle_s"]} | said
+    if any(key.startswith("fluid.") for key in said):
+        return said
+    return {f"fluid.{key}": value for key, value in STARTER["fluid"].items()} | said
 
 
 def _needed(readings: bool) -> list[tuple[str, Any, str]]:

@@ -1,5 +1,6 @@
 """What is wrong with a sheet: all of it at once, each fault with its place and its remedy."""
 
+import re
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -8,6 +9,8 @@ from sealtwin.errors import InputError, as_text
 MOST_KEPT = 1_000
 MOST_SHOWN = 20
 """Sentences in a message; who has more mends a column, not cells."""
+FIGURES = re.compile(r"[-+]?\d[\d.,]*(?:e[-+]?\d+)?")
+"""Places and values within a sentence."""
 MOST_ROWS_TOLD = 8
 """Of one mistake in many rows."""
 LONGEST_SHOWN = 60
@@ -60,8 +63,8 @@ class Fault:
         """Equal for one mistake that was made in cell after cell of a column; of a fault without a cell its own."""
         if self.place.column is None or not self.value:
             return self.place, self.found, self.remedy
-        what = self.found.replace(clipped(self.value), "")
-        return replace(self.place, row=None), what, self.remedy
+        what = self.found.replace(repr(clipped(self.value)), "")
+        return replace(self.place, row=None), FIGURES.sub("", what), self.remedy
 
 
 class SheetFaults(InputError):  # noqa: N818  It is all of a sheet's faults, not one error.

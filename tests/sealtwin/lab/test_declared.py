@@ -23,6 +23,35 @@ def test_a_fault_of_lab_toml_is_told_once_and_stops_all(small, tmp_path):
         ingest(small, tmp_path / "lab", QUIET)
 
 
+def test_all_faults_of_lab_toml_are_told_at_once(small, tmp_path):
+    """A wrong value was told only once the misspelt key was mended."""
+    (small / "lab.toml").write_text(
+        'data = "measured"\nname = "all"\n[photo]\nmm_per_pxl = 0.1\n[fluid]\nU = -1.0\nfreeze_after_s = 2.0\n'
+    )
+    with pytest.raises(InputError) as refusal:
+        ingest(small, tmp_path / "lab", QUIET)
+    told = str(refusal.value)
+    for words in ("'photo.mm_per_pxl': no such key", "name is of one sample", "fluid.U = -1.0: should be"):
+        assert words in told
+    assert len(told.splitlines()) == 3
+
+
+def test_what_is_not_said_of_the_fluid_and_its_rest_is_the_starters(small, tmp_path):
+    """Without a rest the jet, still falling, is read as a spike of the level."""
+    lab_toml = (small / "lab.toml").read_text()
+    ingest(small, tmp_path / "lab", QUIET)
+    said = load_trial(tmp_path / "lab" / "P01" / "trial.toml")
+    assert (said.solver.settle_s, said.fluid and said.fluid.freeze_after_s) == (2.0, 0.2)
+    fluid = lab_toml[lab_toml.index("[fluid]") : lab_toml.index("[solver]")]
+    (small / "lab.toml").write_text(lab_toml.replace(fluid, "").replace("[solver]\n", "[solver]\nsettle_s = 0.5\n"))
+    ingested = ingest(small, tmp_path / "lab", QUIET)
+    said = load_trial(tmp_path / "lab" / "P01@2" / "trial.toml")
+    assert said.solver.settle_s == 0.5
+    assert said.fluid is not None
+    assert (said.fluid.yield_stress_pa, said.fluid.freeze_after_s) == (12.0, "never")
+    assert any("no [fluid] is said: the starter's" in remark for remark in ingested.outcomes[0].remarks)
+
+
 def test_a_value_of_lab_toml_that_fails_all_samples_is_told_in_one_sentence(small, tmp_path):
     (small / "lab.toml").write_text((small / "lab.toml").read_text().replace("mm_per_px = 0.1", "mm_per_px = 100.0"))
     ingested = ingest(small, tmp_path / "lab", QUIET)

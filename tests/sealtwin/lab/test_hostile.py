@@ -8,6 +8,7 @@ import pytest
 
 from sealtwin.errors import InputError
 from sealtwin.lab import finding, trials
+from sealtwin.lab.asking import list_lab
 from sealtwin.lab.catalogue import CATALOGUE, Fault
 from sealtwin.lab.ingest import ingest
 from sealtwin.lab.telling import lines
@@ -89,12 +90,53 @@ def test_a_catalogue_that_is_none_is_told_of(small, tmp_path):
     lab = tmp_path / "lab"
     ingest(small, lab, QUIET)
     (lab / CATALOGUE).write_bytes(b"no database" * 100)
-    with pytest.raises(InputError, match="no catalogue that can be read"):
-        ingest(small, lab, QUIET)
+    for damage in (lambda: ingest(small, lab, QUIET), lambda: list_lab(lab)):
+        with pytest.raises(
+            InputError, match=r"no catalogue that can be read .* Move it away and ingest the same folders"
+        ):
+            damage()
+    (lab / CATALOGUE).rename(tmp_path / "damaged.sqlite")
+    assert [outcome.fate for outcome in ingest(small, lab, QUIET).outcomes] == ["unchanged"] * 2  # as the remedy says
     (lab / CATALOGUE).unlink()
     with sqlite3.connect(lab / CATALOGUE) as base:
         base.execute("CREATE TABLE facts (name TEXT PRIMARY KEY, value TEXT)")
         base.execute("INSERT INTO facts VALUES ('version', '99')")
     base.close()
-    with pytest.raises(InputError, match="written by another version"):
+    with pytest.raises(InputError, match=r"written by another version\. Move it away"):
         ingest(small, lab, QUIET)
+
+
+def test_a_catalogue_of_no_bytes_is_none(small, tmp_path):
+    """A process was killed as it made it."""
+    lab = tmp_path / "lab"
+    ingest(small, lab, QUIET)
+    (lab / CATALOGUE).write_bytes(b"")
+    with pytest.raises(InputError, match=r"no lab \(it has no catalogue.sqlite\)"):
+        list_lab(lab)
+    assert [outcome.fate for outcome in ingest(small, lab, QUIET, dry_run=True).outcomes] == ["new"] * 2
+    assert [outcome.fate for outcome in ingest(small, lab, QUIET).outcomes] == ["unchanged"] * 2
+
+
+def test_a_database_of_another_program_is_no_catalogue(small, tmp_path):
+    (tmp_path / "lab").mkdir()
+    with sqlite3.connect(tmp_path / "lab" / CATALOGUE) as base:
+        base.execute("CREATE TABLE mine (x)")
+    base.close()
+    with pytest.raises(InputError, match=r"no catalogue that can be read \(no such table: facts\)"):
+        list_lab(tmp_path / "lab")
+
+
+@pytest.mark.parametrize("name", ["CON", "nul", "LPT9", "aux.x"])
+def test_a_sample_named_as_a_device_of_windows_gets_a_folder_that_opens(small, tmp_path, name):
+    (small / "P01.png").rename(small / f"{name}.png")
+    (small / "P01.csv").rename(small / f"{name}.csv")
+    (small / "P01.toml").rename(small / f"{name}.toml")
+    outcomes = {outcome.sample.name: outcome for outcome in ingest(small, tmp_path / "lab", QUIET).outcomes}
+    assert outcomes[name].trial == f"sample-{name}"
+
+
+@pytest.mark.parametrize("name", ["", "  ", "P\\u202e1", "P\\n1"])
+def test_a_name_that_cannot_be_seen_as_it_is_written_is_refused(small, tmp_path, name):
+    (small / "P01.toml").write_text(f'name = "{name}"\n{(small / "P01.toml").read_text()}')
+    (fault,) = ingest(small, tmp_path / "lab", QUIET).faults
+    assert "must be a name: one line of letters that can all be seen" in fault.sentence

@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sealtwin.lab.naming import read_name, sample_key, within_one_letter
+from sealtwin.lab.naming import read_name, within_one_letter
+from validate.sheets.samples import sample_key
 
 SPELLINGS = (
     ("P01.jpg", "photo"),
@@ -24,7 +25,14 @@ SPELLINGS = (
     ("caliper/P01.txt", "readings"),
     ("P01/Messwerte.tsv", "readings"),
     ("Tiefen P01.csv", "readings"),
+    ("P01 mesures.txt", "readings"),
+    ("Relevés/P01.csv", "readings"),
+    ("P01_profondeur.csv", "readings"),
+    ("P01 lecturas.xlsx", "readings"),
+    ("Höhen P01.csv", "readings"),
+    ("P01_Pegel.csv", "readings"),
     ("P01.toml", "note"),
+    ("P01 observaciones.csv", "note"),
     ("P01_notes.csv", "note"),
     ("Protokolle/P01.xlsx", "note"),
     ("P01/Notiz.csv", "note"),

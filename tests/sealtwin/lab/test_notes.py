@@ -49,6 +49,14 @@ def test_a_depth_is_a_depth_in_any_words_and_unit(tmp_path, row):
         ("Prüfdatum;3.5.2026", "date", "2026-05-03"),
         ("Duesenhoehe;3 mm", "path.nozzle_height_mm", 3.0),
         ("Bemerkung;=SUM(A1), <b>", "note", "=SUM(A1), <b>"),
+        ("Profondeur en mm;16,0", "crack.depth_mm", 16.0),
+        ("Échelle;0,105 mm/px", "photo.mm_per_px", 0.105),
+        ("Diamètre de la buse;2,4 mm", "nozzle.diameter_mm", 2.4),
+        ("État;durci", "readings.state", "cured"),
+        ("Opérateur;M", "operator", "M"),
+        ("Profundidad [cm];1,6", "crack.depth_mm", 16.0),
+        ("Fecha;3.5.2026", "date", "2026-05-03"),
+        ("Uso de las lecturas;validación", "readings.role", "held-out"),
     ],
 )
 def test_lab_words_become_settings_in_their_unit(tmp_path, row, key, value):
@@ -82,6 +90,21 @@ def test_what_would_have_to_be_guessed_is_a_fault_with_its_row(tmp_path, row, sa
     assert len(note.faults) == 1
     assert says in note.faults[0]
     assert "P01_notes.csv" in note.faults[0]
+
+
+@pytest.mark.parametrize("row", ["Wetter;sonnig", "Dicke [mm];40", "Raumtemperatur;21 °C", "météo;pluie", "Charge;7"])
+def test_what_a_lab_writes_down_besides_is_remarked(tmp_path, row):
+    note = _written(tmp_path, f"Tiefe [mm];16\n{row}\n")
+    assert _said(note) == {"crack.depth_mm": 16.0}
+    (remark,) = note.remarks
+    assert f"P01_notes.csv, line 2: {row.partition(';')[0]!r} = {row.partition(';')[2]!r}: written down" in remark
+
+
+def test_a_key_of_toml_that_is_no_setting_is_remarked_and_one_of_a_table_is_not(tmp_path):
+    note = _written(tmp_path, 'weather = "dry"\n[project]\nname = "A7"\n[photo]\nexposure = 3\n', "P01.toml")
+    assert len(note.remarks) == 2
+    (fault,) = note.faults
+    assert "'photo.exposure': no such key; a note knows the keys of a trial" in fault
 
 
 def test_all_faults_of_a_note_are_told_at_once(tmp_path):

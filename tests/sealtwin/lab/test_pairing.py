@@ -2,12 +2,16 @@
 
 from pathlib import PurePath
 
-from sealtwin.lab.naming import read_names
-from sealtwin.lab.pairing import Placed, pair, place_files
+import pytest
+
+from sealtwin.lab.naming import Said, read_names
+from sealtwin.lab.pairing import pair, place_files
+from sealtwin.lab.pieces import Piece
 
 
 def _paired(*names, decided=None):
-    samples = pair(place_files(read_names(map(PurePath, names), "?"), decided or {}))
+    named = {Piece(file): said for file, said in read_names(map(PurePath, names), "?").items()}
+    samples = pair(place_files(named, decided or {}))
     return {sample.key: sample for sample in samples}
 
 
@@ -44,6 +48,13 @@ def test_a_sheet_in_another_folder_than_its_photo_is_asked_about():
     assert "Is it of May/P01.jpg?" in _questions("May/P01.jpg", "Readings 2026/P01.csv")["2026p01"][0]
 
 
+@pytest.mark.parametrize("name", ["P02 xyz.txt", "Labor 3 P02.csv"])
+def test_a_sheet_with_more_words_than_its_photo_is_offered_for_it(name):
+    asked = _questions("P02.jpg", name, "K07.jpg")
+    assert len(asked) == 2
+    assert "Is it of P02.jpg?" in " ".join(question for questions in asked.values() for question in questions)
+
+
 def test_of_several_photos_that_a_sheet_may_be_of_none_is_held_back():
     asked = _questions("P01.jpg", "P02.jpg", "P03.csv")
     assert list(asked) == ["p03"]
@@ -56,7 +67,7 @@ def test_samples_that_are_whole_may_have_nearly_one_name():
 
 def test_a_folder_of_one_sample_names_it():
     named = read_names(map(PurePath, ("photo.jpg", "caliper.csv", "trial.toml")), "paper-trial")
-    (sample,) = pair(place_files(named, {}))
+    (sample,) = pair(place_files({Piece(file): said for file, said in named.items()}, {}))
     assert (sample.name, sample.questions, len(sample.files)) == ("paper-trial", (), 3)
 
 
@@ -71,10 +82,9 @@ def test_a_name_that_says_no_sample_is_asked_about():
 
 
 def test_a_decision_of_the_user_counts_before_the_name():
-    sheet, side = PurePath("P0l.csv"), PurePath("P01_side.jpg")
     decided = {
-        sheet: Placed(sheet, "readings", "P01", by_user=True),
-        side: Placed(side, "ignore", "P01", by_user=True),
+        (PurePath("P0l.csv"), ""): Said("P01", "readings"),
+        (PurePath("P01_side.jpg"), ""): Said("P01", "ignore"),
     }
     samples = _paired("P01_top.jpg", "P01_side.jpg", "P0l.csv", decided=decided)
     assert list(samples) == ["p01"]

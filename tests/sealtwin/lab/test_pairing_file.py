@@ -44,6 +44,19 @@ def test_a_pairing_that_cannot_be_is_refused_with_all_its_rows(small, tmp_path):
     assert "line 3: no file 'gone.png'" in told[1]
     assert "line 4: P01.csv is of no sample" in told[2]
     assert "line 6: P02.png stands there twice" in told[3]
+    assert not (tmp_path / "lab").exists()
+    pairing.write_text("file,role,sample\nP01.png,photo,../../x\n")
+    with pytest.raises(
+        InputError, match=r"P01.png: a sample '../../x'; a name has letters, digits, spaces and -_. only"
+    ):
+        ingest(small, tmp_path / "lab", QUIET, pairing=pairing)
+
+
+def test_a_pairing_of_megabytes_is_none(small, tmp_path):
+    with (tmp_path / "pairing.csv").open("wb") as sheet:
+        sheet.truncate(1_000_000_000)
+    with pytest.raises(InputError, match=r"1,000 MB, which no pairing has; 'sealtwin ingest FOLDER --out LAB' writes"):
+        ingest(small, tmp_path / "lab", QUIET, pairing=tmp_path / "pairing.csv")
 
 
 def test_a_pairing_that_is_not_there_is_told_of(small, tmp_path):

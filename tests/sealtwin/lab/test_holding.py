@@ -1,0 +1,59 @@
+"""What a lab's folder holds and is not read: its sample is held back, the others go on."""
+
+import os
+
+import pytest
+
+from sealtwin.lab import finding
+from sealtwin.lab.ingest import ingest
+from sealtwin.lab.telling import exit_code
+from tests.labs import QUIET
+
+
+def _fates(ingested):
+    return {outcome.sample.name: outcome.fate for outcome in ingested.outcomes}
+
+
+@pytest.mark.parametrize("name", ["P02_Messung.xls", "P02.ods", "P02 mesures.xlsm"])
+def test_a_sample_whose_sheet_is_refused_is_not_sound(small, tmp_path, name):
+    """Once it was new, without readings, and nobody looked again."""
+    (small / "P02_Messung.csv").rename(small / name)
+    ingested = ingest(small, tmp_path / "lab", QUIET)
+    assert _fates(ingested) == {"P01": "new", "P02": "failed"}
+    (fault,) = ingested.faults
+    assert fault.name == "P02"
+    assert fault.sentence == f"{name}: .{name.rpartition('.')[2]} is not read; save it as XLSX or CSV."
+
+
+def test_what_was_saved_anew_beside_it_stands_in(small, tmp_path):
+    (small / "P02_Messung.xls").write_bytes(b"old")
+    ingested = ingest(small, tmp_path / "lab", QUIET)
+    assert _fates(ingested) == {"P01": "new", "P02": "new"}
+    assert [fault.name for fault in ingested.faults] == ["P02_Messung.xls"]
+
+
+def test_a_link_in_place_of_a_sheet_holds_its_sample_back(small, tmp_path):
+    (small / "P02_Messung.csv").rename(tmp_path / "elsewhere.csv")
+    (small / "P02_Messung.csv").symlink_to(tmp_path / "elsewhere.csv")
+    assert _fates(ingest(small, tmp_path / "lab", QUIET)) == {"P01": "new", "P02": "failed"}
+
+
+def test_a_folder_too_deep_or_unreadable_is_named_and_the_rest_goes_on(small, tmp_path, monkeypatch):
+    deep = small.joinpath(*"abcdefghijklmnop")
+    deep.mkdir(parents=True)
+    (small / "shut").mkdir()
+    real = os.scandir
+
+    def scandir(place):
+        if str(place).endswith("shut"):
+            raise PermissionError(13, "Permission denied", str(place))
+        return real(place)
+
+    monkeypatch.setattr(finding.os, "scandir", scandir)
+    ingested = ingest(small, tmp_path / "lab", QUIET)
+    assert _fates(ingested) == {"P01": "new", "P02": "new"}
+    assert exit_code(ingested) == 6
+    sentences = [fault.sentence for fault in ingested.faults]
+    too_deep = "more than 12 folders deep: not looked into. Move what counts further up."
+    assert f"a/b/c/d/e/f/g/h/i/j/k/l/m: {too_deep}" in sentences
+    assert "shut: a folder that cannot be read (Permission denied). Make it readable, or move it away." in sentences

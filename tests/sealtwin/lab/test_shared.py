@@ -1,0 +1,130 @@
+"""One file of readings for several samples: each gets its own part, shown in the pairing and corrected there."""
+
+import openpyxl
+import pytest
+
+from sealtwin.errors import InputError
+from sealtwin.lab.ingest import ingest
+from sealtwin.lab.telling import lines
+from sealtwin.trial import load_trial
+from tests.labs import QUIET
+from validate.caliper import read_readings
+
+TABLE = "Probe;s [mm];Pegel 1 [mm]\nP01;1;-1,0\np-02;1;-2,0\nP01;11;-1,5\np-02;11;-2,5\n"
+
+
+@pytest.fixture
+def shared(small):
+    """Two samples, and one table of readings of both."""
+    for sheet in ("P01.csv", "P02_Messung.csv"):
+        (small / sheet).unlink()
+    (small / "caliper_all.csv").write_text(TABLE)
+    return small
+
+
+def _fates(ingested):
+    return {outcome.sample.name: outcome.fate for outcome in ingested.outcomes}
+
+
+def _levels_mm(lab, sample):
+    trial = load_trial(lab / sample / "trial.toml")
+    assert trial.readings is not None
+    return read_readings(lab / sample / trial.readings.file, trial.readings, 12.0, 8.0).level_mm.tolist()
+
+
+def test_rows_go_to_the_samples_that_they_name(shared, tmp_path):
+    ingested = ingest(shared, tmp_path / "lab", QUIET)
+    assert _fates(ingested) == {"P01": "new", "P02": "new"}
+    assert _levels_mm(tmp_path / "lab", "P01") == [-1.0, -1.5]
+    assert _levels_mm(tmp_path / "lab", "P02") == [-2.0, -2.5]
+    assert "caliper_all.csv, rows of p-02" in "\n".join(lines(ingested))
+    kept = tmp_path / "lab" / "P02" / "inputs" / "readings.csv"
+    assert kept.read_bytes() == (shared / "caliper_all.csv").read_bytes()
+
+
+def test_what_is_added_for_one_sample_revises_no_other(shared, tmp_path):
+    ingest(shared, tmp_path / "lab", QUIET)
+    (shared / "caliper_all.csv").write_text(TABLE + "P02;5;-2,2\n")
+    assert _fates(ingest(shared, tmp_path / "lab", QUIET)) == {"P01": "unchanged", "P02": "revised"}
+    assert _levels_mm(tmp_path / "lab", "P02@2") == [-2.0, -2.2, -2.5]
+
+
+def test_a_sample_without_a_photo_is_asked_about_and_can_be_corrected(shared, tmp_path):
+    lab = tmp_path / "lab"
+    (shared / "caliper_all.csv").write_text(TABLE.replace("p-02", "Z02"))
+    asked = ingest(shared, lab, QUIET)
+    assert (
+        "caliper_all.csv, rows of Z02: no photo of sample Z02. Is it of P02.png?"
+        in asked.outcomes[-1].sample.questions[0]
+    )
+    pairing = lab / "pairing.csv"
+    assert "caliper_all.csv,readings,P01,rows of P01," in pairing.read_text()
+    pairing.write_text(pairing.read_text().replace("readings,Z02,rows", "readings,P02,rows"))
+    assert _fates(ingest(shared, lab, QUIET, pairing=pairing)) == {"P01": "unchanged", "P02": "new"}
+    assert _levels_mm(lab, "P02") == [-2.0, -2.5]
+    assert _fates(ingest(shared, lab, QUIET)) == {"P01": "unchanged", "P02": "unchanged"}  # remembered
+
+
+def test_a_pairing_without_parts_is_about_all_of_a_file(shared, tmp_path):
+    """As one that was written by hand, or before a file was shared."""
+    pairing = tmp_path / "mine.csv"
+    pairing.write_text("file;role;sample\ncaliper_all.csv;ignore;\n")
+    ingested = ingest(shared, tmp_path / "lab", QUIET, pairing=pairing)
+    assert [dict(outcome.sample.files).get("readings") for outcome in ingested.outcomes] == [None, None]
+    pairing.write_text(
+        "file;role;sample;part\ncaliper_all.csv;readings;P01;rows of P07\ncaliper_all.csv;note;P01;rows of P01\n"
+    )
+    with pytest.raises(InputError) as refusal:
+        ingest(shared, tmp_path / "other", QUIET, pairing=pairing)
+    told = str(refusal.value).splitlines()
+    assert "no part 'rows of P07'; its parts are 'rows of P01', 'rows of p-02'" in told[0]
+    assert "caliper_all.csv, rows of P01: can be readings or ignore, not note" in told[1]
+
+
+def test_a_file_whose_name_and_rows_contradict_each_other_is_named(shared, tmp_path):
+    (shared / "caliper_all.csv").write_text(TABLE.replace("p-02", "P01"))
+    (shared / "caliper_all.csv").rename(shared / "P02.csv")
+    fates = {outcome.sample.name: outcome for outcome in ingest(shared, tmp_path / "lab", QUIET).outcomes}
+    assert fates["P02"].fate == "failed"
+    assert "no row of sample 'P02'; column 'Probe' names 'P01'" in fates["P02"].faults[0]
+
+
+def test_worksheets_named_after_samples_are_theirs(shared, tmp_path):
+    (shared / "caliper_all.csv").unlink()
+    book = openpyxl.Workbook()
+    for name, level_mm in (("p 01", -1.0), ("P02 Messung", -2.0)):
+        sheet = book.create_sheet(name)
+        for row in (("s_mm", "level_mm"), (1, level_mm), (11, level_mm)):
+            sheet.append(row)
+    book["Sheet"]["A1"] = "Labor 3"
+    book.save(shared / "Messungen Mai.xlsx")
+    ingested = ingest(shared, tmp_path / "lab", QUIET)
+    assert _fates(ingested) == {"P01": "new", "P02": "new"}
+    assert _levels_mm(tmp_path / "lab", "P02") == [-2.0, -2.0]
+    assert "Messungen Mai.xlsx, sheet P02 Messung" in (
+        f"{outcome.sample.files['readings']}, {outcome.sample.part}" for outcome in ingested.outcomes
+    )
+
+
+def test_a_note_may_name_the_sheet_if_it_means_the_same_one(shared, tmp_path):
+    (shared / "P02_Notiz.csv").write_text("Tiefe;8 mm\nreadings.sample;P01\n")
+    (fault,) = ingest(shared, tmp_path / "lab", QUIET).faults
+    assert "readings.sample = 'P01', but caliper_all.csv, rows of p-02, is of this sample by its name" in fault.sentence
+    (shared / "P02_Notiz.csv").write_text("Tiefe;8 mm\nreadings.sample;p-02\n")
+    assert not ingest(shared, tmp_path / "lab", QUIET).faults
+
+
+def test_one_photo_or_table_in_two_samples_is_remarked(shared, tmp_path):
+    (shared / "P02.png").write_bytes((shared / "P01.png").read_bytes())
+    (shared / "caliper_all.csv").write_text(TABLE.replace("-2", "-1"))
+    told = lines(ingest(shared, tmp_path / "lab", QUIET))
+    assert "note: P01, P02: one photo in 2 samples: P01.png, P02.png. Is each of its own?" in told
+    parts = "caliper_all.csv, rows of P01, caliper_all.csv, rows of p-02"
+    assert f"note: P01, P02: one table of readings in 2 samples: {parts}. Is each of its own?" in told
+    other = tmp_path / "other"
+    other.mkdir()
+    (other / "K77.png").write_bytes((shared / "P01.png").read_bytes())
+    (other / "K77.toml").write_text("crack.depth_mm = 8.0\n")
+    (other / "lab.toml").write_text((shared / "lab.toml").read_text())
+    told = lines(ingest(other, tmp_path / "lab", QUIET))
+    assert "note: K77: one photo in 3 samples: K77.png, P01.png of p01, P02.png of p02. Is each of its own?" in told
