@@ -70,6 +70,13 @@ class RunFolder:
         entry = self.manifest["stages"].get(stage)
         return [name for name in self._changed(entry) if (self.path / name).is_file()] if entry else []
 
+    def changed_since(self, stage: str) -> list[str]:
+        """Files that a finished ``stage`` was made from, and that are now gone or another."""
+        inputs = self.manifest["stages"][stage]["inputs"].items()
+        return [
+            name for name, digest in inputs if not (self.path / name).is_file() or sha256(self.path / name) != digest
+        ]
+
     def clear(self, stage: str) -> list[str]:
         """``stage`` is no longer finished, and its files go: killed half way, nothing old passes for new.
 
@@ -162,6 +169,15 @@ def open_folder(path: Path, *, create: bool) -> Iterator[RunFolder]:
             if TEMPORARY.fullmatch(stale.name):
                 stale.unlink()
         yield RunFolder(path, _read_manifest(path))
+
+
+def look_into(path: Path) -> RunFolder:
+    """A run folder to read from, whoever holds it; nothing in it is changed.
+
+    Raises InputError where it is none, or its manifest is damaged.
+    """
+    _check_usable(path, create=False)
+    return RunFolder(path, _read_manifest(path))
 
 
 @contextmanager

@@ -1,10 +1,12 @@
 """A page of figures and tables, each also a file of its own: SVG for papers, CSV for whoever wants the numbers."""
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import jinja2
+from markupsafe import Markup
 from matplotlib.figure import FigureBase
 
 from sealtwin.files import write_sheet, write_text
@@ -13,6 +15,10 @@ from validate.drawing.svg import as_svg, in_page
 DPI = 110
 """Of what is drawn as pixels inside a figure: a page of thirty fills stays below 2 MB."""
 FIGURES = "figures"
+NAME_BREAKS = re.compile(r"(?<=[._/])(?=[^\W\d])")
+"""Where a line of a table may end within a name or a path; a number has no such place."""
+LONGEST_PART = 16
+"""Characters between two such places, from which on a cell breaks anywhere: a table is not as wide as some names."""
 
 Cell = str | float | None
 
@@ -92,6 +98,15 @@ def write_sheet_of_figures(folder: Path, name: str, sheet: Sheet) -> list[str]:
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("validate"), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True
     )
+    environment.filters["breaking"], environment.tests["unbroken"] = _breaking, _is_unbroken
     content = vars(sheet) | {"parts": parts}
     write_text(folder / name, environment.get_template("sheet.html.j2").render(content))
     return written
+
+
+def _breaking(text: str) -> Markup:
+    return Markup("<wbr>").join(NAME_BREAKS.split(text))
+
+
+def _is_unbroken(text: str) -> bool:
+    return any(len(part) > LONGEST_PART for word in text.split() for part in NAME_BREAKS.split(word))

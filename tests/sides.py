@@ -1,0 +1,31 @@
+"""Runs to be set side by side, without any fluid run."""
+
+from dataclasses import replace
+from typing import Any
+
+from sealtwin.records import DataKind, Profile
+from tests.charts import S_MM, line, make_readings
+from validate.studies.side_by_side import Side
+
+METRICS = {
+    "mean_error_mm": 0.5,
+    "bias_mm": 0.5,
+    "rmse_mm": 0.5,
+    "worst_error_mm": 0.5,
+    "worst_at_mm": 3.0,
+    "share_under_1_mm": 1.0,
+    "flat_level_error_mm": 4.0,
+    "beats_flat_level": True,
+    "role": "held-out",
+    "readings_data": "measured",
+}
+
+
+def side(
+    name: str, above_mm: float, *, lowered_mm: float = 0.0, data: DataKind = "measured", settings: Any = ()
+) -> Side:
+    """A run that stands ``above_mm`` too high; it and its readings lie ``lowered_mm`` lower than others."""
+    readings = make_readings()
+    readings = replace(readings, level_mm=readings.level_mm - lowered_mm, data=data)
+    profile = Profile(S_MM, line(S_MM) - lowered_mm + above_mm)
+    return Side(name, {"fluid.U": 30.0, **dict(settings)}, profile, readings, METRICS, {"particles": 100}, "one")

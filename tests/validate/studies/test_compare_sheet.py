@@ -1,0 +1,41 @@
+"""The page of runs side by side."""
+
+import csv
+from dataclasses import replace
+
+from tests.sides import side
+from validate.studies.compare_sheet import compare_sheet
+from validate.studies.sheet import Grid, write_sheet_of_figures
+
+
+def test_runs_go_by_numbers_whose_names_the_first_table_has(tmp_path):
+    """28 runs, names of 80 emoji: no table has a name in its head. A collapsed figure warns, and fails."""
+    sides = [side("🛣" * 80 + str(number), 0.1, lowered_mm=0.1 * number) for number in range(28)]
+    sheet = compare_sheet(sides)
+    first, *others = [item for part in sheet.parts for item in part.items if isinstance(item, Grid)]
+    assert [row[0] for row in first.rows] == [str(number) for number in range(1, 29)]
+    assert [row[-1] for row in first.rows] == [each.name for each in sides]
+    assert not any("🛣" in name for grid in others for name in grid.head)
+    write_sheet_of_figures(tmp_path, "compare.html", sheet)
+    assert (tmp_path / "compare.html").read_text(encoding="utf-8").count("🛣" * 80 + "27") == 1
+    assert "🛣" not in (tmp_path / "figures" / "levels.svg").read_text(encoding="utf-8")
+    with (tmp_path / "figures" / "figures.csv").open(encoding="utf-8", newline="") as file:
+        assert next(csv.reader(file))[28] == "28 " + sides[27].name
+
+
+def test_the_nearest_is_told_where_all_are_held_against_the_same():
+    assert "Nearest is run 1, a, 0.50 mm off" in compare_sheet([side("a", 0.5), side("b", 0.7)]).finding
+    apart = compare_sheet([side("a", 0.5), side("b", 0.2, lowered_mm=1.0)])
+    assert "no one of them is the nearest" in apart.finding
+    names = compare_sheet([side("a", 0.5), side("b", 0.7)]).parts[0].items[0]
+    assert isinstance(names, Grid)
+    assert names.rows[1] == ["2", "0.50", "measured, held-out, the same as of run 1", "b"]
+
+
+def test_what_was_edited_and_never_measured_is_said_first():
+    made_up = replace(side("b", 0.5, data="reconstructed"), edited=["profile.csv"])
+    assert compare_sheet([side("a", 0.5), made_up]).cautions == [
+        "Not a validation: some readings are reconstructed.",
+        "Edited by hand since run 2 was made: profile.csv. What is shown of it is as edited.",
+    ]
+    assert compare_sheet([side("a", 0.5), side("b", 0.7)]).cautions == []
