@@ -371,7 +371,8 @@ def read_profile(folder: Path) -> Profile:
     if len(back):
         row = int(back[0]) + 1
         raise InputError(
-            f"{path}, line {row + 2}: s_mm = {rows[row, 0]:g} after {rows[row - 1, 0]:g}; it must grow from row to row."
+            f"{path}, line {row + 2}: s_mm = {rows[row, 0]:g} after {rows[row - 1, 0]:g}; it must grow row by row. "
+            "Simulate again."
         )
     return Profile(s_mm=rows[:, 0], level_mm=rows[:, 1], data="synthetic", source="simulation")
 

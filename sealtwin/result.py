@@ -130,14 +130,14 @@ def headline(result: dict[str, Any], last: str) -> list[str]:
 
 def _examined(result: dict[str, Any]) -> list[str]:
     """What the extra runs of --uncertainty say; nothing where there were none."""
-    lines = []
-    if (sizes := result["particle_sizes"]) is not None:
-        errors = ", ".join(f"{error_mm:.2f}" for error_mm in sizes["mean_error_mm"])
-        radii = ", ".join(f"{radius_mm:.3g}" for radius_mm in sizes["radii_mm"])
-        lines.append(
-            f"Particle size: mean error {errors} mm at radii of {radii} mm, {sizes['kind']}: "
-            f"± {sizes['band_95_mm']:.2f} mm (95 %)."
-        )
+    if (sizes := result["particle_sizes"]) is None:
+        return []
+    errors = ", ".join(f"{error_mm:.2f}" for error_mm in sizes["mean_error_mm"])
+    radii = ", ".join(f"{radius_mm:.3g}" for radius_mm in sizes["radii_mm"])
+    lines = [
+        f"Particle size: mean error {errors} mm at radii of {radii} mm, {sizes['kind']}: "
+        f"± {sizes['band_95_mm']:.2f} mm (95 %)."
+    ]
     if result["inputs_mm"]:
         effects = ", ".join(f"{name} {effect_mm:+.2f} mm" for name, effect_mm in result["inputs_mm"].items())
         lines.append(f"Inputs, each a standard uncertainty up, move the mean level by: {effects}.")

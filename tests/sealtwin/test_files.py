@@ -215,7 +215,7 @@ def test_what_no_number_was_found_for_and_settings_in_their_order_come_back(tmp_
         ("profile.csv", "1.0,", "line 3: level_mm = nan; expected a number"),
         ("profile.csv", "1.0,1e308", r"line 3: level_mm = 1e\+308; expected -1000 to 1000"),
         ("profile.csv", "1.0,-inf", "line 3: level_mm = -inf; expected -1000 to 1000"),
-        ("profile.csv", "0.0,1.0", "line 3: s_mm = 0 after 0; it must grow"),
+        ("profile.csv", "0.0,1.0", "line 3: s_mm = 0 after 0; it must grow row by row. Simulate"),
         ("particles.csv", "0,0,nan,0,0,0,0,0", "line 3: z_mm = nan; expected a number"),
         ("particles.csv", "0,0,0,0,-1e30,0,0,0", r"line 3: vy_mm_s = -1e\+30; expected"),
         ("particles.csv", "0,0,0,0,0,0,0,0", "2 particles, 0 of them spilled; simulation.json has 1 and 0"),
