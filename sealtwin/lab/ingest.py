@@ -66,10 +66,7 @@ def ingest(
     defaults = _defaults(folder) if found.defaults else Note()
     source = as_text(folder)
     by_name = read_names(found.files, folder.name)
-    rows = None if pairing is None else read_pairing(pairing)
-    given = (
-        None if rows is None else decided(rows, divide(folder, by_name, _photographed(by_name) | photographed(rows)))
-    )
+    given = None if pairing is None else _given(pairing, folder, by_name)
     with _catalogue(lab, progress, dry_run) as catalogue:
         decisions = catalogue.decisions(source) if given is None else given
         named = divide(folder, by_name, _photographed(by_name, decisions))
@@ -139,6 +136,12 @@ def _defaults(folder: Path) -> Note:
     if faults:
         raise InputError("\n".join([*faults, *faults_of_values(note, folder / DEFAULTS)]))
     return note
+
+
+def _given(pairing: Path, folder: Path, by_name: Mapping[PurePath, Said]) -> Decisions:
+    """What the user's pairing file decides. Raises InputError where it cannot be."""
+    rows = read_pairing(pairing)
+    return decided(rows, divide(folder, by_name, _photographed(by_name) | photographed(rows)))
 
 
 def _photographed(named: Mapping[PurePath, Said], decisions: Decisions | None = None) -> set[str]:

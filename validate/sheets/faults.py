@@ -102,7 +102,8 @@ class FaultList:
 
 def _joined(alike: list[Fault]) -> str:
     """The first in words, the others by their rows."""
-    rows = [fault.place.row for fault in alike[1:] if fault.place.row is not None]
+    first = alike[0].place.row
+    rows = sorted({row for fault in alike if (row := fault.place.row) is not None and row != first})
     if not rows:
         return str(alike[0])
     if rows == list(range(rows[0], rows[-1] + 1)) and len(rows) > 1:
