@@ -13,13 +13,12 @@ from sealtwin.folder import holding
 from sealtwin.job import check_sheet
 from sealtwin.ledger import Ledger, StudyRun, profile_path
 from sealtwin.moments import is_seen, watch_run
-from sealtwin.progress import Progress
+from sealtwin.progress import OfOne, Progress
 from sealtwin.records import DataKind, Profile
 from sealtwin.result import shown
 from sealtwin.trial import Trial
 from sealtwin.workers import trial_of
 from validate.settings import Readings
-from validate.sheets.possible import Crack
 from validate.studies.axis import axes_of
 from validate.studies.chart import Chart, as_near_as_the_best, chosen_few, scatter_of_runs
 from validate.studies.fills import Fill
@@ -102,7 +101,7 @@ def _chart(folder: Path, ledger: Ledger, wish: MapWish) -> tuple[Chart, dict[int
     trial = trial_of(ledger.entry(done[0].key))
     sample = folder / "samples" / done[0].sample
     outline, solid = files.read_outline(sample), files.read_solid(sample)
-    readings, settings = _readings(sample, trial, _largest(folder, done), wish)
+    readings, settings = _readings(sample, trial, _largest_mm(folder, done), wish)
     finished = [Finished(run.number, run.settings, _profile(folder, run), run.wall_s or 0.0) for run in done]
     held = tuple(hold(run, readings, axes) for run in finished)
 
@@ -136,17 +135,17 @@ def _profile(folder: Path, run: StudyRun) -> Profile:
     return files.read_profile(path.parent)
 
 
-def _largest(folder: Path, runs: Sequence[StudyRun]) -> Crack:
-    """A crack as long and as deep as any of the study's: what no run's crack can hold is no reading of any."""
+def _largest_mm(folder: Path, runs: Sequence[StudyRun]) -> tuple[float, float]:
+    """Length and depth of the study's longest and deepest crack: what no run's crack can hold is no reading of any."""
     samples = [folder / "samples" / name for name in dict.fromkeys(run.sample for run in runs)]
     depths_mm = []
     for sample in samples:
         with files.understood(sample / "solid.json"):
             depths_mm.append(float(files.read_json(sample / "solid.json")["depth_mm"]))
-    return Crack(max(files.read_outline(sample).length_mm for sample in samples), max(depths_mm))
+    return max(files.read_outline(sample).length_mm for sample in samples), max(depths_mm)
 
 
-def _readings(sample: Path, trial: Trial, crack: Crack, wish: MapWish) -> tuple[Profile, Readings]:
+def _readings(sample: Path, trial: Trial, crack_mm: tuple[float, float], wish: MapWish) -> tuple[Profile, Readings]:
     from validate.caliper import read_readings
 
     own = None if trial.readings is None else sample / INPUTS / trial.readings.file.name
@@ -165,7 +164,7 @@ def _readings(sample: Path, trial: Trial, crack: Crack, wish: MapWish) -> tuple[
         settings = trial.readings.model_copy(update={"data": wish.data})
     else:
         settings = Readings(file=sheet, data=wish.data, role="held-out")
-    return read_readings(sheet, settings, crack.length_mm, crack.depth_mm), settings
+    return read_readings(sheet, settings, *crack_mm), settings
 
 
 def _fills(
@@ -174,14 +173,16 @@ def _fills(
     from validate.drawing.snapshots import Scene
 
     chosen = chosen_few(chart)
-    waiting = [run for run in chosen if not is_seen(folder, runs[run.run.number])]
+    waiting = {run.run.number: run.run.wall_s for run in chosen if not is_seen(folder, runs[run.run.number])}
+    places = {number: f"{place} of {len(waiting)}" for place, number in enumerate(waiting, start=1)}
     if waiting:
-        time_s = sum(run.run.wall_s for run in waiting)
+        time_s = sum(waiting.values())
         progress.note(f"{len(waiting)} runs are computed once more, to be drawn: about {in_words(time_s)}.")
     fills = []
     for index, held in enumerate(chosen):
         run = runs[held.run.number]
-        seen = watch_run(folder, ledger, run, device, progress)
+        name = f"run {run.number}, {chart.said(held)} ({places.get(run.number, 'seen before')})"
+        seen = watch_run(folder, ledger, run, device, OfOne(progress, name))
         sample = folder / "samples" / run.sample
         trial = trial_of(ledger.entry(run.key))
         outline = files.read_outline(sample)

@@ -33,6 +33,22 @@ class Progress:
         """Leave the terminal clean."""
 
 
+class OfOne(Progress):
+    """The progress of one among several: every piece of work says of which, and the others' goes on."""
+
+    def __init__(self, whole: Progress, name: str) -> None:
+        self._whole, self._name = whole, name
+
+    def start(self, title: str, total: int, done: int = 0) -> None:
+        self._whole.start(f"{title} {self._name}", total, done)
+
+    def advance(self, done: int, note: str = "") -> None:
+        self._whole.advance(done, note)
+
+    def note(self, text: str) -> None:
+        self._whole.note(text)
+
+
 class PlainProgress(Progress):
     """Lines on stderr, for logs and pipes."""
 

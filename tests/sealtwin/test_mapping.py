@@ -69,8 +69,21 @@ def test_a_run_seen_once_more_is_the_same_run(study):
         assert watch_run(study, ledger, run, "cpu", Progress()).differs_mm == seen.differs_mm
 
 
+class Titles(Progress):
+    def __init__(self):
+        self.told = []
+
+    def start(self, title, total, done=0):
+        self.told.append(title)
+
+
 def test_fills_of_chosen_runs_are_drawn(study):
-    mapped = map_study(study, None, replace(WITHOUT_FILLS, fills=True), Progress())
+    """Each that is computed for it is told by its number, its settings and how many there are."""
+    titles = Titles()
+    mapped = map_study(study, None, replace(WITHOUT_FILLS, fills=True), titles)
+    assert len(titles.told) == len(set(titles.told)) == 4
+    assert "Simulating run 1, U = 3, D = 0.03 cm (" in " ".join(titles.told)
+    assert [title[-7:] for title in titles.told] == [f"{number} of 4)" for number in (1, 2, 3, 4)]
     page = (study / "map" / "map.html").read_text(encoding="utf-8")
     assert "their levels came out the same to the last digit" in page
     assert {"figures/fills.svg", "figures/thumbnails.svg"} <= set(mapped.content["files"])

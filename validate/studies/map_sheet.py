@@ -154,7 +154,7 @@ def _again(fills: Sequence[Fill]) -> str:
 def _cost(chart: Chart, fills: Sequence[Fill]) -> Part:
     wall_s = np.array([run.run.wall_s for run in chart.runs])
     words = [
-        f"A run took {np.median(wall_s):.0f} s in the middle, {wall_s.min():.0f} to {wall_s.max():.0f} s in all, "
+        f"The median time of a run is {np.median(wall_s):.0f} s, of all {wall_s.min():.0f} to {wall_s.max():.0f} s, "
         f"{wall_s.sum() / 60:.0f} min together, on the machine that ran the study, with whatever else it did."
     ]
     numbers = None
