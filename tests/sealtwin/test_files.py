@@ -187,6 +187,7 @@ def one_particle(folder):
         ("settings", {"fluid": "thick"}),
         ("settings", {"fluid": {"density_kg_m3": "1690"}}),
         ("health", {"volume_ratio": "all of it"}),
+        ("health", {"volume_ratio": float("nan")}),
         ("health", [1.0]),
     ],
 )

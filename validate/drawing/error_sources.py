@@ -52,7 +52,7 @@ def _draw_errors(axes: Axes, s_mm: Floats, error_mm: Floats, half_mm: Floats) ->
     resolved = np.abs(error_mm) > half_mm
     axes.axhline(0.0, color=INK, linewidth=1.0)
     axes.errorbar(s_mm, error_mm, half_mm, fmt="none", ecolor=MUTED, elinewidth=1.0, capsize=2.5, label="± 2 u_val")
-    for which, fill, name in ((resolved, SIMULATED, "|E| above it"), (~resolved, "#ffffff", "not above it")):
+    for which, fill, name in ((resolved, SIMULATED, "|E| above 2 u_val"), (~resolved, "#ffffff", "not above it")):
         axes.plot(s_mm[which], error_mm[which], "o", color=SIMULATED, markerfacecolor=fill, markersize=5, label=name)
     label_axes(axes, "", "E (mm)", "Error at the stations: above zero, the simulation stands too high")
     put_legend_under_title(axes, columns=3)

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from validate.evidence import Evidence, Sheet
+from validate.evidence import Evidence
 from validate.statements.table import NOT_RECORDED, Table, millimetres
 from validate.wording import counted, percent, signed
 
@@ -65,8 +65,7 @@ def readings_table(evidence: Evidence) -> Table:
     metrics = evidence.comparison.metrics
     readings = metrics["readings"]
     rows = [
-        ("source", evidence.readings.source),
-        *_origin(evidence.sheet),
+        *_origin(evidence),
         *([("read as", evidence.readings.dialect)] if evidence.readings.dialect else []),
         ("data", evidence.readings.data),
         ("stations, readings", f"{readings['stations']}, {readings['readings']}"),
@@ -106,12 +105,14 @@ def _apart(area_mm2: float) -> str:
     return "the same to 1e-9 mm²" if abs(area_mm2) < SAME_MM2 else f"{area_mm2:+.1e} mm² apart"
 
 
-def _origin(sheet: Sheet | None) -> list[tuple[str, str]]:
+def _origin(evidence: Evidence) -> list[tuple[str, str]]:
     """Which file was judged, and who read it."""
-    if sheet is None:
-        return []
+    assert evidence.readings is not None
+    if (sheet := evidence.sheet) is None:
+        return [("source", evidence.readings.source)]
     return [
         ("file", sheet.name),
         ("sha256 of the file", sheet.sha256),
-        ("read by, on", f"{sheet.operator or NOT_RECORDED}, {sheet.date or NOT_RECORDED}"),
+        ("read by", sheet.operator or NOT_RECORDED),
+        ("read on", sheet.date or NOT_RECORDED),
     ]

@@ -31,5 +31,5 @@ def test_the_sheet_that_is_judged_is_named(tmp_path):
     assert "file" not in rows(evidence, "Readings")
     told = rows(replace(evidence, sheet=Sheet("P01 Messung.csv", "73cf", "A. B.", None)), "Readings")
     assert (told["file"], told["sha256 of the file"]) == ("P01 Messung.csv", "73cf")
-    assert told["read by, on"] == "A. B., not recorded"
+    assert (told["read by"], told["read on"]) == ("A. B.", "not recorded")
     assert rows(evidence, "Readings")["stations compared"].startswith("9 of 9,")
