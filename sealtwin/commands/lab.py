@@ -20,6 +20,10 @@ def ingest(
         typer.Option("--pairing", metavar="CSV", help="LAB/pairing.csv as you have corrected it: file, role, sample."),
     ] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Pair, check and tell; write nothing.")] = False,
+    digitise: Annotated[
+        bool, typer.Option("--digitise", help="Trace each sound sample too; LAB/index.html shows all walls.")
+    ] = False,
+    jobs: Annotated[int, typer.Option(min=1, max=64, help="Of --digitise: samples traced at the same time.")] = 1,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -29,18 +33,31 @@ def ingest(
     asked, what is wrong is named, the rest goes on. A note says what no photo shows, in the trial's own keys (TOML) or
     in a table of words and values ("Tiefe in mm; 16,0"); lab.toml on top of FOLDER says it for all samples.
 
-    Again, the same command adds nothing; a sample that has changed becomes a new revision beside the old one.
+    One table for several samples is divided by a column that names them, or by worksheets named after them.
+
+    Again, the same command adds nothing; a sample that has changed becomes a new revision beside the old one; what a
+    trial has lost is put back.
 
     Example: sealtwin ingest measurements --out lab --dry-run
     """
     with answering("cpu", as_json, quiet) as command:
+        if digitise and dry_run:
+            raise typer.BadParameter("--digitise writes what it traces; give it without --dry-run")
         from sealtwin.lab import telling
         from sealtwin.lab.ingest import ingest as take_in
 
         with command.progress() as progress:
             ingested = take_in(folder, out, progress, pairing=pairing, dry_run=dry_run)
-        command.answer(telling.content(ingested), telling.lines(ingested))
-        if code := telling.exit_code(ingested):
+        if digitise:
+            from sealtwin.lab.tracing import together, trace
+
+            report = together(ingested, trace(ingested, command.progress(), jobs))
+            command.answer(report.content, report.lines)
+            code = report.exit_code
+        else:
+            command.answer(telling.content(ingested), telling.lines(ingested))
+            code = telling.exit_code(ingested)
+        if code:
             raise typer.Exit(code)
 
 

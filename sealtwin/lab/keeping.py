@@ -12,6 +12,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from sealtwin import files
+from sealtwin.batch import OWN as CONTACT_SHEET
 from sealtwin.errors import InputError, naming
 from sealtwin.lab.catalogue import CATALOGUE, RECORD, Catalogue, KeptFile, Record, read_record
 from sealtwin.lab.pairing_file import PAIRING
@@ -31,7 +32,7 @@ def require_lab(lab: Path) -> None:
     if not lab.is_dir() or (lab / CATALOGUE).is_file():
         return
     # Another process may be at its very first steps here; what is hidden is its, or the system's.
-    own = {PAIRING, CATALOGUE, f"{CATALOGUE}-journal"}
+    own = {PAIRING, CATALOGUE, f"{CATALOGUE}-journal", *CONTACT_SHEET}
     shown = [entry for entry in lab.iterdir() if not entry.name.startswith(".") and entry.name not in own]
     foreign = [entry.name for entry in shown if not (entry / RECORD).is_file()]
     if foreign:

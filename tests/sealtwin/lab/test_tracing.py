@@ -1,0 +1,64 @@
+"""After an ingest all sound samples are traced, once, into the folders that their runs go on in."""
+
+import json
+
+import pytest
+
+from sealtwin.lab import tracing
+from tests.labs import sealtwin
+
+
+@pytest.fixture
+def traced(small, tmp_path):
+    """P01 has a crack; P02's photo shows none; a reading of P01 lies beyond its crack's end."""
+    from tests.pictures import mortar, write_png
+
+    write_png(small / "P02.png", mortar((200, 200), seed=3))
+    (small / "P02_Notiz.csv").write_text("Tiefe;8 mm\n")
+    with (small / "P01.csv").open("a") as sheet:
+        sheet.write("40.0,-1.0,-1.0,-1.0\n")
+    return small, tmp_path / "lab"
+
+
+def _ingest(small, lab, *more):
+    return sealtwin("ingest", small, "--out", lab, "--digitise", "--quiet", *more)
+
+
+def test_walls_are_there_after_an_ingest_and_a_fault_costs_no_other(traced, monkeypatch):
+    small, lab = traced
+    answer = _ingest(small, lab, "--json")
+    assert answer.exit_code == 6, answer.output
+    content = json.loads(answer.stdout)
+    assert [sample["state"] for sample in content["samples"]] == ["new", "new"]
+    assert [(photo["folder"], photo["status"]) for photo in content["digitised"]["photos"]] == [
+        ("P01/run", "ok"),
+        ("P02/run", "failed"),
+    ]
+    assert (lab / "P01" / "run" / "overlay.png").is_file()
+    assert "P01/run/overlay.png" in (lab / "index.html").read_text()
+    (outside,) = content["digitised"]["readings"]
+    assert "line 8, column s_mm: 40 mm is outside the crack, 0 to 1" in outside["sentence"]
+    before = (lab / "P01" / "run" / "overlay.png").stat().st_mtime_ns
+    again = _ingest(small, lab)
+    assert "P01/run" in again.stdout
+    assert (lab / "P01" / "run" / "overlay.png").stat().st_mtime_ns == before
+    assert "digitise done" in sealtwin("lab", "list", lab).stdout
+    (lab / "catalogue.sqlite").unlink()  # a lab is whole without it, its contact sheet too
+    assert _ingest(small, lab).exit_code == 6
+
+
+def test_a_run_goes_on_where_tracing_ended(traced, tmp_path):
+    small, lab = traced
+    _ingest(small, lab)
+    outline = lab / "P01" / "run" / "outline.json"
+    before = outline.stat().st_mtime_ns
+    answer = sealtwin("digitise", lab / "P01" / "trial.toml", "--out", lab / "P01" / "run", "--quiet")
+    assert answer.exit_code == 0, answer.output
+    assert outline.stat().st_mtime_ns == before
+
+
+def test_a_dry_run_traces_nothing(traced, monkeypatch):
+    monkeypatch.setattr(tracing, "trace", lambda *_: pytest.fail("traced"))
+    answer = _ingest(*traced, "--dry-run")
+    assert answer.exit_code == 2
+    assert "--digitise writes what it traces" in answer.output
