@@ -101,8 +101,7 @@ def _study(home: Path, part: Part, mapped: Mapped, fine: Sequence[StudyRun]) -> 
 
 def _write_claims(path: Path, studies: list[Study]) -> None:
     def cells(study: Study, finding: Finding) -> tuple[str, ...]:
-        agrees = "yes" if finding.agrees else "no"
-        return study.title, finding.name, finding.paper, finding.ours, finding.redrawn, agrees
+        return study.title, finding.name, finding.paper, finding.ours, finding.redrawn, finding.judgement
 
-    columns = ("study", "claim", "paper", "ours", "redrawn", "agrees")
+    columns = ("study", "claim", "paper", "ours", "redrawn", "judgement")
     files.write_sheet(path, columns, [cells(study, finding) for study in studies for finding in study.findings])

@@ -2,12 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
 from sealtwin.records import Floats
-from sealtwin.reproduction.claims import Finding
+from sealtwin.reproduction.claims import Finding, Judgement
 from sealtwin.reproduction.redrawn import ALONG_MM, LEVEL_MM, SETS
 from sealtwin.reproduction.unequal import OF_ALL, Careless
 from validate.studies.chart import Chart
@@ -88,8 +88,11 @@ def _told(study: Study) -> dict[str, Any]:
         "exclusion": chart.exclusion,
         "nearest": f"{chart.said(chart.best)}, {chart.best.mean_error_mm:.2f} mm",
         "flatness": chart.flatness,
-        "agreeing": [finding for finding in study.findings if finding.agrees],
-        "disagreeing": [finding for finding in study.findings if not finding.agrees],
+        "claims": len(study.findings),
+        "judged": [
+            (judgement, [finding for finding in study.findings if finding.judgement == judgement])
+            for judgement in get_args(Judgement)
+        ],
         "median_s": f"{np.median(wall_s):.0f}",
         "least_s": f"{wall_s.min():.0f}",
         "most_s": f"{wall_s.max():.0f}",
