@@ -213,8 +213,9 @@ def test_what_is_turned_stays_in_the_picture(open_report, report):
         canvas.press("ArrowUp")
     view(page)
     page.evaluate("document.activeElement.blur()")
-    shown = pixels(page.locator("#turntable .view"))
+    # Without its outermost pixels, shared with the card where the text above ends between two of them.
+    shown = pixels(page.locator("#turntable .view"))[2:-2, 2:-2]
     ground = shown[0, 0]
-    for edge in (shown[2], shown[-3], shown[:, 2], shown[:, -3]):
+    for edge in (shown[0], shown[-1], shown[:, 0], shown[:, -1]):
         assert np.abs(edge - ground).max() < 3
     assert np.abs(shown - ground).max() > 100
