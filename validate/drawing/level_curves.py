@@ -17,6 +17,7 @@ from validate.drawing.theme import (
     put_legend_under_title,
     themed,
 )
+from validate.wording import signed
 
 OVER_LINES = {"facecolor": "#ffffff", "edgecolor": "none", "pad": 1.5}
 ALONG = "s along the crack from the end where the nozzle starts (mm)"
@@ -75,7 +76,7 @@ def draw_error(profile: Profile, readings: Profile, comparison: Comparison, on: 
         axes.plot(s_mm, error_mm, color=SIMULATED, label="simulated - measured")
         axes.axhline(0.0, color=INK, linewidth=1.0)
         bias_mm = comparison.metrics["bias_mm"]
-        axes.axhline(bias_mm, color=MUTED, linewidth=1.0, linestyle="--", label=f"bias {bias_mm:+.2f} mm")
+        axes.axhline(bias_mm, color=MUTED, linewidth=1.0, linestyle="--", label=f"bias {signed(bias_mm, 2)} mm")
         worst = int(np.argmin(np.abs(s_mm - comparison.worst_at_mm)))
         axes.plot(
             s_mm[worst],
