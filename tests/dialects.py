@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from sealtwin.records import Floats
 
-Language = Literal["canonical", "english", "german"]
+Language = Literal["canonical", "english", "german", "french", "spanish"]
 MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
 NAMES = {
     ("english", "station"): "Position along crack",
@@ -24,6 +24,14 @@ NAMES = {
     ("german", "level"): "Höhe über Oberfläche",
     ("german", "depth"): "Tiefe",
     ("german", "repeat"): "Messung Nr.",
+    ("french", "station"): "Position le long de la fissure",
+    ("french", "level"): "Niveau",
+    ("french", "depth"): "Profondeur sous la surface",
+    ("french", "repeat"): "Mesure n°",
+    ("spanish", "station"): "Distancia desde el inicio",
+    ("spanish", "level"): "Altura",
+    ("spanish", "depth"): "Profundidad",
+    ("spanish", "repeat"): "Medición Nº",
     ("canonical", "station"): "s",
     ("canonical", "level"): "level",
     ("canonical", "depth"): "depth",

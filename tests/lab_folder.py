@@ -1,4 +1,4 @@
-"""A lab's folder as labs leave them: ten samples in ten dialects; and sixteen faults that can be planted in it."""
+"""A lab's folder as labs leave them: ten samples in ten dialects; and twenty faults that can be planted in it."""
 
 import csv
 import io
@@ -78,7 +78,7 @@ HANDS = {
     ),
     "P07": (
         "sheets/P07.csv",
-        Hand(encoding="latin-1", language="german", units="in", missing="k.A.", separator=";", quantity="depth"),
+        Hand(encoding="latin-1", language="french", units="in", missing="k.A.", separator=";", quantity="depth"),
     ),
     "P08": (
         "P08_caliper.csv",
@@ -89,8 +89,8 @@ HANDS = {
         Hand(separator="\t", language="english", units="parentheses", missing="n/a", note=True),
     ),
     "P10": (
-        "P10_Messwerte.xlsx",
-        Hand(workbook=True, long=True, language="english", units="brackets", quantity="depth", unit="cm"),
+        "P10 lecturas.xlsx",
+        Hand(workbook=True, long=True, language="spanish", units="brackets", quantity="depth", unit="cm"),
     ),
 }
 """Of each sample, its sheet and how that is written."""
@@ -282,6 +282,16 @@ FAULTS = (
         "a sheet without a photo",
         r"Z99_readings\.csv: no photo of sample Z99",
         lambda folder: write_sheet(folder / "Z99_readings.csv", Hand(), S_MM, levels_mm("P01")),
+    ),
+    Planted(
+        "a place before the crack begins",
+        r"P09_measurements\.tsv, line 3, column Position along crack \(mm\): -3 mm is outside the crack",
+        _cell("P09_measurements.tsv", 3, 1, "-3.0", HANDS["P09"][1]),
+    ),
+    Planted(
+        "rows of a sample without a photo",
+        r"caliper_all\.csv, rows of K98: no photo of sample K98",
+        lambda folder: (folder / "caliper_all.csv").write_text("sample,s_mm,level_mm\nK98,1,-1\nK98,5,-2\n"),
     ),
     Planted(
         "a photo that calls itself one",

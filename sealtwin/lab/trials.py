@@ -3,7 +3,7 @@
 import hashlib
 import json
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from dataclasses import dataclass, field
 from pathlib import Path, PurePath
 from typing import Any
@@ -139,11 +139,21 @@ def prepare(folder: Path, prepared: Prepared) -> None:
     if prepared.faults or trial is None:
         return
     prepared.trial = trial
-    if not any(key.startswith("fluid.") for key in prepared.note.entries):
-        fluid = ", ".join(f"{key} = {value}" for key, value in STARTER["fluid"].items())
-        prepared.remarks.append(f"no [fluid] is said: the starter's, {fluid}. Write your own, best into lab.toml.")
+    prepared.remarks += _remarks_on_fluid(prepared.note.entries.keys(), trial)
     if trial.photo is not None and trial.photo.ends_px is None and trial.photo.mask is None:
         prepared.remarks.append("no ends_px: the crack is searched for; 'sealtwin trace' lets you click its ends.")
+
+
+def _remarks_on_fluid(said: Set[str], trial: Trial) -> list[str]:
+    fluid = trial.fluid
+    if fluid is None:
+        return []
+    if fluid.freeze_after_s == "never" and fluid.most_yield_stress_pa == 0:
+        return [
+            "nothing holds the sealant's slope, neither fluid.yield_stress_pa nor fluid.freeze_after_s: it ends level."
+        ]
+    taken = ", ".join(f"{key} = {value}" for key, value in _started_fluid(dict.fromkeys(said)).items())
+    return [f"{taken}: the starter's, since no note says it. Write your own, best into lab.toml."] if taken else []
 
 
 def _content(prepared: Prepared) -> dict[str, Any]:
@@ -214,10 +224,17 @@ def _part_of_readings(prepared: Prepared, said: Mapping[str, Any]) -> dict[str, 
 
 def _started(said: dict[str, Any]) -> dict[str, Any]:
     """With what 'sealtwin init' writes too: without a rest the jet, still falling, is taken for the sealant's level."""
-    said = {"solver.settle_s": STARTER["solver"]["settle_s"]} | said
-    if any(key.startswith("fluid.") for key in said):
-        return said
-    return {f"fluid.{key}": value for key, value in STARTER["fluid"].items()} | said
+    return {"solver.settle_s": STARTER["solver"]["settle_s"]} | _started_fluid(said) | said
+
+
+def _started_fluid(said: Mapping[str, Any]) -> dict[str, Any]:
+    """The starter's, of what nobody says: how thin the sealant is, and what holds its slope, either of two ways."""
+    fluid = {f"fluid.{key}": value for key, value in STARTER["fluid"].items()}
+    if "fluid.viscosity_pa_s" in said:
+        del fluid["fluid.U"]
+    if "fluid.freeze_after_s" in said:
+        del fluid["fluid.yield_stress_pa"]
+    return {key: value for key, value in fluid.items() if key not in said}
 
 
 def _needed(readings: bool) -> list[tuple[str, Any, str]]:
@@ -272,17 +289,19 @@ def _look_at_picture(raw: RawFile, prepared: Prepared) -> None:
 
 def _read_readings(raw: RawFile, content: Mapping[str, Any], prepared: Prepared) -> None:
     """By the pipeline's own reader, whatever else is wrong; how long the crack is, is not known yet."""
-    from validate.settings import Readings
+    from validate.settings import Declared
     from validate.sheets.possible import Crack
     from validate.sheets.sheet import read_sheet
 
+    readings = content["readings"]
     try:
-        settings = checked(Readings, raw.path, dict(content["readings"]))
+        # How it is written; what else is said of the readings may be wrong, and keeps no fault of the sheet back.
+        declared = checked(Declared, raw.path, {key: readings[key] for key in Declared.model_fields if key in readings})
     except InputError:
         # Told of already, by the key that is at fault.
         return
     try:
-        prepared.dialect = read_sheet(raw.path, settings, Crack(None, _depth_mm(content))).dialect.sentence
+        prepared.dialect = read_sheet(raw.path, declared, Crack(None, _depth_mm(content))).dialect.sentence
     except InputError as fault:
         prepared.faults += str(fault).splitlines()
 

@@ -49,7 +49,31 @@ def test_what_is_not_said_of_the_fluid_and_its_rest_is_the_starters(small, tmp_p
     assert said.solver.settle_s == 0.5
     assert said.fluid is not None
     assert (said.fluid.yield_stress_pa, said.fluid.freeze_after_s) == (12.0, "never")
-    assert any("no [fluid] is said: the starter's" in remark for remark in ingested.outcomes[0].remarks)
+    assert any("fluid.yield_stress_pa = 12.0" in remark for remark in ingested.outcomes[0].remarks)
+
+
+@pytest.mark.parametrize(
+    ("said", "stress_pa", "freeze", "remark"),
+    [
+        ("viscosity_pa_s = 0.05", 12.0, "never", "fluid.yield_stress_pa = 12.0"),
+        ("U = 10.0\nyield_stress_pa = 20.0", 20.0, "never", "fluid.freeze_after_s = never"),
+        ("U = 10.0\nD_cm = 0.3\nfreeze_after_s = 2.5", 0.0, 2.5, None),
+        ('U = 10.0\nD_cm = 0.3\nfreeze_after_s = "never"', 0.0, "never", "nothing holds the sealant's slope"),
+    ],
+)
+def test_of_a_fluid_that_is_said_in_part_only_the_rest_is_the_starters(
+    small, tmp_path, said, stress_pa, freeze, remark
+):
+    """What a lab says of its paste is never added to: an age of freezing already holds the slope."""
+    lab_toml = (small / "lab.toml").read_text()
+    fluid = lab_toml[lab_toml.index("[fluid]") : lab_toml.index("[solver]")]
+    (small / "lab.toml").write_text(lab_toml.replace(fluid, f"[fluid]\n{said}\n"))
+    ingested = ingest(small, tmp_path / "lab", QUIET)
+    found = load_trial(tmp_path / "lab" / "P01" / "trial.toml").fluid
+    assert found is not None
+    assert (found.yield_stress_pa, found.freeze_after_s) == (stress_pa, freeze)
+    remarks = [text for text in ingested.outcomes[0].remarks if "fluid" in text]
+    assert remarks == [] if remark is None else remark in remarks[0]
 
 
 def test_a_value_of_lab_toml_that_fails_all_samples_is_told_in_one_sentence(small, tmp_path):

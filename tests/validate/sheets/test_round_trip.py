@@ -31,7 +31,7 @@ def hands(draw: st.DrawFn) -> Hand:
         decimal=draw(st.sampled_from(DECIMALS)),
         newline=draw(st.sampled_from(["\n", "\r\n", "\r"])),
         sep_line=draw(st.booleans()),
-        language=draw(st.sampled_from(["canonical", "english", "german"])),
+        language=draw(st.sampled_from(["canonical", "english", "german", "french", "spanish"])),
         quantity=draw(st.sampled_from(["level", "depth"])),
         long=long,
         station_unit=draw(st.sampled_from(UNITS)),
