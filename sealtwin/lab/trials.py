@@ -78,10 +78,9 @@ def kept_as(role: Role, file: PurePath) -> str:
 
 def gather(folder: Path, sample: Sample, defaults: Note) -> Prepared:
     """A sample's notes, and the hashes of its files; their content is not looked at yet."""
-    prepared = Prepared(sample, faults=list(sample.questions))
-    if prepared.faults:
+    prepared = Prepared(sample, faults=[*sample.questions, *sample.lost])
+    if sample.questions:
         return prepared
-    prepared.faults += sample.lost
     if len(sample.name) > LONGEST_NAME:
         prepared.faults.append(f"{sample.name[:20]}...: a name of {len(sample.name)} letters; at most {LONGEST_NAME}.")
     for role, file in sorted(sample.files.items()):

@@ -25,6 +25,14 @@ def test_a_sample_whose_sheet_is_refused_is_not_sound(small, tmp_path, name):
     assert fault.sentence == f"{name}: .{name.rpartition('.')[2]} is not read; save it as XLSX or CSV."
 
 
+def test_a_refused_sheet_is_named_beside_a_question_too(small, tmp_path):
+    (small / "P02_Messung.csv").rename(small / "P02.xls")
+    (small / "P02_side.png").write_bytes((small / "P01.png").read_bytes())
+    sentences = " ".join(fault.sentence for fault in ingest(small, tmp_path / "lab", QUIET).faults)
+    assert "2 files are its photo" in sentences
+    assert "P02.xls: .xls is not read" in sentences
+
+
 def test_what_was_saved_anew_beside_it_stands_in(small, tmp_path):
     (small / "P02_Messung.xls").write_bytes(b"old")
     ingested = ingest(small, tmp_path / "lab", QUIET)
