@@ -370,10 +370,13 @@ def _provenance(job: Job, sheet: "Sheet | None", varied: bool) -> dict[str, str]
     done = ("digitise", "simulate", *([UNCERTAINTY] if varied else []))
     stages = {stage: job.folder.manifest["stages"][stage] for stage in done}
     facts = {"sealtwin": version("sealtwin"), "system": f"{platform.system()} {platform.machine()}"}
+    told: set[tuple[str, str]] = set()
     for stage, entry in stages.items():
         facts[f"{stage}: finished"] = str(entry.get("finished_utc", NOT_RECORDED))
         facts[f"{stage}: wall time"] = f"{entry['wall_time_s']:.1f} s"
-        facts |= {f"{stage}: {name}": f"sha256 {digest}" for name, digest in entry["inputs"].items()}
+        new = [one for one in entry["inputs"].items() if one not in told]
+        facts |= {f"{stage}: {name}": f"sha256 {digest}" for name, digest in new}
+        told.update(new)
     facts["validate: begun"] = datetime.now(UTC).isoformat(timespec="seconds")
     if sheet is not None:
         facts[f"validate: {sheet.name}"] = f"sha256 {sheet.sha256}"

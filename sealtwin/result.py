@@ -139,8 +139,10 @@ def _examined(result: dict[str, Any]) -> list[str]:
         f"± {sizes['band_95_mm']:.2f} mm (95 %)."
     ]
     if result["inputs_mm"]:
-        effects = ", ".join(f"{name} {effect_mm:+.2f} mm" for name, effect_mm in result["inputs_mm"].items())
-        lines.append(f"Inputs, each a standard uncertainty up, move the mean level by: {effects}.")
+        from validate.statements.uncertainty import INPUTS
+
+        effects = ", ".join(f"{INPUTS[name][0]} {effect:+.2f} mm" for name, effect in result["inputs_mm"].items())
+        lines.append(f"Inputs, each a standard uncertainty up, and what they do to the mean level: {effects}.")
     return lines
 
 

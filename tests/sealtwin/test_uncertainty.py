@@ -1,5 +1,6 @@
 """The extra runs: the same physics at other sizes, inputs moved as declared, computed once, and a failure named."""
 
+import json
 import re
 import shutil
 from pathlib import Path
@@ -14,11 +15,13 @@ from sealtwin.job import resume_job, start_job
 from sealtwin.ledger import read_study
 from sealtwin.pipeline import SPREAD, read_spread, run_stages
 from sealtwin.progress import Progress
+from sealtwin.result import headline
 from sealtwin.trial import load_trial
 from sealtwin.uncertainty import vary
 from sealtwin.workers import compute_all
 from tests.studies import TRIAL, tiny_lab
 from validate import report
+from validate.evidence import Evidence
 
 DECLARED = """
 [uncertainty]
@@ -112,10 +115,26 @@ def _trial_of(path: Path, key: str):
 def test_the_comparison_tells_numerics_and_inputs(varied, tmp_path, monkeypatch):
     path = tmp_path / "run"
     shutil.copytree(varied, path)
-    # Pages take seconds, and are not what this is about.
-    monkeypatch.setattr(report, "write_report", lambda folder, _: [(folder / name).touch() for name in report.REPORT])
+    given: list[Evidence] = []
+
+    def write_report(folder: Path, evidence: Evidence) -> None:
+        """Pages take seconds, and are not what this is about."""
+        given.append(evidence)
+        for name in report.REPORT:
+            (folder / name).touch()
+
+    monkeypatch.setattr(report, "write_report", write_report)
     with open_folder(path, create=False) as folder:
-        run_stages(resume_job(folder, "cpu", Progress()), ("validate",))
+        result = run_stages(resume_job(folder, "cpu", Progress()), ("validate",)).result
+    assert given[0].commands == ("sealtwin run trial.toml", "sealtwin validate reports/tiny --uncertainty")
+    assert {"uncertainty: finished", "uncertainty: profile.csv"} < set(given[0].provenance)
+    assert "uncertainty: outline.json" not in given[0].provenance, "its hash stands there already"
+    lines = "\n".join(headline(result, "validate"))
+    assert "Particle size: mean error " in lines
+    assert "the nozzle's speed " in lines
+    assert json.loads((path / "run.json").read_text())["particle_sizes"]["radii_mm"] == pytest.approx(
+        [0.36 / 1.3, 0.36, 0.36 * 1.3], abs=1e-3
+    )
     found = files.read_json(path / "comparison.json")["uncertainty"]
     assert found["mean_level"]["numerics_mm"] > 0
     assert [one["name"] for one in found["inputs"]] == ["speed_mm_s", "volume_ml", "width_mm"]

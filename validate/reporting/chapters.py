@@ -105,7 +105,7 @@ def _chapters(evidence: Evidence) -> Iterator[Chapter]:
     yield _chapter("Geometry", "geometry", geometry)
     again = Command(
         evidence.commands,
-        "makes this report again, from the trial.toml beside it with the files that it names beside that.",
+        "this report again, from the trial.toml beside it with the files that it names beside that.",
     )
     yield _chapter("Provenance", "provenance", [again, provenance_table(evidence), settings_table(evidence)])
 
