@@ -69,7 +69,8 @@ def test_a_trial_of_no_lab_has_the_name_of_its_file(job, content):
     assert not (job.path / ORIGIN).exists()
 
 
-def test_a_record_that_somebody_broke_is_named(job):
-    (job.source / RECORD).write_text('{"ingested_utc": "2026", "files": 7}')
+@pytest.mark.parametrize("files", [7, [{"role": "readings", "original": 7, "sha256": "73cf"}], [{"role": "readings"}]])
+def test_a_record_that_somebody_broke_is_named(job, files):
+    (job.source / RECORD).write_text(json.dumps({"ingested_utc": "", "files": files, "operator": None, "date": None}))
     with pytest.raises(InputError, match=r"record\.json: not as its stage wrote it"):
         sheet_of(job)
