@@ -18,8 +18,8 @@ from sealtwin.lab.notes import Note, read_note
 from sealtwin.lab.pairing import Decisions, pair, place_files
 from sealtwin.lab.pairing_file import PAIRING, decided, pairing_text, photographed, read_pairing
 from sealtwin.lab.pieces import divide
+from sealtwin.lab.tables import faults_of_values
 from sealtwin.lab.taking import Outcome, Work, take_in
-from sealtwin.lab.trials import faults_of_values
 from sealtwin.lab.twins import twins
 from sealtwin.progress import Progress
 from validate.sheets.samples import sample_key

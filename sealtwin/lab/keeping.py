@@ -16,7 +16,7 @@ from sealtwin.batch import OWN as CONTACT_SHEET
 from sealtwin.errors import InputError, naming
 from sealtwin.lab.catalogue import CATALOGUE, RECORD, Catalogue, KeptFile, Record, read_record
 from sealtwin.lab.pairing_file import PAIRING
-from sealtwin.lab.trials import INPUTS, Prepared, RawFile
+from sealtwin.lab.prepared import INPUTS, Prepared, RawFile
 from sealtwin.trial import Trial, folder_name, trial_text
 
 INCOMING = ".incoming"

@@ -7,7 +7,7 @@ from sealtwin import files
 from sealtwin.errors import InputError
 from sealtwin.lab.catalogue import RECORD, KeptFile, Record
 from sealtwin.lab.keeping import TRIAL, copy_raw, put_in_place
-from sealtwin.lab.trials import Prepared
+from sealtwin.lab.prepared import Prepared
 from sealtwin.trial import trial_text
 
 

@@ -11,7 +11,8 @@ from sealtwin.lab.keeping import keep
 from sealtwin.lab.mending import Losses, losses_of, mend
 from sealtwin.lab.notes import Note
 from sealtwin.lab.pairing import Sample
-from sealtwin.lab.trials import Prepared, gather, prepare
+from sealtwin.lab.prepared import Prepared, gather
+from sealtwin.lab.trials import prepare
 from sealtwin.progress import Progress
 
 Fate = Literal["new", "revised", "unchanged", "restored", "failed", "bug"]

@@ -7,7 +7,7 @@ from pathlib import PurePath
 from sealtwin.lab.catalogue import Catalogue
 from sealtwin.lab.naming import Role
 from sealtwin.lab.pieces import Piece
-from sealtwin.lab.trials import Prepared
+from sealtwin.lab.prepared import Prepared
 
 LOOKED_AT: Mapping[Role, str] = {"photo": "photo", "readings": "table of readings"}
 MOST_TOLD = 3

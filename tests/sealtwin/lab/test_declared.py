@@ -26,12 +26,12 @@ def test_a_fault_of_lab_toml_is_told_once_and_stops_all(small, tmp_path):
 def test_all_faults_of_lab_toml_are_told_at_once(small, tmp_path):
     """A wrong value was told only once the misspelt key was mended."""
     (small / "lab.toml").write_text(
-        'data = "measured"\nname = "all"\n[photo]\nmm_per_pxl = 0.1\n[fluid]\nU = -1.0\nfreeze_after_s = 2.0\n'
+        'data = "measured"\nname = "all"\n[photo]\nmm_per_pxl = 0.1\n[fluid]\nviscosity_pa_s = -1.0\nfreeze_after_s = 2.0\n'
     )
     with pytest.raises(InputError) as refusal:
         ingest(small, tmp_path / "lab", QUIET)
     told = str(refusal.value)
-    for words in ("'photo.mm_per_pxl': no such key", "name is of one sample", "fluid.U = -1.0: should be"):
+    for words in ("'photo.mm_per_pxl': no such key", "name is of one sample", "fluid.viscosity_pa_s = -1.0: should be"):
         assert words in told
     assert len(told.splitlines()) == 3
 

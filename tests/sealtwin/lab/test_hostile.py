@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from sealtwin.errors import InputError
-from sealtwin.lab import finding, trials
+from sealtwin.lab import finding, prepared
 from sealtwin.lab.asking import list_lab
 from sealtwin.lab.catalogue import CATALOGUE, Fault
 from sealtwin.lab.ingest import ingest
@@ -68,7 +68,7 @@ def test_a_sheet_of_a_gigabyte_is_refused_unread(small, tmp_path, monkeypatch):
     with (small / "P01.csv").open("wb") as sheet:
         sheet.truncate(1_000_000_000)
     monkeypatch.setattr(
-        trials.files, "sha256", lambda path: pytest.fail(str(path)) if path.stat().st_size > 1e8 else "x"
+        prepared.files, "sha256", lambda path: pytest.fail(str(path)) if path.stat().st_size > 1e8 else "x"
     )
     ingested = ingest(small, tmp_path / "lab", QUIET, dry_run=True)
     assert ingested.outcomes[0].faults == ("P01.csv: 1,000 MB; at most 5 MB of such a file are read.",)
