@@ -26,7 +26,8 @@ def test_a_fault_of_lab_toml_is_told_once_and_stops_all(small, tmp_path):
 def test_all_faults_of_lab_toml_are_told_at_once(small, tmp_path):
     """A wrong value was told only once the misspelt key was mended."""
     (small / "lab.toml").write_text(
-        'data = "measured"\nname = "all"\n[photo]\nmm_per_pxl = 0.1\n[fluid]\nviscosity_pa_s = -1.0\nfreeze_after_s = 2.0\n'
+        'data = "measured"\nname = "all"\n[photo]\nmm_per_pxl = 0.1\n'
+        "[fluid]\nviscosity_pa_s = -1.0\nfreeze_after_s = 2.0\n"
     )
     with pytest.raises(InputError) as refusal:
         ingest(small, tmp_path / "lab", QUIET)

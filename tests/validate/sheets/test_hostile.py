@@ -12,6 +12,7 @@ import pytest
 from sealtwin.errors import InputError
 from tests.dialects import Hand, write_sheet
 from validate.settings import Declared
+from validate.sheets.samples import parts_of
 from validate.sheets.sheet import read_sheet
 
 
@@ -102,6 +103,7 @@ def test_damaged_files_are_read_or_refused(tmp_path, workbook):
     outcomes = {True: 0, False: 0}
     for _ in range(DAMAGES):
         path.write_bytes(damaged(sound, dice))
+        parts_of(path)
         try:
             read_sheet(path, Declared())
             outcomes[True] += 1
