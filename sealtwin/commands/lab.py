@@ -17,7 +17,9 @@ def ingest(
     ],
     pairing: Annotated[
         Path | None,
-        typer.Option("--pairing", metavar="CSV", help="LAB/pairing.csv as you have corrected it: file, role, sample."),
+        typer.Option(
+            "--pairing", metavar="CSV", help="LAB/pairing.csv as you have corrected it: file, role, sample, part."
+        ),
     ] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Pair, check and tell; write nothing.")] = False,
     digitise: Annotated[
