@@ -1,10 +1,13 @@
 """A study's page in a reader's browser: nothing asked of anybody, room on a phone, no barrier."""
 
 import importlib
+from pathlib import Path
 
 import pytest
 
 from tests.charts import make_chart
+from tests.sides import side
+from validate.studies.compare_sheet import compare_sheet
 from validate.studies.held import Excluded
 from validate.studies.map_sheet import map_sheet
 from validate.studies.sheet import write_sheet_of_figures
@@ -14,23 +17,35 @@ pytestmark = pytest.mark.browser
 HOSTILE = "</title></script><script>window.struck = 1</script><img src=x onerror='window.struck = 1'>"
 
 
+def a_map(folder: Path) -> Path:
+    chart = make_chart((Excluded(36, {HOSTILE: HOSTILE}, HOSTILE),), name=HOSTILE + "W" * 300)
+    write_sheet_of_figures(folder, "map.html", map_sheet(chart, ()))
+    return folder / "map.html"
+
+
+def eight_runs(folder: Path) -> Path:
+    sides = [side(HOSTILE + "W" * 60 + str(number), 0.1, lowered_mm=0.1 * number) for number in range(8)]
+    write_sheet_of_figures(folder, "compare.html", compare_sheet(sides))
+    return folder / "compare.html"
+
+
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("width", [390, 1280])
-def test_a_map_fits_asks_for_nothing_and_bars_nobody(chromium, tmp_path, width, scheme):
-    chart = make_chart((Excluded(36, {HOSTILE: HOSTILE}, HOSTILE),), name=HOSTILE + "W" * 300)
-    write_sheet_of_figures(tmp_path, "map.html", map_sheet(chart, ()))
+@pytest.mark.parametrize("write", [a_map, eight_runs])
+def test_a_page_fits_asks_for_nothing_and_bars_nobody(chromium, tmp_path, write, width, scheme):
+    target = write(tmp_path).as_uri()
     complaints, asked = [], set()
     context = chromium.new_context(viewport={"width": width, "height": 844}, color_scheme=scheme)
     page = context.new_page()
     page.on("console", lambda message: complaints.append(message.text))
     page.on("pageerror", lambda fault: complaints.append(str(fault)))
     page.on("request", lambda request: asked.add(request.url))
-    page.goto((tmp_path / "map.html").as_uri())
+    page.goto(target)
     assert page.evaluate("document.documentElement.scrollWidth") <= width
     assert page.evaluate("window.struck") is None
     axe = importlib.import_module("axe_playwright_python.sync_playwright").Axe()
     found = axe.run(page).response["violations"]
     assert [(rule["id"], [node["html"][:80] for node in rule["nodes"]]) for rule in found] == []
     assert complaints == []
-    assert asked == {(tmp_path / "map.html").as_uri()}
+    assert asked == {target}
     context.close()
