@@ -10,6 +10,7 @@ from sealtwin.errors import InputError
 from sealtwin.starter import TRIAL, write_starter
 from sealtwin.trial import load_trial, photo_trial, trial_text
 from tests.places import FIXTURE
+from validate.uncertainty.settings import Uncertainty
 
 
 def _trial(tmp_path, *changes):
@@ -131,7 +132,7 @@ def test_the_resolved_trial_reads_back_as_itself(tmp_path, name):
 
 
 def test_the_two_trials_of_the_fixture_differ_in_what_they_say_they_do_and_in_nothing_else():
-    """The tilt, the preset, and what holds the slope: the paper's way, and ours."""
+    """The tilt, the preset, and what holds the slope: the paper's way, and ours; which says how sure its inputs are."""
     ours, papers = (tomllib.loads((FIXTURE / name).read_text()) for name in ("trial.toml", "trial-paper.toml"))
     assert (ours["crack"]["tilt"], ours["crack"]["wall_angle_deg"], ours["solver"]["preset"]) == (
         "flare",
@@ -146,6 +147,9 @@ def test_the_two_trials_of_the_fixture_differ_in_what_they_say_they_do_and_in_no
     assert papers.pop("fluid") == {"U": 30.0, "D_cm": 0.3, "freeze_after_s": 2.58}
     assert ours.pop("fluid") == {"U": 30.0, "D_cm": 0.3, "freeze_after_s": "never", "yield_stress_pa": 12.0}
     assert ours["solver"].pop("settle_s") == 2.0
+    declared = Uncertainty.model_validate(ours.pop("uncertainty"))
+    assert len(declared.moved) == 6, "of seven that eight runs can tell, so that the scatter of runs shows too"
+    assert (declared.viscosity_percent, declared.yield_stress_pa) == (None, None), "read off the same readings"
     for trial in (ours, papers):
         for differing in ("name", "note", "gate"):
             del trial[differing]
