@@ -13,6 +13,7 @@ from validate.studies.side_by_side import (
     differing,
     first_with_readings,
     nearest,
+    numbered,
     replicate_words,
 )
 from validate.studies.side_curves import draw_errors_of_runs, draw_levels_of_runs
@@ -78,10 +79,25 @@ def _cautions(sides: Sequence[Side]) -> list[str]:
         {side.readings.data for side in sides if side.readings is not None and side.readings.data != "measured"}
     )
     told = [f"Not a validation: some readings are {' and '.join(kinds)}."] if kinds else []
+    told += _known_before(sides)
     return told + [
         f"Edited by hand since run {number} was made: {', '.join(side.edited)}. What is shown of it is as edited."
         for number, side in enumerate(sides, start=1)
         if side.edited
+    ]
+
+
+def _known_before(sides: Sequence[Side]) -> list[str]:
+    """Of each set of readings that some run was tuned on and another calls unseen."""
+    roles: dict[int, dict[str, list[int]]] = {}
+    for index, first in enumerate(first_with_readings(sides)):
+        if first is not None:
+            roles.setdefault(first, {}).setdefault(sides[index].metrics["role"], []).append(index)
+    return [
+        f"Not held out: the readings of {numbered(by_role['held-out'])} served to calibrate "
+        f"{numbered(by_role['calibrated-on'])}."
+        for by_role in roles.values()
+        if len(by_role) > 1
     ]
 
 

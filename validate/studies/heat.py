@@ -72,6 +72,8 @@ def draw_heat(chart: Chart, chosen: Sequence[Held] = (), on: FigureBase | None =
                 coordinate.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axes.grid(visible=False)
         label_axes(axes, chart.axes[0].label, chart.axes[1].label, "Mean error against the readings")
+        # Above the marks of runs on the upper edge.
+        axes.set_title(axes.get_title(loc="left"), pad=12.0)
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), ncols=3, fontsize=8.0)
     return figure
 

@@ -3,7 +3,7 @@
 import csv
 from dataclasses import replace
 
-from tests.sides import side
+from tests.sides import METRICS, side
 from validate.studies.compare_sheet import compare_sheet
 from validate.studies.sheet import Grid, write_sheet_of_figures
 
@@ -39,3 +39,10 @@ def test_what_was_edited_and_never_measured_is_said_first():
         "Edited by hand since run 2 was made: profile.csv. What is shown of it is as edited.",
     ]
     assert compare_sheet([side("a", 0.5), side("b", 0.7)]).cautions == []
+
+
+def test_what_one_run_was_tuned_on_is_held_out_from_none():
+    """Whoever set the role: the same numbers were seen."""
+    tuned = replace(side("a", 0.5), metrics=METRICS | {"role": "calibrated-on"})
+    (told,) = compare_sheet([tuned, side("b", 0.7), side("c", 0.7, lowered_mm=1.0)]).cautions
+    assert told == "Not held out: the readings of run 2 served to calibrate run 1."
