@@ -61,27 +61,29 @@ def resume_job(folder: RunFolder, device: str, progress: Progress) -> Job:
 
 
 def stage_settings(trial: Trial, stage: StageName) -> dict[str, Any]:
-    """What of a trial a stage depends on."""
+    """What of a trial a stage depends on: its tables without what is not set, so that a new option changes no key."""
     tables: dict[StageName, dict[str, Any]] = {
         "digitise": {
             # What the files hold counts, by their hashes, and not where they lie.
-            "photo": trial.photo and trial.photo.model_dump(mode="json", exclude=set(FILES_OF_A_SAMPLE)),
-            "crack": trial.crack and trial.crack.model_dump(mode="json"),
-            "mesh": trial.mesh and trial.mesh.model_dump(mode="json", exclude=set(FILES_OF_A_SAMPLE)),
-            "path": trial.path.model_dump(mode="json"),
+            "photo": trial.photo
+            and trial.photo.model_dump(mode="json", exclude_none=True, exclude=set(FILES_OF_A_SAMPLE)),
+            "crack": trial.crack and trial.crack.model_dump(mode="json", exclude_none=True),
+            "mesh": trial.mesh
+            and trial.mesh.model_dump(mode="json", exclude_none=True, exclude=set(FILES_OF_A_SAMPLE)),
+            "path": trial.path.model_dump(mode="json", exclude_none=True),
         },
         "simulate": {
-            "fluid": trial.fluid and trial.fluid.model_dump(mode="json"),
-            "solver": trial.solver.model_dump(mode="json"),
-            "nozzle": trial.nozzle.model_dump(mode="json"),
+            "fluid": trial.fluid and trial.fluid.model_dump(mode="json", exclude_none=True),
+            "solver": trial.solver.model_dump(mode="json", exclude_none=True),
+            "nozzle": trial.nozzle.model_dump(mode="json", exclude_none=True),
             "seed": trial.seed,
         },
         "validate": {
             "name": trial.name,
             "note": trial.note,
             "sample": trial.sample.data,
-            "readings": trial.readings and trial.readings.model_dump(mode="json"),
-            "gate": trial.gate and trial.gate.model_dump(mode="json"),
+            "readings": trial.readings and trial.readings.model_dump(mode="json", exclude_none=True),
+            "gate": trial.gate and trial.gate.model_dump(mode="json", exclude_none=True),
             "uncertainty": trial.uncertainty.model_dump(mode="json", exclude_none=True),
         },
     }

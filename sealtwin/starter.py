@@ -65,7 +65,7 @@ snapshots_s = [0.5, 7.0, 15.0]  # moments that snapshots/ shows
 # What you measured after sealing. Without it the report shows the simulation alone.
 # [readings]
 # file = "caliper.csv"          # or XLSX, as your lab writes it: what is in doubt is asked, never guessed
-# quantity = "depth"            # or "level", where no header says it; likewise unit, decimal, separator, sheet
+# quantity = "depth"            # or "level", where no header says it; likewise unit, decimal, separator, sheet, sample
 # datum = "sample_surface"      # or "sealant_top", "caliper_base", which need datum_level_mm, their height above it
 # data = "measured"
 # role = "held-out"             # or "calibrated-on", where these readings helped to choose U and D
