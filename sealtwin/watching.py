@@ -123,7 +123,7 @@ def watch(
 ) -> tuple[Checkpoint, FrameFiles, FrameFiles, HealthLog]:
     """All that a run folder keeps of a run as it goes; ``key`` stands for all that the run depends on.
 
-    The checkpoint is first: it may put the run further on before the others begin.
+    The checkpoint is first: it may put the run further on before the others begin, and is kept after they wrote.
     """
     every_s = output.frames_every_s
     return (

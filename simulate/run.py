@@ -10,7 +10,11 @@ from simulate.settings import Fluid, Nozzle, Solver
 
 
 class Watcher(Protocol):
-    """Sees a run as it goes: writes frames, takes pictures, keeps a checkpoint."""
+    """Sees a run as it goes: writes frames, takes pictures, keeps a checkpoint.
+
+    The first of several is the first to begin and the last to see a frame: a checkpoint that is kept has behind it all
+    that the others wrote.
+    """
 
     def begin(self, injection: Injection) -> None:
         """Before the first frame of this process; a checkpoint may put the injection further on."""
@@ -58,6 +62,6 @@ def follow(injection: Injection, progress: Progress, watchers: Sequence[Watcher]
     progress.start("Simulating", injection.frames, injection.done)
     while injection.done < injection.frames and not injection.at_rest:
         injection.advance()
-        for watcher in watchers:
+        for watcher in reversed(watchers):
             watcher.after_frame(injection)
         progress.advance(injection.done, f"{injection.out} particles, {injection.moving} moving")

@@ -9,8 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from sealtwin.progress import Progress
 from simulate.checkpoint import Checkpoint
+from simulate.health import HealthLog
 from simulate.injection import Injection, prepare
+from simulate.run import follow
 from simulate.settings import Fluid, Nozzle, Solver
 from tests.fluids import path, slot
 
@@ -136,3 +139,30 @@ def test_a_checkpoint_is_kept_by_the_clock_and_removed_when_the_run_is_done(fres
     assert [path.name for path in tmp_path.iterdir()] == ["checkpoint.npz"]
     checkpoint.remove()
     assert not file.exists()
+
+
+def test_a_checkpoint_has_behind_it_what_others_wrote_of_its_frame(tmp_path, monkeypatch):
+    """Killed at any moment of frame 40. With the checkpoint before the row, on purpose, row 40 is lost."""
+    monkeypatch.setattr("simulate.checkpoint.EVERY_S", 0.0)
+    for dies in ("before", "between", "after"):
+        folder = tmp_path / dies
+        folder.mkdir()
+        kept, log = Checkpoint(folder / "run.npz", "", lambda _: None), HealthLog(folder / "health.csv")
+        fates = {"before": (kept, log, Dies(40)), "between": (kept, Dies(40), log), "after": (Dies(40), kept, log)}
+        with pytest.raises(KeyboardInterrupt):
+            follow(injection(FREEZING), Progress(), fates[dies])
+        again = Checkpoint(folder / "run.npz", "", lambda _: None), HealthLog(folder / "health.csv")
+        follow(injection(FREEZING), Progress(), again)
+        rows = (folder / "health.csv").read_text().splitlines()[1:]
+        assert [int(row.split(",")[0]) for row in rows] == list(range(10, 10 * len(rows) + 1, 10))
+
+
+class Dies:
+    def __init__(self, frame: int) -> None:
+        self._frame = frame
+
+    def begin(self, injection: Injection) -> None: ...
+
+    def after_frame(self, injection: Injection) -> None:
+        if injection.done == self._frame:
+            raise KeyboardInterrupt
