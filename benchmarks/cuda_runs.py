@@ -23,16 +23,16 @@ import numpy as np
 import warp as wp
 
 from benchmarks.table import Row, finish
-from sealtwin.bench import Bench, read_bench
 from sealtwin.errors import InputError, NumericalError
-from sealtwin.estimate import size_of
-from sealtwin.folder import open_folder
-from sealtwin.job import start_job
-from sealtwin.pipeline import run_stages
 from sealtwin.progress import Progress, progress_for_stderr
 from sealtwin.records import Profile, Run
-from sealtwin.study import load_study, plan_runs
-from sealtwin.trial import Trial, load_trial
+from sealtwin.store.folder import open_folder
+from sealtwin.study.bench import Bench, read_bench
+from sealtwin.study.estimate import size_of
+from sealtwin.study.study import load_study, plan_runs
+from sealtwin.trials.job import start_job
+from sealtwin.trials.pipeline import run_stages
+from sealtwin.trials.trial import Trial, load_trial
 from simulate.device import choose_device, describe_device
 from simulate.injection import prepare
 from simulate.profile import measure_profile

@@ -29,12 +29,12 @@ import json, sys, time
 from pathlib import Path
 import cv2
 cv2.setNumThreads(1)
-from sealtwin.folder import open_folder
-from sealtwin.job import start_job
-from sealtwin.pipeline import run_stages
+from sealtwin.store.folder import open_folder
+from sealtwin.trials.job import start_job
+from sealtwin.trials.pipeline import run_stages
 from sealtwin.progress import Progress
-from sealtwin.trial import load_trial
-import sealtwin.sample, digitise.outline, digitise.walls.overlay, digitise.path, digitise.photo, digitise.solid
+from sealtwin.trials.trial import load_trial
+import sealtwin.trials.sample, digitise.outline, digitise.walls.overlay, digitise.path, digitise.photo, digitise.solid
 import digitise.trajectory, digitise.path_report, trimesh.exchange.load
 trial = Path(sys.argv[1])
 with open_folder(Path(sys.argv[2]), create=True) as folder:

@@ -21,13 +21,13 @@ from benchmarks.table import Row, finish
 from digitise.settings import CrackShape, NozzlePath
 from digitise.solid import build_solid
 from digitise.trajectory import plan_trajectory
-from sealtwin import files
-from sealtwin.folder import open_folder
-from sealtwin.job import start_job
-from sealtwin.pipeline import run_stages
 from sealtwin.progress import Progress, progress_for_stderr
 from sealtwin.records import Run
-from sealtwin.trial import load_trial
+from sealtwin.store import files
+from sealtwin.store.folder import open_folder
+from sealtwin.trials.job import start_job
+from sealtwin.trials.pipeline import run_stages
+from sealtwin.trials.trial import load_trial
 from simulate.profile import volume_ratio
 from simulate.run import inject
 from simulate.settings import Fluid, Nozzle, Solver

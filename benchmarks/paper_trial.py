@@ -16,13 +16,13 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from benchmarks.table import Row, finish
-from sealtwin import files
-from sealtwin.folder import open_folder
-from sealtwin.job import start_job
-from sealtwin.pipeline import run_stages
 from sealtwin.progress import PlainProgress
 from sealtwin.records import Floats
-from sealtwin.trial import load_trial
+from sealtwin.store import files
+from sealtwin.store.folder import open_folder
+from sealtwin.trials.job import start_job
+from sealtwin.trials.pipeline import run_stages
+from sealtwin.trials.trial import load_trial
 
 FIXTURE = Path(__file__).parent.parent / "fixtures" / "paper-trial"
 PAPER_MM = 1.26

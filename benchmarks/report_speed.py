@@ -20,11 +20,11 @@ from pathlib import Path
 
 from benchmarks.paper_trial import FIXTURE
 from benchmarks.table import Row, finish
-from sealtwin.folder import open_folder
-from sealtwin.job import start_job
-from sealtwin.pipeline import run_stages
 from sealtwin.progress import PlainProgress
-from sealtwin.trial import load_trial
+from sealtwin.store.folder import open_folder
+from sealtwin.trials.job import start_job
+from sealtwin.trials.pipeline import run_stages
+from sealtwin.trials.trial import load_trial
 
 REPORTS = 3
 LONGEST_S = 10.0
@@ -36,9 +36,9 @@ import json, sys, time
 from pathlib import Path
 import cv2
 cv2.setNumThreads(1)
-from sealtwin.folder import open_folder
-from sealtwin.job import resume_job
-from sealtwin.pipeline import run_stages
+from sealtwin.store.folder import open_folder
+from sealtwin.trials.job import resume_job
+from sealtwin.trials.pipeline import run_stages
 from sealtwin.progress import Progress
 import scipy.stats, similaritymeasures, trimesh.exchange.load, validate.assess, validate.caliper, validate.report
 with open_folder(Path(sys.argv[1]), create=False) as folder:

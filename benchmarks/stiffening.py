@@ -18,13 +18,13 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from sealtwin import files
-from sealtwin.folder import open_folder
-from sealtwin.job import start_job
-from sealtwin.pipeline import run_stages
 from sealtwin.progress import Progress
 from sealtwin.records import Floats, Outline, Profile, Solid, Trajectory
-from sealtwin.trial import load_trial
+from sealtwin.store import files
+from sealtwin.store.folder import open_folder
+from sealtwin.trials.job import start_job
+from sealtwin.trials.pipeline import run_stages
+from sealtwin.trials.trial import load_trial
 from simulate.injection import Injection, prepare
 from simulate.profile import measure_profile, volume_ratio
 from simulate.settings import Fluid, Nozzle, Solver

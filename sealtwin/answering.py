@@ -15,9 +15,9 @@ from typer.core import TyperGroup
 from sealtwin.errors import SealtwinError
 
 if TYPE_CHECKING:
-    from sealtwin.job import Job, StageName
     from sealtwin.progress import Progress
-    from sealtwin.trial import Trial
+    from sealtwin.trials.job import Job, StageName
+    from sealtwin.trials.trial import Trial
 
 BAD_INPUT = 3
 GATE_FAILED = 5
@@ -60,15 +60,15 @@ class Command:
         threads: int = 1,
     ) -> None:
         """``frames_every_s`` in place of the trial's own, where it is given."""
-        from sealtwin.trial import load_trial, showing
+        from sealtwin.trials.trial import load_trial, showing
 
         self.run_checked(showing(load_trial(trial_path), frames_every_s), trial_path.parent, out, stages, threads)
 
     def run_checked(
         self, trial: "Trial", source: Path, out: Path | None, stages: "Sequence[StageName]", threads: int = 1
     ) -> None:
-        from sealtwin.folder import open_folder
-        from sealtwin.job import require_sample, start_job
+        from sealtwin.store.folder import open_folder
+        from sealtwin.trials.job import require_sample, start_job
 
         require_sample(trial, source)
         with (
@@ -88,14 +88,14 @@ class Command:
         uncertainty: bool = False,
     ) -> None:
         """``frames_every_s`` in place of the trial's own, where it is given; extra runs first for ``uncertainty``."""
-        from sealtwin.folder import open_folder
-        from sealtwin.job import resume_job
-        from sealtwin.trial import showing
+        from sealtwin.store.folder import open_folder
+        from sealtwin.trials.job import resume_job
+        from sealtwin.trials.trial import showing
 
         with open_folder(path, create=False) as folder, self.progress() as progress:
             job = resume_job(folder, self.device, progress)
             if uncertainty:
-                from sealtwin.uncertainty import vary
+                from sealtwin.study.uncertainty import vary
 
                 vary(job)
             self._finish(replace(job, trial=showing(job.trial, frames_every_s), threads=threads), stages)
@@ -114,8 +114,8 @@ class Command:
         raise typer.Exit(exit_code)
 
     def _finish(self, job: "Job", stages: "Sequence[StageName]") -> None:
-        from sealtwin.pipeline import run_stages
-        from sealtwin.result import headline
+        from sealtwin.trials.pipeline import run_stages
+        from sealtwin.trials.result import headline
 
         outcome = run_stages(job, stages)
         job.progress.close()

@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from sealtwin.folder import versions
+from sealtwin.store.folder import versions
 
 
 def examine() -> dict[str, Any]:

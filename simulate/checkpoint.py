@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sealtwin.files import replacing
+from sealtwin.store.files import replacing
 from simulate.injection import Injection
 
 EVERY_S = 10.0

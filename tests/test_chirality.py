@@ -14,9 +14,9 @@ from digitise.photo import load_photo
 from digitise.settings import CrackShape, NozzlePath
 from digitise.solid import build_solid
 from digitise.trajectory import plan_trajectory
-from sealtwin.files import write_solid
 from sealtwin.records import Floats
-from sealtwin.trial import load_trial
+from sealtwin.store.files import write_solid
+from sealtwin.trials.trial import load_trial
 from simulate.profile import measure_profile
 from tests.places import FIXTURE
 from tests.simulate.test_profile import run_of

@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from sealtwin.errors import InputError
-from sealtwin.files import replacing
 from sealtwin.records import Frame, Pixels
+from sealtwin.store.files import replacing
 from validate.drawing.level_curves import ALONG
 from validate.drawing.particles import SPEED, add_bar, draw_discs
 from validate.drawing.snapshots import OVER, UNDER, Scene

@@ -6,8 +6,8 @@ from pathlib import Path
 from matplotlib import rc_context
 from matplotlib.figure import Figure, FigureBase
 
-from sealtwin.files import replacing
 from sealtwin.records import Floats, Frame
+from sealtwin.store.files import replacing
 from validate.drawing.health_plot import draw_health
 from validate.drawing.snapshots import Scene, draw_fill, draw_snapshot
 from validate.drawing.theme import themed

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from sealtwin.files import replacing, write_json, write_text
+from sealtwin.store.files import replacing, write_json, write_text
 from validate.evidence import Evidence
 from validate.reporting.chapters import chapters
 from validate.reporting.page import page

@@ -18,8 +18,8 @@ from digitise.specimens.fracture import STEP_MM, Fracture, fracture, mean_width_
 from digitise.specimens.lighting import Look, exposed, illuminated, shadowed
 from digitise.specimens.recipe import PAPER, Recipe
 from digitise.specimens.rendering import BOARD, Scene, draw_texture, paint
-from sealtwin.files import write_bytes, write_json
 from sealtwin.records import Floats, Integers, arc_length
+from sealtwin.store.files import write_bytes, write_json
 
 GENERATOR_VERSION = 1
 """Raised whenever the same seed would give another picture."""

@@ -7,7 +7,7 @@ from pydantic import Field
 
 from digitise.settings import MOST_VIA, PhotoInput, Pixel
 from sealtwin.settings import Settings
-from sealtwin.settings_file import checked
+from sealtwin.store.settings_file import checked
 
 UNSCALED_MM_PER_PX = 1.0
 """While nobody has given a scale: a millimetre a pixel, so that what is measured in mm reads in px."""

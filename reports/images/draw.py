@@ -9,8 +9,8 @@ from pathlib import Path
 import matplotlib.image
 from matplotlib.figure import Figure
 
-from sealtwin import files
-from sealtwin.trial import load_trial
+from sealtwin.store import files
+from sealtwin.trials.trial import load_trial
 from validate.caliper import read_readings
 from validate.compare import compare
 from validate.drawing.level_curves import draw_profile

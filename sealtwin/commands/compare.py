@@ -25,7 +25,7 @@ def compare(
     with answering("cpu", as_json, quiet) as command:
         if len(folders) < 2:
             raise typer.BadParameter("give two run folders or more")
-        from sealtwin.comparing import compare_runs
+        from sealtwin.study.comparing import compare_runs
 
         compared = compare_runs(folders, out)
         command.answer(compared.content, compared.lines)

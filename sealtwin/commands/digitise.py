@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 import typer
 
 from sealtwin.answering import Json, Out, Quiet, answering
-from sealtwin.photo_options import beside_nothing, board, depth, one_or_two, points, two_numbers
+from sealtwin.photos.photo_options import beside_nothing, board, depth, one_or_two, points, two_numbers
 
 
 def digitise(
@@ -108,7 +108,7 @@ def digitise(
         }
         _refuse_meshes(targets)
         given = [name for settings in tables.values() for name, value in settings.items() if value is not None]
-        from sealtwin.batch import are_several, digitise_many, plan
+        from sealtwin.photos.batch import are_several, digitise_many, plan
 
         if not are_several(targets) and targets[0].suffix.lower() == ".toml":
             if given:
@@ -118,7 +118,7 @@ def digitise(
         if not are_several(targets):
             if depth_mm is None:
                 raise typer.BadParameter("a photo needs --depth-mm: a photo cannot show how deep a crack is")
-            from sealtwin.trial import photo_trial
+            from sealtwin.trials.trial import photo_trial
 
             command.run_checked(photo_trial(targets[0], tables), targets[0].parent, out, ("digitise",))
             return

@@ -45,7 +45,7 @@ def import_mesh(
     Example: sealtwin import-mesh scan.stl --units mm --up z --out scan
     """
     with answering("cpu", as_json, quiet) as command:
-        from sealtwin.trial import mesh_trial
+        from sealtwin.trials.trial import mesh_trial
 
         tables = {
             "mesh": {

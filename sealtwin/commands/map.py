@@ -42,7 +42,7 @@ def map(
     Example: sealtwin map reports/paper-132 --caliper fixtures/paper-trial/caliper.csv
     """
     with answering(device, as_json, quiet) as command:
-        from sealtwin.mapping import MapWish, map_study
+        from sealtwin.study.mapping import MapWish, map_study
         from simulate.device import choose_device
 
         wish = MapWish(caliper, data, fills, choose_device(device) if fills else "cpu")

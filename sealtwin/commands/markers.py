@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 import typer
 
 from sealtwin.answering import Json, Quiet, answering
-from sealtwin.photo_options import two_numbers
+from sealtwin.photos.photo_options import two_numbers
 
 
 def markers(
@@ -35,7 +35,7 @@ def markers(
             raise typer.BadParameter(f"--out {out}: expected a file that ends in .pdf or .svg")
         from digitise.scaling.board import board_around, board_toml, checked_face, draw_frame
         from digitise.scaling.sheet import as_pdf, as_svg
-        from sealtwin.files import refuse_other, write_bytes
+        from sealtwin.store.files import refuse_other, write_bytes
 
         if toml is not None and toml.resolve() == out.resolve():
             raise typer.BadParameter(f"--toml {toml}: the same file as --out")

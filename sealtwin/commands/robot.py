@@ -41,7 +41,7 @@ def robot(
         if example is not None:
             if folder is not None or cell is not None:
                 raise typer.BadParameter("--example beside RUN or --cell: it only writes a cell file to start from")
-            from sealtwin.cell_example import write_example_cell
+            from sealtwin.trials.cell_example import write_example_cell
 
             write_example_cell(example)
             command.answer({"version": 1, "file": example.as_posix()}, [str(example)])
@@ -49,8 +49,8 @@ def robot(
         if folder is None or cell is None:
             raise typer.BadParameter("give RUN and --cell FILE; --example FILE writes a cell file to start from")
         from digitise.robots.cell import FORMATS
-        from sealtwin.folder import open_folder
-        from sealtwin.robot import headline, write_robot_files
+        from sealtwin.store.folder import open_folder
+        from sealtwin.trials.robot import headline, write_robot_files
 
         asked = [] if formats is None else formats.split(",")
         if unknown := [name for name in asked if name not in (*FORMATS, "all")]:

@@ -11,7 +11,7 @@ from sealtwin.answering import Json, answering
 def init(folder: Annotated[Path, typer.Argument(metavar="DIR", help="Where the trial is to lie.")]) -> None:
     """Write a commented trial and an empty sheet for readings to start from."""
     with answering("auto", as_json=False, quiet=False) as command:
-        from sealtwin.starter import write_starter
+        from sealtwin.trials.starter import write_starter
 
         command.answer({}, [str(written) for written in write_starter(folder)])
 

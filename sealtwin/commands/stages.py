@@ -8,7 +8,7 @@ import typer
 from sealtwin.answering import Device, Json, Out, Quiet, RunFolderPath, TrialFile, answering
 
 if TYPE_CHECKING:
-    from sealtwin.job import StageName
+    from sealtwin.trials.job import StageName
 
 ALL_STAGES: "tuple[StageName, ...]" = ("digitise", "simulate", "validate")
 
@@ -41,7 +41,7 @@ Threads = Annotated[
 def demo(out: DemoOut = None, device: Device = "auto", as_json: Json = False, quiet: Quiet = False) -> None:
     """Run the paper's trial, reconstructed: write its photo, readings and trial, then run all stages."""
     with answering(device, as_json, quiet) as command:
-        from sealtwin.reconstruction import place_paper_trial
+        from sealtwin.trials.reconstruction import place_paper_trial
 
         folder = out or Path("reports", "demo")
         place_paper_trial(folder / "trial")

@@ -60,7 +60,7 @@ def sweep(
         if example is not None:
             if targets:
                 raise typer.BadParameter("--example beside a study: it only writes a study file to start from")
-            from sealtwin.study_example import write_example_study
+            from sealtwin.study.study_example import write_example_study
 
             write_example_study(example)
             command.answer({"version": 1, "file": example.as_posix()}, [str(example)])
@@ -70,15 +70,15 @@ def sweep(
         if str(targets[0]) == STATUS:
             if len(targets) != 2:
                 raise typer.BadParameter("status: give the folder of one sweep")
-            from sealtwin.sweep import status
+            from sealtwin.study.sweep import status
 
             report = status(targets[1])
             command.answer(report.content, report.lines)
             return
         if len(targets) != 1:
             raise typer.BadParameter(f"{len(targets)} studies: give one")
-        from sealtwin.sweep import Wish, cores
-        from sealtwin.sweep import sweep as sweep_study
+        from sealtwin.study.sweep import Wish, cores
+        from sealtwin.study.sweep import sweep as sweep_study
         from simulate.device import choose_device, describe_device
 
         chosen = choose_device(device)

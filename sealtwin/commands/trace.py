@@ -60,8 +60,8 @@ def trace(
 def _of_trial(path: Path) -> "tuple[TraceSession, Save, dict[str, Any]]":
     from digitise.trace_page.hints import Hints
     from digitise.trace_page.session import TraceSession
-    from sealtwin.hints import TrialFile
-    from sealtwin.trial import load_trial
+    from sealtwin.trials.hints import TrialFile
+    from sealtwin.trials.trial import load_trial
 
     settings = load_trial(path).photo
     if settings is None:
@@ -79,7 +79,7 @@ def _of_photo(path: Path) -> "tuple[TraceSession, Save, dict[str, Any]]":
     from digitise.settings import PhotoInput
     from digitise.trace_page.hints import UNSCALED_MM_PER_PX, Hints
     from digitise.trace_page.session import TraceSession
-    from sealtwin.hints import NewTrial
+    from sealtwin.trials.hints import NewTrial
 
     trial = NewTrial(path)
     settings = PhotoInput(file=Path(path.name), data="measured", mm_per_px=UNSCALED_MM_PER_PX)

@@ -5,12 +5,12 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from sealtwin import files
 from sealtwin.errors import InputError
 from sealtwin.lab.catalogue import Catalogue, Fault, Record
 from sealtwin.lab.finding import plain
 from sealtwin.lab.telling import RUN, table
-from sealtwin.result import shown
+from sealtwin.store import files
+from sealtwin.trials.result import shown
 from validate.sheets.samples import sample_key
 
 COLUMNS = (

@@ -6,11 +6,11 @@ from dataclasses import asdict, dataclass
 from pathlib import Path, PurePath
 from typing import Any, Self
 
-from sealtwin import files
-from sealtwin.database import Database
 from sealtwin.errors import InputError
 from sealtwin.lab.naming import Role, Said
 from sealtwin.lab.pairing import Decisions, Placed
+from sealtwin.store import files
+from sealtwin.store.database import Database
 
 CATALOGUE = "catalogue.sqlite"
 RECORD = "record.json"

@@ -6,9 +6,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePath
 
-from sealtwin import files
 from sealtwin.errors import InputError, as_text
-from sealtwin.folder import holding, require_folder
 from sealtwin.lab.catalogue import CATALOGUE, Catalogue, Fault
 from sealtwin.lab.finding import DEFAULTS, LeftOut, find_files
 from sealtwin.lab.holding import hold_back
@@ -22,6 +20,8 @@ from sealtwin.lab.tables import faults_of_values
 from sealtwin.lab.taking import Outcome, Work, take_in
 from sealtwin.lab.twins import twins
 from sealtwin.progress import Progress
+from sealtwin.store import files
+from sealtwin.store.folder import holding, require_folder
 from validate.sheets.samples import sample_key
 
 WRITTEN_PAIRINGS = "pairing_sha256"

@@ -11,13 +11,13 @@ from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 
-from sealtwin import files
-from sealtwin.batch import OWN as CONTACT_SHEET
 from sealtwin.errors import InputError, naming
 from sealtwin.lab.catalogue import CATALOGUE, RECORD, Catalogue, KeptFile, Record, read_record
 from sealtwin.lab.pairing_file import PAIRING
 from sealtwin.lab.prepared import INPUTS, Prepared, RawFile
-from sealtwin.trial import Trial, folder_name, trial_text
+from sealtwin.photos.batch import OWN as CONTACT_SHEET
+from sealtwin.store import files
+from sealtwin.trials.trial import Trial, folder_name, trial_text
 
 INCOMING = ".incoming"
 """Where a trial lies while it is written."""

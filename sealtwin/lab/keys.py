@@ -3,7 +3,7 @@
 from functools import cache
 
 from sealtwin.settings import Settings
-from sealtwin.trial import Trial
+from sealtwin.trials.trial import Trial
 
 NAME = "name"
 DATA, DATE, OPERATOR = "data", "date", "operator"

@@ -3,12 +3,12 @@
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from sealtwin import files
 from sealtwin.errors import InputError
 from sealtwin.lab.catalogue import RECORD, KeptFile, Record
 from sealtwin.lab.keeping import TRIAL, copy_raw, put_in_place
 from sealtwin.lab.prepared import Prepared
-from sealtwin.trial import trial_text
+from sealtwin.store import files
+from sealtwin.trials.trial import trial_text
 
 
 @dataclass(frozen=True)

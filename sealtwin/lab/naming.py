@@ -8,7 +8,7 @@ from itertools import pairwise
 from pathlib import PurePath
 from typing import Literal
 
-from sealtwin.batch import PHOTO_SUFFIXES
+from sealtwin.photos.batch import PHOTO_SUFFIXES
 from validate.sheets.letters import plain_letters
 from validate.sheets.samples import sample_key
 

@@ -11,7 +11,7 @@ from sealtwin.lab.keys import ALTERNATIVES, DATE, MESH, NAME, OF_READINGS, OWN, 
 from sealtwin.lab.naming import NOTE_SUFFIX
 from sealtwin.lab.values import read_date, read_setting, read_value
 from sealtwin.lab.words import BY_WORD, HEADS, NOT_STATED, UNITS, likely_key, likely_word, normal
-from sealtwin.settings_file import read_toml
+from sealtwin.store.settings_file import read_toml
 
 if TYPE_CHECKING:
     from validate.sheets.grid import Cell

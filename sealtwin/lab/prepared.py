@@ -7,13 +7,13 @@ from dataclasses import dataclass, field
 from pathlib import Path, PurePath
 
 from digitise.settings import LARGEST_FILE_BYTES
-from sealtwin import files
-from sealtwin.job import LARGEST_SHEET_BYTES
 from sealtwin.lab.keys import OF_READINGS
 from sealtwin.lab.naming import Role
 from sealtwin.lab.notes import Note, read_note
 from sealtwin.lab.pairing import LONGEST_NAME, Sample
-from sealtwin.trial import Trial
+from sealtwin.store import files
+from sealtwin.trials.job import LARGEST_SHEET_BYTES
+from sealtwin.trials.trial import Trial
 
 INPUTS = Path("inputs")
 PICTURES: Mapping[Role, str] = {"photo": "photo.file", "second_photo": "photo.second_photo", "mask": "photo.mask"}

@@ -4,7 +4,7 @@ import tomllib
 from collections.abc import Mapping, Set
 from typing import Any
 
-from sealtwin.starter import TRIAL
+from sealtwin.trials.starter import TRIAL
 from simulate.settings import Fluid
 
 STARTER = tomllib.loads(TRIAL)

@@ -11,8 +11,8 @@ from sealtwin.lab.notes import Note
 from sealtwin.lab.pairing import LONGEST_NAME
 from sealtwin.lab.prepared import PICTURES, Prepared, kept_as
 from sealtwin.lab.starting import started
-from sealtwin.settings_file import checked
-from sealtwin.trial import Trial
+from sealtwin.store.settings_file import checked
+from sealtwin.trials.trial import Trial
 
 NAMED_FILES: Mapping[Role, str] = {**PICTURES, "readings": "readings.file"}
 

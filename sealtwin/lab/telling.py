@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from typing import Any
 
-from sealtwin.batch import BUG, SOME_FAILED
 from sealtwin.errors import InputError
 from sealtwin.lab.catalogue import Fault
 from sealtwin.lab.finding import plain
@@ -11,7 +10,8 @@ from sealtwin.lab.ingest import Ingested
 from sealtwin.lab.pairing_file import PAIRING
 from sealtwin.lab.pieces import Piece
 from sealtwin.lab.taking import Outcome
-from sealtwin.result import shown
+from sealtwin.photos.batch import BUG, SOME_FAILED
+from sealtwin.trials.result import shown
 
 RUN = "run"
 """Beside a trial's files, where the catalogue looks for the results of its run."""

@@ -5,15 +5,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from sealtwin import files
-from sealtwin.batch import BUG, SOME_FAILED, Planned, Report, digitise_many
 from sealtwin.errors import InputError
 from sealtwin.lab import telling
 from sealtwin.lab.catalogue import Fault
 from sealtwin.lab.ingest import Ingested
 from sealtwin.lab.keeping import TRIAL
+from sealtwin.photos.batch import BUG, SOME_FAILED, Planned, Report, digitise_many
 from sealtwin.progress import Progress
-from sealtwin.trial import load_trial
+from sealtwin.store import files
+from sealtwin.trials.trial import load_trial
 
 
 def trace(ingested: Ingested, progress: Progress, jobs: int = 1) -> Report:

@@ -9,8 +9,8 @@ from sealtwin.errors import InputError
 from sealtwin.lab.prepared import PICTURES, Prepared, RawFile
 from sealtwin.lab.starting import remarks_on_fluid
 from sealtwin.lab.tables import origin_of, tables_of
-from sealtwin.settings_file import checked
-from sealtwin.trial import Trial
+from sealtwin.store.settings_file import checked
+from sealtwin.trials.trial import Trial
 
 
 def prepare(folder: Path, prepared: Prepared) -> None:

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from sealtwin.reconstruction import DESCRIBED_MM, REPEATS, SCATTER_MM, STATION_MM
 from sealtwin.records import Floats, Profile
+from sealtwin.trials.reconstruction import DESCRIBED_MM, REPEATS, SCATTER_MM, STATION_MM
 from validate.studies.chart import Chart
 from validate.studies.held import errors_on_grid
 from validate.uncertainty.intervals import hats, mean_absolute

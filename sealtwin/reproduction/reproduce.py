@@ -5,17 +5,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from sealtwin import files
-from sealtwin.ledger import StudyRun, read_study
-from sealtwin.mapping import Mapped, MapWish, map_study
 from sealtwin.progress import Progress
 from sealtwin.reproduction.claims import Finding, findings
 from sealtwin.reproduction.redrawn import errors_against, redraw
 from sealtwin.reproduction.surface import CHOSEN, surface_of, surfaces_of
 from sealtwin.reproduction.telling import FIGURES, Feeding, Study, page
 from sealtwin.reproduction.unequal import by_sampling, of_all
-from sealtwin.study import load_study
-from sealtwin.sweep import Wish, cores, sweep
+from sealtwin.store import files
+from sealtwin.study.ledger import StudyRun, read_study
+from sealtwin.study.mapping import Mapped, MapWish, map_study
+from sealtwin.study.study import load_study
+from sealtwin.study.sweep import Wish, cores, sweep
 
 
 @dataclass(frozen=True)

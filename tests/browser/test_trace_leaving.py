@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sealtwin.trial import load_trial
+from sealtwin.trials.trial import load_trial
 from tests.places import FIXTURE
 
 pytestmark = pytest.mark.browser

@@ -12,8 +12,8 @@ from digitise.mesh import check_mesh
 from digitise.settings import CrackShape, Tilt
 from digitise.solid import build_solid
 from sealtwin.errors import InputError
-from sealtwin.files import read_solid, write_solid
 from sealtwin.records import FaceLabel, Floats, Outline, Solid
+from sealtwin.store.files import read_solid, write_solid
 from tests.shapes import (
     CLOSED,
     CUT,

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from digitise.settings import NozzlePath
 from digitise.trajectory import plan_trajectory, smooth_centreline, volume_warnings
 from sealtwin.errors import InputError
-from sealtwin.files import read_trajectory, write_trajectory
 from sealtwin.records import Outline, Sections, Trajectory, arc_length
+from sealtwin.store.files import read_trajectory, write_trajectory
 from tests.shapes import arc_slot, cut_crack, mirrored, reversed_path, straight_slot, wandering_crack
 
 PAPER = NozzlePath(volume_ml=4.8)

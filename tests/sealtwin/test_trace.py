@@ -12,7 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 from sealtwin.cli import app
-from sealtwin.trial import load_trial
+from sealtwin.trials.trial import load_trial
 from tests.places import FIXTURE
 
 ENDS = [[719.3, 658.4], [1402.7, 258.9]]

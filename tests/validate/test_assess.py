@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sealtwin.files import as_json
+from sealtwin.store.files import as_json
 from tests.evidence import axes_of, heights, make_evidence, slope
 from validate.assess import assess
 from validate.drawing.error_sources import draw_uncertainty

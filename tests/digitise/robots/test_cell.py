@@ -5,9 +5,9 @@ import tomllib
 import pytest
 
 from digitise.robots.cell import FORMATS, Cell
-from sealtwin.cell_example import CELL, write_example_cell
 from sealtwin.errors import InputError
-from sealtwin.settings_file import read_settings
+from sealtwin.store.settings_file import read_settings
+from sealtwin.trials.cell_example import CELL, write_example_cell
 
 
 def read(tmp_path, *changes: tuple[str, str]) -> Cell:

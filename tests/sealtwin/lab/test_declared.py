@@ -7,7 +7,7 @@ import pytest
 from sealtwin.errors import InputError
 from sealtwin.lab.ingest import ingest
 from sealtwin.lab.telling import exit_code, lines
-from sealtwin.trial import load_trial
+from sealtwin.trials.trial import load_trial
 from tests.labs import QUIET
 from tests.pictures import mortar, write_png
 

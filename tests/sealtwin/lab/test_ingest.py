@@ -12,7 +12,7 @@ from sealtwin.errors import InputError
 from sealtwin.lab.catalogue import Catalogue
 from sealtwin.lab.ingest import ingest
 from sealtwin.lab.telling import exit_code
-from sealtwin.trial import load_trial
+from sealtwin.trials.trial import load_trial
 from tests.lab_folder import FAULTS, HANDS, LENGTH_MM, S_MM, levels_mm, make_lab_folder
 from tests.labs import QUIET, hashes_of, rows_of, sealtwin
 from tests.places import FIXTURE

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from sealtwin.files import as_json
+from sealtwin.store.files import as_json
 from tests.evidence import make_evidence, slope
 from validate.assess import assess
 from validate.evidence import Sheet

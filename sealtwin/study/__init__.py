@@ -1,0 +1,1 @@
+"""Many runs of a trial, and what they say together."""

@@ -1,0 +1,147 @@
+"""A sweep's folder on a map: the ledger's own errors, runs seen once more, and what is refused."""
+
+import json
+import re
+import shutil
+from dataclasses import replace
+
+import pytest
+from typer.testing import CliRunner
+
+from sealtwin.cli import app
+from sealtwin.errors import InputError
+from sealtwin.progress import Progress
+from sealtwin.study.ledger import Ledger, profile_path, read_study
+from sealtwin.study.mapping import MapWish, map_study
+from sealtwin.study.moments import watch_run
+from sealtwin.study.sweep import Wish, sweep
+from sealtwin.study.workers import Task, compute_all
+from tests.studies import tiny_lab
+
+WITHOUT_FILLS = MapWish(caliper=None, data=None, fills=False, device="cpu")
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory):
+    return tiny_lab(tmp_path_factory.mktemp("lab"))
+
+
+@pytest.fixture(scope="module")
+def swept(lab, tmp_path_factory):
+    """Four tiny runs that are done."""
+    out = tmp_path_factory.mktemp("swept") / "out"
+    sweep(lab, out, Wish(device="cpu", jobs=1, batch=1, dry_run=True), Progress())
+    compute_all(Task(out, "cpu", batch=1, keep_runs=False))
+    return out
+
+
+@pytest.fixture
+def study(swept, tmp_path):
+    shutil.copytree(swept, tmp_path / "study")
+    return tmp_path / "study"
+
+
+def test_errors_are_those_of_the_ledger(swept, tmp_path):
+    """Two ways to one integral: the pipeline's, and the map's of a profile that its file rounds to 1e-6 mm."""
+    mapped = map_study(swept, tmp_path, WITHOUT_FILLS, Progress())
+    kept = {run.number: run.figures for run in read_study(swept)}
+    for run in mapped.chart.runs:
+        figures = kept[run.run.number]
+        assert figures is not None
+        assert run.mean_error_mm == pytest.approx(figures["mean_error_mm"], abs=2e-6)
+        assert run.worst_error_mm == pytest.approx(figures["worst_error_mm"], abs=2e-6)
+    content = json.loads((tmp_path / "map.json").read_text(encoding="utf-8"))
+    assert content["best"]["number"] == mapped.chart.best.run.number
+    assert all((tmp_path / name).is_file() for name in content["files"])
+
+
+def test_a_run_seen_once_more_is_the_same_run(study):
+    """On a CPU to the last bit, so to the last digit of profile.csv; and seen before, it is not computed again."""
+    run = read_study(study)[0]
+    with Ledger(study) as ledger:
+        seen = watch_run(study, ledger, run, "cpu", Progress())
+        assert seen.differs_mm < 1e-6
+        assert seen.frames[-1].t_s >= seen.frames[0].t_s > 0
+        assert run.figures is not None
+        assert len(seen.frames[-1].position_mm) == run.figures["particles"]
+        moved = profile_path(study, run.key)
+        moved.unlink()  # computed again, it would be missed
+        assert watch_run(study, ledger, run, "cpu", Progress()).differs_mm == seen.differs_mm
+
+
+class Titles(Progress):
+    def __init__(self):
+        self.told = []
+
+    def start(self, title, total, done=0):
+        self.told.append(title)
+
+
+def test_fills_of_chosen_runs_are_drawn(study):
+    """Each that is computed for it is told by its number, its settings and how many there are."""
+    titles = Titles()
+    mapped = map_study(study, None, replace(WITHOUT_FILLS, fills=True), titles)
+    assert len(titles.told) == len(set(titles.told)) == 4
+    assert "Simulating run 1, U = 3, D = 0.03 cm (" in " ".join(titles.told)
+    assert [title[-7:] for title in titles.told] == [f"{number} of 4)" for number in (1, 2, 3, 4)]
+    page = (study / "map" / "map.html").read_text(encoding="utf-8")
+    assert "their levels came out the same to the last digit" in page
+    assert {"figures/fills.svg", "figures/thumbnails.svg"} <= set(mapped.content["files"])
+
+
+def test_runs_without_a_result_are_left_out_and_told(study):
+    """Of five runs one failed: the map holds four, and says which is missing and why."""
+    with Ledger(study) as ledger:
+        entry = ledger.entry(read_study(study)[0].key)
+        fifth = replace(entry, key="f" * 64, number=5, settings={"fluid.U": 1e6, "fluid.D_cm": 0.03})
+        ledger.plan([ledger.entry(run.key) for run in read_study(study)] + [fifth])
+        claim = ledger.claim()
+        assert claim is not None
+        ledger.fail(claim, fifth.key, 1.0, "The numbers diverged.")
+    mapped = map_study(study, None, WITHOUT_FILLS, Progress())
+    assert mapped.chart.exclusion == "1 of 5 runs are not in it. 1: The numbers diverged."
+    assert [each["number"] for each in mapped.content["excluded"]] == [5]
+
+
+def test_a_study_that_is_not_there_or_too_small_is_refused(study, tmp_path):
+    with pytest.raises(InputError, match="no study"):
+        map_study(tmp_path / "nowhere", None, WITHOUT_FILLS, Progress())
+    with Ledger(study) as ledger:
+        ledger.put_back([read_study(study)[0].key])
+    with pytest.raises(InputError, match="3 of 4 runs are done; a map needs 4"):
+        map_study(study, None, WITHOUT_FILLS, Progress())
+
+
+def test_a_profile_that_somebody_changed_is_not_mapped(study):
+    run = read_study(study)[2]
+    path = profile_path(study, run.key)
+    path.write_text(path.read_text(encoding="utf-8") + "99.0,1.0\n", encoding="utf-8")
+    with pytest.raises(InputError, match=f"not as run {run.number} left it"):
+        map_study(study, None, WITHOUT_FILLS, Progress())
+
+
+def test_other_readings_say_where_they_come_from(study, lab, tmp_path):
+    """The study's own sheet under any name is known by its content; another one must say what it is."""
+    same = tmp_path / "same.csv"
+    shutil.copyfile(lab.parent / "readings.csv", same)
+    assert map_study(study, None, replace(WITHOUT_FILLS, caliper=same), Progress()).chart.readings.data == "synthetic"
+    other = tmp_path / "other.csv"
+    other.write_text("s_mm,level_1_mm\n1,-3\n4,-3\n7,-2\n11,-2\n", encoding="utf-8")
+    with pytest.raises(InputError, match=re.escape("give --data measured, reconstructed or synthetic")):
+        map_study(study, None, replace(WITHOUT_FILLS, caliper=other), Progress())
+    before = map_study(study, None, WITHOUT_FILLS, Progress()).chart
+    after = map_study(study, None, replace(WITHOUT_FILLS, caliper=other, data="measured"), Progress()).chart
+    assert after.readings.data == "measured"
+    # Readings a millimetre lower lift every bias by it.
+    for first, second in zip(before.runs, after.runs, strict=True):
+        assert second.bias_mm - first.bias_mm == pytest.approx(1.0, abs=1e-9)
+
+
+def test_the_command_answers_with_one_object(swept, tmp_path):
+    """And with exit code 3 and one sentence where there is nothing to map."""
+    asked = CliRunner().invoke(app, ["map", str(swept), "--no-fills", "--out", str(tmp_path), "--json", "--quiet"])
+    assert asked.exit_code == 0, asked.output
+    assert json.loads(asked.stdout) == json.loads((tmp_path / "map.json").read_text(encoding="utf-8"))
+    refused = CliRunner().invoke(app, ["map", str(tmp_path), "--no-fills", "--json"])
+    assert refused.exit_code == 3
+    assert "no study" in json.loads(refused.stdout)["error"]

@@ -1,0 +1,139 @@
+"""A study file: what varies, checked for all runs before the first one starts."""
+
+import math
+import re
+
+import pytest
+
+from sealtwin.errors import InputError
+from sealtwin.study.study import load_study, plan_runs
+from sealtwin.study.study_example import write_example_study
+from sealtwin.trials.trial import load_trial
+from tests.places import FIXTURE
+from tests.studies import tiny_lab
+
+
+def _plan(folder, varies):
+    study = tiny_lab(folder, varies)
+    return plan_runs(load_study(study), study, load_trial(folder / "trial.toml"))
+
+
+def _values(planned, name):
+    """Of a setting, in each run's trial."""
+    table, _, key = name.rpartition(".")
+    trials = [run.trial.model_dump() for run in planned]
+    return [trial[table][key] if table else trial[key] for trial in trials]
+
+
+def test_a_grid_is_each_value_with_each_in_the_order_given(tmp_path):
+    planned = _plan(tmp_path, '[grid]\n"fluid.U" = [3, 30.0]\nfluid.D_cm = [0.1, 0.2, 0.3]\n')
+    found = [(run.settings["fluid.U"], run.settings["fluid.D_cm"]) for run in planned]
+    assert found == [(3, 0.1), (3, 0.2), (3, 0.3), (30, 0.1), (30, 0.2), (30, 0.3)]
+    assert [run.number for run in planned] == [1, 2, 3, 4, 5, 6]
+    assert list(zip(_values(planned, "fluid.U"), _values(planned, "fluid.D_cm"), strict=True)) == found
+
+
+def test_what_is_fixed_holds_in_all_runs_and_the_rest_is_the_trial_s_own(tmp_path):
+    planned = _plan(tmp_path, '[fixed]\nsolver.radius_mm = 0.5\n[list]\ncolumns = ["seed"]\nrows = [[1], [2]]\n')
+    assert _values(planned, "solver.radius_mm") == [0.5, 0.5]
+    assert _values(planned, "seed") == [1, 2]
+    assert _values(planned, "fluid.freeze_after_s") == [0.2, 0.2]
+
+
+def test_a_list_takes_values_of_every_kind(tmp_path):
+    rows = '[["never", [3.0, 5.0]], [1.5, 4.0]]'
+    planned = _plan(tmp_path, f'[list]\ncolumns = ["fluid.freeze_after_s", "crack.wall_angle_deg"]\nrows = {rows}\n')
+    assert _values(planned, "fluid.freeze_after_s") == ["never", 1.5]
+    assert _values(planned, "crack.wall_angle_deg") == [(3.0, 5.0), 4.0]
+
+
+def test_a_latin_hypercube_has_one_value_in_each_slice_of_each_range(tmp_path):
+    """What makes it one; slices of a range on request of its logarithm."""
+    ranges = (
+        'ranges."fluid.U" = {low = 0.01, high = 1e4, scale = "log"}\n'
+        'ranges."solver.damping_per_s" = {low = 0.0, high = 2.0}\n'
+        'ranges."solver.iterations" = {low = 1, high = 100, whole = true}\n'
+    )
+    planned = _plan(tmp_path, f"[latin]\ncount = 12\nseed = 7\n{ranges}")
+    assert len(planned) == 12
+    log_u = [(math.log10(value) + 2) / 6 for value in _values(planned, "fluid.U")]
+    damping = [value / 2 for value in _values(planned, "solver.damping_per_s")]
+    for shares in (log_u, damping):
+        assert sorted(int(share * 12) for share in shares) == list(range(12))
+    assert all(isinstance(run.settings["solver.iterations"], int) for run in planned)
+    again = _plan(tmp_path, f"[latin]\ncount = 12\nseed = 7\n{ranges}")
+    other = _plan(tmp_path, f"[latin]\ncount = 12\nseed = 8\n{ranges}")
+    assert [run.settings for run in again] == [run.settings for run in planned]
+    assert [run.settings for run in other] != [run.settings for run in planned]
+
+
+def test_a_viscosity_in_physical_units_takes_the_place_of_the_trial_s_u(tmp_path):
+    planned = _plan(tmp_path, '[grid]\n"fluid.viscosity_pa_s" = [1.0, 5.0]\n')
+    assert _values(planned, "fluid.U") == [None, None]
+    assert _values(planned, "fluid.viscosity_pa_s") == [1.0, 5.0]
+
+
+def test_every_fault_of_every_run_is_told_once_with_its_runs_and_its_value(tmp_path):
+    with pytest.raises(InputError) as caught:
+        _plan(tmp_path, '[grid]\n"fluid.U" = [3, -30, 1e9]\n"fluid.D_cm" = [0.1, "much"]\n')
+    lines = str(caught.value).splitlines()
+    assert len(lines) == 3
+    assert "runs 2, 4, 6: " in lines[0]
+    assert "fluid.D_cm = 'much': should be a valid number." in lines[0]
+    assert "runs 3, 4: " in lines[1]
+    assert "fluid.U = -30: should be greater than or equal to 0." in lines[1]
+    assert "fluid.U = 1000000000.0: should be less than or equal to 1000000." in lines[2]
+
+
+@pytest.mark.parametrize(
+    ("varies", "sentence"),
+    [
+        ("", "give one of [grid], [list] and [latin] to say what varies; none is given"),
+        ('[grid]\nseed = [1]\n[list]\ncolumns = ["seed"]\nrows = [[1]]', "grid and list are given"),
+        ('[grid]\n"fluid.u" = [1]', "fluid.u: no such setting; the nearest is 'fluid.U'"),
+        ('[grid]\n"photo.file" = ["a"]', "photo.file: no such setting; a study may vary seed and what is in [fluid]"),
+        ('[grid]\n"fluid.U" = []', "grid.fluid.U: no values given"),
+        ('[grid]\n"fluid.U" = 3', "grid.fluid.U"),
+        ('[grid]\n"fluid.U" = [1]\nfluid.U = [2]', "fluid.U is given twice"),
+        ('[fixed]\nseed = 3\n[grid]\nseed = [1]', "seed: named twice"),
+        ('[list]\ncolumns = ["fluid.U", "seed"]\nrows = [[1.0, 2], [1.0]]', "row 2 has 1 values, columns names 2"),
+        ('[list]\ncolumns = ["seed"]\nrows = [[4], [5], [4]]', "runs 1 and 3 have the same settings"),
+        ('[latin]\ncount = 3\nranges."fluid.U" = {low = 3.0, high = 3.0}', "low must be below high"),
+        ('[latin]\ncount = 3\nranges."fluid.U" = {low = 0, high = 3, scale = "log"}', 'above 0, or scale = "linear"'),
+        ("[grid]\nseed = [" + ",".join(str(n) for n in range(200)) + "]\n"
+         "solver.iterations = [" + ",".join(str(n) for n in range(200)) + "]", "40000 runs; at most 20000 are allowed"),
+    ],
+)  # fmt: skip
+def test_a_study_that_cannot_be_is_refused_in_words(tmp_path, varies, sentence):
+    with pytest.raises(InputError) as caught:
+        _plan(tmp_path, varies)
+    assert sentence in str(caught.value)
+    assert "study.toml" in str(caught.value)
+
+
+def test_the_example_is_a_study_with_each_of_its_three_forms(tmp_path):
+    """Also with what stands commented out in it in place of the grid."""
+    tiny_lab(tmp_path)
+    file = tmp_path / "mine.toml"
+    write_example_study(file)
+    text = file.read_text()
+    head, grid, rest = re.split(r"^(?=\[grid\]|# \[list\])", text, flags=re.MULTILINE)
+    rows, latin = re.split(r"^(?=# \[latin\])", rest, flags=re.MULTILINE)
+    for part, runs in ((grid, 8), (rows, 2), (latin, 40)):
+        file.write_text(head + re.sub("^# ", "", part, flags=re.MULTILINE))
+        assert len(plan_runs(load_study(file), file, load_trial(tmp_path / "trial.toml"))) == runs
+    with pytest.raises(InputError, match="not overwritten"):
+        write_example_study(file)
+    with pytest.raises(InputError, match="'sealtwin sweep --example"):
+        load_study(tmp_path / "none.toml")
+
+
+def test_the_shipped_study_is_the_paper_s_132_combinations_over_its_ranges():
+    file = FIXTURE / "study-paper.toml"
+    study = load_study(file)
+    planned = plan_runs(study, file, load_trial(FIXTURE / study.trial))
+    assert len(planned) == 132
+    u, d = ([run.settings[name] for run in planned] for name in ("fluid.U", "fluid.D_cm"))
+    assert (min(u), max(u), min(d), max(d)) == (1e-2, 1e4, 1e-4, 3)  # paper, 3.2.4
+    # What the paper chose and what it found best and worst are among them.
+    assert {(30, 0.3), (30, 3), (0.03, 1e-4)} <= set(zip(u, d, strict=True))
