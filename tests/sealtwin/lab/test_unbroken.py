@@ -66,8 +66,8 @@ def test_killed_again_and_again_an_ingest_loses_nothing(sound, tmp_path):
         process = _start(sound[0], lab)
         while process.poll() is None and _trials(lab) == kept[-1]:
             time.sleep(0.002)
-        # A trial takes some hundredths of a second.
-        time.sleep(chance.uniform(0, 0.05))
+        # About what a trial takes.
+        time.sleep(chance.uniform(0, 0.015))
         process.send_signal(signal.SIGKILL)
         process.communicate()
         assert _trials(lab) > kept[-1]
