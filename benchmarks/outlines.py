@@ -10,10 +10,10 @@ from scipy.ndimage import gaussian_filter1d
 
 from digitise.geometry.polyline import left_normals
 from sealtwin.records import EndKind, Floats, Outline, arc_length
+from tests.shapes import outline_between, to_px
 
 Kind = Literal["plain", "pinched", "self-touching", "tapered", "branches", "islands"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
-MM_PER_PX = 0.1
 SMOOTH_MM = 0.3
 """Length over which a wall's roughness keeps its sign: three pixels, the least that a trace resolves."""
 CLOSING_WIDTHS = 2.0
@@ -95,7 +95,7 @@ def _with_branches(outline: Outline, rng: np.random.Generator, width_mm: float) 
     return replace(
         outline,
         outline_mm=rings[0],
-        outline_px=_to_px(rings[0]),
+        outline_px=to_px(rings[0]),
         islands_mm=holes,
         branches_mm=tuple(lines),
         branches_kept=True,
@@ -117,28 +117,7 @@ def _with_islands(outline: Outline, rng: np.random.Generator, width_mm: float) -
 def _between(centre: Floats, half_left_mm: Floats, half_right_mm: Floats, ends: tuple[EndKind, EndKind]) -> Outline:
     normal = left_normals(centre)
     left, right = centre + half_left_mm[:, None] * normal, centre - half_right_mm[:, None] * normal
-    ring = np.vstack([right, left[::-1]])
-    ring = ring[np.linalg.norm(ring - np.roll(ring, 1, axis=0), axis=1) > 1e-9]
-    return Outline(
-        centreline_mm=centre,
-        left_wall_mm=left,
-        right_wall_mm=right,
-        outline_mm=ring,
-        centreline_px=_to_px(centre),
-        left_wall_px=_to_px(left),
-        right_wall_px=_to_px(right),
-        outline_px=_to_px(ring),
-        ends=ends,
-        face_mm=None,
-        mm_per_px=MM_PER_PX,
-        scale_source=f"given: {MM_PER_PX} mm/px (synthetic)",
-        scale_residual_mm=None,
-        path_source="ends",
-    )
-
-
-def _to_px(points_mm: Floats) -> Floats:
-    return np.column_stack([points_mm[:, 0], 1000.0 - points_mm[:, 1]]) / MM_PER_PX
+    return outline_between(centre, left, right, ends, None)
 
 
 def _region(ring_mm: Floats) -> CrossSection:

@@ -55,6 +55,20 @@ def together(pastes: tuple[Fluid, ...], **how: Any) -> list[Run]:
     return finish(ready(pastes, **how)).results()
 
 
+def check_going_on(**how: Any) -> None:
+    """From where a run was kept: in a solver of its own, and back in one that has recorded its frame already."""
+    unbroken = finish(ready(PASTES[2:], **how))
+    killed, resumed = (ready(PASTES[2:], **how) for _ in range(2))
+    for _ in range(30):
+        killed.advance()
+    kept = killed.snapshot()
+    for _ in range(7):
+        killed.advance()
+    for run in (killed, resumed):
+        run.restore(kept)
+        assert np.array_equal(finish(run).results()[0].position_mm, unbroken.results()[0].position_mm)
+
+
 SPOILED = (PASTES[0], Fluid(U=1e4, D_cm=3.0, freeze_after_s="never"), PASTES[0])
 """The second of them is to fail."""
 

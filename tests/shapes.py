@@ -80,7 +80,7 @@ def wandering_crack(
         missing_low = int((wall[inside][:, 1] <= 0).sum())
         missing_high = int((wall[inside][:, 1] >= 40).sum())
         walls.append(np.vstack([np.tile(first, (missing_low + 1, 1)), stations, np.tile(last, (missing_high + 1, 1))]))
-    return _outline(centreline, walls[0], walls[1], OPEN, PAPER_FACE_MM)
+    return outline_between(centreline, walls[0], walls[1], OPEN, PAPER_FACE_MM)
 
 
 def closed_crack(seed: int = 0, length_mm: float = 60.0, width_mm: float = 3.0, rough_mm: float = 0.0) -> Outline:
@@ -138,7 +138,7 @@ def mirrored(outline: Outline) -> Outline:
         return points_mm * [-1.0, 1.0]
 
     face = outline.face_mm
-    return _outline(
+    return outline_between(
         flip(outline.centreline_mm),
         flip(outline.right_wall_mm),
         flip(outline.left_wall_mm),
@@ -149,7 +149,7 @@ def mirrored(outline: Outline) -> Outline:
 
 def reversed_path(outline: Outline) -> Outline:
     """The same crack, walked from its other end."""
-    return _outline(
+    return outline_between(
         outline.centreline_mm[::-1],
         outline.right_wall_mm[::-1],
         outline.left_wall_mm[::-1],
@@ -166,7 +166,7 @@ def level_floor(depth_mm: float, width_mm: float = 3.0, length_mm: float = 80.0)
 
 def with_ring(outline: Outline, ring_mm: Floats) -> Outline:
     """The same walls with another ring, for what only the ring can say."""
-    return replace(outline, outline_mm=ring_mm, outline_px=_to_px(ring_mm))
+    return replace(outline, outline_mm=ring_mm, outline_px=to_px(ring_mm))
 
 
 def _between(
@@ -177,12 +177,12 @@ def _between(
     face_mm: tuple[float, float, float, float] | None,
 ) -> Outline:
     normal = _left_normals(centre)
-    return _outline(
+    return outline_between(
         centre, centre + half_left_mm[:, None] * normal, centre - half_right_mm[:, None] * normal, ends, face_mm
     )
 
 
-def _outline(
+def outline_between(
     centre: Floats,
     left: Floats,
     right: Floats,
@@ -197,10 +197,10 @@ def _outline(
         left_wall_mm=left,
         right_wall_mm=right,
         outline_mm=ring,
-        centreline_px=_to_px(centre),
-        left_wall_px=_to_px(left),
-        right_wall_px=_to_px(right),
-        outline_px=_to_px(ring),
+        centreline_px=to_px(centre),
+        left_wall_px=to_px(left),
+        right_wall_px=to_px(right),
+        outline_px=to_px(ring),
         ends=ends,
         face_mm=face_mm,
         mm_per_px=MM_PER_PX,
@@ -210,7 +210,7 @@ def _outline(
     )
 
 
-def _to_px(points_mm: Floats) -> Floats:
+def to_px(points_mm: Floats) -> Floats:
     return np.column_stack([points_mm[:, 0], 100.0 - points_mm[:, 1]]) / MM_PER_PX
 
 

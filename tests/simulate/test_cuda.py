@@ -5,7 +5,17 @@ import pytest
 import warp as wp
 
 from simulate.device import choose_device
-from tests.launches import PASTES, SPOILED, check_the_others, finish, forbid_long_solves, ready, spoil_a_place, together
+from tests.launches import (
+    PASTES,
+    SPOILED,
+    check_going_on,
+    check_the_others,
+    finish,
+    forbid_long_solves,
+    ready,
+    spoil_a_place,
+    together,
+)
 
 DEVICE = "cuda:0"
 
@@ -48,16 +58,7 @@ def test_runs_on_a_gpu_have_the_same_bits_each_time_and_in_any_company():
 
 
 def test_a_run_on_a_gpu_goes_on_from_where_it_was_kept():
-    unbroken = finish(ready(PASTES[2:], device=DEVICE))
-    killed, resumed = (ready(PASTES[2:], device=DEVICE) for _ in range(2))
-    for _ in range(30):
-        killed.advance()
-    kept = killed.snapshot()
-    for _ in range(7):
-        killed.advance()
-    for run in (killed, resumed):
-        run.restore(kept)
-        assert np.array_equal(finish(run).results()[0].position_mm, unbroken.results()[0].position_mm)
+    check_going_on(device=DEVICE)
 
 
 @pytest.mark.parametrize("spoil", [spoil_a_place, forbid_long_solves])

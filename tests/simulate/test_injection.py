@@ -9,7 +9,17 @@ from sealtwin.errors import NumericalError
 from simulate.injection import SAMPLE_EVERY, prepare
 from simulate.settings import Nozzle, Solver
 from tests.fluids import path, pour, slot
-from tests.launches import PASTES, SPOILED, check_the_others, finish, forbid_long_solves, ready, spoil_a_place, together
+from tests.launches import (
+    PASTES,
+    SPOILED,
+    check_going_on,
+    check_the_others,
+    finish,
+    forbid_long_solves,
+    ready,
+    spoil_a_place,
+    together,
+)
 
 
 @pytest.mark.parametrize("pastes", [PASTES, PASTES[:1]])
@@ -30,17 +40,7 @@ def test_a_replayed_run_ends_when_its_bed_is_at_rest():
 
 
 def test_a_replayed_run_goes_on_from_where_it_was_kept():
-    """In a solver of its own, and back in one that has recorded its frame already."""
-    unbroken = finish(ready(PASTES[2:], replays=True))
-    killed, resumed = (ready(PASTES[2:], replays=True) for _ in range(2))
-    for _ in range(30):
-        killed.advance()
-    kept = killed.snapshot()
-    for _ in range(7):
-        killed.advance()
-    for run in (killed, resumed):
-        run.restore(kept)
-        assert np.array_equal(finish(run).results()[0].position_mm, unbroken.results()[0].position_mm)
+    check_going_on(replays=True)
 
 
 @pytest.mark.parametrize("replays", [False, True])
