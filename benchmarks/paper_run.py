@@ -23,7 +23,7 @@ from digitise.solid import build_solid
 from digitise.trajectory import plan_trajectory
 from sealtwin.progress import Progress, progress_for_stderr
 from sealtwin.records import Run
-from sealtwin.store import files
+from sealtwin.store import stage_files
 from sealtwin.store.folder import open_folder
 from sealtwin.trials.job import start_job
 from sealtwin.trials.pipeline import run_stages
@@ -61,8 +61,8 @@ def _trial(threads: int) -> list[Row]:
     with tempfile.TemporaryDirectory() as scratch:
         with open_folder(Path(scratch) / "run", create=True) as folder:
             run_stages(start_job(trial, FIXTURE, folder, "cpu", Progress()), ("digitise",))
-        outline, solid = files.read_outline(folder.path), files.read_solid(folder.path)
-        trajectory = files.read_trajectory(folder.path)
+        outline, solid = stage_files.read_outline(folder.path), stage_files.read_solid(folder.path)
+        trajectory = stage_files.read_trajectory(folder.path)
     baseline_ms = time_both(PARTICLES, threads).numba_ms
     clock = time.process_time if threads == 1 else time.perf_counter
     began, wall = clock(), time.perf_counter()

@@ -18,7 +18,7 @@ from scipy.spatial import KDTree
 from benchmarks.table import Row, finish
 from sealtwin.progress import PlainProgress
 from sealtwin.records import Floats
-from sealtwin.store import files
+from sealtwin.store import files, stage_files
 from sealtwin.store.folder import open_folder
 from sealtwin.trials.job import start_job
 from sealtwin.trials.pipeline import run_stages
@@ -62,7 +62,7 @@ def _run(trial_path: Path, out: Path) -> dict:
 
 
 def _tracing_rows(folder: Path) -> list[Row]:
-    outline = files.read_outline(folder)
+    outline = stage_files.read_outline(folder)
     truth = json.loads((FIXTURE / "truth.json").read_text(encoding="utf-8"))
     walls = [
         _off_mm(traced, np.array(truth[f"{side}_wall_mm"]))

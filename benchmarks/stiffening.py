@@ -20,7 +20,7 @@ from matplotlib.figure import Figure
 
 from sealtwin.progress import Progress
 from sealtwin.records import Floats, Outline, Profile, Solid, Trajectory
-from sealtwin.store import files
+from sealtwin.store import stage_files
 from sealtwin.store.folder import open_folder
 from sealtwin.trials.job import start_job
 from sealtwin.trials.pipeline import run_stages
@@ -122,8 +122,8 @@ def trace() -> Sample:
     trial = load_trial(FIXTURE / "trial.toml")
     with tempfile.TemporaryDirectory() as made, open_folder(Path(made) / trial.folder_name, create=True) as folder:
         run_stages(start_job(trial, FIXTURE, folder, "cpu", Progress()), ("digitise",))
-        outline, solid = files.read_outline(folder.path), files.read_solid(folder.path)
-        trajectory = files.read_trajectory(folder.path)
+        outline, solid = stage_files.read_outline(folder.path), stage_files.read_solid(folder.path)
+        trajectory = stage_files.read_trajectory(folder.path)
     assert trial.readings is not None
     readings = read_readings(FIXTURE / trial.readings.file, trial.readings, outline.length_mm, solid.depth_mm)
     return Sample(outline, solid, trajectory, readings)

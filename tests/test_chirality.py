@@ -15,7 +15,7 @@ from digitise.settings import CrackShape, NozzlePath
 from digitise.solid import build_solid
 from digitise.trajectory import plan_trajectory
 from sealtwin.records import Floats
-from sealtwin.store.files import write_solid
+from sealtwin.store.stage_files import write_solid
 from sealtwin.trials.trial import load_trial
 from simulate.profile import measure_profile
 from tests.places import FIXTURE

@@ -4,7 +4,7 @@ import numpy as np
 
 from digitise.robots.placed import RobotPath
 from digitise.robots.text import decimal
-from sealtwin.store.files import TRAJECTORY_COLUMNS
+from sealtwin.store.stage_files import TRAJECTORY_COLUMNS
 
 
 def points_text(path: RobotPath) -> str:

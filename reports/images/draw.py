@@ -9,7 +9,7 @@ from pathlib import Path
 import matplotlib.image
 from matplotlib.figure import Figure
 
-from sealtwin.store import files
+from sealtwin.store import stage_files
 from sealtwin.trials.trial import load_trial
 from validate.caliper import read_readings
 from validate.compare import compare
@@ -24,8 +24,8 @@ def main(folder: Path) -> None:
     trial = load_trial(folder / "trial.toml")
     if trial.readings is None:
         raise SystemExit(f"{folder}: a trial without readings has no level to draw beside the simulation")
-    outline, solid = files.read_outline(folder), files.read_solid(folder)
-    run, profile = files.read_run(folder), files.read_profile(folder)
+    outline, solid = stage_files.read_outline(folder), stage_files.read_solid(folder)
+    run, profile = stage_files.read_run(folder), stage_files.read_profile(folder)
     readings = read_readings(folder / trial.readings.file, trial.readings, outline.length_mm, solid.depth_mm)
     comparison = compare(
         profile, readings, outline, solid, gate=trial.gate, role=trial.readings.role, photo_data=trial.photo.data

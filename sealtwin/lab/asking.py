@@ -10,6 +10,7 @@ from sealtwin.lab.catalogue import Catalogue, Fault, Record
 from sealtwin.lab.finding import plain
 from sealtwin.lab.telling import RUN, table
 from sealtwin.store import files
+from sealtwin.store.tables import write_sheet
 from sealtwin.trials.result import shown
 from validate.sheets.samples import sample_key
 
@@ -57,7 +58,7 @@ def export(lab: Path, out: Path) -> int:
     with Catalogue.of(lab) as catalogue:
         records, faults = _latest(catalogue.records()), catalogue.faults()
     rows = [_row(lab, record) for record in records] + [_failed(fault) for fault in faults]
-    files.write_sheet(out, COLUMNS, ([row[column] for column in COLUMNS] for row in rows))
+    write_sheet(out, COLUMNS, ([row[column] for column in COLUMNS] for row in rows))
     return len(rows)
 
 

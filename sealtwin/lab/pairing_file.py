@@ -10,7 +10,7 @@ from sealtwin.errors import InputError
 from sealtwin.lab.naming import Role, Said, as_label, possible_roles
 from sealtwin.lab.pairing import Decisions, Placed, Sample
 from sealtwin.lab.pieces import Piece
-from sealtwin.store.files import as_text_cell, sheet_text
+from sealtwin.store.tables import as_text_cell, sheet_text
 from validate.sheets.samples import sample_key
 
 PAIRING = "pairing.csv"

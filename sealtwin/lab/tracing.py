@@ -12,7 +12,7 @@ from sealtwin.lab.ingest import Ingested
 from sealtwin.lab.keeping import TRIAL
 from sealtwin.photos.batch import BUG, SOME_FAILED, Planned, Report, digitise_many
 from sealtwin.progress import Progress
-from sealtwin.store import files
+from sealtwin.store import files, stage_files
 from sealtwin.trials.trial import load_trial
 
 
@@ -56,6 +56,8 @@ def _readings_outside(run: Path) -> Iterator[Fault]:
 
     depth_mm = float(files.read_json(run / "solid.json")["depth_mm"])
     try:
-        read_readings(run.parent / trial.readings.file, trial.readings, files.read_outline(run).length_mm, depth_mm)
+        read_readings(
+            run.parent / trial.readings.file, trial.readings, stage_files.read_outline(run).length_mm, depth_mm
+        )
     except InputError as fault:
         yield from (Fault(trial.name, sentence) for sentence in str(fault).splitlines())

@@ -5,7 +5,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from sealtwin.store.files import write_sheet, write_text
+from sealtwin.store.files import write_text
+from sealtwin.store.tables import write_sheet
 from sealtwin.trials.sample import REFUSED
 
 COLUMNS = (

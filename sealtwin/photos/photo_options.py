@@ -93,7 +93,7 @@ def _number(text: str, option: str, expected: str) -> float:
 
 def _table(path: Path) -> list[list[float]]:
     """Rows as a spreadsheet saves them: with a byte-order mark; with semicolons or tabs, and then decimal commas."""
-    from sealtwin.store import files
+    from sealtwin.store.tables import read_rows
 
     try:
         with naming(path):
@@ -102,4 +102,4 @@ def _table(path: Path) -> list[list[float]]:
         raise InputError(f"{path}: no UTF-8 text; save the table as CSV in UTF-8.") from None
     delimiter = next((sign for sign in ";\t" if sign in text), ",")
     text = text.replace(" ", "") if delimiter == "," else text.replace(" ", "").replace(",", ".")
-    return files.read_rows(path, text, ("s_mm", "depth_mm"), delimiter).tolist()
+    return read_rows(path, text, ("s_mm", "depth_mm"), delimiter).tolist()

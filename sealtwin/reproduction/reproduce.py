@@ -12,6 +12,7 @@ from sealtwin.reproduction.surface import CHOSEN, surface_of, surfaces_of
 from sealtwin.reproduction.telling import FIGURES, Feeding, Study, page
 from sealtwin.reproduction.unequal import by_sampling, of_all
 from sealtwin.store import files
+from sealtwin.store.tables import write_sheet
 from sealtwin.study.ledger import StudyRun, read_study
 from sealtwin.study.mapping import Mapped, MapWish, map_study
 from sealtwin.study.study import load_study
@@ -66,7 +67,7 @@ def reproduce(home: Path, wanted: tuple[Part, ...], work: Path, progress: Progre
     feeding = Feeding(chart, by_sampling(chosen, chart.readings), chosen.mean_error_mm, of_all(chart))
     files.write_text(home / "README.md", page(studies, feeding))
     _write_claims(home / "figures" / "claims.csv", studies)
-    files.write_sheet(
+    write_sheet(
         home / "figures" / "unequal-samplings.csv",
         ("points", "mean_error_mm"),
         [(each.points, each.error_mm) for each in feeding.samplings],
@@ -104,4 +105,4 @@ def _write_claims(path: Path, studies: list[Study]) -> None:
         return study.title, finding.name, finding.paper, finding.ours, finding.redrawn, finding.judgement
 
     columns = ("study", "claim", "paper", "ours", "redrawn", "judgement")
-    files.write_sheet(path, columns, [cells(study, finding) for study in studies for finding in study.findings])
+    write_sheet(path, columns, [cells(study, finding) for study in studies for finding in study.findings])

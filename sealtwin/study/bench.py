@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from sealtwin.errors import NumericalError, SealtwinError
 from sealtwin.progress import Progress
 from sealtwin.records import Outline, Profile, Run, Solid, Trajectory
-from sealtwin.store import files
+from sealtwin.store import files, stage_files
 from sealtwin.study.ledger import PROFILE
 from sealtwin.trials.trial import Trial
 from validate.settings import Readings
@@ -69,14 +69,14 @@ class Failure:
 
 def read_bench(folder: Path, settings: Readings | None) -> Bench:
     """From a digitised run folder. Raises InputError where it lacks a file, or the readings cannot be read."""
-    outline, solid = files.read_outline(folder), files.read_solid(folder)
+    outline, solid = stage_files.read_outline(folder), stage_files.read_solid(folder)
     readings = None
     if settings is not None:
         from validate.caliper import read_readings
 
         sheet = folder / INPUTS / settings.file.name
         readings = read_readings(sheet, settings, outline.length_mm, solid.depth_mm)
-    return Bench(outline, solid, files.read_trajectory(folder), readings)
+    return Bench(outline, solid, stage_files.read_trajectory(folder), readings)
 
 
 def seal(
@@ -104,9 +104,9 @@ def seal(
 
 def write_sealing(folder: Path, sealing: Sealing, settings: Mapping[str, Any]) -> str:
     """profile.csv and summary.json, and the particles where they were kept. Returns the profile's hash."""
-    files.write_profile(folder, sealing.profile)
+    stage_files.write_profile(folder, sealing.profile)
     if sealing.run is not None:
-        files.write_run(folder, sealing.run)
+        stage_files.write_run(folder, sealing.run)
     files.write_json(folder / SUMMARY, {"settings": dict(settings), "figures": sealing.figures})
     return files.sha256(folder / PROFILE)
 

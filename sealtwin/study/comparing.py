@@ -10,11 +10,11 @@ from typing import Any
 from sealtwin.errors import InputError
 from sealtwin.progress import Progress
 from sealtwin.records import Outline, Profile
-from sealtwin.store import files
+from sealtwin.store import files, stage_files
 from sealtwin.store.folder import look_into
 from sealtwin.store.result_files import Judged, understood_as
 from sealtwin.trials.job import STAGES, Job, resume_job, stage_settings
-from sealtwin.trials.pipeline import DIGITISED, SIMULATED, made_by
+from sealtwin.trials.made import DIGITISED, SIMULATED, made_by
 from sealtwin.trials.result import shown
 from sealtwin.trials.trial import Trial
 from validate.settings import Role
@@ -126,12 +126,12 @@ def _require_current_comparison(job: Job) -> None:
 
 
 def _side(job: Job, name: str) -> Side:
-    outline = files.read_outline(job.path)
+    outline = stage_files.read_outline(job.path)
     readings = _readings(job, outline)
     return Side(
         name=name,
         settings=_flat(job.trial.model_dump(mode="json", exclude=set(NOT_SETTINGS))),
-        profile=files.read_profile(job.path),
+        profile=stage_files.read_profile(job.path),
         readings=readings,
         metrics={} if readings is None else _metrics(job.path),
         facts=_facts(job.path),
@@ -145,18 +145,18 @@ def _readings(job: Job, outline: Outline) -> Profile | None:
         return None
     from validate.caliper import read_readings
 
-    return read_readings(job.sheet, job.trial.readings, outline.length_mm, files.read_solid(job.path).depth_mm)
+    return read_readings(job.sheet, job.trial.readings, outline.length_mm, stage_files.read_solid(job.path).depth_mm)
 
 
 def _metrics(folder: Path) -> dict[str, Any]:
-    metrics = files.read_comparison(folder)
+    metrics = stage_files.read_comparison(folder)
     with files.understood(folder / "comparison.json"):
         understood_as(Held, metrics)
     return metrics
 
 
 def _facts(folder: Path) -> dict[str, float | None]:
-    run = files.read_run(folder)
+    run = stage_files.read_run(folder)
     with files.understood(folder / "simulation.json"):
         return {
             "particles": len(run.position_mm),

@@ -8,7 +8,7 @@ from typing import Any
 from sealtwin.errors import InputError
 from sealtwin.progress import OfOne, Progress
 from sealtwin.records import DataKind, Profile
-from sealtwin.store import files
+from sealtwin.store import files, stage_files
 from sealtwin.store.folder import holding
 from sealtwin.study.bench import INPUTS
 from sealtwin.study.estimate import in_words
@@ -100,7 +100,7 @@ def _chart(folder: Path, ledger: Ledger, wish: MapWish) -> tuple[Chart, dict[int
     axes = axes_of([run.settings for run in done])
     trial = trial_of(ledger.entry(done[0].key))
     sample = folder / "samples" / done[0].sample
-    outline, solid = files.read_outline(sample), files.read_solid(sample)
+    outline, solid = stage_files.read_outline(sample), stage_files.read_solid(sample)
     readings, settings = _readings(sample, trial, _largest_mm(folder, done), wish)
     finished = [Finished(run.number, run.settings, _profile(folder, run), run.wall_s or 0.0) for run in done]
     held = tuple(hold(run, readings, axes) for run in finished)
@@ -132,7 +132,7 @@ def _profile(folder: Path, run: StudyRun) -> Profile:
     path = profile_path(folder, run.key)
     if not path.is_file() or run.figures is None or files.sha256(path) != run.figures["profile_sha256"]:
         raise InputError(f"{path}: not as run {run.number} left it. 'sealtwin sweep' with its study computes it again.")
-    return files.read_profile(path.parent)
+    return stage_files.read_profile(path.parent)
 
 
 def _largest_mm(folder: Path, runs: Sequence[StudyRun]) -> tuple[float, float]:
@@ -142,7 +142,7 @@ def _largest_mm(folder: Path, runs: Sequence[StudyRun]) -> tuple[float, float]:
     for sample in samples:
         with files.understood(sample / "solid.json"):
             depths_mm.append(float(files.read_json(sample / "solid.json")["depth_mm"]))
-    return max(files.read_outline(sample).length_mm for sample in samples), max(depths_mm)
+    return max(stage_files.read_outline(sample).length_mm for sample in samples), max(depths_mm)
 
 
 def _readings(sample: Path, trial: Trial, crack_mm: tuple[float, float], wish: MapWish) -> tuple[Profile, Readings]:
@@ -185,11 +185,11 @@ def _fills(
         seen = watch_run(folder, ledger, run, device, OfOne(progress, name))
         sample = folder / "samples" / run.sample
         trial = trial_of(ledger.entry(run.key))
-        outline = files.read_outline(sample)
+        outline = stage_files.read_outline(sample)
         scene = Scene(
             outline,
-            files.read_solid(sample),
-            files.read_trajectory(sample),
+            stage_files.read_solid(sample),
+            stage_files.read_trajectory(sample),
             trial.solver.for_crack(outline.mean_width_mm).size_mm,
             trial.nozzle.diameter_mm,
         )

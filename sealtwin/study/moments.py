@@ -13,7 +13,7 @@ from sealtwin.errors import SealtwinError
 from sealtwin.output import PAST_THE_END
 from sealtwin.progress import Progress
 from sealtwin.records import Floats, Frame, Profile
-from sealtwin.store import files
+from sealtwin.store import files, stage_files
 from sealtwin.store.vtk_files import read_frame, write_frame
 from sealtwin.study.ledger import Ledger, StudyRun, run_path
 from sealtwin.study.workers import bench_of, trial_of
@@ -89,7 +89,7 @@ def _compute(home: Path, folder: Path, ledger: Ledger, run: StudyRun, device: st
     for name, frame in zip(names, frames, strict=True):
         write_frame(home / name, frame)
     again = measure_profile(outcome, bench.outline, bench.solid)
-    before = files.read_profile(run_path(folder, run.key))
+    before = stage_files.read_profile(run_path(folder, run.key))
     files.write_json(home / SEEN, {"version": 1, "frames": names, "differs_mm": _distance_mm(again, before)})
 
 

@@ -13,15 +13,17 @@ from typing import Any
 
 from sealtwin.errors import InputError
 from sealtwin.progress import Progress
-from sealtwin.store import files
+from sealtwin.store import files, stage_files
 from sealtwin.store.folder import HOLDER, LOCK, holding, open_folder, require_folder, stage_key
+from sealtwin.store.tables import write_sheet
 from sealtwin.study.bench import INPUTS
 from sealtwin.study.estimate import Size, estimate, in_words, measured_pace, require_disk, require_memory, size_of
 from sealtwin.study.ledger import LEDGER, STATES, Entry, Ledger, StudyRun, profile_path, run_path
 from sealtwin.study.study import Planned, Study, load_study, plan_runs, raise_faults
 from sealtwin.study.workers import Task, run_here
 from sealtwin.trials.job import require_sample, stage_settings, start_job
-from sealtwin.trials.pipeline import DIGITISED, run_stages
+from sealtwin.trials.made import DIGITISED
+from sealtwin.trials.pipeline import run_stages
 from sealtwin.trials.result import shown
 from sealtwin.trials.trial import Trial, load_trial
 
@@ -197,8 +199,8 @@ class _Crack:
     """A digitised sample, and the hashes of what runs are made from."""
 
     def __init__(self, folder: Path, trial: Trial) -> None:
-        self.outline, self.solid = files.read_outline(folder), files.read_solid(folder)
-        self.trajectory = files.read_trajectory(folder)
+        self.outline, self.solid = stage_files.read_outline(folder), stage_files.read_solid(folder)
+        self.trajectory = stage_files.read_trajectory(folder)
         names: list[str] = [*DIGITISED]
         if trial.readings is not None:
             names.append(f"{INPUTS}/{trial.readings.file.name}")
@@ -338,4 +340,4 @@ def _said(settings: dict[str, Any]) -> str:
 def _write_table(path: Path, runs: Sequence[StudyRun]) -> None:
     """For spreadsheets."""
     rows = [{name: value for name, value in _row(run).items() if name not in ("frame", "frames")} for run in runs]
-    files.write_sheet(path, list(rows[0]), (list(row.values()) for row in rows))
+    write_sheet(path, list(rows[0]), (list(row.values()) for row in rows))

@@ -14,16 +14,19 @@ import numpy as np
 
 from sealtwin.errors import InputError, NumericalError
 from sealtwin.records import Outline, Profile, Run, Solid, Trajectory
-from sealtwin.store import files
+from sealtwin.store import files, stage_files
 from sealtwin.store.folder import stage_key
 from sealtwin.store.settings_file import checked
+from sealtwin.store.tables import read_table
 from sealtwin.study.estimate import Size, estimate, size_of
 from sealtwin.study.ledger import STATES, Entry, Ledger, StudyRun, profile_path
 from sealtwin.study.sweep import cores
 from sealtwin.study.workers import Task, run_here
+from sealtwin.trials.digitising import dispensed_mm3
 from sealtwin.trials.job import Job, stage_settings
-from sealtwin.trials.pipeline import DIGITISED, SPREAD, dispensed_mm3, made_by, varied_settings
+from sealtwin.trials.made import DIGITISED, made_by
 from sealtwin.trials.trial import Trial
+from sealtwin.trials.validating import SPREAD, varied_settings
 from validate.uncertainty.design import Effect, effects_of, two_level_design
 from validate.uncertainty.spread import Size as SizeOfParticle
 from validate.uncertainty.spread import Spread
@@ -83,11 +86,11 @@ def vary(job: Job) -> bool:
     if job.folder.is_current(FOLDER, key):
         return False
     sample = _Sample(
-        files.read_outline(job.path),
-        files.read_solid(job.path),
-        files.read_trajectory(job.path),
-        files.read_run(job.path),
-        files.read_profile(job.path),
+        stage_files.read_outline(job.path),
+        stage_files.read_solid(job.path),
+        stage_files.read_trajectory(job.path),
+        stage_files.read_run(job.path),
+        stage_files.read_profile(job.path),
     )
     sizes, designed = _sizes(job, sample), _designed(job, sample)
     folder = job.path / FOLDER
@@ -261,10 +264,10 @@ def _entries(
 
 def _write_sample(folder: Path, sample: _Sample) -> None:
     if not all((folder / name).is_file() for name in DIGITISED):
-        files.write_outline(folder, sample.outline)
-        files.write_solid(folder, sample.solid)
+        stage_files.write_outline(folder, sample.outline)
+        stage_files.write_solid(folder, sample.solid)
         # Last: with it the sample is whole.
-        files.write_trajectory(folder, sample.trajectory)
+        stage_files.write_trajectory(folder, sample.trajectory)
 
 
 def _is_kept(folder: Path, run: StudyRun) -> bool:
@@ -313,7 +316,7 @@ def _said(settings: Mapping[str, float]) -> str:
 
 
 def _level_mm(folder: Path, run: StudyRun, profile: Profile) -> np.ndarray:
-    rows = files.read_table(profile_path(folder, run.key), ("s_mm", "level_mm"))
+    rows = read_table(profile_path(folder, run.key), ("s_mm", "level_mm"))
     return np.interp(profile.s_mm, rows[:, 0], rows[:, 1])
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from sealtwin.errors import InputError
 from sealtwin.output import FRAMES
 from sealtwin.progress import Progress
-from sealtwin.store import files
+from sealtwin.store import files, stage_files
 from sealtwin.store.folder import MANIFEST
 from sealtwin.store.vtk_files import read_collection, read_frame
 
@@ -25,7 +25,11 @@ def make_film(folder: Path, path: Path, progress: Progress) -> tuple[int, float]
     from validate.drawing.snapshots import Scene
     from validate.film import write_film
 
-    outline, solid, trajectory = files.read_outline(folder), files.read_solid(folder), files.read_trajectory(folder)
+    outline, solid, trajectory = (
+        stage_files.read_outline(folder),
+        stage_files.read_solid(folder),
+        stage_files.read_trajectory(folder),
+    )
     with files.understood(folder / "simulation.json"):
         run = files.read_json(folder / "simulation.json")
         scene = Scene(outline, solid, trajectory, run["radius_mm"], run["settings"]["nozzle"]["diameter_mm"])

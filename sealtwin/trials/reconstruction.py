@@ -13,8 +13,9 @@ import numpy as np
 
 from sealtwin.errors import InputError
 from sealtwin.records import Floats
-from sealtwin.store.files import write_if_new, write_table, write_text
+from sealtwin.store.files import write_if_new, write_text
 from sealtwin.store.folder import require_folder
+from sealtwin.store.tables import write_table
 
 SEED = 1
 """Of the photo and of the readings."""

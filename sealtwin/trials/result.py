@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from sealtwin.store import files
+from sealtwin.store import files, stage_files
 from sealtwin.store.folder import RunFolder
 from sealtwin.trials.trial import Trial
 
@@ -32,7 +32,7 @@ def read_result(folder: RunFolder, trial: Trial) -> dict[str, Any]:
 def _findings(folder: RunFolder, trial: Trial, stages: Sequence[str]) -> dict[str, Any]:
     result: dict[str, Any] = {}
     if "digitise" in stages:
-        outline, solid = files.read_outline(folder.path), files.read_json(folder.path / "solid.json")
+        outline, solid = stage_files.read_outline(folder.path), files.read_json(folder.path / "solid.json")
         result |= {
             "length_mm": round(outline.length_mm, 3),
             "mean_width_mm": round(outline.mean_width_mm, 3),
@@ -47,7 +47,7 @@ def _findings(folder: RunFolder, trial: Trial, stages: Sequence[str]) -> dict[st
             "warnings": [*outline.warnings, *solid["warnings"]],
         }
     if "simulate" in stages:
-        simulation = files.read_simulation(folder.path)
+        simulation = stage_files.read_simulation(folder.path)
         result |= {
             "particles": simulation.particles,
             "escaped_particles": simulation.escaped_particles,
@@ -58,7 +58,7 @@ def _findings(folder: RunFolder, trial: Trial, stages: Sequence[str]) -> dict[st
     if "validate" in stages:
         result["report"] = shown(folder.path / "report.html")
         if trial.readings is not None:
-            result |= _compared(files.read_comparison(folder.path))
+            result |= _compared(stage_files.read_comparison(folder.path))
     return result
 
 

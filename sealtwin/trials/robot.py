@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sealtwin.errors import InputError
-from sealtwin.store import files
+from sealtwin.store import files, stage_files
 from sealtwin.store.folder import RunFolder, require_folder, stage_key
 from sealtwin.store.settings_file import read_settings
 from sealtwin.trials.result import shown
@@ -55,7 +55,7 @@ def write_robot_files(
         raise InputError(
             f"{folder.path}: digitise is not finished. Run 'sealtwin run TRIAL --out {folder.path}' first."
         )
-    outline, trajectory = files.read_outline(folder.path), files.read_trajectory(folder.path)
+    outline, trajectory = stage_files.read_outline(folder.path), stage_files.read_trajectory(folder.path)
     if outline.path_source == "automatic" and not allow_automatic:
         raise InputError(
             f"{folder.path}: the crack was found automatically, and nobody has confirmed it; no robot is sent along "

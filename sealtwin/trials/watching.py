@@ -11,7 +11,8 @@ from typing import Self
 from sealtwin.errors import InputError
 from sealtwin.output import CHECKPOINT, FRAMES, SNAPSHOTS, Output
 from sealtwin.records import Floats, Frame
-from sealtwin.store.files import read_table, write_json
+from sealtwin.store.files import write_json
+from sealtwin.store.tables import read_table
 from sealtwin.store.vtk_files import time_of_frame, write_collection, write_frame
 from simulate.checkpoint import Checkpoint
 from simulate.frames import Moments

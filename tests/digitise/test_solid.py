@@ -13,7 +13,7 @@ from digitise.settings import CrackShape, Tilt
 from digitise.solid import build_solid
 from sealtwin.errors import InputError
 from sealtwin.records import FaceLabel, Floats, Outline, Solid
-from sealtwin.store.files import read_solid, write_solid
+from sealtwin.store.stage_files import read_solid, write_solid
 from tests.shapes import (
     CLOSED,
     CUT,

@@ -12,7 +12,7 @@ from digitise.settings import NozzlePath
 from digitise.trajectory import plan_trajectory, smooth_centreline, volume_warnings
 from sealtwin.errors import InputError
 from sealtwin.records import Outline, Sections, Trajectory, arc_length
-from sealtwin.store.files import read_trajectory, write_trajectory
+from sealtwin.store.stage_files import read_trajectory, write_trajectory
 from tests.shapes import arc_slot, cut_crack, mirrored, reversed_path, straight_slot, wandering_crack
 
 PAPER = NozzlePath(volume_ml=4.8)

@@ -9,7 +9,8 @@ import jinja2
 from markupsafe import Markup
 from matplotlib.figure import FigureBase
 
-from sealtwin.store.files import write_sheet, write_text
+from sealtwin.store.files import write_text
+from sealtwin.store.tables import write_sheet
 from validate.drawing.svg import as_svg, in_page
 
 DPI = 110

@@ -9,7 +9,7 @@ from digitise.body.sections import crack_sections
 from digitise.settings import CrackShape
 from digitise.solid import build_solid
 from sealtwin.records import Floats, Solid
-from sealtwin.store.files import read_solid, write_solid
+from sealtwin.store.stage_files import read_solid, write_solid
 from tests.shapes import CUT, cut_crack, straight_slot, wandering_crack
 
 W = 3.1

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from digitise.robots.placed import place_path
 from digitise.robots.tables import points_text, table_text
-from sealtwin.store.files import read_trajectory
+from sealtwin.store.stage_files import read_trajectory
 from tests.cells import cell, in_cell, placed, random_paths
 
 

@@ -13,7 +13,7 @@ from digitise.settings import PhotoInput
 from digitise.specimens.specimen import Recipe, Specimen, make_specimen, mean_width_mm
 from sealtwin.errors import InputError
 from sealtwin.records import Outline
-from sealtwin.store.files import read_outline, write_outline
+from sealtwin.store.stage_files import read_outline, write_outline
 from tests.pictures import SMALL_FACE, distance_to, evenly_scaled, mortar, photo_of, rms, with_crack, write_png
 from tests.places import FIXTURE
 

@@ -10,7 +10,8 @@ import pytest
 
 from sealtwin.errors import InputError
 from sealtwin.records import Profile, Run, Trajectory
-from sealtwin.store import files
+from sealtwin.store import files, stage_files
+from sealtwin.store.tables import read_table, sheet_text, write_table
 
 
 def test_a_writer_that_fails_leaves_the_old_file_and_no_litter(tmp_path):
@@ -30,8 +31,8 @@ def test_a_writer_that_fails_leaves_the_old_file_and_no_litter(tmp_path):
 
 def test_a_table_keeps_its_numbers_and_its_gaps(tmp_path):
     rows = np.array([[0.1, np.nan], [-2.0, 1e-6]])
-    files.write_table(tmp_path / "t.csv", ("s_mm", "level_mm"), rows)
-    np.testing.assert_allclose(files.read_table(tmp_path / "t.csv", ("s_mm", "level_mm")), rows, atol=5e-7)
+    write_table(tmp_path / "t.csv", ("s_mm", "level_mm"), rows)
+    np.testing.assert_allclose(read_table(tmp_path / "t.csv", ("s_mm", "level_mm")), rows, atol=5e-7)
 
 
 @pytest.mark.parametrize(
@@ -42,7 +43,7 @@ def test_a_broken_table_is_named_by_file_and_line(tmp_path, text, named):
     path = tmp_path / "profile.csv"
     path.write_text(text)
     with pytest.raises(InputError, match=named) as fault:
-        files.read_table(path, ("s_mm", "level_mm"))
+        read_table(path, ("s_mm", "level_mm"))
     assert "profile.csv" in str(fault.value)
 
 
@@ -53,11 +54,11 @@ def test_a_field_that_never_ends_is_refused(tmp_path, text):
     path = tmp_path / "profile.csv"
     path.write_text(text)
     with pytest.raises(InputError, match=r"profile\.csv, .*(line 1|CSV)") as fault:
-        files.read_table(path, ("s_mm", "level_mm"))
+        read_table(path, ("s_mm", "level_mm"))
     assert len(str(fault.value)) < 400
 
 
-@pytest.mark.parametrize("reader", [files.read_json, lambda path: files.read_table(path, ("s_mm",))])
+@pytest.mark.parametrize("reader", [files.read_json, lambda path: read_table(path, ("s_mm",))])
 def test_a_file_larger_than_any_of_ours_is_not_read(tmp_path, reader):
     """Three gigabytes that take no room on the disk, but would in memory."""
     path = tmp_path / "huge"
@@ -101,15 +102,15 @@ def test_a_trajectory_and_a_profile_survive_their_files(tmp_path):
         speed_mm_s=np.array([4.0, 4.0]),
         flow_mm3_s=np.array([320.0, 320.0]),
     )
-    files.write_trajectory(tmp_path, trajectory)
-    again = files.read_trajectory(tmp_path)
+    stage_files.write_trajectory(tmp_path, trajectory)
+    again = stage_files.read_trajectory(tmp_path)
     for name in vars(trajectory):
         np.testing.assert_array_equal(getattr(again, name), getattr(trajectory, name))
     assert (tmp_path / "trajectory.txt").read_text().splitlines()[1] == "2.0000 2.0000 3.0000"
 
     profile = Profile(s_mm=np.array([0.0, 1.0]), level_mm=np.array([-16.0, 0.5]))
-    files.write_profile(tmp_path, profile)
-    np.testing.assert_array_equal(files.read_profile(tmp_path).level_mm, profile.level_mm)
+    stage_files.write_profile(tmp_path, profile)
+    np.testing.assert_array_equal(stage_files.read_profile(tmp_path).level_mm, profile.level_mm)
 
 
 def test_a_run_survives_its_files(tmp_path):
@@ -126,8 +127,8 @@ def test_a_run_survives_its_files(tmp_path):
         settings={"substeps": 4},
         health={"frames": 3},
     )
-    files.write_run(tmp_path, run)
-    again = files.read_run(tmp_path)
+    stage_files.write_run(tmp_path, run)
+    again = stage_files.read_run(tmp_path)
     np.testing.assert_allclose(again.position_mm, run.position_mm, atol=1e-6)
     assert again.spilled_particles == 1
     assert again.dispensed_volume_mm3 == pytest.approx(5 * 0.33)
@@ -147,11 +148,13 @@ def test_a_run_survives_its_files(tmp_path):
 )
 def test_a_file_that_somebody_broke_is_named_with_the_way_back(tmp_path, name, content):
     """No traceback: a run folder is plain files, and people do edit them."""
-    files.write_table(tmp_path / "particles.csv", files.PARTICLE_COLUMNS, np.zeros((1, 8)))
+    write_table(tmp_path / "particles.csv", stage_files.PARTICLE_COLUMNS, np.zeros((1, 8)))
     files.write_text(tmp_path / "solid.json", "{}")
     files.write_text(tmp_path / "crack.ply", "")
     (tmp_path / name).write_text(content)
-    read = {"outline.json": files.read_outline, "simulation.json": files.read_run}.get(name, files.read_solid)
+    read = {"outline.json": stage_files.read_outline, "simulation.json": stage_files.read_run}.get(
+        name, stage_files.read_solid
+    )
     with pytest.raises(InputError, match=r"again\.") as fault:
         read(tmp_path)
     assert str(tmp_path) in str(fault.value)
@@ -170,7 +173,7 @@ def one_particle(folder):
         settings={"solver": {"substeps": 4, "preset": "accurate"}, "seed": 0},
         health={"frames": 3, "volume_ratio": 1.0, "density_error_mean": np.nan},
     )
-    files.write_run(folder, run)
+    stage_files.write_run(folder, run)
     return run
 
 
@@ -197,14 +200,14 @@ def test_a_run_of_another_kind_or_size_is_named_by_its_field(tmp_path, key, valu
     path = tmp_path / "simulation.json"
     path.write_text(json.dumps(json.loads(path.read_text()) | {key: value}))
     with pytest.raises(InputError, match=rf"simulation\.json.*{key}|simulation\.json has {value}") as fault:
-        files.read_run(tmp_path)
+        stage_files.read_run(tmp_path)
     assert len(str(fault.value).splitlines()) == 1
     assert "again." in str(fault.value)
 
 
 def test_what_no_number_was_found_for_and_settings_in_their_order_come_back(tmp_path):
     written = one_particle(tmp_path)
-    again = files.read_run(tmp_path)
+    again = stage_files.read_run(tmp_path)
     assert again.health == written.health | {"density_error_mean": None}
     assert json.dumps(again.settings) == json.dumps(written.settings)
 
@@ -224,35 +227,35 @@ def test_what_no_number_was_found_for_and_settings_in_their_order_come_back(tmp_
 )
 def test_a_row_that_no_stage_can_have_written_is_named(tmp_path, name, row, said):
     one_particle(tmp_path)
-    files.write_profile(tmp_path, Profile(np.array([0.0]), np.array([-1.0])))
+    stage_files.write_profile(tmp_path, Profile(np.array([0.0]), np.array([-1.0])))
     with (tmp_path / name).open("a") as table:
         table.write(row + "\n")
     with pytest.raises(InputError, match=rf"{name}.*{said}.*again|{said}"):
-        (files.read_profile if name == "profile.csv" else files.read_run)(tmp_path)
+        (stage_files.read_profile if name == "profile.csv" else stage_files.read_run)(tmp_path)
 
 
 def test_a_particle_that_fell_out_of_its_sample_is_still_read(tmp_path):
     """For twenty seconds, as one that escaped early in the paper's trial: two kilometres."""
     one_particle(tmp_path)
-    files.write_table(tmp_path / "particles.csv", files.PARTICLE_COLUMNS, np.array([[0, 0, -2e6, 0, 0, -2e5, 20, 0]]))
-    assert files.read_run(tmp_path).position_mm[0, 2] == -2e6
+    write_table(tmp_path / "particles.csv", stage_files.PARTICLE_COLUMNS, np.array([[0, 0, -2e6, 0, 0, -2e5, 20, 0]]))
+    assert stage_files.read_run(tmp_path).position_mm[0, 2] == -2e6
 
 
 @pytest.mark.parametrize("value", [float("nan"), "1.0", None, -1.0, 1e308])
 def test_a_comparison_that_leads_with_no_error_is_named(tmp_path, value):
     content = {"mean_error_mm": 1.0, "worst_error_mm": 2.0, "worst_at_mm": 3.0, "passed": None, "verdict": "-"}
     files.write_json(tmp_path / "comparison.json", content)
-    assert files.read_comparison(tmp_path)["mean_error_mm"] == 1.0
+    assert stage_files.read_comparison(tmp_path)["mean_error_mm"] == 1.0
     (tmp_path / "comparison.json").write_text(json.dumps(content | {"mean_error_mm": value}))
     with pytest.raises(InputError, match=r"comparison\.json.*mean_error_mm = "):
-        files.read_comparison(tmp_path)
+        stage_files.read_comparison(tmp_path)
 
 
 @pytest.mark.parametrize("start", ["=", "+", "-", "@", "\t", "\r", "\n", "\uff1d"])
 def test_no_text_of_an_exported_table_can_run_in_a_spreadsheet(start):
     """A note such as =HYPERLINK(...) is somebody else's program. Numbers stay numbers, and negative ones too."""
     written = f"{start}cmd|' /C calc'!A0"
-    text = files.sheet_text(["note", "level_mm", "runs"], [[written, -1.5, 12_345_678], ["a\r=1", 0.1, 1]])
+    text = sheet_text(["note", "level_mm", "runs"], [[written, -1.5, 12_345_678], ["a\r=1", 0.1, 1]])
     _, (note, level_mm, runs), (second, *_) = csv.reader(io.StringIO(text, newline=""))
     assert note == "'" + written.replace("\r", "\n")
     assert second == "a\n=1", "no row may begin within a cell"

@@ -12,11 +12,12 @@ from sealtwin.cli import app
 from sealtwin.errors import InputError
 from sealtwin.progress import Progress
 from sealtwin.records import Profile
-from sealtwin.store import files
+from sealtwin.store import files, stage_files
 from sealtwin.store.folder import open_folder
 from sealtwin.study.comparing import compare_runs
 from sealtwin.trials.job import stage_settings, start_job
-from sealtwin.trials.pipeline import DIGITISED, SIMULATED, run_stages
+from sealtwin.trials.made import DIGITISED, SIMULATED
+from sealtwin.trials.pipeline import run_stages
 from sealtwin.trials.trial import load_trial
 from tests.studies import tiny_lab
 from validate.caliper import read_readings
@@ -39,12 +40,12 @@ def hold(path: Path) -> None:
     """As the stage validate does it, but for the report."""
     trial = load_trial(path / "trial.toml")
     assert trial.readings is not None
-    outline, solid = files.read_outline(path), files.read_solid(path)
+    outline, solid = stage_files.read_outline(path), stage_files.read_solid(path)
     readings = read_readings(path / trial.readings.file, trial.readings, outline.length_mm, solid.depth_mm)
     found = compare(
-        files.read_profile(path), readings, outline, solid, role=trial.readings.role, photo_data=trial.sample.data
+        stage_files.read_profile(path), readings, outline, solid, role=trial.readings.role, photo_data=trial.sample.data
     )
-    files.write_comparison(path, found)
+    stage_files.write_comparison(path, found)
     with open_folder(path, create=False) as folder:
         inputs = {name: files.sha256(path / name) for name in (*DIGITISED, *SIMULATED, trial.readings.file.as_posix())}
         settings = stage_settings(trial, "validate")
@@ -156,8 +157,8 @@ def test_what_no_result_can_be_is_refused_by_its_name(run, other, tmp_path):
 
 def test_what_was_edited_and_held_again_is_said(run, other, tmp_path):
     """Edited and then validated, a level is taken as it is; the page says so."""
-    profile = files.read_profile(other)
-    files.write_profile(other, Profile(profile.s_mm, profile.level_mm + 1.0))
+    profile = stage_files.read_profile(other)
+    stage_files.write_profile(other, Profile(profile.s_mm, profile.level_mm + 1.0))
     hold(other)
     compared = compare_runs([run, other], tmp_path / "page")
     assert compared.content["runs"][1]["edited"] == ["profile.csv"]

@@ -19,7 +19,7 @@ from sealtwin.cli import app
 from sealtwin.errors import BusyError, InputError, NumericalError
 from sealtwin.progress import Progress
 from sealtwin.records import Run
-from sealtwin.store import files
+from sealtwin.store import stage_files
 from sealtwin.store.folder import holding
 from sealtwin.study import bench, workers
 from sealtwin.study.ledger import Ledger, profile_path, read_study
@@ -209,14 +209,14 @@ def test_each_run_of_a_study_is_the_run_that_its_settings_make_alone(tmp_path):
     sweep(lab, out, replace(HERE, dry_run=True), Progress())
     compute_all(Task(out, "cpu", batch=1, keep_runs=False))
     (sample,) = (out / "samples").iterdir()
-    solid, outline = files.read_solid(sample), files.read_outline(sample)
+    solid, outline = stage_files.read_solid(sample), stage_files.read_outline(sample)
     planned = plan_runs(load_study(lab), lab, load_trial(tmp_path / "trial.toml"))
     for run, (trial, fluid) in zip(read_study(out), [(p.trial, p.trial.fluid) for p in planned], strict=True):
         assert fluid is not None
         alone = inject(
             solid,
             outline,
-            files.read_trajectory(sample),
+            stage_files.read_trajectory(sample),
             fluid,
             trial.solver,
             trial.nozzle,
@@ -224,7 +224,7 @@ def test_each_run_of_a_study_is_the_run_that_its_settings_make_alone(tmp_path):
             device="cpu",
             progress=Progress(),
         )
-        files.write_profile(tmp_path, measure_profile(alone, outline, solid))
+        stage_files.write_profile(tmp_path, measure_profile(alone, outline, solid))
         assert profile_path(out, run.key).read_bytes() == (tmp_path / "profile.csv").read_bytes()
 
 

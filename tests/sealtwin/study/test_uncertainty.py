@@ -17,9 +17,10 @@ from sealtwin.study.ledger import read_study
 from sealtwin.study.uncertainty import vary
 from sealtwin.study.workers import compute_all
 from sealtwin.trials.job import resume_job, start_job
-from sealtwin.trials.pipeline import SPREAD, read_spread, run_stages
+from sealtwin.trials.pipeline import run_stages
 from sealtwin.trials.result import headline
 from sealtwin.trials.trial import load_trial
+from sealtwin.trials.validating import SPREAD, read_spread
 from tests.studies import TRIAL, tiny_lab
 from validate import report
 from validate.evidence import Evidence
