@@ -13,7 +13,7 @@ from pypdf import PdfReader
 from sealtwin.errors import InputError
 from tests.evidence import make_evidence
 from validate.report import REPORT, write_report
-from validate.reporting.report_data import ReportData
+from validate.reporting.report_form import ReportData
 from validate.settings import Gate
 
 HOSTILE = "<script>alert(1)</script> $\\frac$ {{ 7*7 }} $x_{1 </svg> \"quoted\" & 'so'"

@@ -16,7 +16,8 @@ from tests.evidence import make_evidence, slope
 from validate.assess import assess
 from validate.evidence import Sheet
 from validate.report import write_report
-from validate.reporting.report_data import SCHEMA, ReadingsFile, ReportData, report_data, schema
+from validate.reporting.report_data import report_data
+from validate.reporting.report_form import SCHEMA, ReadingsFile, ReportData, schema
 from validate.settings import Gate, Readings
 from validate.uncertainty.design import Effect
 from validate.uncertainty.settings import Uncertainty
@@ -24,7 +25,7 @@ from validate.uncertainty.spread import Size, Spread
 
 
 def test_the_published_schema_is_the_model_s():
-    """``python -m validate.reporting.report_data`` prints it; a change of the model has to be published with it."""
+    """``python -m validate.reporting.report_form`` prints it; a change of the model has to be published with it."""
     published = resources("validate").joinpath("schema", SCHEMA).read_text(encoding="utf-8")
     assert json.loads(published) == schema()
 
