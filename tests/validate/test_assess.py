@@ -41,9 +41,15 @@ def metrics(evidence: Evidence, declared: Uncertainty | None = None, runs: Sprea
 
 
 def test_the_readings_doubt_is_there_without_any_run(evidence):
-    """Pooled deviation 0.1 mm, three repeats, eighteen degrees: 2.10 x 0.1 / sqrt(3). Last digits add nothing seen."""
+    """Pooled deviation 0.1 mm, three repeats, eighteen degrees: 2.10 x 0.1 / sqrt(3). Last digits add nothing seen.
+
+    A station's own band is wider by what nine stations cannot tell of how alike they are: more than nothing, and no
+    tenth.
+    """
     found = metrics(evidence)["uncertainty"]
-    assert found["levels"]["band_95_mm"] == pytest.approx([2.101 * 0.1 / np.sqrt(3)] * 9, rel=0.01)
+    band_mm = np.array(found["levels"]["band_95_mm"]) / (2.101 * 0.1 / np.sqrt(3))
+    assert (band_mm > 1.0).all()
+    assert (band_mm < 1.1).all()
     low_mm, high_mm = found["bias_mm"]
     weights = np.array([1 / 16, *[1 / 8] * 7, 1 / 16])
     half_mm = 2.101 * 0.1 / np.sqrt(3) * np.sqrt((weights**2).sum())

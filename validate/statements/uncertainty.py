@@ -126,7 +126,9 @@ def _readings(found: dict[str, Any]) -> Table:
         rows.append((part["name"], f"{part['standard_mm']:.4f} mm (1 sd), {part['shape']}{known}; {whose}"))
     if readings["bartlett_p"] is not None:
         pooled = "pooled" if readings["pooled"] else "NOT pooled"
-        rows.append(("Bartlett's test of equal scatter", f"p = {readings['bartlett_p']:.2g}: {pooled}"))
+        text = f"p = {readings['bartlett_p']:.2g}: {pooled} in mean error and bias"
+        text += "; in a station's band its own repeats are weighed with those of all the others"
+        rows.append(("Bartlett's test of equal scatter", text))
     return Table("Budget of the readings", tuple(rows))
 
 

@@ -1,6 +1,6 @@
 """Intervals of 95 % from a budget of the readings: of any weighted sum of levels, and of the mean error."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -52,10 +52,15 @@ class Doubt:
         By propagating distributions (GUM supplement 1) from a fixed seed: a scatter of few repeats is Student's t, a
         limit is rectangular, and neither is a normal distribution.
         """
-        own, shared = _normal_draws()
+        own, _ = _normal_draws()
         random = np.random.default_rng(1)
         spread = np.sqrt(random.chisquare(self.freedom, DRAWS) / self.freedom) if np.isfinite(self.freedom) else 1.0
-        total = self.scatter_mm * own / spread + self.normal_mm * shared
+        return self.half_width_with(self.scatter_mm * own / spread, random)
+
+    def half_width_with(self, own_mm: Floats, random: np.random.Generator) -> float:
+        """The same with other draws, (DRAWS,), of what each station errs for itself."""
+        _, shared = _normal_draws()
+        total = own_mm + self.normal_mm * shared
         for standard_mm in self.rectangular_mm:
             total += standard_mm * np.sqrt(3) * random.uniform(-1, 1, DRAWS)
         return float(np.quantile(np.abs(total), SHARE))
@@ -92,10 +97,17 @@ def doubt_of(budget: Budget, weight: Floats) -> Doubt:
 
 
 def bands_mm(budget: Budget) -> Floats:
-    """Half of the 95 % interval of each station's level, (n,)."""
-    doubts = [doubt_of(budget, row) for row in np.eye(len(budget.freedom))]
-    known = {doubt: doubt.half_width_mm for doubt in set(doubts)}
-    return np.array([known[doubt] for doubt in doubts])
+    """Half of the 95 % interval of each station's level, (n,), by the scatters that its own repeats leave possible."""
+    doubts = [doubt_of(replace(budget, scatter_mm=None), row) for row in np.eye(len(budget.freedom))]
+    possible_mm = np.zeros((1, len(doubts))) if budget.own_mm is None else budget.own_mm
+    normal, _ = _normal_draws()
+    known: dict[tuple[Doubt, bytes], float] = {}
+    for doubt, own_mm in zip(doubts, possible_mm.T, strict=True):
+        # Stations with a declared scatter are often all alike.
+        if (doubt, own_mm.tobytes()) not in known:
+            scatter_mm = np.resize(np.sqrt(own_mm**2 + doubt.scatter_mm**2), DRAWS)
+            known[doubt, own_mm.tobytes()] = doubt.half_width_with(scatter_mm * normal, np.random.default_rng(1))
+    return np.array([known[doubt, own_mm.tobytes()] for doubt, own_mm in zip(doubts, possible_mm.T, strict=True)])
 
 
 def hats(x: Floats, s_mm: Floats) -> Floats:

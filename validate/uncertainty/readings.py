@@ -8,6 +8,7 @@ import numpy as np
 
 from sealtwin.records import Floats, Profile
 from validate.settings import Readings
+from validate.uncertainty.scatter import possible_scatter_mm
 from validate.uncertainty.settings import Uncertainty
 from validate.wording import counted
 
@@ -32,22 +33,26 @@ class Budget:
     """All errors of the stations' means, (n,) each."""
 
     scatter_mm: Floats | None
-    """Standard uncertainty of each mean by the scatter of its repeats; None where nothing tells it."""
+    """Standard uncertainty of each mean by the scatter of its repeats, as it counts in sums over the stations; None
+    where nothing tells it."""
     freedom: Floats
     """Degrees of freedom behind each of them; infinite where it was declared."""
     pooled: bool
     """Whether one estimate, that of all stations, stands behind all of them."""
     bartlett_p: float | None
     """Probability of variances as unequal as these, were they one; None where fewer than two stations have repeats."""
+    own_mm: Floats | None
+    """The same of each station for itself, (k, n): k sets that are equally likely, 1 where it was declared. A sum over
+    stations needs the mean of their variances, which pooled repeats know best; a station needs its own."""
     parts: tuple[Part, ...]
     cautions: tuple[str, ...]
     """What no number stands for."""
 
     @property
     def standard_mm(self) -> Floats:
-        """All parts together, (n,)."""
+        """All parts together, of each station for itself, (n,)."""
         known = [part.standard_mm for part in self.parts]
-        scatter = [] if self.scatter_mm is None else [self.scatter_mm]
+        scatter = [] if self.own_mm is None else [np.median(self.own_mm, axis=0)]
         return np.sqrt(np.sum(np.square([*scatter, *known]), axis=0))
 
 
@@ -74,7 +79,8 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
         cautions += _too_wide(settings.probe_mm, measured.s_mm, mouth_mm)
     else:
         cautions.append("The width of the probe is not declared and not included (readings.probe_mm).")
-    return Budget(scatter_mm, freedom, pooled, bartlett_p, tuple(parts), tuple(cautions))
+    own_mm = _own(measured, settings.resolution_mm, scatter_mm)
+    return Budget(scatter_mm, freedom, pooled, bartlett_p, own_mm, tuple(parts), tuple(cautions))
 
 
 def bartlett(variance: Floats, freedom: Floats) -> float:
@@ -91,8 +97,7 @@ def bartlett(variance: Floats, freedom: Floats) -> float:
 def _scatter(
     measured: Profile, resolution_mm: float, declared: Uncertainty
 ) -> tuple[Floats | None, Floats, bool, float | None, list[str]]:
-    repeats_mm = measured.repeats_mm if measured.repeats_mm is not None else measured.level_mm[:, None]
-    count = (~np.isnan(repeats_mm)).sum(axis=1)
+    count, squares = _repeats(measured)
     freedom = count - 1.0
     if freedom.sum() == 0:
         if declared.repeatability_mm is None:
@@ -102,12 +107,10 @@ def _scatter(
             )
             return None, np.zeros(len(count)), True, None, [text]
         return declared.repeatability_mm / np.sqrt(count), np.full(len(count), np.inf), True, None, []
-    squares = np.nansum((repeats_mm - np.nanmean(repeats_mm, axis=1, keepdims=True)) ** 2, axis=1)
     again = freedom > 0
     probability = None
     if again.sum() > 1:
-        # Repeats that agree to the last digit have a variance all the same: that of the digit.
-        probability = bartlett(squares[again] / freedom[again] + resolution_mm**2 / 12, freedom[again])
+        probability = bartlett(_seen(squares, freedom, resolution_mm)[again] / freedom[again], freedom[again])
     if probability is None or probability >= DISAGREE:
         deviation_mm = np.sqrt(squares.sum() / freedom.sum())
         return deviation_mm / np.sqrt(count), np.full(len(count), freedom.sum()), True, probability, []
@@ -115,10 +118,30 @@ def _scatter(
     # A station read once takes the scatter of all, which is more than nothing and no better known.
     own_mm[~again], freedom[~again] = np.sqrt(squares.sum() / freedom.sum()), 1.0
     text = (
-        f"The stations' scatters differ (Bartlett's test, p = {probability:.2g}) and are not pooled: each station has "
-        "only its own repeats."
+        f"The stations' scatters differ (Bartlett's test, p = {probability:.2g}) and are not pooled: in "
+        "the mean error and in the bias each station has only its own repeats."
     )
     return own_mm / np.sqrt(count), freedom, False, probability, [text]
+
+
+def _own(measured: Profile, resolution_mm: float, scatter_mm: Floats | None) -> Floats | None:
+    count, squares = _repeats(measured)
+    freedom = count - 1.0
+    if freedom.sum() == 0:
+        return None if scatter_mm is None else scatter_mm[None]
+    return possible_scatter_mm(_seen(squares, freedom, resolution_mm), freedom) / np.sqrt(count)
+
+
+def _repeats(measured: Profile) -> tuple[Floats, Floats]:
+    """How many each station has, and the sum of their squares about its mean, (n,) each."""
+    repeats_mm = measured.repeats_mm if measured.repeats_mm is not None else measured.level_mm[:, None]
+    squares = np.nansum((repeats_mm - np.nanmean(repeats_mm, axis=1, keepdims=True)) ** 2, axis=1)
+    return (~np.isnan(repeats_mm)).sum(axis=1).astype(float), squares
+
+
+def _seen(squares: Floats, freedom: Floats, resolution_mm: float) -> Floats:
+    """Repeats that agree to the last digit have a variance all the same: that of the digit."""
+    return squares + freedom * resolution_mm**2 / 12
 
 
 def _too_wide(probe_mm: float, s_mm: Floats, mouth_mm: Floats) -> list[str]:

@@ -1,5 +1,6 @@
 """Intervals against Student's tables, closed forms and what a rectangle must do; their coverage is a benchmark."""
 
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -27,7 +28,7 @@ PERCENT = 0.01
 
 def budget(scatter_mm=0.1, freedom=np.inf, parts=(), *, pooled: bool = True) -> Budget:
     ones = np.ones(len(S_MM))
-    return Budget(ones * scatter_mm, ones * freedom, pooled, None, tuple(parts), ())
+    return Budget(ones * scatter_mm, ones * freedom, pooled, None, None, tuple(parts), ())
 
 
 def part(standard_mm: float, shape: Literal["normal", "rectangular"] = "rectangular", *, shared: bool = True) -> Part:
@@ -74,9 +75,25 @@ def test_pooled_scatter_keeps_its_freedom_and_single_ones_add_theirs():
 
 
 def test_a_band_is_as_wide_as_its_station_is_unsure():
-    scatter_mm = np.where(S_MM < 40, 0.1, 0.2)
-    band_mm = bands_mm(Budget(scatter_mm, np.full(9, np.inf), True, None, (), ()))
-    assert band_mm == pytest.approx(1.96 * scatter_mm, rel=PERCENT)
+    """Whatever the scatter of all is in a sum: a station's band is of its own."""
+    own_mm = np.where(S_MM < 40, 0.1, 0.2)
+    band_mm = bands_mm(replace(budget(0.15), own_mm=own_mm[None]))
+    assert band_mm == pytest.approx(1.96 * own_mm, rel=PERCENT)
+
+
+def test_a_band_holds_every_scatter_that_is_possible():
+    """Of two degrees of freedom they make Student's t, 4.30; 4,000 of them know its long tail to 5 %."""
+    chi_square = np.random.default_rng(7).chisquare(2.0, (4_000, 9))
+    band_mm = bands_mm(replace(budget(), own_mm=0.1 / np.sqrt(chi_square / 2)))
+    assert band_mm == pytest.approx(np.full(9, 0.4303), rel=0.1)
+    assert band_mm.mean() == pytest.approx(0.4303, rel=0.05)
+
+
+def test_a_band_has_what_is_shared_and_the_last_digit():
+    band_mm = bands_mm(
+        replace(budget(parts=[part(0.05, "normal"), part(0.02, shared=False)]), own_mm=np.full((1, 9), 0.1))
+    )
+    assert band_mm == pytest.approx(1.96 * np.sqrt(0.1**2 + 0.05**2 + 0.02**2), rel=PERCENT)
 
 
 def test_weights_of_a_mean_are_the_trapezoids():
@@ -143,7 +160,7 @@ def test_what_scatter_alone_would_make_may_be_nothing():
     assert interval(1.0, budget(0.1)).low > 0.9
     stations_mm = np.linspace(0, 80, 33)
     ones = np.ones(33)
-    known = Budget(0.1 * ones, np.inf * ones, True, None, (), ())
+    known = Budget(0.1 * ones, np.inf * ones, True, None, None, (), ())
     random = np.random.default_rng(3)
     lows = []
     for _ in range(300):

@@ -125,3 +125,21 @@ def test_a_missing_repeat_costs_its_station_and_one_degree():
     assert found.scatter_mm is not None
     assert found.freedom[0] == 33
     assert found.scatter_mm[4] == pytest.approx(found.scatter_mm[0] * np.sqrt(3 / 2))
+
+
+def test_one_station_that_scatters_more_is_less_sure_though_all_are_pooled():
+    """Three repeats cannot show Bartlett's test a station that scatters twice as much as sixteen others."""
+    repeats_mm = np.tile([-0.1, 0.0, 0.1], (17, 1))
+    repeats_mm[5] *= 2
+    found = budget(measured(repeats_mm), resolution_mm=0.001)
+    assert found.pooled
+    assert found.own_mm is not None
+    own_mm = np.median(found.own_mm, axis=0)
+    assert own_mm[5] > 1.05 * own_mm[0]
+    assert found.standard_mm[5] > found.standard_mm[0]
+
+
+def test_a_declared_scatter_is_each_stations_own():
+    known = budget(measured(np.zeros((17, 1))), Uncertainty(repeatability_mm=0.12))
+    assert known.own_mm == pytest.approx(np.full((1, 17), 0.12))
+    assert budget(measured(np.zeros((17, 1)))).own_mm is None
