@@ -39,14 +39,16 @@ STATION = _set(
     "stationierung abstand entfernung bogenlaenge lauflaenge ort "
     "abscisse emplacement posicion distancia abscisa estacion progresiva"
 )
-DEPTH = _set(
-    "depth down downward downwards below tiefe messtiefe unten unter unterhalb "
-    "profondeur prof dessous sous bas profundidad debajo bajo abajo"
+TOWARD = re.compile(
+    r"(?<![^\W_])(?:nach|vers(?:[\W_]+le)?|hacia)[\W_]+(?:(?P<up>oben|haut|arriba)|unten|bas|abajo)(?![^\W_])"
 )
-LEVEL = _set(
-    "level height h up upward upwards above hoehe niveau pegel oben ueber oberhalb "
-    "hauteur dessus haut nivel altura encima sobre arriba"
+"""A direction in several words. "nach" alone may be "after"."""
+DOWNWARD = _set("down downward downwards abwaerts")
+DEPTH = DOWNWARD | _set(
+    "depth below tiefe messtiefe unten unter unterhalb profondeur prof dessous sous bas profundidad debajo bajo abajo"
 )
+HEIGHT = _set("level height h hoehe niveau pegel hauteur nivel altura")
+LEVEL = HEIGHT | _set("up upward upwards above aufwaerts oben ueber oberhalb dessus haut encima sobre arriba")
 REPEAT = _set(
     "rep repeat repetition replicate measurement messung wdh wiederholung durchgang "
     "mesure essai medida medicion repeticion ensayo"
@@ -90,7 +92,7 @@ def meaning(name: str) -> Meaning | None:
     """None where the name, or any word of it, says nothing."""
     if len(name) > LONGEST_NAME:
         return None
-    plain = plain_letters(name)
+    plain = TOWARD.sub(lambda toward: "upward" if toward["up"] else "downward", plain_letters(name))
     found = WORD.findall(plain)
     numbers = [word for word in found if word.isdigit()]
     units: set[Unit] = {UNITS[word] for word in found if word in UNITS}
@@ -111,7 +113,9 @@ def meaning(name: str) -> Meaning | None:
         or not words <= DEPTH | LEVEL | REPEAT | VALUE | COUNTER | OF_READING
     ):
         return None
-    if words & DEPTH and words & LEVEL:
+    ways = words & (DEPTH | LEVEL)
+    # A height that counts downward is a depth; a level below something may be either.
+    if words & DEPTH and words & LEVEL and not ways <= HEIGHT | DOWNWARD:
         return None
     quantity: Quantity | None = "depth" if words & DEPTH else "level" if words & LEVEL else None
     bare = quantity is None and unit is None and not numbers
