@@ -28,8 +28,10 @@ def divide(folder: Path, named: Mapping[PurePath, Said], known: Set[str]) -> dic
     """Each file as a whole, but for tables of readings that name samples themselves: these in parts.
 
     A column that names samples counts always, a worksheet's name where it is that of a sample in ``known``, the keys of
-    samples with a photo; the other tables of such a workbook are then asked about. Where a file's own name is that of a
-    known sample, and nothing in it is, the file stays whole: reading it as that sample's then tells the contradiction.
+    samples with a photo; the other tables of such a workbook are then asked about, and what holds none is passed over.
+    A worksheet of a known sample is its own though no readings are found in it: reading it tells why. Where a file's
+    own name is that of a known sample, and nothing in it is, the file stays whole: reading it as that sample's then
+    tells the contradiction.
     """
     return {
         piece: said_of_it
@@ -45,10 +47,12 @@ def _whole(file: PurePath, said: Said) -> Iterator[tuple[Piece, Said]]:
 
 
 def _divided(folder: Path, file: PurePath, said: Said, known: Set[str]) -> Iterator[tuple[Piece, Said]]:
-    labels = {part: _label(file, part) for part in parts_of(folder / file)}
+    all_labels = {part: _label(file, part) for part in parts_of(folder / file)}
+    labels = {part: label for part, label in all_labels.items() if part.headed or sample_key(label) in known}
     naming = {part: label for part, label in labels.items() if part.rows_of is not None or sample_key(label) in known}
     keys, own = {sample_key(label) for label in naming.values()}, sample_key(said.sample)
-    if not naming or (len(labels) == 1 and keys == {own}):
+    told_apart = len(labels) > 1 and any(part.headed for part in naming)
+    if not naming or (keys == {own} and not told_apart):
         yield from _whole(file, said)
     elif own in known and own not in keys:
         by_column = next((part for part in naming if part.rows_of is not None), None)

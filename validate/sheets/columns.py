@@ -129,11 +129,12 @@ def shown_names(columns: Sequence[Column]) -> str:
     return ", ".join(repr(clipped(column.name)) for column in columns[:12])
 
 
-def _likeness(row: Row) -> tuple[bool, int, int]:
-    """How much of a row is names of columns."""
+def _likeness(row: Row) -> tuple[bool, int, int, int]:
+    """How much of a row is names of columns; those of notes stand in a form's lines above the header, too."""
     roles = [found.role for cell in row.cells if cell.text and (found := meaning(cell.text)) is not None]
     named = sum(1 for cell in row.cells if cell.text)
-    return "station" in roles and ("reading" in roles or "repeat" in roles), len(roles), min(named, 2)
+    table = "station" in roles and ("reading" in roles or "repeat" in roles)
+    return table, sum(role != "skipped" for role in roles), len(roles), min(named, 2)
 
 
 def _joined(row: Row, below: Row) -> Row | None:

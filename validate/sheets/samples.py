@@ -29,6 +29,8 @@ class Part:
     """The sample, as the sheet's own column spells it first; None where no column names any."""
     sha256: str = field(compare=False)
     """Of the part's cells, the sample's name aside: equal for equal readings."""
+    headed: bool = field(default=True, compare=False)
+    """False for a worksheet in which no header of readings is found: a cover, or readings under unknown names."""
 
     def __str__(self) -> str:
         said = (self.sheet and f"sheet {self.sheet}", self.rows_of and f"rows of {self.rows_of}")
@@ -48,7 +50,7 @@ def sample_key(sample: str) -> str:
 
 
 def parts_of(path: Path) -> tuple[Part, ...]:
-    """Each table of readings in a file, divided by its samples."""
+    """Each table of readings in a file, divided by its samples; of several worksheets the others, too."""
     try:
         grids = read_all_cells(path)
     except InputError:
@@ -101,6 +103,8 @@ def _parts(grid: Grid, sheet: str | None) -> Iterable[Part]:
     try:
         header = read_header(grid, Declared(), FaultList())
     except SheetFaults:
+        if sheet is not None:
+            yield Part(sheet, None, _sha256(grid.rows, None), headed=False)
         return
     column = header.sample
     if column is None:

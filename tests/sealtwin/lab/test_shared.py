@@ -106,6 +106,44 @@ def test_worksheets_named_after_samples_are_theirs(shared, tmp_path):
     )
 
 
+def test_a_sheet_whose_header_is_unknown_holds_its_sample_back(shared, tmp_path):
+    """It is no cover: passed over, its sample would pass for one that never had readings."""
+    (shared / "caliper_all.csv").unlink()
+    book = openpyxl.Workbook()
+    book["Sheet"].append(("Labor 3", "Mai"))
+    book["Sheet"].append(("Bediener", "J."))
+    for name, header in (("P01", "level_mm"), ("P02", "Füllung [mm]")):
+        sheet = book.create_sheet(name)
+        for row in (("Bediener", "J."), ("Ort [mm]", header), (1, -1.0), (11, -2.0)):
+            sheet.append(row)
+    book.save(shared / "caliper.xlsx")
+    ingested = ingest(shared, tmp_path / "lab", QUIET)
+    assert _fates(ingested) == {"P01": "new", "P02": "failed"}
+    (fault,) = ingested.faults
+    assert "caliper.xlsx, sheet 'P02', row 2: column 'Füllung [mm]' is unknown" in fault.sentence
+    for name in ("P01", "P02"):
+        book[name]["A2"] = "wo"
+    book.save(shared / "caliper.xlsx")
+    ingested = ingest(shared, tmp_path / "other", QUIET)
+    assert _fates(ingested) == {"P01": "failed", "P02": "failed"}
+    assert all("no column s_mm in" in fault.sentence for fault in ingested.faults)
+
+
+def test_a_cover_named_as_its_workbook_divides_nothing(shared, tmp_path):
+    (shared / "caliper_all.csv").unlink()
+    book = openpyxl.Workbook()
+    book["Sheet"].title = "P02"
+    book["P02"].append(("Labor 3",))
+    sheet = book.create_sheet("Messung")
+    for row in (("s_mm", "level_mm"), (1, -1.0), (11, -1.0)):
+        sheet.append(row)
+    book.save(shared / "P02.xlsx")
+    (shared / "P02_Notiz.csv").write_text("Tiefe;8 mm\nreadings.sheet;Messung\n")
+    ingested = ingest(shared, tmp_path / "lab", QUIET)
+    assert not ingested.faults
+    assert _levels_mm(tmp_path / "lab", "P02") == [-1.0, -1.0]
+
+
 def test_a_note_may_name_the_sheet_if_it_means_the_same_one(shared, tmp_path):
     (shared / "P02_Notiz.csv").write_text("Tiefe;8 mm\nreadings.sample;P01\n")
     (fault,) = ingest(shared, tmp_path / "lab", QUIET).faults

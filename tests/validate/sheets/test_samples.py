@@ -66,8 +66,8 @@ def test_a_workbook_is_divided_by_its_sheets_and_their_columns(tmp_path):
         for row in rows:
             sheet.append(row)
     book.save(tmp_path / "all.xlsx")
-    found = [(part.sheet, part.rows_of) for part in parts_of(tmp_path / "all.xlsx")]
-    assert found == [("P10", None), ("May", "P08"), ("May", "P09")]
+    found = [(part.sheet, part.rows_of, part.headed) for part in parts_of(tmp_path / "all.xlsx")]
+    assert found == [("P10", None, True), ("May", "P08", True), ("May", "P09", True), ("cover", None, False)]
 
 
 def test_a_part_changes_with_its_own_rows_only(tmp_path):
