@@ -63,7 +63,9 @@ class Chart:
         """How flat the optimum is, in a sentence or two."""
         near = [run for run, alike in zip(self.runs, self.as_near, strict=True) if alike]
         others = sum(self.by_readings) - 1
-        first = f"The readings alone cannot tell {others or 'any'} other pair{'s' if others > 1 else ''} from it"
+        first = "By the readings alone no other pair comes as near"
+        if others:
+            first = f"The readings alone cannot tell {others} other pair{'s' if others > 1 else ''} from it"
         second = f"single runs scatter by {self.scatter_mm:.2f} mm at most (one standard deviation)"
         if len(near) == 1:
             return f"{first}; {second}, and with that none comes as near either."
