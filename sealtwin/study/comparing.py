@@ -128,6 +128,9 @@ def _require_current_comparison(job: Job) -> None:
 def _side(job: Job, name: str) -> Side:
     outline = stage_files.read_outline(job.path)
     readings = _readings(job, outline)
+    simulation = stage_files.read_simulation(job.path)
+    with files.understood(job.path / "simulation.json"):
+        volume_ratio = simulation.volume_ratio
     return Side(
         name=name,
         settings=_flat(job.trial.model_dump(mode="json", exclude=set(NOT_SETTINGS))),
@@ -136,6 +139,8 @@ def _side(job: Job, name: str) -> Side:
         metrics={} if readings is None else _metrics(job.path),
         facts=_facts(job.path),
         replicate_of=_replicate_of(job.trial),
+        volume_ratio=volume_ratio,
+        escaped_particles=simulation.escaped_particles,
         edited=[file for stage in STAGES for file in job.folder.edited(stage)],
     )
 

@@ -78,11 +78,13 @@ def map_study(folder: Path, out: Path | None, wish: MapWish, progress: Progress)
             with holding(folder), progress:
                 fills = _fills(folder, ledger, chart, samples, wish.device, progress)
     target = out or folder / MAP
-    written = write_sheet_of_figures(target, PAGE, map_sheet(chart, fills))
+    sheet = map_sheet(chart, fills)
+    written = write_sheet_of_figures(target, PAGE, sheet)
     content = _content(chart, target, written)
     files.write_json(target / CONTENT, content)
     best = chart.best
     lines = [
+        *sheet.cautions,
         f"{chart.name}: {len(chart.runs)} runs against {chart.readings.source}.",
         f"Nearest to the readings: run {best.run.number} ({chart.said(best)}), {best.mean_error_mm:.2f} mm on average.",
         chart.flatness,
@@ -102,7 +104,7 @@ def _chart(folder: Path, ledger: Ledger, wish: MapWish) -> tuple[Chart, dict[int
     sample = folder / "samples" / done[0].sample
     outline, solid = stage_files.read_outline(sample), stage_files.read_solid(sample)
     readings, settings = _readings(sample, trial, _largest_mm(folder, done), wish)
-    finished = [Finished(run.number, run.settings, _profile(folder, run), run.wall_s or 0.0) for run in done]
+    finished = [_finished(folder, run) for run in done]
     held = tuple(hold(run, readings, axes) for run in finished)
 
     from validate.comparison.volumes import mouth_widths_mm
@@ -127,12 +129,13 @@ def _chart(folder: Path, ledger: Ledger, wish: MapWish) -> tuple[Chart, dict[int
     return chart, {run.number: run for run in done}
 
 
-def _profile(folder: Path, run: StudyRun) -> Profile:
+def _finished(folder: Path, run: StudyRun) -> Finished:
     """Raises InputError where it is not as the run left it: a figure of it would not be the study's."""
     path = profile_path(folder, run.key)
     if not path.is_file() or run.figures is None or files.sha256(path) != run.figures["profile_sha256"]:
         raise InputError(f"{path}: not as run {run.number} left it. 'sealtwin sweep' with its study computes it again.")
-    return stage_files.read_profile(path.parent)
+    profile = stage_files.read_profile(path.parent)
+    return Finished(run.number, run.settings, profile, run.wall_s or 0.0, run.figures["volume_ratio"])
 
 
 def _largest_mm(folder: Path, runs: Sequence[StudyRun]) -> tuple[float, float]:

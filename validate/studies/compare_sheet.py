@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 
 from sealtwin.records import Floats
+from validate.comparison.verdict import leak
+from validate.studies.kept_volume import volume_words
 from validate.studies.replicates import Compared, held_out_mean_mm, held_out_table
 from validate.studies.sheet import Cell, Grid, Numbers, Part, Plot, Sheet
 from validate.studies.side_by_side import (
@@ -17,6 +19,7 @@ from validate.studies.side_by_side import (
     replicate_words,
 )
 from validate.studies.side_curves import draw_errors_of_runs, draw_levels_of_runs
+from validate.wording import signed
 
 NONE = "-"
 FIGURES = {
@@ -43,7 +46,9 @@ def compare_sheet(sides: Sequence[Side]) -> Sheet:
         Part("Figures", [], [_figures(sides)]),
     ]
     if trials:
-        parts.append(Part("Held out", [_held_out_words(trials), *replicate_words(sides)], [_held_out(sides, trials)]))
+        parts.append(
+            Part("Held out", [_held_out_words(sides, trials), *replicate_words(sides)], [_held_out(sides, trials)])
+        )
     return Sheet(
         title="Runs side by side",
         lead="Each run goes by its number in the first table.",
@@ -55,7 +60,7 @@ def compare_sheet(sides: Sequence[Side]) -> Sheet:
 
 
 def _nearest(sides: Sequence[Side]) -> str:
-    if not any(side.metrics for side in sides):
+    if not any(side.metrics and side.counts for side in sides):
         return "None can be called nearer than another."
     best = nearest(sides)
     if best is None:
@@ -65,7 +70,7 @@ def _nearest(sides: Sequence[Side]) -> str:
 
 
 def _key_figures(sides: Sequence[Side], trials: Sequence[Compared]) -> list[tuple[str, str]]:
-    best, held_out_mm = nearest(sides), held_out_mean_mm(trials)
+    best, held_out_mm = nearest(sides), held_out_mean_mm(_that_count(sides, trials))
     told = [("settings that differ", str(len(differing(sides))))]
     if best is not None:
         told.append(("nearest", f"run {best + 1}, {sides[best].metrics['mean_error_mm']:.2f} mm off"))
@@ -79,12 +84,23 @@ def _cautions(sides: Sequence[Side]) -> list[str]:
         {side.readings.data for side in sides if side.readings is not None and side.readings.data != "measured"}
     )
     told = [f"Not a validation: some readings are {' and '.join(kinds)}."] if kinds else []
+    told += _leaks(sides)
+    told += volume_words({number: side.volume_ratio for number, side in enumerate(sides, start=1)})
     told += _known_before(sides)
     return told + [
-        f"Edited by hand since run {number} was made: {', '.join(side.edited)}. What is shown of it is as edited."
+        f"Edited by hand since run {number} was made: {', '.join(side.edited)}. What is shown of it is as edited, and "
+        "counts for no finding."
         for number, side in enumerate(sides, start=1)
         if side.edited
     ]
+
+
+def _leaks(sides: Sequence[Side]) -> list[str]:
+    through = [index for index, side in enumerate(sides) if side.escaped_particles]
+    if not through:
+        return []
+    escaped = sum(sides[index].escaped_particles for index in through)
+    return [f"{leak(escaped)} in {numbered(through)}, which must never happen. Please report it with the trial file."]
 
 
 def _known_before(sides: Sequence[Side]) -> list[str]:
@@ -137,8 +153,14 @@ def _figures(sides: Sequence[Side]) -> Grid:
     return Grid("By run", ["figure", *_numbers(sides)], rows, "figures", Numbers(["figure", *_named(sides)], numbers))
 
 
-def _held_out_words(trials: Sequence[Compared]) -> str:
-    held_out_mm = held_out_mean_mm(trials)
+def _that_count(sides: Sequence[Side], trials: Sequence[Compared]) -> list[Compared]:
+    return [trial for trial in trials if sides[int(trial.name) - 1].counts]
+
+
+def _held_out_words(sides: Sequence[Side], trials: Sequence[Compared]) -> str:
+    held_out_mm = held_out_mean_mm(_that_count(sides, trials))
+    if held_out_mm is None and any(trial.held_out for trial in trials):
+        return "No run that was held out counts: each was edited by hand, or particles went through a wall."
     if held_out_mm is None:
         return "No run was held against readings that nobody tuned on: every error here is what a fit left over."
     return f"Mean error over the held-out trials: {held_out_mm:.2f} mm."
@@ -154,7 +176,7 @@ def _held_out(sides: Sequence[Side], trials: Sequence[Compared]) -> Grid:
             NONE if value is None else "yes" if value else "no"
             for value in (row.beats_flat_level, row.beats_volume_balance)
         ]
-        figures = [f"{row.mean_error_mm:.3f}", interval, f"{row.bias_mm:+.3f}", f"{row.worst_error_mm:.2f}"]
+        figures = [f"{row.mean_error_mm:.3f}", interval, signed(row.bias_mm, 3), f"{row.worst_error_mm:.2f}"]
         rows.append([row.name, row.role, row.data, *figures, *beats])
         cells: list[Cell] = [row.name, sides[int(row.name) - 1].name, row.role, row.data]
         cells += [row.mean_error_mm, row.low_mm, row.high_mm, row.bias_mm, row.worst_error_mm, *beats]

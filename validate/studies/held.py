@@ -22,6 +22,8 @@ class Finished:
     """What varies, by dotted name."""
     profile: Profile
     wall_s: float
+    volume_ratio: float
+    """What the settled sealant fills over what was dispensed."""
 
 
 @dataclass(frozen=True)

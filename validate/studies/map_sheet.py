@@ -10,8 +10,10 @@ from validate.studies.cost import draw_cost, frame_times, pace_of
 from validate.studies.fills import Fill, draw_fills, draw_thumbnails
 from validate.studies.heat import draw_heat, heat
 from validate.studies.influence import draw_influence
+from validate.studies.kept_volume import volume_words
 from validate.studies.levels import draw_levels, level_columns
 from validate.studies.sheet import Grid, Numbers, Part, Plot, Sheet
+from validate.wording import percent, signed
 
 MOST_ROWS = 200
 """Of the table on the page, the nearest first; all are in its CSV."""
@@ -35,8 +37,8 @@ def map_sheet(chart: Chart, fills: Sequence[Fill]) -> Sheet:
         key_figures=[
             ("nearest pair", chart.said(best)),
             ("its mean error", f"{best.mean_error_mm:.2f} mm"),
-            ("its bias", f"{best.bias_mm:+.2f} mm"),
-            ("of the length under 1 mm", f"{best.share_under_1_mm:.0%}"),
+            ("its bias", f"{signed(best.bias_mm, 2)} mm"),
+            ("of the length under 1 mm", percent(best.share_under_1_mm, 0)),
             ("pairs as near as that", f"{sum(chart.as_near)} of {len(chart.runs)}"),
             ("farthest pair", f"{chart.worst.mean_error_mm:.2f} mm"),
         ],
@@ -55,6 +57,7 @@ def _cautions(chart: Chart) -> list[str]:
         f"The nearest of {len(chart.runs)} pairs was chosen by these very readings: that is a calibration. Its error "
         "is what the fit leaves over, and predicts nothing until it is held against readings that it has not seen."
     ]
+    told += volume_words({run.run.number: run.run.volume_ratio for run in chart.runs})
     if chart.readings.data != "measured":
         told.append(
             f"The readings are {chart.readings.data}: this can show consistency with what they were made from, no more."
@@ -154,8 +157,9 @@ def _again(fills: Sequence[Fill]) -> str:
 def _cost(chart: Chart, fills: Sequence[Fill]) -> Part:
     wall_s = np.array([run.run.wall_s for run in chart.runs])
     words = [
-        f"The median time of a run is {np.median(wall_s):.0f} s, of all {wall_s.min():.0f} to {wall_s.max():.0f} s, "
-        f"{wall_s.sum() / 60:.0f} min together, on the machine that ran the study, with whatever else it did."
+        f"The median time of a run is {np.median(wall_s):.1f} s, the shortest {wall_s.min():.1f} s, the longest "
+        f"{wall_s.max():.1f} s; all together took {wall_s.sum():,.0f} s, on the machine that ran the "
+        "study, with whatever else it did."
     ]
     numbers = None
     if fills:
@@ -163,7 +167,7 @@ def _cost(chart: Chart, fills: Sequence[Fill]) -> Part:
         if (pace := pace_of(particles, frame_ms)) is not None:
             words.append(
                 f"A frame takes {pace.start_ms:.2f} ms and {pace.particle_us:.2f} µs more for each moving particle; "
-                f"the line explains {pace.explained:.0%} of the variance of the medians."
+                f"the line explains {percent(pace.explained, 0)} of the variance of the medians."
             )
         numbers = Numbers(["moving_particles", "frame_ms"], np.column_stack([particles, frame_ms]).tolist())
     caption = "Times of whole runs over each setting"
@@ -186,10 +190,10 @@ def _tables(chart: Chart) -> list[Part]:
                 f"{run.at[0]:g}",
                 f"{run.at[1]:g}",
                 f"{run.mean_error_mm:.3f}",
-                f"{run.bias_mm:+.3f}",
+                signed(run.bias_mm, 3),
                 f"{run.worst_error_mm:.2f}",
                 f"{run.worst_at_mm:.1f}",
-                f"{run.share_under_1_mm:.0%}",
+                percent(run.share_under_1_mm, 0),
                 "yes" if chart.as_near[index] else "",
                 f"{run.run.wall_s:.1f}",
             ]

@@ -31,8 +31,17 @@ class Side:
     """What is known of the run itself, by name with unit."""
     replicate_of: str
     """The same where crack as it was ordered, path, paste and solver are: runs of one trial, done again."""
+    volume_ratio: float
+    """What the settled sealant fills over what was dispensed."""
+    escaped_particles: int = 0
+    """That went through a wall."""
     edited: Sequence[str] = ()
     """Its files that somebody changed after the run."""
+
+    @property
+    def counts(self) -> bool:
+        """Whether its levels are a run's own, and of one that may be used: else it is nearest to nothing."""
+        return not self.edited and not self.escaped_particles
 
 
 def differing(sides: Sequence[Side]) -> dict[str, list[Any]]:
@@ -55,12 +64,13 @@ def first_with_readings(sides: Sequence[Side]) -> list[int | None]:
 
 
 def nearest(sides: Sequence[Side]) -> int | None:
-    """Index of the run with the least mean error; None where they are held against different readings, or against none.
+    """Index of the run with the least mean error, of those that count.
 
-    Of different readings, some are easier to meet.
+    None where these are held against different readings, of which some are easier to meet, or against none.
     """
-    held = [index for index, side in enumerate(sides) if side.metrics]
-    if not held or len({first for first in first_with_readings(sides) if first is not None}) > 1:
+    held = [index for index, side in enumerate(sides) if side.metrics and side.counts]
+    firsts = first_with_readings(sides)
+    if not held or len({firsts[index] for index in held}) > 1:
         return None
     return min(held, key=lambda index: sides[index].metrics["mean_error_mm"])
 
@@ -69,7 +79,7 @@ def replicate_words(sides: Sequence[Side]) -> list[str]:
     """The area validation metric of each trial that was done again, in sentences; or what it would take."""
     groups: dict[str, list[int]] = {}
     for index, side in enumerate(sides):
-        if side.readings is not None:
+        if side.readings is not None and side.counts:
             groups.setdefault(side.replicate_of, []).append(index)
     first_with, told, found = first_with_readings(sides), [], False
     for members in groups.values():

@@ -163,6 +163,19 @@ def test_what_was_edited_and_held_again_is_said(run, other, tmp_path):
     compared = compare_runs([run, other], tmp_path / "page")
     assert compared.content["runs"][1]["edited"] == ["profile.csv"]
     assert any("Edited by hand since run 2 was made: profile.csv." in line for line in compared.lines)
+    assert not any("Nearest is run 2" in line for line in compared.lines)
+
+
+def test_a_run_that_gained_volume_is_named(run, other, tmp_path):
+    """Its own report says so, and so does the page that sets it beside others."""
+    path = other / "simulation.json"
+    content = json.loads(path.read_text(encoding="utf-8"))
+    content["health"]["volume_ratio"] = 1.66
+    path.write_text(json.dumps(content), encoding="utf-8")
+    hold(other)
+    lines = compare_runs([run, other], tmp_path / "page").lines
+    (told,) = [line for line in lines if line.startswith("Not the volume that was dispensed")]
+    assert "1.660 of it" in told
 
 
 def test_the_command_wants_two_runs(run, other, tmp_path):

@@ -52,6 +52,21 @@ def test_scatter_of_single_runs_makes_neighbours_as_near():
     assert "come as near: U = 30 and D from 0.001 to 3 cm" in chart.flatness
 
 
+def test_a_best_pair_that_stands_alone_is_said_to():
+    """Four pairs millimetres apart: neither the readings nor a scatter of 0.33 mm bring another one near.
+
+    The readings alone decide the first half of the sentence, so it is true as well where scatter brings 17 near.
+    """
+    chart = make_chart()
+    alone = tuple(run is chart.best for run in chart.runs)
+    first = "By the readings alone no other pair comes as near; single runs scatter by "
+    told = replace(chart, by_readings=alone, as_near=alone, scatter_mm=0.33).flatness
+    assert told == f"{first}0.33 mm at most (one standard deviation), and with that none comes as near either."
+    assert f"{first}0.33" in replace(chart, by_readings=alone, scatter_mm=0.33).flatness
+    several = replace(chart, by_readings=(True,) * 3 + (False,) * 32).flatness
+    assert several.startswith("The readings alone cannot tell 2 other pairs from it;")
+
+
 def test_the_readings_own_scatter_widens_what_comes_as_near():
     """Two runs that err by 3 mm over different halves of the crack: which is nearer hangs on the readings.
 
@@ -61,7 +76,7 @@ def test_the_readings_own_scatter_widens_what_comes_as_near():
     runs = make_runs(U[:2], D_CM[:2])
     low = runs[0].profile.s_mm < 40
     changed = [
-        Finished(run.number, run.settings, Profile(run.profile.s_mm, run.profile.level_mm + extra_mm), 1.0)
+        Finished(run.number, run.settings, Profile(run.profile.s_mm, run.profile.level_mm + extra_mm), 1.0, 1.0)
         for run, extra_mm in zip(runs, (-3.0 * low, 0.1 - 3.0 * ~low, 2.0 + 0 * low, 3.0 + 0 * low), strict=True)
     ]
     counts = []

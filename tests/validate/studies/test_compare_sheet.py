@@ -36,7 +36,8 @@ def test_what_was_edited_and_never_measured_is_said_first():
     made_up = replace(side("b", 0.5, data="reconstructed"), edited=["profile.csv"])
     assert compare_sheet([side("a", 0.5), made_up]).cautions == [
         "Not a validation: some readings are reconstructed.",
-        "Edited by hand since run 2 was made: profile.csv. What is shown of it is as edited.",
+        "Edited by hand since run 2 was made: profile.csv. What is shown of it is as edited, and counts for no "
+        "finding.",
     ]
     assert compare_sheet([side("a", 0.5), side("b", 0.7)]).cautions == []
 
@@ -46,3 +47,32 @@ def test_what_one_run_was_tuned_on_is_held_out_from_none():
     tuned = replace(side("a", 0.5), metrics=METRICS | {"role": "calibrated-on"})
     (told,) = compare_sheet([tuned, side("b", 0.7), side("c", 0.7, lowered_mm=1.0)]).cautions
     assert told == "Not held out: the readings of run 2 served to calibrate run 1."
+
+
+def test_no_finding_comes_from_a_run_that_was_edited():
+    """The other run of the two is the nearest, and its error the mean over held-out trials."""
+    edited = replace(side("b", 0.2), metrics=METRICS | {"mean_error_mm": 0.2}, edited=["profile.csv"])
+    sheet = compare_sheet([side("a", 0.5), edited])
+    assert "Nearest is run 1, a, 0.50 mm off" in sheet.finding
+    assert ("mean error over held-out trials", "0.50 mm") in sheet.key_figures
+    assert "Mean error over the held-out trials: 0.50 mm." in held_out_words(sheet)
+    alone = compare_sheet([edited])
+    assert alone.finding.endswith("None can be called nearer than another.")
+    assert [name for name, _ in alone.key_figures] == ["settings that differ"]
+    assert held_out_words(alone)[0].startswith("No run that was held out counts")
+
+
+def held_out_words(sheet):
+    (part,) = [part for part in sheet.parts if part.title == "Held out"]
+    return part.words
+
+
+def test_runs_that_leaked_or_hold_another_volume_are_named():
+    """One sentence for all of a kind. To the digits that are shown: 1.0504 is 1.050, which is sound."""
+    ratios = (1.0, 1.48, 1.0504, 1.66, 0.949)
+    sides = [replace(side(name, 0.5), volume_ratio=ratio) for name, ratio in zip("abcde", ratios, strict=True)]
+    (told,) = compare_sheet(sides).cautions
+    assert "in runs 2, 4 and 5 the settled sealant fills 0.949 to 1.660 of it (0.95 to 1.05 is sound)" in told
+    leaking = [replace(each, volume_ratio=1.0, escaped_particles=2) for each in sides[:2]]
+    (told,) = compare_sheet([sides[0], *leaking]).cautions
+    assert told.startswith("Do not use: 4 particles went through a wall in runs 2 and 3, which must never happen.")

@@ -2,11 +2,13 @@
 
 import csv
 import re
+from dataclasses import replace
 
 from tests.charts import make_chart
 from validate.studies.held import Excluded
+from validate.studies.kept_volume import volume_words
 from validate.studies.map_sheet import map_sheet
-from validate.studies.sheet import write_sheet_of_figures
+from validate.studies.sheet import Grid, write_sheet_of_figures
 
 HOSTILE = "<script>alert(1)</script> $\\frac{a}{b}$ =1+1"
 
@@ -45,3 +47,31 @@ def test_names_and_reasons_are_text_and_nothing_else(tmp_path):
     with (tmp_path / "figures" / "left-out.csv").open(encoding="utf-8", newline="") as file:
         for row in csv.reader(file):
             assert not any(cell.startswith(("=", "+", "-", "@")) for cell in row)
+
+
+def test_a_map_names_the_runs_that_do_not_hold_their_volume():
+    """By number; more than stand side by side are counted."""
+    chart = make_chart()
+    runs = [
+        replace(held, run=replace(held.run, volume_ratio=1.5 if held.run.number in (2, 30) else 1.0))
+        for held in chart.runs
+    ]
+    _, told = map_sheet(replace(chart, runs=tuple(runs)), ()).cautions
+    assert "in runs 2 and 30 the settled sealant fills 1.500 of it" in told
+    (many,) = volume_words({number: 1.5 if number > 5 else 1.0 for number in range(1, 36)})
+    assert "in 30 of 35 runs the settled sealant" in many
+    assert volume_words({1: 0.95, 2: 1.05}) == []
+
+
+def test_numbers_of_a_map_are_written_as_in_a_report():
+    """Short runs are no 0 min together, a bias that rounds to nothing has no minus, and percent stands apart."""
+    chart = make_chart()
+    runs = tuple(replace(held, bias_mm=-1e-6, run=replace(held.run, wall_s=1.4)) for held in chart.runs)
+    sheet = map_sheet(replace(chart, runs=runs), ())
+    assert ("its bias", "+0.00 mm") in sheet.key_figures
+    assert ("of the length under 1 mm", "100 %") in sheet.key_figures
+    (cost,) = [part for part in sheet.parts if part.title == "Cost"]
+    assert "is 1.4 s, the shortest 1.4 s, the longest 1.4 s; all together took 49 s" in cost.words[0]
+    (table,) = [part.items[0] for part in sheet.parts if part.title == "Runs"]
+    assert isinstance(table, Grid)
+    assert (table.rows[0][4], table.rows[0][7]) == ("+0.000", "100 %")

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.sides import side
+from tests.sides import METRICS, side
 from validate.studies.side_by_side import SAME_MM, differing, first_with_readings, nearest, numbered, replicate_words
 
 
@@ -59,6 +59,16 @@ def test_no_run_is_called_nearest_over_different_readings():
     assert nearest([bare, side("a", 0.5), near]) == 2
     assert nearest([side("a", 0.5), side("b", 0.2, lowered_mm=1.0)]) is None
     assert nearest([bare, bare]) is None
+
+
+@pytest.mark.parametrize("marred", [{"edited": ["profile.csv"]}, {"escaped_particles": 1}])
+def test_a_run_that_is_not_its_own_any_more_is_neither_nearest_nor_a_replicate(marred):
+    """Nor do its readings keep the others from being compared."""
+    near = replace(side("b", 0.2, lowered_mm=1.0), metrics=METRICS | {"mean_error_mm": 0.2}, **marred)
+    assert nearest([near, side("a", 0.5), side("c", 0.5)]) == 1
+    assert nearest([near]) is None
+    (told,) = replicate_words([side("a", 0.5), near])
+    assert told.startswith("No area validation metric")
 
 
 def test_runs_go_by_their_numbers():
