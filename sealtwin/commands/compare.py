@@ -9,7 +9,7 @@ from sealtwin.answering import Json, Quiet, answering
 
 
 def compare(
-    folders: Annotated[list[Path], typer.Argument(metavar="RUN RUN ...", help="Run folders, two or more.")],
+    folders: Annotated[list[Path], typer.Argument(metavar="RUN RUN ...", help="Run folders, 2 to 28.")],
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Where the page goes.")] = Path(
         "reports", "compare"
     ),
