@@ -22,6 +22,7 @@ from sealtwin.trials.trial import load_trial
 from tests.studies import tiny_lab
 from validate.caliper import read_readings
 from validate.compare import compare
+from validate.studies.side_curves import MOST
 
 
 @pytest.fixture(scope="module")
@@ -183,3 +184,8 @@ def test_the_command_wants_two_runs(run, other, tmp_path):
     assert asked.exit_code == 0, asked.output
     assert json.loads(asked.stdout)["differing"] == {"fluid.U": [30.0, 3.0]}
     assert CliRunner().invoke(app, ["compare", str(run)]).exit_code == 2
+
+
+def test_the_help_says_how_many_runs_it_takes():
+    told = CliRunner().invoke(app, ["compare", "--help"]).output
+    assert f"2 to {MOST}." in told
