@@ -107,10 +107,13 @@ def plan(targets: Sequence[Path], tables: Tables) -> list[Planned]:
     return [Planned(file, name, tables) for file, name in zip(kept, _names(kept), strict=True)]
 
 
-def digitise_many(planned: Sequence[Planned], out: Path, progress: Progress, jobs: int = 1) -> Report:
+def digitise_many(
+    planned: Sequence[Planned], out: Path, progress: Progress, jobs: int = 1, held_back: Sequence[Row] = ()
+) -> Report:
     """Digitise every photo into a folder below ``out``, going on past those that fail.
 
-    What is done already is not done again. Raises InputError where ``out`` is not a batch's own.
+    What is done already is not done again. Photos ``held_back`` for a fault that was told before are counted and listed
+    with those that fail. Raises InputError where ``out`` is not a batch's own.
     """
     _refuse_foreign(out)
     with holding(out), progress:
@@ -126,7 +129,7 @@ def digitise_many(planned: Sequence[Planned], out: Path, progress: Progress, job
         finally:
             # Interrupted, what is finished is still told of.
             ordered = [rows[item.name] for item in planned if item.name in rows]
-            report = _report(ordered, out)
+            report = _report(ordered, held_back, out)
             files.write_json(out / LISTING, report.content)
             write_csv(out / CSV, report.content["photos"])
             write_contact_sheet(out / SHEET, out, report.content["photos"])
@@ -222,12 +225,20 @@ def _done(item: Planned, folder: Path) -> Row:
         )
 
 
-def _report(rows: Sequence[Row], out: Path) -> Report:
+def _report(rows: Sequence[Row], held_back: Sequence[Row], out: Path) -> Report:
     failed = [row for row in rows if row.status != "ok"]
+    listed = [*rows, *held_back]
     bugs = any(row.status == "bug" for row in rows)
-    exit_code = BUG if bugs else SOME_FAILED if failed else 0
-    content = {"version": 1, "photos": [vars(row) for row in rows], "failed": len(failed), "exit_code": exit_code}
-    return Report(content, [*_table(rows), *_ending(rows, failed, out)], exit_code)
+    exit_code = BUG if bugs else SOME_FAILED if failed or held_back else 0
+    content = {
+        "version": 1,
+        "photos": [vars(row) for row in listed],
+        "failed": len(failed) + len(held_back),
+        "exit_code": exit_code,
+    }
+    return Report(
+        content, [*_table(rows), *_ending(listed, out), *(f"failed: {row.fault}" for row in failed)], exit_code
+    )
 
 
 def _table(rows: Sequence[Row]) -> list[str]:
@@ -242,12 +253,13 @@ def _table(rows: Sequence[Row]) -> list[str]:
     return [head, *lines] if lines else []
 
 
-def _ending(rows: Sequence[Row], failed: Sequence[Row], out: Path) -> list[str]:
+def _ending(rows: Sequence[Row], out: Path) -> list[str]:
+    done = sum(row.status == "ok" for row in rows)
     proposals = sum(row.path_source == "automatic" for row in rows)
-    lines = [f"{len(rows) - len(failed)} of {len(rows)} photos digitised. Look at {out / SHEET}; table: {out / CSV}"]
+    lines = [f"{done} of {len(rows)} photos digitised. Look at {out / SHEET}; table: {out / CSV}"]
     if proposals:
         lines.append(f"{proposals} cracks were found automatically: proposals, until somebody has looked at them.")
-    return [*lines, *(f"failed: {row.fault}" for row in failed)]
+    return lines
 
 
 def _parts(trial_file: Path) -> set[Path]:

@@ -47,7 +47,7 @@ def write_contact_sheet(path: Path, folder: Path, photos: Sequence[Entry]) -> No
         refused={
             photo["folder"]: _thumbnail(folder / photo["folder"] / REFUSED)
             for photo in photos
-            if REFUSED in photo["reason"]
+            if REFUSED in photo["reason"] and (folder / photo["folder"] / REFUSED).is_file()
         },
         done=done,
         sealant_ml=sum(photo["sealant_ml"] for photo in done),

@@ -47,6 +47,21 @@ def test_walls_are_there_after_an_ingest_and_a_fault_costs_no_other(traced, monk
     assert _ingest(small, lab).exit_code == 6
 
 
+def test_a_sample_that_was_held_back_is_missed_on_the_page(small, tmp_path):
+    (small / "P02_Messung.csv").write_text("s_mm;wo [mm]\n1;-1,0\n")
+    (small / "refused.png").write_bytes(b"no picture, and none that we drew")
+    lab = tmp_path / "lab"
+    answer = _ingest(small, lab)
+    assert answer.exit_code == 6, answer.output
+    assert "1 of 3 photos digitised" in answer.stdout
+    assert answer.stdout.count("column 'wo [mm]' is unknown") == 1
+    page = (lab / "index.html").read_text()
+    assert "1 of 3 photos digitised" in page
+    assert "<strong>P02</strong>: P02_Messung.csv" in page
+    assert "P02.png,failed" in (lab / "photos.csv").read_text()
+    assert not (lab / "P02").exists()
+
+
 def test_a_run_goes_on_where_tracing_ended(traced, tmp_path):
     small, lab = traced
     _ingest(small, lab)
