@@ -2,65 +2,82 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-STAMP := $(VENV)/.installed
+INSTALLED := $(VENV)/.installed
+DEVELOPING := $(VENV)/.installed-dev
 
-.PHONY: demo test test-slow test-browser test-gpu benchmark benchmark-digitise benchmark-simulate benchmark-validate benchmark-gpu reproduce picture lint clean
+.PHONY: demo test test-slow test-browser test-gpu benchmark benchmark-digitise benchmark-simulate benchmark-validate benchmark-gpu reproduce picture docs docs-gallery lint clean
 
-demo: $(STAMP)
+demo: $(INSTALLED)
 	$(BIN)/sealtwin run fixtures/paper-trial/trial.toml --device cpu
 
-test: $(STAMP)
+test: $(DEVELOPING)
 	$(BIN)/pytest --numprocesses 2 --dist worksteal
 
-test-slow: $(STAMP)
+test-slow: $(DEVELOPING)
 	$(BIN)/pytest -m slow
 
-test-browser: $(STAMP)
+test-browser: $(DEVELOPING)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[browser]' --constraint constraints.txt
 	command -v chromium || { apt-get update && apt-get install --yes --no-install-recommends chromium; }
 	$(BIN)/pytest -m browser
 
-test-gpu: $(STAMP)
+test-gpu: $(DEVELOPING)
 	$(BIN)/pytest -m gpu
 
-benchmark: $(STAMP)
+benchmark: $(DEVELOPING)
 	$(BIN)/python benchmarks/paper_trial.py
 
-benchmark-digitise: $(STAMP)
+benchmark-digitise: $(DEVELOPING)
 	$(BIN)/python benchmarks/tracing.py
 	$(BIN)/python benchmarks/solids.py
 	$(BIN)/python benchmarks/digitise_speed.py
 
-benchmark-simulate: $(STAMP)
+benchmark-simulate: $(DEVELOPING)
 	$(BIN)/python benchmarks/pbf_step.py
 	$(BIN)/python benchmarks/paper_run.py
 	$(BIN)/python benchmarks/physics.py
 	$(BIN)/python -m benchmarks.pressure
 
-benchmark-validate: $(STAMP)
+benchmark-validate: $(DEVELOPING)
 	$(BIN)/python benchmarks/ingest.py
 	$(BIN)/python benchmarks/report_speed.py
 	$(BIN)/python -m benchmarks.stated_intervals
 
-benchmark-gpu: $(STAMP)
+benchmark-gpu: $(DEVELOPING)
 	$(BIN)/python -m benchmarks.cuda_runs
 
-reproduce: $(STAMP)
-	$(BIN)/python reports/reproduction/reproduce.py
+reproduce: $(INSTALLED)
+	$(BIN)/python -m reports.reproduction.reproduce
 
 picture: demo
 	$(BIN)/python reports/images/draw.py reports/paper-trial
 
-lint: $(STAMP)
+# GALLERY=1 also runs the examples and shows their figures.
+docs: $(DEVELOPING)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[docs]' --constraint constraints.txt
+	$(BIN)/python -m sphinx --builder html --fail-on-warning --keep-going --quiet docs docs/_build/html
+	@echo "Documentation: docs/_build/html/index.html"
+
+docs-gallery:
+	$(MAKE) docs GALLERY=1
+
+lint: $(DEVELOPING)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/basedpyright
 	$(BIN)/lint-imports
+	$(BIN)/python -m tests.house_rules
 
-$(STAMP): pyproject.toml constraints.txt
+# What running needs, and no development tool.
+$(INSTALLED): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable . --constraint constraints.txt
+	touch $@
+
+# What tests, lints and benchmarks need beside it.
+$(DEVELOPING): $(INSTALLED)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]' --constraint constraints.txt
 	touch $@
 
 clean:
-	rm -rf $(VENV) .pytest_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) docs/_build docs/decisions docs/gallery .pytest_cache .ruff_cache .hypothesis

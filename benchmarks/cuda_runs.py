@@ -23,22 +23,22 @@ import numpy as np
 import warp as wp
 
 from benchmarks.table import Row, finish
-from sealtwin.errors import InputError, NumericalError
-from sealtwin.progress import Progress, progress_for_stderr
-from sealtwin.records import Profile, Run
-from sealtwin.store.folder import open_folder
-from sealtwin.study.bench import Bench, read_bench
+from sealtwin.core.errors import InputError, NumericalError
+from sealtwin.core.progress import Progress, progress_for_stderr
+from sealtwin.core.records import Profile, Run
+from sealtwin.core.run_folder import open_folder
 from sealtwin.study.estimate import size_of
-from sealtwin.study.study import load_study, plan_runs
-from sealtwin.trials.job import start_job
-from sealtwin.trials.pipeline import run_stages
-from sealtwin.trials.trial import Trial, load_trial
+from sealtwin.study.runner import Bench, read_bench
+from sealtwin.study.study_file import load_study, plan_runs
+from sealtwin.trial.job import start_job
+from sealtwin.trial.pipeline import run_stages
+from sealtwin.trial.trial_file import Trial, load_trial
 from simulate.device import choose_device, describe_device
 from simulate.injection import prepare
 from simulate.profile import measure_profile
 from simulate.run import follow
 from tests.places import FIXTURE
-from validate.comparison.distances import error_bins
+from validate.metrics.curve_distances import error_bins
 
 ALIKE = {"fluid.U": 30.0, "fluid.D_cm": 0.3}
 """The paper's own pair, of its 132."""
@@ -178,7 +178,7 @@ def _apart(bench: Bench, trial: Trial, device: str) -> list[Row]:
         return measure_profile(run, bench.outline, bench.solid)
 
     def apart_mm(one: Profile, other: Profile) -> float:
-        return float(np.mean([part["mean_error_mm"] for part in error_bins(one, other, bench.outline.length_mm)]))
+        return float(np.mean([part.mean_error_mm or 0.0 for part in error_bins(one, other, bench.outline.length_mm)]))
 
     here, *nudged = (level("cpu", up_mm) for up_mm in (0.0, NUDGE_MM, -NUDGE_MM))
     among = float(np.mean([apart_mm(*pair) for pair in combinations((here, *nudged), 2)]))

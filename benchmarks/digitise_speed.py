@@ -16,9 +16,9 @@ import tempfile
 from pathlib import Path
 
 from benchmarks.table import Row, finish
-from digitise.specimens.recipe import Recipe
-from digitise.specimens.specimen import make_specimen, mean_width_mm
-from sealtwin.records import arc_length
+from fixtures.generate.recipe import Recipe
+from fixtures.generate.specimen import make_specimen, mean_width_mm
+from sealtwin.core.records import arc_length
 
 RECIPE = Recipe(face_mm=(148.0, 98.0), length_mm=130.0, mm_per_px=0.05)
 """With its frame, 4000 x 3000 px."""
@@ -29,13 +29,13 @@ import json, sys, time
 from pathlib import Path
 import cv2
 cv2.setNumThreads(1)
-from sealtwin.store.folder import open_folder
-from sealtwin.trials.job import start_job
-from sealtwin.trials.pipeline import run_stages
-from sealtwin.progress import Progress
-from sealtwin.trials.trial import load_trial
-import sealtwin.trials.sample, digitise.outline, digitise.walls.overlay, digitise.path, digitise.photo, digitise.solid
-import digitise.trajectory, digitise.path_report, trimesh.exchange.load
+from sealtwin.core.run_folder import open_folder
+from sealtwin.trial.job import start_job
+from sealtwin.trial.pipeline import run_stages
+from sealtwin.core.progress import Progress
+from sealtwin.trial.trial_file import load_trial
+import sealtwin.trial.digitise_stage, digitise.outline, digitise.walls.overlay, digitise.crack_path.find_path
+import digitise.photo, digitise.solid.build_solid, digitise.trajectory, trimesh.exchange.load
 trial = Path(sys.argv[1])
 with open_folder(Path(sys.argv[2]), create=True) as folder:
     wall, cpu = time.perf_counter(), time.process_time()

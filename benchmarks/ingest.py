@@ -10,9 +10,9 @@ import time
 from pathlib import Path
 
 from benchmarks.table import Row, finish
+from sealtwin.cli.folder_answer import ingest_answer
+from sealtwin.core.progress import Progress
 from sealtwin.lab.ingest import ingest
-from sealtwin.lab.telling import lines
-from sealtwin.progress import Progress
 from tests.lab_folder import FAULTS, HANDS, make_lab_folder
 
 FEWEST_DIALECTS, FEWEST_FAULTS = 6, 12
@@ -34,7 +34,7 @@ def main(scratch: Path) -> None:
     spoilt = make_lab_folder(scratch / "spoilt")
     for fault in FAULTS:
         fault.plant(spoilt)
-    told = "\n".join(lines(ingest(spoilt, scratch / "lab-of-spoilt", Progress())))
+    told = "\n".join(ingest_answer(ingest(spoilt, scratch / "lab-of-spoilt", Progress())).lines)
     found = [re.search(f"^failed: .*{fault.says}.*$", told, flags=re.MULTILINE) for fault in FAULTS]
 
     print("Read as:")

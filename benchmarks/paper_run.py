@@ -19,15 +19,15 @@ import numpy as np
 from benchmarks.pbf_step import settled_block, time_both
 from benchmarks.table import Row, finish
 from digitise.settings import CrackShape, NozzlePath
-from digitise.solid import build_solid
+from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
-from sealtwin.progress import Progress, progress_for_stderr
-from sealtwin.records import Run
-from sealtwin.store import stage_files
-from sealtwin.store.folder import open_folder
-from sealtwin.trials.job import start_job
-from sealtwin.trials.pipeline import run_stages
-from sealtwin.trials.trial import load_trial
+from sealtwin.core import record_files
+from sealtwin.core.progress import Progress, progress_for_stderr
+from sealtwin.core.records import Run
+from sealtwin.core.run_folder import open_folder
+from sealtwin.trial.job import start_job
+from sealtwin.trial.pipeline import run_stages
+from sealtwin.trial.trial_file import load_trial
 from simulate.profile import volume_ratio
 from simulate.run import inject
 from simulate.settings import Fluid, Nozzle, Solver
@@ -61,8 +61,8 @@ def _trial(threads: int) -> list[Row]:
     with tempfile.TemporaryDirectory() as scratch:
         with open_folder(Path(scratch) / "run", create=True) as folder:
             run_stages(start_job(trial, FIXTURE, folder, "cpu", Progress()), ("digitise",))
-        outline, solid = stage_files.read_outline(folder.path), stage_files.read_solid(folder.path)
-        trajectory = stage_files.read_trajectory(folder.path)
+        outline, solid = record_files.read_outline(folder.path), record_files.read_solid(folder.path)
+        trajectory = record_files.read_trajectory(folder.path)
     baseline_ms = time_both(PARTICLES, threads).numba_ms
     clock = time.process_time if threads == 1 else time.perf_counter
     began, wall = clock(), time.perf_counter()
@@ -93,7 +93,7 @@ def _trial(threads: int) -> list[Row]:
 def _sound(run: Run) -> list[Row]:
     return [
         Row("particles through a wall", run.escaped_particles, "", 0, 0),
-        Row("density error, 95th percentile", 100 * run.health["density_error_p95"], "%", 0, 10),
+        Row("density error, 95th percentile", 100 * run.health.recorded()["density_error_p95"], "%", 0, 10),
     ]
 
 
@@ -143,7 +143,7 @@ def _narrow(threads: int) -> list[Row]:
     return [
         Row(f"a crack of {NARROW_MM:g} mm, clock", minutes, "min", 0, 10, "<= 5"),
         Row("particles", len(run.position_mm), "", 1e5, 2e5),
-        Row("moving at one time, most", run.health["moving_most"], "", 0, np.inf),
+        Row("moving at one time, most", run.health.recorded()["moving_most"], "", 0, np.inf),
         *_sound(run),
         Row("volume kept", volume_ratio(run, solid), "", 0.95, 1.05),
     ]

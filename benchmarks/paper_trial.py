@@ -16,13 +16,13 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from benchmarks.table import Row, finish
-from sealtwin.progress import PlainProgress
-from sealtwin.records import Floats
-from sealtwin.store import files, stage_files
-from sealtwin.store.folder import open_folder
-from sealtwin.trials.job import start_job
-from sealtwin.trials.pipeline import run_stages
-from sealtwin.trials.trial import load_trial
+from sealtwin.core import files, record_files
+from sealtwin.core.progress import PlainProgress
+from sealtwin.core.records import Floats
+from sealtwin.core.run_folder import open_folder
+from sealtwin.trial.job import start_job
+from sealtwin.trial.pipeline import run_stages
+from sealtwin.trial.trial_file import load_trial
 
 FIXTURE = Path(__file__).parent.parent / "fixtures" / "paper-trial"
 PAPER_MM = 1.26
@@ -62,7 +62,7 @@ def _run(trial_path: Path, out: Path) -> dict:
 
 
 def _tracing_rows(folder: Path) -> list[Row]:
-    outline = stage_files.read_outline(folder)
+    outline = record_files.read_outline(folder)
     truth = json.loads((FIXTURE / "truth.json").read_text(encoding="utf-8"))
     walls = [
         _off_mm(traced, np.array(truth[f"{side}_wall_mm"]))

@@ -1,4 +1,4 @@
-"""The baseline of ``pbf_step.py``: the substep of ``simulate.solver`` again, in numba, parallel and with fast math.
+"""The baseline of ``pbf_step.py``: ``simulate.fluid.solver``'s substep in numba, parallel and with fast math.
 
 The same equations in the same order on the same data: predict, lists, pressure iterations, walls, one explicit pass of
 viscosity. Coordinates lie in arrays of their own, which numba runs fastest.
@@ -11,8 +11,8 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-from simulate.pressure import LONGEST_CORRECTION
-from simulate.solver import LIST_REACH, FluidSolver
+from simulate.fluid.pressure import LONGEST_CORRECTION
+from simulate.fluid.solver import LIST_REACH, FluidSolver
 
 Array = NDArray[np.float32]
 SLOTS, WALL_SLOTS = 128, 96
@@ -30,12 +30,12 @@ class NumbaStep:
 
     @classmethod
     def copy_of(cls, engine: FluidSolver) -> "NumbaStep":
-        x, y, z = (np.ascontiguousarray(axis) for axis in engine.state.place.numpy()[:, :3].T.copy())
+        x, y, z = (np.ascontiguousarray(axis) for axis in engine.state.position.numpy()[:, :3].T.copy())
         return cls(x, y, z, engine.state.velocity.numpy().copy(), engine)
 
     def __post_init__(self) -> None:
         engine, count = self.engine, len(self.x)
-        self._wall = np.ascontiguousarray(engine.walls.place.numpy().T)
+        self._wall = np.ascontiguousarray(engine.walls.position_and_share.numpy().T)
         cells = engine.fluid_cells.cells
         self._corner = np.array([*cells.corner], dtype=np.float32)
         self._size = np.float32(cells.size)

@@ -20,8 +20,8 @@ import numpy as np
 
 from benchmarks.pbf_numba import NumbaStep
 from benchmarks.table import Row, finish
-from sealtwin.records import Outline, Solid
-from simulate.solver import FluidSolver
+from sealtwin.core.records import Outline, Solid
+from simulate.fluid.solver import FluidSolver
 from tests.fluids import engine_with, hewn, lattice
 from tests.shapes import straight_slot
 

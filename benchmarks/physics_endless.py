@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from benchmarks.physics_tanks import GRAVITY_MM_S2, Pit, Tank, raised, spacing_mm
-from sealtwin.records import Floats
-from simulate.distance import CM
+from sealtwin.core.records import Floats
 from simulate.settings import particle_volume
+from simulate.setup.signed_distance import CM
 from tests.fluids import lay_down
 
 PIT_DEPTH_MM, HIGH_MM = 4.0, 30.0
@@ -52,13 +52,14 @@ class Endless:
         )
         engine = self.tank.engine
         lay_down(engine, np.arange(engine.state.count) >= self.count)
-        self._idle = self._of("place")[self.count :].copy()
+        self._idle = self._of("position")[self.count :].copy()
         self._source, self._shift = np.zeros(0, dtype=np.int64), np.zeros((0, 3))
         parts = {"engine": engine, "pressure": engine.pressure}
         for part, name in [(parts[part], name) for part, names in CHANGES.items() for name in names]:
             setattr(part, name, self._then_followed(getattr(part, name)))
         # The viscosity's search turns its directions between two products.
-        engine.viscosity._apply = self._followed_first(engine.viscosity._apply)
+        for name in ("apply_to_velocity", "apply_to_direction"):
+            setattr(engine.viscosity, name, self._followed_first(getattr(engine.viscosity, name)))
 
     @property
     def place_mm(self) -> Floats:
@@ -97,7 +98,7 @@ class Endless:
 
     def _wrap(self) -> None:
         """Who has left the box enters it on the other side; images are chosen anew."""
-        place, side, reach = self._of("place"), self.side_mm * CM, self._reach_mm * CM
+        place, side, reach = self._of("position"), self.side_mm * CM, self._reach_mm * CM
         low = np.array([0.0, 0.0, HIGH_MM - PIT_DEPTH_MM]) * CM
         inside = low + (place[: self.count, :3] - low) % side
         place[: self.count, :3] = inside
@@ -110,10 +111,10 @@ class Endless:
 
     def _follow(self) -> None:
         image = slice(self.count, self.count + len(self._source))
-        for name in ("place", "bulk", "velocity", "direction"):
+        for name in ("position", "volume_and_viscosity", "velocity", "search_direction"):
             values = self._of(name)
             values[image] = values[self._source]
-        self._of("place")[image, :3] += self._shift
+        self._of("position")[image, :3] += self._shift
 
     def _of(self, name: str) -> Floats:
         """An array of the state itself: on the CPU ``numpy`` gives no copy."""

@@ -9,7 +9,7 @@ from scipy.optimize import curve_fit
 from benchmarks.physics_findings import Finding, within
 from benchmarks.physics_potential import column_front
 from benchmarks.physics_tanks import CLEARANCE, GRAVITY_MM_S2, SPRAY, Pit, Tank, block_mm, settled_mm
-from sealtwin.records import Floats
+from sealtwin.core.records import Floats
 
 # Martin & Moyce 1952: a column of height 2 a; T = t sqrt(2 g / a), Z = x / a.
 PYSPH = np.array(

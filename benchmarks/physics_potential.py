@@ -11,7 +11,7 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from sealtwin.records import Floats
+from sealtwin.core.records import Floats
 
 GRAVITY = 0.5
 HEIGHT = 2.0

@@ -13,11 +13,11 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from sealtwin.records import Floats, Outline, Solid
-from simulate.paste import Rheology, viscous_weight
+from sealtwin.core.records import Floats, Outline, Solid
+from simulate.fluid.solver import FluidSolver
+from simulate.kernels.neighbours import Neighbours
 from simulate.settings import particle_volume
-from simulate.solver import FluidSolver
-from simulate.walls import Walls
+from simulate.setup.rheology import Rheology, viscous_weight
 from tests.fluids import engine_with, hewn, positions_mm
 from tests.shapes import straight_slot
 
@@ -213,24 +213,14 @@ class Tank:
         return float(np.quantile(self.place_mm[:, 0], 1 - SPRAY)) + spacing_mm(self.radius_mm) / 2
 
 
-def no_slip_mm(viscosity_mm2_s: float, radius_mm: float, step_s: float) -> float:
-    """D of Eq. 5 that stands for a wall to which the fluid sticks.
-
-    Of fluid whose speed grows in proportion to its distance from the wall, the layer of wall particles then takes as
-    much momentum as the viscosity brings to it: nu = integral of (D / dt) B(z) z.
-    """
-    support = 4 * radius_mm
-    z = np.linspace(0.0, support, 2001)
-    # exp(-r^2/h^2), cut off at h, over a plane a radius below the wall.
-    plane = np.pi * support**2 * np.maximum(np.exp(-(((z + radius_mm) / support) ** 2)) - np.exp(-1.0), 0.0)
-    drag = plane / (2 * radius_mm) ** 2 / (np.sqrt(np.pi) * support)
-    return float(viscosity_mm2_s * step_s / np.trapezoid(drag * z, z))
-
-
 def _let_slip(engine: FluidSolver, slips: Callable[[Floats], Mask], depth_mm: float) -> None:
     """Those wall particles keep their pressure and lose their drag: the viscosity reads walls of its own."""
-    place = engine.walls.place.numpy().copy()
+    place = engine.walls.position_and_share.numpy().copy()
     place[slips(10 * place[:, :3].astype(float) + [0, 0, depth_mm]), 3] = 0.0
     spare = np.full((1, 4), 1e3)
     whole = wp.array(np.concatenate([place, spare]), dtype=wp.vec4, device=engine.state.device)
-    engine.viscosity._walls = Walls(whole[: len(place)])
+    lists = Neighbours()
+    for name in ("fluid", "fluid_count", "wall", "wall_count"):
+        setattr(lists, name, getattr(engine.lists, name))
+    lists.wall_particle = whole[: len(place)]
+    engine.viscosity.bind_weights(lists)

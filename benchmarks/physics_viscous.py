@@ -7,9 +7,10 @@ import numpy as np
 
 from benchmarks.physics_endless import Endless, stirred_mm
 from benchmarks.physics_findings import Finding, within
-from benchmarks.physics_tanks import GRAVITY_MM_S2, Pit, Tank, no_slip_mm, settled_mm
-from sealtwin.records import Floats
+from benchmarks.physics_tanks import GRAVITY_MM_S2, Pit, Tank, settled_mm
+from sealtwin.core.records import Floats
 from simulate.settings import PRESETS
+from simulate.setup.rheology import no_slip_weight
 from tests.fluids import FRAME_S
 
 WEIGHTS_MM2_S = (3.2, 32.2, 322.0)
@@ -142,7 +143,7 @@ def plane_current() -> list[Finding]:
         radius_mm=radius_mm,
         step_s=step_s,
         viscosity_mm2_s=viscosity_mm2_s,
-        drag_mm=no_slip_mm(viscosity_mm2_s, radius_mm, step_s),
+        drag_mm=no_slip_weight(viscosity_mm2_s, 4 * radius_mm, step_s),
         # The floor alone holds the fluid: its wall particles lie a radius under it.
         slips=lambda place: place[:, 2] > -0.5 * radius_mm,
     )
@@ -163,7 +164,7 @@ def slot_current() -> list[Finding]:
         radius_mm=radius_mm,
         step_s=step_s,
         viscosity_mm2_s=viscosity_mm2_s,
-        drag_mm=no_slip_mm(viscosity_mm2_s, radius_mm, step_s),
+        drag_mm=no_slip_weight(viscosity_mm2_s, 4 * radius_mm, step_s),
         slips=lambda place: np.abs(place[:, 1]) < width_mm / 2,
     )
     path = np.array([[t, tank.front_mm()] for t in tank.run(2.0)])

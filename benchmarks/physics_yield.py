@@ -11,7 +11,7 @@ import numpy as np
 from benchmarks import stiffening
 from benchmarks.physics_findings import Finding, within
 from benchmarks.physics_tanks import CUBE_RADIUS_MM, GRAVITY_MM_S2, Pit, Tank, block_mm, cube_mm, raised
-from simulate.solver import FluidSolver
+from simulate.fluid.solver import FluidSolver
 
 DENSITY_KG_M3 = 1690.0
 VISCOSITY_MM2_S, DRAG_MM_S = 32.2, 3.0 / 7.23e-3
@@ -144,7 +144,7 @@ def energy() -> list[Finding]:
             engine = tank.engine
             engine.viscosity.measure_shear(engine.rows)
             engine.viscosity.solve_implicit(engine.rows)
-            volume = engine.state.bulk.numpy()[:, 0]
+            volume = engine.state.volume_and_viscosity.numpy()[:, 0]
             left = volume @ (tank.velocity_mm_s**2).sum(axis=1) / (volume @ (chaos**2).sum(axis=1))
             worst = max(worst, float(left)) if np.isfinite(left) else np.inf
     tank = _still_block(2.35e-3, 12.0)

@@ -18,10 +18,10 @@ import numpy as np
 from benchmarks.stiffening import WAYS, Bed, Sample, bins_mm, pour, trace
 from benchmarks.table import Row, finish
 from digitise.settings import CrackShape
-from digitise.solid import build_solid
-from sealtwin.records import Floats, Outline, Solid
-from simulate.distance import CLEARANCE
+from digitise.solid.build_solid import build_solid
+from sealtwin.core.records import Floats, Outline, Solid
 from simulate.settings import TWO_LEVEL, particle_volume
+from simulate.setup.signed_distance import CLEARANCE
 from tests.fluids import FRAME_S, engine_with, positions_mm
 from tests.shapes import arc_slot, straight_slot
 
@@ -100,7 +100,8 @@ def settle(crack: tuple[Solid, Outline], seed: int = 0, **solver: Any) -> Column
             engine.step()
         took_s.append(time.process_time() - began)
         speeds.append(float(np.linalg.norm(engine.state.velocity.numpy(), axis=1).mean()))
-    assert engine.watch.inspect(engine.rows) == {}
+    engine.faults.look(engine.rows)
+    assert engine.faults.found() == {}
     leaked = int((engine.barrier.exact_mm(positions_mm(engine)) < 0).sum())
     # Where the last substep left the particles, and not before its last correction.
     engine.find_neighbours()

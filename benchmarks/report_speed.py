@@ -20,11 +20,11 @@ from pathlib import Path
 
 from benchmarks.paper_trial import FIXTURE
 from benchmarks.table import Row, finish
-from sealtwin.progress import PlainProgress
-from sealtwin.store.folder import open_folder
-from sealtwin.trials.job import start_job
-from sealtwin.trials.pipeline import run_stages
-from sealtwin.trials.trial import load_trial
+from sealtwin.core.progress import PlainProgress
+from sealtwin.core.run_folder import open_folder
+from sealtwin.trial.job import start_job
+from sealtwin.trial.pipeline import run_stages
+from sealtwin.trial.trial_file import load_trial
 
 REPORTS = 3
 LONGEST_S = 10.0
@@ -36,11 +36,12 @@ import json, sys, time
 from pathlib import Path
 import cv2
 cv2.setNumThreads(1)
-from sealtwin.store.folder import open_folder
-from sealtwin.trials.job import resume_job
-from sealtwin.trials.pipeline import run_stages
-from sealtwin.progress import Progress
-import scipy.stats, similaritymeasures, trimesh.exchange.load, validate.assess, validate.caliper, validate.report
+from sealtwin.core.run_folder import open_folder
+from sealtwin.trial.job import resume_job
+from sealtwin.trial.pipeline import run_stages
+from sealtwin.core.progress import Progress
+import scipy.stats, similaritymeasures, trimesh.exchange.load
+import validate.compare, validate.readings.read_readings, validate.report.write_report
 with open_folder(Path(sys.argv[1]), create=False) as folder:
     folder.clear("validate")
     wall, cpu = time.perf_counter(), time.process_time()

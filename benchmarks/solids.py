@@ -20,14 +20,14 @@ from manifold3d import Manifold, Mesh64
 
 from benchmarks.outlines import KINDS, Kind, odd_outline
 from benchmarks.table import Row, finish
-from digitise.body.footprint import lay_out
-from digitise.body.readings import Slicer, cavity_volume_mm3
-from digitise.body.tilting import wall_shifts_mm
-from digitise.mesh import check_mesh, mesh_volume_mm3
+from digitise.geometry.mesh_topology import check_mesh, mesh_volume_mm3
 from digitise.settings import CrackShape, Tilt
-from digitise.solid import build_solid
-from sealtwin.errors import InputError
-from sealtwin.records import FaceLabel, Floats, Outline, Solid
+from digitise.solid.build_solid import build_solid
+from digitise.solid.footprint import lay_out
+from digitise.solid.tilt_variants import Slicer, cavity_volume_mm3
+from digitise.solid.wedges import wall_shifts_mm
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import FaceLabel, Floats, Outline, Solid
 
 TILTS: tuple[Tilt, ...] = ("flare", "funnel", "lean")
 OFF_DEG = 0.1

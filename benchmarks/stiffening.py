@@ -18,19 +18,19 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from sealtwin.progress import Progress
-from sealtwin.records import Floats, Outline, Profile, Solid, Trajectory
-from sealtwin.store import stage_files
-from sealtwin.store.folder import open_folder
-from sealtwin.trials.job import start_job
-from sealtwin.trials.pipeline import run_stages
-from sealtwin.trials.trial import load_trial
+from sealtwin.core import record_files
+from sealtwin.core.drawing.theme import INK, MEASURED, MUTED, SIMULATED, THIRD, draw_ground, label_axes, themed
+from sealtwin.core.progress import Progress
+from sealtwin.core.records import Floats, Outline, Profile, Solid, Trajectory
+from sealtwin.core.run_folder import open_folder
+from sealtwin.trial.job import start_job
+from sealtwin.trial.pipeline import run_stages
+from sealtwin.trial.trial_file import load_trial
 from simulate.injection import Injection, prepare
 from simulate.profile import measure_profile, volume_ratio
 from simulate.settings import Fluid, Nozzle, Solver
-from validate.caliper import read_readings
 from validate.compare import compare
-from validate.drawing.theme import INK, MEASURED, MUTED, SIMULATED, THIRD, draw_ground, label_axes, themed
+from validate.readings.read_readings import read_readings
 
 FIXTURE = Path(__file__).parent.parent / "fixtures" / "paper-trial"
 VISCOSITY_PA_S, DENSITY_KG_M3 = 0.0545, 1690.0
@@ -122,8 +122,8 @@ def trace() -> Sample:
     trial = load_trial(FIXTURE / "trial.toml")
     with tempfile.TemporaryDirectory() as made, open_folder(Path(made) / trial.folder_name, create=True) as folder:
         run_stages(start_job(trial, FIXTURE, folder, "cpu", Progress()), ("digitise",))
-        outline, solid = stage_files.read_outline(folder.path), stage_files.read_solid(folder.path)
-        trajectory = stage_files.read_trajectory(folder.path)
+        outline, solid = record_files.read_outline(folder.path), record_files.read_solid(folder.path)
+        trajectory = record_files.read_trajectory(folder.path)
     assert trial.readings is not None
     readings = read_readings(FIXTURE / trial.readings.file, trial.readings, outline.length_mm, solid.depth_mm)
     return Sample(outline, solid, trajectory, readings)

@@ -6,10 +6,10 @@ from typing import Literal
 
 import numpy as np
 
-from digitise.specimens.fracture import fracture
-from digitise.specimens.lighting import MODERATE_LAMP, STRONG_LAMP, Look, SideLamp
-from digitise.specimens.recipe import Recipe, SideCrack
-from digitise.specimens.specimen import Specimen
+from fixtures.generate.fracture import fracture
+from fixtures.generate.lighting import MODERATE_LAMP, STRONG_LAMP, Look, SideLamp
+from fixtures.generate.recipe import Recipe, SideCrack
+from fixtures.generate.specimen import Specimen
 
 CLICK_PX = 2.0
 """Standard deviation, in x and in y, of an end that somebody clicks."""

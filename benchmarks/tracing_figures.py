@@ -10,14 +10,14 @@ from manifold3d import CrossSection, FillRule
 from scipy.spatial import KDTree
 
 from benchmarks.tracing_cases import Case
+from digitise.crack_path.find_path import find_path
 from digitise.outline import trace_outline
-from digitise.path import find_path
 from digitise.photo import Photo, load_photo
 from digitise.settings import PhotoInput
-from digitise.specimens.fracture import mean_width_mm
-from digitise.specimens.specimen import Specimen, make_specimen
-from sealtwin.errors import InputError
-from sealtwin.records import Floats, Outline, arc_length
+from fixtures.generate.fracture import mean_width_mm
+from fixtures.generate.specimen import Specimen, make_specimen
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Floats, Outline, arc_length
 
 
 @dataclass(frozen=True)

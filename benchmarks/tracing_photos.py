@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
@@ -21,14 +22,15 @@ from scipy.ndimage import distance_transform_edt
 from scipy.spatial import KDTree
 
 from benchmarks.table import Row, finish
-from digitise.finding.crack_path import CrackPath
-from digitise.finding.cracks import find_cracks
-from digitise.finding.medial import longest_line
-from digitise.path import find_path
+from digitise.crack_path.crack_map import cracks_on
+from digitise.crack_path.darkness import DarkMap, map_darkness
+from digitise.crack_path.find_path import find_path
+from digitise.crack_path.hints import CrackPath
+from digitise.crack_path.medial_axis import longest_line
 from digitise.photo import Photo, load_photo
 from digitise.settings import PhotoInput, Pixel
-from sealtwin.errors import InputError
-from sealtwin.records import Floats
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Floats
 
 SUFFIXES = (".png", ".jpg", ".jpeg")
 TOLERANCES_PX = (2, 5)
@@ -105,12 +107,21 @@ def is_right(path_px: Floats, truth_px: Floats) -> bool:
     return bool(min(there, back) >= RIGHT_SHARE)
 
 
+def _on_photo(mask: NDArray[np.bool_], field: DarkMap, photo: Photo) -> NDArray[np.bool_]:
+    """The map's cells as pixels of the photo."""
+    shift_x, shift_y = (0.5 * field.scale - 0.5 - offset_px * field.scale for offset_px in field.offset_px)
+    to_map = np.array([[field.scale, 0, shift_x], [0, field.scale, shift_y]])
+    how = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    return cv2.warpAffine(mask.astype(np.uint8) * 255, to_map, photo.size_px, flags=how) > 127
+
+
 def _score(number: int, photo: Photo, truth: NDArray[np.bool_]) -> Score:
     if truth.shape != photo.brightness.shape:
         raise InputError(f"{photo.file}: the mask has another size than the photo.")
     score = Score(photo.file.name)
     start = time.process_time()
-    found = find_cracks(photo).mask
+    search_map = map_darkness(photo)
+    found = _on_photo(cracks_on(search_map).mask, search_map, photo)
     score.map_s = time.process_time() - start
     for tolerance_px in TOLERANCES_PX:
         precision, recall = overlap(found, truth, tolerance_px)

@@ -9,13 +9,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from digitise.crack_path.find_path import find_path
 from digitise.outline import trace_outline
-from digitise.path import find_path
 from digitise.photo import load_photo
 from digitise.settings import PhotoInput
-from digitise.specimens.recipe import Recipe
-from digitise.specimens.specimen import MARKER_MM, MARKER_OFFSET_MM, Specimen, make_specimen
-from sealtwin.errors import InputError
+from fixtures.generate.recipe import Recipe
+from fixtures.generate.specimen import MARKER_MM, MARKER_OFFSET_MM, Specimen, make_specimen
+from sealtwin.core.errors import InputError
 
 Image = NDArray[np.uint8]
 SMALL = Recipe(face_mm=(80, 40), length_mm=55)
@@ -144,19 +144,19 @@ REFUSALS = (
     Refusal("two cracks", r"two cracks compete", _two_cracks),
     Refusal("no markers", r"found 0 of 8 markers", _markers_covered),
     Refusal("marker twice", r"marker 0 is in the photo more than once", _marker_twice),
-    Refusal("marker misplaced", r"markers miss their places", _marker_misplaced),
+    Refusal("marker misplaced", r"mm from their places", _marker_misplaced),
     Refusal(
         "face not there",
-        r"face does not stand out|what stands out is",
+        r"face does not stand out|the face found is",
         _face_only,
         replace(SMALL, board=SMALL.mortar, gap_mm=0),
     ),
-    Refusal("black", r"all black", _black),
+    Refusal("black", r"the photo is black", _black),
     Refusal("end beside the crack", r"is on no crack", _end_beside),
     Refusal("end outside the photo", r"lies outside the photo", _end_outside),
     Refusal("via point beside the crack", r"via point .* is on no crack", _via_beside),
     Refusal("region beside the crack", r"no crack found", _region_beside),
-    Refusal("camera moved between two photos", r"the camera has moved|does not show what the first", _camera_moved),
+    Refusal("camera moved between two photos", r"the camera has moved|does not show the scene", _camera_moved),
     Refusal("mask of another photo", r"the mask is \d+ x \d+ px, the photo", _mask_of_another_photo),
     Refusal("both ends in one place", r"only 5 px apart", _ends_alike),
 )

@@ -1,1 +1,3 @@
-"""From a top-down photo and a depth to a crack solid and a nozzle trajectory."""
+"""Digitising: a top-down photo and a depth become a crack solid and a nozzle trajectory."""
+
+PART_OF = "sealtwin"

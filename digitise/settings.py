@@ -1,4 +1,4 @@
-"""Choices made before a crack is digitised: the tables [photo], [crack], [mesh] and [path] of a trial file."""
+"""Settings of the digitise stage: the tables [photo], [crack], [mesh] and [path] of a trial file."""
 
 from itertools import pairwise
 from pathlib import Path
@@ -7,130 +7,112 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
-from sealtwin.records import DataKind, Floats
-from sealtwin.settings import Settings
+from sealtwin.core.records import DataKind, Floats
+from sealtwin.core.settings import Settings
 
-InPhoto = Annotated[float, Field(ge=-1_000_000, le=1_000_000)]
-"""A pixel's column or row, or that of a place beside the photo: no photo that is read has a side of a million."""
+InPhoto = Annotated[float, Field(ge=-1_000_000, le=1_000_000)]  # Column or row of a place in or beside a photo
 Pixel = tuple[InPhoto, InPhoto]
-LARGEST_FILE_BYTES = 250_000_000
-"""Of a photo or a mesh: what 50 million pixels with transparency take uncompressed, and a quarter more."""
-OnFace = Annotated[float, Field(ge=-10_000, le=10_000)]
-"""A place on the face, in mm: none lies ten metres off."""
-FaceSide = Annotated[float, Field(gt=1, le=5000)]
-"""A side of a sample's face, in mm: below 1 mm there is no crack to see, above 5 m it is no sample."""
-FINEST_MM_PER_PX, COARSEST_MM_PER_PX = 0.001, 2.0
-"""Of any scale, given or found: a pixel finer than 1 µm is below what light resolves; at 2 mm the narrowest crack that
-can be measured, 8 px, would be 16 mm wide.
-"""
-LARGEST_VOLUME_ML, SMALLEST_VOLUME_ML = 1000.0, 0.001
-"""Of sealant in one path: a litre is three cartridges; a microlitre is four particles of the paper's size."""
+LARGEST_FILE_BYTES = 250_000_000  # Of a photo or a mesh: 50 million uncompressed pixels with transparency, and 25 %
+OnFace = Annotated[float, Field(ge=-10_000, le=10_000)]  # Coordinate on the face, in mm, up to ten metres
+FaceSide = Annotated[float, Field(gt=1, le=5000)]  # Side of a sample's face in mm; no crack is visible on 1 mm
+FINEST_MM_PER_PX, COARSEST_MM_PER_PX = 0.001, 2.0  # Light resolves nothing finer; cracks of 8 px would be 16 mm wide
+LARGEST_VOLUME_ML, SMALLEST_VOLUME_ML = 1000.0, 0.001  # Three cartridges, and four particles of the paper's size
 Tilt = Literal["lean", "flare", "funnel", "vertical"]
 WallAngle = Annotated[float, Field(ge=0, lt=60)]
 ONE, SEVERAL = "one", "several"
 ByShape = Discriminator(lambda value: SEVERAL if isinstance(value, list | tuple) else ONE)
-"""For settings that are one number or several: a fault is then told of the form that was given, not of both."""
-DEEPEST_MM = 500.0
-"""Deeper than any sample; a tenth of a millimetre, at the other end, is a scratch."""
+"""Discriminator of settings that are one number or several, so that an error is about the form given."""
+DEEPEST_MM = 500.0  # Largest depth, more than any sample's; below a tenth of a millimetre a crack is a scratch
 Depth = Annotated[float, Field(gt=0.1, le=DEEPEST_MM)]
-DepthStation = tuple[Annotated[float, Field(ge=0, le=10_000)], Depth]
-"""Arc length along the centreline from where the nozzle starts, and the depth there; both in mm."""
-Trim = Annotated[float, Field(ge=0, le=1000)]
-"""A metre is more than half of any crack on a sample."""
+DepthStation = tuple[Annotated[float, Field(ge=0, le=10_000)], Depth]  # Arc length, and depth there, in mm
+Trim = Annotated[float, Field(ge=0, le=1000)]  # Shortening of a path in mm; a metre is more than half of any crack
 MeshUnit = Literal["mm", "cm", "m", "inch"]
-MOST_VIA = 50
-"""Clicks between the ends: more would be drawing the crack, which a mask does better."""
+MOST_VIA = 50  # Largest number of via points; for more, a painted mask is better
 
 
-def _tape_or_none(height_mm: float) -> float:
+def _none_or_tape(height_mm: float) -> float:
     if 0 < height_mm < 0.1:
         raise ValueError("give 0, or 0.1 to 100")
     return height_mm
 
 
-DamHeight = Annotated[float, Field(ge=0, le=100), AfterValidator(_tape_or_none)]
+DamHeight = Annotated[float, Field(ge=0, le=100), AfterValidator(_none_or_tape)]
 
 
 class Marker(Settings):
-    """One printed marker, upright, lying in the plane of the face."""
+    """A printed marker, upright, in the plane of the face."""
 
     id: int = Field(ge=0, lt=1000)
-    """No dictionary has a thousand."""
+    """Number of the marker in its dictionary, none of which has a thousand."""
     x_mm: OnFace
-    """Of its centre, from the lower left corner of the face."""
+    """Position of the marker's centre from the lower left corner of the face."""
     y_mm: OnFace
 
 
 class MarkerBoard(Settings):
     """Markers of known place in the plane of the face.
 
-    Markers nearer or farther than the face give a wrong scale: the error is their offset over the camera's distance.
+    An offset from that plane makes the scale wrong, by the offset over the camera's distance.
     """
 
     dictionary: Literal["4x4_50", "5x5_100", "6x6_250", "apriltag_36h11"] = "4x4_50"
     size_mm: float = Field(gt=0.5, le=1000)
-    """Outer edge of the black square: finer does not print, and a metre is larger than a sample."""
+    """Outer edge of the black square: below 0.5 it does not print, above a metre it is larger than a sample."""
     markers: tuple[Marker, ...] = Field(min_length=4, max_length=1000)
-    """Four corners fix a homography; fewer markers leave it to the noise of one."""
+    """Numbers and places of the markers: four, since fewer leave the homography to the noise of one."""
 
     @model_validator(mode="after")
     def _each_once(self) -> Self:
         numbers = [marker.id for marker in self.markers]
         if twice := {number for number in numbers if numbers.count(number) > 1}:
-            raise ValueError(f"marker {min(twice)} is listed {numbers.count(min(twice))} times; it lies in one place")
+            raise ValueError(f"marker {min(twice)} is listed {numbers.count(min(twice))} times; list it once")
         return self
 
 
 class PhotoInput(Settings):
-    """A top-down photo and what gives it a scale: markers, the face's size, or millimetres per pixel."""
+    """A photo from above and its scale: markers, the face's size, a ruler, or millimetres per pixel."""
 
     file: Path
-    """Beside the trial file, or absolute."""
+    """Path of the file, relative to the trial file's folder or absolute."""
     data: DataKind
-    """Where the photo comes from; anything but "measured" is said so in every report."""
+    """Origin of the photo; every report states one that is not "measured"."""
     ends_px: tuple[Pixel, Pixel] | None = None
-    """The two ends of the crack; the nozzle starts at the first. Left out, the crack is searched for: then look at
-    overlay.png before you trust what follows.
-    """
+    """Both ends of the crack; the nozzle starts at the first. Without them the crack is searched for: check overlay.png
+    before you use the result."""
     via_px: tuple[Pixel, ...] = Field(default=(), max_length=MOST_VIA)
-    """Points between the ends that the crack passes, in its order: where it forks, or another one is darker."""
+    """Points of the crack between its ends, in order, needed where it forks or a darker crack is near."""
     roi_px: tuple[Pixel, ...] | None = Field(default=None, min_length=2, max_length=200)
-    """The crack is searched for inside this only: two opposite corners of a box, or the corners of a polygon."""
+    """Region to search in: two opposite corners of a box, or the corners of a polygon."""
     mask: Path | None = None
-    """A picture of the photo's size in which the crack is painted, white on black or opaque on transparent. Its walls
-    are then the painted ones, and nothing is searched for. Beside the trial file, or absolute.
-    """
+    """Picture of the photo's size with the crack painted white on black, or opaque on transparent; its edges are the
+    walls. The path is relative to the trial file's folder or absolute."""
     second_photo: Path | None = None
-    """The same sample from the same camera, lit from the other side: where one lamp lights a wall, the other leaves it
-    dark, so the darker of both pixels is taken.
-    """
+    """Photo of the same sample from the same camera, lit from the other side: the darker of both pixels is used, since
+    each lamp lights another wall."""
     edge_fraction: float = Field(default=0.5, gt=0.2, lt=0.9)
-    """Share of the contrast, from crack to mortar, at which a wall is drawn. Half is the middle of a blurred edge; 0.7
-    finds more of a wall that the lamp lights. Beyond 0.2 and 0.9 the noise of crack or mortar draws it.
-    """
+    """Share of the contrast between crack and mortar that defines a wall. Half is the middle of a blurred edge; 0.7
+    finds more of a lit wall. Noise in the crack sets the lower bound, noise in the mortar the upper one."""
     branches: Literal["drop", "keep"] = "drop"
-    """Side cracks are reported; kept, they are part of outline and solid. The nozzle follows the main crack."""
+    """Use of side cracks: keep makes them part of outline and solid. The nozzle always follows the main crack."""
     markers: MarkerBoard | None = None
     lens: Literal["auto", "none"] = "auto"
-    """One radial term of the lens, fitted from the markers where they show it; none: a straight-line camera."""
+    """Lens model: auto fits one radial term where the markers show it, none assumes no distortion."""
     camera_distance_mm: float | None = Field(default=None, gt=10, le=20_000)
-    """From lens to face, to say what markers above or below the face would cost. Nearer than a centimetre no lens
-    focuses; beyond 20 m no crack is seen.
-    """
+    """Distance from lens to face, used for the error of markers above or below the face. No lens focuses below 10; from
+    above 20 m no crack is visible."""
     ruler_px: tuple[Pixel, Pixel] | None = None
-    """Two points on a ruler that lies in the plane of the face; the photo is then taken to be square to it."""
+    """Two points on a ruler in the plane of the face; the camera is assumed to be square to it."""
     ruler_mm: float | None = Field(default=None, gt=1, le=5000)
-    """Their distance on the ruler."""
+    """Distance of the points on the ruler."""
     face_mm: tuple[FaceSide, FaceSide] | None = None
-    """Width and height of the sample's face, its lower left corner the origin. Beside markers it says where the
-    sample ends; alone it gives the scale.
-    """
+    """Width and height of the sample's face, whose lower left corner is the origin. Alone it gives the scale; beside
+    markers, the edge of the sample."""
     face_corners_px: tuple[Pixel, Pixel, Pixel, Pixel] | None = None
-    """Lower left, lower right, upper right, upper left; left out, they are searched for."""
+    """Corners of the face: lower left, lower right, upper right, upper left. Without them they are searched for."""
     mm_per_px: float | None = Field(default=None, gt=FINEST_MM_PER_PX, le=COARSEST_MM_PER_PX)
-    """See FINEST_MM_PER_PX for the reasons of its bounds."""
+    """Scale of a photo taken square to the face."""
     scale_is: Literal["measured", "assumed"] = "measured"
-    """Of mm_per_px: an assumed scale is named so wherever a length is shown."""
+    """Origin of mm_per_px; reports mark lengths by an assumed scale."""
 
     @model_validator(mode="after")
     def _one_scale(self) -> Self:
@@ -139,11 +121,10 @@ class PhotoInput(Settings):
         flat = {"mm_per_px": self.mm_per_px, "ruler_px": self.ruler_px}
         given = [name for name, value in flat.items() if value is not None]
         if len(given) > 1 or (given and (self.markers or self.face_mm)):
-            raise ValueError(
-                f"{given[0]} beside {' and '.join(given[1:]) or 'markers or face_mm'}: give one scale, not two"
-            )
+            others = " and ".join(given[1:]) or "markers or face_mm"
+            raise ValueError(f"{given[0]} beside {others}: give one scale, not two")
         if not given and self.markers is None and self.face_mm is None:
-            raise ValueError("no scale: give [photo.markers], face_mm, ruler_px or mm_per_px; it is never guessed")
+            raise ValueError("no scale: give [photo.markers], face_mm, ruler_px or mm_per_px")
         if self.face_corners_px is not None and self.face_mm is None:
             raise ValueError("face_corners_px without face_mm: corners need the face's size")
         return self
@@ -153,58 +134,48 @@ class PhotoInput(Settings):
         if self.via_px and self.ends_px is None:
             raise ValueError("via_px without ends_px: points between the ends need the ends")
         if self.mask is not None and (self.roi_px is not None or self.via_px):
-            raise ValueError("mask beside roi_px or via_px: the mask says where the crack is; give ends_px at most")
+            raise ValueError("mask beside roi_px or via_px: a painted crack needs no more than ends_px")
         return self
 
 
 class CrackShape(Settings):
-    """What the photo cannot show: depth and the tilt of the walls."""
+    """Depth and tilt of the walls, which a photo does not show."""
 
     depth_mm: Annotated[
         Annotated[Depth, Tag(ONE)]
         | Annotated[tuple[DepthStation, ...], Field(min_length=1, max_length=1000), Tag(SEVERAL)],
         ByShape,
     ]
-    """One depth, or a table of [s, depth] along the crack from where the nozzle starts: linear between, and constant
-    before the first and after the last.
-    """
+    """One depth, or a table of [s, depth] along the crack from the nozzle's start: linear between, constant beyond."""
     tilt: Tilt = "lean"
-    """lean: both walls lean the same way, so mouth and width are the photo's, and so is the volume between closed or
-    cut ends; open ends stay vertical, in the side of the sample, so that where the crack bends there, or meets the side
-    obliquely, the volume is off by 1 to 2 %. flare: the floor keeps the traced width, the mouth opens. funnel: the
-    mouth keeps it, the walls close. The paper tilts its walls to "funnel particles into the crack while keeping the
-    appearance of the original crack", which lean does.
-    """
+    """Tilt of the walls. lean: both lean the same way, so that mouth, width and the volume between closed ends are the
+    photo's; open ends stay vertical, in the side of the sample, so that the volume is off by 1 to 2 % where the crack
+    bends there or meets the side obliquely. flare: the floor keeps the traced width, the mouth opens. funnel: the mouth
+    keeps it, the walls close. The paper's walls "funnel particles into the crack while keeping the appearance of the
+    original crack", as lean does."""
     wall_angle_deg: Annotated[
         Annotated[WallAngle, Tag(ONE)] | Annotated[tuple[WallAngle, WallAngle], Tag(SEVERAL)], ByShape
     ] = 11.0
-    """Each wall's angle from vertical, or that of the left wall and of the right one, seen along the path; 11 in the
-    paper. Not used when vertical.
-    """
+    """Angle of both walls from vertical, or of the left and the right one along the path; 11 in the paper."""
     lean_to: Literal["left", "right"] = "left"
-    """Where the floor lies from the mouth, seen along the path: the paper does not say, and the choice mirrors. It
-    follows the path: with the ends swapped, the same word leans the crack to the other side of the sample.
-    """
+    """Side of the floor relative to the mouth, along the path; the paper does not state it. Both are mirror images, and
+    swapped ends exchange them."""
     floor_thickness_mm: float = Field(default=4.0, gt=0.1, le=500)
-    """Sample kept below the crack: more than a particle can cross unseen, and thin enough to print. More than half a
-    metre of it costs the file's float32 the digits of the crack.
-    """
+    """Thickness of the sample below the crack: thicker than a particle, thin enough to print. Above 500, float32 loses
+    the crack's digits."""
     margin_mm: float = Field(default=12.0, gt=0.5, le=1000)
-    """Block around the crack where the size of the face is not known: room for sealant that overflows. Thinner walls
-    would break, and a metre is more than any spill.
-    """
+    """Width of the block around the crack where the size of the face is unknown, with room for overflow. Thinner walls
+    break; nothing flows farther than a metre."""
     dam_height_mm: DamHeight = 10.0
-    """Tape at open ends stands this far above the face, so that nothing leaves where the paper's was taped: 0 for none
-    above it, else at least 0.1, which is the thickness of the tape itself.
-    """
+    """Height of the tape above the face at open ends, as in the paper: 0, or at least 0.1, the tape's thickness."""
 
     @property
     def deepest_mm(self) -> float:
-        return float(self.depth_at_mm(self.depth_stations_mm).max())
+        return float(self._stations_mm[:, 1].max())
 
     @property
     def wall_angles_deg(self) -> tuple[float, float]:
-        """Of the left wall and of the right one."""
+        """Angles of the left and the right wall."""
         if self.tilt == "vertical":
             return 0.0, 0.0
         both = self.wall_angle_deg
@@ -212,28 +183,28 @@ class CrackShape(Settings):
 
     @property
     def depth_stations_mm(self) -> Floats:
-        """Arc lengths at which the depth is given, (k,)."""
-        return np.array(self._stations, dtype=float)[:, 0]
+        """Arc lengths of the depths given, (k,)."""
+        return self._stations_mm[:, 0]
 
     def depth_at_mm(self, s_mm: Floats) -> Floats:
-        """Depth at each arc length along the centreline, (n,)."""
-        return np.interp(s_mm, *np.array(self._stations, dtype=float).T)
+        """Return the depth at each arc length along the centreline, (n,)."""
+        return np.interp(s_mm, *self._stations_mm.T)
 
     @property
     def level_depths_mm(self) -> Floats:
-        """Depths at which the floor is level for a while, (k,), increasing: the first and the last belong to them."""
-        depth_mm = np.array(self._stations, dtype=float)[:, 1]
+        """Depths of the floor's level parts, (k,), increasing, with those of its first and last station."""
+        depth_mm = self._stations_mm[:, 1]
         return np.unique(np.concatenate([depth_mm[:-1][np.diff(depth_mm) == 0], depth_mm[[0, -1]]]))
 
     @property
-    def _stations(self) -> tuple[tuple[float, float], ...]:
-        return self.depth_mm if isinstance(self.depth_mm, tuple) else ((0.0, self.depth_mm),)
+    def _stations_mm(self) -> Floats:
+        return np.array(self.depth_mm if isinstance(self.depth_mm, tuple) else [(0.0, self.depth_mm)], dtype=float)
 
     @model_validator(mode="after")
     def _stations_in_order(self) -> Self:
-        for (before_mm, _), (after_mm, _) in pairwise(self._stations):
+        for (before_mm, _), (after_mm, _) in pairwise(self._stations_mm):
             if after_mm <= before_mm:
-                raise ValueError(f"depth_mm: station {after_mm:g} after {before_mm:g}; s must grow from row to row")
+                raise ValueError(f"depth_mm: station {after_mm:g} after {before_mm:g}; list stations by increasing s")
         return self
 
     @model_validator(mode="after")
@@ -241,90 +212,78 @@ class CrackShape(Settings):
         left_deg, right_deg = self.wall_angles_deg
         if self.tilt == "lean" and left_deg != right_deg:
             raise ValueError(
-                f"wall_angle_deg is [{left_deg:g}, {right_deg:g}] with tilt lean, in which both walls lean alike: give "
-                "one angle, or choose flare or funnel"
+                f"wall_angle_deg is [{left_deg:g}, {right_deg:g}] with tilt lean, which has one angle: give one, or "
+                "choose flare or funnel"
             )
         return self
 
 
 class MeshInput(Settings):
-    """A sample that somebody has modelled or scanned, in place of a photo."""
+    """A modelled or scanned sample in place of a photo."""
 
     file: Path
-    """STL, PLY, OBJ, OFF, GLB or 3MF; beside the trial file, or absolute."""
+    """Path of an STL, PLY, OBJ, OFF, GLB or 3MF file, relative to the trial file's folder or absolute."""
     data: DataKind
-    """Where the mesh comes from; anything but "measured" is said so in every report."""
+    """Origin of the mesh; every report states one that is not "measured"."""
     units: MeshUnit
-    """Of its numbers. Most formats do not say, so it is never guessed."""
+    """Unit of the file's numbers, which most formats do not state."""
     up: Literal["x", "y", "z", "-x", "-y", "-z"] = "z"
-    """The axis of the file that points out of the cracked face."""
+    """Axis of the file that points out of the cracked face."""
     path: Path | None = None
-    """Centreline as x y in mm a line, in the file's own frame turned upright; left out, it is found in a section just
-    under the face.
-    """
+    """Path of a centreline, a line of x and y in mm for each point, in the file's frame turned upright. Without it, the
+    centreline is found in a section just below the face."""
     base_mm: float | None = Field(default=None, gt=0.1, le=1000)
-    """Of a scan that is open below: it gets upright sides, and a flat underside this far below the face."""
+    """Depth of the flat underside, with upright sides, that closes a scan open below."""
     dam_height_mm: DamHeight = 10.0
-    """As in [crack]: a dam stands wherever the crack leaves the block."""
+    """Height of the dams, as in [crack], wherever the crack leaves the block."""
 
 
 class NozzlePath(Settings):
-    """Where the nozzle goes, and how much it gives."""
+    """Path of the nozzle and its flow."""
 
     volume_ml: float | Literal["cavity"] = "cavity"
-    """Sealant given along the crack; "cavity" fills the share ``fill`` of it."""
+    """Volume of sealant along the crack, or "cavity" for the share ``fill`` of the cavity."""
     fill: float = Field(default=1.0, gt=0.01, le=3)
-    """With volume_ml = "cavity": 1 fills the crack up to its face. Thrice that is a spill."""
+    """Share of the cavity's volume to dispense, with volume_ml = "cavity" only; 1 fills the crack up to its face."""
     flow: Literal["constant", "cross_section"] = "constant"
-    """constant: as much for every second of the way; cross_section: in proportion to the cavity's section there, so
-    that a wide or deep place gets more.
-    """
+    """Flow along the path: constant, or in proportion to the cavity's cross-section."""
     reverse: bool = False
-    """Start from the crack's second end. s still counts from the first."""
+    """Start at the crack's second end; s counts from the first."""
     trim_mm: Annotated[Annotated[Trim, Tag(ONE)] | Annotated[tuple[Trim, Trim], Tag(SEVERAL)], ByShape] = 10.0
-    """The path starts and ends this far along the centreline from the crack's ends, as in the paper; two numbers for
-    two ends, that of s = 0 first.
-    """
+    """Distance between the ends of crack and path, as in the paper; or two, that at s = 0 first."""
     ramp_mm: float = Field(default=0.0, ge=0, le=200)
-    """At both ends, from the outer end of a lead where there is one, the nozzle takes this far to come to speed and to
-    a stop, with the flow in proportion, so that every millimetre gets what it would get at speed. Further than 200 no
-    arm needs.
-    """
+    """Distance to reach full speed and to stop, from the outer ends of the leads; no arm needs more than 200. Flow is
+    proportional to speed, so that each millimetre gets the same volume."""
     lead_in_mm: float = Field(default=0.0, ge=0, le=500)
-    """A straight approach before the path, in its direction and without flow: what an arm needs to come to speed.
-    Half a metre is more than a bench has.
-    """
+    """Length of the straight approach before the path, without flow, in which an arm accelerates. Few benches have
+    space for more than 500."""
     lead_out_mm: float = Field(default=0.0, ge=0, le=500)
-    """The same after it."""
+    """Length of the straight departure after the path, without flow."""
     speed_mm_s: float = Field(default=4.0, gt=0.01, le=1000)
-    """The paper's. Below a hundredth, 80 mm take hours, and sealant sets in the nozzle; a metre a second is the end of
-    what an arm can follow.
-    """
+    """Speed of the nozzle; 4 in the paper. Below 0.01 sealant sets in the nozzle; no arm follows above 1000."""
     spacing_mm: float = Field(default=1.0, gt=0.01, le=20)
-    """Between waypoints: finer changes the length by less than 0.1 %. A hundredth is below what an arm repeats; beyond
-    20 the straight pieces leave a crack that wanders.
-    """
+    """Distance between waypoints: finer than 1 changes the length by less than 0.1 %, finer than 0.01 is below an arm's
+    repeatability, and coarser than 20 leaves a winding crack."""
     nozzle_height_mm: float = Field(default=3.0, gt=0.1, le=100)
-    """Of the nozzle's tip above the face: a tenth clears its grain, from 10 cm sealant no longer meets a crack."""
+    """Height of the nozzle's tip above the face."""
     smoothing_mm: float = Field(default=0.1, ge=0, le=2)
-    """Bound of the RMS distance from the centreline: at 0.1 no turn between waypoints of a wandering crack exceeds 8
-    degrees; the corner of a dog-leg stays. Beyond 2 the nozzle would leave the crack.
-    """
+    """Largest RMS distance from the centreline: with 0.1, turns between waypoints of a winding crack stay below 8
+    degrees, and the corner of a dog-leg is kept. Above 2 the nozzle would leave the crack."""
 
     @property
     def trims_mm(self) -> tuple[float, float]:
-        """At s = 0 and at the far end."""
+        """Trims at s = 0 and at the far end."""
         return self.trim_mm if isinstance(self.trim_mm, tuple) else (self.trim_mm, self.trim_mm)
 
     @model_validator(mode="after")
     def _possible_volume(self) -> Self:
-        if self.volume_ml != "cavity" and not SMALLEST_VOLUME_ML <= self.volume_ml <= LARGEST_VOLUME_ML:
+        if self.volume_ml == "cavity":
+            return self
+        if not SMALLEST_VOLUME_ML <= self.volume_ml <= LARGEST_VOLUME_ML:
             raise ValueError(
                 f"volume_ml is {self.volume_ml:g}: give {SMALLEST_VOLUME_ML:g} to {LARGEST_VOLUME_ML:g}, "
                 'or "cavity" to fill the crack up to its face'
             )
-        if self.volume_ml != "cavity" and self.fill != 1:
-            raise ValueError(
-                f'fill is {self.fill:g} beside volume_ml = {self.volume_ml:g}: a share is of volume_ml = "cavity" only'
-            )
+        if self.fill != 1:
+            raise ValueError(f'fill is {self.fill:g} beside volume_ml = {self.volume_ml:g}: fill needs "cavity"')
         return self

@@ -1,45 +1,128 @@
-"""The nozzle's timed path over a crack: smooth, straight before and after it, and how much it gives where."""
+"""The nozzle's timed path over a crack: smooth, with straight leads, and the flow along it."""
+
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from scipy.interpolate import splev, splprep
 
-from digitise.ramps import times_along
+from digitise.geometry.polyline import at_arc_length
 from digitise.settings import LARGEST_VOLUME_ML, NozzlePath
-from sealtwin.errors import InputError
-from sealtwin.records import Floats, Outline, Sections, Trajectory, arc_length
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Floats, Outline, Sections, Solid, Trajectory, arc_length, arc_length_at
 
-SAMPLE_MM = 0.25
-"""The centreline is resampled this finely before it is smoothed, so that every millimetre of it weighs the same."""
+SHARP_TURN_DEG = 20.0  # Turn at a waypoint where an arm slows down, and lays a lump; winding cracks turn by up to 8
+STRAIGHT_MM = 1e5  # Radius beyond which a bend is rounding
+SAMPLE_MM = 0.25  # Step of the centreline before smoothing, so that every millimetre has the same weight
 FINEST_SAMPLES, MOST_SAMPLES = 17, 20_000
-MOST_WAYPOINTS = 100_000
-"""A metre of crack at a hundredth of a millimetre; more is a slip of the pen."""
-MUCH_SEALANT, LITTLE_SEALANT = 3.0, 0.1
-"""Cavities' worth beyond which a volume is more likely a slip than a plan: the paper gives 0.8 to 1.2."""
+MOST_WAYPOINTS = 100_000  # Most waypoints of a path: a metre of crack at a hundredth of a millimetre
+MUCH_SEALANT, LITTLE_SEALANT = 3.0, 0.1  # Cavities' worth of sealant that earn a warning; the paper gives 0.8 to 1.2
 ROUNDING = 1e-9
+
+
+def times_along(way_mm: Floats, speed_mm_s: float, ramp_mm: float) -> Floats:
+    """Return the time at which each place of a path, ``way_mm`` from its start, is reached, (n,) in s from 0.
+
+    On a ramp, at most half of the path, the nozzle accelerates by v² / (2 ramp): after x, t = 2 sqrt(ramp x) / v.
+    """
+    length_mm = way_mm[-1]
+    if ramp_mm == 0:
+        return way_mm / speed_mm_s
+    into_mm = np.minimum(way_mm, ramp_mm)
+    left_mm = np.minimum(length_mm - way_mm, ramp_mm)
+    even_mm = np.clip(way_mm - ramp_mm, 0.0, length_mm - 2 * ramp_mm)
+    return (2 * np.sqrt(ramp_mm * into_mm) + even_mm + 2 * (ramp_mm - np.sqrt(ramp_mm * left_mm))) / speed_mm_s
+
+
+def with_path(solid: Solid, trajectory: Trajectory, outline: Outline, path: NozzlePath) -> Solid:
+    """Return the solid with the figures of a path over it in its report, and the doubts about that path as warnings."""
+    figures, doubts = path_report(trajectory, outline, path)
+    sealant_mm3 = float(trajectory.given_mm3.sum())
+    report = {
+        **solid.report,
+        "sealant_mm3": sealant_mm3,
+        "cavity_to_sealant": solid.cavity_volume_mm3 / sealant_mm3,
+        "path": figures,
+        "warnings": [*solid.report["warnings"], *doubts, *volume_warnings(sealant_mm3, solid.cavity_volume_mm3)],
+    }
+    return replace(solid, report=report)
+
+
+def path_report(trajectory: Trajectory, outline: Outline, path: NozzlePath) -> tuple[dict[str, Any], tuple[str, ...]]:
+    """Return the figures of a path for solid.json, in mm, degrees and s, without the leads; and warnings."""
+    # The waypoints between the trims.
+    begin_mm, end_mm = path.trims_mm[0], outline.length_mm - path.trims_mm[1]
+    inside = (trajectory.s_mm > begin_mm - 1e-6) & (trajectory.s_mm < end_mm + 1e-6)
+    first, last = np.flatnonzero(inside)[[0, -1]].tolist()
+    s_mm, points_mm = trajectory.s_mm[first : last + 1], trajectory.position_mm[first : last + 1, :2]
+    dose_mm3_per_mm = (trajectory.given_mm3 / np.diff(arc_length(trajectory.position_mm)))[first:last]
+    feet_mm = at_arc_length(outline.centreline_mm, outline.s_mm, arc_length_at(points_mm, outline.centreline_mm))
+    off_mm = np.linalg.norm(points_mm - feet_mm, axis=1)
+    turn_deg = turns_deg(points_mm)
+    radius_mm = radii_mm(points_mm)
+    moving = trajectory.speed_mm_s[:-1]
+    report: dict[str, Any] = {
+        "length_mm": float(arc_length(points_mm)[-1]),
+        "centreline_mm": float(abs(s_mm[-1] - s_mm[0])),
+        "smoothing_mm": path.smoothing_mm,
+        "off_centreline_rms_mm": float(np.sqrt(np.mean(off_mm**2))),
+        "off_centreline_worst_mm": float(off_mm.max()),
+        "largest_turn_deg": float(turn_deg.max(initial=0.0)),
+        "smallest_radius_mm": float(radius_mm.min(initial=np.inf)) if np.isfinite(radius_mm).any() else None,
+        "starts_at_s_mm": float(trajectory.s_mm[0]),
+        "ends_at_s_mm": float(trajectory.s_mm[-1]),
+        "waypoints": len(trajectory.t_s),
+        "duration_s": trajectory.duration_s,
+        "speed_mm_s": (float(moving.min()), float(moving.max())),
+        "sealant_mm3_per_mm": (float(dose_mm3_per_mm.min()), float(dose_mm3_per_mm.max())),
+    }
+    return report, _warnings(path, outline, s_mm, turn_deg, off_mm)
+
+
+def turns_deg(points_mm: Floats) -> Floats:
+    """Return the change of direction at each inner waypoint, (n - 2,)."""
+    step = np.diff(points_mm[:, :2], axis=0)
+    cross = step[:-1, 0] * step[1:, 1] - step[:-1, 1] * step[1:, 0]
+    return np.degrees(np.abs(np.arctan2(cross, (step[:-1] * step[1:]).sum(axis=1))))
+
+
+def radii_mm(points_mm: Floats) -> Floats:
+    """Return the radius of the circle through each inner waypoint and its neighbours, (n - 2,); inf if in line."""
+    a, b, c = points_mm[:-2, :2], points_mm[1:-1, :2], points_mm[2:, :2]
+    sides = [np.linalg.norm(p - q, axis=1) for p, q in ((a, b), (b, c), (c, a))]
+    double_area = np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
+    with np.errstate(divide="ignore"):
+        radius = np.prod(sides, axis=0) / (2 * double_area)
+    return np.where(radius > STRAIGHT_MM, np.inf, radius)
+
+
+def _warnings(path: NozzlePath, outline: Outline, s_mm: Floats, turn_deg: Floats, off_mm: Floats) -> tuple[str, ...]:
+    warnings = []
+    if turn_deg.max(initial=0.0) > SHARP_TURN_DEG:
+        at = int(turn_deg.argmax()) + 1
+        warnings.append(
+            f"the nozzle's path turns by {turn_deg[at - 1]:.0f} degrees at s = {s_mm[at]:.1f} mm, where an arm slows "
+            f"down and lays a lump; a smoothing_mm above {path.smoothing_mm:g} rounds it"
+        )
+    if off_mm.max() > outline.mean_width_mm / 2:
+        at = int(off_mm.argmax())
+        warnings.append(
+            f"at s = {s_mm[at]:.1f} mm smoothing takes the nozzle {off_mm[at]:.2f} mm off the crack's middle, which is "
+            f"{outline.mean_width_mm:.2f} mm wide: a smoothing_mm below {path.smoothing_mm:g} keeps it in"
+        )
+    return tuple(warnings)
 
 
 def plan_trajectory(
     outline: Outline, path: NozzlePath, cavity_volume_mm3: float, sections: Sections | None = None
 ) -> Trajectory:
-    """Evenly spaced waypoints on a smoothed centreline, from one trim to the other, with a straight lead at each end.
+    """Plan evenly spaced waypoints on a smoothed centreline between the trims, with a straight lead at each end.
 
-    Row i holds from ``t_s[i]`` to ``t_s[i + 1]``: the nozzle goes straight from waypoint to waypoint at ``speed_mm_s``
-    and gives ``flow_mm3_s``. In the last row both are 0: a controller that holds it stands still and gives no more, so
-    ``sum(flow[:-1] * diff(t))`` is the whole volume. ``s_mm`` is arc length on the outline's own centreline, from its
-    first point: it falls along a reversed path, and on a lead it runs on beyond the trim, below 0 if need be.
+    Row i holds from ``t_s[i]`` to ``t_s[i + 1]``: the nozzle moves straight to the next waypoint at ``speed_mm_s`` and
+    gives ``flow_mm3_s``, both 0 in the last row. ``s_mm`` is arc length on the outline's own centreline: it falls along
+    a reversed path, and a lead continues it beyond the trim. The dose of a millimetre does not depend on its speed.
 
-    Ramps take from the first waypoint and from the last, leads included. What a millimetre of crack gets does not
-    depend on how fast it is passed: the same everywhere, or in proportion to the cavity's section there.
-
-    Args:
-        outline: The crack.
-        path: How to follow it.
-        cavity_volume_mm3: What volume_ml = "cavity" is a share of.
-        sections: The cavity along the centreline; needed for flow = "cross_section".
-
-    Raises:
-        InputError: the path is too short for its trims or ramps, has too many waypoints, or gives no volume that a path
-            may give.
+    Raises InputError for a path too short for its trims or ramps, with too many waypoints, or too large a volume.
     """
     _check_lengths(outline.length_mm, path)
     volume_mm3 = _volume_mm3(path, cavity_volume_mm3)
@@ -47,15 +130,13 @@ def plan_trajectory(
     if path.reverse:
         s_mm, points_mm, headings = s_mm[::-1], points_mm[::-1], -headings[::-1]
     share = _shares(s_mm, points_mm, path, sections)
-
     onward = -1.0 if path.reverse else 1.0
     before_mm, after_mm = _steps(path.lead_in_mm, path.spacing_mm)[::-1], _steps(path.lead_out_mm, path.spacing_mm)
     s_mm = np.concatenate([s_mm[0] - onward * before_mm, s_mm, s_mm[-1] + onward * after_mm])
     points_mm = np.concatenate(
         [points_mm[0] - before_mm[:, None] * headings[0], points_mm, points_mm[-1] + after_mm[:, None] * headings[-1]]
     )
-    share = np.concatenate([np.zeros(len(before_mm)), share, np.zeros(len(after_mm))])
-
+    share = np.pad(share, (len(before_mm), len(after_mm)))
     way_mm = arc_length(points_mm)
     if way_mm[-1] < 2 * path.ramp_mm:
         raise InputError(
@@ -74,7 +155,7 @@ def plan_trajectory(
 
 
 def volume_warnings(sealant_mm3: float, cavity_mm3: float) -> tuple[str, ...]:
-    """What is odd about giving ``sealant_mm3`` to a cavity of ``cavity_mm3``; empty where nothing is."""
+    """Return a warning if ``sealant_mm3`` is implausible for a cavity of ``cavity_mm3``."""
     times = sealant_mm3 / cavity_mm3
     if LITTLE_SEALANT <= times <= MUCH_SEALANT:
         return ()
@@ -86,15 +167,11 @@ def volume_warnings(sealant_mm3: float, cavity_mm3: float) -> tuple[str, ...]:
 
 
 def smooth_centreline(centreline_mm: Floats, smoothing_mm: float) -> tuple[Floats, Floats]:
-    """Arc length on the centreline (n,) and the smoothed points there (n, 2), every ``SAMPLE_MM``.
-
-    A cubic smoothing spline over arc length, with the fewest knots whose RMS distance from the centreline stays within
-    ``smoothing_mm`` (FITPACK's splprep, Dierckx 1982). 0 follows the centreline through every sample.
-    """
+    """Return arc length (n,) and points (n, 2), every ``SAMPLE_MM``, of the cubic smoothing spline (Dierckx 1982)."""
     s_mm = arc_length(centreline_mm)
     count = int(np.clip(np.ceil(s_mm[-1] / SAMPLE_MM) + 1, FINEST_SAMPLES, MOST_SAMPLES))
     at_mm = np.linspace(0.0, s_mm[-1], count)
-    samples = np.column_stack([np.interp(at_mm, s_mm, centreline_mm[:, axis]) for axis in (0, 1)])
+    samples = at_arc_length(centreline_mm, s_mm, at_mm)
     spline, _ = splprep(samples.T, u=at_mm, k=3, s=count * smoothing_mm**2)
     return at_mm, np.column_stack(splev(at_mm, spline))
 
@@ -115,34 +192,32 @@ def _check_lengths(length_mm: float, path: NozzlePath) -> None:
 
 
 def _waypoints(centreline_mm: Floats, path: NozzlePath) -> tuple[Floats, Floats, Floats]:
-    """Arc length on the centreline, place and heading of each waypoint, evenly spaced along the smoothed path."""
+    """Return arc length on the centreline, place and heading of waypoints evenly spaced along the smoothed path."""
     at_mm, smooth = smooth_centreline(centreline_mm, path.smoothing_mm)
     flown_mm = arc_length(smooth)
     from_start_mm, from_end_mm = path.trims_mm
     first, last = np.interp([from_start_mm, at_mm[-1] - from_end_mm], at_mm, flown_mm)
     even_mm = np.linspace(first, last, max(1, int(np.ceil((last - first) / path.spacing_mm - ROUNDING))) + 1)
     tangents = np.gradient(smooth, flown_mm, axis=0)
-    points_mm, headings = (
-        np.column_stack([np.interp(even_mm, flown_mm, column) for column in values.T]) for values in (smooth, tangents)
-    )
+    points_mm, headings = (at_arc_length(values, flown_mm, even_mm) for values in (smooth, tangents))
     headings /= np.linalg.norm(headings, axis=1, keepdims=True)
     return np.interp(even_mm, flown_mm, at_mm), points_mm, headings
 
 
 def _steps(length_mm: float, spacing_mm: float) -> Floats:
-    """Distances from an end of the path to the waypoints of the lead beyond it, the nearest first."""
+    """Return the distances from an end of the path to the waypoints of the lead beyond it, the nearest first."""
     count = int(np.ceil(length_mm / spacing_mm - ROUNDING))
     return length_mm / max(count, 1) * np.arange(1, count + 1, dtype=float)
 
 
 def _shares(s_mm: Floats, points_mm: Floats, path: NozzlePath, sections: Sections | None) -> Floats:
-    """Of the volume, between each waypoint and the next; their sum is 1."""
+    """Return the share of the volume between each waypoint and the next; their sum is 1."""
     if path.flow == "constant":
         share = np.diff(arc_length(points_mm))
     else:
         if sections is None:
             raise ValueError('flow = "cross_section" without sections')
-        # Sections change faster than waypoints come where a crack tapers: their integral, so that nothing is skipped.
+        # Where a crack tapers, sections change faster than waypoints follow each other, so they are integrated.
         grid_mm = np.unique(np.concatenate([s_mm, sections.s_mm]))
         area_mm2 = np.interp(grid_mm, sections.s_mm, sections.area_mm2)
         below_mm3 = np.concatenate([[0.0], np.cumsum((area_mm2[1:] + area_mm2[:-1]) / 2 * np.diff(grid_mm))])
@@ -158,10 +233,6 @@ def _shares(s_mm: Floats, points_mm: Floats, path: NozzlePath, sections: Section
 def _volume_mm3(path: NozzlePath, cavity_volume_mm3: float) -> float:
     if path.volume_ml != "cavity":
         return path.volume_ml * 1000.0
-    if not cavity_volume_mm3 > 0:
-        raise InputError(
-            f'volume_ml is "cavity", but the cavity holds {cavity_volume_mm3:g} mm³. Give volume_ml a number.'
-        )
     volume_mm3 = path.fill * cavity_volume_mm3
     if volume_mm3 > 1000 * LARGEST_VOLUME_ML:
         filled = "" if path.fill == 1 else f", which fill = {path.fill:g} makes {volume_mm3 / 1000:.0f} ml"

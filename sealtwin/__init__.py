@@ -1,1 +1,76 @@
-"""The face of the toolkit: command line, trial file, run folder, and the records that stages exchange."""
+"""A digital twin of a crack being sealed: from a photo to a compared, reported fluid run.
+
+``import sealtwin as st`` offers the names below. Each is loaded when it is first used, so that the import itself is
+cheap and loads no numerical library. Lengths are millimetres, times seconds, stresses pascals; the unit stands in every
+name. What a user can mend is raised as ``SealtwinError``, most of it as its subclass ``InputError``.
+
+Records (frozen, of NumPy arrays) go from function to function::
+
+    read_photo -> trace_crack -> build_solid -> plan_path -> inject -> measure_level -> compare -> write_report
+"""
+
+from typing import TYPE_CHECKING, Any
+
+from sealtwin.packages_check import require_at_import
+
+if TYPE_CHECKING:
+    from sealtwin.api.levels import LevelComparison, LevelReadings, compare, plot_levels, read_readings
+    from sealtwin.api.outputs import write_report, write_robot_program
+    from sealtwin.api.runs import Fluid, Nozzle, PlannedPath, SimulatedLevel, Solver, inject, measure_level, plan_path
+    from sealtwin.api.samples import CrackOutline, SamplePhoto, build_solid, import_mesh, read_photo, trace_crack
+    from sealtwin.api.shared import InputError, NumericalError, Run, SealtwinError, Solid
+    from sealtwin.api.trials import SweepResult, TrialRun, run_trial, sweep, write_map
+
+require_at_import()
+
+__all__ = [
+    "CrackOutline",
+    "Fluid",
+    "InputError",
+    "LevelComparison",
+    "LevelReadings",
+    "Nozzle",
+    "NumericalError",
+    "PlannedPath",
+    "Run",
+    "SamplePhoto",
+    "SealtwinError",
+    "SimulatedLevel",
+    "Solid",
+    "Solver",
+    "SweepResult",
+    "TrialRun",
+    "build_solid",
+    "compare",
+    "import_mesh",
+    "inject",
+    "measure_level",
+    "plan_path",
+    "plot_levels",
+    "read_photo",
+    "read_readings",
+    "run_trial",
+    "sweep",
+    "trace_crack",
+    "write_map",
+    "write_report",
+    "write_robot_program",
+]
+
+_MODULES = ("shared", "trials", "runs", "samples", "levels", "outputs")
+"""Modules of ``sealtwin.api``, which load more and more libraries in this order."""
+
+
+def __getattr__(name: str) -> Any:
+    """Load a public name when it is first asked for (PEP 562)."""
+    if name not in __all__:
+        raise AttributeError(f"module 'sealtwin' has no attribute {name!r}")
+    from importlib import import_module
+
+    modules = (import_module(f"sealtwin.api.{module}") for module in _MODULES)
+    globals()[name] = value = next(getattr(module, name) for module in modules if hasattr(module, name))
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

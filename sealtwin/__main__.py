@@ -1,6 +1,6 @@
-"""``python -m sealtwin``: the command, where the environment's scripts are not on the PATH."""
+"""Command as ``python -m sealtwin``, for an environment whose scripts are not on the PATH."""
 
-from sealtwin.cli import main
+from sealtwin.cli.app import main
 
 if __name__ == "__main__":
     main()

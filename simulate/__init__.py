@@ -1,1 +1,3 @@
-"""From a crack solid and a trajectory to a settled sealant surface, by position-based fluid on Warp."""
+"""Simulation of the sealant: position-based fluid on Warp, from a crack solid and a trajectory to a settled surface."""
+
+PART_OF = "sealtwin"

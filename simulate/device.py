@@ -1,20 +1,26 @@
-"""Where the kernels run: the choice is the user's, and never changed in silence."""
+"""The device that runs the kernels: the user's choice, which is never changed silently."""
 
 import math
 import platform
+from typing import Any
 
 import warp as wp
+from warp.utils import array_scan
 
-from sealtwin.errors import InputError
+from sealtwin.core.errors import InputError
+from simulate.kernels import selftest as device_code
 
 # Warp's banner goes to stdout, which belongs to results.
 wp.config.log_level = wp.LOG_WARNING
 
+SIDE = 8
+"""Number of points along each edge of the test lattice, and of turns of the test loop."""
+
 
 def choose_device(name: str) -> str:
-    """Warp's name of the device. "auto" is the first CUDA device where there is one, else the CPU.
+    """Warp's name of the device. "auto" is the first CUDA device if there is one, else the CPU.
 
-    Raises InputError where a device that was asked for is not there, or is a GPU that cannot record frames.
+    Raises InputError where the requested device is absent, or is a GPU that cannot record frames.
     """
     present = [str(device) for device in wp.get_devices()]
     if name == "auto":
@@ -29,12 +35,12 @@ def choose_device(name: str) -> str:
 
 
 def free_bytes(name: str) -> float:
-    """Of a GPU's own memory; no bound on a CPU, whose memory the operating system lends."""
+    """Free memory of a GPU; infinite for a CPU, whose memory the operating system manages."""
     return math.inf if name == "cpu" else float(wp.get_device(name).free_memory)
 
 
 def _require_recording(name: str) -> None:
-    """A frame asks on the device whether to go on, and its scans take their memory within it."""
+    """Raise InputError unless a frame can be recorded: with its loops, and with the memory of its scans."""
     if not wp.is_conditional_graph_supported():
         raise InputError(
             f"device {name}: its driver cannot repeat a recorded frame, which takes one of CUDA 12.4 or newer. Update "
@@ -45,7 +51,35 @@ def _require_recording(name: str) -> None:
 
 
 def describe_device(name: str) -> str:
-    """One line for the report: what the run was computed on."""
+    """One line for the report: the device of the run."""
     if name == "cpu":
         return f"CPU ({platform.processor() or platform.machine()}), Warp {wp.__version__}"
     return f"{wp.get_device(name).name} ({name}), Warp {wp.__version__}"
+
+
+def touching_pairs(device: str) -> int:
+    """Number of pairs of points one apart in a cubic lattice of 8 x 8 x 8: 3 * 7 * 8 * 8 if ``device`` works."""
+    count = wp.zeros(SIDE**3, dtype=int, device=device)
+    for step in ((1, 0, 0), (0, 1, 0), (0, 0, 1)):
+        wp.launch(device_code.count_pairs, dim=(SIDE, SIDE, SIDE), inputs=[SIDE, *step, count], device=device)
+    return int(count.numpy().sum())
+
+
+def turns_of_a_recording(device: str) -> int:
+    """Number of turns of a recorded loop, which a working device ends after 8; it also replays a scan.
+
+    A frame of the fluid is such a recording, which old GPU drivers cannot make.
+    """
+    turns, more = wp.zeros(1, dtype=int, device=device), wp.full(1, 1, dtype=int, device=device)
+    ones, sums = wp.full(SIDE, 1, dtype=int, device=device), wp.zeros(SIDE, dtype=int, device=device)
+
+    def turn() -> None:
+        wp.launch(device_code.count_turn, dim=1, inputs=[SIDE, turns, more], device=device)
+
+    wp.load_module(device_code, device=device)
+    with wp.ScopedCapture(device=device, force_module_load=False) as capture:
+        wp.capture_while(more, turn)
+        array_scan(ones, sums)
+    recorded: Any = capture.graph
+    wp.capture_launch(recorded)
+    return int(turns.numpy()[0]) if int(sums.numpy()[-1]) == SIDE else 0

@@ -9,31 +9,31 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from sealtwin.errors import NumericalError
-from sealtwin.records import Outline, Run, Solid, Trajectory
-from sealtwin.regime import regime_of
-from simulate import kernels_rest
-from simulate.course import course_of
+from sealtwin.core.errors import NumericalError
+from sealtwin.core.records import Outline, Run, RunHealth, Solid, Trajectory
+from sealtwin.core.regime import regime_of
 from simulate.device import describe_device
-from simulate.distance import CM
-from simulate.enclosure import Enclosure, enclose
-from simulate.faults import SENTENCES, Fault
-from simulate.fit import CM2_IN_M2, check_damping, check_fit, domain_of, effective_u, rheology_of
-from simulate.nozzle import Schedule, plan_releases
-from simulate.outlet import check_outlet
-from simulate.paste import kinematic_viscosity
-from simulate.seen import Seen
+from simulate.fluid.fault_checks import SENTENCES, RunFault
+from simulate.fluid.run_statistics import RunStatistics
+from simulate.fluid.solver import FluidSolver, substeps_for
+from simulate.fluid.state import State
+from simulate.kernels import status
 from simulate.settings import Fluid, Nozzle, Solver
-from simulate.solver import FluidSolver, substeps_for
-from simulate.state import State
+from simulate.setup.release_schedule import Schedule, course_of, plan_releases
+from simulate.setup.rheology import Rheology, kinematic_viscosity
+from simulate.setup.signed_distance import CM
+from simulate.setup.wall_particles import Enclosure, enclose
+from simulate.setup_checks import CM2_IN_M2, check_damping, check_fit, check_outlet, domain_of, rheology_of
 
+NO_SLIP = "no slip"
+"""Origin of D for fluid that sticks to the walls; settings that name no origin have D as it was given."""
 SAMPLE_EVERY = 50
 """Frames between two samples of the density error."""
 
 
 @dataclass
 class Injection:
-    """A prepared run: what it was made from, and how far it has come. Made by ``prepare``."""
+    """A prepared run with its inputs and its progress. ``prepare`` makes it."""
 
     outline: Outline
     fluids: tuple[Fluid, ...]
@@ -43,71 +43,71 @@ class Injection:
     schedule: Schedule
     engine: FluidSolver
     frames: int
-    """To the end of settling."""
+    """Number of frames to the end of settling."""
     setup_s: float
-    seen: Seen
+    statistics: RunStatistics
     done: int = 0
-    """Frames that are finished."""
+    """Number of finished frames."""
     moving: int = 0
-    """Particles that move, over all runs, when that was last seen: in every frame on a CPU, else at a sample."""
+    """Particles that move, over all runs, when last counted: in every frame on a CPU, else at a sample."""
     failed: dict[int, NumericalError] = field(default_factory=dict)
-    """Runs that were given up, by their number; the others go on without them."""
+    """Errors of the runs that were given up, by number; the other runs continue."""
 
     @property
     def t_s(self) -> float:
-        """Of the clock, after the frames that are done."""
+        """Simulated time after the frames that are done."""
         return self.done * self.schedule.frame_s
 
     @property
     def out(self) -> int:
-        """Particles of a run that have left the nozzle."""
+        """Number of a run's particles that have left the nozzle."""
         return self.engine.state.released(self.done - 1) if self.done else 0
 
     @property
     def at_rest(self) -> bool:
-        """Nothing moves, and nothing is to come."""
+        """Nothing moves, and no release is left."""
         return self.done >= len(self.schedule.released) and self.moving == 0
 
     def advance(self) -> None:
-        """One frame. A run that goes wrong is given up; NumericalError where it was the last one.
+        """Compute one frame. A run with a fault is given up; raises NumericalError where no run is left.
 
-        That names frame, time, particle and place. Where frames are replayed, faults are looked for only where the
-        density is sampled, and name that later frame.
+        The error names frame, time, particle and position. Where frames are replayed, faults are looked for only in
+        frames in which the density is sampled, and the error names that later frame.
         """
         frame, engine = self.done, self.engine
         began = time.perf_counter()
         solves = engine.advance(frame)
-        sampled = not self.seen.density or frame % SAMPLE_EVERY == 0 or frame == self.frames - 1
+        sampled = not self.statistics.density or frame % SAMPLE_EVERY == 0 or frame == self.frames - 1
         if sampled or not engine.replays:
             self._give_up_faulty()
             self.moving = engine.count_movers()
             if self.moving:
-                self.seen.add(engine, solves, sampled)
+                self.statistics.add(engine, solves, sampled)
         self.done += 1
-        self.seen.frames_s += time.perf_counter() - began
+        self.statistics.frames_s += time.perf_counter() - began
 
     def wait(self) -> None:
-        """Until the device has finished its frames, whose time this is: before anybody reads what they left."""
+        """Wait until the device has finished its frames, and count the time as theirs; arrays may then be read."""
         began = time.perf_counter()
         wp.synchronize_device(self.engine.state.device)
-        self.seen.frames_s += time.perf_counter() - began
+        self.statistics.frames_s += time.perf_counter() - began
 
     def snapshot(self) -> dict[str, NDArray[Any]]:
-        """All that the frames to come depend on, and what was seen so far, by name."""
+        """All that the remaining frames depend on, and the statistics so far, by name."""
         self.wait()
         # On the CPU numpy() is a view of what the next frame writes to.
         device = {name: there.numpy().copy() for name, there in self.engine.lasting().items()}
-        return {"done": np.array(self.done), **device, **self.seen.snapshot()}
+        return {"done": np.array(self.done), **device, **self.statistics.snapshot()}
 
     def restore(self, snapshot: Mapping[str, NDArray[Any]]) -> None:
-        """Go back, or on, to where ``snapshot`` was taken: on one CPU the run then continues to the same bits.
+        """Return to the state of ``snapshot``: on the same CPU the run then continues to the same bits.
 
-        Raises KeyError or ValueError, with nothing changed, where it is of no run like this one.
+        Raises KeyError or ValueError, with nothing changed, for a snapshot of a run unlike this one.
         """
         lasting = self.engine.lasting()
         for name, here in self.snapshot().items():
             found = snapshot[name]
-            # What was seen grows as the run goes.
+            # The statistics grow with the run.
             alike = found.shape == here.shape if name in lasting else found.ndim == here.ndim
             if found.dtype != here.dtype or not alike:
                 raise ValueError(f"{name} is {found.dtype} {found.shape}, not {here.dtype} {here.shape}")
@@ -116,25 +116,23 @@ class Injection:
         for name, there in lasting.items():
             there.assign(snapshot[name])
         self.done = int(snapshot["done"])
-        self.seen.restore(snapshot)
-        self.engine.go_on_from(self.done)
+        self.statistics.restore(snapshot)
+        self.engine.resume(self.done)
         self.moving = self.engine.count_movers()
 
     def results(self) -> list[Run]:
-        """Where every particle is now, a Run for each fluid. Raises NumericalError where one was given up."""
-        made = []
-        for outcome in self.outcomes():
-            if isinstance(outcome, NumericalError):
-                raise outcome
-            made.append(outcome)
-        return made
+        """A Run for each fluid, as it is now. Raises NumericalError where one was given up."""
+        outcomes = self.outcomes()
+        if self.failed:
+            raise self.failed[min(self.failed)]
+        return [run for run in outcomes if isinstance(run, Run)]
 
     def outcomes(self) -> list[Run | NumericalError]:
-        """A Run for each fluid, or why there is none."""
+        """A Run for each fluid, or the error for which it was given up."""
         self.wait()
         engine, schedule = self.engine, self.schedule
-        fate = _fates(engine)
-        # From a GPU once, and not for every run.
+        status_of = _final_status(engine)
+        # One copy from a GPU, and not one for every run.
         position_mm, velocity_mm_s = engine.state.position_mm(), engine.state.velocity_mm_s()
         count = schedule.particles
         facts = self._facts()
@@ -149,31 +147,34 @@ class Injection:
                     position_mm=position_mm[own],
                     velocity_mm_s=velocity_mm_s[own],
                     age_s=(self.done - schedule.frame_of).astype(float) * schedule.frame_s,
-                    spilled=fate[own] == int(kernels_rest.SPILLED),
+                    spilled=status_of[own] == int(status.SPILLED),
                     radius_mm=self.solver.size_mm,
                     particle_volume_mm3=schedule.dispensed_mm3 / count,
-                    escaped_particles=int((fate[own] == int(kernels_rest.ESCAPED)).sum()),
+                    escaped_particles=int((status_of[own] == int(status.ESCAPED)).sum()),
                     device=describe_device(engine.state.device),
                     settings=self._settings(fluid),
-                    health=self.seen.summary(number) | facts | self._effects(fluid),
+                    health=RunHealth(**self.statistics.summary(number), **facts, **self._effects(fluid)),
                 )
             )
         return made
 
     def _settings(self, fluid: Fluid) -> dict[str, Any]:
-        effective = self.solver.scheme._asdict() | {"substeps": self.engine.substeps}
+        scheme = self.solver.scheme_for(yields=fluid.yields, freezes=fluid.freezes)
+        effective = scheme._asdict() | {"substeps": self.engine.substeps}
+        # Left out, D follows from the viscosity.
+        drag = {"D_cm": self._rheology(fluid).wall_weight_cm, "D_from": NO_SLIP} if fluid.D_cm is None else {}
         return {
-            "fluid": fluid.model_dump(),
+            "fluid": fluid.model_dump() | drag,
             "solver": self.solver.model_dump() | effective,
             "nozzle": self.nozzle.model_dump(),
             "seed": self.seed,
         }
 
     def _effects(self, fluid: Fluid) -> dict[str, Any]:
-        """What a fluid's settings amount to, and which forces rule."""
-        support, frame_s = 4 * self.solver.size_mm * CM, self.schedule.frame_s
-        weight = effective_u(fluid, support, frame_s)
-        viscosity_m2_s = kinematic_viscosity(weight, support, frame_s) / CM2_IN_M2
+        """Quantities in effect that follow from a fluid's settings, and its flow regime."""
+        rheology = self._rheology(fluid)
+        weight, support = rheology.viscous_weight, 4 * self.solver.size_mm * CM
+        viscosity_m2_s = kinematic_viscosity(weight, support, self.schedule.frame_s) / CM2_IN_M2
         regime = regime_of(
             viscosity_m2_s=viscosity_m2_s,
             density_kg_m3=fluid.density_kg_m3,
@@ -186,9 +187,13 @@ class Injection:
             "viscosity_m2_s": viscosity_m2_s,
             "viscosity_pa_s": viscosity_m2_s * fluid.density_kg_m3,
             "U": weight,
+            "D_cm": rheology.wall_weight_cm,
             "yield_stress_pa": fluid.yield_stress_pa,
             **{name: value for name, value in regime._asdict().items() if value is not None},
         }
+
+    def _rheology(self, fluid: Fluid) -> Rheology:
+        return rheology_of(fluid, 4 * self.solver.size_mm * CM, self.schedule.frame_s)
 
     def _facts(self) -> dict[str, Any]:
         return {
@@ -196,22 +201,22 @@ class Injection:
             "frame_s": self.schedule.frame_s,
             "substeps": self.engine.substeps,
             "particles_a_release": self.schedule.release,
-            "wall_particles": len(self.engine.walls.place),
+            "wall_particles": len(self.engine.walls.position_and_share),
             "particles_across": self.outline.mean_width_mm / (2 * self.solver.size_mm),
             "kernels_a_frame": self.engine.kernels_a_frame,
             "setup_s": self.setup_s,
-            "frames_s": self.seen.frames_s,
+            "frames_s": self.statistics.frames_s,
         }
 
     def _give_up_faulty(self) -> None:
-        """Raises NumericalError where no run is left, with all as the fault left it."""
-        for run, fault in self.engine.watch.found().items():
+        """Give up the runs with a fault. Raises NumericalError where no run is left, with all as the fault left it."""
+        for run, fault in self.engine.faults.found().items():
             self.failed[run] = NumericalError(self._in_words(run, fault))
             if len(self.failed) == len(self.fluids):
                 raise self.failed[run]
             self.engine.give_up(run)
 
-    def _in_words(self, run: int, fault: Fault) -> str:
+    def _in_words(self, run: int, fault: RunFault) -> str:
         said = f"{SENTENCES[fault.kind]} Frame {self.done}, t = {self.t_s:.3f} s"
         if fault.particle is not None:
             x, y, z = self.engine.state.position_mm()[run * self.schedule.particles + fault.particle]
@@ -232,11 +237,11 @@ def prepare(
     threads: int = 1,
     enclosure: Enclosure | None = None,
 ) -> Injection:
-    """Schedule, walls and particles, ready for the first frame.
+    """Prepare schedule, walls and particles for the first frame.
 
     Several ``fluids`` are computed at once, each as if it were alone. ``enclosure`` is that of an earlier run in this
-    crack, with particles of this size on this device; None: build it. Raises InputError where the settings do not fit
-    the crack.
+    crack, with particles of this size on this device; None builds it. Raises InputError where the settings do not fit
+    the crack, ValueError where the volume factors of the fluids differ.
     """
     solver = solver.for_crack(outline.mean_width_mm)
     for fluid in fluids:
@@ -273,14 +278,13 @@ def prepare(
         threads=threads,
     )
     setup_s = time.perf_counter() - began
-    return Injection(
-        outline, tuple(fluids), solver, nozzle, seed, schedule, engine, courses[0].frames, setup_s, Seen(len(pastes))
-    )
+    frames, statistics = courses[0].frames, RunStatistics(len(pastes))
+    return Injection(outline, tuple(fluids), solver, nozzle, seed, schedule, engine, frames, setup_s, statistics)
 
 
-def _fates(engine: FluidSolver) -> NDArray[np.integer]:
-    """What became of each particle. The last word on escapes has the mesh itself, not the grid that stopped them."""
-    fate = np.array(engine.state.fate.numpy(), dtype=np.int64)
+def _final_status(engine: FluidSolver) -> NDArray[np.integer]:
+    """Status of each particle. The mesh itself decides on escapes, not the distance grid that stopped particles."""
+    status_of = np.array(engine.state.status.numpy(), dtype=np.int64)
     inside = engine.barrier.exact_mm(engine.state.position_mm()) < 0
-    fate[(fate <= int(kernels_rest.FROZEN)) & inside] = int(kernels_rest.ESCAPED)
-    return fate
+    status_of[(status_of <= int(status.FROZEN)) & inside] = int(status.ESCAPED)
+    return status_of

@@ -1,4 +1,4 @@
-"""The measuring instrument: where the surface of the finished liquid lies along the crack, and how much is there.
+"""The profile: height of the finished liquid's surface along the crack, and its volume.
 
 Lengths in mm, speeds in mm/s. ``measure_profile`` follows the paper's extraction (side view as pixels, smoothing by a
 box of ones, longest run of each column, its top edge) and removes what the pixels and the box add:
@@ -15,23 +15,23 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.spatial import KDTree
 
-from sealtwin.errors import NumericalError
-from sealtwin.records import FaceLabel, Floats, Integers, Outline, Profile, Run, Solid, arc_length_at
+from sealtwin.core.errors import NumericalError
+from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Profile, Run, Solid, arc_length_at
 
 PIXEL_MM = 0.2
-"""Of the side view; never more than half a particle's radius."""
+"""Pixel of the side view; never more than half a particle's radius."""
 GRAVITY_MM_S2 = 9810.0
 Mask = NDArray[np.bool_]
 
 
 def measure_profile(run: Run, outline: Outline, solid: Solid) -> Profile:
-    """Level of the sealant over s = 0 to the crack's length, a station every 0.2 mm.
+    """Level of the sealant over s = 0 to the crack's length, every 0.2 mm.
 
-    Counted is what lies in the cavity or above its mouth. Sealant that rests on the face beside the mouth is left
-    out, although the paper's side view shows it: a caliper stands in the crack, and a film at 0.8 mm beside a crack
-    that is filled to -0.5 mm does not raise the level in it. Over a full crack both give the same heap.
+    Sealant in the cavity or above its mouth counts. Sealant that rests on the face beside the mouth is left out,
+    although the paper's side view shows it: a caliper measures in the crack, and a film at 0.8 mm beside a crack that
+    is filled to -0.5 mm does not raise the level in it. Over a full crack both give the same heap.
 
-    Left out as well: particles over the sample's edge, and particles in flight. A column without a particle is the
+    Particles over the sample's edge and particles in flight are left out as well. A column without a particle is the
     floor; gaps of up to one particle's diameter, in a column or between columns, are packing and are closed.
 
     Raises NumericalError where a position is not finite.
@@ -46,7 +46,7 @@ def measure_profile(run: Run, outline: Outline, solid: Solid) -> Profile:
 
     particle_s_mm = arc_length_at(run.position_mm[:, :2], outline.centreline_mm)
     counted = settled(run, solid.depth_at_mm(particle_s_mm)) & over_cavity(run.position_mm, solid)
-    # Sealant in the corners of an oblique open end is the crack's, but lies beside its profile.
+    # Sealant in the corners of an oblique open end is in the crack, but beside its profile.
     counted &= (particle_s_mm > -4 * run.radius_mm) & (particle_s_mm < outline.length_mm + 4 * run.radius_mm)
     if counted.any():
         view = _SideView(particle_s_mm[counted], run.position_mm[counted, 2], run.radius_mm, pixel_mm=s_mm[1])
@@ -65,43 +65,43 @@ def volume_ratio(run: Run, solid: Solid, cell_mm: float = 0.4) -> float:
     Bias: lattices of known volume, also with 20 % scatter, in vertical, leaning and flaring slots are read at 0.984 to
     1.004. The edge of a film on the face gains up to 0.2 R, a slope m about 0.4 m R.
     """
-    lies = settled(run, np.full(len(run.position_mm), solid.depth_mm))
-    if not lies.any():
+    on_sample = settled(run, np.full(len(run.position_mm), solid.depth_mm))
+    if not on_sample.any():
         return 0.0
     # Turned by 18 degrees, no wall along an axis, or at 30, 45 or 60 degrees to one, runs along the cells: along
     # them a 3.1 mm slot would count 7 or 8 cells of 0.4 mm for 7.75.
-    position_mm, triangle_mm = _turned(run.position_mm[lies]), _turned(solid.vertices_mm)[solid.faces]
+    position_mm, triangle_mm = _turned(run.position_mm[on_sample]), _turned(solid.vertices_mm)[solid.faces]
     height_sum_mm = _column_heights(position_mm, triangle_mm, half_spacing_mm(run), cell_mm)
     return height_sum_mm * cell_mm**2 / run.dispensed_volume_mm3
 
 
 def settled(run: Run, depth_mm: Floats) -> Mask:
-    """Which particles lie on the sample, (n,): neither over its edge nor in flight. ``depth_mm`` is the floor's, (n,).
+    """Mask of the particles on the sample, (n,), not over its edge or in flight. ``depth_mm`` is the floor's, (n,).
 
-    In flight is what moves down faster than a free fall of one radius, sqrt(2 g R), which nothing that lies on others
-    can do, and is more than a radius clear of all slower ones within a diameter around: a surface in which some
+    A particle is in flight if it falls faster than after a free fall of one radius, sqrt(2 g R), which no particle on
+    others can do, and is more than a radius above all slower ones within a diameter around: a surface in which some
     particles move fast keeps them. Under the nozzle the jet made a spike of 2.6 mm.
     """
-    lies = ~run.spilled
-    fast = np.flatnonzero(lies & (run.velocity_mm_s[:, 2] < -np.sqrt(2 * GRAVITY_MM_S2 * run.radius_mm)))
+    on_sample = ~run.spilled
+    fast = np.flatnonzero(on_sample & (run.velocity_mm_s[:, 2] < -np.sqrt(2 * GRAVITY_MM_S2 * run.radius_mm)))
     if not len(fast):
-        return lies
-    slow_mm = run.position_mm[np.setdiff1d(np.flatnonzero(lies), fast)]
+        return on_sample
+    slow_mm = run.position_mm[np.setdiff1d(np.flatnonzero(on_sample), fast)]
     around = KDTree(slow_mm[:, :2]).query_ball_point(run.position_mm[fast, :2], 2 * run.radius_mm)
     bed_mm = np.array(
         [slow_mm[near, 2].max(initial=-floor) for near, floor in zip(around, depth_mm[fast], strict=True)]
     )
-    lies[fast] = run.position_mm[fast, 2] <= bed_mm + run.radius_mm
-    return lies
+    on_sample[fast] = run.position_mm[fast, 2] <= bed_mm + run.radius_mm
+    return on_sample
 
 
 def half_spacing_mm(run: Run) -> float:
-    """From the topmost centres to the liquid's surface: half the side of the cube that a particle stands for."""
+    """Height of the liquid above the topmost centres: half the side of the cube that a particle stands for."""
     return min(run.radius_mm, float(np.cbrt(run.particle_volume_mm3)) / 2)
 
 
 def over_cavity(position_mm: Floats, solid: Solid) -> Mask:
-    """Which particles lie below the face, or above it and not over the face's own triangles, (n,)."""
+    """Mask of the particles below the face, or above it and not over the face's own triangles, (n,)."""
     counted = np.ones(len(position_mm), dtype=bool)
     above = np.flatnonzero(position_mm[:, 2] > 0)
     point = position_mm[above, :2]
@@ -129,7 +129,7 @@ class _SideView:
         self.row = np.floor((z_mm - z_mm.min()) / pixel_mm).astype(int) + self.margin
 
     def surface(self, stations: int) -> tuple[Mask, Floats]:
-        """At which stations there is liquid, and the height of the topmost centres there, both (stations,)."""
+        """Mask of the stations with liquid, and the height of the topmost centres there, both (stations,)."""
         columns = max(int(self.column.max()), self.margin + stations) + self.margin + 1
         filled = np.zeros((columns, self.row.max() + self.margin + 1), dtype=bool)
         filled[self.column, self.row] = True
@@ -156,7 +156,7 @@ class _SideView:
 
 
 def _closed(pixels: Mask, gap: tuple[int, ...]) -> Mask:
-    """Gaps of up to so many pixels filled, along each axis that has one above 1."""
+    """The pixels with gaps of up to ``gap`` pixels filled, along each axis whose gap is above 1."""
     structure = np.ones([size + 1 if size > 1 else 1 for size in gap])
     return np.asarray(ndimage.binary_closing(pixels, structure), dtype=bool)
 
@@ -172,7 +172,7 @@ def _longest_run_top(column: Mask) -> int:
 
 
 def _inside(point: NDArray[np.floating], triangle: Floats) -> Mask:
-    """Which points lie in a triangle of the plane, edges included, (n,)."""
+    """Mask of the points in a triangle of the plane, edges included, (n,)."""
     a, b, c = triangle
     doubled_area = _cross(b - a, c - a)
     if doubled_area == 0:
@@ -190,7 +190,7 @@ def _cross(u: NDArray[np.floating], v: NDArray[np.floating]) -> NDArray[np.float
 
 
 def _turned(point_mm: Floats) -> Floats:
-    """Points about the z axis by 18 degrees."""
+    """The points turned about the z axis by 18 degrees."""
     cosine, sine = np.cos(np.radians(18.0)), np.sin(np.radians(18.0))
     return point_mm @ np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
 
@@ -199,7 +199,7 @@ def _column_heights(position_mm: Floats, triangle_mm: Floats, half_mm: float, ce
     """Sum over cells and over the free stretches of each cell's vertical line of the liquid's height in it.
 
     Lines run through the middles of the cells. A stretch begins at an upward facet of the solid and ends at the next
-    downward one, or nowhere; liquid fills it from its foot to half a spacing above its highest particle.
+    downward one, if any; liquid fills it from its foot to half a spacing above its highest particle.
     """
     low = np.floor((position_mm[:, :2].min(axis=0) - 2 * half_mm) / cell_mm).astype(int)
     shape = np.floor((position_mm[:, :2].max(axis=0) + 2 * half_mm) / cell_mm).astype(int) - low + 1
@@ -239,7 +239,7 @@ def _stamp(
 
 
 def _crossings(triangle_mm: Floats, cell_mm: float, low: Integers, shape: Integers) -> tuple[Integers, Floats, Mask]:
-    """Where the cells' vertical lines cross the solid's facets: cell, height, and whether the facet looks up."""
+    """Crossings of the cells' vertical lines with the solid's facets: cell, height, and mask of upward facets."""
     cells, heights, looks_up = [np.empty(0, int)], [np.empty(0)], [np.empty(0, bool)]
     for triangle in triangle_mm:
         a, b, c = triangle

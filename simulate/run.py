@@ -1,23 +1,23 @@
-"""The loop of one run: frame after frame, until the profile is taken, with whoever watches it."""
+"""The loop of one run: all frames until the profile is taken, with watchers."""
 
 from collections.abc import Sequence
 from typing import Protocol
 
-from sealtwin.progress import Progress
-from sealtwin.records import Outline, Run, Solid, Trajectory
+from sealtwin.core.progress import Progress
+from sealtwin.core.records import Outline, Run, Solid, Trajectory
 from simulate.injection import Injection, prepare
 from simulate.settings import Fluid, Nozzle, Solver
 
 
 class Watcher(Protocol):
-    """Sees a run as it goes: writes frames, takes pictures, keeps a checkpoint.
+    """Called after every frame of a run: writes frames, takes pictures, keeps a checkpoint.
 
-    The first of several is the first to begin and the last to see a frame: a checkpoint that is kept has behind it all
-    that the others wrote.
+    The first of several watchers begins first and is called last after a frame: when it keeps a checkpoint, the others
+    have written theirs.
     """
 
     def begin(self, injection: Injection) -> None:
-        """Before the first frame of this process; a checkpoint may put the injection further on."""
+        """Called before the first frame of this process; a checkpoint may advance the injection."""
         ...
 
     def after_frame(self, injection: Injection) -> None: ...
@@ -40,7 +40,7 @@ def inject(
     """Follow the trajectory, then let the sealant settle for ``solver.settle_s``, or until nothing moves.
 
     Bit for bit the same on one CPU for the same input, seed and number of threads. Raises InputError where the
-    settings do not fit the crack, NumericalError where the numbers stop meaning anything.
+    settings do not fit the crack, NumericalError where the run has a numerical fault.
     """
     injection = prepare(solid, outline, trajectory, [fluid], solver, nozzle, seed=seed, device=device, threads=threads)
     follow(injection, progress, watchers)
@@ -53,9 +53,9 @@ def inject(
 
 
 def follow(injection: Injection, progress: Progress, watchers: Sequence[Watcher] = ()) -> None:
-    """Every frame that is left, until the last or until nothing moves.
+    """Compute every frame that is left, until the last or until nothing moves.
 
-    Raises NumericalError where the numbers of every run stopped meaning anything.
+    Raises NumericalError where every run was given up.
     """
     for watcher in watchers:
         watcher.begin(injection)

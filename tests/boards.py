@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from digitise.scaling.camera import Camera, camera_above
-from digitise.scaling.markers import corners_mm
+from digitise.scale.markers import corners_mm
 from digitise.settings import Marker, MarkerBoard
-from sealtwin.records import Floats
+from fixtures.generate.camera import Camera, camera_above
+from sealtwin.core.records import Floats
 
 FACE_MM = (160.0, 40.0)
 MM_PER_PX = 0.1

@@ -6,11 +6,11 @@ import numpy as np
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from digitise.robots.cell import Cell
-from digitise.robots.placed import RobotPath, place_path
+from digitise.robots.cell import RobotCell
+from digitise.robots.robot_path import RobotPath, place_path
 from digitise.settings import NozzlePath
 from digitise.trajectory import plan_trajectory
-from sealtwin.records import Floats, Outline, Sections, Trajectory
+from sealtwin.core.records import Floats, Outline, Sections, Trajectory
 from tests.shapes import CUT, random_crack, wandering_crack
 
 CORNERS_MM = ((0.0, 0.0), (160.0, 0.0), (0.0, 40.0))
@@ -23,7 +23,7 @@ def in_cell(sample_mm: Floats, turn_deg: float = 25.0, tip_deg: float = 1.0) -> 
     return Rotation.from_euler("zx", [turn_deg, tip_deg], degrees=True).apply(sample_mm) + SHIFT_MM
 
 
-def cell(turn_deg: float = 25.0, tip_deg: float = 1.0, **changes: Any) -> Cell:
+def cell(turn_deg: float = 25.0, tip_deg: float = 1.0, **changes: Any) -> RobotCell:
     taught = in_cell(np.column_stack([CORNERS_MM, np.zeros(3)]), turn_deg, tip_deg)
     tables: dict[str, Any] = {
         "name": "bench",
@@ -41,7 +41,7 @@ def cell(turn_deg: float = 25.0, tip_deg: float = 1.0, **changes: Any) -> Cell:
     }
     for name, change in changes.items():
         tables[name] = {**tables[name], **change} if isinstance(change, dict) else change
-    return Cell.model_validate(tables)
+    return RobotCell.model_validate(tables)
 
 
 def trajectory(outline: Outline | None = None, **path: Any) -> Trajectory:

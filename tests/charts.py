@@ -6,14 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from sealtwin.records import Profile
-from validate.settings import Readings
-from validate.studies.axis import axes_of
-from validate.studies.chart import Chart, as_near_as_the_best, scatter_of_runs
-from validate.studies.held import Excluded, Finished, hold
+from sealtwin.core.records import Profile
+from validate.settings import Readings, Uncertainty
+from validate.study_figures.chart import Chart, as_near_as_the_best, scatter_of_runs
+from validate.study_figures.run_errors import Excluded, Finished, axes_of, hold
 from validate.uncertainty.intervals import bands_mm
-from validate.uncertainty.readings import Budget, budget_of
-from validate.uncertainty.settings import Uncertainty
+from validate.uncertainty.readings_budget import Budget, budget_of
 
 S_MM = np.linspace(0.0, 80.0, 401)
 STATIONS_MM = np.arange(0.0, 81.0, 5.0)

@@ -11,7 +11,7 @@ import numpy as np
 import openpyxl
 from numpy.typing import ArrayLike
 
-from sealtwin.records import Floats
+from sealtwin.core.records import Floats
 
 Language = Literal["canonical", "english", "german", "french", "spanish"]
 MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
@@ -41,7 +41,7 @@ NAMES = {
 
 @dataclass(frozen=True)
 class Hand:
-    """How somebody writes a sheet."""
+    """Format in which a sheet is written."""
 
     workbook: bool = False
     encoding: str = "utf-8"
@@ -63,9 +63,9 @@ class Hand:
     gap: bool = False
     """Empty rows about the header and an empty column before the table."""
     note: bool = False
-    """A last column of remarks, full of other people's separators."""
+    """A last column of remarks that hold separators."""
     order: Sequence[int] | None = None
-    """Of the rows."""
+    """Order of the rows."""
 
 
 def write_sheet(path: Path, hand: Hand, s_mm: Sequence[float], levels_mm: ArrayLike) -> Path:

@@ -10,12 +10,12 @@ from matplotlib.figure import Figure, FigureBase, SubFigure
 from matplotlib.lines import Line2D
 
 from digitise.settings import CrackShape, NozzlePath
-from digitise.solid import build_solid
+from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
-from sealtwin.records import DataKind, Floats, Outline, Profile, Run, Solid, arc_length_at
+from sealtwin.core.records import DataKind, Floats, Outline, Profile, Run, RunHealth, Solid, arc_length_at
 from tests.shapes import straight_slot
 from validate.compare import compare
-from validate.evidence import Evidence
+from validate.report_input import Evidence
 from validate.settings import Gate
 
 STATIONS_MM = np.arange(0.0, 41.0, 5.0)
@@ -103,7 +103,7 @@ def make_run(outline: Outline, solid: Solid) -> Run:
             "nozzle": {"diameter_mm": 2.4},
             "seed": 0,
         },
-        health={"density_error_mean": 0.02, "viscosity_m2_s": 3.26e-5, "frame_s": 0.00714},
+        health=RunHealth(density_error_mean=0.02, viscosity_m2_s=3.26e-5, frame_s=0.00714),
     )
 
 

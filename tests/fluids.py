@@ -8,19 +8,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from digitise.settings import CrackShape, NozzlePath
-from digitise.solid import build_solid
+from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
-from sealtwin.progress import Progress
-from sealtwin.records import FaceLabel, Floats, Outline, Run, Solid, Trajectory
-from simulate.distance import CM, Barrier, build_barrier
-from simulate.kernels_rest import FROZEN, RESTS
-from simulate.nozzle import Schedule
-from simulate.paste import Rheology
+from sealtwin.core.progress import Progress
+from sealtwin.core.records import FaceLabel, Floats, Outline, Run, Solid, Trajectory
+from simulate.fluid.fault_checks import RunFault
+from simulate.fluid.solver import Domain, FluidSolver
+from simulate.fluid.state import State
+from simulate.kernels.status import FROZEN, RESTS
 from simulate.run import inject
 from simulate.settings import Fluid, Nozzle, Solver
-from simulate.solver import Domain, FluidSolver
-from simulate.state import State
-from simulate.walls import Walls, place_walls
+from simulate.setup.release_schedule import Schedule
+from simulate.setup.rheology import Rheology
+from simulate.setup.signed_distance import CM, Barrier, build_barrier
+from simulate.setup.wall_particles import WallParticles, place_walls
 from tests.shapes import level_floor, straight_slot
 
 FRAME_S = 7.23e-3
@@ -125,23 +126,29 @@ def engine_with(
     return engine
 
 
+def check(engine: FluidSolver) -> dict[int, RunFault]:
+    """The faults of the particles as they are now, by run."""
+    engine.faults.look(engine.rows)
+    return engine.faults.found()
+
+
 def positions_mm(engine: FluidSolver) -> Floats:
     return engine.state.position_mm()
 
 
 def lay_down(engine: FluidSolver, rests: NDArray[np.bool_]) -> None:
     """Put those particles to rest."""
-    place, fate = engine.state.place.numpy().copy(), engine.state.fate.numpy().copy()
-    place[rests, 3], fate[rests] = RESTS, FROZEN
-    engine.state.place.assign(place)
-    engine.state.fate.assign(fate)
+    position, status = engine.state.position.numpy().copy(), engine.state.status.numpy().copy()
+    position[rests, 3], status[rests] = RESTS, FROZEN
+    engine.state.position.assign(position)
+    engine.state.status.assign(status)
     engine.find_movers()
 
 
-_enclosures: dict[tuple[int, float], tuple[Solid, Barrier, Walls]] = {}
+_enclosures: dict[tuple[int, float], tuple[Solid, Barrier, WallParticles]] = {}
 
 
-def _enclosure(solid: Solid, outline: Outline, radius_mm: float) -> tuple[Barrier, Walls]:
+def _enclosure(solid: Solid, outline: Outline, radius_mm: float) -> tuple[Barrier, WallParticles]:
     """Built once for each solid; the solid is kept, so that its id stays its own."""
     key = id(solid), radius_mm
     if key not in _enclosures:

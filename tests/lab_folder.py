@@ -270,7 +270,7 @@ FAULTS = (
     ),
     Planted(
         "a number of two meanings",
-        r"P08_info\.txt, line 1: crack\.depth_mm = '8,000' may be 8000 or 8\.0000",
+        r"P08_info\.txt, line 1, column 2: 'crack\.depth_mm' = '8,000' may be 8000 or 8\.0000",
         _edit("P08_info.txt", "depth_mm\t8", "depth_mm\t8,000"),
     ),
     Planted(
@@ -295,7 +295,7 @@ FAULTS = (
     ),
     Planted(
         "a photo that calls itself one",
-        r"P12\.jpg: no photo that can be read",
+        r"P12\.jpg: not a readable photo",
         lambda folder: (folder / "P12.jpg").write_text("This is no photo."),
     ),
 )

@@ -6,9 +6,9 @@ from typing import Any
 
 from typer.testing import CliRunner, Result
 
-from sealtwin.cli import app
+from sealtwin.cli.app import app
+from sealtwin.core.progress import Progress
 from sealtwin.lab.catalogue import Catalogue
-from sealtwin.progress import Progress
 
 QUIET = Progress()
 

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sealtwin.errors import NumericalError
-from sealtwin.records import Run
+from sealtwin.core.errors import NumericalError
+from sealtwin.core.records import Run
 from simulate.injection import Injection, prepare
 from simulate.settings import Fluid, Nozzle, Solver
 from tests.fluids import path, slot
@@ -33,7 +33,8 @@ def ready(
         outline,
         path(outline, 0.1, speed_mm_s=20.0),
         pastes,
-        Solver.model_validate({"settle_s": 0.3, **solver}),
+        # One factor for all, or these pastes could not share a launch.
+        Solver.model_validate({"settle_s": 0.3, "volume_factor": 1.1, **solver}),
         Nozzle(),
         seed=0,
         device=device,
@@ -73,18 +74,19 @@ SPOILED = (PASTES[0], Fluid(U=1e4, D_cm=3.0, freeze_after_s="never"), PASTES[0])
 """The second of them is to fail."""
 
 
-def spoil_a_place(injection: Injection, monkeypatch: pytest.MonkeyPatch) -> str:
-    """The tenth particle of the second run comes from nowhere."""
-    place = injection.engine.state.place.numpy().copy()
-    place[injection.schedule.particles + 9] = np.nan
-    injection.engine.state.place.assign(place)
-    return r"no number any more.*, particle \d+ at \(nan"
+def spoil_a_place(monkeypatch: pytest.MonkeyPatch, **how: Any) -> tuple[Injection, str]:
+    """The tenth particle of the second run has no position; returns the runs, and the reason that is given."""
+    injection = ready(SPOILED, **how)
+    position = injection.engine.state.position.numpy().copy()
+    position[injection.schedule.particles + 9] = np.nan
+    injection.engine.state.position.assign(position)
+    return injection, r"no number any more.*, particle \d+ at \(nan"
 
 
-def forbid_long_solves(injection: Injection, monkeypatch: pytest.MonkeyPatch) -> str:
+def forbid_long_solves(monkeypatch: pytest.MonkeyPatch, **how: Any) -> tuple[Injection, str]:
     """The stiff one of them takes up to 19 iterations, the others two."""
-    monkeypatch.setattr("simulate.viscosity.SEARCHES_AT_MOST", 6)
-    return r"did not converge .* Frame \d+"
+    monkeypatch.setattr("simulate.fluid.viscosity.ITERATIONS_AT_MOST", 6)
+    return ready(SPOILED, **how), r"did not converge .* Frame \d+"
 
 
 def check_the_others(injection: Injection, reason: str) -> None:
@@ -98,4 +100,4 @@ def check_the_others(injection: Injection, reason: str) -> None:
     for run in (first, last):
         assert isinstance(run, Run)
         assert np.array_equal(run.position_mm, alone.position_mm)
-        assert np.isfinite(run.health["density_error_max"])
+        assert np.isfinite(run.health.recorded()["density_error_max"])

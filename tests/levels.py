@@ -1,11 +1,11 @@
-"""Levels along a crack of 80 mm: the paper's, in its own words, and any that there may be; and their comparison."""
+"""Levels along a crack of 80 mm, those of the paper and arbitrary ones, and their comparison."""
 
 from typing import Any
 
 import numpy as np
 from hypothesis import strategies as st
 
-from sealtwin.records import Outline, Profile, Solid
+from sealtwin.core.records import Outline, Profile, Solid
 from tests.shapes import level_floor
 from validate.compare import compare
 

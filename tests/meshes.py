@@ -5,8 +5,8 @@ import numpy as np
 from scipy.ndimage import gaussian_filter
 
 from digitise.settings import CrackShape
-from digitise.solid import build_solid
-from sealtwin.records import Floats, Integers, Outline
+from digitise.solid.build_solid import build_solid
+from sealtwin.core.records import Floats, Integers, Outline
 
 Mesh = tuple[Floats, Integers]
 BLOCK_MM = (100.0, 40.0, 20.0)

@@ -8,8 +8,8 @@ import numpy as np
 
 from digitise.photo import Photo, load_photo
 from digitise.settings import PhotoInput
-from digitise.specimens.specimen import Specimen
-from sealtwin.records import Floats
+from fixtures.generate.specimen import Specimen
+from sealtwin.core.records import Floats
 
 SMALL_FACE = {"face_mm": (70.0, 40.0), "length_mm": 50.0}
 """A recipe's part that draws four times faster than the paper's."""

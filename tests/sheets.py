@@ -7,17 +7,18 @@ from pathlib import Path
 
 import numpy as np
 import pypdf
+import pypdf.generic
+import pytest
 
-from digitise.specimens.rendering import coverage
-from sealtwin.records import Floats
+from digitise.image.raster import coverage
+from sealtwin.core.records import Floats
 
-NUMBER = r"(-?[\d.]+)"
 MM_PER_PT = 25.4 / 72
 
 
 @dataclass(frozen=True)
 class Page:
-    """What is drawn on a page, in drawing order."""
+    """Rectangles and text of a page, in drawing order, without the white of the paper."""
 
     size_mm: tuple[float, float]
     bars: list[tuple[float, ...]]
@@ -25,7 +26,7 @@ class Page:
     text: str
 
     def light(self, px_per_mm: float) -> Floats:
-        """As a scanner would see it, in linear light: y down, pixel centres whole numbers."""
+        """Return a scan of the page in linear light: y down, pixel centres whole numbers."""
         width, height = self.size_mm
         size_px = (round(width * px_per_mm), round(height * px_per_mm))
         light = np.full(size_px[::-1], 0.9)
@@ -42,25 +43,50 @@ class Page:
 def read_pdf(path: Path) -> Page:
     reader = pypdf.PdfReader(path, strict=True)
     (page,) = reader.pages
-    contents = page.get_contents()
-    assert contents is not None
-    drawn = contents.get_data().decode("ascii")
-    (scale,) = re.findall(rf"^{NUMBER} 0 0 \1 0 0 cm$", drawn, re.MULTILINE)
-    mm = float(scale) * MM_PER_PT
-    found = re.findall(rf"{NUMBER} g {NUMBER} {NUMBER} {NUMBER} {NUMBER} re f", drawn)
-    bars = [(*(float(value) * mm for value in bar[1:]), float(bar[0])) for bar in found]
-    box = page.mediabox
-    return Page((float(box.width) * MM_PER_PT, float(box.height) * MM_PER_PT), bars, page.extract_text())
+    size_pt = np.array([page.mediabox.width, page.mediabox.height], dtype=float)
+    grey, moved, saved, corners_pt, bars = 0.0, False, [], [], []
+    for operands, operator in pypdf.generic.ContentStream(page.get_contents(), reader).operations:
+        match operator:
+            case b"q":
+                saved.append((grey, moved))
+            case b"Q":
+                grey, moved = saved.pop()
+            case b"g":
+                grey = float(operands[0])
+            case b"m" | b"l":
+                corners_pt.append([float(value) for value in operands])
+            case b"n":
+                corners_pt = []
+            case b"cm":
+                moved = True
+            case b"f":
+                assert not moved
+                bars.append(_bar(np.array(corners_pt), grey))
+                corners_pt = []
+            case b"rg" | b"k" | b"sc" | b"scn" | b"S" | b"B" | b"c":
+                raise AssertionError(f"{operator}: this reader expects filled grey bars")
+    assert bars[0] == pytest.approx((0, 0, *size_pt * MM_PER_PT, 1), abs=1e-3), "paper"
+    return Page(tuple(size_pt * MM_PER_PT), bars[1:], page.extract_text())
 
 
 def read_svg(path: Path) -> Page:
-    root = ET.fromstring(path.read_text())
-    width, height = (float(root.attrib[side].removesuffix("mm")) for side in ("width", "height"))
-    assert root.attrib["viewBox"] == f"0 0 {width:g} {height:g}"
+    root = ET.parse(path).getroot()
+    size_pt = np.array([float(root.attrib[side].removesuffix("pt")) for side in ("width", "height")])
+    assert [float(number) for number in root.attrib["viewBox"].split()] == [0, 0, *size_pt]
     bars = []
-    for rect in root.iter("{http://www.w3.org/2000/svg}rect"):
-        x, y, wide, high = (float(rect.attrib[name]) for name in ("x", "y", "width", "height"))
-        grey = int(re.findall(r"rgb\((\d+),", rect.attrib["fill"])[0]) / 255
-        bars.append((x, height - y - high, wide, high, grey))
+    for drawn in root.iter("{http://www.w3.org/2000/svg}path"):
+        commands = drawn.attrib["d"].split()
+        assert [it for it in commands if it.isalpha()] == ["M", "L", "L", "L", "z"]
+        corners_pt = np.array([float(it) for it in commands if not it.isalpha()]).reshape(-1, 2)
+        style = re.fullmatch(r"fill: #(..)\1\1", drawn.get("style", "fill: #000000"))
+        assert style is not None
+        bars.append(_bar([0, size_pt[1]] + corners_pt * [1, -1], int(style[1], 16) / 255))
+    assert bars[0] == pytest.approx((0, 0, *size_pt * MM_PER_PT, 1), abs=1e-3), "paper"
     text = "\n".join(it.text or "" for it in root.iter("{http://www.w3.org/2000/svg}text"))
-    return Page((width, height), bars, text)
+    return Page(tuple(size_pt * MM_PER_PT), bars[1:], text)
+
+
+def _bar(corners_pt: Floats, grey: float) -> tuple[float, ...]:
+    assert corners_pt.shape == (4, 2)
+    low_mm, high_mm = corners_pt.min(axis=0) * MM_PER_PT, corners_pt.max(axis=0) * MM_PER_PT
+    return (*low_mm, *(high_mm - low_mm), grey)

@@ -3,9 +3,9 @@
 from dataclasses import replace
 from typing import Any
 
-from sealtwin.records import DataKind, Profile
+from sealtwin.core.records import DataKind, Profile
 from tests.charts import S_MM, line, make_readings
-from validate.studies.side_by_side import Side
+from validate.study_figures.side_by_side import Side
 
 METRICS = {
     "mean_error_mm": 0.5,

@@ -1,7 +1,11 @@
 """A study whose runs take a fraction of a second: a drawn crack of 12 mm, coarse particles, a quick nozzle."""
 
+import json
 from pathlib import Path
 
+from sealtwin.core.progress import Progress
+from sealtwin.study.runner import Computing, compute
+from sealtwin.study.study_folder import profile_path, read_study
 from tests.pictures import mortar, with_crack, write_png
 
 TRIAL = """
@@ -56,3 +60,20 @@ def tiny_lab(folder: Path, varies: str = GRID) -> Path:
     study = folder / "study.toml"
     study.write_text(f'name = "tiny"\ntrial = "trial.toml"\n{varies}', encoding="utf-8")
     return study
+
+
+def compute_here(out: Path, *, batch: int = 1, keep_runs: bool = False) -> None:
+    """Compute the waiting runs of a planned study in this process: starting others takes seconds."""
+    compute(out, read_study(out), Computing("cpu", 0, batch, keep_runs), "", Progress())
+
+
+def results_of(out: Path) -> dict[int, tuple[bytes, dict]]:
+    """Profile's bytes, and figures except for times, of every run of a study that is done."""
+    found = {}
+    for run in read_study(out):
+        assert run.state == "done", run.reason
+        figures = json.loads(json.dumps(run.figures))
+        for name in ("setup_s", "frames_s"):
+            del figures["health"][name]
+        found[run.number] = profile_path(out, run.key).read_bytes(), figures
+    return found

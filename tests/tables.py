@@ -1,17 +1,18 @@
-"""What a report has as tables, by their titles."""
+"""The tables of a report, by their titles."""
 
-from validate.evidence import Evidence
-from validate.statements.agreement import agreement_table, readings_table
-from validate.statements.health import health_table
-from validate.statements.nozzle_path import path_table
-from validate.statements.origin import settings_table
-from validate.statements.sample import geometry_table
-from validate.statements.sealant import balance_table
-from validate.statements.table import Table
+from validate.report_input import Evidence
+from validate.units import PageTable
+from validate.wording.comparison import agreement_table, balance_table, readings_table
+from validate.wording.sample_and_run import geometry_table, health_table, path_table, settings_table
 
 
-def tables(evidence: Evidence) -> list[Table]:
-    compared = [] if evidence.comparison is None else [agreement_table(evidence), readings_table(evidence)]
+def tables(evidence: Evidence) -> list[PageTable]:
+    compared = []
+    if evidence.comparison is not None and evidence.readings is not None:
+        compared = [
+            agreement_table(evidence.comparison),
+            readings_table(evidence.readings, evidence.comparison, evidence.sheet),
+        ]
     alone = (balance_table, health_table, geometry_table, path_table, settings_table)
     return [*compared, *(table(evidence) for table in alone)]
 

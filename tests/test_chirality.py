@@ -8,15 +8,15 @@ import trimesh
 from manifold3d import CrossSection, Manifold, Mesh
 from matplotlib.path import Path as Polygon
 
+from digitise.crack_path.find_path import find_path
 from digitise.outline import trace_outline
-from digitise.path import find_path
 from digitise.photo import load_photo
 from digitise.settings import CrackShape, NozzlePath
-from digitise.solid import build_solid
+from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
-from sealtwin.records import Floats
-from sealtwin.store.stage_files import write_solid
-from sealtwin.trials.trial import load_trial
+from sealtwin.core.record_files import write_solid
+from sealtwin.core.records import Floats
+from sealtwin.trial.trial_file import load_trial
 from simulate.profile import measure_profile
 from tests.places import FIXTURE
 from tests.simulate.test_profile import run_of

@@ -1,4 +1,4 @@
-"""What the README tells a newcomer to type works when typed."""
+"""What README and documentation tell a newcomer to type works when typed."""
 
 import os
 import re
@@ -7,26 +7,60 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
+from typer.exceptions import TyperException
 
+import sealtwin
 from tests.coarse import make_coarse
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
+PAGES = {"README.md": README} | {
+    page.relative_to(ROOT).as_posix(): page.read_text(encoding="utf-8")
+    for page in sorted((ROOT / "docs").glob("**/*.md"))
+    # Copies and generated pages, of records and examples.
+    if page.relative_to(ROOT).parts[1] not in {"decisions", "gallery", "_build"}
+}
+RUN_WHOLE = (
+    "README.md",
+    "docs/how-to/to-the-robot.md",
+    "docs/how-to/your-own-mesh.md",
+    "docs/how-to/follow-a-run.md",
+)
+"""Pages whose commands need nothing but the fixture and what earlier commands made."""
 
 
-def _commands() -> list[str]:
-    """Lines of the README's shell blocks, without their comments."""
-    blocks = re.findall(r"^```sh\n(.*?)^```", README, flags=re.MULTILINE | re.DOTALL)
+def _commands(page: str) -> list[str]:
+    """Lines of a page's shell blocks, without their comments."""
+    blocks = re.findall(r"^```sh\n(.*?)^```", PAGES[page], flags=re.MULTILINE | re.DOTALL)
     lines = [re.sub(r"\s+#.*", "", line).strip() for block in blocks for line in block.splitlines()]
     return [line for line in lines if line]
 
 
-def test_every_make_target_named_exists():
+def _sealtwin_commands(page: str) -> list[str]:
+    return [line for line in _commands(page) if line.split()[0] in {"sealtwin", ".venv/bin/sealtwin"}]
+
+
+def _is_cheap(line: str) -> bool:
+    """A command on the fixture that takes seconds, on a page of which not every command can run here."""
+    return "fixtures/" in line and ("--dry-run" in line or line.startswith("sealtwin digitise"))
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_every_make_target_named_exists(page):
     targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), flags=re.MULTILINE))
-    named = set(re.findall(r"(?:^|`)make ([a-z-]+)", README, flags=re.MULTILINE))
-    assert {"demo", "test"} <= named <= targets
+    named = set(re.findall(r"(?:^|`)make ([a-z-]+)", PAGES[page], flags=re.MULTILINE))
+    assert named <= targets
+    assert page != "README.md" or {"demo", "test"} <= named
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_every_benchmark_and_fixture_named_exists(page):
+    scripts = {name.replace(".", "/") + ".py" for name in re.findall(r"python -m (benchmarks\.\w+)", PAGES[page])}
+    files = set(re.findall(r"\b(?:benchmarks/\w+\.py|fixtures/[\w./-]+)", PAGES[page]))
+    assert not [name for name in files | scripts if not (ROOT / name).exists()]
 
 
 def test_every_file_and_folder_named_exists():
@@ -36,12 +70,33 @@ def test_every_file_and_folder_named_exists():
     assert not missing
 
 
+@pytest.mark.parametrize("page", [page for page in PAGES if _sealtwin_commands(page)])
+def test_every_sealtwin_command_parses(page):
+    """Each command and option exists, and takes as many values as it is given."""
+    from typer.main import get_command
+
+    from sealtwin.cli.app import app
+
+    group: Any = get_command(app)
+    for line in _sealtwin_commands(page):
+        name, *arguments = shlex.split(line)[1:]
+        assert name in group.commands, line
+        try:
+            group.commands[name].make_context(name, arguments)
+        except TyperException as fault:
+            pytest.fail(f"{line}\n{fault.message}")
+
+
 def test_sealtwin_commands_run_in_the_order_given(tmp_path):
     """With the fixture's trial made coarse: the same commands, in seconds."""
     make_coarse(tmp_path / "fixtures" / "paper-trial")
-    commands = [line for line in _commands() if line.split()[0] in {"sealtwin", ".venv/bin/sealtwin"}]
-    assert len(commands) >= 6
-    for line in commands:
+    commands = [line for page in RUN_WHOLE for line in _sealtwin_commands(page)]
+    commands += [
+        line for page in PAGES if page not in RUN_WHOLE for line in _sealtwin_commands(page) if _is_cheap(line)
+    ]
+    assert len(commands) >= 12
+    # A command that stands on two pages does the same twice.
+    for line in dict.fromkeys(commands):
         arguments = shlex.split(line)[1:]
         answer = subprocess.run(
             [sys.executable, "-m", "sealtwin", *arguments],
@@ -55,9 +110,37 @@ def test_sealtwin_commands_run_in_the_order_given(tmp_path):
     assert (tmp_path / "reports" / "crack" / "crack.stl").is_file()
 
 
+def _script() -> str:
+    found = re.search(r"^```python\n(.*?)^```", README, flags=re.MULTILINE | re.DOTALL)
+    assert found
+    return found[1]
+
+
+PUBLIC: list[str] = getattr(sealtwin, "__all__", [])
+no_front_door = pytest.mark.skipif(not PUBLIC, reason="sealtwin exports no names yet")
+
+
+@no_front_door
+def test_the_script_uses_public_names_alone():
+    lines = [line for line in _script().splitlines() if line]
+    assert len(lines) <= 15
+    assert set(re.findall(r"\bst\.(\w+)", _script())) <= set(PUBLIC)
+
+
+@no_front_door
+@pytest.mark.slow
+def test_the_script_runs_as_it_stands(tmp_path):
+    shutil.copytree(ROOT / "fixtures" / "paper-trial", tmp_path / "fixtures" / "paper-trial")
+    answer = subprocess.run(
+        [sys.executable, "-c", _script()], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert answer.returncode == 0, answer.stderr
+    assert (tmp_path / "reports" / "from-python" / "report.html").is_file()
+
+
 @pytest.mark.slow
 def test_make_demo_and_plain_pip_in_a_copy_without_an_environment(tmp_path):
-    """The newcomer's way: nothing installed, the demo by make, then the pip lines up to the tests."""
+    """The newcomer's way: nothing is installed, then what the demo needs and no development tool."""
     keep = shutil.ignore_patterns(".venv", ".git", "__pycache__", "reports", ".*_cache")
     shutil.copytree(ROOT, tmp_path / "clone", ignore=keep)
     environment = {name: value for name, value in os.environ.items() if name not in {"VIRTUAL_ENV", "PYTHONPATH"}}
@@ -66,3 +149,4 @@ def test_make_demo_and_plain_pip_in_a_copy_without_an_environment(tmp_path):
     )
     assert demo.returncode == 0, demo.stderr
     assert "Report: reports/paper-trial/report.html" in demo.stdout
+    assert not (tmp_path / "clone" / ".venv" / "bin" / "pytest").exists()

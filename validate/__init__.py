@@ -1,1 +1,3 @@
-"""From a simulated surface and caliper readings to a comparison, a verdict and a report."""
+"""Validation: a simulated surface and caliper readings become a comparison, a verdict and a report."""
+
+PART_OF = "sealtwin"

@@ -1,25 +1,33 @@
-"""One datum, one set of stations: how far a simulated surface lies from a measured one."""
+"""Comparison of a simulated with a measured level: errors, intervals, baselines and the verdict."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from sealtwin.records import Comparison, DataKind, Outline, Profile, Solid
-from validate.comparison.curves import Difference
-from validate.comparison.distances import (
-    CLOSE_MM,
-    area_between,
-    area_by_similaritymeasures,
-    best_flat_level,
-    error_bins,
-    frechet_mm,
+from sealtwin.core.comparison import (
+    Comparison,
+    ErrorUncertainty,
+    InputEffect,
+    LevelMetrics,
+    Role,
+    SizeStudy,
+    StationBands,
+    StationErrors,
+    VolumeComparison,
 )
-from validate.comparison.repeatability import repeatability
-from validate.comparison.verdict import basis_of, judged
-from validate.comparison.volumes import fill_volumes
-from validate.settings import Gate, Role
+from sealtwin.core.records import DataKind, Floats, Outline, Profile, Solid
+from validate.metrics.curve_distances import CLOSE_MM, Difference, error_bins, frechet_mm, level_difference
+from validate.metrics.verdict import basis_of, judged
+from validate.metrics.volumes import balance_profile, fill_volumes, mass_balance, mouth_widths_mm
+from validate.report_input import Evidence
+from validate.settings import Gate, Readings, Uncertainty
+from validate.uncertainty import validation
+from validate.uncertainty.intervals import bands_mm, doubt_of, hats, mean_error_interval, mean_weights
+from validate.uncertainty.readings_budget import Budget, alignment, budget_of, repeatability, rms, station_effect_mm
+from validate.uncertainty.validation import Effect, Spread, root_sum
 
-AREAS_AGREE = 1e-9
+AREAS_AGREE = 1e-9  # Largest relative difference, by rounding, of the two computations of one area
 
 
 def compare(
@@ -32,69 +40,200 @@ def compare(
     photo_data: DataKind,
     gate: Gate | None = None,
     escaped_particles: int = 0,
+    uncertainty: ErrorUncertainty | None = None,
+    edited: tuple[str, ...] = (),
 ) -> Comparison:
-    """Metrics of simulated minus measured level over their common stretch of s, all of them exact integrals.
+    """Compare two levels over their common stretch of s and judge the error.
 
-    Between stations both curves are straight, so the error is piecewise linear; positive means that the simulation
-    stands too high. ``escaped_particles`` are those of the run that was measured: with one, nothing passes.
-
-    Raises InputError where the two curves do not overlap.
+    A positive error means that the simulated level is too high; between stations both are straight, so the integrals
+    are exact. With an escaped particle nothing passes, and without ``uncertainty`` the verdict has no interval. Raises
+    InputError where the two curves do not overlap.
     """
-    error = Difference(simulated.s_mm, simulated.level_mm, measured.s_mm, measured.level_mm)
-    area_mm2 = area_between(simulated.s_mm, simulated.level_mm, measured.s_mm, measured.level_mm)
-    area_library_mm2 = area_by_similaritymeasures(simulated.s_mm, simulated.level_mm, measured.s_mm, measured.level_mm)
+    error = level_difference(simulated, measured)
+    area_mm2, area_library_mm2 = error.area, error.area_by_similaritymeasures()
     if abs(area_mm2 - area_library_mm2) > AREAS_AGREE * max(1.0, area_mm2):
         raise RuntimeError(f"The two area computations disagree: {area_mm2!r} and {area_library_mm2!r} mm².")
-    mean_error_mm = area_mm2 / error.length_mm
+    from_mm, to_mm = float(error.x[0]), float(error.x[-1])
     worst = int(np.argmax(np.abs(error.value)))
     bins = error_bins(simulated, measured, outline.length_mm)
-    flat_level_mm = best_flat_level(error.x, np.interp(error.x, measured.s_mm, measured.level_mm))
-    flat_error_mm = (
-        area_between(error.x[[0, -1]], np.full(2, flat_level_mm), measured.s_mm, measured.level_mm) / error.length_mm
-    )
-    basis = basis_of(measured.s_mm, float(error.x[0]), float(error.x[-1]), outline.length_mm)
-    beyond = (measured.s_mm < error.x[0]) | (measured.s_mm > error.x[-1])
-    metrics: dict[str, Any] = {
-        "covered_from_mm": error.x[0],
-        "covered_to_mm": error.x[-1],
-        "covered_length_mm": error.length_mm,
-        "coverage": basis.coverage,
-        "length_mm": outline.length_mm,
-        "stations_compared": int((~beyond).sum()),
-        "stations_beyond_mm": measured.s_mm[beyond],
-        "stations_used": basis.stations,
-        "widest_gap_mm": basis.widest_gap * outline.length_mm,
-        "enough_readings": basis.suffices,
-        "escaped_particles": escaped_particles,
-        "area_mm2": area_mm2,
-        "area_similaritymeasures_mm2": area_library_mm2,
-        "area_difference_mm2": area_mm2 - area_library_mm2,
-        "bias_mm": error.mean(),
-        "rmse_mm": error.rms(),
-        "p95_error_mm": error.quantile(0.95),
-        "share_under_1_mm": error.share_within(CLOSE_MM),
-        "frechet_mm": frechet_mm(simulated, measured, float(error.x[0]), float(error.x[-1])),
-        "error_by_bin": bins,
-        "start_zone_error_mm": bins[0]["mean_error_mm"],
-        "end_zone_error_mm": bins[-1]["mean_error_mm"],
-        "flat_level_mm": flat_level_mm,
-        "flat_level_error_mm": flat_error_mm,
-        "beats_flat_level": mean_error_mm < flat_error_mm,
-        "readings": repeatability(measured),
-        "role": role,
-        "readings_data": measured.data,
-        "readings_dialect": measured.dialect,
-        "photo_data": photo_data,
-    }
+    # The constant nearest to a level is its median over the length.
+    flat_level_mm = error.base.quantile(0.5)
+    flat_error_mm = level_difference(Profile(error.x[[0, -1]], np.full(2, flat_level_mm)), measured).mean_error
+    basis = basis_of(measured.s_mm, from_mm, to_mm, outline.length_mm)
+    beyond = (measured.s_mm < from_mm) | (measured.s_mm > to_mm)
+    volumes: dict[str, Any] = {}
     for name, profile in (("simulated", simulated), ("measured", measured)):
-        volumes = fill_volumes(profile, outline, solid, float(error.x[0]), float(error.x[-1]))
-        metrics |= {f"{name}_{key}": value for key, value in volumes.items()}
-    return judged(
-        Comparison(
-            mean_error_mm=mean_error_mm,
-            worst_error_mm=float(abs(error.value[worst])),
-            worst_at_mm=float(error.x[worst]),
-            metrics=metrics,
-            gate={} if gate is None else {"mean_error_mm": gate.mean_error_mm},
-        )
+        found = fill_volumes(profile, outline, solid, from_mm, to_mm)
+        volumes |= {f"{name}_{key}": value for key, value in found.items()}
+    metrics = LevelMetrics(
+        mean_error_mm=error.mean_error,
+        worst_error_mm=abs(error.value[worst]),
+        worst_at_mm=error.x[worst],
+        covered_from_mm=from_mm,
+        covered_to_mm=to_mm,
+        covered_length_mm=error.length_mm,
+        coverage=basis.coverage,
+        length_mm=outline.length_mm,
+        stations_compared=int((~beyond).sum()),
+        stations_beyond_mm=measured.s_mm[beyond],
+        stations_used=basis.stations,
+        widest_gap_mm=basis.widest_gap * outline.length_mm,
+        enough_readings=basis.suffices,
+        escaped_particles=escaped_particles,
+        area_mm2=area_mm2,
+        area_similaritymeasures_mm2=area_library_mm2,
+        area_difference_mm2=area_mm2 - area_library_mm2,
+        bias_mm=error.mean(),
+        rmse_mm=error.rms(),
+        p95_error_mm=error.size.quantile(0.95),
+        share_under_1_mm=error.size.share_below(CLOSE_MM),
+        frechet_mm=frechet_mm(simulated, measured, from_mm, to_mm),
+        error_by_bin=bins,
+        start_zone_error_mm=bins[0].mean_error_mm,
+        end_zone_error_mm=bins[-1].mean_error_mm,
+        flat_level_mm=flat_level_mm,
+        flat_level_error_mm=flat_error_mm,
+        beats_flat_level=error.mean_error < flat_error_mm,
+        readings=repeatability(measured),
+        role=role,
+        readings_data=measured.data,
+        readings_dialect=measured.dialect,
+        photo_data=photo_data,
+        **volumes,
     )
+    return judged(metrics, None if gate is None else gate.mean_error_mm, uncertainty, edited)
+
+
+def assess(
+    evidence: Evidence, settings: Readings, declared: Uncertainty, spread: Spread | None, gate: Gate | None = None
+) -> Comparison:
+    """Compare the level of a trial with its readings, with intervals, baselines and the mass balance, and judge it.
+
+    The comparison that ``evidence`` holds is not used; ``spread`` holds the results of extra runs, if there were any.
+    """
+    simulated, measured, outline, solid = evidence.profile, evidence.readings, evidence.outline, evidence.solid
+    if measured is None:
+        raise ValueError(f"{evidence.name}: has no readings to compare with.")
+    comparison = compare(
+        simulated,
+        measured,
+        outline,
+        solid,
+        role=settings.role,
+        photo_data=evidence.photo_data,
+        gate=gate,
+        escaped_particles=evidence.run.escaped_particles,
+        uncertainty=error_uncertainty(simulated, measured, outline, solid, settings, declared, spread),
+        edited=evidence.edited,
+    )
+    metrics = comparison.metrics
+    baseline = balance_profile(evidence.run.dispensed_volume_mm3, evidence.trajectory, outline, solid)
+    baseline_error_mm = level_difference(baseline, measured).mean_error
+    volumes = VolumeComparison(
+        volume_balance_level_mm=float(baseline.level_mm.max()),
+        volume_balance_error_mm=baseline_error_mm,
+        beats_volume_balance=metrics.mean_error_mm < baseline_error_mm,
+        mass_balance=mass_balance(evidence.run, solid, evidence.volume_ratio, metrics.measured_sealant_mm3, settings),
+    )
+    return replace(comparison, volumes=volumes)
+
+
+def error_uncertainty(
+    simulated: Profile,
+    measured: Profile,
+    outline: Outline,
+    solid: Solid,
+    settings: Readings,
+    declared: Uncertainty,
+    spread: Spread | None = None,
+) -> ErrorUncertainty:
+    """Compute the intervals of the error by the readings, the particles' size and the declared inputs."""
+    budget = budget_of(measured, settings, declared, mouth_widths_mm(measured.s_mm, outline, solid))
+    error = level_difference(simulated, measured)
+    hat = hats(error.x, measured.s_mm)
+    mean = doubt_of(budget, mean_weights(error.x, hat))
+    bias_mm, half_mm = error.mean(), mean.half_width_mm
+    effects = []
+    if spread is not None:
+        effects = [replace(one, level_mm=np.interp(error.x, spread.s_mm, one.level_mm)) for one in spread.effects]
+    if declared.station_mm is not None:
+        moved_mm = station_effect_mm(simulated, error.x, declared.station_mm)
+        effects.append(Effect("station_mm", declared.station_mm, moved_mm))
+    inputs = [
+        InputEffect(
+            name=one.name,
+            standard=one.standard,
+            mean_level_mm=_mean(error.x, one.level_mm),
+            largest_mm=float(np.abs(one.level_mm).max()),
+        )
+        for one in effects
+    ]
+    numerics = None if spread is None else _numerics(spread, measured, error.x)
+    overall = validation.mean_level_budget(
+        error_mm=bias_mm,
+        data_mm=mean.standard_mm,
+        numerics_mm=None if numerics is None else numerics.mean_level_mm.standard,
+        inputs_mm=float(np.sqrt(sum(one.mean_level_mm**2 for one in inputs))) if inputs else None,
+        inputs_waiting=bool(declared.moved.keys() - {one.name for one in inputs}),
+    )
+    stations = _station_errors(simulated, measured, budget, error, effects, spread)
+    return ErrorUncertainty(
+        mean_error_mm=mean_error_interval(error.x, error.value, hat, budget),
+        bias_mm=(bias_mm - half_mm, bias_mm + half_mm),
+        bias_systematic_mm=mean.systematic_mm,
+        levels=StationBands(s_mm=measured.s_mm, band_95_mm=bands_mm(budget)),
+        readings=budget.summary(),
+        mean_level=overall,
+        stations=stations,
+        sentences=(
+            validation.mean_level_sentence(overall),
+            validation.station_sentence(stations.error_mm, stations.validation_mm, validation.left_out(overall)),
+        ),
+        alignment=alignment(simulated, measured),
+        numerics=numerics,
+        inputs=tuple(inputs),
+        inputs_left_out=tuple(sorted(name for name, value in declared if value is None and name != "repeatability_mm")),
+        effect_scatter_mm=None if spread is None else spread.effect_scatter_mm,
+        design_radius_mm=None if spread is None else spread.design_radius_mm,
+    )
+
+
+def _station_errors(
+    simulated: Profile,
+    measured: Profile,
+    budget: Budget,
+    error: Difference,
+    effects: list[Effect],
+    spread: Spread | None,
+) -> StationErrors:
+    held = (measured.s_mm >= error.x[0]) & (measured.s_mm <= error.x[-1])
+    s_mm, data_mm, numerics_mm = measured.s_mm[held], budget.standard_mm[held], None
+    if spread is not None:
+        levels_mm = np.array([np.interp(s_mm, spread.s_mm, size.level_mm) for size in spread.sizes])
+        # One number for all stations: three runs may agree at one place by chance, and disagree beside it.
+        doubts_mm = np.array([spread.converged(three).standard for three in levels_mm.T])
+        numerics_mm = np.full(len(s_mm), rms(doubts_mm))
+    # The inputs are independent of each other.
+    inputs_mm = np.interp(s_mm, error.x, root_sum(*(one.level_mm for one in effects))) if effects else None
+    return StationErrors(
+        s_mm=s_mm,
+        error_mm=np.interp(s_mm, simulated.s_mm, simulated.level_mm) - measured.level_mm[held],
+        data_mm=data_mm,
+        numerics_mm=numerics_mm,
+        inputs_mm=inputs_mm,
+        validation_mm=root_sum(data_mm, numerics_mm, inputs_mm),
+    )
+
+
+def _numerics(spread: Spread, measured: Profile, x: Floats) -> SizeStudy:
+    """Mean level and mean error over the covered stretch at each particle size."""
+    levels = [Profile(spread.s_mm, size.level_mm) for size in spread.sizes]
+    return SizeStudy(
+        radii_mm=tuple(size.radius_mm for size in spread.sizes),
+        mean_level_mm=spread.converged([_mean(x, np.interp(x, one.s_mm, one.level_mm)) for one in levels]),
+        mean_error_mm=spread.converged([level_difference(one, measured).mean_error for one in levels]),
+    )
+
+
+def _mean(x: Floats, value: Floats) -> float:
+    return float(np.trapezoid(value, x) / (x[-1] - x[0]))

@@ -1,16 +1,13 @@
-"""What a result is held against: the tables [readings] and [gate] of a trial file."""
+"""Readings, limits and uncertainties: the tables [readings], [gate] and [uncertainty] of a trial file."""
 
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from sealtwin.records import DataKind
-from sealtwin.settings import Settings
-
-Role = Literal["calibrated-on", "held-out"]
-"""Whether the fluid was tuned on these very readings. A match with those it was tuned on is a residual, no test."""
-
+from sealtwin.core.comparison import Role
+from sealtwin.core.records import DataKind
+from sealtwin.core.settings import Settings
 
 Separator = Literal["comma", "semicolon", "tab"]
 Decimal = Literal["point", "comma"]
@@ -21,24 +18,24 @@ Datum = Literal["sample_surface", "sealant_top", "caliper_base"]
 
 
 class Declared(Settings):
-    """What a sheet of readings does not say of itself. Nothing of it is ever guessed: what neither says is asked."""
+    """Facts that a sheet of readings leaves open. None is ever guessed: a fact that is in neither is asked for."""
 
     sheet: Annotated[str, Field(min_length=1, max_length=200)] | None = None
-    """Of a workbook with several."""
+    """Name of the worksheet in a workbook with several."""
     sample: Annotated[str, Field(min_length=1, max_length=200)] | None = None
-    """Whose rows are meant, where a column of the sheet names the sample of each; spelt as file names may spell it."""
+    """Sample whose rows are read where a column names the sample of each; spelt as file names may spell it."""
     separator: Separator | None = None
-    """Between the fields of a text file, where it cannot be told from its rows."""
+    """Separator between the fields of a text file, where its rows leave it open."""
     decimal: Decimal | None = None
-    """Where "1,234" may be one and a quarter, or more than a thousand."""
+    """Decimal mark, where "1,234" may be one and a quarter, or more than a thousand."""
     quantity: Quantity | None = None
-    """Where the header names neither: which way readings count."""
+    """Direction in which readings count, where the header names none."""
     unit: Unit | None = None
-    """Of all columns whose header names none."""
+    """Unit of all columns whose header names none."""
     datum: Datum = "sample_surface"
-    """What readings are counted from. The sample's surface, its face, is what this format means; see decision 0071."""
+    """Datum that readings count from. The sample's surface, its face, is the datum of this format (decision 0071)."""
     datum_level_mm: float | None = Field(default=None, ge=-1000, le=1000)
-    """Height of that datum above the sample's surface; needed for the other two, since no sheet shows it."""
+    """Height of that datum above the sample's surface; required for the other two, since no sheet shows it."""
 
     @model_validator(mode="after")
     def _knows_its_datum(self) -> Self:
@@ -58,14 +55,14 @@ class Readings(Declared):
     """A sheet of caliper readings: how it is written, and how it was measured."""
 
     file: Path
-    """Beside the trial file, or absolute. CSV or XLSX. Columns s_mm and level_1_mm, level_2_mm, ... (upward from the
-    face) or depth_1_mm, ... (downward from it), or as the lab writes them: the sign is never guessed.
+    """Path of the sheet, CSV or XLSX, beside the trial file or absolute. Its columns are s_mm and level_1_mm,
+    level_2_mm, ... (upward from the face) or depth_1_mm, ... (downward from it), or as the lab writes them.
     """
     data: DataKind
-    """Where the readings come from; only "measured" ones can validate."""
+    """Origin of the readings; only "measured" ones can validate."""
     role: Role
     state: Literal["wet", "cured"] | None = None
-    """Of the sealant when it was read. What has cured has lost volume that was dispensed."""
+    """State of the sealant when it was read. Cured sealant has lost volume that was dispensed."""
     shrinkage_percent: float | None = Field(default=None, ge=0, lt=100)
     """Volume lost from dispensing until it was read, where it had cured."""
     resolution_mm: float = Field(default=0.01, gt=0, le=10)
@@ -73,7 +70,7 @@ class Readings(Declared):
     limit_mm: float = Field(default=0.02, ge=0, le=10)
     """Limit of its error; digital calipers up to 150 mm state 0.02."""
     probe_mm: float | None = Field(default=None, gt=0, le=100)
-    """Width of what touches the sealant: it reads the highest point that it covers."""
+    """Width of the tip that touches the sealant: it reads the highest point that it covers."""
     datum_error_mm: float | None = Field(default=None, ge=0, le=100)
     """Standard uncertainty of the datum's own height, common to all readings."""
 
@@ -87,7 +84,42 @@ class Readings(Declared):
 
 
 class Gate(Settings):
-    """Limits declared before the run, each of which the result must keep."""
+    """Limits declared before the run."""
 
     mean_error_mm: float = Field(gt=0)
     """Area between the simulated and the measured level over the covered length; 1.26 in the paper's best run."""
+
+
+OF_THE_READINGS = ("station_mm", "repeatability_mm")
+Standard = Annotated[float, Field(gt=0, le=1000)]
+
+
+class Uncertainty(Settings):
+    """Standard uncertainties, one standard deviation each, of what was set, measured or assumed.
+
+    All are optional and none has a default: one that is not declared is not included, as the report states.
+    """
+
+    speed_mm_s: Standard | None = None
+    """Uncertainty of the nozzle's speed. The volume stays the same, and the flow changes with the speed."""
+    volume_ml: Standard | None = None
+    """Uncertainty of the volume of sealant, and so of the flow."""
+    start_mm: Standard | None = None
+    """Uncertainty of the start of the nozzle, which shifts the whole path along the crack."""
+    width_mm: Standard | None = None
+    """Uncertainty of the crack's mean width, which scales all its widths."""
+    wall_angle_deg: Standard | None = None
+    """Uncertainty of the tilt of the walls, the same for both."""
+    depth_mm: Standard | None = None
+    """Uncertainty of the crack's depth, the same over all of its length."""
+    viscosity_percent: Standard | None = None
+    yield_stress_pa: Standard | None = None
+    station_mm: Standard | None = None
+    """Uncertainty of the origin of the readings' s: all stations shift together."""
+    repeatability_mm: Standard | None = None
+    """Standard deviation of a single reading from earlier work, used only where no station was read twice."""
+
+    @property
+    def moved(self) -> dict[str, float]:
+        """Declared inputs, by name, whose effect is found by extra runs."""
+        return {name: value for name, value in self if value is not None and name not in OF_THE_READINGS}

@@ -1,35 +1,37 @@
-"""A robot's cell, one TOML file: where the sample lies in it, what the arm may do, and what its languages need."""
+"""Cell file of a robot, in TOML: its limits, its languages, and the sample's frame by points taught on its face."""
 
 import math
+from dataclasses import dataclass
 from typing import Annotated, Literal, Self, get_args
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from digitise.settings import OnFace
-from sealtwin.settings import Settings
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Floats
+from sealtwin.core.settings import Settings
 
 Format = Literal["txt", "csv", "spel", "gcode", "urscript"]
 FORMATS: tuple[Format, ...] = get_args(Format)
 
-InCell = Annotated[float, Field(ge=-10_000, le=10_000)]
-"""A coordinate of the robot's frame, in mm: no arm reaches ten metres."""
+InCell = Annotated[float, Field(ge=-10_000, le=10_000)]  # Coordinate in mm of the robot: no arm reaches ten metres
 Angle = Annotated[float, Field(ge=-360, le=360)]
-SPEL_POINTS = 1000
-"""P0 to P999: what an Epson controller's point file holds."""
+SPEL_POINTS = 1000  # Number of points in an Epson controller's point file, P0 to P999
+THINNEST_MM = 5.0  # Least RMS spread of taught points beside their line: below it, 0.2 mm tip the face by 2°
 
 
 class Taught(Settings):
-    """One point on the face, as the sample knows it and as the arm's tip found it."""
+    """One point on the face, in the sample's frame and in the robot's."""
 
     sample_mm: tuple[OnFace, OnFace]
     """x and y as in outline.json: x right and y up in the photo. With face_mm its lower left corner is [0, 0]."""
     robot_mm: tuple[InCell, InCell, InCell]
-    """What the pendant shows with the nozzle's tip on that point."""
+    """Coordinates on the pendant with the nozzle's tip on that point."""
 
 
 class Reach(Settings):
-    """The box, in the robot's frame, that the nozzle's tip must not leave."""
+    """Box in the robot's frame that the nozzle's tip must not leave."""
 
     low_mm: tuple[InCell, InCell, InCell]
     high_mm: tuple[InCell, InCell, InCell]
@@ -42,41 +44,39 @@ class Reach(Settings):
 
 
 class Motion(Settings):
-    """What the arm may do."""
+    """Limits of the arm's motion."""
 
     largest_speed_mm_s: float = Field(gt=0.01, le=5000)
-    """Of the tip. No default: it is the cell's owner who knows."""
+    """Largest speed of the tip. It has no default, since only the cell's owner knows it."""
     acceleration_mm_s2: float = Field(gt=1, le=50_000)
-    """Of the tip: what programs ask for, and what ramps and bends of the path may need."""
+    """Acceleration of the tip in programs, and the limit for ramps and bends of the path."""
     approach_speed_mm_s: float = Field(default=20.0, gt=0.1, le=250)
-    """On the way to the path and from it: from 50 mm up it takes 2.5 s, time to reach for the stop. 250 is the limit
-    of manual operation in ISO 10218-1.
-    """
+    """Speed to the path and away from it: 50 mm take 2.5 s, time to reach for the stop. 250 is the limit of manual
+    operation in ISO 10218-1."""
     safe_height_mm: float = Field(default=50.0, gt=1, le=1000)
-    """Of the tip above the face on that way: five times the height of the dams at open ends."""
+    """Height of the tip above the face before and after the path: five times that of the dams at open ends."""
     largest_tilt_deg: float = Field(default=5.0, gt=0, le=30)
-    """Between nozzle and the face's normal: at 5 degrees, 3 mm above the face, the jet meets it 0.26 mm beside the
-    path.
-    """
+    """Largest angle between nozzle and the face's normal: at 5 degrees, 3 mm above the face, the jet meets it 0.26 mm
+    beside the path."""
     most_waypoints: int = Field(default=SPEL_POINTS - 2, ge=3, le=100_000)
-    """What the controller holds. An Epson point file holds a thousand, two of them above the ends of the path."""
+    """Waypoints that the controller stores. An Epson point file has a thousand, two of them above the path's ends."""
 
 
 class Plunger(Settings):
-    """The syringe, where the robot itself drives its plunger: by one of its axes, or as an extruder."""
+    """Syringe whose plunger the robot itself drives, by one of its axes or as an extruder."""
 
     diameter_mm: float | None = Field(default=None, gt=0.5, le=300)
-    """Inner diameter of the syringe, where a millimetre of the axis is one of the plunger."""
+    """Inner diameter of the syringe, if a millimetre of the axis is one of the plunger."""
     mm3_per_mm: float | None = Field(default=None, gt=1e-4, le=1e5)
-    """Sealant that a millimetre of the axis gives, where something is geared between: weigh what 10 mm give."""
+    """Sealant for a millimetre of the axis, if the plunger is geared: weigh the sealant of 10 mm."""
     travel_mm: float = Field(gt=0.1, le=1000)
-    """What the plunger may go from where it stands: a path that needs more is refused."""
+    """Travel left to the plunger; a path that needs more is refused."""
     largest_speed_mm_s: float = Field(gt=0.001, le=500)
-    """Of the plunger."""
+    """Largest speed of the plunger."""
 
     @property
     def area_mm2(self) -> float:
-        """Sealant for each millimetre."""
+        """Volume of sealant, in mm³, for each millimetre of the axis."""
         return self.mm3_per_mm or math.pi / 4 * (self.diameter_mm or 0.0) ** 2
 
     @model_validator(mode="after")
@@ -87,28 +87,26 @@ class Plunger(Settings):
 
 
 class Spel(Settings):
-    """An Epson arm and its SPEL+ program."""
+    """Settings of an Epson arm and its SPEL+ program."""
 
     motion: Literal["curve", "move"] = "curve"
     """curve: Curve and CVMove, one speed all along the crack; move: Move ... CP from point to point, each with its
-    speed, for paths whose speed or dose changes.
-    """
+    speed, for paths whose speed or dose changes."""
     dispenser: Literal["output", "z", "s", "t"]
     """output: a bit switches a dispenser of constant flow on and off. z, s or t: that axis presses the plunger; on z
-    the arm can no longer lift the nozzle, as in the paper; of the added axes s and t, the other is sent to 0.
-    """
+    the arm can no longer lift the nozzle, as in the paper; of the added axes s and t, the other is sent to 0."""
     output_bit: int | None = Field(default=None, ge=0, le=8191)
-    """With dispenser = "output"."""
+    """Number of the bit for dispenser = "output"."""
     axis_start_mm: InCell | None = None
-    """With z, s or t: the axis' coordinate with the plunger ready to give."""
+    """Coordinate of the axis z, s or t with the plunger ready to give."""
     axis_gives: Literal["+", "-"] = "-"
-    """The way of that axis that presses the plunger: down, for the paper's z."""
+    """Direction of that axis that presses the plunger: down, for the paper's z."""
     hand: Literal["right", "left"] = "right"
-    """The arm's posture: of a SCARA, on which side its elbow is not."""
+    """Posture of the arm; the elbow of a SCARA is on the other side."""
     u_deg: Angle = 0.0
-    """The tool's turn about the vertical, kept all along: a nozzle is round."""
+    """Angle of the tool about the vertical, constant along the path: a nozzle is round."""
     vw_deg: tuple[Angle, Angle] | None = None
-    """V and W of a six-axis arm with the nozzle down; left out for a SCARA."""
+    """Angles V and W of a six-axis arm with the nozzle down; left out for a SCARA."""
     tool: int = Field(default=0, ge=0, le=15)
     """Number of the tool whose tip is the nozzle's; 0 is the bare flange."""
     local: int = Field(default=0, ge=0, le=15)
@@ -128,31 +126,30 @@ class Spel(Settings):
 
 
 class Gcode(Settings):
-    """A gantry with an extruder."""
+    """Settings of a gantry with an extruder."""
 
     relative_e: bool = False
-    """M83 in place of M82. Absolute E shows at any line how much has been given."""
+    """Write M83 in place of M82. Absolute E shows the dose so far at any line."""
     cold_extrusion: bool = False
-    """Write M302 P1: Marlin moves no extruder below 170 degrees without it, and seals dry, without a word."""
+    """Write M302 P1, without which Marlin silently moves no extruder below 170 degrees."""
 
 
 class Urscript(Settings):
-    """An arm of Universal Robots."""
+    """Settings of an arm of Universal Robots."""
 
     blend_mm: float = Field(default=0.4, gt=0.01, le=20)
     """Radius in which the arm rounds each waypoint: below half the spacing, which is 1 mm by default. With none it
-    would stop at each.
-    """
+    would stop at each."""
     dispenser: Literal["analog", "digital"]
     """analog: a standard analog output in proportion to the flow; digital: a standard output on and off."""
     port: int = Field(ge=0, le=7)
     """Analog: 0 or 1; digital: 0 to 7."""
     full_flow_mm3_s: float | None = Field(default=None, gt=1e-3, le=1e6)
-    """With dispenser = "analog": what the dispenser gives at the output's full level."""
+    """Flow at the output's full level, for dispenser = "analog"."""
     tool_turn_deg: Angle = 0.0
-    """About the nozzle, from the robot's x axis: for a camera or a cable that must not be in the way."""
+    """Angle of the tool about the nozzle, from the robot's x axis, for a camera or a cable beside it."""
     rotation_vector_rad: tuple[Angle, Angle, Angle] | None = None
-    """In place of tool_turn_deg: rx, ry, rz as the pendant shows them with the nozzle square to the face."""
+    """Tool orientation in place of tool_turn_deg: rx, ry, rz on the pendant with the nozzle square to the face."""
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
@@ -161,25 +158,24 @@ class Urscript(Settings):
         if self.dispenser == "analog" and self.port > 1:
             raise ValueError(f"port is {self.port}: a standard analog output is 0 or 1")
         if self.rotation_vector_rad is not None and self.tool_turn_deg:
-            raise ValueError("tool_turn_deg beside rotation_vector_rad: the vector says how the tool is turned")
+            raise ValueError("tool_turn_deg beside rotation_vector_rad: the vector sets the tool's turn already")
         return self
 
 
-class Cell(Settings):
-    """All of a cell file."""
+class RobotCell(Settings):
+    """Content of a cell file."""
 
     name: Annotated[str, Field(min_length=1, max_length=80)]
-    """Of the cell, for the head of its programs."""
+    """Name of the cell, for the head of its programs."""
     formats: tuple[Format, ...] = Field(min_length=1)
-    """What is written where --format does not say."""
+    """Formats that are written unless --format names others."""
     robot_z: Literal["up", "down"] = "up"
-    """Which way the robot's z points; down where its base hangs from a ceiling."""
+    """Direction of the robot's z axis; down if its base hangs from a ceiling."""
     frame_limit_mm: float = Field(default=0.5, gt=0, le=10)
-    """The worst that a taught point may miss by: a sixth of the paper's 3.1 mm wide crack, and more than a tip that is
-    touched to a mark by hand.
-    """
+    """Largest residual of a taught point: a sixth of the paper's 3.1 mm wide crack, and more than the error of a tip
+    touched to a mark by hand."""
     taught: tuple[Taught, ...] = Field(min_length=3, max_length=100)
-    """Three or more points on the face, not in line. A fourth shows errors that three cannot."""
+    """Three or more points on the face, not in line. A fourth reveals errors that three cannot."""
     reach: Reach
     motion: Motion
     plunger: Plunger | None = None
@@ -189,10 +185,11 @@ class Cell(Settings):
 
     @property
     def up(self) -> float:
+        """Sign of the robot's z axis."""
         return 1.0 if self.robot_z == "up" else -1.0
 
     def missing_for(self, kind: Format) -> str | None:
-        """The table that a format needs and the cell does not have."""
+        """Return the table that a format needs and the cell does not have."""
         if kind in ("spel", "gcode", "urscript") and getattr(self, kind) is None:
             return kind
         presses = kind == "gcode" or (kind == "spel" and self.spel is not None and self.spel.dispenser != "output")
@@ -204,3 +201,74 @@ class Cell(Settings):
             if (table := self.missing_for(kind)) is not None:
                 raise ValueError(f'formats has "{kind}", but there is no [{table}] table: add it, or take "{kind}" out')
         return self
+
+
+@dataclass(frozen=True)
+class RobotFrame:
+    """Rigid transform from the sample's millimetres to the robot's, between right-handed frames."""
+
+    rotation: Floats  # (3, 3): its columns are the sample's axes in the robot's frame
+    origin_mm: Floats  # (3,): the sample's origin in the robot's frame
+    taught_mm: Floats  # (n, 2): the fitted points on the face
+    residual_mm: Floats  # (n,): distance of the robot's points from the fitted ones
+    scale: float  # Ratio of the robot's distances to the sample's: 1 but for touch errors
+
+    @property
+    def normal(self) -> Floats:
+        """Normal of the face in the robot's frame, (3,)."""
+        return self.rotation[:, 2]
+
+    def to_robot_mm(self, sample_mm: Floats) -> Floats:
+        """Map points (n, 3) of the sample's frame to the robot's."""
+        return sample_mm @ self.rotation.T + self.origin_mm
+
+    def error_growth(self, sample_mm: Floats) -> float:
+        """Return the factor on a touch error at the worst of points (n, 2 or 3), sqrt(1 / n + x' S^-1 x)."""
+        middle = self.taught_mm.mean(axis=0)
+        spread, offset = self.taught_mm - middle, sample_mm[:, :2] - middle
+        leverage = 1 / len(spread) + (offset @ np.linalg.inv(spread.T @ spread) * offset).sum(axis=1)
+        return float(np.sqrt(leverage.max()))
+
+
+def fit_frame(sample_mm: Floats, robot_mm: Floats, *, limit_mm: float, up: float, where: str) -> RobotFrame:
+    """Fit rotation and shift of points on the face, (n, 2), to the same points as taught, (n, 3) (Kabsch 1976).
+
+    ``up`` is -1 if the robot's z points down. Raises InputError, which names ``where``, if the points are in line,
+    mirrored, of another scale, or do not fit within ``limit_mm``.
+    """
+    taught = np.column_stack([sample_mm, np.zeros(len(sample_mm))])
+    spread_mm = np.linalg.svd(sample_mm - sample_mm.mean(axis=0), compute_uv=False)[-1] / np.sqrt(len(sample_mm))
+    if spread_mm < THINNEST_MM:
+        raise InputError(
+            f"{where}: the taught points are within {spread_mm:.2g} mm of a line, which leaves the face's tilt about "
+            f"it open; they must spread by at least {THINNEST_MM:g} mm (RMS) to its sides. Teach a point far from the "
+            "others, such as a corner of the face."
+        )
+    middle, robot_middle = taught.mean(axis=0), robot_mm.mean(axis=0)
+    spread = taught - middle
+    left, singular, right = np.linalg.svd(spread.T @ (robot_mm - robot_middle))
+    handed = np.array([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
+    rotation = (left * handed @ right).T
+    scale = float(singular @ handed / (spread**2).sum())
+    origin_mm = robot_middle - rotation @ middle
+    residual_mm = np.linalg.norm(taught @ rotation.T + origin_mm - robot_mm, axis=1)
+    if residual_mm.max() > limit_mm:
+        scaled_mm = scale * spread @ rotation.T + robot_middle
+        if np.linalg.norm(scaled_mm - robot_mm, axis=1).max() <= limit_mm:
+            raise InputError(
+                f"{where}: the robot's points are {scale:.4g} times as far apart as the sample's. "
+                "Both are millimetres: check the numbers of [[taught]], or the scale of the photo."
+            )
+        worst = int(residual_mm.argmax())
+        x, y = sample_mm[worst]
+        raise InputError(
+            f"{where}: the taught points do not fit a sample that is only turned and shifted: point {worst + 1}, "
+            f"sample_mm = [{x:g}, {y:g}], is {residual_mm[worst]:.2f} mm off; {limit_mm:g} mm are allowed "
+            f"(frame_limit_mm). Scale of the points: {scale:.4f}. Touch them again, or check their order."
+        )
+    if up * rotation[2, 2] <= 0:
+        raise InputError(
+            f"{where}: the taught points are mirrored: they put the sample's face downward. Two of them are exchanged, "
+            'or their y counts downward; it counts up as in outline.json. For an arm that hangs, set robot_z = "down".'
+        )
+    return RobotFrame(rotation, origin_mm, sample_mm, residual_mm, scale)

@@ -1,31 +1,24 @@
-"""G-code for a gantry with an extruder.
+"""G-code program for a gantry with an extruder, in mm and mm/min.
 
-Words as in the NIST RS274/NGC interpreter (Kramer, Proctor, Messina 2000: G0, G1, G21, G90, G92, F) and in Marlin's
-reference (marlinfw.org/docs/gcode: E, M82, M83, M302): millimetres, F in mm/min along x, y and z, ``;`` to the line's
-end a comment.
+Words are those of NIST RS274/NGC (Kramer, Proctor, Messina 2000) and of Marlin (marlinfw.org/docs/gcode).
 """
 
 import numpy as np
 
-from digitise.robots.placed import RobotPath, plunger_mm, reach_faults, tilt_faults
-from digitise.robots.text import comments, decimal
-from sealtwin.records import Floats
+from digitise.robots.robot_path import RobotPath, comments, decimal
+from sealtwin.core.records import Floats
 
 E_DECIMALS = 5
 
 
 def gcode_text(path: RobotPath) -> str:
-    """Up to the safe height, over the path, down, along it with E as far as the plunger is to go, and up.
-
-    Raises InputError where the plunger, the tilt of the face or the reach does not allow it.
-    """
+    """Return the program. Raises InputError if the plunger, the tilt of the face or the reach does not allow it."""
     settings = path.cell.gcode
-    if settings is None:
-        raise ValueError("a cell without [gcode]")
-    over_mm = np.array([path.above_start_mm, path.above_end_mm])
-    path.refuse([*tilt_faults(path), *reach_faults("the way to the path or from it", over_mm, path.cell)])
+    assert settings is not None, "a cell without [gcode]"
+    over_mm = path.over_mm
+    path.require(path.tilt_limit, path.reach_limit("the way to the path or from it", over_mm))
     # Rounded before it is differenced: relative steps then add up to the absolute end.
-    e_mm = np.round(plunger_mm(path), E_DECIMALS)
+    e_mm = np.round(path.plunger_mm(), E_DECIMALS)
     if settings.relative_e:
         e_mm = np.diff(e_mm, prepend=0.0)
     trajectory, approach = path.trajectory, path.cell.motion.approach_speed_mm_s

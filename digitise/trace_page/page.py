@@ -1,19 +1,29 @@
-"""The trace page: a photo in this machine's browser, and the hints that come back. It writes nothing itself."""
+"""The trace page: a photo in this machine's browser, and the hints given there. It writes no file itself.
+
+A gate sees every request before its body is read. The standard library's server is used because a web framework would
+add dependencies for two routes.
+"""
 
 import json
 import re
+import secrets
+import socket
+import sys
+import traceback
 from collections.abc import Callable, Iterator
+from contextlib import suppress
+from email.message import Message
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
 from threading import Event, Thread
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, NamedTuple, Self, cast
 
 from pydantic import Field, ValidationError
 
-from digitise.trace_page.hints import Hints
-from digitise.trace_page.server import Content, PageServer
-from digitise.trace_page.session import OutdatedError, TraceSession, Until
-from sealtwin.errors import InputError
-from sealtwin.settings import Settings
+from digitise.trace_page.session import Hints, OutdatedError, TraceSession, Until
+from sealtwin.core.errors import InputError
+from sealtwin.core.settings import Settings
 
 MEDIA_TYPES = {
     ".html": "text/html; charset=utf-8",
@@ -22,15 +32,170 @@ MEDIA_TYPES = {
     ".svg": "image/svg+xml",
 }
 TILE = re.compile(r"photo/(\d{1,2})/(\d{1,3})/(\d{1,3})\.jpg")
+LARGEST_BODY_BYTES = 64_000  # Largest body of a request; hints take some kilobytes
+SLOW_S = 10.0  # Longest silence on a connection; requests of the page arrive in milliseconds
+SECURITY_HEADERS = {
+    # No foreign content, no inline scripts, no frames.
+    "Content-Security-Policy": (
+        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; "
+        "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    ),
+    "X-Frame-Options": "DENY",
+    "X-Content-Type-Options": "nosniff",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    # The address holds the token.
+    "Referrer-Policy": "no-referrer",
+    "Cache-Control": "no-store",
+}
 
+
+class RequestGate:
+    """Check of the token in the page's address and of the host names that this machine answers to."""
+
+    def __init__(self, port: int) -> None:
+        self.token = secrets.token_urlsafe(32)
+        # Another name is that of a foreign site which resolves to this machine (DNS rebinding).
+        self._hosts = {f"127.0.0.1:{port}", f"localhost:{port}"}
+
+    def refuses(self, method: str, target: str, headers: Message) -> tuple[HTTPStatus, str] | None:
+        """Return status and reason of a refusal; None where the request is allowed."""
+        if headers["Host"] not in self._hosts:
+            return HTTPStatus.MISDIRECTED_REQUEST, "this page answers to 127.0.0.1 and localhost only"
+        token = target.removeprefix("/").partition("/")[0]
+        if not secrets.compare_digest(token.encode(), self.token.encode()):
+            return HTTPStatus.FORBIDDEN, "the address lacks the token that 'sealtwin trace' printed"
+        if method != "POST":
+            return None
+        # Pages of other sites can post here; browsers then name that site.
+        if headers["Origin"] not in {f"http://{host}" for host in self._hosts}:
+            return HTTPStatus.FORBIDDEN, "the request is from another page"
+        if not re.fullmatch("[0-9]{1,9}", headers.get("Content-Length", "")):
+            return HTTPStatus.LENGTH_REQUIRED, "a body needs a Content-Length"
+        if int(headers["Content-Length"]) > LARGEST_BODY_BYTES:
+            return HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"the body is larger than {LARGEST_BODY_BYTES} bytes"
+        return None
+
+
+class Content(NamedTuple):
+    """Content of the answer to a GET."""
+
+    body: bytes
+    media_type: str
+
+
+class PageServer(ThreadingHTTPServer):
+    """A server on 127.0.0.1 only; ``port`` 0 takes a free one. Names are the part of an address after the token."""
+
+    # A thread still inside a native library when the interpreter ends would crash the process.
+    daemon_threads, block_on_close = False, True
+    # A browser opens several connections at once, and retries those that find the queue full a second later.
+    request_queue_size = 32
+
+    def __init__(self, port: int = 0) -> None:
+        self._connections: set[socket.socket] = set()
+        super().__init__(("127.0.0.1", port), _Visit)
+        self.gate = RequestGate(self.server_port)
+
+    @property
+    def url(self) -> str:
+        return f"http://127.0.0.1:{self.server_port}/{self.gate.token}/"
+
+    def get(self, name: str) -> Content | None:
+        """Return the content of that name; None where there is none."""
+        raise NotImplementedError
+
+    def post(self, name: str, body: bytes) -> Iterator[dict[str, Any]] | None:
+        """Return answers, each sent at once as a line of JSON; None as in ``get``. Raises ValueError for a bad body."""
+        raise NotImplementedError
+
+    def process_request_thread(self, request: Any, client_address: Any) -> None:
+        self._connections.add(request)
+        try:
+            super().process_request_thread(request, client_address)
+        finally:
+            self._connections.discard(request)
+
+    def server_close(self) -> None:
+        """Finish answers in progress, but do not wait for a browser's idle connections."""
+        for connection in tuple(self._connections):
+            with suppress(OSError):
+                connection.shutdown(socket.SHUT_RD)
+        super().server_close()
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        # Clients that disconnect or do not speak HTTP are ignored; a bug keeps its traceback.
+        if not isinstance(sys.exception(), OSError):
+            traceback.print_exc()
+
+
+class _Visit(BaseHTTPRequestHandler):
+    """One connection, with several requests in turn."""
+
+    protocol_version = "HTTP/1.1"
+    timeout = SLOW_S
+    server_version, sys_version = "sealtwin", ""
+    disable_nagle_algorithm = True
+
+    def parse_request(self) -> bool:
+        if not super().parse_request():
+            return False
+        if refusal := self._page.gate.refuses(self.command, self.path, self.headers):
+            self.send_error(*refusal)
+        return refusal is None
+
+    def do_GET(self) -> None:
+        if (content := self._page.get(self._name)) is None:
+            return self.send_error(HTTPStatus.NOT_FOUND, "nothing has that name")
+        self._begin(HTTPStatus.OK, content.media_type, {"Content-Length": str(len(content.body))})
+        self.wfile.write(content.body)
+
+    def do_POST(self) -> None:
+        try:
+            answers = self._page.post(self._name, self.rfile.read(int(self.headers["Content-Length"])))
+        except ValueError as fault:
+            return self.send_error(HTTPStatus.BAD_REQUEST, str(fault))
+        if answers is None:
+            return self.send_error(HTTPStatus.NOT_FOUND, "nothing has that name")
+        self._begin(HTTPStatus.OK, "application/x-ndjson", {"Transfer-Encoding": "chunked"})
+        for answer in answers:
+            line = json.dumps(answer, allow_nan=False).encode() + b"\n"
+            self.wfile.write(b"%x\r\n%b\r\n" % (len(line), line))
+        self.wfile.write(b"0\r\n\r\n")
+
+    def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:
+        """Answer with the reason in JSON and the security headers, which the library's page lacks."""
+        # Without a version in the request, the library would send no headers.
+        self.request_version = self.protocol_version
+        body = json.dumps({"error": message or HTTPStatus(code).phrase}).encode()
+        # The rest of the request is not read, so the connection must close.
+        self._begin(code, "application/json", {"Content-Length": str(len(body)), "Connection": "close"})
+        self.wfile.write(body)
+
+    def log_message(self, format: str, *args: Any) -> None:
+        """Log nothing: the lines of requests hold the token."""
+
+    @property
+    def _page(self) -> PageServer:
+        return cast(PageServer, self.server)
+
+    @property
+    def _name(self) -> str:
+        return self.path.removeprefix("/").partition("/")[2]
+
+    def _begin(self, status: int, media_type: str, headers: dict[str, str]) -> None:
+        self.send_response(status)
+        for name, value in {"Content-Type": media_type, **headers, **SECURITY_HEADERS}.items():
+            self.send_header(name, value)
+        self.end_headers()
+
+
+# Saves the hints, and any depth in mm; returns the texts of the last view. The page shows an InputError or OSError.
 Save = Callable[[Hints, float | None], dict[str, Any]]
-"""Takes the hints, and the depth in mm where the page asked for it; gives what the page says in the end. Raises
-InputError or OSError where they cannot be saved: the page says why, and stays.
-"""
 
 
 class Question(Settings):
-    """Where the crack is, with these hints."""
+    """Request for the crack that these hints give."""
 
     hints: Hints
     revision: Annotated[float, Field(ge=0)]
@@ -38,17 +203,17 @@ class Question(Settings):
 
 
 class Farewell(Settings):
-    """What is to be saved."""
+    """Request to save hints."""
 
     hints: Hints
     depth_mm: float | None = None
 
 
-class TracePage:
+class TracePage(PageServer):
     """Serves ``session`` until the user has saved or left."""
 
     def __init__(self, session: TraceSession, save: Save, *, facts: dict[str, Any], port: int = 0) -> None:
-        """``facts``: what the page is told of where it saves. Raises OSError where ``port`` is taken."""
+        """``facts`` are further fields of the page's initial state. Raises OSError where ``port`` is in use."""
         self._session, self._save, self._facts = session, save, facts
         self._files = {
             entry.name: Content(entry.read_bytes(), media_type)
@@ -57,28 +222,28 @@ class TracePage:
         }
         self._ended = Event()
         self._saved: dict[str, Any] | None = None
-        self._server = PageServer(self, port)
-        self.url = self._server.url
+        super().__init__(port)
 
     def __enter__(self) -> Self:
-        Thread(target=self._server.serve_forever, kwargs={"poll_interval": 0.1}, daemon=True).start()
+        Thread(target=self.serve_forever, kwargs={"poll_interval": 0.1}, daemon=True).start()
         return self
 
     def __exit__(self, *_: object) -> None:
         self._session.end()
-        self._server.shutdown()
-        self._server.server_close()
+        self.shutdown()
+        self.server_close()
 
     def wait(self) -> dict[str, Any] | None:
-        """Until the user is done: what ``save`` gave, or None where nothing was saved."""
-        # A wait without an end cannot be interrupted from the keyboard on Windows.
+        """Wait until the user saves or quits; return the result of ``save``, or None where nothing was saved."""
+        # On Windows, the keyboard cannot interrupt a wait without a timeout.
         while not self._ended.wait(0.5):
             pass
         return self._saved
 
     def get(self, name: str) -> Content | None:
         if name == "session":
-            return Content(_json({**self._session.opening(), **self._facts}), "application/json")
+            opening = {**self._session.opening(), **self._facts}
+            return Content(json.dumps(opening, allow_nan=False).encode(), "application/json")
         if found := TILE.fullmatch(name):
             level, column, row = (int(number) for number in found.groups())
             tile = self._session.pyramid.tile(level, column, row)
@@ -94,7 +259,7 @@ class TracePage:
             if name == "quit":
                 return self._leaving()
         except ValidationError as fault:
-            raise ValueError(f"not what this page sends: {fault.errors()[0]['msg']}") from None
+            raise ValueError(f"not a request of this page: {fault.errors()[0]['msg']}") from None
         return None
 
     def _traced(self, question: Question) -> Iterator[dict[str, Any]]:
@@ -110,8 +275,8 @@ class TracePage:
             yield {"refused": str(fault)}
             return
         except OSError as fault:
-            # A full disk, or a folder of somebody else's: what was clicked must not be lost by that.
-            yield {"refused": f"{fault.filename}: {fault.strerror}. Make that place writable, and save again."}
+            # The page keeps its points when the disk is full or the folder is read-only.
+            yield {"refused": f"{fault.filename}: {fault.strerror}; make the folder writable, and save again."}
             return
         yield {"saved": saved}
         self._saved = saved
@@ -120,7 +285,3 @@ class TracePage:
     def _leaving(self) -> Iterator[dict[str, Any]]:
         yield {"left": True}
         self._ended.set()
-
-
-def _json(content: dict[str, Any]) -> bytes:
-    return json.dumps(content, allow_nan=False).encode()

@@ -1,4 +1,4 @@
-"""What the trace page knows: one photo, and what its scale, path and walls are with the hints of the moment."""
+"""State of the trace page: one photo, and its scale, path and walls by the current hints."""
 
 import math
 import re
@@ -7,64 +7,118 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from threading import Lock
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, Self
 
 import numpy as np
+from pydantic import Field
 
-from digitise.finding.crack_path import CrackPath
-from digitise.finding.livewire import LiveWire
+from digitise.crack_path.find_path import find_path
+from digitise.crack_path.hints import CrackPath
+from digitise.crack_path.path_search import LiveWire
 from digitise.geometry.polyline import signed_area
-from digitise.outline import PROPOSAL, trace_outline
-from digitise.path import find_path
+from digitise.outline import Unconfirmed, trace_outline
 from digitise.photo import Photo, read_pixels, scaled
-from digitise.settings import PhotoInput, Pixel
-from digitise.trace_page.glance import glance
-from digitise.trace_page.hints import SCALE_KEYS, UNSCALED_MM_PER_PX, Hints, path_settings, rest_of, scale_settings
-from digitise.trace_page.tiles import Pyramid
-from sealtwin.errors import InputError
-from sealtwin.records import Floats, Outline
+from digitise.settings import MOST_VIA, PhotoInput, Pixel
+from digitise.trace_page.tiles import Pyramid, glance
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Floats, Outline
+from sealtwin.core.settings import Settings, checked
 
+UNSCALED_MM_PER_PX = 1.0  # Scale of a photo without one: lengths in mm are then lengths in px
+CONTROLS = {  # Labels on the page for the settings and files that messages name
+    "ends_px": "Ends",
+    "via_px": "Via",
+    "roi_px": "Box",
+    "ruler_px": "Ruler",
+    "ruler_mm": "Distance",
+    "face_corners_px": "Face",
+    "face_mm": "Width and Height",
+    "mm_per_px": "mm/px",
+    "overlay.png": "the lines on the photo",
+}
 Answer = dict[str, Any]
 Until = Literal["scale", "path", "glance", "walls"]
 
 
+class Hints(Settings):
+    """Settings of a ``PhotoInput`` that the page edits, None where not given; ``PhotoInput`` checks their values."""
+
+    ends_px: tuple[Pixel, Pixel] | None = None
+    via_px: tuple[Pixel, ...] | None = Field(default=None, max_length=MOST_VIA)
+    roi_px: tuple[Pixel, ...] | None = Field(default=None, max_length=200)
+    mm_per_px: float | None = None
+    scale_is: Literal["measured", "assumed"] | None = None
+    ruler_px: tuple[Pixel, Pixel] | None = None
+    ruler_mm: float | None = None
+    face_mm: tuple[float, float] | None = None
+    face_corners_px: tuple[Pixel, Pixel, Pixel, Pixel] | None = None
+
+    @classmethod
+    def of(cls, photo: PhotoInput) -> Self:
+        """Return the hints that a trial gives, without defaults."""
+        return cls(**{key: getattr(photo, key) for key in cls.model_fields if key in photo.model_fields_set})
+
+    def said(self, keys: frozenset[str] | None = None) -> dict[str, Any]:
+        """Return the hints that were given, of ``keys`` or of all."""
+        return self.model_dump(mode="json", exclude_none=True, include=None if keys is None else set(keys))
+
+
+SCALE_KEYS = frozenset({"mm_per_px", "scale_is", "ruler_px", "ruler_mm", "face_mm", "face_corners_px"})
+PATH_KEYS = frozenset(Hints.model_fields) - SCALE_KEYS
+
+
+def rest_of(photo: PhotoInput) -> dict[str, Any]:
+    """Return the photo settings of a trial that are not hints."""
+    return photo.model_dump(mode="json", exclude=set(Hints.model_fields), exclude_none=True)
+
+
+def scale_settings(rest: dict[str, Any], hints: Hints) -> PhotoInput | None:
+    """Return photo settings with the scale that markers or hints give, or None. Raises InputError for half a scale."""
+    said = hints.said(SCALE_KEYS)
+    if not rest.get("markers") and not said.keys() - {"scale_is"}:
+        return None
+    return checked(PhotoInput, Path(rest["file"]), {**rest, **said})
+
+
+def path_settings(rest: dict[str, Any], hints: Hints) -> PhotoInput:
+    """Return photo settings with the hints about the crack, without a scale. Raises InputError for impossible hints."""
+    unscaled = {key: value for key, value in rest.items() if key != "markers"} | {"mm_per_px": UNSCALED_MM_PER_PX}
+    return checked(PhotoInput, Path(rest["file"]), {**unscaled, **hints.said(PATH_KEYS)})
+
+
 class OutdatedError(Exception):
-    """A newer question has arrived: nobody waits for this one's answer."""
+    """A newer question has arrived, so that this one needs no answer."""
 
 
 class _Scaled(NamedTuple):
     photo: Photo
     known: bool
-    refused: str | None
-    """Why the scale that was given cannot be used."""
+    refused: str | None  # Reason why the given scale cannot be used
 
 
 class TraceSession:
-    """Safe to ask from several threads; of several questions at once, the newest is answered."""
+    """Answers about one photo, for any thread; of simultaneous questions, only the newest is answered."""
 
     def __init__(self, settings: PhotoInput, folder: Path, hints: Hints) -> None:
-        """``hints`` are those that the user starts with, whatever ``settings`` say in their place.
-
-        Raises InputError where the photo cannot be read.
-        """
+        """Read the photo; ``hints``, not those in ``settings``, are the first. Raises InputError for a bad photo."""
         self._rest, self.hints = rest_of(settings), hints
         self._edge_fraction, self._keep_branches = settings.edge_fraction, settings.branches == "keep"
         pixels = read_pixels(settings, folder)
-        # Whoever reads a sentence on the page sees which photo it is about: a name is enough.
+        # Messages on the page name the photo without its folder.
         self._pixels = replace(pixels, file=Path(pixels.file.name))
         self._plain = scaled(self._pixels, path_settings(self._rest, Hints()))
         self.pyramid = Pyramid(pixels.image)
         self._newest, self._scaling = 0.0, Lock()
-        # One after the other each; a click does not wait for a search, which may take seconds.
+        # Clicks do not wait for a search, which may take seconds.
         self._clicking, self._searching = Lock(), Lock()
         self._last_scale: tuple[Hints, _Scaled] | None = None
         self._last_wire: tuple[Photo, tuple[Pixel, ...] | None, LiveWire] | None = None
-        # The first click shall not wait for the search map. What is wrong with the region is said when it is asked for.
+        # The search map is made before the first click. A bad region is reported with the first answer.
         with suppress(InputError):
             self._wire(self._scaled(hints).photo, hints.roi_px)
 
     def opening(self) -> Answer:
-        """What the page starts from."""
+        """Return the page's initial state."""
         return {
             "name": self._plain.file.name,
             "size_px": self._plain.size_px,
@@ -75,39 +129,37 @@ class TraceSession:
         }
 
     def trace(self, hints: Hints, revision: float, until: Until) -> Iterator[Answer]:
-        """Scale, path, walls at a glance and walls, each as soon as it is known; the last may be a refusal.
+        """Yield scale, path, walls of a smaller copy and walls, each when it is known; the last may be a refusal.
 
-        Without ends the crack is searched for, unless painted. ``revision`` grows from question to question.
-
-        Raises OutdatedError as soon as a newer one was asked.
+        ``revision`` grows from question to question; raises OutdatedError when there is a newer one.
         """
         self._newest = max(self._newest, revision)
         self._check_newest(revision)
+        for name, answer in self._steps(hints, revision):
+            if answer is not None:
+                yield {name: answer}
+            if name in (until, "refused"):
+                return
+            self._check_newest(revision)
+
+    def _steps(self, hints: Hints, revision: float) -> Iterator[tuple[str, Answer | str | None]]:
         seen = self._scaled(hints)
         by_edges = hints.face_mm is not None and hints.face_corners_px is None and not self._rest.get("markers")
-        yield {"scale": _scale_answer(seen, by_edges)}
-        if until == "scale":
-            return
+        yield "scale", _scale_answer(seen, by_edges)
         with self._searching if hints.ends_px is None else self._clicking:
+            self._check_newest(revision)
             try:
-                self._check_newest(revision)
                 path = self._path(seen.photo, hints)
-                yield {"path": _path_answer(path, seen.known)}
-                if until == "path":
-                    return
-                self._check_newest(revision)
-                if (rough := glance(seen.photo, path, self._edge_fraction)) is not None:
-                    yield {"glance": _walls_answer(seen.photo, rough, seen.known)}
-                if until == "glance":
-                    return
-                self._check_newest(revision)
+                yield "path", _path_answer(path, seen.known)
+                rough = glance(seen.photo, path, self._edge_fraction)
+                yield "glance", None if rough is None else _walls_answer(seen.photo, rough, seen.known)
                 outline = trace_outline(seen.photo, path, self._edge_fraction, self._keep_branches)
-                yield {"walls": _walls_answer(seen.photo, outline, seen.known)}
+                yield "walls", _walls_answer(seen.photo, outline, seen.known)
             except InputError as fault:
-                yield {"refused": _in_px_unless(seen.known, str(fault))}
+                yield "refused", _for_page(seen.known, str(fault))
 
     def end(self) -> None:
-        """Whatever is under way stops at its next step."""
+        """Stop all questions in progress at their next step."""
         self._newest = math.inf
 
     def _check_newest(self, revision: float) -> None:
@@ -115,7 +167,7 @@ class TraceSession:
             raise OutdatedError
 
     def _scaled(self, hints: Hints) -> _Scaled:
-        """The photo with the scale of the hints, or without one."""
+        """Return the photo with the scale of the hints, or without one."""
         wanted = Hints(**{key: getattr(hints, key) for key in SCALE_KEYS})
         with self._scaling:
             if self._last_scale is None or self._last_scale[0] != wanted:
@@ -125,9 +177,8 @@ class TraceSession:
     def _find_scale(self, hints: Hints) -> _Scaled:
         try:
             settings = scale_settings(self._rest, hints)
-            if settings is None:
-                return _Scaled(self._plain, known=False, refused=None)
-            return _Scaled(scaled(self._pixels, settings), known=True, refused=None)
+            photo = None if settings is None else scaled(self._pixels, settings)
+            return _Scaled(photo or self._plain, known=photo is not None, refused=None)
         except InputError as fault:
             return _Scaled(self._plain, known=False, refused=str(fault))
 
@@ -138,9 +189,9 @@ class TraceSession:
         return self._wire(photo, settings.roi_px).path(settings.ends_px, settings.via_px)
 
     def _wire(self, photo: Photo, roi_px: tuple[Pixel, ...] | None) -> LiveWire:
-        """The same for as long as face and region stay: to make it takes longer than to ask it."""
+        """Return the search map, which is kept while face and region stay: making it takes longer than a query."""
         if photo.face_mm is None and not photo.markers_px:
-            # A plain scale changes nothing of where a crack may be.
+            # Without face and markers, the scale does not change the search.
             photo = self._plain
         if self._last_wire is None or self._last_wire[0] is not photo or self._last_wire[1] != roi_px:
             self._last_wire = photo, roi_px, LiveWire(photo, roi_px)
@@ -148,9 +199,10 @@ class TraceSession:
 
 
 def _scale_answer(seen: _Scaled, by_edges: bool) -> Answer:
-    """``corners_px``: those of the face, where they were found by its edges and can be set right by hand."""
+    """Describe the scale; ``corners_px`` are the face's, where they were found by its edges and can be adjusted."""
     photo = seen.photo
-    answer: Answer = {"refused": seen.refused, "markers_px": [_rounded(corners) for corners in photo.markers_px]}
+    refused = seen.refused and _for_page(True, seen.refused)
+    answer: Answer = {"refused": refused, "markers_px": [_rounded(corners) for corners in photo.markers_px]}
     if not seen.known:
         return answer | {"mm_per_px": None, "face_px": None, "corners_px": None}
     return answer | {
@@ -161,7 +213,7 @@ def _scale_answer(seen: _Scaled, by_edges: bool) -> Answer:
         "camera_tilt_deg": photo.camera_tilt_deg,
         "face_px": None if photo.face_ring_px is None else _rounded(photo.face_ring_px),
         "corners_px": _rounded(photo.face_px) if by_edges and photo.face_px is not None else None,
-        "warnings": photo.warnings,
+        "warnings": [_for_page(True, warning) for warning in photo.warnings],
     }
 
 
@@ -170,39 +222,36 @@ def _path_answer(path: CrackPath, in_mm: bool) -> Answer:
         "points_px": _rounded(path.points_px),
         "width_px": path.width_px,
         "source": path.source,
-        "warnings": [_in_px_unless(in_mm, warning) for warning in path.warnings],
+        "warnings": [_for_page(in_mm, warning) for warning in path.warnings],
     }
 
 
 def _walls_answer(photo: Photo, outline: Outline, in_mm: bool) -> Answer:
-    rings = [outline.outline_mm, *outline.islands_mm]
-    lines_mm = {
-        "left": outline.left_wall_mm,
-        "right": outline.right_wall_mm,
-        "centreline": outline.centreline_mm,
-        "outline": outline.outline_mm,
-    }
     return {
-        **{f"{name}_px": _rounded(photo.to_px(line_mm)) for name, line_mm in lines_mm.items()},
+        "left_px": _rounded(photo.to_px(outline.left_wall_mm)),
+        "right_px": _rounded(photo.to_px(outline.right_wall_mm)),
+        "centreline_px": _rounded(photo.to_px(outline.centreline_mm)),
+        "outline_px": _rounded(photo.to_px(outline.outline_mm)),
         "islands_px": [_rounded(photo.to_px(ring)) for ring in outline.islands_mm],
         "branches_px": [_rounded(photo.to_px(line)) for line in outline.branches_mm],
         "unit": "mm" if in_mm else "px",
         "length": outline.length_mm,
         "mean_width": outline.mean_width_mm,
-        # Islands turn the other way round, so that their area counts against the outline's.
-        "area": sum(signed_area(ring) for ring in rings),
+        # Islands run clockwise, so that their area is negative.
+        "area": sum(map(signed_area, (outline.outline_mm, *outline.islands_mm))),
         "ends": outline.ends,
-        # The page asks itself whether a proposal is the crack, and has no overlay.png.
-        "warnings": [_in_px_unless(in_mm, warning) for warning in outline.warnings if warning != PROPOSAL],
+        # The page itself asks for confirmation.
+        "warnings": [_for_page(in_mm, text) for text in outline.warnings if not isinstance(text, Unconfirmed)],
     }
 
 
-def _in_px_unless(in_mm: bool, sentence: str) -> str:
-    """Without a scale a millimetre is a pixel, and must be called one."""
-    assert UNSCALED_MM_PER_PX == 1
-    return sentence if in_mm else re.sub(r"\bmm\b", "px", sentence)
+def _for_page(in_mm: bool, sentence: str) -> str:
+    """Name the page's controls in place of settings; and px in place of mm where there is no scale."""
+    if not in_mm:
+        sentence = re.sub(r"\bmm\b", "px", sentence)
+    return re.sub(r"\b(?:photo\.)?([a-z]+(?:_[a-z]+)+|overlay\.png)\b", lambda it: CONTROLS.get(it[1], it[0]), sentence)
 
 
 def _rounded(points_px: Floats) -> list[list[float]]:
-    """A hundredth of a pixel is finer than anything that is seen."""
+    """Round to a hundredth of a pixel, finer than any display."""
     return np.round(points_px, 2).tolist()

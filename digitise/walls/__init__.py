@@ -1,1 +1,1 @@
-"""Where a crack's walls stand, to a fraction of a pixel."""
+"""Measure a crack's walls to a fraction of a pixel."""

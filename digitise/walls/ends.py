@@ -1,25 +1,81 @@
-"""What a crack does where its path ends: it meets the edge of the face, it ends in a tip, or it goes on."""
+"""Ends of a crack: at the edge of the face, in a tip, or cut where it continues."""
 
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
-from digitise.finding.darkness import EDGE_PX
-from digitise.geometry.polyline import depth_inside
+from digitise.crack_path.darkness import EDGE_PX
+from digitise.geometry.polyline import at_arc_length, depth_inside, left_normals
 from digitise.photo import Photo
-from digitise.walls.patch import Patch
-from sealtwin.records import EndKind, Floats
+from digitise.walls.straightened import Patch, straighten
+from digitise.walls.wall_profile import Walls
+from sealtwin.core.records import EndKind, Floats, arc_length
 
-LOOK_AHEAD = 2.0
-"""Crack widths ahead of the end that are searched: no one clicks an edge of the face exactly."""
-GOES_ON = 1.5
-"""Crack widths of dark around the end beyond which it is cut from something longer: from a longer crack, where the dark
-lies ahead, or from the shadow along the sample's edge, where it lies across.
-"""
+STEP_PX = 1.0  # Spacing of stations at a tip, which rounds off within a few pixels
+BESIDE_PX = 3.0  # Reach of a blurred edge beyond a wall
+NARROWEST_PX, WIDEST_PX = 1.5, 10.0  # Widths that show where a tip ends: less is lost in grain, more is not the tip's
+TIP_SHARE = 0.6  # Share of the width beside a tip up to which the crack narrows as a tip does
+LOOK_AHEAD = 2.0  # Crack widths ahead of the end that are searched for the edge of the face
+GOES_ON = 1.5  # Crack widths of dark around an end above which it is cut, by a longer crack or the sample's shadow
+BLUNT = 0.25  # Crack widths behind its farthest point that count as the end's front: a sharp tip narrows in less
 
-BLUNT = 0.25
-"""Crack widths behind its farthest point within which an end counts as reaching as far: a sharp tip narrows in less."""
+
+def find_tip(photo: Photo, patch: Patch, line_mm: Floats, walls: Walls, near_mm: float, outward: int) -> float:
+    """Arc length of the tip near ``near_mm`` on a line that runs past it; ``outward`` is 1 or -1 along the line.
+
+    The width is the missing brightness, summed across. Its square falls evenly to 0 at a round tip.
+    """
+    s_mm, px = arc_length(line_mm), photo.mm_per_px
+    found = np.flatnonzero(walls.both_found & (outward * (s_mm - near_mm) <= 0))
+    if len(found) == 0:
+        return near_mm
+    last = found[-1] if outward > 0 else found[0]
+    reach_mm = max(float(np.median(walls.width_mm[found])), 12 * px)
+    inner_mm = outward * np.arange(-reach_mm, reach_mm / 2, STEP_PX * px)
+    stations_mm = s_mm[last] + inner_mm
+    stations_mm = stations_mm[(stations_mm > 0) & (stations_mm < s_mm[-1])]
+    fine_mm = at_arc_length(line_mm, s_mm, stations_mm)
+    known = outward * (stations_mm - s_mm[last]) <= 0
+    left_mm, right_mm = (
+        np.where(known, np.interp(stations_mm, s_mm, wall_mm), wall_mm[last])
+        for wall_mm in (walls.left_mm, walls.right_mm)
+    )
+    normal = left_normals(fine_mm) * outward
+    strip = straighten(photo, patch, fine_mm, normal, 0.5 * px, np.max([left_mm, right_mm]) + 4 * BESIDE_PX * px)
+    low_mm, high_mm = (-right_mm, left_mm) if outward > 0 else (-left_mm, right_mm)
+    low_mm, high_mm = low_mm[:, None] - BESIDE_PX * px, high_mm[:, None] + BESIDE_PX * px
+    inside = (strip.offset_mm >= low_mm) & (strip.offset_mm <= high_mm)
+    around_mm = 2 * BESIDE_PX * px
+    beside = ~inside & (strip.offset_mm >= low_mm - around_mm) & (strip.offset_mm <= high_mm + around_mm)
+    mortar = beside & strip.valid
+    known = np.flatnonzero(mortar.any(axis=1))
+    if len(known) == 0:
+        return float(s_mm[last])
+    levels = np.nanmedian(np.where(mortar[known], strip.light[known], np.nan), axis=1)
+    bright = np.interp(np.arange(len(mortar)), known, levels)[:, None]
+    dark = np.interp(stations_mm, s_mm, walls.dark)
+    missing = np.where(inside, 1 - (strip.light - dark[:, None]) / np.maximum(bright - dark[:, None], 1e-6), 0)
+    width_px = missing.sum(axis=1) * strip.sample_px
+    return _vanishing_mm(stations_mm, width_px, float(s_mm[last]), outward, reach_mm)
+
+
+def _vanishing_mm(stations_mm: Floats, width_px: Floats, last_mm: float, outward: int, reach_mm: float) -> float:
+    """Arc length at which the square of the width, extrapolated outward from about ``last_mm``, is 0."""
+    last = int(np.argmin(np.abs(stations_mm - last_mm)))
+    widest_px = min(WIDEST_PX, TIP_SHARE * float(np.median(width_px[: last + 1])))
+    wide = np.flatnonzero(width_px[: last + 1] > widest_px)
+    narrow = np.flatnonzero(width_px[last:] < NARROWEST_PX)
+    begin = wide[-1] if len(wide) else 0
+    end = last + (narrow[0] if len(narrow) else len(width_px) - last)
+    if end - begin < 3:
+        return last_mm
+    s, square = stations_mm[begin:end], width_px[begin:end] ** 2
+    # The error of a square grows with its root.
+    slope, at_0 = np.polyfit(s - last_mm, square, 1, w=1 / np.maximum(width_px[begin:end], NARROWEST_PX))
+    if slope * outward >= 0:
+        return last_mm
+    return last_mm + float(np.clip(-at_0 / slope, -reach_mm, reach_mm))
 
 
 @dataclass(frozen=True)
@@ -27,15 +83,11 @@ class PathEnd:
     """One end of a crack."""
 
     kind: EndKind
-    place_px: Floats
-    """The tip of a closed crack; else where the path ends."""
+    place_px: Floats  # The tip of a closed crack, or else the end of the path
 
 
 def judge_end(photo: Photo, patch: Patch, end_px: Floats, ahead: Floats, width_px: float, threshold: float) -> PathEnd:
-    """``ahead`` is the unit direction out of the crack in the photo; what is darker than ``threshold`` is crack.
-
-    The edge of the photo cuts a crack like a user does.
-    """
+    """Classify the end at ``end_px``; ``ahead`` points out of the crack. The photo's edge cuts a crack."""
     reached_px = np.vstack([end_px, _dark_ahead_px(photo, patch, end_px, ahead, width_px, threshold)])
     if photo.face_mm is not None:
         # The mask stops short of the edge.
@@ -50,7 +102,7 @@ def judge_end(photo: Photo, patch: Patch, end_px: Floats, ahead: Floats, width_p
 
 
 def _tip_px(reached_px: Floats, end_px: Floats, ahead: Floats, width_px: float) -> Floats:
-    """As far ahead as the dark reaches; sideways in the middle of what reaches as far, or a blunt end's corner wins."""
+    """The farthest place ahead that is dark, in the middle of a blunt end."""
     away_px = reached_px - end_px
     extent_px = away_px @ ahead
     aside = np.array([-ahead[1], ahead[0]])
@@ -61,7 +113,7 @@ def _tip_px(reached_px: Floats, end_px: Floats, ahead: Floats, width_px: float) 
 def _dark_ahead_px(
     photo: Photo, patch: Patch, end_px: Floats, ahead: Floats, width_px: float, threshold: float
 ) -> Floats:
-    """Pixels of crack around and ahead of the end that hang together with it, (n, 2)."""
+    """Pixels of crack around and ahead of the end and connected to it, (n, 2)."""
     reach_px = LOOK_AHEAD * width_px
     left, top = np.maximum(np.floor(end_px - reach_px) - patch.offset_px, 0).astype(int)
     right, bottom = (np.ceil(end_px + reach_px) - patch.offset_px).astype(int) + 1
@@ -69,10 +121,8 @@ def _dark_ahead_px(
     y, x = np.nonzero(patch.soft[window] < threshold)
     dark_px = np.column_stack([x + left, y + top]) + np.array(patch.offset_px, dtype=float)
     away_px = dark_px - end_px
-    # From a little behind the end, so that a bright speck on it does not part the crack from its end.
+    # A little behind the end counts, so that a bright speck on it does not part the crack from its end.
     kept = (away_px @ ahead > -0.5 * width_px) & (np.linalg.norm(away_px, axis=1) <= reach_px)
-    if not kept.any():
-        return dark_px[kept]
     kept[kept] = patch.on_sample(dark_px[kept], photo.to_mm(dark_px[kept]))
     x, y, dark_px, away_px = x[kept], y[kept], dark_px[kept], away_px[kept]
     if len(dark_px) == 0:

@@ -1,54 +1,115 @@
-"""Stones left standing in a crack: mortar with crack all round it, seen before the walls are followed past it."""
+"""Stones in a crack, with crack all round them, found before the walls are followed past them."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NewType
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from skimage.measure import find_contours, points_in_poly
+from skimage.measure import find_contours
 
-from digitise.finding.crack_path import CrackPath
-from digitise.finding.medial import radius
+from digitise.crack_path.darkness import sample_mask
+from digitise.crack_path.hints import CrackPath
+from digitise.crack_path.medial_axis import distance_outside, holding, radius
 from digitise.geometry.polyline import signed_area
 from digitise.geometry.region import ISLAND_MM2
+from digitise.image.raster import Map, blurred, shrunk
 from digitise.photo import Photo
-from digitise.walls.contrast import contrast
-from digitise.walls.patch import Patch, patch_around
-from digitise.walls.traced import LEAST_WIDTH_PX
-from sealtwin.records import Floats, Outline
+from digitise.walls.centreline_and_walls import LEAST_WIDTH_PX
+from digitise.walls.straightened import Patch, patch_around
+from sealtwin.core.records import Floats
 
-LEAST_MM2 = 0.3
-"""Smaller bright places in a photo are glints, or grains of sand on the crack's floor."""
-LEAST_SIDE = 0.15
-"""Of the smallest stone, over the crack's width: a lesser one does not part the sealant."""
-LEAST_PX = 30
-"""With fewer pixels it may be noise."""
-WIDEST = 1.0
-"""Crack widths: what is wider parts two cracks, and the path goes along one of them."""
-REACH = 2.5
-"""Crack widths from the path, to either side, that are looked at."""
-SKIRT_PX = 3
-"""Blur brightens the crack so far around a stone."""
+RetouchedPhoto = NewType("RetouchedPhoto", Photo)  # One with its own scale, but not everywhere its own brightness
+PAINT_DARK, PAINT_BRIGHT = 0.05, 0.8  # Brightness of a deep crack and of light mortar
+CRACK, MORTAR = 0.25, 0.8  # Crack widths from the path: crack within, mortar beyond except in side cracks
+WORK_PX = 8.0  # Width of the crack in the small picture in which the levels are measured
+SPREAD = 2.0  # Gaussian sigma over which a level is averaged, in crack widths
+FAR = 1e-3  # Weight of the usual level beside the one nearby, for places with nothing near
+LEAST_MM2 = 0.3  # Least area of a stone in a photo; smaller bright places are glints or grains on the crack's floor
+LEAST_SIDE = 0.15  # Side of the smallest stone over the crack's width: a smaller one does not part the sealant
+LEAST_PX = 30  # Least pixels of a stone; fewer may be noise
+WIDEST = 1.0  # Crack widths above which a bright place parts two cracks, one of which the path follows
+REACH = 2.5  # Crack widths from the path to either side that are searched
+SKIRT_PX = 3  # Reach of the blur that brightens the crack around a stone
+
+
+def photo_of_paint(photo: Photo, path: CrackPath) -> RetouchedPhoto:
+    """The painted piece that holds the path, dark on bright, so that the rules for a photographed crack apply to it."""
+    assert photo.drawn is not None, "nothing is painted"
+    piece = holding(photo.drawn, path.points_px, connectivity=8)
+    paint = np.where(piece, PAINT_DARK, PAINT_BRIGHT).astype(np.float32)
+    return RetouchedPhoto(replace(photo, brightness=paint))
 
 
 @dataclass(frozen=True)
-class Islands:
-    """Bright places with crack all round them."""
+class Contrast:
+    """Brightness levels of a crack and of the mortar around it, everywhere in a patch."""
 
-    rings_mm: tuple[Floats, ...]
-    """Clockwise."""
-    photo: Photo
-    """The photo with the crack's own darkness where they stand: they hide no wall, and are none."""
+    patch: Patch
+    sample: NDArray[np.bool_]  # Pixels of the sample's face, and of no marker
+    coarse_dark: Map
+    coarse_bright: Map
+
+    @cached_property
+    def dark(self) -> Map:
+        return _sized(self.coarse_dark, self.patch.soft.shape)
+
+    @cached_property
+    def bright(self) -> Map:
+        return _sized(self.coarse_bright, self.patch.soft.shape)
+
+    @cached_property
+    def share(self) -> Map:
+        """Share of the contrast: 0 in the crack, 1 on mortar."""
+        return self.share_of(self.patch.soft)
+
+    def share_of(self, light: Map) -> Map:
+        """The same for a copy of the patch in another size."""
+        dark, bright = (_sized(level, light.shape) for level in (self.coarse_dark, self.coarse_bright))
+        return np.asarray((light - dark) / np.maximum(bright - dark, np.float32(1e-6)), dtype=np.float32)
 
 
-def find_islands(photo: Photo, path: CrackPath, edge_fraction: float) -> Islands:
-    """Each is drawn where light has risen by ``edge_fraction`` of the contrast, as the walls are."""
+def contrast(photo: Photo, path: CrackPath, patch: Patch) -> Contrast:
+    """Measure the levels of the crack along ``path`` and of the mortar around it."""
+    height, width = patch.soft.shape
+    width_px = max(path.width_px, LEAST_WIDTH_PX)
+    scale = min(1.0, WORK_PX / width_px)
+    small = shrunk(patch.soft, (max(1, round(width * scale)), max(1, round(height * scale))))
+    left, top = patch.offset_px
+    sample = sample_mask(photo)[top : top + height, left : left + width] > 0
+    shown = shrunk(sample.astype(np.float32), small.shape[::-1]) > 0.99
+    off_path = np.ones(small.shape, dtype=np.uint8)
+    cells = (path.points_px - patch.offset_px + 0.5) * scale - 0.5
+    cv2.polylines(off_path, [np.rint(cells).astype(np.int32)], False, 0)
+    away = distance_outside(off_path == 0) / (width_px * scale)
+    sigma = SPREAD * width_px * scale
+
+    def level(where: NDArray[np.bool_]) -> Map:
+        weight = where.astype(np.float32)
+        usual = float(np.median(small[where])) if where.any() else 0.0
+        mean = (blurred(small * weight, sigma) + FAR * usual) / (blurred(weight, sigma) + FAR)
+        return np.asarray(mean, dtype=np.float32)
+
+    inside, beside = shown & (away < CRACK), shown & (away > MORTAR)
+    dark = float(np.median(small[inside])) if inside.any() else 0.0
+    usual = float(np.median(small[beside])) if beside.any() else 0.0
+    # Side cracks and pores are no mortar.
+    return Contrast(patch, sample, level(inside), level(beside & (small > (2 * dark + usual) / 3)))
+
+
+def _sized(level: Map, shape: tuple[int, ...]) -> Map:
+    return np.asarray(cv2.resize(level, shape[::-1]), dtype=np.float32)
+
+
+def find_islands(photo: Photo, path: CrackPath, edge_fraction: float) -> tuple[tuple[Floats, ...], RetouchedPhoto]:
+    """Find stones: clockwise rings in mm at ``edge_fraction`` of the contrast, and the photo, dark in their places."""
     patch = patch_around(photo, path.points_px, REACH * max(path.width_px, LEAST_WIDTH_PX))
     levels = contrast(photo, path, patch)
     share, dark = levels.share, levels.dark
     stones = _enclosed(photo, path, patch, share > edge_fraction)
     if not stones:
-        return Islands((), photo)
+        return (), RetouchedPhoto(photo)
     rings_mm: list[Floats] = []
     light = photo.brightness.copy()
     left, top = patch.offset_px
@@ -60,33 +121,22 @@ def find_islands(photo: Photo, path: CrackPath, edge_fraction: float) -> Islands
         ring = max(rings, key=lambda ring: abs(signed_area(ring)))
         rings_mm.append(ring if signed_area(ring) < 0 else ring[::-1])
         window[around] = np.minimum(window, dark)[around]
-    return Islands(tuple(rings_mm), replace(photo, brightness=light))
-
-
-def with_islands(outline: Outline, islands: Islands) -> Outline:
-    """The outline with those that stand in it, and a word about them."""
-    standing = tuple(ring for ring in islands.rings_mm if points_in_poly(ring, outline.outline_mm).all())
-    if not standing:
-        return outline
-    area_mm2 = sum(-signed_area(ring) for ring in standing)
-    count = "1 island stands" if len(standing) == 1 else f"{len(standing)} islands stand"
-    warning = f"{count} in the crack, {area_mm2:.1f} mm² in all: no sealant goes there"
-    return replace(outline, islands_mm=(*standing, *outline.islands_mm), warnings=(*outline.warnings, warning))
+    return tuple(rings_mm), RetouchedPhoto(replace(photo, brightness=light))
 
 
 def _enclosed(photo: Photo, path: CrackPath, patch: Patch, bright: NDArray[np.bool_]) -> list[NDArray[np.uint8]]:
-    """Bright places in the crack that the path runs in, with that crack all round them; 1 in a picture of each."""
-    crack = cv2.connectedComponents((~bright).astype(np.uint8), connectivity=4)[1]
-    x, y = np.clip(np.rint(path.points_px - patch.offset_px).astype(int), 0, np.array(bright.shape[::-1]) - 1).T
-    passed = crack[y, x][~bright[y, x]]
-    if len(passed) == 0:
+    """Bright places with the path's crack all round them; one mask each."""
+    own = holding(~bright, path.points_px - patch.offset_px)
+    if not own.any():
         return []
-    own = crack == np.bincount(passed).argmax()
     _, label, stats, _ = cv2.connectedComponentsWithStats((~own).astype(np.uint8), connectivity=8)
     least_px = ISLAND_MM2 / photo.mm_per_px**2
     if path.source != "mask":
         least_px = max(LEAST_MM2 / photo.mm_per_px**2, (LEAST_SIDE * path.width_px) ** 2, LEAST_PX)
-    low, high = stats[:, :2].min(axis=1) > 0, (stats[:, :2] + stats[:, 2:4] < bright.shape[::-1]).all(axis=1)
-    large_enough = np.flatnonzero(low & high & (stats[:, cv2.CC_STAT_AREA] >= least_px))
-    stones = [(label == number).astype(np.uint8) for number in large_enough if number > 0]
+    inside = (stats[:, :2] > 0).all(axis=1) & (stats[:, :2] + stats[:, 2:4] < bright.shape[::-1]).all(axis=1)
+    stones = [
+        (label == number).astype(np.uint8)
+        for number in np.flatnonzero(inside & (stats[:, cv2.CC_STAT_AREA] >= least_px))
+        if number > 0
+    ]
     return [stone for stone in stones if 2 * radius(stone > 0).max() <= WIDEST * path.width_px]

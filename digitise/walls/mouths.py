@@ -1,7 +1,7 @@
-"""Where side cracks open into a crack: its wall is drawn across, though there is none."""
+"""Mouths of side cracks in a crack, across which its wall is drawn."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -10,88 +10,73 @@ from scipy.ndimage import maximum_filter1d
 from scipy.spatial import KDTree
 from skimage.measure import find_contours
 
-from digitise.geometry.polyline import at_arc_length, resampled, smoothed, tangents
+from digitise.crack_path.hints import CrackPath
+from digitise.crack_path.medial_axis import holding
+from digitise.geometry.polyline import at_arc_length, resampled, smoothed, tangents, unit
 from digitise.photo import Photo
-from digitise.walls.side_cracks import SideCrack, SideCracks, holding
-from digitise.walls.traced import Traced
-from sealtwin.records import Floats, arc_length
+from digitise.walls.centreline_and_walls import Traced, trace
+from digitise.walls.islands import RetouchedPhoto
+from digitise.walls.side_cracks import FoundSideCrack, SideCracks
+from sealtwin.core.records import Floats, arc_length
 
-STARTS = 3.0
-"""Half widths from the main crack's wall at which a side crack's own walls are taken up."""
-AROUND_MOUTH = 3.0
-"""Crack widths around a mouth in which the main crack's walls are looked at."""
-ALONG, APPROACH, WIDE = 0.5, 0.3, 1.3
-"""Over so many crack widths the main crack's walls come nearer to each other by less than this share of the way, short
-of a tip; a side crack's wall, at 25 degrees, by 0.4. Walls farther apart than so many widths are not the main crack's.
-"""
-ASTRAY = 1.2
-"""Crack widths by which a corner may lie off the place so found, where a side crack bends or the main one narrows."""
-CLEAR = 0.6
-"""Of the sharpest turn: a side crack may bend as much before it as at its corner, which is the last turn of its rim."""
-BEYOND, BEYOND_PX = 0.1, 2.0
-"""Crack widths, and pixels, beyond a corner, where the main crack's wall is not rounded by blur any more."""
-SMOOTHING = 0.5
-"""Of the opposite wall, in crack widths: its roughness is its own."""
-ROUNDS = 2
-"""The wall across a mouth runs straight until the walls around it are known."""
-LIP_PX = 2
-"""Around a lip, where a pixel may belong to either crack, neither is filled."""
-SKIRT_PX = 3
-"""Blur darkens the mortar so far around a crack, and brightens the crack around mortar."""
+SideRings = tuple[tuple[Floats, ...], ...]  # Rims of each side crack and its stones; empty without a clear mouth
+STARTS = 3.0  # Half widths from the main crack's wall at which following a side crack's own walls begins
+AROUND_MOUTH = 3.0  # Crack widths around a mouth in which the main crack's walls are examined
+ALONG, APPROACH = 0.5, 0.3  # Crack widths over which the main walls approach each other by less than that share
+WIDE = 1.3  # Most crack widths between the main crack's walls
+ASTRAY = 1.2  # Crack widths by which a corner may miss the place found so, as side cracks bend and main ones narrow
+CLEAR = 0.6  # Share of the sharpest turn that a corner, the last turn of a side crack's rim, has at least
+BEYOND, BEYOND_PX = 0.1, 2.0  # Crack widths plus px beyond a corner where blur no longer rounds the main wall
+SMOOTHING = 0.5  # Gaussian sigma of the opposite wall, whose roughness is its own, in crack widths
+LIP_PX = 2  # Radius around a lip in which a pixel may belong to either crack, and neither is filled
+SKIRT_PX = 3  # Reach of the blur that darkens mortar around a crack and brightens crack around mortar
 
 
-@dataclass(frozen=True)
-class PastMouths:
-    """The main crack, and what lies beyond its mouths."""
-
-    traced: Traced
-    side_rings_px: tuple[tuple[Floats, ...], ...]
-    """Of each side crack, its rim and the rims of stones in it; a little into the main crack. None, where it cannot be
-    told from the main crack."""
-
-
-def trace_past_mouths(photo: Photo, sides: SideCracks, trace: Callable[[Photo], Traced]) -> PastMouths:
-    """Follow the walls as if mortar filled the side cracks."""
+def trace_past_mouths(
+    photo: RetouchedPhoto, path: CrackPath, sides: SideCracks, edge_fraction: float
+) -> tuple[Traced, SideRings]:
+    """Follow the walls of the main crack as if mortar filled its side cracks; also return the rims of these."""
     if not sides.found:
-        return PastMouths(trace(photo), ())
+        return trace(photo, path, edge_fraction), ()
     share = np.where(cv2.dilate(sides.crack.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0, sides.levels.share, 1)
     # No wall runs along the edge of the face.
     share[~sides.levels.sample] = np.nan
-    lips_px = []
-    for side in sides.found:
-        for line_px in (side.line_px, side.line_px[::-1])[: 1 + side.comes_back]:
-            lips = _lips(sides, share, line_px, side.half_px)
-            if lips is not None:
-                lips_px.append(lips)
+    ways = [(line_px, it) for it in sides.found for line_px in (it.line_px, it.line_px[::-1])[: 1 + it.comes_back]]
+    found = (_lips(sides, share, line_px, side.half_px) for line_px, side in ways)
+    lips_px = [lips for lips in found if lips is not None]
     if not lips_px:
-        return PastMouths(trace(photo), ((),) * len(sides.found))
-    walls_px: Sequence[Floats] = lips_px
+        return trace(photo, path, edge_fraction), ((),) * len(sides.found)
+    traced, parted = _with_walls_across(photo, path, sides, lips_px, edge_fraction)
+    walls_px = [_across(photo, sides, traced, lips) for lips in lips_px]
+    traced, parted = _with_walls_across(photo, path, sides, walls_px, edge_fraction)
+    return traced, tuple(_rings_px(sides, side, parted) for side in sides.found)
+
+
+def _with_walls_across(
+    photo: RetouchedPhoto, path: CrackPath, sides: SideCracks, walls_px: Sequence[Floats], edge_fraction: float
+) -> tuple[Traced, NDArray[np.bool_]]:
+    """The main crack with given walls across its mouths, and the pixels of crack beyond them."""
     parted = _parted(sides, walls_px)
-    traced = trace(_filled(photo, sides, parted, walls_px))
-    for _ in range(ROUNDS - 1):
-        walls_px = [_across(photo, sides, traced, lips) for lips in lips_px]
-        parted = _parted(sides, walls_px)
-        traced = trace(_filled(photo, sides, parted, walls_px))
-    return PastMouths(traced, tuple(_rings_px(sides, side, parted) for side in sides.found))
+    return trace(_without_side_cracks(photo, sides, parted, walls_px), path, edge_fraction), parted
 
 
 def _lips(sides: SideCracks, share: NDArray[np.floating], line_px: Floats, half_px: float) -> Floats | None:
-    """Both places where a side crack's rim has become the main crack's wall, (2, 2); None where that is not clear."""
+    """Both places where a side crack's rim becomes the main crack's wall, (2, 2); None where that is not clear."""
     width_px, inward_px = sides.width_px, line_px[::-1]
     back = round(min(STARTS * half_px + ALONG * width_px, 0.6 * len(inward_px)))
     start_px = inward_px[-1 - back]
-    inward = _unit(inward_px[min(len(inward_px) - back + round(half_px), len(inward_px) - 1)] - start_px)
+    inward = unit(inward_px[min(len(inward_px) - back + round(half_px), len(inward_px) - 1)] - start_px)
     reach_px = AROUND_MOUTH * width_px + 2 * STARTS * half_px
     low = np.maximum(np.floor(line_px[0] - reach_px), 0).astype(int)
     high = np.ceil(line_px[0] + reach_px).astype(int) + 1
     window = share[low[1] : high[1], low[0] : high[0]]
     contours = [contour[:, ::-1] + low for contour in find_contours(window, sides.edge_fraction)]
     places = np.concatenate([np.empty((0, 2)), *contours])
-    ours = _left_of(sides, places) == _left_of(sides, start_px[None])
-    if ours.all() or not ours.any():
+    same_side = _left_of(sides, places) == _left_of(sides, start_px[None])
+    if same_side.all() or not same_side.any():
         return None
-    opposite = KDTree(places[~ours])
-    usual_px = float(np.median(opposite.query(places[ours])[0]))
+    opposite = KDTree(places[~same_side])
+    usual_px = float(np.median(opposite.query(places[same_side])[0]))
     lips: list[Floats] = []
     for turns in (1, -1):
         beside = start_px + turns * half_px * np.array([-inward[1], inward[0]])
@@ -113,7 +98,7 @@ def _left_of(sides: SideCracks, places: Floats) -> NDArray[np.bool_]:
 
 
 def _walk(ring: Floats, at: int, inward: Floats, half_px: float) -> Floats:
-    """Along a contour from one of its points, the way that begins inward."""
+    """The contour from one of its points on, in the direction that begins inward."""
     if np.array_equal(ring[0], ring[-1]):
         ring = np.roll(ring[:-1], -at, axis=0)
         ways = ring, np.concatenate([ring[:1], ring[:0:-1]])
@@ -124,7 +109,7 @@ def _walk(ring: Floats, at: int, inward: Floats, half_px: float) -> Floats:
 
 
 def _lip(rim: Floats, from_opposite: Floats, width_px: float, turns: int) -> Floats | None:
-    """Just beyond the corner of a side crack's rim with the main crack's wall, where it turns to that side."""
+    """The place just beyond the corner of a side crack's rim with the main crack's wall."""
     if len(rim) < 2:
         return None
     s, window = arc_length(rim), ALONG * width_px
@@ -146,18 +131,14 @@ def _lip(rim: Floats, from_opposite: Floats, width_px: float, turns: int) -> Flo
 
 
 def _heading(line: Floats, first: Floats, last: Floats) -> Floats:
-    """Direction, in radians, from one arc length on a line to another."""
+    """Direction in radians from one arc length on a line to another."""
     s = arc_length(line)
     step = at_arc_length(line, s, last) - at_arc_length(line, s, first)
     return np.arctan2(step[:, 1], step[:, 0])
 
 
 def _across(photo: Photo, sides: SideCracks, traced: Traced, lips_px: Floats) -> Floats:
-    """The main crack's wall from lip to lip: halfway between a straight one and the opposite one's run.
-
-    A crack of even width wanders with both walls, but its width changes as well: over mouths in drawn cracks either
-    guess alone was off by 0.15 to 0.19 mm in the mean, halfway 0.14.
-    """
+    """The main crack's wall from lip to lip: halfway between a straight one and the course of the opposite one."""
     offset = sides.levels.patch.offset_px
     lips_mm = photo.to_mm(lips_px + offset)
     walls_mm = traced.left_mm, traced.right_mm
@@ -175,22 +156,24 @@ def _across(photo: Photo, sides: SideCracks, traced: Traced, lips_px: Floats) ->
 
 
 def _parted(sides: SideCracks, walls_px: Sequence[Floats]) -> NDArray[np.bool_]:
-    """What of the crack lies beyond the walls across its mouths."""
+    """The part of the crack beyond the walls across its mouths."""
     open_to = (sides.crack & ~_drawn(sides, walls_px)).astype(np.uint8)
     for x, y in np.concatenate([wall_px[[0, -1]] for wall_px in walls_px]):
         cv2.circle(open_to, (round(x), round(y)), LIP_PX, 0, -1)
-    return (open_to > 0) & ~holding(open_to > 0, np.rint(sides.way_px[:, ::-1]).astype(np.int64))
+    return (open_to > 0) & ~holding(open_to > 0, sides.way_px)
 
 
 def _drawn(sides: SideCracks, walls_px: Sequence[Floats]) -> NDArray[np.bool_]:
-    """The pixels of some walls."""
+    """Pixels of some walls."""
     picture = np.zeros(sides.crack.shape, dtype=np.uint8)
     for wall_px in walls_px:
         cv2.polylines(picture, [np.rint(wall_px * 16).astype(np.int32)], False, 1, 1, cv2.LINE_8, 4)
     return picture > 0
 
 
-def _filled(photo: Photo, sides: SideCracks, parted: NDArray[np.bool_], walls_px: Sequence[Floats]) -> Photo:
+def _without_side_cracks(
+    photo: Photo, sides: SideCracks, parted: NDArray[np.bool_], walls_px: Sequence[Floats]
+) -> RetouchedPhoto:
     """The photo with mortar in place of its side cracks."""
     dark, bright, (left, top) = sides.levels.dark, sides.levels.bright, sides.levels.patch.offset_px
     light = photo.brightness.copy()
@@ -200,16 +183,16 @@ def _filled(photo: Photo, sides: SideCracks, parted: NDArray[np.bool_], walls_px
     # A pixel on the wall itself is half of either.
     wall = _drawn(sides, walls_px) & sides.crack
     window[wall] = ((dark + bright) / 2)[wall]
-    return replace(photo, brightness=light)
+    return RetouchedPhoto(replace(photo, brightness=light))
 
 
 def _with_skirt(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return cv2.dilate(mask.astype(np.uint8), np.ones((2 * SKIRT_PX + 1,) * 2, np.uint8)) > 0
 
 
-def _rings_px(sides: SideCracks, side: SideCrack, parted: NDArray[np.bool_]) -> tuple[Floats, ...]:
-    """In the photo, counter-clockwise in mm; stones in it clockwise."""
-    own = holding(parted, np.rint(side.line_px[:, ::-1]).astype(np.int64))
+def _rings_px(sides: SideCracks, side: FoundSideCrack, parted: NDArray[np.bool_]) -> tuple[Floats, ...]:
+    """Rings of a side crack in the photo, counter-clockwise in mm, and of stones in it, clockwise."""
+    own = holding(parted, side.line_px)
     if not own.any():
         return ()
     share = np.where(_with_skirt(own), sides.levels.share, 1)
@@ -219,7 +202,3 @@ def _rings_px(sides: SideCracks, side: SideCrack, parted: NDArray[np.bool_]) -> 
     closed = np.pad(window, 1, constant_values=1)
     offset = np.add(sides.levels.patch.offset_px, (left - 1, top - 1))
     return tuple(ring[:-1, ::-1] + offset for ring in find_contours(closed, sides.edge_fraction))
-
-
-def _unit(vector: Floats) -> Floats:
-    return vector / np.linalg.norm(vector)

@@ -1,37 +1,29 @@
-"""Draw what was traced over the user's own photo, to be judged at a look."""
+"""Draw a traced crack over its photo for a check by eye."""
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 from skimage.measure import points_in_poly
 
-from digitise.finding.crack_path import CrackPath
+from digitise.crack_path.hints import CrackPath
 from digitise.geometry.polyline import at_arc_length, depth_inside, resampled
 from digitise.photo import Photo
-from sealtwin.records import Floats, Outline, PathSource, Trajectory, arc_length
+from sealtwin.core.records import Floats, Outline, PathSource, Trajectory, arc_length
 
 Picture = NDArray[np.uint8]
 Colour = tuple[int, int, int]
 
-LEFT: Colour = (0, 222, 160)
-RIGHT: Colour = (60, 170, 255)
-CENTRE: Colour = (250, 235, 60)
-ENDS: Colour = (255, 90, 20)
-INK: Colour = (24, 24, 24)
-PAPER: Colour = (255, 255, 255)
+# RGB. Walls and centreline differ in lightness as well as hue, for colour-blind readers
+LEFT, RIGHT, CENTRE = (0, 222, 160), (60, 170, 255), (250, 235, 60)
+ENDS, INK, PAPER = (255, 90, 20), (24, 24, 24), (255, 255, 255)
 NOZZLE = PAPER
-"""RGB. Walls and centreline differ in lightness as well as hue, for colour-blind readers."""
-BEADS = 11.0
-"""Thousandths of the picture's longer side: from one bead of the nozzle's path to the next."""
-LONGER_SIDE_PX = 2400
-"""Of the picture: larger photos are shown smaller, small ones larger, but at most by ``MOST_ENLARGED``."""
+BEADS = 11.0  # Spacing of beads of the nozzle's path, in thousandths of the picture's longer side
+LONGER_SIDE_PX = 2400  # Longer side of the picture, to which photos are scaled, enlarged by ``MOST_ENLARGED`` at most
 MOST_ENLARGED = 4.0
 ROUND_LENGTHS_MM = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 SUBPIXEL_BITS = 4
-DASH = 5.0
-"""Thousandths of the picture's longer side: length of a dash and of the gap after it."""
-KEPT = 0.9
-"""Share of a side crack's line that lies in the outline from which it is part of it; left out, it only begins there."""
+DASH = 5.0  # Length of a dash and of the gap after it, in thousandths of the picture's longer side
+KEPT = 0.9  # Least share of a kept side crack's line in the outline; one left out only begins there
 FOUND: dict[PathSource, str] = {
     "ends": "between the given ends",
     "via": "between the given ends, by the given points",
@@ -44,11 +36,7 @@ FONT = cv2.FONT_HERSHEY_SIMPLEX
 
 
 def draw_overlay(photo: Photo, outline: Outline, trajectory: Trajectory | None = None) -> Picture:
-    """The photo with walls, centreline, ends, legend and scale bar, (height, width, 3) RGB.
-
-    With a ``trajectory`` it has the nozzle's path too, beads where it gives sealant, and its direction; None stands for
-    a crack of which no path was planned.
-    """
+    """The photo with walls, centreline, ends, legend, scale bar and nozzle path, (height, width, 3) RGB."""
     picture, scale, unit = _enlarged(photo)
 
     def placed(points_px: Floats) -> Floats:
@@ -57,7 +45,7 @@ def draw_overlay(photo: Photo, outline: Outline, trajectory: Trajectory | None =
     thin = max(1, round(0.7 * unit))
     if photo.face_ring_px is not None:
         _line(picture, placed(photo.face_ring_px), PAPER, thin, closed=True)
-    # The ring first: where it is not covered by a wall it shows how the crack was closed at its ends.
+    # The ring comes first: where no wall covers it, it shows how the crack was closed at its ends.
     _line(picture, placed(outline.outline_px), ENDS, thin, closed=True)
     for ring_mm in outline.islands_mm:
         _line(picture, placed(photo.to_px(ring_mm)), ENDS, thin, closed=True)
@@ -65,8 +53,8 @@ def draw_overlay(photo: Photo, outline: Outline, trajectory: Trajectory | None =
         branch = placed(photo.to_px(line_mm))
         kept = np.mean(points_in_poly(line_mm, outline.outline_mm)) > KEPT
         _line(picture, branch, CENTRE, thin) if kept else _dashed(picture, branch, CENTRE, unit)
-    _line(picture, placed(_on_face(photo, outline.left_wall_px)), LEFT, thin)
-    _line(picture, placed(_on_face(photo, outline.right_wall_px)), RIGHT, thin)
+    for wall_px, colour in ((outline.left_wall_px, LEFT), (outline.right_wall_px, RIGHT)):
+        _line(picture, placed(_on_face(photo, wall_px)), colour, thin)
     centreline = placed(outline.centreline_px)
     _line(picture, centreline, CENTRE, thin)
     if trajectory is not None:
@@ -81,18 +69,17 @@ def draw_overlay(photo: Photo, outline: Outline, trajectory: Trajectory | None =
 
 
 def draw_way(photo: Photo, path: CrackPath) -> Picture:
-    """The photo with the way along which no walls could be measured, from dot to dot; as large as the overlay."""
+    """The photo, as large as the overlay, with a path along which no walls could be measured."""
     picture, scale, unit = _enlarged(photo)
     way = (path.points_px + 0.5) * scale - 0.5
     _line(picture, way, CENTRE, max(1, round(1.5 * unit)))
     for point in way[[0, -1]]:
-        cv2.circle(picture, _whole(point), round(4 * unit), PAPER, -1, cv2.LINE_AA)
-        cv2.circle(picture, _whole(point), round(3 * unit), ENDS, -1, cv2.LINE_AA)
+        _dot(picture, point, 3 * unit, ENDS, 4 * unit, PAPER)
     return picture
 
 
 def _enlarged(photo: Photo) -> tuple[Picture, float, float]:
-    """A copy to draw on; its pixels for one of the photo's; the unit of all marks, a thousandth of its longer side."""
+    """A copy to draw on, its scale, and the unit of all marks, a thousandth of its longer side."""
     scale = min(LONGER_SIDE_PX / max(photo.size_px), MOST_ENLARGED)
     how = cv2.INTER_AREA if scale < 1 else cv2.INTER_CUBIC
     picture = np.asarray(cv2.resize(photo.image, None, fx=scale, fy=scale, interpolation=how), dtype=np.uint8)
@@ -107,42 +94,35 @@ def _on_face(photo: Photo, wall_px: Floats) -> Floats:
 
 
 def _mark_ends(picture: Picture, centreline: Floats, outline: Outline, unit: float) -> None:
-    """A dot on each end and its name beyond it."""
+    """Draw a dot on each end and its name beyond it."""
     first = f"start, s = 0 ({outline.ends[0]} end)"
     last = f"s = {outline.length_mm:.1f} mm ({outline.ends[1]} end)"
-    for point, inner, text in (
-        (centreline[0], _along(centreline, 30 * unit), first),
-        (centreline[-1], _along(centreline[::-1], 30 * unit), last),
-    ):
-        cv2.circle(picture, _whole(point), round(4 * unit), PAPER, -1, cv2.LINE_AA)
-        cv2.circle(picture, _whole(point), round(3 * unit), ENDS, -1, cv2.LINE_AA)
-        outward = (point - inner) / max(float(np.linalg.norm(point - inner)), 1e-9)
-        width, height = _text_size(text, unit)
-        beside = point + outward * (14 * unit + 0.5 * np.array([width, height]))
-        half = 0.5 * np.array([width, height]) + 8 * unit
-        limit = np.array([picture.shape[1], picture.shape[0]]) - half
-        middle = np.clip(beside, np.minimum(half, limit), limit)
-        corner = middle - 0.5 * np.array([width, height])
-        _panel(picture, corner - 4 * unit, corner + np.array([width, height]) + 4 * unit, INK, 0.65)
-        _text(picture, corner + np.array([0, height]), text, unit, PAPER)
+    for way, text in ((centreline, first), (centreline[::-1], last)):
+        _dot(picture, way[0], 3 * unit, ENDS, 4 * unit, PAPER)
+        size = _text_size(text, unit)
+        beside = way[0] + _towards(_along(way, 30 * unit), way[0]) * (14 * unit + 0.5 * size)
+        half = 0.5 * size + 8 * unit
+        limit = _size_of(picture) - half
+        corner = np.clip(beside, np.minimum(half, limit), limit) - 0.5 * size
+        _panel(picture, corner - 4 * unit, corner + size + 4 * unit, INK, 0.65)
+        _text(picture, corner + np.array([0, size[1]]), text, unit, PAPER)
 
 
 def _beads(picture: Picture, given: Floats, unit: float) -> None:
-    """Small enough that the centreline is seen between them; the first and the last one larger."""
+    """Draw beads small enough to show the centreline between them, the first and the last one larger."""
     if len(given) < 2:
         return
     beads = resampled(given, BEADS * unit)
     for number, bead in enumerate(beads):
         size = 2.6 if number in (0, len(beads) - 1) else 1.3
-        cv2.circle(picture, _whole(bead), max(2, round((size + 0.7) * unit)), INK, -1, cv2.LINE_AA)
-        cv2.circle(picture, _whole(bead), max(1, round(size * unit)), NOZZLE, -1, cv2.LINE_AA)
+        _dot(picture, bead, max(1, size * unit), NOZZLE, max(2, (size + 0.7) * unit), INK)
 
 
 def _arrow(picture: Picture, nozzle: Floats, width_px: float, unit: float) -> None:
-    """The direction of travel, to the right of the crack near the path's start."""
+    """Draw the direction of travel, to the right of the crack near the path's start."""
     reach = 0.05 * float(arc_length(nozzle)[-1])
     tail, head = _along(nozzle, reach), _along(nozzle, reach + 60 * unit)
-    step = (head - tail) / max(float(np.linalg.norm(head - tail)), 1e-9)
+    step = _towards(tail, head)
     aside = np.array([-step[1], step[0]]) * (width_px + 10 * unit)
     for colour, thickness in ((INK, 5 * unit), (PAPER, 2.4 * unit)):
         pen = max(1, round(thickness))
@@ -150,12 +130,11 @@ def _arrow(picture: Picture, nozzle: Floats, width_px: float, unit: float) -> No
 
 
 def _legend(picture: Picture, outline: Outline, trajectory: Trajectory | None, taken: Floats, unit: float) -> None:
-    """In the corner that hides least of the crack."""
-    found = FOUND[outline.path_source]
+    """Draw the legend in the corner that hides least of the crack."""
     lines: list[tuple[Colour | None, str]] = [
         (None, f"{outline.length_mm:.1f} mm long, {outline.mean_width_mm:.2f} mm wide on average"),
         (None, f"scale: {outline.scale_source}"),
-        (None, f"crack: {found}"),
+        (None, f"crack: {FOUND[outline.path_source]}"),
         (LEFT, "left wall"),
         (RIGHT, "right wall"),
         (CENTRE, "centreline"),
@@ -171,16 +150,15 @@ def _legend(picture: Picture, outline: Outline, trajectory: Trajectory | None, t
     for number, (colour, text) in enumerate(lines):
         base = low + np.array([pad, pad / 2 + row * (number + 0.75)])
         if colour is not None:
-            middle = base - np.array([0, 5 * unit])
+            start, end = _whole(base, 0, -5 * unit), _whole(base, swatch - 8 * unit, -5 * unit)
             for shade, thickness in ((INK, 4.5 * unit), (colour, 3 * unit)):
-                end = middle + np.array([swatch - 8 * unit, 0])
-                cv2.line(picture, _whole(middle), _whole(end), shade, max(1, round(thickness)), cv2.LINE_AA)
+                cv2.line(picture, start, end, shade, max(1, round(thickness)), cv2.LINE_AA)
             base = base + np.array([swatch, 0])
         _text(picture, base, text, unit, INK)
 
 
 def _scale_bar(picture: Picture, mm_per_px: float, taken: Floats, unit: float) -> None:
-    """The longest round length of at most a fifth of the picture, half black and half white."""
+    """Draw the longest round length of at most a fifth of the picture, half black and half white."""
     fitting = [step for step in ROUND_LENGTHS_MM if step <= 0.2 * picture.shape[1] * mm_per_px]
     length_mm = fitting[-1] if fitting else ROUND_LENGTHS_MM[0]
     length, pad, bar = length_mm / mm_per_px, 10 * unit, 5 * unit
@@ -188,30 +166,31 @@ def _scale_bar(picture: Picture, mm_per_px: float, taken: Floats, unit: float) -
     low = _free_corner(picture, size, taken, ((1, 1), (0, 1), (1, 0)))
     _panel(picture, low, low + size, PAPER, 0.8)
     start = low + np.array([pad, size[1] - pad - bar])
-    cv2.rectangle(picture, _whole(start), _whole(start + np.array([length, bar])), INK, -1)
-    cv2.rectangle(
-        picture, _whole(start + np.array([length / 2, 1])), _whole(start + np.array([length - 1, bar - 1])), PAPER, -1
-    )
+    cv2.rectangle(picture, _whole(start), _whole(start, length, bar), INK, -1)
+    cv2.rectangle(picture, _whole(start, length / 2, 1), _whole(start, length - 1, bar - 1), PAPER, -1)
     _text(picture, start - np.array([0, 6 * unit]), f"{length_mm} mm", unit, INK)
 
 
 def _free_corner(picture: Picture, size: Floats, taken: Floats, corners: tuple[tuple[int, int], ...]) -> Floats:
-    """Upper left point of a box of that size in the first corner that covers the fewest points."""
-    room = np.array([picture.shape[1], picture.shape[0]]) - size
-    places = [np.array(corner) * room for corner in corners]
+    """Upper left point of a box of that size in the corner that covers the fewest points."""
+    places = [np.array(corner) * (_size_of(picture) - size) for corner in corners]
     return min(places, key=lambda low: int(np.sum(np.all((taken >= low) & (taken <= low + size), axis=1))))
 
 
 def _panel(picture: Picture, low: Floats, high: Floats, colour: Colour, opacity: float) -> None:
-    (left, top), (right, bottom) = np.maximum(np.rint(low), 0).astype(int), np.maximum(np.rint(high), 0).astype(int)
+    (left, top), (right, bottom) = np.maximum(np.rint((low, high)), 0).astype(int)
     window = picture[top:bottom, left:right]
     window[:] = np.rint((1 - opacity) * window + opacity * np.array(colour)).astype(np.uint8)
 
 
-def _text_size(text: str, unit: float) -> tuple[float, float]:
-    """Width and height; a little more than OpenCV says, which leaves out the last letter's overhang."""
+def _size_of(picture: Picture) -> Floats:
+    return np.array([picture.shape[1], picture.shape[0]], dtype=float)
+
+
+def _text_size(text: str, unit: float) -> Floats:
+    """Width and height; a little more than OpenCV's, which leave out the last letter's overhang."""
     (width, height), _ = cv2.getTextSize(text, FONT, 0.4 * unit, 1)
-    return 1.04 * width, float(height)
+    return np.array([1.04 * width, height])
 
 
 def _text(picture: Picture, base: Floats, text: str, unit: float, colour: Colour) -> None:
@@ -224,10 +203,19 @@ def _line(picture: Picture, points: Floats, colour: Colour, thickness: int, clos
 
 
 def _dashed(picture: Picture, points: Floats, colour: Colour, unit: float) -> None:
-    """What is left out, as thin as it can be drawn."""
+    """Draw a line that is left out, dashed and as thin as possible."""
     dashes = resampled(points, DASH * unit)
     for start in range(0, len(dashes) - 1, 2):
         _line(picture, dashes[start : start + 2], colour, 1)
+
+
+def _dot(picture: Picture, point: Floats, size: float, colour: Colour, rim: float, rim_colour: Colour) -> None:
+    for radius, shade in ((rim, rim_colour), (size, colour)):
+        cv2.circle(picture, _whole(point), round(radius), shade, -1, cv2.LINE_AA)
+
+
+def _towards(start: Floats, end: Floats) -> Floats:
+    return (end - start) / max(float(np.linalg.norm(end - start)), 1e-9)
 
 
 def _along(points: Floats, distance: float) -> Floats:
@@ -235,5 +223,5 @@ def _along(points: Floats, distance: float) -> Floats:
     return at_arc_length(points, s, np.array([min(distance, s[-1])]))[0]
 
 
-def _whole(point: Floats) -> tuple[int, int]:
-    return round(float(point[0])), round(float(point[1]))
+def _whole(point: Floats, right: float = 0, down: float = 0) -> tuple[int, int]:
+    return round(float(point[0]) + right), round(float(point[1]) + down)

@@ -1,63 +1,57 @@
-"""Cracks that leave the crack that is measured: found in the dark that hangs together with it."""
+"""Side cracks of a crack: found in the dark connected to it, measured, and joined to its ring where they are kept."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
+from manifold3d import CrossSection, FillRule
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
-from digitise.finding.beside import unlike_length_px
-from digitise.finding.crack_path import CrackPath
-from digitise.finding.medial import LEAST_BRANCH, LEAST_BRANCH_PX, radius, side_lines
-from digitise.geometry.polyline import resampled, smoothed
+from digitise.crack_path.hints import CrackPath
+from digitise.crack_path.medial_axis import LEAST_BRANCH, LEAST_BRANCH_PX, holding, radius, side_lines
+from digitise.crack_path.path_width import unlike_length_px
+from digitise.geometry.polyline import resampled, signed_area, smoothed, unit
+from digitise.geometry.region import ISLAND_MM2
+from digitise.image.raster import shrunk
 from digitise.photo import Photo
-from digitise.pictures.raster import shrunk
-from digitise.walls.contrast import Contrast, contrast
-from digitise.walls.patch import patch_around
-from digitise.walls.traced import LEAST_WIDTH_PX
-from sealtwin.records import Floats, Integers, arc_length
+from digitise.walls.centreline_and_walls import LEAST_WIDTH_PX
+from digitise.walls.islands import Contrast, contrast
+from digitise.walls.straightened import patch_around
+from sealtwin.core.records import Floats, Integers, arc_length
 
-WORK_PX = 30.0
-"""Width of the crack in the copy that is searched: a side crack of a tenth of it is three pixels wide."""
-AROUND = 0.5
-"""Lengths of the path, to either side of it, within which side cracks are looked for."""
-AS_DARK = 0.6
-"""Of ``edge_fraction``: brighter in their middle, side lines are scratches, stains or shadows."""
-AS_WIDE = 1.5
-"""Crack widths: what is wider is no crack that leaves this one."""
-
-
-EDGE = 0.9
-"""Share of a line with unlike sides from which it is the edge of something, as of a sample whose size is not known."""
+WORK_PX = 30.0  # Width of the crack in the searched copy: a side crack of a tenth of it is three pixels wide
+AROUND = 0.5  # Lengths of the path, to either side of it, within which side cracks are searched for
+AS_DARK = 0.6  # Share of ``edge_fraction`` above which side lines are scratches, stains or shadows
+AS_WIDE = 1.5  # Crack widths above which a dark region is no side crack
+EDGE = 0.9  # Share of a line with unlike sides from which it is an edge, as of a sample of unknown size
+STRAIGHT = (1.0, 4.0)  # Half widths from the main wall that give a side crack's direction: nearer it turns square to it
+STEP_PX = 0.5  # Spacing at which a line that goes straight back is compared with the centreline
 
 
 @dataclass(frozen=True)
-class SideCrack:
-    """One as it is found. Places count in the patch."""
+class FoundSideCrack:
+    """A side crack as found, in pixels of the patch."""
 
-    line_px: Floats
-    """Along its middle, from the main crack's wall to its tip, or to the wall again: (n, 2), a pixel apart."""
-    half_px: float
-    """Half of its width, in the median."""
+    line_px: Floats  # Along its middle, from the main crack's wall to its tip, or to the wall again: (n, 2), 1 px apart
+    half_px: float  # Median half width
     comes_back: bool
 
 
 @dataclass(frozen=True)
 class SideCracks:
-    """All those of a path, and what they were seen in."""
+    """All side cracks of a path, and the levels and the region in which they were found."""
 
-    found: tuple[SideCrack, ...]
+    found: tuple[FoundSideCrack, ...]
     levels: Contrast
-    crack: NDArray[np.bool_]
-    """The main crack and all that hangs together with it, pixel by pixel of the patch."""
-    way_px: Floats
-    """The path, in the patch."""
+    crack: NDArray[np.bool_]  # Pixels of the patch in the main crack and all connected to it
+    way_px: Floats  # The path in the patch
     width_px: float
     edge_fraction: float
 
 
 def find_side_cracks(photo: Photo, path: CrackPath, edge_fraction: float) -> SideCracks:
-    """Where light has risen by less than ``edge_fraction`` of the contrast, is crack."""
+    """Find side cracks where light has risen by less than ``edge_fraction`` of the contrast."""
     width_px = max(path.width_px, LEAST_WIDTH_PX)
     patch = patch_around(photo, path.points_px, AROUND * float(arc_length(path.points_px)[-1]))
     levels = contrast(photo, path, patch)
@@ -65,8 +59,9 @@ def find_side_cracks(photo: Photo, path: CrackPath, edge_fraction: float) -> Sid
     scale = min(1.0, WORK_PX / width_px)
     size = (max(1, round(width * scale)), max(1, round(height * scale)))
     small, shown = levels.share_of(shrunk(patch.soft, size)), shrunk(levels.sample.astype(np.float32), size) > 0.99
-    way = np.clip(_cells((way_px + 0.5) * scale - 0.5), 0, np.array(small.shape) - 1)
-    region = holding((small < edge_fraction) & shown, way)
+    places = (way_px + 0.5) * scale - 0.5
+    region = holding((small < edge_fraction) & shown, places)
+    way = np.clip(np.rint(places[:, ::-1]).astype(np.int64), 0, np.array(small.shape) - 1)
     way = way[region[tuple(way.T)]]
     least = max(LEAST_BRANCH * width_px, LEAST_BRANCH_PX) * scale
     lines = side_lines(region, way, least) if len(way) > 1 else []
@@ -80,31 +75,109 @@ def find_side_cracks(photo: Photo, path: CrackPath, edge_fraction: float) -> Sid
             line_px, half_px = smoothed(resampled(line_px, 1.0), half / scale), half / scale
             unlike_px = unlike_length_px(photo, line_px + patch.offset_px, 2 * half_px)
             if unlike_px < EDGE * len(line_px):
-                found.append(SideCrack(line_px, half_px, line.comes_back))
+                found.append(FoundSideCrack(line_px, half_px, line.comes_back))
     crack = np.zeros_like(levels.sample)
     if found:
-        crack = holding((levels.share < edge_fraction) & levels.sample, _cells(way_px))
+        crack = holding((levels.share < edge_fraction) & levels.sample, way_px)
     return SideCracks(tuple(found), levels, crack, way_px, width_px, edge_fraction)
 
 
-def holding(mask: NDArray[np.bool_], way: Integers) -> NDArray[np.bool_]:
-    """The piece of a mask, joined along edges of cells, that holds most of a way, in rows and columns."""
-    label = np.asarray(cv2.connectedComponents(mask.astype(np.uint8), connectivity=4)[1])
-    passed = label[tuple(np.clip(way, 0, np.array(mask.shape) - 1).T)]
-    passed = passed[passed > 0]
-    return label == np.bincount(passed).argmax() if len(passed) else np.zeros_like(mask)
-
-
-def _cells(places_px: Floats) -> Integers:
-    """Row and column of each place."""
-    return np.rint(places_px[:, ::-1]).astype(np.int64)
-
-
 def _to_the_tip(cells: Integers, to_rim: Floats, comes_back: bool) -> Floats:
-    """Places along cells, and as much beyond the last as is crack: a skeleton stops where a tip's rim rounds off."""
+    """Places along cells, extended to the tip, before which a skeleton stops where the rim rounds off."""
     places = cells[:, ::-1].astype(float)
     left = float(to_rim[tuple(cells[-1])])
     behind = places[-1] - places[max(0, len(places) - 3 - round(2 * left))]
     if comes_back or not behind.any():
         return places
     return np.vstack([places, places[-1] + left * behind / np.linalg.norm(behind)])
+
+
+@dataclass(frozen=True)
+class Branches:
+    """Side cracks of a crack, and the ring of both."""
+
+    ring_mm: Floats  # The main crack's ring, joined by those of its side cracks where these are kept
+    lines_mm: tuple[Floats, ...] = ()  # Centre polylines of all side cracks, from the main crack outward
+    enclosed_mm: tuple[Floats, ...] = ()  # Rings of the ground that kept side cracks close in, clockwise
+    kept: bool = False
+    warnings: tuple[str, ...] = ()
+
+
+def measure_branches(
+    photo: Photo,
+    main_mm: Floats,
+    centreline_px: Floats,
+    sides: SideCracks,
+    side_rings_px: Sequence[Sequence[Floats]],
+    keep: bool,
+    least_width_px: float,
+) -> Branches:
+    """Measure the side cracks of the crack with the ring ``main_mm``; join those wide enough to it if they are kept."""
+    main = CrossSection([main_mm], FillRule.Positive)
+    lines_mm, measured, warnings = [], [], []
+    for side, rings_px in zip(sides.found, side_rings_px, strict=True):
+        line_mm = _from_centreline(photo, centreline_px, sides, side)
+        lines_mm.append(line_mm)
+        rings_mm = _turned([photo.to_mm(ring) for ring in rings_px])
+        own_mm = photo.to_mm(side.line_px + sides.levels.patch.offset_px)
+        area_mm2 = (CrossSection(rings_mm, FillRule.Positive) - main).area() if rings_mm else 0.0
+        width_px = area_mm2 / float(arc_length(own_mm)[-1]) / photo.mm_per_px
+        if not rings_mm:
+            warnings.append(f"{_count([line_mm])} is left out: where it leaves the crack is not clear")
+        elif width_px < least_width_px:
+            warnings.append(
+                f"{_count([line_mm])} is left out: it is {width_px:.1f} px wide; need {least_width_px:g} px to measure "
+                "its width"
+            )
+        else:
+            measured.append((line_mm, rings_mm))
+    ring_mm, enclosed_mm = main_mm, ()
+    if measured and keep:
+        ring_mm, enclosed_mm = _united([main_mm, *(ring for _, rings in measured for ring in rings)])
+    elif measured:
+        are, them = ("is", "it") if len(measured) == 1 else ("are", "them")
+        count = _count([line for line, _ in measured])
+        warnings.insert(0, f'{count} {are} left out; branches = "keep" keeps {them}')
+    return Branches(ring_mm, tuple(lines_mm), enclosed_mm, bool(measured) and keep, tuple(warnings))
+
+
+def _from_centreline(photo: Photo, centreline_px: Floats, sides: SideCracks, side: FoundSideCrack) -> Floats:
+    """A side crack's line from the main centreline, to which it goes straight back."""
+    offset_px = sides.levels.patch.offset_px
+    centreline = KDTree(resampled(centreline_px - offset_px, STEP_PX))
+    line_px = side.line_px
+    if side.comes_back:
+        line_px = _straight_back(line_px[::-1], side.half_px, centreline, sides.width_px)[::-1]
+    return photo.to_mm(_straight_back(line_px, side.half_px, centreline, sides.width_px) + offset_px)
+
+
+def _straight_back(line_px: Floats, half_px: float, centreline: KDTree, width_px: float) -> Floats:
+    s = arc_length(line_px)
+    first, last = (int(np.searchsorted(s, min(reach * half_px, s[-1] / 2))) for reach in STRAIGHT)
+    first = min(first, last - 1)
+    back = unit(line_px[first] - line_px[last])
+    reach_px = 2 * float(centreline.query(line_px[first])[0]) + 2 * width_px
+    steps_px = np.arange(0, reach_px, STEP_PX)[:, None]
+    meets = int(np.argmin(centreline.query(line_px[first] + steps_px * back)[0]))
+    return np.concatenate([(line_px[first] + steps_px[1 : meets + 1] * back)[::-1], line_px[first:]])
+
+
+def _turned(rings: list[Floats]) -> list[Floats]:
+    """The outer ring counter-clockwise, those in it clockwise."""
+    outer_area = max((signed_area(ring) for ring in rings), key=abs, default=0.0)
+    return [ring[::-1] for ring in rings] if outer_area < 0 else rings
+
+
+def _united(rings_mm: Sequence[Floats]) -> tuple[Floats, tuple[Floats, ...]]:
+    """One ring around all of the rings that hang together, and the rings of ground that they close in."""
+    pieces = CrossSection(rings_mm, FillRule.Positive).decompose()
+    main = max(pieces, key=lambda piece: piece.area())
+    rings = [np.asarray(ring, dtype=float) for ring in main.to_polygons()]
+    return max(rings, key=signed_area), tuple(ring for ring in rings if signed_area(ring) <= -ISLAND_MM2)
+
+
+def _count(lines_mm: Sequence[Floats]) -> str:
+    """The number and lengths in words: "2 side cracks (12 and 7 mm)"."""
+    *others, last = [f"{arc_length(line)[-1]:.0f}" for line in lines_mm]
+    lengths = f"{', '.join(others)} and {last}" if others else last
+    return f"{len(lines_mm)} side crack{'s' if others else ''} ({lengths} mm)"

@@ -9,13 +9,13 @@ from pathlib import Path
 import matplotlib.image
 from matplotlib.figure import Figure
 
-from sealtwin.store import stage_files
-from sealtwin.trials.trial import load_trial
-from validate.caliper import read_readings
+from sealtwin.core import record_files
+from sealtwin.core.drawing.theme import themed
+from sealtwin.trial.trial_file import load_trial
 from validate.compare import compare
-from validate.drawing.level_curves import draw_profile
-from validate.drawing.pictures import draw_side_view
-from validate.drawing.theme import themed
+from validate.figures.levels import draw_profile
+from validate.figures.solid_pictures import draw_side_view
+from validate.readings.read_readings import read_readings
 
 TARGET = Path(__file__).parent / "paper-trial.png"
 
@@ -24,8 +24,8 @@ def main(folder: Path) -> None:
     trial = load_trial(folder / "trial.toml")
     if trial.readings is None:
         raise SystemExit(f"{folder}: a trial without readings has no level to draw beside the simulation")
-    outline, solid = stage_files.read_outline(folder), stage_files.read_solid(folder)
-    run, profile = stage_files.read_run(folder), stage_files.read_profile(folder)
+    outline, solid = record_files.read_outline(folder), record_files.read_solid(folder)
+    run, profile = record_files.read_run(folder), record_files.read_profile(folder)
     readings = read_readings(folder / trial.readings.file, trial.readings, outline.length_mm, solid.depth_mm)
     comparison = compare(
         profile, readings, outline, solid, gate=trial.gate, role=trial.readings.role, photo_data=trial.photo.data

@@ -1,14 +1,14 @@
 """The paper reproduced by one command, which goes on where it was killed: README.md and figures/ beside this file.
 
-python reports/reproduction/reproduce.py
+python -m reports.reproduction.reproduce
 """
 
 import sys
 from pathlib import Path
 
-from sealtwin.errors import SealtwinError
-from sealtwin.progress import progress_for_stderr
-from sealtwin.reproduction.reproduce import parts, reproduce
+from reports.reproduction.studies import parts, reproduce
+from sealtwin.core.errors import SealtwinError
+from sealtwin.core.progress import progress_for_stderr
 
 HOME = Path(__file__).resolve().parent
 

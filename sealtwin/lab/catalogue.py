@@ -1,20 +1,31 @@
 """The catalogue of a lab: which trials there are, of which files they were made, and what could not be taken in."""
 
 import json
+from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path, PurePath
 from typing import Any, Self
 
-from sealtwin.errors import InputError
-from sealtwin.lab.naming import Role, Said
-from sealtwin.lab.pairing import Decisions, Placed
-from sealtwin.store import files
-from sealtwin.store.database import Database
+from sealtwin.core import files
+from sealtwin.core.database import Database
+from sealtwin.core.errors import InputError
+from sealtwin.core.tables import write_sheet
+from sealtwin.lab.found_files import Piece, few
+from sealtwin.lab.pairing import Decisions
+from sealtwin.lab.sample_names import Role, Said
+from sealtwin.lab.sample_trials import KeptFile, Prepared
+from validate.readings.samples import sample_key
 
 CATALOGUE = "catalogue.sqlite"
 RECORD = "record.json"
-"""In each trial's folder what its row says: without its catalogue a lab is still whole."""
+"""Name of the file in each trial's folder that repeats its row, so that a lab is whole without its catalogue."""
+RUN = "run"  # Folder beside a trial's files in which the results of its run are looked for
+LOOKED_AT: Mapping[Role, str] = {"photo": "photo", "readings": "table of readings"}  # Files that are each of one sample
+COLUMNS = (
+    "sample", "revision", "state", "date", "operator", "data", "depth_mm", "photo", "photo_sha256", "readings",
+    "readings_sha256", "dialect", "result", "mean_error_mm", "ingested_utc", "folder", "reason",
+)  # fmt: skip
 VERSION = 2
 TABLES = """
 CREATE TABLE IF NOT EXISTS trials (
@@ -24,12 +35,6 @@ CREATE TABLE IF NOT EXISTS trials (
     record TEXT NOT NULL,       -- JSON
     PRIMARY KEY (sample, revision)
 ) WITHOUT ROWID;
-CREATE TABLE IF NOT EXISTS files (
-    folder TEXT NOT NULL, role TEXT NOT NULL, original TEXT NOT NULL, kept_as TEXT NOT NULL, sha256 TEXT NOT NULL,
-    size_bytes INTEGER NOT NULL,
-    PRIMARY KEY (folder, role)
-) WITHOUT ROWID;
-CREATE INDEX IF NOT EXISTS by_hash ON files (sha256);
 CREATE TABLE IF NOT EXISTS faults (
     source TEXT NOT NULL,       -- the lab's folder, as it was when it was last taken in
     name TEXT NOT NULL,         -- of the sample, or of a file
@@ -45,50 +50,31 @@ CREATE TABLE IF NOT EXISTS decisions (
 
 
 @dataclass(frozen=True)
-class KeptFile:
-    role: str
-    original: str
-    """Where it lay, relative to the source."""
-    kept_as: str
-    """In the trial's folder, byte for byte."""
-    sha256: str
-    size_bytes: int
-
-
-@dataclass(frozen=True)
 class Record:
     """One trial of the catalogue, as it was taken in."""
 
-    sample: str
-    """Key of its name: equal for all spellings."""
+    sample: str  # Key of its name: equal for all spellings
     name: str
-    revision: int
-    """From 1; a sample of which a file or a word has changed becomes another trial, and the old one stays."""
+    revision: int  # Number from 1; a sample whose file or note has changed becomes a new trial, and the old one is kept
     folder: str
-    source: str
-    """The lab's folder."""
-    content: str
-    """Hash of what was measured and of what was said about it."""
+    source: str  # The lab's folder
+    content: str  # Hash of what was measured and of what was said about it
     files: tuple[KeptFile, ...]
-    dialect: str | None
-    """Of the sheet of readings, in a sentence."""
+    dialect: str | None  # Dialect of the sheet of readings, as a sentence
     date: str | None
     operator: str | None
-    said: Mapping[str, Any]
-    """All that notes said, by dotted key."""
+    said: Mapping[str, Any]  # All that notes said, by dotted key
     remarks: tuple[str, ...]
     ingested_utc: str
-    sealtwin: str
-    """The version that took it in."""
+    sealtwin: str  # The version that took it in
 
     def file(self, role: Role) -> KeptFile | None:
         return next((file for file in self.files if file.role == role), None)
 
 
 @dataclass(frozen=True)
-class Fault:
-    name: str
-    """Of the sample, or of a file that is of none."""
+class CatalogueFault:
+    name: str  # Name of the sample, or of a file that belongs to none
     sentence: str
 
 
@@ -102,97 +88,151 @@ class Catalogue(Database):
     )
 
     def __init__(self, path: Path, *, create: bool = False) -> None:
-        # One plain file, that can be copied while nobody writes: a catalogue is asked seldom.
-        super().__init__(path, TABLES, VERSION, create=create, readers_wait=True)
+        super().__init__(path, TABLES, VERSION, create=create)
 
     @classmethod
-    def of(cls, lab: Path) -> Self:
-        """Raises InputError where there is none."""
-        if not is_there(lab):
-            raise InputError(f"{lab}: no lab (it has no {CATALOGUE}). 'sealtwin ingest FOLDER --out {lab}' makes one.")
-        return cls(lab / CATALOGUE)
-
-    @classmethod
-    def unwritten(cls, lab: Path) -> Self:
-        """The lab's for whoever only looks; an empty one in memory where there is none."""
-        return cls.of(lab) if is_there(lab) else cls(Path(":memory:"), create=True)
+    def of(cls, lab: Path, *, or_empty: bool = False) -> Self:
+        """Open a lab's; where there is none, raise InputError, or with ``or_empty`` open an empty one in memory."""
+        path = lab / CATALOGUE
+        # A file of no bytes is one whose creation was interrupted.
+        if path.is_file() and path.stat().st_size > 0:
+            return cls(path)
+        if or_empty:
+            return cls(Path(":memory:"), create=True)
+        raise InputError(f"{lab}: no lab (it has no {CATALOGUE}). 'sealtwin ingest FOLDER --out {lab}' makes one.")
 
     def records(self, sample: str | None = None) -> list[Record]:
-        """All trials, or those of one sample, in the order of samples and revisions."""
+        """Return all trials, or those of one sample, in the order of samples and revisions."""
         rows = self._rows(
             "SELECT record FROM trials WHERE sample = coalesce(?, sample) ORDER BY sample, revision", [sample]
         )
         with files.understood(self.path):
             return [read_record(json.loads(row[0])) for row in rows]
 
-    def latest(self, sample: str) -> Record | None:
-        return next(reversed(self.records(sample)), None)
-
-    def folders(self) -> set[str]:
-        return {row[0] for row in self._rows("SELECT folder FROM trials")}
-
     def add(self, record: Record) -> None:
-        """Its folder is there, whole; from now on it counts."""
-        with self._told(), self._transaction():
-            self._base.execute(
-                "INSERT INTO trials VALUES (?, ?, ?, ?)",
-                [record.sample, record.revision, record.folder, json.dumps(asdict(record))],
-            )
-            self._base.executemany(
-                "INSERT INTO files VALUES (?, ?, ?, ?, ?, ?)",
-                [
-                    (record.folder, file.role, file.original, file.kept_as, file.sha256, file.size_bytes)
-                    for file in record.files
-                ],
-            )
+        """Let a trial count from now on; its folder is there, whole."""
+        row = [record.sample, record.revision, record.folder, json.dumps(asdict(record))]
+        self._rows("INSERT INTO trials VALUES (?, ?, ?, ?)", row)
 
-    def faults(self, source: str | None = None) -> list[Fault]:
-        """What the last ingest of a source, or of each, could not take in."""
-        rows = self._rows(
-            "SELECT name, sentence FROM faults WHERE source = coalesce(?, source) ORDER BY rowid", [source]
-        )
-        return [Fault(*row) for row in rows]
+    def faults(self) -> list[CatalogueFault]:
+        """Return the faults of the last ingest of every source."""
+        return [CatalogueFault(*row) for row in self._rows("SELECT name, sentence FROM faults ORDER BY rowid")]
 
-    def state_faults(self, source: str, faults: Iterable[Fault]) -> None:
-        """In place of what was said of the source before."""
-        with self._told(), self._transaction():
-            self._base.execute("DELETE FROM faults WHERE source = ?", [source])
-            self._base.executemany(
-                "INSERT INTO faults VALUES (?, ?, ?)", [(source, fault.name, fault.sentence) for fault in faults]
-            )
-
-    def holders(self, sha256: str) -> dict[str, str]:
-        """Keys of the samples that have a file of these bytes, and what it was called."""
-        rows = self._rows(
-            "SELECT sample, original FROM files JOIN trials USING (folder) WHERE sha256 = ? ORDER BY sample, revision",
-            [sha256],
-        )
-        return dict(rows)
+    def state_faults(self, source: str, faults: Iterable[CatalogueFault]) -> None:
+        self._replace("faults", source, [(fault.name, fault.sentence) for fault in faults])
 
     def decisions(self, source: str) -> Decisions:
-        """How the user has corrected the pairing of a source."""
+        """Return the user's corrections of the pairing of a source."""
         rows = self._rows("SELECT file, part, role, sample FROM decisions WHERE source = ?", [source])
         return {(PurePath(file), part): Said(sample, role) for file, part, role, sample in rows}
 
-    def state_decisions(self, source: str, decided: Sequence[Placed]) -> None:
-        with self._told(), self._transaction():
-            self._base.execute("DELETE FROM decisions WHERE source = ?", [source])
-            self._base.executemany(
-                "INSERT INTO decisions VALUES (?, ?, ?, ?, ?)",
-                [
-                    (source, item.piece.file.as_posix(), item.piece.part_name, item.role, item.sample)
-                    for item in decided
-                ],
-            )
+    def state_decisions(self, source: str, decided: Decisions) -> None:
+        rows = [(file.as_posix(), part, said.role, said.sample) for (file, part), said in decided.items()]
+        self._replace("decisions", source, rows)
 
-
-def is_there(lab: Path) -> bool:
-    """Of no bytes it is none: its making was cut short."""
-    path = lab / CATALOGUE
-    return path.is_file() and path.stat().st_size > 0
+    def _replace(self, table: str, source: str, rows: Sequence[tuple[str, ...]]) -> None:
+        """Replace the rows of a source."""
+        with self._transaction():
+            self._base.execute(f"DELETE FROM {table} WHERE source = ?", [source])
+            for row in rows:
+                places = ", ".join("?" * (1 + len(row)))
+                self._base.execute(f"INSERT INTO {table} VALUES ({places})", [source, *row])
 
 
 def read_record(content: Mapping[str, Any]) -> Record:
-    """From what ``asdict`` made of it. Raises KeyError, TypeError where it is none."""
+    """Make a record from its dictionary. Raises KeyError or TypeError where it is none."""
     kept = tuple(KeptFile(**file) for file in content["files"])
     return Record(**{**content, "files": kept, "remarks": tuple(content["remarks"])})
+
+
+def twins(prepared: Sequence[Prepared], catalogue: Catalogue) -> dict[str, tuple[str, ...]]:
+    """Return remarks by the samples' keys: files that are identical to those of another sample, here or in the lab."""
+    holders: dict[str, dict[str, str]] = defaultdict(dict)
+    for record in catalogue.records():
+        for file in record.files:
+            holders[file.sha256][record.sample] = f"{file.original} of {record.sample}"
+    for each in prepared:
+        for raw in each.raw:
+            part = each.sample.part if raw.role == "readings" else None
+            holders[each.hashes[raw.role]][each.sample.key] = str(Piece(PurePath(raw.original), part))
+    remarks: dict[str, list[str]] = defaultdict(list)
+    for each in prepared:
+        for role, what in LOOKED_AT.items():
+            alike = holders[each.hashes.get(role, "")]
+            if len(alike) > 1:
+                where = few([name for _, name in sorted(alike.items())])
+                remarks[each.sample.key].append(f"one {what} in {len(alike)} samples: {where}. Is each of its own?")
+    return {key: tuple(sentences) for key, sentences in remarks.items()}
+
+
+def latest_trials(lab: Path) -> tuple[list[dict[str, Any]], list[CatalogueFault]]:
+    """Return the latest trial of each sample, a dictionary with ``COLUMNS``, and what failed."""
+    with Catalogue.of(lab) as catalogue:
+        latest = {record.sample: record for record in catalogue.records()}
+        return [_row(lab, record) for record in latest.values()], catalogue.faults()
+
+
+def revisions(lab: Path, sample: str) -> tuple[list[Record], list[CatalogueFault]]:
+    """Return all trials of one sample, and what failed. Raises InputError where the lab knows no such sample."""
+    with Catalogue.of(lab) as catalogue:
+        records = catalogue.records(sample_key(sample))
+        faults = [fault for fault in catalogue.faults() if sample_key(fault.name) == sample_key(sample)]
+    if not records and not faults:
+        raise InputError(f"{lab}: no sample {sample!r:.80}; 'sealtwin lab list {lab}' names those that there are.")
+    return records, faults
+
+
+def export(lab: Path, out: Path) -> int:
+    """Write a CSV with a row for each sample, taken in or not; return how many. Raises InputError if ``out`` exists."""
+    if out.exists():
+        raise InputError(f"{out}: is there already and is not overwritten; give another name, or move it away.")
+    trials, faults = latest_trials(lab)
+    failed = [{"sample": fault.name, "state": "failed", "reason": fault.sentence} for fault in faults]
+    rows: Sequence[dict[str, Any]] = [*trials, *failed]
+    write_sheet(out, COLUMNS, ([row.get(column) for column in COLUMNS] for row in rows))
+    return len(rows)
+
+
+def read_run(lab: Path, record: Record) -> dict[str, Any] | None:
+    """Return the result of the trial's run; None where it has none."""
+    path = lab / record.folder / RUN / "run.json"
+    if not path.is_file():
+        return None
+    with files.understood(path):
+        return dict(files.read_json(path))
+
+
+def progress_of(lab: Path, record: Record) -> str:
+    """Return in words how far the trial is."""
+    result = read_run(lab, record)
+    if not (lab / record.folder).is_dir():
+        return "its folder is gone"
+    if result is None:
+        return "not run"
+    if "mean_error_mm" in result:
+        return f"mean error {result['mean_error_mm']:.2f} mm"
+    return f"{', '.join(result.get('stages', ())) or 'nothing'} done"
+
+
+def _row(lab: Path, record: Record) -> dict[str, Any]:
+    photo, readings, result = record.file("photo"), record.file("readings"), read_run(lab, record)
+    depth = record.said.get("crack.depth_mm")
+    return {
+        "sample": record.name,
+        "revision": record.revision,
+        "state": "taken in",
+        "date": record.date,
+        "operator": record.operator,
+        "data": record.said.get("data", record.said.get("photo.data")),
+        "depth_mm": depth if isinstance(depth, int | float) else "along the crack",
+        "photo": photo and photo.original,
+        "photo_sha256": photo and photo.sha256,
+        "readings": readings and readings.original,
+        "readings_sha256": readings and readings.sha256,
+        "dialect": record.dialect,
+        "result": progress_of(lab, record),
+        "mean_error_mm": result and result.get("mean_error_mm"),
+        "ingested_utc": record.ingested_utc,
+        "folder": record.folder,
+        "reason": None,
+    }

@@ -1,45 +1,51 @@
 """A lab's folder into trials and a catalogue: what is sound is taken in, what is not is named, nothing is guessed."""
 
 import hashlib
-from collections.abc import Iterator, Mapping
+import shutil
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from pathlib import Path, PurePath
+from pathlib import Path
 
-from sealtwin.errors import InputError, as_text
-from sealtwin.lab.catalogue import CATALOGUE, Catalogue, Fault
-from sealtwin.lab.finding import DEFAULTS, LeftOut, find_files
-from sealtwin.lab.holding import hold_back
-from sealtwin.lab.keeping import complete, require_lab
-from sealtwin.lab.naming import Said, read_names
+from sealtwin.core import files, record_files
+from sealtwin.core.errors import InputError, as_text
+from sealtwin.core.progress import Progress
+from sealtwin.core.run_folder import holding, require_folder
+from sealtwin.lab.catalogue import CATALOGUE, RECORD, RUN, Catalogue, CatalogueFault, read_record, twins
+from sealtwin.lab.found_files import DEFAULTS, LeftOut, divide, find_files
+from sealtwin.lab.intake import INCOMING, TRIAL, SampleOutcome, Work, take_in
 from sealtwin.lab.notes import Note, read_note
-from sealtwin.lab.pairing import Decisions, pair, place_files
-from sealtwin.lab.pairing_file import PAIRING, decided, pairing_text, photographed, read_pairing
-from sealtwin.lab.pieces import divide
-from sealtwin.lab.tables import faults_of_values
-from sealtwin.lab.taking import Outcome, Work, take_in
-from sealtwin.lab.twins import twins
-from sealtwin.progress import Progress
-from sealtwin.store import files
-from sealtwin.store.folder import holding, require_folder
-from validate.sheets.samples import sample_key
+from sealtwin.lab.pairing import (
+    PAIRING,
+    PairingRow,
+    decided,
+    hold_back,
+    pair,
+    pairing_text,
+    place_files,
+    read_pairing,
+)
+from sealtwin.lab.sample_names import Said, read_names
+from sealtwin.photos.batch import OWN, Batch, BatchRow, PlannedPhoto, digitise_many
+from sealtwin.trial.trial_file import load_trial
+from validate.readings.read_readings import read_readings
+from validate.readings.samples import sample_key
 
 WRITTEN_PAIRINGS = "pairing_sha256"
 """Fact of the catalogue: hashes of the pairing file as it was written last. Another one has been edited since."""
 OF_ONE = ("name", "date", "photo.file", "photo.mask", "photo.second_photo", "readings.file")
-"""What is never true of all samples of a folder."""
+"""Keys that cannot hold for all samples of a folder."""
 
 
 @dataclass(frozen=True)
 class Ingested:
-    """What became of a lab's folder."""
+    """Result of the ingest of a lab's folder."""
 
     lab: Path
     dry_run: bool
-    outcomes: tuple[Outcome, ...]
+    outcomes: tuple[SampleOutcome, ...]
     left_out: tuple[LeftOut, ...]
-    faults: tuple[Fault, ...]
-    """Of samples, and of files that are of none."""
+    faults: tuple[CatalogueFault, ...]  # Faults of samples, and of files that belong to none
 
 
 def ingest(
@@ -49,33 +55,30 @@ def ingest(
 
     What is there already is not taken in again; a sample that has changed becomes another trial beside its old one.
     Another ingest into the same lab is waited for. Killed at any moment, the same call completes what was begun.
+    ``pairing`` is the pairing file as the user has corrected it; its corrections are remembered for ``folder``.
 
-    Args:
-        folder: The lab's own; nothing in it is changed.
-        lab: Where trials and catalogue are kept; new, or made by an earlier call.
-        progress: Is told how far it is.
-        pairing: The pairing file as the user has corrected it; its corrections are remembered for ``folder``.
-        dry_run: Look and tell, write nothing.
-
-    Raises:
-        InputError: the folder, its lab.toml or the pairing cannot be used at all.
+    Raises InputError if the folder, its lab.toml or the pairing cannot be used at all.
     """
     _refuse_nested(folder, lab)
     folder = folder.resolve()
-    found = find_files(folder)
-    defaults = _defaults(folder) if found.defaults else Note()
+    found, left_out = find_files(folder)
+    defaults = _defaults(folder)
     source = as_text(folder)
-    by_name = read_names(found.files, folder.name)
-    given = None if pairing is None else _given(pairing, folder, by_name)
+    by_name = read_names(found, folder.name)
+    given = None
+    if pairing is not None:
+        rows = read_pairing(pairing)
+        given = decided(rows, divide(folder, by_name, _photographed([*by_name.values(), *rows])))
     with _catalogue(lab, progress, dry_run) as catalogue:
         decisions = catalogue.decisions(source) if given is None else given
-        named = divide(folder, by_name, _photographed(by_name, decisions))
+        by_user = {file: said for (file, _), said in decisions.items()}
+        named = divide(folder, by_name, _photographed({**by_name, **by_user}.values()))
         placed = place_files(named, decisions)
-        samples, left_out = hold_back(pair(placed), found.left_out, folder.name)
-        if not samples and not any(left.lost for left in found.left_out):
+        samples, of_none = hold_back(pair(placed), left_out, folder.name)
+        if not samples and not any(left.lost for left in left_out):
             raise InputError(f"{folder}: no photos, sheets or notes in it.")
         if not dry_run:
-            catalogue.state_decisions(source, [item for item in placed if item.by_user])
+            catalogue.state_decisions(source, decisions)
             _write_pairing(lab, pairing, pairing_text(placed, samples), catalogue)
         progress.start(f"Taking in {len(samples)} samples", len(samples))
         work = Work(folder, defaults, lab, catalogue, progress, dry_run)
@@ -83,30 +86,62 @@ def ingest(
         for done, sample in enumerate(samples, start=1):
             outcomes.append(take_in(sample, work))
             progress.advance(done, sample.name)
-        faults = [Fault(outcome.sample.name, sentence) for outcome in outcomes for sentence in outcome.faults]
-        faults += [Fault(left.file, left.sentence) for left in left_out if left.lost]
+        faults = [CatalogueFault(outcome.sample.name, sentence) for outcome in outcomes for sentence in outcome.faults]
+        faults += [CatalogueFault(left.file, left.sentence) for left in of_none if left.lost]
         remarks = twins(work.sound, catalogue)
         outcomes = [
             replace(outcome, remarks=(*outcome.remarks, *remarks.get(outcome.sample.key, ()))) for outcome in outcomes
         ]
         if not dry_run:
             catalogue.state_faults(source, faults)
-    return Ingested(lab, dry_run, tuple(outcomes), found.left_out, tuple(faults))
+    return Ingested(lab, dry_run, tuple(outcomes), tuple(left_out), tuple(faults))
 
 
 @contextmanager
 def _catalogue(lab: Path, progress: Progress, dry_run: bool) -> Iterator[Catalogue]:
-    """The lab's, held against other processes and made whole; only looked at in a dry run."""
+    """Open the lab's catalogue, held against other processes and made whole; only looked at in a dry run."""
     require_folder(lab)
-    require_lab(lab)
+    _require_lab(lab)
     if dry_run:
-        with Catalogue.unwritten(lab) as catalogue:
+        with Catalogue.of(lab, or_empty=True) as catalogue:
             yield catalogue
         return
     with holding(lab, progress.note), Catalogue(lab / CATALOGUE, create=True) as catalogue:
-        if completed := complete(lab, catalogue):
+        if completed := _complete(lab, catalogue):
             progress.note(f"{lab}: {completed} trials that were in no catalogue are in it now.")
         yield catalogue
+
+
+def _require_lab(lab: Path) -> None:
+    """Raise InputError where ``lab`` holds what no ingest wrote: it must not be mixed up with it."""
+    if not lab.is_dir() or (lab / CATALOGUE).is_file():
+        return
+    # Another process may be at its very first steps here; what is hidden is its, or the system's.
+    own = {PAIRING, CATALOGUE, f"{CATALOGUE}-journal", *OWN}
+    shown = [entry for entry in lab.iterdir() if not entry.name.startswith(".") and entry.name not in own]
+    foreign = [entry.name for entry in shown if not (entry / RECORD).is_file()]
+    if foreign:
+        raise InputError(
+            f"{lab}: holds files that no ingest wrote ({', '.join(sorted(foreign)[:3])}); give --out another folder."
+        )
+
+
+def _complete(lab: Path, catalogue: Catalogue) -> int:
+    """Take up trials whose row was not written: their process was killed, or the catalogue is new. Returns how many.
+
+    Whoever calls holds the lab, so that no other process is between the two.
+    """
+    shutil.rmtree(lab / INCOMING, ignore_errors=True)
+    known = {record.folder for record in catalogue.records()}
+    records = []
+    for path in lab.glob(f"*/{RECORD}"):
+        if path.parent.name not in known:
+            content = files.read_json(path)
+            with files.understood(path):
+                records.append(replace(read_record(content), folder=path.parent.name))
+    for record in sorted(records, key=lambda record: (record.sample, record.revision)):
+        catalogue.add(record)
+    return len(records)
 
 
 def _write_pairing(lab: Path, given: Path | None, text: str, catalogue: Catalogue) -> None:
@@ -126,28 +161,20 @@ def _write_pairing(lab: Path, given: Path | None, text: str, catalogue: Catalogu
 
 
 def _defaults(folder: Path) -> Note:
-    """What lab.toml says of all samples. Raises InputError, with all its faults, where one would fail every sample."""
-    note = read_note(folder / DEFAULTS)
-    misplaced = [key for key in OF_ONE if key in note.entries]
-    faults = [
-        *note.faults,
-        *(f"{folder / DEFAULTS}: {key} is of one sample; put it into its note." for key in misplaced),
-    ]
-    if faults:
-        raise InputError("\n".join([*faults, *faults_of_values(note, folder / DEFAULTS)]))
+    """Read lab.toml, if there is one. Raises InputError with all its faults, since one would fail every sample."""
+    path = folder / DEFAULTS
+    if path.is_symlink() or not path.is_file():
+        return Note()
+    note = read_note(path)
+    faults = [f"{path}: {key} is of one sample; put it into its note." for key in OF_ONE if key in note.entries]
+    if faults := [*note.faults, *faults]:
+        raise InputError("\n".join(faults))
     return note
 
 
-def _given(pairing: Path, folder: Path, by_name: Mapping[PurePath, Said]) -> Decisions:
-    """What the user's pairing file decides. Raises InputError where it cannot be."""
-    rows = read_pairing(pairing)
-    return decided(rows, divide(folder, by_name, _photographed(by_name) | photographed(rows)))
-
-
-def _photographed(named: Mapping[PurePath, Said], decisions: Decisions | None = None) -> set[str]:
-    """Keys of the samples that have a photo."""
-    said = {**named, **{file: said for (file, _), said in (decisions or {}).items()}}
-    return {sample_key(said.sample) for said in said.values() if said.role == "photo"}
+def _photographed(said: Iterable[Said | PairingRow]) -> set[str]:
+    """Return the keys of the samples that have a photo."""
+    return {sample_key(each.sample) for each in said if each.role == "photo"}
 
 
 def _refuse_nested(folder: Path, lab: Path) -> None:
@@ -157,3 +184,38 @@ def _refuse_nested(folder: Path, lab: Path) -> None:
             f"{as_text(lab)}: --out and the lab's folder {as_text(folder)} lie one within the other; nothing is "
             "written among a lab's own files: give --out another folder."
         )
+
+
+def trace(ingested: Ingested, progress: Progress, jobs: int = 1) -> tuple[Batch, list[CatalogueFault]]:
+    """Digitise every trial that ``ingested`` took in or found sound, into the folder that its run goes on in.
+
+    What is done already is not done again; a fault in one costs no other. A contact sheet of all lies on top of the
+    lab, photos of samples that were held back among them. With its crack's length known, a trial's readings are looked
+    at once more: returns those outside their crack, too. Raises InputError where the lab holds another's contact sheet.
+    """
+    lab = ingested.lab
+    trials = [outcome.trial for outcome in ingested.outcomes if outcome.trial is not None]
+    planned = [PlannedPhoto(lab / trial / TRIAL, f"{trial}/{RUN}", {}) for trial in trials]
+    if not planned:
+        return Batch(lab), []
+    # Nobody would miss them on a page of the others.
+    held_back = [
+        BatchRow(str(outcome.sample.files["photo"]), outcome.sample.name, "failed", reason=" ".join(outcome.faults))
+        for outcome in ingested.outcomes
+        if outcome.trial is None and "photo" in outcome.sample.files
+    ]
+    batch = digitise_many(planned, lab, progress, jobs, held_back)
+    return batch, [fault for row in batch.done for fault in _readings_outside(lab / row.folder)]
+
+
+def _readings_outside(run: Path) -> list[CatalogueFault]:
+    trial = load_trial(run.parent / TRIAL)
+    if trial.readings is None:
+        return []
+    length_mm = record_files.read_outline(run).length_mm
+    depth_mm = float(files.read_json(run / "solid.json")["depth_mm"])
+    try:
+        read_readings(run.parent / trial.readings.file, trial.readings, length_mm, depth_mm)
+    except InputError as fault:
+        return [CatalogueFault(trial.name, sentence) for sentence in str(fault).splitlines()]
+    return []

@@ -1,166 +1,232 @@
-"""Which files are of one sample: by their names, as the user corrects it. What is in doubt is asked, never decided."""
+"""Pairing of files to samples by their names, as corrected by the user. Doubtful cases are asked, never decided."""
 
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from pathlib import PurePath
+from dataclasses import dataclass, replace
+from difflib import get_close_matches
+from pathlib import Path, PurePath
+from typing import get_args
 
-from sealtwin.lab.naming import Role, Said, read_name, shorter_keys, within_one_letter
-from sealtwin.lab.pieces import Piece
-from validate.sheets.samples import Part, sample_key
+from sealtwin.core.errors import InputError
+from sealtwin.core.tables import as_text_cell, sheet_text
+from sealtwin.lab.found_files import LeftOut, Piece, few
+from sealtwin.lab.sample_names import Role, Said, as_label, possible_roles, read_name
+from validate.readings.samples import SamplePart, read_cells, sample_key
+from validate.settings import Declared
 
-MOST_TOLD = 3
-"""Names in one question; whoever has more sees them in the pairing file."""
-LONGEST_NAME = 80
-"""Of a sample, as of a trial."""
+PAIRING = "pairing.csv"
+COLUMNS = ("file", "role", "sample", "part", "question")
+"""The part is that of a file that several samples share; blank for the whole file."""
+NEEDED = COLUMNS[:3]
+ROLES: tuple[Role, ...] = get_args(Role)
+LIKENESS = 0.65  # Share of letters that two names have in one order; P0l and P01 have two of three
+LONGEST_NAME = 80  # Longest name of a sample, and of a trial
 
 Decisions = Mapping[tuple[PurePath, str], Said]
-"""What the user has said of files, and of parts of them by their names; "" is the whole file."""
+"""Decisions of the user on files and on parts of them by name; "" is the whole file."""
 
 
 @dataclass(frozen=True)
-class Placed:
-    """A file, or a part of one, with its place: of which sample it is, and what of it."""
-
-    piece: Piece
-    role: Role
-    sample: str
-    by_user: bool = False
-    """Otherwise by its name."""
-
-    @property
-    def key(self) -> str:
-        return sample_key(self.sample)
-
-
-@dataclass(frozen=True)
-class Sample:
+class SampleFiles:
     """Files of one sample, and what is in doubt about them."""
 
     name: str
-    files: Mapping[Role, PurePath]
-    """One of a role; a photo among them, if ``questions`` is empty."""
+    files: Mapping[Role, PurePath]  # One of a role; a photo among them, if ``questions`` is empty
     questions: tuple[str, ...]
-    part: Part | None = None
-    """Of the file of readings, where that is shared."""
-    lost: tuple[str, ...] = ()
-    """Files of its own that take no part, a sentence each, where no other stands in for them."""
+    part: SamplePart | None = None  # Part of the file of readings, where samples share it
+    lost: tuple[str, ...] = ()  # Files of its own that take no part, a sentence each, where no other stands in for them
 
     @property
     def key(self) -> str:
         return sample_key(self.name)
 
 
-def place_files(named: Mapping[Piece, Said], decided: Decisions) -> list[Placed]:
-    """Each piece by the user's decision, on it or on all of its file, or else by what its name says."""
-    placed: dict[Piece, Placed] = {}
+def place_files(named: Mapping[Piece, Said], decided: Decisions) -> dict[Piece, Said]:
+    """Place each piece by the user's decision, on it or on all of its file, or else by what its name says."""
+    placed: dict[Piece, Said] = {}
     for piece, said in named.items():
-        whole = (piece.file, "") in decided
-        placed_piece = Piece(piece.file) if whole else piece
-        decision = decided.get((piece.file, "" if whole else piece.part_name))
-        by = decision or said
-        placed[placed_piece] = Placed(placed_piece, by.role, by.sample, by_user=decision is not None)
-    return list(placed.values())
+        if (piece.file, "") in decided:
+            piece = Piece(piece.file)
+        placed[piece] = decided.get((piece.file, piece.part_name), said)
+    return placed
 
 
-def pair(placed: Sequence[Placed]) -> list[Sample]:
-    """Samples in the order of their names; files to be ignored are of none."""
-    groups: dict[str, list[Placed]] = defaultdict(list)
-    for item in placed:
-        if item.role != "ignore":
-            groups[item.key].append(item)
-    near = _near_names(groups)
-    samples = [
-        Sample(_name(group), _files(group), tuple(_questions(key, group, groups, near)), _part(group))
-        for key, group in groups.items()
-    ]
-    return sorted(samples, key=lambda sample: sample.key)
+def pair(placed: Mapping[Piece, Said]) -> list[SampleFiles]:
+    """Return samples in the order of their names; files to be ignored are of none."""
+    groups: dict[str, dict[Piece, Said]] = defaultdict(dict)
+    for piece, said in placed.items():
+        if said.role != "ignore":
+            groups[sample_key(said.sample)][piece] = said
+    alike = _alike(groups)
+    return [_sample(key, group, alike.get(key, [])) for key, group in sorted(groups.items())]
 
 
-def _name(group: Sequence[Placed]) -> str:
-    """As the photo spells it."""
-    return next((item.sample for item in group if item.role == "photo"), group[0].sample)
+def hold_back(
+    samples: Sequence[SampleFiles], left_out: Sequence[LeftOut], folder: str
+) -> tuple[list[SampleFiles], list[LeftOut]]:
+    """Return samples with the files that they have lost, and the files left out that are of none of them.
+
+    What was saved anew beside it, P01.csv beside P01.xls, stands in for it. ``folder`` is the name of the lab's own: of
+    the sample whose files bear none.
+    """
+    by_key = {sample.key: sample for sample in samples}
+    others = []
+    for left in left_out:
+        sample = None if left.said is None else by_key.get(sample_key(left.said.sample or as_label(folder)))
+        if left.said is None or sample is None or left.said.role in sample.files:
+            others.append(left)
+        else:
+            by_key[sample.key] = replace(sample, lost=(*sample.lost, left.sentence))
+    return list(by_key.values()), others
 
 
-def _files(group: Sequence[Placed]) -> dict[Role, PurePath]:
-    """Those that are alone in their role."""
-    roles = Counter(item.role for item in group)
-    return {item.role: item.piece.file for item in group if roles[item.role] == 1}
-
-
-def _part(group: Sequence[Placed]) -> Part | None:
-    parts = [item.piece.part for item in group if item.role == "readings"]
-    return parts[0] if len(parts) == 1 else None
-
-
-def _questions(
-    key: str, group: Sequence[Placed], groups: Mapping[str, Sequence[Placed]], near: Mapping[str, Sequence[str]]
-) -> list[str]:
-    if not key:
-        return [f"{item.piece}: its name says no sample; rename it, or give it a sample." for item in group]
+def _sample(key: str, group: Mapping[Piece, Said], alike: Sequence[Mapping[Piece, Said]]) -> SampleFiles:
+    """Return a sample with its questions. ``alike`` are the groups of files that may be of one sample with it."""
     by_role: dict[Role, list[Piece]] = defaultdict(list)
-    for item in group:
-        by_role[item.role].append(item.piece)
-    several = [
-        f"{len(files)} files are its {_words(role)}: {_told(files)}; keep one, and give the others the role ignore."
-        for role, files in by_role.items()
-        if len(files) > 1
+    for piece, said in group.items():
+        by_role[said.role].append(piece)
+    name = group[by_role["photo"][0] if "photo" in by_role else next(iter(group))].sample
+    files: dict[Role, PurePath] = {role: pieces[0].file for role, pieces in by_role.items() if len(pieces) == 1}
+    questions = [
+        f"{len(pieces)} files are its {role.replace('_', ' ')}: {few(pieces)}; "
+        "keep one, and give the others the role ignore."
+        for role, pieces in by_role.items()
+        if len(pieces) > 1
     ]
-    alike = [groups[other] for other in near.get(key, ())]
-    if "photo" not in by_role:
-        orphan = f"{_told([item.piece for item in group])}: no photo of sample {_name(group)}."
-        if not alike:
-            return [*several, f"{orphan} Add it, give it the sample's name, or give this the role ignore."]
-        likely = [item.piece for other in alike for item in other if item.role == "photo"]
-        return [*several, f"{orphan} Is it of {_told(likely)}? Name both alike, or give this the role ignore."]
-    for orphan in alike:
-        other = _told([item.piece for item in orphan])
-        several.append(f"{_told(by_role['photo'])}: {other} has no photo and nearly its name; decide about it first.")
-    return several
+    if not key:
+        questions = [f"{piece}: its name says no sample; rename it, or give it a sample." for piece in group]
+    elif "photo" in by_role:
+        questions += [
+            f"{few(by_role['photo'])}: {few(list(orphan))} has no photo and nearly its name; decide about it first."
+            for orphan in alike
+        ]
+    else:
+        photos = [piece for other in alike for piece, said in other.items() if said.role == "photo"]
+        likely = f"Is it of {few(photos)}? Name both alike" if photos else "Add it, give it the sample's name"
+        questions.append(f"{few(list(group))}: no photo of sample {name}. {likely}, or give this the role ignore.")
+    return SampleFiles(name, files, tuple(questions), by_role["readings"][0].part if "readings" in files else None)
 
 
-def _near_names(groups: Mapping[str, Sequence[Placed]]) -> dict[str, list[str]]:
-    """For each sample without a photo those with one that it may belong to by a slip of the pen; and the other way."""
-    with_photo = {key: any(item.role == "photo" for item in group) for key, group in groups.items()}
-    if all(with_photo.values()):
-        return {}
-    alike = within_one_letter([key for key in groups if 0 < len(key) <= LONGEST_NAME])
-    # May/P01.jpg and sheets/P01.csv: the last part of both names is the same.
-    last: dict[str, set[str]] = defaultdict(set)
-    for key, group in groups.items():
-        for item in group:
-            part = item.piece.part
-            said = read_name(PurePath(item.piece.file.name if part is None else f"{part.rows_of or part.sheet}.csv"))
-            last[sample_key(said.sample) if said else ""].add(key)
-    for stem, keys in last.items():
-        if stem and len(keys) <= MOST_TOLD:
-            for key in keys - {""}:
-                alike[key] = alike.get(key, set()) | keys - {key, ""}
-    # P02_xyz.csv may be of P02.
-    for key, group in groups.items():
-        if not with_photo[key]:
-            longer = {other for item in group for other in shorter_keys(item.sample)} & with_photo.keys() - {key}
-            alike[key] = alike.get(key, set()) | longer
-    near: dict[str, list[str]] = {}
-    for key, keys in alike.items():
-        if not with_photo[key]:
-            near[key] = sorted(other for other in keys if with_photo[other] and _waits_for(groups[other], groups[key]))
-    for orphan, keys in list(near.items()):
-        # Of several that may be meant none is singled out.
-        if len(keys) == 1:
-            near.setdefault(keys[0], []).append(orphan)
-    return near
+def _alike(groups: Mapping[str, Mapping[Piece, Said]]) -> dict[str, list[Mapping[Piece, Said]]]:
+    """Return, for each sample without a photo, those with one whose files it may be of; for one such, vice versa.
+
+    Names are compared without their folders, too: May/P01.jpg and sheets/P01.csv.
+    """
+    roles = {key: {said.role for said in group.values()} for key, group in groups.items()}
+    names = {key: {key, *map(_own_key, group)} - {""} for key, group in groups.items()}
+    alike: dict[str, list[Mapping[Piece, Said]]] = defaultdict(list)
+    for key in sorted(key for key in groups if key and "photo" not in roles[key]):
+        by_name: dict[str, set[str]] = defaultdict(set)
+        # A sample that lacks what the orphan has waits for it.
+        for other in (other for other in groups if "photo" in roles[other] and not roles[other] & roles[key]):
+            for name in names[other]:
+                by_name[name].add(other)
+        close = [name for name in by_name if any(name in mine or mine in name for mine in names[key])]
+        close = close or [name for mine in names[key] for name in get_close_matches(mine, by_name, cutoff=LIKENESS)]
+        likely = set[str]().union(*(by_name[name] for name in close))
+        alike[key] = [groups[other] for other in sorted(likely)]
+        # Of several that may be meant none is held back.
+        if len(likely) == 1:
+            alike[likely.pop()].append(groups[key])
+    return alike
 
 
-def _waits_for(group: Sequence[Placed], orphan: Sequence[Placed]) -> bool:
-    """Whether a sample lacks all that the orphan has."""
-    return not {item.role for item in group} & {item.role for item in orphan}
+def _own_key(piece: Piece) -> str:
+    """Return the key of the sample that a piece's own name says, without its folders."""
+    part = piece.part
+    said = read_name(PurePath(piece.file.name if part is None else f"{part.rows_of or part.sheet}.csv"))
+    return sample_key(said.sample) if said else ""
 
 
-def _words(role: Role) -> str:
-    return role.replace("_", " ")
+@dataclass(frozen=True)
+class PairingRow:
+    """Row of the pairing file as the user wrote it."""
+
+    where: str  # The file and the line
+    file: str
+    role: str
+    sample: str
+    part: str = ""
 
 
-def _told(pieces: Sequence[Piece]) -> str:
-    more = len(pieces) - MOST_TOLD
-    return ", ".join(map(str, pieces[:MOST_TOLD])) + (f" and {more} more" if more > 0 else "")
+def pairing_text(placed: Mapping[Piece, Said], samples: Sequence[SampleFiles]) -> str:
+    """Write a row for each piece, in the order of samples; a question stands beside the pieces that it is about."""
+    asked = {sample.key: " ".join(sample.questions) for sample in samples}
+    keyed = [
+        (sample_key(said.sample), ROLES.index(said.role), piece.file, piece.part_name, said)
+        for piece, said in placed.items()
+    ]
+    return sheet_text(
+        COLUMNS,
+        [
+            (file.as_posix(), said.role, said.sample, part, asked.get(key, "") if said.role != "ignore" else "")
+            for key, _, file, part, said in sorted(keyed, key=lambda row: row[:4])
+        ],
+    )
+
+
+def decided(rows: Sequence[PairingRow], named: Mapping[Piece, Said]) -> Decisions:
+    """Return the user's decisions: pieces whose rows differ from their names, and files taken as a whole.
+
+    Raises InputError, naming all that is wrong: a row whose file or part is not there or stands there twice, a role or
+    a sample that cannot be.
+    """
+    pieces: dict[PurePath, dict[str, Said]] = defaultdict(dict)
+    for piece, said in named.items():
+        pieces[piece.file][piece.part_name] = said
+    by_cell = {as_text_cell(file.as_posix()): file for file in pieces} | {file.as_posix(): file for file in pieces}
+    decisions: dict[tuple[PurePath, str], Said] = {}
+    seen: set[tuple[PurePath, str]] = set()
+    faults = []
+    for row in rows:
+        file = by_cell.get(row.file)
+        if file is None:
+            faults.append(f"{row.where}: no file {row.file!r:.80} in the lab's folder; delete the row, or correct it.")
+            continue
+        part = next((part for part in pieces[file] if row.part in (part, as_text_cell(part))), row.part)
+        fault = _fault(file, part, row, pieces[file])
+        if (file, part) in seen:
+            fault = f"{file} stands there twice; keep one row."
+        seen.add((file, part))
+        if fault is not None:
+            faults.append(f"{row.where}: {fault}")
+        elif (said := Said(as_label(row.sample), ROLES[ROLES.index(row.role)])) != pieces[file].get(part):
+            decisions[file, part] = said
+    if faults:
+        raise InputError("\n".join(faults))
+    return decisions
+
+
+def read_pairing(path: Path) -> list[PairingRow]:
+    """Read a pairing in whatever dialect a spreadsheet has saved it. Raises InputError where it is none."""
+    if not path.is_file():
+        raise InputError(f"{path}: no such file; 'sealtwin ingest FOLDER --out LAB' writes LAB/{PAIRING}.")
+    grid = read_cells(path, Declared())
+    head = [cell.text for cell in grid.rows[0].cells] if grid.rows else []
+    if missing := [name for name in NEEDED if name not in head]:
+        raise InputError(
+            f"{path}: no column {', '.join(missing)}; a pairing has {', '.join(COLUMNS)} in its first row."
+        )
+    place = {name: head.index(name) for name in (*NEEDED, "part") if name in head}
+    return [
+        PairingRow(str(grid.place(row.number)), **{name: row.cell(at).text for name, at in place.items()})
+        for row in grid.rows[1:]
+    ]
+
+
+def _fault(file: PurePath, part: str, row: PairingRow, parts: Mapping[str, Said]) -> str | None:
+    possible = (*possible_roles(file.suffix.lower()), "ignore")
+    if part and part not in parts:
+        known = ", ".join(repr(name) for name in parts if name) or "none: several samples do not share it"
+        return f"{file} has no part {part!r:.80}; its parts are {known}."
+    if row.role not in possible:
+        return f"{file} cannot be {row.role!r:.40}; write one of {', '.join(possible)}."
+    if part and row.role not in ("readings", "ignore"):
+        return f"{file}, {part}: can be readings or ignore, not {row.role}."
+    if row.role == "ignore":
+        return None
+    if not sample_key(row.sample):
+        return f"{file} is of no sample; write its name, or the role ignore."
+    if as_label(row.sample) != row.sample:
+        return f"{file}: a sample {row.sample!r:.80}; a name has letters, digits, spaces and -_. only."
+    return None

@@ -1,68 +1,60 @@
 """Many photos in one command: each in a run folder of its own, a table and a contact sheet of all."""
 
+import base64
 import glob
 import json
 import traceback
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
 from itertools import count
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-from sealtwin.errors import InputError, SealtwinError, as_text
-from sealtwin.photos.contact_sheet import write_contact_sheet, write_csv
-from sealtwin.processes import end_with_parent
-from sealtwin.progress import Progress
-from sealtwin.store import files
-from sealtwin.store.folder import MANIFEST, holding, open_folder
-from sealtwin.trials.job import sample_files, start_job
-from sealtwin.trials.pipeline import run_stages
-from sealtwin.trials.trial import Trial, load_trial, photo_trial
+from sealtwin.core import files
+from sealtwin.core.cluster import Lost, run_tasks
+from sealtwin.core.errors import InputError, SealtwinError, as_text
+from sealtwin.core.progress import Progress
+from sealtwin.core.run_folder import MANIFEST, holding, open_folder
+from sealtwin.core.tables import write_sheet
+from sealtwin.trial.digitise_stage import REFUSED
+from sealtwin.trial.job import sample_files, start_job
+from sealtwin.trial.pipeline import run_stages
+from sealtwin.trial.trial_file import Trial, load_trial, sample_trial
 
 BUG, SOME_FAILED = 1, 6
-KILLED = (
-    "the processes that digitised were killed, most likely since memory ran out; the same command goes on with what is "
-    "left: give it fewer --jobs."
-)
+REMEDY = "the same command digitises what is left; give it fewer --jobs."
 PHOTO_SUFFIXES = {".jpg", ".jpeg", ".png", ".webp", ".tif", ".tiff", ".bmp", ".heic", ".heif"}
-"""Taken from a folder; what cannot be read among them is said to be so."""
-LISTING = "batch.json"
-"""Marks a folder as a batch's own, and lists it for programs."""
+"""Files that are taken from a folder; those that cannot be read are reported."""
+LISTING = "batch.json"  # Marks a folder as a batch's own, and lists it for programs
 CSV, SHEET = "photos.csv", "index.html"
 FAULT = "fault.txt"
+THUMBNAIL_PX = 720  # Wide enough to see the walls, small enough for a page of a hundred
 OWN = {LISTING, CSV, SHEET}
 
 Tables = Mapping[str, Mapping[str, Any]]
 
 
 @dataclass(frozen=True)
-class Planned:
+class PlannedPhoto:
     """One photo of a batch."""
 
-    file: Path
-    """The photo, or a trial file that names one."""
-    name: str
-    """Of its run folder."""
-    tables: Tables
-    """What the command line says about a photo without a trial file."""
+    file: Path  # The photo, or a trial file that names one
+    name: str  # Name of its run folder
+    tables: Tables  # Tables of a trial from the command line's options, for a photo without a trial file
 
     def trial(self) -> Trial:
-        """Raises InputError where it cannot be one."""
-        return load_trial(self.file) if _is_trial(self.file) else photo_trial(self.file, self.tables)
+        """Raises InputError if its settings cannot be used."""
+        return load_trial(self.file) if _is_trial(self.file) else sample_trial("photo", self.file, self.tables)
 
 
 @dataclass(frozen=True)
-class Row:
-    """What became of one photo; lengths and volumes are None where it failed."""
+class BatchRow:
+    """Result of one photo; lengths and volumes are None where it failed."""
 
     file: str
     folder: str
-    status: str
-    """"ok", "failed", or "bug"."""
+    status: str  # "ok", "failed", or "bug"
     mean_width_mm: float | None = None
     length_mm: float | None = None
     depth_mm: float | None = None
@@ -76,17 +68,44 @@ class Row:
 
     @property
     def fault(self) -> str:
-        """Most reasons begin with the file."""
+        """The reason with the photo's name, with which most reasons begin."""
         return self.reason if self.reason.startswith(self.file) else f"{self.file}: {self.reason}"
 
 
 @dataclass(frozen=True)
-class Report:
-    """What the command says at its end."""
+class Batch:
+    """Result of a batch."""
 
-    content: dict[str, Any]
-    lines: list[str]
-    exit_code: int
+    out: Path
+    rows: Sequence[BatchRow] = ()  # Photos that were digitised, or could not be
+    held_back: Sequence[BatchRow] = ()  # Photos that were not tried, for an earlier fault
+
+    @property
+    def listed(self) -> list[BatchRow]:
+        return [*self.rows, *self.held_back]
+
+    @property
+    def done(self) -> list[BatchRow]:
+        return [row for row in self.rows if row.status == "ok"]
+
+    @property
+    def failed(self) -> list[BatchRow]:
+        return [row for row in self.rows if row.status != "ok"]
+
+    @property
+    def exit_code(self) -> int:
+        if any(row.status == "bug" for row in self.rows):
+            return BUG
+        return SOME_FAILED if self.failed or self.held_back else 0
+
+    def content(self) -> dict[str, Any]:
+        """Return the object of batch.json and --json."""
+        return {
+            "version": 1,
+            "photos": [vars(row) for row in self.listed],
+            "failed": len(self.failed) + len(self.held_back),
+            "exit_code": self.exit_code,
+        }
 
 
 def are_several(targets: Sequence[Path]) -> bool:
@@ -94,46 +113,49 @@ def are_several(targets: Sequence[Path]) -> bool:
     return len(targets) > 1 or targets[0].is_dir() or _is_pattern(targets[0])
 
 
-def plan(targets: Sequence[Path], tables: Tables) -> list[Planned]:
-    """One entry a photo, in the order given. A trial file of the photo's name beside it says more than ``tables``.
+def plan(targets: Sequence[Path], tables: Tables) -> list[PlannedPhoto]:
+    """Return an entry for each photo, in the order given. A trial file of its name beside it replaces ``tables``.
 
-    Raises InputError where a folder or a pattern holds no photo.
+    Raises InputError if a folder or a pattern holds no photo.
     """
     named = [file for target in targets for file in _photos(target)]
     own = [beside if (beside := file.with_suffix(".toml")).is_file() else file for file in named]
     # A mask or a second photo is part of another photo's trial.
     parts = {part for file in set(own) if _is_trial(file) for part in _parts(file)}
     kept = list(dict.fromkeys(file for photo, file in zip(named, own, strict=True) if photo.absolute() not in parts))
-    return [Planned(file, name, tables) for file, name in zip(kept, _names(kept), strict=True)]
+    return [PlannedPhoto(file, name, tables) for file, name in zip(kept, _names(kept), strict=True)]
 
 
 def digitise_many(
-    planned: Sequence[Planned], out: Path, progress: Progress, jobs: int = 1, held_back: Sequence[Row] = ()
-) -> Report:
-    """Digitise every photo into a folder below ``out``, going on past those that fail.
+    planned: Sequence[PlannedPhoto], out: Path, progress: Progress, jobs: int = 1, held_back: Sequence[BatchRow] = ()
+) -> Batch:
+    """Digitise every photo into a folder below ``out``, whatever happens to the others.
 
-    What is done already is not done again. Photos ``held_back`` for a fault that was told before are counted and listed
-    with those that fail. Raises InputError where ``out`` is not a batch's own.
+    Finished photos are not digitised again. Photos ``held_back`` for an earlier fault are listed and counted as failed.
+    Raises InputError if ``out`` holds files of something else.
     """
     _refuse_foreign(out)
     with holding(out), progress:
         files.write_json(out / LISTING, {"version": 1, "photos": []})
         progress.start(f"Digitising {len(planned)} photos", len(planned))
-        rows: dict[str, Row] = {}
+        rows: dict[str, BatchRow] = {}
+        # One photo at a time needs no other process.
+        processes = min(jobs, len(planned)) if jobs > 1 else 0
         try:
-            for done, row in enumerate(_rows(planned, out, jobs), start=1):
+            outcomes = run_tasks(_digitise_one, ((item, (item, out)) for item in planned), processes)
+            for done, (item, outcome) in enumerate(outcomes, start=1):
+                row = _failed(item, f"{outcome.reason}: {REMEDY}") if isinstance(outcome, Lost) else outcome
                 rows[row.folder] = row
                 if row.status != "ok":
                     progress.note(row.fault)
                 progress.advance(done, row.folder)
         finally:
-            # Interrupted, what is finished is still told of.
-            ordered = [rows[item.name] for item in planned if item.name in rows]
-            report = _report(ordered, held_back, out)
-            files.write_json(out / LISTING, report.content)
-            write_csv(out / CSV, report.content["photos"])
-            write_contact_sheet(out / SHEET, out, report.content["photos"])
-    return report
+            # Interrupted, it still lists what is finished.
+            batch = Batch(out, [rows[item.name] for item in planned if item.name in rows], held_back)
+            files.write_json(out / LISTING, batch.content())
+            write_csv(out / CSV, batch.listed)
+            write_contact_sheet(out / SHEET, out, batch.listed)
+    return batch
 
 
 def _photos(target: Path) -> list[Path]:
@@ -158,26 +180,7 @@ def _is_pattern(target: Path) -> bool:
     return glob.has_magic(str(target)) and not target.exists()
 
 
-def _rows(planned: Sequence[Planned], out: Path, jobs: int) -> Iterator[Row]:
-    if jobs == 1:
-        yield from (_digitise_one(item, out) for item in planned)
-        return
-    # A fresh process each: OpenCV's and manifold's threads do not survive a fork.
-    with ProcessPoolExecutor(min(jobs, len(planned)), get_context("spawn"), end_with_parent) as pool:
-        at_work = {pool.submit(_digitise_one, item, out): item for item in planned}
-        try:
-            for future in as_completed(at_work):
-                try:
-                    yield future.result()
-                except BrokenProcessPool:
-                    yield _failed(at_work[future], KILLED)
-        except BaseException:
-            # Ctrl-C too: photos that wait must not be digitised after it.
-            pool.shutdown(cancel_futures=True)
-            raise
-
-
-def _digitise_one(item: Planned, out: Path) -> Row:
+def _digitise_one(item: PlannedPhoto, out: Path) -> BatchRow:
     folder = out / item.name
     try:
         with open_folder(folder, create=True) as opened:
@@ -189,16 +192,16 @@ def _digitise_one(item: Planned, out: Path) -> Row:
     except OSError as fault:
         return _failed(item, f"{fault.filename or item.file}: {fault.strerror}.")
     except Exception as fault:
-        # A bug of ours that one photo wakes must not cost the others theirs; it is told of, and ends with code 1.
-        return _failed(item, f"{type(fault).__name__}: {fault}. A bug of ours: please report {_traced(folder)}.", "bug")
+        # A bug that one photo reveals must not cost the others their result; the command ends with code 1.
+        return _failed(item, f"{type(fault).__name__}: {fault}. A bug: please report {_traced(folder)}.", "bug")
 
 
-def _failed(item: Planned, reason: str, status: str = "failed") -> Row:
-    return Row(as_text(item.file), item.name, status, reason=reason)
+def _failed(item: PlannedPhoto, reason: str, status: str = "failed") -> BatchRow:
+    return BatchRow(as_text(item.file), item.name, status, reason=reason)
 
 
 def _traced(folder: Path) -> str:
-    """Where the traceback of the error at hand lies: on a full disk, in the sentence itself."""
+    """Write the current traceback to a file and return its path, or itself on a full disk."""
     try:
         files.write_text(folder / FAULT, traceback.format_exc())
     except OSError:
@@ -206,10 +209,10 @@ def _traced(folder: Path) -> str:
     return str(folder / FAULT)
 
 
-def _done(item: Planned, folder: Path) -> Row:
+def _done(item: PlannedPhoto, folder: Path) -> BatchRow:
     outline, solid = files.read_json(folder / "outline.json"), files.read_json(folder / "solid.json")
     with files.understood(folder):
-        return Row(
+        return BatchRow(
             file=as_text(item.file),
             folder=item.name,
             status="ok",
@@ -225,45 +228,8 @@ def _done(item: Planned, folder: Path) -> Row:
         )
 
 
-def _report(rows: Sequence[Row], held_back: Sequence[Row], out: Path) -> Report:
-    failed = [row for row in rows if row.status != "ok"]
-    listed = [*rows, *held_back]
-    bugs = any(row.status == "bug" for row in rows)
-    exit_code = BUG if bugs else SOME_FAILED if failed or held_back else 0
-    content = {
-        "version": 1,
-        "photos": [vars(row) for row in listed],
-        "failed": len(failed) + len(held_back),
-        "exit_code": exit_code,
-    }
-    return Report(
-        content, [*_table(rows), *_ending(listed, out), *(f"failed: {row.fault}" for row in failed)], exit_code
-    )
-
-
-def _table(rows: Sequence[Row]) -> list[str]:
-    broad = max((len(row.folder) for row in rows), default=0)
-    head = f"{'photo':<{broad}}  {'width mm':>8} {'length mm':>9} {'cavity ml':>9} {'sealant ml':>10}  path"
-    lines = [
-        f"{row.folder:<{broad}}  {row.mean_width_mm:8.2f} {row.length_mm:9.1f} {row.cavity_ml:9.2f} "
-        f"{row.sealant_ml:10.2f}  {row.path_source}"
-        for row in rows
-        if row.status == "ok"
-    ]
-    return [head, *lines] if lines else []
-
-
-def _ending(rows: Sequence[Row], out: Path) -> list[str]:
-    done = sum(row.status == "ok" for row in rows)
-    proposals = sum(row.path_source == "automatic" for row in rows)
-    lines = [f"{done} of {len(rows)} photos digitised. Look at {out / SHEET}; table: {out / CSV}"]
-    if proposals:
-        lines.append(f"{proposals} cracks were found automatically: proposals, until somebody has looked at them.")
-    return lines
-
-
 def _parts(trial_file: Path) -> set[Path]:
-    """Pictures that a trial needs beside its photo; none where it cannot be read, which is said when its turn comes."""
+    """Return the pictures that a trial needs beside its photo; none if it cannot be read, which is reported later."""
     try:
         named = sample_files(load_trial(trial_file))
     except InputError:
@@ -272,7 +238,7 @@ def _parts(trial_file: Path) -> set[Path]:
 
 
 def _names(kept: Sequence[Path]) -> list[str]:
-    """A folder's name for each photo: no two alike on any file system, and none hidden, above, or the batch's own."""
+    """Name a folder for each photo: unique on any file system, not hidden, and not a file of the batch."""
     names = [_whole(file) if file.stem.startswith(".") or file.stem.casefold() in OWN else _stem(file) for file in kept]
     for longer in (_whole, lambda file: f"{file.absolute().parent.name.lstrip('.')}-{_stem(file)}"):
         times = Counter(name.casefold() for name in names)
@@ -296,15 +262,49 @@ def _whole(file: Path) -> str:
 
 
 def _refuse_foreign(out: Path) -> None:
-    if _is_listing(out / LISTING):
-        return
+    try:
+        if json.loads((out / LISTING).read_text(encoding="utf-8"))["version"] == 1:
+            return
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        pass  # No listing, or another program's.
     foreign = [name for name in (LISTING, MANIFEST, CSV, SHEET) if (out / name).exists()]
     if foreign:
         raise InputError(f"{out}: holds {foreign[0]}, which no batch wrote; give --out another folder.")
 
 
-def _is_listing(file: Path) -> bool:
-    try:
-        return file.is_file() and json.loads(file.read_text(encoding="utf-8"))["version"] == 1
-    except (ValueError, KeyError, TypeError, RecursionError):
-        return False
+def write_csv(path: Path, rows: Sequence[BatchRow]) -> None:
+    columns = [field.name for field in fields(BatchRow) if field.name != "folder"]
+    cells = [vars(row) | {"warnings": "; ".join(row.warnings)} for row in rows]
+    write_sheet(path, columns, ([row[column] for column in columns] for row in cells))
+
+
+def write_contact_sheet(path: Path, folder: Path, rows: Sequence[BatchRow]) -> None:
+    """Write one page that needs no other file, though its pictures lead to the run folders beside it."""
+    import jinja2
+
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("sealtwin"), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True
+    )
+    refused = [row.folder for row in rows if REFUSED in row.reason and (folder / row.folder / REFUSED).is_file()]
+    done = [row for row in rows if row.status == "ok"]
+    page = environment.get_template("contact_sheet.html.j2").render(
+        photos=rows,
+        thumbnails={row.folder: _thumbnail(folder / row.folder / "overlay.png") for row in done},
+        refused={name: _thumbnail(folder / name / REFUSED) for name in refused},
+        done=done,
+        sealant_ml=sum(row.sealant_ml or 0.0 for row in done),
+    )
+    files.write_text(path, page)
+
+
+def _thumbnail(overlay: Path) -> str:
+    """Return a small copy of the picture as a data URI."""
+    import cv2
+    import numpy as np
+
+    picture = cv2.imdecode(np.frombuffer(overlay.read_bytes(), dtype=np.uint8), cv2.IMREAD_COLOR)
+    assert picture is not None, "a stage wrote it"
+    shrink = min(1.0, THUMBNAIL_PX / max(picture.shape))
+    small = cv2.resize(picture, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA)
+    _, jpeg = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, 82])
+    return "data:image/jpeg;base64," + base64.b64encode(jpeg.tobytes()).decode()

@@ -2,275 +2,239 @@
 
 import hashlib
 import json
-import os
 import platform
 import shutil
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from sealtwin.errors import InputError
-from sealtwin.progress import Progress
-from sealtwin.store import files, stage_files
-from sealtwin.store.folder import HOLDER, LOCK, holding, open_folder, require_folder, stage_key
-from sealtwin.store.tables import write_sheet
-from sealtwin.study.bench import INPUTS
-from sealtwin.study.estimate import Size, estimate, in_words, measured_pace, require_disk, require_memory, size_of
-from sealtwin.study.ledger import LEDGER, STATES, Entry, Ledger, StudyRun, profile_path, run_path
-from sealtwin.study.study import Planned, Study, load_study, plan_runs, raise_faults
-from sealtwin.study.workers import Task, run_here
-from sealtwin.trials.job import require_sample, stage_settings, start_job
-from sealtwin.trials.made import DIGITISED
-from sealtwin.trials.pipeline import run_stages
-from sealtwin.trials.result import shown
-from sealtwin.trials.trial import Trial, load_trial
+from sealtwin.core import files
+from sealtwin.core.errors import InputError
+from sealtwin.core.progress import Progress
+from sealtwin.core.run_folder import HOLDER, foreign_names, holding, open_folder, require_folder, stage_key
+from sealtwin.core.tables import write_sheet
+from sealtwin.study.estimate import RunSize, estimate, require_disk, require_memory, size_of
+from sealtwin.study.runner import INPUTS, Computing, compute, read_bench
+from sealtwin.study.study_file import PlannedRun, load_study, plan_runs, raise_faults
+from sealtwin.study.study_folder import (
+    STATES,
+    Plan,
+    StudyRun,
+    forget_outcome,
+    holds_study,
+    is_intact,
+    read_plan,
+    remove_temporary_files,
+    run_path,
+    with_outcome,
+    write_plan,
+)
+from sealtwin.trial.job import DIGITISED, require_sample, stage_settings, start_job
+from sealtwin.trial.pipeline import run_stages
+from sealtwin.trial.result import shown
+from sealtwin.trial.trial_file import load_trial
 
 BUG, SOME_FAILED = 1, 6
 TABLE = "runs.csv"
 FIGURES = ("mean_error_mm", "worst_error_mm", "worst_at_mm", "volume_ratio", "spilled_particles", "particles")
-"""Of a run, in the table; the rest is in its summary.json."""
-TOLD = 8
-"""Failed runs in the answer; all of them are in the table."""
+"""Figures of a run in the table; the others are in its summary.json."""
 
 
 @dataclass(frozen=True)
-class Wish:
-    """How the user wants a sweep to go."""
+class SweepOptions(Computing):
+    """Options for computing a sweep."""
 
-    device: str
-    jobs: int
-    batch: int
-    keep_runs: bool = False
-    retry: bool = False
-    """Failed runs too."""
+    retry: bool = False  # Compute failed runs again
     dry_run: bool = False
-    dask: str | None = None
+    shard: tuple[int, int] = (1, 1)  # The i-th of n parts of the study
 
 
-@dataclass(frozen=True)
-class Report:
-    """What the command says at its end."""
-
-    content: dict[str, Any]
-    lines: list[str]
-    exit_code: int
-
-
-def sweep(file: Path, out: Path | None, wish: Wish, progress: Progress) -> Report:
-    """Compute whatever of a study is not done yet.
+def sweep(file: Path, out: Path | None, options: SweepOptions, progress: Progress) -> dict[str, Any]:
+    """Compute all runs of a study that are not done yet, and return the --json object of the command.
 
     Args:
         file: The study.
         out: Its folder; None: reports/<name of the study>.
-        wish: How.
-        progress: Told of estimate, progress and faults.
+        options: Options for computing it.
+        progress: Receives the estimate, the progress and faults.
 
     Raises:
-        InputError: settings that cannot be, of all runs at once, before the first one starts; or a folder that is not
-            this study's.
-        BusyError: another process works in the folder.
+        InputError: Settings of any run cannot be used, which is checked before the first one starts; or the folder is
+            not this study's.
+        BusyError: Another process works in the folder.
     """
     from simulate.device import free_bytes
 
     study = load_study(file)
     base = file.parent / study.trial
     planned = plan_runs(study, file, load_trial(base))
-    _require_fluid(planned, base)
-    require_sample(planned[0].trial, base.parent)
-    folder = out or Path("reports", study.folder_name)
-    _refuse_foreign(folder)
-    with holding(folder), progress, Ledger(folder, create=True) as ledger:
-        _adopt(folder, ledger, study)
-        files.write_if_new(folder / "study.toml", file.read_bytes())
-        samples = _digitise(planned, base.parent, folder, progress)
-        entries, largest = _entries(planned, samples, folder, wish.device)
-        ledger.plan(entries)
-        ledger.put_back(_to_redo(ledger.runs(), folder, wish))
-        expected = estimate(ledger.runs(), largest, wish.jobs, wish.batch, keep_runs=wish.keep_runs)
-        progress.note(
-            f"{study.name}: {len(entries)} runs of {largest.particles:,} particles at most. {expected.sentence}"
-        )
-        require_disk(expected, shutil.disk_usage(folder).free, shown(folder))
-        if wish.dask is None:
-            require_memory(expected, free_bytes(wish.device), wish.device, wish.batch)
-        if expected.runs and not wish.dry_run:
-            _run(folder, ledger, wish, progress)
-        _write_table(folder / TABLE, ledger.runs())
-        return _report(folder, ledger)
-
-
-def cores() -> int:
-    """That this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def status(folder: Path) -> Report:
-    """What is known of a sweep, also while it runs. Raises InputError where ``folder`` holds none."""
-    with Ledger(folder) as ledger:
-        return _report(folder, ledger)
-
-
-def _require_fluid(planned: Sequence[Planned], base: Path) -> None:
     if planned[0].trial.fluid is None:
         raise InputError(f"{base}: no [fluid] table; give U and D_cm, or viscosity_pa_s, there or in the study.")
+    require_sample(planned[0].trial, base.parent)
+    shard, shards = options.shard
+    if shards > len(planned):
+        raise InputError(f"--shard {shard}/{shards}: the study has {len(planned)} runs, so at most as many shards.")
+    folder = out or Path("reports", study.folder_name + (f"-{shard}-of-{shards}" if shards > 1 else ""))
+    refuse_foreign(folder)
+    with holding(folder), progress:
+        plan = Plan(study.name, [], len(planned), time.time())
+        _adopt(folder, plan)
+        files.write_if_new(folder / "study.toml", file.read_bytes())
+        planned = planned[shard - 1 :: shards]
+        samples = _digitise(planned, base.parent, folder, progress)
+        runs, largest = _runs(planned, samples, folder, options.device)
+        runs = [_to_redo(folder, with_outcome(folder, run), options) for run in runs]
+        write_plan(folder, replace(plan, runs=runs))
+        expected = estimate(runs, largest, options.jobs, options.batch, keep_runs=options.keep_runs)
+        progress.note(f"{study.name}: {len(runs)} runs of {largest.particles:,} particles at most. {expected.sentence}")
+        require_disk(expected, shutil.disk_usage(folder).free, shown(folder))
+        if options.scheduler is None:
+            require_memory(expected, free_bytes(options.device), options.device, options.batch)
+        if expected.runs and not options.dry_run:
+            runs = compute(folder, runs, options, "Sweeping", progress)
+        return report(folder, replace(plan, runs=runs))
 
 
-def _refuse_foreign(folder: Path) -> None:
+def status(folder: Path) -> dict[str, Any]:
+    """Report how far a sweep is, also while it runs. Raises InputError if ``folder`` holds none."""
+    return report(folder, read_plan(folder), _holder(folder), table=False)
+
+
+def refuse_foreign(folder: Path) -> None:
+    """Raises InputError where a folder holds files, but no study."""
     require_folder(folder)
-    if not folder.is_dir() or (folder / LEDGER).is_file():
-        return
-    foreign = sorted(found.name for found in folder.iterdir() if found.name not in {LOCK, HOLDER})
-    if foreign:
+    if folder.is_dir() and not holds_study(folder) and (foreign := foreign_names(folder)):
         raise InputError(
             f"{folder}: holds files that no sweep wrote ({', '.join(foreign[:3])}); give --out another folder."
         )
 
 
-def _adopt(folder: Path, ledger: Ledger, study: Study) -> None:
-    held = ledger.fact("study")
-    if held is not None and held != study.name:
-        raise InputError(f"{folder}: holds the study '{held}'; this is '{study.name}'. Give --out another folder.")
-    ledger.state_fact("study", study.name)
+def _adopt(folder: Path, plan: Plan) -> None:
+    """Make the folder that study's. Raises InputError if it holds another one."""
+    if not holds_study(folder):
+        write_plan(folder, plan)
+    held = read_plan(folder).study
+    if held != plan.study:
+        raise InputError(f"{folder}: holds the study '{held}'; this is '{plan.study}'. Give --out another folder.")
+    remove_temporary_files(folder)
 
 
-def _digitise(planned: Sequence[Planned], source: Path, folder: Path, progress: Progress) -> dict[int, str]:
-    """Each crack once, into samples/: the name of its folder there, by the run's number.
+def _digitise(planned: Sequence[PlannedRun], source: Path, folder: Path, progress: Progress) -> dict[int, str]:
+    """Digitise each crack once, into samples/, and return the folder's name for the number of each run.
 
-    Raises InputError with the runs that each fault is about.
+    Raises InputError with the runs that each fault concerns.
     """
-    samples: dict[int, str] = {}
-    made: set[str] = set()
-    faults: dict[str, list[int]] = {}
+    runs: dict[str, list[PlannedRun]] = {}
     for run in planned:
-        settings = stage_settings(run.trial, "digitise")
-        name = hashlib.sha256(json.dumps(settings, sort_keys=True).encode()).hexdigest()[:12]
-        samples[run.number] = name
-        if name in made:
-            continue
-        made.add(name)
+        settings = json.dumps(stage_settings(run.trial, "digitise"), sort_keys=True)
+        runs.setdefault(hashlib.sha256(settings.encode()).hexdigest()[:12], []).append(run)
+    faults: dict[str, list[int]] = {}
+    for name, alike in runs.items():
         try:
             with open_folder(folder / "samples" / name, create=True) as sample:
-                run_stages(start_job(run.trial, source, sample, "cpu", progress), ("digitise",))
+                run_stages(start_job(alike[0].trial, source, sample, "cpu", progress), ("digitise",))
         except InputError as fault:
-            faults.setdefault(str(fault), []).append(run.number)
+            faults.setdefault(str(fault), []).extend(run.number for run in alike)
     raise_faults(faults)
-    return samples
+    return {run.number: name for name, alike in runs.items() for run in alike}
 
 
-def _entries(
-    planned: Sequence[Planned], samples: dict[int, str], folder: Path, device: str
-) -> tuple[list[Entry], Size]:
-    """The ledger's rows, and the size of the largest run. Raises InputError where settings do not fit a crack."""
-    from simulate.fit import check_fit
+def _runs(
+    planned: Sequence[PlannedRun], samples: dict[int, str], folder: Path, device: str
+) -> tuple[list[StudyRun], RunSize]:
+    """Return the runs with their keys, and the largest size. Raises InputError if settings do not fit a crack."""
+    from simulate.setup_checks import check_fit
 
-    entries: list[Entry] = []
+    readings = planned[0].trial.readings
+    names = [*DIGITISED, *([] if readings is None else [f"{INPUTS}/{readings.file.name}"])]
+    homes = {name: folder / "samples" / name for name in dict.fromkeys(samples.values())}
+    benches = {name: read_bench(home, None) for name, home in homes.items()}
+    inputs = {name: {file: files.sha256(home / file) for file in names} for name, home in homes.items()}
+    runs: list[StudyRun] = []
     faults: dict[str, list[int]] = {}
-    sizes: dict[str, Size] = {}
-    cracks = {name: _Crack(folder / "samples" / name, planned[0].trial) for name in dict.fromkeys(samples.values())}
+    sizes: dict[Any, RunSize] = {}
     for run in planned:
         trial, name = run.trial, samples[run.number]
-        crack = cracks[name]
+        fluid, bench = trial.fluid, benches[name]
+        assert fluid is not None, "checked before"
         settings = stage_settings(trial, "simulate")
-        # Of the fluid only its age at freezing counts for the size.
-        alike = stage_key({}, {**settings, "fluid": trial.fluid and trial.fluid.freeze_after_s, "sample": name})
-        kin = stage_key({}, {**settings, "fluid": None, "sample": name})
+        # The constants of the solver that the fluid decides are one in a launch.
+        scheme = list(trial.solver.scheme_for(yields=fluid.yields, freezes=fluid.freezes))
+        kin = stage_key({}, {**settings, "fluid": scheme, "sample": name})
+        # Of the fluid's numbers only its age at freezing counts for the size.
+        alike = kin, fluid.freeze_after_s
         try:
-            assert trial.fluid is not None, "checked before"
-            check_fit(crack.outline, crack.solid, trial.fluid, trial.solver, trial.nozzle)
+            check_fit(bench.outline, bench.solid, fluid, trial.solver, trial.nozzle)
             if alike not in sizes:
-                sizes[alike] = size_of(trial, crack.trajectory, crack.outline.mean_width_mm)
+                sizes[alike] = size_of(trial, bench.trajectory, bench.outline.mean_width_mm)
         except InputError as fault:
             faults.setdefault(str(fault), []).append(run.number)
             continue
-        readings = stage_settings(trial, "validate")["readings"]
-        key = stage_key(crack.inputs, {**settings, "readings": readings, "device": device})
-        entries.append(
-            Entry(
-                key, run.number, run.settings, trial.model_dump_json(exclude_none=True), name, kin, sizes[alike].work_s
-            )
-        )
+        validated = stage_settings(trial, "validate")["readings"]
+        key = stage_key(inputs[name], {**settings, "readings": validated, "device": device})
+        content = trial.model_dump(mode="json", exclude_none=True)
+        runs.append(StudyRun(run.number, key, run.settings, content, name, kin, sizes[alike].work_s))
     raise_faults(faults)
-    return entries, max(sizes.values(), key=lambda size: (size.particles, size.bytes))
+    return runs, max(sizes.values(), key=lambda size: (size.particles, size.bytes))
 
 
-class _Crack:
-    """A digitised sample, and the hashes of what runs are made from."""
-
-    def __init__(self, folder: Path, trial: Trial) -> None:
-        self.outline, self.solid = stage_files.read_outline(folder), stage_files.read_solid(folder)
-        self.trajectory = stage_files.read_trajectory(folder)
-        names: list[str] = [*DIGITISED]
-        if trial.readings is not None:
-            names.append(f"{INPUTS}/{trial.readings.file.name}")
-        self.inputs = {name: files.sha256(folder / name) for name in names}
+def _to_redo(folder: Path, run: StudyRun, options: SweepOptions) -> StudyRun:
+    """Return a run as waiting if its files are not as they were written; also a failed one on request."""
+    kept = not options.keep_runs or (run_path(folder, run.key) / "particles.csv").is_file()
+    lost = run.state == "done" and not (kept and is_intact(folder, run))
+    return forget_outcome(folder, run) if lost or (run.state == "failed" and options.retry) else run
 
 
-def _to_redo(runs: Sequence[StudyRun], folder: Path, wish: Wish) -> list[str]:
-    """Done runs whose files are not as they were written; failed ones on request."""
-    return [
-        run.key
-        for run in runs
-        if (run.state == "failed" and wish.retry) or (run.state == "done" and not _is_kept(run, folder, wish.keep_runs))
-    ]
-
-
-def _is_kept(run: StudyRun, folder: Path, keep_runs: bool) -> bool:
-    profile = profile_path(folder, run.key)
-    if not profile.is_file() or run.figures is None or files.sha256(profile) != run.figures["profile_sha256"]:
-        return False
-    return not keep_runs or (run_path(folder, run.key) / "particles.csv").is_file()
-
-
-def _run(folder: Path, ledger: Ledger, wish: Wish, progress: Progress) -> None:
-    began_s, total_s = ledger.progress_s(), sum(run.work_s for run in ledger.runs())
-    # Hundredths, since a bar counts in whole steps.
-    progress.start("Sweeping", round(100 * (total_s - began_s)))
-
-    def look(ledger: Ledger) -> None:
-        counts = {state: ledger.count(state) for state in STATES}
-        said = ", ".join(f"{number} {state}" for state, number in counts.items() if number)
-        progress.advance(round(100 * (ledger.progress_s() - began_s)), said)
-
-    task = Task(folder, wish.device, wish.batch, wish.keep_runs)
-    if wish.dask is None:
-        run_here(task, wish.jobs, look)
-    else:
-        from sealtwin.study.cluster import run_there
-
-        run_there(task, wish.dask, look)
-
-
-def _report(folder: Path, ledger: Ledger) -> Report:
-    runs = ledger.runs()
+def report(folder: Path, plan: Plan, holder: str | None = None, *, table: bool = True) -> dict[str, Any]:
+    """Return the --json object of a study, and write its runs as a ``table`` for spreadsheets too."""
+    runs = plan.runs
     failed = [run for run in runs if run.state == "failed"]
-    exit_code = BUG if any(run.trace for run in failed) else SOME_FAILED if failed else 0
-    content = {
+    rows = [_row(run) for run in runs]
+    if table and rows:
+        write_sheet(folder / TABLE, list(rows[0]), (list(row.values()) for row in rows))
+    return {
         "version": 1,
-        "name": ledger.fact("study"),
+        "name": plan.study,
         "folder": shown(folder),
         "states": {state: sum(run.state == state for run in runs) for state in STATES},
-        "left_s": _left_s(runs, ledger.progress_s()),
+        "runs_of_study": plan.total,
+        "computed_by": holder,
+        "left_s": _left_s(plan) if holder else None,
         "best": _best(runs),
-        "exit_code": exit_code,
-        "runs": [_row(run) for run in runs],
+        "exit_code": BUG if any(run.trace for run in failed) else SOME_FAILED if failed else 0,
+        "runs": rows,
     }
-    return Report(content, _lines(content, runs, failed), exit_code)
 
 
-def _left_s(runs: Sequence[StudyRun], behind_s: float) -> float | None:
-    """With as many processes as run now; None where none does, or none has finished a run yet."""
-    running = sum(run.state == "running" for run in runs)
-    pace = measured_pace(runs)
-    if not running or pace is None:
+def _left_s(plan: Plan) -> float | None:
+    """Expected time until all runs are finished, at the pace since the sweep was started; None before its first run."""
+    since = [run for run in plan.runs if (run.finished_unix_s or 0.0) > plan.started_unix_s]
+    if not since:
         return None
-    return round(pace * (sum(run.work_s for run in runs) - behind_s) / running, 1)
+    elapsed_s = max(run.finished_unix_s or 0.0 for run in since) - plan.started_unix_s
+    left = sum(run.work_s for run in plan.runs if run.state == "waiting")
+    return round(elapsed_s * left / sum(run.work_s for run in since), 1)
+
+
+def _holder(folder: Path) -> str | None:
+    """Return the process that computes the sweep, or None. Processes of another machine are taken as alive."""
+    import psutil
+
+    try:
+        holder = json.loads((folder / HOLDER).read_text(encoding="utf-8"))
+        if holder["host"] == platform.node() and not psutil.pid_exists(holder["process"]):
+            return None
+        return f"process {holder['process']} on {holder['host']}"
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
 
 
 def _best(runs: Sequence[StudyRun]) -> dict[str, Any] | None:
     """The run whose surface is nearest to the readings; None where there are none."""
-    compared = [(run.figures["mean_error_mm"], run) for run in runs if run.figures and "mean_error_mm" in run.figures]
+    found = ((run, (run.figures or {}).get("mean_error_mm")) for run in runs)
+    compared = [(error_mm, run) for run, error_mm in found if error_mm is not None]
     if not compared:
         return None
     error_mm, run = min(compared, key=lambda pair: pair[0])
@@ -285,59 +249,6 @@ def _row(run: StudyRun) -> dict[str, Any]:
         "state": run.state,
         **{name: figures.get(name) for name in FIGURES},
         "wall_s": None if run.wall_s is None else round(run.wall_s, 2),
-        "frame": run.frame if run.state == "running" else None,
-        "frames": run.frames if run.state == "running" else None,
         "reason": run.reason,
         "folder": f"runs/{run.key[:16]}" if run.state == "done" else None,
     }
-
-
-def _lines(content: dict[str, Any], runs: Sequence[StudyRun], failed: Sequence[StudyRun]) -> list[str]:
-    counts = ", ".join(f"{number} {state}" for state, number in content["states"].items() if number)
-    lines = [f"{content['name']}: {len(runs)} runs, {counts}."]
-    if content["left_s"] is not None:
-        lines.append(f"About {in_words(content['left_s'])} left.")
-    for run in runs:
-        if run.state == "running" and run.heartbeat_unix_s is not None:
-            heard_s = max(0.0, time.time() - run.heartbeat_unix_s)
-            far = f"frame {run.frame} of {run.frames}" if run.frames else "preparing"
-            gone = "; it is gone: the same command goes on" if _is_gone(run) else ""
-            who = f"process {run.pid} on {run.host}, heard {heard_s:.0f} s ago{gone}"
-            lines.append(f"running: {_named(run)}: {far}, {who}.")
-    if content["best"] is not None:
-        best = content["best"]
-        lines.append(
-            f"Nearest to the readings: run {best['number']} ({_said(best['settings'])}), "
-            f"{best['mean_error_mm']:.2f} mm on average."
-        )
-    lines += [f"failed: {_named(run)}: {run.reason}" for run in failed[:TOLD]]
-    if len(failed) > TOLD:
-        lines.append(f"failed: and {len(failed) - TOLD} more.")
-    return [*lines, f"Folder: {content['folder']}"]
-
-
-def _is_gone(run: StudyRun) -> bool:
-    """Whether it was killed together with the parent that would have noticed; of other machines nobody knows."""
-    if run.pid is None or run.host != platform.node():
-        return False
-    try:
-        os.kill(run.pid, 0)
-    except ProcessLookupError:
-        return True
-    except PermissionError:
-        pass  # Somebody else's, and alive.
-    return False
-
-
-def _named(run: StudyRun) -> str:
-    return f"run {run.number} ({_said(run.settings)})"
-
-
-def _said(settings: dict[str, Any]) -> str:
-    return ", ".join(f"{name} = {value}" for name, value in settings.items())
-
-
-def _write_table(path: Path, runs: Sequence[StudyRun]) -> None:
-    """For spreadsheets."""
-    rows = [{name: value for name, value in _row(run).items() if name not in ("frame", "frames")} for run in runs]
-    write_sheet(path, list(rows[0]), (list(row.values()) for row in rows))

@@ -6,7 +6,7 @@ import pytest
 from benchmarks.physics import CASES
 from benchmarks.physics_findings import Finding, within
 from benchmarks.physics_flow import REFINED, _off_table, convergence_index
-from benchmarks.physics_tanks import block_mm, no_slip_mm
+from benchmarks.physics_tanks import block_mm
 from benchmarks.physics_yield import stability_number, steepest
 from simulate.settings import particle_volume
 
@@ -43,13 +43,6 @@ def test_a_block_holds_the_volume_of_its_box():
     layer_mm3 = volume_mm3 * 0.7 / 20
     assert abs(volume_mm3 - 9 * 4 * 20) < layer_mm3 / 2
     assert fluid.min(axis=0) == pytest.approx([0.344, -1.656, 0.344], abs=0.04)
-
-
-def test_drag_that_stands_for_no_slip_grows_with_viscosity_and_step_alone():
-    """D is a length: at twice the radius, four times the viscosity and the same step it is twice as long."""
-    once = no_slip_mm(30.0, 0.4, 2e-3)
-    assert no_slip_mm(60.0, 0.4, 2e-3) == pytest.approx(2 * once)
-    assert no_slip_mm(120.0, 0.8, 2e-3) == pytest.approx(2 * once)
 
 
 def test_what_a_slot_holds_is_the_stability_number_while_that_is_small():

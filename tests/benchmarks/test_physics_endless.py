@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from benchmarks.physics_endless import Endless, stirred_mm
-from sealtwin.records import Floats
+from sealtwin.core.records import Floats
 
 SIDE_MM, RADIUS_MM, STEP_S = np.array([6.0, 6.0, 6.0]), 0.4, 1.8e-3
 

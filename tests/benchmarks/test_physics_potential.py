@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from benchmarks.physics_potential import GRAVITY, HEIGHT, collapse, flux, passed_by
-from sealtwin.records import Floats
+from sealtwin.core.records import Floats
 
 
 def arc(nodes: int) -> Floats:

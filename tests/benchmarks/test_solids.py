@@ -16,11 +16,11 @@ from benchmarks.solids import (
     shape_of,
     wall_errors,
 )
-from digitise.body.footprint import lay_out
-from digitise.body.readings import Slicer
-from digitise.body.tilting import wall_shifts_mm
 from digitise.settings import CrackShape
-from digitise.solid import build_solid
+from digitise.solid.build_solid import build_solid
+from digitise.solid.footprint import lay_out
+from digitise.solid.tilt_variants import Slicer
+from digitise.solid.wedges import wall_shifts_mm
 from tests.shapes import CLOSED, CUT, straight_slot
 
 

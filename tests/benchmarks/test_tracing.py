@@ -10,12 +10,12 @@ from benchmarks.tracing import Traced, _rows
 from benchmarks.tracing_cases import HARD, clean_case, hard_case
 from benchmarks.tracing_figures import Figures, measured
 from benchmarks.tracing_refusals import REFUSALS, Refusal, refused
+from digitise.crack_path.find_path import find_path
 from digitise.outline import trace_outline
-from digitise.path import find_path
 from digitise.photo import Photo
-from digitise.specimens.recipe import Recipe
-from digitise.specimens.specimen import Specimen, make_specimen
-from sealtwin.records import Floats, Outline
+from fixtures.generate.recipe import Recipe
+from fixtures.generate.specimen import Specimen, make_specimen
+from sealtwin.core.records import Floats, Outline
 from tests.pictures import photo_of
 
 CLOSED = Recipe(face_mm=(70, 40), length_mm=45, ends="closed", mm_per_px=0.15)

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from digitise.geometry.polyline import rectangle
-from digitise.specimens.specimen import PAPER, make_specimen
+from fixtures.generate.specimen import PAPER, make_specimen
 
 PROBES = Path(__file__).parent / "probes.js"
 FLAGS = (

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.evidence import make_evidence
-from validate.report import write_report
+from validate.report.write_report import write_report
 from validate.settings import Gate
 
 pytestmark = pytest.mark.browser

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sealtwin.trials.trial import load_trial
+from sealtwin.trial.trial_file import load_trial
 from tests.places import FIXTURE
 
 pytestmark = pytest.mark.browser
@@ -117,5 +117,5 @@ def test_a_page_whose_command_has_gone_says_so(open_page, shot):
     bench.click(shot.along(0.05))
     bench.click(shot.along(0.95))
     bench.page.wait_for_selector("#farewell[open]")
-    assert "no longer runs" in bench.text("#farewell-text")
+    assert "has stopped" in bench.text("#farewell-text")
     bench.complaints.clear()  # Chromium logs the refused connections

@@ -121,7 +121,7 @@ def test_an_automatic_line_is_a_proposal_until_it_is_confirmed(open_page, shot):
     assert "proposal" in bench.text("#how")
     assert bench.points() == []
     bench.page.keyboard.press("Control+s")
-    assert "stays a proposal" in bench.text("#save-refused")
+    assert "found automatically" in bench.text("#save-refused")
     bench.page.click("#accept")
     bench.await_state("walls")
     assert not bench.page.is_visible("#proposal")

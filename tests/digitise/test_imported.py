@@ -9,15 +9,15 @@ import pytest
 import trimesh
 from scipy.spatial import KDTree
 
+from digitise.geometry.mesh_topology import check_mesh
 from digitise.geometry.polyline import resampled
-from digitise.imported import ImportedSample, import_sample
-from digitise.mesh import check_mesh
-from digitise.modelled.nearest import nearest_on_ring
+from digitise.mesh_import.given_path import nearest_on_ring
+from digitise.mesh_import.import_mesh import ImportedSample, import_sample
 from digitise.settings import CrackShape, MeshInput
-from digitise.solid import build_solid
+from digitise.solid.build_solid import build_solid
 from digitise.walls.overlay import draw_overlay
-from sealtwin.errors import InputError
-from sealtwin.records import FaceLabel, Floats, Outline, Solid
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import FaceLabel, Floats, Outline, Solid
 from tests.meshes import Mesh, block, box, mesh_of, sheet, slotted, soup, turned
 from tests.shapes import CLOSED, OPEN, closed_crack, straight_slot, wandering_crack
 
@@ -131,7 +131,7 @@ def test_each_repair_is_told(tmp_path):
     assert back.solid.cavity_volume_mm3 == pytest.approx(2400.0, rel=1e-5)
     joined, turned_over = back.solid.report["warnings"]
     assert "vertices joined" in joined
-    assert "faces turned to look outward" in turned_over
+    assert "faces turned to point outward" in turned_over
     assert [repair["count"] for repair in back.solid.report["mesh"]["repairs"]] == [int(joined.split()[0]), len(faces)]
 
 
@@ -183,7 +183,7 @@ def test_a_given_path_is_the_centreline(tmp_path):
     assert centre[-1, 0] == pytest.approx(20, abs=0.3)
     assert back.outline.width_mm[20:-40] == pytest.approx(4.0, abs=0.02)
     # Towards its blunt end the middle turns into a corner.
-    assert re.match(r"the centreline is the given path; it lies 0\.4\d mm \(RMS\), at most", back.notes[0])
+    assert re.match(r"the centreline is the given path; it is 0\.4\d mm \(RMS\), at most", back.notes[0])
 
 
 @pytest.mark.parametrize(("from_mm", "share"), [(15, None), (50, "50")])
@@ -234,7 +234,7 @@ def test_what_cannot_be_a_sample_is_refused_in_a_sentence(tmp_path, mesh, settin
 
 def test_a_glb_that_is_not_in_metres_is_taken_at_its_word_and_told(tmp_path):
     back = brought(tmp_path, mesh_of(slotted()), "scan.glb", units="mm")
-    assert "glTF counts in metres; its numbers are taken for mm" in back.notes[0]
+    assert "glTF counts in metres; its numbers are taken as mm" in back.notes[0]
 
 
 def test_a_straight_slot_has_its_own_length(tmp_path):

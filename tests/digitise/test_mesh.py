@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from digitise.mesh import check_mesh, euler_number, mesh_volume_mm3
-from sealtwin.records import Floats, Integers
+from digitise.geometry.mesh_topology import check_mesh, mesh_volume_mm3
+from sealtwin.core.records import Floats, Integers
 
 Mesh = tuple[Floats, Integers]
 
@@ -49,7 +49,7 @@ def test_one_turned_face_is_told(box):
     turned = faces.copy()
     turned[4] = turned[4][::-1]
     (fault,) = check_mesh(vertices, turned)
-    assert "3 edges whose two faces look to opposite sides" in fault
+    assert "3 edges whose two faces point to opposite sides" in fault
 
 
 def test_a_third_face_on_an_edge_is_told(box):
@@ -68,7 +68,6 @@ def test_a_sheet_on_itself_encloses_nothing(box):
 def test_a_ring_has_another_euler_number_than_a_ball():
     ring = trimesh.creation.torus(10.0, 3.0, major_sections=24, minor_sections=12)
     vertices, faces = np.array(ring.vertices), np.array(ring.faces, dtype=np.int64)
-    assert euler_number(faces) == 0
     assert check_mesh(vertices, faces, expected_euler=0) == []
     (fault,) = check_mesh(vertices, faces, expected_euler=2)
     assert "Euler number 0, not 2" in fault

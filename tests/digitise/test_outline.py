@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 
 from benchmarks.tracing_cases import hard_case
+from digitise.crack_path.find_path import find_path
 from digitise.geometry.polyline import crossings, signed_area
 from digitise.outline import trace_outline
-from digitise.path import find_path
 from digitise.photo import Photo, load_photo
 from digitise.settings import PhotoInput
-from digitise.specimens.lighting import Look
-from digitise.specimens.specimen import Recipe, Specimen, make_specimen, mean_width_mm
-from sealtwin.errors import InputError
-from sealtwin.records import Floats, Outline
+from fixtures.generate.lighting import Look
+from fixtures.generate.specimen import Recipe, Specimen, make_specimen, mean_width_mm
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Floats, Outline
 from tests.pictures import SMALL_FACE, distance_to, evenly_scaled, mortar, photo_of, rms, with_crack, write_png
 from tests.places import FIXTURE
 

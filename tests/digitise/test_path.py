@@ -2,14 +2,14 @@ import cv2
 import numpy as np
 import pytest
 
-from digitise.finding.beside import unlike_length_px
+from digitise.crack_path.find_path import find_path
+from digitise.crack_path.path_width import unlike_length_px
 from digitise.outline import trace_outline
-from digitise.path import find_path
 from digitise.photo import load_photo
-from digitise.scaling.face import see_face
+from digitise.scale.face_scale import see_face
 from digitise.settings import PhotoInput
-from digitise.specimens.specimen import Recipe, Specimen, make_specimen
-from sealtwin.errors import InputError
+from fixtures.generate.specimen import Recipe, Specimen, make_specimen
+from sealtwin.core.errors import InputError
 from tests.pictures import SMALL_FACE, distance_to, evenly_scaled, mortar, photo_of, with_crack, write_png
 from tests.places import FIXTURE
 
@@ -108,14 +108,14 @@ def test_a_search_without_ends_blames_no_ends(radius_px, tmp_path):
     turn = np.linspace(0, 2 * np.pi * (1 - 4 / 360), 100)
     rim = np.column_stack([250 + radius_px * np.cos(turn), 150 + radius_px * np.sin(turn)]).astype(int)
     picture = with_crack(mortar(), [(x, y) for x, y in rim.tolist()], width_px=6)
-    with pytest.raises(InputError, match=r"no crack found: the most crack-like line comes back .* give ends_px"):
+    with pytest.raises(InputError, match=r"no crack found: the most crack-like line, .* comes back .* give ends_px"):
         find_path(evenly_scaled(write_png(tmp_path / "photo.png", picture)), None)
 
 
 def test_a_wide_gap_between_two_cracks_is_no_crack(tmp_path):
     picture = with_crack(with_crack(mortar(), [(20, 150), (170, 150)]), [(330, 150), (480, 150)])
     photo = evenly_scaled(write_png(tmp_path / "photo.png", picture))
-    with pytest.raises(InputError, match=r"no crack on \d\d% of the way"):
+    with pytest.raises(InputError, match=r"photo.png: no crack on \d\d%"):
         find_path(photo, ((30.0, 150.0), (470.0, 150.0)))
 
 

@@ -5,10 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from digitise.path_report import path_report, radii_mm, turns_deg
 from digitise.settings import NozzlePath
-from digitise.trajectory import plan_trajectory
-from sealtwin.records import Outline, Sections
+from digitise.trajectory import path_report, plan_trajectory, radii_mm, turns_deg
+from sealtwin.core.records import Outline, Sections
 from tests.shapes import arc_slot, dog_leg, straight_slot, wandering_crack
 
 

@@ -6,8 +6,8 @@ from PIL import Image
 
 from digitise.photo import load_photo
 from digitise.settings import PhotoInput
-from digitise.specimens.specimen import Recipe, make_specimen
-from sealtwin.errors import InputError
+from fixtures.generate.specimen import Recipe, make_specimen
+from sealtwin.core.errors import InputError
 from tests.pictures import SMALL_FACE, evenly_scaled, mortar, photo_of, write_png
 
 
@@ -22,7 +22,7 @@ def test_a_photo_is_looked_for_beside_the_trial(tmp_path):
 @pytest.mark.parametrize("level", [0.0, 0.001])
 def test_a_black_photo_is_refused_as_black(tmp_path, level):
     path = write_png(tmp_path / "photo.png", np.full((200, 300), level))
-    with pytest.raises(InputError, match="all black"):
+    with pytest.raises(InputError, match=r"photo\.png: the photo is black"):
         evenly_scaled(path)
 
 
@@ -83,7 +83,7 @@ def test_a_painted_mask_says_where_the_crack_is(tmp_path, changes):
     ("changes", "refused"),
     [
         ({"size_px": (400, 300)}, r"mask is 400 x 300 px, the photo 500 x 300"),
-        ({"empty": True}, "nothing is painted"),
+        ({"empty": True}, "mask paints 0%"),
         ({"upside_down": True}, "paints 99% of the photo"),
     ],
 )

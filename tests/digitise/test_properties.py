@@ -8,16 +8,15 @@ import cv2
 import numpy as np
 import pytest
 
+from digitise.crack_path.find_path import find_path
 from digitise.geometry.polyline import left_normals, resampled, smoothed
+from digitise.image.raster import blurred, coverage
 from digitise.outline import trace_outline
-from digitise.path import find_path
 from digitise.photo import load_photo
-from digitise.pictures.raster import blurred
 from digitise.settings import NozzlePath, PhotoInput, Pixel
-from digitise.specimens.rendering import coverage
-from digitise.specimens.specimen import Recipe, Specimen, make_specimen
 from digitise.trajectory import plan_trajectory
-from sealtwin.records import Floats, Outline, Trajectory, arc_length
+from fixtures.generate.specimen import Recipe, Specimen, make_specimen
+from sealtwin.core.records import Floats, Outline, Trajectory, arc_length
 from tests.pictures import SMALL_FACE, distance_to, mortar, rms, write_png
 
 SIZE_PX = (600, 420)

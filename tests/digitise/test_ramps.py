@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from digitise.ramps import times_along
+from digitise.trajectory import times_along
 
 
 @given(

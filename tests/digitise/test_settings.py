@@ -77,5 +77,5 @@ def _json(content: dict[str, Any]) -> str:
 def test_a_share_of_the_cavity_beside_a_volume_is_refused():
     """One of the two would be ignored."""
     assert NozzlePath(fill=0.8).fill == 0.8
-    with pytest.raises(ValidationError, match=r"fill is 0\.8 beside volume_ml = 4\.8: a share is of"):
+    with pytest.raises(ValidationError, match=r"fill is 0\.8 beside volume_ml = 4\.8"):
         NozzlePath(volume_ml=4.8, fill=0.8)

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from sealtwin.cli import app
+from sealtwin.cli.app import app
 from tests.pictures import mortar, with_crack, write_png
 from tests.places import FIXTURE
 
@@ -93,7 +93,7 @@ def test_memory_stays_bounded_when_a_photo_is_a_bomb(tmp_path):
     (tmp_path / "bomb.png").write_bytes(_png_bomb())
     # Not ru_maxrss: a child starts with its parent's, and pytest may have grown by then.
     script = (
-        "import sys; from pathlib import Path; from sealtwin.cli import main\n"
+        "import sys; from pathlib import Path; from sealtwin.cli.app import main\n"
         "try: main()\n"
         "finally: print(Path('/proc/self/status').read_text().split('VmHWM:')[1].split()[0], file=sys.stderr)"
     )
@@ -212,7 +212,7 @@ def test_a_program_reads_what_was_wrong_with_its_command_line(arguments, named):
     assert not _sealtwin(*arguments).stdout
 
 
-@pytest.mark.parametrize("module", ["sealtwin", "sealtwin.cli"])
+@pytest.mark.parametrize("module", ["sealtwin", "sealtwin.cli.app"])
 def test_the_module_is_the_command(module):
     """Run as a module, a file that only defines would do nothing, and say so by code 0."""
     command = [sys.executable, "-m", module, "--version"]
@@ -290,3 +290,15 @@ def test_init_and_doctor_answer(tmp_path):
     findings = json.loads(_sealtwin("doctor", "--json").stdout)
     assert findings["healthy"] is True
     assert "warp-lang" in findings["versions"]
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="only Linux has a file that is always full")
+def test_a_full_disk_behind_stdout_is_one_sentence(tmp_path):
+    with Path("/dev/full").open("w") as full:
+        command = [sys.executable, "-m", "sealtwin", "init", "lab"]
+        answer = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, cwd=tmp_path, text=True, check=False)
+    assert (answer.returncode, "standard output" in answer.stderr, "Traceback" in answer.stderr) == (3, True, False)
+
+
+def test_a_folder_is_no_photo_to_trace(tmp_path):
+    assert str(tmp_path) in _refusal("trace", tmp_path, "--no-browser")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from sealtwin.errors import as_text, naming
+from sealtwin.core.errors import as_text, naming
 
 
 def _full_disk():

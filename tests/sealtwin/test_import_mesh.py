@@ -9,8 +9,8 @@ import trimesh
 from typer.testing import CliRunner
 
 from digitise.settings import CrackShape
-from digitise.solid import build_solid
-from sealtwin.cli import app
+from digitise.solid.build_solid import build_solid
+from sealtwin.cli.app import app
 from tests.coarse import make_coarse
 from tests.meshes import mesh_of, slotted
 from tests.shapes import wandering_crack

@@ -2,7 +2,7 @@
 
 import pytest
 
-from sealtwin.regime import regime_of
+from sealtwin.core.regime import regime_of
 
 PAPER = {"density_kg_m3": 1690.0, "speed_mm_s": 70.8, "nozzle_mm": 2.4, "width_mm": 3.1}
 

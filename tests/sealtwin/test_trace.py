@@ -11,8 +11,8 @@ from urllib.parse import urlsplit
 import pytest
 from typer.testing import CliRunner
 
-from sealtwin.cli import app
-from sealtwin.trials.trial import load_trial
+from sealtwin.cli.app import app
+from sealtwin.trial.trial_file import load_trial
 from tests.places import FIXTURE
 
 ENDS = [[719.3, 658.4], [1402.7, 258.9]]
@@ -146,7 +146,7 @@ def test_what_cannot_be_traced_is_refused_before_a_page_opens(trial, browser, tm
     mesh.write_text('name = "m"\n[mesh]\nfile = "m.stl"\ndata = "measured"\nunits = "mm"\n')
     assert "no photo to trace" in _refusal("trace", mesh)
     (trial.parent / "photo.jpg").write_bytes(b"no photo")
-    assert "no photo that can be read" in _refusal("trace", trial)
+    assert "not a readable photo" in _refusal("trace", trial)
 
 
 def test_a_port_that_is_taken_is_named(trial):

@@ -3,11 +3,11 @@ import pytest
 import warp as wp
 from scipy.spatial import KDTree
 
-from simulate import kernels, kernels_rest
-from simulate.cells import CellGrid
-from simulate.distance import CM
-from simulate.faults import Fault
-from tests.fluids import engine_with, lattice, slot
+from simulate.fluid.fault_checks import RunFault
+from simulate.kernels import pressure, status
+from simulate.setup.cell_grid import CellGrid
+from simulate.setup.signed_distance import CM
+from tests.fluids import check, engine_with, lattice, slot
 
 REACH_CM = 1.04 * 0.16
 
@@ -16,9 +16,7 @@ def test_the_neighbour_list_is_that_of_a_search_over_all_pairs():
     """Points beyond the grid on every side are found as well."""
     crack = slot()
     points = np.random.default_rng(0).uniform([-3, -3, -16], [9, 3, 2], (1500, 3))
-    engine = engine_with(points, crack)
-    grid = CellGrid(np.array([0.0, -0.1, -1.0]), np.array([0.5, 0.1, 0.0]), REACH_CM, 1500, "cpu")
-    engine.fluid_cells = grid
+    engine = engine_with(points, crack, reach_mm=(np.array([0.0, -1.0, -10.0]), np.array([5.0, 1.0, 0.0])))
     engine.find_neighbours()
     lists = engine.lists
     here = engine.state.position_mm() * CM
@@ -31,7 +29,7 @@ def test_the_neighbour_list_is_that_of_a_search_over_all_pairs():
 def test_walls_are_found_like_any_point():
     engine = engine_with(lattice(np.array([1, -1, -15]), np.array([5, 1, -8]), 0.7), slot())
     engine.find_neighbours()
-    lists, wall = engine.lists, engine.walls.place.numpy()[:, :3].astype(float)
+    lists, wall = engine.lists, engine.walls.position_and_share.numpy()[:, :3].astype(float)
     expected = KDTree(wall).query_ball_point(engine.state.position_mm() * CM, REACH_CM)
     found, count = lists.wall.numpy(), lists.wall_count.numpy()
     assert max(count) > 8
@@ -43,17 +41,17 @@ def test_a_list_that_is_too_short_is_reported_with_its_first_particle():
     crowd = np.vstack([[[3.0, 0.0, -1.0]], np.random.default_rng(0).normal([3, 0, -8], 0.1, (200, 3))])
     engine = engine_with(crowd, slot())
     engine.find_neighbours()
-    assert engine.watch.inspect(engine.rows) == {0: Fault(int(kernels.NEIGHBOURS_FULL), 1)}
+    assert check(engine) == {0: RunFault(int(pressure.NEIGHBOURS_FULL), 1)}
 
 
 def test_what_left_is_nobodys_neighbour():
     engine = engine_with(lattice(np.array([1, -1, -12]), np.array([5, 1, -8]), 0.7), slot())
-    fate = np.zeros(engine.state.count, dtype=np.int32)
-    fate[::3] = kernels_rest.SPILLED
-    engine.state.fate.assign(fate)
+    status_of = np.zeros(engine.state.count, dtype=np.int32)
+    status_of[::3] = status.SPILLED
+    engine.state.status.assign(status_of)
     engine.find_movers()
     engine.find_neighbours()
-    assert engine.rows == (fate == 0).sum()
+    assert engine.rows == (status_of == 0).sum()
     count = engine.lists.fluid_count.numpy()[: engine.rows]
     listed = np.concatenate([row[:n] for row, n in zip(engine.lists.fluid.numpy(), count, strict=False)])
     assert len(listed) > 100

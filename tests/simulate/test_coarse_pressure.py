@@ -6,12 +6,12 @@ from pydantic import ValidationError
 from scipy.optimize import lsq_linear
 
 from benchmarks.pressure import CALM_CM_S, CRACKS, DENSE_PERCENT, settle
-from sealtwin.errors import InputError
-from sealtwin.records import Floats
-from simulate.coarse_pressure import CoarsePressure
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Floats
+from simulate.fluid.coarse_pressure import CoarsePressure
+from simulate.fluid.solver import substeps_for
 from simulate.injection import Injection, prepare
 from simulate.settings import Fluid, Nozzle, Solver
-from simulate.solver import substeps_for
 from tests.fluids import FRAME_S, engine_with, lattice, path, slot
 
 PASTES = (
@@ -66,7 +66,7 @@ def test_a_recorded_frame_is_the_same_frame(together):
 
 def test_two_threads_give_the_same_bits_as_one(together, monkeypatch):
     """What particles add to a node is added by one of them, or in whole numbers."""
-    monkeypatch.setattr("simulate.launch.LEAST_SLICE", 10)
+    monkeypatch.setattr("simulate.fluid.launcher.LEAST_SLICE", 10)
     assert finish(ready(PASTES, threads=2)) == together
 
 
@@ -84,31 +84,31 @@ def test_the_nodes_multipliers_make_the_densities_right_and_only_push(monkeypatc
 
     300 sweeps for 8, so that what is left is float32's.
     """
-    monkeypatch.setattr("simulate.coarse_pressure.SWEEPS", 300)
+    monkeypatch.setattr("simulate.fluid.coarse_pressure.SWEEPS", 300)
     cloud = lattice(np.array([0.3, -1.4, -12.0]), np.array([5.7, 1.5, -7.0]), 0.7)
     engine = engine_with(cloud, slot(), pressure="two-level")
     coarse = engine.pressure.coarse
     assert coarse
     engine.find_neighbours()
     coarse.begin(engine.rows)
-    engine.pressure.measure_terms(engine.rows, coarse)
+    engine.pressure.measure_terms(engine.rows)
     excess = np.random.default_rng(3).normal(0.02, 0.2, len(cloud))
     engine.state.density.assign((1 + excess).astype(np.float32))
     coarse.change(0, engine.rows)
     hat, response = hats(coarse, cloud / 10)
     used = hat.sum(axis=0) >= 3.0
     matrix = np.einsum("iax,ibx->ab", response, response)[np.ix_(used, used)]
-    pushed = (coarse.slope.numpy()[:, 3] * excess) @ hat[:, used]
+    pushed = (coarse.rows.slope.numpy()[:, 3] * excess) @ hat[:, used]
     # min |R L + R^-T pushed|, whose normal equations are matrix L = -pushed.
     root = np.linalg.cholesky(matrix).T
     wanted = lsq_linear(root, -np.linalg.solve(root.T, pushed), bounds=(-np.inf, 0), tol=1e-14).x
     assert 5 < (wanted < -1e-3 * np.abs(wanted).max()).sum() < len(wanted)
-    assert coarse._change.numpy()[used] == pytest.approx(wanted, abs=1e-3 * np.abs(wanted).max())
+    assert coarse.nodes.change.numpy()[used] == pytest.approx(wanted, abs=1e-3 * np.abs(wanted).max())
 
 
 def hats(coarse: CoarsePressure, place: Floats) -> tuple[Floats, Floats]:
     """In a crack along x: phi of each particle and node, and how the node moves the particle, (n, nodes, 3)."""
-    nodes = coarse._nodes
+    nodes = coarse.nodes
     grid = [nodes.low[k] + nodes.spacing * np.arange(nodes.count[k]) for k in (0, 1)]
     away = [(place[:, axis, None] - line) / nodes.spacing for axis, line in zip((0, 2), grid, strict=True)]
     along, up = (np.maximum(0, 1 - np.abs(off)) for off in away)
@@ -119,7 +119,7 @@ def hats(coarse: CoarsePressure, place: Floats) -> tuple[Floats, Floats]:
 
     hat = products(along, up)
     slope = np.stack([products(along_slope, up), np.zeros_like(hat), products(along, up_slope)], axis=-1)
-    return hat, slope + 2 * hat[..., None] * coarse.slope.numpy()[:, None, :3]
+    return hat, slope + 2 * hat[..., None] * coarse.rows.slope.numpy()[:, None, :3]
 
 
 def test_what_two_levels_cannot_do_is_refused_in_words():
@@ -137,6 +137,6 @@ def test_what_two_levels_cannot_do_is_refused_in_words():
 
 
 def test_two_levels_bring_their_own_constants_and_the_users_replace_them():
-    scheme = Solver(pressure="two-level").scheme
+    scheme = Solver(pressure="two-level").scheme_for(yields=False, freezes=True)
     assert (scheme.iterations, scheme.volume_factor, scheme.wall) == (5, 1.05, "calibrated")
-    assert Solver(pressure="two-level", iterations=8).scheme.iterations == 8
+    assert Solver(pressure="two-level", iterations=8).scheme_for(yields=False, freezes=True).iterations == 8

@@ -4,9 +4,9 @@ import manifold3d
 import numpy as np
 import pytest
 
-from sealtwin.errors import InputError
-from sealtwin.records import FaceLabel, Solid
-from simulate.distance import CLEARANCE, CM, build_barrier
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import FaceLabel, Solid
+from simulate.setup.signed_distance import CLEARANCE, CM, build_barrier
 from tests.fluids import engine_with, hewn, slot
 from tests.shapes import straight_slot
 
@@ -110,7 +110,7 @@ def test_a_step_that_is_no_number_is_not_taken_for_rest():
     engine = engine_with(np.array([[3.0, 0.0, -8.0], [3.0, 0.0, -2.0]]), slot())
     engine.state.velocity.assign(np.asarray([[np.nan, 0, 0], [0, 0, 0]], dtype=np.float32))
     engine.predict()
-    moved = np.isfinite(engine.state.place.numpy()[:, :3]).all(axis=1)
+    moved = np.isfinite(engine.state.position.numpy()[:, :3]).all(axis=1)
     assert moved.tolist() == [False, True]
 
 

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sealtwin.records import ParticleState
-from simulate import kernels_rest
-from simulate.frames import Moments, take_frame
-from simulate.health import COLUMNS, HealthLog
+from sealtwin.core.records import ParticleState
 from simulate.injection import Injection, prepare
+from simulate.kernels import status
+from simulate.output.frames import Moments, take_frame
+from simulate.output.health_log import COLUMNS, HealthLog
 from simulate.settings import Fluid, Nozzle, Solver
 from tests.fluids import path, slot
 
@@ -39,7 +39,7 @@ def followed(run: Injection, *watchers, frames: int | None = None) -> None:
 
 def test_states_have_the_numbers_of_the_kernels():
     assert {state.name: state.value for state in ParticleState} == {
-        state.name: int(getattr(kernels_rest, state.name)) for state in ParticleState
+        state.name: int(getattr(status, state.name)) for state in ParticleState
     }
 
 
@@ -96,7 +96,7 @@ def test_health_has_a_row_for_every_tenth_frame_and_a_resumed_run_goes_on_with_i
     assert int(last["moving"]) == at_end.engine.rows
     assert 0 <= float(last["density_error_mean"]) <= float(last["density_error_p95"]) < 0.2
     assert float(last["ms_a_frame"]) > 0
-    assert float(last["viscosity_iterations"]) == pytest.approx(np.mean(at_end.seen.solves[-40:]), abs=0.01)
+    assert float(last["viscosity_iterations"]) == pytest.approx(np.mean(at_end.statistics.solves[-40:]), abs=0.01)
     resumed, killed, log = injection(), injection(), HealthLog(file)
     followed(killed, log, frames=25)
     resumed.restore(killed.snapshot())
@@ -153,7 +153,7 @@ def test_resident_memory_does_not_grow_over_a_run(replays):
         # What set-up left free would else take in what a leak keeps.
         "    ctypes.CDLL(None).malloc_trim(0)\n"
         "    return int(Path('/proc/self/statm').read_text().split()[1]) * 4096\n"
-        "solid, outline = slot(12.0); settings = Solver(radius_mm=0.6, settle_s=30.0, sleep=False)\n"
+        "solid, outline = slot(12.0); settings = Solver(radius_mm=0.6, settle_s=30.0, sleep=False, volume_factor=1.1)\n"
         "run = prepare(solid, outline, path(outline, 0.1, 20.0), PASTES, settings, Nozzle(), seed=1, device='cpu')\n"
         f"run.engine.replays = {replays}\n"
         "[run.advance() for _ in range(300)]; before = resident(); [run.advance() for _ in range(1500)]\n"

@@ -5,13 +5,12 @@ import time
 import numpy as np
 import pytest
 
-from sealtwin.errors import NumericalError
+from sealtwin.core.errors import NumericalError
 from simulate.injection import SAMPLE_EVERY, prepare
 from simulate.settings import Nozzle, Solver
 from tests.fluids import path, pour, slot
 from tests.launches import (
     PASTES,
-    SPOILED,
     check_going_on,
     check_the_others,
     finish,
@@ -28,7 +27,7 @@ def test_a_frame_recorded_once_and_replayed_is_the_same_frame(pastes):
     for replayed, told in zip(together(pastes, replays=True), together(pastes), strict=True):
         assert np.array_equal(replayed.position_mm, told.position_mm)
         # Counted in fewer frames, and not the room for all that may.
-        assert 0 < replayed.health["moving_most"] <= told.health["moving_most"]
+        assert 0 < replayed.health.recorded()["moving_most"] <= told.health.recorded()["moving_most"]
 
 
 def test_a_replayed_run_ends_when_its_bed_is_at_rest():
@@ -47,15 +46,14 @@ def test_a_replayed_run_goes_on_from_where_it_was_kept():
 @pytest.mark.parametrize("spoil", [spoil_a_place, forbid_long_solves])
 def test_a_run_that_fails_costs_the_others_of_its_launch_nothing(spoil, replays, monkeypatch):
     """It is given up where it fails; those beside it have the bits that they have alone, and nobody computes twice."""
-    injection = ready(SPOILED, replays=replays)
-    reason = spoil(injection, monkeypatch)
+    injection, reason = spoil(monkeypatch, replays=replays)
     finish(injection)
     check_the_others(injection, reason)
 
 
 def test_a_launch_of_which_no_run_is_left_ends(monkeypatch):
+    monkeypatch.setattr("simulate.fluid.viscosity.ITERATIONS_AT_MOST", 0)
     injection = ready(PASTES[:2])
-    monkeypatch.setattr("simulate.viscosity.SEARCHES_AT_MOST", 0)
     with pytest.raises(NumericalError, match="did not converge"):
         finish(injection)
     assert len(injection.failed) == 2
@@ -65,30 +63,36 @@ def test_time_that_is_spent_waiting_for_the_device_is_the_frames(monkeypatch):
     """A GPU computes while the host goes on; who reads first would else find its time nowhere."""
     injection = ready(PASTES[:1])
     injection.advance()
-    before_s = injection.seen.frames_s
+    before_s = injection.statistics.frames_s
     monkeypatch.setattr("warp.synchronize_device", lambda _: time.sleep(0.02))
     injection.snapshot()
-    assert 0.02 <= injection.seen.frames_s - before_s < 1
+    assert 0.02 <= injection.statistics.frames_s - before_s < 1
 
 
 def test_fluids_computed_at_once_are_what_each_is_alone():
     """Bit for bit: a study in one launch must not depend on which runs share it."""
     runs = together(PASTES)
     for run, paste in zip(runs, PASTES, strict=True):
-        alone = pour(slot(12.0), path(slot(12.0)[1], 0.1, speed_mm_s=20.0), paste, settle_s=0.3)
+        alone = pour(slot(12.0), path(slot(12.0)[1], 0.1, speed_mm_s=20.0), paste, settle_s=0.3, volume_factor=1.1)
         assert np.array_equal(run.position_mm, alone.position_mm)
         assert np.array_equal(run.velocity_mm_s, alone.velocity_mm_s)
-        for name in ("density_error_mean", "density_error_max", "most_neighbours", "moving_mean", "moving_most"):
-            assert run.health[name] == alone.health[name], name
-        assert run.health["viscosity_iterations_mean"] == alone.health["viscosity_iterations_mean"]
+        names = ("density_error_mean", "density_error_max", "most_neighbours", "moving_mean", "moving_most")
+        for name in (*names, "viscosity_iterations_mean"):
+            assert run.health.recorded()[name] == alone.health.recorded()[name], name
     assert runs[-1].settings["fluid"]["yield_stress_pa"] == 12.0
 
 
 def test_two_threads_give_the_same_bits_as_one(monkeypatch):
     """Slices of a launch write rows of their own, and sums are taken in the same parts."""
-    monkeypatch.setattr("simulate.launch.LEAST_SLICE", 10)
+    monkeypatch.setattr("simulate.fluid.launcher.LEAST_SLICE", 10)
     for one, two in zip(together(PASTES[:1]), together(PASTES[:1], threads=2), strict=True):
         assert np.array_equal(one.position_mm, two.position_mm)
+
+
+def test_runs_whose_volume_factors_differ_share_no_launch():
+    """Each launch has one; a study never asks for it."""
+    with pytest.raises(ValueError, match=r"1\.07, 1\.1\)"):
+        ready(PASTES, volume_factor=None)
 
 
 @pytest.mark.parametrize("paste", [PASTES[2], PASTES[2].model_copy(update={"structuration_pa_per_s": 50.0})])
@@ -117,7 +121,7 @@ def test_what_froze_by_its_age_is_not_woken():
     """Paste that yields and freezes too: what moves at one time stays what the nozzle gave in that time."""
     paste = PASTES[2].model_copy(update={"freeze_after_s": 0.2})
     (run,) = together((paste,))
-    assert run.health["moving_most"] <= 0.2 / run.health["frame_s"] * 7 + 7
+    assert run.health.recorded()["moving_most"] <= 0.2 / run.health.recorded()["frame_s"] * 7 + 7
     assert (run.velocity_mm_s[run.age_s > 0.21] == 0).all()
 
 
@@ -127,4 +131,4 @@ def test_a_radius_left_to_us_is_four_abreast():
     run = pour(crack, path(crack[1], 0.02, speed_mm_s=20.0), radius_mm="auto")
     assert run.radius_mm == pytest.approx(crack[1].mean_width_mm / 8, rel=2e-3)
     assert run.settings["solver"]["radius_mm"] == run.radius_mm
-    assert run.health["particles_across"] == pytest.approx(4.0, rel=2e-3)
+    assert run.health.recorded()["particles_across"] == pytest.approx(4.0, rel=2e-3)

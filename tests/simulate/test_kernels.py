@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from sealtwin.records import Floats
+from sealtwin.core.records import Floats
 from simulate.settings import particle_volume
 from tests.fluids import engine_with, lattice, lay_down, positions_mm, slot
 
@@ -19,12 +19,12 @@ def weights_by_distance() -> tuple[Floats, Floats, Floats]:
     engine.find_neighbours()
     engine.pressure.measure_density(engine.rows)
     state = engine.state
-    place = state.place.numpy().astype(float)
+    place = state.position.numpy().astype(float)
     # As strong on both of a pair, weak enough not to be cut: what they are pushed by is twice that times the gradient.
     place[:, 3] = -1e-4
-    state.place.assign(place.astype(np.float32))
+    state.position.assign(place.astype(np.float32))
     engine.pressure.correct(engine.rows)
-    pushed = (state.place.numpy() - place)[400:, 1] / (-2e-4 * MASS)
+    pushed = (state.position.numpy() - place)[400:, 1] / (-2e-4 * MASS)
     alone = 315 / (64 * np.pi * SUPPORT**3)
     return place[400:, 1] - place[:400, 1], state.density.numpy()[400:] / MASS - alone, pushed
 

@@ -4,10 +4,10 @@ from scipy.spatial.distance import pdist
 
 from digitise.settings import NozzlePath
 from digitise.trajectory import plan_trajectory
-from sealtwin.errors import InputError
-from sealtwin.records import Sections, Trajectory
-from simulate.nozzle import pack_disc, plan_releases
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Sections, Trajectory
 from simulate.settings import particle_volume
+from simulate.setup.release_schedule import pack_disc, plan_releases
 from tests.shapes import straight_slot
 
 

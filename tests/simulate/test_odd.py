@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from digitise.settings import CrackShape, NozzlePath
-from digitise.solid import build_solid
+from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
-from sealtwin.progress import Progress
-from sealtwin.records import Outline
+from sealtwin.core.progress import Progress
+from sealtwin.core.records import Outline
 from simulate.run import inject
 from simulate.settings import Fluid, Nozzle, Solver
 from tests.shapes import OPEN, closed_crack, straight_slot

@@ -5,11 +5,11 @@ import manifold3d
 import pytest
 
 from digitise.settings import CrackShape, NozzlePath
-from digitise.solid import build_solid
+from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
-from sealtwin.errors import InputError
-from sealtwin.progress import Progress
-from sealtwin.records import Outline, Run, Solid
+from sealtwin.core.errors import InputError
+from sealtwin.core.progress import Progress
+from sealtwin.core.records import Outline, Run, Solid
 from simulate.run import inject
 from simulate.settings import Nozzle, Solver
 from tests.fluids import LIKE_THE_PAPER, hewn

@@ -8,7 +8,7 @@ import pytest
 import warp as wp
 from numpy.typing import NDArray
 
-from simulate import kernels_pairs, kernels_pairs_native
+from simulate.kernels import pair_sums, pair_sums_cpu
 from tests.fluids import engine_with, lattice, positions_mm, slot
 from tests.kernels_sums import sum_kernel
 
@@ -41,7 +41,7 @@ def sums(loops: ModuleType) -> tuple[Rows, Rows]:
 
 def test_sixteen_at_a_time_are_the_same_sums():
     """To float32's rounding of sums in another order: terms are of both signs, so that 1e-5 is of the largest row."""
-    plain, native = sums(kernels_pairs), sums(kernels_pairs_native)
+    plain, native = sums(pair_sums), sums(pair_sums_cpu)
     for ours, theirs in zip(native, plain, strict=True):
         scale = np.abs(theirs).max(axis=0, keepdims=True) + 1e-30
         assert (np.abs(ours - theirs) / scale).max() < 1e-5

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from sealtwin.errors import NumericalError
-from sealtwin.records import FaceLabel, Outline, Run, Sections, Solid, arc_length_at
+from sealtwin.core.errors import NumericalError
+from sealtwin.core.records import FaceLabel, Outline, Run, RunHealth, Sections, Solid, arc_length_at
 from simulate.profile import half_spacing_mm, measure_profile, volume_ratio
 from tests.shapes import level_floor
 
@@ -97,7 +97,7 @@ def run_of(position, radius_mm=0.4, velocity=None, spilled=None, volume_mm3=None
         escaped_particles=0,
         device="cpu",
         settings={},
-        health={},
+        health=RunHealth(),
     )
 
 

@@ -6,18 +6,21 @@ import numpy as np
 import pytest
 
 from digitise.settings import CrackShape, NozzlePath
-from digitise.solid import build_solid
+from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
-from sealtwin.errors import InputError, NumericalError
-from sealtwin.progress import Progress
-from sealtwin.records import Profile, Run
-from simulate import distance, injection, viscosity
+from sealtwin.core.errors import InputError, NumericalError
+from sealtwin.core.progress import Progress
+from sealtwin.core.records import Profile, Run
+from simulate import injection
 from simulate import run as run_module
-from simulate.fit import check_fit, domain_of
+from simulate.fluid import viscosity
 from simulate.profile import measure_profile, volume_ratio
 from simulate.settings import PRESETS, Fluid, Nozzle, Solver
+from simulate.setup import signed_distance
+from simulate.setup.wall_particles import enclose
+from simulate.setup_checks import check_fit, domain_of
 from tests.fluids import LIKE_THE_PAPER, path, pour, slot
-from tests.shapes import oblique_slot
+from tests.shapes import oblique_slot, straight_slot
 
 LOWER = np.array([0, 0, 2.0])
 CORNERS = [(1e-2, 1e-4), (1e-2, 3.0), (1e4, 1e-4), (1e4, 3.0), (30.0, 0.03)]
@@ -75,14 +78,14 @@ def test_ages_frames_and_freezing_follow_the_clock():
     crack = slot(12.0)
     trajectory = path(crack[1], 0.08, speed_mm_s=20.0)
     run = pour(crack, trajectory, Fluid(U=30.0, D_cm=0.3, freeze_after_s=0.2), settle_s=0.05)
-    frame_s = run.health["frame_s"]
+    frame_s = run.health.recorded()["frame_s"]
     assert run.age_s[0] == pytest.approx(trajectory.duration_s + 0.05, abs=frame_s)
     assert (np.diff(run.age_s) <= 1e-12).all()
     old = run.age_s > 0.2 + 2 * frame_s
     assert old.any()
     assert (run.velocity_mm_s[old] == 0).all()
     assert (np.abs(run.velocity_mm_s[~old]).max(axis=1) > 0).mean() > 0.9
-    assert run.health["moving_most"] < len(run.position_mm)
+    assert run.health.recorded()["moving_most"] < len(run.position_mm)
 
 
 def test_a_bed_that_froze_while_it_settled_stands_still():
@@ -93,7 +96,7 @@ def test_a_bed_that_froze_while_it_settled_stands_still():
     run = pour(crack, trajectory, Fluid(U=30.0, D_cm=0.3, freeze_after_s=0.15), settle_s=0.3)
     assert (run.velocity_mm_s == 0).all()
     assert run.position_mm[:, 2].max() < -10
-    assert np.isfinite(run.health["density_error_max"])
+    assert np.isfinite(run.health.recorded()["density_error_max"])
 
 
 def test_a_frozen_bed_keeps_its_volume_only_if_it_answers_in_full(monkeypatch):
@@ -129,9 +132,10 @@ def test_physical_units_give_the_same_run_as_their_u():
     crack = slot(12.0)
     trajectory = path(crack[1], 0.05, speed_mm_s=20.0)
     by_weight = pour(crack, trajectory, LIKE_THE_PAPER)
-    viscosity_pa_s = by_weight.health["viscosity_m2_s"] * 1500.0
-    by_unit = pour(crack, trajectory, Fluid(viscosity_pa_s=viscosity_pa_s, density_kg_m3=1500.0, freeze_after_s=2.58))
-    assert by_unit.health["U"] == pytest.approx(30.0)
+    viscosity_pa_s = by_weight.health.recorded()["viscosity_m2_s"] * 1500.0
+    fluid = Fluid(viscosity_pa_s=viscosity_pa_s, D_cm=0.3, density_kg_m3=1500.0, freeze_after_s=2.58)
+    by_unit = pour(crack, trajectory, fluid)
+    assert by_unit.health.recorded()["U"] == pytest.approx(30.0)
     assert by_unit.position_mm == pytest.approx(by_weight.position_mm, abs=0.2)
 
 
@@ -147,7 +151,7 @@ def test_a_collapse_stops_the_run_and_says_what_when_which_and_where():
 
 @pytest.mark.parametrize(("limit", "value", "what"), [("FASTEST_CM_S", 1.0, "faster"), ("DENSEST", 0.5, "density")])
 def test_speed_and_density_are_watched(monkeypatch, limit, value, what):
-    monkeypatch.setattr(f"simulate.faults.{limit}", value)
+    monkeypatch.setattr(f"simulate.fluid.fault_checks.{limit}", value)
     crack = slot(12.0)
     with pytest.raises(NumericalError, match=f"{what}.*particle 0"):
         pour(crack, path(crack[1], 0.01, speed_mm_s=20.0))
@@ -168,7 +172,7 @@ def test_a_position_that_is_no_number_stops_the_run(monkeypatch):
 
 
 def test_a_solve_that_does_not_converge_stops_the_run(monkeypatch):
-    monkeypatch.setattr(viscosity, "SEARCHES_AT_MOST", 1)
+    monkeypatch.setattr(viscosity, "ITERATIONS_AT_MOST", 1)
     crack = slot(12.0)
     with pytest.raises(NumericalError, match=r"did not converge in \d+ iterations. Frame \d+"):
         pour(crack, path(crack[1], 0.02, speed_mm_s=20.0), Fluid(U=1e4, D_cm=3.0, freeze_after_s="never"))
@@ -183,8 +187,8 @@ def test_an_escape_is_counted_and_shouted(monkeypatch):
         def note(self, text: str) -> None:
             Ear.heard += text
 
-    exact = distance.Barrier.exact_mm
-    monkeypatch.setattr(distance.Barrier, "exact_mm", lambda self, points: exact(self, points - LOWER))
+    exact = signed_distance.Barrier.exact_mm
+    monkeypatch.setattr(signed_distance.Barrier, "exact_mm", lambda self, points: exact(self, points - LOWER))
     crack = slot(12.0)
     run = run_module.inject(
         *crack,
@@ -214,6 +218,27 @@ def test_settings_that_cannot_go_together_are_refused_with_the_physics(solver, n
     table = {"U": 1.0, "freeze_after_s": 1.0} | fluid
     with pytest.raises(InputError, match=fault):
         check_fit(outline, solid, Fluid.model_validate(table), Solver(**solver), Nozzle(**nozzle))
+
+
+@pytest.mark.parametrize(
+    ("depth_mm", "floor_mm", "largest"),
+    [(0.3, 0.2, "0.25"), (0.3, 0.41, "0.35[45]"), (0.41, 0.3, "0.35[45]"), (0.2, 0.5, "0.3(49|5)")],
+)
+def test_particles_too_large_for_depth_and_floor_are_refused(depth_mm, floor_mm, largest):
+    """Without the check, no wall particle has room in the first and ``place_walls`` stops on an empty array."""
+    outline = straight_slot(6.0, 3.1)
+    shape = {"depth_mm": depth_mm, "tilt": "vertical", "floor_thickness_mm": floor_mm}
+    solid = build_solid(outline, CrackShape.model_validate(shape))
+    with pytest.raises(InputError, match=rf"solver.radius_mm is 0.4: .*at most {largest}, "):
+        check_fit(outline, solid, LIKE_THE_PAPER, Solver(), Nozzle())
+
+
+def test_the_largest_particles_that_depth_and_floor_allow_have_walls():
+    outline = straight_slot(6.0, 3.1)
+    shape = {"depth_mm": 0.4, "tilt": "vertical", "floor_thickness_mm": 0.4}
+    solid = build_solid(outline, CrackShape.model_validate(shape))
+    check_fit(outline, solid, LIKE_THE_PAPER, Solver(), Nozzle())
+    assert len(enclose(solid, outline, 0.4, "cpu").walls.position_and_share) > 1000
 
 
 @pytest.mark.parametrize("away_mm", [(0, 0, 1e9), (1e9, 0, 0), (0, -1e300, 0)])
@@ -279,7 +304,7 @@ def test_the_progress_is_titled_as_that_of_the_other_stages():
 
 def test_health_says_whether_the_run_can_be_trusted():
     crack = slot(12.0)
-    health = pour(crack, path(crack[1], 0.05, speed_mm_s=20.0)).health
+    health = pour(crack, path(crack[1], 0.05, speed_mm_s=20.0)).health.recorded()
     assert 0 <= health["density_error_mean"] <= health["density_error_p95"] <= health["density_error_max"] < 0.5
     assert 10 < health["most_neighbours"] <= 128
     assert health["viscosity_iterations_most"] >= health["viscosity_iterations_mean"] > 0
@@ -338,7 +363,7 @@ def test_a_finer_step_moves_the_bed_by_little():
 @pytest.mark.slow
 def test_particles_of_another_size_make_the_same_bed_at_equal_viscosity():
     """The prototype: 0.29 mm apart; its bound is 0.6."""
-    fluid = Fluid(viscosity_pa_s=0.0322, density_kg_m3=1000.0, freeze_after_s=2.58)
+    fluid = Fluid(viscosity_pa_s=0.0322, D_cm=0.3, density_kg_m3=1000.0, freeze_after_s=2.58)
     levels = [bins_mm(trial("flare", "accurate", fluid, radius_mm=radius_mm)[1]) for radius_mm in (0.4, 0.5)]
     assert np.abs(levels[0] - levels[1]).mean() < 0.6
 

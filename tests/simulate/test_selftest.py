@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from simulate.selftest import SIDE, touching_pairs, turns_of_a_recording
+from simulate.device import SIDE, touching_pairs, turns_of_a_recording
 
 
 def test_this_machine_compiles_runs_and_records():

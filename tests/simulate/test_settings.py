@@ -2,6 +2,7 @@ import pytest
 from pydantic import ValidationError
 
 from simulate.settings import Fluid, Solver
+from simulate.setup_checks import rheology_of
 
 
 @pytest.mark.parametrize(
@@ -25,8 +26,18 @@ def test_an_impossible_fluid_is_refused_with_its_reason(table, fault):
         Fluid.model_validate(table)
 
 
+def test_the_walls_drag_is_the_papers_beside_u_and_follows_from_a_viscosity_unless_it_is_given():
+    """A trial with U is the same file, with the same hash, whether or not it says D_cm = 0.3."""
+    said, unsaid = Fluid(U=30.0, D_cm=0.3, freeze_after_s="never"), Fluid(U=30.0, freeze_after_s="never")
+    assert said.model_dump_json() == unsaid.model_dump_json()
+    assert Fluid(U=0.0, freeze_after_s="never").D_cm == 0.3
+    assert Fluid(viscosity_pa_s=0.05, freeze_after_s="never").D_cm is None
+    for d_cm in (0.0, 0.1):
+        assert Fluid(viscosity_pa_s=0.05, D_cm=d_cm, freeze_after_s="never").D_cm == d_cm
+
+
 def test_presets_differ_where_the_issue_says_and_nowhere_else():
-    accurate, paper = Solver(preset="accurate").scheme, Solver(preset="paper").scheme
+    accurate, paper = (Solver(preset=name).scheme_for(yields=False, freezes=True) for name in ("accurate", "paper"))
     assert accurate.iterations == paper.iterations == 4
     assert (accurate.wall, paper.wall) == ("calibrated", "source")
     assert (accurate.frozen_answer, paper.frozen_answer) == (1.0, 0.0)
@@ -35,8 +46,33 @@ def test_presets_differ_where_the_issue_says_and_nowhere_else():
 
 
 def test_what_the_user_sets_replaces_the_presets_value():
-    scheme = Solver(preset="paper", iterations=7, volume_factor=1.0).scheme
+    scheme = Solver(preset="paper", iterations=7, volume_factor=1.0).scheme_for(yields=True, freezes=False)
     assert (scheme.iterations, scheme.volume_factor, scheme.wall) == (7, 1.0, "source")
+
+
+@pytest.mark.parametrize(
+    ("solver", "fluid", "factor"),
+    [
+        ({}, {"yield_stress_pa": 12.0}, 1.07),
+        ({}, {"structuration_pa_per_s": 1.0}, 1.07),
+        ({}, {}, 1.10),
+        ({}, {"freeze_after_s": 2.58}, 1.10),
+        ({}, {"yield_stress_pa": 12.0, "freeze_after_s": 2.58}, 1.10),
+        ({"pressure": "two-level"}, {"yield_stress_pa": 12.0}, 1.05),
+        ({"volume_factor": 1.02}, {"yield_stress_pa": 12.0}, 1.02),
+    ],
+)
+def test_the_fluid_decides_the_volume_factor_of_the_accurate_preset(solver, fluid, factor):
+    """1.07 was measured on a yield stress alone, 1.10 on freezing (decisions 0084 and 0011)."""
+    paste = Fluid.model_validate({"U": 30.0, "freeze_after_s": "never", **fluid})
+    found = Solver.model_validate(solver)
+    assert found.scheme_for(yields=paste.yields, freezes=paste.freezes).volume_factor == factor
+    rheology = rheology_of(paste, 0.16, 7e-3)
+    assert (rheology.yields, rheology.freezes) == (paste.yields, paste.freezes)
+
+
+def test_an_age_that_no_run_reaches_is_still_one():
+    assert rheology_of(Fluid(U=30.0, freeze_after_s=1e300), 0.16, 7e-3).freezes
 
 
 @pytest.mark.parametrize("table", [{"relaxation": 0.0}, {"relaxation": 1e300}, {"damping_per_s": 1e300}])

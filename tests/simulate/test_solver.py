@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from simulate.fluid.solver import FluidSolver, substeps_for
 from simulate.settings import Solver, particle_volume
-from simulate.solver import FluidSolver, substeps_for
-from tests.fluids import FRAME_S, engine_with, lattice, positions_mm, slot
+from tests.fluids import FRAME_S, check, engine_with, lattice, positions_mm, slot
 
 LENGTH_MM, WIDTH_MM, DEPTH_MM = 4.0, 3.1, 24.0
 COLUMN = 540
@@ -20,7 +20,7 @@ def settled(frames: int = 90, **solver: Any) -> FluidSolver:
     engine = engine_with(column, slot(LENGTH_MM, depth_mm=DEPTH_MM), weights=(1.0, 0.0), volume_factor=1.0, **solver)
     for _ in range(frames * (engine.settings.substeps or 4)):
         engine.step()
-    assert engine.watch.inspect(engine.rows) == {}
+    assert check(engine) == {}
     return engine
 
 

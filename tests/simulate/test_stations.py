@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from sealtwin.records import Floats, arc_length_at
-from simulate.stations import map_stations
+from sealtwin.core.records import Floats, arc_length_at
+from simulate.fluid.coarse_pressure import map_arc_length
 from tests.shapes import arc_slot, straight_slot
 
 SPACING_MM = 1.6
@@ -14,7 +14,7 @@ BEND_MM = 12.0
 def read(centreline_mm: Floats, place_mm: Floats) -> tuple[Floats, Floats]:
     """Arc length and direction at each place, as kernels read them: nearest node, and straight on from there."""
     low, high = centreline_mm.min(axis=0) - 8.0, centreline_mm.max(axis=0) + 8.0
-    stations, reach = map_stations(centreline_mm, low, high, SPACING_MM, "cpu")
+    stations, reach = map_arc_length(centreline_mm, low, high, SPACING_MM, "cpu")
     node = np.rint((place_mm - low) / SPACING_MM).astype(int)
     table = stations.at.numpy()[node[:, 0] * stations.count[1] + node[:, 1]]
     s_mm = table[:, 0] + ((place_mm - low - SPACING_MM * node) * table[:, 1:]).sum(axis=1)

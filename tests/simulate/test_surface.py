@@ -7,8 +7,8 @@ import pytest
 import trimesh
 from scipy.spatial import KDTree
 
-from sealtwin.records import Floats
-from simulate.surface import spread_points
+from sealtwin.core.records import Floats
+from simulate.setup.wall_particles import spread_points
 
 SPACING_MM = 0.2
 
@@ -41,17 +41,17 @@ def test_points_lie_in_their_triangles(soup):
     a, b, c = soup[points.face].transpose(1, 0, 2)
     normal = np.cross(b - a, c - a)
     normal /= np.linalg.norm(normal, axis=1)[:, None]
-    assert np.abs(((points.place_mm - a) * normal).sum(axis=1)).max() < 1e-9
+    assert np.abs(((points.position_mm - a) * normal).sum(axis=1)).max() < 1e-9
     for start, end in ((a, b), (b, c), (c, a)):
         side = end - start
         inward = np.cross(normal, side) / np.linalg.norm(side, axis=1)[:, None]
         # They stand beside their nodes by up to a thousandth of a step.
-        assert ((points.place_mm - start) * inward).sum(axis=1).min() > -2e-3 * SPACING_MM
+        assert ((points.position_mm - start) * inward).sum(axis=1).min() > -2e-3 * SPACING_MM
 
 
 def test_no_place_is_far_from_a_point_and_no_two_are_near(soup):
     """A square lattice: its points a step apart, its widest hole 0.71 of a step."""
-    points = spread_points(soup[:1], SPACING_MM).place_mm
+    points = spread_points(soup[:1], SPACING_MM).position_mm
     near = KDTree(points)
     assert near.query(points, k=2)[0][:, 1].min() > 0.99 * SPACING_MM
     inner = soup[0].mean(axis=0) + 0.9 * (
@@ -69,8 +69,8 @@ def test_a_plane_cut_into_more_triangles_has_the_same_points(soup, times):
         parts: Any = trimesh.remesh.subdivide(vertices, faces)
         vertices, faces = parts
     cut = spread_points(vertices[faces], SPACING_MM)
-    assert len(cut.place_mm) == len(whole.place_mm)
-    away, which = KDTree(cut.place_mm).query(whole.place_mm)
+    assert len(cut.position_mm) == len(whole.position_mm)
+    away, which = KDTree(cut.position_mm).query(whole.position_mm)
     assert away.max() < 1e-9
     assert np.array_equal(np.sort(which), np.arange(len(whole.lot)))
     assert np.array_equal(cut.lot[which], whole.lot)
@@ -82,15 +82,15 @@ def test_a_wall_of_narrow_facets_gets_its_share_all_along():
     y = 0.01 * np.random.default_rng(0).standard_normal(len(x))
     foot, top = (np.column_stack([x, y, np.full_like(x, z)]) for z in (0.0, 16.0))
     strips = np.vstack([np.stack([foot[:-1], foot[1:], top[1:]], 1), np.stack([foot[:-1], top[1:], top[:-1]], 1)])
-    points = spread_points(strips, SPACING_MM).place_mm
+    points = spread_points(strips, SPACING_MM).position_mm
     per_mm, _ = np.histogram(points[:, 0], bins=np.arange(0.0, 20.0, 1.0))
     area_mm2, _ = np.histogram(strips.mean(axis=1)[:, 0], bins=np.arange(0.0, 20.0, 1.0), weights=areas_mm2(strips))
     assert per_mm * SPACING_MM**2 == pytest.approx(area_mm2, rel=0.1)
 
 
 def test_needles_get_none():
-    assert len(spread_points(np.array([[[0.0, 0, 0], [1, 0, 0], [2, 0, 0]]]), SPACING_MM).place_mm) == 0
-    assert len(spread_points(np.zeros((0, 3, 3)), SPACING_MM).place_mm) == 0
+    assert len(spread_points(np.array([[[0.0, 0, 0], [1, 0, 0], [2, 0, 0]]]), SPACING_MM).position_mm) == 0
+    assert len(spread_points(np.zeros((0, 3, 3)), SPACING_MM).position_mm) == 0
 
 
 def test_lots_have_no_pattern():

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 import warp as wp
 
-from sealtwin.records import Floats
-from simulate.distance import CM
-from simulate.paste import WALL_LAYER, kinematic_viscosity, viscous_weight
-from simulate.solver import FluidSolver
+from sealtwin.core.records import Floats
+from simulate.fluid.solver import FluidSolver
+from simulate.setup.rheology import WALL_LAYER, kinematic_viscosity, viscous_weight
+from simulate.setup.signed_distance import CM
 from tests.fluids import FRAME_S, engine_with, lattice, slot
 
 SUPPORT_CM = 0.16
@@ -41,7 +41,7 @@ def velocity_of(engine: FluidSolver) -> Floats:
 
 def largest_diagonal(engine: FluidSolver) -> float:
     """Of A, where all particles move."""
-    return float((engine.viscosity.resistance.numpy() / engine.state.bulk.numpy()[:, 0]).max())
+    return float((engine.viscosity.resistance.numpy() / engine.state.volume_and_viscosity.numpy()[:, 0]).max())
 
 
 def chaos(engine: FluidSolver) -> Floats:
@@ -142,10 +142,10 @@ def test_drag_alone_is_solved_exactly():
     before = chaos(engine)
     set_velocity(engine, before)
     engine.viscosity.solve_implicit(engine.rows)
-    x, wall = engine.state.position_mm() * CM, engine.walls.place.numpy()[:, :3].astype(float)
+    x, wall = engine.state.position_mm() * CM, engine.walls.position_and_share.numpy()[:, :3].astype(float)
     away = np.linalg.norm(x[:, None] - wall, axis=2)
     weight = np.exp(-((away / SUPPORT_CM) ** 2)) / (np.sqrt(np.pi) * SUPPORT_CM) * (away < SUPPORT_CM)
-    drag = 3.0 / 4 * (engine.walls.place.numpy()[:, 3] * weight).sum(axis=1)
+    drag = 3.0 / 4 * (engine.walls.position_and_share.numpy()[:, 3] * weight).sum(axis=1)
     assert drag.max() > 5
     assert velocity_of(engine) == pytest.approx(before / (1 + drag[:, None]), abs=1e-2)
 
@@ -162,12 +162,12 @@ def test_a_plug_feels_the_whole_stress_of_rough_walls():
     engine = _prepared(engine_with(points, slot(), weights=(0.0, 4.0)))
     engine.viscosity.solve_implicit(engine.rows)
     # D of a substep is 1 cm, and with U = 0 all resistance is the walls'.
-    share_per_cm = engine.viscosity.resistance.numpy() / engine.state.bulk.numpy()[:, 0]
+    share_per_cm = engine.viscosity.resistance.numpy() / engine.state.volume_and_viscosity.numpy()[:, 0]
     assert WALL_LAYER * share_per_cm.mean() * width_mm * CM / 2 == pytest.approx(1.0, abs=0.04)
 
 
 def test_a_fluid_at_rest_stays_so():
     engine = filled_slot((1e4, 3.0))
     engine.viscosity.solve_implicit(engine.rows)
-    assert engine.viscosity.searches().max() == 0
+    assert engine.viscosity.iterations().max() == 0
     assert np.abs(velocity_of(engine)).max() == 0

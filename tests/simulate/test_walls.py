@@ -8,12 +8,12 @@ import pytest
 import trimesh
 from scipy.spatial import KDTree
 
-from digitise.imported import import_sample
+from digitise.mesh_import.import_mesh import import_sample
 from digitise.settings import CrackShape, MeshInput
-from digitise.solid import build_solid
-from sealtwin.records import FaceLabel, Outline, Solid
-from simulate.distance import CM, build_barrier
-from simulate.walls import Walls, calibrated_wall_mass, place_walls, source_wall_mass
+from digitise.solid.build_solid import build_solid
+from sealtwin.core.records import FaceLabel, Outline, Solid
+from simulate.setup.signed_distance import CM, build_barrier
+from simulate.setup.wall_particles import WallParticles, calibrated_wall_mass, place_walls, source_wall_mass
 from tests.fluids import engine_with, lattice, slot
 from tests.meshes import sheet
 from tests.shapes import cut_crack, straight_slot
@@ -21,10 +21,10 @@ from tests.shapes import cut_crack, straight_slot
 RADIUS_MM = 0.4
 
 
-def walls_of(solid: Solid, outline) -> tuple[Walls, Any, Any]:
+def walls_of(solid: Solid, outline) -> tuple[WallParticles, Any, Any]:
     """The layer, its points in mm and its shares."""
     walls = place_walls(solid, outline, build_barrier(solid, outline, RADIUS_MM, "cpu"), RADIUS_MM)
-    return walls, walls.place.numpy()[:, :3] / CM, walls.place.numpy()[:, 3]
+    return walls, walls.position_and_share.numpy()[:, :3] / CM, walls.position_and_share.numpy()[:, 3]
 
 
 def refined(solid: Solid, edge_mm: float) -> Solid:
@@ -75,7 +75,7 @@ def test_the_layer_lies_a_radius_deep_and_covers_what_sealant_can_touch(shape):
     solid, outline = crack(shape)
     barrier = build_barrier(solid, outline, RADIUS_MM, "cpu")
     walls = place_walls(solid, outline, barrier, RADIUS_MM)
-    point, share = walls.place.numpy()[:, :3] / CM, walls.place.numpy()[:, 3]
+    point, share = walls.position_and_share.numpy()[:, :3] / CM, walls.position_and_share.numpy()[:, 3]
     assert barrier.exact_mm(point).max() < -0.88 * RADIUS_MM
     near = KDTree(point)
     assert near.query(point, k=2)[0][:, 1].min() > 0.75 * 2 * RADIUS_MM

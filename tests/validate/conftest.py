@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from sealtwin.records import Frame, ParticleState
+from sealtwin.core.drawing.snapshots import PANELS, FillScene
+from sealtwin.core.records import Frame, ParticleState
 from tests.evidence import RADIUS_MM, make_evidence
-from validate.drawing.health_plot import PANELS
-from validate.drawing.snapshots import Scene
 
 
 @pytest.fixture(scope="module")
@@ -16,7 +15,7 @@ def evidence(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def scene(evidence):
-    return Scene(evidence.outline, evidence.solid, evidence.trajectory, RADIUS_MM, 2.4)
+    return FillScene(evidence.outline, evidence.solid, evidence.trajectory, RADIUS_MM, 2.4)
 
 
 def frame_of(run, t_s: float) -> Frame:

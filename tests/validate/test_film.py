@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from PIL import Image, ImageSequence
 
-from sealtwin.errors import InputError
-from validate.film import Painter, write_film
+from sealtwin.core.errors import InputError
+from validate.figures.film import Painter, write_film
 
 
 def film(path, scene, frames):

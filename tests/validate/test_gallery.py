@@ -5,12 +5,12 @@ import re
 import numpy as np
 from PIL import Image
 
-from validate.gallery import write_gallery
+from sealtwin.core.drawing.snapshots import write_gallery
 
 
 def test_a_gallery_is_the_same_when_it_is_made_again(scene, frames, health, tmp_path, monkeypatch):
     """But for the last bits of where the layout puts a panel; no file says when it was made, or by what."""
-    monkeypatch.setattr("validate.gallery.DPI", 40)
+    monkeypatch.setattr("sealtwin.core.drawing.snapshots.DPI", 40)
     for run in ("a", "b"):
         names = write_gallery(tmp_path / run, {"0007.000s": frames[1]}, scene, health)
         assert names == [

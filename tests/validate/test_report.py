@@ -10,10 +10,10 @@ from pathlib import Path
 import pytest
 from pypdf import PdfReader
 
-from sealtwin.errors import InputError
+from sealtwin.core.errors import InputError
 from tests.evidence import make_evidence
-from validate.report import REPORT, write_report
-from validate.reporting.report_form import ReportData
+from validate.report.report_data import ReportData
+from validate.report.write_report import REPORT, write_report
 from validate.settings import Gate
 
 HOSTILE = "<script>alert(1)</script> $\\frac$ {{ 7*7 }} $x_{1 </svg> \"quoted\" & 'so'"
@@ -59,8 +59,8 @@ def usual(usual_folder):
 def test_page_and_pdf_lead_with_the_verdict(usual):
     _, page, pdf = usual
     for text in (page.text, pdf):
-        assert text.index("Slot 7") < text.index("Validated to 1 mm on held-out readings: mean error 0.500 mm")
-        assert text.index("Validated to") < text.index("area between the curves")
+        assert text.index("Slot 7") < text.index("Gate kept on held-out readings: mean error 0.500 mm")
+        assert text.index("Gate kept on") < text.index("area between the curves")
 
 
 def test_every_table_is_in_both(usual):

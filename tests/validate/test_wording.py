@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from validate.wording import counted, percent, plain, signed, words
+from validate.units import counted, percent, plain, signed, words
 
 
 @pytest.mark.parametrize(("number", "text"), [(0, "0 stations"), (1, "1 station"), (1200, "1,200 stations")])

@@ -1,1 +1,1 @@
-"""What a comparison allows one to say: the readings' own doubt, that of the numbers, and that of what went in."""
+"""Uncertainty of a comparison: that of the readings, of the numerics and of the inputs."""

@@ -1,78 +1,110 @@
-"""What a difference between simulation and data allows one to say, after ASME V&V 20 (2009)."""
+"""A trial's extra runs, and the conclusions from a difference between simulation and data, after ASME V&V 20 (2009)."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any, Self
 
 import numpy as np
+from pydantic import TypeAdapter
 
-from sealtwin.records import Floats
-from validate.wording import counted, signed
+from sealtwin.core.comparison import MeanLevelBudget, SizeSeries
+from sealtwin.core.records import Floats, Integers, Numbers
+from validate.units import counted, signed
 
-COVERAGE = 2.0
-"""k: an interval of 95 % of a normal distribution."""
-
-
-@dataclass(frozen=True)
-class Comparand:
-    """E = S - D of one number, and the standard uncertainties of it; None where one was not determined."""
-
-    error_mm: float
-    data_mm: float
-    numerics_mm: float | None = None
-    inputs_mm: float | None = None
-    inputs_waiting: bool = False
-    """Whether inputs are declared that no run has moved yet: then ``inputs_mm`` is of the others."""
-
-    @property
-    def validation_mm(self) -> float:
-        """u_val: the root of the sum of squares of all that are known."""
-        known = [part for part in (self.data_mm, self.numerics_mm, self.inputs_mm) if part is not None]
-        return float(np.sqrt(np.square(known).sum()))
-
-    @property
-    def resolved(self) -> bool:
-        """Whether the data can tell the model's error from nothing."""
-        return abs(self.error_mm) > COVERAGE * self.validation_mm
-
-    @property
-    def model_error_mm(self) -> tuple[float, float]:
-        """Where the error of the model itself lies: E - k u_val to E + k u_val."""
-        half_mm = COVERAGE * self.validation_mm
-        return self.error_mm - half_mm, self.error_mm + half_mm
-
-    @property
-    def sentence(self) -> str:
-        """Of the mean level along the crack."""
-        half_mm = COVERAGE * self.validation_mm
-        low_mm, high_mm = self.model_error_mm
-        figures = f"E = {signed(self.error_mm, 2)} mm, {COVERAGE:g} u_val = {half_mm:.2f} mm; ASME V&V 20"
-        if not self.resolved:
-            said = (
-                f"The data cannot resolve an error of the model in the mean level ({figures}): it lies between "
-                f"{signed(low_mm, 2)} and {signed(high_mm, 2)} mm. This does not say that the model is right."
-            )
-        else:
-            way = "high" if self.error_mm > 0 else "low"
-            # What may be the numbers' or the inputs' fault is not laid at the model's door.
-            whose = "simulated" if self.left_out else "model's"
-            said = (
-                f"The {whose} mean level is too {way} ({figures}): its error lies between {signed(low_mm, 2)} "
-                f"and {signed(high_mm, 2)} mm."
-            )
-        return f"{said} The doubt about {self.left_out} is not in it." if self.left_out else said
-
-    @property
-    def left_out(self) -> str:
-        """Of the numerics and the inputs, what was not determined; empty where all was."""
-        parts = [] if self.numerics_mm is not None else ["the numerics"]
-        if self.inputs_mm is None:
-            parts.append("the inputs")
-        elif self.inputs_waiting:
-            parts.append("the other inputs")
-        return " and ".join(parts)
+COVERAGE = 2.0  # Coverage factor k of a 95 % interval of a normal distribution
+SAFETY = 1.25  # Roache's safety factor for three sizes, as in Celik et al. 2008.
+LEAST_ORDER, MOST_ORDER = 0.5, 2.0
+"""Limits on the observed order. Below the first the index grows without bound, and no order is assumed; above the
+second, which no part of the scheme can exceed, it is chance and counts as the second (Oberkampf & Roy 2010, 8.6.4)."""
 
 
-def station_sentence(errors_mm: Floats, validation_mm: Floats, left_out: str = "") -> str:
-    """Of the levels at the stations, (n,) each; ``left_out`` is what u_val lacks, as ``Comparand`` has it."""
+def converge(values: Sequence[float], radii_mm: Sequence[float]) -> SizeSeries:
+    """Return the convergence of a number over three particle sizes, from the finest to the coarsest.
+
+    The band, of 95 %, is that of the middle size, which is the trial's own: the index times the value where the number
+    converges, else the spread of all three, as for an oscillating number or one without a plausible order. The order
+    is that of Celik et al. 2008 (J. Fluids Eng. 130, 078001), for any two ratios.
+    """
+    fine, middle, coarse = values
+    finer, coarser = radii_mm[1] / radii_mm[0], radii_mm[2] / radii_mm[1]
+    near, far = middle - fine, coarse - middle
+    kind, order, band = "oscillatory", None, max(values) - min(values)
+    if near * far >= 0:
+        kind, order = "no order", _order(near, far, finer, coarser)
+        if order is not None and order >= LEAST_ORDER:
+            kind, band = "converging", SAFETY * abs(far) / (coarser ** min(order, MOST_ORDER) - 1)
+    return SizeSeries(values=tuple(values), kind=kind, order=order, band=band)
+
+
+def _order(near: float, far: float, finer: float, coarser: float) -> float | None:
+    """Return the root p of far / near = finer^p (coarser^p - 1) / (finer^p - 1); None where there is none."""
+    from scipy.optimize import root_scalar
+
+    if near == 0 or far == 0:
+        return None
+
+    def excess(order: float) -> float:
+        return np.log(far / near) - np.log(finer**order * (coarser**order - 1) / (finer**order - 1))
+
+    least, most = 1e-3, 20.0
+    if excess(least) * excess(most) > 0:
+        return None
+    return float(root_scalar(excess, bracket=(least, most)).root)
+
+
+def mean_level_budget(
+    error_mm: float,
+    data_mm: float,
+    numerics_mm: float | None = None,
+    inputs_mm: float | None = None,
+    inputs_waiting: bool = False,
+) -> MeanLevelBudget:
+    """Return the error E = S - D of the mean level with its standard uncertainties and their root sum of squares."""
+    validation_mm = float(root_sum(data_mm, numerics_mm, inputs_mm))
+    return MeanLevelBudget(
+        error_mm=error_mm,
+        data_mm=data_mm,
+        numerics_mm=numerics_mm,
+        inputs_mm=inputs_mm,
+        inputs_waiting=inputs_waiting,
+        validation_mm=validation_mm,
+        resolved=bool(abs(error_mm) > COVERAGE * validation_mm),
+    )
+
+
+def root_sum(*parts: Floats | float | None) -> Floats:
+    """Return the root of the sum of squares of the parts that are known, number by number."""
+    return np.sqrt(np.sum(np.square(np.array([part for part in parts if part is not None])), axis=0))
+
+
+def mean_level_sentence(mean: MeanLevelBudget) -> str:
+    """Return the sentence on the mean level along the crack."""
+    half_mm, without = COVERAGE * mean.validation_mm, left_out(mean)
+    span = f"{signed(mean.error_mm - half_mm, 2)} and {signed(mean.error_mm + half_mm, 2)} mm"
+    figures = f"E = {signed(mean.error_mm, 2)} mm, {COVERAGE:g} u_val = {half_mm:.2f} mm; ASME V&V 20"
+    if mean.resolved:
+        way = "high" if mean.error_mm > 0 else "low"
+        # Without the uncertainty of numerics and inputs, the error may be theirs and not the model's.
+        whose = "simulated" if without else "model's"
+        text = f"The {whose} mean level is too {way} ({figures}): its error lies between {span}."
+    else:
+        text = (
+            f"The data cannot resolve an error of the model in the mean level ({figures}): it lies between {span}. "
+            "This does not say that the model is right."
+        )
+    return f"{text} The doubt about {without} is not in it." if without else text
+
+
+def left_out(mean: MeanLevelBudget) -> str:
+    """Return the names of the uncertainties that were not determined; empty where all were."""
+    parts = [] if mean.numerics_mm is not None else ["the numerics"]
+    if mean.inputs_mm is None or mean.inputs_waiting:
+        parts.append("the inputs" if mean.inputs_mm is None else "the other inputs")
+    return " and ".join(parts)
+
+
+def station_sentence(errors_mm: Floats, validation_mm: Floats, without: str = "") -> str:
+    """Return the sentence on the levels at the stations, (n,) each; ``without`` names what was ``left_out``."""
     resolved = np.abs(errors_mm) > COVERAGE * validation_mm
     high, low = int((resolved & (errors_mm > 0)).sum()), int((resolved & (errors_mm < 0)).sum())
     rest = len(errors_mm) - high - low
@@ -80,9 +112,81 @@ def station_sentence(errors_mm: Floats, validation_mm: Floats, left_out: str = "
         return f"At none of {counted(len(errors_mm), 'station')} is |E| above {COVERAGE:g} u_val."
     where = f"too high at {high} and too low at {low}"
     off = (
-        f"{where}, by more than the readings' uncertainty alone; that of {left_out} is not in it."
-        if left_out
+        f"{where}, by more than the readings' uncertainty alone; that of {without} is not in it."
+        if without
         else f"there the model is off, {where}."
     )
     others = f" At the other {rest} the data cannot tell." if rest else ""
     return f"At {high + low} of {counted(len(errors_mm), 'station')} |E| is above {COVERAGE:g} u_val: {off}{others}"
+
+
+def two_level_design(inputs: int) -> Integers:
+    """Return -1 or 1 for each run and input, (runs, inputs): columns of a Hadamard matrix, balanced and orthogonal.
+
+    Up to 1, 3, 7 or 15 inputs take 2, 4, 8 or 16 runs (Plackett & Burman 1946). An effect is a difference of two
+    halves of all runs, which averages out most of the scatter of single runs; the interaction of two inputs is
+    confounded with the effect of a third one.
+    """
+    return _matrix(inputs)[:, 1 : inputs + 1]
+
+
+def effects_of(results: Floats, inputs: int) -> tuple[Floats, float | None]:
+    """Return the effect of each input, from its middle to its upper value, (inputs, k), and its scatter by chance.
+
+    ``results``, (runs, k), are in the order of ``two_level_design``. The scatter is a standard deviation, root mean
+    square over k, from the columns without an input; None where every column has one.
+    """
+    contrasts = _matrix(inputs).T @ results / len(results)
+    spare = contrasts[inputs + 1 :]
+    return contrasts[1 : inputs + 1], float(np.sqrt(np.mean(spare**2))) if len(spare) else None
+
+
+@dataclass(frozen=True)
+class Effect:
+    """The effect of one input's standard uncertainty on the simulated level."""
+
+    name: str  # Name of the setting in [uncertainty]
+    standard: float  # Declared standard uncertainty, in the unit that the name ends with
+    level_mm: Numbers  # Change of the level for an input larger by that, at the s where levels are compared
+
+
+def _matrix(inputs: int) -> Integers:
+    from scipy.linalg import hadamard
+
+    return np.asarray(hadamard(2 ** max(1, inputs.bit_length())), dtype=np.int64)
+
+
+@dataclass(frozen=True)
+class SizeRun:
+    """Level of the trial's run with particles of one size and the same physics."""
+
+    radius_mm: float
+    level_mm: Numbers
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Levels of all extra runs at ``s_mm``, (k,)."""
+
+    s_mm: Numbers
+    sizes: tuple[SizeRun, SizeRun, SizeRun]  # Runs with finer particles, with the trial's own, and with coarser ones
+    effects: tuple[Effect, ...]  # Effects of the inputs whose standard uncertainty is declared
+    effect_scatter_mm: float | None
+    """Standard deviation of an effect by the scatter of single runs; None where the design has no column to spare."""
+    design_radius_mm: float | None  # Particle radius in the runs of the effects; None where no input is declared
+
+    def converged(self, values: Sequence[float]) -> SizeSeries:
+        """Return the convergence of a number, given for each of ``sizes``."""
+        return converge(values, [size.radius_mm for size in self.sizes])
+
+    def content(self) -> dict[str, Any]:
+        """Return the content of a JSON file."""
+        return {"version": 1, **asdict(self)}
+
+    @classmethod
+    def of(cls, content: dict[str, Any]) -> Self:
+        """Return the spread from the content of a JSON file. Raises ValueError for others."""
+        spread = TypeAdapter(cls).validate_python(content)
+        if any(len(one.level_mm) != len(spread.s_mm) for one in (*spread.sizes, *spread.effects)):
+            raise ValueError("not one level for each s_mm")
+        return spread

@@ -124,10 +124,10 @@ async function lost() {
   if (await opening().then(Boolean, () => false)) {
     stage.dataset.state = "refused";
     say("");
-    part("refusal").textContent = "This went wrong by a bug of ours: the terminal shows where. Undo, or go on with other points.";
+    part("refusal").textContent = "An internal error occurred: the terminal shows it. Undo, or continue with other points.";
     return;
   }
-  leaving.farewell("The trace has ended", "The command that served this page no longer runs. What was not saved is gone.");
+  leaving.farewell("The trace has ended", "The command that served this page has stopped. Unsaved points are lost.");
 }
 
 // ---- What is seen ----
@@ -316,7 +316,7 @@ watchScaleFields((edit) => commit(edit(draft)));
 /** What must be said before a save, all in one sentence. */
 function missing() {
   const lacks = [];
-  if (!hasEnds(draft) && !facts.painted) lacks.push("the two ends (a line that was found automatically stays a proposal)");
+  if (!hasEnds(draft) && !facts.painted) lacks.push("both ends (or accept the line found automatically)");
   if (facts.needs_depth && typed(part("depth-mm").value) === null) lacks.push("the measured depth in mm");
   if (facts.needs_depth && !found.scale?.mm_per_px) lacks.push("a scale (ruler, face or mm/px)");
   return lacks.length ? `First give ${lacks.join(", ")}.` : null;

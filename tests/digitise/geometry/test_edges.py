@@ -1,7 +1,7 @@
 import numpy as np
 from manifold3d import Manifold
 
-from digitise.geometry.edges import edge_uses, open_edges
+from digitise.geometry.mesh_topology import edge_uses, open_edges
 
 
 def cube() -> np.ndarray:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from digitise.geometry.equal_rows import equal_rows
+from digitise.geometry.mesh_topology import equal_rows
 
 
 @pytest.mark.parametrize(

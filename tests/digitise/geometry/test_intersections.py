@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from digitise.geometry.intersections import intersecting_faces
+from digitise.geometry.mesh_topology import intersecting_faces
 
 FLAT = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]]
 
@@ -53,7 +53,7 @@ def test_in_parts_the_same_pairs_are_found(monkeypatch):
     corners = (rng.uniform(0, 20, (400, 1, 3)) + rng.uniform(-1, 1, (400, 3, 3))).reshape(-1, 3)
     faces = np.arange(1200).reshape(-1, 3)
     whole = intersecting_faces(corners, faces)
-    monkeypatch.setattr("digitise.geometry.intersections.AT_ONCE", 20)
+    monkeypatch.setattr("digitise.geometry.mesh_topology.AT_ONCE", 20)
     parts = intersecting_faces(corners, faces)
     assert len(whole) > 10
     assert {tuple(pair) for pair in parts.tolist()} == {tuple(pair) for pair in whole.tolist()}

@@ -5,11 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from digitise.body.footprint import lay_out
-from digitise.body.readings import Slicer
 from digitise.settings import CrackShape
-from sealtwin.errors import InputError
-from sealtwin.records import Floats, Outline
+from digitise.solid.footprint import lay_out
+from digitise.solid.tilt_variants import Slicer
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Floats, Outline
 from tests.shapes import CLOSED, straight_slot, wandering_crack, with_ring
 
 VERTICAL = CrackShape(depth_mm=16.0, tilt="vertical")
@@ -73,7 +73,7 @@ def test_an_island_at_a_wall_is_a_notch():
 def test_islands_that_fill_the_crack_are_refused():
     with pytest.raises(InputError, match="beside its islands: no crack"):
         lay_out(with_islands(stone(10.0, 0.0, 30.0)), VERTICAL, 0.0)
-    with pytest.raises(InputError, match="island of the outline has points that are no finite numbers"):
+    with pytest.raises(InputError, match="finite numbers in all and in its islands"):
         lay_out(with_islands(np.full((4, 2), np.nan)), VERTICAL, 0.0)
 
 

@@ -4,20 +4,20 @@ import tomllib
 
 import pytest
 
-from digitise.robots.cell import FORMATS, Cell
-from sealtwin.errors import InputError
-from sealtwin.store.settings_file import read_settings
-from sealtwin.trials.cell_example import CELL, write_example_cell
+from digitise.robots.cell import FORMATS, RobotCell
+from sealtwin.core.errors import InputError
+from sealtwin.core.settings import read_settings
+from sealtwin.trial.starter_files import CELL, write_example_cell
 
 
-def read(tmp_path, *changes: tuple[str, str]) -> Cell:
+def read(tmp_path, *changes: tuple[str, str]) -> RobotCell:
     text = CELL
     for old, new in changes:
         assert old in text
         text = text.replace(old, new, 1)
     path = tmp_path / "cell.toml"
     path.write_text(text, encoding="utf-8")
-    return read_settings(Cell, path, name="cell file", starter="'sealtwin robot --example FILE' writes one")
+    return read_settings(RobotCell, path, name="cell file", starter="'sealtwin robot --example FILE' writes one")
 
 
 def uncommented(*tables: str) -> list[tuple[str, str]]:
@@ -105,7 +105,7 @@ def test_settings_that_do_not_go_together_are_refused(tmp_path, table, old, new,
 
 
 def test_two_points_are_no_frame(tmp_path):
-    with pytest.raises(InputError, match=r"taught: 2 given, at least 3 needed"):
+    with pytest.raises(InputError, match=r"taught: Tuple should have at least 3 items, not 2"):
         read(tmp_path, ("[[taught]]\nsample_mm = [0.0, 40.0]\nrobot_mm = [210.0, -80.0, 55.0]\n", ""))
 
 

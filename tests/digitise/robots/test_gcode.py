@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from digitise.robots.gcode import gcode_text
-from digitise.robots.placed import place_path
-from sealtwin.errors import InputError
+from digitise.robots.robot_path import place_path
+from sealtwin.core.errors import InputError
 from tests.cells import cell, in_cell, placed, random_paths, trajectory
 from tests.robot_readers import read_gcode
 
@@ -65,7 +65,7 @@ def test_what_the_cell_asks_for_stands_before_the_first_move():
     ("changes", "says"),
     [
         ({"plunger": {"travel_mm": 15.2}}, r"cell.toml: the path needs 15\.3 mm .*; plunger.travel_mm is 15\.2"),
-        ({"plunger": {"largest_speed_mm_s": 0.9}}, r"would go at 0\.999 mm/s; plunger.largest_speed_mm_s is 0"),
+        ({"plunger": {"largest_speed_mm_s": 0.9}}, r"0\.999 mm/s; plunger.largest_speed_mm_s is 0"),
         ({"tip_deg": 6.0}, r"the face is tilted by 6\.0 degrees .* motion.largest_tilt_deg allows 5"),
         (
             {"reach": {"high_mm": (800.0, 800.0, 120.0)}},

@@ -7,9 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from digitise.robots.placed import place_path
-from digitise.robots.tables import points_text, table_text
-from sealtwin.store.stage_files import read_trajectory
+from digitise.robots.robot_path import place_path, points_text, table_text
+from sealtwin.core.record_files import read_trajectory
 from tests.cells import cell, in_cell, placed, random_paths
 
 

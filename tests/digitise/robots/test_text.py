@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from digitise.robots.gcode import gcode_text
+from digitise.robots.robot_path import comments, decimal
 from digitise.robots.spel import spel_text
-from digitise.robots.text import comment, comments, decimal
 from digitise.robots.urscript import urscript_text
 from tests.cells import placed
 from tests.robot_readers import read_gcode, read_spel, read_urscript
@@ -39,7 +39,7 @@ def test_a_hostile_name_never_becomes_code(name, text, read):
 
 @given(st.text())
 def test_a_comment_is_one_line_of_harmless_signs(text):
-    said = comment(text)
+    said = comments("", [text])[0]
     assert len(said.splitlines()) <= 1
     # GRBL obeys ! ? ~ even in comments; % ends a tape, * begins a checksum, quotes and brackets open things.
     assert not set(said) & set("!?~%*$'\"`;#()[]{}<>\\|&^@\t\x7f")
@@ -48,7 +48,7 @@ def test_a_comment_is_one_line_of_harmless_signs(text):
 
 
 def test_plain_words_and_numbers_are_kept():
-    assert comment("trial paper-trial_2, 4.8 ml: 100/160 = ok") == "trial paper-trial_2, 4.8 ml: 100/160 = ok"
+    assert comments("", ["trial paper-trial_2, 4.8 ml: 100/160 = ok"]) == [" trial paper-trial_2, 4.8 ml: 100/160 = ok"]
     assert comments(";", ["a", ""]) == ["; a", ";"]
 
 

@@ -4,7 +4,7 @@ from email.message import Message
 
 import pytest
 
-from digitise.trace_page.gate import LARGEST_BODY_BYTES, Gate
+from digitise.trace_page.page import LARGEST_BODY_BYTES, RequestGate
 
 PORT = 8123
 OWN = f"127.0.0.1:{PORT}"
@@ -12,7 +12,7 @@ OWN = f"127.0.0.1:{PORT}"
 
 @pytest.fixture
 def gate():
-    return Gate(PORT)
+    return RequestGate(PORT)
 
 
 def _headers(*fields):
@@ -23,16 +23,15 @@ def _headers(*fields):
 
 
 def _posted(**changed):
-    """The headers of the page's own POST, some of them changed, doubled or (None) left out."""
-    fields = {"Host": OWN, "Origin": f"http://{OWN}", "Content-Type": "application/json", "Content-Length": "2"}
+    """The headers of the page's own POST, some of them changed or (None) left out."""
+    fields = {"Host": OWN, "Origin": f"http://{OWN}", "Content-Length": "2"}
     fields |= {name.replace("_", "-"): value for name, value in changed.items()}
-    lists = {name: value if isinstance(value, tuple) else (value,) for name, value in fields.items() if value}
-    return _headers(*((name, one) for name, values in lists.items() for one in values))
+    return _headers(*((name, value) for name, value in fields.items() if value))
 
 
 def _refused_with(gate, headers, method="POST"):
     refusal = gate.refuses(method, f"/{gate.token}/trace", headers)
-    return None if refusal is None else refusal.status.value
+    return None if refusal is None else refusal[0].value
 
 
 def test_the_page_itself_gets_in(gate):
@@ -47,20 +46,20 @@ def test_the_page_itself_gets_in(gate):
 )
 def test_without_the_token_nobody_gets_in(gate, target):
     """Another session's token, a part of this one, letters that no token has, an address in full: all are no token."""
-    written = target.format(other=Gate(PORT).token, start=gate.token[:-1], token=gate.token, own=OWN)
+    written = target.format(other=RequestGate(PORT).token, start=gate.token[:-1], token=gate.token, own=OWN)
     refusal = gate.refuses("GET", written, _headers(("Host", OWN)))
     assert refusal is not None
-    assert refusal.status == 403
+    assert refusal[0] == 403
 
 
 def test_tokens_cannot_be_guessed(gate):
     """32 random bytes, 43 letters: nobody tries 2^256 of them."""
     assert len(gate.token) == 43
-    assert len({Gate(PORT).token for _ in range(100)}) == 100
+    assert len({RequestGate(PORT).token for _ in range(100)}) == 100
 
 
 @pytest.mark.parametrize(
-    "host", [None, "", "evil.example", f"evil.example:{PORT}", "127.0.0.1", f"127.0.0.1:{PORT + 1}", (OWN, OWN)]
+    "host", [None, "", "evil.example", f"evil.example:{PORT}", "127.0.0.1", f"127.0.0.1:{PORT + 1}"]
 )
 def test_under_another_name_this_machine_does_not_answer(gate, host):
     """DNS rebinding: a site whose name resolves to 127.0.0.1 still sends its own name."""
@@ -82,27 +81,12 @@ def test_another_sites_page_cannot_post(gate, origin):
     assert _refused_with(gate, _posted(Origin=origin)) == 403
 
 
-@pytest.mark.parametrize("kind", [None, "text/plain", "application/x-www-form-urlencoded", "multipart/form-data"])
-def test_a_form_cannot_post(gate, kind):
-    """What a browser sends from a form without asking first is never JSON."""
-    assert _refused_with(gate, _posted(Content_Type=kind)) == 415
-
-
-@pytest.mark.parametrize("length", [str(LARGEST_BODY_BYTES + 1), "9" * 30])
+@pytest.mark.parametrize("length", [str(LARGEST_BODY_BYTES + 1), "9" * 9])
 def test_a_large_body_is_refused_by_its_announcement(gate, length):
     assert _refused_with(gate, _posted(Content_Length=str(LARGEST_BODY_BYTES))) is None
     assert _refused_with(gate, _posted(Content_Length=length)) == 413
 
 
-@pytest.mark.parametrize("length", [None, "-1", "+2", "2.0", "0x2", "²", ("2", "2")])
+@pytest.mark.parametrize("length", [None, "-1", "+2", "2.0", "0x2", "²", "9" * 30])
 def test_a_body_of_unsure_length_is_refused(gate, length):
     assert _refused_with(gate, _posted(Content_Length=length)) == 411
-
-
-def test_a_chunked_body_is_refused(gate):
-    assert _refused_with(gate, _posted(Transfer_Encoding="chunked")) == 411
-
-
-def test_a_get_has_no_body(gate):
-    """It would be read as the next request."""
-    assert _refused_with(gate, _headers(("Host", OWN), ("Content-Length", "5")), method="GET") == 400

@@ -6,12 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from digitise.finding.crack_path import CrackPath
+from digitise.crack_path.find_path import find_path
+from digitise.crack_path.hints import CrackPath
 from digitise.outline import trace_outline
-from digitise.path import find_path
-from digitise.scaling.lens import Lens
-from digitise.scaling.view import View
-from digitise.trace_page.glance import GLANCE_WIDTH_PX, glance, shrunk
+from digitise.scale.view import Lens, View
+from digitise.trace_page.tiles import GLANCE_WIDTH_PX, glance, shrunk
 from tests.pictures import distance_to, evenly_scaled, mortar, with_crack, write_png
 
 ENDS = ((60.0, 430.0), (940.0, 210.0))

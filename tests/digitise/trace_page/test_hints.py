@@ -6,8 +6,8 @@ import pytest
 from pydantic import ValidationError
 
 from digitise.settings import Marker, MarkerBoard, PhotoInput
-from digitise.trace_page.hints import Hints, path_settings, rest_of, scale_settings
-from sealtwin.errors import InputError
+from digitise.trace_page.session import Hints, path_settings, rest_of, scale_settings
+from sealtwin.core.errors import InputError
 
 ENDS = ((1.0, 2.0), (300.0, 4.5))
 BOARD = MarkerBoard(size_mm=16.0, markers=tuple(Marker(id=n, x_mm=float(n), y_mm=0.0) for n in range(4)))

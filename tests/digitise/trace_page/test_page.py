@@ -10,7 +10,7 @@ import pytest
 from digitise.settings import MOST_VIA
 from digitise.trace_page.page import MEDIA_TYPES, TracePage
 from digitise.trace_page.tiles import Pyramid
-from sealtwin.errors import InputError
+from sealtwin.core.errors import InputError
 
 ASSETS = files("digitise.trace_page") / "assets"
 
@@ -125,7 +125,7 @@ def test_a_question_is_handed_on(page):
     ],
 )
 def test_what_the_page_never_sends_is_refused(page, saved, name, body):
-    with pytest.raises(ValueError, match="not what this page sends"):
+    with pytest.raises(ValueError, match="not a request of this page"):
         page.post(name, body)
     assert not saved
     assert page.post("session", b"{}") is None
@@ -146,7 +146,7 @@ def test_a_refused_save_says_why_and_the_page_stays(page, saved):
 
 def test_a_place_that_cannot_be_written_costs_no_click(page, saved):
     (answer,) = _posted(page, "save", {"hints": {}, "depth_mm": 999})
-    assert answer["refused"].startswith("lab/crack.toml: Permission denied.")
+    assert answer["refused"].startswith("lab/crack.toml: Permission denied")
     assert not page._ended.is_set()
     _posted(page, "save", {"hints": {}, "depth_mm": 16})
     assert len(saved) == 1

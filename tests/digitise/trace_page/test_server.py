@@ -5,15 +5,15 @@ import json
 import socket
 import threading
 import time
-from contextlib import closing, suppress
+from contextlib import closing
 
 import pytest
 
-from digitise.trace_page import server as page_server
-from digitise.trace_page.server import MOST_CONNECTIONS, SECURITY_HEADERS, Content, PageServer
+from digitise.trace_page import page as trace_page
+from digitise.trace_page.page import SECURITY_HEADERS, Content, PageServer
 
 
-class Echo:
+class Echo(PageServer):
     """Says hello, and gives back what it is sent."""
 
     def get(self, name):
@@ -30,7 +30,7 @@ class Echo:
 
 @pytest.fixture
 def server():
-    with PageServer(Echo()) as running:
+    with Echo() as running:
         threading.Thread(target=running.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True).start()
         yield running
         running.shutdown()
@@ -91,7 +91,7 @@ def test_lines_leave_as_soon_as_they_are_there(server):
         go_on.wait(5)
         yield {"walls": 2}
 
-    server.site.post = slow
+    server.post = slow
     connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=5)
     headers = {"Origin": f"http://127.0.0.1:{server.server_port}", "Content-Type": "application/json"}
     connection.request("POST", f"/{server.gate.token}/trace", b"{}", headers)
@@ -163,48 +163,21 @@ def test_whoever_leaves_in_the_middle_does_not_kill_it(server, capfd):
     assert "Traceback" not in capfd.readouterr().err
 
 
-def test_a_slow_client_is_dropped_and_holds_nobody_up(server, monkeypatch):
-    """A byte now and then keeps a socket busy for ever, unless the whole body has its time."""
-    monkeypatch.setattr(page_server, "SLOW_S", 0.3)
-    monkeypatch.setattr(page_server._Visit, "timeout", 0.3)
-    head = _head_of_a_post(server, length=50)
+def test_a_silent_client_is_dropped_and_holds_nobody_up(server, monkeypatch, capfd):
+    monkeypatch.setattr(trace_page._Visit, "timeout", 0.3)
     with socket.create_connection(("127.0.0.1", server.server_port), timeout=5) as wire:
-        wire.sendall(head.encode())
+        wire.sendall(_head_of_a_post(server, length=50).encode() + b" ")
         began = time.monotonic()
         assert _ask(server)[0] == 200
-        wire.settimeout(0.1)
-        answer = b""
-        while not answer and time.monotonic() - began < 4:
-            try:
-                wire.sendall(b" ")
-                answer = wire.recv(100)
-            except TimeoutError:
-                continue
-        assert answer.startswith(b"HTTP/1.1 408")
+        assert wire.recv(100) == b""
         # 0.3 s of its own, and a machine that is busy elsewhere.
         assert time.monotonic() - began < 3
-
-
-def test_only_so_many_at_once(server):
-    """Threads are memory: a loop that opens connections must not take the machine with it."""
-    began = time.monotonic()
-    idle = [socket.create_connection(("127.0.0.1", server.server_port), timeout=5) for _ in range(MOST_CONNECTIONS)]
-    assert time.monotonic() - began < 0.9, "a connection that finds no place in the queue tries again after a second"
-    with pytest.raises((http.client.HTTPException, ConnectionError)):
-        _ask(server)
-    for wire in idle:
-        wire.close()
-    deadline = time.monotonic() + 5
-    while time.monotonic() < deadline:
-        with suppress(http.client.HTTPException, ConnectionError):
-            assert _ask(server)[0] == 200
-            return
-    pytest.fail("no room, although everybody has left")
+    assert "Traceback" not in capfd.readouterr().err
 
 
 def test_it_ends_at_once_but_not_in_the_middle_of_an_answer():
     """Ten seconds of an idle browser's patience are not waited for; a computation in native code is."""
-    server = PageServer(Echo())
+    server = Echo()
     threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True).start()
     working, done = threading.Event(), threading.Event()
 
@@ -214,7 +187,7 @@ def test_it_ends_at_once_but_not_in_the_middle_of_an_answer():
         done.set()
         yield {"late": True}
 
-    server.site.post = slow
+    server.post = slow
     with (
         socket.create_connection(("127.0.0.1", server.server_port), timeout=5) as idle,
         socket.create_connection(("127.0.0.1", server.server_port), timeout=5) as busy,

@@ -9,13 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from digitise.crack_path.find_path import find_path
 from digitise.outline import trace_outline
-from digitise.path import find_path
 from digitise.settings import PhotoInput
 from digitise.trace_page import session as page_session
-from digitise.trace_page.hints import Hints
-from digitise.trace_page.session import OutdatedError, TraceSession
-from sealtwin.errors import InputError
+from digitise.trace_page.session import Hints, OutdatedError, TraceSession
+from sealtwin.core.errors import InputError
 from tests.pictures import evenly_scaled, mortar, with_crack, write_png
 from tests.places import FIXTURE
 
@@ -77,9 +76,9 @@ def test_without_a_scale_lengths_are_pixels(session):
 
 def test_without_a_scale_no_sentence_speaks_of_millimetres(session):
     """A millimetre is a pixel then, and a reader would take it for one of the sample's."""
-    photo_in_px = page_session._in_px_unless(False, "along 12 mm of the line, 3.1 mm/px; mmm and comm stay")
+    photo_in_px = page_session._for_page(False, "along 12 mm of the line, 3.1 mm/px; mmm and comm stay")
     assert photo_in_px == "along 12 px of the line, 3.1 px/px; mmm and comm stay"
-    assert page_session._in_px_unless(True, "along 12 mm") == "along 12 mm"
+    assert page_session._for_page(True, "along 12 mm") == "along 12 mm"
     assert " mm" not in json.dumps(_asked(session, Hints(ends_px=ENDS)))
 
 
@@ -103,12 +102,25 @@ def test_a_refusal_is_the_sentence_it_is(session, file):
     with pytest.raises(InputError) as fault:
         find_path(evenly_scaled(file), BARE)
     assert list(answers) == ["scale", "refused"]
-    assert answers["refused"] == str(fault.value).replace(str(file), file.name)
+    said = str(fault.value).replace(str(file), file.name)
+    assert "ends_px" in said
+    assert answers["refused"] == said.replace("ends_px", "Ends")
+
+
+def test_sentences_name_controls_of_the_page_in_place_of_settings(session):
+    """A user of the page has no trial file open; what is no control keeps its name."""
+    sentence = "IMG_01.jpg: look at overlay.png, then give ends_px, photo.roi_px or face_mm; check size_mm"
+    assert page_session._for_page(True, sentence) == (
+        "IMG_01.jpg: look at the lines on the photo, then give Ends, Box or Width and Height; check size_mm"
+    )
+    away = _asked(session, Hints(ends_px=ENDS, ruler_px=((10.0, 10.0), (10.5, 10.0)), ruler_mm=4.0))
+    assert "Ruler" in away["scale"]["refused"]
+    assert "_px" not in away["scale"]["refused"]
 
 
 def test_a_scale_that_cannot_be_is_said_and_the_crack_still_shown(session):
     answers = _asked(session, Hints(ends_px=ENDS, ruler_px=((10.0, 10.0), (10.5, 10.0)), ruler_mm=4000.0))
-    assert "ruler" in answers["scale"]["refused"]
+    assert "Ruler" in answers["scale"]["refused"]
     assert answers["scale"]["mm_per_px"] is None
     assert answers["walls"]["unit"] == "px"
 
@@ -132,7 +144,7 @@ def test_via_points_and_region_are_followed(session):
     found = _asked(session, Hints(ends_px=ENDS, via_px=((300.0, 161.0),)))
     assert found["path"]["source"] == "via"
     away = _asked(session, Hints(ends_px=ENDS, roi_px=((0.0, 0.0), (499.0, 60.0))))
-    assert "roi_px" in away["refused"]
+    assert "Box" in away["refused"]
 
 
 def test_without_ends_the_crack_is_proposed(session):

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from manifold3d import CrossSection, FillRule
 
+from digitise.crack_path.find_path import find_path
 from digitise.geometry.polyline import crossings, signed_area
 from digitise.outline import trace_outline
-from digitise.path import find_path
 from digitise.settings import CrackShape
-from digitise.solid import build_solid
-from digitise.specimens.fracture import STEP_MM
-from digitise.specimens.recipe import Recipe, SideCrack
-from digitise.specimens.specimen import make_specimen
+from digitise.solid.build_solid import build_solid
+from fixtures.generate.fracture import STEP_MM
+from fixtures.generate.recipe import Recipe, SideCrack
+from fixtures.generate.specimen import make_specimen
 from tests.pictures import SMALL_FACE, distance_to, evenly_scaled, mortar, photo_of, rms, with_crack, write_png
 
 FORK = SideCrack(at=0.35, side="left", angle_deg=35, length_mm=14, width_mm=1.8)

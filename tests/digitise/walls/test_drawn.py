@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from skimage.draw import polygon2mask
 
+from digitise.crack_path.find_path import find_path
 from digitise.geometry.polyline import signed_area
 from digitise.outline import trace_outline
-from digitise.path import find_path
-from digitise.specimens.recipe import Recipe, SideCrack
-from digitise.specimens.specimen import make_specimen
+from fixtures.generate.recipe import Recipe, SideCrack
+from fixtures.generate.specimen import make_specimen
 from tests.pictures import SMALL_FACE, distance_to, evenly_scaled, mortar, photo_of, rms, write_png
 
 HALF_PIXEL = 0.5

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from digitise.photo import Photo
-from digitise.scaling.view import View
+from digitise.scale.view import View
 from digitise.walls.ends import PathEnd, judge_end
-from digitise.walls.patch import patch_around
-from sealtwin.records import Floats
+from digitise.walls.straightened import patch_around
+from sealtwin.core.records import Floats
 
 RIGHT = np.array([1.0, 0.0])
 

@@ -1,14 +1,14 @@
 import numpy as np
 import pytest
 
+from digitise.crack_path.find_path import find_path
 from digitise.geometry.polyline import signed_area
 from digitise.outline import trace_outline
-from digitise.path import find_path
 from digitise.settings import CrackShape
-from digitise.solid import build_solid
-from digitise.specimens.lighting import Look
-from digitise.specimens.recipe import Recipe
-from digitise.specimens.specimen import make_specimen
+from digitise.solid.build_solid import build_solid
+from fixtures.generate.lighting import Look
+from fixtures.generate.recipe import Recipe
+from fixtures.generate.specimen import make_specimen
 from tests.pictures import SMALL_FACE, distance_to, evenly_scaled, mortar, photo_of, rms, with_crack, write_png
 
 POOR = Look(light=0.5, grain=0.15, blur_px=2.0, noise=0.04, jpeg_quality=50)

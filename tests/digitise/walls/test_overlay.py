@@ -3,15 +3,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from digitise.finding.crack_path import CrackPath
+from digitise.crack_path.find_path import find_path
+from digitise.crack_path.hints import CrackPath
 from digitise.geometry.polyline import resampled
 from digitise.outline import trace_outline
-from digitise.path import find_path
 from digitise.settings import NozzlePath
-from digitise.specimens.specimen import Recipe, make_specimen
 from digitise.trajectory import plan_trajectory
 from digitise.walls import overlay
 from digitise.walls.overlay import CENTRE, ENDS, LEFT, LONGER_SIDE_PX, NOZZLE, RIGHT, draw_overlay, draw_way
+from fixtures.generate.specimen import Recipe, make_specimen
 from tests.pictures import SMALL_FACE, evenly_scaled, mortar, photo_of, with_crack, write_png
 
 

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from benchmarks.tracing_cases import clean_case, hard_case
+from digitise.crack_path.find_path import find_path
 from digitise.outline import trace_outline
-from digitise.path import find_path
 from digitise.photo import load_photo
 from digitise.settings import PhotoInput
-from digitise.specimens.specimen import Recipe, Specimen, make_specimen, mean_width_mm
-from sealtwin.errors import InputError
-from sealtwin.records import Outline
-from sealtwin.store.stage_files import read_outline, write_outline
+from fixtures.generate.specimen import Recipe, Specimen, make_specimen, mean_width_mm
+from sealtwin.core.errors import InputError
+from sealtwin.core.record_files import read_outline, write_outline
+from sealtwin.core.records import Outline
 from tests.pictures import SMALL_FACE, distance_to, evenly_scaled, mortar, photo_of, rms, with_crack, write_png
 from tests.places import FIXTURE
 

@@ -2,10 +2,9 @@ import numpy as np
 import pytest
 
 from digitise.geometry.polyline import left_normals
-from digitise.pictures.raster import blurred
-from digitise.walls.patch import BLUR_PX, Patch
-from digitise.walls.strip import sample_step_mm, straighten
-from digitise.walls.walls import Walls, find_walls
+from digitise.image.raster import blurred
+from digitise.walls.straightened import BLUR_PX, Patch, sample_step_mm, straighten
+from digitise.walls.wall_profile import Walls, find_walls
 from tests.pictures import evenly_scaled, write_png
 
 MM_PER_PX = 0.1
@@ -42,7 +41,7 @@ def test_a_wall_is_found_to_a_twentieth_of_a_pixel(walls_of, shift):
     walls = walls_of(band(51.0 + shift, 68.0 + shift))
     assert walls.left_mm / MM_PER_PX == pytest.approx(9 - shift, abs=0.05)
     assert walls.right_mm / MM_PER_PX == pytest.approx(8 + shift, abs=0.05)
-    assert walls.left_seen.all()
+    assert walls.left_found.all()
     assert walls.open_line.all()
 
 
@@ -60,8 +59,8 @@ def test_a_wall_off_the_sample_goes_with_the_other_one(walls_of):
     mask[:56, 200:] = 0
     walls = walls_of(brightness, mask)
     hidden = np.arange(20, 280, 2.5) > 203
-    assert not walls.left_seen[hidden].any()
-    assert walls.right_seen.all()
+    assert not walls.left_found[hidden].any()
+    assert walls.right_found.all()
     assert walls.left_mm / MM_PER_PX == pytest.approx(9, abs=0.1)
 
 

@@ -7,8 +7,8 @@ import shutil
 import pytest
 from typer.testing import CliRunner
 
-from sealtwin.cli import app
-from sealtwin.store import files
+from sealtwin.cli.app import app
+from sealtwin.core import files
 from tests.lab_folder import FAULTS, make_lab_folder
 
 

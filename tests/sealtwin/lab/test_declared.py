@@ -4,12 +4,14 @@ from pathlib import Path
 
 import pytest
 
-from sealtwin.errors import InputError
+from sealtwin.cli.folder_answer import ingest_answer
+from sealtwin.core.errors import InputError
+from sealtwin.core.record_files import read_outline, read_solid
 from sealtwin.lab.ingest import ingest
-from sealtwin.lab.telling import exit_code, lines
-from sealtwin.trials.trial import load_trial
-from tests.labs import QUIET
-from tests.pictures import mortar, write_png
+from sealtwin.trial.trial_file import load_trial
+from simulate.setup_checks import check_fit
+from tests.labs import QUIET, sealtwin
+from tests.pictures import mortar, with_crack, write_png
 
 
 def test_a_fault_of_lab_toml_is_told_once_and_stops_all(small, tmp_path):
@@ -24,15 +26,11 @@ def test_a_fault_of_lab_toml_is_told_once_and_stops_all(small, tmp_path):
 
 
 def test_all_faults_of_lab_toml_are_told_at_once(small, tmp_path):
-    """A wrong value was told only once the misspelt key was mended."""
-    (small / "lab.toml").write_text(
-        'data = "measured"\nname = "all"\n[photo]\nmm_per_pxl = 0.1\n'
-        "[fluid]\nviscosity_pa_s = -1.0\nfreeze_after_s = 2.0\n"
-    )
+    (small / "lab.toml").write_text('data = "measured"\nname = "all"\n[photo]\nmm_per_pxl = 0.1\nscale = 2\n')
     with pytest.raises(InputError) as refusal:
         ingest(small, tmp_path / "lab", QUIET)
     told = str(refusal.value)
-    for words in ("'photo.mm_per_pxl': no such key", "name is of one sample", "fluid.viscosity_pa_s = -1.0: should be"):
+    for words in ("'photo.mm_per_pxl': no such key", "'photo.scale': no such key", "name is of one sample"):
         assert words in told
     assert len(told.splitlines()) == 3
 
@@ -51,6 +49,21 @@ def test_what_is_not_said_of_the_fluid_and_its_rest_is_the_starters(small, tmp_p
     assert said.fluid is not None
     assert (said.fluid.yield_stress_pa, said.fluid.freeze_after_s) == (12.0, "never")
     assert any("fluid.yield_stress_pa = 12.0" in remark for remark in ingested.outcomes[0].remarks)
+
+
+def test_the_particles_of_a_thin_crack_fit_it_where_nobody_says_their_radius(small, tmp_path):
+    """A radius of 0.4 mm in all of a lab's trials left its cracks of less than 1.6 mm without a run."""
+    write_png(small / "P01.png", with_crack(mortar((200, 200)), [(40, 101), (80, 97), (120, 103), (160, 98)], 10))
+    lab_toml = (small / "lab.toml").read_text()
+    (small / "lab.toml").write_text(lab_toml.replace("radius_mm = 0.45\n", ""))
+    ingest(small, tmp_path / "lab", QUIET)
+    trial, run = load_trial(tmp_path / "lab" / "P01" / "trial.toml"), tmp_path / "run"
+    assert sealtwin("digitise", tmp_path / "lab" / "P01" / "trial.toml", "--out", run).exit_code == 0
+    outline, solid = read_outline(run), read_solid(run)
+    assert 1.0 < outline.mean_width_mm < 1.3
+    assert trial.fluid is not None
+    check_fit(outline, solid, trial.fluid, trial.solver, trial.nozzle)
+    assert trial.solver.for_crack(outline.mean_width_mm).size_mm == pytest.approx(outline.mean_width_mm / 8, rel=0.01)
 
 
 @pytest.mark.parametrize(
@@ -73,6 +86,7 @@ def test_of_a_fluid_that_is_said_in_part_only_the_rest_is_the_starters(
     found = load_trial(tmp_path / "lab" / "P01" / "trial.toml").fluid
     assert found is not None
     assert (found.yield_stress_pa, found.freeze_after_s) == (stress_pa, freeze)
+    assert found.D_cm == (None if "viscosity" in said else 0.3)
     remarks = [text for text in ingested.outcomes[0].remarks if "fluid" in text]
     assert remarks == [] if remark is None else remark in remarks[0]
 
@@ -80,8 +94,12 @@ def test_of_a_fluid_that_is_said_in_part_only_the_rest_is_the_starters(
 def test_a_value_of_lab_toml_that_fails_all_samples_is_told_in_one_sentence(small, tmp_path):
     (small / "lab.toml").write_text((small / "lab.toml").read_text().replace("mm_per_px = 0.1", "mm_per_px = 100.0"))
     ingested = ingest(small, tmp_path / "lab", QUIET)
-    assert exit_code(ingested) == 3
-    assert [line for line in lines(ingested) if line.startswith("failed: P01, P02: lab.toml: photo.mm_per_px = 100.0")]
+    assert ingest_answer(ingested).exit_code == 3
+    assert [
+        line
+        for line in ingest_answer(ingested).lines
+        if line.startswith("failed: P01, P02: lab.toml: photo.mm_per_px = 100.0")
+    ]
 
 
 def test_what_is_not_declared_is_asked_and_where_to_write_it(small, tmp_path):

@@ -6,12 +6,11 @@ from dataclasses import replace
 
 import pytest
 
-from sealtwin.errors import InputError
-from sealtwin.lab import finding, prepared
-from sealtwin.lab.asking import list_lab
-from sealtwin.lab.catalogue import CATALOGUE, Fault
+from sealtwin.cli.folder_answer import ingest_answer
+from sealtwin.core.errors import InputError
+from sealtwin.lab import found_files, sample_trials
+from sealtwin.lab.catalogue import CATALOGUE, CatalogueFault, latest_trials
 from sealtwin.lab.ingest import ingest
-from sealtwin.lab.telling import lines
 from tests.labs import QUIET, sealtwin
 from tests.pictures import mortar, write_png
 
@@ -31,7 +30,7 @@ def test_names_that_would_move_a_terminals_cursor_are_left_out(small, tmp_path):
     for name in ("P03\n.png", "P04\x1b[2J.png", "P05\u202egnp.png"):
         (small / name).touch()
     (small / os.fsdecode(b"P06\xff.png")).touch()
-    told = "\n".join(lines(ingest(small, tmp_path / "lab", QUIET)))
+    told = "\n".join(ingest_answer(ingest(small, tmp_path / "lab", QUIET)).lines)
     assert "P03?.png: a name with control characters" in told
     assert "\\xff" in told
     assert not set(told) & {"\x1b", "\u202e", "\udcff"}
@@ -53,14 +52,14 @@ def test_a_note_that_would_move_a_terminals_cursor_moves_none(small, tmp_path):
         'operator = "\\u001b[2J"\nnote = "\\u202e"\ncrack.depth_mm = 8.0\n"\\u009b2J" = 1\n'
     )
     (small / "P02_Notiz.csv").write_bytes(b"Tiefe;8 mm\nBemerkung;\x1b[2J\n\x1b]0;x\n")
-    told = "\n".join(lines(ingest(small, tmp_path / "lab", QUIET)))
+    told = "\n".join(ingest_answer(ingest(small, tmp_path / "lab", QUIET)).lines)
     assert "P01.toml" in told
     assert "P02_Notiz.csv" in told
     assert not set(told) & {"\x1b", "\u202e", "\x9b"}
 
 
 def test_whatever_a_fault_quotes_moves_no_cursor(sound):
-    told = lines(replace(sound[3], faults=(Fault("P01", "P01.csv: \x1b[2J\n\u202e"),)))
+    told = ingest_answer(replace(sound[3], faults=(CatalogueFault("P01", "P01.csv: \x1b[2J\n\u202e"),))).lines
     assert "failed: P01: P01.csv: ?[2J??" in told
 
 
@@ -68,7 +67,7 @@ def test_a_sheet_of_a_gigabyte_is_refused_unread(small, tmp_path, monkeypatch):
     with (small / "P01.csv").open("wb") as sheet:
         sheet.truncate(1_000_000_000)
     monkeypatch.setattr(
-        prepared.files, "sha256", lambda path: pytest.fail(str(path)) if path.stat().st_size > 1e8 else "x"
+        sample_trials.files, "sha256", lambda path: pytest.fail(str(path)) if path.stat().st_size > 1e8 else "x"
     )
     ingested = ingest(small, tmp_path / "lab", QUIET, dry_run=True)
     assert ingested.outcomes[0].faults == ("P01.csv: 1,000 MB; at most 5 MB of such a file are read.",)
@@ -81,7 +80,7 @@ def test_a_note_that_cannot_be_read_is_the_one_fault(small, tmp_path):
 
 
 def test_too_many_files_are_refused(small, tmp_path, monkeypatch):
-    monkeypatch.setattr(finding, "MOST_ENTRIES", 6)
+    monkeypatch.setattr(found_files, "MOST_ENTRIES", 6)
     with pytest.raises(InputError, match="more than 6 files; give one part of it at a time"):
         ingest(small, tmp_path / "lab", QUIET)
 
@@ -90,7 +89,7 @@ def test_a_catalogue_that_is_none_is_told_of(small, tmp_path):
     lab = tmp_path / "lab"
     ingest(small, lab, QUIET)
     (lab / CATALOGUE).write_bytes(b"no database" * 100)
-    for damage in (lambda: ingest(small, lab, QUIET), lambda: list_lab(lab)):
+    for damage in (lambda: ingest(small, lab, QUIET), lambda: latest_trials(lab)):
         with pytest.raises(
             InputError, match=r"no catalogue that can be read .* Move it away and ingest the same folders"
         ):
@@ -112,7 +111,7 @@ def test_a_catalogue_of_no_bytes_is_none(small, tmp_path):
     ingest(small, lab, QUIET)
     (lab / CATALOGUE).write_bytes(b"")
     with pytest.raises(InputError, match=r"no lab \(it has no catalogue.sqlite\)"):
-        list_lab(lab)
+        latest_trials(lab)
     assert [outcome.fate for outcome in ingest(small, lab, QUIET, dry_run=True).outcomes] == ["new"] * 2
     assert [outcome.fate for outcome in ingest(small, lab, QUIET).outcomes] == ["unchanged"] * 2
 
@@ -123,7 +122,7 @@ def test_a_database_of_another_program_is_no_catalogue(small, tmp_path):
         base.execute("CREATE TABLE mine (x)")
     base.close()
     with pytest.raises(InputError, match=r"no catalogue that can be read \(no such table: facts\)"):
-        list_lab(tmp_path / "lab")
+        latest_trials(tmp_path / "lab")
 
 
 @pytest.mark.parametrize("name", ["CON", "nul", "LPT9", "aux.x"])

@@ -8,15 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sealtwin.errors import InputError
+from sealtwin.cli.folder_answer import ingest_answer
+from sealtwin.core.errors import InputError
 from sealtwin.lab.catalogue import Catalogue
 from sealtwin.lab.ingest import ingest
-from sealtwin.lab.telling import exit_code
-from sealtwin.trials.trial import load_trial
+from sealtwin.trial.trial_file import load_trial
 from tests.lab_folder import FAULTS, HANDS, LENGTH_MM, S_MM, levels_mm, make_lab_folder
 from tests.labs import QUIET, hashes_of, rows_of, sealtwin
 from tests.places import FIXTURE
-from validate.caliper import read_readings
+from validate.readings.read_readings import read_readings
 
 
 def test_ten_samples_in_ten_dialects_become_ten_trials(sound):
@@ -24,7 +24,7 @@ def test_ten_samples_in_ten_dialects_become_ten_trials(sound):
     assert [outcome.fate for outcome in ingested.outcomes] == ["new"] * 10
     assert not ingested.faults
     assert len({outcome.dialect for outcome in ingested.outcomes}) == 10
-    assert exit_code(ingested) == 0
+    assert ingest_answer(ingested).exit_code == 0
     for sample, (_, hand) in HANDS.items():
         trial = load_trial(lab / sample / "trial.toml")
         assert trial.readings is not None

@@ -1,13 +1,11 @@
-"""What a file's name says of a sample, and how near two names are."""
+"""What a file's name says of a sample."""
 
 from pathlib import PurePath
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from sealtwin.lab.naming import read_name, within_one_letter
-from validate.sheets.samples import sample_key
+from sealtwin.lab.sample_names import read_name
+from validate.readings.samples import sample_key
 
 SPELLINGS = (
     ("P01.jpg", "photo"),
@@ -64,14 +62,3 @@ def test_a_name_with_markup_or_mathtext_becomes_a_plain_label():
     said = read_name(PurePath("<b onload=x>P$_{1}$.png"))
     assert said is not None
     assert not set(said.sample) & set("<>$={}&\"'/\\")
-
-
-@given(st.text("ab1", max_size=6), st.text("ab1", max_size=6))
-def test_within_one_letter_is_one_edit_and_no_more(one, other):
-    """Against the textbook's table of edit distances."""
-    row = list(range(len(other) + 1))
-    for place, letter in enumerate(one, start=1):
-        before, row[0] = row[0], place
-        for column, wanted in enumerate(other, start=1):
-            before, row[column] = row[column], min(row[column] + 1, row[column - 1] + 1, before + (letter != wanted))
-    assert (other in within_one_letter([one, other])[one]) == (row[-1] == 1)

@@ -3,9 +3,9 @@
 import openpyxl
 import pytest
 
-from sealtwin.lab.keys import known_keys
-from sealtwin.lab.notes import Entry, Note, read_note
-from sealtwin.lab.words import BY_WORD, MEANINGS
+from sealtwin.lab.note_words import BY_WORD, UNITS, known_keys
+from sealtwin.lab.notes import Note, NoteEntry, read_note
+from validate.readings.words import WORDS
 
 
 def _written(folder, text, name="P01_notes.csv", encoding="utf-8"):
@@ -20,9 +20,10 @@ def _said(note):
 
 
 def test_every_word_means_one_setting_that_there_is():
-    words = [word for words, _ in MEANINGS for word in words.split(",")]
+    words = [word for setting in WORDS["notes"]["settings"].values() for word in setting["words"].split(",")]
     assert len(words) == len(BY_WORD)  # none twice, spelt one way or another
-    assert {meaning.key for _, meaning in MEANINGS} <= known_keys()
+    assert {meaning.key for meaning in BY_WORD.values()} <= known_keys()
+    assert {meaning.measure for meaning in BY_WORD.values()} == UNITS.keys() | {""}
 
 
 @pytest.mark.parametrize(
@@ -150,6 +151,8 @@ def test_a_workbook_is_a_note_with_numbers_and_dates_as_excel_holds_them(tmp_pat
 
 
 def test_a_samples_own_scale_takes_the_place_of_the_folders_whatever_its_kind():
-    folder = Note({key: Entry(1.0, "lab.toml") for key in ("photo.mm_per_px", "crack.depth_mm", "fluid.U")})
-    own = Note({"photo.face_mm": Entry([160.0, 40.0], "P01.toml"), "fluid.viscosity_pa_s": Entry(0.05, "P01.toml")})
+    folder = Note({key: NoteEntry(1.0, "lab.toml") for key in ("photo.mm_per_px", "crack.depth_mm", "fluid.U")})
+    own = Note(
+        {"photo.face_mm": NoteEntry([160.0, 40.0], "P01.toml"), "fluid.viscosity_pa_s": NoteEntry(0.05, "P01.toml")}
+    )
     assert set(own.over(folder).entries) == {"photo.face_mm", "fluid.viscosity_pa_s", "crack.depth_mm"}

@@ -4,9 +4,9 @@ from pathlib import PurePath
 
 import pytest
 
-from sealtwin.lab.naming import Said, read_names
+from sealtwin.lab.found_files import Piece
 from sealtwin.lab.pairing import pair, place_files
-from sealtwin.lab.pieces import Piece
+from sealtwin.lab.sample_names import Said, read_names
 
 
 def _paired(*names, decided=None):

@@ -3,12 +3,12 @@
 import openpyxl
 import pytest
 
-from sealtwin.errors import InputError
+from sealtwin.cli.folder_answer import ingest_answer
+from sealtwin.core.errors import InputError
 from sealtwin.lab.ingest import ingest
-from sealtwin.lab.telling import lines
-from sealtwin.trials.trial import load_trial
+from sealtwin.trial.trial_file import load_trial
 from tests.labs import QUIET
-from validate.caliper import read_readings
+from validate.readings.read_readings import read_readings
 
 TABLE = "Probe;s [mm];Pegel 1 [mm]\nP01;1;-1,0\np-02;1;-2,0\nP01;11;-1,5\np-02;11;-2,5\n"
 
@@ -37,7 +37,7 @@ def test_rows_go_to_the_samples_that_they_name(shared, tmp_path):
     assert _fates(ingested) == {"P01": "new", "P02": "new"}
     assert _levels_mm(tmp_path / "lab", "P01") == [-1.0, -1.5]
     assert _levels_mm(tmp_path / "lab", "P02") == [-2.0, -2.5]
-    assert "caliper_all.csv, rows of p-02" in "\n".join(lines(ingested))
+    assert "caliper_all.csv, rows of p-02" in "\n".join(ingest_answer(ingested).lines)
     kept = tmp_path / "lab" / "P02" / "inputs" / "readings.csv"
     assert kept.read_bytes() == (shared / "caliper_all.csv").read_bytes()
 
@@ -155,7 +155,7 @@ def test_a_note_may_name_the_sheet_if_it_means_the_same_one(shared, tmp_path):
 def test_one_photo_or_table_in_two_samples_is_remarked(shared, tmp_path):
     (shared / "P02.png").write_bytes((shared / "P01.png").read_bytes())
     (shared / "caliper_all.csv").write_text(TABLE.replace("-2", "-1"))
-    told = lines(ingest(shared, tmp_path / "lab", QUIET))
+    told = ingest_answer(ingest(shared, tmp_path / "lab", QUIET)).lines
     assert "note: P01, P02: one photo in 2 samples: P01.png, P02.png. Is each of its own?" in told
     parts = "caliper_all.csv, rows of P01, caliper_all.csv, rows of p-02"
     assert f"note: P01, P02: one table of readings in 2 samples: {parts}. Is each of its own?" in told
@@ -164,5 +164,5 @@ def test_one_photo_or_table_in_two_samples_is_remarked(shared, tmp_path):
     (other / "K77.png").write_bytes((shared / "P01.png").read_bytes())
     (other / "K77.toml").write_text("crack.depth_mm = 8.0\n")
     (other / "lab.toml").write_text((shared / "lab.toml").read_text())
-    told = lines(ingest(other, tmp_path / "lab", QUIET))
+    told = ingest_answer(ingest(other, tmp_path / "lab", QUIET)).lines
     assert "note: K77: one photo in 3 samples: K77.png, P01.png of p01, P02.png of p02. Is each of its own?" in told

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from sealtwin.lab import tracing
+from sealtwin.lab import ingest
 from tests.labs import sealtwin
 
 
@@ -73,7 +73,7 @@ def test_a_run_goes_on_where_tracing_ended(traced, tmp_path):
 
 
 def test_a_dry_run_traces_nothing(traced, monkeypatch):
-    monkeypatch.setattr(tracing, "trace", lambda *_: pytest.fail("traced"))
+    monkeypatch.setattr(ingest, "trace", lambda *_: pytest.fail("traced"))
     answer = _ingest(*traced, "--dry-run")
     assert answer.exit_code == 2
     assert "--digitise writes what it traces" in answer.output

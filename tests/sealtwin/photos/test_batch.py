@@ -10,17 +10,19 @@ import subprocess
 import sys
 import threading
 import time
+from dataclasses import replace
 from pathlib import Path
 
+import psutil
 import pytest
 from typer.testing import CliRunner
 
-from sealtwin.cli import app
-from sealtwin.errors import InputError
+from sealtwin.cli.app import app
+from sealtwin.core.errors import InputError
+from sealtwin.core.progress import Progress
+from sealtwin.core.run_folder import holding
 from sealtwin.photos import batch
-from sealtwin.photos.batch import Planned, digitise_many, plan
-from sealtwin.progress import Progress
-from sealtwin.store.folder import holding
+from sealtwin.photos.batch import PlannedPhoto, digitise_many, plan
 from tests.pictures import mortar, with_crack, write_png
 from tests.places import FIXTURE
 
@@ -56,7 +58,7 @@ def test_a_batch_goes_on_past_photos_that_fail_and_names_them_at_its_end(done):
     assert answer.exit_code == 6, answer.output
     last = answer.stdout.splitlines()[-2:]
     assert "failed: " in last[0]
-    assert "note.jpg: no photo that can be read" in last[0]
+    assert "note.jpg: not a readable photo" in last[0]
     assert "plain.png: no crack found" in last[1]
     with (out / "photos.csv").open(newline="") as opened:
         rows = {Path(row["file"]).name: row for row in csv.DictReader(opened)}
@@ -93,7 +95,7 @@ def test_the_contact_sheet_shows_what_was_found_of_a_photo_that_was_refused(tmp_
         (tmp_path / folder).mkdir()
         write_png(tmp_path / folder / "refused.png", mortar())
     reasons = {"narrow": "too narrow. Look at narrow/refused.png.", "gone": "not found."}
-    rows = [vars(batch.Row(f"{name}.jpg", name, "failed", reason=reason)) for name, reason in reasons.items()]
+    rows = [batch.BatchRow(f"{name}.jpg", name, "failed", reason=reason) for name, reason in reasons.items()]
     batch.write_contact_sheet(tmp_path / "index.html", tmp_path, rows)
     page = (tmp_path / "index.html").read_text()
     assert page.count("data:image/jpeg;base64,") == 1
@@ -106,8 +108,8 @@ def test_names_with_markup_or_formulas_stay_text(tmp_path, lab):
     report = digitise_many(plan([tmp_path], TABLES), tmp_path / "out", Progress())
     assert report.exit_code == 0
     assert "<b>" not in (tmp_path / "out" / "index.html").read_text()
-    content = [{**report.content["photos"][0], "file": "=cmd()", "warnings": ("+1", "x")}]
-    batch.write_csv(tmp_path / "photos.csv", content)
+    row = replace(report.rows[0], file="=cmd()", warnings=("+1", "x"))
+    batch.write_csv(tmp_path / "photos.csv", [row])
     row = (tmp_path / "photos.csv").read_text().splitlines()[1]
     assert row.startswith("'=cmd()")
     assert "'+1; x" in row
@@ -127,9 +129,9 @@ def test_a_photo_with_a_trial_beside_it_is_digitised_by_that(tmp_path):
         shutil.copy(FIXTURE / name, tmp_path / name)
     (tmp_path / "trial.toml").rename(tmp_path / "photo.toml")
     report = digitise_many(plan([tmp_path], {"photo": {}, "crack": {}, "path": {}}), tmp_path / "out", Progress())
-    assert report.exit_code == 0, report.lines
-    assert "markers" in report.content["photos"][0]["scale_source"]
-    assert report.content["photos"][0]["path_source"] == "ends"
+    assert report.exit_code == 0, report.rows
+    assert "markers" in report.rows[0].scale_source
+    assert report.rows[0].path_source == "ends"
 
 
 def test_a_mask_named_by_a_trial_is_no_photo_of_its_own(tmp_path):
@@ -153,7 +155,7 @@ def test_a_bug_in_one_photo_is_told_of_and_costs_no_other_one(tmp_path, lab, mon
     monkeypatch.setattr(batch, "run_stages", burst)
     report = digitise_many(plan([lab / "first.png", lab / "second.png"], TABLES), tmp_path, Progress())
     assert report.exit_code == 1
-    assert [row["status"] for row in report.content["photos"]] == ["bug", "ok"]
+    assert [row.status for row in report.rows] == ["bug", "ok"]
     assert "ZeroDivisionError: on purpose" in (tmp_path / "first" / "fault.txt").read_text()
 
 
@@ -225,8 +227,8 @@ def test_numbers_for_photos_of_one_name_are_not_other_photos_names(tmp_path):
 def test_a_name_that_is_not_utf8_fails_alone(tmp_path, lab):
     shutil.copy(lab / "first.png", tmp_path / "caf\udce9.png")
     report = digitise_many(plan([tmp_path, lab / "first.png"], TABLES), tmp_path / "out", Progress())
-    assert [row["status"] for row in report.content["photos"]] == ["failed", "ok"]
-    assert "caf\\xe9.png: a name that is not UTF-8" in report.content["photos"][0]["reason"]
+    assert [row.status for row in report.rows] == ["failed", "ok"]
+    assert "caf\\xe9.png: a name that is not UTF-8" in report.rows[0].reason
     assert json.loads((tmp_path / "out" / "batch.json").read_text())["failed"] == 1
 
 
@@ -239,9 +241,9 @@ def test_a_full_disk_is_told_for_each_photo_and_is_no_bug(tmp_path, lab):
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
     assert report.exit_code == 6
-    for row in report.content["photos"]:
-        assert row["reason"].startswith(str(tmp_path / row["folder"]))
-        assert "File too large" in row["reason"]
+    for row in report.rows:
+        assert row.reason.startswith(str(tmp_path / row.folder))
+        assert "File too large" in row.reason
     assert digitise_many(plan([lab / "first.png"], TABLES), tmp_path, Progress()).exit_code == 0
 
 
@@ -252,8 +254,8 @@ def test_a_bug_on_a_full_disk_stops_nothing(tmp_path, lab, monkeypatch):
 
     monkeypatch.setattr(batch, "run_stages", burst)
     report = digitise_many(plan([lab / "first.png", lab / "second.png"], TABLES), tmp_path, Progress())
-    assert [row["status"] for row in report.content["photos"]] == ["bug", "bug"]
-    assert "Traceback" in report.content["photos"][0]["reason"]
+    assert [row.status for row in report.rows] == ["bug", "bug"]
+    assert "Traceback" in report.rows[0].reason
 
 
 @pytest.mark.parametrize(
@@ -283,7 +285,7 @@ def test_a_folder_without_photos_is_named(tmp_path):
     assert "no photos there" in answer.stderr
 
 
-class _Deadly(Planned):
+class _Deadly(PlannedPhoto):
     """A photo at which the machine runs out of memory, and kills the process."""
 
     def trial(self):
@@ -297,20 +299,19 @@ def test_killed_processes_cost_no_photo_that_is_done(tmp_path, lab):
     good = plan([lab / "first.png"], TABLES)
     report = digitise_many([*good, _Deadly(lab / "second.png", "second", TABLES)], tmp_path, Progress(), jobs=2)
     assert report.exit_code == 6
-    assert "killed" in report.content["photos"][1]["reason"]
+    assert "killed" in report.rows[1].reason
     assert (tmp_path / "index.html").is_file()
     again = digitise_many(plan([lab / "first.png", lab / "second.png"], TABLES), tmp_path, Progress(), jobs=2)
     assert again.exit_code == 0
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="finds a process' children as Linux lists them")
+@pytest.mark.skipif(not Path("/proc/self").is_dir(), reason="looks for processes as Linux lists them")
 def test_a_killed_batch_leaves_no_process_behind(tmp_path, lab):
     command = [sys.executable, "-m", "sealtwin", "digitise", str(lab), "--depth-mm", "16", "--mm-per-px", "0.1"]
     batch_process = subprocess.Popen([*command, "--jobs", "2", "--out", str(tmp_path / "out"), "--quiet"])
-    listed = Path(f"/proc/{batch_process.pid}/task/{batch_process.pid}/children")
     within(60, lambda: list(tmp_path.glob("out/*/manifest.json")))
-    children = listed.read_text().split()
+    children = [child.pid for child in psutil.Process(batch_process.pid).children(recursive=True)]
     batch_process.kill()
     batch_process.wait()
     assert len(children) >= 2

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 import typer
 
-from sealtwin.errors import InputError
-from sealtwin.photos.photo_options import board, depth, one_or_two, points, two_numbers
+from sealtwin.cli.photo_options import board, depth, one_or_two, points, two_numbers
+from sealtwin.core.errors import InputError
 
 
 def test_points_and_numbers_are_read_as_written():

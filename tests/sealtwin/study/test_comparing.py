@@ -8,21 +8,21 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from sealtwin.cli import app
-from sealtwin.errors import InputError
-from sealtwin.progress import Progress
-from sealtwin.records import Profile
-from sealtwin.store import files, stage_files
-from sealtwin.store.folder import open_folder
-from sealtwin.study.comparing import compare_runs
-from sealtwin.trials.job import stage_settings, start_job
-from sealtwin.trials.made import DIGITISED, SIMULATED
-from sealtwin.trials.pipeline import run_stages
-from sealtwin.trials.trial import load_trial
+from sealtwin.cli.app import app
+from sealtwin.cli.studies import compared_lines
+from sealtwin.core import files, record_files
+from sealtwin.core.errors import InputError
+from sealtwin.core.progress import Progress
+from sealtwin.core.records import Profile
+from sealtwin.core.run_folder import open_folder
+from sealtwin.study.run_comparison import compare_runs
+from sealtwin.trial.job import DIGITISED, SIMULATED, stage_settings, start_job
+from sealtwin.trial.pipeline import run_stages
+from sealtwin.trial.trial_file import load_trial
 from tests.studies import tiny_lab
-from validate.caliper import read_readings
 from validate.compare import compare
-from validate.studies.side_curves import MOST
+from validate.readings.read_readings import read_readings
+from validate.study_figures.run_levels import MOST
 
 
 @pytest.fixture(scope="module")
@@ -41,12 +41,17 @@ def hold(path: Path) -> None:
     """As the stage validate does it, but for the report."""
     trial = load_trial(path / "trial.toml")
     assert trial.readings is not None
-    outline, solid = stage_files.read_outline(path), stage_files.read_solid(path)
+    outline, solid = record_files.read_outline(path), record_files.read_solid(path)
     readings = read_readings(path / trial.readings.file, trial.readings, outline.length_mm, solid.depth_mm)
     found = compare(
-        stage_files.read_profile(path), readings, outline, solid, role=trial.readings.role, photo_data=trial.sample.data
+        record_files.read_profile(path),
+        readings,
+        outline,
+        solid,
+        role=trial.readings.role,
+        photo_data=trial.sample.data,
     )
-    stage_files.write_comparison(path, found)
+    record_files.write_comparison(path, found)
     with open_folder(path, create=False) as folder:
         inputs = {name: files.sha256(path / name) for name in (*DIGITISED, *SIMULATED, trial.readings.file.as_posix())}
         settings = stage_settings(trial, "validate")
@@ -110,7 +115,7 @@ def test_what_is_no_finished_run_is_refused_by_name(run, other, tmp_path):
     with pytest.raises(InputError, match="named twice"):
         compare_runs([run, run], tmp_path / "page")
     (other / "comparison.json").unlink()
-    with pytest.raises(InputError, match="second: not held against its readings yet"):
+    with pytest.raises(InputError, match="second: not compared with its readings yet"):
         compare_runs([run, other], tmp_path / "page")
     (other / "profile.csv").unlink()
     with pytest.raises(InputError, match=re.escape("second: simulate is not finished (profile.csv is not there)")):
@@ -130,7 +135,7 @@ def test_results_of_other_settings_or_files_are_not_compared(run, other, tmp_pat
     refused("[fluid] is not what simulate ran with here")
     (other / "trial.toml").write_bytes(kept["trial.toml"])
     (other / "profile.csv").write_bytes(kept["profile.csv"].replace(b",-", b",", 1))
-    refused("profile.csv is not what was held against the readings. 'sealtwin validate")
+    refused("profile.csv is not what was compared with the readings. 'sealtwin validate")
     (other / "profile.csv").write_bytes(kept["profile.csv"])
     (other / "manifest.json").write_text("null", encoding="utf-8")
     refused("manifest.json: damaged")
@@ -158,13 +163,13 @@ def test_what_no_result_can_be_is_refused_by_its_name(run, other, tmp_path):
 
 def test_what_was_edited_and_held_again_is_said(run, other, tmp_path):
     """Edited and then validated, a level is taken as it is; the page says so."""
-    profile = stage_files.read_profile(other)
-    stage_files.write_profile(other, Profile(profile.s_mm, profile.level_mm + 1.0))
+    profile = record_files.read_profile(other)
+    record_files.write_profile(other, Profile(profile.s_mm, profile.level_mm + 1.0))
     hold(other)
     compared = compare_runs([run, other], tmp_path / "page")
     assert compared.content["runs"][1]["edited"] == ["profile.csv"]
-    assert any("Edited by hand since run 2 was made: profile.csv." in line for line in compared.lines)
-    assert not any("Nearest is run 2" in line for line in compared.lines)
+    assert any("Edited by hand since run 2 was made: profile.csv." in line for line in compared_lines(compared))
+    assert not any("Nearest is run 2" in line for line in compared_lines(compared))
 
 
 def test_a_run_that_gained_volume_is_named(run, other, tmp_path):
@@ -174,8 +179,8 @@ def test_a_run_that_gained_volume_is_named(run, other, tmp_path):
     content["health"]["volume_ratio"] = 1.66
     path.write_text(json.dumps(content), encoding="utf-8")
     hold(other)
-    lines = compare_runs([run, other], tmp_path / "page").lines
-    (told,) = [line for line in lines if line.startswith("Not the volume that was dispensed")]
+    lines = compared_lines(compare_runs([run, other], tmp_path / "page"))
+    (told,) = [line for line in lines if line.startswith("Not the dispensed volume")]
     assert "1.660 of it" in told
 
 

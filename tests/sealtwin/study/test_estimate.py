@@ -6,12 +6,12 @@ from dataclasses import replace
 import pytest
 import warp as wp
 
-from sealtwin.errors import InputError
-from sealtwin.study.estimate import Estimate, Size, estimate, in_words, require_disk, require_memory, size_of
-from sealtwin.study.ledger import StudyRun
-from sealtwin.trials.trial import load_trial
-from simulate.enclosure import enclose
+from sealtwin.core.errors import InputError
+from sealtwin.study.estimate import Estimate, RunSize, estimate, in_words, require_disk, require_memory, size_of
+from sealtwin.study.study_folder import StudyRun
+from sealtwin.trial.trial_file import load_trial
 from simulate.injection import prepare
+from simulate.setup.wall_particles import enclose
 from tests.fluids import path, slot
 from tests.places import FIXTURE
 
@@ -30,18 +30,18 @@ def test_runs_that_are_done_correct_the_model():
         _run("waiting", 3.0),
         _run("waiting", 5.0),
     ]
-    found = estimate(runs, Size(1000, 1000, 1.0), jobs=2, batch=1, keep_runs=False)
+    found = estimate(runs, RunSize(1000, 1000, 1.0), jobs=2, batch=1, keep_runs=False)
     assert (found.runs, found.measured) == (2, True)
     assert found.time_s == pytest.approx(12.0)
     assert "by the runs that are done" in found.sentence
-    unknown = estimate(runs[2:], Size(1000, 1000, 1.0), jobs=2, batch=1, keep_runs=False)
+    unknown = estimate(runs[2:], RunSize(1000, 1000, 1.0), jobs=2, batch=1, keep_runs=False)
     assert unknown.time_s == pytest.approx(4.0)
     assert "by a model" in unknown.sentence
 
 
 def test_memory_counts_processes_and_disk_what_is_kept():
     runs = [_run("waiting", 1.0) for _ in range(10)]
-    size = Size(10_000, 2_000, 1.0)
+    size = RunSize(10_000, 2_000, 1.0)
     one, four = (estimate(runs, size, jobs, 1, keep_runs=False) for jobs in (1, 4))
     assert four.memory_bytes == pytest.approx(4 * one.memory_bytes)
     # More processes than runs are not started.
@@ -102,7 +102,7 @@ def test_a_disk_that_is_too_small_is_told_before_the_first_run():
 
 
 def test_a_launch_that_a_gpu_cannot_hold_is_told_before_the_first_run():
-    size, runs = Size(14_527, 14_527, 1.0), [_run("waiting", 1.0) for _ in range(132)]
+    size, runs = RunSize(14_527, 14_527, 1.0), [_run("waiting", 1.0) for _ in range(132)]
     wanted = estimate(runs, size, jobs=1, batch=132, keep_runs=False)
     # As many as there are, and not as there may be.
     assert wanted == estimate(runs, size, jobs=1, batch=256, keep_runs=False)

@@ -8,17 +8,18 @@ from dataclasses import replace
 import pytest
 from typer.testing import CliRunner
 
-from sealtwin.cli import app
-from sealtwin.errors import InputError
-from sealtwin.progress import Progress
-from sealtwin.study.ledger import Ledger, profile_path, read_study
-from sealtwin.study.mapping import MapWish, map_study
-from sealtwin.study.moments import watch_run
-from sealtwin.study.sweep import Wish, sweep
-from sealtwin.study.workers import Task, compute_all
+from sealtwin.cli.app import app
+from sealtwin.cli.studies import mapped_lines
+from sealtwin.core.errors import InputError
+from sealtwin.core.progress import Progress
+from sealtwin.study import replay
+from sealtwin.study.replay import watch_runs
+from sealtwin.study.study_folder import forget_outcome, profile_path, read_plan, read_study, write_outcome, write_plan
+from sealtwin.study.study_map import MapOptions, map_study
+from sealtwin.study.sweep import SweepOptions, sweep
 from tests.studies import tiny_lab
 
-WITHOUT_FILLS = MapWish(caliper=None, data=None, fills=False, device="cpu")
+WITHOUT_FILLS = MapOptions(caliper=None, data=None, fills=False, device="cpu")
 
 
 @pytest.fixture(scope="module")
@@ -30,8 +31,7 @@ def lab(tmp_path_factory):
 def swept(lab, tmp_path_factory):
     """Four tiny runs that are done."""
     out = tmp_path_factory.mktemp("swept") / "out"
-    sweep(lab, out, Wish(device="cpu", jobs=1, batch=1, dry_run=True), Progress())
-    compute_all(Task(out, "cpu", batch=1, keep_runs=False))
+    sweep(lab, out, SweepOptions(device="cpu", jobs=0, batch=1), Progress())
     return out
 
 
@@ -46,46 +46,49 @@ def test_errors_are_those_of_the_ledger(swept, tmp_path):
     mapped = map_study(swept, tmp_path, WITHOUT_FILLS, Progress())
     kept = {run.number: run.figures for run in read_study(swept)}
     for run in mapped.chart.runs:
-        figures = kept[run.run.number]
+        figures = kept[run.number]
         assert figures is not None
         assert run.mean_error_mm == pytest.approx(figures["mean_error_mm"], abs=2e-6)
         assert run.worst_error_mm == pytest.approx(figures["worst_error_mm"], abs=2e-6)
-        assert run.run.volume_ratio == figures["volume_ratio"]
-    assert mapped.lines[0].startswith("The nearest of 4 pairs was chosen by these very readings")
+        assert run.volume_ratio == figures["volume_ratio"]
+    assert mapped_lines(mapped)[0].startswith("The nearest of 4 pairs was chosen with these readings")
     content = json.loads((tmp_path / "map.json").read_text(encoding="utf-8"))
-    assert content["best"]["number"] == mapped.chart.best.run.number
+    assert content["best"]["number"] == mapped.chart.best.number
     assert all((tmp_path / name).is_file() for name in content["files"])
 
 
-def test_a_run_seen_once_more_is_the_same_run(study):
+def test_a_run_seen_once_more_is_the_same_run(study, here):
     """On a CPU to the last bit, so to the last digit of profile.csv; and seen before, it is not computed again."""
     run = read_study(study)[0]
-    with Ledger(study) as ledger:
-        seen = watch_run(study, ledger, run, "cpu", Progress())
-        assert seen.differs_mm < 1e-6
-        assert seen.frames[-1].t_s >= seen.frames[0].t_s > 0
-        assert run.figures is not None
-        assert len(seen.frames[-1].position_mm) == run.figures["particles"]
-        moved = profile_path(study, run.key)
-        moved.unlink()  # computed again, it would be missed
-        assert watch_run(study, ledger, run, "cpu", Progress()).differs_mm == seen.differs_mm
+    (seen,) = watch_runs(study, [run], "cpu", Progress())
+    assert seen.differs_mm < 1e-6
+    assert seen.frames[-1].t_s >= seen.frames[0].t_s > 0
+    assert run.figures is not None
+    assert len(seen.frames[-1].position_mm) == run.figures["particles"]
+    moved = profile_path(study, run.key)
+    moved.unlink()  # computed again, it would be missed
+    assert watch_runs(study, [run], "cpu", Progress())[0].differs_mm == seen.differs_mm
 
 
-class Titles(Progress):
+@pytest.fixture
+def here(monkeypatch):
+    """Computed in this process: starting others takes seconds."""
+    monkeypatch.setattr(replay, "cores", lambda: 0)
+
+
+class Counted(Progress):
     def __init__(self):
-        self.told = []
+        self.done = []
 
-    def start(self, title, total, done=0):
-        self.told.append(title)
+    def advance(self, done, note=""):
+        self.done.append((done, note))
 
 
-def test_fills_of_chosen_runs_are_drawn(study):
-    """Each that is computed for it is told by its number, its settings and how many there are."""
-    titles = Titles()
-    mapped = map_study(study, None, replace(WITHOUT_FILLS, fills=True), titles)
-    assert len(titles.told) == len(set(titles.told)) == 4
-    assert "Simulating run 1, U = 3, D = 0.03 cm (" in " ".join(titles.told)
-    assert [title[-7:] for title in titles.told] == [f"{number} of 4)" for number in (1, 2, 3, 4)]
+def test_fills_of_chosen_runs_are_drawn(study, here):
+    counted = Counted()
+    mapped = map_study(study, None, replace(WITHOUT_FILLS, fills=True), counted)
+    assert [done for done, _ in counted.done] == [1, 2, 3, 4]
+    assert {note for _, note in counted.done} == {"run 1", "run 2", "run 3", "run 4"}
     page = (study / "map" / "map.html").read_text(encoding="utf-8")
     assert "their levels came out the same to the last digit" in page
     assert {"figures/fills.svg", "figures/thumbnails.svg"} <= set(mapped.content["files"])
@@ -93,13 +96,11 @@ def test_fills_of_chosen_runs_are_drawn(study):
 
 def test_runs_without_a_result_are_left_out_and_told(study):
     """Of five runs one failed: the map holds four, and says which is missing and why."""
-    with Ledger(study) as ledger:
-        entry = ledger.entry(read_study(study)[0].key)
-        fifth = replace(entry, key="f" * 64, number=5, settings={"fluid.U": 1e6, "fluid.D_cm": 0.03})
-        ledger.plan([ledger.entry(run.key) for run in read_study(study)] + [fifth])
-        claim = ledger.claim()
-        assert claim is not None
-        ledger.fail(claim, fifth.key, 1.0, "The numbers diverged.")
+    plan = read_plan(study)
+    fifth = forget_outcome(study / "elsewhere", plan.runs[0])
+    fifth = replace(fifth, key="f" * 64, number=5, settings={"fluid.U": 1e6, "fluid.D_cm": 0.03})
+    write_plan(study, replace(plan, runs=[*plan.runs, fifth]))
+    write_outcome(study, replace(fifth, state="failed", reason="The numbers diverged."))
     mapped = map_study(study, None, WITHOUT_FILLS, Progress())
     assert mapped.chart.exclusion == "1 of 5 runs are not in it. 1: The numbers diverged."
     assert [each["number"] for each in mapped.content["excluded"]] == [5]
@@ -108,8 +109,7 @@ def test_runs_without_a_result_are_left_out_and_told(study):
 def test_a_study_that_is_not_there_or_too_small_is_refused(study, tmp_path):
     with pytest.raises(InputError, match="no study"):
         map_study(tmp_path / "nowhere", None, WITHOUT_FILLS, Progress())
-    with Ledger(study) as ledger:
-        ledger.put_back([read_study(study)[0].key])
+    forget_outcome(study, read_study(study)[0])
     with pytest.raises(InputError, match="3 of 4 runs are done; a map needs 4"):
         map_study(study, None, WITHOUT_FILLS, Progress())
 
@@ -147,3 +147,15 @@ def test_the_command_answers_with_one_object(swept, tmp_path):
     refused = CliRunner().invoke(app, ["map", str(tmp_path), "--no-fills", "--json"])
     assert refused.exit_code == 3
     assert "no study" in json.loads(refused.stdout)["error"]
+
+
+@pytest.mark.slow
+def test_fills_are_computed_by_several_processes_to_the_same_frames(study, tmp_path, here, monkeypatch):
+    shutil.copytree(study, tmp_path / "other")
+    alone = watch_runs(study, read_study(study), "cpu", Progress())
+    monkeypatch.setattr(replay, "cores", lambda: 2)
+    other = watch_runs(tmp_path / "other", read_study(study), "cpu", Progress())
+    for one, two in zip(alone, other, strict=True):
+        assert two.differs_mm == one.differs_mm < 1e-6
+        assert [frame.t_s for frame in two.frames] == [frame.t_s for frame in one.frames]
+        assert (two.frames[-1].position_mm == one.frames[-1].position_mm).all()

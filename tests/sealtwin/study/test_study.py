@@ -5,10 +5,9 @@ import re
 
 import pytest
 
-from sealtwin.errors import InputError
-from sealtwin.study.study import load_study, plan_runs
-from sealtwin.study.study_example import write_example_study
-from sealtwin.trials.trial import load_trial
+from sealtwin.core.errors import InputError
+from sealtwin.study.study_file import load_study, plan_runs, write_example_study
+from sealtwin.trial.trial_file import load_trial
 from tests.places import FIXTURE
 from tests.studies import tiny_lab
 
@@ -71,6 +70,10 @@ def test_a_viscosity_in_physical_units_takes_the_place_of_the_trial_s_u(tmp_path
     planned = _plan(tmp_path, '[grid]\n"fluid.viscosity_pa_s" = [1.0, 5.0]\n')
     assert _values(planned, "fluid.U") == [None, None]
     assert _values(planned, "fluid.viscosity_pa_s") == [1.0, 5.0]
+    # And of the D beside it, unless the study gives one.
+    assert _values(planned, "fluid.D_cm") == [None, None]
+    planned = _plan(tmp_path, '[grid]\n"fluid.viscosity_pa_s" = [1.0]\n"fluid.D_cm" = [0.1]\n')
+    assert (_values(planned, "fluid.D_cm"), _values(planned, "fluid.U")) == ([0.1], [None])
 
 
 def test_every_fault_of_every_run_is_told_once_with_its_runs_and_its_value(tmp_path):

@@ -1,10 +1,10 @@
-"""A shift along a slope is an error of level: the slope tells how much."""
+"""Errors of level by a shift along a slope."""
 
 import numpy as np
 import pytest
 
-from sealtwin.records import Profile
-from validate.uncertainty.alignment import shifted_errors_mm, station_effect_mm
+from sealtwin.core.records import Profile
+from validate.uncertainty.readings_budget import alignment, station_effect_mm
 
 FINE_MM = np.linspace(0, 80, 401)
 SLOPE = 0.25
@@ -14,12 +14,12 @@ def test_a_slope_turns_a_shift_into_a_level():
     """Both beds rise by a quarter; readings moved on by 2 mm lie half a millimetre lower at the same place."""
     simulated = Profile(FINE_MM, SLOPE * FINE_MM)
     measured = Profile(np.linspace(0, 80, 17), SLOPE * np.linspace(0, 80, 17))
-    rows = {row["shift_mm"]: row for row in shifted_errors_mm(simulated, measured)}
+    rows = {row.shift_mm: row for row in alignment(simulated, measured).shifts}
     assert sorted(rows) == [-2.0, -1.0, 0.0, 1.0, 2.0]
-    assert rows[2.0]["bias_mm"] == pytest.approx(0.5)
-    assert rows[-2.0]["bias_mm"] == pytest.approx(-0.5)
-    assert rows[1.0]["mean_error_mm"] == pytest.approx(0.25)
-    assert rows[0.0]["mean_error_mm"] == pytest.approx(0.0, abs=1e-12)
+    assert rows[2.0].bias_mm == pytest.approx(0.5)
+    assert rows[-2.0].bias_mm == pytest.approx(-0.5)
+    assert rows[1.0].mean_error_mm == pytest.approx(0.25)
+    assert rows[0.0].mean_error_mm == pytest.approx(0.0, abs=1e-12)
 
 
 def test_the_doubt_about_the_stations_is_the_slope_times_it():

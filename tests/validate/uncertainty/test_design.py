@@ -1,9 +1,9 @@
-"""Designed runs: balanced, orthogonal, and exact where the response is linear."""
+"""Designs of runs are balanced and orthogonal, and exact where the response is linear."""
 
 import numpy as np
 import pytest
 
-from validate.uncertainty.design import Effect, effects_of, together, two_level_design
+from validate.uncertainty.validation import Effect, effects_of, root_sum, two_level_design
 
 
 @pytest.mark.parametrize(("inputs", "runs"), [(1, 2), (2, 4), (3, 4), (4, 8), (5, 8), (7, 8), (8, 16)])
@@ -32,4 +32,4 @@ def test_spare_columns_tell_how_far_runs_scatter():
 
 def test_inputs_add_in_squares():
     effects = [Effect("a", 1.0, np.array([3.0, 0.0])), Effect("b", 1.0, np.array([-4.0, 1.0]))]
-    assert together(effects) == pytest.approx([5.0, 1.0])
+    assert root_sum(*(effect.level_mm for effect in effects)) == pytest.approx([5.0, 1.0])

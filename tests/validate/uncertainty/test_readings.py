@@ -1,4 +1,4 @@
-"""The readings' budget: what is pooled, what is declared, what is only said."""
+"""The readings' budget: pooled scatter, declared errors, and cautions on the others."""
 
 from pathlib import Path
 
@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from sealtwin.records import Profile
-from validate.settings import Readings
-from validate.uncertainty.readings import bartlett, budget_of
-from validate.uncertainty.settings import Uncertainty
+from sealtwin.core.records import Profile
+from validate.settings import Readings, Uncertainty
+from validate.uncertainty.readings_budget import bartlett, budget_of
 
 S_MM = np.linspace(0, 80, 17)
 MOUTH_MM = np.full(17, 3.1)
@@ -106,7 +105,7 @@ def test_scatters_that_differ_are_not_pooled():
 
 
 def test_repeats_that_agree_to_the_last_digit_raise_no_alarm():
-    """Two readings to 0.01 mm of a hand of 0.02 mm often agree; their variance is not nothing.
+    """Two readings to 0.01 mm with a scatter of 0.02 mm often agree; their variance is not zero.
 
     One alarm in 100 sheets is meant, and more than five are no chance (p = 0.0005).
     """

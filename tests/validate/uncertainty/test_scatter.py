@@ -1,10 +1,10 @@
-"""A station's scatter: what its own repeats say, what the others add."""
+"""A station's scatter by its own repeats and by those of the others."""
 
 import numpy as np
 import pytest
 from scipy import stats
 
-from validate.uncertainty.scatter import SETS, possible_scatter_mm
+from validate.uncertainty.readings_budget import SETS, possible_scatter_mm
 
 
 def test_a_station_alone_has_its_own_repeats_and_nothing_else():

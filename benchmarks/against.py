@@ -1,0 +1,121 @@
+"""Processor time of four benchmarks, over that of another work tree of the project in the same run.
+
+    git worktree add ../before 7065196
+    python -m benchmarks.against ../before [--turns 7] [--only pbf_step ...]
+
+Both trees take turns, each turn in a fresh process that times its own tree's benchmark and prints what it computed. A
+figure is the median over the turns of the ratio within a turn. The results of both trees are compared as well.
+"""
+
+import argparse
+import json
+import os
+import platform
+import statistics
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from benchmarks.table import Row, finish
+
+HERE = Path(__file__).parent.parent
+SLOWER_AT_MOST = 1.03
+ALIKE = 1e-3
+"""Largest relative difference of a result between both trees; a report has none that both trees print alike."""
+ONE_CORE = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", "MKL")}
+
+STEP = """
+from benchmarks.pbf_step import settled_block
+engine = settled_block(15_000, 1, steps=60)
+began = time.process_time()
+for _ in range(40):
+    engine.step()
+took_s, result = time.process_time() - began, float(engine.state.density.numpy().mean())
+"""
+DIGITISE = """
+import benchmarks.digitise_speed as speed
+trial = scratch / "trial.toml"
+if not trial.exists():
+    specimen = speed.make_specimen(speed.SEED, speed.RECIPE)
+    (scratch / "photo.jpg").write_bytes(specimen.jpeg)
+    trial.write_text(speed._trial_text(specimen.board, specimen.ends_px), encoding="utf-8")
+found = speed._run(trial, scratch / f"run-{time.time_ns()}")
+took_s, result = found["cpu_s"], found["mean_width_mm"]
+"""
+REPORT = """
+import benchmarks.report_speed as speed
+run = scratch / "run"
+if not run.exists():
+    source = speed.FIXTURE / "trial.toml"
+    with speed.open_folder(run, create=True) as folder:
+        job = speed.start_job(speed.load_trial(source), speed.FIXTURE, folder, "cpu", speed.PlainProgress())
+        speed.run_stages(job, ("digitise", "simulate", "validate"))
+took_s, result = speed._make(run)["cpu_s"], 1.0
+"""
+RUN = """
+import types
+import benchmarks.paper_run as paper
+# Against a numba substep of 1 ms, the row in substeps is the processor's milliseconds.
+paper.time_both = lambda *_: types.SimpleNamespace(numba_ms=1.0)
+rows = {row.name: row.value for row in paper._trial(1)}
+took_s, result = rows["the trial, in substeps of numba"] / 1e3, rows["volume kept"]
+"""
+CHILD = """
+import json, sys, time
+from pathlib import Path
+scratch = Path(sys.argv[1])
+{body}
+print(json.dumps([took_s, result]))
+"""
+BENCHMARKS = {"pbf_step": STEP, "digitise_speed": DIGITISE, "report_speed": REPORT, "paper_run": RUN}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("other", type=Path, help="root of the other work tree")
+    parser.add_argument("--turns", type=int, default=7)
+    parser.add_argument("--only", nargs="+", choices=BENCHMARKS, default=list(BENCHMARKS))
+    asked = parser.parse_args()
+    print(f"{_processor()}, load {os.getloadavg()[0]:.1f}; {asked.turns} turns against {asked.other.name}")
+    rows = []
+    for name in asked.only:
+        with tempfile.TemporaryDirectory() as here, tempfile.TemporaryDirectory() as there:
+            scratches = {HERE: Path(here), asked.other.resolve(): Path(there)}
+            turns = [[_turn(name, tree, scratch) for tree, scratch in scratches.items()] for _ in range(asked.turns)]
+        ratios = [ours[0] / theirs[0] for ours, theirs in turns]
+        print(
+            f"{name}: {' '.join(f'{ratio:.3f}' for ratio in ratios)}; {statistics.median(t[0][0] for t in turns):.2f} s"
+        )
+        rows.append(Row(f"{name}: processor time over the other's", statistics.median(ratios), "", 0, SLOWER_AT_MOST))
+        apart = max(abs(ours[1] / theirs[1] - 1) for ours, theirs in turns)
+        rows.append(Row(f"{name}: result, relative difference", apart, "", 0, ALIKE))
+    finish(rows)
+
+
+def _turn(name: str, tree: Path, scratch: Path) -> tuple[float, float]:
+    """Seconds of the processor, and the result that is compared."""
+    child = subprocess.run(
+        [sys.executable, "-c", CHILD.format(body=BENCHMARKS[name]), str(scratch)],
+        cwd=tree,
+        env={**os.environ, **ONE_CORE, "PYTHONPATH": str(tree)},
+        stdout=subprocess.PIPE,
+        text=True,
+        check=True,
+    )
+    took_s, result = json.loads(child.stdout.splitlines()[-1])
+    return took_s, result
+
+
+def _processor() -> str:
+    info = Path("/proc/cpuinfo")
+    models = (
+        [line.split(":")[1].strip() for line in info.read_text().splitlines() if line.startswith("model name")]
+        if info.exists()
+        else []
+    )
+    return models[0] if models else platform.processor()
+
+
+if __name__ == "__main__":
+    main()

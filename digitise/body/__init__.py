@@ -1,1 +1,0 @@
-"""The sample's body: a block less its crack, exact and watertight."""

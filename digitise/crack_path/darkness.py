@@ -1,0 +1,165 @@
+"""A copy of a photo small enough to search for cracks, with the darkness and likeness to a line of each cell."""
+
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from digitise.crack_path.medial_axis import pieces
+from digitise.crack_path.ridge_filter import strength
+from digitise.image.raster import Map, blurred, shrunk
+from digitise.photo import DISPLAY_GAMMA, Photo
+from sealtwin.core.records import Floats, Integers
+
+DARK = 0.3  # Share of the usual displayed brightness. A hard shadow leaves 0.4 or more of it, black cloth 0.2 at most
+USUAL = 60  # Percentile of brightness that is the sample's: most of the searched area shows the sample
+LEAST_SHARE = 0.02  # Share of the picture; smaller regions are holes in the sample
+WORK_PX = 1000  # Longer side of the copy: a path needs no more, the walls are refined on the photo itself
+BACKGROUND_PX = 81  # Size of the background's median on the copy: dark things narrower than half of it are none of it
+EVEN_PX = 20.0  # Sigma, on the copy, of the mean that brightness is divided by before lines are looked for
+LEAST_LIGHT = 0.05  # Least displayed brightness that is divided by, or the noise of a black board would be lines
+DARKEST = 99  # Percentile of darkness taken for that of a crack's middle
+EDGE_PX = 3  # Pixels of the photo at the edge of the face that mix with its surroundings
+MARKER_MARGIN = 1.3  # Size of a marker with its white rim over its black square
+RIM_PX = 3  # Cells at the copy's rim in which lines have no mortar on one side; many photos come with a frame
+
+
+def surroundings(around: Map) -> NDArray[np.bool_]:
+    """Large dark regions that reach the border of ``around``, displayed brightness without cracks."""
+    label, area = pieces(around < DARK * np.percentile(around, USUAL))
+    on_border = np.unique(np.concatenate([label[0], label[-1], label[:, 0], label[:, -1]]))
+    beyond = np.zeros(len(area), dtype=bool)
+    beyond[on_border] = area[on_border] >= LEAST_SHARE * around.size
+    found = beyond[label] & (label > 0)
+    # Lens and focus spread the sample's edge over a few cells.
+    return cv2.dilate(found.astype(np.uint8), np.ones((7, 7), np.uint8)) > 0
+
+
+@dataclass(frozen=True)
+class DarkMap:
+    """A window of the photo, scaled down."""
+
+    offset_px: tuple[float, float]  # The window's left upper corner in the photo: x, y
+    scale: float  # Cells per pixel of the photo
+    light: Map  # Brightness, linear in light; continued smoothly where nothing is searched
+    dark: Map  # 1 - brightness over local background, 0 to 1
+    even: Map  # Brightness as displayed, over its local mean
+    ridge: Map  # Answer of a dark line of the best-fitting width, in units of the noise around
+    allowed: NDArray[np.bool_]  # Cells on the face and on no marker
+    darkest: float  # Darkness exceeded by one cell in a hundred of the whole map: a crack's, where there is one
+
+    def to_work(self, points_px: Floats) -> Floats:
+        return (np.asarray(points_px, dtype=float) - self.offset_px + 0.5) * self.scale - 0.5
+
+    def to_photo(self, points_work: Floats | Integers) -> Floats:
+        return (np.asarray(points_work, dtype=float) + 0.5) / self.scale - 0.5 + self.offset_px
+
+    def window(self, left: int, top: int, right: int, bottom: int) -> "DarkMap":
+        """A part of the map, from a column and a row of it to others, these excluded."""
+        part = np.s_[top:bottom, left:right]
+        offset_px = (self.offset_px[0] + left / self.scale, self.offset_px[1] + top / self.scale)
+        maps = {name: getattr(self, name)[part] for name in ("light", "dark", "even", "ridge", "allowed")}
+        return replace(self, offset_px=offset_px, **maps)
+
+
+def map_darkness(photo: Photo, region_px: Floats | None = None, found_face_px: Floats | None = None) -> DarkMap:
+    """Search map of the photo or a polygon in it, less what is outside a face that was found but not measured."""
+    corners_px = np.array([(0, 0), photo.size_px]) if region_px is None else region_px
+    left, top = np.maximum(np.floor(corners_px.min(axis=0)), 0).astype(int).tolist()
+    right, bottom = np.minimum(np.ceil(corners_px.max(axis=0)) + 1, photo.size_px).astype(int).tolist()
+    light = photo.brightness[top:bottom, left:right]
+    allowed = sample_mask(photo, found_face_px)[top:bottom, left:right]
+    if region_px is not None:
+        allowed = np.minimum(allowed, _filled_polygon(allowed.shape, region_px - (left, top)))
+    scale = min(1.0, WORK_PX / max(light.shape))
+    size = (max(1, round(light.shape[1] * scale)), max(1, round(light.shape[0] * scale)))
+    light = shrunk(light, size)
+    allowed = shrunk(allowed.astype(np.float32), size) >= 254
+    if photo.face_px is None and found_face_px is None:
+        allowed &= ~surroundings(_around(_shown(light)))
+    return _mapped((left, top), scale, light, allowed)
+
+
+def coarser(field: DarkMap, times: int) -> DarkMap:
+    """The same map with cells ``times`` as large, on which wider cracks differ from their background."""
+    height, width = field.dark.shape
+    size = (max(1, width // times), max(1, height // times))
+    allowed = shrunk(field.allowed.astype(np.float32), size) > 0
+    return _mapped(field.offset_px, field.scale * size[0] / width, shrunk(field.light, size), allowed)
+
+
+def _mapped(offset_px: tuple[float, float], scale: float, light: Map, allowed: NDArray[np.bool_]) -> DarkMap:
+    # The surroundings must look like the sample, or its edge is the strongest line in the photo.
+    light = _filled(light, allowed)
+    shown = _shown(light)
+    even = (shown / np.maximum(blurred(shown, EVEN_PX), LEAST_LIGHT)).astype(np.float32)
+    ridge = np.where(inner(allowed), strength(even, allowed), 0).astype(np.float32)
+    dark = _darkness(light, _around(shown))
+    darkest = float(np.percentile(dark[allowed], DARKEST)) if allowed.any() else 0.0
+    return DarkMap(offset_px, scale, light, dark, even, ridge, allowed, darkest)
+
+
+def _filled_polygon(shape: tuple[int, ...], corners_px: Floats) -> NDArray[np.uint8]:
+    mask = np.zeros(shape, dtype=np.uint8)
+    cv2.fillPoly(mask, [np.rint(corners_px * 16).astype(np.int32)], [255], shift=4)
+    return mask
+
+
+def sample_mask(photo: Photo, found_face_px: Floats | None = None) -> NDArray[np.uint8]:
+    """255 where the photo shows the sample's face and no marker, else 0, (height, width)."""
+    width, height = photo.size_px
+    face_px = photo.face_ring_px if photo.face_ring_px is not None else found_face_px
+    mask = np.full((height, width), 255, dtype=np.uint8)
+    if face_px is not None:
+        mask = _filled_polygon((height, width), face_px)
+        disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * EDGE_PX + 1, 2 * EDGE_PX + 1))
+        mask = np.asarray(cv2.erode(mask, disc), dtype=np.uint8)
+    blank_markers(mask, photo)
+    return mask
+
+
+def blank_markers(mask: NDArray[np.uint8], photo: Photo, offset_px: tuple[int, int] = (0, 0)) -> None:
+    """Set a mask, whose first pixel lies at ``offset_px`` in the photo, to 0 on markers and their white rims."""
+    for quad in photo.markers_px:
+        middle = quad.mean(axis=0)
+        corners = middle + MARKER_MARGIN * (quad - middle) - offset_px
+        cv2.fillPoly(mask, [np.rint(corners * 16).astype(np.int32)], [0], shift=4)
+
+
+def _filled(light: Map, allowed: NDArray[np.bool_]) -> Map:
+    """The picture with everything that is not allowed replaced by a smooth continuation of what is."""
+    if allowed.all() or not allowed.any():
+        return light
+    weight = allowed.astype(np.float32)
+    level = float(np.median(light[allowed]))
+    sigma = BACKGROUND_PX / 4
+    near = blurred(light * weight, sigma) + 1e-3 * level
+    return np.where(allowed, light, near / (blurred(weight, sigma) + 1e-3)).astype(np.float32)
+
+
+def inner(allowed: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """The allowed cells less the rim of the map."""
+    kept = allowed.copy()
+    kept[:RIM_PX] = kept[-RIM_PX:] = False
+    kept[:, :RIM_PX] = kept[:, -RIM_PX:] = False
+    return kept
+
+
+def _shown(light: Map) -> Map:
+    """Brightness as displayed, 0 to 1, in which grain is as strong in the shade as in the light."""
+    return np.asarray(np.power(np.clip(light, 0, 1), 1 / DISPLAY_GAMMA), dtype=np.float32)
+
+
+def _around(shown: Map) -> Map:
+    """Displayed brightness without narrow things; a median keeps the edges of shadows in place."""
+    size = min(BACKGROUND_PX, 2 * (min(shown.shape) // 4) + 1)
+    # OpenCV's large medians are of whole numbers.
+    around = cv2.medianBlur(np.rint(255 * shown).astype(np.uint8), size)
+    return np.asarray(around, dtype=np.float32) / np.float32(255)
+
+
+def _darkness(light: Map, around: Map) -> Map:
+    """Darkness relative to the light around: 0 on plain mortar in any light, near 1 in a deep crack."""
+    background = blurred(np.power(around, np.float32(DISPLAY_GAMMA)), BACKGROUND_PX / 16)
+    return np.clip(1 - blurred(light, 0.8) / np.maximum(background, 1e-4), 0, 1).astype(np.float32)

@@ -1,0 +1,81 @@
+"""Refuse ends, points between them and regions that no crack in a photo can have."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from digitise.geometry.polyline import crossings, depth_inside, rectangle
+from digitise.photo import Photo
+from digitise.settings import Pixel
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Floats, PathSource
+
+SNAP_PX = 15.0  # Farthest that a point may be given beside its crack, in the photo, or one crack width if that is more
+LEAST_REGION_PX = 32.0  # Least side of a region of interest
+
+
+@dataclass(frozen=True)
+class CrackPath:
+    """A rough path along the crack, inside it."""
+
+    points_px: Floats  # (n, 2), from the first end
+    width_px: float  # Typical width of the crack along it
+    source: PathSource
+    warnings: tuple[str, ...] = ()
+
+
+def listed(points_px: Floats) -> str:
+    """Points in words: "(10, 20) to (30, 40)"."""
+    return " to ".join(f"({x:.0f}, {y:.0f})" for x, y in points_px)
+
+
+def check_hints(photo: Photo, ends_px: tuple[Pixel, Pixel], via_px: tuple[Pixel, ...] = ()) -> None:
+    """Raise InputError where a point is outside the photo or the face, or the ends are too close together."""
+    named = [("end", point) for point in ends_px] + [("via point", point) for point in via_px]
+    width, height = photo.size_px
+    for name, (x, y) in named:
+        if not (0 <= x <= width - 1 and 0 <= y <= height - 1):
+            raise InputError(
+                f"{photo.file}: the {name} ({x:g}, {y:g}) lies outside the photo of {width} x {height} px; "
+                "x runs right and y down, from 0."
+            )
+    apart_px = float(np.linalg.norm(np.subtract(*ends_px)))
+    if apart_px < SNAP_PX:
+        found = "the same place" if apart_px == 0 else f"only {apart_px:.2g} px apart"
+        raise InputError(
+            f"{photo.file}: the two ends {listed(np.array(ends_px))} px are {found}; an end may be clicked "
+            f"{SNAP_PX:g} px beside its crack, so they must be farther apart than that. Check ends_px."
+        )
+    if photo.face_mm is None:
+        return
+    outside_mm = -depth_inside(photo.to_mm(np.array([point for _, point in named])), photo.face_mm)
+    for (name, (x, y)), beside_mm in zip(named, outside_mm, strict=True):
+        if beside_mm > SNAP_PX * photo.mm_per_px:
+            raise InputError(
+                f"{photo.file}: the {name} ({x:g}, {y:g}) lies {beside_mm:.1f} mm outside the face; "
+                "give the place where the crack meets its edge."
+            )
+
+
+def region_px(photo: Photo, roi_px: tuple[Pixel, ...]) -> Floats:
+    """Corners of the region of interest, (n, 2); raise InputError where it is too small, or its sides cross."""
+    corners = np.array(roi_px, dtype=float)
+    if len(corners) == 2:
+        (left, top), (right, bottom) = corners.min(axis=0), corners.max(axis=0)
+        corners = rectangle((left, top, right, bottom))
+    if crossed := crossings(corners, closed=True):
+        sides = [listed(corners[[side, (side + 1) % len(corners)]]) for side in crossed[0]]
+        raise InputError(
+            f"{photo.file}: roi_px crosses itself: its side {sides[0]} and its side {sides[1]} px; give its corners in "
+            "the order in which they go round."
+        )
+    low = np.maximum(corners.min(axis=0), 0)
+    high = np.minimum(corners.max(axis=0), np.array(photo.size_px) - 1)
+    if np.any(high - low < LEAST_REGION_PX):
+        width, height = photo.size_px
+        raise InputError(
+            f"{photo.file}: roi_px holds {max(high[0] - low[0], 0):.0f} x {max(high[1] - low[1], 0):.0f} px of the "
+            f"photo of {width} x {height} px; each side needs {LEAST_REGION_PX:g}. Give two opposite corners of a box, "
+            "or the corners of a polygon, in px."
+        )
+    return corners

@@ -1,0 +1,161 @@
+"""Lines in the middle of a region: its skeleton, the longest path along it, and the side lines that leave a path."""
+
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array, csr_array
+from scipy.sparse.csgraph import connected_components, dijkstra, minimum_spanning_tree
+from scipy.spatial import KDTree
+from skimage.morphology import skeletonize
+
+from digitise.image.raster import Map
+from sealtwin.core.records import Floats, Integers
+
+STEPS = ((0, 1), (1, -1), (1, 0), (1, 1))  # Row and column steps to half of a cell's eight neighbours
+LEAST_BRANCH = 0.7  # Least reach of a side crack from the wall in widths (1.4 widths long at 30 degrees); less is rough
+LEAST_BRANCH_PX = 8.0  # The same in pixels: shorter ones are pores or slips of a brush
+AT_RIM = 1.5  # Cells from the rim within which a line ends on it: a little more than one step across a corner
+
+
+def pieces(mask: NDArray[np.bool_]) -> tuple[NDArray[np.int32], Integers]:
+    """Number of each cell's piece, from 1, and the cells in each; 0 outside. Cells may touch at corners only."""
+    _, label, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=8)
+    area = stats[:, cv2.CC_STAT_AREA].astype(np.int64)
+    area[0] = 0
+    return label.astype(np.int32), area
+
+
+def holding(mask: NDArray[np.bool_], places: Floats, connectivity: int = 4) -> NDArray[np.bool_]:
+    """The piece of a mask that holds most of some places, (n, 2) as column and row; empty where none is in the mask."""
+    label = np.asarray(cv2.connectedComponents(mask.astype(np.uint8), connectivity=connectivity)[1])
+    column, row = np.clip(np.rint(places).astype(np.int64), 0, np.array(mask.shape[::-1]) - 1).T
+    passed = label[row, column]
+    passed = passed[passed > 0]
+    return label == np.bincount(passed).argmax() if len(passed) else np.zeros_like(mask)
+
+
+def larger_pieces(mask: NDArray[np.bool_], least: float) -> NDArray[np.bool_]:
+    """The mask without its pieces of fewer than ``least`` cells."""
+    label, area = pieces(mask)
+    return mask & (area >= least)[label]
+
+
+def distance_outside(mask: NDArray[np.bool_]) -> Map:
+    """Distance from each cell to the nearest cell of the mask, 0 in it."""
+    away = cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    # OpenCV's last bit depends on where a small array lies in memory; squares of distances are whole numbers.
+    return np.sqrt(np.rint(np.square(np.asarray(away, dtype=np.float32))))
+
+
+def radius(region: NDArray[np.bool_]) -> Floats:
+    """Distance from each cell of the region to the nearest cell outside it; cells off the picture are outside."""
+    outside = np.pad(~region, 1, constant_values=True)
+    return distance_outside(outside)[1:-1, 1:-1].astype(float)
+
+
+def longest_line(region: NDArray[np.bool_]) -> Integers:
+    """Rows and columns, (n, 2), along the longest path through the region's skeleton; empty where there is none."""
+    cells = np.argwhere(skeletonize(region))
+    if len(cells) < 2:
+        return cells
+    graph = linked(cells)
+    _, piece = connected_components(graph, directed=False)
+    walks = (longest_walk(graph, int(start)) for start in np.unique(piece, return_index=True)[1])
+    return cells[max(walks, key=lambda walk: walk[1])[0]]
+
+
+def without_hooks(way: Integers, to_rim: Floats) -> Integers:
+    """The path less half a width at both ends, where a skeleton turns into a corner of a blunt end."""
+    back = round(float(np.median(to_rim[tuple(way.T)])))
+    return way[back:-back] if 0 < 2 * back < len(way) - 1 else way
+
+
+def linked(cells: Integers, worth: Floats | None = None) -> csr_array:
+    """Graph of cells and their eight neighbours; links are as long as their step, times any mean ``worth``."""
+    row, column = cells.T + 1
+    number = np.full((row.max() + 2, column.max() + 2), -1)
+    number[row, column] = np.arange(len(cells))
+    beside = np.array([number[row + down, column + right] for down, right in STEPS])
+    step, first = np.nonzero(beside >= 0)
+    second, length = beside[step, first], np.hypot(*np.transpose(STEPS))[step]
+    if worth is not None:
+        length = length * (worth[first] + worth[second]) / 2
+    return csr_array(coo_array((length, (first, second)), shape=(len(cells), len(cells))))
+
+
+def strongest_tree(graph: csr_array, worth: Floats) -> csr_array:
+    """Spanning tree of the graph that leaves out the least worthy link of each loop."""
+    links = coo_array(graph)
+    weakness = 1 / (worth[links.row] + worth[links.col])
+    kept = coo_array(minimum_spanning_tree(csr_array(coo_array((weakness, (links.row, links.col)), shape=graph.shape))))
+    return csr_array(coo_array((np.asarray(graph[kept.row, kept.col]), (kept.row, kept.col)), shape=graph.shape))
+
+
+def longest_walk(graph: csr_array, start: int) -> tuple[Integers, float]:
+    """Indices of the longest of the shortest paths in the piece of ``start``, and its length; exact in a tree."""
+    far = _farthest(dijkstra(graph, directed=False, indices=start))
+    away, before = dijkstra(graph, directed=False, indices=far, return_predecessors=True)
+    end = _farthest(away)
+    return _walked(before, far, end), float(away[end])
+
+
+class SideLine(NamedTuple):
+    """A line of a region's skeleton that leaves a path."""
+
+    cells: Integers  # Rows and columns, (n, 2), from the rim of the region around the path outward
+    comes_back: bool  # True where it ends on that rim again
+
+
+def side_lines(region: NDArray[np.bool_], way: Integers, least: float) -> list[SideLine]:
+    """Lines of a skeleton that leave the part beside ``way`` by ``least`` or more, not past its ends; longest first."""
+    cells = np.argwhere(skeletonize(region))
+    trunk = _beside(cells, way) if len(cells) > 1 else cells
+    if len(trunk) < 2:
+        return []
+    to_rim = radius(region)[tuple(trunk.T)]
+    away, nearest = KDTree(trunk).query(cells)
+    nearest = np.asarray(nearest)
+    beyond = away - to_rim[nearest]
+    outside = np.flatnonzero(beyond > 0)
+    if len(outside) < 2:
+        return []
+    graph = linked(cells)[outside][:, outside]
+    _, piece = connected_components(graph, directed=False)
+    lines = []
+    for number in range(piece.max() + 1):
+        members = np.flatnonzero(piece == number)
+        own = outside[members]
+        root = int(np.argmin(beyond[own]))
+        foot = nearest[own[root]]
+        if beyond[own].max() < least or foot in (0, len(trunk) - 1):
+            continue
+        length, before = dijkstra(graph[members][:, members], directed=False, indices=root, return_predecessors=True)
+        walk = _walked(before, root, _farthest(length))
+        lines.append(SideLine(cells[own[walk]], comes_back=bool(beyond[own[walk[-1]]] <= AT_RIM)))
+    return sorted(lines, key=lambda line: -len(line.cells))
+
+
+def _beside(cells: Integers, way: Integers) -> Integers:
+    """The walk along a skeleton from one end of ``way``, which need not run in the middle, to the other."""
+    away = np.asarray(KDTree(way).query(cells)[0])
+    _, piece = connected_components(linked(cells), directed=False)
+    own = np.flatnonzero(piece == np.bincount(piece[np.unique(KDTree(cells).query(way)[1])]).argmax())
+    cells, away = cells[own], away[own]
+    first, last = (int(np.argmin(np.sum((cells - end) ** 2, axis=1))) for end in way[[0, -1]])
+    graph = linked(cells, worth=1 + away / max(float(np.median(away)), 1.0))
+    _, before = dijkstra(graph, directed=False, indices=first, return_predecessors=True)
+    return cells[_walked(before, first, last)]
+
+
+def _walked(before: Integers, start: int, end: int) -> Integers:
+    """Indices from start to end of a search."""
+    walk = [end]
+    while walk[-1] != start:
+        walk.append(int(before[walk[-1]]))
+    return np.array(walk[::-1], dtype=np.int64)
+
+
+def _farthest(away: Floats) -> int:
+    return int(np.argmax(np.where(np.isfinite(away), away, -1)))

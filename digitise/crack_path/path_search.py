@@ -1,0 +1,251 @@
+"""Search for the path along a crack between given points."""
+
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
+
+from digitise.crack_path import step_costs
+from digitise.crack_path.darkness import DarkMap, coarser, map_darkness
+from digitise.crack_path.hints import SNAP_PX, CrackPath, check_hints, region_px
+from digitise.crack_path.medial_axis import larger_pieces
+from digitise.crack_path.path_width import width_along
+from digitise.crack_path.ridge_filter import support
+from digitise.image.raster import Map
+from digitise.photo import Photo
+from digitise.settings import Pixel
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Floats, Integers, arc_length
+
+SURE_RIDGE = 3.5  # Median clearness of a sure crack, in noise: of 1 in 180 paths over plain ground, 95 of 111 cracks
+LEAST_SUPPORT = 1.6  # Least median support, in standard deviations of plain ground: all those 111 had it, 3 of the 180
+CLEAR_RIDGE = 3.0  # Clearness, in noise units, of a cell on a crack even where grain of its darkness is beside it
+OBVIOUS_DARKNESS = 0.5  # Median darkness that needs no likeness to a line: no stain and few shadows are so dark
+MOST_GAPS = 0.2  # Share of the path that may be as bright as mortar
+AROUND, LEAST_AROUND_PX = 0.5, 100.0  # Room beside the box of two points: share of their distance, px of the photo
+BESIDE = 1.5  # Distance in cells within which two paths are the same
+COARSER = 4  # Size of the cells on which the widest cracks are searched for, in cells of the fine map
+
+
+@dataclass(frozen=True)
+class PathSearch:
+    """A search on one map for the path from a first end past via points to a last end."""
+
+    photo: Photo
+    field: DarkMap
+    points_px: Floats
+    support: Callable[[], Map]  # Likeness to a line of the best path through each cell; slow, called only in doubt
+
+    def obvious(self) -> bool:
+        """Report that the path is plainly dark and wide on the map."""
+        try:
+            rough = np.concatenate(self._rough)
+        except InputError:  # The finer map, searched next, refuses a point outside.
+            return False
+        darkness, _ = step_costs.measure(self.field, rough)
+        width = step_costs.middle_width(self.field, rough, darkness)
+        return darkness >= OBVIOUS_DARKNESS and width >= step_costs.WIDE_PX
+
+    def found(self) -> CrackPath:
+        """Return the path from the first place in the crack to the last; raise InputError where there is none."""
+        field = self.field
+        stops, legs = self._stops.copy(), self._rough
+        rough = np.concatenate(legs)
+        darkness, width = step_costs.measure(field, rough)
+        thin = width < step_costs.THIN_PX
+        cost = step_costs.cost_of_thin(field, rough) if thin else step_costs.cost_off_centre(field, rough, darkness)
+        if thin:
+            legs = self._legs(cost, stops)
+            darkness, width = step_costs.measure(field, np.concatenate(legs))
+        if thin or darkness < OBVIOUS_DARKNESS:
+            self._check_clear(np.concatenate(legs))
+        # A path through a thin crack may run a cell beside it.
+        crack = cv2.dilate(field.dark, np.ones((3, 3), np.uint8)) > darkness / 2
+        if thin:
+            crack |= field.ridge > CLEAR_RIDGE
+        limit_px = max(SNAP_PX, width / field.scale)
+        if not thin or len(stops) > 2:
+            stops[1:-1] = self._snapped(stops[1:-1], cost, crack, limit_px)
+            legs = self._legs(cost, stops)
+            darkness, width = step_costs.measure(field, np.concatenate(legs))
+        cells = self._without_spurs(legs, limit_px)
+        points_px = field.to_photo(cells[:, ::-1])
+        on_crack = self._from_crack_to_crack(points_px, crack[tuple(cells.T)], limit_px)
+        width_px = width_along(self.photo, points_px[on_crack], width / field.scale)
+        return CrackPath(points_px[on_crack], width_px, "ends")
+
+    @cached_property
+    def _stops(self) -> Integers:
+        return self._on_map(self.points_px)
+
+    @cached_property
+    def _rough(self) -> list[Integers]:
+        """Legs by the cost of wide cracks, which finds any path well enough to measure the crack's width."""
+        return self._legs(step_costs.cost_of_wide(self.field), self._stops)
+
+    def _legs(self, cost: Floats, stops: Integers) -> list[Integers]:
+        return [
+            step_costs.cheapest(cost, start, end, leg_margin(float(np.linalg.norm(end - start)), self.field.scale))
+            for start, end in pairwise(stops)
+        ]
+
+    def _on_map(self, points_px: Floats) -> Integers:
+        """Row and column of each point, moved to the nearest cell that is searched."""
+        allowed = np.argwhere(self.field.allowed)
+        if len(allowed) == 0:
+            raise InputError(
+                f"{self.photo.file}: nothing of the sample lies around the ends; check ends_px and roi_px."
+            )
+        cells = np.rint(self.field.to_work(points_px)[:, ::-1]).astype(int)
+        limits = np.array(self.field.dark.shape) - 1
+        searched = np.clip(cells, 0, limits)
+        for index in np.flatnonzero(~self.field.allowed[tuple(searched.T)]):
+            searched[index] = allowed[np.argmin(np.sum((allowed - cells[index]) ** 2, axis=1))]
+        moved_px = np.linalg.norm(searched - cells, axis=1) / self.field.scale
+        if moved_px.max() > SNAP_PX:
+            (x, y), outside_px = points_px[moved_px.argmax()], moved_px.max()
+            raise InputError(
+                f"{self.photo.file}: the point ({x:g}, {y:g}) lies {outside_px:.0f} px outside what is searched, which "
+                "is the face, less its markers, inside roi_px; check ends_px, via_px and roi_px."
+            )
+        return searched
+
+    def _check_clear(self, cells: Integers) -> None:
+        along = tuple(cells.T)
+        if np.median(self.field.ridge[along]) >= SURE_RIDGE:
+            return
+        clearness = float(np.median(self.support()[along]))
+        if clearness < LEAST_SUPPORT:
+            found = (
+                f"stands out from plain ground by {clearness:.1f} of its spread (a crack by at least {LEAST_SUPPORT:g})"
+                if clearness > 0
+                else "is no darker line than plain ground has anywhere"
+            )
+            raise InputError(
+                f"{self.photo.file}: no crack between the ends: the best path there {found}; check ends_px."
+            )
+
+    def _snapped(self, stops: Integers, cost: Floats, crack: NDArray[np.bool_], limit_px: float) -> Integers:
+        """Via points moved to the cheapest places of the crack near them."""
+        rows, columns = np.nonzero(crack & self.field.allowed)
+        moved = []
+        for stop, (x, y) in zip(stops, self.points_px[1:-1], strict=True):
+            away_px = np.hypot(rows - stop[0], columns - stop[1]) / self.field.scale
+            near = np.flatnonzero(away_px <= limit_px)
+            if len(near) == 0:
+                nearest = (
+                    f": the nearest one is {away_px.min():.0f} px away (at most {limit_px:.0f})" if len(rows) else ""
+                )
+                raise InputError(
+                    f"{self.photo.file}: the via point ({x:g}, {y:g}) is on no crack{nearest}; give a point inside it."
+                )
+            # Cost grows with distance, so that a clicked crack is not left for a darker neighbour.
+            price = cost[rows[near], columns[near]] * (1 + (2 * away_px[near] / limit_px) ** 2)
+            moved.append((rows[near][np.argmin(price)], columns[near][np.argmin(price)]))
+        return np.array(moved, dtype=np.int64).reshape(-1, 2)
+
+    def _without_spurs(self, legs: list[Integers], limit_px: float) -> Integers:
+        """One path of all legs, cut where a leg runs back on the last by no more than a click's error."""
+        cells = legs[0]
+        for number, leg in enumerate(legs[1:]):
+            back, forth = _common(cells, leg)
+            spur_px = (
+                float(arc_length(cells[back:].astype(float))[-1]) / self.field.scale if back < len(cells) - 1 else 0.0
+            )
+            if spur_px > limit_px:
+                x, y = self.points_px[number + 1]
+                raise InputError(
+                    f"{self.photo.file}: behind the via point ({x:g}, {y:g}) the path comes back {spur_px:.0f} px on "
+                    "itself: the point lies off the way to the next one. Give via_px in the crack's order, and none on "
+                    "a branch."
+                )
+            cells = np.concatenate([cells[: back + 1], leg[forth + 1 :]])
+        return cells
+
+    def _from_crack_to_crack(self, points_px: Floats, on_crack: NDArray[np.bool_], limit_px: float) -> slice:
+        """Points of the path from the first to the last in the crack."""
+        inside = np.flatnonzero(on_crack)
+        first, last = int(inside[0]), int(inside[-1])
+        s_px = arc_length(points_px)
+        ends_px = self.points_px[[0, -1]]
+        for (x, y), beside_px in zip(ends_px, (s_px[first], s_px[-1] - s_px[last]), strict=True):
+            if beside_px > limit_px:
+                raise InputError(
+                    f"{self.photo.file}: the end ({x:g}, {y:g}) is on no crack: the nearest one is {beside_px:.0f} px "
+                    f"away (at most {limit_px:.0f}); give a point inside the crack."
+                )
+        # A few cells as bright as mortar are a grain in the crack.
+        gap = larger_pieces(~on_crack[None, first : last + 1], limit_px * self.field.scale)
+        gaps = float(np.mean(gap))
+        if gaps > MOST_GAPS:
+            raise InputError(
+                f"{self.photo.file}: no crack on {gaps:.0%} of the path between the ends (at most {MOST_GAPS:.0%}); "
+                "give ends of one unbroken crack."
+            )
+        return slice(first, last + 1)
+
+
+def leg_margin(apart: float, scale: float) -> int:
+    """Cells by which a path between points ``apart`` cells from each other may leave their box."""
+    return int(np.ceil(max(LEAST_AROUND_PX * scale, AROUND * apart)))
+
+
+def _common(there: Integers, back: Integers) -> tuple[int, int]:
+    """Indices in both at which ``back``, which begins at the end of ``there``, leaves it."""
+    apart, nearest = KDTree(there).query(back, distance_upper_bound=BESIDE)
+    leaves = int(np.flatnonzero(np.isfinite(apart))[-1])
+    return int(np.asarray(nearest)[leaves]), leaves
+
+
+class LiveWire:
+    """Paths along a photo's crack between clicked points, on a map made once; safe to use from several threads."""
+
+    def __init__(
+        self, photo: Photo, roi_px: tuple[Pixel, ...] | None = None, found_face_px: Floats | None = None
+    ) -> None:
+        """Map the photo within ``roi_px`` and ``found_face_px``; raise InputError where ``roi_px`` is no region."""
+        self._photo = photo
+        self.field: DarkMap = map_darkness(photo, None if roi_px is None else region_px(photo, roi_px), found_face_px)
+
+    def path(self, ends_px: tuple[Pixel, Pixel], via_px: tuple[Pixel, ...] = ()) -> CrackPath:
+        """Find the path past all points in turn. Raises InputError for one on no crack, or a broken crack."""
+        check_hints(self._photo, ends_px, via_px)
+        points_px = np.array([ends_px[0], *via_px, ends_px[1]], dtype=float)
+        source = "via" if via_px else "ends"
+        coarse = self._way(self._coarse, points_px)
+        if coarse.obvious():
+            # An end that tapers to a hairline is on no crack of the coarse map: the fine map then decides.
+            with suppress(InputError):
+                return replace(coarse.found(), source=source)
+        return replace(self._way(self.field, points_px).found(), source=source)
+
+    @cached_property
+    def support(self) -> Map:
+        """Likeness to a line of the best path through each cell; slow, so computed only in doubt."""
+        return support(self.field.even, self.field.allowed)
+
+    @cached_property
+    def _coarse(self) -> DarkMap:
+        return coarser(self.field, COARSER)
+
+    def _way(self, field: DarkMap, points_px: Floats) -> PathSearch:
+        """A search of the cells where a path between the points may run."""
+        work = field.to_work(points_px)
+        apart = np.linalg.norm(np.diff(work, axis=0), axis=1)
+        margin = leg_margin(float(apart.max()), field.scale) + 1
+        last = np.array(field.dark.shape[::-1]) - 1
+        left, top = np.clip(np.floor(work.min(axis=0)) - margin, 0, last).astype(int).tolist()
+        right, bottom = (1 + np.clip(np.ceil(work.max(axis=0)) + margin, 0, last)).astype(int).tolist()
+        part = field.window(left, top, right, bottom)
+
+        def line_support() -> Map:
+            whole = self.support if field is self.field else support(field.even, field.allowed)
+            return whole[top:bottom, left:right]
+
+        return PathSearch(self._photo, part, points_px, line_support)

@@ -1,0 +1,128 @@
+"""Costs of a step on the search map, and the path of least cost."""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from skimage.graph import MCP_Geometric
+
+from digitise.crack_path.darkness import DarkMap
+from digitise.crack_path.medial_axis import distance_outside, larger_pieces
+from sealtwin.core.records import Floats, Integers
+
+LEAST_VOTES = 11  # Least votes of a line's cell: a hair shorter than this many cells gathers fewer
+LONGEST_BRIDGE_PX = 20  # Cells that a line may run outside the region: a gap at a coarse grain or a stain
+FAR_PX = 6.0  # Distance in cells from any line beyond which voters are a line that closes a loop
+CLEAR = 8.0  # Noise units above which a clearer line is no cheaper, or one strong grain would pay for a detour
+ASIDE = 2  # Cells by which a first path may run beside the middle of a thin crack
+NOTHING = 0.04  # Worth of a step without a line: a gap costs as much as a line 25 times as long
+LEAST_DARKNESS = 0.2  # Least darkness of a wide crack against the mortar beside it: stains and shadows stay below
+
+THIN_PX = 6.0  # Width on the search map below which cracks are found by their shape as lines, above by their darkness
+WIDE_PX = 1.5 * THIN_PX  # Width on the search map of a crack's middle from which a path that looks thin hugs its wall
+AROUND = np.argwhere(np.ones((3, 3))) - 1  # Steps to a cell's neighbours and to itself
+
+
+def voted_lines(voters: NDArray[np.bool_], region: NDArray[np.bool_], cost: Floats) -> NDArray[np.bool_]:
+    """Lines one cell wide that link the voters at least cost, outside ``region`` over ``LONGEST_BRIDGE_PX`` only."""
+    if not voters.any():
+        return voters
+    votes = _votes(voters, cost)
+    lines = votes >= LEAST_VOTES
+    around = cv2.dilate(region.astype(np.uint8), np.ones((7, 7), np.uint8)) > 0
+    lines &= ~larger_pieces(lines & ~around, LONGEST_BRIDGE_PX)
+    return lines | larger_pieces(voters & (distance_outside(lines) > FAR_PX), LEAST_VOTES)
+
+
+def _votes(voters: NDArray[np.bool_], cost: Floats) -> Integers:
+    """Number of voters whose cheapest path to the cheapest of them leads over each cell."""
+    cheapest = np.flatnonzero(voters & (cost == cost[voters].min()))
+    # Many cost the same; the first of them would be the tip of whatever lies highest in the picture, be it a hair.
+    root = int(cheapest[len(cheapest) // 2])
+    search = MCP_Geometric(np.where(np.isfinite(cost), cost, -1), fully_connected=True)
+    _, came_by = search.find_costs([np.unravel_index(root, cost.shape)])
+    steps = np.array(search.offsets, dtype=np.int64) @ (cost.shape[1], 1)
+    votes = np.zeros(cost.size, dtype=np.int64)
+    place = np.flatnonzero(voters)
+    place = place[came_by.ravel()[place] >= 0]
+    carried = np.ones(len(place), dtype=np.int64)
+    while len(place):
+        votes[place] += carried
+        moving = place != root
+        place, merged = np.unique(place[moving] - steps[came_by.ravel()[place[moving]]], return_inverse=True)
+        carried = np.bincount(merged, weights=carried[moving], minlength=len(place)).astype(np.int64)
+    return votes.reshape(cost.shape)
+
+
+def cost_of_thin(field: DarkMap, cells: Integers) -> Floats:
+    """Cost of a step along a thin crack, by its clearness up to that of ``cells``: only its middle is the clearest."""
+    clearest = cv2.dilate(field.ridge, np.ones((1 + 2 * ASIDE, 1 + 2 * ASIDE), np.uint8))
+    clear = max(CLEAR, float(np.median(clearest[tuple(cells.T)]))) if len(cells) else CLEAR
+    return np.where(field.allowed, 1 / (NOTHING + np.clip(field.ridge, 0, clear) / clear), np.inf)
+
+
+def cost_of_wide(field: DarkMap) -> Floats:
+    """Cost of a step along a wide crack, by its darkness."""
+    strength = np.clip(field.ridge, 0, CLEAR) / CLEAR * field.dark / max(field.darkest, LEAST_DARKNESS)
+    return np.where(field.allowed, 1 / (0.03 + np.minimum(strength, 1.5) ** 1.5), np.inf)
+
+
+def cost_off_centre(field: DarkMap, cells: Integers, darkness: float) -> Floats:
+    """Cost of a step, least in the middle of a wide crack along which ``cells`` run, of typical ``darkness``."""
+    to_rim = _to_rim(field, darkness)
+    usual = max(float(np.percentile(_from_middle(to_rim, cells), 75)), 1.0)
+    return np.where(field.allowed, off_centre(to_rim, usual), np.inf)
+
+
+def off_centre(to_rim: Floats, usual: float) -> Floats:
+    """Cost of a step by its distance from the rim over the usual one."""
+    return 1 / (0.03 + np.minimum(to_rim / usual, 1.5) ** 2)
+
+
+def cheapest(cost: Floats, start: Integers, end: Integers, margin: int) -> Integers:
+    """Rows and columns, (n, 2), of the path of least cost that leaves the box of both cells by at most ``margin``."""
+    low = np.maximum(np.minimum(start, end) - margin, 0)
+    high = np.maximum(start, end) + margin + 1
+    near = cost[low[0] : high[0], low[1] : high[1]]
+    search = MCP_Geometric(np.where(np.isfinite(near), near, -1), fully_connected=True)
+    search.find_costs([tuple(start - low)], [tuple(end - low)])
+    return low + np.array(search.traceback(tuple(end - low)), dtype=np.int64)
+
+
+def measure(field: DarkMap, cells: Integers) -> tuple[float, float]:
+    """Typical darkness along a path, and the width in cells of the dark around it."""
+    darkness = float(np.median(field.dark[tuple(cells.T)]))
+    to_rim = _from_middle(_to_rim(field, darkness), cells)
+    return darkness, float(2 * np.median(to_rim[to_rim > 0]) - 1) if np.any(to_rim > 0) else 0.0
+
+
+def middle_width(field: DarkMap, cells: Integers, darkness: float) -> float:
+    """Width in cells of the dark around a path, at the widest place uphill of it."""
+    return float(2 * np.median(_uphill(_to_rim(field, darkness), cells)) - 1)
+
+
+def _from_middle(to_rim: Floats, cells: Integers) -> Floats:
+    """Distances from the rim along a path, or uphill of it where the path hugs a wall, the clearer line."""
+    own, tops = to_rim[tuple(cells.T)], _uphill(to_rim, cells)
+    hugs = 2 * np.median(own) - 1 < THIN_PX and 2 * np.median(tops) - 1 >= WIDE_PX
+    return tops if hugs else own
+
+
+def _uphill(distance: Floats, cells: Integers) -> Floats:
+    """The distance at the local maximum above each of the cells."""
+    place = cells
+    top = distance[tuple(place.T)]
+    while True:
+        around = np.clip(place[:, None] + AROUND, 0, np.array(distance.shape) - 1)
+        values = distance[around[..., 0], around[..., 1]]
+        highest = values.max(axis=1)
+        if not np.any(highest > top):
+            return top
+        place, top = around[np.arange(len(place)), values.argmax(axis=1)], highest
+
+
+def _to_rim(field: DarkMap, darkness: float) -> Floats:
+    """Distance from the nearest cell less than half as dark as the crack, off the sample, or on the map's border."""
+    outside = ~((field.dark > darkness / 2) & field.allowed)
+    outside[[0, -1]] = True
+    outside[:, [0, -1]] = True
+    return distance_outside(outside).astype(float)

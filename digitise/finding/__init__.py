@@ -1,1 +1,0 @@
-"""Where in a photo the crack runs."""

@@ -1,0 +1,1 @@
+"""Decoding of photos, and the picture operations that several parts share."""

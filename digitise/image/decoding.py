@@ -1,0 +1,211 @@
+"""Reading of photos and masks; the header is checked before anything is expanded."""
+
+import struct
+import warnings
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageFile, ImageOps, TiffImagePlugin
+
+from digitise.image.raster import Map
+from digitise.settings import LARGEST_FILE_BYTES
+from sealtwin.core.errors import InputError
+
+FORMATS = ("JPEG", "PNG", "WEBP", "TIFF", "BMP")
+READABLE = "JPEG, PNG, WEBP, TIFF or BMP"
+MAX_PIXELS = 50_000_000  # Largest photo, twice that of a good camera; it takes 350 MB of memory
+TOO_LARGE = f"more than the {MAX_PIXELS // 1_000_000} million pixels allowed; save it smaller."
+MIN_SIDE_PX = 64
+HEIF_BRANDS = (b"hei", b"hev", b"mif", b"msf", b"avi")  # How the brands of HEIC, HEIF and AVIF files begin
+HEIF = (
+    "this is HEIC, HEIF or AVIF, which is not read; save it as JPEG at full size (a phone's camera has a setting for "
+    'it: "most compatible").'
+)
+RAW_ENDINGS = frozenset(
+    {".arw", ".cr2", ".cr3", ".dng", ".mrw", ".nef", ".nrw", ".orf", ".pef", ".raf", ".rw2", ".sr2"}
+)
+RAW = "this is a camera's raw file, which is not read; develop it, and save it as JPEG at full size."
+SUBFILE_TYPE, SUB_PICTURES, DNG_VERSION = 254, 330, 50706  # TIFF tags that tell a raw file from a photo
+MOST_PAINTED = 0.5  # Largest painted share of a mask; above it, black and white are exchanged
+FULL_FRAME_DIAGONAL_MM = float(np.hypot(36, 24))  # Of 35 mm film, to which EXIF refers a focal length (CIPA DCG-001)
+EXIF_IFD, FOCAL_IN_35_MM, EXIF_WIDTH, EXIF_HEIGHT = 0x8769, 0xA405, 0xA002, 0xA003
+MULTIPAGE = ("TIFF", "PNG", "WEBP")  # A second picture is another page or frame; in a phone's JPEG it is a preview
+
+
+@dataclass(frozen=True)
+class Decoded:
+    """Content of a photo's file."""
+
+    image: NDArray[np.uint8]  # (height, width, 3), RGB
+    focal_px: float | None = None  # Focal length in pixels, where the camera recorded it and the photo is not cropped
+    warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pixels:
+    """A photo before its scale is known."""
+
+    file: Path
+    image: NDArray[np.uint8]  # (height, width, 3), RGB, as the camera stored it
+    brightness: Map  # Linear light, 0 to 1
+    focal_px: float | None = None  # Focal length in pixels, as the camera recorded it
+    drawn: NDArray[np.bool_] | None = None  # Mask of the crack that the user painted, (height, width)
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def size_px(self) -> tuple[int, int]:
+        """Width, height."""
+        return self.brightness.shape[1], self.brightness.shape[0]
+
+
+def read_photo(path: Path, key: str = "photo.file") -> Decoded:
+    """Read a whole, single 8-bit photo, upright by its EXIF; ``key`` is the setting that names it in an InputError."""
+    with _opened(path, key) as photo:
+        focal_px = _focal_px(photo)
+        ImageOps.exif_transpose(photo, in_place=True)
+        pixels = np.asarray(photo if photo.mode == "RGB" else photo.convert("RGB"))
+        return Decoded(pixels, focal_px, _transparency(photo))
+
+
+def take_photo(image: NDArray[np.generic], name: str) -> Decoded:
+    """Check pixels in memory, uint8, (height, width) or (height, width, 3) RGB; ``name`` stands in an InputError."""
+    image = np.asarray(image)
+    if image.dtype != np.uint8 or image.ndim not in (2, 3) or (image.ndim == 3 and image.shape[2] != 3):
+        raise InputError(
+            f"{name}: an array of shape {image.shape} and type {image.dtype}; give (height, width) or "
+            "(height, width, 3) RGB of type uint8."
+        )
+    _check_size(name, image.shape[1], image.shape[0])
+    rgb = image if image.ndim == 3 else np.repeat(image[..., None], 3, axis=2)
+    return Decoded(np.ascontiguousarray(rgb, dtype=np.uint8))
+
+
+def take_mask(painted: NDArray[np.generic], size_px: tuple[int, int], name: str) -> NDArray[np.bool_]:
+    """Check a mask of the photo's width and height in memory, (height, width); pixels that are not 0 are painted."""
+    painted = np.asarray(painted)
+    if painted.shape != size_px[::-1]:
+        raise InputError(
+            f"{name}: an array of shape {painted.shape}; the photo is {size_px[0]} x {size_px[1]} px, so give "
+            f"{size_px[::-1]}."
+        )
+    return _soundly_painted(painted.astype(bool), name)
+
+
+def read_mask(path: Path, size_px: tuple[int, int]) -> NDArray[np.bool_]:
+    """Read a painted mask, (height, width): opaque pixels of a picture with transparency, else those above half.
+
+    Raises InputError for another size than ``size_px``, the photo's width and height, or a mask without a crack.
+    """
+    with _opened(path, "photo.mask") as picture:
+        ImageOps.exif_transpose(picture, in_place=True)
+        if picture.size != size_px:
+            raise InputError(
+                f"{path}: the mask is {picture.width} x {picture.height} px, the photo {size_px[0]} x {size_px[1]}; "
+                "paint it over the photo itself, upright and at full size."
+            )
+        shown = picture.convert("RGBA").getchannel("A") if picture.has_transparency_data else picture.convert("L")
+        painted = np.asarray(shown) >= 128
+    return _soundly_painted(painted, path)
+
+
+def _soundly_painted(painted: NDArray[np.bool_], name: Path | str) -> NDArray[np.bool_]:
+    share = float(np.mean(painted))
+    if not 0 < share <= MOST_PAINTED:
+        raise InputError(
+            f"{name}: the mask paints {share:.0%} of the photo; paint the crack white on black, or opaque."
+        )
+    return painted
+
+
+@contextmanager
+def _opened(path: Path, key: str) -> Iterator[Image.Image]:
+    """Open a picture after checks of its header; errors inside the block become InputErrors."""
+    if path.is_dir():
+        raise InputError(f"{path}: is a folder; give {key} as a {READABLE} file.")
+    if not path.is_file():
+        raise InputError(f"{path}: not found; {key} is relative to the folder of its trial file.")
+    size = path.stat().st_size
+    if size == 0:
+        raise InputError(f"{path}: the photo is empty (0 bytes); copy it from the camera again.")
+    if size > LARGEST_FILE_BYTES:
+        # Some decoders read the whole file into memory first.
+        raise InputError(f"{path}: {size / 1e6:.0f} MB, more than {LARGEST_FILE_BYTES / 1e6:.0f} MB; save it as JPEG.")
+    try:
+        # Warnings are about metadata, and about sizes that are checked here.
+        with warnings.catch_warnings(action="ignore"), Image.open(path, formats=FORMATS) as photo:
+            _check_header(path, photo)
+            yield photo
+    except Image.DecompressionBombError:
+        raise InputError(f"{path}: {TOO_LARGE}") from None
+    except Image.UnidentifiedImageError:
+        raise InputError(f"{path}: {_unknown(path)}") from None
+    except (OSError, SyntaxError, ValueError, EOFError, struct.error, zlib.error) as fault:
+        raise InputError(
+            f"{path}: the photo is damaged or cut short ({fault}); copy it from the camera again."
+        ) from None
+
+
+def _unknown(path: Path) -> str:
+    """Return what a file is that Pillow does not know, and the remedy."""
+    if path.suffix.lower() in RAW_ENDINGS:
+        return RAW
+    with path.open("rb") as file:
+        start = file.read(12)
+    if start[4:8] == b"ftyp" and start[8:11] in HEIF_BRANDS:
+        return HEIF
+    return f"not a readable photo; save it as {READABLE}."
+
+
+def _check_header(path: Path, photo: Image.Image) -> None:
+    if isinstance(photo, TiffImagePlugin.TiffImageFile):
+        tags = photo.tag_v2
+        # A raw file's first picture is a thumbnail, which a reader of plain TIFF takes for the photo.
+        thumbnail = SUB_PICTURES in tags and tags.get(SUBFILE_TYPE, 0) & 1
+        if path.suffix.lower() in RAW_ENDINGS or DNG_VERSION in tags or thumbnail:
+            raise InputError(f"{path}: {RAW}")
+    _check_size(path, *photo.size)
+    if photo.mode.startswith(("I", "F")) or ";16" in _stored_as(photo):
+        raise InputError(f"{path}: more than 8 bits per channel; save it with 8, for example as JPEG.")
+    pages = getattr(photo, "n_frames", 1)
+    if photo.format in MULTIPAGE and pages > 1:
+        raise InputError(f"{path}: {pages} pages or frames in one file; save the one with the crack alone.")
+
+
+def _check_size(name: Path | str, width: int, height: int) -> None:
+    if width * height > MAX_PIXELS:
+        raise InputError(f"{name}: {width} x {height} pixels, {TOO_LARGE}")
+    if min(width, height) < MIN_SIDE_PX:
+        raise InputError(f"{name}: {width} x {height} pixels; each side needs {MIN_SIDE_PX} or more.")
+
+
+def _stored_as(photo: Image.Image) -> str:
+    """Return Pillow's name for the pixels in the file, which its mode does not show."""
+    tiles = photo.tile if isinstance(photo, ImageFile.ImageFile) else []
+    arguments = tiles[0].args if tiles else ()
+    return next((part for part in np.atleast_1d(np.array(arguments, dtype=object)) if isinstance(part, str)), "")
+
+
+def _focal_px(photo: Image.Image) -> float | None:
+    """Return the focal length in pixels by the EXIF of a photo that is not yet turned upright."""
+    exif = photo.getexif().get_ifd(EXIF_IFD)
+    film_mm, width, height = (exif.get(tag) for tag in (FOCAL_IN_35_MM, EXIF_WIDTH, EXIF_HEIGHT))
+    if not isinstance(film_mm, int) or film_mm <= 0:
+        return None
+    if isinstance(width, int) and isinstance(height, int) and height > 0:
+        shape, taken = sorted(photo.size), sorted((width, height))
+        # The angle of view of a cropped photo, which has not the camera's shape, is unknown.
+        if abs(shape[1] * taken[0] - shape[0] * taken[1]) > 0.01 * shape[0] * taken[1]:
+            return None
+    return film_mm * float(np.hypot(*photo.size)) / FULL_FRAME_DIAGONAL_MM
+
+
+def _transparency(photo: Image.Image) -> tuple[str, ...]:
+    """Return a warning about transparent pixels, whose hidden colours are read."""
+    alpha = photo.convert("RGBA").getchannel("A") if photo.has_transparency_data else 255
+    clear = float(np.mean(np.asarray(alpha) < 255))
+    return (f"{max(clear, 0.0001):.2%} of the photo is transparent; its hidden colours were used",) if clear else ()

@@ -1,0 +1,222 @@
+"""The crack in a block: the cavity below its face with one long mouth, and an ideal photo to trace as any other."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+from manifold3d import CrossSection, JoinType, Manifold
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
+from skimage.measure import points_in_poly
+
+from digitise.geometry.mesh_topology import normals
+from digitise.geometry.polyline import Box, at_arc_length, depth_inside, left_normals, signed_area
+from digitise.geometry.region import box_region
+from digitise.image.raster import coverage
+from digitise.mesh_import.block import Block, parted
+from digitise.mesh_import.given_path import nearest_on_ring
+from digitise.photo import Photo
+from digitise.scale.view import View
+from digitise.settings import MeshUnit
+from digitise.solid.float_mesh import corners_mm
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Floats, Outline, Sections, arc_length
+
+STATION_MM = 1.0  # Spacing of sections: that of the nozzle's waypoints
+MOST_STATIONS = 400  # Most sections: more would take minutes on a long crack
+FROM_END_MM = 1e-3  # Distance of the first and last section from the crack's ends, whose own planes cut nothing
+RIVAL = 0.5  # Share of the largest opening's area from which on a second one is ambiguous
+WORTH_SAYING_MM2 = 1.0  # Area of a pit that earns a warning; smaller ones are pores
+SLICE_MM = 1e-3  # Depth below its flat top at which a piece of the cavity is sliced
+UNDER_MM = 1.0  # Depth below the underside that is searched for a crack through it
+ON_EDGE_MM = 1e-3  # Tolerance of a wall point on the edge of the face
+ACROSS_PX = 40  # Pixels over the crack's width: interpolation then places a wall within half a hundredth of it
+LARGEST_PX = 12_000_000  # Largest picture, that of a phone
+LEAST_ACROSS_PX = 10  # Least pixels over the crack's width: fewer would round off its walls
+ROUND_MM = 15.0  # Width of face shown around the crack, with space for the overlay's legend
+BORDER_MM = 8.0  # Width shown beside the face, with space for the overlay's text at open ends
+FACET_MM, FACETS = 1.0, 50_000  # Size of the pieces in which long facets are drawn, each in one shade; and their most
+SPECK_MM2 = 1e-6  # Area below which a facet is rounding at a cut, and would be drawn as a line
+FACE_GREY, DEEPEST_GREY, BESIDE_GREY = 205.0, 40.0, 245
+LIGHT = np.array([-0.4, 0.45, 0.8])  # Direction of the light, from the upper left
+
+
+def cavity_sections(cavity: Manifold, outline: Outline) -> Sections:
+    """Return depth and area of the cavity in upright planes across the crack."""
+    length_mm = outline.length_mm
+    s_mm = np.linspace(0.0, length_mm, int(np.clip(np.ceil(length_mm / STATION_MM), 8, MOST_STATIONS)) + 1)
+    at_mm = np.clip(s_mm, FROM_END_MM, length_mm - FROM_END_MM)
+    line_mm = outline.centreline_mm
+    lines = np.hstack([line_mm, left_normals(line_mm), outline.left_wall_mm, outline.right_wall_mm])
+    centre, normal, left, right = np.hsplit(at_arc_length(lines, outline.s_mm, at_mm), 4)
+    half_mm = np.maximum(np.linalg.norm(left - right, axis=1) / 2, FROM_END_MM)
+    cuts = [_cut(cavity, *station) for station in zip(centre, normal, half_mm, strict=True)]
+    return Sections(s_mm, *np.array(cuts).T)
+
+
+def _cut(cavity: Manifold, centre_mm: Floats, left: Floats, half_mm: float) -> tuple[float, float]:
+    """Return depth and area of the section at one station, without other parts of the crack in its plane."""
+    left = left / np.linalg.norm(left)
+    # The plane's own axes: to the left, up, and along the crack.
+    turn = np.array([[left[0], left[1], 0.0], [0.0, 0.0, 1.0], [left[1], -left[0], 0.0]])
+    moved = cavity.transform(np.column_stack([turn, -turn @ np.append(centre_mm, 0.0)]))
+    depth_mm, area_mm2 = 0.0, 0.0
+    for piece in moved.slice(0.0).decompose():
+        # A tip that the plane only touches leaves a piece without bounds.
+        if piece.is_empty():
+            continue
+        low, bottom, high, _ = piece.bounds()
+        if low <= half_mm and high >= -half_mm:
+            depth_mm = max(depth_mm, -bottom)
+            area_mm2 += piece.area()
+    return depth_mm, area_mm2
+
+
+@dataclass(frozen=True)
+class Cavity:
+    """The space that sealant can fill."""
+
+    body: Manifold  # Cavity from the face down, and up to the block's sides if the crack is open
+    mouth: CrossSection  # Section of the cavity ``below_mm`` under the face
+    below_mm: float
+    warnings: tuple[str, ...]
+
+    @property
+    def volume_mm3(self) -> float:
+        return float(self.body.volume())
+
+    @property
+    def depth_mm(self) -> float:
+        return -float(self.body.bounding_box()[2])
+
+
+def find_cavity(block: Block, below_mm: float, on_path_mm: Floats | None) -> Cavity:
+    """Return the cavity below the opening, ``below_mm`` under the face, with most path points, or the largest."""
+    face = box_region(block.face_mm)
+    openings = (face - block.body.slice(-below_mm)).decompose()
+    mouth, warnings = _chosen(openings, on_path_mm)
+    bottom_mm = block.body.bounding_box()[2]
+    shaft = face.extrude(-below_mm - bottom_mm + UNDER_MM).translate((0.0, 0.0, bottom_mm - UNDER_MM))
+    _, rooms = parted(shaft, block.body)
+    by_volume = sorted(rooms.decompose(), key=lambda room: -room.volume())
+    below = next((room for room in by_volume if (room.slice(-below_mm - SLICE_MM) ^ mouth).area() > 0), None)
+    if below is None:
+        raise InputError("The crack's mouth leads nowhere: check the mesh round it.")
+    if below.bounding_box()[2] < bottom_mm:
+        raise InputError(
+            "The crack passes through the underside of the mesh, so nothing would stay in it. Close it below, or check "
+            "up, the axis that points out of the cracked face."
+        )
+    # Walls that open upward are beyond the mouth; at 63 degrees from upright they are a face.
+    rim = mouth.offset(2 * below_mm, JoinType.Round) ^ face
+    above = rim.extrude(below_mm).translate((0.0, 0.0, -below_mm)) - block.body
+    return Cavity(below + above, mouth, below_mm, warnings)
+
+
+def _chosen(openings: list[CrossSection], on_path_mm: Floats | None) -> tuple[CrossSection, tuple[str, ...]]:
+    openings = sorted(openings, key=lambda opening: -opening.area())
+    if not openings or openings[0].area() < WORTH_SAYING_MM2:
+        raise InputError("No crack opens in the face. Check up, the axis that points out of the cracked face.")
+    chosen, areas_mm2 = 0, [opening.area() for opening in openings]
+    if on_path_mm is not None:
+        passed = [_points_inside(opening, on_path_mm) for opening in openings]
+        if not any(passed):
+            raise InputError("The path is in no opening of the face. It is read as x and y in mm, in the mesh's axes.")
+        chosen = int(np.argmax(passed))
+    elif len(openings) > 1 and areas_mm2[1] > RIVAL * areas_mm2[0]:
+        (x0, y0), (x1, y1) = (np.reshape(opening.bounds(), (2, 2)).mean(axis=0) for opening in openings[:2])
+        raise InputError(
+            f"Two openings compete, {areas_mm2[0]:.0f} mm² round ({x0:.0f}, {y0:.0f}) and {areas_mm2[1]:.0f} mm² round "
+            f"({x1:.0f}, {y1:.0f}) mm from the face's lower left corner: choose with a path."
+        )
+    pits = [area for i, area in enumerate(areas_mm2) if i != chosen and area >= WORTH_SAYING_MM2]
+    if not pits:
+        return openings[chosen], ()
+    return openings[chosen], (
+        f"{len(pits)} other openings of up to {pits[0]:.1f} mm² in the face are not part of the crack: sealant may run "
+        "into them.",
+    )
+
+
+def _points_inside(region: CrossSection, points_mm: Floats) -> int:
+    """Count the points inside a region: those inside an odd number of its rings."""
+    inside = [points_in_poly(points_mm, ring) for ring in region.to_polygons()]
+    return int(np.logical_xor.reduce(inside).sum())
+
+
+def photograph(block: Block, cavity: Cavity, file: Path, units: MeshUnit) -> Photo:
+    """Draw the crack's mouth dark on a bright face, each pixel by its covered share; its image is a shaded one."""
+    low, high = np.reshape(cavity.mouth.bounds(), (2, 2))
+    low, high = np.maximum(low - ROUND_MM, -BORDER_MM), np.minimum(high + ROUND_MM, np.add(block.size_mm, BORDER_MM))
+    rings = [np.asarray(ring, dtype=float) for ring in cavity.mouth.to_polygons()]
+    # The width of a long strip is twice its area over its rim.
+    width_mm = 2 * cavity.mouth.area() / sum(arc_length(ring[[*range(len(ring)), 0]])[-1] for ring in rings)
+    mm_per_px = max(width_mm / ACROSS_PX, float(np.sqrt(np.prod(high - low) / LARGEST_PX)))
+    if width_mm < LEAST_ACROSS_PX * mm_per_px:
+        raise InputError(
+            f"{file}: the crack is {width_mm:.3f} mm wide and spreads over {high[0] - low[0]:.0f} x "
+            f"{high[1] - low[1]:.0f} mm: too narrow to be followed; crop the mesh to a shorter piece."
+        )
+    view = View(np.array([[mm_per_px, 0.0, low[0]], [0.0, -mm_per_px, high[1]], [0.0, 0.0, 1.0]]))
+    width_px, height_px = (int(count) for count in np.ceil((high - low) / mm_per_px) + 1)
+    covered = np.zeros((height_px, width_px), dtype=np.float32)
+    for ring in rings:
+        # Islands run clockwise.
+        covered += np.sign(signed_area(ring)) * coverage(view.to_px(ring), (width_px, height_px))
+    return Photo(
+        file=file,
+        image=_shaded(block.body, view, (height_px, width_px), cavity.depth_mm),
+        brightness=1.0 - np.clip(covered, 0, 1),
+        view=view,
+        face_mm=block.face_mm,
+        mm_per_px=mm_per_px,
+        scale_source=f"mesh in {units}: {file.name}",
+        scale_residual_mm=None,
+        drawn=covered > 0.5,
+        warnings=cavity.warnings,
+    )
+
+
+def _shaded(body: Manifold, view: View, shape: tuple[int, int], depth_mm: float) -> NDArray[np.uint8]:
+    """Draw the upward facets from the lowest to the highest, the darker the deeper, (height, width, 3)."""
+    facets = corners_mm(body.refine_to_length(max(FACET_MM, float(np.sqrt(body.surface_area() / FACETS)))))
+    facets = facets[normals(facets)[:, 2] > SPECK_MM2]
+    across, height_mm = normals(facets), facets[:, :, 2].mean(axis=1)
+    order = np.argsort(height_mm)
+    depth = np.clip(-height_mm / depth_mm, 0, 1)
+    lit = np.clip(across @ LIGHT / np.linalg.norm(across, axis=1) / LIGHT[2], 0.3, 1.1)
+    grey = np.clip((FACE_GREY + depth * (DEEPEST_GREY - FACE_GREY)) * lit, 0, 255).round().astype(int).tolist()
+    fixed = np.rint(view.to_px(facets[:, :, :2].reshape(-1, 2)) * 16).astype(np.int32).reshape(-1, 3, 2)
+    picture = np.full(shape, BESIDE_GREY, dtype=np.uint8)
+    for number in order.tolist():
+        cv2.fillConvexPoly(picture, fixed[number], (grey[number],), cv2.LINE_8, 4)
+    return np.repeat(picture[:, :, None], 3, axis=2)
+
+
+def with_mouth(traced: Outline, cavity: Cavity, photo: Photo, face_mm: Box) -> Outline:
+    """Return the traced outline with its walls on the mouth itself and without the photo's warnings."""
+    ring, *islands = sorted(map(np.asarray, cavity.mouth.to_polygons()), key=signed_area, reverse=True)
+    left_mm, right_mm = (_on_mouth(wall, ring, face_mm) for wall in (traced.left_wall_mm, traced.right_wall_mm))
+    return replace(
+        traced,
+        left_wall_mm=left_mm,
+        right_wall_mm=right_mm,
+        left_wall_px=photo.to_px(left_mm),
+        right_wall_px=photo.to_px(right_mm),
+        outline_mm=ring,
+        outline_px=photo.to_px(ring),
+        islands_mm=tuple(islands),
+        branches_kept=len(traced.branches_mm) > 0,
+        warnings=cavity.warnings,
+    )
+
+
+def _on_mouth(wall_mm: Floats, ring_mm: Floats, face_mm: Box) -> Floats:
+    """Return the wall's points moved to the mouth's rim; those on the edge of the face to the mouth's corner there."""
+    place_mm = nearest_on_ring(wall_mm, ring_mm)
+    at_edge = depth_inside(wall_mm, face_mm) < ON_EDGE_MM
+    corners_mm = ring_mm[depth_inside(ring_mm, face_mm) < ON_EDGE_MM]
+    if at_edge.any() and len(corners_mm):
+        place_mm[at_edge] = corners_mm[KDTree(corners_mm).query(wall_mm[at_edge])[1]]
+    return place_mm

@@ -1,0 +1,267 @@
+"""Import of a modelled or scanned sample, with the same records as from a photo."""
+
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any, get_args
+
+import numpy as np
+
+from digitise.geometry.mesh_topology import connected, examine_mesh, neighbours, normals
+from digitise.geometry.polyline import Box
+from digitise.geometry.region import box_region
+from digitise.mesh_import.block import Block, FacePlane, cut_block, find_face
+from digitise.mesh_import.cavity import Cavity, cavity_sections, find_cavity, photograph, with_mouth
+from digitise.mesh_import.given_path import along, middle_path, read_path
+from digitise.mesh_import.openings import close_holes, find_openings, with_base
+from digitise.mesh_import.repair import Repair, RepairedSurface, bounded_body, one_surface
+from digitise.outline import trace_outline
+from digitise.photo import Photo
+from digitise.settings import MeshInput, MeshUnit
+from digitise.solid.dams import DAM_OVERLAP_MM, NEAR_MM, label_sides, outside_box, plate_over
+from digitise.solid.float_mesh import corners_mm, tidy
+from sealtwin.core.errors import InputError
+from sealtwin.core.mesh_file import FileUnit, Triangles, read_mesh
+from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Solid
+
+MM: dict[FileUnit, float] = {"micron": 1e-3, "mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4, "foot": 304.8}
+UPRIGHT = {  # Rotations, by rows, that turn the axis out of the face to z
+    "z": ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
+    "-z": ((1, 0, 0), (0, -1, 0), (0, 0, -1)),
+    "y": ((1, 0, 0), (0, 0, -1), (0, 1, 0)),
+    "-y": ((1, 0, 0), (0, 0, 1), (0, -1, 0)),
+    "x": ((0, 1, 0), (0, 0, 1), (1, 0, 0)),
+    "-x": ((0, 0, 1), (0, 1, 0), (-1, 0, 0)),
+}
+LEAST_MM, MOST_MM = 10.0, 1000.0  # Limits of a sample's longest side; beyond them the unit is wrong
+STEEPEST_DEG = 45.0  # Largest slope of a face or a floor; steeper is a wall
+CLEAR_MM = 0.01  # Distance of a dam's edge from the block's vertices: nearer to a dam in the mesh it would fold
+
+
+def upright(settings: MeshInput) -> Floats:
+    """Return the transform (4, 4) from the file's numbers to mm with the face's normal upward."""
+    placed = np.eye(4)
+    placed[:3, :3] = MM[settings.units] * np.array(UPRIGHT[settings.up], dtype=float)
+    return placed
+
+
+def moved(points_mm: Floats, placed: Floats) -> Floats:
+    """Map points (n, 3) through a (4, 4) transform; without a rotation only the step is rounded."""
+    turn, step = placed[:3, :3], placed[:3, 3]
+    return (points_mm if np.array_equal(turn, np.eye(3)) else points_mm @ turn.T) + step
+
+
+def upright_mm(read: Triangles, settings: MeshInput) -> Floats:
+    """Return the vertices (v, 3) in mm. Raises InputError if their extent is not that of a sample."""
+    places_mm = moved(read.vertices, upright(settings))
+    size_mm = np.ptp(places_mm, axis=0)
+    if LEAST_MM <= size_mm.max() <= MOST_MM:
+        return places_mm
+    extent = float(size_mm.max()) / MM[settings.units]
+    fitting = [unit for unit in get_args(MeshUnit) if LEAST_MM <= extent * MM[unit] <= MOST_MM]
+    remedy = f"The file is probably in {' or '.join(fitting)}: set units" if fitting else "Crop the mesh to the sample"
+    x, y, z = size_mm
+    raise InputError(
+        f"Bounding box {x:.4g} x {y:.4g} x {z:.4g} mm, with units = {settings.units}, is implausible for a sample "
+        f"(expected {LEAST_MM:g} to {MOST_MM:g}). {remedy}."
+    )
+
+
+def notes_on_unit(read: Triangles, settings: MeshInput, path: Path) -> list[str]:
+    """Return a note on an unusual unit. Raises InputError if the file itself states another one."""
+    if read.unit in (None, settings.units):
+        return []
+    if path.suffix.lower() == ".glb":
+        # Many programs write millimetres all the same, so this is no proof.
+        return [f"{path.name}: glTF counts in metres; its numbers are taken as {settings.units}, as units says"]
+    raise InputError(f"{path}: its unit is {read.unit}, but units is {settings.units}. Correct units.")
+
+
+@dataclass(frozen=True)
+class ImportedSample:
+    """The outline, solid and top view of a mesh."""
+
+    outline: Outline
+    solid: Solid
+    photo: Photo  # Top view of the mesh
+    notes: tuple[str, ...]  # Findings of the import, in sentences
+
+
+def import_sample(settings: MeshInput, folder: Path) -> ImportedSample:
+    """Read, repair and level the mesh, find the crack in its face, and trace it in a top view.
+
+    Coordinates are mm, z = 0 on the face, its lower left corner the origin. Raises InputError if the file cannot be
+    read, encloses no block, or has no single crack.
+    """
+    path = folder / settings.file
+    block, plane, repairs, triangles, notes = _read_block(settings, path)
+    placed = block.placed @ plane.to_level
+    line_mm = None
+    if settings.path is not None:
+        given_mm = read_path(folder / settings.path)
+        line_mm = moved(np.column_stack([given_mm, plane.height_mm(given_mm)]), placed)[:, :2]
+    cavity = find_cavity(block, plane.below_mm, line_mm)
+    photo = photograph(block, cavity, path, settings.units)
+    traced = trace_outline(replace(photo, drawn=None), middle_path(photo, line_mm))
+    outline = with_mouth(traced, cavity, photo, block.face_mm)
+    if line_mm is not None:
+        outline, note = along(outline, photo, line_mm)
+        notes.append(note)
+    notes += _notes_on_place(plane, block, placed)
+    report = {
+        "mesh": {
+            "file": path.name,
+            "triangles_read": triangles,
+            "sample_from_file": placed @ upright(settings),
+            "face_tilt_deg": plane.tilt_deg,
+            "face_roughness_mm": plane.roughness_mm,
+            "mouth_seen_below_face_mm": plane.below_mm,
+            "repairs": [asdict(repair) for repair in repairs],
+        },
+        "warnings": [str(repair) for repair in repairs],
+    }
+    solid = _solid(block, cavity, outline, settings.dam_height_mm, report)
+    return ImportedSample(outline, solid, photo, tuple(notes))
+
+
+def _read_block(settings: MeshInput, path: Path) -> tuple[Block, FacePlane, tuple[Repair, ...], int, list[str]]:
+    """Return block, face, repairs, number of triangles read, and notes on the unit."""
+    mesh = read_mesh(path)
+    triangles, notes = len(mesh.faces), notes_on_unit(mesh, settings, path)
+    surface = one_surface(upright_mm(mesh, settings), mesh.faces)
+    # Each step takes hundreds of megabytes for two million triangles.
+    del mesh
+    plane = find_face(surface)
+    surface = replace(surface, vertices_mm=moved(surface.vertices_mm, plane.to_level))
+    body, repairs = bounded_body(_closed(surface, settings.base_mm))
+    del surface
+    return cut_block(body, plane.below_mm), plane, repairs, triangles, notes
+
+
+def _closed(surface: RepairedSurface, base_mm: float | None) -> RepairedSurface:
+    """Close holes and give a sheet its base. Raises InputError for a sheet without base_mm or a body with one."""
+    openings = find_openings(surface)
+    surface = close_holes(surface, openings)
+    if openings.rim is not None and base_mm is not None:
+        return with_base(surface, openings.rim, base_mm)
+    if openings.rim is not None:
+        raise InputError(
+            "Mesh encloses no volume; it is a sheet. Give base_mm, the depth of a flat underside below the face, to "
+            "make it solid."
+        )
+    if base_mm is not None:
+        sides = "has sides down to a flat underside, which is closed" if openings.underside else "is closed below"
+        raise InputError(f"base_mm is {base_mm:g}, but the mesh {sides}. Leave base_mm out.")
+    return surface
+
+
+def _notes_on_place(plane: FacePlane, block: Block, placed: Floats) -> list[str]:
+    notes = [
+        f"the face is plane within {plane.roughness_mm:.3f} mm (RMS) and was tilted by {plane.tilt_deg:.2f} degrees",
+        f"the block is {block.size_mm[0]:.2f} x {block.size_mm[1]:.2f} mm; the mesh was moved by "
+        f"({placed[0, 3]:.2f}, {placed[1, 3]:.2f}, {placed[2, 3]:.2f}) mm",
+    ]
+    if block.yaw_deg:
+        notes.append(f"the block was turned by {-block.yaw_deg:.2f} degrees, so that its sides lie along x and y")
+    low_mm, high_mm = np.reshape(block.body.bounding_box(), (2, 3))
+    longer_mm, height_mm = max(block.size_mm), high_mm[2] - low_mm[2]
+    if height_mm > min(block.size_mm):
+        notes.append(
+            f"the block has a larger side than its face, one of {longer_mm:.0f} x {height_mm:.0f} mm: if the crack "
+            "opens there, check up, the axis that points out of the cracked face"
+        )
+    if block.trimmed_mm > 0:
+        notes.append(f"up to {block.trimmed_mm:.2f} mm beside the block's sides were cut off: dams, edges, roughness")
+    return notes
+
+
+def label_imported(vertices_mm: Floats, faces: Integers, block_mm: Box, below_mm: float) -> Integers:
+    """Return a ``FaceLabel`` for each face, (f,), by planes of the sides and the face.
+
+    Of the patches between them, the lowest is the underside; those within ``below_mm`` of the face are its grain.
+    """
+    corners = vertices_mm[faces]
+    normal = normals(corners)
+    flat = normal[:, 2] > np.cos(np.radians(STEEPEST_DEG)) * np.linalg.norm(normal, axis=1)
+    label = np.where(flat, FaceLabel.FLOOR, FaceLabel.WALL).astype(np.int64)
+    known = flat & (np.abs(corners[:, :, 2]) <= below_mm).all(axis=1)
+    label[known] = FaceLabel.TOP
+    known |= label_sides(label, corners, block_mm)
+    beyond = outside_box(corners.mean(axis=1), block_mm)
+    label[beyond] = FaceLabel.OUTSIDE
+    known |= beyond
+    one, other, _ = neighbours(faces)
+    both = ~known[one] & ~known[other]
+    _, patch = connected(len(faces), one[both], other[both])
+    lowest_mm = np.full(patch.max() + 1, np.inf)
+    np.minimum.at(lowest_mm, patch, corners[:, :, 2].min(axis=1))
+    label[~known & (lowest_mm[patch] >= -below_mm)] = FaceLabel.TOP
+    label[~known & (lowest_mm[patch] <= lowest_mm.min() + NEAR_MM)] = FaceLabel.OUTSIDE
+    return label
+
+
+def _solid(block: Block, cavity: Cavity, outline: Outline, dam_height_mm: float, report: dict[str, Any]) -> Solid:
+    """Return the block with a dam, ``dam_height_mm`` above the face, at each place where its crack leaves it."""
+    plates = _plates(block, cavity)
+    bottom_mm = float(block.body.bounding_box()[2])
+    body = block.body
+    for plate in plates:
+        body += box_region(plate).extrude(dam_height_mm - bottom_mm).translate((0.0, 0.0, bottom_mm))
+    vertices_mm, faces = tidy(body)
+    faults, figures = examine_mesh(vertices_mm, faces)
+    if figures is None:
+        raise InputError(f"{faults[0]} Simplify the mesh in the program that made it.")
+    return Solid(
+        vertices_mm=vertices_mm,
+        faces=faces,
+        face_label=label_imported(vertices_mm, faces, block.face_mm, cavity.below_mm),
+        block_mm=block.face_mm,
+        depth_mm=cavity.depth_mm,
+        tilt="modelled",
+        wall_angles_deg=(0.0, 0.0),
+        cavity_volume_mm3=cavity.volume_mm3,
+        sections=cavity_sections(cavity.body, outline),
+        report={
+            **report,
+            "mouth_width_mm": outline.mean_width_mm,
+            "watertight": True,
+            **asdict(figures),
+            "dams": [
+                {"box_mm": [plate[0], plate[1], bottom_mm, plate[2], plate[3], dam_height_mm]} for plate in plates
+            ],
+            "warnings": [*report["warnings"], *faults],
+        },
+    )
+
+
+def _plates(block: Block, cavity: Cavity) -> list[Box]:
+    """Return the box of a dam over each opening of the cavity in one of the block's sides."""
+    hollow_mm, body_mm = corners_mm(cavity.body), corners_mm(block.body)
+    boxes = []
+    for side in range(4):
+        across, along = side % 2, 1 - side % 2
+        level_mm = block.face_mm[side]
+        in_side = (np.abs(hollow_mm[:, :, across] - level_mm) < NEAR_MM).all(axis=1)
+        taken_mm = body_mm[np.abs(body_mm[:, :, across] - level_mm) < NEAR_MM][:, along]
+        for low_mm, high_mm in _spans(hollow_mm[in_side, :, along]):
+            ends_mm = np.zeros((2, 2))
+            ends_mm[:, along] = _clear(low_mm, -DAM_OVERLAP_MM, taken_mm), _clear(high_mm, DAM_OVERLAP_MM, taken_mm)
+            boxes.append(plate_over(ends_mm, side, block.face_mm))
+    return boxes
+
+
+def _clear(end_mm: float, overlap_mm: float, taken_mm: Floats) -> float:
+    """Move the end of an opening outward until a dam that overlaps it ends near no vertex of the side."""
+    step_mm = 2 * CLEAR_MM * float(np.sign(overlap_mm))
+    while np.abs(taken_mm - end_mm - overlap_mm).min() < CLEAR_MM:
+        end_mm += step_mm
+    return end_mm
+
+
+def _spans(along_mm: Floats) -> list[tuple[float, float]]:
+    """Return the spans that triangles cover along a side, (n, 3) of their corners; close spans are joined."""
+    spans: list[tuple[float, float]] = []
+    for begin, *_, end in sorted(np.sort(along_mm, axis=1).tolist()):
+        if spans and begin <= spans[-1][1] + 2 * DAM_OVERLAP_MM:
+            begin, end = spans[-1][0], max(spans.pop()[1], end)
+        spans.append((begin, end))
+    return spans

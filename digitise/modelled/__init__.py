@@ -1,1 +1,0 @@
-"""A sample that somebody has modelled or scanned."""

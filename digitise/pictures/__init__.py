@@ -1,1 +1,0 @@
-"""What a photo's file holds, and pictures in memory."""

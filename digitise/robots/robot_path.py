@@ -1,0 +1,216 @@
+"""The nozzle's path in the robot's frame, checked against the limits of its cell; its tables, and a program's words."""
+
+import math
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from digitise.robots.cell import RobotCell, RobotFrame, fit_frame
+from digitise.trajectory import radii_mm
+from sealtwin.core.errors import InputError
+from sealtwin.core.record_files import TRAJECTORY_COLUMNS
+from sealtwin.core.records import Floats, Trajectory, arc_length
+
+ROUNDING = 1e-6  # Rounding of trajectory.csv, which has six decimals
+MUCH_GROWTH = 2.0  # Growth of a touch error that earns a warning: 0.2 mm, a good touch by hand, become more than 0.4
+
+Limit = tuple[bool, str]  # True if a limit of the cell is exceeded, and the sentence that then says so
+NOT_PLAIN = re.compile(r"[^A-Za-z0-9 .,:_+=/-]")  # These mean something to some controller: GRBL executes ?, ! and ~
+LONGEST = 120
+
+
+@dataclass(frozen=True)
+class RobotPath:
+    """Content of every robot's file."""
+
+    trajectory: Trajectory  # Trajectory with the robot's positions
+    frame: RobotFrame
+    cell: RobotCell
+    cell_file: str  # Name of the cell file, for refusals
+    warnings: tuple[str, ...]
+    head: tuple[str, ...] = ()  # Lines for a program's head: with a user's words, they enter it by ``comments`` only
+
+    @property
+    def tilt_deg(self) -> float:
+        """Angle of the face from level."""
+        return float(np.degrees(np.arccos(np.clip(self.cell.up * self.frame.normal[2], -1, 1))))
+
+    @property
+    def over_mm(self) -> Floats:
+        """Places over the first and the last waypoint at the safe height, (2, 3)."""
+        ends_mm = self.trajectory.position_mm[[0, -1]]
+        height_mm = (ends_mm - self.frame.origin_mm) @ self.frame.normal
+        return ends_mm + (self.cell.motion.safe_height_mm - height_mm)[:, None] * self.frame.normal
+
+    def require(self, *limits: Limit) -> None:
+        """Raise InputError with the sentences of all limits that are exceeded, each after the cell file's name."""
+        if found := [f"{self.cell_file}: {fault}" for exceeded, fault in limits if exceeded]:
+            raise InputError("\n".join(found))
+
+    def reach_limit(self, what: str, places_mm: Floats) -> Limit:
+        """Return the limit of the reach box for the places of ``what``, (n, 3) in the robot's frame."""
+        low_mm, high_mm = self.cell.reach.low_mm, self.cell.reach.high_mm
+        outside_mm = np.maximum(np.array(low_mm) - places_mm, places_mm - high_mm).max(axis=1)
+        x, y, z = places_mm[int(outside_mm.argmax())]
+        return (
+            bool(outside_mm.max() > ROUNDING),
+            f"{what} leads {outside_mm.max():.1f} mm out of the reach box, to ({x:.1f}, {y:.1f}, {z:.1f}) mm of the "
+            f"robot; the box extends from {list(low_mm)} to {list(high_mm)}. Move the sample and teach it again, or "
+            "correct [reach].",
+        )
+
+    @property
+    def tilt_limit(self) -> Limit:
+        """Limit of the face's tilt for an arm whose nozzle is always vertical."""
+        allowed_deg = self.cell.motion.largest_tilt_deg
+        return (
+            self.tilt_deg > allowed_deg,
+            f"the face is tilted by {self.tilt_deg:.1f} degrees and the nozzle stays vertical; motion.largest_tilt_deg "
+            f"allows {allowed_deg:g}. Level the sample and teach it again.",
+        )
+
+    def level_flow_mm3_s(self, dispenser: str, remedy: str) -> float:
+        """Return the only flow besides 0. Raises InputError if there are more, since ``dispenser`` gives but one."""
+        flow = self.trajectory.flow_mm3_s[:-1]
+        flow = flow[flow > 0]
+        if flow.max() > flow.min() * (1 + 10 * ROUNDING):
+            raise InputError(
+                f"{self.cell_file}: {dispenser} gives one flow or none, and the path's ranges from {flow.min():.4g} to "
+                f'{flow.max():.4g} mm³/s. Digitise with path.flow = "constant" and either no path.ramp_mm or leads as '
+                f"long as it; or {remedy}."
+            )
+        return float(flow.mean())
+
+    def plunger_mm(self) -> Floats:
+        """Return the plunger's travel at each waypoint, (n,). Raises InputError if it is too far or too fast."""
+        plunger = self.cell.plunger
+        assert plunger is not None, "a cell without [plunger]"
+        way_mm = np.concatenate([[0.0], np.cumsum(self.trajectory.given_mm3)]) / plunger.area_mm2
+        speed_mm_s = self.trajectory.flow_mm3_s.max() / plunger.area_mm2
+        self.require(
+            (
+                way_mm[-1] > plunger.travel_mm,
+                f"the path needs {way_mm[-1]:.1f} mm of the plunger; plunger.travel_mm is {plunger.travel_mm:g}. Fill "
+                "the syringe, or digitise with a smaller path.volume_ml or path.fill.",
+            ),
+            (
+                speed_mm_s > plunger.largest_speed_mm_s * (1 + ROUNDING),
+                f"the plunger would move at {speed_mm_s:.3g} mm/s; plunger.largest_speed_mm_s is "
+                f"{plunger.largest_speed_mm_s:g}. Digitise with a lower path.speed_mm_s.",
+            ),
+        )
+        return way_mm
+
+
+def place_path(trajectory: Trajectory, cell: RobotCell, cell_file: str) -> RobotPath:
+    """Transform a path from the sample's frame into the robot's. Raises InputError, with all limits that it exceeds."""
+    _check_rows(trajectory)
+    sample_mm, robot_mm = (np.array([getattr(at, of) for at in cell.taught]) for of in ("sample_mm", "robot_mm"))
+    frame = fit_frame(sample_mm, robot_mm, limit_mm=cell.frame_limit_mm, up=cell.up, where=cell_file)
+    placed = replace(trajectory, position_mm=frame.to_robot_mm(trajectory.position_mm))
+    path = RobotPath(placed, frame, cell, cell_file, _warnings(trajectory, frame, cell))
+    path.require(*_motion_limits(trajectory, cell), path.reach_limit("the path", placed.position_mm))
+    return path
+
+
+def _check_rows(trajectory: Trajectory) -> None:
+    """Raise InputError for a trajectory.csv that is no path, since it may have been edited."""
+    values = np.column_stack([trajectory.t_s, trajectory.position_mm, trajectory.speed_mm_s, trajectory.flow_mm3_s])
+    if len(values) < 2 or not np.isfinite(values).all() or not (np.diff(trajectory.t_s) > 0).all():
+        raise InputError("trajectory.csv: needs two rows or more, numbers in all, and t_s that grows. Digitise again.")
+    if not (trajectory.flow_mm3_s >= 0).all() or not trajectory.given_mm3.sum() > 0:
+        raise InputError("trajectory.csv: flow_mm3_s must not be negative, and not 0 everywhere. Digitise again.")
+    way_mm = np.linalg.norm(np.diff(trajectory.position_mm, axis=0), axis=1)
+    if not np.allclose(way_mm, trajectory.speed_mm_s[:-1] * np.diff(trajectory.t_s), rtol=1e-3, atol=1e-3):
+        raise InputError("trajectory.csv: speed_mm_s disagrees with its places and times. Digitise again.")
+
+
+def _motion_limits(trajectory: Trajectory, cell: RobotCell) -> list[Limit]:
+    motion = cell.motion
+    count, height_mm = len(trajectory.t_s), trajectory.position_mm[:, 2].max()
+    # Each of three pieces, crack and leads, may end with a short step.
+    enough_mm = math.ceil(100 * trajectory.length_mm / max(motion.most_waypoints - 4, 1)) / 100
+    fastest_mm_s, allowed_mm_s = trajectory.speed_mm_s.max(), motion.largest_speed_mm_s
+    allowed_mm_s2 = motion.acceleration_mm_s2
+    speed_mm_s, lasts_s = trajectory.speed_mm_s[:-1], np.diff(trajectory.t_s)
+    # A mean speed belongs to the middle of its time.
+    along = np.append(0.0, np.abs(np.diff(speed_mm_s)) / ((lasts_s[1:] + lasts_s[:-1]) / 2)).max()
+    across = np.append(0.0, np.maximum(speed_mm_s[1:], speed_mm_s[:-1]) ** 2 / radii_mm(trajectory.position_mm))
+    bend = int(across.argmax())
+    return [
+        (
+            count > motion.most_waypoints,
+            f"the path has {count} waypoints; motion.most_waypoints allows {motion.most_waypoints}. Digitise with a "
+            f"path.spacing_mm of {enough_mm:g} or more.",
+        ),
+        (
+            motion.safe_height_mm <= height_mm,
+            f"motion.safe_height_mm is {motion.safe_height_mm:g}, and the path itself runs {height_mm:g} mm above the "
+            "face. Give a greater one.",
+        ),
+        (
+            fastest_mm_s > allowed_mm_s * (1 + ROUNDING),
+            f"the path runs at {fastest_mm_s:g} mm/s; motion.largest_speed_mm_s allows {allowed_mm_s:g}. Digitise "
+            "with a lower path.speed_mm_s.",
+        ),
+        (
+            motion.approach_speed_mm_s > allowed_mm_s,
+            f"motion.approach_speed_mm_s is {motion.approach_speed_mm_s:g}; motion.largest_speed_mm_s allows "
+            f"{allowed_mm_s:g}. Give a lower one.",
+        ),
+        (
+            along > allowed_mm_s2 * 1.01,
+            f"a ramp of the path needs {along:.4g} mm/s²; motion.acceleration_mm_s2 allows {allowed_mm_s2:g}. "
+            "Digitise with a longer path.ramp_mm.",
+        ),
+        (
+            across[bend] > allowed_mm_s2,
+            f"the bend at s = {trajectory.s_mm[bend]:.1f} mm needs {across[bend]:.4g} mm/s² at "
+            f"{speed_mm_s[bend - 1]:.4g} mm/s; motion.acceleration_mm_s2 allows {allowed_mm_s2:g}. Digitise with a "
+            "lower path.speed_mm_s or a larger path.smoothing_mm.",
+        ),
+    ]
+
+
+def _warnings(trajectory: Trajectory, frame: RobotFrame, cell: RobotCell) -> tuple[str, ...]:
+    warnings = []
+    if (growth := frame.error_growth(trajectory.position_mm)) > MUCH_GROWTH:
+        warnings.append(
+            "the path runs so far outside the taught points that a touch error of 0.1 mm at each becomes "
+            f"{growth / 10:.2f} mm of the nozzle's height; teach points around the crack"
+        )
+    begins, way_mm = trajectory.giving.start, arc_length(trajectory.position_mm)
+    speed_mm_s = trajectory.speed_mm_s[begins]
+    needed_mm = speed_mm_s**2 / (2 * cell.motion.acceleration_mm_s2)
+    if needed_mm > way_mm[begins + 1]:
+        warnings.append(
+            f"the arm needs {needed_mm:.1f} mm to reach {speed_mm_s:.4g} mm/s and has {way_mm[begins]:.1f} mm before "
+            "the first sealant: a dispenser timed by a clock gives too much there; digitise with a path.lead_in_mm or "
+            "path.ramp_mm of at least as much"
+        )
+    return tuple(warnings)
+
+
+def comments(mark: str, lines: Iterable[str]) -> list[str]:
+    """Return each line as a comment of letters, digits and signs without meaning to any controller."""
+    return [f"{mark} {NOT_PLAIN.sub('_', line)[:LONGEST]}".rstrip() for line in lines]
+
+
+def decimal(value: float, decimals: int) -> str:
+    """Return a number without a power of ten, which some controllers do not read, and without -0."""
+    return f"{round(value, decimals) + 0.0:.{decimals}f}"
+
+
+def points_text(path: RobotPath) -> str:
+    """Return one waypoint a line, x y z in mm of the robot, without a head."""
+    return "".join(" ".join(decimal(value, 4) for value in place) + "\n" for place in path.trajectory.position_mm)
+
+
+def table_text(path: RobotPath) -> str:
+    """Return the columns of trajectory.csv with the robot's x, y and z; each row holds until the next."""
+    it = path.trajectory
+    rows = np.column_stack([it.t_s, it.position_mm, it.s_mm, it.speed_mm_s, it.flow_mm3_s])
+    lines = [",".join(TRAJECTORY_COLUMNS), *(",".join(decimal(value, 6) for value in row) for row in rows)]
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,200 @@
+"""The scale by the size of the sample's face and its four corners, found by its edges or given."""
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from digitise.geometry.polyline import Box, depth_inside, rectangle
+from digitise.image.decoding import Pixels
+from digitise.image.raster import Map, blurred
+from digitise.scale.corners import fit_line_to_most, light_across, quadrilateral
+from digitise.scale.view import MIDDLE, Scale, find_pose, fit_view, places_px
+from digitise.settings import PhotoInput
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Floats
+
+WORK_PX = 800  # Longer side of the copy on which the face is searched; its edges are refined on the photo itself
+MIN_AREA = 0.1  # Smallest area of a face, over the photo's
+GAP_BRIGHTNESS = 0.8  # Most brightness of a gap between face and board over the darker of both; plain edges keep 0.9
+LEAST_FILLED = 0.7  # Smallest share of its quadrilateral that a face of unknown size fills, less its crack and pores
+MOST_SLENDER = 5.0  # Largest length over width of a face of unknown size; a straight crack is a longer rectangle
+LEAST_PART = 0.1  # Smallest part of a face that a crack divides, over the largest
+LEAST_PART_UNMEASURED = 0.3  # The same for a face of unknown size, whose parts could be markers, each a tenth of a face
+STRAIGHT_PX = 2.0  # Largest RMS deviation of a sawn or cast edge from a line; hulls of other things exceed it
+ASPECT_TOLERANCE = 0.2  # Largest logarithm of the face's aspect over face_mm's; perspective changes it by far less
+CLICKED_PX, FOUND_PX = 1.0, 0.5  # Standard deviation of a corner's coordinates, clicked or by edges with a soft shadow
+FACE_MM = 0.25  # Standard uncertainty of each side of the face: a caliper on mortar is good to 0.5 mm, at two sigma
+
+MOST_FORESHORTENED = 2.0  # That of a camera 60 degrees off square; corners listed in another order differ by more
+
+
+def find_face(brightness: Map, size_mm: tuple[float, float], file: Path) -> tuple[Floats, float]:
+    """Find the face's corners in px, (4, 2), from the lower left counter-clockwise, and its edges' RMS misfit in px."""
+    rough = _rough_corners(brightness)
+    if rough is None:
+        raise InputError(f"{file}: the face does not stand out from its surroundings; give face_corners_px.")
+    corners, bend_px = _by_edges(brightness, rough)
+    found, expected = _aspect(corners), size_mm[0] / size_mm[1]
+    if not np.isfinite(found) or abs(np.log(found / expected)) > ASPECT_TOLERANCE:
+        raise InputError(
+            f"{file}: the face found is {found:.2f} times as wide as high, that of face_mm {expected:.2f}: "
+            "check face_mm (width, height in the photo), or give face_corners_px."
+        )
+    return corners, bend_px
+
+
+def see_face(brightness: Map) -> Floats | None:
+    """Find the corners in px of a face of unknown size, (4, 2); None where no filled straight-sided one stands out."""
+    rough = _rough_corners(brightness, LEAST_PART_UNMEASURED, LEAST_FILLED)
+    if rough is None:
+        return None
+    sides_px = np.linalg.norm(rough[1:3] - rough[:2], axis=1)
+    if sides_px.max() > MOST_SLENDER * max(sides_px.min(), 1e-6):
+        return None
+    corners, bend_px = _by_edges(brightness, rough)
+    return None if bend_px > STRAIGHT_PX else corners
+
+
+def _by_edges(brightness: Map, rough: Floats) -> tuple[Floats, float]:
+    """Refine rough corners by the four edges between them; also return the RMS distance of edge points, px."""
+    soft = blurred(brightness, 1.0)
+    lines, misses_px = zip(*(_edge_line(soft, rough, side) for side in range(4)), strict=True)
+    return quadrilateral(list(lines)), float(np.sqrt(np.mean(np.concatenate(misses_px) ** 2)))
+
+
+def _rough_corners(brightness: Map, least_part: float = LEAST_PART, least_filled: float = 0.0) -> Floats | None:
+    """Return the largest filled region unlike the photo's border, bright or dark, as a quadrilateral, (4, 2)."""
+    scale = min(1.0, WORK_PX / max(brightness.shape))
+    small = cv2.resize(brightness, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    small = np.sqrt(cv2.GaussianBlur(small, (0, 0), 2))
+    grey = cv2.normalize(small, None, 0, 255, cv2.NORM_MINMAX).astype(np.uint8)  # pyright: ignore[reportCallIssue, reportArgumentType]
+    _, bright = cv2.threshold(grey, 0, 1, cv2.THRESH_BINARY + cv2.THRESH_OTSU)
+    border = np.concatenate([bright[0], bright[-1], bright[:, 0], bright[:, -1]])
+    face = (bright == (0 if border.mean() > 0.5 else 1)).astype(np.uint8)
+    face = cv2.morphologyEx(face, cv2.MORPH_OPEN, np.ones((5, 5), np.uint8))
+    count, label, stats, _ = cv2.connectedComponentsWithStats(face)
+    if count < 2:
+        return None
+    area = stats[1:, cv2.CC_STAT_AREA]
+    # An open crack divides the face in two.
+    parts = 1 + np.flatnonzero(area > least_part * area.max())
+    y, x = np.nonzero(np.isin(label, parts))
+    hull = cv2.convexHull(np.column_stack([x, y]).astype(np.int32))
+    if cv2.contourArea(hull) < MIN_AREA * face.size:
+        return None
+    box = cv2.boxPoints(cv2.minAreaRect(hull)).astype(float)
+    quad = cv2.approxPolyDP(hull, 0.02 * cv2.arcLength(hull, True), True)[:, 0].astype(float)
+    corners = _ordered(quad if len(quad) == 4 else box)
+    corners_area = cv2.contourArea(corners.astype(np.float32))
+    if cv2.contourArea(hull) < 0.9 * corners_area or len(x) < least_filled * corners_area:
+        return None
+    return (corners + 0.5) / scale - 0.5
+
+
+def _aspect(corners: Floats) -> float:
+    """Return the mean width over the mean height of a quadrilateral in order."""
+    lower, right, upper, left = np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1)
+    return float((lower + upper) / (left + right))
+
+
+def _ordered(corners: Floats) -> Floats:
+    """Order corners as lower left, lower right, upper right, upper left in the photo (y down)."""
+    centre = corners.mean(axis=0)
+    angle = np.arctan2(-(corners - centre)[:, 1], (corners - centre)[:, 0])
+    around = corners[np.argsort(angle)]  # counter-clockwise as seen, from -180 degrees: lower left first or second
+    lower_left = int(np.argmax(around[:, 1] - around[:, 0]))
+    return np.roll(around, -lower_left, axis=0)
+
+
+def _edge_line(soft: Map, corners: Floats, side: int) -> tuple[Floats, Floats]:
+    """Fit a line through the steepest light along one side, inside of any gap; and its points' distances, px."""
+    reach = max(6.0, 0.012 * max(soft.shape))
+    offsets = np.arange(-reach, reach + 0.25, 0.5)
+    foot, outward, light = light_across(soft, corners, side, np.linspace(0.04, 0.96, 200), offsets)
+    # Neighbours along the edge share the edge, but not their grain.
+    light = np.asarray(cv2.blur(light, (1, 9)), dtype=float)
+    slope = _inner_slope(light) if _has_gap(light) else np.abs(np.gradient(light, axis=1))
+    points = foot + (_peak(slope) * (offsets[1] - offsets[0]) + offsets[0])[:, None] * outward
+    return fit_line_to_most(points, least=1.0)
+
+
+def _has_gap(light: Floats) -> bool:
+    """Return True where most rows of brightness have a minimum darker than both their ends, as no crack makes it."""
+    quarter = light.shape[1] // 4
+    inner, outer = np.median(light[:, :quarter], axis=1), np.median(light[:, -quarter:], axis=1)
+    return float(np.median(light.min(axis=1) / np.maximum(np.minimum(inner, outer), 1e-6))) < GAP_BRIGHTNESS
+
+
+def _inner_slope(light: Floats) -> Floats:
+    """Return the fall of brightness outward, up to the darkest place of each row; 0 beyond."""
+    fall = np.maximum(-np.gradient(light, axis=1), 0)
+    return np.where(np.arange(light.shape[1]) <= light.argmin(axis=1)[:, None], fall, 0)
+
+
+def _peak(rows: Floats) -> Floats:
+    """Return the place of each row's maximum, in samples, by the parabola through its neighbours."""
+    top = np.clip(np.argmax(rows, axis=1), 1, rows.shape[1] - 2)
+    row = np.arange(len(rows))
+    before, at, after = rows[row, top - 1], rows[row, top], rows[row, top + 1]
+    bend = np.minimum(before - 2 * at + after, -1e-12)
+    return top + np.clip(0.5 * (before - after) / bend, -0.5, 0.5)
+
+
+def scale_by_face(pixels: Pixels, settings: PhotoInput, face_mm: Box) -> Scale:
+    """Fit the homography to four corners, found or given; raise InputError where no such face stands out."""
+    size_px, (width_mm, height_mm) = pixels.size_px, face_mm[2:]
+    corners_px, bend_px, noise_px = given_corners(pixels, settings), None, CLICKED_PX
+    if corners_px is None:
+        corners_px, bend_px = find_face(pixels.brightness, (width_mm, height_mm), pixels.file)
+        noise_px = FOUND_PX
+    fit = fit_view(corners_px, rectangle(face_mm), size_px, lens=False)
+    covariance = fit.covariance_of_clicks(noise_px)
+    places = places_px(fit.view, size_px, face_mm)
+    mm_per_px = float(fit.view.mm_per_px_at(places)[MIDDLE])
+    pose = find_pose(fit, covariance, fit.view.to_mm(places)[MIDDLE], pixels.focal_px, settings.camera_distance_mm)
+    found = "corners given" if bend_px is None else "found by its edges"
+    # The scale is the geometric mean of both directions, to which each side contributes half.
+    by_caliper = FACE_MM * np.hypot(0.5 / width_mm, 0.5 / height_mm)
+    return Scale(
+        view=fit.view,
+        mm_per_px=mm_per_px,
+        scale_source=f"face of {width_mm:g} x {height_mm:g} mm, {found}",
+        scale_residual_mm=None if bend_px is None else bend_px * mm_per_px,
+        scale_uncertainty=float(np.hypot(fit.spread_of_scale(places, covariance), by_caliper)),
+        camera_tilt_deg=None if pose is None else pose.tilt_deg,
+        face_mm=face_mm,
+    )
+
+
+def given_corners(pixels: Pixels, settings: PhotoInput) -> Floats | None:
+    """Return the user's corners of the face, (4, 2), or None; raise InputError where they cannot be a face's."""
+    if settings.face_corners_px is None:
+        return None
+    corners_px, size_px, file = np.array(settings.face_corners_px, dtype=float), pixels.size_px, pixels.file
+    # Corners that the photo's border cuts off may be half a photo away.
+    for (x, y), beyond in zip(corners_px, -depth_inside(corners_px, (0, 0, *size_px)), strict=True):
+        if beyond > max(size_px) / 2:
+            raise InputError(
+                f"{file}: face_corners_px has ({x:g}, {y:g}), {beyond:.3g} px outside the photo of {size_px[0]} x "
+                f"{size_px[1]} px; x runs right and y down, from 0."
+            )
+    # Counter-clockwise, the way round them turns left at each.
+    side = np.roll(corners_px, -1, axis=0) - corners_px
+    after = np.roll(side, -1, axis=0)
+    if not np.all(side[:, 0] * after[:, 1] - side[:, 1] * after[:, 0] < 0):
+        listed = " ".join(f"({x:g}, {y:g})" for x, y in corners_px)
+        raise InputError(
+            f"{file}: face_corners_px {listed} are out of order; list lower left, lower right, upper right, upper left "
+            "(px, y down)."
+        )
+    if settings.face_mm is None:
+        return corners_px
+    seen, expected = _aspect(corners_px), settings.face_mm[0] / settings.face_mm[1]
+    if max(seen / expected, expected / seen) > MOST_FORESHORTENED:
+        raise InputError(
+            f"{file}: the face of face_corners_px is {seen:.2f} times as wide as high, that of face_mm {expected:.2f}; "
+            "list lower left, lower right, upper right, upper left (px, y down), or correct face_mm (width, height in "
+            "the photo)."
+        )
+    return corners_px

@@ -1,0 +1,202 @@
+"""A frame of markers to print, to cut out and to lay level with a sample's face; and its table for the trial file."""
+
+from dataclasses import dataclass
+from io import BytesIO
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from digitise.scale.markers import black_modules
+from digitise.settings import Marker, MarkerBoard
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Floats
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from matplotlib.typing import RcKeyType
+
+PAPERS_MM = {"a4": (210.0, 297.0), "a3": (297.0, 420.0), "letter": (215.9, 279.4)}
+UNPRINTED_MM = 6.0  # Unprintable margin along the edge of the paper
+WHITE = 0.375  # White margin around a marker over its side: detection needs a sixth, the rest is for cutting by hand
+CUT_GREY, CUT_MM = 0.75, 0.1  # Line to cut along, too light to be found as the edge of the face
+RULER_MM, RULER_THICK_MM = 100.0, 0.3
+LEAST_FACE_MM, MOST_FACE_MM = 5.0, 400.0  # Smallest and largest side of a frame's opening
+LINE_MM = 4.5  # Distance between lines of text
+CAPTION_MM = 12.0 + 5 * LINE_MM  # Height of the ruler and five lines of text below the frame
+CAPTION_WIDTH_MM = 165.0
+TEXT_MM = 3.0  # Height of the font; its capitals are 0.7 of it
+MM_PER_INCH, PT_PER_INCH = 25.4, 72
+TITLE = "sealtwin markers"
+PAGE_STYLE: "dict[RcKeyType, Any]" = {
+    "font.family": ["DejaVu Sans", "sans-serif"],
+    "pdf.fonttype": 42,
+    "svg.fonttype": "none",
+    "svg.hashsalt": TITLE,
+    "figure.facecolor": "white",
+    "text.color": "black",
+    "text.usetex": False,
+}  # Settings of matplotlib that make a page the same on every machine, every time
+
+
+INSTRUCTIONS = (
+    'Print at 100 % ("actual size", not "fit to page"), on matt paper or card, and glue it flat.',
+    "Measure the ruler. If it is not 100.0 mm, multiply every mm of [photo.markers] by its length / 100.",
+    "Cut out the opening, and lay the frame level with the cracked face, with this text upright in the photo.",
+    "Each mm above or below the face is 1 mm / distance to the camera of every length: 0.33 % at 300 mm.",
+)
+
+
+class Bar(NamedTuple):
+    """An upright, filled rectangle on the paper."""
+
+    x_mm: float  # Lower left corner, from the paper's
+    y_mm: float
+    width_mm: float
+    height_mm: float
+    grey: float = 0.0  # 0 is black, 1 white
+
+
+class TextLine(NamedTuple):
+    """A line of text, whose baseline starts at a distance from the paper's lower left corner."""
+
+    x_mm: float
+    y_mm: float
+    text: str
+
+
+@dataclass(frozen=True)
+class MarkerFrame:
+    """A page to print, and the table for the trial file."""
+
+    size_mm: tuple[float, float]  # Width and height of the paper
+    bars: tuple[Bar, ...]  # In the order in which they are drawn
+    lines: tuple[TextLine, ...]
+    board: MarkerBoard
+    face_mm: tuple[float, float]
+
+
+def draw_frame(face_mm: tuple[float, float], board: MarkerBoard, paper: str) -> MarkerFrame:
+    """Lay the frame out on a paper of ``PAPERS_MM``, either way up; raise InputError where it does not fit."""
+    band_mm = board.size_mm * (1 + 2 * WHITE)
+    frame_mm = (face_mm[0] + 2 * band_mm, face_mm[1] + 2 * band_mm)
+    needed_mm = (max(frame_mm[0], CAPTION_WIDTH_MM), frame_mm[1] + CAPTION_MM)
+    short_mm, long_mm = PAPERS_MM[paper]
+    for width_mm, height_mm in ((short_mm, long_mm), (long_mm, short_mm)):
+        if needed_mm[0] <= width_mm - 2 * UNPRINTED_MM and needed_mm[1] <= height_mm - 2 * UNPRINTED_MM:
+            break
+    else:
+        raise InputError(
+            f"the frame is {frame_mm[0]:.0f} x {frame_mm[1]:.0f} mm, with its ruler and text {needed_mm[0]:.0f} x "
+            f"{needed_mm[1]:.0f}; {paper} takes {short_mm - 2 * UNPRINTED_MM:.0f} x {long_mm - 2 * UNPRINTED_MM:.0f}, "
+            "portrait or landscape. Give a larger --paper or a smaller --size-mm."
+        )
+    origin_mm = np.array([(width_mm - face_mm[0]) / 2, height_mm - UNPRINTED_MM - band_mm - face_mm[1]])
+    # The line to cut along lies just inside the opening, so that it is cut away.
+    (left, low), (across, up) = origin_mm.tolist(), face_mm
+    bars = [Bar(left, y, across, CUT_MM, CUT_GREY) for y in (low, low + up - CUT_MM)]
+    bars += [Bar(x, low, CUT_MM, up, CUT_GREY) for x in (left, left + across - CUT_MM)]
+    for marker in board.markers:
+        square, cells = black_modules(board, marker)
+        bars += [_bar(square + origin_mm, 0.0), *(_bar(cell + origin_mm, 1.0) for cell in cells)]
+    left_mm, top_mm = (width_mm - CAPTION_WIDTH_MM) / 2, origin_mm[1] - band_mm
+    bars += _ruler(left_mm, top_mm - 8)
+    title = (
+        f"sealtwin markers: {len(board.markers)} of {board.dictionary}, {board.size_mm:g} mm, around a face of "
+        f"{face_mm[0]:g} x {face_mm[1]:g} mm"
+    )
+    lines = [TextLine(left_mm + RULER_MM + 4, top_mm - 8, "This ruler must be 100.0 mm long.")]
+    for row, text in enumerate((title, *INSTRUCTIONS), start=1):
+        lines.append(TextLine(left_mm, top_mm - 12 - LINE_MM * row, text))
+    return MarkerFrame((width_mm, height_mm), tuple(bars), tuple(lines), board, face_mm)
+
+
+def as_pdf(frame: MarkerFrame) -> bytes:
+    """Return the page as PDF, with the wish that viewers print it unscaled (ISO 32000-1, 12.2: PrintScaling)."""
+    from matplotlib import rc_context
+    from matplotlib.backends.backend_pdf import Name, PdfFile, RendererPdf
+
+    content = BytesIO()
+    with rc_context(PAGE_STYLE):
+        file = PdfFile(content, {"Title": TITLE, "Creator": "sealtwin", "CreationDate": None})
+        # Written again over matplotlib's own catalog: figure.savefig passes no viewer preferences on.
+        wish = {"ViewerPreferences": {"PrintScaling": Name("None")}}
+        file.writeObject(file.rootObject, {"Type": Name("Catalog"), "Pages": file.pagesObject, **wish})
+        figure = _figure(frame)
+        width_in, height_in = figure.get_size_inches()
+        file.newPage(width_in, height_in)
+        figure.draw(RendererPdf(file, figure.dpi, height_in, width_in))
+        file.finalize()
+        file.close()
+    return content.getvalue()
+
+
+def as_svg(frame: MarkerFrame) -> bytes:
+    """Return the page as SVG."""
+    from matplotlib import rc_context
+
+    content = BytesIO()
+    with rc_context(PAGE_STYLE):
+        _figure(frame).savefig(content, format="svg", metadata={"Title": TITLE, "Creator": "sealtwin", "Date": None})
+    # Without it, screens show seams between a marker's cells; matplotlib has no setting for it.
+    return content.getvalue().replace(b"<svg ", b'<svg shape-rendering="crispEdges" ', 1)
+
+
+def _figure(frame: MarkerFrame) -> "Figure":
+    """Draw the page at its true size, on axes in mm that span the paper."""
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Rectangle
+
+    figure = Figure(figsize=(frame.size_mm[0] / MM_PER_INCH, frame.size_mm[1] / MM_PER_INCH), dpi=PT_PER_INCH)
+    axes = figure.add_axes((0, 0, 1, 1), xlim=(0, frame.size_mm[0]), ylim=(0, frame.size_mm[1]))
+    axes.set_axis_off()
+    for x_mm, y_mm, width_mm, height_mm, grey in frame.bars:
+        axes.add_patch(Rectangle((x_mm, y_mm), width_mm, height_mm, facecolor=str(grey), linewidth=0))
+    for x_mm, y_mm, text in frame.lines:
+        axes.text(x_mm, y_mm, text, fontsize=TEXT_MM / MM_PER_INCH * PT_PER_INCH, parse_math=False)
+    return figure
+
+
+def board_around(face_mm: tuple[float, float], size_mm: float, dictionary: str, count: int) -> MarkerBoard:
+    """Place markers at the face's corners and, if ``count`` is 8, sides; raise InputError where they would touch."""
+    width, height = face_mm
+    if not all(LEAST_FACE_MM <= side <= MOST_FACE_MM for side in face_mm):
+        raise InputError(
+            f"a face of {width:g} x {height:g} mm: a side must be {LEAST_FACE_MM:g} to {MOST_FACE_MM:g} mm; "
+            "give --face-mm as width x height of the cracked face, for example 160x40."
+        )
+    off = size_mm * (0.5 + WHITE)
+    columns, rows = ((-off, side / 2, side + off) for side in (width, height))
+    if count == 4:
+        columns, rows = (columns[0], columns[2]), (rows[0], rows[2])
+    apart_mm, needed_mm = min(columns[1] - columns[0], rows[1] - rows[0]), size_mm * (1 + WHITE)
+    if apart_mm < needed_mm:
+        raise InputError(
+            f"{count} markers of {size_mm:g} mm around a face of {width:g} x {height:g} mm would be {apart_mm:.1f} mm "
+            f"apart; with white between they need {needed_mm:.1f}. Give a smaller --size-mm, or --count 4."
+        )
+    places = [(x, y) for y in rows for x in columns if (x, y) != (width / 2, height / 2)]
+    markers = tuple(Marker(id=number, x_mm=x, y_mm=y) for number, (x, y) in enumerate(places))
+    return MarkerBoard.model_validate({"dictionary": dictionary, "size_mm": size_mm, "markers": markers})
+
+
+def board_toml(frame: MarkerFrame) -> str:
+    """Return the table for a trial file, with the size of the face in a comment."""
+    width_mm, height_mm = frame.face_mm
+    rows = [f"  {{ id = {it.id}, x_mm = {it.x_mm}, y_mm = {it.y_mm} }}," for it in frame.board.markers]
+    head = [f"# In [photo]: face_mm = [{width_mm}, {height_mm}]", "[photo.markers]"]
+    board = [f'dictionary = "{frame.board.dictionary}"', f"size_mm = {frame.board.size_mm}", "markers = [", *rows, "]"]
+    return "\n".join([*head, *board, ""])
+
+
+def _bar(ring_mm: Floats, grey: float) -> Bar:
+    (left, low), (right, high) = ring_mm.min(axis=0), ring_mm.max(axis=0)
+    return Bar(float(left), float(low), float(right - left), float(high - low), grey)
+
+
+def _ruler(left_mm: float, low_mm: float) -> list[Bar]:
+    """Draw 100 mm from the outer edge of the first mark to that of the last, with a mark every 10 mm."""
+    marks = [
+        Bar(left_mm + 10 * i - RULER_THICK_MM / 2, low_mm, RULER_THICK_MM, 3.0 if i % 5 else 4.5) for i in range(1, 10)
+    ]
+    ends = [Bar(left_mm + x, low_mm, RULER_THICK_MM, 4.5) for x in (0.0, RULER_MM - RULER_THICK_MM)]
+    return [Bar(left_mm, low_mm, RULER_MM, RULER_THICK_MM), *ends, *marks]

@@ -1,0 +1,175 @@
+"""The scale by printed markers, which is wrong by their distance from the face's plane over that of the camera."""
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from digitise.geometry.polyline import Box, depth_inside, rectangle
+from digitise.image.decoding import Pixels
+from digitise.image.raster import Map
+from digitise.scale.corners import fit_line_to_most, light_across, quadrilateral
+from digitise.scale.face_scale import FACE_MM, given_corners
+from digitise.scale.markers import corners_mm, find_markers
+from digitise.scale.view import MIDDLE, Fit, Scale, View, find_pose, fit_view, places_px
+from digitise.settings import MarkerBoard, PhotoInput
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Floats
+
+RESIDUAL_MM = 0.1  # Largest RMS misfit of the markers, twenty times that of a flat board in a sharp photo
+RESIDUAL_PX = 0.5  # Largest RMS misfit in coarse photos, whose corners are found to a fraction of a pixel
+LENS_SIGMAS = 2.0  # Smallest distortion of a lens that is fitted, in standard deviations (decision 0030)
+BOARD_MM = 0.1  # Standard uncertainty of the longest distance between markers, measured on the frame by caliper
+CORNERS = 4  # Corners of a marker
+REACH = 0.04  # Range around their place by the markers in which the face's edges are searched, over its longer side
+LEAST_REACH_PX = 10.0
+STEP_PX = 0.5
+ROWS = 200  # Samples along each edge, some of which a crack spoils
+UNLIKE = 0.2  # Least relative difference in light beyond the face's edge: thrice the grain's, averaged along the edge
+STEEPEST_PX = 1.5  # Search range for the steepest light beyond the first unlike sample, wide as a narrow shadow
+STRAIGHT_PX = 1.0
+BENT_MM = 0.5  # Largest deviation of the edges found from a rectangle of the face's shape
+EDGE_PX = 1.0  # Standard uncertainty of a corner of the face in the photo
+SIGMAS = 3.0
+MOST = 0.05  # Largest offset over the camera's distance; more is a frame on the table beside a sample
+
+
+def scale_by_markers(pixels: Pixels, settings: PhotoInput, board: MarkerBoard, face_mm: Box | None) -> Scale:
+    """Fit the scale to the markers found. Raises InputError for too few, double or misplaced ones."""
+    size_px, file = pixels.size_px, pixels.file
+    found = find_markers(pixels.image, pixels.brightness, board, file)
+    known = [marker for marker in board.markers if marker.id in found]
+    seen_px = np.concatenate([found[marker.id] for marker in known])
+    true_mm = np.concatenate([corners_mm(board, marker) for marker in known])
+    fit, covariance = fit_markers(seen_px, true_mm, size_px, settings.lens == "auto")
+    view = fit.view
+    miss_mm = np.linalg.norm(view.to_mm(seen_px) - true_mm, axis=1)
+    residual_mm = float(np.sqrt(np.mean(miss_mm**2)))
+    places = places_px(view, size_px, face_mm)
+    mm_per_px = float(view.mm_per_px_at(places)[MIDDLE])
+    limit_mm = max(RESIDUAL_MM, RESIDUAL_PX * mm_per_px)
+    if residual_mm > limit_mm:
+        worst = known[int(np.argmax(miss_mm)) // CORNERS].id
+        raise InputError(
+            f"{file}: the markers are {residual_mm:.2f} mm from their places (at most {limit_mm:.2f}), most of all "
+            f"marker {worst}: check x_mm, y_mm and size_mm, and that all lie flat, level with the face"
+            f"{'; or let lens be auto' if settings.lens == 'none' else ''}."
+        )
+    if face_mm is not None and depth_inside(places, (0, 0, *size_px))[MIDDLE] < 0:
+        raise InputError(f"{file}: by its markers, the face lies outside the photo: check x_mm, y_mm and face_mm.")
+    pose = find_pose(fit, covariance, view.to_mm(places)[MIDDLE], pixels.focal_px, settings.camera_distance_mm)
+    distance_mm = settings.camera_distance_mm if pose is None else pose.distance_mm
+    given_px = given_corners(pixels, settings)
+    excess, doubts = check_level(pixels.brightness, view, face_mm, given_px, distance_mm, file)
+    missing = [str(marker.id) for marker in board.markers if marker.id not in found]
+    lens = ", lens fitted" if view.lens else ""
+    span_mm = float(np.linalg.norm(np.ptp(true_mm, axis=0)))
+    return Scale(
+        view=view,
+        mm_per_px=mm_per_px,
+        scale_source=f"{len(known)} {board.dictionary} markers of {board.size_mm:g} mm{lens}",
+        scale_residual_mm=residual_mm,
+        scale_uncertainty=float(np.linalg.norm([fit.spread_of_scale(places, covariance), BOARD_MM / span_mm, excess])),
+        camera_tilt_deg=None if pose is None else pose.tilt_deg,
+        face_mm=face_mm,
+        markers_px=tuple(found[marker.id] for marker in known),
+        warnings=((f"markers not found: {', '.join(missing)}",) if missing else ()) + doubts,
+    )
+
+
+def fit_markers(seen_px: Floats, true_mm: Floats, size_px: tuple[int, int], lens_wanted: bool) -> tuple[Fit, Floats]:
+    """Fit a view to the corners of markers, with a lens where they show one; and the covariance of its parameters."""
+    if lens_wanted:
+        bent = fit_view(seen_px, true_mm, size_px, lens=True)
+        covariance = bent.covariance_by_group(CORNERS)
+        lens = bent.view.lens
+        folds_outside = lens is None or lens.reach_px > np.linalg.norm(size_px) / 2
+        if folds_outside and abs(bent.parameters[-1]) > LENS_SIGMAS * np.sqrt(covariance[-1, -1]):
+            return bent, covariance
+    plain = fit_view(seen_px, true_mm, size_px, lens=False)
+    return plain, plain.covariance_by_group(CORNERS)
+
+
+def check_level(
+    brightness: Map, view: View, face_mm: Box | None, given_px: Floats | None, distance_mm: float | None, file: Path
+) -> tuple[float, tuple[str, ...]]:
+    """Compare the face's edges, found or given as corners, with their place by the markers.
+
+    Returns the face's size in their plane over face_mm, less 1, or 0, and warnings. Raises InputError above ``MOST``.
+    """
+    corners_px = given_px
+    if corners_px is None and face_mm is not None:
+        corners_px = _face_near(brightness, view.to_px(rectangle(face_mm)))
+    if corners_px is None or face_mm is None:
+        return 0.0, (_rule(distance_mm, face_mm is None),)
+    grown, bent_mm = _grown(view.to_mm(corners_px), rectangle(face_mm))
+    px_mm = float(view.mm_per_px_at(corners_px).mean())
+    if given_px is None and bent_mm > max(BENT_MM, EDGE_PX * px_mm):
+        return 0.0, (_rule(distance_mm, False),)
+    width_mm, height_mm = face_mm[2:]
+    if abs(grown) <= SIGMAS * np.hypot(FACE_MM, EDGE_PX * px_mm) / np.hypot(width_mm, height_mm):
+        return 0.0, ()
+    seen = (
+        f"by the markers, the face is {width_mm * (1 + grown):.1f} x {height_mm * (1 + grown):.1f} mm; face_mm is "
+        f"{width_mm:g} x {height_mm:g}"
+    )
+    side = "below" if grown > 0 else "above"
+    cause = f"markers {side} the face"
+    if distance_mm is not None:
+        cause = f"markers {abs(grown) * distance_mm:.1f} mm {side} the face, {distance_mm:.0f} mm from the camera,"
+    if abs(grown) > MOST:
+        raise InputError(
+            f"{file}: {seen}. Correct face_mm or size_mm, or lay the markers level with the face: {cause} cause that."
+        )
+    return grown, (f"{seen}, {abs(grown):.1%} off, as {cause} would be",)
+
+
+def _rule(distance_mm: float | None, unmeasured: bool) -> str:
+    cost = "0.4 % of every length at 250 mm from the camera"
+    if distance_mm is not None:
+        cost = f"{1 / distance_mm:.2%} of every length at {distance_mm:.0f} mm from the camera"
+    why = "without face_mm" if unmeasured else "since the edges of the face do not stand out"
+    return f"the level of the markers was not compared with the face's, {why}: each mm above or below costs {cost}"
+
+
+def _grown(seen_mm: Floats, true_mm: Floats) -> tuple[float, float]:
+    """Fit a similarity: return its factor, less 1, and the largest distance of a corner from it, in mm."""
+    seen, true = (points - points.mean(axis=0) for points in (seen_mm, true_mm))
+    seen_z, true_z = (points[:, 0] + 1j * points[:, 1] for points in (seen, true))
+    factor = np.vdot(true_z, seen_z) / np.vdot(true_z, true_z)
+    return float(abs(factor)) - 1, float(np.abs(seen_z - factor * true_z).max())
+
+
+def _face_near(brightness: Map, rough_px: Floats) -> Floats | None:
+    """Find the corners of a face whose place is known to ``REACH``, (4, 2); None where an edge does not stand out."""
+    longest_px = float(np.linalg.norm(np.roll(rough_px, -1, axis=0) - rough_px, axis=1).max())
+    reach_px = max(LEAST_REACH_PX, REACH * longest_px)
+    edges = [edge for side in range(4) if (edge := _inner_edge(brightness, rough_px, side, reach_px)) is not None]
+    return quadrilateral(edges) if len(edges) == 4 else None
+
+
+def _inner_edge(brightness: Map, rough_px: Floats, side: int, reach_px: float) -> Floats | None:
+    """Fit a line, a point and a direction, where light first differs from the face's, going outward."""
+    offset = np.arange(-reach_px, reach_px + STEP_PX, STEP_PX)
+    share = np.linspace(0.06, 0.94, ROWS)
+    foot, outward, light = light_across(brightness, rough_px, side, share, offset, cv2.BORDER_CONSTANT)
+    # Neighbours along the edge share the edge, but not their grain.
+    light = np.asarray(cv2.blur(light, (3, 9)), dtype=float)
+    count = len(offset)
+    # Row by row, since stains and light vary along the edge.
+    of_face = np.median(light[:, : count // 4], axis=1, keepdims=True)
+    unlike = np.abs(light - of_face) > UNLIKE * of_face
+    lasting = unlike[:, :-2] & unlike[:, 1:-1] & unlike[:, 2:]
+    lasting[:, : count // 8] = False
+    first = lasting.argmax(axis=1)
+    row = np.flatnonzero(first > 0)
+    if len(row) < ROWS // 2:
+        return None
+    slope = np.abs(np.gradient(light, axis=1))
+    near = np.arange(-round(2 * STEEPEST_PX / STEP_PX), round(STEEPEST_PX / STEP_PX) + 1)
+    column = np.clip(first[row][:, None] + near, 1, count - 2)
+    peak = column[np.arange(len(row)), slope[row[:, None], column].argmax(axis=1)]
+    across = offset[peak]
+    aside = np.abs(across - np.median(across))
+    usual = aside <= max(2 * STRAIGHT_PX, 3 * float(np.median(aside)))
+    return fit_line_to_most(foot[row[usual]] + across[usual, None] * outward, STRAIGHT_PX)[0]

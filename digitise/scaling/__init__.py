@@ -1,1 +1,0 @@
-"""Where pixels lie on the face, and how well that is known."""

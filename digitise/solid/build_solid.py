@@ -1,0 +1,152 @@
+"""The sample as a watertight solid: a block less the crack's cavity, from the outline and a measured depth."""
+
+from dataclasses import asdict, replace
+from typing import Any
+
+import numpy as np
+from manifold3d import CrossSection, FillRule, OpType
+
+from digitise.geometry.mesh_topology import MeshFigures, examine_mesh, mesh_volume_mm3
+from digitise.geometry.region import box_region
+from digitise.settings import CrackShape
+from digitise.solid.dams import Dam, dams, label_faces, tilted_out
+from digitise.solid.float_mesh import tidy
+from digitise.solid.footprint import Footprint, lay_out
+from digitise.solid.tilt_variants import Slicer, cavity_volume_mm3, compare_tilts, crack_sections
+from digitise.solid.wedges import carve, wall_shifts_mm
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Floats, Integers, Outline, Solid
+
+JITTER_MM = 2e-4  # Step of the vertices' random shift after a failed build, which breaks a coincidence
+ATTEMPTS = 6
+CAVITY_TOLERANCE = 1e-3  # Relative difference allowed between the mesh's cavity and the integral of its sections
+FINER = 8  # Times as many sections before a refusal: those of a funnel change fast where walls meet
+LEAST_FLOOR = 0.5  # Share of the mouth's area that leaning walls must leave at the floor; less has left the sample
+SMALLEST_CAVITY_MM3 = 1.0  # Smallest cavity worth a simulation: four particles of the paper's size
+
+
+def build_solid(outline: Outline, shape: CrackShape) -> Solid:
+    """Build the block less its tilted cavity, watertight and free of self-intersections, with dams at open ends.
+
+    z = 0 is the face. The walls follow the traced outline at the mouth (lean, funnel, vertical) or the floor (flare).
+    Raises InputError if the outline crosses itself, leaves the block without an open end, or encloses nothing.
+    """
+    shape, table_warnings = _as_long_as(outline.length_mm, shape)
+    spread_mm = max(wall_shifts_mm(shape))
+    footprint = lay_out(outline, shape, spread_mm)
+    slicer = Slicer(footprint, shape)
+    sections = [slicer.between_walls(depth_mm) for depth_mm in (0.0, shape.deepest_mm)]
+    if shape.tilt == "lean" and sections[1].area() < LEAST_FLOOR * sections[0].area():
+        raise tilted_out(spread_mm)
+    plates = dams(footprint, sections, spread_mm)
+    variants = compare_tilts(outline, footprint, shape)
+    _require_volume(variants, shape)
+    vertices_mm, faces, figures, jitter_mm = _watertight(footprint, shape, plates)
+    bottom_mm = -(shape.deepest_mm + shape.floor_thickness_mm)
+    dam_area = CrossSection.batch_boolean([box_region(dam.box_mm) for dam in plates], OpType.Add)
+    dam_mm3 = dam_area.area() * (shape.dam_height_mm - bottom_mm)
+    cavity_mm3 = footprint.block.area() * -bottom_mm + dam_mm3 - mesh_volume_mm3(vertices_mm, faces)
+    _require_agreement(cavity_mm3, variants, footprint, shape)
+    return Solid(
+        vertices_mm=vertices_mm,
+        faces=faces,
+        face_label=label_faces(vertices_mm, faces, footprint, shape.deepest_mm, bottom_mm),
+        block_mm=footprint.block_mm,
+        depth_mm=shape.deepest_mm,
+        tilt=shape.tilt,
+        wall_angles_deg=shape.wall_angles_deg,
+        cavity_volume_mm3=cavity_mm3,
+        sections=crack_sections(outline, shape),
+        report={
+            **variants,
+            # _watertight refuses a mesh that leaks.
+            "watertight": True,
+            **asdict(figures),
+            "jitter_mm": jitter_mm,
+            "ends": [{"kind": end.kind, "centre_mm": end.centre_mm, "outward": end.outward} for end in footprint.ends],
+            "dams": [
+                {"end": dam.end, "box_mm": [*dam.box_mm[:2], bottom_mm, *dam.box_mm[2:], shape.dam_height_mm]}
+                for dam in plates
+            ],
+            "warnings": [*footprint.warnings, *table_warnings, *_tilt_warnings(outline, footprint, shape, variants)],
+        },
+    )
+
+
+def _as_long_as(length_mm: float, shape: CrackShape) -> tuple[CrackShape, list[str]]:
+    """Return the shape with its table of depths cut at the crack's end, and a warning if it was longer."""
+    s_mm = shape.depth_stations_mm
+    if s_mm[-1] <= length_mm:
+        return shape, []
+    s_mm = np.append(s_mm[s_mm < length_mm], length_mm)
+    table = tuple(zip(s_mm.tolist(), shape.depth_at_mm(s_mm).tolist(), strict=True))
+    warning = (
+        f"depth_mm extends to s = {shape.depth_stations_mm[-1]:g} mm, but the crack is {length_mm:.1f} mm long: its "
+        "floor ends there."
+    )
+    return shape.model_copy(update={"depth_mm": table}), [warning]
+
+
+def _watertight(
+    footprint: Footprint, shape: CrackShape, plates: tuple[Dam, ...]
+) -> tuple[Floats, Integers, MeshFigures, float]:
+    """Build, tidy and check; after a failed check, shift the outline's vertices a little and build again."""
+    rng, traced = np.random.default_rng(0), footprint.crack
+    faults: list[str] = []
+    for attempt in range(ATTEMPTS):
+        jitter_mm = attempt * JITTER_MM
+        if attempt:
+            rings = [ring + rng.uniform(-jitter_mm, jitter_mm, ring.shape) for ring in traced.to_polygons()]
+            footprint = replace(footprint, crack=CrossSection(rings, FillRule.Positive))
+        vertices_mm, faces = tidy(carve(footprint, shape, plates))
+        faults, figures = examine_mesh(vertices_mm, faces, expected_euler=2)
+        if figures is not None and not faults:
+            return vertices_mm, faces, figures, jitter_mm
+    raise InputError(
+        f"No sound solid after {ATTEMPTS} builds of this outline with tilt {shape.tilt}: {faults[0]} "
+        "Retrace the crack near there, or choose another tilt."
+    )
+
+
+def _require_volume(variants: dict[str, Any], shape: CrackShape) -> None:
+    volume_mm3 = variants["volume_mm3"][shape.tilt]
+    if volume_mm3 >= SMALLEST_CAVITY_MM3:
+        return
+    remedy = "Check depth_mm and the photo's scale."
+    # Only a funnel takes room away; otherwise the crack itself is too shallow or too small.
+    if shape.tilt == "funnel" and variants["volume_mm3"]["vertical"] >= SMALLEST_CAVITY_MM3:
+        remedy = 'Reduce wall_angle_deg or choose tilt = "flare" or "lean".'
+    raise InputError(
+        f"At {_angles(shape)} and {shape.deepest_mm:g} mm deep, tilt {shape.tilt} leaves a cavity of "
+        f"{volume_mm3:.2g} mm³, less than {SMALLEST_CAVITY_MM3:g}: nothing to fill. {remedy}"
+    )
+
+
+def _require_agreement(cavity_mm3: float, variants: dict[str, Any], footprint: Footprint, shape: CrackShape) -> None:
+    integral_mm3 = variants["volume_mm3"][shape.tilt]
+    if abs(cavity_mm3 / integral_mm3 - 1) > CAVITY_TOLERANCE:
+        integral_mm3 = cavity_volume_mm3(footprint, shape, FINER)
+    if abs(cavity_mm3 / integral_mm3 - 1) > CAVITY_TOLERANCE:
+        raise InputError(
+            f"The mesh's cavity holds {cavity_mm3:.6g} mm³, the sections of its outline {integral_mm3:.6g} mm³: they "
+            f"may differ by {CAVITY_TOLERANCE:.1%}. Reduce floor_thickness_mm and margin_mm, or choose another tilt."
+        )
+
+
+def _tilt_warnings(outline: Outline, footprint: Footprint, shape: CrackShape, variants: dict[str, Any]) -> list[str]:
+    closing = variants["closing_depth_mm"]
+    if shape.tilt != "funnel" or closing["share_above_floor"] == 0:
+        return []
+    depth_mm = f"{shape.deepest_mm:g} mm" if footprint.floor is None else f"of up to {shape.deepest_mm:g} mm"
+    steepest_deg = np.degrees(np.arctan(outline.mean_width_mm / (2 * shape.deepest_mm)))
+    return [
+        f"At {_angles(shape)} the walls meet at {closing['mean']:.1f} mm on average, above the requested depth "
+        f"{depth_mm} along {closing['share_above_floor']:.0%} of the crack; volume "
+        f"{variants['volume_mm3']['funnel'] / 1000:.2f} ml. Reduce the angle below {steepest_deg:.1f}°, choose "
+        'tilt = "flare" or "lean", or accept the V.'
+    ]
+
+
+def _angles(shape: CrackShape) -> str:
+    left_deg, right_deg = shape.wall_angles_deg
+    return f"{left_deg:g}°" if left_deg == right_deg else f"{left_deg:g}° left and {right_deg:g}° right"

@@ -1,0 +1,152 @@
+"""Dams at open ends, as the paper's tape, the check that the cavity leaves the block nowhere else, and face labels."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from manifold3d import CrossSection
+from numpy.typing import NDArray
+
+from digitise.geometry.mesh_topology import normals
+from digitise.geometry.polyline import Box, nearest_side
+from digitise.geometry.region import box_region
+from digitise.solid.footprint import Footprint
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import FaceLabel, Floats, Integers
+
+NEAR_MM = 5e-3  # Tolerance of a plane: a tidied vertex is within one collapsed edge, 2e-3 mm, of its own
+CLEARANCE_MM = 0.5  # Least thickness of sample between the crack and the block's side
+DAM_THICKNESS_MM = 4.0
+DAM_OVERLAP_MM = 4.0  # Width of the block's side that a dam covers beside the opening, as tape does
+
+
+def label_faces(
+    vertices_mm: Floats, faces: Integers, footprint: Footprint, depth_mm: float, bottom_mm: float
+) -> Integers:
+    """Return a ``FaceLabel`` for each face by its plane, and WALL for a face in none of them, (f,)."""
+    corners, box = vertices_mm[faces], footprint.block_mm
+    label = np.full(len(faces), FaceLabel.WALL, dtype=np.int64)
+    for end in footprint.ends:
+        if end.kind == "cut":
+            label[_within((corners[:, :, :2] - end.centre_mm) @ end.facing, 0.0)] = FaceLabel.END
+    label_sides(label, corners, box)
+    label[_within(corners[:, :, 2], 0.0)] = FaceLabel.TOP
+    label[_on_floor(vertices_mm, faces, footprint, depth_mm)] = FaceLabel.FLOOR
+    label[_within(corners[:, :, 2], bottom_mm)] = FaceLabel.OUTSIDE
+    label[outside_box(corners.mean(axis=1), box)] = FaceLabel.OUTSIDE
+    return label
+
+
+def label_sides(label: Integers, corners_mm: Floats, box_mm: Box) -> NDArray[np.bool_]:
+    """Label the faces in the planes of the block's sides, and return True for them, (f,)."""
+    normal, known = normals(corners_mm), np.zeros(len(label), dtype=bool)
+    for side in range(4):
+        in_plane = _within(corners_mm[:, :, side % 2], box_mm[side])
+        outward = (normal[:, side % 2] < 0) == (side < 2)
+        # A dam's inner side is in the same plane and faces the crack.
+        label[in_plane] = np.where(outward[in_plane], FaceLabel.OUTSIDE, FaceLabel.END)
+        known |= in_plane
+    return known
+
+
+def outside_box(places_mm: Floats, box_mm: Box) -> NDArray[np.bool_]:
+    """Return True for places (n, 3) beyond the sides of the block."""
+    low, high = np.array(box_mm[:2]) - NEAR_MM, np.array(box_mm[2:]) + NEAR_MM
+    return np.any((places_mm[:, :2] < low) | (places_mm[:, :2] > high), axis=1)
+
+
+def _on_floor(vertices_mm: Floats, faces: Integers, footprint: Footprint, depth_mm: float) -> NDArray[np.bool_]:
+    if footprint.floor is None:
+        return _within(vertices_mm[faces][:, :, 2], -depth_mm)
+    above_mm = vertices_mm[:, 2] + footprint.floor.depth_at_mm(vertices_mm[:, :2])
+    middle_mm = vertices_mm[faces].mean(axis=1)
+    # A wall between two stations of a floor that rises between them has its corners in the floor, but not its middle.
+    arched_mm = middle_mm[:, 2] + footprint.floor.depth_at_mm(middle_mm[:, :2])
+    return _within(above_mm[faces], 0.0) & (np.abs(arched_mm) < NEAR_MM)
+
+
+def _within(coordinate: Floats, level: float) -> NDArray[np.bool_]:
+    """Return True for faces whose corners (f, 3) all lie in the plane."""
+    return np.all(np.abs(coordinate - level) < NEAR_MM, axis=1)
+
+
+@dataclass(frozen=True)
+class Dam:
+    """A plate outside the block's side, over one open end."""
+
+    end: int
+    side: int  # Index into the block's box: 0 x_min, 1 y_min, 2 x_max, 3 y_max
+    box_mm: Box
+
+
+def dams(footprint: Footprint, sections: list[CrossSection], spread_mm: float = 0.0) -> tuple[Dam, ...]:
+    """Return a plate over the openings at each open end; raise InputError if ``sections`` leave the block elsewhere."""
+    opened = [(end, nearest_side(end.centre_mm, footprint.block_mm)) for end in footprint.ends if end.kind == "open"]
+    points = np.vstack([polygon for section in sections for polygon in section.to_polygons()])
+    plates = []
+    for end, side in opened:
+        at_side = points[np.abs(points[:, side % 2] - footprint.block_mm[side]) < 1e-6]
+        for rival, rival_side in opened:
+            if rival_side == side:
+                own_mm, rival_mm = (np.linalg.norm(at_side - at.centre_mm, axis=1) for at in (end, rival))
+                at_side = at_side[own_mm <= rival_mm]
+        if not len(at_side):
+            raise InputError(
+                f"End {end.number + 1} is open, but the crack does not reach the block's side there. "
+                "Move the end to the edge of the face, or make it closed or cut."
+            )
+        plates.append(Dam(end.number, side, plate_over(at_side, side, footprint.block_mm)))
+    _require_clearance(footprint, sections, plates, spread_mm)
+    return tuple(plates)
+
+
+def plate_over(at_side: Floats, side: int, block_mm: Box) -> Box:
+    """Return the box of a plate over an opening and its overlap, outside the block's side, up to its corners."""
+    along = 1 - side % 2
+    low = max(float(at_side[:, along].min()) - DAM_OVERLAP_MM, block_mm[along])
+    high = min(float(at_side[:, along].max()) + DAM_OVERLAP_MM, block_mm[along + 2])
+    face = block_mm[side]
+    inner, outer = (face - DAM_THICKNESS_MM, face) if side < 2 else (face, face + DAM_THICKNESS_MM)
+    return (inner, low, outer, high) if side % 2 == 0 else (low, inner, high, outer)
+
+
+def _require_clearance(footprint: Footprint, sections: list[CrossSection], plates: list[Dam], spread_mm: float) -> None:
+    block_mm = footprint.block_mm
+    x_min, y_min, x_max, y_max = block_mm
+    safe = box_region((x_min + CLEARANCE_MM, y_min + CLEARANCE_MM, x_max - CLEARANCE_MM, y_max - CLEARANCE_MM))
+    for plate in plates:
+        safe += box_region(_behind(plate, block_mm))
+    for section in sections:
+        exposed = _pieces(section - safe)
+        if not exposed:
+            continue
+        if not _pieces(((footprint.crack ^ footprint.block) - footprint.stoppers) - safe):
+            raise tilted_out(spread_mm)
+        points = np.vstack([polygon for piece in exposed for polygon in piece.to_polygons()])
+        away_mm = np.abs(points[:, [0, 1, 0, 1]] - block_mm).min()
+        raise InputError(
+            f"Crack mouth or floor comes within {away_mm:.2g} mm of the block side, where no open end is; at least "
+            f"{CLEARANCE_MM} mm must stand. Mark an open end there, or give a larger face_mm or margin_mm."
+        )
+
+
+def tilted_out(spread_mm: float) -> InputError:
+    """Return the refusal of a crack that the tilt, not the trace, takes out of the sample."""
+    return InputError(
+        f"The tilt moves the walls {spread_mm:.1f} mm sideways over the depth, which takes the crack to within "
+        f"{CLEARANCE_MM} mm of the block's side or through it, where no open end is. Reduce wall_angle_deg, check "
+        'depth_mm, or choose tilt = "vertical".'
+    )
+
+
+def _pieces(region: CrossSection) -> list[CrossSection]:
+    return [piece for piece in region.decompose() if piece.area() > 1e-6]
+
+
+def _behind(plate: Dam, block_mm: Box) -> Box:
+    """Return the strip of block behind a dam, short of the corners: a dam covers one side only."""
+    along, strip = 1 - plate.side % 2, list(plate.box_mm)
+    strip[along] = max(strip[along], block_mm[along] + CLEARANCE_MM)
+    strip[along + 2] = min(strip[along + 2], block_mm[along + 2] - CLEARANCE_MM)
+    strip[plate.side % 2] -= CLEARANCE_MM
+    strip[plate.side % 2 + 2] += CLEARANCE_MM
+    return strip[0], strip[1], strip[2], strip[3]

@@ -1,0 +1,296 @@
+"""Plan view of the crack and its block, one clean region extended past its flat ends; and a floor of changing depth."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from manifold3d import CrossSection, FillRule, Manifold, Mesh64, OpType
+from scipy.spatial import Delaunay, KDTree
+
+from digitise.geometry.mesh_topology import open_edges
+from digitise.geometry.polyline import Box, at_arc_length, left_normals, nearest_side, smoothed
+from digitise.geometry.region import PIECE_MM2, box_region, cleaned, traced_region
+from digitise.settings import CrackShape
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import EndKind, Floats, Outline, arc_length, arc_length_at
+
+ON_SIDE_MM = 0.01  # Tolerance of a point on the block's side: the outline's file rounds to a thousandth of it
+RUN_OUT_MM = 5.0  # Straight walls beyond an end, in excess of the tilt's move, so that the end itself stays undisturbed
+HEADING_MM = 5.0  # Length of centreline that gives an end its direction: long against pixels, short against its wander
+TURNOVER_DEG = 60.0  # Angle from straight ahead beyond which a part of a blunt tip belongs to one wall alone
+STATION_MM = 1.0  # Spacing of the floor's corners, along and across the crack: a third of the paper's width
+SMOOTHED_STATIONS = 1.0  # Gaussian sigma of the centreline, whose noise would turn the lines across it
+ROOM_MM = 10.0  # Margin of the floor around the block: a dam is 4 mm thick
+
+
+@dataclass(frozen=True)
+class CrackEnd:
+    """One end of the crack; one that is no tip is flat: open at the block's side, or cut by a wall across."""
+
+    number: int  # 0 at s = 0, 1 at the far end
+    kind: EndKind
+    left_mm: Floats
+    right_mm: Floats
+    outward: Floats  # Unit vector along which the crack leaves
+
+    @property
+    def centre_mm(self) -> Floats:
+        return (self.left_mm + self.right_mm) / 2
+
+    @property
+    def across(self) -> Floats:
+        """Unit vector from the right wall of a flat end to the left."""
+        chord = self.left_mm - self.right_mm
+        return chord / np.linalg.norm(chord)
+
+    @property
+    def facing(self) -> Floats:
+        """Outward unit vector square to a flat end."""
+        square = np.array([self.across[1], -self.across[0]])
+        return square if square @ self.outward > 0 else -square
+
+    @property
+    def run_out(self) -> Floats:
+        """Outward vector, scaled so that its component square to a flat end is one."""
+        # An end oblique by more than 80 degrees is a side of the crack and needs no longer run-out.
+        return self.outward / max(float(self.facing @ self.outward), 0.17)
+
+    @property
+    def to_left(self) -> Floats:
+        """Unit vector to the left of growing s."""
+        onward = self.outward if self.number else -self.outward
+        return np.array([-onward[1], onward[0]])
+
+
+def crack_ends(outline: Outline) -> tuple[CrackEnd, CrackEnd]:
+    """Return both ends of the crack, the one at s = 0 first."""
+    reach_mm = np.array([min(HEADING_MM, outline.length_mm)])
+    found = []
+    for number in (0, 1):
+        line_mm = outline.centreline_mm[:: -1 if number else 1]
+        outward = line_mm[0] - at_arc_length(line_mm, arc_length(line_mm), reach_mm)[0]
+        corners_mm = outline.left_wall_mm[-number], outline.right_wall_mm[-number]
+        found.append(CrackEnd(number, outline.ends[number], *corners_mm, outward / np.linalg.norm(outward)))
+    return found[0], found[1]
+
+
+@dataclass(frozen=True)
+class Sides:
+    """Division of the walls into left and right by the centreline, also on a side crack or an island."""
+
+    walk_mm: Floats  # Centreline, extended straight past both ends, (n, 2)
+    tips: tuple[CrackEnd, ...]  # Closed ends, at which the walls join
+    tip_reach_mm: float
+
+    def left_share(self, place_mm: Floats, outward: Floats) -> Floats:
+        """Return 1 on the left wall, 0 on the right one, (n,); ``outward`` points out of the crack, (n, 2)."""
+        _, nearest = KDTree(self.walk_mm).query(place_mm)
+        leftward = ((place_mm - self.walk_mm[nearest]) * left_normals(self.walk_mm)[nearest]).sum(axis=1)
+        share = (leftward > 0).astype(float)
+        for tip in self.tips:
+            left_deg = np.degrees(np.arctan2(outward @ tip.to_left, outward @ tip.outward))
+            around = np.linalg.norm(place_mm - tip.centre_mm, axis=1) < self.tip_reach_mm
+            around &= np.abs(left_deg) < TURNOVER_DEG
+            share[around] = 0.5 + left_deg[around] / (2 * TURNOVER_DEG)
+        return share
+
+
+def sides(outline: Outline, run_out_mm: float) -> Sides:
+    """Divide the walls of an outline whose pieces extend up to ``run_out_mm`` beyond its ends."""
+    centre, (first, last) = outline.centreline_mm, crack_ends(outline)
+    beyond = np.arange(1.0, run_out_mm + 1.0)[:, None]
+    walk_mm = np.vstack([centre[0] + beyond[::-1] * first.outward, centre, centre[-1] + beyond * last.outward])
+    tips = tuple(end for end in (first, last) if end.kind == "closed")
+    return Sides(walk_mm, tips, outline.mean_width_mm)
+
+
+@dataclass(frozen=True)
+class Floor:
+    """Triangles over the plane of the face, with the depth of each corner."""
+
+    corners_mm: Floats  # (n, 2)
+    depth_mm: Floats  # (n,)
+    bottom_mm: float  # Height, negative, of the underside of the ground below
+
+    def depth_at_mm(self, place_mm: Floats) -> Floats:
+        """Return the depth of the floor below places on the face, (n,)."""
+        # As scipy's LinearNDInterpolator, which takes a hundred times as long.
+        triangle = self._triangles.find_simplex(place_mm)
+        to_weights = self._triangles.transform[triangle]
+        weights = np.einsum("nij,nj->ni", to_weights[:, :2], place_mm - to_weights[:, 2])
+        weights = np.column_stack([weights, 1 - weights.sum(axis=1)])
+        return (weights * self.depth_mm[self._triangles.simplices[triangle]]).sum(axis=1)
+
+    @cached_property
+    def ground(self) -> Manifold:
+        """Body of everything below the floor."""
+        count = len(self.corners_mm)
+        top = self._triangles.simplices.astype(np.int64)
+        a, b = open_edges(top).T
+        sides = np.vstack([np.column_stack([b, a, a + count]), np.column_stack([b, a + count, b + count])])
+        levels_mm = (-self.depth_mm, np.full(count, self.bottom_mm))
+        vertices = np.vstack([np.column_stack([self.corners_mm, z_mm]) for z_mm in levels_mm])
+        faces = np.vstack([top, top[:, ::-1] + count, sides])
+        return Manifold(Mesh64(vertices, faces.astype(np.uint64)))
+
+    @cached_property
+    def _triangles(self) -> Delaunay:
+        return Delaunay(self.corners_mm)
+
+
+@dataclass(frozen=True)
+class Footprint:
+    """Regions of the solid in plan view, at the level of the traced walls."""
+
+    crack: CrossSection  # Crack, extended past flat ends; every edge of it is a wall
+    block_mm: Box
+    stoppers: CrossSection  # Solid ground beyond cut ends, inside the block
+    ends: tuple[CrackEnd, ...]  # Flat ends
+    lean: Floats  # Unit vector from the mouth to the floor, if the walls lean
+    sides: Sides
+    floor: Floor | None  # None if the floor is a plane
+    warnings: tuple[str, ...]
+
+    @property
+    def block(self) -> CrossSection:
+        return box_region(self.block_mm)
+
+
+def lay_out(outline: Outline, shape: CrackShape, spread_mm: float) -> Footprint:
+    """Prepare the outline for its solid; the tilt may add up to ``spread_mm`` to either side."""
+    ring, width_mm = outline.outline_mm, outline.mean_width_mm
+    traced, crossing_warnings = traced_region(ring, outline.islands_mm)
+    ends = tuple(end for end in crack_ends(outline) if end.kind != "closed")
+    lean = _lean(outline.centreline_mm, shape)
+    block_mm = outline.face_mm or _grown_box(ring, ends, shape, lean, spread_mm)
+    block = box_region(block_mm)
+    ends = tuple(_on_side(end, ring, block_mm, width_mm) if end.kind == "open" else end for end in ends)
+    reach_mm = spread_mm + RUN_OUT_MM + width_mm
+    run_outs = [_strip(end.right_mm, end.left_mm, reach_mm * end.run_out) for end in ends]
+    crack, cleaning_warnings = cleaned(CrossSection.batch_boolean([traced, *run_outs], OpType.Add))
+    stoppers = [_stopper(end, reach_mm, spread_mm) for end in ends if end.kind == "cut"]
+    beyond = CrossSection.batch_boolean(stoppers, OpType.Add) ^ block
+    if (buried_mm2 := (traced ^ beyond).area()) > width_mm**2:
+        raise InputError(
+            f"The crack comes back past one of its own cut ends ({buried_mm2:.1f} mm² are beyond it). "
+            "Cut it farther from its other parts."
+        )
+    if ((traced ^ block) - beyond).area() < PIECE_MM2:
+        listed = ", ".join(f"{value:g}" for value in block_mm)
+        raise InputError(f"No crack is on the face ({listed}) mm. Check ends_px and face_mm.")
+    breadth_mm = float(KDTree(outline.centreline_mm).query(np.vstack(traced.to_polygons()))[0].max())
+    return Footprint(
+        crack=crack,
+        block_mm=block_mm,
+        stoppers=beyond,
+        ends=ends,
+        lean=lean,
+        sides=sides(outline, reach_mm),
+        floor=lay_floor(outline.centreline_mm, shape, breadth_mm + spread_mm, block_mm),
+        warnings=(*crossing_warnings, *cleaning_warnings),
+    )
+
+
+def _on_side(end: CrackEnd, ring_mm: Floats, block_mm: Box, width_mm: float) -> CrackEnd:
+    """Return an open end with its corners where the outline meets the block's side."""
+    side = nearest_side(end.centre_mm, block_mm)
+    away_mm = abs(float(end.centre_mm[side % 2]) - block_mm[side])
+    if away_mm > width_mm:
+        raise InputError(
+            f"End {end.number + 1} is open but lies {away_mm:.1f} mm inside the face. "
+            "Move it to the edge of the face, or make it closed or cut."
+        )
+    # The walls' first stations are square to the centreline, and those of an oblique crack miss the block's side.
+    at_side = ring_mm[np.abs(ring_mm[:, side % 2] - block_mm[side]) < ON_SIDE_MM]
+    # An end as oblique as 10 degrees to the side opens over six widths of it.
+    at_side = at_side[np.linalg.norm(at_side - end.centre_mm, axis=1) < 6 * width_mm]
+    if len(at_side) < 2:
+        return end
+    leftward = at_side @ end.to_left
+    return replace(end, left_mm=at_side[leftward.argmax()], right_mm=at_side[leftward.argmin()])
+
+
+def _stopper(end: CrackEnd, reach_mm: float, spread_mm: float) -> CrossSection:
+    """Return the ground beyond a cut end that contains all of its tilted run-out."""
+    # The run-out drifts sideways by as much as the cut is oblique.
+    drift_mm = reach_mm * float(np.linalg.norm(end.run_out))
+    side = (drift_mm + reach_mm) * end.across
+    return _strip(end.right_mm - side, end.left_mm + side, (reach_mm + spread_mm + RUN_OUT_MM) * end.facing)
+
+
+def _strip(right_mm: Floats, left_mm: Floats, step_mm: Floats) -> CrossSection:
+    """Return the region that the line between two points covers as it moves by a step."""
+    return CrossSection([np.array([right_mm, right_mm + step_mm, left_mm + step_mm, left_mm])], FillRule.NonZero)
+
+
+def _lean(centreline_mm: Floats, shape: CrackShape) -> Floats:
+    """Return the unit vector square to the crack's chord, which is the mean of its tangent over the arc."""
+    chord = centreline_mm[-1] - centreline_mm[0]
+    length_mm = float(np.linalg.norm(chord))
+    if length_mm < 0.05 * arc_length(centreline_mm)[-1]:
+        if shape.tilt == "lean":
+            raise InputError('The crack ends where it began, so it has no side to lean to. Choose tilt = "flare".')
+        return np.zeros(2)
+    to_left = np.array([-chord[1], chord[0]]) / length_mm
+    return to_left if shape.lean_to == "left" else -to_left
+
+
+def _grown_box(ring_mm: Floats, ends: tuple[CrackEnd, ...], shape: CrackShape, lean: Floats, spread_mm: float) -> Box:
+    """Return the bounding box of mouth and floor with a margin, except on the sides of open ends."""
+    low, high = ring_mm.min(axis=0), ring_mm.max(axis=0)
+    box = np.concatenate([low, high])
+    sides = [nearest_side(end.centre_mm, tuple(box)) for end in ends if end.kind == "open"]
+    floor = spread_mm * lean if shape.tilt == "lean" else np.zeros(2)
+    mouth_mm = spread_mm if shape.tilt == "flare" else 0.0
+    grown = np.concatenate(
+        [
+            np.minimum(low, low + floor) - mouth_mm - shape.margin_mm,
+            np.maximum(high, high + floor) + mouth_mm + shape.margin_mm,
+        ]
+    )
+    grown[sides] = box[sides]
+    return float(grown[0]), float(grown[1]), float(grown[2]), float(grown[3])
+
+
+def lay_floor(centreline_mm: Floats, shape: CrackShape, reach_mm: float, box_mm: Box) -> Floor | None:
+    """Return the floor of a table of depths, or None if the depth is the same all along.
+
+    Each place has the depth of the centreline's nearest station. The cavity extends up to ``reach_mm`` from the line.
+    """
+    s_mm, line_mm = _stations(centreline_mm, shape)
+    if np.ptp(shape.depth_at_mm(s_mm)) == 0:
+        return None
+    own_mm = arc_length(line_mm)
+    across_mm = np.arange(-np.ceil(reach_mm / STATION_MM), np.ceil(reach_mm / STATION_MM) + 1) * STATION_MM
+    places_mm = (line_mm[:, None] + across_mm[:, None] * _to_left(line_mm, own_mm)[:, None]).reshape(-1, 2)
+    straying_mm = np.abs(arc_length_at(places_mm, line_mm) - np.repeat(own_mm, len(across_mm)))
+    corners_mm = np.vstack([places_mm[straying_mm < STATION_MM / 4], _around(places_mm, box_mm)])
+    nearest_s_mm = np.interp(arc_length_at(corners_mm, line_mm), own_mm, s_mm)
+    return Floor(corners_mm, shape.depth_at_mm(nearest_s_mm), -shape.deepest_mm - shape.floor_thickness_mm)
+
+
+def _stations(centreline_mm: Floats, shape: CrackShape) -> tuple[Floats, Floats]:
+    """Return arc lengths, those of the table included, and the smoothed centreline there, (n,) and (n, 2)."""
+    s_mm = arc_length(centreline_mm)
+    even_mm = np.linspace(0.0, s_mm[-1], max(2, 1 + round(s_mm[-1] / STATION_MM)))
+    smooth_mm = smoothed(at_arc_length(centreline_mm, s_mm, even_mm), SMOOTHED_STATIONS)
+    table_mm = shape.depth_stations_mm
+    table_mm = table_mm[(table_mm > 0) & (table_mm < s_mm[-1])]
+    # The table's own stations replace those next to them.
+    clear = (np.abs(even_mm[:, None] - table_mm) > STATION_MM / 4).all(axis=1)
+    clear[[0, -1]] = True
+    stations_mm = np.union1d(even_mm[clear], table_mm)
+    return stations_mm, at_arc_length(smooth_mm, even_mm, stations_mm)
+
+
+def _to_left(line_mm: Floats, own_mm: Floats) -> Floats:
+    """Return unit vectors square to the line, (n, 2); its ends continue the bend beside them."""
+    x, y = np.gradient(line_mm, own_mm, axis=0, edge_order=2 if len(line_mm) > 2 else 1).T
+    return np.column_stack([-y, x]) / np.hypot(x, y)[:, None]
+
+
+def _around(places_mm: Floats, box_mm: Box) -> Floats:
+    """Return four corners around the places and the box with its dams, whose corners need a depth too."""
+    low = np.minimum(places_mm.min(axis=0), box_mm[:2]) - ROOM_MM
+    high = np.maximum(places_mm.max(axis=0), box_mm[2:]) + ROOM_MM
+    return np.array([low, (high[0], low[1]), high, (low[0], high[1])])

@@ -1,0 +1,168 @@
+"""Block minus tilted cavity, as unions of wedges: every wall face has exactly the tilt's angle.
+
+Wedges, triangles swept along a wall, are united before they are subtracted: one after the other they leave fins.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from manifold3d import CrossSection, FillRule, Manifold, Mesh64, OpType
+
+from digitise.geometry.region import box_region
+from digitise.settings import CrackShape
+from digitise.solid.dams import Dam
+from digitise.solid.footprint import Footprint
+from sealtwin.core.records import Floats
+
+MITRE_DEG = 8.0  # Turn of a fan's facets: tangent to the true cone, they add 0.08 % to a rough cavity; 10° add 0.1 %
+BELOW_MM = 1.0  # Overlap of bodies that end at another one: coincident planes would leave slivers
+
+
+class Stretch(NamedTuple):
+    """A wall from corner to corner; a fan repeats its corner for each of its moved places."""
+
+    corners: Floats  # (n, 2)
+    moved: Floats  # (n, 2), at the other level
+
+
+def wall_shifts_mm(shape: CrackShape) -> tuple[float, float]:
+    """Return the sideways move of the left wall and of the right one between the face and the deepest floor."""
+    left, right = shape.deepest_mm * np.tan(np.radians(shape.wall_angles_deg))
+    return float(left), float(right)
+
+
+def tilted_walls(footprint: Footprint, shape: CrackShape) -> list[Stretch]:
+    """Return the walls that have an angle, of a flare from its floor up, or of a funnel from its mouth down."""
+    left_mm, right_mm = wall_shifts_mm(shape)
+    outward = 1.0 if shape.tilt == "flare" else -1.0
+    stretches = []
+    for ring in footprint.crack.to_polygons():
+        onward = np.roll(ring, -1, axis=0)
+        step = onward - ring
+        # Inward normal of each edge, from its point to the next: the region is on the ring's left.
+        normal = np.column_stack([-step[:, 1], step[:, 0]]) / np.linalg.norm(step, axis=1)[:, None]
+        shift_mm = np.full(len(ring), left_mm)
+        if left_mm != right_mm:
+            share = footprint.sides.left_share((ring + onward) / 2, -normal)
+            shift_mm = share * left_mm + (1 - share) * right_mm
+        stretches += _moved_ring(ring, normal, -outward * shift_mm)
+    return stretches
+
+
+def swept(stretches: list[Stretch], share: float) -> CrossSection:
+    """Return the region that the walls sweep over the first ``share`` of their move."""
+    rings = [np.vstack([at, (at + share * (moved - at))[::-1]]) for at, moved in stretches]
+    # All have the same orientation, so overlaps add up.
+    return CrossSection(rings, FillRule.NonZero)
+
+
+def _moved_ring(ring: Floats, normal: Floats, inward_mm: Floats) -> list[Stretch]:
+    before, inward_before_mm = np.roll(normal, 1, axis=0), np.roll(inward_mm, 1)
+    turn = np.arctan2(before[:, 0] * normal[:, 1] - before[:, 1] * normal[:, 0], (before * normal).sum(axis=1))
+    parting = -turn * np.sign(inward_mm + inward_before_mm) > 1e-9
+    fans = [
+        _fan(ring[i], before[i], normal[i], float(turn[i]), inward_before_mm[i], inward_mm[i]) if parting[i] else None
+        for i in range(len(ring))
+    ]
+    stretches: list[Stretch] = []
+    corners, moved = list[Floats](), list[Floats]()
+    for i in range(len(ring)):
+        j = (i + 1) % len(ring)
+        here, there = fans[i], fans[j]
+        if inward_mm[i] != 0:
+            if not corners:
+                corners, moved = [ring[i]], [ring[i] + inward_mm[i] * normal[i] if here is None else here[-1]]
+            ends = [ring[j] + inward_mm[i] * normal[i]] if there is None else list(there)
+            corners, moved = corners + [ring[j]] * len(ends), moved + ends
+            if there is not None and j > 0 and inward_mm[j] != 0:
+                continue
+        elif there is not None:
+            # From a wall that stands still the fan begins a stretch of its own.
+            corners, moved = [ring[j]] * len(there), list(there)
+        if len(corners) > 1:
+            stretches.append(Stretch(np.array(corners), np.array(moved)))
+        corners, moved = [], []
+    return stretches
+
+
+def _fan(corner: Floats, before: Floats, after: Floats, turn: float, from_mm: float, to_mm: float) -> Floats:
+    """Return the moved places of a corner from which two walls diverge, (n, 2)."""
+    count = max(1, int(np.ceil(abs(turn) / np.radians(MITRE_DEG))))
+    first = np.arctan2(before[1], before[0])
+    if from_mm != to_mm:
+        # At a tip the shift changes smoothly from that of one wall to that of the other, tangent to both.
+        way = np.linspace(0.0, 1.0, count + 1)
+        angle, away_mm = first + way * turn, from_mm + (to_mm - from_mm) * (1 - np.cos(np.pi * way)) / 2
+        return corner + away_mm[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+    if count == 1:
+        # Symmetric in both normals, so that the point is exactly the same from either side.
+        return corner + from_mm * ((before + after) / (1 + before @ after))[None]
+    # Corners of the tangent polygon of a circle.
+    half = turn / count / 2
+    middle = first + half * (2 * np.arange(count) + 1)
+    return corner + from_mm / np.cos(half) * np.column_stack([np.cos(middle), np.sin(middle)])
+
+
+def carve(footprint: Footprint, shape: CrackShape, plates: tuple[Dam, ...]) -> Manifold:
+    """Return the sample in mm, dams included, before its mesh is tidied."""
+    depth_mm = shape.deepest_mm
+    bottom_mm = -(depth_mm + shape.floor_thickness_mm)
+    block = _upright(footprint.block, bottom_mm, 0.0)
+    shaft = _upright(footprint.crack, -depth_mm - (BELOW_MM if footprint.floor else 0.0), 0.0)
+    walls = Manifold()
+    if shape.tilt == "lean":
+        shear: Floats = np.eye(3, 4)
+        shear[:2, 2] = -wall_shifts_mm(shape)[0] / depth_mm * footprint.lean
+        shaft = shaft.transform(shear)
+    elif shape.tilt == "flare":
+        shaft += _wedges(tilted_walls(footprint, shape), edge_z_mm=-depth_mm, far_z_mm=0.0)
+    elif shape.tilt == "funnel":
+        walls = _wedges(tilted_walls(footprint, shape), edge_z_mm=0.0, far_z_mm=-depth_mm)
+    if not footprint.stoppers.is_empty():
+        shaft -= _upright(footprint.stoppers, -depth_mm - 2 * BELOW_MM, BELOW_MM)
+    sample = block - shaft
+    if footprint.floor:
+        walls += footprint.floor.ground
+    if not walls.is_empty():
+        # Wedges of the run-outs extend beyond the block's sides, where only dams belong.
+        sample = (sample + walls) ^ block
+    for plate in plates:
+        sample += _upright(box_region(plate.box_mm), bottom_mm, shape.dam_height_mm)
+    return sample
+
+
+def _upright(region: CrossSection, bottom_mm: float, top_mm: float) -> Manifold:
+    return region.extrude(top_mm - bottom_mm).translate((0.0, 0.0, bottom_mm))
+
+
+def _wedges(stretches: list[Stretch], edge_z_mm: float, far_z_mm: float) -> Manifold:
+    """Return the body between the walls at ``edge_z_mm`` and their moved places at ``far_z_mm``."""
+    pieces = [_wedge(stretch, edge_z_mm, far_z_mm) for stretch in stretches]
+    # Neighbours on the ring are united first, which keeps every boolean small.
+    while len(pieces) > 1:
+        pieces = [Manifold.batch_boolean(pieces[i : i + 2], OpType.Add) for i in range(0, len(pieces), 2)]
+        for piece in pieces:
+            # Manifold evaluates lazily, and all at once is three times slower here.
+            piece.num_tri()
+    return pieces[0] if pieces else Manifold()
+
+
+def _wedge(stretch: Stretch, edge_z_mm: float, far_z_mm: float) -> Manifold:
+    """Return a row of wedges end to end: back, slope and base, and a triangle at either end."""
+    corners, moved = stretch
+    # A fan has many moved places of one corner.
+    fresh = np.concatenate([[True], (corners[1:] != corners[:-1]).any(axis=1)])
+    count = int(fresh.sum())
+    edge = np.cumsum(fresh) - 1
+    foot, far = edge + count, np.arange(len(corners)) + 2 * count
+    vertices = np.empty((2 * count + len(corners), 3))
+    vertices[: 2 * count, :2] = np.concatenate([corners[fresh], corners[fresh]])
+    vertices[2 * count :, :2] = moved
+    vertices[:, 2] = far_z_mm
+    vertices[:count, 2] = edge_z_mm
+    quads = [(a[:-1], b[:-1], b[1:], a[1:]) for a, b in ((edge, foot), (foot, far), (far, edge))]
+    triangles = [np.stack(quad)[[[0, 1, 2], [0, 2, 3]]] for quad in quads]
+    faces = np.concatenate(triangles, axis=2).transpose(0, 2, 1).reshape(-1, 3)
+    faces = faces[(faces != faces[:, [1, 2, 0]]).all(axis=1)]
+    ends = [(edge[0], far[0], foot[0]), (edge[-1], foot[-1], far[-1])]
+    return Manifold(Mesh64(vertices, np.vstack([faces, ends]).astype(np.uint64)))

@@ -1,1 +1,0 @@
-"""Made-up samples, drawn with exact truth."""

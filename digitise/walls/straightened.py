@@ -1,0 +1,156 @@
+"""Straighten the photo along a line: brightness on its rays."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from digitise.crack_path.darkness import blank_markers
+from digitise.geometry.polyline import Box, depth_inside, left_normals, nearest_side, tangents
+from digitise.image.raster import Map, blurred
+from digitise.photo import Photo
+from sealtwin.core.records import Floats, arc_length
+
+SPREAD = 0.6  # Crack widths to each side of the line within which no two rays meet
+MOST_OBLIQUE = 8.0  # Greatest cotangent of the angle to the edge, 7 degrees, at which rays follow it
+BLUR_PX = 0.8  # Gaussian sigma of the brightness before it is sampled, which quiets grain and keeps a straight edge
+RIM_PX = 8  # Margin of a patch: the softening reaches four of its sigmas
+EDGE_PX = 1.5  # Distance from the edge of the face within which brightness mixes with that of the surroundings
+FINEST_PX, COARSEST_PX = 0.5, 1.5  # Bounds on the spacing of samples across, px of the photo: a blurred edge is 3
+SAMPLES = 48  # Samples across one crack width; more cost time and show nothing
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """Place where a line meets the edge of the face."""
+
+    s_mm: float
+    inward: Floats  # Unit normal of that edge, onto the face
+
+
+Crossings = tuple[Crossing | None, Crossing | None]  # Crossings at the first end and at the last, where these are open
+
+
+def edge_crossing(line_mm: Floats, face_mm: Box, at_start: bool) -> Crossing | None:
+    """Crossing nearest to the line's middle before it or after it; None where there is none."""
+    s_mm, depth_mm = arc_length(line_mm), depth_inside(line_mm, face_mm)
+    outside = np.flatnonzero(depth_mm < 0)
+    middle = len(line_mm) // 2
+    beyond = outside[outside < middle] if at_start else outside[outside > middle]
+    if len(beyond) == 0 or depth_mm[middle] < 0:
+        return None
+    out = int(beyond[-1] if at_start else beyond[0])
+    inner = out + 1 if at_start else out - 1
+    fraction = depth_mm[inner] / (depth_mm[inner] - depth_mm[out])
+    place_mm = line_mm[inner] + fraction * (line_mm[out] - line_mm[inner])
+    inward = np.array([[1, 0], [0, 1], [-1, 0], [0, -1.0]])[nearest_side(place_mm, face_mm)]
+    return Crossing(float(s_mm[inner] + fraction * (s_mm[out] - s_mm[inner])), inward)
+
+
+def rays_across(line_mm: Floats, width_mm: float, crossings: Crossings) -> Floats:
+    """Rays left of a line, (n, 2), as long as reaches 1 mm square to it; at open ends they turn along the edge."""
+    s_mm, along, normal = arc_length(line_mm), tangents(line_mm), left_normals(line_mm)
+    shear, turned = np.zeros((2, len(line_mm)))
+    for crossing in crossings:
+        if crossing is None:
+            continue
+        sine = along @ crossing.inward
+        sine = np.copysign(np.maximum(np.abs(sine), 1e-6), sine)
+        to_edge = np.clip(-(normal @ crossing.inward) / sine, -MOST_OBLIQUE, MOST_OBLIQUE)
+        oblique = abs(float(np.interp(crossing.s_mm, s_mm, to_edge)))
+        # The edge cuts off a normal's wall within half a width times the cotangent; turned over as much again and
+        # more, rays do not meet within the crack.
+        reaches = np.abs(s_mm - crossing.s_mm) / max(SPREAD * width_mm * oblique, 1e-9)
+        share = np.clip(2 - reaches, 0, 1)
+        shear, turned = shear + share * to_edge, turned + share
+    return normal + (shear / np.maximum(turned, 1))[:, None] * along
+
+
+@dataclass(frozen=True)
+class Patch:
+    """A window of the photo. Places are (..., 2)."""
+
+    offset_px: tuple[int, int]  # The window's first pixel in the photo: x, y
+    soft: Map  # Brightness, blurred by ``BLUR_PX``
+    clear: NDArray[np.uint8]  # 255 outside markers, 0 on them
+    face_mm: Box | None
+    mm_per_px: float
+
+    def light(self, places_px: Floats) -> Floats:
+        """Brightness at each place; beyond the patch that of its border."""
+        return _sampled(self.soft, places_px - self.offset_px, cv2.INTER_CUBIC, cv2.BORDER_REPLICATE).astype(float)
+
+    def on_sample(self, places_px: Floats, places_mm: Floats) -> NDArray[np.bool_]:
+        """True for each place, given in both units, that shows the sample and nothing else."""
+        shown = _sampled(self.clear, places_px - self.offset_px, cv2.INTER_LINEAR, cv2.BORDER_CONSTANT) >= 254
+        if self.face_mm is None:
+            return shown
+        low, high = np.array(self.face_mm[:2]), np.array(self.face_mm[2:])
+        inside_mm = np.minimum(places_mm - low, high - places_mm).min(axis=-1)
+        return shown & (inside_mm >= EDGE_PX * self.mm_per_px)
+
+
+def patch_around(photo: Photo, points_px: Floats, reach_px: float) -> Patch:
+    """The box of some points, ``reach_px`` larger on every side, within the photo."""
+    margin = reach_px + RIM_PX
+    left, top = np.maximum(np.floor(points_px.min(axis=0) - margin), 0).astype(int)
+    right, bottom = np.minimum(np.ceil(points_px.max(axis=0) + margin) + 1, photo.size_px).astype(int)
+    soft = blurred(photo.brightness[top:bottom, left:right], BLUR_PX)
+    clear = np.full(soft.shape, 255, dtype=np.uint8)
+    offset_px = int(left), int(top)
+    blank_markers(clear, photo, offset_px)
+    return Patch(offset_px, soft, clear, photo.face_mm, photo.mm_per_px)
+
+
+def _sampled(picture: NDArray, places_px: Floats, how: int, border: int) -> NDArray:
+    x, y = np.moveaxis(places_px.astype(np.float32), -1, 0)
+    if x.size == 0:
+        return np.zeros(x.shape, dtype=picture.dtype)
+    flat = x.reshape(len(x), -1), y.reshape(len(x), -1)
+    return cv2.remap(picture, *flat, how, borderMode=border, borderValue=0).reshape(x.shape)
+
+
+@dataclass(frozen=True)
+class Strip:
+    """Brightness on both sides of a line, (stations, offsets)."""
+
+    line_mm: Floats
+    ray: Floats  # Rays to the left, (stations, 2), as long as reaches 1 mm square to the line
+    offset_mm: Floats  # Evenly spaced distances square to the line, positive to the left, 0 in the middle
+    light: Floats
+    valid: NDArray[np.bool_]  # Samples on the face and in the photo
+    mm_per_px: float
+
+    @property
+    def sample_px(self) -> float:
+        """Spacing of samples across."""
+        return float(self.offset_mm[1] - self.offset_mm[0]) / self.mm_per_px
+
+    @property
+    def station_px(self) -> float:
+        """Spacing of stations along."""
+        return float(arc_length(self.line_mm)[-1]) / (len(self.line_mm) - 1) / self.mm_per_px
+
+    @property
+    def middle(self) -> int:
+        """Column of the line itself."""
+        return len(self.offset_mm) // 2
+
+    def places_mm(self, offset_mm: Floats) -> Floats:
+        """The place on each ray, (stations, 2)."""
+        return self.line_mm + offset_mm[:, None] * self.ray
+
+
+def straighten(photo: Photo, patch: Patch, line_mm: Floats, ray: Floats, step_mm: float, reach_mm: float) -> Strip:
+    """Sample the photo every ``step_mm`` up to ``reach_mm`` to either side of the line."""
+    count = int(np.ceil(reach_mm / step_mm))
+    offset_mm = np.arange(-count, count + 1.0) * step_mm
+    place_mm = line_mm[:, None] + offset_mm[:, None] * ray[:, None]
+    place_px = photo.to_px(place_mm.reshape(-1, 2)).reshape(place_mm.shape)
+    return Strip(line_mm, ray, offset_mm, patch.light(place_px), patch.on_sample(place_px, place_mm), photo.mm_per_px)
+
+
+def sample_step_mm(width_mm: float, mm_per_px: float) -> float:
+    """Spacing of samples across a crack about ``width_mm`` wide."""
+    return float(np.clip(width_mm / SAMPLES, FINEST_PX * mm_per_px, COARSEST_PX * mm_per_px))

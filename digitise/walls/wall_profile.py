@@ -1,0 +1,278 @@
+"""Both walls of a crack in a straightened photo: followed to a sample, then to the middle of their steps."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import median_filter
+from scipy.special import ndtr, ndtri
+
+from digitise.walls.straightened import Strip
+from sealtwin.core.records import Floats
+
+HALF = 0.5  # Share of the contrast from crack to mortar at the middle of a blurred edge
+RIM = 0.2  # Sigmas of the blur by which a lit rim widens an edge at least; noise widens it by less
+STEEPEST_WALL = 3.2  # Steepest slope of a wall to its line: 73 degrees
+STIFFNESS = 0.5  # Cost in px of misplaced mortar of a step as far aside as along: following a pore costs more
+RECENT, USUAL = 0.25, 8.0  # Crack widths before a wall is lost whose mean and median width are averaged beyond
+TREND = 4  # Stations before that place that give the wall's slope: fewer follow grain
+STEEPEST_BRIDGE = 0.5  # Steepest slope of a continued wall: steeper ones are those of a pore or a grain
+TURNING = 0.5  # Crack widths over which that slope dies out
+Side = tuple[Floats, NDArray[np.bool_]]  # A wall's distance from the line, and where it was found, (stations,)
+CRACK = 0.25  # Crack widths from the line within which the crack's level is read
+MORTAR = (0.8, 1.5)  # Crack widths from the line between which the mortar's level is read
+REFINEMENTS = 2  # Rounds of refinement: levels are read at distances from a sample near the wall, then from the wall
+CLEAR = 1.5  # Sigmas from the step beyond which a blurred edge has come within a fifteenth of its levels
+INSIDE, OUTSIDE = 0.8, 3.0  # Further sigmas over which a level is read: more would reach past a lit rim or into a stain
+SNAP_PX = 2.0  # Greatest distance from a followed wall to its step
+SHARPEST_PX, SOFTEST_PX = 0.8, 3.5  # Bounds on sigma: no edge is sharper than the softening, softer ones tell nothing
+OUTER = 0.84  # Share of the contrast at which an edge is measured for its softness: one sigma out from its middle
+LEAST_STEP = 0.25  # Least share of the crack's contrast in a wall's step
+
+
+@dataclass(frozen=True)
+class Walls:
+    """Distance of each wall from the line, station by station, positive outward."""
+
+    left_mm: Floats
+    right_mm: Floats
+    left_found: NDArray[np.bool_]  # Stations at which the wall is in the picture, with a clear step from dark to bright
+    right_found: NDArray[np.bool_]
+    open_line: NDArray[np.bool_]  # Stations at which the line itself runs in the dark
+    dark: Floats  # Brightness of the crack, and of the mortar beside it
+    bright: Floats
+
+    @property
+    def both_found(self) -> NDArray[np.bool_]:
+        return self.left_found & self.right_found
+
+    @property
+    def width_mm(self) -> Floats:
+        return self.left_mm + self.right_mm
+
+
+def find_walls(strip: Strip, width_mm: float, edge_fraction: float = 0.5, both_reach_edge: bool = False) -> Walls:
+    """Both walls in the middle of their steps from dark to bright, continued where they are lost.
+
+    The crack, about ``width_mm`` wide, reaches up to ``edge_fraction`` of the contrast to mortar. Above a half, a wall
+    with a lit rim is midway from its brightness to the mortar's, one without in the middle of its step.
+    """
+    across = width_mm / strip.mm_per_px / strip.station_px
+    over = 2 * int(np.ceil(across)) + 1
+    distance = np.abs(strip.offset_mm)
+    dark = _level(strip, strip.valid & (distance < CRACK * width_mm), over)
+    # A tip is narrower than the band, which would count mortar as its darkness.
+    dark = np.minimum(dark, np.median(dark))
+    beside = strip.valid & (distance > MORTAR[0] * width_mm) & (distance < MORTAR[1] * width_mm)
+    usual = float(np.median(strip.light[beside])) if beside.any() else 0.0
+    # Where the crack is wide, the band beside it holds crack as well.
+    mortar = beside & (strip.light > (2 * dark[:, None] + usual) / 3)
+    bright = np.stack([_level(strip, mortar & (sign * strip.offset_mm > 0), over) for sign in (1, -1)])
+    light, valid = _outward(strip, strip.light), _outward(strip, strip.valid)
+    contrast = np.maximum(bright - dark, 1e-6)
+    share = np.clip((light - dark[:, None]) / contrast[..., None], 0, 1)
+
+    def excess(fraction: float) -> Floats:
+        # Samples of unknown brightness must not pull a wall.
+        return np.where(valid, share - fraction, 0)
+
+    fraction, lit = min(edge_fraction, HALF), np.zeros(2)
+    place_px = follow(excess(fraction), strip.sample_px, strip.station_px)
+    sigma_px = softness_px(share, place_px, strip.sample_px, fraction)
+    if edge_fraction > HALF:
+        lit = lit_share(share, place_px, sigma_px, strip.sample_px, edge_fraction)
+        for side in np.flatnonzero(lit):
+            midway = max(edge_fraction, (1 + lit[side]) / 2)
+            place_px[side] = follow(excess(midway)[side : side + 1], strip.sample_px, strip.station_px)[0]
+    rim = np.where(lit[:, None] > 0, dark + lit[:, None] * contrast, 0)
+    found = np.zeros(place_px.shape, dtype=bool)
+    for _ in range(REFINEMENTS):
+        place_px, found = refined(light, valid, place_px, sigma_px, strip.sample_px, over, contrast, rim)
+    left, right = zip(place_px * strip.mm_per_px, found, strict=True)
+    left_mm, right_mm = completed(left, right, across, strip.station_px * strip.mm_per_px, both_reach_edge)
+    bright = bright.mean(axis=0)
+    open_line = strip.light[:, strip.middle] < (dark + bright) / 2
+    return Walls(left_mm, right_mm, found[0], found[1], open_line, dark, bright)
+
+
+def follow(excess: Floats, sample_px: float, station_px: float) -> Floats:
+    """Distance of each side's wall from the line in px, (sides, stations), to a sample, by dynamic programming.
+
+    ``excess``, (sides, stations, samples), is negative in the crack; its sum inside and the steps sideways cost least.
+    """
+    inside = np.cumsum(excess, axis=2) * sample_px
+    sides, stations, samples = inside.shape
+    most = max(1, round(STEEPEST_WALL * station_px / sample_px))
+    steps = np.arange(-most, most + 1)
+    price = STIFFNESS / station_px * (steps * sample_px) ** 2
+    reached = np.full((sides, samples + 2 * most), np.inf)
+    best = inside[:, 0]
+    came_by = np.zeros((stations, sides, samples), dtype=np.intp)
+    for station in range(1, stations):
+        reached[:, most:-most] = best
+        options = np.lib.stride_tricks.sliding_window_view(reached, 2 * most + 1, axis=1) + price
+        came_by[station] = options.argmin(axis=2)
+        best = np.take_along_axis(options, came_by[station][..., None], axis=2)[..., 0] + inside[:, station]
+    place = np.empty((sides, stations), dtype=np.int_)
+    place[:, -1] = best.argmin(axis=1)
+    side = np.arange(sides)
+    for station in range(stations - 1, 0, -1):
+        place[:, station - 1] = place[:, station] + steps[came_by[station, side, place[:, station]]]
+    return np.asarray((place + 0.5) * sample_px, dtype=float)
+
+
+def lit_share(share: Floats, half_px: Floats, sigma_px: float, sample_px: float, edge_fraction: float) -> Floats:
+    """Share of the contrast on the rim of each wall, (2,), from half of it up to ``edge_fraction``; 0 without a rim.
+
+    ``share`` of the contrast is (2, stations, samples), from the line outward, and half at ``half_px``, (2, stations).
+    """
+    lit = np.zeros(2)
+    for number, (side, places_px) in enumerate(zip(share, half_px, strict=True)):
+        rel_px = np.arange(0, max(float(np.median(places_px)), 3 * SOFTEST_PX), 0.5 * sample_px)
+        profile = usual_profile(side, places_px, rel_px, sample_px)
+        inner_px, outer_px = (reached(profile, rel_px, level) for level in (HALF, edge_fraction))
+        if inner_px is None or outer_px is None:
+            continue
+        if outer_px - inner_px > sigma_px * (ndtri(edge_fraction) + RIM):
+            lit[number] = np.interp(np.linspace(inner_px, outer_px), rel_px, profile).mean()
+    return lit
+
+
+def completed(left: Side, right: Side, across: float, station: float, both_reach_edge: bool) -> tuple[Floats, Floats]:
+    """Both walls at every station; ``across`` is the number of stations in one crack width, ``station`` their distance.
+
+    Where the edge of the face hides one wall before the other, it follows that one at the crack's width, or, with
+    ``both_reach_edge``, where rays lie along that edge, keeps its own slope.
+    """
+    number = np.arange(len(left[0]))
+    walls = [
+        np.interp(number, number[found], wall[found]) if found.any() else wall.copy() for wall, found in (left, right)
+    ]
+    if not (left[1].any() and right[1].any()):
+        return walls[0], walls[1]
+    for onward in (slice(None), slice(None, None, -1)):
+        lasts = [int(np.flatnonzero(found[onward])[-1]) for _, found in (left, right)]
+        near, far = (walls[side][onward] for side in np.argsort(lasts, kind="stable"))
+        last, last_far = sorted(lasts)
+        if both_reach_edge:
+            _keep_turning(near, last, across, STEEPEST_BRIDGE * station)
+            _keep_turning(far, last_far, across, STEEPEST_BRIDGE * station)
+        else:
+            far[last_far:] = far[last_far]
+            near[last + 1 :] = np.maximum(_expected_width(near + far, last, across) - far[last + 1 :], 0)
+    return walls[0], walls[1]
+
+
+def _expected_width(width: Floats, last: int, across: float) -> float:
+    recent, usual = (width[max(0, last + 1 - max(1, round(widths * across))) : last + 1] for widths in (RECENT, USUAL))
+    return float(np.mean(recent) + np.median(usual)) / 2
+
+
+def _keep_turning(wall: Floats, last: int, across: float, steepest: float) -> None:
+    """Overwrite the wall past ``last`` by a continuation whose slope dies out."""
+    known = np.arange(max(0, last + 1 - TREND), last + 1)
+    past = np.arange(last + 1, len(wall))
+    slope = float(np.polyfit(known, wall[known], 1)[0]) if len(known) > 1 else 0.0
+    slope, reach = np.clip(slope, -steepest, steepest), TURNING * across
+    wall[past] = np.mean(wall[known]) + slope * (last - np.mean(known) + reach * (1 - np.exp(-(past - last) / reach)))
+
+
+def softness_px(share: Floats, place_px: Floats, sample_px: float, edge_fraction: float) -> float:
+    """Sigma of the blurred edge, from the outer half of the sharper wall's, as light on it spoils the inner half."""
+    rel_px = np.arange(0, 3 * SOFTEST_PX, 0.5 * sample_px)
+    sigmas_px = [SOFTEST_PX]
+    for side, places_px in zip(share, place_px, strict=True):
+        profile = usual_profile(side, places_px, rel_px, sample_px)
+        inner, outer = (reached(profile, rel_px, level) for level in (edge_fraction, OUTER))
+        if outer is not None:
+            sigmas_px.append((outer - (inner or 0.0)) / (ndtri(OUTER) - ndtri(edge_fraction)))
+    return float(np.clip(min(sigmas_px), SHARPEST_PX, SOFTEST_PX))
+
+
+def refined(
+    light: Floats,
+    valid: NDArray[np.bool_],
+    place_px: Floats,
+    sigma_px: float,
+    sample_px: float,
+    over: int,
+    contrast: Floats,
+    rim: Floats,
+) -> tuple[Floats, NDArray[np.bool_]]:
+    """Distance of each wall from the line in px, (2, stations), and the stations with a clear step.
+
+    ``light`` and ``valid`` run from the line outward, (2, stations, samples), from about ``place_px``; levels are
+    steadied over ``over`` stations. ``rim``, (2, stations), is the least level inside a wall with a lit rim, else 0.
+    """
+    width_px = np.maximum(median_filter(place_px.sum(axis=0), over, mode="nearest"), 1.0)[:, None]
+    outer_px = np.arange(CLEAR * sigma_px, (CLEAR + OUTSIDE) * sigma_px, sample_px)
+    inner_px = -np.arange(CLEAR * sigma_px, (CLEAR + INSIDE) * sigma_px, sample_px)
+    # The other wall's light begins past the middle of the crack.
+    inner_px = np.maximum(inner_px, -width_px / 2)
+    shown = np.where(valid, light, np.nan)
+    outer, inner = (
+        _steadied(_between(shown, (place_px[..., None] + rel_px) / sample_px), over) for rel_px in (outer_px, inner_px)
+    )
+    inner = np.maximum(inner, rim)
+
+    def brightened(rel_px: Floats) -> Floats:
+        """Share of mortar in the blurred picture of a slot at a distance from one wall."""
+        return np.median(ndtr(rel_px / sigma_px) + ndtr(-(rel_px + width_px) / sigma_px), axis=1)
+
+    low, middle, high = (brightened(rel_px) for rel_px in (inner_px, np.zeros(1), outer_px))
+    threshold = inner + (outer - inner) * (middle - low) / (high - low)
+    excess = light - threshold[..., None]
+    rising = (excess[..., :-1] < 0) & (excess[..., 1:] >= 0) & valid[..., :-1] & valid[..., 1:]
+    here, there = excess[..., :-1], excess[..., 1:]
+    crossing_px = (np.arange(rising.shape[-1]) - here / np.where(rising, there - here, 1)) * sample_px
+    away_px = np.where(rising, np.abs(crossing_px - place_px[..., None]), np.inf)
+    nearest = away_px.argmin(axis=-1)[..., None]
+    stepped = np.take_along_axis(away_px, nearest, -1)[..., 0] <= SNAP_PX
+    step_px = np.take_along_axis(crossing_px, nearest, -1)[..., 0]
+    return np.where(stepped, step_px, place_px), stepped & (outer - inner >= LEAST_STEP * contrast)
+
+
+def usual_profile(side: Floats, places_px: Floats, rel_px: Floats, sample_px: float) -> Floats:
+    """Median over a wall's stations of its share of the contrast, at ``rel_px`` from ``places_px`` outward."""
+    sample = np.minimum((places_px[:, None] + rel_px) / sample_px, side.shape[1] - 1)
+    return np.median(_between(side, sample), axis=0)
+
+
+def reached(profile: Floats, at: Floats, level: float) -> float | None:
+    """Place at which a profile first comes to a level; None where it does not."""
+    first = int(np.argmax(profile >= level))
+    if profile[first] < level:
+        return None
+    if first == 0:
+        return float(at[0])
+    return float(np.interp(level, profile[first - 1 : first + 1], at[first - 1 : first + 1]))
+
+
+def _outward(strip: Strip, values: NDArray) -> NDArray:
+    """Left and right half of a strip, both from the line outward, (2, stations, samples)."""
+    return np.stack([values[:, strip.middle :], values[:, strip.middle :: -1]])
+
+
+def _level(strip: Strip, where: NDArray[np.bool_], over: int) -> Floats:
+    """Median brightness of some pixels of each station, its neighbours' where it has too few, steadied along."""
+    enough = where & (where.sum(axis=1, keepdims=True) >= 3)
+    return _steadied(np.where(enough, strip.light, np.nan)[None], over)[0]
+
+
+def _steadied(values: Floats, over: int) -> Floats:
+    """Median across, steadied along, (2, stations), interpolated where nothing is known."""
+    station = np.arange(values.shape[1])
+    levels = np.zeros(values.shape[:2])
+    for side, level in zip(values, levels, strict=True):
+        known = np.isfinite(side).any(axis=1)
+        if known.any():
+            level[:] = np.interp(station, station[known], np.nanmedian(side[known], axis=1))
+    return median_filter(levels, (1, over), mode="nearest")
+
+
+def _between(values: Floats, column: Floats) -> Floats:
+    """Each row of values at columns between its own, (..., n); NaN beyond the first and last."""
+    last = values.shape[-1] - 1
+    left = np.clip(column.astype(int), 0, last - 1)
+    here, there = (np.take_along_axis(values, left + step, axis=-1) for step in (0, 1))
+    return np.where((column >= 0) & (column <= last), here + (column - left) * (there - here), np.nan)

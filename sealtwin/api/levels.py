@@ -1,0 +1,237 @@
+"""Readings along the crack, a simulated level compared with them, and the plot of both."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sealtwin.api.runs import SimulatedLevel
+from sealtwin.api.samples import CrackOutline
+from sealtwin.api.shared import FilePath, content_of, file_of, settings_from, settings_of, sha256_of
+from sealtwin.core.comparison import Comparison
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import DataKind, Outline, Profile, Sections, Solid
+from validate.settings import Datum, Decimal, Gate, Quantity, Readings, Role, Separator, Uncertainty, Unit
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure, SubFigure
+
+OF_A_FILE = ("sheet", "sample", "separator", "decimal", "unit")
+"""Keywords that say how a file is written, which an array is not."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class LevelReadings(Profile):
+    """Caliper readings along the crack: what ``read_readings`` returns.
+
+    ``s_mm`` and ``level_mm`` are (n,), the mean of each station; ``repeats_mm`` is (n, r), NaN where one is missing.
+    """
+
+    settings: Readings
+    """The declared facts about how they were taken."""
+    sha256: str
+    """Hash of the file, or of the array's bytes."""
+
+
+def read_readings(
+    readings: FilePath | NDArray[np.floating[Any]],
+    crack: Outline | None = None,
+    solid: Solid | None = None,
+    *,
+    quantity: Quantity | None = None,
+    unit: Unit | None = None,
+    datum: Datum = "sample_surface",
+    datum_level_mm: float | None = None,
+    sheet: str | None = None,
+    sample: str | None = None,
+    separator: Separator | None = None,
+    decimal: Decimal | None = None,
+    data: DataKind = "undeclared",
+    role: Role = "undeclared",
+    state: Literal["wet", "cured"] | None = None,
+    shrinkage_percent: float | None = None,
+    resolution_mm: float = 0.01,
+    limit_mm: float = 0.02,
+    probe_mm: float | None = None,
+    datum_error_mm: float | None = None,
+) -> LevelReadings:
+    """Read caliper readings. What the file does not say is asked for, never guessed.
+
+    Parameters
+    ----------
+    readings
+        A CSV or XLSX file with columns such as ``s_mm``, ``level_1_mm``, ``level_2_mm``; or an array (n, 1 + r) in mm:
+        arc length along the crack, then r readings of each station, NaN where one is missing.
+    crack, solid
+        The crack and its solid: a station or a level outside them is refused. Left out, neither is looked at.
+    quantity
+        "level" counts upward from the datum, "depth" downward; needed where no header says it. An array has levels.
+    unit, separator, decimal, sheet, sample
+        Unit of the columns, separator, decimal mark, worksheet and sample, where the file does not make them plain.
+    datum, datum_level_mm
+        What readings are counted from, and its height above the sample's surface in mm.
+    data, role
+        Where the readings come from, as in ``read_photo``, and whether the fluid was tuned on them: "calibrated-on" or
+        "held-out". Left "undeclared", every report says so, and no comparison counts as a validation.
+    state, shrinkage_percent
+        "wet" or "cured", and the volume lost until it was read, in percent.
+    resolution_mm, limit_mm, probe_mm, datum_error_mm
+        Last digit of the caliper, limit of its error, width of what touches the sealant, standard uncertainty of the
+        datum's height, in mm.
+
+    Returns
+    -------
+    LevelReadings
+        Levels from the face in mm, in the order of s.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read without guessing, or a value cannot be; all faults are named, each with its place.
+    """
+    given = locals()
+    from validate.readings.read_readings import read_readings, take_readings
+
+    is_array = isinstance(readings, np.ndarray)
+    file = Path("readings") if is_array else file_of(readings, "readings")
+    settings = settings_from(Readings, "read_readings", given, file=file)
+    length_mm = None if crack is None else crack.length_mm
+    depth_mm = None if solid is None else solid.depth_mm
+    if is_array:
+        if useless := [name for name in OF_A_FILE if given[name] is not None]:
+            raise InputError(f"read_readings: {useless[0]} with an array: it says how a file is written. Leave it out.")
+        profile = take_readings(np.asarray(readings, dtype=np.float64), settings, length_mm, depth_mm)
+    else:
+        profile = read_readings(file, settings, length_mm, depth_mm)
+    return LevelReadings(**content_of(profile), settings=settings, sha256=sha256_of(readings if is_array else file))
+
+
+@dataclass(frozen=True, kw_only=True)
+class LevelComparison(Comparison):
+    """A simulated level held against readings: what ``compare`` returns.
+
+    Its main figures are ``mean_error_mm``, ``interval_95_mm``, ``worst_error_mm`` at ``worst_at_mm``, ``verdict`` and
+    ``findings``; ``metrics`` holds all others.
+    """
+
+    level: Profile
+    readings: Profile
+    settings: Readings
+    """The declared facts about how the readings were taken."""
+    declared: Uncertainty
+    """Declared standard uncertainties of the inputs."""
+    sections: Sections
+    """The cavity along the crack, for plots."""
+
+
+def compare(
+    level: Profile,
+    readings: Profile,
+    crack: Outline,
+    solid: Solid,
+    *,
+    gate_mm: float | None = None,
+    uncertainty: Mapping[str, float] | None = None,
+) -> LevelComparison:
+    """Compare a simulated level with readings over their common stretch of the crack.
+
+    Parameters
+    ----------
+    level, readings, crack, solid
+        What the functions above returned; of readings that are a plain ``Profile`` nothing is known but its own fields.
+    gate_mm
+        Largest mean error in mm that was declared before the run; without one nothing passes or fails.
+    uncertainty
+        Standard uncertainties of the inputs by the names of the table [uncertainty], for example
+        ``{"station_mm": 1.0}``; what is left out is not included, and the report says so.
+
+    Returns
+    -------
+    LevelComparison
+        The mean error is the area between both curves over the covered length, exact; in mm.
+
+    Raises
+    ------
+    InputError
+        The two curves do not overlap, or a value is out of bounds.
+    """
+    from validate.compare import compare, error_uncertainty
+
+    if gate_mm is not None and not 0 < gate_mm < np.inf:
+        raise InputError(f"compare: gate_mm = {gate_mm}: must be above 0, in mm.")
+    settings = readings.settings if isinstance(readings, LevelReadings) else _unknown(readings)
+    declared = settings_of(Uncertainty, "compare: uncertainty", uncertainty or {})
+    comparison = compare(
+        level,
+        readings,
+        crack,
+        solid,
+        role=settings.role,
+        photo_data=crack.data if isinstance(crack, CrackOutline) else "undeclared",
+        gate=None if gate_mm is None else Gate(mean_error_mm=float(gate_mm)),
+        escaped_particles=level.escaped_particles if isinstance(level, SimulatedLevel) else 0,
+        uncertainty=error_uncertainty(level, readings, crack, solid, settings, declared),
+    )
+    return LevelComparison(
+        **content_of(comparison),
+        level=level,
+        readings=readings,
+        settings=settings,
+        declared=declared,
+        sections=solid.sections,
+    )
+
+
+def plot_levels(
+    level: Profile | None = None,
+    readings: Profile | None = None,
+    result: LevelComparison | None = None,
+    *,
+    solid: Solid | None = None,
+    ax: "Axes | None" = None,
+) -> "Figure | SubFigure":
+    """Plot levels along the crack: the simulated one, the readings, or both.
+
+    Parameters
+    ----------
+    level, readings, result
+        What to draw, at least one level; their comparison adds the 95 % band of the readings and the best flat level.
+    solid
+        The solid, to draw the crack's floor; left out, that of ``result``.
+    ax
+        Axes of matplotlib to draw on; left out, a new figure of pyplot's.
+
+    Returns
+    -------
+    Figure
+        The figure drawn on.
+
+    Raises
+    ------
+    InputError
+        There is nothing to draw.
+    """
+    if level is None and readings is None:
+        raise InputError("plot_levels: neither level nor readings; give one of them to draw.")
+    from matplotlib import pyplot
+
+    from sealtwin.core.drawing.theme import themed
+    from validate.figures.levels import draw_levels
+
+    with themed():
+        axes = pyplot.figure(figsize=(9.0, 3.9), layout="constrained").add_subplot() if ax is None else ax
+        sections = solid.sections if solid is not None else result.sections if result is not None else None
+        draw_levels(axes, level, sections, readings, result if readings is not None else None)
+    figure = axes.get_figure()
+    if figure is None:
+        raise InputError("plot_levels: ax belongs to no figure; give axes of one, or leave ax out.")
+    return figure
+
+
+def _unknown(readings: Profile) -> Readings:
+    """Settings of readings that came from elsewhere."""
+    return Readings(file=Path(readings.source or "readings"), data=readings.data, role="undeclared")

@@ -1,0 +1,197 @@
+"""Files for others: the report, the same page, PDF and JSON as the command's; and a robot's program."""
+
+import platform
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from datetime import UTC, datetime
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sealtwin.api.levels import LevelComparison, LevelReadings
+from sealtwin.api.runs import PlannedPath
+from sealtwin.api.samples import CrackOutline
+from sealtwin.api.shared import settings_of
+from sealtwin.core import files
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Outline, Run, Solid, Trajectory
+from sealtwin.core.run_folder import MANIFEST, require_folder, versions
+
+if TYPE_CHECKING:
+    from digitise.robots.cell import Format, RobotCell
+
+OVERLAY = "overlay.png"
+
+
+def write_report(
+    folder: str | PathLike[str],
+    crack: CrackOutline,
+    solid: Solid,
+    path: PlannedPath,
+    run: Run,
+    result: LevelComparison | None = None,
+    *,
+    name: str | None = None,
+    note: str = "",
+) -> Path:
+    """Write report.html, report.pdf, report.json and overlay.png, as ``sealtwin run`` does.
+
+    Parameters
+    ----------
+    folder
+        Where they go; those of an earlier call are replaced.
+    crack, solid, path, run, result
+        What the other functions returned; without a comparison the report shows the simulation alone.
+    name, note
+        Title of the report, by default the folder's name, and what a reader must know about this trial.
+
+    Returns
+    -------
+    Path
+        The page, report.html.
+
+    Raises
+    ------
+    InputError
+        ``result`` compares another level than that of ``run``; the path was not planned by ``plan_path`` or the crack
+        not traced; or the folder is a run folder, whose report is the command's.
+    """
+    from digitise.trajectory import with_path
+    from digitise.walls.overlay import draw_overlay
+    from simulate.profile import measure_profile, volume_ratio
+    from validate.compare import assess
+    from validate.report.write_report import REPORT
+    from validate.report.write_report import write_report as write_pages
+    from validate.report_input import Evidence, ReadingsSheet
+    from validate.settings import Gate
+
+    for argument, value, kind in (("crack", crack, CrackOutline), ("path", path, PlannedPath)):
+        if not isinstance(value, kind):
+            raise InputError(f"write_report: {argument} is a {type(value).__name__}; give a {kind.__name__}.")
+    target = Path(folder)
+    require_folder(target)
+    if (target / MANIFEST).is_file():
+        raise InputError(f"{target}: a run folder, whose report 'sealtwin validate' writes; give another folder.")
+    profile = measure_profile(run, crack, solid)
+    if result is not None and not np.array_equal(result.level.level_mm, profile.level_mm):
+        raise InputError("write_report: result compares another level than that of run; give the run that it is of.")
+    readings = None if result is None else result.readings
+    sheet = None
+    if isinstance(readings, LevelReadings):
+        sheet = ReadingsSheet(name=readings.source, sha256=readings.sha256, operator=None, date=None)
+    target.mkdir(parents=True, exist_ok=True)
+    files.write_png(target / OVERLAY, draw_overlay(crack.photo, crack, path))
+    evidence = Evidence(
+        name=name or target.resolve().name,
+        note=note,
+        outline=crack,
+        solid=with_path(solid, path, crack, path.settings),
+        trajectory=path,
+        run=run,
+        profile=profile,
+        readings=readings,
+        comparison=None,
+        volume_ratio=float(run.health.volume_ratio or volume_ratio(run, solid)),
+        overlay_path=target / OVERLAY,
+        photo_data=crack.data,
+        provenance=_provenance(crack, run, readings),
+        commands=(),
+        sheet=sheet,
+    )
+    if result is not None:
+        limit_mm = result.mean_error_limit_mm
+        gate = None if limit_mm is None else Gate(mean_error_mm=limit_mm)
+        evidence = replace(evidence, comparison=assess(evidence, result.settings, result.declared, None, gate))
+    write_pages(target, evidence)
+    return target / REPORT[0]
+
+
+def _provenance(crack: CrackOutline, run: Run, readings: Any) -> dict[str, str]:
+    found = versions()
+    hashes = {crack.photo.file.name: crack.sha256}
+    if isinstance(readings, LevelReadings):
+        hashes[readings.source] = readings.sha256
+    return {
+        "sealtwin": found.pop("sealtwin"),
+        "system": f"{platform.system()} {platform.machine()}",
+        **{name: f"sha256 {digest}" for name, digest in hashes.items()},
+        "written": datetime.now(UTC).isoformat(timespec="seconds"),
+        "device": run.device,
+        **({"seed": str(run.settings["seed"])} if "seed" in run.settings else {}),
+        **found,
+    }
+
+
+def write_robot_program(
+    folder: str | PathLike[str],
+    crack: Outline,
+    path: Trajectory,
+    cell: str | PathLike[str] | Mapping[str, Any],
+    *,
+    formats: "Sequence[Format] | None" = None,
+    name: str = "",
+    allow_automatic: bool = False,
+) -> list[Path]:
+    """Write a nozzle path for a robot, in the robot's own frame and within its cell's limits.
+
+    Parameters
+    ----------
+    folder
+        Where the files go; files that were edited since they were written are not replaced.
+    crack, path
+        The crack and the path over it.
+    cell
+        A cell file, or its content as a mapping: taught points, limits, languages. ``sealtwin robot --example FILE``
+        writes one to start from.
+    formats
+        Of "txt", "csv", "spel", "gcode", "urscript"; left out, those that the cell names.
+    name
+        What the head of each program calls the trial.
+    allow_automatic
+        Also write where the crack was found automatically, once you looked.
+
+    Returns
+    -------
+    list of Path
+        The files written; the last one, robot.json, states frame, limits and hashes.
+
+    Raises
+    ------
+    InputError
+        The cell has a fault or lacks a table for a format, the path is beyond one of its limits, or nobody has
+        confirmed the crack.
+    """
+    from digitise.robots.cell import FORMATS
+    from sealtwin.trial.robot_files import REPORT, write_programs
+
+    if crack.path_source == "automatic" and not allow_automatic:
+        raise InputError(
+            "write_robot_program: the crack was found automatically, and nobody has confirmed it. Give ends_px to "
+            "trace_crack; or, having looked, allow_automatic=True."
+        )
+    robot_cell, cell_name, inputs = _cell(cell)
+    if unknown := [kind for kind in formats or () if kind not in FORMATS]:
+        raise InputError(f"write_robot_program: formats has {unknown[0]!r}; allowed are {', '.join(FORMATS)}.")
+    origin = {
+        "trial": name or "not named",
+        "run": "from Python",
+        "path_source": crack.path_source,
+        "inputs": inputs,
+        "edited_by_hand": [],
+    }
+    target = Path(folder)
+    report, _ = write_programs(target, path, robot_cell, cell_name, formats or (), origin)
+    return [*(target / file for file in report["files"]), target / REPORT]
+
+
+def _cell(given: "str | PathLike[str] | Mapping[str, Any]") -> "tuple[RobotCell, str, dict[str, str]]":
+    """The cell, what refusals call it, and the hash of its file."""
+    from digitise.robots.cell import RobotCell
+    from sealtwin.trial.robot_files import read_cell
+
+    if isinstance(given, Mapping):
+        return settings_of(RobotCell, "cell", given), "cell", {}
+    file = Path(given)
+    return read_cell(file), file.name, {file.name: files.sha256(file)}

@@ -1,0 +1,76 @@
+"""Errors, records and checked keywords, which all parts of the Python interface use."""
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import fields
+from os import PathLike
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sealtwin.core.errors import InputError, NumericalError, SealtwinError
+from sealtwin.core.files import sha256
+from sealtwin.core.progress import Progress, progress_for_stderr
+from sealtwin.core.records import Run, Solid
+from sealtwin.core.settings import Settings, checked
+
+__all__ = ["InputError", "NumericalError", "Run", "SealtwinError", "Solid"]
+
+FilePath = str | PathLike[str]
+Points = Sequence[Sequence[float]] | NDArray[np.floating[Any]] | NDArray[np.integer[Any]]
+"""(n, 2)."""
+
+Table = TypeVar("Table", bound=Settings)
+
+
+def settings_of(kind: type[Table], function: str, values: Mapping[str, Any]) -> Table:
+    """Settings from a function's keywords, None for one that was left out; lists and NumPy arrays are alike.
+
+    Raises InputError, which begins with ``function``, for an unknown keyword or a value that is not allowed.
+    """
+    return checked(kind, Path(function), {name: plain(value) for name, value in values.items() if value is not None})
+
+
+def settings_from(kind: type[Table], function: str, keywords: dict[str, Any], **replaced: Any) -> Table:
+    """Settings from those of a function's ``locals()`` that the table has, some replaced. Raises as ``settings_of``."""
+    return settings_of(kind, function, {name: (keywords | replaced).get(name) for name in kind.model_fields})
+
+
+def plain(value: Any) -> Any:
+    """A value in the types that JSON has."""
+    if isinstance(value, Settings):
+        return value.model_dump(mode="json", exclude_none=True)
+    if isinstance(value, Mapping):
+        return {str(name): plain(inner) for name, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(inner) for inner in value]
+    return value.tolist() if isinstance(value, np.ndarray | np.generic) else value
+
+
+def file_of(given: FilePath, name: str) -> Path:
+    """The file that an argument names. Raises InputError with the argument's ``name`` where there is none."""
+    if not isinstance(given, str | PathLike):
+        raise InputError(f"{name}: a {type(given).__name__}; give a file's path or a NumPy array.")
+    path = Path(given)
+    if not path.is_file():
+        raise InputError(f"{path}: no such file; {name} must name one.")
+    return path
+
+
+def sha256_of(content: Path | NDArray[Any]) -> str:
+    """Hash of a file's bytes, or of an array's."""
+    if isinstance(content, Path):
+        return sha256(content)
+    return hashlib.sha256(np.ascontiguousarray(content).tobytes()).hexdigest()
+
+
+def content_of(record: Any) -> dict[str, Any]:
+    """The fields of a dataclass by name, not copied, to make a record of a class that adds to it."""
+    return {field.name: getattr(record, field.name) for field in fields(record)}
+
+
+def progress_of(progress: bool) -> Progress:
+    """Progress on stderr where it is wanted, else the silent one."""
+    return progress_for_stderr(quiet=not progress)

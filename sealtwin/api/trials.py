@@ -1,0 +1,285 @@
+"""A whole trial file run from Python, sweeps over its settings, and their map."""
+
+import json
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sealtwin.api.shared import plain, progress_of, settings_of
+from sealtwin.core import record_files
+from sealtwin.core.errors import InputError, NumericalError, SealtwinError
+from sealtwin.core.records import DataKind, Floats, Outline, Profile, Run, Solid, Trajectory
+
+if TYPE_CHECKING:
+    from sealtwin.trial.trial_file import Trial
+
+
+@dataclass(frozen=True)
+class TrialRun:
+    """A run folder that is complete and up to date: what ``run_trial`` returns."""
+
+    folder: Path
+    content: dict[str, Any]
+    """The content of run.json: figures by name, units in the names."""
+    redone: tuple[str, ...]
+    """Stages that had to be computed; the others were up to date."""
+
+    @property
+    def report(self) -> Path:
+        """The report's page."""
+        return self.folder / "report.html"
+
+    @property
+    def mean_error_mm(self) -> float | None:
+        """Mean error against the readings in mm; None without readings."""
+        return self.content.get("mean_error_mm")
+
+    @property
+    def interval_95_mm(self) -> tuple[float, float] | None:
+        """Ends of its 95 % interval in mm; None without readings."""
+        ends = self.content.get("mean_error_95_mm")
+        return None if ends is None else (ends[0], ends[1])
+
+    @property
+    def verdict(self) -> str | None:
+        """The report's first sentence; None without readings."""
+        return self.content.get("verdict")
+
+    @property
+    def gate_passed(self) -> bool | None:
+        """True where the declared gate is kept; None where none was declared."""
+        return self.content.get("gate_passed")
+
+    @cached_property
+    def crack(self) -> Outline:
+        """The traced crack."""
+        return record_files.read_outline(self.folder)
+
+    @cached_property
+    def solid(self) -> Solid:
+        """The sample."""
+        return record_files.read_solid(self.folder)
+
+    @cached_property
+    def path(self) -> Trajectory:
+        """The nozzle's path."""
+        return record_files.read_trajectory(self.folder)
+
+    @cached_property
+    def run(self) -> Run:
+        """The particles as they lie."""
+        return record_files.read_run(self.folder)
+
+    @cached_property
+    def level(self) -> Profile:
+        """The simulated level along the crack."""
+        return record_files.read_profile(self.folder)
+
+
+def run_trial(
+    trial: "str | PathLike[str] | Mapping[str, Any] | Trial",
+    *,
+    out: str | PathLike[str] | None = None,
+    device: str = "cpu",
+    threads: int = 1,
+    source: str | PathLike[str] | None = None,
+    progress: bool = False,
+) -> TrialRun:
+    """Bring a whole trial up to date in its run folder, as ``sealtwin run`` does.
+
+    Parameters
+    ----------
+    trial
+        A trial file, or its content as a mapping or a ``Trial``.
+    out
+        The run folder; left out, reports/<name of the trial> under the current folder.
+    device, threads
+        Where the fluid runs: "cpu" (default), "cuda:0" or "auto"; and the threads of the CPU that share the run.
+    source
+        Folder in which photo and readings of a trial that is no file are looked for; left out, the current one.
+    progress
+        Show progress on stderr.
+
+    Returns
+    -------
+    TrialRun
+        Figures, and the records of each stage. A gate that is not kept raises nothing: see ``gate_passed``.
+
+    Raises
+    ------
+    InputError
+        The trial holds a key or a value that cannot be, or an input cannot be used.
+    NumericalError
+        The numbers stopped meaning anything, or a particle went through a wall.
+    BusyError
+        Another process holds the run folder.
+    """
+    from sealtwin.trial.job import STAGES
+    from sealtwin.trial.pipeline import run_trial
+    from sealtwin.trial.trial_file import Trial, load_trial
+
+    if isinstance(trial, Trial | Mapping):
+        checked = trial if isinstance(trial, Trial) else settings_of(Trial, "run_trial", trial)
+        home = Path(source) if source is not None else Path()
+    else:
+        if source is not None:
+            raise InputError("run_trial: source beside a trial file, whose files lie beside it. Leave source out.")
+        checked, home = load_trial(Path(trial)), Path(trial).parent
+    target = Path(out) if out is not None else Path("reports", checked.folder_name)
+    with progress_of(progress) as shown:
+        outcome = run_trial(checked, home, target, STAGES, device, shown, threads)
+    return TrialRun(target, outcome.result, outcome.redone)
+
+
+@dataclass(frozen=True)
+class SweepResult:
+    """A sweep's folder: what ``sweep`` returns."""
+
+    folder: Path
+    rows: tuple[dict[str, Any], ...]
+    """One for each run, in the order of the grid: the settings that vary, state, figures and, where it failed, the
+    reason; also in runs.csv."""
+    best: dict[str, Any] | None
+    """Number, settings and mean error in mm of the run that is nearest to the readings; None without readings."""
+
+    @property
+    def failed(self) -> tuple[dict[str, Any], ...]:
+        """The rows of runs that failed, each with its reason."""
+        return tuple(row for row in self.rows if row["state"] == "failed")
+
+    def column(self, name: str) -> Floats:
+        """A column of numbers, (runs,); NaN where a run has none. Raises InputError for a name that no row has."""
+        if name not in self.rows[0]:
+            raise InputError(f"column: no {name!r}; there are {', '.join(self.rows[0])}.")
+        return np.array([np.nan if row[name] is None else row[name] for row in self.rows], dtype=float)
+
+
+def sweep(
+    trial: str | PathLike[str],
+    grid: Mapping[str, Sequence[Any]],
+    *,
+    out: str | PathLike[str] | None = None,
+    fixed: Mapping[str, Any] | None = None,
+    name: str | None = None,
+    device: str = "cpu",
+    jobs: int | None = None,
+    progress: bool = False,
+) -> SweepResult:
+    """Run a trial once for each combination of the given settings.
+
+    What is done is kept: killed or interrupted, the same call goes on. The work is done by ``sealtwin sweep`` in a
+    process of its own, since the workers that it starts would otherwise run the calling script once more.
+
+    Parameters
+    ----------
+    trial
+        The trial file to start from.
+    grid
+        Values of each setting by its dotted name, for example ``{"fluid.U": [1, 10, 100]}``; the first one named
+        varies slowest.
+    out
+        The sweep's folder; left out, reports/<name>. Its study.toml takes the same sweep to the command line.
+    fixed
+        Settings that all runs have in place of the trial's own, for example ``{"solver.radius_mm": 0.6}``.
+    name
+        Name of the study; left out, that of the trial's file with "-sweep".
+    device, jobs
+        Where fluids run, as in ``run_trial``, and processes at a time: left out, one for each core, or one on a GPU.
+    progress
+        Show progress on stderr.
+
+    Returns
+    -------
+    SweepResult
+        A row for each run; a run that fails stops none of the others.
+
+    Raises
+    ------
+    InputError
+        Settings that cannot be, of all runs at once, before the first one starts; or a folder that is not this sweep's.
+    """
+    import tomlkit
+
+    from sealtwin.study.study_file import Study
+
+    file = Path(trial).resolve()
+    content = {"name": name or f"{file.parent.name}-{file.stem}-sweep", "trial": str(file), "grid": plain(grid)}
+    if fixed:
+        content["fixed"] = plain(fixed)
+    # Checked here already, so that a refusal names the function.
+    checked = settings_of(Study, "sweep", content)
+    target = Path(out) if out is not None else Path("reports", checked.folder_name)
+    with tempfile.TemporaryDirectory(prefix="sealtwin-") as temporary:
+        study = Path(temporary, "study.toml")
+        study.write_text(tomlkit.dumps(content), encoding="utf-8")
+        arguments = ["sweep", str(study), "--out", str(target), "--device", device, "--json"]
+        answer = _command([*arguments, *([] if jobs is None else ["--jobs", str(jobs)])], progress)
+    return SweepResult(target, tuple(answer["runs"]), answer["best"])
+
+
+def write_map(
+    swept: SweepResult | str | PathLike[str],
+    *,
+    out: str | PathLike[str] | None = None,
+    readings: str | PathLike[str] | None = None,
+    data: DataKind | None = None,
+    fills: bool = False,
+    device: str = "cpu",
+    progress: bool = False,
+) -> Path:
+    """Draw a sweep of two settings as a page: levels, map of the error, influences, cost.
+
+    Parameters
+    ----------
+    swept
+        The sweep, or its folder; it needs four finished runs or more.
+    out
+        Where the page goes; left out, map/ in the sweep's folder.
+    readings, data
+        Another sheet of readings than the trial's own, and where it comes from.
+    fills, device, progress
+        Compute some nine runs once more, to draw how they fill; where those run; and show progress on stderr.
+
+    Returns
+    -------
+    Path
+        The page, map.html; its figures lie beside it as SVG and CSV.
+
+    Raises
+    ------
+    InputError
+        The sweep cannot be mapped, or the readings cannot be read.
+    """
+    from sealtwin.study.study_map import PAGE, MapOptions, map_study
+
+    folder = swept.folder if isinstance(swept, SweepResult) else Path(swept)
+    wish = MapOptions(None if readings is None else Path(readings), data, fills, device)
+    mapped = map_study(folder, None if out is None else Path(out), wish, progress_of(progress))
+    return mapped.folder / PAGE
+
+
+def _command(arguments: Sequence[str], progress: bool) -> dict[str, Any]:
+    """The answer of a command of ours, run by this very interpreter.
+
+    Raises SealtwinError of the kind that its exit code stands for.
+    """
+    # -P: a folder 'validate' or 'simulate' that lies in the current one must not be taken for ours.
+    line = [sys.executable, "-P", "-m", "sealtwin", *arguments, *([] if progress else ["--quiet"])]
+    done = subprocess.run(line, stdout=subprocess.PIPE, stderr=None if progress else subprocess.PIPE, check=False)
+    try:
+        answer = json.loads(done.stdout)
+    except ValueError:
+        said = (done.stderr or b"").decode(errors="replace")
+        raise RuntimeError(f"'sealtwin {arguments[0]}' ended with code {done.returncode}.\n{said}") from None
+    if "error" not in answer:
+        return answer
+    kinds: dict[int, type[SealtwinError]] = {InputError.exit_code: InputError, NumericalError.exit_code: NumericalError}
+    raise kinds.get(answer["exit_code"], SealtwinError)(answer["error"])

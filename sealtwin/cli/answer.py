@@ -1,0 +1,141 @@
+"""Answers of the commands: results on stdout, narration on stderr, an exit code and one sentence for each fault."""
+
+import json
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, redirect_stdout
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TextIO
+
+import typer
+from typer.core import TyperGroup
+
+from sealtwin.core.errors import SealtwinError, naming
+from sealtwin.packages_check import foreign_package
+
+if TYPE_CHECKING:
+    from sealtwin.core.progress import Progress
+
+BUG = 1
+BAD_INPUT = 3
+GATE_FAILED = 5
+SOME_FAILED = 6
+INTERRUPTED = 130
+
+
+def option(help: str, metavar: str | None = None, **more: Any) -> Any:
+    """Describe an option, whose name is that of its parameter."""
+    return typer.Option(help=help, metavar=metavar, **more)
+
+
+Out = Annotated[
+    Path | None, typer.Option(metavar="DIR", help="Run folder; default: reports/<trial name> under the current folder.")
+]
+Device = Annotated[
+    str,
+    typer.Option(
+        metavar="auto|cpu|cuda:0", help="Device of the fluid run; naming a device that is absent is an error."
+    ),
+]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout, everything else on stderr.")]
+Quiet = Annotated[bool, typer.Option("--quiet", help="Print no narration and no progress.")]
+TrialFile = Annotated[Path, typer.Argument(metavar="TRIAL", help="A trial.toml; 'sealtwin init DIR' writes one.")]
+RunFolderPath = Annotated[Path, typer.Argument(metavar="RUN", help="A run folder.")]
+
+
+@dataclass(frozen=True)
+class Answer:
+    content: dict[str, Any]  # Object that --json prints
+    lines: Sequence[str]  # Text that is printed without --json
+    exit_code: int = 0
+
+
+@dataclass(frozen=True)
+class Command:
+    """Options of a command that concern its answer, and the device of its fluid run."""
+
+    device: str
+    as_json: bool
+    quiet: bool
+    stdout: TextIO  # Standard output, for the answer alone: whatever a library prints is sent to stderr
+
+    def say(self, text: str) -> None:
+        if not self.quiet:
+            print(text, file=sys.stderr)
+
+    def reply(self, answer: Answer) -> None:
+        """Print the answer; end the command if its exit code is not 0."""
+        text = json.dumps(answer.content, ensure_ascii=False) if self.as_json else "\n".join(answer.lines)
+        with naming(Path("standard output")):
+            print(text, file=self.stdout, flush=True)
+        if answer.exit_code:
+            raise typer.Exit(answer.exit_code)
+
+    def answer(self, content: dict[str, Any], lines: Sequence[str]) -> None:
+        self.reply(Answer(content, lines))
+
+    def fail(self, message: str, exit_code: int) -> NoReturn:
+        print(f"sealtwin: {message}", file=sys.stderr)
+        if self.as_json:
+            print(_as_error(message, exit_code), file=self.stdout)
+        raise typer.Exit(exit_code)
+
+    def progress(self) -> "Progress":
+        from sealtwin.core.progress import progress_for_stderr
+
+        return progress_for_stderr(self.quiet)
+
+
+class Commands(TyperGroup):
+    """Group of all commands: with --json, a usage error is answered by an object as well."""
+
+    def invoke(self, ctx: Any) -> Any:
+        as_json = "--json" in ctx.args
+        try:
+            return super().invoke(ctx)
+        except typer.TyperException as fault:
+            if as_json:
+                print(_as_error(fault.format_message(), fault.exit_code))
+            raise
+
+
+@contextmanager
+def answering(device: str, as_json: bool, quiet: bool) -> Iterator[Command]:
+    """Turn faults that the user can mend into one message and an exit code; bugs keep their traceback."""
+    command = Command(device, as_json, quiet, sys.stdout)
+    try:
+        with redirect_stdout(sys.stderr):
+            yield command
+    except SealtwinError as fault:
+        command.fail(str(fault), fault.exit_code)
+    except BrokenPipeError:
+        # The reader of the answer has ended; without this the interpreter complains as it flushes.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise typer.Exit(BAD_INPUT) from None
+    except OSError as fault:
+        if fault.filename is None:
+            raise
+        command.fail(f"{fault.filename}: {fault.strerror}. Give a place that can be read and written.", BAD_INPUT)
+    except MemoryError:
+        command.fail("not enough memory. Close other programs, or choose larger particles.", BAD_INPUT)
+    except KeyboardInterrupt:
+        command.fail(
+            "interrupted; the same command continues from the last finished stage, or from a fluid run's checkpoint.",
+            INTERRUPTED,
+        )
+
+
+def refuse_foreign_packages() -> None:
+    """End with a sentence where digitise, simulate or validate are another distribution's; before any is imported."""
+    message = foreign_package()
+    if message is not None:
+        print(f"sealtwin: {message}", file=sys.stderr)
+        if "--json" in sys.argv:
+            print(_as_error(message, BAD_INPUT))
+        sys.exit(BAD_INPUT)
+
+
+def _as_error(message: str, exit_code: int) -> str:
+    return json.dumps({"version": 1, "error": message, "exit_code": exit_code}, ensure_ascii=False)

@@ -1,0 +1,61 @@
+"""Command line: its commands and their common options."""
+
+from typing import Annotated
+
+import typer
+
+from sealtwin.cli import doctor, lab, photo_tools, samples, studies, trials
+from sealtwin.cli.answer import Commands, refuse_foreign_packages
+
+app = typer.Typer(
+    name="sealtwin",
+    cls=Commands,
+    help="From a photo of a cracked pavement sample and a measured depth to a validated digital twin of its sealing.",
+    epilog=(
+        "Exit codes: 0 ok, 1 a bug, 2 usage, 3 bad input, 4 numerical failure, "
+        "5 the trial's gate missed (the report is complete), 6 some of a batch failed, 130 interrupted."
+    ),
+    no_args_is_help=True,
+    add_completion=False,
+    # Locals would put the user's paths and data into a bug report.
+    pretty_exceptions_enable=False,
+)
+# In the order in which --help lists them.
+for command in (
+    trials.demo,
+    trials.run,
+    photo_tools.trace,
+    samples.digitise,
+    samples.import_mesh,
+    lab.ingest,
+    lab.lab,
+    trials.simulate,
+    trials.validate,
+    trials.film,
+    studies.sweep,
+    studies.map,
+    studies.compare,
+    trials.robot,
+    photo_tools.markers,
+    trials.init,
+    doctor.doctor,
+):
+    app.command()(command)
+
+
+@app.callback(invoke_without_command=True)
+def common(version: Annotated[bool, typer.Option("--version", help="Show the version and exit.")] = False) -> None:
+    if version:
+        from importlib.metadata import version as installed
+
+        print(installed("sealtwin"))
+        raise typer.Exit
+
+
+def main() -> None:
+    refuse_foreign_packages()
+    app()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,105 @@
+"""Check of an installation: versions, devices, and each stage on a task whose answer is known."""
+
+import time
+from collections.abc import Callable
+
+from sealtwin.cli.answer import BUG, Answer, Json, answering
+
+
+def doctor(as_json: Json = False) -> None:
+    """Print versions, devices and the results of a self-test of about a second."""
+    with answering("auto", as_json, quiet=False) as command:
+        command.reply(examine())
+
+
+def examine() -> Answer:
+    from sealtwin.core.run_folder import versions
+
+    checks: dict[str, str] = {}
+    healthy = True
+    for name, check in SELF_TESTS.items():
+        began = time.perf_counter()
+        try:
+            found = check()
+        except Exception as fault:  # A self-test may fail in any way; the answer names it.
+            checks[name] = f"FAILED: {type(fault).__name__}: {fault}"
+            healthy = False
+        else:
+            checks[name] = f"ok, {found} ({time.perf_counter() - began:.1f} s)"
+    content = {"version": 1, "versions": versions(), "checks": checks, "healthy": healthy}
+    lines = [f"{name:<24} {found}" for name, found in {**versions(), **checks}.items()]
+    return Answer(content, lines, 0 if healthy else BUG)
+
+
+def _packages() -> str:
+    """Other distributions have packages of the same names, which pip lets overwrite ours."""
+    from sealtwin.packages_check import PACKAGES, require_own_packages
+
+    require_own_packages()
+    return f"{', '.join(PACKAGES)} are sealtwin's own"
+
+
+def _photo() -> str:
+    """Draw a marker and detect it: an OpenCV without aruco is a common fault."""
+    import cv2
+    import numpy as np
+
+    dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
+    photo = np.full((160, 160), 255, np.uint8)
+    photo[30:130, 30:130] = cv2.aruco.generateImageMarker(dictionary, 7, 100)
+    _, ids, _ = cv2.aruco.ArucoDetector(dictionary).detectMarkers(photo)
+    if ids is None or ids.ravel().tolist() != [7]:
+        raise RuntimeError(f"drew marker 7, found {ids}")
+    return "a marker drawn and found"
+
+
+def _mesh() -> str:
+    from manifold3d import Manifold
+
+    left = (Manifold.cube((10.0, 10.0, 10.0)) - Manifold.cube((4.0, 4.0, 10.0))).volume()
+    if abs(left - 840.0) > 1e-9:
+        raise RuntimeError(f"10 x 10 x 10 less 4 x 4 x 10 mm came out as {left} mm3, not 840")
+    return "a cavity cut to its exact volume"
+
+
+def _devices() -> str:
+    from simulate.device import choose_device, describe_device
+
+    return ", ".join(dict.fromkeys(describe_device(choose_device(name)) for name in ("cpu", "auto")))
+
+
+def _fluid() -> str:
+    """Compile, run and record kernels on the device of "auto" and compare them with known answers."""
+    from simulate.device import SIDE, choose_device, touching_pairs, turns_of_a_recording
+
+    device = choose_device("auto")
+    found = touching_pairs(device)
+    if found != 3 * 7 * 8 * 8:
+        raise RuntimeError(f"a lattice of 8 x 8 x 8 has {found} touching pairs on {device}, not {3 * 7 * 8 * 8}")
+    turns = turns_of_a_recording(device)
+    if turns != SIDE:
+        raise RuntimeError(f"a recorded loop of {SIDE} turns took {turns} on {device}")
+    return f"kernels compiled, run and recorded on {device}"
+
+
+def _report() -> str:
+    """Draw a figure as SVG without a screen."""
+    import io
+
+    from matplotlib.figure import Figure
+
+    page = io.BytesIO()
+    Figure().savefig(page, format="svg")
+    if b"<svg" not in page.getvalue():
+        raise RuntimeError("Matplotlib wrote no SVG")
+    return "a figure drawn without a screen"
+
+
+SELF_TESTS: dict[str, Callable[[], str]] = {
+    "packages": _packages,
+    "photo": _photo,
+    "mesh": _mesh,
+    "devices": _devices,
+    "fluid": _fluid,
+    "report": _report,
+}

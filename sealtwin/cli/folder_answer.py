@@ -1,0 +1,185 @@
+"""Answers on folders: a batch of photos, the ingest of a lab's folder, a lab's catalogue."""
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from sealtwin.cli.answer import BAD_INPUT, BUG, SOME_FAILED, Answer
+from sealtwin.lab.catalogue import RUN, CatalogueFault, Record, latest_trials, progress_of, read_run, revisions
+from sealtwin.lab.found_files import Piece, few, plain
+from sealtwin.lab.ingest import Ingested
+from sealtwin.lab.intake import TRIAL, SampleOutcome
+from sealtwin.lab.pairing import PAIRING
+from sealtwin.photos.batch import CSV, SHEET, Batch
+from sealtwin.trial.result import shown
+
+BROADEST = 36  # Letters of a column of names on a terminal
+MOST_TOLD = 200  # Faults on a terminal, which keeps some thousand lines
+
+
+def batch_answer(batch: Batch) -> Answer:
+    """Answer with a table of the photos that were digitised, and the reason for each other one."""
+    broad = max((len(row.folder) for row in batch.rows), default=0)
+    lines = [
+        f"{row.folder:<{broad}}  {row.mean_width_mm:8.2f} {row.length_mm:9.1f} {row.cavity_ml:9.2f} "
+        f"{row.sealant_ml:10.2f}  {row.path_source}"
+        for row in batch.done
+    ]
+    if lines:
+        lines.insert(0, f"{'photo':<{broad}}  width mm length mm cavity ml sealant ml  path")
+    sheet, table = batch.out / SHEET, batch.out / CSV
+    lines.append(f"{len(batch.done)} of {len(batch.listed)} photos digitised. Look at {sheet}; table: {table}")
+    if proposals := sum(row.path_source == "automatic" for row in batch.done):
+        lines.append(f"{proposals} cracks were found automatically: these are proposals to be checked.")
+    lines += [f"failed: {row.fault}" for row in batch.failed]
+    return Answer(batch.content(), lines, batch.exit_code)
+
+
+def ingest_answer(ingested: Ingested) -> Answer:
+    """Answer with the pairing as a table, the dialects that were read, what is in doubt or wrong, what to do next."""
+    outcomes = ingested.outcomes
+    lines = _table(("sample", "photo", "readings", "note", "state"), [_pairing_row(outcome) for outcome in outcomes])
+    lines += [f"{outcome.sample.name}: read as {outcome.dialect}." for outcome in outcomes if outcome.dialect]
+    remarks = [CatalogueFault(outcome.sample.name, remark) for outcome in outcomes for remark in outcome.remarks]
+    lines += _together(remarks, "note: ")
+    if passed := [left.file for left in ingested.left_out if not left.lost]:
+        lines.append(f"Left out: {few(passed)}, neither photos, sheets nor notes.")
+    failed = _together(ingested.faults, "failed: ")
+    lines += failed[:MOST_TOLD]
+    if len(failed) > MOST_TOLD:
+        lines.append(f"and {len(failed) - MOST_TOLD:,} more like these; --json and 'sealtwin lab list' tell them all.")
+    code = 0
+    if any(outcome.fate == "bug" for outcome in outcomes):
+        code = BUG
+    elif ingested.faults:
+        code = SOME_FAILED if any(outcome.fate != "failed" for outcome in outcomes) else BAD_INPUT
+    content = {
+        "version": 1,
+        "lab": shown(ingested.lab),
+        "dry_run": ingested.dry_run,
+        "samples": [_sample(outcome) for outcome in outcomes],
+        "left_out": [{"file": left.file, "reason": left.reason} for left in ingested.left_out],
+        "faults": [asdict(fault) for fault in ingested.faults],
+        "exit_code": code,
+    }
+    return Answer(content, [plain(line) for line in (*lines, *_ending(ingested))], code)
+
+
+def traced_answer(ingested: Ingested, batch: Batch, outside: Sequence[CatalogueFault]) -> Answer:
+    """Answer of 'sealtwin ingest --digitise'; ``outside`` are readings that lie outside their traced crack."""
+    first, second = ingest_answer(ingested), batch_answer(batch)
+    traced, code = dict(second.content), second.exit_code
+    if outside:
+        code = code or SOME_FAILED
+        traced |= {"readings": [asdict(fault) for fault in outside], "exit_code": code}
+    told = second.lines if batch.listed else ["No sample to trace."]
+    lines = [*first.lines, "", *told, *(f"failed: {fault.sentence}" for fault in outside)]
+    code = BUG if BUG in (first.exit_code, code) else first.exit_code or code
+    return Answer({**first.content, "digitised": traced, "exit_code": code}, lines, code)
+
+
+def list_answer(lab: Path) -> Answer:
+    """Answer of 'sealtwin lab list': the latest trial of each sample, and what failed."""
+    rows, faults = latest_trials(lab)
+    head = ("sample", "revision", "date", "data", "depth_mm", "readings", "result")
+    lines = _table(head, [[_text(row[column]) for column in head] for row in rows]) if rows else ["No trials yet."]
+    lines += [f"failed: {fault.name}: {fault.sentence}" for fault in faults]
+    return _lab_answer(lab, rows, faults, lines)
+
+
+def show_answer(lab: Path, sample: str) -> Answer:
+    """Answer of 'sealtwin lab show': all revisions of a sample, and what failed."""
+    records, faults = revisions(lab, sample)
+    rows = [{**asdict(record), "result": read_run(lab, record)} for record in records]
+    lines = [line for record in reversed(records) for line in _told(lab, record)]
+    lines += [f"failed: {fault.sentence}" for fault in faults]
+    return _lab_answer(lab, rows, faults, lines)
+
+
+def _lab_answer(lab: Path, trials: object, faults: Sequence[CatalogueFault], lines: Sequence[str]) -> Answer:
+    failed = [asdict(fault) for fault in faults]
+    return Answer(
+        {"version": 1, "lab": shown(lab), "trials": trials, "failed": failed}, [plain(line) for line in lines]
+    )
+
+
+def _told(lab: Path, record: Record) -> list[str]:
+    place = f"{shown(lab)}/{record.folder}"
+    return [
+        f"{record.name}, revision {record.revision}, taken in {record.ingested_utc} from {record.source}",
+        f"  trial: {place}/{TRIAL}; results: sealtwin run {place}/{TRIAL} --out {place}/{RUN}",
+        *(f"  {file.role}: {file.original}, {file.size_bytes:,} bytes, sha256 {file.sha256}" for file in record.files),
+        *([] if record.dialect is None else [f"  read as {record.dialect}"]),
+        *(f"  said: {key} = {value!r}" for key, value in record.said.items()),
+        *(f"  note: {remark}" for remark in record.remarks),
+        f"  result: {progress_of(lab, record)}",
+    ]
+
+
+def _sample(outcome: SampleOutcome) -> dict[str, Any]:
+    sample = outcome.sample
+    return {
+        "name": sample.name,
+        "state": outcome.fate,
+        "files": {role: file.as_posix() for role, file in sample.files.items()},
+        "part": sample.part and str(sample.part),
+        "questions": sample.questions,
+        "faults": outcome.faults,
+        "remarks": outcome.remarks,
+        "dialect": outcome.dialect,
+        "folder": outcome.trial,
+        "revision": outcome.revision,
+    }
+
+
+def _pairing_row(outcome: SampleOutcome) -> list[str]:
+    files, none = outcome.sample.files, "?" if outcome.sample.questions else "-"
+    return [
+        outcome.sample.name or "?",
+        str(files.get("photo", none)),
+        str(Piece(files["readings"], outcome.sample.part)) if "readings" in files else none,
+        str(files.get("note", none)),
+        outcome.fate if outcome.fate != "revised" or outcome.revision is None else f"revision {outcome.revision}",
+    ]
+
+
+def _together(faults: Sequence[CatalogueFault], begins: str) -> list[str]:
+    """Merge equal faults of several samples, such as one of lab.toml, into one."""
+    names: dict[str, list[str]] = {}
+    for fault in faults:
+        of = names.setdefault(fault.sentence, [])
+        if fault.name not in of:
+            of.append(fault.name)
+    return [
+        f"{begins}{few(of)}: {sentence}" if sentence.partition(":")[0] != of[0] else f"{begins}{sentence}"
+        for sentence, of in names.items()
+    ]
+
+
+def _ending(ingested: Ingested) -> list[str]:
+    fates = [outcome.fate for outcome in ingested.outcomes]
+    fresh, known = fates.count("new") + fates.count("revised"), fates.count("unchanged")
+    lines = [f"{fresh + known} of {len(fates)} samples are sound: {fresh} new or revised, {known} known."]
+    if ingested.dry_run:
+        return [*lines, "Nothing was written: a dry run."]
+    lab = shown(ingested.lab)
+    if any(outcome.sample.questions for outcome in ingested.outcomes):
+        lines.append(f"To answer questions, edit {lab}/{PAIRING} and give it back: --pairing {lab}/{PAIRING}")
+    if first := next((outcome.trial for outcome in ingested.outcomes if outcome.trial), None):
+        lines.append(f"Catalogue: sealtwin lab list {lab}")
+        lines.append(f"A trial: sealtwin run {lab}/{first}/{TRIAL} --out {lab}/{first}/{RUN}")
+    return lines
+
+
+def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return columns as wide as their widest cell, within bounds."""
+    cells = [
+        [cell if len(cell) <= BROADEST else f"...{cell[-BROADEST + 3 :]}" for cell in row] for row in (head, *rows)
+    ]
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    return ["  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip() for row in cells]
+
+
+def _text(value: Any) -> str:
+    return "-" if value is None else f"{value:g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,103 @@
+"""The table and the contact sheet of a batch, and options of ``sealtwin digitise`` as settings of a trial."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from sealtwin.core.errors import InputError, naming
+
+LARGEST_TABLE_BYTES = 200_000  # Many times the size of a thousand rows, the most that [crack] takes
+
+
+def points(text: str | None, option: str) -> list[tuple[float, float]] | None:
+    """``"x,y x,y"`` in pixels. Raises typer.BadParameter, naming the option."""
+    return None if text is None else [two_numbers(pair, ",", option) for pair in text.split()]
+
+
+def two_numbers(text: str, separator: str, option: str) -> tuple[float, float]:
+    """Raises typer.BadParameter, naming the option."""
+    try:
+        first, second = (float(part) for part in text.split(separator))
+    except ValueError:
+        first = second = math.nan
+    if not (math.isfinite(first) and math.isfinite(second)):
+        raise typer.BadParameter(f"{option} {text}: expected two numbers, as in 12{separator}340")
+    return first, second
+
+
+def one_or_two(text: str | None, option: str) -> float | tuple[float, float] | None:
+    """``"11"``, or ``"11,8"`` for left and right. Raises typer.BadParameter, naming the option."""
+    if text is None:
+        return None
+    if "," in text:
+        return two_numbers(text, ",", option)
+    return _number(text, option, "a number, or two with a comma between")
+
+
+def depth(text: str) -> float | list[list[float]]:
+    """A number, or the rows of a CSV with the columns s_mm and depth_mm.
+
+    Raises typer.BadParameter where it is neither, InputError where the file cannot be used.
+    """
+    path = Path(text)
+    if path.suffix.lower() not in {".csv", ".txt"}:
+        return _number(text, "--depth-mm", "millimetres, or a CSV with the columns s_mm and depth_mm")
+    if path.is_file() and path.stat().st_size > LARGEST_TABLE_BYTES:
+        raise InputError(f"{path}: larger than {LARGEST_TABLE_BYTES} bytes; a table of depths is some rows.")
+    if not path.is_file():
+        raise InputError(f"{path}: not found; --depth-mm takes a number, or a CSV with the columns s_mm and depth_mm.")
+    rows = _table(path)
+    if not rows:
+        raise InputError(f"{path}: no rows below its header; give s_mm and depth_mm in each, in mm.")
+    for line, row in enumerate(rows, start=2):
+        if not all(math.isfinite(value) for value in row):
+            raise InputError(f"{path}, line {line}: s_mm and depth_mm must both be numbers, in mm.")
+    return rows
+
+
+def board(path: Path | None) -> dict[str, Any] | None:
+    """The [photo.markers] of a TOML file, as 'sealtwin markers' writes it. Raises InputError where it has none."""
+    if path is None:
+        return None
+    from digitise.settings import MarkerBoard
+    from sealtwin.core.settings import Settings, read_settings
+
+    class PhotoOptions(Settings):
+        markers: MarkerBoard
+
+    class MarkerFile(Settings):
+        photo: PhotoOptions
+
+    read = read_settings(MarkerFile, path, name="file of markers", starter="'sealtwin markers' writes one")
+    return read.photo.markers.model_dump(mode="json")
+
+
+def beside_nothing(path: Path | None) -> Path | None:
+    """A file named on the command line is looked for from here; one in a trial, from the trial's folder."""
+    return None if path is None else path.absolute()
+
+
+def _number(text: str, option: str, expected: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise typer.BadParameter(f"{option} {text}: expected {expected}")
+    return value
+
+
+def _table(path: Path) -> list[list[float]]:
+    """Rows as a spreadsheet saves them: with a byte-order mark; with semicolons or tabs, and then decimal commas."""
+    from sealtwin.core.tables import read_rows
+
+    try:
+        with naming(path):
+            text = path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: no UTF-8 text; save the table as CSV in UTF-8.") from None
+    delimiter = next((sign for sign in ";\t" if sign in text), ",")
+    text = text.replace(" ", "") if delimiter == "," else text.replace(" ", "").replace(",", ".")
+    return read_rows(path, text, ("s_mm", "depth_mm"), delimiter).tolist()

@@ -1,0 +1,138 @@
+"""Commands about photos: a frame of markers to print, and the page on which a crack is traced."""
+
+import shlex
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+from sealtwin.cli.answer import INTERRUPTED, Answer, Json, Quiet, answering
+from sealtwin.cli.photo_options import two_numbers
+from sealtwin.core.errors import InputError
+
+if TYPE_CHECKING:
+    from digitise.trace_page.page import Save
+    from digitise.trace_page.session import TraceSession
+
+
+def markers(
+    face_mm: Annotated[str, typer.Option(metavar="WxH", help="Size of the sample's face: the opening of the frame.")],
+    out: Annotated[Path, typer.Option(metavar="FILE", help="The page to print: .pdf or .svg.")],
+    size_mm: Annotated[float, typer.Option(min=5, max=200, help="Outer edge of a marker's black square.")] = 16.0,
+    dictionary: Annotated[
+        Literal["4x4_50", "5x5_100", "6x6_250", "apriltag_36h11"], typer.Option(help="Kind of the markers.")
+    ] = "4x4_50",
+    count: Annotated[
+        Literal["4", "8"], typer.Option(help="4: at the corners of the face; 8: also in the middle of its sides.")
+    ] = "8",
+    paper: Annotated[Literal["a4", "a3", "letter"], typer.Option(help="Size of the paper, either way up.")] = "a4",
+    toml: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Also write the table for the trial file here.")
+    ] = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Write a frame of markers to print, cut out and lay level with the face; print its table for the trial file.
+
+    Example: sealtwin markers --face-mm 160x40 --out frame.pdf
+    """
+    with answering("cpu", as_json, quiet) as command:
+        if out.suffix.lower() not in (".pdf", ".svg"):
+            raise typer.BadParameter(f"--out {out}: expected a file that ends in .pdf or .svg")
+        from digitise.scale.marker_print import as_pdf, as_svg, board_around, board_toml, draw_frame
+        from sealtwin.core.files import refuse_other, write_bytes
+
+        if toml is not None and toml.resolve() == out.resolve():
+            raise typer.BadParameter(f"--toml {toml}: the same file as --out")
+        face = two_numbers(face_mm, "x", "--face-mm")
+        frame = draw_frame(face, board_around(face, size_mm, dictionary, int(count)), paper)
+        table = board_toml(frame)
+        page = as_pdf(frame) if out.suffix.lower() == ".pdf" else as_svg(frame)
+        written = {out: page} if toml is None else {out: page, toml: table.encode()}
+        # "For the trial file" is easily read as a wish for its name.
+        for file, content in written.items():
+            refuse_other(file, content)
+        for file, content in written.items():
+            write_bytes(file, content)
+        command.say(f"{out}: print it at 100 %, and measure its ruler.")
+        if toml is not None:
+            command.say(f"Then: sealtwin digitise PHOTO --markers {toml} --face-mm {face_mm} --depth-mm ...")
+        elif not as_json:
+            command.say("For the trial file:")
+        content = {"version": 1, "file": out.as_posix(), "face_mm": face, "markers": frame.board.model_dump()}
+        command.reply(Answer(content, table.splitlines()))
+
+
+def trace(
+    target: Annotated[Path, typer.Argument(metavar="TRIAL|PHOTO", help="A trial.toml, or a photo without one.")],
+    port: Annotated[
+        int | None, typer.Option(min=1024, max=65535, help="Port of the page; default: any that is free.")
+    ] = None,
+    no_browser: Annotated[bool, typer.Option("--no-browser", help="Only print the page's address.")] = False,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Click a crack's ends on its photo, see its walls, and save the clicks.
+
+    Opens a page in your browser that only this machine can reach; it ends when you save or quit there.
+    A trial keeps all but the hints for its photo; beside a photo, a new trial is written.
+    """
+    with answering("cpu", as_json, quiet) as command:
+        import webbrowser
+
+        from digitise.trace_page.page import TracePage
+
+        if target.is_dir():
+            raise InputError(f"{target}: this is a folder; give a trial file or a photo.")
+        session, save, facts = _opened(target)
+        try:
+            page = TracePage(session, save, facts=facts, port=port or 0)
+        except OSError as fault:
+            raise InputError(
+                f"--port {port}: {fault.strerror}. Give another one, or none for any that is free."
+            ) from None
+        with page:
+            # Printed even with --quiet: there is no other way to find the page.
+            typer.echo(f"Trace page: {page.url}", err=True)
+            command.say("It ends when you save or quit there, or with Ctrl-C here.")
+            if not no_browser and not webbrowser.open(page.url):
+                command.say("No browser could be opened; open that address yourself.")
+            try:
+                saved = page.wait()
+            except KeyboardInterrupt:
+                command.fail("interrupted; nothing was saved.", INTERRUPTED)
+        if saved is None:
+            command.reply(Answer({"version": 1, "saved": None, "changed": []}, ["Nothing was saved."]))
+            return
+        content = {"version": 1, "saved": saved["file"], "changed": saved["changed"]}
+        command.reply(Answer(content, [saved["summary"], f"Next: {saved['next']}"]))
+
+
+def _opened(path: Path) -> "tuple[TraceSession, Save, dict[str, Any]]":
+    """Return the session of a trial file or of a photo, how to save its hints, and facts for the page."""
+    from digitise.settings import PhotoInput
+    from digitise.trace_page.session import UNSCALED_MM_PER_PX, Hints, TraceSession
+    from sealtwin.trial.photo_hints import NewTrial, TrialFile
+    from sealtwin.trial.trial_file import load_trial
+
+    if path.suffix.lower() == ".toml":
+        settings = load_trial(path).photo
+        if settings is None:
+            raise InputError(f"{path}: this trial starts from a mesh; there is no photo to trace.")
+        trial, hints = TrialFile(path), Hints.of(settings)
+        facts = {"needs_depth": False, "saves_to": f"Saves into {path.name}, and keeps its comments."}
+    else:
+        trial, hints = NewTrial(path), Hints()
+        settings = PhotoInput(file=Path(path.name), data="measured", mm_per_px=UNSCALED_MM_PER_PX)
+        facts = {"needs_depth": True, "saves_to": f"Writes {trial.path.name} beside the photo."}
+
+    def save(hints: Hints, depth_mm: float | None) -> dict[str, Any]:
+        changed = trial.save(hints, depth_mm)
+        return {
+            "file": str(trial.path),
+            "changed": changed,
+            "summary": f"Saved into {trial.path}: {', '.join(changed) if changed else 'nothing had changed'}.",
+            "next": f"sealtwin digitise {shlex.quote(str(trial.path))}",
+        }
+
+    return TraceSession(settings, path.parent, hints), save, facts

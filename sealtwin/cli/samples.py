@@ -1,0 +1,168 @@
+"""Commands that turn a photo, many photos or a mesh into a solid and a nozzle path."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from sealtwin.cli.answer import Json, Out, Quiet, answering, option
+from sealtwin.cli.photo_options import beside_nothing, board, depth, one_or_two, points, two_numbers
+from sealtwin.cli.trial_answer import run_trial
+
+Text = str | None
+Number = float | None
+File = Path | None
+VolumeMl = Annotated[Number, option("Sealant to give; default: what fills the crack to its face.")]
+
+
+def import_mesh(
+    mesh: Annotated[Path, typer.Argument(metavar="MESH", help="STL, PLY, OBJ, OFF, GLB or 3MF of a cracked block.")],
+    units: Annotated[
+        Literal["mm", "cm", "m", "inch"],
+        option("Unit of the file's numbers: most formats do not name it, and it is not guessed."),
+    ],
+    out: Out = None,
+    up: Annotated[
+        Literal["z", "y", "x", "-z", "-y", "-x"] | None,
+        option("The file's axis that points out of the cracked face; default: z."),
+    ] = None,
+    path: Annotated[
+        File,
+        option("Centreline, a line x y in mm for each point; default: the middle of the crack's mouth.", "CSV|TXT"),
+    ] = None,
+    data: Annotated[
+        Literal["measured", "reconstructed", "synthetic"] | None,
+        option("Origin of the mesh, as every report names it; default: measured."),
+    ] = None,
+    base_mm: Annotated[
+        Number, option("Depth below the face at which a scan that is open below is closed by a flat underside.")
+    ] = None,
+    dam_height_mm: Annotated[
+        Number, option("Height above the face of the dams where the crack leaves the block; default: 10.")
+    ] = None,
+    volume_ml: VolumeMl = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Turn your own mesh of a cracked sample into a checked, watertight solid and a nozzle path.
+
+    Example: sealtwin import-mesh scan.stl --units mm --up z --out scan
+    """
+    with answering("cpu", as_json, quiet) as command:
+        from sealtwin.trial.trial_file import sample_trial
+
+        tables = {
+            "mesh": {
+                "units": units,
+                "up": up,
+                "path": None if path is None else path.resolve(),
+                "data": data,
+                "base_mm": base_mm,
+                "dam_height_mm": dam_height_mm,
+            },
+            "path": {"volume_ml": volume_ml},
+        }
+        run_trial(command, mesh, out, ("digitise",), trial=sample_trial("mesh", mesh, tables))
+
+
+def digitise(
+    targets: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="TRIAL|PHOTO...", help="A trial.toml, or a photo with the options below; several, or a folder."
+        ),
+    ],
+    out: Out = None,
+    depth_mm: Annotated[Text, option("Measured depth, or a CSV of s_mm,depth_mm along the crack.", "MM|CSV")] = None,
+    mm_per_px: Annotated[Number, option("Scale.")] = None,
+    assumed: Annotated[bool, typer.Option("--assumed", help="Mark that scale as assumed in every output.")] = False,
+    markers: Annotated[File, option("Markers in the photo, as 'sealtwin markers' writes them.", "TOML")] = None,
+    face_mm: Annotated[Text, option("Size of the sample's face; without markers it gives the scale.", "WxH")] = None,
+    face_corners: Annotated[
+        Text, option("Its corners in pixels: lower left, lower right, upper right, upper left.", "'X,Y ...'")
+    ] = None,
+    ruler: Annotated[Text, option("Two points on a ruler in the plane of the face, in pixels.", "'X,Y X,Y'")] = None,
+    ruler_mm: Annotated[Number, option("Their distance on the ruler.")] = None,
+    ends: Annotated[
+        tuple[str, str] | None,
+        option("The crack's two ends in pixels; the nozzle starts at the first.", "X,Y X,Y"),
+    ] = None,
+    via: Annotated[Text, option("Points between the ends that the crack passes, in order.", "'X,Y ...'")] = None,
+    roi: Annotated[Text, option("Search only in this box (two corners) or polygon, in pixels.", "'X,Y ...'")] = None,
+    mask: Annotated[File, option("The crack painted white on black; nothing is searched for.", "PICTURE")] = None,
+    second_photo: Annotated[File, option("From the same camera, lit from the other side.", "PHOTO")] = None,
+    edge_fraction: Annotated[
+        Number, option("Share of the contrast that marks a wall; default 0.5, 0.7 for lit walls.")
+    ] = None,
+    keep_branches: Annotated[bool, typer.Option("--keep-branches", help="Include side cracks in the solid.")] = False,
+    tilt: Annotated[
+        Literal["lean", "flare", "funnel", "vertical"] | None, option("Tilt of the walls; default: lean.")
+    ] = None,
+    wall_angle_deg: Annotated[
+        Text, option("Each wall's angle from vertical, or left and right; default: 11.", "DEG|L,R")
+    ] = None,
+    volume_ml: VolumeMl = None,
+    jobs: Annotated[int, option("Photos digitised at the same time.", min=1, max=64)] = 1,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Turn a photo into a watertight crack mesh and a nozzle path.
+
+    Examples: sealtwin digitise photo.png --depth-mm 16 --mm-per-px 0.1 --ends 12,340 905,377 --out crack
+
+    sealtwin digitise photos/*.jpg --depth-mm 16 --face-mm 160x40 --out photos-digitised
+    """
+    with answering("cpu", as_json, quiet) as command:
+        from sealtwin.core.mesh_file import READERS
+
+        tables = {
+            "photo": {
+                "mm_per_px": mm_per_px,
+                "scale_is": "assumed" if assumed else None,
+                "markers": board(markers),
+                "face_mm": None if face_mm is None else two_numbers(face_mm, "x", "--face-mm"),
+                "face_corners_px": points(face_corners, "--face-corners"),
+                "ruler_px": points(ruler, "--ruler"),
+                "ruler_mm": ruler_mm,
+                "ends_px": None if ends is None else [two_numbers(end, ",", "--ends") for end in ends],
+                "via_px": points(via, "--via"),
+                "roi_px": points(roi, "--roi"),
+                "mask": beside_nothing(mask),
+                "second_photo": beside_nothing(second_photo),
+                "edge_fraction": edge_fraction,
+                "branches": "keep" if keep_branches else None,
+            },
+            "crack": {
+                "depth_mm": None if depth_mm is None else depth(depth_mm),
+                "tilt": tilt,
+                "wall_angle_deg": one_or_two(wall_angle_deg, "--wall-angle-deg"),
+            },
+            "path": {"volume_ml": volume_ml},
+        }
+        if meshes := [target for target in targets if target.suffix.lower() in READERS]:
+            raise typer.BadParameter(f"{meshes[0]} is a mesh: 'sealtwin import-mesh {meshes[0]}' takes it")
+        given = [name for settings in tables.values() for name, value in settings.items() if value is not None]
+        from sealtwin.photos.batch import are_several, digitise_many, plan
+        from sealtwin.trial.trial_file import sample_trial
+
+        if not are_several(targets):
+            trial = None
+            if targets[0].suffix.lower() != ".toml":
+                if depth_mm is None:
+                    raise typer.BadParameter("a photo needs --depth-mm: a photo cannot show how deep a crack is")
+                trial = sample_trial("photo", targets[0], tables)
+            elif given:
+                raise typer.BadParameter("options for a photo beside a trial file: put them into the trial file")
+            run_trial(command, targets[0], out, ("digitise",), trial=trial)
+            return
+        of_one = {"ends_px", "via_px", "roi_px", "mask", "second_photo", "face_corners_px", "ruler_px"} & set(given)
+        if of_one:
+            raise typer.BadParameter(
+                f"{', '.join(sorted(of_one))} for several photos: put it into a trial file beside the photo that it is "
+                "of, with the photo's name and .toml; 'sealtwin trace' writes one"
+            )
+        if out is None:
+            raise typer.BadParameter("several photos need --out, a folder for all of them")
+        from sealtwin.cli.folder_answer import batch_answer
+
+        command.reply(batch_answer(digitise_many(plan(targets, tables), out, command.progress(), jobs=jobs)))

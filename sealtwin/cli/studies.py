@@ -1,0 +1,273 @@
+"""Commands that compute a trial many times, and that compare runs: sweep, map and compare."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+from sealtwin.cli.answer import Answer, Device, Json, Quiet, answering
+
+if TYPE_CHECKING:
+    from sealtwin.study.run_comparison import Compared
+    from sealtwin.study.study_map import Mapped
+
+MOST_NAMED = 8  # Failed runs in the text of an answer; all of them are in the table
+
+
+def compare(
+    folders: Annotated[list[Path], typer.Argument(metavar="RUN RUN ...", help="Run folders, 2 to 28.")],
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Where the page goes.")] = Path(
+        "reports", "compare"
+    ),
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Put runs side by side: settings that differ, levels and errors in one plot, figures, held-out trials.
+
+    Replicates, which have the same settings and readings of their own, also get the area validation metric.
+
+    Example: sealtwin compare reports/paper-trial reports/paper-trial-lean
+    """
+    with answering("cpu", as_json, quiet) as command:
+        if len(folders) < 2:
+            raise typer.BadParameter("give two run folders or more")
+        from sealtwin.study.run_comparison import compare_runs
+
+        compared = compare_runs(folders, out)
+        command.answer(compared.content, compared_lines(compared))
+
+
+StudyFolder = Annotated[Path, typer.Argument(metavar="STUDY", help="The folder of a sweep.")]
+
+
+def map(
+    folder: StudyFolder,
+    caliper: Annotated[
+        Path | None,
+        typer.Option(
+            "--caliper",
+            metavar="SHEET",
+            help="Readings to hold the runs against, written as those of the study's trial are; default: those.",
+        ),
+    ] = None,
+    data: Annotated[
+        Literal["measured", "reconstructed", "synthetic"] | None,
+        typer.Option("--data", help="Where the readings of another sheet come from."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="DIR", help="Where the page goes; default: STUDY/map.")
+    ] = None,
+    fills: Annotated[
+        bool, typer.Option("--fills/--no-fills", help="Compute some nine runs once more, to draw how they fill.")
+    ] = True,
+    device: Device = "auto",
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Draw a study of two settings as the paper draws its own: levels, map of the error, influences, fills, cost.
+
+    It says which pair is nearest to the readings, how many others come as near, and which runs are not in it and why.
+    A page, single SVG files, and their numbers as CSV.
+
+    Example: sealtwin map reports/paper-132 --caliper fixtures/paper-trial/caliper.csv
+    """
+    with answering(device, as_json, quiet) as command:
+        from sealtwin.study.study_map import MapOptions, map_study
+        from simulate.device import choose_device
+
+        options = MapOptions(caliper, data, fills, choose_device(device) if fills else "cpu")
+        mapped = map_study(folder, out, options, command.progress())
+        command.answer(mapped.content, mapped_lines(mapped))
+
+
+LAUNCH = 256  # Runs of the paper's size in one launch on a GPU: 2 GB of its memory, 6 if nothing freezes
+SHARDS = 16  # Jobs of an array, unless --shards says otherwise
+
+
+def sweep(
+    targets: Annotated[
+        list[Path] | None,
+        typer.Argument(
+            metavar="STUDY | status DIR | merge DIR DIR ...",
+            help="A study.toml; 'status' and the folder of a sweep, also while it runs; or 'merge' and the folders of "
+            "its shards.",
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="DIR", help="The sweep's folder; default: reports/<study name>.")
+    ] = None,
+    device: Device = "auto",
+    jobs: Annotated[
+        int | None, typer.Option(min=1, max=512, help="Processes; default: one for each core, one on a GPU.")
+    ] = None,
+    batch: Annotated[
+        int | None,
+        typer.Option(
+            min=1, max=4096, help=f"Runs in one launch that differ in the fluid alone; default: 1, {LAUNCH} on a GPU."
+        ),
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(
+            "--scheduler",
+            "--dask",
+            metavar="tls://HOST:PORT",
+            help="Compute on the workers of this Dask scheduler instead of on this machine.",
+        ),
+    ] = None,
+    shard: Annotated[
+        str | None,
+        typer.Option(metavar="I/N", help="Compute only the I-th of N parts of the study, into a folder of its own."),
+    ] = None,
+    batch_script: Annotated[
+        str | None,
+        typer.Option(
+            metavar="slurm|pbs|sge|lsf", help="Print a script that computes the study as a job array; run nothing."
+        ),
+    ] = None,
+    shards: Annotated[int, typer.Option(min=1, help="Jobs of the array that --batch-script prints.")] = SHARDS,
+    keep_runs: Annotated[bool, typer.Option("--keep-runs", help="Keep the particles of each run too.")] = False,
+    retry: Annotated[bool, typer.Option("--retry", help="Compute runs once more that failed.")] = False,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Check all settings, digitise, estimate; inject nothing.")
+    ] = False,
+    example: Annotated[
+        Path | None, typer.Option("--example", metavar="FILE", help="Write a commented study file to start from.")
+    ] = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Run a trial many times with other settings: a grid, a list or a Latin hypercube, on all cores.
+
+    Finished runs are kept: killed or interrupted, the same command computes what is left. A failed run is named, with
+    its reason.
+
+    Examples: sealtwin sweep fixtures/paper-trial/study-paper.toml --dry-run
+
+    sealtwin sweep status reports/paper-132
+
+    sealtwin sweep merge reports/paper-132-1-of-2 reports/paper-132-2-of-2 --out reports/paper-132
+    """
+    with answering(device, as_json, quiet) as command:
+        if example is not None:
+            if targets:
+                raise typer.BadParameter("--example beside a study: it only writes a study file to start from")
+            from sealtwin.study.study_file import write_example_study
+
+            write_example_study(example)
+            command.answer({"version": 1, "file": example.as_posix()}, [str(example)])
+            return
+        if not targets:
+            raise typer.BadParameter("give a study; --example FILE writes one to start from")
+        verb = str(targets[0])
+        if verb == "status":
+            if len(targets) != 2:
+                raise typer.BadParameter("status: give the folder of one sweep")
+            from sealtwin.study.sweep import status
+
+            found = status(targets[1])
+            command.answer(found, swept_lines(found))
+            return
+        if verb == "merge":
+            if len(targets) < 2 or out is None:
+                raise typer.BadParameter("merge: give the folders of the shards, and --out")
+            from sealtwin.study.job_array import merge
+
+            merged = merge(targets[1:], out)
+            command.reply(Answer(merged, swept_lines(merged), merged["exit_code"]))
+            return
+        if len(targets) != 1:
+            raise typer.BadParameter(f"{len(targets)} studies: give one")
+        if batch_script is not None:
+            from sealtwin.study.job_array import DIRECTIVES
+            from sealtwin.study.job_array import batch_script as script_of
+
+            if batch_script not in DIRECTIVES:
+                raise typer.BadParameter(f"--batch-script {batch_script}: expected {', '.join(DIRECTIVES)}")
+            script = script_of(batch_script, targets[0], out, shards, jobs or 1)
+            command.answer({"version": 1, "script": script}, script.splitlines())
+            return
+        from sealtwin.core.cluster import cores
+        from sealtwin.study.sweep import SweepOptions
+        from sealtwin.study.sweep import sweep as sweep_study
+        from simulate.device import choose_device, describe_device
+
+        part = _shard(shard)
+        chosen = choose_device(device)
+        command.say(f"Device: {describe_device(chosen)}")
+        on_cpu = chosen == "cpu"
+        options = SweepOptions(
+            device=chosen,
+            jobs=jobs or (cores() if on_cpu else 1),
+            batch=batch or (1 if on_cpu else LAUNCH),
+            keep_runs=keep_runs,
+            retry=retry,
+            dry_run=dry_run,
+            scheduler=scheduler,
+            shard=part,
+        )
+        swept = sweep_study(targets[0], out, options, command.progress())
+        command.reply(Answer(swept, swept_lines(swept), swept["exit_code"]))
+
+
+def _shard(text: str | None) -> tuple[int, int]:
+    """Read I/N. Raises typer.BadParameter."""
+    if text is None:
+        return 1, 1
+    number, _, count = text.partition("/")
+    if not (number.isdecimal() and count.isdecimal() and 1 <= int(number) <= int(count)):
+        raise typer.BadParameter(f"--shard {text}: expected I/N with I from 1 to N, as in 3/16")
+    return int(number), int(count)
+
+
+def swept_lines(swept: dict[str, Any]) -> list[str]:
+    """Return the lines that a person reads of a sweep, from its --json object."""
+    from sealtwin.study.estimate import in_words
+
+    runs, total, best = swept["runs"], swept["runs_of_study"], swept["best"]
+    counts = ", ".join(f"{number} {state}" for state, number in swept["states"].items() if number)
+    lines = [f"{swept['name']}: {len(runs)} runs, {counts}."]
+    if len(runs) < total:
+        lines.append(f"These are {len(runs)} of the study's {total} runs; 'sealtwin sweep merge' joins its shards.")
+    if swept["computed_by"]:
+        left = "" if swept["left_s"] is None else f", about {in_words(swept['left_s'])} left"
+        lines.append(f"Computed by {swept['computed_by']}{left}.")
+    elif swept["states"]["waiting"]:
+        lines.append("No process computes it now; the same command computes what is left.")
+    if best is not None:
+        lines.append(
+            f"Nearest to the readings: run {best['number']} ({_said(best['settings'])}), "
+            f"{best['mean_error_mm']:.2f} mm on average."
+        )
+    failed = [run for run in runs if run["state"] == "failed"]
+    for run in failed[:MOST_NAMED]:
+        settings = {name: value for name, value in run.items() if name == "seed" or "." in name}
+        lines.append(f"failed: run {run['number']} ({_said(settings)}): {run['reason']}")
+    if len(failed) > MOST_NAMED:
+        lines.append(f"failed: and {len(failed) - MOST_NAMED} more.")
+    return [*lines, f"Folder: {swept['folder']}"]
+
+
+def mapped_lines(mapped: "Mapped") -> list[str]:
+    """Return the lines that a person reads of a map."""
+    chart, best = mapped.chart, mapped.chart.best
+    return [
+        *mapped.sheet.cautions,
+        f"{chart.name}: {len(chart.runs)} runs against {chart.readings.source}.",
+        f"Nearest to the readings: run {best.number} ({chart.said(best)}), {best.mean_error_mm:.2f} mm on average.",
+        chart.flatness,
+        chart.exclusion,
+        f"Page: {mapped.content['page']}",
+    ]
+
+
+def compared_lines(compared: "Compared") -> list[str]:
+    """Return the lines that a person reads of runs side by side."""
+    content, sheet = compared.content, compared.sheet
+    lines = [f"{run['number']}: {run['name']}" for run in content["runs"]]
+    lines += [f"{name}: {', '.join(str(value) for value in values)}" for name, values in content["differing"].items()]
+    return [*sheet.cautions, sheet.finding, *lines, f"Page: {content['page']}"]
+
+
+def _said(settings: dict[str, Any]) -> str:
+    return ", ".join(f"{name} = {value}" for name, value in settings.items())

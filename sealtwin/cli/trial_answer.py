@@ -1,0 +1,139 @@
+"""Stages run by a command, and their answer: the content of run.json and a few lines for people."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from sealtwin.cli.answer import GATE_FAILED, Answer, Command
+
+if TYPE_CHECKING:
+    from sealtwin.trial.job import StageName
+    from sealtwin.trial.trial_file import Trial
+
+
+def run_trial(
+    command: Command,
+    file: Path,
+    out: Path | None,
+    stages: "Sequence[StageName]",
+    *,
+    trial: "Trial | None" = None,
+    frames_every_s: float | None = None,
+    threads: int = 1,
+) -> None:
+    """Run stages of a trial file and answer.
+
+    ``trial`` is the trial of a photo or a mesh, the ``file``, that has no trial file; ``frames_every_s`` replaces the
+    trial's own.
+    """
+    from sealtwin.trial import pipeline
+    from sealtwin.trial.trial_file import load_trial
+
+    trial = with_frames(trial or load_trial(file), frames_every_s)
+    with command.progress() as progress:
+        result = pipeline.run_trial(trial, file.parent, out, stages, command.device, progress, threads).result
+    _reply(command, result, stages)
+
+
+def resume(
+    command: Command,
+    path: Path,
+    stage: "StageName",
+    *,
+    frames_every_s: float | None = None,
+    threads: int = 1,
+    uncertainty: bool = False,
+) -> None:
+    """Run one stage of the trial that a run folder holds and answer; ``uncertainty`` adds its extra runs before."""
+    from sealtwin.core.run_folder import open_folder
+    from sealtwin.trial.job import resume_job
+    from sealtwin.trial.pipeline import run_stages
+
+    with open_folder(path, create=False) as folder, command.progress() as progress:
+        job = resume_job(folder, command.device, progress)
+        if uncertainty:
+            from sealtwin.study.extra_runs import vary
+
+            vary(job)
+        job = replace(job, trial=with_frames(job.trial, frames_every_s), threads=threads)
+        result = run_stages(job, (stage,)).result
+    _reply(command, result, (stage,))
+
+
+def with_frames(trial: "Trial", frames_every_s: float | None) -> "Trial":
+    """Return the trial with another time between frames, or as it is for None. Raises InputError."""
+    if frames_every_s is None:
+        return trial
+    from sealtwin.core.settings import checked
+    from sealtwin.trial.trial_file import Output
+
+    output = {**trial.output.model_dump(mode="json"), "frames_every_s": frames_every_s}
+    return trial.model_copy(update={"output": checked(Output, Path("--frames-every-s"), output)})
+
+
+def _reply(command: Command, result: dict[str, Any], stages: "Sequence[StageName]") -> None:
+    missed = "validate" in stages and result.get("gate_passed") is False
+    command.reply(Answer(result, result_lines(result, stages[-1]), GATE_FAILED if missed else 0))
+
+
+def result_lines(result: dict[str, Any], last: "StageName") -> list[str]:
+    """Return the lines that a person reads at the end of a command whose last stage was ``last``."""
+    lines = []
+    if "length_mm" in result:
+        lines.append(
+            f"Crack: {result['length_mm']:.1f} mm long, {result['mean_width_mm']:.2f} mm wide "
+            f"(path: {result['path_source']}); "
+            f"cavity {result['cavity_volume_mm3'] / 1e3:.2f} ml, sealant {result['sealant_mm3'] / 1e3:.2f} ml."
+        )
+        lines.append(_scale(result))
+    if "particles" in result and last != "digitise":
+        lines.append(
+            f"Fluid: {result['particles']} particles, {result['escaped_particles']} escaped, "
+            f"{result['spilled_particles']} spilled; volume ratio {result['volume_ratio']:.3f}; {result['device']}."
+        )
+    if "mean_error_mm" in result and last == "validate":
+        low_mm, high_mm = result["mean_error_95_mm"]
+        lines += [
+            f"Error: {result['mean_error_mm']:.2f} mm on average ({low_mm:.2f} to {high_mm:.2f} mm, 95 % by the "
+            f"readings), {result['worst_error_mm']:.2f} mm at worst (at {result['worst_at_mm']:.1f} mm).",
+            *_extra_runs(result),
+            result["verdict"],
+            *result["findings"],
+        ]
+    elif result["edited"] and last == "validate":
+        lines.append(f"Edited by hand since: {', '.join(result['edited'])}.")
+    if last == "validate" and "report" in result and result["readings_role"] is None:
+        lines.append("No readings: this is the simulated fill alone, held against nothing.")
+    is_reported = last == "validate" and "report" in result
+    return [*lines, f"Report: {result['report']}" if is_reported else f"Folder: {result['folder']}"]
+
+
+def _extra_runs(result: dict[str, Any]) -> list[str]:
+    """Return what the extra runs of --uncertainty found; nothing if there were none."""
+    if (sizes := result["particle_sizes"]) is None:
+        return []
+    errors = ", ".join(f"{error_mm:.2f}" for error_mm in sizes["mean_error_mm"])
+    radii = ", ".join(f"{radius_mm:.3g}" for radius_mm in sizes["radii_mm"])
+    lines = [
+        f"Particle size: mean error {errors} mm at radii of {radii} mm, {sizes['kind']}: "
+        f"± {sizes['band_95_mm']:.2f} mm (95 %)."
+    ]
+    if result["inputs_mm"]:
+        from validate.wording.comparison import INPUTS
+
+        effects = ", ".join(f"{INPUTS[name][0]} {effect:+.2f} mm" for name, effect in result["inputs_mm"].items())
+        lines.append(f"Inputs, each a standard uncertainty up, and what they do to the mean level: {effects}.")
+    return lines
+
+
+def _scale(result: dict[str, Any]) -> str:
+    """Return the scale's source, and what was measured of the scale unless it was given as a number."""
+    facts = [result["scale_source"]]
+    if result["scale_uncertainty"] is not None:
+        facts += [f"{result['mm_per_px']:.4g} mm/px", f"uncertain by {100 * result['scale_uncertainty']:.2g} %"]
+    if result["scale_residual_mm"] is not None:
+        facts.append(f"residual {result['scale_residual_mm']:.3f} mm")
+    if result["camera_tilt_deg"] is not None:
+        facts.append(f"camera tilted {result['camera_tilt_deg']:.1f} degrees")
+    return f"Scale: {', '.join(facts)}."

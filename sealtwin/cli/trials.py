@@ -1,0 +1,193 @@
+"""Commands that run a trial or one stage of it, and that start one."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from sealtwin.cli.answer import Answer, Device, Json, Out, Quiet, RunFolderPath, TrialFile, answering
+from sealtwin.cli.trial_answer import resume, run_trial
+
+if TYPE_CHECKING:
+    from sealtwin.trial.job import StageName
+
+FilmOut = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="A name that ends in .gif or .mp4; default: RUN/fill.gif.")
+]
+
+
+def film(folder: RunFolderPath, out: FilmOut = None, as_json: Json = False, quiet: Quiet = False) -> None:
+    """Make a film of the fill from RUN/frames, which 'sealtwin run TRIAL --frames-every-s 0.1' writes.
+
+    It shows the section along the crack and the crack from above, coloured by speed, at the speed of the run. GIF plays
+    anywhere; MP4 (VP9) has all colours, plays in browsers and VLC, and needs an OpenCV that can write it.
+    """
+    with answering("auto", as_json, quiet) as command:
+        from sealtwin.trial.pipeline import make_film
+        from sealtwin.trial.result import shown
+
+        path = out or folder / "fill.gif"
+        with command.progress() as progress:
+            frames, lasts_s = make_film(folder, path, progress)
+        content = {"version": 1, "film": shown(path), "frames": frames, "lasts_s": round(lasts_s, 2)}
+        command.reply(Answer(content, [f"Film: {shown(path)}, {frames} frames, {lasts_s:.1f} s."]))
+
+
+def robot(
+    folder: Annotated[Path | None, typer.Argument(metavar="RUN", help="A digitised run folder.")] = None,
+    cell: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="The robot's cell file: taught points, limits, languages.")
+    ] = None,
+    formats: Annotated[
+        str | None,
+        typer.Option(
+            "--format",
+            metavar="A,B|all",
+            help="txt, csv, spel, gcode, urscript; all: those that the cell has tables for; default: its formats.",
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Folder for the files; default: robot/ in the run folder.")
+    ] = None,
+    allow_automatic: Annotated[
+        bool,
+        typer.Option(
+            "--allow-automatic", help="Accept a crack that was found automatically, once you have looked at it."
+        ),
+    ] = False,
+    example: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write a commented cell file to start from.")
+    ] = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Write a run's nozzle path for a robot: txt, CSV, Epson SPEL+, G-code, URScript.
+
+    Example: sealtwin robot reports/paper-trial --cell cell.toml --format spel
+    """
+    with answering("cpu", as_json, quiet) as command:
+        if example is not None:
+            if folder is not None or cell is not None:
+                raise typer.BadParameter("--example beside RUN or --cell: it only writes a cell file to start from")
+            from sealtwin.trial.starter_files import write_example_cell
+
+            write_example_cell(example)
+            command.reply(Answer({"version": 1, "file": example.as_posix()}, [str(example)]))
+            return
+        if folder is None or cell is None:
+            raise typer.BadParameter("give RUN and --cell FILE; --example FILE writes a cell file to start from")
+        from digitise.robots.cell import FORMATS
+        from sealtwin.core.run_folder import open_folder
+        from sealtwin.trial.robot_files import REPORT, write_robot_files
+
+        asked = [] if formats is None else formats.split(",")
+        if unknown := [name for name in asked if name not in (*FORMATS, "all")]:
+            raise typer.BadParameter(f"--format {unknown[0]}: allowed are {', '.join(FORMATS)} and all")
+        with open_folder(folder, create=False) as run:
+            report = write_robot_files(run, cell, asked, out, allow_automatic=allow_automatic)
+        for name in report["kept"]:
+            command.say(f"a robot file was edited since it was written; yours is kept as {name}.")
+        for warning in report["warnings"]:
+            command.say(f"note: {warning}")
+        frame = report["frame"]
+        lines = [
+            f"Path: {report['length_mm']:.1f} mm in {report['duration_s']:.1f} s, "
+            f"{report['sealant_mm3'] / 1000:.3g} ml; "
+            f"the worst of {frame['taught_points']} taught points misses by {frame['worst_residual_mm']:.2f} mm, "
+            f"the face is {frame['tilt_deg']:.1f} degrees from level.",
+            f"Robot files: {', '.join([*report['files'], REPORT])} in {report['folder']}",
+        ]
+        command.reply(Answer(report, lines))
+
+
+ALL_STAGES: "tuple[StageName, ...]" = ("digitise", "simulate", "validate")
+
+DemoOut = Annotated[Path | None, typer.Option(metavar="DIR", help="Folder for trial/ and run/; default: reports/demo.")]
+
+
+FramesEveryS = Annotated[
+    float | None,
+    typer.Option(
+        metavar="S",
+        help="Write the fluid to RUN/frames every S simulated seconds, for ParaView (fill.pvd) and 'sealtwin film'; "
+        "in place of frames_every_s in the trial's table output.",
+    ),
+]
+
+Threads = Annotated[
+    int,
+    typer.Option(
+        min=1,
+        max=64,
+        help="Threads of a CPU that share the fluid run, for runs of many particles; the result is the same.",
+    ),
+]
+
+
+def demo(out: DemoOut = None, device: Device = "auto", as_json: Json = False, quiet: Quiet = False) -> None:
+    """Run the paper's trial, reconstructed: copy its photo, readings and trial, then run all stages."""
+    with answering(device, as_json, quiet) as command:
+        from sealtwin.trial.starter_files import place_paper_trial
+
+        folder = out or Path("reports", "demo")
+        place_paper_trial(folder / "trial")
+        command.say(f"The trial that runs: {folder / 'trial' / 'trial.toml'}")
+        run_trial(command, folder / "trial" / "trial.toml", folder / "run", ALL_STAGES)
+
+
+def run(
+    trial: TrialFile,
+    out: Out = None,
+    frames_every_s: FramesEveryS = None,
+    threads: Threads = 1,
+    device: Device = "auto",
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Bring a whole trial up to date: digitise, simulate, validate, report.
+
+    During the fluid run RUN/progress.json holds its progress and health.csv its numerical quality; a checkpoint every
+    ten seconds lets the same command continue after a kill. The trial's table output asks for snapshots and frames.
+    """
+    with answering(device, as_json, quiet) as command:
+        run_trial(command, trial, out, ALL_STAGES, frames_every_s=frames_every_s, threads=threads)
+
+
+def simulate(
+    folder: RunFolderPath,
+    frames_every_s: FramesEveryS = None,
+    threads: Threads = 1,
+    device: Device = "auto",
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Inject the sealant into a digitised run folder; its settings are those of RUN/trial.toml."""
+    with answering(device, as_json, quiet) as command:
+        resume(command, folder, "simulate", frames_every_s=frames_every_s, threads=threads)
+
+
+def validate(
+    folder: RunFolderPath,
+    uncertainty: Annotated[
+        bool,
+        typer.Option(
+            "--uncertainty",
+            help="First run the fluid with finer and with coarser particles, and with the inputs of the trial's table "
+            "uncertainty moved by what it declares; once, into RUN/uncertainty. Takes 5 to 10 times as long as RUN.",
+        ),
+    ] = False,
+    device: Device = "auto",
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Compare a simulated run folder with its readings and write the report."""
+    with answering(device, as_json, quiet) as command:
+        resume(command, folder, "validate", uncertainty=uncertainty)
+
+
+def init(folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder for the new trial.")]) -> None:
+    """Write a commented trial and an empty sheet for readings to start from."""
+    with answering("auto", as_json=False, quiet=False) as command:
+        from sealtwin.trial.starter_files import write_starter
+
+        command.reply(Answer({}, [str(written) for written in write_starter(folder)]))

@@ -1,0 +1,1 @@
+"""The foundation that all stages share: records, settings, errors, progress, files and the run folder."""

@@ -1,0 +1,359 @@
+"""Records of a comparison between a simulated and a measured level: what comparison.json holds, key by key.
+
+The docstring of a figure is also its meaning in report.json and its description in the published schema.
+"""
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from pydantic import Field
+
+from sealtwin.core.records import DataKind, Floats, JsonRecord, Known
+
+Role = Literal["calibrated-on", "held-out", "undeclared"]
+"""Use of the readings: the fluid was tuned on them, so that the error is a residual and no test; it was not; or it is
+undeclared. Only held-out readings can validate.
+"""
+
+Outcome = Literal["passed", "failed", "undecided", "open"]
+"""The result of a comparison (decision 0079).
+
+passed: the gate is kept, and lies outside the interval of the mean error;
+failed: the gate is missed, or a particle escaped;
+undecided: the gate lies inside that interval, the readings are too few, or files were edited by hand;
+open: no gate was declared.
+"""
+
+
+class ErrorBin(JsonRecord):
+    """Mean absolute error over a stretch of the crack."""
+
+    from_mm: float
+    """Beginning of the stretch, along the crack from the end where the nozzle starts."""
+    to_mm: float
+    """End of the stretch."""
+    covered_mm: float
+    """Length of the stretch that both curves cover."""
+    mean_error_mm: Known
+    """Mean absolute error over the covered length; None where nothing is covered."""
+
+
+class ReadingsScatter(JsonRecord):
+    """Scatter of repeated readings, pooled over the stations."""
+
+    stations: int
+    readings: int
+    degrees_of_freedom: int
+    repeatability_sd_mm: float | None
+    """Standard deviation of a single reading; None without repeats."""
+    band_95_mm: Floats | None
+    """Half the 95 % band of each station's mean by that scatter alone, (n,); None without repeats."""
+
+
+class LevelMetrics(JsonRecord):
+    """Figures of simulated minus measured level over the stretch that both curves cover, all exact integrals."""
+
+    mean_error_mm: float
+    """Area between the simulated and the measured level over the covered length."""
+    worst_error_mm: float
+    """Largest absolute error."""
+    worst_at_mm: float
+    """Place of the largest error along the crack."""
+    covered_from_mm: float
+    """Place along the crack where the comparison begins."""
+    covered_to_mm: float
+    """Place along the crack where the comparison ends."""
+    covered_length_mm: float
+    """Length that is compared."""
+    coverage: float
+    """Share of the crack's length that is compared."""
+    length_mm: float
+    """Length of the crack along its centreline."""
+    stations_compared: int
+    """Number of stations on the stretch that both curves cover."""
+    stations_beyond_mm: Floats
+    """Places of the stations beyond that stretch."""
+    stations_used: int
+    """Number of stations that shape the readings' line there, one just beyond either end included."""
+    widest_gap_mm: float
+    """Largest distance from one station to the next."""
+    enough_readings: bool
+    escaped_particles: int
+    area_mm2: float
+    """Area between the two levels, exact."""
+    area_similaritymeasures_mm2: float
+    """Area between the two levels by the library that the paper used."""
+    area_difference_mm2: float
+    bias_mm: float
+    """Mean of simulated minus measured level."""
+    rmse_mm: float
+    """Root mean square error."""
+    p95_error_mm: float
+    """Error that 95 % of the length stay below."""
+    share_under_1_mm: float
+    """Share of the covered length with an error below 1 mm."""
+    frechet_mm: float
+    """Fréchet distance of the two levels."""
+    error_by_bin: tuple[ErrorBin, ...]
+    start_zone_error_mm: Known
+    """Mean error over the first bin."""
+    end_zone_error_mm: Known
+    """Mean error over the last bin."""
+    flat_level_mm: float
+    """Constant level that is nearest to the readings: a baseline."""
+    flat_level_error_mm: float
+    """Mean error of that constant level."""
+    beats_flat_level: bool
+    readings: ReadingsScatter
+    role: Role
+    readings_data: DataKind
+    readings_dialect: str
+    photo_data: DataKind
+    simulated_underfill_mm3: float
+    """Room below the face, simulated."""
+    simulated_overfill_mm3: float
+    """Sealant above the mouth, simulated."""
+    simulated_sealant_mm3: float
+    simulated_fill_ratio: float
+    """Share of the cavity filled over the covered length, simulated."""
+    measured_underfill_mm3: float
+    """Room below the face, measured."""
+    measured_overfill_mm3: float
+    """Sealant above the mouth, measured."""
+    measured_sealant_mm3: float
+    measured_fill_ratio: float
+    """Share of the cavity filled over the covered length, measured."""
+
+
+class MassBalance(JsonRecord):
+    """Volumes of the settled sealant beside that of the readings."""
+
+    dispensed_mm3: float
+    """Dispensed volume."""
+    in_crack_mm3: float
+    """Volume settled in the crack, below the face, simulated."""
+    above_mm3: float
+    """Volume settled above the face, simulated."""
+    spilled_mm3: float
+    """Volume over the sample's edge, simulated."""
+    lost_mm3: float
+    """Volume lost by the numerics; below 0, gained."""
+    footprint_mm2: float
+    """Area of the face beside the mouth that is under sealant."""
+    readings_mm3: float
+    """Volume held by the readings over the covered length."""
+    readings_state: Literal["wet", "cured"] | None
+    shrinkage_percent: float | None
+    readings_when_dispensed_mm3: float
+    """Volume held by the readings before the sealant shrank, where that is declared."""
+
+
+class VolumeComparison(JsonRecord):
+    """The readings beside the volumes of the run: the level that its volume alone would have, and the mass balance."""
+
+    volume_balance_level_mm: float
+    """Level of the dispensed volume spread over the nozzle's reach: another baseline."""
+    volume_balance_error_mm: float
+    """Mean error of that level."""
+    beats_volume_balance: bool
+    mass_balance: MassBalance
+
+
+class StationBands(JsonRecord):
+    """Half the 95 % band of each station's level by the whole budget of the readings, (n,)."""
+
+    s_mm: Floats
+    band_95_mm: Floats
+
+
+class BudgetPart(JsonRecord):
+    """One error of the readings; its size is the root mean square over the stations."""
+
+    name: str
+    standard_mm: float
+    shared: bool
+    shape: str
+    freedom: float | None = Field(default=None, exclude_if=lambda freedom: freedom is None)
+    """Degrees of freedom, infinite where the size was declared; only of a scatter."""
+
+
+class BudgetSummary(JsonRecord):
+    """Errors of the readings, part by part."""
+
+    parts: tuple[BudgetPart, ...]
+    scatter_known: bool
+    pooled: bool
+    bartlett_p: float | None
+    cautions: tuple[str, ...]
+
+
+class ErrorBudget(JsonRecord):
+    """Error of the mean level and the standard uncertainties of it, after ASME V&V 20."""
+
+    error_mm: float
+    """E: simulated minus measured mean level."""
+    data_mm: float
+    """Standard uncertainty by the readings."""
+    numerics_mm: float | None
+    """Standard uncertainty by the particles' size; None where no other sizes were run."""
+    inputs_mm: float | None
+    """Standard uncertainty by the declared inputs; None where none was varied."""
+    validation_mm: float
+    """u_val: the root of the sum of squares of all that are known."""
+    resolved: bool
+    """True if |E| is larger than twice u_val. If not, the data cannot show that the model is off."""
+
+
+class MeanLevelBudget(ErrorBudget):
+    """Error of the mean level, as comparison.json has it."""
+
+    inputs_waiting: bool
+    """True if inputs are declared that no run has varied yet."""
+
+
+class StationErrors(JsonRecord):
+    """Error of the level at each station and the standard uncertainties of it, (n,) each."""
+
+    s_mm: Floats
+    error_mm: Floats
+    data_mm: Floats
+    numerics_mm: Floats | None
+    inputs_mm: Floats | None
+    validation_mm: Floats
+
+
+class ShiftedError(JsonRecord):
+    """The comparison with the readings shifted along the crack."""
+
+    shift_mm: float
+    """Distance by which the readings are shifted."""
+    mean_error_mm: float
+    """Mean error with the readings shifted by ``shift_mm``."""
+    bias_mm: float
+    """Bias with the readings shifted by ``shift_mm``."""
+
+
+class Alignment(JsonRecord):
+    """The choice of s = 0, and the errors that other choices would give."""
+
+    choice: str
+    shifts: tuple[ShiftedError, ...]
+
+
+class SizeSeries(JsonRecord):
+    """One number at three particle sizes."""
+
+    values: tuple[float, ...]
+    kind: Literal["converging", "no order", "oscillatory"]
+    order: float | None
+    """Observed order of convergence; None where there is none."""
+    band: float
+    """Band of 95 %."""
+
+    @property
+    def standard(self) -> float:
+        """Standard uncertainty, half the band."""
+        return self.band / 2
+
+
+class SizeStudy(JsonRecord):
+    """Mean level and mean error at three particle sizes, from the finest to the coarsest."""
+
+    radii_mm: tuple[float, ...]
+    mean_level_mm: SizeSeries
+    mean_error_mm: SizeSeries
+
+    @property
+    def series(self) -> dict[str, SizeSeries]:
+        """The two numbers by name."""
+        return {"mean_level_mm": self.mean_level_mm, "mean_error_mm": self.mean_error_mm}
+
+
+class InputEffect(JsonRecord):
+    """Change of the simulated level for an input that is larger by its standard uncertainty."""
+
+    name: str
+    standard: float
+    """Declared standard uncertainty, in the unit that the name ends with."""
+    mean_level_mm: float
+    """Change of the mean level."""
+    largest_mm: float
+    """Largest change of the level anywhere, as an absolute value."""
+
+
+class ErrorUncertainty(JsonRecord):
+    """Intervals of the error, and the parts that they are made of."""
+
+    mean_error_mm: tuple[float, float]
+    """Ends of the 95 % interval of the mean error by the readings."""
+    bias_mm: tuple[float, float]
+    """Ends of the 95 % interval of the bias by the readings."""
+    bias_systematic_mm: float
+    """Standard uncertainty of the bias that more stations would not reduce."""
+    levels: StationBands
+    readings: BudgetSummary
+    mean_level: MeanLevelBudget
+    stations: StationErrors
+    sentences: tuple[str, ...]
+    """Conclusions that ASME V&V 20 allows."""
+    alignment: Alignment
+    numerics: SizeStudy | None
+    """None where no other particle sizes were run."""
+    inputs: tuple[InputEffect, ...]
+    inputs_left_out: tuple[str, ...]
+    """Names of the inputs without a declared uncertainty."""
+    effect_scatter_mm: float | None
+    design_radius_mm: float | None
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A simulated level compared with a measured one, and the verdict on it."""
+
+    metrics: LevelMetrics
+    uncertainty: ErrorUncertainty | None = None
+    """None where the comparison was not assessed."""
+    volumes: VolumeComparison | None = None
+    """None where the comparison was not assessed beside a run."""
+    mean_error_limit_mm: float | None = None
+    """The declared gate; None where the trial declares none."""
+    passed: bool | None = None
+    """True if the mean error keeps the gate; None without a gate, False where a particle escaped."""
+    outcome: Outcome = "open"
+    verdict: str = ""
+    findings: tuple[str, ...] = ()
+    """Conclusions that ASME V&V 20 allows, to be read with the verdict; empty without a verdict or an interval."""
+
+    @property
+    def mean_error_mm(self) -> float:
+        """Area between the two levels over the covered length, in mm."""
+        return self.metrics.mean_error_mm
+
+    @property
+    def worst_error_mm(self) -> float:
+        """Largest absolute error, in mm."""
+        return self.metrics.worst_error_mm
+
+    @property
+    def worst_at_mm(self) -> float:
+        """Place of the largest error along the crack, in mm."""
+        return self.metrics.worst_at_mm
+
+    @property
+    def interval_95_mm(self) -> tuple[float, float] | None:
+        """Ends of the mean error's 95 % interval by the readings in mm; None where it was not assessed."""
+        return None if self.uncertainty is None else self.uncertainty.mean_error_mm
+
+    def content(self) -> dict[str, Any]:
+        """Return the content of comparison.json."""
+        gate = {} if self.mean_error_limit_mm is None else {"mean_error_mm": self.mean_error_limit_mm}
+        return {
+            "verdict": self.verdict,
+            "outcome": self.outcome,
+            "passed": self.passed,
+            "gate": gate,
+            "findings": self.findings,
+            **self.metrics.model_dump(),
+            **({} if self.volumes is None else self.volumes.model_dump()),
+            **({} if self.uncertainty is None else {"uncertainty": self.uncertainty.model_dump()}),
+        }

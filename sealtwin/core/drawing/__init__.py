@@ -1,0 +1,1 @@
+"""Pictures of records that more than one stage shows."""

@@ -1,0 +1,137 @@
+"""Particles in a figure: discs to scale, colour scales, places along a crack, and sections across it."""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import matplotlib
+import numpy as np
+import trimesh
+from matplotlib.axes import Axes
+from matplotlib.collections import EllipseCollection
+from matplotlib.colors import LogNorm, Normalize
+from matplotlib.figure import FigureBase
+from matplotlib.patches import Polygon
+from scipy.spatial import KDTree
+
+from sealtwin.core.drawing.theme import AGES, AIR, GROUND, ON_GROUND, SPEEDS, label_axes, print_plain
+from sealtwin.core.records import Floats, Integers, Outline, Solid
+
+SECTIONS_AT = (0.2, 0.5, 0.8)
+"""Places of the sections across a crack, as shares of its length: in the paste's slope, its middle, its plateau."""
+ACROSS_MM = 9.0  # Half the width of a section
+BEYOND_MM = 30.0  # Length by which the centreline is continued straight past its ends, for sealant on the face
+FINE_MM = 0.1  # Spacing of the points that stand for a centreline: an eighth of a particle of the paper's
+SLOWEST_MM_S, FASTEST_MM_S = 1.0, 1000.0  # Ends of the scale of speeds: creeping paste, and a fall of 50 mm
+
+
+class ColourScale(NamedTuple):
+    """Label, colour map and range of the values that colours stand for."""
+
+    label: str
+    colours: str
+    norm: Normalize
+
+
+SPEED = ColourScale("speed (mm/s)", SPEEDS, LogNorm(SLOWEST_MM_S, FASTEST_MM_S, clip=True))
+
+
+def age_scale(oldest_s: float) -> ColourScale:
+    return ColourScale("age (s)", AGES, Normalize(0.0, oldest_s))
+
+
+def draw_discs(axes: Axes, place_mm: Floats, radius_mm: float, value: Floats, scale: ColourScale) -> EllipseCollection:
+    """Draw particles at (n, 2) as discs of their size, in pixels: 15,000 outlines would take megabytes."""
+    across_mm = np.full(len(place_mm), 2 * radius_mm)
+    discs = EllipseCollection(
+        across_mm,
+        across_mm,
+        np.zeros(len(place_mm)),
+        units="xy",
+        offsets=place_mm,
+        offset_transform=axes.transData,
+        array=value,
+        cmap=matplotlib.colormaps[scale.colours],
+        norm=scale.norm,
+        linewidth=0,
+        rasterized=True,
+    )
+    axes.add_collection(discs)
+    return discs
+
+
+def add_bar(
+    figure: FigureBase, discs: EllipseCollection, axes: Sequence[Axes], scale: ColourScale, **layout: Any
+) -> None:
+    """Draw a colour bar beside ``axes``; on a logarithmic scale its arrow stands for all lower values."""
+    powers = isinstance(scale.norm, LogNorm)
+    bar = figure.colorbar(discs, ax=list(axes), extend="min" if powers else "neither", **layout)
+    if powers:
+        print_plain(bar.long_axis)
+    bar.set_label(scale.label)
+
+
+class AlongCrack:
+    """Coordinates along a crack's centreline and to its left."""
+
+    def __init__(self, outline: Outline) -> None:
+        line_mm, s_mm = outline.centreline_mm, outline.s_mm
+        ends = [(line_mm[0] - line_mm[1], line_mm[0]), (line_mm[-1] - line_mm[-2], line_mm[-1])]
+        first, last = (end + BEYOND_MM * ahead / np.linalg.norm(ahead) for ahead, end in ends)
+        s_mm = np.concatenate([[-BEYOND_MM], s_mm, [s_mm[-1] + BEYOND_MM]])
+        line_mm = np.vstack([first, line_mm, last])
+        self._s_mm = np.arange(s_mm[0], s_mm[-1], FINE_MM)
+        self._point_mm = np.column_stack([np.interp(self._s_mm, s_mm, x) for x in line_mm.T])
+        self._ahead = np.gradient(self._point_mm, FINE_MM, axis=0)
+        self._tree = KDTree(self._point_mm)
+
+    def of(self, points_mm: Floats) -> tuple[Floats, Floats]:
+        """Return the arc length of points (n, 2) and their distance to the left of the line, both to ``FINE_MM``."""
+        distance_mm, nearest = self._tree.query(points_mm)
+        (dx, dy), (ahead_x, ahead_y) = (points_mm - self._point_mm[nearest]).T, self._ahead[nearest].T
+        left = ahead_x * dy - ahead_y * dx >= 0
+        return self._s_mm[nearest], np.where(left, distance_mm, -distance_mm)
+
+
+def show_to_scale(axes: Axes, x_mm: tuple[float, float], y_mm: tuple[float, float]) -> None:
+    """Show a part of the sample at one scale, without a grid."""
+    axes.set_xlim(*x_mm)
+    axes.set_ylim(*y_mm)
+    axes.set_aspect("equal")
+    axes.grid(visible=False)
+
+
+def cut_rings(vertices_mm: Floats, faces: Integers, foot_mm: Floats, ahead: Floats) -> list[Floats]:
+    """Cut a mesh by the upright plane through ``foot_mm`` across the unit vector ``ahead``.
+
+    Returns rings of (n, 2), closed: the distance to the right of ``foot_mm`` and z, in mm.
+    """
+    cut = trimesh.Trimesh(vertices_mm, faces, process=False).section((*ahead, 0.0), (*foot_mm, 0.0))
+    right = np.array([ahead[1], -ahead[0]])
+    rings = [] if cut is None else cut.discrete
+    return [np.column_stack([(ring[:, :2] - foot_mm) @ right, ring[:, 2]]) for ring in rings]
+
+
+def draw_section(
+    axes: Axes, outline: Outline, solid: Solid, s_mm: float, position_mm: Floats, radius_mm: float, value: Floats,
+    scale: ColourScale,
+) -> None:  # fmt: skip
+    """Draw the section across the crack at ``s_mm``: the solid, and the particles within a radius of the plane.
+
+    The view is along the path: left of the path is left in the picture.
+    """
+    foot, tip = (
+        np.array([np.interp(s, outline.s_mm, outline.centreline_mm[:, axis]) for axis in (0, 1)])
+        for s in (s_mm, min(s_mm + 1.0, outline.length_mm))
+    )
+    ahead = (tip - foot) / np.linalg.norm(tip - foot)
+    right = np.array([ahead[1], -ahead[0]])
+    for ring in cut_rings(solid.vertices_mm, solid.faces, foot, ahead):
+        axes.add_patch(Polygon(ring, closed=True, facecolor=GROUND, edgecolor=ON_GROUND, linewidth=0.8))
+    offset = position_mm[:, :2] - foot
+    near = (np.abs(offset @ ahead) <= radius_mm) & (np.abs(offset @ right) < ACROSS_MM)
+    place_mm = np.column_stack([offset @ right, position_mm[:, 2]])[near]
+    draw_discs(axes, place_mm, radius_mm, value[near], scale)
+    axes.set_facecolor(AIR)
+    top_mm = max(4.0, float(position_mm[near, 2].max(initial=0.0)) + 1)
+    show_to_scale(axes, (-ACROSS_MM, ACROSS_MM), (-solid.depth_mm - 2, top_mm))
+    label_axes(axes, "across (mm)", "", f"s = {s_mm:.0f} mm")

@@ -1,0 +1,172 @@
+"""Style of all figures: a palette that colour-blind readers can tell apart, one font, no global state."""
+
+import io
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+from typing import Any
+
+import numpy as np
+from markupsafe import Markup, escape
+from matplotlib import font_manager, rc_context
+from matplotlib.axes import Axes
+from matplotlib.axis import Axis
+from matplotlib.figure import Figure, FigureBase
+from matplotlib.ticker import FuncFormatter
+
+from sealtwin.core.records import Floats
+
+INK = "#1c2833"
+MUTED = "#66727d"
+GRID = "#d4dadf"
+GROUND = "#c9c2b8"
+"""Colour of mortar in a section."""
+ON_GROUND = "#2b2620"
+"""Colour of lines and words on mortar and in the air, dark on a dark page too."""
+AIR = "#fcfcfa"
+"""Colour around sealant: light on a dark page too, on which the darkest sealant would be invisible."""
+# Okabe and Ito's: distinct with any colour vision, and in grey.
+SIMULATED = "#0072b2"
+MEASURED = "#d55e00"
+THIRD = "#009e73"
+AGES = "viridis"
+HEIGHTS = "cividis"
+SPEEDS = "plasma"  # Colour maps of the sealant's age, height and speed
+
+ALONG = "s along the crack from the end where the nozzle starts (mm)"  # Label of the axis along the crack
+LEGEND_ROW_PT = 12.5  # Height of a legend's line of 8 pt, with the space between two lines
+STYLE: Any = {
+    "font.family": "sans-serif",
+    "font.size": 9.0,
+    # Axes are transparent unless a figure fills them.
+    "axes.facecolor": "none",
+    "axes.edgecolor": MUTED,
+    "axes.labelcolor": INK,
+    "axes.titlecolor": INK,
+    "axes.titlesize": 10.0,
+    "axes.titlelocation": "left",
+    "axes.titleweight": "bold",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": GRID,
+    "grid.linewidth": 0.6,
+    "text.color": INK,
+    # A sample may be called $\frac$: a user's text is never a formula.
+    "text.parse_math": False,
+    "text.usetex": False,
+    "xtick.color": MUTED,
+    "ytick.color": MUTED,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+    "legend.frameon": False,
+    "lines.linewidth": 1.6,
+    "pdf.fonttype": 42,
+    "svg.fonttype": "none",
+}
+
+
+@contextmanager
+def themed() -> Iterator[None]:
+    """Apply the style; figures are drawn and written inside, since matplotlib reads most of a style late."""
+    with rc_context(STYLE):
+        yield
+
+
+def canvas(on: FigureBase | None, width_in: float, height_in: float) -> FigureBase:
+    """Return ``on``, or a new figure of the given size if it is None."""
+    return Figure(figsize=(width_in, height_in), layout="constrained") if on is None else on
+
+
+def label_axes(axes: Axes, x: str, y: str, title: str) -> None:
+    axes.set_xlabel(x)
+    axes.set_ylabel(y)
+    axes.set_title(title)
+
+
+def print_plain(axis: Axis) -> None:
+    """Label powers of ten as plain numbers: the style draws no formulas."""
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+
+
+def draw_ground(axes: Axes, s_mm: Floats, floor_mm: Floats, bottom_mm: float) -> None:
+    """Draw the sample between its floor and the lower end of the plot."""
+    outline_mm = np.concatenate([floor_mm, [bottom_mm, bottom_mm]])
+    axes.fill(np.concatenate([s_mm, s_mm[[-1, 0]]]), outline_mm, color=GROUND, linewidth=0)
+
+
+def put_legend_under_title(axes: Axes, columns: int) -> None:
+    """Draw the legend between title and plot: inside the plot a curve could run through it."""
+    axes.legend(
+        loc="lower left",
+        bbox_to_anchor=(0.0, 1.0),
+        ncols=columns,
+        borderaxespad=0.0,
+        borderpad=0.3,
+        columnspacing=1.5,
+        fontsize=8.0,
+    )
+    rows = -(-len(axes.get_legend_handles_labels()[1]) // columns)
+    axes.set_title(axes.get_title(loc="left"), pad=6.0 + LEGEND_ROW_PT * rows)
+
+
+def printable(text: str) -> str:
+    """Replace control characters, and characters that the figures' font lacks, with question marks."""
+    known = _characters()
+    return "".join(letter if letter == "\n" or ord(letter) in known else "?" for letter in re.sub(r"\r\n?", "\n", text))
+
+
+@cache
+def _characters() -> frozenset[int]:
+    font = font_manager.get_font(font_manager.findfont("DejaVu Sans"))
+    return frozenset(code for code in font.get_charmap() if code >= ord(" "))
+
+
+TALLER = 1.15
+"""Height over width on paper, over that on the page: there words are as large as here and the figure is narrower."""
+NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
+"""Metadata of an SVG: none, so that the same run leaves the same file."""
+PAGE_COLOURS = {
+    INK: "--ink",
+    MUTED: "--muted",
+    GRID: "--grid",
+    "#ffffff": "--card",
+    SIMULATED: "--simulated",
+    MEASURED: "--measured",
+    THIRD: "--third",
+}
+"""Colours of a figure that follow the page, light or dark, with their CSS variables."""
+
+
+def as_svg(figure: FigureBase, name: str, pixels_dpi: int) -> str:
+    """Write a figure as SVG, the same text for the same figure under the same name.
+
+    ``name`` is unique on a page. ``pixels_dpi`` is the resolution of the parts that are drawn as pixels.
+    """
+    assert isinstance(figure, Figure)
+    target = io.StringIO()
+    # Ids of clip paths differ between the figures of a page, not between two runs.
+    with themed(), rc_context({"svg.hashsalt": name}):
+        figure.savefig(target, format="svg", dpi=pixels_dpi, facecolor="none", metadata=NO_METADATA)
+    return target.getvalue()
+
+
+def as_png(figure: FigureBase, width_in: float, dpi: int) -> bytes:
+    """Return a figure of its own as a PNG on white, laid out anew for paper ``width_in`` wide."""
+    assert isinstance(figure, Figure)
+    target = io.BytesIO()
+    figure.set_size_inches(width_in, TALLER * width_in * figure.get_figheight() / figure.get_figwidth())
+    with themed():
+        figure.savefig(target, format="png", dpi=dpi, facecolor="white", pil_kwargs={"compress_level": 1})
+    return target.getvalue()
+
+
+def in_page(svg: str, caption: str) -> Markup:
+    """Return ``svg`` for use inside a page; matplotlib has escaped its texts, so none is a formula or markup."""
+    head, body = svg[svg.index("<svg") :].split(">", 1)
+    head = re.sub(r' (width|height)="[^"]*"', "", head)
+    for colour, variable in PAGE_COLOURS.items():
+        body = body.replace(f": {colour}", f": var({variable})")
+    return Markup(f'{head} role="img" aria-label="{escape(caption)}">{body}')

@@ -1,0 +1,146 @@
+"""Readers and writers of a run folder's files; a file appears whole or not at all."""
+
+import hashlib
+import json
+import os
+import re
+import secrets
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sealtwin.core.errors import InputError, naming
+from sealtwin.core.records import Pixels
+
+NUMBERS = re.compile(r"\[\s+[-+\d.eE]+(?:,\s+[-+\d.eE]+)*\s+\]")
+TEMPORARY_MARK = "sealtwin-tmp"  # Part of the name of every unfinished file, which no name of a user's has by accident
+TEMPORARY = re.compile(rf"\.{TEMPORARY_MARK}-\d+-[0-9a-f]{{8}}(\..+)?", re.DOTALL)
+LARGEST_BYTES = 200_000_000
+"""Limit of a table, a JSON or a frame: two million particles. A larger file would fill the memory."""
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Give a temporary name beside ``path`` that takes its place when the block ends without an error.
+
+    The suffix is kept, since writers choose their format by it; the stem is not, which may be as long as a name can be.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(f".{TEMPORARY_MARK}-{os.getpid()}-{secrets.token_hex(4)}{path.suffix}")
+    with naming(path):
+        try:
+            yield temporary
+            with temporary.open("rb+") as written:
+                os.fsync(written.fileno())
+            temporary.replace(path)
+        finally:
+            temporary.unlink(missing_ok=True)
+
+
+def is_temporary(path: Path) -> bool:
+    """Return True for a name that only ``replacing`` gives, of a file that a killed process leaves."""
+    return TEMPORARY.fullmatch(path.name) is not None
+
+
+def write_text(path: Path, text: str) -> None:
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8", newline="\n")
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    with replacing(path) as temporary:
+        temporary.write_bytes(content)
+
+
+def write_if_new(path: Path, content: bytes) -> None:
+    if not path.is_file() or path.read_bytes() != content:
+        write_bytes(path, content)
+
+
+def refuse_other(path: Path, content: bytes) -> None:
+    """Raise InputError if ``path`` holds anything else than ``content``, which would be lost."""
+    if path.exists() and path.read_bytes() != content:
+        raise InputError(f"{path}: is there already and is not overwritten; give another name, or move it away.")
+
+
+def write_png(path: Path, picture: Pixels) -> None:
+    import cv2
+
+    encoded, png = cv2.imencode(".png", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))
+    if not encoded:
+        raise RuntimeError("OpenCV could not encode a picture")
+    write_bytes(path, png.tobytes())
+
+
+def write_json(path: Path, content: Any) -> None:
+    write_text(path, as_json(content))
+
+
+def as_json(content: Any) -> str:
+    """Return JSON that any reader accepts: NaN and infinity become null.
+
+    It is indented, but a list of numbers stays on one line.
+    """
+    text = json.dumps(_plain(content), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+    return NUMBERS.sub(lambda found: " ".join(found.group().split()).replace("[ ", "[").replace(" ]", "]"), text)
+
+
+def read_json(path: Path) -> Any:
+    """Read a JSON file. Raises InputError, naming the file, if it is missing or no JSON."""
+    try:
+        return json.loads(read_text(path))
+    except (ValueError, RecursionError) as fault:
+        raise InputError(f"{path}: no readable JSON ({fault}). Delete it and run its stage again.") from fault
+
+
+@contextmanager
+def understood(path: Path) -> Iterator[None]:
+    """Turn errors of reading an edited file into an InputError that names the file and the remedy."""
+    try:
+        yield
+    except (KeyError, TypeError, ValueError, AttributeError, IndexError) as fault:
+        reason = f"{type(fault).__name__}: {fault}"
+        raise InputError(f"{path}: not as its stage wrote it ({reason}). Run that stage again.") from fault
+
+
+def sha256(path: Path) -> str:
+    with naming(path), path.open("rb") as content:
+        return hashlib.file_digest(content, "sha256").hexdigest()
+
+
+def read_text(path: Path) -> str:
+    """Read a file that a stage wrote. Raises InputError if it is missing, too large or no text."""
+    try:
+        return read_bytes(path).decode("utf-8")
+    except UnicodeDecodeError as fault:
+        raise InputError(f"{path}: no UTF-8 text. Run its stage again.") from fault
+
+
+def read_bytes(path: Path) -> bytes:
+    """Read a file that a stage wrote. Raises InputError if it is missing or too large."""
+    try:
+        if path.stat().st_size > LARGEST_BYTES:
+            raise InputError(f"{path}: larger than {LARGEST_BYTES / 1e6:g} MB, too large for a stage's. Run it again.")
+        return path.read_bytes()
+    except FileNotFoundError:
+        raise InputError(f"{path}: not found. Run the stage that writes it, or 'sealtwin run' for all.") from None
+
+
+def _plain(value: Any) -> Any:
+    """Convert arrays to lists, numpy scalars to Python's, NaN and infinity to None."""
+    if isinstance(value, dict):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray):
+        return _plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if isinstance(value, np.generic):
+        return _plain(value.item())
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    if isinstance(value, Path):
+        return value.name
+    return value

@@ -1,0 +1,294 @@
+"""Triangles of a mesh file: STL, PLY, GLB and 3MF through trimesh, the polygons of OBJ and OFF by readers of our own.
+
+trimesh is handed the file's bytes and no resolver, so it opens no second file: no material, no texture, no buffer.
+"""
+
+import importlib.util
+import io
+import json
+import re
+import warnings
+import zipfile
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Floats, Integers
+
+LARGEST_BYTES = 200_000_000
+"""Largest file that is read: twice a binary STL of two million triangles. Larger text is better saved as binary."""
+LARGEST_MODEL = 300_000_000  # Largest 3MF after unpacking: two million triangles take 240 MB of XML
+MOST_TRIANGLES = 2_000_000
+"""A face of 160 x 40 mm scanned every 0.08 mm, a tenth of a particle. To mend and check so many takes 2 GB."""
+BEYOND_ANY_UNIT = 1e9  # A kilometre in microns
+
+FileUnit = Literal["micron", "mm", "cm", "m", "inch", "foot"]
+UNITS_OF_3MF: dict[str, FileUnit] = {
+    "micron": "micron",
+    "millimeter": "mm",
+    "millimeters": "mm",  # trimesh's word for a file that names no unit
+    "centimeter": "cm",
+    "inch": "inch",
+    "foot": "foot",
+    "meter": "m",
+}
+INSTEAD = {
+    ".gltf": "a .gltf keeps its numbers in other files; save it as .glb, which is one",
+    **dict.fromkeys((".step", ".stp", ".iges", ".igs"), "it holds CAD surfaces; export triangles from the CAD program"),
+    **dict.fromkeys((".las", ".laz", ".xyz", ".pts", ".e57"), "it holds points without faces; mesh them first"),
+}
+
+
+class UnreadableError(ValueError):
+    """Reports what is wrong with the content of a mesh file, as the end of a sentence about it."""
+
+
+@dataclass(frozen=True)
+class Triangles:
+    """Triangles of a mesh file, in its own unit and axes."""
+
+    vertices: Floats  # Coordinates, (v, 3)
+    faces: Integers  # Vertex numbers of the triangles, (f, 3)
+    unit: FileUnit | None = None  # Unit that the file itself states; most formats cannot state one
+
+
+def read_mesh(path: Path, remedy: str = "Save it again.") -> Triangles:
+    """Read the triangles of an STL, PLY, OBJ, OFF, GLB or 3MF file, in the file's own numbers.
+
+    Raises InputError, which ends with ``remedy`` where the content is at fault, if the file is missing, too large, of
+    another format than its name says, or holds no triangle or a number that is not finite.
+    """
+    kind = path.suffix.lower()
+    if not path.is_file():
+        raise InputError(f"{path}: no such mesh file. {remedy}")
+    if kind not in READERS:
+        names = ", ".join(name[1:].upper() for name in READERS)
+        raise InputError(f"{path}: {INSTEAD.get(kind, 'no mesh format that is read')}. Give one of {names}.")
+    if (size := path.stat().st_size) > LARGEST_BYTES:
+        raise InputError(
+            f"{path}: {size / 1e6:.0f} MB; {LARGEST_BYTES / 1e6:.0f} MB are allowed. Simplify or crop the mesh, or "
+            "save it as a binary file."
+        )
+    if kind == ".3mf" and importlib.util.find_spec("lxml") is None:
+        raise InputError(f"{path}: 3MF needs lxml: install sealtwin[3mf], or save the mesh as STL.")
+    try:
+        # Numbers near the largest there are overflow, and signalling NaNs warn; both are refused below.
+        with np.errstate(over="ignore", invalid="ignore"):
+            return READERS[kind](path.read_bytes())
+    except UnreadableError as fault:
+        raise InputError(f"{path}: no readable {kind[1:].upper()}: {fault}. {remedy}") from fault
+
+
+def fill_ring(ring: Floats) -> Integers:
+    """Return triangles between the corners of a nearly flat ring (n, 3), oriented as the ring, (n - 2, 3).
+
+    They stay inside a ring that is not convex. Raises UnreadableError if the ring has no area.
+    """
+    from manifold3d import triangulate
+
+    ring = ring - ring[0]
+    # Twice the area as a vector (Newell): the mean normal, whatever the ring's shape.
+    normal = np.cross(ring, np.roll(ring, -1, axis=0)).sum(axis=0)
+    if not normal.any():
+        raise UnreadableError(f"a face of {len(ring)} corners has no area")
+    across = np.linalg.svd(normal[None] / np.abs(normal).max())[2][1:]
+    if np.linalg.det(np.vstack([across, normal])) < 0:
+        across = across[::-1]
+    return np.asarray(triangulate([np.ascontiguousarray(ring @ across.T)]), dtype=np.int64)
+
+
+def _refuse_too_many(count: int) -> None:
+    if count > MOST_TRIANGLES:
+        raise UnreadableError(f"it has {count} triangles, {MOST_TRIANGLES} are allowed: simplify or crop the mesh")
+
+
+def _checked(vertices: Floats, polygons: Sequence[Integers], unit: FileUnit | None = None) -> Triangles:
+    """Return the triangles of polygons, one array (n, corners) for each number of corners, in that order."""
+    _refuse_too_many(sum(len(rings) * (rings.shape[1] - 2) for rings in polygons))
+    if not any(map(len, polygons)):
+        raise UnreadableError("it holds no triangle")
+    count = len(vertices)
+    for rings in polygons:
+        if not 0 <= rings.min() <= rings.max() < count:
+            raise UnreadableError(f"a face names vertex {rings.max()} of {count}, counted from 0")
+    wrong = np.flatnonzero(~(np.abs(vertices) < BEYOND_ANY_UNIT).all(axis=1))
+    if len(wrong):
+        raise UnreadableError(
+            f"{len(wrong)} of {count} vertices are no finite numbers or beyond {BEYOND_ANY_UNIT:g}; the first is "
+            f"vertex {wrong[0]}, counted from 0"
+        )
+    return Triangles(vertices, np.concatenate([_halved_or_filled(vertices, rings) for rings in polygons]), unit)
+
+
+def _halved_or_filled(vertices: Floats, rings: Integers) -> Integers:
+    """Return the triangles (f, 3) of polygons (n, corners), none of which leaves its polygon."""
+    if rings.shape[1] == 3:
+        return rings
+    if rings.shape[1] > 4:
+        return np.concatenate([ring[fill_ring(vertices[ring])] for ring in rings])
+    a, b, c, d = vertices[rings].transpose(1, 0, 2)
+    # Along the diagonal on either side of which both halves have the same orientation.
+    alike = (np.cross(b - a, c - a) * np.cross(c - a, d - a)).sum(axis=1) >= 0
+    first = np.where(alike[:, None], rings[:, [0, 1, 2]], rings[:, [0, 1, 3]])
+    second = np.where(alike[:, None], rings[:, [0, 2, 3]], rings[:, [1, 2, 3]])
+    return np.concatenate([first, second])
+
+
+def _grouped(faces: Iterable[Sequence[int]]) -> list[Integers]:
+    """Group faces by their number of corners. Fewer than three enclose nothing and are left out."""
+    if isinstance(faces, np.ndarray) and faces.ndim == 2:
+        return [faces.astype(np.int64)] if faces.shape[1] > 2 else []
+    alike: dict[int, list[Sequence[int]]] = {}
+    for corners in faces:
+        alike.setdefault(len(corners), []).append(corners)
+    return [np.array(alike[size], dtype=np.int64) for size in sorted(alike) if size > 2]
+
+
+def _parsed(parse: Callable[[], Any]) -> Any:
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            # numpy only warns where text that is no number ends an array early, and triangles would be lost.
+            warnings.filterwarnings("error", "string or file could not be read", DeprecationWarning)
+            return parse()
+    except Exception as fault:  # trimesh and zipfile raise whatever their parsing of damaged bytes stumbles over.
+        raise UnreadableError(f"its content cannot be parsed ({str(fault) or type(fault).__name__})") from fault
+
+
+def _read_stl(content: bytes) -> Triangles:
+    from trimesh.exchange.stl import load_stl
+
+    loaded = _parsed(lambda: load_stl(io.BytesIO(content)))
+    solids = [solid for solid in loaded.get("geometry", {"": loaded}).values() if solid]
+    corners = np.concatenate([np.empty((0, 3)), *(solid["vertices"] for solid in solids)])
+    is_binary = len(content) == 84 + 50 * int.from_bytes(content[80:84], "little")
+    # trimesh leaves out a solid whose end is missing.
+    named = len(re.findall(rb"^[ \t]*vertex\b", content, re.IGNORECASE | re.MULTILINE))
+    if not is_binary and named != len(corners):
+        raise UnreadableError(
+            f"it is cut short: {named} corners are named, {len(corners)} are three numbers in a solid"
+        )
+    return _checked(corners, [np.arange(len(corners)).reshape(-1, 3)])
+
+
+def _read_ply(content: bytes) -> Triangles:
+    from trimesh.exchange.ply import load_ply
+
+    header, end, body = content.partition(b"end_header")
+    if b"format ascii" in header:
+        # trimesh rounds the digits of a text to the type in its header.
+        content = re.sub(rb"property float(32)? ", b"property double ", header) + end + body
+    loaded = _parsed(lambda: load_ply(io.BytesIO(content), skip_materials=True, fix_texture=False))
+    elements = loaded["metadata"]["_ply_raw"]
+    if not {"vertex", "face"} <= elements.keys() or "vertices" not in loaded:
+        raise UnreadableError(f"it holds no vertices and faces, but {', '.join(elements) or 'nothing'}")
+    # trimesh cuts polygons into fans, which leave those that are not convex, so the rows of the file are taken.
+    table = elements["face"].get("data")
+    named = [name for name in ("vertex_indices", "vertex_index") if name in elements["face"]["properties"]]
+    faces: Any = [] if table is None or not named else table[named[0]]
+    if isinstance(table, np.ndarray) and named:
+        faces = faces["f1"]
+    for found, element in ((loaded["vertices"], "vertex"), (faces, "face")):
+        if len(found) != elements[element]["length"]:
+            raise UnreadableError(f"its header names {elements[element]['length']} of {element}, {len(found)} follow")
+    if loaded["vertices"].dtype == object:
+        raise UnreadableError("a vertex is not three numbers")
+    return _checked(loaded["vertices"].astype(float), _grouped(faces))
+
+
+def _read_glb(content: bytes) -> Triangles:
+    try:
+        scene = json.loads(content[20 : 20 + int.from_bytes(content[12:16], "little")])
+        required = scene.get("extensionsRequired")
+        most = max((accessor["count"] for accessor in scene.get("accessors", ())), default=0)
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as fault:
+        raise UnreadableError(f"its description is no JSON of a glTF ({fault})") from fault
+    if any("uri" in buffer for buffer in scene.get("buffers", ())):
+        raise UnreadableError("it keeps its numbers in another file, which is not opened: save all in one GLB")
+    if required:
+        raise UnreadableError(f"it needs the extension {required[0]}: save it uncompressed")
+    # trimesh fills an accessor that has no numbers with as many zeros as it claims.
+    _refuse_too_many(most // 3)
+    return _placed(content, "glb", "m")
+
+
+def _read_3mf(content: bytes) -> Triangles:
+    entries: list[zipfile.ZipInfo] = _parsed(lambda: zipfile.ZipFile(io.BytesIO(content)).infolist())
+    models = sum(entry.filename.lower().endswith(".model") for entry in entries)
+    if models != 1:
+        raise UnreadableError(f"it has {models} models, one is read: save all parts as one object")
+    if (size := sum(entry.file_size for entry in entries)) > LARGEST_MODEL:
+        raise UnreadableError(f"it unpacks to {size} bytes, {LARGEST_MODEL} are allowed")
+    return _placed(content, "3mf", None)
+
+
+def _placed(content: bytes, kind: str, unit: FileUnit | None) -> Triangles:
+    """Return the triangles of all meshes of a scene, each in the place that its nodes give it."""
+    import trimesh
+
+    scene = _parsed(lambda: trimesh.load_scene(io.BytesIO(content), file_type=kind, process=False, skip_materials=True))
+    nodes = [scene.graph[name][1] for name in scene.graph.nodes_geometry]
+    _refuse_too_many(sum(len(getattr(scene.geometry[name], "faces", ())) for name in nodes))
+    mesh = _parsed(scene.to_mesh)
+    if unit is None and (unit := UNITS_OF_3MF.get(scene.metadata["units"])) is None:
+        raise UnreadableError(f"its unit is {scene.metadata['units']}, which no 3MF has")
+    return _checked(np.array(mesh.vertices, dtype=float), [np.array(mesh.faces, dtype=np.int64)], unit)
+
+
+def _read_obj(content: bytes) -> Triangles:
+    vertices: list[list[bytes]] = []
+    faces: list[list[int]] = []
+    for words in map(bytes.split, re.sub(rb"\\\r?\n|#.*", b" ", content).splitlines()):
+        if words[:1] == [b"v"]:
+            vertices.append(words[1:4])
+        elif words[:1] == [b"f"]:
+            named = _integers([word.partition(b"/")[0] for word in words[1:]])
+            # Counted from 1, or backward from the last vertex so far.
+            faces.append([number - 1 if number > 0 else len(vertices) + number for number in named])
+    return _checked(_coordinates(vertices), _grouped(faces))
+
+
+def _read_off(content: bytes) -> Triangles:
+    lines = [words for line in content.splitlines() if (words := line.partition(b"#")[0].split())]
+    if not lines or lines[0][0].upper() not in (b"OFF", b"COFF", b"NOFF", b"CNOFF") or b"BINARY" in lines[0]:
+        raise UnreadableError("its first line is not OFF, COFF, NOFF or CNOFF")
+    # The counts follow on the first line or on the next.
+    counts = _integers(lines[0][1:3] or [word for line in lines[1:2] for word in line[:2]])
+    rest = lines[1 if len(lines[0]) > 1 else 2 :]
+    if len(counts) < 2 or min(counts) < 0 or len(rest) < sum(counts):
+        raise UnreadableError(f"its header names {counts} vertices and faces, and {len(rest)} lines follow")
+    rows = rest[counts[0] : sum(counts)]
+    sizes = _integers([words[0] for words in rows])
+    if short := [(size, words) for size, words in zip(sizes, rows, strict=True) if not 0 <= size < len(words)]:
+        raise UnreadableError(f"a face of {short[0][0]} corners lists {len(short[0][1]) - 1}")
+    faces = [_integers(words[1 : size + 1]) for size, words in zip(sizes, rows, strict=True)]
+    return _checked(_coordinates(words[:3] for words in rest[: counts[0]]), _grouped(faces))
+
+
+def _integers(words: Sequence[bytes]) -> list[int]:
+    try:
+        return [int(word) for word in words]
+    except ValueError:
+        raise UnreadableError("a vertex number or a count is no whole number") from None
+
+
+def _coordinates(rows: Iterable[Sequence[bytes]]) -> Floats:
+    try:
+        return np.array([[float(word) for word in row] for row in rows]).reshape(-1, 3)
+    except ValueError:
+        raise UnreadableError("a vertex is not three numbers") from None
+
+
+READERS: dict[str, Callable[[bytes], Triangles]] = {
+    ".stl": _read_stl,
+    ".ply": _read_ply,
+    ".obj": _read_obj,
+    ".off": _read_off,
+    ".glb": _read_glb,
+    ".3mf": _read_3mf,
+}
+"""Reader of each format, by the end of a file's name."""

@@ -1,0 +1,252 @@
+"""Files of a run folder, written from records and read back as records."""
+
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+
+from sealtwin.core.comparison import Comparison
+from sealtwin.core.errors import InputError
+from sealtwin.core.files import read_json, read_text, replacing, understood, write_json, write_text
+from sealtwin.core.mesh_file import read_mesh
+from sealtwin.core.records import FaceLabel, Floats, Outline, Profile, Run, RunHealth, Sections, Solid, Trajectory
+from sealtwin.core.tables import read_table, write_table
+
+TRAJECTORY_COLUMNS = ("t_s", "x_mm", "y_mm", "z_mm", "s_mm", "speed_mm_s", "flow_mm3_s")
+PARTICLE_COLUMNS = ("x_mm", "y_mm", "z_mm", "vx_mm_s", "vy_mm_s", "vz_mm_s", "age_s", "spilled")
+PROFILE_COLUMNS = ("s_mm", "level_mm")
+CONSTANT_KEYS = {"units", "face_label_meaning"}  # Keys of solid.json that are the same in every file
+OUTLINE_KEYS = (
+    *("length_mm", "mean_width_mm", "mm_per_px", "scale_source", "scale_residual_mm", "path_source", "ends", "face_mm"),
+    *("scale_uncertainty", "camera_tilt_deg", "branches_kept", "branches_mm", "islands_mm", "warnings"),
+    *("centreline_mm", "centreline_px", "left_wall_mm", "left_wall_px", "right_wall_mm", "right_wall_px"),
+    *("outline_mm", "outline_px"),
+)
+
+Positive = Annotated[float, Field(gt=0)]
+Amount = Annotated[float, Field(ge=0)]
+Count = Annotated[int, Field(ge=0)]
+
+
+class Result(BaseModel):
+    """Base of the JSON files that are checked: exact types and finite numbers; further keys are kept as they are."""
+
+    model_config = ConfigDict(frozen=True, strict=True, extra="allow", allow_inf_nan=False)
+
+
+class Simulation(Result):
+    """Content of simulation.json: a run without its particles."""
+
+    particles: Annotated[int, Field(ge=1)]
+    radius_mm: Positive
+    particle_volume_mm3: Positive
+    dispensed_volume_mm3: Positive
+    escaped_particles: Count
+    spilled_particles: Count
+    device: str
+    settings: dict[str, dict[str, Any] | int]
+    health: RunHealth
+
+    @property
+    def volume_ratio(self) -> float:
+        """Volume of the finished sealant over the volume given. Raises ValueError if the run recorded none."""
+        if (ratio := self.health.volume_ratio) is None:
+            raise ValueError("health.volume_ratio is missing")
+        return ratio
+
+
+class SolidFile(Result):
+    """Content of solid.json; keys that are not fields here are the solid's report."""
+
+    tilt: str
+    wall_angles_deg: tuple[float, float]
+    depth_mm: float
+    block_mm: tuple[float, float, float, float]
+    cavity_volume_mm3: float
+    sections: Sections
+    face_label: Annotated[str, Field(pattern="^[0-4]*$")]
+
+
+class Judged(Result):
+    """Numbers of comparison.json that are read again."""
+
+    mean_error_mm: Amount
+    worst_error_mm: Amount
+    worst_at_mm: float
+    passed: bool | None
+    verdict: str
+
+
+Kind = TypeVar("Kind")
+
+
+def write_outline(folder: Path, outline: Outline) -> None:
+    write_json(folder / "outline.json", {key: _rounded(getattr(outline, key)) for key in OUTLINE_KEYS})
+
+
+def read_outline(folder: Path) -> Outline:
+    return _read(Outline, folder / "outline.json")
+
+
+def write_solid(folder: Path, solid: Solid) -> None:
+    """Write crack.stl and crack.ply in millimetres, and crack.glb as glTF demands: metres, y up.
+
+    solid.json holds what none of these formats can: units, labels, volumes.
+    """
+    import trimesh
+
+    x_mm, y_mm, z_mm = solid.vertices_mm.T
+    gltf_m = np.column_stack([x_mm, z_mm, -y_mm]) / 1e3
+    for suffix, points in ((".stl", solid.vertices_mm), (".ply", solid.vertices_mm), (".glb", gltf_m)):
+        with replacing(folder / f"crack{suffix}") as temporary:
+            trimesh.Trimesh(points, solid.faces, process=False).export(temporary)
+    keys = ("tilt", "wall_angles_deg", "depth_mm", "block_mm", "cavity_volume_mm3")
+    content = {
+        "units": "mm",
+        **{key: getattr(solid, key) for key in keys},
+        "sections": {key: _rounded(values) for key, values in vars(solid.sections).items()},
+        **solid.report,
+        # A digit for each triangle of crack.ply, in its order.
+        "face_label": "".join(str(label) for label in solid.face_label),
+        "face_label_meaning": {str(label.value): label.name.lower() for label in FaceLabel},
+    }
+    write_json(folder / "solid.json", content)
+
+
+def read_solid(folder: Path) -> Solid:
+    """Read geometry from crack.ply, whose order the labels follow, and the rest from solid.json."""
+    path = folder / "solid.json"
+    content = _read(SolidFile, path)
+    mesh = read_mesh(folder / "crack.ply", "Digitise again.")
+    own = SolidFile.model_fields.keys()
+    with understood(path):
+        if len(content.face_label) != len(mesh.faces):
+            raise ValueError(
+                f"face_label has {len(content.face_label)} labels for the {len(mesh.faces)} faces of crack.ply"
+            )
+    return Solid(
+        vertices_mm=mesh.vertices,
+        faces=mesh.faces,
+        face_label=np.array([int(digit) for digit in content.face_label], dtype=np.int64),
+        **{name: getattr(content, name) for name in own - {"face_label"}},
+        report={key: value for key, value in read_json(path).items() if key not in own | CONSTANT_KEYS},
+    )
+
+
+def write_trajectory(folder: Path, trajectory: Trajectory) -> None:
+    """Write trajectory.csv, and trajectory.txt with x y z a line for programs that read nothing else."""
+    rows = np.column_stack(
+        [trajectory.t_s, trajectory.position_mm, trajectory.s_mm, trajectory.speed_mm_s, trajectory.flow_mm3_s]
+    )
+    write_table(folder / "trajectory.csv", TRAJECTORY_COLUMNS, rows)
+    lines = [f"{x:.4f} {y:.4f} {z:.4f}" for x, y, z in trajectory.position_mm]
+    write_text(folder / "trajectory.txt", "\n".join(lines) + "\n")
+
+
+def read_trajectory(folder: Path) -> Trajectory:
+    t_s, x_mm, y_mm, z_mm, *others = read_table(folder / "trajectory.csv", TRAJECTORY_COLUMNS).T
+    return Trajectory(t_s, np.column_stack([x_mm, y_mm, z_mm]), *others)
+
+
+def write_run(folder: Path, run: Run) -> None:
+    """Write particles.csv, and simulation.json with all that is not per particle."""
+    rows = np.column_stack([run.position_mm, run.velocity_mm_s, run.age_s, run.spilled.astype(float)])
+    write_table(folder / "particles.csv", PARTICLE_COLUMNS, rows)
+    keys = ("radius_mm", "particle_volume_mm3", "dispensed_volume_mm3", "escaped_particles", "spilled_particles")
+    content = {key: getattr(run, key) for key in (*keys, "device", "settings")}
+    content["health"] = run.health.recorded()
+    write_json(folder / "simulation.json", {"particles": len(run.position_mm), **content})
+
+
+def read_simulation(folder: Path) -> Simulation:
+    """Read simulation.json. Raises InputError, naming the key that does not fit."""
+    return _read(Simulation, folder / "simulation.json")
+
+
+def read_run(folder: Path) -> Run:
+    """Read a run. Raises InputError if a number is missing or impossible, or the two files are not of one run."""
+    path = folder / "particles.csv"
+    rows = read_table(path, PARTICLE_COLUMNS)
+    _require_numbers(path, PARTICLE_COLUMNS, rows)
+    simulation = read_simulation(folder)
+    counts = len(rows), int((rows[:, 7] > 0).sum())
+    if counts != (simulation.particles, simulation.spilled_particles):
+        raise InputError(
+            f"{path}: {counts[0]} particles, {counts[1]} of them spilled; simulation.json has {simulation.particles} "
+            f"and {simulation.spilled_particles}. Simulate again."
+        )
+    return Run(
+        position_mm=rows[:, 0:3],
+        velocity_mm_s=rows[:, 3:6],
+        age_s=rows[:, 6],
+        spilled=rows[:, 7] > 0,
+        radius_mm=simulation.radius_mm,
+        particle_volume_mm3=simulation.particle_volume_mm3,
+        escaped_particles=simulation.escaped_particles,
+        device=simulation.device,
+        # As written: the model would add defaults and change the order.
+        settings=read_json(folder / "simulation.json")["settings"],
+        health=simulation.health,
+    )
+
+
+def write_profile(folder: Path, profile: Profile) -> None:
+    write_table(folder / "profile.csv", PROFILE_COLUMNS, np.column_stack([profile.s_mm, profile.level_mm]))
+
+
+def read_profile(folder: Path) -> Profile:
+    """Read a profile. Raises InputError if a number is missing or no level, or s does not grow from row to row."""
+    path = folder / "profile.csv"
+    rows = read_table(path, PROFILE_COLUMNS)
+    _require_numbers(path, PROFILE_COLUMNS, rows)
+    if len(rows) < 2 or (np.diff(rows[:, 0]) <= 0).any():
+        raise InputError(f"{path}: a level has two rows or more, and s_mm grows from row to row. Simulate again.")
+    return Profile(s_mm=rows[:, 0], level_mm=rows[:, 1], data="synthetic", source="simulation")
+
+
+def write_comparison(folder: Path, comparison: Comparison) -> None:
+    write_json(folder / "comparison.json", comparison.content())
+
+
+def read_comparison(folder: Path, kind: type[Judged] = Judged) -> dict[str, Any]:
+    """Read comparison.json and check the figures of ``kind``. Raises InputError, naming the field."""
+    _read(kind, folder / "comparison.json")
+    return read_json(folder / "comparison.json")
+
+
+@cache
+def _adapter(kind: type[Kind]) -> TypeAdapter[Kind]:
+    return TypeAdapter(kind)
+
+
+def _read(kind: type[Kind], path: Path) -> Kind:
+    """Read a JSON file as a record. Raises InputError, naming the file, the first key that does not fit, its value."""
+    text = read_text(path)
+    with understood(path):
+        try:
+            return _adapter(kind).validate_json(text)
+        except ValidationError as faults:
+            fault = faults.errors()[0]
+            where = ".".join(str(part) for part in fault["loc"] if part not in ("int", "float")) or "its content"
+            found = "" if fault["type"] == "missing" else f" = {fault['input']!r:.60}"
+            reason = fault["msg"].removeprefix("Value error, ").removeprefix("Input ")
+            raise ValueError(f"{where}{found}: {reason}") from None
+
+
+def _rounded(value: Any) -> Any:
+    """Return arrays, also in a tuple, to five decimals, and everything else as it is."""
+    if isinstance(value, tuple):
+        return tuple(_rounded(item) for item in value)
+    return np.round(value, 5) if isinstance(value, np.ndarray) else value
+
+
+def _require_numbers(path: Path, columns: Sequence[str], rows: Floats) -> None:
+    """Raise InputError, naming the line, if a number is missing or infinite."""
+    wrong = np.argwhere(~np.isfinite(rows))
+    if len(wrong):
+        row, column = wrong[0]
+        found = f"{columns[column]} = {rows[row, column]:g}"
+        raise InputError(f"{path}, line {row + 2}: {found}; expected a number. Run its stage again.")

@@ -1,0 +1,359 @@
+"""Records that stages exchange: frozen, plain arrays, in millimetres and seconds.
+
+Conventions, everywhere:
+
+- ``_px``: x right, y down, origin at the centre of the photo's first pixel.
+- ``_mm``: right-handed; x right and y UP in the photo, z out of the face, z = 0 on it. The origin is the lower left
+  corner of the face if the face is known, else the centre of the photo's lower left pixel.
+- ``s_mm`` runs along the centreline from the first end given, where the nozzle starts. At an open end s = 0 is where
+  the centreline meets the edge of the face.
+- Polylines are open, rings are counter-clockwise in mm and do not repeat their first point.
+"""
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainValidator, with_config
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Pixels = NDArray[np.uint8]  # Picture, (height, width, 3), RGB
+
+
+def _finite(value: Any) -> Floats:
+    """Return a list as an array. Raises ValueError unless it holds finite numbers."""
+    try:
+        numbers = np.array(value, dtype=float)
+    except TypeError:
+        raise ValueError("should be a list of numbers") from None
+    if numbers.ndim == 0 or not np.isfinite(numbers).all():
+        raise ValueError("should be a list of finite numbers")
+    return numbers
+
+
+def _points(value: Any) -> Floats:
+    points = _finite(value)
+    if points.ndim != 2 or points.shape[1] != 2:
+        raise ValueError("should be a list of points [x, y]")
+    return points
+
+
+Numbers = Annotated[Floats, PlainValidator(_finite)]  # Array of numbers in a record that is read from JSON
+Points = Annotated[Floats, PlainValidator(_points)]  # Points in a record that is read from JSON, (n, 2)
+FROM_JSON = ConfigDict(strict=True, allow_inf_nan=False)
+
+FACING = 0.98  # Cosine up to which the line between two walls counts as square to the centreline: 11 degrees
+
+EndKind = Literal["open", "closed", "cut"]
+"""Kind of a crack's end. open: at the edge of the face; closed: a tip; cut: a longer crack was cut here by the user,
+with a wall across it."""
+
+PathSource = Literal["ends", "via", "automatic", "mask", "mesh", "line"]
+"""Source of a crack's path: given ends, given points between them too, automatic search, or a painted mask; in a mesh
+the crack's mouth, or a given line. An automatic path is a proposal until a person has looked at it.
+"""
+
+DataKind = Literal["measured", "reconstructed", "synthetic", "undeclared"]
+"""Origin of data. Only ``measured`` may ever be called validated."""
+
+
+class FaceLabel(IntEnum):
+    """Part of a solid that a triangle belongs to."""
+
+    TOP = 0
+    WALL = 1
+    FLOOR = 2
+    END = 3  # Vertical wall across a cut end, or the inner side of the dam at an open end
+    OUTSIDE = 4
+
+
+@with_config(FROM_JSON)
+@dataclass(frozen=True)
+class Outline:
+    """Crack on the face of a sample, in plan view.
+
+    ``left_wall`` is on the left in the direction of growing s (mm frame, y up). Beside an oblique open end, one wall
+    keeps to one point on the edge of the face, and the other spreads as many points up to it.
+    """
+
+    centreline_mm: Points  # (n, 2), first row at s = 0
+    left_wall_mm: Points  # (n, 2), point by point with the centreline
+    right_wall_mm: Points  # (n, 2)
+    outline_mm: Points  # (m, 2), ring
+    centreline_px: Points
+    left_wall_px: Points
+    right_wall_px: Points
+    outline_px: Points
+    ends: tuple[EndKind, EndKind]
+    face_mm: tuple[float, float, float, float] | None
+    """x_min, y_min, x_max, y_max of the sample's face; None if it is not known."""
+    mm_per_px: float  # Local scale at the middle of the crack
+    scale_source: str  # Description, for example "8 ArUco markers" or "given: 0.35 mm/px (assumed)"
+    scale_residual_mm: float | None  # RMS misfit of the scale's control points; None if there are none
+    path_source: PathSource
+    warnings: tuple[str, ...] = ()
+    islands_mm: tuple[Points, ...] = ()  # Rings inside the outline that are no crack, clockwise
+    branches_mm: tuple[Points, ...] = ()
+    """Centre polylines of the side cracks that were found, from the main crack outward."""
+    branches_kept: bool = False  # True if the outline includes the side cracks
+    scale_uncertainty: float | None = None
+    """Relative standard uncertainty of every length due to the scale; None if unknown."""
+    camera_tilt_deg: float | None = None
+    """Angle between the camera's axis and the normal of the face; None if the photo does not show it."""
+
+    @property
+    def seen_in(self) -> Literal["photo", "mesh"]:
+        """Kind of input that showed the crack."""
+        return "mesh" if self.path_source in ("mesh", "line") else "photo"
+
+    @property
+    def s_mm(self) -> Floats:
+        """Arc length at each centreline point, (n,)."""
+        return arc_length(self.centreline_mm)
+
+    @property
+    def length_mm(self) -> float:
+        return float(self.s_mm[-1])
+
+    @property
+    def width_mm(self) -> Floats:
+        """Distance between the two walls at each centreline point, square to the centreline, (n,).
+
+        Beside an oblique open end the two wall points lie along the edge of the face, and the square part of their
+        distance is as rough as the walls are there: the width is its mean, up to the nearest point whose walls face
+        each other. So widths add up to the crack's area.
+        """
+        s_mm, across_mm = self.s_mm, self.left_wall_mm - self.right_wall_mm
+        width_mm = np.linalg.norm(across_mm, axis=1)
+        ahead = np.gradient(self.centreline_mm, axis=0)
+        ahead = ahead / np.linalg.norm(ahead, axis=1, keepdims=True)
+        square_mm = np.abs(ahead[:, 0] * across_mm[:, 1] - ahead[:, 1] * across_mm[:, 0])
+        facing = np.flatnonzero(square_mm >= FACING * width_mm)
+        if len(facing):
+            oblique = slice(0, facing[0] + 1), slice(facing[-1], len(s_mm))
+            for kind, stations in zip(self.ends, oblique, strict=True):
+                piece_mm = np.ptp(s_mm[stations])
+                if kind == "open" and piece_mm > 0:
+                    width_mm[stations] = np.trapezoid(square_mm[stations], s_mm[stations]) / piece_mm
+        return width_mm
+
+    @property
+    def mean_width_mm(self) -> float:
+        """Width averaged over the arc length."""
+        return float(np.trapezoid(self.width_mm, self.s_mm) / self.length_mm)
+
+
+@dataclass(frozen=True)
+class Sections:
+    """Depth and area of a cavity along its crack's centreline."""
+
+    s_mm: Numbers  # (k,), increasing
+    depth_mm: Numbers  # (k,)
+    area_mm2: Numbers  # (k,): of the section square to the centreline, below the face
+
+
+@dataclass(frozen=True)
+class Solid:
+    """Sample: a block less the crack's cavity, with dams at open ends. Watertight, faces outward."""
+
+    vertices_mm: Floats  # (v, 3)
+    faces: Integers  # (f, 3)
+    face_label: Integers  # (f,), FaceLabel values
+    block_mm: tuple[float, float, float, float]  # x_min, y_min, x_max, y_max of the block; its dams may stand outside
+    depth_mm: float  # Largest depth
+    tilt: str  # Interpretation of the walls' tilt; "modelled" if a mesh has walls of its own, which no angle describes
+    wall_angles_deg: tuple[float, float]  # Angles of the left and the right wall from vertical
+    cavity_volume_mm3: float  # Volume between the walls, below the face, inside the block
+    sections: Sections  # Cavity along the centreline, without side cracks and without what lies beyond its ends
+    report: dict[str, Any]
+    """Further content of solid.json: widths, the volume for each tilt, the depth at which walls meet."""
+
+    def depth_at_mm(self, s_mm: Floats) -> Floats:
+        """Depth of the cavity's floor at each arc length along the centreline, (n,)."""
+        return np.interp(s_mm, self.sections.s_mm, self.sections.depth_mm)
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Timed nozzle path: waypoints, each with the speed and flow that hold until the next.
+
+    The last row has speed 0 and flow 0.
+    """
+
+    t_s: Floats  # (n,)
+    position_mm: Floats  # (n, 3): the nozzle tip
+    s_mm: Floats  # (n,): arc length on the crack's centreline
+    speed_mm_s: Floats  # (n,)
+    flow_mm3_s: Floats  # (n,)
+
+    @property
+    def duration_s(self) -> float:
+        return float(self.t_s[-1] - self.t_s[0])
+
+    @property
+    def length_mm(self) -> float:
+        """Length of the path from waypoint to waypoint; smoothing makes it shorter than the centreline."""
+        return float(arc_length(self.position_mm)[-1])
+
+    @property
+    def given_mm3(self) -> Floats:
+        """Sealant given between each waypoint and the next, (n - 1,)."""
+        return self.flow_mm3_s[:-1] * np.diff(self.t_s)
+
+    @property
+    def dispensed_mm3(self) -> float:
+        return float(self.given_mm3.sum())
+
+    @property
+    def giving(self) -> slice:
+        """Waypoints from the first sealant to the last, without leads."""
+        flowing = np.flatnonzero(self.flow_mm3_s[:-1] > 0)
+        return slice(int(flowing[0]), int(flowing[-1]) + 2) if len(flowing) else slice(0, 0)
+
+
+class JsonRecord(BaseModel):
+    """A frozen record that is written as JSON, key by key."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True, arbitrary_types_allowed=True)
+
+
+def _or_none(value: Any) -> Any:
+    return None if isinstance(value, float) and not np.isfinite(value) else value
+
+
+Known = Annotated[float | None, BeforeValidator(_or_none)]
+"""A number, or None where it does not exist, as the error of a stretch without readings."""
+
+
+class RunHealth(JsonRecord):
+    """Numbers that a run records about itself; None where one was not recorded or does not exist.
+
+    Labels and units of all are in the report's table of numerical health.
+    """
+
+    # Files of other versions may hold more.
+    model_config = ConfigDict(extra="allow")
+
+    density_error_mean: Known = None  # Compression above the rest density as a share of it, as are the next two
+    density_error_p95: Known = None
+    density_error_max: Known = None
+    most_neighbours: int | None = None
+    moving_mean: Known = None
+    moving_most: int | None = None
+    viscosity_iterations_mean: Known = None
+    viscosity_iterations_most: int | None = None
+    frames: int | None = None
+    frame_s: Known = None
+    substeps: int | None = None
+    particles_a_release: int | None = None
+    wall_particles: int | None = None
+    particles_across: Known = None
+    kernels_a_frame: int | None = None
+    setup_s: Known = None  # Computing time before the first frame
+    frames_s: Known = None  # Computing time of all frames
+    viscosity_m2_s: Known = None
+    viscosity_pa_s: Known = None
+    U: Known = None
+    D_cm: Known = None
+    yield_stress_pa: Known = None
+    reynolds: Known = None
+    bond: Known = None
+    bingham: Known = None
+    volume_ratio: Known = None  # Volume of the settled particles over the dispensed volume
+
+    def recorded(self) -> dict[str, Any]:
+        """Return the numbers that were recorded, by name."""
+        return self.model_dump(exclude_unset=True)
+
+
+@dataclass(frozen=True)
+class Run:
+    """Finished fluid run."""
+
+    position_mm: Floats  # (n, 3): at the end, when the profile is measured
+    velocity_mm_s: Floats  # (n, 3)
+    age_s: Floats  # (n,): since release
+    spilled: NDArray[np.bool_]  # (n,): over the sample's edge
+    radius_mm: float
+    particle_volume_mm3: float  # Dispensed volume over the number of particles: Eq. 6 of the paper.
+    escaped_particles: int  # Particles that went through a wall; anything but 0 is a fault
+    device: str
+    settings: dict[str, Any]  # Effective settings of the solver after its preset is resolved
+    health: RunHealth  # Numbers that show whether the run can be trusted: density error, neighbours, iterations, times
+
+    @property
+    def spilled_particles(self) -> int:
+        return int(self.spilled.sum())
+
+    @property
+    def dispensed_volume_mm3(self) -> float:
+        return len(self.position_mm) * self.particle_volume_mm3
+
+
+class ParticleState(IntEnum):
+    """State of a particle at one moment."""
+
+    MOVING = 0
+    ASLEEP = 1  # Particle at rest below the yield stress, until a faster one meets it
+    FROZEN = 2  # Particle that froze by its age, permanently
+    SPILLED = 3  # Particle that left over the sample's edge
+    ESCAPED = 4  # Particle that went through a wall: a fault
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Particles that have left the nozzle, in that order, at one moment of a fluid run."""
+
+    t_s: float
+    position_mm: Floats  # (n, 3)
+    velocity_mm_s: Floats  # (n, 3)
+    age_s: Floats  # (n,): since release
+    density: Floats  # (n,): over rest density
+    state: Integers  # (n,), ParticleState values
+
+    @property
+    def speed_mm_s(self) -> Floats:
+        return np.linalg.norm(self.velocity_mm_s, axis=1)
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Level of the sealant along the crack, relative to the face: negative below it, positive above."""
+
+    s_mm: Floats  # (n,), increasing
+    level_mm: Floats  # (n,)
+    repeats_mm: Floats | None = None  # Single readings of a measured profile, (n, r); NaN for a missing one
+    data: DataKind = "synthetic"
+    source: str = ""
+    dialect: str = ""  # Sentence that says how the sheet of readings was understood; empty for a simulated profile
+
+
+def arc_length(points_mm: Floats) -> Floats:
+    """Distance along an open polyline from its first point, (n,)."""
+    steps = np.linalg.norm(np.diff(points_mm, axis=0), axis=1)
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def arc_length_at(points_mm: Floats, polyline_mm: Floats) -> Floats:
+    """Arc length of the nearest point of a polyline, (n,); beyond its ends the polyline runs on straight.
+
+    One pass over the segments: exact, and fast enough for 15,000 points and 1,000 segments (0.4 s).
+    """
+    begins_mm, steps = arc_length(polyline_mm), np.diff(polyline_mm, axis=0)
+    nearest = np.full(len(points_mm), np.inf)
+    s_mm = np.zeros(len(points_mm))
+    last = len(steps) - 1
+    for index, step in enumerate(steps):
+        length_mm = np.hypot(*step)
+        if length_mm == 0:
+            continue
+        offset = points_mm - polyline_mm[index]
+        along = np.clip(offset @ step / length_mm**2, -np.inf if index == 0 else 0.0, np.inf if index == last else 1.0)
+        distance = ((offset - along[:, None] * step) ** 2).sum(axis=1)
+        closer = distance < nearest
+        nearest[closer] = distance[closer]
+        s_mm[closer] = begins_mm[index] + along[closer] * length_mm
+    return s_mm

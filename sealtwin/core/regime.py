@@ -1,0 +1,31 @@
+"""Reynolds, Bond and Bingham numbers of an injection."""
+
+from typing import NamedTuple
+
+GRAVITY_M_S2 = 9.81
+SURFACE_TENSION_N_M = 0.072
+"""Surface tension of water against air at 25 degrees; a paste's is seldom known. The simulated fluid has none."""
+
+
+class Regime(NamedTuple):
+    reynolds: float | None  # Inertia over viscosity in the nozzle; None for a fluid without viscosity
+    bond: float  # Gravity over the surface tension of water, across the crack
+    bingham: float | None  # Yield stress over viscous stress in the nozzle; None for a fluid without viscosity
+
+
+def regime_of(
+    *,
+    viscosity_m2_s: float,
+    density_kg_m3: float,
+    yield_stress_pa: float,
+    speed_mm_s: float,
+    nozzle_mm: float,
+    width_mm: float,
+) -> Regime:
+    """Compute the numbers from the speed of the sealant in the nozzle and the width of the crack."""
+    bond = density_kg_m3 * GRAVITY_M_S2 * (1e-3 * width_mm) ** 2 / SURFACE_TENSION_N_M
+    if viscosity_m2_s == 0 or speed_mm_s == 0:
+        return Regime(None, bond, None)
+    reynolds = 1e-6 * speed_mm_s * nozzle_mm / viscosity_m2_s
+    viscous_pa = density_kg_m3 * viscosity_m2_s * speed_mm_s / nozzle_mm
+    return Regime(reynolds, bond, yield_stress_pa / viscous_pa)

@@ -1,0 +1,255 @@
+"""Run folder: its lock, and the manifest of which stage made which file from which inputs."""
+
+import hashlib
+import json
+import os
+import platform
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from importlib.metadata import version
+from itertools import chain, count
+from pathlib import Path
+from typing import Any
+
+from filelock import FileLock, Timeout
+
+from sealtwin.core.errors import BusyError, InputError, as_text
+from sealtwin.core.files import is_temporary, sha256, write_json, write_text
+
+MANIFEST = "manifest.json"
+LOCK = ".lock"
+HOLDER = ".holder.json"
+
+ENTRY = {
+    "key": str,
+    "settings": dict,
+    "inputs": dict,
+    "given": list,
+    "outputs": dict,
+    "wall_time_s": int | float,
+    "versions": dict,
+}
+"""Entries of the manifest for each finished stage."""
+PACKAGES = (
+    *("sealtwin", "numpy", "scipy", "opencv-python-headless", "scikit-image", "trimesh", "manifold3d", "warp-lang"),
+    *("similaritymeasures", "matplotlib"),
+)
+
+
+class RunFolder:
+    """Folder that this process holds, made by ``open_folder``."""
+
+    def __init__(self, path: Path, manifest: dict[str, Any]) -> None:
+        self.path = path
+        self.manifest = manifest
+
+    def is_current(self, stage: str, key: str) -> bool:
+        """Return True if ``stage`` was finished with this key and its files are still as it wrote them."""
+        entry = self.manifest["stages"].get(stage, {})
+        return entry.get("key") == key and not self._changed(entry)
+
+    def settings_of(self, stage: str) -> dict[str, Any] | None:
+        """Return the settings of a finished ``stage``; None if it is not finished."""
+        return self.manifest["stages"].get(stage, {}).get("settings")
+
+    def edited(self, stage: str) -> list[str]:
+        """Return the files of ``stage`` that exist, but not as it wrote them."""
+        entry = self.manifest["stages"].get(stage)
+        return [name for name in self._changed(entry) if (self.path / name).is_file()] if entry else []
+
+    def changed_since(self, stage: str) -> list[str]:
+        """Return the inputs of a finished ``stage`` that are gone or have changed."""
+        inputs = self.manifest["stages"][stage]["inputs"].items()
+        return [name for name, digest in inputs if not self._holds(name, digest)]
+
+    def clear(self, stage: str) -> list[str]:
+        """Remove ``stage`` from the manifest and delete its files, so that no old file passes for a new one.
+
+        Files that were edited since are kept. Returns the names under which they were kept.
+        """
+        kept = []
+        for name in self.edited(stage):
+            path = self.path / name
+            names = (path.with_name(f"{path.stem}.changed{number}{path.suffix}") for number in chain([""], count(2)))
+            kept.append(path.replace(next(free for free in names if not free.exists())).name)
+        entry = self.manifest["stages"].pop(stage, None)
+        if entry is not None:
+            self.save()
+            for name in entry["outputs"]:
+                (self.path / name).unlink(missing_ok=True)
+        return kept
+
+    def record(
+        self,
+        stage: str,
+        key: str,
+        settings: Mapping[str, Any],
+        inputs: Mapping[str, str],
+        outputs: Sequence[str],
+        wall_time_s: float,
+        *,
+        given: Sequence[str] = (),
+        **facts: Any,
+    ) -> None:
+        """Record a finished ``stage``: its key, its settings, the hashes of its inputs and outputs, and other facts.
+
+        ``given`` names the inputs that came from the user and not from an earlier stage.
+        """
+        self.manifest["stages"][stage] = {
+            "key": key,
+            "settings": dict(settings),
+            "inputs": dict(inputs),
+            "given": list(given),
+            "outputs": {name: sha256(self.path / name) for name in outputs},
+            "wall_time_s": round(wall_time_s, 3),
+            "finished_utc": datetime.now(UTC).isoformat(timespec="seconds"),
+            "versions": versions(),
+            **facts,
+        }
+        self.save()
+
+    def finished(self) -> list[str]:
+        """Return the finished stages whose inputs and outputs are still in the folder, in the order of the pipeline."""
+        # A stage that was redone is last in the manifest; the alphabetical order is that of the pipeline.
+        stages = sorted(self.manifest["stages"].items())
+        return [stage for stage, entry in stages if self._is_complete(entry)]
+
+    def wall_time_s(self) -> float:
+        """Return the time that all finished stages took, each when it was last done."""
+        return sum(self.manifest["stages"][stage]["wall_time_s"] for stage in self.finished())
+
+    def save(self) -> None:
+        write_json(self.path / MANIFEST, self.manifest)
+
+    def _is_complete(self, entry: Mapping[str, Any]) -> bool:
+        from_stages = [item for item in entry["inputs"].items() if item[0] not in entry["given"]]
+        present = all((self.path / name).is_file() for name in entry["outputs"])
+        return present and all(self._holds(name, digest) for name, digest in from_stages)
+
+    def _changed(self, entry: Mapping[str, Any]) -> list[str]:
+        return [name for name, digest in entry["outputs"].items() if not self._holds(name, digest)]
+
+    def _holds(self, name: str, digest: str) -> bool:
+        return (self.path / name).is_file() and sha256(self.path / name) == digest
+
+
+@contextmanager
+def open_folder(path: Path, *, create: bool) -> Iterator[RunFolder]:
+    """Hold a run folder until the block ends or the process is killed; ``create`` makes it if it is missing or empty.
+
+    Raises InputError if it is a file, is no run folder or holds files that no run wrote, and BusyError if another
+    process holds it.
+    """
+    _check_usable(path, create)
+    with holding(path):
+        for stale in path.iterdir():
+            if is_temporary(stale):
+                stale.unlink()
+        yield RunFolder(path, _read_manifest(path))
+
+
+def look_into(path: Path) -> RunFolder:
+    """Open a run folder for reading, even if another process holds it.
+
+    Raises InputError if it is no run folder or its manifest is damaged.
+    """
+    _check_usable(path, create=False)
+    return RunFolder(path, _read_manifest(path))
+
+
+@contextmanager
+def holding(path: Path, waiting: Callable[[str], None] | None = None) -> Iterator[None]:
+    """Make a folder and lock it until the block ends.
+
+    Raises BusyError if another process holds it; if ``waiting`` is given, calls it and waits for that process instead.
+    """
+    require_folder(path)
+    path.mkdir(parents=True, exist_ok=True)
+    lock = FileLock(path / LOCK)
+    try:
+        lock.acquire(timeout=0)
+    except Timeout:
+        if waiting is None:
+            raise BusyError(
+                f"{path}: in use by {_holder(path)}. Wait for it, stop it, or give another --out."
+            ) from None
+        waiting(f"{path}: in use by {_holder(path)}; waiting for it.")
+        lock.acquire()
+    try:
+        since = datetime.now().astimezone().strftime("%H:%M:%S")
+        write_text(path / HOLDER, json.dumps({"process": os.getpid(), "host": platform.node(), "since": since}))
+        yield
+    finally:
+        (path / HOLDER).unlink(missing_ok=True)
+        lock.release()
+
+
+def require_folder(path: Path) -> None:
+    """Raise InputError if ``path`` or a folder above it is a file, or has a name that is not UTF-8."""
+    if as_text(path) != str(path):
+        raise InputError(f"{as_text(path)}: a name that is not UTF-8; give --out another folder, or rename it.")
+    for part in (path, *path.parents):
+        if part.exists() and not part.is_dir():
+            raise InputError(f"{part}: this is a file; --out must name a folder, new or made by an earlier run.")
+
+
+def foreign_names(path: Path) -> list[str]:
+    """Return the names in a folder, without those that a process leaves if it is killed before its first file."""
+    ours = {LOCK, HOLDER}
+    return sorted(found.name for found in path.iterdir() if found.name not in ours and not is_temporary(found))
+
+
+def stage_key(inputs: Mapping[str, str], settings: Mapping[str, Any]) -> str:
+    """Return a hash of all that a stage's result depends on: its inputs, its settings and the package version."""
+    content = {"inputs": dict(inputs), "settings": dict(settings), "version": version("sealtwin")}
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def versions() -> dict[str, str]:
+    return {"python": platform.python_version(), **{name: version(name) for name in PACKAGES}}
+
+
+def _check_usable(path: Path, create: bool) -> None:
+    require_folder(path)
+    is_run = (path / MANIFEST).is_file()
+    if not create and not is_run:
+        raise InputError(f"{path}: no run folder (it has no {MANIFEST}). 'sealtwin run TRIAL' makes one.")
+    if create and path.is_dir() and not is_run:
+        foreign = foreign_names(path)
+        if foreign:
+            raise InputError(
+                f"{path}: holds files that no run wrote ({', '.join(foreign[:3])}); "
+                "nothing of yours is overwritten: give --out another folder."
+            )
+
+
+def _holder(path: Path) -> str:
+    try:
+        holder = json.loads((path / HOLDER).read_text(encoding="utf-8"))
+        return f"process {holder['process']} on {holder['host']} since {holder['since']}"
+    except (OSError, ValueError, KeyError, TypeError):
+        return "another process that has just started"
+
+
+def _read_manifest(path: Path) -> dict[str, Any]:
+    if not (path / MANIFEST).is_file():
+        write_json(path / MANIFEST, {"version": 1, "stages": {}})
+    try:
+        manifest = json.loads((path / MANIFEST).read_text(encoding="utf-8"))
+        if manifest["version"] == 1 and all(_is_entry(path, entry) for entry in manifest["stages"].values()):
+            return manifest
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        pass  # Damaged or of another form: one sentence for all of it.
+    raise InputError(
+        f"{path / MANIFEST}: damaged, or written by another version. Delete {path}, and make it again with "
+        f"'sealtwin run TRIAL --out {path}'."
+    )
+
+
+def _is_entry(folder: Path, entry: Mapping[str, Any]) -> bool:
+    """Return True for the entry of a stage whose outputs, which are removed with it, lie below the folder."""
+    home = folder.resolve()
+    files = [Path(os.path.normpath(home / name)) for name in entry["outputs"]]
+    below = all(home in file.parents and file.parent.resolve().is_relative_to(home) for file in files)
+    return below and all(isinstance(entry[part], kind) for part, kind in ENTRY.items())

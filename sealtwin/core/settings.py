@@ -1,0 +1,148 @@
+"""Settings files: TOML, checked against a model; every fault is reported in one sentence."""
+
+import difflib
+import json
+import re
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic_core import ErrorDetails
+
+from sealtwin.core.errors import InputError, as_text, naming
+
+
+class Settings(BaseModel):
+    """Base of the tables of a trial file. Subclasses document each field beside it; units are part of the names."""
+
+    model_config = ConfigDict(
+        frozen=True,
+        extra="forbid",
+        allow_inf_nan=False,
+        # A quoted "16" is a typo in a file of numbers, not a number.
+        strict=True,
+    )
+
+
+Table = TypeVar("Table", bound=Settings)
+
+LARGEST_BYTES = 200_000
+"""Limit of a settings file, which has some kilobytes."""
+DEEP_KEY = re.compile(r"(?<![\w\"'-])(?:[\w\"'-]++\s*+\.\s*+){16}")
+"""Dotted key of 16 parts or more; one of thousands would make a table for each part, gigabytes in all."""
+MOST_FAULTS = 8
+"""Number of faults that are reported at once."""
+LONGEST_VALUE = 60
+"""Letters of a faulty value that are shown."""
+BRANCH = r"float|int|str|one|several|literal\[.*|constrained-.*"
+"""Names of a union's branches: pydantic's own, and the tags of settings that are one number or several."""
+
+
+def read_settings(kind: type[Table], path: Path, *, name: str, starter: str) -> Table:
+    """Read settings from a TOML file.
+
+    Errors call it by ``name``, such as "trial file", and ``starter`` is the sentence on how to get one. Raises
+    InputError if the file is missing, no TOML, or holds a key or a value that is not allowed; every fault is named with
+    its key, the value found and what is allowed.
+    """
+    return checked(kind, path, read_toml(path, name=name, starter=starter))
+
+
+def read_toml(path: Path, *, name: str, starter: str) -> dict[str, Any]:
+    """Read a TOML file without checking its keys. Arguments and errors as ``read_settings``."""
+    if path.is_dir():
+        raise InputError(f"{path}: this is a folder; give the {name}.")
+    if not path.is_file():
+        raise InputError(f"{path}: no such file. {starter}.")
+    if path.stat().st_size > LARGEST_BYTES:
+        raise InputError(f"{path}: larger than {LARGEST_BYTES} bytes; this is no {name}.")
+    try:
+        # Windows' Notepad opens a file with a byte-order mark.
+        with naming(path):
+            text = path.read_text(encoding="utf-8-sig")
+        if DEEP_KEY.search(text):
+            raise InputError(f"{path}: a key of more than 16 parts; a {name} has tables of a level or two.")
+        return tomllib.loads(text)
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: no UTF-8 text; a {name} is TOML. {starter}.") from None
+    except (ValueError, RecursionError) as fault:
+        raise InputError(f"{path}: no valid TOML: {fault}.") from None
+
+
+def checked(
+    kind: type[Table], path: Path, content: dict[str, Any], origin: Callable[[str], str] | None = None
+) -> Table:
+    """Return ``content`` as settings. Raises InputError as ``read_settings``.
+
+    Faults name ``path``, or ``origin`` of the dotted key if ``content`` comes from several files.
+    """
+    if as_text(path) != str(path):
+        raise InputError(f"{as_text(path)}: a name that is not UTF-8, which no trial can hold; rename it.")
+    try:
+        # JSON is the form in which strict types still take a list for a tuple and a string for a path.
+        text = json.dumps(content, default=str)
+    except ValueError:
+        # Python reads a hexadecimal number of any length, and writes none of so many digits.
+        raise InputError(f"{path}: a whole number of thousands of digits; no setting takes one.") from None
+    try:
+        return kind.model_validate_json(text)
+    except ValidationError as fault:
+        named = origin or (lambda _: str(path))
+        raise InputError("\n".join(_sentences(kind, named, fault.errors()))) from None
+
+
+def _sentences(kind: type[Settings], named: Callable[[str], str], errors: list[ErrorDetails]) -> list[str]:
+    """Return one sentence for each place in the file: the branches of a union report the same value."""
+    places: dict[str, list[ErrorDetails]] = {}
+    for error in errors:
+        # pydantic adds the branch of a union to the place of an error.
+        parts = [part for part in error["loc"] if not re.fullmatch(BRANCH, str(part))]
+        if error["type"] == "missing" and isinstance(parts[-1], int):
+            parts.pop()
+        places.setdefault(".".join(map(str, parts)), []).append(error)
+    first = list(places.items())[:MOST_FAULTS]
+    sentences = [f"{named(where)}: {_fault(kind, where, found)}" for where, found in first]
+    more = len(places) - len(sentences)
+    return [*sentences, f"{named('')}: and {more} more faults."] if more else sentences
+
+
+def _fault(kind: type[Settings], where: str, errors: list[ErrorDetails]) -> str:
+    error, found = errors[0], errors[0]["input"]
+    if error["type"] == "extra_forbidden":
+        beside = _keys_beside(kind, error["loc"])
+        close = difflib.get_close_matches(str(error["loc"][-1]), beside, n=1)
+        allowed = f"did you mean '{close[0]}'?" if close else f"allowed: {', '.join(beside)}."
+        return f"{where}: no such key; {allowed}"
+    if error["type"] == "missing" and isinstance(error["loc"][-1], int):
+        return f"{where}: {len(found)} given, {len(found) + len(errors)} needed."
+    if error["type"] == "missing":
+        return f"{where} is missing; it has no default, so it must be given."
+    reason = ", or ".join(dict.fromkeys(map(_reason, errors)))
+    if isinstance(found, dict | list):
+        return f"{where}: {reason}." if where else f"{reason}."
+    value = repr(found)
+    return f"{where} = {value if len(value) <= LONGEST_VALUE else f'{value[:LONGEST_VALUE]}...'}: {reason}."
+
+
+def _reason(error: ErrorDetails) -> str:
+    if error["type"] == "string_pattern_mismatch":
+        return "must be one line of text, not blank and without control characters"
+    return error["msg"].removeprefix("Value error, ").removeprefix("Input ").replace(" after validation", "")
+
+
+def _keys_beside(kind: type[Settings], location: tuple[int | str, ...]) -> list[str]:
+    """Return the keys that are allowed in the table of a misspelt key."""
+    table: type[Settings] | None = kind
+    for part in location[:-1]:
+        if table is not None and part in table.model_fields:
+            table = _settings_in(table.model_fields[str(part)].annotation)
+    return [] if table is None else sorted(table.model_fields)
+
+
+def _settings_in(annotation: Any) -> type[Settings] | None:
+    """Return the settings class inside X, X | None or tuple[X, ...]."""
+    if isinstance(annotation, type) and issubclass(annotation, Settings):
+        return annotation
+    return next(filter(None, map(_settings_in, getattr(annotation, "__args__", ()))), None)

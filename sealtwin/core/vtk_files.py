@@ -1,0 +1,121 @@
+"""Frames for ParaView and any VTK reader: PolyData (.vtp), and a collection in time (.pvd).
+
+Format: VTK's XML file formats (VTK User's Guide, "VTK File Formats"), appended raw data, little endian, UInt64 headers.
+"""
+
+import re
+import struct
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sealtwin.core.errors import InputError
+from sealtwin.core.files import read_bytes, replacing, write_text
+from sealtwin.core.records import Frame
+
+TYPES: dict[str, Any] = {"Float32": np.dtype("<f4"), "Int32": np.dtype("<i4"), "UInt8": np.dtype("u1")}
+BEGIN_OF_DATA = b'<AppendedData encoding="raw">_'
+LENGTH = struct.Struct("<Q")
+
+
+def write_frame(path: Path, frame: Frame) -> None:
+    """Write one .vtp: a vertex for each particle, with its state. Millimetres and seconds."""
+    count = len(frame.position_mm)
+    of_points = {
+        "speed_mm_s": frame.speed_mm_s.astype("<f4"),
+        "velocity_mm_s": frame.velocity_mm_s.astype("<f4"),
+        "age_s": frame.age_s.astype("<f4"),
+        "density": frame.density.astype("<f4"),
+        "state": frame.state.astype("u1"),
+    }
+    places = {"position_mm": frame.position_mm.astype("<f4")}
+    cells = {"connectivity": np.arange(count, dtype="<i4"), "offsets": np.arange(1, count + 1, dtype="<i4")}
+    data = bytearray()
+
+    def block(arrays: dict[str, NDArray[Any]]) -> str:
+        lines = []
+        for name, values in arrays.items():
+            kind = next(kind for kind, dtype in TYPES.items() if dtype == values.dtype)
+            columns = values.shape[1] if values.ndim == 2 else 1
+            lines.append(
+                f'<DataArray type="{kind}" Name="{name}" NumberOfComponents="{columns}" format="appended" '
+                f'offset="{len(data)}"/>'
+            )
+            content = np.ascontiguousarray(values).tobytes()
+            data.extend(LENGTH.pack(len(content)) + content)
+        return "\n".join(lines)
+
+    head = f"""<?xml version="1.0"?>
+<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" header_type="UInt64">
+<PolyData>
+<FieldData>
+<DataArray type="Float64" Name="TimeValue" NumberOfTuples="1" format="ascii">{frame.t_s!r}</DataArray>
+</FieldData>
+<Piece NumberOfPoints="{count}" NumberOfVerts="{count}" NumberOfLines="0" NumberOfStrips="0" NumberOfPolys="0">
+<PointData Scalars="speed_mm_s" Vectors="velocity_mm_s">
+{block(of_points)}
+</PointData>
+<Points>
+{block(places)}
+</Points>
+<Verts>
+{block(cells)}
+</Verts>
+</Piece>
+</PolyData>
+"""
+    with replacing(path) as temporary:
+        temporary.write_bytes(head.encode() + BEGIN_OF_DATA + data + b"</AppendedData>\n</VTKFile>\n")
+
+
+def read_frame(path: Path) -> Frame:
+    """Read a frame that ``write_frame`` wrote. Raises InputError if it is of another kind or damaged."""
+    head, _, data = read_bytes(path).partition(BEGIN_OF_DATA)
+    try:
+        arrays = {
+            array.attrib["Name"]: array for array in ElementTree.fromstring(head + b"</VTKFile>").iter("DataArray")
+        }
+        names = ("position_mm", "velocity_mm_s", "age_s", "density", "state")
+        read = {name: _values(arrays[name], data) for name in names}
+        if len({len(values) for values in read.values()}) != 1:
+            raise ValueError("its arrays differ in length")
+        return Frame(t_s=float(arrays["TimeValue"].text or ""), **read)
+    except (ValueError, KeyError, struct.error, ElementTree.ParseError) as fault:
+        raise InputError(f"{path}: not a frame of a run, or damaged ({fault}). Run the simulation again.") from fault
+
+
+def write_collection(path: Path, frames: Sequence[tuple[float, str]]) -> None:
+    """Write a .pvd that lists frames by time in seconds and by file beside the .pvd."""
+    head = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="1.0" byte_order="LittleEndian">\n<Collection>\n'
+    lines = [f'<DataSet timestep="{t_s!r}" group="" part="0" file="{name}"/>\n' for t_s, name in frames]
+    write_text(path, f"{head}{''.join(lines)}</Collection>\n</VTKFile>\n")
+
+
+def read_collection(path: Path) -> list[tuple[float, Path]]:
+    """Read times in seconds and files of a .pvd that ``write_collection`` wrote, in its order. Raises InputError."""
+    content = read_bytes(path)
+    try:
+        found = ElementTree.fromstring(content).iter("DataSet")
+        return [(float(each.attrib["timestep"]), path.parent / _plain_name(each.attrib["file"])) for each in found]
+    except (ValueError, KeyError, ElementTree.ParseError) as fault:
+        raise InputError(f"{path}: not a collection of frames, or damaged ({fault}). Simulate again.") from fault
+
+
+def _values(array: ElementTree.Element, data: bytes) -> NDArray[Any]:
+    """Return an array of the appended data, a row for each particle."""
+    begin, dtype = int(array.attrib["offset"]), TYPES[array.attrib["type"]]
+    (size,) = LENGTH.unpack_from(data, begin)
+    values = np.frombuffer(data, dtype, size // dtype.itemsize, begin + LENGTH.size)
+    values = values.astype(np.int64 if dtype.kind == "u" else float)
+    return values if array.attrib["NumberOfComponents"] == "1" else values.reshape(-1, 3)
+
+
+def _plain_name(name: str) -> str:
+    """Return a name without folders: a collection from elsewhere must not lead out of its folder."""
+    if not re.fullmatch(r"[\w.-]+\.vtp", name):
+        raise ValueError(f"it names {name!r:.60}")
+    return name

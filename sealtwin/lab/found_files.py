@@ -1,0 +1,151 @@
+"""Search for photos, sheets and notes in a lab's folder. No file is opened, and no link is followed."""
+
+import os
+import unicodedata
+from collections.abc import Iterator, Mapping, Sequence, Set
+from dataclasses import dataclass, replace
+from pathlib import Path, PurePath
+
+from sealtwin.core.errors import InputError, as_text
+from sealtwin.lab.sample_names import UNREAD_TABLES, Said, as_label, read_name
+from validate.readings.samples import SamplePart, parts_of, sample_key
+
+DEFAULTS = "lab.toml"  # Name of the file, at the top of a lab's folder, whose settings hold for all samples
+MOST_ENTRIES = 50_000  # Files and folders that are looked at. More is a disk given by mistake.
+MOST_FILES = 5_000
+"""Photos, sheets and notes: the work of years, and as many rows as the pairing file is read back with."""
+MOST_TOLD = 3  # Names in one sentence
+HIDDEN = (".", "~$")
+UNSEEN = {"Cc", "Cf", "Zl", "Zp"}  # Unicode's categories of what controls a text and is no part of it
+
+
+@dataclass(frozen=True)
+class Piece:
+    file: PurePath  # Relative to the lab's folder
+    part: SamplePart | None = None  # None: all of it
+
+    @property
+    def part_name(self) -> str:
+        """Name of the part in the pairing file."""
+        return "" if self.part is None else str(self.part)
+
+    def __str__(self) -> str:
+        return f"{self.file}, {self.part}" if self.part else str(self.file)
+
+
+def divide(folder: Path, named: Mapping[PurePath, Said], known: Set[str]) -> dict[Piece, Said]:
+    """Return each file as a whole, but for tables of readings that name samples themselves: these in parts.
+
+    A column that names samples counts always, a worksheet's name where it is that of a sample in ``known``, the keys of
+    samples with a photo; the other tables of such a workbook are then asked about.
+    """
+    pieces: dict[Piece, Said] = {}
+    for file, said in named.items():
+        pieces |= _divided(folder, file, said, known) if said.role == "readings" else {Piece(file): said}
+    return pieces
+
+
+def _divided(folder: Path, file: PurePath, said: Said, known: Set[str]) -> dict[Piece, Said]:
+    samples = {part: _sample(file, part) for part in parts_of(folder / file)}
+    # A worksheet of a known sample is its own though no readings are found in it: reading it tells why.
+    samples = {part: sample for part, sample in samples.items() if part.headed or sample_key(sample) in known}
+    naming = [part for part, sample in samples.items() if part.rows_of is not None or sample_key(sample) in known]
+    keys, own = {sample_key(samples[part]) for part in naming}, sample_key(said.sample)
+    told_apart = len(samples) > 1 and any(part.headed for part in naming)
+    if not naming or (keys == {own} and not told_apart):
+        return {Piece(file): said}
+    if own in known and own not in keys:
+        # The file's name and its rows contradict each other: reading it as that sample's tells so.
+        by_column = next((part for part in naming if part.rows_of is not None), None)
+        return {Piece(file, by_column and replace(by_column, rows_of=said.sample)): said}
+    return {Piece(file, part): Said(sample, "readings") for part, sample in samples.items()}
+
+
+def _sample(file: PurePath, part: SamplePart) -> str:
+    """Return the sample that a part names, as if a file of that name lay there: in May/all.csv, P01 is May-P01."""
+    said = read_name(file.parent / f"{as_label(part.rows_of or part.sheet or '')}.csv", camera_counts=True)
+    return said.sample if said is not None else ""
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """A file, or a folder, that takes no part, and why."""
+
+    file: str
+    reason: str
+    lost: bool  # True where data of the lab is missing without it, as for an unreadable sheet
+    said: Said | None = None  # Sample and role that the name gives
+
+    @property
+    def sentence(self) -> str:
+        return f"{self.file}: {self.reason}"
+
+
+def find_files(folder: Path) -> tuple[list[PurePath], list[LeftOut]]:
+    """Return the photos, sheets and notes in ``folder`` and all below it, relative to it, and what is left out.
+
+    Raises InputError where it is no folder, or holds more than is looked at.
+    """
+    if not folder.is_dir():
+        raise InputError(f"{as_text(folder)}: no such folder; give the one that holds photos, sheets and notes.")
+    files, left_out = list[PurePath](), list[LeftOut]()
+    for path in sorted(_paths(folder, left_out)):
+        file = path.relative_to(folder)
+        said = read_name(file)
+        if (reason := _refusal(path, file, said)) is not None:
+            left_out.append(LeftOut(plain(as_text(file)), reason, said is not None, said))
+        elif file != Path(DEFAULTS):
+            files.append(file)
+    if len(files) > MOST_FILES:
+        raise InputError(f"{folder}: {len(files):,} photos, sheets and notes; at most {MOST_FILES:,} are taken.")
+    return files, left_out
+
+
+def plain(text: str) -> str:
+    """Return ``text`` on one line, with nothing in it that moves a terminal's cursor or turns its letters round."""
+    return "".join("?" if unicodedata.category(letter) in UNSEEN else letter for letter in text)
+
+
+def few(names: Sequence[object]) -> str:
+    """Return the first of the names and how many more there are."""
+    more = len(names) - MOST_TOLD
+    return ", ".join(map(str, names[:MOST_TOLD])) + (f" and {more} more" if more > 0 else "")
+
+
+def _paths(folder: Path, left_out: list[LeftOut]) -> Iterator[Path]:
+    """Yield all but folders and hidden files: a Mac leaves a ._photo.jpg beside each photo, Excel a ~$sheet.xlsx.
+
+    Folders that cannot be read are added to ``left_out``. Raises InputError where there is too much of it all.
+    """
+
+    def leave_out(fault: OSError) -> None:
+        place = plain(as_text(Path(os.path.relpath(fault.filename, folder))))
+        reason = f"a folder that cannot be read ({fault.strerror}). Make it readable, or move it away."
+        left_out.append(LeftOut(place, reason, lost=True))
+
+    seen = 0
+    for place, folders, names in os.walk(folder, onerror=leave_out):
+        seen += len(folders) + len(names)
+        if seen > MOST_ENTRIES:
+            raise InputError(f"{folder}: more than {MOST_ENTRIES:,} files; give one part of it at a time.")
+        folders[:] = [name for name in folders if not name.startswith(HIDDEN)]
+        links = [name for name in folders if Path(place, name).is_symlink()]
+        yield from (Path(place, name) for name in (*names, *links) if not name.startswith(HIDDEN))
+
+
+def _refusal(path: Path, file: Path, said: Said | None) -> str | None:
+    if path.is_symlink():
+        return "a link; links are not followed: copy the file itself."
+    if not path.is_file():
+        return "no plain file."
+    if as_text(file) != str(file):
+        return "a name that is not UTF-8; rename it."
+    if plain(str(file)) != str(file):
+        return "a name with control characters; rename it."
+    if said is None:
+        return "neither photo, sheet nor note, by its name."
+    if file.suffix.lower() in UNREAD_TABLES:
+        return f"{file.suffix} is not read; save it as XLSX or CSV."
+    if file.name == DEFAULTS and file != Path(DEFAULTS):
+        return f"{DEFAULTS} counts on top of the folder only; move it there."
+    return None

@@ -1,0 +1,214 @@
+"""Words and values of notes as settings: the data file's words, a trial's own keys, numbers with their units."""
+
+import difflib
+import re
+import tomllib
+from dataclasses import dataclass, field
+from datetime import date
+from functools import cache
+from typing import Any, Literal
+
+from sealtwin.core.settings import Settings
+from sealtwin.trial.trial_file import Trial
+from validate.readings.text_table import is_ambiguous, number, plain_letters
+from validate.readings.words import WORDS
+
+NAME = "name"
+DATA, DATE, OPERATOR = "data", "date", "operator"
+OWN = frozenset({DATA, DATE, OPERATOR})
+"""data: where photo and readings come from, both at once. Date and operator go into the catalogue."""
+OF_READINGS = ("readings.", "gate.")  # Prefixes of the keys that concern no sample without readings
+MESH = "mesh"  # A lab's samples are photos; 'sealtwin import-mesh' takes a mesh
+ALTERNATIVES = (
+    (
+        {"photo.mm_per_px", "photo.scale_is"},
+        {"photo.ruler_px", "photo.ruler_mm"},
+        {"photo.markers", "photo.face_mm", "photo.face_corners_px"},
+    ),
+    ({"fluid.U", "fluid.D_cm"}, {"fluid.viscosity_pa_s"}),
+)
+"""Ways to say one thing: a sample's own takes the place of the folder's, whichever that is."""
+
+UNITS: dict[str, dict[str, float]] = WORDS["notes"]["units"]
+"""Factor of each unit to that of its setting: mm, degrees, ml, mm/s, mm/px, Pa s, kg/m3, Pa, %."""
+LIKENESS = 0.8  # Share of letters that two words have in one order. Teife and Tiefe reach it; Wetter and Tester do not.
+NOTHING_BUT_WORDS = re.compile(r"[^\w/]+|_")
+NUMBER = re.compile(r"([-+\u2212]?\d[\d.,' ]*(?:[eE][-+]?\d+)?)\s*(.*)", re.DOTALL)
+WHOLE = re.compile(r"[-+]?\d+")
+TIMES = re.compile(r"\s*[x\u00d7*]\s*", re.IGNORECASE)
+PIXELS = re.compile(r"-?\d+(?:\.\d+)?")
+GERMAN_DATE = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})")
+
+
+def normal(text: str) -> str:
+    """Return a text that is equal for two spellings of one word: case, accents, hyphens, more blanks than one."""
+    return " ".join(NOTHING_BUT_WORDS.sub(" ", plain_letters(text)).split())
+
+
+def _split(words: str) -> list[str]:
+    return [word.strip() for word in words.split(",")]
+
+
+@dataclass(frozen=True)
+class WordMeaning:
+    """Meaning of a lab's word."""
+
+    key: str  # A setting of the trial, dotted, or one of a note's own
+    kind: Literal["text", "date", "choice", "number", "size", "points"]
+    measure: str = ""  # Kind of unit of a number or a size, a key of ``UNITS``; empty where it has none
+    choices: dict[str, str] = field(default_factory=dict)  # Lists of a lab's words by the setting's own word
+
+
+SETTINGS: dict[str, dict[str, Any]] = WORDS["notes"]["settings"]
+SPELLINGS = {normal(word): word for each in SETTINGS.values() for word in _split(each["words"])}
+BY_WORD = {
+    normal(word): WordMeaning(key, **{name: value for name, value in each.items() if name != "words"})
+    for key, each in SETTINGS.items()
+    for word in _split(each["words"])
+}
+HEADS, NOT_STATED = (set(_split(WORDS["notes"][name])) for name in ("heads", "not_stated"))
+"""Headers of the column of words in the first row of a sheet, and words for a missing value."""
+
+
+@cache
+def known_keys() -> frozenset[str]:
+    """Return the dotted names of all settings that a note may give."""
+    keys = set(OWN)
+    for name, field_of in Trial.model_fields.items():
+        kinds = (field_of.annotation, *getattr(field_of.annotation, "__args__", ()))
+        table = next((kind for kind in kinds if isinstance(kind, type) and issubclass(kind, Settings)), None)
+        if table is None:
+            keys.add(name)
+        elif name != MESH:
+            keys |= {f"{name}.{key}" for key in table.model_fields}
+    return frozenset(keys)
+
+
+def tables() -> frozenset[str]:
+    """Return the names of the tables of a trial that a note may have."""
+    return frozenset(key.partition(".")[0] for key in known_keys() if "." in key)
+
+
+def likely_word(written: str) -> str | None:
+    """Return the known word that is probably meant."""
+    close = difflib.get_close_matches(normal(written), SPELLINGS, n=1, cutoff=LIKENESS)
+    return SPELLINGS[close[0]] if close else None
+
+
+def likely_key(written: str) -> str | None:
+    """Return the setting that is probably meant: crack.depth_mm for depth_mm and for crack.dpeth_mm."""
+    # [uncertainty] has the names of what is uncertain; the setting itself is more often meant.
+    keys = sorted(known_keys(), key=lambda key: (not key.startswith("uncertainty."), key))
+    by_name = {key.rpartition(".")[2]: key for key in keys} | {key: key for key in keys}
+    last = written.rpartition(".")[2]
+    close = [last] if last in by_name else difflib.get_close_matches(written, by_name, n=1, cutoff=LIKENESS)
+    return by_name[close[0]] if close else None
+
+
+def read_value(meaning: WordMeaning, text: str, unit: str, *, exact: bool = False) -> Any:
+    """Return ``text`` as the setting that ``meaning`` names takes it.
+
+    ``unit`` is that of the word, such as mm of "depth [mm]", or empty; ``exact`` marks a workbook's own number, whose
+    decimal point is one. Raises ValueError where it cannot be read without guessing; its text ends a sentence that
+    names the place.
+    """
+    match meaning.kind:
+        case "number" if exact:
+            return _scaled(meaning, float(text), unit, "")
+        case "number":
+            return _quantity(meaning, text, unit)
+        case "size":
+            width, times, height = TIMES.sub("x", text).partition("x")
+            if not times:
+                raise ValueError("is no size; write width x height, for example 160 x 40.")
+            # "160 x 40 mm" gives the unit once, for both.
+            beside = NUMBER.fullmatch(height)
+            return [
+                _quantity(meaning, width, unit, beside[2] if beside else ""),
+                _quantity(meaning, height, unit),
+            ]
+        case "choice":
+            known = ((choice, _split(words)) for choice, words in meaning.choices.items())
+            found = [choice for choice, words in known if normal(text) in map(normal, words)]
+            if not found:
+                raise ValueError(f"is none of {', '.join(meaning.choices)}.")
+            return found[0]
+        case "points":
+            numbers = [float(found) for found in PIXELS.findall(text)]
+            if len(numbers) != 4:
+                raise ValueError("must be two places in pixels, decimals with a point: 12.5 340 905 377.")
+            return [numbers[:2], numbers[2:]]
+        case "date":
+            return read_date(text)
+        case "text":
+            return text
+
+
+def read_setting(text: str, *, exact: bool = False) -> Any:
+    """Return the value of a trial's own key in a sheet of words: a number, a word, or a list as TOML writes it.
+
+    ``exact`` and what is raised as ``read_value``.
+    """
+    if exact:
+        return int(text) if WHOLE.fullmatch(text) else float(text)
+    if text[0] in "[{\"'" or text in {"true", "false"}:
+        try:
+            return tomllib.loads(f"value = {text}")["value"]
+        except tomllib.TOMLDecodeError as fault:
+            example = "[[12.0, 340.0], [905.0, 377.0]]"
+            raise ValueError(f"is no value as TOML writes it ({fault}); for example {example}.") from None
+    return text if number(text, None) is None else _plain_number(text)
+
+
+def read_date(value: object) -> str:
+    """Return a date in ISO 8601, from that or from 31.12.2026. Raises ValueError."""
+    text = value.isoformat() if isinstance(value, date) else str(value).strip()
+    if german := GERMAN_DATE.fullmatch(text):
+        day, month, year = german.groups()
+        text = f"{year}-{month:0>2}-{day:0>2}"
+    try:
+        return date.fromisoformat(text[:10] if re.match(r"\d{4}-\d\d-\d\d[T ]", text) else text).isoformat()
+    except ValueError:
+        raise ValueError("is no date that can be read one way only; write 2026-12-31 or 31.12.2026.") from None
+
+
+def is_unit(text: str) -> bool:
+    return any(text.casefold().replace(" ", "") in units for units in UNITS.values())
+
+
+def _quantity(meaning: WordMeaning, text: str, unit: str, beside: str = "") -> float:
+    """Return a number in its setting's unit; ``beside`` is the unit where ``text`` holds none."""
+    found = NUMBER.fullmatch(text)
+    if found is None:
+        raise ValueError("is no number; write for example 16,0 or 16.0.")
+    return _scaled(meaning, _plain_number(found[1].strip()), unit, found[2].strip() or beside.strip())
+
+
+def _plain_number(text: str) -> float:
+    if is_ambiguous(text):
+        whole, fraction = re.split("[.,]", text)
+        raise ValueError(f"may be {whole}{fraction} or {whole}.{fraction}0; write one of these.")
+    value = number(text, None)
+    if value is None:
+        raise ValueError("is no number; write for example 16,0 or 16.0, without a sign between thousands.")
+    return int(value) if WHOLE.fullmatch(text) else value
+
+
+def _scaled(meaning: WordMeaning, number: float, in_word: str, in_value: str) -> float:
+    units = UNITS[meaning.measure]
+    known = ", ".join(units)
+    given = [unit for unit in (_unit(in_word), _unit(in_value)) if unit]
+    if not given:
+        raise ValueError(f"has no unit; write it beside the word or the number, one of {known}.")
+    for unit in given:
+        if unit not in units:
+            raise ValueError(f"is in {unit!r}, which is not known here; write one of {known}.")
+    if len({units[unit] for unit in given}) > 1:
+        raise ValueError(f"is in {given[0]} by its word and in {given[1]} by its value; write one of both.")
+    # Twelve digits: 1.6 cm is 16 mm, and not 16.000000000000004.
+    return float(f"{number * units[given[0]]:.12g}")
+
+
+def _unit(text: str) -> str:
+    """Remove the spaces and marks that people put between a unit's letters."""
+    return re.sub(r"[\s·*]+|(?<=[a-z])\.$", "", text.replace("μ", "µ").casefold().replace("μ", "µ"))

@@ -1,0 +1,256 @@
+"""One sample's files and words as they were found, and the trial that they make; or all that keeps them from it."""
+
+import hashlib
+import json
+import tomllib
+from collections.abc import Mapping, Set
+from dataclasses import dataclass, field
+from pathlib import Path, PurePath
+from typing import Any
+
+from digitise.settings import DEEPEST_MM, LARGEST_FILE_BYTES
+from sealtwin.core import files
+from sealtwin.core.errors import InputError
+from sealtwin.core.settings import checked
+from sealtwin.lab.note_words import ALTERNATIVES, DATA, OF_READINGS, OWN
+from sealtwin.lab.notes import Note, read_note
+from sealtwin.lab.pairing import LONGEST_NAME, SampleFiles
+from sealtwin.lab.sample_names import Role
+from sealtwin.trial.job import LARGEST_SHEET_BYTES
+from sealtwin.trial.starter_files import TRIAL
+from sealtwin.trial.trial_file import Trial
+from simulate.settings import Fluid
+from validate.readings.read_readings import read_readings
+from validate.settings import Declared
+
+INPUTS = Path("inputs")
+PICTURES: Mapping[Role, str] = {"photo": "photo.file", "second_photo": "photo.second_photo", "mask": "photo.mask"}
+"""Settings that name a file."""
+STARTER = tomllib.loads(TRIAL)
+NAMED_FILES: Mapping[Role, str] = {**PICTURES, "readings": "readings.file"}
+SCALES = set[str]().union(*ALTERNATIVES[0])
+ORIGIN = ': where they come from; write data = "measured" (or "reconstructed", "synthetic").'
+NEEDED = (
+    ("photo.data", "synthetic", ORIGIN),
+    ("crack.depth_mm", 16.0, "; no photo shows it: write [crack] depth_mm = 16.0, or 'Depth [mm]' and 16.0."),
+    ("readings.data", "synthetic", ORIGIN),
+    (
+        "readings.role",
+        "held-out",
+        ': write [readings] role = "held-out", or "calibrated-on" where they helped to choose the fluid.',
+    ),
+)
+"""Required settings that no photo shows: the setting, a stand-in with which the rest is checked, and what to write."""
+
+
+@dataclass(frozen=True)
+class KeptFile:
+    """A file of the lab's, and how it is kept."""
+
+    role: Role
+    original: str  # Original path, relative to the lab's folder
+    kept_as: str  # Path of the identical copy in the trial's folder
+    sha256: str
+    size_bytes: int
+
+
+@dataclass
+class Prepared:
+    """Sample as it was found; it becomes a trial only without faults."""
+
+    sample: SampleFiles
+    raw: list[KeptFile] = field(default_factory=list)
+    note: Note = field(default_factory=Note)
+    faults: list[str] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)
+    trial: Trial | None = None
+    dialect: str | None = None  # Dialect of the sheet of readings, as a sentence
+
+    @property
+    def hashes(self) -> dict[Role, str]:
+        """Hashes of the files by role; of a sheet that others share, only of what is this sample's."""
+        part = self.sample.part
+        return {raw.role: part.sha256 if part and raw.role == "readings" else raw.sha256 for raw in self.raw}
+
+    @property
+    def content(self) -> str:
+        """Hash of what was measured and of what was said about it: equal where nothing has changed."""
+        said = {key: entry.value for key, entry in sorted(self.note.entries.items())}
+        return hashlib.sha256(json.dumps([said, self.hashes], sort_keys=True, default=str).encode()).hexdigest()
+
+
+def kept_as(role: str, file: PurePath) -> str:
+    """Return the file's name in the trial's folder by its role, since a lab's names may be anything or equal."""
+    return (INPUTS / f"{role}{file.suffix.lower()}").as_posix()
+
+
+def gather(folder: Path, sample: SampleFiles, defaults: Note) -> Prepared:
+    """Read a sample's notes and hash its files; their content is not looked at yet."""
+    prepared = Prepared(sample, faults=[*sample.questions, *sample.lost])
+    if sample.questions:
+        return prepared
+    if len(sample.name) > LONGEST_NAME:
+        prepared.faults.append(f"{sample.name[:20]}...: a name of {len(sample.name)} letters; at most {LONGEST_NAME}.")
+    for role, file in sorted(sample.files.items()):
+        path = folder / file
+        limit = LARGEST_FILE_BYTES if role in PICTURES else LARGEST_SHEET_BYTES
+        size = path.stat().st_size
+        if size > limit:
+            prepared.faults.append(
+                f"{path}: {size / 1e6:,.0f} MB; at most {limit / 1e6:,.0f} MB of such a file are read."
+            )
+        else:
+            kept = KeptFile(role, file.as_posix(), kept_as(role, file), files.sha256(path), size)
+            prepared.raw.append(kept)
+    own = next((read_note(folder / raw.original) for raw in prepared.raw if raw.role == "note"), Note())
+    if "readings" not in sample.files:
+        defaults = defaults.without_readings()
+        prepared.faults += [
+            f"{entry.origin}: {key} of a sample without readings; add its sheet, or leave {key} out."
+            for key, entry in sorted(own.entries.items())
+            if key.startswith(OF_READINGS)
+        ]
+    prepared.note = own.over(defaults)
+    prepared.faults += own.faults
+    prepared.remarks += prepared.note.remarks
+    return prepared
+
+
+def prepare(folder: Path, prepared: Prepared) -> None:
+    """Look at what ``gather`` found: give ``prepared`` its trial and its dialect, or its faults."""
+    content = _tables(prepared)
+    try:
+        trial = checked(Trial, folder, content, lambda key: _origin(folder, prepared, key))
+    except InputError as fault:
+        trial = None
+        prepared.faults += str(fault).splitlines()
+    deepest_mm = trial.crack.deepest_mm if trial is not None and trial.crack is not None else DEEPEST_MM
+    for raw in prepared.raw:
+        try:
+            _look_at(folder / raw.original, raw.role, content, deepest_mm, prepared)
+        except InputError as fault:
+            prepared.faults += str(fault).splitlines()
+    if prepared.faults or trial is None:
+        return
+    prepared.trial = trial
+    if trial.fluid is not None:
+        prepared.remarks += _remarks_on_fluid(prepared.note.entries.keys(), trial.fluid)
+    if trial.photo is not None and trial.photo.ends_px is None and trial.photo.mask is None:
+        prepared.remarks.append("no ends_px: the crack is searched for; 'sealtwin trace' lets you click its ends.")
+
+
+def _look_at(path: Path, role: Role, content: Mapping[str, Any], deepest_mm: float, prepared: Prepared) -> None:
+    """Decode a picture, or read readings as the pipeline does, whose crack's length is not known yet."""
+    if role in PICTURES:
+        from digitise.image.decoding import read_photo
+
+        read_photo(path, PICTURES[role])
+    elif role == "readings":
+        readings = content["readings"]
+        try:
+            # How it is written; what else is said of the readings may be wrong, and keeps no fault of the sheet back.
+            keys = Declared.model_fields.keys() & readings.keys()
+            declared = checked(Declared, path, {key: readings[key] for key in keys})
+        except InputError:
+            return  # Told of already, by the key that is at fault.
+        prepared.dialect = read_readings(path, declared, None, deepest_mm).dialect
+
+
+def _tables(prepared: Prepared) -> dict[str, Any]:
+    """Return the tables of a trial. What must be said and is not is a fault, and here a stand-in.
+
+    What nobody says of the solver and the fluid is the starter's: without a rest the jet, still falling, would be taken
+    for the sealant's level; and no one radius fits all cracks of a lab.
+    """
+    said = _said(prepared)
+    solver = {f"solver.{key}": STARTER["solver"][key] for key in ("radius_mm", "settle_s")}
+    said = solver | _fluid(said.keys()) | said
+    where, meant = _where_to_say(prepared), prepared.note.meant
+    tables = {"photo", "crack", *prepared.sample.files.keys()}
+    for key, stand_in, remedy in NEEDED:
+        if key not in said and key.partition(".")[0] in tables:
+            said[key] = stand_in
+            if key not in meant and not (key.endswith(".data") and DATA in meant):
+                prepared.faults.append(f"{where}: {key} is not said{remedy}")
+    if not SCALES & said.keys():
+        said["photo.mm_per_px"] = 0.1
+        if not SCALES & meant:
+            prepared.faults.append(
+                f"{where}: no scale is said; write [photo] mm_per_px, face_mm, ruler_px or markers, or 'Scale [mm/px]'."
+            )
+    content: dict[str, Any] = {}
+    for key, value in said.items():
+        table, _, name = key.rpartition(".")
+        (content.setdefault(table, {}) if table else content)[name] = value
+    return content
+
+
+def _said(prepared: Prepared) -> dict[str, Any]:
+    """Return the settings of a trial by dotted key: as its notes say them, its files, and its part of a shared one.
+
+    A note may give a file or a part, too, if it is the same.
+    """
+    sample, entries = prepared.sample, prepared.note.entries
+    said: dict[str, Any] = {"name": sample.name[:LONGEST_NAME]}
+    if DATA in entries:
+        said |= dict.fromkeys(("photo.data", "readings.data"), entries[DATA].value)
+    said |= {key: entry.value for key, entry in entries.items() if key not in OWN}
+    if "readings" not in sample.files:
+        said = {key: value for key, value in said.items() if not key.startswith(OF_READINGS)}
+    kept = ((key, role, sample.files[role]) for role, key in NAMED_FILES.items() if role in sample.files)
+    given = {key: (file.name, str(file), kept_as(role, file)) for key, role, file in kept}
+    if (part := sample.part) is not None:
+        place = f"{sample.files['readings']}, {part},"
+        parts = {"readings.sheet": part.sheet, "readings.sample": part.rows_of}
+        given |= {key: (value, place, value) for key, value in parts.items() if value is not None}
+    for key, (name, place, value) in given.items():
+        if key in entries and name not in (entries[key].value, PurePath(str(entries[key].value)).name):
+            prepared.faults.append(
+                f"{entries[key].origin}: {key} = {str(entries[key].value)!r:.80}, but {place} is of this sample by its "
+                "name; leave it out, and say in the pairing file which is."
+            )
+        said[key] = value
+    for role, key in NAMED_FILES.items():
+        if role not in sample.files and key in said:
+            prepared.faults.append(
+                f"{entries[key].origin}: {key} = {str(said.pop(key))!r:.80}, which is not of this sample "
+                f"by its name; give it the sample's name, or the role {role} in the pairing file."
+            )
+    return said
+
+
+def _fluid(said: Set[str]) -> dict[str, Any]:
+    """Return the starter's settings that nobody says: of the flow, and of what holds its slope, either of two ways."""
+    fluid = {f"fluid.{key}": value for key, value in STARTER["fluid"].items()}
+    if "fluid.viscosity_pa_s" in said:
+        # D goes with it: the drag of the walls then follows from the viscosity.
+        del fluid["fluid.U"], fluid["fluid.D_cm"]
+    if "fluid.freeze_after_s" in said:
+        del fluid["fluid.yield_stress_pa"]
+    return {key: value for key, value in fluid.items() if key not in said}
+
+
+def _remarks_on_fluid(said: Set[str], fluid: Fluid) -> list[str]:
+    """Return remarks on the starter's settings in ``fluid``, those not among ``said``, and on no yield stress."""
+    if fluid.freeze_after_s == "never" and fluid.most_yield_stress_pa == 0:
+        return [
+            "nothing holds the sealant's slope, neither fluid.yield_stress_pa nor fluid.freeze_after_s: it ends level."
+        ]
+    taken = ", ".join(f"{key} = {value}" for key, value in _fluid(said).items())
+    return [f"{taken}: the starter's, since no note says it. Write your own, best into lab.toml."] if taken else []
+
+
+def _origin(folder: Path, prepared: Prepared, key: str) -> str:
+    """Return the place of a setting, or of those of a table, in the notes."""
+    entries = prepared.note.entries
+    told = [entry.origin for name, entry in entries.items() if f"{key}.".startswith(f"{name}.")]
+    told += [entry.origin for name, entry in entries.items() if name.startswith(f"{key}.")]
+    if key.endswith(".data") and DATA in entries:
+        told.append(entries[DATA].origin)
+    return ", ".join(dict.fromkeys(told[::-1])) if told else str(folder / _where_to_say(prepared))
+
+
+def _where_to_say(prepared: Prepared) -> str:
+    """Return the name of the sample's note, or the one that it would get."""
+    note, photo = prepared.sample.files.get("note"), prepared.sample.files["photo"]
+    return str(note) if note is not None else f"{photo.with_name(f'{photo.stem}_notes.toml')} or lab.toml"

@@ -1,1 +1,0 @@
-"""What is kept: files, run folders, databases."""

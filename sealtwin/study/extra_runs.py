@@ -1,0 +1,283 @@
+"""The extra runs that give a simulated level its uncertainty: two more particle sizes, and inputs moved by design.
+
+They are kept in RUN/uncertainty, a folder like that of a sweep, and computed once: after a kill the same command
+computes what is left.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sealtwin.core import files, record_files
+from sealtwin.core.cluster import cores
+from sealtwin.core.errors import InputError, NumericalError
+from sealtwin.core.records import Outline, Profile, Run
+from sealtwin.core.run_folder import stage_key
+from sealtwin.core.settings import checked
+from sealtwin.study.estimate import RunSize, estimate, size_of
+from sealtwin.study.runner import Bench, Computing, compute, read_bench
+from sealtwin.study.study_file import with_settings
+from sealtwin.study.study_folder import (
+    Plan,
+    StudyRun,
+    forget_outcome,
+    holds_study,
+    is_intact,
+    read_plan,
+    remove_temporary_files,
+    run_path,
+    with_outcome,
+    write_plan,
+)
+from sealtwin.trial.job import DIGITISED, Job, made_by, stage_settings
+from sealtwin.trial.trial_file import Trial
+from sealtwin.trial.validate_stage import SPREAD, UNCERTAINTY, varied_settings
+from validate.uncertainty.validation import Effect, SizeRun, Spread, effects_of, two_level_design
+
+RATIO = 1.3
+"""Ratio of neighbouring particle sizes, the least that Celik et al. 2008 recommend: a finer run costs four times as
+much, and a coarser one soon has too few particles abreast."""
+OF_THE_WALLS = ("width_mm", "wall_angle_deg", "depth_mm")  # Inputs that change the solid
+SAME_POINT_MM = 1e-6  # Distance below which both walls are one point, as at a tip
+
+
+@dataclass(frozen=True)
+class _Base:
+    """The run that the extra runs are held against."""
+
+    job: Job
+    bench: Bench
+    run: Run
+    profile: Profile
+
+
+@dataclass(frozen=True)
+class _Variant:
+    """One extra run."""
+
+    settings: dict[str, float]  # Differences from the trial: the particle size, or the steps of its inputs
+    trial: Trial
+    bench: Bench
+
+
+def vary(job: Job) -> bool:
+    """Bring RUN/uncertainty.json up to date, and return True if anything was computed.
+
+    Raises:
+        InputError: The trial has no readings, its run is not finished, or an input cannot be varied as declared.
+        NumericalError: An extra run failed; it is named, and the same command tries it again.
+    """
+    from simulate.device import choose_device
+
+    if job.trial.readings is None:
+        raise InputError(
+            f"{job.path / 'trial.toml'}: no [readings]; --uncertainty is that of a comparison. Give a sheet of "
+            "readings, or leave --uncertainty out."
+        )
+    inputs = {**made_by(job, "digitise", DIGITISED), **made_by(job, "simulate", ("particles.csv", "profile.csv"))}
+    device = choose_device(job.device)
+    settings = varied_settings(job.trial)
+    key = stage_key(inputs, {**settings, "device": device})
+    if job.folder.is_current(UNCERTAINTY, key):
+        return False
+    records = record_files.read_run(job.path), record_files.read_profile(job.path)
+    base = _Base(job, read_bench(job.path, None), *records)
+    variants = [*_sizes(base), *_designed(base)]
+    folder = job.path / UNCERTAINTY
+    folder.mkdir(exist_ok=True)
+    if holds_study(folder):
+        read_plan(folder)  # Imports what an earlier version computed.
+        remove_temporary_files(folder)
+    runs, largest = _runs(folder, variants, device, inputs)
+    # A run that failed is tried again by the same command.
+    runs = [run if is_intact(folder, run) else forget_outcome(folder, run) for run in runs]
+    write_plan(folder, Plan(UNCERTAINTY, runs, len(runs)))
+    how = Computing(device, cores() if device == "cpu" else 1)
+    expected = estimate(runs, largest, how.jobs, how.batch, keep_runs=False)
+    if expected.runs:
+        job.progress.note(f"Extra runs for the uncertainty: {expected.sentence}")
+        runs = compute(folder, runs, how, "Extra runs", job.progress)
+    if failed := [run for run in runs if run.state == "failed"]:
+        told = "\n".join(f"{_said(run.settings)}: {run.reason}" for run in failed)
+        raise NumericalError(
+            f"{folder}: {len(failed)} of {len(runs)} extra runs failed, and without them nothing is said of the "
+            f"uncertainty. The same command tries them again; the others are kept.\n{told}"
+        )
+    spread = _spread(base, [record_files.read_profile(run_path(folder, run.key)) for run in runs])
+    job.folder.clear(UNCERTAINTY)
+    files.write_json(job.path / SPREAD, spread.content())
+    job.folder.record(UNCERTAINTY, key, settings, inputs, [SPREAD], sum(run.wall_s or 0.0 for run in runs))
+    return True
+
+
+def _sizes(base: _Base) -> list[_Variant]:
+    """Return a finer and a coarser run, with the trial's own between them."""
+    radii_mm = base.run.radius_mm / RATIO, base.run.radius_mm * RATIO
+    return [
+        _Variant({"solver.radius_mm": round(radius_mm, 4)}, _same_physics(base, base.bench, radius_mm, {}), base.bench)
+        for radius_mm in radii_mm
+    ]
+
+
+def _designed(base: _Base) -> list[_Variant]:
+    """Move each declared input by a standard uncertainty, after the design, at the coarser size, which is quick."""
+    inputs = base.job.trial.uncertainty.moved
+    if not inputs:
+        return []
+    _refuse_immovable(base, inputs)
+    variants = []
+    for signs in two_level_design(len(inputs)):
+        steps = {name: float(sign * standard) for sign, (name, standard) in zip(signs, inputs.items(), strict=True)}
+        bench = _moved(base, steps)
+        variants.append(_Variant(steps, _same_physics(base, bench, base.run.radius_mm * RATIO, steps), bench))
+    return variants
+
+
+def _refuse_immovable(base: _Base, inputs: Mapping[str, float]) -> None:
+    """Raises InputError for an input that the sample's walls do not have."""
+    crack, outline = base.job.trial.crack, base.bench.outline
+    walls, width_mm, fault = [name for name in OF_THE_WALLS if name in inputs], inputs.get("width_mm", 0.0), None
+    if walls and crack is None:
+        fault = f"{', '.join(walls)}: the sample is a mesh, whose walls are its own. Leave it out."
+    elif width_mm and outline.branches_kept:
+        fault = "width_mm: side cracks are part of the outline, and only a main crack is widened. Leave it out."
+    elif width_mm > outline.mean_width_mm / 2:
+        fault = f"width_mm = {width_mm:g}: of a crack {outline.mean_width_mm:.2f} mm wide at most half can be in doubt."
+    elif crack is not None and crack.tilt == "vertical" and "wall_angle_deg" in walls:
+        fault = "wall_angle_deg: the walls are vertical. Leave it out, or give crack.tilt a reading that has an angle."
+    if fault is not None:
+        raise InputError(f"{base.job.path / 'trial.toml'}: [uncertainty] {fault}")
+
+
+def _moved(base: _Base, steps: Mapping[str, float]) -> Bench:
+    """Move crack and path of the sample. The path is still planned on the crack as it was traced."""
+    from digitise.solid.build_solid import build_solid
+    from digitise.trajectory import plan_trajectory
+
+    trial, bench = base.job.trial, base.bench
+    step = {"width_mm": 0.0, "wall_angle_deg": 0.0, "depth_mm": 0.0, "speed_mm_s": 0.0, "volume_ml": 0.0} | dict(steps)
+    first_mm, last_mm = trial.path.trims_mm
+    start_mm = steps.get("start_mm", 0.0)
+    changes: dict[str, Any] = {
+        "path.speed_mm_s": trial.path.speed_mm_s + step["speed_mm_s"],
+        "path.volume_ml": bench.trajectory.dispensed_mm3 / 1e3 + step["volume_ml"],
+        "path.fill": 1.0,
+        "path.trim_mm": (first_mm + start_mm, last_mm - start_mm),
+    }
+    if trial.crack is not None:
+        changes["crack.wall_angle_deg"] = _shifted(trial.crack.wall_angle_deg, step["wall_angle_deg"])
+        changes["crack.depth_mm"] = _deeper(trial.crack.depth_mm, step["depth_mm"])
+    changed = _changed(base.job, changes)
+    cavity_mm3, sections = bench.solid.cavity_volume_mm3, bench.solid.sections
+    trajectory = plan_trajectory(bench.outline, changed.path, cavity_mm3, sections)
+    outline, solid = bench.outline, bench.solid
+    if changed.crack is not None and any(name in steps for name in OF_THE_WALLS):
+        outline = _widened(outline, step["width_mm"])
+        solid = build_solid(outline, changed.crack)
+    return Bench(outline, solid, trajectory, None)
+
+
+def _same_physics(base: _Base, bench: Bench, radius_mm: float, steps: Mapping[str, float]) -> Trial:
+    """Return the trial at another particle size with the same viscosity: U and D depend on radius and frame.
+
+    Raises InputError if its settings cannot be used.
+    """
+    from simulate.setup.release_schedule import plan_releases
+
+    trial, health = base.job.trial, base.run.health.recorded()
+    assert trial.fluid is not None, "it was run"
+    frame_s = plan_releases(bench.trajectory, radius_mm, trial.nozzle.diameter_mm, trial.seed).frame_s
+    changes: dict[str, Any] = {
+        "solver.radius_mm": radius_mm,
+        "fluid.U": None,
+        "fluid.viscosity_pa_s": health["viscosity_pa_s"] * (1 + steps.get("viscosity_percent", 0.0) / 100),
+        # Left out, it follows from the viscosity again.
+        "fluid.D_cm": None if trial.fluid.D_cm is None else trial.fluid.D_cm * frame_s / health["frame_s"],
+    }
+    if "yield_stress_pa" in steps:
+        changes["fluid.yield_stress_pa"] = trial.fluid.yield_stress_pa + steps["yield_stress_pa"]
+    return _changed(base.job, changes).model_copy(update={"readings": None, "gate": None})
+
+
+def _changed(job: Job, changes: Mapping[str, Any]) -> Trial:
+    """Return the trial with other settings, by dotted name; None stands for no setting. Raises InputError."""
+    where = Path(f"{job.path / 'trial.toml'}, moved by its [uncertainty]")
+    return checked(Trial, where, with_settings(job.trial.model_dump(mode="json", exclude_none=True), changes))
+
+
+def _widened(outline: Outline, by_mm: float) -> Outline:
+    """Widen a crack by ``by_mm`` on average, every width in proportion: tips and open ends stay where they are."""
+    from digitise.geometry.polyline import uncrossed, without_repeats
+
+    if not by_mm:
+        return outline
+    apart = (outline.left_wall_mm - outline.right_wall_mm) * by_mm / outline.mean_width_mm / 2
+    left_mm, right_mm = outline.left_wall_mm + apart, outline.right_wall_mm - apart
+    ring_mm = without_repeats(uncrossed(np.vstack([right_mm, left_mm[::-1]])), SAME_POINT_MM)
+    return replace(outline, left_wall_mm=left_mm, right_wall_mm=right_mm, outline_mm=ring_mm)
+
+
+def _shifted(angle_deg: float | tuple[float, float], by_deg: float) -> float | tuple[float, ...]:
+    return tuple(one + by_deg for one in angle_deg) if isinstance(angle_deg, tuple) else angle_deg + by_deg
+
+
+def _deeper(depth_mm: Any, by_mm: float) -> Any:
+    return [(s_mm, one + by_mm) for s_mm, one in depth_mm] if isinstance(depth_mm, tuple) else depth_mm + by_mm
+
+
+def _runs(
+    folder: Path, variants: Sequence[_Variant], device: str, inputs: Mapping[str, str]
+) -> tuple[list[StudyRun], RunSize]:
+    """Return the runs, their samples written. Raises InputError if particles do not fit a crack."""
+    from simulate.setup_checks import check_fit
+
+    runs, sizes = [], []
+    for number, variant in enumerate(variants, start=1):
+        trial, bench = variant.trial, variant.bench
+        assert trial.fluid is not None, "it was run"
+        try:
+            check_fit(bench.outline, bench.solid, trial.fluid, trial.solver, trial.nozzle)
+            sizes.append(size_of(trial, bench.trajectory, bench.outline.mean_width_mm))
+        except InputError as fault:
+            raise InputError(
+                f"{folder}: the extra run with {_said(variant.settings)} cannot be: {fault} Extra runs have particles "
+                f"{RATIO:g} times smaller and larger than the trial's: give the trial another solver.radius_mm."
+            ) from None
+        name = stage_key(inputs, {"moved": {} if "solver.radius_mm" in variant.settings else variant.settings})[:12]
+        _write_sample(folder / "samples" / name, bench)
+        key = stage_key(inputs, {**stage_settings(trial, "simulate"), "sample": name, "device": device})
+        content = trial.model_dump(mode="json", exclude_none=True)
+        run = StudyRun(number, key, variant.settings, content, name, key, sizes[-1].work_s)
+        runs.append(with_outcome(folder, run))
+    return runs, max(sizes, key=lambda size: (size.particles, size.bytes))
+
+
+def _write_sample(folder: Path, bench: Bench) -> None:
+    if not all((folder / name).is_file() for name in DIGITISED):
+        record_files.write_outline(folder, bench.outline)
+        record_files.write_solid(folder, bench.solid)
+        # Last: with it the sample is whole.
+        record_files.write_trajectory(folder, bench.trajectory)
+
+
+def _said(settings: Mapping[str, float]) -> str:
+    """Describe a run by its particle size, or by how far its inputs are moved."""
+    return ", ".join(
+        f"{name} = {value:g}" if "." in name else f"{name} {value:+g} from the trial's"
+        for name, value in settings.items()
+    )
+
+
+def _spread(base: _Base, profiles: Sequence[Profile]) -> Spread:
+    radius_mm, own = base.run.radius_mm, base.profile
+    inputs = base.job.trial.uncertainty.moved
+    finer, coarser, *designed = (np.interp(own.s_mm, profile.s_mm, profile.level_mm) for profile in profiles)
+    sizes = SizeRun(radius_mm / RATIO, finer), SizeRun(radius_mm, own.level_mm), SizeRun(radius_mm * RATIO, coarser)
+    if not designed:
+        return Spread(own.s_mm, sizes, (), None, None)
+    found_mm, scatter_mm = effects_of(np.array(designed), len(inputs))
+    effects = (Effect(*declared, level_mm) for declared, level_mm in zip(inputs.items(), found_mm, strict=True))
+    return Spread(own.s_mm, sizes, tuple(effects), scatter_mm, radius_mm * RATIO)

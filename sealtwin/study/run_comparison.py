@@ -1,0 +1,167 @@
+"""Finished run folders side by side."""
+
+import json
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from sealtwin.core import files, record_files
+from sealtwin.core.errors import InputError
+from sealtwin.core.progress import Progress
+from sealtwin.core.record_files import Judged
+from sealtwin.core.run_folder import look_into
+from sealtwin.trial.job import DIGITISED, SIMULATED, STAGES, Job, made_by, resume_job, stage_settings
+from sealtwin.trial.result import shown
+from sealtwin.trial.trial_file import Trial
+from validate.settings import Role
+from validate.study_figures.compare_sheet import compare_sheet
+from validate.study_figures.figure_sheet import FigureSheet, write_sheet_of_figures
+from validate.study_figures.run_levels import MOST
+from validate.study_figures.side_by_side import Side, differing, first_with_readings, replicate_words
+
+PAGE, CONTENT = "compare.html", "compare.json"
+NOT_SETTINGS = ("name", "note", "output")  # Tables of a trial that change no result
+OF_A_COMPARISON = ("readings", "uncertainty")  # Tables of a trial that change comparison.json alone
+
+
+@dataclass(frozen=True)
+class Compared:
+    """Runs side by side, and their page."""
+
+    content: dict[str, Any]  # The --json object, and compare.json
+    sheet: FigureSheet
+
+
+class RunErrors(Judged):
+    """The numbers of comparison.json that the page shows."""
+
+    bias_mm: float
+    rmse_mm: float
+    share_under_1_mm: float
+    frechet_mm: float
+    flat_level_error_mm: float
+    beats_flat_level: bool
+    volume_balance_error_mm: float | None = None
+    beats_volume_balance: bool | None = None
+    simulated_fill_ratio: float | None = None
+    role: Role
+    uncertainty: dict[str, Any] | None = None
+
+
+def compare_runs(folders: Sequence[Path], out: Path) -> Compared:
+    """Write compare.html, compare.json and figures/ into ``out``.
+
+    Raises InputError if a folder is no finished run, holds results of other settings or files than it holds now, or is
+    named twice, or if there are too many.
+    """
+    if len(folders) > MOST:
+        raise InputError(f"{len(folders)} runs: at most {MOST} can be distinguished; 'sealtwin map' shows a study.")
+    twice = [str(folder) for folder, times in Counter(folder.resolve() for folder in folders).items() if times > 1]
+    if twice:
+        raise InputError(f"{twice[0]}: named twice; a run compared with itself differs in nothing.")
+    jobs = [_finished(folder) for folder in folders]
+    names = Counter(job.trial.name for job in jobs)
+    sides = [
+        _side(job, job.trial.name if names[job.trial.name] == 1 else f"{job.trial.name} ({shown(job.path)})")
+        for job in jobs
+    ]
+    sheet = compare_sheet(sides)
+    written = write_sheet_of_figures(out, PAGE, sheet)
+    content = {
+        "version": 1,
+        "page": shown(out / PAGE),
+        "runs": [
+            {
+                "number": index + 1,
+                "name": side.name,
+                "folder": shown(folders[index]),
+                "mean_error_mm": side.metrics.get("mean_error_mm"),
+                "role": side.metrics.get("role"),
+                "readings_of_run": None if first is None else first + 1,
+                "edited": side.edited,
+                "facts": side.facts,
+            }
+            for index, (side, first) in enumerate(zip(sides, first_with_readings(sides), strict=True))
+        ],
+        "differing": differing(sides),
+        "replicates": replicate_words(sides),
+        "files": [CONTENT, *written],
+    }
+    files.write_json(out / CONTENT, content)
+    return Compared(content, sheet)
+
+
+def _finished(folder: Path) -> Job:
+    """Read a run and check its stages against its manifest, as 'sealtwin validate' does."""
+    job = resume_job(look_into(folder), "cpu", Progress())
+    made_by(job, "digitise", DIGITISED)
+    made_by(job, "simulate", SIMULATED)
+    if job.trial.readings is None:
+        return job
+    again = f"'sealtwin validate {job.path}' does that"
+    made_with = job.folder.settings_of("validate")
+    if made_with is None or not (job.path / "comparison.json").is_file():
+        raise InputError(f"{job.path}: not compared with its readings yet. {again}.")
+    wanted = stage_settings(job.trial, "validate")
+    # A setting that another version did not know is not set here either.
+    changed = [
+        f"[{table}]" for table in OF_A_COMPARISON if _flat(made_with.get(table) or {}) != _flat(wanted[table] or {})
+    ]
+    if changed := [*changed, *job.folder.changed_since("validate")]:
+        raise InputError(f"{job.path}: {changed[0]} is not what was compared with the readings. {again} again.")
+    return job
+
+
+def _side(job: Job, name: str) -> Side:
+    readings, metrics = None, {}
+    if job.trial.readings is not None and job.sheet is not None:
+        from validate.readings.read_readings import read_readings
+
+        length_mm, depth_mm = record_files.read_outline(job.path).length_mm, record_files.read_solid(job.path).depth_mm
+        readings = read_readings(job.sheet, job.trial.readings, length_mm, depth_mm)
+        metrics = record_files.read_comparison(job.path, RunErrors)
+    run = record_files.read_simulation(job.path)
+    facts: dict[str, float | None] = {
+        "particles": run.particles,
+        "particle radius (mm)": run.radius_mm,
+        "spilled particles": run.spilled_particles,
+        "escaped particles (must be 0)": run.escaped_particles,
+        "volume kept": run.health.volume_ratio,
+        "frames": run.health.frames,
+        "time of the frames (s)": run.health.frames_s,
+    }
+    with files.understood(job.path / "simulation.json"):
+        volume_ratio = run.volume_ratio
+    return Side(
+        name=name,
+        settings=_flat(job.trial.model_dump(mode="json", exclude=set(NOT_SETTINGS))),
+        profile=record_files.read_profile(job.path),
+        readings=readings,
+        metrics=metrics,
+        facts=facts,
+        replicate_of=_replicate_of(job.trial),
+        volume_ratio=volume_ratio,
+        escaped_particles=run.escaped_particles,
+        edited=[file for stage in STAGES for file in job.folder.edited(stage)],
+    )
+
+
+def _flat(content: dict[str, Any], before: str = "") -> dict[str, Any]:
+    """Return settings by dotted name, without those that are not set."""
+    flat: dict[str, Any] = {}
+    for key, value in content.items():
+        if isinstance(value, dict):
+            flat |= _flat(value, f"{before}{key}.")
+        elif value is not None:
+            flat[f"{before}{key}"] = value
+    return flat
+
+
+def _replicate_of(trial: Trial) -> str:
+    """Return the nominal crack, path, paste and solver, without the photo: each replicate has a sample of its own."""
+    digitised = stage_settings(trial, "digitise")
+    ordered = {name: digitised[name] for name in ("crack", "path")}
+    role = None if trial.readings is None else trial.readings.role
+    return json.dumps([ordered, stage_settings(trial, "simulate"), role], sort_keys=True)

@@ -1,0 +1,253 @@
+"""A study file: one trial that is run many times, each time with other settings."""
+
+import itertools
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self, TypeVar
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from digitise.settings import CrackShape, NozzlePath
+from sealtwin.core.errors import InputError
+from sealtwin.core.files import write_text
+from sealtwin.core.settings import MOST_FAULTS, Settings, checked, read_settings
+from sealtwin.trial.trial_file import PRINTABLE, Trial, folder_name
+from simulate.settings import Fluid, Nozzle, Solver
+
+EXAMPLE = Path(__file__).parents[1] / "templates" / "study.toml"
+TABLES: dict[str, type[Settings]] = {
+    "fluid": Fluid,
+    "solver": Solver,
+    "nozzle": Nozzle,
+    "path": NozzlePath,
+    "crack": CrackShape,
+}
+"""Tables of a trial file whose settings may vary."""
+SETTINGS = ("seed", *(f"{table}.{key}" for table, kind in TABLES.items() for key in kind.model_fields))
+"""Dotted names of all settings that may vary."""
+IN_PLACE_OF = {"fluid.U": ("fluid.viscosity_pa_s",), "fluid.viscosity_pa_s": ("fluid.U", "fluid.D_cm")}
+"""Settings that exclude each other: a study over the first removes the others from the trial."""
+MOST_RUNS = 20_000  # A night's work on one core at a second each; more is a value too many in a grid
+
+Value = TypeVar("Value")
+
+
+def _by_dotted_name(given: Any) -> Any:
+    """Read fluid.U without quotes, which TOML takes for a table in a table, as "fluid.U"."""
+    if not isinstance(given, dict):
+        return given
+    named: dict[str, Any] = {}
+    for name, value in given.items():
+        is_table = name in TABLES and isinstance(value, dict)
+        for dotted, content in {f"{name}.{key}": value[key] for key in value}.items() if is_table else [(name, value)]:
+            if dotted in named:
+                raise ValueError(f"{dotted} is given twice")
+            # After a validator pydantic no longer knows that this was JSON, where a tuple is a list.
+            named[dotted] = tuple(content) if isinstance(content, list) else content
+    return named
+
+
+Named = Annotated[dict[str, Value], BeforeValidator(_by_dotted_name)]
+
+
+class Rows(Settings):
+    """Runs one by one."""
+
+    columns: Annotated[tuple[str, ...], Field(min_length=1)]
+    rows: Annotated[tuple[tuple[Any, ...], ...], Field(min_length=1, max_length=MOST_RUNS)]
+    """A value for each column."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        for number, row in enumerate(self.rows, start=1):
+            if len(row) != len(self.columns):
+                raise ValueError(f"row {number} has {len(row)} values, columns names {len(self.columns)} settings")
+        return self
+
+
+class Range(Settings):
+    """The range from which a Latin hypercube draws a setting."""
+
+    low: float
+    high: float
+    scale: Literal["linear", "log"] = "linear"
+    whole: bool = False
+    """Round to whole numbers, for settings that are counts."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if not self.low < self.high:
+            raise ValueError(f"low is {self.low:g} and high {self.high:g}: low must be below high")
+        if self.scale == "log" and self.low <= 0:
+            raise ValueError(f'low is {self.low:g}: above 0, or scale = "linear"')
+        return self
+
+    def at(self, share: float) -> float | int:
+        """Return the value at a share of the range."""
+        if self.scale == "log":
+            value = self.low * (self.high / self.low) ** share
+        else:
+            value = self.low + (self.high - self.low) * share
+        # Six digits are finer than any setting is known, and can be read.
+        return round(value) if self.whole else float(f"{value:.6g}")
+
+
+class Latin(Settings):
+    """A Latin hypercube: each setting's range in ``count`` slices, each slice drawn once."""
+
+    count: Annotated[int, Field(ge=2, le=MOST_RUNS)]
+    seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
+    ranges: Annotated[Named[Range], Field(min_length=1)]
+
+    def rows(self) -> Iterator[tuple[float | int, ...]]:
+        from scipy.stats import qmc
+
+        for row in qmc.LatinHypercube(len(self.ranges), rng=self.seed).random(self.count):
+            yield tuple(spread.at(float(share)) for spread, share in zip(self.ranges.values(), row, strict=True))
+
+
+class Study(Settings):
+    """A study file: the trial it starts from, and what varies."""
+
+    name: Annotated[str, Field(min_length=1, max_length=80, pattern=PRINTABLE)]
+    """Name of the study, and of its folder under reports/."""
+    trial: Path
+    """A trial file, looked for beside the study file."""
+    fixed: Named[Any] = Field(default={})
+    """Settings of all runs in place of the trial's own, by dotted name, for example a coarser radius."""
+    grid: Annotated[Named[tuple[Any, ...]], Field(min_length=1)] | None = None
+    """Each value of each setting with each of all others; the first one named varies slowest."""
+    list: Rows | None = None
+    latin: Latin | None = None
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        given = [name for name in ("grid", "list", "latin") if getattr(self, name) is not None]
+        if len(given) != 1:
+            found = "none is" if not given else f"{' and '.join(given)} are"
+            raise ValueError(f"give one of [grid], [list] and [latin] to say what varies; {found} given")
+        varied, runs, _ = self._design()
+        if unknown := [name for name in (*self.fixed, *varied) if name not in SETTINGS]:
+            raise ValueError("; ".join(_no_such(name) for name in unknown))
+        if twice := sorted({name for name in varied if name in self.fixed or varied.count(name) > 1}):
+            raise ValueError(f"{', '.join(twice)}: named twice")
+        if empty := [name for name, values in (self.grid or {}).items() if not values]:
+            raise ValueError(f"grid.{empty[0]}: no values given")
+        if runs > MOST_RUNS:
+            raise ValueError(f"{runs} runs; at most {MOST_RUNS} are allowed")
+        return self
+
+    def _design(self) -> tuple[tuple[str, ...], int, Iterable[tuple[Any, ...]]]:
+        """Return the names of the varied settings, the number of runs, and their values."""
+        if self.grid is not None:
+            values = self.grid.values()
+            return tuple(self.grid), math.prod(map(len, values)), itertools.product(*values)
+        if self.latin is not None:
+            return tuple(self.latin.ranges), self.latin.count, self.latin.rows()
+        assert self.list is not None, "one of the three is given"
+        return self.list.columns, len(self.list.rows), self.list.rows
+
+    @property
+    def runs(self) -> int:
+        return self._design()[1]
+
+    @property
+    def folder_name(self) -> str:
+        return folder_name(self.name)
+
+    def combinations(self) -> Iterator[dict[str, Any]]:
+        """Yield the varied settings of each run, by dotted name."""
+        names, _, rows = self._design()
+        return (dict(zip(names, row, strict=True)) for row in rows)
+
+
+@dataclass(frozen=True)
+class PlannedRun:
+    """One run of a study."""
+
+    number: int  # Position in the study, from 1
+    settings: dict[str, Any]  # Varied settings, by dotted name
+    trial: Trial
+
+
+def write_example_study(file: Path) -> None:
+    """Write a commented study to start from. Raises InputError if the file exists."""
+    if file.exists():
+        raise InputError(f"{file}: is there already and is not overwritten; give another name.")
+    write_text(file, EXAMPLE.read_text(encoding="utf-8").replace("{file}", str(file)))
+
+
+def load_study(path: Path) -> Study:
+    """Raises InputError if the file is missing, is no TOML, or holds a key or a value that cannot be used."""
+    starter = "'sealtwin sweep --example study.toml' writes one to start from"
+    return read_settings(Study, path, name="study file", starter=starter)
+
+
+def plan_runs(study: Study, path: Path, base: Trial) -> list[PlannedRun]:
+    """Return a checked trial for each run.
+
+    Args:
+        study: What varies.
+        path: Path of the study file, for messages.
+        base: The trial it starts from.
+
+    Raises:
+        InputError: Settings cannot be used, each reported once with its runs; or two runs are the same.
+    """
+    content = base.model_dump(mode="json", exclude_none=True)
+    planned: list[PlannedRun] = []
+    faults: dict[str, list[int]] = {}
+    for number, settings in enumerate(study.combinations(), start=1):
+        try:
+            trial = checked(Trial, path, with_settings(content, {**study.fixed, **settings}))
+        except InputError as fault:
+            for sentence in str(fault).splitlines():
+                faults.setdefault(sentence, []).append(number)
+        else:
+            planned.append(PlannedRun(number, settings, trial))
+    raise_faults(faults)
+    first: dict[str, int] = {}
+    for run in planned:
+        twin = first.setdefault(run.trial.model_dump_json(), run.number)
+        if twin != run.number:
+            raise InputError(f"{path}: runs {twin} and {run.number} have the same settings; each must differ.")
+    return planned
+
+
+def raise_faults(faults: Mapping[str, list[int]]) -> None:
+    """Raises InputError with each sentence once, and the numbers of its runs, if there are any."""
+    if not faults:
+        return
+    shown = [f"{_runs(numbers)}: {sentence}" for sentence, numbers in list(faults.items())[:MOST_FAULTS]]
+    more = len(faults) - len(shown)
+    raise InputError("\n".join([*shown, f"and {more} more faults."] if more else shown))
+
+
+def with_settings(content: Mapping[str, Any], settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a trial's tables with other settings, by dotted name, which replace those that they exclude."""
+    changed = {name: dict(value) if isinstance(value, dict) else value for name, value in content.items()}
+    for name, value in settings.items():
+        table, _, key = name.rpartition(".")
+        home = changed.setdefault(table, {}) if table else changed
+        home[key] = value
+        if name in IN_PLACE_OF and IN_PLACE_OF[name][0].rpartition(".")[2] in home:
+            for other in set(IN_PLACE_OF[name]) - set(settings):
+                home.pop(other.rpartition(".")[2], None)
+    return changed
+
+
+def _runs(numbers: list[int]) -> str:
+    shown = ", ".join(str(number) for number in numbers[:3])
+    more = f" and {len(numbers) - 3} more" if len(numbers) > 3 else ""
+    return f"run{'s' if len(numbers) > 1 else ''} {shown}{more}"
+
+
+def _no_such(name: str) -> str:
+    import difflib
+
+    close = difflib.get_close_matches(name, SETTINGS, n=1, cutoff=0.8)
+    if close:
+        return f"{name}: no such setting; the nearest is '{close[0]}'"
+    return f'{name}: no such setting; a study may vary seed and what is in [{"], [".join(TABLES)}], as "fluid.U"'

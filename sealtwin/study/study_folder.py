@@ -1,0 +1,166 @@
+"""The folder of a study: its plan, and for each finished run a folder that is named by its key.
+
+A key is the hash of all that a result depends on. ``outcome.json`` is the last file that a run writes, and every file
+appears whole or not at all: a process that is killed leaves a run waiting or finished, never half of one.
+"""
+
+import json
+import sqlite3
+from collections.abc import Sequence
+from contextlib import closing
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any, Literal
+
+from sealtwin.core import files
+from sealtwin.core.errors import InputError
+from sealtwin.trial.trial_file import Trial
+
+PLAN, OUTCOME, PROFILE = "plan.json", "outcome.json", "profile.csv"
+LEDGER = "ledger.sqlite"  # The database in which earlier versions kept plan and outcomes
+
+State = Literal["waiting", "done", "failed"]
+STATES: tuple[State, ...] = ("waiting", "done", "failed")
+PLANNED = ("number", "key", "settings", "trial", "sample", "kin", "work_s")
+"""Fields of a run in the plan; the others are its outcome."""
+
+
+@dataclass(frozen=True)
+class StudyRun:
+    """One run of a study, with its outcome once it has one."""
+
+    number: int  # Position in the study, from 1
+    key: str
+    settings: dict[str, Any]  # Varied settings by dotted name, for example {"fluid.U": 30.0, "fluid.D_cm": 0.3}
+    trial: dict[str, Any] = field(repr=False)  # All settings
+    sample: str  # Folder below samples/ that holds the digitised crack
+    kin: str  # Equal for runs that differ in the fluid alone and may share a launch
+    work_s: float  # Expected computing time on the machine that the estimate was calibrated on
+    state: State = "waiting"
+    wall_s: float | None = None
+    finished_unix_s: float | None = None
+    reason: str | None = None  # One sentence on why the run failed
+    trace: str | None = None  # Traceback, where a bug made it fail
+    figures: dict[str, Any] | None = None
+    """Results of a finished run: mean_error_mm, worst_error_mm and worst_at_mm if the trial has readings;
+    volume_ratio, spilled_particles, particles, profile_sha256, and health, which runs of one launch share.
+    """
+
+    @property
+    def checked_trial(self) -> Trial:
+        return Trial.model_validate_json(json.dumps(self.trial))
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The runs that a study, or one shard of it, consists of."""
+
+    study: str  # Name of the study
+    runs: Sequence[StudyRun]
+    total: int  # Number of runs of the whole study; a shard has fewer
+    started_unix_s: float = 0.0  # Time of the latest start
+
+
+def read_study(folder: Path) -> list[StudyRun]:
+    """Read all runs of a study in its order, finished or not, also while they are computed.
+
+    The profile of a finished run is ``profile_path(folder, run.key)``, a CSV of s_mm and level_mm.
+
+    Raises:
+        InputError: The folder holds no study.
+    """
+    return list(read_plan(folder).runs)
+
+
+def profile_path(folder: Path, key: str) -> Path:
+    """Return the path of a run's level along the crack."""
+    return run_path(folder, key) / PROFILE
+
+
+def run_path(folder: Path, key: str) -> Path:
+    return folder / "runs" / key[:16]
+
+
+def holds_study(folder: Path) -> bool:
+    return (folder / PLAN).is_file() or (folder / LEDGER).is_file()
+
+
+def read_plan(folder: Path) -> Plan:
+    """Read the plan with the outcomes so far. Raises InputError if the folder holds no study, or a damaged one."""
+    if not holds_study(folder):
+        raise InputError(f"{folder}: no study (it has no {PLAN}). 'sealtwin sweep STUDY.toml' makes one.")
+    if not (folder / PLAN).is_file():
+        _import_ledger(folder)
+    content = files.read_json(folder / PLAN)
+    with files.understood(folder / PLAN):
+        runs = [with_outcome(folder, StudyRun(**run)) for run in content["runs"]]
+        return Plan(content["study"], runs, content["total"], content["started_unix_s"])
+
+
+def write_plan(folder: Path, plan: Plan) -> None:
+    """Write the plan. Outcomes are files of their own, so that nothing else has to be locked or updated."""
+    runs = [{name: getattr(run, name) for name in PLANNED} for run in plan.runs]
+    content = {"version": 1, "study": plan.study, "total": plan.total, "started_unix_s": plan.started_unix_s}
+    files.write_text(folder / PLAN, json.dumps({**content, "runs": runs}, ensure_ascii=False, allow_nan=False))
+
+
+def with_outcome(folder: Path, run: StudyRun) -> StudyRun:
+    """Return a run with the outcome that its folder holds."""
+    path = run_path(folder, run.key) / OUTCOME
+    if not path.is_file():
+        return run
+    content = files.read_json(path)
+    with files.understood(path):
+        return replace(run, **{name: value for name, value in content.items() if name != "version"})
+
+
+def write_outcome(folder: Path, run: StudyRun) -> None:
+    """Mark a run as finished, after all its other files are written."""
+    outcome = {name: value for name, value in asdict(run).items() if name not in PLANNED}
+    files.write_json(run_path(folder, run.key) / OUTCOME, {"version": 1, **outcome})
+
+
+def forget_outcome(folder: Path, run: StudyRun) -> StudyRun:
+    """Return the run as waiting, and remove its outcome."""
+    (run_path(folder, run.key) / OUTCOME).unlink(missing_ok=True)
+    return StudyRun(**{name: getattr(run, name) for name in PLANNED})
+
+
+def is_intact(folder: Path, run: StudyRun) -> bool:
+    """Return True for a finished run whose profile is as it was written."""
+    profile = profile_path(folder, run.key)
+    if run.state != "done" or run.figures is None or not profile.is_file():
+        return False
+    return files.sha256(profile) == run.figures["profile_sha256"]
+
+
+def remove_temporary_files(folder: Path) -> None:
+    """Remove what a killed process was writing. Only the process that holds the folder may call this."""
+    for path in folder.rglob(".*"):
+        if files.is_temporary(path):
+            path.unlink()
+
+
+def _import_ledger(folder: Path) -> None:
+    """Write plan and outcomes of a study that an earlier version kept in a database."""
+    path = folder / LEDGER
+    again = "Give another --out, or delete it: 'sealtwin sweep STUDY.toml' computes the runs again."
+    columns = [*PLANNED, "state", "wall_s", "finished_unix_s", "reason", "trace", "figures"]
+    try:
+        with closing(sqlite3.connect(path)) as base:
+            facts = dict(base.execute("SELECT name, value FROM facts"))
+            rows = base.execute(f"SELECT {', '.join(columns)} FROM runs WHERE number > 0 ORDER BY number").fetchall()
+    except sqlite3.DatabaseError as fault:
+        raise InputError(f"{path}: no ledger that can be read ({fault}). {again}") from None
+    if facts.get("version") != "1":
+        raise InputError(f"{path}: version {facts.get('version')} of a ledger; only 1 can be read. {again}")
+    runs = []
+    for row in rows:
+        values = dict(zip(columns, row, strict=True))
+        for name in ("settings", "trial", "figures"):
+            values[name] = values[name] and json.loads(values[name])
+        run = StudyRun(**values)
+        if run.state in ("done", "failed"):
+            write_outcome(folder, run)
+        runs.append(run)
+    write_plan(folder, Plan(facts.get("study", folder.name), runs, len(runs)))

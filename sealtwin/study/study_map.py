@@ -1,0 +1,192 @@
+"""A map of a study: all its runs compared with one sheet of readings, drawn as the paper's figures."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from string import ascii_lowercase
+from typing import Any
+
+import numpy as np
+
+from sealtwin.core import files, record_files
+from sealtwin.core.drawing.snapshots import FillScene
+from sealtwin.core.errors import InputError
+from sealtwin.core.progress import Progress
+from sealtwin.core.records import DataKind, Profile
+from sealtwin.core.run_folder import holding
+from sealtwin.study.replay import watch_runs
+from sealtwin.study.runner import INPUTS, read_bench
+from sealtwin.study.study_folder import Plan, StudyRun, is_intact, profile_path, read_plan
+from sealtwin.trial.job import check_sheet
+from sealtwin.trial.result import shown
+from sealtwin.trial.trial_file import Trial
+from validate.settings import Readings
+from validate.study_figures.chart import Chart, as_near_as_the_best, chosen_few, scatter_of_runs
+from validate.study_figures.cost_and_fills import Fill
+from validate.study_figures.figure_sheet import FigureSheet, write_sheet_of_figures
+from validate.study_figures.map_sheet import map_sheet
+from validate.study_figures.run_errors import Excluded, Finished, HeldRun, axes_of, hold
+
+MAP = "map"  # Default folder of the map in the study's
+PAGE, CONTENT = "map.html", "map.json"
+FEWEST = 4  # Smallest number of runs: three span a triangle without anything inside
+NOT_DONE = "It is not computed yet; 'sealtwin sweep' with the same study computes it."
+
+
+@dataclass(frozen=True)
+class MapOptions:
+    """The readings to compare runs with, and how to draw them."""
+
+    caliper: Path | None  # A sheet of readings; None: the one that the study's trial names
+    data: DataKind | None  # Origin of the readings; needed for another sheet than the trial's
+    fills: bool  # Compute chosen runs once more and draw how they fill the crack
+    device: str
+
+
+@dataclass(frozen=True)
+class Mapped:
+    """A study on a map, and its page."""
+
+    content: dict[str, Any]  # The --json object, and map.json
+    chart: Chart
+    sheet: FigureSheet
+    folder: Path  # Folder of the page
+
+
+def map_study(folder: Path, out: Path | None, options: MapOptions, progress: Progress) -> Mapped:
+    """Write map.html, map.json and figures/ for a sweep's folder.
+
+    Args:
+        folder: Folder of the sweep, finished or not.
+        out: Folder of the page; None: map/ in ``folder``.
+        options: The readings, and whether fills are drawn.
+        progress: Receives the progress of runs that are computed once more.
+
+    Raises:
+        InputError: There is no study, or one that cannot be mapped; or the readings cannot be read.
+        BusyError: The study is being computed, and fills are wanted.
+    """
+    plan = read_plan(folder)
+    done = {run.number: run for run in plan.runs if run.state == "done"}
+    if len(done) < FEWEST:
+        raise InputError(f"{folder}: {len(done)} of {len(plan.runs)} runs are done; a map needs {FEWEST}.")
+    chart = _chart(folder, plan, list(done.values()), options)
+    fills: list[Fill] = []
+    if options.fills:
+        chosen = chosen_few(chart)
+        with holding(folder), progress:
+            watched = watch_runs(folder, [done[held.number] for held in chosen], options.device, progress)
+        for letter, held, seen in zip(ascii_lowercase, chosen, watched, strict=False):
+            scene = _scene(folder, done[held.number])
+            fills.append(Fill(held, f"{letter}  {chart.said(held)}", scene, seen))
+    target = out or folder / MAP
+    sheet = map_sheet(chart, fills)
+    written = write_sheet_of_figures(target, PAGE, sheet)
+    content = _content(chart, target, written)
+    files.write_json(target / CONTENT, content)
+    return Mapped(content, chart, sheet, target)
+
+
+def _chart(folder: Path, plan: Plan, done: Sequence[StudyRun], options: MapOptions) -> Chart:
+    from validate.metrics.volumes import mouth_widths_mm
+    from validate.uncertainty.intervals import bands_mm
+    from validate.uncertainty.readings_budget import budget_of
+
+    axes = axes_of([run.settings for run in done])
+    trial = done[0].checked_trial
+    sample = folder / "samples" / done[0].sample
+    readings, settings = _readings(sample, trial, _largest_mm(folder, done), options)
+    held = tuple(hold(_finished(folder, run), readings, axes) for run in done)
+    scatter_mm = scatter_of_runs(held, axes)
+    outline, solid = record_files.read_outline(sample), record_files.read_solid(sample)
+    budget = budget_of(readings, settings, trial.uncertainty, mouth_widths_mm(readings.s_mm, outline, solid))
+    waiting_or_failed = (run for run in plan.runs if run.state != "done")
+    return Chart(
+        name=plan.study,
+        axes=axes,
+        runs=held,
+        excluded=tuple(Excluded(run.number, run.settings, run.reason or NOT_DONE) for run in waiting_or_failed),
+        readings=readings,
+        band_mm=bands_mm(budget),
+        scatter_mm=scatter_mm,
+        by_readings=as_near_as_the_best(held, readings, budget, scatter_mm=0.0),
+        as_near=as_near_as_the_best(held, readings, budget, scatter_mm),
+    )
+
+
+def _finished(folder: Path, run: StudyRun) -> Finished:
+    """Read a run. Raises InputError if its profile was changed since."""
+    path = profile_path(folder, run.key)
+    if run.figures is None or not is_intact(folder, run):
+        raise InputError(f"{path}: not as run {run.number} left it. 'sealtwin sweep' with its study computes it again.")
+    profile = record_files.read_profile(path.parent)
+    return Finished(run.number, run.settings, profile, run.wall_s or 0.0, run.figures["volume_ratio"])
+
+
+def _largest_mm(folder: Path, runs: Sequence[StudyRun]) -> tuple[float, float]:
+    """Return the length and depth of the study's longest and deepest crack, within which every reading lies."""
+    samples = [folder / "samples" / name for name in dict.fromkeys(run.sample for run in runs)]
+    lengths_mm = [record_files.read_outline(sample).length_mm for sample in samples]
+    return max(lengths_mm), max(record_files.read_solid(sample).depth_mm for sample in samples)
+
+
+def _readings(
+    sample: Path, trial: Trial, crack_mm: tuple[float, float], options: MapOptions
+) -> tuple[Profile, Readings]:
+    from validate.readings.read_readings import read_readings
+
+    settings, own = trial.readings, None
+    if settings is not None:
+        own = sample / INPUTS / settings.file.name
+    sheet = options.caliper or own
+    if sheet is None:
+        raise InputError(f"{sample.parent.parent}: its trial names no readings. Give --caliper SHEET and --data.")
+    check_sheet(sheet)
+    if own is None or files.sha256(sheet) != files.sha256(own):
+        if options.data is None:
+            raise InputError(
+                f"{sheet}: another sheet than the study's trial names; give --data measured, reconstructed or "
+                "synthetic."
+            )
+        # The same lab writes its sheets the same way.
+        settings = settings or Readings(file=sheet, data=options.data, role="held-out")
+        settings = settings.model_copy(update={"data": options.data})
+    assert settings is not None, "its own sheet has settings"
+    return read_readings(sheet, settings, *crack_mm), settings
+
+
+def _scene(folder: Path, run: StudyRun) -> FillScene:
+    bench, trial = read_bench(folder / "samples" / run.sample, None), run.checked_trial
+    size_mm = trial.solver.for_crack(bench.outline.mean_width_mm).size_mm
+    return FillScene(bench.outline, bench.solid, bench.trajectory, size_mm, trial.nozzle.diameter_mm)
+
+
+def _content(chart: Chart, target: Path, written: Sequence[str]) -> dict[str, Any]:
+    rows = [_row(run, near) for run, near in zip(chart.runs, chart.as_near, strict=True)]
+    return {
+        "version": 1,
+        "name": chart.name,
+        "page": shown(target / PAGE),
+        "readings": {"source": chart.readings.source, "data": chart.readings.data, "dialect": chart.readings.dialect},
+        "axes": [{"setting": axis.setting, "unit": axis.unit, "logarithmic": axis.logarithmic} for axis in chart.axes],
+        "best": rows[int(np.argmin(chart.errors_mm))],
+        "as_near_as_the_best": [row["number"] for row in rows if row["as_near_as_the_best"]],
+        "scatter_of_runs_mm": round(chart.scatter_mm, 4),
+        "excluded": [vars(each) for each in chart.excluded],
+        "runs": rows,
+        "files": [CONTENT, *written],
+    }
+
+
+def _row(run: HeldRun, near: bool) -> dict[str, Any]:
+    return {
+        "number": run.number,
+        "settings": run.settings,
+        "mean_error_mm": round(run.mean_error_mm, 4),
+        "bias_mm": round(run.bias_mm, 4),
+        "worst_error_mm": round(run.worst_error_mm, 4),
+        "worst_at_mm": round(run.worst_at_mm, 2),
+        "share_under_1_mm": round(run.share_under_1_mm, 4),
+        "as_near_as_the_best": near,
+        "wall_s": round(run.wall_s, 2),
+    }

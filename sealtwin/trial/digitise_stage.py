@@ -1,0 +1,104 @@
+"""First stage: walls, a solid and a nozzle path from a photo or a mesh."""
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from digitise.settings import LARGEST_FILE_BYTES
+from sealtwin.core import files, record_files
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Outline, Pixels, Solid
+from sealtwin.core.run_folder import stage_key
+from sealtwin.trial.job import DIGITISED, Job, begin_writing, sample_files, stage_settings
+from sealtwin.trial.result import shown
+
+if TYPE_CHECKING:
+    from digitise.photo import Photo
+
+REFUSED = "refused.png"  # Picture of what was found in a photo that was refused; the next attempt removes it
+
+
+def bring_up_to_date(job: Job) -> bool:
+    """Run the stage unless its files are current; return True if it ran. Raises InputError as ``_digitise``."""
+    (job.path / REFUSED).unlink(missing_ok=True)
+    inputs = _hashes_of_sample(job)
+    settings = stage_settings(job.trial, "digitise")
+    key = stage_key(inputs, settings)
+    # A file that is missing or too large has no hash; its reader refuses it.
+    if len(inputs) == len(sample_files(job.trial)) and job.folder.is_current("digitise", key):
+        return False
+    job.progress.start("Digitising", 5)
+    began = time.monotonic()
+
+    from digitise.trajectory import plan_trajectory, with_path
+    from digitise.walls.overlay import draw_overlay
+
+    outline, solid, photo = _digitise(job)
+    job.progress.advance(4, "planning the path")
+    trajectory = plan_trajectory(outline, job.trial.path, solid.cavity_volume_mm3, solid.sections)
+    solid = with_path(solid, trajectory, outline, job.trial.path)
+    begin_writing(job, "digitise")
+    files.write_png(job.path / "overlay.png", draw_overlay(photo, outline, trajectory))
+    record_files.write_outline(job.path, outline)
+    record_files.write_solid(job.path, solid)
+    record_files.write_trajectory(job.path, trajectory)
+    job.progress.advance(5)
+    for warning in (*outline.warnings, *solid.report["warnings"]):
+        job.progress.note(f"note: {warning}")
+    outputs = ("overlay.png", "crack.stl", "crack.glb", "trajectory.txt", *DIGITISED)
+    wall_time_s = time.monotonic() - began
+    job.folder.record(
+        "digitise", key, settings, inputs, outputs, wall_time_s, given=list(inputs), path_source=outline.path_source
+    )
+    return True
+
+
+def _digitise(job: Job) -> "tuple[Outline, Solid, Photo]":
+    """Digitise the trial's photo or mesh. Raises InputError if it does not show a crack that can be measured."""
+    trial = job.trial
+    if trial.mesh is not None:
+        from digitise.mesh_import.import_mesh import import_sample
+
+        imported = import_sample(trial.mesh, job.source)
+        for note in imported.notes:
+            job.progress.note(f"note: {note}")
+        return imported.outline, imported.solid, imported.photo
+    settings, crack = trial.photo, trial.crack
+    if settings is None or crack is None:
+        raise InputError(f"{job.source}: the trial has no [photo] with [crack] and no [mesh]; give one.")
+    from digitise.crack_path.find_path import find_path
+    from digitise.outline import trace_outline
+    from digitise.photo import load_photo
+    from digitise.solid.build_solid import build_solid
+    from digitise.walls.overlay import draw_overlay, draw_way
+
+    photo = load_photo(settings, job.source)
+    job.progress.advance(1, "finding the crack")
+    path = find_path(photo, settings.ends_px, settings.via_px, settings.roi_px)
+    job.progress.advance(2, "tracing its walls")
+    with _with_picture(job, lambda: draw_way(photo, path)):
+        outline = trace_outline(photo, path, settings.edge_fraction, keep_branches=settings.branches == "keep")
+    job.progress.advance(3, "building the solid")
+    with _with_picture(job, lambda: draw_overlay(photo, outline)):
+        return outline, build_solid(outline, crack), photo
+
+
+@contextmanager
+def _with_picture(job: Job, draw: Callable[[], Pixels]) -> Iterator[None]:
+    """Add a picture of what was found to a refusal, whose px and mm are hard to find in a photo."""
+    try:
+        yield
+    except InputError as fault:
+        picture = job.path / REFUSED
+        files.write_png(picture, draw())
+        raise InputError(f"{fault} Look at {shown(picture)}.") from None
+
+
+def _hashes_of_sample(job: Job) -> dict[str, str]:
+    """Return the hash of each file that shows the crack, unless it is missing or too large, by role and name."""
+    return {
+        file.name if role == "file" else f"{role} {file.name}": files.sha256(job.source / file)
+        for role, file in sample_files(job.trial).items()
+        if (job.source / file).is_file() and (job.source / file).stat().st_size <= LARGEST_FILE_BYTES
+    }

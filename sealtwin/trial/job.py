@@ -1,0 +1,155 @@
+"""Trial in the run folder of its stages, and the inputs that each stage depends on."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from sealtwin.core import files
+from sealtwin.core.errors import InputError
+from sealtwin.core.progress import Progress
+from sealtwin.core.run_folder import RunFolder
+from sealtwin.trial.trial_file import Trial, load_trial, trial_text
+
+StageName = Literal["digitise", "simulate", "validate"]
+STAGES: tuple[StageName, ...] = ("digitise", "simulate", "validate")
+DIGITISED = ("outline.json", "crack.ply", "solid.json", "trajectory.csv")
+"""Files of the first stage that later stages read."""
+SIMULATED = ("particles.csv", "simulation.json", "profile.csv")  # Files of the second stage that the third reads
+FILES_OF_A_SAMPLE = ("file", "second_photo", "mask", "path")  # Settings of [photo] and [mesh] that name a file
+LARGEST_SHEET_BYTES = 5_000_000
+
+
+@dataclass(frozen=True)
+class Job:
+    """Trial in its run folder."""
+
+    trial: Trial
+    source: Path  # Folder that relative names in the trial start from
+    folder: RunFolder
+    sheet: Path | None  # Sheet of readings under the name that the user gave; the folder holds a copy
+    device: str  # Device as the user gave it; the fluid run resolves "auto"
+    progress: Progress
+    threads: int = 1  # Threads of a CPU that share a fluid run; their number does not change the result
+
+    @property
+    def path(self) -> Path:
+        return self.folder.path
+
+
+def start_job(trial: Trial, source: Path, folder: RunFolder, device: str, progress: Progress) -> Job:
+    """Set up a trial in ``folder``; nothing is written before a stage has results.
+
+    Raises InputError if the folder holds another trial or the sheet of readings is missing.
+    """
+    held = load_trial(folder.path / "trial.toml") if (folder.path / "trial.toml").is_file() else trial
+    if (held.name, held.sample.file.name) != (trial.name, trial.sample.file.name):
+        raise InputError(
+            f"{folder.path}: holds trial '{held.name}' of {held.sample.file.name}; this is '{trial.name}' of "
+            f"{trial.sample.file.name}. Give another --out, or delete that folder."
+        )
+    sheet = None
+    if trial.readings is not None:
+        sheet = source / trial.readings.file
+        check_sheet(sheet)
+        copied = trial.readings.model_copy(update={"file": Path("inputs") / sheet.name})
+        trial = trial.model_copy(update={"readings": copied})
+    return Job(trial, source, folder, sheet, device, progress)
+
+
+def resume_job(folder: RunFolder, device: str, progress: Progress) -> Job:
+    """Set up the trial that a run folder already holds."""
+    trial = load_trial(folder.path / "trial.toml")
+    sheet = None if trial.readings is None else folder.path / trial.readings.file
+    return Job(trial, folder.path, folder, sheet, device, progress)
+
+
+def stage_settings(trial: Trial, stage: StageName) -> dict[str, Any]:
+    """Return the settings that a stage depends on, without those that are not set: a new option changes no key."""
+    dump = trial.model_dump(mode="json", exclude_none=True)
+    tables: dict[StageName, tuple[str, ...]] = {
+        "digitise": ("photo", "crack", "mesh", "path"),
+        "simulate": ("fluid", "solver", "nozzle", "seed"),
+        "validate": ("name", "note", "sample", "readings", "gate", "uncertainty"),
+    }
+    settings = {name: dump.get(name) for name in tables[stage]}
+    if stage == "validate":
+        settings["sample"] = trial.sample.data
+    for table in ("photo", "mesh"):
+        if (values := settings.get(table)) is not None:
+            # Files count by their hashes, not by their names.
+            settings[table] = {key: value for key, value in values.items() if key not in FILES_OF_A_SAMPLE}
+    return settings
+
+
+def sample_files(trial: Trial) -> dict[str, Path]:
+    """Return the files that show the crack, as the trial names them, by setting."""
+    named = {role: getattr(trial.sample, role, None) for role in FILES_OF_A_SAMPLE}
+    return {role: file for role, file in named.items() if file is not None}
+
+
+def require_sample(trial: Trial, source: Path) -> None:
+    """Raise InputError if a file that shows the crack is missing, before a folder is made."""
+    table = "photo" if trial.mesh is None else "mesh"
+    for role, file in sample_files(trial).items():
+        if not (source / file).exists():
+            raise InputError(
+                f"{source / file}: not found; what {table}.{role} names is looked for beside its trial file."
+            )
+
+
+def begin_writing(job: Job, stage: StageName) -> None:
+    """Give the folder to this trial and clear the earlier files of ``stage`` and its reports; edited files are kept."""
+    adopt_trial(job)
+    (job.path / "run.json").unlink(missing_ok=True)
+    # A robot program of the old path must not remain beside the new path.
+    programs = ("robot",) if stage == "digitise" else ()
+    for stale in dict.fromkeys((stage, *programs, "validate")):
+        for name in job.folder.clear(stale):
+            job.progress.note(f"{stale}: a file was edited since this stage wrote it; yours is kept as {name}.")
+
+
+def adopt_trial(job: Job) -> None:
+    """Write the resolved trial and a copy of the readings into the folder.
+
+    Neither photo nor mesh is copied: a photo may hold the place and the person that took it, and a scan is large. The
+    manifest has their hashes.
+    """
+    if job.source.resolve() == job.path.resolve():
+        return
+    if job.sheet is not None and job.trial.readings is not None:
+        files.write_if_new(job.path / job.trial.readings.file, job.sheet.read_bytes())
+    sample = job.trial.sample
+    names = {role: Path(file.name) for role, file in sample_files(job.trial).items()}
+    table = "photo" if sample is job.trial.photo else "mesh"
+    resolved = job.trial.model_copy(update={table: sample.model_copy(update=names)})
+    files.write_if_new(job.path / "trial.toml", trial_text(resolved).encode())
+
+
+def check_sheet(sheet: Path) -> None:
+    if not sheet.is_file():
+        raise InputError(f"{sheet}: no such file; [readings] file names it. Put it there, or leave [readings] out.")
+    if sheet.stat().st_size > LARGEST_SHEET_BYTES:
+        raise InputError(f"{sheet}: larger than {LARGEST_SHEET_BYTES / 1e6:g} MB; a sheet of readings is some kB.")
+
+
+def made_by(job: Job, stage: StageName, names: Sequence[str]) -> dict[str, str]:
+    """Return the hashes of files that ``stage`` wrote, edited since or not.
+
+    Raises InputError if the stage is not finished, or was run with other settings than the trial's.
+    """
+    again = f"'sealtwin {stage} {job.path}'" if stage != "digitise" else f"'sealtwin run TRIAL --out {job.path}'"
+    made_with = job.folder.settings_of(stage)
+    missing = [name for name in names if not (job.path / name).is_file()]
+    if made_with is None or missing:
+        what = f" ({missing[0]} is not there)" if missing else ""
+        raise InputError(f"{job.path}: {stage} is not finished{what}. Run {again} first.")
+    wanted = stage_settings(job.trial, stage)
+    if differing := [table for table, setting in wanted.items() if made_with.get(table) != setting]:
+        raise InputError(
+            f"{job.path / 'trial.toml'}: [{'], ['.join(differing)}] is not what {stage} ran with here. "
+            f"Run {again} for these settings first."
+        )
+    for name in job.folder.edited(stage):
+        job.progress.note(f"{name}: not as {stage} wrote it; it is used as it is now.")
+    return {name: files.sha256(job.path / name) for name in names}

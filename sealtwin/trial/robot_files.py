@@ -1,0 +1,193 @@
+"""Robot files of a run's nozzle path, which must be confirmed and within the cell's limits."""
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from digitise.robots.cell import FORMATS, Format, RobotCell
+from digitise.robots.gcode import gcode_text
+from digitise.robots.robot_path import RobotPath, place_path, points_text, table_text
+from digitise.robots.spel import spel_text
+from digitise.robots.urscript import urscript_text
+from sealtwin.core import files, record_files
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Trajectory
+from sealtwin.core.run_folder import RunFolder, require_folder, stage_key
+from sealtwin.core.settings import read_settings
+from sealtwin.trial.result import shown
+from sealtwin.trial.trial_file import load_trial
+
+REPORT = "robot.json"
+USES = ("outline.json", "trajectory.csv")
+PROGRAMS: dict[Format, tuple[str, Callable[[RobotPath], str]]] = {
+    "txt": ("path.txt", points_text),
+    "csv": ("path.csv", table_text),
+    "spel": ("path.prg", spel_text),
+    "gcode": ("path.gcode", gcode_text),
+    "urscript": ("path.script", urscript_text),
+}
+"""Name of the file and writer of its text, by format."""
+
+
+def write_robot_files(
+    folder: RunFolder, cell_file: Path, formats: Sequence[str], out: Path | None, *, allow_automatic: bool
+) -> dict[str, Any]:
+    """Write the path in each of ``formats``, by default those of the cell, into ``out``, by default robot/ of the run.
+
+    "all" stands for every format that the cell has tables for. All files are made before the first is written. Returns
+    the content of robot.json, which is written beside them, with its folder and the names of kept files.
+
+    Raises InputError if the run is not digitised, its path was found automatically and not confirmed, the cell file has
+    a fault, or the path exceeds one of its limits.
+    """
+    began = time.monotonic()
+    if folder.settings_of("digitise") is None:
+        raise InputError(
+            f"{folder.path}: digitise is not finished. Run 'sealtwin run TRIAL --out {folder.path}' first."
+        )
+    outline, trajectory = record_files.read_outline(folder.path), record_files.read_trajectory(folder.path)
+    if outline.path_source == "automatic" and not allow_automatic:
+        raise InputError(
+            f"{folder.path}: the crack was found automatically and is not confirmed, which a robot file requires. Look "
+            "at overlay.png and either give the crack's ends in the trial file (ends_px) and digitise again, or give "
+            "--allow-automatic."
+        )
+    cell = read_cell(cell_file)
+    inputs = {name: files.sha256(folder.path / name) for name in USES} | {cell_file.name: files.sha256(cell_file)}
+    origin = {
+        "trial": load_trial(folder.path / "trial.toml").name,
+        "run": folder.path.resolve().name,
+        "path_source": outline.path_source,
+        "inputs": inputs,
+        "edited_by_hand": sorted(set(folder.edited("digitise")) & set(USES)),
+    }
+    target = out or folder.path / "robot"
+    report, kept = write_programs(
+        target, trajectory, cell, cell_file.name, formats, origin, folder if out is None else None
+    )
+    if out is None:
+        settings = {"formats": kinds_of(cell, cell_file.name, formats), "allow_automatic": allow_automatic}
+        outputs = [f"robot/{name}" for name in (*report["files"], REPORT)]
+        wall_time_s = time.monotonic() - began
+        folder.record(
+            "robot", stage_key(inputs, settings), settings, inputs, outputs, wall_time_s, given=[cell_file.name]
+        )
+    return {**report, "folder": shown(target), "kept": kept}
+
+
+def read_cell(path: Path) -> RobotCell:
+    """Read a robot's cell file. Raises InputError as ``read_settings``."""
+    starter = "'sealtwin robot --example cell.toml' writes one to start from"
+    return read_settings(RobotCell, path, name="cell file", starter=starter)
+
+
+def write_programs(
+    target: Path,
+    trajectory: Trajectory,
+    cell: RobotCell,
+    cell_name: str,
+    formats: Sequence[str],
+    origin: Mapping[str, Any],
+    run: RunFolder | None = None,
+) -> tuple[dict[str, Any], list[str]]:
+    """Write a path's files and robot.json; return the content of robot.json, and the files of ``run`` that were kept.
+
+    ``origin`` holds trial, run, path_source, inputs and edited_by_hand: what the head of a program says of its path.
+    Without a ``run`` that holds ``target``, files of another origin are not replaced, and raise InputError.
+    """
+    kinds = kinds_of(cell, cell_name, formats)
+    path = place_path(trajectory, cell, cell_name)
+    report = _report(path, origin)
+    path = replace(path, head=_head(report))
+    texts = {name: text(path) for name, text in map(PROGRAMS.__getitem__, kinds)}
+    kept = _clear_own(target, texts) if run is None else run.clear("robot")
+    for name, text in texts.items():
+        files.write_text(target / name, text)
+    report["files"] = {name: files.sha256(target / name) for name in texts}
+    files.write_json(target / REPORT, report)
+    return report, kept
+
+
+def kinds_of(cell: RobotCell, cell_name: str, asked: Sequence[str]) -> list[Format]:
+    wanted: list[Format] = []
+    for kind in FORMATS:
+        table = cell.missing_for(kind)
+        if kind in (asked or cell.formats) and table is not None:
+            raise InputError(
+                f"{cell_name}: no [{table}] table, which format {kind} needs; 'sealtwin robot --example FILE' has one."
+            )
+        if table is None and (kind in (asked or cell.formats) or "all" in asked):
+            wanted.append(kind)
+    return wanted
+
+
+def _report(path: RobotPath, origin: Mapping[str, Any]) -> dict[str, Any]:
+    trajectory, frame = path.trajectory, path.frame
+    return {
+        "version": 1,
+        "made_by": f"sealtwin {version('sealtwin')}",
+        "trial": origin["trial"],
+        "run": origin["run"],
+        "cell": path.cell.name,
+        "path_source": origin["path_source"],
+        "confirmed": origin["path_source"] != "automatic",
+        "inputs": origin["inputs"],
+        "edited_by_hand": origin["edited_by_hand"],
+        "units": "mm, s, degrees; URScript m and rad",
+        "length_mm": trajectory.length_mm,
+        "duration_s": trajectory.duration_s,
+        "waypoints": len(trajectory.t_s),
+        "largest_speed_mm_s": float(trajectory.speed_mm_s.max()),
+        "sealant_mm3": trajectory.dispensed_mm3,
+        "frame": {
+            "taught_points": len(frame.taught_mm),
+            "worst_residual_mm": float(frame.residual_mm.max()),
+            "limit_mm": path.cell.frame_limit_mm,
+            "scale_of_the_points": frame.scale,
+            "tilt_deg": path.tilt_deg,
+            "rotation": frame.rotation.tolist(),
+            "origin_mm": frame.origin_mm.tolist(),
+        },
+        "warnings": list(path.warnings),
+    }
+
+
+def _head(report: dict[str, Any]) -> tuple[str, ...]:
+    """Return the lines at the head of each program, which identify it without any other file."""
+    frame = report["frame"]
+    confirmed = "" if report["confirmed"] else " - NOT CONFIRMED BY ANYBODY"
+    edited = report["edited_by_hand"]
+    return (
+        f"{report['made_by']}: nozzle path, cell {report['cell']}",
+        f"trial {report['trial']}, run {report['run']}",
+        f"path found by: {report['path_source']}{confirmed}",
+        *([f"edited by hand since: {', '.join(edited)}"] if edited else []),
+        *(f"{name} sha256 {digest}" for name, digest in report["inputs"].items()),
+        f"{report['length_mm']:.2f} mm in {report['duration_s']:.2f} s, {report['sealant_mm3']:.1f} mm3, "
+        f"{report['waypoints']} waypoints, at most {report['largest_speed_mm_s']:.3f} mm/s",
+        f"frame: {frame['taught_points']} taught points, worst residual {frame['worst_residual_mm']:.3f} mm, scale "
+        f"{frame['scale_of_the_points']:.5f}, face {frame['tilt_deg']:.2f} degrees from level",
+    )
+
+
+def _clear_own(target: Path, texts: dict[str, str]) -> list[str]:
+    """Remove the files of an earlier call, which its report lists, from a folder of the user's; none is kept.
+
+    Raises InputError if a file of another origin would be replaced.
+    """
+    require_folder(target)
+    written: dict[str, str] = {}
+    if (target / REPORT).is_file():
+        with files.understood(target / REPORT):
+            listed = files.read_json(target / REPORT)["files"]
+            written = {name: listed[name] for name, _ in PROGRAMS.values() if name in listed}
+    for name in (*texts, *written):
+        path = target / name
+        if path.is_file() and written.get(name) != files.sha256(path):
+            raise InputError(f"{path}: is not as sealtwin robot wrote it, and is not replaced; give another --out.")
+    for name in written:
+        (target / name).unlink(missing_ok=True)
+    return []

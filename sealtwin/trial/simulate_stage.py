@@ -1,0 +1,227 @@
+"""Second stage: the sealant is injected and its level measured."""
+
+import itertools
+import json
+import re
+import time
+from collections.abc import Iterable
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from sealtwin.core import files, record_files
+from sealtwin.core.errors import InputError
+from sealtwin.core.files import is_temporary, write_json
+from sealtwin.core.records import Floats, Frame, Run
+from sealtwin.core.run_folder import MANIFEST, stage_key
+from sealtwin.core.tables import read_table
+from sealtwin.core.vtk_files import read_collection, read_frame, write_collection, write_frame
+from sealtwin.trial.job import DIGITISED, SIMULATED, Job, begin_writing, made_by, stage_settings
+from sealtwin.trial.trial_file import Output
+from simulate.injection import Injection
+from simulate.output.checkpoint import Checkpoint
+from simulate.output.frames import PAST_THE_END, Moments
+from simulate.output.health_log import COLUMNS, HealthLog
+
+CHECKPOINT = "checkpoint.npz"  # Checkpoint of a run that is not finished
+FRAMES, SNAPSHOTS = Path("frames", "fill.pvd"), Path("snapshots", "snapshots.pvd")
+"""Collections of frames, each beside the frames that it lists."""
+FRAME = re.compile(r"\d{4,}\.\d{3}s\.vtp")
+HEALTH = "health.csv"
+PROGRESS = "progress.json"
+PROGRESS_EVERY_S = 1.0
+
+
+class FrameFiles:
+    """Watcher that writes frames of a run beside a collection, which is whole at any moment."""
+
+    def __init__(self, collection: Path, times_s: Iterable[float]) -> None:
+        self._collection, self._folder = collection, collection.parent
+        self._moments = Moments(times_s, self._take)
+        self._frames: dict[str, float] = {}
+
+    def begin(self, injection: Injection) -> None:
+        """Remove the frames of an earlier run, except those before the frame of a resumed one; a user's files stay."""
+        there = sorted(self._folder.glob("*"))
+        listed = read_collection(self._collection) if self._collection.is_file() else []
+        self._frames = {path.name: t_s for t_s, path in listed if t_s <= injection.t_s and path in there}
+        for path in there:
+            if is_temporary(path) or (FRAME.fullmatch(path.name) and path.name not in self._frames):
+                path.unlink()
+        self._collection.unlink(missing_ok=True)
+        if self._frames:
+            self._collect()
+        self._moments.begin(injection)
+
+    def after_frame(self, injection: Injection) -> None:
+        self._moments.after_frame(injection)
+
+    def _take(self, asked_s: float, frame: Frame) -> None:
+        if frame.t_s in self._frames.values():
+            return  # Several moments in one frame of the run, or just past its end.
+        name = f"{asked_s:08.3f}s.vtp"
+        write_frame(self._folder / name, frame)
+        self._frames[name] = frame.t_s
+        self._collect()
+
+    def _collect(self) -> None:
+        write_collection(self._collection, [(t_s, name) for name, t_s in self._frames.items()])
+
+
+class ProgressFile:
+    """Watcher that writes the progress of a run into a small JSON, at most once a second, for other programs.
+
+    As a context around the run it also writes how the run ended.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._injection: Injection | None = None
+        self._began = self._written = 0.0
+        self._before = 0
+
+    def begin(self, injection: Injection) -> None:
+        self._injection, self._before = injection, injection.done
+        self._began = time.monotonic()
+        self._write(injection, "running")
+
+    def after_frame(self, injection: Injection) -> None:
+        if time.monotonic() - self._written >= PROGRESS_EVERY_S:
+            self._write(injection, "running")
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, fault: BaseException | None, _: TracebackType | None) -> None:
+        if self._injection is not None:
+            stopped = kind is not None and issubclass(kind, KeyboardInterrupt)
+            state = "finished" if kind is None else "interrupted" if stopped else "failed"
+            self._write(self._injection, state, str(fault) if state == "failed" else None)
+
+    def _write(self, run: Injection, state: str, fault: str | None = None) -> None:
+        self._written = time.monotonic()
+        # A bed at rest ends a run before its last frame.
+        frames = run.done if state == "finished" else run.frames
+        here = run.done - self._before
+        eta_s = round((self._written - self._began) * (frames - run.done) / here, 1) if here else None
+        write_json(
+            self._path,
+            {
+                "version": 1,
+                "stage": "simulate",
+                "state": state,
+                "error": fault,
+                "frame": run.done,
+                "frames": frames,
+                "t_s": round(run.t_s, 4),
+                "percent": round(100 * run.done / frames, 1),
+                "eta_s": eta_s if state == "running" else None,
+                "particles": run.out,
+                "moving": run.moving,
+                "updated_utc": datetime.now(UTC).isoformat(timespec="seconds"),
+            },
+        )
+
+
+def read_health(folder: Path) -> dict[str, Floats]:
+    """Read the columns of health.csv; NaN stands for an empty field."""
+    return dict(zip(COLUMNS, read_table(folder / HEALTH, COLUMNS).T, strict=True))
+
+
+def bring_up_to_date(job: Job) -> bool:
+    """Run the stage unless its files are current; return True if it ran.
+
+    Raises InputError if the settings do not fit the crack, NumericalError if the run becomes unstable.
+    """
+    trial = job.trial
+    if trial.fluid is None:
+        raise InputError(
+            f"{job.path / 'trial.toml'}: no [fluid] table; give U and D_cm, or viscosity_pa_s, and simulate again."
+        )
+    from simulate.device import choose_device, describe_device
+
+    device = choose_device(job.device)
+    if job.threads > 1 and device != "cpu":
+        raise InputError(f"--threads {job.threads}: threads are a CPU's, and this run is on {device}. Leave it out.")
+    job.progress.note(f"Device: {describe_device(device)}")
+    inputs = made_by(job, "digitise", DIGITISED)
+    settings = stage_settings(trial, "simulate")
+    key = stage_key(inputs, {**settings, "device": device})
+    if job.folder.is_current("simulate", key) and _has_pictures(job, trial.output):
+        # A run that was killed just after its end leaves its checkpoint.
+        (job.path / CHECKPOINT).unlink(missing_ok=True)
+        return False
+    began = time.monotonic()
+
+    from sealtwin.core.drawing.snapshots import FillScene, write_gallery
+    from simulate.profile import measure_profile, volume_ratio
+    from simulate.run import inject
+    from simulate.setup_checks import check_fit
+
+    outline, solid = record_files.read_outline(job.path), record_files.read_solid(job.path)
+    trajectory = record_files.read_trajectory(job.path)
+    check_fit(outline, solid, trial.fluid, trial.solver, trial.nozzle)
+    # First, since it may resume the run before the others begin.
+    checkpoint = Checkpoint(job.path / CHECKPOINT, f"{key} {trial.output.model_dump_json()}", job.progress.note)
+    every_s = trial.output.frames_every_s
+    frames_s = () if every_s is None else (every_s * number for number in itertools.count())
+    with ProgressFile(job.path / PROGRESS) as progress_file:
+        run = inject(
+            solid,
+            outline,
+            trajectory,
+            trial.fluid,
+            trial.solver,
+            trial.nozzle,
+            seed=trial.seed,
+            device=device,
+            progress=job.progress,
+            watchers=(
+                checkpoint,
+                FrameFiles(job.path / FRAMES, frames_s),
+                FrameFiles(job.path / SNAPSHOTS, sorted(set(trial.output.snapshots_s))),
+                HealthLog(job.path / HEALTH),
+                progress_file,
+            ),
+            threads=job.threads,
+        )
+        run = replace(run, health=run.health.model_copy(update={"volume_ratio": volume_ratio(run, solid)}))
+        profile = measure_profile(run, outline, solid)
+        begin_writing(job, "simulate")
+        record_files.write_run(job.path, run)
+        record_files.write_profile(job.path, profile)
+        job.progress.start("Drawing", 1)
+        scene = FillScene(outline, solid, trajectory, run.radius_mm, trial.nozzle.diameter_mm)
+        frames = {Path(name).stem: read_frame(job.path / name) for name in snapshots_of(job)}
+        pictures = write_gallery(job.path, frames, scene, read_health(job.path))
+        _note_missing_snapshots(job, run)
+        facts = {"device": describe_device(device), "seed": trial.seed, "output": trial.output.model_dump(mode="json")}
+        job.folder.record("simulate", key, settings, inputs, (*SIMULATED, *pictures), time.monotonic() - began, **facts)
+        checkpoint.remove()
+    return True
+
+
+def _note_missing_snapshots(job: Job, run: Run) -> None:
+    health = run.health.recorded()
+    end_s = health["frames"] * health["frame_s"]
+    if late := [t_s for t_s in sorted(set(job.trial.output.snapshots_s)) if t_s > PAST_THE_END * end_s]:
+        moments = ", ".join(f"{t_s:g}" for t_s in late)
+        job.progress.note(f"note: no snapshot at {moments} s: the run ended after {end_s:.2f} s.")
+
+
+def _has_pictures(job: Job, wanted: Output) -> bool:
+    """Return True if the finished run wrote all frames and pictures that the trial asks for now."""
+    with files.understood(job.path / MANIFEST):
+        made = Output.model_validate_json(json.dumps(job.folder.manifest["stages"]["simulate"].get("output", {})))
+    if wanted.frames_every_s is not None and not (job.path / FRAMES).is_file():
+        return False
+    return wanted.frames_every_s in (None, made.frames_every_s) and set(wanted.snapshots_s) <= set(made.snapshots_s)
+
+
+def snapshots_of(job: Job) -> list[str]:
+    """Return the files of the run's snapshots in the order of time."""
+    if not (job.path / SNAPSHOTS).is_file():
+        return []
+    return [f"{SNAPSHOTS.parent}/{path.name}" for _, path in read_collection(job.path / SNAPSHOTS)]

@@ -1,0 +1,136 @@
+"""Trial file: the settings of all stages in one TOML file, checked before anything runs."""
+
+import json
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, model_validator
+
+from digitise.settings import CrackShape, MeshInput, NozzlePath, PhotoInput
+from sealtwin.core.errors import InputError
+from sealtwin.core.settings import Settings, checked, read_settings
+from simulate.settings import Fluid, Nozzle, Solver
+from validate.settings import Gate, Readings, Uncertainty
+
+LONGEST_FOLDER_BYTES = 120
+
+PRINTABLE = r"^[^\x00-\x1f\x7f]*[^\x00-\x20\x7f][^\x00-\x1f\x7f]*$"  # Pattern of one line that is not blank
+LINE_BREAKING = re.compile(r"[\x00-\x1f\x7f]")
+"""Control characters, which a file's name may hold and a trial's must not."""
+
+
+Moment = Annotated[float, Field(ge=0, le=9999)]
+
+
+class Output(Settings):
+    """Pictures and frames of a run; they do not change its result."""
+
+    frames_every_s: float | None = Field(default=None, ge=1e-3, le=9999)
+    """Simulated time from one frame in frames/ to the next, for ParaView and 'sealtwin film'; without it no frames are
+    written. A film of a pour of 15 s needs about 0.1: 150 frames of up to 0.7 MB in the paper's trial.
+    """
+    snapshots_s: tuple[Moment, ...] = Field(default=(0.5, 7.0, 15.0), max_length=100)
+    """Moments that snapshots/ shows, by default the paper's; [] for none."""
+
+
+class Trial(Settings):
+    """Crack, its sealing, and the readings that were taken afterwards."""
+
+    name: Annotated[str, Field(min_length=1, max_length=80, pattern=PRINTABLE)]
+    """Name in the report, and of the folder under reports/."""
+    note: Annotated[str, Field(max_length=2000)] = ""
+    """Note in the report: facts that a reader must know about this trial."""
+    seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
+    """Seed of the small disorder with which particles leave the nozzle."""
+    photo: PhotoInput | None = None
+    crack: CrackShape | None = None
+    """Depth and walls, which a photo cannot show; a mesh shows them."""
+    mesh: MeshInput | None = None
+    """Mesh, in place of photo and crack."""
+    path: NozzlePath = NozzlePath()
+    fluid: Fluid | None = None
+    """Fluid, which only the fluid run needs."""
+    solver: Solver = Solver()
+    nozzle: Nozzle = Nozzle()
+    output: Output = Output()
+    readings: Readings | None = None
+    """Readings; without them the report shows the simulated profile alone."""
+    gate: Gate | None = None
+    uncertainty: Uncertainty = Uncertainty()
+    """Standard deviations of the inputs; 'sealtwin validate RUN --uncertainty' computes that of the result."""
+
+    @model_validator(mode="after")
+    def _one_sample(self) -> Self:
+        if self.mesh is not None and (self.photo is not None or self.crack is not None):
+            raise ValueError("[mesh] beside [photo] or [crack]: a mesh has a depth and walls of its own; give either")
+        if self.mesh is None and self.photo is None:
+            raise ValueError("no [photo] and no [mesh]: give one to say where the crack is")
+        if self.photo is not None and self.crack is None:
+            raise ValueError("[crack] is missing: a photo cannot show how deep a crack is")
+        return self
+
+    @model_validator(mode="after")
+    def _fits_together(self) -> Self:
+        face = None if self.photo is None else self.photo.face_mm
+        if face is not None and self.nozzle.diameter_mm >= min(face):
+            raise ValueError(
+                f"nozzle.diameter_mm is {self.nozzle.diameter_mm:g}: it must be below the face's smaller side, "
+                f"photo.face_mm = {list(face)}"
+            )
+        if face is not None and sum(self.path.trims_mm) >= sum(face):
+            raise ValueError(
+                f"path.trim_mm takes {sum(self.path.trims_mm):g} mm: no crack of this face is long enough for it"
+            )
+        if self.gate is not None and self.readings is None:
+            raise ValueError("[gate] without [readings]: there is nothing to compare with")
+        return self
+
+    @property
+    def sample(self) -> PhotoInput | MeshInput:
+        """Photo or mesh, the input that shows the crack. Raises InputError for a trial that was built without one."""
+        if (sample := self.photo or self.mesh) is None:
+            raise InputError("the trial has no [photo] and no [mesh]: give one to say where the crack is.")
+        return sample
+
+    @property
+    def folder_name(self) -> str:
+        return folder_name(self.name)
+
+
+def folder_name(name: str) -> str:
+    """Return the name without characters that file systems or shells misread."""
+    kept = "".join(letter if letter.isalnum() or letter in "-_." else "-" for letter in name)
+    # File systems count bytes, and a letter may take four.
+    return kept.encode()[:LONGEST_FOLDER_BYTES].decode(errors="ignore").strip(".-") or "trial"
+
+
+def load_trial(path: Path) -> Trial:
+    """Read and check a trial file. Raises InputError as ``read_settings``."""
+    return read_settings(Trial, path, name="trial file", starter="'sealtwin init DIR' writes a trial to start from")
+
+
+def sample_trial(kind: Literal["photo", "mesh"], file: Path, tables: Mapping[str, Mapping[str, Any]]) -> Trial:
+    """Build a trial that turns a photo or a mesh into a solid and a path.
+
+    ``tables`` holds settings of [photo] and [crack] or of [mesh], and of [path]; None stands for a default. Raises
+    InputError as ``load_trial``.
+    """
+    content: dict[str, Any] = {"crack": {}} if kind == "photo" else {}
+    for table, settings in tables.items():
+        content[table] = {name: value for name, value in settings.items() if value is not None}
+    content[kind] = {"file": file.name, "data": "measured", **content.get(kind, {})}
+    content["name"] = LINE_BREAKING.sub("-", file.stem)[:80].strip() or kind
+    return checked(Trial, file, content)
+
+
+def trial_text(trial: Trial) -> str:
+    """Return the trial as TOML with all defaults written out."""
+    import tomlkit
+
+    document = tomlkit.document()
+    document.add(tomlkit.comment("Resolved by sealtwin: every setting of this run, defaults written out."))
+    for key, value in json.loads(trial.model_dump_json(exclude_none=True)).items():
+        document.add(key, value)
+    return tomlkit.dumps(document)

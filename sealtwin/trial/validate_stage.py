@@ -1,0 +1,191 @@
+"""Third stage: the simulated level is compared with the readings, and the report written."""
+
+import platform
+import time
+from dataclasses import replace
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from sealtwin.core import files, record_files
+from sealtwin.core.records import Profile
+from sealtwin.core.run_folder import stage_key
+from sealtwin.core.vtk_files import read_frame
+from sealtwin.trial.job import DIGITISED, SIMULATED, Job, begin_writing, check_sheet, made_by, stage_settings
+from sealtwin.trial.simulate_stage import snapshots_of
+from sealtwin.trial.trial_file import Trial
+from validate.report_input import ReadingsSheet
+
+if TYPE_CHECKING:
+    from validate.uncertainty.validation import Spread
+
+NOT_RECORDED = "not recorded"
+REPORT_FORM = 3  # Version of comparison.json and report.json: those of another one are made again
+UNCERTAINTY, SPREAD = "uncertainty", "uncertainty.json"
+"""Name in the manifest of the extra runs of 'sealtwin validate RUN --uncertainty', and their file."""
+RECORD = "record.json"  # File beside a trial that was ingested from a lab's folder
+ORIGIN = Path("inputs", "origin.json")
+"""File in a run folder, the part of that record about the sheet, without the lab's path and its other notes."""
+
+
+def bring_up_to_date(job: Job) -> bool:
+    """Run the stage unless its files are current; return True if it ran. Raises InputError for unreadable readings."""
+    trial = job.trial
+    inputs = {
+        **made_by(job, "digitise", (*DIGITISED, "overlay.png")),
+        **made_by(job, "simulate", SIMULATED),
+        **{name: files.sha256(job.path / name) for name in snapshots_of(job)},
+    }
+    given = {}
+    if trial.readings is not None and job.sheet is not None:
+        check_sheet(job.sheet)
+        given = {trial.readings.file.as_posix(): files.sha256(job.sheet)}
+    inputs |= given
+    spread = read_spread(job)
+    if spread is not None:
+        inputs |= {SPREAD: files.sha256(job.path / SPREAD)}
+    settings = stage_settings(trial, "validate")
+
+    sheet = sheet_of(job)
+    key = stage_key(inputs, {**settings, "form": REPORT_FORM, "sheet": sheet and dict(sheet)})
+    if job.folder.is_current("validate", key):
+        return False
+    job.progress.start("Validating", 2)
+    began = time.monotonic()
+
+    from validate.compare import assess
+    from validate.report.write_report import REPORT, write_report
+    from validate.report_input import Evidence
+    from validate.wording.headline import run_warnings
+
+    outline, solid = record_files.read_outline(job.path), record_files.read_solid(job.path)
+    run, profile = record_files.read_run(job.path), record_files.read_profile(job.path)
+    with files.understood(job.path / "simulation.json"):
+        ratio = record_files.read_simulation(job.path).volume_ratio
+    readings = readings_of(job)
+    if readings is not None:
+        job.progress.note(f"Readings: {readings.dialect}.")
+    job.progress.advance(1, "writing the report")
+    made, used = ("digitise", "simulate"), {*DIGITISED, "overlay.png", *SIMULATED, SPREAD}
+    run_folder = f"reports/{trial.folder_name}"
+    evidence = Evidence(
+        name=trial.name,
+        note=trial.note,
+        outline=outline,
+        solid=solid,
+        trajectory=record_files.read_trajectory(job.path),
+        run=run,
+        profile=profile,
+        readings=readings,
+        comparison=None,
+        volume_ratio=ratio,
+        overlay_path=job.path / "overlay.png",
+        photo_data=trial.sample.data,
+        provenance=_provenance(job, sheet, spread is not None),
+        commands=("sealtwin run trial.toml", *([f"sealtwin validate {run_folder} --uncertainty"] if spread else [])),
+        sheet=sheet,
+        edited=tuple(name for stage in (*made, UNCERTAINTY) for name in job.folder.edited(stage) if name in used),
+        frames=tuple(read_frame(job.path / name) for name in snapshots_of(job)),
+    )
+    if trial.readings is not None and readings is not None:
+        comparison = assess(evidence, trial.readings, trial.uncertainty, spread, trial.gate)
+        evidence = replace(evidence, comparison=comparison)
+    for warning in run_warnings(run, ratio):
+        job.progress.note(f"note: {warning}")
+    begin_writing(job, "validate")
+    keep_origin(job)
+    outputs: list[str] = list(REPORT)
+    if evidence.comparison is not None:
+        record_files.write_comparison(job.path, evidence.comparison)
+        outputs.append("comparison.json")
+    write_report(job.path, evidence)
+    job.progress.advance(2)
+    job.folder.record("validate", key, settings, inputs, outputs, time.monotonic() - began, given=list(given))
+    return True
+
+
+def varied_settings(trial: Trial) -> dict[str, Any]:
+    declared = trial.uncertainty.model_dump(mode="json", exclude_none=True)
+    return {**stage_settings(trial, "simulate"), "uncertainty": declared}
+
+
+def read_spread(job: Job) -> "Spread | None":
+    """Read the results of the extra runs; None if there are none for these files and settings."""
+    if UNCERTAINTY not in job.folder.finished() or job.folder.settings_of(UNCERTAINTY) != varied_settings(job.trial):
+        return None
+    from validate.uncertainty.validation import Spread
+
+    with files.understood(job.path / SPREAD):
+        return Spread.of(files.read_json(job.path / SPREAD))
+
+
+def readings_of(job: Job) -> Profile | None:
+    if job.trial.readings is None or job.sheet is None:
+        return None
+    from validate.readings.read_readings import read_readings
+
+    length_mm = record_files.read_outline(job.path).length_mm
+    with files.understood(job.path / "solid.json"):
+        depth_mm = float(files.read_json(job.path / "solid.json")["depth_mm"])
+    return read_readings(job.sheet, job.trial.readings, length_mm, depth_mm)
+
+
+def sheet_of(job: Job) -> ReadingsSheet | None:
+    """Return the sheet of readings and its origin, or None. Raises InputError if the lab's record is damaged."""
+    if job.sheet is None or job.trial.readings is None:
+        return None
+    name, digest = job.trial.readings.file.name, files.sha256(job.sheet)
+    said = _recorded_origin(job.source)
+    if said is not None and said["sha256"] == digest:
+        return ReadingsSheet(**said)
+    # The lab's record is about the sheet that was ingested, not about another one.
+    name += "" if said is None else ", not as the lab gave it"
+    return ReadingsSheet(name=name, sha256=digest, operator=None, date=None)
+
+
+def keep_origin(job: Job) -> None:
+    """Write the readings' origin beside their copy, so that the folder keeps it when it is moved."""
+    if job.source.resolve() != job.path.resolve() and (said := _recorded_origin(job.source)) is not None:
+        files.write_if_new(job.path / ORIGIN, files.as_json(said).encode())
+
+
+def _recorded_origin(source: Path) -> dict[str, Any] | None:
+    """Return the recorded origin of the readings; None for a trial that was not ingested."""
+    if (source / ORIGIN).is_file():
+        with files.understood(source / ORIGIN):
+            return _texts(files.read_json(source / ORIGIN))
+    content = files.read_json(source / RECORD) if (source / RECORD).is_file() else None
+    if not isinstance(content, dict) or "ingested_utc" not in content:
+        return None
+    with files.understood(source / RECORD):
+        kept = next((file for file in content["files"] if file["role"] == "readings"), None)
+        return None if kept is None else _texts(content | {"name": kept["original"], "sha256": kept["sha256"]})
+
+
+def _texts(content: dict[str, Any]) -> dict[str, Any]:
+    said = {key: content[key] for key in ("name", "sha256", "operator", "date")}
+    if not all(isinstance(said[key], str) for key in ("name", "sha256")):
+        raise ValueError("name and sha256 must be texts")
+    return said | {key: None if said[key] is None else str(said[key]) for key in ("operator", "date")}
+
+
+def _provenance(job: Job, sheet: "ReadingsSheet | None", varied: bool) -> dict[str, str]:
+    done = ("digitise", "simulate", *([UNCERTAINTY] if varied else []))
+    stages = {stage: job.folder.manifest["stages"][stage] for stage in done}
+    facts = {"sealtwin": version("sealtwin"), "system": f"{platform.system()} {platform.machine()}"}
+    listed: set[tuple[str, str]] = set()
+    for stage, entry in stages.items():
+        facts[f"{stage}: finished"] = str(entry.get("finished_utc", NOT_RECORDED))
+        facts[f"{stage}: wall time"] = f"{entry['wall_time_s']:.1f} s"
+        new = [one for one in entry["inputs"].items() if one not in listed]
+        facts |= {f"{stage}: {name}": f"sha256 {digest}" for name, digest in new}
+        listed.update(new)
+    facts["validate: begun"] = datetime.now(UTC).isoformat(timespec="seconds")
+    if sheet is not None:
+        facts[f"validate: {sheet.name}"] = f"sha256 {sheet.sha256}"
+    if edited := [name for stage in stages for name in job.folder.edited(stage)]:
+        facts["edited by hand since"] = ", ".join(edited)
+    facts["device"] = stages["simulate"]["device"]
+    facts["seed"] = str(stages["simulate"]["seed"])
+    return facts | {name: text for name, text in stages["simulate"]["versions"].items() if name != "sealtwin"}

@@ -1,1 +1,0 @@
-"""One trial, from a photo to a report."""

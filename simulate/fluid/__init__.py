@@ -1,0 +1,1 @@
+"""The state of the fluid and one substep of it: pressure, viscosity, neighbours."""

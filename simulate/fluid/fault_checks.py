@@ -1,0 +1,71 @@
+"""Faults that end a run: marked by particle on the device, reported by run on the host."""
+
+from typing import NamedTuple
+
+import numpy as np
+import warp as wp
+
+from simulate.fluid.launcher import Launcher
+from simulate.fluid.state import MoversList, State
+from simulate.fluid.viscosity import ITERATIONS_AT_MOST
+from simulate.kernels import pressure
+from simulate.setup.cell_grid import NEIGHBOURS, WALL_NEIGHBOURS
+from simulate.setup.signed_distance import Barrier
+
+FASTEST_CM_S = 2000.0
+"""Speed after a fall of 20 m: anything faster gained its energy from the numbers."""
+DENSEST = 2.5
+"""Largest density over the rest density. Sound runs, overfull and thick ones included, stayed under 1.5; lists of 128
+neighbours are full soon after.
+"""
+UNSOLVED = 0
+"""Kind of fault of a run whose viscosity was not solved, beside the kernels' own."""
+SENTENCES = {
+    UNSOLVED: f"The viscosity solve did not converge in {ITERATIONS_AT_MOST} iterations.",
+    int(pressure.NEIGHBOURS_FULL): f"A particle has more than {NEIGHBOURS} neighbours: the fluid collapsed.",
+    int(pressure.WALLS_FULL): f"A particle has more than {WALL_NEIGHBOURS} wall particles around it.",
+    int(pressure.NOT_FINITE): "A position, speed or density is no number any more.",
+    int(pressure.TOO_FAST): f"A particle is faster than {FASTEST_CM_S / 100:g} m/s.",
+    int(pressure.TOO_DENSE): f"A particle's density is over {DENSEST:g} times the rest density.",
+}
+
+
+class RunFault(NamedTuple):
+    """A fault that ended a run."""
+
+    kind: int
+    particle: int | None
+    """Number, within the run, of its first particle with the fault; None for a fault of no particle."""
+
+
+class FaultChecks:
+    """Marks particles that spilled or escaped, and keeps every fault of a particle or a run."""
+
+    def __init__(
+        self, state: State, movers: MoversList, launcher: Launcher, barrier: Barrier, unsolved: wp.array, support: float
+    ) -> None:
+        """``unsolved`` is 1 for a run whose viscosity was not solved."""
+        self._state, self._unsolved = state, unsolved
+        self.by_particle = wp.zeros(state.count, dtype=int, device=state.device)
+        """Faults of each particle so far, one bit each."""
+        limits = (FASTEST_CM_S, DENSEST, support)
+        self.look = launcher.bind(
+            pressure.inspect, movers.movers, state.particles, *limits, barrier.grid, self.by_particle
+        )
+        """Check the movers of so many rows."""
+
+    def found(self) -> dict[int, RunFault]:
+        """The first fault of each run that has any, by the number of the run."""
+        unsolved, fault = self._unsolved.numpy(), self.by_particle.numpy()
+        found = {int(run): RunFault(UNSOLVED, None) for run in np.flatnonzero(unsolved)}
+        if fault.any():
+            for run, own in enumerate(fault.reshape(self._state.runs, -1)):
+                if kinds := np.bitwise_or.reduce(own):
+                    kind = int(kinds & -kinds)
+                    found[run] = RunFault(kind, int(np.argmax(own & kind > 0)))
+        return found
+
+    def forget(self, run: int) -> None:
+        """Forget the faults of a run that is given up."""
+        self.by_particle[self._state.own(run)].fill_(0)
+        self._unsolved[run : run + 1].fill_(0)

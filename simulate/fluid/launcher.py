@@ -1,0 +1,86 @@
+"""Launches of kernels with fixed arguments, over rows that several threads share."""
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import warp as wp
+
+LEAST_SLICE = 3000
+"""Rows of a slice, at least: handing a smaller one to a thread takes longer than the slice."""
+
+
+class Launcher:
+    """Binds kernels to their arguments, once, so that a launch costs little and a GPU can record it.
+
+    Warp's kernels release Python's lock, so that threads launch slices of the same rows side by side. Handing a slice
+    over takes some 50 us on a virtual machine.
+    """
+
+    def __init__(self, device: str, threads: int = 1) -> None:
+        self._device, self._threads = device, threads
+        self._pool = ThreadPoolExecutor(threads - 1) if threads > 1 else None
+        self.kernels = 0
+        """Number of launches so far; scans and sorts of Warp's own library are not counted."""
+
+    def bind(self, kernel: Any, *inputs: object) -> "RowLaunch":
+        """A launch over rows; the kernel's first argument is a slice's first row, the rest are ``inputs``.
+
+        The arrays among ``inputs`` may be written to later, but not replaced.
+        """
+        return RowLaunch(self, [self._record(kernel, 1, [0, *inputs]) for _ in range(self._threads)], inputs)
+
+    def bind_whole(self, kernel: Any, dim: int | tuple[int, ...], *inputs: object) -> Callable[[], None]:
+        """A launch over all of ``dim`` in one piece, for kernels without rows."""
+        command = self._record(kernel, dim, inputs)
+
+        # Warp's command keeps addresses only: the default argument keeps the arrays.
+        def launch(_inputs: object = inputs) -> None:
+            self.kernels += 1
+            command.launch()
+
+        return launch
+
+    def launch(self, rows: int, *launches: "RowLaunch") -> None:
+        """Launches over the same rows, which follow each other in each slice without waiting for the other slices.
+
+        None of them may read what another one writes in other rows.
+        """
+        if not rows:
+            return
+        self.kernels += len(launches)
+        slices = min(self._threads, max(1, rows // LEAST_SLICE))
+        pending = []
+        for part in reversed(range(slices)):
+            begin, end = rows * part // slices, rows * (part + 1) // slices
+            commands = [launch.commands[part] for launch in launches]
+            for command in commands:
+                command.set_param_at_index(0, begin)
+                command.set_dim(end - begin)
+            if part and self._pool:
+                pending.append(self._pool.submit(_launch_all, commands))
+            else:
+                _launch_all(commands)
+        for future in pending:
+            future.result()
+
+    def _record(self, kernel: Any, dim: int | tuple[int, ...], inputs: Sequence[object]) -> Any:
+        return wp.launch(kernel, dim, inputs=list(inputs), device=self._device, record_cmd=True)
+
+
+class RowLaunch:
+    """A kernel with its arguments, one recorded command for each slice."""
+
+    def __init__(self, launcher: Launcher, commands: list[Any], inputs: object) -> None:
+        self._launcher, self.commands = launcher, commands
+        # Warp's commands keep the addresses of arrays, not the arrays.
+        self._inputs = inputs
+
+    def __call__(self, rows: int) -> None:
+        """Launch over rows 0 to ``rows``."""
+        self._launcher.launch(rows, self)
+
+
+def _launch_all(commands: Sequence[Any]) -> None:
+    for command in commands:
+        command.launch()

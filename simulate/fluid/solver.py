@@ -1,0 +1,280 @@
+"""One substep in the order of the paper's Algorithm 1: predict, find neighbours, project, update velocity."""
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import warp as wp
+
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Floats, Integers
+from simulate.fluid.coarse_pressure import CoarsePressure
+from simulate.fluid.fault_checks import FaultChecks
+from simulate.fluid.launcher import Launcher, RowLaunch
+from simulate.fluid.pressure import Pressure, smoothing_of
+from simulate.fluid.state import MoversList, State
+from simulate.fluid.viscosity import Viscosity
+from simulate.kernels import pressure, status
+from simulate.kernels.pair_kernels import pair_kernels
+from simulate.settings import Scheme, Solver, particle_volume
+from simulate.setup.cell_grid import CellGrid, neighbour_lists
+from simulate.setup.rheology import Rheology, paste_on_device
+from simulate.setup.signed_distance import Barrier
+from simulate.setup.wall_particles import WallParticles, calibrated_wall_mass, source_wall_mass
+
+LIST_REACH = 1.04
+"""Reach of a list over h, for particles that come within h while the pressure iterations move them."""
+FALL = 0.03
+"""Fall from rest in one substep, g dt^2 over h: more compresses the column (4 substeps in the paper's trial)."""
+CREEP = 5.0
+"""Times the slowest shear: below it the stress is under 5/6 of the yield stress, and paste may fall asleep."""
+PATIENCE_S = 0.3
+"""Time of quiet before sleep (prototype)."""
+WAKING_CM_S = 0.5
+"""Speed of a neighbour that wakes a particle (prototype)."""
+
+
+class Domain(NamedTuple):
+    """Box of the neighbour search, cm."""
+
+    low: Floats
+    high: Floats
+
+
+def substeps_for(settings: Solver, frame_s: float) -> int:
+    """The user's number of substeps, or as many as keep the fall in one of them short.
+
+    Raises InputError where the number is smaller than that and the pressure has two levels.
+    """
+    support = 4 * settings.size_mm / 10
+    short = max(1, math.ceil(frame_s / math.sqrt(FALL * support / 981.0)))
+    if settings.substeps is not None and settings.substeps < short and settings.pressure == "two-level":
+        raise InputError(
+            f'solver.substeps is {settings.substeps}: with solver.pressure = "two-level" frames of '
+            f"{frame_s * 1e3:.3g} ms need at least {short}, or the fluid boils. Give as many, or leave it out."
+        )
+    return settings.substeps or short
+
+
+def _common_scheme(settings: Solver, fluids: Sequence[Rheology]) -> Scheme:
+    """The scheme that several runs share in every launch. Raises ValueError where their schemes differ."""
+    schemes = {settings.scheme_for(yields=fluid.yields, freezes=fluid.freezes) for fluid in fluids}
+    if len(schemes) > 1:
+        factors = ", ".join(f"{scheme.volume_factor:g}" for scheme in sorted(schemes))
+        raise ValueError(f"runs whose volume factors differ ({factors}) cannot share a launch")
+    return schemes.pop()
+
+
+class FluidSolver:
+    """The solver of one run, or of several at once that share geometry and schedule.
+
+    It touches no files and prints nothing.
+    """
+
+    def __init__(
+        self,
+        state: State,
+        walls: WallParticles,
+        barrier: Barrier,
+        domain: Domain,
+        settings: Solver,
+        fluids: Sequence[Rheology],
+        *,
+        frame_s: float,
+        substeps: int,
+        rows: int,
+        centreline: Floats,
+        threads: int = 1,
+        native: bool | None = None,
+    ) -> None:
+        """``rows`` is the largest number of particles that move at one time. ``centreline`` is the crack's, (n, 2), cm.
+
+        ``native`` chooses the inner loops for CPUs; None asks the device. Raises ValueError where the ``fluids`` need
+        schemes that differ.
+        """
+        radius, device = settings.size_mm / 10, state.device
+        self.state, self.walls, self.barrier, self.settings = state, walls, barrier, settings
+        self.scheme, self.substeps, self.step_s = _common_scheme(settings, fluids), substeps, frame_s / substeps
+        self._support = support = 4 * radius
+        self.mass = self.scheme.volume_factor * particle_volume(radius)
+        wall_mass = {"calibrated": calibrated_wall_mass, "source": source_wall_mass}[self.scheme.wall]
+        self._launcher = launcher = Launcher(device, threads if device == "cpu" else 1)
+        wall_particles = walls.position_and_share
+        self.movers, self.lists = MoversList(state, launcher), neighbour_lists(rows, wall_particles, device)
+        shared = (state, self.movers, self.lists)
+        kernels = pair_kernels(device == "cpu" if native is None else native)
+        self._yields = any(fluid.yields for fluid in fluids)
+        self._sleeps = self._yields and settings.sleep
+        self.paste = paste_on_device(fluids, support, self.step_s, substeps, settings.slowest_shear_per_s, device)
+        self.viscosity = Viscosity(
+            *shared, self.paste, kernels.viscosity, launcher, support=support, mass=self.mass, frame_s=frame_s
+        )
+        coarse: CoarsePressure | None = None
+        if settings.pressure == "two-level":
+            coarse = CoarsePressure(
+                state,
+                self.movers,
+                launcher,
+                centreline,
+                domain.low,
+                domain.high,
+                # Wall particles lie a radius deep.
+                floor=float(wall_particles.numpy()[:, 2].min()) + radius,
+                rows=rows,
+                support=support,
+                iterations=self.scheme.iterations,
+            )
+        smoothing = smoothing_of(support, self.mass, wall_mass(radius), settings.relaxation)
+        self.pressure = Pressure(
+            *shared, barrier, kernels.pressure, launcher, smoothing=smoothing, scheme=self.scheme, coarse=coarse
+        )
+        self.faults = FaultChecks(state, self.movers, launcher, barrier, self.viscosity.unsolved, support)
+        self._quiet_s = wp.zeros(state.count, dtype=float, device=device)
+        self._bind_lists(kernels.list_neighbours, domain)
+        self._bind_frame(fluids)
+        self._out = state.count
+        # Explicit passes are counted by the host, in each substep.
+        self.replays = device != "cpu" and settings.viscosity_solve == "implicit"
+        """Frames are recorded and replayed, without reports to the host in between."""
+        self._recorded: Any = None
+        self.kernels_a_frame = 0
+        """Launches in the last frame that was not replayed."""
+        self.rows = 0
+        """Rows of a launch: the present number of movers or, where frames are replayed, the largest ever."""
+
+    def _bind_lists(self, kernel: Any, domain: Domain) -> None:
+        state, lists, reach = self.state, self.lists, LIST_REACH * self._support
+        walls, wall_count = lists.wall_particle, len(lists.wall_particle)
+        self.fluid_cells = CellGrid(domain.low, domain.high, reach, state.particles_per_run, state.device, state.runs)
+        wall_cells = CellGrid(domain.low, domain.high, reach, wall_count, state.device)
+        wall_cells.fill(walls, wp.zeros(wall_count, dtype=int, device=state.device), wall_count)
+
+        def bind(cells: Any, of_the_fluid: int, full: int, dummy: int, listed: wp.array, count: wp.array) -> RowLaunch:
+            to = (state.position, listed, count, self.faults.by_particle)
+            return self._launcher.bind(kernel, self.movers.movers, cells, of_the_fluid, reach, full, dummy, *to)
+
+        of_fluid = (pressure.NEIGHBOURS_FULL, state.count, lists.fluid, lists.fluid_count)
+        of_walls = (pressure.WALLS_FULL, wall_count, lists.wall, lists.wall_count)
+        self._list_fluid = bind(self.fluid_cells.cells, 1, *of_fluid)
+        self._list_walls = bind(wall_cells.cells, 0, *of_walls)
+
+    def _bind_frame(self, fluids: Sequence[Rheology]) -> None:
+        """Bind all else that happens to particles in a frame."""
+        state, lists, launcher, settings = self.state, self.lists, self._launcher, self.settings
+        ages = wp.array([fluid.frames_to_freeze for fluid in fluids], dtype=int, device=state.device)
+        self._count_frame = launcher.bind_whole(status.count_frame, 1, state.frame)
+        self._release = launcher.bind_whole(status.release, state.count, state.particles)
+        self._freeze = launcher.bind_whole(status.freeze, state.count, state.particles, ages)
+        moving, solid = (self.movers.movers, state.particles), (self.barrier.clearance, self.barrier.grid)
+        yielding = (*moving, self.paste.yields_at_most)
+        self._predict = launcher.bind(pressure.predict, *moving, self.step_s, settings.damping_per_s, *solid)
+        self._update_velocity = launcher.bind(pressure.update_velocity, *moving, self.step_s)
+        self._move_as_solved = launcher.bind(pressure.move_as_solved, *yielding, self.step_s, *solid)
+        slowest = CREEP * settings.slowest_shear_per_s
+        limits = (self.step_s, PATIENCE_S, slowest, slowest * self._support)
+        self._wake = launcher.bind(status.wake, *yielding, WAKING_CM_S, lists.fluid, lists.fluid_count, self._quiet_s)
+        self._fall_asleep = launcher.bind(status.fall_asleep, *yielding, *limits, self.viscosity.shear, self._quiet_s)
+
+    @property
+    def recorded(self) -> bool:
+        """A frame is recorded by now, and replayed."""
+        return self._recorded is not None
+
+    def advance(self, frame: int) -> list[Integers]:
+        """One frame: release, freezing, all substeps, fault checks. Returns the viscosity's iterations by substep.
+
+        On a GPU a frame is recorded once and replayed, without reports to the host in between; the list is then empty.
+        """
+        if self.replays and self._recorded is None and self.kernels_a_frame:
+            # A recording must load no module, least of all those for CPUs: all are loaded by now.
+            with wp.ScopedCapture(device=self.state.device, force_module_load=False) as capture:
+                self._run_frame(frame)
+            self._recorded = capture.graph
+        if self._recorded is not None:
+            wp.capture_launch(self._recorded)
+            return []
+        return self._run_frame(frame)
+
+    def _run_frame(self, frame: int) -> list[Integers]:
+        before = self._launcher.kernels
+        self.begin_frame(frame)
+        solves = [self.step() for _ in range(self.substeps)] if self.rows else []
+        if self.rows:
+            self.faults.look(self.rows)
+        self.kernels_a_frame = self._launcher.kernels - before
+        return [] if self.replays else solves
+
+    def begin_frame(self, frame: int) -> None:
+        """Release the particles of a frame, and freeze those that have grown too old."""
+        state = self.state
+        # One run's particles are sorted up to the last that is out; those of several runs, or on a GPU, all.
+        if state.runs == 1 and not self.replays:
+            self._out = state.released(frame)
+        self._count_frame()
+        self._release()
+        self._freeze()
+        self.find_movers()
+
+    def step(self) -> Integers:
+        """Advance the movers by one substep; returns the viscosity's iterations or passes, by run.
+
+        Where frames are replayed the host does not know these numbers, and they are 0.
+        """
+        runs = self.state.runs
+        self.predict()
+        self.find_neighbours()
+        if self._yields:
+            self.viscosity.measure_shear(self.rows)
+        self.pressure.solve(self.rows)
+        self.update_velocity()
+        if self.settings.viscosity_solve == "implicit":
+            self.viscosity.solve_implicit(self.rows)
+            iterations = np.zeros(runs, dtype=np.int64) if self.replays else self.viscosity.iterations()
+        else:
+            iterations = np.full(runs, self.viscosity.pass_explicit(self.rows))
+        if self._yields:
+            self._move_as_solved(self.rows)
+        if self._sleeps:
+            self._wake(self.rows)
+            self._fall_asleep(self.rows)
+            self.find_movers()
+        return iterations
+
+    def lasting(self) -> dict[str, Any]:
+        """Arrays that a substep takes over from the one before, by their names in a checkpoint."""
+        return {**self.state.lasting(), "quiet_s": self._quiet_s}
+
+    def resume(self, done: int) -> None:
+        """Continue after ``done`` frames, once the lasting arrays were restored."""
+        self.state.frame.fill_(done - 1)
+        self.find_movers()
+
+    def find_movers(self) -> None:
+        self.movers.find()
+        self.rows = len(self.lists.fluid_count) if self.replays else self.count_movers()
+
+    def count_movers(self) -> int:
+        """Present number of movers, for which the host waits. Raises RuntimeError where it exceeds the room."""
+        moving, room = self.movers.number(), len(self.lists.fluid_count)
+        if moving > room:
+            raise RuntimeError(f"{moving} particles move where there is room for {room}.")
+        return moving
+
+    def predict(self) -> None:
+        self._predict(self.rows)
+
+    def find_neighbours(self) -> None:
+        """List the neighbours among all particles that are out, resting ones included, and among the walls."""
+        self.fluid_cells.fill(self.state.position, self.state.status, self._out)
+        self._launcher.launch(self.rows, self._list_fluid, self._list_walls)
+
+    def update_velocity(self) -> None:
+        self._update_velocity(self.rows)
+
+    def give_up(self, run: int) -> None:
+        """Take a run out for good, with its particles that are not released yet."""
+        state = self.state
+        state.status[state.own(run)].fill_(int(status.GIVEN_UP))
+        self.faults.forget(run)
+        self.find_movers()

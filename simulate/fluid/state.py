@@ -1,0 +1,106 @@
+"""The particles of one run, or of several at once, on the device. Centimetres and seconds."""
+
+from typing import Any
+
+import numpy as np
+import warp as wp
+from warp.utils import array_scan
+
+from sealtwin.core.records import Floats
+from simulate.fluid.launcher import Launcher
+from simulate.kernels import status as device_code
+from simulate.setup.cell_grid import NOWHERE_CM
+from simulate.setup.release_schedule import Schedule
+from simulate.setup.signed_distance import CM
+
+SPARE = 2
+"""Entries behind the last particle: a dummy particle that pads lists, and room for loads of sixteen bytes."""
+KEPT_AS = {
+    "place": "position",
+    "velocity": "velocity",
+    "density": "density",
+    "bulk": "volume_and_viscosity",
+    "fate": "status",
+}
+"""Arrays that a substep takes over from the one before, by their names in a checkpoint, which older versions wrote."""
+
+
+class State:
+    """All particles in the order of release, run by run; the ``runs`` share one schedule.
+
+    Particles that are not released yet have the position and velocity of their release.
+    """
+
+    def __init__(self, schedule: Schedule, device: str, runs: int = 1) -> None:
+        self.device, self.runs, self.particles_per_run = device, runs, schedule.particles
+        self._released = schedule.released
+        count = self.count
+        self.position = _padded(np.pad(schedule.position_mm * CM, ((0, 0), (0, 1))), runs, wp.vec4, device)
+        self.velocity = _padded(schedule.velocity_mm_s * CM, runs, wp.vec3, device)
+        self.search_direction = _padded(np.zeros((schedule.particles, 3)), runs, wp.vec3, device)
+        self.density = wp.full(count, 1.0, dtype=float, device=device)
+        self.volume_and_viscosity = _padded(np.zeros((schedule.particles, 2)), runs, wp.vec2, device)
+        self.status = wp.full(count, int(device_code.WAITING), dtype=int, device=device)
+        self.frame = wp.full(1, -1, dtype=int, device=device)
+        self.particles = device_code.Particles()
+        """The struct of these arrays that kernels take."""
+        self.particles.per_run = schedule.particles
+        for name in (*KEPT_AS.values(), "search_direction", "frame"):
+            setattr(self.particles, name, getattr(self, name))
+        self.particles.previous_position = wp.zeros(count, dtype=wp.vec3, device=device)
+        self.particles.release_frame = wp.array(np.tile(schedule.frame_of, runs), dtype=int, device=device)
+
+    @property
+    def count(self) -> int:
+        """Number of all particles, released or not; as an index, the dummy particle behind them."""
+        return self.runs * self.particles_per_run
+
+    def own(self, run: int) -> slice:
+        """The particles of a run."""
+        return slice(run * self.particles_per_run, (run + 1) * self.particles_per_run)
+
+    def released(self, frame: int) -> int:
+        """Number of a run's particles that are out once a frame's release is made."""
+        return int(self._released[min(frame, len(self._released) - 1)])
+
+    def lasting(self) -> dict[str, Any]:
+        """Arrays that a substep takes over from the one before, by their names in a checkpoint."""
+        return {kept: getattr(self, name) for kept, name in KEPT_AS.items()}
+
+    def position_mm(self) -> Floats:
+        """Positions of all particles, (count, 3)."""
+        return self.position.numpy()[:, :3].astype(float) / CM
+
+    def velocity_mm_s(self) -> Floats:
+        """Velocities of all particles, (count, 3)."""
+        return self.velocity.numpy().astype(float) / CM
+
+
+def _padded(rows: Floats, runs: int, dtype: type, device: str) -> Any:
+    """An array of ``runs`` times ``rows`` with readable entries behind its end."""
+    spare = np.full((SPARE, rows.shape[1]), NOWHERE_CM if dtype is wp.vec4 else 0.0)
+    whole = wp.array(np.concatenate([np.tile(rows, (runs, 1)), spare]), dtype=dtype, device=device)
+    return whole[: runs * len(rows)]
+
+
+class MoversList:
+    """The list of particles that move, made anew whenever some were released, froze, fell asleep or woke."""
+
+    def __init__(self, state: State, launcher: Launcher) -> None:
+        count, device = state.count, state.device
+        self._moves, self._row = (wp.zeros(count, dtype=int, device=device) for _ in range(2))
+        self.movers = device_code.Movers()
+        self.movers.particle = wp.zeros(count, dtype=int, device=device)
+        self.movers.count = wp.zeros(1, dtype=int, device=device)
+        self.movers.first_row = wp.zeros(state.runs + 1, dtype=int, device=device)
+        self._mark = launcher.bind_whole(device_code.mark_movers, count, state.status, self._moves)
+        self._number = launcher.bind_whole(device_code.number_movers, count, state.particles, self._row, self.movers)
+
+    def find(self) -> None:
+        self._mark()
+        array_scan(self._moves, self._row, inclusive=False)
+        self._number()
+
+    def number(self) -> int:
+        """Number of movers, over all runs."""
+        return int(self.movers.count.numpy()[0])

@@ -1,0 +1,154 @@
+"""Device code: the signed distance to the solid, and moves that cannot cross it. Centimetres.
+
+Distances are positive in the open and negative in the solid.
+"""
+
+import warp as wp
+
+wp.set_module_options({"enable_backward": False})
+
+BLOCK = wp.constant(4)
+"""Cells along the edge of a block; its nodes are one more, so that no interpolation needs two blocks."""
+NODES = wp.constant(125)
+"""Number of nodes of a block."""
+FAR = wp.constant(-1)
+FACE = wp.constant(-2)
+PIECES = wp.constant(256)
+"""Largest number of pieces of a move. A longer one ends early; the run stops for its speed before that."""
+
+
+@wp.struct
+class Distance:
+    """Exact distances on the nodes of blocks near the surface; elsewhere, the distance at the block's centre."""
+
+    corner: wp.vec3
+    spacing: float
+    blocks: wp.vec3i
+    row: wp.array[int]
+    """Row of each block's nodes; FAR for none, FACE for a block in which the face z = 0 is the nearest surface."""
+    centre: wp.array[float]
+    nodes: wp.array[float]
+    face: wp.vec4
+
+
+@wp.func
+def distance_at(solid: Distance, x: wp.vec3) -> wp.vec4:
+    """Gradient (unit length, or zero where it is not known) and signed distance.
+
+    Outside the grid the sample is its face: the half-space below z = 0 within the footprint of the block.
+    """
+    u = (x - solid.corner) / solid.spacing
+    reach = float(BLOCK)
+    a = int(wp.floor(u[0] / reach))
+    b = int(wp.floor(u[1] / reach))
+    c = int(wp.floor(u[2] / reach))
+    if a < 0 or b < 0 or c < 0 or a >= solid.blocks[0] or b >= solid.blocks[1] or c >= solid.blocks[2]:
+        if x[0] > solid.face[0] and x[1] > solid.face[1] and x[0] < solid.face[2] and x[1] < solid.face[3]:
+            return wp.vec4(0.0, 0.0, 1.0, x[2])
+        return wp.vec4(0.0, 0.0, 0.0, 1.0e3)
+    block = (a * solid.blocks[1] + b) * solid.blocks[2] + c
+    row = solid.row[block]
+    if row == FACE:
+        return wp.vec4(0.0, 0.0, 1.0, x[2])
+    if row == FAR:
+        # A lower bound, by the far corner of the block.
+        middle = solid.centre[block]
+        left = wp.abs(middle) - 0.8661 * reach * solid.spacing
+        return wp.vec4(0.0, 0.0, 0.0, wp.sign(middle) * left)
+    i = wp.min(int(u[0]) - a * BLOCK, BLOCK - 1)
+    j = wp.min(int(u[1]) - b * BLOCK, BLOCK - 1)
+    k = wp.min(int(u[2]) - c * BLOCK, BLOCK - 1)
+    p = u[0] - float(a * BLOCK + i)
+    q = u[1] - float(b * BLOCK + j)
+    r = u[2] - float(c * BLOCK + k)
+    node = row * NODES + (i * (BLOCK + 1) + j) * (BLOCK + 1) + k
+    next_j = BLOCK + 1
+    next_i = (BLOCK + 1) * (BLOCK + 1)
+    d000 = solid.nodes[node]
+    d001 = solid.nodes[node + 1]
+    d010 = solid.nodes[node + next_j]
+    d011 = solid.nodes[node + next_j + 1]
+    d100 = solid.nodes[node + next_i]
+    d101 = solid.nodes[node + next_i + 1]
+    d110 = solid.nodes[node + next_i + next_j]
+    d111 = solid.nodes[node + next_i + next_j + 1]
+    d00 = wp.lerp(d000, d001, r)
+    d01 = wp.lerp(d010, d011, r)
+    d10 = wp.lerp(d100, d101, r)
+    d11 = wp.lerp(d110, d111, r)
+    d0 = wp.lerp(d00, d01, q)
+    d1 = wp.lerp(d10, d11, q)
+    slope_z = wp.lerp(wp.lerp(d001 - d000, d011 - d010, q), wp.lerp(d101 - d100, d111 - d110, q), p)
+    slope = wp.normalize(wp.vec3(d1 - d0, wp.lerp(d01 - d00, d11 - d10, p), slope_z))
+    return wp.vec4(slope[0], slope[1], slope[2], wp.lerp(d0, d1, p))
+
+
+@wp.func
+def push_out(solid: Distance, x: wp.vec3, clearance: float) -> wp.vec4:
+    """Move away from walls nearer than ``clearance``; returns the position and its distance.
+
+    A step is shorter than the present distance, so that it cannot cross a thin wall. In a corner each step leaves the
+    wall that is nearest.
+    """
+    here = x
+    there = distance_at(solid, here)
+    for _turn in range(8):
+        if there[3] >= 0.999 * clearance or there[3] <= 0.0:
+            break
+        here += wp.min(clearance - there[3], 0.9 * there[3]) * wp.vec3(there[0], there[1], there[2])
+        there = distance_at(solid, here)
+    return wp.vec4(here[0], here[1], here[2], there[3])
+
+
+@wp.func
+def move(solid: Distance, start: wp.vec3, step: wp.vec3, clearance: float) -> wp.vec3:
+    """Move from ``start`` by ``step``, sliding along walls.
+
+    From a start at half the clearance or more, every position on the way is in the open: pieces of the move are shorter
+    than that distance, and a piece that would end nearer to a wall is not made.
+    """
+    length = wp.length(step)
+    if length == 0.0:
+        return start
+    if not wp.isfinite(length):
+        # Left at its start, the particle would pass for one at rest; with this position it stops the run.
+        return start + step
+    pieces = wp.min(int(length / (0.45 * clearance)) + 1, PIECES)
+    piece = step / wp.max(float(pieces), length / (0.45 * clearance))
+    here = start
+    for _piece in range(pieces):
+        there = push_out(solid, here + piece, clearance)
+        if there[3] < 0.5 * clearance:
+            break
+        here = wp.vec3(there[0], there[1], there[2])
+    return here
+
+
+@wp.kernel
+def measure_distance(
+    mesh: wp.uint64,
+    point: wp.array[wp.vec3],
+    within: float,
+    distance: wp.array[float],  # out
+):
+    """Exact signed distance, negative where a ray crosses the surface an odd number of times.
+
+    NaN where no triangle is ``within`` reach.
+    """
+    i = wp.tid()
+    found = wp.mesh_query_point_sign_parity(mesh, point[i], within, 1)
+    distance[i] = wp.nan
+    if found.result:
+        nearest = wp.mesh_eval_position(mesh, found.face, found.u, found.v)
+        distance[i] = found.sign * wp.length(point[i] - nearest)
+
+
+@wp.kernel
+def sample_distance(
+    solid: Distance,
+    point: wp.array[wp.vec3],
+    distance: wp.array[float],  # out
+):
+    """Signed distance at ``point``, from the grid."""
+    i = wp.tid()
+    distance[i] = distance_at(solid, point[i])[3]

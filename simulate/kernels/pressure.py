@@ -1,0 +1,289 @@
+"""Device code of the fluid: Algorithm 1 of the paper, Eqs 1 to 4.
+
+Centimetres and seconds; densities in units of the rest density, so that a particle's mass is a volume in cm3.
+Row ``row`` of a launch is a mover's row in ``Movers``; ``begin`` is the first row of a slice, where a launch is cut for
+several threads.
+"""
+
+from types import ModuleType
+from typing import Any, NamedTuple
+
+import warp as wp
+
+from simulate.kernels.coarse_pressure import CoarseRows
+from simulate.kernels.distance import Distance, distance_at, move
+from simulate.kernels.neighbours import Neighbours
+from simulate.kernels.status import ESCAPED, MOVING, SPILLED, Movers, Particles
+
+wp.set_module_options({"enable_backward": False})
+
+GRAVITY = wp.constant(wp.vec3(0.0, 0.0, -981.0))
+
+# One bit each: a particle's fault is their sum.
+NEIGHBOURS_FULL = wp.constant(1)
+WALLS_FULL = wp.constant(2)
+NOT_FINITE = wp.constant(4)
+TOO_FAST = wp.constant(8)
+TOO_DENSE = wp.constant(16)
+
+MOST_BY_WALLS = wp.constant(0.6)
+"""Largest share of a density: a corner of two walls makes 0.43 (1 - 0.75^2), one of three 0.58."""
+
+
+@wp.struct
+class Smoothing:
+    """Constants of the density constraint."""
+
+    support: float
+    """h: both kernels vanish from here on."""
+    mass: float
+    """Mass of a particle over the rest density, cm3."""
+    density: float
+    """Mass times 315 / (64 pi h^9), the factor of the fluid's sum of (h^2 - r^2)^3."""
+    slope: float
+    """Mass times -45 / (pi h^6), the factor of its sum of (h - r)^2 times the unit offset."""
+    wall_density: float
+    wall_slope: float
+    relaxation: float
+    """epsilon of Eq. 1, 1/cm2."""
+
+
+@wp.func
+def xyz(x: wp.vec4):
+    return wp.vec3(x[0], x[1], x[2])
+
+
+@wp.kernel
+def predict(
+    begin: int, movers: Movers, particles: Particles, step_s: float, damping: float, clearance: float, solid: Distance
+):
+    """V + (g - eta v) dt, x* = x + v dt, as far as walls allow (Eq. 4; Algorithm 1, line 2)."""
+    row = begin + wp.tid()
+    if row >= movers.count[0]:
+        return
+    i = movers.particle[row]
+    x = xyz(particles.position[i])
+    particles.previous_position[i] = x
+    v = particles.velocity[i] + step_s * (GRAVITY - damping * particles.velocity[i])
+    there = move(solid, x, step_s * v, clearance)
+    particles.position[i] = wp.vec4(there[0], there[1], there[2], 0.0)
+
+
+@wp.kernel
+def shift(
+    begin: int, movers: Movers, particles: Particles, clearance: float, solid: Distance, correction: wp.array[wp.vec3]
+):
+    """Move by the pressure's correction, as far as walls allow."""
+    row = begin + wp.tid()
+    if row >= movers.count[0]:
+        return
+    i = movers.particle[row]
+    x = particles.position[i]
+    there = move(solid, xyz(x), correction[row], clearance)
+    particles.position[i] = wp.vec4(there[0], there[1], there[2], x[3])
+
+
+@wp.kernel
+def update_velocity(begin: int, movers: Movers, particles: Particles, step_s: float):
+    row = begin + wp.tid()
+    if row >= movers.count[0]:
+        return
+    i = movers.particle[row]
+    particles.velocity[i] = (xyz(particles.position[i]) - particles.previous_position[i]) / step_s
+
+
+@wp.kernel
+def move_as_solved(
+    begin: int,
+    movers: Movers,
+    particles: Particles,
+    yields: wp.array[float],
+    step_s: float,
+    clearance: float,
+    solid: Distance,
+):
+    """X = x0 + v dt with the velocity that the viscosity left, for paste that yields.
+
+    Eq. 5 changes velocities after positions have moved: without this, a bank at rest slides in every substep.
+    """
+    row = begin + wp.tid()
+    if row >= movers.count[0]:
+        return
+    i = movers.particle[row]
+    if yields[i // particles.per_run] == 0.0:
+        return
+    there = move(solid, particles.previous_position[i], step_s * particles.velocity[i], clearance)
+    particles.position[i] = wp.vec4(there[0], there[1], there[2], particles.position[i][3])
+
+
+@wp.kernel
+def inspect(
+    begin: int,
+    movers: Movers,
+    particles: Particles,
+    fastest: float,
+    densest: float,
+    support: float,
+    solid: Distance,
+    fault: wp.array[int],  # in, out
+):
+    """Mark the particles that have a fault, and those that spilled over the edge or escaped through a wall."""
+    row = begin + wp.tid()
+    if row >= movers.count[0]:
+        return
+    i = movers.particle[row]
+    if particles.status[i] != MOVING:
+        return
+    x = xyz(particles.position[i])
+    speed = wp.length(particles.velocity[i])
+    density = particles.density[i]
+    if not (wp.isfinite(x) and wp.isfinite(speed) and wp.isfinite(density)):
+        fault[i] = fault[i] | NOT_FINITE
+    elif speed > fastest:
+        fault[i] = fault[i] | TOO_FAST
+    elif density > densest:
+        fault[i] = fault[i] | TOO_DENSE
+    else:
+        face = solid.face
+        over = wp.max(wp.max(face[0] - x[0], x[0] - face[2]), wp.max(face[1] - x[1], x[1] - face[3]))
+        if over > support or (over > 0.0 and x[2] < 0.0):
+            particles.status[i] = SPILLED
+        elif distance_at(solid, x)[3] < 0.0:
+            particles.status[i] = ESCAPED
+        if particles.status[i] != MOVING:
+            particles.velocity[i] = wp.vec3(0.0)
+            particles.search_direction[i] = wp.vec3(0.0)
+
+
+@wp.struct
+class Constraint:
+    """Density rho_i of a particle, and its gradients with the positions (Eqs 1 and 2)."""
+
+    density: float
+    by_walls: float
+    """The walls' part of the density."""
+    slope: wp.vec3
+    """Gradient with the particle's own position."""
+    wall_slope: wp.vec3
+    """The walls' part of that gradient."""
+    squares: float
+    """Sum of the squared gradients with all positions."""
+
+
+class PressureKernels(NamedTuple):
+    measure_density: Any
+    measure_terms: Any
+    correct: Any
+
+
+def pressure_kernels(loops: ModuleType, module: Any) -> PressureKernels:
+    """The kernels of a pressure iteration that sum over pairs, with the inner loops of ``loops``.
+
+    They are defined in a function because Warp binds the functions that a kernel calls when the kernel is defined.
+    """
+    sum_density, sum_walls, sum_correction = loops.sum_density, loops.sum_walls, loops.sum_correction
+
+    @wp.func(module=module)
+    def constrain(kernel: Smoothing, neighbours: Neighbours, position: wp.array[wp.vec4], row: int, here: wp.vec4):
+        """rho_i = sum_j m W_poly6 + sum_k psi_k W_poly6, and its gradients by the spiky kernel."""
+        h = kernel.support
+        near = neighbours
+        sums = sum_density(position, near.fluid, row, near.fluid_count[row], here, h)
+        walls = sum_walls(near.wall_particle, near.wall, row, near.wall_count[row], here, h)
+        it = Constraint()
+        it.by_walls = kernel.wall_density * walls[0]
+        it.density = kernel.density * (h * h * h * h * h * h + sums[0]) + it.by_walls
+        it.wall_slope = kernel.wall_slope * wp.vec3(walls[1], walls[2], walls[3])
+        it.slope = kernel.slope * wp.vec3(sums[1], sums[2], sums[3]) + it.wall_slope
+        it.squares = wp.length_sq(it.slope) + kernel.slope * kernel.slope * sums[4]
+        return it
+
+    @wp.kernel(enable_backward=False, module=module)
+    def measure_density(
+        begin: int,
+        movers: Movers,
+        particles: Particles,
+        neighbours: Neighbours,
+        kernel: Smoothing,
+        wall_slope: wp.array[wp.vec3],  # out
+    ):
+        """lambda_i = -max(rho_i - 1, 0) / (sum |grad C|^2 + eps)."""
+        row = begin + wp.tid()
+        if row >= movers.count[0]:
+            return
+        i = movers.particle[row]
+        here = particles.position[i]
+        it = constrain(kernel, neighbours, particles.position, row, here)
+        wall_slope[row] = it.wall_slope
+        particles.density[i] = it.density
+        particles.volume_and_viscosity[i] = wp.vec2(kernel.mass / it.density, particles.volume_and_viscosity[i][1])
+        multiplier = -wp.max(it.density - 1.0, 0.0) / (it.squares + kernel.relaxation)
+        particles.position[i] = wp.vec4(here[0], here[1], here[2], multiplier)
+
+    @wp.kernel(enable_backward=False, module=module)
+    def measure_terms(
+        begin: int,
+        movers: Movers,
+        particles: Particles,
+        neighbours: Neighbours,
+        kernel: Smoothing,
+        wall_slope: wp.array[wp.vec3],  # out
+        coarse: CoarseRows,  # out: slope and yielding
+    ):
+        """Density, and what the coarse level needs of each particle.
+
+        Walls answer a multiplier, but not its gradient: a particle beside them feels only the part of that gradient
+        that its fluid neighbours make, and so takes a larger share of its nodes' multipliers.
+        """
+        row = begin + wp.tid()
+        if row >= movers.count[0]:
+            return
+        i = movers.particle[row]
+        it = constrain(kernel, neighbours, particles.position, row, particles.position[i])
+        wall_slope[row] = it.wall_slope
+        particles.density[i] = it.density
+        particles.volume_and_viscosity[i] = wp.vec2(kernel.mass / it.density, particles.volume_and_viscosity[i][1])
+        share = 1.0 / (1.0 - wp.min(it.by_walls / it.density, MOST_BY_WALLS))
+        coarse.slope[row] = wp.vec4(it.slope[0], it.slope[1], it.slope[2], share)
+        coarse.yielding[row] = 1.0 / (it.squares + kernel.relaxation)
+
+    @wp.kernel(enable_backward=False, module=module)
+    def correct(
+        begin: int,
+        movers: Movers,
+        particles: Particles,
+        neighbours: Neighbours,
+        kernel: Smoothing,
+        longest: float,
+        frozen_answer: float,
+        wall_slope: wp.array[wp.vec3],
+        correction: wp.array[wp.vec3],  # out
+    ):
+        """dx_i = sum_j (lambda_i + lambda_j) m grad W + lambda_i sum_k psi_k grad W (Eq. 3).
+
+        lambda is the position's fourth number: the multiplier, or its change in an iteration on two levels.
+
+        A particle at rest cannot give way: it answers with the particle's own multiplier or, as in the paper, with
+        none, and is then half as hard as it should be.
+        """
+        row = begin + wp.tid()
+        if row >= movers.count[0]:
+            return
+        here = particles.position[movers.particle[row]]
+        own = here[3]
+        step = own * wall_slope[row]
+        step += kernel.slope * sum_correction(
+            particles.position,
+            neighbours.fluid,
+            row,
+            neighbours.fluid_count[row],
+            here,
+            kernel.support,
+            frozen_answer * own,
+        )
+        length = wp.length(step)
+        if length > longest:
+            step *= longest / length
+        correction[row] = step
+
+    return PressureKernels(measure_density, measure_terms, correct)

@@ -1,0 +1,167 @@
+"""Device code of the particles' status: release, freezing by age, sleep below the yield stress, and waking."""
+
+import warp as wp
+
+wp.set_module_options({"enable_backward": False})
+
+MOVING = wp.constant(0)
+ASLEEP = wp.constant(1)
+"""The particle rests and its neighbours feel it; a fast neighbour wakes it."""
+FROZEN = wp.constant(2)
+"""The particle rests for good, because of its age."""
+SPILLED = wp.constant(3)
+ESCAPED = wp.constant(4)
+WAITING = wp.constant(5)
+"""The particle is not released yet."""
+GIVEN_UP = wp.constant(6)
+"""The particle belongs to a run that failed: it is gone, whether or not it was released."""
+
+RESTS = wp.constant(1.0e30)
+"""Value of the multiplier that marks a particle at rest. The pressure's loops load it together with the position."""
+
+
+@wp.struct
+class Particles:
+    """All particles in the order of release, run by run. Centimetres and seconds."""
+
+    per_run: int
+    position: wp.array[wp.vec4]
+    """Position, and the multiplier of the density constraint: RESTS for a particle at rest (decision 0089)."""
+    previous_position: wp.array[wp.vec3]
+    """Position before the substep."""
+    velocity: wp.array[wp.vec3]
+    search_direction: wp.array[wp.vec3]
+    """Direction of the viscosity's conjugate gradients; zero for a particle at rest."""
+    density: wp.array[float]
+    """Density over the rest density."""
+    volume_and_viscosity: wp.array[wp.vec2]
+    """Volume m/rho in cm3, and the weight of the particle's pairs in the viscosity."""
+    status: wp.array[int]
+    release_frame: wp.array[int]
+    frame: wp.array[int]
+    """Number of the frame that runs, or ran last; -1 before the first."""
+
+
+@wp.struct
+class Movers:
+    """List of the particles that move, in the order of release, run by run."""
+
+    particle: wp.array[int]
+    count: wp.array[int]
+    first_row: wp.array[int]
+    """First row of each run, and one past the last row."""
+
+
+@wp.kernel
+def count_frame(
+    frame: wp.array[int],  # in, out
+):
+    """Advance the frame number on the device, so that a recorded frame has its own number when it is replayed."""
+    frame[0] = frame[0] + 1
+
+
+@wp.kernel
+def release(particles: Particles):
+    i = wp.tid()
+    if particles.status[i] == WAITING and particles.release_frame[i] <= particles.frame[0]:
+        particles.status[i] = MOVING
+
+
+@wp.kernel
+def freeze(particles: Particles, frames_to_freeze: wp.array[int]):
+    """Fix particles older than the paste's stiffening time, those asleep included: the paper's bound on its cost."""
+    i = wp.tid()
+    age = particles.frame[0] - particles.release_frame[i]
+    # A sleeper that woke later would be one mover more than the run has room for.
+    if particles.status[i] <= ASLEEP and age >= frames_to_freeze[i // particles.per_run]:
+        particles.status[i] = FROZEN
+        bring_to_rest(particles, i)
+
+
+@wp.func
+def bring_to_rest(particles: Particles, i: int):
+    x = particles.position[i]
+    particles.position[i] = wp.vec4(x[0], x[1], x[2], RESTS)
+    particles.velocity[i] = wp.vec3(0.0)
+    particles.search_direction[i] = wp.vec3(0.0)
+
+
+@wp.kernel
+def mark_movers(
+    status: wp.array[int],
+    moves: wp.array[int],  # out
+):
+    i = wp.tid()
+    moves[i] = wp.where(status[i] == MOVING, 1, 0)
+
+
+@wp.kernel
+def number_movers(
+    particles: Particles,
+    row: wp.array[int],
+    movers: Movers,  # out
+):
+    """List the movers; ``row`` is the number of movers before each particle."""
+    i = wp.tid()
+    count = particles.status.shape[0]
+    if particles.status[i] == MOVING:
+        movers.particle[row[i]] = i
+    if i % particles.per_run == 0:
+        movers.first_row[i // particles.per_run] = row[i]
+    if i == count - 1:
+        total = row[i] + wp.where(particles.status[i] == MOVING, 1, 0)
+        movers.count[0] = total
+        movers.first_row[count // particles.per_run] = total
+
+
+@wp.kernel
+def fall_asleep(
+    begin: int,
+    movers: Movers,
+    particles: Particles,
+    yields: wp.array[float],
+    step_s: float,
+    patience_s: float,
+    slowest_shear: float,
+    slowest: float,
+    shear: wp.array[float],
+    quiet_s: wp.array[float],  # in, out
+):
+    """Bring to rest the particles that were below their yield stress for ``patience_s``."""
+    row = begin + wp.tid()
+    if row >= movers.count[0]:
+        return
+    i = movers.particle[row]
+    if particles.status[i] != MOVING or yields[i // particles.per_run] == 0.0:
+        return
+    quiet = float(0.0)
+    if shear[i] < slowest_shear and wp.length(particles.velocity[i]) < slowest:
+        quiet = quiet_s[i] + step_s
+    quiet_s[i] = quiet
+    if quiet >= patience_s:
+        particles.status[i] = ASLEEP
+        bring_to_rest(particles, i)
+
+
+@wp.kernel
+def wake(
+    begin: int,
+    movers: Movers,
+    particles: Particles,
+    yields: wp.array[float],
+    fast: float,
+    listed: wp.array2d[int],
+    count: wp.array[int],
+    quiet_s: wp.array[float],  # out
+):
+    """Wake the sleeping neighbours of a fast particle. Several threads may write to one of them; all write the same."""
+    row = begin + wp.tid()
+    if row >= movers.count[0]:
+        return
+    i = movers.particle[row]
+    if yields[i // particles.per_run] > 0.0 and wp.length(particles.velocity[i]) > fast:
+        for slot in range(count[row]):
+            j = listed[row, slot]
+            if particles.status[j] == ASLEEP:
+                particles.status[j] = MOVING
+                quiet_s[j] = 0.0

@@ -1,0 +1,1 @@
+"""Files of a fluid run: checkpoints, frames, health and statistics."""

@@ -1,0 +1,164 @@
+"""The schedule of a run: position, velocity and time of each particle's release, known before the run starts."""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Floats, Integers, Trajectory
+from simulate.settings import Fluid, particle_volume
+from simulate.setup.rheology import NEVER
+
+PARTICLES_AT_MOST = 1_000_000
+"""Largest number of particles; their neighbour lists, where none freezes, take 3 GB."""
+RELEASED_AT_MOST = 100_000
+"""Largest number of one release. The disc is packed from a lattice of four times as many; the paper's holds seven."""
+ROUNDING = 1e-9
+"""Tolerance with which a whole number of frames does not become one more."""
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """Every particle of a run in the order of release, mm and s."""
+
+    position_mm: Floats  # (n, 3), where it is released
+    velocity_mm_s: Floats  # (n, 3)
+    frame_of: Integers  # (n,)
+    released: Integers
+    """(frames,): number of particles out once the frame's release is made."""
+    frame_s: float
+    """Time in which the largest flow fills one release (Eq. 6), shortened to a whole fraction of the path's time."""
+    release: int
+    """Number of particles of a full release."""
+    dispensed_mm3: float
+
+    @property
+    def particles(self) -> int:
+        return len(self.position_mm)
+
+
+def plan_releases(trajectory: Trajectory, radius_mm: float, diameter_mm: float, seed: int) -> Schedule:
+    """Plan N particles by Eq. 6, a full disc at a time, as soon as the path has asked for one more than is out.
+
+    Raises InputError where the path gives no sealant.
+    """
+    volume_mm3 = particle_volume(radius_mm)
+    flow_mm3_s = trajectory.flow_mm3_s[:-1]
+    asked_mm3 = np.concatenate([[0.0], np.cumsum(flow_mm3_s * np.diff(trajectory.t_s))])
+    if not (np.isfinite(asked_mm3).all() and (flow_mm3_s >= 0).all() and asked_mm3[-1] >= volume_mm3):
+        raise InputError(
+            f"trajectory: its flow gives {asked_mm3[-1]:g} mm3 of sealant; at least {volume_mm3:.3f} mm3, one particle "
+            f"of radius {radius_mm:g} mm, is needed, and no flow below 0. Check flow_mm3_s and t_s."
+        )
+    particles = round(asked_mm3[-1] / volume_mm3)
+    if particles > PARTICLES_AT_MOST:
+        raise InputError(
+            f"solver.radius_mm is {radius_mm:g}: {asked_mm3[-1]:g} mm3 of sealant need {particles} particles, "
+            f"{PARTICLES_AT_MOST} are allowed. Take a larger radius."
+        )
+    if (diameter_mm / 2 / radius_mm) ** 2 > RELEASED_AT_MOST:
+        raise InputError(
+            f"nozzle.diameter_mm is {diameter_mm:g} and solver.radius_mm is {radius_mm:g}: more than "
+            f"{RELEASED_AT_MOST} particles would leave at once. Allowed is a diameter of at most "
+            f"{2 * radius_mm * math.sqrt(RELEASED_AT_MOST):.3g} mm, or take a larger radius."
+        )
+    disc_mm = pack_disc(diameter_mm / 2, radius_mm)
+    frames = math.ceil(trajectory.duration_s * flow_mm3_s.max() / (len(disc_mm) * volume_mm3))
+    if frames > PARTICLES_AT_MOST:
+        raise InputError(
+            f"trajectory: its largest flow, {flow_mm3_s.max():g} mm3/s over {trajectory.duration_s:g} s, needs "
+            f"{frames} frames, {PARTICLES_AT_MOST} are allowed. Give a steadier flow, or a larger radius."
+        )
+    frame_s = trajectory.duration_s / frames
+    ends_s = trajectory.t_s[0] + frame_s * np.arange(1, frames + 1)
+    wanted = np.interp(ends_s, trajectory.t_s, asked_mm3) / asked_mm3[-1] * particles
+    released = np.zeros(frames, dtype=np.int64)
+    out = 0
+    for frame in range(frames):
+        # Rounding must not open a release.
+        if wanted[frame] > out + 1e-6:
+            out = min(out + len(disc_mm), particles)
+        released[frame] = out
+    released[-1] = particles
+    frame_of = np.searchsorted(released, np.arange(particles), side="right")
+    batch_start = np.concatenate([[0], released[:-1]])[frame_of]
+    at_s = ends_s[frame_of] - frame_s
+    tip_mm = np.column_stack([np.interp(at_s, trajectory.t_s, x) for x in trajectory.position_mm.T])
+    flow = _flow_as_it_leaves(trajectory, ends_s, frame_s)[frame_of]
+    # Each disc turned by chance: discs in line would stack up like coins.
+    turn = np.random.default_rng(seed).uniform(0, 2 * np.pi, frames)[frame_of]
+    x, y = disc_mm[np.arange(particles) - batch_start].T
+    offset = np.column_stack([x * np.cos(turn) - y * np.sin(turn), x * np.sin(turn) + y * np.cos(turn), 0 * turn])
+    down_mm_s = flow / (np.pi * (diameter_mm / 2) ** 2)
+    return Schedule(
+        position_mm=tip_mm + offset,
+        velocity_mm_s=np.outer(down_mm_s, [0.0, 0.0, -1.0]),
+        frame_of=frame_of,
+        released=released,
+        frame_s=frame_s,
+        release=len(disc_mm),
+        dispensed_mm3=float(asked_mm3[-1]),
+    )
+
+
+def _flow_as_it_leaves(trajectory: Trajectory, ends_s: Floats, frame_s: float) -> Floats:
+    """Mean flow over the sealant that each frame gives, not over its time, mm³/s; NaN where it gives none.
+
+    A frame in which the flow begins gives little sealant, but at full flow.
+    """
+    flow_mm3_s, lasts_s = trajectory.flow_mm3_s[:-1], np.diff(trajectory.t_s)
+    volume, weighted = (np.concatenate([[0.0], np.cumsum(flow_mm3_s**power * lasts_s)]) for power in (1, 2))
+    given, weight = (
+        np.interp(ends_s, trajectory.t_s, so_far) - np.interp(ends_s - frame_s, trajectory.t_s, so_far)
+        for so_far in (volume, weighted)
+    )
+    return np.divide(weight, given, out=np.full(len(given), np.nan), where=given > 0)
+
+
+def pack_disc(disc_radius: float, radius: float) -> Floats:
+    """Centres of the most circles of a hexagonal lattice that a disc holds, (n, 2); one where it holds none.
+
+    The disc's middle is tried on a circle's centre, between two circles and between three.
+    """
+    reach = math.ceil(disc_radius / radius) + 1
+    a, b = np.meshgrid(np.arange(-reach, reach + 1), np.arange(-reach, reach + 1))
+    lattice = 2 * radius * np.column_stack([a.ravel() + b.ravel() / 2, b.ravel() * math.sqrt(3) / 2])
+    middles = 2 * radius * np.array([[0.0, 0.0], [0.5, 0.0], [0.5, math.sqrt(3) / 6]])
+    packings = [lattice - middle for middle in middles]
+    held = [p[np.hypot(*p.T) + radius <= disc_radius * (1 + 1e-9)] for p in packings]
+    best = max(held, key=len)
+    return best if len(best) else np.zeros((1, 2))
+
+
+class ParticleCounts(NamedTuple):
+    """Numbers of particles of one run, by frame."""
+
+    out: Integers
+    """(frames,): number that has left the nozzle."""
+    moving: Integers
+    """(frames,): largest number that may move: those that have not frozen by their age."""
+
+    @property
+    def frames(self) -> int:
+        """Number of frames to the end of settling."""
+        return len(self.out)
+
+
+def course_of(schedule: Schedule, fluid: Fluid, settle_s: float) -> ParticleCounts:
+    """The numbers of a run, whose particles leave the nozzle in order and freeze by age in the same order."""
+    settling = math.ceil(settle_s / schedule.frame_s - ROUNDING)
+    out = np.pad(schedule.released, (0, settling), mode="edge")
+    ages = frames_to_freeze(fluid, schedule.frame_s)
+    frozen = np.zeros_like(out)
+    if ages < len(out):
+        frozen[ages:] = out[:-ages]
+    return ParticleCounts(out, out - frozen)
+
+
+def frames_to_freeze(fluid: Fluid, frame_s: float) -> int:
+    """Age in frames at which a particle is fixed, below NEVER; or NEVER."""
+    if fluid.freeze_after_s == "never":
+        return NEVER
+    return math.ceil(min(fluid.freeze_after_s / frame_s, NEVER - 1) - ROUNDING)

@@ -1,0 +1,89 @@
+"""The rheology of a run's sealant in the solver's units, and the constants of several runs on the device."""
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import warp as wp
+
+from simulate.kernels import viscosity as device_code
+
+LAW = 0.1185
+"""nu = LAW U h^4 / dt: half the second moment of the weight over h^4, lengths in cm. Held to 5 % by shear waves."""
+WALL_LAYER = 0.624
+"""Share of a rough wall's stress that each unit of B in Eq. 5 stands for: one over the integral of B across the fluid,
+for one layer of wall particles of spacing 2R, R deep, and h = 4R. A plug that slides then feels all of the stress.
+"""
+NEVER = 2**30
+"""Frames to freeze of sealant that does not freeze."""
+
+
+class Rheology(NamedTuple):
+    """Rheology of one run. Weights of Eq. 5 are those of a whole frame; stresses are divided by the density."""
+
+    viscous_weight: float
+    """U of Eq. 5."""
+    wall_weight_cm: float
+    """D of Eq. 5."""
+    yield_cm2_s2: float = 0.0
+    """Yield stress of fresh paste."""
+    stiffening_cm2_s3: float = 0.0
+    yield_most_cm2_s2: float = 0.0
+    frames_to_freeze: int = NEVER
+
+    @property
+    def yields(self) -> bool:
+        return self.yield_most_cm2_s2 > 0
+
+    @property
+    def freezes(self) -> bool:
+        return self.frames_to_freeze < NEVER
+
+
+def kinematic_viscosity(weight: float, support: float, step_s: float) -> float:
+    """Kinematic viscosity of Eq. 5 with U = ``weight``, once in ``step_s``; cm2/s."""
+    return LAW * weight * support**4 / step_s
+
+
+def viscous_weight(kinematic: float, support: float, step_s: float) -> float:
+    """U for a kinematic viscosity in cm2/s."""
+    return kinematic * step_s / (LAW * support**4)
+
+
+def no_slip_weight(kinematic: float, support: float, step_s: float) -> float:
+    """D that stands for a wall to which fluid of a kinematic viscosity sticks, in the length unit of the arguments.
+
+    Where the speed grows in proportion to the distance from the wall, the layer of wall particles then takes as much
+    momentum as the viscosity brings to it: nu = integral of (D / dt) B(z) z.
+    """
+    radius = support / 4
+    z = np.linspace(0.0, support, 2001)
+    # exp(-r^2/h^2), cut off at h, over a plane a radius below the wall.
+    plane = np.pi * support**2 * np.maximum(np.exp(-(((z + radius) / support) ** 2)) - np.exp(-1.0), 0.0)
+    drag = plane / (2 * radius) ** 2 / (np.sqrt(np.pi) * support)
+    return float(kinematic * step_s / np.trapezoid(drag * z, z))
+
+
+def paste_on_device(
+    fluids: Sequence[Rheology], support: float, step_s: float, substeps: int, slowest_shear_per_s: float, device: str
+) -> Any:
+    """The constants of each run for a substep of ``step_s``; below ``slowest_shear_per_s`` paste creeps."""
+    # Eq. 5 weighs with exp(-r^2/h^2) / (h sqrt(pi)); the kernels leave the divisor to these constants.
+    shape = math.sqrt(math.pi) * support
+
+    def by_run(values: Sequence[float]) -> wp.array:
+        return wp.array(np.array(values), dtype=float, device=device)
+
+    paste = device_code.Paste()
+    paste.thin = by_run([fluid.viscous_weight / substeps / shape for fluid in fluids])
+    paste.drag = by_run([fluid.wall_weight_cm / substeps / shape for fluid in fluids])
+    paste.yields_at = by_run([fluid.yield_cm2_s2 for fluid in fluids])
+    paste.stiffens_by = by_run([fluid.stiffening_cm2_s3 for fluid in fluids])
+    paste.yields_at_most = by_run([fluid.yield_most_cm2_s2 for fluid in fluids])
+    paste.per_viscosity = viscous_weight(1.0, support, step_s) / shape
+    paste.per_shear = 1 / (2 * LAW * support**4 * shape)
+    paste.wall_per_viscosity = step_s * WALL_LAYER / shape
+    paste.slowest_shear = slowest_shear_per_s
+    paste.slowest = slowest_shear_per_s * support
+    return paste

@@ -1,0 +1,164 @@
+"""The signed distance to the solid: exact from its mesh, and from a grid that is fast enough for every step."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Solid
+from simulate.kernels import distance as device_code
+
+Mask = NDArray[np.bool_]
+CM = 0.1
+"""Centimetres in a millimetre: kernels work in centimetres."""
+CLEARANCE = 0.86
+"""Clearance of a particle's centre from a wall over its radius, at which fluid rests on calibrated walls."""
+MARGIN_MM = 12.0
+"""Width of the face around the crack's mouth that the grid covers; beyond it sealant rests on the plane z = 0."""
+RAISED_MM = 1e-3
+"""Height above which a vertex is not a rounding error of the face."""
+EVERYWHERE_MM = 1e7
+COARSE = 4
+"""Blocks along the edge of a group of blocks."""
+BLOCKS_AT_MOST = 4_000_000
+"""Largest number of blocks of 64 cells: 1.6 m of a paper-sized crack at its radius, and 3 GB at worst."""
+
+
+@dataclass(frozen=True)
+class Barrier:
+    """The solid as an obstacle, which no particle may enter."""
+
+    grid: Any
+    """A ``kernels.distance.Distance`` of spacing R/2, which does not resolve thinner walls."""
+    mesh: wp.Mesh
+    clearance: float
+    """Least distance in cm of a particle's centre from walls."""
+    device: str
+
+    def exact_mm(self, points_mm: Floats) -> Floats:
+        """Signed distance from the mesh itself, (n,): negative inside the solid."""
+        return exact_distance_mm(self.mesh, points_mm, self.device)
+
+    def sampled_mm(self, points_mm: Floats) -> Floats:
+        """Signed distance from the grid, (n,); away from the surface a lower bound of its size."""
+        points = wp.array(points_mm * CM, dtype=wp.vec3, device=self.device)
+        distance = wp.empty(len(points_mm), dtype=float, device=self.device)
+        wp.launch(device_code.sample_distance, len(points_mm), inputs=[self.grid, points, distance], device=self.device)
+        return distance.numpy() / CM
+
+
+def build_barrier(solid: Solid, outline: Outline, radius_mm: float, device: str) -> Barrier:
+    """Distances in a box around the crack, on blocks near the surface only.
+
+    Raises InputError where the box is too large for the radius.
+    """
+    mesh = _mesh(solid, solid.faces, device)
+    spacing_mm = radius_mm / 2
+    block_mm = spacing_mm * device_code.BLOCK
+    low, high = crack_box_mm(solid, outline, radius_mm)
+    blocks = np.ceil((high - low) / block_mm).astype(int)
+    if (count := int(np.prod(blocks, dtype=float))) > BLOCKS_AT_MOST:
+        raise InputError(
+            f"solver.radius_mm is {radius_mm:g}: its distance grid would need {count} blocks, {BLOCKS_AT_MOST} are "
+            "allowed. Take a larger radius, or simulate a shorter piece of the crack."
+        )
+    half_diagonal_mm = np.sqrt(3) / 2 * block_mm
+    number = np.stack(np.meshgrid(*map(np.arange, blocks), indexing="ij"), axis=-1).reshape(-1, 3)
+    middle_mm = low + (number + 0.5) * block_mm
+    centre_mm = _at_centres(mesh, number, middle_mm, half_diagonal_mm + radius_mm, block_mm, device)
+    near = (centre_mm > -half_diagonal_mm) & (centre_mm < half_diagonal_mm + radius_mm)
+    faced = near.copy()
+    faced[near] = _at_the_face(solid, middle_mm[near], half_diagonal_mm, block_mm, device)
+    noded = near & ~faced
+    within_mm = 2 * half_diagonal_mm + radius_mm + spacing_mm
+    nodes = _nodes(mesh, low, number[noded] * device_code.BLOCK, spacing_mm, within_mm, device)
+    row = np.full(len(number), int(device_code.FAR))
+    row[faced] = int(device_code.FACE)
+    row[noded] = np.arange(noded.sum())
+    grid = device_code.Distance()
+    grid.corner = wp.vec3(*(low * CM))
+    grid.spacing = spacing_mm * CM
+    grid.blocks = wp.vec3i(*map(int, blocks))
+    grid.row = wp.array(row, dtype=int, device=device)
+    grid.centre = wp.array(centre_mm * CM, dtype=float, device=device)
+    grid.nodes = wp.array(nodes.ravel() * CM, dtype=float, device=device)
+    grid.face = wp.vec4(*(np.array(solid.block_mm) * CM))
+    return Barrier(grid, mesh, CLEARANCE * radius_mm * CM, device)
+
+
+def _at_centres(
+    mesh: wp.Mesh, number: Integers, middle_mm: Floats, near_mm: float, block_mm: float, device: str
+) -> Floats:
+    """Distance at each block's centre, (b,), or a lower bound of it where it is larger than ``near_mm``.
+
+    Blocks are measured one by one only where their group of ``COARSE`` cubed comes near the surface.
+    """
+    _, first, member = np.unique(number // COARSE, axis=0, return_index=True, return_inverse=True)
+    group_mm = middle_mm[first] + (COARSE - 1) / 2 * block_mm
+    group_mm -= (number[first] % COARSE) * block_mm
+    around_mm = exact_distance_mm(mesh, group_mm, device)[member.ravel()]
+    away_mm = np.linalg.norm(middle_mm - group_mm[member.ravel()], axis=1)
+    for_sure_mm = np.abs(around_mm) - away_mm
+    centre_mm = np.sign(around_mm) * for_sure_mm
+    unsure = for_sure_mm <= near_mm
+    centre_mm[unsure] = exact_distance_mm(mesh, middle_mm[unsure], device)
+    return centre_mm
+
+
+def _at_the_face(solid: Solid, middle_mm: Floats, half_diagonal_mm: float, block_mm: float, device: str) -> Mask:
+    """Mask of the blocks, (b,), that are in all positions nearer to the face than to anything else."""
+    top = solid.face_label == FaceLabel.TOP
+    flat = np.abs(solid.vertices_mm[solid.faces[top]][:, :, 2]).max(initial=0.0) <= RAISED_MM
+    if top.all() or not top.any() or not flat:
+        return np.zeros(len(middle_mm), dtype=bool)
+    others = _mesh(solid, solid.faces[~top], device)
+    away_mm = np.abs(exact_distance_mm(others, middle_mm, device))
+    return away_mm - half_diagonal_mm > np.abs(middle_mm[:, 2]) + block_mm / 2
+
+
+def _nodes(mesh: wp.Mesh, low: Floats, first: Integers, spacing_mm: float, within_mm: float, device: str) -> Floats:
+    """Distances on the nodes of blocks, (b, NODES), that begin at node ``first``; each node is measured once."""
+    side = np.arange(device_code.BLOCK + 1)
+    offset = np.stack(np.meshgrid(side, side, side, indexing="ij"), axis=-1).reshape(-1, 3)
+    key = np.zeros((len(first), len(offset)), dtype=np.int64)
+    for axis in range(3):
+        key = key << 21 | (first[:, None, axis] + offset[:, axis])
+    unique, which = np.unique(key, return_inverse=True)
+    node = np.stack([unique >> 42, unique >> 21 & 0x1FFFFF, unique & 0x1FFFFF], axis=-1)
+    return exact_distance_mm(mesh, low + node * spacing_mm, device, within_mm)[which].reshape(key.shape)
+
+
+def _mesh(solid: Solid, faces: Integers, device: str) -> wp.Mesh:
+    return wp.Mesh(
+        points=wp.array(solid.vertices_mm * CM, dtype=wp.vec3, device=device),
+        indices=wp.array(faces.ravel(), dtype=int, device=device),
+    )
+
+
+def crack_box_mm(solid: Solid, outline: Outline, radius_mm: float) -> tuple[Floats, Floats]:
+    """Low and high corner, (3,) each, of all that sealant in the crack or near its mouth can touch.
+
+    They include walls that lean far and parts above the face, also beyond the margin.
+    """
+    inner = solid.faces[np.isin(solid.face_label, [FaceLabel.WALL, FaceLabel.FLOOR, FaceLabel.END])]
+    raised = np.flatnonzero(solid.vertices_mm[:, 2] > RAISED_MM)
+    walls_mm = solid.vertices_mm[np.concatenate([inner.ravel(), raised])][:, :2]
+    low_mm = np.vstack([outline.outline_mm - MARGIN_MM, walls_mm - 2 * radius_mm]).min(axis=0)
+    high_mm = np.vstack([outline.outline_mm + MARGIN_MM, walls_mm + 2 * radius_mm]).max(axis=0)
+    top_mm = solid.vertices_mm[:, 2].max()
+    return np.append(low_mm, -solid.depth_mm - 2 * radius_mm), np.append(high_mm, top_mm + 2 * radius_mm)
+
+
+def exact_distance_mm(mesh: wp.Mesh, points_mm: Floats, device: str, within_mm: float = EVERYWHERE_MM) -> Floats:
+    """Exact signed distance, (n,); NaN for a point that is NaN. Raises InputError if no triangle is ``within_mm``."""
+    points = wp.array(points_mm * CM, dtype=wp.vec3, device=device)
+    distance = wp.empty(len(points_mm), dtype=float, device=device)
+    inputs = [mesh.id, points, within_mm * CM, distance]
+    wp.launch(device_code.measure_distance, len(points_mm), inputs=inputs, device=device)
+    found = distance.numpy() / CM
+    if np.isnan(found[np.isfinite(points_mm).all(axis=1)]).any():
+        raise InputError("the solid has no triangle of any area: check the mesh, or digitise again.")
+    return found

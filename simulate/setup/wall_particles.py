@@ -1,0 +1,195 @@
+"""Wall particles: one layer, a radius deep in the solid, that complete the density and drag the fluid."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.spatial import KDTree
+
+from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Solid
+from simulate.setup.cell_grid import NOWHERE_CM
+from simulate.setup.signed_distance import CLEARANCE, CM, MARGIN_MM, Barrier, build_barrier
+
+TURN = np.arctan((np.sqrt(5) - 1) / 2)
+"""Angle of the golden ratio: no slope of small numbers is near it, so no row of points runs along an edge."""
+SHIFT = np.array([np.sqrt(2) - 1, np.sqrt(3) - 1])
+"""Offset of the lattice from the origin, in steps, so that a corner of the sample at the origin is no point of it."""
+OFF_NODE = 1e-3
+"""Scatter of points around their nodes, in steps: without it rounding would decide between two points that are exactly
+as near."""
+LEVEL = 0.99
+"""Vertical part of a normal beyond which a plane has no horizontal direction of its own, and takes x."""
+CANDIDATES = 20
+"""Candidates for each particle that is kept: more do not make the layer more even."""
+NEAREST = 0.78
+"""Least distance of two wall particles over 2R: with it a greedy choice leaves no hole wider than one particle."""
+
+
+@dataclass(frozen=True)
+class WallParticles:
+    """Wall particles on the device."""
+
+    position_and_share: Any
+    """Position in cm, and share: the surface that a particle stands for over (2R)^2, 1 on average for any triangles."""
+
+
+@dataclass(frozen=True)
+class Enclosure:
+    """Barrier and wall particles of a crack; runs only read them, so that a study builds them once."""
+
+    barrier: Barrier
+    walls: WallParticles
+
+
+def enclose(solid: Solid, outline: Outline, radius_mm: float, device: str) -> Enclosure:
+    """Build the distances to the solid and the wall particles. Raises InputError where either would be too large."""
+    barrier = build_barrier(solid, outline, radius_mm, device)
+    return Enclosure(barrier, place_walls(solid, outline, barrier, radius_mm))
+
+
+def place_walls(solid: Solid, outline: Outline, barrier: Barrier, radius_mm: float) -> WallParticles:
+    """Cover evenly all that sealant can touch. There is no seed: the layer is part of the geometry, not of a run."""
+    spacing_mm = 2 * radius_mm
+    touched = solid.face_label != FaceLabel.OUTSIDE
+    label, triangles_mm = solid.face_label[touched], solid.vertices_mm[solid.faces[touched]]
+    points = spread_points(triangles_mm, spacing_mm / np.sqrt(CANDIDATES))
+    # All of the cavity, and the part of the face that sealant may run over.
+    near = (label[points.face] != FaceLabel.TOP) | _near_crack(points.position_mm, outline)
+    deep = points.position_mm[near] - radius_mm * _normals(triangles_mm)[points.face[near]]
+    # Across a thin nose the far wall is nearer than the near one: such a point would be outside the solid there.
+    held = barrier.exact_mm(deep) <= -0.9 * radius_mm if len(deep) else np.zeros(0, dtype=bool)
+    kept = _spread(deep[held], points.lot[near][held], NEAREST * spacing_mm)
+    _, nearest = KDTree(kept).query(deep)
+    share = np.bincount(nearest, minlength=len(kept)) / CANDIDATES
+    dummy = np.full((1, 4), NOWHERE_CM)
+    padded = np.concatenate([np.column_stack([kept * CM, share]), dummy])
+    return WallParticles(wp.array(padded, dtype=wp.vec4, device=barrier.device)[: len(kept)])
+
+
+def calibrated_wall_mass(radius: float) -> float:
+    """Psi of calibrated walls over the rest density, in the cube of the radius' unit.
+
+    A flat layer of spacing 2R, R deep, then adds as much as the half of the kernel that a wall cuts off, for a
+    particle at the clearance: about 0.22 / W(0) where the source takes 1 / W(0), which keeps the fluid 1.45 R off.
+    """
+    support = 4 * radius
+    distance = CLEARANCE * radius
+    z = np.linspace(distance, support, 2001)
+    # Integral of poly6 over the plane at distance z.
+    cut_off = np.trapezoid(315 / (256 * support**9) * (support**2 - z**2) ** 4, z)
+    ticks = 2 * radius * np.arange(-3, 4)
+    shift = radius * np.linspace(-1, 1, 8, endpoint=False)
+    x = (ticks[:, None] + shift)[:, None, :, None]
+    y = (ticks[:, None] + shift)[None, :, None, :]
+    squared = x**2 + y**2 + (distance + radius) ** 2
+    weight = 315 / (64 * np.pi * support**9) * np.clip(support**2 - squared, 0, None) ** 3
+    return float(cut_off / weight.sum(axis=(0, 1)).mean())
+
+
+def source_wall_mass(radius: float) -> float:
+    """Psi over the rest density in the solver that the paper built on: 1 / W(0)."""
+    return 64 * np.pi * (4 * radius) ** 3 / 315
+
+
+def _normals(triangles_mm: Floats) -> Floats:
+    """Outward, (f, 3); of length 0 where a triangle is a needle."""
+    across = np.cross(triangles_mm[:, 1] - triangles_mm[:, 0], triangles_mm[:, 2] - triangles_mm[:, 0])
+    length = np.linalg.norm(across, axis=1)
+    return across / np.where(length > 0, length, 1.0)[:, None]
+
+
+def _near_crack(points_mm: Floats, outline: Outline) -> np.ndarray:
+    """Mask of the points within the margin of the crack in the horizontal plane, (n,)."""
+    rows = np.concatenate([outline.left_wall_mm, outline.centreline_mm, outline.right_wall_mm])
+    away, _ = KDTree(rows).query(points_mm[:, :2])
+    return away <= MARGIN_MM
+
+
+def _spread(points: Floats, lot: NDArray[np.uint64], apart: float) -> Floats:
+    """The greedy choice, in the order of ``lot``, of points no two of which are nearer than ``apart``."""
+    # Planes that meet may each have a node of the same lot; those differ in place.
+    points = points[np.lexsort((*points.T, lot))]
+    count = len(points)
+    pairs = KDTree(points).query_pairs(apart, output_type="ndarray")
+    earlier = csr_array((np.ones(len(pairs), dtype=np.int32), (pairs[:, 1], pairs[:, 0])), shape=(count, count))
+    undecided = np.ones(count, dtype=np.int32)
+    kept = np.zeros(count, dtype=np.int32)
+    while undecided.any():
+        kept[(undecided > 0) & (earlier @ undecided == 0)] = 1
+        undecided[(kept > 0) | (earlier @ kept > 0)] = 0
+    return points[kept > 0]
+
+
+@dataclass(frozen=True)
+class SurfacePoints:
+    position_mm: Floats  # (n, 3)
+    face: Integers  # (n,): the triangle that each lies in
+    lot: NDArray[np.uint64]  # (n,): a random number that follows from the node alone
+
+
+def spread_points(triangles_mm: Floats, spacing_mm: float) -> SurfacePoints:
+    """A point for each square of ``spacing_mm`` on triangles (f, 3, 3); needles without area get none."""
+    normal = np.cross(triangles_mm[:, 1] - triangles_mm[:, 0], triangles_mm[:, 2] - triangles_mm[:, 0])
+    length = np.linalg.norm(normal, axis=1)
+    face = np.flatnonzero(length > 0)
+    axes = _axes(normal[face] / length[face, None])
+    corner = np.einsum("fck,fak->fca", triangles_mm[face], axes) / spacing_mm - SHIFT
+    row, which = _rows(corner[:, :, 0])
+    first, last = _crossed(corner[which], row)
+    count = np.maximum(last - first + 1, 0)
+    node = np.column_stack([np.repeat(row, count), np.repeat(first, count) + _counting(count)])
+    which = np.repeat(which, count)
+    height = np.einsum("fk,fk->f", triangles_mm[face, 0], normal[face] / length[face, None])
+    lot = _lots(node)
+    beside = np.column_stack([lot >> np.uint64(40), lot & np.uint64(0xFFFFFF)]) / 2**24 * OFF_NODE
+    position_mm = np.einsum("na,nak->nk", (node + SHIFT + beside) * spacing_mm, axes[which])
+    position_mm += (height[:, None] * normal[face] / length[face, None])[which]
+    return SurfacePoints(position_mm, face[which], lot)
+
+
+def _lots(node: Integers) -> NDArray[np.uint64]:
+    """A number for each pair of whole numbers, (n,), without any pattern: the mixer of splitmix64."""
+    row, column = node.astype(np.uint64).T
+    mixed = row * np.uint64(0x9E3779B97F4A7C15) + column * np.uint64(0xC2B2AE3D27D4EB4F)
+    for shift, factor in ((30, 0xBF58476D1CE4E5B9), (27, 0x94D049BB133111EB)):
+        mixed = (mixed ^ (mixed >> np.uint64(shift))) * np.uint64(factor)
+    return mixed ^ (mixed >> np.uint64(31))
+
+
+def _axes(normal: Floats) -> Floats:
+    """Two unit vectors in each plane, (f, 2, 3), that follow from its normal alone."""
+    along = np.column_stack([-normal[:, 1], normal[:, 0], np.zeros(len(normal))])
+    level = np.abs(normal[:, 2]) > LEVEL
+    along[level] = np.array([1.0, 0.0, 0.0]) - normal[level, :1] * normal[level]
+    along /= np.linalg.norm(along, axis=1)[:, None]
+    across = np.cross(normal, along)
+    cosine, sine = np.cos(TURN), np.sin(TURN)
+    return np.stack([cosine * along + sine * across, cosine * across - sine * along], axis=1)
+
+
+def _rows(coordinate: Floats) -> tuple[Integers, Integers]:
+    """Every whole number between the least and the greatest of each triangle's three, (n,), and its triangle."""
+    first = np.ceil(coordinate.min(axis=1)).astype(np.int64)
+    count = np.maximum(np.floor(coordinate.max(axis=1)).astype(np.int64) - first + 1, 0)
+    return np.repeat(first, count) + _counting(count), np.repeat(np.arange(len(count)), count)
+
+
+def _crossed(corner: Floats, row: Integers) -> tuple[Integers, Integers]:
+    """First and last whole number inside each triangle (n, 3, 2), on the line where its first coordinate is ``row``."""
+    low, high = np.full(len(row), np.inf), np.full(len(row), -np.inf)
+    for one, other in ((0, 1), (1, 2), (2, 0)):
+        a, b = corner[:, one], corner[:, other]
+        crosses = (a[:, 0] - row) * (b[:, 0] - row) < 0
+        share = (row - a[:, 0]) / np.where(crosses, b[:, 0] - a[:, 0], 1.0)
+        at = a[:, 1] + share * (b[:, 1] - a[:, 1])
+        low, high = np.where(crosses, np.minimum(low, at), low), np.where(crosses, np.maximum(high, at), high)
+    met = low <= high
+    return np.ceil(np.where(met, low, 0.0)).astype(np.int64), np.floor(np.where(met, high, -1.0)).astype(np.int64)
+
+
+def _counting(count: Integers) -> Integers:
+    """0, 1, ... up to each count, one after the other."""
+    return np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)

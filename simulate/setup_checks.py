@@ -1,0 +1,210 @@
+"""Checks that settings fit a crack, and their conversion to the solver's units."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Floats, Outline, Solid, Trajectory
+from simulate.fluid.solver import LIST_REACH, Domain
+from simulate.settings import STIFFEST_U, Fluid, Nozzle, Solver
+from simulate.setup.release_schedule import Schedule, frames_to_freeze, plan_releases
+from simulate.setup.rheology import Rheology, no_slip_weight, viscous_weight
+from simulate.setup.signed_distance import CM, Barrier, crack_box_mm
+
+ACROSS_AT_LEAST = 2
+"""Least number of particles abreast in a crack of mean width."""
+CELLS_AT_MOST = 4_000_000
+"""Largest number of cells of the neighbour search, 90 times the paper's trial. Each substep scans them all: 2 ms."""
+CM2_IN_M2 = 1e4
+TICK_MM = 0.1
+"""Step of the diameters and heights that are proposed."""
+ROUNDING_MM = 1e-3
+"""Tolerance of distances, which are float32: a release at just the clearance is allowed."""
+
+
+def check_fit(outline: Outline, solid: Solid, fluid: Fluid, solver: Solver, nozzle: Nozzle) -> None:
+    """Raises InputError where settings that are fine alone are impossible in this crack."""
+    radius_mm = solver.for_crack(outline.mean_width_mm).size_mm
+    x_min, y_min, x_max, y_max = solid.block_mm
+    side_mm = min(x_max - x_min, y_max - y_min)
+    if nozzle.diameter_mm > side_mm:
+        raise InputError(
+            f"nozzle.diameter_mm is {nozzle.diameter_mm:g}: wider than the face, whose shorter side is {side_mm:g} mm. "
+            f"Allowed is at most {side_mm:g}."
+        )
+    widest_mm = outline.mean_width_mm / ACROSS_AT_LEAST / 2
+    if radius_mm > widest_mm:
+        raise InputError(
+            f"solver.radius_mm is {radius_mm:g}: fewer than {ACROSS_AT_LEAST} particles fit abreast in a crack "
+            f"of mean width {outline.mean_width_mm:.2f} mm, and fluid one particle wide bridges the walls instead of "
+            f"flowing. Allowed is at most {widest_mm:.3f}; {outline.mean_width_mm / 8:.3f} is four abreast, as in the "
+            'paper, and so is "auto".'
+        )
+    if radius_mm > nozzle.diameter_mm / 2:
+        raise InputError(
+            f"solver.radius_mm is {radius_mm:g}: a particle is wider than the nozzle it leaves. Allowed is at "
+            f"most {nozzle.diameter_mm / 2:g}, half of nozzle.diameter_mm."
+        )
+    thickness_mm = -float(solid.vertices_mm[:, 2].min())
+    if 2 * radius_mm > thickness_mm:
+        allowed_mm = math.floor(1000 * thickness_mm / 2) / 1000
+        raise InputError(
+            f"solver.radius_mm is {radius_mm:g}: wall particles lie a radius deep in the sample, which is "
+            f"{thickness_mm:g} mm thick: {solid.depth_mm:g} mm of crack above {thickness_mm - solid.depth_mm:g} mm of "
+            f"floor. Allowed is at most {allowed_mm:g}, half of that; or give a larger crack.floor_thickness_mm."
+        )
+    fall_s = math.sqrt(2 * solid.depth_mm / 9810)
+    if fluid.freeze_after_s != "never" and fluid.freeze_after_s < fall_s:
+        raise InputError(
+            f"fluid.freeze_after_s is {fluid.freeze_after_s:g}: sealant falls {solid.depth_mm:g} mm to the floor in "
+            f'{fall_s:.3f} s and would freeze in the air. Allowed is at least {fall_s:.3f}, or "never".'
+        )
+
+
+def check_damping(solver: Solver, step_s: float) -> None:
+    if solver.damping_per_s * step_s > 1:
+        raise InputError(
+            f"solver.damping_per_s is {solver.damping_per_s:g}: in a substep of {step_s * 1e3:.3g} ms it would take "
+            f"more than all of a particle's speed. Allowed is at most {1 / step_s:.4g}, or more with more substeps."
+        )
+
+
+def effective_u(fluid: Fluid, support: float, frame_s: float) -> float:
+    """U in effect. Raises InputError where a viscosity in physical units is more than the equations can carry."""
+    if fluid.viscosity_pa_s is None:
+        return fluid.U or 0.0
+    weight = viscous_weight(fluid.viscosity_pa_s / fluid.density_kg_m3 * CM2_IN_M2, support, frame_s)
+    if weight > STIFFEST_U:
+        raise InputError(
+            f"fluid.viscosity_pa_s is {fluid.viscosity_pa_s:g} and fluid.density_kg_m3 {fluid.density_kg_m3:g}: in "
+            f"frames of {frame_s * 1e3:.3g} ms they amount to U = {weight:.3g}, {STIFFEST_U:g} is allowed. "
+            f"Give at most {fluid.viscosity_pa_s * STIFFEST_U / weight:.3g} Pa s."
+        )
+    return weight
+
+
+def effective_d_cm(fluid: Fluid, support: float, frame_s: float) -> float:
+    """Weight of the walls' drag in effect: as given, or that of walls to which the fluid sticks."""
+    if fluid.D_cm is not None:
+        return fluid.D_cm
+    assert fluid.viscosity_pa_s is not None, "beside U it has a value"
+    return no_slip_weight(fluid.viscosity_pa_s / fluid.density_kg_m3 * CM2_IN_M2, support, frame_s)
+
+
+def rheology_of(fluid: Fluid, support: float, frame_s: float) -> Rheology:
+    """The fluid in the solver's units. Raises InputError where a viscosity is more than the equations can carry."""
+    return Rheology(
+        effective_u(fluid, support, frame_s),
+        effective_d_cm(fluid, support, frame_s),
+        yield_cm2_s2=fluid.yield_stress_pa / fluid.density_kg_m3 * CM2_IN_M2,
+        stiffening_cm2_s3=fluid.structuration_pa_per_s / fluid.density_kg_m3 * CM2_IN_M2,
+        yield_most_cm2_s2=fluid.most_yield_stress_pa / fluid.density_kg_m3 * CM2_IN_M2,
+        frames_to_freeze=frames_to_freeze(fluid, frame_s),
+    )
+
+
+def domain_of(solid: Solid, outline: Outline, trajectory: Trajectory, radius_mm: float) -> Domain:
+    """Box of the neighbour search: the crack, the face around it, and the path on which the nozzle gives sealant.
+
+    Raises InputError where a path leads so far away that the box has too many cells.
+    """
+    support_mm = 4 * radius_mm
+    low_mm, high_mm = crack_box_mm(solid, outline, radius_mm)
+    low_mm[2], high_mm[2] = -solid.depth_mm, 0.0
+    nozzle_mm = trajectory.position_mm[trajectory.giving]
+    low_mm = np.minimum(low_mm, [*nozzle_mm[:, :2].min(axis=0), np.inf]) - support_mm
+    high_mm = np.maximum(high_mm, nozzle_mm.max(axis=0)) + support_mm
+    cells = math.prod(((high_mm - low_mm) / (LIST_REACH * support_mm)).tolist())
+    if not cells <= CELLS_AT_MOST:
+        x, y, z = nozzle_mm[np.abs(nozzle_mm).max(axis=1).argmax()]
+        raise InputError(
+            f"trajectory: it goes as far as ({x:g}, {y:g}, {z:g}) mm; with solver.radius_mm = {radius_mm:g} the box "
+            f"around it and the crack has {cells:.3g} cells for the neighbour search; {CELLS_AT_MOST} are allowed. "
+            "Bring the nozzle nearer to the crack (path.nozzle_height_mm), or take a larger radius."
+        )
+    return Domain(low_mm * CM, high_mm * CM)
+
+
+def check_outlet(
+    schedule: Schedule,
+    trajectory: Trajectory,
+    outline: Outline,
+    barrier: Barrier,
+    *,
+    radius_mm: float,
+    diameter_mm: float,
+    seed: int,
+) -> None:
+    """Raises InputError where a particle would be released nearer to the solid than its clearance, or inside it.
+
+    The message proposes what would be allowed, each change alone; a diameter and a height are tried first.
+    """
+    blocked = _blocked(schedule.position_mm, barrier)
+    if not blocked.any():
+        return
+    at_s = trajectory.t_s[0] + schedule.frame_of * schedule.frame_s
+    s_mm = np.interp(at_s, trajectory.t_s, trajectory.s_mm)[blocked]
+    x, y, z = schedule.position_mm[blocked][0]
+    begins_mm, ends_mm = trajectory.s_mm[trajectory.giving][[0, -1]]
+    remedies = [
+        _larger_trim(s_mm, outline.length_mm),
+        _smaller_nozzle(trajectory, barrier, radius_mm, diameter_mm, seed),
+        _higher_nozzle(schedule.position_mm, trajectory, barrier),
+    ]
+    allowed = ", or ".join(remedy for remedy in remedies if remedy) or "no path so near to the solid: move it"
+    raise InputError(
+        f"nozzle.diameter_mm is {diameter_mm:g}, path.trim_mm lets sealant flow from s = {begins_mm:g} to "
+        f"{ends_mm:g} mm and path.nozzle_height_mm is {trajectory.position_mm[:, 2].min():g}: together they release "
+        f"sealant inside the "
+        f"solid, a dam at an open end for one, or nearer than {barrier.clearance / CM:.2f} mm to it; first at "
+        f"s = {s_mm[0]:.1f} mm, ({x:.1f}, {y:.1f}, {z:.1f}) mm. Allowed is {allowed}."
+    )
+
+
+def _blocked(points_mm: Floats, barrier: Barrier) -> np.ndarray:
+    """Mask of the points nearer to the solid than the clearance, (n,)."""
+    return barrier.exact_mm(points_mm) < barrier.clearance / CM - ROUNDING_MM
+
+
+def _larger_trim(blocked_s_mm: Floats, length_mm: float) -> str:
+    """A proposal in whole millimetres: discs are turned at random, and anew for another path."""
+    from_end_mm = np.minimum(blocked_s_mm, length_mm - blocked_s_mm)
+    trim_mm = math.floor(from_end_mm.max()) + 1
+    return f"path.trim_mm of at least {trim_mm}" if 2 * trim_mm < length_mm - 1 else ""
+
+
+def _smaller_nozzle(trajectory: Trajectory, barrier: Barrier, radius_mm: float, diameter_mm: float, seed: int) -> str:
+    def fits(ticks: int) -> bool:
+        try:
+            schedule = plan_releases(trajectory, radius_mm, ticks * TICK_MM, seed)
+        except InputError:
+            return False
+        return not _blocked(schedule.position_mm, barrier).any()
+
+    smallest, blocked = math.ceil(2 * radius_mm / TICK_MM), math.ceil(diameter_mm / TICK_MM)
+    if smallest >= blocked or not fits(smallest):
+        return ""
+    return f"nozzle.diameter_mm of at most {_bisect(smallest, blocked, fits) * TICK_MM:g}"
+
+
+def _higher_nozzle(points_mm: Floats, trajectory: Trajectory, barrier: Barrier) -> str:
+    low_mm = trajectory.position_mm[:, 2].min()
+    top_mm = barrier.mesh.points.numpy()[:, 2].max() / CM + barrier.clearance / CM
+
+    def fits(ticks: int) -> bool:
+        return not _blocked(points_mm + np.array([0, 0, ticks * TICK_MM - low_mm]), barrier).any()
+
+    blocked, highest = math.floor(low_mm / TICK_MM), math.ceil(top_mm / TICK_MM)
+    if highest <= blocked or not fits(highest):
+        return ""
+    return f"path.nozzle_height_mm of at least {_bisect(highest, blocked, fits) * TICK_MM:g}"
+
+
+def _bisect(good: int, bad: int, fits: Callable[[int], bool]) -> int:
+    """The value next to the change of ``fits``, on the side of ``good``, for which it holds."""
+    while abs(good - bad) > 1:
+        middle = (good + bad) // 2
+        good, bad = (middle, bad) if fits(middle) else (good, middle)
+    return good

@@ -1,0 +1,78 @@
+import cv2
+import numpy as np
+import pytest
+from scipy.ndimage import distance_transform_edt
+
+from digitise.crack_path.medial_axis import distance_outside, longest_line, radius, side_lines
+from tests.pictures import distance_to
+
+
+def painted(*strokes, width_px=9, size_px=(300, 200)):
+    picture = np.zeros(size_px[::-1], dtype=np.uint8)
+    for points in strokes:
+        cv2.polylines(picture, [np.array(points, dtype=np.int32)], False, 1, width_px)
+    return picture > 0
+
+
+MAIN = [(20, 100), (150, 90), (280, 110)]
+BRANCH = [(150, 90), (170, 30)]
+
+
+@pytest.mark.parametrize("size_px", [(150, 100), (300, 200)])
+def test_distances_are_exact_to_the_last_bit_in_small_maps_as_in_large_ones(size_px):
+    """OpenCV's own are not in maps of fewer than 2**14 cells, and differ from process to process there."""
+    mask = painted([(10, 50), (75, 40), (140, 60)], size_px=size_px)
+    exact = np.asarray(distance_transform_edt(~mask), dtype=np.float32)
+    assert np.array_equal(distance_outside(mask), exact)
+
+
+def test_the_longest_line_of_a_fork_leaves_its_shortest_arm_out():
+    line = longest_line(painted(MAIN, BRANCH))[:, ::-1].astype(float)
+    assert distance_to(line, np.array(MAIN, dtype=float)).max() < 4
+    # A skeleton ends about half a width before a blunt end.
+    assert np.ptp(line[:, 0]) == pytest.approx(260, abs=10)
+
+
+def test_of_two_pieces_the_longer_line_counts_not_the_larger_area():
+    region = painted(MAIN, width_px=3) | painted([(60, 170), (100, 170)], width_px=41)
+    assert distance_to(longest_line(region)[:, ::-1].astype(float), np.array(MAIN, dtype=float)).max() < 3
+
+
+def test_side_lines_run_outward_and_roughness_is_none():
+    region = painted(MAIN, BRANCH, [(220, 101), (223, 80)])
+    lines = side_lines(region, longest_line(region), least=18)
+    assert len(lines) == 1
+    outward = lines[0].cells[:, ::-1].astype(float)
+    # It begins at the wall, half of the stroke's width off the way, and ends short of the tip by as much.
+    assert distance_to(outward[:1], np.array(MAIN, dtype=float)) == pytest.approx(4.5, abs=3)
+    assert np.linalg.norm(outward[-1] - BRANCH[1]) < 9
+    assert not lines[0].comes_back
+    assert len(side_lines(region, longest_line(region), least=6)) == 2
+
+
+def test_a_way_beside_the_middle_has_the_same_side_lines():
+    """Nothing of the crack itself, though its skeleton runs beside the way all along."""
+    region = painted([(20, 100), (280, 100)], width_px=41) | painted([(150, 100), (190, 20)])
+    for row in (85, 100, 115):
+        way = np.column_stack([np.full(240, row), np.arange(30, 270)])
+        (line,) = side_lines(region, way, least=18)
+        assert np.linalg.norm(line.cells[-1, ::-1] - (190, 20)) < 9
+
+
+def test_a_side_line_that_comes_back_ends_at_the_wall():
+    region = painted(MAIN, [(80, 95), (80, 40), (220, 40), (220, 101)])
+    way = np.array([(round(np.interp(x, *np.array(MAIN).T)), x) for x in range(20, 281)])
+    (line,) = side_lines(region, way, least=18)
+    assert line.comes_back
+    assert {round(end / 140) for end in line.cells[[0, -1], 1]} == {1, 2}
+
+
+def test_what_goes_on_past_the_ends_of_a_way_leaves_nothing():
+    region = painted(MAIN)
+    way = longest_line(region)
+    assert side_lines(region, way[60:-60], least=18) == []
+
+
+def test_off_the_picture_is_outside_the_region():
+    """A crack that the photo cuts is as deep as its walls are apart, not as its picture is large."""
+    assert radius(np.ones((9, 40), dtype=bool)).max() == pytest.approx(5, abs=0.1)

@@ -1,0 +1,80 @@
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+
+from digitise.crack_path.find_path import find_path
+from sealtwin.core.errors import InputError
+from tests.pictures import distance_to, evenly_scaled, mortar, write_png
+
+SIZE_PX = (500, 300)
+CRACK = [(40.0, 150.0), (250.0, 120.0), (460.0, 170.0)]
+
+
+def strokes(*lines, width_px=14):
+    mask = np.zeros(SIZE_PX[::-1], dtype=np.uint8)
+    for line in lines:
+        cv2.polylines(mask, [np.array(line, dtype=np.int32)], False, 1, width_px)
+    return mask > 0
+
+
+@pytest.fixture
+def plain(tmp_path):
+    """A photo in which nothing could be found."""
+    return evenly_scaled(write_png(tmp_path / "photo.png", mortar(SIZE_PX)))
+
+
+def test_the_path_is_the_middle_of_the_paint(plain):
+    """Within two cells of the skeleton of a stroke that is drawn on whole pixels."""
+    path = find_path(replace(plain, drawn=strokes(CRACK)), None)
+    assert path.source == "mask"
+    assert path.points_px[0, 0] < path.points_px[-1, 0]
+    assert distance_to(path.points_px, np.array(CRACK)).max() < 2.5
+    assert np.linalg.norm(path.points_px[[0, -1]] - np.array(CRACK)[[0, -1]], axis=1).max() < 14  # a width
+    assert path.width_px == pytest.approx(14, abs=2)
+    assert path.warnings == ()
+
+
+def test_between_ends_the_path_stays_between_them_in_their_order(plain):
+    ends = ((400.0, 158.0), (100.0, 140.0))
+    path = find_path(replace(plain, drawn=strokes(CRACK)), ends)
+    assert np.linalg.norm(path.points_px[[0, -1]] - np.array(ends), axis=1).max() < 6
+    assert distance_to(path.points_px, np.array(CRACK)).max() < 4
+
+
+def test_side_cracks_of_the_paint_do_not_lead_away(plain):
+    drawn = strokes(CRACK) | strokes([(250, 120), (300, 30)], width_px=6)
+    path = find_path(replace(plain, drawn=drawn), None)
+    assert distance_to(path.points_px, np.array(CRACK)).max() < 4
+
+
+def test_of_several_pieces_the_largest_is_taken_or_that_of_the_ends_and_it_is_said(plain):
+    scratch = [(50.0, 270.0), (200.0, 270.0)]
+    photo = replace(plain, drawn=strokes(CRACK) | strokes(scratch, width_px=5))
+    largest = find_path(photo, None)
+    assert distance_to(largest.points_px, np.array(CRACK)).max() < 4
+    assert "the mask has 2 pieces; the one from (" in largest.warnings[0]
+    other = find_path(photo, ((55.0, 270.0), (190.0, 271.0)))
+    assert distance_to(other.points_px, np.array(scratch)).max() < 3
+    assert other.warnings
+
+
+def test_a_place_the_brush_missed_turns_no_path(plain):
+    drawn = strokes(CRACK, width_px=20)
+    drawn[118:124, 248:254] = False
+    path = find_path(replace(plain, drawn=drawn), None)
+    assert distance_to(path.points_px, np.array(CRACK)).max() < 4
+
+
+@pytest.mark.parametrize(
+    ("ends_px", "says"),
+    [
+        (((60.0, 200.0), (450.0, 168.0)), r"end \(60, 200\) is not on the crack that the mask paints"),
+        (((45.0, 150.0), (180.0, 270.0)), "different pieces of the mask"),
+    ],
+)
+def test_ends_off_the_paint_are_refused(plain, ends_px, says):
+    drawn = strokes(CRACK) | strokes([(50, 270), (200, 270)], width_px=5)
+    with pytest.raises(InputError, match=says):
+        find_path(replace(plain, drawn=drawn), ends_px)

@@ -1,0 +1,64 @@
+"""The width along a path, read in the photo."""
+
+import cv2
+import numpy as np
+import pytest
+
+from digitise.crack_path.find_path import find_path
+from digitise.crack_path.path_width import width_along
+from tests.pictures import distance_to, evenly_scaled, mortar, write_png
+
+LINE = np.array([(20.0, 150.0), (160, 130), (300, 170), (480, 140)])
+
+
+def cracked(folder, width_px, times=1.0):
+    """A crack exactly so wide: what is nearer to the line than half of it."""
+    picture = mortar(size_px=(round(500 * times), round(300 * times)))
+    y, x = np.mgrid[: picture.shape[0], : picture.shape[1]]
+    low, high = np.floor((LINE * times).min(axis=0) - width_px), np.ceil((LINE * times).max(axis=0) + width_px)
+    near = np.flatnonzero(((y > low[1]) & (y < high[1])).ravel())
+    away = np.full(picture.size, np.inf)
+    for part in np.array_split(near, max(1, len(near) // 100_000)):
+        away[part] = distance_to(np.column_stack([x.ravel()[part], y.ravel()[part]]).astype(float), LINE * times)
+    cover = np.clip(width_px / 2 + 0.5 - away.reshape(picture.shape), 0, 1)
+    picture *= 1 - 0.93 * cv2.GaussianBlur(cover, (0, 0), 1.0)
+    return evenly_scaled(write_png(folder / "photo.png", picture))
+
+
+@pytest.mark.parametrize("width_px", [6, 9, 14, 30, 60])
+def test_the_width_is_found_however_wrong_it_looked(tmp_path, width_px):
+    """A coarse map may show less than half of it. Within 3 %, and the third of a pixel that blur adds to 6 px."""
+    photo = cracked(tmp_path, width_px)
+    for wrong in (0.4, 1.0, 2.0):
+        assert width_along(photo, LINE, wrong * width_px) == pytest.approx(width_px, rel=0.03, abs=0.5)
+
+
+def test_a_path_beside_the_middle_gives_the_same_width(tmp_path):
+    assert width_along(cracked(tmp_path, 20), LINE + np.array([0, 6]), 20) == pytest.approx(20, abs=0.7)
+
+
+@pytest.mark.parametrize("width_px", [50, 75])
+def test_a_crack_too_wide_for_its_background_is_found_and_keeps_its_width(tmp_path, width_px):
+    """The search map's background, over 81 cells, lies inside the crack itself. Clicked 3 px beside the ends."""
+    photo = cracked(tmp_path, width_px, times=1.6)
+    (x0, y0), (x1, y1) = 1.6 * LINE[[0, -1]]
+    path = find_path(photo, ((x0 - 3, y0), (x1, y1 + 3)))
+    assert path.width_px == pytest.approx(width_px, rel=0.03)
+    assert distance_to(path.points_px, 1.6 * LINE).max() < width_px / 2
+
+
+def test_where_no_walls_are_seen_the_width_is_what_it_looked_like(tmp_path):
+    """A path in a hole as wide as the photo's whole half: no normal reaches its edge."""
+    picture = mortar()
+    picture[:, :250] = 0.01
+    photo = evenly_scaled(write_png(tmp_path / "photo.png", picture))
+    assert width_along(photo, np.array([(125.0, 20.0), (125.0, 280.0)]), 11.0) == pytest.approx(11)
+
+
+def test_a_narrow_crack_in_a_large_photo_is_followed_and_keeps_its_width(tmp_path):
+    """10 px in 2000, which are 5 cells of the search map, where the widest filters see it 20 cells away."""
+    photo = cracked(tmp_path, 10, times=4)
+    (x0, y0), (x1, y1) = 4 * LINE[[0, -1]]
+    path = find_path(photo, ((x0, y0), (x1, y1)))
+    assert distance_to(path.points_px, 4 * LINE).max() < 5
+    assert path.width_px == pytest.approx(10, abs=0.5)

@@ -1,0 +1,227 @@
+import struct
+import subprocess
+import sys
+import time
+import zlib
+
+import cv2
+import numpy as np
+import pytest
+from PIL import Image
+
+from digitise.image.decoding import read_photo, take_mask, take_photo
+from sealtwin.core.errors import InputError
+
+
+def write_bomb(path, side=40_000):
+    """A PNG of ``side`` x ``side`` black bits: a few hundred kB that become 4.8 GB as RGB."""
+
+    def chunk(name: bytes, content: bytes) -> bytes:
+        return struct.pack(">I", len(content)) + name + content + struct.pack(">I", zlib.crc32(name + content))
+
+    packer = zlib.compressobj(9)
+    rows = bytes((side // 8 + 1) * 1000)
+    pixels = b"".join(packer.compress(rows) for _ in range(side // 1000)) + packer.flush()
+    header = struct.pack(">IIBBBBB", side, side, 1, 0, 0, 0, 0)
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", pixels) + chunk(b"IEND", b""))
+
+
+@pytest.fixture
+def picture():
+    return np.random.default_rng(1).integers(0, 255, (80, 100, 3), dtype=np.uint8)
+
+
+def refusal(path) -> str:
+    with pytest.raises(InputError) as caught:
+        read_photo(path)
+    text = str(caught.value)
+    assert str(path) in text
+    assert "\n" not in text
+    return text
+
+
+def test_a_missing_photo_is_refused_by_name(tmp_path):
+    assert "not found" in refusal(tmp_path / "photo.jpg")
+
+
+def test_a_folder_is_no_photo(tmp_path):
+    assert "folder" in refusal(tmp_path)
+
+
+def test_an_empty_file_is_refused(tmp_path):
+    path = tmp_path / "photo.jpg"
+    path.touch()
+    assert "empty" in refusal(path)
+
+
+def test_a_text_file_is_refused_with_the_formats_that_can_be_read(tmp_path):
+    path = tmp_path / "photo.jpg"
+    path.write_text("this is not a photo\n" * 50)
+    assert "JPEG, PNG" in refusal(path)
+
+
+@pytest.mark.parametrize("ending", ["jpg", "png", "webp", "bmp", "tif"])
+@pytest.mark.parametrize("share", [0.5, 0.98])
+def test_a_truncated_photo_is_refused(tmp_path, picture, ending, share):
+    path = tmp_path / f"photo.{ending}"
+    Image.fromarray(picture).save(path)
+    read_photo(path)
+    whole = path.read_bytes()
+    path.write_bytes(whole[: int(share * len(whole))])
+    assert "cut short" in refusal(path) or "no photo" in refusal(path)
+
+
+def test_a_photo_of_too_many_pixels_is_refused_before_it_is_expanded(tmp_path):
+    """In a process of its own, whose memory must not grow: the whole picture would need 1.6 GB, 4.8 as RGB."""
+    path = tmp_path / "bomb.png"
+    write_bomb(path)
+    assert path.stat().st_size < 1_000_000
+    assert "more than the 50 million pixels" in refusal(path)
+    script = (
+        "import resource, sys; from pathlib import Path; from digitise.image.decoding import read_photo\n"
+        "before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n"
+        "try: read_photo(Path(sys.argv[1]))\n"
+        "except Exception as refusal: print(type(refusal).__name__)\n"
+        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)"
+    )
+    said = subprocess.run([sys.executable, "-c", script, str(path)], check=True, capture_output=True, text=True)
+    kind, grown = said.stdout.split()
+    assert kind == "InputError"
+    grown_mb = int(grown) / (1e6 if sys.platform == "darwin" else 1e3)
+    assert grown_mb < 60
+
+
+def test_a_photo_that_pillow_itself_calls_a_bomb_is_refused(tmp_path):
+    path = tmp_path / "bomb.png"
+    write_bomb(path, side=10_000)  # 100 million pixels: Pillow warns, and refuses at twice its limit
+    assert "10000 x 10000 pixels, more than the 50 million pixels" in refusal(path)
+
+
+def test_a_photo_just_too_large_is_refused_with_its_size(tmp_path):
+    path = tmp_path / "large.png"
+    write_bomb(path, side=8_000)
+    assert "8000 x 8000 pixels" in refusal(path)
+
+
+@pytest.mark.parametrize("start", [b"RIFF\xff\xff\xff\xffWEBPVP8 ", b"\x89PNG\r\n\x1a\n", b"II*\0\x08\0\0\0", b"BM"])
+def test_a_file_of_gigabytes_is_refused_before_it_is_read(tmp_path, start):
+    """It takes no room on the disk; the WebP decoder would take twice its size in memory before it looks at it."""
+    path = tmp_path / "photo.webp"
+    with path.open("wb") as opened:
+        opened.write(start)
+        opened.truncate(3_000_000_000)
+    began = time.process_time()
+    assert "3000 MB, more than 250 MB" in refusal(path)
+    assert time.process_time() - began < 0.5  # 0.001 s; reading takes seconds
+
+
+def test_a_handful_of_pixels_is_refused(tmp_path, picture):
+    path = tmp_path / "photo.png"
+    Image.fromarray(picture[:20]).save(path)
+    assert "100 x 20" in refusal(path)
+
+
+def test_sixteen_bits_are_refused_not_squeezed(tmp_path):
+    path = tmp_path / "photo.png"
+    Image.fromarray(np.full((80, 80), 40_000, dtype=np.uint16)).save(path)
+    assert "8 bits" in refusal(path)
+
+
+@pytest.mark.parametrize("ending", ["png", "tif"])
+def test_sixteen_bits_of_colour_are_refused_like_sixteen_of_grey(tmp_path, picture, ending):
+    """Pillow opens such a file as plain RGB and drops the lower eight bits of each channel."""
+    path = tmp_path / f"photo.{ending}"
+    assert cv2.imwrite(str(path), picture.astype(np.uint16) * 257)
+    assert "8 bits" in refusal(path)
+
+
+@pytest.mark.parametrize("ending", ["tif", "png", "webp"])
+def test_a_file_of_several_pictures_is_refused_with_their_number(tmp_path, picture, ending):
+    path = tmp_path / f"photo.{ending}"
+    pages = [Image.fromarray(np.roll(picture, 20 * i, axis=1)) for i in range(3)]
+    pages[0].save(path, save_all=True, append_images=pages[1:])
+    assert "3 pages or frames" in refusal(path)
+
+
+def test_transparent_pixels_are_read_and_remarked_on(tmp_path, picture):
+    path = tmp_path / "photo.png"
+    alpha = np.full(picture.shape[:2], 255, dtype=np.uint8)
+    Image.fromarray(np.dstack([picture, alpha])).save(path)
+    assert read_photo(path).warnings == ()
+    alpha[:20] = 0
+    Image.fromarray(np.dstack([picture, alpha])).save(path)
+    decoded = read_photo(path)
+    assert decoded.warnings == ("25.00% of the photo is transparent; its hidden colours were used",)
+    assert np.array_equal(decoded.image, picture)
+
+
+@pytest.mark.parametrize("mode", ["L", "RGB", "RGBA", "P", "1"])
+def test_grey_colour_and_palette_all_become_rgb(tmp_path, picture, mode):
+    path = tmp_path / "photo.png"
+    Image.fromarray(picture).convert(mode).save(path)
+    pixels = read_photo(path).image
+    assert pixels.shape == (80, 100, 3)
+    assert pixels.dtype == np.uint8
+
+
+def test_a_phone_held_upright_gives_an_upright_photo(tmp_path, picture):
+    """EXIF orientation 6: the camera was turned, the stored picture lies on its side."""
+    path = tmp_path / "photo.png"
+    exif = Image.Exif()
+    exif[0x0112] = 6
+    Image.fromarray(picture).save(path, exif=exif)
+    assert read_photo(path).image == pytest.approx(np.rot90(picture, -1))
+
+
+def taken(folder, film_mm=None, size_px=None, orientation=None):
+    """A photo of 400 x 300 px whose EXIF tells these."""
+    exif = Image.Exif()
+    camera = exif.get_ifd(0x8769)
+    if film_mm is not None:
+        camera[0xA405] = film_mm
+    if size_px is not None:
+        camera[0xA002], camera[0xA003] = size_px
+    if orientation is not None:
+        exif[0x0112] = orientation
+    Image.fromarray(np.full((300, 400, 3), 90, dtype=np.uint8)).save(folder / "photo.jpg", exif=exif)
+    return read_photo(folder / "photo.jpg").focal_px
+
+
+@pytest.mark.parametrize("changes", [{}, {"size_px": (4000, 3000)}, {"orientation": 6}, {"size_px": (3000, 4000)}])
+def test_the_focal_length_is_read_in_pixels(tmp_path, changes):
+    """26 mm before film of 43.27 mm diagonal, on a photo of 500 px diagonal; smaller copies have the same shape."""
+    assert taken(tmp_path, film_mm=26, **changes) == pytest.approx(26 * 500 / np.hypot(36, 24))
+
+
+@pytest.mark.parametrize(
+    "changes", [{}, {"film_mm": 0}, {"film_mm": 26, "size_px": (4000, 2250)}], ids=["none", "zero", "cropped"]
+)
+def test_a_focal_length_that_is_not_told_or_was_cropped_away_is_not_made_up(tmp_path, changes):
+    assert taken(tmp_path, **changes) is None
+
+
+def test_a_picture_in_memory_is_taken_as_it_is(picture):
+    assert (take_photo(picture, "image").image == picture).all()
+    grey = take_photo(picture[..., 0], "image").image
+    assert (grey == picture[..., :1]).all()
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda image: image / 255,
+        lambda image: np.dstack([image, image[..., :1]]),
+        lambda image: image[:20],
+        lambda image: image[0],
+    ],
+    ids=["floats", "four channels", "too small", "one row"],
+)
+def test_a_picture_in_memory_is_judged_as_a_file_is(picture, change):
+    with pytest.raises(InputError, match=r"^P01: "):
+        take_photo(change(picture), "P01")
+
+
+@pytest.mark.parametrize("painted", [np.zeros((80, 100), bool), np.ones((80, 100), bool), np.ones((100, 80), bool)])
+def test_a_mask_in_memory_must_paint_a_part_of_the_photo(painted):
+    with pytest.raises(InputError, match=r"^mask: "):
+        take_mask(painted, (100, 80), "mask")

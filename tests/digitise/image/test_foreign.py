@@ -1,0 +1,87 @@
+import struct
+
+import numpy as np
+import pytest
+from PIL import Image, TiffImagePlugin
+
+from digitise.image.decoding import read_photo
+from sealtwin.core.errors import InputError
+
+
+def box(brand: bytes) -> bytes:
+    """The first box of an ISO media file: its length, its kind, its major brand."""
+    return struct.pack(">I", 24) + b"ftyp" + brand + bytes(12)
+
+
+MAKE = 271
+
+
+def write_tiff(path, **tags):
+    info = TiffImagePlugin.ImageFileDirectory_v2()
+    for number, value in tags.items():
+        info.tagtype[int(number[1:])] = 4
+        info[int(number[1:])] = value
+    Image.fromarray(np.full((80, 80, 3), 100, dtype=np.uint8)).save(path, format="TIFF", tiffinfo=info)
+
+
+@pytest.mark.parametrize(
+    ("content", "name", "said"),
+    [
+        (box(b"heic"), "IMG_1.HEIC", "this is HEIC"),
+        (box(b"heix"), "renamed.jpg", "this is HEIC"),
+        (box(b"mif1"), "photo.heif", "HEIF"),
+        (box(b"avif"), "photo.avif", "AVIF"),
+        (box(b"crx "), "photo.cr3", "raw file"),
+        (b"FUJIFILMCCD-RAW 0201", "photo.raf", "raw file"),
+        (b"IIU\0" + bytes(20), "photo.RW2", "raw file"),
+    ],
+    ids=lambda value: value if isinstance(value, str) else "",
+)
+def test_a_photo_that_is_not_read_is_named_with_the_remedy(tmp_path, content, name, said):
+    path = tmp_path / name
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=rf"{name}: .*{said}.* save it as JPEG at full size"):
+        read_photo(path)
+
+
+@pytest.mark.parametrize(
+    ("name", "tags"),
+    [
+        ("photo.NEF", {}),
+        ("photo.tif", {"t50706": 1025}),
+        ("photo.tif", {"t254": 1, "t330": 400}),
+    ],
+    ids=["by its ending", "DNG", "thumbnail first"],
+)
+def test_a_raw_file_that_is_a_tiff_is_not_read_as_its_thumbnail(tmp_path, name, tags):
+    write_tiff(tmp_path / name, **tags)
+    with pytest.raises(InputError, match=rf"{name}: .*raw file.* save it as JPEG at full size"):
+        read_photo(tmp_path / name)
+
+
+@pytest.mark.parametrize("ending", ["tif", "png", "jpg", "webp", "bmp"])
+def test_a_photo_that_is_read_is_not_taken_for_another(tmp_path, ending):
+    path = tmp_path / f"photo.{ending}"
+    exif = Image.Exif()
+    exif[MAKE] = "NIKON CORPORATION"
+    Image.fromarray(np.full((80, 80, 3), 100, dtype=np.uint8)).save(path, exif=exif)
+    read_photo(path)
+
+
+def test_a_tiff_whose_first_picture_is_the_photo_may_have_smaller_ones_after_it(tmp_path):
+    write_tiff(tmp_path / "pyramid.tif", t254=0, t330=400)
+    read_photo(tmp_path / "pyramid.tif")
+
+
+def test_a_jpeg_with_a_raw_files_name_is_a_jpeg(tmp_path):
+    path = tmp_path / "photo.nef"
+    Image.fromarray(np.full((80, 80, 3), 100, dtype=np.uint8)).save(path, format="JPEG")
+    assert read_photo(path).image.shape == (80, 80, 3)
+
+
+@pytest.mark.parametrize("content", [b"II*\0", b"MM\0*" + b"\xff" * 4, b"II*\0\x08\0\0\0\xff\xff", b"x"])
+def test_a_stump_of_a_tiff_is_no_photo_and_no_fault_of_ours(tmp_path, content):
+    path = tmp_path / "photo.tif"
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=r"photo\.tif: "):
+        read_photo(path)

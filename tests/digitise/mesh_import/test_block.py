@@ -1,0 +1,80 @@
+"""The block of a sample: its four sides, past what stands out of them."""
+
+import numpy as np
+import pytest
+from manifold3d import Manifold, OpType
+
+from digitise.mesh_import.block import cut_block, parted
+from sealtwin.core.errors import InputError
+from tests.meshes import BLOCK_MM, box, slotted
+
+BELOW_MM = 0.05
+
+
+def test_a_block_is_cut_exactly_at_its_sides():
+    block = cut_block(slotted().translate((12.3, -4.5, 0.0)), BELOW_MM)
+    assert block.size_mm == BLOCK_MM[:2]
+    assert block.trimmed_mm == 0.0
+    assert block.placed[:2, 3] == pytest.approx([-12.3, 4.5])
+    assert block.body.volume() == pytest.approx(slotted().volume(), rel=1e-9)
+
+
+@pytest.mark.parametrize("top_mm", [0.0, 10.0])
+def test_dams_at_its_sides_are_no_part_of_it(top_mm):
+    dams = box((-4.0, 10.0, -20.0), (0.0, 30.0, top_mm)) + box((60.0, 40.0, -20.0), (72.0, 44.0, top_mm))
+    block = cut_block(slotted() + dams, BELOW_MM)
+    assert block.size_mm == BLOCK_MM[:2]
+    assert block.trimmed_mm == 4.0
+    assert block.body.volume() == pytest.approx(slotted().volume(), rel=1e-12)
+
+
+def test_a_crack_may_leave_through_a_fifth_of_a_side():
+    block = cut_block(slotted(box((-1.0, 16.0, -10.0), (30.0, 24.0, 1.0))), BELOW_MM)
+    assert block.size_mm == BLOCK_MM[:2]
+
+
+def test_a_turned_block_is_turned_back():
+    """0.01 mm goes from each side that rounding has taken off its plane."""
+    block = cut_block(slotted().rotate((0.0, 0.0, 17.0)), BELOW_MM)
+    assert block.yaw_deg == pytest.approx(17.0, abs=1e-4)
+    assert block.size_mm == pytest.approx(BLOCK_MM[:2], abs=0.021)
+    assert (block.placed @ [0, 0, 0, 1])[:2] == pytest.approx([0.0, 0.0], abs=0.011)
+
+
+def test_rough_sides_are_cut_to_where_material_stands_all_along():
+    rng = np.random.default_rng(0)
+    teeth = [box((x, 39.0, -30.0), (x + 1.0, 41.0, 1.0)) for x in range(100)]
+    rough = slotted() - Manifold.batch_boolean(
+        [tooth.translate((0.0, depth, 0.0)) for tooth, depth in zip(teeth, rng.uniform(0.5, 1.0, 100), strict=True)],
+        OpType.Add,
+    )
+    block = cut_block(rough, BELOW_MM)
+    assert block.size_mm[0] == 100.0
+    assert block.size_mm[1] == pytest.approx(39.5 - 0.01, abs=0.02)
+
+
+def test_a_core_is_no_block():
+    core = Manifold.cylinder(30.0, 50.0, 50.0, 128).translate((0.0, 0.0, -30.0))
+    with pytest.raises(InputError, match="no block with four upright sides"):
+        cut_block(core, BELOW_MM)
+
+
+def test_a_pyramid_is_no_block():
+    pyramid = Manifold.cylinder(30.0, 60.0, 30.0, 4).rotate((0, 0, 45)).translate((0.0, 0.0, -30.0))
+    assert cut_block(pyramid, BELOW_MM).size_mm[0] < 43
+    with pytest.raises(InputError, match="no block with four upright sides"):
+        cut_block(Manifold.cylinder(30.0, 10.0, 60.0, 4).translate((0.0, 0.0, -30.0)), BELOW_MM)
+
+
+def test_a_cut_that_loses_volume_is_refused():
+    """As a library does where a triangle's corners lie on a line: see the needle in test_digitise_repair."""
+
+    class Lossy:
+        def volume(self) -> float:
+            return 100.0
+
+        def split(self, _cutter: object) -> tuple[Manifold, Manifold]:
+            return box((0, 0, 0), (4, 4, 4)), box((0, 0, 0), (1, 1, 35.99))
+
+    with pytest.raises(InputError, match="cannot be cut without loss"):
+        parted(Lossy(), slotted())  # pyright: ignore[reportArgumentType]

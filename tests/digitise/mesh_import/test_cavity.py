@@ -1,0 +1,87 @@
+"""The crack in a block, and what is none."""
+
+import numpy as np
+import pytest
+from manifold3d import Manifold, OpType
+
+from digitise.mesh_import.block import Block, cut_block
+from digitise.mesh_import.cavity import Cavity, find_cavity
+from sealtwin.core.errors import InputError
+from tests.meshes import SLOT_MM3, block, box, slotted
+
+BELOW_MM = 0.05
+
+
+def cavity_in(body: Manifold, line_mm: np.ndarray | None = None) -> Cavity:
+    return find_cavity(cut_block(body, BELOW_MM), BELOW_MM, line_mm)
+
+
+def test_the_cavity_is_what_is_missing_of_the_block():
+    cavity = cavity_in(slotted())
+    assert cavity.volume_mm3 == pytest.approx(SLOT_MM3)
+    assert cavity.depth_mm == pytest.approx(10.0)
+    assert cavity.mouth.area() == pytest.approx(240.0)
+    assert cavity.warnings == ()
+
+
+def test_walls_that_open_upward_are_followed_to_the_face():
+    """At 45 degrees the mouth is 0.1 mm wider than where it is seen; without its rim, 6 mm³ would be missing."""
+    funnel = Manifold.hull_points(
+        np.array([[x, y, z] for x in (20.0, 80.0) for y, z in ((19.0, -5.0), (21.0, -5.0), (14.0, 0.0), (26.0, 0.0))])
+    )
+    assert cavity_in(block() - funnel).volume_mm3 == pytest.approx(60 * (2 + 12) / 2 * 5)
+
+
+def test_a_room_that_the_mouth_leads_to_belongs_to_it():
+    """Undercut, and reached from the slot's floor alone."""
+    cavity = cavity_in(slotted(box((30.0, 10.0, -14.0), (50.0, 30.0, -9.0))))
+    assert cavity.volume_mm3 == pytest.approx(SLOT_MM3 + 20 * 20 * 5 - 20 * 4 * 1)
+    assert cavity.depth_mm == pytest.approx(14.0)
+
+
+def test_pits_beside_the_crack_are_told_and_left():
+    pits = [box((x, 5.0, -3.0), (x + 2.0, 7.0, 1.0)) for x in (10.0, 50.0)]
+    cavity = cavity_in(slotted(*pits))
+    assert cavity.volume_mm3 == pytest.approx(SLOT_MM3)
+    (warning,) = cavity.warnings
+    assert warning.startswith("2 other openings of up to 4.0 mm² in the face are not part of the crack")
+
+
+def second_slot() -> Manifold:
+    return slotted(box((20.0, 5.0, -6.0), (70.0, 9.0, 1.0)))
+
+
+def test_two_cracks_compete_until_a_path_chooses():
+    with pytest.raises(InputError, match=r"Two openings compete, 240 mm² round \(50, 20\) and 200 mm² round \(45, 7\)"):
+        cavity_in(second_slot())
+    line_mm = np.column_stack([np.linspace(10, 75, 30), np.full(30, 7.0)])
+    assert cavity_in(second_slot(), line_mm).volume_mm3 == pytest.approx(50 * 4 * 6)
+
+
+def test_a_path_beside_all_cracks_chooses_none():
+    with pytest.raises(InputError, match="path is in no opening"):
+        cavity_in(second_slot(), np.array([[10.0, 35.0], [90.0, 35.0]]))
+
+
+def test_a_crack_through_the_underside_holds_nothing():
+    with pytest.raises(InputError, match="underside"):
+        cavity_in(slotted(box((40.0, 19.0, -25.0), (45.0, 21.0, -5.0))))
+
+
+def test_a_plain_block_has_no_crack():
+    with pytest.raises(InputError, match="No crack opens in the face"):
+        cavity_in(block())
+
+
+def test_pores_make_no_crack():
+    pores = Manifold.batch_boolean([box((x, 5.0, -3.0), (x + 0.9, 5.9, 1.0)) for x in (10.0, 50.0)], OpType.Add)
+    with pytest.raises(InputError, match="No crack opens in the face"):
+        cavity_in(block() - pores)
+
+
+def test_an_open_crack_ends_in_the_block_s_sides():
+    found: Block = cut_block(slotted(box((-1.0, 18.0, -10.0), (101.0, 22.0, 1.0))), BELOW_MM)
+    cavity = find_cavity(found, BELOW_MM, None)
+    assert cavity.volume_mm3 == pytest.approx(100 * 4 * 10)
+    assert cavity.body.bounding_box()[0] == 0.0
+    assert cavity.body.bounding_box()[3] == 100.0

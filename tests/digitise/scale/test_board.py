@@ -1,0 +1,115 @@
+import json
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from digitise.photo import load_photo
+from digitise.scale.marker_print import CUT_GREY, as_pdf, as_svg, board_around, board_toml, draw_frame
+from digitise.scale.markers import corners_mm, find_markers
+from digitise.settings import MarkerBoard, PhotoInput
+from sealtwin.core.errors import InputError
+from tests.pictures import write_png
+from tests.sheets import Page, read_pdf, read_svg
+
+FACE_MM = (160.0, 40.0)
+PX_PER_MM = 8.0
+
+
+def frame_of(face_mm=FACE_MM, size_mm=16.0, dictionary="4x4_50", count=8, paper="a4"):
+    return draw_frame(face_mm, board_around(face_mm, size_mm, dictionary, count), paper)
+
+
+def printed(folder: Path, ending: str, **changes) -> Page:
+    path = folder / f"frame.{ending}"
+    path.write_bytes({"pdf": as_pdf, "svg": as_svg}[ending](frame_of(**changes)))
+    return read_pdf(path) if ending == "pdf" else read_svg(path)
+
+
+@pytest.mark.parametrize("ending", ["pdf", "svg"])
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {},
+        {"count": 4, "dictionary": "apriltag_36h11", "size_mm": 20.0, "face_mm": (70.0, 40.0)},
+        {"dictionary": "5x5_100", "paper": "letter", "face_mm": (100.0, 100.0)},
+        {"dictionary": "6x6_250", "paper": "a3", "size_mm": 30.0},
+    ],
+    ids=["default", "four of AprilTag", "letter", "a3"],
+)
+def test_a_photo_of_the_printed_page_is_measured_by_the_table_that_comes_with_it(tmp_path, ending, changes):
+    """Both files rastered at 8 px/mm: each marker to 10 µm, and the scale of the whole to 0.01 %."""
+    page = printed(tmp_path, ending, **changes)
+    photo_path = write_png(tmp_path / "scan.png", page.light(PX_PER_MM))
+    table = tomllib.loads(board_toml(frame_of(**changes)))["photo"]["markers"]
+    settings = PhotoInput(file=photo_path, data="synthetic", markers=MarkerBoard.model_validate_json(json.dumps(table)))
+    photo = load_photo(settings, tmp_path)
+    assert photo.mm_per_px == pytest.approx(1 / PX_PER_MM, rel=1e-4)
+    assert photo.scale_residual_mm is not None
+    assert photo.scale_residual_mm < 0.01
+
+
+def test_the_opening_lies_between_the_markers_as_the_table_says(tmp_path):
+    """Its lower left corner is the origin of the table, and its line lies within it, to be cut away."""
+    page = printed(tmp_path, "pdf")
+    board = board_around(FACE_MM, 16.0, "4x4_50", 8)
+    cut = np.array([bar for bar in page.bars if bar[4] == CUT_GREY])
+    low_mm = cut[:, :2].min(axis=0)
+    high_mm = (cut[:, :2] + cut[:, 2:4]).max(axis=0)
+    assert high_mm - low_mm == pytest.approx(FACE_MM, abs=1e-3)
+    light = page.light(PX_PER_MM).astype(np.float32)
+    image = np.repeat(np.rint(255 * light ** (1 / 2.2)).astype(np.uint8)[..., None], 3, axis=2)
+    found = find_markers(image, light, board, Path("scan"))
+    for marker in board.markers:
+        place_mm = (found[marker.id] + 0.5) / PX_PER_MM
+        place_mm[:, 1] = page.size_mm[1] - place_mm[:, 1]
+        assert place_mm - low_mm == pytest.approx(corners_mm(board, marker), abs=0.01)
+
+
+def test_the_ruler_is_100_mm_from_outer_edge_to_outer_edge(tmp_path):
+    page = printed(tmp_path, "pdf")
+    (line,) = [bar for bar in page.bars if bar[2] == pytest.approx(100, abs=1e-3) and bar[3] < 1]
+    marks = [bar for bar in page.bars if bar[2] == pytest.approx(line[3], abs=1e-3) and bar[1] == line[1]]
+    assert len(marks) == 11
+    assert min(bar[0] for bar in marks) == pytest.approx(line[0], abs=1e-3)
+    assert max(bar[0] + bar[2] for bar in marks) == pytest.approx(line[0] + 100, abs=1e-3)
+    inner = sorted(bar[0] + bar[2] / 2 for bar in marks)[1:-1]
+    assert np.diff(inner) == pytest.approx(10, abs=1e-3)
+
+
+def test_the_page_says_what_to_do_and_what_a_frame_off_the_face_costs(tmp_path):
+    text = printed(tmp_path, "pdf").text
+    for said in ("Print at 100 %", "must be 100.0 mm long", "level with the cracked face", "0.33 % at 300 mm"):
+        assert said in text
+
+
+@pytest.mark.parametrize("dictionary", ["4x4_50", "5x5_100", "6x6_250", "apriltag_36h11"])
+def test_white_lies_around_every_marker(dictionary):
+    """At least a module, as detection needs: no marker comes closer to another, the opening or the paper's edge."""
+    frame = frame_of(dictionary=dictionary)
+    module_mm = 16.0 / 6
+    blacks = [(b.x_mm, b.y_mm, b.x_mm + 16, b.y_mm + 16) for b in frame.bars if b.width_mm == 16]
+    assert len(blacks) == 8
+    others = [(b.x_mm, b.y_mm, b.x_mm + b.width_mm, b.y_mm + b.height_mm) for b in frame.bars if b.grey < 1]
+    for left, low, right, high in blacks:
+        assert min(left, low, frame.size_mm[0] - right, frame.size_mm[1] - high) > module_mm
+        for box in others:
+            if box == (left, low, right, high):
+                continue
+            apart = max(box[0] - right, left - box[2], box[1] - high, low - box[3])
+            assert apart > module_mm
+
+
+@pytest.mark.parametrize(
+    ("changes", "refused"),
+    [
+        ({"face_mm": (300.0, 200.0)}, r"frame is 356 x 256 mm, .* a4 takes 198 x 285, .* --paper"),
+        ({"face_mm": (400.0, 300.0), "paper": "a3"}, r"frame is 456 x 356 mm, .* a3 takes 285 x 408"),
+        ({"face_mm": (40.0, 15.0), "size_mm": 20.0}, r"8 markers of 20 mm .* would be 25\.0 mm apart; .* need 27\.5"),
+        ({"face_mm": (20.0, 10.0), "size_mm": 20.0}, r"would be 22\.5 mm apart; with white between they need 27\.5"),
+    ],
+)
+def test_a_frame_that_cannot_be_printed_is_refused_with_the_sizes(changes, refused):
+    with pytest.raises(InputError, match=refused):
+        frame_of(**changes)

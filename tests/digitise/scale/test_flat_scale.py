@@ -1,0 +1,80 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from digitise.photo import load_photo
+from digitise.scale.scale import CLICK_PX, TILT_COST, scale_by_ruler
+from digitise.settings import PhotoInput
+from sealtwin.core.errors import InputError
+from tests.boards import FACE_MM, camera, face_grid_mm
+from tests.pictures import mortar, rms, write_png
+
+FILE = Path("photo.jpg")
+SIZE_PX = (2000, 1000)
+
+
+def test_two_points_and_their_distance_give_the_scale(tmp_path):
+    """A 3-4-5 triangle: 300 px right and 200 px down are 360.56 px, here 36.056 mm."""
+    write_png(tmp_path / "photo.jpg", mortar())
+    settings = PhotoInput(
+        file=FILE, data="synthetic", ruler_px=((100.0, 250.0), (400.0, 50.0)), ruler_mm=float(np.hypot(30, 20))
+    )
+    photo = load_photo(settings, tmp_path)
+    assert photo.mm_per_px == pytest.approx(0.1)
+    assert photo.to_mm(np.array([[0.0, 299], [10, 289]])) == pytest.approx(np.array([[0.0, 0], [1, 1]]), abs=1e-12)
+    assert photo.scale_source == "ruler of 36.0555 mm over 361 px"
+    assert photo.camera_tilt_deg is None
+
+
+def test_a_ruler_warns_of_the_tilt_that_it_does_not_show():
+    (warning,) = scale_by_ruler(((0.0, 500.0), (1000.0, 500.0)), 100.0, SIZE_PX, FILE).warnings
+    assert "5 degrees" in warning
+    assert "3.5 %" in warning
+
+
+@pytest.mark.parametrize(("tilt_deg", "most"), [(5.0, 0.035), (10.0, 0.071)])
+def test_the_figures_of_that_warning_are_those_of_a_tilted_camera(tilt_deg, most):
+    """A ruler of 100 mm on the face's lower edge, and every pair of places on the face more than 20 mm apart."""
+    view = camera(tilt_deg)
+    ends_px = view.to_px(np.array([[30.0, 0], [130, 0]]))
+    scale = scale_by_ruler((tuple(ends_px[0]), tuple(ends_px[1])), 100.0, view.size_px, FILE)
+    grid_mm = face_grid_mm()
+    first, second = np.triu_indices(len(grid_mm), 1)
+    true_mm = np.linalg.norm(grid_mm[first] - grid_mm[second], axis=1)
+    seen_mm = scale.view.to_mm(view.to_px(grid_mm))
+    off = np.linalg.norm(seen_mm[first] - seen_mm[second], axis=1) / true_mm - 1
+    assert np.abs(off[true_mm > 20]).max() == pytest.approx(most, rel=0.3)
+
+
+def test_the_uncertainty_of_a_ruler_is_honest():
+    """Clicks of 1 px and a hand that holds the camera within 3 degrees: stated and true agree within a factor of 2."""
+    rng = np.random.default_rng(4)
+    stated, true = [], []
+    for _ in range(200):
+        view = camera(tilt_deg=abs(rng.normal(0, 3.0)) / 1.12)
+        ends_px = view.to_px(np.array([[30.0, 20], [130, 20]])) + rng.normal(0, CLICK_PX, (2, 2))
+        scale = scale_by_ruler((tuple(ends_px[0]), tuple(ends_px[1])), 100.0, view.size_px, FILE)
+        seen_mm = scale.view.to_mm(view.to_px(face_grid_mm()))
+        across_mm = np.ptp(seen_mm, axis=0)
+        true.append(np.sqrt(np.prod(across_mm / FACE_MM)) - 1)
+        stated.append(scale.scale_uncertainty)
+    assert 0.5 < rms(np.array(stated)) / rms(np.array(true)) < 2
+
+
+def test_a_short_ruler_says_how_little_it_tells():
+    """100 px apart, clicks alone leave 1.4 %: worth a warning in any photo."""
+    scale = scale_by_ruler(((0.0, 0.0), (100.0, 0.0)), 10.0, SIZE_PX, FILE)
+    assert scale.scale_uncertainty == pytest.approx(np.hypot(np.sqrt(2) / 100, TILT_COST))
+
+
+@pytest.mark.parametrize(
+    ("ends_px", "refused"),
+    [
+        (((0.0, 0.0), (30.0, 0.0)), r"30\.0 px apart, need 50"),
+        (((-20.0, 10.0), (500.0, 10.0)), "a point outside the photo of 2000 x 1000 px"),
+    ],
+)
+def test_a_ruler_that_tells_nothing_is_refused(ends_px, refused):
+    with pytest.raises(InputError, match=refused):
+        scale_by_ruler(ends_px, 50.0, SIZE_PX, FILE)

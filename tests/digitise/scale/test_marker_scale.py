@@ -1,0 +1,139 @@
+import numpy as np
+import pytest
+
+from digitise.geometry.polyline import rectangle
+from digitise.photo import Photo, load_photo
+from digitise.scale.marker_scale import BOARD_MM, fit_markers
+from digitise.scale.view import fit_view
+from digitise.settings import MarkerBoard
+from fixtures.generate.recipe import Recipe
+from fixtures.generate.specimen import Specimen, make_specimen
+from sealtwin.core.errors import InputError
+from tests.boards import board_around, camera, face_grid_mm, places_mm
+from tests.pictures import SMALL_FACE, photo_of, rms
+
+BENT = Recipe(**SMALL_FACE, lens_k1=-0.2, camera_mm=262.0, tilt_deg=4.0)
+GRID_MM = face_grid_mm() * (70 / 160, 1.0)
+
+
+@pytest.fixture(scope="module")
+def bent() -> Specimen:
+    """A wide lens close by: without its radial term, lengths are off by up to 1 %."""
+    return make_specimen(1, BENT)
+
+
+def errors(photo: Photo, specimen: Specimen) -> tuple[float, float]:
+    """Of lengths between places all over the face: of their mean, and of the worst that is longer than 10 mm."""
+    seen_mm = photo.to_mm(specimen.to_px(GRID_MM))
+    first, second = np.triu_indices(len(GRID_MM), 1)
+    true_mm = np.linalg.norm(GRID_MM[first] - GRID_MM[second], axis=1)
+    off = np.linalg.norm(seen_mm[first] - seen_mm[second], axis=1) / true_mm - 1
+    return abs(float(np.mean(off))), float(np.abs(off[true_mm > 10]).max())
+
+
+def with_markers(specimen: Specimen, ids) -> MarkerBoard:
+    return MarkerBoard(
+        size_mm=specimen.board.size_mm, markers=tuple(marker for marker in specimen.board.markers if marker.id in ids)
+    )
+
+
+@pytest.mark.parametrize("ids", [range(8), (0, 2, 5, 7)], ids=["8 markers", "4 markers"])
+def test_a_bent_photo_is_measured_like_a_straight_one(bent, tmp_path, ids):
+    """The issue asks for 0.3 %. The design note reached 0.07 % in the mean and 0.14 % in the worst length."""
+    bent.write(tmp_path)
+    photo = load_photo(bent.photo_input().model_copy(update={"markers": with_markers(bent, ids)}), tmp_path)
+    mean, worst = errors(photo, bent)
+    assert mean < 0.0002
+    assert worst < 0.0005
+    assert photo.scale_source.endswith(", lens fitted")
+    assert photo.scale_residual_mm is not None
+    assert photo.scale_residual_mm < 0.01
+
+
+def test_a_lens_that_is_not_wanted_is_not_fitted(bent, tmp_path):
+    """Straight markers cannot be laid over bent ones: they miss by twice what is allowed, and the lens is offered."""
+    bent.write(tmp_path)
+    with pytest.raises(InputError, match=r"photo\.jpg: the markers are 0\.\d+ mm .* lens"):
+        load_photo(bent.photo_input().model_copy(update={"lens": "none"}), tmp_path)
+
+
+def test_pixels_and_millimetres_of_a_bent_photo_lead_back_to_each_other(bent, tmp_path):
+    photo = photo_of(bent, tmp_path)
+    width, height = photo.size_px
+    places_px = np.random.default_rng(1).uniform((0, 0), (width, height), (1000, 2))
+    assert photo.view.lens is not None
+    assert photo.to_px(photo.to_mm(places_px)) == pytest.approx(places_px, abs=1e-7)
+
+
+def test_the_face_has_a_bowed_edge_in_a_bent_photo(bent, tmp_path):
+    """From its corners on; its sides leave the straight line between them by half a pixel."""
+    photo = photo_of(bent, tmp_path)
+    assert photo.face_ring_px is not None
+    assert photo.face_px is not None
+    assert photo.face_ring_px[::32] == pytest.approx(photo.face_px)
+    lower = photo.face_ring_px[:32]
+    straight = np.linspace(photo.face_px[0], photo.face_px[1], 33)[:-1]
+    assert np.abs(lower - straight)[:, 1].max() > 0.5
+
+
+def test_the_local_scale_is_that_of_the_place(bent, tmp_path):
+    """A tilted camera sees one side of the face closer: a millimetre there has 2 % more pixels."""
+    photo, half_mm = photo_of(bent, tmp_path), np.array([0.5, 0.0])
+    places_mm_ = np.array([[35.0, 2.0], [35.0, 38.0]])
+    across = np.linalg.norm(bent.to_px(places_mm_ + half_mm) - bent.to_px(places_mm_ - half_mm), axis=1)
+    up = np.linalg.norm(bent.to_px(places_mm_ + half_mm[::-1]) - bent.to_px(places_mm_ - half_mm[::-1]), axis=1)
+    local = photo.view.mm_per_px_at(bent.to_px(places_mm_))
+    assert abs(local[1] / local[0] - 1) > 0.01
+    assert local == pytest.approx(1 / np.sqrt(across * up), rel=2e-3)
+
+
+def test_tilt_and_uncertainty_of_a_photo_are_told(bent, tmp_path):
+    """The camera leans by 4 degrees about x and 2 about y. The frame's callipered size is most of what is unsure."""
+    photo = photo_of(bent, tmp_path)
+    assert photo.camera_tilt_deg == pytest.approx(4.47, abs=0.2)
+    span_mm = np.hypot(70 + 28 + 16, 40 + 28 + 16)
+    assert photo.scale_uncertainty is not None
+    assert BOARD_MM / span_mm <= photo.scale_uncertainty < 2 * BOARD_MM / span_mm
+
+
+def test_markers_that_lie_below_the_face_make_the_scale_unsure(bent, tmp_path):
+    """As they would look 5 mm lower at 262 mm: 1.9 % larger. The edges of the face give them away."""
+    bent.write(tmp_path)
+    grown = 1 + 5 / 262
+    board = bent.board.model_dump()
+    board["size_mm"] *= grown
+    for marker in board["markers"]:
+        marker["x_mm"] = 35 + grown * (marker["x_mm"] - 35)
+        marker["y_mm"] = 20 + grown * (marker["y_mm"] - 20)
+    settings = bent.photo_input().model_copy(update={"markers": MarkerBoard(**board), "camera_distance_mm": 262.0})
+    photo = load_photo(settings, tmp_path)
+    assert photo.scale_uncertainty == pytest.approx(grown - 1, rel=0.2)
+    assert any("mm below the face, 262 mm from the camera" in warning for warning in photo.warnings)
+    assert any("the scale's standard uncertainty is 2.0%" in warning for warning in photo.warnings)
+
+
+def test_corners_beside_markers_are_checked_like_corners_alone(bent, tmp_path):
+    bent.write(tmp_path)
+    turned = tuple((float(x), float(y)) for x, y in bent.to_px(rectangle((0, 0, 70, 40)))[::-1])
+    settings = bent.photo_input().model_copy(update={"face_corners_px": turned})
+    with pytest.raises(InputError, match=r"photo\.jpg: face_corners_px \(\d"):
+        load_photo(settings, tmp_path)
+
+
+@pytest.mark.parametrize("count", [4, 8])
+@pytest.mark.parametrize(("placing_mm", "most"), [(0.0, 1.35), (0.1, 1.15)], ids=["exact", "glued"])
+def test_a_lens_that_is_not_there_adds_little_noise(count, placing_mm, most):
+    """Fitted in any case, it would make errors of the local scale half as large again, of exact markers."""
+    rng = np.random.default_rng(5)
+    view, true_mm = camera(tilt_deg=6.0), places_mm(board_around(count))
+    places_px = view.to_px(face_grid_mm())
+    exact = fit_view(view.to_px(true_mm), true_mm, view.size_px, lens=False).view.mm_per_px_at(places_px)
+    chosen, plain = [], []
+    for _ in range(60):
+        seen_px = view.to_px(true_mm + np.repeat(rng.normal(0, placing_mm, (count, 2)), 4, axis=0))
+        seen_px += rng.normal(0, 0.05, seen_px.shape)
+        fit, _ = fit_markers(seen_px, true_mm, view.size_px, lens_wanted=True)
+        without = fit_view(seen_px, true_mm, view.size_px, lens=False)
+        chosen.append(rms(fit.view.mm_per_px_at(places_px) - exact))
+        plain.append(rms(without.view.mm_per_px_at(places_px) - exact))
+    assert rms(np.array(chosen)) < most * rms(np.array(plain))

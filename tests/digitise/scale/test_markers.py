@@ -1,0 +1,77 @@
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from digitise.scale import markers
+from digitise.scale.markers import find_markers
+from digitise.settings import MarkerBoard
+from fixtures.generate.recipe import Recipe
+from fixtures.generate.specimen import Specimen, make_specimen
+from sealtwin.core.errors import InputError
+from tests.pictures import SMALL_FACE, photo_of
+
+FILE = Path("photo.jpg")
+
+
+@pytest.fixture(scope="module")
+def specimen() -> Specimen:
+    """1220 x 920 px: searched for on a copy of 1000 px first."""
+    return make_specimen(1, Recipe(**SMALL_FACE))
+
+
+@pytest.fixture
+def photo(specimen, tmp_path):
+    return photo_of(specimen, tmp_path)
+
+
+@pytest.mark.parametrize("search_px", [400, 1000, 5000])
+def test_corners_are_the_same_whichever_copy_the_markers_were_searched_on(monkeypatch, specimen, photo, search_px):
+    """They are taken from the photo itself: to 0.01 px, with markers of 160, 130 or 55 px."""
+    whole = find_markers(photo.image, photo.brightness, specimen.board, FILE)
+    monkeypatch.setattr(markers, "SEARCH_PX", search_px)
+    found = find_markers(photo.image, photo.brightness, specimen.board, FILE)
+    assert set(found) == set(range(8))
+    for number, corners_px in found.items():
+        assert corners_px == pytest.approx(whole[number], abs=0.01)
+
+
+def test_corners_lie_where_they_were_drawn(specimen, photo):
+    """To a tenth of a pixel, upper left first, then clockwise; OpenCV's own are 0.2 px inside, its plain ones 0.5."""
+    found = find_markers(photo.image, photo.brightness, specimen.board, FILE)
+    for marker in specimen.board.markers:
+        true_px = specimen.to_px(markers.corners_mm(specimen.board, marker))
+        assert np.abs(found[marker.id] - true_px).max() < 0.1
+
+
+@pytest.mark.parametrize("mm_per_px", [0.1, 0.2])
+def test_markers_on_white_cards_are_found_on_a_dark_bench(mm_per_px, tmp_path):
+    """By OpenCV's own parameters, a card passes for its marker: two to six of these eight are lost."""
+    dark = make_specimen(1, Recipe(board=0.05, gap_mm=0.0, mm_per_px=mm_per_px))
+    photo = photo_of(dark, tmp_path)
+    assert set(find_markers(photo.image, photo.brightness, dark.board, FILE)) == set(range(8))
+
+
+def test_a_small_copy_of_a_marker_is_none_of_the_board(specimen, photo):
+    """As grain may look like one now and then: half the size, and the same number."""
+    image = photo.image.copy()
+    x, y = np.rint(specimen.to_px(np.array([[-14.0, -14.0]]))[0]).astype(int)
+    copy = image[y - 100 : y + 100, x - 100 : x + 100]
+    image[y - 300 : y - 220, x + 150 : x + 230] = cv2.resize(copy, (80, 80), interpolation=cv2.INTER_AREA)
+    found = find_markers(image, photo.brightness, specimen.board, FILE)
+    assert found[0].mean(axis=0) == pytest.approx([x, y], abs=2)
+
+
+def test_other_markers_in_the_photo_are_left_out(specimen, photo):
+    board = MarkerBoard(size_mm=16, markers=specimen.board.markers[:4])
+    assert set(find_markers(photo.image, photo.brightness, board, FILE)) == {0, 1, 2, 3}
+
+
+def test_missing_markers_are_named_while_somebody_reads_on(specimen, photo):
+    """A board may have a thousand."""
+    places = [{"id": number, "x_mm": float(number), "y_mm": 0.0} for number in range(20, 50)]
+    board = MarkerBoard.model_validate_json(json.dumps({"size_mm": 8.0, "markers": places}))
+    with pytest.raises(InputError, match=r"found 0 of 30 markers .* \(missing 20, .*, 31 and 18 more\)"):
+        find_markers(photo.image, photo.brightness, board, FILE)

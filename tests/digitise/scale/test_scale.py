@@ -1,0 +1,195 @@
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from digitise.geometry.polyline import rectangle
+from digitise.photo import load_photo
+from digitise.settings import Marker, PhotoInput
+from fixtures.generate.specimen import Recipe, Specimen, make_specimen
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Floats
+from tests.pictures import SMALL_FACE, evenly_scaled, mortar, photo_of, write_png
+
+FACE = rectangle((0, 0, 70, 40))
+BARE = Recipe(gap_mm=0.0, mm_per_px=0.2)
+
+
+@pytest.fixture(scope="module")
+def specimen() -> Specimen:
+    return make_specimen(1, Recipe(**SMALL_FACE, tilt_deg=8))
+
+
+@pytest.fixture
+def photo_with(specimen, tmp_path):
+    """Loads the specimen's photo after a change to its settings or its pixels."""
+
+    def load(paint=None, **changes):
+        specimen.write(tmp_path)
+        file = tmp_path / "photo.jpg"
+        if paint is not None:
+            image = np.asarray(cv2.imread(str(file)))
+            paint(image)
+            file = tmp_path / "changed.png"
+            cv2.imwrite(str(file), image)
+        settings = specimen.photo_input(Path(file.name)).model_dump() | changes
+        return load_photo(PhotoInput(**settings), tmp_path)
+
+    return load
+
+
+def test_markers_place_the_face_to_a_hundredth_of_a_millimetre(specimen, tmp_path):
+    """With corners refined in the gamma of the stored photo, or not at all, this is 0.03 mm and more."""
+    photo = photo_of(specimen, tmp_path)
+    miss_mm = photo.to_mm(specimen.to_px(FACE)) - FACE
+    assert np.abs(miss_mm).max() < 0.01
+    assert photo.scale_residual_mm is not None
+    assert photo.scale_residual_mm < 0.04
+    assert photo.scale_source == "8 4x4_50 markers of 16 mm"
+
+
+def test_a_marker_out_of_sight_is_named_and_the_others_used(specimen, photo_with):
+    corner = np.rint(specimen.to_px(np.array([[-14.0, -14.0]]))[0]).astype(int)
+    photo = photo_with(lambda image: cv2.circle(image, tuple(corner), 120, (200, 200, 200), -1))
+    assert photo.warnings == ("markers not found: 0",)
+    assert photo.scale_source.startswith("7 ")
+
+
+def test_too_few_markers_are_refused_with_what_is_missing(photo_with):
+    def cover(image):
+        image[: image.shape[0] * 2 // 3] = 200
+
+    with pytest.raises(InputError, match=r"found 3 of 8 .* need 4 \(missing 3, 4, 5, 6, 7\)"):
+        photo_with(cover)
+
+
+def test_a_marker_printed_twice_is_refused_by_its_number(specimen, photo_with):
+    def paste(image):
+        x, y = np.rint(specimen.to_px(np.array([[-14.0, -14.0]]))[0]).astype(int)
+        copy = image[y - 100 : y + 100, x - 100 : x + 100].copy()
+        image[y - 330 : y - 130, x - 100 : x + 100] = copy
+
+    with pytest.raises(InputError, match="marker 0 is in the photo more than once"):
+        photo_with(paste)
+
+
+def test_a_marker_that_is_not_where_the_board_says_is_named(specimen, photo_with):
+    moved = [replace_marker(marker) if marker.id == 2 else marker.model_dump() for marker in specimen.board.markers]
+    board = specimen.board.model_dump() | {"markers": tuple(moved)}
+    with pytest.raises(InputError, match=r"photo\.jpg: the markers are 0\.\d+ mm .* marker 2"):
+        photo_with(markers=board)
+
+
+def replace_marker(marker: Marker) -> dict[str, float]:
+    return marker.model_dump() | {"x_mm": marker.x_mm + 2.0}
+
+
+def test_a_face_that_the_markers_put_outside_the_photo_is_refused(photo_with):
+    with pytest.raises(InputError, match="the face lies outside the photo"):
+        photo_with(face_mm=(900.0, 40.0))
+
+
+def test_the_edges_of_the_face_give_the_scale(tmp_path):
+    """Within half a pixel, where no shadow lies between sample and board; the crack cuts two of the edges."""
+    bare = make_specimen(2, BARE)
+    bare.write(tmp_path)
+    photo = load_photo(PhotoInput(file=Path("photo.jpg"), data="synthetic", face_mm=(160, 40)), tmp_path)
+    face = rectangle((0, 0, 160, 40))
+    assert np.abs(photo.to_mm(bare.to_px(face)) - face).max() < 0.1
+    assert photo.scale_source == "face of 160 x 40 mm, found by its edges"
+    assert photo.scale_residual_mm is not None
+
+
+@pytest.mark.parametrize(("gap_mm", "mm_per_px"), [(0.5, 0.1), (2.0, 0.1), (1.0, 0.2)])
+def test_the_shadow_around_a_sample_is_no_part_of_its_face(tmp_path, gap_mm, mm_per_px):
+    """Its edges are those of the mortar, not of the board: with the outer ones each side is a gap too far out.
+
+    Gaps from 5 px; one of 2.5 px drowns in the blur and moves the edges by its third.
+    """
+    ringed = make_specimen(2, Recipe(gap_mm=gap_mm, mm_per_px=mm_per_px))
+    ringed.write(tmp_path)
+    photo = load_photo(PhotoInput(file=Path("photo.jpg"), data="synthetic", face_mm=(160, 40)), tmp_path)
+    face = rectangle((0, 0, 160, 40))
+    assert np.abs(photo.to_mm(ringed.to_px(face)) - face).max() < 0.1
+
+
+def with_corners(corners_px: Floats) -> PhotoInput:
+    a, b, c, d = ((float(x), float(y)) for x, y in corners_px)
+    return PhotoInput(file=Path("photo.jpg"), data="synthetic", face_mm=(70, 40), face_corners_px=(a, b, c, d))
+
+
+def test_given_corners_give_the_same_scale(specimen, tmp_path):
+    specimen.write(tmp_path)
+    photo = load_photo(with_corners(specimen.to_px(FACE)), tmp_path)
+    inner = np.array([[20.0, 10], [50, 30]])
+    assert photo.to_mm(specimen.to_px(inner)) == pytest.approx(inner, abs=1e-3)
+
+
+def test_corners_in_another_order_would_mirror_the_crack_and_are_refused(specimen, tmp_path):
+    specimen.write(tmp_path)
+    with pytest.raises(InputError, match=r"photo\.jpg: face_corners_px \(\d"):
+        load_photo(with_corners(specimen.to_px(FACE[::-1])), tmp_path)
+
+
+@pytest.mark.parametrize("quarters", [1, 3])
+def test_corners_that_start_elsewhere_are_refused_before_they_squeeze_the_crack(specimen, tmp_path, quarters):
+    """Without the check, the lengths of this face come out wrong by three, and no figure tells."""
+    specimen.write(tmp_path)
+    with pytest.raises(InputError, match=r"0\.5\d times as wide as high, that of face_mm 1\.75"):
+        load_photo(with_corners(np.roll(specimen.to_px(FACE), quarters, axis=0)), tmp_path)
+
+
+def test_corners_seen_from_far_aside_are_taken(specimen, tmp_path):
+    """Half a face's height, as a camera 60 degrees off square sees it, and a little of that back."""
+    specimen.write(tmp_path)
+    corners_px = specimen.to_px(FACE)
+    corners_px[2:, 1] += 0.45 * (corners_px[:2, 1] - corners_px[2:, 1]).mean()
+    assert load_photo(with_corners(corners_px), tmp_path).face_mm is not None
+
+
+@pytest.mark.parametrize("far", [9e5, -5000.0])
+def test_a_corner_far_outside_the_photo_is_refused_by_its_place(specimen, tmp_path, far):
+    specimen.write(tmp_path)
+    corners_px = specimen.to_px(FACE)
+    corners_px[1, 0] = far
+    with pytest.raises(InputError, match=r"face_corners_px has .* px outside the photo of"):
+        load_photo(with_corners(corners_px), tmp_path)
+
+
+def test_corners_that_make_a_pixel_of_centimetres_are_refused(tmp_path):
+    """A face of 70 x 40 mm on four neighbouring pixels."""
+    path = write_png(tmp_path / "photo.jpg", mortar())
+    corners_px = np.array([[100.0, 102], [103, 102], [103, 100], [100, 100]])
+    with pytest.raises(InputError, match=r"photo\.jpg: .* a pixel of the photo is \d+ mm, outside 0\.001 to 2 mm"):
+        load_photo(with_corners(corners_px), path.parent)
+
+
+def test_a_face_of_another_shape_is_refused(tmp_path):
+    make_specimen(2, BARE).write(tmp_path)
+    with pytest.raises(InputError, match=r"(3\.9|4\.0)\d times as wide as high, that of face_mm 2\.00"):
+        load_photo(PhotoInput(file=Path("photo.jpg"), data="synthetic", face_mm=(80, 40)), tmp_path)
+
+
+def test_a_photo_without_a_face_is_refused(tmp_path):
+    path = write_png(tmp_path / "plain.png", mortar())
+    with pytest.raises(InputError, match=r"does not stand out|times as wide as high"):
+        load_photo(PhotoInput(file=path, data="synthetic", face_mm=(160, 40)), tmp_path)
+
+
+def test_an_even_scale_has_its_origin_in_the_lower_left_pixel_and_y_up(tmp_path):
+    photo = evenly_scaled(write_png(tmp_path / "plain.png", mortar((500, 300))), 0.25)
+    assert photo.to_mm(np.array([[0.0, 299], [4, 299], [0, 295]])) == pytest.approx(np.array([[0, 0], [1, 0], [0, 1]]))
+    assert photo.mm_per_px == 0.25
+    assert photo.scale_residual_mm is None
+
+
+@pytest.mark.parametrize(
+    ("scale_is", "source", "warned"),
+    [("measured", "given: 0.25 mm/px", 0), ("assumed", "given: 0.25 mm/px (assumed)", 1)],
+)
+def test_an_assumed_scale_says_so(tmp_path, scale_is, source, warned):
+    path = write_png(tmp_path / "plain.png", mortar())
+    photo = load_photo(PhotoInput(file=path, data="synthetic", mm_per_px=0.25, scale_is=scale_is), tmp_path)
+    assert photo.scale_source == source
+    assert len(photo.warnings) == warned

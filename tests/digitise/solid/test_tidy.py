@@ -1,0 +1,81 @@
+"""Each cure on the damage that it is there for."""
+
+import numpy as np
+import pytest
+from manifold3d import Manifold, OpType
+
+from digitise.geometry.mesh_topology import check_mesh, mesh_volume_mm3
+from digitise.solid.float_mesh import DUST_MM3, SHORT_MM, _welded, _without_empty_patches, _without_opposite_pairs, tidy
+from sealtwin.core.records import Floats, Integers
+
+
+def cube(size_mm: float, at: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Manifold:
+    return Manifold.cube((size_mm, size_mm, size_mm)).translate(at)
+
+
+def test_a_sound_body_stays_as_it_is():
+    vertices, faces = tidy(cube(10))
+    assert (len(vertices), len(faces)) == (8, 12)
+    assert mesh_volume_mm3(vertices, faces) == pytest.approx(1000.0)
+
+
+def test_dust_is_dropped_and_bodies_are_kept():
+    dust = cube(0.5 * DUST_MM3 ** (1 / 3), (20, 0, 0))
+    body = Manifold.compose([cube(10), cube(2, (30, 0, 0)), dust])
+    vertices, faces = tidy(body)
+    assert len(faces) == 24
+    assert mesh_volume_mm3(vertices, faces) == pytest.approx(1008.0)
+
+
+def test_a_step_below_the_limit_is_collapsed_without_losing_volume():
+    """Two cubes that miss each other by a micrometre leave edges that long all along their common side."""
+    body = Manifold.batch_boolean([cube(10), cube(10, (5.0, 1e-3, 0.0))], OpType.Add)
+    assert shortest_mm(*arrays(body)) == pytest.approx(1e-3)
+    vertices, faces = tidy(body)
+    assert check_mesh(vertices, faces, expected_euler=2) == []
+    assert shortest_mm(vertices, faces) >= SHORT_MM
+    assert mesh_volume_mm3(vertices, faces) == pytest.approx(body.volume(), rel=1e-4)
+
+
+def test_a_step_above_the_limit_is_shape():
+    body = Manifold.batch_boolean([cube(10), cube(10, (5.0, 5e-3, 0.0))], OpType.Add)
+    vertices, faces = tidy(body)
+    assert mesh_volume_mm3(vertices, faces) == pytest.approx(body.volume(), rel=1e-9)
+
+
+def test_corners_that_differ_by_rounding_become_one():
+    vertices, faces = arrays(cube(10))
+    soup = vertices[faces.reshape(-1)] + np.random.default_rng(0).uniform(-3e-6, 3e-6, (36, 3))
+    _, welded = _welded(soup, np.arange(36).reshape(-1, 3))
+    assert len(np.unique(welded)) == 8
+    assert check_mesh(soup, welded, expected_euler=2) == []
+
+
+def test_a_fin_of_two_opposite_faces_goes():
+    _, faces = arrays(cube(10))
+    a, b, _ = faces[0]
+    finned = np.vstack([faces, [a, b, 8], [b, a, 8]])
+    assert np.array_equal(np.unique(_without_opposite_pairs(finned), axis=0), np.unique(faces, axis=0))
+
+
+def test_a_flat_patch_goes_though_its_diagonals_differ():
+    """A quad on a cube's edge, its back cut along the other diagonal: no faces cancel, nothing is enclosed."""
+    vertices, faces = arrays(cube(10))
+    a, b, _ = faces[0]
+    outward = np.array([20.0, 20.0, 20.0])
+    vertices = np.vstack([vertices, vertices[b] + outward, vertices[a] + outward])
+    flag = np.array([[a, b, 8], [a, 8, 9], [b, a, 9], [8, b, 9]])
+    flagged = np.vstack([faces, flag])
+    assert any("more than two faces" in fault for fault in check_mesh(vertices, flagged))
+    kept = _without_empty_patches(vertices, flagged)
+    assert np.array_equal(np.unique(kept, axis=0), np.unique(faces, axis=0))
+
+
+def arrays(body: Manifold) -> tuple[Floats, Integers]:
+    mesh = body.to_mesh64()
+    return np.array(mesh.vert_properties[:, :3]), np.array(mesh.tri_verts, dtype=np.int64)
+
+
+def shortest_mm(vertices: Floats, faces: Integers) -> float:
+    ends = vertices[faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)]
+    return float(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).min())

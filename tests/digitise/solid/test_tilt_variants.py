@@ -1,0 +1,50 @@
+"""What each reading of the tilt makes of the paper's crack, against closed forms."""
+
+import numpy as np
+import pytest
+
+from digitise.settings import CrackShape
+from digitise.solid.footprint import lay_out
+from digitise.solid.tilt_variants import Slicer, cavity_volume_mm3, compare_tilts
+from digitise.solid.wedges import wall_shifts_mm
+from tests.shapes import CUT, arc_slot, oblique_slot, pinched_crack, straight_slot
+
+
+def test_the_paper_s_dimensions_hold_these_volumes():
+    """80 x 3.1 x 16 mm at 11°: 3.97, 7.95 and 0.99 ml by hand; the paper injects 4.8."""
+    shape = CrackShape(depth_mm=16.0, tilt="lean")
+    outline = oblique_slot()
+    volume = compare_tilts(outline, lay_out(outline, shape, max(wall_shifts_mm(shape))), shape)["volume_mm3"]
+    assert volume["vertical"] == pytest.approx(3968.0, rel=1e-4)
+    assert volume["lean"] == pytest.approx(3968.0, rel=1e-4)
+    assert volume["flare"] == pytest.approx(7948.9, rel=1e-4)
+    assert volume["funnel"] == pytest.approx(988.8, rel=1e-3)
+
+
+@pytest.mark.parametrize("tilt", ["vertical", "lean", "flare", "funnel"])
+@pytest.mark.parametrize("depth_mm", [0.0, 4.0, 7.5])
+def test_sections_of_a_slot_have_the_width_of_their_depth(tilt, depth_mm):
+    shape = CrackShape(depth_mm=16.0, tilt=tilt)
+    footprint = lay_out(straight_slot(80.0, 3.1, CUT), shape, max(wall_shifts_mm(shape)))
+    slope = np.tan(np.radians(11))
+    width_mm = 3.1 + {"flare": 2 * slope * (16.0 - depth_mm), "funnel": -2 * slope * depth_mm}.get(tilt, 0.0)
+    assert Slicer(footprint, shape).cavity(depth_mm).area() == pytest.approx(80.0 * width_mm, rel=1e-5)
+
+
+@pytest.mark.parametrize("depth_mm", [16.0, ((0.0, 6.0), (20.0, 16.0), (40.0, 10.0))], ids=["level", "table"])
+@pytest.mark.parametrize("tilt", ["vertical", "lean", "flare", "funnel"])
+def test_few_sections_are_enough(tilt, depth_mm):
+    """Against eight times as many, on a crack that closes at another depth everywhere along itself."""
+    shape = CrackShape(depth_mm=depth_mm, tilt=tilt)
+    footprint = lay_out(pinched_crack(1), shape, max(wall_shifts_mm(shape)))
+    assert cavity_volume_mm3(footprint, shape) == pytest.approx(cavity_volume_mm3(footprint, shape, 8), rel=4e-4)
+
+
+def test_no_tilt_makes_all_readings_one():
+    shape = CrackShape(depth_mm=16.0, tilt="funnel", wall_angle_deg=0.0)
+    outline = arc_slot()
+    variants = compare_tilts(outline, lay_out(outline, shape, 0.0), shape)
+    volumes = list(variants["volume_mm3"].values())
+    assert volumes == pytest.approx([volumes[0]] * 4, rel=1e-12)
+    assert variants["closing_depth_mm"] == {"min": np.inf, "mean": np.inf, "share_above_floor": 0.0}
+    assert variants["mouth_width_mm"] == variants["floor_width_mm"] == variants["photo_width_mm"]

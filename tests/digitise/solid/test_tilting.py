@@ -1,0 +1,129 @@
+"""Walls at their own angles, left and right, against closed forms."""
+
+import itertools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from digitise.geometry.mesh_topology import check_mesh
+from digitise.settings import CrackShape
+from digitise.solid.build_solid import build_solid
+from sealtwin.core.records import FaceLabel, Floats, Outline, Solid
+from tests.shapes import CLOSED, CUT, arc_slot, closed_crack, mirrored, reversed_path, straight_slot, wandering_crack
+
+DEPTH_MM = 12.0
+SLOPE = {angle_deg: np.tan(np.radians(angle_deg)) for angle_deg in (0.0, 4.0, 5.0, 6.0, 8.0, 14.0, 20.0)}
+
+
+def build(outline: Outline, tilt: str, left_deg: float, right_deg: float) -> Solid:
+    settings = {"depth_mm": DEPTH_MM, "tilt": tilt, "wall_angle_deg": (left_deg, right_deg)}
+    return build_solid(outline, CrackShape.model_validate(settings))
+
+
+def wall_angles_deg(solid: Solid) -> tuple[Floats, Floats, Floats]:
+    """Of the facets of the walls: their angles from vertical, middles and areas."""
+    corners = solid.vertices_mm[solid.faces[solid.face_label == FaceLabel.WALL]]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = np.linalg.norm(normal, axis=1) / 2
+    return np.degrees(np.arcsin(normal[:, 2] / (2 * area))), corners.mean(axis=1), area
+
+
+@pytest.mark.parametrize(("tilt", "left_deg", "right_deg"), [("flare", 8.0, 14.0), ("flare", 0.0, 14.0)])
+def test_a_slot_flares_by_both_its_angles(tilt, left_deg, right_deg):
+    solid = build(straight_slot(80.0, 3.1, CUT), tilt, left_deg, right_deg)
+    opening_mm = (SLOPE[left_deg] + SLOPE[right_deg]) * DEPTH_MM
+    assert solid.cavity_volume_mm3 == pytest.approx(80.0 * DEPTH_MM * (3.1 + opening_mm / 2), rel=1e-6)
+    assert solid.wall_angles_deg == (left_deg, right_deg)
+    assert solid.report["mouth_width_mm"] == pytest.approx(3.1 + opening_mm)
+
+
+def test_a_slot_closes_by_both_its_angles():
+    """Walls that meet below the middle of neither: w / (tan left + tan right) down."""
+    solid = build(straight_slot(80.0, 3.1, CUT), "funnel", 6.0, 14.0)
+    closing = SLOPE[6.0] + SLOPE[14.0]
+    assert solid.cavity_volume_mm3 == pytest.approx(80.0 * 3.1**2 / (2 * closing), rel=1e-6)
+    assert solid.report["closing_depth_mm"]["mean"] == pytest.approx(3.1 / closing)
+    assert "At 6° left and 14° right the walls meet at 8.7 mm" in solid.report["warnings"][0]
+
+
+@pytest.mark.parametrize("tilt", ["flare", "funnel"])
+def test_each_wall_stands_at_its_own_angle(tilt):
+    """Along +x what faces -y is the left wall."""
+    angle_deg, middle, area = wall_angles_deg(build(straight_slot(40.0, 8.0, CLOSED), tilt, 5.0, 14.0))
+    sides = np.abs(middle[:, 0] - 20.0) < 15.0
+    for left, expected_deg in ((True, 5.0), (False, 14.0)):
+        wall = sides & ((middle[:, 1] > 0) == left) & (area > 1e-3)
+        assert wall.any()
+        assert angle_deg[wall] == pytest.approx(np.full(wall.sum(), expected_deg), abs=1e-6)
+
+
+def test_a_bend_flares_by_both_its_angles():
+    """Left of a counter-clockwise arc is its inside. The chords of a 0.25 mm polygon cost 1e-6 of the sector."""
+    radius_mm, sweep_deg, width_mm = 60.0, 80.0, 3.0
+    solid = build(arc_slot(radius_mm, sweep_deg, width_mm, CUT), "flare", 5.0, 20.0)
+    t_mm = np.linspace(0.0, DEPTH_MM, 1001)
+    outer_mm = radius_mm + width_mm / 2 + SLOPE[20.0] * t_mm
+    inner_mm = radius_mm - width_mm / 2 - SLOPE[5.0] * t_mm
+    expected_mm3 = np.radians(sweep_deg) / 2 * np.trapezoid(outer_mm**2 - inner_mm**2, t_mm)
+    # Run-outs leave along a chord of 5 mm, so that the ends are cut obliquely by 2 degrees.
+    assert solid.cavity_volume_mm3 == pytest.approx(expected_mm3, rel=2e-3)
+    other = build(arc_slot(radius_mm, sweep_deg, width_mm, CUT), "flare", 20.0, 5.0)
+    assert other.cavity_volume_mm3 < expected_mm3 * (1 - 0.02)
+
+
+@pytest.mark.parametrize("tilt", ["flare", "funnel"])
+def test_a_mirrored_crack_swaps_its_angles(tilt):
+    outline = wandering_crack(4)
+    one, other = build(outline, tilt, 4.0, 14.0), build(mirrored(outline), tilt, 14.0, 4.0)
+    assert other.cavity_volume_mm3 == pytest.approx(one.cavity_volume_mm3, rel=1e-4)
+    swapped = build(mirrored(outline), tilt, 4.0, 14.0)
+    assert abs(swapped.cavity_volume_mm3 / one.cavity_volume_mm3 - 1) > 1e-3
+
+
+def test_a_tip_goes_over_from_one_shift_to_the_other():
+    """Around a flare's tip the mouth comes ever nearer, from the far wall's shift to the near one's."""
+    outline = closed_crack(1)
+    solid = build(outline, "flare", 5.0, 20.0)
+    near_mm, far_mm = SLOPE[5.0] * DEPTH_MM, SLOPE[20.0] * DEPTH_MM
+    corners = solid.vertices_mm[solid.faces[solid.face_label == FaceLabel.WALL]].reshape(-1, 3)
+    from_tip = np.unique(corners[np.abs(corners[:, 2]) < 1e-6][:, :2], axis=0) - outline.centreline_mm[-1]
+    away_mm, turned = np.linalg.norm(from_tip, axis=1), np.degrees(np.arctan2(from_tip[:, 1], from_tip[:, 0]))
+    around = (away_mm < 1.1 * far_mm) & (np.abs(turned) < 80)
+    away_mm = away_mm[around][np.argsort(turned[around])]
+    assert len(away_mm) > 15
+    assert (np.diff(away_mm) < 1e-6).all()
+    assert (near_mm < away_mm[-1] < near_mm * 1.2, 0.9 * far_mm < away_mm[0] < far_mm) == (True, True)
+
+
+def test_a_wall_without_an_angle_stands_upright_up_to_the_tip():
+    """A shift that begins at none leaves no flat piece behind, and holds as much as one that begins at hardly any."""
+    slot = straight_slot(20.0, 4.0, CLOSED)
+    outlines = [closed_crack(1), slot, reversed_path(slot)]
+    for outline, tilt in itertools.product(outlines, ("flare", "funnel")):
+        solid, nearly = (build(outline, tilt, left_deg, 8.0) for left_deg in (0.0, 1e-3))
+        assert solid.report["jitter_mm"] == 0.0
+        assert check_mesh(solid.vertices_mm, solid.faces, expected_euler=2) == []
+        assert solid.cavity_volume_mm3 == pytest.approx(nearly.cavity_volume_mm3, rel=2e-4)
+
+
+def test_an_angle_for_each_wall_is_one_angle_where_they_are_alike():
+    """The same fans, whether one angle is given or two, and the same sections from either way of taking them."""
+    outline = closed_crack(3)
+    alike, nearly = build(outline, "flare", 8.0, 8.0), build(outline, "flare", 8.0, 8.0 + 1e-9)
+    assert nearly.cavity_volume_mm3 == pytest.approx(alike.cavity_volume_mm3, rel=5e-4)
+    volumes = [solid.report["volume_mm3"]["flare"] for solid in (alike, nearly)]
+    assert volumes[1] == pytest.approx(volumes[0], rel=1e-3)
+
+
+def test_an_island_tilts_like_the_wall_on_its_side_of_the_walk():
+    """Left of the centreline 5 degrees, right of it 14, all around."""
+    turn = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+    stone = np.column_stack([np.cos(turn), -np.sin(turn)])
+    places = {5.0: np.array([12.0, 3.0]), 14.0: np.array([28.0, -3.0])}
+    outline = replace(straight_slot(40.0, 12.0, CUT), islands_mm=tuple(stone + at for at in places.values()))
+    angle_deg, middle, area = wall_angles_deg(build(outline, "funnel", 5.0, 14.0))
+    for expected_deg, centre_mm in places.items():
+        stone_wall = (np.linalg.norm(middle[:, :2] - centre_mm, axis=1) < 2.2) & (area > 1e-3)
+        assert stone_wall.sum() > 20
+        assert np.average(angle_deg[stone_wall], weights=area[stone_wall]) == pytest.approx(expected_deg, abs=0.1)

@@ -1,0 +1,129 @@
+"""Tasks on worker processes: what they return, what is lost, and which schedulers are refused."""
+
+import os
+import signal
+import socket
+import threading
+import time
+from contextlib import suppress
+from typing import Any
+
+import pytest
+
+from sealtwin.core.cluster import Lost, run_tasks
+from sealtwin.core.errors import InputError
+
+
+def _square(number):
+    if number == 3:
+        os.kill(os.getpid(), signal.SIGKILL)
+    if number == 4:
+        raise ValueError("on purpose")
+    time.sleep(0.05)
+    return number**2, os.getpid(), os.environ["OMP_NUM_THREADS"]
+
+
+def test_tasks_are_computed_by_other_processes_and_only_the_deadly_one_is_lost():
+    """Also one that raises costs no other its result."""
+    found = dict(run_tasks(_square, ((number, (number,)) for number in range(8)), 2))
+    lost = {number: outcome.reason for number, outcome in found.items() if isinstance(outcome, Lost)}
+    assert sorted(lost) == [3, 4]
+    assert "3 worker processes were killed" in lost[3]
+    assert "ValueError: on purpose" in lost[4]
+    assert {number: outcome[0] for number, outcome in found.items() if not isinstance(outcome, Lost)} == {
+        number: number**2 for number in range(8) if number not in lost
+    }
+    workers = {outcome[1] for outcome in found.values() if not isinstance(outcome, Lost)}
+    assert os.getpid() not in workers
+    # One core each.
+    assert {outcome[2] for outcome in found.values() if not isinstance(outcome, Lost)} == {"1"}
+
+
+def test_without_processes_tasks_are_computed_here_and_read_one_by_one():
+    read = []
+
+    def tasks():
+        for number in range(3):
+            read.append(number)
+            yield number, (number, 2)
+
+    results = run_tasks(pow, tasks(), 0)
+    assert next(results) == (0, 0)
+    assert read == [0]
+    assert list(results) == [(1, 1), (2, 4)]
+
+
+def _listening():
+    """Addresses on which this process accepts connections."""
+    import psutil
+
+    return {one.laddr.ip for one in psutil.Process().net_connections("tcp") if one.status == psutil.CONN_LISTEN}
+
+
+def test_a_local_cluster_listens_on_the_loopback_interface_alone_and_refuses_strangers():
+    from distributed import Client
+    from distributed.client import default_client
+
+    refused = []
+
+    def tasks():
+        scheduler: Any = default_client().scheduler
+        address = scheduler.address
+        assert address.startswith("tls://127.0.0.1:")
+        assert _listening() == {"127.0.0.1"}
+        with pytest.raises((OSError, TypeError)) as caught:
+            Client(address.replace("tls://", "tcp://"), timeout=1, set_as_default=False)
+        refused.append(caught.value)
+        yield 0, (2, 2)
+
+    with socket.socket() as dashboard:
+        # Two sweeps at a time must not ask for the port of Dask's dashboard, and warn that it is taken.
+        with suppress(OSError):
+            dashboard.bind(("127.0.0.1", 8787))
+            dashboard.listen()
+        assert list(run_tasks(pow, tasks(), 1)) == [(0, 4)]
+    assert len(refused) == 1
+
+
+@pytest.mark.parametrize("address", ["tcp://10.1.2.3:8786", "node7:8786", "ws://node7:80", "ucx://10.1.2.3:1"])
+def test_an_unencrypted_scheduler_of_another_machine_is_refused(address, monkeypatch):
+    monkeypatch.setattr("sealtwin.core.cluster.CONNECT_S", 0.2)
+    with pytest.raises(InputError, match=f"--scheduler {address}: the connection is not encrypted"):
+        next(run_tasks(pow, [(0, (1, 1))], 0, address))
+
+
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "localhost:9", "tls://127.0.0.1:9"])
+def test_a_scheduler_that_does_not_answer_is_named(address, monkeypatch):
+    monkeypatch.setattr("sealtwin.core.cluster.CONNECT_S", 0.5)
+    with pytest.raises(InputError, match=f"--scheduler {address}: no scheduler answers there"):
+        next(run_tasks(pow, [(0, (1, 1))], 0, address))
+
+
+def test_a_web_page_is_no_scheduler(monkeypatch):
+    """A dashboard's port is easily given in place of the scheduler's."""
+    monkeypatch.setattr("sealtwin.core.cluster.CONNECT_S", 2.0)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
+
+        def answer():
+            with suppress(OSError):  # The server is closed.
+                while True:
+                    connection, _ = server.accept()
+                    with connection:
+                        connection.sendall(b"HTTP/1.1 400 Bad Request\r\nContent-Length: 0\r\n\r\n")
+                        connection.recv(1000)
+
+        threading.Thread(target=answer, daemon=True).start()
+        with pytest.raises(InputError, match="no scheduler answers there"):
+            next(run_tasks(pow, [(0, (1, 1))], 0, address))
+
+
+def test_dasks_own_setting_allows_an_unencrypted_scheduler(monkeypatch):
+    import dask.config
+
+    monkeypatch.setattr("sealtwin.core.cluster.CONNECT_S", 0.5)
+    with (
+        dask.config.set({"distributed.comm.require-encryption": False}),
+        pytest.raises(InputError, match="no scheduler answers there"),
+    ):
+        next(run_tasks(pow, [(0, (1, 1))], 0, "tcp://0.0.0.0:9"))

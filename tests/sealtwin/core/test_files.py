@@ -1,0 +1,299 @@
+"""Run-folder files: whole or not there, and the same after re-reading."""
+
+import csv
+import errno
+import io
+import json
+import shutil
+
+import numpy as np
+import pytest
+
+from sealtwin.core import files, record_files
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Profile, Run, RunHealth, Trajectory
+from sealtwin.core.tables import read_table, sheet_text, write_table
+from tests.places import ROOT
+
+
+def test_a_writer_that_fails_leaves_the_old_file_and_no_litter(tmp_path):
+    path = tmp_path / "profile.csv"
+    files.write_text(path, "old")
+
+    def fail_half_way():
+        with files.replacing(path) as temporary:
+            temporary.write_text("half of the n")
+            raise RuntimeError
+
+    with pytest.raises(RuntimeError):
+        fail_half_way()
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_what_is_half_written_keeps_its_suffix_and_has_a_name_of_ours_however_long_its_own_is(tmp_path):
+    with files.replacing(tmp_path / ("a" * 251 + ".stl")) as one, files.replacing(tmp_path / "a.stl") as other:
+        assert (one.suffix, other.suffix) == (".stl", ".stl")
+        assert files.is_temporary(one)
+        assert files.is_temporary(other)
+        assert one != other
+        one.write_text("one")
+        other.write_text("other")
+    assert sorted(file.read_text() for file in tmp_path.iterdir()) == ["one", "other"]
+
+
+def test_a_table_keeps_its_numbers_and_its_gaps(tmp_path):
+    rows = np.array([[0.1, np.nan], [-2.0, 1e-6]])
+    write_table(tmp_path / "t.csv", ("s_mm", "level_mm"), rows)
+    np.testing.assert_allclose(read_table(tmp_path / "t.csv", ("s_mm", "level_mm")), rows, atol=5e-7)
+
+
+@pytest.mark.parametrize(
+    ("text", "named"),
+    [("s_mm\n1\n", "level_mm"), ("s_mm,level_mm\n1,two\n", "line 2"), ("s_mm,level_mm\n1\n", "line 2")],
+)
+def test_a_broken_table_is_named_by_file_and_line(tmp_path, text, named):
+    path = tmp_path / "profile.csv"
+    path.write_text(text)
+    with pytest.raises(InputError, match=named) as fault:
+        read_table(path, ("s_mm", "level_mm"))
+    assert "profile.csv" in str(fault.value)
+
+
+@pytest.mark.parametrize(
+    "text", ['"' + "x" * 200_000, "s_mm,level_mm\n1," + "9" * 200_000, 's_mm,level_mm\n1,"' + "x" * 200_000]
+)
+def test_a_field_that_never_ends_is_refused(tmp_path, text):
+    path = tmp_path / "profile.csv"
+    path.write_text(text)
+    with pytest.raises(InputError, match=r"profile\.csv, .*(line 1|CSV)") as fault:
+        read_table(path, ("s_mm", "level_mm"))
+    assert len(str(fault.value)) < 400
+
+
+@pytest.mark.parametrize("reader", [files.read_json, lambda path: read_table(path, ("s_mm",))])
+def test_a_file_larger_than_any_of_ours_is_not_read(tmp_path, reader):
+    """Three gigabytes that take no room on the disk, but would in memory."""
+    path = tmp_path / "huge"
+    with path.open("wb") as opened:
+        opened.truncate(3_000_000_000)
+    with pytest.raises(InputError, match="larger than 200 MB"):
+        reader(path)
+
+
+@pytest.mark.parametrize("text", ["[" * 100_000, '{"a":' * 100_000])
+def test_json_within_json_without_end_is_no_bug_of_ours(tmp_path, text):
+    (tmp_path / "outline.json").write_text(text)
+    with pytest.raises(InputError, match=r"outline\.json: no readable JSON"):
+        files.read_json(tmp_path / "outline.json")
+
+
+def test_a_full_disk_is_told_by_the_file_that_found_no_room(tmp_path):
+    path = tmp_path / "crack.stl"
+    path.write_text("old")
+
+    def fill_the_disk():
+        with files.replacing(path) as temporary:
+            temporary.write_text("half of the n")
+            raise OSError(errno.ENOSPC, "No space left on device")
+
+    with pytest.raises(OSError, match=r"crack\.stl"):
+        fill_the_disk()
+    assert [(file.name, file.read_text()) for file in tmp_path.iterdir()] == [("crack.stl", "old")]
+
+
+def test_json_has_no_word_that_json_does_not_know():
+    content = {"a": np.float64("nan"), "b": np.array([1.0, np.inf]), "c": np.int64(3), "d": (True, np.bool_(False))}
+    assert json.loads(files.as_json(content)) == {"a": None, "b": [1.0, None], "c": 3, "d": [True, False]}
+
+
+def test_a_trajectory_and_a_profile_survive_their_files(tmp_path):
+    trajectory = Trajectory(
+        t_s=np.array([0.0, 0.25]),
+        position_mm=np.array([[1.0, 2.0, 3.0], [2.0, 2.0, 3.0]]),
+        s_mm=np.array([10.0, 11.0]),
+        speed_mm_s=np.array([4.0, 4.0]),
+        flow_mm3_s=np.array([320.0, 320.0]),
+    )
+    record_files.write_trajectory(tmp_path, trajectory)
+    again = record_files.read_trajectory(tmp_path)
+    for name in vars(trajectory):
+        np.testing.assert_array_equal(getattr(again, name), getattr(trajectory, name))
+    assert (tmp_path / "trajectory.txt").read_text().splitlines()[1] == "2.0000 2.0000 3.0000"
+
+    profile = Profile(s_mm=np.array([0.0, 1.0]), level_mm=np.array([-16.0, 0.5]))
+    record_files.write_profile(tmp_path, profile)
+    np.testing.assert_array_equal(record_files.read_profile(tmp_path).level_mm, profile.level_mm)
+
+
+def test_a_run_survives_its_files(tmp_path):
+    rng = np.random.default_rng(0)
+    run = Run(
+        position_mm=rng.normal(size=(5, 3)),
+        velocity_mm_s=rng.normal(size=(5, 3)),
+        age_s=rng.uniform(size=5),
+        spilled=np.array([False, True, False, False, False]),
+        radius_mm=0.4,
+        particle_volume_mm3=0.33,
+        escaped_particles=0,
+        device="cpu",
+        settings={"substeps": 4},
+        health=RunHealth(frames=3),
+    )
+    record_files.write_run(tmp_path, run)
+    again = record_files.read_run(tmp_path)
+    np.testing.assert_allclose(again.position_mm, run.position_mm, atol=1e-6)
+    assert again.spilled_particles == 1
+    assert again.dispensed_volume_mm3 == pytest.approx(5 * 0.33)
+    assert again.settings == run.settings
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("outline.json", '{"centreline_mm": 5}'),
+        ("outline.json", "[]"),
+        ("solid.json", '{"face_label": 7}'),
+        ("crack.ply", "ply\nnonsense"),
+        ("crack.ply", ""),
+        ("simulation.json", "{}"),
+    ],
+)
+def test_a_file_that_somebody_broke_is_named_with_the_way_back(tmp_path, name, content):
+    """No traceback: a run folder is plain files, and people do edit them."""
+    write_table(tmp_path / "particles.csv", record_files.PARTICLE_COLUMNS, np.zeros((1, 8)))
+    files.write_text(tmp_path / "solid.json", "{}")
+    files.write_text(tmp_path / "crack.ply", "")
+    (tmp_path / name).write_text(content)
+    read = {"outline.json": record_files.read_outline, "simulation.json": record_files.read_run}.get(
+        name, record_files.read_solid
+    )
+    with pytest.raises(InputError, match=r"again\.") as fault:
+        read(tmp_path)
+    assert str(tmp_path) in str(fault.value)
+
+
+def one_particle(folder):
+    run = Run(
+        position_mm=np.zeros((1, 3)),
+        velocity_mm_s=np.zeros((1, 3)),
+        age_s=np.zeros(1),
+        spilled=np.array([False]),
+        radius_mm=0.4,
+        particle_volume_mm3=0.33,
+        escaped_particles=0,
+        device="cpu",
+        settings={"solver": {"substeps": 4, "preset": "accurate"}, "seed": 0},
+        health=RunHealth(frames=3, volume_ratio=1.0, density_error_mean=np.nan),
+    )
+    record_files.write_run(folder, run)
+    return run
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("particles", "many"),
+        ("particles", 2),
+        ("radius_mm", -0.4),
+        ("radius_mm", float("nan")),
+        ("escaped_particles", 0.5),
+        ("device", 7),
+        ("settings", {"fluid": "thick"}),
+        ("health", {"volume_ratio": "all of it"}),
+        ("health", [1.0]),
+    ],
+)
+def test_a_run_of_another_kind_or_size_is_named_by_its_field(tmp_path, key, value):
+    """Seen to fail with the content taken as it is: "particles": "many" made a report."""
+    one_particle(tmp_path)
+    path = tmp_path / "simulation.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {key: value}))
+    with pytest.raises(InputError, match=rf"simulation\.json.*{key}|simulation\.json has {value}") as fault:
+        record_files.read_run(tmp_path)
+    assert len(str(fault.value).splitlines()) == 1
+    assert "again." in str(fault.value)
+
+
+def test_what_no_number_was_found_for_and_settings_in_their_order_come_back(tmp_path):
+    written = one_particle(tmp_path)
+    again = record_files.read_run(tmp_path)
+    assert again.health == written.health
+    assert again.health.density_error_mean is None
+    assert json.dumps(again.settings) == json.dumps(written.settings)
+
+
+@pytest.mark.parametrize(
+    ("name", "row", "said"),
+    [
+        ("profile.csv", "1.0,nan", "line 3: level_mm = nan; expected a number"),
+        ("profile.csv", "1.0,", "line 3: level_mm = nan; expected a number"),
+        ("profile.csv", "1.0,-inf", "line 3: level_mm = -inf; expected a number"),
+        ("profile.csv", "0.0,1.0", "s_mm grows from row to row. Simulate"),
+        ("particles.csv", "0,0,nan,0,0,0,0,0", "line 3: z_mm = nan; expected a number"),
+        ("particles.csv", "0,0,0,0,0,0,0,0", "2 particles, 0 of them spilled; simulation.json has 1 and 0"),
+    ],
+)
+def test_a_row_that_no_stage_can_have_written_is_named(tmp_path, name, row, said):
+    one_particle(tmp_path)
+    record_files.write_profile(tmp_path, Profile(np.array([0.0]), np.array([-1.0])))
+    with (tmp_path / name).open("a") as table:
+        table.write(row + "\n")
+    with pytest.raises(InputError, match=rf"{name}.*{said}.*again|{said}"):
+        (record_files.read_profile if name == "profile.csv" else record_files.read_run)(tmp_path)
+
+
+def test_a_particle_that_fell_out_of_its_sample_is_still_read(tmp_path):
+    """For twenty seconds, as one that escaped early in the paper's trial: two kilometres."""
+    one_particle(tmp_path)
+    write_table(tmp_path / "particles.csv", record_files.PARTICLE_COLUMNS, np.array([[0, 0, -2e6, 0, 0, -2e5, 20, 0]]))
+    assert record_files.read_run(tmp_path).position_mm[0, 2] == -2e6
+
+
+@pytest.mark.parametrize("value", [float("nan"), "1.0", None, -1.0])
+def test_a_comparison_that_leads_with_no_error_is_named(tmp_path, value):
+    content = {"mean_error_mm": 1.0, "worst_error_mm": 2.0, "worst_at_mm": 3.0, "passed": None, "verdict": "-"}
+    files.write_json(tmp_path / "comparison.json", content)
+    assert record_files.read_comparison(tmp_path)["mean_error_mm"] == 1.0
+    (tmp_path / "comparison.json").write_text(json.dumps(content | {"mean_error_mm": value}))
+    with pytest.raises(InputError, match=r"comparison\.json.*mean_error_mm = "):
+        record_files.read_comparison(tmp_path)
+
+
+@pytest.mark.parametrize("start", ["=", "+", "-", "@", "\t", "\r", "\n", "\uff1d"])
+def test_no_text_of_an_exported_table_can_run_in_a_spreadsheet(start):
+    """A note such as =HYPERLINK(...) is somebody else's program. Numbers stay numbers, and negative ones too."""
+    written = f"{start}cmd|' /C calc'!A0"
+    text = sheet_text(["note", "level_mm", "runs"], [[written, -1.5, 12_345_678], ["a\r=1", 0.1, 1]])
+    _, (note, level_mm, runs), (second, *_) = csv.reader(io.StringIO(text, newline=""))
+    assert note == "'" + written.replace("\r", "\n")
+    assert second == "a\n=1", "no row may begin within a cell"
+    assert (float(level_mm), runs) == (-1.5, "12345678")
+
+
+@pytest.mark.parametrize(
+    ("file", "keys", "value", "said"),
+    [
+        ("solid.json", ("wall_angles_deg", 0), "x", "wall_angles_deg.0 = 'x'"),
+        ("solid.json", ("sections", "s_mm"), [0, None], "sections.s_mm = [0, None]"),
+        ("solid.json", ("face_label",), "012", "face_label has 3 labels"),
+        ("outline.json", ("mm_per_px",), "0.1", "mm_per_px = '0.1'"),
+        ("outline.json", ("ends", 1), "shut", "ends.1 = 'shut'"),
+        ("outline.json", ("left_wall_mm",), [[1, 2, 3]], "left_wall_mm = [[1, 2, 3]]"),
+        ("outline.json", ("branches_mm",), [[[1, "deep"]]], "branches_mm.0 = [[1, 'deep']]"),
+    ],
+)
+def test_an_edited_value_is_named_by_its_file_its_key_and_itself(tmp_path, file, keys, value, said):
+    folder = ROOT / "fixtures" / "written-by-0.1" / "run"
+    for name in ("outline.json", "solid.json", "crack.ply"):
+        shutil.copy(folder / name, tmp_path)
+    content = json.loads((tmp_path / file).read_text())
+    place = content
+    for key in keys[:-1]:
+        place = place[key]
+    place[keys[-1]] = value
+    (tmp_path / file).write_text(json.dumps(content))
+    with pytest.raises(InputError, match="again") as fault:
+        (record_files.read_outline if file == "outline.json" else record_files.read_solid)(tmp_path)
+    assert str(tmp_path / file) in str(fault.value)
+    assert said in str(fault.value)

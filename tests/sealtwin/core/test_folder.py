@@ -1,0 +1,207 @@
+"""A run folder: one holder, nothing of the user's overwritten, nothing half done taken for done."""
+
+import subprocess
+import sys
+import time
+
+import pytest
+
+from sealtwin.core import files
+from sealtwin.core.errors import BusyError, InputError
+from sealtwin.core.run_folder import HOLDER, LOCK, MANIFEST, open_folder, stage_key
+
+KEY = stage_key({"photo.jpg": "1"}, {"depth_mm": 16.0})
+
+
+def _finish(folder, stage="digitise", name="outline.json", inputs=None, given=("photo.jpg",)):
+    files.write_text(folder.path / name, "{}")
+    folder.record(stage, KEY, {"depth_mm": 16.0}, inputs or {"photo.jpg": "1"}, [name], 1.0, given=given)
+
+
+def _killed_while_writing(path):
+    """Returns the litter."""
+    before = set(path.parent.iterdir()) if path.parent.exists() else set()
+    script = (
+        "import os, sys; from pathlib import Path; from sealtwin.core.files import replacing\n"
+        "with replacing(Path(sys.argv[1])) as temporary:\n"
+        "    temporary.write_text('half'); os._exit(9)"
+    )
+    assert subprocess.run([sys.executable, "-c", script, str(path)], check=False).returncode == 9
+    (litter,) = set(path.parent.iterdir()) - before
+    return litter
+
+
+def test_a_stage_is_current_until_its_key_or_its_files_change(tmp_path):
+    with open_folder(tmp_path / "run", create=True) as folder:
+        assert not folder.is_current("digitise", KEY)
+        _finish(folder)
+    with open_folder(tmp_path / "run", create=True) as folder:
+        assert folder.is_current("digitise", KEY)
+        assert not folder.is_current("digitise", stage_key({"photo.jpg": "2"}, {"depth_mm": 16.0}))
+        assert not folder.is_current("digitise", stage_key({"photo.jpg": "1"}, {"depth_mm": 16.5}))
+        (folder.path / "outline.json").write_text("{ }")
+        assert not folder.is_current("digitise", KEY)
+
+
+def test_clearing_a_stage_sets_edited_files_aside_and_takes_the_rest(tmp_path):
+    with open_folder(tmp_path / "run", create=True) as folder:
+        _finish(folder)
+        assert folder.edited("digitise") == []
+        (folder.path / "outline.json").write_text("mine")
+        assert folder.edited("digitise") == ["outline.json"]
+        assert folder.clear("digitise") == ["outline.changed.json"]
+        assert (folder.path / "outline.changed.json").read_text() == "mine"
+        assert folder.settings_of("digitise") is None
+        _finish(folder)
+        (folder.path / "outline.json").write_text("mine again")
+        assert folder.clear("digitise") == ["outline.changed2.json"]
+        assert (folder.path / "outline.changed.json").read_text() == "mine"
+        _finish(folder)
+        assert folder.clear("digitise") == []
+        assert not (folder.path / "outline.json").exists()
+
+
+def test_a_result_is_finished_only_while_what_it_was_made_from_lies_there(tmp_path):
+    with open_folder(tmp_path / "run", create=True) as folder:
+        _finish(folder)
+        digest = files.sha256(folder.path / "outline.json")
+        _finish(folder, "simulate", "particles.csv", {"outline.json": digest}, given=())
+        assert folder.finished() == ["digitise", "simulate"]
+        files.write_text(folder.path / "outline.json", "{ }")
+        assert folder.finished() == ["digitise"]
+        files.write_text(folder.path / "outline.json", "{}")
+        folder.manifest["stages"]["digitise"] = folder.manifest["stages"].pop("digitise")
+        assert folder.finished() == ["digitise", "simulate"]
+        (folder.path / "particles.csv").unlink()
+        assert folder.finished() == ["digitise"]
+
+
+def test_the_second_process_is_told_who_holds_the_folder(tmp_path):
+    script = f"""
+import time
+from pathlib import Path
+from sealtwin.core.run_folder import open_folder
+with open_folder(Path({str(tmp_path / "run")!r}), create=True):
+    print("held", flush=True)
+    time.sleep(60)
+"""
+    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) as first:
+        assert first.stdout is not None
+        assert first.stdout.readline() == "held\n"
+        with pytest.raises(BusyError, match=f"process {first.pid} "), open_folder(tmp_path / "run", create=True):
+            pass
+        first.kill()
+    deadline = time.monotonic() + 10
+    while time.monotonic() < deadline:
+        try:
+            with open_folder(tmp_path / "run", create=True) as folder:
+                assert (folder.path / MANIFEST).is_file()
+                return
+        except BusyError:
+            time.sleep(0.1)
+    pytest.fail("a killed process still holds its folder")
+
+
+def test_litter_of_a_killed_writer_is_swept(tmp_path):
+    with open_folder(tmp_path / "run", create=True) as folder:
+        litter = _killed_while_writing(folder.path / "crack.stl")
+        (folder.path / "notes.txt").write_text("mine")
+    with open_folder(tmp_path / "run", create=True) as folder:
+        assert not litter.exists()
+        assert (folder.path / "notes.txt").exists()
+
+
+@pytest.mark.parametrize("name", [".notes.2024.txt", ".crack.12345.stl", ".a.sealtwin-tmp", "sealtwin-tmp-1-00000000"])
+def test_a_hidden_file_of_the_users_is_never_removed(tmp_path, name):
+    """A dot, a number and a suffix once made it pass for what a killed run leaves."""
+    (tmp_path / name).write_text("mine")
+    with pytest.raises(InputError) as fault, open_folder(tmp_path, create=True):
+        pass
+    assert name in str(fault.value)
+    with open_folder(tmp_path / "run", create=True) as folder:
+        (folder.path / name).write_text("mine")
+    with open_folder(tmp_path / "run", create=True):
+        pass
+    assert [path.read_text() for path in (tmp_path / name, tmp_path / "run" / name)] == ["mine", "mine"]
+
+
+@pytest.mark.parametrize("name", [MANIFEST, HOLDER, "crack.stl"])
+def test_a_run_killed_at_its_first_file_can_be_started_again(tmp_path, name):
+    """The folder holds then what was being written, and nothing that says it is a run's."""
+    _killed_while_writing(tmp_path / "run" / name)
+    assert len(list((tmp_path / "run").iterdir())) == 1
+    with open_folder(tmp_path / "run", create=True) as folder:
+        assert {path.name for path in folder.path.iterdir()} == {MANIFEST, HOLDER, LOCK}
+
+
+def test_a_folder_of_somebody_elses_files_is_refused(tmp_path):
+    (tmp_path / "trial.toml").write_text("mine")
+    with pytest.raises(InputError, match=r"trial\.toml"), open_folder(tmp_path, create=True):
+        pass
+    assert (tmp_path / "trial.toml").read_text() == "mine"
+
+
+def test_a_file_for_a_folder_and_a_missing_run_are_refused(tmp_path):
+    (tmp_path / "file").write_text("")
+    for path in (tmp_path / "file", tmp_path / "file" / "below"):
+        with pytest.raises(InputError, match="this is a file"), open_folder(path, create=True):
+            pass
+    with pytest.raises(InputError, match="no run folder"), open_folder(tmp_path / "none", create=False):
+        pass
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        "",
+        "[]",
+        '{"version": 2, "stages": {}}',
+        '{"version": 1, "stages": {"digitise": 5}}',
+        '{"version": 1, "stages": {"digitise": {}}}',
+        '{"version": 1, "stages": {"digitise": {"key": "", "settings": [], "inputs": {}, "given": [], "outputs": {}, '
+        '"wall_time_s": 1, "versions": {}}}}',
+        "[" * 100_000,
+    ],
+)
+def test_a_manifest_of_another_form_is_refused(tmp_path, content):
+    with open_folder(tmp_path / "run", create=True):
+        pass
+    (tmp_path / "run" / MANIFEST).write_text(content)
+    with pytest.raises(InputError, match=r"manifest\.json"), open_folder(tmp_path / "run", create=True):
+        pass
+
+
+@pytest.mark.parametrize("name", ["../mine.txt", "{home}/mine.txt", "a/../../mine.txt", "link/mine.txt", "..", ".", ""])
+def test_a_manifest_from_somebody_else_cannot_reach_out_of_its_folder(tmp_path, name):
+    """A stage that is redone moves or removes what the manifest says it made."""
+    mine = tmp_path / "mine.txt"
+    mine.write_text("mine")
+    with open_folder(tmp_path / "run", create=True) as folder:
+        _finish(folder)
+        (folder.path / "link").symlink_to(tmp_path)
+        folder.manifest["stages"]["digitise"]["outputs"] = {name.format(home=tmp_path): "0" * 64}
+        folder.save()
+    with (
+        pytest.raises(InputError, match="damaged"),
+        open_folder(tmp_path / "run", create=True) as folder,
+    ):
+        folder.clear("digitise")
+    assert mine.read_text() == "mine"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["mine.txt", "run"]
+
+
+def test_outputs_below_the_folder_are_its_own(tmp_path):
+    with open_folder(tmp_path / "run", create=True) as folder:
+        _finish(folder, "robot", "robot/path.txt")
+    with open_folder(tmp_path / "run", create=True) as folder:
+        assert folder.clear("robot") == []
+        assert not (folder.path / "robot/path.txt").exists()
+
+
+def test_a_folder_whose_name_no_json_takes_is_refused(tmp_path):
+    with (
+        pytest.raises(InputError, match=r"caf\\xe9: a name that is not UTF-8"),
+        open_folder(tmp_path / "caf\udce9", create=True),
+    ):
+        pass
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,76 @@
+"""Frames for ParaView: read back by a reader that knows the format and not our writer, and by our own."""
+
+import numpy as np
+import pytest
+
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Frame
+from sealtwin.core.vtk_files import read_collection, read_frame, write_collection, write_frame
+from tests.vtk_reader import read_polydata, read_pvd
+
+
+def a_frame(count: int = 37, t_s: float = 0.1 + 0.2) -> Frame:
+    chance = np.random.default_rng(3)
+    return Frame(
+        t_s=t_s,
+        position_mm=chance.normal(size=(count, 3)) * 30,
+        velocity_mm_s=chance.normal(size=(count, 3)) * 70,
+        age_s=chance.uniform(0, 3, count),
+        density=chance.uniform(0.9, 1.1, count),
+        state=chance.integers(0, 4, count),
+    )
+
+
+@pytest.mark.parametrize("count", [37, 1, 0])
+def test_an_independent_reader_finds_every_number(tmp_path, count):
+    """To float32's rounding, in the right shape, a vertex for each particle, and the exact time."""
+    frame = a_frame(count)
+    write_frame(tmp_path / "frame.vtp", frame)
+    found = read_polydata(tmp_path / "frame.vtp")
+    assert np.array_equal(found.points, frame.position_mm.astype(np.float32))
+    wanted = {name: getattr(frame, name) for name in ("velocity_mm_s", "speed_mm_s", "age_s", "density", "state")}
+    assert set(found.point_data) == set(wanted)
+    for name, values in wanted.items():
+        assert np.array_equal(found.point_data[name], values.astype(found.point_data[name].dtype)), name
+    assert found.vertices == [[i] for i in range(count)]
+    assert found.field_data["TimeValue"].tolist() == [frame.t_s]
+    assert found.active == {"Scalars": "speed_mm_s", "Vectors": "velocity_mm_s"}
+
+
+def test_what_was_written_is_read(tmp_path):
+    frame = a_frame()
+    write_frame(tmp_path / "frame.vtp", frame)
+    read = read_frame(tmp_path / "frame.vtp")
+    assert read.t_s == frame.t_s
+    assert np.array_equal(read.state, frame.state)
+    for name in ("position_mm", "velocity_mm_s", "age_s", "density"):
+        assert getattr(read, name) == pytest.approx(getattr(frame, name), rel=1e-6), name
+
+
+def test_a_collection_names_times_and_files(tmp_path):
+    frames = [(0.1 + 0.2, "frame_00001.vtp"), (1.0, "frame_00002.vtp")]
+    write_collection(tmp_path / "fill.pvd", frames)
+    wanted = [(t_s, tmp_path / name) for t_s, name in frames]
+    assert read_pvd(tmp_path / "fill.pvd") == wanted
+    assert read_collection(tmp_path / "fill.pvd") == wanted
+
+
+@pytest.mark.parametrize("damage", ["cut", "text", "other", "missing"])
+def test_a_damaged_frame_is_one_sentence(tmp_path, damage):
+    path = tmp_path / "frame.vtp"
+    write_frame(path, a_frame())
+    whole = path.read_bytes()
+    spoilt = {"cut": whole[:-900], "text": b"x,y,z\n", "other": whole.replace(b"age_s", b"haste")}
+    if damage in spoilt:
+        path.write_bytes(spoilt[damage])
+    else:
+        path.unlink()
+    with pytest.raises(InputError, match=r"frame\.vtp: (not a frame.* again|not found)"):
+        read_frame(path)
+
+
+@pytest.mark.parametrize("name", ["../away.vtp", "/etc/passwd", "sub/frame.vtp"])
+def test_a_collection_that_leads_out_of_its_folder_is_refused(tmp_path, name):
+    write_collection(tmp_path / "fill.pvd", [(0.0, name)])
+    with pytest.raises(InputError, match="not a collection"):
+        read_collection(tmp_path / "fill.pvd")

@@ -1,0 +1,219 @@
+"""The extra runs: the same physics at other sizes, inputs moved as declared, computed once, and a failure named."""
+
+import json
+import re
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sealtwin.cli.trial_answer import result_lines
+from sealtwin.core import files
+from sealtwin.core.errors import InputError, NumericalError
+from sealtwin.core.progress import Progress
+from sealtwin.core.run_folder import open_folder
+from sealtwin.study import extra_runs, runner
+from sealtwin.study.extra_runs import vary
+from sealtwin.study.runner import Failure
+from sealtwin.study.study_folder import read_study
+from sealtwin.trial.job import resume_job, start_job
+from sealtwin.trial.pipeline import run_stages
+from sealtwin.trial.trial_file import load_trial
+from sealtwin.trial.validate_stage import SPREAD, read_spread
+from tests.studies import TRIAL, tiny_lab
+from validate.report import write_report as report_module
+from validate.report_input import Evidence
+
+DECLARED = """
+[uncertainty]
+speed_mm_s = 1.0
+volume_ml = 0.01
+width_mm = 0.1
+"""
+STAGES = ("digitise", "simulate")
+
+
+@pytest.fixture(scope="module")
+def run_folder(tmp_path_factory) -> Path:
+    """Of the tiny trial, a viscosity by U and a declared doubt about three inputs."""
+    lab = tmp_path_factory.mktemp("lab")
+    tiny_lab(lab)
+    # Two abreast at the coarser size too.
+    (lab / "trial.toml").write_text(TRIAL.replace("radius_mm = 0.45", "radius_mm = 0.36") + DECLARED)
+    with open_folder(lab / "run", create=True) as folder:
+        run_stages(start_job(load_trial(lab / "trial.toml"), lab, folder, "cpu", Progress()), STAGES)
+    return lab / "run"
+
+
+@pytest.fixture(scope="module")
+def varied(run_folder, tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("varied") / "run"
+    shutil.copytree(run_folder, folder)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(extra_runs, "cores", lambda: 0)
+        assert _vary(folder)
+    return folder
+
+
+@pytest.fixture
+def here(monkeypatch):
+    """Runs in this process: starting others takes seconds, and is the sweep's own test."""
+    monkeypatch.setattr(extra_runs, "cores", lambda: 0)
+
+
+def _vary(path: Path) -> bool:
+    with open_folder(path, create=False) as folder:
+        return vary(resume_job(folder, "cpu", Progress()))
+
+
+def _spread(path: Path):
+    """What the validate stage would read of the extra runs."""
+    with open_folder(path, create=False) as folder:
+        return read_spread(resume_job(folder, "cpu", Progress()))
+
+
+def _edited(path: Path, old: str, new: str) -> None:
+    text = (path / "trial.toml").read_text()
+    assert old in text
+    (path / "trial.toml").write_text(text.replace(old, new))
+
+
+def test_three_sizes_and_a_design_of_four(varied):
+    """Three inputs fit into four runs; with the finer and the coarser one that makes six."""
+    runs = read_study(varied / "uncertainty")
+    assert [run.state for run in runs] == ["done"] * 6
+    radii = [run.settings.get("solver.radius_mm") for run in runs[:2]]
+    assert radii == pytest.approx([0.36 / 1.3, 0.36 * 1.3], abs=1e-4)
+    signs = np.array([[run.settings[name] for name in ("speed_mm_s", "volume_ml", "width_mm")] for run in runs[2:]])
+    assert np.abs(signs) == pytest.approx(np.tile([1.0, 0.01, 0.1], (4, 1)))
+    assert signs.sum(axis=0) == pytest.approx(np.zeros(3))
+
+
+def test_the_paste_is_as_stiff_at_every_size(varied):
+    """U and D hang on radius and frame; the viscosity in physical units and the drag of a second do not."""
+    base = files.read_json(varied / "simulation.json")["health"]
+    drag = 0.3 / base["frame_s"]
+    for run in read_study(varied / "uncertainty")[:2]:
+        assert run.figures is not None
+        health = run.figures["health"]
+        assert health["viscosity_pa_s"] == pytest.approx(base["viscosity_pa_s"], rel=1e-6)
+        trial = files.read_json(varied / "uncertainty" / "runs" / run.key[:16] / "summary.json")
+        assert trial["figures"]["health"]["frame_s"] != pytest.approx(base["frame_s"], rel=0.01)
+        fluid = run.checked_trial.fluid
+        assert fluid is not None
+        assert fluid.D_cm / health["frame_s"] == pytest.approx(drag, rel=1e-6)
+
+
+def test_the_comparison_tells_numerics_and_inputs(varied, tmp_path, monkeypatch):
+    path = tmp_path / "run"
+    shutil.copytree(varied, path)
+    given: list[Evidence] = []
+
+    def write_report(folder: Path, evidence: Evidence) -> None:
+        """Pages take seconds, and are not what this is about."""
+        given.append(evidence)
+        for name in report_module.REPORT:
+            (folder / name).touch()
+
+    monkeypatch.setattr(report_module, "write_report", write_report)
+    with open_folder(path, create=False) as folder:
+        result = run_stages(resume_job(folder, "cpu", Progress()), ("validate",)).result
+    assert given[0].commands == ("sealtwin run trial.toml", "sealtwin validate reports/tiny --uncertainty")
+    assert {"uncertainty: finished", "uncertainty: profile.csv"} < set(given[0].provenance)
+    assert "uncertainty: outline.json" not in given[0].provenance, "its hash stands there already"
+    lines = "\n".join(result_lines(result, "validate"))
+    assert "Particle size: mean error " in lines
+    assert "the nozzle's speed " in lines
+    assert json.loads((path / "run.json").read_text())["particle_sizes"]["radii_mm"] == pytest.approx(
+        [0.36 / 1.3, 0.36, 0.36 * 1.3], abs=1e-3
+    )
+    found = files.read_json(path / "comparison.json")["uncertainty"]
+    assert found["mean_level"]["numerics_mm"] > 0
+    assert [one["name"] for one in found["inputs"]] == ["speed_mm_s", "volume_ml", "width_mm"]
+    effects = {one["name"]: one["mean_level_mm"] for one in found["inputs"]}
+    # 0.01 of 0.08 ml stand some 0.4 mm high in this crack, a wider one lets them sink.
+    assert effects["volume_ml"] > 0.1
+    assert effects["width_mm"] < 0
+    assert "start_mm" in found["inputs_left_out"]
+
+
+def test_a_second_call_computes_nothing(varied, monkeypatch):
+    monkeypatch.setattr(extra_runs, "compute", lambda *_: pytest.fail("computed again"))
+    before = (varied / SPREAD).read_bytes()
+    assert not _vary(varied)
+    assert (varied / SPREAD).read_bytes() == before
+
+
+def test_what_was_done_before_a_kill_is_not_done_again(varied, tmp_path, monkeypatch, here):
+    """Without its result but with its ledger, a folder computes only the run whose profile is gone."""
+    path = tmp_path / "run"
+    shutil.copytree(varied, path)
+    _edited(path, "volume_ml = 0.01", "volume_ml = 0.0100")
+    (path / SPREAD).unlink()
+    lost = read_study(path / "uncertainty")[3]
+    shutil.rmtree(path / "uncertainty" / "runs" / lost.key[:16])
+    waiting = []
+
+    def compute(folder, runs, *rest):
+        waiting.extend(run.key for run in runs if run.state == "waiting")
+        return runner.compute(folder, runs, *rest)
+
+    monkeypatch.setattr(extra_runs, "compute", compute)
+    assert _vary(path)
+    assert waiting == [lost.key]
+    assert (path / SPREAD).read_bytes() == (varied / SPREAD).read_bytes()
+
+
+def test_other_settings_make_the_old_runs_say_nothing(varied, tmp_path):
+    path = tmp_path / "run"
+    shutil.copytree(varied, path)
+    _edited(path, "width_mm = 0.1", "width_mm = 0.2")
+    assert _spread(path) is None
+    assert _spread(varied) is not None
+
+
+def test_a_failed_run_is_named_and_nothing_is_said(run_folder, tmp_path, monkeypatch, here):
+    path = tmp_path / "run"
+    shutil.copytree(run_folder, path)
+
+    monkeypatch.setattr(runner, "seal", lambda *_, **__: [Failure("diverged in frame 7.")])
+    with pytest.raises(NumericalError, match=r"6 of 6 extra runs failed.*\nsolver.radius_mm = 0.2769: diverged in fr"):
+        _vary(path)
+    assert not (path / SPREAD).exists()
+
+
+def test_without_readings_there_is_nothing_to_be_unsure_of(run_folder, tmp_path):
+    path = tmp_path / "run"
+    shutil.copytree(run_folder, path)
+    text = (path / "trial.toml").read_text()
+    (path / "trial.toml").write_text(re.sub(r"(?s)\[readings\].*?(?=\n\[|$)", "", text))
+    with pytest.raises(InputError, match=r"no \[readings\]; --uncertainty is that of a comparison"):
+        _vary(path)
+
+
+def test_a_size_that_does_not_fit_the_crack_is_told_with_the_run_that_needs_it(run_folder, tmp_path, monkeypatch):
+    path = tmp_path / "run"
+    shutil.copytree(run_folder, path)
+    monkeypatch.setattr(extra_runs, "RATIO", 1.6)
+    with pytest.raises(
+        InputError, match=r"extra run with solver.radius_mm = 0.576 cannot be: .*fewer than 2 particles"
+    ):
+        _vary(path)
+
+
+@pytest.mark.parametrize(
+    ("declared", "message"),
+    [
+        ("start_mm = 3.0", "trim_mm"),
+        ("wall_angle_deg = 1.0", "the walls are vertical"),
+        ("yield_stress_pa = 5.0", r"yield_stress_pa = -5\.0"),
+    ],
+)
+def test_what_cannot_be_moved_as_declared_is_refused(run_folder, tmp_path, declared, message, here):
+    """The path begins 1 mm from the end, the walls have no angle, and the paste no yield stress."""
+    path = tmp_path / "run"
+    shutil.copytree(run_folder, path)
+    _edited(path, "speed_mm_s = 1.0\n", f"{declared}\n")
+    with pytest.raises(InputError, match=message):
+        _vary(path)

@@ -1,0 +1,176 @@
+"""A sweep whose processes are killed: the same command ends it with the bytes of an unbroken one."""
+
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from sealtwin.core.progress import Progress
+from sealtwin.study.job_array import merge
+from sealtwin.study.study_folder import OUTCOME, read_study, run_path
+from sealtwin.study.sweep import SweepOptions, sweep
+from tests.studies import compute_here, results_of, tiny_lab
+
+pytestmark = pytest.mark.skipif(
+    not Path("/proc/self/task").is_dir(), reason="finds a process' children as Linux lists them"
+)
+PLANNED = SweepOptions(device="cpu", jobs=2, batch=1, dry_run=True)
+GRID = '[grid]\nseed = [1, 2, 3, 4, 5, 6]\n"fluid.U" = [1.0, 10.0, 100.0, 1000.0]\n'
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory):
+    """The study file of 24 tiny runs."""
+    return tiny_lab(tmp_path_factory.mktemp("lab"), GRID)
+
+
+@pytest.fixture(scope="module")
+def unbroken(lab, tmp_path_factory):
+    """Their results, computed in this process from beginning to end."""
+    out = tmp_path_factory.mktemp("unbroken") / "out"
+    sweep(lab, out, PLANNED, Progress())
+    compute_here(out)
+    return results_of(out)
+
+
+def _start(lab, out, *options):
+    command = [sys.executable, "-m", "sealtwin", "sweep", lab, "--out", out, "--device", "cpu", "--jobs", "2"]
+    return subprocess.Popen(
+        [*map(str, command), "--quiet", *options],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        # A group of its own, as a terminal makes it; and Ctrl-C means what it does there, also under a background job.
+        start_new_session=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )
+
+
+def _workers(pid):
+    """Processes that compute for a parent, whichever thread of it started them."""
+    found = []
+    for listed in Path(f"/proc/{pid}/task").glob("*/children"):
+        with suppress(OSError):  # The thread has ended.
+            found += [int(child) for child in listed.read_text().split()]
+    return [child for child in found if b"spawn_main" in _command(child)]
+
+
+def _command(pid):
+    try:
+        return Path(f"/proc/{pid}/cmdline").read_bytes()
+    except OSError:
+        return b""
+
+
+def _finished(out):
+    """When the outcome of each finished run was written."""
+    return {path.parent.name: path.stat().st_mtime_ns for path in out.glob(f"runs/*/{OUTCOME}")}
+
+
+def _wait_for_progress(parent, out, more):
+    """Until ``more`` runs have finished than now."""
+    wanted = len(_finished(out)) + more
+    until = time.monotonic() + 120
+    while parent.poll() is None and len(_finished(out)) < wanted and time.monotonic() < until:
+        time.sleep(0.02)
+
+
+def _kill_until_done(lab, out, kills, seed, *options):
+    """Kill now a worker and now the parent, or both, most of them while runs are computed."""
+    chance = random.Random(seed)
+    seen, killed = [], 0
+    parent = _start(lab, out, *options)
+    while killed < kills:
+        _wait_for_progress(parent, out, chance.choice([0, 1, 1]))
+        time.sleep(chance.uniform(0, 0.3))
+        seen.append(_finished(out))
+        workers = _workers(parent.pid)
+        if killed % 2 == 0 and workers:
+            os.kill(chance.choice(workers), signal.SIGKILL)
+        if killed % 2 or not workers:
+            parent.kill()
+            parent.communicate()
+            assert _gone(workers), "workers outlive their parent"
+            parent = _start(lab, out, *options)
+        killed += 1
+    _, errors = parent.communicate(timeout=300)
+    assert parent.returncode == 0, errors
+    assert len(seen[0]) < len(_finished(out))
+    last = _finished(out)
+    for before in seen:
+        assert {key: last[key] for key in before} == before, "a finished run was computed again"
+
+
+def _gone(pids):
+    until = time.monotonic() + 20
+    while any(_command(pid) for pid in pids) and time.monotonic() < until:
+        time.sleep(0.05)
+    return not any(_command(pid) for pid in pids)
+
+
+def _check(out, unbroken):
+    assert results_of(out) == unbroken
+    assert len(_finished(out)) == 24
+    assert not list(out.glob("runs/*/.*"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_sweep_killed_ten_times_ends_as_an_unbroken_one(lab, unbroken, tmp_path, seed):
+    _kill_until_done(lab, tmp_path / "out", 10, seed)
+    _check(tmp_path / "out", unbroken)
+
+
+@pytest.mark.slow
+def test_two_shards_killed_five_times_each_merge_to_an_unbroken_sweep(lab, unbroken, tmp_path):
+    shards = [tmp_path / "1", tmp_path / "2"]
+    for number, out in enumerate(shards, start=1):
+        _kill_until_done(lab, out, 5, number, "--shard", f"{number}/2")
+    assert merge(shards, tmp_path / "out")["exit_code"] == 0
+    _check(tmp_path / "out", unbroken)
+
+
+def test_a_parent_that_is_killed_leaves_no_worker_and_the_same_command_ends_its_sweep(tmp_path):
+    lab, out = tiny_lab(tmp_path / "lab"), tmp_path / "out"
+    _kill_until_done(lab, out, 2, 1)
+    here = tmp_path / "here"
+    sweep(lab, here, replace(PLANNED, dry_run=False, jobs=0), Progress())
+    assert results_of(out) == results_of(here)
+
+
+def test_interrupted_it_leaves_no_process_and_the_same_command_ends_it(lab, tmp_path):
+    out = tmp_path / "out"
+    parent = _start(lab, out)
+    _wait_for_progress(parent, out, 1)
+    workers = _workers(parent.pid)
+    assert len(workers) == 2
+    # Ctrl-C reaches all processes of a terminal.
+    os.killpg(parent.pid, signal.SIGINT)
+    _, errors = parent.communicate(timeout=60)
+    assert parent.returncode == 130
+    assert "interrupted" in errors
+    assert "Traceback" not in errors
+    assert _gone(workers)
+    assert 1 <= len(_finished(out)) < 24
+
+
+def test_files_of_a_killed_write_are_removed_and_half_a_run_is_computed_again(tmp_path):
+    lab, out = tiny_lab(tmp_path / "lab"), tmp_path / "out"
+    sweep(lab, out, replace(PLANNED, dry_run=False, jobs=0), Progress())
+    before = results_of(out)
+    run = run_path(out, read_study(out)[0].key)
+    (run / OUTCOME).unlink()
+    (run / ".sealtwin-tmp-4711-0123abcd.csv").write_text("s_mm,le")
+    shutil.rmtree(next(path for path in out.glob("runs/*") if path != run))
+    report = sweep(lab, out, replace(PLANNED, dry_run=False, jobs=0), Progress())
+    assert report["states"]["done"] == 4
+    assert results_of(out) == before
+    assert not list(out.glob("runs/*/.*"))

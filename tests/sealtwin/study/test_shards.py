@@ -1,0 +1,202 @@
+"""Studies in parts and on other machines: shards and their merge, batch scripts, schedulers, earlier versions."""
+
+import csv
+import os
+import shutil
+import signal
+import sqlite3
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+from sealtwin.cli.app import app
+from sealtwin.cli.studies import swept_lines
+from sealtwin.core.errors import InputError
+from sealtwin.core.progress import Progress
+from sealtwin.study import runner
+from sealtwin.study.job_array import DIRECTIVES, merge
+from sealtwin.study.study_folder import LEDGER, PLAN, profile_path, read_study
+from sealtwin.study.sweep import SweepOptions, sweep
+from tests.studies import results_of, tiny_lab
+
+HERE = SweepOptions(device="cpu", jobs=0, batch=1)
+EARLIER = Path(__file__).parent / "earlier_study"
+"""The folder of 'sealtwin sweep' with the study of ``tiny_lab``, written by commit 7065196; without its pictures."""
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory):
+    return tiny_lab(tmp_path_factory.mktemp("lab"))
+
+
+@pytest.fixture(scope="module")
+def unbroken(lab, tmp_path_factory):
+    out = tmp_path_factory.mktemp("unbroken") / "out"
+    sweep(lab, out, HERE, Progress())
+    return out
+
+
+@pytest.fixture(scope="module")
+def shards(lab, tmp_path_factory):
+    folders = [tmp_path_factory.mktemp("shards") / str(number) for number in (1, 2, 3)]
+    for number, folder in enumerate(folders, start=1):
+        sweep(lab, folder, replace(HERE, shard=(number, 3)), Progress())
+    return folders
+
+
+def _sweep(*arguments):
+    return CliRunner().invoke(app, ["sweep", *map(str, arguments)])
+
+
+def _rows(out):
+    return list(csv.DictReader((out / "runs.csv").read_text().splitlines()))
+
+
+def test_shards_hold_each_run_once_and_merge_to_the_whole(lab, shards, unbroken, tmp_path):
+    assert [[run.number for run in read_study(shard)] for shard in shards] == [[1, 4], [2], [3]]
+    out = tmp_path / "out"
+    answer = _sweep("merge", *shards, "--out", out)
+    assert answer.exit_code == 0, answer.output
+    assert results_of(out) == results_of(unbroken)
+    assert [{**row, "wall_s": ""} for row in _rows(out)] == [{**row, "wall_s": ""} for row in _rows(unbroken)]
+    # A sweep of the whole study finds nothing left to do.
+    again = sweep(lab, out, replace(HERE, dry_run=True), Progress())
+    assert again["states"] == {"waiting": 0, "done": 4, "failed": 0}
+
+
+def test_a_merge_of_some_shards_is_continued_by_a_sweep_or_another_merge(lab, shards, unbroken, tmp_path):
+    out = tmp_path / "out"
+    first = merge(shards[:1], out)
+    assert "2 of the study's 4 runs" in "\n".join(swept_lines(first))
+    assert merge(shards[1:], out)["states"]["done"] == 4
+    assert results_of(out) == results_of(unbroken)
+    merge(shards[:2], tmp_path / "other")
+    sweep(lab, tmp_path / "other", HERE, Progress())
+    assert results_of(tmp_path / "other") == results_of(unbroken)
+
+
+def test_what_is_no_shard_of_the_same_study_is_not_merged(shards, tmp_path):
+    other = tiny_lab(tmp_path / "lab", '[grid]\n"fluid.U" = [1.0, 2.0, 3.0, 4.0]\n')
+    sweep(other, tmp_path / "other", replace(HERE, shard=(2, 4), dry_run=True), Progress())
+    with pytest.raises(InputError, match="run 2 has other settings or inputs"):
+        merge([shards[1], tmp_path / "other"], tmp_path / "out")
+    with pytest.raises(InputError, match=r"--out .*1: "):
+        merge(shards, shards[0])
+    with pytest.raises(InputError, match="no study"):
+        merge([*shards, tmp_path / "lab"], tmp_path / "out")
+    changed = tmp_path / "changed"
+    shutil.copytree(shards[0], changed)
+    (sample,) = (changed / "samples").iterdir()
+    (sample / "trajectory.csv").write_text("another")
+    with pytest.raises(InputError, match=r"trajectory\.csv"):
+        merge([changed, *shards[1:]], tmp_path / "out")
+    assert not (tmp_path / "out" / PLAN).exists()
+
+
+@pytest.mark.parametrize("shard", ["0/2", "3/2", "1", "a/b", "1/2/3"])
+def test_a_shard_that_cannot_be_is_a_usage_error(lab, shard):
+    assert _sweep(lab, "--shard", shard).exit_code == 2
+
+
+def test_more_shards_than_runs_are_refused(lab, tmp_path):
+    with pytest.raises(InputError, match="--shard 5/5: the study has 4 runs"):
+        sweep(lab, tmp_path / "out", replace(HERE, shard=(5, 5)), Progress())
+    assert not (tmp_path / "out").exists()
+    assert _sweep(lab, "--batch-script", "slurm", "--shards", 5).exit_code == 3
+
+
+def test_a_batch_script_computes_its_shard(lab, tmp_path):
+    """Run as the batch system runs it, with the number of its job in the environment."""
+    (tmp_path / "bin").mkdir()
+    (tmp_path / "bin" / "sealtwin").write_text('#!/bin/bash\nprintf "%s\\n" "$@"\n')
+    (tmp_path / "bin" / "sealtwin").chmod(0o755)
+    for system, (_, task, folder) in DIRECTIVES.items():
+        printed = _sweep(lab, "--batch-script", system, "--shards", 3, "--jobs", 2, "--out", "my runs")
+        assert printed.exit_code == 0, printed.output
+        assert "1-3" in printed.stdout
+        environment = {"PATH": f"{tmp_path / 'bin'}:{os.environ['PATH']}", task: "2", folder: str(tmp_path)}
+        job = subprocess.run(
+            ["bash"], input=printed.stdout, env=environment, capture_output=True, text=True, check=True
+        )
+        given = job.stdout.splitlines()
+        assert given == ["sweep", str(lab), "--shard", "2/3", "--out", "my runs-2-of-3", "--jobs", "2", "--quiet"]
+    assert _sweep(lab, "--batch-script", "cron").exit_code == 2
+
+
+def _killed_at_300(bench, trials, device, keep_runs):
+    """Kill the worker at two of the four runs, as the operating system does if memory runs out."""
+    if trials[0].fluid.U == 300.0 and trials[0].fluid.D_cm == 0.3:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return runner.seal(runner._unpickled(bench), trials, device=device, keep_runs=keep_runs)
+
+
+def test_a_run_that_kills_three_workers_is_given_up_with_its_reason(lab, unbroken, tmp_path, monkeypatch):
+    out = tmp_path / "out"
+    monkeypatch.setattr(runner, "seal_in_worker", _killed_at_300)
+    report = sweep(lab, out, replace(HERE, jobs=2), Progress())
+    assert report["exit_code"] == 6
+    runs = read_study(out)
+    assert [run.state for run in runs] == ["done", "done", "done", "failed"]
+    assert "3 worker processes were killed" in (runs[3].reason or "")
+    assert runs[3].figures is None
+    assert not profile_path(out, runs[3].key).exists()
+    monkeypatch.undo()
+    assert sweep(lab, out, HERE, Progress())["exit_code"] == 6  # kept as failed, until it is asked for
+    assert sweep(lab, out, replace(HERE, retry=True), Progress())["exit_code"] == 0
+    assert results_of(out) == results_of(unbroken)
+
+
+@pytest.fixture
+def scheduler():
+    """The address of a scheduler with two workers, which know nothing of the sweep's folder."""
+    from distributed import LocalCluster
+
+    cluster: Any = LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0", host="tcp://127.0.0.1")
+    with cluster:
+        yield cluster.scheduler_address
+
+
+def test_a_cluster_gives_what_this_machine_gives(lab, unbroken, tmp_path, scheduler):
+    answer = _sweep(lab, "--out", tmp_path / "out", "--device", "cpu", "--scheduler", scheduler, "--quiet")
+    assert answer.exit_code == 0, answer.output
+    assert results_of(tmp_path / "out") == results_of(unbroken)
+
+
+def test_a_scheduler_that_is_not_there_is_bad_input(lab, tmp_path, monkeypatch):
+    monkeypatch.setattr("sealtwin.core.cluster.CONNECT_S", 0.5)
+    answer = _sweep(lab, "--out", tmp_path / "out", "--device", "cpu", "--scheduler", "tcp://127.0.0.1:9")
+    assert answer.exit_code == 3
+    assert "--scheduler tcp://127.0.0.1:9: " in answer.stderr
+
+
+def test_a_study_of_an_earlier_version_is_read_and_continued(lab, unbroken, tmp_path):
+    out = tmp_path / "out"
+    shutil.copytree(EARLIER, out)
+    runs = read_study(out)
+    assert [run.state for run in runs] == ["done"] * 4
+    for run, row in zip(runs, _rows(EARLIER), strict=True):
+        assert run.figures is not None
+        assert run.figures["mean_error_mm"] == pytest.approx(float(row["mean_error_mm"]), rel=1e-9)
+        # Numbers of another machine may differ in their last digits.
+        expected = results_of(unbroken)[run.number][1]["mean_error_mm"]
+        assert run.figures["mean_error_mm"] == pytest.approx(expected, abs=1e-3)
+    assert _sweep("status", out).exit_code == 0
+    assert sweep(lab, out, HERE, Progress())["states"]["done"] == 4
+
+
+def test_a_ledger_that_cannot_be_read_is_refused_with_the_command_that_computes_it_again(tmp_path):
+    shutil.copytree(EARLIER, tmp_path / "out")
+    with sqlite3.connect(tmp_path / "out" / LEDGER) as base:
+        base.execute("UPDATE facts SET value = '2' WHERE name = 'version'")
+    base.close()
+    (tmp_path / "damaged").mkdir()
+    (tmp_path / "damaged" / LEDGER).write_text("This is no database." * 40)
+    for folder in ("out", "damaged"):
+        answer = _sweep("status", tmp_path / folder)
+        assert answer.exit_code == 3
+        assert f"{tmp_path / folder / LEDGER}: " in answer.stderr
+        assert "'sealtwin sweep STUDY.toml'" in answer.stderr

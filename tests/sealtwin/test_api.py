@@ -1,0 +1,381 @@
+"""``import sealtwin as st``: what it offers, how it refuses, and that it leads from a photo to a report."""
+
+import inspect
+import json
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+import trimesh
+from matplotlib import pyplot
+from PIL import Image
+
+import sealtwin as st
+from digitise.settings import CrackShape, NozzlePath, PhotoInput
+from sealtwin.core.comparison import Comparison
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Outline
+from sealtwin.trial.starter_files import write_example_cell
+from sealtwin.trial.trial_file import load_trial
+from tests.evidence import axes_of
+from tests.places import FIXTURE
+from tests.studies import tiny_lab
+from validate.report.write_report import REPORT
+from validate.settings import Readings
+
+ENDS_PX = [[40, 101], [160, 98]]
+READINGS = np.array([[0.5, -2.0, -2.1], [4.0, -2.0, -1.9], [7.0, -1.5, -1.4], [10.0, -1.0, -1.1], [13.5, -1.0, np.nan]])
+COARSE = {"radius_mm": 0.45, "substeps": 2}
+HEAVY = ("warp", "cv2", "trimesh", "scipy", "skimage", "matplotlib", "numpy", "pydantic")
+SCRIPT = """
+import sealtwin as st
+
+photo  = st.read_photo("P01.jpg", mm_per_px=0.1)
+crack  = st.trace_crack(photo, ends_px=[(780, 600), (1340, 300)])
+solid  = st.build_solid(crack, depth_mm=16, tilt="flare", wall_angle_deg=5.5)
+path   = st.plan_path(crack, solid, speed_mm_s=4, volume_ml=4.8)
+
+paste  = st.Fluid(U=30, D_cm=0.3, yield_stress_pa=12)
+run    = st.inject(crack, solid, path, paste, device="cpu")
+level  = st.measure_level(run, crack, solid)
+
+readings = st.read_readings("P01.csv", crack, solid)
+result   = st.compare(level, readings, crack, solid)
+print(result.mean_error_mm, result.interval_95_mm)
+st.plot_levels(level, readings, result)
+st.write_report("P01/", crack, solid, path, run, result)
+"""
+"""The one that the review of the code asked for, as it stands there."""
+
+
+def in_fresh_python(code: str, folder: Path | None = None) -> str:
+    done = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+# What is offered.
+
+
+def test_importing_loads_no_library_and_none_of_the_stages():
+    heavy = (*HEAVY, "digitise", "simulate", "validate", "sealtwin.api")
+    listed = f"import sys, sealtwin; print([name for name in {heavy} if name in sys.modules], dir(sealtwin))"
+    assert in_fresh_python(listed).startswith("[] ")
+    assert set(st.__all__) <= set(dir(st))
+
+
+def test_what_is_not_offered_is_no_attribute():
+    with pytest.raises(AttributeError, match="'read_foto'"):
+        st.read_foto  # noqa: B018  # pyright: ignore[reportAttributeAccessIssue]
+
+
+@pytest.mark.parametrize("name", st.__all__)
+def test_every_name_is_documented_and_takes_few_arguments_by_place(name):
+    offered = getattr(st, name)
+    text = inspect.getdoc(offered) or ""
+    assert len(text.split()) >= 3
+    if inspect.isclass(offered):
+        return
+    kinds = [parameter.kind for parameter in inspect.signature(offered).parameters.values()]
+    assert sum(kind is not inspect.Parameter.KEYWORD_ONLY for kind in kinds) <= 6
+    assert {"Parameters\n", "Returns\n", "Raises\n"} <= {f"{line}\n" for line in text.splitlines()}
+    for parameter in inspect.signature(offered).parameters:
+        assert any(parameter in line.split(", ") for line in text.splitlines()), parameter
+
+
+@pytest.mark.parametrize(
+    ("function", "settings"),
+    [
+        (st.read_photo, PhotoInput),
+        (st.trace_crack, PhotoInput),
+        (st.build_solid, CrackShape),
+        (st.plan_path, NozzlePath),
+        (st.read_readings, Readings),
+    ],
+)
+def test_defaults_are_those_of_a_trial_file(function, settings):
+    for name, parameter in inspect.signature(function).parameters.items():
+        field = settings.model_fields.get(name)
+        if field is not None and not field.is_required():
+            assert parameter.default == field.default, name
+
+
+# The whole way, quickly: a drawn crack of 12 mm and coarse particles.
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("lab") / "tiny"
+    tiny_lab(folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def way(lab):
+    photo = st.read_photo(lab / "crack.png", mm_per_px=0.1)
+    crack = st.trace_crack(photo, ENDS_PX)
+    solid = st.build_solid(crack, 8, tilt="vertical")
+    path = st.plan_path(crack, solid, volume_ml=0.08, speed_mm_s=20, trim_mm=1)
+    run = st.inject(crack, solid, path, st.Fluid(U=30, D_cm=0.3), solver=st.Solver(**COARSE))
+    return photo, crack, solid, path, run
+
+
+@pytest.fixture(scope="module")
+def result(way):
+    _, crack, solid, _, run = way
+    readings = st.read_readings(READINGS, crack, solid)
+    return st.compare(st.measure_level(run, crack, solid), readings, crack, solid, gate_mm=50.0)
+
+
+def same_outline(first: Outline, second: Outline) -> bool:
+    names = ("centreline_mm", "left_wall_mm", "right_wall_mm", "outline_px")
+    return all(np.array_equal(getattr(first, name), getattr(second, name)) for name in names)
+
+
+def test_an_array_gives_what_its_file_gives(lab, way):
+    pixels = np.asarray(Image.open(lab / "crack.png").convert("RGB"))
+    photo = st.read_photo(pixels, mm_per_px=0.1)
+    assert same_outline(st.trace_crack(photo, np.array(ENDS_PX)), way[1])
+
+
+def test_a_mask_may_be_an_array(way):
+    photo, crack = way[:2]
+    painted = np.zeros(photo.image.shape[:2], np.uint8)
+    cv2.fillPoly(painted, [np.round(crack.outline_px).astype(np.int32)], (255,))
+    masked = st.read_photo(photo.image, mm_per_px=0.1, mask=painted)
+    assert st.trace_crack(masked, ENDS_PX).length_mm == pytest.approx(crack.length_mm, abs=0.5)
+    with pytest.raises(InputError, match="roi_px"):
+        st.trace_crack(masked, ENDS_PX, roi_px=[(0, 0), (199, 199)])
+
+
+def test_a_run_is_the_trial_s_own(lab, way, tmp_path):
+    """From the records of the trial's folder: from those in memory, their last digits make another crowd."""
+    _, crack, solid, path, _ = way
+    trial = st.run_trial(lab / "trial.toml", out=tmp_path / "run")
+    fluid, solver = st.Fluid(U=30, D_cm=0.3, freeze_after_s=0.2), st.Solver(**COARSE)
+    run = st.inject(trial.crack, trial.solid, trial.path, fluid, solver=solver)
+    assert trial.run.position_mm == pytest.approx(run.position_mm, abs=1e-5), "particles.csv rounds"
+    level = st.measure_level(run, trial.crack, trial.solid)
+    assert trial.level.level_mm == pytest.approx(level.level_mm, abs=1e-5)
+    assert trial.run.settings == run.settings
+    assert trial.crack.left_wall_mm == pytest.approx(crack.left_wall_mm, abs=1e-4)
+    assert trial.path.position_mm == pytest.approx(path.position_mm, abs=1e-5)
+    assert trial.solid.cavity_volume_mm3 == pytest.approx(solid.cavity_volume_mm3)
+    assert trial.mean_error_mm is not None
+    assert trial.interval_95_mm is not None
+    assert trial.report.is_file()
+
+    content = json.loads(load_trial(lab / "trial.toml").model_dump_json(exclude_none=True))
+    again = st.run_trial(content, source=lab, out=tmp_path / "run")
+    assert (trial.redone, again.redone) == (("digitise", "simulate", "validate"), ())
+    with pytest.raises(InputError, match=r"crack\.png"):
+        st.run_trial(content, out=tmp_path / "other")
+    assert not (tmp_path / "other").exists()
+
+
+def test_a_report_says_what_nobody_declared(way, result, tmp_path):
+    _, crack, solid, path, run = way
+    page = st.write_report(tmp_path / "P01", crack, solid, path, run, result, note="by hand")
+    assert {file.name for file in page.parent.iterdir()} == {*REPORT, "overlay.png"}
+    report = json.loads((page.parent / "report.json").read_text(encoding="utf-8"))
+    assert report["name"] == "P01"
+    assert report["verdict"]["photo_data"] == report["verdict"]["readings_data"] == "undeclared"
+    assert report["verdict"]["role"] == "undeclared"
+    assert "alidated" not in report["verdict"]["sentence"]
+    (caution,) = [text for text in report["cautions"] if text.startswith("Not a validation")]
+    assert caution.count("not declared") == 3
+    assert report["metrics"]["mean_error_mm"]["value"] == pytest.approx(result.mean_error_mm)
+    assert report["metrics"]["mean_error_mm"]["interval_95"] == pytest.approx(result.interval_95_mm)
+    assert crack.sha256 in str(report["provenance"])
+
+
+def test_a_report_is_of_one_run(way, result, tmp_path):
+    _, crack, solid, path, run = way
+    moved = replace(run, position_mm=run.position_mm + np.array([0, 0, 0.3]))
+    with pytest.raises(InputError, match="result"):
+        st.write_report(tmp_path / "P01", crack, solid, path, moved, result)
+    assert not (tmp_path / "P01").exists()
+
+
+def test_a_report_leaves_a_run_folder_alone(way, tmp_path):
+    (tmp_path / "manifest.json").write_text("{}", encoding="utf-8")
+    with pytest.raises(InputError, match=str(tmp_path)):
+        st.write_report(tmp_path, *way[1:])
+
+
+def test_a_comparison_has_its_interval_and_judges_a_leak(way, result):
+    _, crack, solid, _, run = way
+    low_mm, high_mm = result.interval_95_mm
+    assert low_mm < result.mean_error_mm < high_mm
+    assert result.outcome == "passed"
+    level = st.measure_level(replace(run, escaped_particles=3), crack, solid)
+    assert st.compare(level, result.readings, crack, solid).verdict.startswith("Do not use: 3 particles")
+
+
+def test_declared_data_can_validate(lab, way):
+    """Undeclared is what keeps the others from it: the same comparison, declared, does."""
+    photo = st.read_photo(lab / "crack.png", mm_per_px=0.1, data="measured")
+    crack, solid = st.trace_crack(photo, ENDS_PX), way[2]
+    s_mm = np.linspace(0, crack.length_mm, 9)
+    level = st.measure_level(way[4], crack, solid)
+    table = np.column_stack([s_mm, np.interp(s_mm, level.s_mm, level.level_mm)])
+    readings = st.read_readings(table, crack, solid, data="measured", role="held-out")
+    assert st.compare(level, readings, crack, solid, gate_mm=50.0).verdict.startswith("Gate kept on held-out readings")
+
+
+def test_levels_are_drawn_on_a_figure_or_on_given_axes(way, result):
+    figure = st.plot_levels(result.level, result.readings, result)
+    (axes,) = axes_of(figure)
+    labels = [str(line.get_label()) for line in axes.lines]
+    assert "simulated" in labels
+    assert "caliper, UNDECLARED" in labels
+    own, (first, second) = pyplot.subplots(2)
+    assert st.plot_levels(result.level, solid=way[2], ax=second) is own
+    assert not first.lines
+    pyplot.close("all")
+    with pytest.raises(InputError, match="readings"):
+        st.plot_levels()
+
+
+def test_a_comparison_is_a_record_as_any(result):
+    assert isinstance(result, Comparison)
+    assert result.uncertainty is not None
+    assert np.isfinite(result.metrics.bias_mm)
+
+
+def test_a_mesh_is_a_sample_too(way, tmp_path):
+    _, crack, solid, *_ = way
+    file = tmp_path / "sample.stl"
+    trimesh.Trimesh(solid.vertices_mm, solid.faces).export(file)
+    found, body = st.import_mesh(file, units="mm")
+    assert found.length_mm == pytest.approx(crack.length_mm, abs=0.5)
+    assert body.cavity_volume_mm3 == pytest.approx(solid.cavity_volume_mm3, rel=0.03)
+    assert (found.data, found.seen_in) == ("undeclared", "mesh")
+
+
+def test_a_robot_s_program_comes_from_a_path(way, tmp_path):
+    _, crack, _, path, _ = way
+    cell = tmp_path / "cell.toml"
+    write_example_cell(cell)
+    written = st.write_robot_program(tmp_path / "robot", crack, path, cell, formats=["csv"])
+    assert [file.name for file in written] == ["path.csv", "robot.json"]
+    report = json.loads(written[-1].read_text(encoding="utf-8"))
+    assert report["waypoints"] == len(path.t_s)
+    with pytest.raises(InputError, match="allow_automatic"):
+        st.write_robot_program(tmp_path / "robot", replace(crack, path_source="automatic"), path, cell)
+    written[0].write_text("mine", encoding="utf-8")
+    with pytest.raises(InputError, match=r"path\.csv"):
+        st.write_robot_program(tmp_path / "robot", crack, path, cell, formats=["csv"])
+    assert written[0].read_text(encoding="utf-8") == "mine"
+
+
+def test_a_sweep_goes_on_where_it_was(lab, tmp_path):
+    """Called from a script without a guard, whose workers must not run it once more."""
+    script = tmp_path / "script.py"
+    script.write_text(
+        "import sealtwin as st\n"
+        f"swept = st.sweep({str(lab / 'trial.toml')!r}, {{'fluid.U': [3, 300]}}, out='study', jobs=1)\n"
+        "print(len(swept.rows), swept.failed, swept.column('mean_error_mm').tolist(), swept.best['number'])\n",
+        encoding="utf-8",
+    )
+    first, again = (in_fresh_python(script.read_text(encoding="utf-8"), tmp_path) for _ in range(2))
+    assert first == again
+    assert first.startswith("2 () [")
+    assert (tmp_path / "study" / "study.toml").is_file()
+
+
+# Refusals name what the user typed.
+
+untyped: Any = st
+"""What nobody's checker looks at."""
+
+
+def test_a_fluid_neither_freezes_nor_needs_to_say_so():
+    assert st.Fluid(U=30, D_cm=0.3, yield_stress_pa=12).freeze_after_s == "never"
+    assert st.Fluid(U=np.float64(30), freeze_after_s=2).freeze_after_s == 2
+    assert repr(st.Fluid(U=1)).startswith("Fluid(")
+
+
+def test_a_trial_file_must_still_say_when_its_fluid_freezes(lab, tmp_path):
+    text = (lab / "trial.toml").read_text(encoding="utf-8").replace("freeze_after_s = 0.2\n", "")
+    (tmp_path / "trial.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=r"fluid\.freeze_after_s"):
+        load_trial(tmp_path / "trial.toml")
+
+
+@pytest.mark.parametrize(
+    ("call", "named"),
+    [
+        (lambda way: untyped.Fluid(U=-1), "Fluid: U = -1"),
+        (lambda way: untyped.Fluid(viscosity_pa=1), "Fluid: viscosity_pa: no such key"),
+        (lambda way: untyped.Fluid(), "Fluid: "),
+        (lambda way: untyped.Solver(radius_mm=0), "Solver: radius_mm = 0"),
+        (lambda way: untyped.Nozzle(diameter_mm="2"), "Nozzle: diameter_mm = '2'"),
+        (lambda way: untyped.read_photo("nowhere.jpg", mm_per_px=0.1), "nowhere.jpg"),
+        (lambda way: untyped.read_photo(way[0].image), "read_photo: no scale"),
+        (
+            lambda way: untyped.read_photo(way[0].image, mm_per_px=0.1, ruler_px=ENDS_PX, ruler_mm=5),
+            "read_photo: mm_per_px",
+        ),
+        (lambda way: untyped.read_photo(way[0].image / 255, mm_per_px=0.1), "photo: an array"),
+        (lambda way: untyped.read_photo(7, mm_per_px=0.1), "photo: a int"),
+        (lambda way: untyped.trace_crack(way[0], [(1, 2)]), "trace_crack: ends_px"),
+        (lambda way: untyped.trace_crack(way[0], [(1, 2), (3, "4")]), "trace_crack: ends_px.1.1"),
+        (lambda way: untyped.build_solid(way[1], 900), "build_solid: depth_mm = 900"),
+        (lambda way: untyped.build_solid(way[1], 8, tilt="bent"), "build_solid: tilt = 'bent'"),
+        (lambda way: untyped.plan_path(way[1], way[2], speed_mm_s=0), "plan_path: speed_mm_s = 0"),
+        (lambda way: untyped.inject(*way[1:4], {"U": 30}), "inject: fluid is a dict"),
+        (lambda way: untyped.inject(*way[1:4], untyped.Fluid(U=1), seed=-1), "inject: seed = -1"),
+        (lambda way: untyped.inject(*way[1:4], untyped.Fluid(U=1), device="gpu9"), "device gpu9"),
+        (lambda way: untyped.inject(*way[1:4], untyped.Fluid(U=1), threads=0), "inject: threads = 0"),
+        (
+            lambda way: untyped.inject(*way[1:4], untyped.Fluid(U=1), solver=untyped.Solver(radius_mm=5)),
+            "solver.radius_mm is 5",
+        ),
+        (lambda way: untyped.read_readings("nowhere.csv"), "nowhere.csv"),
+        (lambda way: untyped.read_readings(READINGS, data="guessed"), "read_readings: data = 'guessed'"),
+        (lambda way: untyped.read_readings(READINGS, unit="cm"), "read_readings: unit"),
+        (
+            lambda way: untyped.read_readings(READINGS + np.array([90, 0, 0]), way[1], way[2]),
+            "readings, row 0: 90.5 mm",
+        ),
+        (lambda way: untyped.compare(*[None] * 4, gate_mm=-1), "compare: gate_mm = -1"),
+        (lambda way: untyped.run_trial("nowhere.toml"), "nowhere.toml"),
+        (lambda way: untyped.sweep("nowhere.toml", {"fluid.U": [1]}), "nowhere.toml"),
+        (lambda way: untyped.sweep(FIXTURE / "trial.toml", {"fluid.u": [1]}), "fluid.u"),
+        (lambda way: untyped.write_report("P01", way[1], way[2], None, way[4]), "write_report: path"),
+        (lambda way: untyped.write_robot_program("P01", way[1], way[3], {"name": "x"}), "cell: taught"),
+    ],
+)
+def test_a_refusal_begins_with_what_was_typed(way, call, named, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(st.InputError) as caught:
+        call(way)
+    assert named in str(caught.value)
+    assert not list(tmp_path.iterdir())
+
+
+# As it stands, with all its particles.
+
+
+def lay_out_script(folder: Path) -> None:
+    (folder / "P01.jpg").write_bytes((FIXTURE / "photo.jpg").read_bytes())
+    head, *rows = (FIXTURE / "caliper.csv").read_text(encoding="utf-8").splitlines()
+    # The script's crack begins 9 mm from the sample's edge, where the fixture's readings begin, and is 64 mm long.
+    moved = [(float(row.split(",")[0]) - 9, row.partition(",")[2]) for row in rows]
+    kept = [f"{s_mm:.2f},{levels}" for s_mm, levels in moved if 0 <= s_mm <= 64]
+    (folder / "P01.csv").write_text("\n".join([head, *kept, ""]), encoding="utf-8")
+
+
+@pytest.mark.slow
+def test_the_script_of_fifteen_lines_runs_as_it_stands(tmp_path):
+    lay_out_script(tmp_path)
+    printed = in_fresh_python("import matplotlib; matplotlib.use('Agg')\n" + SCRIPT, tmp_path)
+    error_mm, low_mm, high_mm = (float(part.strip("(),")) for part in printed.split())
+    assert 0 < low_mm < error_mm < high_mm < 5
+    assert {file.name for file in (tmp_path / "P01").iterdir()} == {*REPORT, "overlay.png"}

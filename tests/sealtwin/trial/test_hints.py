@@ -1,0 +1,195 @@
+"""Hints go into a trial file, and nothing else of it moves: not a comment, not a blank, not a key."""
+
+import tomllib
+
+import pytest
+
+from digitise.trace_page.session import Hints
+from sealtwin.core.errors import InputError
+from sealtwin.trial import photo_hints as hints_module
+from sealtwin.trial.photo_hints import NewTrial, TrialFile, with_hints
+from sealtwin.trial.starter_files import TRIAL
+from sealtwin.trial.trial_file import load_trial
+
+ENDS = ((12.5, 340.0), (905.0, 377.1))
+TRACED = Hints(ends_px=ENDS, via_px=((400.0, 350.0),), mm_per_px=0.1)
+
+COMMENTED = """\
+# Our trial.   Do not lose this.
+name = "lab-7"          # as on the sample
+
+[photo]                 # taken by Ines
+file = "crack.jpg"
+data = "measured"
+mm_per_px   =   0.2     # from the ruler
+edge_fraction = 0.7
+#   the lamp stood left
+
+# What calipers said:
+[crack]
+depth_mm = 16           # three places
+tilt     = "flare"
+"""
+
+
+def _trial(folder, text=COMMENTED):
+    path = folder / "trial.toml"
+    path.write_bytes(text.encode())
+    return path
+
+
+def test_only_the_hints_lines_change(tmp_path):
+    """Every other line stays as it is, letter by letter; new keys stand under the keys of [photo]."""
+    path = _trial(tmp_path)
+    assert TrialFile(path).save(TRACED) == ["ends_px", "via_px", "mm_per_px"]
+    before, after = COMMENTED.splitlines(), path.read_text().splitlines()
+    assert [line for line in after if line not in before] == [
+        "mm_per_px   =   0.1     # from the ruler",
+        "ends_px = [[12.5, 340.0], [905.0, 377.1]]",
+        "via_px = [[400.0, 350.0]]",
+    ]
+    assert [line for line in before if line not in after] == ["mm_per_px   =   0.2     # from the ruler"]
+    assert after.index("ends_px = [[12.5, 340.0], [905.0, 377.1]]") < after.index("#   the lamp stood left")
+
+
+def test_what_was_saved_is_what_a_run_reads(tmp_path):
+    path = _trial(tmp_path)
+    TrialFile(path).save(TRACED)
+    photo = load_trial(path).photo
+    assert photo is not None
+    assert (photo.ends_px, photo.via_px, photo.mm_per_px) == (ENDS, TRACED.via_px, 0.1)
+    assert Hints.of(photo) == TRACED
+
+
+def test_a_hint_that_is_not_said_goes(tmp_path):
+    path = _trial(tmp_path)
+    ruler = Hints(ends_px=ENDS, ruler_px=((0.0, 0.0), (100.0, 0.0)), ruler_mm=10.0)
+    assert "mm_per_px" in TrialFile(path).save(ruler)
+    photo = load_trial(path).photo
+    assert photo is not None
+    assert (photo.mm_per_px, photo.ruler_mm) == (None, 10.0)
+
+
+def test_saving_what_is_there_already_changes_no_byte(tmp_path):
+    path = _trial(tmp_path)
+    TrialFile(path).save(TRACED)
+    content, written = path.read_bytes(), path.stat().st_mtime_ns
+    assert TrialFile(path).save(TRACED) == []
+    assert (path.read_bytes(), path.stat().st_mtime_ns) == (content, written)
+
+
+LAYOUTS = {
+    "the starter's": TRIAL.replace("{folder}", "x"),
+    "markers below": COMMENTED.replace(
+        "# What calipers said:",
+        "# Printed on 3 May.\n[photo.markers]\nsize_mm = 16.0\nmarkers = ["
+        + ", ".join(f"{{ id = {n}, x_mm = {n}.0, y_mm = 0.0 }}" for n in range(4))
+        + "]\n",
+    ).replace("mm_per_px   =   0.2     # from the ruler\n", ""),
+    "an inline table": 'name = "x"\nphoto = { file = "a.jpg", data = "measured", mm_per_px = 0.2 } # short\n'
+    "[crack]\ndepth_mm = 16 # deep\n",
+    "dotted keys": 'name = "x"\nphoto.file = "a.jpg" # one\nphoto.data = "measured"\nphoto.mm_per_px = 0.2 # two\n'
+    "crack.depth_mm = 16\n",
+    "photo last, no newline": 'name = "x"\n[crack]\ndepth_mm = 16\n'
+    '[photo]\nfile = "a.jpg"\ndata = "measured"\nmm_per_px = 0.2',
+    "old ends over several lines": COMMENTED.replace(
+        "edge_fraction", "ends_px = [\n  [1.0, 2.0],  # this one\n  [3.0, 4.0],\n]\nedge_fraction"
+    ),
+    "Windows' line ends": COMMENTED.replace("\n", "\r\n"),
+    "Windows' byte-order mark": "\ufeff" + COMMENTED,
+}
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_however_a_trial_is_laid_out(tmp_path, layout):
+    text = LAYOUTS[layout]
+    path = _trial(tmp_path, text)
+    TrialFile(path).save(Hints(ends_px=ENDS, mm_per_px=None if layout == "markers below" else 0.1))
+    content = path.read_bytes().decode()
+    comments = [line.partition("#")[2] for line in text.splitlines() if "#" in line]
+    # A value that goes takes the comments inside it along.
+    gone = {"old ends over several lines": [" this one"], "the starter's": [' "assumed" is said so in every output']}
+    assert [comment for comment in comments if comment not in content] == gone.get(layout, [])
+    assert load_trial(path).photo is not None
+    assert content.count("\r\n") == (content.count("\n") if "\r\n" in text else 0)
+    assert content.startswith("\ufeff") == text.startswith("\ufeff")
+
+
+def test_a_file_that_somebody_else_changed_is_not_overwritten(tmp_path):
+    path = _trial(tmp_path)
+    opened = TrialFile(path)
+    path.write_text(COMMENTED.replace("16 ", "17 "))
+    with pytest.raises(InputError, match="changed since the page was opened"):
+        opened.save(TRACED)
+    assert path.read_text() == COMMENTED.replace("16 ", "17 ")
+    path.unlink()
+    with pytest.raises(InputError, match="changed since"):
+        opened.save(TRACED)
+
+
+@pytest.mark.parametrize(
+    ("hints", "named"),
+    [
+        (Hints(ends_px=ENDS), "no scale"),
+        (Hints(ends_px=ENDS, mm_per_px=9.0), "photo.mm_per_px"),
+        (Hints(mm_per_px=0.1, via_px=((1.0, 2.0),)), "via_px without ends_px"),
+    ],
+)
+def test_what_would_be_no_trial_is_not_written(tmp_path, hints, named):
+    path = _trial(tmp_path)
+    with pytest.raises(InputError, match=named):
+        TrialFile(path).save(hints)
+    assert path.read_text() == COMMENTED
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_an_edit_that_would_change_more_is_refused(tmp_path, monkeypatch):
+    """Trust, but look: what an editor of TOML left is read again before it is written."""
+    monkeypatch.setattr(hints_module, "with_hints", lambda text, hints: (text.replace("16 ", "61 "), ["ends_px"]))
+    path = _trial(tmp_path)
+    with pytest.raises(InputError, match=r"Put them in yourself: ends_px = \[\[12.5, 340.0\]"):
+        TrialFile(path).save(TRACED)
+    assert path.read_text() == COMMENTED
+
+
+def test_a_link_stays_a_link(tmp_path):
+    (tmp_path / "real").mkdir()
+    real = _trial(tmp_path / "real")
+    link = tmp_path / "trial.toml"
+    link.symlink_to(real)
+    TrialFile(link).save(TRACED)
+    assert link.is_symlink()
+    assert "via_px" in real.read_text()
+
+
+def test_a_photo_gets_a_trial_of_its_own_name(tmp_path):
+    photo = tmp_path / 'crack "7".jpg'
+    new = NewTrial(photo)
+    new.save(TRACED, 16.0)
+    trial = load_trial(tmp_path / 'crack "7".toml')
+    assert trial.name == 'crack "7"'
+    assert trial.photo is not None
+    assert trial.crack is not None
+    assert (trial.photo.file.name, trial.photo.data, trial.crack.depth_mm) == (photo.name, "measured", 16.0)
+    assert Hints.of(trial.photo) == TRACED
+    assert "# Traced on the page" in new.path.read_text()
+
+
+def test_no_depth_is_ever_made_up(tmp_path):
+    with pytest.raises(InputError, match=r"crack.depth_mm is missing"):
+        NewTrial(tmp_path / "crack.jpg").save(TRACED, None)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_trial_that_is_there_is_not_replaced(tmp_path):
+    new = NewTrial(tmp_path / "crack.jpg")
+    (tmp_path / "crack.toml").write_text("mine")
+    for attempt in (lambda: NewTrial(tmp_path / "crack.jpg"), lambda: new.save(TRACED, 16.0)):
+        with pytest.raises(InputError, match="is there already"):
+            attempt()
+    assert (tmp_path / "crack.toml").read_text() == "mine"
+
+
+def test_numbers_are_written_as_they_were_said():
+    edited, _ = with_hints(COMMENTED, Hints(ends_px=((0.1, 1e-7), (12345.6, 3.0)), mm_per_px=0.05))
+    assert tomllib.loads(edited)["photo"]["ends_px"] == [[0.1, 1e-7], [12345.6, 3.0]]

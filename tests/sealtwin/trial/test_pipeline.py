@@ -1,0 +1,369 @@
+"""A whole run as a process: what it leaves, what it keeps, and what a kill leaves of it."""
+
+import json
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from sealtwin.cli.app import app
+from sealtwin.core.files import sha256
+from tests.coarse import make_coarse
+from tests.programs import start_interruptible
+from tests.vtk_reader import read_polydata, read_pvd
+
+LEFT = {
+    "trial.toml", "overlay.png", "outline.json", "crack.stl", "crack.ply", "crack.glb", "solid.json", "trajectory.csv",
+    "trajectory.txt", "particles.csv", "simulation.json", "profile.csv", "comparison.json", "report.html", "report.pdf",
+    "report.json",
+    "run.json", "manifest.json", "health.csv", "health.png", "health.svg", "progress.json",
+}  # fmt: skip
+NOT_IN_MANIFEST = {"trial.toml", "run.json", "manifest.json", "health.csv", "progress.json"}
+"""The last two are the last run's that was started, finished or not."""
+SAME_IN_EVERY_RUN = (
+    "overlay.png", "outline.json", "crack.stl", "crack.ply", "crack.glb", "solid.json", "trajectory.csv",
+    "trajectory.txt", "particles.csv", "profile.csv", "comparison.json",
+)  # fmt: skip
+"""Everything but wall times."""
+
+
+def _start(*arguments: object) -> "subprocess.Popen[str]":
+    command = [sys.executable, "-m", "sealtwin", *map(str, arguments)]
+    return start_interruptible(command)
+
+
+def _finish(*arguments: object) -> tuple[int, str, str]:
+    process = _start(*arguments)
+    out, err = process.communicate()
+    return process.returncode, out, err
+
+
+@pytest.fixture(scope="module")
+def unbroken(tmp_path_factory) -> tuple[Path, Path, dict]:
+    """Trial, run folder, and the answer of one run without disturbance."""
+    lab = tmp_path_factory.mktemp("lab")
+    trial = make_coarse(lab / "trial")
+    code, out, err = _finish("run", trial, "--out", lab / "run", "--device", "cpu", "--json")
+    assert code == 0, err
+    return trial, lab / "run", json.loads(out)
+
+
+def test_a_run_leaves_every_file_and_answers_with_the_headline(unbroken):
+    _, run, answer = unbroken
+    assert {path.name for path in run.iterdir() if path.is_file() and not path.name.startswith(".")} == LEFT
+    for key in ("mean_error_mm", "worst_error_mm", "worst_at_mm", "volume_ratio", "wall_time_s"):
+        assert isinstance(answer[key], float), key
+    assert answer["escaped_particles"] == 0
+    assert answer["spilled_particles"] >= 0
+    assert answer["particles"] > 1000
+    assert Path(answer["report"]).name == "report.html"
+    assert answer["verdict"].startswith("Gate kept on the reconstructed readings it was calibrated on: mean error")
+    assert answer["readings_role"] == "calibrated-on"
+    assert json.loads((run / "run.json").read_text(encoding="utf-8"))["readings_role"] == "calibrated-on"
+    low_mm, high_mm = answer["mean_error_95_mm"]
+    assert low_mm < answer["mean_error_mm"] < high_mm
+    assert any("V&V 20" in sentence for sentence in answer["findings"])
+    report = json.loads((run / "report.json").read_text(encoding="utf-8"))
+    assert report["readings"]["sha256"] == sha256(run / "inputs" / "caliper.csv")
+    assert {"digitise: finished", "simulate: finished", "validate: begun"} <= set(report["provenance"])
+    assert "validated" not in (run / "report.html").read_text(encoding="utf-8").lower()
+
+
+def test_the_manifest_has_the_hash_of_every_file_it_answers_for(unbroken):
+    _, run, _ = unbroken
+    stages = json.loads((run / "manifest.json").read_text())["stages"]
+    assert list(stages) == ["digitise", "simulate", "validate"]
+    written = {name: digest for entry in stages.values() for name, digest in entry["outputs"].items()}
+    assert set(written) == LEFT - NOT_IN_MANIFEST
+    for name, digest in written.items():
+        assert sha256(run / name) == digest
+
+
+def test_a_complete_folder_is_left_alone(unbroken):
+    trial, run, answer = unbroken
+    before = {path: path.stat().st_mtime_ns for path in run.iterdir() if not path.name.startswith(".")}
+    code, out, err = _finish("run", trial, "--out", run, "--device", "cpu", "--json")
+    assert code == 0
+    assert "nothing to redo" in err
+    assert json.loads(out) == answer
+    assert before == {path: path.stat().st_mtime_ns for path in before}
+
+
+def test_only_what_depends_on_a_changed_setting_is_redone_and_a_failed_gate_keeps_its_report(unbroken, tmp_path):
+    trial, run, _ = unbroken
+    particles = (run / "particles.csv").stat().st_mtime_ns
+    strict = trial.with_name("strict.toml")
+    strict.write_text(trial.read_text().replace("mean_error_mm = 20.0", "mean_error_mm = 0.001"))
+    report = (run / "report.html").read_text(encoding="utf-8")
+    code, out, _ = _finish("run", strict, "--out", run, "--device", "cpu", "--json")
+    assert code == 5
+    assert json.loads(out)["gate_passed"] is False
+    assert (run / "particles.csv").stat().st_mtime_ns == particles
+    assert (run / "report.html").read_text(encoding="utf-8") != report
+    assert _finish("run", trial, "--out", run, "--device", "cpu", "--quiet")[0] == 0
+
+
+def test_a_command_that_fails_leaves_the_folder_as_it_was(unbroken, tmp_path):
+    """Another trial's settings must never stand beside this one's results."""
+    trial, run, _ = unbroken
+    before = {path.name: sha256(path) for path in run.iterdir() if path.is_file() and not path.name.startswith(".")}
+    text = trial.read_text()
+    for changed, named in (
+        (text.replace('file = "photo.jpg"', 'file = "none/photo.jpg"'), "none"),
+        (text.replace("radius_mm = 0.75", "radius_mm = 0.9"), "solver.radius_mm"),
+        (text.replace('name = "paper-trial"', 'name = "another"'), "another"),
+    ):
+        other = trial.with_name("other.toml")
+        other.write_text(changed)
+        code, _, err = _finish("run", other, "--out", run, "--device", "cpu", "--quiet")
+        assert code == 3, err
+        assert named in err
+        after = {path.name: sha256(path) for path in run.iterdir() if path.is_file() and not path.name.startswith(".")}
+        assert after == before
+
+
+def test_gigabytes_are_refused_before_they_are_hashed(tmp_path):
+    """Twenty of them, which take no room on the disk, and a minute to read."""
+    photo = tmp_path / "photo.png"
+    with photo.open("wb") as opened:
+        opened.truncate(20_000_000_000)
+    arguments = ("digitise", photo, "--depth-mm", "16", "--mm-per-px", "0.1", "--out", tmp_path / "run")
+    began = time.process_time()
+    answer = CliRunner().invoke(app, [str(argument) for argument in arguments])
+    assert time.process_time() - began < 5  # 20 s to hash; otherwise what it takes to import OpenCV
+    assert answer.exit_code == 3
+    assert "20000 MB" in answer.stderr
+
+
+@pytest.fixture
+def copied(unbroken, tmp_path) -> Path:
+    """The finished run folder, free to be spoilt."""
+    shutil.copytree(unbroken[1], tmp_path / "copy")
+    return tmp_path / "copy"
+
+
+def test_validate_refuses_results_of_other_settings(copied):
+    held = copied / "trial.toml"
+    held.write_text(held.read_text().replace("radius_mm = 0.75", "radius_mm = 0.7"))
+    code, out, err = _finish("validate", copied)
+    assert (code, out) == (3, "")
+    assert "[solver]" in err
+    assert "sealtwin simulate" in err
+    held.write_text(held.read_text().replace("depth_mm = 16.0", "depth_mm = 15.0"))
+    code, _, err = _finish("simulate", copied, "--device", "cpu")
+    assert code == 3
+    assert "[crack]" in err
+
+
+def test_a_profile_brought_by_hand_is_shown_and_gets_no_verdict(copied):
+    """Any stage can be replaced, that is what plain files are for; but nobody signs what a hand has changed."""
+    profile = copied / "profile.csv"
+    rows = [line.split(",")[0] + ",-1.0" for line in profile.read_text().splitlines()[1:]]
+    profile.write_text("s_mm,level_mm\n" + "\n".join(rows) + "\n")
+    for again in (False, True):
+        code, out, err = _finish("validate", copied, "--json")
+        assert code == 5, err
+        answer = json.loads(out)
+        assert answer["stages"] == ["digitise", "simulate", "validate"]
+        assert answer["edited"] == ["profile.csv"]
+        assert 3.0 < answer["mean_error_mm"] < 4.5
+        assert (answer["outcome"], answer["gate_passed"], answer["findings"]) == ("undecided", False, [])
+        assert answer["verdict"] == "Edited by hand since (profile.csv): no verdict."
+        assert "profile.csv: not as simulate wrote it" in err
+        assert ("nothing to redo" in err) is again
+    page = (copied / "report.html").read_text(encoding="utf-8")
+    assert page.index("Edited by hand since (profile.csv): what follows") < page.index("Not a validation")
+    assert '<div class="verdict undecided">' in page
+
+
+@pytest.mark.parametrize(
+    ("name", "key"),
+    [("simulation.json", "health"), ("simulation.json", "spilled_particles"), ("solid.json", "sealant_mm3")],
+)
+def test_a_result_that_somebody_broke_is_one_sentence_and_no_traceback(copied, name, key):
+    content = json.loads((copied / name).read_text())
+    content.pop(key)
+    (copied / name).write_text(json.dumps(content))
+    code, _, err = _finish("validate", copied)
+    assert code == 3, err
+    assert "not as its stage wrote it" in err
+
+
+def test_without_readings_no_old_comparison_is_left(unbroken, copied):
+    trial, _, _ = unbroken
+    text = trial.read_text()
+    bare = trial.with_name("bare.toml")
+    bare.write_text(text[: text.index("[readings]")])
+    code, out, err = _finish("run", bare, "--out", copied, "--device", "cpu", "--json")
+    assert code == 0, err
+    assert "mean_error_mm" not in json.loads(out)
+    assert json.loads(out)["readings_role"] is None
+    assert "No readings" in _finish("validate", copied)[1]
+    assert not (copied / "comparison.json").exists()
+
+
+def test_pictures_that_are_asked_for_later_are_made_then_and_the_result_stays_the_same(copied):
+    """Frames, snapshots and a film change no physics, to the bit; what lies past the run's end is said."""
+    before = [sha256(copied / name) for name in ("particles.csv", "profile.csv")]
+    held = copied / "trial.toml"
+    asked = held.read_text().replace("snapshots_s = []", "snapshots_s = [2.0, 0.5, 9.0]")
+    held.write_text(asked)
+    arguments = ("simulate", copied, "--frames-every-s", "0.5", "--device", "cpu")
+    code, _, err = _finish(*arguments)
+    assert code == 0, err
+    assert "note: no snapshot at 9 s: the run ended after 2.97 s." in err
+    assert [sha256(copied / name) for name in ("particles.csv", "profile.csv")] == before
+    # At 0, 0.5, ... 2.5 s, and at the end for 3 s.
+    assert len(read_pvd(copied / "frames" / "fill.pvd")) == 7
+    pictures = {f"{stem}.{kind}" for stem in ("0000.500s", "0002.000s", "fill") for kind in ("png", "svg")}
+    left = {path.name for path in (copied / "snapshots").iterdir()}
+    assert left == {*pictures, "0000.500s.vtp", "0002.000s.vtp", "snapshots.pvd"}
+    stage = json.loads((copied / "manifest.json").read_text())["stages"]["simulate"]
+    assert {f"snapshots/{name}" for name in pictures} <= set(stage["outputs"])
+    code, out, err = _finish("film", copied, "--json")
+    assert code == 0, err
+    answer = json.loads(out)
+    assert (answer["frames"], Path(answer["film"]).name) == (7, "fill.gif")
+    assert (copied / "fill.gif").stat().st_size > 10_000
+    held.write_text(asked.replace("[2.0, 0.5, 9.0]", "[2.0]"))
+    (copied / "checkpoint.npz").write_bytes(b"of a run that was killed just after it was finished")
+    assert "nothing to redo" in _finish(*arguments)[2]
+    assert not (copied / "checkpoint.npz").exists()
+
+
+def test_a_time_between_frames_that_cannot_be_is_one_sentence(unbroken):
+    answer = CliRunner().invoke(app, ["simulate", str(unbroken[1]), "--frames-every-s", "0"])
+    assert answer.exit_code == 3
+    assert answer.stderr.endswith("frames_every_s = 0.0: should be greater than or equal to 0.001.\n")
+
+
+def test_a_film_without_frames_says_how_to_get_them(unbroken):
+    answer = CliRunner().invoke(app, ["film", str(unbroken[1])])
+    assert answer.exit_code == 3
+    assert "--frames-every-s 0.1" in answer.stderr
+
+
+def _kill_until_done(trial: Path, run: Path, delays_s: list[float]) -> int:
+    """Kill the run after each delay, then let it finish; how many runs were really killed."""
+    killed = 0
+    for delay_s in delays_s:
+        process = _start("run", trial, "--out", run, "--device", "cpu", "--quiet")
+        try:
+            process.communicate(timeout=delay_s)
+        except subprocess.TimeoutExpired:
+            process.send_signal(signal.SIGKILL)
+            process.communicate()
+            killed += 1
+    code, _, err = _finish("run", trial, "--out", run, "--device", "cpu", "--quiet")
+    assert code == 0, err
+    return killed
+
+
+def _assert_same_run(run: Path, unbroken_run: Path) -> None:
+    for name in SAME_IN_EVERY_RUN:
+        assert sha256(run / name) == sha256(unbroken_run / name), name
+    left = {path.name for path in run.iterdir() if path.is_file() and path.name != ".lock"}
+    assert left == LEFT
+
+
+def test_a_killed_run_is_finished_by_the_same_command(unbroken, tmp_path):
+    """Killed while it imports, digitises and simulates; the result is the unbroken one to the bit."""
+    trial, run, answer = unbroken
+    delays_s = [0.4, 1.2, 0.5 * answer["wall_time_s"]]
+    assert _kill_until_done(trial, tmp_path / "run", delays_s) >= 2
+    _assert_same_run(tmp_path / "run", run)
+
+
+@pytest.mark.slow
+def test_runs_killed_at_twenty_random_moments_come_out_the_same(unbroken, tmp_path):
+    """Early kills three times a folder, then a late one: a run that gets done leaves nothing to be killed in."""
+    trial, run, answer = unbroken
+    moments = random.Random(20)
+    killed = 0
+    for round_ in range(5):
+        shares = [moments.uniform(0.01, 0.5) for _ in range(3)] + [moments.uniform(0.5, 0.9)]
+        delays_s = [share * answer["wall_time_s"] for share in shares]
+        killed += _kill_until_done(trial, tmp_path / f"run{round_}", delays_s)
+        _assert_same_run(tmp_path / f"run{round_}", run)
+    assert killed >= 12
+
+
+def test_an_interrupt_ends_with_130_and_lets_go_of_the_folder(unbroken, tmp_path):
+    trial, _, _ = unbroken
+    process = _start("run", trial, "--out", tmp_path / "run", "--device", "cpu", "--quiet")
+    deadline = time.monotonic() + 60
+    while not (tmp_path / "run" / "trajectory.txt").is_file():
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate()
+    assert process.returncode == 130, err
+    assert err.splitlines()[-1].startswith("sealtwin: interrupted")
+    assert not (tmp_path / "run" / ".holder.json").exists()
+
+
+KEEPING_EVERY_FRAME = "import simulate.output.checkpoint as c; c.EVERY_S = 0; from sealtwin.cli.app import main; main()"
+
+
+def test_a_fluid_run_that_is_killed_goes_on_from_its_checkpoint(unbroken, tmp_path):
+    """With kill -9, and to the bit; settings that changed since begin again, and say so."""
+    trial, run, _ = unbroken
+    arguments = ["run", str(trial), "--out", str(tmp_path / "run"), "--device", "cpu", "--frames-every-s", "0.1"]
+    process = subprocess.Popen([sys.executable, "-c", KEEPING_EVERY_FRAME, *arguments], stderr=subprocess.DEVNULL)
+    deadline = time.monotonic() + 60
+    while not (tmp_path / "run" / "checkpoint.npz").is_file():
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    time.sleep(0.3)
+    process.send_signal(signal.SIGKILL)
+    assert json.loads((tmp_path / "run" / "progress.json").read_text())["state"] == "running"
+    process.communicate()
+    shutil.copytree(tmp_path / "run", tmp_path / "other")
+    code, _, err = _finish(*arguments)
+    assert code == 0, err
+    assert "checkpoint.npz: going on after frame" in err
+    _assert_same_run(tmp_path / "run", run)
+    progress = json.loads((tmp_path / "run" / "progress.json").read_text())
+    assert (progress["state"], progress["percent"], progress["eta_s"]) == ("finished", 100.0, None)
+    numbers = [int(row.split(",")[0]) for row in (tmp_path / "run" / "health.csv").read_text().splitlines()[1:]]
+    assert numbers == list(range(10, progress["frame"] + 1, 10))
+    frames = read_pvd(tmp_path / "run" / "frames" / "fill.pvd")
+    # The last moment, 3 s, is 0.03 s past the end.
+    assert [t_s for t_s, _ in frames] == pytest.approx([0.1 * number for number in range(31)], abs=0.04)
+    for t_s, file in frames:
+        assert read_polydata(file).field_data["TimeValue"].tolist() == [t_s]
+    held = tmp_path / "other" / "trial.toml"
+    held.write_text(held.read_text().replace("U = 30.0", "U = 20.0"))
+    code, _, err = _finish("simulate", tmp_path / "other", "--device", "cpu")
+    assert code == 0, err
+    assert "checkpoint.npz: kept by a run with other settings, inputs or device; the fluid run starts again" in err
+    assert not (tmp_path / "other" / "checkpoint.npz").exists()
+
+
+class ReachedError(Exception): ...
+
+
+def test_threads_are_those_of_the_fluid_run_and_a_gpu_has_none(unbroken, tmp_path, monkeypatch):
+    made = unbroken[1]
+    shutil.copytree(made, tmp_path / "run")
+    # Another seed is another run.
+    (tmp_path / "run" / "trial.toml").write_text((made / "trial.toml").read_text().replace("seed = 0", "seed = 1"))
+
+    def launcher(device: str, threads: int) -> None:
+        raise ReachedError(device, threads)
+
+    monkeypatch.setattr("simulate.fluid.solver.Launcher", launcher)
+    command = ["simulate", str(tmp_path / "run"), "--threads", "2"]
+    answer = CliRunner().invoke(app, [*command, "--device", "cpu"])
+    assert isinstance(answer.exception, ReachedError)
+    assert answer.exception.args == ("cpu", 2)
+    monkeypatch.setattr("simulate.device.choose_device", lambda _: "cuda:0")
+    answer = CliRunner().invoke(app, command)
+    assert answer.exit_code == 3
+    assert answer.stderr.endswith("--threads 2: threads are a CPU's, and this run is on cuda:0. Leave it out.\n")

@@ -1,0 +1,230 @@
+"""From a run folder to a robot's files, as a user meets it: what is written, what is refused, and what that leaves."""
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from sealtwin.cli.app import app
+from sealtwin.core import files
+from sealtwin.core.files import sha256
+from sealtwin.trial.starter_files import CELL
+from tests.digitise.robots.test_cell import uncommented
+from tests.places import FIXTURE
+from tests.robot_readers import read_gcode, read_spel, read_urscript
+
+EVERY = {"path.txt", "path.csv", "path.prg", "path.gcode", "path.script", "robot.json"}
+
+
+def _sealtwin(*arguments):
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+@pytest.fixture(scope="module")
+def digitised(tmp_path_factory) -> Path:
+    lab = tmp_path_factory.mktemp("lab")
+    answer = _sealtwin("digitise", FIXTURE / "trial.toml", "--out", lab / "run", "--quiet")
+    assert answer.exit_code == 0, answer.stderr
+    return lab / "run"
+
+
+@pytest.fixture
+def run(digitised, tmp_path) -> Path:
+    """A copy that a test may spoil."""
+    return Path(shutil.copytree(digitised, tmp_path / "run"))
+
+
+@pytest.fixture
+def cell(tmp_path) -> Path:
+    """The example, with all its tables."""
+    text = CELL
+    for old, new in uncommented("plunger", "gcode", "urscript"):
+        text = text.replace(old, new, 1)
+    path = tmp_path / "cell.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def _left(folder: Path) -> dict[str, str]:
+    """Every file below a folder but its lock, with its hash."""
+    return {
+        path.relative_to(folder).as_posix(): sha256(path)
+        for path in folder.rglob("*")
+        if path.is_file() and path.name != ".lock"
+    }
+
+
+def _refusal(run: Path, *arguments) -> str:
+    """The sentences of a command that must end with exit code 3 and leave the run as it was."""
+    before = _left(run)
+    answer = _sealtwin("robot", run, *arguments)
+    assert answer.exit_code == 3, answer.output
+    assert "Traceback" not in answer.output
+    assert answer.stdout == ""
+    assert _left(run) == before
+    return answer.stderr
+
+
+def test_all_formats_of_one_run_tell_of_the_same_path(run, cell):
+    answer = _sealtwin("robot", run, "--cell", cell, "--format", "all", "--json")
+    assert answer.exit_code == 0, answer.stderr
+    report = json.loads(answer.stdout)
+    assert {path.name for path in (run / "robot").iterdir()} == EVERY
+    count = report["waypoints"]
+    assert report["sealant_mm3"] == pytest.approx(4800.0, rel=1e-6)
+    text = {path.name: path.read_text(encoding="utf-8") for path in (run / "robot").iterdir()}
+    assert len(text["path.txt"].splitlines()) == len(text["path.csv"].splitlines()) - 1 == count
+    ends = {
+        "gcode": [motion.place for motion in read_gcode(text["path.gcode"])[2:-1]],
+        "spel": [motion.place for motion in read_spel(text["path.prg"]).motions[1:-1]],
+        "urscript": [motion.place for motion in read_urscript(text["path.script"]).motions[1:-1]],
+        "txt": [tuple(map(float, line.split())) for line in text["path.txt"].splitlines()],
+    }
+    for places in ends.values():
+        assert len(places) == count
+        for row in (0, count // 2, -1):
+            # SPEL+ has three decimals.
+            assert places[row] == pytest.approx(ends["txt"][row], abs=6e-4)
+
+
+def test_every_program_says_where_it_comes_from(run, cell):
+    assert _sealtwin("robot", run, "--cell", cell, "--format", "all", "--quiet").exit_code == 0
+    report = files.read_json(run / "robot" / "robot.json")
+    for name, mark in (("path.prg", "'"), ("path.gcode", ";"), ("path.script", "#")):
+        head = (run / "robot" / name).read_text(encoding="utf-8")
+        assert f"{mark} trial paper-trial, run run\n" in head
+        assert f"{mark} path found by: ends\n" in head
+        assert f"{mark} trajectory.csv sha256 {sha256(run / 'trajectory.csv')}\n" in head
+        assert f"{mark} frame: 3 taught points, worst residual 0.000 mm, scale 1.00000, face 0.00 degrees" in head
+        assert f"{mark} Units: " in head
+        assert report["files"][name] == sha256(run / "robot" / name)
+    assert report["inputs"]["cell.toml"] == sha256(cell)
+
+
+def test_the_formats_asked_for_are_written_and_no_others(run, cell):
+    assert _sealtwin("robot", run, "--cell", cell).exit_code == 0
+    assert {path.name for path in (run / "robot").iterdir()} == {"path.prg", "path.csv", "robot.json"}
+    answer = _sealtwin("robot", run, "--cell", cell, "--format", "txt,gcode")
+    # What the call before left would pass for this one's.
+    assert {path.name for path in (run / "robot").iterdir()} == {"path.txt", "path.gcode", "robot.json"}
+    report = json.loads((run / "robot" / "robot.json").read_text())
+    # 80 mm of crack, less two trims of 10, at 4 mm/s; an open end is good to a millimetre.
+    assert report["length_mm"] == pytest.approx(60.0, abs=2.0)
+    assert report["duration_s"] == pytest.approx(report["length_mm"] / 4.0, rel=1e-6)
+    told = f"Path: {report['length_mm']:.1f} mm in {report['duration_s']:.1f} s, 4.8 ml; the worst of 3 taught points"
+    assert answer.stdout.startswith(f"{told} misses by 0.00 mm")
+    assert _sealtwin("robot", run, "--cell", cell, "--format", "txt,krl").exit_code == 2
+    assert _sealtwin("robot", run).exit_code == 2
+
+
+def test_all_are_those_that_the_cell_has_tables_for(run, cell):
+    cell.write_text(CELL, encoding="utf-8")
+    assert _sealtwin("robot", run, "--cell", cell, "--format", "all").exit_code == 0
+    assert {path.name for path in (run / "robot").iterdir()} == {"path.txt", "path.csv", "path.prg", "robot.json"}
+    assert "no [gcode] table, which format gcode needs" in _refusal(run, "--cell", cell, "--format", "gcode")
+
+
+def _found_automatically(run: Path) -> None:
+    outline = files.read_json(run / "outline.json")
+    files.write_json(run / "outline.json", {**outline, "path_source": "automatic"})
+
+
+def test_no_robot_is_sent_along_a_path_that_nobody_has_confirmed(run, cell):
+    _found_automatically(run)
+    assert "found automatically" in _refusal(run, "--cell", cell, "--format", "all")
+    assert not (run / "robot").exists()
+    assert _sealtwin("robot", run, "--cell", cell, "--allow-automatic").exit_code == 0
+    assert "' path found by: automatic - NOT CONFIRMED BY ANYBODY\n" in (run / "robot" / "path.prg").read_text()
+    report = files.read_json(run / "robot" / "robot.json")
+    assert report["confirmed"] is False
+    assert report["edited_by_hand"] == ["outline.json"]
+
+
+def test_one_refused_format_leaves_no_file_of_any(run, cell):
+    assert _sealtwin("robot", run, "--cell", cell, "--format", "csv").exit_code == 0
+    cell.write_text(cell.read_text().replace("blend_mm = 0.4", "blend_mm = 0.9"), encoding="utf-8")
+    assert "urscript.blend_mm is 0.9" in _refusal(run, "--cell", cell, "--format", "all")
+    assert {path.name for path in (run / "robot").iterdir()} == {"path.csv", "robot.json"}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("robot_mm = [250.0, 80.0, 55.0]", "robot_mm = [250.0, 83.0, 55.0]", "1.018 times as far apart"),
+        ("robot_mm = [210.0, -80.0, 55.0]", "robot_mm = [290.0, -80.0, 55.0]", "the taught points are mirrored"),
+        ("high_mm = [350.0, 150.0, 200.0]", "high_mm = [350.0, 0.0, 200.0]", "out of the reach box"),
+        ("largest_speed_mm_s = 100.0", "largest_speed_mm_s = 3.0", "motion.largest_speed_mm_s allows 3"),
+        ("acceleration_mm_s2", "acceleration", "motion.acceleration: no such key; did you mean 'acceleration_mm_s2'?"),
+    ],
+)
+def test_a_cell_that_does_not_fit_is_refused_by_name(run, cell, old, new, says):
+    text = cell.read_text()
+    assert old in text
+    cell.write_text(text.replace(old, new), encoding="utf-8")
+    stderr = _refusal(run, "--cell", cell)
+    assert "cell.toml: " in stderr
+    assert says in stderr
+
+
+def test_a_missing_cell_an_unfinished_run_and_no_run_are_refused(run, cell, tmp_path):
+    assert "'sealtwin robot --example cell.toml' writes one" in _refusal(run, "--cell", tmp_path / "none.toml")
+    manifest = files.read_json(run / "manifest.json")
+    files.write_json(run / "manifest.json", {**manifest, "stages": {}})
+    assert "digitise is not finished" in _refusal(run, "--cell", cell)
+    (tmp_path / "empty").mkdir()
+    assert _sealtwin("robot", tmp_path / "empty", "--cell", cell).exit_code == 3
+
+
+def test_the_files_go_elsewhere_where_asked_and_replace_only_their_own(run, cell, tmp_path):
+    out = tmp_path / "stick"
+    for kind, name in (("csv", "path.csv"), ("csv", "path.csv"), ("txt", "path.txt")):
+        assert _sealtwin("robot", run, "--cell", cell, "--format", kind, "--out", out).exit_code == 0
+        # What the call before left would pass for this one's.
+        assert {path.name for path in out.iterdir()} == {name, "robot.json"}
+    assert not (run / "robot").exists()
+    (out / "path.csv").write_text("mine")
+    (out / "notes.txt").write_text("mine")
+    assert "path.csv: is not as sealtwin robot wrote it" in _refusal(
+        run, "--cell", cell, "--format", "csv", "--out", out
+    )
+    assert _sealtwin("robot", run, "--cell", cell, "--format", "txt", "--out", out).exit_code == 0
+    (out / "path.txt").write_text("edited")
+    assert "path.txt: is not as" in _refusal(run, "--cell", cell, "--format", "gcode", "--out", out)
+    left = {path.name: path.read_text() for path in out.iterdir() if path.name != "robot.json"}
+    assert left == {"path.csv": "mine", "notes.txt": "mine", "path.txt": "edited"}
+
+
+def test_a_forged_report_deletes_nothing_but_robot_files(run, cell, tmp_path):
+    (tmp_path / "diary.txt").write_text("mine")
+    forged = {"files": {"../diary.txt": sha256(tmp_path / "diary.txt")}}
+    files.write_json(tmp_path / "stick" / "robot.json", forged)
+    call = ("robot", run, "--cell", cell, "--format", "txt", "--out", tmp_path / "stick")
+    assert _sealtwin(*call).exit_code == 0
+    assert (tmp_path / "diary.txt").read_text() == "mine"
+    (tmp_path / "stick" / "robot.json").write_text("[]")
+    assert _sealtwin(*call).exit_code == 3
+
+
+def test_a_new_path_takes_the_programs_of_the_old_one_with_it(run, cell):
+    """A robot that follows last week's path beside today's report is the worst that this folder can do."""
+    assert _sealtwin("robot", run, "--cell", cell).exit_code == 0
+    listed = files.read_json(run / "manifest.json")["stages"]["robot"]["outputs"]
+    assert set(listed) == {"robot/path.prg", "robot/path.csv", "robot/robot.json"}
+    (run / "robot" / "path.prg").write_text("' mine now\n")
+    trial = shutil.copytree(FIXTURE, run.parent / "lab") / "trial.toml"
+    trial.write_text(trial.read_text().replace("[path]\n", "[path]\nreverse = true\n"), encoding="utf-8")
+    answer = _sealtwin("digitise", trial, "--out", run)
+    assert answer.exit_code == 0, answer.stderr
+    assert {path.name for path in (run / "robot").iterdir()} == {"path.changed.prg"}
+    assert "robot" not in files.read_json(run / "manifest.json")["stages"]
+
+
+def test_the_example_is_written_and_nothing_else_is_asked(tmp_path, run):
+    answer = _sealtwin("robot", "--example", tmp_path / "mine.toml")
+    assert answer.exit_code == 0
+    assert (tmp_path / "mine.toml").read_text() == CELL.replace("{file}", "mine.toml")
+    assert _sealtwin("robot", "--example", tmp_path / "mine.toml").exit_code == 3
+    assert _sealtwin("robot", run, "--example", tmp_path / "other.toml").exit_code == 2
+    assert not (tmp_path / "other.toml").exists()

@@ -1,0 +1,231 @@
+"""A trial file: every fault named by key, value and what is allowed, before anything runs."""
+
+import os
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from sealtwin.core.errors import InputError
+from sealtwin.trial.starter_files import TRIAL, write_starter
+from sealtwin.trial.trial_file import load_trial, sample_trial, trial_text
+from tests.places import FIXTURE
+from validate.settings import Uncertainty
+
+
+def _trial(tmp_path, *changes):
+    """The starter with lines replaced: (old, new) each."""
+    text = TRIAL
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    path = tmp_path / "trial.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "named"),
+    [
+        ("depth_mm = 16.0", "dept_mm = 16.0", ["crack.dept_mm", "did you mean 'depth_mm'"]),
+        ("depth_mm = 16.0", "depth_mm = 0.0", ["crack.depth_mm = 0.0", "greater than 0"]),
+        ("depth_mm = 16.0", "depth_mm = nan", ["crack.depth_mm = nan", "finite"]),
+        ("depth_mm = 16.0", 'depth_mm = "16"', ["crack.depth_mm = '16'", "number"]),
+        ("depth_mm = 16.0", "", ["crack.depth_mm is missing"]),
+        ('tilt = "lean"', 'tilt = "slanted"', ["crack.tilt = 'slanted'", "flare"]),
+        ("wall_angle_deg = 11.0", "wall_angle_deg = -3.0", ["crack.wall_angle_deg = -3.0", "0"]),
+        ("speed_mm_s = 4.0", "speed_mm_s = 0.0", ["path.speed_mm_s = 0.0", "greater than 0"]),
+        ('volume_ml = "cavity"', "volume_ml = -1.0", ["volume_ml", "-1"]),
+        ("U = 30.0 ", "U = -30.0 ", ["fluid.U = -30.0", "0"]),
+        ("U = 30.0 ", "viscosity_pa_s = 0.05\nU = 30.0 ", ["fluid", "viscosity_pa_s", "U"]),
+        ('freeze_after_s = "never"', "freeze_after_s = 0.0", ["fluid: freeze_after_s is 0.0", "never"]),
+        ('preset = "accurate"', 'preset = "exact"', ["solver.preset = 'exact'", "paper"]),
+        ("mm_per_px = 0.1 ", "# mm_per_px = 0.1 ", ["photo", "no scale"]),
+        ("mm_per_px = 0.1 ", "mm_per_px = 0.1\nface_mm = [160.0, 40.0] #", ["one scale, not two"]),
+        ("[nozzle]", "[nozzel]", ["nozzel", "did you mean 'nozzle'"]),
+        ('name = "my-trial"', 'name = ""', ["name = ''", "1 character"]),
+        ('name = "my-trial"', 'name = "   "', ["name = '   '", "not blank"]),
+    ],
+)
+def test_a_fault_is_named_by_key_value_and_remedy(tmp_path, old, new, named):
+    with pytest.raises(InputError) as fault:
+        load_trial(_trial(tmp_path, (old, new)))
+    for words in ["trial.toml", *named]:
+        assert words in str(fault.value)
+
+
+def test_a_nozzle_wider_than_the_face_is_refused(tmp_path):
+    path = _trial(
+        tmp_path,
+        ("mm_per_px = 0.1 ", "face_mm = [160.0, 40.0] #"),
+        ("diameter_mm = 2.4", "diameter_mm = 41.0"),
+    )
+    with pytest.raises(InputError, match=r"nozzle\.diameter_mm.*41"):
+        load_trial(path)
+
+
+def test_all_faults_of_a_file_are_named_at_once(tmp_path):
+    path = _trial(tmp_path, ("depth_mm = 16.0", "depth_mm = 0.0"), ("speed_mm_s = 4.0", "speed = 4.0"))
+    with pytest.raises(InputError) as fault:
+        load_trial(path)
+    assert len(str(fault.value).splitlines()) == 2
+
+
+@pytest.mark.parametrize(
+    ("content", "named"),
+    [
+        (b"depth_mm = ", "no valid TOML"),
+        (b"\xff\xfe", "UTF-8"),
+        (b"#" * 200_001, "larger than"),
+        (b"a = " + b"[" * 20_000, "no valid TOML"),
+        (b"a = " + b"9" * 5_000, "no valid TOML"),
+        (b"a." * 20_000 + b"a = 1", "16 parts"),
+    ],
+)
+def test_a_file_that_is_no_trial_is_refused(tmp_path, content, named):
+    path = tmp_path / "trial.toml"
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=named):
+        load_trial(path)
+
+
+def test_a_trial_from_a_windows_editor_is_read(tmp_path):
+    path = tmp_path / "trial.toml"
+    path.write_bytes(b"\xef\xbb\xbf" + TRIAL.replace("\n", "\r\n").encode())
+    crack = load_trial(path).crack
+    assert crack is not None
+    assert crack.depth_mm == 16.0
+
+
+def test_a_pipe_or_a_device_is_no_trial(tmp_path):
+    os.mkfifo(tmp_path / "pipe.toml")
+    (tmp_path / "zero.toml").symlink_to("/dev/zero")
+    for name in ("pipe.toml", "zero.toml"):
+        with pytest.raises(InputError, match="no such file"):
+            load_trial(tmp_path / name)
+
+
+def test_a_missing_trial_and_a_folder_are_refused(tmp_path):
+    with pytest.raises(InputError, match="no such file"):
+        load_trial(tmp_path / "none.toml")
+    with pytest.raises(InputError, match="this is a folder"):
+        load_trial(tmp_path)
+
+
+def test_the_starter_is_a_valid_trial_and_overwrites_nothing(tmp_path):
+    trial_file, sheet = write_starter(tmp_path / "new")
+    trial = load_trial(trial_file)
+    assert trial.crack is not None
+    assert trial.crack.depth_mm == 16.0
+    assert trial.solver.radius_mm == "auto"
+    assert sheet.read_text().startswith("s_mm,")
+    with pytest.raises(InputError, match="not overwritten"):
+        write_starter(tmp_path / "new")
+
+
+@pytest.mark.parametrize("name", ["trial.toml", "trial-paper.toml"])
+def test_the_resolved_trial_reads_back_as_itself(tmp_path, name):
+    trial = load_trial(FIXTURE / name)
+    path = tmp_path / "resolved.toml"
+    path.write_text(trial_text(trial), encoding="utf-8")
+    assert load_trial(path) == trial
+    assert "\ndepth_mm = 16.0\n" in path.read_text(encoding="utf-8")
+
+
+def test_the_two_trials_of_the_fixture_differ_in_what_they_say_they_do_and_in_nothing_else():
+    """The tilt, the preset, and what holds the slope: the paper's way, and ours; which says how sure its inputs are."""
+    ours, papers = (tomllib.loads((FIXTURE / name).read_text()) for name in ("trial.toml", "trial-paper.toml"))
+    assert (ours["crack"]["tilt"], ours["crack"]["wall_angle_deg"], ours["solver"]["preset"]) == (
+        "flare",
+        5.5,
+        "accurate",
+    )
+    assert (papers["crack"]["tilt"], papers["crack"]["wall_angle_deg"], papers["solver"]["preset"]) == (
+        "lean",
+        11.0,
+        "paper",
+    )
+    assert papers.pop("fluid") == {"U": 30.0, "D_cm": 0.3, "freeze_after_s": 2.58}
+    assert ours.pop("fluid") == {"U": 30.0, "D_cm": 0.3, "freeze_after_s": "never", "yield_stress_pa": 12.0}
+    assert ours["solver"].pop("settle_s") == 2.0
+    declared = Uncertainty.model_validate(ours.pop("uncertainty"))
+    assert len(declared.moved) == 6, "of seven that eight runs can tell, so that the scatter of runs shows too"
+    assert (declared.viscosity_percent, declared.yield_stress_pa) == (None, None), "read off the same readings"
+    for trial in (ours, papers):
+        for differing in ("name", "note", "gate"):
+            del trial[differing]
+        for table, key in (("crack", "tilt"), ("crack", "wall_angle_deg"), ("solver", "preset")):
+            del trial[table][key]
+    assert ours == papers
+
+
+@pytest.mark.parametrize(
+    ("uncommented", "left_out"),
+    [
+        (["ends_px", "via_px", "roi_px", "second_photo"], []),
+        (["ends_px", "mask"], []),
+        (["ruler_px", "ruler_mm"], ["mm_per_px", "scale_is"]),
+        (["face_mm"], ["mm_per_px", "scale_is"]),
+    ],
+)
+def test_what_the_starter_only_hints_at_is_valid_too(tmp_path, uncommented, left_out):
+    lines = []
+    for line in TRIAL.splitlines():
+        bare = line.removeprefix("# ")
+        key = bare.split(" ")[0]
+        lines.append(bare if key in uncommented else f"# {line}" if key in left_out else line)
+    path = tmp_path / "trial.toml"
+    path.write_text("\n".join(lines))
+    photo = load_trial(path).photo
+    assert all(getattr(photo, key) for key in uncommented)
+
+
+def test_a_photo_without_a_trial_makes_one():
+    ends_px = ((12.0, 340.0), (905.0, 377.0))
+    tables = {
+        "photo": {"mm_per_px": 0.1, "face_mm": None, "scale_is": "assumed", "ends_px": ends_px, "via_px": None},
+        "crack": {"depth_mm": 16.0, "tilt": "lean", "wall_angle_deg": (11.0, 11.0)},
+        "path": {"volume_ml": None},
+    }
+    trial = sample_trial("photo", Path("some/photo.png"), tables)
+    assert trial.name == "photo"
+    assert trial.photo is not None
+    assert trial.photo.scale_is == "assumed"
+    assert trial.photo.ends_px == ends_px
+    assert trial.photo.via_px == ()
+    assert trial.path.volume_ml == "cavity"
+    assert trial.fluid is None
+
+
+def test_a_photo_of_any_name_makes_a_trial():
+    """A trial's name is one line of text; what a camera or a joker calls a file need not be."""
+    tables = {"photo": {"mm_per_px": 0.1}, "crack": {"depth_mm": 16.0}, "path": {}}
+    assert sample_trial("photo", Path("a\nb\x07.jpg"), tables).name == "a-b-"
+    assert sample_trial("photo", Path(f"{'x' * 200}.jpg"), tables).name == "x" * 80
+
+
+@pytest.mark.parametrize(
+    ("tables", "named"),
+    [
+        ('[mesh]\nfile = "a.stl"\ndata = "measured"\nunits = "mm"\n[crack]\ndepth_mm = 16\n', "[mesh] beside"),
+        ("", "no [photo] and no [mesh]"),
+        ('[photo]\nfile = "a.png"\ndata = "measured"\nmm_per_px = 0.1\n', "[crack] is missing"),
+        ('[mesh]\nfile = "a.stl"\ndata = "measured"\n', "mesh.units is missing"),
+    ],
+)
+def test_a_trial_starts_from_a_photo_or_a_mesh(tmp_path, tables, named):
+    path = tmp_path / "trial.toml"
+    path.write_text(f'name = "a"\n{tables}')
+    with pytest.raises(InputError) as fault:
+        load_trial(path)
+    assert named in str(fault.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "folder"),
+    [("A <b>crack</b> $x$", "A--b-crack--b---x"), ("../..", "trial"), ("\U0001d49c" * 80, "\U0001d49c" * 30)],
+)
+def test_a_name_becomes_a_harmless_folder(tmp_path, name, folder):
+    trial = load_trial(_trial(tmp_path, ('name = "my-trial"', f'name = "{name}"')))
+    assert trial.name == name
+    assert trial.folder_name == folder

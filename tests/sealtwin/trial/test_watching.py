@@ -1,0 +1,120 @@
+"""What a run folder shows of a run while it goes: whole at any moment, also after a kill."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from sealtwin.core.errors import NumericalError
+from sealtwin.trial.simulate_stage import FrameFiles, ProgressFile
+from simulate.injection import Injection, prepare
+from simulate.settings import Fluid, Nozzle, Solver
+from tests.fluids import path, slot
+from tests.vtk_reader import read_polydata, read_pvd
+
+
+def injection() -> Injection:
+    solid, outline = slot(12.0)
+    solver = Solver.model_validate({"radius_mm": 0.6, "settle_s": 0.1})
+    fluid = Fluid(U=30.0, D_cm=0.3, freeze_after_s=0.2)
+    return prepare(solid, outline, path(outline, 0.12, 20.0), [fluid], solver, Nozzle(), seed=1, device="cpu")
+
+
+def go_on(run: Injection, watcher: FrameFiles, frames: int) -> None:
+    for _ in range(frames):
+        run.advance()
+        watcher.after_frame(run)
+
+
+def listed(folder: Path) -> list[tuple[float, str]]:
+    """Of the collection, each entry held against the file that it names."""
+    entries = read_pvd(folder / "fill.pvd")
+    for t_s, file in entries:
+        assert read_polydata(file).field_data["TimeValue"].tolist() == [t_s]
+    return [(t_s, file.name) for t_s, file in entries]
+
+
+def test_the_collection_is_whole_after_every_frame_and_after_a_kill(tmp_path):
+    """Frames behind the checkpoint stay, those beyond it and what was being written go."""
+    folder, times_s = tmp_path / "frames", [0.05 * number for number in range(12)]
+    run, seen = injection(), []
+    watcher = FrameFiles(folder / "fill.pvd", times_s)
+    watcher.begin(run)
+    kept = None
+    while run.done < 50:
+        go_on(run, watcher, 1)
+        seen.append(len(listed(folder)))
+        if run.done == 25:
+            kept = run.snapshot()
+    assert kept is not None
+    assert seen == sorted(seen)
+    assert seen[24] < seen[-1] == len(list(folder.glob("*.vtp")))
+    at_kill = listed(folder)
+    (folder / ".sealtwin-tmp-4711-0123abcd.vtp").write_bytes(b"half")
+    mine = {".notes.txt", "axes.vtp", "results.vtp"}
+    for name in mine:
+        (folder / name).write_text("mine")
+    resumed = injection()
+    resumed.restore(kept)
+    watcher = FrameFiles(folder / "fill.pvd", times_s)
+    watcher.begin(resumed)
+    assert listed(folder) == at_kill[: seen[24]]
+    assert {file.name for file in folder.iterdir()} == {"fill.pvd", *mine, *(name for _, name in listed(folder))}
+    go_on(resumed, watcher, 25)
+    assert listed(folder) == at_kill
+
+
+def test_a_new_run_leaves_no_frame_of_the_last_one(tmp_path):
+    run = injection()
+    first = FrameFiles(tmp_path / "fill.pvd", [0.01, 0.02])
+    first.begin(run)
+    go_on(run, first, 10)
+    assert len(listed(tmp_path)) == 2
+    FrameFiles(tmp_path / "fill.pvd", ()).begin(injection())
+    assert not list(tmp_path.iterdir())
+
+
+def test_progress_is_said_in_numbers_that_a_program_can_use(tmp_path, monkeypatch):
+    monkeypatch.setattr("sealtwin.trial.simulate_stage.PROGRESS_EVERY_S", 0.0)
+    file, run = tmp_path / "progress.json", injection()
+    with ProgressFile(file) as progress:
+        progress.begin(run)
+        assert json.loads(file.read_text())["eta_s"] is None
+        for _ in range(20):
+            run.advance()
+            progress.after_frame(run)
+        now = json.loads(file.read_text())
+        assert (now["state"], now["stage"], now["frame"], now["frames"]) == ("running", "simulate", 20, run.frames)
+        assert now["particles"] == run.out > 0
+        assert now["percent"] == pytest.approx(100 * 20 / run.frames, abs=0.1)
+        assert now["t_s"] == pytest.approx(run.t_s, abs=1e-4)
+        assert now["eta_s"] >= 0
+    done = json.loads(file.read_text())
+    # A bed that comes to rest ends a run before its last frame, and then the run is done.
+    assert (done["state"], done["percent"], done["eta_s"], done["error"]) == ("finished", 100.0, None, None)
+
+
+@pytest.mark.parametrize(
+    ("end", "state", "error"),
+    [
+        (NumericalError("The fluid collapsed."), "failed", "The fluid collapsed."),
+        (KeyboardInterrupt(), "interrupted", None),
+    ],
+)
+def test_progress_is_written_once_a_second_and_says_how_a_run_ended(tmp_path, end, state, error):
+    file, run = tmp_path / "progress.json", injection()
+    with pytest.raises(type(end)), ProgressFile(file) as progress:  # noqa: PT012
+        progress.begin(run)
+        before = file.stat().st_mtime_ns
+        run.advance()
+        progress.after_frame(run)
+        assert file.stat().st_mtime_ns == before
+        raise end
+    last = json.loads(file.read_text())
+    assert (last["state"], last["error"], last["frame"]) == (state, error, 1)
+
+
+def test_a_run_that_never_began_says_nothing(tmp_path):
+    with ProgressFile(tmp_path / "progress.json"):
+        pass
+    assert not list(tmp_path.iterdir())

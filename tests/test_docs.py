@@ -1,0 +1,121 @@
+"""The documentation's generated pages hold all that the code offers, and README stays short."""
+
+import importlib.util
+import re
+from itertools import pairwise
+from types import ModuleType
+
+import pytest
+
+from tests.places import ROOT
+
+MOST_LINES = 120
+
+
+@pytest.fixture(scope="module")
+def reference() -> ModuleType:
+    return _loaded("reference_text")
+
+
+def _loaded(name: str) -> ModuleType:
+    """A module of the documentation's own, which lies in no package; it imports nothing of Sphinx."""
+    spec = importlib.util.spec_from_file_location(name, ROOT / "docs" / "_ext" / f"{name}.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def _keys(schema: dict, defs: dict, above: str = "") -> set[str]:
+    """Dotted names of all settings, by the JSON schema that pydantic makes and not by the page's own walk."""
+    found: set[str] = set()
+    for name, content in schema.get("properties", {}).items():
+        text = str(content)
+        inner = [defs[ref] for ref in re.findall(r"#/\$defs/(\w+)", text)]
+        tables = [table for table in inner if table.get("type") == "object"]
+        found |= set().union(*(_keys(table, defs, f"{above}{name}.") for table in tables)) if tables else {above + name}
+    return found
+
+
+def _on_page(text: str) -> set[str]:
+    """Dotted names of the settings that a page lists, each with something below it."""
+    found, table = set(), ""
+    lines = text.splitlines()
+    for line, below in pairwise(lines):
+        if heading := re.fullmatch(r"## `\[+([\w.]+)\]+`", line):
+            table = f"{heading[1]}."
+        elif (entry := re.fullmatch(r"`(\w+)`", line)) and below.startswith(": *"):
+            found.add(table + entry[1])
+    return found
+
+
+@pytest.mark.parametrize("kind", ["trial", "study", "cell"])
+def test_every_setting_of_a_file_stands_in_its_reference(reference, kind):
+    schema = reference.FILES[kind].model_json_schema()
+    wanted = _keys(schema, schema.get("$defs", {}))
+    assert len(wanted) > 8
+    assert _on_page(reference.settings_text(kind)) == wanted
+
+
+def test_a_setting_has_its_unit_bounds_default_and_meaning(reference):
+    text = reference.settings_text("trial")
+    entry = text[text.index("`nozzle_height_mm`") :].split("\n\n")[:2]
+    assert "above 0.1, up to 100" in entry[0]
+    assert "default: `3.0`" in entry[0]
+    assert len(entry[1].split()) > 5
+
+
+def test_every_command_and_option_stands_in_the_reference(reference):
+    from typer.main import get_command
+
+    from sealtwin.cli.app import app
+
+    text = reference.commands_text()
+    group = get_command(app)
+    for name, command in group.commands.items():  # pyright: ignore[reportAttributeAccessIssue]
+        section = text[text.index(f"## sealtwin {name}\n") :].split("\n## ")[0]
+        missing = [
+            option
+            for parameter in command.params
+            for option in parameter.opts
+            if parameter.param_type_name == "option"
+            and f"`{option}" not in section
+            and f"{option}`" not in section
+            and f", {option}" not in section
+        ]
+        assert not missing, name
+
+
+def test_markdown_sees_nothing_in_a_docstring_but_code(reference):
+    assert reference.escaped("h^2 of [s, depth]_1, ``a_b``,\n <x>\n\nmore") == (
+        r"h^2 of \[s, depth\]\_1, ``a_b``, \<x\>" + "\n\nmore"
+    )
+
+
+def test_a_record_that_a_later_one_changes_is_marked():
+    records = _loaded("records")
+    assert records.superseding(
+        {
+            "0001-first": "# 0001 First\n",
+            "0002-second": "# 0002\nSupersedes the end of [0001](0001-first.md).\nNot 0002.",
+        }
+    ) == {"0001-first": ["0002-second"]}
+    pages = records.pages_of(ROOT / "reports" / "decisions")
+    assert "superseded, in whole or in part, by [0081]" in pages["index"]
+    assert all(name in pages["index"] for name in pages if name != "index")
+
+
+def test_readme_is_short():
+    assert len((ROOT / "README.md").read_text(encoding="utf-8").splitlines()) <= MOST_LINES
+
+
+def test_no_page_loads_anything_from_the_network():
+    """Built pages are read on machines without one."""
+    sources = [
+        *(ROOT / "docs").glob("*.py"),
+        *(ROOT / "docs" / "_ext").glob("*.py"),
+        *(ROOT / "docs" / "_static").iterdir(),
+    ]
+    assert len(sources) >= 4
+    assert not [path.name for path in sources if "http" in path.read_text(encoding="utf-8")]

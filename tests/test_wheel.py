@@ -1,0 +1,122 @@
+"""What is built is complete, holds nothing else, and works where nothing but it is installed."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tarfile
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from sealtwin.trial.starter_files import DEMO
+from tests.places import FIXTURE, ROOT
+
+pytestmark = pytest.mark.slow
+PACKAGES = ("sealtwin", "digitise", "simulate", "validate")
+BIN = "Scripts" if sys.platform == "win32" else "bin"
+
+
+def _run(*command, code=0):
+    """Standard output and errors of a program that knows nothing of this checkout and of these tests' environment."""
+    names = {name: value for name, value in os.environ.items() if name not in {"VIRTUAL_ENV", "PYTHONPATH"}}
+    answer = subprocess.run(
+        [str(part) for part in command],
+        cwd=Path(command[0]).parent,
+        env=names,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert answer.returncode == code, answer.stdout + answer.stderr
+    return answer.stdout, answer.stderr
+
+
+def _environment(folder):
+    subprocess.run([sys.executable, "-m", "venv", str(folder)], check=True)
+    return folder / BIN / "python"
+
+
+def _pip(python, *arguments):
+    _run(python, "-m", "pip", "--quiet", "--disable-pip-version-check", *arguments)
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory):
+    """The source archive, and the wheel that is made of it and not of the checkout."""
+    folder = tmp_path_factory.mktemp("built")
+    python = _environment(folder / "tools")
+    _pip(python, "install", "hatchling")
+    keep = shutil.ignore_patterns(".venv", ".git", "__pycache__", ".*_cache")
+    shutil.copytree(ROOT, folder / "source", ignore=keep)
+    script = "import os, sys; os.chdir(sys.argv[1]); from hatchling.build import build_sdist; build_sdist(sys.argv[2])"
+    _run(python, "-c", script, folder / "source", folder)
+    (source,) = folder.glob("*.tar.gz")
+    _pip(python, "wheel", "--no-deps", "--wheel-dir", folder, source)
+    (wheel,) = folder.glob("*.whl")
+    return source, wheel
+
+
+@pytest.fixture(scope="module")
+def installed(built, tmp_path_factory):
+    """Python of an environment with the wheel and what it depends on."""
+    python = _environment(tmp_path_factory.mktemp("installed") / "environment")
+    _pip(python, "install", built[1], "--constraint", ROOT / "constraints.txt")
+    return python
+
+
+def test_the_wheel_holds_every_file_of_the_packages_and_none_of_the_repository(built):
+    with zipfile.ZipFile(built[1]) as wheel:
+        names = set(wheel.namelist())
+    ours = {
+        path.relative_to(ROOT).as_posix()
+        for package in PACKAGES
+        for path in (ROOT / package).rglob("*")
+        if path.is_file() and "__pycache__" not in path.parts
+    }
+    demo = {name for name in names if name.startswith("sealtwin/demo/")}
+    information = {name for name in names if name.split("/")[0].endswith(".dist-info")}
+    assert names - demo - information == ours
+    assert {Path(name).name for name in demo} == set(DEMO)
+
+
+def test_the_source_archive_holds_what_the_tests_and_the_reproduction_need(built):
+    with tarfile.open(built[0]) as archive:
+        names = {name.partition("/")[2] for name in archive.getnames()}
+    wanted = {
+        "constraints.txt", "Makefile", "tests/places.py", "benchmarks/paper_trial.py", "fixtures/paper-trial/photo.jpg",
+        "fixtures/generate/specimen.py", "reports/reproduction/studies.py", "reports/decisions/0002-run-folder.md",
+    }  # fmt: skip
+    assert wanted <= names
+    assert not [name for name in names if name.startswith((".venv", "reports/paper-trial"))]
+
+
+def test_the_installed_command_answers_and_finds_a_crack(installed, tmp_path):
+    command = installed.parent / "sealtwin"
+    assert _run(command, "--version")[0].strip() == "0.1.0"
+    assert json.loads(_run(command, "doctor", "--json")[0])["healthy"] is True
+    options = ["--depth-mm", "16", "--mm-per-px", "0.1", "--ends", "780,600", "1340,300", "--out", tmp_path / "crack"]
+    _run(command, "digitise", FIXTURE / "photo.jpg", *options)
+    assert (tmp_path / "crack" / "crack.stl").stat().st_size > 10_000
+    place = "from sealtwin.trial.starter_files import shipped_trial, DEMO; folder = shipped_trial(); print(folder)"
+    shipped = Path(_run(installed, "-c", f"{place}; assert all((folder / name).is_file() for name in DEMO)")[0].strip())
+    assert shipped.is_relative_to(installed.parents[1])
+    assert (shipped / "photo.jpg").read_bytes() == (FIXTURE / "photo.jpg").read_bytes()
+
+
+def test_no_development_tool_is_installed_with_it(installed):
+    tools = {"pytest", "ruff", "basedpyright", "import-linter", "numba", "hypothesis"}
+    listed = {entry["name"] for entry in json.loads(_run(installed, "-m", "pip", "list", "--format=json")[0])}
+    assert "warp-lang" in listed
+    assert not tools & listed
+
+
+def test_configobj_beside_it_is_named_with_code_3(installed):
+    """The last one, since its validate overwrites ours for good."""
+    _pip(installed, "install", "--no-deps", "configobj==5.0.9")
+    _, errors = _run(installed.parent / "sealtwin", "doctor", code=3)
+    (line,) = errors.splitlines()
+    assert "configobj" in line
+    assert "uv tool install" in line

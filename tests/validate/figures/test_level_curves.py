@@ -1,0 +1,182 @@
+"""The curves show the numbers that they are made of, every axis with its unit."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from matplotlib import rcParams
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+
+from sealtwin.core.comparison import ErrorBin
+from sealtwin.core.records import Sections
+from tests.evidence import STATIONS_MM, axes_of, heights, make_evidence, slope
+from tests.shapes import level_floor
+from validate.figures.levels import draw_error, draw_histogram, draw_levels, draw_profile
+from validate.settings import Gate
+
+
+@pytest.fixture(scope="module")
+def evidence(tmp_path_factory):
+    return make_evidence(tmp_path_factory.mktemp("evidence"), gate=Gate(mean_error_mm=1.0), error_mm=0.5)
+
+
+def drawn(evidence):
+    profile, readings, comparison = evidence.profile, evidence.readings, evidence.comparison
+    return {
+        "profile": draw_profile(profile, level_floor(10.0), readings, comparison),
+        "error": draw_error(profile, readings, comparison),
+        "histogram": draw_histogram(comparison),
+    }
+
+
+def test_every_axis_has_a_unit(evidence):
+    for figure in drawn(evidence).values():
+        (axes,) = axes_of(figure)
+        assert axes.get_xlabel() == "s along the crack from the end where the nozzle starts (mm)"
+        assert axes.get_ylabel().endswith("(mm)")
+        assert axes.get_title(loc="left")
+
+
+def curve(figure, label: str):
+    (axes,) = axes_of(figure)
+    return next(line for line in axes.lines if str(line.get_label()).startswith(label))
+
+
+def test_the_profile_shows_simulation_means_and_every_reading(evidence):
+    figure = drawn(evidence)["profile"]
+    assert np.array_equal(heights(curve(figure, "simulated")), evidence.profile.level_mm)
+    assert np.array_equal(heights(curve(figure, "caliper")), slope(STATIONS_MM))
+    (axes,) = axes_of(figure)
+    marks = [line for line in axes.lines if line.get_marker() == "_"]
+    assert np.sort(np.concatenate([heights(line) for line in marks])) == pytest.approx(
+        np.sort(evidence.readings.repeats_mm.ravel())
+    )
+
+
+@pytest.mark.parametrize("data", ["reconstructed", "synthetic"])
+def test_readings_that_nobody_took_are_called_so_in_the_legend(tmp_path, data):
+    figure = drawn(make_evidence(tmp_path, readings_data=data))["profile"]
+    assert data.upper() in str(curve(figure, "caliper").get_label())
+
+
+def test_a_profile_alone_has_no_caliper(evidence):
+    figure = draw_profile(evidence.profile, level_floor(10.0), None, None)
+    (axes,) = axes_of(figure)
+    assert axes.get_legend_handles_labels()[1] == ["simulated"]
+
+
+def test_the_floor_is_drawn_where_it_is(evidence):
+    """A floor that rises from 10 to 4 mm half way along; the ground below it reaches the end of the plot."""
+    sections = Sections(np.array([0.0, 20.0, 40.0]), np.array([10.0, 10.0, 4.0]), np.full(3, 1.0))
+    (axes,) = axes_of(draw_profile(evidence.profile, sections, None, None))
+    (ground,) = axes.patches
+    corner_mm = np.array(ground.get_path().vertices)
+    along = np.isclose(corner_mm[:, 0], 30.0, atol=0.11)
+    assert corner_mm[along, 1] == pytest.approx(-7.0, abs=0.05)
+    assert corner_mm[:, 1].min() == pytest.approx(axes.get_ylim()[0]) == -11.5
+
+
+def test_the_error_is_positive_where_the_simulation_stands_too_high(evidence):
+    line = curve(drawn(evidence)["error"], "simulated - measured")
+    assert heights(line) == pytest.approx(0.5)
+
+
+def test_bars_are_the_bins_of_the_comparison(evidence):
+    (axes,) = axes_of(drawn(evidence)["histogram"])
+    bars = [bar.get_extents().transformed(axes.transData.inverted()).bounds for bar in axes.patches]
+    assert bars == [pytest.approx((10.0 * i, 0.0, 10.0, 0.5)) for i in range(4)]
+    assert {str(line.get_label()) for line in axes.lines} == {"mean error 0.50 mm", "gate for the mean, 1 mm"}
+
+
+def test_uncovered_bins_have_no_bar(tmp_path):
+    evidence = make_evidence(tmp_path)
+    comparison = evidence.comparison
+    assert comparison is not None
+    first, *others = comparison.metrics.error_by_bin
+    bare = first.model_copy(update={"covered_mm": 0.0, "mean_error_mm": None})
+    metrics = comparison.metrics.model_copy(update={"error_by_bin": (bare, *others)})
+    comparison = replace(comparison, metrics=metrics)
+    (axes,) = axes_of(draw_histogram(comparison))
+    assert len(axes.patches) == 3
+
+
+def boxes(figure, artists):
+    figure.canvas.draw()
+    return [artist.get_window_extent() for artist in artists]
+
+
+@pytest.mark.parametrize("name", ["profile", "error", "histogram"])
+def test_no_legend_lies_on_the_plot(evidence, name):
+    figure = drawn(evidence)[name]
+    (axes,) = axes_of(figure)
+    legend, plot = boxes(figure, [axes.get_legend(), axes.patch])
+    words = axes.get_title(loc="left")
+    (title,) = boxes(figure, axes.findobj(lambda artist: isinstance(artist, Text) and artist.get_text() == words))
+    assert plot.y1 <= legend.y0 + 0.5
+    assert legend.y1 <= title.y0 + 0.5
+
+
+def test_face_and_floor_are_named_beside_the_plot(evidence):
+    figure = drawn(evidence)["profile"]
+    (axes,) = axes_of(figure)
+    assert [text.get_text() for text in axes.texts] == ["face", "floor"]
+    plot, face, floor = boxes(figure, [axes.patch, *axes.texts])
+    for label, z_mm in ((face, 0.0), (floor, -10.0)):
+        assert label.x0 > plot.x1
+        assert (label.y0 + label.y1) / 2 == pytest.approx(axes.transData.transform((0, z_mm))[1], abs=2)
+
+
+def test_no_line_runs_through_the_number_of_a_bar(evidence):
+    """The mean lies just above its bars; a box that hides all lines stands behind each number."""
+    figure = drawn(evidence)["histogram"]
+    (axes,) = axes_of(figure)
+    assert [text.get_text() for text in axes.texts] == ["0.50"] * 4
+    for text in axes.texts:
+        box = text.get_bbox_patch()
+        assert box is not None
+        assert box.get_alpha() in (None, 1.0)
+        assert text.get_zorder() > max(line.get_zorder() for line in axes.lines)
+    numbers, bars = boxes(figure, axes.texts), boxes(figure, axes.patches)
+    plot = axes.get_window_extent()
+    for number, bar in zip(numbers, bars, strict=True):
+        assert bar.y1 < number.y0
+        assert number.y1 < plot.y1
+
+
+def test_a_long_crack_has_numbers_that_do_not_touch(tmp_path):
+    comparison = make_evidence(tmp_path, gate=Gate(mean_error_mm=1.0)).comparison
+    assert comparison is not None
+    bins = tuple(
+        ErrorBin(from_mm=10.0 * i, to_mm=10.0 * (i + 1), covered_mm=10.0, mean_error_mm=1.23) for i in range(40)
+    )
+    comparison = replace(comparison, metrics=comparison.metrics.model_copy(update={"error_by_bin": bins}))
+    figure = draw_histogram(comparison)
+    (axes,) = axes_of(figure)
+    for row in (axes.texts, [label for label in axes.get_xticklabels() if label.get_text()]):
+        drawn_boxes = boxes(figure, row)
+        assert all(left.x1 < right.x0 for left, right in pairwise(drawn_boxes))
+    assert max(box.y1 for box in boxes(figure, axes.texts)) < axes.get_window_extent().y1
+
+
+def test_drawing_leaves_no_trace_in_matplotlib(evidence):
+    before = dict(rcParams)
+    drawn(evidence)
+    assert dict(rcParams) == before
+
+
+def test_a_part_of_a_page_can_be_drawn_on(evidence):
+    page = Figure(layout="constrained")
+    lower = page.subfigures(2, 1, squeeze=False)[1, 0]
+    assert draw_histogram(evidence.comparison, lower) is lower
+    assert len(axes_of(lower)) == 1
+
+
+def test_readings_alone_are_drawn_without_a_band_or_a_floor(evidence):
+    figure = Figure()
+    draw_levels(figure.add_subplot(), None, None, evidence.readings, None)
+    assert np.array_equal(heights(curve(figure, "caliper")), slope(STATIONS_MM))
+    (axes,) = axes_of(figure)
+    assert not axes.collections
+    assert [text.get_text() for text in axes.texts] == ["face"]

@@ -1,0 +1,74 @@
+"""Pictures to scale, in the right hand, of the particles that are there."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.evidence import axes_of, heights
+from tests.shapes import straight_slot
+from validate.figures.solid_pictures import draw_sections, draw_side_view, draw_solid, draw_top_view
+
+
+def places(axes):
+    return np.asarray(axes.collections[0].get_offsets())
+
+
+def test_the_side_view_shows_all_but_what_spilled_at_s_and_z(evidence):
+    figure = draw_side_view(evidence.run, evidence.outline, evidence.solid, evidence.profile)
+    axes, bar = axes_of(figure)
+    stays = ~evidence.run.spilled
+    # The slot of this trial runs along x from the origin, so s is x.
+    assert places(axes) == pytest.approx(evidence.run.position_mm[stays][:, [0, 2]])
+    assert np.asarray(axes.collections[0].get_array()) == pytest.approx(evidence.run.age_s[stays])
+    assert axes.get_aspect() == 1.0
+    assert (axes.get_xlabel()[-4:], axes.get_ylabel(), bar.get_ylabel()) == ("(mm)", "z (mm)", "age (s)")
+
+
+def test_the_top_view_is_not_mirrored(evidence):
+    figure = draw_top_view(evidence.run, evidence.outline, evidence.solid, evidence.trajectory)
+    axes, bar = axes_of(figure)
+    left, right, path = axes.lines[:3]
+    assert np.mean(heights(left)) > np.mean(heights(path)) > np.mean(heights(right))
+    assert axes.get_xlim()[0] < axes.get_xlim()[1]
+    assert axes.get_ylim()[0] < axes.get_ylim()[1]
+    assert (axes.get_xlabel(), axes.get_ylabel(), bar.get_ylabel()) == ("x (mm)", "y (mm)", "z (mm)")
+
+
+def test_walls_end_where_the_sample_does(evidence):
+    """A station's wall past an open end is traced, and lies beside the face."""
+    figure = draw_top_view(evidence.run, evidence.outline, evidence.solid, evidence.trajectory)
+    axes, _ = axes_of(figure)
+    for wall in axes.lines[:2]:
+        clip = wall.get_clip_box()
+        assert clip is not None
+        assert axes.transData.inverted().transform_bbox(clip).extents == pytest.approx(evidence.solid.block_mm)
+
+
+def test_sections_show_a_slice_of_one_diameter(evidence):
+    figure = draw_sections(evidence.run, evidence.outline, evidence.solid)
+    assert [axes.get_title(loc="left") for axes in axes_of(figure)] == ["s = 8 mm", "s = 20 mm", "s = 32 mm"]
+    slope_mm = [places(axes)[:, 1].max() for axes in axes_of(figure)]
+    assert slope_mm[0] < slope_mm[1] < slope_mm[2]
+    for axes in axes_of(figure):
+        assert np.abs(places(axes)[:, 0]).max() < 3.1 / 2
+        assert len(axes.patches) == 1
+
+
+def test_the_cast_is_the_cavity_and_the_block_holds_it(evidence):
+    figure = draw_solid(evidence.solid)
+    block, cast = (np.asarray(axes.images[0].get_array()) for axes in axes_of(figure))
+    assert block.shape[2] == cast.shape[2] == 4
+    # Seen from 14 degrees above, 10 mm of depth over 40 mm of length: about a quarter as high as wide.
+    assert cast.shape[0] / cast.shape[1] == pytest.approx(
+        (10 * np.cos(np.radians(14)) + 3.1 * np.sin(np.radians(14))) / 40, rel=0.02
+    )
+    assert "1.24 ml" in axes_of(figure)[1].get_title(loc="left")
+
+
+def test_a_crack_of_few_points_and_few_millimetres_has_sections(evidence):
+    outline = straight_slot(length_mm=4.0)
+    two = replace(outline, centreline_mm=outline.centreline_mm[[0, -1]])
+    figure = draw_sections(evidence.run, two, evidence.solid)
+    assert [axes.get_title(loc="left") for axes in axes_of(figure)] == ["s = 1 mm", "s = 2 mm", "s = 3 mm"]
+    assert all(len(places(axes)) for axes in axes_of(figure))

@@ -1,0 +1,58 @@
+"""The picture of a mesh: nearer hides farther, and nothing is drawn where nothing is."""
+
+import numpy as np
+
+from validate.figures.rendering import render
+
+RED, GREEN = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
+
+
+def plate(z: float, half: float):
+    corners = np.array([[-half, -half, z], [half, -half, z], [half, half, z], [-half, half, z]])
+    return corners, np.array([[0, 1, 2], [0, 2, 3]])
+
+
+def stacked(low_first: bool):
+    """A small red plate over a large green one."""
+    (low, faces), (high, _) = plate(0.0, 2.0), plate(1.0, 1.0)
+    vertices = np.vstack([low, high] if low_first else [high, low])
+    colour = np.array([GREEN, GREEN, RED, RED] if low_first else [RED, RED, GREEN, GREEN])
+    return vertices, np.vstack([faces, faces + 4]), colour
+
+
+def test_the_nearer_plate_hides_the_farther_in_any_order():
+    for low_first in (True, False):
+        picture = render(*stacked(low_first), azimuth_deg=0, elevation_deg=90, width_px=80)
+        assert picture.shape == (80, 80, 4)
+        assert picture[40, 40, 0] > 200 > 10 > picture[40, 40, 1]
+        assert picture[5, 40, 1] > 200 > 10 > picture[5, 40, 0]
+        share = np.mean(picture[..., 0] > 100)
+        assert abs(share - 0.25) < 0.01
+
+
+def test_from_the_side_plates_are_lines_and_the_rest_is_transparent():
+    vertices, faces, colour = stacked(True)
+    corner = np.vstack([vertices, [[0.0, 0.0, 3.0], [0.1, 0.0, 3.0], [0.0, 0.0, 0.0]]])
+    picture = render(corner, np.vstack([faces, [[8, 9, 10]]]), np.vstack([colour, RED]), 0, 0, 100)
+    assert np.mean(picture[..., 3] > 0) < 0.1
+
+
+def test_the_view_turns_with_the_viewer():
+    """Looking along +y, x is to the right; a viewer turned by 180 degrees sees it to the left. No mirror."""
+    left, faces = plate(0.0, 1.0)
+    vertices = np.vstack([left, left + np.array([4.0, 0.0, 0.0])])
+    colour = np.array([RED, RED, GREEN, GREEN])
+    ahead = render(vertices, np.vstack([faces, faces + 4]), colour, 0, 60, 60)
+    behind = render(vertices, np.vstack([faces, faces + 4]), colour, 180, 60, 60)
+    middle = ahead.shape[0] // 2
+    assert ahead[middle, 5, 0] > 100 > ahead[middle, 5, 1]
+    assert behind[middle, 5, 1] > 100 > behind[middle, 5, 0]
+
+
+def test_up_is_up():
+    """Tilted view: what is farther along +y stands higher in the picture."""
+    near, faces = plate(0.0, 1.0)
+    vertices = np.vstack([near, near + np.array([0.0, 4.0, 0.0])])
+    picture = render(vertices, np.vstack([faces, faces + 4]), np.array([RED, RED, GREEN, GREEN]), 0, 45, 60)
+    assert picture[3, 30, 1] > 100
+    assert picture[-4, 30, 0] > 100

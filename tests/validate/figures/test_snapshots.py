@@ -1,0 +1,78 @@
+"""The fill at moments of a run: what is drawn lies where it should, in colours that mean the same."""
+
+import numpy as np
+import pytest
+from matplotlib.patches import PathPatch
+
+from sealtwin.core.drawing.particles import SPEED
+from sealtwin.core.drawing.snapshots import draw_fill, draw_snapshot
+from tests.evidence import axes_of
+
+
+def test_the_fill_shows_every_moment_by_speed_and_by_age_on_common_scales(scene, frames):
+    figure = draw_fill(frames, scene)
+    *panels, speeds, ages = axes_of(figure)
+    assert (speeds.get_xlabel(), ages.get_xlabel()) == ("speed (mm/s)", "age (s)")
+    for number, frame in enumerate(frames):
+        by_speed, by_age = panels[2 * number : 2 * number + 2]
+        assert by_speed.get_title(loc="left") == f"t = {frame.t_s:.2f} s"
+        _, shown = scene.side(frame)
+        assert len(shown) == len(frame.age_s) - 1  # all but the one that spilled
+        for axes, value in ((by_speed, frame.speed_mm_s), (by_age, frame.age_s)):
+            (discs,) = axes.collections
+            assert np.asarray(discs.get_offsets()) == pytest.approx(frame.position_mm[shown][:, [0, 2]], abs=0.06)
+            assert np.asarray(discs.get_array()) == pytest.approx(value[shown])
+            assert axes.get_aspect() == 1.0
+        # One scale for all moments, or they could not be compared.
+        assert by_age.collections[0].get_clim() == (0.0, 10.0)
+        assert by_speed.collections[0].norm is SPEED.norm
+
+
+def test_what_is_nearest_to_the_centreline_lies_on_top(scene, frames):
+    _, shown = scene.side(frames[-1])
+    aside_mm = np.abs(frames[-1].position_mm[shown, 1])
+    assert (np.diff(aside_mm) <= 1e-6).all()
+    assert aside_mm[0] > aside_mm[-1]
+
+
+def axes_box(axes, box):
+    return axes.transAxes.inverted().transform_bbox(box).extents
+
+
+def area(ring):
+    x, y = np.asarray(ring).T
+    return 0.5 * float(np.sum(x[:-1] * y[1:] - x[1:] * y[:-1]))
+
+
+def test_a_snapshot_has_a_unit_on_every_axis_and_hides_what_the_face_hides(scene, frames):
+    frame = frames[-1]
+    figure = draw_snapshot(frame, scene)
+    by_age, by_speed, top, *sections, ages, speeds = axes_of(figure)
+    assert "t = 10.00 s" in by_age.get_title(loc="left")
+    for axes in (by_age, by_speed, top, *sections):
+        assert axes.get_xlabel().endswith("(mm)")
+        assert axes.get_aspect() == 1.0
+    assert (ages.get_ylabel(), speeds.get_ylabel()) == ("age (s)", "speed (mm/s)")
+    under, over = top.collections
+    (mortar,) = [patch for patch in top.patches if isinstance(patch, PathPatch)]
+    assert under.get_zorder() < mortar.get_zorder() < over.get_zorder()
+    assert len(np.asarray(under.get_offsets())) + len(np.asarray(over.get_offsets())) == len(frame.age_s) - 1
+    # Its second ring goes round the other way: a hole where the crack is.
+    face, crack = mortar.get_path().to_polygons(closed_only=True)
+    assert np.sign(area(face)) == -np.sign(area(crack))
+    assert abs(area(crack)) == pytest.approx(40 * 3.1, rel=0.01)
+    # Its clip is in the place of the axes', beside which nothing must be painted.
+    clip = mortar.get_clip_box()
+    assert clip is not None
+    assert axes_box(top, clip) == pytest.approx(np.clip(axes_box(top, clip), 0, 1), abs=1e-6)
+
+
+def test_the_nozzle_stands_where_it_is_then_and_is_gone_after_its_path(scene, evidence):
+    path = evidence.trajectory
+    assert scene.nozzle_mm(float(path.t_s[0])) == pytest.approx(path.position_mm[0])
+    assert scene.nozzle_mm(float(path.t_s[-1]) + 1.0) is None
+
+
+def test_many_moments_are_thinned_to_a_page(scene, frames):
+    figure = draw_fill(frames * 7, scene)
+    assert len(axes_of(figure)) == 8 * 2 + 2

@@ -1,0 +1,46 @@
+"""Figures as part of a page, light or dark."""
+
+import re
+
+import matplotlib
+import numpy as np
+import pytest
+from matplotlib.colors import to_rgb
+
+from sealtwin.core.drawing.snapshots import draw_fill, draw_snapshot
+from sealtwin.core.drawing.theme import AGES, AIR, SPEEDS, as_svg, in_page
+from validate.figures.solid_pictures import draw_side_view
+
+EASY = 7.0
+"""Contrast that WCAG 2.2 calls enhanced."""
+
+
+def luminance(colour):
+    """Relative, of WCAG 2.2."""
+    channel = np.asarray(to_rgb(colour))
+    linear = np.where(channel <= 0.04045, channel / 12.92, ((channel + 0.055) / 1.055) ** 2.4)
+    return float(linear @ [0.2126, 0.7152, 0.0722])
+
+
+@pytest.mark.parametrize("scale", [AGES, SPEEDS])
+def test_the_darkest_sealant_is_seen_in_the_air(scale):
+    """The youngest and the slowest; the dark page itself gives them a contrast of 1.1."""
+    darkest = luminance(matplotlib.colormaps[scale](0.0)[:3])
+    assert (luminance(AIR) + 0.05) / (darkest + 0.05) > EASY
+
+
+def test_the_air_around_sealant_stays_light_on_a_dark_page(scene, frames, evidence):
+    """Every panel with particles has a ground of its own, whose colour is none of those that follow the page.
+
+    Broken on purpose with the figure saved as transparent, which takes the grounds of its panels too, there are none.
+    """
+    side = draw_side_view(evidence.run, evidence.outline, evidence.solid, evidence.profile)
+    figures = {"fill": draw_fill(frames, scene), "snapshot": draw_snapshot(frames[-1], scene), "side": side}
+    grounds = {
+        name: len(re.findall(f'fill: {AIR}"', in_page(as_svg(figure, name, 20), name)))
+        for name, figure in figures.items()
+    }
+    assert grounds["side"] == 1
+    # Besides the air of each panel, each nozzle that is drawn is filled with it.
+    assert grounds["fill"] >= 2 * len(frames)
+    assert grounds["snapshot"] >= 6

@@ -1,0 +1,138 @@
+"""Areas between levels against closed forms, failures of similaritymeasures and the axioms of a distance."""
+
+import numpy as np
+import pytest
+import similaritymeasures
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sealtwin.core.errors import InputError
+from tests.levels import LENGTH_MM, PROSE, STATIONS, compared, curves, measured, profile
+from validate.metrics.curve_distances import Difference, PiecewiseLinear, frechet_mm
+
+
+def noisy_profile(seed: int = 1):
+    x = np.linspace(0, LENGTH_MM, 801)
+    return x, np.interp(x, STATIONS, PROSE) + 1.0 * np.sin(x / 3) + np.random.default_rng(seed).normal(0, 0.3, 801)
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "area"),
+    [
+        (([0, 1], [0, 1]), ([0, 1], [1, 0]), 0.5),
+        (([0, 4], [0, 0]), ([0, 4], [1, 1]), 4.0),
+        (([0, 2], [0, 2]), ([0, 1, 2], [0, 1, 2]), 0.0),
+        (([0, 3], [0, 0]), ([0, 3], [-1, 2]), 0.5 + 2.0),
+        (([0, 10], [0, 0]), ([2, 7], [1, 1]), 5.0),
+        (([1, 0], [1, 0]), ([0, 1], [1, 0]), 0.5),
+        (([0, 1, 2], [0, 1, 0]), ([0, 2], [0.5, 0.5]), 0.5),
+    ],
+    ids=["crossing", "parallel", "same curve", "unequal triangles", "part covered", "reversed", "tent"],
+)
+def test_areas_of_closed_form(a, b, area):
+    (x_a, y_a), (x_b, y_b) = a, b
+    assert Difference(x_a, y_a, x_b, y_b).area == pytest.approx(area, abs=1e-12)
+    assert Difference(x_a, y_a, x_b, y_b).area_by_similaritymeasures() == pytest.approx(area, abs=1e-9)
+
+
+@pytest.mark.parametrize("rest", [5e-211, -5e-211, 1e-17, -1e-17, 3e-16])
+def test_what_rounding_leaves_at_a_station_drops_no_triangle(rest):
+    """Found by hypothesis: the library sees a crossing at x = 1 - 1e-17 as none, and gives 0 for 0.5."""
+    assert Difference([0, 1], [0, 0], [0, 1], [-1, rest]).area == pytest.approx(0.5, abs=1e-12)
+    assert Difference([0, 1], [0, 0], [0, 1], [-1, rest]).area_by_similaritymeasures() == pytest.approx(0.5, abs=1e-9)
+
+
+def test_a_parabola_converges_to_its_integral():
+    x = np.linspace(0, 1, 20_001)
+    assert Difference(x, x**2, [0, 1], [0, 1]).area == pytest.approx(1 / 6, abs=1e-9)
+
+
+def test_one_curve_twice_and_a_crossing_mislead_the_library_and_not_us():
+    """Points are paired by their number: a curve against itself, sampled finer, is an area; a crossing is none."""
+    x = np.linspace(0, LENGTH_MM, 801)
+    same = np.column_stack([x, np.interp(x, STATIONS, PROSE)])
+    assert similaritymeasures.area_between_two_curves(np.column_stack([STATIONS, PROSE]), same) > 10
+    assert Difference(x, same[:, 1], STATIONS, PROSE).area < 1e-12
+    up, down = np.array([[0.0, 0.0], [1.0, 1.0]]), np.array([[0.0, 1.0], [1.0, 0.0]])
+    assert similaritymeasures.area_between_two_curves(up, down) == pytest.approx(1.0)
+    assert Difference(*up.T, *down.T).area == pytest.approx(0.5, abs=1e-12)
+
+
+TRAPS = {
+    "17 against 801 points": (lambda x, y: (x, y), 2.0),
+    "17 against 40 points": (lambda x, y: (x[::20], y[::20]), 1.1),
+    "simulation reversed": (lambda x, y: (x[::-1], y[::-1]), 10.0),
+    "from 2 to 78 mm only": (lambda x, y: (x[20:-20], y[20:-20]), 2.0),
+}
+"""Samplings of a simulated profile, and the least factor by which the library is off for unprepared points."""
+
+
+@pytest.mark.parametrize("trap", TRAPS)
+def test_each_trap_misleads_the_library_and_not_us(trap):
+    """The exact integral is compared with the trapezoids of a million points, whose error is below 1e-5.
+
+    On the union of both grids, with its crossings, the library agrees with ours to 1e-9.
+    """
+    given, factor = TRAPS[trap]
+    x, y = given(*noisy_profile())
+    exact = Difference(x, y, STATIONS, PROSE).area
+    order = np.argsort(x)
+    fine = np.linspace(x.min(), x.max(), 1_000_001)
+    gap = np.abs(np.interp(fine, x[order], y[order]) - np.interp(fine, STATIONS, PROSE))
+    assert exact == pytest.approx(np.trapezoid(gap, fine), rel=1e-5)
+    sheet = np.column_stack([STATIONS, PROSE])
+    assert similaritymeasures.area_between_two_curves(sheet, np.column_stack([x, y])) > factor * exact
+    assert Difference(x, y, STATIONS, PROSE).area_by_similaritymeasures() == pytest.approx(exact, rel=1e-9)
+
+
+def test_frechet_is_the_same_however_a_curve_is_sampled():
+    """Level curves a millimetre apart are a millimetre apart; a step that comes 3 mm early costs 3 mm at most."""
+    flat, above = profile([0, 80], [0, 0]), profile(np.linspace(0, 80, 33), np.ones(33))
+    assert frechet_mm(flat, above, 0, 80) == pytest.approx(1.0)
+    assert frechet_mm(above, flat, 0, 80) == pytest.approx(1.0)
+    fine = np.linspace(0, 80, 1601)
+    prose = profile(fine, np.interp(fine, STATIONS, PROSE))
+    assert frechet_mm(prose, measured(), 0, 80) == pytest.approx(0.0, abs=1e-12)
+    early, late = profile([0, 40, 41, 80], [-8, -8, 0, 0]), profile([0, 43, 44, 80], [-8, -8, 0, 0])
+    assert frechet_mm(early, late, 0, 80) == pytest.approx(3.0, abs=0.05)
+    assert compared(early, late).worst_error_mm == pytest.approx(8.0)
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "message"),
+    [
+        ([0, 1, np.nan], [0, 1, 2], "NaN"),
+        ([0, 1, 2], [0, np.inf, 2], "NaN or infinity"),
+        ([0, 1, 1], [0, 1, 2], "two values at 1"),
+        ([0], [0], "two or more points"),
+        ([0, 1], [0, 1, 2], "as many x as y"),
+        ([5, 6], [0, 0], "do not overlap"),
+        ([4, 5], [0, 0], "do not overlap"),
+    ],
+)
+def test_curves_that_are_no_functions_are_refused(x, y, message):
+    with pytest.raises(InputError, match=message):
+        Difference(x, y, [0, 4], [0, 0])
+
+
+@settings(max_examples=60, deadline=None)
+@given(curves(), curves(), curves(), st.randoms(use_true_random=False))
+def test_the_area_is_a_distance(a, b, c, random):
+    area = Difference(*a, *b).area
+    assert Difference(*b, *a).area == pytest.approx(area, rel=1e-9, abs=1e-9)
+    assert Difference(*a, *b).area_by_similaritymeasures() == pytest.approx(area, rel=1e-9, abs=1e-9)
+    assert area <= Difference(*a, *c).area + Difference(*c, *b).area + 1e-9
+    order = list(range(len(a[0])))
+    random.shuffle(order)
+    assert Difference(a[0][order], a[1][order], *b).area == area
+    finer = np.unique(np.concatenate([a[0], np.linspace(0, 80, 97)]))
+    assert Difference(finer, np.interp(finer, *a), *a).area <= 1e-9
+
+
+def test_the_flat_level_is_the_median_and_no_other_does_better():
+    level = PiecewiseLinear(STATIONS, PROSE).quantile(0.5)
+    # On half of the prose's length the level is above this, on half below: 40 mm stand at +1.
+    assert level == pytest.approx(1.0, abs=1e-9)
+    skew = PiecewiseLinear(np.array([0.0, 10.0, 80.0]), np.array([0.0, -10.0, -3.0])).quantile(0.5)
+    error = [Difference([0, 80], [c, c], [0, 10, 80], [0, -10, -3]).area for c in (skew - 0.01, skew, skew + 0.01)]
+    assert error[1] < min(error[0], error[2])

@@ -1,0 +1,152 @@
+"""Verdicts, and the least readings that allow one."""
+
+import numpy as np
+import pytest
+
+from sealtwin.core.comparison import BudgetSummary, Comparison, ErrorUncertainty, LevelMetrics
+from validate.metrics.verdict import Basis, basis_of, judged
+
+GATE = 1.6
+ENOUGH = Basis(17, 1.0, 1 / 16)
+JUDGED = {
+    "mean_error_mm": 0.1,
+    "escaped_particles": 0,
+    "readings_data": "measured",
+    "photo_data": "measured",
+    "role": "held-out",
+}
+
+
+def judgement_of(
+    basis: Basis = ENOUGH,
+    gate: float | None = GATE,
+    interval_mm: tuple[float, float] | None = None,
+    *,
+    scatter_known: bool = True,
+    edited: tuple[str, ...] = (),
+    **more,
+) -> Comparison:
+    """Return the judgement on a crack of 80 mm; ``more`` are fields of the metrics."""
+    metrics = LevelMetrics.model_construct(
+        **JUDGED | more,
+        stations_used=basis.stations,
+        coverage=basis.coverage,
+        widest_gap_mm=80 * basis.widest_gap,
+        length_mm=80.0,
+        enough_readings=basis.suffices,
+    )
+    uncertainty = None
+    if interval_mm is not None:
+        readings = BudgetSummary.model_construct(scatter_known=scatter_known)
+        uncertainty = ErrorUncertainty.model_construct(mean_error_mm=interval_mm, readings=readings, sentences=())
+    return judged(metrics, gate, uncertainty, edited)
+
+
+@pytest.mark.parametrize(
+    ("s_mm", "stations", "coverage", "widest_gap"),
+    [
+        ([0, 20, 40, 60, 80], 5, 1.0, 0.25),
+        ([-1, 20, 40, 60, 81], 5, 1.0, 0.25),
+        ([-2, -1, 40, 81, 82], 3, 1.0, 0.5),
+        ([45, 46], 2, 1 / 80, 1 / 80),
+    ],
+    ids=["ends", "just outside", "far outside", "pair"],
+)
+def test_a_basis_is_what_lies_on_the_compared_stretch(s_mm, stations, coverage, widest_gap):
+    s_mm = np.array(s_mm, dtype=float)
+    basis = basis_of(s_mm, max(0.0, s_mm[0]), min(80.0, s_mm[-1]), 80.0)
+    assert basis.stations == stations
+    assert (basis.coverage, basis.widest_gap) == pytest.approx((coverage, widest_gap))
+
+
+@pytest.mark.parametrize(
+    ("s_mm", "suffices"),
+    [
+        ([0, 20, 40, 60, 80], True),
+        ([8, 24, 40, 56, 72], True),
+        ([8, 24, 40, 56, 71.9], False),
+        ([8, 29, 51, 72], False),
+        ([0, 0.1, 0.2, 0.3, 80], False),
+        ([0, 24, 40, 56, 80], True),
+        ([0, 24.1, 40, 56, 80], False),
+    ],
+    ids=["five even", "80 %", "less", "four", "heap", "30 % apart", "wider"],
+)
+def test_five_stations_over_four_fifths_none_far_from_the_next(s_mm, suffices):
+    judgement = judgement_of(basis_of(np.array(s_mm, dtype=float), s_mm[0], s_mm[-1], 80.0))
+    assert judgement.passed is suffices
+    assert judgement.verdict.startswith("Gate kept on" if suffices else "No verdict on held-out readings: they cover")
+
+
+def test_a_share_is_never_rounded_up_to_what_is_needed():
+    assert "cover 79 % of" in judgement_of(Basis(5, 0.7999, 0.2)).verdict
+
+
+@pytest.mark.parametrize(
+    ("readings_data", "photo_data", "role", "starts"),
+    [
+        ("undeclared", "measured", "held-out", "Gate kept on held-out undeclared readings"),
+        ("measured", "undeclared", "held-out", "Gate kept on held-out readings, of a sample of undeclared origin"),
+        ("measured", "measured", "undeclared", "Gate kept on readings that are declared neither"),
+    ],
+)
+def test_nothing_undeclared_validates(readings_data, photo_data, role, starts):
+    judgement = judgement_of(readings_data=readings_data, photo_data=photo_data, role=role)
+    assert judgement.passed
+    assert judgement.verdict.startswith(starts)
+
+
+def test_a_leak_speaks_before_thin_readings():
+    judgement = judgement_of(Basis(2, 0.01, 0.01), escaped_particles=1)
+    assert judgement.passed is False
+    assert judgement.verdict.startswith("Do not use: 1 particle went through a wall")
+
+
+@pytest.mark.parametrize(
+    ("found_mm", "interval_mm", "outcome", "passed", "starts"),
+    [
+        (1.5, (1.41, 1.59), "passed", True, "Gate kept on held-out readings: mean error 1.500 mm (1.41 to 1.59"),
+        (1.5, (1.39, 1.61), "undecided", True, "Gate in doubt on held-out readings: mean error 1.500 mm"),
+        (1.7, (1.59, 1.81), "undecided", False, "Gate in doubt on held-out readings: mean error 1.700 mm"),
+        (1.7, (1.61, 1.79), "failed", False, "Gate missed on held-out readings: mean error 1.700 mm"),
+    ],
+)
+def test_what_the_readings_cannot_tell_is_neither_passed_nor_failed(found_mm, interval_mm, outcome, passed, starts):
+    """The gate is checked against the mean error and keeps its exit code; the outcome regards the interval."""
+    judgement = judgement_of(mean_error_mm=found_mm, interval_mm=interval_mm)
+    assert (judgement.outcome, judgement.passed) == (outcome, passed)
+    assert judgement.verdict.startswith(starts)
+    assert "95 % by the readings)" in judgement.verdict
+
+
+def test_an_interval_without_the_readings_scatter_says_so():
+    judgement = judgement_of(mean_error_mm=1.0, interval_mm=(0.98, 1.02), scatter_known=False)
+    assert "(0.98 to 1.02 mm, 95 % by the readings, their scatter not known)" in judgement.verdict
+
+
+@pytest.mark.parametrize("gate", [GATE, None])
+def test_what_somebody_edited_gets_no_verdict(gate):
+    judgement = judgement_of(gate=gate, interval_mm=(0.05, 0.15), edited=("profile.csv",))
+    assert judgement.verdict == "Edited by hand since (profile.csv): no verdict."
+    assert judgement.outcome == "undecided"
+    assert judgement.passed is (None if gate is None else False)
+
+
+@pytest.mark.parametrize("gate", [GATE, None])
+@pytest.mark.parametrize(
+    ("role", "said"),
+    [("held-out", "on held-out readings:"), ("calibrated-on", "on the readings it was calibrated on:")],
+)
+@pytest.mark.parametrize(
+    ("basis", "interval_mm"), [(ENOUGH, (0.05, 0.15)), (ENOUGH, (0.05, 2.0)), (Basis(4, 1.0, 0.3), None)]
+)
+def test_every_verdict_says_whether_its_readings_were_held_out(gate, role, said, basis, interval_mm):
+    verdict = judgement_of(basis, gate, role=role, interval_mm=interval_mm).verdict
+    assert said in verdict
+    assert "onsistent" not in verdict
+
+
+def test_too_few_readings_and_no_gate_are_told_apart():
+    assert judgement_of(Basis(4, 1.0, 0.3)).outcome == "undecided"
+    assert judgement_of(gate=None).outcome == "open"
+    assert judgement_of(escaped_particles=1, edited=("profile.csv",)).outcome == "failed"

@@ -1,0 +1,100 @@
+"""Vast, damaged and changing files are refused in a sentence, within bounded time and memory."""
+
+import os
+import random
+import subprocess
+import sys
+import time
+
+import pytest
+
+from sealtwin.core.errors import InputError
+from tests.dialects import Hand, write_sheet
+from validate.readings.read_readings import read_readings
+from validate.readings.samples import parts_of
+from validate.settings import Declared
+
+
+@pytest.mark.parametrize("start", [b"s_mm,depth_mm\n", b"PK\x03\x04"])
+def test_a_gigabyte_is_refused_before_it_is_read(tmp_path, start):
+    """A child process grows by less than 20 MB while it refuses the file."""
+    path = tmp_path / "large.csv"
+    path.write_bytes(start)
+    os.truncate(path, 1_000_000_000)
+    script = (
+        "import resource, sys; from pathlib import Path; from validate.settings import Declared;"
+        "from validate.readings.read_readings import read_readings\n"
+        "before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n"
+        "try: read_readings(Path(sys.argv[1]), Declared())\n"
+        "except Exception as fault: print(fault)\n"
+        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)"
+    )
+    answer = subprocess.run([sys.executable, "-c", script, str(path)], capture_output=True, text=True, check=True)
+    message, grown_kb = answer.stdout.splitlines()
+    assert "larger than" in message
+    assert int(grown_kb) < 20_000
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ("s_mm,depth_mm" + "," * 990_000 + "\n0,1\n", "1 station"),
+        ("s_mm" + ",depth_mm" * 90_000 + "\n0,1\n", "more than the 256 columns"),
+        ("s_mm,depth_mm\n0,1\n5," + "1" * 900_000 + "\n", "no CSV"),
+        ("s_mm,depth_mm\n0,1\n5," + "1" * 100_000 + "\n", "is no number"),
+        ("s_mm,depth_mm" + "x" * 100_000 + "\n0,1\n", "is unknown"),
+        ("s_mm,depth (in" + " " * 100_000 + "x\n0,1\n", "is unknown"),
+        ("\n" * 990_000 + "s_mm,depth_mm\n0,1\n", "1 station"),
+        (";\n" * 100_000, "more than the 10000 rows"),
+    ],
+    ids=["blank columns", "columns", "a vast cell", "a long number", "a long name", "a slow name", "lines", "blanks"],
+)
+def test_vast_text_is_refused_shortly(tmp_path, content, words):
+    """A pattern that backtracks takes hours for a name of 100,000 blanks. The time is this process's alone."""
+    path = tmp_path / "vast.csv"
+    path.write_text(content)
+    began = time.process_time()
+    with pytest.raises(InputError, match=words) as caught:
+        read_readings(path, Declared())
+    assert time.process_time() - began < 5
+    assert len(str(caught.value)) < 3_000
+
+
+@pytest.mark.parametrize("workbook", [False, True])
+def test_damaged_files_are_read_or_refused(tmp_path, workbook):
+    """Files with bytes changed, cut out and repeated raise InputError, or are read."""
+    hand = Hand(workbook=workbook, encoding="utf-16", language="german", long=True)
+    path = write_sheet(tmp_path / "a", hand, [0.0, 5.0, 12.34], [[-1.0, -1.5], [-2.0, -2.5], [0.25, float("nan")]])
+    sound = path.read_bytes()
+    dice = random.Random(0)
+    outcomes = {True: 0, False: 0}
+    for _ in range(DAMAGES):
+        path.write_bytes(damaged(sound, dice))
+        parts_of(path)
+        try:
+            read_readings(path, Declared())
+            outcomes[True] += 1
+        except InputError:
+            outcomes[False] += 1
+    assert outcomes[False] > DAMAGES / 2
+
+
+DAMAGES = 150
+
+
+def damaged(content: bytes, dice: random.Random) -> bytes:
+    result = bytearray(content)
+    for _ in range(dice.randint(1, 6)):
+        at = dice.randrange(len(result))
+        match dice.randrange(4):
+            case 0:
+                result[at] = dice.randrange(256)
+            case 1:
+                del result[at : at + dice.randint(1, 40)]
+            case 2:
+                result[at:at] = result[at : at + dice.randint(1, 40)]
+            case _:
+                result[at] ^= 1 << dice.randrange(8)
+        if not result:
+            return b""
+    return bytes(result)

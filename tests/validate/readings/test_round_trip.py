@@ -1,0 +1,125 @@
+"""One profile is read from sheets in every dialect."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sealtwin.core.records import Floats
+from tests.dialects import Hand, write_sheet
+from validate.readings.read_readings import read_readings
+from validate.settings import Declared
+
+S_MM = [0.0, 5.0, 12.34, 80.0]
+LEVELS_MM = np.array([[-16.02, -15.98, -16.18], [-13.07, np.nan, -12.69], [0.0, 1.25, -0.01], [-2.5, -2.5, np.nan]])
+CLOSE_MM = 1e-5
+"""Resolution of the eighth decimal of a metre, in millimetres."""
+TITLES = [(), ("Probe 7, Riss A",), ("Messung am 3.4.", 'Prüfer: M; "Meßschieber" 2', "x")]
+
+
+@st.composite
+def hands(draw: st.DrawFn) -> Hand:
+    encoding = draw(st.sampled_from(["utf-8", "utf-16", "utf-16-le", "utf-16-be", "cp1252"]))
+    long = draw(st.booleans())
+    return Hand(
+        workbook=draw(st.sampled_from([False, False, False, True])),
+        encoding=encoding,
+        mark=encoding in ("utf-8", "utf-16-be") and draw(st.booleans()),
+        separator=draw(st.sampled_from(SEPARATORS)),
+        decimal=draw(st.sampled_from(DECIMALS)),
+        newline=draw(st.sampled_from(["\n", "\r\n", "\r"])),
+        sep_line=draw(st.booleans()),
+        language=draw(st.sampled_from(["canonical", "english", "german", "french", "spanish"])),
+        quantity=draw(st.sampled_from(["level", "depth"])),
+        long=long,
+        station_unit=draw(st.sampled_from(UNITS)),
+        unit=draw(st.sampled_from(UNITS)),
+        units=draw(st.sampled_from(["name", "brackets", "parentheses", "slash", "in", "row"])),
+        missing=draw(st.sampled_from(["", "n/a", "NA", "-", "k.A.", "\u2013"])),
+        title=draw(st.sampled_from(TITLES)),
+        gap=draw(st.booleans()),
+        note=draw(st.booleans()),
+        order=draw(st.permutations(range(len(S_MM) * (3 if long else 1)))),
+    )
+
+
+SEPARATORS, DECIMALS, UNITS = [",", ";", "\t"], [".", ","], ["mm", "cm", "m", "inch"]
+
+
+def read_back(path: Path, hand: Hand) -> tuple[Floats, Floats]:
+    sheet = read_readings(write_sheet(path, hand, S_MM, LEVELS_MM), Declared())
+    assert sheet.repeats_mm is not None
+    return sheet.s_mm, sheet.repeats_mm
+
+
+def assert_same(s_mm: Floats, levels_mm: Floats | None) -> None:
+    assert levels_mm is not None
+    np.testing.assert_allclose(s_mm, S_MM, rtol=0, atol=CLOSE_MM)
+    np.testing.assert_allclose(levels_mm, LEVELS_MM, rtol=0, atol=CLOSE_MM)
+
+
+@settings(max_examples=120, deadline=None)
+@given(hand=hands())
+def test_any_hand_writes_the_same_profile(tmp_path_factory, hand):
+    """Encoding, separator, decimals, names, units, layout and order change nothing."""
+    assert_same(*read_back(tmp_path_factory.mktemp("hand") / "sheet", hand))
+
+
+@pytest.mark.parametrize(
+    ("encoding", "mark", "told"),
+    [
+        ("utf-8", False, "UTF-8"),
+        ("utf-8", True, "UTF-8"),
+        ("utf-16", False, "UTF-16"),
+        ("utf-16-be", True, "UTF-16"),
+        ("utf-16-le", False, "UTF-16 without a mark"),
+        ("utf-16-be", False, "UTF-16 without a mark"),
+        ("utf-32-le", True, "UTF-32"),
+        ("latin-1", False, "Windows-1252"),
+        ("cp1252", False, "Windows-1252"),
+    ],
+)
+def test_every_encoding_is_told_from_the_others(tmp_path, encoding, mark, told):
+    hand = Hand(encoding=encoding, mark=mark, language="german", separator=";", decimal=",", title=("Prüfer: Groß",))
+    sheet = read_readings(write_sheet(tmp_path / "sheet.csv", hand, S_MM, LEVELS_MM), Declared())
+    assert sheet.dialect.startswith(f"CSV, {told}, semicolons")
+    assert_same(sheet.s_mm, sheet.repeats_mm)
+
+
+@pytest.mark.parametrize("separator", SEPARATORS)
+@pytest.mark.parametrize("decimal", DECIMALS)
+@pytest.mark.parametrize("long", [False, True])
+def test_the_dialect_is_told_as_it_is(tmp_path, separator, decimal, long):
+    hand = Hand(
+        separator=separator,
+        decimal=decimal,
+        long=long,
+        encoding="utf-16",
+        language="german",
+        quantity="depth",
+        unit="cm",
+    )
+    sheet = read_readings(write_sheet(tmp_path / "sheet.csv", hand, S_MM, LEVELS_MM), Declared())
+    named = {",": "commas", ";": "semicolons", "\t": "tabs", ".": "point"}
+    assert sheet.dialect == (
+        f"CSV, UTF-16, {named[separator]}, decimal {'comma' if decimal == ',' else 'point'}; "
+        f"{'long' if long else 'wide'}, 3 repeats; depth downward in cm from the sample surface, places in mm; "
+        "2 readings missing"
+    )
+    assert_same(sheet.s_mm, sheet.repeats_mm)
+
+
+@given(
+    hundredths=st.lists(st.integers(-9_999, 9_999), min_size=4, max_size=12),
+    separator=st.sampled_from(SEPARATORS),
+    decimal=st.sampled_from(DECIMALS),
+)
+@settings(max_examples=60, deadline=None)
+def test_any_numbers_come_back_to_the_digit(tmp_path_factory, hundredths, separator, decimal):
+    s_mm = [float(5 * index) for index in range(len(hundredths))]
+    levels_mm = np.array(hundredths)[:, None] / 100
+    path = tmp_path_factory.mktemp("numbers") / "sheet.csv"
+    sheet = read_readings(write_sheet(path, Hand(separator=separator, decimal=decimal), s_mm, levels_mm), Declared())
+    assert (sheet.repeats_mm == levels_mm).all()

@@ -1,0 +1,95 @@
+"""Sheets of several samples: a column names the sample of each row."""
+
+import openpyxl
+import pytest
+
+from validate.readings.read_readings import read_readings
+from validate.readings.samples import SamplePart, parts_of, sample_key
+from validate.readings.sheet import SheetFaults
+from validate.settings import Declared
+
+TABLE = "sample,s_mm,level_1_mm\nP08,0,-1\np 08,5,-1.5\nP09,5,-2.5\nP09,0,-2\n"
+
+
+def _written(folder, text):
+    path = folder / "all.csv"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def _refused(path, **declared):
+    with pytest.raises(SheetFaults) as caught:
+        read_readings(path, Declared(**declared))
+    return str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["sample", "Probe", "Prüfkörper Nr.", "Échantillon", "muestra", "specimen ID"])
+def test_a_column_gives_each_row_to_its_sample(tmp_path, name):
+    path = _written(tmp_path, TABLE.replace("sample", name))
+    first, second = (read_readings(path, Declared(sample=sample)) for sample in ("p-08", "P09"))
+    assert first.level_mm.tolist() == [-1.0, -1.5]
+    assert second.level_mm.tolist() == [-2.0, -2.5]
+    assert "rows of p-08" in first.dialect
+    assert [str(part) for part in parts_of(path)] == ["rows of P08", "rows of P09"]
+
+
+def test_which_of_several_samples_is_meant_must_be_said(tmp_path):
+    path = _written(tmp_path, TABLE)
+    assert "rows of several samples: 'P08', 'P09'. Name the one that is meant: [readings] sample." in _refused(path)
+    assert "no row of sample 'P10'; column 'sample' names 'P08', 'P09'" in _refused(path, sample="P10")
+    nameless = _refused(_written(tmp_path, TABLE + ",10,-3\n"), sample="P09")
+    assert "line 6, column sample" in nameless
+    without = _written(tmp_path, "s_mm,level_1_mm\n0,-1\n5,-1\n")
+    assert "no column names samples, while [readings] sample names 'P08'" in _refused(without, sample="P08")
+
+
+def test_another_samples_faults_are_not_this_ones(tmp_path):
+    path = _written(tmp_path, TABLE.replace("-2.5", "deep"))
+    assert len(read_readings(path, Declared(sample="P08")).s_mm) == 2
+    assert "'deep' is no number" in _refused(path, sample="P09")
+
+
+def test_a_column_that_names_one_sample_needs_no_word(tmp_path):
+    path = _written(tmp_path, TABLE[: TABLE.index("P09")])
+    assert len(read_readings(path, Declared()).s_mm) == 2
+
+
+def test_a_workbook_is_divided_by_its_sheets_and_their_columns(tmp_path):
+    book = openpyxl.Workbook()
+    sheets = {
+        "P10": [("s_mm", "depth_mm"), (0, 1), (5, 2)],
+        "May": [("Probe", "s_mm", "level_mm"), ("P08", 0, -1), ("p 08", 5, -1), ("P09", 0, -2)],
+        "cover": [("Labor 3",)],
+    }
+    for name, rows in sheets.items():
+        sheet = book.create_sheet(name)
+        for row in rows:
+            sheet.append(row)
+    book.save(tmp_path / "all.xlsx")
+    found = [(part.sheet, part.rows_of, part.headed) for part in parts_of(tmp_path / "all.xlsx")]
+    assert found == [("P10", None, True), ("May", "P08", True), ("May", "P09", True), ("cover", None, False)]
+
+
+def test_a_part_changes_with_its_own_rows_only(tmp_path):
+    """One more sample in a lab's sheet makes no revision of the others, and equal readings have equal hashes."""
+
+    def hashes(text: str) -> list[str]:
+        return [part.sha256 for part in parts_of(_written(tmp_path, text))]
+
+    before = hashes(TABLE)
+    assert hashes(TABLE + "P10,0,-3\n")[:2] == before
+    assert hashes(TABLE.replace("-2.5", "-2.6"))[0] == before[0]
+    assert hashes(TABLE.replace("-2.5", "-2.6"))[1] != before[1]
+    same = hashes("sample,s_mm,level_mm\nA,0,-1\nB,0,-1\n")
+    assert same[0] == same[1]
+
+
+def test_what_cannot_be_read_has_no_parts(tmp_path):
+    """Reading it as the sheet of a sample reports the fault."""
+    assert parts_of(_written(tmp_path, "")) == ()
+    assert parts_of(tmp_path / "gone.csv") == ()
+
+
+def test_parts_of_one_place_are_one_whatever_they_hold():
+    assert SamplePart("A", None, "x") == SamplePart("A", None, "y")
+    assert sample_key("P-01") == sample_key("p 01") != sample_key("P1")

@@ -1,0 +1,100 @@
+"""report.json: what it says is what was found, and the schema that is published is its own."""
+
+import html
+import json
+import re
+from dataclasses import replace
+from importlib.resources import files as resources
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from sealtwin.core.files import as_json
+from tests.evidence import make_evidence, slope
+from validate.compare import assess
+from validate.report.report_data import ReadingsFile, ReportData, report_data, schema
+from validate.report.write_report import write_report
+from validate.report_input import ReadingsSheet
+from validate.settings import Gate, Readings, Uncertainty
+from validate.uncertainty.validation import Effect, SizeRun, Spread
+
+
+def test_the_published_schema_is_the_model_s():
+    """``python -m validate.report.report_data`` prints it; a change of the model has to be published with it."""
+    published = resources("validate").joinpath("schema", "report.schema.json").read_text(encoding="utf-8")
+    assert json.loads(published) == schema()
+
+
+def test_every_field_is_described():
+    """A field that is a part of its own is described where that part is."""
+    for part in (schema(), *schema()["$defs"].values()):
+        assert "description" in part
+        assert {name for name, field in part["properties"].items() if not {"description", "$ref"} & set(field)} == set()
+
+
+def test_numbers_have_units_and_are_those_of_the_comparison(tmp_path):
+    evidence = make_evidence(tmp_path, gate=Gate(mean_error_mm=1.0), error_mm=0.5)
+    data = ReportData.model_validate_json(as_json(report_data(evidence).model_dump(mode="json")))
+    assert (data.verdict.outcome, data.verdict.mean_error_limit_mm, data.verdict.role) == ("passed", 1.0, "held-out")
+    mean = data.metrics["mean_error_mm"]
+    assert (mean.value, mean.unit) == (pytest.approx(0.5), "mm")
+    assert (data.metrics["area_mm2"].unit, data.metrics["coverage"].unit) == ("mm²", "1")
+    assert data.metrics["measured_underfill_mm3"].unit == "mm³"
+    assert data.metrics["share_under_1_mm"].unit == "1", "the millimetre in its name is another's"
+    assert all(quantity.unit and quantity.meaning for quantity in data.metrics.values())
+    assert len(data.error_by_bin) == 4
+
+
+def test_what_the_page_has_is_here_too(tmp_path):
+    """Sizes, inputs, shifts and settled volumes were on the page alone; and a table that is added there comes along."""
+    declared = Uncertainty(volume_ml=0.1)
+    sheet = ReadingsSheet(name="P01 Messung.csv", sha256="73cf", operator="A. B.", date="2026-03-01")
+    s_mm = np.linspace(0, 40, 81)
+    fine, middle, coarse = (
+        SizeRun(radius_mm, slope(s_mm) + z_mm) for radius_mm, z_mm in ((0.4, 0.45), (0.5, 0.5), (0.6, 0.6))
+    )
+    runs = Spread(s_mm, (fine, middle, coarse), (Effect("volume_ml", 0.1, np.full(81, 0.3)),), 0.02, 0.6)
+    settings = Readings(file=Path("readings.csv"), data="measured", role="held-out")
+    evidence = make_evidence(tmp_path, gate=Gate(mean_error_mm=1.0), error_mm=0.5, sheet=sheet)
+    evidence = replace(evidence, comparison=assess(evidence, settings, declared, runs, Gate(mean_error_mm=1.0)))
+    write_report(tmp_path, evidence)
+    data = ReportData.model_validate_json((tmp_path / "report.json").read_text(encoding="utf-8"))
+    assert data.readings == ReadingsFile(
+        name="P01 Messung.csv", sha256="73cf", operator="A. B.", date="2026-03-01", dialect=""
+    )
+    assert data.verdict.findings[0].startswith(
+        "The data cannot resolve an error of the model in the mean level (E = +0.50 mm"
+    )
+    assert data.sizes["mean_error_mm"].values_mm == pytest.approx((0.45, 0.5, 0.6), abs=1e-3)
+    assert (data.inputs["volume_ml"].unit, data.inputs["volume_ml"].mean_level_mm) == ("ml", pytest.approx(0.3))
+    assert [shift.shift_mm for shift in data.shifts] == [-2, -1, 0, 1, 2]
+    # A slot of 40 x 3.1 x 10 mm, read at -4 mm on average.
+    assert data.settled["readings_mm3"].value == pytest.approx(40 * 3.1 * 6, rel=2e-3)
+    assert (data.metrics["measured_fill_ratio"].value, data.settled["footprint_mm2"].unit) == (
+        pytest.approx(0.6, rel=2e-3),
+        "mm²",
+    )
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert [table.title for table in data.tables] == [
+        html.unescape(title) for title in re.findall("<h3>(.*)</h3>", page)
+    ]
+    assert len(data.tables) > 10
+
+
+def test_what_was_dispensed_is_somewhere(tmp_path):
+    volumes = report_data(make_evidence(tmp_path)).mass_balance
+    parts = [volumes[key].value for key in ("in_crack", "above_face", "spilled")]
+    assert sum(value or 0.0 for value in parts) == volumes["dispensed"].value
+
+
+def test_a_number_that_does_not_exist_is_null_and_an_unknown_key_is_refused(tmp_path):
+    evidence = make_evidence(tmp_path)
+    assert evidence.comparison is not None
+    metrics = evidence.comparison.metrics.model_copy(update={"start_zone_error_mm": float("nan")})
+    broken = replace(evidence.comparison, metrics=metrics)
+    content = report_data(replace(evidence, comparison=broken)).model_dump(mode="json")
+    assert content["metrics"]["start_zone_error_mm"]["value"] is None
+    with pytest.raises(ValidationError, match="surprise"):
+        ReportData.model_validate(content | {"surprise": 1})

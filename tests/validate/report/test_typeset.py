@@ -1,0 +1,140 @@
+"""Pages of the PDF: lines as wide as the page allows, and what belongs together on one page."""
+
+import io
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pypdf import PdfReader
+
+from sealtwin.core.drawing.theme import printable
+from validate.report.typeset import WIDTH_IN, Typesetter
+
+
+def set_with(typeset) -> io.BytesIO:
+    with Typesetter("running title") as paper:
+        typeset(paper)
+        return io.BytesIO(bytes(paper.output()))
+
+
+def pages_of(typeset) -> list[str]:
+    """The text of each page that a function sets."""
+    return [page.extract_text() for page in PdfReader(set_with(typeset)).pages]
+
+
+def positions_pt(typeset) -> list[tuple[float, float]]:
+    """Where each text on the first page begins, from the lower left corner."""
+    found: list[tuple[float, float]] = []
+    page = PdfReader(set_with(typeset)).pages[0]
+    page.extract_text(visitor_text=lambda text, *place: text.strip() and found.append(tuple(place[1][4:6])))
+    return found
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.text(alphabet="abcWMil .-", max_size=120), st.sampled_from([8.5, 20.0]), st.sampled_from(["", "B"]))
+def test_nothing_is_lost_and_nothing_is_invented(text, size_pt, weight):
+    (page,) = pages_of(lambda paper: paper.paragraph(text, size_pt, weight))
+    assert "".join(page.split()) == "".join(f"{text}running title 1 of 1".split())
+
+
+@pytest.mark.parametrize("text", ["W" * 300, "ill " * 60, "a " + "M" * 90 + " b", "sha256 " + "0123456789abcdef" * 9])
+def test_no_line_is_wider_than_the_page(text):
+    with Typesetter("") as paper:
+        lines = paper.lines(text, WIDTH_IN)
+        assert len(lines) > 1
+        assert max(paper.get_string_width(line) for line in lines) <= WIDTH_IN + 1e-6
+
+
+def test_lines_are_filled():
+    with Typesetter("") as paper:
+        lines = paper.lines("word " * 100, 5.0)
+        assert min(paper.get_string_width(line) for line in lines[:-1]) > 0.85 * 5.0
+
+
+def test_what_the_font_lacks_becomes_a_question_mark():
+    assert printable("Ø 5 °, 裂\x00\n缝 \N{FIRE}") == "Ø 5 °, ??\n? ?"
+    (page,) = pages_of(lambda paper: paper.paragraph("Ø 5 °, 裂 {nb} {number of pages} **no markup**"))
+    assert page.startswith("Ø 5 °, ? {nb}")
+    assert "**no markup**" in page
+
+
+def test_a_table_over_a_page_says_its_title_again():
+    first, second = pages_of(lambda paper: paper.titled_table("Settings", [(f"key {i}", "value") for i in range(70)]))
+    assert first.startswith("Settings\n")
+    assert second.startswith("Settings, continued\n")
+    assert "key 69" in second
+
+
+def test_a_short_table_and_a_paragraph_are_not_broken():
+    """Broken on purpose, with no look ahead, the table's last row and the paragraph's last line go over the page."""
+    rows = [(f"key {i}", "value") for i in range(12)]
+    filler = "\n".join("filler" for _ in range(50))
+    first, second = pages_of(lambda paper: (paper.paragraph(filler), paper.titled_table("Short", rows)))
+    assert "Short" not in first
+    assert all(f"key {i} value" in second for i in range(12))
+    paragraph = "\n".join(f"line {i}" for i in range(9))
+    first, second = pages_of(lambda paper: (paper.paragraph(filler + "\nx" * 5), paper.paragraph(paragraph)))
+    assert "line" not in first
+    assert all(f"line {i}" in second for i in range(9))
+
+
+def test_the_last_rows_come_over_together():
+    """Of so many rows one or two would stand alone on the second page."""
+    most = 0
+    for count in range(48, 58):
+        rows = [(f"key {i}", "value") for i in range(count)]
+        pages = pages_of(lambda paper, rows=rows: paper.titled_table("T", rows))
+        assert len(pages) == 1 or pages[1].count("value") >= 3
+        most = max(most, len(pages))
+    assert most == 2
+
+
+def test_each_page_has_the_running_title_and_its_number():
+    pages = pages_of(lambda paper: paper.titled_table("T", [(f"key {i}", "value") for i in range(130)]))
+    assert len(pages) == 3
+    for number, text in enumerate(pages, start=1):
+        assert text.endswith(f"running title {number} of 3")
+
+
+def test_a_chapter_s_title_does_not_stand_alone():
+    filler = "\n".join("filler" for _ in range(48))
+    first, second = pages_of(
+        lambda paper: (paper.paragraph(filler), paper.chapter("Chapter", below_in=3.0), paper.paragraph("below"))
+    )
+    assert "Chapter" not in first
+    assert second.startswith("Chapter\nbelow")
+
+
+def test_a_row_stays_on_one_page():
+    long = "\n".join(f"line {i}" for i in range(8))
+    rows = [*((f"key {i}", "x") for i in range(45)), ("row", long)]
+    first, second = pages_of(lambda paper: paper.titled_table("T", rows))
+    assert "line" not in first
+    assert all(f"line {i}" in second for i in range(8))
+
+
+def test_a_row_longer_than_a_page_goes_on():
+    long = "\n".join(f"line {i}." for i in range(150))
+    texts = pages_of(lambda paper: paper.titled_table("T", [("row", long)]))
+    assert len(texts) == 3
+    assert all(f"line {i}." in "".join(texts) for i in range(150))
+
+
+def test_a_picture_takes_its_caption_along():
+    """Three pictures of 3.4 inches: the third, and its caption, are on the second page."""
+    done, content = cv2.imencode(".png", np.full((100, 200, 3), 128, np.uint8))
+    assert done
+
+    def typeset(paper: Typesetter) -> None:
+        paper.paragraph("before")
+        for number in ("first", "second", "third"):
+            paper.picture(content.tobytes(), f"caption of the {number}")
+        paper.paragraph("after")
+
+    first, second = pages_of(typeset)
+    assert [word in first for word in ("before", "of the first", "of the second", "of the third")] == [1, 1, 1, 0]
+    assert "caption of the third\nafter" in second
+    caption_pt = positions_pt(typeset)[1][1]
+    assert 842 - caption_pt > 72 * (0.7 + WIDTH_IN / 2), "below the picture"

@@ -1,0 +1,103 @@
+"""What a report takes for granted and leaves out: said, with numbers, and never invented."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sealtwin.core.records import RunHealth
+from tests.evidence import make_evidence
+from validate.compare import assess
+from validate.settings import Readings, Uncertainty
+from validate.wording.sample_and_run import assumptions, left_out
+
+
+def test_reynolds_and_bond_numbers_are_those_of_the_trial(tmp_path):
+    """By hand: Bo = 1690 * 9.81 * 0.0031² / 0.072 = 2.2; Re = v d / nu with v = Q / (pi d² / 4)."""
+    evidence = make_evidence(tmp_path)
+    sentence = next(text for text in assumptions(evidence) if text.startswith("Surface tension"))
+    assert "Bond number 2.2" in sentence
+    trajectory = evidence.trajectory
+    flow_mm3_s = 40 * 3.1 * 10 / trajectory.duration_s
+    speed_mm_s = flow_mm3_s / (np.pi * 1.2**2)
+    assert f"Reynolds number {speed_mm_s * 2.4 / 32.6:.2g}" in sentence
+    assert f"{speed_mm_s:.0f} mm/s" in sentence
+
+
+def test_paste_that_yields_is_told_with_its_stress_and_its_number(tmp_path):
+    """By hand: 12 Pa over rho nu v / d; curing is then modelled, and only shrinkage is not."""
+    evidence = make_evidence(tmp_path)
+    assert not any("Bingham" in text for text in assumptions(evidence))
+    evidence.run.settings["fluid"] |= {"yield_stress_pa": 12.0, "structuration_pa_per_s": 0.5}
+    told = " ".join(assumptions(evidence))
+    speed_mm_s = 40 * 3.1 * 10 / evidence.trajectory.duration_s / (np.pi * 1.2**2)
+    density_kg_m3 = evidence.run.settings["fluid"]["density_kg_m3"]
+    assert f"Bingham number {12.0 / (density_kg_m3 * 32.6e-6 * speed_mm_s / 2.4):.2g} there" in told
+    assert "yield stress of 12 Pa, and 0.5 Pa more each second" in told
+    assert "Shrinkage is not modelled" in told
+    assert "Curing" not in told
+
+
+def test_walls_whose_drag_follows_from_the_viscosity_are_told_with_its_weight(tmp_path):
+    evidence = make_evidence(tmp_path)
+    evidence.run.settings["fluid"] |= {"D_cm": 0.3}
+    assert not any("sticks to the walls" in text for text in assumptions(evidence))
+    evidence.run.settings["fluid"] |= {"D_cm": 0.0361, "D_from": "no slip"}
+    (told,) = (text for text in assumptions(evidence) if "sticks to the walls" in text)
+    assert "D = 0.0361 cm" in told
+
+
+def test_a_run_without_viscosity_gets_no_invented_numbers(tmp_path):
+    evidence = make_evidence(tmp_path)
+    bare = replace(evidence, run=replace(evidence.run, health=RunHealth()))
+    assert any("no Reynolds or Bond number" in text for text in assumptions(bare))
+
+
+def test_what_counts_in_no_metric_is_told_by_its_number(tmp_path):
+    """Seen to fail with the stations counted from the comparison alone."""
+    evidence = make_evidence(tmp_path)
+    assert evidence.readings is not None
+    assert evidence.comparison is not None
+    assert left_out(evidence) == ["1 particle (1 mm³) over the edge of the sample: in the mass balance, in no profile."]
+    repeats_mm = np.array(evidence.readings.repeats_mm)
+    repeats_mm[0, :2] = np.nan
+    metrics = evidence.comparison.metrics.model_copy(update={"stations_beyond_mm": np.array([38.0, 40.5])})
+    fewer = replace(evidence.comparison, metrics=metrics)
+    outline = replace(evidence.outline, branches_mm=(np.zeros((2, 2)),))
+    told = left_out(
+        replace(evidence, readings=replace(evidence.readings, repeats_mm=repeats_mm), comparison=fewer, outline=outline)
+    )
+    assert told[:2] == [
+        "2 stations of 9 (s = 38, 40.5 mm): beyond the stretch that both curves cover, 0.0 to 40.0 mm. The next one "
+        "beyond an end gives the readings' line its direction up to there.",
+        "2 single readings: no number in the sheet.",
+    ]
+    assert told[3] == "1 side crack seen in the photo: no part of the solid."
+
+
+def test_where_all_counts_it_is_said(tmp_path):
+    evidence = make_evidence(tmp_path)
+    run = replace(evidence.run, spilled=np.zeros(len(evidence.run.spilled), dtype=bool))
+    assert left_out(replace(evidence, run=run)) == ["Nothing: every reading and every particle counts."]
+
+
+@pytest.mark.parametrize(
+    ("state", "shrinkage_percent", "said"),
+    [
+        ("wet", None, "not modelled, and the caliper read wet sealant, which had not shrunk."),
+        ("cured", None, "not modelled, while the caliper read cured sealant, whose shrinkage is not declared"),
+        ("cured", 7.0, "cured sealant: the 7 % by which it shrank are put back in the mass balance"),
+        (None, None, "whether the caliper read wet or cured sealant is not declared (readings.state)."),
+    ],
+)
+def test_what_was_read_is_as_it_was_declared(tmp_path, state, shrinkage_percent, said):
+    """Seen to fail with every sealant taken for cured."""
+    evidence = make_evidence(tmp_path)
+    sheet = Readings.model_validate(
+        {"file": Path("a.csv"), "data": "measured", "role": "held-out", "state": state}
+        | {"shrinkage_percent": shrinkage_percent}
+    )
+    told = assumptions(replace(evidence, comparison=assess(evidence, sheet, Uncertainty(), None)))
+    assert any(said in sentence for sentence in told)
+    assert not any("the caliper" in sentence for sentence in assumptions(evidence)), "not assessed, nothing is known"

@@ -1,1 +1,0 @@
-"""One trial as figures: curves, sections, pictures and the fill in three dimensions, all in one look."""

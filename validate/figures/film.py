@@ -1,0 +1,133 @@
+"""The fill as moving pictures: the section along the crack, and the crack from above, pulled straight."""
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from itertools import pairwise
+from pathlib import Path
+
+import cv2
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import EllipseCollection
+from matplotlib.figure import Figure
+from PIL import Image
+
+from sealtwin.core.drawing.particles import SPEED, add_bar, draw_discs
+from sealtwin.core.drawing.snapshots import OVER, UNDER, FillScene
+from sealtwin.core.drawing.theme import ALONG, GROUND, INK, label_axes, themed
+from sealtwin.core.errors import InputError
+from sealtwin.core.files import replacing
+from sealtwin.core.records import Frame, Pixels
+
+WIDTH_IN, DPI = 9.6, 100
+ASIDE_MM = 6.0  # Width shown on each side of the walls
+FASTEST_FPS, SLOWEST_FPS = 50, 1
+"""Limits of the frame rate: a GIF counts hundredths of a second, and browsers keep to two of them at least."""
+LAST_STANDS_S = 1.5  # Time for which a GIF shows its last frame before it begins again
+COLOURS = 128  # Size of a GIF's palette
+
+
+class Painter:
+    """Canvas on which one frame after the other is painted."""
+
+    def __init__(self, scene: FillScene) -> None:
+        self._scene = scene
+        low_mm, high_mm, bottom_mm, top_mm = scene.limits_mm
+        walls = scene.walls_mm()
+        reach_mm = ASIDE_MM + max(float(np.abs(wall[:, 1]).max()) for wall in walls)
+        with themed():
+            heights = top_mm - bottom_mm, 2 * reach_mm
+            # To scale, with room for labels.
+            height_in = (WIDTH_IN - 1.6) * sum(heights) / (high_mm - low_mm) + 1.5
+            self._figure = Figure(figsize=(WIDTH_IN, math.ceil(height_in * DPI / 2) * 2 / DPI), layout="constrained")
+            self._canvas = FigureCanvasAgg(self._figure)
+            self._side, self._plan = self._figure.subplots(2, 1, sharex=True, height_ratios=heights)
+            scene.draw_ground(self._side)
+            left, right = walls
+            self._plan.set_facecolor(GROUND)
+            self._plan.fill(*np.vstack([left, right[::-1]]).T, color="white", linewidth=0, zorder=0.5)
+            for wall, edge_mm in ((left, reach_mm), (right, -reach_mm)):
+                # The face hides the sealant below it, past the ends of the walls too.
+                shore = np.vstack([[low_mm, wall[0, 1]], wall, [high_mm, wall[-1, 1]]])
+                self._plan.fill_between(*shore.T, edge_mm, color=GROUND, linewidth=0, zorder=UNDER + 0.1)
+                self._plan.plot(*wall.T, color=INK, linewidth=0.8, zorder=OVER - 0.1)
+            self._plan.set_ylim(-reach_mm, reach_mm)
+            self._plan.set_aspect("equal")
+            self._plan.grid(visible=False)
+            label_axes(self._side, "", "z (mm)", " ")
+            label_axes(self._plan, ALONG, "to its left (mm)", "From above, the crack pulled straight")
+            empty = np.zeros((0, 2))
+            bar_of = draw_discs(self._side, empty, scene.radius_mm, np.zeros(0), SPEED)
+            add_bar(self._figure, bar_of, [self._side, self._plan], SPEED, pad=0.01, aspect=25)
+            self._nozzle = scene.draw_nozzle(self._side, 0.0)
+            self._discs: list[EllipseCollection] = []
+            self._canvas.draw()
+            # The layout is fixed, so that the panels of all pictures coincide.
+            self._figure.set_layout_engine("none")
+
+    def paint(self, frame: Frame) -> Pixels:
+        with themed():
+            for discs in self._discs:
+                discs.remove()
+            self._discs = []
+            scene, speed_mm_s, height_mm = self._scene, frame.speed_mm_s, frame.position_mm[:, 2]
+            place_mm, shown = scene.side(frame)
+            self._discs.append(draw_discs(self._side, place_mm, scene.radius_mm, speed_mm_s[shown], SPEED))
+            place_mm, shown = scene.plan(frame)
+            for part, order in ((height_mm[shown] < 0, UNDER), (height_mm[shown] >= 0, OVER)):
+                value = speed_mm_s[shown][part]
+                discs = draw_discs(self._plan, place_mm[part], scene.radius_mm, value, SPEED)
+                discs.set_zorder(order)
+                self._discs.append(discs)
+            scene.move_nozzle(self._nozzle, frame.t_s)
+            self._side.set_title(f"t = {frame.t_s:.2f} s: section along the crack, by speed")
+            self._canvas.draw()
+            return np.asarray(self._canvas.buffer_rgba())[:, :, :3].copy()
+
+
+def write_film(
+    path: Path, times_s: Sequence[float], read: Callable[[int], Frame], scene: FillScene, report: Callable[[int], None]
+) -> None:
+    """Write a GIF or MP4, by the suffix of ``path``, in the run's own time, with one frame in memory at a time.
+
+    ``read`` returns the frame of each of ``times_s``; ``report`` receives the number of finished frames.
+
+    Raises InputError if there are fewer than two frames, or if this machine cannot write that kind.
+    """
+    if len(times_s) < 2:
+        raise InputError(f"{path}: a film needs two frames, found {len(times_s)}. Take a smaller frames_every_s.")
+    writers = {".gif": _write_gif, ".mp4": _write_mp4}
+    if path.suffix.lower() not in writers:
+        raise InputError(f"{path}: a film is written as .gif or .mp4; give one of the two.")
+    painter = Painter(scene)
+
+    def pictures() -> Iterator[Pixels]:
+        for number in range(len(times_s)):
+            yield painter.paint(read(number))
+            report(number + 1)
+
+    with replacing(path) as temporary:
+        writers[path.suffix.lower()](temporary, path, pictures(), times_s)
+
+
+def _write_gif(temporary: Path, _: Path, pictures: Iterator[Pixels], times_s: Sequence[float]) -> None:
+    shown_ms = [round(1000 * min(max(b - a, 1 / FASTEST_FPS), 1 / SLOWEST_FPS)) for a, b in pairwise(times_s)]
+    first = Image.fromarray(next(pictures))
+    # The colour bar of the first picture has the colours of all pictures.
+    palette = first.quantize(COLOURS, dither=Image.Dither.NONE)
+    rest = (Image.fromarray(picture).quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures)
+    duration = [*shown_ms, round(1000 * LAST_STANDS_S)]
+    palette.save(temporary, save_all=True, append_images=rest, duration=duration, loop=0, optimize=False)
+
+
+def _write_mp4(temporary: Path, path: Path, pictures: Iterator[Pixels], times_s: Sequence[float]) -> None:
+    """Write VP9 in MP4: free of patents, written by OpenCV's wheels, played by browsers and VLC."""
+    fps = min(max(1 / float(np.median(np.diff(times_s))), SLOWEST_FPS), FASTEST_FPS)
+    first = next(pictures)
+    writer = cv2.VideoWriter(str(temporary), cv2.VideoWriter.fourcc(*"vp09"), fps, (first.shape[1], first.shape[0]))
+    if not writer.isOpened():
+        raise InputError(f"{path}: OpenCV has no encoder for MP4 (VP9) on this machine; give a name that ends in .gif.")
+    writer.write(first[:, :, ::-1])
+    for picture in pictures:
+        writer.write(picture[:, :, ::-1])
+    writer.release()

@@ -1,0 +1,135 @@
+"""Shaded picture of a mesh in parallel projection, without a display or GL.
+
+Hidden surfaces are removed pixel by pixel: mplot3d sorts whole triangles, and drew the far dam through the near one.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sealtwin.core.records import Floats, Integers
+
+LIGHT = np.array([-0.36, 0.48, 0.8])
+"""Unit vector to the light: to the right in the picture, up in it, toward the viewer."""
+DARKEST = 0.55  # Brightness without light, at which a colour can still be compared with its scale
+SMOOTHING = 2  # Samples along each side of a pixel, averaged for smooth edges
+MOST_AT_ONCE = 1_000_000  # Samples that are computed together, in 100 MB
+FLAT = 1e-9  # Doubled area, in samples, below which a triangle is regarded as a line
+
+
+def render(
+    vertices_mm: Floats,
+    faces: Integers,
+    face_colour: Floats,
+    azimuth_deg: float,
+    elevation_deg: float,
+    width_px: int,
+    face_normal: Floats | None = None,
+) -> NDArray[np.uint8]:
+    """Return an RGBA picture of a mesh, ``width_px`` wide, transparent around it.
+
+    At ``azimuth_deg`` 0 the view is along +y, at ``elevation_deg`` 90 straight down. ``face_colour`` is (f, 3) in 0 to
+    1; ``face_normal`` (f, 3) replaces the facets' own normals in the shading. Facets that face away are drawn too.
+    """
+    right, up, toward = view_axes(azimuth_deg, elevation_deg)
+    vertices_mm = vertices_mm - vertices_mm[np.unique(faces)].mean(axis=0)
+    place = np.column_stack([vertices_mm @ right, -(vertices_mm @ up)])
+    shown = place[np.unique(faces)]
+    place = (place - shown.min(axis=0)) * (width_px * SMOOTHING / np.ptp(shown[:, 0]))
+    nearness = vertices_mm @ toward
+    width, height = np.ceil(place[np.unique(faces)].max(axis=0) / SMOOTHING).astype(int) * SMOOTHING
+
+    normal = _normals(vertices_mm, faces) if face_normal is None else face_normal
+    shade = _shade(normal, LIGHT @ np.array([right, up, toward]), toward)
+    nearest = np.full(height * width, -np.inf)
+    owner = np.full(height * width, -1)
+    for part in _batches(place[faces]):
+        index, pixel, depth = _covered(place[faces[part]], nearness[faces[part]], width, height)
+        in_front = np.flatnonzero(depth > nearest[pixel])
+        # The last value written to a sample remains: that of the nearest facet, of equal ones the first.
+        last = in_front[::-1][np.argsort(depth[in_front][::-1], kind="stable")]
+        nearest[pixel[last]] = depth[last]
+        owner[pixel[last]] = part.start + index[last]
+    picture = np.zeros((height * width, 4), dtype=np.float32)
+    seen = owner >= 0
+    picture[seen, :3] = face_colour[owner[seen]] * shade[owner[seen], None]
+    picture[seen, 3] = 1.0
+    picture = picture.reshape(height // SMOOTHING, SMOOTHING, width // SMOOTHING, SMOOTHING, 4)
+    mean = picture.mean(axis=(1, 3))
+    # The average is over covered samples only, or edges would darken.
+    mean[..., :3] /= np.where(mean[..., 3:] > 0, mean[..., 3:], 1.0)
+    return np.round(255 * np.clip(mean, 0, 1)).astype(np.uint8)
+
+
+def view_axes(azimuth_deg: float, elevation_deg: float) -> tuple[Floats, Floats, Floats]:
+    """Return unit vectors to the right and up in the picture, and toward the viewer."""
+    azimuth, elevation = np.radians([azimuth_deg, elevation_deg])
+    right = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
+    away = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
+    toward = -np.cos(elevation) * away + np.array([0.0, 0.0, np.sin(elevation)])
+    return right, np.cross(toward, right), toward
+
+
+def seen_from(vertices_mm: Floats, faces: Integers, azimuth_deg: float, elevation_deg: float) -> NDArray[np.bool_]:
+    """Return the mask, (f,), of the facets whose outside faces the viewer."""
+    _, _, toward = view_axes(azimuth_deg, elevation_deg)
+    return _normals(vertices_mm, faces) @ toward > 0
+
+
+def _normals(vertices_mm: Floats, faces: Integers) -> Floats:
+    """Return the outward unit normal of each facet, (f, 3), zero for one without area."""
+    a, b, c = (vertices_mm[faces[:, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    size = np.linalg.norm(normal, axis=1, keepdims=True)
+    return normal / np.where(size > 0, size, 1.0)
+
+
+def _shade(normal: Floats, light: Floats, toward: Floats) -> Floats:
+    """Return the brightness of each facet, (f,); facets that face away are lit from their back."""
+    normal = normal * np.where(normal @ toward < 0, -1.0, 1.0)[:, None]
+    return DARKEST + (1 - DARKEST) * np.clip(normal @ light, 0.0, 1.0)
+
+
+def _batches(corner: Floats) -> Iterator[slice]:
+    """Divide the facets into runs whose bounding boxes have ``MOST_AT_ONCE`` samples together."""
+    boxes = np.cumsum(np.prod(np.ptp(corner, axis=1) + 1, axis=1))
+    begin = 0
+    while begin < len(corner):
+        before = boxes[begin - 1] if begin else 0.0
+        end = max(begin + 1, int(np.searchsorted(boxes, before + MOST_AT_ONCE, side="right")))
+        yield slice(begin, end)
+        begin = end
+
+
+def _covered(corner: Floats, nearness: Floats, width: int, height: int) -> tuple[Integers, Integers, Floats]:
+    """Return the samples that triangles (f, 3, 2) cover: the triangle's index, the sample's, and the nearness there.
+
+    Triangles are filled row by row, so that slivers cost little.
+    """
+    first = np.maximum(np.ceil(corner[:, :, 1].min(axis=1) - 0.5), 0).astype(int)
+    last = np.minimum(np.floor(corner[:, :, 1].max(axis=1) - 0.5), height - 1).astype(int)
+    (ax, ay), (bx, by), (cx, cy) = corner.transpose(1, 2, 0)
+    doubled_area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+    owner, row = _counted_up(np.where(np.abs(doubled_area) < FLAT, 0, np.maximum(last - first + 1, 0)), first)
+    begin, end = np.full(len(row), np.inf), np.full(len(row), -np.inf)
+    for one, other in ((0, 1), (1, 2), (2, 0)):
+        (x0, y0), (x1, y1) = corner[owner, one].T, corner[owner, other].T
+        along = (row + 0.5 - y0) / np.where(y0 == y1, np.nan, y1 - y0)
+        x = np.where((along >= 0) & (along <= 1), x0 + along * (x1 - x0), np.nan)
+        begin, end = np.fmin(begin, x), np.fmax(end, x)
+    begin = np.clip(np.nan_to_num(np.ceil(begin - 0.5), posinf=width), 0, width).astype(int)
+    end = np.clip(np.nan_to_num(np.floor(end - 0.5), neginf=-1), -1, width - 1).astype(int)
+    span, column = _counted_up(np.maximum(end - begin + 1, 0), begin)
+    owner, row = owner[span], row[span]
+    ax, ay, bx, by, cx, cy, doubled_area = (values[owner] for values in (ax, ay, bx, by, cx, cy, doubled_area))
+    a, b, c = nearness[owner].T
+    to_b = ((column + 0.5 - ax) * (cy - ay) - (row + 0.5 - ay) * (cx - ax)) / doubled_area
+    to_c = ((bx - ax) * (row + 0.5 - ay) - (by - ay) * (column + 0.5 - ax)) / doubled_area
+    return owner, row * width + column, a + to_b * (b - a) + to_c * (c - a)
+
+
+def _counted_up(count: Integers, first: Integers) -> tuple[Integers, Integers]:
+    """Return ``count[k]`` copies of each index k, and beside them the numbers from ``first[k]`` on."""
+    owner = np.repeat(np.arange(len(count)), count)
+    return owner, np.arange(count.sum()) - np.repeat(np.cumsum(count) - count - first, count)

@@ -1,0 +1,263 @@
+"""The fill in three dimensions: a mesh that a page can turn, and a still picture of it.
+
+Only facets that face the viewer are drawn. The near wall of the crack faces away and so does not hide the sealant.
+"""
+
+import base64
+import json
+from dataclasses import dataclass
+from functools import cached_property
+
+import matplotlib
+import numpy as np
+from matplotlib.colors import to_rgb
+from numpy.typing import NDArray
+from scipy import ndimage
+from skimage.measure import marching_cubes
+
+from sealtwin.core.drawing.theme import AGES, ON_GROUND
+from sealtwin.core.records import FaceLabel, Floats, Integers, Run, Solid
+from validate.figures.rendering import DARKEST, LIGHT, render, seen_from, view_axes
+from validate.figures.solid_pictures import LABEL_COLOUR, square_on
+
+BLUR = 0.6
+"""Standard deviation of the blur over the particles' spacing: a lattice keeps 0.1 % of its grain, and a layer one
+particle thick still fills more than half of its space."""
+HALF_FULL = 0.5
+"""Filled share of the space at the surface; where the sealant ends in a plane, the surface is that plane."""
+MOST_VERTICES = 24_000
+"""Largest number of vertices: a finer surface looks no better, and a vertex takes 12 bytes of a page."""
+COARSER = 1.15  # Ratio of the cells of one try to those of the last while a surface has too many vertices
+INSIDE = (FaceLabel.WALL, FaceLabel.FLOOR)
+"""Labels of the sample's facets that are drawn; a dam at an open end would hide the sealant in the first view."""
+ASIDE_DEG = 28.0  # Angle of the first view from the line square to the crack, large enough to show the crack's width
+DOWN_DEG = 32.0
+RIM_MM = 0.35  # Width of the line around the crack's mouth
+STILL_PX = (1200, 600)
+MARGIN = 0.08  # Least margin of the first view over the picture's width: the mesh is wider in other views
+STEPS = 65_535  # Steps of 16 bits across the largest extent: 2 µm each in a sample of 160 mm
+MOST_CORNERS = STEPS + 1 - MOST_VERTICES
+"""Largest number of vertices of walls and rim, indexed by 16 bits; the paper's trial has 7,000, a scan millions."""
+FINEST, COARSER = 1 / 2000, 1.3
+"""Cell within which vertices are merged if there are too many, over the solid's extent; and its growth by try."""
+
+
+@dataclass(frozen=True)
+class Turntable:
+    """Mesh whose facets are drawn from outside only."""
+
+    vertices_mm: Floats  # (v, 3)
+    faces: Integers  # (f, 3), counter-clockwise from outside
+    normal: Floats  # (v, 3)
+    colour: Floats  # (v, 3), 0 to 1
+    azimuth_deg: float
+    elevation_deg: float
+    oldest_s: float  # Upper end of the scale of ages, which begins at 0
+
+    @cached_property
+    def still(self) -> NDArray[np.uint8]:
+        """RGBA picture of the page's first view."""
+        shown, low_mm, high_mm = self._first_view
+        colour, normal = (values[shown].mean(axis=1) for values in (self.colour, self.normal))
+        size = np.linalg.norm(normal, axis=1, keepdims=True)
+        normal /= np.where(size > 0, size, 1.0)
+        width_px = round(STILL_PX[0] * (high_mm - low_mm)[0] / self._across_mm)
+        picture = render(
+            self.vertices_mm, shown, colour, self.azimuth_deg, self.elevation_deg, width_px, face_normal=normal
+        )
+        still = np.zeros((STILL_PX[1], STILL_PX[0], 4), np.uint8)
+        top, left = ((room - size) // 2 for room, size in zip(still.shape, picture.shape[:2], strict=False))
+        still[top : top + picture.shape[0], left : left + picture.shape[1]] = picture
+        return still
+
+    def packed(self) -> str:
+        """Return JSON for the page's script, with the mesh in base64, little-endian.
+
+        A vertex has 12 bytes: its place in three 16-bit numbers of ``step_mm`` from ``low_mm``, its normal in three
+        signed bytes, its colour in three bytes. A facet has the three 16-bit indices of its vertices.
+        """
+        low_mm, high_mm = self.vertices_mm.min(axis=0), self.vertices_mm.max(axis=0)
+        step_mm = float((high_mm - low_mm).max()) / STEPS
+        vertex = np.empty(len(self.vertices_mm), [("place", "<u2", 3), ("normal", "i1", 3), ("colour", "u1", 3)])
+        vertex["place"] = np.round((self.vertices_mm - low_mm) / step_mm)
+        vertex["normal"] = np.round(127 * self.normal)
+        vertex["colour"] = np.round(255 * self.colour)
+        return json.dumps(
+            {
+                "low_mm": np.round(low_mm, 6).tolist(),
+                "step_mm": step_mm,
+                "middle_mm": np.round(self._middle_mm, 6).tolist(),
+                "across_mm": round(self._across_mm, 6),
+                "reach_mm": round(float(np.linalg.norm(high_mm - low_mm)), 6),
+                "azimuth_deg": round(self.azimuth_deg, 3),
+                "elevation_deg": self.elevation_deg,
+                "light": LIGHT.tolist(),
+                "darkest": DARKEST,
+                "vertices": base64.b64encode(vertex.tobytes()).decode(),
+                "faces": base64.b64encode(self.faces.astype("<u2").tobytes()).decode(),
+            }
+        )
+
+    @cached_property
+    def _first_view(self) -> tuple[Integers, Floats, Floats]:
+        """Facets of the first view, (f, 3), and the lower left and the upper right corner of their picture."""
+        shown = self.faces[seen_from(self.vertices_mm, self.faces, self.azimuth_deg, self.elevation_deg)]
+        right, up, _ = view_axes(self.azimuth_deg, self.elevation_deg)
+        place = self.vertices_mm[np.unique(shown)] @ np.column_stack([right, up])
+        return shown, place.min(axis=0), place.max(axis=0)
+
+    @property
+    def _across_mm(self) -> float:
+        """Width of the picture."""
+        _, low_mm, high_mm = self._first_view
+        width_mm, height_mm = high_mm - low_mm
+        return float(max(width_mm, height_mm * STILL_PX[0] / STILL_PX[1])) / (1 - 2 * MARGIN)
+
+    @property
+    def _middle_mm(self) -> Floats:
+        """Middle of the first view, about which the mesh turns."""
+        _, low_mm, high_mm = self._first_view
+        right_mm, up_mm = (low_mm + high_mm) / 2
+        right, up, toward = view_axes(self.azimuth_deg, self.elevation_deg)
+        depth_mm = float((self.vertices_mm.min(axis=0) + self.vertices_mm.max(axis=0)) @ toward / 2)
+        return right_mm * right + up_mm * up + depth_mm * toward
+
+
+def build_turntable(run: Run, solid: Solid) -> Turntable:
+    """Mesh the crack's walls and floor, a line around its mouth, and the sealant, coloured by age."""
+    stays = ~run.spilled
+    oldest_s = max(float(run.age_s.max(initial=0.0)), 0.1)
+    fluid = fluid_surface(run.position_mm[stays], run.particle_volume_mm3, run.age_s[stays])
+    ages = matplotlib.colormaps[AGES](np.clip(fluid.value / oldest_s, 0.0, 1.0))[:, :3]
+    walls = _coarse(solid)
+    parts = [_inside(walls), _rim(walls), (fluid.vertices_mm, fluid.faces, fluid.normal, ages)]
+    vertices_mm, faces, normal, colour = zip(*parts, strict=True)
+    before = np.cumsum([0, *map(len, vertices_mm)])
+    return Turntable(
+        vertices_mm=np.vstack(vertices_mm),
+        faces=np.vstack([each + first for each, first in zip(faces, before, strict=False)]),
+        normal=np.vstack(normal),
+        colour=np.vstack(colour),
+        azimuth_deg=square_on(solid) - ASIDE_DEG,
+        elevation_deg=DOWN_DEG,
+        oldest_s=oldest_s,
+    )
+
+
+Part = tuple[Floats, Integers, Floats, Floats]  # Vertices (v, 3), faces (f, 3), normals (v, 3) and colours (v, 3)
+
+
+@dataclass(frozen=True)
+class _Walls:
+    """Facets of the cavity with their labels, and the edges between the face and a wall."""
+
+    vertices_mm: Floats
+    faces: Integers
+    label: Integers
+    rim: Integers  # (n, 2), the face to their left
+
+
+def _walls(vertices_mm: Floats, faces: Integers, label: Integers) -> _Walls:
+    inside = np.isin(label, INSIDE)
+    edges, back = _directed_edges(faces[label == FaceLabel.TOP]), _directed_edges(faces[inside])[:, ::-1]
+    key = [len(vertices_mm), 1]
+    return _Walls(vertices_mm, faces[inside], label[inside], edges[np.isin(edges @ key, back @ key)])
+
+
+def _coarse(solid: Solid) -> _Walls:
+    """Return a solid's cavity, its near vertices merged as far as ``MOST_CORNERS`` requires."""
+    walls = _walls(solid.vertices_mm, solid.faces, solid.face_label)
+    cell_mm = FINEST * float(np.ptp(solid.vertices_mm, axis=0).max())
+    # Facets share no vertices, and a ribbon has four.
+    while 3 * len(walls.faces) + 4 * len(walls.rim) > MOST_CORNERS:
+        cells = np.round(solid.vertices_mm / cell_mm).astype(np.int64)
+        _, first, cell = np.unique(cells, axis=0, return_index=True, return_inverse=True)
+        faces = first[cell.ravel()][solid.faces]
+        kept = (faces != faces[:, [1, 2, 0]]).all(axis=1)
+        walls = _walls(solid.vertices_mm, faces[kept], solid.face_label[kept])
+        cell_mm *= COARSER
+    return walls
+
+
+def _inside(walls: _Walls) -> Part:
+    """Return the cavity's facets, each with its own vertices."""
+    corner, label = walls.vertices_mm[walls.faces], walls.label
+    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    size = np.linalg.norm(normal, axis=1)
+    corner, label, normal = corner[size > 0], label[size > 0], normal[size > 0] / size[size > 0, None]
+    colour = np.array([to_rgb(LABEL_COLOUR[each]) for each in FaceLabel])[label]
+    faces = np.arange(3 * len(corner)).reshape(-1, 3)
+    return corner.reshape(-1, 3), faces, np.repeat(normal, 3, axis=0), np.repeat(colour, 3, axis=0)
+
+
+def _rim(walls: _Walls) -> Part:
+    """Return a ribbon on the face along each edge between the face and a wall."""
+    begin_mm, end_mm = walls.vertices_mm[walls.rim.T]
+    ahead = (end_mm - begin_mm)[:, :2]
+    ahead = ahead / np.linalg.norm(ahead, axis=1, keepdims=True)
+    onto_face = RIM_MM * np.column_stack([-ahead[:, 1], ahead[:, 0], np.zeros(len(ahead))])
+    corner = np.stack([begin_mm, end_mm, end_mm + onto_face, begin_mm + onto_face], axis=1).reshape(-1, 3)
+    faces = (4 * np.arange(len(ahead))[:, None, None] + np.array([[0, 1, 2], [0, 2, 3]])).reshape(-1, 3)
+    count = len(corner)
+    return corner, faces, np.tile([0.0, 0.0, 1.0], (count, 1)), np.tile(to_rgb(ON_GROUND), (count, 1))
+
+
+def _directed_edges(faces: Integers) -> Integers:
+    return np.vstack([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+
+
+@dataclass(frozen=True)
+class FluidSurface:
+    """Mesh of a surface, closed."""
+
+    vertices_mm: Floats  # (v, 3)
+    faces: Integers  # (f, 3), counter-clockwise from outside
+    normal: Floats  # (v, 3), outward
+    value: Floats  # (v,), mean over the particles around
+
+
+NOTHING = FluidSurface(np.empty((0, 3)), np.empty((0, 3), np.int64), np.empty((0, 3)), np.empty(0))
+
+
+def fluid_surface(position_mm: Floats, particle_volume_mm3: float, value: Floats) -> FluidSurface:
+    """Return the surface on which half of the space is sealant, by a blurred count of the particles in each cell.
+
+    The colour field is that of Müller, Charypar and Gross 2003. ``position_mm`` is (n, 3), ``value`` (n,). Cells are
+    half the particles' spacing, or larger if ``MOST_VERTICES`` requires it. Single particles have no surface.
+    """
+    if not len(position_mm):
+        return NOTHING
+    spacing_mm = float(np.cbrt(particle_volume_mm3))
+    cell_mm = spacing_mm / 2
+    while True:
+        surface = _at(position_mm, particle_volume_mm3, value, cell_mm, BLUR * max(spacing_mm, cell_mm))
+        if len(surface.vertices_mm) <= MOST_VERTICES:
+            return surface
+        cell_mm *= COARSER
+
+
+def _at(position_mm: Floats, volume_mm3: float, value: Floats, cell_mm: float, blur_mm: float) -> FluidSurface:
+    margin_mm = 4 * blur_mm + cell_mm
+    low_mm = position_mm.min(axis=0) - margin_mm
+    place = (position_mm - low_mm) / cell_mm
+    shape = tuple(np.ceil(place.max(axis=0) + margin_mm / cell_mm).astype(int) + 2)
+    filled = ndimage.gaussian_filter(_spread(place, np.ones(len(place)), shape), blur_mm / cell_mm)
+    filled *= volume_mm3 / cell_mm**3
+    if filled.max() <= HALF_FULL:
+        return NOTHING
+    vertices, faces, normal, _ = marching_cubes(filled, HALF_FULL, gradient_direction="ascent")
+    weighted = ndimage.gaussian_filter(_spread(place, value, shape), blur_mm / cell_mm) * volume_mm3 / cell_mm**3
+    at = ndimage.map_coordinates(weighted, vertices.T, order=1) / ndimage.map_coordinates(filled, vertices.T, order=1)
+    return FluidSurface(vertices * cell_mm + low_mm, faces.astype(np.int64), normal.astype(float), at)
+
+
+def _spread(place: Floats, weight: Floats, shape: tuple[int, ...]) -> Floats:
+    """Return weights on a grid, each distributed over the eight nodes around its place."""
+    base = np.floor(place).astype(np.int64)
+    part = place - base
+    grid = np.zeros(int(np.prod(shape)))
+    for corner in np.ndindex(2, 2, 2):
+        share = np.prod(np.where(corner, part, 1 - part), axis=1)
+        node = np.ravel_multi_index(tuple((base + corner).T), shape)
+        grid += np.bincount(node, share * weight, len(grid))
+    return grid.reshape(shape)

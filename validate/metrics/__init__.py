@@ -1,0 +1,1 @@
+"""Metrics of a comparison: distances between levels, volumes, and the verdict."""

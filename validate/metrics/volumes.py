@@ -1,0 +1,125 @@
+"""Volumes below and above a level along the crack, the mass balance of a run, and the level that a volume makes."""
+
+import cv2
+import numpy as np
+
+from sealtwin.core.comparison import MassBalance
+from sealtwin.core.records import FaceLabel, Floats, Outline, Profile, Run, Solid, Trajectory
+from validate.settings import Readings
+
+CELL_MM = 0.2  # Cell of the raster on which sealant beside the mouth is measured: half a particle of the paper's size
+BEYOND_MM = 1e-6  # Width of a step at the end of a level, in a curve that has one value at each s
+
+
+def mass_balance(run: Run, solid: Solid, volume_ratio: float, readings_mm3: float, settings: Readings) -> MassBalance:
+    """Return the balance of a run beside the volume that its readings hold over the covered length.
+
+    ``volume_ratio`` is the volume of the settled particles over the dispensed one.
+    """
+    dispensed_mm3 = run.dispensed_volume_mm3
+    spilled_mm3 = run.spilled_particles * run.particle_volume_mm3
+    settled_mm3 = volume_ratio * dispensed_mm3
+    height_mm = run.position_mm[~run.spilled, 2]
+    below = float((height_mm <= 0).mean()) if len(height_mm) else 0.0
+    return MassBalance(
+        dispensed_mm3=dispensed_mm3,
+        in_crack_mm3=below * settled_mm3,
+        above_mm3=(1 - below) * settled_mm3,
+        spilled_mm3=spilled_mm3,
+        lost_mm3=dispensed_mm3 - settled_mm3 - spilled_mm3,
+        footprint_mm2=_footprint_mm2(run, solid),
+        readings_mm3=readings_mm3,
+        readings_state=settings.state,
+        shrinkage_percent=settings.shrinkage_percent,
+        readings_when_dispensed_mm3=readings_mm3 / (1 - (settings.shrinkage_percent or 0.0) / 100),
+    )
+
+
+def _footprint_mm2(run: Run, solid: Solid) -> float:
+    """Return the area of the face under the discs of the particles that rest on it."""
+    x_min, y_min, x_max, y_max = solid.block_mm
+    corner_mm = np.array([x_min, y_min])
+    # Cells of the block's upper side beside the mouth, rows along y.
+    on_face = np.zeros([int((y_max - y_min) / CELL_MM) + 1, int((x_max - x_min) / CELL_MM) + 1], np.uint8)
+    triangles_mm = solid.vertices_mm[solid.faces[solid.face_label == FaceLabel.TOP]][:, :, :2]
+    for triangle in np.rint((triangles_mm - corner_mm) / CELL_MM).astype(np.int32):
+        cv2.fillConvexPoly(on_face, triangle, 1)
+    above = run.position_mm[~run.spilled & (run.position_mm[:, 2] > 0), :2]
+    covered = np.zeros_like(on_face)
+    rows, columns = on_face.shape
+    for column, row in np.rint((above - corner_mm) / CELL_MM).astype(int):
+        # Sealant over the mouth is a heap, no spill, though its disc may reach over the edge.
+        if 0 <= row < rows and 0 <= column < columns and on_face[row, column]:
+            cv2.circle(covered, (int(column), int(row)), max(1, round(run.radius_mm / CELL_MM)), 1, thickness=-1)
+    return float((covered & on_face).sum()) * CELL_MM**2
+
+
+def fill_volumes(profile: Profile, outline: Outline, solid: Solid, from_mm: float, to_mm: float) -> dict[str, float]:
+    """Return the sealant, the room left below the face and the heap above it over a stretch of s, and the share filled.
+
+    The section is as wide as the mouth at the face and narrows by the tangents of the walls' angles where they tilt
+    against each other (flare and funnel alike). Sealant on the face beside the mouth is in no profile.
+    """
+    s_mm = np.unique(np.concatenate([profile.s_mm, outline.s_mm, [from_mm, to_mm]]))
+    s_mm = s_mm[(s_mm >= from_mm) & (s_mm <= to_mm)]
+    level_mm = np.interp(s_mm, profile.s_mm, profile.level_mm)
+    mouth_mm = mouth_widths_mm(s_mm, outline, solid)
+    left_mm3 = float(np.trapezoid(_room_mm2(level_mm, mouth_mm, solid), s_mm))
+    room_mm3 = float(np.trapezoid(_room_mm2(-solid.depth_at_mm(s_mm), mouth_mm, solid), s_mm))
+    heap_mm3 = float(np.trapezoid(mouth_mm * np.maximum(level_mm, 0.0), s_mm))
+    return {
+        "underfill_mm3": left_mm3,
+        "overfill_mm3": heap_mm3,
+        "sealant_mm3": room_mm3 - left_mm3 + heap_mm3,
+        "fill_ratio": 1 - left_mm3 / room_mm3,
+    }
+
+
+def mouth_widths_mm(s_mm: Floats, outline: Outline, solid: Solid) -> Floats:
+    """Return the width of the crack at the face, square to the centreline, at each s, (n,)."""
+    traced_mm = np.interp(s_mm, outline.s_mm, outline.width_mm)
+    return traced_mm + (_closing(solid) * solid.depth_mm if solid.tilt == "flare" else 0.0)
+
+
+def balance_profile(volume_mm3: float, trajectory: Trajectory, outline: Outline, solid: Solid) -> Profile:
+    """Return the level of a volume that is spread evenly over the nozzle's reach.
+
+    It is flat from where the first sealant leaves the nozzle to where the last does, as of water between two dams, and
+    the bare floor beyond. A simulation, which also accounts for the flow, should have a smaller error.
+    """
+    from scipy.optimize import root_scalar
+
+    first_mm, last_mm = np.sort(trajectory.s_mm[trajectory.giving][[0, -1]])
+
+    def held(level_mm: float) -> dict[str, float]:
+        floor_mm = -solid.depth_at_mm(outline.s_mm)
+        flat = Profile(outline.s_mm, np.maximum(floor_mm, level_mm))
+        return fill_volumes(flat, outline, solid, first_mm, last_mm)
+
+    # Above the face each millimetre adds as much as the first, so that all of the volume there is an upper bound.
+    highest_mm = 1.0 + volume_mm3 / held(1.0)["overfill_mm3"]
+    level_mm = root_scalar(
+        lambda level_mm: held(level_mm)["sealant_mm3"] - volume_mm3, bracket=(-solid.depth_mm, highest_mm)
+    ).root
+    edges_mm = np.array([first_mm, last_mm])
+    s_mm = np.unique(np.concatenate([outline.s_mm, edges_mm, edges_mm + BEYOND_MM * np.array([-1, 1])]))
+    s_mm = s_mm[(s_mm >= 0) & (s_mm <= outline.length_mm)]
+    floor_mm = -solid.depth_at_mm(s_mm)
+    reached = (s_mm >= first_mm) & (s_mm <= last_mm)
+    return Profile(s_mm, np.where(reached, np.maximum(floor_mm, level_mm), floor_mm), source="volume balance")
+
+
+def _room_mm2(level_mm: Floats, mouth_mm: Floats, solid: Solid) -> Floats:
+    """Return the area of each section between the level and the face, (n,)."""
+    closing = _closing(solid)
+    below_mm = np.maximum(-level_mm, 0.0)
+    if closing:
+        # Walls of a narrow funnel meet above the floor, and leave no room below.
+        below_mm = np.minimum(below_mm, mouth_mm / closing)
+    return mouth_mm * below_mm - closing * below_mm**2 / 2
+
+
+def _closing(solid: Solid) -> float:
+    """Return the width that a section loses with each millimetre of depth."""
+    tilted = solid.tilt in ("flare", "funnel")
+    return float(np.tan(np.radians(solid.wall_angles_deg)).sum()) if tilted else 0.0

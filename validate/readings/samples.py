@@ -1,0 +1,158 @@
+"""Files of readings: their cells, and their division where several samples share one by a column or by worksheets."""
+
+import hashlib
+import json
+import re
+import stat
+import unicodedata
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from sealtwin.core.errors import InputError, as_text
+from validate.readings.columns import Column, Header, read_header
+from validate.readings.sheet import SAVE_AGAIN, FaultList, Place, SheetFaults, SheetGrid, SheetRow, quoted, refuse
+from validate.readings.text_table import read_delimited
+from validate.settings import Declared
+
+LARGEST_FILE_BYTES = 5_000_000  # Limit on a sheet, a workbook with its pictures included
+ZIP = b"PK\x03\x04"
+OLD_EXCEL = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"  # First bytes of .xls, and of an XLSX with a password
+
+
+def read_cells(path: Path, declared: Declared) -> SheetGrid:
+    """Return the rows that hold anything, of a CSV or of the one sheet of a workbook.
+
+    Raises SheetFaults where the file is neither, and InputError where it cannot be opened.
+    """
+    content = _content(path)
+    if content.startswith(ZIP):
+        from validate.readings.workbook import read_sheet
+
+        return read_sheet(path, content, declared.sheet)
+    if declared.sheet is not None:
+        found = f"a text file, which has no sheets, while [readings] sheet names {declared.sheet!r}."
+        raise refuse(Place(path), found, "Leave it out, or give the workbook.", declared.sheet)
+    return read_delimited(path, content, declared.separator)
+
+
+def _content(path: Path) -> bytes:
+    """Return the bytes of a file. Raises SheetFaults for a large file or an old workbook."""
+    try:
+        # Reading from a pipe waits, and may never end.
+        if not stat.S_ISREG(path.stat().st_mode):
+            raise IsADirectoryError(0, "no file")
+        with path.open("rb") as file:
+            content = file.read(LARGEST_FILE_BYTES + 1)
+    except OSError as fault:
+        raise InputError(
+            f"{as_text(path)}: readings cannot be opened ({fault.strerror}). Give the sheet's path in [readings] file."
+        ) from fault
+    if len(content) > LARGEST_FILE_BYTES:
+        found = f"larger than {LARGEST_FILE_BYTES:,} bytes."
+        raise refuse(Place(path), found, "Take pictures and other tables out of it, or save it as CSV.")
+    if content.startswith(OLD_EXCEL):
+        raise refuse(Place(path), "an old Excel workbook (.xls), or one with a password.", SAVE_AGAIN)
+    return content
+
+
+WORD = re.compile(r"[^\W_]+")
+
+
+@dataclass(frozen=True)
+class SamplePart:
+    """A part of a file that may hold the readings of one sample."""
+
+    sheet: str | None  # Name of the worksheet, where there are several
+    rows_of: str | None  # Sample of the rows, as the column of samples first spells it; None without such a column
+    sha256: str = field(compare=False)  # Hash of the part's cells without the sample's name: equal for equal readings
+    headed: bool = field(default=True, compare=False)
+    """False for a worksheet without a header of readings: a cover, or readings under unknown names."""
+
+    def __str__(self) -> str:
+        parts = (self.sheet and f"sheet {self.sheet}", self.rows_of and f"rows of {self.rows_of}")
+        return ", ".join(part for part in parts if part)
+
+
+def sample_key(sample: str) -> str:
+    """Return a key that is equal for spellings that differ in case, spaces, points, hyphens and underscores only.
+
+    A gap between two digits counts: 1-11 is not 11-1.
+    """
+    key = ""
+    for word in WORD.findall(unicodedata.normalize("NFKC", sample).casefold()):
+        key += f"-{word}" if key[-1:].isdigit() and word[0].isdigit() else word
+    return key
+
+
+def parts_of(path: Path) -> tuple[SamplePart, ...]:
+    """Return each table of readings in a file, divided by samples, and of several worksheets those without one."""
+    try:
+        content = _content(path)
+        if content.startswith(ZIP):
+            from validate.readings.workbook import read_sheets
+
+            grids = read_sheets(path, content)
+        else:
+            grids = (read_delimited(path, content, None),)
+    except InputError:
+        # Reading it as the sheet of a sample reports the fault.
+        return ()
+    return tuple(part for grid in grids for part in _parts(grid, grid.sheet if len(grids) > 1 else None))
+
+
+def rows_of_sample(grid: SheetGrid, header: Header, declared: Declared, faults: FaultList) -> Header:
+    """Return ``header`` with only the rows of the declared sample below it; what is unclear is added to ``faults``.
+
+    Without a declared sample the column must name one sample only.
+    """
+    column, place, wanted = header.sample, grid.place(header.row.number), declared.sample
+    if column is None and wanted is not None:
+        found = f"no column names samples, while [readings] sample names {quoted(wanted)}."
+        faults.add(place, found, "Name it in a column 'sample', or leave [readings] sample out.", wanted)
+    if column is None:
+        return header
+    by_sample = _by_sample(column, header.body)
+    nameless = by_sample.pop("", [])
+    for row in nameless:
+        in_row = grid.place(row.number, column.index, column.name)
+        faults.add(in_row, "the row names no sample.", "Write its name into every row.")
+    names = ", ".join(quoted(rows[0].cell(column.index).text) for rows in list(by_sample.values())[:12])
+    if wanted is None:
+        if len(by_sample) > 1:
+            faults.add(place, f"rows of several samples: {names}.", "Name the one that is meant: [readings] sample.")
+        return header
+    key = sample_key(wanted)
+    if key not in by_sample:
+        found = f"no row of sample {quoted(wanted)}; column {quoted(column.name)} names {names}."
+        faults.add(place, found, "Correct the name there, or which sample the file is of.", wanted)
+    rows = [*nameless, *by_sample.get(key, [])]
+    return replace(header, body=tuple(sorted(rows, key=lambda row: row.number)))
+
+
+def _parts(grid: SheetGrid, sheet: str | None) -> Iterable[SamplePart]:
+    try:
+        header = read_header(grid, Declared(), FaultList())
+    except SheetFaults:
+        header = None
+    column = None if header is None else header.sample
+    if header is None or column is None:
+        if header is not None or sheet is not None:
+            yield SamplePart(sheet, None, _sha256(grid.rows, None), headed=header is not None)
+        return
+    for key, own in _by_sample(column, header.body).items():
+        if key:
+            yield SamplePart(sheet, own[0].cell(column.index).text, _sha256([header.row, *own], column.index))
+
+
+def _by_sample(column: Column, rows: Iterable[SheetRow]) -> dict[str, list[SheetRow]]:
+    """Return rows by the key of the sample that a column names, or "" where it names none."""
+    by_sample: dict[str, list[SheetRow]] = {}
+    for row in rows:
+        by_sample.setdefault(sample_key(row.cell(column.index).text), []).append(row)
+    return by_sample
+
+
+def _sha256(rows: Iterable[SheetRow], without: int | None) -> str:
+    cells = [[cell for index, cell in enumerate(row.cells) if index != without] for row in rows]
+    return hashlib.sha256(json.dumps(cells).encode()).hexdigest()

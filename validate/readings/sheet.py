@@ -1,0 +1,182 @@
+"""The cells of a sheet, and its faults, reported all at once, each with its place and its remedy."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Literal, NamedTuple
+
+from sealtwin.core.errors import InputError, as_text
+
+MOST_KEPT = 1_000
+MOST_SHOWN = 20  # Limit on the sentences of a message; more faults than that have a common cause
+FIGURES = re.compile(r"[-+]?\d[\d.,]*(?:e[-+]?\d+)?")  # Numbers within a sentence
+MOST_ROWS_NAMED = 8  # Limit on the rows that are named for one mistake
+LONGEST_SHOWN = 60  # Limit on the letters of a cell that are quoted
+SAVE_AGAIN = "Open it in a spreadsheet program and save it as XLSX, or as CSV."
+
+
+@dataclass(frozen=True)
+class Place:
+    """A place in a sheet: the file, one of its sheets, a row, or a cell."""
+
+    path: Path
+    sheet: str | None = None  # Name of a workbook's sheet; None in a text file
+    row: int | None = None  # Row number from 1, as in editors and spreadsheets
+    column: int | None = None  # Column number from 0
+    name: str | None = None  # Name of the column in the header
+
+    def __str__(self) -> str:
+        name = self.name and shown(self.name)
+        if self.sheet is None:
+            parts = [self.row and f"line {self.row}", name and f"column {name}"]
+        elif self.column is not None and self.row is not None:
+            cell = f"cell {letters(self.column)}{self.row}"
+            parts = [f"sheet {quoted(self.sheet)}", f"{cell} ({name})" if name else cell]
+        else:
+            parts = [f"sheet {quoted(self.sheet)}", self.row and f"row {self.row}"]
+        return ", ".join(part for part in (as_text(self.path), *parts) if part)
+
+
+@dataclass(frozen=True)
+class SheetFault:
+    place: Place
+    found: str  # The value found and what is allowed: a sentence, or the end of one
+    remedy: str
+    value: str | None = None  # Text of the cell
+
+    def __str__(self) -> str:
+        return f"{self.place}: {self.found} {self.remedy}"
+
+    @property
+    def kind(self) -> object:
+        """Key that is equal for one mistake in several cells of a column; a fault without a cell has its own."""
+        if self.place.column is None or not self.value:
+            return self.place, self.found, self.remedy
+        found = self.found.replace(quoted(self.value), "")
+        return replace(self.place, row=None), FIGURES.sub("", found), self.remedy
+
+
+class SheetFaults(InputError):  # noqa: N818  It is all of a sheet's faults, not one error.
+    """All faults of one sheet. ``faults`` holds the first thousand; the text shows twenty and counts them."""
+
+    def __init__(self, faults: Sequence[SheetFault], count: int = 1) -> None:
+        self.faults = tuple(faults)
+        alike: dict[object, list[SheetFault]] = {}
+        for fault in faults:
+            alike.setdefault(fault.kind, []).append(fault)
+        groups = list(alike.values())[:MOST_SHOWN]
+        lines = [_joined(group) for group in groups]
+        if more := count - sum(map(len, groups)):
+            lines.append(f"{as_text(faults[0].place.path)}: {more:,} more faults like these.")
+        super().__init__("\n".join(lines))
+
+
+@dataclass
+class FaultList:
+    """The faults found so far, the first thousand of them kept."""
+
+    kept: list[SheetFault] = field(default_factory=list)
+    count: int = 0
+
+    def add(self, place: Place, found: str, remedy: str, value: str | None = None) -> None:
+        self.count += 1
+        if len(self.kept) < MOST_KEPT:
+            self.kept.append(SheetFault(place, found, remedy, value))
+
+    def raise_if_any(self) -> None:
+        """Raise SheetFaults if there is a fault."""
+        if self.count:
+            raise SheetFaults(self.kept, self.count)
+
+
+def _joined(alike: list[SheetFault]) -> str:
+    """Return the first fault in words, followed by the rows of the others."""
+    first = alike[0].place.row
+    rows = sorted({row for fault in alike if (row := fault.place.row) is not None and row != first})
+    if not rows:
+        return str(alike[0])
+    named = ", ".join(map(str, rows[:MOST_ROWS_NAMED])) + (" and others" if len(rows) > MOST_ROWS_NAMED else "")
+    if len(rows) > 1 and rows[-1] - rows[0] == len(rows) - 1:
+        named = f"{rows[0]} to {rows[-1]}"
+    return f"{alike[0]} The same in {len(rows):,} more: row {named}."
+
+
+def refuse(place: Place, found: str, remedy: str, value: str | None = None) -> SheetFaults:
+    """Return the error of a single fault, after which nothing more can be read."""
+    return SheetFaults([SheetFault(place, found, remedy, value)])
+
+
+def letters(column: int) -> str:
+    """Return a spreadsheet's name of a column: 0 is A, 26 is AA."""
+    from openpyxl.utils import get_column_letter
+
+    return get_column_letter(column + 1)
+
+
+def clipped(text: str) -> str:
+    return text if len(text) <= LONGEST_SHOWN else text[: LONGEST_SHOWN - 1] + "…"
+
+
+def quoted(text: str) -> str:
+    """Return the text clipped, in quotation marks and with escapes."""
+    return repr(clipped(text))
+
+
+def shown(text: str) -> str:
+    """Return the text clipped and on one line, with escapes for what cannot be printed."""
+    text = clipped(text)
+    return text if text.isprintable() else repr(text)
+
+
+Kind = Literal["text", "number", "date", "truth", "error", "formula"]
+"""Kind of a cell; those of a text file are all text, and a "formula" is one whose result was never stored."""
+
+MOST_ROWS = 10_000
+MOST_COLUMNS = 256  # Limit on the columns that hold anything; a table with more is no sheet of readings
+
+
+class SheetCell(NamedTuple):
+    text: str  # Content without blanks around it; a number of a workbook has a decimal point and 15 digits at most
+    kind: Kind = "text"
+
+
+BLANK = SheetCell("")
+
+
+@dataclass(frozen=True)
+class SheetRow:
+    number: int  # Row number from 1, as in editors and spreadsheets
+    cells: tuple[SheetCell, ...]  # Cells from the first column on
+
+    @property
+    def width(self) -> int:
+        """Number of cells up to the last that holds anything."""
+        return max((column + 1 for column, cell in enumerate(self.cells) if cell != BLANK), default=0)
+
+    def cell(self, column: int) -> SheetCell:
+        return self.cells[column] if column < len(self.cells) else BLANK
+
+
+@dataclass(frozen=True)
+class SheetGrid:
+    """The rows of a sheet that hold anything. Raises SheetFaults for more than any sheet of readings has."""
+
+    path: Path
+    rows: tuple[SheetRow, ...]
+    written: tuple[str, ...]  # Format of the file in words: ("CSV", "UTF-16", "semicolons")
+    separator: str | None = None  # Separator of a text file
+    sheet: str | None = None  # Name of a workbook's sheet
+    merged: tuple[tuple[int, int, int, int], ...] = ()
+    """Merged ranges: first row, first column, last row, last column; rows from 1, columns from 0."""
+    remarks: tuple[str, ...] = ()  # Remarks for the report: hidden rows that are read, hidden sheets that are not
+
+    def __post_init__(self) -> None:
+        if len(self.rows) > MOST_ROWS:
+            raise refuse(self.place(), f"more than the {MOST_ROWS} rows that are read.", "Thin the stations out.")
+        if wide := next((row for row in self.rows if row.width > MOST_COLUMNS), None):
+            found = f"more than the {MOST_COLUMNS} columns that are read."
+            raise refuse(self.place(wide.number), found, "Delete everything outside the table.")
+
+    def place(self, row: int | None = None, column: int | None = None, name: str | None = None) -> Place:
+        return Place(self.path, self.sheet, row, column, name)

@@ -1,0 +1,136 @@
+"""Sheets in text files: encoding, separator, fields, and numbers with a decimal point or comma."""
+
+import csv
+import io
+import math
+import re
+import unicodedata
+from collections import Counter
+from collections.abc import Iterable
+from pathlib import Path
+
+from validate.readings.sheet import Place, SheetCell, SheetGrid, SheetRow, refuse
+from validate.settings import Decimal, Separator
+
+UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue"})
+NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][+-]?[0-9]{1,4})?")
+GROUPED = re.compile(r"[+-]?[0-9]{1,3}(?:[.,' \u2019\u00a0\u202f][0-9]{3})+(?:[.,][0-9]*)?")
+"""Number whose thousands are set apart, or may be."""
+AMBIGUOUS = re.compile(r"[+-]?[1-9][0-9]{0,2}([.,])[0-9]{3}")
+"""Number such as 1.250, a decimal or 1250 with its thousands set apart; 0.125 can only be a decimal."""
+MINUS = str.maketrans(dict.fromkeys("\u2212\u2013", "-"))
+"""The typographic minus, and the dash that word processors make of a hyphen."""
+MISSING = {"", "-", "\u2013", "\u2014", "n/a", "na", "n.a.", "k.a.", "k. a."}
+DECIMAL_MARKS: dict[Decimal, str] = {"point": ".", "comma": ","}
+SEPARATORS: dict[Separator, str] = {"tab": "\t", "semicolon": ";", "comma": ","}
+"""Separators by preference where two divide as many rows alike: text holds commas, and rarely tabs."""
+NAMES = {"\t": "tabs", ";": "semicolons", ",": "commas"}
+BYTE_ORDER_MARKS = (
+    (b"\xff\xfe\x00\x00", "utf-32-le", "UTF-32"),
+    (b"\xef\xbb\xbf", "utf-8", "UTF-8"),
+    (b"\xff\xfe", "utf-16-le", "UTF-16"),
+    (b"\xfe\xff", "utf-16-be", "UTF-16"),
+)
+SEPARATOR_LINE = re.compile(r'"?sep=([;,\t])"?[ \t;,]*(?:\r\n|\r|\n|$)', re.IGNORECASE)
+"""First line such as "sep=;", which states the separator for Excel."""
+ZEROS = 0.5
+"""Share of zeros above which bytes are the high ones of UTF-16: nearly all are zero in the scripts of Europe."""
+
+
+def plain_letters(text: str) -> str:
+    """Return the text in lower case, umlauts spelt out (ä is ae) and other accents dropped (é is e, ñ is n)."""
+    folded = unicodedata.normalize("NFKC", text).casefold().translate(UMLAUTS)
+    return "".join(letter for letter in unicodedata.normalize("NFD", folded) if unicodedata.category(letter) != "Mn")
+
+
+def is_missing(text: str) -> bool:
+    return text.casefold() in MISSING
+
+
+def is_ambiguous(text: str) -> bool:
+    """Return whether the mark of a number may be a decimal one or set thousands apart."""
+    return AMBIGUOUS.fullmatch(text.translate(MINUS)) is not None
+
+
+def is_grouped(text: str) -> bool:
+    """Return whether the thousands of a number are set apart, or may be."""
+    return GROUPED.fullmatch(text.translate(MINUS)) is not None
+
+
+def common_mark(texts: Iterable[str], separator: str | None) -> Decimal | None:
+    """Return the decimal mark of a file's numbers, None where they leave it open.
+
+    Commas between the fields decide, too: decimals with commas need another separator.
+    """
+    texts = list(texts)
+    numbers = [text for text in texts if NUMBER.fullmatch(text.translate(MINUS)) and not is_ambiguous(text)]
+    points, commas = (sum(mark in text for text in numbers) for mark in ".,")
+    if points or commas:
+        return "comma" if commas > points else "point"
+    if separator == "," and not any("," in text for text in texts):
+        return "point"
+    return None
+
+
+def number(text: str, mark: Decimal | None) -> float | None:
+    """Return the finite number written with the decimal ``mark``, or either if that is None; else None."""
+    text = text.translate(MINUS)
+    if not NUMBER.fullmatch(text):
+        return None
+    if mark is not None and DECIMAL_MARKS["point" if mark == "comma" else "comma"] in text:
+        return None
+    value = float(text.replace(",", "."))
+    return value if math.isfinite(value) else None
+
+
+def read_delimited(path: Path, content: bytes, separator: Separator | None) -> SheetGrid:
+    """Return the rows of a text file. Raises SheetFaults where it is no table."""
+    text, encoding = _decoded(path, content)
+    stated = SEPARATOR_LINE.match(text)
+    if stated is not None:
+        text = text[stated.end() :]
+    mark = SEPARATORS[separator] if separator is not None else stated[1] if stated is not None else _likeliest(text)
+    try:
+        lines = _fields(text, mark)
+    except csv.Error as fault:
+        raise refuse(Place(path), f"no CSV ({fault}).", "Save the sheet as 'CSV UTF-8'.") from fault
+    skipped = 0 if stated is None else 1
+    rows = tuple(SheetRow(skipped + number, tuple(map(SheetCell, fields))) for number, fields in lines)
+    return SheetGrid(path, rows, ("CSV", encoding, NAMES[mark]), separator=mark)
+
+
+def _decoded(path: Path, content: bytes) -> tuple[str, str]:
+    """Return the text and the name of its encoding."""
+    high, low = (content[start::2].count(0) / max(1, len(content) // 2) for start in (1, 0))
+    # Latin-1 is Windows-1252 with control characters in place of some letters.
+    possible = {"UTF-8": "utf-8", "Windows-1252": "cp1252"}
+    if marked := next((each for each in BYTE_ORDER_MARKS if content.startswith(each[0])), None):
+        mark, codec, name = marked
+        content, possible = content[len(mark) :], {name: codec}
+    elif high > ZEROS > 2 * low or low > ZEROS > 2 * high:
+        possible = {"UTF-16 without a mark": "utf-16-le" if high > low else "utf-16-be"}
+    for name, codec in possible.items():
+        try:
+            return content.decode(codec), name
+        except UnicodeDecodeError:
+            continue
+    raise refuse(Place(path), f"no text in {' or '.join(possible)}.", "Save the sheet as 'CSV UTF-8' or XLSX.")
+
+
+def _likeliest(text: str) -> str:
+    """Return the separator that divides the most rows into one number of fields."""
+    alike = {}
+    for mark in SEPARATORS.values():
+        try:
+            widths = Counter(len(row) for _, row in _fields(text, mark))
+        except csv.Error:
+            # Quotes that close in the wrong place rule this separator out.
+            continue
+        alike[mark] = max((count for width, count in widths.items() if width > 1), default=0)
+    return max(alike, key=alike.__getitem__) if any(alike.values()) else ","
+
+
+def _fields(text: str, mark: str) -> list[tuple[int, list[str]]]:
+    """Return numbers and fields of the lines that hold anything. Raises csv.Error."""
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=mark, strict=True)
+    return [(reader.line_num, [field.strip() for field in row]) for row in reader if any(map(str.strip, row))]

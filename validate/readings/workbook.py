@@ -1,0 +1,177 @@
+"""Worksheets of an XLSX workbook, read by openpyxl: the one that is wanted, or the only one that holds anything.
+
+Of openpyxl its parser of a single worksheet is used, in one pass: a whole workbook would load pictures and fill each
+merged range with cells, and a read-only one reports neither merged cells nor hidden rows (decision 0088).
+"""
+
+import io
+import math
+import warnings
+import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from datetime import date
+from pathlib import Path
+from typing import Any
+from xml.etree.ElementTree import Element
+
+import openpyxl
+from openpyxl.worksheet._reader import FORMULA_TAG, WorkSheetParser
+
+from validate.readings.sheet import (
+    BLANK,
+    MOST_COLUMNS,
+    MOST_ROWS,
+    SAVE_AGAIN,
+    Place,
+    SheetCell,
+    SheetGrid,
+    SheetRow,
+    quoted,
+    refuse,
+    shown,
+)
+from validate.units import counted
+
+LARGEST_UNPACKED_BYTES = 32_000_000  # Limit on all parts together: 10,000 rows of 32 numbers take 13 million bytes
+HIDDEN = ("1", "true")
+
+
+@dataclass
+class _Worksheet:
+    name: str
+    hidden: bool
+    rows: dict[int, dict[int, SheetCell]] = field(default_factory=dict)
+    """Rows by number from 1, their cells by column from 0; blank cells are left out."""
+    merged: tuple[tuple[int, int, int, int], ...] = ()  # Merged ranges as in ``SheetGrid``
+    hidden_parts: tuple[int, int] = (0, 0)  # Numbers of hidden rows and columns
+
+
+class _CellParser(WorkSheetParser):
+    """The parser of openpyxl, which also marks a formula whose result was never stored."""
+
+    def parse_cell(self, element: Element) -> dict[str, Any]:
+        cell = super().parse_cell(element)
+        # A formula whose result is an empty text has t="str".
+        if cell["value"] is None and element.get("t") != "str" and element.find(FORMULA_TAG) is not None:
+            cell["data_type"] = "f"
+        return cell
+
+
+def read_sheet(path: Path, content: bytes, wanted: str | None) -> SheetGrid:
+    """Return the sheet that is ``wanted``, or the only visible one that holds anything. Raises SheetFaults."""
+    sheets = _worksheets(path, content, wanted)
+    filled = [sheet for sheet in sheets if sheet.rows]
+    visible = [sheet for sheet in filled if not sheet.hidden]
+    chosen = visible if wanted is None else [sheet for sheet in sheets if sheet.name == wanted]
+    if len(chosen) == 1:
+        return _grid(path, chosen[0], sheets)
+    if wanted is not None:
+        found, named = f"no sheet {quoted(wanted)} among", sheets
+    elif visible:
+        found, named = f"{len(visible)} sheets hold something:", visible
+    elif filled:
+        found, named = "all that holds anything is hidden:", filled
+    else:
+        raise refuse(
+            Place(path),
+            "no rows of readings: all sheets are empty, or in the strict form of Open XML.",
+            "Save the workbook with its cells, as an ordinary XLSX.",
+        )
+    names = ", ".join(quoted(sheet.name) for sheet in named[:12]) + (", …" if len(named) > 12 else "")
+    raise refuse(Place(path), f"{found} {names}.", "Name the one with the readings: [readings] sheet.", wanted)
+
+
+def read_sheets(path: Path, content: bytes) -> tuple[SheetGrid, ...]:
+    """Return all visible sheets that hold anything. Raises SheetFaults."""
+    sheets = _worksheets(path, content, None)
+    return tuple(_grid(path, sheet, sheets) for sheet in sheets if sheet.rows and not sheet.hidden)
+
+
+def _worksheets(path: Path, content: bytes, wanted: str | None) -> list[_Worksheet]:
+    """Return all worksheets; where one is ``wanted``, only its cells are read."""
+    with _refused(path):
+        entries = zipfile.ZipFile(io.BytesIO(content)).infolist()
+    unpacked_bytes = sum(entry.file_size for entry in entries)
+    if unpacked_bytes > LARGEST_UNPACKED_BYTES:
+        found = f"an archive that unpacks to {unpacked_bytes:,} bytes; at most {LARGEST_UNPACKED_BYTES:,} are read."
+        raise refuse(Place(path), found, "Take pictures and other tables out of it, or save it as CSV.")
+    if not any(entry.filename == "[Content_Types].xml" for entry in entries):
+        raise refuse(Place(path), "a zip of another program's format, and no XLSX.", SAVE_AGAIN)
+    with _refused(path):
+        # The type stubs leave out what a read-only workbook keeps for its parser.
+        book: Any = openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True, keep_links=False)
+    sheets = []
+    for source in book.worksheets:
+        sheet = _Worksheet(source.title, source.sheet_state != "visible")
+        if wanted in (None, sheet.name):
+            with _refused(path), source._get_source() as part:
+                dates, durations = book._date_formats, book._timedelta_formats
+                parser = _CellParser(part, source._shared_strings, True, book.epoch, dates, durations)
+                for _, cells in parser.parse():
+                    for each in cells:
+                        cell = _cell(each["value"], each["data_type"])
+                        if cell != BLANK:
+                            # One column too many is enough for a refusal.
+                            sheet.rows.setdefault(each["row"], {})[min(each["column"] - 1, MOST_COLUMNS)] = cell
+                    if len(sheet.rows) > MOST_ROWS:
+                        break
+            sheet.merged = tuple(
+                (cells.min_row, cells.min_col - 1, cells.max_row, cells.max_col - 1)
+                for cells in (parser.merged_cells.mergeCell if parser.merged_cells else ())
+            )
+            columns = [one for one in parser.column_dimensions.values() if one.get("hidden") in HIDDEN]
+            sheet.hidden_parts = (
+                sum(row.get("hidden") in HIDDEN for row in parser.row_dimensions.values()),
+                sum(int(column["max"]) - int(column["min"]) + 1 for column in columns),
+            )
+        sheets.append(sheet)
+    return sheets
+
+
+@contextmanager
+def _refused(path: Path) -> Iterator[None]:
+    """Refuse a file that openpyxl or zipfile cannot read: a damaged one makes them raise errors of any class."""
+    try:
+        with warnings.catch_warnings():
+            # openpyxl warns about styles and extensions that it leaves out, which hold no readings.
+            warnings.simplefilter("ignore")
+            yield
+    except Exception as fault:
+        cause = fault.__cause__ or fault
+        found = f"damaged, or no XLSX ({type(cause).__name__}: {shown(str(cause))})."
+        raise refuse(Place(path), found, SAVE_AGAIN) from fault
+
+
+def _cell(value: Any, data_type: str) -> SheetCell:
+    if data_type == "f":
+        return SheetCell("", "formula")
+    if value is None:
+        return BLANK
+    if data_type == "e":
+        return SheetCell(value.strip(), "error")
+    if isinstance(value, bool):
+        return SheetCell(str(value).upper(), "truth")
+    if isinstance(value, int | float):
+        text = f"{value:.15g}"
+        return SheetCell(text, "number" if math.isfinite(value) else "text")
+    if isinstance(value, date):
+        return SheetCell(f"{value:%Y-%m-%d %H:%M}".removesuffix(" 00:00"), "date")
+    return SheetCell(str(value).strip(), "date" if data_type == "d" else "text")
+
+
+def _grid(path: Path, chosen: _Worksheet, sheets: list[_Worksheet]) -> SheetGrid:
+    rows = tuple(
+        SheetRow(number, tuple(cells.get(column, BLANK) for column in range(max(cells) + 1)))
+        for number, cells in sorted(chosen.rows.items())
+    )
+    remarks = ["this sheet is hidden"] if chosen.hidden else []
+    if any(chosen.hidden_parts):
+        hidden_rows, hidden_columns = chosen.hidden_parts
+        hidden = counted(hidden_rows, "hidden row"), counted(hidden_columns, "hidden column")
+        remarks.append(f"{' and '.join(hidden)} are read too")
+    if unread := [sheet for sheet in sheets if sheet.hidden and sheet.rows and sheet is not chosen]:
+        remarks.append(f"{counted(len(unread), 'hidden sheet')} not read")
+    written = ("XLSX", f"sheet {quoted(chosen.name)}")
+    return SheetGrid(path, rows, written, None, chosen.name, chosen.merged, tuple(remarks))

@@ -1,0 +1,1 @@
+"""The report: page, PDF and report.json from the same facts."""

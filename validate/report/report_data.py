@@ -1,0 +1,254 @@
+"""The form of report.json, and the report of one trial in it.
+
+``python -m validate.report.report_data`` prints the JSON Schema published as
+validate/schema/report.schema.json.
+"""
+
+import json
+import sys
+from collections.abc import Iterable
+from typing import Any, Literal
+
+from sealtwin.core.comparison import (
+    Comparison,
+    ErrorBin,
+    ErrorBudget,
+    JsonRecord,
+    Known,
+    LevelMetrics,
+    MassBalance,
+    Outcome,
+    Role,
+    ShiftedError,
+)
+from sealtwin.core.records import DataKind
+from validate.report_input import Evidence, ReadingsSheet
+from validate.units import PageTable, unit_of, words
+from validate.wording.comparison import INPUTS, uncertainty_sentences, volumes_mm3
+from validate.wording.headline import cautions, headline
+from validate.wording.sample_and_run import HEALTH_LABELS, assumptions, left_out
+
+
+class NumberWithUnit(JsonRecord):
+    """A number with its unit."""
+
+    value: Known
+    """The number; None where it does not exist, as the error of a stretch without readings."""
+    unit: str
+    """Unit as it is written; "1" for a pure number."""
+    meaning: str
+    """Meaning in words."""
+    interval_95: tuple[float, float] | None = None
+    """Ends of the 95 % interval in the same unit; None where none was computed."""
+
+
+class ReportedVerdict(JsonRecord):
+    """The verdict on the comparison, and what it depends on."""
+
+    sentence: str
+    """Sentence that the report begins with."""
+    findings: tuple[str, ...]
+    """Conclusions that ASME V&V 20 allows, to be read with the sentence; empty without a verdict."""
+    outcome: Outcome
+    """passed, failed: the gate lies outside the mean error's 95 % interval, or a particle escaped. undecided: the gate
+    lies inside it, the readings are too few, or files were edited by hand. open: no readings, or no gate declared."""
+    edited: tuple[str, ...]
+    """Files of the run that are not as their stage wrote them: with one, nothing here is a result of the trial."""
+    mean_error_limit_mm: float | None
+    """Gate that the trial declared before the run."""
+    role: Role | None
+    """Use of the readings: the fluid was calibrated on them, or not; None without readings."""
+    photo_data: DataKind
+    """Origin of the photo or the mesh; only measured data can validate."""
+    readings_data: DataKind | None
+    """Origin of the readings; None without any."""
+
+
+class ReportedUncertainty(ErrorBudget):
+    """Error of the mean level and the standard uncertainties of it, after ASME V&V 20."""
+
+    sentences: tuple[str, ...]
+    """Conclusions that these allow, and what is not included in them."""
+
+
+class ReadingsFile(ReadingsSheet):
+    """The file of the readings."""
+
+    dialect: str
+    """Format of the sheet as it was understood, in a sentence."""
+
+
+class ReportedSizes(JsonRecord):
+    """One number at three particle sizes, from the finest to the coarsest."""
+
+    radii_mm: tuple[float, ...]
+    """Radii of the particles; the trial's own is in the middle."""
+    values_mm: tuple[float, ...]
+    """The number at each radius."""
+    kind: str
+    """converging, no order, or oscillatory."""
+    order: float | None
+    """Observed order of convergence; None where there is none."""
+    band_95_mm: float
+    """95 % band by the grid convergence index where the number converges, else the range of the three."""
+
+
+class ReportedInput(JsonRecord):
+    """Change of the simulated level for an input that is larger by its declared standard uncertainty."""
+
+    meaning: str
+    """Name of the input in words."""
+    standard: float
+    """Declared standard uncertainty."""
+    unit: str
+    """Unit of ``standard``."""
+    mean_level_mm: float
+    """Change of the mean level."""
+    largest_mm: float
+    """Largest change of the level anywhere, as an absolute value."""
+
+
+class ReportData(JsonRecord):
+    """Report of one trial: its results, their uncertainty and their origin."""
+
+    schema_version: Literal[2] = 2
+    """Version of this form; a larger one breaks programs that read a smaller one."""
+    name: str
+    """Name of the trial."""
+    note: str
+    """Note of the trial, in its user's words."""
+    verdict: ReportedVerdict
+    """Verdict on the comparison."""
+    cautions: tuple[str, ...]
+    """Warnings that must be read before any number."""
+    metrics: dict[str, NumberWithUnit]
+    """Figures of simulated against measured level; empty without readings."""
+    readings: ReadingsFile | None
+    """File of the readings; None without readings."""
+    error_by_bin: tuple[ErrorBin, ...]
+    """Mean absolute error along the crack, as in the report's histogram."""
+    uncertainty: ReportedUncertainty | None
+    """Uncertainty of the mean level; None where it was not assessed."""
+    sizes: dict[str, ReportedSizes]
+    """Mean level and mean error at three particle sizes; empty where no other sizes were run."""
+    inputs: dict[str, ReportedInput]
+    """Effects of the inputs by their names in the trial's table [uncertainty]; empty where none was varied."""
+    shifts: tuple[ShiftedError, ...]
+    """Errors with the readings shifted along the crack, since s = 0 is a choice; empty without readings."""
+    mass_balance: dict[str, NumberWithUnit]
+    """Volume of the dispensed sealant by its place, counted in particles."""
+    settled: dict[str, NumberWithUnit]
+    """Volumes of the settled sealant beside that of the readings; empty without readings."""
+    health: dict[str, NumberWithUnit | str]
+    """Numbers that the run recorded about itself."""
+    assumptions: tuple[str, ...]
+    """Assumptions of the model, in sentences."""
+    left_out: tuple[str, ...]
+    """Data that count in no metric, and why."""
+    provenance: dict[str, str]
+    """Versions, device, seed, dates and hashes."""
+    commands: tuple[str, ...]
+    """Commands that make this report again, in order."""
+    tables: tuple[PageTable, ...]
+    """All tables of the page."""
+
+
+def schema() -> dict[str, Any]:
+    """Return the JSON Schema (draft 2020-12) of report.json."""
+    head = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
+    return head | ReportData.model_json_schema(mode="serialization")
+
+
+UNREPORTED = ("covered_length_mm", "length_mm", "stations_beyond_mm", "stations_used")
+METRICS = [name for name, field in LevelMetrics.model_fields.items() if field.description and name not in UNREPORTED]
+"""Figures that are reported as numbers with a unit."""
+
+
+def report_data(evidence: Evidence, tables: tuple[PageTable, ...] = ()) -> ReportData:
+    """Collect the content of report.json; ``tables`` are those of the page."""
+    comparison, readings, sheet = evidence.comparison, evidence.readings, evidence.sheet
+    sentence, outcome = headline(evidence)
+    return ReportData(
+        name=evidence.name,
+        note=evidence.note,
+        verdict=ReportedVerdict(
+            sentence=sentence,
+            findings=() if comparison is None else comparison.findings,
+            outcome=outcome,
+            edited=evidence.edited,
+            mean_error_limit_mm=None if comparison is None else comparison.mean_error_limit_mm,
+            role=None if comparison is None else comparison.metrics.role,
+            photo_data=evidence.photo_data,
+            readings_data=None if readings is None else readings.data,
+        ),
+        cautions=cautions(evidence),
+        readings=sheet and readings and ReadingsFile(**dict(sheet), dialect=readings.dialect),
+        mass_balance={
+            key: NumberWithUnit(value=volume_mm3, unit="mm³", meaning=label)
+            for key, (label, volume_mm3) in volumes_mm3(evidence).items()
+        },
+        health={key: _health(key, value) for key, value in evidence.run.health.recorded().items()},
+        assumptions=tuple(assumptions(evidence)),
+        left_out=tuple(left_out(evidence)),
+        provenance=evidence.provenance,
+        commands=evidence.commands,
+        tables=tables,
+        **_compared(comparison),
+    )
+
+
+def _compared(comparison: Comparison | None) -> dict[str, Any]:
+    """Return the parts of a report that depend on readings, by their keys."""
+    content: dict[str, Any] = {"metrics": {}, "settled": {}, "sizes": {}, "inputs": {}}
+    content |= {"error_by_bin": (), "shifts": (), "uncertainty": None}
+    if comparison is None:
+        return content
+    found, volumes = comparison.uncertainty, comparison.volumes
+    content["error_by_bin"] = comparison.metrics.error_by_bin
+    content["metrics"] = _numbers(comparison.metrics, METRICS)
+    if volumes is not None:
+        content["metrics"] |= _numbers(volumes, ("volume_balance_level_mm", "volume_balance_error_mm"))
+        content["settled"] = _numbers(
+            volumes.mass_balance, [key for key in MassBalance.model_fields if key.endswith(("mm3", "mm2"))]
+        )
+    if found is None:
+        return content
+    for key, interval in (("mean_error_mm", found.mean_error_mm), ("bias_mm", found.bias_mm)):
+        content["metrics"][key] = content["metrics"][key].model_copy(update={"interval_95": interval})
+    if (sizes := found.numerics) is not None:
+        content["sizes"] = {
+            key: ReportedSizes(
+                radii_mm=sizes.radii_mm, values_mm=one.values, kind=one.kind, order=one.order, band_95_mm=one.band
+            )
+            for key, one in sizes.series.items()
+        }
+    for one in found.inputs:
+        meaning, unit = INPUTS[one.name]
+        content["inputs"][one.name] = ReportedInput(meaning=meaning, unit=unit, **one.model_dump(exclude={"name"}))
+    content["uncertainty"] = ReportedUncertainty(
+        **found.mean_level.model_dump(exclude={"inputs_waiting"}), sentences=tuple(uncertainty_sentences(found))
+    )
+    return content | {"shifts": found.alignment.shifts}
+
+
+def _numbers(record: JsonRecord, keys: Iterable[str]) -> dict[str, NumberWithUnit]:
+    """Return figures of a record with the unit that their names end with and the meaning that their docstrings give."""
+    return {
+        key: NumberWithUnit(
+            value=getattr(record, key),
+            unit="1" if key.startswith("share") else unit_of(key),
+            meaning=type(record).model_fields[key].description or words(key),
+        )
+        for key in keys
+    }
+
+
+def _health(key: str, value: Any) -> NumberWithUnit | str:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return str(value)
+    meaning = HEALTH_LABELS[key][0] if key in HEALTH_LABELS else words(key)
+    return NumberWithUnit(value=value, unit=unit_of(key), meaning=meaning)
+
+
+if __name__ == "__main__":
+    sys.stdout.write(json.dumps(schema(), indent=2, ensure_ascii=False) + "\n")

@@ -1,0 +1,43 @@
+"""Input of a report: one trial with its readings and their comparison."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from sealtwin.core.comparison import Comparison
+from sealtwin.core.records import DataKind, Frame, JsonRecord, Outline, Profile, Run, Solid, Trajectory
+
+
+class ReadingsSheet(JsonRecord):
+    """The file of the readings, for the person who signs the report."""
+
+    name: str
+    """Name of the file, as the user or the lab gave it."""
+    sha256: str
+    """SHA-256 of its content."""
+    operator: str | None
+    """Name of the person who read; None where no note says."""
+    date: str | None
+    """Date of the readings, as the lab writes it; None where no note says."""
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """One trial, as its stages left it."""
+
+    name: str
+    note: str
+    outline: Outline
+    solid: Solid
+    trajectory: Trajectory
+    run: Run
+    profile: Profile
+    readings: Profile | None  # None where the trial has no caliper sheet: the report then shows the simulation alone
+    comparison: Comparison | None  # Comparison of profile and readings; None without readings
+    volume_ratio: float
+    overlay_path: Path
+    photo_data: DataKind
+    provenance: dict[str, str]  # Versions, device, seed, times and hashes, in the order of the report
+    commands: tuple[str, ...]  # Commands that make this report again, in order
+    sheet: ReadingsSheet | None = None  # File of the readings; None without readings
+    edited: tuple[str, ...] = ()  # Files of the run that are not as their stage wrote them
+    frames: tuple[Frame, ...] = ()  # Snapshots of the run, in the order of time

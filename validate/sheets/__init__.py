@@ -1,1 +1,0 @@
-"""A lab's sheet of readings, whatever its dialect: read without guessing, or refused cell by cell."""

@@ -1,0 +1,1 @@
+"""Figures and pages of studies with many runs."""

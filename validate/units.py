@@ -1,0 +1,83 @@
+"""Text of numbers and of names in the code, each with its unit."""
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from pydantic import ConfigDict, with_config
+
+from sealtwin.core.records import Floats
+
+NOT_RECORDED = "not recorded"
+
+
+@with_config(ConfigDict(extra="forbid", use_attribute_docstrings=True))
+@dataclass(frozen=True)
+class PageTable:
+    """A table of the page, each number as text with its unit."""
+
+    kind: ClassVar = "table"
+    title: str
+    """Title as on the page."""
+    rows: tuple[tuple[str, str], ...]
+    """Label and value of each row."""
+
+
+def millimetres(value: float | None, decimals: int = 2, unknown: str = NOT_RECORDED) -> str:
+    """Return a length with its unit, or ``unknown`` where there is none."""
+    return unknown if value is None or np.isnan(value) else f"{value:.{decimals}f} mm"
+
+
+UNITS = {
+    "_pa_per_s": "Pa/s",
+    "_pa_s": "Pa s",
+    "_pa": "Pa",
+    "_m2_s": "m²/s",
+    "_kg_m3": "kg/m³",
+    "_per_s": "1/s",
+    "_mm_s": "mm/s",
+    "_mm2": "mm²",
+    "_mm3": "mm³",
+    "_mm": "mm",
+    "_cm": "cm",
+    "_s": "s",
+}
+
+
+def counted(number: int, thing: str) -> str:
+    """Return a number and its noun, in the plural for any number but 1."""
+    return f"{number:,} {thing}{'' if number == 1 else 's'}"
+
+
+def signed(number: float, decimals: int) -> str:
+    """Return a number with its sign; one that rounds to 0 has a plus."""
+    return f"{round(number, decimals) + 0.0:+.{decimals}f}"
+
+
+def span(values: Floats, decimals: int) -> str:
+    """Return one number where all are the same to the written digits, else the least and the most."""
+    least, most = (f"{value:.{decimals}f}" for value in (values.min(), values.max()))
+    return least if least == most else f"{least} to {most}"
+
+
+def percent(share: float, decimals: int = 1) -> str:
+    return f"{100 * share:.{decimals}f} %"
+
+
+def words(key: str) -> str:
+    """Return a name in the code as words, its unit in brackets: "frame_s" is "frame (s)"."""
+    for ending, unit in UNITS.items():
+        if key.endswith(ending):
+            return f"{key.removesuffix(ending).replace('_', ' ')} ({unit})"
+    return key.replace("_", " ")
+
+
+def unit_of(key: str) -> str:
+    """Return the unit that a name in the code ends with; "1" for a pure number."""
+    return next((unit for ending, unit in UNITS.items() if key.endswith(ending)), "1")
+
+
+def plain(value: Any) -> str:
+    if isinstance(value, bool | np.bool_):
+        return "yes" if value else "no"
+    return f"{value:.4g}" if isinstance(value, float | np.floating) else str(value)

@@ -1,0 +1,1 @@
+"""Results in words: headline, cautions, tables and sentences of a report."""

@@ -1,0 +1,267 @@
+"""Tables of the agreement with the readings, of the volumes, and of what is uncertain in both."""
+
+import numpy as np
+
+from sealtwin.core.comparison import (
+    Alignment,
+    BudgetSummary,
+    Comparison,
+    ErrorUncertainty,
+    LevelMetrics,
+    MassBalance,
+    SizeStudy,
+    VolumeComparison,
+)
+from sealtwin.core.records import Profile
+from validate.report_input import Evidence, ReadingsSheet
+from validate.units import NOT_RECORDED, PageTable, counted, millimetres, percent, signed, span
+
+
+def balance_table(evidence: Evidence) -> PageTable:
+    """Volumes of the dispensed sealant by place."""
+    particle_mm3 = evidence.run.particle_volume_mm3
+    rows = [
+        (label, f"{volume_mm3:.0f} mm³, {counted(round(volume_mm3 / particle_mm3), 'particle')}")
+        for label, volume_mm3 in volumes_mm3(evidence).values()
+    ]
+    rows.append(("volume that the settled particles fill, over dispensed", f"{evidence.volume_ratio:.3f}"))
+    return PageTable("Where the sealant is", tuple(rows))
+
+
+def volumes_mm3(evidence: Evidence) -> dict[str, tuple[str, float]]:
+    """Return the label and the volume of each place where dispensed sealant is, by its key in report.json."""
+    run = evidence.run
+    height_mm = run.position_mm[~run.spilled, 2]
+    counts = {
+        "dispensed": ("dispensed", len(run.position_mm)),
+        "in_crack": ("in the crack, below the face", int((height_mm <= 0).sum())),
+        "above_face": ("above the face, the jet under the nozzle included", int((height_mm > 0).sum())),
+        "spilled": ("spilled over the sample's edge", run.spilled_particles),
+        "escaped": ("escaped through a wall (must be 0)", run.escaped_particles),
+    }
+    return {key: (label, count * run.particle_volume_mm3) for key, (label, count) in counts.items()}
+
+
+def agreement_table(comparison: Comparison) -> PageTable:
+    """Figures of the error and its baselines."""
+    m, found = comparison.metrics, comparison.uncertainty
+    mean_interval = bias_interval = ""
+    if found is not None:
+        between = ", 95 % interval by the readings {} to {} mm"
+        mean_interval = between.format(*(f"{end:.3f}" for end in found.mean_error_mm))
+        bias_interval = between.format(*(signed(end, 3) for end in found.bias_mm))
+    difference_mm2 = m.area_difference_mm2
+    same = "the same to 1e-9 mm²" if abs(difference_mm2) < 1e-9 else f"{difference_mm2:+.1e} mm² apart"
+    stretch = f"({m.covered_from_mm:.1f} to {m.covered_to_mm:.1f} mm)"
+    room = f"{m.simulated_underfill_mm3:.0f} mm³ simulated, {m.measured_underfill_mm3:.0f} mm³ measured"
+    heap = f"{m.simulated_overfill_mm3:.0f} mm³ simulated, {m.measured_overfill_mm3:.0f} mm³ measured"
+    rows = (
+        ("role of the readings", m.role),
+        ("covered length", f"{m.covered_length_mm:.1f} mm, {percent(m.coverage)} of the crack {stretch}"),
+        ("area between the curves, exact", f"{m.area_mm2:.4f} mm²"),
+        ("area by similaritymeasures", f"{m.area_similaritymeasures_mm2:.4f} mm², {same}"),
+        ("mean error = area / covered length", f"{m.mean_error_mm:.3f} mm{mean_interval}"),
+        ("bias (simulated - measured)", f"{signed(m.bias_mm, 3)} mm{bias_interval}"),
+        ("root mean square error", f"{m.rmse_mm:.3f} mm"),
+        ("95 % of the length within", f"{m.p95_error_mm:.3f} mm"),
+        ("Fréchet distance", f"{m.frechet_mm:.3f} mm"),
+        ("worst error", f"{m.worst_error_mm:.3f} mm at s = {m.worst_at_mm:.1f} mm"),
+        ("length with less than 1 mm error", percent(m.share_under_1_mm)),
+        ("mean error, first 10 mm bin", millimetres(m.start_zone_error_mm)),
+        ("mean error, last 10 mm bin", millimetres(m.end_zone_error_mm)),
+        ("best flat level, as a baseline", _baseline(m.flat_level_mm, m.flat_level_error_mm, m.beats_flat_level)),
+        ("room below the face", room),
+        ("sealant above the mouth", heap),
+    )
+    return PageTable("Agreement with the readings", rows)
+
+
+def _baseline(level_mm: float, error_mm: float, beaten: bool) -> str:
+    beats = "the simulation beats it" if beaten else "the simulation does NOT beat it"
+    return f"{level_mm:.2f} mm, mean error {error_mm:.3f} mm: {beats}"
+
+
+def readings_table(readings: Profile, comparison: Comparison, sheet: ReadingsSheet | None) -> PageTable:
+    """File, format and scatter of the readings."""
+    m, scatter = comparison.metrics, comparison.metrics.readings
+    rows = [("source", readings.source)]
+    if sheet is not None:
+        rows = [
+            ("file", sheet.name),
+            ("sha256 of the file", sheet.sha256),
+            ("read by", sheet.operator or NOT_RECORDED),
+            ("read on", sheet.date or NOT_RECORDED),
+        ]
+    if readings.dialect:
+        rows.append(("read as", readings.dialect))
+    stations = f"{m.stations_compared} of {scatter.stations}, at most {m.widest_gap_mm:.1f} mm from one to the next"
+    rows += [
+        ("data", readings.data),
+        ("stations, readings", f"{scatter.stations}, {scatter.readings}"),
+        ("stations compared", stations),
+    ]
+    if scatter.repeatability_sd_mm is None or scatter.band_95_mm is None:
+        rows.append(("repeatability", "no repeats: the scatter of the readings is not known"))
+    else:
+        freedom = f"{counted(scatter.degrees_of_freedom, 'degree')} of freedom"
+        deviation = f"{scatter.repeatability_sd_mm:.3f} mm standard deviation, {freedom}"
+        band = f"± {np.max(scatter.band_95_mm):.3f} mm at most"
+        rows += [
+            ("repeatability, pooled over the stations", deviation),
+            ("95 % band of a station's mean, by the scatter of its repeats alone", band),
+        ]
+    return PageTable("Readings", tuple(rows))
+
+
+INPUTS = {
+    "speed_mm_s": ("the nozzle's speed", "mm/s"),
+    "volume_ml": ("volume given", "ml"),
+    "start_mm": ("where the nozzle starts", "mm"),
+    "width_mm": ("the crack's width", "mm"),
+    "wall_angle_deg": ("the tilt of the walls", "°"),
+    "depth_mm": ("the crack's depth", "mm"),
+    "viscosity_percent": ("viscosity", "%"),
+    "yield_stress_pa": ("yield stress", "Pa"),
+    "station_mm": ("the stations' s", "mm"),
+}
+"""Words and unit of each input by its name in the table [uncertainty]."""
+Rows = list[tuple[str, str]]
+
+
+def uncertainty_sentences(found: ErrorUncertainty) -> list[str]:
+    """Sentences on what the comparison shows, and on what the intervals do not include."""
+    sentences = [*found.sentences, *found.readings.cautions]
+    if found.inputs_left_out:
+        names = ", ".join(INPUTS[name][0] for name in found.inputs_left_out)
+        sentences.append(f"Not declared in [uncertainty], and not included: {names}.")
+    if found.numerics is None:
+        sentences.append(
+            "How much hangs on the particles' size, and on the inputs, was not examined: 'sealtwin validate RUN "
+            "--uncertainty' does."
+        )
+    return [
+        *sentences,
+        "All intervals are of the levels at the stations: between them both the readings and the true level are taken "
+        "for straight.",
+    ]
+
+
+def volume_table(metrics: LevelMetrics, volumes: VolumeComparison) -> PageTable:
+    """The mass balance beside the readings, and the baseline of the volume alone."""
+    balance = volumes.mass_balance
+    state, _ = sealant_as_read(balance)
+    filled = f"{percent(metrics.simulated_fill_ratio)} simulated, {percent(metrics.measured_fill_ratio)} measured"
+    level_mm, error_mm = volumes.volume_balance_level_mm, volumes.volume_balance_error_mm
+    baseline = _baseline(level_mm, error_mm, volumes.beats_volume_balance)
+    rows = (
+        ("dispensed", f"{balance.dispensed_mm3:.0f} mm³"),
+        ("simulated: in the crack, below the face", f"{balance.in_crack_mm3:.0f} mm³"),
+        ("simulated: above the face", f"{balance.above_mm3:.0f} mm³"),
+        ("simulated: over the sample's edge", f"{balance.spilled_mm3:.0f} mm³"),
+        ("lost by the numbers (below 0: gained)", f"{balance.lost_mm3:.0f} mm³"),
+        ("face beside the mouth under sealant", f"{balance.footprint_mm2:.0f} mm²"),
+        ("held by the readings, over the covered length", f"{balance.readings_mm3:.0f} mm³ ({state})"),
+        ("share of the cavity filled, over the covered length", filled),
+        ("level of the volume spread over the nozzle's reach, as a baseline", baseline),
+    )
+    return PageTable("As volumes of settled sealant, beside the readings", rows)
+
+
+def sealant_as_read(balance: MassBalance) -> tuple[str, str]:
+    """Return the declared state of the sealant that was read, in a table and at the end of a sentence on curing.
+
+    Cured sealant has lost volume that the simulated level has.
+    """
+    if balance.readings_state is None:
+        told = "; whether the caliper read wet or cured sealant is not declared (readings.state)"
+        return "state not declared, shrinkage not corrected", told
+    if balance.readings_state == "wet":
+        return "read wet", ", and the caliper read wet sealant, which had not shrunk"
+    if balance.shrinkage_percent is None:
+        told = "whose shrinkage is not declared (readings.shrinkage_percent)"
+        return "cured, shrinkage not declared and not corrected", f", while the caliper read cured sealant, {told}"
+    return (
+        f"cured, {balance.readings_when_dispensed_mm3:.0f} mm³ before {balance.shrinkage_percent:g} % of shrinkage",
+        f", while the caliper read cured sealant: the {balance.shrinkage_percent:g} % by which it shrank are put back "
+        "in the mass balance, and not in the levels",
+    )
+
+
+def uncertainty_tables(found: ErrorUncertainty) -> list[PageTable]:
+    """Tables of the intervals, the readings' budget, the alignment, the particles' size and the inputs."""
+    tables = {
+        "What may be said of the error": _result(found),
+        "Budget of the readings": _readings(found.readings),
+        "Where s is 0": _alignment(found.alignment),
+        "Particle size": _numerics(found.numerics),
+        "Inputs, one standard uncertainty up": _inputs(found),
+    }
+    return [PageTable(title, tuple(rows)) for title, rows in tables.items() if rows]
+
+
+def _result(found: ErrorUncertainty) -> Rows:
+    low_mm, high_mm = found.mean_error_mm
+    bias_low_mm, bias_high_mm = found.bias_mm
+    mean, stations = found.mean_level, found.stations
+    resolved = np.abs(stations.error_mm) > 2 * stations.validation_mm
+    band = f"± {span(found.levels.band_95_mm, 3)} mm"
+    return [
+        ("mean error, 95 % by the readings' doubt", f"{low_mm:.3f} to {high_mm:.3f} mm"),
+        ("bias, 95 % by the readings' doubt", f"{signed(bias_low_mm, 3)} to {signed(bias_high_mm, 3)} mm"),
+        ("of it, what more stations would not make smaller", f"{found.bias_systematic_mm:.3f} mm (1 sd)"),
+        ("95 % band of a station's level, by all that is known of the readings", band),
+        ("E, of the mean level: simulated - measured", f"{signed(mean.error_mm, 3)} mm"),
+        ("u of the readings, in it", f"{mean.data_mm:.3f} mm"),
+        ("u of the numerics", millimetres(mean.numerics_mm, 3, "not determined")),
+        ("u of the inputs", millimetres(mean.inputs_mm, 3, "not determined")),
+        ("u_val, all of them together", f"{mean.validation_mm:.3f} mm"),
+        ("|E| above 2 u_val", "yes" if mean.resolved else "no"),
+        ("stations with |E| above 2 u_val", f"{int(resolved.sum())} of {len(resolved)}"),
+    ]
+
+
+def _readings(budget: BudgetSummary) -> Rows:
+    rows = []
+    for part in budget.parts:
+        declared = part.freedom is None or np.isinf(part.freedom)
+        known = "" if declared else f", {part.freedom:.0f} degrees of freedom"
+        whose = "shared by all stations" if part.shared else "each station's own"
+        rows.append((part.name, f"{part.standard_mm:.4f} mm (1 sd), {part.shape}{known}; {whose}"))
+    if budget.bartlett_p is not None:
+        pooled = "pooled" if budget.pooled else "NOT pooled"
+        text = f"p = {budget.bartlett_p:.2g}: {pooled} in mean error and bias"
+        text += "; in a station's band its own repeats are weighed with those of all the others"
+        rows.append(("Bartlett's test of equal scatter", text))
+    return rows
+
+
+def _alignment(alignment: Alignment) -> Rows:
+    rows = [("choice", alignment.choice)]
+    for row in alignment.shifts:
+        shift = f"readings moved by {row.shift_mm:+g} mm" if row.shift_mm else "as chosen"
+        rows.append((shift, f"mean error {row.mean_error_mm:.3f} mm, bias {signed(row.bias_mm, 3)} mm"))
+    return rows
+
+
+def _numerics(study: SizeStudy | None) -> Rows:
+    if study is None:
+        return []
+    rows = [("radius of the particles", ", ".join(f"{radius_mm:.3g}" for radius_mm in study.radii_mm) + " mm")]
+    for name, one in (("mean level", study.mean_level_mm), ("mean error", study.mean_error_mm)):
+        values = ", ".join(f"{value_mm:.3f}" for value_mm in one.values)
+        how = f"{one.kind}: ± {one.band:.3f} mm, the spread of the three"
+        if one.kind == "converging":
+            how = f"converging, observed order {one.order:.1f}: ± {one.band:.3f} mm by the convergence index"
+        rows.append((name, f"{values} mm; {how}"))
+    return rows
+
+
+def _inputs(found: ErrorUncertainty) -> Rows:
+    rows = []
+    for one in found.inputs:
+        name, unit = INPUTS[one.name]
+        does = f"mean level {signed(one.mean_level_mm, 3)} mm, at most {one.largest_mm:.2f} mm somewhere"
+        rows.append((f"{name}, by {one.standard:g} {unit}", does))
+    if found.inputs and found.effect_scatter_mm is not None:
+        rows.append(("the same by the scatter of single runs", f"{found.effect_scatter_mm:.2f} mm at a place"))
+    return rows

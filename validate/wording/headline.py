@@ -1,0 +1,133 @@
+"""The beginning of a report: cautions, the verdict in one line, and the key figures."""
+
+from collections.abc import Mapping
+
+from sealtwin.core.comparison import Outcome, Role
+from sealtwin.core.records import Run
+from validate.metrics.verdict import edited_by_hand, leak
+from validate.report_input import Evidence
+from validate.units import counted
+
+SOUND = (0.95, 1.05)
+"""Sound range of the volume on the sample over the volume dispensed on it, which preset "accurate" keeps."""
+FEW_ACROSS = 3.0
+"""Particles from wall to wall, at least; four in the paper. Runs with two gained 11 to 17 %, with four nothing."""
+LEAST_BOND = 1.0  # Least Bond number, by water's surface tension, within the model's range: about 2 mm of cement paste
+MOST_COMPRESSED = 0.10
+"""Largest compression that 95 % of the particles may stay below, as benchmarks/paper_run.py asks of every run."""
+MUCH_SPILLED = 0.05
+"""Share of the sealant whose spill is always reported; a smaller one only where it alone makes the ratio unsound."""
+
+
+def run_warnings(run: Run, volume_ratio: float) -> tuple[str, ...]:
+    """Return a sentence for each number of a run that shows a fault; empty where the run is sound.
+
+    ``volume_ratio`` is the volume of the settled particles over the dispensed volume. Sealant over the sample's edge is
+    no fault of the fluid and has a sentence of its own.
+    """
+    texts = []
+    if run.escaped_particles:
+        texts.append(f"{leak(run.escaped_particles)}, which must never happen. Please report it with the trial file.")
+    low, high = SOUND
+    spilled = run.spilled_particles / len(run.position_mm)
+    # To the digits that are shown: 1.050 is never too much.
+    kept = round(volume_ratio / max(1 - spilled, 1e-3), 3)
+    if not low <= kept <= high:
+        change, stand = ("lost", "lower") if kept < low else ("gained", "higher")
+        texts.append(
+            f"The fluid {change} {100 * abs(1 - kept):.0f} % of its volume ({kept:.3f}; {low:g} to {high:g} is sound): "
+            f"levels stand {stand} than that much sealant would.{_why(run, lost=kept < low)}"
+        )
+    if (compressed := run.health.density_error_p95 or 0.0) > MOST_COMPRESSED:
+        # The two-level pressure is for deep beds, and many substeps help shallow ones as well.
+        cure = 'solver.pressure = "two-level" compresses a deep bed less (decision 0065), more solver.substeps any.'
+        if run.settings.get("solver", {}).get("pressure") == "two-level":
+            cure = "More solver.substeps compress less."
+        texts.append(
+            f"The bed is compressed: of its particles 5 % are by more than {100 * compressed:.0f} %, and levels stand "
+            f"lower there than as much sealant would. {cure}"
+        )
+    if not low <= round(volume_ratio, 3) <= high and (low <= kept <= high or spilled > MUCH_SPILLED):
+        texts.append(
+            f"{counted(run.spilled_particles, 'particle')}, {100 * spilled:.1f} % of the sealant, ran over the edge "
+            "of the sample: the levels are those of what is left."
+        )
+    if (bond := run.health.bond) is not None and bond < LEAST_BOND:
+        texts.append(
+            f"The Bond number across the crack is {bond:.2g}: surface tension, which is not modelled, is stronger than "
+            "gravity there, and holds or draws sealant in ways that this run cannot show."
+        )
+    return tuple(texts)
+
+
+def _why(run: Run, *, lost: bool) -> str:
+    across = run.health.particles_across
+    if lost and run.settings.get("solver", {}).get("preset") == "paper":
+        return (
+            ' For preset "paper" this is known: it keeps the source\'s constants. Preset "accurate" keeps the volume.'
+        )
+    if lost:
+        return " See the compression under numerical health; more solver.substeps compress less."
+    if across is None or across >= FEW_ACROSS:
+        return ""
+    return (
+        f" Only {across:.1f} particles lie side by side between the walls, where the paper has four: "
+        "make solver.radius_mm smaller."
+    )
+
+
+def cautions(evidence: Evidence) -> tuple[str, ...]:
+    """Return cautions about edited files, about the run, and about data that were not measured."""
+    texts = list(run_warnings(evidence.run, evidence.volume_ratio))
+    if evidence.edited:
+        edited = (
+            f"{edited_by_hand(evidence.edited)}: what follows is of these files as they are now, and no result of this "
+            "trial. Run it again: it makes its own, and keeps yours beside them."
+        )
+        texts.insert(0, edited)
+    kinds, seen_in = [], evidence.outline.seen_in
+    readings_data = "measured" if evidence.readings is None else evidence.readings.data
+    for thing, data in ((f"the {seen_in} is", evidence.photo_data), ("the caliper readings are", readings_data)):
+        if data == "undeclared":
+            kinds.append(f"it is not declared whether {thing} measured")
+        elif data != "measured":
+            kinds.append(f"{thing} {data}")
+    if evidence.comparison is not None and evidence.comparison.metrics.role == "undeclared":
+        kinds.append("it is not declared whether the fluid was calibrated on these readings")
+    if kinds:
+        texts.append(f"Not a validation: {' and '.join(kinds)}. No error here is that of a real sample.")
+    return tuple(texts)
+
+
+def headline(evidence: Evidence) -> tuple[str, Outcome]:
+    """Return the verdict line and its outcome."""
+    if evidence.comparison is not None:
+        return evidence.comparison.verdict, evidence.comparison.outcome
+    if evidence.run.escaped_particles:
+        return f"{leak(evidence.run.escaped_particles)}. There are no readings.", "failed"
+    if evidence.edited:
+        return f"{edited_by_hand(evidence.edited)}: no verdict. There are no readings.", "undecided"
+    return "No readings: this is the simulated fill alone, held against nothing.", "open"
+
+
+ROLES: Mapping[Role, str] = {"calibrated-on": "calibrated on", "held-out": "held out", "undeclared": "not declared"}
+
+
+def key_figures(evidence: Evidence) -> list[tuple[str, str]]:
+    """Return the main figures, each with its unit."""
+    run, comparison = evidence.run, evidence.comparison
+    figures = []
+    if comparison is not None:
+        m, interval_mm = comparison.metrics, comparison.interval_95_mm
+        figures.append(("mean error", f"{m.mean_error_mm:.2f} mm"))
+        if interval_mm is not None:
+            figures.append(("its 95 % interval by the readings", "{:.2f} to {:.2f} mm".format(*interval_mm)))
+        worst = f"worst error (at s = {m.worst_at_mm:.1f} mm)", f"{m.worst_error_mm:.2f} mm"
+        figures += [("readings were", ROLES[m.role]), worst]
+    return [
+        *figures,
+        ("volume ratio", f"{evidence.volume_ratio:.3f}"),
+        ("escaped particles", f"{run.escaped_particles}"),
+        ("spilled particles", f"{run.spilled_particles}"),
+        ("particles", f"{len(run.position_mm):,}"),
+    ]

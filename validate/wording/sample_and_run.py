@@ -1,0 +1,250 @@
+"""Tables of the crack, the nozzle path, the run and its settings, and what a result assumes and leaves out."""
+
+import numpy as np
+
+from sealtwin.core.records import RunHealth, Solid, arc_length
+from sealtwin.core.regime import SURFACE_TENSION_N_M, regime_of
+from validate.report_input import Evidence
+from validate.units import PageTable, counted, millimetres, percent, plain, span, words
+from validate.wording.comparison import sealant_as_read
+
+HEALTH_LABELS = {
+    "density_error_mean": ("compression above the rest density, mean", 100, "{:.2f} %"),
+    "density_error_p95": ("compression that 95 % of the particles stay below", 100, "{:.2f} %"),
+    "density_error_max": ("compression of the worst particle", 100, "{:.1f} %"),
+    "most_neighbours": ("neighbours of one particle, most", 1, "{:,}"),
+    "moving_mean": ("particles moving at a time, mean", 1, "{:,.0f}"),
+    "moving_most": ("particles moving at a time, most", 1, "{:,}"),
+    "viscosity_iterations_mean": ("iterations of the viscosity solve, mean", 1, "{:.1f} a substep"),
+    "viscosity_iterations_most": ("iterations of the viscosity solve, most", 1, "{:,} a substep"),
+    "frames": ("frames, each from one release to the next", 1, "{:,}"),
+    "frame_s": ("simulated time of a frame", 1000, "{:.2f} ms"),
+    "substeps": ("substeps", 1, "{:,} a frame"),
+    "particles_a_release": ("particles released", 1, "{:,} a frame"),
+    "wall_particles": ("fixed particles that line the walls", 1, "{:,}"),
+    "particles_across": ("particles side by side between the walls, mean", 1, "{:.1f}"),
+    "viscosity_m2_s": ("kinematic viscosity in effect", 1e6, "{:.3g} mm²/s"),
+    "viscosity_pa_s": ("viscosity in effect", 1000, "{:.3g} mPa s"),
+    "U": ("viscous weight U in effect", 1, "{:.4g}"),
+    "D_cm": ("weight D of the walls' drag in effect", 1, "{:.4g} cm"),
+    "yield_stress_pa": ("yield stress of fresh paste", 1, "{:.3g} Pa"),
+    "reynolds": ("Reynolds number in the nozzle, inertia over viscosity", 1, "{:.2g}"),
+    "bond": ("Bond number across the crack, gravity over surface tension (water's)", 1, "{:.2g}"),
+    "bingham": ("Bingham number in the nozzle, yield stress over viscous stress", 1, "{:.2g}"),
+    "kernels_a_frame": ("kernels launched in the last frame", 1, "{:,}"),
+    "setup_s": ("computing time before the first frame", 1, "{:.1f} s"),
+    "frames_s": ("computing time of all frames", 1, "{:.1f} s"),
+    "volume_ratio": ("volume of the settled particles over dispensed", 1, "{:.3f}"),
+}
+"""Label, factor to the reported unit, and format of each number that a run records about itself."""
+
+
+def health_table(evidence: Evidence) -> PageTable:
+    return PageTable("Numerical health", (("device", evidence.run.device), *health_rows(evidence.run.health)))
+
+
+def health_rows(health: RunHealth) -> list[tuple[str, str]]:
+    """Return every number that the run recorded, in its order; a key without a label keeps its name."""
+    rows = []
+    for key, value in health.recorded().items():
+        if key in HEALTH_LABELS and isinstance(value, int | float) and not isinstance(value, bool):
+            label, factor, shape = HEALTH_LABELS[key]
+            rows.append((label, shape.format(factor * value)))
+        else:
+            rows.append((words(key), plain(value)))
+    if health.frames and health.frames_s is not None:
+        rows.append(("computing time of a frame", f"{1000 * health.frames_s / health.frames:.1f} ms"))
+    return rows
+
+
+def path_table(evidence: Evidence) -> PageTable:
+    trajectory, path = evidence.trajectory, evidence.solid.report.get("path")
+    giving = trajectory.giving
+    begins_mm, ends_mm = trajectory.s_mm[giving][[0, -1]]
+    rows = [("gives sealant from, to", f"s = {begins_mm:.1f} to {ends_mm:.1f} mm")]
+    if path is not None:
+        radius_mm = path["smallest_radius_mm"]
+        length = (
+            f"{path['length_mm']:.2f} mm, smoothed within {path['smoothing_mm']:g} mm RMS of the centreline's "
+            f"{path['centreline_mm']:.2f} mm; turns by up to {path['largest_turn_deg']:.1f}°"
+        )
+        radius = "" if radius_mm is None else f", smallest radius {radius_mm:.1f} mm"
+        rows.append(("length over the crack", length + radius))
+    rows += [
+        ("duration", f"{trajectory.duration_s:.2f} s in {counted(len(trajectory.t_s), 'waypoint')}"),
+        ("speed", f"{span(trajectory.speed_mm_s[:-1], 2)} mm/s"),
+        ("flow", f"{span(trajectory.flow_mm3_s[giving.start : giving.stop - 1], 1)} mm³/s"),
+        ("height above the face", f"{trajectory.position_mm[:, 2].mean():.1f} mm"),
+    ]
+    leads = trajectory.position_mm[: giving.start + 1], trajectory.position_mm[giving.stop - 1 :]
+    before_mm, after_mm = (arc_length(points)[-1] for points in leads)
+    if before_mm or after_mm:
+        rows.append(("without sealant before, after", f"{before_mm:.1f} mm, {after_mm:.1f} mm"))
+    return PageTable("Nozzle path", tuple(rows))
+
+
+def geometry_table(evidence: Evidence) -> PageTable:
+    outline, solid, report = evidence.outline, evidence.solid, evidence.solid.report
+    low_mm, high_mm = solid.sections.depth_mm.min(), solid.sections.depth_mm.max()
+    depth = f"{high_mm:g} mm" if low_mm == high_mm else f"{low_mm:.3g} to {high_mm:.3g} mm, from station to station"
+    widths = f"{millimetres(report.get('mouth_width_mm'))}, {millimetres(report.get('floor_width_mm'))}"
+    rows = [
+        ("length along the centreline", f"{outline.length_mm:.2f} mm"),
+        ("ends", ", ".join(outline.ends)),
+        (f"width in the {outline.seen_in}, mean", f"{outline.mean_width_mm:.2f} mm"),
+        ("mean width of the mouth, of the floor", widths),
+        ("depth", depth),
+        ("tilt", tilt_words(evidence)),
+        ("volume of the cavity", f"{solid.cavity_volume_mm3:.0f} mm³"),
+    ]
+    if "volume_mm3" in report:
+        readings = ", ".join(f"{tilt} {volume:.0f}" for tilt, volume in report["volume_mm3"].items())
+        rows.append((f"volume by reading of the tilt, {_angle_words(solid)}", f"{readings} mm³"))
+    if solid.tilt == "funnel" and (closing := report.get("closing_depth_mm")):
+        above = percent(closing["share_above_floor"], 0)
+        rows.append(("walls meet at", f"{closing['mean']:.1f} mm deep, above the floor on {above}"))
+    if dams := report.get("dams"):
+        high_mm = max(dam["box_mm"][5] for dam in dams)
+        where = f"{counted(len(dams), 'dam')} at open ends, to {high_mm:g} mm above the face"
+        rows.append(("in crack.stl beside the sample", f"{where}: no part of the sample"))
+    rows.append(("cavity over sealant", f"{solid.cavity_volume_mm3 / evidence.run.dispensed_volume_mm3:.2f}"))
+    return PageTable("Crack and solid", tuple(rows))
+
+
+def tilt_words(evidence: Evidence) -> str:
+    solid = evidence.solid
+    without_angle = {"vertical": "vertical walls", "modelled": "as in the mesh"}
+    return without_angle.get(solid.tilt) or f"{solid.tilt}, {_angle_words(solid)} from vertical"
+
+
+def _angle_words(solid: Solid) -> str:
+    left_deg, right_deg = solid.wall_angles_deg
+    return (
+        f"each wall {left_deg:g}°" if left_deg == right_deg else f"left wall {left_deg:g}°, right wall {right_deg:g}°"
+    )
+
+
+def settings_table(evidence: Evidence) -> PageTable:
+    rows = []
+    for group, content in evidence.run.settings.items():
+        if isinstance(content, dict):
+            rows += [(f"{group}: {words(key)}", plain(value)) for key, value in content.items() if value is not None]
+        else:
+            rows.append((group, plain(content)))
+    return PageTable("Settings in effect", tuple(rows))
+
+
+def assumptions(evidence: Evidence) -> list[str]:
+    """Sentences on the assumptions, with the numbers that show how much depends on them."""
+    outline, comparison = evidence.outline, evidence.comparison
+    solver, fluid = (evidence.run.settings.get(key, {}) for key in ("solver", "fluid"))
+    sentences = [_tilt(evidence), _surface_tension(evidence)]
+    freeze = fluid.get("freeze_after_s")
+    if isinstance(freeze, int | float):
+        sentences.append(
+            f"A particle is fixed where it lies {freeze:g} s after its release. This stands for the paste's stiffening "
+            "and holds the slope of the bed; the paper has the same as a limit of moving particles."
+        )
+    curing_pa_s, yield_stress_pa = fluid.get("structuration_pa_per_s", 0.0), fluid.get("yield_stress_pa", 0.0)
+    if yield_stress_pa or curing_pa_s:
+        grows = f", and {curing_pa_s:g} Pa more each second" if curing_pa_s else ""
+        sentences.append(
+            f"The paste is a Bingham fluid: it stands below a yield stress of {yield_stress_pa:g} Pa{grows}, in the "
+            "fluid and along the walls, which are taken for rough. This holds the slope of the bed."
+        )
+    if fluid.get("D_from") == "no slip":
+        sentences.append(
+            f"The fluid sticks to the walls: the weight of their drag, D = {fluid['D_cm']:.3g} cm a frame, follows "
+            "from the viscosity, the particles' radius and the frame."
+        )
+    volumes, as_read = None if comparison is None else comparison.volumes, ""
+    if volumes is not None:
+        _, as_read = sealant_as_read(volumes.mass_balance)
+    absent = "Shrinkage is" if curing_pa_s else "Curing and shrinkage are"
+    residual_mm = outline.scale_residual_mm
+    misfit = "" if residual_mm is None else f", RMS misfit {residual_mm:.3f} mm"
+    sentences += [
+        f"The profile is taken {solver.get('settle_s', 0.0):g} s after the last release. {absent} not modelled"
+        f"{as_read}.",
+        "Simulated and measured s both count from the first end given; neither curve is shifted to fit the other.",
+        "The profile counts sealant in the crack and above its mouth. Sealant on the face beside the mouth is in the "
+        "mass balance, not in the profile.",
+        f"Scale of the {outline.seen_in}: {outline.scale_source}{misfit}.",
+    ]
+    if outline.path_source == "automatic":
+        sentences.append(
+            "The crack was found automatically: look at the overlay before you trust what follows from it."
+        )
+    if comparison is not None and comparison.metrics.role == "calibrated-on":
+        sentences.append(
+            "The fluid was calibrated on these very readings: the error is what calibration left over, not a test."
+        )
+    warnings = (*outline.warnings, *evidence.solid.report.get("warnings", ()))
+    return [*sentences, *(f"Note of the digitising stage: {text}" for text in warnings)]
+
+
+def left_out(evidence: Evidence) -> list[str]:
+    """Sentences on the data that count in no metric, and why; one sentence where there are none."""
+    run, outline, readings, comparison = evidence.run, evidence.outline, evidence.readings, evidence.comparison
+    sentences = []
+    if readings is not None and comparison is not None:
+        m = comparison.metrics
+        if beyond := len(m.stations_beyond_mm):
+            places = ", ".join(f"{s_mm:g}" for s_mm in m.stations_beyond_mm)
+            sentences.append(
+                f"{counted(beyond, 'station')} of {len(readings.s_mm)} (s = {places} mm): beyond the stretch that both "
+                f"curves cover, {m.covered_from_mm:.1f} to {m.covered_to_mm:.1f} mm. The next one beyond an end gives "
+                "the readings' line its direction up to there."
+            )
+        if readings.repeats_mm is not None and (missing := int(np.isnan(readings.repeats_mm).sum())):
+            sentences.append(f"{counted(missing, 'single reading')}: no number in the sheet.")
+    if spilled := run.spilled_particles:
+        sentences.append(
+            f"{counted(spilled, 'particle')} ({spilled * run.particle_volume_mm3:.0f} mm³) over the edge of the "
+            "sample: in the mass balance, in no profile."
+        )
+    if outline.branches_mm and not outline.branches_kept:
+        cracks = counted(len(outline.branches_mm), "side crack")
+        sentences.append(f"{cracks} seen in the {outline.seen_in}: no part of the solid.")
+    return sentences or ["Nothing: every reading and every particle counts."]
+
+
+def _tilt(evidence: Evidence) -> str:
+    ratio = evidence.solid.cavity_volume_mm3 / evidence.run.dispensed_volume_mm3
+    if evidence.outline.seen_in == "mesh":
+        return f"The walls stand as they do in the mesh; the cavity holds {ratio:.2f} times the sealant."
+    return (
+        f"A photo from above does not show how the walls stand. Assumed here: {tilt_words(evidence)}; the cavity "
+        f"holds {ratio:.2f} times the sealant. The table of the solid gives the volume of each other reading."
+    )
+
+
+def _surface_tension(evidence: Evidence) -> str:
+    density_kg_m3 = evidence.run.settings.get("fluid", {}).get("density_kg_m3")
+    viscosity_m2_s = evidence.run.health.viscosity_m2_s
+    nozzle_mm = evidence.run.settings.get("nozzle", {}).get("diameter_mm")
+    if density_kg_m3 is None or nozzle_mm is None or not viscosity_m2_s:
+        return "Surface tension is not modelled. The run records no viscosity, so no Reynolds or Bond number is given."
+    # The mean flow over the time in which sealant flows; each waypoint's flow holds until the next.
+    trajectory = evidence.trajectory
+    flowing_s = np.diff(trajectory.t_s)[trajectory.flow_mm3_s[:-1] > 0].sum()
+    speed_mm_s = float(trajectory.given_mm3.sum() / flowing_s) / (np.pi / 4 * nozzle_mm**2)
+    width_mm = evidence.outline.mean_width_mm
+    regime = regime_of(
+        viscosity_m2_s=viscosity_m2_s,
+        density_kg_m3=density_kg_m3,
+        yield_stress_pa=evidence.run.settings["fluid"].get("yield_stress_pa", 0.0),
+        speed_mm_s=speed_mm_s,
+        nozzle_mm=nozzle_mm,
+        width_mm=width_mm,
+    )
+    # Capillarity is as strong as gravity over the width at which the Bond number is 1.
+    capillary_mm = width_mm / np.sqrt(regime.bond)
+    yields = f" Bingham number {regime.bingham:.2g} there: yield stress over viscous stress." if regime.bingham else ""
+    return (
+        f"Surface tension is not modelled. Bond number {regime.bond:.2g} over the crack's {width_mm:.2f} mm "
+        f"({density_kg_m3:g} kg/m³; {SURFACE_TENSION_N_M:g} N/m, water's, assumed): gravity over capillarity, so "
+        f"menisci of up to about {capillary_mm:.1f} mm at the walls are missing. "
+        f"Reynolds number {regime.reynolds:.2g} in the nozzle ({speed_mm_s:.0f} mm/s, {nozzle_mm:g} mm, "
+        f"{viscosity_m2_s * 1e6:.3g} mm²/s).{yields}"
+    )
