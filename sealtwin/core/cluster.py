@@ -5,7 +5,7 @@ import logging
 import os
 import signal
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from importlib.metadata import version
 from multiprocessing import resource_tracker
@@ -88,6 +88,10 @@ def run_tasks(
         submit()
         while at_work:
             future = next(finished)
+            if future.status in {"pending", "lost"}:
+                # Its worker was killed while it still held the result: it is computed again.
+                finished.add(future)
+                continue
             item = at_work.pop(future)
             outcome = _outcome(future, scheduler)
             # Before the caller writes the result to disk: the worker must not wait for that.
@@ -148,8 +152,10 @@ def _local_cluster(processes: int) -> Iterator[Any]:
         except BaseException:
             # Ctrl-C too: a worker in the middle of a run would be waited for.
             for nanny in cluster.workers.values():
-                if nanny.process is not None and nanny.process.process is not None:
-                    psutil.Process(nanny.pid).terminate()
+                # None for a worker that was killed and is not yet started again; psutil would take that as this process.
+                if (pid := nanny.pid) is not None:
+                    with suppress(psutil.NoSuchProcess):
+                        psutil.Process(pid).terminate()
             raise
 
 

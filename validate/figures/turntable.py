@@ -27,7 +27,7 @@ HALF_FULL = 0.5
 """Filled share of the space at the surface; where the sealant ends in a plane, the surface is that plane."""
 MOST_VERTICES = 24_000
 """Largest number of vertices: a finer surface looks no better, and a vertex takes 12 bytes of a page."""
-COARSER = 1.15  # Ratio of the cells of one try to those of the last while a surface has too many vertices
+SURFACE_COARSER = 1.15  # Ratio of the cells of one try to those of the last while a surface has too many vertices
 INSIDE = (FaceLabel.WALL, FaceLabel.FLOOR)
 """Labels of the sample's facets that are drawn; a dam at an open end would hide the sealant in the first view."""
 ASIDE_DEG = 28.0  # Angle of the first view from the line square to the crack, large enough to show the crack's width
@@ -38,7 +38,7 @@ MARGIN = 0.08  # Least margin of the first view over the picture's width: the me
 STEPS = 65_535  # Steps of 16 bits across the largest extent: 2 µm each in a sample of 160 mm
 MOST_CORNERS = STEPS + 1 - MOST_VERTICES
 """Largest number of vertices of walls and rim, indexed by 16 bits; the paper's trial has 7,000, a scan millions."""
-FINEST, COARSER = 1 / 2000, 1.3
+FINEST, WALLS_COARSER = 1 / 2000, 1.3
 """Cell within which vertices are merged if there are too many, over the solid's extent; and its growth by try."""
 
 
@@ -175,7 +175,7 @@ def _coarse(solid: Solid) -> _Walls:
         faces = first[cell.ravel()][solid.faces]
         kept = (faces != faces[:, [1, 2, 0]]).all(axis=1)
         walls = _walls(solid.vertices_mm, faces[kept], solid.face_label[kept])
-        cell_mm *= COARSER
+        cell_mm *= WALLS_COARSER
     return walls
 
 
@@ -233,7 +233,7 @@ def fluid_surface(position_mm: Floats, particle_volume_mm3: float, value: Floats
         surface = _at(position_mm, particle_volume_mm3, value, cell_mm, BLUR * max(spacing_mm, cell_mm))
         if len(surface.vertices_mm) <= MOST_VERTICES:
             return surface
-        cell_mm *= COARSER
+        cell_mm *= SURFACE_COARSER
 
 
 def _at(position_mm: Floats, volume_mm3: float, value: Floats, cell_mm: float, blur_mm: float) -> FluidSurface:

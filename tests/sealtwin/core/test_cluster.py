@@ -39,6 +39,41 @@ def test_tasks_are_computed_by_other_processes_and_only_the_deadly_one_is_lost()
     assert {outcome[2] for outcome in found.values() if not isinstance(outcome, Lost)} == {"1"}
 
 
+def _noted(folder, number):
+    (folder / str(number)).write_text(str(os.getpid()))
+    return number
+
+
+def _killed(folder):
+    """Kill every process that left its number, this one last; once."""
+    notes = sorted(folder.glob("[12]"), key=lambda note: note.read_text() == str(os.getpid()))
+    if not (folder / "killed").exists():
+        (folder / "killed").touch()
+        for note in notes:
+            os.kill(int(note.read_text()), signal.SIGKILL)
+
+
+def test_a_result_that_was_lost_with_its_worker_is_computed_again(tmp_path):
+    """Also where the worker is killed after it finished, by a later task, before its result was fetched."""
+
+    def tasks():
+        yield "first", (_noted, tmp_path, 1)
+        yield "second", (_noted, tmp_path, 2)
+        while not all((tmp_path / number).exists() for number in "12"):
+            time.sleep(0.01)
+        yield "killer", (_killed, tmp_path)
+
+    found = {}
+    for item, outcome in run_tasks(_called, tasks(), 2):
+        found[item] = outcome
+        time.sleep(1)  # As if the result took long to write; meanwhile both workers are killed.
+    assert found == {"first": 1, "second": 2, "killer": None}
+
+
+def _called(function, *arguments):
+    return function(*arguments)
+
+
 def test_without_processes_tasks_are_computed_here_and_read_one_by_one():
     read = []
 
