@@ -1,5 +1,6 @@
 """Independent tasks on worker processes of this machine, or on the workers of a Dask cluster."""
 
+import asyncio
 import ipaddress
 import logging
 import os
@@ -183,16 +184,28 @@ def _connected(address: str) -> Iterator[Any]:
 
     _refuse_unencrypted(address)
     try:
+        # Dask itself waits without end for the first word of a server that accepts and says nothing.
+        asyncio.run(asyncio.wait_for(_greet(address), CONNECT_S))
         client: Any = Client(address, timeout=CONNECT_S)
-    except (OSError, ValueError, TypeError, MemoryError) as fault:
+    except (OSError, ValueError, TypeError, MemoryError, TimeoutError, asyncio.TimeoutError) as fault:
         # A server of another kind, as a dashboard, answers what reads as the length of a huge message.
+        reason = str(fault) or f"silent for {CONNECT_S:g} s"
         raise InputError(
-            f"--scheduler {address}: no scheduler answers there ({fault}). 'dask scheduler' starts one; for tls:// "
+            f"--scheduler {address}: no scheduler answers there ({reason}). 'dask scheduler' starts one; for tls:// "
             "Dask's configuration (distributed.comm.tls) names the credentials."
         ) from None
     with client:
         _require_workers(client, address)
         yield client
+
+
+async def _greet(address: str) -> None:
+    """Connect, exchange the first messages and disconnect."""
+    from distributed.comm import connect
+    from distributed.security import Security
+
+    comm: Any = await connect(address, timeout=CONNECT_S, **Security().get_connection_args("client"))
+    await comm.close()
 
 
 def _refuse_unencrypted(address: str) -> None:

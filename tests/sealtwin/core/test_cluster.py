@@ -134,8 +134,9 @@ def test_a_scheduler_that_does_not_answer_is_named(address, monkeypatch):
         next(run_tasks(pow, [(0, (1, 1))], 0, address))
 
 
-def test_a_web_page_is_no_scheduler(monkeypatch):
-    """A dashboard's port is easily given in place of the scheduler's."""
+@pytest.mark.parametrize("greeting", [b"HTTP/1.1 400 Bad Request\r\nContent-Length: 0\r\n\r\n", b""])
+def test_a_server_of_another_kind_is_no_scheduler(monkeypatch, greeting):
+    """A dashboard's port is easily given in place of the scheduler's; some servers wait for the caller's words."""
     monkeypatch.setattr("sealtwin.core.cluster.CONNECT_S", 2.0)
     with socket.create_server(("127.0.0.1", 0)) as server:
         address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
@@ -145,8 +146,9 @@ def test_a_web_page_is_no_scheduler(monkeypatch):
                 while True:
                     connection, _ = server.accept()
                     with connection:
-                        connection.sendall(b"HTTP/1.1 400 Bad Request\r\nContent-Length: 0\r\n\r\n")
-                        connection.recv(1000)
+                        connection.sendall(greeting)
+                        while connection.recv(1000):
+                            pass
 
         threading.Thread(target=answer, daemon=True).start()
         with pytest.raises(InputError, match="no scheduler answers there"):
