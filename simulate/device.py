@@ -13,8 +13,7 @@ from simulate.kernels import selftest as device_code
 # Warp's banner goes to stdout, which belongs to results.
 wp.config.log_level = wp.LOG_WARNING
 
-SIDE = 8
-"""Number of points along each edge of the test lattice, and of turns of the test loop."""
+SIDE = 8  # Number of points along each edge of the test lattice, and of turns of the test loop
 
 
 def choose_device(name: str) -> str:

@@ -27,8 +27,7 @@ from simulate.setup_checks import CM2_IN_M2, check_damping, check_fit, check_out
 
 NO_SLIP = "no slip"
 """Origin of D for fluid that sticks to the walls; settings that name no origin have D as it was given."""
-SAMPLE_EVERY = 50
-"""Frames between two samples of the density error."""
+SAMPLE_EVERY = 50  # Frames between two samples of the density error
 
 
 @dataclass
@@ -42,14 +41,11 @@ class Injection:
     seed: int
     schedule: Schedule
     engine: FluidSolver
-    frames: int
-    """Number of frames to the end of settling."""
+    frames: int  # Number of frames to the end of settling
     setup_s: float
     statistics: RunStatistics
-    done: int = 0
-    """Number of finished frames."""
-    moving: int = 0
-    """Particles that move, over all runs, when last counted: in every frame on a CPU, else at a sample."""
+    done: int = 0  # Number of finished frames
+    moving: int = 0  # Particles that move, over all runs, when last counted: in every frame on a CPU, else at a sample
     failed: dict[int, NumericalError] = field(default_factory=dict)
     """Errors of the runs that were given up, by number; the other runs continue."""
 

@@ -18,8 +18,7 @@ from scipy.spatial import KDTree
 from sealtwin.core.errors import NumericalError
 from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Profile, Run, Solid, arc_length_at
 
-PIXEL_MM = 0.2
-"""Pixel of the side view; never more than half a particle's radius."""
+PIXEL_MM = 0.2  # Pixel of the side view; never more than half a particle's radius
 GRAVITY_MM_S2 = 9810.0
 Mask = NDArray[np.bool_]
 

@@ -7,15 +7,12 @@ from pydantic import Field, model_validator
 
 from sealtwin.core.settings import Settings
 
-STIFFEST_U = 1e6
-"""A thousand times the paper's stiffest: it stands like a solid, and float32 still solves it."""
+STIFFEST_U = 1e6  # A thousand times the paper's stiffest: it stands like a solid, and float32 still solves it
 
-MOST_YIELD_PA = 1e4
-"""Paste that has set: a column of a metre stands."""
+MOST_YIELD_PA = 1e4  # Paste that has set: a column of a metre stands
 
 
-PAPERS_D_CM = 0.3
-"""D of the paper, found together with its U; no measurement of a user gives it."""
+PAPERS_D_CM = 0.3  # D of the paper, found together with its U; no measurement of a user gives it
 
 
 class Fluid(Settings):
@@ -92,18 +89,14 @@ ABREAST = 4
 class Scheme(NamedTuple):
     """The constants that the two presets choose; effective values, nothing left open."""
 
-    iterations: int
-    """Pressure iterations a substep."""
-    volume_factor: float
-    """Volume of a particle in the density sum, over 4 sqrt(2) f^3 R^3 of Eq. 6."""
+    iterations: int  # Pressure iterations a substep
+    volume_factor: float  # Volume of a particle in the density sum, over 4 sqrt(2) f^3 R^3 of Eq. 6.
     wall: Literal["calibrated", "source"]
     """Strength of wall particles: completing the missing half of the kernel, or 1 / W(0)."""
-    frozen_answer: float
-    """Multiplier that a frozen neighbour answers with, over the particle's own."""
+    frozen_answer: float  # Multiplier that a frozen neighbour answers with, over the particle's own
 
 
-PACKING = 0.97
-"""f of Eq. 6, the paper's: the effective radius of a particle over its radius."""
+PACKING = 0.97  # f of Eq. 6, the paper's: the effective radius of a particle over its radius.
 
 
 def particle_volume(radius: float) -> float:

@@ -13,15 +13,12 @@ from simulate.setup.release_schedule import Schedule, frames_to_freeze, plan_rel
 from simulate.setup.rheology import Rheology, no_slip_weight, viscous_weight
 from simulate.setup.signed_distance import CM, Barrier, crack_box_mm
 
-ACROSS_AT_LEAST = 2
-"""Least number of particles abreast in a crack of mean width."""
+ACROSS_AT_LEAST = 2  # Least number of particles abreast in a crack of mean width
 CELLS_AT_MOST = 4_000_000
 """Largest number of cells of the neighbour search, 90 times the paper's trial. Each substep scans them all: 2 ms."""
 CM2_IN_M2 = 1e4
-TICK_MM = 0.1
-"""Step of the diameters and heights that are proposed."""
-ROUNDING_MM = 1e-3
-"""Tolerance of distances, which are float32: a release at just the clearance is allowed."""
+TICK_MM = 0.1  # Step of the diameters and heights that are proposed
+ROUNDING_MM = 1e-3  # Tolerance of distances, which are float32: a release at just the clearance is allowed
 
 
 def check_fit(outline: Outline, solid: Solid, fluid: Fluid, solver: Solver, nozzle: Nozzle) -> None:

@@ -56,8 +56,7 @@ class Rows(Settings):
     """Runs one by one."""
 
     columns: Annotated[tuple[str, ...], Field(min_length=1)]
-    rows: Annotated[tuple[tuple[Any, ...], ...], Field(min_length=1, max_length=MOST_RUNS)]
-    """A value for each column."""
+    rows: Annotated[tuple[tuple[Any, ...], ...], Field(min_length=1, max_length=MOST_RUNS)]  # A value for each column
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -73,8 +72,7 @@ class Range(Settings):
     low: float
     high: float
     scale: Literal["linear", "log"] = "linear"
-    whole: bool = False
-    """Round to whole numbers, for settings that are counts."""
+    whole: bool = False  # Round to whole numbers, for settings that are counts
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -113,8 +111,7 @@ class Study(Settings):
 
     name: Annotated[str, Field(min_length=1, max_length=80, pattern=PRINTABLE)]
     """Name of the study, and of its folder under reports/."""
-    trial: Path
-    """A trial file, looked for beside the study file."""
+    trial: Path  # A trial file, looked for beside the study file
     fixed: Named[Any] = Field(default={})
     """Settings of all runs in place of the trial's own, by dotted name, for example a coarser radius."""
     grid: Annotated[Named[tuple[Any, ...]], Field(min_length=1)] | None = None

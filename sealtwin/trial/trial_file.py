@@ -42,21 +42,16 @@ class Trial(Settings):
     """Name in the report, and of the folder under reports/."""
     note: Annotated[str, Field(max_length=2000)] = ""
     """Note in the report: facts that a reader must know about this trial."""
-    seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
-    """Seed of the small disorder with which particles leave the nozzle."""
+    seed: Annotated[int, Field(ge=0, lt=2**31)] = 0  # Seed of the small disorder with which particles leave the nozzle
     photo: PhotoInput | None = None
-    crack: CrackShape | None = None
-    """Depth and walls, which a photo cannot show; a mesh shows them."""
-    mesh: MeshInput | None = None
-    """Mesh, in place of photo and crack."""
+    crack: CrackShape | None = None  # Depth and walls, which a photo cannot show; a mesh shows them
+    mesh: MeshInput | None = None  # Mesh, in place of photo and crack
     path: NozzlePath = NozzlePath()
-    fluid: Fluid | None = None
-    """Fluid, which only the fluid run needs."""
+    fluid: Fluid | None = None  # Fluid, which only the fluid run needs
     solver: Solver = Solver()
     nozzle: Nozzle = Nozzle()
     output: Output = Output()
-    readings: Readings | None = None
-    """Readings; without them the report shows the simulated profile alone."""
+    readings: Readings | None = None  # Readings; without them the report shows the simulated profile alone
     gate: Gate | None = None
     uncertainty: Uncertainty = Uncertainty()
     """Standard deviations of the inputs; 'sealtwin validate RUN --uncertainty' computes that of the result."""

@@ -25,18 +25,14 @@ OUTSIDE = 0.25
 """Distance of the nearest nodes beyond the floor and the crack's first end, over the spacing: with 0.75 it is 2.0 %
 again, since particles on the floor count for little on either side of it.
 """
-STEP = 0.6
-"""Share of a particle's own Jacobi step: at 1 the surface of a fluid without drag never calms (3 cm/s)."""
-SWEEPS, OVERSHOOT = 8, 1.5
-"""Sweeps and factor of the over-relaxation: two sweeps or twenty settle a column alike."""
-LEAST_WEIGHT = 3.0
-"""Particles that a node must carry: nodes with fewer hold spray (prototype)."""
+STEP = 0.6  # Share of a particle's own Jacobi step: at 1 the surface of a fluid without drag never calms (3 cm/s)
+SWEEPS, OVERSHOOT = 8, 1.5  # Sweeps and factor of the over-relaxation: two sweeps or twenty settle a column alike
+LEAST_WEIGHT = 3.0  # Particles that a node must carry: nodes with fewer hold spray (prototype)
 AT_ONCE = 0.5
 """Share taken out at once of the compression that the last substep left. With all of it a surface that was hit never
 calms: 1 to 2 cm/s persist where 0.7 are left.
 """
-LANES = 256
-"""Threads that share a run's nodes on a GPU: a block of Warp's."""
+LANES = 256  # Threads that share a run's nodes on a GPU: a block of Warp's
 
 
 class CoarsePressure:

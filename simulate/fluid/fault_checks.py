@@ -12,14 +12,12 @@ from simulate.kernels import pressure
 from simulate.setup.cell_grid import NEIGHBOURS, WALL_NEIGHBOURS
 from simulate.setup.signed_distance import Barrier
 
-FASTEST_CM_S = 2000.0
-"""Speed after a fall of 20 m: anything faster gained its energy from the numbers."""
+FASTEST_CM_S = 2000.0  # Speed after a fall of 20 m: anything faster gained its energy from the numbers
 DENSEST = 2.5
 """Largest density over the rest density. Sound runs, overfull and thick ones included, stayed under 1.5; lists of 128
 neighbours are full soon after.
 """
-UNSOLVED = 0
-"""Kind of fault of a run whose viscosity was not solved, beside the kernels' own."""
+UNSOLVED = 0  # Kind of fault of a run whose viscosity was not solved, beside the kernels' own
 SENTENCES = {
     UNSOLVED: f"The viscosity solve did not converge in {ITERATIONS_AT_MOST} iterations.",
     int(pressure.NEIGHBOURS_FULL): f"A particle has more than {NEIGHBOURS} neighbours: the fluid collapsed.",

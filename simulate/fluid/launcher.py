@@ -6,8 +6,7 @@ from typing import Any
 
 import warp as wp
 
-LEAST_SLICE = 3000
-"""Rows of a slice, at least: handing a smaller one to a thread takes longer than the slice."""
+LEAST_SLICE = 3000  # Rows of a slice, at least: handing a smaller one to a thread takes longer than the slice
 
 
 class Launcher:
@@ -20,8 +19,7 @@ class Launcher:
     def __init__(self, device: str, threads: int = 1) -> None:
         self._device, self._threads = device, threads
         self._pool = ThreadPoolExecutor(threads - 1) if threads > 1 else None
-        self.kernels = 0
-        """Number of launches so far; scans and sorts of Warp's own library are not counted."""
+        self.kernels = 0  # Number of launches so far; scans and sorts of Warp's own library are not counted
 
     def bind(self, kernel: Any, *inputs: object) -> "RowLaunch":
         """A launch over rows; the kernel's first argument is a slice's first row, the rest are ``inputs``.

@@ -12,8 +12,7 @@ from simulate.kernels import pressure
 from simulate.settings import Scheme
 from simulate.setup.signed_distance import Barrier
 
-LONGEST_CORRECTION = 0.25
-"""Longest correction of one iteration, over h."""
+LONGEST_CORRECTION = 0.25  # Longest correction of one iteration, over h
 
 
 class Pressure:

@@ -16,16 +16,11 @@ class RunStatistics:
 
     def __init__(self, runs: int) -> None:
         self._runs = runs
-        self.density: list[NDArray[np.floating]] = []
-        """Density errors of the movers, in frames that were sampled."""
-        self.owner: list[NDArray[np.integer]] = []
-        """The run of each of these movers."""
-        self.solves = array("q")
-        """Iterations by substep and run; empty where frames are replayed."""
-        self.moving = array("q")
-        """Movers by frame and run."""
-        self.neighbours = np.zeros(runs, dtype=np.int64)
-        """Longest list of neighbours, by run."""
+        self.density: list[NDArray[np.floating]] = []  # Density errors of the movers, in frames that were sampled
+        self.owner: list[NDArray[np.integer]] = []  # The run of each of these movers
+        self.solves = array("q")  # Iterations by substep and run; empty where frames are replayed
+        self.moving = array("q")  # Movers by frame and run
+        self.neighbours = np.zeros(runs, dtype=np.int64)  # Longest list of neighbours, by run
         self.frames_s = 0.0
 
     def add(self, engine: FluidSolver, solves: Sequence[Integers], sampled: bool) -> None:

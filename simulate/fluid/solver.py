@@ -23,16 +23,12 @@ from simulate.setup.rheology import Rheology, paste_on_device
 from simulate.setup.signed_distance import Barrier
 from simulate.setup.wall_particles import WallParticles, calibrated_wall_mass, source_wall_mass
 
-LIST_REACH = 1.04
-"""Reach of a list over h, for particles that come within h while the pressure iterations move them."""
+LIST_REACH = 1.04  # Reach of a list over h, for particles that come within h while the pressure iterations move them
 FALL = 0.03
 """Fall from rest in one substep, g dt^2 over h: more compresses the column (4 substeps in the paper's trial)."""
-CREEP = 5.0
-"""Times the slowest shear: below it the stress is under 5/6 of the yield stress, and paste may fall asleep."""
-PATIENCE_S = 0.3
-"""Time of quiet before sleep (prototype)."""
-WAKING_CM_S = 0.5
-"""Speed of a neighbour that wakes a particle (prototype)."""
+CREEP = 5.0  # Times the slowest shear: below it the stress is under 5/6 of the yield stress, and paste may fall asleep
+PATIENCE_S = 0.3  # Time of quiet before sleep (prototype)
+WAKING_CM_S = 0.5  # Speed of a neighbour that wakes a particle (prototype)
 
 
 class Domain(NamedTuple):
@@ -138,10 +134,8 @@ class FluidSolver:
         self.replays = device != "cpu" and settings.viscosity_solve == "implicit"
         """Frames are recorded and replayed, without reports to the host in between."""
         self._recorded: Any = None
-        self.kernels_a_frame = 0
-        """Launches in the last frame that was not replayed."""
-        self.rows = 0
-        """Rows of a launch: the present number of movers or, where frames are replayed, the largest ever."""
+        self.kernels_a_frame = 0  # Launches in the last frame that was not replayed
+        self.rows = 0  # Rows of a launch: the present number of movers or, where frames are replayed, the largest ever
 
     def _bind_lists(self, kernel: Any, domain: Domain) -> None:
         state, lists, reach = self.state, self.lists, LIST_REACH * self._support

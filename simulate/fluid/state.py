@@ -13,8 +13,7 @@ from simulate.setup.cell_grid import NOWHERE_CM
 from simulate.setup.release_schedule import Schedule
 from simulate.setup.signed_distance import CM
 
-SPARE = 2
-"""Entries behind the last particle: a dummy particle that pads lists, and room for loads of sixteen bytes."""
+SPARE = 2  # Entries behind the last particle: a dummy particle that pads lists, and room for loads of sixteen bytes
 KEPT_AS = {
     "place": "position",
     "velocity": "velocity",
@@ -42,8 +41,7 @@ class State:
         self.volume_and_viscosity = _padded(np.zeros((schedule.particles, 2)), runs, wp.vec2, device)
         self.status = wp.full(count, int(device_code.WAITING), dtype=int, device=device)
         self.frame = wp.full(1, -1, dtype=int, device=device)
-        self.particles = device_code.Particles()
-        """The struct of these arrays that kernels take."""
+        self.particles = device_code.Particles()  # The struct of these arrays that kernels take
         self.particles.per_run = schedule.particles
         for name in (*KEPT_AS.values(), "search_direction", "frame"):
             setattr(self.particles, name, getattr(self, name))

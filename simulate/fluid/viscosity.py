@@ -16,14 +16,11 @@ from simulate.fluid.state import SPARE, MoversList, State
 from simulate.kernels import viscosity as device_code
 from simulate.setup.cell_grid import NEIGHBOURS, pairs_of
 
-OF_THE_RIGHT = 1e-3
-"""Largest residual over the right side: a hundredth of what a coarser step in time changes."""
+OF_THE_RIGHT = 1e-3  # Largest residual over the right side: a hundredth of what a coarser step in time changes
 OF_THE_CHANGE = 1e-2
 """Largest residual over that of no viscosity at all: without it the solve would end before a thin fluid is slowed."""
-ITERATIONS_AT_MOST = 500
-"""Limit of the conjugate gradients; the prototype's worst case takes 24."""
-STABLE = 0.9
-"""Largest part of a velocity that one explicit pass may take away: above 1 it overshoots, at 2 it explodes."""
+ITERATIONS_AT_MOST = 500  # Limit of the conjugate gradients; the prototype's worst case takes 24
+STABLE = 0.9  # Largest part of a velocity that one explicit pass may take away: above 1 it overshoots, at 2 it explodes
 FRESH_SHEAR, FRESH_CM_S = 10.0, 5.0
 """Shear in 1/s and speed in cm/s of a particle just released, whose neighbours belong to an earlier release."""
 

@@ -32,8 +32,7 @@ class ArcLengthMap:
     corner: wp.vec2
     spacing: float
     count: wp.vec2i
-    at: wp.array[wp.vec3]
-    """Arc length, and the direction in which it grows."""
+    at: wp.array[wp.vec3]  # Arc length, and the direction in which it grows
 
 
 @wp.struct
@@ -44,35 +43,26 @@ class Nodes:
     spacing: float
     count: wp.vec2i
     per_run: int
-    by_colour: wp.array[int]
-    """Nodes of a run in four groups, in none of which two nodes are neighbours."""
+    by_colour: wp.array[int]  # Nodes of a run in four groups, in none of which two nodes are neighbours
     sums: wp.array2d[wp.int64]
     excess: wp.array[wp.int64]
     matrix: wp.array2d[float]
     right: wp.array[float]
-    change: wp.array[float]
-    """Change of the nodes' multipliers in an iteration."""
-    total: wp.array[float]
-    """The nodes' multipliers so far in a substep."""
+    change: wp.array[float]  # Change of the nodes' multipliers in an iteration
+    total: wp.array[float]  # The nodes' multipliers so far in a substep
 
 
 @wp.struct
 class CoarseRows:
     """The coarse level's data of each mover, by row."""
 
-    node: wp.array[int]
-    """The node behind and below the mover."""
-    part: wp.array[wp.vec2]
-    """Share of the way from that node to the next ones."""
-    along: wp.array[wp.vec2]
-    """Direction of the crack."""
-    old: wp.array[float]
-    """Compression that the last substep left."""
+    node: wp.array[int]  # The node behind and below the mover
+    part: wp.array[wp.vec2]  # Share of the way from that node to the next ones
+    along: wp.array[wp.vec2]  # Direction of the crack
+    old: wp.array[float]  # Compression that the last substep left
     multiplier: wp.array[float]
-    slope: wp.array[wp.vec4]
-    """The constraint's own gradient, and the share in the nodes' multipliers."""
-    yielding: wp.array[float]
-    """Change of the multiplier for each unit of compression."""
+    slope: wp.array[wp.vec4]  # The constraint's own gradient, and the share in the nodes' multipliers
+    yielding: wp.array[float]  # Change of the multiplier for each unit of compression
 
 
 @wp.kernel

@@ -9,8 +9,7 @@ wp.set_module_options({"enable_backward": False})
 
 BLOCK = wp.constant(4)
 """Cells along the edge of a block; its nodes are one more, so that no interpolation needs two blocks."""
-NODES = wp.constant(125)
-"""Number of nodes of a block."""
+NODES = wp.constant(125)  # Number of nodes of a block
 FAR = wp.constant(-1)
 FACE = wp.constant(-2)
 PIECES = wp.constant(256)

@@ -9,8 +9,7 @@ from simulate.kernels.status import FROZEN, Movers
 
 wp.set_module_options({"enable_backward": False})
 
-SIXTEEN = wp.constant(16)
-"""Lists are padded to whole sixteens with a dummy point (``pair_sums_cpu``)."""
+SIXTEEN = wp.constant(16)  # Lists are padded to whole sixteens with a dummy point (``pair_sums_cpu``)
 
 
 @wp.struct
@@ -23,8 +22,7 @@ class CellArrays:
     corner: wp.vec3
     size: float
     count: wp.vec3i
-    points_per_run: int
-    """Number of points of each run, which follow each other."""
+    points_per_run: int  # Number of points of each run, which follow each other
     start: wp.array[int]
     x: wp.array[float]
     y: wp.array[float]
@@ -40,8 +38,7 @@ class Neighbours:
     fluid_count: wp.array[int]
     wall: wp.array2d[int]
     wall_count: wp.array[int]
-    wall_particle: wp.array[wp.vec4]
-    """Position of each wall particle, and the share of the surface that it stands for."""
+    wall_particle: wp.array[wp.vec4]  # Position of each wall particle, and the share of the surface that it stands for
 
 
 @wp.func

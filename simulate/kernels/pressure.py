@@ -34,18 +34,13 @@ MOST_BY_WALLS = wp.constant(0.6)
 class Smoothing:
     """Constants of the density constraint."""
 
-    support: float
-    """h: both kernels vanish from here on."""
-    mass: float
-    """Mass of a particle over the rest density, cm3."""
-    density: float
-    """Mass times 315 / (64 pi h^9), the factor of the fluid's sum of (h^2 - r^2)^3."""
-    slope: float
-    """Mass times -45 / (pi h^6), the factor of its sum of (h - r)^2 times the unit offset."""
+    support: float  # h: both kernels vanish from here on
+    mass: float  # Mass of a particle over the rest density, cm3
+    density: float  # Mass times 315 / (64 pi h^9), the factor of the fluid's sum of (h^2 - r^2)^3
+    slope: float  # Mass times -45 / (pi h^6), the factor of its sum of (h - r)^2 times the unit offset
     wall_density: float
     wall_slope: float
-    relaxation: float
-    """epsilon of Eq. 1, 1/cm2."""
+    relaxation: float  # epsilon of Eq. 1, 1/cm2.
 
 
 @wp.func
@@ -160,14 +155,10 @@ class Constraint:
     """Density rho_i of a particle, and its gradients with the positions (Eqs 1 and 2)."""
 
     density: float
-    by_walls: float
-    """The walls' part of the density."""
-    slope: wp.vec3
-    """Gradient with the particle's own position."""
-    wall_slope: wp.vec3
-    """The walls' part of that gradient."""
-    squares: float
-    """Sum of the squared gradients with all positions."""
+    by_walls: float  # The walls' part of the density
+    slope: wp.vec3  # Gradient with the particle's own position
+    wall_slope: wp.vec3  # The walls' part of that gradient
+    squares: float  # Sum of the squared gradients with all positions
 
 
 class PressureKernels(NamedTuple):

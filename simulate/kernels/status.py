@@ -5,16 +5,12 @@ import warp as wp
 wp.set_module_options({"enable_backward": False})
 
 MOVING = wp.constant(0)
-ASLEEP = wp.constant(1)
-"""The particle rests and its neighbours feel it; a fast neighbour wakes it."""
-FROZEN = wp.constant(2)
-"""The particle rests for good, because of its age."""
+ASLEEP = wp.constant(1)  # The particle rests and its neighbours feel it; a fast neighbour wakes it
+FROZEN = wp.constant(2)  # The particle rests for good, because of its age
 SPILLED = wp.constant(3)
 ESCAPED = wp.constant(4)
-WAITING = wp.constant(5)
-"""The particle is not released yet."""
-GIVEN_UP = wp.constant(6)
-"""The particle belongs to a run that failed: it is gone, whether or not it was released."""
+WAITING = wp.constant(5)  # The particle is not released yet
+GIVEN_UP = wp.constant(6)  # The particle belongs to a run that failed: it is gone, whether or not it was released
 
 RESTS = wp.constant(1.0e30)
 """Value of the multiplier that marks a particle at rest. The pressure's loops load it together with the position."""
@@ -27,19 +23,15 @@ class Particles:
     per_run: int
     position: wp.array[wp.vec4]
     """Position, and the multiplier of the density constraint: RESTS for a particle at rest (decision 0089)."""
-    previous_position: wp.array[wp.vec3]
-    """Position before the substep."""
+    previous_position: wp.array[wp.vec3]  # Position before the substep
     velocity: wp.array[wp.vec3]
-    search_direction: wp.array[wp.vec3]
-    """Direction of the viscosity's conjugate gradients; zero for a particle at rest."""
-    density: wp.array[float]
-    """Density over the rest density."""
+    search_direction: wp.array[wp.vec3]  # Direction of the viscosity's conjugate gradients; zero for a particle at rest
+    density: wp.array[float]  # Density over the rest density
     volume_and_viscosity: wp.array[wp.vec2]
     """Volume m/rho in cm3, and the weight of the particle's pairs in the viscosity."""
     status: wp.array[int]
     release_frame: wp.array[int]
-    frame: wp.array[int]
-    """Number of the frame that runs, or ran last; -1 before the first."""
+    frame: wp.array[int]  # Number of the frame that runs, or ran last; -1 before the first
 
 
 @wp.struct
@@ -48,8 +40,7 @@ class Movers:
 
     particle: wp.array[int]
     count: wp.array[int]
-    first_row: wp.array[int]
-    """First row of each run, and one past the last row."""
+    first_row: wp.array[int]  # First row of each run, and one past the last row
 
 
 @wp.kernel

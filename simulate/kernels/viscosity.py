@@ -23,39 +23,26 @@ CHUNKS = wp.constant(64)
 class Paste:
     """Constants of each run's fluid, by the number of the run, and factors that all runs share."""
 
-    thin: wp.array[float]
-    """Weight of pairs where the fluid flows fast."""
-    drag: wp.array[float]
-    """D of Eq. 5 in a substep over h sqrt(pi)."""
-    yields_at: wp.array[float]
-    """Yield stress of fresh paste over density, cm2/s2."""
-    stiffens_by: wp.array[float]
-    """Yield stress over density that a second of age adds."""
+    thin: wp.array[float]  # Weight of pairs where the fluid flows fast
+    drag: wp.array[float]  # D of Eq. 5 in a substep over h sqrt(pi).
+    yields_at: wp.array[float]  # Yield stress of fresh paste over density, cm2/s2
+    stiffens_by: wp.array[float]  # Yield stress over density that a second of age adds
     yields_at_most: wp.array[float]
-    per_viscosity: float
-    """Weight of pairs for each cm2/s of viscosity."""
-    per_shear: float
-    """Squared shear, 1/s2, for each unit of the sum over pairs."""
-    wall_per_viscosity: float
-    """Drag for each cm2/s2 of yield stress at a speed of 1 cm/s."""
-    slowest_shear: float
-    """1/s: below it the paste creeps as a fluid of constant viscosity."""
-    slowest: float
-    """cm/s: the same along a wall."""
+    per_viscosity: float  # Weight of pairs for each cm2/s of viscosity
+    per_shear: float  # Squared shear, 1/s2, for each unit of the sum over pairs
+    wall_per_viscosity: float  # Drag for each cm2/s2 of yield stress at a speed of 1 cm/s
+    slowest_shear: float  # 1/s: below it the paste creeps as a fluid of constant viscosity
+    slowest: float  # cm/s: the same along a wall
 
 
 @wp.struct
 class System:
     """The linear system (I + A) v_new = v of backward Euler on Eq. 5, by row."""
 
-    coupling: wp.array2d[float]
-    """Weight of each pair, in the slots of the fluid's neighbour lists."""
-    resistance: wp.array[float]
-    """Sum of a particle's couplings and of the walls' drag."""
-    yields: wp.array[float]
-    """Yield stress over density, cm2/s2."""
-    slides: wp.array[float]
-    """Speed along the walls, cm/s."""
+    coupling: wp.array2d[float]  # Weight of each pair, in the slots of the fluid's neighbour lists
+    resistance: wp.array[float]  # Sum of a particle's couplings and of the walls' drag
+    yields: wp.array[float]  # Yield stress over density, cm2/s2
+    slides: wp.array[float]  # Speed along the walls, cm/s
 
 
 @wp.struct
@@ -63,12 +50,9 @@ class Search:
     """Conjugate gradients: vectors by row, scalars by run."""
 
     residual: wp.array[wp.vec3]
-    scaled: wp.array[wp.vec3]
-    """Residual over the diagonal (Jacobi's preconditioner)."""
-    product: wp.array[wp.vec3]
-    """The matrix times the vector at hand."""
-    right: wp.array[wp.vec3]
-    """Right side over the root of the diagonal."""
+    scaled: wp.array[wp.vec3]  # Residual over the diagonal (Jacobi's preconditioner)
+    product: wp.array[wp.vec3]  # The matrix times the vector at hand
+    right: wp.array[wp.vec3]  # Right side over the root of the diagonal
     right_squared: wp.array[float]
     error: wp.array[float]
     previous_error: wp.array[float]

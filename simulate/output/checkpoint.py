@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from sealtwin.core.files import replacing
 from simulate.injection import Injection
 
-EVERY_S = 10.0
-"""Wall time between checkpoints. Writing one takes 10 ms for 15,000 particles."""
+EVERY_S = 10.0  # Wall time between checkpoints. Writing one takes 10 ms for 15,000 particles.
 
 
 class Checkpoint:

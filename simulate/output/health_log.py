@@ -24,8 +24,7 @@ COLUMNS = (
 """``particles`` have left the nozzle. Density errors are compressions of those that move, over the rest density;
 iterations a substep and ms are means since the previous row; where nothing moved, errors and iterations are empty.
 """
-EVERY = 10
-"""Number of frames to a row."""
+EVERY = 10  # Number of frames to a row
 
 
 class HealthLog:

@@ -9,14 +9,10 @@ from warp.utils import array_scan, radix_sort_pairs
 from sealtwin.core.records import Floats
 from simulate.kernels import neighbours as device_code
 
-NEIGHBOURS = 128
-"""Slots of a list, a whole number of sixteens. Fluid at rest fills about 50, at twice its density 100."""
-WALL_NEIGHBOURS = 96
-"""Slots of a list. A flat wall fills about 13, a narrow corner three times that."""
-SPARE = 16
-"""Entries past the last one that a loop over sixteen points at a time may read."""
-NOWHERE_CM = 1e6
-"""x, y and z of the dummy point that pads lists: no particle comes near it."""
+NEIGHBOURS = 128  # Slots of a list, a whole number of sixteens. Fluid at rest fills about 50, at twice its density 100.
+WALL_NEIGHBOURS = 96  # Slots of a list. A flat wall fills about 13, a narrow corner three times that.
+SPARE = 16  # Entries past the last one that a loop over sixteen points at a time may read
+NOWHERE_CM = 1e6  # x, y and z of the dummy point that pads lists: no particle comes near it
 
 
 def neighbour_lists(rows: int, wall_particle: wp.array, device: str) -> Any:
@@ -54,8 +50,7 @@ class CellGrid:
         points = runs * capacity
         self._device, self._runs = device, runs
         self._in_order = device == "cpu" if in_order is None else in_order
-        self._bits = cells.bit_length()
-        """Bits of a cell's number. To sort by all 32 would be twice the work."""
+        self._bits = cells.bit_length()  # Bits of a cell's number. To sort by all 32 would be twice the work.
         # One cell more for points left out, and one end more than cells.
         self._counts = wp.zeros(cells + 2, dtype=int, device=device)
         self._ends = wp.zeros(cells + 2, dtype=int, device=device)

@@ -11,12 +11,10 @@ from sealtwin.core.records import Floats, Integers, Trajectory
 from simulate.settings import Fluid, particle_volume
 from simulate.setup.rheology import NEVER
 
-PARTICLES_AT_MOST = 1_000_000
-"""Largest number of particles; their neighbour lists, where none freezes, take 3 GB."""
+PARTICLES_AT_MOST = 1_000_000  # Largest number of particles; their neighbour lists, where none freezes, take 3 GB
 RELEASED_AT_MOST = 100_000
 """Largest number of one release. The disc is packed from a lattice of four times as many; the paper's holds seven."""
-ROUNDING = 1e-9
-"""Tolerance with which a whole number of frames does not become one more."""
+ROUNDING = 1e-9  # Tolerance with which a whole number of frames does not become one more
 
 
 @dataclass(frozen=True)
@@ -26,12 +24,10 @@ class Schedule:
     position_mm: Floats  # (n, 3), where it is released
     velocity_mm_s: Floats  # (n, 3)
     frame_of: Integers  # (n,)
-    released: Integers
-    """(frames,): number of particles out once the frame's release is made."""
+    released: Integers  # (frames,): number of particles out once the frame's release is made
     frame_s: float
     """Time in which the largest flow fills one release (Eq. 6), shortened to a whole fraction of the path's time."""
-    release: int
-    """Number of particles of a full release."""
+    release: int  # Number of particles of a full release
     dispensed_mm3: float
 
     @property
@@ -135,10 +131,8 @@ def pack_disc(disc_radius: float, radius: float) -> Floats:
 class ParticleCounts(NamedTuple):
     """Numbers of particles of one run, by frame."""
 
-    out: Integers
-    """(frames,): number that has left the nozzle."""
-    moving: Integers
-    """(frames,): largest number that may move: those that have not frozen by their age."""
+    out: Integers  # (frames,): number that has left the nozzle
+    moving: Integers  # (frames,): largest number that may move: those that have not frozen by their age
 
     @property
     def frames(self) -> int:

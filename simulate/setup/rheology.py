@@ -15,19 +15,15 @@ WALL_LAYER = 0.624
 """Share of a rough wall's stress that each unit of B in Eq. 5 stands for: one over the integral of B across the fluid,
 for one layer of wall particles of spacing 2R, R deep, and h = 4R. A plug that slides then feels all of the stress.
 """
-NEVER = 2**30
-"""Frames to freeze of sealant that does not freeze."""
+NEVER = 2**30  # Frames to freeze of sealant that does not freeze
 
 
 class Rheology(NamedTuple):
     """Rheology of one run. Weights of Eq. 5 are those of a whole frame; stresses are divided by the density."""
 
-    viscous_weight: float
-    """U of Eq. 5."""
-    wall_weight_cm: float
-    """D of Eq. 5."""
-    yield_cm2_s2: float = 0.0
-    """Yield stress of fresh paste."""
+    viscous_weight: float  # U of Eq. 5.
+    wall_weight_cm: float  # D of Eq. 5.
+    yield_cm2_s2: float = 0.0  # Yield stress of fresh paste
     stiffening_cm2_s3: float = 0.0
     yield_most_cm2_s2: float = 0.0
     frames_to_freeze: int = NEVER

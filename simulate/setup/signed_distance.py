@@ -12,17 +12,14 @@ from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Solid
 from simulate.kernels import distance as device_code
 
 Mask = NDArray[np.bool_]
-CM = 0.1
-"""Centimetres in a millimetre: kernels work in centimetres."""
+CM = 0.1  # Centimetres in a millimetre: kernels work in centimetres
 CLEARANCE = 0.86
 """Clearance of a particle's centre from a wall over its radius, at which fluid rests on calibrated walls."""
 MARGIN_MM = 12.0
 """Width of the face around the crack's mouth that the grid covers; beyond it sealant rests on the plane z = 0."""
-RAISED_MM = 1e-3
-"""Height above which a vertex is not a rounding error of the face."""
+RAISED_MM = 1e-3  # Height above which a vertex is not a rounding error of the face
 EVERYWHERE_MM = 1e7
-COARSE = 4
-"""Blocks along the edge of a group of blocks."""
+COARSE = 4  # Blocks along the edge of a group of blocks
 BLOCKS_AT_MOST = 4_000_000
 """Largest number of blocks of 64 cells: 1.6 m of a paper-sized crack at its radius, and 3 GB at worst."""
 
@@ -31,11 +28,9 @@ BLOCKS_AT_MOST = 4_000_000
 class Barrier:
     """The solid as an obstacle, which no particle may enter."""
 
-    grid: Any
-    """A ``kernels.distance.Distance`` of spacing R/2, which does not resolve thinner walls."""
+    grid: Any  # A ``kernels.distance.Distance`` of spacing R/2, which does not resolve thinner walls
     mesh: wp.Mesh
-    clearance: float
-    """Least distance in cm of a particle's centre from walls."""
+    clearance: float  # Least distance in cm of a particle's centre from walls
     device: str
 
     def exact_mm(self, points_mm: Floats) -> Floats:

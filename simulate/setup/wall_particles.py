@@ -20,10 +20,8 @@ SHIFT = np.array([np.sqrt(2) - 1, np.sqrt(3) - 1])
 OFF_NODE = 1e-3
 """Scatter of points around their nodes, in steps: without it rounding would decide between two points that are exactly
 as near."""
-LEVEL = 0.99
-"""Vertical part of a normal beyond which a plane has no horizontal direction of its own, and takes x."""
-CANDIDATES = 20
-"""Candidates for each particle that is kept: more do not make the layer more even."""
+LEVEL = 0.99  # Vertical part of a normal beyond which a plane has no horizontal direction of its own, and takes x
+CANDIDATES = 20  # Candidates for each particle that is kept: more do not make the layer more even
 NEAREST = 0.78
 """Least distance of two wall particles over 2R: with it a greedy choice leaves no hole wider than one particle."""
 

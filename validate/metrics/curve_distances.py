@@ -76,8 +76,7 @@ class Difference(PiecewiseLinear):
         order = np.argsort(np.concatenate([x, crossing]), kind="stable")
         value = np.concatenate([value, np.zeros(len(crossing))])[order]
         super().__init__(np.concatenate([x, crossing])[order], value)
-        self.base = PiecewiseLinear(self.x, np.interp(self.x, x_b, y_b))
-        """The second curve."""
+        self.base = PiecewiseLinear(self.x, np.interp(self.x, x_b, y_b))  # The second curve
 
     @property
     def area(self) -> float:
