@@ -201,7 +201,7 @@ def _connected(address: str) -> Iterator[Any]:
 
 async def _greet(address: str) -> None:
     """Connect, exchange the first messages and disconnect."""
-    from distributed.comm import connect
+    from distributed.comm.core import connect
     from distributed.security import Security
 
     comm: Any = await connect(address, timeout=CONNECT_S, **Security().get_connection_args("client"))
