@@ -10,10 +10,14 @@ from sealtwin.core.records import DataKind, Frame, JsonRecord, Outline, Profile,
 class ReadingsSheet(JsonRecord):
     """The file of the readings, for the person who signs the report."""
 
-    name: str  # Name of the file, as the user or the lab gave it
-    sha256: str  # SHA-256 of its content
-    operator: str | None  # Name of the person who read; None where no note says
-    date: str | None  # Date of the readings, as the lab writes it; None where no note says
+    name: str
+    """Name of the file, as the user or the lab gave it."""
+    sha256: str
+    """SHA-256 of its content."""
+    operator: str | None
+    """Name of the person who read; None where no note says."""
+    date: str | None
+    """Date of the readings, as the lab writes it; None where no note says."""
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,10 @@ class PageTable:
     """A table of the page, each number as text with its unit."""
 
     kind: ClassVar = "table"
-    title: str  # Title as on the page
-    rows: tuple[tuple[str, str], ...]  # Label and value of each row
+    title: str
+    """Title as on the page."""
+    rows: tuple[tuple[str, str], ...]
+    """Label and value of each row."""
 
 
 def millimetres(value: float | None, decimals: int = 2, unknown: str = NOT_RECORDED) -> str:
