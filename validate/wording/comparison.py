@@ -14,7 +14,7 @@ from sealtwin.core.comparison import (
 )
 from sealtwin.core.records import Profile
 from validate.report_input import Evidence, ReadingsSheet
-from validate.units import NOT_RECORDED, PageTable, counted, millimetres, percent, signed, span
+from validate.units import LABELS, NOT_RECORDED, PageTable, counted, millimetres, percent, signed, span
 
 
 def balance_table(evidence: Evidence) -> PageTable:
@@ -113,17 +113,7 @@ def readings_table(readings: Profile, comparison: Comparison, sheet: ReadingsShe
     return PageTable("Readings", tuple(rows))
 
 
-INPUTS = {
-    "speed_mm_s": ("the nozzle's speed", "mm/s"),
-    "volume_ml": ("volume given", "ml"),
-    "start_mm": ("where the nozzle starts", "mm"),
-    "width_mm": ("the crack's width", "mm"),
-    "wall_angle_deg": ("the tilt of the walls", "°"),
-    "depth_mm": ("the crack's depth", "mm"),
-    "viscosity_percent": ("viscosity", "%"),
-    "yield_stress_pa": ("yield stress", "Pa"),
-    "station_mm": ("the stations' s", "mm"),
-}
+INPUTS: dict[str, tuple[str, str]] = LABELS["inputs"]
 """Words and unit of each input by its name in the table [uncertainty]."""
 Rows = list[tuple[str, str]]
 
