@@ -186,8 +186,8 @@ def error_uncertainty(
     )
     stations = _station_errors(simulated, measured, budget, error, effects, spread)
     return ErrorUncertainty(
-        mean_error_mm=mean_error_interval(error.x, error.value, hat, budget),
-        bias_mm=(bias_mm - half_mm, bias_mm + half_mm),
+        mean_error_interval_mm=mean_error_interval(error.x, error.value, hat, budget),
+        bias_interval_mm=(bias_mm - half_mm, bias_mm + half_mm),
         bias_systematic_mm=mean.systematic_mm,
         levels=StationBands(s_mm=measured.s_mm, band_95_mm=bands_mm(budget)),
         readings=budget.summary(),

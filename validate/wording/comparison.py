@@ -48,8 +48,8 @@ def agreement_table(comparison: Comparison) -> PageTable:
     mean_interval = bias_interval = ""
     if found is not None:
         between = ", 95 % interval by the readings {} to {} mm"
-        mean_interval = between.format(*(f"{end:.3f}" for end in found.mean_error_mm))
-        bias_interval = between.format(*(signed(end, 3) for end in found.bias_mm))
+        mean_interval = between.format(*(f"{end:.3f}" for end in found.mean_error_interval_mm))
+        bias_interval = between.format(*(signed(end, 3) for end in found.bias_interval_mm))
     difference_mm2 = m.area_difference_mm2
     same = "the same to 1e-9 mm²" if abs(difference_mm2) < 1e-9 else f"{difference_mm2:+.1e} mm² apart"
     stretch = f"({m.covered_from_mm:.1f} to {m.covered_to_mm:.1f} mm)"
@@ -190,8 +190,8 @@ def uncertainty_tables(found: ErrorUncertainty) -> list[PageTable]:
 
 
 def _result(found: ErrorUncertainty) -> Rows:
-    low_mm, high_mm = found.mean_error_mm
-    bias_low_mm, bias_high_mm = found.bias_mm
+    low_mm, high_mm = found.mean_error_interval_mm
+    bias_low_mm, bias_high_mm = found.bias_interval_mm
     mean, stations = found.mean_level, found.stations
     resolved = np.abs(stations.error_mm) > 2 * stations.validation_mm
     band = f"± {span(found.levels.band_95_mm, 3)} mm"
