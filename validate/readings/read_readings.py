@@ -10,14 +10,8 @@ from validate.readings.columns import read_header
 from validate.readings.samples import read_cells, rows_of_sample
 from validate.readings.sheet import FaultList, Place, shown
 from validate.readings.table import CrackLimits, TableReader, level_mm
-from validate.settings import Datum, Declared, Readings
-from validate.units import counted
-
-IN_WORDS: dict[Datum, str] = {
-    "sample_surface": "the sample surface",
-    "sealant_top": "the sealant's top",
-    "caliper_base": "the caliper's base",
-}
+from validate.settings import Declared, Readings
+from validate.units import LABELS, counted
 
 
 def read_readings(
@@ -52,7 +46,7 @@ def _dialect(table: TableReader, repeats: int) -> str:
     decimal = () if table.mark is None else (f"decimal {table.mark}",)
     units = list(dict.fromkeys(str(column.unit) for column in header.readings))
     upward = "upward" if header.quantity == "level" else "downward"
-    counting = f"{header.quantity} {upward} in {' and '.join(units)} from {IN_WORDS[declared.datum]}"
+    counting = f"{header.quantity} {upward} in {' and '.join(units)} from {LABELS['datums'][declared.datum]}"
     if declared.datum != "sample_surface":
         counting += f", {declared.datum_level_mm or 0.0:+g} mm from the sample surface"
     if units != [header.station.unit]:
