@@ -3,7 +3,7 @@
 import tomllib
 from dataclasses import dataclass
 from importlib.resources import files as resources
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from pydantic import ConfigDict, with_config
@@ -18,7 +18,6 @@ NOT_RECORDED = "not recorded"
 class PageTable:
     """A table of the page, each number as text with its unit."""
 
-    kind: ClassVar = "table"
     title: str
     """Title as on the page."""
     rows: tuple[tuple[str, str], ...]

@@ -160,19 +160,19 @@ def _band(comparison: Comparison) -> tuple[Floats | None, str]:
     return comparison.metrics.readings.band_95_mm, "95 % band of the readings, by repeats alone"
 
 
-CAPTION = (
-    "Simulated less measured level E at each station, with twice the validation uncertainty u_val (ASME V&V 20). "
-    "Filled where |E| is larger. Below, the standard uncertainties that u_val is made of."
-)
-
-
-@themed()
 def draw_uncertainty(stations: StationErrors) -> FigureBase:
     """Draw the error at each station above its standard uncertainties."""
     s_mm, error_mm, validation_mm = stations.s_mm, stations.error_mm, stations.validation_mm
     figure = canvas(None, 9.0, 4.6)
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
-    _draw_errors(upper, s_mm, error_mm, COVERAGE * validation_mm)
+    half_mm = COVERAGE * validation_mm
+    resolved = np.abs(error_mm) > half_mm
+    upper.axhline(0.0, color=INK, linewidth=1.0)
+    upper.errorbar(s_mm, error_mm, half_mm, fmt="none", ecolor=MUTED, elinewidth=1.0, capsize=2.5, label="± 2 u_val")
+    for which, fill, name in ((resolved, SIMULATED, "|E| above 2 u_val"), (~resolved, "#ffffff", "not above it")):
+        upper.plot(s_mm[which], error_mm[which], "o", color=SIMULATED, markerfacecolor=fill, markersize=5, label=name)
+    label_axes(upper, "", "E (mm)", "Error at the stations: positive where the simulated level is too high")
+    put_legend_under_title(upper, columns=3)
     for part_mm, name, colour, style in (
         (stations.data_mm, "readings", MEASURED, "-"),
         (stations.numerics_mm, "numerics", SIMULATED, "--"),
@@ -185,13 +185,3 @@ def draw_uncertainty(stations: StationErrors) -> FigureBase:
     label_axes(lower, ALONG, "u (mm)", "Standard uncertainties")
     put_legend_under_title(lower, columns=4)
     return figure
-
-
-def _draw_errors(axes: Axes, s_mm: Floats, error_mm: Floats, half_mm: Floats) -> None:
-    resolved = np.abs(error_mm) > half_mm
-    axes.axhline(0.0, color=INK, linewidth=1.0)
-    axes.errorbar(s_mm, error_mm, half_mm, fmt="none", ecolor=MUTED, elinewidth=1.0, capsize=2.5, label="± 2 u_val")
-    for which, fill, name in ((resolved, SIMULATED, "|E| above 2 u_val"), (~resolved, "#ffffff", "not above it")):
-        axes.plot(s_mm[which], error_mm[which], "o", color=SIMULATED, markerfacecolor=fill, markersize=5, label=name)
-    label_axes(axes, "", "E (mm)", "Error at the stations: positive where the simulated level is too high")
-    put_legend_under_title(axes, columns=3)

@@ -25,20 +25,15 @@ from sealtwin.core.drawing.theme import (
 from sealtwin.core.records import FaceLabel, Outline, Profile, Run, Solid, Trajectory, arc_length_at
 from validate.figures.rendering import render
 
-LABEL_COLOUR = {
-    FaceLabel.TOP: GROUND,
-    FaceLabel.WALL: "#5b87a6",
-    FaceLabel.FLOOR: "#35566e",
-    FaceLabel.END: "#8fb0c6",
-    FaceLabel.OUTSIDE: "#ada497",
-}
+FACE_COLOURS = np.array([to_rgb(colour) for colour in (GROUND, "#5b87a6", "#35566e", "#8fb0c6", "#ada497")])
+"""Colours of the triangles of a solid, in the order of ``FaceLabel``."""
 WIDTH_PX = 1000
 
 
 @themed()
 def draw_solid(solid: Solid) -> FigureBase:
     """Draw the block from above, and its cavity alone from the side, as a cast; each as wide as the figure."""
-    colour = np.array([to_rgb(LABEL_COLOUR[label]) for label in FaceLabel])[solid.face_label]
+    colour = FACE_COLOURS[solid.face_label]
     azimuth_deg = square_on(solid)
     cavity = np.isin(solid.face_label, (FaceLabel.WALL, FaceLabel.FLOOR))
     dams = ", with the dams at its open ends" if solid.report.get("dams") else ""
