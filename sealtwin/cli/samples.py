@@ -5,18 +5,15 @@ from typing import Annotated, Literal
 
 import typer
 
-from sealtwin.cli.answer import Json, Out, Quiet, answering, option
+from sealtwin.cli.answer import File, Json, Number, Out, Quiet, Text, answering, argument, flag, option
 from sealtwin.cli.photo_options import beside_nothing, board, depth, one_or_two, points, two_numbers
 from sealtwin.cli.trial_answer import run_trial
 
-Text = str | None
-Number = float | None
-File = Path | None
 VolumeMl = Annotated[Number, option("Sealant to give; default: what fills the crack to its face.")]
 
 
 def import_mesh(
-    mesh: Annotated[Path, typer.Argument(metavar="MESH", help="STL, PLY, OBJ, OFF, GLB or 3MF of a cracked block.")],
+    mesh: Annotated[Path, argument("MESH", "STL, PLY, OBJ, OFF, GLB or 3MF of a cracked block.")],
     units: Annotated[
         Literal["mm", "cm", "m", "inch"],
         option("Unit of the file's numbers: most formats do not name it, and it is not guessed."),
@@ -68,14 +65,12 @@ def import_mesh(
 def digitise(
     targets: Annotated[
         list[Path],
-        typer.Argument(
-            metavar="TRIAL|PHOTO...", help="A trial.toml, or a photo with the options below; several, or a folder."
-        ),
+        argument("TRIAL|PHOTO...", "A trial.toml, or a photo with the options below; several, or a folder."),
     ],
     out: Out = None,
     depth_mm: Annotated[Text, option("Measured depth, or a CSV of s_mm,depth_mm along the crack.", "MM|CSV")] = None,
     mm_per_px: Annotated[Number, option("Scale.")] = None,
-    assumed: Annotated[bool, typer.Option("--assumed", help="Mark that scale as assumed in every output.")] = False,
+    assumed: Annotated[bool, flag("--assumed", "Mark that scale as assumed in every output.")] = False,
     markers: Annotated[File, option("Markers in the photo, as 'sealtwin markers' writes them.", "TOML")] = None,
     face_mm: Annotated[Text, option("Size of the sample's face; without markers it gives the scale.", "WxH")] = None,
     face_corners: Annotated[
@@ -94,7 +89,7 @@ def digitise(
     edge_fraction: Annotated[
         Number, option("Share of the contrast that marks a wall; default 0.5, 0.7 for lit walls.")
     ] = None,
-    keep_branches: Annotated[bool, typer.Option("--keep-branches", help="Include side cracks in the solid.")] = False,
+    keep_branches: Annotated[bool, flag("--keep-branches", "Include side cracks in the solid.")] = False,
     tilt: Annotated[
         Literal["lean", "flare", "funnel", "vertical"] | None, option("Tilt of the walls; default: lean.")
     ] = None,

@@ -153,7 +153,7 @@ def _local_cluster(processes: int) -> Iterator[Any]:
         except BaseException:
             # Ctrl-C too: a worker in the middle of a run would be waited for.
             for nanny in cluster.workers.values():
-                # None for a worker that was killed and is not yet started again; psutil would take that as this process.
+                # None for a killed worker that is not yet started again; psutil would take that as this process.
                 if (pid := nanny.pid) is not None:
                     with suppress(psutil.NoSuchProcess):
                         psutil.Process(pid).terminate()
@@ -187,7 +187,7 @@ def _connected(address: str) -> Iterator[Any]:
         # Dask itself waits without end for the first word of a server that accepts and says nothing.
         asyncio.run(asyncio.wait_for(_greet(address), CONNECT_S))
         client: Any = Client(address, timeout=CONNECT_S)
-    except (OSError, ValueError, TypeError, MemoryError, TimeoutError, asyncio.TimeoutError) as fault:
+    except (OSError, ValueError, TypeError, MemoryError, TimeoutError) as fault:
         # A server of another kind, as a dashboard, answers what reads as the length of a huge message.
         reason = str(fault) or f"silent for {CONNECT_S:g} s"
         raise InputError(
@@ -201,7 +201,7 @@ def _connected(address: str) -> Iterator[Any]:
 
 async def _greet(address: str) -> None:
     """Connect, exchange the first messages and disconnect."""
-    from distributed.comm import connect
+    from distributed.comm.core import connect
     from distributed.security import Security
 
     comm: Any = await connect(address, timeout=CONNECT_S, **Security().get_connection_args("client"))
