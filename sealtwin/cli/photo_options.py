@@ -1,4 +1,4 @@
-"""The table and the contact sheet of a batch, and options of ``sealtwin digitise`` as settings of a trial."""
+"""Options of ``sealtwin digitise`` as settings of a trial."""
 
 import math
 from pathlib import Path
@@ -6,9 +6,7 @@ from typing import Any
 
 import typer
 
-from sealtwin.core.errors import InputError, naming
-
-LARGEST_TABLE_BYTES = 200_000  # Many times the size of a thousand rows, the most that [crack] takes
+from sealtwin.core.errors import InputError
 
 
 def points(text: str | None, option: str) -> list[tuple[float, float]] | None:
@@ -44,16 +42,20 @@ def depth(text: str) -> float | list[list[float]]:
     path = Path(text)
     if path.suffix.lower() not in {".csv", ".txt"}:
         return _number(text, "--depth-mm", "millimetres, or a CSV with the columns s_mm and depth_mm")
-    if path.is_file() and path.stat().st_size > LARGEST_TABLE_BYTES:
-        raise InputError(f"{path}: larger than {LARGEST_TABLE_BYTES} bytes; a table of depths is some rows.")
-    if not path.is_file():
-        raise InputError(f"{path}: not found; --depth-mm takes a number, or a CSV with the columns s_mm and depth_mm.")
-    rows = _table(path)
+    from sealtwin.lab.tables import named_cells, read_table
+    from validate.readings.text_table import number
+
+    table = read_table(path, "--depth-mm takes a number, or a CSV with the columns s_mm and depth_mm")
+    # Between commas a decimal comma may as well set thousands apart.
+    mark = "point" if table.separator == "," else None
+    rows = []
+    for place, cells in named_cells(table, ("s_mm", "depth_mm")):
+        row = [value for text in cells.values() if (value := number(text, mark)) is not None]
+        if len(row) < len(cells):
+            raise InputError(f"{place}: {list(cells.values())!r:.80}; s_mm and depth_mm must both be numbers, in mm.")
+        rows.append(row)
     if not rows:
         raise InputError(f"{path}: no rows below its header; give s_mm and depth_mm in each, in mm.")
-    for line, row in enumerate(rows, start=2):
-        if not all(math.isfinite(value) for value in row):
-            raise InputError(f"{path}, line {line}: s_mm and depth_mm must both be numbers, in mm.")
     return rows
 
 
@@ -87,17 +89,3 @@ def _number(text: str, option: str, expected: str) -> float:
     if not math.isfinite(value):
         raise typer.BadParameter(f"{option} {text}: expected {expected}")
     return value
-
-
-def _table(path: Path) -> list[list[float]]:
-    """Rows as a spreadsheet saves them: with a byte-order mark; with semicolons or tabs, and then decimal commas."""
-    from sealtwin.core.tables import read_rows
-
-    try:
-        with naming(path):
-            text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise InputError(f"{path}: no UTF-8 text; save the table as CSV in UTF-8.") from None
-    delimiter = next((sign for sign in ";\t" if sign in text), ",")
-    text = text.replace(" ", "") if delimiter == "," else text.replace(" ", "").replace(",", ".")
-    return read_rows(path, text, ("s_mm", "depth_mm"), delimiter).tolist()

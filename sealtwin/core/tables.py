@@ -46,12 +46,7 @@ def as_text_cell(text: str) -> str:
 
 def read_table(path: Path, columns: Sequence[str]) -> Floats:
     """Read a CSV that ``write_table`` wrote, (n, len(columns)). Raises InputError, naming file and line."""
-    return read_rows(path, read_text(path), columns)
-
-
-def read_rows(path: Path, text: str, columns: Sequence[str], delimiter: str = ",") -> Floats:
-    """Read the text of a table; ``path`` only names it in errors."""
-    reader = csv.DictReader(io.StringIO(text), delimiter=delimiter)
+    reader = csv.DictReader(io.StringIO(read_text(path)))
     # Eight bytes a number; lists of lists take ten times that.
     numbers, line = array("d"), 1
     try:
