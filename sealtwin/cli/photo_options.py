@@ -76,11 +76,6 @@ def board(path: Path | None) -> dict[str, Any] | None:
     return read.photo.markers.model_dump(mode="json")
 
 
-def beside_nothing(path: Path | None) -> Path | None:
-    """A file named on the command line is looked for from here; one in a trial, from the trial's folder."""
-    return None if path is None else path.absolute()
-
-
 def _number(text: str, option: str, expected: str) -> float:
     try:
         value = float(text)

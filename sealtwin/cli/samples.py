@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 import typer
 
 from sealtwin.cli.answer import File, Json, Number, Out, Quiet, Text, answering, argument, flag, option
-from sealtwin.cli.photo_options import beside_nothing, board, depth, one_or_two, points, two_numbers
+from sealtwin.cli.photo_options import board, depth, one_or_two, points, two_numbers
 from sealtwin.cli.trial_answer import run_trial
 
 VolumeMl = Annotated[Number, option("Sealant to give; default: what fills the crack to its face.")]
@@ -122,8 +122,9 @@ def digitise(
                 "ends_px": None if ends is None else [two_numbers(end, ",", "--ends") for end in ends],
                 "via_px": points(via, "--via"),
                 "roi_px": points(roi, "--roi"),
-                "mask": beside_nothing(mask),
-                "second_photo": beside_nothing(second_photo),
+                # From here; a trial file's are looked for from its own folder.
+                "mask": mask and mask.absolute(),
+                "second_photo": second_photo and second_photo.absolute(),
                 "edge_fraction": edge_fraction,
                 "branches": "keep" if keep_branches else None,
             },

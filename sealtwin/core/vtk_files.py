@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sealtwin.core.errors import InputError
-from sealtwin.core.files import read_bytes, replacing, write_text
+from sealtwin.core.files import read_bytes, write_bytes, write_text
 from sealtwin.core.records import Frame
 
 TYPES: dict[str, Any] = {"Float32": np.dtype("<f4"), "Int32": np.dtype("<i4"), "UInt8": np.dtype("u1")}
@@ -70,8 +70,7 @@ def write_frame(path: Path, frame: Frame) -> None:
 </Piece>
 </PolyData>
 """
-    with replacing(path) as temporary:
-        temporary.write_bytes(head.encode() + BEGIN_OF_DATA + data + b"</AppendedData>\n</VTKFile>\n")
+    write_bytes(path, head.encode() + BEGIN_OF_DATA + data + b"</AppendedData>\n</VTKFile>\n")
 
 
 def read_frame(path: Path) -> Frame:

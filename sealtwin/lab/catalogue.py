@@ -12,10 +12,9 @@ from typing import Any, Self
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.tables import write_sheet
-from sealtwin.lab.found_files import Piece, few
+from sealtwin.lab.found_files import Piece, Role, Said, few
 from sealtwin.lab.pairing import Decisions
-from sealtwin.lab.sample_names import Role, Said
-from sealtwin.lab.sample_trials import KeptFile, Prepared
+from sealtwin.lab.sample_trials import KeptFile, SampleOutcome
 from validate.readings.samples import sample_key
 
 CATALOGUE = "catalogue.sqlite"
@@ -199,24 +198,22 @@ def read_record(content: Mapping[str, Any]) -> Record:
     return Record(**{**content, "files": kept, "remarks": tuple(content["remarks"])})
 
 
-def twins(prepared: Sequence[Prepared], catalogue: Catalogue) -> dict[str, tuple[str, ...]]:
-    """Return remarks by the samples' keys: files that are identical to those of another sample, here or in the lab."""
+def remark_twins(sound: Sequence[SampleOutcome], catalogue: Catalogue) -> None:
+    """Add a remark to samples with files that are identical to those of another sample, here or in the lab."""
     holders: dict[str, dict[str, str]] = defaultdict(dict)
     for record in catalogue.records():
         for file in record.files:
             holders[file.sha256][record.sample] = f"{file.original} of {record.sample}"
-    for each in prepared:
+    for each in sound:
         for raw in each.raw:
             part = each.sample.part if raw.role == "readings" else None
             holders[each.hashes[raw.role]][each.sample.key] = str(Piece(PurePath(raw.original), part))
-    remarks: dict[str, list[str]] = defaultdict(list)
-    for each in prepared:
+    for each in sound:
         for role, what in LOOKED_AT.items():
             alike = holders[each.hashes.get(role, "")]
             if len(alike) > 1:
                 where = few([name for _, name in sorted(alike.items())])
-                remarks[each.sample.key].append(f"one {what} in {len(alike)} samples: {where}. Is each of its own?")
-    return {key: tuple(sentences) for key, sentences in remarks.items()}
+                each.remarks.append(f"one {what} in {len(alike)} samples: {where}. Is each of its own?")
 
 
 def latest_trials(lab: Path) -> tuple[list[dict[str, Any]], list[CatalogueFault]]:

@@ -9,8 +9,7 @@ from typing import get_args
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.tables import as_text_cell, sheet_text
-from sealtwin.lab.found_files import LeftOut, Piece, few
-from sealtwin.lab.sample_names import Role, Said, as_label, possible_roles, read_name
+from sealtwin.lab.found_files import LeftOut, Piece, Role, Said, as_label, few, possible_roles, read_name
 from sealtwin.lab.tables import named_cells, read_table
 from validate.readings.samples import SamplePart, sample_key
 

@@ -69,7 +69,9 @@ def test_a_damaged_frame_is_one_sentence(tmp_path, damage):
         read_frame(path)
 
 
-@pytest.mark.parametrize("content", ["", "<VTKFile", "x,y\n", '<VTKFile><DataSet file="a.vtp"/></VTKFile>', "<VTKFile/>"])
+@pytest.mark.parametrize(
+    "content", ["", "<VTKFile", "x,y\n", '<VTKFile><DataSet file="a.vtp"/></VTKFile>', "<VTKFile/>"]
+)
 def test_a_damaged_collection_is_one_sentence_that_names_what_to_delete(tmp_path, content):
     """A run reads the collection before it writes it anew: 'simulate again' alone would end here for ever."""
     path = tmp_path / "fill.pvd"
