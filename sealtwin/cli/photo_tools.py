@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from sealtwin.cli.answer import INTERRUPTED, Answer, File, Json, Quiet, answering, argument, flag, option
-from sealtwin.cli.photo_options import two_numbers
+from sealtwin.cli.samples import two_numbers
 from sealtwin.core.errors import InputError
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 import typer
 
-from sealtwin.cli.photo_options import board, depth, one_or_two, points, two_numbers
+from sealtwin.cli.samples import board, depth, one_or_two, points, two_numbers
 from sealtwin.core.errors import InputError
 
 
