@@ -187,7 +187,7 @@ def _connected(address: str) -> Iterator[Any]:
         # Dask itself waits without end for the first word of a server that accepts and says nothing.
         asyncio.run(asyncio.wait_for(_greet(address), CONNECT_S))
         client: Any = Client(address, timeout=CONNECT_S)
-    except (OSError, ValueError, TypeError, MemoryError, TimeoutError, asyncio.TimeoutError) as fault:
+    except (OSError, ValueError, TypeError, MemoryError, TimeoutError) as fault:
         # A server of another kind, as a dashboard, answers what reads as the length of a huge message.
         reason = str(fault) or f"silent for {CONNECT_S:g} s"
         raise InputError(

@@ -16,9 +16,8 @@ from sealtwin.trial.job import DIGITISED, SIMULATED, STAGES, Job, made_by, resum
 from sealtwin.trial.result import shown
 from sealtwin.trial.trial_file import Trial
 from validate.settings import Role
-from validate.study_figures.compare_sheet import compare_sheet
+from validate.study_figures.compare_sheet import MOST, compare_sheet
 from validate.study_figures.figure_sheet import FigureSheet, write_sheet_of_figures
-from validate.study_figures.run_levels import MOST
 from validate.study_figures.side_by_side import Side, differing, first_with_readings, replicate_words
 
 PAGE, CONTENT = "compare.html", "compare.json"

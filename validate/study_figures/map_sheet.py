@@ -6,10 +6,19 @@ from functools import partial
 import numpy as np
 
 from validate.study_figures.chart import Chart
-from validate.study_figures.cost_and_fills import Fill, draw_cost, draw_fills, draw_thumbnails, frame_times, pace_of
 from validate.study_figures.figure_sheet import Cell, FigureSheet, FigureTable, Numbers, Plot, SheetSection
-from validate.study_figures.run_levels import draw_levels_of_study
-from validate.study_figures.setting_maps import draw_heat, draw_influence, heat
+from validate.study_figures.map_figures import (
+    Fill,
+    draw_cost,
+    draw_fills,
+    draw_heat,
+    draw_influence,
+    draw_levels_of_study,
+    draw_thumbnails,
+    frame_times,
+    heat,
+    pace_of,
+)
 from validate.study_figures.side_by_side import volume_words
 from validate.units import percent, signed
 

@@ -22,7 +22,7 @@ from sealtwin.trial.trial_file import load_trial
 from tests.studies import tiny_lab
 from validate.compare import compare
 from validate.readings.read_readings import read_readings
-from validate.study_figures.run_levels import MOST
+from validate.study_figures.compare_sheet import MOST
 
 
 @pytest.fixture(scope="module")
