@@ -152,7 +152,7 @@ def sweep(
         if example is not None:
             if targets:
                 raise typer.BadParameter("--example beside a study: it only writes a study file to start from")
-            from sealtwin.study.study_file import write_example_study
+            from sealtwin.trial.starter_files import write_example_study
 
             write_example_study(example)
             command.answer({"version": 1, "file": example.as_posix()}, [str(example)])

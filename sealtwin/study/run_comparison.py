@@ -12,9 +12,9 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.record_files import Judged
 from sealtwin.core.run_folder import look_into
-from sealtwin.trial.job import DIGITISED, SIMULATED, STAGES, Job, made_by, resume_job, stage_settings
-from sealtwin.trial.result import shown
+from sealtwin.trial.job import DIGITISED, SIMULATED, STAGES, Job, made_by, resume_job, shown, stage_settings
 from sealtwin.trial.trial_file import Trial
+from sealtwin.trial.validate_stage import readings_of
 from validate.settings import Role
 from validate.study_figures.compare_sheet import MOST, compare_sheet
 from validate.study_figures.figure_sheet import FigureSheet, write_sheet_of_figures
@@ -114,13 +114,8 @@ def _finished(folder: Path) -> Job:
 
 
 def _side(job: Job, name: str) -> Side:
-    readings, metrics = None, {}
-    if job.trial.readings is not None and job.sheet is not None:
-        from validate.readings.read_readings import read_readings
-
-        length_mm, depth_mm = record_files.read_outline(job.path).length_mm, record_files.read_solid(job.path).depth_mm
-        readings = read_readings(job.sheet, job.trial.readings, length_mm, depth_mm)
-        metrics = record_files.read_comparison(job.path, RunErrors)
+    readings = readings_of(job)
+    metrics = {} if readings is None else record_files.read_comparison(job.path, RunErrors)
     run = record_files.read_simulation(job.path)
     facts: dict[str, float | None] = {
         "particles": run.particles,

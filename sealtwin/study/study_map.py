@@ -19,8 +19,7 @@ from sealtwin.core.vtk_files import read_frame, write_frame
 from sealtwin.study.estimate import in_words
 from sealtwin.study.runner import INPUTS, read_bench, ready
 from sealtwin.study.study_folder import Plan, StudyRun, is_intact, profile_path, read_plan, run_path
-from sealtwin.trial.job import check_sheet
-from sealtwin.trial.result import shown
+from sealtwin.trial.job import check_sheet, shown
 from sealtwin.trial.simulate_stage import HEALTH, read_health
 from sealtwin.trial.trial_file import Trial
 from validate.settings import Readings
@@ -28,7 +27,6 @@ from validate.study_figures.chart import (
     Chart,
     Excluded,
     Finished,
-    HeldRun,
     as_near_as_the_best,
     axes_of,
     chosen_few,
@@ -44,6 +42,8 @@ PAGE, CONTENT = "map.html", "map.json"
 FEWEST = 4  # Smallest number of runs: three span a triangle without anything inside
 WATCHED, SEEN = "watched", "seen.json"
 """Folder of a run that was computed once more, in the run's own, and its last file: the others are complete."""
+DIGITS = {"mean_error_mm": 4, "bias_mm": 4, "worst_error_mm": 4, "worst_at_mm": 2, "share_under_1_mm": 4}
+"""Decimals of a run's errors in map.json."""
 NOT_DONE = "It is not computed yet; 'sealtwin sweep' with the same study computes it."
 
 
@@ -68,13 +68,7 @@ class Mapped:
 
 
 def map_study(folder: Path, out: Path | None, options: MapOptions, progress: Progress) -> Mapped:
-    """Write map.html, map.json and figures/ for a sweep's folder.
-
-    Args:
-        folder: Folder of the sweep, finished or not.
-        out: Folder of the page; None: map/ in ``folder``.
-        options: The readings, and whether fills are drawn.
-        progress: Receives the progress of runs that are computed once more.
+    """Write map.html, map.json and figures/ of a sweep, finished or not, into ``out``; None: map/ in its folder.
 
     Raises:
         InputError: There is no study, or one that cannot be mapped; or the readings cannot be read.
@@ -238,7 +232,16 @@ def _scene(folder: Path, run: StudyRun) -> FillScene:
 
 
 def _content(chart: Chart, target: Path, written: Sequence[str]) -> dict[str, Any]:
-    rows = [_row(run, near) for run, near in zip(chart.runs, chart.as_near, strict=True)]
+    rows = [
+        {
+            "number": run.number,
+            "settings": run.settings,
+            **{name: round(getattr(run, name), digits) for name, digits in DIGITS.items()},
+            "as_near_as_the_best": near,
+            "wall_s": round(run.wall_s, 2),
+        }
+        for run, near in zip(chart.runs, chart.as_near, strict=True)
+    ]
     return {
         "version": 1,
         "name": chart.name,
@@ -251,18 +254,4 @@ def _content(chart: Chart, target: Path, written: Sequence[str]) -> dict[str, An
         "excluded": [vars(each) for each in chart.excluded],
         "runs": rows,
         "files": [CONTENT, *written],
-    }
-
-
-def _row(run: HeldRun, near: bool) -> dict[str, Any]:
-    return {
-        "number": run.number,
-        "settings": run.settings,
-        "mean_error_mm": round(run.mean_error_mm, 4),
-        "bias_mm": round(run.bias_mm, 4),
-        "worst_error_mm": round(run.worst_error_mm, 4),
-        "worst_at_mm": round(run.worst_at_mm, 2),
-        "share_under_1_mm": round(run.share_under_1_mm, 4),
-        "as_near_as_the_best": near,
-        "wall_s": round(run.wall_s, 2),
     }

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from string import ascii_lowercase
-from typing import Literal
+from typing import Any, Literal
 
 import matplotlib
 import numpy as np
@@ -218,15 +218,6 @@ def _ages(fills: Sequence[Fill]) -> ColourScale:
     return age_scale(max(float(np.max(frame.age_s, initial=0.1)) for fill in fills for frame in fill.seen.frames))
 
 
-@dataclass(frozen=True)
-class Pace:
-    """Straight line through the times of frames."""
-
-    start_ms: float  # Time of a frame without particles
-    particle_us: float  # Additional time for each moving particle
-    explained: float  # Share of the medians' variance that the line explains, R²
-
-
 def medians(particles: Floats, frame_ms: Floats) -> Floats:
     """Return the medians of particles and of time in each step, (2, k), which other load changes little."""
     step = np.minimum((particles / particles.max() * STEPS).astype(int), STEPS - 1)
@@ -234,14 +225,19 @@ def medians(particles: Floats, frame_ms: Floats) -> Floats:
     return np.array([[np.median(values[one]) for one in inside] for values in (particles, frame_ms)])
 
 
-def pace_of(particles: Floats, frame_ms: Floats) -> Pace | None:
-    """Fit a straight line to the medians by least squares; None if there are too few."""
+def pace_of(particles: Floats, frame_ms: Floats) -> tuple[float, float, float] | None:
+    """Fit a straight line to the medians by least squares; None if there are too few.
+
+    Returns its time of a frame without particles in ms, what each moving particle adds in µs, and R², the share of the
+    medians' variance that it explains.
+    """
+    from scipy.stats import linregress
+
     particles, frame_ms = medians(particles, frame_ms)
     if len(particles) < FEWEST:
         return None
-    slope, start = np.polyfit(particles, frame_ms, 1)
-    left = frame_ms - (start + slope * particles)
-    return Pace(float(start), float(1000 * slope), float(1 - left.var() / frame_ms.var()))
+    line: Any = linregress(particles, frame_ms)
+    return line.intercept, 1000 * line.slope, line.rvalue**2
 
 
 @themed()
@@ -262,8 +258,9 @@ def draw_cost(chart: Chart, fills: Sequence[Fill]) -> Figure:
         title = "Frames, their medians"
         if (pace := pace_of(particles, frame_ms)) is not None:
             ends = np.array([0.0, particles.max()])
-            row[0].plot(ends, pace.start_ms + pace.particle_us * ends / 1000, color=INK)
-            title = f"{title}, R² = {pace.explained:.2f}"
+            start_ms, particle_us, explained = pace
+            row[0].plot(ends, start_ms + particle_us * ends / 1000, color=INK)
+            title = f"{title}, R² = {explained:.2f}"
         row[0].set_xlim(0, None)
         row[0].set_ylim(0, 1.3 * float(np.quantile(frame_ms, 0.95)))
         label_axes(row[0], "moving particles", "time of a frame (ms)", title)

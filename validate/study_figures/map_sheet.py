@@ -148,9 +148,10 @@ def _cost(chart: Chart, fills: Sequence[Fill]) -> SheetSection:
         particles, frame_ms = frame_times(fills)
         numbers = Numbers(["moving_particles", "frame_ms"], np.column_stack([particles, frame_ms]).tolist())
         if (pace := pace_of(particles, frame_ms)) is not None:
+            start_ms, particle_us, explained = pace
             words.append(
-                f"A frame takes {pace.start_ms:.2f} ms and {pace.particle_us:.2f} µs more for each moving particle; "
-                f"the line explains {percent(pace.explained, 0)} of the variance of the medians."
+                f"A frame takes {start_ms:.2f} ms and {particle_us:.2f} µs more for each moving particle; "
+                f"the line explains {percent(explained, 0)} of the variance of the medians."
             )
     return SheetSection("Cost", words, [Plot("cost", caption, lambda: draw_cost(chart, fills), numbers)])
 
