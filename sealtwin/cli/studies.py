@@ -8,8 +8,8 @@ import typer
 from sealtwin.cli.answer import Answer, Device, Json, Quiet, answering
 
 if TYPE_CHECKING:
-    from sealtwin.study.run_comparison import Compared
     from sealtwin.study.study_map import Mapped
+    from validate.study_figures.figure_sheet import FigureSheet
 
 MOST_NAMED = 8  # Failed runs in the text of an answer; all of them are in the table
 
@@ -33,8 +33,8 @@ def compare(
             raise typer.BadParameter("give two run folders or more")
         from sealtwin.study.run_comparison import compare_runs
 
-        compared = compare_runs(folders, out)
-        command.answer(compared.content, compared_lines(compared))
+        content, sheet = compare_runs(folders, out)
+        command.answer(content, compared_lines(content, sheet))
 
 
 StudyFolder = Annotated[Path, typer.Argument(metavar="STUDY", help="The folder of a sweep.")]
@@ -261,9 +261,8 @@ def mapped_lines(mapped: "Mapped") -> list[str]:
     ]
 
 
-def compared_lines(compared: "Compared") -> list[str]:
+def compared_lines(content: dict[str, Any], sheet: "FigureSheet") -> list[str]:
     """Return the lines that a person reads of runs side by side."""
-    content, sheet = compared.content, compared.sheet
     lines = [f"{run['number']}: {run['name']}" for run in content["runs"]]
     lines += [f"{name}: {', '.join(str(value) for value in values)}" for name, values in content["differing"].items()]
     return [*sheet.cautions, sheet.finding, *lines, f"Page: {content['page']}"]

@@ -3,7 +3,6 @@
 import json
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -25,14 +24,6 @@ NOT_SETTINGS = ("name", "note", "output")  # Tables of a trial that change no re
 OF_A_COMPARISON = ("readings", "uncertainty")  # Tables of a trial that change comparison.json alone
 
 
-@dataclass(frozen=True)
-class Compared:
-    """Runs side by side, and their page."""
-
-    content: dict[str, Any]  # The --json object, and compare.json
-    sheet: FigureSheet
-
-
 class RunErrors(Judged):
     """The numbers of comparison.json that the page shows."""
 
@@ -49,8 +40,8 @@ class RunErrors(Judged):
     uncertainty: dict[str, Any] | None = None
 
 
-def compare_runs(folders: Sequence[Path], out: Path) -> Compared:
-    """Write compare.html, compare.json and figures/ into ``out``.
+def compare_runs(folders: Sequence[Path], out: Path) -> tuple[dict[str, Any], FigureSheet]:
+    """Write compare.html, compare.json and figures/ into ``out``; return the content of compare.json, and the page.
 
     Raises InputError if a folder is no finished run, holds results of other settings or files than it holds now, or is
     named twice, or if there are too many.
@@ -89,7 +80,7 @@ def compare_runs(folders: Sequence[Path], out: Path) -> Compared:
         "files": [CONTENT, *written],
     }
     files.write_json(out / CONTENT, content)
-    return Compared(content, sheet)
+    return content, sheet
 
 
 def _finished(folder: Path) -> Job:
