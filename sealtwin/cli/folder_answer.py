@@ -13,7 +13,7 @@ from sealtwin.lab.intake import TRIAL
 from sealtwin.lab.pairing import PAIRING
 from sealtwin.lab.sample_trials import SampleOutcome
 from sealtwin.photos.batch import CSV, SHEET, Batch
-from sealtwin.trial.result import shown
+from sealtwin.trial.job import shown
 
 BROADEST = 36  # Letters of a column of names on a terminal
 MOST_TOLD = 200  # Faults on a terminal, which keeps some thousand lines

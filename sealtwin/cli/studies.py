@@ -8,8 +8,8 @@ import typer
 from sealtwin.cli.answer import Answer, Device, File, Json, Quiet, Text, answering, argument, flag, option
 
 if TYPE_CHECKING:
-    from sealtwin.study.run_comparison import Compared
     from sealtwin.study.study_map import Mapped
+    from validate.study_figures.figure_sheet import FigureSheet
 
 MOST_NAMED = 8  # Failed runs in the text of an answer; all of them are in the table
 
@@ -31,8 +31,8 @@ def compare(
             raise typer.BadParameter("give two run folders or more")
         from sealtwin.study.run_comparison import compare_runs
 
-        compared = compare_runs(folders, out)
-        command.reply(Answer(compared.content, compared_lines(compared)))
+        content, sheet = compare_runs(folders, out)
+        command.reply(Answer(content, compared_lines(content, sheet)))
 
 
 def map(
@@ -127,7 +127,7 @@ def sweep(
         if example is not None:
             if targets:
                 raise typer.BadParameter("--example beside a study: it only writes a study file to start from")
-            from sealtwin.study.study_file import write_example_study
+            from sealtwin.trial.starter_files import write_example_study
 
             write_example_study(example)
             command.reply(Answer({"version": 1, "file": example.as_posix()}, [str(example)]))
@@ -236,9 +236,8 @@ def mapped_lines(mapped: "Mapped") -> list[str]:
     ]
 
 
-def compared_lines(compared: "Compared") -> list[str]:
+def compared_lines(content: dict[str, Any], sheet: "FigureSheet") -> list[str]:
     """Return the lines that a person reads of runs side by side."""
-    content, sheet = compared.content, compared.sheet
     lines = [f"{run['number']}: {run['name']}" for run in content["runs"]]
     lines += [f"{name}: {', '.join(str(value) for value in values)}" for name, values in content["differing"].items()]
     return [*sheet.cautions, sheet.finding, *lines, f"Page: {content['page']}"]

@@ -39,8 +39,8 @@ def film(folder: RunFolderPath, out: FilmOut = None, as_json: Json = False, quie
     anywhere; MP4 (VP9) has all colours, plays in browsers and VLC, and needs an OpenCV that can write it.
     """
     with answering("auto", as_json, quiet) as command:
+        from sealtwin.trial.job import shown
         from sealtwin.trial.pipeline import make_film
-        from sealtwin.trial.result import shown
 
         path = out or folder / "fill.gif"
         with command.progress() as progress:
