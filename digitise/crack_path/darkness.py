@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from digitise.crack_path.medial_axis import pieces
 from digitise.crack_path.ridge_filter import strength
-from digitise.image.raster import Map, blurred, shrunk
+from digitise.image.raster import Map, blurred, shrunk, widened
 from digitise.photo import DISPLAY_GAMMA, Photo
 from sealtwin.core.records import Floats, Integers
 
@@ -33,7 +33,7 @@ def surroundings(around: Map) -> NDArray[np.bool_]:
     beyond[on_border] = area[on_border] >= LEAST_SHARE * around.size
     found = beyond[label] & (label > 0)
     # Lens and focus spread the sample's edge over a few cells.
-    return cv2.dilate(found.astype(np.uint8), np.ones((7, 7), np.uint8)) > 0
+    return widened(found, 3)
 
 
 @dataclass(frozen=True)

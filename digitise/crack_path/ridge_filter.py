@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from digitise.image.raster import Map, blurred, shrunk
+from digitise.image.raster import Map, blurred, moved, shrunk
 
 Stack = NDArray[np.float32]  # One map per direction, (directions, height, width)
 
@@ -102,20 +102,18 @@ def _followed(answers: Stack) -> Map:
     gain = np.clip(answers, WEAKEST, STRONGEST)
     ahead = np.concatenate([gain, gain])  # both ways along each direction
     for _ in range(STRIDES - 1):
-        moved = np.array([_moved(onward, STRIDE_PX, np.pi * way / DIRECTIONS) for way, onward in enumerate(ahead)])
+        came = np.array([_moved(onward, STRIDE_PX, np.pi * way / DIRECTIONS) for way, onward in enumerate(ahead)])
         for direction in range(2 * DIRECTIONS):
-            onward = np.maximum(moved[direction - 1], moved[(direction + 1) % (2 * DIRECTIONS)])
-            ahead[direction] = gain[direction % DIRECTIONS] + np.maximum(onward, moved[direction])
+            onward = np.maximum(came[direction - 1], came[(direction + 1) % (2 * DIRECTIONS)])
+            ahead[direction] = gain[direction % DIRECTIONS] + np.maximum(onward, came[direction])
     best = (ahead[:DIRECTIONS] + ahead[DIRECTIONS:] - gain).max(axis=0)
     return best / (2 * STRIDES - 1)
 
 
 def _moved(picture: Map, distance_px: float, angle: float) -> Map:
     """The picture shifted by a distance against a direction."""
-    step = np.array([[1, 0, -distance_px * np.cos(angle)], [0, 1, -distance_px * np.sin(angle)]])
-    size = (picture.shape[1], picture.shape[0])
-    moved = cv2.warpAffine(picture, step, size, flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REFLECT)
-    return np.asarray(moved, dtype=np.float32)
+    x_px, y_px = -distance_px * np.cos(angle), -distance_px * np.sin(angle)
+    return moved(picture, x_px, y_px, cv2.INTER_LINEAR, cv2.BORDER_REFLECT)
 
 
 def _spread_from(value: Map, usable: NDArray[np.bool_]) -> Map:

@@ -1,4 +1,4 @@
-"""Blur, reduction and exact fill of one-channel pictures."""
+"""Blur, reduction, samples, shift and exact fill of one-channel pictures."""
 
 import cv2
 import numpy as np
@@ -18,6 +18,28 @@ def blurred(picture: Map | NDArray[np.float64], sigma_px: float) -> Map:
 def shrunk(picture: Map, size_px: tuple[int, int]) -> Map:
     """Scale down to a width and height; each new pixel is the mean of those it covers."""
     return np.asarray(cv2.resize(picture, size_px, interpolation=cv2.INTER_AREA), dtype=np.float32)
+
+
+def sampled(
+    picture: NDArray, places_px: Floats, how: int = cv2.INTER_LINEAR, beyond: int = cv2.BORDER_REPLICATE
+) -> NDArray:
+    """Return the picture between its pixels, at places (..., 2); ``how`` and ``beyond`` are OpenCV's."""
+    x, y = np.moveaxis(places_px.astype(np.float32), -1, 0)
+    if x.size == 0:
+        return np.zeros(x.shape, dtype=picture.dtype)
+    flat = x.reshape(len(x), -1), y.reshape(len(x), -1)
+    return cv2.remap(picture, *flat, how, borderMode=beyond, borderValue=0).reshape(x.shape)
+
+
+def moved(picture: Map, x_px: float, y_px: float, how: int, beyond: int) -> Map:
+    """Shift a picture; ``how`` and ``beyond`` are OpenCV's."""
+    motion, size = np.array([[1, 0, x_px], [0, 1, y_px]]), (picture.shape[1], picture.shape[0])
+    return np.asarray(cv2.warpAffine(picture, motion, size, flags=how, borderMode=beyond), dtype=np.float32)
+
+
+def widened(mask: NDArray[np.generic], reach_px: int) -> NDArray[np.bool_]:
+    """Return a mask with all pixels up to ``reach_px`` rows and columns away."""
+    return cv2.dilate(mask.astype(np.uint8), np.ones((2 * reach_px + 1,) * 2, np.uint8)) > 0
 
 
 def coverage(ring: Floats, size_px: tuple[int, int]) -> Map:

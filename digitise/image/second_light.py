@@ -5,7 +5,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from digitise.image.raster import Map
+from digitise.image.raster import Map, moved
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 
@@ -33,7 +33,7 @@ def darker_of_both(light: Map, second: Map, file: Path) -> tuple[Map, tuple[str,
             "the lamp."
         )
     shift_px = np.median(shifts_px[seen], axis=0)
-    moved_px = float(np.linalg.norm(shift_px))
+    (x_px, y_px), moved_px = shift_px, float(np.linalg.norm(shift_px))
     apart_px = float(np.linalg.norm(shifts_px[seen] - shift_px, axis=1).max())
     if moved_px > MOST_MOVED_PX or apart_px > MOST_APART_PX:
         raise InputError(
@@ -43,7 +43,7 @@ def darker_of_both(light: Map, second: Map, file: Path) -> tuple[Map, tuple[str,
     aligned = second * np.float32(np.median(light[::4, ::4]) / np.median(second[::4, ::4]))
     warnings: list[str] = []
     if moved_px > LEAST_MOVED_PX:
-        aligned = _moved(aligned, -shift_px)
+        aligned = moved(aligned, -x_px, -y_px, cv2.INTER_CUBIC, cv2.BORDER_REPLICATE)
         warnings.append(f"the second photo was moved by {moved_px:.1f} px onto the first; a tripod avoids that")
     if not np.all(seen):
         warnings.append(
@@ -84,18 +84,11 @@ def _likeliest(shifts_px: Floats, tile: Map, other: Map) -> Floats:
     """Return the shift with which most of both tiles' grain agrees."""
     grain, others = _grain(tile), _grain(other)
     most = GRAINS * np.median(np.abs(grain))
-    apart = [np.minimum(np.abs(grain - _moved(others, -shift_px)), most).mean() for shift_px in shifts_px]
-    return shifts_px[int(np.argmin(apart))]
+    back = (moved(others, -x_px, -y_px, cv2.INTER_CUBIC, cv2.BORDER_REPLICATE) for x_px, y_px in shifts_px)
+    return shifts_px[int(np.argmin([np.minimum(np.abs(grain - other), most).mean() for other in back]))]
 
 
 def _grain(tile: Map) -> Map:
     """Return a tile without its exposure and the slow changes of the light."""
     root = cv2.GaussianBlur(np.sqrt(tile / np.mean(tile)), (0, 0), GRAIN_PX)
     return np.asarray(root - cv2.blur(root, (LIGHT_PX, LIGHT_PX)), dtype=np.float32)
-
-
-def _moved(picture: Map, by_px: Floats) -> Map:
-    height, width = picture.shape
-    motion = np.column_stack([np.eye(2), by_px])
-    moved = cv2.warpAffine(picture, motion, (width, height), flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
-    return np.asarray(moved, dtype=np.float32)

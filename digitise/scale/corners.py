@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 
 from digitise.geometry.polyline import meeting
-from digitise.image.raster import Map
+from digitise.image.raster import Map, sampled
 from sealtwin.core.records import Floats
 
 REACH = (0.7, 0.35)  # Range to either side of an edge in each pass, in modules; the first mends a rough detection
@@ -55,9 +55,7 @@ def light_across(
     outward = _across((end - start) / np.linalg.norm(end - start))
     outward *= np.sign(outward @ (start - corners_px.mean(axis=0)))
     foot = start + np.outer(share, end - start)
-    place = (foot[:, None] + offset_px[:, None] * outward).astype(np.float32)
-    light = cv2.remap(brightness, place[..., 0], place[..., 1], cv2.INTER_LINEAR, borderMode=border, borderValue=0)
-    return foot, outward, np.asarray(light, dtype=np.float32)
+    return foot, outward, sampled(brightness, foot[:, None] + offset_px[:, None] * outward, beyond=border)
 
 
 def quadrilateral(lines: list[Floats]) -> Floats:

@@ -14,7 +14,7 @@ from digitise.crack_path.hints import CrackPath
 from digitise.crack_path.medial_axis import distance_outside, holding, radius
 from digitise.geometry.polyline import signed_area
 from digitise.geometry.region import ISLAND_MM2
-from digitise.image.raster import Map, blurred, shrunk
+from digitise.image.raster import Map, blurred, shrunk, widened
 from digitise.photo import Photo
 from digitise.walls.centreline_and_walls import LEAST_WIDTH_PX
 from digitise.walls.straightened import Patch, patch_around
@@ -31,7 +31,7 @@ LEAST_SIDE = 0.15  # Side of the smallest stone over the crack's width: a smalle
 LEAST_PX = 30  # Least pixels of a stone; fewer may be noise
 WIDEST = 1.0  # Crack widths above which a bright place parts two cracks, one of which the path follows
 REACH = 2.5  # Crack widths from the path to either side that are searched
-SKIRT_PX = 3  # Reach of the blur that brightens the crack around a stone
+SKIRT_PX = 3  # Reach of the blur that darkens mortar around a crack and brightens crack around mortar
 
 
 def photo_of_paint(photo: Photo, path: CrackPath) -> RetouchedPhoto:
@@ -115,8 +115,8 @@ def find_islands(photo: Photo, path: CrackPath, edge_fraction: float) -> tuple[t
     left, top = patch.offset_px
     window = light[top : top + share.shape[0], left : left + share.shape[1]]
     for stone in stones:
-        around = cv2.dilate(stone, np.ones((2 * SKIRT_PX + 1,) * 2, np.uint8)) > 0
-        alone = np.where(cv2.dilate(stone, np.ones((3, 3), np.uint8)) > 0, share, np.minimum(share, edge_fraction))
+        around = widened(stone, SKIRT_PX)
+        alone = np.where(widened(stone, 1), share, np.minimum(share, edge_fraction))
         rings = [photo.to_mm(ring[:-1, ::-1] + patch.offset_px) for ring in find_contours(alone, edge_fraction)]
         ring = max(rings, key=lambda ring: abs(signed_area(ring)))
         rings_mm.append(ring if signed_area(ring) < 0 else ring[::-1])
@@ -124,7 +124,7 @@ def find_islands(photo: Photo, path: CrackPath, edge_fraction: float) -> tuple[t
     return tuple(rings_mm), RetouchedPhoto(replace(photo, brightness=light))
 
 
-def _enclosed(photo: Photo, path: CrackPath, patch: Patch, bright: NDArray[np.bool_]) -> list[NDArray[np.uint8]]:
+def _enclosed(photo: Photo, path: CrackPath, patch: Patch, bright: NDArray[np.bool_]) -> list[NDArray[np.bool_]]:
     """Bright places with the path's crack all round them; one mask each."""
     own = holding(~bright, path.points_px - patch.offset_px)
     if not own.any():
@@ -134,9 +134,6 @@ def _enclosed(photo: Photo, path: CrackPath, patch: Patch, bright: NDArray[np.bo
     if path.source != "mask":
         least_px = max(LEAST_MM2 / photo.mm_per_px**2, (LEAST_SIDE * path.width_px) ** 2, LEAST_PX)
     inside = (stats[:, :2] > 0).all(axis=1) & (stats[:, :2] + stats[:, 2:4] < bright.shape[::-1]).all(axis=1)
-    stones = [
-        (label == number).astype(np.uint8)
-        for number in np.flatnonzero(inside & (stats[:, cv2.CC_STAT_AREA] >= least_px))
-        if number > 0
-    ]
-    return [stone for stone in stones if 2 * radius(stone > 0).max() <= WIDEST * path.width_px]
+    numbers = np.flatnonzero(inside & (stats[:, cv2.CC_STAT_AREA] >= least_px))
+    stones = [label == number for number in numbers if number > 0]
+    return [stone for stone in stones if 2 * radius(stone).max() <= WIDEST * path.width_px]
