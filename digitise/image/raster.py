@@ -31,6 +31,11 @@ def sampled(
     return cv2.remap(picture, *flat, how, borderMode=beyond, borderValue=0).reshape(x.shape)
 
 
+def resized(picture: Map, shape: tuple[int, ...]) -> Map:
+    """Scale to a height and width, linearly between the pixels."""
+    return np.asarray(cv2.resize(picture, shape[::-1], interpolation=cv2.INTER_LINEAR), dtype=np.float32)
+
+
 def moved(picture: Map, x_px: float, y_px: float, how: int, beyond: int) -> Map:
     """Shift a picture; ``how`` and ``beyond`` are OpenCV's."""
     motion, size = np.array([[1, 0, x_px], [0, 1, y_px]]), (picture.shape[1], picture.shape[0])

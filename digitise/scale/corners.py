@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 
-from digitise.geometry.polyline import meeting
+from digitise.geometry.polyline import meeting, unit
 from digitise.image.raster import Map, sampled
 from sealtwin.core.records import Floats
 
@@ -52,7 +52,7 @@ def light_across(
     Returns the points at each ``share`` of the side, (n, 2), its normal, (2,), and the light at each offset, (n, k).
     """
     start, end = corners_px[side], corners_px[(side + 1) % 4]
-    outward = _across((end - start) / np.linalg.norm(end - start))
+    outward = _across(unit(end - start))
     outward *= np.sign(outward @ (start - corners_px.mean(axis=0)))
     foot = start + np.outer(share, end - start)
     return foot, outward, sampled(brightness, foot[:, None] + offset_px[:, None] * outward, beyond=border)

@@ -14,7 +14,7 @@ from digitise.crack_path.hints import CrackPath
 from digitise.crack_path.medial_axis import distance_outside, holding, radius
 from digitise.geometry.polyline import signed_area
 from digitise.geometry.region import ISLAND_MM2
-from digitise.image.raster import Map, blurred, shrunk, widened
+from digitise.image.raster import Map, blurred, resized, shrunk, widened
 from digitise.photo import Photo
 from digitise.walls.centreline_and_walls import LEAST_WIDTH_PX
 from digitise.walls.straightened import Patch, patch_around
@@ -53,11 +53,11 @@ class Contrast:
 
     @cached_property
     def dark(self) -> Map:
-        return _sized(self.coarse_dark, self.patch.soft.shape)
+        return resized(self.coarse_dark, self.patch.soft.shape)
 
     @cached_property
     def bright(self) -> Map:
-        return _sized(self.coarse_bright, self.patch.soft.shape)
+        return resized(self.coarse_bright, self.patch.soft.shape)
 
     @cached_property
     def share(self) -> Map:
@@ -66,7 +66,7 @@ class Contrast:
 
     def share_of(self, light: Map) -> Map:
         """The same for a copy of the patch in another size."""
-        dark, bright = (_sized(level, light.shape) for level in (self.coarse_dark, self.coarse_bright))
+        dark, bright = (resized(level, light.shape) for level in (self.coarse_dark, self.coarse_bright))
         return np.asarray((light - dark) / np.maximum(bright - dark, np.float32(1e-6)), dtype=np.float32)
 
 
@@ -96,10 +96,6 @@ def contrast(photo: Photo, path: CrackPath, patch: Patch) -> Contrast:
     usual = float(np.median(small[beside])) if beside.any() else 0.0
     # Side cracks and pores are no mortar.
     return Contrast(patch, sample, level(inside), level(beside & (small > (2 * dark + usual) / 3)))
-
-
-def _sized(level: Map, shape: tuple[int, ...]) -> Map:
-    return np.asarray(cv2.resize(level, shape[::-1]), dtype=np.float32)
 
 
 def find_islands(photo: Photo, path: CrackPath, edge_fraction: float) -> tuple[tuple[Floats, ...], RetouchedPhoto]:

@@ -9,7 +9,7 @@ import pytest
 
 from digitise.settings import MOST_VIA
 from digitise.trace_page.page import MEDIA_TYPES, TracePage
-from digitise.trace_page.tiles import Pyramid
+from digitise.trace_page.session import Pyramid
 from sealtwin.core.errors import InputError
 
 ASSETS = files("digitise.trace_page") / "assets"
