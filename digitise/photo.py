@@ -58,10 +58,9 @@ class Photo(Pixels, Scale):
         """Edge of the face, which a lens bends, as a ring of points from the lower left corner."""
         if self.face_mm is None:
             return None
-        corners_mm = rectangle(self.face_mm)
+        start = rectangle(self.face_mm)[:, None]
         share = np.arange(RING_POINTS)[:, None] / RING_POINTS
-        sides = zip(corners_mm, np.roll(corners_mm, -1, axis=0), strict=True)
-        return self.to_px(np.concatenate([start + share * (end - start) for start, end in sides]))
+        return self.to_px((start + share * (np.roll(start, -1, axis=0) - start)).reshape(-1, 2))
 
 
 def load_photo(settings: PhotoInput, folder: Path) -> Photo:
@@ -92,9 +91,7 @@ def pixels_of(
         other, name = second
         brightness, remarks = darker_of_both(brightness, _light(other.image, name), name)
         warnings += remarks
-    return Pixels(
-        file=file, image=decoded.image, brightness=brightness, focal_px=decoded.focal_px, drawn=drawn, warnings=warnings
-    )
+    return Pixels(**{**vars(decoded), "warnings": warnings}, file=file, brightness=brightness, drawn=drawn)
 
 
 def scaled(pixels: Pixels, settings: PhotoInput) -> Photo:

@@ -7,12 +7,21 @@ from numpy.typing import NDArray
 from sealtwin.core.records import Floats
 
 Map = NDArray[np.float32]  # One number per pixel, (height, width)
+FAR = 1e-3  # Weight of the usual value beside those nearby, for places with nothing near
 ROWS_PER_PX = 8  # Sub-rows of the exact fill, which place edges to better than 0.01 px
 
 
 def blurred(picture: Map | NDArray[np.float64], sigma_px: float) -> Map:
     """Gaussian blur."""
     return np.asarray(cv2.GaussianBlur(picture, (0, 0), sigma_px), dtype=np.float32)
+
+
+def continued(picture: Map, known: NDArray[np.bool_], sigma_px: float) -> Map:
+    """Return the known pixels' Gaussian mean around each pixel; far from all of them their median."""
+    weight = known.astype(np.float32)
+    usual = float(np.median(picture[known])) if known.any() else 0.0
+    mean = (blurred(picture * weight, sigma_px) + FAR * usual) / (blurred(weight, sigma_px) + FAR)
+    return np.asarray(mean, dtype=np.float32)
 
 
 def shrunk(picture: Map, size_px: tuple[int, int]) -> Map:

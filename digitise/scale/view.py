@@ -182,18 +182,14 @@ def _shift(by: Floats) -> Floats:
     return np.array([[1, 0, by[0]], [0, 1, by[1]], [0, 0, 1.0]])
 
 
-@dataclass(frozen=True)
-class Pose:
-    """Distance and tilt of the camera relative to the middle of the face."""
-
-    distance_mm: float
-    tilt_deg: float  # Angle between the camera's axis and the normal of the face
-
-
 def find_pose(
     fit: Fit, covariance: Floats, middle_mm: Floats, focal_px: float | None, distance_mm: float | None
-) -> Pose | None:
-    """Find the pose by the measured distance, the camera's own focal length, or else perspective (Zhang 2000)."""
+) -> tuple[float | None, float | None]:
+    """Find the camera's distance from the middle of the face, mm, and the tilt of its axis to the normal, degrees.
+
+    They follow from the measured distance, the camera's own focal length, or else perspective (Zhang 2000); where the
+    photo does not show them well enough, the tilt is None and the distance the measured one.
+    """
 
     def read(view: View) -> Floats:
         # The homography from the face to undistorted pixels with the origin in the photo's centre.
@@ -205,11 +201,11 @@ def find_pose(
 
     sine, log_distance = read(fit.view)
     if not np.all(np.isfinite((sine, log_distance))) or sine >= 1:
-        return None
+        return distance_mm, None
     sine_spread, distance_spread = fit.spread(read, covariance)
     if not (sine_spread < np.radians(MOST_SPREAD_DEG) and distance_spread < MOST_SPREAD_OF_DISTANCE):
-        return None
-    return Pose(float(np.exp(log_distance)), float(np.degrees(np.arcsin(sine))))
+        return distance_mm, None
+    return float(np.exp(log_distance)), float(np.degrees(np.arcsin(sine)))
 
 
 def _distance_mm(plane: Floats, middle: Floats, focal_px: float) -> float:

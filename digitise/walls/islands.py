@@ -14,7 +14,7 @@ from digitise.crack_path.hints import CrackPath
 from digitise.crack_path.medial_axis import distance_outside, holding, radius
 from digitise.geometry.polyline import signed_area
 from digitise.geometry.region import ISLAND_MM2
-from digitise.image.raster import Map, blurred, resized, shrunk, widened
+from digitise.image.raster import Map, continued, resized, shrunk, widened
 from digitise.photo import Photo
 from digitise.walls.centreline_and_walls import LEAST_WIDTH_PX
 from digitise.walls.straightened import Patch, patch_around
@@ -25,7 +25,6 @@ PAINT_DARK, PAINT_BRIGHT = 0.05, 0.8  # Brightness of a deep crack and of light 
 CRACK, MORTAR = 0.25, 0.8  # Crack widths from the path: crack within, mortar beyond except in side cracks
 WORK_PX = 8.0  # Width of the crack in the small picture in which the levels are measured
 SPREAD = 2.0  # Gaussian sigma over which a level is averaged, in crack widths
-FAR = 1e-3  # Weight of the usual level beside the one nearby, for places with nothing near
 LEAST_MM2 = 0.3  # Least area of a stone in a photo; smaller bright places are glints or grains on the crack's floor
 LEAST_SIDE = 0.15  # Side of the smallest stone over the crack's width: a smaller one does not part the sealant
 LEAST_PX = 30  # Least pixels of a stone; fewer may be noise
@@ -84,18 +83,12 @@ def contrast(photo: Photo, path: CrackPath, patch: Patch) -> Contrast:
     cv2.polylines(off_path, [np.rint(cells).astype(np.int32)], False, 0)
     away = distance_outside(off_path == 0) / (width_px * scale)
     sigma = SPREAD * width_px * scale
-
-    def level(where: NDArray[np.bool_]) -> Map:
-        weight = where.astype(np.float32)
-        usual = float(np.median(small[where])) if where.any() else 0.0
-        mean = (blurred(small * weight, sigma) + FAR * usual) / (blurred(weight, sigma) + FAR)
-        return np.asarray(mean, dtype=np.float32)
-
     inside, beside = shown & (away < CRACK), shown & (away > MORTAR)
     dark = float(np.median(small[inside])) if inside.any() else 0.0
     usual = float(np.median(small[beside])) if beside.any() else 0.0
     # Side cracks and pores are no mortar.
-    return Contrast(patch, sample, level(inside), level(beside & (small > (2 * dark + usual) / 3)))
+    mortar = beside & (small > (2 * dark + usual) / 3)
+    return Contrast(patch, sample, continued(small, inside, sigma), continued(small, mortar, sigma))
 
 
 def find_islands(photo: Photo, path: CrackPath, edge_fraction: float) -> tuple[tuple[Floats, ...], RetouchedPhoto]:

@@ -56,7 +56,10 @@ def _with_walls_across(
     photo: RetouchedPhoto, path: CrackPath, sides: SideCracks, walls_px: Sequence[Floats], edge_fraction: float
 ) -> tuple[Traced, NDArray[np.bool_]]:
     """The main crack with given walls across its mouths, and the pixels of crack beyond them."""
-    parted = _parted(sides, walls_px)
+    open_to = (sides.crack & ~_drawn(sides, walls_px)).astype(np.uint8)
+    for x, y in np.concatenate([wall_px[[0, -1]] for wall_px in walls_px]):
+        cv2.circle(open_to, (round(x), round(y)), LIP_PX, 0, -1)
+    parted = (open_to > 0) & ~holding(open_to > 0, sides.way_px)
     return trace(_without_side_cracks(photo, sides, parted, walls_px), path, edge_fraction), parted
 
 
@@ -153,14 +156,6 @@ def _across(photo: Photo, sides: SideCracks, traced: Traced, lips_px: Floats) ->
     straight_mm = (1 - along) * lips_mm[0] + along * lips_mm[1]
     wander_mm = opposite_mm - ((1 - along) * opposite_mm[0] + along * opposite_mm[-1])
     return photo.to_px(straight_mm + wander_mm / 2) - offset
-
-
-def _parted(sides: SideCracks, walls_px: Sequence[Floats]) -> NDArray[np.bool_]:
-    """The part of the crack beyond the walls across its mouths."""
-    open_to = (sides.crack & ~_drawn(sides, walls_px)).astype(np.uint8)
-    for x, y in np.concatenate([wall_px[[0, -1]] for wall_px in walls_px]):
-        cv2.circle(open_to, (round(x), round(y)), LIP_PX, 0, -1)
-    return (open_to > 0) & ~holding(open_to > 0, sides.way_px)
 
 
 def _drawn(sides: SideCracks, walls_px: Sequence[Floats]) -> NDArray[np.bool_]:
