@@ -160,6 +160,7 @@ def _band(comparison: Comparison) -> tuple[Floats | None, str]:
     return comparison.metrics.readings.band_95_mm, "95 % band of the readings, by repeats alone"
 
 
+@themed()
 def draw_uncertainty(stations: StationErrors) -> FigureBase:
     """Draw the error at each station above its standard uncertainties."""
     s_mm, error_mm, validation_mm = stations.s_mm, stations.error_mm, stations.validation_mm
