@@ -39,15 +39,15 @@ class Launcher:
 
         return launch
 
-    def launch(self, rows: int, *launches: "RowLaunch") -> None:
+    def launch(self, rows: int, *launches: "RowLaunch", each: float = 1.0) -> None:
         """Launches over the same rows, which follow each other in each slice without waiting for the other slices.
 
-        None of them may read what another one writes in other rows.
+        None of them may read what another one writes in other rows. ``each`` is a row's work, in that of a particle.
         """
         if not rows:
             return
         self.kernels += len(launches)
-        slices = min(self._threads, max(1, rows // LEAST_SLICE))
+        slices = min(self._threads, max(1, int(rows * each) // LEAST_SLICE))
         pending = []
         for part in reversed(range(slices)):
             begin, end = rows * part // slices, rows * (part + 1) // slices
@@ -74,9 +74,9 @@ class RowLaunch:
         # Warp's commands keep the addresses of arrays, not the arrays.
         self._inputs = inputs
 
-    def __call__(self, rows: int) -> None:
-        """Launch over rows 0 to ``rows``."""
-        self._launcher.launch(rows, self)
+    def __call__(self, rows: int, each: float = 1.0) -> None:
+        """Launch over rows 0 to ``rows``, each of which is as much work as so many particles."""
+        self._launcher.launch(rows, self, each=each)
 
 
 def _launch_all(commands: Sequence[Any]) -> None:

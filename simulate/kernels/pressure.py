@@ -13,7 +13,7 @@ import warp as wp
 from simulate.kernels.coarse_pressure import CoarseRows
 from simulate.kernels.distance import Distance, distance_at, move
 from simulate.kernels.neighbours import Neighbours
-from simulate.kernels.status import ESCAPED, MOVING, SPILLED, Movers, Particles
+from simulate.kernels.status import ESCAPED, MOVING, SPILLED, Movers, Particles, bring_to_rest
 
 wp.set_module_options({"enable_backward": False})
 
@@ -80,10 +80,14 @@ def shift(
 
 @wp.kernel
 def update_velocity(begin: int, movers: Movers, particles: Particles, step_s: float):
+    """V = (x - x0) / dt, and a guess of what viscosity leaves of it: the last two substeps' course, gone on with."""
     row = begin + wp.tid()
     if row >= movers.count[0]:
         return
     i = movers.particle[row]
+    last = particles.velocity[i]
+    particles.scaled_residual[i] = 2.0 * last - particles.earlier_velocity[i]
+    particles.earlier_velocity[i] = last
     particles.velocity[i] = (xyz(particles.position[i]) - particles.previous_position[i]) / step_s
 
 
@@ -146,8 +150,7 @@ def inspect(
         elif distance_at(solid, x)[3] < 0.0:
             particles.status[i] = ESCAPED
         if particles.status[i] != MOVING:
-            particles.velocity[i] = wp.vec3(0.0)
-            particles.search_direction[i] = wp.vec3(0.0)
+            bring_to_rest(particles, i)
 
 
 @wp.struct
