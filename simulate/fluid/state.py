@@ -48,6 +48,7 @@ class State:
         for name in (*KEPT_AS.values(), "scaled_residual", "frame"):
             setattr(self.particles, name, getattr(self, name))
         self.particles.previous_position = wp.zeros(count, dtype=wp.vec3, device=device)
+        self.particles.free = wp.zeros(count, dtype=wp.vec4, device=device)
         self.particles.release_frame = wp.array(np.tile(schedule.frame_of, runs), dtype=int, device=device)
 
     @property

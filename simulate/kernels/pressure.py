@@ -60,7 +60,7 @@ def predict(
     x = xyz(particles.position[i])
     particles.previous_position[i] = x
     v = particles.velocity[i] + step_s * (GRAVITY - damping * particles.velocity[i])
-    there = move(solid, x, step_s * v, clearance)
+    there = move(solid, particles.free, i, x, step_s * v, clearance)
     particles.position[i] = wp.vec4(there[0], there[1], there[2], 0.0)
 
 
@@ -74,7 +74,7 @@ def shift(
         return
     i = movers.particle[row]
     x = particles.position[i]
-    there = move(solid, xyz(x), correction[row], clearance)
+    there = move(solid, particles.free, i, xyz(x), correction[row], clearance)
     particles.position[i] = wp.vec4(there[0], there[1], there[2], x[3])
 
 
@@ -111,7 +111,8 @@ def move_as_solved(
     i = movers.particle[row]
     if yields[i // particles.per_run] == 0.0:
         return
-    there = move(solid, particles.previous_position[i], step_s * particles.velocity[i], clearance)
+    step = step_s * particles.velocity[i]
+    there = move(solid, particles.free, i, particles.previous_position[i], step, clearance)
     particles.position[i] = wp.vec4(there[0], there[1], there[2], particles.position[i][3])
 
 

@@ -28,6 +28,10 @@ class Particles:
     earlier_velocity: wp.array[wp.vec3]  # Velocity that the last substep but one left
     scaled_residual: wp.array[wp.vec3]
     """Residual over the diagonal in the viscosity's solve; before it, the guess. Zero for a particle at rest."""
+    free: wp.array[wp.vec4]
+    """Centre and radius of a ball that keeps clear of all walls, from when they were last asked for; none is older than
+    the frame.
+    """
     density: wp.array[float]  # Density over the rest density
     volume_and_viscosity: wp.array[wp.vec2]
     """Volume m/rho in cm3, and the weight of the particle's pairs in the viscosity."""
