@@ -90,9 +90,9 @@ class Viscosity:
         )
         """Residuals of the velocity without viscosity, and of the guess."""
         self.apply_matrix = launcher.bind(self._pairs.apply_matrix, *self._moving, self._lists, system, search)
-        self._sum_residuals = launcher.bind(device_code.sum_residuals, *self._moving, system, search)
+        self._sum_residuals = launcher.bind(device_code.sum_residuals, *self._moving, system, search, self._more)
         self._start = launcher.bind(device_code.start_search, *self._moving, system, search)
-        self._sum_curvature = launcher.bind(device_code.sum_curvature, *self._moving, search)
+        self._sum_curvature = launcher.bind(device_code.sum_curvature, *self._moving, search, self._more)
         self._advance = launcher.bind(device_code.advance_search, *self._moving, system, search)
         asking = (search, self._more, self.unsolved)
         limits = (OF_THE_RIGHT, OF_THE_CHANGE, ITERATIONS_AT_MOST)
@@ -108,7 +108,6 @@ class Viscosity:
         self._weigh(rows)
         self.measure_residuals(rows)
         self._by_parts(self._sum_residuals, rows)
-        self._more.zero_()
         self._begin()
         self._by_parts(self._start, rows)
         wp.capture_while(self._more, self._iterate, rows=rows)
@@ -126,7 +125,6 @@ class Viscosity:
         self._by_parts(self._sum_curvature, rows)
         self._find_length()
         self._by_parts(self._advance, rows)
-        self._more.zero_()
         self._find_turn()
 
     def pass_explicit(self, rows: int) -> int:

@@ -95,9 +95,18 @@ def diagonal_of(particles: Particles, system: System, row: int, i: int):
 
 
 @wp.kernel
-def sum_residuals(begin: int, movers: Movers, particles: Particles, system: System, search: Search):
+def sum_residuals(
+    begin: int,
+    movers: Movers,
+    particles: Particles,
+    system: System,
+    search: Search,  # out: partial
+    more: wp.array[int],  # out: zero
+):
     """Squares of the right side and of both residuals, over the diagonal."""
     part = begin + wp.tid()
+    if part == 0:
+        more[0] = 0
     rows = rows_of(movers, part)
     total = wp.vec3(0.0)
     for row in range(rows[0], rows[1]):
@@ -170,8 +179,16 @@ def start_search(begin: int, movers: Movers, particles: Particles, system: Syste
 
 
 @wp.kernel
-def sum_curvature(begin: int, movers: Movers, particles: Particles, search: Search):
+def sum_curvature(
+    begin: int,
+    movers: Movers,
+    particles: Particles,
+    search: Search,  # out: partial
+    more: wp.array[int],  # out: zero
+):
     part = begin + wp.tid()
+    if part == 0:
+        more[0] = 0
     rows = rows_of(movers, part)
     total = float(0.0)
     for row in range(rows[0], rows[1]):
