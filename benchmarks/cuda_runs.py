@@ -28,7 +28,7 @@ from sealtwin.core.progress import Progress, progress_for_stderr
 from sealtwin.core.records import Profile, Run
 from sealtwin.core.run_folder import open_folder
 from sealtwin.study.estimate import size_of
-from sealtwin.study.runner import Bench, read_bench
+from sealtwin.study.runner import Bench, enclosure_of, read_bench
 from sealtwin.study.study_file import load_study, plan_runs
 from sealtwin.trial.job import start_job
 from sealtwin.trial.pipeline import run_stages
@@ -105,7 +105,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def inject_at_once(bench: Bench, trials: Sequence[Trial], device: str, frames: int | None = None) -> Launch:
     """All runs in one launch; ``frames`` ends them early."""
     first = trials[0]
-    enclosure = bench.enclosure(first.solver.size_mm, device)
+    enclosure = enclosure_of(bench, first.solver.size_mm, device)
     before = _used_bytes(device)
     began = time.perf_counter()
     injection = prepare(

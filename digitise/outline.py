@@ -1,11 +1,16 @@
 """Measure the crack along a rough path: its walls to a fraction of a pixel, centreline, ends, islands and branches."""
 
+from contextlib import suppress
+from dataclasses import replace
+
 import numpy as np
 from skimage.measure import points_in_poly
 
 from digitise.crack_path.hints import CrackPath
 from digitise.geometry import polyline
+from digitise.image.raster import shrunk
 from digitise.photo import Photo
+from digitise.scale.view import Lens, View
 from digitise.walls.centreline_and_walls import MIN_WIDTH_PX, STATION_PX, Traced
 from digitise.walls.islands import find_islands, photo_of_paint
 from digitise.walls.mouths import trace_past_mouths
@@ -16,6 +21,7 @@ from sealtwin.core.records import Floats, Outline, arc_length
 RIM = 0.5  # Share of the contrast at which the rim of the paint lies, however blurred
 WALL_SMOOTHING_PX = 2.0  # Sigma of the walls along the crack: below what grain leaves, above a sand grain's own edge
 MOST_TRIMMED = 0.02  # Share of the crack's area that may be cut off where its walls cross each other
+GLANCE_WIDTH_PX = 2 * MIN_WIDTH_PX  # Of the crack in the smaller copy: its walls are within 0.1 mm of the final ones
 WORTH_SAYING = 0.05  # Share of the crack without a wall from which a warning reports it
 
 
@@ -40,18 +46,12 @@ def trace_outline(photo: Photo, path: CrackPath, edge_fraction: float = 0.5, kee
     centreline_mm, left_mm, right_mm = _stations(photo, traced)
     # Paint is as wide as it is painted, with no blur to mistake for it.
     least_px = 0.0 if painted else MIN_WIDTH_PX
-    main_mm, centreline_px = _ring(photo, left_mm, right_mm), photo.to_px(centreline_mm)
-    branches = measure_branches(photo, main_mm, centreline_px, sides, rings_px, keep_branches, least_px)
+    main_mm = _ring(photo, left_mm, right_mm)
+    branches = measure_branches(photo, main_mm, photo.to_px(centreline_mm), sides, rings_px, keep_branches, least_px)
     standing = tuple(ring for ring in islands_mm if points_in_poly(ring, branches.ring_mm).all())
+    ring_mm = branches.ring_mm
     return Outline(
-        centreline_mm=centreline_mm,
-        left_wall_mm=left_mm,
-        right_wall_mm=right_mm,
-        outline_mm=branches.ring_mm,
-        centreline_px=centreline_px,
-        left_wall_px=photo.to_px(left_mm),
-        right_wall_px=photo.to_px(right_mm),
-        outline_px=photo.to_px(branches.ring_mm),
+        **photo.in_both_units(centreline=centreline_mm, left_wall=left_mm, right_wall=right_mm, outline=ring_mm),
         ends=traced.kinds,
         face_mm=photo.face_mm,
         mm_per_px=photo.mm_per_px,
@@ -65,6 +65,41 @@ def trace_outline(photo: Photo, path: CrackPath, edge_fraction: float = 0.5, kee
         scale_uncertainty=photo.scale_uncertainty,
         camera_tilt_deg=photo.camera_tilt_deg,
     )
+
+
+def glance(photo: Photo, path: CrackPath, edge_fraction: float = 0.5) -> Outline | None:
+    """Trace the outline in a smaller copy of the photo, in whose pixels it is; None where its walls are not found."""
+    if path.width_px < 2 * GLANCE_WIDTH_PX or photo.drawn is not None:
+        return None
+    factor = 2 ** int(np.log2(path.width_px / GLANCE_WIDTH_PX))
+    narrow = replace(path, points_px=_placed(path.points_px, factor), width_px=path.width_px / factor)
+    with suppress(InputError):
+        return trace_outline(smaller(photo, factor), narrow, edge_fraction)
+    return None
+
+
+def smaller(photo: Photo, factor: int) -> Photo:
+    """Return the photo with brightness and view in pixels ``factor`` times as large; its colours keep theirs."""
+    offset = (factor - 1) / 2
+    to_photo_px = np.array([[factor, 0, offset], [0, factor, offset], [0, 0, 1.0]])
+    lens = photo.view.lens
+    width, height = (side // factor for side in photo.size_px)
+    whole = photo.brightness[: height * factor, : width * factor]
+    return replace(
+        photo,
+        brightness=shrunk(whole, (width, height)),
+        view=View(
+            mm_from_px=photo.view.mm_from_px @ to_photo_px,
+            lens=lens and Lens(_placed(lens.centre_px, factor), lens.bend_px2 * factor**2),
+        ),
+        mm_per_px=photo.mm_per_px * factor,
+        markers_px=tuple(_placed(corners, factor) for corners in photo.markers_px),
+    )
+
+
+def _placed(points_px: Floats, factor: int) -> Floats:
+    """Map pixels of the photo to pixels of the copy; the origin of each is the centre of its first pixel."""
+    return (points_px - (factor - 1) / 2) / factor
 
 
 def _stations(photo: Photo, traced: Traced) -> tuple[Floats, Floats, Floats]:

@@ -1,16 +1,17 @@
-"""A photo with a scale: the one place where pixels become millimetres."""
+"""A photo with a scale, of one picture or two: the one place where pixels become millimetres."""
 
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from digitise.geometry.polyline import rectangle
 from digitise.image.decoding import Decoded, Pixels, read_mask, read_photo
-from digitise.image.raster import Map
-from digitise.image.second_light import darker_of_both
+from digitise.image.raster import Map, moved
 from digitise.scale.scale import find_scale
 from digitise.scale.view import Scale
 from digitise.settings import PhotoInput
@@ -20,6 +21,14 @@ from sealtwin.core.records import Floats
 DISPLAY_GAMMA = 2.2  # Exponent from stored brightness to light, about a camera's: half contrast is half the light
 BLACK = 15  # Darkest usable brightness of the brightest parts, of 255
 RING_POINTS = 32  # Points on each side of the face: between two, a lens of k1 = -0.2 bends the side by 0.01 px
+TILES = 3  # Tiles along each side in which a second photo is compared; a rotation of the camera shifts each differently
+TILE_PX = 512
+GRAIN_PX, LIGHT_PX = 1, 17  # Blur that keeps a tile's grain; width above which light varies more than grain
+GRAINS = 2.0  # Largest difference that counts, over the median grain; more is a difference in light, not in place
+SEEN = 0.2  # Least height of a tile's phase correlation: over 0.7 where both photos show the same grain, 0.02 where not
+MOST_MOVED_PX = 2.0  # Largest shift that is corrected, as of a tripod that was touched
+MOST_APART_PX = 1.0  # Largest difference of a tile's shift from the median; more is a rotation, which no shift corrects
+LEAST_MOVED_PX = 0.1  # Smallest shift that is corrected; resampling for less would blur more than it corrects
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,6 +43,11 @@ class Photo(Pixels, Scale):
         """Map places on the face to pixels, (n, 2) to (n, 2)."""
         return self.view.to_px(points_mm)
 
+    def in_both_units(self, **lines_mm: Floats) -> dict[str, Any]:
+        """Return lines on the face by their names with ``_mm``, and in pixels by those with ``_px``."""
+        in_px = {f"{name}_px": self.to_px(line_mm) for name, line_mm in lines_mm.items()}
+        return {f"{name}_mm": line_mm for name, line_mm in lines_mm.items()} | in_px
+
     @cached_property
     def face_px(self) -> Floats | None:
         """Corners of the face: lower left, lower right, upper right, upper left."""
@@ -44,10 +58,9 @@ class Photo(Pixels, Scale):
         """Edge of the face, which a lens bends, as a ring of points from the lower left corner."""
         if self.face_mm is None:
             return None
-        corners_mm = rectangle(self.face_mm)
+        start = rectangle(self.face_mm)[:, None]
         share = np.arange(RING_POINTS)[:, None] / RING_POINTS
-        sides = zip(corners_mm, np.roll(corners_mm, -1, axis=0), strict=True)
-        return self.to_px(np.concatenate([start + share * (end - start) for start, end in sides]))
+        return self.to_px((start + share * (np.roll(start, -1, axis=0) - start)).reshape(-1, 2))
 
 
 def load_photo(settings: PhotoInput, folder: Path) -> Photo:
@@ -78,9 +91,7 @@ def pixels_of(
         other, name = second
         brightness, remarks = darker_of_both(brightness, _light(other.image, name), name)
         warnings += remarks
-    return Pixels(
-        file=file, image=decoded.image, brightness=brightness, focal_px=decoded.focal_px, drawn=drawn, warnings=warnings
-    )
+    return Pixels(**{**vars(decoded), "warnings": warnings}, file=file, brightness=brightness, drawn=drawn)
 
 
 def scaled(pixels: Pixels, settings: PhotoInput) -> Photo:
@@ -98,3 +109,81 @@ def _light(image: NDArray[np.uint8], file: Path) -> Map:
     if np.percentile(light[::2, ::2], 99.5) < (BLACK / 255) ** DISPLAY_GAMMA:
         raise InputError(f"{file}: the photo is black; take it with more light or a longer exposure.")
     return light
+
+
+def darker_of_both(light: Map, second: Map, file: Path) -> tuple[Map, tuple[str, ...]]:
+    """Return the lower light of both photos, the second aligned, and warnings. Raises InputError for ``file``.
+
+    They are lit from opposite sides, so that each wall is dark in one of them.
+    """
+    if second.shape != light.shape:
+        raise InputError(
+            f"{file}: the second photo is {second.shape[1]} x {second.shape[0]} px, the first {light.shape[1]} x "
+            f"{light.shape[0]}: take both with the same camera, and do not crop them."
+        )
+    shifts_px, seen = _shifts(light, second)
+    if np.mean(seen) < 0.5:
+        raise InputError(
+            f"{file}: the second photo does not show the scene of the first; keep the camera in place, and move only "
+            "the lamp."
+        )
+    shift_px = np.median(shifts_px[seen], axis=0)
+    (x_px, y_px), moved_px = shift_px, float(np.linalg.norm(shift_px))
+    apart_px = float(np.linalg.norm(shifts_px[seen] - shift_px, axis=1).max())
+    if moved_px > MOST_MOVED_PX or apart_px > MOST_APART_PX:
+        raise InputError(
+            f"{file}: the camera has moved by {moved_px + apart_px:.1f} px since the first photo; at most "
+            f"{MOST_MOVED_PX:g} can be corrected. Take both from a tripod, by remote release or timer."
+        )
+    aligned = second * np.float32(np.median(light[::4, ::4]) / np.median(second[::4, ::4]))
+    warnings: list[str] = []
+    if moved_px > LEAST_MOVED_PX:
+        aligned = moved(aligned, -x_px, -y_px, cv2.INTER_CUBIC, cv2.BORDER_REPLICATE)
+        warnings.append(f"the second photo was moved by {moved_px:.1f} px onto the first; a tripod avoids that")
+    if not np.all(seen):
+        warnings.append(
+            f"in {np.sum(~seen)} of {len(seen)} parts, the second photo does not show the scene of the first: check "
+            "that both are of one sample"
+        )
+    return np.minimum(light, aligned), tuple(warnings)
+
+
+def _shifts(light: Map, second: Map) -> tuple[Floats, np.ndarray]:
+    """Return the shift of the second photo in each tile, px (n, 2), and the tiles in which it can be measured."""
+    tiles = [(light[part], second[part]) for part in _parts(light.shape)]
+    window = np.asarray(cv2.createHanningWindow(tiles[0][0].shape[::-1], cv2.CV_32F))
+    # Roots of light, so that glare does not outweigh grain.
+    own = [cv2.phaseCorrelate(np.sqrt(tile), np.sqrt(other), window) for tile, other in tiles]
+    shifts_px = np.array([shift_px for shift_px, _ in own])
+    seen = np.array([height_of_peak > SEEN for _, height_of_peak in own])
+    believed_px = shifts_px.copy()
+    for i in np.flatnonzero(seen):
+        believed_px[i] = _likeliest(shifts_px[seen], *tiles[i])
+    return believed_px, seen
+
+
+def _parts(shape: tuple[int, ...]) -> list[tuple[slice, slice]]:
+    """Rows and columns of each tile."""
+    height, width = shape
+    most = min(TILE_PX, height // TILES, width // TILES)
+    # OpenCV pads a tile to a length that is quick to transform; where that is odd, its shift is half a pixel off.
+    side = max(length for length in range(2, most + 1, 2) if cv2.getOptimalDFTSize(length) == length)
+    return [
+        np.s_[top : top + side, left : left + side]
+        for top in np.linspace(0, height - side, TILES).astype(int)
+        for left in np.linspace(0, width - side, TILES).astype(int)
+    ]
+
+
+def _likeliest(shifts_px: Floats, tile: Map, other: Map) -> Floats:
+    """Return the shift with which most of both tiles' grain agrees."""
+    grain, others = _grain(tile), _grain(other)
+    most = GRAINS * np.median(np.abs(grain))
+    back = (moved(others, -x_px, -y_px, cv2.INTER_CUBIC, cv2.BORDER_REPLICATE) for x_px, y_px in shifts_px)
+    return shifts_px[int(np.argmin([np.minimum(np.abs(grain - other), most).mean() for other in back]))]
+
+
+def _grain(tile: Map) -> Map:
+    """Return a tile without its exposure and the slow changes of the light."""
+    root = cv2.GaussianBlur(np.sqrt(tile / np.mean(tile)), (0, 0), GRAIN_PX)
+    return np.asarray(root - cv2.blur(root, (LIGHT_PX, LIGHT_PX)), dtype=np.float32)

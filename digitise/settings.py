@@ -115,7 +115,7 @@ class PhotoInput(Settings):
     """Origin of mm_per_px; reports mark lengths by an assumed scale."""
 
     @model_validator(mode="after")
-    def _one_scale(self) -> Self:
+    def _one_scale_and_hints_together(self) -> Self:
         if (self.ruler_px is None) != (self.ruler_mm is None):
             raise ValueError("a ruler needs both ruler_px, its two points, and ruler_mm, their distance")
         flat = {"mm_per_px": self.mm_per_px, "ruler_px": self.ruler_px}
@@ -127,10 +127,6 @@ class PhotoInput(Settings):
             raise ValueError("no scale: give [photo.markers], face_mm, ruler_px or mm_per_px")
         if self.face_corners_px is not None and self.face_mm is None:
             raise ValueError("face_corners_px without face_mm: corners need the face's size")
-        return self
-
-    @model_validator(mode="after")
-    def _hints_go_together(self) -> Self:
         if self.via_px and self.ends_px is None:
             raise ValueError("via_px without ends_px: points between the ends need the ends")
         if self.mask is not None and (self.roi_px is not None or self.via_px):
@@ -201,14 +197,10 @@ class CrackShape(Settings):
         return np.array(self.depth_mm if isinstance(self.depth_mm, tuple) else [(0.0, self.depth_mm)], dtype=float)
 
     @model_validator(mode="after")
-    def _stations_in_order(self) -> Self:
+    def _depths_and_angles_together(self) -> Self:
         for (before_mm, _), (after_mm, _) in pairwise(self._stations_mm):
             if after_mm <= before_mm:
                 raise ValueError(f"depth_mm: station {after_mm:g} after {before_mm:g}; list stations by increasing s")
-        return self
-
-    @model_validator(mode="after")
-    def _lean_alike(self) -> Self:
         left_deg, right_deg = self.wall_angles_deg
         if self.tilt == "lean" and left_deg != right_deg:
             raise ValueError(

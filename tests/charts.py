@@ -8,8 +8,15 @@ import numpy as np
 
 from sealtwin.core.records import Profile
 from validate.settings import Readings, Uncertainty
-from validate.study_figures.chart import Chart, as_near_as_the_best, scatter_of_runs
-from validate.study_figures.run_errors import Excluded, Finished, axes_of, hold
+from validate.study_figures.chart import (
+    Chart,
+    Excluded,
+    Finished,
+    as_near_as_the_best,
+    axes_of,
+    hold,
+    scatter_of_runs,
+)
 from validate.uncertainty.intervals import bands_mm
 from validate.uncertainty.readings_budget import Budget, budget_of
 

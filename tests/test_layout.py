@@ -1,6 +1,7 @@
 """Plain package names are easy to shadow: each must be the one in this checkout, and cheap to start."""
 
 import importlib
+import re
 import subprocess
 import sys
 import tomllib
@@ -10,9 +11,10 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parent.parent
+PACKAGES = ("sealtwin", "digitise", "simulate", "validate")
 
 
-@pytest.mark.parametrize("name", ["sealtwin", "digitise", "simulate", "validate"])
+@pytest.mark.parametrize("name", PACKAGES)
 def test_package_is_the_one_in_this_checkout(name):
     found = importlib.import_module(name).__file__
     assert found is not None
@@ -37,3 +39,22 @@ def test_constraints_pin_every_dependency_and_no_address():
     pinned = {line.split("==")[0].lower().replace("_", "-") for line in lines}
     assert {name.split(">=")[0].lower() for name in wanted} <= pinned
     assert all("==" in line and "/" not in line for line in lines)
+
+
+def test_files_and_names_that_the_guides_give_exist():
+    """Paths and names in backquotes of CONTRIBUTING's table, the page of the method, and the packages' recipes."""
+    recipes = "digitise/robots/__init__.py", "validate/readings/__init__.py"
+    guides = ["CONTRIBUTING.md", "docs/explanation/method.md", *recipes]
+    for guide in guides:
+        named = re.findall(r"`+([^`\n]+)`+", (ROOT / guide).read_text(encoding="utf-8"))
+        files = [name for name in named if re.fullmatch(r"[\w./-]*(/|\.(py|toml|md))", name)]
+        assert files, guide
+        places = ROOT, (ROOT / guide).parent, ROOT / "simulate" / "kernels"
+        for name in files:
+            assert any((place / name).exists() for place in places) or name == "__init__.py", f"{guide}: {name}"
+    files = [path for name in PACKAGES for path in (ROOT / name).rglob("*.py") if path.name != "__init__.py"]
+    sources = "\n".join(path.read_text(encoding="utf-8") for path in files)
+    table = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8").split("| what | where |")[1]
+    table += "".join((ROOT / recipe).read_text(encoding="utf-8") for recipe in recipes)
+    for name in re.findall(r"`+([A-Za-z_]+(?:\.[a-z_]+)?)`+", table):
+        assert re.search(rf"\b{re.escape(name.rpartition('.')[2])}\b", sources), name

@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 import tarfile
+import tomllib
 import zipfile
 from pathlib import Path
 
@@ -95,7 +96,8 @@ def test_the_source_archive_holds_what_the_tests_and_the_reproduction_need(built
 
 def test_the_installed_command_answers_and_finds_a_crack(installed, tmp_path):
     command = installed.parent / "sealtwin"
-    assert _run(command, "--version")[0].strip() == "0.1.0"
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    assert _run(command, "--version")[0].strip() == project["version"]
     assert json.loads(_run(command, "doctor", "--json")[0])["healthy"] is True
     options = ["--depth-mm", "16", "--mm-per-px", "0.1", "--ends", "780,600", "1340,300", "--out", tmp_path / "crack"]
     _run(command, "digitise", FIXTURE / "photo.jpg", *options)

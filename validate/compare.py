@@ -17,7 +17,14 @@ from sealtwin.core.comparison import (
     VolumeComparison,
 )
 from sealtwin.core.records import DataKind, Floats, Outline, Profile, Solid
-from validate.metrics.curve_distances import CLOSE_MM, Difference, error_bins, frechet_mm, level_difference
+from validate.metrics.curve_distances import (
+    CLOSE_MM,
+    Difference,
+    PiecewiseLinear,
+    error_bins,
+    frechet_mm,
+    level_difference,
+)
 from validate.metrics.verdict import basis_of, judged
 from validate.metrics.volumes import balance_profile, fill_volumes, mass_balance, mouth_widths_mm
 from validate.report_input import Evidence
@@ -61,10 +68,11 @@ def compare(
     flat_error_mm = level_difference(Profile(error.x[[0, -1]], np.full(2, flat_level_mm)), measured).mean_error
     basis = basis_of(measured.s_mm, from_mm, to_mm, outline.length_mm)
     beyond = (measured.s_mm < from_mm) | (measured.s_mm > to_mm)
-    volumes: dict[str, Any] = {}
-    for name, profile in (("simulated", simulated), ("measured", measured)):
-        found = fill_volumes(profile, outline, solid, from_mm, to_mm)
-        volumes |= {f"{name}_{key}": value for key, value in found.items()}
+    volumes: dict[str, Any] = {
+        f"{name}_{key}": value
+        for name, profile in (("simulated", simulated), ("measured", measured))
+        for key, value in fill_volumes(profile, outline, solid, from_mm, to_mm).items()
+    }
     metrics = LevelMetrics(
         mean_error_mm=error.mean_error,
         worst_error_mm=abs(error.value[worst]),
@@ -163,7 +171,7 @@ def error_uncertainty(
         InputEffect(
             name=one.name,
             standard=one.standard,
-            mean_level_mm=_mean(error.x, one.level_mm),
+            mean_level_mm=PiecewiseLinear(error.x, one.level_mm).mean(),
             largest_mm=float(np.abs(one.level_mm).max()),
         )
         for one in effects
@@ -178,8 +186,8 @@ def error_uncertainty(
     )
     stations = _station_errors(simulated, measured, budget, error, effects, spread)
     return ErrorUncertainty(
-        mean_error_mm=mean_error_interval(error.x, error.value, hat, budget),
-        bias_mm=(bias_mm - half_mm, bias_mm + half_mm),
+        mean_error_interval_mm=mean_error_interval(error.x, error.value, hat, budget),
+        bias_interval_mm=(bias_mm - half_mm, bias_mm + half_mm),
         bias_systematic_mm=mean.systematic_mm,
         levels=StationBands(s_mm=measured.s_mm, band_95_mm=bands_mm(budget)),
         readings=budget.summary(),
@@ -227,13 +235,10 @@ def _station_errors(
 
 def _numerics(spread: Spread, measured: Profile, x: Floats) -> SizeStudy:
     """Mean level and mean error over the covered stretch at each particle size."""
-    levels = [Profile(spread.s_mm, size.level_mm) for size in spread.sizes]
+    means_mm = [PiecewiseLinear(x, np.interp(x, spread.s_mm, size.level_mm)).mean() for size in spread.sizes]
+    errors = [level_difference(Profile(spread.s_mm, size.level_mm), measured) for size in spread.sizes]
     return SizeStudy(
         radii_mm=tuple(size.radius_mm for size in spread.sizes),
-        mean_level_mm=spread.converged([_mean(x, np.interp(x, one.s_mm, one.level_mm)) for one in levels]),
-        mean_error_mm=spread.converged([level_difference(one, measured).mean_error for one in levels]),
+        mean_level_mm=spread.converged(means_mm),
+        mean_error_mm=spread.converged([error.mean_error for error in errors]),
     )
-
-
-def _mean(x: Floats, value: Floats) -> float:
-    return float(np.trapezoid(value, x) / (x[-1] - x[0]))

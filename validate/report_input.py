@@ -1,7 +1,10 @@
 """Input of a report: one trial with its readings and their comparison."""
 
+import platform
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 from sealtwin.core.comparison import Comparison
 from sealtwin.core.records import DataKind, Frame, JsonRecord, Outline, Profile, Run, Solid, Trajectory
@@ -10,30 +13,46 @@ from sealtwin.core.records import DataKind, Frame, JsonRecord, Outline, Profile,
 class ReadingsSheet(JsonRecord):
     """The file of the readings, for the person who signs the report."""
 
-    name: str  # Name of the file, as the user or the lab gave it
-    sha256: str  # SHA-256 of its content
-    operator: str | None  # Name of the person who read; None where no note says
-    date: str | None  # Date of the readings, as the lab writes it; None where no note says
+    name: str
+    """Name of the file, as the user or the lab gave it."""
+    sha256: str
+    """SHA-256 of its content."""
+    operator: str | None
+    """Name of the person who read; None where no note says."""
+    date: str | None
+    """Date of the readings, as the lab writes it; None where no note says."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Evidence:
     """One trial, as its stages left it."""
 
     name: str
-    note: str
+    note: str = ""
     outline: Outline
     solid: Solid
     trajectory: Trajectory
     run: Run
     profile: Profile
-    readings: Profile | None  # None where the trial has no caliper sheet: the report then shows the simulation alone
-    comparison: Comparison | None  # Comparison of profile and readings; None without readings
+    readings: Profile | None = None  # None without a caliper sheet: the report then shows the simulation alone
+    comparison: Comparison | None = None  # Comparison of profile and readings; None without readings
     volume_ratio: float
     overlay_path: Path
     photo_data: DataKind
     provenance: dict[str, str]  # Versions, device, seed, times and hashes, in the order of the report
-    commands: tuple[str, ...]  # Commands that make this report again, in order
+    commands: tuple[str, ...] = ()  # Commands that make this report again, in order
     sheet: ReadingsSheet | None = None  # File of the readings; None without readings
     edited: tuple[str, ...] = ()  # Files of the run that are not as their stage wrote them
     frames: tuple[Frame, ...] = ()  # Snapshots of the run, in the order of time
+
+
+def provenance(facts: dict[str, str], device: str, seed: Any, versions: dict[str, str]) -> dict[str, str]:
+    """Return ``facts`` between this program and machine, and the device, the seed and the versions of a run."""
+    return {
+        "sealtwin": version("sealtwin"),
+        "system": f"{platform.system()} {platform.machine()}",
+        **facts,
+        "device": device,
+        **({} if seed is None else {"seed": str(seed)}),
+        **{name: text for name, text in versions.items() if name != "sealtwin"},
+    }

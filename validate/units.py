@@ -1,7 +1,9 @@
 """Text of numbers and of names in the code, each with its unit."""
 
+import tomllib
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from importlib.resources import files as resources
+from typing import Any
 
 import numpy as np
 from pydantic import ConfigDict, with_config
@@ -16,9 +18,10 @@ NOT_RECORDED = "not recorded"
 class PageTable:
     """A table of the page, each number as text with its unit."""
 
-    kind: ClassVar = "table"
-    title: str  # Title as on the page
-    rows: tuple[tuple[str, str], ...]  # Label and value of each row
+    title: str
+    """Title as on the page."""
+    rows: tuple[tuple[str, str], ...]
+    """Label and value of each row."""
 
 
 def millimetres(value: float | None, decimals: int = 2, unknown: str = NOT_RECORDED) -> str:
@@ -26,20 +29,9 @@ def millimetres(value: float | None, decimals: int = 2, unknown: str = NOT_RECOR
     return unknown if value is None or np.isnan(value) else f"{value:.{decimals}f} mm"
 
 
-UNITS = {
-    "_pa_per_s": "Pa/s",
-    "_pa_s": "Pa s",
-    "_pa": "Pa",
-    "_m2_s": "m²/s",
-    "_kg_m3": "kg/m³",
-    "_per_s": "1/s",
-    "_mm_s": "mm/s",
-    "_mm2": "mm²",
-    "_mm3": "mm³",
-    "_mm": "mm",
-    "_cm": "cm",
-    "_s": "s",
-}
+LABELS = tomllib.loads(resources("validate").joinpath("labels.toml").read_text(encoding="utf-8"))
+"""Words for names in the code: units, inputs, and the numbers that a run records about itself."""
+UNITS: dict[str, str] = LABELS["units"]
 
 
 def counted(number: int, thing: str) -> str:
@@ -64,10 +56,9 @@ def percent(share: float, decimals: int = 1) -> str:
 
 def words(key: str) -> str:
     """Return a name in the code as words, its unit in brackets: "frame_s" is "frame (s)"."""
-    for ending, unit in UNITS.items():
-        if key.endswith(ending):
-            return f"{key.removesuffix(ending).replace('_', ' ')} ({unit})"
-    return key.replace("_", " ")
+    ending = next((ending for ending in UNITS if key.endswith(ending)), "")
+    name = key.removesuffix(ending).replace("_", " ")
+    return f"{name} ({UNITS[ending]})" if ending else name
 
 
 def unit_of(key: str) -> str:

@@ -13,7 +13,7 @@ from digitise.crack_path import medial_axis
 from digitise.crack_path.darkness import DarkMap, inner
 from digitise.crack_path.ridge_filter import support
 from digitise.crack_path.step_costs import CLEAR, NOTHING, cost_of_thin, voted_lines
-from digitise.image.raster import Map, blurred
+from digitise.image.raster import Map, blurred, widened
 from sealtwin.core.records import Floats, Integers, arc_length
 
 LEAST_JOINT_LENGTH = 0.4  # Share of the picture's diagonal. Over a shorter length a crack is sometimes straight
@@ -38,9 +38,9 @@ def straight_lines(bones: NDArray[np.bool_]) -> list[Floats]:
     """Ends (column, row) of each straight line among the cells of a skeleton, (2, 2) each."""
     diagonal = float(np.hypot(*bones.shape))
     # A joint strays by a cell to either side; cracks in four photos strayed by 3 to 8, RMS.
-    near = cv2.dilate(bones.astype(np.uint8), np.ones((3, 3), np.uint8))
+    near = widened(bones, 1)
     segments = cv2.HoughLinesP(
-        near,
+        near.astype(np.uint8),
         rho=1,
         theta=np.pi / 720,
         threshold=int(COVERED * LEAST_JOINT_LENGTH * diagonal),
@@ -50,7 +50,7 @@ def straight_lines(bones: NDArray[np.bool_]) -> list[Floats]:
     if segments is None:
         return []
     lines = [line.reshape(2, 2).astype(float) for line in segments]
-    return [line for line in lines if _share_near(near > 0, line) >= COVERED]
+    return [line for line in lines if _share_near(near, line) >= COVERED]
 
 
 def beside_straight(shape: tuple[int, ...], lines: list[Floats]) -> NDArray[np.bool_]:

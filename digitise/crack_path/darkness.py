@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from digitise.crack_path.medial_axis import pieces
 from digitise.crack_path.ridge_filter import strength
-from digitise.image.raster import Map, blurred, shrunk
+from digitise.image.raster import Map, blurred, continued, shrunk, widened
 from digitise.photo import DISPLAY_GAMMA, Photo
 from sealtwin.core.records import Floats, Integers
 
@@ -33,7 +33,7 @@ def surroundings(around: Map) -> NDArray[np.bool_]:
     beyond[on_border] = area[on_border] >= LEAST_SHARE * around.size
     found = beyond[label] & (label > 0)
     # Lens and focus spread the sample's edge over a few cells.
-    return cv2.dilate(found.astype(np.uint8), np.ones((7, 7), np.uint8)) > 0
+    return widened(found, 3)
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,8 @@ def coarser(field: DarkMap, times: int) -> DarkMap:
 
 def _mapped(offset_px: tuple[float, float], scale: float, light: Map, allowed: NDArray[np.bool_]) -> DarkMap:
     # The surroundings must look like the sample, or its edge is the strongest line in the photo.
-    light = _filled(light, allowed)
+    if allowed.any() and not allowed.all():
+        light = np.where(allowed, light, continued(light, allowed, BACKGROUND_PX / 4))
     shown = _shown(light)
     even = (shown / np.maximum(blurred(shown, EVEN_PX), LEAST_LIGHT)).astype(np.float32)
     ridge = np.where(inner(allowed), strength(even, allowed), 0).astype(np.float32)
@@ -125,17 +126,6 @@ def blank_markers(mask: NDArray[np.uint8], photo: Photo, offset_px: tuple[int, i
         middle = quad.mean(axis=0)
         corners = middle + MARKER_MARGIN * (quad - middle) - offset_px
         cv2.fillPoly(mask, [np.rint(corners * 16).astype(np.int32)], [0], shift=4)
-
-
-def _filled(light: Map, allowed: NDArray[np.bool_]) -> Map:
-    """The picture with everything that is not allowed replaced by a smooth continuation of what is."""
-    if allowed.all() or not allowed.any():
-        return light
-    weight = allowed.astype(np.float32)
-    level = float(np.median(light[allowed]))
-    sigma = BACKGROUND_PX / 4
-    near = blurred(light * weight, sigma) + 1e-3 * level
-    return np.where(allowed, light, near / (blurred(weight, sigma) + 1e-3)).astype(np.float32)
 
 
 def inner(allowed: NDArray[np.bool_]) -> NDArray[np.bool_]:

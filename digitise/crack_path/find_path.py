@@ -12,7 +12,6 @@ from digitise.crack_path.medial_axis import longest_line, radius, without_hooks
 from digitise.crack_path.path_search import LiveWire
 from digitise.crack_path.path_width import unlike_length_px
 from digitise.crack_path.step_costs import cheapest, off_centre
-from digitise.geometry.polyline import depth_inside
 from digitise.image.raster import shrunk
 from digitise.photo import Photo
 from digitise.scale.face_scale import see_face
@@ -27,7 +26,6 @@ EDGES_FOUND = (
     "the crack was searched for inside the edges of the sample, which the photo shows; "
     "give face_mm, its size, to have the crack open where it meets them"
 )
-LEAST_MARGIN = 0.02  # Margin around a detected face over the photo's shorter side: what reaches the border is a board
 EDGE_WIDTHS, EDGE_SHARE = 3.0, 0.05  # A longer stretch with unlike sides is told: crack widths, and share of the line
 LEAST_LENGTH = 0.12  # Share of the photo's diagonal; shorter lines are pores and scratches
 LEAST_SLENDERNESS = 5.0  # Length over width of a crack
@@ -130,7 +128,7 @@ def _between(region: NDArray[np.bool_], ends: Floats) -> Integers:
 
 def automatic_path(photo: Photo, roi_px: tuple[Pixel, ...] | None = None) -> CrackPath:
     """Propose the one crack that stands out, from left to right; raise InputError where there is none, or two."""
-    face_px = _detected_face_px(photo)
+    face_px = see_face(photo.brightness) if photo.face_px is None else None
     wire = LiveWire(photo, roi_px, face_px)
     warnings = [] if face_px is None else [EDGES_FOUND]
     found = cracks_on(wire.field)
@@ -176,16 +174,6 @@ def _way_between(wire: LiveWire, ends_px: Floats, least_px: float, photo: Photo)
     raise InputError(
         f"{photo.file}: no crack found: the most crack-like line, from {listed(ends_px)} px, {fault}; give ends_px."
     )
-
-
-def _detected_face_px(photo: Photo) -> Floats | None:
-    """Corners of a face of unknown size, whose shadow would be the longest dark line; None without all four edges."""
-    corners_px = see_face(photo.brightness) if photo.face_px is None else None
-    if corners_px is None:
-        return None
-    width, height = photo.size_px
-    inside_px = depth_inside(corners_px, (0, 0, width - 1, height - 1)).min()
-    return corners_px if inside_px > LEAST_MARGIN * min(width, height) else None
 
 
 def _long(found: CrackMap, least_px: float) -> list[FoundCrack]:

@@ -1,7 +1,5 @@
 """Lines in the middle of a region: its skeleton, the longest path along it, and the side lines that leave a path."""
 
-from typing import NamedTuple
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -101,15 +99,11 @@ def longest_walk(graph: csr_array, start: int) -> tuple[Integers, float]:
     return _walked(before, far, end), float(away[end])
 
 
-class SideLine(NamedTuple):
-    """A line of a region's skeleton that leaves a path."""
+def side_lines(region: NDArray[np.bool_], way: Integers, least: float) -> list[tuple[Integers, bool]]:
+    """Lines of a skeleton that leave the part beside ``way`` by ``least`` or more, not past its ends; longest first.
 
-    cells: Integers  # Rows and columns, (n, 2), from the rim of the region around the path outward
-    comes_back: bool  # True where it ends on that rim again
-
-
-def side_lines(region: NDArray[np.bool_], way: Integers, least: float) -> list[SideLine]:
-    """Lines of a skeleton that leave the part beside ``way`` by ``least`` or more, not past its ends; longest first."""
+    Rows and columns, (n, 2), from the rim of that part outward, and True where a line ends on that rim again.
+    """
     cells = np.argwhere(skeletonize(region))
     trunk = _beside(cells, way) if len(cells) > 1 else cells
     if len(trunk) < 2:
@@ -133,8 +127,8 @@ def side_lines(region: NDArray[np.bool_], way: Integers, least: float) -> list[S
             continue
         length, before = dijkstra(graph[members][:, members], directed=False, indices=root, return_predecessors=True)
         walk = _walked(before, root, _farthest(length))
-        lines.append(SideLine(cells[own[walk]], comes_back=bool(beyond[own[walk[-1]]] <= AT_RIM)))
-    return sorted(lines, key=lambda line: -len(line.cells))
+        lines.append((cells[own[walk]], bool(beyond[own[walk[-1]]] <= AT_RIM)))
+    return sorted(lines, key=lambda line: -len(line[0]))
 
 
 def _beside(cells: Integers, way: Integers) -> Integers:

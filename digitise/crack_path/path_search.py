@@ -155,9 +155,7 @@ class PathSearch:
         cells = legs[0]
         for number, leg in enumerate(legs[1:]):
             back, forth = _common(cells, leg)
-            spur_px = (
-                float(arc_length(cells[back:].astype(float))[-1]) / self.field.scale if back < len(cells) - 1 else 0.0
-            )
+            spur_px = float(arc_length(cells[back:].astype(float))[-1]) / self.field.scale
             if spur_px > limit_px:
                 x, y = self.points_px[number + 1]
                 raise InputError(

@@ -1,11 +1,10 @@
 """Width of a crack along a path, measured in the photo: the search map is too coarse for a few pixels."""
 
-import cv2
 import numpy as np
 from scipy.ndimage import median_filter
 
 from digitise.geometry.polyline import left_normals, resampled, smoothed
-from digitise.image.raster import Map, blurred
+from digitise.image.raster import Map, blurred, sampled
 from digitise.photo import Photo
 from sealtwin.core.records import Floats
 
@@ -29,9 +28,7 @@ def unlike_length_px(photo: Photo, points_px: Floats, width_px: float) -> float:
     sides = []
     for sign in (1, -1):
         places = line[:, None] + sign * width_px * np.array(BESIDE)[:, None] * normal[:, None]
-        x, y = places[..., 0].astype(np.float32), places[..., 1].astype(np.float32)
-        light = cv2.remap(soft, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        sides.append(np.median(light, axis=1))
+        sides.append(np.median(sampled(soft, places), axis=1))
     ratio = median_filter(np.log(np.maximum(sides[0], 1e-4) / np.maximum(sides[1], 1e-4)), size=STEADY)
     unlike = np.abs(ratio) > np.log(UNLIKE)
     edges = np.flatnonzero(np.diff(np.concatenate([[0], unlike.astype(int), [0]])))
@@ -62,8 +59,7 @@ def _across(photo: Photo, points_px: Floats, width_px: float, reach_px: float) -
     low = np.maximum(np.floor(place_px.min(axis=(0, 1))).astype(int) - 4, 0)
     high = np.ceil(place_px.max(axis=(0, 1))).astype(int) + 5
     soft = blurred(photo.brightness[low[1] : high[1], low[0] : high[0]], BLUR_PX)
-    x, y = np.moveaxis((place_px - low).astype(np.float32), -1, 0)
-    return np.asarray(cv2.remap(soft, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE), dtype=np.float32)
+    return sampled(soft, place_px - low)
 
 
 def _between_crossings(light: Map, beside_px: float) -> Floats:

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from digitise.image.raster import Map, blurred, shrunk
+from digitise.image.raster import Map, blurred, moved, resized, shrunk
 
 Stack = NDArray[np.float32]  # One map per direction, (directions, height, width)
 
@@ -31,14 +31,14 @@ def strength(even: Map, allowed: NDArray[np.bool_]) -> Map:
     """Answer of the best line through each pixel, in units of the noise; ``even`` is light over its local mean."""
     best = np.zeros_like(even)
     for answers in _octaves(even, allowed):
-        np.maximum(best, _resized(answers.max(axis=0), even.shape), out=best)
+        np.maximum(best, resized(answers.max(axis=0), even.shape), out=best)
     return best
 
 
 def support(even: Map, allowed: NDArray[np.bool_]) -> Map:
     """Likeness to a line of the best path through each pixel, in standard deviations above plain ground's usual one."""
     octaves = [
-        _resized(_spread_from(_followed(answers), _halved(allowed, octave)), even.shape)
+        resized(_spread_from(_followed(answers), _halved(allowed, octave)), even.shape)
         for octave, answers in enumerate(_octaves(even, allowed))
     ]
     # Thin lines answer to both, rims and rows of grains to one.
@@ -94,7 +94,7 @@ def _broadly(picture: Map, sigma_px: float) -> Map:
     """A wide Gaussian blur, on a copy small enough for it to be quick."""
     times = max(1, int(sigma_px / 5))
     small = shrunk(picture, (max(1, picture.shape[1] // times), max(1, picture.shape[0] // times)))
-    return _resized(blurred(small, sigma_px / times), picture.shape)
+    return resized(blurred(small, sigma_px / times), picture.shape)
 
 
 def _followed(answers: Stack) -> Map:
@@ -102,20 +102,18 @@ def _followed(answers: Stack) -> Map:
     gain = np.clip(answers, WEAKEST, STRONGEST)
     ahead = np.concatenate([gain, gain])  # both ways along each direction
     for _ in range(STRIDES - 1):
-        moved = np.array([_moved(onward, STRIDE_PX, np.pi * way / DIRECTIONS) for way, onward in enumerate(ahead)])
+        came = np.array([_moved(onward, STRIDE_PX, np.pi * way / DIRECTIONS) for way, onward in enumerate(ahead)])
         for direction in range(2 * DIRECTIONS):
-            onward = np.maximum(moved[direction - 1], moved[(direction + 1) % (2 * DIRECTIONS)])
-            ahead[direction] = gain[direction % DIRECTIONS] + np.maximum(onward, moved[direction])
+            onward = np.maximum(came[direction - 1], came[(direction + 1) % (2 * DIRECTIONS)])
+            ahead[direction] = gain[direction % DIRECTIONS] + np.maximum(onward, came[direction])
     best = (ahead[:DIRECTIONS] + ahead[DIRECTIONS:] - gain).max(axis=0)
     return best / (2 * STRIDES - 1)
 
 
 def _moved(picture: Map, distance_px: float, angle: float) -> Map:
     """The picture shifted by a distance against a direction."""
-    step = np.array([[1, 0, -distance_px * np.cos(angle)], [0, 1, -distance_px * np.sin(angle)]])
-    size = (picture.shape[1], picture.shape[0])
-    moved = cv2.warpAffine(picture, step, size, flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REFLECT)
-    return np.asarray(moved, dtype=np.float32)
+    x_px, y_px = -distance_px * np.cos(angle), -distance_px * np.sin(angle)
+    return moved(picture, x_px, y_px, cv2.INTER_LINEAR, cv2.BORDER_REFLECT)
 
 
 def _spread_from(value: Map, usable: NDArray[np.bool_]) -> Map:
@@ -134,9 +132,3 @@ def _halved(allowed: NDArray[np.bool_], times: int) -> NDArray[np.bool_]:
         return allowed
     size = (allowed.shape[1] >> times, allowed.shape[0] >> times)
     return shrunk(allowed.astype(np.float32), size) > 0.99
-
-
-def _resized(picture: Map, shape: tuple[int, ...]) -> Map:
-    if picture.shape == shape:
-        return picture
-    return np.asarray(cv2.resize(picture, (shape[1], shape[0]), interpolation=cv2.INTER_LINEAR), dtype=np.float32)

@@ -7,6 +7,7 @@ from skimage.graph import MCP_Geometric
 
 from digitise.crack_path.darkness import DarkMap
 from digitise.crack_path.medial_axis import distance_outside, larger_pieces
+from digitise.image.raster import widened
 from sealtwin.core.records import Floats, Integers
 
 LEAST_VOTES = 11  # Least votes of a line's cell: a hair shorter than this many cells gathers fewer
@@ -28,8 +29,7 @@ def voted_lines(voters: NDArray[np.bool_], region: NDArray[np.bool_], cost: Floa
         return voters
     votes = _votes(voters, cost)
     lines = votes >= LEAST_VOTES
-    around = cv2.dilate(region.astype(np.uint8), np.ones((7, 7), np.uint8)) > 0
-    lines &= ~larger_pieces(lines & ~around, LONGEST_BRIDGE_PX)
+    lines &= ~larger_pieces(lines & ~widened(region, 3), LONGEST_BRIDGE_PX)
     return lines | larger_pieces(voters & (distance_outside(lines) > FAR_PX), LEAST_VOTES)
 
 

@@ -96,13 +96,13 @@ def intersecting_faces(vertices_mm: Floats, faces: Integers) -> Integers:
     planes = _planes(triangles)
     found = [
         # Most neighbours lie to one side of each other, which costs far less to compute than the piercing of edges.
-        _crossing(vertices_mm, faces, _across(triangles, planes, _across(triangles, planes, pairs)[:, ::-1]))
+        _crossing(vertices_mm, faces, planes, _across(triangles, planes, _across(triangles, planes, pairs)[:, ::-1]))
         for pairs in _close_pairs(triangles)
     ]
     return np.concatenate([np.empty((0, 2), dtype=np.int64), *found])
 
 
-def _crossing(vertices_mm: Floats, faces: Integers, pairs: Integers) -> Integers:
+def _crossing(vertices_mm: Floats, faces: Integers, planes: Floats, pairs: Integers) -> Integers:
     crossing = np.zeros(len(pairs), dtype=bool)
     for one, other in ((0, 1), (1, 0)):
         piercing = faces[pairs[:, one]]
@@ -112,7 +112,8 @@ def _crossing(vertices_mm: Floats, faces: Integers, pairs: Integers) -> Integers
             # An edge that shares a vertex with the triangle only touches it there.
             apart = ~(edge[:, :, None] == pierced[:, None, :]).any(axis=(1, 2))
             apart &= ~crossing
-            crossing[apart] |= _pierces(vertices_mm[edge[apart]], vertices_mm[pierced[apart]])
+            normal = planes[pairs[apart, other], :3]
+            crossing[apart] |= _pierces(vertices_mm[edge[apart]], vertices_mm[pierced[apart]], normal)
     return pairs[crossing]
 
 
@@ -132,16 +133,13 @@ def _across(triangles: Floats, planes: Floats, pairs: Integers) -> Integers:
     return pairs[~to_one_side]
 
 
-def _pierces(edge: Floats, triangle: Floats) -> NDArray[np.bool_]:
+def _pierces(edge: Floats, triangle: Floats, normal: Floats) -> NDArray[np.bool_]:
     """Return True for each edge (n, 2, 3) that pierces the inside of its triangle (n, 3, 3) beyond a contact."""
     a, b, c = triangle.transpose(1, 0, 2)
-    normal = normals(triangle)
-    area = np.linalg.norm(normal, axis=1)
-    flat = area < CONTACT_MM**2
-    normal /= np.where(flat, 1.0, area)[:, None]
     above = np.einsum("ij,ij->i", edge[:, 0] - a, normal)
     below = np.einsum("ij,ij->i", edge[:, 1] - a, normal)
-    through = ~flat & (above * below < 0) & (np.minimum(np.abs(above), np.abs(below)) > CONTACT_MM)
+    # Of a needle, whose normal is NaN, nothing is true.
+    through = (above * below < 0) & (np.minimum(np.abs(above), np.abs(below)) > CONTACT_MM)
     share = above / np.where(through, above - below, 1.0)
     point = edge[:, 0] + share[:, None] * (edge[:, 1] - edge[:, 0])
     for start, end in ((a, b), (b, c), (c, a)):
@@ -234,8 +232,10 @@ def examine_mesh(
             f"Mesh has Euler number {figures.euler}, not {expected_euler}: a hole through it, or loose pieces."
         )
     if len(crossing):
-        near = _near(vertices_mm[faces[crossing[0, 0]]].mean(axis=0))
-        faults.append(f"Mesh crosses itself in {len(crossing)} pairs of faces, {near}. Unite overlapping bodies first.")
+        first = near(vertices_mm[faces[crossing[0, 0]]].mean(axis=0))
+        faults.append(
+            f"Mesh crosses itself in {len(crossing)} pairs of faces, first {first}. Unite overlapping bodies first."
+        )
     return faults, figures
 
 
@@ -263,8 +263,8 @@ def _edge_fault(vertices_mm: Floats, faces: Integers) -> str:
         (uses.count > 2, "has {} edges where more than two faces meet", ""),
     ):
         if wrong.any():
-            near = _near(vertices_mm[directed[uses.first[wrong][0]].min()])
-            return f"Mesh {fault.format(wrong.sum())}, {near}.{remedy}"
+            first = near(vertices_mm[directed[uses.first[wrong][0]].min()])
+            return f"Mesh {fault.format(wrong.sum())}, first {first}.{remedy}"
     # Of the two uses of each edge, one runs each way.
     one, other = uses.order.reshape(-1, 2).T
     if twice := int((directed[one, 0] == directed[other, 0]).sum()):
@@ -272,5 +272,6 @@ def _edge_fault(vertices_mm: Floats, faces: Integers) -> str:
     return ""
 
 
-def _near(place_mm: Floats) -> str:
-    return "first near ({:.2f}, {:.2f}, {:.2f}) mm".format(*place_mm)
+def near(place_mm: Floats) -> str:
+    """Return a place in words, for a fault: "near (1.00, 2.00, 3.00) mm"."""
+    return "near ({:.2f}, {:.2f}, {:.2f}) mm".format(*place_mm)

@@ -111,12 +111,10 @@ def meeting(first: tuple[Floats, Floats] | Floats, second: tuple[Floats, Floats]
 
 
 def depth_inside(points: Floats, box: Box) -> Floats:
-    """Return the distance of each point from the nearest side of a rectangle, negative outside, (n,)."""
-    x_min, y_min, x_max, y_max = box
-    x, y = points.T
-    beside = np.maximum(np.maximum(x_min - x, x - x_max), np.maximum(y_min - y, y - y_max))
-    around = np.hypot(np.maximum(np.maximum(x_min - x, x - x_max), 0), np.maximum(np.maximum(y_min - y, y - y_max), 0))
-    return np.where(beside > 0, -around, -beside)
+    """Return the distance of each point (..., 2) from the nearest side of a rectangle, negative outside."""
+    beside = np.maximum(box[:2] - points, points - box[2:])
+    around = np.hypot(*np.moveaxis(np.maximum(beside, 0), -1, 0))
+    return np.where(around > 0, -around, -beside.max(axis=-1))
 
 
 def nearest_side(point: Floats, box: Box) -> int:

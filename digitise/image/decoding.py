@@ -37,25 +37,22 @@ EXIF_IFD, FOCAL_IN_35_MM, EXIF_WIDTH, EXIF_HEIGHT = 0x8769, 0xA405, 0xA002, 0xA0
 MULTIPAGE = ("TIFF", "PNG", "WEBP")  # A second picture is another page or frame; in a phone's JPEG it is a preview
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Decoded:
     """Content of a photo's file."""
 
-    image: NDArray[np.uint8]  # (height, width, 3), RGB
+    image: NDArray[np.uint8]  # (height, width, 3), RGB, as the camera stored it
     focal_px: float | None = None  # Focal length in pixels, where the camera recorded it and the photo is not cropped
     warnings: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
-class Pixels:
+class Pixels(Decoded):
     """A photo before its scale is known."""
 
     file: Path
-    image: NDArray[np.uint8]  # (height, width, 3), RGB, as the camera stored it
     brightness: Map  # Linear light, 0 to 1
-    focal_px: float | None = None  # Focal length in pixels, as the camera recorded it
     drawn: NDArray[np.bool_] | None = None  # Mask of the crack that the user painted, (height, width)
-    warnings: tuple[str, ...] = ()
 
     @property
     def size_px(self) -> tuple[int, int]:
@@ -69,7 +66,7 @@ def read_photo(path: Path, key: str = "photo.file") -> Decoded:
         focal_px = _focal_px(photo)
         ImageOps.exif_transpose(photo, in_place=True)
         pixels = np.asarray(photo if photo.mode == "RGB" else photo.convert("RGB"))
-        return Decoded(pixels, focal_px, _transparency(photo))
+        return Decoded(image=pixels, focal_px=focal_px, warnings=_transparency(photo))
 
 
 def take_photo(image: NDArray[np.generic], name: str) -> Decoded:
@@ -82,7 +79,7 @@ def take_photo(image: NDArray[np.generic], name: str) -> Decoded:
         )
     _check_size(name, image.shape[1], image.shape[0])
     rgb = image if image.ndim == 3 else np.repeat(image[..., None], 3, axis=2)
-    return Decoded(np.ascontiguousarray(rgb, dtype=np.uint8))
+    return Decoded(image=np.ascontiguousarray(rgb, dtype=np.uint8))
 
 
 def take_mask(painted: NDArray[np.generic], size_px: tuple[int, int], name: str) -> NDArray[np.bool_]:

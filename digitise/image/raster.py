@@ -1,4 +1,4 @@
-"""Blur, reduction and exact fill of one-channel pictures."""
+"""Blur, reduction, samples, shift and exact fill of one-channel pictures."""
 
 import cv2
 import numpy as np
@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from sealtwin.core.records import Floats
 
 Map = NDArray[np.float32]  # One number per pixel, (height, width)
+FAR = 1e-3  # Weight of the usual value beside those nearby, for places with nothing near
 ROWS_PER_PX = 8  # Sub-rows of the exact fill, which place edges to better than 0.01 px
 
 
@@ -15,9 +16,44 @@ def blurred(picture: Map | NDArray[np.float64], sigma_px: float) -> Map:
     return np.asarray(cv2.GaussianBlur(picture, (0, 0), sigma_px), dtype=np.float32)
 
 
+def continued(picture: Map, known: NDArray[np.bool_], sigma_px: float) -> Map:
+    """Return the known pixels' Gaussian mean around each pixel; far from all of them their median."""
+    weight = known.astype(np.float32)
+    usual = float(np.median(picture[known])) if known.any() else 0.0
+    mean = (blurred(picture * weight, sigma_px) + FAR * usual) / (blurred(weight, sigma_px) + FAR)
+    return np.asarray(mean, dtype=np.float32)
+
+
 def shrunk(picture: Map, size_px: tuple[int, int]) -> Map:
     """Scale down to a width and height; each new pixel is the mean of those it covers."""
     return np.asarray(cv2.resize(picture, size_px, interpolation=cv2.INTER_AREA), dtype=np.float32)
+
+
+def sampled(
+    picture: NDArray, places_px: Floats, how: int = cv2.INTER_LINEAR, beyond: int = cv2.BORDER_REPLICATE
+) -> NDArray:
+    """Return the picture between its pixels, at places (..., 2); ``how`` and ``beyond`` are OpenCV's."""
+    x, y = np.moveaxis(places_px.astype(np.float32), -1, 0)
+    if x.size == 0:
+        return np.zeros(x.shape, dtype=picture.dtype)
+    flat = x.reshape(len(x), -1), y.reshape(len(x), -1)
+    return cv2.remap(picture, *flat, how, borderMode=beyond, borderValue=0).reshape(x.shape)
+
+
+def resized(picture: Map, shape: tuple[int, ...]) -> Map:
+    """Scale to a height and width, linearly between the pixels."""
+    return np.asarray(cv2.resize(picture, shape[::-1], interpolation=cv2.INTER_LINEAR), dtype=np.float32)
+
+
+def moved(picture: Map, x_px: float, y_px: float, how: int, beyond: int) -> Map:
+    """Shift a picture; ``how`` and ``beyond`` are OpenCV's."""
+    motion, size = np.array([[1, 0, x_px], [0, 1, y_px]]), (picture.shape[1], picture.shape[0])
+    return np.asarray(cv2.warpAffine(picture, motion, size, flags=how, borderMode=beyond), dtype=np.float32)
+
+
+def widened(mask: NDArray[np.generic], reach_px: int) -> NDArray[np.bool_]:
+    """Return a mask with all pixels up to ``reach_px`` rows and columns away."""
+    return cv2.dilate(mask.astype(np.uint8), np.ones((2 * reach_px + 1,) * 2, np.uint8)) > 0
 
 
 def coverage(ring: Floats, size_px: tuple[int, int]) -> Map:

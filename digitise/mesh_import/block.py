@@ -14,7 +14,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 
 SAMPLES, TRIES = 20_000, 300  # Upward points, and planes through three: all miss a face once in 10^17 meshes
-STEEPEST_DEG = 45.0  # Largest slope of an upward facet, and of the face itself; more means another axis
+STEEPEST_DEG = 45.0  # Largest slope of an upward facet, a face or a floor: steeper is a wall, or another axis is up
 ROUGHEST_MM = 1.0  # Largest distance of grain and warp from the plane of a face: coarse asphalt has 1 mm
 REFINEMENTS = 2  # Least-squares refinements of the plane: a third turns that of a rough scan by under 0.0001 degrees
 LEAST_SHARE = 0.5  # Least share of the upward surface in one plane that makes it a face

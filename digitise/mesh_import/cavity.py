@@ -200,12 +200,7 @@ def with_mouth(traced: Outline, cavity: Cavity, photo: Photo, face_mm: Box) -> O
     left_mm, right_mm = (_on_mouth(wall, ring, face_mm) for wall in (traced.left_wall_mm, traced.right_wall_mm))
     return replace(
         traced,
-        left_wall_mm=left_mm,
-        right_wall_mm=right_mm,
-        left_wall_px=photo.to_px(left_mm),
-        right_wall_px=photo.to_px(right_mm),
-        outline_mm=ring,
-        outline_px=photo.to_px(ring),
+        **photo.in_both_units(left_wall=left_mm, right_wall=right_mm, outline=ring),
         islands_mm=tuple(islands),
         branches_kept=len(traced.branches_mm) > 0,
         warnings=cavity.warnings,

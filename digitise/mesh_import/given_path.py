@@ -95,12 +95,7 @@ def along(outline: Outline, photo: Photo, line_mm: Floats) -> tuple[Outline, str
     away_mm = np.linalg.norm(line_mm - middle_mm, axis=1)
     given = replace(
         outline,
-        centreline_mm=line_mm,
-        left_wall_mm=left_mm,
-        right_wall_mm=right_mm,
-        centreline_px=photo.to_px(line_mm),
-        left_wall_px=photo.to_px(left_mm),
-        right_wall_px=photo.to_px(right_mm),
+        **photo.in_both_units(centreline=line_mm, left_wall=left_mm, right_wall=right_mm),
         path_source="line",
     )
     followed = given.mean_width_mm * given.length_mm / (np.asarray(photo.drawn).sum() * photo.mm_per_px**2)

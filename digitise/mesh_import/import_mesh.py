@@ -7,9 +7,9 @@ from typing import Any, get_args
 import numpy as np
 
 from digitise.geometry.mesh_topology import connected, examine_mesh, neighbours, normals
-from digitise.geometry.polyline import Box
+from digitise.geometry.polyline import Box, depth_inside
 from digitise.geometry.region import box_region
-from digitise.mesh_import.block import Block, FacePlane, cut_block, find_face
+from digitise.mesh_import.block import STEEPEST_DEG, Block, FacePlane, cut_block, find_face
 from digitise.mesh_import.cavity import Cavity, cavity_sections, find_cavity, photograph, with_mouth
 from digitise.mesh_import.given_path import along, middle_path, read_path
 from digitise.mesh_import.openings import close_holes, find_openings, with_base
@@ -17,7 +17,7 @@ from digitise.mesh_import.repair import Repair, RepairedSurface, bounded_body, o
 from digitise.outline import trace_outline
 from digitise.photo import Photo
 from digitise.settings import MeshInput, MeshUnit
-from digitise.solid.dams import DAM_OVERLAP_MM, NEAR_MM, label_sides, outside_box, plate_over
+from digitise.solid.dams import DAM_OVERLAP_MM, NEAR_MM, label_sides, plate_over
 from digitise.solid.float_mesh import corners_mm, tidy
 from sealtwin.core.errors import InputError
 from sealtwin.core.mesh_file import FileUnit, Triangles, read_mesh
@@ -33,7 +33,6 @@ UPRIGHT = {  # Rotations, by rows, that turn the axis out of the face to z
     "-x": ((0, 0, 1), (0, 1, 0), (-1, 0, 0)),
 }
 LEAST_MM, MOST_MM = 10.0, 1000.0  # Limits of a sample's longest side; beyond them the unit is wrong
-STEEPEST_DEG = 45.0  # Largest slope of a face or a floor; steeper is a wall
 CLEAR_MM = 0.01  # Distance of a dam's edge from the block's vertices: nearer to a dam in the mesh it would fold
 
 
@@ -186,7 +185,7 @@ def label_imported(vertices_mm: Floats, faces: Integers, block_mm: Box, below_mm
     known = flat & (np.abs(corners[:, :, 2]) <= below_mm).all(axis=1)
     label[known] = FaceLabel.TOP
     known |= label_sides(label, corners, block_mm)
-    beyond = outside_box(corners.mean(axis=1), block_mm)
+    beyond = depth_inside(corners.mean(axis=1)[:, :2], block_mm) < -NEAR_MM
     label[beyond] = FaceLabel.OUTSIDE
     known |= beyond
     one, other, _ = neighbours(faces)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from manifold3d import CrossSection, FillRule, triangulate
 
-from digitise.geometry.mesh_topology import edge_uses, open_edges
+from digitise.geometry.mesh_topology import edge_uses, near, open_edges
 from digitise.geometry.polyline import signed_area
 from digitise.mesh_import.repair import RepairedSurface
 from sealtwin.core.errors import InputError
@@ -47,10 +47,10 @@ def close_holes(surface: RepairedSurface, openings: Openings) -> RepairedSurface
     wide = sum(map(len, openings.underside)) + (0 if openings.rim is None else len(openings.rim))
     small = len(unclosed) - wide
     if small > MOST_OPEN * edges or small != sum(map(len, openings.holes)):
-        x, y, z = surface.vertices_mm[unclosed[0, 0]]
         raise InputError(
-            f"Mesh is not watertight: {small} of {edges} edges are open, first near ({x:.2f}, {y:.2f}, {z:.2f}) "
-            f"mm; up to {MOST_OPEN:.0%} in whole rings are closed. Close the holes in the program that made it."
+            f"Mesh is not watertight: {small} of {edges} edges are open, first "
+            f"{near(surface.vertices_mm[unclosed[0, 0]])}; up to {MOST_OPEN:.0%} in whole rings are closed. Close the "
+            "holes in the program that made it."
         )
     filled = _filled(surface, openings.holes, f"holes closed, of {small} open edges")
     return _filled(filled, openings.underside, "missing underside closed")
@@ -62,9 +62,8 @@ def _filled(surface: RepairedSurface, holes: tuple[Integers, ...], what: str) ->
         try:
             lids.append(ring[fill_ring(surface.vertices_mm[ring])])
         except UnreadableError as fault:
-            x, y, z = surface.vertices_mm[ring[0]]
             raise InputError(
-                f"Mesh is not watertight: the hole of {len(ring)} edges near ({x:.2f}, {y:.2f}, {z:.2f}) mm has no "
+                f"Mesh is not watertight: the hole of {len(ring)} edges {near(surface.vertices_mm[ring[0]])} has no "
                 "area to close. Close it in the program that made the mesh."
             ) from fault
     return surface.mended(what, len(lids), np.concatenate([surface.faces, *lids]))

@@ -12,6 +12,7 @@ from digitise.geometry.mesh_topology import (
     connected,
     equal_rows,
     mesh_volume_mm3,
+    near,
     neighbours,
     normals,
 )
@@ -149,10 +150,10 @@ def _facing_alike(surface: RepairedSurface) -> RepairedSurface:
     _, side = connected(2 * count, np.append(one, one + count), np.append(as_is, turned_over))
     here, there = side[:count], side[count:]
     if (torn := here == there).any():
-        x, y, z = surface.vertices_mm[surface.faces[np.argmax(torn)]].mean(axis=0)
+        first = near(surface.vertices_mm[surface.faces[np.argmax(torn)]].mean(axis=0))
         raise InputError(
-            f"Mesh has no inside: {int(torn.sum())} of its faces cannot all point to one side, first near "
-            f"({x:.2f}, {y:.2f}, {z:.2f}) mm. Mend it in the program that made it."
+            f"Mesh has no inside: {int(torn.sum())} of its faces cannot all point to one side, first {first}. Mend it "
+            "in the program that made it."
         )
     faces_on = np.bincount(here, minlength=side.max() + 1)
     turn = (faces_on[here] < faces_on[there]) | ((faces_on[here] == faces_on[there]) & (here > there))

@@ -1,6 +1,8 @@
 """Programs for robots: one module per language, each a function from a ``RobotPath`` to text.
 
-A new language takes its module here, its name, table and checks in ``cell.py`` (``Format``, ``RobotCell.missing_for``),
-its file's name and writer in ``sealtwin/trial/robot_files.py`` (``NAMES``, ``_writers``), a table in
-``sealtwin/templates/starter_cell.toml``, and an independent reader in ``tests/robot_readers.py``.
+A new language takes its module here, its name, table and checks in ``cell.py`` (``Format``, a class of settings, its
+field and ``missing_for`` in ``RobotCell``), its file's name and writer in ``PROGRAMS`` of
+``sealtwin/trial/robot_files.py``, a table in ``sealtwin/templates/starter_cell.toml``, the help of ``--format`` in
+``sealtwin/cli/trials.py``, a row in ``docs/how-to/to-the-robot.md``, and an independent reader in
+``tests/robot_readers.py`` with its cases in ``tests/digitise/robots/``.
 """

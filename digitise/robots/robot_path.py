@@ -64,12 +64,13 @@ class RobotPath:
     @property
     def tilt_limit(self) -> Limit:
         """Limit of the face's tilt for an arm whose nozzle is always vertical."""
-        allowed_deg = self.cell.motion.largest_tilt_deg
-        return (
-            self.tilt_deg > allowed_deg,
-            f"the face is tilted by {self.tilt_deg:.1f} degrees and the nozzle stays vertical; motion.largest_tilt_deg "
-            f"allows {allowed_deg:g}. Level the sample and teach it again.",
-        )
+        found = f"the face is tilted by {self.tilt_deg:.1f} degrees and the nozzle stays vertical"
+        return self.motion_limit("largest_tilt_deg", self.tilt_deg, found, "Level the sample and teach it again.")
+
+    def motion_limit(self, key: str, value: float, found: str, remedy: str, rounding: float = 0.0) -> Limit:
+        """Return the limit that the cell's [motion] sets by ``key``, for a value that ``found`` states."""
+        allowed = getattr(self.cell.motion, key)
+        return value > allowed * (1 + rounding), f"{found}; motion.{key} allows {allowed:g}. {remedy}"
 
     def level_flow_mm3_s(self, dispenser: str, remedy: str) -> float:
         """Return the only flow besides 0. Raises InputError if there are more, since ``dispenser`` gives but one."""
@@ -111,7 +112,7 @@ def place_path(trajectory: Trajectory, cell: RobotCell, cell_file: str) -> Robot
     frame = fit_frame(sample_mm, robot_mm, limit_mm=cell.frame_limit_mm, up=cell.up, where=cell_file)
     placed = replace(trajectory, position_mm=frame.to_robot_mm(trajectory.position_mm))
     path = RobotPath(placed, frame, cell, cell_file, _warnings(trajectory, frame, cell))
-    path.require(*_motion_limits(trajectory, cell), path.reach_limit("the path", placed.position_mm))
+    path.require(*_motion_limits(path, trajectory), path.reach_limit("the path", placed.position_mm))
     return path
 
 
@@ -127,50 +128,34 @@ def _check_rows(trajectory: Trajectory) -> None:
         raise InputError("trajectory.csv: speed_mm_s disagrees with its places and times. Digitise again.")
 
 
-def _motion_limits(trajectory: Trajectory, cell: RobotCell) -> list[Limit]:
-    motion = cell.motion
+def _motion_limits(path: RobotPath, trajectory: Trajectory) -> list[Limit]:
+    """Return the limits of the motion along a path, by its ``trajectory`` over the sample."""
+    motion, limit = path.cell.motion, path.motion_limit
     count, height_mm = len(trajectory.t_s), trajectory.position_mm[:, 2].max()
     # Each of three pieces, crack and leads, may end with a short step.
     enough_mm = math.ceil(100 * trajectory.length_mm / max(motion.most_waypoints - 4, 1)) / 100
-    fastest_mm_s, allowed_mm_s = trajectory.speed_mm_s.max(), motion.largest_speed_mm_s
-    allowed_mm_s2 = motion.acceleration_mm_s2
+    fastest_mm_s, approach_mm_s = trajectory.speed_mm_s.max(), motion.approach_speed_mm_s
     speed_mm_s, lasts_s = trajectory.speed_mm_s[:-1], np.diff(trajectory.t_s)
     # A mean speed belongs to the middle of its time.
     along = np.append(0.0, np.abs(np.diff(speed_mm_s)) / ((lasts_s[1:] + lasts_s[:-1]) / 2)).max()
     across = np.append(0.0, np.maximum(speed_mm_s[1:], speed_mm_s[:-1]) ** 2 / radii_mm(trajectory.position_mm))
     bend = int(across.argmax())
+    at_bend = f"the bend at s = {trajectory.s_mm[bend]:.1f} mm needs {across[bend]:.4g} mm/s²"
+    at_bend += f" at {speed_mm_s[bend - 1]:.4g} mm/s"
+    ramp, slower = f"a ramp of the path needs {along:.4g} mm/s²", "Digitise with a lower path.speed_mm_s"
+    coarser = f"Digitise with a path.spacing_mm of {enough_mm:g} or more."
+    approach = f"motion.approach_speed_mm_s is {approach_mm_s:g}"
     return [
-        (
-            count > motion.most_waypoints,
-            f"the path has {count} waypoints; motion.most_waypoints allows {motion.most_waypoints}. Digitise with a "
-            f"path.spacing_mm of {enough_mm:g} or more.",
-        ),
+        limit("most_waypoints", count, f"the path has {count} waypoints", coarser),
         (
             motion.safe_height_mm <= height_mm,
             f"motion.safe_height_mm is {motion.safe_height_mm:g}, and the path itself runs {height_mm:g} mm above the "
             "face. Give a greater one.",
         ),
-        (
-            fastest_mm_s > allowed_mm_s * (1 + ROUNDING),
-            f"the path runs at {fastest_mm_s:g} mm/s; motion.largest_speed_mm_s allows {allowed_mm_s:g}. Digitise "
-            "with a lower path.speed_mm_s.",
-        ),
-        (
-            motion.approach_speed_mm_s > allowed_mm_s,
-            f"motion.approach_speed_mm_s is {motion.approach_speed_mm_s:g}; motion.largest_speed_mm_s allows "
-            f"{allowed_mm_s:g}. Give a lower one.",
-        ),
-        (
-            along > allowed_mm_s2 * 1.01,
-            f"a ramp of the path needs {along:.4g} mm/s²; motion.acceleration_mm_s2 allows {allowed_mm_s2:g}. "
-            "Digitise with a longer path.ramp_mm.",
-        ),
-        (
-            across[bend] > allowed_mm_s2,
-            f"the bend at s = {trajectory.s_mm[bend]:.1f} mm needs {across[bend]:.4g} mm/s² at "
-            f"{speed_mm_s[bend - 1]:.4g} mm/s; motion.acceleration_mm_s2 allows {allowed_mm_s2:g}. Digitise with a "
-            "lower path.speed_mm_s or a larger path.smoothing_mm.",
-        ),
+        limit("largest_speed_mm_s", fastest_mm_s, f"the path runs at {fastest_mm_s:g} mm/s", f"{slower}.", ROUNDING),
+        limit("largest_speed_mm_s", approach_mm_s, approach, "Give a lower one."),
+        limit("acceleration_mm_s2", along, ramp, "Digitise with a longer path.ramp_mm.", 0.01),
+        limit("acceleration_mm_s2", across[bend], at_bend, f"{slower} or a larger path.smoothing_mm."),
     ]
 
 

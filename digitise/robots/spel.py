@@ -146,18 +146,15 @@ def _evenness_limits(path: RobotPath, speed_mm_s: Floats) -> list[Limit]:
 
 def _speed_limits(path: RobotPath, speed_mm_s: Floats) -> list[Limit]:
     """Return the limits of the arm's speed, which exceeds the nozzle's if its z presses the plunger too."""
-    largest_mm_s = path.cell.motion.largest_speed_mm_s
+    fastest_mm_s = speed_mm_s.max()
+    found = f"along the path and down with the plunger the arm moves at {fastest_mm_s:.4g} mm/s"
     return [
         (
             speed_mm_s.min() < SLOWEST_MM_S,
             f"SpeedS takes {SLOWEST_MM_S:g} mm/s or more, and the path has {speed_mm_s.min():.3g}. Digitise with a "
             "higher path.speed_mm_s, or a coarser path.spacing_mm on a ramp.",
         ),
-        (
-            speed_mm_s.max() > largest_mm_s * (1 + EVEN),
-            f"along the path and down with the plunger the arm moves at {speed_mm_s.max():.4g} mm/s; "
-            f"motion.largest_speed_mm_s allows {largest_mm_s:g}. Digitise with a lower path.speed_mm_s.",
-        ),
+        path.motion_limit("largest_speed_mm_s", fastest_mm_s, found, "Digitise with a lower path.speed_mm_s.", EVEN),
     ]
 
 

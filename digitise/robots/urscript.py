@@ -100,13 +100,9 @@ def _tool(frame: RobotFrame, settings: Urscript) -> Rotation:
 
 def _tool_limit(path: RobotPath, turn: Rotation) -> Limit:
     along = turn.apply([0.0, 0.0, 1.0])
-    off_deg = np.degrees(np.arccos(np.clip(-along @ path.frame.normal, -1, 1)))
-    allowed_deg = path.cell.motion.largest_tilt_deg
-    return (
-        off_deg > allowed_deg,
-        f"urscript.rotation_vector_rad holds the nozzle {off_deg:.1f} degrees off the face's normal; "
-        f"motion.largest_tilt_deg allows {allowed_deg:g}. Teach it again, or leave it out.",
-    )
+    off_deg = float(np.degrees(np.arccos(np.clip(-along @ path.frame.normal, -1, 1))))
+    found = f"urscript.rotation_vector_rad holds the nozzle {off_deg:.1f} degrees off the face's normal"
+    return path.motion_limit("largest_tilt_deg", off_deg, found, "Teach it again, or leave it out.")
 
 
 def _metres(mm: float) -> str:

@@ -3,8 +3,8 @@
 import cv2
 import numpy as np
 
-from digitise.geometry.polyline import meeting
-from digitise.image.raster import Map
+from digitise.geometry.polyline import meeting, unit
+from digitise.image.raster import Map, sampled
 from sealtwin.core.records import Floats
 
 REACH = (0.7, 0.35)  # Range to either side of an edge in each pass, in modules; the first mends a rough detection
@@ -52,12 +52,10 @@ def light_across(
     Returns the points at each ``share`` of the side, (n, 2), its normal, (2,), and the light at each offset, (n, k).
     """
     start, end = corners_px[side], corners_px[(side + 1) % 4]
-    outward = _across((end - start) / np.linalg.norm(end - start))
+    outward = _across(unit(end - start))
     outward *= np.sign(outward @ (start - corners_px.mean(axis=0)))
     foot = start + np.outer(share, end - start)
-    place = (foot[:, None] + offset_px[:, None] * outward).astype(np.float32)
-    light = cv2.remap(brightness, place[..., 0], place[..., 1], cv2.INTER_LINEAR, borderMode=border, borderValue=0)
-    return foot, outward, np.asarray(light, dtype=np.float32)
+    return foot, outward, sampled(brightness, foot[:, None] + offset_px[:, None] * outward, beyond=border)
 
 
 def quadrilateral(lines: list[Floats]) -> Floats:

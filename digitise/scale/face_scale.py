@@ -16,6 +16,7 @@ from sealtwin.core.records import Floats
 
 WORK_PX = 800  # Longer side of the copy on which the face is searched; its edges are refined on the photo itself
 MIN_AREA = 0.1  # Smallest area of a face, over the photo's
+LEAST_MARGIN = 0.02  # Margin around a detected face over the photo's shorter side: what reaches the border is a board
 GAP_BRIGHTNESS = 0.8  # Most brightness of a gap between face and board over the darker of both; plain edges keep 0.9
 LEAST_FILLED = 0.7  # Smallest share of its quadrilateral that a face of unknown size fills, less its crack and pores
 MOST_SLENDER = 5.0  # Largest length over width of a face of unknown size; a straight crack is a longer rectangle
@@ -45,7 +46,10 @@ def find_face(brightness: Map, size_mm: tuple[float, float], file: Path) -> tupl
 
 
 def see_face(brightness: Map) -> Floats | None:
-    """Find the corners in px of a face of unknown size, (4, 2); None where no filled straight-sided one stands out."""
+    """Find the corners in px of a face of unknown size, (4, 2); None where no filled straight-sided one stands out.
+
+    Its shadow would be the longest dark line in the photo. All four edges must lie inside.
+    """
     rough = _rough_corners(brightness, LEAST_PART_UNMEASURED, LEAST_FILLED)
     if rough is None:
         return None
@@ -53,7 +57,9 @@ def see_face(brightness: Map) -> Floats | None:
     if sides_px.max() > MOST_SLENDER * max(sides_px.min(), 1e-6):
         return None
     corners, bend_px = _by_edges(brightness, rough)
-    return None if bend_px > STRAIGHT_PX else corners
+    height, width = brightness.shape
+    inside_px = depth_inside(corners, (0, 0, width - 1, height - 1)).min()
+    return corners if bend_px <= STRAIGHT_PX and inside_px > LEAST_MARGIN * min(width, height) else None
 
 
 def _by_edges(brightness: Map, rough: Floats) -> tuple[Floats, float]:
@@ -152,7 +158,8 @@ def scale_by_face(pixels: Pixels, settings: PhotoInput, face_mm: Box) -> Scale:
     covariance = fit.covariance_of_clicks(noise_px)
     places = places_px(fit.view, size_px, face_mm)
     mm_per_px = float(fit.view.mm_per_px_at(places)[MIDDLE])
-    pose = find_pose(fit, covariance, fit.view.to_mm(places)[MIDDLE], pixels.focal_px, settings.camera_distance_mm)
+    middle_mm = fit.view.to_mm(places)[MIDDLE]
+    _, tilt_deg = find_pose(fit, covariance, middle_mm, pixels.focal_px, settings.camera_distance_mm)
     found = "corners given" if bend_px is None else "found by its edges"
     # The scale is the geometric mean of both directions, to which each side contributes half.
     by_caliper = FACE_MM * np.hypot(0.5 / width_mm, 0.5 / height_mm)
@@ -162,7 +169,7 @@ def scale_by_face(pixels: Pixels, settings: PhotoInput, face_mm: Box) -> Scale:
         scale_source=f"face of {width_mm:g} x {height_mm:g} mm, {found}",
         scale_residual_mm=None if bend_px is None else bend_px * mm_per_px,
         scale_uncertainty=float(np.hypot(fit.spread_of_scale(places, covariance), by_caliper)),
-        camera_tilt_deg=None if pose is None else pose.tilt_deg,
+        camera_tilt_deg=tilt_deg,
         face_mm=face_mm,
     )
 

@@ -56,21 +56,13 @@ class Bar(NamedTuple):
     grey: float = 0.0  # 0 is black, 1 white
 
 
-class TextLine(NamedTuple):
-    """A line of text, whose baseline starts at a distance from the paper's lower left corner."""
-
-    x_mm: float
-    y_mm: float
-    text: str
-
-
 @dataclass(frozen=True)
 class MarkerFrame:
     """A page to print, and the table for the trial file."""
 
     size_mm: tuple[float, float]  # Width and height of the paper
     bars: tuple[Bar, ...]  # In the order in which they are drawn
-    lines: tuple[TextLine, ...]
+    lines: tuple[tuple[float, float, str], ...]  # Start of the baseline, x and y in mm from the same corner, and text
     board: MarkerBoard
     face_mm: tuple[float, float]
 
@@ -104,9 +96,8 @@ def draw_frame(face_mm: tuple[float, float], board: MarkerBoard, paper: str) -> 
         f"sealtwin markers: {len(board.markers)} of {board.dictionary}, {board.size_mm:g} mm, around a face of "
         f"{face_mm[0]:g} x {face_mm[1]:g} mm"
     )
-    lines = [TextLine(left_mm + RULER_MM + 4, top_mm - 8, "This ruler must be 100.0 mm long.")]
-    for row, text in enumerate((title, *INSTRUCTIONS), start=1):
-        lines.append(TextLine(left_mm, top_mm - 12 - LINE_MM * row, text))
+    lines = [(left_mm + RULER_MM + 4, top_mm - 8, "This ruler must be 100.0 mm long.")]
+    lines += [(left_mm, top_mm - 12 - LINE_MM * row, text) for row, text in enumerate((title, *INSTRUCTIONS), start=1)]
     return MarkerFrame((width_mm, height_mm), tuple(bars), tuple(lines), board, face_mm)
 
 

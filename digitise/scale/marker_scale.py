@@ -57,8 +57,8 @@ def scale_by_markers(pixels: Pixels, settings: PhotoInput, board: MarkerBoard, f
         )
     if face_mm is not None and depth_inside(places, (0, 0, *size_px))[MIDDLE] < 0:
         raise InputError(f"{file}: by its markers, the face lies outside the photo: check x_mm, y_mm and face_mm.")
-    pose = find_pose(fit, covariance, view.to_mm(places)[MIDDLE], pixels.focal_px, settings.camera_distance_mm)
-    distance_mm = settings.camera_distance_mm if pose is None else pose.distance_mm
+    middle_mm = view.to_mm(places)[MIDDLE]
+    distance_mm, tilt_deg = find_pose(fit, covariance, middle_mm, pixels.focal_px, settings.camera_distance_mm)
     given_px = given_corners(pixels, settings)
     excess, doubts = check_level(pixels.brightness, view, face_mm, given_px, distance_mm, file)
     missing = [str(marker.id) for marker in board.markers if marker.id not in found]
@@ -70,7 +70,7 @@ def scale_by_markers(pixels: Pixels, settings: PhotoInput, board: MarkerBoard, f
         scale_source=f"{len(known)} {board.dictionary} markers of {board.size_mm:g} mm{lens}",
         scale_residual_mm=residual_mm,
         scale_uncertainty=float(np.linalg.norm([fit.spread_of_scale(places, covariance), BOARD_MM / span_mm, excess])),
-        camera_tilt_deg=None if pose is None else pose.tilt_deg,
+        camera_tilt_deg=tilt_deg,
         face_mm=face_mm,
         markers_px=tuple(found[marker.id] for marker in known),
         warnings=((f"markers not found: {', '.join(missing)}",) if missing else ()) + doubts,

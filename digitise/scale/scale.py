@@ -38,9 +38,8 @@ def scale_by_ruler(ends_px: tuple[Pixel, Pixel], length_mm: float, size_px: tupl
             "of the ruler that are farther apart."
         )
     mm_per_px = length_mm / length_px
-    return Scale(
-        view=_square_view(mm_per_px, size_px),
-        mm_per_px=mm_per_px,
+    return replace(
+        given_scale(mm_per_px, False, size_px),
         scale_source=f"ruler of {length_mm:g} mm over {length_px:.0f} px",
         # Errors of both clicks along the ruler; those across it do not count.
         scale_uncertainty=float(np.hypot(np.sqrt(2) * CLICK_PX / length_px, TILT_COST)),
@@ -49,18 +48,13 @@ def scale_by_ruler(ends_px: tuple[Pixel, Pixel], length_mm: float, size_px: tupl
 
 
 def given_scale(mm_per_px: float, assumed: bool, size_px: tuple[int, int]) -> Scale:
-    """Return a scale whose uncertainty is unknown."""
+    """Return a scale, of unknown uncertainty, with a view square to the face, its origin in the lower left pixel."""
     return Scale(
-        view=_square_view(mm_per_px, size_px),
+        view=View(np.array([[mm_per_px, 0, 0], [0, -mm_per_px, mm_per_px * (size_px[1] - 1)], [0, 0, 1.0]])),
         mm_per_px=mm_per_px,
         scale_source=f"given: {mm_per_px:g} mm/px{' (assumed)' if assumed else ''}",
         warnings=("the scale is assumed: every length has its error",) if assumed else (),
     )
-
-
-def _square_view(mm_per_px: float, size_px: tuple[int, int]) -> View:
-    """Return a view square to the face, its origin in the lower left pixel and y up."""
-    return View(np.array([[mm_per_px, 0, 0], [0, -mm_per_px, mm_per_px * (size_px[1] - 1)], [0, 0, 1.0]]))
 
 
 def find_scale(pixels: Pixels, settings: PhotoInput) -> Scale:

@@ -97,40 +97,31 @@ def places_px(view: View, size_px: tuple[int, int], face_mm: Box | None) -> Floa
 
 
 @dataclass(frozen=True)
-class Normalisation:
-    """Shift and scale of both planes to about 1, so that all parameters of a fit have one order of magnitude."""
+class Fit:
+    """The view that projects the control points closest to their places in the photo, by least squares.
+
+    Both planes are shifted and scaled to about 1, so that all parameters have one order of magnitude.
+    """
 
     centre_px: Floats
     unit_px: float
     centre_mm: Floats
     unit_mm: float
-
-    def placed(self, parameters: Floats, points_mm: Floats) -> Floats:
-        """Project points by a view of these parameters, to normalised units of the photo."""
-        straight = project(_homography(parameters), (points_mm - self.centre_mm) / self.unit_mm)
-        bend = parameters[8] if len(parameters) > 8 else 0.0
-        return straight * (1 + bend * (straight**2).sum(axis=1, keepdims=True))
-
-    def view(self, parameters: Floats) -> View:
-        to_unit = np.diag([1 / self.unit_px, 1 / self.unit_px, 1.0]) @ _shift(-self.centre_px)
-        to_mm = _shift(self.centre_mm) @ np.diag([self.unit_mm, self.unit_mm, 1.0])
-        mm_from_px = to_mm @ np.linalg.inv(_homography(parameters)) @ to_unit
-        lens = Lens(self.centre_px, parameters[8] / self.unit_px**2) if len(parameters) > 8 else None
-        return View(mm_from_px / mm_from_px[2, 2], lens)
-
-
-@dataclass(frozen=True)
-class Fit:
-    """The view that projects the control points closest to their places in the photo, by least squares."""
-
-    frame: Normalisation
     parameters: Floats  # Homography from mm to px by rows, without its last element, 1; then any lens's distortion
     misses: Floats  # Projected less measured points, in normalised units, (2 n,)
     slopes: Floats  # Derivatives of the misses by the parameters, (2 n, parameters)
 
     @property
     def view(self) -> View:
-        return self.frame.view(self.parameters)
+        return self.view_by(self.parameters)
+
+    def view_by(self, parameters: Floats) -> View:
+        """Return the view that other parameters stand for."""
+        to_unit = np.diag([1 / self.unit_px, 1 / self.unit_px, 1.0]) @ _shift(-self.centre_px)
+        to_mm = _shift(self.centre_mm) @ np.diag([self.unit_mm, self.unit_mm, 1.0])
+        mm_from_px = to_mm @ np.linalg.inv(_homography(parameters)) @ to_unit
+        lens = Lens(self.centre_px, parameters[8] / self.unit_px**2) if len(parameters) > 8 else None
+        return View(mm_from_px / mm_from_px[2, 2], lens)
 
     def covariance_by_group(self, size: int) -> Floats:
         """Return the parameters' covariance by a jackknife over groups of ``size`` points, which may share an error."""
@@ -143,14 +134,14 @@ class Fit:
     def covariance_of_clicks(self, sd_px: float) -> Floats:
         """Return the parameters' covariance for this standard deviation of each point's coordinates."""
         inverse = np.asarray(np.linalg.inv(self.slopes.T @ self.slopes), dtype=float)
-        return (sd_px / self.frame.unit_px) ** 2 * inverse
+        return (sd_px / self.unit_px) ** 2 * inverse
 
     def spread(self, quantity: Callable[[View], Floats], covariance: Floats) -> Floats:
         """Return the standard deviation of a ``quantity`` of views, (n,), for a covariance of the parameters."""
         sizes = np.maximum(np.sqrt(np.diag(covariance)), 1e-9)
 
         def slope(step: Floats) -> Floats:
-            after, before = (quantity(self.frame.view(self.parameters + by)) for by in (step, -step))
+            after, before = (quantity(self.view_by(self.parameters + by)) for by in (step, -step))
             return (after - before) / (2 * step.sum())
 
         gradient = np.transpose([slope(step) for step in np.diag(sizes)])
@@ -170,16 +161,17 @@ def fit_view(seen_px: Floats, true_mm: Floats, size_px: tuple[int, int], lens: b
     centre_px = (np.array(size_px) - 1) / 2
     centre_mm = true_mm.mean(axis=0)
     unit_px, unit_mm = float(np.abs(seen_px - centre_px).max()), float(np.abs(true_mm - centre_mm).max())
-    frame = Normalisation(centre_px, unit_px, centre_mm, unit_mm)
-    seen = (seen_px - frame.centre_px) / frame.unit_px
-    start = np.asarray(cv2.findHomography((true_mm - frame.centre_mm) / frame.unit_mm, seen)[0], dtype=float)
+    seen, true = (seen_px - centre_px) / unit_px, (true_mm - centre_mm) / unit_mm
+    start = np.asarray(cv2.findHomography(true, seen)[0], dtype=float)
     parameters = (start / start[2, 2]).ravel()[:8]
-    solved = least_squares(
-        lambda tried: (frame.placed(tried, true_mm) - seen).ravel(),
-        np.append(parameters, 0.0) if lens else parameters,
-        method="lm",
-    )
-    return Fit(frame, solved.x, solved.fun, np.asarray(solved.jac))
+
+    def misses(tried: Floats) -> Floats:
+        straight = project(_homography(tried), true)
+        bend = tried[8] if lens else 0.0
+        return (straight * (1 + bend * (straight**2).sum(axis=1, keepdims=True)) - seen).ravel()
+
+    solved = least_squares(misses, np.append(parameters, 0.0) if lens else parameters, method="lm")
+    return Fit(centre_px, unit_px, centre_mm, unit_mm, solved.x, solved.fun, np.asarray(solved.jac))
 
 
 def _homography(parameters: Floats) -> Floats:
@@ -190,55 +182,41 @@ def _shift(by: Floats) -> Floats:
     return np.array([[1, 0, by[0]], [0, 1, by[1]], [0, 0, 1.0]])
 
 
-@dataclass(frozen=True)
-class Pose:
-    """Distance and tilt of the camera relative to the middle of the face."""
-
-    distance_mm: float
-    tilt_deg: float  # Angle between the camera's axis and the normal of the face
-
-
 def find_pose(
     fit: Fit, covariance: Floats, middle_mm: Floats, focal_px: float | None, distance_mm: float | None
-) -> Pose | None:
-    """Find the pose by the measured distance, the camera's own focal length, or else perspective (Zhang 2000)."""
+) -> tuple[float | None, float | None]:
+    """Find the camera's distance from the middle of the face, mm, and the tilt of its axis to the normal, degrees.
+
+    They follow from the measured distance, the camera's own focal length, or else perspective (Zhang 2000); where the
+    photo does not show them well enough, the tilt is None and the distance the measured one.
+    """
 
     def read(view: View) -> Floats:
-        if distance_mm is not None:
-            return np.array([_lean(view, middle_mm) * distance_mm, np.log(distance_mm)])
-        focal = focal_px or _focal_px(view, fit.frame.centre_px)
-        return _sine_and_distance(view, fit.frame.centre_px, middle_mm, focal)
+        # The homography from the face to undistorted pixels with the origin in the photo's centre.
+        plane = _shift(-fit.centre_px) @ view.px_from_mm
+        middle = np.append(middle_mm, 1)
+        away_mm = distance_mm or _distance_mm(plane, middle, focal_px or _focal_px(plane))
+        lean_per_mm = np.hypot(*view.px_from_mm[2, :2]) / abs(view.px_from_mm[2] @ middle)
+        return np.array([lean_per_mm * away_mm, np.log(away_mm)])
 
     sine, log_distance = read(fit.view)
     if not np.all(np.isfinite((sine, log_distance))) or sine >= 1:
-        return None
+        return distance_mm, None
     sine_spread, distance_spread = fit.spread(read, covariance)
     if not (sine_spread < np.radians(MOST_SPREAD_DEG) and distance_spread < MOST_SPREAD_OF_DISTANCE):
-        return None
-    return Pose(float(np.exp(log_distance)), float(np.degrees(np.arcsin(sine))))
+        return distance_mm, None
+    return float(np.exp(log_distance)), float(np.degrees(np.arcsin(sine)))
 
 
-def _lean(view: View, middle_mm: Floats) -> float:
-    """Return the relative change of the distance along the face, mm⁻¹."""
-    return float(np.hypot(*view.px_from_mm[2, :2]) / abs(view.px_from_mm[2] @ np.append(middle_mm, 1)))
-
-
-def _sine_and_distance(view: View, centre_px: Floats, middle_mm: Floats, focal_px: float) -> Floats:
-    """Return the sine of the tilt, and the logarithm of the distance in mm."""
-    rays = _from_centre(view, centre_px) / np.array([[focal_px], [focal_px], [1.0]])
+def _distance_mm(plane: Floats, middle: Floats, focal_px: float) -> float:
+    rays = plane / np.array([[focal_px], [focal_px], [1.0]])
     # Columns 1 and 2 are directions on the face, of unit length in mm.
-    distance_mm = 2 * abs(rays[2] @ np.append(middle_mm, 1)) / np.linalg.norm(rays[:, :2], axis=0).sum()
-    return np.array([_lean(view, middle_mm) * distance_mm, np.log(distance_mm)])
+    return float(2 * abs(rays[2] @ middle) / np.linalg.norm(rays[:, :2], axis=0).sum())
 
 
-def _focal_px(view: View, centre_px: Floats) -> float:
+def _focal_px(plane: Floats) -> float:
     """Return the focal length for which the face's axes are orthogonal and of equal scale; NaN without one."""
-    (u, v), (p, q), (s, t) = _from_centre(view, centre_px)[:, :2]
+    (u, v), (p, q), (s, t) = plane[:, :2]
     flat, deep = np.array([u * v + p * q, u * u + p * p - v * v - q * q]), np.array([s * t, s * s - t * t])
     # For a camera square to the face both are 0, and any focal length fits.
     return float(np.sqrt(flat @ flat / -(flat @ deep))) if flat @ deep < 0 else np.nan
-
-
-def _from_centre(view: View, centre_px: Floats) -> Floats:
-    """Return the homography from the face to undistorted pixels with the origin in the photo's centre."""
-    return _shift(-centre_px) @ view.px_from_mm

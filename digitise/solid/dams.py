@@ -7,7 +7,7 @@ from manifold3d import CrossSection
 from numpy.typing import NDArray
 
 from digitise.geometry.mesh_topology import normals
-from digitise.geometry.polyline import Box, nearest_side
+from digitise.geometry.polyline import Box, depth_inside, nearest_side
 from digitise.geometry.region import box_region
 from digitise.solid.footprint import Footprint
 from sealtwin.core.errors import InputError
@@ -32,7 +32,7 @@ def label_faces(
     label[_within(corners[:, :, 2], 0.0)] = FaceLabel.TOP
     label[_on_floor(vertices_mm, faces, footprint, depth_mm)] = FaceLabel.FLOOR
     label[_within(corners[:, :, 2], bottom_mm)] = FaceLabel.OUTSIDE
-    label[outside_box(corners.mean(axis=1), box)] = FaceLabel.OUTSIDE
+    label[depth_inside(corners.mean(axis=1)[:, :2], box) < -NEAR_MM] = FaceLabel.OUTSIDE
     return label
 
 
@@ -46,12 +46,6 @@ def label_sides(label: Integers, corners_mm: Floats, box_mm: Box) -> NDArray[np.
         label[in_plane] = np.where(outward[in_plane], FaceLabel.OUTSIDE, FaceLabel.END)
         known |= in_plane
     return known
-
-
-def outside_box(places_mm: Floats, box_mm: Box) -> NDArray[np.bool_]:
-    """Return True for places (n, 3) beyond the sides of the block."""
-    low, high = np.array(box_mm[:2]) - NEAR_MM, np.array(box_mm[2:]) + NEAR_MM
-    return np.any((places_mm[:, :2] < low) | (places_mm[:, :2] > high), axis=1)
 
 
 def _on_floor(vertices_mm: Floats, faces: Integers, footprint: Footprint, depth_mm: float) -> NDArray[np.bool_]:

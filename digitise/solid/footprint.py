@@ -8,7 +8,7 @@ from manifold3d import CrossSection, FillRule, Manifold, Mesh64, OpType
 from scipy.spatial import Delaunay, KDTree
 
 from digitise.geometry.mesh_topology import open_edges
-from digitise.geometry.polyline import Box, at_arc_length, left_normals, nearest_side, smoothed
+from digitise.geometry.polyline import Box, at_arc_length, left_normals, nearest_side, smoothed, unit
 from digitise.geometry.region import PIECE_MM2, box_region, cleaned, traced_region
 from digitise.settings import CrackShape
 from sealtwin.core.errors import InputError
@@ -40,8 +40,7 @@ class CrackEnd:
     @property
     def across(self) -> Floats:
         """Unit vector from the right wall of a flat end to the left."""
-        chord = self.left_mm - self.right_mm
-        return chord / np.linalg.norm(chord)
+        return unit(self.left_mm - self.right_mm)
 
     @property
     def facing(self) -> Floats:
@@ -70,7 +69,7 @@ def crack_ends(outline: Outline) -> tuple[CrackEnd, CrackEnd]:
         line_mm = outline.centreline_mm[:: -1 if number else 1]
         outward = line_mm[0] - at_arc_length(line_mm, arc_length(line_mm), reach_mm)[0]
         corners_mm = outline.left_wall_mm[-number], outline.right_wall_mm[-number]
-        found.append(CrackEnd(number, outline.ends[number], *corners_mm, outward / np.linalg.norm(outward)))
+        found.append(CrackEnd(number, outline.ends[number], *corners_mm, unit(outward)))
     return found[0], found[1]
 
 

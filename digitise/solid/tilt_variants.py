@@ -4,13 +4,13 @@ from itertools import pairwise
 from typing import Any, get_args
 
 import numpy as np
-from manifold3d import CrossSection, JoinType
+from manifold3d import CrossSection, FillRule, JoinType
 from scipy.spatial import KDTree
 
 from digitise.geometry.polyline import at_arc_length, left_normals
 from digitise.settings import CrackShape, Tilt
 from digitise.solid.footprint import Footprint
-from digitise.solid.wedges import Stretch, swept, tilted_walls, wall_shifts_mm
+from digitise.solid.wedges import Stretch, tilted_walls, wall_shifts_mm
 from sealtwin.core.records import Floats, Outline, Sections, arc_length
 
 SAMPLES = 32  # Samples of the line across a gap between walls: 0.01 % of a cavity among stones. With 8 it is 0.1 %.
@@ -162,7 +162,9 @@ class Slicer:
         if share <= 0:
             return crack
         if self._stretches:
-            walls = swept(self._stretches, share)
+            # All have the same orientation, so overlaps add up.
+            rings = [np.vstack([at, (at + share * (moved - at))[::-1]]) for at, moved in self._stretches]
+            walls = CrossSection(rings, FillRule.NonZero)
             return crack + walls if flares else crack - walls
         return crack.offset(share * shift_mm * (1 if flares else -1), JoinType.Round, circular_segments=ARC_SEGMENTS)
 

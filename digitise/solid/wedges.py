@@ -3,10 +3,8 @@
 Wedges, triangles swept along a wall, are united before they are subtracted: one after the other they leave fins.
 """
 
-from typing import NamedTuple
-
 import numpy as np
-from manifold3d import CrossSection, FillRule, Manifold, Mesh64, OpType
+from manifold3d import CrossSection, Manifold, Mesh64, OpType
 
 from digitise.geometry.region import box_region
 from digitise.settings import CrackShape
@@ -16,13 +14,7 @@ from sealtwin.core.records import Floats
 
 MITRE_DEG = 8.0  # Turn of a fan's facets: tangent to the true cone, they add 0.08 % to a rough cavity; 10° add 0.1 %
 BELOW_MM = 1.0  # Overlap of bodies that end at another one: coincident planes would leave slivers
-
-
-class Stretch(NamedTuple):
-    """A wall from corner to corner; a fan repeats its corner for each of its moved places."""
-
-    corners: Floats  # (n, 2)
-    moved: Floats  # (n, 2), at the other level
+Stretch = tuple[Floats, Floats]  # Corners of a wall, (n, 2), repeated in a fan, and their places at the other level
 
 
 def wall_shifts_mm(shape: CrackShape) -> tuple[float, float]:
@@ -49,13 +41,6 @@ def tilted_walls(footprint: Footprint, shape: CrackShape) -> list[Stretch]:
     return stretches
 
 
-def swept(stretches: list[Stretch], share: float) -> CrossSection:
-    """Return the region that the walls sweep over the first ``share`` of their move."""
-    rings = [np.vstack([at, (at + share * (moved - at))[::-1]]) for at, moved in stretches]
-    # All have the same orientation, so overlaps add up.
-    return CrossSection(rings, FillRule.NonZero)
-
-
 def _moved_ring(ring: Floats, normal: Floats, inward_mm: Floats) -> list[Stretch]:
     before, inward_before_mm = np.roll(normal, 1, axis=0), np.roll(inward_mm, 1)
     turn = np.arctan2(before[:, 0] * normal[:, 1] - before[:, 1] * normal[:, 0], (before * normal).sum(axis=1))
@@ -80,7 +65,7 @@ def _moved_ring(ring: Floats, normal: Floats, inward_mm: Floats) -> list[Stretch
             # From a wall that stands still the fan begins a stretch of its own.
             corners, moved = [ring[j]] * len(there), list(there)
         if len(corners) > 1:
-            stretches.append(Stretch(np.array(corners), np.array(moved)))
+            stretches.append((np.array(corners), np.array(moved)))
         corners, moved = [], []
     return stretches
 

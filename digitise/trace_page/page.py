@@ -17,7 +17,7 @@ from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
 from threading import Event, Thread
-from typing import Annotated, Any, NamedTuple, Self, cast
+from typing import Annotated, Any, Self, cast
 
 from pydantic import Field, ValidationError
 
@@ -31,6 +31,7 @@ MEDIA_TYPES = {
     ".js": "text/javascript; charset=utf-8",
     ".svg": "image/svg+xml",
 }
+Content = tuple[bytes, str]  # Body and media type of the answer to a GET
 TILE = re.compile(r"photo/(\d{1,2})/(\d{1,3})/(\d{1,3})\.jpg")
 LARGEST_BODY_BYTES = 64_000  # Largest body of a request; hints take some kilobytes
 SLOW_S = 10.0  # Longest silence on a connection; requests of the page arrive in milliseconds
@@ -75,13 +76,6 @@ class RequestGate:
         if int(headers["Content-Length"]) > LARGEST_BODY_BYTES:
             return HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"the body is larger than {LARGEST_BODY_BYTES} bytes"
         return None
-
-
-class Content(NamedTuple):
-    """Content of the answer to a GET."""
-
-    body: bytes
-    media_type: str
 
 
 class PageServer(ThreadingHTTPServer):
@@ -147,8 +141,9 @@ class _Visit(BaseHTTPRequestHandler):
     def do_GET(self) -> None:
         if (content := self._page.get(self._name)) is None:
             return self.send_error(HTTPStatus.NOT_FOUND, "nothing has that name")
-        self._begin(HTTPStatus.OK, content.media_type, {"Content-Length": str(len(content.body))})
-        self.wfile.write(content.body)
+        body, media_type = content
+        self._begin(HTTPStatus.OK, media_type, {"Content-Length": str(len(body))})
+        self.wfile.write(body)
 
     def do_POST(self) -> None:
         try:
@@ -216,7 +211,7 @@ class TracePage(PageServer):
         """``facts`` are further fields of the page's initial state. Raises OSError where ``port`` is in use."""
         self._session, self._save, self._facts = session, save, facts
         self._files = {
-            entry.name: Content(entry.read_bytes(), media_type)
+            entry.name: (entry.read_bytes(), media_type)
             for entry in (files("digitise.trace_page") / "assets").iterdir()
             if (media_type := MEDIA_TYPES.get(entry.name[entry.name.rfind(".") :]))
         }
@@ -243,11 +238,11 @@ class TracePage(PageServer):
     def get(self, name: str) -> Content | None:
         if name == "session":
             opening = {**self._session.opening(), **self._facts}
-            return Content(json.dumps(opening, allow_nan=False).encode(), "application/json")
+            return json.dumps(opening, allow_nan=False).encode(), "application/json"
         if found := TILE.fullmatch(name):
             level, column, row = (int(number) for number in found.groups())
             tile = self._session.pyramid.tile(level, column, row)
-            return None if tile is None else Content(tile, "image/jpeg")
+            return None if tile is None else (tile, "image/jpeg")
         return self._files.get(name or "page.html")
 
     def post(self, name: str, body: bytes) -> Iterator[dict[str, Any]] | None:

@@ -1,4 +1,4 @@
-"""State of the trace page: one photo, and its scale, path and walls by the current hints."""
+"""State of the trace page: one photo in tiles, and its scale, path and walls by the current hints."""
 
 import math
 import re
@@ -9,6 +9,7 @@ from pathlib import Path
 from threading import Lock
 from typing import Any, Literal, NamedTuple, Self
 
+import cv2
 import numpy as np
 from pydantic import Field
 
@@ -16,14 +17,15 @@ from digitise.crack_path.find_path import find_path
 from digitise.crack_path.hints import CrackPath
 from digitise.crack_path.path_search import LiveWire
 from digitise.geometry.polyline import signed_area
-from digitise.outline import Unconfirmed, trace_outline
+from digitise.outline import Unconfirmed, glance, trace_outline
 from digitise.photo import Photo, read_pixels, scaled
 from digitise.settings import MOST_VIA, PhotoInput, Pixel
-from digitise.trace_page.tiles import Pyramid, glance
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats, Outline
+from sealtwin.core.records import Floats, Outline, Pixels
 from sealtwin.core.settings import Settings, checked
 
+TILE_PX = 512
+JPEG_QUALITY = 92  # Blocks of a lower quality look like grain when enlarged
 UNSCALED_MM_PER_PX = 1.0  # Scale of a photo without one: lengths in mm are then lengths in px
 CONTROLS = {  # Labels on the page for the settings and files that messages name
     "ends_px": "Ends",
@@ -84,6 +86,37 @@ def path_settings(rest: dict[str, Any], hints: Hints) -> PhotoInput:
     """Return photo settings with the hints about the crack, without a scale. Raises InputError for impossible hints."""
     unscaled = {key: value for key, value in rest.items() if key != "markers"} | {"mm_per_px": UNSCALED_MM_PER_PX}
     return checked(PhotoInput, Path(rest["file"]), {**unscaled, **hints.said(PATH_KEYS)})
+
+
+class Pyramid:
+    """A photo in tiles at halving sizes, so that a browser fetches only what it shows; the last level fits into one."""
+
+    def __init__(self, image: Pixels) -> None:
+        self._levels = [image]
+        self._growing = Lock()
+        self.levels = 1 + max(0, int(np.ceil(np.log2(max(image.shape[:2]) / TILE_PX))))
+
+    def tile(self, level: int, column: int, row: int) -> bytes | None:
+        """Return a tile as JPEG; None outside the photo. At the photo's right and lower edge a tile may be smaller."""
+        if not 0 <= level < self.levels or column < 0 or row < 0:
+            return None
+        with self._growing:
+            while len(self._levels) <= level:
+                self._levels.append(_halved(self._levels[-1]))
+        picture = self._levels[level]
+        part = picture[row * TILE_PX : (row + 1) * TILE_PX, column * TILE_PX : (column + 1) * TILE_PX]
+        if part.size == 0:
+            return None
+        bgr = cv2.cvtColor(part, cv2.COLOR_RGB2BGR)
+        return cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1].tobytes()
+
+
+def _halved(picture: Pixels) -> Pixels:
+    """Halve the size. An odd side is lengthened first, so that every pixel keeps its place."""
+    height, width = picture.shape[:2]
+    even = cv2.copyMakeBorder(picture, 0, height % 2, 0, width % 2, cv2.BORDER_REPLICATE)
+    size = ((width + 1) // 2, (height + 1) // 2)
+    return np.asarray(cv2.resize(even, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
 
 
 class OutdatedError(Exception):

@@ -14,7 +14,7 @@ from digitise.crack_path.hints import CrackPath
 from digitise.crack_path.medial_axis import distance_outside, holding, radius
 from digitise.geometry.polyline import signed_area
 from digitise.geometry.region import ISLAND_MM2
-from digitise.image.raster import Map, blurred, shrunk
+from digitise.image.raster import Map, continued, resized, shrunk, widened
 from digitise.photo import Photo
 from digitise.walls.centreline_and_walls import LEAST_WIDTH_PX
 from digitise.walls.straightened import Patch, patch_around
@@ -25,13 +25,12 @@ PAINT_DARK, PAINT_BRIGHT = 0.05, 0.8  # Brightness of a deep crack and of light 
 CRACK, MORTAR = 0.25, 0.8  # Crack widths from the path: crack within, mortar beyond except in side cracks
 WORK_PX = 8.0  # Width of the crack in the small picture in which the levels are measured
 SPREAD = 2.0  # Gaussian sigma over which a level is averaged, in crack widths
-FAR = 1e-3  # Weight of the usual level beside the one nearby, for places with nothing near
 LEAST_MM2 = 0.3  # Least area of a stone in a photo; smaller bright places are glints or grains on the crack's floor
 LEAST_SIDE = 0.15  # Side of the smallest stone over the crack's width: a smaller one does not part the sealant
 LEAST_PX = 30  # Least pixels of a stone; fewer may be noise
 WIDEST = 1.0  # Crack widths above which a bright place parts two cracks, one of which the path follows
 REACH = 2.5  # Crack widths from the path to either side that are searched
-SKIRT_PX = 3  # Reach of the blur that brightens the crack around a stone
+SKIRT_PX = 3  # Reach of the blur that darkens mortar around a crack and brightens crack around mortar
 
 
 def photo_of_paint(photo: Photo, path: CrackPath) -> RetouchedPhoto:
@@ -53,11 +52,11 @@ class Contrast:
 
     @cached_property
     def dark(self) -> Map:
-        return _sized(self.coarse_dark, self.patch.soft.shape)
+        return resized(self.coarse_dark, self.patch.soft.shape)
 
     @cached_property
     def bright(self) -> Map:
-        return _sized(self.coarse_bright, self.patch.soft.shape)
+        return resized(self.coarse_bright, self.patch.soft.shape)
 
     @cached_property
     def share(self) -> Map:
@@ -66,7 +65,7 @@ class Contrast:
 
     def share_of(self, light: Map) -> Map:
         """The same for a copy of the patch in another size."""
-        dark, bright = (_sized(level, light.shape) for level in (self.coarse_dark, self.coarse_bright))
+        dark, bright = (resized(level, light.shape) for level in (self.coarse_dark, self.coarse_bright))
         return np.asarray((light - dark) / np.maximum(bright - dark, np.float32(1e-6)), dtype=np.float32)
 
 
@@ -84,22 +83,12 @@ def contrast(photo: Photo, path: CrackPath, patch: Patch) -> Contrast:
     cv2.polylines(off_path, [np.rint(cells).astype(np.int32)], False, 0)
     away = distance_outside(off_path == 0) / (width_px * scale)
     sigma = SPREAD * width_px * scale
-
-    def level(where: NDArray[np.bool_]) -> Map:
-        weight = where.astype(np.float32)
-        usual = float(np.median(small[where])) if where.any() else 0.0
-        mean = (blurred(small * weight, sigma) + FAR * usual) / (blurred(weight, sigma) + FAR)
-        return np.asarray(mean, dtype=np.float32)
-
     inside, beside = shown & (away < CRACK), shown & (away > MORTAR)
     dark = float(np.median(small[inside])) if inside.any() else 0.0
     usual = float(np.median(small[beside])) if beside.any() else 0.0
     # Side cracks and pores are no mortar.
-    return Contrast(patch, sample, level(inside), level(beside & (small > (2 * dark + usual) / 3)))
-
-
-def _sized(level: Map, shape: tuple[int, ...]) -> Map:
-    return np.asarray(cv2.resize(level, shape[::-1]), dtype=np.float32)
+    mortar = beside & (small > (2 * dark + usual) / 3)
+    return Contrast(patch, sample, continued(small, inside, sigma), continued(small, mortar, sigma))
 
 
 def find_islands(photo: Photo, path: CrackPath, edge_fraction: float) -> tuple[tuple[Floats, ...], RetouchedPhoto]:
@@ -115,8 +104,8 @@ def find_islands(photo: Photo, path: CrackPath, edge_fraction: float) -> tuple[t
     left, top = patch.offset_px
     window = light[top : top + share.shape[0], left : left + share.shape[1]]
     for stone in stones:
-        around = cv2.dilate(stone, np.ones((2 * SKIRT_PX + 1,) * 2, np.uint8)) > 0
-        alone = np.where(cv2.dilate(stone, np.ones((3, 3), np.uint8)) > 0, share, np.minimum(share, edge_fraction))
+        around = widened(stone, SKIRT_PX)
+        alone = np.where(widened(stone, 1), share, np.minimum(share, edge_fraction))
         rings = [photo.to_mm(ring[:-1, ::-1] + patch.offset_px) for ring in find_contours(alone, edge_fraction)]
         ring = max(rings, key=lambda ring: abs(signed_area(ring)))
         rings_mm.append(ring if signed_area(ring) < 0 else ring[::-1])
@@ -124,7 +113,7 @@ def find_islands(photo: Photo, path: CrackPath, edge_fraction: float) -> tuple[t
     return tuple(rings_mm), RetouchedPhoto(replace(photo, brightness=light))
 
 
-def _enclosed(photo: Photo, path: CrackPath, patch: Patch, bright: NDArray[np.bool_]) -> list[NDArray[np.uint8]]:
+def _enclosed(photo: Photo, path: CrackPath, patch: Patch, bright: NDArray[np.bool_]) -> list[NDArray[np.bool_]]:
     """Bright places with the path's crack all round them; one mask each."""
     own = holding(~bright, path.points_px - patch.offset_px)
     if not own.any():
@@ -134,9 +123,6 @@ def _enclosed(photo: Photo, path: CrackPath, patch: Patch, bright: NDArray[np.bo
     if path.source != "mask":
         least_px = max(LEAST_MM2 / photo.mm_per_px**2, (LEAST_SIDE * path.width_px) ** 2, LEAST_PX)
     inside = (stats[:, :2] > 0).all(axis=1) & (stats[:, :2] + stats[:, 2:4] < bright.shape[::-1]).all(axis=1)
-    stones = [
-        (label == number).astype(np.uint8)
-        for number in np.flatnonzero(inside & (stats[:, cv2.CC_STAT_AREA] >= least_px))
-        if number > 0
-    ]
-    return [stone for stone in stones if 2 * radius(stone > 0).max() <= WIDEST * path.width_px]
+    numbers = np.flatnonzero(inside & (stats[:, cv2.CC_STAT_AREA] >= least_px))
+    stones = [label == number for number in numbers if number > 0]
+    return [stone for stone in stones if 2 * radius(stone).max() <= WIDEST * path.width_px]

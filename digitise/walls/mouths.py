@@ -13,9 +13,10 @@ from skimage.measure import find_contours
 from digitise.crack_path.hints import CrackPath
 from digitise.crack_path.medial_axis import holding
 from digitise.geometry.polyline import at_arc_length, resampled, smoothed, tangents, unit
+from digitise.image.raster import widened
 from digitise.photo import Photo
 from digitise.walls.centreline_and_walls import Traced, trace
-from digitise.walls.islands import RetouchedPhoto
+from digitise.walls.islands import SKIRT_PX, RetouchedPhoto
 from digitise.walls.side_cracks import FoundSideCrack, SideCracks
 from sealtwin.core.records import Floats, arc_length
 
@@ -29,7 +30,6 @@ CLEAR = 0.6  # Share of the sharpest turn that a corner, the last turn of a side
 BEYOND, BEYOND_PX = 0.1, 2.0  # Crack widths plus px beyond a corner where blur no longer rounds the main wall
 SMOOTHING = 0.5  # Gaussian sigma of the opposite wall, whose roughness is its own, in crack widths
 LIP_PX = 2  # Radius around a lip in which a pixel may belong to either crack, and neither is filled
-SKIRT_PX = 3  # Reach of the blur that darkens mortar around a crack and brightens crack around mortar
 
 
 def trace_past_mouths(
@@ -38,7 +38,7 @@ def trace_past_mouths(
     """Follow the walls of the main crack as if mortar filled its side cracks; also return the rims of these."""
     if not sides.found:
         return trace(photo, path, edge_fraction), ()
-    share = np.where(cv2.dilate(sides.crack.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0, sides.levels.share, 1)
+    share = np.where(widened(sides.crack, 1), sides.levels.share, 1)
     # No wall runs along the edge of the face.
     share[~sides.levels.sample] = np.nan
     ways = [(line_px, it) for it in sides.found for line_px in (it.line_px, it.line_px[::-1])[: 1 + it.comes_back]]
@@ -56,7 +56,10 @@ def _with_walls_across(
     photo: RetouchedPhoto, path: CrackPath, sides: SideCracks, walls_px: Sequence[Floats], edge_fraction: float
 ) -> tuple[Traced, NDArray[np.bool_]]:
     """The main crack with given walls across its mouths, and the pixels of crack beyond them."""
-    parted = _parted(sides, walls_px)
+    open_to = (sides.crack & ~_drawn(sides, walls_px)).astype(np.uint8)
+    for x, y in np.concatenate([wall_px[[0, -1]] for wall_px in walls_px]):
+        cv2.circle(open_to, (round(x), round(y)), LIP_PX, 0, -1)
+    parted = (open_to > 0) & ~holding(open_to > 0, sides.way_px)
     return trace(_without_side_cracks(photo, sides, parted, walls_px), path, edge_fraction), parted
 
 
@@ -155,14 +158,6 @@ def _across(photo: Photo, sides: SideCracks, traced: Traced, lips_px: Floats) ->
     return photo.to_px(straight_mm + wander_mm / 2) - offset
 
 
-def _parted(sides: SideCracks, walls_px: Sequence[Floats]) -> NDArray[np.bool_]:
-    """The part of the crack beyond the walls across its mouths."""
-    open_to = (sides.crack & ~_drawn(sides, walls_px)).astype(np.uint8)
-    for x, y in np.concatenate([wall_px[[0, -1]] for wall_px in walls_px]):
-        cv2.circle(open_to, (round(x), round(y)), LIP_PX, 0, -1)
-    return (open_to > 0) & ~holding(open_to > 0, sides.way_px)
-
-
 def _drawn(sides: SideCracks, walls_px: Sequence[Floats]) -> NDArray[np.bool_]:
     """Pixels of some walls."""
     picture = np.zeros(sides.crack.shape, dtype=np.uint8)
@@ -178,7 +173,7 @@ def _without_side_cracks(
     dark, bright, (left, top) = sides.levels.dark, sides.levels.bright, sides.levels.patch.offset_px
     light = photo.brightness.copy()
     window = light[top : top + dark.shape[0], left : left + dark.shape[1]]
-    mortar = _with_skirt(parted) & (parted | ~sides.crack)
+    mortar = widened(parted, SKIRT_PX) & (parted | ~sides.crack)
     window[mortar] = np.maximum(window, bright)[mortar]
     # A pixel on the wall itself is half of either.
     wall = _drawn(sides, walls_px) & sides.crack
@@ -186,16 +181,12 @@ def _without_side_cracks(
     return RetouchedPhoto(replace(photo, brightness=light))
 
 
-def _with_skirt(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    return cv2.dilate(mask.astype(np.uint8), np.ones((2 * SKIRT_PX + 1,) * 2, np.uint8)) > 0
-
-
 def _rings_px(sides: SideCracks, side: FoundSideCrack, parted: NDArray[np.bool_]) -> tuple[Floats, ...]:
     """Rings of a side crack in the photo, counter-clockwise in mm, and of stones in it, clockwise."""
     own = holding(parted, side.line_px)
     if not own.any():
         return ()
-    share = np.where(_with_skirt(own), sides.levels.share, 1)
+    share = np.where(widened(own, SKIRT_PX), sides.levels.share, 1)
     left, top, width, height = cv2.boundingRect(own.astype(np.uint8))
     left, top = max(0, left - 2 * SKIRT_PX), max(0, top - 2 * SKIRT_PX)
     window = share[top : top + height + 4 * SKIRT_PX, left : left + width + 4 * SKIRT_PX]

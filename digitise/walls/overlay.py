@@ -7,6 +7,7 @@ from skimage.measure import points_in_poly
 
 from digitise.crack_path.hints import CrackPath
 from digitise.geometry.polyline import at_arc_length, depth_inside, resampled
+from digitise.geometry.polyline import unit as toward
 from digitise.photo import Photo
 from sealtwin.core.records import Floats, Outline, PathSource, Trajectory, arc_length
 
@@ -100,9 +101,9 @@ def _mark_ends(picture: Picture, centreline: Floats, outline: Outline, unit: flo
     for way, text in ((centreline, first), (centreline[::-1], last)):
         _dot(picture, way[0], 3 * unit, ENDS, 4 * unit, PAPER)
         size = _text_size(text, unit)
-        beside = way[0] + _towards(_along(way, 30 * unit), way[0]) * (14 * unit + 0.5 * size)
+        beside = way[0] + toward(way[0] - _along(way, 30 * unit)) * (14 * unit + 0.5 * size)
         half = 0.5 * size + 8 * unit
-        limit = _size_of(picture) - half
+        limit = np.array(picture.shape[1::-1]) - half
         corner = np.clip(beside, np.minimum(half, limit), limit) - 0.5 * size
         _panel(picture, corner - 4 * unit, corner + size + 4 * unit, INK, 0.65)
         _text(picture, corner + np.array([0, size[1]]), text, unit, PAPER)
@@ -122,7 +123,7 @@ def _arrow(picture: Picture, nozzle: Floats, width_px: float, unit: float) -> No
     """Draw the direction of travel, to the right of the crack near the path's start."""
     reach = 0.05 * float(arc_length(nozzle)[-1])
     tail, head = _along(nozzle, reach), _along(nozzle, reach + 60 * unit)
-    step = _towards(tail, head)
+    step = toward(head - tail)
     aside = np.array([-step[1], step[0]]) * (width_px + 10 * unit)
     for colour, thickness in ((INK, 5 * unit), (PAPER, 2.4 * unit)):
         pen = max(1, round(thickness))
@@ -173,7 +174,7 @@ def _scale_bar(picture: Picture, mm_per_px: float, taken: Floats, unit: float) -
 
 def _free_corner(picture: Picture, size: Floats, taken: Floats, corners: tuple[tuple[int, int], ...]) -> Floats:
     """Upper left point of a box of that size in the corner that covers the fewest points."""
-    places = [np.array(corner) * (_size_of(picture) - size) for corner in corners]
+    places = [np.array(corner) * (np.array(picture.shape[1::-1]) - size) for corner in corners]
     return min(places, key=lambda low: int(np.sum(np.all((taken >= low) & (taken <= low + size), axis=1))))
 
 
@@ -181,10 +182,6 @@ def _panel(picture: Picture, low: Floats, high: Floats, colour: Colour, opacity:
     (left, top), (right, bottom) = np.maximum(np.rint((low, high)), 0).astype(int)
     window = picture[top:bottom, left:right]
     window[:] = np.rint((1 - opacity) * window + opacity * np.array(colour)).astype(np.uint8)
-
-
-def _size_of(picture: Picture) -> Floats:
-    return np.array([picture.shape[1], picture.shape[0]], dtype=float)
 
 
 def _text_size(text: str, unit: float) -> Floats:
@@ -212,10 +209,6 @@ def _dashed(picture: Picture, points: Floats, colour: Colour, unit: float) -> No
 def _dot(picture: Picture, point: Floats, size: float, colour: Colour, rim: float, rim_colour: Colour) -> None:
     for radius, shade in ((rim, rim_colour), (size, colour)):
         cv2.circle(picture, _whole(point), round(radius), shade, -1, cv2.LINE_AA)
-
-
-def _towards(start: Floats, end: Floats) -> Floats:
-    return (end - start) / max(float(np.linalg.norm(end - start)), 1e-9)
 
 
 def _along(points: Floats, distance: float) -> Floats:

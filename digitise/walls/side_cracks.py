@@ -67,15 +67,15 @@ def find_side_cracks(photo: Photo, path: CrackPath, edge_fraction: float) -> Sid
     lines = side_lines(region, way, least) if len(way) > 1 else []
     to_rim = radius(region)
     found = []
-    for line in lines:
-        half = float(np.median(to_rim[tuple(line.cells.T)]))
-        dark = np.median(small[tuple(line.cells.T)]) < AS_DARK * edge_fraction
+    for cells, comes_back in lines:
+        half = float(np.median(to_rim[tuple(cells.T)]))
+        dark = np.median(small[tuple(cells.T)]) < AS_DARK * edge_fraction
         if dark and 2 * half < AS_WIDE * width_px * scale:
-            line_px = (_to_the_tip(line.cells, to_rim, line.comes_back) + 0.5) / scale - 0.5
+            line_px = (_to_the_tip(cells, to_rim, comes_back) + 0.5) / scale - 0.5
             line_px, half_px = smoothed(resampled(line_px, 1.0), half / scale), half / scale
             unlike_px = unlike_length_px(photo, line_px + patch.offset_px, 2 * half_px)
             if unlike_px < EDGE * len(line_px):
-                found.append(FoundSideCrack(line_px, half_px, line.comes_back))
+                found.append(FoundSideCrack(line_px, half_px, comes_back))
     crack = np.zeros_like(levels.sample)
     if found:
         crack = holding((levels.share < edge_fraction) & levels.sample, way_px)

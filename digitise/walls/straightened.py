@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from digitise.crack_path.darkness import blank_markers
 from digitise.geometry.polyline import Box, depth_inside, left_normals, nearest_side, tangents
-from digitise.image.raster import Map, blurred
+from digitise.image.raster import Map, blurred, sampled
 from digitise.photo import Photo
 from sealtwin.core.records import Floats, arc_length
 
@@ -79,16 +79,14 @@ class Patch:
 
     def light(self, places_px: Floats) -> Floats:
         """Brightness at each place; beyond the patch that of its border."""
-        return _sampled(self.soft, places_px - self.offset_px, cv2.INTER_CUBIC, cv2.BORDER_REPLICATE).astype(float)
+        return sampled(self.soft, places_px - self.offset_px, cv2.INTER_CUBIC).astype(float)
 
     def on_sample(self, places_px: Floats, places_mm: Floats) -> NDArray[np.bool_]:
         """True for each place, given in both units, that shows the sample and nothing else."""
-        shown = _sampled(self.clear, places_px - self.offset_px, cv2.INTER_LINEAR, cv2.BORDER_CONSTANT) >= 254
+        shown = sampled(self.clear, places_px - self.offset_px, beyond=cv2.BORDER_CONSTANT) >= 254
         if self.face_mm is None:
             return shown
-        low, high = np.array(self.face_mm[:2]), np.array(self.face_mm[2:])
-        inside_mm = np.minimum(places_mm - low, high - places_mm).min(axis=-1)
-        return shown & (inside_mm >= EDGE_PX * self.mm_per_px)
+        return shown & (depth_inside(places_mm, self.face_mm) >= EDGE_PX * self.mm_per_px)
 
 
 def patch_around(photo: Photo, points_px: Floats, reach_px: float) -> Patch:
@@ -101,14 +99,6 @@ def patch_around(photo: Photo, points_px: Floats, reach_px: float) -> Patch:
     offset_px = int(left), int(top)
     blank_markers(clear, photo, offset_px)
     return Patch(offset_px, soft, clear, photo.face_mm, photo.mm_per_px)
-
-
-def _sampled(picture: NDArray, places_px: Floats, how: int, border: int) -> NDArray:
-    x, y = np.moveaxis(places_px.astype(np.float32), -1, 0)
-    if x.size == 0:
-        return np.zeros(x.shape, dtype=picture.dtype)
-    flat = x.reshape(len(x), -1), y.reshape(len(x), -1)
-    return cv2.remap(picture, *flat, how, borderMode=border, borderValue=0).reshape(x.shape)
 
 
 @dataclass(frozen=True)

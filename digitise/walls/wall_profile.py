@@ -1,4 +1,4 @@
-"""Both walls of a crack in a straightened photo: followed to a sample, then to the middle of their steps."""
+"""Both walls of a crack in a straightened photo: followed to a sample, then refined to sub-pixels."""
 
 from dataclasses import dataclass
 
@@ -87,7 +87,7 @@ def find_walls(strip: Strip, width_mm: float, edge_fraction: float = 0.5, both_r
     rim = np.where(lit[:, None] > 0, dark + lit[:, None] * contrast, 0)
     found = np.zeros(place_px.shape, dtype=bool)
     for _ in range(REFINEMENTS):
-        place_px, found = refined(light, valid, place_px, sigma_px, strip.sample_px, over, contrast, rim)
+        place_px, found = refined_to_subpixel(light, valid, place_px, sigma_px, strip.sample_px, over, contrast, rim)
     left, right = zip(place_px * strip.mm_per_px, found, strict=True)
     left_mm, right_mm = completed(left, right, across, strip.station_px * strip.mm_per_px, both_reach_edge)
     bright = bright.mean(axis=0)
@@ -189,7 +189,7 @@ def softness_px(share: Floats, place_px: Floats, sample_px: float, edge_fraction
     return float(np.clip(min(sigmas_px), SHARPEST_PX, SOFTEST_PX))
 
 
-def refined(
+def refined_to_subpixel(
     light: Floats,
     valid: NDArray[np.bool_],
     place_px: Floats,
@@ -199,7 +199,7 @@ def refined(
     contrast: Floats,
     rim: Floats,
 ) -> tuple[Floats, NDArray[np.bool_]]:
-    """Distance of each wall from the line in px, (2, stations), and the stations with a clear step.
+    """Sub-pixel distance of each wall from the line in px, (2, stations), and the stations with a clear step.
 
     ``light`` and ``valid`` run from the line outward, (2, stations, samples), from about ``place_px``; levels are
     steadied over ``over`` stations. ``rim``, (2, stations), is the least level inside a wall with a lit rim, else 0.

@@ -4,8 +4,7 @@ import numpy as np
 
 from fixtures.generate.paper_trial import DESCRIBED_MM, REPEATS, SCATTER_MM, STATION_MM
 from sealtwin.core.records import Floats, Profile
-from validate.study_figures.chart import Chart
-from validate.study_figures.run_errors import errors_on_grid
+from validate.study_figures.chart import Chart, errors_on_grid
 from validate.uncertainty.intervals import hats, mean_absolute
 
 SETS = 500

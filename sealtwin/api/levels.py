@@ -163,7 +163,10 @@ def compare(
 
     if gate_mm is not None and not 0 < gate_mm < np.inf:
         raise InputError(f"compare: gate_mm = {gate_mm}: must be above 0, in mm.")
-    settings = readings.settings if isinstance(readings, LevelReadings) else _unknown(readings)
+    if isinstance(readings, LevelReadings):
+        settings = readings.settings
+    else:
+        settings = Readings(file=Path(readings.source or "readings"), data=readings.data, role="undeclared")
     declared = settings_of(Uncertainty, "compare: uncertainty", uncertainty or {})
     comparison = compare(
         level,
@@ -230,8 +233,3 @@ def plot_levels(
     if figure is None:
         raise InputError("plot_levels: ax belongs to no figure; give axes of one, or leave ax out.")
     return figure
-
-
-def _unknown(readings: Profile) -> Readings:
-    """Settings of readings that came from elsewhere."""
-    return Readings(file=Path(readings.source or "readings"), data=readings.data, role="undeclared")

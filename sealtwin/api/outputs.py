@@ -1,6 +1,5 @@
 """Files for others: the report, the same page, PDF and JSON as the command's; and a robot's program."""
 
-import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -64,7 +63,7 @@ def write_report(
     from validate.compare import assess
     from validate.report.write_report import REPORT
     from validate.report.write_report import write_report as write_pages
-    from validate.report_input import Evidence, ReadingsSheet
+    from validate.report_input import Evidence, ReadingsSheet, provenance
     from validate.settings import Gate
 
     for argument, value, kind in (("crack", crack, CrackOutline), ("path", path, PlannedPath)):
@@ -78,9 +77,12 @@ def write_report(
     if result is not None and not np.array_equal(result.level.level_mm, profile.level_mm):
         raise InputError("write_report: result compares another level than that of run; give the run that it is of.")
     readings = None if result is None else result.readings
-    sheet = None
+    sheet, hashes = None, {crack.photo.file.name: crack.sha256}
     if isinstance(readings, LevelReadings):
         sheet = ReadingsSheet(name=readings.source, sha256=readings.sha256, operator=None, date=None)
+        hashes[readings.source] = readings.sha256
+    facts = {name: f"sha256 {digest}" for name, digest in hashes.items()}
+    facts["written"] = datetime.now(UTC).isoformat(timespec="seconds")
     target.mkdir(parents=True, exist_ok=True)
     files.write_png(target / OVERLAY, draw_overlay(crack.photo, crack, path))
     evidence = Evidence(
@@ -92,12 +94,10 @@ def write_report(
         run=run,
         profile=profile,
         readings=readings,
-        comparison=None,
         volume_ratio=float(run.health.volume_ratio or volume_ratio(run, solid)),
         overlay_path=target / OVERLAY,
         photo_data=crack.data,
-        provenance=_provenance(crack, run, readings),
-        commands=(),
+        provenance=provenance(facts, run.device, run.settings.get("seed"), versions()),
         sheet=sheet,
     )
     if result is not None:
@@ -106,22 +106,6 @@ def write_report(
         evidence = replace(evidence, comparison=assess(evidence, result.settings, result.declared, None, gate))
     write_pages(target, evidence)
     return target / REPORT[0]
-
-
-def _provenance(crack: CrackOutline, run: Run, readings: Any) -> dict[str, str]:
-    found = versions()
-    hashes = {crack.photo.file.name: crack.sha256}
-    if isinstance(readings, LevelReadings):
-        hashes[readings.source] = readings.sha256
-    return {
-        "sealtwin": found.pop("sealtwin"),
-        "system": f"{platform.system()} {platform.machine()}",
-        **{name: f"sha256 {digest}" for name, digest in hashes.items()},
-        "written": datetime.now(UTC).isoformat(timespec="seconds"),
-        "device": run.device,
-        **({"seed": str(run.settings["seed"])} if "seed" in run.settings else {}),
-        **found,
-    }
 
 
 def write_robot_program(

@@ -25,24 +25,29 @@ SOME_FAILED = 6
 INTERRUPTED = 130
 
 
-def option(help: str, metavar: str | None = None, **more: Any) -> Any:
-    """Describe an option, whose name is that of its parameter."""
-    return typer.Option(help=help, metavar=metavar, **more)
+def option(help: str, metavar: str | None = None, *names: str, **more: Any) -> Any:
+    """Describe an option, whose name is that of its parameter unless ``names`` are given."""
+    return typer.Option(*names, help=help, metavar=metavar, **more)
 
 
-Out = Annotated[
-    Path | None, typer.Option(metavar="DIR", help="Run folder; default: reports/<trial name> under the current folder.")
-]
+def flag(name: str, help: str) -> Any:
+    """Describe an option without a value; with its name given there is no "--no-" beside it."""
+    return typer.Option(name, help=help)
+
+
+def argument(metavar: str, help: str | None = None) -> Any:
+    return typer.Argument(metavar=metavar, help=help)
+
+
+Text = str | None
+Number = float | None
+File = Path | None
+Out = Annotated[File, option("Run folder; default: reports/<trial name> under the current folder.", "DIR")]
 Device = Annotated[
-    str,
-    typer.Option(
-        metavar="auto|cpu|cuda:0", help="Device of the fluid run; naming a device that is absent is an error."
-    ),
+    str, option("Device of the fluid run; naming a device that is absent is an error.", "auto|cpu|cuda:0")
 ]
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout, everything else on stderr.")]
-Quiet = Annotated[bool, typer.Option("--quiet", help="Print no narration and no progress.")]
-TrialFile = Annotated[Path, typer.Argument(metavar="TRIAL", help="A trial.toml; 'sealtwin init DIR' writes one.")]
-RunFolderPath = Annotated[Path, typer.Argument(metavar="RUN", help="A run folder.")]
+Json = Annotated[bool, flag("--json", "Print one JSON object on stdout, everything else on stderr.")]
+Quiet = Annotated[bool, flag("--quiet", "Print no narration and no progress.")]
 
 
 @dataclass(frozen=True)
@@ -72,9 +77,6 @@ class Command:
             print(text, file=self.stdout, flush=True)
         if answer.exit_code:
             raise typer.Exit(answer.exit_code)
-
-    def answer(self, content: dict[str, Any], lines: Sequence[str]) -> None:
-        self.reply(Answer(content, lines))
 
     def fail(self, message: str, exit_code: int) -> NoReturn:
         print(f"sealtwin: {message}", file=sys.stderr)

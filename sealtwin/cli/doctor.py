@@ -9,26 +9,20 @@ from sealtwin.cli.answer import BUG, Answer, Json, answering
 def doctor(as_json: Json = False) -> None:
     """Print versions, devices and the results of a self-test of about a second."""
     with answering("auto", as_json, quiet=False) as command:
-        command.reply(examine())
+        from sealtwin.core.run_folder import versions
 
-
-def examine() -> Answer:
-    from sealtwin.core.run_folder import versions
-
-    checks: dict[str, str] = {}
-    healthy = True
-    for name, check in SELF_TESTS.items():
-        began = time.perf_counter()
-        try:
-            found = check()
-        except Exception as fault:  # A self-test may fail in any way; the answer names it.
-            checks[name] = f"FAILED: {type(fault).__name__}: {fault}"
-            healthy = False
-        else:
-            checks[name] = f"ok, {found} ({time.perf_counter() - began:.1f} s)"
-    content = {"version": 1, "versions": versions(), "checks": checks, "healthy": healthy}
-    lines = [f"{name:<24} {found}" for name, found in {**versions(), **checks}.items()]
-    return Answer(content, lines, 0 if healthy else BUG)
+        checks: dict[str, str] = {}
+        healthy = True
+        for name, check in SELF_TESTS.items():
+            began = time.perf_counter()
+            try:
+                checks[name] = f"ok, {check()} ({time.perf_counter() - began:.1f} s)"
+            except Exception as fault:  # A self-test may fail in any way; the answer names it.
+                checks[name] = f"FAILED: {type(fault).__name__}: {fault}"
+                healthy = False
+        content = {"version": 1, "versions": versions(), "checks": checks, "healthy": healthy}
+        lines = [f"{name:<24} {found}" for name, found in {**versions(), **checks}.items()]
+        command.reply(Answer(content, lines, 0 if healthy else BUG))
 
 
 def _packages() -> str:

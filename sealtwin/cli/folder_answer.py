@@ -9,10 +9,11 @@ from sealtwin.cli.answer import BAD_INPUT, BUG, SOME_FAILED, Answer
 from sealtwin.lab.catalogue import RUN, CatalogueFault, Record, latest_trials, progress_of, read_run, revisions
 from sealtwin.lab.found_files import Piece, few, plain
 from sealtwin.lab.ingest import Ingested
-from sealtwin.lab.intake import TRIAL, SampleOutcome
+from sealtwin.lab.intake import TRIAL
 from sealtwin.lab.pairing import PAIRING
+from sealtwin.lab.sample_trials import SampleOutcome
 from sealtwin.photos.batch import CSV, SHEET, Batch
-from sealtwin.trial.result import shown
+from sealtwin.trial.job import shown
 
 BROADEST = 36  # Letters of a column of names on a terminal
 MOST_TOLD = 200  # Faults on a terminal, which keeps some thousand lines

@@ -5,20 +5,18 @@ from typing import Annotated, Literal
 
 import typer
 
-from sealtwin.cli.answer import Json, Quiet, answering, option
+from sealtwin.cli.answer import Answer, File, Json, Quiet, Text, answering, argument, flag, option
 
 
 def ingest(
-    folder: Annotated[
-        Path, typer.Argument(metavar="FOLDER", help="Photos, sheets of readings and notes; nothing in it is changed.")
-    ],
+    folder: Annotated[Path, argument("FOLDER", "Photos, sheets of readings and notes; nothing in it is changed.")],
     out: Annotated[Path, option("Gets a folder for each trial, pairing.csv and the catalogue.", "LAB")],
     pairing: Annotated[
-        Path | None, option("LAB/pairing.csv as you have corrected it: file, role, sample, part.", "CSV")
+        File, option("LAB/pairing.csv as you have corrected it: file, role, sample, part.", "CSV")
     ] = None,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Pair, check and tell; write nothing.")] = False,
+    dry_run: Annotated[bool, flag("--dry-run", "Pair, check and tell; write nothing.")] = False,
     digitise: Annotated[
-        bool, typer.Option("--digitise", help="Trace each sound sample too; LAB/index.html shows all walls.")
+        bool, flag("--digitise", "Trace each sound sample too; LAB/index.html shows all walls.")
     ] = False,
     jobs: Annotated[int, option("Of --digitise: samples traced at the same time.", min=1, max=64)] = 1,
     as_json: Json = False,
@@ -53,10 +51,10 @@ def ingest(
 
 
 def lab(
-    action: Annotated[Literal["list", "show", "export"], typer.Argument(metavar="list|show|export")],
-    folder: Annotated[Path, typer.Argument(metavar="LAB", help="The folder that 'sealtwin ingest' made.")],
-    sample: Annotated[str | None, typer.Argument(metavar="SAMPLE", help="Of show.")] = None,
-    out: Annotated[Path | None, option("Of export.", "CSV")] = None,
+    action: Annotated[Literal["list", "show", "export"], argument("list|show|export")],
+    folder: Annotated[Path, argument("LAB", "The folder that 'sealtwin ingest' made.")],
+    sample: Annotated[Text, argument("SAMPLE", "Of show.")] = None,
+    out: Annotated[File, option("Of export.", "CSV")] = None,
     as_json: Json = False,
 ) -> None:
     """Query a lab's catalogue: list LAB, show LAB SAMPLE, export LAB --out FILE.csv."""
@@ -70,7 +68,7 @@ def lab(
 
         if out is not None:
             rows = export(folder, out)
-            command.answer({"version": 1, "file": out.as_posix(), "rows": rows}, [f"{out}: {rows} rows"])
+            command.reply(Answer({"version": 1, "file": out.as_posix(), "rows": rows}, [f"{out}: {rows} rows"]))
         elif sample is not None:
             command.reply(show_answer(folder, sample))
         else:

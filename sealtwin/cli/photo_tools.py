@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from sealtwin.cli.answer import INTERRUPTED, Answer, Json, Quiet, answering
-from sealtwin.cli.photo_options import two_numbers
+from sealtwin.cli.answer import INTERRUPTED, Answer, File, Json, Quiet, answering, argument, flag, option
+from sealtwin.cli.samples import two_numbers
 from sealtwin.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -16,19 +16,17 @@ if TYPE_CHECKING:
 
 
 def markers(
-    face_mm: Annotated[str, typer.Option(metavar="WxH", help="Size of the sample's face: the opening of the frame.")],
-    out: Annotated[Path, typer.Option(metavar="FILE", help="The page to print: .pdf or .svg.")],
-    size_mm: Annotated[float, typer.Option(min=5, max=200, help="Outer edge of a marker's black square.")] = 16.0,
+    face_mm: Annotated[str, option("Size of the sample's face: the opening of the frame.", "WxH")],
+    out: Annotated[Path, option("The page to print: .pdf or .svg.", "FILE")],
+    size_mm: Annotated[float, option("Outer edge of a marker's black square.", min=5, max=200)] = 16.0,
     dictionary: Annotated[
-        Literal["4x4_50", "5x5_100", "6x6_250", "apriltag_36h11"], typer.Option(help="Kind of the markers.")
+        Literal["4x4_50", "5x5_100", "6x6_250", "apriltag_36h11"], option("Kind of the markers.")
     ] = "4x4_50",
     count: Annotated[
-        Literal["4", "8"], typer.Option(help="4: at the corners of the face; 8: also in the middle of its sides.")
+        Literal["4", "8"], option("4: at the corners of the face; 8: also in the middle of its sides.")
     ] = "8",
-    paper: Annotated[Literal["a4", "a3", "letter"], typer.Option(help="Size of the paper, either way up.")] = "a4",
-    toml: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Also write the table for the trial file here.")
-    ] = None,
+    paper: Annotated[Literal["a4", "a3", "letter"], option("Size of the paper, either way up.")] = "a4",
+    toml: Annotated[File, option("Also write the table for the trial file here.", "FILE")] = None,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -64,11 +62,9 @@ def markers(
 
 
 def trace(
-    target: Annotated[Path, typer.Argument(metavar="TRIAL|PHOTO", help="A trial.toml, or a photo without one.")],
-    port: Annotated[
-        int | None, typer.Option(min=1024, max=65535, help="Port of the page; default: any that is free.")
-    ] = None,
-    no_browser: Annotated[bool, typer.Option("--no-browser", help="Only print the page's address.")] = False,
+    target: Annotated[Path, argument("TRIAL|PHOTO", "A trial.toml, or a photo without one.")],
+    port: Annotated[int | None, option("Port of the page; default: any that is free.", min=1024, max=65535)] = None,
+    no_browser: Annotated[bool, flag("--no-browser", "Only print the page's address.")] = False,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:

@@ -1,22 +1,20 @@
 """Commands that turn a photo, many photos or a mesh into a solid and a nozzle path."""
 
+import math
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import typer
 
-from sealtwin.cli.answer import Json, Out, Quiet, answering, option
-from sealtwin.cli.photo_options import beside_nothing, board, depth, one_or_two, points, two_numbers
+from sealtwin.cli.answer import File, Json, Number, Out, Quiet, Text, answering, argument, flag, option
 from sealtwin.cli.trial_answer import run_trial
+from sealtwin.core.errors import InputError
 
-Text = str | None
-Number = float | None
-File = Path | None
 VolumeMl = Annotated[Number, option("Sealant to give; default: what fills the crack to its face.")]
 
 
 def import_mesh(
-    mesh: Annotated[Path, typer.Argument(metavar="MESH", help="STL, PLY, OBJ, OFF, GLB or 3MF of a cracked block.")],
+    mesh: Annotated[Path, argument("MESH", "STL, PLY, OBJ, OFF, GLB or 3MF of a cracked block.")],
     units: Annotated[
         Literal["mm", "cm", "m", "inch"],
         option("Unit of the file's numbers: most formats do not name it, and it is not guessed."),
@@ -68,14 +66,12 @@ def import_mesh(
 def digitise(
     targets: Annotated[
         list[Path],
-        typer.Argument(
-            metavar="TRIAL|PHOTO...", help="A trial.toml, or a photo with the options below; several, or a folder."
-        ),
+        argument("TRIAL|PHOTO...", "A trial.toml, or a photo with the options below; several, or a folder."),
     ],
     out: Out = None,
     depth_mm: Annotated[Text, option("Measured depth, or a CSV of s_mm,depth_mm along the crack.", "MM|CSV")] = None,
     mm_per_px: Annotated[Number, option("Scale.")] = None,
-    assumed: Annotated[bool, typer.Option("--assumed", help="Mark that scale as assumed in every output.")] = False,
+    assumed: Annotated[bool, flag("--assumed", "Mark that scale as assumed in every output.")] = False,
     markers: Annotated[File, option("Markers in the photo, as 'sealtwin markers' writes them.", "TOML")] = None,
     face_mm: Annotated[Text, option("Size of the sample's face; without markers it gives the scale.", "WxH")] = None,
     face_corners: Annotated[
@@ -94,7 +90,7 @@ def digitise(
     edge_fraction: Annotated[
         Number, option("Share of the contrast that marks a wall; default 0.5, 0.7 for lit walls.")
     ] = None,
-    keep_branches: Annotated[bool, typer.Option("--keep-branches", help="Include side cracks in the solid.")] = False,
+    keep_branches: Annotated[bool, flag("--keep-branches", "Include side cracks in the solid.")] = False,
     tilt: Annotated[
         Literal["lean", "flare", "funnel", "vertical"] | None, option("Tilt of the walls; default: lean.")
     ] = None,
@@ -127,8 +123,9 @@ def digitise(
                 "ends_px": None if ends is None else [two_numbers(end, ",", "--ends") for end in ends],
                 "via_px": points(via, "--via"),
                 "roi_px": points(roi, "--roi"),
-                "mask": beside_nothing(mask),
-                "second_photo": beside_nothing(second_photo),
+                # From here; a trial file's are looked for from its own folder.
+                "mask": mask and mask.absolute(),
+                "second_photo": second_photo and second_photo.absolute(),
                 "edge_fraction": edge_fraction,
                 "branches": "keep" if keep_branches else None,
             },
@@ -166,3 +163,80 @@ def digitise(
         from sealtwin.cli.folder_answer import batch_answer
 
         command.reply(batch_answer(digitise_many(plan(targets, tables), out, command.progress(), jobs=jobs)))
+
+
+def points(text: str | None, option: str) -> list[tuple[float, float]] | None:
+    """``"x,y x,y"`` in pixels. Raises typer.BadParameter, naming the option."""
+    return None if text is None else [two_numbers(pair, ",", option) for pair in text.split()]
+
+
+def two_numbers(text: str, separator: str, option: str) -> tuple[float, float]:
+    """Raises typer.BadParameter, naming the option."""
+    try:
+        first, second = (float(part) for part in text.split(separator))
+    except ValueError:
+        first = second = math.nan
+    if not (math.isfinite(first) and math.isfinite(second)):
+        raise typer.BadParameter(f"{option} {text}: expected two numbers, as in 12{separator}340")
+    return first, second
+
+
+def one_or_two(text: str | None, option: str) -> float | tuple[float, float] | None:
+    """``"11"``, or ``"11,8"`` for left and right. Raises typer.BadParameter, naming the option."""
+    if text is None:
+        return None
+    if "," in text:
+        return two_numbers(text, ",", option)
+    return _number(text, option, "a number, or two with a comma between")
+
+
+def depth(text: str) -> float | list[list[float]]:
+    """A number, or the rows of a CSV with the columns s_mm and depth_mm.
+
+    Raises typer.BadParameter where it is neither, InputError where the file cannot be used.
+    """
+    path = Path(text)
+    if path.suffix.lower() not in {".csv", ".txt"}:
+        return _number(text, "--depth-mm", "millimetres, or a CSV with the columns s_mm and depth_mm")
+    from sealtwin.lab.tables import named_cells, read_table
+    from validate.readings.text_table import number
+
+    table = read_table(path, "--depth-mm takes a number, or a CSV with the columns s_mm and depth_mm")
+    # Between commas a decimal comma may as well set thousands apart.
+    mark = "point" if table.separator == "," else None
+    rows = []
+    for place, cells in named_cells(table, ("s_mm", "depth_mm")):
+        row = [value for text in cells.values() if (value := number(text, mark)) is not None]
+        if len(row) < len(cells):
+            raise InputError(f"{place}: {list(cells.values())!r:.80}; s_mm and depth_mm must both be numbers, in mm.")
+        rows.append(row)
+    if not rows:
+        raise InputError(f"{path}: no rows below its header; give s_mm and depth_mm in each, in mm.")
+    return rows
+
+
+def board(path: Path | None) -> dict[str, Any] | None:
+    """The [photo.markers] of a TOML file, as 'sealtwin markers' writes it. Raises InputError where it has none."""
+    if path is None:
+        return None
+    from digitise.settings import MarkerBoard
+    from sealtwin.core.settings import Settings, read_settings
+
+    class PhotoOptions(Settings):
+        markers: MarkerBoard
+
+    class MarkerFile(Settings):
+        photo: PhotoOptions
+
+    read = read_settings(MarkerFile, path, name="file of markers", starter="'sealtwin markers' writes one")
+    return read.photo.markers.model_dump(mode="json")
+
+
+def _number(text: str, option: str, expected: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise typer.BadParameter(f"{option} {text}: expected {expected}")
+    return value

@@ -5,20 +5,18 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from sealtwin.cli.answer import Answer, Device, Json, Quiet, answering
+from sealtwin.cli.answer import Answer, Device, File, Json, Quiet, Text, answering, argument, flag, option
 
 if TYPE_CHECKING:
-    from sealtwin.study.run_comparison import Compared
     from sealtwin.study.study_map import Mapped
+    from validate.study_figures.figure_sheet import FigureSheet
 
 MOST_NAMED = 8  # Failed runs in the text of an answer; all of them are in the table
 
 
 def compare(
-    folders: Annotated[list[Path], typer.Argument(metavar="RUN RUN ...", help="Run folders, 2 to 28.")],
-    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Where the page goes.")] = Path(
-        "reports", "compare"
-    ),
+    folders: Annotated[list[Path], argument("RUN RUN ...", "Run folders, 2 to 28.")],
+    out: Annotated[Path, option("Where the page goes.", "DIR")] = Path("reports", "compare"),
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -33,33 +31,24 @@ def compare(
             raise typer.BadParameter("give two run folders or more")
         from sealtwin.study.run_comparison import compare_runs
 
-        compared = compare_runs(folders, out)
-        command.answer(compared.content, compared_lines(compared))
-
-
-StudyFolder = Annotated[Path, typer.Argument(metavar="STUDY", help="The folder of a sweep.")]
+        content, sheet = compare_runs(folders, out)
+        command.reply(Answer(content, compared_lines(content, sheet)))
 
 
 def map(
-    folder: StudyFolder,
+    folder: Annotated[Path, argument("STUDY", "The folder of a sweep.")],
     caliper: Annotated[
-        Path | None,
-        typer.Option(
-            "--caliper",
-            metavar="SHEET",
-            help="Readings to hold the runs against, written as those of the study's trial are; default: those.",
+        File,
+        option(
+            "Readings to hold the runs against, written as those of the study's trial are; default: those.", "SHEET"
         ),
     ] = None,
     data: Annotated[
         Literal["measured", "reconstructed", "synthetic"] | None,
-        typer.Option("--data", help="Where the readings of another sheet come from."),
+        option("Where the readings of another sheet come from."),
     ] = None,
-    out: Annotated[
-        Path | None, typer.Option("--out", metavar="DIR", help="Where the page goes; default: STUDY/map.")
-    ] = None,
-    fills: Annotated[
-        bool, typer.Option("--fills/--no-fills", help="Compute some nine runs once more, to draw how they fill.")
-    ] = True,
+    out: Annotated[File, option("Where the page goes; default: STUDY/map.", "DIR")] = None,
+    fills: Annotated[bool, option("Compute some nine runs once more, to draw how they fill.")] = True,
     device: Device = "auto",
     as_json: Json = False,
     quiet: Quiet = False,
@@ -77,7 +66,7 @@ def map(
 
         options = MapOptions(caliper, data, fills, choose_device(device) if fills else "cpu")
         mapped = map_study(folder, out, options, command.progress())
-        command.answer(mapped.content, mapped_lines(mapped))
+        command.reply(Answer(mapped.content, mapped_lines(mapped)))
 
 
 LAUNCH = 256  # Runs of the paper's size in one launch on a GPU: 2 GB of its memory, 6 if nothing freezes
@@ -87,53 +76,39 @@ SHARDS = 16  # Jobs of an array, unless --shards says otherwise
 def sweep(
     targets: Annotated[
         list[Path] | None,
-        typer.Argument(
-            metavar="STUDY | status DIR | merge DIR DIR ...",
-            help="A study.toml; 'status' and the folder of a sweep, also while it runs; or 'merge' and the folders of "
-            "its shards.",
+        argument(
+            "STUDY | status DIR | merge DIR DIR ...",
+            "A study.toml; 'status' and the folder of a sweep, also while it runs; or 'merge' and the folders of its "
+            "shards.",
         ),
     ] = None,
-    out: Annotated[
-        Path | None, typer.Option("--out", metavar="DIR", help="The sweep's folder; default: reports/<study name>.")
-    ] = None,
+    out: Annotated[File, option("The sweep's folder; default: reports/<study name>.", "DIR")] = None,
     device: Device = "auto",
-    jobs: Annotated[
-        int | None, typer.Option(min=1, max=512, help="Processes; default: one for each core, one on a GPU.")
-    ] = None,
+    jobs: Annotated[int | None, option("Processes; default: one for each core, one on a GPU.", min=1, max=512)] = None,
     batch: Annotated[
         int | None,
-        typer.Option(
-            min=1, max=4096, help=f"Runs in one launch that differ in the fluid alone; default: 1, {LAUNCH} on a GPU."
-        ),
+        option(f"Runs in one launch that differ in the fluid alone; default: 1, {LAUNCH} on a GPU.", min=1, max=4096),
     ] = None,
     scheduler: Annotated[
-        str | None,
-        typer.Option(
+        Text,
+        option(
+            "Compute on the workers of this Dask scheduler instead of on this machine.",
+            "tls://HOST:PORT",
             "--scheduler",
             "--dask",
-            metavar="tls://HOST:PORT",
-            help="Compute on the workers of this Dask scheduler instead of on this machine.",
         ),
     ] = None,
     shard: Annotated[
-        str | None,
-        typer.Option(metavar="I/N", help="Compute only the I-th of N parts of the study, into a folder of its own."),
+        Text, option("Compute only the I-th of N parts of the study, into a folder of its own.", "I/N")
     ] = None,
     batch_script: Annotated[
-        str | None,
-        typer.Option(
-            metavar="slurm|pbs|sge|lsf", help="Print a script that computes the study as a job array; run nothing."
-        ),
+        Text, option("Print a script that computes the study as a job array; run nothing.", "slurm|pbs|sge|lsf")
     ] = None,
-    shards: Annotated[int, typer.Option(min=1, help="Jobs of the array that --batch-script prints.")] = SHARDS,
-    keep_runs: Annotated[bool, typer.Option("--keep-runs", help="Keep the particles of each run too.")] = False,
-    retry: Annotated[bool, typer.Option("--retry", help="Compute runs once more that failed.")] = False,
-    dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Check all settings, digitise, estimate; inject nothing.")
-    ] = False,
-    example: Annotated[
-        Path | None, typer.Option("--example", metavar="FILE", help="Write a commented study file to start from.")
-    ] = None,
+    shards: Annotated[int, option("Jobs of the array that --batch-script prints.", min=1)] = SHARDS,
+    keep_runs: Annotated[bool, flag("--keep-runs", "Keep the particles of each run too.")] = False,
+    retry: Annotated[bool, flag("--retry", "Compute runs once more that failed.")] = False,
+    dry_run: Annotated[bool, flag("--dry-run", "Check all settings, digitise, estimate; inject nothing.")] = False,
+    example: Annotated[File, option("Write a commented study file to start from.", "FILE")] = None,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -152,10 +127,10 @@ def sweep(
         if example is not None:
             if targets:
                 raise typer.BadParameter("--example beside a study: it only writes a study file to start from")
-            from sealtwin.study.study_file import write_example_study
+            from sealtwin.trial.starter_files import write_example_study
 
             write_example_study(example)
-            command.answer({"version": 1, "file": example.as_posix()}, [str(example)])
+            command.reply(Answer({"version": 1, "file": example.as_posix()}, [str(example)]))
             return
         if not targets:
             raise typer.BadParameter("give a study; --example FILE writes one to start from")
@@ -166,7 +141,7 @@ def sweep(
             from sealtwin.study.sweep import status
 
             found = status(targets[1])
-            command.answer(found, swept_lines(found))
+            command.reply(Answer(found, swept_lines(found)))
             return
         if verb == "merge":
             if len(targets) < 2 or out is None:
@@ -185,7 +160,7 @@ def sweep(
             if batch_script not in DIRECTIVES:
                 raise typer.BadParameter(f"--batch-script {batch_script}: expected {', '.join(DIRECTIVES)}")
             script = script_of(batch_script, targets[0], out, shards, jobs or 1)
-            command.answer({"version": 1, "script": script}, script.splitlines())
+            command.reply(Answer({"version": 1, "script": script}, script.splitlines()))
             return
         from sealtwin.core.cluster import cores
         from sealtwin.study.sweep import SweepOptions
@@ -261,9 +236,8 @@ def mapped_lines(mapped: "Mapped") -> list[str]:
     ]
 
 
-def compared_lines(compared: "Compared") -> list[str]:
+def compared_lines(content: dict[str, Any], sheet: "FigureSheet") -> list[str]:
     """Return the lines that a person reads of runs side by side."""
-    content, sheet = compared.content, compared.sheet
     lines = [f"{run['number']}: {run['name']}" for run in content["runs"]]
     lines += [f"{name}: {', '.join(str(value) for value in values)}" for name, values in content["differing"].items()]
     return [*sheet.cautions, sheet.finding, *lines, f"Page: {content['page']}"]

@@ -5,14 +5,30 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from sealtwin.cli.answer import Answer, Device, Json, Out, Quiet, RunFolderPath, TrialFile, answering
+from sealtwin.cli.answer import Answer, Device, File, Json, Out, Quiet, answering, argument, flag, option
 from sealtwin.cli.trial_answer import resume, run_trial
 
 if TYPE_CHECKING:
     from sealtwin.trial.job import StageName
 
-FilmOut = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="A name that ends in .gif or .mp4; default: RUN/fill.gif.")
+ALL_STAGES: "tuple[StageName, ...]" = ("digitise", "simulate", "validate")
+TrialFile = Annotated[Path, argument("TRIAL", "A trial.toml; 'sealtwin init DIR' writes one.")]
+RunFolderPath = Annotated[Path, argument("RUN", "A run folder.")]
+FilmOut = Annotated[File, option("A name that ends in .gif or .mp4; default: RUN/fill.gif.", "FILE")]
+DemoOut = Annotated[File, option("Folder for trial/ and run/; default: reports/demo.", "DIR")]
+FramesEveryS = Annotated[
+    float | None,
+    option(
+        "Write the fluid to RUN/frames every S simulated seconds, for ParaView (fill.pvd) and 'sealtwin film'; "
+        "in place of frames_every_s in the trial's table output.",
+        "S",
+    ),
+]
+Threads = Annotated[
+    int,
+    option(
+        "Threads of a CPU that share the fluid run, for runs of many particles; the result is the same.", min=1, max=64
+    ),
 ]
 
 
@@ -23,8 +39,8 @@ def film(folder: RunFolderPath, out: FilmOut = None, as_json: Json = False, quie
     anywhere; MP4 (VP9) has all colours, plays in browsers and VLC, and needs an OpenCV that can write it.
     """
     with answering("auto", as_json, quiet) as command:
+        from sealtwin.trial.job import shown
         from sealtwin.trial.pipeline import make_film
-        from sealtwin.trial.result import shown
 
         path = out or folder / "fill.gif"
         with command.progress() as progress:
@@ -34,30 +50,22 @@ def film(folder: RunFolderPath, out: FilmOut = None, as_json: Json = False, quie
 
 
 def robot(
-    folder: Annotated[Path | None, typer.Argument(metavar="RUN", help="A digitised run folder.")] = None,
-    cell: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="The robot's cell file: taught points, limits, languages.")
-    ] = None,
+    folder: Annotated[File, argument("RUN", "A digitised run folder.")] = None,
+    cell: Annotated[File, option("The robot's cell file: taught points, limits, languages.", "FILE")] = None,
     formats: Annotated[
         str | None,
-        typer.Option(
+        option(
+            "txt, csv, spel, gcode, urscript; all: those that the cell has tables for; default: its formats.",
+            "A,B|all",
             "--format",
-            metavar="A,B|all",
-            help="txt, csv, spel, gcode, urscript; all: those that the cell has tables for; default: its formats.",
         ),
     ] = None,
-    out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Folder for the files; default: robot/ in the run folder.")
-    ] = None,
+    out: Annotated[File, option("Folder for the files; default: robot/ in the run folder.", "DIR")] = None,
     allow_automatic: Annotated[
         bool,
-        typer.Option(
-            "--allow-automatic", help="Accept a crack that was found automatically, once you have looked at it."
-        ),
+        flag("--allow-automatic", "Accept a crack that was found automatically, once you have looked at it."),
     ] = False,
-    example: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write a commented cell file to start from.")
-    ] = None,
+    example: Annotated[File, option("Write a commented cell file to start from.", "FILE")] = None,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -98,30 +106,6 @@ def robot(
             f"Robot files: {', '.join([*report['files'], REPORT])} in {report['folder']}",
         ]
         command.reply(Answer(report, lines))
-
-
-ALL_STAGES: "tuple[StageName, ...]" = ("digitise", "simulate", "validate")
-
-DemoOut = Annotated[Path | None, typer.Option(metavar="DIR", help="Folder for trial/ and run/; default: reports/demo.")]
-
-
-FramesEveryS = Annotated[
-    float | None,
-    typer.Option(
-        metavar="S",
-        help="Write the fluid to RUN/frames every S simulated seconds, for ParaView (fill.pvd) and 'sealtwin film'; "
-        "in place of frames_every_s in the trial's table output.",
-    ),
-]
-
-Threads = Annotated[
-    int,
-    typer.Option(
-        min=1,
-        max=64,
-        help="Threads of a CPU that share the fluid run, for runs of many particles; the result is the same.",
-    ),
-]
 
 
 def demo(out: DemoOut = None, device: Device = "auto", as_json: Json = False, quiet: Quiet = False) -> None:
@@ -170,9 +154,9 @@ def validate(
     folder: RunFolderPath,
     uncertainty: Annotated[
         bool,
-        typer.Option(
+        flag(
             "--uncertainty",
-            help="First run the fluid with finer and with coarser particles, and with the inputs of the trial's table "
+            "First run the fluid with finer and with coarser particles, and with the inputs of the trial's table "
             "uncertainty moved by what it declares; once, into RUN/uncertainty. Takes 5 to 10 times as long as RUN.",
         ),
     ] = False,
@@ -185,7 +169,7 @@ def validate(
         resume(command, folder, "validate", uncertainty=uncertainty)
 
 
-def init(folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder for the new trial.")]) -> None:
+def init(folder: Annotated[Path, argument("DIR", "Folder for the new trial.")]) -> None:
     """Write a commented trial and an empty sheet for readings to start from."""
     with answering("auto", as_json=False, quiet=False) as command:
         from sealtwin.trial.starter_files import write_starter

@@ -69,9 +69,11 @@ def run_tasks(
     if scheduler is None and processes == 0:
         yield from ((item, function(*arguments)) for item, arguments in tasks)
         return
+    import dask.config
     from distributed import as_completed
 
-    with _client(processes, scheduler) as client:
+    reached = _local_client(processes) if scheduler is None else _connected(scheduler)
+    with dask.config.set(CONFIG if scheduler else CONFIG | LOCAL_CONFIG), reached as client:
         waiting = iter(tasks)
         at_work: dict[Any, Item] = {}
         finished: Any = as_completed()
@@ -113,23 +115,9 @@ def _outcome(future: Any, scheduler: str | None) -> Any:
 
 
 @contextmanager
-def _client(processes: int, scheduler: str | None) -> Iterator[Any]:
-    import dask.config
-    from distributed import Client
-
-    with dask.config.set(CONFIG):
-        if scheduler is not None:
-            with _connected(scheduler) as client:
-                yield client
-        else:
-            with dask.config.set(LOCAL_CONFIG), _local_cluster(processes) as cluster, Client(cluster) as client:
-                yield client
-
-
-@contextmanager
-def _local_cluster(processes: int) -> Iterator[Any]:
+def _local_client(processes: int) -> Iterator[Any]:
     """Workers on the loopback interface with credentials of their own: whoever reaches a scheduler can run code."""
-    from distributed import LocalCluster
+    from distributed import Client, LocalCluster
     from distributed.security import Security
 
     with _children_ignore_interrupts():
@@ -147,13 +135,13 @@ def _local_cluster(processes: int) -> Iterator[Any]:
         )
     # The cluster resets its loggers as it closes, and they would then report connections that an interrupt cut.
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
-    with cluster:
+    with cluster, Client(cluster) as client:
         try:
-            yield cluster
+            yield client
         except BaseException:
             # Ctrl-C too: a worker in the middle of a run would be waited for.
             for nanny in cluster.workers.values():
-                # None for a worker that was killed and is not yet started again; psutil would take that as this process.
+                # None while a killed worker is not yet started again; psutil would take that for this process.
                 if (pid := nanny.pid) is not None:
                     with suppress(psutil.NoSuchProcess):
                         psutil.Process(pid).terminate()
@@ -187,7 +175,7 @@ def _connected(address: str) -> Iterator[Any]:
         # Dask itself waits without end for the first word of a server that accepts and says nothing.
         asyncio.run(asyncio.wait_for(_greet(address), CONNECT_S))
         client: Any = Client(address, timeout=CONNECT_S)
-    except (OSError, ValueError, TypeError, MemoryError, TimeoutError, asyncio.TimeoutError) as fault:
+    except (OSError, ValueError, TypeError, MemoryError, TimeoutError) as fault:
         # A server of another kind, as a dashboard, answers what reads as the length of a huge message.
         reason = str(fault) or f"silent for {CONNECT_S:g} s"
         raise InputError(
@@ -201,7 +189,7 @@ def _connected(address: str) -> Iterator[Any]:
 
 async def _greet(address: str) -> None:
     """Connect, exchange the first messages and disconnect."""
-    from distributed.comm import connect
+    from distributed.comm.core import connect
     from distributed.security import Security
 
     comm: Any = await connect(address, timeout=CONNECT_S, **Security().get_connection_args("client"))

@@ -282,11 +282,11 @@ class InputEffect(JsonRecord):
 
 
 class ErrorUncertainty(JsonRecord):
-    """Intervals of the error, and the parts that they are made of."""
+    """Intervals of the error, and the parts that they are made of; comparison.json names each by its figure."""
 
-    mean_error_mm: tuple[float, float]
+    mean_error_interval_mm: tuple[float, float] = Field(serialization_alias="mean_error_mm")
     """Ends of the 95 % interval of the mean error by the readings."""
-    bias_mm: tuple[float, float]
+    bias_interval_mm: tuple[float, float] = Field(serialization_alias="bias_mm")
     """Ends of the 95 % interval of the bias by the readings."""
     bias_systematic_mm: float
     """Standard uncertainty of the bias that more stations would not reduce."""
@@ -342,7 +342,7 @@ class Comparison:
     @property
     def interval_95_mm(self) -> tuple[float, float] | None:
         """Ends of the mean error's 95 % interval by the readings in mm; None where it was not assessed."""
-        return None if self.uncertainty is None else self.uncertainty.mean_error_mm
+        return None if self.uncertainty is None else self.uncertainty.mean_error_interval_mm
 
     def content(self) -> dict[str, Any]:
         """Return the content of comparison.json."""
@@ -355,5 +355,5 @@ class Comparison:
             "findings": self.findings,
             **self.metrics.model_dump(),
             **({} if self.volumes is None else self.volumes.model_dump()),
-            **({} if self.uncertainty is None else {"uncertainty": self.uncertainty.model_dump()}),
+            **({} if self.uncertainty is None else {"uncertainty": self.uncertainty.model_dump(by_alias=True)}),
         }

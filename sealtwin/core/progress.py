@@ -2,12 +2,13 @@
 
 import sys
 import time
-from typing import Any, Self
+from contextlib import AbstractContextManager
+from typing import Any
 
 LINE_EVERY_S = 10.0  # Time between plain lines in a log
 
 
-class Progress:
+class Progress(AbstractContextManager["Progress"]):
     """Base and silent form; stages call ``start``, ``advance`` and ``note`` and never print."""
 
     def start(self, title: str, total: int, done: int = 0) -> None:
@@ -18,9 +19,6 @@ class Progress:
 
     def note(self, text: str) -> None:
         """Show one line to the user at once."""
-
-    def __enter__(self) -> Self:
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.close()

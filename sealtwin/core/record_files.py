@@ -1,6 +1,5 @@
 """Files of a run folder, written from records and read back as records."""
 
-from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
@@ -12,7 +11,7 @@ from sealtwin.core.comparison import Comparison
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import read_json, read_text, replacing, understood, write_json, write_text
 from sealtwin.core.mesh_file import read_mesh
-from sealtwin.core.records import FaceLabel, Floats, Outline, Profile, Run, RunHealth, Sections, Solid, Trajectory
+from sealtwin.core.records import FaceLabel, Outline, Profile, Run, RunHealth, Sections, Solid, Trajectory
 from sealtwin.core.tables import read_table, write_table
 
 TRAJECTORY_COLUMNS = ("t_s", "x_mm", "y_mm", "z_mm", "s_mm", "speed_mm_s", "flow_mm3_s")
@@ -169,8 +168,7 @@ def read_simulation(folder: Path) -> Simulation:
 def read_run(folder: Path) -> Run:
     """Read a run. Raises InputError if a number is missing or impossible, or the two files are not of one run."""
     path = folder / "particles.csv"
-    rows = read_table(path, PARTICLE_COLUMNS)
-    _require_numbers(path, PARTICLE_COLUMNS, rows)
+    rows = read_table(path, PARTICLE_COLUMNS, finite=True)
     simulation = read_simulation(folder)
     counts = len(rows), int((rows[:, 7] > 0).sum())
     if counts != (simulation.particles, simulation.spilled_particles):
@@ -178,18 +176,15 @@ def read_run(folder: Path) -> Run:
             f"{path}: {counts[0]} particles, {counts[1]} of them spilled; simulation.json has {simulation.particles} "
             f"and {simulation.spilled_particles}. Simulate again."
         )
+    keys = ("radius_mm", "particle_volume_mm3", "escaped_particles", "device", "health")
     return Run(
         position_mm=rows[:, 0:3],
         velocity_mm_s=rows[:, 3:6],
         age_s=rows[:, 6],
         spilled=rows[:, 7] > 0,
-        radius_mm=simulation.radius_mm,
-        particle_volume_mm3=simulation.particle_volume_mm3,
-        escaped_particles=simulation.escaped_particles,
-        device=simulation.device,
+        **{key: getattr(simulation, key) for key in keys},
         # As written: the model would add defaults and change the order.
         settings=read_json(folder / "simulation.json")["settings"],
-        health=simulation.health,
     )
 
 
@@ -200,8 +195,7 @@ def write_profile(folder: Path, profile: Profile) -> None:
 def read_profile(folder: Path) -> Profile:
     """Read a profile. Raises InputError if a number is missing or no level, or s does not grow from row to row."""
     path = folder / "profile.csv"
-    rows = read_table(path, PROFILE_COLUMNS)
-    _require_numbers(path, PROFILE_COLUMNS, rows)
+    rows = read_table(path, PROFILE_COLUMNS, finite=True)
     if len(rows) < 2 or (np.diff(rows[:, 0]) <= 0).any():
         raise InputError(f"{path}: a level has two rows or more, and s_mm grows from row to row. Simulate again.")
     return Profile(s_mm=rows[:, 0], level_mm=rows[:, 1], data="synthetic", source="simulation")
@@ -241,12 +235,3 @@ def _rounded(value: Any) -> Any:
     if isinstance(value, tuple):
         return tuple(_rounded(item) for item in value)
     return np.round(value, 5) if isinstance(value, np.ndarray) else value
-
-
-def _require_numbers(path: Path, columns: Sequence[str], rows: Floats) -> None:
-    """Raise InputError, naming the line, if a number is missing or infinite."""
-    wrong = np.argwhere(~np.isfinite(rows))
-    if len(wrong):
-        row, column = wrong[0]
-        found = f"{columns[column]} = {rows[row, column]:g}"
-        raise InputError(f"{path}, line {row + 2}: {found}; expected a number. Run its stage again.")

@@ -44,14 +44,12 @@ def as_text_cell(text: str) -> str:
     return f"'{text}" if text.startswith(FORMULA) else text
 
 
-def read_table(path: Path, columns: Sequence[str]) -> Floats:
-    """Read a CSV that ``write_table`` wrote, (n, len(columns)). Raises InputError, naming file and line."""
-    return read_rows(path, read_text(path), columns)
+def read_table(path: Path, columns: Sequence[str], *, finite: bool = False) -> Floats:
+    """Read a CSV that ``write_table`` wrote, (n, len(columns)); with ``finite`` none of its numbers may be missing.
 
-
-def read_rows(path: Path, text: str, columns: Sequence[str], delimiter: str = ",") -> Floats:
-    """Read the text of a table; ``path`` only names it in errors."""
-    reader = csv.DictReader(io.StringIO(text), delimiter=delimiter)
+    Raises InputError, naming file and line.
+    """
+    reader = csv.DictReader(io.StringIO(read_text(path)))
     # Eight bytes a number; lists of lists take ten times that.
     numbers, line = array("d"), 1
     try:
@@ -65,7 +63,12 @@ def read_rows(path: Path, text: str, columns: Sequence[str], delimiter: str = ",
                 raise InputError(f"{path}, line {line}: expected {len(columns)} numbers, found {found:.80}.") from None
     except csv.Error as fault:
         raise InputError(f"{path}, after line {line}: no readable CSV ({fault}).") from None
-    return np.array(numbers, dtype=float).reshape(-1, len(columns))
+    rows = np.array(numbers, dtype=float).reshape(-1, len(columns))
+    if finite and len(wrong := np.argwhere(~np.isfinite(rows))):
+        row, column = wrong[0]
+        found = f"{columns[column]} = {rows[row, column]:g}"
+        raise InputError(f"{path}, line {row + 2}: {found}; expected a number. Run its stage again.")
+    return rows
 
 
 def _cell(value: str | float | None) -> str:

@@ -14,12 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sealtwin.core.errors import InputError
-from sealtwin.core.files import read_bytes, replacing, write_text
+from sealtwin.core.files import read_bytes, write_bytes, write_text
 from sealtwin.core.records import Frame
 
 TYPES: dict[str, Any] = {"Float32": np.dtype("<f4"), "Int32": np.dtype("<i4"), "UInt8": np.dtype("u1")}
 BEGIN_OF_DATA = b'<AppendedData encoding="raw">_'
 LENGTH = struct.Struct("<Q")
+RESUMED = ", and checkpoint.npz if the run is not finished; then simulate again."
+"""End of a remedy: the fluid run reads the frames that it has written, and would stop at the same fault again."""
 
 
 def write_frame(path: Path, frame: Frame) -> None:
@@ -68,8 +70,7 @@ def write_frame(path: Path, frame: Frame) -> None:
 </Piece>
 </PolyData>
 """
-    with replacing(path) as temporary:
-        temporary.write_bytes(head.encode() + BEGIN_OF_DATA + data + b"</AppendedData>\n</VTKFile>\n")
+    write_bytes(path, head.encode() + BEGIN_OF_DATA + data + b"</AppendedData>\n</VTKFile>\n")
 
 
 def read_frame(path: Path) -> Frame:
@@ -85,7 +86,9 @@ def read_frame(path: Path) -> Frame:
             raise ValueError("its arrays differ in length")
         return Frame(t_s=float(arrays["TimeValue"].text or ""), **read)
     except (ValueError, KeyError, struct.error, ElementTree.ParseError) as fault:
-        raise InputError(f"{path}: not a frame of a run, or damaged ({fault}). Run the simulation again.") from fault
+        raise InputError(
+            f"{path}: not a frame of a run, or damaged ({fault}). Delete the folder {path.parent}{RESUMED}"
+        ) from fault
 
 
 def write_collection(path: Path, frames: Sequence[tuple[float, str]]) -> None:
@@ -99,10 +102,12 @@ def read_collection(path: Path) -> list[tuple[float, Path]]:
     """Read times in seconds and files of a .pvd that ``write_collection`` wrote, in its order. Raises InputError."""
     content = read_bytes(path)
     try:
-        found = ElementTree.fromstring(content).iter("DataSet")
+        found = list(ElementTree.fromstring(content).iter("DataSet"))
+        if not found:
+            raise ValueError("it lists no frame")
         return [(float(each.attrib["timestep"]), path.parent / _plain_name(each.attrib["file"])) for each in found]
     except (ValueError, KeyError, ElementTree.ParseError) as fault:
-        raise InputError(f"{path}: not a collection of frames, or damaged ({fault}). Simulate again.") from fault
+        raise InputError(f"{path}: not a collection of frames, or damaged ({fault}). Delete it{RESUMED}") from fault
 
 
 def _values(array: ElementTree.Element, data: bytes) -> NDArray[Any]:

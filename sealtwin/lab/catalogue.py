@@ -1,20 +1,20 @@
 """The catalogue of a lab: which trials there are, of which files they were made, and what could not be taken in."""
 
 import json
+import sqlite3
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path, PurePath
 from typing import Any, Self
 
 from sealtwin.core import files
-from sealtwin.core.database import Database
 from sealtwin.core.errors import InputError
 from sealtwin.core.tables import write_sheet
-from sealtwin.lab.found_files import Piece, few
+from sealtwin.lab.found_files import Piece, Role, Said, few
 from sealtwin.lab.pairing import Decisions
-from sealtwin.lab.sample_names import Role, Said
-from sealtwin.lab.sample_trials import KeptFile, Prepared
+from sealtwin.lab.sample_trials import KeptFile, SampleOutcome
 from validate.readings.samples import sample_key
 
 CATALOGUE = "catalogue.sqlite"
@@ -26,8 +26,9 @@ COLUMNS = (
     "sample", "revision", "state", "date", "operator", "data", "depth_mm", "photo", "photo_sha256", "readings",
     "readings_sha256", "dialect", "result", "mean_error_mm", "ingested_utc", "folder", "reason",
 )  # fmt: skip
-VERSION = 2
+VERSION = "2"
 TABLES = """
+CREATE TABLE IF NOT EXISTS facts (name TEXT PRIMARY KEY, value TEXT NOT NULL);
 CREATE TABLE IF NOT EXISTS trials (
     sample TEXT NOT NULL,       -- key of its name
     revision INTEGER NOT NULL,
@@ -47,6 +48,12 @@ CREATE TABLE IF NOT EXISTS decisions (
     PRIMARY KEY (source, file, part)
 ) WITHOUT ROWID;
 """
+WAIT_S = 60.0  # Longest wait for another process to finish its write, which takes milliseconds on most disks
+REMEDY = (
+    "Move it away and ingest the same folders again: it is made anew, from the trials' own. A pairing that you had "
+    "corrected must be given once more."
+)
+"""Advice for a catalogue that is damaged, or of another version."""
 
 
 @dataclass(frozen=True)
@@ -78,17 +85,34 @@ class CatalogueFault:
     sentence: str
 
 
-class Catalogue(Database):
-    """An open catalogue; short waits for other processes, nothing lost to them."""
-
-    called = "catalogue"
-    remedy = (
-        "Move it away and ingest the same folders again: it is made anew, from the trials' own. A pairing that you had "
-        "corrected must be given once more."
-    )
+class Catalogue:
+    """An open SQLite file. A process that is killed leaves it as before a change or as after it."""
 
     def __init__(self, path: Path, *, create: bool = False) -> None:
-        super().__init__(path, TABLES, VERSION, create=create)
+        """Open ``path``, or make it if ``create`` is True.
+
+        Raises InputError if it cannot be read or written, or if its tables are of another version.
+        """
+        self.path = path
+        with self._faults():
+            self._base = sqlite3.connect(path, timeout=WAIT_S, isolation_level=None)
+        try:
+            if create:
+                with self._faults():
+                    self._base.executescript(TABLES)
+                self._rows("INSERT OR IGNORE INTO facts VALUES ('version', ?)", [VERSION])
+            if self.fact("version") != VERSION:
+                raise InputError(f"{path}: written by another version. {REMEDY}")
+        except BaseException:
+            # Ctrl-C too: no caller has this connection to close it.
+            self._base.close()
+            raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._base.close()
 
     @classmethod
     def of(cls, lab: Path, *, or_empty: bool = False) -> Self:
@@ -130,13 +154,42 @@ class Catalogue(Database):
         rows = [(file.as_posix(), part, said.role, said.sample) for (file, part), said in decided.items()]
         self._replace("decisions", source, rows)
 
+    def fact(self, name: str) -> str | None:
+        rows = self._rows("SELECT value FROM facts WHERE name = ?", [name])
+        return rows[0][0] if rows else None
+
+    def state_fact(self, name: str, value: str) -> None:
+        self._rows("INSERT OR REPLACE INTO facts VALUES (?, ?)", [name, value])
+
+    def _rows(self, statement: str, values: Sequence[Any] = ()) -> list[tuple[Any, ...]]:
+        with self._faults():
+            return self._base.execute(statement, values).fetchall()
+
     def _replace(self, table: str, source: str, rows: Sequence[tuple[str, ...]]) -> None:
-        """Replace the rows of a source."""
-        with self._transaction():
+        """Replace the rows of a source, all of them or none. Raises InputError if they cannot be written."""
+        # As a context, a connection commits or, at Ctrl-C too, rolls back.
+        with self._faults(), self._base:
+            self._base.execute("BEGIN IMMEDIATE")
             self._base.execute(f"DELETE FROM {table} WHERE source = ?", [source])
             for row in rows:
                 places = ", ".join("?" * (1 + len(row)))
                 self._base.execute(f"INSERT INTO {table} VALUES ({places})", [source, *row])
+
+    @contextmanager
+    def _faults(self) -> Iterator[None]:
+        """Raise an InputError for a fault of disk or file, which the user can mend."""
+        try:
+            yield
+        except (sqlite3.IntegrityError, sqlite3.ProgrammingError):
+            raise
+        except sqlite3.DatabaseError as fault:
+            # Without a table or a column it is a sound database, and another program's.
+            if isinstance(fault, sqlite3.OperationalError) and not str(fault).startswith("no such"):
+                raise InputError(
+                    f"{self.path}: {fault}. The folder must be writable, not full, and on a disk of this machine; then "
+                    "give the same command again."
+                ) from fault
+            raise InputError(f"{self.path}: no catalogue that can be read ({fault}). {REMEDY}") from fault
 
 
 def read_record(content: Mapping[str, Any]) -> Record:
@@ -145,24 +198,22 @@ def read_record(content: Mapping[str, Any]) -> Record:
     return Record(**{**content, "files": kept, "remarks": tuple(content["remarks"])})
 
 
-def twins(prepared: Sequence[Prepared], catalogue: Catalogue) -> dict[str, tuple[str, ...]]:
-    """Return remarks by the samples' keys: files that are identical to those of another sample, here or in the lab."""
+def remark_twins(sound: Sequence[SampleOutcome], catalogue: Catalogue) -> None:
+    """Add a remark to samples with files that are identical to those of another sample, here or in the lab."""
     holders: dict[str, dict[str, str]] = defaultdict(dict)
     for record in catalogue.records():
         for file in record.files:
             holders[file.sha256][record.sample] = f"{file.original} of {record.sample}"
-    for each in prepared:
+    for each in sound:
         for raw in each.raw:
             part = each.sample.part if raw.role == "readings" else None
             holders[each.hashes[raw.role]][each.sample.key] = str(Piece(PurePath(raw.original), part))
-    remarks: dict[str, list[str]] = defaultdict(list)
-    for each in prepared:
+    for each in sound:
         for role, what in LOOKED_AT.items():
             alike = holders[each.hashes.get(role, "")]
             if len(alike) > 1:
                 where = few([name for _, name in sorted(alike.items())])
-                remarks[each.sample.key].append(f"one {what} in {len(alike)} samples: {where}. Is each of its own?")
-    return {key: tuple(sentences) for key, sentences in remarks.items()}
+                each.remarks.append(f"one {what} in {len(alike)} samples: {where}. Is each of its own?")
 
 
 def latest_trials(lab: Path) -> tuple[list[dict[str, Any]], list[CatalogueFault]]:

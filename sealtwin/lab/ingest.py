@@ -11,21 +11,12 @@ from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError, as_text
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import holding, require_folder
-from sealtwin.lab.catalogue import CATALOGUE, RECORD, RUN, Catalogue, CatalogueFault, read_record, twins
-from sealtwin.lab.found_files import DEFAULTS, LeftOut, divide, find_files
-from sealtwin.lab.intake import INCOMING, TRIAL, SampleOutcome, Work, take_in
+from sealtwin.lab.catalogue import CATALOGUE, RECORD, RUN, Catalogue, CatalogueFault, read_record, remark_twins
+from sealtwin.lab.found_files import DEFAULTS, LeftOut, Said, divide, find_files, read_names
+from sealtwin.lab.intake import INCOMING, TRIAL, Work, take_in
 from sealtwin.lab.notes import Note, read_note
-from sealtwin.lab.pairing import (
-    PAIRING,
-    PairingRow,
-    decided,
-    hold_back,
-    pair,
-    pairing_text,
-    place_files,
-    read_pairing,
-)
-from sealtwin.lab.sample_names import Said, read_names
+from sealtwin.lab.pairing import PAIRING, PairingRow, decided, hold_back, pair, pairing_text, place_files, read_pairing
+from sealtwin.lab.sample_trials import SampleOutcome
 from sealtwin.photos.batch import OWN, Batch, BatchRow, PlannedPhoto, digitise_many
 from sealtwin.trial.trial_file import load_trial
 from validate.readings.read_readings import read_readings
@@ -88,10 +79,7 @@ def ingest(
             progress.advance(done, sample.name)
         faults = [CatalogueFault(outcome.sample.name, sentence) for outcome in outcomes for sentence in outcome.faults]
         faults += [CatalogueFault(left.file, left.sentence) for left in of_none if left.lost]
-        remarks = twins(work.sound, catalogue)
-        outcomes = [
-            replace(outcome, remarks=(*outcome.remarks, *remarks.get(outcome.sample.key, ()))) for outcome in outcomes
-        ]
+        remark_twins([outcome for outcome in outcomes if not outcome.faults], catalogue)
         if not dry_run:
             catalogue.state_faults(source, faults)
     return Ingested(lab, dry_run, tuple(outcomes), tuple(left_out), tuple(faults))

@@ -8,9 +8,8 @@ from typing import Any
 from sealtwin.core.errors import InputError, as_text
 from sealtwin.core.settings import read_toml
 from sealtwin.lab import note_words
-from sealtwin.lab.found_files import plain
+from sealtwin.lab.found_files import NOTE_SUFFIX, plain
 from sealtwin.lab.note_words import BY_WORD, known_keys, likely_key, normal, tables
-from sealtwin.lab.sample_names import NOTE_SUFFIX
 from validate.readings.samples import read_cells
 from validate.readings.sheet import SheetCell
 from validate.readings.text_table import MISSING
@@ -52,11 +51,6 @@ class Note:
                 dropped = dropped.union(*others)
         taken = {key: entry for key, entry in defaults.entries.items() if key not in dropped}
         return Note(taken | self.entries, self.faults, [*defaults.remarks, *self.remarks], self.meant)
-
-    def without_readings(self) -> "Note":
-        """Return the note for a sample without readings: what the folder says of readings concerns other samples."""
-        kept = {key: entry for key, entry in self.entries.items() if not key.startswith(note_words.OF_READINGS)}
-        return Note(kept, self.faults, self.remarks, self.meant)
 
 
 def read_note(path: Path) -> Note:

@@ -9,15 +9,13 @@ from typing import get_args
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.tables import as_text_cell, sheet_text
-from sealtwin.lab.found_files import LeftOut, Piece, few
-from sealtwin.lab.sample_names import Role, Said, as_label, possible_roles, read_name
-from validate.readings.samples import SamplePart, read_cells, sample_key
-from validate.settings import Declared
+from sealtwin.lab.found_files import LeftOut, Piece, Role, Said, as_label, few, possible_roles, read_name
+from sealtwin.lab.tables import named_cells, read_table
+from validate.readings.samples import SamplePart, sample_key
 
 PAIRING = "pairing.csv"
 COLUMNS = ("file", "role", "sample", "part", "question")
 """The part is that of a file that several samples share; blank for the whole file."""
-NEEDED = COLUMNS[:3]
 ROLES: tuple[Role, ...] = get_args(Role)
 LIKENESS = 0.65  # Share of letters that two names have in one order; P0l and P01 have two of three
 LONGEST_NAME = 80  # Longest name of a sample, and of a trial
@@ -199,19 +197,8 @@ def decided(rows: Sequence[PairingRow], named: Mapping[Piece, Said]) -> Decision
 
 def read_pairing(path: Path) -> list[PairingRow]:
     """Read a pairing in whatever dialect a spreadsheet has saved it. Raises InputError where it is none."""
-    if not path.is_file():
-        raise InputError(f"{path}: no such file; 'sealtwin ingest FOLDER --out LAB' writes LAB/{PAIRING}.")
-    grid = read_cells(path, Declared())
-    head = [cell.text for cell in grid.rows[0].cells] if grid.rows else []
-    if missing := [name for name in NEEDED if name not in head]:
-        raise InputError(
-            f"{path}: no column {', '.join(missing)}; a pairing has {', '.join(COLUMNS)} in its first row."
-        )
-    place = {name: head.index(name) for name in (*NEEDED, "part") if name in head}
-    return [
-        PairingRow(str(grid.place(row.number)), **{name: row.cell(at).text for name, at in place.items()})
-        for row in grid.rows[1:]
-    ]
+    table = read_table(path, f"'sealtwin ingest FOLDER --out LAB' writes LAB/{PAIRING}")
+    return [PairingRow(str(place), **cells) for place, cells in named_cells(table, COLUMNS[:3], ["part"])]
 
 
 def _fault(file: PurePath, part: str, row: PairingRow, parts: Mapping[str, Said]) -> str | None:

@@ -4,18 +4,18 @@ import hashlib
 import json
 import tomllib
 from collections.abc import Mapping, Set
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePath
-from typing import Any
+from typing import Any, Literal
 
 from digitise.settings import DEEPEST_MM, LARGEST_FILE_BYTES
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.settings import checked
+from sealtwin.lab.found_files import Role
 from sealtwin.lab.note_words import ALTERNATIVES, DATA, OF_READINGS, OWN
 from sealtwin.lab.notes import Note, read_note
 from sealtwin.lab.pairing import LONGEST_NAME, SampleFiles
-from sealtwin.lab.sample_names import Role
 from sealtwin.trial.job import LARGEST_SHEET_BYTES
 from sealtwin.trial.starter_files import TRIAL
 from sealtwin.trial.trial_file import Trial
@@ -55,16 +55,19 @@ class KeptFile:
 
 
 @dataclass
-class Prepared:
-    """Sample as it was found; it becomes a trial only without faults."""
+class SampleOutcome:
+    """A sample as it was found, and what became of it; it becomes a trial only without faults."""
 
     sample: SampleFiles
+    fate: Literal["new", "revised", "unchanged", "failed", "bug"] = "failed"
     raw: list[KeptFile] = field(default_factory=list)
     note: Note = field(default_factory=Note)
     faults: list[str] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
-    trial: Trial | None = None
+    settings: Trial | None = None
     dialect: str | None = None  # Dialect of the sheet of readings, as a sentence
+    trial: str | None = None  # Folder of its trial; in a dry run there is none yet
+    revision: int | None = None
 
     @property
     def hashes(self) -> dict[Role, str]:
@@ -84,62 +87,64 @@ def kept_as(role: str, file: PurePath) -> str:
     return (INPUTS / f"{role}{file.suffix.lower()}").as_posix()
 
 
-def gather(folder: Path, sample: SampleFiles, defaults: Note) -> Prepared:
+def gather(folder: Path, sample: SampleFiles, defaults: Note) -> SampleOutcome:
     """Read a sample's notes and hash its files; their content is not looked at yet."""
-    prepared = Prepared(sample, faults=[*sample.questions, *sample.lost])
+    outcome = SampleOutcome(sample, faults=[*sample.questions, *sample.lost])
     if sample.questions:
-        return prepared
+        return outcome
     if len(sample.name) > LONGEST_NAME:
-        prepared.faults.append(f"{sample.name[:20]}...: a name of {len(sample.name)} letters; at most {LONGEST_NAME}.")
+        outcome.faults.append(f"{sample.name[:20]}...: a name of {len(sample.name)} letters; at most {LONGEST_NAME}.")
     for role, file in sorted(sample.files.items()):
         path = folder / file
         limit = LARGEST_FILE_BYTES if role in PICTURES else LARGEST_SHEET_BYTES
         size = path.stat().st_size
         if size > limit:
-            prepared.faults.append(
+            outcome.faults.append(
                 f"{path}: {size / 1e6:,.0f} MB; at most {limit / 1e6:,.0f} MB of such a file are read."
             )
         else:
             kept = KeptFile(role, file.as_posix(), kept_as(role, file), files.sha256(path), size)
-            prepared.raw.append(kept)
-    own = next((read_note(folder / raw.original) for raw in prepared.raw if raw.role == "note"), Note())
+            outcome.raw.append(kept)
+    own = next((read_note(folder / raw.original) for raw in outcome.raw if raw.role == "note"), Note())
     if "readings" not in sample.files:
-        defaults = defaults.without_readings()
-        prepared.faults += [
+        # What the folder says of readings concerns other samples.
+        kept = {key: entry for key, entry in defaults.entries.items() if not key.startswith(OF_READINGS)}
+        defaults = replace(defaults, entries=kept)
+        outcome.faults += [
             f"{entry.origin}: {key} of a sample without readings; add its sheet, or leave {key} out."
             for key, entry in sorted(own.entries.items())
             if key.startswith(OF_READINGS)
         ]
-    prepared.note = own.over(defaults)
-    prepared.faults += own.faults
-    prepared.remarks += prepared.note.remarks
-    return prepared
+    outcome.note = own.over(defaults)
+    outcome.faults += own.faults
+    outcome.remarks += outcome.note.remarks
+    return outcome
 
 
-def prepare(folder: Path, prepared: Prepared) -> None:
-    """Look at what ``gather`` found: give ``prepared`` its trial and its dialect, or its faults."""
-    content = _tables(prepared)
+def prepare(folder: Path, outcome: SampleOutcome) -> None:
+    """Look at what ``gather`` found: give ``outcome`` its settings and its dialect, or its faults."""
+    content = _tables(outcome)
     try:
-        trial = checked(Trial, folder, content, lambda key: _origin(folder, prepared, key))
+        trial = checked(Trial, folder, content, lambda key: _origin(folder, outcome, key))
     except InputError as fault:
         trial = None
-        prepared.faults += str(fault).splitlines()
+        outcome.faults += str(fault).splitlines()
     deepest_mm = trial.crack.deepest_mm if trial is not None and trial.crack is not None else DEEPEST_MM
-    for raw in prepared.raw:
+    for raw in outcome.raw:
         try:
-            _look_at(folder / raw.original, raw.role, content, deepest_mm, prepared)
+            _look_at(folder / raw.original, raw.role, content, deepest_mm, outcome)
         except InputError as fault:
-            prepared.faults += str(fault).splitlines()
-    if prepared.faults or trial is None:
+            outcome.faults += str(fault).splitlines()
+    if outcome.faults or trial is None:
         return
-    prepared.trial = trial
+    outcome.settings = trial
     if trial.fluid is not None:
-        prepared.remarks += _remarks_on_fluid(prepared.note.entries.keys(), trial.fluid)
+        outcome.remarks += _remarks_on_fluid(outcome.note.entries.keys(), trial.fluid)
     if trial.photo is not None and trial.photo.ends_px is None and trial.photo.mask is None:
-        prepared.remarks.append("no ends_px: the crack is searched for; 'sealtwin trace' lets you click its ends.")
+        outcome.remarks.append("no ends_px: the crack is searched for; 'sealtwin trace' lets you click its ends.")
 
 
-def _look_at(path: Path, role: Role, content: Mapping[str, Any], deepest_mm: float, prepared: Prepared) -> None:
+def _look_at(path: Path, role: Role, content: Mapping[str, Any], deepest_mm: float, outcome: SampleOutcome) -> None:
     """Decode a picture, or read readings as the pipeline does, whose crack's length is not known yet."""
     if role in PICTURES:
         from digitise.image.decoding import read_photo
@@ -153,29 +158,29 @@ def _look_at(path: Path, role: Role, content: Mapping[str, Any], deepest_mm: flo
             declared = checked(Declared, path, {key: readings[key] for key in keys})
         except InputError:
             return  # Told of already, by the key that is at fault.
-        prepared.dialect = read_readings(path, declared, None, deepest_mm).dialect
+        outcome.dialect = read_readings(path, declared, None, deepest_mm).dialect
 
 
-def _tables(prepared: Prepared) -> dict[str, Any]:
+def _tables(outcome: SampleOutcome) -> dict[str, Any]:
     """Return the tables of a trial. What must be said and is not is a fault, and here a stand-in.
 
     What nobody says of the solver and the fluid is the starter's: without a rest the jet, still falling, would be taken
     for the sealant's level; and no one radius fits all cracks of a lab.
     """
-    said = _said(prepared)
+    said = _said(outcome)
     solver = {f"solver.{key}": STARTER["solver"][key] for key in ("radius_mm", "settle_s")}
     said = solver | _fluid(said.keys()) | said
-    where, meant = _where_to_say(prepared), prepared.note.meant
-    tables = {"photo", "crack", *prepared.sample.files.keys()}
+    where, meant = _where_to_say(outcome), outcome.note.meant
+    tables = {"photo", "crack", *outcome.sample.files.keys()}
     for key, stand_in, remedy in NEEDED:
         if key not in said and key.partition(".")[0] in tables:
             said[key] = stand_in
             if key not in meant and not (key.endswith(".data") and DATA in meant):
-                prepared.faults.append(f"{where}: {key} is not said{remedy}")
+                outcome.faults.append(f"{where}: {key} is not said{remedy}")
     if not SCALES & said.keys():
         said["photo.mm_per_px"] = 0.1
         if not SCALES & meant:
-            prepared.faults.append(
+            outcome.faults.append(
                 f"{where}: no scale is said; write [photo] mm_per_px, face_mm, ruler_px or markers, or 'Scale [mm/px]'."
             )
     content: dict[str, Any] = {}
@@ -185,12 +190,12 @@ def _tables(prepared: Prepared) -> dict[str, Any]:
     return content
 
 
-def _said(prepared: Prepared) -> dict[str, Any]:
+def _said(outcome: SampleOutcome) -> dict[str, Any]:
     """Return the settings of a trial by dotted key: as its notes say them, its files, and its part of a shared one.
 
     A note may give a file or a part, too, if it is the same.
     """
-    sample, entries = prepared.sample, prepared.note.entries
+    sample, entries = outcome.sample, outcome.note.entries
     said: dict[str, Any] = {"name": sample.name[:LONGEST_NAME]}
     if DATA in entries:
         said |= dict.fromkeys(("photo.data", "readings.data"), entries[DATA].value)
@@ -205,14 +210,14 @@ def _said(prepared: Prepared) -> dict[str, Any]:
         given |= {key: (value, place, value) for key, value in parts.items() if value is not None}
     for key, (name, place, value) in given.items():
         if key in entries and name not in (entries[key].value, PurePath(str(entries[key].value)).name):
-            prepared.faults.append(
+            outcome.faults.append(
                 f"{entries[key].origin}: {key} = {str(entries[key].value)!r:.80}, but {place} is of this sample by its "
                 "name; leave it out, and say in the pairing file which is."
             )
         said[key] = value
     for role, key in NAMED_FILES.items():
         if role not in sample.files and key in said:
-            prepared.faults.append(
+            outcome.faults.append(
                 f"{entries[key].origin}: {key} = {str(said.pop(key))!r:.80}, which is not of this sample "
                 f"by its name; give it the sample's name, or the role {role} in the pairing file."
             )
@@ -240,17 +245,17 @@ def _remarks_on_fluid(said: Set[str], fluid: Fluid) -> list[str]:
     return [f"{taken}: the starter's, since no note says it. Write your own, best into lab.toml."] if taken else []
 
 
-def _origin(folder: Path, prepared: Prepared, key: str) -> str:
+def _origin(folder: Path, outcome: SampleOutcome, key: str) -> str:
     """Return the place of a setting, or of those of a table, in the notes."""
-    entries = prepared.note.entries
+    entries = outcome.note.entries
     told = [entry.origin for name, entry in entries.items() if f"{key}.".startswith(f"{name}.")]
     told += [entry.origin for name, entry in entries.items() if name.startswith(f"{key}.")]
     if key.endswith(".data") and DATA in entries:
         told.append(entries[DATA].origin)
-    return ", ".join(dict.fromkeys(told[::-1])) if told else str(folder / _where_to_say(prepared))
+    return ", ".join(dict.fromkeys(told[::-1])) if told else str(folder / _where_to_say(outcome))
 
 
-def _where_to_say(prepared: Prepared) -> str:
+def _where_to_say(outcome: SampleOutcome) -> str:
     """Return the name of the sample's note, or the one that it would get."""
-    note, photo = prepared.sample.files.get("note"), prepared.sample.files["photo"]
+    note, photo = outcome.sample.files.get("note"), outcome.sample.files["photo"]
     return str(note) if note is not None else f"{photo.with_name(f'{photo.stem}_notes.toml')} or lab.toml"

@@ -23,14 +23,11 @@ from sealtwin.study.study_file import with_settings
 from sealtwin.study.study_folder import (
     Plan,
     StudyRun,
-    forget_outcome,
     holds_study,
-    is_intact,
     read_plan,
     remove_temporary_files,
+    resume,
     run_path,
-    with_outcome,
-    write_plan,
 )
 from sealtwin.trial.job import DIGITISED, Job, made_by, stage_settings
 from sealtwin.trial.trial_file import Trial
@@ -54,13 +51,8 @@ class _Base:
     profile: Profile
 
 
-@dataclass(frozen=True)
-class _Variant:
-    """One extra run."""
-
-    settings: dict[str, float]  # Differences from the trial: the particle size, or the steps of its inputs
-    trial: Trial
-    bench: Bench
+_Variant = tuple[dict[str, float], Trial, Bench]
+"""Settings of an extra run that differ from the trial, the particle size or the steps of its inputs; and its own."""
 
 
 def vary(job: Job) -> bool:
@@ -85,16 +77,14 @@ def vary(job: Job) -> bool:
         return False
     records = record_files.read_run(job.path), record_files.read_profile(job.path)
     base = _Base(job, read_bench(job.path, None), *records)
-    variants = [*_sizes(base), *_designed(base)]
+    variants = _variants(base)
     folder = job.path / UNCERTAINTY
     folder.mkdir(exist_ok=True)
     if holds_study(folder):
         read_plan(folder)  # Imports what an earlier version computed.
         remove_temporary_files(folder)
     runs, largest = _runs(folder, variants, device, inputs)
-    # A run that failed is tried again by the same command.
-    runs = [run if is_intact(folder, run) else forget_outcome(folder, run) for run in runs]
-    write_plan(folder, Plan(UNCERTAINTY, runs, len(runs)))
+    runs = resume(folder, Plan(UNCERTAINTY, runs, len(runs)), retry=True)
     how = Computing(device, cores() if device == "cpu" else 1)
     expected = estimate(runs, largest, how.jobs, how.batch, keep_runs=False)
     if expected.runs:
@@ -113,27 +103,20 @@ def vary(job: Job) -> bool:
     return True
 
 
-def _sizes(base: _Base) -> list[_Variant]:
-    """Return a finer and a coarser run, with the trial's own between them."""
-    radii_mm = base.run.radius_mm / RATIO, base.run.radius_mm * RATIO
-    return [
-        _Variant({"solver.radius_mm": round(radius_mm, 4)}, _same_physics(base, base.bench, radius_mm, {}), base.bench)
-        for radius_mm in radii_mm
-    ]
+def _variants(base: _Base) -> list[_Variant]:
+    """Return a finer and a coarser run, with the trial's own between them, and those of the design.
 
-
-def _designed(base: _Base) -> list[_Variant]:
-    """Move each declared input by a standard uncertainty, after the design, at the coarser size, which is quick."""
+    The design moves each declared input by a standard uncertainty, at the coarser size, which is quick.
+    """
     inputs = base.job.trial.uncertainty.moved
-    if not inputs:
-        return []
-    _refuse_immovable(base, inputs)
-    variants = []
-    for signs in two_level_design(len(inputs)):
-        steps = {name: float(sign * standard) for sign, (name, standard) in zip(signs, inputs.items(), strict=True)}
-        bench = _moved(base, steps)
-        variants.append(_Variant(steps, _same_physics(base, bench, base.run.radius_mm * RATIO, steps), bench))
-    return variants
+    sizes_mm = base.run.radius_mm / RATIO, base.run.radius_mm * RATIO
+    wanted = [({"solver.radius_mm": round(size_mm, 4)}, base.bench, size_mm) for size_mm in sizes_mm]
+    if inputs:
+        _refuse_immovable(base, inputs)
+        for signs in two_level_design(len(inputs)):
+            steps = {name: float(sign * standard) for sign, (name, standard) in zip(signs, inputs.items(), strict=True)}
+            wanted.append((steps, _moved(base, steps), sizes_mm[1]))
+    return [(each, _same_physics(base, bench, size_mm, each), bench) for each, bench, size_mm in wanted]
 
 
 def _refuse_immovable(base: _Base, inputs: Mapping[str, float]) -> None:
@@ -235,32 +218,27 @@ def _runs(
     from simulate.setup_checks import check_fit
 
     runs, sizes = [], []
-    for number, variant in enumerate(variants, start=1):
-        trial, bench = variant.trial, variant.bench
+    for number, (moved, trial, bench) in enumerate(variants, start=1):
         assert trial.fluid is not None, "it was run"
         try:
             check_fit(bench.outline, bench.solid, trial.fluid, trial.solver, trial.nozzle)
             sizes.append(size_of(trial, bench.trajectory, bench.outline.mean_width_mm))
         except InputError as fault:
             raise InputError(
-                f"{folder}: the extra run with {_said(variant.settings)} cannot be: {fault} Extra runs have particles "
+                f"{folder}: the extra run with {_said(moved)} cannot be: {fault} Extra runs have particles "
                 f"{RATIO:g} times smaller and larger than the trial's: give the trial another solver.radius_mm."
             ) from None
-        name = stage_key(inputs, {"moved": {} if "solver.radius_mm" in variant.settings else variant.settings})[:12]
-        _write_sample(folder / "samples" / name, bench)
+        name = stage_key(inputs, {"moved": {} if "solver.radius_mm" in moved else moved})[:12]
+        sample = folder / "samples" / name
+        if not all((sample / file).is_file() for file in DIGITISED):
+            record_files.write_outline(sample, bench.outline)
+            record_files.write_solid(sample, bench.solid)
+            # Last: with it the sample is whole.
+            record_files.write_trajectory(sample, bench.trajectory)
         key = stage_key(inputs, {**stage_settings(trial, "simulate"), "sample": name, "device": device})
         content = trial.model_dump(mode="json", exclude_none=True)
-        run = StudyRun(number, key, variant.settings, content, name, key, sizes[-1].work_s)
-        runs.append(with_outcome(folder, run))
+        runs.append(StudyRun(number, key, moved, content, name, key, sizes[-1].work_s))
     return runs, max(sizes, key=lambda size: (size.particles, size.bytes))
-
-
-def _write_sample(folder: Path, bench: Bench) -> None:
-    if not all((folder / name).is_file() for name in DIGITISED):
-        record_files.write_outline(folder, bench.outline)
-        record_files.write_solid(folder, bench.solid)
-        # Last: with it the sample is whole.
-        record_files.write_trajectory(folder, bench.trajectory)
 
 
 def _said(settings: Mapping[str, float]) -> str:

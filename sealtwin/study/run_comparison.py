@@ -3,7 +3,6 @@
 import json
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,26 +11,17 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.record_files import Judged
 from sealtwin.core.run_folder import look_into
-from sealtwin.trial.job import DIGITISED, SIMULATED, STAGES, Job, made_by, resume_job, stage_settings
-from sealtwin.trial.result import shown
+from sealtwin.trial.job import DIGITISED, SIMULATED, STAGES, Job, made_by, resume_job, shown, stage_settings
 from sealtwin.trial.trial_file import Trial
+from sealtwin.trial.validate_stage import readings_of
 from validate.settings import Role
-from validate.study_figures.compare_sheet import compare_sheet
+from validate.study_figures.compare_sheet import MOST, compare_sheet
 from validate.study_figures.figure_sheet import FigureSheet, write_sheet_of_figures
-from validate.study_figures.run_levels import MOST
 from validate.study_figures.side_by_side import Side, differing, first_with_readings, replicate_words
 
 PAGE, CONTENT = "compare.html", "compare.json"
 NOT_SETTINGS = ("name", "note", "output")  # Tables of a trial that change no result
 OF_A_COMPARISON = ("readings", "uncertainty")  # Tables of a trial that change comparison.json alone
-
-
-@dataclass(frozen=True)
-class Compared:
-    """Runs side by side, and their page."""
-
-    content: dict[str, Any]  # The --json object, and compare.json
-    sheet: FigureSheet
 
 
 class RunErrors(Judged):
@@ -50,8 +40,8 @@ class RunErrors(Judged):
     uncertainty: dict[str, Any] | None = None
 
 
-def compare_runs(folders: Sequence[Path], out: Path) -> Compared:
-    """Write compare.html, compare.json and figures/ into ``out``.
+def compare_runs(folders: Sequence[Path], out: Path) -> tuple[dict[str, Any], FigureSheet]:
+    """Write compare.html, compare.json and figures/ into ``out``; return the content of compare.json, and the page.
 
     Raises InputError if a folder is no finished run, holds results of other settings or files than it holds now, or is
     named twice, or if there are too many.
@@ -90,7 +80,7 @@ def compare_runs(folders: Sequence[Path], out: Path) -> Compared:
         "files": [CONTENT, *written],
     }
     files.write_json(out / CONTENT, content)
-    return Compared(content, sheet)
+    return content, sheet
 
 
 def _finished(folder: Path) -> Job:
@@ -115,13 +105,8 @@ def _finished(folder: Path) -> Job:
 
 
 def _side(job: Job, name: str) -> Side:
-    readings, metrics = None, {}
-    if job.trial.readings is not None and job.sheet is not None:
-        from validate.readings.read_readings import read_readings
-
-        length_mm, depth_mm = record_files.read_outline(job.path).length_mm, record_files.read_solid(job.path).depth_mm
-        readings = read_readings(job.sheet, job.trial.readings, length_mm, depth_mm)
-        metrics = record_files.read_comparison(job.path, RunErrors)
+    readings = readings_of(job)
+    metrics = {} if readings is None else record_files.read_comparison(job.path, RunErrors)
     run = record_files.read_simulation(job.path)
     facts: dict[str, float | None] = {
         "particles": run.particles,

@@ -4,7 +4,7 @@ import pickle
 import time
 import traceback
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,7 +26,7 @@ SUMMARY = "summary.json"
 INPUTS = "inputs"  # Folder in a run folder that holds the copy of the readings
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Bench:
     """The records that all runs of one sample share, which can be sent to another machine."""
 
@@ -34,17 +34,6 @@ class Bench:
     solid: Solid
     trajectory: Trajectory
     readings: Profile | None
-    _enclosures: dict[tuple[float, str], "Enclosure"] = field(default_factory=dict, compare=False, repr=False)
-
-    def enclosure(self, radius_mm: float, device: str) -> "Enclosure":
-        """Return the wall particles for a radius. The last are kept: they take a fifth of a run to make."""
-        from simulate.setup.wall_particles import enclose
-
-        wanted = radius_mm, device
-        if wanted not in self._enclosures:
-            self._enclosures.clear()
-            self._enclosures[wanted] = enclose(self.solid, self.outline, radius_mm, device)
-        return self._enclosures[wanted]
 
 
 @dataclass(frozen=True)
@@ -139,8 +128,16 @@ def ready(bench: Bench, trials: Sequence[Trial], device: str) -> "Injection":
 
     first, fluids = trials[0], [trial.fluid for trial in trials if trial.fluid is not None]
     sample = bench.solid, bench.outline, bench.trajectory
-    enclosure = bench.enclosure(first.solver.for_crack(bench.outline.mean_width_mm).size_mm, device)
+    enclosure = enclosure_of(bench, first.solver.for_crack(bench.outline.mean_width_mm).size_mm, device)
     return prepare(*sample, fluids, first.solver, first.nozzle, seed=first.seed, device=device, enclosure=enclosure)
+
+
+@lru_cache(maxsize=1)
+def enclosure_of(bench: Bench, radius_mm: float, device: str) -> "Enclosure":
+    """Return the wall particles for a radius. The last are kept: they take a fifth of a run to make."""
+    from simulate.setup.wall_particles import enclose
+
+    return enclose(bench.solid, bench.outline, radius_mm, device)
 
 
 def _groups(runs: Sequence[StudyRun], batch: int) -> list[list[StudyRun]]:

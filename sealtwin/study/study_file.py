@@ -11,12 +11,10 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from digitise.settings import CrackShape, NozzlePath
 from sealtwin.core.errors import InputError
-from sealtwin.core.files import write_text
 from sealtwin.core.settings import MOST_FAULTS, Settings, checked, read_settings
 from sealtwin.trial.trial_file import PRINTABLE, Trial, folder_name
 from simulate.settings import Fluid, Nozzle, Solver
 
-EXAMPLE = Path(__file__).parents[1] / "templates" / "study.toml"
 TABLES: dict[str, type[Settings]] = {
     "fluid": Fluid,
     "solver": Solver,
@@ -169,13 +167,6 @@ class PlannedRun:
     trial: Trial
 
 
-def write_example_study(file: Path) -> None:
-    """Write a commented study to start from. Raises InputError if the file exists."""
-    if file.exists():
-        raise InputError(f"{file}: is there already and is not overwritten; give another name.")
-    write_text(file, EXAMPLE.read_text(encoding="utf-8").replace("{file}", str(file)))
-
-
 def load_study(path: Path) -> Study:
     """Raises InputError if the file is missing, is no TOML, or holds a key or a value that cannot be used."""
     starter = "'sealtwin sweep --example study.toml' writes one to start from"
@@ -183,15 +174,9 @@ def load_study(path: Path) -> Study:
 
 
 def plan_runs(study: Study, path: Path, base: Trial) -> list[PlannedRun]:
-    """Return a checked trial for each run.
+    """Return a checked trial for each run of a study that starts from ``base``; ``path`` is for messages.
 
-    Args:
-        study: What varies.
-        path: Path of the study file, for messages.
-        base: The trial it starts from.
-
-    Raises:
-        InputError: Settings cannot be used, each reported once with its runs; or two runs are the same.
+    Raises InputError if settings cannot be used, each reported once with its runs, or if two runs are the same.
     """
     content = base.model_dump(mode="json", exclude_none=True)
     planned: list[PlannedRun] = []

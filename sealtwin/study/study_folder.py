@@ -64,10 +64,8 @@ class Plan:
 def read_study(folder: Path) -> list[StudyRun]:
     """Read all runs of a study in its order, finished or not, also while they are computed.
 
-    The profile of a finished run is ``profile_path(folder, run.key)``, a CSV of s_mm and level_mm.
-
-    Raises:
-        InputError: The folder holds no study.
+    The profile of a finished run is ``profile_path(folder, run.key)``, a CSV of s_mm and level_mm. Raises as
+    ``read_plan``.
     """
     return list(read_plan(folder).runs)
 
@@ -124,6 +122,21 @@ def forget_outcome(folder: Path, run: StudyRun) -> StudyRun:
     """Return the run as waiting, and remove its outcome."""
     (run_path(folder, run.key) / OUTCOME).unlink(missing_ok=True)
     return StudyRun(**{name: getattr(run, name) for name in PLANNED})
+
+
+def resume(folder: Path, plan: Plan, *, retry: bool, keep_runs: bool = False) -> list[StudyRun]:
+    """Write a plan, and return its runs with their outcomes so far.
+
+    A run is waiting again if its files are not as they were written, or its particles are missing and to be kept; with
+    ``retry`` also if it failed.
+    """
+    runs = []
+    for run in (with_outcome(folder, run) for run in plan.runs):
+        kept = not keep_runs or (run_path(folder, run.key) / "particles.csv").is_file()
+        lost = run.state == "done" and not (kept and is_intact(folder, run))
+        runs.append(forget_outcome(folder, run) if lost or (run.state == "failed" and retry) else run)
+    write_plan(folder, plan)
+    return runs
 
 
 def is_intact(folder: Path, run: StudyRun) -> bool:

@@ -9,27 +9,41 @@ from typing import Any
 import numpy as np
 
 from sealtwin.core import files, record_files
+from sealtwin.core.cluster import cores, run_tasks
 from sealtwin.core.drawing.snapshots import FillScene
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress
-from sealtwin.core.records import DataKind, Profile
+from sealtwin.core.records import DataKind, Frame, Profile
 from sealtwin.core.run_folder import holding
-from sealtwin.study.replay import watch_runs
-from sealtwin.study.runner import INPUTS, read_bench
-from sealtwin.study.study_folder import Plan, StudyRun, is_intact, profile_path, read_plan
-from sealtwin.trial.job import check_sheet
-from sealtwin.trial.result import shown
+from sealtwin.core.vtk_files import read_frame, write_frame
+from sealtwin.study.estimate import in_words
+from sealtwin.study.runner import INPUTS, read_bench, ready
+from sealtwin.study.study_folder import Plan, StudyRun, is_intact, profile_path, read_plan, run_path
+from sealtwin.trial.job import check_sheet, shown
+from sealtwin.trial.simulate_stage import HEALTH, read_health
 from sealtwin.trial.trial_file import Trial
 from validate.settings import Readings
-from validate.study_figures.chart import Chart, as_near_as_the_best, chosen_few, scatter_of_runs
-from validate.study_figures.cost_and_fills import Fill
+from validate.study_figures.chart import (
+    Chart,
+    Excluded,
+    Finished,
+    as_near_as_the_best,
+    axes_of,
+    chosen_few,
+    hold,
+    scatter_of_runs,
+)
 from validate.study_figures.figure_sheet import FigureSheet, write_sheet_of_figures
+from validate.study_figures.map_figures import Fill, Watched
 from validate.study_figures.map_sheet import map_sheet
-from validate.study_figures.run_errors import Excluded, Finished, HeldRun, axes_of, hold
 
 MAP = "map"  # Default folder of the map in the study's
 PAGE, CONTENT = "map.html", "map.json"
 FEWEST = 4  # Smallest number of runs: three span a triangle without anything inside
+WATCHED, SEEN = "watched", "seen.json"
+"""Folder of a run that was computed once more, in the run's own, and its last file: the others are complete."""
+DIGITS = {"mean_error_mm": 4, "bias_mm": 4, "worst_error_mm": 4, "worst_at_mm": 2, "share_under_1_mm": 4}
+"""Decimals of a run's errors in map.json."""
 NOT_DONE = "It is not computed yet; 'sealtwin sweep' with the same study computes it."
 
 
@@ -54,13 +68,7 @@ class Mapped:
 
 
 def map_study(folder: Path, out: Path | None, options: MapOptions, progress: Progress) -> Mapped:
-    """Write map.html, map.json and figures/ for a sweep's folder.
-
-    Args:
-        folder: Folder of the sweep, finished or not.
-        out: Folder of the page; None: map/ in ``folder``.
-        options: The readings, and whether fills are drawn.
-        progress: Receives the progress of runs that are computed once more.
+    """Write map.html, map.json and figures/ of a sweep, finished or not, into ``out``; None: map/ in its folder.
 
     Raises:
         InputError: There is no study, or one that cannot be mapped; or the readings cannot be read.
@@ -85,6 +93,68 @@ def map_study(folder: Path, out: Path | None, options: MapOptions, progress: Pro
     content = _content(chart, target, written)
     files.write_json(target / CONTENT, content)
     return Mapped(content, chart, sheet, target)
+
+
+def watch_runs(folder: Path, runs: Sequence[StudyRun], device: str, progress: Progress) -> list[Watched]:
+    """Compute finished runs once more, or read what an earlier call kept of them: particles would fill a disk.
+
+    On a CPU the second run is the first one to the last bit. Frames are those at the moments that the trial's [output]
+    names, and the last one.
+
+    Raises NumericalError if a second run fails.
+    """
+    waiting = [run for run in runs if not (run_path(folder, run.key) / WATCHED / SEEN).is_file()]
+    if waiting:
+        jobs = min(cores() if device == "cpu" else 1, len(waiting))
+        time_s = sum(run.wall_s or 0.0 for run in waiting) / max(1, jobs)
+        progress.note(f"{len(waiting)} runs are computed once more, to be drawn: about {in_words(time_s)}.")
+        progress.start("Computing once more", len(waiting))
+        tasks = ((run, (folder.resolve(), run, device)) for run in waiting)
+        for done, (run, lost) in enumerate(run_tasks(_watch, tasks, jobs), start=1):
+            if lost is not None:
+                raise NumericalError(f"{folder}: run {run.number} was computed once more, and failed: {lost.reason}.")
+            progress.advance(done, f"run {run.number}")
+    return [_watched(run_path(folder, run.key) / WATCHED) for run in runs]
+
+
+def _watched(home: Path) -> Watched:
+    seen = files.read_json(home / SEEN)
+    with files.understood(home / SEEN):
+        health = read_health(home)
+        moved = health["moving"] > 0
+        frames = tuple(read_frame(home / name) for name in seen["frames"])
+        return Watched(frames, health["moving"][moved], health["ms_a_frame"][moved], float(seen["differs_mm"]))
+
+
+def _watch(folder: Path, run: StudyRun, device: str) -> None:
+    """Write what ``_watched`` reads. Raises NumericalError if the run fails."""
+    from simulate.output.frames import PAST_THE_END, Moments, take_frame
+    from simulate.output.health_log import HealthLog
+    from simulate.profile import measure_profile
+    from simulate.run import follow
+
+    home, trial = run_path(folder, run.key) / WATCHED, run.checked_trial
+    bench = read_bench(folder / "samples" / run.sample, trial.readings)
+    injection = ready(bench, [trial], device)
+    end_s = injection.frames * injection.schedule.frame_s
+    wanted_s = sorted(t_s for t_s in set(trial.output.snapshots_s) if t_s * PAST_THE_END < end_s)
+    frames: list[Frame] = []
+    home.mkdir(parents=True, exist_ok=True)
+    watchers = [Moments(wanted_s, lambda _, frame: frames.append(frame)), HealthLog(home / HEALTH)]
+    follow(injection, Progress(), watchers)
+    (outcome,) = injection.outcomes()
+    if isinstance(outcome, NumericalError):
+        raise outcome
+    frames.append(take_frame(injection))
+    names = [f"{number}.vtp" for number in range(len(frames))]
+    for name, frame in zip(names, frames, strict=True):
+        write_frame(home / name, frame)
+    again = measure_profile(outcome, bench.outline, bench.solid)
+    before = record_files.read_profile(run_path(folder, run.key))
+    # The file holds millionths.
+    level_mm = np.round(np.interp(before.s_mm, again.s_mm, again.level_mm), 6)
+    differs_mm = float(np.abs(level_mm - before.level_mm).mean())
+    files.write_json(home / SEEN, {"version": 1, "frames": names, "differs_mm": differs_mm})
 
 
 def _chart(folder: Path, plan: Plan, done: Sequence[StudyRun], options: MapOptions) -> Chart:
@@ -162,7 +232,16 @@ def _scene(folder: Path, run: StudyRun) -> FillScene:
 
 
 def _content(chart: Chart, target: Path, written: Sequence[str]) -> dict[str, Any]:
-    rows = [_row(run, near) for run, near in zip(chart.runs, chart.as_near, strict=True)]
+    rows = [
+        {
+            "number": run.number,
+            "settings": run.settings,
+            **{name: round(getattr(run, name), digits) for name, digits in DIGITS.items()},
+            "as_near_as_the_best": near,
+            "wall_s": round(run.wall_s, 2),
+        }
+        for run, near in zip(chart.runs, chart.as_near, strict=True)
+    ]
     return {
         "version": 1,
         "name": chart.name,
@@ -175,18 +254,4 @@ def _content(chart: Chart, target: Path, written: Sequence[str]) -> dict[str, An
         "excluded": [vars(each) for each in chart.excluded],
         "runs": rows,
         "files": [CONTENT, *written],
-    }
-
-
-def _row(run: HeldRun, near: bool) -> dict[str, Any]:
-    return {
-        "number": run.number,
-        "settings": run.settings,
-        "mean_error_mm": round(run.mean_error_mm, 4),
-        "bias_mm": round(run.bias_mm, 4),
-        "worst_error_mm": round(run.worst_error_mm, 4),
-        "worst_at_mm": round(run.worst_at_mm, 2),
-        "share_under_1_mm": round(run.share_under_1_mm, 4),
-        "as_near_as_the_best": near,
-        "wall_s": round(run.wall_s, 2),
     }

@@ -22,18 +22,14 @@ from sealtwin.study.study_folder import (
     STATES,
     Plan,
     StudyRun,
-    forget_outcome,
     holds_study,
-    is_intact,
     read_plan,
     remove_temporary_files,
-    run_path,
-    with_outcome,
+    resume,
     write_plan,
 )
-from sealtwin.trial.job import DIGITISED, require_sample, stage_settings, start_job
+from sealtwin.trial.job import DIGITISED, require_sample, shown, stage_settings, start_job
 from sealtwin.trial.pipeline import run_stages
-from sealtwin.trial.result import shown
 from sealtwin.trial.trial_file import load_trial
 
 BUG, SOME_FAILED = 1, 6
@@ -54,11 +50,7 @@ class SweepOptions(Computing):
 def sweep(file: Path, out: Path | None, options: SweepOptions, progress: Progress) -> dict[str, Any]:
     """Compute all runs of a study that are not done yet, and return the --json object of the command.
 
-    Args:
-        file: The study.
-        out: Its folder; None: reports/<name of the study>.
-        options: Options for computing it.
-        progress: Receives the estimate, the progress and faults.
+    ``out`` is its folder; None: reports/<name of the study>.
 
     Raises:
         InputError: Settings of any run cannot be used, which is checked before the first one starts; or the folder is
@@ -85,8 +77,7 @@ def sweep(file: Path, out: Path | None, options: SweepOptions, progress: Progres
         planned = planned[shard - 1 :: shards]
         samples = _digitise(planned, base.parent, folder, progress)
         runs, largest = _runs(planned, samples, folder, options.device)
-        runs = [_to_redo(folder, with_outcome(folder, run), options) for run in runs]
-        write_plan(folder, replace(plan, runs=runs))
+        runs = resume(folder, replace(plan, runs=runs), retry=options.retry, keep_runs=options.keep_runs)
         expected = estimate(runs, largest, options.jobs, options.batch, keep_runs=options.keep_runs)
         progress.note(f"{study.name}: {len(runs)} runs of {largest.particles:,} particles at most. {expected.sentence}")
         require_disk(expected, shutil.disk_usage(folder).free, shown(folder))
@@ -178,13 +169,6 @@ def _runs(
         runs.append(StudyRun(run.number, key, run.settings, content, name, kin, sizes[alike].work_s))
     raise_faults(faults)
     return runs, max(sizes.values(), key=lambda size: (size.particles, size.bytes))
-
-
-def _to_redo(folder: Path, run: StudyRun, options: SweepOptions) -> StudyRun:
-    """Return a run as waiting if its files are not as they were written; also a failed one on request."""
-    kept = not options.keep_runs or (run_path(folder, run.key) / "particles.csv").is_file()
-    lost = run.state == "done" and not (kept and is_intact(folder, run))
-    return forget_outcome(folder, run) if lost or (run.state == "failed" and options.retry) else run
 
 
 def report(folder: Path, plan: Plan, holder: str | None = None, *, table: bool = True) -> dict[str, Any]:

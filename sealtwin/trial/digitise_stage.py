@@ -10,8 +10,7 @@ from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Outline, Pixels, Solid
 from sealtwin.core.run_folder import stage_key
-from sealtwin.trial.job import DIGITISED, Job, begin_writing, sample_files, stage_settings
-from sealtwin.trial.result import shown
+from sealtwin.trial.job import DIGITISED, Job, begin_writing, sample_files, shown, stage_settings
 
 if TYPE_CHECKING:
     from digitise.photo import Photo

@@ -1,5 +1,6 @@
 """Trial in the run folder of its stages, and the inputs that each stage depends on."""
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -153,3 +154,12 @@ def made_by(job: Job, stage: StageName, names: Sequence[str]) -> dict[str, str]:
     for name in job.folder.edited(stage):
         job.progress.note(f"{name}: not as {stage} wrote it; it is used as it is now.")
     return {name: files.sha256(job.path / name) for name in names}
+
+
+def shown(path: Path) -> str:
+    """Return a path below the current folder as relative, so that no home folder is named, and others as given."""
+    try:
+        below = path.absolute().is_relative_to(Path.cwd())
+    except FileNotFoundError:
+        below = False  # The current folder was deleted.
+    return Path(os.path.relpath(path)).as_posix() if below else path.as_posix()

@@ -17,7 +17,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.records import Trajectory
 from sealtwin.core.run_folder import RunFolder, require_folder, stage_key
 from sealtwin.core.settings import read_settings
-from sealtwin.trial.result import shown
+from sealtwin.trial.job import shown
 from sealtwin.trial.trial_file import load_trial
 
 REPORT = "robot.json"

@@ -14,7 +14,7 @@ from typing import Self
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import is_temporary, write_json
-from sealtwin.core.records import Floats, Frame, Run
+from sealtwin.core.records import Floats, Frame
 from sealtwin.core.run_folder import MANIFEST, stage_key
 from sealtwin.core.tables import read_table
 from sealtwin.core.vtk_files import read_collection, read_frame, write_collection, write_frame
@@ -34,12 +34,12 @@ PROGRESS = "progress.json"
 PROGRESS_EVERY_S = 1.0
 
 
-class FrameFiles:
+class FrameFiles(Moments):
     """Watcher that writes frames of a run beside a collection, which is whole at any moment."""
 
     def __init__(self, collection: Path, times_s: Iterable[float]) -> None:
+        super().__init__(times_s, self._write)
         self._collection, self._folder = collection, collection.parent
-        self._moments = Moments(times_s, self._take)
         self._frames: dict[str, float] = {}
 
     def begin(self, injection: Injection) -> None:
@@ -53,12 +53,9 @@ class FrameFiles:
         self._collection.unlink(missing_ok=True)
         if self._frames:
             self._collect()
-        self._moments.begin(injection)
+        super().begin(injection)
 
-    def after_frame(self, injection: Injection) -> None:
-        self._moments.after_frame(injection)
-
-    def _take(self, asked_s: float, frame: Frame) -> None:
+    def _write(self, asked_s: float, frame: Frame) -> None:
         if frame.t_s in self._frames.values():
             return  # Several moments in one frame of the run, or just past its end.
         name = f"{asked_s:08.3f}s.vtp"
@@ -196,19 +193,14 @@ def bring_up_to_date(job: Job) -> bool:
         scene = FillScene(outline, solid, trajectory, run.radius_mm, trial.nozzle.diameter_mm)
         frames = {Path(name).stem: read_frame(job.path / name) for name in snapshots_of(job)}
         pictures = write_gallery(job.path, frames, scene, read_health(job.path))
-        _note_missing_snapshots(job, run)
+        health = run.health.recorded()
+        end_s = health["frames"] * health["frame_s"]
+        if late := [f"{t_s:g}" for t_s in sorted(set(trial.output.snapshots_s)) if t_s > PAST_THE_END * end_s]:
+            job.progress.note(f"note: no snapshot at {', '.join(late)} s: the run ended after {end_s:.2f} s.")
         facts = {"device": describe_device(device), "seed": trial.seed, "output": trial.output.model_dump(mode="json")}
         job.folder.record("simulate", key, settings, inputs, (*SIMULATED, *pictures), time.monotonic() - began, **facts)
         checkpoint.remove()
     return True
-
-
-def _note_missing_snapshots(job: Job, run: Run) -> None:
-    health = run.health.recorded()
-    end_s = health["frames"] * health["frame_s"]
-    if late := [t_s for t_s in sorted(set(job.trial.output.snapshots_s)) if t_s > PAST_THE_END * end_s]:
-        moments = ", ".join(f"{t_s:g}" for t_s in late)
-        job.progress.note(f"note: no snapshot at {moments} s: the run ended after {end_s:.2f} s.")
 
 
 def _has_pictures(job: Job, wanted: Output) -> bool:

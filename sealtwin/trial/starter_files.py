@@ -1,4 +1,4 @@
-"""Files to start from: a commented trial for 'sealtwin init', a robot's cell, and the trial of the demo."""
+"""Files to start from: a commented trial for 'sealtwin init', a robot's cell, a study, and the trial of the demo."""
 
 from importlib.resources import files as resources
 from pathlib import Path
@@ -10,6 +10,7 @@ from sealtwin.core.run_folder import require_folder
 TEMPLATES = resources("sealtwin").joinpath("templates")
 TRIAL = TEMPLATES.joinpath("starter_trial.toml").read_text(encoding="utf-8")
 CELL = TEMPLATES.joinpath("starter_cell.toml").read_text(encoding="utf-8")
+STUDY = TEMPLATES.joinpath("study.toml").read_text(encoding="utf-8")
 READINGS = "s_mm,level_1_mm,level_2_mm,level_3_mm\n"
 """Sheet of readings: level upward from the face, three repeats at each station along the crack."""
 DEMO = ("photo.jpg", "truth.json", "caliper.csv", "trial.toml", "trial-paper.toml")
@@ -19,6 +20,11 @@ DEMO = ("photo.jpg", "truth.json", "caliper.csv", "trial.toml", "trial-paper.tom
 def write_example_cell(path: Path) -> None:
     """Write a cell file. Raises InputError if ``path`` exists."""
     _write_new({path: CELL.replace("{file}", path.name)}, "name")
+
+
+def write_example_study(file: Path) -> None:
+    """Write a commented study. Raises InputError if ``file`` exists."""
+    _write_new({file: STUDY.replace("{file}", str(file))}, "name")
 
 
 def write_starter(folder: Path) -> list[Path]:

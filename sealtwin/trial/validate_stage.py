@@ -1,10 +1,8 @@
 """Third stage: the simulated level is compared with the readings, and the report written."""
 
-import platform
 import time
 from dataclasses import replace
 from datetime import UTC, datetime
-from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +13,7 @@ from sealtwin.core.vtk_files import read_frame
 from sealtwin.trial.job import DIGITISED, SIMULATED, Job, begin_writing, check_sheet, made_by, stage_settings
 from sealtwin.trial.simulate_stage import snapshots_of
 from sealtwin.trial.trial_file import Trial
-from validate.report_input import ReadingsSheet
+from validate.report_input import ReadingsSheet, provenance
 
 if TYPE_CHECKING:
     from validate.uncertainty.validation import Spread
@@ -78,7 +76,6 @@ def bring_up_to_date(job: Job) -> bool:
         run=run,
         profile=profile,
         readings=readings,
-        comparison=None,
         volume_ratio=ratio,
         overlay_path=job.path / "overlay.png",
         photo_data=trial.sample.data,
@@ -173,7 +170,7 @@ def _texts(content: dict[str, Any]) -> dict[str, Any]:
 def _provenance(job: Job, sheet: "ReadingsSheet | None", varied: bool) -> dict[str, str]:
     done = ("digitise", "simulate", *([UNCERTAINTY] if varied else []))
     stages = {stage: job.folder.manifest["stages"][stage] for stage in done}
-    facts = {"sealtwin": version("sealtwin"), "system": f"{platform.system()} {platform.machine()}"}
+    facts: dict[str, str] = {}
     listed: set[tuple[str, str]] = set()
     for stage, entry in stages.items():
         facts[f"{stage}: finished"] = str(entry.get("finished_utc", NOT_RECORDED))
@@ -186,6 +183,5 @@ def _provenance(job: Job, sheet: "ReadingsSheet | None", varied: bool) -> dict[s
         facts[f"validate: {sheet.name}"] = f"sha256 {sheet.sha256}"
     if edited := [name for stage in stages for name in job.folder.edited(stage)]:
         facts["edited by hand since"] = ", ".join(edited)
-    facts["device"] = stages["simulate"]["device"]
-    facts["seed"] = str(stages["simulate"]["seed"])
-    return facts | {name: text for name, text in stages["simulate"]["versions"].items() if name != "sealtwin"}
+    run = stages["simulate"]
+    return provenance(facts, run["device"], run["seed"], run["versions"])

@@ -182,6 +182,8 @@ def test_the_figure_shows_each_station_and_each_part(evidence):
     assert alone is not None
     figure = draw_uncertainty(found.stations)
     upper, lower = axes_of(figure)
+    # Titles stand to the left in the page's style, and in the middle without it.
+    assert upper.get_title(loc="left").startswith("Error at the stations")
     marked = sum(len(heights(line)) for line in upper.lines if line.get_marker() == "o")
     assert marked == 9
     assert len(lower.lines) == 4

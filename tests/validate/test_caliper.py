@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sealtwin.core.errors import InputError
-from tests.dialects import Hand, write_sheet
+from tests.sheet_writers import Hand, write_sheet
 from validate.readings.read_readings import read_readings, take_readings
 from validate.readings.sheet import MOST_ROWS
 from validate.settings import Readings

@@ -131,6 +131,9 @@ def test_figures_take_the_colours_of_the_page(usual):
     # Curves too: blue that is told from white is hardly told from a dark page.
     assert "var(--simulated)" in drawing
     assert "#0072b2" not in drawing
+    # Each figure, since a style is taken function by function.
+    drawings = re.findall(r"<svg.*?</svg>", source, flags=re.DOTALL)
+    assert all("var(--muted)" in one for one in drawings if "xtick" in one)
 
 
 def test_both_say_where_photo_and_scale_come_from(usual):

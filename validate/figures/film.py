@@ -30,59 +30,59 @@ COLOURS = 128  # Size of a GIF's palette
 class Painter:
     """Canvas on which one frame after the other is painted."""
 
+    @themed()
     def __init__(self, scene: FillScene) -> None:
         self._scene = scene
         low_mm, high_mm, bottom_mm, top_mm = scene.limits_mm
         walls = scene.walls_mm()
         reach_mm = ASIDE_MM + max(float(np.abs(wall[:, 1]).max()) for wall in walls)
-        with themed():
-            heights = top_mm - bottom_mm, 2 * reach_mm
-            # To scale, with room for labels.
-            height_in = (WIDTH_IN - 1.6) * sum(heights) / (high_mm - low_mm) + 1.5
-            self._figure = Figure(figsize=(WIDTH_IN, math.ceil(height_in * DPI / 2) * 2 / DPI), layout="constrained")
-            self._canvas = FigureCanvasAgg(self._figure)
-            self._side, self._plan = self._figure.subplots(2, 1, sharex=True, height_ratios=heights)
-            scene.draw_ground(self._side)
-            left, right = walls
-            self._plan.set_facecolor(GROUND)
-            self._plan.fill(*np.vstack([left, right[::-1]]).T, color="white", linewidth=0, zorder=0.5)
-            for wall, edge_mm in ((left, reach_mm), (right, -reach_mm)):
-                # The face hides the sealant below it, past the ends of the walls too.
-                shore = np.vstack([[low_mm, wall[0, 1]], wall, [high_mm, wall[-1, 1]]])
-                self._plan.fill_between(*shore.T, edge_mm, color=GROUND, linewidth=0, zorder=UNDER + 0.1)
-                self._plan.plot(*wall.T, color=INK, linewidth=0.8, zorder=OVER - 0.1)
-            self._plan.set_ylim(-reach_mm, reach_mm)
-            self._plan.set_aspect("equal")
-            self._plan.grid(visible=False)
-            label_axes(self._side, "", "z (mm)", " ")
-            label_axes(self._plan, ALONG, "to its left (mm)", "From above, the crack pulled straight")
-            empty = np.zeros((0, 2))
-            bar_of = draw_discs(self._side, empty, scene.radius_mm, np.zeros(0), SPEED)
-            add_bar(self._figure, bar_of, [self._side, self._plan], SPEED, pad=0.01, aspect=25)
-            self._nozzle = scene.draw_nozzle(self._side, 0.0)
-            self._discs: list[EllipseCollection] = []
-            self._canvas.draw()
-            # The layout is fixed, so that the panels of all pictures coincide.
-            self._figure.set_layout_engine("none")
+        heights = top_mm - bottom_mm, 2 * reach_mm
+        # To scale, with room for labels.
+        height_in = (WIDTH_IN - 1.6) * sum(heights) / (high_mm - low_mm) + 1.5
+        self._figure = Figure(figsize=(WIDTH_IN, math.ceil(height_in * DPI / 2) * 2 / DPI), layout="constrained")
+        self._canvas = FigureCanvasAgg(self._figure)
+        self._side, self._plan = self._figure.subplots(2, 1, sharex=True, height_ratios=heights)
+        scene.draw_ground(self._side)
+        left, right = walls
+        self._plan.set_facecolor(GROUND)
+        self._plan.fill(*np.vstack([left, right[::-1]]).T, color="white", linewidth=0, zorder=0.5)
+        for wall, edge_mm in ((left, reach_mm), (right, -reach_mm)):
+            # The face hides the sealant below it, past the ends of the walls too.
+            shore = np.vstack([[low_mm, wall[0, 1]], wall, [high_mm, wall[-1, 1]]])
+            self._plan.fill_between(*shore.T, edge_mm, color=GROUND, linewidth=0, zorder=UNDER + 0.1)
+            self._plan.plot(*wall.T, color=INK, linewidth=0.8, zorder=OVER - 0.1)
+        self._plan.set_ylim(-reach_mm, reach_mm)
+        self._plan.set_aspect("equal")
+        self._plan.grid(visible=False)
+        label_axes(self._side, "", "z (mm)", " ")
+        label_axes(self._plan, ALONG, "to its left (mm)", "From above, the crack pulled straight")
+        empty = np.zeros((0, 2))
+        bar_of = draw_discs(self._side, empty, scene.radius_mm, np.zeros(0), SPEED)
+        add_bar(self._figure, bar_of, [self._side, self._plan], SPEED, pad=0.01, aspect=25)
+        self._nozzle = scene.draw_nozzle(self._side, 0.0)
+        self._discs: list[EllipseCollection] = []
+        self._canvas.draw()
+        # The layout is fixed, so that the panels of all pictures coincide.
+        self._figure.set_layout_engine("none")
 
+    @themed()
     def paint(self, frame: Frame) -> Pixels:
-        with themed():
-            for discs in self._discs:
-                discs.remove()
-            self._discs = []
-            scene, speed_mm_s, height_mm = self._scene, frame.speed_mm_s, frame.position_mm[:, 2]
-            place_mm, shown = scene.side(frame)
-            self._discs.append(draw_discs(self._side, place_mm, scene.radius_mm, speed_mm_s[shown], SPEED))
-            place_mm, shown = scene.plan(frame)
-            for part, order in ((height_mm[shown] < 0, UNDER), (height_mm[shown] >= 0, OVER)):
-                value = speed_mm_s[shown][part]
-                discs = draw_discs(self._plan, place_mm[part], scene.radius_mm, value, SPEED)
-                discs.set_zorder(order)
-                self._discs.append(discs)
-            scene.move_nozzle(self._nozzle, frame.t_s)
-            self._side.set_title(f"t = {frame.t_s:.2f} s: section along the crack, by speed")
-            self._canvas.draw()
-            return np.asarray(self._canvas.buffer_rgba())[:, :, :3].copy()
+        for discs in self._discs:
+            discs.remove()
+        self._discs = []
+        scene, speed_mm_s, height_mm = self._scene, frame.speed_mm_s, frame.position_mm[:, 2]
+        place_mm, shown = scene.side(frame)
+        self._discs.append(draw_discs(self._side, place_mm, scene.radius_mm, speed_mm_s[shown], SPEED))
+        place_mm, shown = scene.plan(frame)
+        for part, order in ((height_mm[shown] < 0, UNDER), (height_mm[shown] >= 0, OVER)):
+            value = speed_mm_s[shown][part]
+            discs = draw_discs(self._plan, place_mm[part], scene.radius_mm, value, SPEED)
+            discs.set_zorder(order)
+            self._discs.append(discs)
+        scene.move_nozzle(self._nozzle, frame.t_s)
+        self._side.set_title(f"t = {frame.t_s:.2f} s: section along the crack, by speed")
+        self._canvas.draw()
+        return np.asarray(self._canvas.buffer_rgba())[:, :, :3].copy()
 
 
 def write_film(

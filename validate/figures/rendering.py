@@ -3,8 +3,6 @@
 Hidden surfaces are removed pixel by pixel: mplot3d sorts whole triangles, and drew the far dam through the near one.
 """
 
-from collections.abc import Iterator
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,7 +12,7 @@ LIGHT = np.array([-0.36, 0.48, 0.8])
 """Unit vector to the light: to the right in the picture, up in it, toward the viewer."""
 DARKEST = 0.55  # Brightness without light, at which a colour can still be compared with its scale
 SMOOTHING = 2  # Samples along each side of a pixel, averaged for smooth edges
-MOST_AT_ONCE = 1_000_000  # Samples that are computed together, in 100 MB
+MOST_AT_ONCE = 1_000_000  # Samples in the bounding boxes of facets that are computed together, in 100 MB
 FLAT = 1e-9  # Doubled area, in samples, below which a triangle is regarded as a line
 
 
@@ -40,17 +38,21 @@ def render(
     nearness = vertices_mm @ toward
     width, height = np.ceil(place[np.unique(faces)].max(axis=0) / SMOOTHING).astype(int) * SMOOTHING
 
-    normal = _normals(vertices_mm, faces) if face_normal is None else face_normal
-    shade = _shade(normal, LIGHT @ np.array([right, up, toward]), toward)
+    normal = facet_normals(vertices_mm, faces) if face_normal is None else face_normal
+    # Facets that face away are lit from their back.
+    normal = normal * np.where(normal @ toward < 0, -1.0, 1.0)[:, None]
+    shade = DARKEST + (1 - DARKEST) * np.clip(normal @ (LIGHT @ np.array([right, up, toward])), 0.0, 1.0)
     nearest = np.full(height * width, -np.inf)
     owner = np.full(height * width, -1)
-    for part in _batches(place[faces]):
+    samples = np.cumsum(np.prod(np.ptp(place[faces], axis=1) + 1, axis=1))
+    batches = np.searchsorted(samples, np.arange(MOST_AT_ONCE, samples[-1], MOST_AT_ONCE))
+    for part in np.split(np.arange(len(faces)), np.unique(batches)):
         index, pixel, depth = _covered(place[faces[part]], nearness[faces[part]], width, height)
         in_front = np.flatnonzero(depth > nearest[pixel])
         # The last value written to a sample remains: that of the nearest facet, of equal ones the first.
         last = in_front[::-1][np.argsort(depth[in_front][::-1], kind="stable")]
         nearest[pixel[last]] = depth[last]
-        owner[pixel[last]] = part.start + index[last]
+        owner[pixel[last]] = part[index[last]]
     picture = np.zeros((height * width, 4), dtype=np.float32)
     seen = owner >= 0
     picture[seen, :3] = face_colour[owner[seen]] * shade[owner[seen], None]
@@ -74,32 +76,19 @@ def view_axes(azimuth_deg: float, elevation_deg: float) -> tuple[Floats, Floats,
 def seen_from(vertices_mm: Floats, faces: Integers, azimuth_deg: float, elevation_deg: float) -> NDArray[np.bool_]:
     """Return the mask, (f,), of the facets whose outside faces the viewer."""
     _, _, toward = view_axes(azimuth_deg, elevation_deg)
-    return _normals(vertices_mm, faces) @ toward > 0
+    return facet_normals(vertices_mm, faces) @ toward > 0
 
 
-def _normals(vertices_mm: Floats, faces: Integers) -> Floats:
+def facet_normals(vertices_mm: Floats, faces: Integers) -> Floats:
     """Return the outward unit normal of each facet, (f, 3), zero for one without area."""
     a, b, c = (vertices_mm[faces[:, k]] for k in range(3))
-    normal = np.cross(b - a, c - a)
-    size = np.linalg.norm(normal, axis=1, keepdims=True)
-    return normal / np.where(size > 0, size, 1.0)
+    return unit(np.cross(b - a, c - a))
 
 
-def _shade(normal: Floats, light: Floats, toward: Floats) -> Floats:
-    """Return the brightness of each facet, (f,); facets that face away are lit from their back."""
-    normal = normal * np.where(normal @ toward < 0, -1.0, 1.0)[:, None]
-    return DARKEST + (1 - DARKEST) * np.clip(normal @ light, 0.0, 1.0)
-
-
-def _batches(corner: Floats) -> Iterator[slice]:
-    """Divide the facets into runs whose bounding boxes have ``MOST_AT_ONCE`` samples together."""
-    boxes = np.cumsum(np.prod(np.ptp(corner, axis=1) + 1, axis=1))
-    begin = 0
-    while begin < len(corner):
-        before = boxes[begin - 1] if begin else 0.0
-        end = max(begin + 1, int(np.searchsorted(boxes, before + MOST_AT_ONCE, side="right")))
-        yield slice(begin, end)
-        begin = end
+def unit(vectors: Floats) -> Floats:
+    """Return vectors, (n, 3), in unit length; zero remains zero."""
+    size = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return vectors / np.where(size > 0, size, 1.0)
 
 
 def _covered(corner: Floats, nearness: Floats, width: int, height: int) -> tuple[Integers, Integers, Floats]:

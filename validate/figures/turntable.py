@@ -17,8 +17,8 @@ from skimage.measure import marching_cubes
 
 from sealtwin.core.drawing.theme import AGES, ON_GROUND
 from sealtwin.core.records import FaceLabel, Floats, Integers, Run, Solid
-from validate.figures.rendering import DARKEST, LIGHT, render, seen_from, view_axes
-from validate.figures.solid_pictures import LABEL_COLOUR, square_on
+from validate.figures.rendering import DARKEST, LIGHT, facet_normals, render, seen_from, unit, view_axes
+from validate.figures.solid_pictures import FACE_COLOURS, square_on
 
 BLUR = 0.6
 """Standard deviation of the blur over the particles' spacing: a lattice keeps 0.1 % of its grain, and a layer one
@@ -59,12 +59,9 @@ class Turntable:
         """RGBA picture of the page's first view."""
         shown, low_mm, high_mm = self._first_view
         colour, normal = (values[shown].mean(axis=1) for values in (self.colour, self.normal))
-        size = np.linalg.norm(normal, axis=1, keepdims=True)
-        normal /= np.where(size > 0, size, 1.0)
         width_px = round(STILL_PX[0] * (high_mm - low_mm)[0] / self._across_mm)
-        picture = render(
-            self.vertices_mm, shown, colour, self.azimuth_deg, self.elevation_deg, width_px, face_normal=normal
-        )
+        view_deg = self.azimuth_deg, self.elevation_deg
+        picture = render(self.vertices_mm, shown, colour, *view_deg, width_px, face_normal=unit(normal))
         still = np.zeros((STILL_PX[1], STILL_PX[0], 4), np.uint8)
         top, left = ((room - size) // 2 for room, size in zip(still.shape, picture.shape[:2], strict=False))
         still[top : top + picture.shape[0], left : left + picture.shape[1]] = picture
@@ -129,8 +126,9 @@ def build_turntable(run: Run, solid: Solid) -> Turntable:
     oldest_s = max(float(run.age_s.max(initial=0.0)), 0.1)
     fluid = fluid_surface(run.position_mm[stays], run.particle_volume_mm3, run.age_s[stays])
     ages = matplotlib.colormaps[AGES](np.clip(fluid.value / oldest_s, 0.0, 1.0))[:, :3]
-    walls = _coarse(solid)
-    parts = [_inside(walls), _rim(walls), (fluid.vertices_mm, fluid.faces, fluid.normal, ages)]
+    faces, label, rim = _coarse_cavity(solid)
+    walls, ribbon = _inside(solid.vertices_mm, faces, label), _ribbon(solid.vertices_mm, rim)
+    parts = [walls, ribbon, (fluid.vertices_mm, fluid.faces, fluid.normal, ages)]
     vertices_mm, faces, normal, colour = zip(*parts, strict=True)
     before = np.cumsum([0, *map(len, vertices_mm)])
     return Turntable(
@@ -147,52 +145,42 @@ def build_turntable(run: Run, solid: Solid) -> Turntable:
 Part = tuple[Floats, Integers, Floats, Floats]  # Vertices (v, 3), faces (f, 3), normals (v, 3) and colours (v, 3)
 
 
-@dataclass(frozen=True)
-class _Walls:
-    """Facets of the cavity with their labels, and the edges between the face and a wall."""
-
-    vertices_mm: Floats
-    faces: Integers
-    label: Integers
-    rim: Integers  # (n, 2), the face to their left
-
-
-def _walls(vertices_mm: Floats, faces: Integers, label: Integers) -> _Walls:
+def _cavity(solid: Solid, faces: Integers, label: Integers) -> tuple[Integers, Integers, Integers]:
+    """Return the cavity's facets, (f, 3), their labels, (f,), and its rim: edges, (n, 2), the face to their left."""
     inside = np.isin(label, INSIDE)
     edges, back = _directed_edges(faces[label == FaceLabel.TOP]), _directed_edges(faces[inside])[:, ::-1]
-    key = [len(vertices_mm), 1]
-    return _Walls(vertices_mm, faces[inside], label[inside], edges[np.isin(edges @ key, back @ key)])
+    key = [len(solid.vertices_mm), 1]
+    return faces[inside], label[inside], edges[np.isin(edges @ key, back @ key)]
 
 
-def _coarse(solid: Solid) -> _Walls:
+def _coarse_cavity(solid: Solid) -> tuple[Integers, Integers, Integers]:
     """Return a solid's cavity, its near vertices merged as far as ``MOST_CORNERS`` requires."""
-    walls = _walls(solid.vertices_mm, solid.faces, solid.face_label)
+    faces, label, rim = _cavity(solid, solid.faces, solid.face_label)
     cell_mm = FINEST * float(np.ptp(solid.vertices_mm, axis=0).max())
     # Facets share no vertices, and a ribbon has four.
-    while 3 * len(walls.faces) + 4 * len(walls.rim) > MOST_CORNERS:
+    while 3 * len(faces) + 4 * len(rim) > MOST_CORNERS:
         cells = np.round(solid.vertices_mm / cell_mm).astype(np.int64)
         _, first, cell = np.unique(cells, axis=0, return_index=True, return_inverse=True)
-        faces = first[cell.ravel()][solid.faces]
-        kept = (faces != faces[:, [1, 2, 0]]).all(axis=1)
-        walls = _walls(solid.vertices_mm, faces[kept], solid.face_label[kept])
+        merged = first[cell.ravel()][solid.faces]
+        kept = (merged != merged[:, [1, 2, 0]]).all(axis=1)
+        faces, label, rim = _cavity(solid, merged[kept], solid.face_label[kept])
         cell_mm *= WALLS_COARSER
-    return walls
+    return faces, label, rim
 
 
-def _inside(walls: _Walls) -> Part:
+def _inside(vertices_mm: Floats, faces: Integers, label: Integers) -> Part:
     """Return the cavity's facets, each with its own vertices."""
-    corner, label = walls.vertices_mm[walls.faces], walls.label
-    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    size = np.linalg.norm(normal, axis=1)
-    corner, label, normal = corner[size > 0], label[size > 0], normal[size > 0] / size[size > 0, None]
-    colour = np.array([to_rgb(LABEL_COLOUR[each]) for each in FaceLabel])[label]
-    faces = np.arange(3 * len(corner)).reshape(-1, 3)
-    return corner.reshape(-1, 3), faces, np.repeat(normal, 3, axis=0), np.repeat(colour, 3, axis=0)
+    normal = facet_normals(vertices_mm, faces)
+    whole = normal.any(axis=1)
+    corner = vertices_mm[faces[whole]]
+    own = np.arange(3 * len(corner)).reshape(-1, 3)
+    normal, colour = (np.repeat(values[whole], 3, axis=0) for values in (normal, FACE_COLOURS[label]))
+    return corner.reshape(-1, 3), own, normal, colour
 
 
-def _rim(walls: _Walls) -> Part:
+def _ribbon(vertices_mm: Floats, rim: Integers) -> Part:
     """Return a ribbon on the face along each edge between the face and a wall."""
-    begin_mm, end_mm = walls.vertices_mm[walls.rim.T]
+    begin_mm, end_mm = vertices_mm[rim.T]
     ahead = (end_mm - begin_mm)[:, :2]
     ahead = ahead / np.linalg.norm(ahead, axis=1, keepdims=True)
     onto_face = RIM_MM * np.column_stack([-ahead[:, 1], ahead[:, 0], np.zeros(len(ahead))])

@@ -60,26 +60,25 @@ def judged(
     ``edited`` are the files of the run that are not as their stage wrote them; they and an escaped particle leave
     nothing to judge. ``passed`` holds the mean error against the limit, ``outcome`` its 95 % interval by the readings.
     """
-    m, open_or_false = metrics, None if gate_mm is None else False
+    m, findings = metrics, ()
     covers = f"cover {math.floor(100 * m.coverage + ROUNDING)} % of the crack's length"
+    passed, outcome = None if gate_mm is None else False, "undecided"
     if m.escaped_particles:
+        passed, outcome = False, "failed"
         verdict = f"{leak(m.escaped_particles)}: a mean error of {m.mean_error_mm:.3f} mm means nothing."
-        return Comparison(m, uncertainty, None, gate_mm, False, "failed", verdict)
-    if edited:
+    elif edited:
         verdict = f"{edited_by_hand(edited)}: no verdict."
-        return Comparison(m, uncertainty, None, gate_mm, open_or_false, "undecided", verdict)
-    if not m.enough_readings:
+    elif not m.enough_readings:
+        outcome = "open" if gate_mm is None else "undecided"
         verdict = (
             f"No verdict on {_described(m)}: they {covers} ({counted(m.stations_used, 'station')}, up to "
             f"{100 * m.widest_gap_mm / m.length_mm:.0f} % of it apart); at least {100 * LEAST_COVERAGE:.0f} % and "
             f"{FEWEST_STATIONS} stations no more than {100 * WIDEST_GAP:.0f} % apart are needed."
         )
-        outcome = "open" if gate_mm is None else "undecided"
-        return Comparison(m, uncertainty, None, gate_mm, open_or_false, outcome, verdict)
-    passed, outcome, verdict = _held_against(m, gate_mm, uncertainty)
-    if m.coverage < NEARLY_ALL:
-        verdict += f" The readings {covers}."
-    findings = () if uncertainty is None else uncertainty.sentences
+    else:
+        passed, outcome, verdict = _held_against(m, gate_mm, uncertainty)
+        verdict += f" The readings {covers}." if m.coverage < NEARLY_ALL else ""
+        findings = () if uncertainty is None else uncertainty.sentences
     return Comparison(m, uncertainty, None, gate_mm, passed, outcome, verdict, findings)
 
 
@@ -92,7 +91,7 @@ def _held_against(
     """
     found, told = f"mean error {m.mean_error_mm:.3f} mm", True
     if uncertainty is not None:
-        low_mm, high_mm = uncertainty.mean_error_mm
+        low_mm, high_mm = uncertainty.mean_error_interval_mm
         told = gate_mm is None or not low_mm <= gate_mm <= high_mm
         unknown = "" if uncertainty.readings.scatter_known else ", their scatter not known"
         found += f" ({low_mm:.2f} to {high_mm:.2f} mm, 95 % by the readings{unknown})"

@@ -10,14 +10,8 @@ from validate.readings.columns import read_header
 from validate.readings.samples import read_cells, rows_of_sample
 from validate.readings.sheet import FaultList, Place, shown
 from validate.readings.table import CrackLimits, TableReader, level_mm
-from validate.settings import Datum, Declared, Readings
-from validate.units import counted
-
-IN_WORDS: dict[Datum, str] = {
-    "sample_surface": "the sample surface",
-    "sealant_top": "the sealant's top",
-    "caliper_base": "the caliper's base",
-}
+from validate.settings import Declared, Readings
+from validate.units import LABELS, counted
 
 
 def read_readings(
@@ -35,20 +29,15 @@ def read_readings(
     """
     grid, faults = read_cells(path, settings), FaultList()
     header = rows_of_sample(grid, read_header(grid, settings, faults), settings, faults)
-    table = TableReader(grid, header, settings, _limits(length_mm, depth_mm), faults)
+    crack = None if depth_mm is None else CrackLimits(length_mm, depth_mm)
+    table = TableReader(grid, header, settings, crack, faults)
     s_mm, levels_mm = table.read()
     if len(s_mm) < 2 and not faults.count:
         found = f"{counted(len(s_mm), 'station')} with a reading; a level along the crack needs two or more."
         faults.add(grid.place(), found, "Add the others.")
     faults.raise_if_any()
-    dialect, data = _dialect(table, levels_mm.shape[1]), "undeclared"
-    if isinstance(settings, Readings):
-        data = settings.data
-    return Profile(s_mm, np.nanmean(levels_mm, axis=1), levels_mm, data, path.name, dialect)
-
-
-def _limits(length_mm: float | None, depth_mm: float | None) -> CrackLimits | None:
-    return None if depth_mm is None else CrackLimits(length_mm, depth_mm)
+    data = settings.data if isinstance(settings, Readings) else "undeclared"
+    return Profile(s_mm, np.nanmean(levels_mm, axis=1), levels_mm, data, path.name, _dialect(table, levels_mm.shape[1]))
 
 
 def _dialect(table: TableReader, repeats: int) -> str:
@@ -57,7 +46,7 @@ def _dialect(table: TableReader, repeats: int) -> str:
     decimal = () if table.mark is None else (f"decimal {table.mark}",)
     units = list(dict.fromkeys(str(column.unit) for column in header.readings))
     upward = "upward" if header.quantity == "level" else "downward"
-    counting = f"{header.quantity} {upward} in {' and '.join(units)} from {IN_WORDS[declared.datum]}"
+    counting = f"{header.quantity} {upward} in {' and '.join(units)} from {LABELS['datums'][declared.datum]}"
     if declared.datum != "sample_surface":
         counting += f", {declared.datum_level_mm or 0.0:+g} mm from the sample surface"
     if units != [header.station.unit]:
@@ -85,7 +74,7 @@ def take_readings(
     table = np.asarray(table, dtype=float)
     if table.ndim != 2 or table.shape[1] < 2:
         raise InputError(f"{name}: an array of shape {table.shape}; give (n, 1 + r): s_mm, then r readings.")
-    faults, crack = FaultList(), _limits(length_mm, depth_mm)
+    faults, crack = FaultList(), None if depth_mm is None else CrackLimits(length_mm, depth_mm)
     levels_mm = level_mm(table[:, 1:], settings.quantity or "level", settings)
     for row, (s_mm, repeats_mm) in enumerate(zip(table[:, 0], levels_mm, strict=True)):
         place = Place(Path(f"{name}, row {row}"))

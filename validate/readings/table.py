@@ -66,7 +66,7 @@ def level_mm(reading_mm: Height, quantity: Quantity | None, declared: Declared) 
 @dataclass
 class _Station:
     s_mm: float
-    row: int
+    row: SheetRow
     values_mm: dict[str, float]  # Readings by the label of the repeat
 
 
@@ -154,7 +154,7 @@ class TableReader:
         if header.repeat is not None:
             labels = [self._repeat(row, header.repeat)] * len(header.readings)
         values_mm = {label: self._reading(row, column) for label, column in zip(labels, header.readings, strict=True)}
-        return None if s_mm is None else _Station(s_mm, row.number, values_mm)
+        return None if s_mm is None else _Station(s_mm, row, values_mm)
 
     def _fits(self, row: SheetRow) -> bool:
         width = self.header.row.width
@@ -225,7 +225,9 @@ class TableReader:
             station = stations.setdefault(row.s_mm, _Station(row.s_mm, row.row, {}))
             for label in row.values_mm.keys() & station.values_mm:
                 found = f"repeat {quoted(label)} of {row.s_mm:.12g} mm occurs twice."
-                self._add_at_station(row, found, "Number the readings of each station.", label)
+                self.faults.add(
+                    self._place(row.row, self.header.station), found, "Number the readings of each station.", label
+                )
             station.values_mm |= row.values_mm
         return list(stations.values())
 
@@ -234,17 +236,15 @@ class TableReader:
         for before, station in pairwise(stations):
             s_mm = f"{station.s_mm:.12g}"
             if station.s_mm == before.s_mm:
-                found = f"{s_mm} mm occurs twice, first in row {before.row}."
+                found = f"{s_mm} mm occurs twice, first in row {before.row.number}."
             elif station.s_mm - before.s_mm < CLOSEST_MM * (1 - 1e-9):
-                found = f"{s_mm} mm is less than {CLOSEST_MM:g} mm after {before.s_mm:.12g} mm in row {before.row}."
+                found = (
+                    f"{s_mm} mm is less than {CLOSEST_MM:g} mm after {before.s_mm:.12g} mm in row {before.row.number}."
+                )
             else:
                 continue
             remedy = "Write repeated readings of a station as columns of one row, or number them in a column 'repeat'."
-            self._add_at_station(station, found, remedy, s_mm)
-
-    def _add_at_station(self, station: _Station, found: str, remedy: str, value: str) -> None:
-        column = self.header.station
-        self.faults.add(self.grid.place(station.row, column.index, column.name), found, remedy, value)
+            self.faults.add(self._place(station.row, self.header.station), found, remedy, s_mm)
 
     def _place(self, row: SheetRow, column: Column) -> Place:
         return self.grid.place(row.number, column.index, column.name)

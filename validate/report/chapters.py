@@ -4,7 +4,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import count
-from typing import ClassVar
 
 import cv2
 import numpy as np
@@ -12,8 +11,7 @@ from matplotlib.figure import FigureBase
 
 from sealtwin.core.drawing.snapshots import FillScene, draw_fill
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Pixels, Solid
-from validate.figures.levels import CAPTION as UNCERTAINTY_CAPTION
+from sealtwin.core.records import Pixels
 from validate.figures.levels import draw_error, draw_histogram, draw_profile, draw_uncertainty
 from validate.figures.solid_pictures import draw_sections, draw_side_view, draw_solid, draw_top_view
 from validate.figures.turntable import Turntable, build_turntable
@@ -32,14 +30,12 @@ from validate.wording.comparison import (
 
 @dataclass(frozen=True)
 class Plate:
-    kind: ClassVar = "plate"
     caption: str
     draw: Callable[[], FigureBase]
 
 
 @dataclass(frozen=True)
 class PhotoBlock:
-    kind: ClassVar = "photo"
     caption: str
     alt: str
     pixels: Pixels
@@ -49,7 +45,6 @@ class PhotoBlock:
 class Model:
     """A model that the page can turn and the PDF shows from one side."""
 
-    kind: ClassVar = "model"
     caption: str
     alt: str
     turntable: Turntable
@@ -59,7 +54,6 @@ class Model:
 class Paragraph:
     """Sentences, one below the other."""
 
-    kind: ClassVar = "words"
     sentences: tuple[str, ...]
 
 
@@ -67,7 +61,6 @@ class Paragraph:
 class CommandLines:
     """Commands that can be copied as they are."""
 
-    kind: ClassVar = "command"
     lines: tuple[str, ...]
     comment: str
 
@@ -116,7 +109,13 @@ def _chapters(evidence: Evidence) -> Iterator[tuple[str, str, list[Item]]]:
     yield "Assumptions", "assumptions", [Paragraph(tuple(sample_and_run.assumptions(evidence)))]
     yield "Left out", "left-out", [Paragraph(tuple(sample_and_run.left_out(evidence)))]
     solid_and_path = sample_and_run.geometry_table(evidence), sample_and_run.path_table(evidence)
-    yield "Geometry", "geometry", [solid_plate(evidence.solid), *solid_and_path]
+    dams = ", with the dams at its open ends" if evidence.solid.report.get("dams") else ""
+    # Its two pictures are rendered once for the page and the PDF.
+    solid = Plate(
+        f"The solid that was simulated, as it is in crack.stl{dams}, and its cavity alone.",
+        cache(lambda: draw_solid(evidence.solid)),
+    )
+    yield "Geometry", "geometry", [solid, *solid_and_path]
     yield "Provenance", "provenance", [again, versions, sample_and_run.settings_table(evidence)]
 
 
@@ -164,21 +163,17 @@ def fill_plates(evidence: Evidence) -> Iterator[Plate]:
     )
 
 
-def solid_plate(solid: Solid) -> Plate:
-    """Figure of the solid and its cavity."""
-    dams = ", with the dams at its open ends" if solid.report.get("dams") else ""
-    caption = f"The solid that was simulated, as it is in crack.stl{dams}, and its cavity alone."
-    # Its two pictures are rendered once for the page and the PDF.
-    return Plate(caption, cache(lambda: draw_solid(solid)))
-
-
 def _uncertainty(evidence: Evidence) -> list[Item]:
     """Sentences, figure and tables of the uncertainty; one line where it was not assessed."""
     found = None if evidence.comparison is None else evidence.comparison.uncertainty
     if found is None:
         radius = f"{evidence.run.radius_mm:g} mm radius"
         return [Paragraph((f"Not examined: this is one run, with particles of {radius}, held against no interval.",))]
-    plate = Plate(UNCERTAINTY_CAPTION, lambda: draw_uncertainty(found.stations))
+    plate = Plate(
+        "Simulated less measured level E at each station, with twice the validation uncertainty u_val (ASME V&V 20). "
+        "Filled where |E| is larger. Below, the standard uncertainties that u_val is made of.",
+        lambda: draw_uncertainty(found.stations),
+    )
     return [Paragraph(tuple(uncertainty_sentences(found))), plate, *uncertainty_tables(found)]
 
 

@@ -213,7 +213,7 @@ def _compared(comparison: Comparison | None) -> dict[str, Any]:
         )
     if found is None:
         return content
-    for key, interval in (("mean_error_mm", found.mean_error_mm), ("bias_mm", found.bias_mm)):
+    for key, interval in (("mean_error_mm", found.mean_error_interval_mm), ("bias_mm", found.bias_interval_mm)):
         content["metrics"][key] = content["metrics"][key].model_copy(update={"interval_95": interval})
     if (sizes := found.numerics) is not None:
         content["sizes"] = {

@@ -55,6 +55,7 @@ def _page(data: ReportData, figures: KeyFigures, content: Sequence[Chapter]) -> 
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("validate"), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True
     )
+    environment.filters["kind"] = lambda item: type(item).__name__
     environment.filters["photo"] = lambda item: _data_uri("jpeg", _encoded(".jpg", item.pixels[:, :, ::-1]))
     environment.filters["still"] = lambda item: _data_uri("webp", _encoded(".webp", item.still[:, :, [2, 1, 0, 3]]))
     environment.filters["svg"] = lambda item, name: in_page(as_svg(item.draw(), name, PIXELS_DPI), item.caption)

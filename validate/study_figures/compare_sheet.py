@@ -1,13 +1,34 @@
-"""Page that compares finished runs, named by number in all figures and tables."""
+"""Page that compares finished runs, named by number in all figures and tables, with the figures."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
+from sealtwin.core.drawing.theme import (
+    ALONG,
+    INK,
+    MEASURED,
+    SIMULATED,
+    THIRD,
+    label_axes,
+    put_legend_under_title,
+    themed,
+)
+from validate.metrics.curve_distances import Difference
 from validate.metrics.verdict import leak
-from validate.study_figures.figure_sheet import NONE, Cell, FigureSheet, FigureTable, Numbers, Plot, SheetSection
-from validate.study_figures.run_levels import draw_errors_of_runs, draw_levels_of_runs
+from validate.study_figures.figure_sheet import (
+    NONE,
+    Cell,
+    FigureSheet,
+    FigureTable,
+    Numbers,
+    Plot,
+    SheetSection,
+    wide_axes,
+)
 from validate.study_figures.side_by_side import (
     Side,
     differing,
@@ -33,6 +54,15 @@ FIGURES = {
     "share of the crack that is filled": ("simulated_fill_ratio", "{:.3f}"),
 }
 """Keys and forms of a comparison's figures, by label."""
+
+COLOURS = (SIMULATED, MEASURED, THIRD, "#cc79a7", "#e69f00", "#9467bd", INK)
+"""Okabe and Ito's colours, without their sky blue, which the first one becomes on a dark page.
+
+Colours four apart, which have the same stroke, are no shades of each other.
+"""
+STROKES = ("-", "--", ":", "-.")
+MOST = len(COLOURS) * len(STROKES)  # Largest number of runs that look different: every stroke in every colour
+LEGEND_COLUMNS = 10  # Largest number of two-digit labels, with their strokes, side by side
 
 Row = tuple[str, Sequence[Any], Callable[[Any], str]]  # Label, value of each run, and the form of a value on the page
 
@@ -189,3 +219,45 @@ def _rounded(value: float) -> str:
 
 def _plain(value: Any) -> str:
     return NONE if value is None else f"{value:g}" if isinstance(value, float) else str(value)
+
+
+@themed()
+def draw_levels_of_runs(sides: Sequence[Side]) -> Figure:
+    """Draw levels as lines and readings as circles, in the colour of their run, or in ink if shared."""
+    figure, axes = wide_axes(4.2, face=True)
+    first_with = first_with_readings(sides)
+    for index, side in enumerate(sides):
+        readings = side.readings
+        if readings is not None and first_with[index] == index:
+            colour = COLOURS[index % len(COLOURS)] if first_with.count(index) == 1 else INK
+            axes.plot(readings.s_mm, readings.level_mm, "o", color=colour, markersize=4, markerfacecolor="none")
+        _draw_line(axes, index, side.profile.s_mm, side.profile.level_mm)
+    kinds = sorted({side.readings.data for side in sides if side.readings is not None})
+    told = " and ".join(kind if kind == "measured" else kind.upper() for kind in kinds)
+    _finish(axes, sides, "level from the face (mm)", f"Levels, and readings ({told}) as circles" if kinds else "Levels")
+    return figure
+
+
+@themed()
+def draw_errors_of_runs(sides: Sequence[Side]) -> Figure:
+    """Draw the signed errors of the runs with readings."""
+    figure, axes = wide_axes(3.2, face=True)
+    for index, side in enumerate(sides):
+        if side.readings is not None:
+            profile, readings = side.profile, side.readings
+            error = Difference(profile.s_mm, profile.level_mm, readings.s_mm, readings.level_mm)
+            _draw_line(axes, index, error.x, error.value)
+    _finish(axes, sides, "error (mm)", "Signed error: positive where the simulated level is too high")
+    return figure
+
+
+def _draw_line(axes: Axes, index: int, s_mm: np.ndarray, value_mm: np.ndarray) -> None:
+    # Neighbours have different strokes, so that coinciding lines are both visible.
+    stroke, colour = STROKES[index % len(STROKES)], COLOURS[index % len(COLOURS)]
+    axes.plot(s_mm, value_mm, stroke, color=colour, label=str(index + 1))
+
+
+def _finish(axes: Axes, sides: Sequence[Side], y: str, title: str) -> None:
+    axes.set_xlim(0, max(side.profile.s_mm[-1] for side in sides))
+    label_axes(axes, ALONG, y, title)
+    put_legend_under_title(axes, columns=LEGEND_COLUMNS)

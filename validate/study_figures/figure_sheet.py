@@ -7,9 +7,10 @@ from pathlib import Path
 
 import jinja2
 from markupsafe import Markup
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sealtwin.core.drawing.theme import as_svg, in_page
+from sealtwin.core.drawing.theme import INK, as_svg, in_page
 from sealtwin.core.files import write_text
 from sealtwin.core.tables import write_sheet
 
@@ -76,6 +77,15 @@ class FigureSheet:
 def wide_figure(height_in: float) -> Figure:
     """Return an empty figure of the page's width."""
     return Figure(figsize=(9.0, height_in), layout="constrained")
+
+
+def wide_axes(height_in: float, *, face: bool = False) -> tuple[Figure, Axes]:
+    """Return a figure of the page's width and its only axes, with a line at 0 for the sample's ``face`` on request."""
+    figure = wide_figure(height_in)
+    axes = figure.add_subplot()
+    if face:
+        axes.axhline(0.0, color=INK, linewidth=1.0)
+    return figure, axes
 
 
 def write_sheet_of_figures(folder: Path, name: str, sheet: FigureSheet) -> list[str]:

@@ -6,10 +6,19 @@ from functools import partial
 import numpy as np
 
 from validate.study_figures.chart import Chart
-from validate.study_figures.cost_and_fills import Fill, draw_cost, draw_fills, draw_thumbnails, frame_times, pace_of
 from validate.study_figures.figure_sheet import Cell, FigureSheet, FigureTable, Numbers, Plot, SheetSection
-from validate.study_figures.run_levels import draw_levels_of_study
-from validate.study_figures.setting_maps import draw_heat, draw_influence, heat
+from validate.study_figures.map_figures import (
+    Fill,
+    draw_cost,
+    draw_fills,
+    draw_heat,
+    draw_influence,
+    draw_levels_of_study,
+    draw_thumbnails,
+    frame_times,
+    heat,
+    pace_of,
+)
 from validate.study_figures.side_by_side import volume_words
 from validate.units import percent, signed
 
@@ -139,9 +148,10 @@ def _cost(chart: Chart, fills: Sequence[Fill]) -> SheetSection:
         particles, frame_ms = frame_times(fills)
         numbers = Numbers(["moving_particles", "frame_ms"], np.column_stack([particles, frame_ms]).tolist())
         if (pace := pace_of(particles, frame_ms)) is not None:
+            start_ms, particle_us, explained = pace
             words.append(
-                f"A frame takes {pace.start_ms:.2f} ms and {pace.particle_us:.2f} µs more for each moving particle; "
-                f"the line explains {percent(pace.explained, 0)} of the variance of the medians."
+                f"A frame takes {start_ms:.2f} ms and {particle_us:.2f} µs more for each moving particle; "
+                f"the line explains {percent(explained, 0)} of the variance of the medians."
             )
     return SheetSection("Cost", words, [Plot("cost", caption, lambda: draw_cost(chart, fills), numbers)])
 

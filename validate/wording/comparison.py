@@ -14,7 +14,7 @@ from sealtwin.core.comparison import (
 )
 from sealtwin.core.records import Profile
 from validate.report_input import Evidence, ReadingsSheet
-from validate.units import NOT_RECORDED, PageTable, counted, millimetres, percent, signed, span
+from validate.units import LABELS, NOT_RECORDED, PageTable, counted, millimetres, percent, signed, span
 
 
 def balance_table(evidence: Evidence) -> PageTable:
@@ -48,8 +48,8 @@ def agreement_table(comparison: Comparison) -> PageTable:
     mean_interval = bias_interval = ""
     if found is not None:
         between = ", 95 % interval by the readings {} to {} mm"
-        mean_interval = between.format(*(f"{end:.3f}" for end in found.mean_error_mm))
-        bias_interval = between.format(*(signed(end, 3) for end in found.bias_mm))
+        mean_interval = between.format(*(f"{end:.3f}" for end in found.mean_error_interval_mm))
+        bias_interval = between.format(*(signed(end, 3) for end in found.bias_interval_mm))
     difference_mm2 = m.area_difference_mm2
     same = "the same to 1e-9 mm²" if abs(difference_mm2) < 1e-9 else f"{difference_mm2:+.1e} mm² apart"
     stretch = f"({m.covered_from_mm:.1f} to {m.covered_to_mm:.1f} mm)"
@@ -113,17 +113,7 @@ def readings_table(readings: Profile, comparison: Comparison, sheet: ReadingsShe
     return PageTable("Readings", tuple(rows))
 
 
-INPUTS = {
-    "speed_mm_s": ("the nozzle's speed", "mm/s"),
-    "volume_ml": ("volume given", "ml"),
-    "start_mm": ("where the nozzle starts", "mm"),
-    "width_mm": ("the crack's width", "mm"),
-    "wall_angle_deg": ("the tilt of the walls", "°"),
-    "depth_mm": ("the crack's depth", "mm"),
-    "viscosity_percent": ("viscosity", "%"),
-    "yield_stress_pa": ("yield stress", "Pa"),
-    "station_mm": ("the stations' s", "mm"),
-}
+INPUTS: dict[str, tuple[str, str]] = LABELS["inputs"]
 """Words and unit of each input by its name in the table [uncertainty]."""
 Rows = list[tuple[str, str]]
 
@@ -200,8 +190,8 @@ def uncertainty_tables(found: ErrorUncertainty) -> list[PageTable]:
 
 
 def _result(found: ErrorUncertainty) -> Rows:
-    low_mm, high_mm = found.mean_error_mm
-    bias_low_mm, bias_high_mm = found.bias_mm
+    low_mm, high_mm = found.mean_error_interval_mm
+    bias_low_mm, bias_high_mm = found.bias_interval_mm
     mean, stations = found.mean_level, found.stations
     resolved = np.abs(stations.error_mm) > 2 * stations.validation_mm
     band = f"± {span(found.levels.band_95_mm, 3)} mm"

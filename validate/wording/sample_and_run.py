@@ -5,37 +5,10 @@ import numpy as np
 from sealtwin.core.records import RunHealth, Solid, arc_length
 from sealtwin.core.regime import SURFACE_TENSION_N_M, regime_of
 from validate.report_input import Evidence
-from validate.units import PageTable, counted, millimetres, percent, plain, span, words
+from validate.units import LABELS, PageTable, counted, millimetres, percent, plain, span, words
 from validate.wording.comparison import sealant_as_read
 
-HEALTH_LABELS = {
-    "density_error_mean": ("compression above the rest density, mean", 100, "{:.2f} %"),
-    "density_error_p95": ("compression that 95 % of the particles stay below", 100, "{:.2f} %"),
-    "density_error_max": ("compression of the worst particle", 100, "{:.1f} %"),
-    "most_neighbours": ("neighbours of one particle, most", 1, "{:,}"),
-    "moving_mean": ("particles moving at a time, mean", 1, "{:,.0f}"),
-    "moving_most": ("particles moving at a time, most", 1, "{:,}"),
-    "viscosity_iterations_mean": ("iterations of the viscosity solve, mean", 1, "{:.1f} a substep"),
-    "viscosity_iterations_most": ("iterations of the viscosity solve, most", 1, "{:,} a substep"),
-    "frames": ("frames, each from one release to the next", 1, "{:,}"),
-    "frame_s": ("simulated time of a frame", 1000, "{:.2f} ms"),
-    "substeps": ("substeps", 1, "{:,} a frame"),
-    "particles_a_release": ("particles released", 1, "{:,} a frame"),
-    "wall_particles": ("fixed particles that line the walls", 1, "{:,}"),
-    "particles_across": ("particles side by side between the walls, mean", 1, "{:.1f}"),
-    "viscosity_m2_s": ("kinematic viscosity in effect", 1e6, "{:.3g} mm²/s"),
-    "viscosity_pa_s": ("viscosity in effect", 1000, "{:.3g} mPa s"),
-    "U": ("viscous weight U in effect", 1, "{:.4g}"),
-    "D_cm": ("weight D of the walls' drag in effect", 1, "{:.4g} cm"),
-    "yield_stress_pa": ("yield stress of fresh paste", 1, "{:.3g} Pa"),
-    "reynolds": ("Reynolds number in the nozzle, inertia over viscosity", 1, "{:.2g}"),
-    "bond": ("Bond number across the crack, gravity over surface tension (water's)", 1, "{:.2g}"),
-    "bingham": ("Bingham number in the nozzle, yield stress over viscous stress", 1, "{:.2g}"),
-    "kernels_a_frame": ("kernels launched in the last frame", 1, "{:,}"),
-    "setup_s": ("computing time before the first frame", 1, "{:.1f} s"),
-    "frames_s": ("computing time of all frames", 1, "{:.1f} s"),
-    "volume_ratio": ("volume of the settled particles over dispensed", 1, "{:.3f}"),
-}
+HEALTH_LABELS: dict[str, tuple[str, float, str]] = LABELS["health"]
 """Label, factor to the reported unit, and format of each number that a run records about itself."""
 
 

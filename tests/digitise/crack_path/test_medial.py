@@ -41,12 +41,12 @@ def test_of_two_pieces_the_longer_line_counts_not_the_larger_area():
 def test_side_lines_run_outward_and_roughness_is_none():
     region = painted(MAIN, BRANCH, [(220, 101), (223, 80)])
     lines = side_lines(region, longest_line(region), least=18)
-    assert len(lines) == 1
-    outward = lines[0].cells[:, ::-1].astype(float)
+    ((cells, comes_back),) = lines
+    outward = cells[:, ::-1].astype(float)
     # It begins at the wall, half of the stroke's width off the way, and ends short of the tip by as much.
     assert distance_to(outward[:1], np.array(MAIN, dtype=float)) == pytest.approx(4.5, abs=3)
     assert np.linalg.norm(outward[-1] - BRANCH[1]) < 9
-    assert not lines[0].comes_back
+    assert not comes_back
     assert len(side_lines(region, longest_line(region), least=6)) == 2
 
 
@@ -55,16 +55,16 @@ def test_a_way_beside_the_middle_has_the_same_side_lines():
     region = painted([(20, 100), (280, 100)], width_px=41) | painted([(150, 100), (190, 20)])
     for row in (85, 100, 115):
         way = np.column_stack([np.full(240, row), np.arange(30, 270)])
-        (line,) = side_lines(region, way, least=18)
-        assert np.linalg.norm(line.cells[-1, ::-1] - (190, 20)) < 9
+        ((cells, _),) = side_lines(region, way, least=18)
+        assert np.linalg.norm(cells[-1, ::-1] - (190, 20)) < 9
 
 
 def test_a_side_line_that_comes_back_ends_at_the_wall():
     region = painted(MAIN, [(80, 95), (80, 40), (220, 40), (220, 101)])
     way = np.array([(round(np.interp(x, *np.array(MAIN).T)), x) for x in range(20, 281)])
-    (line,) = side_lines(region, way, least=18)
-    assert line.comes_back
-    assert {round(end / 140) for end in line.cells[[0, -1], 1]} == {1, 2}
+    ((cells, comes_back),) = side_lines(region, way, least=18)
+    assert comes_back
+    assert {round(end / 140) for end in cells[[0, -1], 1]} == {1, 2}
 
 
 def test_what_goes_on_past_the_ends_of_a_way_leaves_nothing():

@@ -1,11 +1,18 @@
+from typing import NamedTuple
+
 import numpy as np
 import pytest
 
-from digitise.scale.view import MOST_SPREAD_DEG, MOST_SPREAD_OF_DISTANCE, Pose, find_pose, fit_view
+from digitise.scale.view import MOST_SPREAD_DEG, MOST_SPREAD_OF_DISTANCE, find_pose, fit_view
 from tests.boards import board_around, camera, places_mm
 
 MIDDLE_MM = np.array([80.0, 20.0])
 DISTANCE_MM = 262.0
+
+
+class Pose(NamedTuple):
+    distance_mm: float
+    tilt_deg: float
 
 
 def pose_of(tilt_deg, noise_px=0.05, lens=False, by_focal=False, by_distance=False, seed=1, **of_camera) -> Pose | None:
@@ -13,9 +20,14 @@ def pose_of(tilt_deg, noise_px=0.05, lens=False, by_focal=False, by_distance=Fal
     seen_px = view.to_px(true_mm) + np.random.default_rng(seed).normal(0, noise_px, true_mm.shape)
     fit = fit_view(seen_px, true_mm, view.size_px, lens)
     covariance = fit.covariance_by_group(4)
-    return find_pose(
+    distance_mm, tilt_deg = find_pose(
         fit, covariance, MIDDLE_MM, view.focal_px if by_focal else None, DISTANCE_MM if by_distance else None
     )
+    if tilt_deg is None:
+        assert distance_mm == (DISTANCE_MM if by_distance else None)
+        return None
+    assert distance_mm is not None
+    return Pose(distance_mm, tilt_deg)
 
 
 def true_tilt_deg(tilt_deg):

@@ -4,14 +4,14 @@ import xml.etree.ElementTree as ET
 import pypdf
 import pytest
 
-from digitise.scale.marker_print import Bar, MarkerFrame, TextLine, as_pdf, as_svg, board_around
+from digitise.scale.marker_print import Bar, MarkerFrame, as_pdf, as_svg, board_around
 from tests.sheets import Page, read_pdf, read_svg
 
 FACE_MM = (160.0, 40.0)
 FRAME = MarkerFrame(
     (210.0, 297.0),
     (Bar(10.0, 20.0, 100.0, 0.3), Bar(30.5, 200.25, 16.0, 16.0, 0.75)),
-    (TextLine(10.0, 12.5, 'Print (at "100 %") \\ <flat> $1 & $2'),),
+    ((10.0, 12.5, 'Print (at "100 %") \\ <flat> $1 & $2'),),
     board_around(FACE_MM, 16.0, "4x4_50", 8),
     FACE_MM,
 )

@@ -9,7 +9,7 @@ import pytest
 
 from digitise.settings import MOST_VIA
 from digitise.trace_page.page import MEDIA_TYPES, TracePage
-from digitise.trace_page.tiles import Pyramid
+from digitise.trace_page.session import Pyramid
 from sealtwin.core.errors import InputError
 
 ASSETS = files("digitise.trace_page") / "assets"
@@ -59,8 +59,8 @@ def _posted(page, name, content):
 def test_the_page_and_all_that_it_names_are_there(page):
     """Also what modules import: one that is missing leaves a blank page."""
     whole = page.get("")
-    assert whole.media_type.startswith("text/html")
-    named = set(re.findall(r'(?:href|src)="([^"#]+)"', whole.body.decode()))
+    assert whole[1].startswith("text/html")
+    named = set(re.findall(r'(?:href|src)="([^"#]+)"', whole[0].decode()))
     for entry in ASSETS.iterdir():
         if entry.name.endswith(".js"):
             named |= set(re.findall(r'from "\./([^"]+)"', entry.read_text(encoding="utf-8")))
@@ -91,13 +91,13 @@ def test_no_other_file_is_served(page, name):
 
 
 def test_tiles_are_served(page):
-    assert page.get("photo/0/1/1.jpg").media_type == "image/jpeg"
+    assert page.get("photo/0/1/1.jpg")[1] == "image/jpeg"
     for name in ("photo/0/2/0.jpg", "photo/9/0/0.jpg", "photo/0/0/0.png", "photo/0/-1/0.jpg", "photo/0/0/0.jpg/x"):
         assert page.get(name) is None
 
 
 def test_it_opens_with_the_facts(page):
-    assert json.loads(page.get("session").body) == {"name": "crack.jpg", "needs_depth": True}
+    assert json.loads(page.get("session")[0]) == {"name": "crack.jpg", "needs_depth": True}
 
 
 def test_a_question_is_handed_on(page):

@@ -10,14 +10,14 @@ from contextlib import closing
 import pytest
 
 from digitise.trace_page import page as trace_page
-from digitise.trace_page.page import SECURITY_HEADERS, Content, PageServer
+from digitise.trace_page.page import SECURITY_HEADERS, PageServer
 
 
 class Echo(PageServer):
     """Says hello, and gives back what it is sent."""
 
     def get(self, name):
-        return Content(b"hello", "text/plain") if name == "" else None
+        return (b"hello", "text/plain") if name == "" else None
 
     def post(self, name, body):
         if name == "bug":

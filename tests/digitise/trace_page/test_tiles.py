@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from digitise.trace_page.tiles import TILE_PX, Pyramid
+from digitise.trace_page.session import TILE_PX, Pyramid
 
 
 def _clouds(width, height):

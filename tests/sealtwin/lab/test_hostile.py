@@ -70,7 +70,7 @@ def test_a_sheet_of_a_gigabyte_is_refused_unread(small, tmp_path, monkeypatch):
         sample_trials.files, "sha256", lambda path: pytest.fail(str(path)) if path.stat().st_size > 1e8 else "x"
     )
     ingested = ingest(small, tmp_path / "lab", QUIET, dry_run=True)
-    assert ingested.outcomes[0].faults == ("P01.csv: 1,000 MB; at most 5 MB of such a file are read.",)
+    assert ingested.outcomes[0].faults == ["P01.csv: 1,000 MB; at most 5 MB of such a file are read."]
 
 
 def test_a_note_that_cannot_be_read_is_the_one_fault(small, tmp_path):

@@ -4,7 +4,7 @@ from pathlib import PurePath
 
 import pytest
 
-from sealtwin.lab.sample_names import read_name
+from sealtwin.lab.found_files import read_name
 from validate.readings.samples import sample_key
 
 SPELLINGS = (

@@ -4,9 +4,8 @@ from pathlib import PurePath
 
 import pytest
 
-from sealtwin.lab.found_files import Piece
+from sealtwin.lab.found_files import Piece, Said, read_names
 from sealtwin.lab.pairing import pair, place_files
-from sealtwin.lab.sample_names import Said, read_names
 
 
 def _paired(*names, decided=None):

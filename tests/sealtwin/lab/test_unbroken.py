@@ -120,7 +120,7 @@ def test_a_file_that_cannot_be_read_is_its_samples_fault_and_a_full_disk_is_nobo
 
     failing(small / "P01.png")
     outcomes = ingest(small, lab, QUIET).outcomes
-    assert outcomes[0].faults == ("P01.png: on purpose. Make it readable.",)
+    assert outcomes[0].faults == ["P01.png: on purpose. Make it readable."]
     assert outcomes[1].fate == "new"
     failing(lab / "P01")
     with pytest.raises(OSError, match="on purpose"):

@@ -22,7 +22,7 @@ from sealtwin.trial.trial_file import load_trial
 from tests.studies import tiny_lab
 from validate.compare import compare
 from validate.readings.read_readings import read_readings
-from validate.study_figures.run_levels import MOST
+from validate.study_figures.compare_sheet import MOST
 
 
 @pytest.fixture(scope="module")
@@ -75,9 +75,9 @@ def other(run, tmp_path):
 
 def test_runs_are_told_apart_by_what_differs(run, other, tmp_path):
     """Two trials of one name get their folders behind it; the one setting that was changed is what is told."""
-    compared = compare_runs([run, other], tmp_path / "page")
+    answer, _ = compare_runs([run, other], tmp_path / "page")
     content = json.loads((tmp_path / "page" / "compare.json").read_text(encoding="utf-8"))
-    assert content == json.loads(json.dumps(compared.content))
+    assert content == json.loads(json.dumps(answer))
     assert content["differing"] == {"fluid.U": [30.0, 3.0]}
     assert [each["name"] for each in content["runs"]] == [f"tiny ({run})", f"tiny ({other})"]
     assert [(each["number"], each["readings_of_run"], each["edited"]) for each in content["runs"]] == [
@@ -96,7 +96,7 @@ def test_another_sheet_with_the_same_settings_is_a_replicate(run, tmp_path):
     sheet = path / "inputs" / "readings.csv"
     sheet.write_text("s_mm,level_1_mm\n1,-3\n4,-3\n7,-2\n11,-2\n", encoding="utf-8")
     hold(path)
-    (told,) = compare_runs([run, path], tmp_path / "page").content["replicates"]
+    (told,) = compare_runs([run, path], tmp_path / "page")[0]["replicates"]
     assert "over 2 replicates" in told
     trial = path / "trial.toml"
     text = trial.read_text(encoding="utf-8")
@@ -105,7 +105,7 @@ def test_another_sheet_with_the_same_settings_is_a_replicate(run, tmp_path):
     with open_folder(path, create=False) as folder:
         folder.manifest["stages"]["digitise"]["settings"] = stage_settings(load_trial(trial), "digitise")
         folder.save()
-    (told,) = compare_runs([run, path], tmp_path / "page").content["replicates"]
+    (told,) = compare_runs([run, path], tmp_path / "page")[0]["replicates"]
     assert told.startswith("No area validation metric")
 
 
@@ -166,10 +166,10 @@ def test_what_was_edited_and_held_again_is_said(run, other, tmp_path):
     profile = record_files.read_profile(other)
     record_files.write_profile(other, Profile(profile.s_mm, profile.level_mm + 1.0))
     hold(other)
-    compared = compare_runs([run, other], tmp_path / "page")
-    assert compared.content["runs"][1]["edited"] == ["profile.csv"]
-    assert any("Edited by hand since run 2 was made: profile.csv." in line for line in compared_lines(compared))
-    assert not any("Nearest is run 2" in line for line in compared_lines(compared))
+    content, sheet = compare_runs([run, other], tmp_path / "page")
+    assert content["runs"][1]["edited"] == ["profile.csv"]
+    assert any("Edited by hand since run 2 was made: profile.csv." in line for line in compared_lines(content, sheet))
+    assert not any("Nearest is run 2" in line for line in compared_lines(content, sheet))
 
 
 def test_a_run_that_gained_volume_is_named(run, other, tmp_path):
@@ -179,7 +179,7 @@ def test_a_run_that_gained_volume_is_named(run, other, tmp_path):
     content["health"]["volume_ratio"] = 1.66
     path.write_text(json.dumps(content), encoding="utf-8")
     hold(other)
-    lines = compared_lines(compare_runs([run, other], tmp_path / "page"))
+    lines = compared_lines(*compare_runs([run, other], tmp_path / "page"))
     (told,) = [line for line in lines if line.startswith("Not the dispensed volume")]
     assert "1.660 of it" in told
 

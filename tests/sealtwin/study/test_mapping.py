@@ -12,10 +12,9 @@ from sealtwin.cli.app import app
 from sealtwin.cli.studies import mapped_lines
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
-from sealtwin.study import replay
-from sealtwin.study.replay import watch_runs
+from sealtwin.study import study_map
 from sealtwin.study.study_folder import forget_outcome, profile_path, read_plan, read_study, write_outcome, write_plan
-from sealtwin.study.study_map import MapOptions, map_study
+from sealtwin.study.study_map import MapOptions, map_study, watch_runs
 from sealtwin.study.sweep import SweepOptions, sweep
 from tests.studies import tiny_lab
 
@@ -73,7 +72,7 @@ def test_a_run_seen_once_more_is_the_same_run(study, here):
 @pytest.fixture
 def here(monkeypatch):
     """Computed in this process: starting others takes seconds."""
-    monkeypatch.setattr(replay, "cores", lambda: 0)
+    monkeypatch.setattr(study_map, "cores", lambda: 0)
 
 
 class Counted(Progress):
@@ -153,7 +152,7 @@ def test_the_command_answers_with_one_object(swept, tmp_path):
 def test_fills_are_computed_by_several_processes_to_the_same_frames(study, tmp_path, here, monkeypatch):
     shutil.copytree(study, tmp_path / "other")
     alone = watch_runs(study, read_study(study), "cpu", Progress())
-    monkeypatch.setattr(replay, "cores", lambda: 2)
+    monkeypatch.setattr(study_map, "cores", lambda: 2)
     other = watch_runs(tmp_path / "other", read_study(study), "cpu", Progress())
     for one, two in zip(alone, other, strict=True):
         assert two.differs_mm == one.differs_mm < 1e-6

@@ -6,7 +6,8 @@ import re
 import pytest
 
 from sealtwin.core.errors import InputError
-from sealtwin.study.study_file import load_study, plan_runs, write_example_study
+from sealtwin.study.study_file import load_study, plan_runs
+from sealtwin.trial.starter_files import write_example_study
 from sealtwin.trial.trial_file import load_trial
 from tests.places import FIXTURE
 from tests.studies import tiny_lab

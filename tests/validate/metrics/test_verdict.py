@@ -38,7 +38,9 @@ def judgement_of(
     uncertainty = None
     if interval_mm is not None:
         readings = BudgetSummary.model_construct(scatter_known=scatter_known)
-        uncertainty = ErrorUncertainty.model_construct(mean_error_mm=interval_mm, readings=readings, sentences=())
+        uncertainty = ErrorUncertainty.model_construct(
+            mean_error_interval_mm=interval_mm, readings=readings, sentences=()
+        )
     return judged(metrics, gate, uncertainty, edited)
 
 

@@ -9,7 +9,7 @@ import time
 import pytest
 
 from sealtwin.core.errors import InputError
-from tests.dialects import Hand, write_sheet
+from tests.sheet_writers import Hand, write_sheet
 from validate.readings.read_readings import read_readings
 from validate.readings.samples import parts_of
 from validate.settings import Declared

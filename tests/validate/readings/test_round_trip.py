@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sealtwin.core.records import Floats
-from tests.dialects import Hand, write_sheet
+from tests.sheet_writers import Hand, write_sheet
 from validate.readings.read_readings import read_readings
 from validate.settings import Declared
 

@@ -76,7 +76,7 @@ def test_an_error_that_was_not_assessed_has_no_interval_and_says_so(plain, conte
 
 
 def test_an_assessed_error_has_its_interval_wherever_it_stands(assessed):
-    low_mm, high_mm = assessed.comparison.uncertainty.mean_error_mm
+    low_mm, high_mm = assessed.comparison.uncertainty.mean_error_interval_mm
     content = chapters(assessed)
     level = next(chapter for chapter in content if chapter.title == "Level")
     agreement = next(dict(item.rows) for item in level.items if isinstance(item, PageTable))

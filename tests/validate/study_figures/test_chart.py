@@ -10,9 +10,16 @@ from matplotlib.figure import Figure
 from sealtwin.core.records import Profile
 from tests.charts import BEST, D_CM, U, error_mm, make_budget, make_chart, make_readings, make_runs
 from tests.evidence import axes_of as plots_of
-from validate.study_figures.chart import as_near_as_the_best, chosen_few, scatter_of_runs
-from validate.study_figures.run_errors import Excluded, Finished, axes_of, hold
-from validate.study_figures.setting_maps import draw_heat, heat
+from validate.study_figures.chart import (
+    Excluded,
+    Finished,
+    as_near_as_the_best,
+    axes_of,
+    chosen_few,
+    hold,
+    scatter_of_runs,
+)
+from validate.study_figures.map_figures import draw_heat, heat
 
 
 def held(runs, readings):

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from sealtwin.core.drawing.theme import INK
 from tests.evidence import axes_of
 from tests.sides import side
-from validate.study_figures.run_levels import MOST, draw_errors_of_runs, draw_levels_of_runs
+from validate.study_figures.compare_sheet import MOST, draw_errors_of_runs, draw_levels_of_runs
 
 
 def sides_of(count):

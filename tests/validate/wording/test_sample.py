@@ -7,7 +7,7 @@ import numpy as np
 from sealtwin.core.records import Sections
 from tests.evidence import make_evidence
 from tests.tables import rows
-from validate.report.chapters import solid_plate
+from validate.report.chapters import chapters
 
 
 def test_two_angles_and_a_table_of_depths_are_told_as_two_and_as_a_range(tmp_path):
@@ -37,8 +37,13 @@ def test_dams_are_told_from_the_sample(tmp_path):
     dammed = replace(evidence, solid=replace(evidence.solid, report=report))
     row = rows(dammed, "Crack and solid")["in crack.stl beside the sample"]
     assert row == "1 dam at open ends, to 10 mm above the face: no part of the sample"
-    captions = [solid_plate(which.solid).caption for which in (evidence, dammed)]
-    assert ["dams" in caption for caption in captions] == [False, True]
+    captions = [
+        str(chapter.items[0])
+        for which in (evidence, dammed)
+        for chapter in chapters(which)
+        if chapter.name == "geometry"
+    ]
+    assert ["with the dams" in caption for caption in captions] == [False, True]
 
 
 def test_widths_that_vary_along_the_crack_are_called_means(tmp_path):

@@ -8,9 +8,8 @@ import pytest
 
 from digitise.crack_path.find_path import find_path
 from digitise.crack_path.hints import CrackPath
-from digitise.outline import trace_outline
+from digitise.outline import GLANCE_WIDTH_PX, glance, smaller, trace_outline
 from digitise.scale.view import Lens, View
-from digitise.trace_page.tiles import GLANCE_WIDTH_PX, glance, shrunk
 from tests.pictures import distance_to, evenly_scaled, mortar, with_crack, write_png
 
 ENDS = ((60.0, 430.0), (940.0, 210.0))
@@ -57,7 +56,7 @@ def test_the_copy_shows_every_place_where_the_photo_does(photo, factor):
     seen = replace(
         photo, view=View(tilted, Lens(np.array([500.0, 301.0]), -1.2e-7)), markers_px=(np.array([[10.5, 20.0]]),)
     )
-    copy = shrunk(seen, factor)
+    copy = smaller(seen, factor)
     places_px = np.array([[0.0, 0.0], [123.4, 456.7], [1000.0, 602.0]])
     in_copy_px = (places_px + 0.5) / factor - 0.5
     assert np.allclose(copy.to_mm(in_copy_px), seen.to_mm(places_px), atol=1e-5)
@@ -68,7 +67,7 @@ def test_the_copy_shows_every_place_where_the_photo_does(photo, factor):
 
 
 def test_a_pixel_of_the_copy_is_the_mean_of_its_block(photo):
-    copy = shrunk(photo, 4)
+    copy = smaller(photo, 4)
     block = photo.brightness[100:104, 896:900]
     assert copy.brightness[25, 224] == pytest.approx(block.mean(), rel=1e-5)
 

@@ -7,8 +7,7 @@ import pytest
 
 from digitise.geometry.polyline import rectangle
 from digitise.image.raster import Map, coverage
-from digitise.image.second_light import darker_of_both
-from digitise.photo import load_photo
+from digitise.photo import darker_of_both, load_photo
 from fixtures.generate.lighting import DIFFUSE, STRONG_LAMP
 from fixtures.generate.recipe import Recipe
 from fixtures.generate.specimen import Specimen, make_specimen
