@@ -6,6 +6,7 @@ import socket
 import threading
 import time
 from contextlib import suppress
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -72,6 +73,20 @@ def test_a_result_that_was_lost_with_its_worker_is_computed_again(tmp_path):
 
 def _called(function, *arguments):
     return function(*arguments)
+
+
+def test_ended_while_a_killed_worker_is_not_yet_replaced_it_ends_no_process(monkeypatch):
+    """Such a worker has no number, and psutil takes None for the process that asks."""
+    from distributed import Nanny
+
+    asked = []
+    results = run_tasks(pow, [(0, (2, 2)), (1, (2, 3))], 1)
+    assert next(results) == (0, 4)
+    with monkeypatch.context() as patch:
+        patch.setattr(Nanny, "pid", property(lambda _: None))
+        patch.setattr("sealtwin.core.cluster.psutil", SimpleNamespace(Process=asked.append))
+        results.close()  # pyright: ignore[reportAttributeAccessIssue]
+    assert asked == []
 
 
 def test_without_processes_tasks_are_computed_here_and_read_one_by_one():
