@@ -77,12 +77,15 @@ def main() -> None:
     parser.add_argument("--turns", type=int, default=7)
     parser.add_argument("--only", nargs="+", choices=BENCHMARKS, default=list(BENCHMARKS))
     asked = parser.parse_args()
-    print(f"{_processor()}, load {os.getloadavg()[0]:.1f}; {asked.turns} turns against {asked.other.name}")
+    print(f"{processor()}, load {os.getloadavg()[0]:.1f}; {asked.turns} turns against {asked.other.name}")
     rows = []
     for name in asked.only:
         with tempfile.TemporaryDirectory() as here, tempfile.TemporaryDirectory() as there:
             scratches = {HERE: Path(here), asked.other.resolve(): Path(there)}
-            turns = [[_turn(name, tree, scratch) for tree, scratch in scratches.items()] for _ in range(asked.turns)]
+            turns = [
+                [turn(BENCHMARKS[name], tree, scratch) for tree, scratch in scratches.items()]
+                for _ in range(asked.turns)
+            ]
         ratios = [ours[0] / theirs[0] for ours, theirs in turns]
         print(
             f"{name}: {' '.join(f'{ratio:.3f}' for ratio in ratios)}; {statistics.median(t[0][0] for t in turns):.2f} s"
@@ -93,10 +96,10 @@ def main() -> None:
     finish(rows)
 
 
-def _turn(name: str, tree: Path, scratch: Path) -> tuple[float, float]:
+def turn(body: str, tree: Path, scratch: Path) -> tuple[float, float]:
     """Seconds of the processor, and the result that is compared."""
     child = subprocess.run(
-        [sys.executable, "-c", CHILD.format(body=BENCHMARKS[name]), str(scratch)],
+        [sys.executable, "-c", CHILD.format(body=body), str(scratch)],
         cwd=tree,
         env={**os.environ, **ONE_CORE, "PYTHONPATH": str(tree)},
         stdout=subprocess.PIPE,
@@ -107,7 +110,7 @@ def _turn(name: str, tree: Path, scratch: Path) -> tuple[float, float]:
     return took_s, result
 
 
-def _processor() -> str:
+def processor() -> str:
     info = Path("/proc/cpuinfo")
     models = (
         [line.split(":")[1].strip() for line in info.read_text().splitlines() if line.startswith("model name")]

@@ -66,15 +66,15 @@ def time_both(particles: int, threads: int) -> Times:
     if threads == 1:
         baseline = NumbaStep.copy_of(engine)
         apart_mm = _apart_mm(engine, baseline)
-        ours_ms, numba_ms = _take_turns((engine.step, baseline.step), time.process_time)
+        ours_ms, numba_ms = take_turns((engine.step, baseline.step), time.process_time)
         return Times(engine, apart_mm, ours_ms, numba_ms, ours_ms)
     # Numba's threads, once there, look for work without end and take half a core from ours: they come last.
     alone = settled_block(particles, 1)
-    ours_ms, alone_ms = _take_turns((engine.step, alone.step), time.perf_counter)
+    ours_ms, alone_ms = take_turns((engine.step, alone.step), time.perf_counter)
     numba.set_num_threads(threads)
     baseline = NumbaStep.copy_of(engine)
     apart_mm = _apart_mm(engine, baseline)
-    (numba_ms,) = _take_turns((baseline.step,), time.perf_counter)
+    (numba_ms,) = take_turns((baseline.step,), time.perf_counter)
     return Times(engine, apart_mm, ours_ms, numba_ms, alone_ms)
 
 
@@ -138,7 +138,7 @@ def _apart_mm(engine: FluidSolver, baseline: NumbaStep) -> float:
     return float(np.abs(engine.state.position_mm() - theirs).max())
 
 
-def _take_turns(steps: Sequence[Callable[[], object]], clock: Callable[[], float]) -> list[float]:
+def take_turns(steps: Sequence[Callable[[], object]], clock: Callable[[], float]) -> list[float]:
     """Milliseconds a step, of each, in its quietest turn."""
     least = [np.inf] * len(steps)
     for _ in range(TURNS):

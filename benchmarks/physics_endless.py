@@ -57,8 +57,8 @@ class Endless:
         parts = {"engine": engine, "pressure": engine.pressure}
         for part, name in [(parts[part], name) for part, names in CHANGES.items() for name in names]:
             setattr(part, name, self._then_followed(getattr(part, name)))
-        # The viscosity's search turns its directions between two products.
-        for name in ("apply_to_velocity", "apply_to_direction"):
+        # The viscosity's search changes its residuals between two products.
+        for name in ("measure_residuals", "apply_matrix"):
             setattr(engine.viscosity, name, self._followed_first(getattr(engine.viscosity, name)))
 
     @property
@@ -111,7 +111,7 @@ class Endless:
 
     def _follow(self) -> None:
         image = slice(self.count, self.count + len(self._source))
-        for name in ("position", "volume_and_viscosity", "velocity", "search_direction"):
+        for name in ("position", "volume_and_viscosity", "velocity", "scaled_residual"):
             values = self._of(name)
             values[image] = values[self._source]
         self._of("position")[image, :3] += self._shift

@@ -101,6 +101,8 @@ class Injection:
         Raises KeyError or ValueError, with nothing changed, for a snapshot of a run unlike this one.
         """
         lasting = self.engine.lasting()
+        # Older versions did not keep it: the guess for the next viscosity solve is then the velocity itself.
+        snapshot = {"earlier_velocity": snapshot["velocity"], **snapshot}
         for name, here in self.snapshot().items():
             found = snapshot[name]
             # The statistics grow with the run.

@@ -39,22 +39,19 @@ class Launcher:
 
         return launch
 
-    def launch(self, rows: int, *launches: "RowLaunch") -> None:
+    def launch(self, rows: int, *launches: "RowLaunch", each: float = 1.0) -> None:
         """Launches over the same rows, which follow each other in each slice without waiting for the other slices.
 
-        None of them may read what another one writes in other rows.
+        None of them may read what another one writes in other rows. ``each`` is a row's work, in that of a particle.
         """
         if not rows:
             return
         self.kernels += len(launches)
-        slices = min(self._threads, max(1, rows // LEAST_SLICE))
+        slices = min(self._threads, max(1, int(rows * each) // LEAST_SLICE))
         pending = []
         for part in reversed(range(slices)):
             begin, end = rows * part // slices, rows * (part + 1) // slices
-            commands = [launch.commands[part] for launch in launches]
-            for command in commands:
-                command.set_param_at_index(0, begin)
-                command.set_dim(end - begin)
+            commands = [launch.cut(part, begin, end) for launch in launches]
             if part and self._pool:
                 pending.append(self._pool.submit(_launch_all, commands))
             else:
@@ -71,12 +68,23 @@ class RowLaunch:
 
     def __init__(self, launcher: Launcher, commands: list[Any], inputs: object) -> None:
         self._launcher, self.commands = launcher, commands
+        self._slices = [(0, 1)] * len(commands)
         # Warp's commands keep the addresses of arrays, not the arrays.
         self._inputs = inputs
 
-    def __call__(self, rows: int) -> None:
-        """Launch over rows 0 to ``rows``."""
-        self._launcher.launch(rows, self)
+    def __call__(self, rows: int, each: float = 1.0) -> None:
+        """Launch over rows 0 to ``rows``, each of which is as much work as so many particles."""
+        self._launcher.launch(rows, self, each=each)
+
+    def cut(self, part: int, begin: int, end: int) -> Any:
+        """The command of a part, for the rows from ``begin`` to ``end``."""
+        command = self.commands[part]
+        # To tell a command its slice takes as long as to launch it, and most have the slice of their last launch.
+        if self._slices[part] != (begin, end):
+            command.set_param_at_index(0, begin)
+            command.set_dim(end - begin)
+            self._slices[part] = begin, end
+        return command
 
 
 def _launch_all(commands: Sequence[Any]) -> None:

@@ -11,7 +11,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Integers
 from simulate.fluid.coarse_pressure import CoarsePressure
 from simulate.fluid.fault_checks import FaultChecks
-from simulate.fluid.launcher import Launcher, RowLaunch
+from simulate.fluid.launcher import Launcher
 from simulate.fluid.pressure import Pressure, smoothing_of
 from simulate.fluid.state import MoversList, State
 from simulate.fluid.viscosity import Viscosity
@@ -144,14 +144,17 @@ class FluidSolver:
         wall_cells = CellGrid(domain.low, domain.high, reach, wall_count, state.device)
         wall_cells.fill(walls, wp.zeros(wall_count, dtype=int, device=state.device), wall_count)
 
-        def bind(cells: Any, of_the_fluid: int, full: int, dummy: int, listed: wp.array, count: wp.array) -> RowLaunch:
-            to = (state.position, listed, count, self.faults.by_particle)
-            return self._launcher.bind(kernel, self.movers.movers, cells, of_the_fluid, reach, full, dummy, *to)
-
-        of_fluid = (pressure.NEIGHBOURS_FULL, state.count, lists.fluid, lists.fluid_count)
-        of_walls = (pressure.WALLS_FULL, wall_count, lists.wall, lists.wall_count)
-        self._list_fluid = bind(self.fluid_cells.cells, 1, *of_fluid)
-        self._list_walls = bind(wall_cells.cells, 0, *of_walls)
+        full = (pressure.NEIGHBOURS_FULL, pressure.WALLS_FULL)
+        self._list = self._launcher.bind(
+            kernel,
+            self.movers.movers,
+            self.fluid_cells.cells,
+            wall_cells.cells,
+            *full,
+            state.position,
+            lists,
+            self.faults.by_particle,
+        )
 
     def _bind_frame(self, fluids: Sequence[Rheology]) -> None:
         """Bind all else that happens to particles in a frame."""
@@ -205,6 +208,8 @@ class FluidSolver:
         # One run's particles are sorted up to the last that is out; those of several runs, or on a GPU, all.
         if state.runs == 1 and not self.replays:
             self._out = state.released(frame)
+        # A run that goes on from a checkpoint, which has no such balls, asks for walls in the same places.
+        state.particles.free.zero_()
         self._count_frame()
         self._release()
         self._freeze()
@@ -261,7 +266,7 @@ class FluidSolver:
     def find_neighbours(self) -> None:
         """List the neighbours among all particles that are out, resting ones included, and among the walls."""
         self.fluid_cells.fill(self.state.position, self.state.status, self._out)
-        self._launcher.launch(self.rows, self._list_fluid, self._list_walls)
+        self._list(self.rows)
 
     def update_velocity(self) -> None:
         self._update_velocity(self.rows)

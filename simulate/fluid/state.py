@@ -17,6 +17,7 @@ SPARE = 2  # Entries behind the last particle: a dummy particle that pads lists,
 KEPT_AS = {
     "place": "position",
     "velocity": "velocity",
+    "earlier_velocity": "earlier_velocity",
     "density": "density",
     "bulk": "volume_and_viscosity",
     "fate": "status",
@@ -36,16 +37,18 @@ class State:
         count = self.count
         self.position = _padded(np.pad(schedule.position_mm * CM, ((0, 0), (0, 1))), runs, wp.vec4, device)
         self.velocity = _padded(schedule.velocity_mm_s * CM, runs, wp.vec3, device)
-        self.search_direction = _padded(np.zeros((schedule.particles, 3)), runs, wp.vec3, device)
+        self.earlier_velocity = wp.clone(self.velocity)
+        self.scaled_residual = _padded(np.zeros((schedule.particles, 3)), runs, wp.vec3, device)
         self.density = wp.full(count, 1.0, dtype=float, device=device)
         self.volume_and_viscosity = _padded(np.zeros((schedule.particles, 2)), runs, wp.vec2, device)
         self.status = wp.full(count, int(device_code.WAITING), dtype=int, device=device)
         self.frame = wp.full(1, -1, dtype=int, device=device)
         self.particles = device_code.Particles()  # The struct of these arrays that kernels take
         self.particles.per_run = schedule.particles
-        for name in (*KEPT_AS.values(), "search_direction", "frame"):
+        for name in (*KEPT_AS.values(), "scaled_residual", "frame"):
             setattr(self.particles, name, getattr(self, name))
         self.particles.previous_position = wp.zeros(count, dtype=wp.vec3, device=device)
+        self.particles.free = wp.zeros(count, dtype=wp.vec4, device=device)
         self.particles.release_frame = wp.array(np.tile(schedule.frame_of, runs), dtype=int, device=device)
 
     @property

@@ -5,13 +5,12 @@ substep left (one lagged Picard pass), and the same stress along rough walls.
 """
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import warp as wp
 
-from simulate.fluid.launcher import Launcher
+from simulate.fluid.launcher import Launcher, RowLaunch
 from simulate.fluid.state import SPARE, MoversList, State
 from simulate.kernels import viscosity as device_code
 from simulate.setup.cell_grid import NEIGHBOURS, pairs_of
@@ -55,12 +54,13 @@ class Viscosity:
         self._system.coupling = pairs_of(rows, NEIGHBOURS, float, device)
         for name in ("resistance", "yields", "slides"):
             setattr(self._system, name, wp.zeros(rows, dtype=float, device=device))
-        for name in ("residual", "scaled", "product", "right"):
+        for name in ("residual", "product", "direction", "pull"):
             setattr(self._search, name, wp.zeros(rows, dtype=wp.vec3, device=device))
-        for name in ("right_squared", "error", "previous_error", "curvature", "goal"):
+        for name in ("error", "length", "turn", "goal"):
             setattr(self._search, name, wp.zeros(runs, dtype=float, device=device))
-        self._search.iterations = wp.zeros(runs, dtype=int, device=device)
-        self._partial = wp.zeros((runs, int(device_code.CHUNKS)), dtype=float, device=device)
+        for name in ("warm", "iterations"):
+            setattr(self._search, name, wp.zeros(runs, dtype=int, device=device))
+        self._search.partial = wp.zeros((runs, int(device_code.CHUNKS)), dtype=wp.vec3, device=device)
         self._more = wp.zeros(1, dtype=int, device=device)
         self._other: Any = wp.zeros(state.count + SPARE, dtype=wp.vec3, device=device)[: state.count]
 
@@ -84,34 +84,21 @@ class Viscosity:
         )
 
     def _bind_search(self) -> None:
-        launcher, state, search, system = self._launcher, self._state, self._search, self._system
-        apply = (self._pairs.apply_matrix, *self._moving, self._lists, system)
-        direction, product = state.search_direction, search.product
-        self.apply_to_velocity = launcher.bind(*apply, state.velocity, product)
-        self.apply_to_direction = launcher.bind(*apply, direction, product)
-        self._start = launcher.bind(device_code.start_search, *self._moving, system, search)
-        self._advance = launcher.bind(device_code.advance_search, *self._moving, system, search)
-        self._turn = launcher.bind(device_code.turn_search, *self._moving, search)
-        self._measure_right = self._bind_dot(search.right, search.right, search.right_squared, search.right_squared)
-        self._measure_error = self._bind_dot(search.residual, search.scaled, search.error, search.previous_error)
-        self._measure_curvature = self._bind_dot(direction, product, search.curvature, search.curvature)
-        self._set_goal = launcher.bind_whole(device_code.set_goal, state.runs, OF_THE_RIGHT, OF_THE_CHANGE, search)
-        self._ask = launcher.bind_whole(
-            device_code.ask_for_more, state.runs, ITERATIONS_AT_MOST, search, self._more, self.unsolved
+        launcher, runs, search, system = self._launcher, self._state.runs, self._search, self._system
+        self.measure_residuals = launcher.bind(
+            self._pairs.measure_residuals, *self._moving, self._lists, system, search
         )
-
-    def _bind_dot(self, a: wp.array, b: wp.array, total: wp.array, before: wp.array) -> Callable[[], None]:
-        """A scalar product of two vectors by row, or of the search direction; ``before`` keeps the last one."""
-        runs, by_particle = self._state.runs, int(a is self._state.search_direction)
-        bind, chunks = self._launcher.bind_whole, (runs, int(device_code.CHUNKS))
-        sum_parts = bind(device_code.sum_chunks, chunks, self._moving[0], by_particle, a, b, self._partial)
-        finish = bind(device_code.finish_sum, runs, self._partial, total, before)
-
-        def measure() -> None:
-            sum_parts()
-            finish()
-
-        return measure
+        """Residuals of the velocity without viscosity, and of the guess."""
+        self.apply_matrix = launcher.bind(self._pairs.apply_matrix, *self._moving, self._lists, system, search)
+        self._sum_residuals = launcher.bind(device_code.sum_residuals, *self._moving, system, search, self._more)
+        self._start = launcher.bind(device_code.start_search, *self._moving, system, search)
+        self._sum_curvature = launcher.bind(device_code.sum_curvature, *self._moving, search, self._more)
+        self._advance = launcher.bind(device_code.advance_search, *self._moving, system, search)
+        asking = (search, self._more, self.unsolved)
+        limits = (OF_THE_RIGHT, OF_THE_CHANGE, ITERATIONS_AT_MOST)
+        self._begin = launcher.bind_whole(device_code.begin_search, runs, *limits, *asking)
+        self._find_length = launcher.bind_whole(device_code.find_length, runs, search)
+        self._find_turn = launcher.bind_whole(device_code.find_turn, runs, ITERATIONS_AT_MOST, *asking)
 
     def solve_implicit(self, rows: int) -> None:
         """Backward Euler on Eq. 5, (I + A) v_new = v, by conjugate gradients, until every run's is solved.
@@ -119,29 +106,26 @@ class Viscosity:
         The device itself decides on the next iteration, so that a recorded solve takes as many as any other.
         """
         self._weigh(rows)
-        self.apply_to_velocity(rows)
-        self._start(rows)
-        self._measure_right()
-        self._measure_error()
-        self._set_goal()
-        self._ask_for_more()
+        self.measure_residuals(rows)
+        self._by_parts(self._sum_residuals, rows)
+        self._begin()
+        self._by_parts(self._start, rows)
         wp.capture_while(self._more, self._iterate, rows=rows)
+
+    def _by_parts(self, launch: RowLaunch, rows: int) -> None:
+        parts = self._state.runs * int(device_code.CHUNKS)
+        launch(parts, rows / parts)
 
     def iterations(self) -> Any:
         """Number of iterations that the last solve took, by run."""
         return self._search.iterations.numpy().copy()
 
     def _iterate(self, rows: int) -> None:
-        self.apply_to_direction(rows)
-        self._measure_curvature()
-        self._advance(rows)
-        self._measure_error()
-        self._turn(rows)
-        self._ask_for_more()
-
-    def _ask_for_more(self) -> None:
-        self._more.zero_()
-        self._ask()
+        self.apply_matrix(rows)
+        self._by_parts(self._sum_curvature, rows)
+        self._find_length()
+        self._by_parts(self._advance, rows)
+        self._find_turn()
 
     def pass_explicit(self, rows: int) -> int:
         """Eq. 5 as printed, v - (A / q) v, in the fewest passes that are stable; returns their number."""

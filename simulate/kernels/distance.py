@@ -12,6 +12,7 @@ BLOCK = wp.constant(4)
 NODES = wp.constant(125)  # Number of nodes of a block
 FAR = wp.constant(-1)
 FACE = wp.constant(-2)
+BESIDE = wp.constant(1.0e3)  # Distance that stands for a place beside the block, outside the grid
 PIECES = wp.constant(256)
 """Largest number of pieces of a move. A longer one ends early; the run stops for its speed before that."""
 
@@ -44,7 +45,7 @@ def distance_at(solid: Distance, x: wp.vec3) -> wp.vec4:
     if a < 0 or b < 0 or c < 0 or a >= solid.blocks[0] or b >= solid.blocks[1] or c >= solid.blocks[2]:
         if x[0] > solid.face[0] and x[1] > solid.face[1] and x[0] < solid.face[2] and x[1] < solid.face[3]:
             return wp.vec4(0.0, 0.0, 1.0, x[2])
-        return wp.vec4(0.0, 0.0, 0.0, 1.0e3)
+        return wp.vec4(0.0, 0.0, 0.0, BESIDE)
     block = (a * solid.blocks[1] + b) * solid.blocks[2] + c
     row = solid.row[block]
     if row == FACE:
@@ -100,8 +101,15 @@ def push_out(solid: Distance, x: wp.vec3, clearance: float) -> wp.vec4:
 
 
 @wp.func
-def move(solid: Distance, start: wp.vec3, step: wp.vec3, clearance: float) -> wp.vec3:
-    """Move from ``start`` by ``step``, sliding along walls.
+def move(
+    solid: Distance,
+    free: wp.array[wp.vec4],  # in, out: a ball for each particle, centre and radius, that keeps clear of all walls
+    i: int,
+    start: wp.vec3,
+    step: wp.vec3,
+    clearance: float,
+) -> wp.vec3:
+    """Move from ``start`` by ``step``, sliding along walls, which are asked for where the move leaves the free ball.
 
     From a start at half the clearance or more, every position on the way is in the open: pieces of the move are shorter
     than that distance, and a piece that would end nearer to a wall is not made.
@@ -112,14 +120,23 @@ def move(solid: Distance, start: wp.vec3, step: wp.vec3, clearance: float) -> wp
     if not wp.isfinite(length):
         # Left at its start, the particle would pass for one at rest; with this position it stops the run.
         return start + step
+    ball = free[i]
+    centre = wp.vec3(ball[0], ball[1], ball[2])
+    if wp.length(start - centre) <= ball[3] and wp.length(start + step - centre) <= ball[3]:
+        return start + step
     pieces = wp.min(int(length / (0.45 * clearance)) + 1, PIECES)
     piece = step / wp.max(float(pieces), length / (0.45 * clearance))
     here = start
+    distance = float(0.0)
     for _piece in range(pieces):
         there = push_out(solid, here + piece, clearance)
         if there[3] < 0.5 * clearance:
             break
         here = wp.vec3(there[0], there[1], there[2])
+        distance = there[3]
+    # No farther than the grid reaches around what it encloses; a place beside the block says nothing of its sides.
+    radius = wp.where(distance < BESIDE, wp.min(distance - clearance, clearance), 0.0)
+    free[i] = wp.vec4(here[0], here[1], here[2], radius)
     return here
 
 

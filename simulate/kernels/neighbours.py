@@ -11,6 +11,8 @@ wp.set_module_options({"enable_backward": False})
 
 SIXTEEN = wp.constant(16)  # Lists are padded to whole sixteens with a dummy point (``pair_sums_cpu``)
 
+NEARLY_ONE = wp.constant(1.0001)  # Reach squared over a cell's size: rounding may put a point into the next cell
+
 
 @wp.struct
 class CellArrays:
@@ -122,64 +124,105 @@ def gather(
     z[k] = here[2]
 
 
+@wp.func
+def beside(x: float, corner: float, size: float, cell: int, at: int):
+    """Least distance along an axis, over ``size``, from ``x`` in ``cell`` to a point of the cell ``at``."""
+    part = (x - corner) / size - float(cell)
+    if at < cell:
+        return wp.max(part, 0.0)
+    if at > cell:
+        return wp.max(1.0 - part, 0.0)
+    return 0.0
+
+
 def neighbour_kernels(loops: ModuleType, module: Any) -> Any:
     """The kernel ``list_neighbours`` with the inner loop of ``loops``."""
     collect = loops.collect
+
+    @wp.func(module=module)
+    def close(listed: wp.array2d[int], count: wp.array[int], row: int, found: int, dummy: int):
+        """Keep the number of entries, and pad the list; returns whether it was too short."""
+        kept = wp.min(found, listed.shape[1])
+        count[row] = kept
+        for slot in range(kept, (kept + SIXTEEN - 1) // SIXTEEN * SIXTEEN):
+            listed[row, slot] = dummy
+        return found > kept
 
     @wp.kernel(enable_backward=False, module=module)
     def list_neighbours(
         begin: int,
         movers: Movers,
         cells: CellArrays,
-        of_the_fluid: int,
-        reach: float,
-        full: int,
-        dummy: int,
+        wall_cells: CellArrays,
+        fluid_full: int,
+        walls_full: int,
         position: wp.array[wp.vec4],
-        listed: wp.array2d[int],  # out
-        count: wp.array[int],  # out
+        near: Neighbours,  # out
         fault: wp.array[int],  # in, out
     ):
-        """List the points nearer than ``reach``, except the particle itself; too short a list sets ``fault``."""
+        """List the fluid and the wall particles nearer than a cell's size, the particle itself apart.
+
+        The cells of both are the same; a list that is too short sets ``fault``.
+        """
         row = begin + wp.tid()
         if row >= movers.count[0]:
             return
         i = movers.particle[row]
         here = position[i]
-        a = cell_along(here[0], cells.corner[0], cells.size, cells.count[0])
-        b = cell_along(here[1], cells.corner[1], cells.size, cells.count[1])
-        c = cell_along(here[2], cells.corner[2], cells.size, cells.count[2])
-        a_low = wp.max(a - 1, 0)
-        a_high = wp.min(a + 1, cells.count[0] - 1)
-        base = int(0)
-        self = int(-1)
-        if of_the_fluid == 1:
-            base = i // cells.points_per_run * cells_per_run(cells)
-            self = i
+        reach = cells.size
+        a = cell_along(here[0], cells.corner[0], reach, cells.count[0])
+        b = cell_along(here[1], cells.corner[1], reach, cells.count[1])
+        c = cell_along(here[2], cells.corner[2], reach, cells.count[2])
+        before = beside(here[0], cells.corner[0], reach, a, a - 1)
+        after = beside(here[0], cells.corner[0], reach, a, a + 1)
+        base = i // cells.points_per_run * cells_per_run(cells)
         found = int(0)
+        walls = int(0)
         for cc in range(wp.max(c - 1, 0), wp.min(c + 2, cells.count[2])):
+            above = beside(here[2], cells.corner[2], reach, c, cc)
             for bb in range(wp.max(b - 1, 0), wp.min(b + 2, cells.count[1])):
-                line = base + cells.count[0] * (bb + cells.count[1] * cc)
-                found = collect(
-                    cells.x,
-                    cells.y,
-                    cells.z,
-                    cells.number,
-                    cells.start[line + a_low],
-                    cells.start[line + a_high + 1],
-                    here,
-                    reach,
-                    self,
-                    listed,
-                    row,
-                    found,
-                )
-        slots = listed.shape[1]
-        if found > slots:
-            fault[i] = fault[i] | full
-            found = slots
-        count[row] = found
-        for slot in range(found, (found + SIXTEEN - 1) // SIXTEEN * SIXTEEN):
-            listed[row, slot] = dummy
+                aside = beside(here[1], cells.corner[1], reach, b, bb)
+                left = NEARLY_ONE - above * above - aside * aside
+                if left >= 0.0:
+                    a_low = a
+                    a_high = a
+                    if a > 0 and before * before <= left:
+                        a_low = a - 1
+                    if a < cells.count[0] - 1 and after * after <= left:
+                        a_high = a + 1
+                    low = cells.count[0] * (bb + cells.count[1] * cc) + a_low
+                    high = low + a_high - a_low + 1
+                    found = collect(
+                        cells.x,
+                        cells.y,
+                        cells.z,
+                        cells.number,
+                        cells.start[base + low],
+                        cells.start[base + high],
+                        here,
+                        reach,
+                        i,
+                        near.fluid,
+                        row,
+                        found,
+                    )
+                    walls = collect(
+                        wall_cells.x,
+                        wall_cells.y,
+                        wall_cells.z,
+                        wall_cells.number,
+                        wall_cells.start[low],
+                        wall_cells.start[high],
+                        here,
+                        reach,
+                        -1,
+                        near.wall,
+                        row,
+                        walls,
+                    )
+        if close(near.fluid, near.fluid_count, row, found, position.shape[0]):
+            fault[i] = fault[i] | fluid_full
+        if close(near.wall, near.wall_count, row, walls, near.wall_particle.shape[0]):
+            fault[i] = fault[i] | walls_full
 
     return list_neighbours

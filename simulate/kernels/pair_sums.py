@@ -1,6 +1,6 @@
 """Device code of the inner loops: sums over a particle's neighbours. Centimetres and seconds.
 
-These are the equations, for any device. ``pair_sums_cpu`` has the same sums for CPUs, sixteen neighbours at a time;
+These are the equations, for any device. ``pair_sums_cpu`` has the same sums for CPUs, eight neighbours at a time;
 tests compare the two. Only the first ``count`` entries of a list's row count; the rest is padding.
 """
 

@@ -1,9 +1,9 @@
-"""The sums of ``pair_sums`` for CPUs, sixteen neighbours at a time; same names, same arguments, same meaning.
+"""The sums of ``pair_sums`` for CPUs, eight neighbours at a time; same names, arguments and meaning.
 
-They use vectors of the C++ compiler, and one instruction of a processor: AVX-512, where present, packs the neighbours
-found. On two cores of an EPYC the plain loops take eight to twelve times as long (``benchmarks/pbf_step.py``). The
-dummy point that pads a list is so far away that its terms are zero. The order of the sums differs, and so do the last
-bits.
+They use vectors of the C++ compiler, and two instructions of AVX2, where present: one finds a rough inverse root, one
+packs the neighbours found. On two cores of an EPYC the plain loops take eight to twelve times as long
+(``benchmarks/pbf_step.py``). The dummy point that pads a list is so far away that its terms are zero. The order of the
+sums differs, and so do the last bits.
 """
 
 import warp as wp
@@ -13,55 +13,61 @@ from simulate.kernels.status import RESTS
 
 wp.set_module_options({"enable_backward": False})
 
-# Sixteen positions of 16 bytes each, turned into one vector for each coordinate.
+# Eight positions of 16 bytes each, turned into one vector for each coordinate.
 VECTORS = """
 typedef float f4 __attribute__((vector_size(16)));
-typedef float f16 __attribute__((vector_size(64)));
-const f16 none = {};
 #define PAIR(a, b) __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7)
-#define QUAD(a, b, c, d) __builtin_shufflevector(PAIR(a, b), PAIR(c, d), 0,1,2,3,4,5,6,7,8,9,10,11,12,13,14,15)
-#define LOW(a, b) __builtin_shufflevector(a, b, 0, 16, 1, 17, 4, 20, 5, 21, 8, 24, 9, 25, 12, 28, 13, 29)
-#define HIGH(a, b) __builtin_shufflevector(a, b, 2, 18, 3, 19, 6, 22, 7, 23, 10, 26, 11, 27, 14, 30, 15, 31)
-#define FIRST(a, b) __builtin_shufflevector(a, b, 0, 1, 16, 17, 4, 5, 20, 21, 8, 9, 24, 25, 12, 13, 28, 29)
-#define SECOND(a, b) __builtin_shufflevector(a, b, 2, 3, 18, 19, 6, 7, 22, 23, 10, 11, 26, 27, 14, 15, 30, 31)
 #define LOAD(at) ([](const void* p) { f4 v; __builtin_memcpy(&v, p, 16); return v; }(at))
-#define LOAD16(X, Y, Z, W, base, bytes, l) \\
-    f16 X, Y, Z, W; { \\
-    const char* from = (const char*)(base); const size_t n = (bytes); \\
-    const f16 a = QUAD(LOAD(from+n*l[0]), LOAD(from+n*l[4]), LOAD(from+n*l[8]), LOAD(from+n*l[12])); \\
-    const f16 b = QUAD(LOAD(from+n*l[1]), LOAD(from+n*l[5]), LOAD(from+n*l[9]), LOAD(from+n*l[13])); \\
-    const f16 c = QUAD(LOAD(from+n*l[2]), LOAD(from+n*l[6]), LOAD(from+n*l[10]), LOAD(from+n*l[14])); \\
-    const f16 d = QUAD(LOAD(from+n*l[3]), LOAD(from+n*l[7]), LOAD(from+n*l[11]), LOAD(from+n*l[15])); \\
-    const f16 ab = LOW(a, b), cd = LOW(c, d), ab2 = HIGH(a, b), cd2 = HIGH(c, d); \\
-    X = FIRST(ab, cd); Y = SECOND(ab, cd); Z = FIRST(ab2, cd2); W = SECOND(ab2, cd2); }
+#define BOTH(l, k) PAIR(LOAD(from+n*l[k]), LOAD(from+n*l[(k) + 4]))
 #define HALVES(v, ...) (__builtin_shufflevector(v, v, __VA_ARGS__))
-#define SUM(v) ({ \\
-    const auto eight = HALVES(v, 0, 1, 2, 3, 4, 5, 6, 7) + HALVES(v, 8, 9, 10, 11, 12, 13, 14, 15); \\
+#define SUM(eight) ({ \\
     const auto four = HALVES(eight, 0, 1, 2, 3) + HALVES(eight, 4, 5, 6, 7); \\
     (four[0] + four[1]) + (four[2] + four[3]); })
-#define ABOVE(v) ({ const f16 w = (v); w > 0.0f ? w : none; })
+#define LANES 8
+typedef float floats __attribute__((vector_size(32)));
+#define LOW(a, b) __builtin_shufflevector(a, b, 0, 8, 1, 9, 4, 12, 5, 13)
+#define HIGH(a, b) __builtin_shufflevector(a, b, 2, 10, 3, 11, 6, 14, 7, 15)
+#define FIRST(a, b) __builtin_shufflevector(a, b, 0, 1, 8, 9, 4, 5, 12, 13)
+#define SECOND(a, b) __builtin_shufflevector(a, b, 2, 3, 10, 11, 6, 7, 14, 15)
+#ifdef __AVX__
+#define ROUGHLY(v) __builtin_ia32_rsqrtps256(v)
+#endif
+const floats none = {};
+#define LOADS(X, Y, Z, W, base, bytes, l) \\
+    floats X, Y, Z, W; { \\
+    const char* from = (const char*)(base); const size_t n = (bytes); \\
+    const floats a = BOTH(l, 0), b = BOTH(l, 1), c = BOTH(l, 2), d = BOTH(l, 3); \\
+    const floats ab = LOW(a, b), cd = LOW(c, d), ab2 = HIGH(a, b), cd2 = HIGH(c, d); \\
+    X = FIRST(ab, cd); Y = SECOND(ab, cd); Z = FIRST(ab2, cd2); W = SECOND(ab2, cd2); }
+// One over the root, to float32's rounding: a step of Newton's from a processor's 12 bits or more.
+#ifdef ROUGHLY
+#define INVERSE_ROOT(v) ({ const floats x = (v), y = ROUGHLY(x); y * (1.5f - 0.5f * x * y * y); })
+#else
+#define INVERSE_ROOT(v) (1.0f / __builtin_elementwise_sqrt(v))
+#endif
+#define ABOVE(v) ({ const floats w = (v); w > 0.0f ? w : none; })
 // exp(-u) for 0 <= u <= 1, by the squares of exp(-u/4): to 1e-7.
-#define FADE(u) ({ const f16 t = (u) * -0.25f; \\
-    f16 e = 1.0f + t * (1.0f + t * (0.5f + t * (1/6.0f + t * (1/24.0f + t * (1/120.0f + t * (1/720.0f)))))); \\
+#define FADE(u) ({ const floats t = (u) * -0.25f; \\
+    floats e = 1.0f + t * (1.0f + t * (0.5f + t * (1/6.0f + t * (1/24.0f + t * (1/120.0f + t * (1/720.0f)))))); \\
     e *= e; e * e; })
 const int* list = listed.data + (size_t)row * (size_t)listed.shape[1];
 const float h2 = support * support;
 """
 OFFSETS = """
-for (int s = 0; s < count; s += 16) {
+for (int s = 0; s < count; s += LANES) {
     const int* l = list + s;
-    LOAD16(X, Y, Z, W, POSITIONS.data, 16, l)
+    LOADS(X, Y, Z, W, POSITIONS.data, 16, l)
     X = here[0] - X; Y = here[1] - Y; Z = here[2] - Z;
-    const f16 d2 = X * X + Y * Y + Z * Z;
+    const floats d2 = X * X + Y * Y + Z * Z;
 """
 SPIKE = """
-    const f16 inverse = 1.0f / __builtin_elementwise_sqrt(__builtin_elementwise_max(d2, none + 1e-30f));
-    const f16 short_of = ABOVE(support - d2 * inverse);
+    const floats inverse = INVERSE_ROOT(__builtin_elementwise_max(d2, none + 1e-30f));
+    const floats short_of = ABOVE(support - d2 * inverse);
     // For two particles at one position: large, times offsets of zero.
-    f16 spike = short_of * short_of * inverse;
+    floats spike = short_of * short_of * inverse;
 """
 GAUSS = """
-    const f16 gauss = d2 < h2 ? FADE(d2 * (1.0f / h2)) : none;
+    const floats gauss = d2 < h2 ? FADE(d2 * (1.0f / h2)) : none;
 """
 
 
@@ -73,11 +79,11 @@ def _block(*parts: str) -> str:
 @wp.func_native(
     _block(
         VECTORS,
-        "f16 density = {}, gx = {}, gy = {}, gz = {}, squares = {};",
+        "floats density = {}, gx = {}, gy = {}, gz = {}, squares = {};",
         OFFSETS.replace("POSITIONS", "position"),
         SPIKE,
         """
-    const f16 left = ABOVE(h2 - d2);
+    const floats left = ABOVE(h2 - d2);
     density += left * left * left;
     gx += spike * X; gy += spike * Y; gz += spike * Z;
     squares += spike * spike * d2;
@@ -96,11 +102,11 @@ def sum_density(
 @wp.func_native(
     _block(
         VECTORS,
-        "f16 density = {}, gx = {}, gy = {}, gz = {};",
+        "floats density = {}, gx = {}, gy = {}, gz = {};",
         OFFSETS.replace("POSITIONS", "wall"),
         SPIKE,
         """
-    const f16 left = ABOVE(h2 - d2);
+    const floats left = ABOVE(h2 - d2);
     density += W * left * left * left;
     spike *= W;
     gx += spike * X; gy += spike * Y; gz += spike * Z;
@@ -120,7 +126,7 @@ def sum_walls(
     _block(
         VECTORS,
         f"const float RESTS = {float(RESTS)!r}f;",
-        "f16 x = {}, y = {}, z = {};",
+        "floats x = {}, y = {}, z = {};",
         OFFSETS.replace("POSITIONS", "position"),
         SPIKE,
         """
@@ -145,13 +151,13 @@ def sum_correction(
 @wp.func_native(
     _block(
         VECTORS,
-        "f16 total = {};",
+        "floats total = {};",
         OFFSETS.replace("POSITIONS", "position"),
         GAUSS,
         """
-    LOAD16(U, V, T, unused, velocity.data, 12, l)
+    LOADS(U, V, T, unused, velocity.data, 12, l)
     U = moves[0] - U; V = moves[1] - V; T = moves[2] - T;
-    LOAD16(volume, viscosity, next, after, volume_and_viscosity.data, 8, l)
+    LOADS(volume, viscosity, next, after, volume_and_viscosity.data, 8, l)
     total += volume * gauss * (U * U + V * V + T * T);
 }
 return SUM(total);
@@ -175,16 +181,16 @@ def sum_shear(
     _block(
         VECTORS,
         """
-f16 total = {};
+floats total = {};
 float* out = coupling.data + (size_t)row * (size_t)coupling.shape[1];
 """,
         OFFSETS.replace("POSITIONS", "position"),
         GAUSS,
         """
-    LOAD16(volume, viscosity, next, after, volume_and_viscosity.data, 8, l)
-    const f16 both = __builtin_elementwise_max(viscosity + own[1], none + 1e-20f);
-    const f16 weight = own[0] * volume * gauss * (2.0f * own[1] * viscosity / both);
-    __builtin_memcpy(out + s, &weight, 64);
+    LOADS(volume, viscosity, next, after, volume_and_viscosity.data, 8, l)
+    const floats both = __builtin_elementwise_max(viscosity + own[1], none + 1e-20f);
+    const floats weight = own[0] * volume * gauss * (2.0f * own[1] * viscosity / both);
+    __builtin_memcpy(out + s, &weight, sizeof weight);
     total += weight;
 }
 return SUM(total);
@@ -207,7 +213,7 @@ def couple(
 @wp.func_native(
     _block(
         VECTORS,
-        "f16 total = {};",
+        "floats total = {};",
         OFFSETS.replace("POSITIONS", "wall"),
         GAUSS,
         """
@@ -252,33 +258,53 @@ def sum_pulled(
 @wp.func_native(
     _block(
         """
-typedef float f16 __attribute__((vector_size(64)));
-typedef int i16 __attribute__((vector_size(64)));
+#define LANES 8
+#define MASK_TYPE unsigned char
+#ifdef __AVX2__
+typedef unsigned char bytes __attribute__((vector_size(8)));
+// For each mask, the lanes that are in it.
+struct Lanes {
+    bytes of[256];
+    constexpr Lanes() : of() {
+        for (int mask = 0; mask < 256; ++mask)
+            for (int lane = 0, at = 0; lane < 8; ++lane)
+                if (mask >> lane & 1) of[mask][at++] = lane;
+    }
+};
+static constexpr Lanes lanes;
+#define PACKED(v, mask) __builtin_ia32_permvarsi256(v, __builtin_convertvector(lanes.of[mask], ints))
+#endif
+typedef float floats __attribute__((vector_size(4 * LANES)));
+typedef int ints __attribute__((vector_size(4 * LANES)));
+typedef bool bits __attribute__((ext_vector_type(LANES)));
+#define MASK(v) __builtin_bit_cast(MASK_TYPE, __builtin_convertvector(v, bits))
 const int slots = listed.shape[1];
 int* list = listed.data + (size_t)row * (size_t)slots;
 const float reach2 = reach * reach;
 int so_far = found;
-for (int k = begin; k < end; k += 16) {
-    const int m = end - k < 16 ? end - k : 16;
-    f16 dx, dy, dz;
-    i16 who;
-    __builtin_memcpy(&dx, x.data + k, 64);
-    __builtin_memcpy(&dy, y.data + k, 64);
-    __builtin_memcpy(&dz, z.data + k, 64);
-    __builtin_memcpy(&who, number.data + k, 64);
+for (int k = begin; k < end; k += LANES) {
+    floats dx, dy, dz;
+    __builtin_memcpy(&dx, x.data + k, sizeof dx);
+    __builtin_memcpy(&dy, y.data + k, sizeof dy);
+    __builtin_memcpy(&dz, z.data + k, sizeof dz);
     dx -= here[0]; dy -= here[1]; dz -= here[2];
-    const f16 d2 = dx * dx + dy * dy + dz * dz;
-    const i16 iota = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
-    const i16 near = (d2 < reach2) & (who != self) & (iota < m);
-#ifdef __AVX512F__
-    const unsigned short mask = __builtin_ia32_cmpd512_mask(near, (i16){}, 4, (unsigned short)0xffff);
+    const ints near = dx * dx + dy * dy + dz * dz < reach2;
+    unsigned mask = MASK(near);
+    ints who;
+    __builtin_memcpy(&who, number.data + k, sizeof who);
+    mask &= ~MASK(who == self);
+    if (end - k < LANES) mask &= (1u << (end - k)) - 1;
+#ifdef PACKED
+    // Packed in a register and stored whole: some processors take 20 ns to pack straight into memory.
+    const ints packed = PACKED(who, mask);
     const int more = __builtin_popcount(mask);
-    if (so_far + more <= slots) __builtin_ia32_compressstoresi512_mask((i16*)(list + so_far), who, mask);
+    if (so_far + LANES <= slots) __builtin_memcpy(list + so_far, &packed, sizeof packed);
+    else if (so_far + more <= slots) __builtin_memcpy(list + so_far, &packed, 4 * more);
     so_far += more;
 #else
-    for (int q = 0; q < m; ++q) {
-        if (so_far < slots) list[so_far] = who[q];
-        so_far -= near[q];
+    for (; mask; mask &= mask - 1) {
+        if (so_far < slots) list[so_far] = who[__builtin_ctz(mask)];
+        so_far += 1;
     }
 #endif
 }

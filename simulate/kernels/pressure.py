@@ -13,7 +13,7 @@ import warp as wp
 from simulate.kernels.coarse_pressure import CoarseRows
 from simulate.kernels.distance import Distance, distance_at, move
 from simulate.kernels.neighbours import Neighbours
-from simulate.kernels.status import ESCAPED, MOVING, SPILLED, Movers, Particles
+from simulate.kernels.status import ESCAPED, MOVING, SPILLED, Movers, Particles, bring_to_rest
 
 wp.set_module_options({"enable_backward": False})
 
@@ -60,7 +60,7 @@ def predict(
     x = xyz(particles.position[i])
     particles.previous_position[i] = x
     v = particles.velocity[i] + step_s * (GRAVITY - damping * particles.velocity[i])
-    there = move(solid, x, step_s * v, clearance)
+    there = move(solid, particles.free, i, x, step_s * v, clearance)
     particles.position[i] = wp.vec4(there[0], there[1], there[2], 0.0)
 
 
@@ -74,16 +74,20 @@ def shift(
         return
     i = movers.particle[row]
     x = particles.position[i]
-    there = move(solid, xyz(x), correction[row], clearance)
+    there = move(solid, particles.free, i, xyz(x), correction[row], clearance)
     particles.position[i] = wp.vec4(there[0], there[1], there[2], x[3])
 
 
 @wp.kernel
 def update_velocity(begin: int, movers: Movers, particles: Particles, step_s: float):
+    """V = (x - x0) / dt, and a guess of what viscosity leaves of it: the last two substeps' course, gone on with."""
     row = begin + wp.tid()
     if row >= movers.count[0]:
         return
     i = movers.particle[row]
+    last = particles.velocity[i]
+    particles.scaled_residual[i] = 2.0 * last - particles.earlier_velocity[i]
+    particles.earlier_velocity[i] = last
     particles.velocity[i] = (xyz(particles.position[i]) - particles.previous_position[i]) / step_s
 
 
@@ -107,7 +111,8 @@ def move_as_solved(
     i = movers.particle[row]
     if yields[i // particles.per_run] == 0.0:
         return
-    there = move(solid, particles.previous_position[i], step_s * particles.velocity[i], clearance)
+    step = step_s * particles.velocity[i]
+    there = move(solid, particles.free, i, particles.previous_position[i], step, clearance)
     particles.position[i] = wp.vec4(there[0], there[1], there[2], particles.position[i][3])
 
 
@@ -146,8 +151,7 @@ def inspect(
         elif distance_at(solid, x)[3] < 0.0:
             particles.status[i] = ESCAPED
         if particles.status[i] != MOVING:
-            particles.velocity[i] = wp.vec3(0.0)
-            particles.search_direction[i] = wp.vec3(0.0)
+            bring_to_rest(particles, i)
 
 
 @wp.struct

@@ -25,7 +25,13 @@ class Particles:
     """Position, and the multiplier of the density constraint: RESTS for a particle at rest (decision 0089)."""
     previous_position: wp.array[wp.vec3]  # Position before the substep
     velocity: wp.array[wp.vec3]
-    search_direction: wp.array[wp.vec3]  # Direction of the viscosity's conjugate gradients; zero for a particle at rest
+    earlier_velocity: wp.array[wp.vec3]  # Velocity that the last substep but one left
+    scaled_residual: wp.array[wp.vec3]
+    """Residual over the diagonal in the viscosity's solve; before it, the guess. Zero for a particle at rest."""
+    free: wp.array[wp.vec4]
+    """Centre and radius of a ball that keeps clear of all walls, from when they were last asked for; none is older than
+    the frame.
+    """
     density: wp.array[float]  # Density over the rest density
     volume_and_viscosity: wp.array[wp.vec2]
     """Volume m/rho in cm3, and the weight of the particle's pairs in the viscosity."""
@@ -74,7 +80,8 @@ def bring_to_rest(particles: Particles, i: int):
     x = particles.position[i]
     particles.position[i] = wp.vec4(x[0], x[1], x[2], RESTS)
     particles.velocity[i] = wp.vec3(0.0)
-    particles.search_direction[i] = wp.vec3(0.0)
+    particles.earlier_velocity[i] = wp.vec3(0.0)
+    particles.scaled_residual[i] = wp.vec3(0.0)
 
 
 @wp.kernel

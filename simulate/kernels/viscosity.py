@@ -16,7 +16,7 @@ from simulate.kernels.status import Movers, Particles
 wp.set_module_options({"enable_backward": False})
 
 CHUNKS = wp.constant(64)
-"""Parts of a run in which a scalar product is summed, the same on all devices and with any number of threads."""
+"""Parts of a run whose sums are made one by one, the same on all devices and with any number of threads."""
 
 
 @wp.struct
@@ -47,17 +47,21 @@ class System:
 
 @wp.struct
 class Search:
-    """Conjugate gradients: vectors by row, scalars by run."""
+    """Conjugate gradients, as Chronopoulos and Gear arrange them: vectors by row, scalars by run.
+
+    The residual over the diagonal (Jacobi's preconditioner) is by particle, for it is what the matrix is applied to.
+    """
 
     residual: wp.array[wp.vec3]
-    scaled: wp.array[wp.vec3]  # Residual over the diagonal (Jacobi's preconditioner)
-    product: wp.array[wp.vec3]  # The matrix times the vector at hand
-    right: wp.array[wp.vec3]  # Right side over the root of the diagonal
-    right_squared: wp.array[float]
+    product: wp.array[wp.vec3]  # The matrix times the scaled residual
+    direction: wp.array[wp.vec3]
+    pull: wp.array[wp.vec3]  # The matrix times the direction
+    partial: wp.array2d[wp.vec3]  # Sums of each part of a run
     error: wp.array[float]
-    previous_error: wp.array[float]
-    curvature: wp.array[float]
+    length: wp.array[float]  # How far to go along the direction
+    turn: wp.array[float]  # Share of the last direction in the next one
     goal: wp.array[float]
+    warm: wp.array[int]  # 1 where the search begins at the guess
     iterations: wp.array[int]
 
 
@@ -69,126 +73,181 @@ def yield_stress(paste: Paste, run: int, age_s: float):
 class ViscosityKernels(NamedTuple):
     measure_shear: Any
     weigh_pairs: Any
+    measure_residuals: Any
     apply_matrix: Any
     pass_velocity: Any
 
 
+@wp.func
+def rows_of(movers: Movers, part: int):
+    """First row of a part of a run, and one past its last."""
+    run = part // CHUNKS
+    first = movers.first_row[run]
+    rows = movers.first_row[run + 1] - first
+    width = (rows + CHUNKS - 1) // CHUNKS
+    begin = wp.min(part % CHUNKS * width, rows)
+    return wp.vec2i(first + begin, first + wp.min(begin + width, rows))
+
+
+@wp.func
+def diagonal_of(particles: Particles, system: System, row: int, i: int):
+    return particles.volume_and_viscosity[i][0] + system.resistance[row]
+
+
 @wp.kernel
-def start_search(
+def sum_residuals(
     begin: int,
     movers: Movers,
     particles: Particles,
     system: System,
-    search: Search,  # out
+    search: Search,  # out: partial
+    more: wp.array[int],  # out: zero
 ):
-    """Start from the velocity without viscosity."""
-    row = begin + wp.tid()
-    if row >= movers.count[0]:
-        return
-    i = movers.particle[row]
-    volume = particles.volume_and_viscosity[i][0]
-    diagonal = volume + system.resistance[row]
-    right = volume * particles.velocity[i]
-    r = right - search.product[row]
-    search.residual[row] = r
-    search.scaled[row] = r / diagonal
-    particles.search_direction[i] = r / diagonal
-    search.right[row] = right / wp.sqrt(diagonal)
+    """Squares of the right side and of both residuals, over the diagonal."""
+    part = begin + wp.tid()
+    if part == 0:
+        more[0] = 0
+    rows = rows_of(movers, part)
+    total = wp.vec3(0.0)
+    for row in range(rows[0], rows[1]):
+        i = movers.particle[row]
+        volume = particles.volume_and_viscosity[i][0]
+        own = wp.length_sq(volume * particles.velocity[i])
+        squares = wp.vec3(own, wp.length_sq(search.residual[row]), wp.length_sq(search.product[row]))
+        total += squares / diagonal_of(particles, system, row, i)
+    search.partial[part // CHUNKS, part % CHUNKS] = total
 
 
-@wp.kernel
-def advance_search(
-    begin: int,
-    movers: Movers,
-    particles: Particles,
-    system: System,
-    search: Search,  # in, out
-):
-    row = begin + wp.tid()
-    if row >= movers.count[0]:
-        return
-    i = movers.particle[row]
-    run = i // particles.per_run
-    if search.error[run] <= search.goal[run]:
-        return
-    # In a fluid at rest it would be 0 / 0.
-    length = search.error[run] / wp.max(search.curvature[run], 1.0e-30)
-    particles.velocity[i] = particles.velocity[i] + length * particles.search_direction[i]
-    r = search.residual[row] - length * search.product[row]
-    search.residual[row] = r
-    search.scaled[row] = r / (particles.volume_and_viscosity[i][0] + system.resistance[row])
-
-
-@wp.kernel
-def turn_search(begin: int, movers: Movers, particles: Particles, search: Search):
-    row = begin + wp.tid()
-    if row >= movers.count[0]:
-        return
-    i = movers.particle[row]
-    run = i // particles.per_run
-    turn = search.error[run] / wp.max(search.previous_error[run], 1.0e-30)
-    particles.search_direction[i] = search.scaled[row] + turn * particles.search_direction[i]
-
-
-@wp.kernel
-def sum_chunks(
-    movers: Movers,
-    a_by_particle: int,
-    a: wp.array[wp.vec3],
-    b: wp.array[wp.vec3],
-    partial: wp.array2d[float],  # out
-):
-    """Scalar product in parts of two vectors by row; the first may be by particle."""
-    run, chunk = wp.tid()
-    total = float(0.0)
-    for row in range(movers.first_row[run] + chunk, movers.first_row[run + 1], CHUNKS):
-        total += wp.dot(a[wp.where(a_by_particle == 1, movers.particle[row], row)], b[row])
-    partial[run, chunk] = total
-
-
-@wp.kernel
-def finish_sum(
-    partial: wp.array2d[float],
-    total: wp.array[float],  # in, out
-    before: wp.array[float],  # out
-):
-    """Add up the parts in their order, and keep the previous sum; ``before`` may be ``total`` itself."""
-    run = wp.tid()
-    sum = float(0.0)
+@wp.func
+def whole_sum(search: Search, run: int):
+    """The parts in their order."""
+    total = wp.vec3(0.0)
     for chunk in range(CHUNKS):
-        sum += partial[run, chunk]
-    before[run] = total[run]
-    total[run] = sum
+        total += search.partial[run, chunk]
+    return total
 
 
 @wp.kernel
-def set_goal(
+def begin_search(
     of_the_right: float,
     of_the_change: float,
-    search: Search,  # out: goal and iterations
-):
-    run = wp.tid()
-    search.goal[run] = wp.min(
-        of_the_right * of_the_right * search.right_squared[run], of_the_change * of_the_change * search.error[run]
-    )
-    search.iterations[run] = 0
-
-
-@wp.kernel
-def ask_for_more(
     at_most: int,
-    search: Search,
+    search: Search,  # out: all scalars
     more: wp.array[int],  # out
     unsolved: wp.array[int],  # in, out
 ):
-    """Ask for another iteration while a residual is above its goal; after ``at_most`` the run counts as unsolved."""
+    """Choose where to begin, and the goal: shares of the right side, and of the residual of no viscosity at all."""
     run = wp.tid()
+    squares = whole_sum(search, run)
+    search.goal[run] = wp.min(of_the_right * of_the_right * squares[0], of_the_change * of_the_change * squares[1])
+    # False for a guess that is no number.
+    search.warm[run] = wp.where(squares[2] < squares[1], 1, 0)
+    search.error[run] = wp.where(squares[2] < squares[1], squares[2], squares[1])
+    search.turn[run] = 0.0
+    search.length[run] = 0.0
+    search.iterations[run] = 0
+    ask_for_more(search, run, at_most, more, unsolved)
+
+
+@wp.func
+def ask_for_more(search: Search, run: int, at_most: int, more: wp.array[int], unsolved: wp.array[int]):
+    """Ask for another iteration while a residual is above its goal; after ``at_most`` the run counts as unsolved."""
     if search.error[run] > search.goal[run]:
         if search.iterations[run] < at_most:
             search.iterations[run] = search.iterations[run] + 1
             more[0] = 1
         else:
             unsolved[run] = 1
+
+
+@wp.kernel
+def start_search(begin: int, movers: Movers, particles: Particles, system: System, search: Search):
+    """Begin at the guess, which lies where the scaled residual will, or at the velocity without viscosity."""
+    part = begin + wp.tid()
+    rows = rows_of(movers, part)
+    warm = search.warm[part // CHUNKS]
+    for row in range(rows[0], rows[1]):
+        i = movers.particle[row]
+        r = search.residual[row]
+        if warm == 1:
+            r = search.product[row]
+            particles.velocity[i] = particles.scaled_residual[i]
+        search.residual[row] = r
+        search.direction[row] = wp.vec3(0.0)
+        search.pull[row] = wp.vec3(0.0)
+        particles.scaled_residual[i] = r / diagonal_of(particles, system, row, i)
+
+
+@wp.kernel
+def sum_curvature(
+    begin: int,
+    movers: Movers,
+    particles: Particles,
+    search: Search,  # out: partial
+    more: wp.array[int],  # out: zero
+):
+    part = begin + wp.tid()
+    if part == 0:
+        more[0] = 0
+    rows = rows_of(movers, part)
+    total = float(0.0)
+    for row in range(rows[0], rows[1]):
+        total += wp.dot(particles.scaled_residual[movers.particle[row]], search.product[row])
+    search.partial[part // CHUNKS, part % CHUNKS] = wp.vec3(total, 0.0, 0.0)
+
+
+@wp.kernel
+def find_length(search: Search):
+    """The step to the least energy along the next direction."""
+    run = wp.tid()
+    if search.error[run] <= search.goal[run]:
+        return
+    curvature = whole_sum(search, run)[0]
+    if search.turn[run] > 0.0:
+        curvature -= search.turn[run] * search.error[run] / search.length[run]
+    search.length[run] = search.error[run] / wp.max(curvature, 1.0e-30)
+
+
+@wp.kernel
+def advance_search(begin: int, movers: Movers, particles: Particles, system: System, search: Search):
+    """Turn the direction, go along it, and sum up the new residual."""
+    part = begin + wp.tid()
+    run = part // CHUNKS
+    if search.error[run] <= search.goal[run]:
+        return
+    rows = rows_of(movers, part)
+    length = search.length[run]
+    turn = search.turn[run]
+    total = float(0.0)
+    for row in range(rows[0], rows[1]):
+        i = movers.particle[row]
+        direction = particles.scaled_residual[i] + turn * search.direction[row]
+        pull = search.product[row] + turn * search.pull[row]
+        search.direction[row] = direction
+        search.pull[row] = pull
+        particles.velocity[i] = particles.velocity[i] + length * direction
+        r = search.residual[row] - length * pull
+        search.residual[row] = r
+        scaled = r / diagonal_of(particles, system, row, i)
+        particles.scaled_residual[i] = scaled
+        total += wp.dot(r, scaled)
+    search.partial[run, part % CHUNKS] = wp.vec3(total, 0.0, 0.0)
+
+
+@wp.kernel
+def find_turn(
+    at_most: int,
+    search: Search,  # in, out
+    more: wp.array[int],  # out
+    unsolved: wp.array[int],  # in, out
+):
+    run = wp.tid()
+    if search.error[run] <= search.goal[run]:
+        return
+    error = whole_sum(search, run)[0]
+    search.turn[run] = error / wp.max(search.error[run], 1.0e-30)
+    search.error[run] = error
+    ask_for_more(search, run, at_most, more, unsolved)
 
 
 def viscosity_kernels(loops: ModuleType, module: Any) -> ViscosityKernels:
@@ -282,22 +341,45 @@ def viscosity_kernels(loops: ModuleType, module: Any) -> ViscosityKernels:
         system.resistance[row] = total + own[0] * drag * walls
 
     @wp.kernel(enable_backward=False, module=module)
+    def measure_residuals(
+        begin: int,
+        movers: Movers,
+        particles: Particles,
+        neighbours: Neighbours,
+        system: System,
+        search: Search,  # out: residual of the velocity without viscosity, and in ``product`` that of the guess
+    ):
+        """m/rho v - (I + A) v, and the same of the guess."""
+        row = begin + wp.tid()
+        if row >= movers.count[0]:
+            return
+        i = movers.particle[row]
+        near = neighbours
+        count = near.fluid_count[row]
+        pulled = sum_pulled(particles.velocity, system.coupling, near.fluid, row, count)
+        search.residual[row] = pulled - system.resistance[row] * particles.velocity[i]
+        pulled = sum_pulled(particles.scaled_residual, system.coupling, near.fluid, row, count)
+        volume = particles.volume_and_viscosity[i][0]
+        guess = particles.scaled_residual[i]
+        search.product[row] = pulled - system.resistance[row] * guess + volume * (particles.velocity[i] - guess)
+
+    @wp.kernel(enable_backward=False, module=module)
     def apply_matrix(
         begin: int,
         movers: Movers,
         particles: Particles,
         neighbours: Neighbours,
         system: System,
-        vector: wp.array[wp.vec3],
-        product: wp.array[wp.vec3],  # out
+        search: Search,  # out: product
     ):
-        """(I + A) of backward Euler on Eq. 5, times a vector of velocities."""
+        """(I + A) of backward Euler on Eq. 5, times the scaled residual."""
         row = begin + wp.tid()
         if row >= movers.count[0]:
             return
         i = movers.particle[row]
+        vector = particles.scaled_residual
         pulled = sum_pulled(vector, system.coupling, neighbours.fluid, row, neighbours.fluid_count[row])
-        product[row] = (particles.volume_and_viscosity[i][0] + system.resistance[row]) * vector[i] - pulled
+        search.product[row] = diagonal_of(particles, system, row, i) * vector[i] - pulled
 
     @wp.kernel(enable_backward=False, module=module)
     def pass_velocity(
@@ -319,4 +401,4 @@ def viscosity_kernels(loops: ModuleType, module: Any) -> ViscosityKernels:
         volume = particles.volume_and_viscosity[i][0]
         after[i] = before[i] - (system.resistance[row] * before[i] - pulled) / (passes * volume)
 
-    return ViscosityKernels(measure_shear, weigh_pairs, apply_matrix, pass_velocity)
+    return ViscosityKernels(measure_shear, weigh_pairs, measure_residuals, apply_matrix, pass_velocity)

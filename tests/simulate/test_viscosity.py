@@ -171,3 +171,35 @@ def test_a_fluid_at_rest_stays_so():
     engine.viscosity.solve_implicit(engine.rows)
     assert engine.viscosity.iterations().max() == 0
     assert np.abs(velocity_of(engine)).max() == 0
+
+
+@pytest.mark.parametrize("guess", [np.nan, np.inf, 1e30, 1e3, 0.0])
+def test_a_solve_ends_at_the_same_velocities_from_any_guess(guess):
+    """Both answers are within the solve's goal, a hundredth of the change; a guess worse than none is not taken."""
+    answers = []
+    for beginning in (None, guess):
+        engine = filled_slot((300.0, 0.3))
+        set_velocity(engine, chaos(engine))
+        start = velocity_of(engine)
+        if beginning is not None:
+            engine.state.scaled_residual.fill_(wp.vec3(beginning))
+        engine.viscosity.solve_implicit(engine.rows)
+        answers.append(velocity_of(engine))
+    change = np.linalg.norm(answers[0] - start)
+    assert np.linalg.norm(answers[1] - answers[0]) < 0.02 * change
+
+
+def test_a_guess_saves_iterations_in_a_flow_that_goes_on():
+    """The guess follows the last two substeps; from 100 m/s before the last, it is refused."""
+    taken = {}
+    for refused in (False, True):
+        engine = filled_slot((1000.0, 0.3))
+        iterations = []
+        for _ in range(30):
+            if refused:
+                engine.state.earlier_velocity.fill_(wp.vec3(1e4))
+            engine.step()
+            iterations.append(int(engine.viscosity.iterations()[0]))
+        taken[refused] = np.mean(iterations[10:])
+    assert taken[True] > 6
+    assert taken[False] < 0.8 * taken[True], taken

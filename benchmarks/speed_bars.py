@@ -1,0 +1,167 @@
+"""The bars for the speed of the fluid run: against other programs, and against an earlier state of this one.
+
+    git worktree add ../before 7065196
+    python -m benchmarks.speed_bars ../before [--turns 3] [--only substep trial ...] [--without-avx512]
+
+All is processor time. Contestants take turns in one process, work trees in processes of their own, and a figure is a
+ratio within this run. The contestants are ours: ``pbf_numba.py``, and ``pbf_step.cpp`` where there is a g++. The C++
+is judged where the processor has AVX-512 only, which it then uses.
+"""
+
+import argparse
+import gc
+import os
+import statistics
+import tempfile
+import time
+from pathlib import Path
+
+import numba
+import numpy as np
+import warp as wp
+
+from benchmarks.against import HERE, processor, turn
+from benchmarks.pbf_cpp import CppStep, has_compiler
+from benchmarks.pbf_numba import NumbaStep
+from benchmarks.pbf_step import PARTICLES, RADIUS_MM, SIDE_MM, SPACING_MM, settled_block, take_turns, tank
+from benchmarks.table import Row, finish
+from tests.fluids import engine_with, lattice
+
+MANY = 50_000
+ALIKE_MM = 1e-2
+"""Median distance after one step in C++, whose walls are planes where a grid of distances rounds corners off."""
+SETTLED = 60
+
+TRIAL = """
+import resource, subprocess
+command = [sys.executable, "-m", "sealtwin", "run", "fixtures/paper-trial/trial.toml", "--device", "cpu", "--quiet"]
+subprocess.run([*command, "--out", str(scratch / f"run-{time.time_ns()}")], check=False, stdout=subprocess.DEVNULL)
+used = resource.getrusage(resource.RUSAGE_CHILDREN)
+took_s, result = used.ru_utime + used.ru_stime, 1.0
+"""
+TWELVE = """
+import resource, subprocess
+text = Path("fixtures/paper-trial/study-paper.toml").read_text().split("[grid]")[0]
+text = text.replace('"trial.toml"', repr(str(Path("fixtures/paper-trial/trial.toml").resolve())))
+study = scratch / f"twelve-{time.time_ns()}.toml"
+study.write_text(text + '[grid]\\n"fluid.U" = [0.01, 30, 1000, 10000]\\n"fluid.D_cm" = [1e-4, 0.3, 3]\\n')
+command = [sys.executable, "-m", "sealtwin", "sweep", str(study), "--jobs", "1", "--device", "cpu"]
+subprocess.run([*command, "--out", str(study.with_suffix(""))], check=True, stdout=subprocess.DEVNULL)
+used = resource.getrusage(resource.RUSAGE_CHILDREN)
+took_s, result = used.ru_utime + used.ru_stime, 1.0
+"""
+NARROW = """
+import benchmarks.paper_run as paper
+began = time.process_time()
+rows = {row.name: row.value for row in paper._narrow(2)}
+took_s, result = time.process_time() - began, rows["volume kept"]
+"""
+PLAIN = """
+import warp
+warp.config.cpu_compiler_flags = "-target-cpu haswell"
+"""
+AGAINST = {
+    "trial": ("the shipped trial, all stages", TRIAL, 0.5, "<= 0.33"),
+    "twelve": ("12 of the 132 runs at 0.6 mm", TWELVE, 0.5, "<= 0.33"),
+    "narrow": ("1 mm crack, two threads", NARROW, 0.5, "<= 0.25"),
+}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("before", type=Path, help="root of a work tree of 7065196")
+    parser.add_argument("--turns", type=int, default=3, help="of the rows against that tree")
+    parser.add_argument("--only", nargs="+", choices=("substep", "memory", *AGAINST), default=None)
+    parser.add_argument(
+        "--without-avx512", action="store_true", help="compile for an older processor, in this tree and in the other"
+    )
+    asked = parser.parse_args()
+    wide = "avx512f" in _flags() and not asked.without_avx512
+    if asked.without_avx512:
+        wp.config.cpu_compiler_flags = "-target-cpu haswell"
+    print(f"{processor()}, {'with' if wide else 'without'} AVX-512, load {os.getloadavg()[0]:.1f}")
+    chosen = asked.only or ("substep", "memory", "trial", "twelve", "narrow")
+    rows: list[Row] = []
+    if "substep" in chosen:
+        rows += [row for particles in (PARTICLES, MANY) for row in _substep(particles, judged=wide)]
+    if "memory" in chosen:
+        rows.append(Row("memory a particle", _bytes_a_particle() / 1e3, "kB", 0, 1.0, "<= 0.7"))
+    for name in AGAINST:
+        if name in chosen:
+            title, body, bar, goal = AGAINST[name]
+            ratio = _ratio(body if wide else PLAIN + body, asked.before.resolve(), asked.turns)
+            # Older processors gain less, and must not lose.
+            rows.append(Row(f"{title}, over {asked.before.name}", ratio, "", 0, bar if wide else 1.0, goal))
+    finish(rows)
+
+
+def _substep(particles: int, *, judged: bool) -> list[Row]:
+    """A substep over those of the contestants, from one settled state."""
+    engine = settled_block(particles, 1, steps=SETTLED)
+    _, _, depth_mm = tank(particles)
+    side_mm = SIDE_MM * (particles / PARTICLES) ** (1 / 3)
+    numba.set_num_threads(1)
+    contestants: dict[str, NumbaStep | CppStep] = {"numba": NumbaStep.copy_of(engine)}
+    rows = []
+    if has_compiler():
+        compiled = CppStep(engine, side_mm, depth_mm, threads=1)
+        contestants["C++"] = compiled
+        engine.step()
+        for contestant in contestants.values():
+            contestant.step()
+        apart_mm = np.abs(compiled.place_mm - engine.state.position_mm()).max(axis=1)
+        rows.append(Row(f"{particles}: C++ a step on, apart, median", float(np.median(apart_mm)), "mm", 0, ALIKE_MM))
+    ours, *theirs = take_turns([engine.step, *(it.step for it in contestants.values())], time.process_time)
+    bars = {"numba": (0.6, "<= 0.4"), "C++": (1.7 if judged else np.inf, "<= 1.3")}
+    print(
+        f"{particles} particles: {ours:.2f} ms; {', '.join(f'{ms:.2f}' for ms in theirs)} of {', '.join(contestants)}"
+    )
+    for name, ms in zip(contestants, theirs, strict=True):
+        bar, goal = bars[name]
+        rows.append(Row(f"{particles}: a substep over {name}", ours / ms, "", 0, bar, goal))
+    return rows
+
+
+def _bytes_a_particle() -> float:
+    """Of arrays on the device that one more particle needs, where all of them move."""
+    sizes = {}
+    crack, depth_mm = tank(PARTICLES)[:2], tank(PARTICLES)[2]
+    half = SIDE_MM / 2 - 0.35
+    points = lattice(np.array([-half, -half, 0.35 - depth_mm]), np.array([half, half, 0.0]), SPACING_MM)[:PARTICLES]
+    for count in (PARTICLES // 2, PARTICLES):
+        # The first engine of a crack builds its walls, which the next ones share.
+        engine_with(points[:10], crack, radius_mm=RADIUS_MM)
+        before = _held()
+        engine = engine_with(
+            points[:count], crack, radius_mm=RADIUS_MM, reach_mm=(points.min(0) - 5, points.max(0) + 5)
+        )
+        sizes[count] = _held() - before
+        del engine
+    fewer, more = sizes.values()
+    return (more - fewer) / (PARTICLES - PARTICLES // 2)
+
+
+def _held() -> int:
+    gc.collect()
+    return sum(it.capacity for it in gc.get_objects() if isinstance(it, wp.array) and it.deleter is not None)
+
+
+def _ratio(body: str, before: Path, turns: int) -> float:
+    """The median over the turns of our processor time over the other tree's."""
+    ratios = []
+    with tempfile.TemporaryDirectory() as here, tempfile.TemporaryDirectory() as there:
+        for _ in range(turns):
+            ours, theirs = turn(body, HERE, Path(here))[0], turn(body, before, Path(there))[0]
+            print(f"  {ours:.1f} s, {theirs:.1f} s: {ours / theirs:.3f}", flush=True)
+            ratios.append(ours / theirs)
+    return statistics.median(ratios)
+
+
+def _flags() -> list[str]:
+    info = Path("/proc/cpuinfo")
+    lines = info.read_text(encoding="utf-8").splitlines() if info.exists() else []
+    return next((line.split() for line in lines if line.startswith("flags")), [])
+
+
+if __name__ == "__main__":
+    main()
