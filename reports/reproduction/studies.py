@@ -12,8 +12,8 @@ from reports.reproduction.telling import FIGURES, Feeding, Study, page
 from reports.reproduction.unequal import by_sampling, of_all
 from sealtwin.core import files
 from sealtwin.core.cluster import cores
+from sealtwin.core.files import write_sheet
 from sealtwin.core.progress import Progress
-from sealtwin.core.tables import write_sheet
 from sealtwin.study.study_file import load_study
 from sealtwin.study.study_folder import StudyRun, read_study
 from sealtwin.study.study_map import MapOptions, Mapped, map_study

@@ -11,7 +11,6 @@ from typing import Any, Self
 
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
-from sealtwin.core.tables import write_sheet
 from sealtwin.lab.found_files import Piece, Role, Said, few
 from sealtwin.lab.pairing import Decisions
 from sealtwin.lab.sample_trials import KeptFile, SampleOutcome
@@ -240,7 +239,7 @@ def export(lab: Path, out: Path) -> int:
     trials, faults = latest_trials(lab)
     failed = [{"sample": fault.name, "state": "failed", "reason": fault.sentence} for fault in faults]
     rows: Sequence[dict[str, Any]] = [*trials, *failed]
-    write_sheet(out, COLUMNS, ([row.get(column) for column in COLUMNS] for row in rows))
+    files.write_sheet(out, COLUMNS, ([row.get(column) for column in COLUMNS] for row in rows))
     return len(rows)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path, PurePath
 from typing import get_args
 
 from sealtwin.core.errors import InputError
-from sealtwin.core.tables import as_text_cell, sheet_text
+from sealtwin.core.files import as_text_cell, sheet_text
 from sealtwin.lab.found_files import LeftOut, Piece, Role, Said, as_label, few, possible_roles, read_name
 from validate.readings.samples import SamplePart, named_cells, read_table, sample_key
 

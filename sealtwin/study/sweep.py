@@ -14,7 +14,6 @@ from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import HOLDER, foreign_names, holding, open_folder, require_folder, stage_key
-from sealtwin.core.tables import write_sheet
 from sealtwin.study.estimate import RunSize, estimate, require_disk, require_memory, size_of
 from sealtwin.study.runner import INPUTS, Computing, compute, read_bench
 from sealtwin.study.study_file import PlannedRun, load_study, plan_runs, raise_faults
@@ -177,7 +176,7 @@ def report(folder: Path, plan: Plan, holder: str | None = None, *, table: bool =
     failed = [run for run in runs if run.state == "failed"]
     rows = [_row(run) for run in runs]
     if table and rows:
-        write_sheet(folder / TABLE, list(rows[0]), (list(row.values()) for row in rows))
+        files.write_sheet(folder / TABLE, list(rows[0]), (list(row.values()) for row in rows))
     return {
         "version": 1,
         "name": plan.study,

@@ -11,8 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sealtwin.core.drawing.theme import INK, as_svg, in_page
-from sealtwin.core.files import write_text
-from sealtwin.core.tables import write_sheet
+from sealtwin.core.files import write_sheet, write_text
 
 DPI = 110  # Resolution of the parts of a figure that are drawn as pixels: a page of thirty fills has less than 2 MB
 FIGURES = "figures"
