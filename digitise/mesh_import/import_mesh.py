@@ -12,8 +12,15 @@ from digitise.geometry.region import box_region
 from digitise.mesh_import.block import STEEPEST_DEG, Block, FacePlane, cut_block, find_face
 from digitise.mesh_import.cavity import Cavity, cavity_sections, find_cavity, photograph, with_mouth
 from digitise.mesh_import.given_path import along, middle_path, read_path
-from digitise.mesh_import.openings import close_holes, find_openings, with_base
-from digitise.mesh_import.repair import Repair, RepairedSurface, bounded_body, one_surface
+from digitise.mesh_import.repair import (
+    Repair,
+    RepairedSurface,
+    bounded_body,
+    close_holes,
+    find_openings,
+    one_surface,
+    with_base,
+)
 from digitise.outline import trace_outline
 from digitise.photo import Photo
 from digitise.settings import MeshInput, MeshUnit

@@ -14,9 +14,9 @@ from typing import Literal
 
 from sealtwin.core.errors import InputError, as_text
 from sealtwin.photos.batch import PHOTO_SUFFIXES
+from validate.readings.columns import WORDS as LAB_WORDS
 from validate.readings.samples import SamplePart, parts_of, sample_key
 from validate.readings.text_table import plain_letters
-from validate.readings.words import WORDS as LAB_WORDS
 
 Role = Literal["photo", "second_photo", "mask", "readings", "note", "ignore"]
 

@@ -10,8 +10,8 @@ from typing import Any, Literal
 
 from sealtwin.core.settings import Settings
 from sealtwin.trial.trial_file import Trial
+from validate.readings.columns import WORDS
 from validate.readings.text_table import is_ambiguous, number, plain_letters
-from validate.readings.words import WORDS
 
 NAME = "name"
 DATA, DATE, OPERATOR = "data", "date", "operator"
