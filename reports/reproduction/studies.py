@@ -16,7 +16,7 @@ from sealtwin.core.files import write_sheet
 from sealtwin.core.progress import Progress
 from sealtwin.study.study_file import load_study
 from sealtwin.study.study_folder import StudyRun, read_study
-from sealtwin.study.study_map import MapOptions, Mapped, map_study
+from sealtwin.study.study_map import Mapped, map_study
 from sealtwin.study.sweep import SweepOptions, sweep
 
 
@@ -59,7 +59,7 @@ def reproduce(home: Path, wanted: tuple[Part, ...], work: Path, progress: Progre
     maps, studies = [], []
     for part in wanted:
         folder = _swept(part.study, work, progress)
-        maps.append(map_study(folder, None, MapOptions(None, None, part.fills, "cpu"), progress))
+        maps.append(map_study(folder, None, None, None, "cpu" if part.fills else None, progress))
         fine = [] if part.fine is None else read_study(_swept(part.fine, work, progress))
         studies.append(_study(home, part, maps[-1], fine))
     chart = maps[0].chart

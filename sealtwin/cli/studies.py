@@ -61,11 +61,11 @@ def map(
     Example: sealtwin map reports/paper-132 --caliper fixtures/paper-trial/caliper.csv
     """
     with answering(device, as_json, quiet) as command:
-        from sealtwin.study.study_map import MapOptions, map_study
+        from sealtwin.study.study_map import map_study
         from simulate.device import choose_device
 
-        options = MapOptions(caliper, data, fills, choose_device(device) if fills else "cpu")
-        mapped = map_study(folder, out, options, command.progress())
+        drawn_on = choose_device(device) if fills else None
+        mapped = map_study(folder, out, caliper, data, drawn_on, command.progress())
         command.reply(Answer(mapped.content, mapped_lines(mapped)))
 
 

@@ -8,7 +8,7 @@ import os
 import re
 import secrets
 from array import array
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -65,10 +65,13 @@ def write_if_new(path: Path, content: bytes) -> None:
         write_bytes(path, content)
 
 
-def refuse_other(path: Path, content: bytes) -> None:
-    """Raise InputError if ``path`` holds anything else than ``content``, which would be lost."""
-    if path.exists() and path.read_bytes() != content:
-        raise InputError(f"{path}: is there already and is not overwritten; give another name, or move it away.")
+def write_unless_other(contents: Mapping[Path, bytes]) -> None:
+    """Write files. Raises InputError, before the first one, if one holds anything else now, which would be lost."""
+    for path, content in contents.items():
+        if path.exists() and path.read_bytes() != content:
+            raise InputError(f"{path}: is there already and is not overwritten; give another name, or move it away.")
+    for path, content in contents.items():
+        write_if_new(path, content)
 
 
 def write_png(path: Path, picture: Pixels) -> None:

@@ -220,11 +220,9 @@ class JsonRecord(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True, arbitrary_types_allowed=True)
 
 
-def _or_none(value: Any) -> Any:
-    return None if isinstance(value, float) and not np.isfinite(value) else value
-
-
-Known = Annotated[float | None, BeforeValidator(_or_none)]
+Known = Annotated[
+    float | None, BeforeValidator(lambda value: None if isinstance(value, float) and not np.isfinite(value) else value)
+]
 """A number, or None where it does not exist, as the error of a stretch without readings."""
 
 

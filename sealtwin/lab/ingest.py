@@ -15,7 +15,7 @@ from pathlib import Path
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError, as_text, naming
 from sealtwin.core.progress import Progress
-from sealtwin.core.run_folder import holding, require_folder
+from sealtwin.core.run_folder import holding, refuse_foreign, require_folder
 from sealtwin.lab.catalogue import CATALOGUE, RECORD, RUN, Catalogue, CatalogueFault, Record, read_record, remark_twins
 from sealtwin.lab.found_files import DEFAULTS, TRIAL, LeftOut, Said, divide, find_files, read_names
 from sealtwin.lab.notes import Note, read_note
@@ -124,11 +124,7 @@ def _require_lab(lab: Path) -> None:
     # Another process may be at its very first steps here; what is hidden is its, or the system's.
     own = {PAIRING, CATALOGUE, f"{CATALOGUE}-journal", *OWN}
     shown = [entry for entry in lab.iterdir() if not entry.name.startswith(".") and entry.name not in own]
-    foreign = [entry.name for entry in shown if not (entry / RECORD).is_file()]
-    if foreign:
-        raise InputError(
-            f"{lab}: holds files that no ingest wrote ({', '.join(sorted(foreign)[:3])}); give --out another folder."
-        )
+    refuse_foreign(lab, "ingest", sorted(entry.name for entry in shown if not (entry / RECORD).is_file()))
 
 
 def _complete(lab: Path, catalogue: Catalogue) -> int:

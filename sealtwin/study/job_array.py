@@ -22,7 +22,7 @@ from sealtwin.study.study_folder import (
     write_outcome,
     write_plan,
 )
-from sealtwin.study.sweep import refuse_foreign, report
+from sealtwin.study.sweep import report, require_own
 from sealtwin.trial.job import DIGITISED
 
 HIDDEN = shutil.ignore_patterns(".*", OUTCOME)
@@ -80,7 +80,7 @@ def merge(folders: Sequence[Path], out: Path) -> dict[str, Any]:
     """
     if out.resolve() in {folder.resolve() for folder in folders}:
         raise InputError(f"--out {out}: is one of the folders to be merged; give another one.")
-    refuse_foreign(out)
+    require_own(out)
     with holding(out):
         sources = [*folders, out] if holds_study(out) else folders
         plans = [read_plan(folder) for folder in sources]

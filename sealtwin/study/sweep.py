@@ -13,7 +13,7 @@ from typing import Any
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
-from sealtwin.core.run_folder import HOLDER, foreign_names, holding, open_folder, require_folder, stage_key
+from sealtwin.core.run_folder import HOLDER, holding, open_folder, refuse_foreign, require_folder, stage_key
 from sealtwin.study.estimate import RunSize, estimate, require_disk, require_memory, size_of
 from sealtwin.study.runner import INPUTS, Computing, compute, read_bench
 from sealtwin.study.study_file import PlannedRun, load_study, plan_runs, raise_faults
@@ -68,7 +68,7 @@ def sweep(file: Path, out: Path | None, options: SweepOptions, progress: Progres
     if shards > len(planned):
         raise InputError(f"--shard {shard}/{shards}: the study has {len(planned)} runs, so at most as many shards.")
     folder = out or Path("reports", study.folder_name + (f"-{shard}-of-{shards}" if shards > 1 else ""))
-    refuse_foreign(folder)
+    require_own(folder)
     with holding(folder), progress:
         plan = Plan(study.name, [], len(planned), time.time())
         _adopt(folder, plan)
@@ -92,13 +92,11 @@ def status(folder: Path) -> dict[str, Any]:
     return report(folder, read_plan(folder), _holder(folder), table=False)
 
 
-def refuse_foreign(folder: Path) -> None:
+def require_own(folder: Path) -> None:
     """Raises InputError where a folder holds files, but no study."""
     require_folder(folder)
-    if folder.is_dir() and not holds_study(folder) and (foreign := foreign_names(folder)):
-        raise InputError(
-            f"{folder}: holds files that no sweep wrote ({', '.join(foreign[:3])}); give --out another folder."
-        )
+    if folder.is_dir() and not holds_study(folder):
+        refuse_foreign(folder, "sweep")
 
 
 def _adopt(folder: Path, plan: Plan) -> None:

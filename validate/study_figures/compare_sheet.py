@@ -17,7 +17,7 @@ from sealtwin.core.drawing.theme import (
     put_legend_under_title,
     themed,
 )
-from validate.metrics.curve_distances import Difference
+from validate.metrics.curve_distances import level_difference
 from validate.metrics.verdict import leak
 from validate.study_figures.figure_sheet import (
     NONE,
@@ -244,8 +244,7 @@ def draw_errors_of_runs(sides: Sequence[Side]) -> Figure:
     figure, axes = wide_axes(3.2, face=True)
     for index, side in enumerate(sides):
         if side.readings is not None:
-            profile, readings = side.profile, side.readings
-            error = Difference(profile.s_mm, profile.level_mm, readings.s_mm, readings.level_mm)
+            error = level_difference(side.profile, side.readings)
             _draw_line(axes, index, error.x, error.value)
     _finish(axes, sides, "error (mm)", "Signed error: positive where the simulated level is too high")
     return figure

@@ -105,14 +105,9 @@ def write_sheet_of_figures(folder: Path, name: str, sheet: FigureSheet) -> list[
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("validate"), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True
     )
-    environment.filters["breaking"], environment.tests["unbroken"] = _breaking, _is_unbroken
+    environment.filters["breaking"] = lambda text: Markup("<wbr>").join(NAME_BREAKS.split(text))
+    environment.tests["unbroken"] = lambda text: any(
+        len(part) > LONGEST_PART for word in text.split() for part in NAME_BREAKS.split(word)
+    )
     write_text(folder / name, environment.get_template("sheet.html.j2").render(vars(sheet), pictures=pictures))
     return written
-
-
-def _breaking(text: str) -> Markup:
-    return Markup("<wbr>").join(NAME_BREAKS.split(text))
-
-
-def _is_unbroken(text: str) -> bool:
-    return any(len(part) > LONGEST_PART for word in text.split() for part in NAME_BREAKS.split(word))
