@@ -14,9 +14,8 @@ from pathlib import Path
 import pytest
 
 from sealtwin.core.progress import Progress
-from sealtwin.study.job_array import merge
 from sealtwin.study.study_folder import OUTCOME, read_study, run_path
-from sealtwin.study.sweep import SweepOptions, sweep
+from sealtwin.study.sweep import SweepOptions, merge, sweep
 from tests.studies import compute_here, results_of, tiny_lab
 
 pytestmark = pytest.mark.skipif(

@@ -18,9 +18,8 @@ from sealtwin.cli.studies import swept_lines
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.study import runner
-from sealtwin.study.job_array import DIRECTIVES, merge
 from sealtwin.study.study_folder import LEDGER, PLAN, profile_path, read_study
-from sealtwin.study.sweep import SweepOptions, sweep
+from sealtwin.study.sweep import DIRECTIVES, SweepOptions, merge, sweep
 from tests.studies import results_of, tiny_lab
 
 HERE = SweepOptions(device="cpu", jobs=0, batch=1)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from pypdf import PdfReader
 
 from sealtwin.core.drawing.theme import printable
-from validate.report.typeset import WIDTH_IN, Typesetter
+from validate.report.write_report import WIDTH_IN, Typesetter
 
 
 def set_with(typeset) -> io.BytesIO:
