@@ -151,8 +151,13 @@ def _moved(base: _Base, steps: Mapping[str, float]) -> Bench:
         "path.trim_mm": (first_mm + start_mm, last_mm - start_mm),
     }
     if trial.crack is not None:
-        changes["crack.wall_angle_deg"] = _shifted(trial.crack.wall_angle_deg, step["wall_angle_deg"])
-        changes["crack.depth_mm"] = _deeper(trial.crack.depth_mm, step["depth_mm"])
+        angle_deg, by_deg = trial.crack.wall_angle_deg, step["wall_angle_deg"]
+        angles_deg = tuple(one + by_deg for one in angle_deg) if isinstance(angle_deg, tuple) else angle_deg + by_deg
+        changes["crack.wall_angle_deg"] = angles_deg
+        depth_mm, by_mm = trial.crack.depth_mm, step["depth_mm"]
+        changes["crack.depth_mm"] = (
+            [(s_mm, one + by_mm) for s_mm, one in depth_mm] if isinstance(depth_mm, tuple) else depth_mm + by_mm
+        )
     changed = _changed(base.job, changes)
     cavity_mm3, sections = bench.solid.cavity_volume_mm3, bench.solid.sections
     trajectory = plan_trajectory(bench.outline, changed.path, cavity_mm3, sections)
@@ -201,14 +206,6 @@ def _widened(outline: Outline, by_mm: float) -> Outline:
     left_mm, right_mm = outline.left_wall_mm + apart, outline.right_wall_mm - apart
     ring_mm = without_repeats(uncrossed(np.vstack([right_mm, left_mm[::-1]])), SAME_POINT_MM)
     return replace(outline, left_wall_mm=left_mm, right_wall_mm=right_mm, outline_mm=ring_mm)
-
-
-def _shifted(angle_deg: float | tuple[float, float], by_deg: float) -> float | tuple[float, ...]:
-    return tuple(one + by_deg for one in angle_deg) if isinstance(angle_deg, tuple) else angle_deg + by_deg
-
-
-def _deeper(depth_mm: Any, by_mm: float) -> Any:
-    return [(s_mm, one + by_mm) for s_mm, one in depth_mm] if isinstance(depth_mm, tuple) else depth_mm + by_mm
 
 
 def _runs(
