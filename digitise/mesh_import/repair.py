@@ -6,25 +6,14 @@ import numpy as np
 from manifold3d import CrossSection, Error, FillRule, Manifold, Mesh64, OpType, triangulate
 from numpy.typing import NDArray
 
-from digitise.geometry.mesh_topology import (
-    MIN_EDGE_MM,
-    check_mesh,
-    connected,
-    edge_uses,
-    equal_rows,
-    mesh_volume_mm3,
-    near,
-    neighbours,
-    normals,
-    open_edges,
-)
+from digitise.geometry import mesh_topology
 from digitise.geometry.polyline import signed_area
 from digitise.solid.float_mesh import representatives
 from sealtwin.core.errors import InputError
 from sealtwin.core.mesh_file import UnreadableError, fill_ring
 from sealtwin.core.records import Floats, Integers
 
-WELD_MM = MIN_EDGE_MM / 2  # Vertices within it are one, as the corners of a triangle soup; edges twice as long stay
+WELD_MM = mesh_topology.MIN_EDGE_MM / 2  # Vertices within are one, as corners of a triangle soup; longer edges stay
 SHEET = 0.5  # Share of its area from which on a surface's area vector, nil for a closed one, means a sheet
 NEEDLE_MM = 1e-7  # Height below which a triangle is a line: a thousandth of float32's step at 160 mm
 MOST_ROUNDS = 50  # Most rounds of merging needles, one for each needle in a stack
@@ -64,10 +53,10 @@ class RepairedSurface:
         """Enclosed volume; NaN unless the surface nearly closes, which makes its area vector nearly nil."""
         if not len(self.faces):
             return np.nan
-        area = normals(self.vertices_mm[self.faces])
+        area = mesh_topology.normals(self.vertices_mm[self.faces])
         if np.linalg.norm(area.sum(axis=0)) > NEARLY_CLOSED * np.linalg.norm(area, axis=1).sum():
             return np.nan
-        return mesh_volume_mm3(self.vertices_mm, self.faces)
+        return mesh_topology.mesh_volume_mm3(self.vertices_mm, self.faces)
 
     def mended(self, what: str, count: int, faces: Integers, vertices_mm: Floats | None = None) -> "RepairedSurface":
         """Return the surface with other faces, and perhaps vertices; a count of 0 is not reported."""
@@ -103,7 +92,7 @@ def without_needles(surface: RepairedSurface) -> RepairedSurface:
     for _ in range(MOST_ROUNDS):
         corners_mm = surface.vertices_mm[faces]
         edges_mm = np.linalg.norm(np.roll(corners_mm, -1, axis=1) - corners_mm, axis=2)
-        double_area_mm2 = np.linalg.norm(normals(corners_mm), axis=1)
+        double_area_mm2 = np.linalg.norm(mesh_topology.normals(corners_mm), axis=1)
         needles = np.flatnonzero(double_area_mm2 <= NEEDLE_MM * edges_mm.max(axis=1))
         if not len(needles):
             break
@@ -130,7 +119,7 @@ def without_needles(surface: RepairedSurface) -> RepairedSurface:
 
 def _joined(surface: RepairedSurface) -> RepairedSurface:
     # Most formats write a vertex once for each of its faces, and joining those is no repair.
-    alike = equal_rows(surface.vertices_mm)
+    alike = mesh_topology.equal_rows(surface.vertices_mm)
     places_mm = surface.vertices_mm[alike.first]
     surface = replace(surface, vertices_mm=places_mm, faces=alike.group[surface.faces])
     kept = representatives(places_mm, WELD_MM)
@@ -142,22 +131,22 @@ def _without_repeats(surface: RepairedSurface) -> RepairedSurface:
     corners = np.sort(surface.faces, axis=1)
     proper = (corners[:, 0] != corners[:, 1]) & (corners[:, 1] != corners[:, 2])
     surface = surface.mended("faces without area dropped", int((~proper).sum()), surface.faces[proper])
-    first = equal_rows(corners[proper]).first
+    first = mesh_topology.equal_rows(corners[proper]).first
     repeated = len(surface.faces) - len(first)
     return surface.mended("repeated faces dropped", repeated, surface.faces[np.sort(first)])
 
 
 def _facing_alike(surface: RepairedSurface) -> RepairedSurface:
     """Turn each face to agree with its neighbours, by their majority."""
-    one, other, alike = neighbours(surface.faces)
+    one, other, alike = mesh_topology.neighbours(surface.faces)
     count = len(surface.faces)
     # Each face has two nodes, as it is and turned over, and neighbours that disagree are linked crosswise: connected
     # nodes then agree.
     as_is, turned_over = np.where(alike, other, other + count), np.where(alike, other + count, other)
-    _, side = connected(2 * count, np.append(one, one + count), np.append(as_is, turned_over))
+    _, side = mesh_topology.connected(2 * count, np.append(one, one + count), np.append(as_is, turned_over))
     here, there = side[:count], side[count:]
     if (torn := here == there).any():
-        first = near(surface.vertices_mm[surface.faces[np.argmax(torn)]].mean(axis=0))
+        first = mesh_topology.near(surface.vertices_mm[surface.faces[np.argmax(torn)]].mean(axis=0))
         raise InputError(
             f"Mesh has no inside: {int(torn.sum())} of its faces cannot all point to one side, first {first}. Mend it "
             "in the program that made it."
@@ -169,10 +158,10 @@ def _facing_alike(surface: RepairedSurface) -> RepairedSurface:
 
 def _facing_out(surface: RepairedSurface) -> RepairedSurface:
     """Turn over bodies that are inside out and sheets that face down; hollows in the largest body stay."""
-    one, other, _ = neighbours(surface.faces)
-    bodies, body = connected(len(surface.faces), one, other)
+    one, other, _ = mesh_topology.neighbours(surface.faces)
+    bodies, body = mesh_topology.connected(len(surface.faces), one, other)
     corners_mm = surface.vertices_mm[surface.faces]
-    area = normals(corners_mm) / 2
+    area = mesh_topology.normals(corners_mm) / 2
     size = np.bincount(body, minlength=bodies)
     middle_mm = _by_body(corners_mm.mean(axis=1), body, bodies) / size[:, None]
     volume_mm3 = np.bincount(body, np.linalg.det(corners_mm - middle_mm[body, None]) / 6, bodies)
@@ -198,7 +187,7 @@ def bounded_body(surface: RepairedSurface) -> tuple[Manifold, tuple[Repair, ...]
     sound = without_needles(surface)
     body = Manifold(Mesh64(sound.vertices_mm, sound.faces.astype(np.uint64)))
     if body.status() != Error.NoError:
-        faults = check_mesh(surface.vertices_mm, surface.faces)
+        faults = mesh_topology.check_mesh(surface.vertices_mm, surface.faces)
         raise InputError(f"{faults[0]} Mend it in the program that made it.")
     pieces = body.decompose()
     largest_mm3 = max((piece.volume() for piece in pieces), default=0.0)
@@ -233,7 +222,7 @@ class Openings:
 
 def find_openings(surface: RepairedSurface) -> Openings:
     """Return the rings of open edges, with the longest ring as wide as the mesh apart."""
-    rings = _rings(open_edges(surface.faces))
+    rings = _rings(mesh_topology.open_edges(surface.faces))
     place_mm = surface.vertices_mm
     used_mm = place_mm[np.unique(surface.faces)]
     extent_mm, lowest_mm = np.ptp(used_mm, axis=0), used_mm[:, 2].min()
@@ -247,15 +236,15 @@ def find_openings(surface: RepairedSurface) -> Openings:
 
 def close_holes(surface: RepairedSurface, openings: Openings) -> RepairedSurface:
     """Fill small holes and a missing underside; a sheet stays open at its rim."""
-    directed, uses = edge_uses(surface.faces)
+    directed, uses = mesh_topology.edge_uses(surface.faces)
     edges, unclosed = len(uses.begins), directed[uses.first[uses.count == 1]]
     wide = sum(map(len, openings.underside)) + (0 if openings.rim is None else len(openings.rim))
     small = len(unclosed) - wide
     if small > MOST_OPEN * edges or small != sum(map(len, openings.holes)):
+        place = mesh_topology.near(surface.vertices_mm[unclosed[0, 0]])
         raise InputError(
-            f"Mesh is not watertight: {small} of {edges} edges are open, first "
-            f"{near(surface.vertices_mm[unclosed[0, 0]])}; up to {MOST_OPEN:.0%} in whole rings are closed. Close the "
-            "holes in the program that made it."
+            f"Mesh is not watertight: {small} of {edges} edges are open, first {place}; up to {MOST_OPEN:.0%} in whole "
+            "rings are closed. Close the holes in the program that made it."
         )
     filled = _filled(surface, openings.holes, f"holes closed, of {small} open edges")
     return _filled(filled, openings.underside, "missing underside closed")
@@ -267,9 +256,10 @@ def _filled(surface: RepairedSurface, holes: tuple[Integers, ...], what: str) ->
         try:
             lids.append(ring[fill_ring(surface.vertices_mm[ring])])
         except UnreadableError as fault:
+            place = mesh_topology.near(surface.vertices_mm[ring[0]])
             raise InputError(
-                f"Mesh is not watertight: the hole of {len(ring)} edges {near(surface.vertices_mm[ring[0]])} has no "
-                "area to close. Close it in the program that made the mesh."
+                f"Mesh is not watertight: the hole of {len(ring)} edges {place} has no area to close. Close it in the "
+                "program that made the mesh."
             ) from fault
     return surface.mended(what, len(lids), np.concatenate([surface.faces, *lids]))
 

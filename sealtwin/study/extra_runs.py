@@ -17,18 +17,10 @@ from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.records import Outline, Profile, Run
 from sealtwin.core.run_folder import stage_key
 from sealtwin.core.settings import checked
+from sealtwin.study import study_folder
 from sealtwin.study.estimate import RunSize, estimate, size_of
 from sealtwin.study.runner import Bench, Computing, compute, read_bench
 from sealtwin.study.study_file import with_settings
-from sealtwin.study.study_folder import (
-    Plan,
-    StudyRun,
-    holds_study,
-    read_plan,
-    remove_temporary_files,
-    resume,
-    run_path,
-)
 from sealtwin.trial.job import DIGITISED, Job, made_by, stage_settings
 from sealtwin.trial.trial_file import Trial
 from sealtwin.trial.validate_stage import SPREAD, UNCERTAINTY, varied_settings
@@ -80,11 +72,11 @@ def vary(job: Job) -> bool:
     variants = _variants(base)
     folder = job.path / UNCERTAINTY
     folder.mkdir(exist_ok=True)
-    if holds_study(folder):
-        read_plan(folder)  # Imports what an earlier version computed.
-        remove_temporary_files(folder)
+    if study_folder.holds_study(folder):
+        study_folder.read_plan(folder)  # Imports what an earlier version computed.
+        study_folder.remove_temporary_files(folder)
     runs, largest = _runs(folder, variants, device, inputs)
-    runs = resume(folder, Plan(UNCERTAINTY, runs, len(runs)), retry=True)
+    runs = study_folder.resume(folder, study_folder.Plan(UNCERTAINTY, runs, len(runs)), retry=True)
     how = Computing(device, cores() if device == "cpu" else 1)
     expected = estimate(runs, largest, how.jobs, how.batch, keep_runs=False)
     if expected.runs:
@@ -96,7 +88,7 @@ def vary(job: Job) -> bool:
             f"{folder}: {len(failed)} of {len(runs)} extra runs failed, and without them nothing is said of the "
             f"uncertainty. The same command tries them again; the others are kept.\n{told}"
         )
-    spread = _spread(base, [record_files.read_profile(run_path(folder, run.key)) for run in runs])
+    spread = _spread(base, [record_files.read_profile(study_folder.run_path(folder, run.key)) for run in runs])
     job.folder.clear(UNCERTAINTY)
     files.write_json(job.path / SPREAD, spread.content())
     job.folder.record(UNCERTAINTY, key, settings, inputs, [SPREAD], sum(run.wall_s or 0.0 for run in runs))
@@ -210,7 +202,7 @@ def _widened(outline: Outline, by_mm: float) -> Outline:
 
 def _runs(
     folder: Path, variants: Sequence[_Variant], device: str, inputs: Mapping[str, str]
-) -> tuple[list[StudyRun], RunSize]:
+) -> tuple[list[study_folder.StudyRun], RunSize]:
     """Return the runs, their samples written. Raises InputError if particles do not fit a crack."""
     from simulate.setup_checks import check_fit
 
@@ -234,7 +226,7 @@ def _runs(
             record_files.write_trajectory(sample, bench.trajectory)
         key = stage_key(inputs, {**stage_settings(trial, "simulate"), "sample": name, "device": device})
         content = trial.model_dump(mode="json", exclude_none=True)
-        runs.append(StudyRun(number, key, moved, content, name, key, sizes[-1].work_s))
+        runs.append(study_folder.StudyRun(number, key, moved, content, name, key, sizes[-1].work_s))
     return runs, max(sizes, key=lambda size: (size.particles, size.bytes))
 
 
