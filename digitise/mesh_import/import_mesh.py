@@ -10,8 +10,16 @@ from digitise.geometry.mesh_topology import connected, examine_mesh, neighbours,
 from digitise.geometry.polyline import Box, depth_inside
 from digitise.geometry.region import box_region
 from digitise.mesh_import.block import STEEPEST_DEG, Block, FacePlane, cut_block, find_face
-from digitise.mesh_import.cavity import Cavity, cavity_sections, find_cavity, photograph, with_mouth
-from digitise.mesh_import.given_path import along, middle_path, read_path
+from digitise.mesh_import.cavity import (
+    Cavity,
+    along,
+    cavity_sections,
+    find_cavity,
+    middle_path,
+    photograph,
+    read_path,
+    with_mouth,
+)
 from digitise.mesh_import.repair import (
     Repair,
     RepairedSurface,

@@ -11,7 +11,7 @@ from scipy.spatial import KDTree
 
 from digitise.geometry.mesh_topology import check_mesh
 from digitise.geometry.polyline import resampled
-from digitise.mesh_import.given_path import nearest_on_ring
+from digitise.mesh_import.cavity import nearest_on_ring
 from digitise.mesh_import.import_mesh import ImportedSample, import_sample
 from digitise.settings import CrackShape, MeshInput
 from digitise.solid.build_solid import build_solid
