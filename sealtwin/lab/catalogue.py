@@ -267,22 +267,16 @@ def progress_of(lab: Path, record: Record) -> str:
 def _row(lab: Path, record: Record) -> dict[str, Any]:
     photo, readings, result = record.file("photo"), record.file("readings"), read_run(lab, record)
     depth = record.said.get("crack.depth_mm")
-    return {
+    row = vars(record) | {
         "sample": record.name,
-        "revision": record.revision,
         "state": "taken in",
-        "date": record.date,
-        "operator": record.operator,
         "data": record.said.get("data", record.said.get("photo.data")),
         "depth_mm": depth if isinstance(depth, int | float) else "along the crack",
         "photo": photo and photo.original,
         "photo_sha256": photo and photo.sha256,
         "readings": readings and readings.original,
         "readings_sha256": readings and readings.sha256,
-        "dialect": record.dialect,
         "result": progress_of(lab, record),
         "mean_error_mm": result and result.get("mean_error_mm"),
-        "ingested_utc": record.ingested_utc,
-        "folder": record.folder,
-        "reason": None,
     }
+    return {column: row.get(column) for column in COLUMNS}
