@@ -20,15 +20,7 @@ from digitise.mesh_import.cavity import (
     read_path,
     with_mouth,
 )
-from digitise.mesh_import.repair import (
-    Repair,
-    RepairedSurface,
-    bounded_body,
-    close_holes,
-    find_openings,
-    one_surface,
-    with_base,
-)
+from digitise.mesh_import.repair import Repair, bounded_body, closed, one_surface
 from digitise.outline import trace_outline
 from digitise.photo import Photo
 from digitise.settings import MeshInput, MeshUnit
@@ -146,26 +138,9 @@ def _read_block(settings: MeshInput, path: Path) -> tuple[Block, FacePlane, tupl
     del mesh
     plane = find_face(surface)
     surface = replace(surface, vertices_mm=moved(surface.vertices_mm, plane.to_level))
-    body, repairs = bounded_body(_closed(surface, settings.base_mm))
+    body, repairs = bounded_body(closed(surface, settings.base_mm))
     del surface
     return cut_block(body, plane.below_mm), plane, repairs, triangles, notes
-
-
-def _closed(surface: RepairedSurface, base_mm: float | None) -> RepairedSurface:
-    """Close holes and give a sheet its base. Raises InputError for a sheet without base_mm or a body with one."""
-    openings = find_openings(surface)
-    surface = close_holes(surface, openings)
-    if openings.rim is not None and base_mm is not None:
-        return with_base(surface, openings.rim, base_mm)
-    if openings.rim is not None:
-        raise InputError(
-            "Mesh encloses no volume; it is a sheet. Give base_mm, the depth of a flat underside below the face, to "
-            "make it solid."
-        )
-    if base_mm is not None:
-        sides = "has sides down to a flat underside, which is closed" if openings.underside else "is closed below"
-        raise InputError(f"base_mm is {base_mm:g}, but the mesh {sides}. Leave base_mm out.")
-    return surface
 
 
 def _notes_on_place(plane: FacePlane, block: Block, placed: Floats) -> list[str]:

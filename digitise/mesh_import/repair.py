@@ -289,6 +289,23 @@ def with_base(surface: RepairedSurface, rim: Integers, base_mm: float) -> Repair
     )
 
 
+def closed(surface: RepairedSurface, base_mm: float | None) -> RepairedSurface:
+    """Close holes and give a sheet its base. Raises InputError for a sheet without base_mm or a body with one."""
+    openings = find_openings(surface)
+    surface = close_holes(surface, openings)
+    if openings.rim is not None and base_mm is not None:
+        return with_base(surface, openings.rim, base_mm)
+    if openings.rim is not None:
+        raise InputError(
+            "Mesh encloses no volume; it is a sheet. Give base_mm, the depth of a flat underside below the face, to "
+            "make it solid."
+        )
+    if base_mm is not None:
+        sides = "has sides down to a flat underside, which is closed" if openings.underside else "is closed below"
+        raise InputError(f"base_mm is {base_mm:g}, but the mesh {sides}. Leave base_mm out.")
+    return surface
+
+
 def _rings(edges: Integers) -> list[Integers]:
     """Return closed walks along the edges, longest first; dead ends are left out."""
     onward: dict[int, list[int]] = {}
