@@ -14,9 +14,7 @@ SHORT_MM = 2e-3  # Edges below are collapsed: a hundredth of a particle's radius
 
 def tidy(body: Manifold) -> tuple[Floats, Integers]:
     """Drop dust, weld vertices, remove folds, collapse short edges; return vertices (v, 3) in mm and faces (f, 3)."""
-    vertices, faces = _without_dust(body)
-    faces = representatives(vertices, WELD_MM)[faces]
-    faces = faces[(faces != np.roll(faces, -1, axis=1)).all(axis=1)]
+    vertices, faces = _welded(*_without_dust(body))
     faces = _without_empty_patches(vertices, _without_opposite_pairs(faces))
     faces = _collapsed(vertices, faces)
     used, renumbered = np.unique(faces, return_inverse=True)
@@ -44,6 +42,11 @@ def representatives(places_mm: Floats, within_mm: float) -> Integers:
     near = KDTree(places_mm).query_pairs(within_mm, output_type="ndarray")
     _, group = connected(len(places_mm), *near.T)
     return np.unique(group, return_index=True)[1][group]
+
+
+def _welded(vertices: Floats, faces: Integers) -> tuple[Floats, Integers]:
+    faces = representatives(vertices, WELD_MM)[faces]
+    return vertices, faces[(faces != np.roll(faces, -1, axis=1)).all(axis=1)]
 
 
 def _without_opposite_pairs(faces: Integers) -> Integers:

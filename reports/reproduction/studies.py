@@ -15,7 +15,7 @@ from sealtwin.core.cluster import cores
 from sealtwin.core.files import write_sheet
 from sealtwin.core.progress import Progress
 from sealtwin.study.study_file import load_study
-from sealtwin.study.study_folder import StudyRun, read_study
+from sealtwin.study.study_folder import StudyRun, read_plan
 from sealtwin.study.study_map import Mapped, map_study
 from sealtwin.study.sweep import SweepOptions, sweep
 
@@ -60,7 +60,7 @@ def reproduce(home: Path, wanted: tuple[Part, ...], work: Path, progress: Progre
     for part in wanted:
         folder = _swept(part.study, work, progress)
         maps.append(map_study(folder, None, None, None, "cpu" if part.fills else None, progress))
-        fine = [] if part.fine is None else read_study(_swept(part.fine, work, progress))
+        fine = [] if part.fine is None else read_plan(_swept(part.fine, work, progress)).runs
         studies.append(_study(home, part, maps[-1], fine))
     chart = maps[0].chart
     chosen = next(run for run in chart.runs if run.at == CHOSEN)

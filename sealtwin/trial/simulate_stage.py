@@ -157,30 +157,24 @@ def bring_up_to_date(job: Job) -> bool:
 
     outline, solid = record_files.read_outline(job.path), record_files.read_solid(job.path)
     trajectory = record_files.read_trajectory(job.path)
-    check_fit(outline, solid, trial.fluid, trial.solver, trial.nozzle)
+    physics = trial.fluid, trial.solver, trial.nozzle
+    check_fit(outline, solid, *physics)
     # First, since it may resume the run before the others begin.
     checkpoint = Checkpoint(job.path / CHECKPOINT, f"{key} {trial.output.model_dump_json()}", job.progress.note)
     every_s = trial.output.frames_every_s
     frames_s = () if every_s is None else (every_s * number for number in itertools.count())
     with ProgressFile(job.path / PROGRESS) as progress_file:
+        snapshots = FrameFiles(job.path / SNAPSHOTS, sorted(set(trial.output.snapshots_s)))
+        watchers = checkpoint, FrameFiles(job.path / FRAMES, frames_s), snapshots, HealthLog(job.path / HEALTH)
+        sample = solid, outline, trajectory
         run = inject(
-            solid,
-            outline,
-            trajectory,
-            trial.fluid,
-            trial.solver,
-            trial.nozzle,
+            *sample,
+            *physics,
             seed=trial.seed,
             device=device,
             progress=job.progress,
-            watchers=(
-                checkpoint,
-                FrameFiles(job.path / FRAMES, frames_s),
-                FrameFiles(job.path / SNAPSHOTS, sorted(set(trial.output.snapshots_s))),
-                HealthLog(job.path / HEALTH),
-                progress_file,
-            ),
             threads=job.threads,
+            watchers=(*watchers, progress_file),
         )
         run = replace(run, health=run.health.model_copy(update={"volume_ratio": volume_ratio(run, solid)}))
         profile = measure_profile(run, outline, solid)

@@ -13,7 +13,7 @@ from sealtwin.cli.studies import mapped_lines
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.study import study_map
-from sealtwin.study.study_folder import forget_outcome, profile_path, read_plan, read_study, write_outcome, write_plan
+from sealtwin.study.study_folder import forget_outcome, profile_path, read_plan, write_outcome, write_plan
 from sealtwin.study.study_map import map_study, watch_runs
 from sealtwin.study.sweep import SweepOptions, sweep
 from tests.studies import tiny_lab
@@ -45,7 +45,7 @@ def study(swept, tmp_path):
 def test_errors_are_those_of_the_ledger(swept, tmp_path):
     """Two ways to one integral: the pipeline's, and the map's of a profile that its file rounds to 1e-6 mm."""
     mapped = mapped_without_fills(swept, tmp_path)
-    kept = {run.number: run.figures for run in read_study(swept)}
+    kept = {run.number: run.figures for run in read_plan(swept).runs}
     for run in mapped.chart.runs:
         figures = kept[run.number]
         assert figures is not None
@@ -60,7 +60,7 @@ def test_errors_are_those_of_the_ledger(swept, tmp_path):
 
 def test_a_run_seen_once_more_is_the_same_run(study, here):
     """On a CPU to the last bit, so to the last digit of profile.csv; and seen before, it is not computed again."""
-    run = read_study(study)[0]
+    run = read_plan(study).runs[0]
     (seen,) = watch_runs(study, [run], "cpu", Progress())
     assert seen.differs_mm < 1e-6
     assert seen.frames[-1].t_s >= seen.frames[0].t_s > 0
@@ -110,13 +110,13 @@ def test_runs_without_a_result_are_left_out_and_told(study):
 def test_a_study_that_is_not_there_or_too_small_is_refused(study, tmp_path):
     with pytest.raises(InputError, match="no study"):
         mapped_without_fills(tmp_path / "nowhere")
-    forget_outcome(study, read_study(study)[0])
+    forget_outcome(study, read_plan(study).runs[0])
     with pytest.raises(InputError, match="3 of 4 runs are done; a map needs 4"):
         mapped_without_fills(study)
 
 
 def test_a_profile_that_somebody_changed_is_not_mapped(study):
-    run = read_study(study)[2]
+    run = read_plan(study).runs[2]
     path = profile_path(study, run.key)
     path.write_text(path.read_text(encoding="utf-8") + "99.0,1.0\n", encoding="utf-8")
     with pytest.raises(InputError, match=f"not as run {run.number} left it"):
@@ -153,9 +153,9 @@ def test_the_command_answers_with_one_object(swept, tmp_path):
 @pytest.mark.slow
 def test_fills_are_computed_by_several_processes_to_the_same_frames(study, tmp_path, here, monkeypatch):
     shutil.copytree(study, tmp_path / "other")
-    alone = watch_runs(study, read_study(study), "cpu", Progress())
+    alone = watch_runs(study, read_plan(study).runs, "cpu", Progress())
     monkeypatch.setattr(study_map, "cores", lambda: 2)
-    other = watch_runs(tmp_path / "other", read_study(study), "cpu", Progress())
+    other = watch_runs(tmp_path / "other", read_plan(study).runs, "cpu", Progress())
     for one, two in zip(alone, other, strict=True):
         assert two.differs_mm == one.differs_mm < 1e-6
         assert [frame.t_s for frame in two.frames] == [frame.t_s for frame in one.frames]

@@ -18,7 +18,7 @@ from sealtwin.cli.studies import swept_lines
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.study import runner
-from sealtwin.study.study_folder import LEDGER, PLAN, profile_path, read_study
+from sealtwin.study.study_folder import LEDGER, PLAN, profile_path, read_plan
 from sealtwin.study.sweep import DIRECTIVES, SweepOptions, merge, sweep
 from tests.studies import results_of, tiny_lab
 
@@ -56,7 +56,7 @@ def _rows(out):
 
 
 def test_shards_hold_each_run_once_and_merge_to_the_whole(lab, shards, unbroken, tmp_path):
-    assert [[run.number for run in read_study(shard)] for shard in shards] == [[1, 4], [2], [3]]
+    assert [[run.number for run in read_plan(shard).runs] for shard in shards] == [[1, 4], [2], [3]]
     out = tmp_path / "out"
     answer = _sweep("merge", *shards, "--out", out)
     assert answer.exit_code == 0, answer.output
@@ -138,7 +138,7 @@ def test_a_run_that_kills_three_workers_is_given_up_with_its_reason(lab, unbroke
     monkeypatch.setattr(runner, "seal_in_worker", _killed_at_300)
     report = sweep(lab, out, replace(HERE, jobs=2), Progress())
     assert report["exit_code"] == 6
-    runs = read_study(out)
+    runs = read_plan(out).runs
     assert [run.state for run in runs] == ["done", "done", "done", "failed"]
     assert "3 worker processes were killed" in (runs[3].reason or "")
     assert runs[3].figures is None
@@ -175,7 +175,7 @@ def test_a_scheduler_that_is_not_there_is_bad_input(lab, tmp_path, monkeypatch):
 def test_a_study_of_an_earlier_version_is_read_and_continued(lab, unbroken, tmp_path):
     out = tmp_path / "out"
     shutil.copytree(EARLIER, out)
-    runs = read_study(out)
+    runs = read_plan(out).runs
     assert [run.state for run in runs] == ["done"] * 4
     for run, row in zip(runs, _rows(EARLIER), strict=True):
         assert run.figures is not None
