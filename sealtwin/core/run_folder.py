@@ -115,10 +115,6 @@ class RunFolder:
         stages = sorted(self.manifest["stages"].items())
         return [stage for stage, entry in stages if self._is_complete(entry)]
 
-    def wall_time_s(self) -> float:
-        """Return the time that all finished stages took, each when it was last done."""
-        return sum(self.manifest["stages"][stage]["wall_time_s"] for stage in self.finished())
-
     def save(self) -> None:
         write_json(self.path / MANIFEST, self.manifest)
 

@@ -208,7 +208,7 @@ def _compared(comparison: Comparison | None) -> dict[str, Any]:
             key: ReportedSizes(
                 radii_mm=sizes.radii_mm, values_mm=one.values, kind=one.kind, order=one.order, band_95_mm=one.band
             )
-            for key, one in sizes.series.items()
+            for key, one in (("mean_level_mm", sizes.mean_level_mm), ("mean_error_mm", sizes.mean_error_mm))
         }
     for one in found.inputs:
         meaning, unit = INPUTS[one.name]
