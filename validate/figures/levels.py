@@ -25,7 +25,7 @@ def draw_profile(
     on: FigureBase | None = None,
 ) -> FigureBase:
     """Draw the simulated level over the crack, with the caliper's means, their 95 % band and single readings."""
-    figure = theme.canvas(on, 9.0, 3.9)
+    figure = on or theme.wide_figure(3.9)
     compared = (None, None) if readings is None or comparison is None else (readings, comparison)
     draw_levels(figure.add_subplot(), profile, sections, *compared)
     return figure
@@ -76,7 +76,7 @@ def draw_levels(
 @theme.themed()
 def draw_error(profile: Profile, readings: Profile, comparison: Comparison) -> FigureBase:
     """Draw the simulated minus the measured level along the crack, with the band of the readings about zero."""
-    figure = theme.canvas(None, 9.0, 2.9)
+    figure = theme.wide_figure(2.9)
     axes = figure.add_subplot()
     error = level_difference(profile, readings)
     s_mm, error_mm = error.x, error.value
@@ -102,7 +102,7 @@ def draw_error(profile: Profile, readings: Profile, comparison: Comparison) -> F
 @theme.themed()
 def draw_histogram(comparison: Comparison, on: FigureBase | None = None) -> FigureBase:
     """Draw the mean absolute error in each 10 mm of the crack's length, as in the paper's Fig. 9b."""
-    figure = theme.canvas(on, 9.0, 2.9)
+    figure = on or theme.wide_figure(2.9)
     axes = figure.add_subplot()
     bins = [part for part in comparison.metrics.error_by_bin if part.covered_mm > 0]
     many = len(bins) > MOST_BIN_LABELS
@@ -152,7 +152,7 @@ def _band(comparison: Comparison) -> tuple[Floats | None, str]:
 def draw_uncertainty(stations: StationErrors) -> FigureBase:
     """Draw the error at each station above its standard uncertainties."""
     s_mm, error_mm, validation_mm = stations.s_mm, stations.error_mm, stations.validation_mm
-    figure = theme.canvas(None, 9.0, 4.6)
+    figure = theme.wide_figure(4.6)
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
     half_mm = COVERAGE * validation_mm
     resolved = np.abs(error_mm) > half_mm

@@ -28,7 +28,7 @@ def draw_solid(solid: Solid) -> FigureBase:
     volume = f"{solid.cavity_volume_mm3 / 1000:.2f} ml, {solid.depth_mm:g} mm deep"
     block = render(solid.vertices_mm, solid.faces, colour, azimuth_deg - 40, 42, WIDTH_PX)
     cast = render(solid.vertices_mm, solid.faces[cavity], colour[cavity], azimuth_deg, 14, WIDTH_PX)
-    figure = theme.canvas(None, 9.0, 5.6)
+    figure = theme.wide_figure(5.6)
     pictures = ((block, f"The sample{dams}"), (cast, f"Its cavity as a cast, {volume}"))
     for axes, (picture, title) in zip(figure.subplots(2, 1, height_ratios=(2.1, 1.0)), pictures, strict=True):
         axes.imshow(picture)
@@ -41,7 +41,7 @@ def draw_solid(solid: Solid) -> FigureBase:
 @theme.themed()
 def draw_still(still: NDArray[np.uint8], oldest_s: float) -> FigureBase:
     """Draw a picture of the fill in three dimensions, (h, w, 4), with its colour bar."""
-    figure = theme.canvas(None, 9.0, 4.6)
+    figure = theme.wide_figure(4.6)
     axes = figure.add_subplot()
     axes.imshow(still)
     axes.set_axis_off()
@@ -56,7 +56,7 @@ def draw_side_view(
     run: Run, outline: Outline, solid: Solid, profile: Profile, on: FigureBase | None = None
 ) -> FigureBase:
     """Draw the particles along the crack and in height, by age, with the profile measured from them."""
-    figure = theme.canvas(on, 9.0, 3.1)
+    figure = on or theme.wide_figure(3.1)
     axes = figure.add_subplot()
     s_mm = arc_length_at(run.position_mm[:, :2], outline.centreline_mm)
     shown = ~run.spilled & (s_mm > -8) & (s_mm < outline.length_mm + 8)
@@ -80,7 +80,7 @@ def draw_side_view(
 @theme.themed()
 def draw_top_view(run: Run, outline: Outline, solid: Solid, trajectory: Trajectory) -> FigureBase:
     """Draw the sample from above: particles by height, the traced walls, the nozzle's path."""
-    figure = theme.canvas(None, 9.0, 3.6)
+    figure = theme.wide_figure(3.6)
     axes = figure.add_subplot()
     x_min, y_min, x_max, y_max = solid.block_mm
     face = Rectangle((x_min, y_min), x_max - x_min, y_max - y_min, facecolor=theme.GROUND, edgecolor="none")
@@ -112,7 +112,7 @@ def draw_top_view(run: Run, outline: Outline, solid: Solid, trajectory: Trajecto
 @theme.themed()
 def draw_sections(run: Run, outline: Outline, solid: Solid) -> FigureBase:
     """Draw sections across the crack at three places, particles by age."""
-    figure = theme.canvas(None, 9.0, 3.4)
+    figure = theme.wide_figure(3.4)
     row = figure.subplots(1, len(SECTIONS_AT), sharey=True)
     stays = ~run.spilled
     position_mm = run.position_mm[stays]

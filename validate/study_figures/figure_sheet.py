@@ -10,7 +10,7 @@ from markupsafe import Markup
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sealtwin.core.drawing.theme import INK, as_svg, in_page
+from sealtwin.core.drawing.theme import INK, as_svg, in_page, wide_figure
 from sealtwin.core.files import write_sheet, write_text
 
 DPI = 110  # Resolution of the parts of a figure that are drawn as pixels: a page of thirty fills has less than 2 MB
@@ -71,11 +71,6 @@ class FigureSheet:
     finding: str  # Main result, in a sentence or two
     key_figures: Sequence[tuple[str, str]]
     parts: Sequence[SheetSection]
-
-
-def wide_figure(height_in: float) -> Figure:
-    """Return an empty figure of the page's width."""
-    return Figure(figsize=(9.0, height_in), layout="constrained")
 
 
 def wide_axes(height_in: float, *, face: bool = False) -> tuple[Figure, Axes]:

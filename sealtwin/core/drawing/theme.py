@@ -75,9 +75,9 @@ def themed() -> Iterator[None]:
         yield
 
 
-def canvas(on: FigureBase | None, width_in: float, height_in: float) -> FigureBase:
-    """Return ``on``, or a new figure of the given size if it is None."""
-    return Figure(figsize=(width_in, height_in), layout="constrained") if on is None else on
+def wide_figure(height_in: float) -> Figure:
+    """Return an empty figure of a page's width."""
+    return Figure(figsize=(9.0, height_in), layout="constrained")
 
 
 def label_axes(axes: Axes, x: str, y: str, title: str) -> None:
