@@ -12,6 +12,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.files import read_json, read_text, replacing, understood, write_json, write_text
 from sealtwin.core.mesh_file import read_mesh
 from sealtwin.core.records import FaceLabel, Outline, Profile, Run, RunHealth, Sections, Solid, Trajectory
+from sealtwin.core.solid_figures import SolidFigures
 from sealtwin.core.tables import read_table, write_table
 
 TRAJECTORY_COLUMNS = ("t_s", "x_mm", "y_mm", "z_mm", "s_mm", "speed_mm_s", "flow_mm3_s")
@@ -58,7 +59,7 @@ class Simulation(Result):
 
 
 class SolidFile(Result):
-    """Content of solid.json; keys that are not fields here are the solid's report."""
+    """Content of solid.json that is no figure."""
 
     tilt: str
     wall_angles_deg: tuple[float, float]
@@ -107,7 +108,7 @@ def write_solid(folder: Path, solid: Solid) -> None:
         "units": "mm",
         **{key: getattr(solid, key) for key in keys},
         "sections": {key: _rounded(values) for key, values in vars(solid.sections).items()},
-        **solid.report,
+        **solid.figures.recorded(),
         # A digit for each triangle of crack.ply, in its order.
         "face_label": "".join(str(label) for label in solid.face_label),
         "face_label_meaning": {str(label.value): label.name.lower() for label in FaceLabel},
@@ -131,7 +132,7 @@ def read_solid(folder: Path) -> Solid:
         faces=mesh.faces,
         face_label=np.array([int(digit) for digit in content.face_label], dtype=np.int64),
         **{name: getattr(content, name) for name in own - {"face_label"}},
-        report={key: value for key, value in read_json(path).items() if key not in own | CONSTANT_KEYS},
+        figures=_read(SolidFigures, path),
     )
 
 

@@ -12,11 +12,14 @@ Conventions, everywhere:
 
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainValidator, with_config
+
+if TYPE_CHECKING:
+    from sealtwin.core.solid_figures import SolidFigures
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -168,8 +171,7 @@ class Solid:
     wall_angles_deg: tuple[float, float]  # Angles of the left and the right wall from vertical
     cavity_volume_mm3: float  # Volume between the walls, below the face, inside the block
     sections: Sections  # Cavity along the centreline, without side cracks and without what lies beyond its ends
-    report: dict[str, Any]
-    """Further content of solid.json: widths, the volume for each tilt, the depth at which walls meet."""
+    figures: "SolidFigures"
 
     def depth_at_mm(self, s_mm: Floats) -> Floats:
         """Depth of the cavity's floor at each arc length along the centreline, (n,)."""
