@@ -85,6 +85,7 @@ def build(outline: Outline, kind: Kind, seed: int, tilt: Tilt) -> Built:
     footprint = lay_out(outline, shape, max(wall_shifts_mm(shape)))
     integral_mm3 = cavity_volume_mm3(footprint, shape, finer=4)
     off_percent, angle_deg = wall_errors(solid, footprint.lean, shape)
+    assert solid.figures.min_edge_mm is not None
     return Built(
         kind,
         seed,

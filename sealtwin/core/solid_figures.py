@@ -1,11 +1,13 @@
 """Figures of a solid beside its geometry: widths, volumes, the mesh's soundness, dams, and the nozzle path over it."""
 
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import asdict, dataclass, field
+from typing import Any, Literal
 
-from pydantic import with_config
+from pydantic import ConfigDict, with_config
 
-from sealtwin.core.records import FROM_JSON, EndKind
+EndKind = Literal["open", "closed", "cut"]
+"""Kind of a crack's end. open: at the edge of the face; closed: a tip; cut: a longer crack was cut here by the user,
+with a wall across it."""
 
 Point = tuple[float, float]
 Span = tuple[float, float]  # Least and largest value
@@ -83,15 +85,15 @@ class PathFigures:
     sealant_mm3_per_mm: Span
 
 
-@with_config(FROM_JSON)
+@with_config(ConfigDict(strict=True, allow_inf_nan=False))
 @dataclass(frozen=True, kw_only=True)
 class SolidFigures:
-    """Figures of a solid; None where one does not apply. They are keys of solid.json, where None is left out."""
+    """Figures of a solid; None or empty where one does not apply. They are keys of solid.json, without what is None."""
 
     photo_width_mm: float | None = None  # Mean width of the crack as traced
     mouth_width_mm: float | None = None
     floor_width_mm: float | None = None
-    volume_mm3: dict[str, float] | None = None  # Volume of the cavity for each reading of the tilt
+    volume_mm3: dict[str, float] = field(default_factory=dict)  # Volume of the cavity for each reading of the tilt
     closing_depth_mm: ClosingDepth | None = None
     mesh: MeshOrigin | None = None
     watertight: bool | None = None
@@ -110,4 +112,5 @@ class SolidFigures:
     def recorded(self) -> dict[str, Any]:
         """Return the content for solid.json."""
         dams = [{key: value for key, value in asdict(dam).items() if value is not None} for dam in self.dams]
-        return {key: value for key, value in asdict(self).items() if value is not None} | {"dams": dams}
+        absent = (None, {})
+        return {key: value for key, value in asdict(self).items() if value not in absent} | {"dams": dams}

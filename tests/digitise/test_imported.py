@@ -132,6 +132,7 @@ def test_each_repair_is_told(tmp_path):
     joined, turned_over = back.solid.figures.warnings
     assert "vertices joined" in joined
     assert "faces turned to point outward" in turned_over
+    assert back.solid.figures.mesh is not None
     assert [repair.count for repair in back.solid.figures.mesh.repairs] == [int(joined.split()[0]), len(faces)]
 
 
@@ -149,6 +150,7 @@ def test_a_scanned_sheet_becomes_a_sample(tmp_path):
     assert back.outline.length_mm == pytest.approx(70.0, abs=2.5)
     assert back.outline.mean_width_mm == pytest.approx(4.6, abs=0.15)
     assert back.solid.cavity_volume_mm3 == pytest.approx(hollow_mm3, rel=0.02)
+    assert back.solid.figures.mesh is not None
     assert back.solid.figures.mesh.face_tilt_deg == pytest.approx(2.0, abs=0.05)
     assert back.solid.vertices_mm[:, 2].min() == pytest.approx(-15.0, abs=1e-6)
     assert check_mesh(back.solid.vertices_mm, back.solid.faces, expected_euler=2) == []

@@ -8,10 +8,11 @@ import pytest
 from digitise.settings import NozzlePath
 from digitise.trajectory import path_report, plan_trajectory, radii_mm, turns_deg
 from sealtwin.core.records import Outline, Sections
+from sealtwin.core.solid_figures import PathFigures
 from tests.shapes import arc_slot, dog_leg, straight_slot, wandering_crack
 
 
-def reported(outline: Outline, sections: Sections | None = None, **changes: Any) -> tuple[dict[str, Any], tuple]:
+def reported(outline: Outline, sections: Sections | None = None, **changes: Any) -> tuple[PathFigures, tuple[str, ...]]:
     path = NozzlePath.model_validate({"volume_ml": 4.8} | changes)
     return path_report(plan_trajectory(outline, path, 1.0, sections), outline, path)
 
@@ -51,6 +52,8 @@ def test_what_smoothing_takes_is_stated():
     coarse, _ = reported(wandering_crack(2), smoothing_mm=0.6)
     assert coarse.length_mm < fine.length_mm < fine.centreline_mm * (1 + 1e-4)
     assert fine.off_centreline_rms_mm < 0.06 < 0.2 < coarse.off_centreline_rms_mm
+    assert fine.smallest_radius_mm is not None
+    assert coarse.smallest_radius_mm is not None
     assert coarse.smallest_radius_mm > fine.smallest_radius_mm
     assert fine.off_centreline_worst_mm >= fine.off_centreline_rms_mm
 

@@ -284,6 +284,8 @@ def test_the_report_says_what_the_tilt_means():
     for tilt in TILTS:
         assert figures.volume_mm3[tilt] == pytest.approx(SLOT_VOLUMES[tilt], rel=2e-4)
     assert figures.floor_width_mm == figures.photo_width_mm == pytest.approx(W, rel=0.02)
+    assert figures.mouth_width_mm is not None
+    assert figures.photo_width_mm is not None
     assert figures.mouth_width_mm - figures.photo_width_mm == pytest.approx(2 * SLOPE * DEPTH_MM)
     assert (figures.watertight, figures.euler, figures.self_intersections) == (True, 2, 0)
     assert figures.warnings == ()
@@ -291,6 +293,7 @@ def test_the_report_says_what_the_tilt_means():
 
 def test_a_funnel_that_closes_says_where():
     figures = build_solid(straight_slot(L, W, CUT), shape("funnel")).figures
+    assert figures.closing_depth_mm is not None
     assert figures.closing_depth_mm.mean == pytest.approx(W / (2 * SLOPE))
     assert figures.closing_depth_mm.share_above_floor == 1.0
     assert figures.floor_width_mm == 0.0

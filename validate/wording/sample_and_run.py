@@ -70,7 +70,7 @@ def geometry_table(evidence: Evidence) -> PageTable:
         ("tilt", tilt_words(evidence)),
         ("volume of the cavity", f"{solid.cavity_volume_mm3:.0f} mm³"),
     ]
-    if figures.volume_mm3 is not None:
+    if figures.volume_mm3:
         readings = ", ".join(f"{tilt} {volume:.0f}" for tilt, volume in figures.volume_mm3.items())
         rows.append((f"volume by reading of the tilt, {_angle_words(solid)}", f"{readings} mm³"))
     if solid.tilt == "funnel" and (closing := figures.closing_depth_mm) and closing.mean is not None:

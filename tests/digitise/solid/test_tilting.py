@@ -43,6 +43,7 @@ def test_a_slot_closes_by_both_its_angles():
     solid = build(straight_slot(80.0, 3.1, CUT), "funnel", 6.0, 14.0)
     closing = SLOPE[6.0] + SLOPE[14.0]
     assert solid.cavity_volume_mm3 == pytest.approx(80.0 * 3.1**2 / (2 * closing), rel=1e-6)
+    assert solid.figures.closing_depth_mm is not None
     assert solid.figures.closing_depth_mm.mean == pytest.approx(3.1 / closing)
     assert "At 6° left and 14° right the walls meet at 8.7 mm" in solid.figures.warnings[0]
 
