@@ -1,8 +1,8 @@
 """Import of a modelled or scanned sample, with the same records as from a photo."""
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, get_args
+from typing import get_args
 
 import numpy as np
 
@@ -20,15 +20,16 @@ from digitise.mesh_import.cavity import (
     read_path,
     with_mouth,
 )
-from digitise.mesh_import.repair import Repair, bounded_body, closed, one_surface
+from digitise.mesh_import.repair import bounded_body, closed, one_surface
 from digitise.outline import trace_outline
 from digitise.photo import Photo
 from digitise.settings import MeshInput, MeshUnit
-from digitise.solid.dams import DAM_OVERLAP_MM, NEAR_MM, label_sides, plate_over
+from digitise.solid.dams import DAM_OVERLAP_MM, NEAR_MM, dam_box, label_sides, plate_over
 from digitise.solid.float_mesh import corners_mm, tidy
 from sealtwin.core.errors import InputError
 from sealtwin.core.mesh_file import FileUnit, Triangles, read_mesh
 from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Solid
+from sealtwin.core.solid_figures import MeshOrigin, Repair, SolidFigures
 
 MM: dict[FileUnit, float] = {"micron": 1e-3, "mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4, "foot": 304.8}
 UPRIGHT = {  # Rotations, by rows, that turn the axis out of the face to z
@@ -113,19 +114,16 @@ def import_sample(settings: MeshInput, folder: Path) -> ImportedSample:
         outline, note = along(outline, photo, line_mm)
         notes.append(note)
     notes += _notes_on_place(plane, block, placed)
-    report = {
-        "mesh": {
-            "file": path.name,
-            "triangles_read": triangles,
-            "sample_from_file": placed @ upright(settings),
-            "face_tilt_deg": plane.tilt_deg,
-            "face_roughness_mm": plane.roughness_mm,
-            "mouth_seen_below_face_mm": plane.below_mm,
-            "repairs": [asdict(repair) for repair in repairs],
-        },
-        "warnings": [str(repair) for repair in repairs],
-    }
-    solid = _solid(block, cavity, outline, settings.dam_height_mm, report)
+    origin = MeshOrigin(
+        file=path.name,
+        triangles_read=triangles,
+        sample_from_file=tuple(map(tuple, (placed @ upright(settings)).tolist())),
+        face_tilt_deg=plane.tilt_deg,
+        face_roughness_mm=plane.roughness_mm,
+        mouth_seen_below_face_mm=plane.below_mm,
+        repairs=repairs,
+    )
+    solid = _solid(block, cavity, outline, settings.dam_height_mm, origin)
     return ImportedSample(outline, solid, photo, tuple(notes))
 
 
@@ -188,7 +186,7 @@ def label_imported(vertices_mm: Floats, faces: Integers, block_mm: Box, below_mm
     return label
 
 
-def _solid(block: Block, cavity: Cavity, outline: Outline, dam_height_mm: float, report: dict[str, Any]) -> Solid:
+def _solid(block: Block, cavity: Cavity, outline: Outline, dam_height_mm: float, origin: MeshOrigin) -> Solid:
     """Return the block with a dam, ``dam_height_mm`` above the face, at each place where its crack leaves it."""
     plates = _plates(block, cavity)
     bottom_mm = float(block.body.bounding_box()[2])
@@ -209,16 +207,14 @@ def _solid(block: Block, cavity: Cavity, outline: Outline, dam_height_mm: float,
         wall_angles_deg=(0.0, 0.0),
         cavity_volume_mm3=cavity.volume_mm3,
         sections=cavity_sections(cavity.body, outline),
-        report={
-            **report,
-            "mouth_width_mm": outline.mean_width_mm,
-            "watertight": True,
-            **asdict(figures),
-            "dams": [
-                {"box_mm": [plate[0], plate[1], bottom_mm, plate[2], plate[3], dam_height_mm]} for plate in plates
-            ],
-            "warnings": [*report["warnings"], *faults],
-        },
+        figures=SolidFigures(
+            mesh=origin,
+            mouth_width_mm=outline.mean_width_mm,
+            watertight=True,
+            **vars(figures),
+            dams=tuple(dam_box(plate, bottom_mm, dam_height_mm) for plate in plates),
+            warnings=(*map(str, origin.repairs), *faults),
+        ),
     )
 
 

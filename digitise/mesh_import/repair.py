@@ -12,32 +12,17 @@ from digitise.solid.float_mesh import representatives
 from sealtwin.core.errors import InputError
 from sealtwin.core.mesh_file import UnreadableError, fill_ring
 from sealtwin.core.records import Floats, Integers
+from sealtwin.core.solid_figures import Repair
 
 WELD_MM = mesh_topology.MIN_EDGE_MM / 2  # Vertices within are one, as corners of a triangle soup; longer edges stay
 SHEET = 0.5  # Share of its area from which on a surface's area vector, nil for a closed one, means a sheet
 NEEDLE_MM = 1e-7  # Height below which a triangle is a line: a thousandth of float32's step at 160 mm
 MOST_ROUNDS = 50  # Most rounds of merging needles, one for each needle in a stack
 NEARLY_CLOSED = 0.01  # Share of open area up to which the enclosed volume is known, to about as much
-ROUNDING = 1e-9  # Relative change of a volume that is rounding
 LOOSE = 0.01  # Share of the largest body's volume below which a loose piece is no part of a sample
 MOST_OPEN = 0.01  # Largest share of open edges that are small damage; more means that the scan missed some surface
 RIM_SPAN = 0.5  # Share of the mesh's extent along x and along y from which on an opening is the rim of a scan
 FLAT = 1e-3  # Share of the mesh's height within which an opening is flat and at the bottom, as a missing underside is
-
-
-@dataclass(frozen=True)
-class Repair:
-    """One kind of repair."""
-
-    what: str  # Description, as "faces turned to agree with their neighbours"
-    count: int
-    volume_change: float  # Relative change of the volume; NaN if the volume before was not known
-
-    def __str__(self) -> str:
-        if np.isnan(self.volume_change):
-            return f"{self.count} {self.what}"
-        change = "unchanged" if abs(self.volume_change) < ROUNDING else f"changed by {100 * self.volume_change:.2g} %"
-        return f"{self.count} {self.what}; volume {change}"
 
 
 @dataclass(frozen=True)
@@ -65,12 +50,12 @@ class RepairedSurface:
             return after
         before_mm3 = self.volume_mm3
         change = abs(after.volume_mm3 / before_mm3) - 1 if before_mm3 else np.nan
-        return replace(after, repairs=(*self.repairs, Repair(what, count, change)))
+        return replace(after, repairs=(*self.repairs, Repair(what, count, None if np.isnan(change) else change)))
 
     def turned(self, what: str, turn: NDArray[np.bool_]) -> "RepairedSurface":
         """Return the surface with those faces turned over, which leaves the enclosed volume as it is."""
         faces = np.where(turn[:, None], self.faces[:, ::-1], self.faces)
-        repair = (Repair(what, int(turn.sum()), np.nan),) if turn.any() else ()
+        repair = (Repair(what, int(turn.sum()), None),) if turn.any() else ()
         return replace(self, faces=faces, repairs=(*self.repairs, *repair))
 
 

@@ -12,11 +12,11 @@ from sealtwin.core.comparison import Comparison
 from sealtwin.core.errors import InputError
 from sealtwin.core.mesh_file import read_mesh
 from sealtwin.core.records import FaceLabel, Outline, Profile, Run, RunHealth, Sections, Solid, Trajectory
+from sealtwin.core.solid_figures import SolidFigures
 
 TRAJECTORY_COLUMNS = ("t_s", "x_mm", "y_mm", "z_mm", "s_mm", "speed_mm_s", "flow_mm3_s")
 PARTICLE_COLUMNS = ("x_mm", "y_mm", "z_mm", "vx_mm_s", "vy_mm_s", "vz_mm_s", "age_s", "spilled")
 PROFILE_COLUMNS = ("s_mm", "level_mm")
-CONSTANT_KEYS = {"units", "face_label_meaning"}  # Keys of solid.json that are the same in every file
 OUTLINE_KEYS = (
     *("length_mm", "mean_width_mm", "mm_per_px", "scale_source", "scale_residual_mm", "path_source", "ends", "face_mm"),
     *("scale_uncertainty", "camera_tilt_deg", "branches_kept", "branches_mm", "islands_mm", "warnings"),
@@ -57,7 +57,7 @@ class Simulation(Result):
 
 
 class SolidFile(Result):
-    """Content of solid.json; keys that are not fields here are the solid's report."""
+    """Content of solid.json that is no figure."""
 
     tilt: str
     wall_angles_deg: tuple[float, float]
@@ -106,7 +106,7 @@ def write_solid(folder: Path, solid: Solid) -> None:
         "units": "mm",
         **{key: getattr(solid, key) for key in keys},
         "sections": {key: _rounded(values) for key, values in vars(solid.sections).items()},
-        **solid.report,
+        **solid.figures.recorded(),
         # A digit for each triangle of crack.ply, in its order.
         "face_label": "".join(str(label) for label in solid.face_label),
         "face_label_meaning": {str(label.value): label.name.lower() for label in FaceLabel},
@@ -119,7 +119,6 @@ def read_solid(folder: Path) -> Solid:
     path = folder / "solid.json"
     content = _read(SolidFile, path)
     mesh = read_mesh(folder / "crack.ply", "Digitise again.")
-    own = SolidFile.model_fields.keys()
     with files.understood(path):
         if len(content.face_label) != len(mesh.faces):
             raise ValueError(
@@ -129,8 +128,8 @@ def read_solid(folder: Path) -> Solid:
         vertices_mm=mesh.vertices,
         faces=mesh.faces,
         face_label=np.array([int(digit) for digit in content.face_label], dtype=np.int64),
-        **{name: getattr(content, name) for name in own - {"face_label"}},
-        report={key: value for key, value in files.read_json(path).items() if key not in own | CONSTANT_KEYS},
+        **{name: getattr(content, name) for name in SolidFile.model_fields.keys() - {"face_label"}},
+        figures=_read(SolidFigures, path),
     )
 
 

@@ -24,7 +24,7 @@ def draw_solid(solid: Solid) -> FigureBase:
     colour = FACE_COLOURS[solid.face_label]
     azimuth_deg = square_on(solid)
     cavity = np.isin(solid.face_label, (FaceLabel.WALL, FaceLabel.FLOOR))
-    dams = ", with the dams at its open ends" if solid.report.get("dams") else ""
+    dams = ", with the dams at its open ends" if solid.figures.dams else ""
     volume = f"{solid.cavity_volume_mm3 / 1000:.2f} ml, {solid.depth_mm:g} mm deep"
     block = render(solid.vertices_mm, solid.faces, colour, azimuth_deg - 40, 42, WIDTH_PX)
     cast = render(solid.vertices_mm, solid.faces[cavity], colour[cavity], azimuth_deg, 14, WIDTH_PX)
