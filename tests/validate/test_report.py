@@ -2,16 +2,19 @@
 
 import base64
 import hashlib
+import io
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
+from PIL import Image
 from pypdf import PdfReader
 
 from sealtwin.core.errors import InputError
 from tests.evidence import make_evidence
+from validate.report import write_report as report_module
 from validate.report.report_data import ReportData
 from validate.report.write_report import REPORT, write_report
 from validate.settings import Gate
@@ -201,8 +204,17 @@ def test_without_readings_the_simulation_stands_alone_and_says_so(tmp_path):
     assert (data.metrics, data.verdict.role, data.verdict.outcome) == ({}, None, "open")
 
 
+@pytest.fixture
+def no_figures(monkeypatch):
+    """For what is about words alone: figures take most of a report's time."""
+    picture = io.BytesIO()
+    Image.new("RGB", (2, 1)).save(picture, "PNG")
+    monkeypatch.setattr(report_module, "as_svg", lambda *_: "<svg></svg>")
+    monkeypatch.setattr(report_module, "as_png", lambda *_: picture.getvalue())
+
+
 @pytest.mark.parametrize("readings_data", ["measured", None])
-def test_a_leak_and_a_lost_volume_stand_before_every_number(tmp_path, readings_data):
+def test_a_leak_and_a_lost_volume_stand_before_every_number(tmp_path, no_figures, readings_data):
     run = replace(make_evidence(tmp_path).run, escaped_particles=11)
     _, page, pdf = written(tmp_path, readings_data=readings_data, gate=GATE, run=run, volume_ratio=0.7)
     for text in (page.text, pdf):
