@@ -17,6 +17,7 @@ from typer.testing import CliRunner
 import sealtwin
 from sealtwin.cli.app import app
 from tests.coarse import make_coarse
+from tests.pages import leave_out_pages
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -96,7 +97,9 @@ def test_sealtwin_commands_run_in_the_order_given(tmp_path, monkeypatch):
     ]
     assert len(commands) >= 12
     # A command that stands on two pages does the same twice.
-    for line in dict.fromkeys(commands):
+    for number, line in enumerate(dict.fromkeys(commands)):
+        if number == len(_sealtwin_commands("README.md")):
+            leave_out_pages(monkeypatch)
         answer = CliRunner().invoke(app, shlex.split(line)[1:])
         assert answer.exit_code == 0, f"{line}\n{answer.stderr}"
     assert (tmp_path / "reports" / "paper-trial" / "report.html").is_file()

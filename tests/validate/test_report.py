@@ -2,19 +2,17 @@
 
 import base64
 import hashlib
-import io
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
-from PIL import Image
 from pypdf import PdfReader
 
 from sealtwin.core.errors import InputError
 from tests.evidence import make_evidence
-from validate.report import write_report as report_module
+from tests.pages import leave_out_figures
 from validate.report.report_data import ReportData
 from validate.report.write_report import REPORT, write_report
 from validate.settings import Gate
@@ -206,11 +204,8 @@ def test_without_readings_the_simulation_stands_alone_and_says_so(tmp_path):
 
 @pytest.fixture
 def no_figures(monkeypatch):
-    """For what is about words alone: figures take most of a report's time."""
-    picture = io.BytesIO()
-    Image.new("RGB", (2, 1)).save(picture, "PNG")
-    monkeypatch.setattr(report_module, "as_svg", lambda *_: "<svg></svg>")
-    monkeypatch.setattr(report_module, "as_png", lambda *_: picture.getvalue())
+    """For what is about words alone."""
+    leave_out_figures(monkeypatch)
 
 
 @pytest.mark.parametrize("readings_data", ["measured", None])

@@ -35,6 +35,7 @@ from sealtwin.core.drawing.theme import (
     draw_ground,
     label_axes,
     put_legend_under_title,
+    save,
     themed,
 )
 from sealtwin.core.files import replacing
@@ -263,6 +264,6 @@ def write_gallery(
     for name, figure in figures.items():
         for kind, metadata in METADATA.items():
             with replacing(folder / f"{name}.{kind}") as temporary, themed(), rc_context({"svg.hashsalt": name}):
-                figure.savefig(temporary, dpi=DPI, metadata=metadata)
+                save(figure, temporary, dpi=DPI, metadata=metadata)
             written.append(f"{name}.{kind}")
     return written

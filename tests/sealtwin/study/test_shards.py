@@ -137,7 +137,7 @@ def _killed_at_300(bench, trials, device, keep_runs):
 def test_a_run_that_kills_three_workers_is_given_up_with_its_reason(lab, unbroken, tmp_path, monkeypatch):
     out = tmp_path / "out"
     monkeypatch.setattr(runner, "seal_in_worker", _killed_at_300)
-    report = sweep(lab, out, replace(HERE, jobs=2), Progress())
+    report = sweep(lab, out, replace(HERE, jobs=1), Progress())
     assert report["exit_code"] == 6
     runs = read_study(out)
     assert [run.state for run in runs] == ["done", "done", "done", "failed"]
