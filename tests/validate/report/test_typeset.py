@@ -32,8 +32,12 @@ def positions_pt(typeset) -> list[tuple[float, float]]:
     return found
 
 
+LETTERS = "abcWMil .-"
 PARAGRAPHS = st.tuples(
-    st.text(alphabet="abcWMil .-", max_size=120), st.sampled_from([8.5, 20.0]), st.sampled_from(["", "B"])
+    # Long ones too, of more than one line.
+    st.text(LETTERS, max_size=120) | st.text(LETTERS, min_size=90, max_size=120),
+    st.sampled_from([8.5, 20.0]),
+    st.sampled_from(["", "B"]),
 )
 
 
