@@ -163,6 +163,8 @@ class Typesetter(FPDF):
         # No day's own, so that the same report has the same bytes on another day.
         self.set_creation_date(datetime(1970, 1, 1, tzinfo=UTC))
         self._title = printable(title)
+        # A row's height is asked for before the row is set, and breaking lines is most of setting them.
+        self._broken: dict[tuple[str, str], tuple[list[str], list[str]]] = {}
         self.set_title(self._title)
         self.set_creator("sealtwin")
         self._style(TEXT_PT)
@@ -267,7 +269,9 @@ class Typesetter(FPDF):
 
     def _cells(self, row: tuple[str, str]) -> tuple[list[str], list[str]]:
         self._style(TEXT_PT)
-        return self.lines(row[0], LABEL_IN - 0.15), self.lines(row[1], self.epw - LABEL_IN)
+        if row not in self._broken:
+            self._broken[row] = self.lines(row[0], LABEL_IN - 0.15), self.lines(row[1], self.epw - LABEL_IN)
+        return self._broken[row]
 
     def _height_in(self, row: tuple[str, str]) -> float:
         """Height of a row with its rule; of a longer one, of the part that is kept together."""

@@ -249,6 +249,6 @@ def write_gallery(
     for name, figure in figures.items():
         for kind, metadata in METADATA.items():
             with replacing(folder / f"{name}.{kind}") as temporary, theme.themed(), rc_context({"svg.hashsalt": name}):
-                figure.savefig(temporary, dpi=DPI, metadata=metadata)
+                theme.save(figure, temporary, dpi=DPI, metadata=metadata)
             written.append(f"{name}.{kind}")
     return written

@@ -21,9 +21,8 @@ from sealtwin.trial.job import resume_job, start_job
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.trial_file import load_trial
 from sealtwin.trial.validate_stage import SPREAD, read_spread
+from tests.pages import leave_out_pages
 from tests.studies import TRIAL, tiny_lab
-from validate.report import write_report as report_module
-from validate.report_input import Evidence
 
 DECLARED = """
 [uncertainty]
@@ -108,15 +107,7 @@ def test_the_paste_is_as_stiff_at_every_size(varied):
 def test_the_comparison_tells_numerics_and_inputs(varied, tmp_path, monkeypatch):
     path = tmp_path / "run"
     shutil.copytree(varied, path)
-    given: list[Evidence] = []
-
-    def write_report(folder: Path, evidence: Evidence) -> None:
-        """Pages take seconds, and are not what this is about."""
-        given.append(evidence)
-        for name in report_module.REPORT:
-            (folder / name).touch()
-
-    monkeypatch.setattr(report_module, "write_report", write_report)
+    given = leave_out_pages(monkeypatch)
     with open_folder(path, create=False) as folder:
         result = run_stages(resume_job(folder, "cpu", Progress()), ("validate",)).result
     assert given[0].commands == ("sealtwin run trial.toml", "sealtwin validate reports/tiny --uncertainty")

@@ -15,6 +15,7 @@ from typer.testing import CliRunner
 
 from sealtwin.cli.app import app
 from sealtwin.cli.studies import swept_lines
+from sealtwin.core.cluster import KILLED, Lost
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.study import runner
@@ -133,10 +134,25 @@ def _killed_at_300(bench, trials, device, keep_runs):
     return runner.seal(runner._unpickled(bench), trials, device=device, keep_runs=keep_runs)
 
 
-def test_a_run_that_kills_three_workers_is_given_up_with_its_reason(lab, unbroken, tmp_path, monkeypatch):
+def _lost_at_300(function, tasks, *_):
+    """Tell of that run what is told of one whose workers were killed, and compute the others here."""
+    for group, arguments in tasks:
+        (trial,) = arguments[1]
+        deadly = trial.fluid.U == 300.0 and trial.fluid.D_cm == 0.3
+        yield group, Lost(KILLED) if deadly else function(*arguments)
+
+
+@pytest.mark.parametrize(
+    ("name", "stand_in"),
+    # That workers which are killed are told so is tests/sealtwin/core/test_cluster.py; four new ones take 15 s.
+    [("run_tasks", _lost_at_300), pytest.param("seal_in_worker", _killed_at_300, marks=pytest.mark.slow)],
+)
+def test_a_run_that_kills_three_workers_is_given_up_with_its_reason(
+    lab, unbroken, tmp_path, monkeypatch, name, stand_in
+):
     out = tmp_path / "out"
-    monkeypatch.setattr(runner, "seal_in_worker", _killed_at_300)
-    report = sweep(lab, out, replace(HERE, jobs=2), Progress())
+    monkeypatch.setattr(runner, name, stand_in)
+    report = sweep(lab, out, replace(HERE, jobs=1), Progress())
     assert report["exit_code"] == 6
     runs = read_plan(out).runs
     assert [run.state for run in runs] == ["done", "done", "done", "failed"]
