@@ -338,7 +338,7 @@ main()
 """As slow as a run that somebody kills, which a tiny one is not."""
 
 
-def test_a_fluid_run_that_is_killed_goes_on_from_its_checkpoint(unbroken, tmp_path, no_pages):
+def test_a_fluid_run_that_is_killed_goes_on_from_its_checkpoint(unbroken, tmp_path):
     """With kill -9, and to the bit; settings that changed since begin again, and say so."""
     trial, run, _ = unbroken
     arguments = ["run", str(trial), "--out", str(tmp_path / "run"), "--device", "cpu", "--frames-every-s", "0.02"]
