@@ -85,6 +85,7 @@ def build(outline: Outline, kind: Kind, seed: int, tilt: Tilt) -> Built:
     footprint = lay_out(outline, shape, max(wall_shifts_mm(shape)))
     integral_mm3 = cavity_volume_mm3(footprint, shape, finer=4)
     off_percent, angle_deg = wall_errors(solid, footprint.lean, shape)
+    assert solid.figures.min_edge_mm is not None
     return Built(
         kind,
         seed,
@@ -95,7 +96,7 @@ def build(outline: Outline, kind: Kind, seed: int, tilt: Tilt) -> Built:
         volume_percent=100 * abs(solid.cavity_volume_mm3 / integral_mm3 - 1),
         wall_off_percent=off_percent,
         angle_deg=angle_deg,
-        shortest_mm=solid.report["min_edge_mm"],
+        shortest_mm=solid.figures.min_edge_mm,
         time_s=took_s,
     )
 

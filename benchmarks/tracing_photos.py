@@ -22,9 +22,8 @@ from scipy.ndimage import distance_transform_edt
 from scipy.spatial import KDTree
 
 from benchmarks.table import Row, finish
-from digitise.crack_path.crack_map import cracks_on
 from digitise.crack_path.darkness import DarkMap, map_darkness
-from digitise.crack_path.find_path import find_path
+from digitise.crack_path.find_path import cracks_on, find_path
 from digitise.crack_path.hints import CrackPath
 from digitise.crack_path.medial_axis import longest_line
 from digitise.photo import Photo, load_photo

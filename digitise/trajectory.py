@@ -1,7 +1,6 @@
 """The nozzle's timed path over a crack: smooth, with straight leads, and the flow along it."""
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from scipy.interpolate import splev, splprep
@@ -10,6 +9,7 @@ from digitise.geometry.polyline import at_arc_length
 from digitise.settings import LARGEST_VOLUME_ML, NozzlePath
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Outline, Sections, Solid, Trajectory, arc_length, arc_length_at
+from sealtwin.core.solid_figures import PathFigures
 
 SHARP_TURN_DEG = 20.0  # Turn at a waypoint where an arm slows down, and lays a lump; winding cracks turn by up to 8
 STRAIGHT_MM = 1e5  # Radius beyond which a bend is rounding
@@ -38,18 +38,18 @@ def with_path(solid: Solid, trajectory: Trajectory, outline: Outline, path: Nozz
     """Return the solid with the figures of a path over it in its report, and the doubts about that path as warnings."""
     figures, doubts = path_report(trajectory, outline, path)
     sealant_mm3 = float(trajectory.given_mm3.sum())
-    report = {
-        **solid.report,
-        "sealant_mm3": sealant_mm3,
-        "cavity_to_sealant": solid.cavity_volume_mm3 / sealant_mm3,
-        "path": figures,
-        "warnings": [*solid.report["warnings"], *doubts, *volume_warnings(sealant_mm3, solid.cavity_volume_mm3)],
-    }
-    return replace(solid, report=report)
+    with_figures = replace(
+        solid.figures,
+        sealant_mm3=sealant_mm3,
+        cavity_to_sealant=solid.cavity_volume_mm3 / sealant_mm3,
+        path=figures,
+        warnings=(*solid.figures.warnings, *doubts, *volume_warnings(sealant_mm3, solid.cavity_volume_mm3)),
+    )
+    return replace(solid, figures=with_figures)
 
 
-def path_report(trajectory: Trajectory, outline: Outline, path: NozzlePath) -> tuple[dict[str, Any], tuple[str, ...]]:
-    """Return the figures of a path for solid.json, in mm, degrees and s, without the leads; and warnings."""
+def path_report(trajectory: Trajectory, outline: Outline, path: NozzlePath) -> tuple[PathFigures, tuple[str, ...]]:
+    """Return the figures of a path without its leads, and warnings."""
     # The waypoints between the trims.
     begin_mm, end_mm = path.trims_mm[0], outline.length_mm - path.trims_mm[1]
     inside = (trajectory.s_mm > begin_mm - 1e-6) & (trajectory.s_mm < end_mm + 1e-6)
@@ -61,22 +61,22 @@ def path_report(trajectory: Trajectory, outline: Outline, path: NozzlePath) -> t
     turn_deg = turns_deg(points_mm)
     radius_mm = radii_mm(points_mm)
     moving = trajectory.speed_mm_s[:-1]
-    report: dict[str, Any] = {
-        "length_mm": float(arc_length(points_mm)[-1]),
-        "centreline_mm": float(abs(s_mm[-1] - s_mm[0])),
-        "smoothing_mm": path.smoothing_mm,
-        "off_centreline_rms_mm": float(np.sqrt(np.mean(off_mm**2))),
-        "off_centreline_worst_mm": float(off_mm.max()),
-        "largest_turn_deg": float(turn_deg.max(initial=0.0)),
-        "smallest_radius_mm": float(radius_mm.min(initial=np.inf)) if np.isfinite(radius_mm).any() else None,
-        "starts_at_s_mm": float(trajectory.s_mm[0]),
-        "ends_at_s_mm": float(trajectory.s_mm[-1]),
-        "waypoints": len(trajectory.t_s),
-        "duration_s": trajectory.duration_s,
-        "speed_mm_s": (float(moving.min()), float(moving.max())),
-        "sealant_mm3_per_mm": (float(dose_mm3_per_mm.min()), float(dose_mm3_per_mm.max())),
-    }
-    return report, _warnings(path, outline, s_mm, turn_deg, off_mm)
+    figures = PathFigures(
+        length_mm=float(arc_length(points_mm)[-1]),
+        centreline_mm=float(abs(s_mm[-1] - s_mm[0])),
+        smoothing_mm=path.smoothing_mm,
+        off_centreline_rms_mm=float(np.sqrt(np.mean(off_mm**2))),
+        off_centreline_worst_mm=float(off_mm.max()),
+        largest_turn_deg=float(turn_deg.max(initial=0.0)),
+        smallest_radius_mm=float(radius_mm.min(initial=np.inf)) if np.isfinite(radius_mm).any() else None,
+        starts_at_s_mm=float(trajectory.s_mm[0]),
+        ends_at_s_mm=float(trajectory.s_mm[-1]),
+        waypoints=len(trajectory.t_s),
+        duration_s=trajectory.duration_s,
+        speed_mm_s=(float(moving.min()), float(moving.max())),
+        sealant_mm3_per_mm=(float(dose_mm3_per_mm.min()), float(dose_mm3_per_mm.max())),
+    )
+    return figures, _warnings(path, outline, s_mm, turn_deg, off_mm)
 
 
 def turns_deg(points_mm: Floats) -> Floats:

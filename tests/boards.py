@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from digitise.scale.markers import corners_mm
+from digitise.scale.marker_scale import corners_mm
 from digitise.settings import Marker, MarkerBoard
 from fixtures.generate.camera import Camera, camera_above
 from sealtwin.core.records import Floats

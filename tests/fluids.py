@@ -12,6 +12,7 @@ from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import FaceLabel, Floats, Outline, Run, Solid, Trajectory
+from sealtwin.core.solid_figures import SolidFigures
 from simulate.fluid.fault_checks import RunFault
 from simulate.fluid.solver import Domain, FluidSolver
 from simulate.fluid.state import State
@@ -53,7 +54,9 @@ def hewn(body: manifold3d.Manifold, block_mm: tuple[float, float, float, float],
     sides = [(0, block_mm[0]), (1, block_mm[1]), (0, block_mm[2]), (1, block_mm[3]), (2, vertices[:, 2].min())]
     for axis, at_mm in sides:
         label[(np.abs(corner[:, :, axis] - at_mm) < 1e-6).all(axis=1)] = FaceLabel.OUTSIDE
-    return Solid(vertices, faces, label, block_mm, depth_mm, "vertical", (0.0, 0.0), 1e3, level_floor(depth_mm), {})
+    return Solid(
+        vertices, faces, label, block_mm, depth_mm, "vertical", (0.0, 0.0), 1e3, level_floor(depth_mm), SolidFigures()
+    )
 
 
 def path(outline: Outline, volume_ml: float, speed_mm_s: float = 4.0, trim_mm: float = 2.0) -> Trajectory:

@@ -1,5 +1,6 @@
 """Several short pours in one launch, told by the host or replayed, and what may go wrong in one of them."""
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -56,6 +57,13 @@ def together(pastes: tuple[Fluid, ...], **how: Any) -> list[Run]:
     return finish(ready(pastes, **how)).results()
 
 
+@cache
+def alone(number: int, device: str = "cpu") -> Run:
+    """What that one of the pastes does in a launch of its own: several tests hold theirs against it."""
+    (run,) = together(PASTES[number : number + 1], device=device)
+    return run
+
+
 def check_going_on(**how: Any) -> None:
     """From where a run was kept: in a solver of its own, and back in one that has recorded its frame already."""
     unbroken = finish(ready(PASTES[2:], **how))
@@ -96,8 +104,8 @@ def check_the_others(injection: Injection, reason: str) -> None:
     assert injection.moving == 0
     with pytest.raises(NumericalError, match=reason):
         injection.results()
-    (alone,) = together(PASTES[:1], device=injection.engine.state.device)
+    expected = alone(0, injection.engine.state.device)
     for run in (first, last):
         assert isinstance(run, Run)
-        assert np.array_equal(run.position_mm, alone.position_mm)
+        assert np.array_equal(run.position_mm, expected.position_mm)
         assert np.isfinite(run.health.recorded()["density_error_max"])

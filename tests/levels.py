@@ -6,6 +6,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 from sealtwin.core.records import Outline, Profile, Solid
+from sealtwin.core.solid_figures import SolidFigures
 from tests.shapes import level_floor
 from validate.compare import compare
 
@@ -27,7 +28,9 @@ def outline(length_mm: float = LENGTH_MM) -> Outline:
 def solid(tilt: str = "vertical", angle_deg: float = 0.0) -> Solid:
     none, box = np.empty((0, 3)), (0.0, 0.0, 0.0, 0.0)
     angles_deg, sections = (angle_deg, angle_deg), level_floor(DEPTH_MM)
-    return Solid(none, none.astype(int), np.empty(0, int), box, DEPTH_MM, tilt, angles_deg, 3968.0, sections, {})
+    return Solid(
+        none, none.astype(int), np.empty(0, int), box, DEPTH_MM, tilt, angles_deg, 3968.0, sections, SolidFigures()
+    )
 
 
 def profile(x, y, **kind) -> Profile:

@@ -5,7 +5,8 @@ from typing import cast
 
 import numpy as np
 
-from sealtwin.core.records import EndKind, Floats, Outline, Sections
+from sealtwin.core.records import Floats, Outline, Sections
+from sealtwin.core.solid_figures import EndKind
 
 PAPER_FACE_MM = (0.0, 0.0, 160.0, 40.0)
 MM_PER_PX = 0.1

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from sealtwin.core.progress import Progress
 from sealtwin.study.runner import Computing, compute
-from sealtwin.study.study_folder import profile_path, read_study
+from sealtwin.study.study_folder import profile_path, read_plan
 from tests.pictures import mortar, with_crack, write_png
 
 TRIAL = """
@@ -64,13 +64,13 @@ def tiny_lab(folder: Path, varies: str = GRID) -> Path:
 
 def compute_here(out: Path, *, batch: int = 1, keep_runs: bool = False) -> None:
     """Compute the waiting runs of a planned study in this process: starting others takes seconds."""
-    compute(out, read_study(out), Computing("cpu", 0, batch, keep_runs), "", Progress())
+    compute(out, read_plan(out).runs, Computing("cpu", 0, batch, keep_runs), "", Progress())
 
 
 def results_of(out: Path) -> dict[int, tuple[bytes, dict]]:
     """Profile's bytes, and figures except for times, of every run of a study that is done."""
     found = {}
-    for run in read_study(out):
+    for run in read_plan(out).runs:
         assert run.state == "done", run.reason
         figures = json.loads(json.dumps(run.figures))
         for name in ("setup_s", "frames_s"):

@@ -69,11 +69,12 @@ def test_the_nozzle_runs_along_the_crack_and_not_along_its_image(traced, truth):
 def test_the_profile_has_the_low_side_where_the_sealant_is_low(traced, truth, mirrored):
     """Sealant laid into the true crack by its coordinates; laid into the mirror image it must not pass for it."""
     outline, solid = traced
-    grid = np.stack(np.meshgrid(np.arange(0, 160, 0.7), np.arange(0, 40, 0.7), np.arange(-15.6, 0, 0.7)), -1)
-    points = grid.reshape(-1, 3)
-    inside = Polygon(_ring_mm(truth)).contains_points(points[:, :2], radius=-0.3)
+    plan = np.stack(np.meshgrid(np.arange(0, 160, 0.7), np.arange(0, 40, 0.7)), -1).reshape(-1, 2)
+    within = plan[Polygon(_ring_mm(truth)).contains_points(plan, radius=-0.3)]
+    height_mm = np.arange(-15.6, 0, 0.7)
+    points = np.column_stack([np.repeat(within, len(height_mm), axis=0), np.tile(height_mm, len(within))])
     below = points[:, 2] + 0.35 < np.where(points[:, 0] < 80.0, LOW_MM, HIGH_MM)
-    sealant = points[inside & below]
+    sealant = points[below]
     if mirrored:
         sealant = sealant * [1.0, -1.0, 1.0] + [0.0, 40.0, 0.0]
     profile = measure_profile(run_of(sealant), outline, solid)

@@ -17,14 +17,7 @@ from sealtwin.core.comparison import (
     VolumeComparison,
 )
 from sealtwin.core.records import DataKind, Floats, Outline, Profile, Solid
-from validate.metrics.curve_distances import (
-    CLOSE_MM,
-    Difference,
-    PiecewiseLinear,
-    error_bins,
-    frechet_mm,
-    level_difference,
-)
+from validate.metrics.curve_distances import CLOSE_MM, PiecewiseLinear, error_bins, frechet_mm, level_difference
 from validate.metrics.verdict import basis_of, judged
 from validate.metrics.volumes import balance_profile, fill_volumes, mass_balance, mouth_widths_mm
 from validate.report_input import Evidence
@@ -184,7 +177,7 @@ def error_uncertainty(
         inputs_mm=float(np.sqrt(sum(one.mean_level_mm**2 for one in inputs))) if inputs else None,
         inputs_waiting=bool(declared.moved.keys() - {one.name for one in inputs}),
     )
-    stations = _station_errors(simulated, measured, budget, error, effects, spread)
+    stations = _station_errors(simulated, measured, budget, error.x, effects, spread)
     return ErrorUncertainty(
         mean_error_interval_mm=mean_error_interval(error.x, error.value, hat, budget),
         bias_interval_mm=(bias_mm - half_mm, bias_mm + half_mm),
@@ -207,14 +200,10 @@ def error_uncertainty(
 
 
 def _station_errors(
-    simulated: Profile,
-    measured: Profile,
-    budget: Budget,
-    error: Difference,
-    effects: list[Effect],
-    spread: Spread | None,
+    simulated: Profile, measured: Profile, budget: Budget, x: Floats, effects: list[Effect], spread: Spread | None
 ) -> StationErrors:
-    held = (measured.s_mm >= error.x[0]) & (measured.s_mm <= error.x[-1])
+    """Error at each station on the covered stretch ``x``, and the standard uncertainties of it."""
+    held = (measured.s_mm >= x[0]) & (measured.s_mm <= x[-1])
     s_mm, data_mm, numerics_mm = measured.s_mm[held], budget.standard_mm[held], None
     if spread is not None:
         levels_mm = np.array([np.interp(s_mm, spread.s_mm, size.level_mm) for size in spread.sizes])
@@ -222,7 +211,7 @@ def _station_errors(
         doubts_mm = np.array([spread.converged(three).standard for three in levels_mm.T])
         numerics_mm = np.full(len(s_mm), rms(doubts_mm))
     # The inputs are independent of each other.
-    inputs_mm = np.interp(s_mm, error.x, root_sum(*(one.level_mm for one in effects))) if effects else None
+    inputs_mm = np.interp(s_mm, x, root_sum(*(one.level_mm for one in effects))) if effects else None
     return StationErrors(
         s_mm=s_mm,
         error_mm=np.interp(s_mm, simulated.s_mm, simulated.level_mm) - measured.level_mm[held],

@@ -1,8 +1,8 @@
 """Import of a modelled or scanned sample, with the same records as from a photo."""
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, get_args
+from typing import get_args
 
 import numpy as np
 
@@ -10,18 +10,26 @@ from digitise.geometry.mesh_topology import connected, examine_mesh, neighbours,
 from digitise.geometry.polyline import Box, depth_inside
 from digitise.geometry.region import box_region
 from digitise.mesh_import.block import STEEPEST_DEG, Block, FacePlane, cut_block, find_face
-from digitise.mesh_import.cavity import Cavity, cavity_sections, find_cavity, photograph, with_mouth
-from digitise.mesh_import.given_path import along, middle_path, read_path
-from digitise.mesh_import.openings import close_holes, find_openings, with_base
-from digitise.mesh_import.repair import Repair, RepairedSurface, bounded_body, one_surface
+from digitise.mesh_import.cavity import (
+    Cavity,
+    along,
+    cavity_sections,
+    find_cavity,
+    middle_path,
+    photograph,
+    read_path,
+    with_mouth,
+)
+from digitise.mesh_import.repair import bounded_body, closed, one_surface
 from digitise.outline import trace_outline
 from digitise.photo import Photo
 from digitise.settings import MeshInput, MeshUnit
-from digitise.solid.dams import DAM_OVERLAP_MM, NEAR_MM, label_sides, plate_over
+from digitise.solid.dams import DAM_OVERLAP_MM, NEAR_MM, dam_box, label_sides, plate_over
 from digitise.solid.float_mesh import corners_mm, tidy
 from sealtwin.core.errors import InputError
 from sealtwin.core.mesh_file import FileUnit, Triangles, read_mesh
 from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Solid
+from sealtwin.core.solid_figures import MeshOrigin, Repair, SolidFigures
 
 MM: dict[FileUnit, float] = {"micron": 1e-3, "mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4, "foot": 304.8}
 UPRIGHT = {  # Rotations, by rows, that turn the axis out of the face to z
@@ -106,19 +114,16 @@ def import_sample(settings: MeshInput, folder: Path) -> ImportedSample:
         outline, note = along(outline, photo, line_mm)
         notes.append(note)
     notes += _notes_on_place(plane, block, placed)
-    report = {
-        "mesh": {
-            "file": path.name,
-            "triangles_read": triangles,
-            "sample_from_file": placed @ upright(settings),
-            "face_tilt_deg": plane.tilt_deg,
-            "face_roughness_mm": plane.roughness_mm,
-            "mouth_seen_below_face_mm": plane.below_mm,
-            "repairs": [asdict(repair) for repair in repairs],
-        },
-        "warnings": [str(repair) for repair in repairs],
-    }
-    solid = _solid(block, cavity, outline, settings.dam_height_mm, report)
+    origin = MeshOrigin(
+        file=path.name,
+        triangles_read=triangles,
+        sample_from_file=tuple(map(tuple, (placed @ upright(settings)).tolist())),
+        face_tilt_deg=plane.tilt_deg,
+        face_roughness_mm=plane.roughness_mm,
+        mouth_seen_below_face_mm=plane.below_mm,
+        repairs=repairs,
+    )
+    solid = _solid(block, cavity, outline, settings.dam_height_mm, origin)
     return ImportedSample(outline, solid, photo, tuple(notes))
 
 
@@ -131,26 +136,9 @@ def _read_block(settings: MeshInput, path: Path) -> tuple[Block, FacePlane, tupl
     del mesh
     plane = find_face(surface)
     surface = replace(surface, vertices_mm=moved(surface.vertices_mm, plane.to_level))
-    body, repairs = bounded_body(_closed(surface, settings.base_mm))
+    body, repairs = bounded_body(closed(surface, settings.base_mm))
     del surface
     return cut_block(body, plane.below_mm), plane, repairs, triangles, notes
-
-
-def _closed(surface: RepairedSurface, base_mm: float | None) -> RepairedSurface:
-    """Close holes and give a sheet its base. Raises InputError for a sheet without base_mm or a body with one."""
-    openings = find_openings(surface)
-    surface = close_holes(surface, openings)
-    if openings.rim is not None and base_mm is not None:
-        return with_base(surface, openings.rim, base_mm)
-    if openings.rim is not None:
-        raise InputError(
-            "Mesh encloses no volume; it is a sheet. Give base_mm, the depth of a flat underside below the face, to "
-            "make it solid."
-        )
-    if base_mm is not None:
-        sides = "has sides down to a flat underside, which is closed" if openings.underside else "is closed below"
-        raise InputError(f"base_mm is {base_mm:g}, but the mesh {sides}. Leave base_mm out.")
-    return surface
 
 
 def _notes_on_place(plane: FacePlane, block: Block, placed: Floats) -> list[str]:
@@ -198,7 +186,7 @@ def label_imported(vertices_mm: Floats, faces: Integers, block_mm: Box, below_mm
     return label
 
 
-def _solid(block: Block, cavity: Cavity, outline: Outline, dam_height_mm: float, report: dict[str, Any]) -> Solid:
+def _solid(block: Block, cavity: Cavity, outline: Outline, dam_height_mm: float, origin: MeshOrigin) -> Solid:
     """Return the block with a dam, ``dam_height_mm`` above the face, at each place where its crack leaves it."""
     plates = _plates(block, cavity)
     bottom_mm = float(block.body.bounding_box()[2])
@@ -219,16 +207,14 @@ def _solid(block: Block, cavity: Cavity, outline: Outline, dam_height_mm: float,
         wall_angles_deg=(0.0, 0.0),
         cavity_volume_mm3=cavity.volume_mm3,
         sections=cavity_sections(cavity.body, outline),
-        report={
-            **report,
-            "mouth_width_mm": outline.mean_width_mm,
-            "watertight": True,
-            **asdict(figures),
-            "dams": [
-                {"box_mm": [plate[0], plate[1], bottom_mm, plate[2], plate[3], dam_height_mm]} for plate in plates
-            ],
-            "warnings": [*report["warnings"], *faults],
-        },
+        figures=SolidFigures(
+            mesh=origin,
+            mouth_width_mm=outline.mean_width_mm,
+            watertight=True,
+            **vars(figures),
+            dams=tuple(dam_box(plate, bottom_mm, dam_height_mm) for plate in plates),
+            warnings=(*map(str, origin.repairs), *faults),
+        ),
     )
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from digitise.scale.markers import black_modules
+from digitise.scale.marker_scale import black_modules
 from digitise.settings import Marker, MarkerBoard
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats

@@ -1,7 +1,6 @@
 """The sample as a watertight solid: a block less the crack's cavity, from the outline and a measured depth."""
 
-from dataclasses import asdict, replace
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 from manifold3d import CrossSection, FillRule, OpType
@@ -9,13 +8,14 @@ from manifold3d import CrossSection, FillRule, OpType
 from digitise.geometry.mesh_topology import MeshFigures, examine_mesh, mesh_volume_mm3
 from digitise.geometry.region import box_region
 from digitise.settings import CrackShape
-from digitise.solid.dams import Dam, dams, label_faces, tilted_out
+from digitise.solid.dams import Dam, dam_box, dams, label_faces, tilted_out
 from digitise.solid.float_mesh import tidy
 from digitise.solid.footprint import Footprint, lay_out
-from digitise.solid.tilt_variants import Slicer, cavity_volume_mm3, compare_tilts, crack_sections
+from digitise.solid.tilt_variants import Slicer, TiltVariants, cavity_volume_mm3, compare_tilts, crack_sections
 from digitise.solid.wedges import carve, wall_shifts_mm
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Integers, Outline, Solid
+from sealtwin.core.solid_figures import EndOfCrack, SolidFigures
 
 JITTER_MM = 2e-4  # Step of the vertices' random shift after a failed build, which breaks a coincidence
 ATTEMPTS = 6
@@ -57,19 +57,16 @@ def build_solid(outline: Outline, shape: CrackShape) -> Solid:
         wall_angles_deg=shape.wall_angles_deg,
         cavity_volume_mm3=cavity_mm3,
         sections=crack_sections(outline, shape),
-        report={
-            **variants,
+        figures=SolidFigures(
+            **vars(variants),
             # _watertight refuses a mesh that leaks.
-            "watertight": True,
-            **asdict(figures),
-            "jitter_mm": jitter_mm,
-            "ends": [{"kind": end.kind, "centre_mm": end.centre_mm, "outward": end.outward} for end in footprint.ends],
-            "dams": [
-                {"end": dam.end, "box_mm": [*dam.box_mm[:2], bottom_mm, *dam.box_mm[2:], shape.dam_height_mm]}
-                for dam in plates
-            ],
-            "warnings": [*footprint.warnings, *table_warnings, *_tilt_warnings(outline, footprint, shape, variants)],
-        },
+            watertight=True,
+            **vars(figures),
+            jitter_mm=jitter_mm,
+            ends=tuple(EndOfCrack(end.kind, tuple(end.centre_mm), tuple(end.outward)) for end in footprint.ends),
+            dams=tuple(dam_box(dam.box_mm, bottom_mm, shape.dam_height_mm, dam.end) for dam in plates),
+            warnings=(*footprint.warnings, *table_warnings, *_tilt_warnings(outline, footprint, shape, variants)),
+        ),
     )
 
 
@@ -108,13 +105,13 @@ def _watertight(
     )
 
 
-def _require_volume(variants: dict[str, Any], shape: CrackShape) -> None:
-    volume_mm3 = variants["volume_mm3"][shape.tilt]
+def _require_volume(variants: TiltVariants, shape: CrackShape) -> None:
+    volume_mm3 = variants.volume_mm3[shape.tilt]
     if volume_mm3 >= SMALLEST_CAVITY_MM3:
         return
     remedy = "Check depth_mm and the photo's scale."
     # Only a funnel takes room away; otherwise the crack itself is too shallow or too small.
-    if shape.tilt == "funnel" and variants["volume_mm3"]["vertical"] >= SMALLEST_CAVITY_MM3:
+    if shape.tilt == "funnel" and variants.volume_mm3["vertical"] >= SMALLEST_CAVITY_MM3:
         remedy = 'Reduce wall_angle_deg or choose tilt = "flare" or "lean".'
     raise InputError(
         f"At {_angles(shape)} and {shape.deepest_mm:g} mm deep, tilt {shape.tilt} leaves a cavity of "
@@ -122,8 +119,8 @@ def _require_volume(variants: dict[str, Any], shape: CrackShape) -> None:
     )
 
 
-def _require_agreement(cavity_mm3: float, variants: dict[str, Any], footprint: Footprint, shape: CrackShape) -> None:
-    integral_mm3 = variants["volume_mm3"][shape.tilt]
+def _require_agreement(cavity_mm3: float, variants: TiltVariants, footprint: Footprint, shape: CrackShape) -> None:
+    integral_mm3 = variants.volume_mm3[shape.tilt]
     if abs(cavity_mm3 / integral_mm3 - 1) > CAVITY_TOLERANCE:
         integral_mm3 = cavity_volume_mm3(footprint, shape, FINER)
     if abs(cavity_mm3 / integral_mm3 - 1) > CAVITY_TOLERANCE:
@@ -133,16 +130,16 @@ def _require_agreement(cavity_mm3: float, variants: dict[str, Any], footprint: F
         )
 
 
-def _tilt_warnings(outline: Outline, footprint: Footprint, shape: CrackShape, variants: dict[str, Any]) -> list[str]:
-    closing = variants["closing_depth_mm"]
-    if shape.tilt != "funnel" or closing["share_above_floor"] == 0:
+def _tilt_warnings(outline: Outline, footprint: Footprint, shape: CrackShape, variants: TiltVariants) -> list[str]:
+    closing = variants.closing_depth_mm
+    if shape.tilt != "funnel" or closing.mean is None or closing.share_above_floor == 0:
         return []
     depth_mm = f"{shape.deepest_mm:g} mm" if footprint.floor is None else f"of up to {shape.deepest_mm:g} mm"
     steepest_deg = np.degrees(np.arctan(outline.mean_width_mm / (2 * shape.deepest_mm)))
     return [
-        f"At {_angles(shape)} the walls meet at {closing['mean']:.1f} mm on average, above the requested depth "
-        f"{depth_mm} along {closing['share_above_floor']:.0%} of the crack; volume "
-        f"{variants['volume_mm3']['funnel'] / 1000:.2f} ml. Reduce the angle below {steepest_deg:.1f}°, choose "
+        f"At {_angles(shape)} the walls meet at {closing.mean:.1f} mm on average, above the requested depth "
+        f"{depth_mm} along {closing.share_above_floor:.0%} of the crack; volume "
+        f"{variants.volume_mm3['funnel'] / 1000:.2f} ml. Reduce the angle below {steepest_deg:.1f}°, choose "
         'tilt = "flare" or "lean", or accept the V.'
     ]
 

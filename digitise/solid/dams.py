@@ -12,6 +12,7 @@ from digitise.geometry.region import box_region
 from digitise.solid.footprint import Footprint
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import FaceLabel, Floats, Integers
+from sealtwin.core.solid_figures import DamBox
 
 NEAR_MM = 5e-3  # Tolerance of a plane: a tidied vertex is within one collapsed edge, 2e-3 mm, of its own
 CLEARANCE_MM = 0.5  # Least thickness of sample between the crack and the block's side
@@ -70,6 +71,11 @@ class Dam:
     end: int
     side: int  # Index into the block's box: 0 x_min, 1 y_min, 2 x_max, 3 y_max
     box_mm: Box
+
+
+def dam_box(plate_mm: Box, bottom_mm: float, top_mm: float, end: int | None = None) -> DamBox:
+    """Return the figures of a plate that reaches from ``bottom_mm`` up to ``top_mm``."""
+    return DamBox((*plate_mm[:2], bottom_mm, *plate_mm[2:], top_mm), end)
 
 
 def dams(footprint: Footprint, sections: list[CrossSection], spread_mm: float = 0.0) -> tuple[Dam, ...]:

@@ -12,7 +12,8 @@ from digitise.geometry.polyline import Box, at_arc_length, left_normals, nearest
 from digitise.geometry.region import PIECE_MM2, box_region, cleaned, traced_region
 from digitise.settings import CrackShape
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import EndKind, Floats, Outline, arc_length, arc_length_at
+from sealtwin.core.records import Floats, Outline, arc_length, arc_length_at
+from sealtwin.core.solid_figures import EndKind
 
 ON_SIDE_MM = 0.01  # Tolerance of a point on the block's side: the outline's file rounds to a thousandth of it
 RUN_OUT_MM = 5.0  # Straight walls beyond an end, in excess of the tilt's move, so that the end itself stays undisturbed

@@ -1,7 +1,8 @@
 """Sections, volumes and widths of one outline under each tilt, by its offsets; the solid is checked against them."""
 
+from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, get_args
+from typing import get_args
 
 import numpy as np
 from manifold3d import CrossSection, FillRule, JoinType
@@ -12,6 +13,7 @@ from digitise.settings import CrackShape, Tilt
 from digitise.solid.footprint import Footprint
 from digitise.solid.wedges import Stretch, tilted_walls, wall_shifts_mm
 from sealtwin.core.records import Floats, Outline, Sections, arc_length
+from sealtwin.core.solid_figures import ClosingDepth
 
 SAMPLES = 32  # Samples of the line across a gap between walls: 0.01 % of a cavity among stones. With 8 it is 0.1 %.
 UPRIGHT = 1e-9  # Least slope in a division, which stands for an upright wall
@@ -188,37 +190,38 @@ def cavity_volume_mm3(footprint: Footprint, shape: CrackShape, finer: int = 1) -
     )
 
 
-def compare_tilts(outline: Outline, footprint: Footprint, shape: CrackShape) -> dict[str, Any]:
-    """Return the part of solid.json that compares the chosen tilt with the others at this angle."""
+@dataclass(frozen=True)
+class TiltVariants:
+    """The chosen tilt of the walls beside the others at this angle; fields of ``SolidFigures``."""
+
+    photo_width_mm: float
+    mouth_width_mm: float
+    floor_width_mm: float
+    volume_mm3: dict[str, float]
+    closing_depth_mm: ClosingDepth
+
+
+def compare_tilts(outline: Outline, footprint: Footprint, shape: CrackShape) -> TiltVariants:
+    """Return widths and volumes of the cavity for each reading of the tilt."""
     opening_mm = sum(wall_shifts_mm(shape)) * {"flare": 1.0, "funnel": -1.0}.get(shape.tilt, 0.0)
     other_mm = _mean_along(outline, np.maximum(0.0, outline.width_mm + opening_mm))
     photo_mm = outline.mean_width_mm
     mouth_mm, floor_mm = (other_mm, photo_mm) if shape.tilt == "flare" else (photo_mm, other_mm)
-    return {
-        "photo_width_mm": photo_mm,
-        "mouth_width_mm": mouth_mm,
-        "floor_width_mm": floor_mm,
-        "volume_mm3": {
-            tilt: cavity_volume_mm3(footprint, shape.model_copy(update={"tilt": tilt})) for tilt in get_args(Tilt)
-        },
-        "closing_depth_mm": _closing_depth(outline, shape),
-    }
+    shapes = {tilt: shape.model_copy(update={"tilt": tilt}) for tilt in get_args(Tilt)}
+    volume_mm3 = {tilt: cavity_volume_mm3(footprint, other) for tilt, other in shapes.items()}
+    return TiltVariants(photo_mm, mouth_mm, floor_mm, volume_mm3, _closing_depth(outline, shape))
 
 
 def _mean_along(outline: Outline, values: Floats) -> float:
     return float(np.trapezoid(values, outline.s_mm) / outline.length_mm)
 
 
-def _closing_depth(outline: Outline, shape: CrackShape) -> dict[str, float]:
+def _closing_depth(outline: Outline, shape: CrackShape) -> ClosingDepth:
     """Return the depth at which the walls of a funnel at these angles meet: w / (tan left + tan right)."""
     funnel = shape.model_copy(update={"tilt": "funnel"})
     closing = float(np.tan(np.radians(funnel.wall_angles_deg)).sum())
     if closing == 0:
-        return {"min": np.inf, "mean": np.inf, "share_above_floor": 0.0}
+        return ClosingDepth(None, None, 0.0)
     depth_mm = outline.width_mm / closing
     closed = (depth_mm < shape.depth_at_mm(outline.s_mm)).astype(float)
-    return {
-        "min": float(depth_mm.min()),
-        "mean": _mean_along(outline, depth_mm),
-        "share_above_floor": _mean_along(outline, closed),
-    }
+    return ClosingDepth(float(depth_mm.min()), _mean_along(outline, depth_mm), _mean_along(outline, closed))

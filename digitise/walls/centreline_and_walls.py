@@ -23,7 +23,8 @@ from digitise.walls.straightened import (
 )
 from digitise.walls.wall_profile import Walls, find_walls
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import EndKind, Floats, arc_length
+from sealtwin.core.records import Floats, arc_length
+from sealtwin.core.solid_figures import EndKind
 
 MIN_WIDTH_PX = 8.0  # Least width that is measured: below, blur and threshold decide the width more than the crack does
 HAIRLINE = 0.6  # Share of that width below which a path has no walls: from 3 px on its width is right within a fifth

@@ -12,11 +12,11 @@ from reports.reproduction.telling import FIGURES, Feeding, Study, page
 from reports.reproduction.unequal import by_sampling, of_all
 from sealtwin.core import files
 from sealtwin.core.cluster import cores
+from sealtwin.core.files import write_sheet
 from sealtwin.core.progress import Progress
-from sealtwin.core.tables import write_sheet
 from sealtwin.study.study_file import load_study
-from sealtwin.study.study_folder import StudyRun, read_study
-from sealtwin.study.study_map import MapOptions, Mapped, map_study
+from sealtwin.study.study_folder import StudyRun, read_plan
+from sealtwin.study.study_map import Mapped, map_study
 from sealtwin.study.sweep import SweepOptions, sweep
 
 
@@ -59,8 +59,8 @@ def reproduce(home: Path, wanted: tuple[Part, ...], work: Path, progress: Progre
     maps, studies = [], []
     for part in wanted:
         folder = _swept(part.study, work, progress)
-        maps.append(map_study(folder, None, MapOptions(None, None, part.fills, "cpu"), progress))
-        fine = [] if part.fine is None else read_study(_swept(part.fine, work, progress))
+        maps.append(map_study(folder, None, None, None, "cpu" if part.fills else None, progress))
+        fine = [] if part.fine is None else read_plan(_swept(part.fine, work, progress)).runs
         studies.append(_study(home, part, maps[-1], fine))
     chart = maps[0].chart
     chosen = next(run for run in chart.runs if run.at == CHOSEN)

@@ -9,8 +9,9 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 from digitise.settings import NozzlePath
-from sealtwin.api.shared import content_of, progress_of, settings_from, settings_of
+from sealtwin.api.shared import content_of, settings_from, settings_of
 from sealtwin.core.errors import InputError
+from sealtwin.core.progress import progress_for_stderr
 from sealtwin.core.records import Outline, Profile, Run, Solid, Trajectory
 from sealtwin.core.settings import Settings
 from simulate import settings as tables
@@ -257,7 +258,7 @@ def inject(
     if threads < 1 or (threads > 1 and chosen != "cpu"):
         raise InputError(f"inject: threads = {threads}: must be 1 or more, and 1 on a GPU.")
     check_fit(crack, solid, fluid, solver, nozzle)
-    with progress_of(progress) as shown:
+    with progress_for_stderr(quiet=not progress) as shown:
         run = inject_fluid(
             solid, crack, path, fluid, solver, nozzle, seed=seed, device=chosen, progress=shown, threads=threads
         )

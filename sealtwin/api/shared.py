@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from sealtwin.core.errors import InputError, NumericalError, SealtwinError
 from sealtwin.core.files import sha256
-from sealtwin.core.progress import Progress, progress_for_stderr
 from sealtwin.core.records import Run, Solid
 from sealtwin.core.settings import Settings, checked
 
@@ -69,8 +68,3 @@ def sha256_of(content: Path | NDArray[Any]) -> str:
 def content_of(record: Any) -> dict[str, Any]:
     """The fields of a dataclass by name, not copied, to make a record of a class that adds to it."""
     return {field.name: getattr(record, field.name) for field in fields(record)}
-
-
-def progress_of(progress: bool) -> Progress:
-    """Progress on stderr where it is wanted, else the silent one."""
-    return progress_for_stderr(quiet=not progress)

@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sealtwin.api.shared import plain, progress_of, settings_of
+from sealtwin.api.shared import plain, settings_of
 from sealtwin.core import record_files
 from sealtwin.core.errors import InputError, NumericalError, SealtwinError
+from sealtwin.core.progress import progress_for_stderr
 from sealtwin.core.records import DataKind, Floats, Outline, Profile, Run, Solid, Trajectory
 
 if TYPE_CHECKING:
@@ -134,7 +135,7 @@ def run_trial(
             raise InputError("run_trial: source beside a trial file, whose files lie beside it. Leave source out.")
         checked, home = load_trial(Path(trial)), Path(trial).parent
     target = Path(out) if out is not None else Path("reports", checked.folder_name)
-    with progress_of(progress) as shown:
+    with progress_for_stderr(quiet=not progress) as shown:
         outcome = run_trial(checked, home, target, STAGES, device, shown, threads)
     return TrialRun(target, outcome.result, outcome.redone)
 
@@ -258,11 +259,12 @@ def write_map(
     InputError
         The sweep cannot be mapped, or the readings cannot be read.
     """
-    from sealtwin.study.study_map import PAGE, MapOptions, map_study
+    from sealtwin.study.study_map import PAGE, map_study
 
     folder = swept.folder if isinstance(swept, SweepResult) else Path(swept)
-    wish = MapOptions(None if readings is None else Path(readings), data, fills, device)
-    mapped = map_study(folder, None if out is None else Path(out), wish, progress_of(progress))
+    target, caliper = (None if path is None else Path(path) for path in (out, readings))
+    shown = progress_for_stderr(quiet=not progress)
+    mapped = map_study(folder, target, caliper, data, device if fills else None, shown)
     return mapped.folder / PAGE
 
 

@@ -7,9 +7,8 @@ from typing import Any
 
 from sealtwin.cli.answer import BAD_INPUT, BUG, SOME_FAILED, Answer
 from sealtwin.lab.catalogue import RUN, CatalogueFault, Record, latest_trials, progress_of, read_run, revisions
-from sealtwin.lab.found_files import Piece, few, plain
+from sealtwin.lab.found_files import TRIAL, Piece, few, plain
 from sealtwin.lab.ingest import Ingested
-from sealtwin.lab.intake import TRIAL
 from sealtwin.lab.pairing import PAIRING
 from sealtwin.lab.sample_trials import SampleOutcome
 from sealtwin.photos.batch import CSV, SHEET, Batch

@@ -38,7 +38,7 @@ def markers(
         if out.suffix.lower() not in (".pdf", ".svg"):
             raise typer.BadParameter(f"--out {out}: expected a file that ends in .pdf or .svg")
         from digitise.scale.marker_print import as_pdf, as_svg, board_around, board_toml, draw_frame
-        from sealtwin.core.files import refuse_other, write_bytes
+        from sealtwin.core.files import write_unless_other
 
         if toml is not None and toml.resolve() == out.resolve():
             raise typer.BadParameter(f"--toml {toml}: the same file as --out")
@@ -48,10 +48,7 @@ def markers(
         page = as_pdf(frame) if out.suffix.lower() == ".pdf" else as_svg(frame)
         written = {out: page} if toml is None else {out: page, toml: table.encode()}
         # "For the trial file" is easily read as a wish for its name.
-        for file, content in written.items():
-            refuse_other(file, content)
-        for file, content in written.items():
-            write_bytes(file, content)
+        write_unless_other(written)
         command.say(f"{out}: print it at 100 %, and measure its ruler.")
         if toml is not None:
             command.say(f"Then: sealtwin digitise PHOTO --markers {toml} --face-mm {face_mm} --depth-mm ...")

@@ -198,7 +198,7 @@ def depth(text: str) -> float | list[list[float]]:
     path = Path(text)
     if path.suffix.lower() not in {".csv", ".txt"}:
         return _number(text, "--depth-mm", "millimetres, or a CSV with the columns s_mm and depth_mm")
-    from sealtwin.lab.tables import named_cells, read_table
+    from validate.readings.samples import named_cells, read_table
     from validate.readings.text_table import number
 
     table = read_table(path, "--depth-mm takes a number, or a CSV with the columns s_mm and depth_mm")

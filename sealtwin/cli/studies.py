@@ -61,11 +61,11 @@ def map(
     Example: sealtwin map reports/paper-132 --caliper fixtures/paper-trial/caliper.csv
     """
     with answering(device, as_json, quiet) as command:
-        from sealtwin.study.study_map import MapOptions, map_study
+        from sealtwin.study.study_map import map_study
         from simulate.device import choose_device
 
-        options = MapOptions(caliper, data, fills, choose_device(device) if fills else "cpu")
-        mapped = map_study(folder, out, options, command.progress())
+        drawn_on = choose_device(device) if fills else None
+        mapped = map_study(folder, out, caliper, data, drawn_on, command.progress())
         command.reply(Answer(mapped.content, mapped_lines(mapped)))
 
 
@@ -134,44 +134,37 @@ def sweep(
             return
         if not targets:
             raise typer.BadParameter("give a study; --example FILE writes one to start from")
+        from sealtwin.study import sweep as sweeps
+
         verb = str(targets[0])
         if verb == "status":
             if len(targets) != 2:
                 raise typer.BadParameter("status: give the folder of one sweep")
-            from sealtwin.study.sweep import status
-
-            found = status(targets[1])
+            found = sweeps.status(targets[1])
             command.reply(Answer(found, swept_lines(found)))
             return
         if verb == "merge":
             if len(targets) < 2 or out is None:
                 raise typer.BadParameter("merge: give the folders of the shards, and --out")
-            from sealtwin.study.job_array import merge
-
-            merged = merge(targets[1:], out)
+            merged = sweeps.merge(targets[1:], out)
             command.reply(Answer(merged, swept_lines(merged), merged["exit_code"]))
             return
         if len(targets) != 1:
             raise typer.BadParameter(f"{len(targets)} studies: give one")
         if batch_script is not None:
-            from sealtwin.study.job_array import DIRECTIVES
-            from sealtwin.study.job_array import batch_script as script_of
-
-            if batch_script not in DIRECTIVES:
-                raise typer.BadParameter(f"--batch-script {batch_script}: expected {', '.join(DIRECTIVES)}")
-            script = script_of(batch_script, targets[0], out, shards, jobs or 1)
+            if batch_script not in sweeps.DIRECTIVES:
+                raise typer.BadParameter(f"--batch-script {batch_script}: expected {', '.join(sweeps.DIRECTIVES)}")
+            script = sweeps.batch_script(batch_script, targets[0], out, shards, jobs or 1)
             command.reply(Answer({"version": 1, "script": script}, script.splitlines()))
             return
         from sealtwin.core.cluster import cores
-        from sealtwin.study.sweep import SweepOptions
-        from sealtwin.study.sweep import sweep as sweep_study
         from simulate.device import choose_device, describe_device
 
         part = _shard(shard)
         chosen = choose_device(device)
         command.say(f"Device: {describe_device(chosen)}")
         on_cpu = chosen == "cpu"
-        options = SweepOptions(
+        options = sweeps.SweepOptions(
             device=chosen,
             jobs=jobs or (cores() if on_cpu else 1),
             batch=batch or (1 if on_cpu else LAUNCH),
@@ -181,7 +174,7 @@ def sweep(
             scheduler=scheduler,
             shard=part,
         )
-        swept = sweep_study(targets[0], out, options, command.progress())
+        swept = sweeps.sweep(targets[0], out, options, command.progress())
         command.reply(Answer(swept, swept_lines(swept), swept["exit_code"]))
 
 

@@ -263,11 +263,6 @@ class SizeStudy(JsonRecord):
     mean_level_mm: SizeSeries
     mean_error_mm: SizeSeries
 
-    @property
-    def series(self) -> dict[str, SizeSeries]:
-        """The two numbers by name."""
-        return {"mean_level_mm": self.mean_level_mm, "mean_error_mm": self.mean_error_mm}
-
 
 class InputEffect(JsonRecord):
     """Change of the simulated level for an input that is larger by its standard uncertainty."""

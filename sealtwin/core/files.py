@@ -1,11 +1,14 @@
-"""Readers and writers of a run folder's files; a file appears whole or not at all."""
+"""Readers and writers of a run folder's files, CSV tables among them; a file appears whole or not at all."""
 
+import csv
 import hashlib
+import io
 import json
 import os
 import re
 import secrets
-from collections.abc import Iterator
+from array import array
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -13,13 +16,16 @@ from typing import Any
 import numpy as np
 
 from sealtwin.core.errors import InputError, naming
-from sealtwin.core.records import Pixels
+from sealtwin.core.records import Floats, Pixels
 
 NUMBERS = re.compile(r"\[\s+[-+\d.eE]+(?:,\s+[-+\d.eE]+)*\s+\]")
 TEMPORARY_MARK = "sealtwin-tmp"  # Part of the name of every unfinished file, which no name of a user's has by accident
 TEMPORARY = re.compile(rf"\.{TEMPORARY_MARK}-\d+-[0-9a-f]{{8}}(\..+)?", re.DOTALL)
 LARGEST_BYTES = 200_000_000
 """Limit of a table, a JSON or a frame: two million particles. A larger file would fill the memory."""
+
+FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n", "\uff1d", "\uff0b", "\uff0d", "\uff20")
+"""First letters of a cell that a spreadsheet runs; some treat the last four, full-width ones, alike."""
 
 
 @contextmanager
@@ -59,10 +65,13 @@ def write_if_new(path: Path, content: bytes) -> None:
         write_bytes(path, content)
 
 
-def refuse_other(path: Path, content: bytes) -> None:
-    """Raise InputError if ``path`` holds anything else than ``content``, which would be lost."""
-    if path.exists() and path.read_bytes() != content:
-        raise InputError(f"{path}: is there already and is not overwritten; give another name, or move it away.")
+def write_unless_other(contents: Mapping[Path, bytes]) -> None:
+    """Write files. Raises InputError, before the first one, if one holds anything else now, which would be lost."""
+    for path, content in contents.items():
+        if path.exists() and path.read_bytes() != content:
+            raise InputError(f"{path}: is there already and is not overwritten; give another name, or move it away.")
+    for path, content in contents.items():
+        write_if_new(path, content)
 
 
 def write_png(path: Path, picture: Pixels) -> None:
@@ -126,6 +135,70 @@ def read_bytes(path: Path) -> bytes:
         return path.read_bytes()
     except FileNotFoundError:
         raise InputError(f"{path}: not found. Run the stage that writes it, or 'sealtwin run' for all.") from None
+
+
+def write_table(path: Path, columns: Sequence[str], rows: Floats, decimals: int = 6) -> None:
+    """Write a CSV of numbers with one header line, units in the names; NaN becomes an empty field."""
+    cells = (["" if np.isnan(value) else f"{value:.{decimals}f}" for value in row] for row in rows)
+    write_text(path, _csv_text(columns, cells))
+
+
+def write_sheet(path: Path, columns: Sequence[str], rows: Iterable[Sequence[str | float | None]]) -> None:
+    write_text(path, sheet_text(columns, rows))
+
+
+def sheet_text(columns: Sequence[str], rows: Iterable[Sequence[str | float | None]]) -> str:
+    """Return a CSV of text and numbers for spreadsheets, without formulas; None becomes an empty field."""
+    return _csv_text(columns, ([_cell(value) for value in row] for row in rows))
+
+
+def _csv_text(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    table = io.StringIO()
+    writer = csv.writer(table, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(rows)
+    return table.getvalue()
+
+
+def as_text_cell(text: str) -> str:
+    """Return a cell that a spreadsheet shows as ``text`` and does not run."""
+    return f"'{text}" if text.startswith(FORMULA) else text
+
+
+def read_table(path: Path, columns: Sequence[str], *, finite: bool = False) -> Floats:
+    """Read a CSV that ``write_table`` wrote, (n, len(columns)); with ``finite`` none of its numbers may be missing.
+
+    Raises InputError, naming file and line.
+    """
+    reader = csv.DictReader(io.StringIO(read_text(path)))
+    # Eight bytes a number; lists of lists take ten times that.
+    numbers, line = array("d"), 1
+    try:
+        if missing := set(columns) - set(reader.fieldnames or ()):
+            raise InputError(f"{path}, line 1: no column {', '.join(sorted(missing))}; expected {','.join(columns)}.")
+        for line, row in enumerate(reader, start=2):
+            try:
+                numbers.extend([np.nan if row[name] == "" else float(row[name]) for name in columns])
+            except (TypeError, ValueError):
+                found = str([row[name] for name in columns])
+                raise InputError(f"{path}, line {line}: expected {len(columns)} numbers, found {found:.80}.") from None
+    except csv.Error as fault:
+        raise InputError(f"{path}, after line {line}: no readable CSV ({fault}).") from None
+    rows = np.array(numbers, dtype=float).reshape(-1, len(columns))
+    if finite and len(wrong := np.argwhere(~np.isfinite(rows))):
+        row, column = wrong[0]
+        found = f"{columns[column]} = {rows[row, column]:g}"
+        raise InputError(f"{path}, line {row + 2}: {found}; expected a number. Run its stage again.")
+    return rows
+
+
+def _cell(value: str | float | None) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, str):
+        # Python's writer leaves a lone carriage return without quotes, and readers begin a row there.
+        return as_text_cell(value.replace("\r\n", "\n").replace("\r", "\n"))
+    return f"{value:.12g}"
 
 
 def _plain(value: Any) -> Any:

@@ -7,17 +7,16 @@ from typing import Annotated, Any, TypeVar
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
+from sealtwin.core import files
 from sealtwin.core.comparison import Comparison
 from sealtwin.core.errors import InputError
-from sealtwin.core.files import read_json, read_text, replacing, understood, write_json, write_text
 from sealtwin.core.mesh_file import read_mesh
 from sealtwin.core.records import FaceLabel, Outline, Profile, Run, RunHealth, Sections, Solid, Trajectory
-from sealtwin.core.tables import read_table, write_table
+from sealtwin.core.solid_figures import SolidFigures
 
 TRAJECTORY_COLUMNS = ("t_s", "x_mm", "y_mm", "z_mm", "s_mm", "speed_mm_s", "flow_mm3_s")
 PARTICLE_COLUMNS = ("x_mm", "y_mm", "z_mm", "vx_mm_s", "vy_mm_s", "vz_mm_s", "age_s", "spilled")
 PROFILE_COLUMNS = ("s_mm", "level_mm")
-CONSTANT_KEYS = {"units", "face_label_meaning"}  # Keys of solid.json that are the same in every file
 OUTLINE_KEYS = (
     *("length_mm", "mean_width_mm", "mm_per_px", "scale_source", "scale_residual_mm", "path_source", "ends", "face_mm"),
     *("scale_uncertainty", "camera_tilt_deg", "branches_kept", "branches_mm", "islands_mm", "warnings"),
@@ -58,7 +57,7 @@ class Simulation(Result):
 
 
 class SolidFile(Result):
-    """Content of solid.json; keys that are not fields here are the solid's report."""
+    """Content of solid.json that is no figure."""
 
     tilt: str
     wall_angles_deg: tuple[float, float]
@@ -83,7 +82,7 @@ Kind = TypeVar("Kind")
 
 
 def write_outline(folder: Path, outline: Outline) -> None:
-    write_json(folder / "outline.json", {key: _rounded(getattr(outline, key)) for key in OUTLINE_KEYS})
+    files.write_json(folder / "outline.json", {key: _rounded(getattr(outline, key)) for key in OUTLINE_KEYS})
 
 
 def read_outline(folder: Path) -> Outline:
@@ -100,19 +99,19 @@ def write_solid(folder: Path, solid: Solid) -> None:
     x_mm, y_mm, z_mm = solid.vertices_mm.T
     gltf_m = np.column_stack([x_mm, z_mm, -y_mm]) / 1e3
     for suffix, points in ((".stl", solid.vertices_mm), (".ply", solid.vertices_mm), (".glb", gltf_m)):
-        with replacing(folder / f"crack{suffix}") as temporary:
+        with files.replacing(folder / f"crack{suffix}") as temporary:
             trimesh.Trimesh(points, solid.faces, process=False).export(temporary)
     keys = ("tilt", "wall_angles_deg", "depth_mm", "block_mm", "cavity_volume_mm3")
     content = {
         "units": "mm",
         **{key: getattr(solid, key) for key in keys},
         "sections": {key: _rounded(values) for key, values in vars(solid.sections).items()},
-        **solid.report,
+        **solid.figures.recorded(),
         # A digit for each triangle of crack.ply, in its order.
         "face_label": "".join(str(label) for label in solid.face_label),
         "face_label_meaning": {str(label.value): label.name.lower() for label in FaceLabel},
     }
-    write_json(folder / "solid.json", content)
+    files.write_json(folder / "solid.json", content)
 
 
 def read_solid(folder: Path) -> Solid:
@@ -120,8 +119,7 @@ def read_solid(folder: Path) -> Solid:
     path = folder / "solid.json"
     content = _read(SolidFile, path)
     mesh = read_mesh(folder / "crack.ply", "Digitise again.")
-    own = SolidFile.model_fields.keys()
-    with understood(path):
+    with files.understood(path):
         if len(content.face_label) != len(mesh.faces):
             raise ValueError(
                 f"face_label has {len(content.face_label)} labels for the {len(mesh.faces)} faces of crack.ply"
@@ -130,8 +128,8 @@ def read_solid(folder: Path) -> Solid:
         vertices_mm=mesh.vertices,
         faces=mesh.faces,
         face_label=np.array([int(digit) for digit in content.face_label], dtype=np.int64),
-        **{name: getattr(content, name) for name in own - {"face_label"}},
-        report={key: value for key, value in read_json(path).items() if key not in own | CONSTANT_KEYS},
+        **{name: getattr(content, name) for name in SolidFile.model_fields.keys() - {"face_label"}},
+        figures=_read(SolidFigures, path),
     )
 
 
@@ -140,24 +138,24 @@ def write_trajectory(folder: Path, trajectory: Trajectory) -> None:
     rows = np.column_stack(
         [trajectory.t_s, trajectory.position_mm, trajectory.s_mm, trajectory.speed_mm_s, trajectory.flow_mm3_s]
     )
-    write_table(folder / "trajectory.csv", TRAJECTORY_COLUMNS, rows)
+    files.write_table(folder / "trajectory.csv", TRAJECTORY_COLUMNS, rows)
     lines = [f"{x:.4f} {y:.4f} {z:.4f}" for x, y, z in trajectory.position_mm]
-    write_text(folder / "trajectory.txt", "\n".join(lines) + "\n")
+    files.write_text(folder / "trajectory.txt", "\n".join(lines) + "\n")
 
 
 def read_trajectory(folder: Path) -> Trajectory:
-    t_s, x_mm, y_mm, z_mm, *others = read_table(folder / "trajectory.csv", TRAJECTORY_COLUMNS).T
+    t_s, x_mm, y_mm, z_mm, *others = files.read_table(folder / "trajectory.csv", TRAJECTORY_COLUMNS).T
     return Trajectory(t_s, np.column_stack([x_mm, y_mm, z_mm]), *others)
 
 
 def write_run(folder: Path, run: Run) -> None:
     """Write particles.csv, and simulation.json with all that is not per particle."""
     rows = np.column_stack([run.position_mm, run.velocity_mm_s, run.age_s, run.spilled.astype(float)])
-    write_table(folder / "particles.csv", PARTICLE_COLUMNS, rows)
+    files.write_table(folder / "particles.csv", PARTICLE_COLUMNS, rows)
     keys = ("radius_mm", "particle_volume_mm3", "dispensed_volume_mm3", "escaped_particles", "spilled_particles")
     content = {key: getattr(run, key) for key in (*keys, "device", "settings")}
     content["health"] = run.health.recorded()
-    write_json(folder / "simulation.json", {"particles": len(run.position_mm), **content})
+    files.write_json(folder / "simulation.json", {"particles": len(run.position_mm), **content})
 
 
 def read_simulation(folder: Path) -> Simulation:
@@ -168,7 +166,7 @@ def read_simulation(folder: Path) -> Simulation:
 def read_run(folder: Path) -> Run:
     """Read a run. Raises InputError if a number is missing or impossible, or the two files are not of one run."""
     path = folder / "particles.csv"
-    rows = read_table(path, PARTICLE_COLUMNS, finite=True)
+    rows = files.read_table(path, PARTICLE_COLUMNS, finite=True)
     simulation = read_simulation(folder)
     counts = len(rows), int((rows[:, 7] > 0).sum())
     if counts != (simulation.particles, simulation.spilled_particles):
@@ -184,31 +182,31 @@ def read_run(folder: Path) -> Run:
         spilled=rows[:, 7] > 0,
         **{key: getattr(simulation, key) for key in keys},
         # As written: the model would add defaults and change the order.
-        settings=read_json(folder / "simulation.json")["settings"],
+        settings=files.read_json(folder / "simulation.json")["settings"],
     )
 
 
 def write_profile(folder: Path, profile: Profile) -> None:
-    write_table(folder / "profile.csv", PROFILE_COLUMNS, np.column_stack([profile.s_mm, profile.level_mm]))
+    files.write_table(folder / "profile.csv", PROFILE_COLUMNS, np.column_stack([profile.s_mm, profile.level_mm]))
 
 
 def read_profile(folder: Path) -> Profile:
     """Read a profile. Raises InputError if a number is missing or no level, or s does not grow from row to row."""
     path = folder / "profile.csv"
-    rows = read_table(path, PROFILE_COLUMNS, finite=True)
+    rows = files.read_table(path, PROFILE_COLUMNS, finite=True)
     if len(rows) < 2 or (np.diff(rows[:, 0]) <= 0).any():
         raise InputError(f"{path}: a level has two rows or more, and s_mm grows from row to row. Simulate again.")
     return Profile(s_mm=rows[:, 0], level_mm=rows[:, 1], data="synthetic", source="simulation")
 
 
 def write_comparison(folder: Path, comparison: Comparison) -> None:
-    write_json(folder / "comparison.json", comparison.content())
+    files.write_json(folder / "comparison.json", comparison.content())
 
 
 def read_comparison(folder: Path, kind: type[Judged] = Judged) -> dict[str, Any]:
     """Read comparison.json and check the figures of ``kind``. Raises InputError, naming the field."""
     _read(kind, folder / "comparison.json")
-    return read_json(folder / "comparison.json")
+    return files.read_json(folder / "comparison.json")
 
 
 @cache
@@ -218,8 +216,8 @@ def _adapter(kind: type[Kind]) -> TypeAdapter[Kind]:
 
 def _read(kind: type[Kind], path: Path) -> Kind:
     """Read a JSON file as a record. Raises InputError, naming the file, the first key that does not fit, its value."""
-    text = read_text(path)
-    with understood(path):
+    text = files.read_text(path)
+    with files.understood(path):
         try:
             return _adapter(kind).validate_json(text)
         except ValidationError as faults:

@@ -18,6 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainValidator, with_config
 
+from sealtwin.core.solid_figures import EndKind, SolidFigures
+
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Pixels = NDArray[np.uint8]  # Picture, (height, width, 3), RGB
@@ -46,10 +48,6 @@ Points = Annotated[Floats, PlainValidator(_points)]  # Points in a record that i
 FROM_JSON = ConfigDict(strict=True, allow_inf_nan=False)
 
 FACING = 0.98  # Cosine up to which the line between two walls counts as square to the centreline: 11 degrees
-
-EndKind = Literal["open", "closed", "cut"]
-"""Kind of a crack's end. open: at the edge of the face; closed: a tip; cut: a longer crack was cut here by the user,
-with a wall across it."""
 
 PathSource = Literal["ends", "via", "automatic", "mask", "mesh", "line"]
 """Source of a crack's path: given ends, given points between them too, automatic search, or a painted mask; in a mesh
@@ -168,8 +166,7 @@ class Solid:
     wall_angles_deg: tuple[float, float]  # Angles of the left and the right wall from vertical
     cavity_volume_mm3: float  # Volume between the walls, below the face, inside the block
     sections: Sections  # Cavity along the centreline, without side cracks and without what lies beyond its ends
-    report: dict[str, Any]
-    """Further content of solid.json: widths, the volume for each tilt, the depth at which walls meet."""
+    figures: SolidFigures
 
     def depth_at_mm(self, s_mm: Floats) -> Floats:
         """Depth of the cavity's floor at each arc length along the centreline, (n,)."""
@@ -220,11 +217,9 @@ class JsonRecord(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True, arbitrary_types_allowed=True)
 
 
-def _or_none(value: Any) -> Any:
-    return None if isinstance(value, float) and not np.isfinite(value) else value
-
-
-Known = Annotated[float | None, BeforeValidator(_or_none)]
+Known = Annotated[
+    float | None, BeforeValidator(lambda value: None if isinstance(value, float) and not np.isfinite(value) else value)
+]
 """A number, or None where it does not exist, as the error of a stretch without readings."""
 
 

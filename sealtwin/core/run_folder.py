@@ -115,10 +115,6 @@ class RunFolder:
         stages = sorted(self.manifest["stages"].items())
         return [stage for stage, entry in stages if self._is_complete(entry)]
 
-    def wall_time_s(self) -> float:
-        """Return the time that all finished stages took, each when it was last done."""
-        return sum(self.manifest["stages"][stage]["wall_time_s"] for stage in self.finished())
-
     def save(self) -> None:
         write_json(self.path / MANIFEST, self.manifest)
 
@@ -200,6 +196,12 @@ def foreign_names(path: Path) -> list[str]:
     return sorted(found.name for found in path.iterdir() if found.name not in ours and not is_temporary(found))
 
 
+def refuse_foreign(path: Path, maker: str, names: Sequence[str] | None = None) -> None:
+    """Raise InputError if a folder holds any files, or ``names``: nothing of the user's is mixed with what we write."""
+    if found := foreign_names(path) if names is None else names:
+        raise InputError(f"{path}: holds files that no {maker} wrote ({', '.join(found[:3])}); give another --out.")
+
+
 def stage_key(inputs: Mapping[str, str], settings: Mapping[str, Any]) -> str:
     """Return a hash of all that a stage's result depends on: its inputs, its settings and the package version."""
     content = {"inputs": dict(inputs), "settings": dict(settings), "version": version("sealtwin")}
@@ -216,12 +218,7 @@ def _check_usable(path: Path, create: bool) -> None:
     if not create and not is_run:
         raise InputError(f"{path}: no run folder (it has no {MANIFEST}). 'sealtwin run TRIAL' makes one.")
     if create and path.is_dir() and not is_run:
-        foreign = foreign_names(path)
-        if foreign:
-            raise InputError(
-                f"{path}: holds files that no run wrote ({', '.join(foreign[:3])}); "
-                "nothing of yours is overwritten: give --out another folder."
-            )
+        refuse_foreign(path, "run")
 
 
 def _holder(path: Path) -> str:

@@ -141,6 +141,15 @@ def _keys_beside(kind: type[Settings], location: tuple[int | str, ...]) -> list[
     return [] if table is None else sorted(table.model_fields)
 
 
+def dotted_names(kind: type[Settings]) -> list[str]:
+    """Return the names of all settings of a file, table.key for those in a table."""
+    names: list[str] = []
+    for name, field in kind.model_fields.items():
+        table = _settings_in(field.annotation)
+        names += [name] if table is None else [f"{name}.{key}" for key in table.model_fields]
+    return names
+
+
 def _settings_in(annotation: Any) -> type[Settings] | None:
     """Return the settings class inside X, X | None or tuple[X, ...]."""
     if isinstance(annotation, type) and issubclass(annotation, Settings):

@@ -27,13 +27,8 @@ RESUMED = ", and checkpoint.npz if the run is not finished; then simulate again.
 def write_frame(path: Path, frame: Frame) -> None:
     """Write one .vtp: a vertex for each particle, with its state. Millimetres and seconds."""
     count = len(frame.position_mm)
-    of_points = {
-        "speed_mm_s": frame.speed_mm_s.astype("<f4"),
-        "velocity_mm_s": frame.velocity_mm_s.astype("<f4"),
-        "age_s": frame.age_s.astype("<f4"),
-        "density": frame.density.astype("<f4"),
-        "state": frame.state.astype("u1"),
-    }
+    names = ("speed_mm_s", "velocity_mm_s", "age_s", "density")
+    of_points = {name: getattr(frame, name).astype("<f4") for name in names} | {"state": frame.state.astype("u1")}
     places = {"position_mm": frame.position_mm.astype("<f4")}
     cells = {"connectivity": np.arange(count, dtype="<i4"), "offsets": np.arange(1, count + 1, dtype="<i4")}
     data = bytearray()

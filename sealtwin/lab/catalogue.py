@@ -11,7 +11,6 @@ from typing import Any, Self
 
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
-from sealtwin.core.tables import write_sheet
 from sealtwin.lab.found_files import Piece, Role, Said, few
 from sealtwin.lab.pairing import Decisions
 from sealtwin.lab.sample_trials import KeptFile, SampleOutcome
@@ -240,7 +239,7 @@ def export(lab: Path, out: Path) -> int:
     trials, faults = latest_trials(lab)
     failed = [{"sample": fault.name, "state": "failed", "reason": fault.sentence} for fault in faults]
     rows: Sequence[dict[str, Any]] = [*trials, *failed]
-    write_sheet(out, COLUMNS, ([row.get(column) for column in COLUMNS] for row in rows))
+    files.write_sheet(out, COLUMNS, ([row.get(column) for column in COLUMNS] for row in rows))
     return len(rows)
 
 
@@ -268,22 +267,16 @@ def progress_of(lab: Path, record: Record) -> str:
 def _row(lab: Path, record: Record) -> dict[str, Any]:
     photo, readings, result = record.file("photo"), record.file("readings"), read_run(lab, record)
     depth = record.said.get("crack.depth_mm")
-    return {
+    row = vars(record) | {
         "sample": record.name,
-        "revision": record.revision,
         "state": "taken in",
-        "date": record.date,
-        "operator": record.operator,
         "data": record.said.get("data", record.said.get("photo.data")),
         "depth_mm": depth if isinstance(depth, int | float) else "along the crack",
         "photo": photo and photo.original,
         "photo_sha256": photo and photo.sha256,
         "readings": readings and readings.original,
         "readings_sha256": readings and readings.sha256,
-        "dialect": record.dialect,
         "result": progress_of(lab, record),
         "mean_error_mm": result and result.get("mean_error_mm"),
-        "ingested_utc": record.ingested_utc,
-        "folder": record.folder,
-        "reason": None,
     }
+    return {column: row.get(column) for column in COLUMNS}

@@ -14,14 +14,14 @@ from typing import Literal
 
 from sealtwin.core.errors import InputError, as_text
 from sealtwin.photos.batch import PHOTO_SUFFIXES
+from validate.readings.columns import WORDS as LAB_WORDS
 from validate.readings.samples import SamplePart, parts_of, sample_key
 from validate.readings.text_table import plain_letters
-from validate.readings.words import WORDS as LAB_WORDS
 
 Role = Literal["photo", "second_photo", "mask", "readings", "note", "ignore"]
 
 NOTE_SUFFIX = ".toml"
-STARTED = "trial.toml"  # Name of the trial file that 'sealtwin init' writes, in a folder of one sample
+TRIAL = "trial.toml"  # Name of a trial file; 'sealtwin init' writes one into a folder of one sample
 TABLE_SUFFIXES = {".csv", ".tsv", ".txt", ".xlsx"}
 UNREAD_TABLES = {".xls", ".xlsm", ".xlsb", ".ods", ".numbers", ".sxc"}
 """A lab's own numbers in formats that are not read: to be named, not passed over."""
@@ -75,7 +75,7 @@ def read_name(file: PurePath, *, camera_counts: bool = False) -> Said | None:
     possible = possible_roles(file.suffix.lower())
     if not possible:
         return None
-    rest, said = ("", list[Role]()) if file.name == STARTED else _without(file.stem, possible)
+    rest, said = ("", list[Role]()) if file.name == TRIAL else _without(file.stem, possible)
     folders = [_without(part, tuple(WORDS)) for part in file.parent.parts]
     named = [folder for folder, _ in folders if folder]
     if camera_counts or not (named and CAMERA.fullmatch(rest)):

@@ -1,27 +1,45 @@
 """A lab's folder into trials and a catalogue: what is sound is taken in, what is not is named, nothing is guessed."""
 
 import hashlib
+import json
+import re
 import shutil
+import traceback
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
+from datetime import UTC, datetime
+from importlib.metadata import version
 from pathlib import Path
 
 from sealtwin.core import files, record_files
-from sealtwin.core.errors import InputError, as_text
+from sealtwin.core.errors import InputError, as_text, naming
 from sealtwin.core.progress import Progress
-from sealtwin.core.run_folder import holding, require_folder
-from sealtwin.lab.catalogue import CATALOGUE, RECORD, RUN, Catalogue, CatalogueFault, read_record, remark_twins
-from sealtwin.lab.found_files import DEFAULTS, LeftOut, Said, divide, find_files, read_names
-from sealtwin.lab.intake import INCOMING, TRIAL, Work, take_in
+from sealtwin.core.run_folder import holding, refuse_foreign, require_folder
+from sealtwin.lab.catalogue import CATALOGUE, RECORD, RUN, Catalogue, CatalogueFault, Record, read_record, remark_twins
+from sealtwin.lab.found_files import DEFAULTS, TRIAL, LeftOut, Said, divide, find_files, read_names
 from sealtwin.lab.notes import Note, read_note
-from sealtwin.lab.pairing import PAIRING, PairingRow, decided, hold_back, pair, pairing_text, place_files, read_pairing
-from sealtwin.lab.sample_trials import SampleOutcome
+from sealtwin.lab.pairing import (
+    PAIRING,
+    PairingRow,
+    SampleFiles,
+    decided,
+    hold_back,
+    pair,
+    pairing_text,
+    place_files,
+    read_pairing,
+)
+from sealtwin.lab.sample_trials import INPUTS, SampleOutcome, gather, prepare
 from sealtwin.photos.batch import OWN, Batch, BatchRow, PlannedPhoto, digitise_many
-from sealtwin.trial.trial_file import load_trial
+from sealtwin.trial.trial_file import folder_name, load_trial, trial_text
 from validate.readings.read_readings import read_readings
 from validate.readings.samples import sample_key
 
+INCOMING = f".incoming.{files.TEMPORARY_MARK}"
+"""The folder in which a trial is written. It is removed, so its name is none that a user gives."""
+DEVICES = re.compile(r"(con|prn|aux|nul|com[0-9]|lpt[0-9])(\..*)?", re.IGNORECASE)
+"""Windows opens a device of that name, and no folder."""
 WRITTEN_PAIRINGS = "pairing_sha256"
 """Fact of the catalogue: hashes of the pairing file as it was written last. Another one has been edited since."""
 OF_ONE = ("name", "date", "photo.file", "photo.mask", "photo.second_photo", "readings.file")
@@ -72,10 +90,9 @@ def ingest(
             catalogue.state_decisions(source, decisions)
             _write_pairing(lab, pairing, pairing_text(placed, samples), catalogue)
         progress.start(f"Taking in {len(samples)} samples", len(samples))
-        work = Work(folder, defaults, lab, catalogue, progress, dry_run)
         outcomes = []
         for done, sample in enumerate(samples, start=1):
-            outcomes.append(take_in(sample, work))
+            outcomes.append(take_in(sample, folder, defaults, lab, catalogue, progress, dry_run))
             progress.advance(done, sample.name)
         faults = [CatalogueFault(outcome.sample.name, sentence) for outcome in outcomes for sentence in outcome.faults]
         faults += [CatalogueFault(left.file, left.sentence) for left in of_none if left.lost]
@@ -107,11 +124,7 @@ def _require_lab(lab: Path) -> None:
     # Another process may be at its very first steps here; what is hidden is its, or the system's.
     own = {PAIRING, CATALOGUE, f"{CATALOGUE}-journal", *OWN}
     shown = [entry for entry in lab.iterdir() if not entry.name.startswith(".") and entry.name not in own]
-    foreign = [entry.name for entry in shown if not (entry / RECORD).is_file()]
-    if foreign:
-        raise InputError(
-            f"{lab}: holds files that no ingest wrote ({', '.join(sorted(foreign)[:3])}); give --out another folder."
-        )
+    refuse_foreign(lab, "ingest", sorted(entry.name for entry in shown if not (entry / RECORD).is_file()))
 
 
 def _complete(lab: Path, catalogue: Catalogue) -> int:
@@ -172,6 +185,128 @@ def _refuse_nested(folder: Path, lab: Path) -> None:
             f"{as_text(lab)}: --out and the lab's folder {as_text(folder)} lie one within the other; nothing is "
             "written among a lab's own files: give --out another folder."
         )
+
+
+def take_in(
+    sample: SampleFiles,
+    folder: Path,
+    defaults: Note,
+    lab: Path,
+    catalogue: Catalogue,
+    progress: Progress,
+    dry_run: bool,
+) -> SampleOutcome:
+    """Take in a sample. Whatever is wrong with it is its own fault, but for a fault of the disk of the lab."""
+    outcome = SampleOutcome(sample)
+    try:
+        outcome = gather(folder, sample, defaults)
+        _take_in(outcome, folder, lab, catalogue, dry_run)
+    except InputError as fault:
+        outcome.faults += str(fault).splitlines()
+    except OSError as fault:
+        if fault.filename is None or Path(fault.filename).is_relative_to(lab):
+            raise
+        outcome.faults.append(f"{fault.filename}: {fault.strerror}. Make it readable.")
+    except Exception as fault:
+        # A bug of ours that one sample wakes must not cost the others theirs; it is told of, and ends with code 1.
+        progress.note(traceback.format_exc())
+        last = traceback.extract_tb(fault.__traceback__)[-1]
+        place = f"{Path(last.filename).name}, line {last.lineno}"
+        report = f"{sample.name}: {type(fault).__name__} in {place}: {fault}. A bug of ours: please report it."
+        outcome.fate, outcome.faults = "bug", [report]
+    if outcome.faults:
+        outcome.remarks, outcome.dialect = [], None
+    # Files are named as the lab knows them: from its own folder on, which is absolute here.
+    outcome.faults = [fault.replace(f"{folder}/", "") for fault in outcome.faults]
+    return outcome
+
+
+def _take_in(outcome: SampleOutcome, folder: Path, lab: Path, catalogue: Catalogue, dry_run: bool) -> None:
+    """Let ``outcome`` say what became of the sample, or what is wrong with it. Raises InputError too."""
+    sample = outcome.sample
+    before = None if sample.questions else next(reversed(catalogue.records(sample.key)), None)
+    if before is not None and not outcome.faults:
+        kept = (lab / before.folder / name for name in (TRIAL, *(file.kept_as for file in before.files)))
+        if before.content == outcome.content and all(file.is_file() for file in kept):
+            outcome.fate, outcome.trial, outcome.revision = "unchanged", before.folder, before.revision
+            outcome.remarks, outcome.dialect = list(before.remarks), before.dialect
+            return
+        _refuse_namesake(outcome, before, as_text(folder))
+    if not sample.questions:
+        prepare(folder, outcome)
+    if outcome.faults:
+        return
+    if not dry_run:
+        record = keep(outcome, before, folder, lab)
+        catalogue.add(record)
+        outcome.trial, outcome.revision = record.folder, record.revision
+    outcome.fate = "new" if before is None else "revised"
+
+
+def _refuse_namesake(outcome: SampleOutcome, before: Record, source: str) -> None:
+    """Another folder's sample of the same name is another sample, unless its photo is the same."""
+    photo = before.file("photo")
+    same_photo = photo is not None and any(raw.sha256 == photo.sha256 for raw in outcome.raw)
+    if before.source != source and not same_photo:
+        raise InputError(
+            f"{outcome.sample.files['photo']}: a sample {before.name} with another photo came from {before.source}; "
+            "give this one another name in the pairing file."
+        )
+
+
+def keep(outcome: SampleOutcome, before: Record | None, source: Path, lab: Path) -> Record:
+    """Write a trial's folder: its files byte for byte, trial.toml, record.json. ``before`` is the trial so far.
+
+    Raises InputError if a file has changed since it was looked at, or the folder's name is taken by another sample.
+    """
+    assert outcome.settings is not None, "only what has a trial is kept"
+    revision = 1 if before is None else before.revision + 1
+    said = {key: entry.value for key, entry in outcome.note.entries.items()}
+    record = Record(
+        sample=outcome.sample.key,
+        name=outcome.sample.name,
+        revision=revision,
+        folder=_folder(lab, outcome, before, revision),
+        source=as_text(source),
+        content=outcome.content,
+        files=tuple(outcome.raw),
+        dialect=outcome.dialect,
+        date=said.get("date"),
+        operator=said.get("operator"),
+        said=json.loads(json.dumps(said, default=str)),
+        remarks=tuple(outcome.remarks),
+        ingested_utc=datetime.now(UTC).isoformat(timespec="seconds"),
+        sealtwin=version("sealtwin"),
+    )
+    incoming, target = lab / INCOMING, lab / record.folder
+    shutil.rmtree(incoming, ignore_errors=True)
+    (incoming / INPUTS).mkdir(parents=True)
+    for raw in outcome.raw:
+        path = source / raw.original
+        with naming(path):
+            content = path.read_bytes()
+        if hashlib.sha256(content).hexdigest() != raw.sha256:
+            raise InputError(f"{path}: changed while it was taken in. Give the same command again.")
+        files.write_bytes(incoming / raw.kept_as, content)
+    files.write_text(incoming / TRIAL, trial_text(outcome.settings))
+    files.write_json(incoming / RECORD, asdict(record))
+    with naming(target):
+        incoming.rename(target)
+    return record
+
+
+def _folder(lab: Path, outcome: SampleOutcome, before: Record | None, revision: int) -> str:
+    """Name the trial's folder by the sample; a later revision with its number behind an @, which no other name has."""
+    name = folder_name(outcome.sample.name) if before is None else before.folder.partition("@")[0]
+    if before is None and DEVICES.fullmatch(name):
+        name = f"sample-{name}"
+    folder = name if revision == 1 else f"{name}@{revision}"
+    if (lab / folder).exists():
+        raise InputError(
+            f"{outcome.sample.files['photo']}: {lab / folder} is taken by another sample; give this one another name "
+            "in the pairing file."
+        )
+    return folder
 
 
 def trace(ingested: Ingested, progress: Progress, jobs: int = 1) -> tuple[Batch, list[CatalogueFault]]:

@@ -8,10 +8,10 @@ from datetime import date
 from functools import cache
 from typing import Any, Literal
 
-from sealtwin.core.settings import Settings
+from sealtwin.core.settings import dotted_names
 from sealtwin.trial.trial_file import Trial
+from validate.readings.columns import WORDS
 from validate.readings.text_table import is_ambiguous, number, plain_letters
-from validate.readings.words import WORDS
 
 NAME = "name"
 DATA, DATE, OPERATOR = "data", "date", "operator"
@@ -73,15 +73,7 @@ HEADS, NOT_STATED = (set(_split(WORDS["notes"][name])) for name in ("heads", "no
 @cache
 def known_keys() -> frozenset[str]:
     """Return the dotted names of all settings that a note may give."""
-    keys = set(OWN)
-    for name, field_of in Trial.model_fields.items():
-        kinds = (field_of.annotation, *getattr(field_of.annotation, "__args__", ()))
-        table = next((kind for kind in kinds if isinstance(kind, type) and issubclass(kind, Settings)), None)
-        if table is None:
-            keys.add(name)
-        elif name != MESH:
-            keys |= {f"{name}.{key}" for key in table.model_fields}
-    return frozenset(keys)
+    return OWN.union(key for key in dotted_names(Trial) if not key.startswith(f"{MESH}."))
 
 
 def tables() -> frozenset[str]:

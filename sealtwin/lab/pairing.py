@@ -8,10 +8,9 @@ from pathlib import Path, PurePath
 from typing import get_args
 
 from sealtwin.core.errors import InputError
-from sealtwin.core.tables import as_text_cell, sheet_text
+from sealtwin.core.files import as_text_cell, sheet_text
 from sealtwin.lab.found_files import LeftOut, Piece, Role, Said, as_label, few, possible_roles, read_name
-from sealtwin.lab.tables import named_cells, read_table
-from validate.readings.samples import SamplePart, sample_key
+from validate.readings.samples import SamplePart, named_cells, read_table, sample_key
 
 PAIRING = "pairing.csv"
 COLUMNS = ("file", "role", "sample", "part", "question")

@@ -16,6 +16,7 @@ from sealtwin.lab.found_files import Role
 from sealtwin.lab.note_words import ALTERNATIVES, DATA, OF_READINGS, OWN
 from sealtwin.lab.notes import Note, read_note
 from sealtwin.lab.pairing import LONGEST_NAME, SampleFiles
+from sealtwin.study.study_file import with_settings
 from sealtwin.trial.job import LARGEST_SHEET_BYTES
 from sealtwin.trial.starter_files import TRIAL
 from sealtwin.trial.trial_file import Trial
@@ -183,11 +184,7 @@ def _tables(outcome: SampleOutcome) -> dict[str, Any]:
             outcome.faults.append(
                 f"{where}: no scale is said; write [photo] mm_per_px, face_mm, ruler_px or markers, or 'Scale [mm/px]'."
             )
-    content: dict[str, Any] = {}
-    for key, value in said.items():
-        table, _, name = key.rpartition(".")
-        (content.setdefault(table, {}) if table else content)[name] = value
-    return content
+    return with_settings({}, said)
 
 
 def _said(outcome: SampleOutcome) -> dict[str, Any]:

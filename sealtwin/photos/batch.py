@@ -16,7 +16,6 @@ from sealtwin.core.cluster import Lost, run_tasks
 from sealtwin.core.errors import InputError, SealtwinError, as_text
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import MANIFEST, holding, open_folder
-from sealtwin.core.tables import write_sheet
 from sealtwin.trial.digitise_stage import REFUSED
 from sealtwin.trial.job import sample_files, start_job
 from sealtwin.trial.pipeline import run_stages
@@ -275,7 +274,7 @@ def _refuse_foreign(out: Path) -> None:
 def write_csv(path: Path, rows: Sequence[BatchRow]) -> None:
     columns = [field.name for field in fields(BatchRow) if field.name != "folder"]
     cells = [vars(row) | {"warnings": "; ".join(row.warnings)} for row in rows]
-    write_sheet(path, columns, ([row[column] for column in columns] for row in cells))
+    files.write_sheet(path, columns, ([row[column] for column in columns] for row in cells))
 
 
 def write_contact_sheet(path: Path, folder: Path, rows: Sequence[BatchRow]) -> None:

@@ -17,18 +17,10 @@ from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.records import Outline, Profile, Run
 from sealtwin.core.run_folder import stage_key
 from sealtwin.core.settings import checked
+from sealtwin.study import study_folder
 from sealtwin.study.estimate import RunSize, estimate, size_of
 from sealtwin.study.runner import Bench, Computing, compute, read_bench
 from sealtwin.study.study_file import with_settings
-from sealtwin.study.study_folder import (
-    Plan,
-    StudyRun,
-    holds_study,
-    read_plan,
-    remove_temporary_files,
-    resume,
-    run_path,
-)
 from sealtwin.trial.job import DIGITISED, Job, made_by, stage_settings
 from sealtwin.trial.trial_file import Trial
 from sealtwin.trial.validate_stage import SPREAD, UNCERTAINTY, varied_settings
@@ -80,11 +72,11 @@ def vary(job: Job) -> bool:
     variants = _variants(base)
     folder = job.path / UNCERTAINTY
     folder.mkdir(exist_ok=True)
-    if holds_study(folder):
-        read_plan(folder)  # Imports what an earlier version computed.
-        remove_temporary_files(folder)
+    if study_folder.holds_study(folder):
+        study_folder.read_plan(folder)  # Imports what an earlier version computed.
+        study_folder.remove_temporary_files(folder)
     runs, largest = _runs(folder, variants, device, inputs)
-    runs = resume(folder, Plan(UNCERTAINTY, runs, len(runs)), retry=True)
+    runs = study_folder.resume(folder, study_folder.Plan(UNCERTAINTY, runs, len(runs)), retry=True)
     how = Computing(device, cores() if device == "cpu" else 1)
     expected = estimate(runs, largest, how.jobs, how.batch, keep_runs=False)
     if expected.runs:
@@ -96,7 +88,7 @@ def vary(job: Job) -> bool:
             f"{folder}: {len(failed)} of {len(runs)} extra runs failed, and without them nothing is said of the "
             f"uncertainty. The same command tries them again; the others are kept.\n{told}"
         )
-    spread = _spread(base, [record_files.read_profile(run_path(folder, run.key)) for run in runs])
+    spread = _spread(base, [record_files.read_profile(study_folder.run_path(folder, run.key)) for run in runs])
     job.folder.clear(UNCERTAINTY)
     files.write_json(job.path / SPREAD, spread.content())
     job.folder.record(UNCERTAINTY, key, settings, inputs, [SPREAD], sum(run.wall_s or 0.0 for run in runs))
@@ -151,8 +143,13 @@ def _moved(base: _Base, steps: Mapping[str, float]) -> Bench:
         "path.trim_mm": (first_mm + start_mm, last_mm - start_mm),
     }
     if trial.crack is not None:
-        changes["crack.wall_angle_deg"] = _shifted(trial.crack.wall_angle_deg, step["wall_angle_deg"])
-        changes["crack.depth_mm"] = _deeper(trial.crack.depth_mm, step["depth_mm"])
+        angle_deg, by_deg = trial.crack.wall_angle_deg, step["wall_angle_deg"]
+        angles_deg = tuple(one + by_deg for one in angle_deg) if isinstance(angle_deg, tuple) else angle_deg + by_deg
+        changes["crack.wall_angle_deg"] = angles_deg
+        depth_mm, by_mm = trial.crack.depth_mm, step["depth_mm"]
+        changes["crack.depth_mm"] = (
+            [(s_mm, one + by_mm) for s_mm, one in depth_mm] if isinstance(depth_mm, tuple) else depth_mm + by_mm
+        )
     changed = _changed(base.job, changes)
     cavity_mm3, sections = bench.solid.cavity_volume_mm3, bench.solid.sections
     trajectory = plan_trajectory(bench.outline, changed.path, cavity_mm3, sections)
@@ -203,17 +200,9 @@ def _widened(outline: Outline, by_mm: float) -> Outline:
     return replace(outline, left_wall_mm=left_mm, right_wall_mm=right_mm, outline_mm=ring_mm)
 
 
-def _shifted(angle_deg: float | tuple[float, float], by_deg: float) -> float | tuple[float, ...]:
-    return tuple(one + by_deg for one in angle_deg) if isinstance(angle_deg, tuple) else angle_deg + by_deg
-
-
-def _deeper(depth_mm: Any, by_mm: float) -> Any:
-    return [(s_mm, one + by_mm) for s_mm, one in depth_mm] if isinstance(depth_mm, tuple) else depth_mm + by_mm
-
-
 def _runs(
     folder: Path, variants: Sequence[_Variant], device: str, inputs: Mapping[str, str]
-) -> tuple[list[StudyRun], RunSize]:
+) -> tuple[list[study_folder.StudyRun], RunSize]:
     """Return the runs, their samples written. Raises InputError if particles do not fit a crack."""
     from simulate.setup_checks import check_fit
 
@@ -237,7 +226,7 @@ def _runs(
             record_files.write_trajectory(sample, bench.trajectory)
         key = stage_key(inputs, {**stage_settings(trial, "simulate"), "sample": name, "device": device})
         content = trial.model_dump(mode="json", exclude_none=True)
-        runs.append(StudyRun(number, key, moved, content, name, key, sizes[-1].work_s))
+        runs.append(study_folder.StudyRun(number, key, moved, content, name, key, sizes[-1].work_s))
     return runs, max(sizes, key=lambda size: (size.particles, size.bytes))
 
 

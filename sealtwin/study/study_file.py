@@ -9,21 +9,13 @@ from typing import Annotated, Any, Literal, Self, TypeVar
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from digitise.settings import CrackShape, NozzlePath
 from sealtwin.core.errors import InputError
-from sealtwin.core.settings import MOST_FAULTS, Settings, checked, read_settings
+from sealtwin.core.settings import MOST_FAULTS, Settings, checked, dotted_names, read_settings
 from sealtwin.trial.trial_file import PRINTABLE, Trial, folder_name
-from simulate.settings import Fluid, Nozzle, Solver
 
-TABLES: dict[str, type[Settings]] = {
-    "fluid": Fluid,
-    "solver": Solver,
-    "nozzle": Nozzle,
-    "path": NozzlePath,
-    "crack": CrackShape,
-}
+TABLES = ("fluid", "solver", "nozzle", "path", "crack")
 """Tables of a trial file whose settings may vary."""
-SETTINGS = ("seed", *(f"{table}.{key}" for table, kind in TABLES.items() for key in kind.model_fields))
+SETTINGS = ("seed", *(key for key in dotted_names(Trial) if key.partition(".")[0] in TABLES))
 """Dotted names of all settings that may vary."""
 IN_PLACE_OF = {"fluid.U": ("fluid.viscosity_pa_s",), "fluid.viscosity_pa_s": ("fluid.U", "fluid.D_cm")}
 """Settings that exclude each other: a study over the first removes the others from the trial."""

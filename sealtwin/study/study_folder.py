@@ -61,15 +61,6 @@ class Plan:
     started_unix_s: float = 0.0  # Time of the latest start
 
 
-def read_study(folder: Path) -> list[StudyRun]:
-    """Read all runs of a study in its order, finished or not, also while they are computed.
-
-    The profile of a finished run is ``profile_path(folder, run.key)``, a CSV of s_mm and level_mm. Raises as
-    ``read_plan``.
-    """
-    return list(read_plan(folder).runs)
-
-
 def profile_path(folder: Path, key: str) -> Path:
     """Return the path of a run's level along the crack."""
     return run_path(folder, key) / PROFILE

@@ -48,16 +48,6 @@ NOT_DONE = "It is not computed yet; 'sealtwin sweep' with the same study compute
 
 
 @dataclass(frozen=True)
-class MapOptions:
-    """The readings to compare runs with, and how to draw them."""
-
-    caliper: Path | None  # A sheet of readings; None: the one that the study's trial names
-    data: DataKind | None  # Origin of the readings; needed for another sheet than the trial's
-    fills: bool  # Compute chosen runs once more and draw how they fill the crack
-    device: str
-
-
-@dataclass(frozen=True)
 class Mapped:
     """A study on a map, and its page."""
 
@@ -67,8 +57,13 @@ class Mapped:
     folder: Path  # Folder of the page
 
 
-def map_study(folder: Path, out: Path | None, options: MapOptions, progress: Progress) -> Mapped:
+def map_study(
+    folder: Path, out: Path | None, caliper: Path | None, data: DataKind | None, device: str | None, progress: Progress
+) -> Mapped:
     """Write map.html, map.json and figures/ of a sweep, finished or not, into ``out``; None: map/ in its folder.
+
+    Runs are compared with the sheet ``caliper``, whose origin is ``data``; None: the one that the study's trial names.
+    Chosen runs are computed once more on ``device``, to draw how they fill the crack; None: they are not.
 
     Raises:
         InputError: There is no study, or one that cannot be mapped; or the readings cannot be read.
@@ -78,12 +73,12 @@ def map_study(folder: Path, out: Path | None, options: MapOptions, progress: Pro
     done = {run.number: run for run in plan.runs if run.state == "done"}
     if len(done) < FEWEST:
         raise InputError(f"{folder}: {len(done)} of {len(plan.runs)} runs are done; a map needs {FEWEST}.")
-    chart = _chart(folder, plan, list(done.values()), options)
+    chart = _chart(folder, plan, list(done.values()), caliper, data)
     fills: list[Fill] = []
-    if options.fills:
+    if device is not None:
         chosen = chosen_few(chart)
         with holding(folder), progress:
-            watched = watch_runs(folder, [done[held.number] for held in chosen], options.device, progress)
+            watched = watch_runs(folder, [done[held.number] for held in chosen], device, progress)
         for letter, held, seen in zip(ascii_lowercase, chosen, watched, strict=False):
             scene = _scene(folder, done[held.number])
             fills.append(Fill(held, f"{letter}  {chart.said(held)}", scene, seen))
@@ -157,7 +152,7 @@ def _watch(folder: Path, run: StudyRun, device: str) -> None:
     files.write_json(home / SEEN, {"version": 1, "frames": names, "differs_mm": differs_mm})
 
 
-def _chart(folder: Path, plan: Plan, done: Sequence[StudyRun], options: MapOptions) -> Chart:
+def _chart(folder: Path, plan: Plan, done: Sequence[StudyRun], caliper: Path | None, data: DataKind | None) -> Chart:
     from validate.metrics.volumes import mouth_widths_mm
     from validate.uncertainty.intervals import bands_mm
     from validate.uncertainty.readings_budget import budget_of
@@ -165,7 +160,7 @@ def _chart(folder: Path, plan: Plan, done: Sequence[StudyRun], options: MapOptio
     axes = axes_of([run.settings for run in done])
     trial = done[0].checked_trial
     sample = folder / "samples" / done[0].sample
-    readings, settings = _readings(sample, trial, _largest_mm(folder, done), options)
+    readings, settings = _readings(sample, trial, _largest_mm(folder, done), caliper, data)
     held = tuple(hold(_finished(folder, run), readings, axes) for run in done)
     scatter_mm = scatter_of_runs(held, axes)
     outline, solid = record_files.read_outline(sample), record_files.read_solid(sample)
@@ -201,26 +196,26 @@ def _largest_mm(folder: Path, runs: Sequence[StudyRun]) -> tuple[float, float]:
 
 
 def _readings(
-    sample: Path, trial: Trial, crack_mm: tuple[float, float], options: MapOptions
+    sample: Path, trial: Trial, crack_mm: tuple[float, float], caliper: Path | None, data: DataKind | None
 ) -> tuple[Profile, Readings]:
     from validate.readings.read_readings import read_readings
 
     settings, own = trial.readings, None
     if settings is not None:
         own = sample / INPUTS / settings.file.name
-    sheet = options.caliper or own
+    sheet = caliper or own
     if sheet is None:
         raise InputError(f"{sample.parent.parent}: its trial names no readings. Give --caliper SHEET and --data.")
     check_sheet(sheet)
     if own is None or files.sha256(sheet) != files.sha256(own):
-        if options.data is None:
+        if data is None:
             raise InputError(
                 f"{sheet}: another sheet than the study's trial names; give --data measured, reconstructed or "
                 "synthetic."
             )
         # The same lab writes its sheets the same way.
-        settings = settings or Readings(file=sheet, data=options.data, role="held-out")
-        settings = settings.model_copy(update={"data": options.data})
+        settings = settings or Readings(file=sheet, data=data, role="held-out")
+        settings = settings.model_copy(update={"data": data})
     assert settings is not None, "its own sheet has settings"
     return read_readings(sheet, settings, *crack_mm), settings
 

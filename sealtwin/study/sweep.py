@@ -1,33 +1,24 @@
-"""A sweep: all runs of a study brought up to date, in a folder of their own."""
+"""A sweep: all runs of a study brought up to date, in a folder of their own, or in shards by a job array and joined."""
 
 import hashlib
 import json
 import platform
+import shlex
 import shutil
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
-from sealtwin.core.run_folder import HOLDER, foreign_names, holding, open_folder, require_folder, stage_key
-from sealtwin.core.tables import write_sheet
+from sealtwin.core.run_folder import HOLDER, holding, open_folder, refuse_foreign, require_folder, stage_key
+from sealtwin.study import study_folder
 from sealtwin.study.estimate import RunSize, estimate, require_disk, require_memory, size_of
 from sealtwin.study.runner import INPUTS, Computing, compute, read_bench
 from sealtwin.study.study_file import PlannedRun, load_study, plan_runs, raise_faults
-from sealtwin.study.study_folder import (
-    STATES,
-    Plan,
-    StudyRun,
-    holds_study,
-    read_plan,
-    remove_temporary_files,
-    resume,
-    write_plan,
-)
 from sealtwin.trial.job import DIGITISED, require_sample, shown, stage_settings, start_job
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.trial_file import load_trial
@@ -36,6 +27,31 @@ BUG, SOME_FAILED = 1, 6
 TABLE = "runs.csv"
 FIGURES = ("mean_error_mm", "worst_error_mm", "worst_at_mm", "volume_ratio", "spilled_particles", "particles")
 """Figures of a run in the table; the others are in its summary.json."""
+HIDDEN = shutil.ignore_patterns(".*", study_folder.OUTCOME)
+"""Files that are not copied: locks, files of a killed process, and the outcome, which must be written last."""
+BatchSystem = Literal["slurm", "pbs", "sge", "lsf"]
+DIRECTIVES: dict[BatchSystem, tuple[str, str, str]] = {
+    "slurm": (
+        "#SBATCH --job-name={name}\n#SBATCH --array=1-{shards}\n#SBATCH --cpus-per-task={jobs}",
+        "SLURM_ARRAY_TASK_ID",
+        "SLURM_SUBMIT_DIR",
+    ),
+    "pbs": ("#PBS -N {name}\n#PBS -J 1-{shards}\n#PBS -l select=1:ncpus={jobs}", "PBS_ARRAY_INDEX", "PBS_O_WORKDIR"),
+    "sge": ("#$ -N {name}\n#$ -t 1-{shards}\n#$ -pe smp {jobs}", "SGE_TASK_ID", "SGE_O_WORKDIR"),
+    "lsf": ('#BSUB -J "{name}[1-{shards}]"\n#BSUB -n {jobs}\n#BSUB -R "span[hosts=1]"', "LSB_JOBINDEX", "LS_SUBCWD"),
+}
+"""Head of the script, and the environment variables for the number of the job and the folder it was submitted from."""
+SCRIPT = """\
+#!/bin/bash
+{head}
+# Add the time limit, queue and environment that your cluster asks for. A job that is killed or hits its time limit is
+# submitted again as it is: finished runs are kept. When all jobs have ended:
+#   sealtwin sweep merge {out}-*-of-{shards} --out {out}
+set -euo pipefail
+cd "${folder}"
+shard="${task}"
+exec sealtwin sweep {study} --shard "$shard/{shards}" --out {out}-"$shard"-of-{shards} --jobs {jobs} --quiet
+"""
 
 
 @dataclass(frozen=True)
@@ -69,15 +85,15 @@ def sweep(file: Path, out: Path | None, options: SweepOptions, progress: Progres
     if shards > len(planned):
         raise InputError(f"--shard {shard}/{shards}: the study has {len(planned)} runs, so at most as many shards.")
     folder = out or Path("reports", study.folder_name + (f"-{shard}-of-{shards}" if shards > 1 else ""))
-    refuse_foreign(folder)
+    require_own(folder)
     with holding(folder), progress:
-        plan = Plan(study.name, [], len(planned), time.time())
+        plan = study_folder.Plan(study.name, [], len(planned), time.time())
         _adopt(folder, plan)
         files.write_if_new(folder / "study.toml", file.read_bytes())
         planned = planned[shard - 1 :: shards]
         samples = _digitise(planned, base.parent, folder, progress)
         runs, largest = _runs(planned, samples, folder, options.device)
-        runs = resume(folder, replace(plan, runs=runs), retry=options.retry, keep_runs=options.keep_runs)
+        runs = study_folder.resume(folder, replace(plan, runs=runs), retry=options.retry, keep_runs=options.keep_runs)
         expected = estimate(runs, largest, options.jobs, options.batch, keep_runs=options.keep_runs)
         progress.note(f"{study.name}: {len(runs)} runs of {largest.particles:,} particles at most. {expected.sentence}")
         require_disk(expected, shutil.disk_usage(folder).free, shown(folder))
@@ -90,26 +106,24 @@ def sweep(file: Path, out: Path | None, options: SweepOptions, progress: Progres
 
 def status(folder: Path) -> dict[str, Any]:
     """Report how far a sweep is, also while it runs. Raises InputError if ``folder`` holds none."""
-    return report(folder, read_plan(folder), _holder(folder), table=False)
+    return report(folder, study_folder.read_plan(folder), _holder(folder), table=False)
 
 
-def refuse_foreign(folder: Path) -> None:
+def require_own(folder: Path) -> None:
     """Raises InputError where a folder holds files, but no study."""
     require_folder(folder)
-    if folder.is_dir() and not holds_study(folder) and (foreign := foreign_names(folder)):
-        raise InputError(
-            f"{folder}: holds files that no sweep wrote ({', '.join(foreign[:3])}); give --out another folder."
-        )
+    if folder.is_dir() and not study_folder.holds_study(folder):
+        refuse_foreign(folder, "sweep")
 
 
-def _adopt(folder: Path, plan: Plan) -> None:
+def _adopt(folder: Path, plan: study_folder.Plan) -> None:
     """Make the folder that study's. Raises InputError if it holds another one."""
-    if not holds_study(folder):
-        write_plan(folder, plan)
-    held = read_plan(folder).study
+    if not study_folder.holds_study(folder):
+        study_folder.write_plan(folder, plan)
+    held = study_folder.read_plan(folder).study
     if held != plan.study:
         raise InputError(f"{folder}: holds the study '{held}'; this is '{plan.study}'. Give --out another folder.")
-    remove_temporary_files(folder)
+    study_folder.remove_temporary_files(folder)
 
 
 def _digitise(planned: Sequence[PlannedRun], source: Path, folder: Path, progress: Progress) -> dict[int, str]:
@@ -134,7 +148,7 @@ def _digitise(planned: Sequence[PlannedRun], source: Path, folder: Path, progres
 
 def _runs(
     planned: Sequence[PlannedRun], samples: dict[int, str], folder: Path, device: str
-) -> tuple[list[StudyRun], RunSize]:
+) -> tuple[list[study_folder.StudyRun], RunSize]:
     """Return the runs with their keys, and the largest size. Raises InputError if settings do not fit a crack."""
     from simulate.setup_checks import check_fit
 
@@ -143,7 +157,7 @@ def _runs(
     homes = {name: folder / "samples" / name for name in dict.fromkeys(samples.values())}
     benches = {name: read_bench(home, None) for name, home in homes.items()}
     inputs = {name: {file: files.sha256(home / file) for file in names} for name, home in homes.items()}
-    runs: list[StudyRun] = []
+    runs: list[study_folder.StudyRun] = []
     faults: dict[str, list[int]] = {}
     sizes: dict[Any, RunSize] = {}
     for run in planned:
@@ -166,23 +180,23 @@ def _runs(
         validated = stage_settings(trial, "validate")["readings"]
         key = stage_key(inputs[name], {**settings, "readings": validated, "device": device})
         content = trial.model_dump(mode="json", exclude_none=True)
-        runs.append(StudyRun(run.number, key, run.settings, content, name, kin, sizes[alike].work_s))
+        runs.append(study_folder.StudyRun(run.number, key, run.settings, content, name, kin, sizes[alike].work_s))
     raise_faults(faults)
     return runs, max(sizes.values(), key=lambda size: (size.particles, size.bytes))
 
 
-def report(folder: Path, plan: Plan, holder: str | None = None, *, table: bool = True) -> dict[str, Any]:
+def report(folder: Path, plan: study_folder.Plan, holder: str | None = None, *, table: bool = True) -> dict[str, Any]:
     """Return the --json object of a study, and write its runs as a ``table`` for spreadsheets too."""
     runs = plan.runs
     failed = [run for run in runs if run.state == "failed"]
     rows = [_row(run) for run in runs]
     if table and rows:
-        write_sheet(folder / TABLE, list(rows[0]), (list(row.values()) for row in rows))
+        files.write_sheet(folder / TABLE, list(rows[0]), (list(row.values()) for row in rows))
     return {
         "version": 1,
         "name": plan.study,
         "folder": shown(folder),
-        "states": {state: sum(run.state == state for run in runs) for state in STATES},
+        "states": {state: sum(run.state == state for run in runs) for state in study_folder.STATES},
         "runs_of_study": plan.total,
         "computed_by": holder,
         "left_s": _left_s(plan) if holder else None,
@@ -192,7 +206,7 @@ def report(folder: Path, plan: Plan, holder: str | None = None, *, table: bool =
     }
 
 
-def _left_s(plan: Plan) -> float | None:
+def _left_s(plan: study_folder.Plan) -> float | None:
     """Expected time until all runs are finished, at the pace since the sweep was started; None before its first run."""
     since = [run for run in plan.runs if (run.finished_unix_s or 0.0) > plan.started_unix_s]
     if not since:
@@ -215,7 +229,7 @@ def _holder(folder: Path) -> str | None:
         return None
 
 
-def _best(runs: Sequence[StudyRun]) -> dict[str, Any] | None:
+def _best(runs: Sequence[study_folder.StudyRun]) -> dict[str, Any] | None:
     """The run whose surface is nearest to the readings; None where there are none."""
     found = ((run, (run.figures or {}).get("mean_error_mm")) for run in runs)
     compared = [(error_mm, run) for run, error_mm in found if error_mm is not None]
@@ -225,7 +239,7 @@ def _best(runs: Sequence[StudyRun]) -> dict[str, Any] | None:
     return {"number": run.number, "settings": run.settings, "mean_error_mm": round(error_mm, 4)}
 
 
-def _row(run: StudyRun) -> dict[str, Any]:
+def _row(run: study_folder.StudyRun) -> dict[str, Any]:
     figures = run.figures or {}
     return {
         "number": run.number,
@@ -236,3 +250,82 @@ def _row(run: StudyRun) -> dict[str, Any]:
         "reason": run.reason,
         "folder": f"runs/{run.key[:16]}" if run.state == "done" else None,
     }
+
+
+def batch_script(system: BatchSystem, file: Path, out: Path | None, shards: int, jobs: int) -> str:
+    """Return a script for a job array that computes a study in shards. Raises InputError if the study is faulty."""
+    study = load_study(file)
+    if shards > study.runs:
+        raise InputError(f"--shards {shards}: the study has {study.runs} runs, so at most as many shards.")
+    head, task, folder = DIRECTIVES[system]
+    return SCRIPT.format(
+        head=head.format(name=study.folder_name, shards=shards, jobs=jobs),
+        out=shlex.quote((out or Path("reports", study.folder_name)).as_posix()),
+        study=shlex.quote(file.as_posix()),
+        shards=shards,
+        jobs=jobs,
+        task=task,
+        folder=folder,
+    )
+
+
+def merge(folders: Sequence[Path], out: Path) -> dict[str, Any]:
+    """Join shards of a study in a folder that a sweep can continue, and return the --json object of the command.
+
+    A run that several shards hold is taken from one that finished it.
+
+    Raises:
+        InputError: The folders hold different studies, or shards that were digitised or planned differently; or
+            ``out`` is one of them, or holds something else.
+    """
+    if out.resolve() in {folder.resolve() for folder in folders}:
+        raise InputError(f"--out {out}: is one of the folders to be merged; give another one.")
+    require_own(out)
+    with holding(out):
+        sources = [*folders, out] if study_folder.holds_study(out) else folders
+        plans = [study_folder.read_plan(folder) for folder in sources]
+        chosen = _chosen(sources, plans)
+        _refuse_different_samples(sources)
+        plan = replace(plans[0], runs=[run for _, run in chosen])
+        study_folder.write_plan(out, plan)
+        for folder in folders:
+            files.write_if_new(out / "study.toml", (folder / "study.toml").read_bytes())
+            shutil.copytree(folder / "samples", out / "samples", ignore=HIDDEN, dirs_exist_ok=True)
+        for folder, run in chosen:
+            if folder != out and run.state == "done":
+                home, target = study_folder.run_path(folder, run.key), study_folder.run_path(out, run.key)
+                shutil.copytree(home, target, ignore=HIDDEN, dirs_exist_ok=True)
+            if run.state != "waiting":
+                study_folder.write_outcome(out, run)
+        return report(out, plan)
+
+
+def _chosen(folders: Sequence[Path], plans: Sequence[study_folder.Plan]) -> list[tuple[Path, study_folder.StudyRun]]:
+    """Return every run once, in the order of the study, with a folder that holds its result if there is one."""
+    first = plans[0]
+    chosen: dict[int, tuple[Path, study_folder.StudyRun]] = {}
+    for folder, plan in zip(folders, plans, strict=True):
+        if (plan.study, plan.total) != (first.study, first.total):
+            raise InputError(
+                f"{folder}: holds '{plan.study}' of {plan.total} runs, {folders[0]} holds '{first.study}' of "
+                f"{first.total}; only shards of one study can be merged."
+            )
+        for run in plan.runs:
+            held = chosen.setdefault(run.number, (folder, run))[1]
+            if held.key != run.key:
+                raise InputError(f"{folder}: run {run.number} has other settings or inputs than in {folders[0]}.")
+            if held.state != "done" and study_folder.is_intact(folder, run):
+                chosen[run.number] = folder, run
+    return [chosen[number] for number in sorted(chosen)]
+
+
+def _refuse_different_samples(folders: Sequence[Path]) -> None:
+    seen: dict[tuple[str, str], tuple[str, Path]] = {}
+    for path in (path for folder in folders for name in DIGITISED for path in (folder / "samples").glob(f"*/{name}")):
+        digest = files.sha256(path)
+        other, first = seen.setdefault((path.parent.name, path.name), (digest, path))
+        if other != digest:
+            raise InputError(
+                f"{path}: differs from {first}; the shards were digitised by different versions or machines. Compute "
+                "them again from one."
+            )

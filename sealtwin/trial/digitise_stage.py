@@ -43,7 +43,7 @@ def bring_up_to_date(job: Job) -> bool:
     record_files.write_solid(job.path, solid)
     record_files.write_trajectory(job.path, trajectory)
     job.progress.advance(5)
-    for warning in (*outline.warnings, *solid.report["warnings"]):
+    for warning in (*outline.warnings, *solid.figures.warnings):
         job.progress.note(f"note: {warning}")
     outputs = ("overlay.png", "crack.stl", "crack.glb", "trajectory.txt", *DIGITISED)
     wall_time_s = time.monotonic() - began

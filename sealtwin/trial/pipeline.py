@@ -95,7 +95,7 @@ def read_result(folder: RunFolder, trial: Trial) -> dict[str, Any]:
         "version": 1,
         "name": trial.name,
         "folder": shown(folder.path),
-        "wall_time_s": round(folder.wall_time_s(), 1),
+        "wall_time_s": round(sum(folder.manifest["stages"][stage]["wall_time_s"] for stage in stages), 1),
         "stages": stages,
         "edited": [name for stage in stages for name in folder.edited(stage)],
     }

@@ -13,10 +13,8 @@ from typing import Self
 
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
-from sealtwin.core.files import is_temporary, write_json
 from sealtwin.core.records import Floats, Frame
 from sealtwin.core.run_folder import MANIFEST, stage_key
-from sealtwin.core.tables import read_table
 from sealtwin.core.vtk_files import read_collection, read_frame, write_collection, write_frame
 from sealtwin.trial.job import DIGITISED, SIMULATED, Job, begin_writing, made_by, stage_settings
 from sealtwin.trial.trial_file import Output
@@ -48,7 +46,7 @@ class FrameFiles(Moments):
         listed = read_collection(self._collection) if self._collection.is_file() else []
         self._frames = {path.name: t_s for t_s, path in listed if t_s <= injection.t_s and path in there}
         for path in there:
-            if is_temporary(path) or (FRAME.fullmatch(path.name) and path.name not in self._frames):
+            if files.is_temporary(path) or (FRAME.fullmatch(path.name) and path.name not in self._frames):
                 path.unlink()
         self._collection.unlink(missing_ok=True)
         if self._frames:
@@ -103,7 +101,7 @@ class ProgressFile:
         frames = run.done if state == "finished" else run.frames
         here = run.done - self._before
         eta_s = round((self._written - self._began) * (frames - run.done) / here, 1) if here else None
-        write_json(
+        files.write_json(
             self._path,
             {
                 "version": 1,
@@ -124,7 +122,7 @@ class ProgressFile:
 
 def read_health(folder: Path) -> dict[str, Floats]:
     """Read the columns of health.csv; NaN stands for an empty field."""
-    return dict(zip(COLUMNS, read_table(folder / HEALTH, COLUMNS).T, strict=True))
+    return dict(zip(COLUMNS, files.read_table(folder / HEALTH, COLUMNS).T, strict=True))
 
 
 def bring_up_to_date(job: Job) -> bool:
@@ -159,30 +157,24 @@ def bring_up_to_date(job: Job) -> bool:
 
     outline, solid = record_files.read_outline(job.path), record_files.read_solid(job.path)
     trajectory = record_files.read_trajectory(job.path)
-    check_fit(outline, solid, trial.fluid, trial.solver, trial.nozzle)
+    physics = trial.fluid, trial.solver, trial.nozzle
+    check_fit(outline, solid, *physics)
     # First, since it may resume the run before the others begin.
     checkpoint = Checkpoint(job.path / CHECKPOINT, f"{key} {trial.output.model_dump_json()}", job.progress.note)
     every_s = trial.output.frames_every_s
     frames_s = () if every_s is None else (every_s * number for number in itertools.count())
     with ProgressFile(job.path / PROGRESS) as progress_file:
+        snapshots = FrameFiles(job.path / SNAPSHOTS, sorted(set(trial.output.snapshots_s)))
+        watchers = checkpoint, FrameFiles(job.path / FRAMES, frames_s), snapshots, HealthLog(job.path / HEALTH)
+        sample = solid, outline, trajectory
         run = inject(
-            solid,
-            outline,
-            trajectory,
-            trial.fluid,
-            trial.solver,
-            trial.nozzle,
+            *sample,
+            *physics,
             seed=trial.seed,
             device=device,
             progress=job.progress,
-            watchers=(
-                checkpoint,
-                FrameFiles(job.path / FRAMES, frames_s),
-                FrameFiles(job.path / SNAPSHOTS, sorted(set(trial.output.snapshots_s))),
-                HealthLog(job.path / HEALTH),
-                progress_file,
-            ),
             threads=job.threads,
+            watchers=(*watchers, progress_file),
         )
         run = replace(run, health=run.health.model_copy(update={"volume_ratio": volume_ratio(run, solid)}))
         profile = measure_profile(run, outline, solid)

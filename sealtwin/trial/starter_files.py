@@ -4,7 +4,7 @@ from importlib.resources import files as resources
 from pathlib import Path
 
 from sealtwin.core.errors import InputError
-from sealtwin.core.files import refuse_other, write_if_new, write_text
+from sealtwin.core.files import write_text, write_unless_other
 from sealtwin.core.run_folder import require_folder
 
 TEMPLATES = resources("sealtwin").joinpath("templates")
@@ -50,11 +50,7 @@ def place_paper_trial(folder: Path) -> None:
     Raises InputError where it holds anything else: nothing of the user's is overwritten.
     """
     require_folder(folder)
-    contents = {folder / name: (shipped_trial() / name).read_bytes() for name in DEMO}
-    for path, content in contents.items():
-        refuse_other(path, content)
-    for path, content in contents.items():
-        write_if_new(path, content)
+    write_unless_other({folder / name: (shipped_trial() / name).read_bytes() for name in DEMO})
 
 
 def shipped_trial() -> Path:

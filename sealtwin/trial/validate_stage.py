@@ -134,8 +134,8 @@ def sheet_of(job: Job) -> ReadingsSheet | None:
         return None
     name, digest = job.trial.readings.file.name, files.sha256(job.sheet)
     said = _recorded_origin(job.source)
-    if said is not None and said["sha256"] == digest:
-        return ReadingsSheet(**said)
+    if said is not None and said.sha256 == digest:
+        return said
     # The lab's record is about the sheet that was ingested, not about another one.
     name += "" if said is None else ", not as the lab gave it"
     return ReadingsSheet(name=name, sha256=digest, operator=None, date=None)
@@ -144,27 +144,25 @@ def sheet_of(job: Job) -> ReadingsSheet | None:
 def keep_origin(job: Job) -> None:
     """Write the readings' origin beside their copy, so that the folder keeps it when it is moved."""
     if job.source.resolve() != job.path.resolve() and (said := _recorded_origin(job.source)) is not None:
-        files.write_if_new(job.path / ORIGIN, files.as_json(said).encode())
+        files.write_if_new(job.path / ORIGIN, files.as_json(dict(said)).encode())
 
 
-def _recorded_origin(source: Path) -> dict[str, Any] | None:
+def _recorded_origin(source: Path) -> ReadingsSheet | None:
     """Return the recorded origin of the readings; None for a trial that was not ingested."""
     if (source / ORIGIN).is_file():
         with files.understood(source / ORIGIN):
-            return _texts(files.read_json(source / ORIGIN))
+            return _sheet(files.read_json(source / ORIGIN))
     content = files.read_json(source / RECORD) if (source / RECORD).is_file() else None
     if not isinstance(content, dict) or "ingested_utc" not in content:
         return None
     with files.understood(source / RECORD):
         kept = next((file for file in content["files"] if file["role"] == "readings"), None)
-        return None if kept is None else _texts(content | {"name": kept["original"], "sha256": kept["sha256"]})
+        return None if kept is None else _sheet(content | {"name": kept["original"], "sha256": kept["sha256"]})
 
 
-def _texts(content: dict[str, Any]) -> dict[str, Any]:
-    said = {key: content[key] for key in ("name", "sha256", "operator", "date")}
-    if not all(isinstance(said[key], str) for key in ("name", "sha256")):
-        raise ValueError("name and sha256 must be texts")
-    return said | {key: None if said[key] is None else str(said[key]) for key in ("operator", "date")}
+def _sheet(content: dict[str, Any]) -> ReadingsSheet:
+    operator, date = (None if content[key] is None else str(content[key]) for key in ("operator", "date"))
+    return ReadingsSheet(name=content["name"], sha256=content["sha256"], operator=operator, date=date)
 
 
 def _provenance(job: Job, sheet: "ReadingsSheet | None", varied: bool) -> dict[str, str]:

@@ -11,7 +11,7 @@ from scipy.spatial import KDTree
 
 from digitise.geometry.mesh_topology import check_mesh
 from digitise.geometry.polyline import resampled
-from digitise.mesh_import.given_path import nearest_on_ring
+from digitise.mesh_import.cavity import nearest_on_ring
 from digitise.mesh_import.import_mesh import ImportedSample, import_sample
 from digitise.settings import CrackShape, MeshInput
 from digitise.solid.build_solid import build_solid
@@ -88,7 +88,7 @@ def test_its_faces_are_told_apart_as_those_that_we_made(tmp_path, paper):
     for label in FaceLabel:
         assert mesh_area_mm2(back, label) == pytest.approx(mesh_area_mm2(solid, label), rel=2e-3), label.name
     assert check_mesh(back.vertices_mm, back.faces, expected_euler=2) == []
-    assert back.report["warnings"] == []
+    assert back.figures.warnings == ()
 
 
 def test_sections_add_up_to_the_cavity(tmp_path):
@@ -129,10 +129,11 @@ def test_each_repair_is_told(tmp_path):
     vertices, faces = soup(mesh_of(slotted()), noise_mm=1e-5)
     back = brought(tmp_path, (vertices, faces[:, ::-1]))
     assert back.solid.cavity_volume_mm3 == pytest.approx(2400.0, rel=1e-5)
-    joined, turned_over = back.solid.report["warnings"]
+    joined, turned_over = back.solid.figures.warnings
     assert "vertices joined" in joined
     assert "faces turned to point outward" in turned_over
-    assert [repair["count"] for repair in back.solid.report["mesh"]["repairs"]] == [int(joined.split()[0]), len(faces)]
+    assert back.solid.figures.mesh is not None
+    assert [repair.count for repair in back.solid.figures.mesh.repairs] == [int(joined.split()[0]), len(faces)]
 
 
 def test_a_scanned_sheet_becomes_a_sample(tmp_path):
@@ -149,7 +150,8 @@ def test_a_scanned_sheet_becomes_a_sample(tmp_path):
     assert back.outline.length_mm == pytest.approx(70.0, abs=2.5)
     assert back.outline.mean_width_mm == pytest.approx(4.6, abs=0.15)
     assert back.solid.cavity_volume_mm3 == pytest.approx(hollow_mm3, rel=0.02)
-    assert back.solid.report["mesh"]["face_tilt_deg"] == pytest.approx(2.0, abs=0.05)
+    assert back.solid.figures.mesh is not None
+    assert back.solid.figures.mesh.face_tilt_deg == pytest.approx(2.0, abs=0.05)
     assert back.solid.vertices_mm[:, 2].min() == pytest.approx(-15.0, abs=1e-6)
     assert check_mesh(back.solid.vertices_mm, back.solid.faces, expected_euler=2) == []
     labels = {label.name: mesh_area_mm2(back.solid, label) for label in FaceLabel}
@@ -161,7 +163,7 @@ def test_dams_stand_wherever_a_crack_leaves(tmp_path):
     """A T: three openings, of which the path passes two."""
     openings = box((-1.0, 18.0, -10.0), (101.0, 22.0, 1.0)), box((48.0, 18.0, -10.0), (52.0, 41.0, 1.0))
     back = brought(tmp_path, mesh_of(slotted(*openings)), dam_height_mm=5.0)
-    boxes = np.array([dam["box_mm"] for dam in back.solid.report["dams"]])
+    boxes = np.array([dam.box_mm for dam in back.solid.figures.dams])
     assert len(boxes) == 3
     assert (boxes[:, 5] == 5.0).all()
     assert mesh_area_mm2(back.solid, FaceLabel.END) == pytest.approx(3 * (4 * 10 + 12 * 5), rel=2e-3)

@@ -83,7 +83,7 @@ def test_deep_and_steep_cavities_keep_their_cut_ends():
     flare, funnel = (build_solid(outline, shape(tilt, depth_mm=100.0)) for tilt in ("flare", "funnel"))
     assert flare.cavity_volume_mm3 == pytest.approx(L * (W + spread) * 100, rel=1e-6)
     assert funnel.cavity_volume_mm3 == pytest.approx(SLOT_VOLUMES["funnel"], rel=1e-6)
-    assert funnel.report["volume_mm3"]["funnel"] == pytest.approx(SLOT_VOLUMES["funnel"], rel=3e-4)
+    assert funnel.figures.volume_mm3["funnel"] == pytest.approx(SLOT_VOLUMES["funnel"], rel=3e-4)
 
 
 def test_closed_tips_tilt_too():
@@ -245,7 +245,7 @@ def test_dams_close_open_ends(tilt):
         low, high = plate.min(axis=0), plate.max(axis=0)
         assert high[1] - low[1] == pytest.approx(4.0)
         assert high[0] - low[0] > 8.0 + W
-    assert {tuple(dam["box_mm"])[2] for dam in solid.report["dams"]} == {-20.0}
+    assert {tuple(dam.box_mm)[2] for dam in solid.figures.dams} == {-20.0}
 
 
 def signed_area(ring: Floats) -> float:
@@ -280,21 +280,24 @@ def test_the_inside_of_a_dam_is_an_end():
 
 
 def test_the_report_says_what_the_tilt_means():
-    report = build_solid(oblique_slot(W), shape("flare")).report
+    figures = build_solid(oblique_slot(W), shape("flare")).figures
     for tilt in TILTS:
-        assert report["volume_mm3"][tilt] == pytest.approx(SLOT_VOLUMES[tilt], rel=2e-4)
-    assert report["floor_width_mm"] == report["photo_width_mm"] == pytest.approx(W, rel=0.02)
-    assert report["mouth_width_mm"] - report["photo_width_mm"] == pytest.approx(2 * SLOPE * DEPTH_MM)
-    assert (report["watertight"], report["euler"], report["self_intersections"]) == (True, 2, 0)
-    assert report["warnings"] == []
+        assert figures.volume_mm3[tilt] == pytest.approx(SLOT_VOLUMES[tilt], rel=2e-4)
+    assert figures.floor_width_mm == figures.photo_width_mm == pytest.approx(W, rel=0.02)
+    assert figures.mouth_width_mm is not None
+    assert figures.photo_width_mm is not None
+    assert figures.mouth_width_mm - figures.photo_width_mm == pytest.approx(2 * SLOPE * DEPTH_MM)
+    assert (figures.watertight, figures.euler, figures.self_intersections) == (True, 2, 0)
+    assert figures.warnings == ()
 
 
 def test_a_funnel_that_closes_says_where():
-    report = build_solid(straight_slot(L, W, CUT), shape("funnel")).report
-    assert report["closing_depth_mm"]["mean"] == pytest.approx(W / (2 * SLOPE))
-    assert report["closing_depth_mm"]["share_above_floor"] == 1.0
-    assert report["floor_width_mm"] == 0.0
-    assert "walls meet at 8.0 mm" in report["warnings"][0]
+    figures = build_solid(straight_slot(L, W, CUT), shape("funnel")).figures
+    assert figures.closing_depth_mm is not None
+    assert figures.closing_depth_mm.mean == pytest.approx(W / (2 * SLOPE))
+    assert figures.closing_depth_mm.share_above_floor == 1.0
+    assert figures.floor_width_mm == 0.0
+    assert "walls meet at 8.0 mm" in figures.warnings[0]
 
 
 def test_an_open_end_without_a_known_face_lies_at_the_block_s_side():
@@ -375,4 +378,4 @@ def test_any_crack_becomes_sound_in_every_tilt(seed):
             assert check_mesh(solid.vertices_mm, solid.faces, expected_euler=2) == []
             rounded = solid.vertices_mm.astype(np.float32).astype(float)
             assert check_mesh(rounded, solid.faces, expected_euler=2) == []
-            assert solid.cavity_volume_mm3 == pytest.approx(solid.report["volume_mm3"][tilt], rel=1e-3)
+            assert solid.cavity_volume_mm3 == pytest.approx(solid.figures.volume_mm3[tilt], rel=1e-3)

@@ -23,6 +23,7 @@ from sealtwin.core.records import Outline
 from sealtwin.trial.starter_files import write_example_cell
 from sealtwin.trial.trial_file import load_trial
 from tests.evidence import axes_of
+from tests.pages import leave_out_pages
 from tests.places import FIXTURE
 from tests.studies import tiny_lab
 from validate.report.write_report import REPORT
@@ -153,8 +154,9 @@ def test_a_mask_may_be_an_array(way):
         st.trace_crack(masked, ENDS_PX, roi_px=[(0, 0), (199, 199)])
 
 
-def test_a_run_is_the_trial_s_own(lab, way, tmp_path):
+def test_a_run_is_the_trial_s_own(lab, way, tmp_path, monkeypatch):
     """From the records of the trial's folder: from those in memory, their last digits make another crowd."""
+    leave_out_pages(monkeypatch)
     _, crack, solid, path, _ = way
     trial = st.run_trial(lab / "trial.toml", out=tmp_path / "run")
     fluid, solver = st.Fluid(U=30, D_cm=0.3, freeze_after_s=0.2), st.Solver(**COARSE)

@@ -11,6 +11,7 @@ from sealtwin.cli.app import app
 from sealtwin.core import record_files
 from sealtwin.core.run_folder import look_into
 from sealtwin.trial.trial_file import load_trial
+from tests.pages import leave_out_pages
 
 WRITTEN = Path(__file__).parents[2] / "fixtures" / "written-by-0.1"
 
@@ -21,6 +22,12 @@ def written(tmp_path, monkeypatch) -> Path:
     shutil.copytree(WRITTEN, tmp_path / "written")
     monkeypatch.chdir(tmp_path / "written")
     return tmp_path / "written"
+
+
+@pytest.fixture
+def no_pages(monkeypatch):
+    """For what is made anew, whose pages are as those of any run."""
+    leave_out_pages(monkeypatch)
 
 
 def read_or_refused(remedy: str, *arguments: str) -> Result:
@@ -51,18 +58,20 @@ def test_a_run_folder_is_read():
 
 
 @pytest.mark.parametrize("command", ["validate", "simulate", "film"])
-def test_a_run_folder_is_taken_up(written, command):
+def test_a_run_folder_is_taken_up(written, monkeypatch, command):
     remedy = "sealtwin run" if command == "validate" else "sealtwin simulate"
+    if command == "simulate":
+        leave_out_pages(monkeypatch)
     answer = read_or_refused(remedy, command, "run", *(() if command == "film" else ("--device", "cpu")))
     assert answer.exit_code == 0
 
 
-def test_a_run_folder_is_brought_up_to_date_by_its_trial(written):
+def test_a_run_folder_is_brought_up_to_date_by_its_trial(written, no_pages):
     answer = read_or_refused("--out", "run", "trial/trial.toml", "--out", "run", "--device", "cpu", "--json")
     assert json.loads(answer.stdout)["stages"] == ["digitise", "simulate", "validate"]
 
 
-def test_a_checkpoint_is_resumed_or_its_run_begun_again(written):
+def test_a_checkpoint_is_resumed_or_its_run_begun_again(written, no_pages):
     arguments = ["run", "trial/trial.toml", "--out", "killed", "--device", "cpu"]
     answer = CliRunner().invoke(app, arguments)
     assert answer.exit_code == 0, answer.output

@@ -150,17 +150,17 @@ def test_a_checkpoint_is_kept_by_the_clock_and_removed_when_the_run_is_done(fres
 
 
 def test_a_checkpoint_has_behind_it_what_others_wrote_of_its_frame(tmp_path, monkeypatch):
-    """Killed at any moment of frame 40. With the checkpoint before the row, on purpose, row 40 is lost."""
+    """Killed at any moment of frame 20. With the checkpoint before the row, on purpose, row 20 is lost."""
     monkeypatch.setattr("simulate.output.checkpoint.EVERY_S", 0.0)
     for dies in ("before", "between", "after"):
         folder = tmp_path / dies
         folder.mkdir()
         kept, log = Checkpoint(folder / "run.npz", "", lambda _: None), HealthLog(folder / "health.csv")
-        fates = {"before": (kept, log, Dies(40)), "between": (kept, Dies(40), log), "after": (Dies(40), kept, log)}
+        fates = {"before": (kept, log, Dies(20)), "between": (kept, Dies(20), log), "after": (Dies(20), kept, log)}
         with pytest.raises(KeyboardInterrupt):
-            follow(injection(FREEZING), Progress(), fates[dies])
+            follow(injection(FREEZING, settle_s=0.1), Progress(), fates[dies])
         again = Checkpoint(folder / "run.npz", "", lambda _: None), HealthLog(folder / "health.csv")
-        follow(injection(FREEZING), Progress(), again)
+        follow(injection(FREEZING, settle_s=0.1), Progress(), again)
         rows = (folder / "health.csv").read_text().splitlines()[1:]
         assert [int(row.split(",")[0]) for row in rows] == list(range(10, 10 * len(rows) + 1, 10))
 

@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 from sealtwin.core.errors import NumericalError
+from sealtwin.core.records import Run
 from simulate.injection import SAMPLE_EVERY, prepare
 from simulate.settings import Nozzle, Solver
 from tests.fluids import path, pour, slot
 from tests.launches import (
     PASTES,
+    alone,
     check_going_on,
     check_the_others,
     finish,
@@ -21,10 +23,17 @@ from tests.launches import (
 )
 
 
+@pytest.fixture(scope="module")
+def told_together() -> list[Run]:
+    """All pastes in one launch, told by the host."""
+    return together(PASTES)
+
+
 @pytest.mark.parametrize("pastes", [PASTES, PASTES[:1]])
-def test_a_frame_recorded_once_and_replayed_is_the_same_frame(pastes):
+def test_a_frame_recorded_once_and_replayed_is_the_same_frame(told_together, pastes):
     """No count of movers, no residual, no frame number comes from the host."""
-    for replayed, told in zip(together(pastes, replays=True), together(pastes), strict=True):
+    expected = told_together if pastes == PASTES else [alone(0)]
+    for replayed, told in zip(together(pastes, replays=True), expected, strict=True):
         assert np.array_equal(replayed.position_mm, told.position_mm)
         # Counted in fewer frames, and not the room for all that may.
         assert 0 < replayed.health.recorded()["moving_most"] <= told.health.recorded()["moving_most"]
@@ -69,24 +78,23 @@ def test_time_that_is_spent_waiting_for_the_device_is_the_frames(monkeypatch):
     assert 0.02 <= injection.statistics.frames_s - before_s < 1
 
 
-def test_fluids_computed_at_once_are_what_each_is_alone():
+def test_fluids_computed_at_once_are_what_each_is_alone(told_together):
     """Bit for bit: a study in one launch must not depend on which runs share it."""
-    runs = together(PASTES)
-    for run, paste in zip(runs, PASTES, strict=True):
-        alone = pour(slot(12.0), path(slot(12.0)[1], 0.1, speed_mm_s=20.0), paste, settle_s=0.3, volume_factor=1.1)
-        assert np.array_equal(run.position_mm, alone.position_mm)
-        assert np.array_equal(run.velocity_mm_s, alone.velocity_mm_s)
+    for number, run in enumerate(told_together):
+        single = alone(number)
+        assert np.array_equal(run.position_mm, single.position_mm)
+        assert np.array_equal(run.velocity_mm_s, single.velocity_mm_s)
         names = ("density_error_mean", "density_error_max", "most_neighbours", "moving_mean", "moving_most")
         for name in (*names, "viscosity_iterations_mean"):
-            assert run.health.recorded()[name] == alone.health.recorded()[name], name
-    assert runs[-1].settings["fluid"]["yield_stress_pa"] == 12.0
+            assert run.health.recorded()[name] == single.health.recorded()[name], name
+    assert told_together[-1].settings["fluid"]["yield_stress_pa"] == 12.0
 
 
 def test_two_threads_give_the_same_bits_as_one(monkeypatch):
     """Slices of a launch write rows of their own, and sums are taken in the same parts."""
     monkeypatch.setattr("simulate.fluid.launcher.LEAST_SLICE", 10)
-    for one, two in zip(together(PASTES[:1]), together(PASTES[:1], threads=2), strict=True):
-        assert np.array_equal(one.position_mm, two.position_mm)
+    (run,) = together(PASTES[:1], threads=2)
+    assert np.array_equal(run.position_mm, alone(0).position_mm)
 
 
 def test_runs_whose_volume_factors_differ_share_no_launch():

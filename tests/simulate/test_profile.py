@@ -8,6 +8,7 @@ import trimesh
 
 from sealtwin.core.errors import NumericalError
 from sealtwin.core.records import FaceLabel, Outline, Run, RunHealth, Sections, Solid, arc_length_at
+from sealtwin.core.solid_figures import SolidFigures
 from simulate.profile import half_spacing_mm, measure_profile, volume_ratio
 from tests.shapes import level_floor
 
@@ -75,13 +76,15 @@ def slot(outline: Outline | None = None, tilt_deg: float = 0.0, reading: str = "
     volume = LENGTH_MM * DEPTH_MM * (WIDTH_MM + (left + right) / 2)
     angles_deg, sections = (tilt_deg, tilt_deg), level_floor(DEPTH_MM)
     faces, labels, block_mm = np.array(faces), np.array(labels), (x0, y0, x1, y1)
-    return Solid(vertices, faces, labels, block_mm, DEPTH_MM, reading, angles_deg, volume, sections, {})
+    return Solid(vertices, faces, labels, block_mm, DEPTH_MM, reading, angles_deg, volume, sections, SolidFigures())
 
 
 def mouth_without_face() -> Solid:
     """A solid of which only the depth is asked: no facet of a face hides any particle."""
     none, box, sections = np.empty((0, 3)), (0.0, 0.0, 0.0, 0.0), level_floor(DEPTH_MM)
-    return Solid(none, none.astype(int), np.empty(0, int), box, DEPTH_MM, "vertical", (0.0, 0.0), 1.0, sections, {})
+    return Solid(
+        none, none.astype(int), np.empty(0, int), box, DEPTH_MM, "vertical", (0.0, 0.0), 1.0, sections, SolidFigures()
+    )
 
 
 def run_of(position, radius_mm=0.4, velocity=None, spilled=None, volume_mm3=None) -> Run:

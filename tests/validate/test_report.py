@@ -12,6 +12,7 @@ from pypdf import PdfReader
 
 from sealtwin.core.errors import InputError
 from tests.evidence import make_evidence
+from tests.pages import leave_out_figures
 from validate.report.report_data import ReportData
 from validate.report.write_report import REPORT, write_report
 from validate.settings import Gate
@@ -201,8 +202,14 @@ def test_without_readings_the_simulation_stands_alone_and_says_so(tmp_path):
     assert (data.metrics, data.verdict.role, data.verdict.outcome) == ({}, None, "open")
 
 
+@pytest.fixture
+def no_figures(monkeypatch):
+    """For what is about words alone."""
+    leave_out_figures(monkeypatch)
+
+
 @pytest.mark.parametrize("readings_data", ["measured", None])
-def test_a_leak_and_a_lost_volume_stand_before_every_number(tmp_path, readings_data):
+def test_a_leak_and_a_lost_volume_stand_before_every_number(tmp_path, no_figures, readings_data):
     run = replace(make_evidence(tmp_path).run, escaped_particles=11)
     _, page, pdf = written(tmp_path, readings_data=readings_data, gate=GATE, run=run, volume_ratio=0.7)
     for text in (page.text, pdf):

@@ -5,19 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
 from sealtwin.core.comparison import Comparison, StationErrors
-from sealtwin.core.drawing.theme import (
-    ALONG,
-    INK,
-    MEASURED,
-    MUTED,
-    SIMULATED,
-    THIRD,
-    canvas,
-    draw_ground,
-    label_axes,
-    put_legend_under_title,
-    themed,
-)
+from sealtwin.core.drawing import theme
 from sealtwin.core.records import Floats, Profile, Sections
 from validate.metrics.curve_distances import level_difference
 from validate.uncertainty.validation import COVERAGE
@@ -28,7 +16,7 @@ DOTTED = (0, (1, 2))
 MOST_BIN_LABELS = 16  # Largest number of bins whose labels fit side by side
 
 
-@themed()
+@theme.themed()
 def draw_profile(
     profile: Profile,
     sections: Sections,
@@ -37,7 +25,7 @@ def draw_profile(
     on: FigureBase | None = None,
 ) -> FigureBase:
     """Draw the simulated level over the crack, with the caliper's means, their 95 % band and single readings."""
-    figure = canvas(on, 9.0, 3.9)
+    figure = on or theme.wide_figure(3.9)
     compared = (None, None) if readings is None or comparison is None else (readings, comparison)
     draw_levels(figure.add_subplot(), profile, sections, *compared)
     return figure
@@ -58,85 +46,85 @@ def draw_levels(
     s_mm = there[0].s_mm
     highest_mm = float(there[0].level_mm.max())
     bottom_mm = min(float(curve.level_mm.min()) for curve in there) - 1.5
-    axes.axhline(0.0, color=INK, linewidth=1.0)
+    axes.axhline(0.0, color=theme.INK, linewidth=1.0)
     marks = [("face", 0.0)]
     if sections is not None:
         floor_mm = -np.interp(s_mm, sections.s_mm, sections.depth_mm)
         bottom_mm = float(floor_mm.min()) - 1.5
-        draw_ground(axes, s_mm, floor_mm, bottom_mm)
+        theme.draw_ground(axes, s_mm, floor_mm, bottom_mm)
         marks.append(("floor", float(floor_mm[-1])))
     # Beside the plot, outside all curves.
     beside = axes.get_yaxis_transform()
     for name, z_mm in marks:
         axes.annotate(
-            name, (1.0, z_mm), (4, 0), beside, textcoords="offset points", va="center", color=MUTED, fontsize=8
+            name, (1.0, z_mm), (4, 0), beside, textcoords="offset points", va="center", color=theme.MUTED, fontsize=8
         )
     if readings is not None:
         _draw_readings(axes, readings, comparison)
     if comparison is not None:
         flat_mm = comparison.metrics.flat_level_mm
         label = f"best flat level, {flat_mm:.1f} mm"
-        axes.axhline(flat_mm, color=THIRD, linewidth=1.2, linestyle=DOTTED, label=label)
+        axes.axhline(flat_mm, color=theme.THIRD, linewidth=1.2, linestyle=DOTTED, label=label)
     if profile is not None:
-        axes.plot(profile.s_mm, profile.level_mm, color=SIMULATED, label="simulated")
+        axes.plot(profile.s_mm, profile.level_mm, color=theme.SIMULATED, label="simulated")
     axes.set_xlim(0, s_mm[-1])
     axes.set_ylim(bottom_mm, max(3.0, highest_mm + 1.5))
-    label_axes(axes, ALONG, "level from the face (mm)", "Level of the sealant")
-    put_legend_under_title(axes, columns=3)
+    theme.label_axes(axes, theme.ALONG, "level from the face (mm)", "Level of the sealant")
+    theme.put_legend_under_title(axes, columns=3)
 
 
-@themed()
+@theme.themed()
 def draw_error(profile: Profile, readings: Profile, comparison: Comparison) -> FigureBase:
     """Draw the simulated minus the measured level along the crack, with the band of the readings about zero."""
-    figure = canvas(None, 9.0, 2.9)
+    figure = theme.wide_figure(2.9)
     axes = figure.add_subplot()
     error = level_difference(profile, readings)
     s_mm, error_mm = error.x, error.value
     band_mm, name = _band(comparison)
     if band_mm is not None:
-        axes.fill_between(readings.s_mm, -band_mm, band_mm, color=MEASURED, alpha=0.25, linewidth=0, label=name)
-    axes.fill_between(s_mm, 0.0, error_mm, color=SIMULATED, alpha=0.25, linewidth=0)
-    axes.plot(s_mm, error_mm, color=SIMULATED, label="simulated - measured")
-    axes.axhline(0.0, color=INK, linewidth=1.0)
+        axes.fill_between(readings.s_mm, -band_mm, band_mm, color=theme.MEASURED, alpha=0.25, linewidth=0, label=name)
+    axes.fill_between(s_mm, 0.0, error_mm, color=theme.SIMULATED, alpha=0.25, linewidth=0)
+    axes.plot(s_mm, error_mm, color=theme.SIMULATED, label="simulated - measured")
+    axes.axhline(0.0, color=theme.INK, linewidth=1.0)
     bias_mm, worst_at_mm = comparison.metrics.bias_mm, comparison.worst_at_mm
-    axes.axhline(bias_mm, color=MUTED, linewidth=1.0, linestyle="--", label=f"bias {signed(bias_mm, 2)} mm")
+    axes.axhline(bias_mm, color=theme.MUTED, linewidth=1.0, linestyle="--", label=f"bias {signed(bias_mm, 2)} mm")
     worst = int(np.argmin(np.abs(s_mm - worst_at_mm)))
     ring = {"markersize": 6, "markerfacecolor": "none", "linestyle": "none", "clip_on": False}
     label = f"worst, {comparison.worst_error_mm:.2f} mm at s = {worst_at_mm:.1f} mm"
-    axes.plot(s_mm[worst], error_mm[worst], "o", color=INK, label=label, **ring)
+    axes.plot(s_mm[worst], error_mm[worst], "o", color=theme.INK, label=label, **ring)
     axes.set_xlim(0, profile.s_mm[-1])
     axes.margins(y=0.15)
-    label_axes(axes, ALONG, "error (mm)", "Signed error: positive where the simulated level is too high")
-    put_legend_under_title(axes, columns=2)
+    theme.label_axes(axes, theme.ALONG, "error (mm)", "Signed error: positive where the simulated level is too high")
+    theme.put_legend_under_title(axes, columns=2)
     return figure
 
 
-@themed()
+@theme.themed()
 def draw_histogram(comparison: Comparison, on: FigureBase | None = None) -> FigureBase:
     """Draw the mean absolute error in each 10 mm of the crack's length, as in the paper's Fig. 9b."""
-    figure = canvas(on, 9.0, 2.9)
+    figure = on or theme.wide_figure(2.9)
     axes = figure.add_subplot()
     bins = [part for part in comparison.metrics.error_by_bin if part.covered_mm > 0]
     many = len(bins) > MOST_BIN_LABELS
     begins_mm = np.array([part.from_mm for part in bins])
     widths_mm = np.array([part.to_mm for part in bins]) - begins_mm
     errors_mm = np.array([part.mean_error_mm for part in bins])
-    axes.bar(begins_mm, errors_mm, widths_mm, align="edge", color=SIMULATED, edgecolor="white", linewidth=1.5)
+    axes.bar(begins_mm, errors_mm, widths_mm, align="edge", color=theme.SIMULATED, edgecolor="white", linewidth=1.5)
     above = {"ha": "center", "va": "bottom", "fontsize": 8, "rotation": 90 if many else 0, "bbox": OVER_LINES}
     for x_mm, error_mm in zip(begins_mm + widths_mm / 2, errors_mm, strict=True):
         axes.annotate(f"{error_mm:.2f}", (x_mm, error_mm), (0, 3), textcoords="offset points", zorder=5, **above)
     mean_mm, limit_mm = comparison.mean_error_mm, comparison.mean_error_limit_mm
-    axes.axhline(mean_mm, color=INK, linestyle="--", linewidth=1.0, label=f"mean error {mean_mm:.2f} mm")
+    axes.axhline(mean_mm, color=theme.INK, linestyle="--", linewidth=1.0, label=f"mean error {mean_mm:.2f} mm")
     if limit_mm is not None:
-        axes.axhline(limit_mm, color=MEASURED, linestyle=DOTTED, label=f"gate for the mean, {limit_mm:g} mm")
+        axes.axhline(limit_mm, color=theme.MEASURED, linestyle=DOTTED, label=f"gate for the mean, {limit_mm:g} mm")
     axes.set_xlim(0, bins[-1].to_mm if bins else None)
     # Labels of many bins are upright and three times as high.
     axes.margins(y=0.25 if many else 0.12)
     axes.grid(visible=False, axis="x")
     edges_mm = [*begins_mm, *(begins_mm[-1:] + widths_mm[-1:])][:: len(bins) // MOST_BIN_LABELS + 1]
     axes.set_xticks(edges_mm, [f"{edge_mm:.4g}" for edge_mm in edges_mm])
-    label_axes(axes, ALONG, "mean |error| (mm)", "Error by 10 mm of the crack's length")
-    put_legend_under_title(axes, columns=2)
+    theme.label_axes(axes, theme.ALONG, "mean |error| (mm)", "Error by 10 mm of the crack's length")
+    theme.put_legend_under_title(axes, columns=2)
     return figure
 
 
@@ -144,13 +132,13 @@ def _draw_readings(axes: Axes, readings: Profile, comparison: Comparison | None)
     s_mm, level_mm = readings.s_mm, readings.level_mm
     band_mm, name = (None, "") if comparison is None else _band(comparison)
     if readings.repeats_mm is not None:
-        lines = axes.plot(s_mm, readings.repeats_mm, "_", color=MEASURED, markersize=7, alpha=0.6)
+        lines = axes.plot(s_mm, readings.repeats_mm, "_", color=theme.MEASURED, markersize=7, alpha=0.6)
         lines[0].set_label("single readings")
     if band_mm is not None:
         low_mm, high_mm = level_mm - band_mm, level_mm + band_mm
-        axes.fill_between(s_mm, low_mm, high_mm, color=MEASURED, alpha=0.3, linewidth=0, label=name)
+        axes.fill_between(s_mm, low_mm, high_mm, color=theme.MEASURED, alpha=0.3, linewidth=0, label=name)
     kind = "caliper" if readings.data == "measured" else f"caliper, {readings.data.upper()}"
-    axes.plot(s_mm, level_mm, "o-", color=MEASURED, markersize=3.5, label=kind)
+    axes.plot(s_mm, level_mm, "o-", color=theme.MEASURED, markersize=3.5, label=kind)
 
 
 def _band(comparison: Comparison) -> tuple[Floats | None, str]:
@@ -160,29 +148,33 @@ def _band(comparison: Comparison) -> tuple[Floats | None, str]:
     return comparison.metrics.readings.band_95_mm, "95 % band of the readings, by repeats alone"
 
 
-@themed()
+@theme.themed()
 def draw_uncertainty(stations: StationErrors) -> FigureBase:
     """Draw the error at each station above its standard uncertainties."""
     s_mm, error_mm, validation_mm = stations.s_mm, stations.error_mm, stations.validation_mm
-    figure = canvas(None, 9.0, 4.6)
+    figure = theme.wide_figure(4.6)
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
     half_mm = COVERAGE * validation_mm
     resolved = np.abs(error_mm) > half_mm
-    upper.axhline(0.0, color=INK, linewidth=1.0)
-    upper.errorbar(s_mm, error_mm, half_mm, fmt="none", ecolor=MUTED, elinewidth=1.0, capsize=2.5, label="± 2 u_val")
-    for which, fill, name in ((resolved, SIMULATED, "|E| above 2 u_val"), (~resolved, "#ffffff", "not above it")):
-        upper.plot(s_mm[which], error_mm[which], "o", color=SIMULATED, markerfacecolor=fill, markersize=5, label=name)
-    label_axes(upper, "", "E (mm)", "Error at the stations: positive where the simulated level is too high")
-    put_legend_under_title(upper, columns=3)
+    upper.axhline(0.0, color=theme.INK, linewidth=1.0)
+    upper.errorbar(
+        s_mm, error_mm, half_mm, fmt="none", ecolor=theme.MUTED, elinewidth=1.0, capsize=2.5, label="± 2 u_val"
+    )
+    for which, fill, name in ((resolved, theme.SIMULATED, "|E| above 2 u_val"), (~resolved, "#ffffff", "not above it")):
+        upper.plot(
+            s_mm[which], error_mm[which], "o", color=theme.SIMULATED, markerfacecolor=fill, markersize=5, label=name
+        )
+    theme.label_axes(upper, "", "E (mm)", "Error at the stations: positive where the simulated level is too high")
+    theme.put_legend_under_title(upper, columns=3)
     for part_mm, name, colour, style in (
-        (stations.data_mm, "readings", MEASURED, "-"),
-        (stations.numerics_mm, "numerics", SIMULATED, "--"),
-        (stations.inputs_mm, "inputs", THIRD, "-."),
+        (stations.data_mm, "readings", theme.MEASURED, "-"),
+        (stations.numerics_mm, "numerics", theme.SIMULATED, "--"),
+        (stations.inputs_mm, "inputs", theme.THIRD, "-."),
     ):
         if part_mm is not None:
             lower.plot(s_mm, part_mm, style, color=colour, label=name)
-    lower.plot(s_mm, validation_mm, color=INK, linewidth=1.0, label="u_val, all together")
+    lower.plot(s_mm, validation_mm, color=theme.INK, linewidth=1.0, label="u_val, all together")
     lower.set_ylim(bottom=0.0)
-    label_axes(lower, ALONG, "u (mm)", "Standard uncertainties")
-    put_legend_under_title(lower, columns=4)
+    theme.label_axes(lower, theme.ALONG, "u (mm)", "Standard uncertainties")
+    theme.put_legend_under_title(lower, columns=4)
     return figure

@@ -8,39 +8,27 @@ from matplotlib.patches import Rectangle
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
+from sealtwin.core.drawing import theme
 from sealtwin.core.drawing.particles import SECTIONS_AT, ColourScale, age_scale, draw_discs, draw_section, show_to_scale
-from sealtwin.core.drawing.theme import (
-    AIR,
-    ALONG,
-    GROUND,
-    HEIGHTS,
-    MEASURED,
-    ON_GROUND,
-    canvas,
-    draw_ground,
-    label_axes,
-    put_legend_under_title,
-    themed,
-)
 from sealtwin.core.records import FaceLabel, Outline, Profile, Run, Solid, Trajectory, arc_length_at
 from validate.figures.rendering import render
 
-FACE_COLOURS = np.array([to_rgb(colour) for colour in (GROUND, "#5b87a6", "#35566e", "#8fb0c6", "#ada497")])
+FACE_COLOURS = np.array([to_rgb(colour) for colour in (theme.GROUND, "#5b87a6", "#35566e", "#8fb0c6", "#ada497")])
 """Colours of the triangles of a solid, in the order of ``FaceLabel``."""
 WIDTH_PX = 1000
 
 
-@themed()
+@theme.themed()
 def draw_solid(solid: Solid) -> FigureBase:
     """Draw the block from above, and its cavity alone from the side, as a cast; each as wide as the figure."""
     colour = FACE_COLOURS[solid.face_label]
     azimuth_deg = square_on(solid)
     cavity = np.isin(solid.face_label, (FaceLabel.WALL, FaceLabel.FLOOR))
-    dams = ", with the dams at its open ends" if solid.report.get("dams") else ""
+    dams = ", with the dams at its open ends" if solid.figures.dams else ""
     volume = f"{solid.cavity_volume_mm3 / 1000:.2f} ml, {solid.depth_mm:g} mm deep"
     block = render(solid.vertices_mm, solid.faces, colour, azimuth_deg - 40, 42, WIDTH_PX)
     cast = render(solid.vertices_mm, solid.faces[cavity], colour[cavity], azimuth_deg, 14, WIDTH_PX)
-    figure = canvas(None, 9.0, 5.6)
+    figure = theme.wide_figure(5.6)
     pictures = ((block, f"The sample{dams}"), (cast, f"Its cavity as a cast, {volume}"))
     for axes, (picture, title) in zip(figure.subplots(2, 1, height_ratios=(2.1, 1.0)), pictures, strict=True):
         axes.imshow(picture)
@@ -50,10 +38,10 @@ def draw_solid(solid: Solid) -> FigureBase:
     return figure
 
 
-@themed()
+@theme.themed()
 def draw_still(still: NDArray[np.uint8], oldest_s: float) -> FigureBase:
     """Draw a picture of the fill in three dimensions, (h, w, 4), with its colour bar."""
-    figure = canvas(None, 9.0, 4.6)
+    figure = theme.wide_figure(4.6)
     axes = figure.add_subplot()
     axes.imshow(still)
     axes.set_axis_off()
@@ -63,68 +51,68 @@ def draw_still(still: NDArray[np.uint8], oldest_s: float) -> FigureBase:
     return figure
 
 
-@themed()
+@theme.themed()
 def draw_side_view(
     run: Run, outline: Outline, solid: Solid, profile: Profile, on: FigureBase | None = None
 ) -> FigureBase:
     """Draw the particles along the crack and in height, by age, with the profile measured from them."""
-    figure = canvas(on, 9.0, 3.1)
+    figure = on or theme.wide_figure(3.1)
     axes = figure.add_subplot()
     s_mm = arc_length_at(run.position_mm[:, :2], outline.centreline_mm)
     shown = ~run.spilled & (s_mm > -8) & (s_mm < outline.length_mm + 8)
     along_mm = np.linspace(-6, outline.length_mm + 6, 500)
-    draw_ground(axes, along_mm, -solid.depth_at_mm(along_mm), -solid.depth_mm - 2)
-    axes.axhline(0.0, color=ON_GROUND, linewidth=0.8)
-    axes.set_facecolor(AIR)
+    theme.draw_ground(axes, along_mm, -solid.depth_at_mm(along_mm), -solid.depth_mm - 2)
+    axes.axhline(0.0, color=theme.ON_GROUND, linewidth=0.8)
+    axes.set_facecolor(theme.AIR)
     place_mm = np.column_stack([s_mm, run.position_mm[:, 2]])[shown]
     discs = draw_discs(axes, place_mm, run.radius_mm, run.age_s[shown], _ages(run))
     figure.colorbar(discs, ax=axes, label="age (s)", shrink=0.8, pad=0.01)
-    axes.plot(profile.s_mm, profile.level_mm, color=AIR, linewidth=3.0)
+    axes.plot(profile.s_mm, profile.level_mm, color=theme.AIR, linewidth=3.0)
     label = "profile read from the particles"
-    axes.plot(profile.s_mm, profile.level_mm, color=MEASURED, linewidth=1.4, label=label)
+    axes.plot(profile.s_mm, profile.level_mm, color=theme.MEASURED, linewidth=1.4, label=label)
     top_mm = max(4.0, float(run.position_mm[shown, 2].max(initial=0.0)) + 1.5)
     show_to_scale(axes, (-6, outline.length_mm + 6), (-solid.depth_mm - 2, top_mm))
-    label_axes(axes, ALONG, "z (mm)", "Side view of the fill: particles by age")
-    put_legend_under_title(axes, columns=1)
+    theme.label_axes(axes, theme.ALONG, "z (mm)", "Side view of the fill: particles by age")
+    theme.put_legend_under_title(axes, columns=1)
     return figure
 
 
-@themed()
+@theme.themed()
 def draw_top_view(run: Run, outline: Outline, solid: Solid, trajectory: Trajectory) -> FigureBase:
     """Draw the sample from above: particles by height, the traced walls, the nozzle's path."""
-    figure = canvas(None, 9.0, 3.6)
+    figure = theme.wide_figure(3.6)
     axes = figure.add_subplot()
     x_min, y_min, x_max, y_max = solid.block_mm
-    face = Rectangle((x_min, y_min), x_max - x_min, y_max - y_min, facecolor=GROUND, edgecolor="none")
+    face = Rectangle((x_min, y_min), x_max - x_min, y_max - y_min, facecolor=theme.GROUND, edgecolor="none")
     axes.add_patch(face)
     shown = ~run.spilled
     order = np.argsort(run.position_mm[shown, 2])
     position_mm = run.position_mm[shown][order]
-    heights = ColourScale("z (mm)", HEIGHTS, Normalize())
+    heights = ColourScale("z (mm)", theme.HEIGHTS, Normalize())
     discs = draw_discs(axes, position_mm[:, :2], run.radius_mm, position_mm[:, 2], heights)
     figure.colorbar(discs, ax=axes, label="z (mm)", shrink=0.8, pad=0.01)
     for wall_mm in (outline.left_wall_mm, outline.right_wall_mm):
-        (wall,) = axes.plot(*wall_mm.T, color=ON_GROUND, linewidth=0.9)
+        (wall,) = axes.plot(*wall_mm.T, color=theme.ON_GROUND, linewidth=0.9)
         # The stations of an oblique open end continue past the edge of the sample.
         wall.set_clip_path(face)
-    axes.plot(*trajectory.position_mm[:, :2].T, color=MEASURED, linewidth=1.2, label="nozzle path, from its dot")
-    axes.plot(*trajectory.position_mm[0, :2], "o", color=MEASURED, markersize=5)
+    axes.plot(*trajectory.position_mm[:, :2].T, color=theme.MEASURED, linewidth=1.2, label="nozzle path, from its dot")
+    axes.plot(*trajectory.position_mm[0, :2], "o", color=theme.MEASURED, markersize=5)
     # The legend shows the line on mortar: it is as dark as a dark page.
-    on_mortar = [withStroke(linewidth=5.0, foreground=GROUND)]
+    on_mortar = [withStroke(linewidth=5.0, foreground=theme.GROUND)]
     label = f"walls in the {outline.seen_in}"
-    axes.plot([], [], color=ON_GROUND, linewidth=0.9, path_effects=on_mortar, label=label)
+    axes.plot([], [], color=theme.ON_GROUND, linewidth=0.9, path_effects=on_mortar, label=label)
     low, high = outline.outline_mm.min(axis=0) - 14, outline.outline_mm.max(axis=0) + 14
     x_mm = max(low[0], x_min - 4), min(high[0], x_max + 4)
     show_to_scale(axes, x_mm, (max(low[1], y_min - 4), min(high[1], y_max + 4)))
-    label_axes(axes, "x (mm)", "y (mm)", "Top view: particles by height")
-    put_legend_under_title(axes, columns=2)
+    theme.label_axes(axes, "x (mm)", "y (mm)", "Top view: particles by height")
+    theme.put_legend_under_title(axes, columns=2)
     return figure
 
 
-@themed()
+@theme.themed()
 def draw_sections(run: Run, outline: Outline, solid: Solid) -> FigureBase:
     """Draw sections across the crack at three places, particles by age."""
-    figure = canvas(None, 9.0, 3.4)
+    figure = theme.wide_figure(3.4)
     row = figure.subplots(1, len(SECTIONS_AT), sharey=True)
     stays = ~run.spilled
     position_mm = run.position_mm[stays]

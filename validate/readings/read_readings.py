@@ -1,17 +1,30 @@
-"""Caliper readings of a trial, read from a lab's sheet."""
+"""Caliper readings of a trial: the rows under a sheet's header, with a fault for each cell that cannot be read."""
 
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Profile
-from validate.readings.columns import read_header
+from validate.readings.columns import Column, Header, read_header
 from validate.readings.samples import read_cells, rows_of_sample
-from validate.readings.sheet import FaultList, Place, shown
-from validate.readings.table import CrackLimits, TableReader, level_mm
-from validate.settings import Declared, Readings
+from validate.readings.sheet import FaultList, Place, SheetCell, SheetGrid, SheetRow, letters, quoted, shown
+from validate.readings.text_table import common_mark, is_ambiguous, is_grouped, is_missing, number
+from validate.settings import Decimal, Declared, Quantity, Readings, Unit
 from validate.units import LABELS, counted
+
+Height = TypeVar("Height", float, Floats)
+
+MM: dict[Unit, float] = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
+CLOSEST_MM = 0.01
+"""Least distance of two stations, the last digit of a caliper; closer ones are one station that was read twice."""
+SLACK_MM = 2.0
+LONGEST_MM = 10_000.0  # Limit on s for a crack whose length is not known: longer ones fit on no table of a lab
 
 
 def read_readings(
@@ -38,28 +51,6 @@ def read_readings(
     faults.raise_if_any()
     data = settings.data if isinstance(settings, Readings) else "undeclared"
     return Profile(s_mm, np.nanmean(levels_mm, axis=1), levels_mm, data, path.name, _dialect(table, levels_mm.shape[1]))
-
-
-def _dialect(table: TableReader, repeats: int) -> str:
-    grid, header, declared = table.grid, table.header, table.declared
-    sample = () if declared.sample is None else (f"rows of {shown(declared.sample)}",)
-    decimal = () if table.mark is None else (f"decimal {table.mark}",)
-    units = list(dict.fromkeys(str(column.unit) for column in header.readings))
-    upward = "upward" if header.quantity == "level" else "downward"
-    counting = f"{header.quantity} {upward} in {' and '.join(units)} from {LABELS['datums'][declared.datum]}"
-    if declared.datum != "sample_surface":
-        counting += f", {declared.datum_level_mm or 0.0:+g} mm from the sample surface"
-    if units != [header.station.unit]:
-        counting += f", places in {header.station.unit}"
-    layout = "wide" if header.repeat is None else "long"
-    parts = [", ".join((*grid.written, *sample, *decimal)), f"{layout}, {counted(repeats, 'repeat')}", counting]
-    if table.missing:
-        parts.append(f"{counted(table.missing, 'reading')} missing")
-    if header.above:
-        parts.append(f"{counted(header.above, 'line')} above the header")
-    if header.skipped:
-        parts.append("not readings: " + ", ".join(shown(column.name) for column in header.skipped[:8]))
-    return "; ".join((*parts, *grid.remarks))
 
 
 def take_readings(
@@ -91,3 +82,257 @@ def take_readings(
     if len(s_mm) < 2 or (np.diff(s_mm) <= 0).any():
         raise InputError(f"{name}: {len(s_mm)} stations with a reading; give two or more, each place once.")
     return Profile(s_mm, np.nanmean(levels_mm, axis=1), levels_mm, settings.data, name)
+
+
+@dataclass(frozen=True)
+class CrackLimits:
+    """Length and depth of a crack, which limit the readings in it: a wrong sign or unit puts most beyond them."""
+
+    length_mm: float | None  # Length of the centreline; None before the crack is traced
+    depth_mm: float
+
+    def check_station(self, place: Place, written: str, s_mm: float, faults: FaultList) -> None:
+        # The length is known to about a millimetre, or to a share of it by the scale; the last station of a caliper is
+        # the crack's end. At the beginning the scale has no share.
+        if self.length_mm is None:
+            furthest_mm, extent = LONGEST_MM, f"0 to at most {LONGEST_MM:g} mm"
+        else:
+            furthest_mm = self.length_mm + max(SLACK_MM, 0.03 * self.length_mm)
+            extent = f"0 to {self.length_mm:.1f} mm along its centreline"
+        if not -SLACK_MM <= s_mm <= furthest_mm:
+            found = f"{s_mm:.12g} mm is outside the crack, {extent}."
+            faults.add(place, found, "Check the unit, and from which end s is counted.", written)
+
+    def check_level(self, place: Place, written: str, level_mm: float, faults: FaultList) -> None:
+        """Add a fault for a level, counted upward from the sample's surface, that no sealant can have."""
+        # Hand-made floors are uneven by up to a quarter of the depth, and beads of paste stand a few millimetres high.
+        lowest_mm, highest_mm = -1.25 * self.depth_mm - 1.0, max(5.0, self.depth_mm / 2)
+        if not lowest_mm <= level_mm <= highest_mm:
+            faults.add(
+                place,
+                f"{written} is a level of {level_mm:g} mm from the face; {lowest_mm:g} to {highest_mm:g} mm is "
+                f"possible in a crack {self.depth_mm:g} mm deep.",
+                "Level counts upward, depth downward: check the column's name, its unit and the datum.",
+                written,
+            )
+
+
+def level_mm(reading_mm: Height, quantity: Quantity | None, declared: Declared) -> Height:
+    """Return readings as heights above the sample's surface."""
+    upward_mm = -reading_mm if quantity == "depth" else reading_mm
+    return upward_mm + (declared.datum_level_mm or 0.0)
+
+
+@dataclass
+class _Station:
+    s_mm: float
+    row: SheetRow
+    values_mm: dict[str, float]  # Readings by the label of the repeat
+
+
+@dataclass
+class TableReader:
+    """Reader of the cells under a header, which adds a fault for each that cannot be read."""
+
+    grid: SheetGrid
+    header: Header
+    declared: Declared
+    crack: CrackLimits | None
+    faults: FaultList
+    missing: int = 0  # Number of readings that are marked as missing, known once the rows are read
+
+    def read(self) -> tuple[Floats, Floats]:
+        """Return the stations that are readable, (n,), increasing, and the levels of their repeats, (n, r).
+
+        A level is NaN where a reading is missing, and never in a whole row.
+        """
+        self._check_merged()
+        stations = [station for row in self.header.body if (station := self._station(row)) is not None]
+        if self.header.repeat is not None:
+            stations = self._gathered(stations)
+        stations.sort(key=lambda station: station.s_mm)
+        self._check_neighbours(stations)
+        labels = sorted({label for station in stations for label in station.values_mm}, key=_by_number)
+        readings_mm = np.array([[station.values_mm.get(label, np.nan) for label in labels] for station in stations])
+        readings_mm = readings_mm.reshape(len(stations), len(labels))
+        read = ~np.isnan(readings_mm).all(axis=1)
+        self.missing = sum(math.isnan(value_mm) for station in stations for value_mm in station.values_mm.values())
+        s_mm = np.array([station.s_mm for station in stations])
+        return s_mm[read], level_mm(readings_mm[read], self.header.quantity, self.declared)
+
+    def _check_merged(self) -> None:
+        """Add a fault for each merged range of readings: its one value may be that of all cells, or of the first."""
+        header = self.header
+        # A merged header is legible: its names are those of the line below, or of columns without a name.
+        first_row = header.body[0].number if header.body else header.row.number
+        used = {column.index for column in header.read}
+        for row, column, last_row, last_column in self.grid.merged:
+            if last_row >= first_row and any(column <= index <= last_column for index in used):
+                self.faults.add(
+                    self.grid.place(row, column),
+                    f"cells {letters(column)}{row} to {letters(last_column)}{last_row} are merged, and hold one value.",
+                    "Unmerge them and write each cell's own value into it.",
+                )
+
+    @cached_property
+    def mark(self) -> Decimal | None:
+        """Decimal mark of the numbers; None where no number has one."""
+        if self.declared.decimal is not None:
+            return self.declared.decimal
+        written = [
+            (row, column, cell.text)
+            for row in self.header.body
+            for column in (self.header.station, *self.header.readings)
+            if (cell := row.cell(column.index)).kind == "text" and cell.text
+        ]
+        mark = common_mark((text for _, _, text in written), self.grid.separator)
+        doubtful = [each for each in written if is_ambiguous(each[2])]
+        if mark is None and doubtful:
+            row, column, text = doubtful[0]
+            self.faults.add(
+                self._place(row, column),
+                f"{text!r} is {text.replace(',', '.')}, or {text.replace(',', '').replace('.', '')} with its thousands "
+                f"set apart; {len(doubtful)} such here, and no other number decides it.",
+                'Declare [readings] decimal = "comma" or "point".',
+                text,
+            )
+        return mark
+
+    def _station(self, row: SheetRow) -> _Station | None:
+        """Return the station of a row; None where it holds none, or where its station or its width is a fault."""
+        header = self.header
+        if not self._fits(row):
+            return None
+        filled = {index for index, cell in enumerate(row.cells) if cell.text or cell.kind != "text"}
+        if filled <= {column.index for column in header.skipped}:
+            return None
+        column = header.station
+        s_mm = self._in_mm(row, column, "Give every row its station.")
+        if s_mm is not None and self.crack is not None and column.unit is not None:
+            self.crack.check_station(self._place(row, column), row.cell(column.index).text, s_mm, self.faults)
+        labels = [f"{index}" for index in range(len(header.readings))]
+        if header.repeat is not None:
+            labels = [self._repeat(row, header.repeat)] * len(header.readings)
+        values_mm = {label: self._reading(row, column) for label, column in zip(labels, header.readings, strict=True)}
+        return None if s_mm is None else _Station(s_mm, row, values_mm)
+
+    def _fits(self, row: SheetRow) -> bool:
+        width = self.header.row.width
+        if self.grid.separator is not None and (len(row.cells) < width or row.width > width):
+            self.faults.add(
+                self.grid.place(row.number),
+                f"{counted(max(row.width, len(row.cells)), 'field')} under {counted(width, 'column')}.",
+                "Write one field for each column; leave a missing reading blank, and write decimals with a "
+                + ("point." if self.grid.separator == "," else "comma or a point, without thousands set apart."),
+            )
+            return False
+        for index, cell in enumerate(row.cells):
+            if cell.text and not self.header.row.cell(index).text:
+                found = f"{quoted(cell.text)} is in column {index + 1}, which has no name."
+                remedy = "Name the column, such as 'note', or delete it."
+                self.faults.add(self.grid.place(row.number, index), found, remedy, cell.text)
+        return True
+
+    def _repeat(self, row: SheetRow, column: Column) -> str:
+        text = row.cell(column.index).text
+        if is_missing(text):
+            found = f"{text!r} is no number of a reading of the station."
+            self.faults.add(self._place(row, column), found, "Number the readings of each station.", text)
+        return text
+
+    def _reading(self, row: SheetRow, column: Column) -> float:
+        cell = row.cell(column.index)
+        if cell.kind == "text" and is_missing(cell.text):
+            return np.nan
+        reading_mm = self._in_mm(row, column, "Leave the field blank if the reading is missing.")
+        if reading_mm is None:
+            return np.nan
+        if self.crack is not None and column.unit is not None and self.header.quantity is not None:
+            height_mm = level_mm(reading_mm, self.header.quantity, self.declared)
+            self.crack.check_level(self._place(row, column), cell.text, height_mm, self.faults)
+        return reading_mm
+
+    def _in_mm(self, row: SheetRow, column: Column, remedy: str) -> float | None:
+        """Return the number of a cell in millimetres, or None after adding a fault."""
+        cell = row.cell(column.index)
+        value = float(cell.text) if cell.kind == "number" else None
+        if cell.kind == "text":
+            value = number(cell.text, self.mark)
+        if value is None:
+            self.faults.add(self._place(row, column), *self._complaint(column, cell, remedy), cell.text)
+            return None
+        return value * MM[column.unit or "mm"]
+
+    def _complaint(self, column: Column, cell: SheetCell, remedy: str) -> tuple[str, str]:
+        text = quoted(cell.text)
+        if cell.kind == "formula":
+            return "a formula whose result is not stored.", "Open the workbook in a spreadsheet program and save it."
+        if cell.kind == "error":
+            return f"{text} is an error of the spreadsheet.", "Mend the formula, or clear the cell."
+        if cell.kind == "date":
+            found = f"{text} is a date; a spreadsheet makes one of a number such as 16.1."
+            return found, "Give the column the format of numbers, and write the reading again."
+        if self.mark is not None and (is_grouped(cell.text) or number(cell.text, None) is not None):
+            found = f"{text} has another mark than the decimal {self.mark} of this sheet, or its thousands set apart."
+            return found, "Write all numbers one way, without thousands set apart."
+        example = "-4,25" if self.mark == "comma" else "-4.25"
+        return f"{text} is no number in {column.unit or 'its unit'}, such as {example}.", remedy
+
+    def _gathered(self, rows: list[_Station]) -> list[_Station]:
+        """Return one station for all rows of a long sheet with the same s."""
+        stations: dict[float, _Station] = {}
+        for row in rows:
+            station = stations.setdefault(row.s_mm, _Station(row.s_mm, row.row, {}))
+            for label in row.values_mm.keys() & station.values_mm:
+                found = f"repeat {quoted(label)} of {row.s_mm:.12g} mm occurs twice."
+                self.faults.add(
+                    self._place(row.row, self.header.station), found, "Number the readings of each station.", label
+                )
+            station.values_mm |= row.values_mm
+        return list(stations.values())
+
+    def _check_neighbours(self, stations: list[_Station]) -> None:
+        """Add a fault for each two of the sorted stations that are one, or closer than a caliper resolves."""
+        for before, station in pairwise(stations):
+            s_mm = f"{station.s_mm:.12g}"
+            if station.s_mm == before.s_mm:
+                found = f"{s_mm} mm occurs twice, first in row {before.row.number}."
+            elif station.s_mm - before.s_mm < CLOSEST_MM * (1 - 1e-9):
+                found = (
+                    f"{s_mm} mm is less than {CLOSEST_MM:g} mm after {before.s_mm:.12g} mm in row {before.row.number}."
+                )
+            else:
+                continue
+            remedy = "Write repeated readings of a station as columns of one row, or number them in a column 'repeat'."
+            self.faults.add(self._place(station.row, self.header.station), found, remedy, s_mm)
+
+    def _place(self, row: SheetRow, column: Column) -> Place:
+        return self.grid.place(row.number, column.index, column.name)
+
+
+def _by_number(label: str) -> tuple[bool, float, str]:
+    """Return a key that sorts numbers by size, before words."""
+    value = number(label, "point")
+    return value is None, value or 0.0, label
+
+
+def _dialect(table: TableReader, repeats: int) -> str:
+    grid, header, declared = table.grid, table.header, table.declared
+    sample = () if declared.sample is None else (f"rows of {shown(declared.sample)}",)
+    decimal = () if table.mark is None else (f"decimal {table.mark}",)
+    units = list(dict.fromkeys(str(column.unit) for column in header.readings))
+    upward = "upward" if header.quantity == "level" else "downward"
+    counting = f"{header.quantity} {upward} in {' and '.join(units)} from {LABELS['datums'][declared.datum]}"
+    if declared.datum != "sample_surface":
+        counting += f", {declared.datum_level_mm or 0.0:+g} mm from the sample surface"
+    if units != [header.station.unit]:
+        counting += f", places in {header.station.unit}"
+    layout = "wide" if header.repeat is None else "long"
+    parts = [", ".join((*grid.written, *sample, *decimal)), f"{layout}, {counted(repeats, 'repeat')}", counting]
+    if table.missing:
+        parts.append(f"{counted(table.missing, 'reading')} missing")
+    if header.above:
+        parts.append(f"{counted(header.above, 'line')} above the header")
+    if header.skipped:
+        parts.append("not readings: " + ", ".join(shown(column.name) for column in header.skipped[:8]))
+    return "; ".join((*parts, *grid.remarks))

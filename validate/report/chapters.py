@@ -109,7 +109,7 @@ def _chapters(evidence: Evidence) -> Iterator[tuple[str, str, list[Item]]]:
     yield "Assumptions", "assumptions", [Paragraph(tuple(sample_and_run.assumptions(evidence)))]
     yield "Left out", "left-out", [Paragraph(tuple(sample_and_run.left_out(evidence)))]
     solid_and_path = sample_and_run.geometry_table(evidence), sample_and_run.path_table(evidence)
-    dams = ", with the dams at its open ends" if evidence.solid.report.get("dams") else ""
+    dams = ", with the dams at its open ends" if evidence.solid.figures.dams else ""
     # Its two pictures are rendered once for the page and the PDF.
     solid = Plate(
         f"The solid that was simulated, as it is in crack.stl{dams}, and its cavity alone.",

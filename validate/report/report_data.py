@@ -9,19 +9,8 @@ import sys
 from collections.abc import Iterable
 from typing import Any, Literal
 
-from sealtwin.core.comparison import (
-    Comparison,
-    ErrorBin,
-    ErrorBudget,
-    JsonRecord,
-    Known,
-    LevelMetrics,
-    MassBalance,
-    Outcome,
-    Role,
-    ShiftedError,
-)
-from sealtwin.core.records import DataKind
+from sealtwin.core.comparison import Comparison, ErrorBin, ErrorBudget, LevelMetrics, Outcome, Role, ShiftedError
+from sealtwin.core.records import DataKind, JsonRecord, Known
 from validate.report_input import Evidence, ReadingsSheet
 from validate.units import PageTable, unit_of, words
 from validate.wording.comparison import INPUTS, uncertainty_sentences, volumes_mm3
@@ -208,9 +197,8 @@ def _compared(comparison: Comparison | None) -> dict[str, Any]:
     content["metrics"] = _numbers(comparison.metrics, METRICS)
     if volumes is not None:
         content["metrics"] |= _numbers(volumes, ("volume_balance_level_mm", "volume_balance_error_mm"))
-        content["settled"] = _numbers(
-            volumes.mass_balance, [key for key in MassBalance.model_fields if key.endswith(("mm3", "mm2"))]
-        )
+        balance = volumes.mass_balance
+        content["settled"] = _numbers(balance, [key for key, _ in balance if key.endswith(("mm3", "mm2"))])
     if found is None:
         return content
     for key, interval in (("mean_error_mm", found.mean_error_interval_mm), ("bias_mm", found.bias_interval_mm)):
@@ -220,7 +208,7 @@ def _compared(comparison: Comparison | None) -> dict[str, Any]:
             key: ReportedSizes(
                 radii_mm=sizes.radii_mm, values_mm=one.values, kind=one.kind, order=one.order, band_95_mm=one.band
             )
-            for key, one in sizes.series.items()
+            for key, one in (("mean_level_mm", sizes.mean_level_mm), ("mean_error_mm", sizes.mean_error_mm))
         }
     for one in found.inputs:
         meaning, unit = INPUTS[one.name]

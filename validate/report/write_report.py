@@ -2,25 +2,31 @@
 
 import base64
 import hashlib
+import io
 from collections.abc import Sequence
+from datetime import UTC, datetime
 from importlib.resources import files as resources
+from itertools import zip_longest
 from pathlib import Path
-from typing import Literal
+from typing import Literal, Self
 
 import cv2
 import jinja2
 import matplotlib
 import numpy as np
+from fpdf import FPDF
+from fpdf.enums import MethodReturnValue
+from fpdf.fonts import TTFFont
 from markupsafe import Markup
 from matplotlib.colors import to_hex
 from numpy.typing import NDArray
+from PIL import Image
 
-from sealtwin.core.drawing.theme import AGES, MUTED, as_png, as_svg, in_page
+from sealtwin.core.drawing.theme import AGES, GRID, INK, MUTED, SIMULATED, as_png, as_svg, in_page, printable
 from sealtwin.core.files import replacing, write_json, write_text
 from validate.figures.solid_pictures import draw_still
 from validate.report.chapters import Chapter, CommandLines, Paragraph, PhotoBlock, Picture, Plate, chapters
 from validate.report.report_data import ReportData, report_data
-from validate.report.typeset import WIDTH_IN, Typesetter
 from validate.report_input import Evidence
 from validate.units import PageTable
 from validate.wording.headline import key_figures
@@ -35,6 +41,19 @@ CAUTION = "#7a5c00"
 REPORT = ("report.html", "report.pdf", "report.json")  # Files of a report
 
 KeyFigures = Sequence[tuple[str, str]]
+MARGIN_IN = 0.7
+WIDTH_IN = 8.27 - 2 * MARGIN_IN  # Width of what is set on an A4 page
+TEXT_PT, CAPTION_PT, FOOT_PT = 8.5, 8.0, 7.5
+LINE_IN = 0.165  # Distance between two lines of text
+FOOT_IN = 0.5  # Distance of the page's number from the lower edge
+FOLIO_IN = 0.6  # Width of the page's number
+LABEL_IN = 2.9  # Width of a table's first column
+LONGEST_ROW = 10  # Most lines that are kept on one page
+LAST_ROWS = 3  # Rows at the end of a table that are kept on one page
+KEPT_SHARE = 0.35  # A table lower than this share of a page is kept on one page: more would leave pages half empty
+HIGHEST_SHARE = 0.6  # Height of a picture, at most, as a share of the page
+FONT = "DejaVu Sans"
+Weight = Literal["", "B"]
 
 
 def write_report(folder: Path, evidence: Evidence) -> None:
@@ -124,3 +143,136 @@ def _picture(item: Picture) -> bytes:
         return _encoded(".jpg", item.pixels[:, :, ::-1])
     figure = item.draw() if isinstance(item, Plate) else draw_still(item.turntable.still, item.turntable.oldest_s)
     return as_png(figure, WIDTH_IN, FIGURE_DPI)
+
+
+class Typesetter(FPDF):
+    """Pages that are filled from top to bottom; a new one begins where the next line does not fit."""
+
+    def __init__(self, title: str) -> None:
+        """Begin the first page; ``title`` is set at the foot of each page, beside its number."""
+        super().__init__(unit="in", format="A4")
+        fonts = Path(matplotlib.get_data_path(), "fonts", "ttf")
+        self.add_font(FONT, "", fonts / "DejaVuSans.ttf")
+        self.add_font(FONT, "B", fonts / "DejaVuSans-Bold.ttf")
+        self.set_margin(MARGIN_IN)
+        self.set_auto_page_break(True, MARGIN_IN)
+        self.set_line_width(0.5 / 72)
+        self.set_draw_color(GRID)
+        self.c_margin = 0.0
+        self.str_alias_nb_pages = "{number of pages}"
+        # No day's own, so that the same report has the same bytes on another day.
+        self.set_creation_date(datetime(1970, 1, 1, tzinfo=UTC))
+        self._title = printable(title)
+        # A row's height is asked for before the row is set, and breaking lines is most of setting them.
+        self._broken: dict[tuple[str, str], tuple[list[str], list[str]]] = {}
+        self.set_title(self._title)
+        self.set_creator("sealtwin")
+        self._style(TEXT_PT)
+        self.add_page()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *fault: object) -> None:
+        """Close the files of the fonts, which fpdf2 leaves open."""
+        for font in self.fonts.values():
+            if isinstance(font, TTFFont):
+                font.ttfont.close()
+
+    def footer(self) -> None:
+        """Set the running title and the page's number; fpdf2 calls it at the end of each page."""
+        self.set_y(-FOOT_IN)
+        self._style(FOOT_PT, colour=MUTED)
+        width_in = self.epw - FOLIO_IN
+        self.cell(width_in, LINE_IN, next(iter(self.lines(self._title, width_in - LINE_IN)), ""))
+        self.cell(FOLIO_IN, LINE_IN, f"{self.page_no()} of {self.str_alias_nb_pages}")
+
+    def chapter(self, title: str, below_in: float) -> None:
+        """Set a title on a page that has room for ``below_in`` more."""
+        self._title_line(title, 14, 2 * LINE_IN, INK, below_in)
+
+    def heading(self, text: str) -> None:
+        """Set the title of a table."""
+        self._title_line(text, 11, 1.5 * LINE_IN, SIMULATED)
+
+    def paragraph(self, text: str, size_pt: float = TEXT_PT, weight: Weight = "", colour: str = INK) -> None:
+        """Set a paragraph, kept on one page unless it is longer than ten lines."""
+        self._style(size_pt, weight, colour)
+        line_in = LINE_IN * size_pt / TEXT_PT
+        lines = self.lines(text, self.epw)
+        self._keep(line_in * min(len(lines), LONGEST_ROW))
+        for line in lines:
+            self.cell(0, line_in, line, new_x="LMARGIN", new_y="NEXT")
+        self.ln(0.5 * LINE_IN)
+
+    def titled_table(self, title: str, rows: Sequence[tuple[str, str]]) -> None:
+        """Set a table under its title: on one page where it is short, else with the title again on the next page."""
+        self._keep(self.kept_in(rows))
+        self.heading(title)
+        self.rows(rows, title)
+
+    def kept_in(self, rows: Sequence[tuple[str, str]]) -> float:
+        """Return the height in inches of a table's part that is kept together with its title."""
+        height_in = 4 * LINE_IN + sum(map(self._height_in, rows))
+        return height_in if height_in < KEPT_SHARE * self.h else 4 * LINE_IN
+
+    def rows(self, rows: Sequence[tuple[str, str]], title: str = "") -> None:
+        """Set labels and values side by side, each row and the last rows together on one page."""
+        for number, row in enumerate(rows):
+            kept = rows[number:] if len(rows) - number == LAST_ROWS else [row]
+            if self._keep(sum(map(self._height_in, kept))) and title:
+                self.heading(f"{title}, continued")
+            for label, value in zip_longest(*self._cells(row), fillvalue=""):
+                self._style(TEXT_PT, colour=MUTED)
+                self.cell(LABEL_IN, LINE_IN, label)
+                self._style(TEXT_PT)
+                self.cell(0, LINE_IN, value, new_x="LMARGIN", new_y="NEXT")
+            self.line(self.l_margin, self.y, self.w - self.r_margin, self.y)
+            self.ln(0.2 * LINE_IN)
+
+    def picture(self, content: bytes, caption: str) -> None:
+        """Set a picture, as PNG or JPEG, across the page with its caption."""
+        self._style(CAPTION_PT)
+        width_in, height_in = self.size_in(content)
+        self._keep(height_in + LINE_IN * (len(self.lines(caption, self.epw)) + 1))
+        self.image(io.BytesIO(content), x=self.l_margin + (self.epw - width_in) / 2, w=width_in, h=height_in)
+        self.ln(0.3 * LINE_IN)
+        self.paragraph(caption, CAPTION_PT, colour=MUTED)
+        self.ln(0.5 * LINE_IN)
+
+    def size_in(self, content: bytes) -> tuple[float, float]:
+        """Return width and height in inches of a picture across the page."""
+        width_px, height_px = Image.open(io.BytesIO(content)).size
+        per_px_in = min(self.epw / width_px, HIGHEST_SHARE * self.h / height_px)
+        return width_px * per_px_in, height_px * per_px_in
+
+    def _title_line(self, text: str, size_pt: float, height_in: float, colour: str, below_in: float = 0.0) -> None:
+        self._keep(4 * LINE_IN + below_in)
+        self.ln(LINE_IN)
+        self._style(size_pt, "B", colour)
+        self.cell(0, height_in, printable(text), new_x="LMARGIN", new_y="NEXT")
+
+    def _style(self, size_pt: float, weight: Weight = "", colour: str = INK) -> None:
+        self.set_font(FONT, weight, size_pt)
+        self.set_text_color(colour)
+
+    def _keep(self, height_in: float) -> bool:
+        """Begin a new page where ``height_in`` does not fit, and return True if so."""
+        if breaks := self.will_page_break(height_in):
+            self.add_page()
+        return breaks
+
+    def lines(self, text: str, width_in: float) -> list[str]:
+        """Lines no wider than ``width_in``, broken at blanks, or inside a word that is wider than a line."""
+        lines = self.multi_cell(width_in, text=printable(text), align="L", dry_run=True, output=MethodReturnValue.LINES)
+        return [str(line) for line in lines] if isinstance(lines, list) else []
+
+    def _cells(self, row: tuple[str, str]) -> tuple[list[str], list[str]]:
+        self._style(TEXT_PT)
+        if row not in self._broken:
+            self._broken[row] = self.lines(row[0], LABEL_IN - 0.15), self.lines(row[1], self.epw - LABEL_IN)
+        return self._broken[row]
+
+    def _height_in(self, row: tuple[str, str]) -> float:
+        """Height of a row with its rule; of a longer one, of the part that is kept together."""
+        return LINE_IN * (min(max(len(cell) for cell in self._cells(row)), LONGEST_ROW) + 0.2)

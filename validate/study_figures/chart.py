@@ -9,7 +9,7 @@ import numpy as np
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Profile
-from validate.metrics.curve_distances import CLOSE_MM, Difference
+from validate.metrics.curve_distances import CLOSE_MM, level_difference
 from validate.uncertainty.intervals import draw, hats, mean_absolute
 from validate.uncertainty.readings_budget import Budget
 from validate.units import words
@@ -130,7 +130,7 @@ class HeldRun(Finished):
 
 def hold(run: Finished, readings: Profile, axes: tuple[Axis, Axis]) -> HeldRun:
     """Compare a run with the readings. Raises InputError if the two have no stretch of s in common."""
-    error = Difference(run.profile.s_mm, run.profile.level_mm, readings.s_mm, readings.level_mm)
+    error = level_difference(run.profile, readings)
     size = np.abs(error.value)
     worst = int(np.argmax(size))
     across, up = (float(run.settings[axis.setting]) for axis in axes)

@@ -7,28 +7,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sealtwin.core.drawing.theme import (
-    ALONG,
-    INK,
-    MEASURED,
-    SIMULATED,
-    THIRD,
-    label_axes,
-    put_legend_under_title,
-    themed,
-)
-from validate.metrics.curve_distances import Difference
+from sealtwin.core.drawing import theme
+from validate.metrics.curve_distances import level_difference
 from validate.metrics.verdict import leak
-from validate.study_figures.figure_sheet import (
-    NONE,
-    Cell,
-    FigureSheet,
-    FigureTable,
-    Numbers,
-    Plot,
-    SheetSection,
-    wide_axes,
-)
+from validate.study_figures import figure_sheet
 from validate.study_figures.side_by_side import (
     Side,
     differing,
@@ -55,7 +37,7 @@ FIGURES = {
 }
 """Keys and forms of a comparison's figures, by label."""
 
-COLOURS = (SIMULATED, MEASURED, THIRD, "#cc79a7", "#e69f00", "#9467bd", INK)
+COLOURS = (theme.SIMULATED, theme.MEASURED, theme.THIRD, "#cc79a7", "#e69f00", "#9467bd", theme.INK)
 """Okabe and Ito's colours, without their sky blue, which the first one becomes on a dark page.
 
 Colours four apart, which have the same stroke, are no shades of each other.
@@ -67,7 +49,7 @@ LEGEND_COLUMNS = 10  # Largest number of two-digit labels, with their strokes, s
 Row = tuple[str, Sequence[Any], Callable[[Any], str]]  # Label, value of each run, and the form of a value on the page
 
 
-def compare_sheet(sides: Sequence[Side]) -> FigureSheet:
+def compare_sheet(sides: Sequence[Side]) -> figure_sheet.FigureSheet:
     compared = [side for side in sides if side.metrics]
     best, held_out_mm, settings = nearest(sides), held_out_mean_mm(sides), differing(sides)
     key_figures = [("settings that differ", str(len(settings)))]
@@ -84,17 +66,17 @@ def compare_sheet(sides: Sequence[Side]) -> FigureSheet:
     no_setting = [] if settings else ["No setting differs."]
     values: list[Row] = [(name, [_plain(value) for value in found], str) for name, found in settings.items()]
     told = "Signed error of every run that has readings, by its number."
-    errors = Plot("errors", told, lambda: draw_errors_of_runs(sides))
+    errors = figure_sheet.Plot("errors", told, lambda: draw_errors_of_runs(sides))
     parts = [
-        SheetSection("Runs", [], [_names(sides)]),
-        SheetSection("Settings that differ", no_setting, [_by_run(sides, "settings", "setting", values)]),
-        SheetSection("Levels", [], [_levels(sides), *([errors] if compared else [])]),
-        SheetSection("Figures", [], [_by_run(sides, "figures", "figure", _figures(sides))]),
+        figure_sheet.SheetSection("Runs", [], [_names(sides)]),
+        figure_sheet.SheetSection("Settings that differ", no_setting, [_by_run(sides, "settings", "setting", values)]),
+        figure_sheet.SheetSection("Levels", [], [_levels(sides), *([errors] if compared else [])]),
+        figure_sheet.SheetSection("Figures", [], [_by_run(sides, "figures", "figure", _figures(sides))]),
     ]
     if compared:
         words = [_held_out_words(sides), *replicate_words(sides)]
-        parts.append(SheetSection("Held out", words, [_held_out(sides)]))
-    return FigureSheet(
+        parts.append(figure_sheet.SheetSection("Held out", words, [_held_out(sides)]))
+    return figure_sheet.FigureSheet(
         title="Runs side by side",
         lead="All tables and figures name a run by its number in the first table.",
         cautions=_cautions(sides),
@@ -134,26 +116,29 @@ def _known_before(sides: Sequence[Side]) -> list[str]:
     ]
 
 
-def _names(sides: Sequence[Side]) -> FigureTable:
+def _names(sides: Sequence[Side]) -> figure_sheet.FigureTable:
     rows, numbers = [], []
     for number, (side, first) in enumerate(zip(sides, first_with_readings(sides), strict=True), start=1):
-        readings = NONE
+        readings = figure_sheet.NONE
         if side.readings is not None and first is not None:
             readings = f"{side.readings.data}, {side.metrics['role']}"
             readings += f", the same as of run {first + 1}" if first + 1 < number else ""
         error_mm = side.metrics.get("mean_error_mm")
-        rows.append([str(number), NONE if error_mm is None else f"{error_mm:.2f}", readings, side.name])
+        rows.append([str(number), figure_sheet.NONE if error_mm is None else f"{error_mm:.2f}", readings, side.name])
         numbers.append([number, error_mm, readings, side.name])
     head, columns = ["run", "mean error (mm)", "readings", "name"], ["run", "mean_error_mm", "readings", "name"]
-    return FigureTable("Numbers and names", head, rows, "runs", Numbers(columns, numbers))
+    return figure_sheet.FigureTable("Numbers and names", head, rows, "runs", figure_sheet.Numbers(columns, numbers))
 
 
-def _by_run(sides: Sequence[Side], name: str, first: str, rows: Sequence[Row]) -> FigureTable:
+def _by_run(sides: Sequence[Side], name: str, first: str, rows: Sequence[Row]) -> figure_sheet.FigureTable:
     """Return a table with a column for each run, headed by its number; its CSV has the name too."""
     head = [first, *(str(index + 1) for index in range(len(sides)))]
-    shown = [[label, *(NONE if value is None else text(value) for value in values)] for label, values, text in rows]
-    numbers = Numbers([first, *_named(sides)], [[label, *values] for label, values, _ in rows])
-    return FigureTable("By run", head, shown, name, numbers)
+    shown = [
+        [label, *(figure_sheet.NONE if value is None else text(value) for value in values)]
+        for label, values, text in rows
+    ]
+    numbers = figure_sheet.Numbers([first, *_named(sides)], [[label, *values] for label, values, _ in rows])
+    return figure_sheet.FigureTable("By run", head, shown, name, numbers)
 
 
 def _figures(sides: Sequence[Side]) -> list[Row]:
@@ -173,28 +158,30 @@ def _held_out_words(sides: Sequence[Side]) -> str:
     return "No run has held-out readings: every error here is the residual of a calibration."
 
 
-def _held_out(sides: Sequence[Side]) -> FigureTable:
+def _held_out(sides: Sequence[Side]) -> figure_sheet.FigureTable:
     head = ["run", "role", "readings", "mean error (mm)", "95 % interval (mm)", "bias (mm)", "worst (mm)"]
     head += ["beats the best flat level", "beats the volume's level"]
     columns = ["run", "trial", "role", "readings", "mean_error_mm", "low_mm", "high_mm", "bias_mm", "worst_error_mm"]
     columns += ["beats_flat_level", "beats_volume_balance"]
     rows: list[list[str]] = []
-    numbers: list[list[Cell]] = []
+    numbers: list[list[figure_sheet.Cell]] = []
     compared = [(str(number), side) for number, side in enumerate(sides, start=1) if side.metrics]
     for number, side in sorted(compared, key=lambda each: not each[1].held_out):
         metrics = side.metrics
         kind = metrics["role"], metrics["readings_data"]
         mean_mm, bias_mm, worst_mm = (metrics[key] for key in ("mean_error_mm", "bias_mm", "worst_error_mm"))
         low_mm, high_mm = metrics.get("uncertainty", {}).get("mean_error_mm", (None, None))
-        interval = NONE if low_mm is None else f"{low_mm:.2f} to {high_mm:.2f}"
+        interval = figure_sheet.NONE if low_mm is None else f"{low_mm:.2f} to {high_mm:.2f}"
         beaten = metrics["beats_flat_level"], metrics.get("beats_volume_balance")
-        beats = [NONE if value is None else "yes" if value else "no" for value in beaten]
+        beats = [figure_sheet.NONE if value is None else "yes" if value else "no" for value in beaten]
         rows.append([number, *kind, f"{mean_mm:.3f}", interval, signed(bias_mm, 3), f"{worst_mm:.2f}", *beats])
         numbers.append([number, side.name, *kind, mean_mm, low_mm, high_mm, bias_mm, worst_mm, *beats])
-    return FigureTable("Held-out trials first", head, rows, "held-out", Numbers(columns, numbers))
+    return figure_sheet.FigureTable(
+        "Held-out trials first", head, rows, "held-out", figure_sheet.Numbers(columns, numbers)
+    )
 
 
-def _levels(sides: Sequence[Side]) -> Plot:
+def _levels(sides: Sequence[Side]) -> figure_sheet.Plot:
     s_mm = sides[0].profile.s_mm
     levels = [np.interp(s_mm, side.profile.s_mm, side.profile.level_mm, right=np.nan) for side in sides]
     rows = [[None if np.isnan(value) else float(value) for value in row] for row in np.column_stack([s_mm, *levels])]
@@ -205,7 +192,7 @@ def _levels(sides: Sequence[Side]) -> Plot:
         shared = len(firsts) > len(set(firsts))
         told += " Circles are readings, in the colour of their run"
         told += ", or in the colour of the labels if several runs share them." if shared else "."
-    return Plot("levels", told, lambda: draw_levels_of_runs(sides), Numbers(columns, rows))
+    return figure_sheet.Plot("levels", told, lambda: draw_levels_of_runs(sides), figure_sheet.Numbers(columns, rows))
 
 
 def _named(sides: Sequence[Side]) -> list[str]:
@@ -218,18 +205,18 @@ def _rounded(value: float) -> str:
 
 
 def _plain(value: Any) -> str:
-    return NONE if value is None else f"{value:g}" if isinstance(value, float) else str(value)
+    return figure_sheet.NONE if value is None else f"{value:g}" if isinstance(value, float) else str(value)
 
 
-@themed()
+@theme.themed()
 def draw_levels_of_runs(sides: Sequence[Side]) -> Figure:
     """Draw levels as lines and readings as circles, in the colour of their run, or in ink if shared."""
-    figure, axes = wide_axes(4.2, face=True)
+    figure, axes = figure_sheet.wide_axes(4.2, face=True)
     first_with = first_with_readings(sides)
     for index, side in enumerate(sides):
         readings = side.readings
         if readings is not None and first_with[index] == index:
-            colour = COLOURS[index % len(COLOURS)] if first_with.count(index) == 1 else INK
+            colour = COLOURS[index % len(COLOURS)] if first_with.count(index) == 1 else theme.INK
             axes.plot(readings.s_mm, readings.level_mm, "o", color=colour, markersize=4, markerfacecolor="none")
         _draw_line(axes, index, side.profile.s_mm, side.profile.level_mm)
     kinds = sorted({side.readings.data for side in sides if side.readings is not None})
@@ -238,14 +225,13 @@ def draw_levels_of_runs(sides: Sequence[Side]) -> Figure:
     return figure
 
 
-@themed()
+@theme.themed()
 def draw_errors_of_runs(sides: Sequence[Side]) -> Figure:
     """Draw the signed errors of the runs with readings."""
-    figure, axes = wide_axes(3.2, face=True)
+    figure, axes = figure_sheet.wide_axes(3.2, face=True)
     for index, side in enumerate(sides):
         if side.readings is not None:
-            profile, readings = side.profile, side.readings
-            error = Difference(profile.s_mm, profile.level_mm, readings.s_mm, readings.level_mm)
+            error = level_difference(side.profile, side.readings)
             _draw_line(axes, index, error.x, error.value)
     _finish(axes, sides, "error (mm)", "Signed error: positive where the simulated level is too high")
     return figure
@@ -259,5 +245,5 @@ def _draw_line(axes: Axes, index: int, s_mm: np.ndarray, value_mm: np.ndarray) -
 
 def _finish(axes: Axes, sides: Sequence[Side], y: str, title: str) -> None:
     axes.set_xlim(0, max(side.profile.s_mm[-1] for side in sides))
-    label_axes(axes, ALONG, y, title)
-    put_legend_under_title(axes, columns=LEGEND_COLUMNS)
+    theme.label_axes(axes, theme.ALONG, y, title)
+    theme.put_legend_under_title(axes, columns=LEGEND_COLUMNS)

@@ -10,9 +10,8 @@ from markupsafe import Markup
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sealtwin.core.drawing.theme import INK, as_svg, in_page
-from sealtwin.core.files import write_text
-from sealtwin.core.tables import write_sheet
+from sealtwin.core.drawing.theme import INK, as_svg, in_page, wide_figure
+from sealtwin.core.files import write_sheet, write_text
 
 DPI = 110  # Resolution of the parts of a figure that are drawn as pixels: a page of thirty fills has less than 2 MB
 FIGURES = "figures"
@@ -74,11 +73,6 @@ class FigureSheet:
     parts: Sequence[SheetSection]
 
 
-def wide_figure(height_in: float) -> Figure:
-    """Return an empty figure of the page's width."""
-    return Figure(figsize=(9.0, height_in), layout="constrained")
-
-
 def wide_axes(height_in: float, *, face: bool = False) -> tuple[Figure, Axes]:
     """Return a figure of the page's width and its only axes, with a line at 0 for the sample's ``face`` on request."""
     figure = wide_figure(height_in)
@@ -106,14 +100,9 @@ def write_sheet_of_figures(folder: Path, name: str, sheet: FigureSheet) -> list[
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("validate"), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True
     )
-    environment.filters["breaking"], environment.tests["unbroken"] = _breaking, _is_unbroken
+    environment.filters["breaking"] = lambda text: Markup("<wbr>").join(NAME_BREAKS.split(text))
+    environment.tests["unbroken"] = lambda text: any(
+        len(part) > LONGEST_PART for word in text.split() for part in NAME_BREAKS.split(word)
+    )
     write_text(folder / name, environment.get_template("sheet.html.j2").render(vars(sheet), pictures=pictures))
     return written
-
-
-def _breaking(text: str) -> Markup:
-    return Markup("<wbr>").join(NAME_BREAKS.split(text))
-
-
-def _is_unbroken(text: str) -> bool:
-    return any(len(part) > LONGEST_PART for word in text.split() for part in NAME_BREAKS.split(word))

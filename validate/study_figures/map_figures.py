@@ -15,41 +15,43 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 
+from sealtwin.core.drawing import theme
 from sealtwin.core.drawing.particles import ColourScale, age_scale
 from sealtwin.core.drawing.snapshots import FillScene
-from sealtwin.core.drawing.theme import AIR, ALONG, INK, MEASURED, MUTED, SIMULATED, label_axes, print_plain, themed
 from sealtwin.core.records import Floats, Frame
 from validate.study_figures.chart import Axis, Chart, HeldRun
-from validate.study_figures.figure_sheet import wide_axes, wide_figure
+from validate.study_figures.figure_sheet import wide_axes
 
 CELLS = 240  # Number of the map's cells along each axis, finer than a page shows
 LINE_COLOURS = ListedColormap(matplotlib.colormaps["viridis"](np.linspace(0.3, 0.88, 256)))
 """Viridis without its ends, of which one is invisible on a dark page and the other on a light one."""
-HALO = [withStroke(linewidth=2.5, foreground=INK)]  # Dark edge of white marks on the map
+HALO = [withStroke(linewidth=2.5, foreground=theme.INK)]  # Dark edge of white marks on the map
 STEPS = 12  # Number of equal steps of the number of moving particles
 FEWEST = 3  # Least number of frames in a step, and of steps for a straight line
 
 
-@themed()
+@theme.themed()
 def draw_levels_of_study(chart: Chart) -> Figure:
     """Draw the levels of all runs over the readings, the nearest one in bold."""
     figure, axes = wide_axes(4.2, face=True)
     curves = [np.column_stack([run.profile.s_mm, run.profile.level_mm]) for run in chart.runs]
-    axes.add_collection(LineCollection(curves, colors=MUTED, linewidths=0.7, alpha=0.5, rasterized=True))
+    axes.add_collection(LineCollection(curves, colors=theme.MUTED, linewidths=0.7, alpha=0.5, rasterized=True))
     readings, best = chart.readings, chart.best
     low_mm, high_mm = readings.level_mm - chart.band_mm, readings.level_mm + chart.band_mm
-    axes.fill_between(readings.s_mm, low_mm, high_mm, color=MEASURED, alpha=0.3, linewidth=0)
-    axes.plot(readings.s_mm, readings.level_mm, "--o", color=MEASURED, markersize=3.5)
-    axes.plot(best.profile.s_mm, best.profile.level_mm, color=SIMULATED, linewidth=3.0)
+    axes.fill_between(readings.s_mm, low_mm, high_mm, color=theme.MEASURED, alpha=0.3, linewidth=0)
+    axes.plot(readings.s_mm, readings.level_mm, "--o", color=theme.MEASURED, markersize=3.5)
+    axes.plot(best.profile.s_mm, best.profile.level_mm, color=theme.SIMULATED, linewidth=3.0)
     s_mm, level_mm = np.vstack([*curves, np.column_stack([readings.s_mm, readings.level_mm])]).T
     axes.set_xlim(0, s_mm.max())
     axes.set_ylim(level_mm.min() - 1, level_mm.max() + 1)
-    label_axes(axes, ALONG, "level from the face (mm)", f"Levels of {len(chart.runs)} runs")
+    theme.label_axes(axes, theme.ALONG, "level from the face (mm)", f"Levels of {len(chart.runs)} runs")
     kind = "" if readings.data == "measured" else f", {readings.data.upper()}"
     strokes = {
-        "a run": Line2D([], [], color=MUTED, linewidth=0.7),
-        f"nearest: {chart.said(best)}, {best.mean_error_mm:.2f} mm off": Line2D([], [], color=SIMULATED, linewidth=3.0),
-        f"caliper{kind}, 95 % band": Line2D([], [], color=MEASURED, linestyle="--", marker="o", markersize=3.5),
+        "a run": Line2D([], [], color=theme.MUTED, linewidth=0.7),
+        f"nearest: {chart.said(best)}, {best.mean_error_mm:.2f} mm off": Line2D(
+            [], [], color=theme.SIMULATED, linewidth=3.0
+        ),
+        f"caliper{kind}, 95 % band": Line2D([], [], color=theme.MEASURED, linestyle="--", marker="o", markersize=3.5),
     }
     axes.legend(strokes.values(), strokes.keys(), loc="lower right")
     return figure
@@ -59,10 +61,10 @@ def scale_axis(axes: Axes, name: Literal["x", "y"], setting: Axis) -> None:
     """Scale an axis of a plot as its setting, with plain numbers on a logarithmic one."""
     if setting.logarithmic:
         axes.set(**{f"{name}scale": "log"})
-        print_plain(axes.xaxis if name == "x" else axes.yaxis)
+        theme.print_plain(axes.xaxis if name == "x" else axes.yaxis)
 
 
-@themed()
+@theme.themed()
 def draw_influence(chart: Chart, of: int) -> Figure:
     """Draw the mean error over axis ``of``, with a line for each value of the other one, or points off a grid."""
     along, other = chart.axes[of], chart.axes[1 - of]
@@ -79,19 +81,19 @@ def draw_influence(chart: Chart, of: int) -> Figure:
         axes.scatter(places, chart.errors_mm, c=kept, cmap=LINE_COLOURS, norm=norm, s=18)
     if along.is_graded(len(chart.runs)):
         mean_mm = [chart.errors_mm[places == value].mean() for value in along.values]
-        axes.plot(along.values, mean_mm, color=INK, linewidth=3.0, label=f"mean over {other.name}")
+        axes.plot(along.values, mean_mm, color=theme.INK, linewidth=3.0, label=f"mean over {other.name}")
         axes.legend(loc="best")
     bar = figure.colorbar(ScalarMappable(norm, LINE_COLOURS), ax=axes, pad=0.01)
     bar.set_label(other.label)
     if other.logarithmic:
-        print_plain(bar.long_axis)
+        theme.print_plain(bar.long_axis)
     scale_axis(axes, "x", along)
     axes.set_ylim(0, None)
-    label_axes(axes, along.label, "mean error (mm)", f"Influence of {along.name}")
+    theme.label_axes(axes, along.label, "mean error (mm)", f"Influence of {along.name}")
     return figure
 
 
-@themed()
+@theme.themed()
 def draw_heat(chart: Chart, chosen: Sequence[HeldRun] = ()) -> Figure:
     """Draw the map with the runs as crosses and the letters of the ``chosen`` ones."""
     figure, axes = wide_axes(5.4)
@@ -99,12 +101,12 @@ def draw_heat(chart: Chart, chosen: Sequence[HeldRun] = ()) -> Figure:
     drawn = axes.pcolormesh(across, up, error_mm, cmap="viridis", shading="auto", rasterized=True)
     figure.colorbar(drawn, ax=axes, pad=0.01).set_label("mean error (mm)")
     at, near, best = np.array([run.at for run in chart.runs]), np.array(chart.as_near), chart.best
-    axes.plot(*at.T, "x", color=MEASURED, markersize=5, markeredgewidth=1.1, label="a run", clip_on=False)
+    axes.plot(*at.T, "x", color=theme.MEASURED, markersize=5, markeredgewidth=1.1, label="a run", clip_on=False)
     told = "as near, by readings and scatter of runs"
     ring = {"color": "white", "markerfacecolor": "none", "markersize": 9, "path_effects": HALO}
     axes.plot(*at[near].T, "o", **ring, label=told, clip_on=False)
     told = f"nearest: {chart.said(best)}, {best.mean_error_mm:.2f} mm"
-    star = {"color": "white", "markeredgecolor": INK, "markersize": 16, "linestyle": "none"}
+    star = {"color": "white", "markeredgecolor": theme.INK, "markersize": 16, "linestyle": "none"}
     axes.plot(*best.at, "*", **star, label=told, clip_on=False)
     numbers = [run.number for run in chart.runs]
     for letter, run in zip(ascii_lowercase, chosen, strict=False):
@@ -124,7 +126,7 @@ def draw_heat(chart: Chart, chosen: Sequence[HeldRun] = ()) -> Figure:
     scale_axis(axes, "x", chart.axes[0])
     scale_axis(axes, "y", chart.axes[1])
     axes.grid(visible=False)
-    label_axes(axes, chart.axes[0].label, chart.axes[1].label, "Mean error against the readings")
+    theme.label_axes(axes, chart.axes[0].label, chart.axes[1].label, "Mean error against the readings")
     # Above the marks of runs on the upper edge.
     axes.set_title(axes.get_title(loc="left"), pad=12.0)
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), ncols=3, fontsize=8.0)
@@ -167,11 +169,11 @@ class Fill:
     seen: Watched
 
 
-@themed()
+@theme.themed()
 def draw_fills(fills: Sequence[Fill]) -> Figure:
     """Draw sections along the crack by age, with a row for each run and a column for each moment."""
     moments = max(len(fill.seen.frames) for fill in fills)
-    figure = wide_figure(0.8 + 0.95 * len(fills))
+    figure = theme.wide_figure(0.8 + 0.95 * len(fills))
     grid = figure.subplots(len(fills), moments, squeeze=False, sharex=True, sharey=True)
     scale = _ages(fills)
     for row, fill in zip(grid, fills, strict=True):
@@ -189,19 +191,19 @@ def draw_fills(fills: Sequence[Fill]) -> Figure:
     return figure
 
 
-@themed()
+@theme.themed()
 def draw_thumbnails(fills: Sequence[Fill]) -> Figure:
     """Draw each run at its end, with the level measured from it."""
     columns = min(3, len(fills))
     rows = -(-len(fills) // columns)
-    figure = wide_figure(0.5 + 1.3 * rows)
+    figure = theme.wide_figure(0.5 + 1.3 * rows)
     grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True).ravel()
     scale = _ages(fills)
     for axes, fill in zip(grid, fills, strict=False):
         end, profile = fill.seen.frames[-1], fill.run.profile
         fill.scene.draw_side(axes, end, end.age_s, scale)
-        axes.plot(profile.s_mm, profile.level_mm, color=AIR, linewidth=2.4)
-        axes.plot(profile.s_mm, profile.level_mm, color=MEASURED, linewidth=1.1)
+        axes.plot(profile.s_mm, profile.level_mm, color=theme.AIR, linewidth=2.4)
+        axes.plot(profile.s_mm, profile.level_mm, color=theme.MEASURED, linewidth=1.1)
         axes.set_title(f"{fill.title}\n{fill.run.mean_error_mm:.2f} mm off", fontsize=7.5)
     for axes in grid[len(fills) :]:
         axes.set_axis_off()
@@ -240,30 +242,30 @@ def pace_of(particles: Floats, frame_ms: Floats) -> tuple[float, float, float] |
     return line.intercept, 1000 * line.slope, line.rvalue**2
 
 
-@themed()
+@theme.themed()
 def draw_cost(chart: Chart, fills: Sequence[Fill]) -> Figure:
     """Draw the times of frames of the chosen runs, and the times of whole runs over each of the two settings."""
-    figure = wide_figure(3.4)
+    figure = theme.wide_figure(3.4)
     row = figure.subplots(1, 3 if fills else 2)
     wall_s = [run.wall_s for run in chart.runs]
     for index, (axis, axes) in enumerate(zip(chart.axes, row[-2:], strict=True)):
-        axes.plot([run.at[index] for run in chart.runs], wall_s, "o", color=SIMULATED, markersize=3.5, alpha=0.6)
+        axes.plot([run.at[index] for run in chart.runs], wall_s, "o", color=theme.SIMULATED, markersize=3.5, alpha=0.6)
         scale_axis(axes, "x", axis)
         axes.set_ylim(0, None)
-        label_axes(axes, axis.label, "time of a run (s)", f"Whole runs, over {axis.name}")
+        theme.label_axes(axes, axis.label, "time of a run (s)", f"Whole runs, over {axis.name}")
     if fills:
         particles, frame_ms = frame_times(fills)
-        row[0].plot(particles, frame_ms, "o", color=MEASURED, markersize=2, alpha=0.25, rasterized=True)
-        row[0].plot(*medians(particles, frame_ms), "s", color=INK, markersize=5)
+        row[0].plot(particles, frame_ms, "o", color=theme.MEASURED, markersize=2, alpha=0.25, rasterized=True)
+        row[0].plot(*medians(particles, frame_ms), "s", color=theme.INK, markersize=5)
         title = "Frames, their medians"
         if (pace := pace_of(particles, frame_ms)) is not None:
             ends = np.array([0.0, particles.max()])
             start_ms, particle_us, explained = pace
-            row[0].plot(ends, start_ms + particle_us * ends / 1000, color=INK)
+            row[0].plot(ends, start_ms + particle_us * ends / 1000, color=theme.INK)
             title = f"{title}, R² = {explained:.2f}"
         row[0].set_xlim(0, None)
         row[0].set_ylim(0, 1.3 * float(np.quantile(frame_ms, 0.95)))
-        label_axes(row[0], "moving particles", "time of a frame (ms)", title)
+        theme.label_axes(row[0], "moving particles", "time of a frame (ms)", title)
     return figure
 
 

@@ -5,20 +5,9 @@ from functools import partial
 
 import numpy as np
 
+from validate.study_figures import map_figures
 from validate.study_figures.chart import Chart
 from validate.study_figures.figure_sheet import Cell, FigureSheet, FigureTable, Numbers, Plot, SheetSection
-from validate.study_figures.map_figures import (
-    Fill,
-    draw_cost,
-    draw_fills,
-    draw_heat,
-    draw_influence,
-    draw_levels_of_study,
-    draw_thumbnails,
-    frame_times,
-    heat,
-    pace_of,
-)
 from validate.study_figures.side_by_side import volume_words
 from validate.units import percent, signed
 
@@ -35,13 +24,15 @@ ERRORS = {
 """Names and forms of a run's errors, by label."""
 
 
-def map_sheet(chart: Chart, fills: Sequence[Fill]) -> FigureSheet:
+def map_sheet(chart: Chart, fills: Sequence[map_figures.Fill]) -> FigureSheet:
     best = chart.best
     first, second = chart.axes
     sections = [_levels(chart), _map(chart, fills), _influences(chart)]
     if fills:
         told = "Sections along the crack as chosen runs fill it, particles by age, as in the paper's Fig. 6."
-        sections.append(SheetSection("Fills", [_again(fills)], [Plot("fills", told, lambda: draw_fills(fills))]))
+        sections.append(
+            SheetSection("Fills", [_again(fills)], [Plot("fills", told, lambda: map_figures.draw_fills(fills))])
+        )
     sections += [_cost(chart, fills), SheetSection("Runs", [], [_runs(chart)])]
     if chart.excluded:
         sections.append(SheetSection("Left out", [chart.exclusion], [_left_out(chart)]))
@@ -91,12 +82,12 @@ def _levels(chart: Chart) -> SheetSection:
         "The level along the crack of every run, the nearest one in bold, and the readings with their 95 % band, as in "
         "the paper's Fig. 7."
     )
-    return SheetSection("Levels", [], [Plot("levels", told, lambda: draw_levels_of_study(chart), numbers)])
+    return SheetSection("Levels", [], [Plot("levels", told, lambda: map_figures.draw_levels_of_study(chart), numbers)])
 
 
-def _map(chart: Chart, fills: Sequence[Fill]) -> SheetSection:
+def _map(chart: Chart, fills: Sequence[map_figures.Fill]) -> SheetSection:
     first, second = chart.axes
-    across, up, error_mm = (values[..., ::8] for values in heat(chart))
+    across, up, error_mm = (values[..., ::8] for values in map_figures.heat(chart))
     cells = [
         [float(x), float(y), None if np.isnan(error) else float(error)]
         for y, row in zip(up, error_mm[::8], strict=True)
@@ -105,10 +96,10 @@ def _map(chart: Chart, fills: Sequence[Fill]) -> SheetSection:
     told = "Mean error between the runs, which are crosses, by linear interpolation, as in the paper's Fig. 8"
     told += "; letters name the runs that are drawn below." if fills else "."
     numbers = Numbers([first.setting, second.setting, "mean_error_mm"], cells)
-    plots = [Plot("heat", told, lambda: draw_heat(chart, [fill.run for fill in fills]), numbers)]
+    plots = [Plot("heat", told, lambda: map_figures.draw_heat(chart, [fill.run for fill in fills]), numbers)]
     if fills:
         told = "The lettered runs at their end, particles by age, with the level measured from them."
-        plots.append(Plot("thumbnails", told, lambda: draw_thumbnails(fills)))
+        plots.append(Plot("thumbnails", told, lambda: map_figures.draw_thumbnails(fills)))
     return SheetSection(f"Error over {first.name} and {second.name}", [chart.flatness], plots)
 
 
@@ -118,14 +109,14 @@ def _influences(chart: Chart) -> SheetSection:
         Plot(
             f"influence-{axis.name.replace(' ', '-')}",
             f"Mean error over {axis.name}, as in the paper's Fig. 10{figure}.",
-            lambda of=of: draw_influence(chart, of),
+            lambda of=of: map_figures.draw_influence(chart, of),
         )
         for of, axis, figure in ((1, second, "a"), (0, first, "b"))
     ]
     return SheetSection(f"Influence of {second.name} and {first.name}", [], plots)
 
 
-def _again(fills: Sequence[Fill]) -> str:
+def _again(fills: Sequence[map_figures.Fill]) -> str:
     differing = [fill.seen.differs_mm for fill in fills if fill.seen.differs_mm > SAME_MM]
     if not differing:
         return "These runs were computed once more to be drawn; their levels came out the same to the last digit."
@@ -135,7 +126,7 @@ def _again(fills: Sequence[Fill]) -> str:
     )
 
 
-def _cost(chart: Chart, fills: Sequence[Fill]) -> SheetSection:
+def _cost(chart: Chart, fills: Sequence[map_figures.Fill]) -> SheetSection:
     wall_s = np.array([run.wall_s for run in chart.runs])
     words = [
         f"The median time of a run is {np.median(wall_s):.1f} s, the shortest {wall_s.min():.1f} s, the longest "
@@ -145,15 +136,15 @@ def _cost(chart: Chart, fills: Sequence[Fill]) -> SheetSection:
     caption, numbers = "Times of whole runs over each setting.", None
     if fills:
         caption = f"Time of a frame over the particles that move in it, as in the paper's Fig. 11. {caption}"
-        particles, frame_ms = frame_times(fills)
+        particles, frame_ms = map_figures.frame_times(fills)
         numbers = Numbers(["moving_particles", "frame_ms"], np.column_stack([particles, frame_ms]).tolist())
-        if (pace := pace_of(particles, frame_ms)) is not None:
+        if (pace := map_figures.pace_of(particles, frame_ms)) is not None:
             start_ms, particle_us, explained = pace
             words.append(
                 f"A frame takes {start_ms:.2f} ms and {particle_us:.2f} µs more for each moving particle; "
                 f"the line explains {percent(explained, 0)} of the variance of the medians."
             )
-    return SheetSection("Cost", words, [Plot("cost", caption, lambda: draw_cost(chart, fills), numbers)])
+    return SheetSection("Cost", words, [Plot("cost", caption, lambda: map_figures.draw_cost(chart, fills), numbers)])
 
 
 def _runs(chart: Chart) -> FigureTable:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from sealtwin.core.records import Profile
-from validate.metrics.curve_distances import Difference
+from validate.metrics.curve_distances import level_difference
 from validate.wording.headline import SOUND
 
 FEWEST = 2  # Least number of replicates: one alone has no distribution
@@ -126,8 +126,7 @@ def replicate_words(sides: Sequence[Side]) -> list[str]:
 def _mean_levels_mm(side: Side) -> tuple[float, float]:
     """Return the simulated and the measured mean level over the common stretch of s."""
     assert side.readings is not None, "only runs with readings are replicates"
-    profile, readings = side.profile, side.readings
-    error = Difference(profile.s_mm, profile.level_mm, readings.s_mm, readings.level_mm)
+    error = level_difference(side.profile, side.readings)
     measured_mm = error.base.mean()
     return measured_mm + error.mean(), measured_mm
 

@@ -93,7 +93,8 @@ def bands_mm(budget: Budget) -> Floats:
     normal, _ = _normal_draws()
     bands = []
     for doubt, own_mm in zip(doubts, possible_mm.T, strict=True):
-        scatter_mm = np.resize(np.sqrt(own_mm**2 + doubt.scatter_mm**2), DRAWS)
+        # Again and again in their order, as np.resize gives them, which joins 20,000 arrays of one number.
+        scatter_mm = np.sqrt(own_mm**2 + doubt.scatter_mm**2)[np.arange(DRAWS) % len(own_mm)]
         bands.append(doubt.half_width_with(scatter_mm * normal, np.random.default_rng(1)))
     return np.array(bands)
 

@@ -2,16 +2,7 @@
 
 import numpy as np
 
-from sealtwin.core.comparison import (
-    Alignment,
-    BudgetSummary,
-    Comparison,
-    ErrorUncertainty,
-    LevelMetrics,
-    MassBalance,
-    SizeStudy,
-    VolumeComparison,
-)
+from sealtwin.core.comparison import Comparison, ErrorUncertainty, LevelMetrics, MassBalance, VolumeComparison
 from sealtwin.core.records import Profile
 from validate.report_input import Evidence, ReadingsSheet
 from validate.units import LABELS, NOT_RECORDED, PageTable, counted, millimetres, percent, signed, span
@@ -181,9 +172,9 @@ def uncertainty_tables(found: ErrorUncertainty) -> list[PageTable]:
     """Tables of the intervals, the readings' budget, the alignment, the particles' size and the inputs."""
     tables = {
         "What may be said of the error": _result(found),
-        "Budget of the readings": _readings(found.readings),
-        "Where s is 0": _alignment(found.alignment),
-        "Particle size": _numerics(found.numerics),
+        "Budget of the readings": _readings(found),
+        "Where s is 0": _alignment(found),
+        "Particle size": _numerics(found),
         "Inputs, one standard uncertainty up": _inputs(found),
     }
     return [PageTable(title, tuple(rows)) for title, rows in tables.items() if rows]
@@ -210,8 +201,8 @@ def _result(found: ErrorUncertainty) -> Rows:
     ]
 
 
-def _readings(budget: BudgetSummary) -> Rows:
-    rows = []
+def _readings(found: ErrorUncertainty) -> Rows:
+    rows, budget = [], found.readings
     for part in budget.parts:
         declared = part.freedom is None or np.isinf(part.freedom)
         known = "" if declared else f", {part.freedom:.0f} degrees of freedom"
@@ -225,16 +216,16 @@ def _readings(budget: BudgetSummary) -> Rows:
     return rows
 
 
-def _alignment(alignment: Alignment) -> Rows:
-    rows = [("choice", alignment.choice)]
-    for row in alignment.shifts:
+def _alignment(found: ErrorUncertainty) -> Rows:
+    rows = [("choice", found.alignment.choice)]
+    for row in found.alignment.shifts:
         shift = f"readings moved by {row.shift_mm:+g} mm" if row.shift_mm else "as chosen"
         rows.append((shift, f"mean error {row.mean_error_mm:.3f} mm, bias {signed(row.bias_mm, 3)} mm"))
     return rows
 
 
-def _numerics(study: SizeStudy | None) -> Rows:
-    if study is None:
+def _numerics(found: ErrorUncertainty) -> Rows:
+    if (study := found.numerics) is None:
         return []
     rows = [("radius of the particles", ", ".join(f"{radius_mm:.3g}" for radius_mm in study.radii_mm) + " mm")]
     for name, one in (("mean level", study.mean_level_mm), ("mean error", study.mean_error_mm)):

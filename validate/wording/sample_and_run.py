@@ -31,15 +31,15 @@ def health_rows(health: RunHealth) -> list[tuple[str, str]]:
 
 
 def path_table(evidence: Evidence) -> PageTable:
-    trajectory, path = evidence.trajectory, evidence.solid.report.get("path")
+    trajectory, path = evidence.trajectory, evidence.solid.figures.path
     giving = trajectory.giving
     begins_mm, ends_mm = trajectory.s_mm[giving][[0, -1]]
     rows = [("gives sealant from, to", f"s = {begins_mm:.1f} to {ends_mm:.1f} mm")]
     if path is not None:
-        radius_mm = path["smallest_radius_mm"]
+        radius_mm = path.smallest_radius_mm
         length = (
-            f"{path['length_mm']:.2f} mm, smoothed within {path['smoothing_mm']:g} mm RMS of the centreline's "
-            f"{path['centreline_mm']:.2f} mm; turns by up to {path['largest_turn_deg']:.1f}°"
+            f"{path.length_mm:.2f} mm, smoothed within {path.smoothing_mm:g} mm RMS of the centreline's "
+            f"{path.centreline_mm:.2f} mm; turns by up to {path.largest_turn_deg:.1f}°"
         )
         radius = "" if radius_mm is None else f", smallest radius {radius_mm:.1f} mm"
         rows.append(("length over the crack", length + radius))
@@ -57,10 +57,10 @@ def path_table(evidence: Evidence) -> PageTable:
 
 
 def geometry_table(evidence: Evidence) -> PageTable:
-    outline, solid, report = evidence.outline, evidence.solid, evidence.solid.report
+    outline, solid, figures = evidence.outline, evidence.solid, evidence.solid.figures
     low_mm, high_mm = solid.sections.depth_mm.min(), solid.sections.depth_mm.max()
     depth = f"{high_mm:g} mm" if low_mm == high_mm else f"{low_mm:.3g} to {high_mm:.3g} mm, from station to station"
-    widths = f"{millimetres(report.get('mouth_width_mm'))}, {millimetres(report.get('floor_width_mm'))}"
+    widths = f"{millimetres(figures.mouth_width_mm)}, {millimetres(figures.floor_width_mm)}"
     rows = [
         ("length along the centreline", f"{outline.length_mm:.2f} mm"),
         ("ends", ", ".join(outline.ends)),
@@ -70,14 +70,14 @@ def geometry_table(evidence: Evidence) -> PageTable:
         ("tilt", tilt_words(evidence)),
         ("volume of the cavity", f"{solid.cavity_volume_mm3:.0f} mm³"),
     ]
-    if "volume_mm3" in report:
-        readings = ", ".join(f"{tilt} {volume:.0f}" for tilt, volume in report["volume_mm3"].items())
+    if figures.volume_mm3:
+        readings = ", ".join(f"{tilt} {volume:.0f}" for tilt, volume in figures.volume_mm3.items())
         rows.append((f"volume by reading of the tilt, {_angle_words(solid)}", f"{readings} mm³"))
-    if solid.tilt == "funnel" and (closing := report.get("closing_depth_mm")):
-        above = percent(closing["share_above_floor"], 0)
-        rows.append(("walls meet at", f"{closing['mean']:.1f} mm deep, above the floor on {above}"))
-    if dams := report.get("dams"):
-        high_mm = max(dam["box_mm"][5] for dam in dams)
+    if solid.tilt == "funnel" and (closing := figures.closing_depth_mm) and closing.mean is not None:
+        above = percent(closing.share_above_floor, 0)
+        rows.append(("walls meet at", f"{closing.mean:.1f} mm deep, above the floor on {above}"))
+    if dams := figures.dams:
+        high_mm = max(dam.box_mm[5] for dam in dams)
         where = f"{counted(len(dams), 'dam')} at open ends, to {high_mm:g} mm above the face"
         rows.append(("in crack.stl beside the sample", f"{where}: no part of the sample"))
     rows.append(("cavity over sealant", f"{solid.cavity_volume_mm3 / evidence.run.dispensed_volume_mm3:.2f}"))
@@ -152,7 +152,7 @@ def assumptions(evidence: Evidence) -> list[str]:
         sentences.append(
             "The fluid was calibrated on these very readings: the error is what calibration left over, not a test."
         )
-    warnings = (*outline.warnings, *evidence.solid.report.get("warnings", ()))
+    warnings = (*outline.warnings, *evidence.solid.figures.warnings)
     return [*sentences, *(f"Note of the digitising stage: {text}" for text in warnings)]
 
 

@@ -12,31 +12,7 @@ from matplotlib.patches import PathPatch, Rectangle
 from matplotlib.path import Path as Outlines
 from matplotlib.ticker import MaxNLocator
 
-from sealtwin.core.drawing.particles import (
-    SECTIONS_AT,
-    SPEED,
-    AlongCrack,
-    ColourScale,
-    add_bar,
-    age_scale,
-    draw_discs,
-    draw_section,
-    show_to_scale,
-)
-from sealtwin.core.drawing.theme import (
-    AIR,
-    ALONG,
-    GROUND,
-    MEASURED,
-    NO_METADATA,
-    ON_GROUND,
-    SIMULATED,
-    THIRD,
-    draw_ground,
-    label_axes,
-    put_legend_under_title,
-    themed,
-)
+from sealtwin.core.drawing import particles, theme
 from sealtwin.core.files import replacing
 from sealtwin.core.records import Floats, Frame, Integers, Outline, ParticleState, Solid, Trajectory
 
@@ -53,10 +29,10 @@ PANELS = (
     ("time (ms)", {"ms_a_frame": "of computing, a frame"}),
 )  # fmt: skip
 """Unit of each panel, and the labels of its curves by column."""
-STYLES = ((SIMULATED, "-"), (MEASURED, (0, (4, 2))))
+STYLES = ((theme.SIMULATED, "-"), (theme.MEASURED, (0, (4, 2))))
 """Colour and dashes of a panel's two curves, distinct without colour and where they coincide."""
 DPI = 150  # Resolution of a PNG, and of the parts of an SVG that are drawn as pixels
-METADATA = {"png": {"Software": None}, "svg": NO_METADATA}
+METADATA = {"png": {"Software": None}, "svg": theme.NO_METADATA}
 
 
 class FillScene:
@@ -67,7 +43,7 @@ class FillScene:
     ) -> None:
         self.outline, self.solid, self.radius_mm = outline, solid, radius_mm
         self._trajectory, self._diameter_mm = trajectory, nozzle_diameter_mm
-        self._along = AlongCrack(outline)
+        self._along = particles.AlongCrack(outline)
 
     @property
     def limits_mm(self) -> tuple[float, float, float, float]:
@@ -83,11 +59,11 @@ class FillScene:
         order = _sorted(frame, -np.abs(aside_mm))
         return np.column_stack([s_mm, frame.position_mm[:, 2]])[order], order
 
-    def draw_side(self, axes: Axes, frame: Frame, value: Floats, scale: ColourScale) -> EllipseCollection:
+    def draw_side(self, axes: Axes, frame: Frame, value: Floats, scale: particles.ColourScale) -> EllipseCollection:
         """Draw the section along the crack, particles by ``value``, with ground and nozzle; return the particles."""
         place_mm, shown = self.side(frame)
         self.draw_ground(axes)
-        discs = draw_discs(axes, place_mm, self.radius_mm, value[shown], scale)
+        discs = particles.draw_discs(axes, place_mm, self.radius_mm, value[shown], scale)
         self.draw_nozzle(axes, frame.t_s)
         return discs
 
@@ -110,14 +86,14 @@ class FillScene:
         low_mm, high_mm, bottom_mm, top_mm = self.limits_mm
         length_mm = self.outline.length_mm
         along_mm = np.linspace(low_mm, high_mm, 500)
-        draw_ground(axes, along_mm, -self.solid.depth_at_mm(along_mm), bottom_mm)
+        theme.draw_ground(axes, along_mm, -self.solid.depth_at_mm(along_mm), bottom_mm)
         for kind, start_mm in zip(self.outline.ends, (low_mm, length_mm), strict=True):
             if kind != "open":
-                end = Rectangle((start_mm, bottom_mm), MARGIN_MM, -bottom_mm, facecolor=GROUND, edgecolor="none")
+                end = Rectangle((start_mm, bottom_mm), MARGIN_MM, -bottom_mm, facecolor=theme.GROUND, edgecolor="none")
                 axes.add_patch(end)
-        axes.plot([low_mm, high_mm], [0.0, 0.0], color=ON_GROUND, linewidth=0.8)
-        axes.set_facecolor(AIR)
-        show_to_scale(axes, (low_mm, high_mm), (bottom_mm, top_mm))
+        axes.plot([low_mm, high_mm], [0.0, 0.0], color=theme.ON_GROUND, linewidth=0.8)
+        axes.set_facecolor(theme.AIR)
+        particles.show_to_scale(axes, (low_mm, high_mm), (bottom_mm, top_mm))
 
     def nozzle_mm(self, t_s: float) -> Floats | None:
         """Return the nozzle's tip, or None after the end of its path."""
@@ -127,7 +103,9 @@ class FillScene:
         return np.array([np.interp(t_s, path.t_s, axis) for axis in path.position_mm.T])
 
     def draw_nozzle(self, axes: Axes, t_s: float) -> Rectangle:
-        nozzle = Rectangle((0, 0), self._diameter_mm, NOZZLE_MM, facecolor=AIR, edgecolor=ON_GROUND, linewidth=0.9)
+        nozzle = Rectangle(
+            (0, 0), self._diameter_mm, NOZZLE_MM, facecolor=theme.AIR, edgecolor=theme.ON_GROUND, linewidth=0.9
+        )
         axes.add_patch(nozzle)
         self.move_nozzle(nozzle, t_s)
         return nozzle
@@ -150,42 +128,46 @@ def draw_fill(frames: Sequence[Frame], scene: FillScene) -> Figure:
     """Draw frames below each other: sections along the crack, by speed on the left and by age on the right."""
     if len(frames) > MOST_ROWS:
         frames = [frames[round(place)] for place in np.linspace(0, len(frames) - 1, MOST_ROWS)]
-    with themed():
+    with theme.themed():
         figure = Figure(figsize=(9.0, 1.0 + 1.35 * len(frames)), layout="constrained")
         grid = figure.subplots(len(frames), 2, sharex=True, sharey=True, squeeze=False)
         ages = _ages(frames)
         for frame, row in zip(frames, grid, strict=True):
-            scene.draw_side(row[0], frame, frame.speed_mm_s, SPEED)
+            scene.draw_side(row[0], frame, frame.speed_mm_s, particles.SPEED)
             scene.draw_side(row[1], frame, frame.age_s, ages)
             row[0].set_title(f"t = {frame.t_s:.2f} s")
             row[0].set_ylabel("z (mm)")
-        for column, scale in zip(grid.T, (SPEED, ages), strict=True):
+        for column, scale in zip(grid.T, (particles.SPEED, ages), strict=True):
             column[-1].set_xlabel("s along the crack (mm)")
-            add_bar(figure, column[0].collections[-1], list(column), scale, location="bottom", aspect=40, pad=0.02)
+            particles.add_bar(
+                figure, column[0].collections[-1], list(column), scale, location="bottom", aspect=40, pad=0.02
+            )
     return figure
 
 
 def draw_snapshot(frame: Frame, scene: FillScene) -> Figure:
     """Draw one frame: the section along the crack by age and by speed, the view from above and sections across it."""
     outline, solid, radius_mm = scene.outline, scene.solid, scene.radius_mm
-    with themed():
+    with theme.themed():
         figure = Figure(figsize=(9.0, 11.0), layout="constrained")
-        rows = figure.add_gridspec(4, len(SECTIONS_AT), height_ratios=(1.0, 1.0, 1.7, 1.35))
+        rows = figure.add_gridspec(4, len(particles.SECTIONS_AT), height_ratios=(1.0, 1.0, 1.7, 1.35))
         by_age, by_speed, top = (figure.add_subplot(rows[row, :]) for row in range(3))
-        sections = [figure.add_subplot(rows[3, column]) for column in range(len(SECTIONS_AT))]
+        sections = [figure.add_subplot(rows[3, column]) for column in range(len(particles.SECTIONS_AT))]
         ages = _ages([frame])
         aged = scene.draw_side(by_age, frame, frame.age_s, ages)
-        sped = scene.draw_side(by_speed, frame, frame.speed_mm_s, SPEED)
-        label_axes(by_age, ALONG, "z (mm)", f"t = {frame.t_s:.2f} s: section along the crack, by age")
-        label_axes(by_speed, ALONG, "z (mm)", "The same by speed")
+        sped = scene.draw_side(by_speed, frame, frame.speed_mm_s, particles.SPEED)
+        theme.label_axes(by_age, theme.ALONG, "z (mm)", f"t = {frame.t_s:.2f} s: section along the crack, by age")
+        theme.label_axes(by_speed, theme.ALONG, "z (mm)", "The same by speed")
         _draw_top(top, frame, scene)
         stays = frame.state != ParticleState.SPILLED
-        for axes, share in zip(sections, SECTIONS_AT, strict=True):
+        for axes, share in zip(sections, particles.SECTIONS_AT, strict=True):
             s_mm, speed_mm_s = share * outline.length_mm, frame.speed_mm_s[stays]
-            draw_section(axes, outline, solid, s_mm, frame.position_mm[stays], radius_mm, speed_mm_s, SPEED)
+            particles.draw_section(
+                axes, outline, solid, s_mm, frame.position_mm[stays], radius_mm, speed_mm_s, particles.SPEED
+            )
         sections[0].set_ylabel("z (mm)")
-        add_bar(figure, aged, [by_age], ages, pad=0.01, shrink=0.9, aspect=12)
-        add_bar(figure, sped, [by_speed, top, *sections], SPEED, pad=0.01, shrink=0.4, aspect=25)
+        particles.add_bar(figure, aged, [by_age], ages, pad=0.01, shrink=0.9, aspect=12)
+        particles.add_bar(figure, sped, [by_speed, top, *sections], particles.SPEED, pad=0.01, shrink=0.4, aspect=25)
     return figure
 
 
@@ -199,38 +181,42 @@ def _draw_top(axes: Axes, frame: Frame, scene: FillScene) -> None:
     # Clockwise, so that the crack is a hole in it. The face hides the sealant below it.
     corners = [(x_min, y_min), (x_min, y_max), (x_max, y_max), (x_max, y_min)]
     rings = [_ring(np.array(corners)), _ring(scene.outline.outline_mm), *map(_ring, scene.outline.islands_mm)]
-    mortar = PathPatch(Outlines.make_compound_path(*rings), facecolor=GROUND, edgecolor="none", zorder=UNDER + 0.1)
+    mortar = PathPatch(
+        Outlines.make_compound_path(*rings), facecolor=theme.GROUND, edgecolor="none", zorder=UNDER + 0.1
+    )
     axes.add_patch(mortar)
     mortar.set_clip_path(face)
     stays = frame.state != ParticleState.SPILLED
     height_mm = frame.position_mm[:, 2]
     for part, zorder in ((stays & (height_mm < 0), UNDER), (stays & (height_mm >= 0), OVER)):
         order = np.flatnonzero(part)[np.argsort(height_mm[part])]
-        discs = draw_discs(axes, frame.position_mm[order, :2], scene.radius_mm, frame.speed_mm_s[order], SPEED)
+        discs = particles.draw_discs(
+            axes, frame.position_mm[order, :2], scene.radius_mm, frame.speed_mm_s[order], particles.SPEED
+        )
         discs.set_zorder(zorder)
     for wall_mm in (scene.outline.left_wall_mm, scene.outline.right_wall_mm):
-        (wall,) = axes.plot(*wall_mm.T, color=ON_GROUND, linewidth=0.9, zorder=OVER - 0.1)
+        (wall,) = axes.plot(*wall_mm.T, color=theme.ON_GROUND, linewidth=0.9, zorder=OVER - 0.1)
         # The stations of an oblique open end continue past the edge of the sample.
         wall.set_clip_path(face)
     if (tip_mm := scene.nozzle_mm(frame.t_s)) is not None:
-        axes.plot(*tip_mm[:2], "o", color=THIRD, markersize=5, zorder=OVER + 0.1)
+        axes.plot(*tip_mm[:2], "o", color=theme.THIRD, markersize=5, zorder=OVER + 0.1)
     low, high = np.maximum(around_mm[0], block_mm[0] - 4), np.minimum(around_mm[1], block_mm[1] + 4)
-    axes.set_facecolor(AIR)
-    show_to_scale(axes, (low[0], high[0]), (low[1], high[1]))
-    label_axes(axes, "x (mm)", "y (mm)", "From above, by speed; the dot is the nozzle")
+    axes.set_facecolor(theme.AIR)
+    particles.show_to_scale(axes, (low[0], high[0]), (low[1], high[1]))
+    theme.label_axes(axes, "x (mm)", "y (mm)", "From above, by speed; the dot is the nozzle")
 
 
 def _ring(points_mm: Floats) -> Outlines:
     return Outlines(np.vstack([points_mm, points_mm[:1]]), closed=True)
 
 
-def _ages(frames: Sequence[Frame]) -> ColourScale:
-    return age_scale(max((float(frame.age_s.max(initial=0.1)) for frame in frames), default=0.1))
+def _ages(frames: Sequence[Frame]) -> particles.ColourScale:
+    return particles.age_scale(max((float(frame.age_s.max(initial=0.1)) for frame in frames), default=0.1))
 
 
 def draw_health(columns: Mapping[str, Floats]) -> Figure:
     """Draw ``columns``, by the names of health.csv and of one length; NaN stands for an empty field."""
-    with themed():
+    with theme.themed():
         figure = Figure(figsize=(9.0, 8.5), layout="constrained")
         rows = figure.subplots(len(PANELS), 1, sharex=True)
         for axes, (unit, curves) in zip(rows, PANELS, strict=True):
@@ -242,8 +228,8 @@ def draw_health(columns: Mapping[str, Floats]) -> Figure:
             axes.set_ylim(0.0, 1.08 * factor * highest if highest else 1.0)
             if unit == "particles":
                 axes.yaxis.set_major_locator(MaxNLocator(4, integer=True))
-            label_axes(axes, "", unit, "")
-            put_legend_under_title(axes, columns=2)
+            theme.label_axes(axes, "", unit, "")
+            theme.put_legend_under_title(axes, columns=2)
         rows[-1].set_xlabel("simulated time (s)")
     return figure
 
@@ -262,7 +248,7 @@ def write_gallery(
     written = []
     for name, figure in figures.items():
         for kind, metadata in METADATA.items():
-            with replacing(folder / f"{name}.{kind}") as temporary, themed(), rc_context({"svg.hashsalt": name}):
-                figure.savefig(temporary, dpi=DPI, metadata=metadata)
+            with replacing(folder / f"{name}.{kind}") as temporary, theme.themed(), rc_context({"svg.hashsalt": name}):
+                theme.save(figure, temporary, dpi=DPI, metadata=metadata)
             written.append(f"{name}.{kind}")
     return written

@@ -5,9 +5,8 @@ import numpy as np
 import pytest
 from scipy.ndimage import distance_transform_edt
 
-from digitise.crack_path.crack_map import cracks_on
 from digitise.crack_path.darkness import map_darkness
-from digitise.crack_path.find_path import find_path
+from digitise.crack_path.find_path import cracks_on, find_path
 from sealtwin.core.errors import InputError
 from tests.pictures import distance_to, evenly_scaled, mortar, with_crack, write_png
 

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from digitise.crack_path.crack_map import beside_straight, straight_lines
+from digitise.crack_path.find_path import beside_straight, straight_lines
 from tests.pictures import distance_to
 
 SIZE = (300, 400)

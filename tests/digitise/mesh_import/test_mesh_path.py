@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from digitise.mesh_import.given_path import read_path
+from digitise.mesh_import.cavity import read_path
 from sealtwin.core.errors import InputError
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from digitise.mesh_import import given_path
-from digitise.mesh_import.given_path import nearest_on_ring
+from digitise.mesh_import import cavity
+from digitise.mesh_import.cavity import nearest_on_ring
 
 SQUARE = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]])
 
@@ -18,7 +18,7 @@ def test_a_point_comes_to_its_edge_and_beyond_an_edge_to_its_corner():
 def test_in_parts_it_is_the_same(monkeypatch):
     points = np.random.default_rng(0).uniform(-1, 5, (101, 2))
     whole = nearest_on_ring(points, SQUARE)
-    monkeypatch.setattr(given_path, "AT_ONCE", 10)
+    monkeypatch.setattr(cavity, "AT_ONCE", 10)
     assert np.array_equal(nearest_on_ring(points, SQUARE), whole)
 
 

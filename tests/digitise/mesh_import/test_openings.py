@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from digitise.geometry.mesh_topology import check_mesh
-from digitise.mesh_import.openings import close_holes, find_openings, with_base
-from digitise.mesh_import.repair import RepairedSurface, one_surface
+from digitise.mesh_import.repair import RepairedSurface, close_holes, find_openings, one_surface, with_base
 from sealtwin.core.errors import InputError
 from tests.meshes import SLOT_MM3, fine, mesh_of, sheet, slotted
 

@@ -7,7 +7,7 @@ import pytest
 
 from digitise.photo import load_photo
 from digitise.scale.marker_print import CUT_GREY, as_pdf, as_svg, board_around, board_toml, draw_frame
-from digitise.scale.markers import corners_mm, find_markers
+from digitise.scale.marker_scale import corners_mm, find_markers
 from digitise.settings import MarkerBoard, PhotoInput
 from sealtwin.core.errors import InputError
 from tests.pictures import write_png

@@ -3,8 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from digitise.photo import load_photo
-from digitise.scale.scale import CLICK_PX, TILT_COST, scale_by_ruler
+from digitise.photo import CLICK_PX, TILT_COST, load_photo, scale_by_ruler
 from digitise.settings import PhotoInput
 from sealtwin.core.errors import InputError
 from tests.boards import FACE_MM, camera, face_grid_mm

@@ -5,8 +5,8 @@ import cv2
 import numpy as np
 import pytest
 
-from digitise.scale import markers
-from digitise.scale.markers import find_markers
+from digitise.scale import marker_scale
+from digitise.scale.marker_scale import find_markers
 from digitise.settings import MarkerBoard
 from fixtures.generate.recipe import Recipe
 from fixtures.generate.specimen import Specimen, make_specimen
@@ -31,7 +31,7 @@ def photo(specimen, tmp_path):
 def test_corners_are_the_same_whichever_copy_the_markers_were_searched_on(monkeypatch, specimen, photo, search_px):
     """They are taken from the photo itself: to 0.01 px, with markers of 160, 130 or 55 px."""
     whole = find_markers(photo.image, photo.brightness, specimen.board, FILE)
-    monkeypatch.setattr(markers, "SEARCH_PX", search_px)
+    monkeypatch.setattr(marker_scale, "SEARCH_PX", search_px)
     found = find_markers(photo.image, photo.brightness, specimen.board, FILE)
     assert set(found) == set(range(8))
     for number, corners_px in found.items():
@@ -42,7 +42,7 @@ def test_corners_lie_where_they_were_drawn(specimen, photo):
     """To a tenth of a pixel, upper left first, then clockwise; OpenCV's own are 0.2 px inside, its plain ones 0.5."""
     found = find_markers(photo.image, photo.brightness, specimen.board, FILE)
     for marker in specimen.board.markers:
-        true_px = specimen.to_px(markers.corners_mm(specimen.board, marker))
+        true_px = specimen.to_px(marker_scale.corners_mm(specimen.board, marker))
         assert np.abs(found[marker.id] - true_px).max() < 0.1
 
 

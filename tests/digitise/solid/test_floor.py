@@ -127,9 +127,9 @@ def test_a_table_that_goes_on_past_the_crack_ends_with_it():
     solid = build(straight_slot(40.0, W, CUT), ((0.0, 4.0), (80.0, 20.0)))
     assert solid.depth_mm == pytest.approx(12.0)
     assert solid.cavity_volume_mm3 == pytest.approx(40.0 * W * 8.0, rel=1e-6)
-    assert solid.report["warnings"] == [
-        "depth_mm extends to s = 80 mm, but the crack is 40.0 mm long: its floor ends there."
-    ]
+    assert solid.figures.warnings == (
+        "depth_mm extends to s = 80 mm, but the crack is 40.0 mm long: its floor ends there.",
+    )
 
 
 def test_a_rough_crack_with_hills_islands_and_two_angles_is_sound():
@@ -142,4 +142,4 @@ def test_a_rough_crack_with_hills_islands_and_two_angles_is_sound():
     angles_deg: dict[Tilt, Any] = {"lean": 5.0, "flare": (3.0, 6.0), "funnel": (3.0, 6.0)}
     for tilt, wall_angle_deg in angles_deg.items():
         solid = build(outline, HILLS, tilt, wall_angle_deg=wall_angle_deg)
-        assert solid.cavity_volume_mm3 == pytest.approx(solid.report["volume_mm3"][tilt], rel=1e-3)
+        assert solid.cavity_volume_mm3 == pytest.approx(solid.figures.volume_mm3[tilt], rel=1e-3)

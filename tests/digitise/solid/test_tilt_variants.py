@@ -7,6 +7,7 @@ from digitise.settings import CrackShape
 from digitise.solid.footprint import lay_out
 from digitise.solid.tilt_variants import Slicer, cavity_volume_mm3, compare_tilts
 from digitise.solid.wedges import wall_shifts_mm
+from sealtwin.core.solid_figures import ClosingDepth
 from tests.shapes import CUT, arc_slot, oblique_slot, pinched_crack, straight_slot
 
 
@@ -14,7 +15,7 @@ def test_the_paper_s_dimensions_hold_these_volumes():
     """80 x 3.1 x 16 mm at 11°: 3.97, 7.95 and 0.99 ml by hand; the paper injects 4.8."""
     shape = CrackShape(depth_mm=16.0, tilt="lean")
     outline = oblique_slot()
-    volume = compare_tilts(outline, lay_out(outline, shape, max(wall_shifts_mm(shape))), shape)["volume_mm3"]
+    volume = compare_tilts(outline, lay_out(outline, shape, max(wall_shifts_mm(shape))), shape).volume_mm3
     assert volume["vertical"] == pytest.approx(3968.0, rel=1e-4)
     assert volume["lean"] == pytest.approx(3968.0, rel=1e-4)
     assert volume["flare"] == pytest.approx(7948.9, rel=1e-4)
@@ -44,7 +45,7 @@ def test_no_tilt_makes_all_readings_one():
     shape = CrackShape(depth_mm=16.0, tilt="funnel", wall_angle_deg=0.0)
     outline = arc_slot()
     variants = compare_tilts(outline, lay_out(outline, shape, 0.0), shape)
-    volumes = list(variants["volume_mm3"].values())
+    volumes = list(variants.volume_mm3.values())
     assert volumes == pytest.approx([volumes[0]] * 4, rel=1e-12)
-    assert variants["closing_depth_mm"] == {"min": np.inf, "mean": np.inf, "share_above_floor": 0.0}
-    assert variants["mouth_width_mm"] == variants["floor_width_mm"] == variants["photo_width_mm"]
+    assert variants.closing_depth_mm == ClosingDepth(None, None, 0.0)
+    assert variants.mouth_width_mm == variants.floor_width_mm == variants.photo_width_mm

@@ -35,7 +35,7 @@ def test_a_slot_flares_by_both_its_angles(tilt, left_deg, right_deg):
     opening_mm = (SLOPE[left_deg] + SLOPE[right_deg]) * DEPTH_MM
     assert solid.cavity_volume_mm3 == pytest.approx(80.0 * DEPTH_MM * (3.1 + opening_mm / 2), rel=1e-6)
     assert solid.wall_angles_deg == (left_deg, right_deg)
-    assert solid.report["mouth_width_mm"] == pytest.approx(3.1 + opening_mm)
+    assert solid.figures.mouth_width_mm == pytest.approx(3.1 + opening_mm)
 
 
 def test_a_slot_closes_by_both_its_angles():
@@ -43,8 +43,9 @@ def test_a_slot_closes_by_both_its_angles():
     solid = build(straight_slot(80.0, 3.1, CUT), "funnel", 6.0, 14.0)
     closing = SLOPE[6.0] + SLOPE[14.0]
     assert solid.cavity_volume_mm3 == pytest.approx(80.0 * 3.1**2 / (2 * closing), rel=1e-6)
-    assert solid.report["closing_depth_mm"]["mean"] == pytest.approx(3.1 / closing)
-    assert "At 6° left and 14° right the walls meet at 8.7 mm" in solid.report["warnings"][0]
+    assert solid.figures.closing_depth_mm is not None
+    assert solid.figures.closing_depth_mm.mean == pytest.approx(3.1 / closing)
+    assert "At 6° left and 14° right the walls meet at 8.7 mm" in solid.figures.warnings[0]
 
 
 @pytest.mark.parametrize("tilt", ["flare", "funnel"])
@@ -102,7 +103,7 @@ def test_a_wall_without_an_angle_stands_upright_up_to_the_tip():
     outlines = [closed_crack(1), slot, reversed_path(slot)]
     for outline, tilt in itertools.product(outlines, ("flare", "funnel")):
         solid, nearly = (build(outline, tilt, left_deg, 8.0) for left_deg in (0.0, 1e-3))
-        assert solid.report["jitter_mm"] == 0.0
+        assert solid.figures.jitter_mm == 0.0
         assert check_mesh(solid.vertices_mm, solid.faces, expected_euler=2) == []
         assert solid.cavity_volume_mm3 == pytest.approx(nearly.cavity_volume_mm3, rel=2e-4)
 
@@ -112,7 +113,7 @@ def test_an_angle_for_each_wall_is_one_angle_where_they_are_alike():
     outline = closed_crack(3)
     alike, nearly = build(outline, "flare", 8.0, 8.0), build(outline, "flare", 8.0, 8.0 + 1e-9)
     assert nearly.cavity_volume_mm3 == pytest.approx(alike.cavity_volume_mm3, rel=5e-4)
-    volumes = [solid.report["volume_mm3"]["flare"] for solid in (alike, nearly)]
+    volumes = [solid.figures.volume_mm3["flare"] for solid in (alike, nearly)]
     assert volumes[1] == pytest.approx(volumes[0], rel=1e-3)
 
 

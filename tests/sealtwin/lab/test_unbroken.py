@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from sealtwin.cli.folder_answer import ingest_answer
-from sealtwin.lab import intake
+from sealtwin.lab import ingest as steps
 from sealtwin.lab.catalogue import Catalogue
 from sealtwin.lab.ingest import ingest
 from tests.lab_folder import HANDS
@@ -34,7 +34,7 @@ def test_stopped_at_any_step_the_same_command_completes_the_lab(small, tmp_path,
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patched:
-        place = {"keep": (intake, "keep"), "add": (Catalogue, "add"), "rename": (Path, "rename")}[step]
+        place = {"keep": (steps, "keep"), "add": (Catalogue, "add"), "rename": (Path, "rename")}[step]
         patched.setattr(*place, stop)
         with pytest.raises(KeyboardInterrupt):
             ingest(small, lab, QUIET)
@@ -93,14 +93,14 @@ def test_killed_again_and_again_an_ingest_loses_nothing(sound, tmp_path):
 
 
 def test_a_bug_that_one_sample_wakes_costs_no_other_one(small, tmp_path, monkeypatch):
-    real = intake.prepare
+    real = steps.prepare
 
     def burst(folder, prepared):
         if prepared.sample.name == "P01":
             raise ZeroDivisionError("on purpose")
         real(folder, prepared)
 
-    monkeypatch.setattr(intake, "prepare", burst)
+    monkeypatch.setattr(steps, "prepare", burst)
     ingested = ingest(small, tmp_path / "lab", QUIET)
     assert [outcome.fate for outcome in ingested.outcomes] == ["bug", "new"]
     assert "P01: ZeroDivisionError in test_unbroken.py, line" in ingested.outcomes[0].faults[0]
@@ -108,7 +108,7 @@ def test_a_bug_that_one_sample_wakes_costs_no_other_one(small, tmp_path, monkeyp
 
 
 def test_a_file_that_cannot_be_read_is_its_samples_fault_and_a_full_disk_is_nobodys(small, tmp_path, monkeypatch):
-    real, lab = intake.gather, tmp_path / "lab"
+    real, lab = steps.gather, tmp_path / "lab"
 
     def failing(at):
         def gather(folder, sample, defaults):
@@ -116,7 +116,7 @@ def test_a_file_that_cannot_be_read_is_its_samples_fault_and_a_full_disk_is_nobo
                 raise OSError(28, "on purpose", str(at))
             return real(folder, sample, defaults)
 
-        monkeypatch.setattr(intake, "gather", gather)
+        monkeypatch.setattr(steps, "gather", gather)
 
     failing(small / "P01.png")
     outcomes = ingest(small, lab, QUIET).outcomes
@@ -128,13 +128,13 @@ def test_a_file_that_cannot_be_read_is_its_samples_fault_and_a_full_disk_is_nobo
 
 
 def test_a_file_that_changes_while_it_is_taken_in_is_not_kept(small, tmp_path, monkeypatch):
-    real = intake.keep
+    real = steps.keep
 
     def changing(*arguments):
         (small / "P01.csv").write_text("s_mm,level_1_mm\n1,-1\n2,-1\n")
         return real(*arguments)
 
-    monkeypatch.setattr(intake, "keep", changing)
+    monkeypatch.setattr(steps, "keep", changing)
     ingested = ingest(small, tmp_path / "lab", QUIET)
     assert "P01.csv: changed while it was taken in" in ingested.outcomes[0].faults[0]
     assert not (tmp_path / "lab" / "P01").exists()

@@ -16,14 +16,13 @@ from sealtwin.core.run_folder import open_folder
 from sealtwin.study import extra_runs, runner
 from sealtwin.study.extra_runs import vary
 from sealtwin.study.runner import Failure
-from sealtwin.study.study_folder import read_study
+from sealtwin.study.study_folder import read_plan
 from sealtwin.trial.job import resume_job, start_job
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.trial_file import load_trial
 from sealtwin.trial.validate_stage import SPREAD, read_spread
+from tests.pages import leave_out_pages
 from tests.studies import TRIAL, tiny_lab
-from validate.report import write_report as report_module
-from validate.report_input import Evidence
 
 DECLARED = """
 [uncertainty]
@@ -81,7 +80,7 @@ def _edited(path: Path, old: str, new: str) -> None:
 
 def test_three_sizes_and_a_design_of_four(varied):
     """Three inputs fit into four runs; with the finer and the coarser one that makes six."""
-    runs = read_study(varied / "uncertainty")
+    runs = read_plan(varied / "uncertainty").runs
     assert [run.state for run in runs] == ["done"] * 6
     radii = [run.settings.get("solver.radius_mm") for run in runs[:2]]
     assert radii == pytest.approx([0.36 / 1.3, 0.36 * 1.3], abs=1e-4)
@@ -94,7 +93,7 @@ def test_the_paste_is_as_stiff_at_every_size(varied):
     """U and D hang on radius and frame; the viscosity in physical units and the drag of a second do not."""
     base = files.read_json(varied / "simulation.json")["health"]
     drag = 0.3 / base["frame_s"]
-    for run in read_study(varied / "uncertainty")[:2]:
+    for run in read_plan(varied / "uncertainty").runs[:2]:
         assert run.figures is not None
         health = run.figures["health"]
         assert health["viscosity_pa_s"] == pytest.approx(base["viscosity_pa_s"], rel=1e-6)
@@ -108,15 +107,7 @@ def test_the_paste_is_as_stiff_at_every_size(varied):
 def test_the_comparison_tells_numerics_and_inputs(varied, tmp_path, monkeypatch):
     path = tmp_path / "run"
     shutil.copytree(varied, path)
-    given: list[Evidence] = []
-
-    def write_report(folder: Path, evidence: Evidence) -> None:
-        """Pages take seconds, and are not what this is about."""
-        given.append(evidence)
-        for name in report_module.REPORT:
-            (folder / name).touch()
-
-    monkeypatch.setattr(report_module, "write_report", write_report)
+    given = leave_out_pages(monkeypatch)
     with open_folder(path, create=False) as folder:
         result = run_stages(resume_job(folder, "cpu", Progress()), ("validate",)).result
     assert given[0].commands == ("sealtwin run trial.toml", "sealtwin validate reports/tiny --uncertainty")
@@ -151,7 +142,7 @@ def test_what_was_done_before_a_kill_is_not_done_again(varied, tmp_path, monkeyp
     shutil.copytree(varied, path)
     _edited(path, "volume_ml = 0.01", "volume_ml = 0.0100")
     (path / SPREAD).unlink()
-    lost = read_study(path / "uncertainty")[3]
+    lost = read_plan(path / "uncertainty").runs[3]
     shutil.rmtree(path / "uncertainty" / "runs" / lost.key[:16])
     waiting = []
 

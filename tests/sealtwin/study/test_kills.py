@@ -14,9 +14,8 @@ from pathlib import Path
 import pytest
 
 from sealtwin.core.progress import Progress
-from sealtwin.study.job_array import merge
-from sealtwin.study.study_folder import OUTCOME, read_study, run_path
-from sealtwin.study.sweep import SweepOptions, sweep
+from sealtwin.study.study_folder import OUTCOME, read_plan, run_path
+from sealtwin.study.sweep import SweepOptions, merge, sweep
 from tests.studies import compute_here, results_of, tiny_lab
 
 pytestmark = pytest.mark.skipif(
@@ -172,7 +171,7 @@ def test_files_of_a_killed_write_are_removed_and_half_a_run_is_computed_again(tm
     lab, out = tiny_lab(tmp_path / "lab"), tmp_path / "out"
     sweep(lab, out, replace(PLANNED, dry_run=False, jobs=0), Progress())
     before = results_of(out)
-    run = run_path(out, read_study(out)[0].key)
+    run = run_path(out, read_plan(out).runs[0].key)
     (run / OUTCOME).unlink()
     (run / ".sealtwin-tmp-4711-0123abcd.csv").write_text("s_mm,le")
     shutil.rmtree(next(path for path in out.glob("runs/*") if path != run))

@@ -13,12 +13,14 @@ from sealtwin.cli.studies import mapped_lines
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.study import study_map
-from sealtwin.study.study_folder import forget_outcome, profile_path, read_plan, read_study, write_outcome, write_plan
-from sealtwin.study.study_map import MapOptions, map_study, watch_runs
+from sealtwin.study.study_folder import forget_outcome, profile_path, read_plan, write_outcome, write_plan
+from sealtwin.study.study_map import map_study, watch_runs
 from sealtwin.study.sweep import SweepOptions, sweep
 from tests.studies import tiny_lab
 
-WITHOUT_FILLS = MapOptions(caliper=None, data=None, fills=False, device="cpu")
+
+def mapped_without_fills(folder, out=None, caliper=None, data=None):
+    return map_study(folder, out, caliper, data, None, Progress())
 
 
 @pytest.fixture(scope="module")
@@ -42,8 +44,8 @@ def study(swept, tmp_path):
 
 def test_errors_are_those_of_the_ledger(swept, tmp_path):
     """Two ways to one integral: the pipeline's, and the map's of a profile that its file rounds to 1e-6 mm."""
-    mapped = map_study(swept, tmp_path, WITHOUT_FILLS, Progress())
-    kept = {run.number: run.figures for run in read_study(swept)}
+    mapped = mapped_without_fills(swept, tmp_path)
+    kept = {run.number: run.figures for run in read_plan(swept).runs}
     for run in mapped.chart.runs:
         figures = kept[run.number]
         assert figures is not None
@@ -58,7 +60,7 @@ def test_errors_are_those_of_the_ledger(swept, tmp_path):
 
 def test_a_run_seen_once_more_is_the_same_run(study, here):
     """On a CPU to the last bit, so to the last digit of profile.csv; and seen before, it is not computed again."""
-    run = read_study(study)[0]
+    run = read_plan(study).runs[0]
     (seen,) = watch_runs(study, [run], "cpu", Progress())
     assert seen.differs_mm < 1e-6
     assert seen.frames[-1].t_s >= seen.frames[0].t_s > 0
@@ -85,7 +87,7 @@ class Counted(Progress):
 
 def test_fills_of_chosen_runs_are_drawn(study, here):
     counted = Counted()
-    mapped = map_study(study, None, replace(WITHOUT_FILLS, fills=True), counted)
+    mapped = map_study(study, None, None, None, "cpu", counted)
     assert [done for done, _ in counted.done] == [1, 2, 3, 4]
     assert {note for _, note in counted.done} == {"run 1", "run 2", "run 3", "run 4"}
     page = (study / "map" / "map.html").read_text(encoding="utf-8")
@@ -100,38 +102,38 @@ def test_runs_without_a_result_are_left_out_and_told(study):
     fifth = replace(fifth, key="f" * 64, number=5, settings={"fluid.U": 1e6, "fluid.D_cm": 0.03})
     write_plan(study, replace(plan, runs=[*plan.runs, fifth]))
     write_outcome(study, replace(fifth, state="failed", reason="The numbers diverged."))
-    mapped = map_study(study, None, WITHOUT_FILLS, Progress())
+    mapped = mapped_without_fills(study)
     assert mapped.chart.exclusion == "1 of 5 runs are not in it. 1: The numbers diverged."
     assert [each["number"] for each in mapped.content["excluded"]] == [5]
 
 
 def test_a_study_that_is_not_there_or_too_small_is_refused(study, tmp_path):
     with pytest.raises(InputError, match="no study"):
-        map_study(tmp_path / "nowhere", None, WITHOUT_FILLS, Progress())
-    forget_outcome(study, read_study(study)[0])
+        mapped_without_fills(tmp_path / "nowhere")
+    forget_outcome(study, read_plan(study).runs[0])
     with pytest.raises(InputError, match="3 of 4 runs are done; a map needs 4"):
-        map_study(study, None, WITHOUT_FILLS, Progress())
+        mapped_without_fills(study)
 
 
 def test_a_profile_that_somebody_changed_is_not_mapped(study):
-    run = read_study(study)[2]
+    run = read_plan(study).runs[2]
     path = profile_path(study, run.key)
     path.write_text(path.read_text(encoding="utf-8") + "99.0,1.0\n", encoding="utf-8")
     with pytest.raises(InputError, match=f"not as run {run.number} left it"):
-        map_study(study, None, WITHOUT_FILLS, Progress())
+        mapped_without_fills(study)
 
 
 def test_other_readings_say_where_they_come_from(study, lab, tmp_path):
     """The study's own sheet under any name is known by its content; another one must say what it is."""
     same = tmp_path / "same.csv"
     shutil.copyfile(lab.parent / "readings.csv", same)
-    assert map_study(study, None, replace(WITHOUT_FILLS, caliper=same), Progress()).chart.readings.data == "synthetic"
+    assert mapped_without_fills(study, caliper=same).chart.readings.data == "synthetic"
     other = tmp_path / "other.csv"
     other.write_text("s_mm,level_1_mm\n1,-3\n4,-3\n7,-2\n11,-2\n", encoding="utf-8")
     with pytest.raises(InputError, match=re.escape("give --data measured, reconstructed or synthetic")):
-        map_study(study, None, replace(WITHOUT_FILLS, caliper=other), Progress())
-    before = map_study(study, None, WITHOUT_FILLS, Progress()).chart
-    after = map_study(study, None, replace(WITHOUT_FILLS, caliper=other, data="measured"), Progress()).chart
+        mapped_without_fills(study, caliper=other)
+    before = mapped_without_fills(study).chart
+    after = mapped_without_fills(study, caliper=other, data="measured").chart
     assert after.readings.data == "measured"
     # Readings a millimetre lower lift every bias by it.
     for first, second in zip(before.runs, after.runs, strict=True):
@@ -151,9 +153,9 @@ def test_the_command_answers_with_one_object(swept, tmp_path):
 @pytest.mark.slow
 def test_fills_are_computed_by_several_processes_to_the_same_frames(study, tmp_path, here, monkeypatch):
     shutil.copytree(study, tmp_path / "other")
-    alone = watch_runs(study, read_study(study), "cpu", Progress())
+    alone = watch_runs(study, read_plan(study).runs, "cpu", Progress())
     monkeypatch.setattr(study_map, "cores", lambda: 2)
-    other = watch_runs(tmp_path / "other", read_study(study), "cpu", Progress())
+    other = watch_runs(tmp_path / "other", read_plan(study).runs, "cpu", Progress())
     for one, two in zip(alone, other, strict=True):
         assert two.differs_mm == one.differs_mm < 1e-6
         assert [frame.t_s for frame in two.frames] == [frame.t_s for frame in one.frames]

@@ -21,7 +21,7 @@ from sealtwin.core.run_folder import holding
 from sealtwin.study import runner
 from sealtwin.study.runner import read_bench
 from sealtwin.study.study_file import load_study, plan_runs
-from sealtwin.study.study_folder import OUTCOME, profile_path, read_study, run_path
+from sealtwin.study.study_folder import OUTCOME, profile_path, read_plan, run_path
 from sealtwin.study.sweep import SweepOptions, sweep
 from sealtwin.trial.trial_file import load_trial
 from simulate.profile import measure_profile
@@ -70,7 +70,7 @@ def fresh(prepared, tmp_path):
 
 def _finished(out):
     """When each run was finished that is."""
-    return {run.key: run.finished_unix_s for run in read_study(out) if run.state == "done"}
+    return {run.key: run.finished_unix_s for run in read_plan(out).runs if run.state == "done"}
 
 
 def test_a_finished_sweep_redoes_nothing_and_tells_the_same(lab, unbroken, tmp_path):
@@ -84,7 +84,7 @@ def test_a_finished_sweep_redoes_nothing_and_tells_the_same(lab, unbroken, tmp_p
     assert answer.exit_code == 0
     told = json.loads(answer.stdout)
     assert told["states"] == report["states"]
-    best = min(read_study(out), key=lambda run: run.figures["mean_error_mm"] if run.figures else 1e9)
+    best = min(read_plan(out).runs, key=lambda run: run.figures["mean_error_mm"] if run.figures else 1e9)
     assert told["best"]["number"] == best.number
     table = (out / "runs.csv").read_text().splitlines()
     assert len(table) == 5
@@ -94,11 +94,11 @@ def test_a_finished_sweep_redoes_nothing_and_tells_the_same(lab, unbroken, tmp_p
 def test_a_result_that_was_lost_or_edited_is_computed_again_and_no_other(lab, unbroken, tmp_path):
     out = tmp_path / "out"
     shutil.copytree(unbroken, out)
-    runs = read_study(out)
+    runs = read_plan(out).runs
     profile_path(out, runs[0].key).unlink()
     profile_path(out, runs[3].key).write_text("s_mm,level_mm\n0,0\n")
     sweep(lab, out, replace(HERE, dry_run=True), Progress())
-    assert [run.state for run in read_study(out)] == ["waiting", "done", "done", "waiting"]
+    assert [run.state for run in read_plan(out).runs] == ["waiting", "done", "done", "waiting"]
     compute_here(out)
     assert results_of(out) == results_of(unbroken)
 
@@ -108,9 +108,9 @@ def test_a_study_that_grows_keeps_what_is_done(unbroken, tmp_path, lab):
     shutil.copytree(unbroken, out)
     more = tiny_lab(tmp_path / "lab", '[grid]\n"fluid.U" = [1.0, 3.0, 300.0]\n"fluid.D_cm" = [0.3]\n')
     sweep(more, out, replace(HERE, dry_run=True), Progress())
-    assert [run.state for run in read_study(out)] == ["waiting", "done", "done"]
+    assert [run.state for run in read_plan(out).runs] == ["waiting", "done", "done"]
     sweep(lab, out, replace(HERE, dry_run=True), Progress())
-    assert [run.state for run in read_study(out)] == ["done"] * 4
+    assert [run.state for run in read_plan(out).runs] == ["done"] * 4
 
 
 def test_each_run_of_a_study_is_the_run_that_its_settings_make_alone(tmp_path):
@@ -122,7 +122,7 @@ def test_each_run_of_a_study_is_the_run_that_its_settings_make_alone(tmp_path):
     (sample,) = (out / "samples").iterdir()
     solid, outline = record_files.read_solid(sample), record_files.read_outline(sample)
     planned = plan_runs(load_study(lab), lab, load_trial(tmp_path / "trial.toml"))
-    for run, (trial, fluid) in zip(read_study(out), [(p.trial, p.trial.fluid) for p in planned], strict=True):
+    for run, (trial, fluid) in zip(read_plan(out).runs, [(p.trial, p.trial.fluid) for p in planned], strict=True):
         assert fluid is not None
         alone = inject(
             solid,
@@ -145,7 +145,7 @@ def test_pastes_whose_particles_count_for_different_volumes_are_computed_one_aft
     out = tmp_path / "out"
     sweep(lab, out, replace(HERE, dry_run=True), Progress())
     compute_here(out, batch=4, keep_runs=True)
-    runs = read_study(out)
+    runs = read_plan(out).runs
     assert [run.state for run in runs] == ["done", "done"]
     recorded = [read_json(run_path(out, run.key) / "simulation.json") for run in runs]
     assert [facts["settings"]["solver"]["volume_factor"] for facts in recorded] == [1.10, 1.07]
@@ -153,7 +153,7 @@ def test_pastes_whose_particles_count_for_different_volumes_are_computed_one_aft
 
 def _first(out):
     """Bench and trial of the first run."""
-    run = read_study(out)[0]
+    run = read_plan(out).runs[0]
     trial = run.checked_trial
     return read_bench(out / "samples" / run.sample, trial.readings), trial
 
@@ -215,7 +215,7 @@ def test_a_run_that_fails_is_told_with_its_reason_and_costs_no_other_its_result(
 
     monkeypatch.setattr(runner, "_seal", stumble)
     compute_here(fresh, batch=4)
-    first, diverged, other, bug = read_study(fresh)
+    first, diverged, other, bug = read_plan(fresh).runs
     assert [run.state for run in (first, diverged, other, bug)] == ["done", "failed", "done", "failed"]
     assert (diverged.reason, diverged.trace) == ("A position is no number any more. Frame 7.", None)
     assert "ZeroDivisionError: on purpose" in (bug.reason or "")
@@ -246,7 +246,7 @@ def test_a_run_with_a_particle_through_a_wall_is_no_number(fresh, monkeypatch):
 
     monkeypatch.setattr(Injection, "outcomes", escaping)
     compute_here(fresh)
-    first = read_study(fresh)[0]
+    first = read_plan(fresh).runs[0]
     assert first.state == "failed"
     assert "2 particles went through a wall" in (first.reason or "")
     assert first.figures is None
@@ -255,7 +255,7 @@ def test_a_run_with_a_particle_through_a_wall_is_no_number(fresh, monkeypatch):
 
 def test_another_terminal_sees_how_far_it_is(fresh, unbroken):
     """Two of four runs of equal size took 4 s; what computes them is the process that holds the folder."""
-    runs = read_study(unbroken)
+    runs = read_plan(unbroken).runs
     for run in runs[:2]:
         shutil.copytree(run_path(unbroken, run.key), run_path(fresh, run.key))
     plan = json.loads((fresh / "plan.json").read_text())
@@ -304,7 +304,7 @@ def test_settings_that_do_not_fit_the_crack_are_refused_before_anything_runs(tmp
     with pytest.raises(InputError) as caught:
         sweep(study, tmp_path / "out", HERE, Progress())
     assert "runs 3, 4: solver.radius_mm is 3: fewer than 2 particles fit abreast" in str(caught.value)
-    assert read_study(tmp_path / "out") == []
+    assert read_plan(tmp_path / "out").runs == []
 
 
 def test_a_sweep_says_first_what_it_will_take_and_dry_runs_leave_it_at_that(lab, tmp_path):

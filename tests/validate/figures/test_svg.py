@@ -5,11 +5,13 @@ import re
 import matplotlib
 import numpy as np
 import pytest
+from matplotlib import rc_context
 from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
 
-from sealtwin.core.drawing.snapshots import draw_fill, draw_snapshot
-from sealtwin.core.drawing.theme import AGES, AIR, SPEEDS, as_svg, in_page
-from validate.figures.solid_pictures import draw_side_view
+from sealtwin.core.drawing.snapshots import METADATA, draw_fill, draw_snapshot
+from sealtwin.core.drawing.theme import AGES, AIR, SPEEDS, as_svg, in_page, save, themed
+from validate.figures.solid_pictures import draw_sections, draw_side_view
 
 EASY = 7.0
 """Contrast that WCAG 2.2 calls enhanced."""
@@ -20,6 +22,18 @@ def luminance(colour):
     channel = np.asarray(to_rgb(colour))
     linear = np.where(channel <= 0.04045, channel / 12.92, ((channel + 0.055) / 1.055) ** 2.4)
     return float(linear @ [0.2126, 0.7152, 0.0722])
+
+
+@pytest.mark.parametrize("kind", ["svg", "png"])
+def test_a_figure_is_saved_as_matplotlib_saves_it(kind, tmp_path, evidence):
+    """To the byte. Broken on purpose without a layout, the panels lie elsewhere."""
+    first, again = (draw_sections(evidence.run, evidence.outline, evidence.solid) for _ in range(2))
+    assert isinstance(first, Figure)
+    assert isinstance(again, Figure)
+    with themed(), rc_context({"svg.hashsalt": "one"}):
+        save(first, tmp_path / "first", format=kind, dpi=50, metadata=METADATA[kind])
+        again.savefig(tmp_path / "again", format=kind, dpi=50, metadata=METADATA[kind])
+    assert (tmp_path / "first").read_bytes() == (tmp_path / "again").read_bytes()
 
 
 @pytest.mark.parametrize("scale", [AGES, SPEEDS])

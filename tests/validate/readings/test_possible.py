@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from validate.readings.read_readings import LONGEST_MM, CrackLimits
 from validate.readings.sheet import FaultList, Place
-from validate.readings.table import LONGEST_MM, CrackLimits
 
 
 def _refused(length_mm: float | None, s_mm: float) -> bool:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from validate.readings.words import ColumnMeaning, meaning, unit_of
+from validate.readings.columns import ColumnMeaning, meaning, unit_of
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,7 @@ from pydantic import ValidationError
 
 from sealtwin.core.files import as_json
 from tests.evidence import make_evidence, slope
+from tests.pages import leave_out_figures
 from validate.compare import assess
 from validate.report.report_data import ReadingsFile, ReportData, report_data, schema
 from validate.report.write_report import write_report
@@ -47,7 +48,7 @@ def test_numbers_have_units_and_are_those_of_the_comparison(tmp_path):
     assert len(data.error_by_bin) == 4
 
 
-def test_what_the_page_has_is_here_too(tmp_path):
+def test_what_the_page_has_is_here_too(tmp_path, monkeypatch):
     """Sizes, inputs, shifts and settled volumes were on the page alone; and a table that is added there comes along."""
     declared = Uncertainty(volume_ml=0.1)
     sheet = ReadingsSheet(name="P01 Messung.csv", sha256="73cf", operator="A. B.", date="2026-03-01")
@@ -59,6 +60,7 @@ def test_what_the_page_has_is_here_too(tmp_path):
     settings = Readings(file=Path("readings.csv"), data="measured", role="held-out")
     evidence = make_evidence(tmp_path, gate=Gate(mean_error_mm=1.0), error_mm=0.5, sheet=sheet)
     evidence = replace(evidence, comparison=assess(evidence, settings, declared, runs, Gate(mean_error_mm=1.0)))
+    leave_out_figures(monkeypatch)
     write_report(tmp_path, evidence)
     data = ReportData.model_validate_json((tmp_path / "report.json").read_text(encoding="utf-8"))
     assert data.readings == ReadingsFile(

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from pypdf import PdfReader
 
 from sealtwin.core.drawing.theme import printable
-from validate.report.typeset import WIDTH_IN, Typesetter
+from validate.report.write_report import WIDTH_IN, Typesetter
 
 
 def set_with(typeset) -> io.BytesIO:
@@ -32,11 +32,28 @@ def positions_pt(typeset) -> list[tuple[float, float]]:
     return found
 
 
-@settings(max_examples=25, deadline=None)
-@given(st.text(alphabet="abcWMil .-", max_size=120), st.sampled_from([8.5, 20.0]), st.sampled_from(["", "B"]))
-def test_nothing_is_lost_and_nothing_is_invented(text, size_pt, weight):
-    (page,) = pages_of(lambda paper: paper.paragraph(text, size_pt, weight))
-    assert "".join(page.split()) == "".join(f"{text}running title 1 of 1".split())
+LETTERS = "abcWMil .-"
+PARAGRAPHS = st.tuples(
+    # Long ones too, of more than one line.
+    st.text(LETTERS, max_size=120) | st.text(LETTERS, min_size=90, max_size=120),
+    st.sampled_from([8.5, 20.0]),
+    st.sampled_from(["", "B"]),
+)
+
+
+@settings(max_examples=5, deadline=None)
+@given(st.lists(PARAGRAPHS, min_size=5, max_size=10))
+def test_nothing_is_lost_and_nothing_is_invented(paragraphs):
+    """Each paragraph on a page of its own: a PDF takes half a second, to read and to subset its fonts."""
+
+    def typeset(paper: Typesetter) -> None:
+        for number, paragraph in enumerate(paragraphs):
+            if number:
+                paper.add_page()
+            paper.paragraph(*paragraph)
+
+    for number, (page, (text, *_)) in enumerate(zip(pages_of(typeset), paragraphs, strict=True), start=1):
+        assert "".join(page.split()) == "".join(f"{text}running title {number} of {len(paragraphs)}".split())
 
 
 @pytest.mark.parametrize("text", ["W" * 300, "ill " * 60, "a " + "M" * 90 + " b", "sha256 " + "0123456789abcdef" * 9])

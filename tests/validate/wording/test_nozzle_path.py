@@ -5,8 +5,10 @@ from dataclasses import replace
 
 from digitise.settings import NozzlePath
 from digitise.trajectory import path_report, plan_trajectory
+from sealtwin.core.solid_figures import PathFigures, SolidFigures
 from tests.evidence import make_evidence
 from tests.tables import rows
+from validate.report_input import Evidence
 from validate.wording.sample_and_run import assumptions
 
 
@@ -37,8 +39,12 @@ def test_a_path_s_length_is_told_with_its_smoothing(tmp_path):
     evidence = make_evidence(tmp_path)
     assert "length over the crack" not in rows(evidence, "Nozzle path")
     plan = NozzlePath(volume_ml=1.2, trim_mm=5.0)
-    evidence.solid.report["path"] = path_report(evidence.trajectory, evidence.outline, plan)[0]
-    told = rows(evidence, "Nozzle path")["length over the crack"]
+    path = path_report(evidence.trajectory, evidence.outline, plan)[0]
+    told = rows(_with_path(evidence, path), "Nozzle path")["length over the crack"]
     assert told == "30.00 mm, smoothed within 0.1 mm RMS of the centreline's 30.00 mm; turns by up to 0.0°"
-    evidence.solid.report["path"]["smallest_radius_mm"] = 12.34
-    assert rows(evidence, "Nozzle path")["length over the crack"].endswith("0.0°, smallest radius 12.3 mm")
+    bent = _with_path(evidence, replace(path, smallest_radius_mm=12.34))
+    assert rows(bent, "Nozzle path")["length over the crack"].endswith("0.0°, smallest radius 12.3 mm")
+
+
+def _with_path(evidence: Evidence, path: PathFigures) -> Evidence:
+    return replace(evidence, solid=replace(evidence.solid, figures=SolidFigures(path=path)))

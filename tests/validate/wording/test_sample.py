@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from sealtwin.core.records import Sections
+from sealtwin.core.solid_figures import DamBox
 from tests.evidence import make_evidence
 from tests.tables import rows
 from validate.report.chapters import chapters
@@ -33,8 +34,8 @@ def test_dams_are_told_from_the_sample(tmp_path):
     """Whoever prints crack.stl prints them too."""
     evidence = make_evidence(tmp_path)
     assert "in crack.stl beside the sample" not in rows(evidence, "Crack and solid")
-    report = {**evidence.solid.report, "dams": [{"end": 0, "box_mm": [0.0, -4.0, -20.0, 9.0, 0.0, 10.0]}]}
-    dammed = replace(evidence, solid=replace(evidence.solid, report=report))
+    figures = replace(evidence.solid.figures, dams=(DamBox((0.0, -4.0, -20.0, 9.0, 0.0, 10.0), end=0),))
+    dammed = replace(evidence, solid=replace(evidence.solid, figures=figures))
     row = rows(dammed, "Crack and solid")["in crack.stl beside the sample"]
     assert row == "1 dam at open ends, to 10 mm above the face: no part of the sample"
     captions = [

@@ -1,0 +1,116 @@
+"""Figures of a solid beside its geometry: widths, volumes, the mesh's soundness, dams, and the nozzle path over it."""
+
+from dataclasses import asdict, dataclass, field
+from typing import Any, Literal
+
+from pydantic import ConfigDict, with_config
+
+EndKind = Literal["open", "closed", "cut"]
+"""Kind of a crack's end. open: at the edge of the face; closed: a tip; cut: a longer crack was cut here by the user,
+with a wall across it."""
+
+Point = tuple[float, float]
+Span = tuple[float, float]  # Least and largest value
+ROUNDING = 1e-9  # Relative change of a volume that is rounding
+
+
+@dataclass(frozen=True)
+class ClosingDepth:
+    """Depth in mm at which the walls of a funnel at these angles meet; None where they do not."""
+
+    min: float | None
+    mean: float | None
+    share_above_floor: float  # Share of the crack's length along which they meet above the floor
+
+
+@dataclass(frozen=True)
+class EndOfCrack:
+    kind: EndKind
+    centre_mm: Point
+    outward: Point  # Unit vector along which the crack leaves
+
+
+@dataclass(frozen=True)
+class DamBox:
+    """Dam at an open end: it closes the crack and is no part of the sample."""
+
+    box_mm: tuple[float, float, float, float, float, float]  # x_min, y_min, z_min, x_max, y_max, z_max
+    end: int | None = None  # Number of the crack's end; None in a solid read from a mesh
+
+
+@dataclass(frozen=True)
+class Repair:
+    """One kind of repair of an imported mesh."""
+
+    what: str  # Description, as "faces turned to agree with their neighbours"
+    count: int
+    volume_change: float | None  # Relative change of the volume; None if the volume before was not known
+
+    def __str__(self) -> str:
+        if self.volume_change is None:
+            return f"{self.count} {self.what}"
+        change = "unchanged" if abs(self.volume_change) < ROUNDING else f"changed by {100 * self.volume_change:.2g} %"
+        return f"{self.count} {self.what}; volume {change}"
+
+
+@dataclass(frozen=True)
+class MeshOrigin:
+    """Mesh file that a solid was read from, and how its face lay in the file."""
+
+    file: str
+    triangles_read: int
+    sample_from_file: tuple[tuple[float, float, float, float], ...]  # Matrix, (4, 4): mm of the file to mm here
+    face_tilt_deg: float
+    face_roughness_mm: float
+    mouth_seen_below_face_mm: float
+    repairs: tuple[Repair, ...]
+
+
+@dataclass(frozen=True)
+class PathFigures:
+    """Figures of a nozzle path without its leads."""
+
+    length_mm: float
+    centreline_mm: float  # Length of the part of the centreline that it follows
+    smoothing_mm: float
+    off_centreline_rms_mm: float
+    off_centreline_worst_mm: float
+    largest_turn_deg: float
+    smallest_radius_mm: float | None  # None for a straight path
+    starts_at_s_mm: float
+    ends_at_s_mm: float
+    waypoints: int
+    duration_s: float
+    speed_mm_s: Span
+    sealant_mm3_per_mm: Span
+
+
+@with_config(ConfigDict(strict=True, allow_inf_nan=False))
+@dataclass(frozen=True, kw_only=True)
+class SolidFigures:
+    """Figures of a solid; None or empty where one does not apply. They are keys of solid.json, without what is None."""
+
+    photo_width_mm: float | None = None  # Mean width of the crack as traced
+    mouth_width_mm: float | None = None
+    floor_width_mm: float | None = None
+    volume_mm3: dict[str, float] = field(default_factory=dict)  # Volume of the cavity for each reading of the tilt
+    closing_depth_mm: ClosingDepth | None = None
+    mesh: MeshOrigin | None = None
+    watertight: bool | None = None
+    triangles: int | None = None
+    euler: int | None = None  # Vertices less edges plus faces
+    min_edge_mm: float | None = None
+    self_intersections: int | None = None
+    jitter_mm: float | None = None  # Random shift of the outline's vertices, after a build that failed without it
+    ends: tuple[EndOfCrack, ...] | None = None
+    dams: tuple[DamBox, ...] = ()
+    sealant_mm3: float | None = None
+    cavity_to_sealant: float | None = None
+    path: PathFigures | None = None
+    warnings: tuple[str, ...] = ()
+
+    def recorded(self) -> dict[str, Any]:
+        """Return the content for solid.json."""
+        dams = [{key: value for key, value in asdict(dam).items() if value is not None} for dam in self.dams]
+        absent = (None, {})
+        return {key: value for key, value in asdict(self).items() if value not in absent} | {"dams": dams}

@@ -1,0 +1,33 @@
+"""Reports and figures that are left out: drawing them takes seconds, which most tests of a run are not about."""
+
+import io
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+from sealtwin.core.drawing import snapshots
+from validate.report import write_report as report_module
+from validate.report_input import Evidence
+
+
+def leave_out_figures(patch: pytest.MonkeyPatch) -> None:
+    """Write reports with all their words, and with empty pictures in place of their plates."""
+    picture = io.BytesIO()
+    Image.new("RGB", (2, 1)).save(picture, "PNG")
+    patch.setattr(report_module, "as_svg", lambda *_: "<svg></svg>")
+    patch.setattr(report_module, "as_png", lambda *_: picture.getvalue())
+
+
+def leave_out_pages(patch: pytest.MonkeyPatch) -> list[Evidence]:
+    """Write the files of a report empty, and no pictures of a run; returns the evidence of the reports to come."""
+    given: list[Evidence] = []
+
+    def write_report(folder: Path, evidence: Evidence) -> None:
+        given.append(evidence)
+        for name in report_module.REPORT:
+            (folder / name).touch()
+
+    patch.setattr(report_module, "write_report", write_report)
+    patch.setattr(snapshots, "write_gallery", lambda *_: [])
+    return given
