@@ -18,7 +18,7 @@ from simulate.fluid.run_statistics import RunStatistics
 from simulate.fluid.solver import FluidSolver, substeps_for
 from simulate.fluid.state import State
 from simulate.kernels import status
-from simulate.settings import Fluid, Nozzle, Solver
+from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver
 from simulate.setup.release_schedule import Schedule, course_of, plan_releases
 from simulate.setup.rheology import Rheology, kinematic_viscosity
 from simulate.setup.signed_distance import CM
@@ -44,6 +44,7 @@ class Injection:
     frames: int  # Number of frames to the end of settling
     setup_s: float
     statistics: RunStatistics
+    slope: SampleSlope = LEVEL
     done: int = 0  # Number of finished frames
     moving: int = 0  # Particles that move, over all runs, when last counted: in every frame on a CPU, else at a sample
     failed: dict[int, NumericalError] = field(default_factory=dict)
@@ -166,6 +167,8 @@ class Injection:
             "solver": self.solver.model_dump() | effective,
             "nozzle": self.nozzle.model_dump(),
             "seed": self.seed,
+            # A level sample's run is recorded as it always was.
+            **({} if self.slope.level else {"sample": self.slope.model_dump()}),
         }
 
     def _effects(self, fluid: Fluid) -> dict[str, Any]:
@@ -232,6 +235,7 @@ def prepare(
     *,
     seed: int,
     device: str,
+    slope: SampleSlope = LEVEL,
     threads: int = 1,
     enclosure: Enclosure | None = None,
 ) -> Injection:
@@ -243,7 +247,7 @@ def prepare(
     """
     solver = solver.for_crack(outline.mean_width_mm)
     for fluid in fluids:
-        check_fit(outline, solid, fluid, solver, nozzle)
+        check_fit(outline, solid, fluid, solver, nozzle, slope)
     began = time.perf_counter()
     schedule = plan_releases(trajectory, solver.size_mm, nozzle.diameter_mm, seed)
     courses = [course_of(schedule, fluid, solver.settle_s) for fluid in fluids]
@@ -273,11 +277,12 @@ def prepare(
         substeps=substeps,
         rows=sum(int(course.moving.max()) for course in courses),
         centreline=outline.centreline_mm * CM,
+        down=slope.down,
         threads=threads,
     )
     setup_s = time.perf_counter() - began
     frames, statistics = courses[0].frames, RunStatistics(len(pastes))
-    return Injection(outline, tuple(fluids), solver, nozzle, seed, schedule, engine, frames, setup_s, statistics)
+    return Injection(outline, tuple(fluids), solver, nozzle, seed, schedule, engine, frames, setup_s, statistics, slope)
 
 
 def _final_status(engine: FluidSolver) -> NDArray[np.integer]:

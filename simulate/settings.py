@@ -127,6 +127,9 @@ Sealant that freezes is still denser than at rest, but no longer all of the flui
 """
 
 
+STEEPEST_DEG = 45.0  # Bound of both slopes of a sample: roads stay below 12 degrees
+
+
 class Solver(Settings):
     """The numerical method. Equations: Macklin & Müller 2013 (PBF), and the paper's Eqs 1 to 6."""
 
@@ -217,6 +220,32 @@ class Solver(Settings):
         return preset._replace(
             iterations=self.iterations or preset.iterations, volume_factor=self.volume_factor or preset.volume_factor
         )
+
+
+class SampleSlope(Settings):
+    """The slopes of the sample's face. Its frame stays square to the face, and gravity turns in it."""
+
+    crossfall_deg: float = Field(default=0.0, ge=-STEEPEST_DEG, le=STEEPEST_DEG)
+    """Slope of the face along y: above 0 it rises towards +y, and sealant runs towards -y. The surface of a liquid at
+    rest leaves the face by this angle in the plane of y and z.
+    """
+    gradient_deg: float = Field(default=0.0, ge=-STEEPEST_DEG, le=STEEPEST_DEG)
+    """Slope of the face along x: above 0 it rises towards +x, and sealant runs towards -x."""
+
+    @property
+    def level(self) -> bool:
+        return self.crossfall_deg == 0 == self.gradient_deg
+
+    @property
+    def down(self) -> tuple[float, float, float]:
+        """Unit vector of gravity in the sample's frame."""
+        x, y = (math.tan(math.radians(angle)) for angle in (self.gradient_deg, self.crossfall_deg))
+        length = math.hypot(x, y, 1.0)
+        # Subtracted, so that a level sample has no -0.0.
+        return 0.0 - x / length, 0.0 - y / length, -1.0 / length
+
+
+LEVEL = SampleSlope()
 
 
 class Nozzle(Settings):

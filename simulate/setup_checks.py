@@ -8,7 +8,7 @@ import numpy as np
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Outline, Solid, Trajectory
 from simulate.fluid.solver import LIST_REACH, Domain
-from simulate.settings import STIFFEST_U, Fluid, Nozzle, Solver
+from simulate.settings import LEVEL, STIFFEST_U, Fluid, Nozzle, SampleSlope, Solver
 from simulate.setup.release_schedule import Schedule, frames_to_freeze, plan_releases
 from simulate.setup.rheology import Rheology, no_slip_weight, viscous_weight
 from simulate.setup.signed_distance import CM, Barrier, crack_box_mm
@@ -21,7 +21,9 @@ TICK_MM = 0.1  # Step of the diameters and heights that are proposed
 ROUNDING_MM = 1e-3  # Tolerance of distances, which are float32: a release at just the clearance is allowed
 
 
-def check_fit(outline: Outline, solid: Solid, fluid: Fluid, solver: Solver, nozzle: Nozzle) -> None:
+def check_fit(
+    outline: Outline, solid: Solid, fluid: Fluid, solver: Solver, nozzle: Nozzle, slope: SampleSlope = LEVEL
+) -> None:
     """Raises InputError where settings that are fine alone are impossible in this crack."""
     radius_mm = solver.for_crack(outline.mean_width_mm).size_mm
     x_min, y_min, x_max, y_max = solid.block_mm
@@ -52,7 +54,7 @@ def check_fit(outline: Outline, solid: Solid, fluid: Fluid, solver: Solver, nozz
             f"{thickness_mm:g} mm thick: {solid.depth_mm:g} mm of crack above {thickness_mm - solid.depth_mm:g} mm of "
             f"floor. Allowed is at most {allowed_mm:g}, half of that; or give a larger crack.floor_thickness_mm."
         )
-    fall_s = math.sqrt(2 * solid.depth_mm / 9810)
+    fall_s = math.sqrt(2 * solid.depth_mm / (9810 * -slope.down[2]))
     if fluid.freeze_after_s != "never" and fluid.freeze_after_s < fall_s:
         raise InputError(
             f"fluid.freeze_after_s is {fluid.freeze_after_s:g}: sealant falls {solid.depth_mm:g} mm to the floor in "

@@ -198,6 +198,8 @@ def inject(
     *,
     solver: tables.Solver | None = None,
     nozzle: tables.Nozzle | None = None,
+    crossfall_deg: float = 0.0,
+    gradient_deg: float = 0.0,
     seed: int = 0,
     device: str = "cpu",
     threads: int = 1,
@@ -212,6 +214,9 @@ def inject(
     solver, nozzle
         How finely it is computed, and the outlet; left out, ``Solver(radius_mm="auto", settle_s=2)``, as
         ``sealtwin init`` writes it, and ``Nozzle()``, 2.4 mm wide.
+    crossfall_deg, gradient_deg
+        Slopes of the sample's face along y and along x in degrees, -45 to 45: above 0 the face rises towards +y and
+        +x. Gravity turns; the nozzle gives, and levels are measured, square to the face.
     seed
         Seed of the small disorder with which particles leave the nozzle.
     device
@@ -251,16 +256,16 @@ def inject(
         if not isinstance(value, kind):
             name = kind.__name__.lower()
             raise InputError(f"inject: {name} is a {type(value).__name__}; give sealtwin.{kind.__name__}(...).")
+    slope = settings_of(tables.SampleSlope, "inject", {"crossfall_deg": crossfall_deg, "gradient_deg": gradient_deg})
     if not 0 <= seed < SEEDS:
         raise InputError(f"inject: seed = {seed}: must be 0 to {SEEDS - 1}.")
     chosen = choose_device(device)
     if threads < 1 or (threads > 1 and chosen != "cpu"):
         raise InputError(f"inject: threads = {threads}: must be 1 or more, and 1 on a GPU.")
-    check_fit(crack, solid, fluid, solver, nozzle)
+    check_fit(crack, solid, fluid, solver, nozzle, slope)
     with progress_of(progress) as shown:
-        run = inject_fluid(
-            solid, crack, path, fluid, solver, nozzle, seed=seed, device=chosen, progress=shown, threads=threads
-        )
+        how = {"seed": seed, "device": chosen, "slope": slope, "threads": threads}
+        run = inject_fluid(solid, crack, path, fluid, solver, nozzle, progress=shown, **how)
     if run.escaped_particles:
         text = f"{run.escaped_particles} particles went through a wall: do not use this run, and please report it"
         warnings.warn(text, RuntimeWarning, stacklevel=2)

@@ -221,7 +221,7 @@ def _runs(
     for number, (moved, trial, bench) in enumerate(variants, start=1):
         assert trial.fluid is not None, "it was run"
         try:
-            check_fit(bench.outline, bench.solid, trial.fluid, trial.solver, trial.nozzle)
+            check_fit(bench.outline, bench.solid, trial.fluid, trial.solver, trial.nozzle, trial.sample)
             sizes.append(size_of(trial, bench.trajectory, bench.outline.mean_width_mm))
         except InputError as fault:
             raise InputError(
@@ -235,7 +235,9 @@ def _runs(
             record_files.write_solid(sample, bench.solid)
             # Last: with it the sample is whole.
             record_files.write_trajectory(sample, bench.trajectory)
-        key = stage_key(inputs, {**stage_settings(trial, "simulate"), "sample": name, "device": device})
+        # A sloping sample has a table of that name.
+        place = {"sample" if trial.sample.level else "bench": name}
+        key = stage_key(inputs, {**stage_settings(trial, "simulate"), **place, "device": device})
         content = trial.model_dump(mode="json", exclude_none=True)
         runs.append(StudyRun(number, key, moved, content, name, key, sizes[-1].work_s))
     return runs, max(sizes, key=lambda size: (size.particles, size.bytes))

@@ -13,7 +13,7 @@ from digitise.settings import CrackShape, NozzlePath
 from sealtwin.core.errors import InputError
 from sealtwin.core.settings import MOST_FAULTS, Settings, checked, read_settings
 from sealtwin.trial.trial_file import PRINTABLE, Trial, folder_name
-from simulate.settings import Fluid, Nozzle, Solver
+from simulate.settings import Fluid, Nozzle, SampleSlope, Solver
 
 TABLES: dict[str, type[Settings]] = {
     "fluid": Fluid,
@@ -21,6 +21,7 @@ TABLES: dict[str, type[Settings]] = {
     "nozzle": Nozzle,
     "path": NozzlePath,
     "crack": CrackShape,
+    "sample": SampleSlope,
 }
 """Tables of a trial file whose settings may vary."""
 SETTINGS = ("seed", *(f"{table}.{key}" for table, kind in TABLES.items() for key in kind.model_fields))

@@ -153,11 +153,11 @@ def _runs(
         settings = stage_settings(trial, "simulate")
         # The constants of the solver that the fluid decides are one in a launch.
         scheme = list(trial.solver.scheme_for(yields=fluid.yields, freezes=fluid.freezes))
-        kin = stage_key({}, {**settings, "fluid": scheme, "sample": name})
+        kin = stage_key({}, {**settings, "fluid": scheme, "bench": name})
         # Of the fluid's numbers only its age at freezing counts for the size.
         alike = kin, fluid.freeze_after_s
         try:
-            check_fit(bench.outline, bench.solid, fluid, trial.solver, trial.nozzle)
+            check_fit(bench.outline, bench.solid, fluid, trial.solver, trial.nozzle, trial.sample)
             if alike not in sizes:
                 sizes[alike] = size_of(trial, bench.trajectory, bench.outline.mean_width_mm)
         except InputError as fault:

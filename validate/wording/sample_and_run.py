@@ -111,7 +111,7 @@ def assumptions(evidence: Evidence) -> list[str]:
     """Sentences on the assumptions, with the numbers that show how much depends on them."""
     outline, comparison = evidence.outline, evidence.comparison
     solver, fluid = (evidence.run.settings.get(key, {}) for key in ("solver", "fluid"))
-    sentences = [_tilt(evidence), _surface_tension(evidence)]
+    sentences = [_tilt(evidence), *_slope(evidence), _surface_tension(evidence)]
     freeze = fluid.get("freeze_after_s")
     if isinstance(freeze, int | float):
         sentences.append(
@@ -190,6 +190,20 @@ def _tilt(evidence: Evidence) -> str:
         f"A photo from above does not show how the walls stand. Assumed here: {tilt_words(evidence)}; the cavity "
         f"holds {ratio:.2f} times the sealant. The table of the solid gives the volume of each other reading."
     )
+
+
+def _slope(evidence: Evidence) -> list[str]:
+    """Return a sentence for a sample that does not lie level."""
+    slope = evidence.run.settings.get("sample")
+    if slope is None:
+        return []
+    gradient_deg, crossfall_deg = slope["gradient_deg"], slope["crossfall_deg"]
+    return [
+        f"The sample slopes: its face rises towards +x by {gradient_deg:g}° and towards +y by {crossfall_deg:g}°, and "
+        "gravity acts along the plumb line. The nozzle gives, and levels count, square to the face. At rest the "
+        "surface of a liquid stands level and not along the face, so that a crack that holds its sealant level with "
+        "the face would run over at its lower end."
+    ]
 
 
 def _surface_tension(evidence: Evidence) -> str:
