@@ -20,8 +20,8 @@ from tests.fluids import path, pour, slot
 
 RADIUS_MM, STEP_S = 0.5, 1.8e-3
 SIZE_MM, FILL_MM = (22.0, 22.0), 8.0
-VISCOSITY_MM2_S = 300.0  # Thick enough to end all sloshing in 0.5 s, thin enough to find its level
-SETTLE_S, SEEN_S, EVERY = 0.6, 0.6, 15
+VISCOSITY_MM2_S = 100.0  # Thick enough to end all sloshing within SETTLE_S, thin enough to find its level
+SETTLE_S, SEEN_S, EVERY = 0.8, 0.6, 15
 COLUMN_MM = 1.0
 BESIDE_WALLS_MM = 1.5
 WITHIN_DEG = 0.2

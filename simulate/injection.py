@@ -3,6 +3,7 @@
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -162,8 +163,10 @@ class Injection:
         effective = scheme._asdict() | {"substeps": self.engine.substeps}
         # Left out, D follows from the viscosity.
         drag = {"D_cm": self._rheology(fluid).wall_weight_cm, "D_from": NO_SLIP} if fluid.D_cm is None else {}
+        # A fluid without tables is recorded as it always was.
+        tables = {} if fluid.curve is not None else {"curve", "cooling"}
         return {
-            "fluid": fluid.model_dump() | drag,
+            "fluid": fluid.model_dump(exclude=tables) | drag,
             "solver": self.solver.model_dump() | effective,
             "nozzle": self.nozzle.model_dump(),
             "seed": self.seed,
@@ -179,7 +182,7 @@ class Injection:
         regime = regime_of(
             viscosity_m2_s=viscosity_m2_s,
             density_kg_m3=fluid.density_kg_m3,
-            yield_stress_pa=fluid.yield_stress_pa,
+            yield_stress_pa=fluid.fresh[1],
             speed_mm_s=float(np.linalg.norm(self.schedule.velocity_mm_s, axis=1).mean()),
             nozzle_mm=self.nozzle.diameter_mm,
             width_mm=self.outline.mean_width_mm,
@@ -189,12 +192,12 @@ class Injection:
             "viscosity_pa_s": viscosity_m2_s * fluid.density_kg_m3,
             "U": weight,
             "D_cm": rheology.wall_weight_cm,
-            "yield_stress_pa": fluid.yield_stress_pa,
+            "yield_stress_pa": fluid.fresh[1],
             **{name: value for name, value in regime._asdict().items() if value is not None},
         }
 
     def _rheology(self, fluid: Fluid) -> Rheology:
-        return rheology_of(fluid, 4 * self.solver.size_mm * CM, self.schedule.frame_s)
+        return rheology_of(fluid, 4 * self.solver.size_mm * CM, self.schedule.frame_s, self.frames)
 
     def _facts(self) -> dict[str, Any]:
         return {
@@ -241,11 +244,12 @@ def prepare(
 ) -> Injection:
     """Prepare schedule, walls and particles for the first frame.
 
-    Several ``fluids`` are computed at once, each as if it were alone. ``enclosure`` is that of an earlier run in this
-    crack, with particles of this size on this device; None builds it. Raises InputError where the settings do not fit
-    the crack, ValueError where the volume factors of the fluids differ.
+    Several ``fluids`` are computed at once, each as if it were alone; files of their tables lie in the current folder.
+    ``enclosure`` is that of an earlier run in this crack, with particles of this size on this device; None builds it.
+    Raises InputError where the settings do not fit the crack, ValueError where the volume factors of the fluids differ.
     """
     solver = solver.for_crack(outline.mean_width_mm)
+    fluids = [fluid.loaded(Path()) for fluid in fluids]
     for fluid in fluids:
         check_fit(outline, solid, fluid, solver, nozzle, slope)
     began = time.perf_counter()
@@ -265,7 +269,7 @@ def prepare(
     substeps = substeps_for(solver, schedule.frame_s)
     check_damping(solver, schedule.frame_s / substeps)
     support = 4 * solver.size_mm * CM
-    pastes = [rheology_of(fluid, support, schedule.frame_s) for fluid in fluids]
+    pastes = [rheology_of(fluid, support, schedule.frame_s, courses[0].frames) for fluid in fluids]
     engine = FluidSolver(
         State(schedule, device, len(pastes)),
         enclosure.walls,

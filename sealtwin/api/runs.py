@@ -6,6 +6,7 @@ Fluid, solver and nozzle are tables of a trial file, constructed by keywords.
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from digitise.settings import NozzlePath
@@ -109,12 +110,16 @@ class FluidChoice(_FromKeywords, tables.Fluid):
     ----------
     U, D_cm
         Weights of the fluid's own viscosity, without a unit (U = 1 is about water), and of the walls' drag, in cm, in
-        Eq. 5 of the paper. Give either U or ``viscosity_pa_s``.
+        Eq. 5 of the paper. Give one of U, ``viscosity_pa_s`` and ``curve``.
     viscosity_pa_s, density_kg_m3
         Dynamic viscosity in Pa s; density in kg/m3, by default 1690: cement paste of water-cement ratio 0.67.
     yield_stress_pa, structuration_pa_per_s, yield_stress_most_pa
         Stress in Pa below which the paste stands like a solid (Bingham; cement grouts have 5 to 37), its growth in Pa
         per second, both 0 by default, and the stress at which that growth ends.
+    curve, cooling
+        In place of viscosity and yield stress: a CSV file, or a mapping of its columns ``viscosity_pa_s``,
+        ``yield_stress_pa`` and either ``age_s`` or ``temperature_c``; and with the latter a second one of ``age_s`` and
+        ``temperature_c``. Between rows the logarithm of the viscosity and the yield stress are linear.
     freeze_after_s
         Age in s at which a particle is fixed where it lies, or "never". In Python "never" is the default; a trial file
         must say it. The paper's solver froze at 2.58 s and had no yield stress: a fluid with neither levels out.
@@ -259,6 +264,7 @@ def inject(
     slope = settings_of(tables.SampleSlope, "inject", {"crossfall_deg": crossfall_deg, "gradient_deg": gradient_deg})
     if not 0 <= seed < SEEDS:
         raise InputError(f"inject: seed = {seed}: must be 0 to {SEEDS - 1}.")
+    fluid = fluid.loaded(Path())
     chosen = choose_device(device)
     if threads < 1 or (threads > 1 and chosen != "cpu"):
         raise InputError(f"inject: threads = {threads}: must be 1 or more, and 1 on a GPU.")

@@ -64,6 +64,7 @@ def sweep(file: Path, out: Path | None, options: SweepOptions, progress: Progres
     planned = plan_runs(study, file, load_trial(base))
     if planned[0].trial.fluid is None:
         raise InputError(f"{base}: no [fluid] table; give U and D_cm, or viscosity_pa_s, there or in the study.")
+    planned = [replace(run, trial=run.trial.loaded(base.parent)) for run in planned]
     require_sample(planned[0].trial, base.parent)
     shard, shards = options.shard
     if shards > len(planned):

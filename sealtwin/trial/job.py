@@ -41,8 +41,10 @@ class Job:
 def start_job(trial: Trial, source: Path, folder: RunFolder, device: str, progress: Progress) -> Job:
     """Set up a trial in ``folder``; nothing is written before a stage has results.
 
-    Raises InputError if the folder holds another trial or the sheet of readings is missing.
+    Raises InputError if the folder holds another trial, the sheet of readings is missing, or a table of the fluid
+    cannot be used.
     """
+    trial = trial.loaded(source)
     held = load_trial(folder.path / "trial.toml") if (folder.path / "trial.toml").is_file() else trial
     if (held.name, held.shown_by.file.name) != (trial.name, trial.shown_by.file.name):
         raise InputError(

@@ -90,6 +90,10 @@ class Trial(Settings):
             raise InputError("the trial has no [photo] and no [mesh]: give one to say where the crack is.")
         return shown_by
 
+    def loaded(self, folder: Path) -> Self:
+        """Return the trial with the fluid's tables in place of their files in ``folder``. Raises InputError."""
+        return self if self.fluid is None else self.model_copy(update={"fluid": self.fluid.loaded(folder)})
+
     @property
     def folder_name(self) -> str:
         return folder_name(self.name)

@@ -105,6 +105,8 @@ class FluidSolver:
         kernels = pair_kernels(device == "cpu" if native is None else native)
         self._yields = any(fluid.yields for fluid in fluids)
         self._sleeps = self._yields and settings.sleep
+        self.measures = self._yields or any(fluid.by_age is not None for fluid in fluids)
+        """Particles get a viscosity of their own in each substep, by their shear or by their age."""
         self.paste = paste_on_device(fluids, support, self.step_s, substeps, settings.slowest_shear_per_s, device)
         self.viscosity = Viscosity(
             *shared, self.paste, kernels.viscosity, launcher, support=support, mass=self.mass, frame_s=frame_s
@@ -227,7 +229,7 @@ class FluidSolver:
         runs = self.state.runs
         self.predict()
         self.find_neighbours()
-        if self._yields:
+        if self.measures:
             self.viscosity.measure_shear(self.rows)
         self.pressure.solve(self.rows)
         self.update_velocity()
