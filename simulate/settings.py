@@ -142,8 +142,9 @@ class Fluid(Settings):
         beside = [name for name in REPLACED_BY_CURVE if getattr(self, name) != Fluid.model_fields[name].default]
         if beside:
             raise ValueError(f"{beside[0]} beside curve, which gives it at every age: give one of the two")
-        read = not isinstance(self.curve, Path) and not isinstance(self.cooling, Path)
-        if read and (fault := fault_of(self.curve, self.cooling)):
+        if isinstance(self.curve, Path) or isinstance(self.cooling, Path):
+            return
+        if fault := fault_of(self.curve, self.cooling):
             raise ValueError(fault)
 
 

@@ -137,7 +137,11 @@ class FluidChoice(_FromKeywords, tables.Fluid):
 
     freeze_after_s: float | Literal["never"] = "never"
 
-    if not TYPE_CHECKING:
+    if TYPE_CHECKING:
+        # A file's name or columns, as for any keyword.
+        curve: Any = None
+        cooling: Any = None
+    else:
 
         def __init__(self, **values: Any) -> None:
             super().__init__(**{"freeze_after_s": "never", **values})

@@ -9,15 +9,19 @@ from typer.testing import CliRunner
 
 import sealtwin as st
 from sealtwin.cli.app import app
+from sealtwin.core import record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import read_json
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import open_folder
+from sealtwin.study.extra_runs import _Base, _variants
+from sealtwin.study.runner import read_bench
 from sealtwin.study.study_folder import read_study
 from sealtwin.study.sweep import SweepOptions, sweep
 from sealtwin.trial.job import resume_job
 from sealtwin.trial.pipeline import run_stages, run_trial
 from sealtwin.trial.trial_file import load_trial
+from simulate.material_curve import CoolingCurve, MaterialCurve
 from tests.studies import compute_here, tiny_lab
 
 QUIET = Progress()
@@ -92,6 +96,30 @@ def test_a_study_varies_a_curve_as_a_whole_and_it_replaces_what_it_excludes(tmp_
     study.write_text(study.read_text(encoding="utf-8").replace("fluid.curve", "fluid.curve.age_s"), encoding="utf-8")
     with pytest.raises(InputError, match="no such setting"):
         sweep(study, out, replace(HERE, dry_run=True), QUIET)
+
+
+def test_extra_runs_move_a_table_by_what_is_declared_and_keep_the_other_one(tmp_path):
+    """In proportion for the viscosity, by a step for the yield stress, at every row; the cooling stays."""
+    fluid = 'curve = "hot.csv"\ncooling = "cooling.csv"\nfreeze_after_s = "never"'
+    trial, out = lab_with(tmp_path, fluid), tmp_path / "out"
+    text = trial.read_text(encoding="utf-8").replace("radius_mm = 0.45", "radius_mm = 0.36")
+    declared = "\n[uncertainty]\nviscosity_percent = 10.0\nyield_stress_pa = 2.0\n"
+    trial.write_text(text + declared, encoding="utf-8")
+    run(trial, out)
+    with open_folder(out, create=False) as folder:
+        job = resume_job(folder, "cpu", QUIET)
+        records = record_files.read_run(out), record_files.read_profile(out)
+        variants = _variants(_Base(job, read_bench(out, None), *records))
+    curves = [(moved, each.fluid.curve, each.fluid.cooling) for moved, each, _ in variants if each.fluid is not None]
+    assert len(curves) > 3
+    for moved, curve, cooling in curves:
+        assert isinstance(curve, MaterialCurve)
+        assert isinstance(cooling, CoolingCurve)
+        grown = 1 + moved.get("viscosity_percent", 0.0) / 100
+        assert curve.viscosity_pa_s == pytest.approx((50 * grown, 0.05 * grown))
+        step_pa = moved.get("yield_stress_pa")
+        assert curve.yield_stress_pa == (None if step_pa is None else (max(0.0, step_pa),) * 2)
+        assert cooling.temperature_c == (190.0, 120.0)
 
 
 def test_the_front_door_takes_a_file_or_columns(tmp_path, monkeypatch):
