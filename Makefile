@@ -36,6 +36,8 @@ benchmark-simulate: $(DEVELOPING)
 	$(BIN)/python benchmarks/pbf_step.py
 	$(BIN)/python benchmarks/paper_run.py
 	$(BIN)/python benchmarks/physics.py
+	$(BIN)/python benchmarks/tilt.py
+	$(BIN)/python benchmarks/material.py
 	$(BIN)/python -m benchmarks.pressure
 
 benchmark-validate: $(DEVELOPING)

@@ -60,6 +60,8 @@ class Rule:
 
 MOVED: tuple[Rule, ...] = (
     Rule("*report.json", "*/meaning", "a meaning of one word became a sentence"),
+    Rule("*trial.toml", "sample/*_deg", "a trial says how its sample lies"),
+    Rule("*plan.json", "*/sample/*_deg", "a trial says how its sample lies"),
     Rule("*", "*", "distances in search maps of fewer than 16,384 cells are exact now", case="trace-mask"),
     Rule(
         "answer-*.json",

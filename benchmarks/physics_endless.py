@@ -14,6 +14,7 @@ import numpy as np
 from benchmarks.physics_tanks import GRAVITY_MM_S2, Pit, Tank, raised, spacing_mm
 from sealtwin.core.records import Floats
 from simulate.settings import particle_volume
+from simulate.setup.rheology import Rheology
 from simulate.setup.signed_distance import CM
 from tests.fluids import lay_down
 
@@ -34,7 +35,14 @@ class Endless:
     """Fluid in a box of ``side_mm``, (3,), and in all the boxes beside it."""
 
     def __init__(
-        self, place_mm: Floats, side_mm: Floats, *, radius_mm: float, step_s: float, viscosity_mm2_s: float
+        self,
+        place_mm: Floats,
+        side_mm: Floats,
+        *,
+        radius_mm: float,
+        step_s: float,
+        viscosity_mm2_s: float = 0.0,
+        fluid: Rheology | None = None,
     ) -> None:
         """Particles, (n, 3), at rest in a box whose low corner is the origin."""
         self.side_mm, self.count = side_mm, len(place_mm)
@@ -48,6 +56,7 @@ class Endless:
             radius_mm=radius_mm,
             step_s=step_s,
             viscosity_mm2_s=viscosity_mm2_s,
+            fluid=fluid,
             falls=True,
         )
         engine = self.tank.engine
@@ -88,12 +97,16 @@ class Endless:
             self.tank.frames += 1
 
     def solve_alone(self, times: int) -> None:
-        """The viscosity of as many substeps, with all particles where they are."""
+        """The viscosity of as many substeps, with all particles where they are; each is a frame older than the last."""
         engine = self.tank.engine
         self._wrap()
         engine.find_neighbours()
         engine.pressure.measure_density(engine.rows)
-        for _ in range(times):
+        for frame in range(times):
+            if engine.measures:
+                engine.state.frame.fill_(frame)
+                engine.viscosity.measure_shear(engine.rows)
+                self._follow()
             engine.viscosity.solve_implicit(engine.rows)
 
     def _wrap(self) -> None:

@@ -131,16 +131,17 @@ class Tank:
         viscosity_mm2_s: float = 0.0,
         drag_mm: float = 0.0,
         yield_mm2_s2: float = 0.0,
+        fluid: Rheology | None = None,
         slips: Callable[[Floats], Mask] | None = None,
         falls: bool = False,
         **solver: Any,
     ) -> "Tank":
-        """A frame is a substep.
+        """A frame is a substep. ``fluid`` stands for viscosity, drag and yield stress.
 
         ``slips`` says which places of walls, floor at z = 0, drag no fluid. What ``falls`` is high above the pit.
         """
         support_cm = 0.4 * radius_mm
-        fluid = Rheology(
+        fluid = fluid or Rheology(
             viscous_weight(viscosity_mm2_s / 100, support_cm, step_s),
             drag_mm / 10,
             yield_cm2_s2=yield_mm2_s2 / 100,

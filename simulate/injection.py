@@ -3,6 +3,7 @@
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from simulate.fluid.run_statistics import RunStatistics
 from simulate.fluid.solver import FluidSolver, substeps_for
 from simulate.fluid.state import State
 from simulate.kernels import status
-from simulate.settings import Fluid, Nozzle, Solver
+from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver
 from simulate.setup.release_schedule import Schedule, course_of, plan_releases
 from simulate.setup.rheology import Rheology, kinematic_viscosity
 from simulate.setup.signed_distance import CM
@@ -44,6 +45,7 @@ class Injection:
     frames: int  # Number of frames to the end of settling
     setup_s: float
     statistics: RunStatistics
+    slope: SampleSlope = LEVEL
     done: int = 0  # Number of finished frames
     moving: int = 0  # Particles that move, over all runs, when last counted: in every frame on a CPU, else at a sample
     failed: dict[int, NumericalError] = field(default_factory=dict)
@@ -161,11 +163,15 @@ class Injection:
         effective = scheme._asdict() | {"substeps": self.engine.substeps}
         # Left out, D follows from the viscosity.
         drag = {"D_cm": self._rheology(fluid).wall_weight_cm, "D_from": NO_SLIP} if fluid.D_cm is None else {}
+        # A fluid without tables is recorded as it always was.
+        tables = {} if fluid.curve is not None else {"curve", "cooling"}
         return {
-            "fluid": fluid.model_dump() | drag,
+            "fluid": fluid.model_dump(exclude=tables) | drag,
             "solver": self.solver.model_dump() | effective,
             "nozzle": self.nozzle.model_dump(),
             "seed": self.seed,
+            # A level sample's run is recorded as it always was.
+            **({} if self.slope.level else {"sample": self.slope.model_dump()}),
         }
 
     def _effects(self, fluid: Fluid) -> dict[str, Any]:
@@ -176,7 +182,7 @@ class Injection:
         regime = regime_of(
             viscosity_m2_s=viscosity_m2_s,
             density_kg_m3=fluid.density_kg_m3,
-            yield_stress_pa=fluid.yield_stress_pa,
+            yield_stress_pa=fluid.fresh[1],
             speed_mm_s=float(np.linalg.norm(self.schedule.velocity_mm_s, axis=1).mean()),
             nozzle_mm=self.nozzle.diameter_mm,
             width_mm=self.outline.mean_width_mm,
@@ -186,12 +192,12 @@ class Injection:
             "viscosity_pa_s": viscosity_m2_s * fluid.density_kg_m3,
             "U": weight,
             "D_cm": rheology.wall_weight_cm,
-            "yield_stress_pa": fluid.yield_stress_pa,
+            "yield_stress_pa": fluid.fresh[1],
             **{name: value for name, value in regime._asdict().items() if value is not None},
         }
 
     def _rheology(self, fluid: Fluid) -> Rheology:
-        return rheology_of(fluid, 4 * self.solver.size_mm * CM, self.schedule.frame_s)
+        return rheology_of(fluid, 4 * self.solver.size_mm * CM, self.schedule.frame_s, self.frames)
 
     def _facts(self) -> dict[str, Any]:
         return {
@@ -232,18 +238,20 @@ def prepare(
     *,
     seed: int,
     device: str,
+    slope: SampleSlope = LEVEL,
     threads: int = 1,
     enclosure: Enclosure | None = None,
 ) -> Injection:
     """Prepare schedule, walls and particles for the first frame.
 
-    Several ``fluids`` are computed at once, each as if it were alone. ``enclosure`` is that of an earlier run in this
-    crack, with particles of this size on this device; None builds it. Raises InputError where the settings do not fit
-    the crack, ValueError where the volume factors of the fluids differ.
+    Several ``fluids`` are computed at once, each as if it were alone; files of their tables lie in the current folder.
+    ``enclosure`` is that of an earlier run in this crack, with particles of this size on this device; None builds it.
+    Raises InputError where the settings do not fit the crack, ValueError where the volume factors of the fluids differ.
     """
     solver = solver.for_crack(outline.mean_width_mm)
+    fluids = [fluid.loaded(Path()) for fluid in fluids]
     for fluid in fluids:
-        check_fit(outline, solid, fluid, solver, nozzle)
+        check_fit(outline, solid, fluid, solver, nozzle, slope)
     began = time.perf_counter()
     schedule = plan_releases(trajectory, solver.size_mm, nozzle.diameter_mm, seed)
     courses = [course_of(schedule, fluid, solver.settle_s) for fluid in fluids]
@@ -261,7 +269,7 @@ def prepare(
     substeps = substeps_for(solver, schedule.frame_s)
     check_damping(solver, schedule.frame_s / substeps)
     support = 4 * solver.size_mm * CM
-    pastes = [rheology_of(fluid, support, schedule.frame_s) for fluid in fluids]
+    pastes = [rheology_of(fluid, support, schedule.frame_s, courses[0].frames) for fluid in fluids]
     engine = FluidSolver(
         State(schedule, device, len(pastes)),
         enclosure.walls,
@@ -273,11 +281,12 @@ def prepare(
         substeps=substeps,
         rows=sum(int(course.moving.max()) for course in courses),
         centreline=outline.centreline_mm * CM,
+        down=slope.down,
         threads=threads,
     )
     setup_s = time.perf_counter() - began
     frames, statistics = courses[0].frames, RunStatistics(len(pastes))
-    return Injection(outline, tuple(fluids), solver, nozzle, seed, schedule, engine, frames, setup_s, statistics)
+    return Injection(outline, tuple(fluids), solver, nozzle, seed, schedule, engine, frames, setup_s, statistics, slope)
 
 
 def _final_status(engine: FluidSolver) -> NDArray[np.integer]:

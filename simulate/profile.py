@@ -17,6 +17,7 @@ from scipy.spatial import KDTree
 
 from sealtwin.core.errors import NumericalError
 from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Profile, Run, Solid, arc_length_at
+from simulate.settings import SampleSlope
 
 PIXEL_MM = 0.2  # Pixel of the side view; never more than half a particle's radius
 GRAVITY_MM_S2 = 9810.0
@@ -24,7 +25,7 @@ Mask = NDArray[np.bool_]
 
 
 def measure_profile(run: Run, outline: Outline, solid: Solid) -> Profile:
-    """Level of the sealant over s = 0 to the crack's length, every 0.2 mm.
+    """Level of the sealant over s = 0 to the crack's length, every 0.2 mm, square to the face however it lies.
 
     Sealant in the cavity or above its mouth counts. Sealant that rests on the face beside the mouth is left out,
     although the paper's side view shows it: a caliper measures in the crack, and a film at 0.8 mm beside a crack that
@@ -77,12 +78,13 @@ def volume_ratio(run: Run, solid: Solid, cell_mm: float = 0.4) -> float:
 def settled(run: Run, depth_mm: Floats) -> Mask:
     """Mask of the particles on the sample, (n,), not over its edge or in flight. ``depth_mm`` is the floor's, (n,).
 
-    A particle is in flight if it falls faster than after a free fall of one radius, sqrt(2 g R), which no particle on
-    others can do, and is more than a radius above all slower ones within a diameter around: a surface in which some
-    particles move fast keeps them. Under the nozzle the jet made a spike of 2.6 mm.
+    A particle is in flight if it falls, along gravity, faster than after a free fall of one radius, sqrt(2 g R), which
+    no particle on others can do, and is more than a radius above all slower ones within a diameter around: a surface in
+    which some particles move fast keeps them. Under the nozzle the jet made a spike of 2.6 mm.
     """
     on_sample = ~run.spilled
-    fast = np.flatnonzero(on_sample & (run.velocity_mm_s[:, 2] < -np.sqrt(2 * GRAVITY_MM_S2 * run.radius_mm)))
+    down = SampleSlope.model_validate(run.settings.get("sample", {})).down
+    fast = np.flatnonzero(on_sample & (run.velocity_mm_s @ down > np.sqrt(2 * GRAVITY_MM_S2 * run.radius_mm)))
     if not len(fast):
         return on_sample
     slow_mm = run.position_mm[np.setdiff1d(np.flatnonzero(on_sample), fast)]

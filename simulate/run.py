@@ -6,7 +6,7 @@ from typing import Protocol
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Outline, Run, Solid, Trajectory
 from simulate.injection import Injection, prepare
-from simulate.settings import Fluid, Nozzle, Solver
+from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver
 
 
 class Watcher(Protocol):
@@ -34,6 +34,7 @@ def inject(
     seed: int,
     device: str,
     progress: Progress,
+    slope: SampleSlope = LEVEL,
     threads: int = 1,
     watchers: Sequence[Watcher] = (),
 ) -> Run:
@@ -42,7 +43,8 @@ def inject(
     Bit for bit the same on one CPU for the same input, seed and number of threads. Raises InputError where the
     settings do not fit the crack, NumericalError where the run has a numerical fault.
     """
-    injection = prepare(solid, outline, trajectory, [fluid], solver, nozzle, seed=seed, device=device, threads=threads)
+    sample = solid, outline, trajectory
+    injection = prepare(*sample, [fluid], solver, nozzle, seed=seed, device=device, slope=slope, threads=threads)
     follow(injection, progress, watchers)
     (run,) = injection.results()
     if run.escaped_particles:

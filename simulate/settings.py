@@ -1,11 +1,23 @@
 """Choices made before a run: the tables [fluid], [solver] and [nozzle] of a trial file."""
 
 import math
+from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, Self
 
+import numpy as np
 from pydantic import Field, model_validator
 
+from sealtwin.core.errors import InputError
 from sealtwin.core.settings import Settings
+from simulate.material_curve import (
+    CoolingOrFile,
+    Course,
+    CurveOrFile,
+    course_of_tables,
+    fault_of,
+    read_cooling,
+    read_curve,
+)
 
 STIFFEST_U = 1e6  # A thousand times the paper's stiffest: it stands like a solid, and float32 still solves it
 
@@ -15,8 +27,12 @@ MOST_YIELD_PA = 1e4  # Paste that has set: a column of a metre stands
 PAPERS_D_CM = 0.3  # D of the paper, found together with its U; no measurement of a user gives it
 
 
+REPLACED_BY_CURVE = ("U", "viscosity_pa_s", "yield_stress_pa", "structuration_pa_per_s", "yield_stress_most_pa")
+"""Settings of a fluid that its curve gives."""
+
+
 class Fluid(Settings):
-    """The sealant: the paper's U and D, or a viscosity in physical units; never both."""
+    """The sealant: the paper's U and D, or a viscosity in physical units, or a table of it; never two of them."""
 
     U: float | None = Field(default=None, ge=0, le=STIFFEST_U)
     """Weight of the fluid's own viscosity in Eq. 5; no unit where lengths are in cm, as in the paper. A frame of
@@ -39,6 +55,15 @@ class Fluid(Settings):
     """Yield stress that a second at rest or in motion adds, as the paste cures."""
     yield_stress_most_pa: float | None = Field(default=None, ge=0, le=1e4)
     """Yield stress at which curing ends; left out, curing does not end."""
+    curve: CurveOrFile | None = None
+    """CSV file, or its columns, of viscosity and yield stress over age or over temperature, in place of U,
+    viscosity_pa_s and the three settings of the yield stress. Between rows the logarithm of the viscosity is linear,
+    and so is the yield stress; before the first age and after the last they stay.
+    """
+    cooling: CoolingOrFile | None = None
+    """CSV file, or its columns, of the sealant's temperature over its age, for a curve over temperature. It may not
+    leave the curve's temperatures.
+    """
     freeze_after_s: float | Literal["never"]
     """Age at which a particle is fixed where it lies. It is the paste's stiffening and makes the slope of the bed:
     2.58 s is the paper's limit of 2,500 moving particles.
@@ -52,8 +77,36 @@ class Fluid(Settings):
             return {**table, "D_cm": PAPERS_D_CM}
         return table
 
+    def loaded(self, folder: Path) -> Self:
+        """The same with the columns of its tables in place of their files, which lie in ``folder``.
+
+        Raises InputError for a file that cannot be used.
+        """
+        curve = read_curve(folder / self.curve) if isinstance(self.curve, Path) else self.curve
+        cooling = read_cooling(folder / self.cooling) if isinstance(self.cooling, Path) else self.cooling
+        if curve is not None and (fault := fault_of(curve, cooling)):
+            raise InputError(f"fluid.{fault}.")
+        return self.model_copy(update={"curve": curve, "cooling": cooling})
+
+    @property
+    def course(self) -> Course | None:
+        """Viscosity and yield stress over age, of a fluid with a curve whose files are read."""
+        if isinstance(self.curve, Path) or isinstance(self.cooling, Path):
+            raise ValueError("the curve is a file that is not read yet; see loaded")
+        return None if self.curve is None else course_of_tables(self.curve, self.cooling)
+
+    @property
+    def fresh(self) -> tuple[float | None, float]:
+        """Viscosity in Pa s, None where U is given, and yield stress in Pa of sealant that leaves the nozzle."""
+        if (course := self.course) is None:
+            return self.viscosity_pa_s, self.yield_stress_pa
+        viscosity, stress = course.at(np.zeros(1))
+        return float(viscosity[0]), float(stress[0])
+
     @property
     def most_yield_stress_pa(self) -> float:
+        if (course := self.course) is not None:
+            return float(course.yield_stress_pa.max())
         if self.yield_stress_most_pa is not None:
             return self.yield_stress_most_pa
         return self.yield_stress_pa if self.structuration_pa_per_s == 0 else MOST_YIELD_PA
@@ -70,16 +123,29 @@ class Fluid(Settings):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        if (self.U is None) == (self.viscosity_pa_s is None):
+        if self.curve is not None or self.cooling is not None:
+            self._check_curve()
+        elif (self.U is None) == (self.viscosity_pa_s is None):
             raise ValueError("give either U (with D_cm) or viscosity_pa_s, one of the two and not both")
         if self.freeze_after_s != "never" and self.freeze_after_s <= 0:
             raise ValueError(f'freeze_after_s is {self.freeze_after_s}: above 0, or "never"')
-        if self.most_yield_stress_pa < self.yield_stress_pa:
+        if self.curve is None and self.most_yield_stress_pa < self.yield_stress_pa:
             raise ValueError(
                 f"yield_stress_most_pa is {self.yield_stress_most_pa:g}, below yield_stress_pa, which is "
                 f"{self.yield_stress_pa:g}: curing only adds to it"
             )
         return self
+
+    def _check_curve(self) -> None:
+        if self.curve is None:
+            raise ValueError("cooling without curve: give the table of viscosity_pa_s over temperature_c too")
+        beside = [name for name in REPLACED_BY_CURVE if getattr(self, name) != Fluid.model_fields[name].default]
+        if beside:
+            raise ValueError(f"{beside[0]} beside curve, which gives it at every age: give one of the two")
+        if isinstance(self.curve, Path) or isinstance(self.cooling, Path):
+            return
+        if fault := fault_of(self.curve, self.cooling):
+            raise ValueError(fault)
 
 
 ABREAST = 4
@@ -125,6 +191,9 @@ TWO_LEVEL = PRESETS["accurate"]._replace(iterations=5, volume_factor=1.05)
 """Constants of two-level pressure. With 4 iterations one particle in a hundred of a settled column is 2 % too dense.
 Sealant that freezes is still denser than at rest, but no longer all of the fluid: decision 0065.
 """
+
+
+STEEPEST_DEG = 45.0  # Bound of both slopes of a sample: roads stay below 12 degrees
 
 
 class Solver(Settings):
@@ -217,6 +286,32 @@ class Solver(Settings):
         return preset._replace(
             iterations=self.iterations or preset.iterations, volume_factor=self.volume_factor or preset.volume_factor
         )
+
+
+class SampleSlope(Settings):
+    """The slopes of the sample's face. Its frame stays square to the face, and gravity turns in it."""
+
+    crossfall_deg: float = Field(default=0.0, ge=-STEEPEST_DEG, le=STEEPEST_DEG)
+    """Slope of the face along y: above 0 it rises towards +y, and sealant runs towards -y. The surface of a liquid at
+    rest leaves the face by this angle in the plane of y and z.
+    """
+    gradient_deg: float = Field(default=0.0, ge=-STEEPEST_DEG, le=STEEPEST_DEG)
+    """Slope of the face along x: above 0 it rises towards +x, and sealant runs towards -x."""
+
+    @property
+    def level(self) -> bool:
+        return self.crossfall_deg == 0 == self.gradient_deg
+
+    @property
+    def down(self) -> tuple[float, float, float]:
+        """Unit vector of gravity in the sample's frame."""
+        x, y = (math.tan(math.radians(angle)) for angle in (self.gradient_deg, self.crossfall_deg))
+        length = math.hypot(x, y, 1.0)
+        # Subtracted, so that a level sample has no -0.0.
+        return 0.0 - x / length, 0.0 - y / length, -1.0 / length
+
+
+LEVEL = SampleSlope()
 
 
 class Nozzle(Settings):

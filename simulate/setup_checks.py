@@ -8,7 +8,7 @@ import numpy as np
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Outline, Solid, Trajectory
 from simulate.fluid.solver import LIST_REACH, Domain
-from simulate.settings import STIFFEST_U, Fluid, Nozzle, Solver
+from simulate.settings import LEVEL, STIFFEST_U, Fluid, Nozzle, SampleSlope, Solver
 from simulate.setup.release_schedule import Schedule, frames_to_freeze, plan_releases
 from simulate.setup.rheology import Rheology, no_slip_weight, viscous_weight
 from simulate.setup.signed_distance import CM, Barrier, crack_box_mm
@@ -17,11 +17,14 @@ ACROSS_AT_LEAST = 2  # Least number of particles abreast in a crack of mean widt
 CELLS_AT_MOST = 4_000_000
 """Largest number of cells of the neighbour search, 90 times the paper's trial. Each substep scans them all: 2 ms."""
 CM2_IN_M2 = 1e4
+MOST_AGES = 1_000_000  # Frames up to which a curve is followed where nobody says how long a run lasts
 TICK_MM = 0.1  # Step of the diameters and heights that are proposed
 ROUNDING_MM = 1e-3  # Tolerance of distances, which are float32: a release at just the clearance is allowed
 
 
-def check_fit(outline: Outline, solid: Solid, fluid: Fluid, solver: Solver, nozzle: Nozzle) -> None:
+def check_fit(
+    outline: Outline, solid: Solid, fluid: Fluid, solver: Solver, nozzle: Nozzle, slope: SampleSlope = LEVEL
+) -> None:
     """Raises InputError where settings that are fine alone are impossible in this crack."""
     radius_mm = solver.for_crack(outline.mean_width_mm).size_mm
     x_min, y_min, x_max, y_max = solid.block_mm
@@ -52,7 +55,12 @@ def check_fit(outline: Outline, solid: Solid, fluid: Fluid, solver: Solver, nozz
             f"{thickness_mm:g} mm thick: {solid.depth_mm:g} mm of crack above {thickness_mm - solid.depth_mm:g} mm of "
             f"floor. Allowed is at most {allowed_mm:g}, half of that; or give a larger crack.floor_thickness_mm."
         )
-    fall_s = math.sqrt(2 * solid.depth_mm / 9810)
+    if (course := fluid.course) is not None and solver.sleep and course.softens:
+        raise InputError(
+            "fluid.curve: its yield stress falls with age, and paste that sleeps would not feel it. "
+            "Give solver.sleep = false."
+        )
+    fall_s = math.sqrt(2 * solid.depth_mm / (9810 * -slope.down[2]))
     if fluid.freeze_after_s != "never" and fluid.freeze_after_s < fall_s:
         raise InputError(
             f"fluid.freeze_after_s is {fluid.freeze_after_s:g}: sealant falls {solid.depth_mm:g} mm to the floor in "
@@ -70,35 +78,51 @@ def check_damping(solver: Solver, step_s: float) -> None:
 
 def effective_u(fluid: Fluid, support: float, frame_s: float) -> float:
     """U in effect. Raises InputError where a viscosity in physical units is more than the equations can carry."""
-    if fluid.viscosity_pa_s is None:
+    fresh_pa_s, _ = fluid.fresh
+    if fresh_pa_s is None:
         return fluid.U or 0.0
-    weight = viscous_weight(fluid.viscosity_pa_s / fluid.density_kg_m3 * CM2_IN_M2, support, frame_s)
+    course = fluid.course
+    said, most_pa_s = ("viscosity_pa_s is", fresh_pa_s) if course is None else ("curve reaches", course.thickest_pa_s)
+    weight = viscous_weight(most_pa_s / fluid.density_kg_m3 * CM2_IN_M2, support, frame_s)
     if weight > STIFFEST_U:
         raise InputError(
-            f"fluid.viscosity_pa_s is {fluid.viscosity_pa_s:g} and fluid.density_kg_m3 {fluid.density_kg_m3:g}: in "
+            f"fluid.{said} {most_pa_s:g} and fluid.density_kg_m3 {fluid.density_kg_m3:g}: in "
             f"frames of {frame_s * 1e3:.3g} ms they amount to U = {weight:.3g}, {STIFFEST_U:g} is allowed. "
-            f"Give at most {fluid.viscosity_pa_s * STIFFEST_U / weight:.3g} Pa s."
+            f"Give at most {most_pa_s * STIFFEST_U / weight:.3g} Pa s."
         )
-    return weight
+    return weight * fresh_pa_s / most_pa_s if course is not None else weight
 
 
 def effective_d_cm(fluid: Fluid, support: float, frame_s: float) -> float:
     """Weight of the walls' drag in effect: as given, or that of walls to which the fluid sticks."""
     if fluid.D_cm is not None:
         return fluid.D_cm
-    assert fluid.viscosity_pa_s is not None, "beside U it has a value"
-    return no_slip_weight(fluid.viscosity_pa_s / fluid.density_kg_m3 * CM2_IN_M2, support, frame_s)
+    fresh_pa_s, _ = fluid.fresh
+    assert fresh_pa_s is not None, "beside U it has a value"
+    return no_slip_weight(fresh_pa_s / fluid.density_kg_m3 * CM2_IN_M2, support, frame_s)
 
 
-def rheology_of(fluid: Fluid, support: float, frame_s: float) -> Rheology:
-    """The fluid in the solver's units. Raises InputError where a viscosity is more than the equations can carry."""
+def rheology_of(fluid: Fluid, support: float, frame_s: float, frames: int = MOST_AGES) -> Rheology:
+    """The fluid in the solver's units, up to an age of ``frames``.
+
+    Raises InputError where a viscosity is more than the equations can carry.
+    """
+    _, fresh_stress_pa = fluid.fresh
+    u, d_cm, by_age = effective_u(fluid, support, frame_s), effective_d_cm(fluid, support, frame_s), None
+    if (course := fluid.course) is not None:
+        last = math.ceil(min(course.age_s[-1] / frame_s, frames))
+        viscosity, stress_pa = course.at(frame_s * np.arange(last + 1))
+        grown = viscosity / viscosity[0]
+        drag_cm = d_cm * grown if fluid.D_cm is None else np.full(last + 1, d_cm)
+        by_age = np.column_stack([u * grown, drag_cm, stress_pa / fluid.density_kg_m3 * CM2_IN_M2])
     return Rheology(
-        effective_u(fluid, support, frame_s),
-        effective_d_cm(fluid, support, frame_s),
-        yield_cm2_s2=fluid.yield_stress_pa / fluid.density_kg_m3 * CM2_IN_M2,
+        u,
+        d_cm,
+        yield_cm2_s2=fresh_stress_pa / fluid.density_kg_m3 * CM2_IN_M2,
         stiffening_cm2_s3=fluid.structuration_pa_per_s / fluid.density_kg_m3 * CM2_IN_M2,
         yield_most_cm2_s2=fluid.most_yield_stress_pa / fluid.density_kg_m3 * CM2_IN_M2,
         frames_to_freeze=frames_to_freeze(fluid, frame_s),
+        by_age=by_age,
     )
 
 

@@ -18,7 +18,7 @@ from simulate.fluid.solver import Domain, FluidSolver
 from simulate.fluid.state import State
 from simulate.kernels.status import FROZEN, RESTS
 from simulate.run import inject
-from simulate.settings import Fluid, Nozzle, Solver
+from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver
 from simulate.setup.release_schedule import Schedule
 from simulate.setup.rheology import Rheology
 from simulate.setup.signed_distance import CM, Barrier, build_barrier
@@ -66,11 +66,15 @@ def path(outline: Outline, volume_ml: float, speed_mm_s: float = 4.0, trim_mm: f
 
 
 def pour(
-    crack: tuple[Solid, Outline], trajectory: Trajectory, fluid: Fluid = LIKE_THE_PAPER, seed: int = 0, **solver: Any
+    crack: tuple[Solid, Outline],
+    trajectory: Trajectory,
+    fluid: Fluid = LIKE_THE_PAPER,
+    seed: int = 0,
+    slope: SampleSlope = LEVEL,
+    **solver: Any,
 ) -> Run:
-    solid, outline = crack
-    settings = Solver.model_validate(solver)
-    return inject(solid, outline, trajectory, fluid, settings, Nozzle(), seed=seed, device="cpu", progress=Progress())
+    sample, settings = (*crack, trajectory), Solver.model_validate(solver)
+    return inject(*sample, fluid, settings, Nozzle(), seed=seed, device="cpu", progress=Progress(), slope=slope)
 
 
 def lattice(low_mm: Floats, high_mm: Floats, spacing_mm: float, seed: int = 0) -> Floats:
@@ -87,6 +91,7 @@ def engine_with(
     frame_s: float = FRAME_S,
     weights: tuple[float, float] = (0.0, 0.0),
     fluid: Rheology | None = None,
+    slope: SampleSlope = LEVEL,
     threads: int = 1,
     native: bool = True,
     reach_mm: tuple[Floats, Floats] | None = None,
@@ -122,6 +127,7 @@ def engine_with(
         substeps=substeps,
         rows=count,
         centreline=crack[1].centreline_mm * CM,
+        down=slope.down,
         threads=threads,
         native=native,
     )

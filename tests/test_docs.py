@@ -34,7 +34,9 @@ def _keys(schema: dict, defs: dict, above: str = "") -> set[str]:
         text = str(content)
         inner = [defs[ref] for ref in re.findall(r"#/\$defs/(\w+)", text)]
         tables = [table for table in inner if table.get("type") == "object"]
-        found |= set().union(*(_keys(table, defs, f"{above}{name}.") for table in tables)) if tables else {above + name}
+        found |= set().union(*(_keys(table, defs, f"{above}{name}.") for table in tables))
+        if not tables or "'format': 'path'" in text:
+            found.add(above + name)
     return found
 
 

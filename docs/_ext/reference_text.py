@@ -107,7 +107,8 @@ def _entries(settings: type[Settings]) -> Iterator[str]:
     described = _field_docstrings(settings)
     schema = settings.model_json_schema()
     for name, field in settings.model_fields.items():
-        if _settings_in(field.annotation)[0] is not None:
+        # A table that may also be a file's name has an entry beside its own heading.
+        if _settings_in(field.annotation)[0] is not None and Path not in _branches(field.annotation):
             continue
         kind = _in_words(schema["properties"][name], schema.get("$defs", {}))
         default = "required" if field.is_required() else f"default: {_shown(field.default)}"
@@ -144,6 +145,11 @@ def _settings_in(annotation: Any) -> tuple[type[Settings] | None, bool]:
         if found is not None:
             return found, typing.get_origin(annotation) is tuple
     return None, False
+
+
+def _branches(annotation: Any) -> list[Any]:
+    """The types of an annotation, those of a union one by one."""
+    return [inner for part in get_args(annotation) for inner in _branches(part)] or [annotation]
 
 
 def _in_words(schema: dict[str, Any], defs: dict[str, Any], *, several: bool = False) -> str:

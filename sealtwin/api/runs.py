@@ -6,6 +6,7 @@ Fluid, solver and nozzle are tables of a trial file, constructed by keywords.
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from digitise.settings import NozzlePath
@@ -110,12 +111,16 @@ class FluidChoice(_FromKeywords, tables.Fluid):
     ----------
     U, D_cm
         Weights of the fluid's own viscosity, without a unit (U = 1 is about water), and of the walls' drag, in cm, in
-        Eq. 5 of the paper. Give either U or ``viscosity_pa_s``.
+        Eq. 5 of the paper. Give one of U, ``viscosity_pa_s`` and ``curve``.
     viscosity_pa_s, density_kg_m3
         Dynamic viscosity in Pa s; density in kg/m3, by default 1690: cement paste of water-cement ratio 0.67.
     yield_stress_pa, structuration_pa_per_s, yield_stress_most_pa
         Stress in Pa below which the paste stands like a solid (Bingham; cement grouts have 5 to 37), its growth in Pa
         per second, both 0 by default, and the stress at which that growth ends.
+    curve, cooling
+        In place of viscosity and yield stress: a CSV file, or a mapping of its columns ``viscosity_pa_s``,
+        ``yield_stress_pa`` and either ``age_s`` or ``temperature_c``; and with the latter a second one of ``age_s`` and
+        ``temperature_c``. Between rows the logarithm of the viscosity and the yield stress are linear.
     freeze_after_s
         Age in s at which a particle is fixed where it lies, or "never". In Python "never" is the default; a trial file
         must say it. The paper's solver froze at 2.58 s and had no yield stress: a fluid with neither levels out.
@@ -133,7 +138,11 @@ class FluidChoice(_FromKeywords, tables.Fluid):
 
     freeze_after_s: float | Literal["never"] = "never"
 
-    if not TYPE_CHECKING:
+    if TYPE_CHECKING:
+        # A file's name or columns, as for any keyword.
+        curve: Any = None
+        cooling: Any = None
+    else:
 
         def __init__(self, **values: Any) -> None:
             super().__init__(**{"freeze_after_s": "never", **values})
@@ -199,6 +208,8 @@ def inject(
     *,
     solver: tables.Solver | None = None,
     nozzle: tables.Nozzle | None = None,
+    crossfall_deg: float = 0.0,
+    gradient_deg: float = 0.0,
     seed: int = 0,
     device: str = "cpu",
     threads: int = 1,
@@ -213,6 +224,9 @@ def inject(
     solver, nozzle
         How finely it is computed, and the outlet; left out, ``Solver(radius_mm="auto", settle_s=2)``, as
         ``sealtwin init`` writes it, and ``Nozzle()``, 2.4 mm wide.
+    crossfall_deg, gradient_deg
+        Slopes of the sample's face along y and along x in degrees, -45 to 45: above 0 the face rises towards +y and
+        +x. Gravity turns; the nozzle gives, and levels are measured, square to the face.
     seed
         Seed of the small disorder with which particles leave the nozzle.
     device
@@ -252,16 +266,17 @@ def inject(
         if not isinstance(value, kind):
             name = kind.__name__.lower()
             raise InputError(f"inject: {name} is a {type(value).__name__}; give sealtwin.{kind.__name__}(...).")
+    slope = settings_of(tables.SampleSlope, "inject", {"crossfall_deg": crossfall_deg, "gradient_deg": gradient_deg})
     if not 0 <= seed < SEEDS:
         raise InputError(f"inject: seed = {seed}: must be 0 to {SEEDS - 1}.")
+    fluid = fluid.loaded(Path())
     chosen = choose_device(device)
     if threads < 1 or (threads > 1 and chosen != "cpu"):
         raise InputError(f"inject: threads = {threads}: must be 1 or more, and 1 on a GPU.")
-    check_fit(crack, solid, fluid, solver, nozzle)
+    check_fit(crack, solid, fluid, solver, nozzle, slope)
     with progress_for_stderr(quiet=not progress) as shown:
-        run = inject_fluid(
-            solid, crack, path, fluid, solver, nozzle, seed=seed, device=chosen, progress=shown, threads=threads
-        )
+        how = {"seed": seed, "device": chosen, "slope": slope, "threads": threads}
+        run = inject_fluid(solid, crack, path, fluid, solver, nozzle, progress=shown, **how)
     if run.escaped_particles:
         text = f"{run.escaped_particles} particles went through a wall: do not use this run, and please report it"
         warnings.warn(text, RuntimeWarning, stacklevel=2)

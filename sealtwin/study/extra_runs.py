@@ -170,15 +170,25 @@ def _same_physics(base: _Base, bench: Bench, radius_mm: float, steps: Mapping[st
     trial, health = base.job.trial, base.run.health.recorded()
     assert trial.fluid is not None, "it was run"
     frame_s = plan_releases(bench.trajectory, radius_mm, trial.nozzle.diameter_mm, trial.seed).frame_s
+    thicker = 1 + steps.get("viscosity_percent", 0.0) / 100
+    if (curve := trial.fluid.curve) is None:
+        paste: dict[str, Any] = {"fluid.U": None, "fluid.viscosity_pa_s": health["viscosity_pa_s"] * thicker}
+        if "yield_stress_pa" in steps:
+            paste["fluid.yield_stress_pa"] = trial.fluid.yield_stress_pa + steps["yield_stress_pa"]
+    else:
+        assert not isinstance(curve, Path), "it was run"
+        columns: dict[str, Any] = dict(curve.columns)
+        columns["viscosity_pa_s"] = [thicker * value for value in curve.viscosity_pa_s]
+        if more_pa := steps.get("yield_stress_pa"):
+            stress_pa = curve.yield_stress_pa or [0.0] * len(curve.viscosity_pa_s)
+            columns["yield_stress_pa"] = [max(0.0, value + more_pa) for value in stress_pa]
+        paste = {"fluid.curve": columns}
     changes: dict[str, Any] = {
         "solver.radius_mm": radius_mm,
-        "fluid.U": None,
-        "fluid.viscosity_pa_s": health["viscosity_pa_s"] * (1 + steps.get("viscosity_percent", 0.0) / 100),
+        **paste,
         # Left out, it follows from the viscosity again.
         "fluid.D_cm": None if trial.fluid.D_cm is None else trial.fluid.D_cm * frame_s / health["frame_s"],
     }
-    if "yield_stress_pa" in steps:
-        changes["fluid.yield_stress_pa"] = trial.fluid.yield_stress_pa + steps["yield_stress_pa"]
     return _changed(base.job, changes).model_copy(update={"readings": None, "gate": None})
 
 
@@ -210,7 +220,7 @@ def _runs(
     for number, (moved, trial, bench) in enumerate(variants, start=1):
         assert trial.fluid is not None, "it was run"
         try:
-            check_fit(bench.outline, bench.solid, trial.fluid, trial.solver, trial.nozzle)
+            check_fit(bench.outline, bench.solid, trial.fluid, trial.solver, trial.nozzle, trial.sample)
             sizes.append(size_of(trial, bench.trajectory, bench.outline.mean_width_mm))
         except InputError as fault:
             raise InputError(
@@ -224,7 +234,9 @@ def _runs(
             record_files.write_solid(sample, bench.solid)
             # Last: with it the sample is whole.
             record_files.write_trajectory(sample, bench.trajectory)
-        key = stage_key(inputs, {**stage_settings(trial, "simulate"), "sample": name, "device": device})
+        # A sloping sample has a table of that name.
+        place = {"sample" if trial.sample.level else "bench": name}
+        key = stage_key(inputs, {**stage_settings(trial, "simulate"), **place, "device": device})
         content = trial.model_dump(mode="json", exclude_none=True)
         runs.append(study_folder.StudyRun(number, key, moved, content, name, key, sizes[-1].work_s))
     return runs, max(sizes, key=lambda size: (size.particles, size.bytes))

@@ -129,7 +129,8 @@ def ready(bench: Bench, trials: Sequence[Trial], device: str) -> "Injection":
     first, fluids = trials[0], [trial.fluid for trial in trials if trial.fluid is not None]
     sample = bench.solid, bench.outline, bench.trajectory
     enclosure = enclosure_of(bench, first.solver.for_crack(bench.outline.mean_width_mm).size_mm, device)
-    return prepare(*sample, fluids, first.solver, first.nozzle, seed=first.seed, device=device, enclosure=enclosure)
+    how = {"seed": first.seed, "device": device, "slope": first.sample, "enclosure": enclosure}
+    return prepare(*sample, fluids, first.solver, first.nozzle, **how)
 
 
 @lru_cache(maxsize=1)
@@ -234,7 +235,7 @@ def _measure(bench: Bench, trial: Trial, run: Run | NumericalError) -> tuple[Pro
         from validate.compare import compare
 
         held, sample = trial.readings, (bench.outline, bench.solid)
-        comparison = compare(profile, bench.readings, *sample, role=held.role, photo_data=trial.sample.data)
+        comparison = compare(profile, bench.readings, *sample, role=held.role, photo_data=trial.shown_by.data)
         figures |= {name: getattr(comparison, name) for name in ("mean_error_mm", "worst_error_mm", "worst_at_mm")}
     return profile, figures, run
 

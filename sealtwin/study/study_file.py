@@ -12,13 +12,19 @@ from pydantic import BeforeValidator, Field, model_validator
 from sealtwin.core.errors import InputError
 from sealtwin.core.settings import MOST_FAULTS, Settings, checked, dotted_names, read_settings
 from sealtwin.trial.trial_file import PRINTABLE, Trial, folder_name
+from simulate.settings import REPLACED_BY_CURVE
 
-TABLES = ("fluid", "solver", "nozzle", "path", "crack")
+TABLES = ("fluid", "solver", "nozzle", "path", "crack", "sample")
 """Tables of a trial file whose settings may vary."""
 SETTINGS = ("seed", *(key for key in dotted_names(Trial) if key.partition(".")[0] in TABLES))
 """Dotted names of all settings that may vary."""
-IN_PLACE_OF = {"fluid.U": ("fluid.viscosity_pa_s",), "fluid.viscosity_pa_s": ("fluid.U", "fluid.D_cm")}
-"""Settings that exclude each other: a study over the first removes the others from the trial."""
+_CURVES = ("fluid.curve", "fluid.cooling")
+IN_PLACE_OF = {
+    "fluid.U": (("fluid.viscosity_pa_s",), _CURVES),
+    "fluid.viscosity_pa_s": (("fluid.U", "fluid.D_cm"), _CURVES),
+    "fluid.curve": (("fluid.U", "fluid.D_cm"), *((f"fluid.{name}",) for name in REPLACED_BY_CURVE)),
+}
+"""Settings that exclude each other: a study over one removes from the trial each group whose first setting is there."""
 MOST_RUNS = 20_000  # A night's work on one core at a second each; more is a value too many in a grid
 
 Value = TypeVar("Value")
@@ -206,9 +212,10 @@ def with_settings(content: Mapping[str, Any], settings: Mapping[str, Any]) -> di
         table, _, key = name.rpartition(".")
         home = changed.setdefault(table, {}) if table else changed
         home[key] = value
-        if name in IN_PLACE_OF and IN_PLACE_OF[name][0].rpartition(".")[2] in home:
-            for other in set(IN_PLACE_OF[name]) - set(settings):
-                home.pop(other.rpartition(".")[2], None)
+        for group in IN_PLACE_OF.get(name, ()) if value is not None else ():
+            if group[0].rpartition(".")[2] in home:
+                for other in set(group) - set(settings):
+                    home.pop(other.rpartition(".")[2], None)
     return changed
 
 

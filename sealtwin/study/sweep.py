@@ -80,6 +80,7 @@ def sweep(file: Path, out: Path | None, options: SweepOptions, progress: Progres
     planned = plan_runs(study, file, load_trial(base))
     if planned[0].trial.fluid is None:
         raise InputError(f"{base}: no [fluid] table; give U and D_cm, or viscosity_pa_s, there or in the study.")
+    planned = [replace(run, trial=run.trial.loaded(base.parent)) for run in planned]
     require_sample(planned[0].trial, base.parent)
     shard, shards = options.shard
     if shards > len(planned):
@@ -167,11 +168,11 @@ def _runs(
         settings = stage_settings(trial, "simulate")
         # The constants of the solver that the fluid decides are one in a launch.
         scheme = list(trial.solver.scheme_for(yields=fluid.yields, freezes=fluid.freezes))
-        kin = stage_key({}, {**settings, "fluid": scheme, "sample": name})
+        kin = stage_key({}, {**settings, "fluid": scheme, "bench": name})
         # Of the fluid's numbers only its age at freezing counts for the size.
         alike = kin, fluid.freeze_after_s
         try:
-            check_fit(bench.outline, bench.solid, fluid, trial.solver, trial.nozzle)
+            check_fit(bench.outline, bench.solid, fluid, trial.solver, trial.nozzle, trial.sample)
             if alike not in sizes:
                 sizes[alike] = size_of(trial, bench.trajectory, bench.outline.mean_width_mm)
         except InputError as fault:

@@ -41,13 +41,15 @@ class Job:
 def start_job(trial: Trial, source: Path, folder: RunFolder, device: str, progress: Progress) -> Job:
     """Set up a trial in ``folder``; nothing is written before a stage has results.
 
-    Raises InputError if the folder holds another trial or the sheet of readings is missing.
+    Raises InputError if the folder holds another trial, the sheet of readings is missing, or a table of the fluid
+    cannot be used.
     """
+    trial = trial.loaded(source)
     held = load_trial(folder.path / "trial.toml") if (folder.path / "trial.toml").is_file() else trial
-    if (held.name, held.sample.file.name) != (trial.name, trial.sample.file.name):
+    if (held.name, held.shown_by.file.name) != (trial.name, trial.shown_by.file.name):
         raise InputError(
-            f"{folder.path}: holds trial '{held.name}' of {held.sample.file.name}; this is '{trial.name}' of "
-            f"{trial.sample.file.name}. Give another --out, or delete that folder."
+            f"{folder.path}: holds trial '{held.name}' of {held.shown_by.file.name}; this is '{trial.name}' of "
+            f"{trial.shown_by.file.name}. Give another --out, or delete that folder."
         )
     sheet = None
     if trial.readings is not None:
@@ -74,8 +76,10 @@ def stage_settings(trial: Trial, stage: StageName) -> dict[str, Any]:
         "validate": ("name", "note", "sample", "readings", "gate", "uncertainty"),
     }
     settings = {name: dump.get(name) for name in tables[stage]}
+    if stage == "simulate" and not trial.sample.level:
+        settings["sample"] = dump["sample"]
     if stage == "validate":
-        settings["sample"] = trial.sample.data
+        settings["sample"] = trial.shown_by.data
     for table in ("photo", "mesh"):
         if (values := settings.get(table)) is not None:
             # Files count by their hashes, not by their names.
@@ -85,7 +89,7 @@ def stage_settings(trial: Trial, stage: StageName) -> dict[str, Any]:
 
 def sample_files(trial: Trial) -> dict[str, Path]:
     """Return the files that show the crack, as the trial names them, by setting."""
-    named = {role: getattr(trial.sample, role, None) for role in FILES_OF_A_SAMPLE}
+    named = {role: getattr(trial.shown_by, role, None) for role in FILES_OF_A_SAMPLE}
     return {role: file for role, file in named.items() if file is not None}
 
 
@@ -120,7 +124,7 @@ def adopt_trial(job: Job) -> None:
         return
     if job.sheet is not None and job.trial.readings is not None:
         files.write_if_new(job.path / job.trial.readings.file, job.sheet.read_bytes())
-    sample = job.trial.sample
+    sample = job.trial.shown_by
     names = {role: Path(file.name) for role, file in sample_files(job.trial).items()}
     table = "photo" if sample is job.trial.photo else "mesh"
     resolved = job.trial.model_copy(update={table: sample.model_copy(update=names)})
@@ -146,7 +150,8 @@ def made_by(job: Job, stage: StageName, names: Sequence[str]) -> dict[str, str]:
         what = f" ({missing[0]} is not there)" if missing else ""
         raise InputError(f"{job.path}: {stage} is not finished{what}. Run {again} first.")
     wanted = stage_settings(job.trial, stage)
-    if differing := [table for table, setting in wanted.items() if made_with.get(table) != setting]:
+    tables = dict.fromkeys((*wanted, *made_with))
+    if differing := [table for table in tables if made_with.get(table) != wanted.get(table)]:
         raise InputError(
             f"{job.path / 'trial.toml'}: [{'], ['.join(differing)}] is not what {stage} ran with here. "
             f"Run {again} for these settings first."

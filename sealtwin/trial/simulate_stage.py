@@ -158,7 +158,7 @@ def bring_up_to_date(job: Job) -> bool:
     outline, solid = record_files.read_outline(job.path), record_files.read_solid(job.path)
     trajectory = record_files.read_trajectory(job.path)
     physics = trial.fluid, trial.solver, trial.nozzle
-    check_fit(outline, solid, *physics)
+    check_fit(outline, solid, *physics, trial.sample)
     # First, since it may resume the run before the others begin.
     checkpoint = Checkpoint(job.path / CHECKPOINT, f"{key} {trial.output.model_dump_json()}", job.progress.note)
     every_s = trial.output.frames_every_s
@@ -173,6 +173,7 @@ def bring_up_to_date(job: Job) -> bool:
             seed=trial.seed,
             device=device,
             progress=job.progress,
+            slope=trial.sample,
             threads=job.threads,
             watchers=(*watchers, progress_file),
         )

@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 from digitise.settings import CrackShape, MeshInput, NozzlePath, PhotoInput
 from sealtwin.core.errors import InputError
 from sealtwin.core.settings import Settings, checked, read_settings
-from simulate.settings import Fluid, Nozzle, Solver
+from simulate.settings import Fluid, Nozzle, SampleSlope, Solver
 from validate.settings import Gate, Readings, Uncertainty
 
 LONGEST_FOLDER_BYTES = 120
@@ -46,6 +46,7 @@ class Trial(Settings):
     photo: PhotoInput | None = None
     crack: CrackShape | None = None  # Depth and walls, which a photo cannot show; a mesh shows them
     mesh: MeshInput | None = None  # Mesh, in place of photo and crack
+    sample: SampleSlope = SampleSlope()  # Slopes of the sample's face
     path: NozzlePath = NozzlePath()
     fluid: Fluid | None = None  # Fluid, which only the fluid run needs
     solver: Solver = Solver()
@@ -83,11 +84,15 @@ class Trial(Settings):
         return self
 
     @property
-    def sample(self) -> PhotoInput | MeshInput:
+    def shown_by(self) -> PhotoInput | MeshInput:
         """Photo or mesh, the input that shows the crack. Raises InputError for a trial that was built without one."""
-        if (sample := self.photo or self.mesh) is None:
+        if (shown_by := self.photo or self.mesh) is None:
             raise InputError("the trial has no [photo] and no [mesh]: give one to say where the crack is.")
-        return sample
+        return shown_by
+
+    def loaded(self, folder: Path) -> Self:
+        """Return the trial with the fluid's tables in place of their files in ``folder``. Raises InputError."""
+        return self if self.fluid is None else self.model_copy(update={"fluid": self.fluid.loaded(folder)})
 
     @property
     def folder_name(self) -> str:

@@ -78,7 +78,7 @@ def bring_up_to_date(job: Job) -> bool:
         readings=readings,
         volume_ratio=ratio,
         overlay_path=job.path / "overlay.png",
-        photo_data=trial.sample.data,
+        photo_data=trial.shown_by.data,
         provenance=_provenance(job, sheet, spread is not None),
         commands=("sealtwin run trial.toml", *([f"sealtwin validate {run_folder} --uncertainty"] if spread else [])),
         sheet=sheet,

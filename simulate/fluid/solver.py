@@ -17,13 +17,14 @@ from simulate.fluid.state import MoversList, State
 from simulate.fluid.viscosity import Viscosity
 from simulate.kernels import pressure, status
 from simulate.kernels.pair_kernels import pair_kernels
-from simulate.settings import Scheme, Solver, particle_volume
+from simulate.settings import LEVEL, Scheme, Solver, particle_volume
 from simulate.setup.cell_grid import CellGrid, neighbour_lists
 from simulate.setup.rheology import Rheology, paste_on_device
 from simulate.setup.signed_distance import Barrier
 from simulate.setup.wall_particles import WallParticles, calibrated_wall_mass, source_wall_mass
 
 LIST_REACH = 1.04  # Reach of a list over h, for particles that come within h while the pressure iterations move them
+GRAVITY_CM_S2 = 981.0
 FALL = 0.03
 """Fall from rest in one substep, g dt^2 over h: more compresses the column (4 substeps in the paper's trial)."""
 CREEP = 5.0  # Times the slowest shear: below it the stress is under 5/6 of the yield stress, and paste may fall asleep
@@ -44,7 +45,7 @@ def substeps_for(settings: Solver, frame_s: float) -> int:
     Raises InputError where the number is smaller than that and the pressure has two levels.
     """
     support = 4 * settings.size_mm / 10
-    short = max(1, math.ceil(frame_s / math.sqrt(FALL * support / 981.0)))
+    short = max(1, math.ceil(frame_s / math.sqrt(FALL * support / GRAVITY_CM_S2)))
     if settings.substeps is not None and settings.substeps < short and settings.pressure == "two-level":
         raise InputError(
             f'solver.substeps is {settings.substeps}: with solver.pressure = "two-level" frames of '
@@ -81,16 +82,18 @@ class FluidSolver:
         substeps: int,
         rows: int,
         centreline: Floats,
+        down: Sequence[float] = LEVEL.down,
         threads: int = 1,
         native: bool | None = None,
     ) -> None:
         """``rows`` is the largest number of particles that move at one time. ``centreline`` is the crack's, (n, 2), cm.
 
-        ``native`` chooses the inner loops for CPUs; None asks the device. Raises ValueError where the ``fluids`` need
-        schemes that differ.
+        ``down`` is gravity's direction in the sample's frame. ``native`` chooses the inner loops for CPUs; None asks
+        the device. Raises ValueError where the ``fluids`` need schemes that differ.
         """
         radius, device = settings.size_mm / 10, state.device
         self.state, self.walls, self.barrier, self.settings = state, walls, barrier, settings
+        self.gravity = wp.vec3(*(GRAVITY_CM_S2 * part for part in down))
         self.scheme, self.substeps, self.step_s = _common_scheme(settings, fluids), substeps, frame_s / substeps
         self._support = support = 4 * radius
         self.mass = self.scheme.volume_factor * particle_volume(radius)
@@ -102,6 +105,8 @@ class FluidSolver:
         kernels = pair_kernels(device == "cpu" if native is None else native)
         self._yields = any(fluid.yields for fluid in fluids)
         self._sleeps = self._yields and settings.sleep
+        self.measures = self._yields or any(fluid.by_age is not None for fluid in fluids)
+        """Particles get a viscosity of their own in each substep, by their shear or by their age."""
         self.paste = paste_on_device(fluids, support, self.step_s, substeps, settings.slowest_shear_per_s, device)
         self.viscosity = Viscosity(
             *shared, self.paste, kernels.viscosity, launcher, support=support, mass=self.mass, frame_s=frame_s
@@ -165,7 +170,8 @@ class FluidSolver:
         self._freeze = launcher.bind_whole(status.freeze, state.count, state.particles, ages)
         moving, solid = (self.movers.movers, state.particles), (self.barrier.clearance, self.barrier.grid)
         yielding = (*moving, self.paste.yields_at_most)
-        self._predict = launcher.bind(pressure.predict, *moving, self.step_s, settings.damping_per_s, *solid)
+        falling = (self.step_s, settings.damping_per_s, self.gravity)
+        self._predict = launcher.bind(pressure.predict, *moving, *falling, *solid)
         self._update_velocity = launcher.bind(pressure.update_velocity, *moving, self.step_s)
         self._move_as_solved = launcher.bind(pressure.move_as_solved, *yielding, self.step_s, *solid)
         slowest = CREEP * settings.slowest_shear_per_s
@@ -223,7 +229,7 @@ class FluidSolver:
         runs = self.state.runs
         self.predict()
         self.find_neighbours()
-        if self._yields:
+        if self.measures:
             self.viscosity.measure_shear(self.rows)
         self.pressure.solve(self.rows)
         self.update_velocity()

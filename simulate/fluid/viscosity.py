@@ -44,7 +44,7 @@ class Viscosity:
         self._state, self._lists, self._paste, self._support = state, lists, paste, support
         self._pairs, self._launcher = pairs, launcher
         self._moving = (movers.movers, state.particles)
-        viscosity = np.repeat(paste.thin.numpy(), state.particles_per_run)
+        viscosity = np.repeat(paste.by_age.numpy()[:, 0, 0], state.particles_per_run)
         state.volume_and_viscosity.assign(np.column_stack([np.full(state.count, mass), viscosity]).astype(np.float32))
         self.shear = wp.zeros(state.count, dtype=float, device=device)
         """Shear in 1/s, as the last substep left it; by particle."""

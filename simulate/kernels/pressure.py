@@ -17,8 +17,6 @@ from simulate.kernels.status import ESCAPED, MOVING, SPILLED, Movers, Particles,
 
 wp.set_module_options({"enable_backward": False})
 
-GRAVITY = wp.constant(wp.vec3(0.0, 0.0, -981.0))
-
 # One bit each: a particle's fault is their sum.
 NEIGHBOURS_FULL = wp.constant(1)
 WALLS_FULL = wp.constant(2)
@@ -50,7 +48,14 @@ def xyz(x: wp.vec4):
 
 @wp.kernel
 def predict(
-    begin: int, movers: Movers, particles: Particles, step_s: float, damping: float, clearance: float, solid: Distance
+    begin: int,
+    movers: Movers,
+    particles: Particles,
+    step_s: float,
+    damping: float,
+    gravity: wp.vec3,
+    clearance: float,
+    solid: Distance,
 ):
     """V + (g - eta v) dt, x* = x + v dt, as far as walls allow (Eq. 4; Algorithm 1, line 2)."""
     row = begin + wp.tid()
@@ -59,7 +64,7 @@ def predict(
     i = movers.particle[row]
     x = xyz(particles.position[i])
     particles.previous_position[i] = x
-    v = particles.velocity[i] + step_s * (GRAVITY - damping * particles.velocity[i])
+    v = particles.velocity[i] + step_s * (gravity - damping * particles.velocity[i])
     there = move(solid, particles.free, i, x, step_s * v, clearance)
     particles.position[i] = wp.vec4(there[0], there[1], there[2], 0.0)
 

@@ -23,9 +23,10 @@ CHUNKS = wp.constant(64)
 class Paste:
     """Constants of each run's fluid, by the number of the run, and factors that all runs share."""
 
-    thin: wp.array[float]  # Weight of pairs where the fluid flows fast
-    drag: wp.array[float]  # D of Eq. 5 in a substep over h sqrt(pi).
-    yields_at: wp.array[float]  # Yield stress of fresh paste over density, cm2/s2
+    by_age: wp.array2d[wp.vec3]
+    """Weight of pairs where the fluid flows fast, D of Eq. 5 in a substep over h sqrt(pi), and yield stress over
+    density in cm2/s2, by run and age in frames; the last age stands for all later ones.
+    """
     stiffens_by: wp.array[float]  # Yield stress over density that a second of age adds
     yields_at_most: wp.array[float]
     per_viscosity: float  # Weight of pairs for each cm2/s of viscosity
@@ -66,8 +67,8 @@ class Search:
 
 
 @wp.func
-def yield_stress(paste: Paste, run: int, age_s: float):
-    return wp.min(paste.yields_at[run] + paste.stiffens_by[run] * age_s, paste.yields_at_most[run])
+def at_age(paste: Paste, run: int, age: int):
+    return paste.by_age[run, wp.min(age, paste.by_age.shape[1] - 1)]
 
 
 class ViscosityKernels(NamedTuple):
@@ -299,11 +300,12 @@ def viscosity_kernels(loops: ModuleType, module: Any) -> ViscosityKernels:
                 support,
             )
             gamma = wp.sqrt(paste.per_shear * sheared)
-        tau = yield_stress(paste, run, float(age) * frame_s)
+        aged = at_age(paste, run, age)
+        tau = wp.min(aged[2] + paste.stiffens_by[run] * (float(age) * frame_s), paste.yields_at_most[run])
         shear[i] = gamma
         system.yields[row] = tau
         system.slides[row] = slide
-        viscosity = paste.thin[run] + paste.per_viscosity * tau / (gamma + paste.slowest_shear)
+        viscosity = aged[0] + paste.per_viscosity * tau / (gamma + paste.slowest_shear)
         particles.volume_and_viscosity[i] = wp.vec2(particles.volume_and_viscosity[i][0], viscosity)
 
     @wp.kernel(enable_backward=False, module=module)
@@ -336,7 +338,8 @@ def viscosity_kernels(loops: ModuleType, module: Any) -> ViscosityKernels:
             support,
             system.coupling,
         )
-        drag = paste.drag[run] + paste.wall_per_viscosity * system.yields[row] / (system.slides[row] + paste.slowest)
+        aged = at_age(paste, run, particles.frame[0] - particles.release_frame[i])
+        drag = aged[1] + paste.wall_per_viscosity * system.yields[row] / (system.slides[row] + paste.slowest)
         walls = sum_drag(near.wall_particle, near.wall, row, near.wall_count[row], here, support)
         system.resistance[row] = total + own[0] * drag * walls
 

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import warp as wp
 
+from sealtwin.core.records import Floats
 from simulate.kernels import viscosity as device_code
 
 LAW = 0.1185
@@ -27,6 +28,17 @@ class Rheology(NamedTuple):
     stiffening_cm2_s3: float = 0.0
     yield_most_cm2_s2: float = 0.0
     frames_to_freeze: int = NEVER
+    by_age: Floats | None = None
+    """U, D and yield stress of particles of each age in frames, (n, 3), of which the last row holds from there on; None
+    where they are those of fresh paste at any age, but for the stiffening.
+    """
+
+    @property
+    def course(self) -> Floats:
+        """U, D and yield stress by age in frames, (n, 3)."""
+        if self.by_age is not None:
+            return self.by_age
+        return np.array([[self.viscous_weight, self.wall_weight_cm, self.yield_cm2_s2]])
 
     @property
     def yields(self) -> bool:
@@ -72,9 +84,10 @@ def paste_on_device(
         return wp.array(np.array(values), dtype=float, device=device)
 
     paste = device_code.Paste()
-    paste.thin = by_run([fluid.viscous_weight / substeps / shape for fluid in fluids])
-    paste.drag = by_run([fluid.wall_weight_cm / substeps / shape for fluid in fluids])
-    paste.yields_at = by_run([fluid.yield_cm2_s2 for fluid in fluids])
+    ages = max(len(fluid.course) for fluid in fluids)
+    by_age = np.stack([np.pad(each := fluid.course, ((0, ages - len(each)), (0, 0)), mode="edge") for fluid in fluids])
+    by_age[:, :, :2] = by_age[:, :, :2] / substeps / shape
+    paste.by_age = wp.array(by_age, dtype=wp.vec3, device=device)
     paste.stiffens_by = by_run([fluid.stiffening_cm2_s3 for fluid in fluids])
     paste.yields_at_most = by_run([fluid.yield_most_cm2_s2 for fluid in fluids])
     paste.per_viscosity = viscous_weight(1.0, support, step_s) / shape

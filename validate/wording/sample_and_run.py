@@ -1,5 +1,7 @@
 """Tables of the crack, the nozzle path, the run and its settings, and what a result assumes and leaves out."""
 
+from typing import Any
+
 import numpy as np
 
 from sealtwin.core.records import RunHealth, Solid, arc_length
@@ -101,23 +103,34 @@ def settings_table(evidence: Evidence) -> PageTable:
     rows = []
     for group, content in evidence.run.settings.items():
         if isinstance(content, dict):
-            rows += [(f"{group}: {words(key)}", plain(value)) for key, value in content.items() if value is not None]
+            for key, value in content.items():
+                table = value if isinstance(value, dict) else {"": value}
+                told = [(f"{group}: {words(key)} {words(name)}".rstrip(), one) for name, one in table.items()]
+                rows += [(name, _listed(one)) for name, one in told if one is not None]
         else:
             rows.append((group, plain(content)))
     return PageTable("Settings in effect", tuple(rows))
+
+
+def _listed(value: Any) -> str:
+    """Return a setting as text, and a column of a table as its number of rows and its ends."""
+    if not isinstance(value, list | tuple) or not all(isinstance(one, int | float) for one in value):
+        return plain(value)
+    return f"{len(value)} rows, {value[0]:.4g} to {value[-1]:.4g}"
 
 
 def assumptions(evidence: Evidence) -> list[str]:
     """Sentences on the assumptions, with the numbers that show how much depends on them."""
     outline, comparison = evidence.outline, evidence.comparison
     solver, fluid = (evidence.run.settings.get(key, {}) for key in ("solver", "fluid"))
-    sentences = [_tilt(evidence), _surface_tension(evidence)]
+    sentences = [_tilt(evidence), *_slope(evidence), _surface_tension(evidence)]
     freeze = fluid.get("freeze_after_s")
     if isinstance(freeze, int | float):
         sentences.append(
             f"A particle is fixed where it lies {freeze:g} s after its release. This stands for the paste's stiffening "
             "and holds the slope of the bed; the paper has the same as a limit of moving particles."
         )
+    sentences += _curve(fluid)
     curing_pa_s, yield_stress_pa = fluid.get("structuration_pa_per_s", 0.0), fluid.get("yield_stress_pa", 0.0)
     if yield_stress_pa or curing_pa_s:
         grows = f", and {curing_pa_s:g} Pa more each second" if curing_pa_s else ""
@@ -133,7 +146,7 @@ def assumptions(evidence: Evidence) -> list[str]:
     volumes, as_read = None if comparison is None else comparison.volumes, ""
     if volumes is not None:
         _, as_read = sealant_as_read(volumes.mass_balance)
-    absent = "Shrinkage is" if curing_pa_s else "Curing and shrinkage are"
+    absent = "Shrinkage is" if curing_pa_s or fluid.get("curve") else "Curing and shrinkage are"
     residual_mm = outline.scale_residual_mm
     misfit = "" if residual_mm is None else f", RMS misfit {residual_mm:.3f} mm"
     sentences += [
@@ -190,6 +203,40 @@ def _tilt(evidence: Evidence) -> str:
         f"A photo from above does not show how the walls stand. Assumed here: {tilt_words(evidence)}; the cavity "
         f"holds {ratio:.2f} times the sealant. The table of the solid gives the volume of each other reading."
     )
+
+
+def _curve(fluid: dict[str, Any]) -> list[str]:
+    """Return a sentence for a fluid whose viscosity follows a table."""
+    if not (curve := fluid.get("curve")):
+        return []
+    viscosity_pa_s, stress_pa = curve["viscosity_pa_s"], curve.get("yield_stress_pa") or (0.0,)
+    yields = f", its yield stress (Bingham) {min(stress_pa):.3g} to {max(stress_pa):.3g} Pa" if max(stress_pa) else ""
+    over, rest = "age since it left the nozzle", "Before the first age and after the last they stay."
+    if cooling := fluid.get("cooling"):
+        over = "temperature"
+        cooled_c = cooling["temperature_c"]
+        rest = (
+            f"It goes from {cooled_c[0]:.4g} to {cooled_c[-1]:.4g} °C with the age since the nozzle, the same wherever "
+            "the sealant lies: heat is not modelled."
+        )
+    return [
+        f"The sealant's viscosity follows a table over its {over}, {min(viscosity_pa_s):.3g} to "
+        f"{max(viscosity_pa_s):.3g} Pa s{yields}; between rows its logarithm is linear. {rest}"
+    ]
+
+
+def _slope(evidence: Evidence) -> list[str]:
+    """Return a sentence for a sample that does not lie level."""
+    slope = evidence.run.settings.get("sample")
+    if slope is None:
+        return []
+    gradient_deg, crossfall_deg = slope["gradient_deg"], slope["crossfall_deg"]
+    return [
+        f"The sample slopes: its face rises towards +x by {gradient_deg:g}° and towards +y by {crossfall_deg:g}°, and "
+        "gravity acts along the plumb line. The nozzle gives, and levels count, square to the face. At rest the "
+        "surface of a liquid stands level and not along the face, so that a crack that holds its sealant level with "
+        "the face would run over at its lower end."
+    ]
 
 
 def _surface_tension(evidence: Evidence) -> str:

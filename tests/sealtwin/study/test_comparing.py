@@ -49,7 +49,7 @@ def hold(path: Path) -> None:
         outline,
         solid,
         role=trial.readings.role,
-        photo_data=trial.sample.data,
+        photo_data=trial.shown_by.data,
     )
     record_files.write_comparison(path, found)
     with open_folder(path, create=False) as folder:

@@ -10,7 +10,7 @@ from sealtwin.core.records import RunHealth
 from tests.evidence import make_evidence
 from validate.compare import assess
 from validate.settings import Readings, Uncertainty
-from validate.wording.sample_and_run import assumptions, left_out
+from validate.wording.sample_and_run import assumptions, left_out, settings_table
 
 
 def test_reynolds_and_bond_numbers_are_those_of_the_trial(tmp_path):
@@ -46,6 +46,35 @@ def test_walls_whose_drag_follows_from_the_viscosity_are_told_with_its_weight(tm
     evidence.run.settings["fluid"] |= {"D_cm": 0.0361, "D_from": "no slip"}
     (told,) = (text for text in assumptions(evidence) if "sticks to the walls" in text)
     assert "D = 0.0361 cm" in told
+
+
+def test_a_sample_that_slopes_is_told_with_both_angles_and_a_level_one_is_not(tmp_path):
+    evidence = make_evidence(tmp_path)
+    assert not any("slopes" in text for text in assumptions(evidence))
+    evidence.run.settings["sample"] = {"crossfall_deg": -2.5, "gradient_deg": 5.0}
+    (told,) = (text for text in assumptions(evidence) if "slopes" in text)
+    assert "rises towards +x by 5° and towards +y by -2.5°" in told
+    assert ("sample: crossfall (°)", "-2.5") in settings_table(evidence).rows
+
+
+def test_sealant_with_a_table_is_told_with_its_ends_and_its_columns_are_not_listed(tmp_path):
+    evidence = make_evidence(tmp_path)
+    table = {"age_s": [0.0, 60.0, 600.0], "temperature_c": None, "viscosity_pa_s": [0.05, 1.0, 30.0]}
+    evidence.run.settings["fluid"] |= {"curve": table | {"yield_stress_pa": [0.0, 5.0, 40.0]}, "cooling": None}
+    told = " ".join(assumptions(evidence))
+    assert (
+        "a table over its age since it left the nozzle, 0.05 to 30 Pa s, its yield stress (Bingham) 0 to 40 Pa" in told
+    )
+    assert "Shrinkage is not modelled" in told
+    rows = dict(settings_table(evidence).rows)
+    assert rows["fluid: curve viscosity (Pa s)"] == "3 rows, 0.05 to 30"
+    assert not any("temperature" in name or "cooling" in name for name in rows)
+    cooling = {"age_s": [0.0, 60.0], "temperature_c": [190.0, 120.0]}
+    hot = {"temperature_c": [100.0, 200.0], "viscosity_pa_s": [30.0, 0.05]}
+    evidence.run.settings["fluid"] |= {"curve": hot, "cooling": cooling}
+    told = " ".join(assumptions(evidence))
+    assert "over its temperature, 0.05 to 30 Pa s; between" in told
+    assert "from 190 to 120 °C" in told
 
 
 def test_a_run_without_viscosity_gets_no_invented_numbers(tmp_path):

@@ -1,0 +1,139 @@
+"""A trial whose sealant has tables: they are read beside it, travel with the run, and count by what they say."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import sealtwin as st
+from sealtwin.cli.app import app
+from sealtwin.core import record_files
+from sealtwin.core.errors import InputError
+from sealtwin.core.files import read_json
+from sealtwin.core.progress import Progress
+from sealtwin.core.run_folder import open_folder
+from sealtwin.study.extra_runs import _Base, _variants
+from sealtwin.study.runner import read_bench
+from sealtwin.study.study_folder import read_study
+from sealtwin.study.sweep import SweepOptions, sweep
+from sealtwin.trial.job import resume_job
+from sealtwin.trial.pipeline import run_stages, run_trial
+from sealtwin.trial.trial_file import load_trial
+from simulate.material_curve import CoolingCurve, MaterialCurve
+from tests.studies import compute_here, tiny_lab
+
+QUIET = Progress()
+STAGES = ("digitise", "simulate")
+HERE = SweepOptions(device="cpu", jobs=0, batch=1)
+CURING = "age_s,viscosity_pa_s,yield_stress_pa\n0,0.05,0\n0.2,5,20\n"
+HOT = "temperature_c,viscosity_pa_s\n100,50\n200,0.05\n"
+COOLING = "age_s,temperature_c\n0,190\n0.5,120\n"
+
+
+def lab_with(folder: Path, fluid: str, varies: str | None = None) -> Path:
+    """Return the trial of a tiny lab whose fluid is that."""
+    study = tiny_lab(folder) if varies is None else tiny_lab(folder, varies)
+    trial = study.parent / "trial.toml"
+    text = trial.read_text(encoding="utf-8")
+    head, rest = text.split("[fluid]\n")
+    rest = rest[rest.index("[solver]") :]
+    trial.write_text(f"{head}[fluid]\n{fluid}\n{rest}\n[output]\nsnapshots_s = []\n", encoding="utf-8")
+    for name, table in (("curing.csv", CURING), ("hot.csv", HOT), ("cooling.csv", COOLING)):
+        (folder / name).write_text(table, encoding="utf-8")
+    return trial
+
+
+def run(trial: Path, out: Path) -> tuple[str, ...]:
+    return run_trial(load_trial(trial), trial.parent, out, STAGES, "cpu", QUIET).redone
+
+
+def test_a_table_travels_with_its_run_and_counts_by_what_it_says(tmp_path):
+    trial, out = lab_with(tmp_path, 'curve = "curing.csv"\nfreeze_after_s = "never"'), tmp_path / "out"
+    assert run(trial, out) == STAGES
+    recorded = read_json(out / "simulation.json")
+    assert recorded["settings"]["fluid"]["curve"]["yield_stress_pa"] == [0.0, 20.0]
+    assert recorded["health"]["viscosity_pa_s"] == pytest.approx(0.05)
+    table = tmp_path / "curing.csv"
+    table.rename(tmp_path / "renamed.csv")
+    trial.write_text(trial.read_text(encoding="utf-8").replace("curing.csv", "renamed.csv"), encoding="utf-8")
+    assert run(trial, out) == ()
+    (tmp_path / "renamed.csv").unlink()
+    with open_folder(out, create=False) as folder:
+        assert run_stages(resume_job(folder, "cpu", QUIET), ("simulate",)).redone == ()
+    (tmp_path / "renamed.csv").write_text(CURING.replace("20\n", "21\n"), encoding="utf-8")
+    assert run(trial, out) == ("simulate",)
+
+
+def test_a_bad_row_ends_the_command_with_3_and_is_named(tmp_path):
+    trial = lab_with(tmp_path, 'curve = "hot.csv"\ncooling = "cooling.csv"\nfreeze_after_s = "never"')
+    (tmp_path / "cooling.csv").write_text("age_s,temperature_c\n0,190\n5,warm\n", encoding="utf-8")
+    answer = CliRunner().invoke(app, ["run", str(trial), "--out", str(tmp_path / "out"), "--json"])
+    assert answer.exit_code == 3
+    assert "cooling.csv, row 3, column temperature_c: 'warm' is no number." in json.loads(answer.stdout)["error"]
+    assert not (tmp_path / "out").exists() or not list((tmp_path / "out").glob("*.csv"))
+
+
+def test_a_study_varies_a_curve_as_a_whole_and_it_replaces_what_it_excludes(tmp_path):
+    """Two tables over the base's U and yield stress; and each row of the plan holds its own table."""
+    varies = '[grid]\n"fluid.curve" = ["curing.csv", "thick.csv"]\n'
+    base = 'U = 30.0\nyield_stress_pa = 12.0\nfreeze_after_s = "never"'
+    study = lab_with(tmp_path, base, varies).with_name("study.toml")
+    (tmp_path / "thick.csv").write_text(CURING.replace("0,0.05,0", "0,0.5,0"), encoding="utf-8")
+    out = tmp_path / "out"
+    sweep(study, out, replace(HERE, dry_run=True), QUIET)
+    runs = read_study(out)
+    assert [one.trial["fluid"]["curve"]["viscosity_pa_s"] for one in runs] == [[0.05, 5.0], [0.5, 5.0]]
+    assert len({one.key for one in runs}) == 2
+    assert [one.settings["fluid.curve"] for one in runs] == ["curing.csv", "thick.csv"]
+    compute_here(out, batch=2)
+    assert [one.state for one in read_study(out)] == ["done", "done"]
+    # A sweep that goes on keeps what is done, and computes again what another table decides.
+    (tmp_path / "thick.csv").write_text(CURING.replace("0,0.05,0", "0,0.6,0"), encoding="utf-8")
+    sweep(study, out, replace(HERE, dry_run=True), QUIET)
+    assert [one.state for one in read_study(out)] == ["done", "waiting"]
+    study.write_text(study.read_text(encoding="utf-8").replace("fluid.curve", "fluid.curve.age_s"), encoding="utf-8")
+    with pytest.raises(InputError, match="no such setting"):
+        sweep(study, out, replace(HERE, dry_run=True), QUIET)
+
+
+def test_extra_runs_move_a_table_by_what_is_declared_and_keep_the_other_one(tmp_path):
+    """In proportion for the viscosity, by a step for the yield stress, at every row; the cooling stays."""
+    fluid = 'curve = "hot.csv"\ncooling = "cooling.csv"\nfreeze_after_s = "never"'
+    trial, out = lab_with(tmp_path, fluid), tmp_path / "out"
+    text = trial.read_text(encoding="utf-8").replace("radius_mm = 0.45", "radius_mm = 0.36")
+    declared = "\n[uncertainty]\nviscosity_percent = 10.0\nyield_stress_pa = 2.0\n"
+    trial.write_text(text + declared, encoding="utf-8")
+    run(trial, out)
+    with open_folder(out, create=False) as folder:
+        job = resume_job(folder, "cpu", QUIET)
+        records = record_files.read_run(out), record_files.read_profile(out)
+        variants = _variants(_Base(job, read_bench(out, None), *records))
+    curves = [(moved, each.fluid.curve, each.fluid.cooling) for moved, each, _ in variants if each.fluid is not None]
+    assert len(curves) > 3
+    for moved, curve, cooling in curves:
+        assert isinstance(curve, MaterialCurve)
+        assert isinstance(cooling, CoolingCurve)
+        grown = 1 + moved.get("viscosity_percent", 0.0) / 100
+        assert curve.viscosity_pa_s == pytest.approx((50 * grown, 0.05 * grown))
+        step_pa = moved.get("yield_stress_pa")
+        assert curve.yield_stress_pa == (None if step_pa is None else (max(0.0, step_pa),) * 2)
+        assert cooling.temperature_c == (190.0, 120.0)
+
+
+def test_the_front_door_takes_a_file_or_columns(tmp_path, monkeypatch):
+    lab_with(tmp_path, "U = 1.0\nfreeze_after_s = 1.0")
+    crack = st.trace_crack(st.read_photo(tmp_path / "crack.png", mm_per_px=0.1), [(40, 101), (160, 98)])
+    solid = st.build_solid(crack, 8, tilt="vertical")
+    path = st.plan_path(crack, solid, volume_ml=0.04, speed_mm_s=20, trim_mm=1)
+    solver = st.Solver(radius_mm=0.45, substeps=2)
+    monkeypatch.chdir(tmp_path)
+    by_file = st.inject(crack, solid, path, st.Fluid(curve="curing.csv"), solver=solver)
+    columns = {"age_s": [0, 0.2], "viscosity_pa_s": [0.05, 5], "yield_stress_pa": [0, 20]}
+    by_columns = st.inject(crack, solid, path, st.Fluid(curve=columns), solver=solver)
+    assert by_file.position_mm.tobytes() == by_columns.position_mm.tobytes()
+    with pytest.raises(InputError, match=r"none\.csv: no such file"):
+        st.inject(crack, solid, path, st.Fluid(curve="none.csv"), solver=solver)
+    with pytest.raises(InputError, match="U beside curve"):
+        st.Fluid(curve=columns, U=3)
