@@ -17,7 +17,7 @@ from simulate.fluid.state import MoversList, State
 from simulate.fluid.viscosity import Viscosity
 from simulate.kernels import pressure, status
 from simulate.kernels.pair_kernels import pair_kernels
-from simulate.settings import Scheme, Solver, particle_volume
+from simulate.settings import Solver, particle_volume
 from simulate.setup.cell_grid import CellGrid, neighbour_lists
 from simulate.setup.rheology import Rheology, paste_on_device
 from simulate.setup.signed_distance import Barrier
@@ -53,15 +53,6 @@ def substeps_for(settings: Solver, frame_s: float) -> int:
     return settings.substeps or short
 
 
-def _common_scheme(settings: Solver, fluids: Sequence[Rheology]) -> Scheme:
-    """The scheme that several runs share in every launch. Raises ValueError where their schemes differ."""
-    schemes = {settings.scheme_for(yields=fluid.yields, freezes=fluid.freezes) for fluid in fluids}
-    if len(schemes) > 1:
-        factors = ", ".join(f"{scheme.volume_factor:g}" for scheme in sorted(schemes))
-        raise ValueError(f"runs whose volume factors differ ({factors}) cannot share a launch")
-    return schemes.pop()
-
-
 class FluidSolver:
     """The solver of one run, or of several at once that share geometry and schedule.
 
@@ -86,12 +77,11 @@ class FluidSolver:
     ) -> None:
         """``rows`` is the largest number of particles that move at one time. ``centreline`` is the crack's, (n, 2), cm.
 
-        ``native`` chooses the inner loops for CPUs; None asks the device. Raises ValueError where the ``fluids`` need
-        schemes that differ.
+        ``native`` chooses the inner loops for CPUs; None asks the device.
         """
         radius, device = settings.size_mm / 10, state.device
         self.state, self.walls, self.barrier, self.settings = state, walls, barrier, settings
-        self.scheme, self.substeps, self.step_s = _common_scheme(settings, fluids), substeps, frame_s / substeps
+        self.scheme, self.substeps, self.step_s = settings.scheme, substeps, frame_s / substeps
         self._support = support = 4 * radius
         self.mass = self.scheme.volume_factor * particle_volume(radius)
         wall_mass = {"calibrated": calibrated_wall_mass, "source": source_wall_mass}[self.scheme.wall]
@@ -242,7 +232,7 @@ class FluidSolver:
 
     def lasting(self) -> dict[str, Any]:
         """Arrays that a substep takes over from the one before, by their names in a checkpoint."""
-        return {**self.state.lasting(), "quiet_s": self._quiet_s}
+        return {**self.state.lasting(), "quiet_s": self._quiet_s, "swelling": self.state.swelling}
 
     def resume(self, done: int) -> None:
         """Continue after ``done`` frames, once the lasting arrays were restored."""

@@ -38,6 +38,8 @@ class Particles:
     status: wp.array[int]
     release_frame: wp.array[int]
     frame: wp.array[int]  # Number of the frame that runs, or ran last; -1 before the first
+    swelling: wp.array[float]
+    """Factor by which each run's particles count for more in the density sum than the scheme says."""
 
 
 @wp.struct
