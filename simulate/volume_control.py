@@ -18,13 +18,15 @@ from simulate.profile import Mask, Vessel, settled
 from simulate.setup.release_schedule import Schedule
 
 PERIOD_S = 0.1  # Time between two measurements: a third of what paste needs to come to rest
-MEMORY_S = 0.7
-"""Time in which a lack of volume is made up. A bed answers in about 0.1 s; in half the time levels overshoot."""
+MEMORY_S = 0.4
+"""Time in which a lack of volume is made up: with 0.25 stiff paste overshoots, with 0.7 it is asleep before."""
 LEAST_MOVING = 0.3
-"""Least share of the bed that is taken to move: the less does, the more must it make up for."""
+"""Least share of the bed that is taken to move: the less does, the more must it make up for. With 0.1 few particles
+that make up for much wake the bed that sleeps.
+"""
 LEAST_SETTLED = 0.05
 """Share of the dispensed volume from which a bed is measured: a smaller one is all surface."""
-LEAST_FACTOR, MOST_FACTOR = 0.85, 1.25
+LEAST_FACTOR, MOST_FACTOR = 0.95, 1.2
 """Bounds of the factor: hollows that a stiff paste bridges are no fault of its density, nor are films on the face."""
 
 

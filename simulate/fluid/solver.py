@@ -29,6 +29,7 @@ FALL = 0.03
 CREEP = 5.0  # Times the slowest shear: below it the stress is under 5/6 of the yield stress, and paste may fall asleep
 PATIENCE_S = 0.3  # Time of quiet before sleep (prototype)
 WAKING_CM_S = 0.5  # Speed of a neighbour that wakes a particle (prototype)
+RESTLESS_S = 0.1  # Time for which a slower neighbour flows before it wakes a particle
 
 
 class Domain(NamedTuple):
@@ -160,7 +161,8 @@ class FluidSolver:
         self._move_as_solved = launcher.bind(pressure.move_as_solved, *yielding, self.step_s, *solid)
         slowest = CREEP * settings.slowest_shear_per_s
         limits = (self.step_s, PATIENCE_S, slowest, slowest * self._support)
-        self._wake = launcher.bind(status.wake, *yielding, WAKING_CM_S, lists.fluid, lists.fluid_count, self._quiet_s)
+        waking = (WAKING_CM_S, RESTLESS_S)
+        self._wake = launcher.bind(status.wake, *yielding, *waking, lists.fluid, lists.fluid_count, self._quiet_s)
         self._fall_asleep = launcher.bind(status.fall_asleep, *yielding, *limits, self.viscosity.shear, self._quiet_s)
 
     @property
