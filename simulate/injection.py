@@ -105,8 +105,9 @@ class Injection:
         Raises KeyError or ValueError, with nothing changed, for a snapshot of a run unlike this one.
         """
         lasting = self.engine.lasting()
-        # Older versions did not keep it: the guess for the next viscosity solve is then the velocity itself.
-        snapshot = {"earlier_velocity": snapshot["velocity"], **snapshot}
+        # Older versions did not keep them: the guess for the next viscosity solve is then the velocity itself.
+        swelling = np.ones(self.engine.state.runs, dtype=np.float32)
+        snapshot = {"earlier_velocity": snapshot["velocity"], "swelling": swelling, **snapshot}
         for name, here in self.snapshot().items():
             found = snapshot[name]
             # The statistics grow with the run.

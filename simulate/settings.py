@@ -165,8 +165,8 @@ class Solver(Settings):
     reference, slow for U above 1000 or D above 1.
     """
     sleep: bool = True
-    """Paste with a yield stress that has come to rest is left where it lies until something hits it: quick, and
-    without any creep. False computes on, at the smallest rate of shear that float32 allows.
+    """Paste with a yield stress that has come to rest is left where it lies until something hits it or flows on beside
+    it: the bed is the same, without its creep, in two thirds of the time. False computes on.
     """
     settle_s: float = Field(default=0.0, ge=0, le=3600)
     """Time between the last release and the profile. None in the paper."""
@@ -198,11 +198,6 @@ class Solver(Settings):
         if self.radius_mm != "auto":
             return self
         return self.model_copy(update={"radius_mm": min(10.0, float(f"{width_mm / ABREAST / 2:.3g}"))})
-
-    @property
-    def slowest_shear_per_s(self) -> float:
-        """Shear below which paste with a yield stress creeps at constant viscosity (the prototype's two values)."""
-        return 0.1 if self.sleep else 0.002
 
     @property
     def scheme(self) -> Scheme:

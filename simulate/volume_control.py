@@ -48,12 +48,13 @@ class VolumeControl:
         """``factor`` is the scheme's volume factor, which ``State.swelling`` multiplies."""
         self._solid, self._vessel, self._schedule, self._state = solid, Vessel(solid), schedule, state
         self._radius_mm, self._factor = radius_mm, factor
-        self._every = max(1, round(PERIOD_S / schedule.frame_s))
-        self._gain = self._every * schedule.frame_s / MEMORY_S
+        self.every = max(1, round(PERIOD_S / schedule.frame_s))
+        """Frames from one measurement to the next."""
+        self._gain = self.every * schedule.frame_s / MEMORY_S
 
     def after_frame(self, done: int) -> None:
         """Adjust each run's particles, once in a period. ``done`` is the number of finished frames."""
-        if done % self._every:
+        if done % self.every:
             return
         swelling = self._state.swelling.numpy().copy()
         least, most = LEAST_FACTOR / self._factor, MOST_FACTOR / self._factor

@@ -26,7 +26,12 @@ from simulate.setup.wall_particles import WallParticles, calibrated_wall_mass, s
 LIST_REACH = 1.04  # Reach of a list over h, for particles that come within h while the pressure iterations move them
 FALL = 0.03
 """Fall from rest in one substep, g dt^2 over h: more compresses the column (4 substeps in the paper's trial)."""
-CREEP = 5.0  # Times the slowest shear: below it the stress is under 5/6 of the yield stress, and paste may fall asleep
+SLOWEST_SHEAR = 0.002
+"""Shear in 1/s below which paste with a yield stress creeps at constant viscosity: the least that float32 allows."""
+QUIET_SHEAR = 0.1
+"""Shear in 1/s below which paste may fall asleep, and times h the speed: it then moves by 0.4 R in a second. At 0.5 /s
+paste that flows back along a slope falls asleep on its way, and stands 1 mm off.
+"""
 PATIENCE_S = 0.3  # Time of quiet before sleep (prototype)
 WAKING_CM_S = 0.5  # Speed of a neighbour that wakes a particle (prototype)
 RESTLESS_S = 0.1  # Time for which a slower neighbour flows before it wakes a particle
@@ -93,7 +98,7 @@ class FluidSolver:
         kernels = pair_kernels(device == "cpu" if native is None else native)
         self._yields = any(fluid.yields for fluid in fluids)
         self._sleeps = self._yields and settings.sleep
-        self.paste = paste_on_device(fluids, support, self.step_s, substeps, settings.slowest_shear_per_s, device)
+        self.paste = paste_on_device(fluids, support, self.step_s, substeps, SLOWEST_SHEAR, device)
         self.viscosity = Viscosity(
             *shared, self.paste, kernels.viscosity, launcher, support=support, mass=self.mass, frame_s=frame_s
         )
@@ -159,8 +164,7 @@ class FluidSolver:
         self._predict = launcher.bind(pressure.predict, *moving, self.step_s, settings.damping_per_s, *solid)
         self._update_velocity = launcher.bind(pressure.update_velocity, *moving, self.step_s)
         self._move_as_solved = launcher.bind(pressure.move_as_solved, *yielding, self.step_s, *solid)
-        slowest = CREEP * settings.slowest_shear_per_s
-        limits = (self.step_s, PATIENCE_S, slowest, slowest * self._support)
+        limits = (self.step_s, PATIENCE_S, QUIET_SHEAR, QUIET_SHEAR * self._support)
         waking = (WAKING_CM_S, RESTLESS_S)
         self._wake = launcher.bind(status.wake, *yielding, *waking, lists.fluid, lists.fluid_count, self._quiet_s)
         self._fall_asleep = launcher.bind(status.fall_asleep, *yielding, *limits, self.viscosity.shear, self._quiet_s)

@@ -73,10 +73,17 @@ def test_fluids_computed_at_once_are_what_each_is_alone():
     """Bit for bit: a study in one launch must not depend on which runs share it."""
     runs = together(PASTES)
     for run, paste in zip(runs, PASTES, strict=True):
-        alone = pour(slot(12.0), path(slot(12.0)[1], 0.1, speed_mm_s=20.0), paste, settle_s=0.3, volume_factor=1.1)
+        alone = pour(slot(12.0), path(slot(12.0)[1], 0.1, speed_mm_s=20.0), paste, settle_s=0.3)
         assert np.array_equal(run.position_mm, alone.position_mm)
         assert np.array_equal(run.velocity_mm_s, alone.velocity_mm_s)
-        names = ("density_error_mean", "density_error_max", "most_neighbours", "moving_mean", "moving_most")
+        names = (
+            "density_error_mean",
+            "density_error_max",
+            "most_neighbours",
+            "moving_mean",
+            "moving_most",
+            "volume_factor",
+        )
         for name in (*names, "viscosity_iterations_mean"):
             assert run.health.recorded()[name] == alone.health.recorded()[name], name
     assert runs[-1].settings["fluid"]["yield_stress_pa"] == 12.0
@@ -87,12 +94,6 @@ def test_two_threads_give_the_same_bits_as_one(monkeypatch):
     monkeypatch.setattr("simulate.fluid.launcher.LEAST_SLICE", 10)
     for one, two in zip(together(PASTES[:1]), together(PASTES[:1], threads=2), strict=True):
         assert np.array_equal(one.position_mm, two.position_mm)
-
-
-def test_runs_whose_volume_factors_differ_share_no_launch():
-    """Each launch has one; a study never asks for it."""
-    with pytest.raises(ValueError, match=r"1\.07, 1\.1\)"):
-        ready(PASTES, volume_factor=None)
 
 
 @pytest.mark.parametrize("paste", [PASTES[2], PASTES[2].model_copy(update={"structuration_pa_per_s": 50.0})])
