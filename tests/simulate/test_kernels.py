@@ -80,7 +80,7 @@ def test_corrections_cannot_push_the_liquid_as_a_whole():
 
 def test_density_is_the_sum_of_poly6_over_all_pairs():
     points = crowd()
-    engine = engine_with(points, slot(depth_mm=4.0))
+    engine = engine_with(points, slot(depth_mm=4.0), volume_factor=1.1)
     engine.find_neighbours()
     engine.pressure.measure_density(engine.rows)
     away = np.linalg.norm(points[:, None] - points, axis=2) / 10
