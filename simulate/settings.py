@@ -111,7 +111,7 @@ SPHERE = 4 / 3 * math.pi / particle_volume(1.0)
 """Volume of a sphere of radius R over that of Eq. 6: the mass in the solver that the paper built on. 0.811."""
 
 PRESETS = {
-    # Near what runs of a few millimetres' width end at; decision 0113.
+    # Where a run begins; it ends between 0.95 and 1.20 (decision 0113).
     "accurate": Scheme(iterations=4, volume_factor=1.07, wall="calibrated", frozen_answer=1.0),
     "paper": Scheme(iterations=4, volume_factor=SPHERE, wall="source", frozen_answer=0.0),
 }
@@ -166,7 +166,7 @@ class Solver(Settings):
     """
     sleep: bool = True
     """Paste with a yield stress that has come to rest is left where it lies until something hits it or flows on beside
-    it: the bed is the same, without its creep, in two thirds of the time. False computes on.
+    it: nearly the same bed, in two thirds to three quarters of the time. False computes on.
     """
     settle_s: float = Field(default=0.0, ge=0, le=3600)
     """Time between the last release and the profile. None in the paper."""
