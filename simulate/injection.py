@@ -25,6 +25,7 @@ from simulate.setup.rheology import Rheology, kinematic_viscosity
 from simulate.setup.signed_distance import CM
 from simulate.setup.wall_particles import Enclosure, enclose
 from simulate.setup_checks import CM2_IN_M2, check_damping, check_fit, check_outlet, domain_of, rheology_of
+from simulate.volume_control import VolumeControl
 
 NO_SLIP = "no slip"
 """Origin of D for fluid that sticks to the walls; settings that name no origin have D as it was given."""
@@ -45,6 +46,7 @@ class Injection:
     frames: int  # Number of frames to the end of settling
     setup_s: float
     statistics: RunStatistics
+    volume_control: VolumeControl | None
     slope: SampleSlope = LEVEL
     done: int = 0  # Number of finished frames
     moving: int = 0  # Particles that move, over all runs, when last counted: in every frame on a CPU, else at a sample
@@ -82,6 +84,8 @@ class Injection:
             if self.moving:
                 self.statistics.add(engine, solves, sampled)
         self.done += 1
+        if self.volume_control:
+            self.volume_control.after_frame(self.done)
         self.statistics.frames_s += time.perf_counter() - began
 
     def wait(self) -> None:
@@ -103,8 +107,9 @@ class Injection:
         Raises KeyError or ValueError, with nothing changed, for a snapshot of a run unlike this one.
         """
         lasting = self.engine.lasting()
-        # Older versions did not keep it: the guess for the next viscosity solve is then the velocity itself.
-        snapshot = {"earlier_velocity": snapshot["velocity"], **snapshot}
+        # Older versions did not keep them: the guess for the next viscosity solve is then the velocity itself.
+        swelling = np.ones(self.engine.state.runs, dtype=np.float32)
+        snapshot = {"earlier_velocity": snapshot["velocity"], "swelling": swelling, **snapshot}
         for name, here in self.snapshot().items():
             found = snapshot[name]
             # The statistics grow with the run.
@@ -134,7 +139,7 @@ class Injection:
         status_of = _final_status(engine)
         # One copy from a GPU, and not one for every run.
         position_mm, velocity_mm_s = engine.state.position_mm(), engine.state.velocity_mm_s()
-        count = schedule.particles
+        count, swelling = schedule.particles, engine.state.swelling.numpy()
         facts = self._facts()
         made: list[Run | NumericalError] = []
         for number, fluid in enumerate(self.fluids):
@@ -153,14 +158,18 @@ class Injection:
                     escaped_particles=int((status_of[own] == int(status.ESCAPED)).sum()),
                     device=describe_device(engine.state.device),
                     settings=self._settings(fluid),
-                    health=RunHealth(**self.statistics.summary(number), **facts, **self._effects(fluid)),
+                    health=RunHealth(
+                        **self.statistics.summary(number),
+                        **facts,
+                        **self._effects(fluid),
+                        volume_factor=self.engine.scheme.volume_factor * float(swelling[number]),
+                    ),
                 )
             )
         return made
 
     def _settings(self, fluid: Fluid) -> dict[str, Any]:
-        scheme = self.solver.scheme_for(yields=fluid.yields, freezes=fluid.freezes)
-        effective = scheme._asdict() | {"substeps": self.engine.substeps}
+        effective = self.solver.scheme._asdict() | {"substeps": self.engine.substeps}
         # Left out, D follows from the viscosity.
         drag = {"D_cm": self._rheology(fluid).wall_weight_cm, "D_from": NO_SLIP} if fluid.D_cm is None else {}
         # A fluid without tables is recorded as it always was.
@@ -246,7 +255,7 @@ def prepare(
 
     Several ``fluids`` are computed at once, each as if it were alone; files of their tables lie in the current folder.
     ``enclosure`` is that of an earlier run in this crack, with particles of this size on this device; None builds it.
-    Raises InputError where the settings do not fit the crack, ValueError where the volume factors of the fluids differ.
+    Raises InputError where the settings do not fit the crack.
     """
     solver = solver.for_crack(outline.mean_width_mm)
     fluids = [fluid.loaded(Path()) for fluid in fluids]
@@ -284,9 +293,15 @@ def prepare(
         down=slope.down,
         threads=threads,
     )
+    control: VolumeControl | None = None
+    if solver.keeps_volume:
+        factor = engine.scheme.volume_factor
+        control = VolumeControl(solid, schedule, engine.state, radius_mm=solver.size_mm, factor=factor)
     setup_s = time.perf_counter() - began
     frames, statistics = courses[0].frames, RunStatistics(len(pastes))
-    return Injection(outline, tuple(fluids), solver, nozzle, seed, schedule, engine, frames, setup_s, statistics, slope)
+    return Injection(
+        outline, tuple(fluids), solver, nozzle, seed, schedule, engine, frames, setup_s, statistics, control, slope
+    )
 
 
 def _final_status(engine: FluidSolver) -> NDArray[np.integer]:

@@ -10,6 +10,8 @@ box of ones, longest run of each column, its top edge) and removes what the pixe
   centres, and a level multiplied by a width gives back the volume.
 """
 
+from typing import Protocol
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
@@ -68,14 +70,26 @@ def volume_ratio(run: Run, solid: Solid, cell_mm: float = 0.4) -> float:
     on_sample = settled(run, np.full(len(run.position_mm), solid.depth_mm))
     if not on_sample.any():
         return 0.0
-    # Turned by 18 degrees, no wall along an axis, or at 30, 45 or 60 degrees to one, runs along the cells: along
-    # them a 3.1 mm slot would count 7 or 8 cells of 0.4 mm for 7.75.
-    position_mm, triangle_mm = _turned(run.position_mm[on_sample]), _turned(solid.vertices_mm)[solid.faces]
-    height_sum_mm = _column_heights(position_mm, triangle_mm, half_spacing_mm(run), cell_mm)
-    return height_sum_mm * cell_mm**2 / run.dispensed_volume_mm3
+    occupied_mm3 = Vessel(solid, cell_mm).volume_mm3(run.position_mm[on_sample], half_spacing_mm(run))
+    return occupied_mm3 / run.dispensed_volume_mm3
 
 
-def settled(run: Run, depth_mm: Floats) -> Mask:
+class Lying(Protocol):
+    """Particles of a bed as its measures need them: those of a finished run, or of one on its way."""
+
+    @property
+    def position_mm(self) -> Floats: ...
+    @property
+    def velocity_mm_s(self) -> Floats: ...
+    @property
+    def spilled(self) -> Mask: ...
+    @property
+    def radius_mm(self) -> float: ...
+    @property
+    def particle_volume_mm3(self) -> float: ...
+
+
+def settled(run: Lying, depth_mm: Floats) -> Mask:
     """Mask of the particles on the sample, (n,), not over its edge or in flight. ``depth_mm`` is the floor's, (n,).
 
     A particle is in flight if it falls, along gravity, faster than after a free fall of one radius, sqrt(2 g R), which
@@ -96,7 +110,7 @@ def settled(run: Run, depth_mm: Floats) -> Mask:
     return on_sample
 
 
-def half_spacing_mm(run: Run) -> float:
+def half_spacing_mm(run: Lying) -> float:
     """Height of the liquid above the topmost centres: half the side of the cube that a particle stands for."""
     return min(run.radius_mm, float(np.cbrt(run.particle_volume_mm3)) / 2)
 
@@ -196,47 +210,52 @@ def _turned(point_mm: Floats) -> Floats:
     return point_mm @ np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
 
 
-def _column_heights(position_mm: Floats, triangle_mm: Floats, half_mm: float, cell_mm: float) -> float:
-    """Sum over cells and over the free stretches of each cell's vertical line of the liquid's height in it.
+class Vessel:
+    """The solid as vertical lines through the middles of square cells, which a bed is measured on."""
 
-    Lines run through the middles of the cells. A stretch begins at an upward facet of the solid and ends at the next
-    downward one, if any; liquid fills it from its foot to half a spacing above its highest particle.
-    """
-    low = np.floor((position_mm[:, :2].min(axis=0) - 2 * half_mm) / cell_mm).astype(int)
-    shape = np.floor((position_mm[:, :2].max(axis=0) + 2 * half_mm) / cell_mm).astype(int) - low + 1
-    cell, z_mm = _stamp(position_mm, np.sqrt(2) * half_mm, cell_mm, low, int(shape[1]))
-    crossing_cell, crossing_z_mm, upward = _crossings(triangle_mm, cell_mm, low, shape)
+    def __init__(self, solid: Solid, cell_mm: float = 0.4) -> None:
+        # Turned by 18 degrees, no wall along an axis, or at 30, 45 or 60 degrees to one, runs along the cells: along
+        # them a 3.1 mm slot would count 7 or 8 cells of 0.4 mm for 7.75.
+        triangle_mm = _turned(solid.vertices_mm)[solid.faces]
+        self._cell_mm = cell_mm
+        self._low = np.floor(triangle_mm[:, :, :2].min(axis=(0, 1)) / cell_mm).astype(int)
+        self._shape = np.floor(triangle_mm[:, :, :2].max(axis=(0, 1)) / cell_mm).astype(int) - self._low + 1
+        cell, z_mm, upward = _crossings(triangle_mm, cell_mm, self._low, self._shape)
+        order = np.lexsort((z_mm, cell))
+        self._cell, self._z_mm, self._upward = cell[order], z_mm[order], upward[order]
+        self._ceiling_mm = np.full(len(order), np.inf)
+        same_cell = self._cell[1:] == self._cell[:-1]
+        self._ceiling_mm[:-1][same_cell] = self._z_mm[1:][same_cell]
 
-    order = np.lexsort((crossing_z_mm, crossing_cell))
-    crossing_cell, crossing_z_mm, upward = crossing_cell[order], crossing_z_mm[order], upward[order]
-    # One number that sorts by cell, then by height, finds the crossing below every particle at once.
-    bottom_mm = min(crossing_z_mm.min(initial=0.0), z_mm.min()) - 1.0
-    tall_mm = max(crossing_z_mm.max(initial=0.0), z_mm.max()) - bottom_mm + 1.0
-    below = np.searchsorted(crossing_cell * tall_mm + crossing_z_mm - bottom_mm, cell * tall_mm + z_mm - bottom_mm) - 1
-    free = (below >= 0) & (crossing_cell[below] == cell) & upward[below] if len(order) else np.zeros(len(cell), bool)
-    below, z_mm = below[free], z_mm[free]
+    def volume_mm3(self, position_mm: Floats, half_mm: float) -> float:
+        """Volume below the surface of particles, (n, 3), that end ``half_mm`` above their centres.
 
-    ceiling_mm = np.full(len(order), np.inf)
-    same_cell = crossing_cell[1:] == crossing_cell[:-1]
-    ceiling_mm[:-1][same_cell] = crossing_z_mm[1:][same_cell]
-    top_mm = np.full(len(order), -np.inf)
-    np.maximum.at(top_mm, below, z_mm + half_mm)
-    wet = np.isfinite(top_mm)
-    return float((np.minimum(top_mm, ceiling_mm) - crossing_z_mm)[wet].sum())
+        It is the sum over cells and over the free stretches of each cell's vertical line. A stretch begins at an upward
+        facet and ends at the next downward one, if any; liquid fills it from its foot to its highest particle.
+        """
+        cell, z_mm = self._stamp(_turned(position_mm), np.sqrt(2) * half_mm)
+        # One number that sorts by cell, then by height, finds the crossing below every particle at once.
+        bottom_mm = min(self._z_mm.min(initial=0.0), z_mm.min(initial=0.0)) - 1.0
+        tall_mm = max(self._z_mm.max(initial=0.0), z_mm.max(initial=0.0)) - bottom_mm + 1.0
+        keys = self._cell * tall_mm + self._z_mm - bottom_mm
+        below = np.searchsorted(keys, cell * tall_mm + z_mm - bottom_mm) - 1
+        free = (below >= 0) & (self._cell[below] == cell) & self._upward[below]
+        top_mm = np.full(len(keys), -np.inf)
+        np.maximum.at(top_mm, below[free], z_mm[free] + half_mm)
+        wet = np.isfinite(top_mm)
+        return float((np.minimum(top_mm, self._ceiling_mm) - self._z_mm)[wet].sum()) * self._cell_mm**2
 
-
-def _stamp(
-    position_mm: Floats, reach_mm: float, cell_mm: float, low: Integers, columns: int
-) -> tuple[Integers, Floats]:
-    """Each particle with every cell whose middle lies within reach of it: the cells' numbers and the heights."""
-    span = np.arange(-int(np.ceil(reach_mm / cell_mm)), int(np.ceil(reach_mm / cell_mm)) + 1)
-    shift = np.stack(np.meshgrid(span, span, indexing="ij"), axis=-1).reshape(-1, 2)
-    home = np.floor(position_mm[:, :2] / cell_mm).astype(int)
-    cell = home[:, None, :] + shift
-    distance_mm = np.linalg.norm((cell + 0.5) * cell_mm - position_mm[:, None, :2], axis=2)
-    particle, which = np.nonzero(distance_mm <= reach_mm)
-    row, column = (cell[particle, which] - low).T
-    return row * columns + column, position_mm[particle, 2]
+    def _stamp(self, position_mm: Floats, reach_mm: float) -> tuple[Integers, Floats]:
+        """Each particle with every cell whose middle lies within reach of it: the cells' numbers and the heights."""
+        size_mm, reach = self._cell_mm, int(np.ceil(reach_mm / self._cell_mm))
+        span = np.arange(-reach, reach + 1)
+        shift = np.stack(np.meshgrid(span, span, indexing="ij"), axis=-1).reshape(-1, 2)
+        cell = np.floor(position_mm[:, :2] / size_mm).astype(int)[:, None, :] + shift
+        distance_mm = np.linalg.norm((cell + 0.5) * size_mm - position_mm[:, None, :2], axis=2)
+        inside = ((cell >= self._low) & (cell < self._low + self._shape)).all(axis=2)
+        particle, which = np.nonzero((distance_mm <= reach_mm) & inside)
+        row, column = (cell[particle, which] - self._low).T
+        return row * self._shape[1] + column, position_mm[particle, 2]
 
 
 def _crossings(triangle_mm: Floats, cell_mm: float, low: Integers, shape: Integers) -> tuple[Integers, Floats, Mask]:

@@ -156,7 +156,10 @@ class Scheme(NamedTuple):
     """The constants that the two presets choose; effective values, nothing left open."""
 
     iterations: int  # Pressure iterations a substep
-    volume_factor: float  # Volume of a particle in the density sum, over 4 sqrt(2) f^3 R^3 of Eq. 6.
+    volume_factor: float
+    """Volume of a particle in the density sum over 4 sqrt(2) f^3 R^3 of Eq. 6: at the start, where the run keeps its
+    volume by itself.
+    """
     wall: Literal["calibrated", "source"]
     """Strength of wall particles: completing the missing half of the kernel, or 1 / W(0)."""
     frozen_answer: float  # Multiplier that a frozen neighbour answers with, over the particle's own
@@ -174,14 +177,10 @@ SPHERE = 4 / 3 * math.pi / particle_volume(1.0)
 """Volume of a sphere of radius R over that of Eq. 6: the mass in the solver that the paper built on. 0.811."""
 
 PRESETS = {
-    # What freezes is 7 % denser than at rest, and more where new sealant presses into it: decision 0011.
-    "accurate": Scheme(iterations=4, volume_factor=1.1, wall="calibrated", frozen_answer=1.0),
+    # Where a run begins; it ends between 0.95 and 1.20 (decision 0113).
+    "accurate": Scheme(iterations=4, volume_factor=1.07, wall="calibrated", frozen_answer=1.0),
     "paper": Scheme(iterations=4, volume_factor=SPHERE, wall="source", frozen_answer=0.0),
 }
-YIELDING_VOLUME_FACTOR = 1.07
-"""Volume factor of the accurate preset with local pressure, where a yield stress holds the bed and nothing freezes. The
-preset's 1.10 was measured on beds that freeze, and makes the shipped trial's bed 3 % too large: decision 0084.
-"""
 
 LEAST_TWO_LEVEL_ITERATIONS = 4
 """Least number of iterations of two-level pressure: with 3 a column at rest moves at 9 cm/s, since particles have no
@@ -189,7 +188,7 @@ time to answer their nodes.
 """
 TWO_LEVEL = PRESETS["accurate"]._replace(iterations=5, volume_factor=1.05)
 """Constants of two-level pressure. With 4 iterations one particle in a hundred of a settled column is 2 % too dense.
-Sealant that freezes is still denser than at rest, but no longer all of the fluid: decision 0065.
+Decision 0065.
 """
 
 
@@ -219,8 +218,8 @@ class Solver(Settings):
     iterations: int | None = Field(default=None, ge=1, le=1000)
     """Pressure iterations a substep; left out, the preset's 4, or 5 where the pressure has two levels."""
     volume_factor: float | None = Field(default=None, ge=0.5, le=2)
-    """Volume of a particle in the density sum over that of Eq. 6. Left out, the preset's: 1.10 of accurate, or 1.07
-    where the paste has a yield stress and does not freeze; 1.05 of two-level pressure.
+    """Volume of a particle in the density sum over that of Eq. 6. Left out, preset accurate finds it on the way, so
+    that the bed keeps the dispensed volume, and the run records the one it ended with; paper has 0.811.
     """
     relaxation: float = Field(default=1.5, ge=1e-3, le=1e3)
     """epsilon h^2 of Eq. 1: 60 per cm2 at h = 1.6 mm, as in the paper, and the same at any scale. At 0 a particle
@@ -235,8 +234,8 @@ class Solver(Settings):
     reference, slow for U above 1000 or D above 1.
     """
     sleep: bool = True
-    """Paste with a yield stress that has come to rest is left where it lies until something hits it: quick, and
-    without any creep. False computes on, at the smallest rate of shear that float32 allows.
+    """Paste with a yield stress that has come to rest is left where it lies until something hits it or flows on beside
+    it: nearly the same bed, in two thirds to three quarters of the time. False computes on.
     """
     settle_s: float = Field(default=0.0, ge=0, le=3600)
     """Time between the last release and the profile. None in the paper."""
@@ -270,22 +269,17 @@ class Solver(Settings):
         return self.model_copy(update={"radius_mm": min(10.0, float(f"{width_mm / ABREAST / 2:.3g}"))})
 
     @property
-    def slowest_shear_per_s(self) -> float:
-        """Shear below which paste with a yield stress creeps at constant viscosity (the prototype's two values)."""
-        return 0.1 if self.sleep else 0.002
-
-    def scheme_for(self, *, yields: bool, freezes: bool) -> Scheme:
-        """The preset's constants with what the user set in their place.
-
-        Paste that freezes by its age keeps the factor that was measured on it, with or without a yield stress.
-        """
-        local_accurate = self.preset == "accurate" and self.pressure == "local"
+    def scheme(self) -> Scheme:
+        """The preset's constants with what the user set in their place."""
         preset = TWO_LEVEL if self.pressure == "two-level" else PRESETS[self.preset]
-        if local_accurate and yields and not freezes:
-            preset = preset._replace(volume_factor=YIELDING_VOLUME_FACTOR)
         return preset._replace(
             iterations=self.iterations or preset.iterations, volume_factor=self.volume_factor or preset.volume_factor
         )
+
+    @property
+    def keeps_volume(self) -> bool:
+        """The run finds its volume factor on the way."""
+        return self.preset == "accurate" and self.volume_factor is None
 
 
 class SampleSlope(Settings):

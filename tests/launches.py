@@ -34,8 +34,7 @@ def ready(
         outline,
         path(outline, 0.1, speed_mm_s=20.0),
         pastes,
-        # One factor for all, or these pastes could not share a launch.
-        Solver.model_validate({"settle_s": 0.3, "volume_factor": 1.1, **solver}),
+        Solver.model_validate({"settle_s": 0.3, **solver}),
         Nozzle(),
         seed=0,
         device=device,

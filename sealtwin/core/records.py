@@ -257,6 +257,7 @@ class RunHealth(JsonRecord):
     reynolds: Known = None
     bond: Known = None
     bingham: Known = None
+    volume_factor: Known = None  # Volume of a particle in the density sum over that of Eq. 6, at the end
     volume_ratio: Known = None  # Volume of the settled particles over the dispensed volume
 
     def recorded(self) -> dict[str, Any]:

@@ -166,9 +166,7 @@ def _runs(
         fluid, bench = trial.fluid, benches[name]
         assert fluid is not None, "checked before"
         settings = stage_settings(trial, "simulate")
-        # The constants of the solver that the fluid decides are one in a launch.
-        scheme = list(trial.solver.scheme_for(yields=fluid.yields, freezes=fluid.freezes))
-        kin = stage_key({}, {**settings, "fluid": scheme, "bench": name})
+        kin = stage_key({}, {**settings, "fluid": None, "bench": name})
         # Of the fluid's numbers only its age at freezing counts for the size.
         alike = kin, fluid.freeze_after_s
         try:

@@ -17,7 +17,7 @@ from simulate.fluid.state import MoversList, State
 from simulate.fluid.viscosity import Viscosity
 from simulate.kernels import pressure, status
 from simulate.kernels.pair_kernels import pair_kernels
-from simulate.settings import LEVEL, Scheme, Solver, particle_volume
+from simulate.settings import LEVEL, Solver, particle_volume
 from simulate.setup.cell_grid import CellGrid, neighbour_lists
 from simulate.setup.rheology import Rheology, paste_on_device
 from simulate.setup.signed_distance import Barrier
@@ -27,9 +27,15 @@ LIST_REACH = 1.04  # Reach of a list over h, for particles that come within h wh
 GRAVITY_CM_S2 = 981.0
 FALL = 0.03
 """Fall from rest in one substep, g dt^2 over h: more compresses the column (4 substeps in the paper's trial)."""
-CREEP = 5.0  # Times the slowest shear: below it the stress is under 5/6 of the yield stress, and paste may fall asleep
+SLOWEST_SHEAR = 0.002
+"""Shear in 1/s below which paste with a yield stress creeps at constant viscosity: the least that float32 allows."""
+QUIET_SHEAR = 0.1
+"""Shear in 1/s below which paste may fall asleep, and times h the speed: it then moves by 0.4 R in a second. At 0.5 /s
+paste that flows back along a slope falls asleep on its way, and stands 1 mm off.
+"""
 PATIENCE_S = 0.3  # Time of quiet before sleep (prototype)
 WAKING_CM_S = 0.5  # Speed of a neighbour that wakes a particle (prototype)
+RESTLESS_S = 0.1  # Time for which a slower neighbour flows before it wakes a particle
 
 
 class Domain(NamedTuple):
@@ -52,15 +58,6 @@ def substeps_for(settings: Solver, frame_s: float) -> int:
             f"{frame_s * 1e3:.3g} ms need at least {short}, or the fluid boils. Give as many, or leave it out."
         )
     return settings.substeps or short
-
-
-def _common_scheme(settings: Solver, fluids: Sequence[Rheology]) -> Scheme:
-    """The scheme that several runs share in every launch. Raises ValueError where their schemes differ."""
-    schemes = {settings.scheme_for(yields=fluid.yields, freezes=fluid.freezes) for fluid in fluids}
-    if len(schemes) > 1:
-        factors = ", ".join(f"{scheme.volume_factor:g}" for scheme in sorted(schemes))
-        raise ValueError(f"runs whose volume factors differ ({factors}) cannot share a launch")
-    return schemes.pop()
 
 
 class FluidSolver:
@@ -89,12 +86,12 @@ class FluidSolver:
         """``rows`` is the largest number of particles that move at one time. ``centreline`` is the crack's, (n, 2), cm.
 
         ``down`` is gravity's direction in the sample's frame. ``native`` chooses the inner loops for CPUs; None asks
-        the device. Raises ValueError where the ``fluids`` need schemes that differ.
+        the device.
         """
         radius, device = settings.size_mm / 10, state.device
         self.state, self.walls, self.barrier, self.settings = state, walls, barrier, settings
         self.gravity = wp.vec3(*(GRAVITY_CM_S2 * part for part in down))
-        self.scheme, self.substeps, self.step_s = _common_scheme(settings, fluids), substeps, frame_s / substeps
+        self.scheme, self.substeps, self.step_s = settings.scheme, substeps, frame_s / substeps
         self._support = support = 4 * radius
         self.mass = self.scheme.volume_factor * particle_volume(radius)
         wall_mass = {"calibrated": calibrated_wall_mass, "source": source_wall_mass}[self.scheme.wall]
@@ -107,7 +104,7 @@ class FluidSolver:
         self._sleeps = self._yields and settings.sleep
         self.measures = self._yields or any(fluid.by_age is not None for fluid in fluids)
         """Particles get a viscosity of their own in each substep, by their shear or by their age."""
-        self.paste = paste_on_device(fluids, support, self.step_s, substeps, settings.slowest_shear_per_s, device)
+        self.paste = paste_on_device(fluids, support, self.step_s, substeps, SLOWEST_SHEAR, device)
         self.viscosity = Viscosity(
             *shared, self.paste, kernels.viscosity, launcher, support=support, mass=self.mass, frame_s=frame_s
         )
@@ -174,9 +171,9 @@ class FluidSolver:
         self._predict = launcher.bind(pressure.predict, *moving, *falling, *solid)
         self._update_velocity = launcher.bind(pressure.update_velocity, *moving, self.step_s)
         self._move_as_solved = launcher.bind(pressure.move_as_solved, *yielding, self.step_s, *solid)
-        slowest = CREEP * settings.slowest_shear_per_s
-        limits = (self.step_s, PATIENCE_S, slowest, slowest * self._support)
-        self._wake = launcher.bind(status.wake, *yielding, WAKING_CM_S, lists.fluid, lists.fluid_count, self._quiet_s)
+        limits = (self.step_s, PATIENCE_S, QUIET_SHEAR, QUIET_SHEAR * self._support)
+        waking = (WAKING_CM_S, RESTLESS_S)
+        self._wake = launcher.bind(status.wake, *yielding, *waking, lists.fluid, lists.fluid_count, self._quiet_s)
         self._fall_asleep = launcher.bind(status.fall_asleep, *yielding, *limits, self.viscosity.shear, self._quiet_s)
 
     @property
@@ -248,7 +245,7 @@ class FluidSolver:
 
     def lasting(self) -> dict[str, Any]:
         """Arrays that a substep takes over from the one before, by their names in a checkpoint."""
-        return {**self.state.lasting(), "quiet_s": self._quiet_s}
+        return {**self.state.lasting(), "quiet_s": self._quiet_s, "swelling": self.state.swelling}
 
     def resume(self, done: int) -> None:
         """Continue after ``done`` frames, once the lasting arrays were restored."""

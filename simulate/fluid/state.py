@@ -43,9 +43,10 @@ class State:
         self.volume_and_viscosity = _padded(np.zeros((schedule.particles, 2)), runs, wp.vec2, device)
         self.status = wp.full(count, int(device_code.WAITING), dtype=int, device=device)
         self.frame = wp.full(1, -1, dtype=int, device=device)
+        self.swelling = wp.full(runs, 1.0, dtype=float, device=device)
         self.particles = device_code.Particles()  # The struct of these arrays that kernels take
         self.particles.per_run = schedule.particles
-        for name in (*KEPT_AS.values(), "scaled_residual", "frame"):
+        for name in (*KEPT_AS.values(), "scaled_residual", "frame", "swelling"):
             setattr(self.particles, name, getattr(self, name))
         self.particles.previous_position = wp.zeros(count, dtype=wp.vec3, device=device)
         self.particles.free = wp.zeros(count, dtype=wp.vec4, device=device)

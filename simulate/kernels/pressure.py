@@ -164,6 +164,7 @@ class Constraint:
     """Density rho_i of a particle, and its gradients with the positions (Eqs 1 and 2)."""
 
     density: float
+    volume: float  # m / rho_i
     by_walls: float  # The walls' part of the density
     slope: wp.vec3  # Gradient with the particle's own position
     wall_slope: wp.vec3  # The walls' part of that gradient
@@ -184,7 +185,14 @@ def pressure_kernels(loops: ModuleType, module: Any) -> PressureKernels:
     sum_density, sum_walls, sum_correction = loops.sum_density, loops.sum_walls, loops.sum_correction
 
     @wp.func(module=module)
-    def constrain(kernel: Smoothing, neighbours: Neighbours, position: wp.array[wp.vec4], row: int, here: wp.vec4):
+    def constrain(
+        kernel: Smoothing,
+        neighbours: Neighbours,
+        position: wp.array[wp.vec4],
+        swelling: float,
+        row: int,
+        here: wp.vec4,
+    ):
         """rho_i = sum_j m W_poly6 + sum_k psi_k W_poly6, and its gradients by the spiky kernel."""
         h = kernel.support
         near = neighbours
@@ -192,10 +200,12 @@ def pressure_kernels(loops: ModuleType, module: Any) -> PressureKernels:
         walls = sum_walls(near.wall_particle, near.wall, row, near.wall_count[row], here, h)
         it = Constraint()
         it.by_walls = kernel.wall_density * walls[0]
-        it.density = kernel.density * (h * h * h * h * h * h + sums[0]) + it.by_walls
+        it.density = swelling * kernel.density * (h * h * h * h * h * h + sums[0]) + it.by_walls
+        it.volume = swelling * kernel.mass / it.density
         it.wall_slope = kernel.wall_slope * wp.vec3(walls[1], walls[2], walls[3])
-        it.slope = kernel.slope * wp.vec3(sums[1], sums[2], sums[3]) + it.wall_slope
-        it.squares = wp.length_sq(it.slope) + kernel.slope * kernel.slope * sums[4]
+        slope = swelling * kernel.slope
+        it.slope = slope * wp.vec3(sums[1], sums[2], sums[3]) + it.wall_slope
+        it.squares = wp.length_sq(it.slope) + slope * slope * sums[4]
         return it
 
     @wp.kernel(enable_backward=False, module=module)
@@ -213,10 +223,10 @@ def pressure_kernels(loops: ModuleType, module: Any) -> PressureKernels:
             return
         i = movers.particle[row]
         here = particles.position[i]
-        it = constrain(kernel, neighbours, particles.position, row, here)
+        it = constrain(kernel, neighbours, particles.position, particles.swelling[i // particles.per_run], row, here)
         wall_slope[row] = it.wall_slope
         particles.density[i] = it.density
-        particles.volume_and_viscosity[i] = wp.vec2(kernel.mass / it.density, particles.volume_and_viscosity[i][1])
+        particles.volume_and_viscosity[i] = wp.vec2(it.volume, particles.volume_and_viscosity[i][1])
         multiplier = -wp.max(it.density - 1.0, 0.0) / (it.squares + kernel.relaxation)
         particles.position[i] = wp.vec4(here[0], here[1], here[2], multiplier)
 
@@ -239,10 +249,11 @@ def pressure_kernels(loops: ModuleType, module: Any) -> PressureKernels:
         if row >= movers.count[0]:
             return
         i = movers.particle[row]
-        it = constrain(kernel, neighbours, particles.position, row, particles.position[i])
+        here = particles.position[i]
+        it = constrain(kernel, neighbours, particles.position, particles.swelling[i // particles.per_run], row, here)
         wall_slope[row] = it.wall_slope
         particles.density[i] = it.density
-        particles.volume_and_viscosity[i] = wp.vec2(kernel.mass / it.density, particles.volume_and_viscosity[i][1])
+        particles.volume_and_viscosity[i] = wp.vec2(it.volume, particles.volume_and_viscosity[i][1])
         share = 1.0 / (1.0 - wp.min(it.by_walls / it.density, MOST_BY_WALLS))
         coarse.slope[row] = wp.vec4(it.slope[0], it.slope[1], it.slope[2], share)
         coarse.yielding[row] = 1.0 / (it.squares + kernel.relaxation)
@@ -269,10 +280,12 @@ def pressure_kernels(loops: ModuleType, module: Any) -> PressureKernels:
         row = begin + wp.tid()
         if row >= movers.count[0]:
             return
-        here = particles.position[movers.particle[row]]
+        i = movers.particle[row]
+        here = particles.position[i]
         own = here[3]
+        slope = particles.swelling[i // particles.per_run] * kernel.slope
         step = own * wall_slope[row]
-        step += kernel.slope * sum_correction(
+        step += slope * sum_correction(
             particles.position,
             neighbours.fluid,
             row,

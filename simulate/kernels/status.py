@@ -38,6 +38,8 @@ class Particles:
     status: wp.array[int]
     release_frame: wp.array[int]
     frame: wp.array[int]  # Number of the frame that runs, or ran last; -1 before the first
+    swelling: wp.array[float]
+    """Factor by which each run's particles count for more in the density sum than the scheme says."""
 
 
 @wp.struct
@@ -125,16 +127,19 @@ def fall_asleep(
     shear: wp.array[float],
     quiet_s: wp.array[float],  # in, out
 ):
-    """Bring to rest the particles that were below their yield stress for ``patience_s``."""
+    """Bring to rest the particles that were below their yield stress for ``patience_s``.
+
+    Below zero, ``quiet_s`` is the time for which a particle was above it.
+    """
     row = begin + wp.tid()
     if row >= movers.count[0]:
         return
     i = movers.particle[row]
     if particles.status[i] != MOVING or yields[i // particles.per_run] == 0.0:
         return
-    quiet = float(0.0)
+    quiet = wp.min(quiet_s[i], 0.0) - step_s
     if shear[i] < slowest_shear and wp.length(particles.velocity[i]) < slowest:
-        quiet = quiet_s[i] + step_s
+        quiet = wp.max(quiet_s[i], 0.0) + step_s
     quiet_s[i] = quiet
     if quiet >= patience_s:
         particles.status[i] = ASLEEP
@@ -148,16 +153,22 @@ def wake(
     particles: Particles,
     yields: wp.array[float],
     fast: float,
+    restless_s: float,
     listed: wp.array2d[int],
     count: wp.array[int],
-    quiet_s: wp.array[float],  # out
+    quiet_s: wp.array[float],  # in, out
 ):
-    """Wake the sleeping neighbours of a fast particle. Several threads may write to one of them; all write the same."""
+    """Wake the sleeping neighbours of a particle that is fast, or was above its yield stress for ``restless_s``.
+
+    Several threads may write to one of them; all write the same.
+    """
     row = begin + wp.tid()
     if row >= movers.count[0]:
         return
     i = movers.particle[row]
-    if yields[i // particles.per_run] > 0.0 and wp.length(particles.velocity[i]) > fast:
+    if yields[i // particles.per_run] == 0.0:
+        return
+    if wp.length(particles.velocity[i]) > fast or quiet_s[i] < -restless_s:
         for slot in range(count[row]):
             j = listed[row, slot]
             if particles.status[j] == ASLEEP:

@@ -137,6 +137,6 @@ def test_what_two_levels_cannot_do_is_refused_in_words():
 
 
 def test_two_levels_bring_their_own_constants_and_the_users_replace_them():
-    scheme = Solver(pressure="two-level").scheme_for(yields=False, freezes=True)
+    scheme = Solver(pressure="two-level").scheme
     assert (scheme.iterations, scheme.volume_factor, scheme.wall) == (5, 1.05, "calibrated")
-    assert Solver(pressure="two-level", iterations=8).scheme_for(yields=False, freezes=True).iterations == 8
+    assert Solver(pressure="two-level", iterations=8).scheme.iterations == 8

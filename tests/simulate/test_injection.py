@@ -84,7 +84,14 @@ def test_fluids_computed_at_once_are_what_each_is_alone(told_together):
         single = alone(number)
         assert np.array_equal(run.position_mm, single.position_mm)
         assert np.array_equal(run.velocity_mm_s, single.velocity_mm_s)
-        names = ("density_error_mean", "density_error_max", "most_neighbours", "moving_mean", "moving_most")
+        names = (
+            "density_error_mean",
+            "density_error_max",
+            "most_neighbours",
+            "moving_mean",
+            "moving_most",
+            "volume_factor",
+        )
         for name in (*names, "viscosity_iterations_mean"):
             assert run.health.recorded()[name] == single.health.recorded()[name], name
     assert told_together[-1].settings["fluid"]["yield_stress_pa"] == 12.0
@@ -95,12 +102,6 @@ def test_two_threads_give_the_same_bits_as_one(monkeypatch):
     monkeypatch.setattr("simulate.fluid.launcher.LEAST_SLICE", 10)
     (run,) = together(PASTES[:1], threads=2)
     assert np.array_equal(run.position_mm, alone(0).position_mm)
-
-
-def test_runs_whose_volume_factors_differ_share_no_launch():
-    """Each launch has one; a study never asks for it."""
-    with pytest.raises(ValueError, match=r"1\.07, 1\.1\)"):
-        ready(PASTES, volume_factor=None)
 
 
 @pytest.mark.parametrize("paste", [PASTES[2], PASTES[2].model_copy(update={"structuration_pa_per_s": 50.0})])

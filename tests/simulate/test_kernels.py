@@ -7,7 +7,7 @@ from tests.fluids import engine_with, lattice, lay_down, positions_mm, slot
 
 SUPPORT = 0.16
 MASS = 1.1 * particle_volume(0.04)
-"""Of the accurate preset, cm3."""
+"""Of a volume factor of 1.1, cm3."""
 
 
 def weights_by_distance() -> tuple[Floats, Floats, Floats]:
@@ -15,7 +15,9 @@ def weights_by_distance() -> tuple[Floats, Floats, Floats]:
     places = 5.0 * np.stack(np.meshgrid(*[np.arange(20)] * 2), axis=-1).reshape(-1, 2)
     first = np.column_stack([places, np.full(400, 40.0)])
     apart_mm = np.linspace(0.02, 12 * SUPPORT, 400)
-    engine = engine_with(np.vstack([first, first + np.outer(apart_mm, [0, 1, 0])]), slot(depth_mm=4.0))
+    engine = engine_with(
+        np.vstack([first, first + np.outer(apart_mm, [0, 1, 0])]), slot(depth_mm=4.0), volume_factor=1.1
+    )
     engine.find_neighbours()
     engine.pressure.measure_density(engine.rows)
     state = engine.state
@@ -78,7 +80,7 @@ def test_corrections_cannot_push_the_liquid_as_a_whole():
 
 def test_density_is_the_sum_of_poly6_over_all_pairs():
     points = crowd()
-    engine = engine_with(points, slot(depth_mm=4.0))
+    engine = engine_with(points, slot(depth_mm=4.0), volume_factor=1.1)
     engine.find_neighbours()
     engine.pressure.measure_density(engine.rows)
     away = np.linalg.norm(points[:, None] - points, axis=2) / 10

@@ -37,7 +37,7 @@ def test_the_walls_drag_is_the_papers_beside_u_and_follows_from_a_viscosity_unle
 
 
 def test_presets_differ_where_the_issue_says_and_nowhere_else():
-    accurate, paper = (Solver(preset=name).scheme_for(yields=False, freezes=True) for name in ("accurate", "paper"))
+    accurate, paper = (Solver(preset=name).scheme for name in ("accurate", "paper"))
     assert accurate.iterations == paper.iterations == 4
     assert (accurate.wall, paper.wall) == ("calibrated", "source")
     assert (accurate.frozen_answer, paper.frozen_answer) == (1.0, 0.0)
@@ -46,29 +46,24 @@ def test_presets_differ_where_the_issue_says_and_nowhere_else():
 
 
 def test_what_the_user_sets_replaces_the_presets_value():
-    scheme = Solver(preset="paper", iterations=7, volume_factor=1.0).scheme_for(yields=True, freezes=False)
+    scheme = Solver(preset="paper", iterations=7, volume_factor=1.0).scheme
     assert (scheme.iterations, scheme.volume_factor, scheme.wall) == (7, 1.0, "source")
 
 
 @pytest.mark.parametrize(
-    ("solver", "fluid", "factor"),
+    ("solver", "keeps", "factor"),
     [
-        ({}, {"yield_stress_pa": 12.0}, 1.07),
-        ({}, {"structuration_pa_per_s": 1.0}, 1.07),
-        ({}, {}, 1.10),
-        ({}, {"freeze_after_s": 2.58}, 1.10),
-        ({}, {"yield_stress_pa": 12.0, "freeze_after_s": 2.58}, 1.10),
-        ({"pressure": "two-level"}, {"yield_stress_pa": 12.0}, 1.05),
-        ({"volume_factor": 1.02}, {"yield_stress_pa": 12.0}, 1.02),
+        ({}, True, 1.07),
+        ({"pressure": "two-level"}, True, 1.05),
+        ({"volume_factor": 1.02}, False, 1.02),
+        ({"preset": "paper"}, False, 0.8113),
+        ({"preset": "paper", "volume_factor": 1.0}, False, 1.0),
     ],
 )
-def test_the_fluid_decides_the_volume_factor_of_the_accurate_preset(solver, fluid, factor):
-    """1.07 was measured on a yield stress alone, 1.10 on freezing (decisions 0084 and 0011)."""
-    paste = Fluid.model_validate({"U": 30.0, "freeze_after_s": "never", **fluid})
+def test_a_run_finds_its_volume_factor_unless_it_is_given_or_the_papers(solver, keeps, factor):
     found = Solver.model_validate(solver)
-    assert found.scheme_for(yields=paste.yields, freezes=paste.freezes).volume_factor == factor
-    rheology = rheology_of(paste, 0.16, 7e-3)
-    assert (rheology.yields, rheology.freezes) == (paste.yields, paste.freezes)
+    assert found.keeps_volume is keeps
+    assert found.scheme.volume_factor == pytest.approx(factor, abs=1e-4)
 
 
 def test_an_age_that_no_run_reaches_is_still_one():

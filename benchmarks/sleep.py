@@ -1,0 +1,81 @@
+"""Whether sleep changes the bed: mean levels of twelve seeds with it and without, in three beds.
+
+    python benchmarks/sleep.py [--bed paper|thick|wide] [--seeds 12]
+
+The cracks are those of ``benchmarks/volume.py``, poured at R = 0.6 mm. Two means of n runs differ by chance too: the
+squares of both standard errors are taken off the mean squared difference. All three beds take about 15 minutes of
+processor time.
+"""
+
+import argparse
+import math
+import time
+from typing import NamedTuple
+
+import numpy as np
+
+from benchmarks.stiffening import WAYS, Stiffening
+from benchmarks.table import Row, finish
+from benchmarks.volume import CRACKS
+from sealtwin.core.records import Floats
+from simulate.injection import prepare
+from simulate.profile import measure_profile
+from simulate.settings import Nozzle, Solver
+from simulate.setup.release_schedule import plan_releases
+
+RADIUS_MM, SETTLE_S = 0.6, 2.0
+SEEDS = 12
+APART_MM = 0.1
+BEDS = {
+    "paper": ("deep", WAYS["yield"]),
+    "thick": ("deep", Stiffening("yield stress of 20 Pa", "", 20.0, "never")),
+    "wide": ("wide", WAYS["yield"]),
+}
+
+
+class Poured(NamedTuple):
+    level_mm: Floats  # (seeds, stations)
+    cpu_s: float  # Mean of a run
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--bed", choices=BEDS)
+    parser.add_argument("--seeds", type=int, default=SEEDS)
+    asked = parser.parse_args()
+    finish([row for bed in ([asked.bed] if asked.bed else BEDS) for row in _rows(bed, asked.seeds)])
+
+
+def _rows(bed: str, seeds: int) -> list[Row]:
+    asleep, awake = (pour(bed, seeds, sleep=sleep) for sleep in (True, False))
+    apart_mm = asleep.level_mm.mean(axis=0) - awake.level_mm.mean(axis=0)
+    chance_mm2 = sum(poured.level_mm.var(axis=0, ddof=1).mean() / seeds for poured in (asleep, awake))
+    rms_mm = math.sqrt(max(0.0, float((apart_mm**2).mean() - chance_mm2)))
+    print(
+        f"{bed}: apart {rms_mm:.3f} mm RMS beyond chance ({math.sqrt(chance_mm2):.3f}), mean {apart_mm.mean():+.3f}, "
+        f"most {np.abs(apart_mm).max():.2f}; {asleep.cpu_s:.1f} CPU s with sleep, {awake.cpu_s:.1f} without",
+        flush=True,
+    )
+    return [
+        Row(f"{bed}: levels with sleep off those without, RMS", rms_mm, "mm", 0, APART_MM),
+        Row(f"{bed}: CPU with sleep over without", asleep.cpu_s / awake.cpu_s, "", 0, 1),
+    ]
+
+
+def pour(bed: str, seeds: int, *, sleep: bool) -> Poured:
+    crack, way = BEDS[bed]
+    solid, outline, trajectory = CRACKS[crack]()
+    nozzle = Nozzle()
+    fluid = way.fluid(plan_releases(trajectory, RADIUS_MM, nozzle.diameter_mm, 0).frame_s)
+    solver = Solver(radius_mm=RADIUS_MM, settle_s=SETTLE_S, sleep=sleep)
+    began, levels = time.process_time(), []
+    for seed in range(seeds):
+        injection = prepare(solid, outline, trajectory, [fluid], solver, nozzle, seed=seed, device="cpu")
+        while injection.done < injection.frames and not injection.at_rest:
+            injection.advance()
+        levels.append(measure_profile(injection.results()[0], outline, solid).level_mm)
+    return Poured(np.array(levels), (time.process_time() - began) / seeds)
+
+
+if __name__ == "__main__":
+    main()

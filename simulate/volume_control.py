@@ -1,0 +1,89 @@
+"""Keeps a bed's volume at what was dispensed: by how much a particle counts for in the density, run by run.
+
+The volume that a bed takes depends on more than one constant can know. Its column is compressed; at a free surface half
+of the kernel is empty, so that the layers there lie closer; paste that yields comes to rest before its packing is as
+dense as it might be; and new sealant presses into what has frozen. The sum of them is measured on the run's own bed,
+between the walls and its surface, and what is missing or too much is made up by what still moves.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from sealtwin.core.records import Floats, Solid
+from simulate.fluid.state import State
+from simulate.kernels.status import FROZEN, MOVING
+from simulate.profile import Mask, Vessel, settled
+from simulate.setup.release_schedule import Schedule
+
+PERIOD_S = 0.1  # Time between two measurements: a third of what paste needs to come to rest
+MEMORY_S = 0.4
+"""Time in which a lack of volume is made up: with 0.25 stiff paste overshoots, with 0.7 it is asleep before."""
+LEAST_MOVING = 0.3
+"""Least share of the bed that is taken to move: the less does, the more must it make up for. With 0.1 few particles
+that make up for much wake the bed that sleeps.
+"""
+LEAST_SETTLED = 0.05
+"""Share of the dispensed volume from which a bed is measured: a smaller one is all surface."""
+LEAST_FACTOR, MOST_FACTOR = 0.95, 1.2
+"""Bounds of the factor: hollows that a stiff paste bridges are no fault of its density, nor are films on the face."""
+
+
+@dataclass(frozen=True)
+class _Bed:
+    """Particles of a run on its way that lie on the sample or fly."""
+
+    position_mm: Floats
+    velocity_mm_s: Floats
+    spilled: Mask
+    radius_mm: float
+    particle_volume_mm3: float
+
+
+class VolumeControl:
+    """Changes ``State.swelling`` of each run as if it were alone."""
+
+    def __init__(self, solid: Solid, schedule: Schedule, state: State, *, radius_mm: float, factor: float) -> None:
+        """``factor`` is the scheme's volume factor, which ``State.swelling`` multiplies."""
+        self._solid, self._vessel, self._schedule, self._state = solid, Vessel(solid), schedule, state
+        self._radius_mm, self._factor = radius_mm, factor
+        self.every = max(1, round(PERIOD_S / schedule.frame_s))
+        """Frames from one measurement to the next."""
+        self._gain = self.every * schedule.frame_s / MEMORY_S
+
+    def after_frame(self, done: int) -> None:
+        """Adjust each run's particles, once in a period. ``done`` is the number of finished frames."""
+        if done % self.every:
+            return
+        swelling = self._state.swelling.numpy().copy()
+        least, most = LEAST_FACTOR / self._factor, MOST_FACTOR / self._factor
+        for run, (bed, moving) in enumerate(self._beds(done)):
+            lies = settled(bed, np.full(len(bed.position_mm), self._solid.depth_mm))
+            dispensed_mm3 = lies.sum() * bed.particle_volume_mm3
+            if moving == 0 or dispensed_mm3 < LEAST_SETTLED * self._schedule.dispensed_mm3:
+                continue
+            half_mm = min(self._radius_mm, float(np.cbrt(bed.particle_volume_mm3)) / 2)
+            lacking = 1 - self._vessel.volume_mm3(bed.position_mm[lies], half_mm) / dispensed_mm3
+            share = max(LEAST_MOVING, min(1.0, moving / lies.sum()))
+            swelling[run] = min(most, max(least, swelling[run] + self._gain * lacking / share))
+        self._state.swelling.assign(swelling)
+
+    def _beds(self, done: int) -> Iterator[tuple[_Bed, int]]:
+        """Each run's particles that have left the nozzle and are not lost, and the number of those that move."""
+        state, schedule = self._state, self._schedule
+        out = state.released(done - 1)
+        status, position_mm, velocity_mm_s = state.status.numpy(), state.position_mm(), state.velocity_mm_s()
+        for run in range(state.runs):
+            own = slice(state.own(run).start, state.own(run).start + out)
+            here = (status[own] <= int(FROZEN)) & np.isfinite(position_mm[own]).all(axis=1)
+            yield (
+                _Bed(
+                    position_mm[own][here],
+                    velocity_mm_s[own][here],
+                    np.zeros(int(here.sum()), dtype=bool),
+                    self._radius_mm,
+                    schedule.dispensed_mm3 / schedule.particles,
+                ),
+                int((status[own] == int(MOVING)).sum()),
+            )
