@@ -3,7 +3,7 @@
     python benchmarks/sleep.py [--bed paper|thick|wide] [--seeds 12]
 
 The cracks are those of ``benchmarks/volume.py``, poured at R = 0.6 mm. Two means of n runs differ by chance too: the
-squares of both standard errors are taken off the mean squared difference. All three beds take about 15 minutes of
+squares of both standard errors are taken off the mean squared difference. All three beds take about ten minutes of
 processor time.
 """
 

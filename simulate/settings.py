@@ -235,7 +235,7 @@ class Solver(Settings):
     """
     sleep: bool = True
     """Paste with a yield stress that has come to rest is left where it lies until something hits it or flows on beside
-    it: nearly the same bed, in two thirds to three quarters of the time. False computes on.
+    it: nearly the same bed, in three fifths to three quarters of the time. False computes on.
     """
     settle_s: float = Field(default=0.0, ge=0, le=3600)
     """Time between the last release and the profile. None in the paper."""

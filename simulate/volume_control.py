@@ -19,10 +19,10 @@ from simulate.setup.release_schedule import Schedule
 
 PERIOD_S = 0.1  # Time between two measurements: a third of what paste needs to come to rest
 MEMORY_S = 0.4
-"""Time in which a lack of volume is made up: with 0.25 stiff paste overshoots, with 0.7 it is asleep before."""
+"""Time in which a lack of volume is made up: with 0.7 stiff paste is asleep before."""
 LEAST_MOVING = 0.3
-"""Least share of the bed that is taken to move: the less does, the more must it make up for. With 0.1 few particles
-that make up for much wake the bed that sleeps.
+"""Least share of the bed that is taken to move: the less does, the more must it make up for. With 0.1, and a
+memory of 0.25 s, few particles that make up for much overshoot and wake the bed that sleeps.
 """
 LEAST_SETTLED = 0.05
 """Share of the dispensed volume from which a bed is measured: a smaller one is all surface."""
