@@ -43,6 +43,8 @@ def inject(
     settings do not fit the crack, NumericalError where the run has a numerical fault.
     """
     injection = prepare(solid, outline, trajectory, [fluid], solver, nozzle, seed=seed, device=device, threads=threads)
+    for remark in injection.remarks():
+        progress.note(f"note: {remark}")
     follow(injection, progress, watchers)
     (run,) = injection.results()
     if run.escaped_particles:

@@ -70,31 +70,34 @@ def check_damping(solver: Solver, step_s: float) -> None:
 
 def effective_u(fluid: Fluid, support: float, frame_s: float) -> float:
     """U in effect. Raises InputError where a viscosity in physical units is more than the equations can carry."""
-    if fluid.viscosity_pa_s is None:
+    if fluid.thickness_pa_s is None:
         return fluid.U or 0.0
-    weight = viscous_weight(fluid.viscosity_pa_s / fluid.density_kg_m3 * CM2_IN_M2, support, frame_s)
+    weight = viscous_weight(fluid.thickness_pa_s / fluid.density_kg_m3 * CM2_IN_M2, support, frame_s)
     if weight > STIFFEST_U:
+        key = "viscosity_pa_s" if fluid.consistency_pa_s_n is None else "consistency_pa_s_n"
         raise InputError(
-            f"fluid.viscosity_pa_s is {fluid.viscosity_pa_s:g} and fluid.density_kg_m3 {fluid.density_kg_m3:g}: in "
+            f"fluid.{key} is {fluid.thickness_pa_s:g} and fluid.density_kg_m3 {fluid.density_kg_m3:g}: in "
             f"frames of {frame_s * 1e3:.3g} ms they amount to U = {weight:.3g}, {STIFFEST_U:g} is allowed. "
-            f"Give at most {fluid.viscosity_pa_s * STIFFEST_U / weight:.3g} Pa s."
+            f"Give at most {fluid.thickness_pa_s * STIFFEST_U / weight:.3g} Pa s."
         )
     return weight
 
 
 def effective_d_cm(fluid: Fluid, support: float, frame_s: float) -> float:
-    """Weight of the walls' drag in effect: as given, or that of walls to which the fluid sticks."""
+    """D as given, or the one whose drag in all is that of walls to which the fluid sticks."""
     if fluid.D_cm is not None:
         return fluid.D_cm
-    assert fluid.viscosity_pa_s is not None, "beside U it has a value"
-    return no_slip_weight(fluid.viscosity_pa_s / fluid.density_kg_m3 * CM2_IN_M2, support, frame_s)
+    assert fluid.thickness_pa_s is not None, "beside U it has a value"
+    return no_slip_weight(fluid.thickness_pa_s / fluid.density_kg_m3 * CM2_IN_M2, support, frame_s)
 
 
 def rheology_of(fluid: Fluid, support: float, frame_s: float) -> Rheology:
     """The fluid in the solver's units. Raises InputError where a viscosity is more than the equations can carry."""
     return Rheology(
         effective_u(fluid, support, frame_s),
-        effective_d_cm(fluid, support, frame_s),
+        fluid.D_cm or 0.0,
+        sticks=fluid.D_cm is None,
+        flow_index=fluid.flow_index,
         yield_cm2_s2=fluid.yield_stress_pa / fluid.density_kg_m3 * CM2_IN_M2,
         stiffening_cm2_s3=fluid.structuration_pa_per_s / fluid.density_kg_m3 * CM2_IN_M2,
         yield_most_cm2_s2=fluid.most_yield_stress_pa / fluid.density_kg_m3 * CM2_IN_M2,

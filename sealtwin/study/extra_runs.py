@@ -173,10 +173,11 @@ def _same_physics(base: _Base, bench: Bench, radius_mm: float, steps: Mapping[st
     trial, health = base.job.trial, base.run.health.recorded()
     assert trial.fluid is not None, "it was run"
     frame_s = plan_releases(bench.trajectory, radius_mm, trial.nozzle.diameter_mm, trial.seed).frame_s
+    thickness = "fluid.viscosity_pa_s" if trial.fluid.flow_index == 1 else "fluid.consistency_pa_s_n"
     changes: dict[str, Any] = {
         "solver.radius_mm": radius_mm,
         "fluid.U": None,
-        "fluid.viscosity_pa_s": health["viscosity_pa_s"] * (1 + steps.get("viscosity_percent", 0.0) / 100),
+        thickness: health["viscosity_pa_s"] * (1 + steps.get("viscosity_percent", 0.0) / 100),
         # Left out, it follows from the viscosity again.
         "fluid.D_cm": None if trial.fluid.D_cm is None else trial.fluid.D_cm * frame_s / health["frame_s"],
     }

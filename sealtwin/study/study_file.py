@@ -25,7 +25,11 @@ TABLES: dict[str, type[Settings]] = {
 """Tables of a trial file whose settings may vary."""
 SETTINGS = ("seed", *(f"{table}.{key}" for table, kind in TABLES.items() for key in kind.model_fields))
 """Dotted names of all settings that may vary."""
-IN_PLACE_OF = {"fluid.U": ("fluid.viscosity_pa_s",), "fluid.viscosity_pa_s": ("fluid.U", "fluid.D_cm")}
+IN_PLACE_OF = {
+    "fluid.U": ("fluid.viscosity_pa_s", "fluid.consistency_pa_s_n", "fluid.flow_index"),
+    "fluid.viscosity_pa_s": ("fluid.U", "fluid.D_cm", "fluid.consistency_pa_s_n", "fluid.flow_index"),
+    "fluid.consistency_pa_s_n": ("fluid.U", "fluid.D_cm", "fluid.viscosity_pa_s"),
+}
 """Settings that exclude each other: a study over the first removes the others from the trial."""
 MOST_RUNS = 20_000  # A night's work on one core at a second each; more is a value too many in a grid
 

@@ -19,13 +19,11 @@ from simulate.kernels import pressure, status
 from simulate.kernels.pair_kernels import pair_kernels
 from simulate.settings import Scheme, Solver, particle_volume
 from simulate.setup.cell_grid import CellGrid, neighbour_lists
-from simulate.setup.rheology import Rheology, paste_on_device
+from simulate.setup.rheology import FALL, Rheology, paste_on_device
 from simulate.setup.signed_distance import Barrier
 from simulate.setup.wall_particles import WallParticles, calibrated_wall_mass, source_wall_mass
 
 LIST_REACH = 1.04  # Reach of a list over h, for particles that come within h while the pressure iterations move them
-FALL = 0.03
-"""Fall from rest in one substep, g dt^2 over h: more compresses the column (4 substeps in the paper's trial)."""
 CREEP = 5.0  # Times the slowest shear: below it the stress is under 5/6 of the yield stress, and paste may fall asleep
 PATIENCE_S = 0.3  # Time of quiet before sleep (prototype)
 WAKING_CM_S = 0.5  # Speed of a neighbour that wakes a particle (prototype)
@@ -101,6 +99,7 @@ class FluidSolver:
         shared = (state, self.movers, self.lists)
         kernels = pair_kernels(device == "cpu" if native is None else native)
         self._yields = any(fluid.yields for fluid in fluids)
+        self._measures_shear = any(fluid.thickens for fluid in fluids)
         self._sleeps = self._yields and settings.sleep
         self.paste = paste_on_device(fluids, support, self.step_s, substeps, settings.slowest_shear_per_s, device)
         self.viscosity = Viscosity(
@@ -223,7 +222,7 @@ class FluidSolver:
         runs = self.state.runs
         self.predict()
         self.find_neighbours()
-        if self._yields:
+        if self._measures_shear:
             self.viscosity.measure_shear(self.rows)
         self.pressure.solve(self.rows)
         self.update_velocity()
