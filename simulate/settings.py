@@ -186,8 +186,8 @@ class Solver(Settings):
     one over a substep, in which it then takes all of a particle's speed: 550 in the paper's trial.
     """
     viscosity_solve: Literal["implicit", "explicit"] = "implicit"
-    """implicit: one linear solve a substep, whatever U. explicit: Eq. 5 in q passes as the paper has it; the
-    reference, slow for U above 1000 or D above 1.
+    """implicit: one linear solve a substep, whatever U, by pairs that keep momentum. explicit: Eq. 5 in q passes as
+    the paper has it; the reference, slow for U above 1000 or D above 1.
     """
     sleep: bool = True
     """Paste with a yield stress that has come to rest is left where it lies until something hits it: quick, and
