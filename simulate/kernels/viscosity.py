@@ -294,6 +294,9 @@ def shift_all(begin: int, movers: Movers, particles: Particles, search: Search):
     rows = rows_of(movers, part)
     left = whole_sum(search, run)
     by = wp.vec3(left[0], left[1], left[2]) / wp.max(search.holds[run], 1.0)
+    # What is no number stays with its particle, which is then found.
+    if not wp.isfinite(by):
+        return
     for row in range(rows[0], rows[1]):
         i = movers.particle[row]
         particles.velocity[i] = particles.velocity[i] + by
