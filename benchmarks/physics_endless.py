@@ -11,10 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.physics_tanks import GRAVITY_MM_S2, Pit, Tank, raised, spacing_mm
+from benchmarks.physics_tanks import GRAVITY_MM_S2, Pit, Tank, spacing_mm
 from sealtwin.core.records import Floats
 from simulate.settings import particle_volume
-from simulate.setup.rheology import Rheology
 from simulate.setup.signed_distance import CM
 from tests.fluids import lay_down
 
@@ -35,34 +34,37 @@ class Endless:
     """Fluid in a box of ``side_mm``, (3,), and in all the boxes beside it."""
 
     def __init__(
-        self,
-        place_mm: Floats,
-        side_mm: Floats,
-        *,
-        radius_mm: float,
-        step_s: float,
-        viscosity_mm2_s: float = 0.0,
-        fluid: Rheology | None = None,
+        self, place_mm: Floats, side_mm: Floats, *, radius_mm: float, walled: bool = False, **fluid: Any
     ) -> None:
-        """Particles, (n, 3), at rest in a box whose low corner is the origin."""
+        """Particles, (n, 3), at rest in a box whose low corner is the origin.
+
+        ``walled``, it repeats along x and z alone, and plane walls are its sides in y. ``fluid`` is for ``Tank.of``.
+        """
         self.side_mm, self.count = side_mm, len(place_mm)
         self._reach_mm = REACH * 4 * radius_mm
-        room = ROOM * (np.prod(side_mm + 2 * self._reach_mm) / np.prod(side_mm) - 1)
-        # Images for which there is no original wait under the box, out of its reach.
-        waiting = np.tile(side_mm / 2 - [0, 0, HIGH_MM - PIT_DEPTH_MM - 2], (int(room * self.count), 1))
-        self.tank = Tank.of(
-            Pit(float(side_mm[0]), float(side_mm[1]), PIT_DEPTH_MM),
-            raised(np.vstack([place_mm, waiting]), HIGH_MM),
-            radius_mm=radius_mm,
-            step_s=step_s,
-            viscosity_mm2_s=viscosity_mm2_s,
-            fluid=fluid,
-            falls=True,
-        )
+        self._turns = list(product((-1, 0, 1), (0,) if walled else (-1, 0, 1), (-1, 0, 1)))
+        around = 2 * self._reach_mm * np.array([1, not walled, 1])
+        count = int(ROOM * (np.prod(side_mm + around) / np.prod(side_mm) - 1) * self.count)
+        if walled:
+            # Images for which there is no original wait beyond the box's end, out of its reach.
+            aside = side_mm[0] + 2 * self._reach_mm
+            pit = Pit(float(2 * aside), float(side_mm[1]), float(side_mm[2] + 4 * self._reach_mm))
+            self._low_mm = np.array([2 * self._reach_mm, -side_mm[1] / 2, 2 * self._reach_mm])
+            waiting = side_mm / 2 + [aside, 0, 0]
+        else:
+            # They wait under the box.
+            pit = Pit(float(side_mm[0]), float(side_mm[1]), PIT_DEPTH_MM)
+            self._low_mm = np.array([0.0, 0.0, HIGH_MM])
+            waiting = side_mm / 2 - [0, 0, HIGH_MM - PIT_DEPTH_MM - 2]
+        everywhere = np.vstack([place_mm, np.tile(waiting, (count, 1))]) + self._low_mm
+        self.tank = Tank.of(pit, everywhere, radius_mm=radius_mm, falls=not walled, **fluid)
         engine = self.tank.engine
         lay_down(engine, np.arange(engine.state.count) >= self.count)
         self._idle = self._of("position")[self.count :].copy()
         self._source, self._shift = np.zeros(0, dtype=np.int64), np.zeros((0, 3))
+        self.push_mm_s2 = np.zeros(3)
+        """Acceleration of all particles, in place of gravity."""
+        engine.predict = self._pushed(engine.predict)
         parts = {"engine": engine, "pressure": engine.pressure}
         for part, name in [(parts[part], name) for part, names in CHANGES.items() for name in names]:
             setattr(part, name, self._then_followed(getattr(part, name)))
@@ -72,7 +74,7 @@ class Endless:
 
     @property
     def place_mm(self) -> Floats:
-        return self.tank.place_mm[: self.count] - [0, 0, HIGH_MM]
+        return self.tank.place_mm[: self.count] - self._low_mm
 
     @property
     def velocity_mm_s(self) -> Floats:
@@ -90,8 +92,6 @@ class Endless:
         engine = self.tank.engine
         for _ in range(steps):
             self._wrap()
-            # Nothing holds the box up.
-            self._of("velocity")[: self.count, 2] += GRAVITY_MM_S2 * CM * engine.step_s
             engine.begin_frame(self.tank.frames)
             engine.step()
             self.tank.frames += 1
@@ -112,11 +112,13 @@ class Endless:
     def _wrap(self) -> None:
         """Who has left the box enters it on the other side; images are chosen anew."""
         place, side, reach = self._of("position"), self.side_mm * CM, self._reach_mm * CM
-        low = np.array([0.0, 0.0, HIGH_MM - PIT_DEPTH_MM]) * CM
-        inside = low + (place[: self.count, :3] - low) % side
+        low = (self._low_mm - [0, 0, self.tank.pit.depth_mm]) * CM
+        inside = place[: self.count, :3].copy()
+        for axis in {axis for turn in self._turns for axis in range(3) if turn[axis]}:
+            inside[:, axis] = low[axis] + (inside[:, axis] - low[axis]) % side[axis]
         place[: self.count, :3] = inside
         place[self.count :] = self._idle
-        shifts = [np.array(turn) * side for turn in product((-1, 0, 1), repeat=3) if any(turn)]
+        shifts = [np.array(turn) * side for turn in self._turns if any(turn)]
         near = [((inside + s > low - reach) & (inside + s < low + side + reach)).all(axis=1) for s in shifts]
         self._source = np.concatenate([np.flatnonzero(which) for which in near])
         self._shift = np.repeat(shifts, [which.sum() for which in near], axis=0)
@@ -133,6 +135,17 @@ class Endless:
         """An array of the state itself: on the CPU ``numpy`` gives no copy."""
         return getattr(self.tank.engine.state, name).numpy()
 
+    def _pushed(self, predict: Callable[..., None]) -> Callable[..., None]:
+        def predicts(*inputs: Any) -> None:
+            # The solver's gravity, which it adds, is taken away again.
+            velocity = self._of("velocity")[: self.count]
+            before = velocity.copy()
+            velocity += (self.push_mm_s2 + np.array([0, 0, GRAVITY_MM_S2])) * CM * self.tank.step_s
+            predict(*inputs)
+            velocity[:] = before
+
+        return predicts
+
     def _then_followed(self, change: Callable[..., None]) -> Callable[..., None]:
         def changed(*inputs: Any) -> None:
             change(*inputs)
@@ -148,7 +161,7 @@ class Endless:
         return reads
 
 
-def stirred_mm(side_mm: Floats, packed: float, radius_mm: float, step_s: float) -> Floats:
+def stirred_mm(side_mm: Floats, packed: float, radius_mm: float, step_s: float, **where: Any) -> Floats:
     """Particles at rest in no order, (n, 3): ``packed`` times as many as Eq. 6 gives the box."""
     count = round(packed * float(side_mm.prod()) / particle_volume(radius_mm))
     along = np.ceil(side_mm / spacing_mm(radius_mm) * np.cbrt(packed)).astype(int) + 1
@@ -161,7 +174,7 @@ def stirred_mm(side_mm: Floats, packed: float, radius_mm: float, step_s: float) 
         (0.0, kick - kick.mean(axis=0), STIR_STEPS),
         (CALMING_MM2_S, 0 * kick, CALM_STEPS),
     ):
-        box = Endless(place, side_mm, radius_mm=radius_mm, step_s=step_s, viscosity_mm2_s=viscosity_mm2_s)
+        box = Endless(place, side_mm, radius_mm=radius_mm, step_s=step_s, viscosity_mm2_s=viscosity_mm2_s, **where)
         box.set_velocity(speed)
         box.wait(steps)
         place = box.place_mm

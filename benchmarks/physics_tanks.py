@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from sealtwin.core.records import Floats, Outline, Solid
 from simulate.fluid.solver import FluidSolver
 from simulate.kernels.neighbours import Neighbours
-from simulate.settings import particle_volume
+from simulate.settings import Fluid, particle_volume
 from simulate.setup.rheology import Rheology, viscous_weight
+from simulate.setup_checks import rheology_of
 from tests.fluids import engine_with, hewn, positions_mm
 from tests.shapes import straight_slot
 
@@ -131,28 +132,31 @@ class Tank:
         viscosity_mm2_s: float = 0.0,
         drag_mm: float = 0.0,
         yield_mm2_s2: float = 0.0,
-        fluid: Rheology | None = None,
         slips: Callable[[Floats], Mask] | None = None,
         falls: bool = False,
+        fluid: Fluid | Rheology | None = None,
         **solver: Any,
     ) -> "Tank":
-        """A frame is a substep. ``fluid`` stands for viscosity, drag and yield stress.
+        """A frame is a substep.
 
         ``slips`` says which places of walls, floor at z = 0, drag no fluid. What ``falls`` is high above the pit.
+        ``fluid`` stands for viscosity, drag and yield stress, as a trial file gives them or in the solver's units.
         """
         support_cm = 0.4 * radius_mm
-        fluid = fluid or Rheology(
+        rheology = Rheology(
             viscous_weight(viscosity_mm2_s / 100, support_cm, step_s),
             drag_mm / 10,
             yield_cm2_s2=yield_mm2_s2 / 100,
             yield_most_cm2_s2=yield_mm2_s2 / 100,
         )
+        if fluid is not None:
+            rheology = fluid if isinstance(fluid, Rheology) else rheology_of(fluid, support_cm, step_s)
         settings: dict[str, Any] = {"volume_factor": 1.0} | solver | {"substeps": 1}
         engine = engine_with(
             particles_mm - [0, 0, pit.depth_mm],
             pit.crack,
             frame_s=step_s,
-            fluid=fluid,
+            fluid=rheology,
             radius_mm=radius_mm,
             # A tenth of a speed in half a second would count as viscosity.
             damping_per_s=0.0,

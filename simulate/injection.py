@@ -21,14 +21,24 @@ from simulate.fluid.state import State
 from simulate.kernels import status
 from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver
 from simulate.setup.release_schedule import Schedule, course_of, plan_releases
-from simulate.setup.rheology import Rheology, kinematic_viscosity
+from simulate.setup.rheology import Rheology, added_viscosity, kinematic_viscosity
 from simulate.setup.signed_distance import CM
 from simulate.setup.wall_particles import Enclosure, enclose
-from simulate.setup_checks import CM2_IN_M2, check_damping, check_fit, check_outlet, domain_of, rheology_of
+from simulate.setup_checks import (
+    CM2_IN_M2,
+    check_damping,
+    check_fit,
+    check_outlet,
+    domain_of,
+    effective_d_cm,
+    rheology_of,
+)
 from simulate.volume_control import VolumeControl
 
 NO_SLIP = "no slip"
 """Origin of D for fluid that sticks to the walls; settings that name no origin have D as it was given."""
+THIN = 0.1
+"""Share of a viscosity that the particles may add to it without a remark: the bar of the channels' flow."""
 SAMPLE_EVERY = 50  # Frames between two samples of the density error
 
 
@@ -171,7 +181,7 @@ class Injection:
     def _settings(self, fluid: Fluid) -> dict[str, Any]:
         effective = self.solver.scheme._asdict() | {"substeps": self.engine.substeps}
         # Left out, D follows from the viscosity.
-        drag = {"D_cm": self._rheology(fluid).wall_weight_cm, "D_from": NO_SLIP} if fluid.D_cm is None else {}
+        drag = {"D_cm": self._d_cm(fluid), "D_from": NO_SLIP} if fluid.D_cm is None else {}
         # A fluid without tables is recorded as it always was.
         tables = {} if fluid.curve is not None else {"curve", "cooling"}
         return {
@@ -199,11 +209,36 @@ class Injection:
         return {
             "viscosity_m2_s": viscosity_m2_s,
             "viscosity_pa_s": viscosity_m2_s * fluid.density_kg_m3,
+            "viscosity_added_m2_s": self._added_m2_s,
             "U": weight,
-            "D_cm": rheology.wall_weight_cm,
+            "D_cm": self._d_cm(fluid),
             "yield_stress_pa": fluid.fresh[1],
             **{name: value for name, value in regime._asdict().items() if value is not None},
         }
+
+    @property
+    def _added_m2_s(self) -> float:
+        return added_viscosity(self.solver.size_mm * CM, self.engine.step_s) / CM2_IN_M2
+
+    def remarks(self) -> list[str]:
+        """Remarks on the fluids, for before the first frame."""
+        added_mm2_s = 1e6 * self._added_m2_s
+        found = []
+        for fluid in self.fluids:
+            asked_mm2_s = 1e6 * self._effects(fluid)["viscosity_m2_s"]
+            if not fluid.yields and asked_mm2_s * THIN < added_mm2_s:
+                key = next(
+                    key for key in ("U", "viscosity_pa_s", "consistency_pa_s_n") if getattr(fluid, key) is not None
+                )
+                found.append(
+                    f"fluid.{key} is {getattr(fluid, key):g}: {asked_mm2_s:.3g} mm2/s, to which particles of "
+                    f"solver.radius_mm = {self.solver.size_mm:g} add about {added_mm2_s:.2g} of their own. The fluid "
+                    f"acts as one of {asked_mm2_s + added_mm2_s:.3g} mm2/s; smaller particles add less."
+                )
+        return found
+
+    def _d_cm(self, fluid: Fluid) -> float:
+        return effective_d_cm(fluid, 4 * self.solver.size_mm * CM, self.schedule.frame_s)
 
     def _rheology(self, fluid: Fluid) -> Rheology:
         return rheology_of(fluid, 4 * self.solver.size_mm * CM, self.schedule.frame_s, self.frames)

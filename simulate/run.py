@@ -45,6 +45,8 @@ def inject(
     """
     sample = solid, outline, trajectory
     injection = prepare(*sample, [fluid], solver, nozzle, seed=seed, device=device, slope=slope, threads=threads)
+    for remark in injection.remarks():
+        progress.note(f"note: {remark}")
     follow(injection, progress, watchers)
     (run,) = injection.results()
     if run.escaped_particles:

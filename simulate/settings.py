@@ -27,12 +27,15 @@ MOST_YIELD_PA = 1e4  # Paste that has set: a column of a metre stands
 PAPERS_D_CM = 0.3  # D of the paper, found together with its U; no measurement of a user gives it
 
 
-REPLACED_BY_CURVE = ("U", "viscosity_pa_s", "yield_stress_pa", "structuration_pa_per_s", "yield_stress_most_pa")
+REPLACED_BY_CURVE = (
+    *("U", "viscosity_pa_s", "consistency_pa_s_n", "flow_index"),
+    *("yield_stress_pa", "structuration_pa_per_s", "yield_stress_most_pa"),
+)
 """Settings of a fluid that its curve gives."""
 
 
 class Fluid(Settings):
-    """The sealant: the paper's U and D, or a viscosity in physical units, or a table of it; never two of them."""
+    """The sealant: the paper's U and D, a viscosity in physical units, Herschel and Bulkley's, or a table; one of them."""
 
     U: float | None = Field(default=None, ge=0, le=STIFFEST_U)
     """Weight of the fluid's own viscosity in Eq. 5; no unit where lengths are in cm, as in the paper. A frame of
@@ -45,6 +48,12 @@ class Fluid(Settings):
     viscosity_pa_s: float | None = Field(default=None, ge=0, le=1e4)
     """Dynamic viscosity in place of U, which follows from the radius and the frame, as does D_cm where it is left out.
     """
+    consistency_pa_s_n: float | None = Field(default=None, ge=0, le=1e4)
+    """K of Herschel and Bulkley's stress, yield_stress_pa + K gamma^flow_index, in Pa s^n; in place of viscosity_pa_s
+    where flow_index is not 1. It is the viscosity at a shear of 1/s.
+    """
+    flow_index: float = Field(default=1.0, ge=0.2, le=2)
+    """Power n of the shear in the stress: 1 is a viscosity that does not depend on it, less thins as it is sheared."""
     density_kg_m3: float = Field(default=1690.0, gt=0, le=2e4)
     """Cement paste of water-cement ratio 0.67, from 3150 and 1000 kg/m3 of its parts. It turns viscosity_pa_s into
     U, and stresses into what they can hold against gravity; the fluid falls alike at any density.
@@ -97,11 +106,16 @@ class Fluid(Settings):
 
     @property
     def fresh(self) -> tuple[float | None, float]:
-        """Viscosity in Pa s, None where U is given, and yield stress in Pa of sealant that leaves the nozzle."""
+        """Viscosity in Pa s (at a shear of 1/s), None where U is given, and yield stress in Pa of fresh sealant."""
         if (course := self.course) is None:
-            return self.viscosity_pa_s, self.yield_stress_pa
+            return self.thickness_pa_s, self.yield_stress_pa
         viscosity, stress = course.at(np.zeros(1))
         return float(viscosity[0]), float(stress[0])
+
+    @property
+    def thickness_pa_s(self) -> float | None:
+        """Viscosity, or the consistency, which is the viscosity at a shear of 1/s; None beside U."""
+        return self.viscosity_pa_s if self.consistency_pa_s_n is None else self.consistency_pa_s_n
 
     @property
     def most_yield_stress_pa(self) -> float:
@@ -125,6 +139,19 @@ class Fluid(Settings):
     def _check(self) -> Self:
         if self.curve is not None or self.cooling is not None:
             self._check_curve()
+        elif self.flow_index != 1:
+            for key in ("U", "viscosity_pa_s"):
+                if (given := getattr(self, key)) is not None:
+                    raise ValueError(
+                        f"flow_index is {self.flow_index:g} and {key} {given:g}: give consistency_pa_s_n in its place"
+                    )
+            if self.consistency_pa_s_n is None:
+                raise ValueError(f"flow_index is {self.flow_index:g}: give consistency_pa_s_n beside it")
+        elif self.consistency_pa_s_n is not None:
+            raise ValueError(
+                f"consistency_pa_s_n is {self.consistency_pa_s_n:g} and flow_index 1: give viscosity_pa_s, or another "
+                "flow_index"
+            )
         elif (self.U is None) == (self.viscosity_pa_s is None):
             raise ValueError("give either U (with D_cm) or viscosity_pa_s, one of the two and not both")
         if self.freeze_after_s != "never" and self.freeze_after_s <= 0:
@@ -230,8 +257,8 @@ class Solver(Settings):
     one over a substep, in which it then takes all of a particle's speed: 550 in the paper's trial.
     """
     viscosity_solve: Literal["implicit", "explicit"] = "implicit"
-    """implicit: one linear solve a substep, whatever U. explicit: Eq. 5 in q passes as the paper has it; the
-    reference, slow for U above 1000 or D above 1.
+    """implicit: one linear solve a substep, whatever U, by pairs that keep momentum. explicit: Eq. 5 in q passes as
+    the paper has it; the reference, slow for U above 1000 or D above 1.
     """
     sleep: bool = True
     """Paste with a yield stress that has come to rest is left where it lies until something hits it or flows on beside

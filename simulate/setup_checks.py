@@ -82,7 +82,8 @@ def effective_u(fluid: Fluid, support: float, frame_s: float) -> float:
     if fresh_pa_s is None:
         return fluid.U or 0.0
     course = fluid.course
-    said, most_pa_s = ("viscosity_pa_s is", fresh_pa_s) if course is None else ("curve reaches", course.thickest_pa_s)
+    key = "viscosity_pa_s" if fluid.consistency_pa_s_n is None else "consistency_pa_s_n"
+    said, most_pa_s = (f"{key} is", fresh_pa_s) if course is None else ("curve reaches", course.thickest_pa_s)
     weight = viscous_weight(most_pa_s / fluid.density_kg_m3 * CM2_IN_M2, support, frame_s)
     if weight > STIFFEST_U:
         raise InputError(
@@ -94,7 +95,7 @@ def effective_u(fluid: Fluid, support: float, frame_s: float) -> float:
 
 
 def effective_d_cm(fluid: Fluid, support: float, frame_s: float) -> float:
-    """Weight of the walls' drag in effect: as given, or that of walls to which the fluid sticks."""
+    """D as given, or the one whose drag in all is that of walls to which the fluid sticks."""
     if fluid.D_cm is not None:
         return fluid.D_cm
     fresh_pa_s, _ = fluid.fresh
@@ -108,16 +109,17 @@ def rheology_of(fluid: Fluid, support: float, frame_s: float, frames: int = MOST
     Raises InputError where a viscosity is more than the equations can carry.
     """
     _, fresh_stress_pa = fluid.fresh
-    u, d_cm, by_age = effective_u(fluid, support, frame_s), effective_d_cm(fluid, support, frame_s), None
+    u, by_age = effective_u(fluid, support, frame_s), None
     if (course := fluid.course) is not None:
         last = math.ceil(min(course.age_s[-1] / frame_s, frames))
         viscosity, stress_pa = course.at(frame_s * np.arange(last + 1))
         grown = viscosity / viscosity[0]
-        drag_cm = d_cm * grown if fluid.D_cm is None else np.full(last + 1, d_cm)
-        by_age = np.column_stack([u * grown, drag_cm, stress_pa / fluid.density_kg_m3 * CM2_IN_M2])
+        by_age = np.column_stack([u * grown, stress_pa / fluid.density_kg_m3 * CM2_IN_M2])
     return Rheology(
         u,
-        d_cm,
+        fluid.D_cm or 0.0,
+        sticks=fluid.D_cm is None,
+        flow_index=fluid.flow_index,
         yield_cm2_s2=fresh_stress_pa / fluid.density_kg_m3 * CM2_IN_M2,
         stiffening_cm2_s3=fluid.structuration_pa_per_s / fluid.density_kg_m3 * CM2_IN_M2,
         yield_most_cm2_s2=fluid.most_yield_stress_pa / fluid.density_kg_m3 * CM2_IN_M2,

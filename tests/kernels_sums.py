@@ -9,10 +9,10 @@ import warp as wp
 
 @cache
 def sum_kernel(loops: ModuleType) -> Any:
-    """Stores what each sum of ``loops`` is for the first points of a cloud, (row, 18), and the coupling of pairs."""
+    """Stores what each sum of ``loops`` is for the first points of a cloud, (row, 38), and the coupling of pairs."""
     module = wp.get_module(f"tests.pairs.{loops.__name__}")
     sum_density, sum_walls, sum_correction = loops.sum_density, loops.sum_walls, loops.sum_correction
-    sum_shear, couple, sum_drag, sum_pulled = loops.sum_shear, loops.couple, loops.sum_drag, loops.sum_pulled
+    sum_gradient, couple, sum_drag, sum_pulled = loops.sum_gradient, loops.couple, loops.sum_drag, loops.sum_pulled
 
     @wp.kernel(enable_backward=False, module=module)
     def all_sums(
@@ -36,11 +36,17 @@ def sum_kernel(loops: ModuleType) -> Any:
             out[row, 5 + k] = walls[k]
         for k in range(3):
             out[row, 9 + k] = correction[k]
-        out[row, 12] = sum_shear(place, velocity, bulk, listed, row, many, here, velocity[row], support)
-        out[row, 13] = couple(place, bulk, listed, row, many, here, bulk[row], support, coupling)
-        out[row, 14] = sum_drag(place, listed, row, many, here, support)
-        pulled = sum_pulled(velocity, coupling, listed, row, many)
+        coupled = couple(place, bulk, listed, row, many, here, bulk[row], support, coupling)
+        pulled = sum_pulled(place, velocity, coupling, listed, row, many, here, velocity[row])
+        for k in range(2):
+            out[row, 12 + k] = coupled[k]
         for k in range(3):
-            out[row, 15 + k] = pulled[k]
+            out[row, 14 + k] = pulled[k]
+        drag = sum_drag(place, listed, row, many, here, support)
+        for k in range(6):
+            out[row, 17 + k] = drag[k]
+        gradient = sum_gradient(place, velocity, listed, row, many, here, velocity[row], support)
+        for k in range(15):
+            out[row, 23 + k] = gradient[k]
 
     return all_sums

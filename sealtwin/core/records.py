@@ -251,6 +251,7 @@ class RunHealth(JsonRecord):
     frames_s: Known = None  # Computing time of all frames
     viscosity_m2_s: Known = None
     viscosity_pa_s: Known = None
+    viscosity_added_m2_s: Known = None  # Viscosity that the particles add to it by themselves
     U: Known = None
     D_cm: Known = None
     yield_stress_pa: Known = None

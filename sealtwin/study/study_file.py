@@ -19,9 +19,11 @@ TABLES = ("fluid", "solver", "nozzle", "path", "crack", "sample")
 SETTINGS = ("seed", *(key for key in dotted_names(Trial) if key.partition(".")[0] in TABLES))
 """Dotted names of all settings that may vary."""
 _CURVES = ("fluid.curve", "fluid.cooling")
+_SHEARED = ("fluid.consistency_pa_s_n", "fluid.flow_index")
 IN_PLACE_OF = {
-    "fluid.U": (("fluid.viscosity_pa_s",), _CURVES),
-    "fluid.viscosity_pa_s": (("fluid.U", "fluid.D_cm"), _CURVES),
+    "fluid.U": (("fluid.viscosity_pa_s",), _SHEARED, _CURVES),
+    "fluid.viscosity_pa_s": (("fluid.U", "fluid.D_cm"), _SHEARED, _CURVES),
+    "fluid.consistency_pa_s_n": (("fluid.U", "fluid.D_cm"), ("fluid.viscosity_pa_s",), _CURVES),
     "fluid.curve": (("fluid.U", "fluid.D_cm"), *((f"fluid.{name}",) for name in REPLACED_BY_CURVE)),
 }
 """Settings that exclude each other: a study over one removes from the trial each group whose first setting is there."""

@@ -19,14 +19,12 @@ from simulate.kernels import pressure, status
 from simulate.kernels.pair_kernels import pair_kernels
 from simulate.settings import LEVEL, Solver, particle_volume
 from simulate.setup.cell_grid import CellGrid, neighbour_lists
-from simulate.setup.rheology import Rheology, paste_on_device
+from simulate.setup.rheology import FALL, Rheology, paste_on_device
 from simulate.setup.signed_distance import Barrier
 from simulate.setup.wall_particles import WallParticles, calibrated_wall_mass, source_wall_mass
 
 LIST_REACH = 1.04  # Reach of a list over h, for particles that come within h while the pressure iterations move them
 GRAVITY_CM_S2 = 981.0
-FALL = 0.03
-"""Fall from rest in one substep, g dt^2 over h: more compresses the column (4 substeps in the paper's trial)."""
 SLOWEST_SHEAR = 0.002
 """Shear in 1/s below which paste with a yield stress creeps at constant viscosity: the least that float32 allows."""
 QUIET_SHEAR = 0.1
@@ -102,7 +100,7 @@ class FluidSolver:
         kernels = pair_kernels(device == "cpu" if native is None else native)
         self._yields = any(fluid.yields for fluid in fluids)
         self._sleeps = self._yields and settings.sleep
-        self.measures = self._yields or any(fluid.by_age is not None for fluid in fluids)
+        self.measures = any(fluid.thickens or fluid.by_age is not None for fluid in fluids)
         """Particles get a viscosity of their own in each substep, by their shear or by their age."""
         self.paste = paste_on_device(fluids, support, self.step_s, substeps, SLOWEST_SHEAR, device)
         self.viscosity = Viscosity(

@@ -8,7 +8,7 @@ sums differs, and so do the last bits.
 
 import warp as wp
 
-from simulate.kernels.pair_sums import DensitySums, WallSums
+from simulate.kernels.pair_sums import ALONG, NEAREST_WALL, CoupleSums, DensitySums, DragSums, GradientSums, WallSums
 from simulate.kernels.status import RESTS
 
 wp.set_module_options({"enable_backward": False})
@@ -68,6 +68,9 @@ SPIKE = """
 """
 GAUSS = """
     const floats gauss = d2 < h2 ? FADE(d2 * (1.0f / h2)) : none;
+"""
+NEAR = """
+    const floats left = ABOVE(1.0f - d2 * (1.0f / h2)), near = left * left * left;
 """
 
 
@@ -151,49 +154,64 @@ def sum_correction(
 @wp.func_native(
     _block(
         VECTORS,
-        "floats total = {};",
+        "floats xx = {}, yy = {}, zz = {}, xy = {}, yz = {}, zx = {};",
+        "floats ux = {}, uy = {}, uz = {}, vx = {}, vy = {}, vz = {}, tx = {}, ty = {}, tz = {};",
         OFFSETS.replace("POSITIONS", "position"),
-        GAUSS,
+        NEAR,
         """
     LOADS(U, V, T, unused, velocity.data, 12, l)
     U = moves[0] - U; V = moves[1] - V; T = moves[2] - T;
-    LOADS(volume, viscosity, next, after, volume_and_viscosity.data, 8, l)
-    total += volume * gauss * (U * U + V * V + T * T);
+    const floats wx = near * X, wy = near * Y, wz = near * Z;
+    xx += wx * X; yy += wy * Y; zz += wz * Z; xy += wx * Y; yz += wy * Z; zx += wz * X;
+    ux += U * wx; uy += U * wy; uz += U * wz;
+    vx += V * wx; vy += V * wy; vz += V * wz;
+    tx += T * wx; ty += T * wy; tz += T * wz;
 }
-return SUM(total);
+wp::vec_t<15, wp::float32> sums;
+sums[0] = SUM(xx); sums[1] = SUM(yy); sums[2] = SUM(zz); sums[3] = SUM(xy); sums[4] = SUM(yz); sums[5] = SUM(zx);
+sums[6] = SUM(ux); sums[7] = SUM(uy); sums[8] = SUM(uz);
+sums[9] = SUM(vx); sums[10] = SUM(vy); sums[11] = SUM(vz);
+sums[12] = SUM(tx); sums[13] = SUM(ty); sums[14] = SUM(tz);
+return sums;
 """,
     )
 )
-def sum_shear(
+def sum_gradient(
     position: wp.array[wp.vec4],
     velocity: wp.array[wp.vec3],
-    volume_and_viscosity: wp.array[wp.vec2],
     listed: wp.array2d[int],
     row: int,
     count: int,
     here: wp.vec4,
     moves: wp.vec3,
     support: float,
-) -> float: ...
+) -> GradientSums: ...
 
 
 @wp.func_native(
     _block(
         VECTORS,
+        f"const float RESTS = {float(RESTS)!r}f, ALONG = {float(ALONG)!r}f;",
         """
-floats total = {};
+floats xx = {}, yy = {}, zz = {}, xy = {}, yz = {}, zx = {}, held = {};
 float* out = coupling.data + (size_t)row * (size_t)coupling.shape[1];
 """,
         OFFSETS.replace("POSITIONS", "position"),
-        GAUSS,
+        NEAR,
         """
     LOADS(volume, viscosity, next, after, volume_and_viscosity.data, 8, l)
-    const floats both = __builtin_elementwise_max(viscosity + own[1], none + 1e-20f);
-    const floats weight = own[0] * volume * gauss * (2.0f * own[1] * viscosity / both);
-    __builtin_memcpy(out + s, &weight, sizeof weight);
-    total += weight;
+    const floats mean = 0.5f * (own[1] + viscosity);
+    const floats weight = 0.5f * ALONG * (volume + own[0]) * near * mean;
+    const floats over = weight / __builtin_elementwise_max(d2, none + 1e-20f);
+    __builtin_memcpy(out + s, &over, sizeof over);
+    const floats wx = over * X, wy = over * Y, wz = over * Z;
+    xx += wx * X; yy += wy * Y; zz += wz * Z; xy += wx * Y; yz += wy * Z; zx += wz * X;
+    held += W == RESTS ? weight : none;
 }
-return SUM(total);
+wp::vec_t<7, wp::float32> sums;
+sums[0] = SUM(xx); sums[1] = SUM(yy); sums[2] = SUM(zz); sums[3] = SUM(xy); sums[4] = SUM(yz); sums[5] = SUM(zx);
+sums[6] = SUM(held);
+return sums;
 """,
     )
 )
@@ -207,51 +225,67 @@ def couple(
     own: wp.vec2,
     support: float,
     coupling: wp.array2d[float],
-) -> float: ...
+) -> CoupleSums: ...
 
 
 @wp.func_native(
     _block(
         VECTORS,
-        "floats total = {};",
+        f"const float NEAREST_WALL = {float(NEAREST_WALL)!r}f;",
+        "floats drag = {}, sticks = {}, far = {}, x = {}, y = {}, z = {};",
         OFFSETS.replace("POSITIONS", "wall"),
         GAUSS,
         """
-    total += W * gauss;
+    drag += W * gauss;
+    const floats share = __builtin_elementwise_max(d2 * (1.0f / h2), none + NEAREST_WALL);
+    const floats inverse = 1.0f / share, left = W * ABOVE(1.0f - share);
+    sticks += left * (1.0f - share) * (0.42132f + (0.15390f * inverse - 0.19697f) * inverse);
+    const floats by = left * ((0.12740f - 0.01363f * inverse) * inverse - 0.08634f);
+    far += by;
+    x += by * X; y += by * Y; z += by * Z;
 }
-return SUM(total);
+const float h3 = h2 * support, h4 = h2 * h2;
+wp::vec_t<6, wp::float32> sums;
+sums[0] = SUM(drag); sums[1] = h3 * SUM(sticks); sums[2] = h4 * SUM(far);
+sums[3] = h4 * SUM(x); sums[4] = h4 * SUM(y); sums[5] = h4 * SUM(z);
+return sums;
 """,
     )
 )
 def sum_drag(
     wall: wp.array[wp.vec4], listed: wp.array2d[int], row: int, count: int, here: wp.vec4, support: float
-) -> float: ...
+) -> DragSums: ...
 
 
 @wp.func_native(
     _block(
+        "const float support = 1.0f;",
+        VECTORS,
         """
-typedef float f4 __attribute__((vector_size(16)));
-const int* list = listed.data + (size_t)row * (size_t)listed.shape[1];
 const float* weight = coupling.data + (size_t)row * (size_t)coupling.shape[1];
-const char* from = (const char*)vector.data;
-// Four at a time, so that none waits for another; the fourth lane of each is the next particle's and is not used.
-f4 a = {}, b = {}, c = {}, d = {};
-for (int s = 0; s < count; s += 4) {
-    f4 p, q, r, t;
-    __builtin_memcpy(&p, from + (size_t)12 * list[s], 16);
-    __builtin_memcpy(&q, from + (size_t)12 * list[s + 1], 16);
-    __builtin_memcpy(&r, from + (size_t)12 * list[s + 2], 16);
-    __builtin_memcpy(&t, from + (size_t)12 * list[s + 3], 16);
-    a += weight[s] * p; b += weight[s + 1] * q; c += weight[s + 2] * r; d += weight[s + 3] * t;
+floats x = {}, y = {}, z = {};
+""",
+        OFFSETS.replace("POSITIONS", "position"),
+        """
+    LOADS(U, V, T, unused, vector.data, 12, l)
+    floats along;
+    __builtin_memcpy(&along, weight + s, sizeof along);
+    along *= (own[0] - U) * X + (own[1] - V) * Y + (own[2] - T) * Z;
+    x += along * X; y += along * Y; z += along * Z;
 }
-const f4 sum = (a + b) + (c + d);
-return wp::vec3(sum[0], sum[1], sum[2]);
-"""
+return wp::vec3(SUM(x), SUM(y), SUM(z));
+""",
     )
 )
 def sum_pulled(
-    vector: wp.array[wp.vec3], coupling: wp.array2d[float], listed: wp.array2d[int], row: int, count: int
+    position: wp.array[wp.vec4],
+    vector: wp.array[wp.vec3],
+    coupling: wp.array2d[float],
+    listed: wp.array2d[int],
+    row: int,
+    count: int,
+    here: wp.vec4,
+    own: wp.vec3,
 ) -> wp.vec3: ...
 
 

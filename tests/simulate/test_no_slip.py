@@ -34,9 +34,11 @@ def test_a_viscosity_brings_its_walls_and_a_weight_that_is_given_stands():
     """54 mPa s at 1690 kg/m3 are 0.3195 cm2/s."""
     fluid = Fluid(viscosity_pa_s=0.054, freeze_after_s="never")
     expected = no_slip_weight(0.054 / 1690.0 * 1e4, SUPPORT_CM, FRAME_S)
-    assert rheology_of(fluid, SUPPORT_CM, FRAME_S).wall_weight_cm == pytest.approx(expected)
+    assert effective_d_cm(fluid, SUPPORT_CM, FRAME_S) == pytest.approx(expected)
+    assert rheology_of(fluid, SUPPORT_CM, FRAME_S).sticks
     given = Fluid(viscosity_pa_s=0.054, D_cm=0.2, freeze_after_s="never")
     assert effective_d_cm(given, SUPPORT_CM, FRAME_S) == 0.2
+    assert not rheology_of(given, SUPPORT_CM, FRAME_S).sticks
 
 
 DRIVEN_MM_S2 = 1000.0
@@ -52,7 +54,7 @@ def packed_mm() -> Floats:
 def test_a_viscosity_in_physical_units_flows_between_plates_as_poiseuille_says(packed_mm, viscosity_mm2_s, substeps):
     """A force along the slot until the flow is steady; half-way between its ends, floor and surface; particles stay.
 
-    It is 18 to 20 % fast at four abreast, alike at all viscosities: particles of 0.8 mm across 3.1. With D = 0.3, which
+    It is some 10 % fast at four abreast, alike at all viscosities: particles of 0.8 mm across 3.1. With D = 0.3, which
     was taken for any viscosity before, it is 0.38, 1.37 and 8.1 times as fast as the theory.
     """
     fluid = Fluid(viscosity_pa_s=viscosity_mm2_s * 1e-3, density_kg_m3=1000.0, freeze_after_s="never")
@@ -76,7 +78,7 @@ def test_a_viscosity_in_physical_units_flows_between_plates_as_poiseuille_says(p
     x, y, z = packed_mm.T
     middle = (np.abs(x - LENGTH_MM / 2) < 3) & (z > 5) & (z < DEPTH_MM - 1)
     theory_mm_s = DRIVEN_MM_S2 / (2 * viscosity_mm2_s) * ((WIDTH_MM / 2) ** 2 - y[middle] ** 2)
-    assert 0.9 < velocity_mm_s[middle, 0].mean() / theory_mm_s.mean() < 1.25
+    assert 0.9 < velocity_mm_s[middle, 0].mean() / theory_mm_s.mean() < 1.2
 
 
 def test_a_run_records_the_drag_in_effect_and_where_it_comes_from():

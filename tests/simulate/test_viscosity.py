@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 import warp as wp
 
+from benchmarks.physics_endless import Endless, stirred_mm
 from sealtwin.core.records import Floats
 from simulate.fluid.solver import FluidSolver
-from simulate.setup.rheology import WALL_LAYER, kinematic_viscosity, viscous_weight
+from simulate.setup.rheology import Rheology, kinematic_viscosity, viscous_weight
 from simulate.setup.signed_distance import CM
 from tests.fluids import FRAME_S, engine_with, lattice, slot
 
@@ -40,33 +41,36 @@ def velocity_of(engine: FluidSolver) -> Floats:
 
 
 def largest_diagonal(engine: FluidSolver) -> float:
-    """Of A, where all particles move."""
-    return float((engine.viscosity.resistance.numpy() / engine.state.volume_and_viscosity.numpy()[:, 0]).max())
+    """Of Eq. 5 as printed, once its passes were made."""
+    return float(engine.viscosity.resistance.numpy().max())
 
 
 def chaos(engine: FluidSolver) -> Floats:
     return np.random.default_rng(0).normal(0, 10, (engine.state.count, 3))
 
 
-@pytest.mark.parametrize("weight", [0.3, 3.0, 30.0])
-def test_a_shear_wave_decays_as_the_viscosity_law_says(weight):
-    """Nu = 0.1185 U h^4 / dt (cm), to 5 %, where no surface is near.
+@pytest.fixture(scope="module")
+def endless_mm() -> tuple[Floats, Floats]:
+    """Particles at rest in no order, and the sides of a box that repeats in all directions."""
+    side_mm = np.array([6.4, 6.4, 9.6])
+    return stirred_mm(side_mm, 1.0, 0.4, STEP_S), side_mm
 
-    A cosine with level ends is a mode of the free block, so that its amplitude decays as exp(-nu k^2 t).
-    """
-    engine = still_block((weight, 0.0))
-    x, y, z = (engine.state.position_mm() * CM).T
-    wave_number = 2 * np.pi / 1.2
-    wave = np.cos(wave_number * (z - 2.0))
-    set_velocity(engine, np.outer(wave, [1.0, 0.0, 0.0]))
+
+@pytest.mark.parametrize("weight", [0.3, 3.0, 30.0])
+def test_a_shear_wave_decays_as_the_viscosity_law_says(endless_mm, weight):
+    """Nu = 0.1185 U h^4 / dt (cm), to 5 %, where no surface is near: though pairs pull along their lines alone."""
+    place_mm, side_mm = endless_mm
+    asked_mm2_s = 100 * kinematic_viscosity(weight, SUPPORT_CM, FRAME_S)
+    box = Endless(place_mm, side_mm, radius_mm=0.4, step_s=STEP_S, viscosity_mm2_s=asked_mm2_s)
+    wave_number = 2 * np.pi / side_mm[2]
+    wave = np.cos(wave_number * place_mm[:, 2])
+    box.set_velocity(np.outer(wave, [10.0, 0.0, 0.0]))
     steps = max(4, int(40 / weight))
-    for _ in range(steps):
-        engine.viscosity.solve_implicit(engine.rows)
-    inner = (np.abs(z - 2.6) < 0.44) & (np.abs(y) < 0.06) & (np.abs(x - 0.25) < 0.1)
-    left = velocity_of(engine)[inner, 0] @ wave[inner] / (wave[inner] @ wave[inner])
+    box.solve_alone(steps)
+    left = box.velocity_mm_s[:, 0] @ wave / (wave @ wave) / 10.0
     # Backward Euler takes 1 / (1 + rate dt) a step.
     measured = (left ** (-1 / steps) - 1) / (wave_number**2 * STEP_S)
-    assert measured / kinematic_viscosity(weight, SUPPORT_CM, FRAME_S) == pytest.approx(1.0, abs=0.05)
+    assert measured / asked_mm2_s == pytest.approx(1.0, abs=0.05)
 
 
 def test_thirty_is_the_viscosity_of_a_paste_and_back():
@@ -79,32 +83,34 @@ def test_thirty_is_the_viscosity_of_a_paste_and_back():
 def test_viscosity_keeps_momentum_and_never_adds_energy(solve):
     engine = still_block((300.0, 0.0))
     set_velocity(engine, chaos(engine))
-    volume = engine.mass / engine.state.density.numpy()
+    # Eq. 5 as printed keeps what it would if a particle's mass were its volume.
+    mass = np.ones(engine.rows) if solve == "solve_implicit" else 1 / engine.state.density.numpy()
     before = velocity_of(engine)
     getattr(engine.viscosity, solve)(engine.rows)
     after = velocity_of(engine)
-    lost = volume @ (after - before)
-    # The solve stops at 1e-3 of its right hand side; the passes only round.
-    assert np.abs(lost).max() < (2e-3 if solve == "solve_implicit" else 1e-5) * volume.sum() * 10
-    assert volume @ (after**2).sum(axis=1) < 0.9 * (volume @ (before**2).sum(axis=1))
+    assert np.abs(mass @ (after - before)).max() < 1e-5 * mass.sum() * 10
+    assert mass @ (after**2).sum(axis=1) < 0.9 * (mass @ (before**2).sum(axis=1))
 
 
 @pytest.mark.parametrize("weights", [(30.0, 0.3), (1000.0, 0.3), (1.0, 3.0)])
 def test_implicit_and_explicit_agree(weights):
-    """On a field that changes slowly; Eq. 5 in passes is exp(-A), backward Euler 1 / (1 + A): both to first order."""
+    """On a field that changes slowly; Eq. 5 in passes is exp(-A), backward Euler 1 / (1 + A): both to first order.
+
+    Inside a fluid: where it has a surface, pairs that pull along their lines leave it free to turn, and Eq. 5 does not.
+    """
     answers = []
     for solve in ("solve_implicit", "pass_explicit"):
         # A tenth of the weights, ten times: the difference of the two falls with the step.
         engine = filled_slot((weights[0] / 10, weights[1] / 10))
         x = engine.state.position_mm() * CM
-        set_velocity(engine, np.column_stack([0 * x[:, 0], 0 * x[:, 0], -10 * np.exp(-(((x[:, 2] + 1.1) / 0.3) ** 2))]))
+        set_velocity(engine, np.column_stack([-10 * np.exp(-(((x[:, 2] + 1.1) / 0.3) ** 2)), 0 * x[:, 0], 0 * x[:, 0]]))
         start = velocity_of(engine)
         for _ in range(10):
             getattr(engine.viscosity, solve)(engine.rows)
         answers.append(velocity_of(engine))
     change = np.linalg.norm(answers[0] - start)
     assert change > 0.05 * np.linalg.norm(start)
-    assert np.linalg.norm(answers[0] - answers[1]) < 0.1 * change
+    assert np.linalg.norm(answers[0] - answers[1]) < 0.15 * change
 
 
 @pytest.mark.parametrize(("share", "stable"), [(1.95, True), (2.2, False)])
@@ -151,19 +157,23 @@ def test_drag_alone_is_solved_exactly():
 
 
 def test_a_plug_feels_the_whole_stress_of_rough_walls():
-    """Two walls a width apart: the mean of WALL_LAYER B over four layers of a filled slot is 2 / width.
+    """Two walls a width apart, sticky paste that slides as one: the walls take 2 tau / width of it.
 
-    To 4 %: four layers stand for an integral (1 %), and the walls' particles are scattered. Seen to fail with 0.7.
+    To 10 %: five layers stand for an integral, and the walls' particles are scattered.
     """
-    width_mm = 3.1
+    width_mm, stress_cm2_s2, speed_cm_s = 3.1, 70.0, 5.0
     rows = lattice(np.array([2.0, -0.3, -12.0]), np.array([4.0, 0.3, -4.0]), 0.6)
-    layers = np.linspace(-1, 1, 4) * (width_mm / 2 - 0.86 * 0.4)
+    layers = np.linspace(-1, 1, 5) * (width_mm / 2 - 0.86 * 0.4)
     points = np.concatenate([np.column_stack([rows[:, 0], np.full(len(rows), y), rows[:, 2]]) for y in layers])
-    engine = _prepared(engine_with(points, slot(), weights=(0.0, 4.0)))
+    paste = Rheology(0.0, 0.0, sticks=True, yield_cm2_s2=stress_cm2_s2, yield_most_cm2_s2=stress_cm2_s2)
+    engine = engine_with(points, slot(), fluid=paste)
+    engine.begin_frame(1)
+    _prepared(engine)
+    set_velocity(engine, np.tile([speed_cm_s, 0.0, 0.0], (engine.state.count, 1)))
+    engine.viscosity.measure_shear(engine.rows)
     engine.viscosity.solve_implicit(engine.rows)
-    # D of a substep is 1 cm, and with U = 0 all resistance is the walls'.
-    share_per_cm = engine.viscosity.resistance.numpy() / engine.state.volume_and_viscosity.numpy()[:, 0]
-    assert WALL_LAYER * share_per_cm.mean() * width_mm * CM / 2 == pytest.approx(1.0, abs=0.04)
+    taken = engine.viscosity.walls_drag.numpy().mean() * speed_cm_s / STEP_S
+    assert taken * width_mm * CM / (2 * stress_cm2_s2) == pytest.approx(1.0, abs=0.1)
 
 
 def test_a_fluid_at_rest_stays_so():
