@@ -35,7 +35,7 @@ REPLACED_BY_CURVE = (
 
 
 class Fluid(Settings):
-    """The sealant: the paper's U and D, a viscosity in physical units, Herschel and Bulkley's, or a table; one of them."""
+    """The sealant: the paper's U and D, a viscosity, Herschel and Bulkley's two numbers, or a table; one of them."""
 
     U: float | None = Field(default=None, ge=0, le=STIFFEST_U)
     """Weight of the fluid's own viscosity in Eq. 5; no unit where lengths are in cm, as in the paper. A frame of

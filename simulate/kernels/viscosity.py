@@ -34,8 +34,8 @@ class Paste:
     """Constants of each run's fluid, by the number of the run, and factors that all runs share."""
 
     by_age: wp.array2d[wp.vec2]
-    """Weight of pairs without a yield stress, at a shear of 1/s, and yield stress over density in cm2/s2, by run and age
-    in frames; the last age stands for all later ones.
+    """Weight of pairs without a yield stress, at a shear of 1/s, and yield stress over density in cm2/s2, by run and
+    age in frames; the last age stands for all later ones.
     """
     flow_index: wp.array[float]  # Power of the shear in the stress: 1 for a viscosity that does not depend on it
     drag: wp.array[float]  # D of Eq. 5 in a substep over h sqrt(pi).
