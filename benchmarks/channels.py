@@ -90,7 +90,7 @@ class Channel:
     def flow(self, seconds: float, **solver: Any) -> tuple[float, float]:
         """Mean speed at last, and that of the closed form at the same places; it starts as the closed form has it."""
         radius_mm, step_s = self.radius_mm, step_of(self.radius_mm)
-        factor = Solver().scheme_for(yields=self.fluid.yields, freezes=False).volume_factor
+        factor = Solver().scheme.volume_factor
         place_mm, side_mm = _filled(self.width_mm, radius_mm, factor)
         settings = {"step_s": step_s, "fluid": self.fluid, "volume_factor": factor, **solver}
         box = Endless(place_mm, side_mm, radius_mm=radius_mm, walled=True, **settings)
@@ -244,7 +244,7 @@ def fronts() -> Iterator[Row]:
 def _advance_mm(fluid: Fluid, radius_mm: float) -> float:
     step_s = step_of(radius_mm)
     solver: dict[str, Any] = {"volume_factor": None}
-    factor = Solver().scheme_for(yields=False, freezes=False).volume_factor
+    factor = Solver().scheme.volume_factor
     pit = Pit(70.0, SLOT_MM, 30.0)
     # A particle counts for so much more than its volume.
     packed = settled_mm(Pit(HEAP_MM[0], SLOT_MM, 30.0), radius_mm, step_s, HEAP_MM[1] / factor, **solver)

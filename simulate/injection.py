@@ -189,8 +189,7 @@ class Injection:
             "solver": self.solver.model_dump() | effective,
             "nozzle": self.nozzle.model_dump(),
             "seed": self.seed,
-            # A level sample's run is recorded as it always was.
-            **({} if self.slope.level else {"sample": self.slope.model_dump()}),
+            **_sloping(self.slope),
         }
 
     def _effects(self, fluid: Fluid) -> dict[str, Any]:
@@ -331,12 +330,19 @@ def prepare(
     control: VolumeControl | None = None
     if solver.keeps_volume:
         factor = engine.scheme.volume_factor
-        control = VolumeControl(solid, schedule, engine.state, radius_mm=solver.size_mm, factor=factor)
+        control = VolumeControl(
+            solid, schedule, engine.state, radius_mm=solver.size_mm, factor=factor, settings=_sloping(slope)
+        )
     setup_s = time.perf_counter() - began
     frames, statistics = courses[0].frames, RunStatistics(len(pastes))
     return Injection(
         outline, tuple(fluids), solver, nozzle, seed, schedule, engine, frames, setup_s, statistics, control, slope
     )
+
+
+def _sloping(slope: SampleSlope) -> dict[str, Any]:
+    """The table of a run's settings that says how its sample lies; none for a level sample, as ever."""
+    return {} if slope.level else {"sample": slope.model_dump()}
 
 
 def _final_status(engine: FluidSolver) -> NDArray[np.integer]:

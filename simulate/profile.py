@@ -10,7 +10,7 @@ box of ones, longest run of each column, its top edge) and removes what the pixe
   centres, and a level multiplied by a width gives back the volume.
 """
 
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,6 +87,8 @@ class Lying(Protocol):
     def radius_mm(self) -> float: ...
     @property
     def particle_volume_mm3(self) -> float: ...
+    @property
+    def settings(self) -> dict[str, Any]: ...
 
 
 def settled(run: Lying, depth_mm: Floats) -> Mask:

@@ -8,6 +8,7 @@ between the walls and its surface, and what is missing or too much is made up by
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -39,15 +40,25 @@ class _Bed:
     spilled: Mask
     radius_mm: float
     particle_volume_mm3: float
+    settings: dict[str, Any]
 
 
 class VolumeControl:
     """Changes ``State.swelling`` of each run as if it were alone."""
 
-    def __init__(self, solid: Solid, schedule: Schedule, state: State, *, radius_mm: float, factor: float) -> None:
-        """``factor`` is the scheme's volume factor, which ``State.swelling`` multiplies."""
+    def __init__(
+        self,
+        solid: Solid,
+        schedule: Schedule,
+        state: State,
+        *,
+        radius_mm: float,
+        factor: float,
+        settings: dict[str, Any],
+    ) -> None:
+        """``factor`` is the scheme's volume factor, which ``State.swelling`` multiplies; ``settings`` are a run's."""
         self._solid, self._vessel, self._schedule, self._state = solid, Vessel(solid), schedule, state
-        self._radius_mm, self._factor = radius_mm, factor
+        self._radius_mm, self._factor, self._settings = radius_mm, factor, settings
         self.every = max(1, round(PERIOD_S / schedule.frame_s))
         """Frames from one measurement to the next."""
         self._gain = self.every * schedule.frame_s / MEMORY_S
@@ -84,6 +95,7 @@ class VolumeControl:
                     np.zeros(int(here.sum()), dtype=bool),
                     self._radius_mm,
                     schedule.dispensed_mm3 / schedule.particles,
+                    self._settings,
                 ),
                 int((status[own] == int(MOVING)).sum()),
             )
