@@ -10,7 +10,7 @@ from tests.fluids import path, pour, slot
 from tests.launches import PASTES, finish, ready
 
 THIN = Fluid(U=30.0, D_cm=0.3, freeze_after_s="never")
-FREEZING = THIN.model_copy(update={"freeze_after_s": 1.0})
+FREEZING = THIN.model_copy(update={"freeze_after_s": 2.58})
 STIFF = THIN.model_copy(update={"yield_stress_pa": 12.0})
 
 
