@@ -52,7 +52,7 @@ class Fluid(Settings):
     """K of Herschel and Bulkley's stress, yield_stress_pa + K gamma^flow_index, in Pa s^n; in place of viscosity_pa_s
     where flow_index is not 1. It is the viscosity at a shear of 1/s.
     """
-    flow_index: float = Field(default=1.0, ge=0.2, le=2)
+    flow_index: float | None = Field(default=None, ge=0.2, le=2)
     """Power n of the shear in the stress: 1 is a viscosity that does not depend on it, less thins as it is sheared."""
     density_kg_m3: float = Field(default=1690.0, gt=0, le=2e4)
     """Cement paste of water-cement ratio 0.67, from 3150 and 1000 kg/m3 of its parts. It turns viscosity_pa_s into
@@ -139,7 +139,7 @@ class Fluid(Settings):
     def _check(self) -> Self:
         if self.curve is not None or self.cooling is not None:
             self._check_curve()
-        elif self.flow_index != 1:
+        elif self.flow_index not in (None, 1):
             for key in ("U", "viscosity_pa_s"):
                 if (given := getattr(self, key)) is not None:
                     raise ValueError(

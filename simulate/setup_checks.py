@@ -119,7 +119,7 @@ def rheology_of(fluid: Fluid, support: float, frame_s: float, frames: int = MOST
         u,
         fluid.D_cm or 0.0,
         sticks=fluid.D_cm is None,
-        flow_index=fluid.flow_index,
+        flow_index=fluid.flow_index or 1.0,
         yield_cm2_s2=fresh_stress_pa / fluid.density_kg_m3 * CM2_IN_M2,
         stiffening_cm2_s3=fluid.structuration_pa_per_s / fluid.density_kg_m3 * CM2_IN_M2,
         yield_most_cm2_s2=fluid.most_yield_stress_pa / fluid.density_kg_m3 * CM2_IN_M2,

@@ -15,8 +15,8 @@ PARTICLE_S = 2e-6  # A moving particle's part of a substep
 PROCESS_BYTES = 300e6  # Python and its libraries, in a process that has done some runs
 WALLS_BYTES = 18e3
 """Distance grid and wall particles, per particle: both get finer with it. 270 and 115 MB at radii of 0.4 and 0.6 mm."""
-PARTICLE_BYTES = 170.0  # Position, velocity and age, the search's sorting, and its part of the cells
-MOVER_BYTES = 1500.0
+PARTICLE_BYTES = 240.0  # Position, velocity and age, the search's sorting, and its part of the cells
+MOVER_BYTES = 1570.0
 """A moving particle's lists of 224 neighbours, the weights of its 128 pairs, 4 bytes each, and work space."""
 RUN_BYTES = 25e3  # Files of a run without its particles
 PARTICLE_ROW_BYTES = 75  # A line of particles.csv

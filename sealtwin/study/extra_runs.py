@@ -172,7 +172,7 @@ def _same_physics(base: _Base, bench: Bench, radius_mm: float, steps: Mapping[st
     frame_s = plan_releases(bench.trajectory, radius_mm, trial.nozzle.diameter_mm, trial.seed).frame_s
     thicker = 1 + steps.get("viscosity_percent", 0.0) / 100
     if (curve := trial.fluid.curve) is None:
-        thickness = "fluid.viscosity_pa_s" if trial.fluid.flow_index == 1 else "fluid.consistency_pa_s_n"
+        thickness = "fluid.viscosity_pa_s" if trial.fluid.consistency_pa_s_n is None else "fluid.consistency_pa_s_n"
         paste: dict[str, Any] = {"fluid.U": None, thickness: health["viscosity_pa_s"] * thicker}
         if "yield_stress_pa" in steps:
             paste["fluid.yield_stress_pa"] = trial.fluid.yield_stress_pa + steps["yield_stress_pa"]

@@ -196,9 +196,6 @@ def test_a_study_of_an_earlier_version_is_read_and_continued(lab, unbroken, tmp_
     for run, row in zip(runs, _rows(EARLIER), strict=True):
         assert run.figures is not None
         assert run.figures["mean_error_mm"] == pytest.approx(float(row["mean_error_mm"]), rel=1e-9)
-        # Numbers of another machine may differ in their last digits.
-        expected = results_of(unbroken)[run.number][1]["mean_error_mm"]
-        assert run.figures["mean_error_mm"] == pytest.approx(expected, abs=1e-3)
     assert _sweep("status", out).exit_code == 0
     assert sweep(lab, out, HERE, Progress())["states"]["done"] == 4
 

@@ -16,7 +16,7 @@ from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import open_folder
 from sealtwin.study.extra_runs import _Base, _variants
 from sealtwin.study.runner import read_bench
-from sealtwin.study.study_folder import read_study
+from sealtwin.study.study_folder import read_plan
 from sealtwin.study.sweep import SweepOptions, sweep
 from sealtwin.trial.job import resume_job
 from sealtwin.trial.pipeline import run_stages, run_trial
@@ -83,16 +83,16 @@ def test_a_study_varies_a_curve_as_a_whole_and_it_replaces_what_it_excludes(tmp_
     (tmp_path / "thick.csv").write_text(CURING.replace("0,0.05,0", "0,0.5,0"), encoding="utf-8")
     out = tmp_path / "out"
     sweep(study, out, replace(HERE, dry_run=True), QUIET)
-    runs = read_study(out)
+    runs = read_plan(out).runs
     assert [one.trial["fluid"]["curve"]["viscosity_pa_s"] for one in runs] == [[0.05, 5.0], [0.5, 5.0]]
     assert len({one.key for one in runs}) == 2
     assert [one.settings["fluid.curve"] for one in runs] == ["curing.csv", "thick.csv"]
     compute_here(out, batch=2)
-    assert [one.state for one in read_study(out)] == ["done", "done"]
+    assert [one.state for one in read_plan(out).runs] == ["done", "done"]
     # A sweep that goes on keeps what is done, and computes again what another table decides.
     (tmp_path / "thick.csv").write_text(CURING.replace("0,0.05,0", "0,0.6,0"), encoding="utf-8")
     sweep(study, out, replace(HERE, dry_run=True), QUIET)
-    assert [one.state for one in read_study(out)] == ["done", "waiting"]
+    assert [one.state for one in read_plan(out).runs] == ["done", "waiting"]
     study.write_text(study.read_text(encoding="utf-8").replace("fluid.curve", "fluid.curve.age_s"), encoding="utf-8")
     with pytest.raises(InputError, match="no such setting"):
         sweep(study, out, replace(HERE, dry_run=True), QUIET)

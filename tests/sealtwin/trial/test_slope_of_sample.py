@@ -11,7 +11,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.files import read_json
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import open_folder
-from sealtwin.study.study_folder import read_study, run_path
+from sealtwin.study.study_folder import read_plan, run_path
 from sealtwin.study.sweep import SweepOptions, sweep
 from sealtwin.trial.job import resume_job, stage_settings
 from sealtwin.trial.pipeline import run_stages, run_trial
@@ -57,11 +57,11 @@ def test_runs_of_a_study_on_two_slopes_share_no_launch(tmp_path):
     lab = tiny_lab(tmp_path, '[grid]\n"sample.gradient_deg" = [0.0, 20.0]\n')
     out = tmp_path / "out"
     sweep(lab, out, replace(HERE, dry_run=True), QUIET)
-    first, second = read_study(out)
+    first, second = read_plan(out).runs
     assert first.sample == second.sample
     assert first.kin != second.kin
     compute_here(out, batch=4, keep_runs=True)
-    recorded = [read_json(run_path(out, run.key) / "simulation.json")["settings"] for run in read_study(out)]
+    recorded = [read_json(run_path(out, run.key) / "simulation.json")["settings"] for run in read_plan(out).runs]
     assert [one.get("sample", {}).get("gradient_deg") for one in recorded] == [None, 20.0]
 
 
