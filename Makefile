@@ -36,6 +36,9 @@ benchmark-simulate: $(DEVELOPING)
 	$(BIN)/python benchmarks/pbf_step.py
 	$(BIN)/python benchmarks/paper_run.py
 	$(BIN)/python benchmarks/physics.py
+	$(BIN)/python -m benchmarks.channels
+	$(BIN)/python -m benchmarks.volume
+	$(BIN)/python -m benchmarks.sleep
 	$(BIN)/python benchmarks/tilt.py
 	$(BIN)/python benchmarks/material.py
 	$(BIN)/python -m benchmarks.pressure

@@ -4,7 +4,7 @@
 
 Each case prints what it took of the processor. A tolerance comes from a source or a reason that stands beside it in
 the code, never from what was measured: what misses it is a limit of the solver, and is said to be one. Figures without
-a tolerance are reported. About seven minutes of one core.
+a tolerance are reported. About nine minutes of one core.
 """
 
 import argparse

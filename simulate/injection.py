@@ -226,11 +226,11 @@ class Injection:
         for fluid in self.fluids:
             asked_mm2_s = 1e6 * self._effects(fluid)["viscosity_m2_s"]
             if not fluid.yields and asked_mm2_s * THIN < added_mm2_s:
-                key = next(
-                    key for key in ("U", "viscosity_pa_s", "consistency_pa_s_n") if getattr(fluid, key) is not None
-                )
+                keys = ("U", "viscosity_pa_s", "consistency_pa_s_n")
+                given = [f"{key} is {value:g}" for key in keys if (value := getattr(fluid, key)) is not None]
+                said = given[0] if given else "curve begins thin"
                 found.append(
-                    f"fluid.{key} is {getattr(fluid, key):g}: {asked_mm2_s:.3g} mm2/s, to which particles of "
+                    f"fluid.{said}: {asked_mm2_s:.3g} mm2/s, to which particles of "
                     f"solver.radius_mm = {self.solver.size_mm:g} add about {added_mm2_s:.2g} of their own. The fluid "
                     f"acts as one of {asked_mm2_s + added_mm2_s:.3g} mm2/s; smaller particles add less."
                 )

@@ -43,17 +43,18 @@ class Fluid(Settings):
     """
     D_cm: float | None = Field(default=None, ge=0, le=1e3)
     """Weight of the walls' drag in Eq. 5, of a whole frame. Left out, it is the paper's 0.3 beside U, and beside
-    viscosity_pa_s the weight with which the fluid sticks to the walls, from viscosity, radius and frame.
+    any other viscosity the fluid sticks to the walls.
     """
     viscosity_pa_s: float | None = Field(default=None, ge=0, le=1e4)
-    """Dynamic viscosity in place of U, which follows from the radius and the frame, as does D_cm where it is left out.
-    """
+    """Dynamic viscosity in place of U, which follows from the radius and the frame."""
     consistency_pa_s_n: float | None = Field(default=None, ge=0, le=1e4)
     """K of Herschel and Bulkley's stress, yield_stress_pa + K gamma^flow_index, in Pa s^n; in place of viscosity_pa_s
     where flow_index is not 1. It is the viscosity at a shear of 1/s.
     """
     flow_index: float | None = Field(default=None, ge=0.2, le=2)
-    """Power n of the shear in the stress: 1 is a viscosity that does not depend on it, less thins as it is sheared."""
+    """Power n of the shear in the stress. Left out, or 1, the viscosity does not depend on it; less thins as it is
+    sheared, and needs consistency_pa_s_n.
+    """
     density_kg_m3: float = Field(default=1690.0, gt=0, le=2e4)
     """Cement paste of water-cement ratio 0.67, from 3150 and 1000 kg/m3 of its parts. It turns viscosity_pa_s into
     U, and stresses into what they can hold against gravity; the fluid falls alike at any density.

@@ -15,7 +15,7 @@ import numpy as np
 from sealtwin.core.records import Floats, Solid
 from simulate.fluid.state import State
 from simulate.kernels.status import FROZEN, MOVING
-from simulate.profile import Mask, Vessel, settled
+from simulate.profile import Mask, Vessel, half_spacing_mm, settled
 from simulate.setup.release_schedule import Schedule
 
 PERIOD_S = 0.1  # Time between two measurements: a third of what paste needs to come to rest
@@ -74,8 +74,7 @@ class VolumeControl:
             dispensed_mm3 = lies.sum() * bed.particle_volume_mm3
             if moving == 0 or dispensed_mm3 < LEAST_SETTLED * self._schedule.dispensed_mm3:
                 continue
-            half_mm = min(self._radius_mm, float(np.cbrt(bed.particle_volume_mm3)) / 2)
-            lacking = 1 - self._vessel.volume_mm3(bed.position_mm[lies], half_mm) / dispensed_mm3
+            lacking = 1 - self._vessel.volume_mm3(bed.position_mm[lies], half_spacing_mm(bed)) / dispensed_mm3
             share = max(LEAST_MOVING, min(1.0, moving / lies.sum()))
             swelling[run] = min(most, max(least, swelling[run] + self._gain * lacking / share))
         self._state.swelling.assign(swelling)

@@ -12,7 +12,8 @@ import warp as wp
 
 from simulate.fluid.launcher import Launcher, RowLaunch
 from simulate.fluid.state import SPARE, MoversList, State
-from simulate.kernels import viscosity as device_code
+from simulate.kernels import conjugate_gradients as device_code
+from simulate.kernels.viscosity import ViscosityKernels
 from simulate.setup.cell_grid import NEIGHBOURS, pairs_of
 
 OF_THE_RIGHT = 1e-2  # Largest residual over the right side: a tenth of what a coarser step in time changes
@@ -32,7 +33,7 @@ class Viscosity:
         movers: MoversList,
         lists: Any,
         paste: Any,
-        pairs: device_code.ViscosityKernels,
+        pairs: ViscosityKernels,
         launcher: Launcher,
         *,
         support: float,

@@ -73,5 +73,16 @@ def test_a_fluid_that_its_particles_thicken_is_told_before_the_run():
     assert not said[0.1]
 
 
+def test_a_thin_fluid_of_a_table_is_told_too():
+    """Such a fluid has none of the keys of the others; the remark once ended in StopIteration for it."""
+    crack = slot(12.0)
+    table = {"age_s": [0.0, 9.0], "viscosity_pa_s": [0.001, 0.1]}
+    fluid = Fluid.model_validate({"curve": table, "density_kg_m3": 1000.0, "freeze_after_s": "never"})
+    trajectory = path(crack[1], 0.02, speed_mm_s=40.0)
+    injection = prepare(*crack, trajectory, [fluid], Solver(radius_mm=0.6), Nozzle(), seed=0, device="cpu")
+    (remark,) = injection.remarks()
+    assert remark.startswith("fluid.curve begins thin: 1 mm2/s")
+
+
 def test_shorter_substeps_add_more():
     assert added_viscosity(0.04, 1e-3) > added_viscosity(0.04, 2e-3) > added_viscosity(0.025, 2e-3)

@@ -1,0 +1,260 @@
+"""Device code of the conjugate gradients that solve the viscosity's linear system, for all runs at once.
+
+Each run is solved as if it were alone, to the same bits with any number of threads and of other runs.
+"""
+
+import warp as wp
+
+from simulate.kernels.status import Movers, Particles
+
+wp.set_module_options({"enable_backward": False})
+
+CHUNKS = wp.constant(64)
+"""Parts of a run whose sums are made one by one, the same on all devices and with any number of threads."""
+
+ROUNDS = wp.constant(1.0e-3)
+"""Part of a curvature below which a difference of two float32 sums is not to be trusted."""
+
+
+@wp.struct
+class System:
+    """The linear system (I + A) v_new = v of backward Euler on Eq. 5, by row."""
+
+    coupling: wp.array2d[float]
+    """Weight of each pair over its squared distance, in the slots of the fluid's neighbour lists."""
+    drag: wp.array[float]  # By the walls
+    held: wp.array[float]  # Drag by the walls and by neighbours at rest
+    inverse: wp.array[wp.mat33]  # Of a particle's own block of I + A
+    resistance: wp.array[float]  # Largest part of a velocity that a pass of Eq. 5 takes away
+    at_walls: wp.array[float]  # Weight of pairs with a wall to which the fluid sticks; by particle
+
+
+@wp.struct
+class Search:
+    """Conjugate gradients, as Chronopoulos and Gear arrange them: vectors by row, scalars by run.
+
+    The residual times the inverses of the particles' own blocks (Jacobi's preconditioner) is by particle, for
+    it is what the matrix is applied to.
+    """
+
+    residual: wp.array[wp.vec3]
+    product: wp.array[wp.vec3]  # The matrix times the scaled residual
+    direction: wp.array[wp.vec3]
+    pull: wp.array[wp.vec3]  # The matrix times the direction
+    partial: wp.array2d[wp.vec4]  # Sums of each part of a run
+    error: wp.array[float]
+    length: wp.array[float]  # How far to go along the direction
+    turn: wp.array[float]  # Share of the last direction in the next one
+    goal: wp.array[float]
+    holds: wp.array[float]  # Number of particles, and the drag of all that does not move with them
+    warm: wp.array[int]  # 1 where the search begins at the guess
+    iterations: wp.array[int]
+
+
+@wp.func
+def rows_of(movers: Movers, part: int):
+    """First row of a part of a run, and one past its last."""
+    run = part // CHUNKS
+    first = movers.first_row[run]
+    rows = movers.first_row[run + 1] - first
+    width = (rows + CHUNKS - 1) // CHUNKS
+    begin = wp.min(part % CHUNKS * width, rows)
+    return wp.vec2i(first + begin, first + wp.min(begin + width, rows))
+
+
+@wp.kernel
+def sum_residuals(
+    begin: int,
+    movers: Movers,
+    particles: Particles,
+    system: System,
+    search: Search,  # out: partial
+    more: wp.array[int],  # out: zero
+):
+    """Squares of the right side and of both residuals, in the norm of the preconditioner."""
+    part = begin + wp.tid()
+    if part == 0:
+        more[0] = 0
+    rows = rows_of(movers, part)
+    total = wp.vec4(0.0)
+    for row in range(rows[0], rows[1]):
+        inverse = system.inverse[row]
+        own = particles.velocity[movers.particle[row]]
+        still = search.residual[row]
+        moved = search.product[row]
+        total += wp.vec4(
+            wp.dot(own, inverse * own),
+            wp.dot(still, inverse * still),
+            wp.dot(moved, inverse * moved),
+            1.0 + system.held[row],
+        )
+    search.partial[part // CHUNKS, part % CHUNKS] = total
+
+
+@wp.func
+def whole_sum(search: Search, run: int):
+    """The parts in their order."""
+    total = wp.vec4(0.0)
+    for chunk in range(CHUNKS):
+        total += search.partial[run, chunk]
+    return total
+
+
+@wp.kernel
+def begin_search(
+    of_the_right: float,
+    of_the_change: float,
+    at_most: int,
+    search: Search,  # out: all scalars
+    more: wp.array[int],  # out
+    unsolved: wp.array[int],  # in, out
+):
+    """Choose where to begin, and the goal: shares of the right side, and of the residual of no viscosity at all."""
+    run = wp.tid()
+    squares = whole_sum(search, run)
+    search.goal[run] = wp.min(of_the_right * of_the_right * squares[0], of_the_change * of_the_change * squares[1])
+    # False for a guess that is no number.
+    search.warm[run] = wp.where(squares[2] < squares[1], 1, 0)
+    search.error[run] = wp.where(squares[2] < squares[1], squares[2], squares[1])
+    search.holds[run] = squares[3]
+    search.turn[run] = 0.0
+    search.length[run] = 0.0
+    search.iterations[run] = 0
+    ask_for_more(search, run, at_most, more, unsolved)
+
+
+@wp.func
+def ask_for_more(search: Search, run: int, at_most: int, more: wp.array[int], unsolved: wp.array[int]):
+    """Ask for another iteration while a residual is above its goal; after ``at_most`` the run counts as unsolved."""
+    if search.error[run] > search.goal[run]:
+        if search.iterations[run] < at_most:
+            search.iterations[run] = search.iterations[run] + 1
+            more[0] = 1
+        else:
+            unsolved[run] = 1
+
+
+@wp.kernel
+def start_search(begin: int, movers: Movers, particles: Particles, system: System, search: Search):
+    """Begin at the guess, which lies where the scaled residual will, or at the velocity without viscosity."""
+    part = begin + wp.tid()
+    rows = rows_of(movers, part)
+    warm = search.warm[part // CHUNKS]
+    for row in range(rows[0], rows[1]):
+        i = movers.particle[row]
+        r = search.residual[row]
+        if warm == 1:
+            r = search.product[row]
+            particles.velocity[i] = particles.scaled_residual[i]
+        search.residual[row] = r
+        search.direction[row] = wp.vec3(0.0)
+        search.pull[row] = wp.vec3(0.0)
+        particles.scaled_residual[i] = system.inverse[row] * r
+
+
+@wp.kernel
+def sum_curvature(
+    begin: int,
+    movers: Movers,
+    particles: Particles,
+    search: Search,  # out: partial
+    more: wp.array[int],  # out: zero
+):
+    part = begin + wp.tid()
+    if part == 0:
+        more[0] = 0
+    rows = rows_of(movers, part)
+    total = float(0.0)
+    for row in range(rows[0], rows[1]):
+        total += wp.dot(particles.scaled_residual[movers.particle[row]], search.product[row])
+    search.partial[part // CHUNKS, part % CHUNKS] = wp.vec4(total, 0.0, 0.0, 0.0)
+
+
+@wp.kernel
+def find_length(search: Search):
+    """The step to the least energy along the next direction."""
+    run = wp.tid()
+    if search.error[run] <= search.goal[run]:
+        return
+    along = whole_sum(search, run)[0]
+    curvature = along
+    if search.turn[run] > 0.0:
+        curvature -= search.turn[run] * search.error[run] / search.length[run]
+        # Where rounding takes what is left of the difference, the search begins anew.
+        if curvature < ROUNDS * along:
+            search.turn[run] = 0.0
+            curvature = along
+    search.length[run] = search.error[run] / wp.max(curvature, 1.0e-30)
+
+
+@wp.kernel
+def advance_search(begin: int, movers: Movers, particles: Particles, system: System, search: Search):
+    """Turn the direction, go along it, and sum up the new residual."""
+    part = begin + wp.tid()
+    run = part // CHUNKS
+    if search.error[run] <= search.goal[run]:
+        return
+    rows = rows_of(movers, part)
+    length = search.length[run]
+    turn = search.turn[run]
+    total = float(0.0)
+    for row in range(rows[0], rows[1]):
+        i = movers.particle[row]
+        direction = particles.scaled_residual[i] + turn * search.direction[row]
+        pull = search.product[row] + turn * search.pull[row]
+        search.direction[row] = direction
+        search.pull[row] = pull
+        particles.velocity[i] = particles.velocity[i] + length * direction
+        r = search.residual[row] - length * pull
+        search.residual[row] = r
+        scaled = system.inverse[row] * r
+        particles.scaled_residual[i] = scaled
+        total += wp.dot(r, scaled)
+    search.partial[run, part % CHUNKS] = wp.vec4(total, 0.0, 0.0, 0.0)
+
+
+@wp.kernel
+def find_turn(
+    at_most: int,
+    search: Search,  # in, out
+    more: wp.array[int],  # out
+    unsolved: wp.array[int],  # in, out
+):
+    run = wp.tid()
+    if search.error[run] <= search.goal[run]:
+        return
+    error = whole_sum(search, run)[0]
+    search.turn[run] = error / wp.max(search.error[run], 1.0e-30)
+    search.error[run] = error
+    ask_for_more(search, run, at_most, more, unsolved)
+
+
+@wp.kernel
+def sum_left(
+    begin: int,
+    movers: Movers,
+    search: Search,  # out: partial
+):
+    """The residual of a run as a whole."""
+    part = begin + wp.tid()
+    rows = rows_of(movers, part)
+    total = wp.vec3(0.0)
+    for row in range(rows[0], rows[1]):
+        total += search.residual[row]
+    search.partial[part // CHUNKS, part % CHUNKS] = wp.vec4(total[0], total[1], total[2], 0.0)
+
+
+@wp.kernel
+def shift_all(begin: int, movers: Movers, particles: Particles, search: Search):
+    """Move a run as a whole until its residual is zero: pairs then keep momentum, wherever the search ended."""
+    part = begin + wp.tid()
+    run = part // CHUNKS
+    rows = rows_of(movers, part)
+    left = whole_sum(search, run)
+    by = wp.vec3(left[0], left[1], left[2]) / wp.max(search.holds[run], 1.0)
+    # What is no number stays with its particle, which is then found.
+    if not wp.isfinite(by):
+        return
+    for row in range(rows[0], rows[1]):
+        i = movers.particle[row]
+        particles.velocity[i] = particles.velocity[i] + by
