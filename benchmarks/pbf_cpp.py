@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.pbf_numba import explicit_weights
 from sealtwin.core.records import Floats
 from simulate.fluid.pressure import LONGEST_CORRECTION
 from simulate.fluid.solver import LIST_REACH, FluidSolver
@@ -42,7 +43,7 @@ class CppStep:
     def __init__(self, engine: FluidSolver, side_mm: float, depth_mm: float, threads: int) -> None:
         s, cells, clearance = engine.pressure.smoothing, engine.fluid_cells.cells, engine.barrier.clearance
         half = side_mm / 20 - clearance
-        thin, drag = (float(weight.numpy()[0]) for weight in (engine.paste.thin, engine.paste.drag))
+        thin, drag = explicit_weights(engine)
         numbers = (
             *(
                 s.support,

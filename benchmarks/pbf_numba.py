@@ -90,11 +90,17 @@ class NumbaStep:
             )
             _shift(*place, self._correction, clearance, *self._grid)
         _update(*place, self._start, self.velocity, step_s)
-        thin, drag = (np.float32(a.numpy()[0]) for a in (engine.paste.thin, engine.paste.drag))
+        thin, drag = explicit_weights(engine)
         mass = np.float32(s.mass)
         self.velocity = _viscosity(
             *place, self._wall, *lists, numbers[0], mass, thin, drag, self.density, self.velocity
         )
+
+
+def explicit_weights(engine: FluidSolver) -> tuple[np.float32, np.float32]:
+    """U and D of Eq. 5 in a substep, over h sqrt(pi), of the first run's fluid when fresh."""
+    paste = engine.paste
+    return np.float32(paste.by_age.numpy()[0, 0, 0]), np.float32(paste.drag.numpy()[0])
 
 
 @njit(cache=True, fastmath=True)

@@ -87,11 +87,9 @@ class Viscosity:
 
     def bind_weights(self, lists: Any) -> None:
         """Take the pairs' weights and the walls' drag from ``lists``."""
+        self._lists = lists
         self._weigh = self._launcher.bind(
             self._pairs.weigh_pairs, *self._moving, lists, self._support, self._paste, self._system
-        )
-        self._measure_rates = self._launcher.bind(
-            self._pairs.measure_rates, *self._moving, lists, self._support, self._paste, self._system
         )
 
     def _bind_search(self) -> None:
@@ -145,19 +143,22 @@ class Viscosity:
     def pass_explicit(self, rows: int) -> int:
         """Eq. 5 as printed, v - (A / q) v, in the fewest passes that are stable; returns their number."""
         state = self._state
-        self._measure_rates(rows)
-        passes = max(1, math.ceil(self.resistance.numpy()[:rows].max(initial=0.0) / STABLE))
         # Particles at rest have no speed, in both arrays.
         wp.copy(self._other, state.velocity)
         before, after = state.velocity, self._other
-        for _ in range(passes):
-            self.pass_once(before, after, passes, rows)
-            before, after = after, before
+        self.pass_once(before, after, 1, rows)
+        passes = max(1, math.ceil(self.resistance.numpy()[:rows].max(initial=0.0) / STABLE))
+        if passes == 1:
+            before = after
+        else:
+            for _ in range(passes):
+                self.pass_once(before, after, passes, rows)
+                before, after = after, before
         wp.copy(state.velocity, before)
         return passes
 
     def pass_once(self, before: Any, after: Any, passes: float, rows: int) -> None:
         """One of q passes; stable up to a largest diagonal of A of about 1.95 q."""
         kernel = self._pairs.pass_velocity
-        inputs = (self._lists, self._support, self._system, passes, before, after)
+        inputs = (self._lists, self._support, self._paste, self._system, passes, before, after)
         self._launcher.bind(kernel, *self._moving, *inputs)(rows)

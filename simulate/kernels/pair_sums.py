@@ -214,6 +214,36 @@ def couple(
 
 
 @wp.func
+def sum_printed(
+    position: wp.array[wp.vec4],
+    velocity: wp.array[wp.vec3],
+    volume_and_viscosity: wp.array[wp.vec2],
+    listed: wp.array2d[int],
+    row: int,
+    count: int,
+    here: wp.vec4,
+    moves: wp.vec3,
+    viscosity: float,
+    support: float,
+):
+    """U m/rho_j W_v of Eq. 5 times the difference of velocities, and by itself; each is summed over the neighbours.
+
+    Two viscosities make one by their harmonic mean.
+    """
+    sums = wp.vec4(0.0)
+    for slot in range(count):
+        j = listed[row, slot]
+        other = position[j]
+        offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
+        theirs = volume_and_viscosity[j]
+        mean = 2.0 * viscosity * theirs[1] / wp.max(viscosity + theirs[1], 1.0e-20)
+        weight = theirs[0] * mean * gauss(wp.length_sq(offset), support)
+        apart = weight * (moves - velocity[j])
+        sums += wp.vec4(apart[0], apart[1], apart[2], weight)
+    return sums
+
+
+@wp.func
 def sum_drag(
     wall: wp.array[wp.vec4],  # position and share
     listed: wp.array2d[int],

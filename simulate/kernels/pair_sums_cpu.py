@@ -1,7 +1,7 @@
-"""The sums of ``pair_sums`` for CPUs, eight neighbours at a time; same names, arguments and meaning.
+"""The sums of ``pair_sums`` for CPUs, eight or sixteen neighbours at a time; same names, arguments and meaning.
 
-They use vectors of the C++ compiler, and two instructions of AVX2, where present: one finds a rough inverse root, one
-packs the neighbours found. On two cores of an EPYC the plain loops take eight to twelve times as long
+They use vectors of the C++ compiler, and two instructions of AVX2 or AVX-512, where present: one finds a rough inverse
+root, one packs the neighbours found. On two cores of an EPYC the plain loops take eight to twelve times as long
 (``benchmarks/pbf_step.py``). The dummy point that pads a list is so far away that its terms are zero. The order of the
 sums differs, and so do the last bits.
 """
@@ -13,30 +13,46 @@ from simulate.kernels.status import RESTS
 
 wp.set_module_options({"enable_backward": False})
 
-# Eight positions of 16 bytes each, turned into one vector for each coordinate.
+# As many positions of 16 bytes each as a register has lanes, turned into one vector for each coordinate.
 VECTORS = """
 typedef float f4 __attribute__((vector_size(16)));
 #define PAIR(a, b) __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7)
 #define LOAD(at) ([](const void* p) { f4 v; __builtin_memcpy(&v, p, 16); return v; }(at))
 #define BOTH(l, k) PAIR(LOAD(from+n*l[k]), LOAD(from+n*l[(k) + 4]))
 #define HALVES(v, ...) (__builtin_shufflevector(v, v, __VA_ARGS__))
-#define SUM(eight) ({ \\
+#define SUM8(eight) ({ \\
     const auto four = HALVES(eight, 0, 1, 2, 3) + HALVES(eight, 4, 5, 6, 7); \\
     (four[0] + four[1]) + (four[2] + four[3]); })
+#ifdef __AVX512F__
+#define LANES 16
+typedef float floats __attribute__((vector_size(64)));
+#define ROWS(l, k) __builtin_shufflevector(BOTH(l, k), BOTH(l, (k) + 8), 0,1,2,3,4,5,6,7,8,9,10,11,12,13,14,15)
+#define LOW(a, b) __builtin_shufflevector(a, b, 0, 16, 1, 17, 4, 20, 5, 21, 8, 24, 9, 25, 12, 28, 13, 29)
+#define HIGH(a, b) __builtin_shufflevector(a, b, 2, 18, 3, 19, 6, 22, 7, 23, 10, 26, 11, 27, 14, 30, 15, 31)
+#define FIRST(a, b) __builtin_shufflevector(a, b, 0, 1, 16, 17, 4, 5, 20, 21, 8, 9, 24, 25, 12, 13, 28, 29)
+#define SECOND(a, b) __builtin_shufflevector(a, b, 2, 3, 18, 19, 6, 7, 22, 23, 10, 11, 26, 27, 14, 15, 30, 31)
+#define SUM(v) ({ \\
+    const auto eight = HALVES(v, 0, 1, 2, 3, 4, 5, 6, 7) + HALVES(v, 8, 9, 10, 11, 12, 13, 14, 15); \\
+    SUM8(eight); })
+#define ROUGHLY(v) __builtin_ia32_rsqrt14ps512_mask(v, v, (unsigned short)0xffff)
+#else
 #define LANES 8
 typedef float floats __attribute__((vector_size(32)));
+#define ROWS(l, k) BOTH(l, k)
 #define LOW(a, b) __builtin_shufflevector(a, b, 0, 8, 1, 9, 4, 12, 5, 13)
 #define HIGH(a, b) __builtin_shufflevector(a, b, 2, 10, 3, 11, 6, 14, 7, 15)
 #define FIRST(a, b) __builtin_shufflevector(a, b, 0, 1, 8, 9, 4, 5, 12, 13)
 #define SECOND(a, b) __builtin_shufflevector(a, b, 2, 3, 10, 11, 6, 7, 14, 15)
+#define SUM(v) SUM8(v)
 #ifdef __AVX__
 #define ROUGHLY(v) __builtin_ia32_rsqrtps256(v)
+#endif
 #endif
 const floats none = {};
 #define LOADS(X, Y, Z, W, base, bytes, l) \\
     floats X, Y, Z, W; { \\
     const char* from = (const char*)(base); const size_t n = (bytes); \\
-    const floats a = BOTH(l, 0), b = BOTH(l, 1), c = BOTH(l, 2), d = BOTH(l, 3); \\
+    const floats a = ROWS(l, 0), b = ROWS(l, 1), c = ROWS(l, 2), d = ROWS(l, 3); \\
     const floats ab = LOW(a, b), cd = LOW(c, d), ab2 = HIGH(a, b), cd2 = HIGH(c, d); \\
     X = FIRST(ab, cd); Y = SECOND(ab, cd); Z = FIRST(ab2, cd2); W = SECOND(ab2, cd2); }
 // One over the root, to float32's rounding: a step of Newton's from a processor's 12 bits or more.
@@ -231,6 +247,38 @@ def couple(
 @wp.func_native(
     _block(
         VECTORS,
+        "floats x = {}, y = {}, z = {}, total = {};",
+        OFFSETS.replace("POSITIONS", "position"),
+        GAUSS,
+        """
+    LOADS(U, V, T, unused, velocity.data, 12, l)
+    LOADS(volume, theirs, next, after, volume_and_viscosity.data, 8, l)
+    const floats both = __builtin_elementwise_max(viscosity + theirs, none + 1e-20f);
+    const floats weight = 2.0f * viscosity * volume * theirs * gauss / both;
+    x += weight * (moves[0] - U); y += weight * (moves[1] - V); z += weight * (moves[2] - T);
+    total += weight;
+}
+return wp::vec4(SUM(x), SUM(y), SUM(z), SUM(total));
+""",
+    )
+)
+def sum_printed(
+    position: wp.array[wp.vec4],
+    velocity: wp.array[wp.vec3],
+    volume_and_viscosity: wp.array[wp.vec2],
+    listed: wp.array2d[int],
+    row: int,
+    count: int,
+    here: wp.vec4,
+    moves: wp.vec3,
+    viscosity: float,
+    support: float,
+) -> wp.vec4: ...
+
+
+@wp.func_native(
+    _block(
+        VECTORS,
         f"const float NEAREST_WALL = {float(NEAREST_WALL)!r}f;",
         "floats drag = {}, sticks = {}, far = {}, x = {}, y = {}, z = {};",
         OFFSETS.replace("POSITIONS", "wall"),
@@ -292,7 +340,12 @@ def sum_pulled(
 @wp.func_native(
     _block(
         """
-#define LANES 8
+#ifdef __AVX512F__
+#define AT_ONCE 16
+#define MASK_TYPE unsigned short
+#define PACKED(v, mask) __builtin_ia32_compresssi512_mask(v, v, (unsigned short)(mask))
+#else
+#define AT_ONCE 8
 #define MASK_TYPE unsigned char
 #ifdef __AVX2__
 typedef unsigned char bytes __attribute__((vector_size(8)));
@@ -308,15 +361,16 @@ struct Lanes {
 static constexpr Lanes lanes;
 #define PACKED(v, mask) __builtin_ia32_permvarsi256(v, __builtin_convertvector(lanes.of[mask], ints))
 #endif
-typedef float floats __attribute__((vector_size(4 * LANES)));
-typedef int ints __attribute__((vector_size(4 * LANES)));
-typedef bool bits __attribute__((ext_vector_type(LANES)));
+#endif
+typedef float floats __attribute__((vector_size(4 * AT_ONCE)));
+typedef int ints __attribute__((vector_size(4 * AT_ONCE)));
+typedef bool bits __attribute__((ext_vector_type(AT_ONCE)));
 #define MASK(v) __builtin_bit_cast(MASK_TYPE, __builtin_convertvector(v, bits))
 const int slots = listed.shape[1];
 int* list = listed.data + (size_t)row * (size_t)slots;
 const float reach2 = reach * reach;
 int so_far = found;
-for (int k = begin; k < end; k += LANES) {
+for (int k = begin; k < end; k += AT_ONCE) {
     floats dx, dy, dz;
     __builtin_memcpy(&dx, x.data + k, sizeof dx);
     __builtin_memcpy(&dy, y.data + k, sizeof dy);
@@ -327,12 +381,12 @@ for (int k = begin; k < end; k += LANES) {
     ints who;
     __builtin_memcpy(&who, number.data + k, sizeof who);
     mask &= ~MASK(who == self);
-    if (end - k < LANES) mask &= (1u << (end - k)) - 1;
+    if (end - k < AT_ONCE) mask &= (1u << (end - k)) - 1;
 #ifdef PACKED
     // Packed in a register and stored whole: some processors take 20 ns to pack straight into memory.
     const ints packed = PACKED(who, mask);
     const int more = __builtin_popcount(mask);
-    if (so_far + LANES <= slots) __builtin_memcpy(list + so_far, &packed, sizeof packed);
+    if (so_far + AT_ONCE <= slots) __builtin_memcpy(list + so_far, &packed, sizeof packed);
     else if (so_far + more <= slots) __builtin_memcpy(list + so_far, &packed, 4 * more);
     so_far += more;
 #else

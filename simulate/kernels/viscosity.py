@@ -13,7 +13,7 @@ import warp as wp
 
 from simulate.kernels.conjugate_gradients import Search, System
 from simulate.kernels.neighbours import Neighbours
-from simulate.kernels.pair_sums import DragSums, GradientSums, gauss
+from simulate.kernels.pair_sums import DragSums, GradientSums
 from simulate.kernels.status import Movers, Particles
 
 wp.set_module_options({"enable_backward": False})
@@ -47,19 +47,7 @@ class ViscosityKernels(NamedTuple):
     weigh_pairs: Any
     measure_residuals: Any
     apply_matrix: Any
-    measure_rates: Any
     pass_velocity: Any
-
-
-@wp.func
-def printed_weight(particles: Particles, here: wp.vec4, i: int, j: int, support: float):
-    """U m/rho_j W_v of Eq. 5, with the harmonic mean of both viscosities."""
-    other = particles.position[j]
-    offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
-    own = particles.volume_and_viscosity[i][1]
-    theirs = particles.volume_and_viscosity[j]
-    mean = 2.0 * own * theirs[1] / wp.max(own + theirs[1], 1.0e-20)
-    return theirs[0] * mean * gauss(wp.length_sq(offset), support)
 
 
 @wp.func
@@ -100,7 +88,8 @@ def viscosity_kernels(loops: ModuleType, module: Any) -> ViscosityKernels:
 
     They are defined in a function because Warp binds the functions that a kernel calls when the kernel is defined.
     """
-    sum_gradient, couple, sum_drag, sum_pulled = loops.sum_gradient, loops.couple, loops.sum_drag, loops.sum_pulled
+    sum_gradient, couple, sum_drag = loops.sum_gradient, loops.couple, loops.sum_drag
+    sum_pulled, sum_printed = loops.sum_pulled, loops.sum_printed
 
     @wp.kernel(enable_backward=False, module=module)
     def measure_shear(
@@ -246,7 +235,7 @@ def viscosity_kernels(loops: ModuleType, module: Any) -> ViscosityKernels:
         search.product[row] = (1.0 + system.drag[row]) * vector[i] + pulled
 
     @wp.kernel(enable_backward=False, module=module)
-    def measure_rates(
+    def pass_velocity(
         begin: int,
         movers: Movers,
         particles: Particles,
@@ -254,45 +243,34 @@ def viscosity_kernels(loops: ModuleType, module: Any) -> ViscosityKernels:
         support: float,
         paste: Paste,
         system: System,  # out: drag, and in ``resistance`` what a pass of Eq. 5 takes at most of a velocity
-    ):
-        """The sums of U and D in Eq. 5 as printed, U sum_j m/rho_j W and D sum_k W."""
-        row = begin + wp.tid()
-        if row >= movers.count[0]:
-            return
-        i = movers.particle[row]
-        near = neighbours
-        here = particles.position[i]
-        total = float(0.0)
-        for slot in range(near.fluid_count[row]):
-            total += printed_weight(particles, here, i, near.fluid[row, slot], support)
-        walls = sum_drag(near.wall_particle, near.wall, row, near.wall_count[row], here, support)
-        drag = paste.drag[i // particles.per_run] * walls[0] + system.at_walls[i] * walls[1]
-        system.drag[row] = drag
-        system.resistance[row] = drag + total
-
-    @wp.kernel(enable_backward=False, module=module)
-    def pass_velocity(
-        begin: int,
-        movers: Movers,
-        particles: Particles,
-        neighbours: Neighbours,
-        support: float,
-        system: System,
         passes: float,
         before: wp.array[wp.vec3],
         after: wp.array[wp.vec3],  # out
     ):
-        """One of the q passes of Eq. 5, as printed."""
+        """One of the q passes of Eq. 5 as printed, with U sum_j m/rho_j W and D sum_k W."""
         row = begin + wp.tid()
         if row >= movers.count[0]:
             return
         i = movers.particle[row]
         near = neighbours
         here = particles.position[i]
-        lost = system.drag[row] * before[i]
-        for slot in range(near.fluid_count[row]):
-            j = near.fluid[row, slot]
-            lost += printed_weight(particles, here, i, j, support) * (before[i] - before[j])
-        after[i] = before[i] - lost / passes
+        own = before[i]
+        pulled = sum_printed(
+            particles.position,
+            before,
+            particles.volume_and_viscosity,
+            near.fluid,
+            row,
+            near.fluid_count[row],
+            here,
+            own,
+            particles.volume_and_viscosity[i][1],
+            support,
+        )
+        walls = sum_drag(near.wall_particle, near.wall, row, near.wall_count[row], here, support)
+        drag = paste.drag[i // particles.per_run] * walls[0] + system.at_walls[i] * walls[1]
+        system.drag[row] = drag
+        system.resistance[row] = drag + pulled[3]
+        after[i] = own - (drag * own + wp.vec3(pulled[0], pulled[1], pulled[2])) / passes
 
-    return ViscosityKernels(measure_shear, weigh_pairs, measure_residuals, apply_matrix, measure_rates, pass_velocity)
+    return ViscosityKernels(measure_shear, weigh_pairs, measure_residuals, apply_matrix, pass_velocity)
