@@ -251,13 +251,13 @@ class Vessel:
         """Each particle with every cell whose middle lies within reach of it: the cells' numbers and the heights."""
         size_mm, reach = self._cell_mm, int(np.ceil(reach_mm / self._cell_mm))
         span = np.arange(-reach, reach + 1)
-        shift = np.stack(np.meshgrid(span, span, indexing="ij"), axis=-1).reshape(-1, 2)
-        cell = np.floor(position_mm[:, :2] / size_mm).astype(int)[:, None, :] + shift
-        distance_mm = np.linalg.norm((cell + 0.5) * size_mm - position_mm[:, None, :2], axis=2)
-        inside = ((cell >= self._low) & (cell < self._low + self._shape)).all(axis=2)
-        particle, which = np.nonzero((distance_mm <= reach_mm) & inside)
-        row, column = (cell[particle, which] - self._low).T
-        return row * self._shape[1] + column, position_mm[particle, 2]
+        cell = np.floor(position_mm[:, :2] / size_mm).astype(int)[:, :, None] + span
+        squared_mm2 = ((cell + 0.5) * size_mm - position_mm[:, :2, None]) ** 2
+        # A cell beyond the solid is out of reach.
+        squared_mm2[(cell < self._low[:, None]) | (cell >= (self._low + self._shape)[:, None])] = np.inf
+        particle, row, column = np.nonzero(squared_mm2[:, 0, :, None] + squared_mm2[:, 1, None, :] <= reach_mm**2)
+        first, second = cell[particle, 0, row] - self._low[0], cell[particle, 1, column] - self._low[1]
+        return first * self._shape[1] + second, position_mm[particle, 2]
 
 
 def _crossings(triangle_mm: Floats, cell_mm: float, low: Integers, shape: Integers) -> tuple[Integers, Floats, Mask]:

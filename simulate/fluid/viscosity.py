@@ -55,7 +55,7 @@ class Viscosity:
         self._system.coupling = pairs_of(rows, NEIGHBOURS, float, device)
         self._system.at_walls = wp.array(sticks * viscosity, dtype=float, device=device)
         self._system.inverse = wp.zeros(rows, dtype=wp.mat33, device=device)
-        for name in ("drag", "held", "resistance"):
+        for name in ("drag", "held"):
             setattr(self._system, name, wp.zeros(rows, dtype=float, device=device))
         for name in ("residual", "product", "direction", "pull"):
             setattr(self._search, name, wp.zeros(rows, dtype=wp.vec3, device=device))
@@ -76,9 +76,9 @@ class Viscosity:
         self._bind_search()
 
     @property
-    def resistance(self) -> Any:
-        """Part of each mover's velocity that Eq. 5 as printed takes away in one pass, by row; after explicit passes."""
-        return self._system.resistance
+    def held(self) -> Any:
+        """Drag by the walls and by neighbours at rest, by row; after explicit passes by the walls and all neighbours."""
+        return self._system.held
 
     @property
     def walls_drag(self) -> Any:
@@ -147,7 +147,7 @@ class Viscosity:
         wp.copy(self._other, state.velocity)
         before, after = state.velocity, self._other
         self.pass_once(before, after, 1, rows)
-        passes = max(1, math.ceil(self.resistance.numpy()[:rows].max(initial=0.0) / STABLE))
+        passes = max(1, math.ceil(self.held.numpy()[:rows].max(initial=0.0) / STABLE))
         if passes == 1:
             before = after
         else:

@@ -25,7 +25,6 @@ class System:
     drag: wp.array[float]  # By the walls
     held: wp.array[float]  # Drag by the walls and by neighbours at rest
     inverse: wp.array[wp.mat33]  # Of a particle's own block of I + A
-    resistance: wp.array[float]  # Largest part of a velocity that a pass of Eq. 5 takes away
     at_walls: wp.array[float]  # Weight of pairs with a wall to which the fluid sticks; by particle
 
 

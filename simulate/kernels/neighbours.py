@@ -9,8 +9,6 @@ from simulate.kernels.status import FROZEN, Movers
 
 wp.set_module_options({"enable_backward": False})
 
-SIXTEEN = wp.constant(16)  # Lists are padded to whole sixteens with a dummy point (``pair_sums_cpu``)
-
 NEARLY_ONE = wp.constant(1.0001)  # Reach squared over a cell's size: rounding may put a point into the next cell
 
 
@@ -137,15 +135,14 @@ def beside(x: float, corner: float, size: float, cell: int, at: int):
 
 def neighbour_kernels(loops: ModuleType, module: Any) -> Any:
     """The kernel ``list_neighbours`` with the inner loop of ``loops``."""
-    collect = loops.collect
+    collect, pad = loops.collect, loops.pad
 
     @wp.func(module=module)
     def close(listed: wp.array2d[int], count: wp.array[int], row: int, found: int, dummy: int):
         """Keep the number of entries, and pad the list; returns whether it was too short."""
         kept = wp.min(found, listed.shape[1])
         count[row] = kept
-        for slot in range(kept, (kept + SIXTEEN - 1) // SIXTEEN * SIXTEEN):
-            listed[row, slot] = dummy
+        pad(listed, row, kept, dummy)
         return found > kept
 
     @wp.kernel(enable_backward=False, module=module)
@@ -206,20 +203,21 @@ def neighbour_kernels(loops: ModuleType, module: Any) -> Any:
                         row,
                         found,
                     )
-                    walls = collect(
-                        wall_cells.x,
-                        wall_cells.y,
-                        wall_cells.z,
-                        wall_cells.number,
-                        wall_cells.start[low],
-                        wall_cells.start[high],
-                        here,
-                        reach,
-                        -1,
-                        near.wall,
-                        row,
-                        walls,
-                    )
+                    if wall_cells.start[low] < wall_cells.start[high]:
+                        walls = collect(
+                            wall_cells.x,
+                            wall_cells.y,
+                            wall_cells.z,
+                            wall_cells.number,
+                            wall_cells.start[low],
+                            wall_cells.start[high],
+                            here,
+                            reach,
+                            -1,
+                            near.wall,
+                            row,
+                            walls,
+                        )
         if close(near.fluid, near.fluid_count, row, found, position.shape[0]):
             fault[i] = fault[i] | fluid_full
         if close(near.wall, near.wall_count, row, walls, near.wall_particle.shape[0]):

@@ -317,3 +317,10 @@ def collect(
                 listed[row, so_far] = number[k]
             so_far += 1
     return so_far
+
+
+@wp.func
+def pad(listed: wp.array2d[int], row: int, count: int, dummy: int):
+    """Fill a list of ``count`` entries with a dummy point to a whole number of sixteens, which loops for CPUs read."""
+    for slot in range(count, (count + 15) // 16 * 16):
+        listed[row, slot] = dummy

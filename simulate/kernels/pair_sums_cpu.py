@@ -381,7 +381,8 @@ for (int k = begin; k < end; k += AT_ONCE) {
     ints who;
     __builtin_memcpy(&who, number.data + k, sizeof who);
     mask &= ~MASK(who == self);
-    if (end - k < AT_ONCE) mask &= (1u << (end - k)) - 1;
+    // Without a branch, which no processor foresees.
+    mask &= (unsigned)((1ull << __builtin_elementwise_min(end - k, AT_ONCE)) - 1);
 #ifdef PACKED
     // Packed in a register and stored whole: some processors take 20 ns to pack straight into memory.
     const ints packed = PACKED(who, mask);
@@ -414,3 +415,14 @@ def collect(
     row: int,
     found: int,
 ) -> int: ...
+
+
+@wp.func_native("""{
+typedef int ints __attribute__((vector_size(64)));
+int* list = listed.data + (size_t)row * (size_t)listed.shape[1];
+const ints whole = ints{} + dummy;
+// A list is a whole number of sixteens long: only the last of them has less room.
+if (count + 16 <= listed.shape[1]) __builtin_memcpy(list + count, &whole, sizeof whole);
+else for (int slot = count; slot < listed.shape[1]; ++slot) list[slot] = dummy;
+}""")
+def pad(listed: wp.array2d[int], row: int, count: int, dummy: int): ...

@@ -156,6 +156,8 @@ def wake(
     restless_s: float,
     listed: wp.array2d[int],
     count: wp.array[int],
+    drag: wp.array[float],
+    held: wp.array[float],
     quiet_s: wp.array[float],  # in, out
 ):
     """Wake the sleeping neighbours of a particle that is fast, or was above its yield stress for ``restless_s``.
@@ -164,6 +166,9 @@ def wake(
     """
     row = begin + wp.tid()
     if row >= movers.count[0]:
+        return
+    # Most particles have no neighbour at rest: walls alone hold them.
+    if held[row] == drag[row]:
         return
     i = movers.particle[row]
     if yields[i // particles.per_run] == 0.0:

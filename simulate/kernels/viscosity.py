@@ -242,7 +242,7 @@ def viscosity_kernels(loops: ModuleType, module: Any) -> ViscosityKernels:
         neighbours: Neighbours,
         support: float,
         paste: Paste,
-        system: System,  # out: drag, and in ``resistance`` what a pass of Eq. 5 takes at most of a velocity
+        system: System,  # out: drag, and in ``held`` what a single pass would take at most of a velocity
         passes: float,
         before: wp.array[wp.vec3],
         after: wp.array[wp.vec3],  # out
@@ -270,7 +270,7 @@ def viscosity_kernels(loops: ModuleType, module: Any) -> ViscosityKernels:
         walls = sum_drag(near.wall_particle, near.wall, row, near.wall_count[row], here, support)
         drag = paste.drag[i // particles.per_run] * walls[0] + system.at_walls[i] * walls[1]
         system.drag[row] = drag
-        system.resistance[row] = drag + pulled[3]
+        system.held[row] = drag + pulled[3]
         after[i] = own - (drag * own + wp.vec3(pulled[0], pulled[1], pulled[2])) / passes
 
     return ViscosityKernels(measure_shear, weigh_pairs, measure_residuals, apply_matrix, pass_velocity)

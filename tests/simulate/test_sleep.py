@@ -34,6 +34,7 @@ def test_a_sleeper_wakes_beside_what_is_fast_or_goes_on_flowing(speed, flowed_s,
     quiet_s.assign(np.array([PATIENCE_S, -flowed_s], dtype=np.float32))
     engine.find_movers()
     engine.find_neighbours()
+    engine.viscosity._weigh(engine.rows)
     engine._wake(engine.rows)
     assert (state.status.numpy()[0] == int(MOVING)) == wakes
     if wakes:

@@ -42,7 +42,7 @@ def velocity_of(engine: FluidSolver) -> Floats:
 
 def largest_diagonal(engine: FluidSolver) -> float:
     """Of Eq. 5 as printed, once its passes were made."""
-    return float(engine.viscosity.resistance.numpy().max())
+    return float(engine.viscosity.held.numpy().max())
 
 
 def chaos(engine: FluidSolver) -> Floats:
