@@ -77,8 +77,7 @@ class Viscosity:
 
     @property
     def held(self) -> Any:
-        """Drag by the walls and by neighbours at rest, by row; after explicit passes, by the walls and all neighbours.
-        """
+        """Drag by the walls and by neighbours at rest, by row; after explicit passes, by all neighbours."""
         return self._system.held
 
     @property
