@@ -141,6 +141,11 @@ def check(engine: FluidSolver) -> dict[int, RunFault]:
     return engine.faults.found()
 
 
+def in_rows(engine: FluidSolver) -> NDArray[np.intp]:
+    """Number of the particle in each row, (rows,), once the neighbours were listed."""
+    return engine.movers.movers.particle.numpy()[: engine.rows].astype(np.intp)
+
+
 def positions_mm(engine: FluidSolver) -> Floats:
     return engine.state.position_mm()
 

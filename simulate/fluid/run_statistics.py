@@ -54,7 +54,8 @@ class RunStatistics:
 
     def summary(self, run: int) -> dict[str, Any]:
         """Figures of one run."""
-        error = np.concatenate(self.density)[np.concatenate(self.owner) == run]
+        # Sorted, for movers come in another order where other runs share the launch.
+        error = np.sort(np.concatenate(self.density)[np.concatenate(self.owner) == run])
         moving = np.array(self.moving).reshape(-1, self._runs)[:, run]
         iterations: dict[str, Any] = {}
         if self.solves:

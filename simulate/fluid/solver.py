@@ -268,6 +268,7 @@ class FluidSolver:
     def find_neighbours(self) -> None:
         """List the neighbours among all particles that are out, resting ones included, and among the walls."""
         self.fluid_cells.fill(self.state.position, self.state.status, self._out)
+        self.movers.sort(self.fluid_cells.cells.number, self._out)
         self._list(self.rows)
 
     def update_velocity(self) -> None:

@@ -90,6 +90,7 @@ class MoversList:
 
     def __init__(self, state: State, launcher: Launcher) -> None:
         count, device = state.count, state.device
+        self._device, self._status = device, state.status
         self._moves, self._row = (wp.zeros(count, dtype=int, device=device) for _ in range(2))
         self.movers = device_code.Movers()
         self.movers.particle = wp.zeros(count, dtype=int, device=device)
@@ -102,6 +103,17 @@ class MoversList:
         self._mark()
         array_scan(self._moves, self._row, inclusive=False)
         self._number()
+
+    def sort(self, number: wp.array, count: int) -> None:
+        """Put the movers into the order of ``number``, the first ``count`` particles cell by cell.
+
+        Rows that follow each other then have neighbours in common, which a processor still has at hand.
+        """
+        shared = {"device": self._device}
+        status = self._status
+        wp.launch(device_code.mark_sorted, count, inputs=[number, status, self._moves], **shared)
+        array_scan(self._moves, self._row, inclusive=False)
+        wp.launch(device_code.list_sorted, count, inputs=[number, status, self._row, self.movers], **shared)
 
     def number(self) -> int:
         """Number of movers, over all runs."""

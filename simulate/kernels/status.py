@@ -115,6 +115,30 @@ def number_movers(
 
 
 @wp.kernel
+def mark_sorted(
+    number: wp.array[int],
+    status: wp.array[int],
+    moves: wp.array[int],  # out
+):
+    k = wp.tid()
+    moves[k] = wp.where(status[number[k]] == MOVING, 1, 0)
+
+
+@wp.kernel
+def list_sorted(
+    number: wp.array[int],
+    status: wp.array[int],
+    row: wp.array[int],
+    movers: Movers,  # out
+):
+    """List the movers in the order of ``number``, which leaves each run its rows."""
+    k = wp.tid()
+    i = number[k]
+    if status[i] == MOVING:
+        movers.particle[row[k]] = i
+
+
+@wp.kernel
 def fall_asleep(
     begin: int,
     movers: Movers,

@@ -7,7 +7,7 @@ from simulate.fluid.fault_checks import RunFault
 from simulate.kernels import pressure, status
 from simulate.setup.cell_grid import CellGrid
 from simulate.setup.signed_distance import CM
-from tests.fluids import check, engine_with, lattice, slot
+from tests.fluids import check, engine_with, in_rows, lattice, slot
 
 REACH_CM = 1.04 * 0.16
 
@@ -22,8 +22,21 @@ def test_the_neighbour_list_is_that_of_a_search_over_all_pairs():
     here = engine.state.position_mm() * CM
     expected = KDTree(here).query_ball_point(here, REACH_CM)
     found, count = lists.fluid.numpy(), lists.fluid_count.numpy()
-    for i, around in enumerate(expected):
-        assert sorted([i, *found[i, : count[i]]]) == sorted(around)
+    for row, i in enumerate(in_rows(engine)):
+        assert sorted([i, *found[row, : count[row]]]) == sorted(expected[i])
+
+
+def test_rows_follow_the_cells_and_leave_out_who_rests():
+    points = np.random.default_rng(1).uniform([0, -1, -15], [6, 1, -1], (400, 3))
+    engine = engine_with(points, slot())
+    fate = np.where(np.arange(400) % 3, status.MOVING, status.FROZEN).astype(np.int32)
+    engine.state.status.assign(fate)
+    engine.find_movers()
+    engine.find_neighbours()
+    cells, row = engine.fluid_cells.cells, in_rows(engine)
+    assert sorted(row) == np.flatnonzero(fate == int(status.MOVING)).tolist()
+    index = np.floor((engine.state.position_mm()[row] * CM - [*cells.corner]) / cells.size).astype(int)
+    assert (np.diff(np.ravel_multi_index(index.T[::-1], [*cells.count][::-1])) >= 0).all()
 
 
 def test_walls_are_found_like_any_point():
@@ -33,8 +46,8 @@ def test_walls_are_found_like_any_point():
     expected = KDTree(wall).query_ball_point(engine.state.position_mm() * CM, REACH_CM)
     found, count = lists.wall.numpy(), lists.wall_count.numpy()
     assert max(count) > 8
-    for i, around in enumerate(expected):
-        assert sorted(found[i, : count[i]]) == sorted(around)
+    for row, i in enumerate(in_rows(engine)):
+        assert sorted(found[row, : count[row]]) == sorted(expected[i])
 
 
 def test_a_list_that_is_too_short_is_reported_with_its_first_particle():

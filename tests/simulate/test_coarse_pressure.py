@@ -12,7 +12,7 @@ from simulate.fluid.coarse_pressure import CoarsePressure
 from simulate.fluid.solver import substeps_for
 from simulate.injection import Injection, prepare
 from simulate.settings import Fluid, Nozzle, Solver
-from tests.fluids import FRAME_S, engine_with, lattice, path, slot
+from tests.fluids import FRAME_S, engine_with, in_rows, lattice, path, slot
 
 PASTES = (
     Fluid(U=30.0, D_cm=0.3, freeze_after_s=0.2),
@@ -95,10 +95,11 @@ def test_the_nodes_multipliers_make_the_densities_right_and_only_push(monkeypatc
     excess = np.random.default_rng(3).normal(0.02, 0.2, len(cloud))
     engine.state.density.assign((1 + excess).astype(np.float32))
     coarse.change(0, engine.rows)
-    hat, response = hats(coarse, cloud / 10)
+    row = in_rows(engine)
+    hat, response = hats(coarse, cloud[row] / 10)
     used = hat.sum(axis=0) >= 3.0
     matrix = np.einsum("iax,ibx->ab", response, response)[np.ix_(used, used)]
-    pushed = (coarse.rows.slope.numpy()[:, 3] * excess) @ hat[:, used]
+    pushed = (coarse.rows.slope.numpy()[:, 3] * excess[row]) @ hat[:, used]
     # min |R L + R^-T pushed|, whose normal equations are matrix L = -pushed.
     root = np.linalg.cholesky(matrix).T
     wanted = lsq_linear(root, -np.linalg.solve(root.T, pushed), bounds=(-np.inf, 0), tol=1e-14).x

@@ -14,7 +14,7 @@ from simulate.fluid.solver import FluidSolver
 from simulate.settings import Fluid, Nozzle, Solver
 from simulate.setup.rheology import Rheology
 from simulate.setup_checks import check_fit, rheology_of
-from tests.fluids import FRAME_S, engine_with, lattice, path, pour, slot
+from tests.fluids import FRAME_S, engine_with, in_rows, lattice, path, pour, slot
 
 SUPPORT_CM = 0.16
 CURING = "age_s,viscosity_pa_s,yield_stress_pa\n0,0.05,0\n10,5,20\n"
@@ -188,7 +188,8 @@ def test_particles_of_two_ages_meet_with_the_harmonic_mean_of_their_viscosities(
         engine.viscosity.measure_shear(engine.rows)
         engine.viscosity.pass_explicit(engine.rows)
         sums.append(engine.viscosity.held.numpy()[: len(points)].copy())
-    ratio, height = sums[1] / sums[0], points[:, 2]
+        height = points[in_rows(engine), 2]
+    ratio = sums[1] / sums[0]
     assert ratio[height > 23 + 1.7] == pytest.approx(3.0, rel=1e-4)
     assert ratio[height < 23 - 1.7] == pytest.approx(1.0, rel=1e-4)
     # 2 * 2 * 6 / 8 = 3 across, over 2: half of a neighbourhood makes 1.25 below it; the plain mean 1.5.
