@@ -9,10 +9,11 @@ import warp as wp
 
 @cache
 def sum_kernel(loops: ModuleType) -> Any:
-    """Stores what each sum of ``loops`` is for the first points of a cloud, (row, 38), and the coupling of pairs."""
+    """Stores what each sum of ``loops`` is for the first points of a cloud, (row, 42), and the coupling of pairs."""
     module = wp.get_module(f"tests.pairs.{loops.__name__}")
     sum_density, sum_walls, sum_correction = loops.sum_density, loops.sum_walls, loops.sum_correction
-    sum_gradient, couple, sum_drag, sum_pulled = loops.sum_gradient, loops.couple, loops.sum_drag, loops.sum_pulled
+    sum_gradient, couple, sum_drag = loops.sum_gradient, loops.couple, loops.sum_drag
+    sum_pulled, sum_printed = loops.sum_pulled, loops.sum_printed
 
     @wp.kernel(enable_backward=False, module=module)
     def all_sums(
@@ -48,5 +49,8 @@ def sum_kernel(loops: ModuleType) -> Any:
         gradient = sum_gradient(place, velocity, listed, row, many, here, velocity[row], support)
         for k in range(15):
             out[row, 23 + k] = gradient[k]
+        printed = sum_printed(place, velocity, bulk, listed, row, many, here, velocity[row], bulk[row][1], support)
+        for k in range(4):
+            out[row, 38 + k] = printed[k]
 
     return all_sums
