@@ -27,9 +27,9 @@ LIST_REACH = 1.04  # Reach of a list over h, for particles that come within h wh
 GRAVITY_CM_S2 = 981.0
 SLOWEST_SHEAR = 0.002
 """Shear in 1/s below which paste with a yield stress creeps at constant viscosity: the least that float32 allows."""
-QUIET_SHEAR = 0.1
-"""Shear in 1/s below which paste may fall asleep, and times h the speed: it then moves by 0.4 R in a second. At 0.5 /s
-paste that flows back along a slope falls asleep on its way, and stands 1 mm off.
+QUIET_SHEAR = 0.015
+"""Shear in 1/s below which paste may fall asleep, and times h the speed: it then moves by 0.06 R in a second. At 0.1 /s
+paste that flows back along a slope falls asleep on its way, and stands up to 1.4 mm off (``benchmarks/sleep.py``).
 """
 PATIENCE_S = 0.3  # Time of quiet before sleep (prototype)
 WAKING_CM_S = 0.5  # Speed of a neighbour that wakes a particle (prototype)
