@@ -32,8 +32,10 @@ class Distance:
 
 
 @wp.func
-def distance_at(solid: Distance, x: wp.vec3) -> wp.vec4:
-    """Gradient (unit length, or zero where it is not known) and signed distance.
+def distance_at(solid: Distance, x: wp.vec3, below: float) -> wp.vec4:
+    """Gradient and signed distance; the gradient has unit length, or is zero where it is not known.
+
+    It is known near walls, for a distance between zero and ``below``.
 
     Outside the grid the sample is its face: the half-space below z = 0 within the footprint of the block.
     """
@@ -78,9 +80,13 @@ def distance_at(solid: Distance, x: wp.vec3) -> wp.vec4:
     d11 = wp.lerp(d110, d111, r)
     d0 = wp.lerp(d00, d01, q)
     d1 = wp.lerp(d10, d11, q)
+    distance = wp.lerp(d0, d1, p)
+    # Most places are in the open, where nobody asks for the gradient.
+    if distance >= below or distance <= 0.0:
+        return wp.vec4(0.0, 0.0, 0.0, distance)
     slope_z = wp.lerp(wp.lerp(d001 - d000, d011 - d010, q), wp.lerp(d101 - d100, d111 - d110, q), p)
     slope = wp.normalize(wp.vec3(d1 - d0, wp.lerp(d01 - d00, d11 - d10, p), slope_z))
-    return wp.vec4(slope[0], slope[1], slope[2], wp.lerp(d0, d1, p))
+    return wp.vec4(slope[0], slope[1], slope[2], distance)
 
 
 @wp.func
@@ -91,12 +97,13 @@ def push_out(solid: Distance, x: wp.vec3, clearance: float) -> wp.vec4:
     wall that is nearest.
     """
     here = x
-    there = distance_at(solid, here)
+    enough = 0.999 * clearance
+    there = distance_at(solid, here, enough)
     for _turn in range(8):
-        if there[3] >= 0.999 * clearance or there[3] <= 0.0:
+        if there[3] >= enough or there[3] <= 0.0:
             break
         here += wp.min(clearance - there[3], 0.9 * there[3]) * wp.vec3(there[0], there[1], there[2])
-        there = distance_at(solid, here)
+        there = distance_at(solid, here, enough)
     return wp.vec4(here[0], here[1], here[2], there[3])
 
 
@@ -167,4 +174,4 @@ def sample_distance(
 ):
     """Signed distance at ``point``, from the grid."""
     i = wp.tid()
-    distance[i] = distance_at(solid, point[i])[3]
+    distance[i] = distance_at(solid, point[i], 0.0)[3]

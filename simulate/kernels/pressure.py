@@ -153,7 +153,7 @@ def inspect(
         over = wp.max(wp.max(face[0] - x[0], x[0] - face[2]), wp.max(face[1] - x[1], x[1] - face[3]))
         if over > support or (over > 0.0 and x[2] < 0.0):
             particles.status[i] = SPILLED
-        elif distance_at(solid, x)[3] < 0.0:
+        elif distance_at(solid, x, 0.0)[3] < 0.0:
             particles.status[i] = ESCAPED
         if particles.status[i] != MOVING:
             bring_to_rest(particles, i)
