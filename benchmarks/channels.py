@@ -90,10 +90,8 @@ class Channel:
     def flow(self, seconds: float, **solver: Any) -> tuple[float, float]:
         """Mean speed at last, and that of the closed form at the same places; it starts as the closed form has it."""
         radius_mm, step_s = self.radius_mm, step_of(self.radius_mm)
-        factor = Solver().scheme.volume_factor
-        place_mm, side_mm = _filled(self.width_mm, radius_mm, factor)
-        settings = {"step_s": step_s, "fluid": self.fluid, "volume_factor": factor, **solver}
-        box = Endless(place_mm, side_mm, radius_mm=radius_mm, walled=True, **settings)
+        place_mm, side_mm = _filled(self.width_mm, radius_mm)
+        box = Endless(place_mm, side_mm, radius_mm=radius_mm, step_s=step_s, walled=True, fluid=self.fluid, **solver)
         box.push_mm_s2 = np.array([self.push_mm_s2, 0.0, 0.0])
         box.set_velocity(np.outer(self.speed_mm_s(place_mm[:, 1] - self.width_mm / 2), [1.0, 0.0, 0.0]))
         seen = []
@@ -116,11 +114,10 @@ def step_of(radius_mm: float) -> float:
 
 
 @cache
-def _filled(width_mm: float, radius_mm: float, factor: float) -> tuple[Floats, Floats]:
+def _filled(width_mm: float, radius_mm: float) -> tuple[Floats, Floats]:
     """Particles at rest in no order in a channel, (n, 3), and its sides."""
     side_mm = np.array([LONG * radius_mm, width_mm, LONG * radius_mm])
-    step_s = step_of(radius_mm)
-    return stirred_mm(side_mm, 1 / factor, radius_mm, step_s, walled=True, volume_factor=factor), side_mm
+    return stirred_mm(side_mm, 1.0, radius_mm, step_of(radius_mm), walled=True), side_mm
 
 
 CLOUD_STEPS = 6
@@ -243,12 +240,8 @@ def fronts() -> Iterator[Row]:
 
 def _advance_mm(fluid: Fluid, radius_mm: float) -> float:
     step_s = step_of(radius_mm)
-    solver: dict[str, Any] = {"volume_factor": None}
-    factor = Solver().scheme.volume_factor
-    pit = Pit(70.0, SLOT_MM, 30.0)
-    # A particle counts for so much more than its volume.
-    packed = settled_mm(Pit(HEAP_MM[0], SLOT_MM, 30.0), radius_mm, step_s, HEAP_MM[1] / factor, **solver)
-    tank = Tank.of(pit, packed, radius_mm=radius_mm, step_s=step_s, fluid=fluid, **solver)
+    packed = settled_mm(Pit(HEAP_MM[0], SLOT_MM, 30.0), radius_mm, step_s, HEAP_MM[1])
+    tank = Tank.of(Pit(70.0, SLOT_MM, 30.0), packed, radius_mm=radius_mm, step_s=step_s, fluid=fluid)
     before = tank.front_mm()
     tank.wait(AFTER_S)
     return tank.front_mm() - before
