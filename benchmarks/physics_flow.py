@@ -176,7 +176,7 @@ def convergence_index(coarse: float, middle: float, fine: float) -> Finding:
     name, source = "convergence: index of the finest", "Roache 1994, factor 1.25"
     steps = coarse - middle, middle - fine
     if steps[0] * steps[1] <= 0 or abs(steps[1]) >= abs(steps[0]):
-        kind = "oscillatory" if steps[0] * steps[1] < 0 else "no order: not in the asymptotic range"
+        kind = "oscillatory" if steps[0] * steps[1] < 0 else "no order"
         return reported(name, 100 * abs(steps[1] / fine), "%", kind, "last change, no index")
     order = log(abs(steps[0] / steps[1])) / log(REFINED)
     index = 1.25 * abs(steps[1] / fine) / (REFINED**order - 1)
