@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.physics import CASES
 
-QUICK = ("momentum", "passes", "drop", "energy")
+QUICK = ("hydrostatic", "momentum", "passes", "drop", "energy")
 KNOWN_MISSES = {
     "shear_wave": {"shear wave, U = 0: the solver's own nu over what is told"},
     "plane_current": {"plane current, local: exponent"},
@@ -18,20 +18,22 @@ KNOWN_MISSES = {
 }
 
 
-def misses(name: str) -> set[str]:
-    """Each says what stands against it."""
-    missed = [finding for finding in CASES[name]() if finding.missed]
-    assert all(finding.because for finding in missed)
-    return {finding.name for finding in missed}
+def misses(name: str) -> dict[str, str]:
+    """What is missed, and what stands against it."""
+    return {finding.name: finding.because for finding in CASES[name]() if finding.missed}
 
 
 @pytest.mark.parametrize("name", QUICK)
 def test_a_quick_case_meets_its_tolerances(name):
-    """Seen to fail: with 2 lambda_i for lambda_i + lambda_j, twice the resistance, half the gravity, twice gamma^2."""
-    assert misses(name) == set()
+    """Seen to fail: with a volume factor of 1 throughout, 2 lambda_i for lambda_i + lambda_j, twice the resistance, half the
+    gravity, twice gamma^2.
+    """
+    assert misses(name) == {}
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in CASES if name not in QUICK])
 def test_a_long_case_meets_all_that_is_not_known_to_be_missed(name):
-    assert misses(name) == KNOWN_MISSES.get(name, set())
+    missed = misses(name)
+    assert set(missed) == KNOWN_MISSES.get(name, set())
+    assert all(missed.values())
