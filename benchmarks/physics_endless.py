@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.physics_tanks import GRAVITY_MM_S2, Pit, Tank, spacing_mm
+from benchmarks.physics_tanks import BEGINS_WITH, GRAVITY_MM_S2, Pit, Tank, spacing_mm
 from sealtwin.core.records import Floats
-from simulate.settings import Solver, particle_volume
+from simulate.settings import particle_volume
 from simulate.setup.signed_distance import CM
 from tests.fluids import lay_down
 
@@ -163,7 +163,7 @@ class Endless:
 
 def stirred_mm(side_mm: Floats, packed: float, radius_mm: float, step_s: float, *, walled: bool = False) -> Floats:
     """Particles at rest in no order, (n, 3): ``packed`` times as many as the box holds at rest density."""
-    packed /= Solver().scheme.volume_factor
+    packed /= BEGINS_WITH
     count = round(packed * float(side_mm.prod()) / particle_volume(radius_mm))
     along = np.ceil(side_mm / spacing_mm(radius_mm) * np.cbrt(packed)).astype(int) + 1
     axes = [(np.arange(n) + 0.5) / n * length for n, length in zip(along, side_mm, strict=True)]

@@ -34,6 +34,9 @@ SCATTER = 0.05
 SETTLING_MM2_S, SETTLING_S = 300.0, 0.25
 """Thick enough to end all motion in that time, thin enough to find its level."""
 
+BEGINS_WITH = Solver().scheme.volume_factor
+"""What a particle of a run counts for over its volume by Eq. 6, before the run finds its own factor."""
+
 SPRAY = 0.005
 """Share of a fluid that runs ahead of its front, particle by particle."""
 
@@ -81,7 +84,7 @@ def spacing_mm(radius_mm: float) -> float:
 
 
 def block_mm(
-    low: tuple[float, float, float], high: tuple[float, float, float], radius_mm: float, factor: float = 1.0
+    low: tuple[float, float, float], high: tuple[float, float, float], radius_mm: float, factor: float = BEGINS_WITH
 ) -> Floats:
     """Particles that fill a box, (n, 3): even layers at the clearance from its sides, of its volume in all.
 

@@ -40,7 +40,7 @@ def test_what_does_not_converge_gets_no_index(three, said):
 
 def test_a_block_holds_the_volume_of_its_box():
     """To half a layer of its height."""
-    fluid = block_mm((0.0, -2.0, 0.0), (9.0, 2.0, 20.0), 0.4)
+    fluid = block_mm((0.0, -2.0, 0.0), (9.0, 2.0, 20.0), 0.4, factor=1.0)
     volume_mm3 = len(fluid) * particle_volume(0.4)
     layer_mm3 = volume_mm3 * 0.7 / 20
     assert abs(volume_mm3 - 9 * 4 * 20) < layer_mm3 / 2

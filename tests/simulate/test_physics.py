@@ -25,9 +25,7 @@ def misses(name: str) -> dict[str, str]:
 
 @pytest.mark.parametrize("name", QUICK)
 def test_a_quick_case_meets_its_tolerances(name):
-    """Seen to fail: with a volume factor of 1 throughout, 2 lambda_i for lambda_i + lambda_j, twice the resistance, half the
-    gravity, twice gamma^2.
-    """
+    """Seen to fail: volume factor 1, 2 lambda_i for lambda_i + lambda_j, twice the resistance or gamma^2, half of g."""
     assert misses(name) == {}
 
 
