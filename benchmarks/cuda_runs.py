@@ -142,11 +142,11 @@ def _timed(name: str, launch: Launch, most_s: float, goal: str, device: str) -> 
     unplaced = sum(int((~np.isfinite(run.position_mm)).any(axis=1).sum()) for run in launch.runs)
     return [
         Row(f"{name}, with set-up and results", launch.took_s, "s", 0, most_s if on_gpu else math.inf, goal),
-        Row(f"{name}: set-up", launch.setup_s, "s", 0, math.inf),
-        Row(f"{name}: frames", launch.frames, "", 0, math.inf),
-        Row(f"{name}: kernels a frame, a solve's search once", launch.kernels, "", 0, math.inf),
+        Row(f"{name}: set-up", launch.setup_s, "s"),
+        Row(f"{name}: frames", launch.frames, ""),
+        Row(f"{name}: kernels a frame, a solve's search once", launch.kernels, ""),
         Row(f"{name}: frames replayed from one graph", launch.recorded, "", on_gpu, on_gpu),
-        Row(f"{name}: particles each", launch.particles, "", 0, math.inf),
+        Row(f"{name}: particles each", launch.particles, ""),
         Row(f"{name}: failed", len(launch.outcomes) - len(launch.runs), "", 0, 0),
         Row(f"{name}: particles through a wall", sum(run.escaped_particles for run in launch.runs), "", 0, 0),
         Row(f"{name}: places that are no number", unplaced, "", 0, 0),
@@ -157,12 +157,12 @@ def _profiles(bench: Bench, launch: Launch) -> Row:
     began = time.perf_counter()
     for run in launch.runs:
         measure_profile(run, bench.outline, bench.solid)
-    return Row(f"{len(launch.runs)} runs: their profiles read, one core", time.perf_counter() - began, "s", 0, math.inf)
+    return Row(f"{len(launch.runs)} runs: their profiles read, one core", time.perf_counter() - began, "s")
 
 
 def _memory(bench: Bench, trials: Sequence[Trial], launch: Launch) -> list[Row]:
     expected = len(trials) * size_of(trials[0], bench.trajectory, bench.outline.mean_width_mm).bytes
-    rows = [Row(f"{len(trials)} runs: memory, expected", expected / 1e6, "MB", 0, math.inf)]
+    rows = [Row(f"{len(trials)} runs: memory, expected", expected / 1e6, "MB")]
     if math.isfinite(launch.taken_bytes):
         # A pool hands out whole blocks, and holds what scans and sorts take for a moment.
         rows.append(Row(f"{len(trials)} runs: memory, seen over expected", launch.taken_bytes / expected, "", 0.8, 1.3))

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.physics_tanks import GRAVITY_MM_S2, Pit, Tank, spacing_mm
+from benchmarks.physics_tanks import BEGINS_WITH, GRAVITY_MM_S2, Pit, Tank, spacing_mm
 from sealtwin.core.records import Floats
 from simulate.settings import particle_volume
 from simulate.setup.signed_distance import CM
@@ -161,8 +161,9 @@ class Endless:
         return reads
 
 
-def stirred_mm(side_mm: Floats, packed: float, radius_mm: float, step_s: float, **where: Any) -> Floats:
-    """Particles at rest in no order, (n, 3): ``packed`` times as many as Eq. 6 gives the box."""
+def stirred_mm(side_mm: Floats, packed: float, radius_mm: float, step_s: float, *, walled: bool = False) -> Floats:
+    """Particles at rest in no order, (n, 3): ``packed`` times as many as the box holds at rest density."""
+    packed /= BEGINS_WITH
     count = round(packed * float(side_mm.prod()) / particle_volume(radius_mm))
     along = np.ceil(side_mm / spacing_mm(radius_mm) * np.cbrt(packed)).astype(int) + 1
     axes = [(np.arange(n) + 0.5) / n * length for n, length in zip(along, side_mm, strict=True)]
@@ -174,7 +175,9 @@ def stirred_mm(side_mm: Floats, packed: float, radius_mm: float, step_s: float, 
         (0.0, kick - kick.mean(axis=0), STIR_STEPS),
         (CALMING_MM2_S, 0 * kick, CALM_STEPS),
     ):
-        box = Endless(place, side_mm, radius_mm=radius_mm, step_s=step_s, viscosity_mm2_s=viscosity_mm2_s, **where)
+        box = Endless(
+            place, side_mm, radius_mm=radius_mm, step_s=step_s, viscosity_mm2_s=viscosity_mm2_s, walled=walled
+        )
         box.set_velocity(speed)
         box.wait(steps)
         place = box.place_mm

@@ -3,43 +3,40 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from benchmarks.table import Row
+
 
 @dataclass(frozen=True)
-class Finding:
-    """One line of the table. A tolerance comes from a source or from a reason, never from what was measured."""
+class Finding(Row):
+    """One line of the table; its goal is the reference.
 
-    name: str
-    measured: float
-    unit: str
-    reference: str
-    source: str
-    low: float | None = None
-    """Without bounds the figure is reported and judges nothing."""
-    high: float | None = None
+    A tolerance comes from a source or from a reason, never from what was measured.
+    """
 
-    @property
-    def met(self) -> bool:
-        return (self.low is None or self.measured >= self.low) and (self.high is None or self.measured <= self.high)
+    source: str = ""
+    because: str = ""
+    """Why it is missed, where that is known: the evidence against which it cannot be met."""
 
-    @property
-    def judged(self) -> bool:
-        return self.low is not None or self.high is not None
 
-    @property
-    def tolerance(self) -> str:
-        if self.low is None and self.high is None:
-            return "reported"
-        if self.low is None or self.high is None:
-            return f"<= {self.high:.4g}" if self.low is None else f">= {self.low:.4g}"
-        return f"{self.low:.4g}" if self.low == self.high else f"{self.low:.4g} to {self.high:.4g}"
+def reported(name: str, value: float, unit: str, reference: str, source: str) -> Finding:
+    """A figure that judges nothing."""
+    return Finding(name, value, unit, goal=reference, source=source)
 
 
 def within(
-    name: str, measured: float, unit: str, reference: float, off: float, source: str, share: bool = True
+    name: str,
+    value: float,
+    unit: str,
+    reference: float,
+    off: float,
+    source: str,
+    *,
+    share: bool = True,
+    because: str = "",
 ) -> Finding:
     """A figure that may be off its reference by a share of it, or by an amount."""
     far = abs(reference) * off if share else off
-    return Finding(name, measured, unit, f"{reference:.4g}", source, reference - far, reference + far)
+    return Finding(name, value, unit, reference - far, reference + far, f"{reference:.4g}", source, because)
 
 
 Case = Callable[[], Sequence[Finding]]

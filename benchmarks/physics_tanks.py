@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 from sealtwin.core.records import Floats, Outline, Solid
 from simulate.fluid.solver import FluidSolver
 from simulate.kernels.neighbours import Neighbours
-from simulate.settings import Fluid, particle_volume
+from simulate.settings import Fluid, Solver, particle_volume
 from simulate.setup.rheology import Rheology, viscous_weight
 from simulate.setup_checks import rheology_of
-from tests.fluids import engine_with, hewn, positions_mm
+from simulate.volume_control import VolumeControl
+from tests.fluids import engine_with, hewn, positions_mm, put_down
 from tests.shapes import straight_slot
 
 GRAVITY_MM_S2 = 9810.0
@@ -32,6 +33,9 @@ SCATTER = 0.05
 
 SETTLING_MM2_S, SETTLING_S = 300.0, 0.25
 """Thick enough to end all motion in that time, thin enough to find its level."""
+
+BEGINS_WITH = Solver().scheme.volume_factor
+"""What a particle of a run counts for over its volume by Eq. 6, before the run finds its own factor."""
 
 SPRAY = 0.005
 """Share of a fluid that runs ahead of its front, particle by particle."""
@@ -79,9 +83,14 @@ def spacing_mm(radius_mm: float) -> float:
     return float(np.cbrt(particle_volume(radius_mm)))
 
 
-def block_mm(low: tuple[float, float, float], high: tuple[float, float, float], radius_mm: float) -> Floats:
-    """Particles that fill a box, (n, 3): even layers at the clearance from its sides, of its volume in all."""
-    side, kept = spacing_mm(radius_mm), CLEARANCE * radius_mm
+def block_mm(
+    low: tuple[float, float, float], high: tuple[float, float, float], radius_mm: float, factor: float = BEGINS_WITH
+) -> Floats:
+    """Particles that fill a box, (n, 3): even layers at the clearance from its sides, of its volume in all.
+
+    Each fills ``factor`` of its volume by Eq. 6.
+    """
+    side, kept = float(np.cbrt(factor)) * spacing_mm(radius_mm), CLEARANCE * radius_mm
     size = np.subtract(high, low)
     along, across = (max(1, round(length / side)) for length in size[:2])
     counts = along, across, max(1, round(float(size.prod()) / side**3 / along / across))
@@ -90,15 +99,33 @@ def block_mm(low: tuple[float, float, float], high: tuple[float, float, float], 
     return points + np.random.default_rng(0).uniform(-SCATTER, SCATTER, points.shape) * side
 
 
-def settled_mm(pit: Pit, radius_mm: float, step_s: float, height_mm: float | None = None, **solver: Any) -> Floats:
+def settled_mm(
+    pit: Pit,
+    radius_mm: float,
+    step_s: float,
+    height_mm: float | None = None,
+    *,
+    keeps_volume: bool = False,
+    **solver: Any,
+) -> Floats:
     """Particles at rest in a pit that they fill up to a height, (n, 3), as a gate holds them before it opens.
 
-    A lattice put down in the open bursts: its layers are not where the pressure wants them.
+    A lattice put down in the open bursts: its layers are not where the pressure wants them. They are as many as fill
+    it with what they count for; where the run keeps its volume, as many as have that volume.
     """
     half = pit.width_mm / 2
-    top_mm = pit.depth_mm if height_mm is None else height_mm
-    fluid = block_mm((0.0, -half, 0.0), (pit.length_mm, half, top_mm), radius_mm)
-    tank = Tank.of(pit, fluid, radius_mm=radius_mm, step_s=step_s, viscosity_mm2_s=SETTLING_MM2_S, **solver)
+    factor = Solver.model_validate(solver).scheme.volume_factor
+    top_mm = (pit.depth_mm if height_mm is None else height_mm) * (factor if keeps_volume else 1.0)
+    fluid = block_mm((0.0, -half, 0.0), (pit.length_mm, half, top_mm), radius_mm, factor)
+    tank = Tank.of(
+        pit,
+        fluid,
+        radius_mm=radius_mm,
+        step_s=step_s,
+        viscosity_mm2_s=SETTLING_MM2_S,
+        keeps_volume=keeps_volume,
+        **solver,
+    )
     tank.wait(SETTLING_S)
     return tank.place_mm
 
@@ -119,6 +146,7 @@ class Tank:
     pit: Pit
     engine: FluidSolver
     radius_mm: float
+    volume_control: VolumeControl | None = None
     frames: int = 0
 
     @classmethod
@@ -135,12 +163,15 @@ class Tank:
         slips: Callable[[Floats], Mask] | None = None,
         falls: bool = False,
         fluid: Fluid | Rheology | None = None,
+        keeps_volume: bool = False,
         **solver: Any,
     ) -> "Tank":
         """A frame is a substep.
 
-        ``slips`` says which places of walls, floor at z = 0, drag no fluid. What ``falls`` is high above the pit.
-        ``fluid`` stands for viscosity, drag and yield stress, as a trial file gives them or in the solver's units.
+        Particles count for as much as those of a run when it begins; where it ``keeps_volume``, that changes as in a
+        run, within some tenths of a second. ``slips`` says which places of walls, floor at z = 0, drag no fluid. What
+        ``falls`` is high above the pit. ``fluid`` stands for viscosity, drag and yield stress, as a trial file gives
+        them or in the solver's units.
         """
         support_cm = 0.4 * radius_mm
         rheology = Rheology(
@@ -151,9 +182,9 @@ class Tank:
         )
         if fluid is not None:
             rheology = fluid if isinstance(fluid, Rheology) else rheology_of(fluid, support_cm, step_s)
-        settings: dict[str, Any] = {"volume_factor": 1.0} | solver | {"substeps": 1}
+        place_mm = particles_mm - [0, 0, pit.depth_mm]
         engine = engine_with(
-            particles_mm - [0, 0, pit.depth_mm],
+            place_mm,
             pit.crack,
             frame_s=step_s,
             fluid=rheology,
@@ -161,11 +192,17 @@ class Tank:
             # A tenth of a speed in half a second would count as viscosity.
             damping_per_s=0.0,
             reach_mm=None if falls else pit.box_mm,
-            **settings,
+            **solver | {"substeps": 1},
         )
         if slips is not None:
             _let_slip(engine, slips, pit.depth_mm)
-        return cls(pit, engine, radius_mm)
+        control = None
+        if keeps_volume:
+            schedule, factor = put_down(place_mm, step_s, radius_mm), engine.scheme.volume_factor
+            control = VolumeControl(
+                pit.crack[0], schedule, engine.state, radius_mm=radius_mm, factor=factor, settings={}
+            )
+        return cls(pit, engine, radius_mm, control)
 
     @property
     def step_s(self) -> float:
@@ -191,6 +228,8 @@ class Tank:
                 return
             self.engine.step()
             self.frames += 1
+            if self.volume_control:
+                self.volume_control.after_frame(self.frames)
             yield number * self.step_s
 
     def wait(self, seconds: float) -> None:

@@ -1,49 +1,48 @@
-"""Paste with a yield stress: banks in a slot, what the feedback and sleep are for, and the trial of the paper."""
+"""Paste with a yield stress: banks in a slot, at rest and asleep, and the trial of the paper."""
 
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 from math import cos, radians, sqrt, tan
-from unittest.mock import patch
+from typing import Any
 
 import numpy as np
 
 from benchmarks import stiffening
-from benchmarks.physics_findings import Finding, within
-from benchmarks.physics_tanks import CUBE_RADIUS_MM, GRAVITY_MM_S2, Pit, Tank, block_mm, cube_mm, raised
+from benchmarks.paper_trial import PAPER_MM
+from benchmarks.physics_findings import Finding, reported, within
+from benchmarks.physics_tanks import CUBE_RADIUS_MM, GRAVITY_MM_S2, Pit, Tank, cube_mm, raised, settled_mm
+from simulate.fluid.solver import SLOWEST_SHEAR
+from simulate.settings import Fluid
 
 DENSITY_KG_M3 = 1690.0
-VISCOSITY_MM2_S, DRAG_MM_S = 32.2, 3.0 / 7.23e-3
-"""U = 30 and D = 0.3 cm of the paper's frame."""
+VISCOSITY_MM2_S = 32.2
+"""U = 30 of the paper's frame."""
 CUBE_MM = 9.0
 """More than two supports from its middle to its sides."""
 WIDTH_MM, HEAP_MM = 3.1, (12.0, 24.0)
 WALL_DEG = 5.5
 """Of each wall of the paper's trial, which opens upwards."""
 SUBSTEP_S = {0.5: 14.1e-3 / 6, 0.4: 7.23e-3 / 4}
-"""The prototype's, by radius in mm."""
+"""Those of the paper's trial, by radius in mm."""
 
 
-def bank(stress_pa: float, seconds: float, radius_mm: float = 0.5, sleep: bool = True, feedback: bool = True) -> Tank:
-    """A heap against the end of a slot, let go; as it lies after that time, or as soon as all of it sleeps."""
-    pit = Pit(60.0, WIDTH_MM, 26.0)
-    heap = block_mm((0.0, -WIDTH_MM / 2, 0.0), (HEAP_MM[0], WIDTH_MM / 2, HEAP_MM[1]), radius_mm)
-    step_s = SUBSTEP_S[radius_mm]
-    tank = Tank.of(
-        pit,
-        heap,
-        radius_mm=radius_mm,
-        step_s=step_s,
-        viscosity_mm2_s=VISCOSITY_MM2_S,
-        drag_mm=DRAG_MM_S * step_s,
-        yield_mm2_s2=stress_pa / DENSITY_KG_M3 * 1e6,
-        sleep=sleep,
+def paste_of(stress_pa: float) -> Fluid:
+    """As a trial file gives it: it sticks to the walls."""
+    return Fluid(
+        viscosity_pa_s=1e-6 * DENSITY_KG_M3 * VISCOSITY_MM2_S,
+        density_kg_m3=DENSITY_KG_M3,
+        yield_stress_pa=stress_pa,
+        freeze_after_s="never",
     )
-    if feedback:
-        tank.wait(seconds)
-    else:
-        with patch.object(tank.engine, "_move_as_solved"):
-            tank.wait(seconds)
+
+
+def bank(stress_pa: float, seconds: float, radius_mm: float = 0.5, **solver: Any) -> Tank:
+    """A heap against the end of a slot, let go; as it lies after that time, or as soon as all of it sleeps."""
+    how: dict[str, Any] = {"radius_mm": radius_mm, "step_s": SUBSTEP_S[radius_mm], "keeps_volume": True, **solver}
+    heap = settled_mm(Pit(HEAP_MM[0], WIDTH_MM, 30.0), height_mm=HEAP_MM[1], **how)
+    tank = Tank.of(Pit(60.0, WIDTH_MM, 30.0), heap, fluid=paste_of(stress_pa), **how)
+    tank.wait(seconds)
     return tank
 
 
@@ -58,16 +57,15 @@ def slope(tank: Tank) -> tuple[float, float]:
 
 
 def stability_number(stress_pa: float, depth_mm: float) -> float:
-    """S = (tau / rho g) (2 / w + 1 / d): the slope at which the walls and the floor of a slot still hold the paste."""
+    """S = (tau / rho g) (2 / w + 1 / d): of a slot whose walls and floor just hold the paste."""
     return _held_mm(stress_pa) * (2 / WIDTH_MM + 1 / depth_mm)
 
 
-def steepest(stress_pa: float, depth_mm: float) -> float:
-    """Tan of a heap that its slot just holds: S is the sine of it in a slot deeper than wide, not the tangent.
+def steepest(s: float, stress_pa: float, depth_mm: float) -> float:
+    """Tan of a heap that its walls just hold: S is the sine of it in a slot deeper than wide, not the tangent.
 
     At 5, 9 and 15 Pa that is 1.03, 1.09 and 1.32 times S; and a finite heap holds 1 / (1 - 2 tau / (rho g d)) more.
     """
-    s = stability_number(stress_pa, depth_mm)
     return s / sqrt(1 - s**2) / (1 - 2 * _held_mm(stress_pa) / depth_mm)
 
 
@@ -76,60 +74,68 @@ def _held_mm(stress_pa: float) -> float:
     return stress_pa / DENSITY_KG_M3 / GRAVITY_MM_S2 * 1e6
 
 
+HEAP_OFF = 0.15
+"""As far as two slopes of one bed agree on the stress that holds both."""
+LOCAL_PRESSURE = "particles under pressure rub, which holds 5 to 7 % (decision 0064); the rest, two levels do not show"
+
+
 def banks() -> list[Finding]:
-    """Tan of the slope over S: in proportion to the stress, and at any radius; and over what a heap can hold.
+    """Tan of the slope over what a finite heap can hold, at three stresses and two radii, by both pressures.
 
-    S is a slope only while it is small: between 5 and 15 Pa the sine and the tangent part by 29 %, which is why tan
-    over S grows. A longer heap turns the order round (24 mm long, 8 s: 1.31, 1.31 and 1.22), since at 15 Pa its back
-    has not slumped at all.
+    Tan over S is reported: S is the sine, so that it is no constant of a perfect fluid either, but 1.12 at 5 Pa and 1.5
+    at 15 Pa.
     """
-    found, ratios = [], []
-    source = "simulate-yield.md"
-    for stress_pa, radius_mm, low, high in (
-        (5.0, 0.5, 1.14, 1.44),
-        (9.0, 0.5, 1.14, 1.44),
-        (15.0, 0.5, 1.14, 1.44),
-        (9.0, 0.4, 1.15, 1.55),
+    found = []
+    for stress_pa, radius_mm, pressure in (
+        (5.0, 0.5, "local"),
+        (9.0, 0.5, "local"),
+        (15.0, 0.5, "local"),
+        (9.0, 0.4, "local"),
+        (9.0, 0.5, "two-level"),
+        (9.0, 0.4, "two-level"),
     ):
-        steep, depth_mm = slope(bank(stress_pa, 6.0, radius_mm))
-        ratio = steep / stability_number(stress_pa, depth_mm)
-        name = f"bank of {stress_pa:g} Pa, R {radius_mm:g} mm: tan"
-        found.append(Finding(f"{name} / S", ratio, "", "1.29" if radius_mm == 0.5 else "1.44", source, low, high))
-        # As far as two slopes of one bed agree on the stress that holds both.
-        held = steep / steepest(stress_pa, depth_mm)
-        found.append(within(f"{name} / a finite heap's", held, "", 1.0, 0.15, f"{source}, sine, heap"))
-        if radius_mm == 0.5:
-            ratios.append(ratio)
-    spread = 100 * (max(ratios) / min(ratios) - 1)
-    return [*found, Finding("banks: spread of tan / S between stresses", spread, "%", "0", source, 0, 10)]
+        steep, depth_mm = slope(bank(stress_pa, 6.0, radius_mm, pressure=pressure))
+        s = stability_number(stress_pa, depth_mm)
+        holds, because = steepest(s, stress_pa, depth_mm), LOCAL_PRESSURE if pressure == "local" else ""
+        name, source = f"bank of {stress_pa:g} Pa, R {radius_mm:g} mm, {pressure}: tan", "sine, heap"
+        found += [
+            within(f"{name} / a finite heap's", steep / holds, "", 1.0, HEAP_OFF, source, because=because),
+            reported(f"{name} / S", steep / s, "", f"{holds / s:.3g}", source),
+        ]
+    return found
 
 
-def feedback() -> list[Finding]:
-    """10 Pa, 2 s, no sleep: without the solved velocity in the positions a bank at rest slides in every substep."""
-    source = "simulate-yield.md"
-    return [
-        Finding("10 Pa after 2 s: tan, velocity fed back", slope(bank(10, 2, sleep=False))[0], "", "0.60", source, 0.4),
-        Finding(
-            "the same, not fed back", slope(bank(10, 2, sleep=False, feedback=False))[0], "", "0.25", source, None, 0.3
-        ),
-    ]
+RESTED_S, WATCHED_S = 6.0, 10.0
+BIN_MM = 10.0
 
 
 def drift() -> list[Finding]:
-    """What a bank at rest does in ten seconds more: nothing where it sleeps, little where it creeps at 0.002 /s."""
+    """What a bank at rest does in ten seconds more: nothing where it sleeps; awake it creeps by the law of its paste.
+
+    At a share 1 - y of the yield stress that law has a shear of SLOWEST_SHEAR / sqrt(2 y). A bank that begins at its
+    limit lies y lower once it has crept by y of its length, and a bin of it fills by as much as its depth brings.
+    """
     found = []
-    for sleep, high in ((True, 0.0), (False, 0.5)):
-        tank = bank(12.0, 6.0, sleep=sleep)
-        before = tank.place_mm
-        tank.wait(10.0)
-        # Of 10 mm of the bank, as the notes measure: a particle that rolls is no slope that moves.
+    for sleep in (True, False):
+        tank = bank(12.0, RESTED_S, sleep=sleep)
+        before, (_, depth_mm), length_mm = tank.place_mm, slope(tank), tank.front_mm()
+        tank.wait(WATCHED_S)
+        # Means over a stretch of the bank: a particle that rolls is no slope that moves.
         bins = [
-            np.array([place[(place[:, 0] // 10) == cell, 2].mean() for cell in range(3)])
+            np.array([place[(place[:, 0] // BIN_MM) == cell, 2].mean() for cell in range(3)])
             for place in (before, tank.place_mm)
         ]
-        name = f"12 Pa, drift in 10 s, {'asleep' if sleep else 'awake'}"
-        found.append(Finding(name, 2 * float(np.abs(bins[1] - bins[0]).max()), "mm", "0", "simulate-yield.md", 0, high))
+        crept_mm = _crept_mm(RESTED_S + WATCHED_S, length_mm) - _crept_mm(RESTED_S, length_mm)
+        name = f"12 Pa, drift in {WATCHED_S:g} s, {'asleep' if sleep else 'awake'}"
+        most_mm, source = (0.0, "asleep") if sleep else (crept_mm * depth_mm / BIN_MM, "creep of its law")
+        found.append(Finding(name, 2 * float(np.abs(bins[1] - bins[0]).max()), "mm", 0, most_mm, "0", source))
     return found
+
+
+def _crept_mm(seconds: float, length_mm: float) -> float:
+    """Of a bank from its limit: y of its length, with dy / dt = SLOWEST_SHEAR w / 2 / sqrt(2 y) over the length."""
+    sheared_mm = SLOWEST_SHEAR * WIDTH_MM / 2 * seconds
+    return length_mm * (1.5 * sheared_mm / sqrt(2) / length_mm) ** (2 / 3)
 
 
 def energy() -> list[Finding]:
@@ -154,8 +160,8 @@ def energy() -> list[Finding]:
     inner = (np.abs(place - np.mean(place, axis=0)) < CUBE_MM / 2 - 3.2).all(axis=1)
     gamma = float(tank.engine.viscosity.shear.numpy()[inner].mean())
     return [
-        Finding("solve: energy left of chaos, most, of six", worst, "", "below 1", "A is positive", 0, 1),
-        within("simple shear of 7 /s: gamma", gamma, "1/s", rate, 0.05, "simulate-yield.md"),
+        Finding("solve: energy left of chaos, most, of six", worst, "", 0, 1, "below 1", "A is positive"),
+        within("simple shear of 7 /s: gamma", gamma, "1/s", rate, 0.05, "the flow as put"),
     ]
 
 
@@ -188,17 +194,17 @@ def _poured(stress_pa: float, radius_mm: float) -> stiffening.Bed:
     return stiffening.pour(_trial(), way, radius_mm)
 
 
-TRIAL_SOURCE = "simulate-yield.md; fixture"
-
-
 def paper_trial() -> list[Finding]:
-    """The paper's trial with 12 Pa in place of freezing, R = 0.5 mm, against the reconstructed readings."""
+    """The paper's trial with 12 Pa in place of freezing, R = 0.5 mm, against the reconstructed readings.
+
+    Nearer to them than the paper's own model is to its readings: 1.26 mm, the least of its 132 runs.
+    """
     bed = _poured(12.0, 0.5)
     return [
-        Finding("paper's trial, 12 Pa: mean error, nozzle off", bed.errors_mm[0], "mm", "1.2", TRIAL_SOURCE, 0, 1.4),
-        Finding("the same, settled for 12 s", bed.errors_mm[2], "mm", "1.19", TRIAL_SOURCE, 0, 1.4),
-        Finding("its drift in the last 10 s", bed.drift_mm, "mm", "0", TRIAL_SOURCE, 0, 0),
-        Finding("its particles in the walls", bed.escaped, "", "0", "no leak", 0, 0),
+        Finding("paper's trial, 12 Pa: mean error, nozzle off", bed.errors_mm[0], "mm", 0, PAPER_MM, "0", "the paper"),
+        Finding("the same, settled for 12 s", bed.errors_mm[2], "mm", 0, PAPER_MM, "0", "the paper"),
+        Finding("its drift in the last 10 s", bed.drift_mm, "mm", 0, 0, "0", "it sleeps"),
+        Finding("its particles in the walls", bed.escaped, "", 0, 0, "0", "no leak"),
     ]
 
 
@@ -208,21 +214,29 @@ def two_radii() -> list[Finding]:
     apart_mm = float(np.abs(stiffening.bins_mm(fine.levels[0]) - stiffening.bins_mm(coarse.levels[0])).max())
     name = "paper's trial, 12 Pa, R 0.4 mm: mean error"
     return [
-        Finding(name, fine.errors_mm[0], "mm", "1.2", TRIAL_SOURCE, 0, 1.4),
-        Finding("its 10 mm bins off those of R 0.5 mm, most", apart_mm, "mm", "0", TRIAL_SOURCE, 0, 0.8),
+        Finding(name, fine.errors_mm[0], "mm", 0, PAPER_MM, "0", "the paper"),
+        # Half a diameter of the coarser: a level is told by the topmost particles.
+        Finding("its 10 mm bins off those of R 0.5 mm, most", apart_mm, "mm", 0, 0.5, "0", "half a diameter"),
     ]
 
 
 def left_bank() -> list[Finding]:
-    """The slope over the first 20 mm of the paper's trial, over S of its opening walls: in proportion to the stress."""
+    """The slope over the first 20 mm of the paper's trial, over what a heap between its opening walls can hold.
+
+    Reported where such a heap falls by the crack's depth within a bin: bins cannot tell it.
+    """
     found = []
-    for stress_pa, was in ((6.0, 1.16), (12.0, 1.08), (20.0, 1.00)):
+    deepest_mm = float(_trial().solid.depth_mm)
+    for stress_pa in (6.0, 12.0, 20.0):
         first_mm, second_mm = stiffening.bins_mm(_poured(stress_pa, 0.5).levels[0])[:2]
-        depth_mm = _trial().solid.depth_mm + (first_mm + second_mm) / 2
-        steep = (second_mm - first_mm) / 10.0
-        ratio = float(steep / (_held_mm(stress_pa) * _wetted_per_mm(depth_mm)))
-        name = f"paper's trial, {stress_pa:g} Pa: left bank, tan / S"
-        found.append(Finding(name, ratio, "", f"{was:g}", TRIAL_SOURCE, 0.95, 1.2))
+        depth_mm = deepest_mm + float(first_mm + second_mm) / 2
+        holds = steepest(_held_mm(stress_pa) * _wetted_per_mm(depth_mm), stress_pa, depth_mm)
+        name = f"paper's trial, {stress_pa:g} Pa: left bank, tan / a finite heap's"
+        over = float(second_mm - first_mm) / BIN_MM / holds
+        if holds * BIN_MM < deepest_mm:
+            found.append(within(name, over, "", 1.0, HEAP_OFF, "sine, heap"))
+        else:
+            found.append(reported(name, over, "", "1", f"tan {holds:.2g}: too steep for bins"))
     return found
 
 
@@ -233,4 +247,4 @@ def _wetted_per_mm(depth_mm: float) -> float:
     return (floor_mm + 2 * depth_mm / cos(wall)) / (depth_mm * (floor_mm + depth_mm * tan(wall)))
 
 
-CASES: Sequence[str] = ("banks", "feedback", "drift", "energy", "paper_trial", "two_radii", "left_bank")
+CASES: Sequence[str] = ("banks", "drift", "energy", "paper_trial", "two_radii", "left_bank")

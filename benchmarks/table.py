@@ -3,42 +3,59 @@
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import inf
 
 
 @dataclass(frozen=True)
 class Row:
-    """One figure. ``low`` to ``high`` is the target; ``goal`` says in words what we would like."""
+    """One figure. ``low`` to ``high`` is the target; ``goal`` says in words what we would like.
+
+    A row that could not fail is no target: without an upper bound, and a lower one above 0, the figure is reported.
+    """
 
     name: str
     value: float
     unit: str
-    low: float
-    high: float
+    low: float = 0.0
+    high: float = inf
     goal: str = ""
+
+    @property
+    def judged(self) -> bool:
+        return self.low > 0 or self.high < inf
 
     @property
     def met(self) -> bool:
         return self.low <= self.value <= self.high
 
     @property
+    def missed(self) -> bool:
+        return self.judged and not self.met
+
+    @property
     def target(self) -> str:
+        if not self.judged:
+            return "reported"
         if self.low == self.high:
-            return f"{self.low:g}"
-        return f"<= {self.high:g}" if self.low <= 0 else f"{self.low:g} to {self.high:g}"
+            return f"{self.low:.4g}"
+        if self.high == inf:
+            return f">= {self.low:.4g}"
+        return f"<= {self.high:.4g}" if self.low == 0 else f"{self.low:.4g} to {self.high:.4g}"
 
 
 def finish(rows: Sequence[Row], last_line: str = "") -> None:
     """Print the table and leave: with 0 where every target is met, else with 1. ``last_line`` is for programs."""
     print(f"{'figure':<52} {'seen':>10} {'unit':<6} {'target':<14} {'goal':<14}")
     for row in rows:
-        missed = "" if row.met else "  MISSED"
+        missed = "  MISSED" if row.missed else ""
         print(f"{row.name:<52} {row.value:>10.5g} {row.unit:<6} {row.target:<14} {row.goal:<14}{missed}")
-    leave(sum(row.met for row in rows), len(rows), last_line)
+    leave(rows, last_line)
 
 
-def leave(met: int, targets: int, last_line: str = "") -> None:
+def leave(rows: Sequence[Row], last_line: str = "") -> None:
     """Say how many targets are met, and exit: with 0 where all are, else with 1."""
-    print(f"{met} of {targets} targets met")
+    targets, missed = sum(row.judged for row in rows), sum(row.missed for row in rows)
+    print(f"{targets - missed} of {targets} targets met")
     if last_line:
         print(last_line)
-    sys.exit(0 if met == targets else 1)
+    sys.exit(1 if missed else 0)

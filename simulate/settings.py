@@ -239,7 +239,7 @@ class Solver(Settings):
     paper's trial. Compression falls with their square.
     """
     pressure: Literal["local", "two-level"] = "local"
-    """local: iterations hand pressure from neighbour to neighbour, and leave a column of 16 mm 10 % compressed at its
+    """local: iterations hand pressure from neighbour to neighbour, and leave a column of 16 mm 12 % compressed at its
     floor. two-level: each solves for the whole crack too, and leaves it under 2 %, but for one particle in a hundred;
     a run takes about a quarter longer.
     """

@@ -19,7 +19,7 @@ from simulate.fluid.solver import Domain, FluidSolver
 from simulate.fluid.state import State
 from simulate.kernels.status import FROZEN, RESTS
 from simulate.run import inject
-from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver
+from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver, particle_volume
 from simulate.setup.release_schedule import Schedule
 from simulate.setup.rheology import Rheology
 from simulate.setup.signed_distance import CM, Barrier, build_barrier
@@ -85,6 +85,20 @@ def lattice(low_mm: Floats, high_mm: Floats, spacing_mm: float, seed: int = 0) -
     return points + np.random.default_rng(seed).uniform(-0.1, 0.1, points.shape) * spacing_mm
 
 
+def put_down(position_mm: Floats, frame_s: float, radius_mm: float) -> Schedule:
+    """Particles that are all released at once, at rest."""
+    count = len(position_mm)
+    return Schedule(
+        position_mm=position_mm,
+        velocity_mm_s=np.zeros_like(position_mm),
+        frame_of=np.zeros(count, dtype=np.int64),
+        released=np.array([count]),
+        frame_s=frame_s,
+        release=count,
+        dispensed_mm3=count * particle_volume(radius_mm),
+    )
+
+
 def engine_with(
     position_mm: Floats,
     crack: tuple[Solid, Outline],
@@ -103,17 +117,7 @@ def engine_with(
     ``reach_mm`` is the box of the neighbour search, where particles go farther than 5 mm from where they start.
     """
     settings = Solver.model_validate(solver)
-    count = len(position_mm)
-    schedule = Schedule(
-        position_mm=position_mm,
-        velocity_mm_s=np.zeros_like(position_mm),
-        frame_of=np.zeros(count, dtype=np.int64),
-        released=np.array([count]),
-        frame_s=frame_s,
-        release=count,
-        dispensed_mm3=1.0,
-    )
-    state = State(schedule, "cpu")
+    state = State(put_down(position_mm, frame_s, settings.size_mm), "cpu")
     barrier, walls = _enclosure(*crack, settings.size_mm)
     substeps = settings.substeps or 4
     low, high = reach_mm or (position_mm.min(axis=0) - 5, position_mm.max(axis=0) + 5)
@@ -126,7 +130,7 @@ def engine_with(
         [fluid or Rheology(*weights)],
         frame_s=frame_s,
         substeps=substeps,
-        rows=count,
+        rows=state.count,
         centreline=crack[1].centreline_mm * CM,
         down=slope.down,
         threads=threads,

@@ -64,7 +64,6 @@ def test_a_viscosity_in_physical_units_flows_between_plates_as_poiseuille_says(p
         pit.crack,
         fluid=rheology_of(fluid, SUPPORT_CM, FRAME_S),
         radius_mm=RADIUS_MM,
-        volume_factor=1.0,
         reach_mm=pit.box_mm,
     )
     engine.find_neighbours()
