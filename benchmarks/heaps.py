@@ -1,23 +1,32 @@
-"""Heaps of paste let go in a slot, against those of interFoam: tables in ``benchmarks/interfoam``, which it is not run for.
+"""Heaps of paste let go in a slot: how they go down, against interFoam, and where they stop, against limit analysis.
 
-    python -m benchmarks.heaps [--yield-pa 5|9|12|15] [--radius-mm 0.4]
+    python -m benchmarks.heaps [--only 5|9|12|15|limit]
 
-The paste is given as a trial file gives it, by viscosity and yield stress, and sticks to the walls by both. It starts
-as an even lattice, 12 mm long and 24 mm high, against the end of a slot of 3.1 mm, as in ``physics_yield.py``; of half
-a millimetre and less in interFoam only its shape is the same. A level is the mean over the slot's width in both.
+The paste is given as a trial file gives it, by viscosity and yield stress, and sticks to the walls by both. A heap
+12 mm long and 24 mm high lies against the end of a slot of 3.1 mm, as in ``physics_yield.py``. interFoam's courses are
+tables in ``benchmarks/interfoam``; it is not run. A level is the mean over the slot's width in both. While interFoam's
+heap still goes down, ``heap_limit.py`` says where paste of that yield stress must stop. About a minute of one core.
 """
 
 import argparse
 import csv
-from collections.abc import Sequence
+from collections.abc import Iterator
 from functools import cache
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from benchmarks.channels import step_of
-from benchmarks.interfoam.__main__ import HEAP_MM, TABLES, VISCOSITY_PA_S, WIDTH_MM, slope
+from benchmarks.heap_limit import holding_pa
+from benchmarks.interfoam.__main__ import (
+    HEAP_MM,
+    LIMIT_M2_S,
+    SIZE_MM,
+    TABLES,
+    VISCOSITY_PA_S,
+    WIDTH_MM,
+    slope,
+)
 from benchmarks.interfoam.cases import DENSITY_KG_M3
 from benchmarks.physics_tanks import GRAVITY_MM_S2, Pit, Tank, block_mm, spacing_mm
 from benchmarks.table import Row, finish
@@ -25,9 +34,14 @@ from sealtwin.core.records import Floats
 from simulate.settings import Fluid
 
 PIT = Pit(60.0, WIDTH_MM, 26.0)
-EVERY_S = 0.025
+WEIGHT_N_M3 = DENSITY_KG_M3 * GRAVITY_MM_S2 / 1e3
+EVERY_S = 0.0125
+SEEN_S, REST_S = 0.5, 2.0
+"""The end of interFoam's courses, and when particles rest."""
 OFF, LATE = 0.1, 0.25
-"""Of a slope or a height, and of a time."""
+"""Of a slope, a height or a stress, and of a time."""
+FACE_MM, FACE, FACE_OFF = 10.0, 3.83, 0.03
+"""A vertical face that clay just holds is 3.83 tau / (rho g) high, by Taylor's slip circle; the best is 3.78."""
 
 
 class Course(NamedTuple):
@@ -39,10 +53,9 @@ class Course(NamedTuple):
     centre_mm: Floats
     """Height of the centre of all paste."""
 
-    def half_s(self, end_s: float) -> float:
-        """Time at which the centre has gone half of its way down until then."""
-        end_mm = float(np.interp(end_s, self.t_s, self.centre_mm))
-        return float(np.interp(-(self.centre_mm[0] + end_mm) / 2, -self.centre_mm, self.t_s))
+    def time_at(self, centre_mm: float) -> float:
+        """Time at which the centre comes down to a height."""
+        return float(np.interp(-centre_mm, -self.centre_mm, self.t_s))
 
     def at(self, t_s: float) -> tuple[float, float]:
         """Tan and height."""
@@ -68,8 +81,8 @@ def surface_mm(place_mm: Floats, radius_mm: float) -> tuple[Floats, Floats]:
     return np.arange(len(top)) + 0.5, top.mean(axis=1)
 
 
-def collapse(yield_pa: float, radius_mm: float, end_s: float, *, sleep: bool = True) -> Course:
-    """The same heap in particles."""
+def collapse(yield_pa: float, radius_mm: float, *, sleep: bool = True) -> tuple[Course, float]:
+    """The same heap in particles, and the yield stress that holds it as it lies at last."""
     fluid = Fluid.model_validate(
         {
             "density_kg_m3": DENSITY_KG_M3,
@@ -81,11 +94,12 @@ def collapse(yield_pa: float, radius_mm: float, end_s: float, *, sleep: bool = T
     heap = block_mm((0.0, -WIDTH_MM / 2, 0.0), (HEAP_MM[0], WIDTH_MM / 2, HEAP_MM[1]), radius_mm)
     tank = Tank.of(PIT, heap, radius_mm=radius_mm, step_s=step_of(radius_mm), fluid=fluid, sleep=sleep)
     rows = [(0.0, *_figures(tank))]
-    for t_s in tank.run(end_s):
+    for t_s in tank.run(REST_S):
         if t_s >= rows[-1][0] + EVERY_S:
             rows.append((t_s, *_figures(tank)))
-    rows.append((end_s, *_figures(tank)))
-    return Course(*np.array(rows).T)
+    rows.append((REST_S, *_figures(tank)))
+    held_pa = holding_pa(*surface_mm(tank.place_mm, radius_mm), WIDTH_MM, WEIGHT_N_M3)
+    return Course(*np.array(rows).T), held_pa
 
 
 def _figures(tank: Tank) -> tuple[float, float, float]:
@@ -93,14 +107,43 @@ def _figures(tank: Tank) -> tuple[float, float, float]:
     return slope(x, level), float(level.max()), float(tank.place_mm[:, 2].mean())
 
 
+def course_rows(yield_pa: float) -> Iterator[Row]:
+    """Particles of two sizes over interFoam; the smaller step of time and the sleep change little."""
+    theirs = references()[yield_pa, SIZE_MM, LIMIT_M2_S]
+    half_mm = (theirs.centre_mm[0] + theirs.centre_mm[-1]) / 2
+    for radius_mm, sleep in ((0.4, True), (0.3, True), (0.4, False)):
+        ours, held_pa = collapse(yield_pa, radius_mm, sleep=sleep)
+        name = f"{yield_pa:g} Pa, R {radius_mm:g} mm{'' if sleep else ', awake'}"
+        late = ours.time_at(half_mm) / theirs.time_at(half_mm)
+        yield Row(f"{name}: time of half of the way down", late, "", 1 - LATE, 1 + LATE, "1")
+        for t_s in (SEEN_S / 2, SEEN_S):
+            ratio = ours.at(t_s)[1] / theirs.at(t_s)[1]
+            yield Row(f"{name}: height after {t_s:g} s", ratio, "", 1 - OFF, 1 + OFF, "1")
+        yield Row(
+            f"{name}: tan after {SEEN_S:g} s", ours.at(SEEN_S)[0] / theirs.at(SEEN_S)[0], "", 1 - OFF, 1 + OFF, "1"
+        )
+        yield Row(f"{name}: at rest, stress that holds it", held_pa / yield_pa, "", 1 - OFF, 1 + OFF, "1")
+
+
+def limit_rows() -> Iterator[Row]:
+    """Limit analysis against a textbook, and interFoam against Roussel and Coussot's slump."""
+    x_mm = np.arange(0.125, 5 * FACE_MM, 0.25)
+    held_pa = holding_pa(x_mm, np.where(x_mm < 3 * FACE_MM, FACE_MM, 0.0), np.inf, WEIGHT_N_M3, cell_mm=0.25)
+    face = WEIGHT_N_M3 * FACE_MM * 1e-3 / held_pa
+    yield Row("limit analysis: vertical face over the slip circle's", face / FACE, "", 1 - FACE_OFF, 1 + FACE_OFF, "1")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--yield-pa", type=float, help="that heap alone")
-    parser.add_argument("--radius-mm", type=float, action="append", help="0.4 and 0.3 if left out")
+    found = sorted(stress for stress, *rest in references() if tuple(rest) == (SIZE_MM, LIMIT_M2_S))
+    names = ["limit", *(f"{stress:g}" for stress in found)]
+    parser.add_argument("--only", choices=names, help="the heap of that yield stress, in Pa, or the formulas")
     asked = parser.parse_args()
-    found = {key[0]: course for key, course in references().items() if key[1:] == (SIZE_MM, LIMIT_M2_S)}
-    stresses = [asked.yield_pa] if asked.yield_pa else sorted(found)
-    finish([row for stress in stresses for radius in asked.radius_mm or (0.4, 0.3) for row in rows(stress, radius)])
+    rows = list(limit_rows()) if asked.only in (None, "limit") else []
+    for stress in found:
+        if asked.only in (None, f"{stress:g}"):
+            rows += course_rows(stress)
+    finish(rows)
 
 
 if __name__ == "__main__":
