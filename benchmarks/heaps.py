@@ -4,7 +4,8 @@
 
 The paste is given as a trial file gives it, by viscosity and yield stress, and sticks to the walls by both. A heap
 12 mm long and 24 mm high lies against the end of a slot of 3.1 mm, as in ``physics_yield.py``. interFoam's courses are
-tables in ``benchmarks/interfoam``; it is not run. A level is the mean over the slot's width in both. While interFoam's
+tables in ``benchmarks/interfoam``; it is not run. Levels are those in the slot's middle:
+interFoam leaves films on the walls, thinner than a particle. While interFoam's
 heap still goes down, ``heap_limit.py`` says where paste of that yield stress must stop. About a minute of one core.
 """
 
@@ -29,6 +30,7 @@ from benchmarks.interfoam.__main__ import (
 )
 from benchmarks.interfoam.cases import DENSITY_KG_M3
 from benchmarks.physics_tanks import GRAVITY_MM_S2, Pit, Tank, block_mm, spacing_mm
+from benchmarks.physics_yield import bank
 from benchmarks.table import Row, finish
 from sealtwin.core.records import Floats
 from simulate.settings import Fluid
@@ -38,6 +40,8 @@ WEIGHT_N_M3 = DENSITY_KG_M3 * GRAVITY_MM_S2 / 1e3
 EVERY_S = 0.0125
 SEEN_S, REST_S = 0.5, 2.0
 """The end of interFoam's courses, and when particles rest."""
+AWAKE_PA = 12.0
+"""The heap that is let go without sleep too."""
 OFF, LATE = 0.1, 0.25
 """Of a slope, a height or a stress, and of a time."""
 FACE_MM, FACE, FACE_OFF = 10.0, 3.83, 0.03
@@ -73,11 +77,15 @@ def references() -> dict[tuple[float, float, float], Course]:
 
 
 def surface_mm(place_mm: Floats, radius_mm: float) -> tuple[Floats, Floats]:
-    """Middles and levels of columns of a millimetre: half a spacing above the topmost centres, over the width."""
-    strips = max(1, round(WIDTH_MM / (2 * radius_mm)))
-    across = np.clip(((place_mm[:, 1] / WIDTH_MM + 0.5) * strips).astype(int), 0, strips - 1)
+    """Middles and levels of columns of a millimetre, in the middle half of the slot's width.
+
+    Half a spacing above the topmost centres of strips as wide as a particle, and their mean.
+    """
+    strips = max(1, round(WIDTH_MM / 2 / (2 * radius_mm)))
+    place = place_mm[np.abs(place_mm[:, 1]) < WIDTH_MM / 4]
+    across = ((place[:, 1] / WIDTH_MM + 0.25) * 2 * strips).astype(int)
     top = np.zeros((round(PIT.length_mm), strips))
-    np.maximum.at(top, (place_mm[:, 0].astype(int), across), place_mm[:, 2] + spacing_mm(radius_mm) / 2)
+    np.maximum.at(top, (place[:, 0].astype(int), across), place[:, 2] + spacing_mm(radius_mm) / 2)
     return np.arange(len(top)) + 0.5, top.mean(axis=1)
 
 
@@ -108,10 +116,13 @@ def _figures(tank: Tank) -> tuple[float, float, float]:
 
 
 def course_rows(yield_pa: float) -> Iterator[Row]:
-    """Particles of two sizes over interFoam; the smaller step of time and the sleep change little."""
+    """Particles of two sizes over interFoam."""
     theirs = references()[yield_pa, SIZE_MM, LIMIT_M2_S]
     half_mm = (theirs.centre_mm[0] + theirs.centre_mm[-1]) / 2
-    for radius_mm, sleep in ((0.4, True), (0.3, True), (0.4, False)):
+    runs = [(0.4, True), (0.3, True)]
+    if yield_pa == AWAKE_PA:
+        runs.append((0.4, False))
+    for radius_mm, sleep in runs:
         ours, held_pa = collapse(yield_pa, radius_mm, sleep=sleep)
         name = f"{yield_pa:g} Pa, R {radius_mm:g} mm{'' if sleep else ', awake'}"
         late = ours.time_at(half_mm) / theirs.time_at(half_mm)
@@ -125,8 +136,15 @@ def course_rows(yield_pa: float) -> Iterator[Row]:
         yield Row(f"{name}: at rest, stress that holds it", held_pa / yield_pa, "", 1 - OFF, 1 + OFF, "1")
 
 
+def wall_row() -> Row:
+    """The walls of ``physics_yield.py`` and of the shipped trial, which drag the paste by the paper's D."""
+    centre_mm = float(bank(AWAKE_PA, SEEN_S, 0.4).place_mm[:, 2].mean())
+    late = SEEN_S / references()[AWAKE_PA, SIZE_MM, LIMIT_M2_S].time_at(centre_mm)
+    return Row(f"{AWAKE_PA:g} Pa, walls with D: time to the same height", late, "", 1 - LATE, 1 + LATE, "1")
+
+
 def limit_rows() -> Iterator[Row]:
-    """Limit analysis against a textbook, and interFoam against Roussel and Coussot's slump."""
+    """Limit analysis against a textbook."""
     x_mm = np.arange(0.125, 5 * FACE_MM, 0.25)
     held_pa = holding_pa(x_mm, np.where(x_mm < 3 * FACE_MM, FACE_MM, 0.0), np.inf, WEIGHT_N_M3, cell_mm=0.25)
     face = WEIGHT_N_M3 * FACE_MM * 1e-3 / held_pa
@@ -143,6 +161,8 @@ def main() -> None:
     for stress in found:
         if asked.only in (None, f"{stress:g}"):
             rows += course_rows(stress)
+    if asked.only in (None, f"{AWAKE_PA:g}"):
+        rows.append(wall_row())
     finish(rows)
 
 
