@@ -1,4 +1,4 @@
-"""Heaps of paste in a slot and a slump on a plate by a second solver, OpenFOAM's interFoam, kept as tables.
+"""Heaps of paste in a slot by a second solver, OpenFOAM's interFoam, kept as tables.
 
     python -m benchmarks.interfoam [--keep FOLDER] CASE...    run cases, and put them into the tables beside this file
     python -m benchmarks.interfoam                            their names
@@ -9,7 +9,7 @@ minutes of one core.
 
 ``heaps.csv`` has a row for each time: tan of the surface between 25 and 90 % of its height, that height, and the
 height of the centre of all paste. ``profiles.csv`` has the surface: in the slot's middle, where tan and height are
-taken, and its mean over the width, with the films that stay on the walls. ``slump.csv`` has radius and height.
+taken, and its mean over the width, with the films that stay on the walls.
 
 Long steps let stiff paste flow: at 0.5 ms it goes down by a third too fast, at 0.1 ms by 2 % while it flows and by a
 quarter when it nearly stops. Hence the short steps, and no course beyond half a second.
@@ -36,9 +36,6 @@ VISCOSITY_PA_S = 0.0545
 WIDTH_MM, HEAP_MM = 3.1, (12.0, 24.0)
 LIMIT_M2_S, SIZE_MM = 0.1, 0.75
 COLLAPSE = (Stage(0.05, 2e-4, 5), Stage(0.5, 1e-4, 1))
-SLUMP_MM, SLUMP_PA, SLUMP_PA_S = (45.0, 5.7), 5.0, 1.0
-"""Flat from the start and thick, so that its inertia carries it no farther than its weight."""
-SPREAD = (Stage(3.0, 1e-4, 1),)
 COLUMN_MM = 1.0
 LEVEL_SHARES = 0.25, 0.9
 """Of the height, between which the slope is taken."""
@@ -57,16 +54,10 @@ def heap(yield_pa: float, size_mm: float = SIZE_MM, limit: float = LIMIT_M2_S) -
     return Case(name, mesh, HEAP_MM, yield_pa, VISCOSITY_PA_S, limit, COLLAPSE, 0.025)
 
 
-def slump() -> Case:
-    """A cylinder of paste on a plate, as a wedge of 2 degrees."""
-    mesh = Mesh(Axis((70.0, 70)), Axis((1.0, 1)), Axis((7.0, 14)), wedge=True)
-    return Case(f"slump-{SLUMP_PA:g}pa", mesh, SLUMP_MM, SLUMP_PA, SLUMP_PA_S, LIMIT_M2_S, SPREAD, 0.25)
-
-
 def cases() -> dict[str, Case]:
     heaps = [heap(stress) for stress in (5.0, 9.0, 12.0, 15.0)]
     heaps += [heap(12.0, limit=limit) for limit in (0.03, 0.3)] + [heap(12.0, size_mm=1.0)]
-    return {case.name: case for case in [*heaps, slump()]}
+    return {case.name: case for case in heaps}
 
 
 def slope(x_mm: Floats, level_mm: Floats) -> float:
@@ -118,17 +109,6 @@ def read_heap(case: Case, folder: Path) -> tuple[list[list[float]], list[list[fl
     return figures, profile
 
 
-def read_slump(case: Case, folder: Path) -> list[list[float]]:
-    """Rows of slump.csv: the radius at which half of a cell's height is left, and the height in the middle."""
-    radius = case.mesh.x.lines_mm[1:] - case.mesh.x.size_mm / 2
-    rows = []
-    for t_s, share in shares(case, folder):
-        level = (share[:, 0] * case.mesh.z.size_mm[:, None]).sum(axis=0)
-        last = int(np.flatnonzero(level > case.mesh.z.size_mm[0] / 2).max())
-        rows.append([t_s, float(radius[last] + case.mesh.x.size_mm[last] / 2), float(level[0])])
-    return rows
-
-
 def put(table: str, heads: Sequence[str], key: Sequence[str], rows: Sequence[Sequence[float]]) -> None:
     """Put rows into a table in place of those that begin with the same key."""
     path = TABLES / table
@@ -146,9 +126,6 @@ def record(case: Case, folder: Path) -> None:
     """Put a case that was run into the tables."""
     key = [f"{case.yield_pa:g}", f"{case.mesh.x.size_mm[0]:g}", f"{case.limit_m2_s:g}"]
     heads = ["yield_pa", "mesh_mm", "limit_m2_s", "t_s"]
-    if case.mesh.wedge:
-        put("slump.csv", [*heads, "radius_mm", "height_mm"], key, read_slump(case, folder))
-        return
     figures, profile = read_heap(case, folder)
     put("heaps.csv", [*heads, "tan", "height_mm", "centre_mm"], key, figures)
     if case.limit_m2_s == LIMIT_M2_S:

@@ -1,4 +1,4 @@
-"""Cases of interFoam: paste of Herschel and Bulkley let go in a slot or on a plate, on a structured mesh of hexahedra.
+"""Cases of interFoam: paste of Herschel and Bulkley let go in a slot, on a structured mesh of hexahedra.
 
 All walls hold the paste (no slip), there is no surface tension, and what lies above the paste is a gas of which neither
 weight nor viscosity matters. interFoam's Herschel-Bulkley model limits the viscosity at low shear, so that its paste
@@ -17,7 +17,7 @@ from sealtwin.core.records import Floats
 DENSITY_KG_M3 = 1690.0
 GAS_KG_M3, GAS_M2_S = 10.0, 1e-4
 """As heavy as keeps the pressure's equations well-conditioned: 0.6 % of the paste's weight, 2 % of its viscosity."""
-SIDES = 'middle { type symmetryPlane; } "front|back" { type wedge; } axis { type empty; } '
+SIDES = "middle { type symmetryPlane; } "
 SOLVERS = """solvers
 {
     "alpha.paste.*" { nAlphaCorr 1; nAlphaSubCycles 1; cAlpha 1; }
@@ -53,15 +53,11 @@ class Axis:
 
 @dataclass(frozen=True)
 class Mesh:
-    """A structured mesh from 0 on.
-
-    A wedge turns y into an angle about the z axis, so that a slice stands for a round heap.
-    """
+    """A structured mesh from 0 on: along the slot from its end wall, across from its middle, and up."""
 
     x: Axis
     y: Axis
     z: Axis
-    wedge: bool = False
 
 
 class Stage(NamedTuple):
@@ -78,7 +74,7 @@ class Case:
     name: str
     mesh: Mesh
     heap_mm: tuple[float, float]
-    """Length, or radius, and height of the paste at the start."""
+    """Length and height of the paste at the start."""
     yield_pa: float
     viscosity_pa_s: float
     limit_m2_s: float
@@ -186,27 +182,22 @@ def _filled(case: Case) -> Floats:
 
 def _block_mesh(mesh: Mesh) -> str:
     axes = (mesh.x, mesh.y, mesh.z)
-    x, y, z = (axis.lines_mm for axis in axes)
-    if mesh.wedge:
-        # A wedge of 2 degrees has its edge in the axis; the first two corners of each floor fall together there.
-        half = np.tan(np.radians(1.0)) * x[-1]
-        corners = [(0.0, 0.0), (x[-1], -half), (x[-1], half)]
-        points = [(*corner, height) for height in (z[0], z[-1]) for corner in corners]
-        block = "hex (0 1 2 0 3 4 5 3)"
-        patches = """walls { type wall; faces ((0 1 2 0) (1 4 5 2)); } sky { type patch; faces ((3 4 5 3)); }
-    front { type wedge; faces ((0 1 4 3)); } back { type wedge; faces ((0 2 5 3)); }
-    axis { type empty; faces ((0 3 3 0)); }"""
-    else:
-        plan = [(x[0], y[0]), (x[-1], y[0]), (x[-1], y[-1]), (x[0], y[-1])]
-        points = [(*corner, height) for height in (z[0], z[-1]) for corner in plan]
-        block = "hex (0 1 2 3 4 5 6 7)"
-        patches = """walls { type wall; faces ((0 3 2 1) (0 4 7 3) (1 2 6 5) (3 7 6 2)); }
-    sky { type patch; faces ((4 5 6 7)); } middle { type symmetryPlane; faces ((0 1 5 4)); }"""
+    (x0, x1), (y0, y1), (z0, z1) = ((axis.lines_mm[0], axis.lines_mm[-1]) for axis in axes)
+    points = [(*corner, z) for z in (z0, z1) for corner in ((x0, y0), (x1, y0), (x1, y1), (x0, y1))]
     cells, grading = " ".join(str(axis.size_mm.size) for axis in axes), " ".join(axis.grading for axis in axes)
     return (
         HEADER.format(kind="dictionary", name="blockMeshDict")
         + "scale 0.001;\nvertices\n(\n"
-        + "\n".join(f"({px:.9g} {py:.9g} {pz:.9g})" for px, py, pz in points)
-        + f"\n);\nblocks ( {block} ({cells}) simpleGrading ({grading}) );\n"
-        + f"edges ();\nboundary\n(\n    {patches}\n);\n"
+        + "\n".join(f"({x:.9g} {y:.9g} {z:.9g})" for x, y, z in points)
+        + f"""
+);
+blocks ( hex (0 1 2 3 4 5 6 7) ({cells}) simpleGrading ({grading}) );
+edges ();
+boundary
+(
+    walls {{ type wall; faces ((0 3 2 1) (0 4 7 3) (1 2 6 5) (3 7 6 2)); }}
+    sky {{ type patch; faces ((4 5 6 7)); }}
+    middle {{ type symmetryPlane; faces ((0 1 5 4)); }}
+);
+"""
     )
