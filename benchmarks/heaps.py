@@ -76,6 +76,14 @@ def references() -> dict[tuple[float, float, float], Course]:
     return {key: Course(*np.array([row[3:] for row in rows if tuple(row[:3]) == key]).T) for key in keys}
 
 
+def last_mm(yield_pa: float) -> tuple[Floats, Floats]:
+    """Columns and levels of interFoam's heap at the end, in the slot's middle."""
+    with (TABLES / "profiles.csv").open(newline="") as file:
+        rows = np.array([[float(part) for part in row] for row in list(csv.reader(file))[1:]])
+    x, level = rows[(rows[:, :3] == [yield_pa, SIZE_MM, SEEN_S]).all(axis=1)][:, [3, 5]].T
+    return np.append(x, x[-1] + 1), np.append(level, 0.0)
+
+
 def surface_mm(place_mm: Floats, radius_mm: float) -> tuple[Floats, Floats]:
     """Middles and levels of columns of a millimetre, in the middle half of the slot's width.
 
@@ -155,6 +163,10 @@ def own_rows() -> Iterator[Row]:
         if (size_mm, limit_m2_s) != (SIZE_MM, LIMIT_M2_S):
             name = f"interFoam, {size_mm:g} mm, {limit_m2_s:g} m2/s"
             yield from compared(name, course, references()[yield_pa, SIZE_MM, LIMIT_M2_S])
+        else:
+            held_pa = holding_pa(*last_mm(yield_pa), WIDTH_MM, WEIGHT_N_M3)
+            name = f"interFoam, {yield_pa:g} Pa after {SEEN_S:g} s: stress that holds it"
+            yield Row(name, held_pa / yield_pa, "", 1 - OFF, 1 + OFF, "1")
 
 
 def wall_row() -> Row:

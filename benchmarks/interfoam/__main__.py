@@ -135,9 +135,11 @@ def record(case: Case, folder: Path) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     known = cases()
-    parser.add_argument("case", nargs="*", choices=[*known, []], metavar="CASE", help="name of a case")
+    parser.add_argument("case", nargs="*", metavar="CASE", help="name of a case")
     parser.add_argument("--keep", type=Path, metavar="FOLDER", help="keep interFoam's own files there")
     asked = parser.parse_args()
+    if unknown := set(asked.case) - set(known):
+        parser.error(f"no case {', '.join(sorted(unknown))}")
     if not asked.case:
         print(*known, sep="\n")
     with tempfile.TemporaryDirectory() as spare:
