@@ -11,8 +11,8 @@ minutes of one core.
 height of the centre of all paste. ``profiles.csv`` has the surface: in the slot's middle, where tan and height are
 taken, and its mean over the width, with the films that stay on the walls.
 
-Long steps let stiff paste flow: at 0.5 ms it goes down by a third too fast, at 0.1 ms by 2 % while it flows and by a
-quarter when it nearly stops. Hence the short steps, and no course beyond half a second.
+Pressure and velocity are solved in turn, which lets stiff paste flow in long steps: hence steps of 0.1 ms, several
+rounds a step where paste at rest is let go, and no course beyond half a second.
 """
 
 import argparse
