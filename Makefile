@@ -42,6 +42,7 @@ benchmark-simulate: $(DEVELOPING)
 	$(BIN)/python benchmarks/tilt.py
 	$(BIN)/python benchmarks/material.py
 	$(BIN)/python -m benchmarks.pressure
+	$(BIN)/python -m benchmarks.heaps
 
 benchmark-validate: $(DEVELOPING)
 	$(BIN)/python benchmarks/ingest.py
