@@ -48,6 +48,13 @@ FACE_MM, FACE, FACE_OFF = 10.0, 3.83, 0.03
 """A vertical face that clay just holds is 3.83 tau / (rho g) high, by Taylor's slip circle; the best is 3.78."""
 
 
+BECAUSE = {
+    5.0: "interFoam's heap is flatter by then than its yield stress allows, and leaves a tenth of its paste as films",
+    15.0: "the sheared layer of a slow collapse is thinner than four particles of 0.4 mm; those of 0.3 mm meet it",
+}
+"""Evidence against the slopes that are missed, by yield stress in Pa."""
+
+
 class Course(NamedTuple):
     """How a heap goes down: a row for each time."""
 
@@ -134,14 +141,15 @@ def _figures(tank: Tank) -> tuple[float, float, float]:
     return slope(x, level), float(level.max()), float(tank.place_mm[:, 2].mean())
 
 
-def compared(name: str, ours: Course, theirs: Course) -> Iterator[Row]:
+def compared(name: str, ours: Course, theirs: Course, because: str = "") -> Iterator[Row]:
     """One course over another."""
     half_mm = (theirs.centre_mm[0] + theirs.centre_mm[-1]) / 2
     late = ours.time_at(half_mm) / theirs.time_at(half_mm)
     yield Row(f"{name}: time of half of the way down", late, "", 1 - LATE, 1 + LATE, "1")
     for t_s in (SEEN_S / 2, SEEN_S):
         yield Row(f"{name}: height after {t_s:g} s", ours.at(t_s)[1] / theirs.at(t_s)[1], "", 1 - OFF, 1 + OFF, "1")
-    yield Row(f"{name}: tan after {SEEN_S:g} s", ours.at(SEEN_S)[0] / theirs.at(SEEN_S)[0], "", 1 - OFF, 1 + OFF, "1")
+    tan = ours.at(SEEN_S)[0] / theirs.at(SEEN_S)[0]
+    yield Row(f"{name}: tan after {SEEN_S:g} s", tan, "", 1 - OFF, 1 + OFF, "1", because=because)
 
 
 def course_rows(yield_pa: float) -> Iterator[Row]:
@@ -153,7 +161,7 @@ def course_rows(yield_pa: float) -> Iterator[Row]:
     for radius_mm, sleep in runs:
         ours, held_pa = collapse(yield_pa, radius_mm, sleep=sleep)
         name = f"{yield_pa:g} Pa, R {radius_mm:g} mm{'' if sleep else ', awake'}"
-        yield from compared(name, ours, theirs)
+        yield from compared(name, ours, theirs, BECAUSE.get(yield_pa, ""))
         yield Row(f"{name}: at rest, stress that holds it", held_pa / yield_pa, "", 1 - OFF, 1 + OFF, "1")
 
 
@@ -170,12 +178,12 @@ def own_rows() -> Iterator[Row]:
 
 
 def wall_row() -> Row:
-    """Walls with the paper's D, as those of the shipped trial."""
+    """Walls with the paper's D, as those of the shipped trial: no rheology gives D, and nothing bounds the figure."""
     dragged, _ = collapse(AWAKE_PA, 0.4, dragged=True)
     theirs = references()[AWAKE_PA, SIZE_MM, LIMIT_M2_S]
     half_mm = (theirs.centre_mm[0] + theirs.centre_mm[-1]) / 2
     late = dragged.time_at(half_mm) / theirs.time_at(half_mm)
-    return Row(f"{AWAKE_PA:g} Pa, walls with D: time of half of the way down", late, "", 1 - LATE, 1 + LATE, "1")
+    return Row(f"{AWAKE_PA:g} Pa, walls with D: time of half of the way down", late)
 
 
 def limit_rows() -> Iterator[Row]:

@@ -13,7 +13,7 @@ import time
 
 from benchmarks import physics_flow, physics_rest, physics_viscous, physics_yield
 from benchmarks.physics_findings import Case, Finding
-from benchmarks.table import leave
+from benchmarks.table import leave, say_why
 
 MODULES = (physics_rest, physics_flow, physics_viscous, physics_yield)
 CASES: dict[str, Case] = {name: getattr(module, name) for module in MODULES for name in module.CASES}
@@ -48,8 +48,7 @@ def _print(finding: Finding) -> None:
         f"{finding.name:<56} {finding.goal:<14} {finding.value:>9.4g} {finding.unit:<6} "
         f"{finding.target:<16} {passed:<6} {finding.source}"
     )
-    if finding.missed and finding.because:
-        print(f"    since {finding.because}")
+    say_why(finding)
 
 
 if __name__ == "__main__":

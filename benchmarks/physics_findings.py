@@ -14,8 +14,6 @@ class Finding(Row):
     """
 
     source: str = ""
-    because: str = ""
-    """Why it is missed, where that is known: the evidence against which it cannot be met."""
 
 
 def reported(name: str, value: float, unit: str, reference: str, source: str) -> Finding:
@@ -36,7 +34,7 @@ def within(
 ) -> Finding:
     """A figure that may be off its reference by a share of it, or by an amount."""
     far = abs(reference) * off if share else off
-    return Finding(name, value, unit, reference - far, reference + far, f"{reference:.4g}", source, because)
+    return Finding(name, value, unit, reference - far, reference + far, f"{reference:.4g}", source, because=because)
 
 
 Case = Callable[[], Sequence[Finding]]

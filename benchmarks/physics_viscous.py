@@ -56,7 +56,7 @@ def shear_wave() -> list[Finding]:
     own = _decay(even, 0.0, moves=True)[0]
     name = "shear wave, U = 0: the solver's own nu over what is told"
     because = "no viscosity calms these particles: they jostle more than those of a thin fluid"
-    found.append(Finding(name, own / told, "", 0.5, 2.0, "1", "decision 0111: a factor of two", because))
+    found.append(Finding(name, own / told, "", 0.5, 2.0, "1", "decision 0111: a factor of two", because=because))
     loaded = stirred_mm(BOX_MM, COMPRESSED, WAVE_RADIUS_MM, STEP_S)
     own, box, speed_mm_s = _decay(loaded, 0.0, moves=True)
     stress = own * speed_mm_s * 2 * pi / BOX_MM[2] / sqrt(2)

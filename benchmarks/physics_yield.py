@@ -3,14 +3,15 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
-from math import cos, radians, sqrt, tan
+from math import sqrt
 from typing import Any
 
 import numpy as np
 
 from benchmarks import stiffening
+from benchmarks.heap_limit import holding_pa
 from benchmarks.paper_trial import PAPER_MM
-from benchmarks.physics_findings import Finding, reported, within
+from benchmarks.physics_findings import Finding, within
 from benchmarks.physics_tanks import CUBE_RADIUS_MM, GRAVITY_MM_S2, Pit, Tank, cube_mm, raised, settled_mm
 from simulate.fluid.solver import SLOWEST_SHEAR
 from simulate.settings import Fluid
@@ -21,8 +22,6 @@ VISCOSITY_MM2_S = 32.2
 CUBE_MM = 9.0
 """More than two supports from its middle to its sides."""
 WIDTH_MM, HEAP_MM = 3.1, (12.0, 24.0)
-WALL_DEG = 5.5
-"""Of each wall of the paper's trial, which opens upwards."""
 SUBSTEP_S = {0.5: 14.1e-3 / 6, 0.4: 7.23e-3 / 4}
 """Those of the paper's trial, by radius in mm."""
 
@@ -56,35 +55,11 @@ def slope(tank: Tank) -> tuple[float, float]:
     return -float(np.polyfit(x[part], level[part], 1)[0]), float(level[part].mean())
 
 
-def stability_number(stress_pa: float, depth_mm: float) -> float:
-    """S = (tau / rho g) (2 / w + 1 / d): of a slot whose walls and floor just hold the paste."""
-    return _held_mm(stress_pa) * (2 / WIDTH_MM + 1 / depth_mm)
-
-
-def steepest(s: float, stress_pa: float, depth_mm: float) -> float:
-    """Tan of a heap that its walls just hold: S is the sine of it in a slot deeper than wide, not the tangent.
-
-    At 5, 9 and 15 Pa that is 1.03, 1.09 and 1.32 times S; and a finite heap holds 1 / (1 - 2 tau / (rho g d)) more.
-    """
-    return s / sqrt(1 - s**2) / (1 - 2 * _held_mm(stress_pa) / depth_mm)
-
-
-def _held_mm(stress_pa: float) -> float:
-    """Tau over rho g: the height of paste that a wall's stress carries on its own area."""
-    return stress_pa / DENSITY_KG_M3 / GRAVITY_MM_S2 * 1e6
-
-
-HEAP_OFF = 0.15
-"""As far as two slopes of one bed agree on the stress that holds both."""
-LOCAL_PRESSURE = "particles under pressure rub, which holds 5 to 7 % (decision 0064); the rest, two levels do not show"
+HELD_OFF = 0.1
 
 
 def banks() -> list[Finding]:
-    """Tan of the slope over what a finite heap can hold, at three stresses and two radii, by both pressures.
-
-    Tan over S is reported: S is the sine, so that it is no constant of a perfect fluid either, but 1.12 at 5 Pa and 1.5
-    at 15 Pa.
-    """
+    """The yield stress that holds each bank at rest, by limit analysis of its surface, over the paste's."""
     found = []
     for stress_pa, radius_mm, pressure in (
         (5.0, 0.5, "local"),
@@ -94,14 +69,10 @@ def banks() -> list[Finding]:
         (9.0, 0.5, "two-level"),
         (9.0, 0.4, "two-level"),
     ):
-        steep, depth_mm = slope(bank(stress_pa, 6.0, radius_mm, pressure=pressure))
-        s = stability_number(stress_pa, depth_mm)
-        holds, because = steepest(s, stress_pa, depth_mm), LOCAL_PRESSURE if pressure == "local" else ""
-        name, source = f"bank of {stress_pa:g} Pa, R {radius_mm:g} mm, {pressure}: tan", "sine, heap"
-        found += [
-            within(f"{name} / a finite heap's", steep / holds, "", 1.0, HEAP_OFF, source, because=because),
-            reported(f"{name} / S", steep / s, "", f"{holds / s:.3g}", source),
-        ]
+        tank = bank(stress_pa, 6.0, radius_mm, pressure=pressure)
+        held_pa = holding_pa(*tank.surface_mm().T, WIDTH_MM, DENSITY_KG_M3 * GRAVITY_MM_S2 / 1e3)
+        name = f"bank of {stress_pa:g} Pa, R {radius_mm:g} mm, {pressure}: stress that holds it"
+        found.append(within(name, held_pa / stress_pa, "", 1.0, HELD_OFF, "limit analysis"))
     return found
 
 
@@ -220,31 +191,4 @@ def two_radii() -> list[Finding]:
     ]
 
 
-def left_bank() -> list[Finding]:
-    """The slope over the first 20 mm of the paper's trial, over what a heap between its opening walls can hold.
-
-    Reported where such a heap falls by the crack's depth within a bin: bins cannot tell it.
-    """
-    found = []
-    deepest_mm = float(_trial().solid.depth_mm)
-    for stress_pa in (6.0, 12.0, 20.0):
-        first_mm, second_mm = stiffening.bins_mm(_poured(stress_pa, 0.5).levels[0])[:2]
-        depth_mm = deepest_mm + float(first_mm + second_mm) / 2
-        holds = steepest(_held_mm(stress_pa) * _wetted_per_mm(depth_mm), stress_pa, depth_mm)
-        name = f"paper's trial, {stress_pa:g} Pa: left bank, tan / a finite heap's"
-        over = float(second_mm - first_mm) / BIN_MM / holds
-        if holds * BIN_MM < deepest_mm:
-            found.append(within(name, over, "", 1.0, HEAP_OFF, "sine, heap"))
-        else:
-            found.append(reported(name, over, "", "1", f"tan {holds:.2g}: too steep for bins"))
-    return found
-
-
-def _wetted_per_mm(depth_mm: float) -> float:
-    """Perimeter over area of the fluid's section: S over tau / (rho g)."""
-    floor_mm = _trial().outline.mean_width_mm
-    wall = radians(WALL_DEG)
-    return (floor_mm + 2 * depth_mm / cos(wall)) / (depth_mm * (floor_mm + depth_mm * tan(wall)))
-
-
-CASES: Sequence[str] = ("banks", "drift", "energy", "paper_trial", "two_radii", "left_bank")
+CASES: Sequence[str] = ("banks", "drift", "energy", "paper_trial", "two_radii")

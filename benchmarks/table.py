@@ -2,7 +2,7 @@
 
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from math import inf
 
 
@@ -19,6 +19,9 @@ class Row:
     low: float = 0.0
     high: float = inf
     goal: str = ""
+    _: KW_ONLY
+    because: str = ""
+    """Why it is missed, where that is known: the evidence against which it cannot be met."""
 
     @property
     def judged(self) -> bool:
@@ -49,7 +52,13 @@ def finish(rows: Sequence[Row], last_line: str = "") -> None:
     for row in rows:
         missed = "  MISSED" if row.missed else ""
         print(f"{row.name:<52} {row.value:>10.5g} {row.unit:<6} {row.target:<14} {row.goal:<14}{missed}")
+        say_why(row)
     leave(rows, last_line)
+
+
+def say_why(row: Row) -> None:
+    if row.missed and row.because:
+        print(f"    since {row.because}")
 
 
 def leave(rows: Sequence[Row], last_line: str = "") -> None:

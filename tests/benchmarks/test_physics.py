@@ -8,7 +8,7 @@ from benchmarks.physics_findings import Finding, reported, within
 from benchmarks.physics_flow import REFINED, _worst, convergence_index
 from benchmarks.physics_rest import pressure_at
 from benchmarks.physics_tanks import Pit, Tank, block_mm
-from benchmarks.physics_yield import WIDTH_MM, _crept_mm, stability_number, steepest
+from benchmarks.physics_yield import WIDTH_MM, _crept_mm
 from simulate.fluid.solver import SLOWEST_SHEAR
 from simulate.settings import particle_volume
 
@@ -45,17 +45,6 @@ def test_a_block_holds_the_volume_of_its_box():
     layer_mm3 = volume_mm3 * 0.7 / 20
     assert abs(volume_mm3 - 9 * 4 * 20) < layer_mm3 / 2
     assert fluid.min(axis=0) == pytest.approx([0.344, -1.656, 0.344], abs=0.04)
-
-
-def test_what_a_slot_holds_is_the_stability_number_while_that_is_small():
-    """For 15 Pa, 13.7 mm deep, by hand: S = 0.905 (2 / 3.1 + 1 / 13.7) = 0.650, over its cosine 0.855, 15 % more.
-
-    Seen to fail with the tangent for the sine, and with half of what a finite heap holds more.
-    """
-    small, large = stability_number(0.01, 10.0), stability_number(15.0, 13.7)
-    assert steepest(small, 0.01, 10.0) == pytest.approx(small, rel=1e-3)
-    assert large == pytest.approx(0.650, abs=1e-3)
-    assert steepest(large, 15.0, 13.7) == pytest.approx(0.855 / (1 - 2 * 0.905 / 13.7), abs=2e-3)
 
 
 def test_an_awake_bank_creeps_by_its_law():
