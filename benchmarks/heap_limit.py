@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from scipy.sparse.linalg import spsolve
 
 from sealtwin.core.records import Floats, Integers
@@ -86,7 +85,7 @@ def _largest(parts: Sequence[Any], cost: Floats, freed: Floats) -> float:
     weight, best = cost.copy(), 0.0
     for turn in range(ROUNDS):
         matrix = sum(part.T @ sp.diags(weight) @ part for part in parts)
-        psi: NDArray[np.float64] = spsolve(sp.csc_matrix(matrix), freed)
+        psi = np.asarray(spsolve(sp.csc_matrix(matrix), freed), dtype=np.float64)
         rate = np.sqrt(sum((part @ psi) ** 2 for part in parts)) / (freed @ psi)
         best = max(best, 1 / float(cost @ rate))
         weight = cost / np.hypot(rate, 1e-4 * rate.max() * 0.3 ** min(turn / 8, 8))

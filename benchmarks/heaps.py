@@ -88,7 +88,7 @@ def last_mm(yield_pa: float) -> tuple[Floats, Floats]:
     with (TABLES / "profiles.csv").open(newline="") as file:
         rows = np.array([[float(part) for part in row] for row in list(csv.reader(file))[1:]])
     x, level = rows[(rows[:, :3] == [yield_pa, SIZE_MM, SEEN_S]).all(axis=1)][:, [3, 5]].T
-    return np.append(x, x[-1] + 1), np.append(level, 0.0)
+    return np.append(x, x[-1] + 1).astype(np.float64), np.append(level, 0.0)
 
 
 def surface_mm(place_mm: Floats, radius_mm: float) -> tuple[Floats, Floats]:
@@ -183,7 +183,7 @@ def wall_row() -> Row:
     theirs = references()[AWAKE_PA, SIZE_MM, LIMIT_M2_S]
     half_mm = (theirs.centre_mm[0] + theirs.centre_mm[-1]) / 2
     late = dragged.time_at(half_mm) / theirs.time_at(half_mm)
-    return Row(f"{AWAKE_PA:g} Pa, walls with D: time of half of the way down", late)
+    return Row(f"{AWAKE_PA:g} Pa, walls with D: time of half of the way down", late, "")
 
 
 def limit_rows() -> Iterator[Row]:

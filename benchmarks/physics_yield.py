@@ -70,7 +70,8 @@ def banks() -> list[Finding]:
         (9.0, 0.4, "two-level"),
     ):
         tank = bank(stress_pa, 6.0, radius_mm, pressure=pressure)
-        held_pa = holding_pa(*tank.surface_mm().T, WIDTH_MM, DENSITY_KG_M3 * GRAVITY_MM_S2 / 1e3)
+        x_mm, level_mm = tank.surface_mm().T
+        held_pa = holding_pa(x_mm, level_mm, WIDTH_MM, DENSITY_KG_M3 * GRAVITY_MM_S2 / 1e3)
         name = f"bank of {stress_pa:g} Pa, R {radius_mm:g} mm, {pressure}: stress that holds it"
         found.append(within(name, held_pa / stress_pa, "", 1.0, HELD_OFF, "limit analysis"))
     return found
