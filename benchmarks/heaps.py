@@ -88,7 +88,7 @@ def last_mm(yield_pa: float) -> tuple[Floats, Floats]:
     with (TABLES / "profiles.csv").open(newline="") as file:
         rows = np.array([[float(part) for part in row] for row in list(csv.reader(file))[1:]])
     x, level = rows[(rows[:, :3] == [yield_pa, SIZE_MM, SEEN_S]).all(axis=1)][:, [3, 5]].T
-    return np.append(x, x[-1] + 1).astype(np.float64), np.append(level, 0.0)
+    return np.append(x, x[-1] + 1), np.append(level, 0.0)
 
 
 def surface_mm(place_mm: Floats, radius_mm: float) -> tuple[Floats, Floats]:
@@ -101,7 +101,7 @@ def surface_mm(place_mm: Floats, radius_mm: float) -> tuple[Floats, Floats]:
     across = ((place[:, 1] / WIDTH_MM + 0.25) * 2 * strips).astype(int)
     top = np.zeros((round(PIT.length_mm), strips))
     np.maximum.at(top, (place[:, 0].astype(int), across), place[:, 2] + spacing_mm(radius_mm) / 2)
-    return np.arange(len(top)) + 0.5, top.mean(axis=1)
+    return np.arange(len(top)).astype(float) + 0.5, np.asarray(top.mean(axis=1), dtype=float)
 
 
 def collapse(yield_pa: float, radius_mm: float, *, sleep: bool = True, dragged: bool = False) -> tuple[Course, float]:

@@ -19,7 +19,7 @@ class PairKernels(NamedTuple):
 
 @cache
 def pair_kernels(native: bool) -> PairKernels:
-    """The same algorithm with the plain loops, or with those that a CPU runs eight pairs at a time."""
+    """The same algorithm with the plain loops, or with those that a CPU runs eight or sixteen pairs at a time."""
     loops = pair_sums_cpu if native else pair_sums
     # Two Warp modules, because the loops for CPUs do not compile for a GPU.
     module = wp.get_module(f"simulate.kernels.pair_kernels.{'native' if native else 'plain'}")

@@ -1,6 +1,6 @@
 """Device code of the inner loops: sums over a particle's neighbours. Centimetres and seconds.
 
-These are the equations, for any device. ``pair_sums_cpu`` has the same sums for CPUs, eight neighbours at a time;
+These are the equations, for any device. ``pair_sums_cpu`` has the same sums for CPUs, many neighbours at a time;
 tests compare the two. A list's ``row`` is its window in the store of all lists, of which the first ``count`` entries
 count; the rest is padding.
 """
