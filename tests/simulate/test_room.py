@@ -8,7 +8,7 @@ from tests.fluids import engine_with, lattice, listed_fluid, positions_mm, slot
 
 @pytest.mark.parametrize("solver", [{"viscosity_solve": "implicit"}, {"viscosity_solve": "explicit"}])
 def test_lists_that_grow_on_the_way_are_those_with_room_from_the_start(monkeypatch, solver):
-    """Seen to fail with lists that stay as short as they are."""
+    """Seen to fail with launches that keep the old ones."""
     points = lattice(np.array([0.2, -1.3, -12]), np.array([5.8, 1.3, -2]), 0.69)
     ends = []
     for entries in (84, 20):
