@@ -1,6 +1,5 @@
 """Launches of kernels with fixed arguments, over rows that several threads share."""
 
-import weakref
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
@@ -22,22 +21,14 @@ class Launcher:
     def __init__(self, device: str, threads: int = 1) -> None:
         self._device, self._threads = device, threads
         self._pool = ThreadPoolExecutor(threads - 1) if threads > 1 else None
-        self._bound: weakref.WeakSet[RowLaunch] = weakref.WeakSet()
         self.kernels = 0  # Number of launches so far; scans and sorts of Warp's own library are not counted
 
     def bind(self, kernel: Any, *inputs: object) -> "RowLaunch":
         """A launch over rows; the kernel's first argument is a slice's first row, the rest are ``inputs``.
 
-        The arrays among ``inputs`` may be written to later, but replaced by ``replace`` alone.
+        The arrays among ``inputs`` may be written to later, but not replaced.
         """
-        launch = RowLaunch(self, [self._record(kernel, 1, [0, *inputs]) for _ in range(self._threads)], inputs)
-        self._bound.add(launch)
-        return launch
-
-    def replace(self, old: object, new: object) -> None:
-        """Bind launches over rows to another input in place of ``old``, or to the same struct as it is now."""
-        for launch in self._bound:
-            launch.replace(old, new)
+        return RowLaunch(self, [self._record(kernel, 1, [0, *inputs]) for _ in range(self._threads)], inputs)
 
     def bind_whole(self, kernel: Any, dim: int | tuple[int, ...], *inputs: object) -> Callable[[], None]:
         """A launch over all of ``dim`` in one piece, for kernels without rows."""
@@ -78,7 +69,7 @@ class Launcher:
 class RowLaunch:
     """A kernel with its arguments, one recorded command for each slice."""
 
-    def __init__(self, launcher: Launcher, commands: list[Any], inputs: Sequence[object]) -> None:
+    def __init__(self, launcher: Launcher, commands: list[Any], inputs: object) -> None:
         self._launcher, self.commands = launcher, commands
         self._slices = [(0, 1)] * len(commands)
         # Warp's commands keep the addresses of arrays, not the arrays.
@@ -87,14 +78,6 @@ class RowLaunch:
     def __call__(self, rows: int, each: float = 1.0) -> None:
         """Launch over rows 0 to ``rows``, each of which is as much work as so many particles."""
         self._launcher.launch(rows, self, each=each)
-
-    def replace(self, old: object, new: object) -> None:
-        for index, value in enumerate(self._inputs):
-            if value is old:
-                for command in self.commands:
-                    # The first argument is the slice's first row.
-                    command.set_param_at_index(index + 1, new)
-        self._inputs = tuple(new if value is old else value for value in self._inputs)
 
     def cut(self, part: int, begin: int, end: int) -> Any:
         """The command of a part, for the rows from ``begin`` to ``end``."""

@@ -18,7 +18,7 @@ from simulate.fluid.viscosity import Viscosity
 from simulate.kernels import pressure, status
 from simulate.kernels.pair_kernels import pair_kernels
 from simulate.settings import LEVEL, Solver, particle_volume
-from simulate.setup.cell_grid import CellGrid, make_room, neighbour_lists
+from simulate.setup.cell_grid import CellGrid, neighbour_lists
 from simulate.setup.rheology import FALL, Rheology, paste_on_device
 from simulate.setup.signed_distance import Barrier
 from simulate.setup.wall_particles import WallParticles, calibrated_wall_mass, source_wall_mass
@@ -272,19 +272,6 @@ class FluidSolver:
         self.fluid_cells.fill(self.state.position, self.state.status, self._out)
         self.movers.sort(self.fluid_cells.cells.number, self._out)
         self._list(self.rows)
-        while self.lists.packed and self.lists.lacking.numpy()[0]:
-            self._make_room()
-            self._list(self.rows)
-
-    def _make_room(self) -> None:
-        """Half as much room again for lists: fluid that is pressed together has longer ones."""
-        lists = self.lists
-        before, lists.room = lists.fluid, lists.room * 3 // 2
-        make_room(lists)
-        lists.lacking.zero_()
-        self._launcher.replace(before, lists.fluid)
-        for struct in (lists, self.viscosity.make_room(lists)):
-            self._launcher.replace(struct, struct)
 
     def update_velocity(self) -> None:
         self._update_velocity(self.rows)

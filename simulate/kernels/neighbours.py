@@ -10,6 +10,8 @@ from simulate.kernels.status import FROZEN, Movers
 wp.set_module_options({"enable_backward": False})
 
 BLOCK = wp.constant(64)
+ROOM = wp.constant(343)
+"""Sixteens of entries for the lists of a block of rows: 84 entries a row, and ``ASIDE``. Bulk at rest fills 59."""
 ASIDE = wp.constant(7)  # Sixteens at the end of a block in which the walls of a row are collected, before they move up
 
 NEARLY_ONE = wp.constant(1.0001)  # Reach squared over a cell's size: rounding may put a point into the next cell
@@ -38,7 +40,7 @@ class Neighbours:
     """Lists of the fluid and wall particles near each mover.
 
     For a CPU's loops they lie one behind the other, and are windows of one store that begin at every sixteenth entry.
-    ``BLOCK`` rows share ``room`` sixteens of it, and a thread has whole blocks. On a GPU each row has a window of its
+    ``BLOCK`` rows share ``ROOM`` sixteens of it, and a thread has whole blocks. On a GPU each row has a window of its
     own.
     """
 
@@ -51,8 +53,6 @@ class Neighbours:
     wall_at: wp.array[int]
     wall_count: wp.array[int]
     packed: int  # 1 where lists lie one behind the other
-    room: int  # Sixteens of entries for the lists of a block of rows, the last of them ``ASIDE``
-    lacking: wp.array[int]  # 1 once a block has too little room for what was found
     wall_particle: wp.array[wp.vec4]  # Position of each wall particle, and the share of the surface that it stands for
 
 
@@ -159,7 +159,7 @@ def window_of(near: Neighbours, row: int):
     if near.packed == 0:
         return row
     if row % BLOCK == 0:
-        return row // BLOCK * near.room
+        return row // BLOCK * ROOM
     return near.wall_at[row - 1] + sixteens(near.wall_count[row - 1])
 
 
@@ -206,7 +206,7 @@ def neighbour_kernels(loops: ModuleType, module: Any) -> Any:
         aside = row
         most = near.fluid.shape[1]
         if near.packed == 1:
-            aside = (row // BLOCK + 1) * near.room - ASIDE
+            aside = (row // BLOCK + 1) * ROOM - ASIDE
             most = wp.min(most, 16 * (aside - at))
         found = int(0)
         walls = int(0)
@@ -260,17 +260,16 @@ def neighbour_kernels(loops: ModuleType, module: Any) -> Any:
         wall_at = aside
         if near.packed == 1:
             wall_at = at + sixteens(kept)
-            if kept < wp.min(found, near.fluid.shape[1]) or 16 * (aside - wall_at) < kept_walls:
-                near.lacking[0] = 1
+            if 16 * (aside - wall_at) < kept_walls:
                 kept_walls = 0
             move_up(near.wall, aside, wall_at, kept_walls)
         near.fluid_at[row] = at
         near.fluid_count[row] = kept
         near.wall_at[row] = wall_at
         near.wall_count[row] = kept_walls
-        if found > near.fluid.shape[1]:
+        if found > kept:
             fault[i] = fault[i] | fluid_full
-        if walls > near.wall.shape[1]:
+        if walls > kept_walls:
             fault[i] = fault[i] | walls_full
 
     return list_neighbours
