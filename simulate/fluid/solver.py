@@ -83,8 +83,8 @@ class FluidSolver:
     ) -> None:
         """``rows`` is the largest number of particles that move at one time. ``centreline`` is the crack's, (n, 2), cm.
 
-        ``down`` is gravity's direction in the sample's frame. ``native`` chooses the inner loops and packed lists of
-        CPUs; None asks the device.
+        ``down`` is gravity's direction in the sample's frame. ``native`` chooses the inner loops for CPUs; None asks
+        the device.
         """
         radius, device = settings.size_mm / 10, state.device
         self.state, self.walls, self.barrier, self.settings = state, walls, barrier, settings
@@ -95,11 +95,9 @@ class FluidSolver:
         wall_mass = {"calibrated": calibrated_wall_mass, "source": source_wall_mass}[self.scheme.wall]
         self._launcher = launcher = Launcher(device, threads if device == "cpu" else 1)
         wall_particles = walls.position_and_share
-        native = device == "cpu" if native is None else native
-        self.movers = MoversList(state, launcher)
-        self.lists = neighbour_lists(rows, wall_particles, device, packed=native)
+        self.movers, self.lists = MoversList(state, launcher), neighbour_lists(rows, wall_particles, device)
         shared = (state, self.movers, self.lists)
-        kernels = pair_kernels(native)
+        kernels = pair_kernels(device == "cpu" if native is None else native)
         self._yields = any(fluid.yields for fluid in fluids)
         self._sleeps = self._yields and settings.sleep
         self.measures = any(fluid.thickens or fluid.by_age is not None for fluid in fluids)

@@ -39,13 +39,11 @@ class CellArrays:
 class Neighbours:
     """Lists of the fluid and wall particles near each mover.
 
-    For a CPU's loops they lie one behind the other, and are windows of one store that begin at every sixteenth entry.
-    ``BLOCK`` rows share ``ROOM`` sixteens of it, and a thread has whole blocks. On a GPU each row has a window of its
-    own.
+    On a CPU they lie one behind the other, and are windows of one store that begin at every sixteenth entry. ``BLOCK``
+    rows share ``ROOM`` sixteens of it, and a thread has whole blocks. On a GPU each row has a window of its own.
     """
 
     store: wp.array[int]
-    wall_store: wp.array[int]  # That of the walls' lists where each row has a window of its own
     fluid: wp.array2d[int]
     fluid_at: wp.array[int]  # Window of each row
     fluid_count: wp.array[int]

@@ -15,41 +15,39 @@ SPARE = 16  # Entries past the last one that a loop over sixteen points at a tim
 NOWHERE_CM = 1e6  # x, y and z of the dummy point that pads lists: no particle comes near it
 
 
-def neighbour_lists(rows: int, wall_particle: wp.array, device: str, *, packed: bool) -> Any:
-    """Empty neighbour lists of at most ``rows`` movers, ``packed`` for a CPU's loops."""
+def neighbour_lists(rows: int, wall_particle: wp.array, device: str) -> Any:
+    """Empty neighbour lists of at most ``rows`` movers."""
     lists = device_code.Neighbours()
-    lists.packed = int(packed)
-    lists.store, lists.fluid = pairs_of(rows, NEIGHBOURS, int, device, packed=packed)
-    if packed:
-        lists.wall = _windows(lists.store, (lists.fluid.shape[0], WALL_NEIGHBOURS), (16, 1))
-    else:
-        lists.wall_store, lists.wall = pairs_of(rows, WALL_NEIGHBOURS, int, device, packed=False)
+    lists.packed = int(device == "cpu")
+    lists.store, lists.fluid = pairs_of(rows, NEIGHBOURS, int, device)
+    lists.wall = (
+        _windows(lists.store, WALL_NEIGHBOURS) if lists.packed else pairs_of(rows, WALL_NEIGHBOURS, int, device)[1]
+    )
     for name in ("fluid_at", "fluid_count", "wall_at", "wall_count"):
         setattr(lists, name, wp.zeros(rows, dtype=int, device=device))
     lists.wall_particle = wall_particle
     return lists
 
 
-def pairs_of(rows: int, slots: int, dtype: type, device: str, *, packed: bool) -> tuple[wp.array, wp.array]:
+def pairs_of(rows: int, slots: int, dtype: type, device: str) -> tuple[wp.array, wp.array]:
     """A store with a value for each pair of ``rows`` movers, and its windows of ``slots`` values, in two dimensions.
 
-    Where it is packed a window begins at every sixteenth entry. A GPU reads one slot of many rows at once: there each
-    row has a window, whose slots are far apart.
+    On a CPU a window begins at every sixteenth entry. A GPU reads one slot of many rows at once: there each row has a
+    window, whose slots are far apart.
     """
-    if not packed:
-        store = wp.zeros(slots * rows, dtype=dtype, device=device)
-        return store, _windows(store, (rows, slots), (1, rows))
-    sixteens = -(-rows // int(device_code.BLOCK)) * int(device_code.ROOM)
+    if device != "cpu":
+        store = wp.zeros((slots, rows), dtype=dtype, device=device)
+        return store, store.transpose()
+    blocks = -(-rows // int(device_code.BLOCK))
     # The last windows reach beyond the last block.
-    store = wp.zeros(16 * sixteens + slots, dtype=dtype, device=device)
-    return store, _windows(store, (sixteens, slots), (16, 1))
+    store = wp.zeros(16 * blocks * int(device_code.ROOM) + NEIGHBOURS, dtype=dtype, device=device)
+    return store, _windows(store, slots)
 
 
-def _windows(store: wp.array, shape: tuple[int, int], steps: tuple[int, int]) -> wp.array:
-    """Windows on a store, which they do not keep alive; ``steps`` are entries from one window and slot to the next."""
-    size = wp.types.type_size_in_bytes(store.dtype)
-    strides = steps[0] * size, steps[1] * size
-    return wp.array(ptr=store.ptr, dtype=store.dtype, shape=shape, strides=strides, device=store.device)
+def _windows(store: wp.array, slots: int) -> wp.array:
+    """Windows on a store, which they do not keep alive."""
+    size, shape = wp.types.type_size_in_bytes(store.dtype), ((store.shape[0] - NEIGHBOURS) // 16, slots)
+    return wp.array(ptr=store.ptr, dtype=store.dtype, shape=shape, strides=(16 * size, size), device=store.device)
 
 
 class CellGrid:
