@@ -192,8 +192,7 @@ class Tank:
             # A tenth of a speed in half a second would count as viscosity.
             damping_per_s=0.0,
             reach_mm=None if falls else pit.box_mm,
-            substeps=1,
-            **solver,
+            **solver | {"substeps": 1},
         )
         if slips is not None:
             _let_slip(engine, slips, pit.depth_mm)

@@ -153,7 +153,7 @@ def sixteens(entries: int):
 
 @wp.func
 def window_of(near: Neighbours, row: int):
-    """Window in which a row's list of fluid begins, behind the lists of the row before, which was listed last."""
+    """Where a row's list of fluid begins: behind the lists of the row before, which has just been listed."""
     if near.packed == 0:
         return row
     if row % BLOCK == 0:

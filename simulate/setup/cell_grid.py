@@ -46,7 +46,7 @@ def pairs_of(rows: int, slots: int, dtype: type, device: str) -> tuple[wp.array,
 
 def _windows(store: wp.array, slots: int) -> wp.array:
     """Windows on a store, which they do not keep alive."""
-    size, shape = wp.types.type_size_in_bytes(store.dtype), ((store.shape[0] - NEIGHBOURS) // 16, slots)
+    size, shape = store.strides[0], ((store.shape[0] - NEIGHBOURS) // 16, slots)
     return wp.array(ptr=store.ptr, dtype=store.dtype, shape=shape, strides=(16 * size, size), device=store.device)
 
 
