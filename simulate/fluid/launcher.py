@@ -6,8 +6,6 @@ from typing import Any
 
 import warp as wp
 
-from simulate.kernels.neighbours import BLOCK
-
 LEAST_SLICE = 3000  # Rows of a slice, at least: handing a smaller one to a thread takes longer than the slice
 
 
@@ -52,8 +50,7 @@ class Launcher:
         slices = min(self._threads, max(1, int(rows * each) // LEAST_SLICE))
         pending = []
         for part in reversed(range(slices)):
-            begin, end = (rows * edge // slices // int(BLOCK) * int(BLOCK) for edge in (part, part + 1))
-            end = end if part + 1 < slices else rows
+            begin, end = rows * part // slices, rows * (part + 1) // slices
             commands = [launch.cut(part, begin, end) for launch in launches]
             if part and self._pool:
                 pending.append(self._pool.submit(_launch_all, commands))

@@ -171,7 +171,7 @@ class FluidSolver:
         self._move_as_solved = launcher.bind(pressure.move_as_solved, *yielding, self.step_s, *solid)
         limits = (self.step_s, PATIENCE_S, QUIET_SHEAR, QUIET_SHEAR * self._support)
         waking = (WAKING_CM_S, RESTLESS_S)
-        near = (lists.fluid, lists.fluid_at, lists.fluid_count, self.viscosity.walls_drag, self.viscosity.held)
+        near = (lists.fluid, lists.fluid_count, self.viscosity.walls_drag, self.viscosity.held)
         self._wake = launcher.bind(status.wake, *yielding, *waking, *near, self._quiet_s)
         self._fall_asleep = launcher.bind(status.fall_asleep, *yielding, *limits, self.viscosity.shear, self._quiet_s)
 

@@ -52,7 +52,7 @@ class Viscosity:
         self.unsolved = wp.zeros(runs, dtype=int, device=device)
         """1 for each run in which a solve ended before its goal."""
         self._system, self._search = device_code.System(), device_code.Search()
-        self._coupling, self._system.coupling = pairs_of(rows, NEIGHBOURS, float, device)
+        self._system.coupling = pairs_of(rows, NEIGHBOURS, float, device)
         self._system.at_walls = wp.array(sticks * viscosity, dtype=float, device=device)
         self._system.inverse = wp.zeros(rows, dtype=wp.mat33, device=device)
         for name in ("drag", "held"):

@@ -9,11 +9,6 @@ from simulate.kernels.status import FROZEN, Movers
 
 wp.set_module_options({"enable_backward": False})
 
-BLOCK = wp.constant(64)
-ROOM = wp.constant(343)
-"""Sixteens of entries for the lists of a block of rows: 84 entries a row, and ``ASIDE``. Bulk at rest fills 59."""
-ASIDE = wp.constant(7)  # Sixteens at the end of a block in which the walls of a row are collected, before they move up
-
 NEARLY_ONE = wp.constant(1.0001)  # Reach squared over a cell's size: rounding may put a point into the next cell
 
 
@@ -37,20 +32,12 @@ class CellArrays:
 
 @wp.struct
 class Neighbours:
-    """Lists of the fluid and wall particles near each mover.
+    """Lists of the fluid and wall particles near each mover, by row."""
 
-    On a CPU they lie one behind the other, and are windows of one store that begin at every sixteenth entry. ``BLOCK``
-    rows share ``ROOM`` sixteens of it, and a thread has whole blocks. On a GPU each row has a window of its own.
-    """
-
-    store: wp.array[int]
     fluid: wp.array2d[int]
-    fluid_at: wp.array[int]  # Window of each row
     fluid_count: wp.array[int]
     wall: wp.array2d[int]
-    wall_at: wp.array[int]
     wall_count: wp.array[int]
-    packed: int  # 1 where lists lie one behind the other
     wall_particle: wp.array[wp.vec4]  # Position of each wall particle, and the share of the surface that it stands for
 
 
@@ -146,31 +133,17 @@ def beside(x: float, corner: float, size: float, cell: int, at: int):
     return 0.0
 
 
-@wp.func
-def sixteens(entries: int):
-    return (entries + 15) // 16
-
-
-@wp.func
-def window_of(near: Neighbours, row: int):
-    """Where a row's list of fluid begins: behind the lists of the row before, which has just been listed."""
-    if near.packed == 0:
-        return row
-    if row % BLOCK == 0:
-        return row // BLOCK * ROOM
-    return near.wall_at[row - 1] + sixteens(near.wall_count[row - 1])
-
-
 def neighbour_kernels(loops: ModuleType, module: Any) -> Any:
     """The kernel ``list_neighbours`` with the inner loop of ``loops``."""
-    collect, pad, move_up = loops.collect, loops.pad, loops.move_up
+    collect, pad = loops.collect, loops.pad
 
     @wp.func(module=module)
-    def close(listed: wp.array2d[int], at: int, most: int, found: int, dummy: int):
-        """Pad a list; returns how many of the entries found it holds."""
-        kept = wp.min(found, most)
-        pad(listed, at, kept, dummy)
-        return kept
+    def close(listed: wp.array2d[int], count: wp.array[int], row: int, found: int, dummy: int):
+        """Keep the number of entries, and pad the list; returns whether it was too short."""
+        kept = wp.min(found, listed.shape[1])
+        count[row] = kept
+        pad(listed, row, kept, dummy)
+        return found > kept
 
     @wp.kernel(enable_backward=False, module=module)
     def list_neighbours(
@@ -200,19 +173,13 @@ def neighbour_kernels(loops: ModuleType, module: Any) -> Any:
         before = beside(here[0], cells.corner[0], reach, a, a - 1)
         after = beside(here[0], cells.corner[0], reach, a, a + 1)
         base = i // cells.points_per_run * cells_per_run(cells)
-        at = window_of(near, row)
-        aside = row
-        most = near.fluid.shape[1]
-        if near.packed == 1:
-            aside = (row // BLOCK + 1) * ROOM - ASIDE
-            most = wp.min(most, 16 * (aside - at))
         found = int(0)
         walls = int(0)
         for cc in range(wp.max(c - 1, 0), wp.min(c + 2, cells.count[2])):
             above = beside(here[2], cells.corner[2], reach, c, cc)
             for bb in range(wp.max(b - 1, 0), wp.min(b + 2, cells.count[1])):
-                sideways = beside(here[1], cells.corner[1], reach, b, bb)
-                left = NEARLY_ONE - above * above - sideways * sideways
+                aside = beside(here[1], cells.corner[1], reach, b, bb)
+                left = NEARLY_ONE - above * above - aside * aside
                 if left >= 0.0:
                     a_low = a
                     a_high = a
@@ -233,8 +200,7 @@ def neighbour_kernels(loops: ModuleType, module: Any) -> Any:
                         reach,
                         i,
                         near.fluid,
-                        at,
-                        most,
+                        row,
                         found,
                     )
                     if wall_cells.start[low] < wall_cells.start[high]:
@@ -249,25 +215,12 @@ def neighbour_kernels(loops: ModuleType, module: Any) -> Any:
                             reach,
                             -1,
                             near.wall,
-                            aside,
-                            near.wall.shape[1],
+                            row,
                             walls,
                         )
-        kept = close(near.fluid, at, most, found, position.shape[0])
-        kept_walls = close(near.wall, aside, near.wall.shape[1], walls, near.wall_particle.shape[0])
-        wall_at = aside
-        if near.packed == 1:
-            wall_at = at + sixteens(kept)
-            if 16 * (aside - wall_at) < kept_walls:
-                kept_walls = 0
-            move_up(near.wall, aside, wall_at, kept_walls)
-        near.fluid_at[row] = at
-        near.fluid_count[row] = kept
-        near.wall_at[row] = wall_at
-        near.wall_count[row] = kept_walls
-        if found > kept:
+        if close(near.fluid, near.fluid_count, row, found, position.shape[0]):
             fault[i] = fault[i] | fluid_full
-        if walls > kept_walls:
+        if close(near.wall, near.wall_count, row, walls, near.wall_particle.shape[0]):
             fault[i] = fault[i] | walls_full
 
     return list_neighbours

@@ -18,36 +18,17 @@ NOWHERE_CM = 1e6  # x, y and z of the dummy point that pads lists: no particle c
 def neighbour_lists(rows: int, wall_particle: wp.array, device: str) -> Any:
     """Empty neighbour lists of at most ``rows`` movers."""
     lists = device_code.Neighbours()
-    lists.packed = int(device == "cpu")
-    lists.store, lists.fluid = pairs_of(rows, NEIGHBOURS, int, device)
-    lists.wall = (
-        _windows(lists.store, WALL_NEIGHBOURS) if lists.packed else pairs_of(rows, WALL_NEIGHBOURS, int, device)[1]
-    )
-    for name in ("fluid_at", "fluid_count", "wall_at", "wall_count"):
-        setattr(lists, name, wp.zeros(rows, dtype=int, device=device))
+    lists.fluid, lists.wall = (pairs_of(rows, slots, int, device) for slots in (NEIGHBOURS, WALL_NEIGHBOURS))
+    lists.fluid_count, lists.wall_count = (wp.zeros(rows, dtype=int, device=device) for _ in range(2))
     lists.wall_particle = wall_particle
     return lists
 
 
-def pairs_of(rows: int, slots: int, dtype: type, device: str) -> tuple[wp.array, wp.array]:
-    """A store with a value for each pair of ``rows`` movers, and its windows of ``slots`` values, in two dimensions.
-
-    On a CPU a window begins at every sixteenth entry. A GPU reads one slot of many rows at once: there each row has a
-    window, whose slots are far apart.
-    """
-    if device != "cpu":
-        store = wp.zeros((slots, rows), dtype=dtype, device=device)
-        return store, store.transpose()
-    blocks = -(-rows // int(device_code.BLOCK))
-    # The last windows reach beyond the last block.
-    store = wp.zeros(16 * blocks * int(device_code.ROOM) + NEIGHBOURS, dtype=dtype, device=device)
-    return store, _windows(store, slots)
-
-
-def _windows(store: wp.array, slots: int) -> wp.array:
-    """Windows on a store, which they do not keep alive."""
-    size, shape = store.strides[0], ((store.shape[0] - NEIGHBOURS) // 16, slots)
-    return wp.array(ptr=store.ptr, dtype=store.dtype, shape=shape, strides=(16 * size, size), device=store.device)
+def pairs_of(rows: int, slots: int, dtype: type, device: str) -> wp.array:
+    """An array of a value for each pair, (rows, slots): a GPU reads one slot of many rows at once, a CPU a row."""
+    if device == "cpu":
+        return wp.zeros((rows, slots), dtype=dtype, device=device)
+    return wp.zeros((slots, rows), dtype=dtype, device=device).transpose()
 
 
 class CellGrid:
