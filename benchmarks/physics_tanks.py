@@ -192,7 +192,8 @@ class Tank:
             # A tenth of a speed in half a second would count as viscosity.
             damping_per_s=0.0,
             reach_mm=None if falls else pit.box_mm,
-            **solver | {"substeps": 1},
+            substeps=1,
+            **solver,
         )
         if slips is not None:
             _let_slip(engine, slips, pit.depth_mm)

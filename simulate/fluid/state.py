@@ -109,11 +109,10 @@ class MoversList:
 
         Rows that follow each other then have neighbours in common, which a processor still has at hand.
         """
-        shared = {"device": self._device}
-        status = self._status
-        wp.launch(device_code.mark_sorted, count, inputs=[number, status, self._moves], **shared)
+        status, device = self._status, self._device
+        wp.launch(device_code.mark_sorted, count, inputs=[number, status, self._moves], device=device)
         array_scan(self._moves, self._row, inclusive=False)
-        wp.launch(device_code.list_sorted, count, inputs=[number, status, self._row, self.movers], **shared)
+        wp.launch(device_code.list_sorted, count, inputs=[number, status, self._row, self.movers], device=device)
 
     def number(self) -> int:
         """Number of movers, over all runs."""
