@@ -17,7 +17,6 @@ from sealtwin.core.records import Floats
 DENSITY_KG_M3 = 1690.0
 GAS_KG_M3, GAS_M2_S = 10.0, 1e-4
 """As heavy as keeps the pressure's equations well-conditioned: 0.6 % of the paste's weight, 2 % of its viscosity."""
-SIDES = "middle { type symmetryPlane; } "
 SOLVERS = """solvers
 {
     "alpha.paste.*" { nAlphaCorr 1; nAlphaSubCycles 1; cAlpha 1; }
@@ -28,7 +27,17 @@ SOLVERS = """solvers
 }
 relaxationFactors { equations { ".*" 1; } }
 """
-HEADER = "FoamFile {{ version 2.0; format ascii; class {kind}; object {name}; }}\n"
+SCHEMES = """ddtSchemes { default Euler; }
+gradSchemes { default Gauss linear; }
+divSchemes
+{
+    div(rhoPhi,U) Gauss linearUpwind grad(U); div(phi,alpha) Gauss vanLeer; div(phirb,alpha) Gauss linear;
+    div(((rho*nuEff)*dev2(T(grad(U))))) Gauss linear;
+}
+laplacianSchemes { default Gauss linear corrected; }
+interpolationSchemes { default linear; }
+snGradSchemes { default corrected; }
+"""
 
 
 class Axis:
@@ -87,33 +96,15 @@ class Case:
 def write_case(case: Case, folder: Path) -> None:
     """Write mesh, start and settings of a case."""
     filled = _filled(case)
-    for part in ("0", "constant", "system"):
-        (folder / part).mkdir(parents=True, exist_ok=True)
-    (folder / "system" / "blockMeshDict").write_text(_block_mesh(case.mesh))
-    (folder / "system" / "fvSchemes").write_text(
-        HEADER.format(kind="dictionary", name="fvSchemes")
-        + """ddtSchemes { default Euler; }
-gradSchemes { default Gauss linear; }
-divSchemes
-{
-    div(rhoPhi,U) Gauss linearUpwind grad(U); div(phi,alpha) Gauss vanLeer; div(phirb,alpha) Gauss linear;
-    div(((rho*nuEff)*dev2(T(grad(U))))) Gauss linear;
-}
-laplacianSchemes { default Gauss linear corrected; }
-interpolationSchemes { default linear; }
-snGradSchemes { default corrected; }
-"""
-    )
-    (folder / "constant" / "g").write_text(
-        HEADER.format(kind="uniformDimensionedVectorField", name="g")
-        + "dimensions [0 1 -2 0 0 0 0]; value (0 0 -9.81);\n"
-    )
-    (folder / "constant" / "turbulenceProperties").write_text(
-        HEADER.format(kind="dictionary", name="turbulenceProperties") + "simulationType laminar;\n"
-    )
-    (folder / "constant" / "transportProperties").write_text(
-        HEADER.format(kind="dictionary", name="transportProperties")
-        + f"""phases (paste air); sigma 0;
+    _write(folder / "system" / "blockMeshDict", "dictionary", _block_mesh(case.mesh))
+    _write(folder / "system" / "fvSchemes", "dictionary", SCHEMES)
+    gravity = "dimensions [0 1 -2 0 0 0 0]; value (0 0 -9.81);\n"
+    _write(folder / "constant" / "g", "uniformDimensionedVectorField", gravity)
+    _write(folder / "constant" / "turbulenceProperties", "dictionary", "simulationType laminar;\n")
+    _write(
+        folder / "constant" / "transportProperties",
+        "dictionary",
+        f"""phases (paste air); sigma 0;
 paste
 {{
     transportModel HerschelBulkley; rho {DENSITY_KG_M3};
@@ -124,50 +115,56 @@ paste
     }}
 }}
 air {{ transportModel Newtonian; nu {GAS_M2_S}; rho {GAS_KG_M3}; }}
-"""
+""",
     )
-    (folder / "0" / "U").write_text(
-        HEADER.format(kind="volVectorField", name="U")
-        + "dimensions [0 1 -1 0 0 0 0]; internalField uniform (0 0 0); boundaryField { walls { type noSlip; } "
-        + "sky { type pressureInletOutletVelocity; value uniform (0 0 0); } "
-        + SIDES
-        + "}\n"
+    _write_field(
+        folder / "0" / "U",
+        "volVectorField",
+        "dimensions [0 1 -1 0 0 0 0]; internalField uniform (0 0 0);",
+        walls="type noSlip;",
+        sky="type pressureInletOutletVelocity; value uniform (0 0 0);",
     )
-    (folder / "0" / "p_rgh").write_text(
-        HEADER.format(kind="volScalarField", name="p_rgh")
-        + "dimensions [1 -1 -2 0 0 0 0]; internalField uniform 0; boundaryField { "
-        + "walls { type fixedFluxPressure; value uniform 0; } sky { type totalPressure; p0 uniform 0; } "
-        + SIDES
-        + "}\n"
+    _write_field(
+        folder / "0" / "p_rgh",
+        "volScalarField",
+        "dimensions [1 -1 -2 0 0 0 0]; internalField uniform 0;",
+        walls="type fixedFluxPressure; value uniform 0;",
+        sky="type totalPressure; p0 uniform 0;",
     )
-    (folder / "0" / "alpha.paste").write_text(
-        HEADER.format(kind="volScalarField", name="alpha.paste")
-        + "dimensions [0 0 0 0 0 0 0];\ninternalField nonuniform List<scalar>\n"
-        + f"{filled.size}\n(\n"
-        + "\n".join(f"{share:.6g}" for share in filled.ravel())
-        + "\n);\nboundaryField { walls { type zeroGradient; } "
-        + "sky { type inletOutlet; inletValue uniform 0; value uniform 0; } "
-        + SIDES
-        + "}\n"
+    shares = "\n".join(f"{share:.6g}" for share in filled.ravel())
+    _write_field(
+        folder / "0" / "alpha.paste",
+        "volScalarField",
+        f"dimensions [0 0 0 0 0 0 0];\ninternalField nonuniform List<scalar>\n{filled.size}\n(\n{shares}\n);\n",
+        walls="type zeroGradient;",
+        sky="type inletOutlet; inletValue uniform 0; value uniform 0;",
     )
 
 
 def write_stage(case: Case, stage: Stage, folder: Path) -> None:
     """Write how long and how carefully interFoam goes on from the last time that it wrote."""
-    (folder / "system" / "controlDict").write_text(
-        HEADER.format(kind="dictionary", name="controlDict")
-        + f"""application interFoam; startFrom latestTime; startTime 0; stopAt endTime; endTime {stage.end_s};
+    _write(
+        folder / "system" / "controlDict",
+        "dictionary",
+        f"""application interFoam; startFrom latestTime; startTime 0; stopAt endTime; endTime {stage.end_s};
 deltaT 1e-5; writeControl adjustableRunTime; writeInterval {case.every_s}; purgeWrite 0; writeFormat ascii;
 writePrecision 6; timeFormat general; timePrecision 6; runTimeModifiable no;
 adjustTimeStep yes; maxCo 0.5; maxAlphaCo 0.5; maxDeltaT {stage.step_s};
-"""
+""",
     )
-    (folder / "system" / "fvSolution").write_text(
-        HEADER.format(kind="dictionary", name="fvSolution")
-        + SOLVERS
-        + f"PIMPLE {{ momentumPredictor yes; nOuterCorrectors {stage.rounds}; nCorrectors 2; "
-        + "nNonOrthogonalCorrectors 0; }\n"
-    )
+    rounds = f"nOuterCorrectors {stage.rounds}; nCorrectors 2; nNonOrthogonalCorrectors 0;"
+    _write(folder / "system" / "fvSolution", "dictionary", f"{SOLVERS}PIMPLE {{ momentumPredictor yes; {rounds} }}\n")
+
+
+def _write_field(path: Path, kind: str, inside: str, *, walls: str, sky: str) -> None:
+    """Write a field with what bounds it; the slot's middle is a plane of symmetry."""
+    bounds = f"walls {{ {walls} }} sky {{ {sky} }} middle {{ type symmetryPlane; }}"
+    _write(path, kind, f"{inside} boundaryField {{ {bounds} }}\n")
+
+
+def _write(path: Path, kind: str, content: str) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(f"FoamFile {{ version 2.0; format ascii; class {kind}; object {path.name}; }}\n{content}")
 
 
 def _filled(case: Case) -> Floats:
@@ -186,8 +183,7 @@ def _block_mesh(mesh: Mesh) -> str:
     points = [(*corner, z) for z in (z0, z1) for corner in ((x0, y0), (x1, y0), (x1, y1), (x0, y1))]
     cells, grading = " ".join(str(axis.size_mm.size) for axis in axes), " ".join(axis.grading for axis in axes)
     return (
-        HEADER.format(kind="dictionary", name="blockMeshDict")
-        + "scale 0.001;\nvertices\n(\n"
+        "scale 0.001;\nvertices\n(\n"
         + "\n".join(f"({x:.9g} {y:.9g} {z:.9g})" for x, y, z in points)
         + f"""
 );

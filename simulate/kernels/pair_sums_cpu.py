@@ -381,8 +381,7 @@ for (int k = begin; k < end; k += AT_ONCE) {
     ints who;
     __builtin_memcpy(&who, number.data + k, sizeof who);
     mask &= ~MASK(who == self);
-    // Without a branch, which no processor foresees.
-    mask &= (unsigned)((1ull << __builtin_elementwise_min(end - k, AT_ONCE)) - 1);
+    if (end - k < AT_ONCE) mask &= (1u << (end - k)) - 1;
 #ifdef PACKED
     // Packed in a register and stored whole: some processors take 20 ns to pack straight into memory.
     const ints packed = PACKED(who, mask);

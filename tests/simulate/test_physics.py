@@ -11,10 +11,6 @@ QUICK = ("hydrostatic", "momentum", "passes", "drop", "energy")
 KNOWN_MISSES = {
     "shear_wave": {"shear wave, U = 0: the solver's own nu over what is told"},
     "plane_current": {"plane current, local: exponent"},
-    "banks": {
-        "bank of 9 Pa, R 0.5 mm, local: tan / a finite heap's",
-        "bank of 9 Pa, R 0.4 mm, local: tan / a finite heap's",
-    },
 }
 
 
