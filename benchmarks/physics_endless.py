@@ -69,7 +69,7 @@ class Endless:
         for part, name in [(parts[part], name) for part, names in CHANGES.items() for name in names]:
             setattr(part, name, self._then_followed(getattr(part, name)))
         # The viscosity's search changes its residuals between two products.
-        for name in ("measure_residuals", "apply_matrix"):
+        for name in ("weigh_pairs", "apply_matrix"):
             setattr(engine.viscosity, name, self._followed_first(getattr(engine.viscosity, name)))
 
     @property

@@ -9,7 +9,7 @@ import warp as wp
 
 @cache
 def sum_kernel(loops: ModuleType) -> Any:
-    """Stores what each sum of ``loops`` is for the first points of a cloud, (row, 42), and the coupling of pairs."""
+    """Stores what each sum of ``loops`` is for the first points of a cloud, (row, 48), and the coupling of pairs."""
     module = wp.get_module(f"tests.pairs.{loops.__name__}")
     sum_density, sum_walls, sum_correction = loops.sum_density, loops.sum_walls, loops.sum_correction
     sum_gradient, couple, sum_drag = loops.sum_gradient, loops.couple, loops.sum_drag
@@ -37,7 +37,10 @@ def sum_kernel(loops: ModuleType) -> Any:
             out[row, 5 + k] = walls[k]
         for k in range(3):
             out[row, 9 + k] = correction[k]
-        coupled = couple(place, bulk, listed, row, many, here, bulk[row], support, coupling)
+        guess = wp.vec3(0.3, -2.0, 1.0) + velocity[row]
+        coupled = couple(
+            place, bulk, velocity, velocity, listed, row, many, here, bulk[row], velocity[row], guess, support, coupling
+        )
         pulled = sum_pulled(place, velocity, coupling, listed, row, many, here, velocity[row])
         for k in range(2):
             out[row, 12 + k] = coupled[k]
@@ -52,5 +55,7 @@ def sum_kernel(loops: ModuleType) -> Any:
         printed = sum_printed(place, velocity, bulk, listed, row, many, here, velocity[row], bulk[row][1], support)
         for k in range(4):
             out[row, 38 + k] = printed[k]
+        for k in range(6):
+            out[row, 42 + k] = coupled[7 + k]
 
     return all_sums

@@ -88,16 +88,13 @@ class Viscosity:
     def bind_weights(self, lists: Any) -> None:
         """Take the pairs' weights and the walls' drag from ``lists``."""
         self._lists = lists
-        self._weigh = self._launcher.bind(
-            self._pairs.weigh_pairs, *self._moving, lists, self._support, self._paste, self._system
+        self.weigh_pairs = self._launcher.bind(
+            self._pairs.weigh_pairs, *self._moving, lists, self._support, self._paste, self._system, self._search
         )
+        """The matrix, and the residuals of the velocity without viscosity and of the guess."""
 
     def _bind_search(self) -> None:
         launcher, runs, search, system = self._launcher, self._state.runs, self._search, self._system
-        self.measure_residuals = launcher.bind(
-            self._pairs.measure_residuals, *self._moving, self._lists, system, search
-        )
-        """Residuals of the velocity without viscosity, and of the guess."""
         self.apply_matrix = launcher.bind(self._pairs.apply_matrix, *self._moving, self._lists, system, search)
         self._sum_residuals = launcher.bind(device_code.sum_residuals, *self._moving, system, search, self._more)
         self._start = launcher.bind(device_code.start_search, *self._moving, system, search)
@@ -116,8 +113,7 @@ class Viscosity:
 
         The device itself decides on the next iteration, so that a recorded solve takes as many as any other.
         """
-        self._weigh(rows)
-        self.measure_residuals(rows)
+        self.weigh_pairs(rows)
         self._by_parts(self._sum_residuals, rows)
         self._begin()
         self._by_parts(self._start, rows)

@@ -21,9 +21,9 @@ NEAREST_WALL = wp.constant(0.16)
 
 DensitySums = wp.types.vector(length=5, dtype=wp.float32)
 """Sum of (h^2 - r^2)^3; three sums of (h - r)^2 times the unit offset; sum of (h - r)^4."""
-CoupleSums = wp.types.vector(length=7, dtype=wp.float32)
-"""Sums of the pairs' weights times the products xx, yy, zz, xy, yz, zx of their directions; and the weights of
-neighbours at rest.
+CoupleSums = wp.types.vector(length=13, dtype=wp.float32)
+"""Sums of the pairs' weights times the products xx, yy, zz, xy, yz, zx of their directions; the weights of neighbours at
+rest; and what pulls at the velocity, and at the guess, as ``sum_pulled`` has it.
 """
 GradientSums = wp.types.vector(length=15, dtype=wp.float32)
 """Sums of the offsets' products xx, yy, zz, xy, yz, zx; and of the velocities' differences times the offsets."""
@@ -179,17 +179,21 @@ def sum_gradient(
 def couple(
     position: wp.array[wp.vec4],
     volume_and_viscosity: wp.array[wp.vec2],
+    velocity: wp.array[wp.vec3],
+    guess: wp.array[wp.vec3],
     listed: wp.array2d[int],
     row: int,
     count: int,
     here: wp.vec4,
     own: wp.vec2,
+    moves: wp.vec3,
+    guessed: wp.vec3,
     support: float,
     coupling: wp.array2d[float],  # out: over the squared distance
 ):
     """Weight of each pair: five times mean volume, nearness and the mean of both viscosities.
 
-    Returns the sums of a particle's own block of the matrix.
+    Returns the sums of a particle's own block of the matrix, and of its products with two vectors.
     """
     sums = CoupleSums()
     for slot in range(count):
@@ -210,6 +214,11 @@ def couple(
         sums[5] += over * offset[2] * offset[0]
         if other[3] == RESTS:
             sums[6] += weight
+        still = over * wp.dot(moves - velocity[j], offset)
+        moved = over * wp.dot(guessed - guess[j], offset)
+        for axis in range(3):
+            sums[7 + axis] += still * offset[axis]
+            sums[10 + axis] += moved * offset[axis]
     return sums
 
 

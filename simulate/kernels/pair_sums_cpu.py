@@ -210,6 +210,7 @@ def sum_gradient(
         f"const float RESTS = {float(RESTS)!r}f, ALONG = {float(ALONG)!r}f;",
         """
 floats xx = {}, yy = {}, zz = {}, xy = {}, yz = {}, zx = {}, held = {};
+floats vx = {}, vy = {}, vz = {}, gx = {}, gy = {}, gz = {};
 float* out = coupling.data + (size_t)row * (size_t)coupling.shape[1];
 """,
         OFFSETS.replace("POSITIONS", "position"),
@@ -223,10 +224,18 @@ float* out = coupling.data + (size_t)row * (size_t)coupling.shape[1];
     const floats wx = over * X, wy = over * Y, wz = over * Z;
     xx += wx * X; yy += wy * Y; zz += wz * Z; xy += wx * Y; yz += wy * Z; zx += wz * X;
     held += W == RESTS ? weight : none;
+    LOADS(U, V, T, unused, velocity.data, 12, l)
+    const floats still = (moves[0] - U) * wx + (moves[1] - V) * wy + (moves[2] - T) * wz;
+    vx += still * X; vy += still * Y; vz += still * Z;
+    LOADS(E, F, G, spare, guess.data, 12, l)
+    const floats moved = (guessed[0] - E) * wx + (guessed[1] - F) * wy + (guessed[2] - G) * wz;
+    gx += moved * X; gy += moved * Y; gz += moved * Z;
 }
-wp::vec_t<7, wp::float32> sums;
+wp::vec_t<13, wp::float32> sums;
 sums[0] = SUM(xx); sums[1] = SUM(yy); sums[2] = SUM(zz); sums[3] = SUM(xy); sums[4] = SUM(yz); sums[5] = SUM(zx);
 sums[6] = SUM(held);
+sums[7] = SUM(vx); sums[8] = SUM(vy); sums[9] = SUM(vz);
+sums[10] = SUM(gx); sums[11] = SUM(gy); sums[12] = SUM(gz);
 return sums;
 """,
     )
@@ -234,11 +243,15 @@ return sums;
 def couple(
     position: wp.array[wp.vec4],
     volume_and_viscosity: wp.array[wp.vec2],
+    velocity: wp.array[wp.vec3],
+    guess: wp.array[wp.vec3],
     listed: wp.array2d[int],
     row: int,
     count: int,
     here: wp.vec4,
     own: wp.vec2,
+    moves: wp.vec3,
+    guessed: wp.vec3,
     support: float,
     coupling: wp.array2d[float],
 ) -> CoupleSums: ...

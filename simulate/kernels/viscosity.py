@@ -45,7 +45,6 @@ class Paste:
 class ViscosityKernels(NamedTuple):
     measure_shear: Any
     weigh_pairs: Any
-    measure_residuals: Any
     apply_matrix: Any
     pass_velocity: Any
 
@@ -151,22 +150,29 @@ def viscosity_kernels(loops: ModuleType, module: Any) -> ViscosityKernels:
         support: float,
         paste: Paste,
         system: System,  # out: coupling, drag, held and inverse
+        search: Search,  # out: residual of the velocity without viscosity, and in ``product`` that of the guess
     ):
-        """The weight of each pair, the walls' drag, and each particle's own block of the matrix."""
+        """The weight of each pair, the walls' drag, each particle's own block of the matrix, and V - (I + A) v."""
         row = begin + wp.tid()
         if row >= movers.count[0]:
             return
         i = movers.particle[row]
         near = neighbours
         here = particles.position[i]
+        own = particles.velocity[i]
+        guess = particles.scaled_residual[i]
         sums = couple(
             particles.position,
             particles.volume_and_viscosity,
+            particles.velocity,
+            particles.scaled_residual,
             near.fluid,
             row,
             near.fluid_count[row],
             here,
             particles.volume_and_viscosity[i],
+            own,
+            guess,
             support,
             system.coupling,
         )
@@ -179,32 +185,8 @@ def viscosity_kernels(loops: ModuleType, module: Any) -> ViscosityKernels:
         for axis in range(3):
             block[axis, axis] += 1.0 + drag
         system.inverse[row] = wp.inverse(block)
-
-    @wp.kernel(enable_backward=False, module=module)
-    def measure_residuals(
-        begin: int,
-        movers: Movers,
-        particles: Particles,
-        neighbours: Neighbours,
-        system: System,
-        search: Search,  # out: residual of the velocity without viscosity, and in ``product`` that of the guess
-    ):
-        """V - (I + A) v, and the same of the guess."""
-        row = begin + wp.tid()
-        if row >= movers.count[0]:
-            return
-        i = movers.particle[row]
-        near = neighbours
-        count = near.fluid_count[row]
-        here = particles.position[i]
-        own = particles.velocity[i]
-        guess = particles.scaled_residual[i]
-        pulled = sum_pulled(particles.position, particles.velocity, system.coupling, near.fluid, row, count, here, own)
-        search.residual[row] = -(pulled + system.drag[row] * own)
-        pulled = sum_pulled(
-            particles.position, particles.scaled_residual, system.coupling, near.fluid, row, count, here, guess
-        )
-        search.product[row] = own - guess - (pulled + system.drag[row] * guess)
+        search.residual[row] = -(wp.vec3(sums[7], sums[8], sums[9]) + drag * own)
+        search.product[row] = own - guess - (wp.vec3(sums[10], sums[11], sums[12]) + drag * guess)
 
     @wp.kernel(enable_backward=False, module=module)
     def apply_matrix(
@@ -273,4 +255,4 @@ def viscosity_kernels(loops: ModuleType, module: Any) -> ViscosityKernels:
         system.held[row] = drag + pulled[3]
         after[i] = own - (drag * own + wp.vec3(pulled[0], pulled[1], pulled[2])) / passes
 
-    return ViscosityKernels(measure_shear, weigh_pairs, measure_residuals, apply_matrix, pass_velocity)
+    return ViscosityKernels(measure_shear, weigh_pairs, apply_matrix, pass_velocity)

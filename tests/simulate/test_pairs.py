@@ -34,7 +34,7 @@ def sums(loops: ModuleType) -> tuple[Rows, Rows]:
         "count": wp.array(np.arange(ROWS) + 1, dtype=int, device="cpu"),
     }
     coupling = wp.zeros((ROWS, SLOTS), dtype=float, device="cpu")
-    out = wp.zeros((ROWS, 42), dtype=float, device="cpu")
+    out = wp.zeros((ROWS, 48), dtype=float, device="cpu")
     wp.launch(sum_kernel(loops), ROWS, inputs=[*given.values(), SUPPORT, coupling, out], device="cpu")
     return out.numpy(), coupling.numpy()
 
