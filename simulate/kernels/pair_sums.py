@@ -22,8 +22,8 @@ NEAREST_WALL = wp.constant(0.16)
 DensitySums = wp.types.vector(length=5, dtype=wp.float32)
 """Sum of (h^2 - r^2)^3; three sums of (h - r)^2 times the unit offset; sum of (h - r)^4."""
 CoupleSums = wp.types.vector(length=13, dtype=wp.float32)
-"""Sums of the pairs' weights times the products xx, yy, zz, xy, yz, zx of their directions; the weights of neighbours at
-rest; and what pulls at the velocity, and at the guess, as ``sum_pulled`` has it.
+"""Sums of the pairs' weights times the products xx, yy, zz, xy, yz, zx of their directions; the weights of neighbours
+at rest; and ``sum_pulled`` of the velocity, and of the guess.
 """
 GradientSums = wp.types.vector(length=15, dtype=wp.float32)
 """Sums of the offsets' products xx, yy, zz, xy, yz, zx; and of the velocities' differences times the offsets."""
