@@ -17,8 +17,8 @@ from validate.study_figures.chart import (
     hold,
     scatter_of_runs,
 )
-from validate.uncertainty.intervals import bands_mm
-from validate.uncertainty.readings_budget import Budget, budget_of
+from validate.uncertainty.budget import Budget
+from validate.uncertainty.reading_errors import budget_of
 
 S_MM = np.linspace(0.0, 80.0, 401)
 STATIONS_MM = np.arange(0.0, 81.0, 5.0)
@@ -43,7 +43,7 @@ def make_readings(scatter_mm: float = 0.1) -> Profile:
 
 def make_budget(readings: Profile) -> Budget:
     settings = Readings.model_validate_json('{"file": "caliper.csv", "data": "measured", "role": "held-out"}')
-    return budget_of(readings, settings, Uncertainty(), np.full(len(readings.s_mm), 3.0))
+    return budget_of(readings, settings, Uncertainty(pass_mm=0.0), np.full(len(readings.s_mm), 3.0))
 
 
 def make_runs(u: tuple[float, ...] = U, d_cm: tuple[float, ...] = D_CM) -> list[Finished]:
@@ -76,7 +76,7 @@ def _chart() -> Chart:
         runs=held,
         excluded=(),
         readings=readings,
-        band_mm=bands_mm(budget),
+        band_mm=budget.profile_band_mm,
         scatter_mm=scatter_of_runs(held, axes),
         by_readings=as_near_as_the_best(held, readings, budget, 0.0),
         as_near=as_near_as_the_best(held, readings, budget, 0.1),

@@ -10,6 +10,7 @@ from sealtwin.core.comparison import (
     ErrorUncertainty,
     InputEffect,
     LevelMetrics,
+    ReadingsScatter,
     Role,
     SizeStudy,
     StationBands,
@@ -17,15 +18,17 @@ from sealtwin.core.comparison import (
     VolumeComparison,
 )
 from sealtwin.core.records import DataKind, Floats, Outline, Profile, Solid
+from validate.metrics.alignment import alignment
 from validate.metrics.curve_distances import CLOSE_MM, PiecewiseLinear, error_bins, frechet_mm, level_difference
 from validate.metrics.verdict import basis_of, judged
 from validate.metrics.volumes import balance_profile, fill_volumes, mass_balance, mouth_widths_mm
 from validate.report_input import Evidence
-from validate.settings import Gate, Readings, Uncertainty
+from validate.settings import OF_THE_READINGS, Gate, Readings, Uncertainty
 from validate.uncertainty import validation
-from validate.uncertainty.intervals import bands_mm, doubt_of, hats, mean_error_interval, mean_weights
-from validate.uncertainty.readings_budget import Budget, alignment, budget_of, repeatability, rms, station_effect_mm
-from validate.uncertainty.validation import Effect, Spread, root_sum
+from validate.uncertainty.budget import Budget, Component, Curve, Kind, normals, rms
+from validate.uncertainty.reading_errors import budget_of
+from validate.uncertainty.validation import COVERAGE, Effect, Spread
+from validate.units import LABELS
 
 AREAS_AGREE = 1e-9  # Largest relative difference, by rounding, of the two computations of one area
 
@@ -139,6 +142,20 @@ def assess(
     return replace(comparison, volumes=volumes)
 
 
+def repeatability(measured: Profile) -> ReadingsScatter:
+    """Return the scatter of repeated readings, pooled over the stations."""
+    repeats_mm = measured.repeats_mm if measured.repeats_mm is not None else measured.level_mm[:, None]
+    count = (~np.isnan(repeats_mm)).sum(axis=1)
+    freedom = int((count - 1).sum())
+    squares_mm2 = np.nansum((repeats_mm - np.nanmean(repeats_mm, axis=1, keepdims=True)) ** 2)
+    return ReadingsScatter(
+        stations=len(count),
+        readings=int(count.sum()),
+        degrees_of_freedom=freedom,
+        repeatability_sd_mm=float(np.sqrt(squares_mm2 / freedom)) if freedom else None,
+    )
+
+
 def error_uncertainty(
     simulated: Profile,
     measured: Profile,
@@ -149,17 +166,16 @@ def error_uncertainty(
     spread: Spread | None = None,
 ) -> ErrorUncertainty:
     """Compute the intervals of the error by the readings, the particles' size and the declared inputs."""
-    budget = budget_of(measured, settings, declared, mouth_widths_mm(measured.s_mm, outline, solid))
+    readings = budget_of(measured, settings, declared, mouth_widths_mm(measured.s_mm, outline, solid))
     error = level_difference(simulated, measured)
-    hat = hats(error.x, measured.s_mm)
-    mean = doubt_of(budget, mean_weights(error.x, hat))
-    bias_mm, half_mm = error.mean(), mean.half_width_mm
-    effects = []
+    curve = Curve.of(error.x, error.value, measured.s_mm)
+    effects: list[Effect] = []
+    numerics, budget = None, readings
     if spread is not None:
         effects = [replace(one, level_mm=np.interp(error.x, spread.s_mm, one.level_mm)) for one in spread.effects]
-    if declared.station_mm is not None:
-        moved_mm = station_effect_mm(simulated, error.x, declared.station_mm)
-        effects.append(Effect("station_mm", declared.station_mm, moved_mm))
+        numerics = _numerics(spread, measured, error.x)
+        size = _size_component(spread, measured.s_mm, numerics)
+        budget = readings.joined(size, *(_input_component(one, error.x, measured.s_mm) for one in effects))
     inputs = [
         InputEffect(
             name=one.name,
@@ -169,57 +185,79 @@ def error_uncertainty(
         )
         for one in effects
     ]
-    numerics = None if spread is None else _numerics(spread, measured, error.x)
+
+    def standard_mm(*kinds: Kind) -> float:
+        return budget.of(*kinds).mean_mm(curve.weights()) / COVERAGE
+
+    bias_mm, half_mm = error.mean(), readings.mean_mm(curve.weights())
     overall = validation.mean_level_budget(
         error_mm=bias_mm,
-        data_mm=mean.standard_mm,
-        numerics_mm=None if numerics is None else numerics.mean_level_mm.standard,
-        inputs_mm=float(np.sqrt(sum(one.mean_level_mm**2 for one in inputs))) if inputs else None,
+        validation_mm=standard_mm("readings", "numerics", "inputs"),
+        data_mm=standard_mm("readings"),
+        numerics_mm=None if numerics is None else standard_mm("numerics"),
+        inputs_mm=standard_mm("inputs") if inputs else None,
         inputs_waiting=bool(declared.moved.keys() - {one.name for one in inputs}),
     )
-    stations = _station_errors(simulated, measured, budget, error.x, effects, spread)
+    stations = _station_errors(simulated, measured, budget, error.x)
+    undeclared = (name for name, value in declared if value is None and name not in OF_THE_READINGS)
     return ErrorUncertainty(
-        mean_error_interval_mm=mean_error_interval(error.x, error.value, hat, budget),
+        mean_error_interval_mm=readings.mean_error_interval(curve),
         bias_interval_mm=(bias_mm - half_mm, bias_mm + half_mm),
-        bias_systematic_mm=mean.systematic_mm,
-        levels=StationBands(s_mm=measured.s_mm, band_95_mm=bands_mm(budget)),
-        readings=budget.summary(),
+        bias_systematic_mm=readings.only(lambda one: one.shared).mean_mm(curve.weights()) / COVERAGE,
+        levels=StationBands(
+            s_mm=measured.s_mm, band_95_mm=readings.band_mm, profile_band_95_mm=readings.profile_band_mm
+        ),
+        budget=budget.summary(curve),
         mean_level=overall,
         stations=stations,
         sentences=(
             validation.mean_level_sentence(overall),
-            validation.station_sentence(stations.error_mm, stations.validation_mm, validation.left_out(overall)),
+            validation.station_sentence(stations, validation.left_out(overall)),
         ),
         alignment=alignment(simulated, measured),
         numerics=numerics,
         inputs=tuple(inputs),
-        inputs_left_out=tuple(sorted(name for name, value in declared if value is None and name != "repeatability_mm")),
+        inputs_left_out=tuple(sorted(undeclared)),
         effect_scatter_mm=None if spread is None else spread.effect_scatter_mm,
         design_radius_mm=None if spread is None else spread.design_radius_mm,
     )
 
 
-def _station_errors(
-    simulated: Profile, measured: Profile, budget: Budget, x: Floats, effects: list[Effect], spread: Spread | None
-) -> StationErrors:
+def _station_errors(simulated: Profile, measured: Profile, budget: Budget, x: Floats) -> StationErrors:
     """Error at each station on the covered stretch ``x``, and the standard uncertainties of it."""
     held = (measured.s_mm >= x[0]) & (measured.s_mm <= x[-1])
-    s_mm, data_mm, numerics_mm = measured.s_mm[held], budget.standard_mm[held], None
-    if spread is not None:
-        levels_mm = np.array([np.interp(s_mm, spread.s_mm, size.level_mm) for size in spread.sizes])
-        # One number for all stations: three runs may agree at one place by chance, and disagree beside it.
-        doubts_mm = np.array([spread.converged(three).standard for three in levels_mm.T])
-        numerics_mm = np.full(len(s_mm), rms(doubts_mm))
-    # The inputs are independent of each other.
-    inputs_mm = np.interp(s_mm, x, root_sum(*(one.level_mm for one in effects))) if effects else None
+    covered = budget.at(held)
+    kinds = {one.kind for one in budget.components}
+    parts: dict[Kind, Floats] = {kind: covered.of(kind).band_mm / COVERAGE for kind in kinds}
     return StationErrors(
-        s_mm=s_mm,
-        error_mm=np.interp(s_mm, simulated.s_mm, simulated.level_mm) - measured.level_mm[held],
-        data_mm=data_mm,
-        numerics_mm=numerics_mm,
-        inputs_mm=inputs_mm,
-        validation_mm=root_sum(data_mm, numerics_mm, inputs_mm),
+        s_mm=measured.s_mm[held],
+        error_mm=np.interp(measured.s_mm[held], simulated.s_mm, simulated.level_mm) - measured.level_mm[held],
+        data_mm=parts["readings"],
+        numerics_mm=parts.get("numerics"),
+        inputs_mm=parts.get("inputs"),
+        validation_mm=covered.band_mm / COVERAGE,
+        profile_mm=covered.profile_band_mm,
+        by_chance=covered.by_chance,
     )
+
+
+def _size_component(spread: Spread, s_mm: Floats, numerics: SizeStudy) -> Component:
+    """Draw what the particles' size does to the levels: alike along the crack as to the mean level, the rest by itself.
+
+    All stations have one standard uncertainty: three runs may agree at one place by chance, and disagree beside it.
+    """
+    levels_mm = np.array([np.interp(s_mm, spread.s_mm, size.level_mm) for size in spread.sizes])
+    station_mm = rms(np.array([spread.converged(three).standard for three in levels_mm.T]))
+    mean_mm = numerics.mean_level_mm.standard
+    own_mm = np.sqrt(max(0.0, station_mm**2 - mean_mm**2))
+    draws_mm = mean_mm * normals("particle size", 1) + own_mm * normals("particle size, each", len(s_mm))
+    return Component("particle size", "computed", draws_mm, shared=True, kind="numerics")
+
+
+def _input_component(effect: Effect, x: Floats, s_mm: Floats) -> Component:
+    draws_mm = np.interp(s_mm, x, effect.level_mm) * normals(effect.name, 1)
+    name = LABELS["inputs"][effect.name][0]
+    return Component(name, "declared", draws_mm, shared=True, kind="inputs", setting=f"uncertainty.{effect.name}")
 
 
 def _numerics(spread: Spread, measured: Profile, x: Floats) -> SizeStudy:

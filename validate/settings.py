@@ -90,7 +90,10 @@ class Gate(Settings):
     """Area between the simulated and the measured level over the covered length; 1.26 in the paper's best run."""
 
 
-OF_THE_READINGS = ("station_mm", "repeatability_mm")
+PASS_MM = 0.2
+"""Standard deviation of a pass that is allowed for where none is declared: three passes leave two degrees of freedom
+and cannot tell it from none."""
+OF_THE_READINGS = ("station_mm", "station_each_mm", "common_mm", "pass_mm", "repeatability_mm")
 Standard = Annotated[float, Field(gt=0, le=1000)]
 
 
@@ -116,6 +119,13 @@ class Uncertainty(Settings):
     yield_stress_pa: Standard | None = None
     station_mm: Standard | None = None
     """Uncertainty of the origin of the readings' s: all stations shift together."""
+    station_each_mm: Standard | None = None
+    """Uncertainty of each station's own place along the crack, as of a caliper that is set by hand."""
+    common_mm: Standard | None = None
+    """Uncertainty of a station's level that all its repeats share, as of a rough bed that is read at one place."""
+    pass_mm: float | None = Field(default=None, ge=0, le=1000)
+    """Standard deviation of a whole pass, or operator, along the crack, where each column of repeats is one. Without
+    it 0.2 mm are allowed for, which three passes cannot exclude; 0 declares that repeats are no passes."""
     repeatability_mm: Standard | None = None
     """Standard deviation of a single reading from earlier work, used only where no station was read twice."""
 

@@ -5,7 +5,7 @@ import numpy as np
 from fixtures.generate.paper_trial import DESCRIBED_MM, REPEATS, SCATTER_MM, STATION_MM
 from sealtwin.core.records import Floats, Profile
 from validate.study_figures.chart import Chart, errors_on_grid
-from validate.uncertainty.intervals import hats, mean_absolute
+from validate.uncertainty.budget import hats, mean_absolute
 
 SETS = 500
 """Of readings: a share is known to 2 %."""

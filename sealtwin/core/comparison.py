@@ -6,6 +6,8 @@ The docstring of a figure is also its meaning in report.json and its description
 from dataclasses import dataclass
 from typing import Any, Literal
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field
 
 from sealtwin.core.records import DataKind, Floats, JsonRecord, Known
@@ -46,8 +48,6 @@ class ReadingsScatter(JsonRecord):
     degrees_of_freedom: int
     repeatability_sd_mm: float | None
     """Standard deviation of a single reading; None without repeats."""
-    band_95_mm: Floats | None
-    """Half the 95 % band of each station's mean by that scatter alone, (n,); None without repeats."""
 
 
 class LevelMetrics(JsonRecord):
@@ -160,31 +160,46 @@ class VolumeComparison(JsonRecord):
 
 
 class StationBands(JsonRecord):
-    """Half the 95 % band of each station's level by the whole budget of the readings, (n,)."""
+    """Half-widths of 95 % bands of the stations' levels by the readings, (n,) each."""
 
     s_mm: Floats
     band_95_mm: Floats
+    """Half-width for each station by itself; of twenty stations, one lies outside by chance."""
+    profile_band_95_mm: Floats
+    """Half-width for all stations together, which holds at all of them at once in 95 %."""
 
 
 class BudgetPart(JsonRecord):
-    """One error of the readings; its size is the root mean square over the stations."""
+    """One error of the budget, and its standard uncertainty of three figures: half the half-width of 95 % by it alone.
+
+    What is not declared has that of 0.2 mm of it.
+    """
 
     name: str
-    standard_mm: float
-    shared: bool
-    shape: str
-    freedom: float | None = Field(default=None, exclude_if=lambda freedom: freedom is None)
-    """Degrees of freedom, infinite where the size was declared; only of a scatter."""
+    """Name in words."""
+    setting: str
+    """Key of the trial file that declares it; empty for an error that none declares."""
+    source: str
+    """Origin of its size: repeats, detected, declared, default, allowed for, assumed or computed."""
+    kind: str
+    """readings, numerics or inputs."""
+    mean_level_mm: float
+    """Standard uncertainty of the mean level, and so of the bias."""
+    mean_error_mm: float
+    """Standard uncertainty of the mean error, where the error keeps its sign."""
+    station_mm: float
+    """Standard uncertainty of the level at one station, root mean square over them."""
 
 
 class BudgetSummary(JsonRecord):
-    """Errors of the readings, part by part."""
+    """All errors of a comparison, part by part."""
 
     parts: tuple[BudgetPart, ...]
+    missing: tuple[BudgetPart, ...]
+    """Errors that no data can show and nobody declared: what 0.2 mm of each would do."""
     scatter_known: bool
-    pooled: bool
-    bartlett_p: float | None
-    cautions: tuple[str, ...]
+    notes: tuple[str, ...]
+    """Sentences on outliers, and on stations that a probe cannot read."""
 
 
 class ErrorBudget(JsonRecord):
@@ -199,7 +214,7 @@ class ErrorBudget(JsonRecord):
     inputs_mm: float | None
     """Standard uncertainty by the declared inputs; None where none was varied."""
     validation_mm: float
-    """u_val: the root of the sum of squares of all that are known."""
+    """u_val: the standard uncertainty by all that are known together."""
     resolved: bool
     """True if |E| is larger than twice u_val. If not, the data cannot show that the model is off."""
 
@@ -220,6 +235,20 @@ class StationErrors(JsonRecord):
     numerics_mm: Floats | None
     inputs_mm: Floats | None
     validation_mm: Floats
+    profile_mm: Floats
+    """Half the 95 % band by all of them that holds at all stations together."""
+    by_chance: float
+    """Number of stations with |E| above 2 u_val that a perfect model would have on average."""
+
+    @property
+    def above(self) -> NDArray[np.bool_]:
+        """True where |E| is above 2 u_val, each station by itself."""
+        return np.abs(self.error_mm) > 2 * self.validation_mm
+
+    @property
+    def off(self) -> NDArray[np.bool_]:
+        """True where E lies outside the band that holds at all stations together."""
+        return np.abs(self.error_mm) > self.profile_mm
 
 
 class ShiftedError(JsonRecord):
@@ -286,7 +315,7 @@ class ErrorUncertainty(JsonRecord):
     bias_systematic_mm: float
     """Standard uncertainty of the bias that more stations would not reduce."""
     levels: StationBands
-    readings: BudgetSummary
+    budget: BudgetSummary
     mean_level: MeanLevelBudget
     stations: StationErrors
     sentences: tuple[str, ...]

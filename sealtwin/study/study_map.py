@@ -154,8 +154,7 @@ def _watch(folder: Path, run: StudyRun, device: str) -> None:
 
 def _chart(folder: Path, plan: Plan, done: Sequence[StudyRun], caliper: Path | None, data: DataKind | None) -> Chart:
     from validate.metrics.volumes import mouth_widths_mm
-    from validate.uncertainty.intervals import bands_mm
-    from validate.uncertainty.readings_budget import budget_of
+    from validate.uncertainty.reading_errors import budget_of
 
     axes = axes_of([run.settings for run in done])
     trial = done[0].checked_trial
@@ -172,7 +171,7 @@ def _chart(folder: Path, plan: Plan, done: Sequence[StudyRun], caliper: Path | N
         runs=held,
         excluded=tuple(Excluded(run.number, run.settings, run.reason or NOT_DONE) for run in waiting_or_failed),
         readings=readings,
-        band_mm=bands_mm(budget),
+        band_mm=budget.profile_band_mm,
         scatter_mm=scatter_mm,
         by_readings=as_near_as_the_best(held, readings, budget, scatter_mm=0.0),
         as_near=as_near_as_the_best(held, readings, budget, scatter_mm),

@@ -80,7 +80,7 @@ def test_a_flat_simulation_does_not_beat_the_flat_level():
 
 
 def test_repeats_of_all_stations_are_pooled():
-    """34 degrees of freedom: t = 2.03; a scatter of 0.15 mm gives a band of 0.18 mm about means of three."""
+    """Seventeen stations of three have 34 degrees of freedom, and two readings less two of them less."""
     random = np.random.default_rng(3)
     repeats = PROSE[:, None] + random.normal(0, 0.15, (17, 3))
     read = replace(measured(), level_mm=repeats.mean(axis=1), repeats_mm=repeats)
@@ -88,12 +88,9 @@ def test_repeats_of_all_stations_are_pooled():
     assert readings.degrees_of_freedom == 34
     deviation = np.sqrt(repeats.var(axis=1, ddof=1).mean())
     assert readings.repeatability_sd_mm == pytest.approx(deviation)
-    assert readings.band_95_mm == pytest.approx(np.full(17, 2.0322 * deviation / np.sqrt(3)), rel=1e-4)
     repeats[4, 1:] = np.nan
     thinned = compared(profile(STATIONS, PROSE), replace(read, repeats_mm=repeats)).metrics.readings
     assert thinned.degrees_of_freedom == 32
-    assert thinned.band_95_mm is not None
-    assert thinned.band_95_mm[4] == pytest.approx(thinned.band_95_mm[0] * np.sqrt(3))
     single = compared(profile(STATIONS, PROSE)).metrics.readings
     assert single.repeatability_sd_mm is None
 

@@ -6,13 +6,14 @@ from matplotlib.figure import FigureBase
 
 from sealtwin.core.comparison import Comparison, StationErrors
 from sealtwin.core.drawing import theme
-from sealtwin.core.records import Floats, Profile, Sections
+from sealtwin.core.records import Profile, Sections
 from validate.metrics.curve_distances import level_difference
 from validate.uncertainty.validation import COVERAGE
 from validate.units import signed
 
 OVER_LINES = {"facecolor": "#ffffff", "edgecolor": "none", "pad": 1.5}
 DOTTED = (0, (1, 2))
+BAND = "95 % band of the whole profile, by the readings"
 MOST_BIN_LABELS = 16  # Largest number of bins whose labels fit side by side
 
 
@@ -80,9 +81,9 @@ def draw_error(profile: Profile, readings: Profile, comparison: Comparison) -> F
     axes = figure.add_subplot()
     error = level_difference(profile, readings)
     s_mm, error_mm = error.x, error.value
-    band_mm, name = _band(comparison)
-    if band_mm is not None:
-        axes.fill_between(readings.s_mm, -band_mm, band_mm, color=theme.MEASURED, alpha=0.25, linewidth=0, label=name)
+    if comparison.uncertainty is not None:
+        band_mm = comparison.uncertainty.levels.profile_band_95_mm
+        axes.fill_between(readings.s_mm, -band_mm, band_mm, color=theme.MEASURED, alpha=0.25, linewidth=0, label=BAND)
     axes.fill_between(s_mm, 0.0, error_mm, color=theme.SIMULATED, alpha=0.25, linewidth=0)
     axes.plot(s_mm, error_mm, color=theme.SIMULATED, label="simulated - measured")
     axes.axhline(0.0, color=theme.INK, linewidth=1.0)
@@ -130,22 +131,15 @@ def draw_histogram(comparison: Comparison, on: FigureBase | None = None) -> Figu
 
 def _draw_readings(axes: Axes, readings: Profile, comparison: Comparison | None) -> None:
     s_mm, level_mm = readings.s_mm, readings.level_mm
-    band_mm, name = (None, "") if comparison is None else _band(comparison)
     if readings.repeats_mm is not None:
         lines = axes.plot(s_mm, readings.repeats_mm, "_", color=theme.MEASURED, markersize=7, alpha=0.6)
         lines[0].set_label("single readings")
-    if band_mm is not None:
+    if comparison is not None and comparison.uncertainty is not None:
+        band_mm = comparison.uncertainty.levels.profile_band_95_mm
         low_mm, high_mm = level_mm - band_mm, level_mm + band_mm
-        axes.fill_between(s_mm, low_mm, high_mm, color=theme.MEASURED, alpha=0.3, linewidth=0, label=name)
+        axes.fill_between(s_mm, low_mm, high_mm, color=theme.MEASURED, alpha=0.3, linewidth=0, label=BAND)
     kind = "caliper" if readings.data == "measured" else f"caliper, {readings.data.upper()}"
     axes.plot(s_mm, level_mm, "o-", color=theme.MEASURED, markersize=3.5, label=kind)
-
-
-def _band(comparison: Comparison) -> tuple[Floats | None, str]:
-    """Return half the width of the 95 % band of each reading, and its label; of the whole budget if it is known."""
-    if comparison.uncertainty is not None:
-        return comparison.uncertainty.levels.band_95_mm, "95 % band of the readings, their whole budget"
-    return comparison.metrics.readings.band_95_mm, "95 % band of the readings, by repeats alone"
 
 
 @theme.themed()
@@ -154,18 +148,19 @@ def draw_uncertainty(stations: StationErrors) -> FigureBase:
     s_mm, error_mm, validation_mm = stations.s_mm, stations.error_mm, stations.validation_mm
     figure = theme.wide_figure(4.6)
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
-    half_mm = COVERAGE * validation_mm
-    resolved = np.abs(error_mm) > half_mm
+    off, half_mm = stations.off, COVERAGE * validation_mm
     upper.axhline(0.0, color=theme.INK, linewidth=1.0)
     upper.errorbar(
         s_mm, error_mm, half_mm, fmt="none", ecolor=theme.MUTED, elinewidth=1.0, capsize=2.5, label="± 2 u_val"
     )
-    for which, fill, name in ((resolved, theme.SIMULATED, "|E| above 2 u_val"), (~resolved, "#ffffff", "not above it")):
+    band = {"color": theme.MUTED, "alpha": 0.2, "linewidth": 0, "label": "95 % band of the whole profile"}
+    upper.fill_between(s_mm, -stations.profile_mm, stations.profile_mm, **band)
+    for which, fill, name in ((off, theme.SIMULATED, "outside it"), (~off, "#ffffff", "inside")):
         upper.plot(
             s_mm[which], error_mm[which], "o", color=theme.SIMULATED, markerfacecolor=fill, markersize=5, label=name
         )
     theme.label_axes(upper, "", "E (mm)", "Error at the stations: positive where the simulated level is too high")
-    theme.put_legend_under_title(upper, columns=3)
+    theme.put_legend_under_title(upper, columns=4)
     for part_mm, name, colour, style in (
         (stations.data_mm, "readings", theme.MEASURED, "-"),
         (stations.numerics_mm, "numerics", theme.SIMULATED, "--"),

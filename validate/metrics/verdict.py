@@ -93,7 +93,7 @@ def _held_against(
     if uncertainty is not None:
         low_mm, high_mm = uncertainty.mean_error_interval_mm
         told = gate_mm is None or not low_mm <= gate_mm <= high_mm
-        unknown = "" if uncertainty.readings.scatter_known else ", their scatter not known"
+        unknown = "" if uncertainty.budget.scatter_known else ", their scatter not known"
         found += f" ({low_mm:.2f} to {high_mm:.2f} mm, 95 % by the readings{unknown})"
     if gate_mm is None:
         return None, "open", f"No gate declared, compared on {_described(m)}: {found}."

@@ -121,7 +121,7 @@ def _chapters(evidence: Evidence) -> Iterator[tuple[str, str, list[Item]]]:
 
 def _level_plates(evidence: Evidence) -> Iterator[Plate]:
     profile, readings, comparison = evidence.profile, evidence.readings, evidence.comparison
-    against = "" if readings is None else ", with the caliper's means, their 95 % band and the single readings"
+    against = "" if readings is None else ", with the caliper's means, their common 95 % band and single readings"
     yield Plate(
         f"Simulated level along the crack{against}.",
         lambda: draw_profile(profile, evidence.solid.sections, readings, comparison),
@@ -129,7 +129,7 @@ def _level_plates(evidence: Evidence) -> Iterator[Plate]:
     if readings is None or comparison is None:
         return
     yield Plate(
-        "Signed error along the crack. Inside the band, the readings cannot tell the two apart.",
+        "Signed error along the crack. A perfect model lies in the band at all stations in 95 of 100 sheets.",
         lambda: draw_error(profile, readings, comparison),
     )
     yield Plate(
@@ -171,7 +171,8 @@ def _uncertainty(evidence: Evidence) -> list[Item]:
         return [Paragraph((f"Not examined: this is one run, with particles of {radius}, held against no interval.",))]
     plate = Plate(
         "Simulated less measured level E at each station, with twice the validation uncertainty u_val (ASME V&V 20). "
-        "Filled where |E| is larger. Below, the standard uncertainties that u_val is made of.",
+        "Filled where E leaves the band that holds at all stations together. Below, the standard uncertainties that "
+        "u_val is made of.",
         lambda: draw_uncertainty(found.stations),
     )
     return [Paragraph(tuple(uncertainty_sentences(found))), plate, *uncertainty_tables(found)]

@@ -9,7 +9,16 @@ import sys
 from collections.abc import Iterable
 from typing import Any, Literal
 
-from sealtwin.core.comparison import Comparison, ErrorBin, ErrorBudget, LevelMetrics, Outcome, Role, ShiftedError
+from sealtwin.core.comparison import (
+    BudgetPart,
+    Comparison,
+    ErrorBin,
+    ErrorBudget,
+    LevelMetrics,
+    Outcome,
+    Role,
+    ShiftedError,
+)
 from sealtwin.core.records import DataKind, JsonRecord, Known
 from validate.report_input import Evidence, ReadingsSheet
 from validate.units import PageTable, unit_of, words
@@ -58,6 +67,10 @@ class ReportedUncertainty(ErrorBudget):
 
     sentences: tuple[str, ...]
     """Conclusions that these allow, and what is not included in them."""
+    parts: tuple[BudgetPart, ...]
+    """All errors that the intervals are made of, each alone."""
+    missing: tuple[BudgetPart, ...]
+    """Errors of the readings that nobody declared and no data can show; with what 0.2 mm of each would do."""
 
 
 class ReadingsFile(ReadingsSheet):
@@ -214,7 +227,10 @@ def _compared(comparison: Comparison | None) -> dict[str, Any]:
         meaning, unit = INPUTS[one.name]
         content["inputs"][one.name] = ReportedInput(meaning=meaning, unit=unit, **one.model_dump(exclude={"name"}))
     content["uncertainty"] = ReportedUncertainty(
-        **found.mean_level.model_dump(exclude={"inputs_waiting"}), sentences=tuple(uncertainty_sentences(found))
+        **found.mean_level.model_dump(exclude={"inputs_waiting"}),
+        sentences=tuple(uncertainty_sentences(found)),
+        parts=found.budget.parts,
+        missing=found.budget.missing,
     )
     return content | {"shifts": found.alignment.shifts}
 

@@ -10,8 +10,7 @@ import numpy as np
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Profile
 from validate.metrics.curve_distances import CLOSE_MM, level_difference
-from validate.uncertainty.intervals import draw, hats, mean_absolute
-from validate.uncertainty.readings_budget import Budget
+from validate.uncertainty.budget import Budget, hats, mean_absolute
 from validate.units import words
 
 DECADES = 100.0  # Ratio of the largest to the smallest value from which an axis is logarithmic: two decades
@@ -168,7 +167,7 @@ class Chart:
     runs: tuple[HeldRun, ...]
     excluded: tuple[Excluded, ...]
     readings: Profile
-    band_mm: Floats  # Half the 95 % interval of each reading's level, (n,)
+    band_mm: Floats  # Half the 95 % band of all readings' levels together, (n,)
     scatter_mm: float  # Standard deviation of a single run's mean error, estimated from its neighbours on the map
     by_readings: tuple[bool, ...]
     """Flag of each run that the readings cannot distinguish from the best one, itself included."""
@@ -231,7 +230,7 @@ def as_near_as_the_best(
     ``scatter_mm`` is added to each run independently.
     """
     s_mm, error_mm = errors_on_grid(runs, readings)
-    off_mm = draw(budget, DRAWS) @ hats(s_mm, readings.s_mm).T
+    off_mm = budget.at_stations_mm[:DRAWS] @ hats(s_mm, readings.s_mm).T
     random = np.random.default_rng(0)
     best = int(np.argmin([run.mean_error_mm for run in runs]))
     least_mm = mean_absolute(s_mm, error_mm[best] + off_mm) + scatter_mm * random.standard_normal(DRAWS)

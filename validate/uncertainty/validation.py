@@ -7,7 +7,7 @@ from typing import Any, Self
 import numpy as np
 from pydantic import TypeAdapter
 
-from sealtwin.core.comparison import MeanLevelBudget, SizeSeries
+from sealtwin.core.comparison import MeanLevelBudget, SizeSeries, StationErrors
 from sealtwin.core.records import Floats, Integers, Numbers
 from validate.units import counted, signed
 
@@ -54,13 +54,13 @@ def _order(near: float, far: float, finer: float, coarser: float) -> float | Non
 
 def mean_level_budget(
     error_mm: float,
+    validation_mm: float,
     data_mm: float,
     numerics_mm: float | None = None,
     inputs_mm: float | None = None,
     inputs_waiting: bool = False,
 ) -> MeanLevelBudget:
-    """Return the error E = S - D of the mean level with its standard uncertainties and their root sum of squares."""
-    validation_mm = float(root_sum(data_mm, numerics_mm, inputs_mm))
+    """Return the error E = S - D of the mean level with its standard uncertainties, and whether E is above twice it."""
     return MeanLevelBudget(
         error_mm=error_mm,
         data_mm=data_mm,
@@ -68,13 +68,8 @@ def mean_level_budget(
         inputs_mm=inputs_mm,
         inputs_waiting=inputs_waiting,
         validation_mm=validation_mm,
-        resolved=bool(abs(error_mm) > COVERAGE * validation_mm),
+        resolved=abs(error_mm) > COVERAGE * validation_mm,
     )
-
-
-def root_sum(*parts: Floats | float | None) -> Floats:
-    """Return the root of the sum of squares of the parts that are known, number by number."""
-    return np.sqrt(np.sum(np.square(np.array([part for part in parts if part is not None])), axis=0))
 
 
 def mean_level_sentence(mean: MeanLevelBudget) -> str:
@@ -103,21 +98,27 @@ def left_out(mean: MeanLevelBudget) -> str:
     return " and ".join(parts)
 
 
-def station_sentence(errors_mm: Floats, validation_mm: Floats, without: str = "") -> str:
-    """Return the sentence on the levels at the stations, (n,) each; ``without`` names what was ``left_out``."""
-    resolved = np.abs(errors_mm) > COVERAGE * validation_mm
-    high, low = int((resolved & (errors_mm > 0)).sum()), int((resolved & (errors_mm < 0)).sum())
-    rest = len(errors_mm) - high - low
-    if not high + low:
-        return f"At none of {counted(len(errors_mm), 'station')} is |E| above {COVERAGE:g} u_val."
-    where = f"too high at {high} and too low at {low}"
-    off = (
+def station_sentence(stations: StationErrors, without: str = "") -> str:
+    """Return the sentence on the levels at the stations; ``without`` names what was ``left_out``.
+
+    Many stations are many tests, so that one is off where E leaves the band of all together.
+    """
+    count, off = len(stations.error_mm), stations.off
+    alone = (
+        f"Station by station |E| is above {COVERAGE:g} u_val at {int(stations.above.sum())}; by chance alone it would "
+        f"be at {stations.by_chance:.1f}."
+    )
+    band = "the 95 % band of the whole profile"
+    if not off.any():
+        return f"At none of {counted(count, 'station')} does E leave {band}. {alone}"
+    high = int((off & (stations.error_mm > 0)).sum())
+    where = f"too high at {high} and too low at {int(off.sum()) - high}"
+    told = (
         f"{where}, by more than the readings' uncertainty alone; that of {without} is not in it."
         if without
         else f"there the model is off, {where}."
     )
-    others = f" At the other {rest} the data cannot tell." if rest else ""
-    return f"At {high + low} of {counted(len(errors_mm), 'station')} |E| is above {COVERAGE:g} u_val: {off}{others}"
+    return f"At {int(off.sum())} of {counted(count, 'station')} E leaves {band}: {told} {alone}"
 
 
 def two_level_design(inputs: int) -> Integers:

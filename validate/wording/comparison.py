@@ -1,10 +1,16 @@
 """Tables of the agreement with the readings, of the volumes, and of what is uncertain in both."""
 
-import numpy as np
-
-from sealtwin.core.comparison import Comparison, ErrorUncertainty, LevelMetrics, MassBalance, VolumeComparison
+from sealtwin.core.comparison import (
+    BudgetPart,
+    Comparison,
+    ErrorUncertainty,
+    LevelMetrics,
+    MassBalance,
+    VolumeComparison,
+)
 from sealtwin.core.records import Profile
 from validate.report_input import Evidence, ReadingsSheet
+from validate.uncertainty.budget import UNDECLARED_MM
 from validate.units import LABELS, NOT_RECORDED, PageTable, counted, millimetres, percent, signed, span
 
 
@@ -91,16 +97,12 @@ def readings_table(readings: Profile, comparison: Comparison, sheet: ReadingsShe
         ("stations, readings", f"{scatter.stations}, {scatter.readings}"),
         ("stations compared", stations),
     ]
-    if scatter.repeatability_sd_mm is None or scatter.band_95_mm is None:
+    if scatter.repeatability_sd_mm is None:
         rows.append(("repeatability", "no repeats: the scatter of the readings is not known"))
     else:
         freedom = f"{counted(scatter.degrees_of_freedom, 'degree')} of freedom"
         deviation = f"{scatter.repeatability_sd_mm:.3f} mm standard deviation, {freedom}"
-        band = f"± {np.max(scatter.band_95_mm):.3f} mm at most"
-        rows += [
-            ("repeatability, pooled over the stations", deviation),
-            ("95 % band of a station's mean, by the scatter of its repeats alone", band),
-        ]
+        rows.append(("repeatability, pooled over the stations", deviation))
     return PageTable("Readings", tuple(rows))
 
 
@@ -111,7 +113,21 @@ Rows = list[tuple[str, str]]
 
 def uncertainty_sentences(found: ErrorUncertainty) -> list[str]:
     """Sentences on what the comparison shows, and on what the intervals do not include."""
-    sentences = [*found.sentences, *found.readings.cautions]
+    sentences = [*found.sentences, *found.budget.notes]
+    if not found.budget.scatter_known:
+        sentences.append(
+            "No station was read twice and no repeatability is declared (uncertainty.repeatability_mm): the scatter of "
+            "the readings is not included."
+        )
+    if found.budget.missing:
+        would = "; ".join(
+            f"{one.name} ({one.setting}): ± {2 * one.mean_level_mm:.2f} mm in the mean level, "
+            f"{2 * one.station_mm:.2f} mm at a station"
+            for one in found.budget.missing
+        )
+        sentences.append(
+            f"Not declared, not shown by repeats and not included, with what {UNDECLARED_MM:g} mm would do: {would}."
+        )
     if found.inputs_left_out:
         names = ", ".join(INPUTS[name][0] for name in found.inputs_left_out)
         sentences.append(f"Not declared in [uncertainty], and not included: {names}.")
@@ -120,11 +136,7 @@ def uncertainty_sentences(found: ErrorUncertainty) -> list[str]:
             "How much hangs on the particles' size, and on the inputs, was not examined: 'sealtwin validate RUN "
             "--uncertainty' does."
         )
-    return [
-        *sentences,
-        "All intervals are of the levels at the stations: between them both the readings and the true level are taken "
-        "for straight.",
-    ]
+    return sentences
 
 
 def volume_table(metrics: LevelMetrics, volumes: VolumeComparison) -> PageTable:
@@ -172,7 +184,7 @@ def uncertainty_tables(found: ErrorUncertainty) -> list[PageTable]:
     """Tables of the intervals, the readings' budget, the alignment, the particles' size and the inputs."""
     tables = {
         "What may be said of the error": _result(found),
-        "Budget of the readings": _readings(found),
+        "Budget: u of the mean level, of the mean error and of a station, by each error alone": _budget(found),
         "Where s is 0": _alignment(found),
         "Particle size": _numerics(found),
         "Inputs, one standard uncertainty up": _inputs(found),
@@ -183,37 +195,45 @@ def uncertainty_tables(found: ErrorUncertainty) -> list[PageTable]:
 def _result(found: ErrorUncertainty) -> Rows:
     low_mm, high_mm = found.mean_error_interval_mm
     bias_low_mm, bias_high_mm = found.bias_interval_mm
-    mean, stations = found.mean_level, found.stations
-    resolved = np.abs(stations.error_mm) > 2 * stations.validation_mm
-    band = f"± {span(found.levels.band_95_mm, 3)} mm"
+    mean, stations, levels = found.mean_level, found.stations, found.levels
+    count = len(stations.error_mm)
     return [
         ("mean error, 95 % by the readings' doubt", f"{low_mm:.3f} to {high_mm:.3f} mm"),
         ("bias, 95 % by the readings' doubt", f"{signed(bias_low_mm, 3)} to {signed(bias_high_mm, 3)} mm"),
         ("of it, what more stations would not make smaller", f"{found.bias_systematic_mm:.3f} mm (1 sd)"),
-        ("95 % band of a station's level, by all that is known of the readings", band),
+        ("95 % band of one station's level, by the readings", f"± {span(levels.band_95_mm, 3)} mm"),
+        ("95 % band of all of them together", f"± {span(levels.profile_band_95_mm, 3)} mm"),
         ("E, of the mean level: simulated - measured", f"{signed(mean.error_mm, 3)} mm"),
         ("u of the readings, in it", f"{mean.data_mm:.3f} mm"),
         ("u of the numerics", millimetres(mean.numerics_mm, 3, "not determined")),
         ("u of the inputs", millimetres(mean.inputs_mm, 3, "not determined")),
         ("u_val, all of them together", f"{mean.validation_mm:.3f} mm"),
         ("|E| above 2 u_val", "yes" if mean.resolved else "no"),
-        ("stations with |E| above 2 u_val", f"{int(resolved.sum())} of {len(resolved)}"),
+        ("stations with E outside the band of all together", f"{int(stations.off.sum())} of {count}"),
+        (
+            "stations with |E| above 2 u_val, each by itself",
+            f"{int(stations.above.sum())} of {count}; {stations.by_chance:.1f} by chance alone",
+        ),
     ]
 
 
-def _readings(found: ErrorUncertainty) -> Rows:
-    rows, budget = [], found.readings
-    for part in budget.parts:
-        declared = part.freedom is None or np.isinf(part.freedom)
-        known = "" if declared else f", {part.freedom:.0f} degrees of freedom"
-        whose = "shared by all stations" if part.shared else "each station's own"
-        rows.append((part.name, f"{part.standard_mm:.4f} mm (1 sd), {part.shape}{known}; {whose}"))
-    if budget.bartlett_p is not None:
-        pooled = "pooled" if budget.pooled else "NOT pooled"
-        text = f"p = {budget.bartlett_p:.2g}: {pooled} in mean error and bias"
-        text += "; in a station's band its own repeats are weighed with those of all the others"
-        rows.append(("Bartlett's test of equal scatter", text))
-    return rows
+def _budget(found: ErrorUncertainty) -> Rows:
+    rows = [(_part_name(one), _part_size(one)) for one in found.budget.parts]
+    return [
+        *rows,
+        *(
+            (f"NOT included: {one.name}", f"{UNDECLARED_MM:g} mm of it: {_part_size(one)}")
+            for one in found.budget.missing
+        ),
+    ]
+
+
+def _part_name(one: BudgetPart) -> str:
+    return f"{one.name} ({one.source})"
+
+
+def _part_size(one: BudgetPart) -> str:
+    return f"{one.mean_level_mm:.3f}, {one.mean_error_mm:.3f}, {one.station_mm:.3f} mm"
 
 
 def _alignment(found: ErrorUncertainty) -> Rows:

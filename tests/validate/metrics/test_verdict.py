@@ -37,10 +37,8 @@ def judgement_of(
     )
     uncertainty = None
     if interval_mm is not None:
-        readings = BudgetSummary.model_construct(scatter_known=scatter_known)
-        uncertainty = ErrorUncertainty.model_construct(
-            mean_error_interval_mm=interval_mm, readings=readings, sentences=()
-        )
+        budget = BudgetSummary.model_construct(scatter_known=scatter_known)
+        uncertainty = ErrorUncertainty.model_construct(mean_error_interval_mm=interval_mm, budget=budget, sentences=())
     return judged(metrics, gate, uncertainty, edited)
 
 

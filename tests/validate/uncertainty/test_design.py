@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from validate.uncertainty.validation import Effect, effects_of, root_sum, two_level_design
+from validate.uncertainty.validation import effects_of, two_level_design
 
 
 @pytest.mark.parametrize(("inputs", "runs"), [(1, 2), (2, 4), (3, 4), (4, 8), (5, 8), (7, 8), (8, 16)])
@@ -28,8 +28,3 @@ def test_spare_columns_tell_how_far_runs_scatter():
     _, scatter = effects_of(noise, 5)
     assert scatter == pytest.approx(0.2 / np.sqrt(8), rel=0.1)
     assert effects_of(noise[:4], 3)[1] is None
-
-
-def test_inputs_add_in_squares():
-    effects = [Effect("a", 1.0, np.array([3.0, 0.0])), Effect("b", 1.0, np.array([-4.0, 1.0]))]
-    assert root_sum(*(effect.level_mm for effect in effects)) == pytest.approx([5.0, 1.0])

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from validate.uncertainty.readings_budget import SETS, possible_scatter_mm
+from validate.uncertainty.budget import DRAWS
+from validate.uncertainty.scatter import possible_scatter_mm, rounded_errors_mm
 
 
 def test_a_station_alone_has_its_own_repeats_and_nothing_else():
@@ -13,7 +14,7 @@ def test_a_station_alone_has_its_own_repeats_and_nothing_else():
     for share in (0.05, 0.25, 0.5, 0.75, 0.95):
         # Three standard deviations of the share below a quantile, by 4,000 draws.
         below = float((found_mm2 <= 0.3 / stats.chi2.isf(share, 2)).mean())
-        assert below == pytest.approx(share, abs=3 * np.sqrt(share * (1 - share) / SETS))
+        assert below == pytest.approx(share, abs=3 * np.sqrt(share * (1 - share) / DRAWS))
 
 
 def test_many_stations_alike_know_each_other():
@@ -48,3 +49,24 @@ def test_the_unit_does_not_matter():
     freedom = np.array([2.0, 1.0, 2.0, 4.0])
     in_mm, in_um = possible_scatter_mm(squares, freedom), possible_scatter_mm(squares * 1e6, freedom)
     assert in_um == pytest.approx(in_mm * 1e3, rel=1e-6)
+
+
+def test_repeats_that_agree_to_a_coarse_step_may_lie_anywhere_in_it():
+    """A single station and no scatter to be seen: the error is even over the step, from -0.25 to 0.25 mm, or wider."""
+    found_mm = rounded_errors_mm(np.full((1, 3), -4.0), 0.5)[:, 0]
+    assert found_mm.mean() == pytest.approx(0.0, abs=0.02)
+    assert 0.2 < np.quantile(np.abs(found_mm), 0.9) < 0.4
+
+
+def test_many_stations_that_agree_hide_no_scatter_beyond_the_step():
+    """Twenty stations whose three repeats agree: nothing reaches beyond half of a step but what a tail leaves."""
+    found_mm = rounded_errors_mm(np.full((20, 3), 2.0), 0.5)
+    assert np.quantile(np.abs(found_mm), 0.95) == pytest.approx(0.95 * 0.25, rel=0.1)
+
+
+def test_repeats_on_two_steps_place_the_level_between_them():
+    """Two of three readings on one step and one on the next, 0.29 mm of deviation, and their mean 0.29 / sqrt(3)."""
+    repeats_mm = np.tile([0.0, 0.0, 0.5], (20, 1))
+    error_mm = rounded_errors_mm(repeats_mm, 0.5)
+    assert np.median(error_mm) == pytest.approx(0.0, abs=0.05)
+    assert np.quantile(np.abs(error_mm), 0.95) == pytest.approx(1.96 * 0.289 / np.sqrt(3), rel=0.15)

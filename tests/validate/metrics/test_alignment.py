@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sealtwin.core.records import Profile
-from validate.uncertainty.readings_budget import alignment, station_effect_mm
+from validate.metrics.alignment import alignment
 
 FINE_MM = np.linspace(0, 80, 401)
 SLOPE = 0.25
@@ -20,8 +20,3 @@ def test_a_slope_turns_a_shift_into_a_level():
     assert rows[-2.0].bias_mm == pytest.approx(-0.5)
     assert rows[1.0].mean_error_mm == pytest.approx(0.25)
     assert rows[0.0].mean_error_mm == pytest.approx(0.0, abs=1e-12)
-
-
-def test_the_doubt_about_the_stations_is_the_slope_times_it():
-    inner_mm = np.linspace(10, 70, 13)
-    assert station_effect_mm(Profile(FINE_MM, SLOPE * FINE_MM), inner_mm, 0.8) == pytest.approx(SLOPE * 0.8)

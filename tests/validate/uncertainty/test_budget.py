@@ -1,0 +1,144 @@
+"""Intervals from draws of named errors, against normal, rectangular and closed forms; their coverage is a benchmark."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import stats
+
+from validate.metrics.curve_distances import Difference
+from validate.uncertainty.budget import DRAWS, Budget, Component, Curve, mean_absolute, normals, uniforms
+
+S_MM = np.linspace(0, 80, 9)
+PERCENT = 0.03
+"""Tolerance of the half-width of a sum of several errors: twice the scatter of 4,000 draws, 1.5 %."""
+
+
+def own(size_mm: float, name: str = "own") -> Component:
+    return Component(name, "declared", size_mm * normals(name, len(S_MM)))
+
+
+def alike(size_mm: float, name: str = "alike") -> Component:
+    return Component(name, "declared", size_mm * normals(name, 1) * np.ones(len(S_MM)), shared=True)
+
+
+def budget(*components: Component) -> Budget:
+    return Budget(len(S_MM), components)
+
+
+def curve(error_mm=1.0, x=None) -> Curve:
+    x = np.linspace(0, 80, 81) if x is None else x
+    error = Difference(x, np.broadcast_to(error_mm, len(x)), x, np.zeros(len(x)))
+    return Curve.of(error.x, error.value, S_MM)
+
+
+def test_draws_are_stratified_and_the_same_each_time():
+    """Each of 4,000 even parts has one draw, so that the quantiles of one error are exact."""
+    drawn = uniforms("a name", 3)
+    assert np.sort(drawn, axis=0) == pytest.approx(np.tile(((np.arange(DRAWS) + 0.5) / DRAWS)[:, None], (1, 3)))
+    assert abs(np.corrcoef(drawn[:, 0], uniforms("another", 3)[:, 0])[0, 1]) < 0.05
+    assert budget(own(0.1)).band_mm == pytest.approx(0.196, rel=1e-3)
+    assert uniforms("a name", 3) is drawn
+
+
+def test_scatter_averages_out_along_the_crack_and_what_is_shared_does_not():
+    weights = curve().weights()
+    ends_half = np.sqrt(7 / 64 + 2 / 256)
+    assert budget(own(0.1)).mean_mm(weights) == pytest.approx(1.96 * 0.1 * ends_half, rel=PERCENT)
+    assert budget(alike(0.1)).mean_mm(weights) == pytest.approx(1.96 * 0.1, rel=1e-3)
+
+
+def test_independent_normal_errors_add_in_squares():
+    both = budget(own(0.03), alike(0.04))
+    assert both.band_mm == pytest.approx(1.96 * 0.05, rel=2 * PERCENT)
+
+
+def test_a_shared_error_leaves_differences_alone():
+    difference = np.array([1.0, -1.0, *np.zeros(7)]), np.zeros(8)
+    assert budget(alike(0.05)).mean_mm(difference) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_weights_of_a_mean_are_the_trapezoids_and_thirds_of_an_arch():
+    """The mean of a parabola is two thirds of its height; over its quarters, straight between, five eighths."""
+    hat, bump = curve(x=np.linspace(0, 80, 2)).weights()
+    assert hat == pytest.approx([1 / 16, *[1 / 8] * 7, 1 / 16])
+    assert bump == pytest.approx([0.625 / 8] * 8)
+    assert curve(x=np.linspace(0, 80, 1601)).weights()[1] == pytest.approx([2 / 3 / 8] * 8, rel=1e-3)
+
+
+def test_a_station_just_outside_counts_with_its_part():
+    assert curve(x=np.linspace(0, 75, 76)).weights()[0][-1] == pytest.approx(5 * (5 / 10) / 2 / 75)
+
+
+def test_a_band_of_all_stations_is_wider_by_their_number():
+    """The largest of nine independent normal errors is below 2.77 in 95 % (Sidak), of one below 1.96."""
+    wide = stats.norm.ppf((1 + 0.95 ** (1 / 9)) / 2)
+    found = budget(own(0.1))
+    assert found.profile_band_mm == pytest.approx(wide * 0.1, rel=PERCENT)
+    assert found.by_chance == pytest.approx(0.05 * 9, rel=0.01)
+
+
+def test_one_error_for_all_stations_is_one_test():
+    found = budget(alike(0.1))
+    assert found.profile_band_mm == pytest.approx(found.band_mm)
+
+
+def test_a_budget_without_errors_has_no_width():
+    none = budget()
+    assert none.band_mm.tolist() == none.profile_band_mm.tolist() == [0.0] * 9
+    assert none.mean_error_interval(curve(0.7)) == pytest.approx((0.7, 0.7))
+
+
+def test_part_of_the_stations_have_their_own_common_band():
+    found = budget(own(0.1)).at(S_MM < 35)
+    assert len(found.band_mm) == 4
+    assert found.profile_band_mm == pytest.approx(stats.norm.ppf((1 + 0.95 ** (1 / 4)) / 2) * 0.1, rel=PERCENT)
+
+
+@given(st.lists(st.floats(-9, 9).map(lambda value: round(value, 3)), min_size=2, max_size=12))
+def test_the_mean_of_absolutes_is_the_integral_of_the_comparison(values):
+    """The mean is the same for any sampling, with crossings inside pieces."""
+    x = np.linspace(0, 10, len(values))
+    error = Difference(x, values, [0, 10], [0, 0])
+    exact = np.sum(np.diff(error.x) * (np.abs(error.value[:-1]) + np.abs(error.value[1:])) / 2) / 10
+    assert mean_absolute(x, np.array(values)) == pytest.approx(exact, rel=1e-9, abs=1e-9)
+
+
+def test_an_error_of_one_sign_is_as_unsure_as_the_bias():
+    """1,000 draws know a half-width to 6 %."""
+    known = budget(own(0.1))
+    half_mm = known.mean_mm(curve().weights())
+    low_mm, high_mm = known.mean_error_interval(curve(2.0))
+    assert (2 - low_mm, high_mm - 2) == (pytest.approx(half_mm, rel=0.06), pytest.approx(half_mm, rel=0.06))
+
+
+def test_a_shared_error_moves_a_balanced_one_little():
+    """A level 2 mm too high on one half and too low on the other: a shared error lowers one and raises the other."""
+    x = np.linspace(0, 80, 81)
+    balanced_mm = np.where(x < 40, 2.0, -2.0)
+    balanced_mm[40] = 0.0
+    shared = budget(alike(0.2))
+    one_sided_mm = np.ptp(shared.mean_error_interval(curve(2.0)))
+    assert one_sided_mm == pytest.approx(2 * 1.96 * 0.2, rel=0.06)
+    assert np.ptp(shared.mean_error_interval(curve(balanced_mm))) < 0.1 * one_sided_mm
+
+
+def test_what_scatter_alone_would_make_may_be_nothing():
+    """An error of a tenth of the scatter does not show; one of ten times the scatter does."""
+    assert budget(own(0.1)).mean_error_interval(curve(0.01))[0] == 0.0
+    assert budget(own(0.1)).mean_error_interval(curve(1.0))[0] > 0.9
+    low_mm, high_mm = budget(own(0.1)).mean_error_interval(curve(0.0))
+    assert (low_mm, high_mm > 0.05) == (0.0, True)
+
+
+def test_each_part_of_the_summary_is_that_error_alone():
+    between = Component("arch", "assumed", 0.3 * uniforms("arch", 8), shared=True, between=True)
+    found = budget(own(0.1), alike(0.2), between).summary(curve())
+    scatter, datum, arch = found.parts
+    assert (scatter.station_mm, datum.station_mm, arch.station_mm) == pytest.approx((0.098, 0.196, 0.0), rel=1e-2)
+    assert datum.mean_level_mm == pytest.approx(0.196, rel=1e-3)
+    assert arch.mean_level_mm > 0.05
+    balanced = replace(curve(), error_mm=np.where(curve().x < 40, 1.0, -1.0))
+    assert budget(alike(0.2)).summary(balanced).parts[0].mean_error_mm < 0.01

@@ -1,0 +1,192 @@
+"""Errors of the readings: seen in repeats and last digits, declared, allowed for, and named where nothing tells."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sealtwin.core.records import Profile
+from validate.settings import Readings, Uncertainty
+from validate.uncertainty.budget import Budget, Curve, half_width
+from validate.uncertainty.reading_errors import budget_of, resolution_of
+
+S_MM = np.linspace(0, 80, 17)
+MOUTH_MM = np.full(17, 3.1)
+NO_PASSES = Uncertainty(pass_mm=0.0)
+
+
+def readings(**settings) -> Readings:
+    return Readings(file=Path("sheet.csv"), data="measured", role="held-out", **settings)
+
+
+def measured(repeats_mm) -> Profile:
+    repeats_mm = np.array(repeats_mm, dtype=float)
+    return Profile(S_MM, np.nanmean(repeats_mm, axis=1), repeats_mm)
+
+
+def scattered(deviation_mm, repeats: int = 3, seed: int = 1) -> Profile:
+    noise = np.random.default_rng(seed).standard_normal((17, repeats))
+    return measured(np.asarray(deviation_mm) * noise)
+
+
+def budget(profile: Profile, declared: Uncertainty | None = None, **settings) -> Budget:
+    return budget_of(profile, readings(**settings), declared or Uncertainty(), MOUTH_MM)
+
+
+def part(found: Budget, begins: str):
+    (one,) = [component for component in found.components if component.name.startswith(begins)]
+    return one
+
+
+def bias_mm(found: Budget) -> float:
+    return found.mean_mm(Curve.of(S_MM, np.ones(17), S_MM).weights())
+
+
+def test_scatter_of_repeats_is_students_where_they_are_no_passes():
+    """Seventeen stations of three share 34 degrees of freedom, t = 2.03; a station's own part is a tenth wider."""
+    profile = scattered(0.15)
+    assert profile.repeats_mm is not None
+    deviation_mm = np.sqrt(profile.repeats_mm.var(axis=1, ddof=1).mean())
+    band_mm = half_width(part(budget(profile, NO_PASSES), "scatter").draws_mm)
+    assert np.median(band_mm) == pytest.approx(2.03 * deviation_mm / np.sqrt(3), rel=0.15)
+
+
+def test_passes_that_agree_are_allowed_to_differ_and_a_declaration_excludes_it():
+    """Three passes cannot tell 0.2 mm from nothing: the bias is at least 1.5 times less sure than by scatter alone."""
+    profile = scattered(0.15)
+    allowed, none = budget(profile), budget(profile, NO_PASSES)
+    assert part(allowed, "passes").source == "allowed for"
+    assert bias_mm(allowed) > 1.5 * bias_mm(none)
+    (note,) = [
+        text for text in allowed.summary(Curve.of(S_MM, np.ones(17), S_MM)).notes if "uncertainty.pass_mm" in text
+    ]
+    assert "times narrower" in note
+    assert none.summary(Curve.of(S_MM, np.ones(17), S_MM)).notes == ()
+
+
+def test_passes_that_differ_show_in_the_repeats():
+    """Offsets of -0.4, 0 and 0.4 mm: their mean is known to no better than t2 times 0.4 / sqrt(3), and no worse."""
+    apart = measured(scattered(0.02).repeats_mm + np.array([-0.4, 0.0, 0.4]))
+    alike = scattered(0.02)
+    assert bias_mm(budget(apart)) > 4 * bias_mm(budget(alike))
+    assert 0.3 < bias_mm(budget(apart)) < 4.3 * 0.4 / np.sqrt(3)
+    # What the passes differ by is none of the stations' scatter.
+    assert half_width(part(budget(apart), "scatter").draws_mm).max() < 0.06
+
+
+def test_a_declared_pass_sets_the_scale():
+    profile = scattered(0.05)
+    widths = [bias_mm(budget(profile, Uncertainty(pass_mm=size_mm))) for size_mm in (0.0, 0.05, 0.2, 1.0)]
+    assert widths == sorted(widths)
+
+
+@pytest.mark.parametrize(("step_mm", "above_mm"), [(0.5, 0.0), (0.5, 0.37), (0.1, 0.0), (25.4 / 64, 0.0), (0.05, 1.23)])
+def test_a_step_that_all_readings_keep_is_seen(step_mm, above_mm):
+    """Up to a common height, as of a datum."""
+    level_mm = above_mm + np.round(np.linspace(-16, 1, 17) / step_mm) * step_mm
+    assert resolution_of(level_mm[:, None] + step_mm * np.array([0, 1, 0])) == pytest.approx(step_mm)
+
+
+def test_no_step_is_seen_in_hundredths_nor_in_few_levels():
+    assert resolution_of(np.round(np.random.default_rng(0).normal(-4, 2, (17, 3)), 2)) == 0.0
+    assert resolution_of(np.array([[-1.0, -1.5], [-2.0, -2.0]])) == 0.0
+
+
+def test_a_coarse_step_that_hides_the_scatter_is_the_error():
+    """Repeats that agree on halves of a millimetre looked like a scatter of nothing: a band of 0.02 mm."""
+    level_mm = np.round(np.linspace(-16, 1, 17) * 2) / 2
+    found = budget(measured(np.tile(level_mm[:, None], 3)), NO_PASSES)
+    assert part(found, "scatter and last digit, 0.5 mm").source == "detected"
+    assert 0.2 < np.median(found.band_mm) < 0.35
+
+
+def test_limits_are_rectangular_and_shared():
+    limit = part(budget(scattered(0.15), limit_mm=0.03), "limit of error")
+    assert limit.shared
+    assert np.ptp(limit.draws_mm, axis=0) == pytest.approx(np.full(17, 0.06), rel=1e-3)
+    assert (limit.draws_mm == limit.draws_mm[:, :1]).all()
+
+
+def test_a_probe_reads_the_highest_point_that_it_covers():
+    """On a slope of 0.5 a tip of 0.8 mm stands up to 0.2 mm too high; where the bed is level, not at all."""
+    level_mm = np.where(S_MM < 40, -20 + 0.5 * S_MM, 0.0)
+    probe = part(budget(measured(level_mm[:, None] + [[-0.1, 0.0, 0.1]]), probe_mm=0.8), "width")
+    assert (probe.draws_mm.min(), probe.draws_mm[:, 2].max()) == pytest.approx((0.0, 0.2), abs=1e-3)
+    assert probe.draws_mm[:, -2].max() == 0.0
+
+
+def test_stations_that_are_off_matter_on_a_slope():
+    """On a slope of 0.25 a shift of all by 1 mm is 0.25 mm; each by itself averages out along the crack."""
+    slope = measured(0.25 * S_MM[:, None] + [[-0.1, 0.0, 0.1]])
+    together = part(budget(slope, Uncertainty(station_mm=1.0)), "common shift")
+    assert half_width(together.draws_mm) == pytest.approx(1.96 * 0.25, rel=1e-3)
+    each = part(budget(slope, Uncertainty(station_each_mm=1.0)), "place")
+    assert half_width(each.draws_mm).mean() == pytest.approx(1.96 * 0.25, rel=0.15)
+    assert half_width(each.draws_mm.mean(axis=1)) < 0.35 * 1.96 * 0.25
+
+
+def test_what_is_not_declared_is_named_with_what_it_would_do():
+    profile = scattered(0.1)
+    names = {one.setting for one in budget(profile).missing}
+    assert names == {
+        "readings.datum_error_mm",
+        "readings.probe_mm",
+        "uncertainty.station_mm",
+        "uncertainty.station_each_mm",
+        "uncertainty.common_mm",
+    }
+    told = Uncertainty(station_mm=0.5, station_each_mm=0.5, common_mm=0.1)
+    assert budget(profile, told, datum_error_mm=0.05, probe_mm=0.5).missing == ()
+    found = budget(profile).summary(Curve.of(S_MM, np.ones(17), S_MM))
+    (datum,) = [one for one in found.missing if one.setting == "readings.datum_error_mm"]
+    assert datum.mean_level_mm == pytest.approx(0.98 * 0.2, rel=1e-3)
+
+
+def test_a_probe_wider_than_the_mouth_is_said_and_not_guessed():
+    mouth_mm = np.where(S_MM < 10, 1.9, 3.1)
+    found = budget_of(scattered(0.1), readings(probe_mm=2.0), Uncertainty(), mouth_mm)
+    assert any("no narrower than the crack at 2 stations (s = 0, 5 mm)" in text for text in found.notes)
+    assert not any("narrower" in text for text in budget(scattered(0.1), probe_mm=2.0).notes)
+
+
+def test_stations_read_once_have_the_scatter_that_was_declared_or_none():
+    once = measured(np.zeros((17, 1)))
+    assert not budget(once).scatter_known
+    known = budget(once, Uncertainty(repeatability_mm=0.12, pass_mm=0.0))
+    assert known.scatter_known
+    assert half_width(part(known, "scatter").draws_mm) == pytest.approx(1.96 * 0.12, rel=1e-3)
+
+
+def test_an_outlier_is_named_and_kept():
+    """One reading of 51 is 3 mm off, twenty times the scatter: its station's band is wider, and the sheet says so."""
+    repeats_mm = scattered(0.15).repeats_mm
+    assert repeats_mm is not None
+    repeats_mm[5, 1] += 3.0
+    found = budget(measured(repeats_mm), NO_PASSES)
+    assert any("At 1 station (s = 25 mm) a reading is more than 6 robust" in text for text in found.notes)
+    assert found.band_mm[5] > 2 * np.median(found.band_mm)
+    assert budget(scattered(0.15), NO_PASSES).notes == ()
+
+
+def test_one_station_that_scatters_more_is_less_sure():
+    repeats_mm = np.tile([-0.1, 0.003, 0.1], (17, 1))
+    repeats_mm[5] *= 2
+    found = budget(measured(repeats_mm), NO_PASSES, resolution_mm=0.001)
+    assert found.band_mm[5] > 1.05 * found.band_mm[0]
+
+
+def test_a_missing_repeat_costs_its_station():
+    repeats_mm = scattered(0.15).repeats_mm
+    assert repeats_mm is not None
+    repeats_mm[4, 1] = np.nan
+    scatter_mm = half_width(part(budget(measured(repeats_mm), NO_PASSES), "scatter").draws_mm)
+    assert scatter_mm[4] > 1.05 * np.median(scatter_mm)
+
+
+def test_a_bed_that_is_straight_has_no_arches():
+    straight = measured(0.25 * S_MM[:, None] + [[-0.1, 0.0, 0.1]])
+    assert np.abs(part(budget(straight), "the bed").draws_mm).max() == pytest.approx(0.0, abs=1e-9)
+    # A parabola of 0.01 per mm stands 0.01 x 25 / 8 below its chord of 5 mm, which the draws hold.
+    curved = part(budget(measured(0.005 * S_MM[:, None] ** 2 + [[-0.1, 0.0, 0.1]])), "the bed").draws_mm
+    low_mm, high_mm = np.quantile(curved[:, 8], (0.1, 0.9))
+    assert low_mm < 0.01 * 25 / 8 < high_mm

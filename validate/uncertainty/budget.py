@@ -1,0 +1,248 @@
+"""The budget of a comparison: draws of each named error, from which every interval, band and verdict follows.
+
+The draws and their order are fixed, so that every run gives the same figures. A standard uncertainty is half the
+half-width of a 95 % interval, so that twice u is that interval, whatever the distribution.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sealtwin.core.comparison import BudgetPart, BudgetSummary
+from sealtwin.core.records import Floats
+from validate.settings import PASS_MM
+
+DRAWS = 4_000
+"""Number of draws of each error. They are stratified, so that one error alone is as exact as its quantiles; the sum of
+several gives a half-width to 1 %."""
+CURVES = 1_000  # Number of them for the mean error, whose interval needs a search
+SHARE = 0.95
+UNDECLARED_MM = 0.2  # Size of an error that nobody declared, for the sentence on what it would do
+
+Kind = Literal["readings", "numerics", "inputs"]
+Source = Literal["repeats", "detected", "declared", "default", "allowed for", "assumed", "computed"]
+"""Origin of an error's size: seen in the repeats or in the readings' last digits; declared in the trial; a default of
+the trial file; allowed for, since the data cannot exclude it; assumed; or computed by extra runs."""
+
+
+@dataclass(frozen=True)
+class Component:
+    """Draws of one error, which adds to the level that is read at each station, in mm."""
+
+    name: str
+    source: Source
+    draws_mm: Floats  # (DRAWS, n), or (DRAWS, n - 1) for an error between stations
+    shared: bool = False  # True for an error that many stations have alike, which does not average out along the crack
+    between: bool = False  # True for a height above the straight line, in the middle between two stations
+    kind: Kind = "readings"
+    setting: str = ""  # Key of the trial file that declares it
+
+
+@dataclass(frozen=True)
+class Curve:
+    """An error along the crack: x, simulated less measured level there, and how levels at stations shape it."""
+
+    x: Floats
+    error_mm: Floats
+    hat: Floats  # (len(x), n): share of each station's level
+    bump: Floats  # (len(x), n - 1): share of each height between two stations
+
+    @classmethod
+    def of(cls, x: Floats, error_mm: Floats, s_mm: Floats) -> "Curve":
+        """Take an error that is straight between the x; the arch between two stations gets its quarters besides."""
+        quarters = (s_mm[:-1, None] + np.diff(s_mm)[:, None] * [0.0, 0.25, 0.5, 0.75]).ravel()
+        fine = np.union1d(x, quarters[(quarters > x[0]) & (quarters < x[-1])])
+        return cls(fine, np.interp(fine, x, error_mm), hats(fine, s_mm), arches(fine, s_mm))
+
+    def weights(self, sign: Floats | None = None) -> tuple[Floats, Floats]:
+        """Return the weights of levels at and between stations in the mean over x; ``sign`` is that of each piece."""
+        piece = (np.diff(self.x) if sign is None else np.diff(self.x) * sign)[:, None] / (self.x[-1] - self.x[0])
+        hat, bump = ((piece * (one[:-1] + one[1:]) / 2).sum(axis=0) for one in (self.hat, self.bump))
+        return hat, bump
+
+
+@dataclass(frozen=True)
+class Budget:
+    """All errors of a comparison, by name, and those that nobody declared and no data can show."""
+
+    stations: int
+    components: tuple[Component, ...]
+    missing: tuple[Component, ...] = ()
+    """Errors that are neither declared nor shown by the readings, each with ``UNDECLARED_MM`` of it."""
+    scatter_known: bool = True
+    notes: tuple[str, ...] = ()  # Sentences on what was seen in the readings
+
+    def only(self, keep: Callable[[Component], bool]) -> "Budget":
+        return replace(self, components=tuple(one for one in self.components if keep(one)))
+
+    def of(self, *kinds: Kind) -> "Budget":
+        return self.only(lambda one: one.kind in kinds)
+
+    def joined(self, *more: Component) -> "Budget":
+        return replace(self, components=(*self.components, *more))
+
+    def at(self, which: NDArray[np.bool_]) -> "Budget":
+        """Return the budget of some of the stations, without the bed's shape between them."""
+        kept = [replace(one, draws_mm=one.draws_mm[:, which]) for one in self.components if not one.between]
+        return replace(self, stations=int(which.sum()), components=tuple(kept))
+
+    @cached_property
+    def at_stations_mm(self) -> Floats:
+        """Draws of the error of each station's level, (DRAWS, n)."""
+        return sum((one.draws_mm for one in self.components if not one.between), start=np.zeros((DRAWS, self.stations)))
+
+    @cached_property
+    def between_mm(self) -> Floats:
+        """Draws of the bed's height above the straight line between two stations, (DRAWS, n - 1)."""
+        start = np.zeros((DRAWS, self.stations - 1))
+        return sum((one.draws_mm for one in self.components if one.between), start=start)
+
+    def along_mm(self, curve: Curve, count: int = CURVES) -> Floats:
+        """Return draws of the error at each x of a curve, (count, len(x))."""
+        along_mm = self.at_stations_mm[:count] @ curve.hat.T
+        return along_mm + self.between_mm[:count] @ curve.bump.T if self.between_mm.any() else along_mm
+
+    def mean_mm(self, weights: tuple[Floats, Floats]) -> float:
+        """Return half the 95 % interval of a weighted sum of the levels at and between stations."""
+        return half_width(self.at_stations_mm @ weights[0] + self.between_mm @ weights[1])
+
+    @cached_property
+    def band_mm(self) -> Floats:
+        """Half the 95 % interval of the level at each station by itself, (n,)."""
+        return half_width(self.at_stations_mm)
+
+    @cached_property
+    def profile_band_mm(self) -> Floats:
+        """Half the band that holds the levels at all stations together in 95 %, (n,), by the largest of their ratios.
+
+        It is as many times wider as the band of one station at each of them (max-t, Montiel Olea & Plagborg-Møller
+        2019, J. Appl. Econom. 34:1).
+        """
+        known = self.band_mm > 0
+        if not known.any():
+            return self.band_mm
+        worst = np.abs(self.at_stations_mm[:, known] / self.band_mm[known]).max(axis=1)
+        return self.band_mm * max(1.0, float(np.quantile(worst, SHARE)))
+
+    @property
+    def by_chance(self) -> float:
+        """Number of stations outside their own bands on average, were the true level that of the model."""
+        return float((np.abs(self.at_stations_mm) > self.band_mm).sum(axis=1).mean())
+
+    def mean_error_interval(self, curve: Curve) -> tuple[float, float]:
+        """Return the ends of the 95 % interval of the mean of |error| against the true level.
+
+        Scatter adds to a mean of absolute values, the more the smaller the true error is. The true error is taken for
+        one of the found one's shape, k times as large: the ends are those k for which readings with these errors would
+        give the found mean, or more, in 2.5 % of all cases, and it, or less. A shared error may turn the error's sign
+        along whole stretches, so that the upper end is also that of the error moved by it.
+        """
+        from scipy.optimize import brentq
+
+        x, found_mm = curve.x, float(mean_absolute(curve.x, curve.error_mm))
+        off_mm = self.along_mm(curve)
+        most_mm = float(np.quantile(mean_absolute(x, off_mm), (1 + SHARE) / 2))
+        if found_mm == 0 or most_mm == 0:
+            return found_mm, found_mm + most_mm
+
+        def excess(times: float, share: float) -> float:
+            made_mm = mean_absolute(x, times * curve.error_mm - off_mm)
+            return float(np.quantile(made_mm, share)) - found_mm
+
+        low, high = (1 - SHARE) / 2, (1 + SHARE) / 2
+        reach = most_mm / found_mm
+        # Where even no error at all would give more than was found, there is nothing to search.
+        least, most = (
+            brentq(excess, max(0.0, 1 - reach), 1 + reach, args=(share,), xtol=4e-3 * reach)
+            if excess(0.0, share) < 0
+            else 0.0
+            for share in (high, low)
+        )
+        moved_mm = mean_absolute(x, curve.error_mm + self.only(lambda one: one.shared).along_mm(curve))
+        return min(found_mm, least * found_mm), max(found_mm, most * found_mm, float(np.quantile(moved_mm, high)))
+
+    def summary(self, curve: Curve) -> BudgetSummary:
+        """Return each component's standard uncertainty of mean level, mean error and station, as report.json has it."""
+        middle = np.sign(curve.error_mm[:-1] + curve.error_mm[1:])
+        parts, missing = (
+            tuple(self._part(one, curve, middle) for one in group) for group in (self.components, self.missing)
+        )
+        notes = (*self.notes, *(self._allowed(one, curve) for one in self.components if one.source == "allowed for"))
+        return BudgetSummary(parts=parts, missing=missing, scatter_known=self.scatter_known, notes=notes)
+
+    def _allowed(self, one: Component, curve: Curve) -> str:
+        """Return the sentence on an error that the data cannot exclude and that nobody declared."""
+        with_it, without = (
+            budget.mean_mm(curve.weights())
+            for budget in (self.of("readings"), self.of("readings").only(lambda other: other is not one))
+        )
+        narrower = f" {with_it / without:.1f} times" if without else ""
+        return (
+            f"So few repeats cannot tell passes that differ by {PASS_MM:g} mm from passes that agree. The intervals "
+            f"allow for it; that of the mean level would be{narrower} narrower with repeats that are declared to be no "
+            f"passes ({one.setting} = 0)."
+        )
+
+    def _part(self, one: Component, curve: Curve, middle: Floats) -> BudgetPart:
+        alone = replace(self, components=(one,))
+        band_mm = half_width(one.draws_mm)
+        return BudgetPart(
+            name=one.name,
+            setting=one.setting,
+            source=one.source,
+            kind=one.kind,
+            mean_level_mm=alone.mean_mm(curve.weights()) / 2,
+            mean_error_mm=alone.mean_mm(curve.weights(middle)) / 2,
+            station_mm=0.0 if one.between else rms(band_mm) / 2,
+        )
+
+
+def half_width(draws_mm: Floats) -> Floats:
+    """Return half the 95 % interval about 0 of draws along the first axis."""
+    return np.quantile(np.abs(draws_mm), SHARE, axis=0)
+
+
+def rms(values: Floats) -> float:
+    """Return the root mean square."""
+    return float(np.sqrt(np.mean(values**2)))
+
+
+@cache
+def uniforms(name: str, columns: int) -> Floats:
+    """Return stratified draws from 0 to 1, (DRAWS, columns), always the same for one name (a Latin hypercube)."""
+    random = np.random.default_rng([columns, *name.encode()])
+    places = np.tile((np.arange(DRAWS) + 0.5) / DRAWS, (columns, 1))
+    return random.permuted(places, axis=1).T.copy()
+
+
+@cache
+def normals(name: str, columns: int) -> Floats:
+    """Return stratified draws of the normal distribution, (DRAWS, columns)."""
+    from scipy.special import ndtri
+
+    return ndtri(uniforms(name, columns))
+
+
+def hats(x: Floats, s_mm: Floats) -> Floats:
+    """Return the share of each station's level at each x of a curve that is straight between stations, (len(x), n)."""
+    return np.column_stack([np.interp(x, s_mm, row) for row in np.eye(len(s_mm))])
+
+
+def arches(x: Floats, s_mm: Floats) -> Floats:
+    """Return the height at each x of a parabola of height 1 over each gap between stations, (len(x), n - 1)."""
+    place = (x[:, None] - s_mm[:-1]) / np.diff(s_mm)
+    return 4 * np.clip(place, 0.0, 1.0) * np.clip(1 - place, 0.0, 1.0)
+
+
+def mean_absolute(x: Floats, value: Floats) -> Floats:
+    """Return the exact mean of |value| over x, for curves (..., len(x)) that are straight between the x."""
+    size = np.abs(value)
+    together = size[..., :-1] + size[..., 1:]
+    # Where the value changes its sign, two triangles are left of the trapezium.
+    crosses = value[..., :-1] * value[..., 1:] < 0
+    cut = np.where(crosses, size[..., :-1] * size[..., 1:] / np.where(crosses, together, 1.0), 0.0)
+    return (together / 2 - cut) @ np.diff(x) / (x[-1] - x[0])

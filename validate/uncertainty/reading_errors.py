@@ -1,0 +1,219 @@
+"""Errors of caliper readings, by name: what the repeats show, what is declared, and what neither tells."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from sealtwin.core.records import Floats, Profile
+from validate.settings import PASS_MM, Readings, Uncertainty
+from validate.uncertainty.budget import DRAWS, UNDECLARED_MM, Budget, Component, normals, uniforms
+from validate.uncertainty.scatter import possible_scatter_mm, rounded_errors_mm
+from validate.units import counted
+
+FREEDOM_OF_PASSES = 4.0  # Degrees of freedom of the half-t prior of that deviation, so that the repeats may show more
+COARSE = 1.2
+"""Last digits larger than this many standard deviations hide the scatter, and are modelled as cut off. Below it they
+are as good as an error of their own (Sheppard)."""
+OUTLIER = 6.0  # Distance of an outlier in robust standard deviations
+STEPS_MM = (10.0, 5.0, 2.0, 1.0, 0.5, 0.25, 0.2, 0.1, 0.05, 0.02)
+INCHES = (1 / 4, 1 / 8, 1 / 16, 1 / 32, 1 / 64, 0.01, 0.005)
+FEWEST_LEVELS = 5
+"""Different levels that show a step: by chance as many end in a multiple of 0.05 mm once in 600 sheets."""
+BENT = 2.5
+"""Largest arch between two stations, over that of the parabola whose curvature they show; the least is 0. A corner has
+none at a station, twice that in a gap's middle, and on average once."""
+ALIKE_MM = 15.0
+"""Length over which an error that all repeats share is taken for alike: that over which a bed rises and falls."""
+
+
+def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mouth_mm: Floats) -> Budget:
+    """Return the budget of a set of readings; ``mouth_mm`` is the crack's width at the face at each station, (n,)."""
+    s_mm, stations = measured.s_mm, len(measured.s_mm)
+    repeats_mm = measured.repeats_mm if measured.repeats_mm is not None else measured.level_mm[:, None]
+    count = (~np.isnan(repeats_mm)).sum(axis=1).astype(np.float64)
+    residual_mm = repeats_mm - np.nanmean(repeats_mm, axis=1, keepdims=True)
+    resolution_mm = max(settings.resolution_mm, resolution_of(repeats_mm))
+    detected = resolution_mm > settings.resolution_mm
+    shapes = np.zeros((stations, 0)) if declared.pass_mm == 0 else _shapes_of_passes(s_mm)
+    per_pass = _pass_coefficients(residual_mm, shapes)
+    own_mm = residual_mm - shapes @ per_pass
+    own_mm -= np.nanmean(own_mm, axis=1, keepdims=True)
+    freedom = (count - 1) * (1 - shapes.shape[1] / stations)
+    squares_mm2 = np.nansum(own_mm**2, axis=1)
+    notes = list(_outliers(s_mm, own_mm, count))
+    components = []
+    known = bool(freedom.sum()) or declared.repeatability_mm is not None
+    pooled_mm = declared.repeatability_mm or 0.0
+    if freedom.sum():
+        pooled_mm = float(np.sqrt(squares_mm2.sum() / freedom.sum()))
+    last_digit = f"last digit, {resolution_mm:g} mm", "detected" if detected else "declared"
+    if known and resolution_mm > COARSE * pooled_mm and count.max() > 1:
+        draws_mm = rounded_errors_mm(repeats_mm, resolution_mm)
+        components.append(Component(f"scatter and {last_digit[0]}", last_digit[1], draws_mm))
+    else:
+        if freedom.sum():
+            sets_mm = possible_scatter_mm(squares_mm2 + freedom * resolution_mm**2 / 12, freedom) / np.sqrt(count)
+            components.append(Component("scatter of the repeats", "repeats", sets_mm * normals("scatter", stations)))
+        elif known:
+            draws_mm = pooled_mm * normals("scatter", stations)
+            components.append(Component("scatter of the readings", "declared", draws_mm, setting="repeatability_mm"))
+        rounding_mm = resolution_mm * (uniforms("digit", stations) - 0.5) / np.sqrt(count)
+        components.append(Component(*last_digit, rounding_mm, setting="readings.resolution_mm"))
+    if shapes.shape[1]:
+        noise_mm2 = (pooled_mm**2 + resolution_mm**2 / 12) / (shapes**2).sum(axis=0)
+        components.append(_passes(declared.pass_mm, per_pass, noise_mm2, shapes, ~np.isnan(repeats_mm)))
+    slope = _steeper_slope(s_mm, measured.level_mm)
+    told = {
+        "readings.datum_error_mm": settings.datum_error_mm,
+        "readings.probe_mm": settings.probe_mm,
+        **{f"uncertainty.{name}": getattr(declared, name) for name in ("station_mm", "station_each_mm", "common_mm")},
+    }
+    errors = {name: _declared(name, value or UNDECLARED_MM, s_mm, slope) for name, value in told.items()}
+    limit_mm = settings.limit_mm * np.ones(stations) * (2 * uniforms("limit", 1) - 1)
+    components += [
+        Component("limit of error of the caliper", "declared", limit_mm, shared=True, setting="readings.limit_mm"),
+        *(errors[name] for name, value in told.items() if value is not None),
+        _arches(s_mm, measured.level_mm),
+    ]
+    if settings.probe_mm is not None:
+        notes += _touching(s_mm[mouth_mm <= settings.probe_mm].tolist(), settings.probe_mm)
+    return Budget(
+        stations=stations,
+        components=tuple(components),
+        missing=tuple(errors[name] for name, value in told.items() if value is None),
+        scatter_known=known,
+        notes=tuple(notes),
+    )
+
+
+def resolution_of(repeats_mm: Floats) -> float:
+    """Return the largest usual step, in mm or in fractions of an inch, of which all readings are multiples; 0 if none.
+
+    They are so up to a common height, as of a datum.
+    """
+    read_mm = np.unique(np.round(repeats_mm[~np.isnan(repeats_mm)], 6))
+    if len(read_mm) < FEWEST_LEVELS:
+        return 0.0
+    steps_mm = np.array([*STEPS_MM, *(25.4 * part for part in INCHES)])
+    times = (read_mm - read_mm[0])[:, None] / steps_mm
+    whole = (np.abs(times - np.round(times)) * steps_mm < 1e-4).all(axis=0)
+    return float(steps_mm[whole].max()) if whole.any() else 0.0
+
+
+def _shapes_of_passes(s_mm: Floats) -> Floats:
+    """Return an offset, a tilt and a bend along the crack, (n, k), orthogonal and each 1 on average (rms).
+
+    Few stations have no room for all of them.
+    """
+    most = min(3, max(1, len(s_mm) // 2))
+    place = (s_mm - s_mm.mean()) / np.ptp(s_mm)
+    orthogonal, _ = np.linalg.qr(np.vander(place, most, increasing=True))
+    return orthogonal * np.sqrt(len(s_mm))
+
+
+def _pass_coefficients(residual_mm: Floats, shapes: Floats) -> Floats:
+    """Return what each repeat has of each shape, (k, repeats), about the mean of all repeats."""
+    columns = []
+    for one in residual_mm.T:
+        read = ~np.isnan(one)
+        columns.append(np.linalg.lstsq(shapes[read], one[read])[0] if shapes.shape[1] else np.zeros(0))
+    found = np.array(columns).T
+    return found - found.mean(axis=1, keepdims=True)
+
+
+def _passes(declared_mm: float | None, found: Floats, noise_mm2: Floats, shapes: Floats, read: Floats) -> Component:
+    """Draw what passes over all stations, or operators, leave in the mean of the repeats.
+
+    Each shape has its own standard deviation t among passes. Its posterior has a half-t prior of the declared scale
+    and the spread of the coefficients, whose variance is t² and that of the scatter. The passes of the mean are drawn
+    with it: of their own mean the repeats tell nothing.
+    """
+    scale_mm = PASS_MM if declared_mm is None else declared_mm
+    passes = read.shape[1]
+    share = read / read.sum(axis=1, keepdims=True)
+    total_mm = np.zeros((DRAWS, len(read)))
+    for number, (noise, shape) in enumerate(zip(noise_mm2, shapes.T, strict=True)):
+        squares = float((found[number] ** 2).sum())
+        t_mm = np.geomspace(1e-3 * scale_mm, 30 * (scale_mm + np.sqrt(squares)), 400)
+        prior = -(FREEDOM_OF_PASSES + 1) / 2 * np.log1p((t_mm / scale_mm) ** 2 / FREEDOM_OF_PASSES)
+        spread = noise + t_mm**2
+        # Even steps of ln t: the density of t times t.
+        chance = prior - (passes - 1) / 2 * np.log(spread) - squares / (2 * spread) + np.log(t_mm)
+        below = np.cumsum(np.exp(chance - chance.max()))
+        drawn_mm = np.interp(uniforms(f"pass {number}", 1)[:, 0], below / below[-1], t_mm)
+        each = normals(f"passes {number}", passes) * drawn_mm[:, None]
+        total_mm += (each @ share.T) * shape
+    source = "allowed for" if declared_mm is None else "declared"
+    return Component("passes or operators", source, total_mm, shared=True, setting="uncertainty.pass_mm")
+
+
+def _steeper_slope(s_mm: Floats, level_mm: Floats) -> Floats:
+    """Return the slope on the steeper side of each station, (n,)."""
+    slope = np.diff(level_mm) / np.diff(s_mm)
+    sides = np.array([np.append(slope[0], slope), np.append(slope, slope[-1])])
+    return sides[np.abs(sides).argmax(axis=0), np.arange(len(s_mm))]
+
+
+def _declared(name: str, size_mm: float, s_mm: Floats, slope: Floats) -> Component:
+    """Draw an error that repeats do not show, of a given size."""
+    stations, ones = len(s_mm), np.ones(len(s_mm))
+    common, own = normals(name, 1), normals(f"{name}, each", stations)
+    if name == "readings.datum_error_mm":
+        told, draws_mm, shared = "height of the datum", size_mm * common * ones, True
+    elif name == "readings.probe_mm":
+        # A probe reads the highest point that it covers: by up to the slope times half its width too high.
+        told, shared = "width of the probe on a slope", True
+        draws_mm = np.abs(slope) * size_mm / 2 * uniforms(name, 1)
+    elif name == "uncertainty.station_mm":
+        told, draws_mm, shared = "common shift of the stations", slope * size_mm * common, True
+    elif name == "uncertainty.station_each_mm":
+        # The slope itself is known from stations that are off.
+        told, shared = "place of each station", False
+        unsure = 1 + np.sqrt(2) * size_mm / np.gradient(s_mm) * normals(f"{name}, slope", stations)
+        draws_mm = slope * unsure * size_mm * own
+    else:
+        told, shared = "error that all repeats of a station share", False
+        alike = np.exp(-(((s_mm[:, None] - s_mm) / ALIKE_MM) ** 2) / 2)
+        draws_mm = size_mm * own @ np.linalg.cholesky(alike + 1e-9 * np.eye(stations)).T
+    return Component(told, "declared", draws_mm, shared=shared, setting=name)
+
+
+def _arches(s_mm: Floats, level_mm: Floats) -> Component:
+    """Draw the bed's height above the straight line in the middle between two stations.
+
+    Each station shows a curvature; how much of it lies in the gaps beside it is drawn for each (``BENT``).
+    """
+    gap_mm = np.diff(s_mm)
+    turn = np.diff(np.diff(level_mm) / gap_mm) / ((gap_mm[:-1] + gap_mm[1:]) / 2)
+    curvature = np.pad(turn, 1, mode="edge") if len(turn) else np.zeros(len(s_mm))
+    drawn = curvature * BENT * uniforms("arch", len(s_mm))
+    draws_mm = (drawn[:, :-1] + drawn[:, 1:]) / 2 * gap_mm**2 / 8
+    return Component("the bed's shape between stations", "assumed", draws_mm, shared=True, between=True)
+
+
+def _outliers(s_mm: Floats, own_mm: Floats, count: Floats) -> Iterator[str]:
+    """Yield a sentence on readings far from the others of their station; none is left out."""
+    again = count > 1
+    scaled_mm = np.abs(own_mm[again]) / np.sqrt(1 - 1 / count[again])[:, None]
+    robust_mm = 1.4826 * float(np.nanmedian(scaled_mm)) if again.any() else 0.0
+    if robust_mm == 0:
+        return
+    far = np.nan_to_num(scaled_mm) > OUTLIER * robust_mm
+    places = s_mm[again][far.any(axis=1)]
+    if len(places):
+        yield (
+            f"At {counted(len(places), 'station')} (s = {_listed(places.tolist())} mm) a reading is more than "
+            f"{OUTLIER:g} robust standard deviations ({robust_mm:.2g} mm) away from the others. It is kept."
+        )
+
+
+def _touching(places: list[float], probe_mm: float) -> Iterator[str]:
+    if places:
+        yield (
+            f"The probe, {probe_mm:g} mm wide, is no narrower than the crack at {counted(len(places), 'station')} "
+            f"(s = {_listed(places)} mm): there it touches the walls, and reads too high by an unknown amount."
+        )
+
+
+def _listed(places: list[float]) -> str:
+    return ", ".join(f"{s:g}" for s in places[:5]) + (" ..." if len(places) > 5 else "")
