@@ -180,11 +180,12 @@ class Budget:
             budget.mean_mm(curve.weights())
             for budget in (self.of("readings"), self.of("readings").only(lambda other: other is not one))
         )
-        narrower = f" {with_it / without:.1f} times" if without else ""
+        times = f"{with_it / without:.1f}" if without else "many"
+        narrower = "hardly narrower" if times == "1.0" else f"{times} times narrower"
         return (
             f"So few repeats cannot tell passes that differ by {PASS_MM:g} mm from passes that agree. The intervals "
-            f"allow for it; that of the mean level would be{narrower} narrower with repeats that are declared to be no "
-            f"passes ({one.setting} = 0)."
+            f"allow for it; that of the mean level would be {narrower} with repeats that are declared to be no passes "
+            f"({one.setting} = 0)."
         )
 
     def _part(self, one: Component, curve: Curve, middle: Floats) -> BudgetPart:

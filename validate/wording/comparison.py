@@ -218,18 +218,9 @@ def _result(found: ErrorUncertainty) -> Rows:
 
 
 def _budget(found: ErrorUncertainty) -> Rows:
-    rows = [(_part_name(one), _part_size(one)) for one in found.budget.parts]
-    return [
-        *rows,
-        *(
-            (f"NOT included: {one.name}", f"{UNDECLARED_MM:g} mm of it: {_part_size(one)}")
-            for one in found.budget.missing
-        ),
-    ]
-
-
-def _part_name(one: BudgetPart) -> str:
-    return f"{one.name} ({one.source})"
+    parts = [(f"{one.name} ({one.source})", _part_size(one)) for one in found.budget.parts]
+    size = f"{UNDECLARED_MM:g} mm of it"
+    return [*parts, *((f"NOT included: {one.name}", f"{size}: {_part_size(one)}") for one in found.budget.missing)]
 
 
 def _part_size(one: BudgetPart) -> str:
