@@ -9,7 +9,7 @@ prototype (issue 14). An error that nobody declared and that all repeats share h
 """
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -160,10 +160,7 @@ def _held(case: Case, s_mm: Floats, random: np.random.Generator) -> tuple[float,
     simulated_mm = true_mm + case.error_mm * _wave(WANDERING_MM, random)
     repeats_mm = _read(case, s_mm, lambda at_mm: np.interp(at_mm, bed_s_mm, bed_mm), random)
     measured = Profile(s_mm, np.nanmean(repeats_mm, axis=1), repeats_mm)
-    settings = Readings.model_construct(
-        **Readings(file=Path("sheet.csv"), data="synthetic", role="held-out", limit_mm=LIMIT_MM).model_dump()
-        | dict(case.readings)
-    )
+    settings = Readings(file=Path("sheet.csv"), data="synthetic", role="held-out", limit_mm=LIMIT_MM, **case.readings)
     budget = budget_of(measured, settings, Uncertainty(**case.uncertainty), np.full(len(s_mm), WIDTH_MM))
     found = Difference(FINE_MM, simulated_mm, s_mm, measured.level_mm)
     truth = Difference(FINE_MM, simulated_mm, bed_s_mm, bed_mm)
@@ -193,7 +190,7 @@ def _bed(case: Case, random: np.random.Generator) -> tuple[Floats, Floats]:
     return s_mm, level_mm
 
 
-def _read(case: Case, s_mm: Floats, level_at, random: np.random.Generator) -> Floats:
+def _read(case: Case, s_mm: Floats, level_at: Callable[[Floats], Floats], random: np.random.Generator) -> Floats:
     """Draw the readings, (n, repeats), to the last digit."""
     size = (len(s_mm), case.repeats)
     at_mm = s_mm + case.shift_mm * random.standard_normal() + case.each_mm * random.standard_normal(len(s_mm))

@@ -198,7 +198,7 @@ def error_uncertainty(
         inputs_mm=standard_mm("inputs") if inputs else None,
         inputs_waiting=bool(declared.moved.keys() - {one.name for one in inputs}),
     )
-    stations = _station_errors(simulated, measured, budget, error.x)
+    stations, summary = _station_errors(simulated, measured, budget, error.x), budget.summary(curve)
     undeclared = (name for name, value in declared if value is None and name not in OF_THE_READINGS)
     return ErrorUncertainty(
         mean_error_interval_mm=readings.mean_error_interval(curve),
@@ -207,12 +207,13 @@ def error_uncertainty(
         levels=StationBands(
             s_mm=measured.s_mm, band_95_mm=readings.band_mm, profile_band_95_mm=readings.profile_band_mm
         ),
-        budget=budget.summary(curve),
+        budget=summary,
         mean_level=overall,
         stations=stations,
         sentences=(
             validation.mean_level_sentence(overall),
             validation.station_sentence(stations, validation.left_out(overall)),
+            *((validation.missing_sentence(summary.missing),) if summary.missing else ()),
         ),
         alignment=alignment(simulated, measured),
         numerics=numerics,

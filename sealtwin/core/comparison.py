@@ -180,7 +180,7 @@ class BudgetPart(JsonRecord):
     setting: str
     """Key of the trial file that declares it; empty for an error that none declares."""
     source: str
-    """Origin of its size: repeats, detected, declared, default, allowed for, assumed or computed."""
+    """Origin of its size: repeats, detected, declared, allowed for, assumed or computed."""
     kind: str
     """readings, numerics or inputs."""
     mean_level_mm: float
@@ -319,7 +319,7 @@ class ErrorUncertainty(JsonRecord):
     mean_level: MeanLevelBudget
     stations: StationErrors
     sentences: tuple[str, ...]
-    """Conclusions that ASME V&V 20 allows."""
+    """Conclusions that ASME V&V 20 allows, and the names of the errors that are in none of them."""
     alignment: Alignment
     numerics: SizeStudy | None
     """None where no other particle sizes were run."""

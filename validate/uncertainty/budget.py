@@ -24,9 +24,9 @@ SHARE = 0.95
 UNDECLARED_MM = 0.2  # Size of an error that nobody declared, for the sentence on what it would do
 
 Kind = Literal["readings", "numerics", "inputs"]
-Source = Literal["repeats", "detected", "declared", "default", "allowed for", "assumed", "computed"]
-"""Origin of an error's size: seen in the repeats or in the readings' last digits; declared in the trial; a default of
-the trial file; allowed for, since the data cannot exclude it; assumed; or computed by extra runs."""
+Source = Literal["repeats", "detected", "declared", "allowed for", "assumed", "computed"]
+"""Origin of an error's size: seen in the repeats or in the readings' last digits; declared in the trial file, or its
+default; allowed for, since the data cannot exclude it; assumed; or computed by extra runs."""
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ class Budget:
 
     def mean_mm(self, weights: tuple[Floats, Floats]) -> float:
         """Return half the 95 % interval of a weighted sum of the levels at and between stations."""
-        return half_width(self.at_stations_mm @ weights[0] + self.between_mm @ weights[1])
+        return float(half_width(self.at_stations_mm @ weights[0] + self.between_mm @ weights[1]))
 
     @cached_property
     def band_mm(self) -> Floats:

@@ -6,7 +6,7 @@ import numpy as np
 
 from sealtwin.core.records import Floats, Profile
 from validate.settings import PASS_MM, Readings, Uncertainty
-from validate.uncertainty.budget import DRAWS, UNDECLARED_MM, Budget, Component, normals, uniforms
+from validate.uncertainty.budget import DRAWS, UNDECLARED_MM, Budget, Component, Source, normals, uniforms
 from validate.uncertainty.scatter import possible_scatter_mm, rounded_errors_mm
 from validate.units import counted
 
@@ -19,7 +19,7 @@ STEPS_MM = (10.0, 5.0, 2.0, 1.0, 0.5, 0.25, 0.2, 0.1, 0.05, 0.02)
 INCHES = (1 / 4, 1 / 8, 1 / 16, 1 / 32, 1 / 64, 0.01, 0.005)
 FEWEST_LEVELS = 5
 """Different levels that show a step: by chance as many end in a multiple of 0.05 mm once in 600 sheets."""
-BENT = 2.5
+BENT = 2.4
 """Largest arch between two stations, over that of the parabola whose curvature they show; the least is 0. A corner has
 none at a station, twice that in a gap's middle, and on average once."""
 ALIKE_MM = 15.0
@@ -33,7 +33,7 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
     count = (~np.isnan(repeats_mm)).sum(axis=1).astype(np.float64)
     residual_mm = repeats_mm - np.nanmean(repeats_mm, axis=1, keepdims=True)
     resolution_mm = max(settings.resolution_mm, resolution_of(repeats_mm))
-    detected = resolution_mm > settings.resolution_mm
+    seen: Source = "detected" if resolution_mm > settings.resolution_mm else "declared"
     shapes = np.zeros((stations, 0)) if declared.pass_mm == 0 else _shapes_of_passes(s_mm)
     per_pass = _pass_coefficients(residual_mm, shapes)
     own_mm = residual_mm - shapes @ per_pass
@@ -41,15 +41,15 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
     freedom = (count - 1) * (1 - shapes.shape[1] / stations)
     squares_mm2 = np.nansum(own_mm**2, axis=1)
     notes = list(_outliers(s_mm, own_mm, count))
-    components = []
+    components: list[Component] = []
     known = bool(freedom.sum()) or declared.repeatability_mm is not None
     pooled_mm = declared.repeatability_mm or 0.0
     if freedom.sum():
         pooled_mm = float(np.sqrt(squares_mm2.sum() / freedom.sum()))
-    last_digit = f"last digit, {resolution_mm:g} mm", "detected" if detected else "declared"
+    last_digit = f"last digit, {resolution_mm:g} mm"
     if known and resolution_mm > COARSE * pooled_mm and count.max() > 1:
         draws_mm = rounded_errors_mm(repeats_mm, resolution_mm)
-        components.append(Component(f"scatter and {last_digit[0]}", last_digit[1], draws_mm))
+        components.append(Component(f"scatter and {last_digit}", seen, draws_mm))
     else:
         if freedom.sum():
             sets_mm = possible_scatter_mm(squares_mm2 + freedom * resolution_mm**2 / 12, freedom) / np.sqrt(count)
@@ -58,7 +58,7 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
             draws_mm = pooled_mm * normals("scatter", stations)
             components.append(Component("scatter of the readings", "declared", draws_mm, setting="repeatability_mm"))
         rounding_mm = resolution_mm * (uniforms("digit", stations) - 0.5) / np.sqrt(count)
-        components.append(Component(*last_digit, rounding_mm, setting="readings.resolution_mm"))
+        components.append(Component(last_digit, seen, rounding_mm, setting="readings.resolution_mm"))
     if shapes.shape[1]:
         noise_mm2 = (pooled_mm**2 + resolution_mm**2 / 12) / (shapes**2).sum(axis=0)
         components.append(_passes(declared.pass_mm, per_pass, noise_mm2, shapes, ~np.isnan(repeats_mm)))
@@ -113,7 +113,7 @@ def _shapes_of_passes(s_mm: Floats) -> Floats:
 
 def _pass_coefficients(residual_mm: Floats, shapes: Floats) -> Floats:
     """Return what each repeat has of each shape, (k, repeats), about the mean of all repeats."""
-    columns = []
+    columns: list[Floats] = []
     for one in residual_mm.T:
         read = ~np.isnan(one)
         columns.append(np.linalg.lstsq(shapes[read], one[read])[0] if shapes.shape[1] else np.zeros(0))
@@ -143,7 +143,7 @@ def _passes(declared_mm: float | None, found: Floats, noise_mm2: Floats, shapes:
         drawn_mm = np.interp(uniforms(f"pass {number}", 1)[:, 0], below / below[-1], t_mm)
         each = normals(f"passes {number}", passes) * drawn_mm[:, None]
         total_mm += (each @ share.T) * shape
-    source = "allowed for" if declared_mm is None else "declared"
+    source: Source = "allowed for" if declared_mm is None else "declared"
     return Component("passes or operators", source, total_mm, shared=True, setting="uncertainty.pass_mm")
 
 

@@ -7,7 +7,7 @@ from typing import Any, Self
 import numpy as np
 from pydantic import TypeAdapter
 
-from sealtwin.core.comparison import MeanLevelBudget, SizeSeries, StationErrors
+from sealtwin.core.comparison import BudgetPart, MeanLevelBudget, SizeSeries, StationErrors
 from sealtwin.core.records import Floats, Integers, Numbers
 from validate.units import counted, signed
 
@@ -119,6 +119,12 @@ def station_sentence(stations: StationErrors, without: str = "") -> str:
         else f"there the model is off, {where}."
     )
     return f"At {int(off.sum())} of {counted(count, 'station')} E leaves {band}: {told} {alone}"
+
+
+def missing_sentence(missing: Sequence[BudgetPart]) -> str:
+    """Return the sentence on errors of the readings that are in no interval."""
+    names = ", ".join(one.name for one in missing)
+    return f"In no interval, since nobody declared it and no repeat can show it: {names}."
 
 
 def two_level_design(inputs: int) -> Integers:

@@ -125,9 +125,7 @@ def uncertainty_sentences(found: ErrorUncertainty) -> list[str]:
             f"{2 * one.station_mm:.2f} mm at a station"
             for one in found.budget.missing
         )
-        sentences.append(
-            f"Not declared, not shown by repeats and not included, with what {UNDECLARED_MM:g} mm would do: {would}."
-        )
+        sentences.append(f"What {UNDECLARED_MM:g} mm of the errors that nobody declared would do, at 95 %: {would}.")
     if found.inputs_left_out:
         names = ", ".join(INPUTS[name][0] for name in found.inputs_left_out)
         sentences.append(f"Not declared in [uncertainty], and not included: {names}.")

@@ -7,7 +7,7 @@ import pytest
 
 from sealtwin.core.records import Profile
 from validate.settings import Readings, Uncertainty
-from validate.uncertainty.budget import Budget, Curve, half_width
+from validate.uncertainty.budget import Budget, Component, Curve, half_width
 from validate.uncertainty.reading_errors import budget_of, resolution_of
 
 S_MM = np.linspace(0, 80, 17)
@@ -33,7 +33,7 @@ def budget(profile: Profile, declared: Uncertainty | None = None, **settings) ->
     return budget_of(profile, readings(**settings), declared or Uncertainty(), MOUTH_MM)
 
 
-def part(found: Budget, begins: str):
+def part(found: Budget, begins: str) -> Component:
     (one,) = [component for component in found.components if component.name.startswith(begins)]
     return one
 
@@ -66,8 +66,9 @@ def test_passes_that_agree_are_allowed_to_differ_and_a_declaration_excludes_it()
 
 def test_passes_that_differ_show_in_the_repeats():
     """Offsets of -0.4, 0 and 0.4 mm: their mean is known to no better than t2 times 0.4 / sqrt(3), and no worse."""
-    apart = measured(scattered(0.02).repeats_mm + np.array([-0.4, 0.0, 0.4]))
     alike = scattered(0.02)
+    assert alike.repeats_mm is not None
+    apart = measured(alike.repeats_mm + np.array([-0.4, 0.0, 0.4]))
     assert bias_mm(budget(apart)) > 4 * bias_mm(budget(alike))
     assert 0.3 < bias_mm(budget(apart)) < 4.3 * 0.4 / np.sqrt(3)
     # What the passes differ by is none of the stations' scatter.
