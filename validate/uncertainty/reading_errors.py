@@ -56,7 +56,9 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
             components.append(Component("scatter of the repeats", "repeats", sets_mm * normals("scatter", stations)))
         elif known:
             draws_mm = pooled_mm * normals("scatter", stations)
-            components.append(Component("scatter of the readings", "declared", draws_mm, setting="repeatability_mm"))
+            components.append(
+                Component("scatter of the readings", "declared", draws_mm, setting="uncertainty.repeatability_mm")
+            )
         rounding_mm = resolution_mm * (uniforms("digit", stations) - 0.5) / np.sqrt(count)
         components.append(Component(last_digit, seen, rounding_mm, setting="readings.resolution_mm"))
     if shapes.shape[1]:
@@ -68,7 +70,9 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
         "readings.probe_mm": settings.probe_mm,
         **{f"uncertainty.{name}": getattr(declared, name) for name in ("station_mm", "station_each_mm", "common_mm")},
     }
-    errors = {name: _declared(name, value or UNDECLARED_MM, s_mm, slope) for name, value in told.items()}
+    errors = {
+        name: _declared(name, UNDECLARED_MM if value is None else value, s_mm, slope) for name, value in told.items()
+    }
     limit_mm = settings.limit_mm * np.ones(stations) * (2 * uniforms("limit", 1) - 1)
     components += [
         Component("limit of error of the caliper", "declared", limit_mm, shared=True, setting="readings.limit_mm"),

@@ -143,6 +143,15 @@ def test_what_is_not_declared_is_named_with_what_it_would_do():
     assert datum.mean_level_mm == pytest.approx(0.98 * 0.2, rel=1e-3)
 
 
+def test_a_declared_nothing_is_nothing():
+    assert half_width(part(budget(scattered(0.1), datum_error_mm=0.0), "height of the datum").draws_mm).max() == 0.0
+
+
+def test_a_pass_without_a_reading_counts_for_nothing():
+    repeats_mm = np.column_stack([scattered(0.1).repeats_mm, np.full(17, np.nan)])
+    assert np.isfinite(budget(measured(repeats_mm)).band_mm).all()
+
+
 def test_a_probe_wider_than_the_mouth_is_said_and_not_guessed():
     mouth_mm = np.where(S_MM < 10, 1.9, 3.1)
     found = budget_of(scattered(0.1), readings(probe_mm=2.0), Uncertainty(), mouth_mm)
