@@ -20,6 +20,7 @@ DRAWS = 4_000
 """Number of draws of each error. They are stratified, so that one error alone is as exact as its quantiles; the sum of
 several gives a half-width to 1 %."""
 CURVES = 1_000  # Number of them for the mean error, whose interval needs a search
+FEW_STATIONS = 200
 SHARE = 0.95
 UNDECLARED_MM = 0.2  # Size of an error that nobody declared, for the sentence on what it would do
 
@@ -53,8 +54,12 @@ class Curve:
 
     @classmethod
     def of(cls, x: Floats, error_mm: Floats, s_mm: Floats) -> "Curve":
-        """Take an error that is straight between the x; the arch between two stations gets its quarters besides."""
-        quarters = (s_mm[:-1, None] + np.diff(s_mm)[:, None] * [0.0, 0.25, 0.5, 0.75]).ravel()
+        """Take an error that is straight between the x; the arch between two stations gets its quarters besides.
+
+        Stations of a scan are so close that there is no arch to be seen.
+        """
+        parts = [0.0, 0.25, 0.5, 0.75] if len(s_mm) <= FEW_STATIONS else [0.0]
+        quarters = (s_mm[:-1, None] + np.diff(s_mm)[:, None] * parts).ravel()
         fine = np.union1d(x, quarters[(quarters > x[0]) & (quarters < x[-1])])
         return cls(fine, np.interp(fine, x, error_mm), hats(fine, s_mm), arches(fine, s_mm))
 
