@@ -228,6 +228,7 @@ class Tank:
             if self.engine.rows == 0:
                 return
             self.engine.step()
+            self.engine.rest()
             self.frames += 1
             if self.volume_control:
                 self.volume_control.after_frame(self.frames)

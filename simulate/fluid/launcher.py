@@ -39,6 +39,17 @@ class Launcher:
 
         return launch
 
+    def bind_first(self, kernel: Any, *inputs: object) -> Callable[[int], None]:
+        """A launch over the first so many points in one piece, for kernels that take points in their order."""
+        command = self._record(kernel, 1, inputs)
+
+        def launch(count: int, _inputs: object = inputs) -> None:
+            self.kernels += 1
+            command.set_dim(count)
+            command.launch()
+
+        return launch
+
     def launch(self, rows: int, *launches: "RowLaunch", each: float = 1.0) -> None:
         """Launches over the same rows, which follow each other in each slice without waiting for the other slices.
 

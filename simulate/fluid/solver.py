@@ -9,6 +9,7 @@ import warp as wp
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Integers
+from simulate.fluid.cell_grid import CellGrid, neighbour_lists
 from simulate.fluid.coarse_pressure import CoarsePressure
 from simulate.fluid.fault_checks import FaultChecks
 from simulate.fluid.launcher import Launcher
@@ -18,12 +19,10 @@ from simulate.fluid.viscosity import Viscosity
 from simulate.kernels import pressure, status
 from simulate.kernels.pair_kernels import pair_kernels
 from simulate.settings import LEVEL, Solver, particle_volume
-from simulate.setup.cell_grid import CellGrid, neighbour_lists
 from simulate.setup.rheology import FALL, Rheology, paste_on_device
 from simulate.setup.signed_distance import Barrier
 from simulate.setup.wall_particles import WallParticles, calibrated_wall_mass, source_wall_mass
 
-LIST_REACH = 1.04  # Reach of a list over h, for particles that come within h while the pressure iterations move them
 GRAVITY_CM_S2 = 981.0
 SLOWEST_SHEAR = 0.002
 """Shear in 1/s below which paste with a yield stress creeps at constant viscosity: the least that float32 allows."""
@@ -90,6 +89,7 @@ class FluidSolver:
         self.state, self.walls, self.barrier, self.settings = state, walls, barrier, settings
         self.gravity = wp.vec3(*(GRAVITY_CM_S2 * part for part in down))
         self.scheme, self.substeps, self.step_s = settings.scheme, substeps, frame_s / substeps
+        self._frame_s = frame_s
         self._support = support = 4 * radius
         self.mass = self.scheme.volume_factor * particle_volume(radius)
         wall_mass = {"calibrated": calibrated_wall_mass, "source": source_wall_mass}[self.scheme.wall]
@@ -138,11 +138,13 @@ class FluidSolver:
         self.rows = 0  # Rows of a launch: the present number of movers or, where frames are replayed, the largest ever
 
     def _bind_lists(self, kernel: Any, domain: Domain) -> None:
-        state, lists, reach = self.state, self.lists, LIST_REACH * self._support
-        walls, wall_count = lists.wall_particle, len(lists.wall_particle)
-        self.fluid_cells = CellGrid(domain.low, domain.high, reach, state.particles_per_run, state.device, state.runs)
-        wall_cells = CellGrid(domain.low, domain.high, reach, wall_count, state.device)
-        wall_cells.fill(walls, wp.zeros(wall_count, dtype=int, device=state.device), wall_count)
+        state, lists, walls = self.state, self.lists, self.lists.wall_particle
+        # What comes within h while the pressure iterations move it is listed in the next substep: kernels vanish at h.
+        box = (domain.low, domain.high, self._support)
+        self.fluid_cells = CellGrid(*box, state.position, state.status, self._launcher, state.runs)
+        here = wp.zeros(len(walls), dtype=int, device=state.device)
+        wall_cells = CellGrid(*box, walls, here, self._launcher)
+        wall_cells.fill(len(walls))
 
         full = (pressure.NEIGHBOURS_FULL, pressure.WALLS_FULL)
         self._list = self._launcher.bind(
@@ -169,7 +171,7 @@ class FluidSolver:
         self._predict = launcher.bind(pressure.predict, *moving, *falling, *solid)
         self._update_velocity = launcher.bind(pressure.update_velocity, *moving, self.step_s)
         self._move_as_solved = launcher.bind(pressure.move_as_solved, *yielding, self.step_s, *solid)
-        limits = (self.step_s, PATIENCE_S, QUIET_SHEAR, QUIET_SHEAR * self._support)
+        limits = (self._frame_s, PATIENCE_S, QUIET_SHEAR, QUIET_SHEAR * self._support)
         waking = (WAKING_CM_S, RESTLESS_S)
         near = (lists.fluid, lists.fluid_count, self.viscosity.walls_drag, self.viscosity.held)
         self._wake = launcher.bind(status.wake, *yielding, *waking, *near, self._quiet_s)
@@ -198,9 +200,11 @@ class FluidSolver:
     def _run_frame(self, frame: int) -> list[Integers]:
         before = self._launcher.kernels
         self.begin_frame(frame)
-        solves = [self.step() for _ in range(self.substeps)] if self.rows else []
+        solves: list[Integers] = []
         if self.rows:
+            solves = [self.step() for _ in range(self.substeps)]
             self.faults.look(self.rows)
+            self.rest()
         self.kernels_a_frame = self._launcher.kernels - before
         return [] if self.replays else solves
 
@@ -216,6 +220,13 @@ class FluidSolver:
         self._release()
         self._freeze()
         self.find_movers()
+
+    def rest(self) -> None:
+        """Once in a frame: wake what lies beside a flow, and let fall asleep what has been quiet."""
+        if self._sleeps:
+            self._wake(self.rows)
+            self._fall_asleep(self.rows)
+            self.find_movers()
 
     def step(self) -> Integers:
         """Advance the movers by one substep; returns the viscosity's iterations or passes, by run.
@@ -236,10 +247,6 @@ class FluidSolver:
             iterations = np.full(runs, self.viscosity.pass_explicit(self.rows))
         if self._yields:
             self._move_as_solved(self.rows)
-        if self._sleeps:
-            self._wake(self.rows)
-            self._fall_asleep(self.rows)
-            self.find_movers()
         return iterations
 
     def lasting(self) -> dict[str, Any]:
@@ -267,7 +274,7 @@ class FluidSolver:
 
     def find_neighbours(self) -> None:
         """List the neighbours among all particles that are out, resting ones included, and among the walls."""
-        self.fluid_cells.fill(self.state.position, self.state.status, self._out)
+        self.fluid_cells.fill(self._out)
         self.movers.sort(self.fluid_cells.cells.number, self._out)
         self._list(self.rows)
 

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from simulate.fluid.cell_grid import NEIGHBOURS, pairs_of
 from simulate.fluid.launcher import Launcher, RowLaunch
 from simulate.fluid.state import SPARE, MoversList, State
 from simulate.kernels import conjugate_gradients as device_code
 from simulate.kernels.viscosity import ViscosityKernels
-from simulate.setup.cell_grid import NEIGHBOURS, pairs_of
 
 OF_THE_RIGHT = 1e-2  # Largest residual over the right side: a tenth of what a coarser step in time changes
 OF_THE_CHANGE = 1e-2

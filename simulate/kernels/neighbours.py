@@ -9,6 +9,7 @@ from simulate.kernels.status import FROZEN, Movers
 
 wp.set_module_options({"enable_backward": False})
 
+NOWHERE_CM = 1e6  # x, y and z of the dummy point that pads lists: no particle comes near it
 NEARLY_ONE = wp.constant(1.0001)  # Reach squared over a cell's size: rounding may put a point into the next cell
 
 

@@ -144,7 +144,7 @@ def fall_asleep(
     movers: Movers,
     particles: Particles,
     yields: wp.array[float],
-    step_s: float,
+    frame_s: float,
     patience_s: float,
     slowest_shear: float,
     slowest: float,
@@ -161,9 +161,9 @@ def fall_asleep(
     i = movers.particle[row]
     if particles.status[i] != MOVING or yields[i // particles.per_run] == 0.0:
         return
-    quiet = wp.min(quiet_s[i], 0.0) - step_s
+    quiet = wp.min(quiet_s[i], 0.0) - frame_s
     if shear[i] < slowest_shear and wp.length(particles.velocity[i]) < slowest:
-        quiet = wp.max(quiet_s[i], 0.0) + step_s
+        quiet = wp.max(quiet_s[i], 0.0) + frame_s
     quiet_s[i] = quiet
     if quiet >= patience_s:
         particles.status[i] = ASLEEP
