@@ -18,7 +18,7 @@ from simulate.fluid.viscosity import Viscosity
 from simulate.kernels import pressure, status
 from simulate.kernels.pair_kernels import pair_kernels
 from simulate.settings import LEVEL, Solver, particle_volume
-from simulate.setup.cell_grid import CellGrid, neighbour_lists
+from simulate.setup.cell_grid import CellGrid, make_room, neighbour_lists
 from simulate.setup.rheology import FALL, Rheology, paste_on_device
 from simulate.setup.signed_distance import Barrier
 from simulate.setup.wall_particles import WallParticles, calibrated_wall_mass, source_wall_mass
@@ -83,8 +83,8 @@ class FluidSolver:
     ) -> None:
         """``rows`` is the largest number of particles that move at one time. ``centreline`` is the crack's, (n, 2), cm.
 
-        ``down`` is gravity's direction in the sample's frame. ``native`` chooses the inner loops for CPUs; None asks
-        the device.
+        ``down`` is gravity's direction in the sample's frame. ``native`` chooses the inner loops and packed lists of
+        CPUs; None asks the device.
         """
         radius, device = settings.size_mm / 10, state.device
         self.state, self.walls, self.barrier, self.settings = state, walls, barrier, settings
@@ -95,9 +95,11 @@ class FluidSolver:
         wall_mass = {"calibrated": calibrated_wall_mass, "source": source_wall_mass}[self.scheme.wall]
         self._launcher = launcher = Launcher(device, threads if device == "cpu" else 1)
         wall_particles = walls.position_and_share
-        self.movers, self.lists = MoversList(state, launcher), neighbour_lists(rows, wall_particles, device)
+        native = device == "cpu" if native is None else native
+        self.movers = MoversList(state, launcher)
+        self.lists = neighbour_lists(rows, wall_particles, device, packed=native)
         shared = (state, self.movers, self.lists)
-        kernels = pair_kernels(device == "cpu" if native is None else native)
+        kernels = pair_kernels(native)
         self._yields = any(fluid.yields for fluid in fluids)
         self._sleeps = self._yields and settings.sleep
         self.measures = any(fluid.thickens or fluid.by_age is not None for fluid in fluids)
@@ -171,7 +173,7 @@ class FluidSolver:
         self._move_as_solved = launcher.bind(pressure.move_as_solved, *yielding, self.step_s, *solid)
         limits = (self.step_s, PATIENCE_S, QUIET_SHEAR, QUIET_SHEAR * self._support)
         waking = (WAKING_CM_S, RESTLESS_S)
-        near = (lists.fluid, lists.fluid_count, self.viscosity.walls_drag, self.viscosity.held)
+        near = (lists.fluid, lists.fluid_at, lists.fluid_count, self.viscosity.walls_drag, self.viscosity.held)
         self._wake = launcher.bind(status.wake, *yielding, *waking, *near, self._quiet_s)
         self._fall_asleep = launcher.bind(status.fall_asleep, *yielding, *limits, self.viscosity.shear, self._quiet_s)
 
@@ -270,6 +272,19 @@ class FluidSolver:
         self.fluid_cells.fill(self.state.position, self.state.status, self._out)
         self.movers.sort(self.fluid_cells.cells.number, self._out)
         self._list(self.rows)
+        while self.lists.packed and self.lists.lacking.numpy()[0]:
+            self._make_room()
+            self._list(self.rows)
+
+    def _make_room(self) -> None:
+        """Half as much room again for lists: fluid that is pressed together has longer ones."""
+        lists = self.lists
+        before, lists.room = lists.fluid, lists.room * 3 // 2
+        make_room(lists)
+        lists.lacking.zero_()
+        self._launcher.replace(before, lists.fluid)
+        for struct in (lists, self.viscosity.make_room(lists)):
+            self._launcher.replace(struct, struct)
 
     def update_velocity(self) -> None:
         self._update_velocity(self.rows)

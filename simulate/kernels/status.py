@@ -179,6 +179,7 @@ def wake(
     fast: float,
     restless_s: float,
     listed: wp.array2d[int],
+    at: wp.array[int],
     count: wp.array[int],
     drag: wp.array[float],
     held: wp.array[float],
@@ -199,7 +200,7 @@ def wake(
         return
     if wp.length(particles.velocity[i]) > fast or quiet_s[i] < -restless_s:
         for slot in range(count[row]):
-            j = listed[row, slot]
+            j = listed[at[row], slot]
             if particles.status[j] == ASLEEP:
                 particles.status[j] = MOVING
                 quiet_s[j] = 0.0

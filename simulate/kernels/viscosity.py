@@ -120,12 +120,12 @@ def viscosity_kernels(loops: ModuleType, module: Any) -> ViscosityKernels:
         if age > 0:
             own = particles.velocity[i]
             here = particles.position[i]
-            walls = sum_drag(near.wall_particle, near.wall, row, near.wall_count[row], here, support)
+            walls = sum_drag(near.wall_particle, near.wall, near.wall_at[row], near.wall_count[row], here, support)
             sums = sum_gradient(
                 particles.position,
                 particles.velocity,
                 near.fluid,
-                row,
+                near.fluid_at[row],
                 near.fluid_count[row],
                 here,
                 own,
@@ -163,14 +163,14 @@ def viscosity_kernels(loops: ModuleType, module: Any) -> ViscosityKernels:
             particles.position,
             particles.volume_and_viscosity,
             near.fluid,
-            row,
+            near.fluid_at[row],
             near.fluid_count[row],
             here,
             particles.volume_and_viscosity[i],
             support,
             system.coupling,
         )
-        walls = sum_drag(near.wall_particle, near.wall, row, near.wall_count[row], here, support)
+        walls = sum_drag(near.wall_particle, near.wall, near.wall_at[row], near.wall_count[row], here, support)
         drag = paste.drag[i // particles.per_run] * walls[0] + system.at_walls[i] * walls[1]
         system.drag[row] = drag
         # A pair pulls along one of three directions.
@@ -195,14 +195,14 @@ def viscosity_kernels(loops: ModuleType, module: Any) -> ViscosityKernels:
             return
         i = movers.particle[row]
         near = neighbours
-        count = near.fluid_count[row]
+        at, count = near.fluid_at[row], near.fluid_count[row]
         here = particles.position[i]
         own = particles.velocity[i]
         guess = particles.scaled_residual[i]
-        pulled = sum_pulled(particles.position, particles.velocity, system.coupling, near.fluid, row, count, here, own)
+        pulled = sum_pulled(particles.position, particles.velocity, system.coupling, near.fluid, at, count, here, own)
         search.residual[row] = -(pulled + system.drag[row] * own)
         pulled = sum_pulled(
-            particles.position, particles.scaled_residual, system.coupling, near.fluid, row, count, here, guess
+            particles.position, particles.scaled_residual, system.coupling, near.fluid, at, count, here, guess
         )
         search.product[row] = own - guess - (pulled + system.drag[row] * guess)
 
@@ -227,7 +227,7 @@ def viscosity_kernels(loops: ModuleType, module: Any) -> ViscosityKernels:
             vector,
             system.coupling,
             near.fluid,
-            row,
+            near.fluid_at[row],
             near.fluid_count[row],
             particles.position[i],
             vector[i],
@@ -260,14 +260,14 @@ def viscosity_kernels(loops: ModuleType, module: Any) -> ViscosityKernels:
             before,
             particles.volume_and_viscosity,
             near.fluid,
-            row,
+            near.fluid_at[row],
             near.fluid_count[row],
             here,
             own,
             particles.volume_and_viscosity[i][1],
             support,
         )
-        walls = sum_drag(near.wall_particle, near.wall, row, near.wall_count[row], here, support)
+        walls = sum_drag(near.wall_particle, near.wall, near.wall_at[row], near.wall_count[row], here, support)
         drag = paste.drag[i // particles.per_run] * walls[0] + system.at_walls[i] * walls[1]
         system.drag[row] = drag
         system.held[row] = drag + pulled[3]
