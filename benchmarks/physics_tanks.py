@@ -265,18 +265,6 @@ def _let_slip(engine: FluidSolver, slips: Callable[[Floats], Mask], depth_mm: fl
     spare = np.full((1, 4), 1e3)
     whole = wp.array(np.concatenate([place, spare]), dtype=wp.vec4, device=engine.state.device)
     lists = Neighbours()
-    for name in (
-        "store",
-        "fluid",
-        "fluid_at",
-        "fluid_count",
-        "wall",
-        "wall_at",
-        "wall_count",
-        "packed",
-        "room",
-        "lacking",
-    ):
-        setattr(lists, name, getattr(engine.lists, name))
+    lists.assign(engine.lists)
     lists.wall_particle = whole[: len(place)]
     engine.viscosity.bind_weights(lists)

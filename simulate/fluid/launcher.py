@@ -1,13 +1,10 @@
 """Launches of kernels with fixed arguments, over rows that several threads share."""
 
-import weakref
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import warp as wp
-
-from simulate.kernels.neighbours import BLOCK
 
 LEAST_SLICE = 3000  # Rows of a slice, at least: handing a smaller one to a thread takes longer than the slice
 
@@ -22,22 +19,15 @@ class Launcher:
     def __init__(self, device: str, threads: int = 1) -> None:
         self._device, self._threads = device, threads
         self._pool = ThreadPoolExecutor(threads - 1) if threads > 1 else None
-        self._bound: weakref.WeakSet[RowLaunch] = weakref.WeakSet()
         self.kernels = 0  # Number of launches so far; scans and sorts of Warp's own library are not counted
 
     def bind(self, kernel: Any, *inputs: object) -> "RowLaunch":
         """A launch over rows; the kernel's first argument is a slice's first row, the rest are ``inputs``.
 
-        The arrays among ``inputs`` may be written to later, but replaced by ``replace`` alone.
+        The arrays among ``inputs`` may be written to later, but not replaced. A struct's may be, until a frame is
+        recorded: a launch reads the struct anew.
         """
-        launch = RowLaunch(self, [self._record(kernel, 1, [0, *inputs]) for _ in range(self._threads)], inputs)
-        self._bound.add(launch)
-        return launch
-
-    def replace(self, old: object, new: object) -> None:
-        """Bind launches over rows to another input in place of ``old``, or to the same struct as it is now."""
-        for launch in self._bound:
-            launch.replace(old, new)
+        return RowLaunch(self, [self._record(kernel, 1, [0, *inputs]) for _ in range(self._threads)], inputs)
 
     def bind_whole(self, kernel: Any, dim: int | tuple[int, ...], *inputs: object) -> Callable[[], None]:
         """A launch over all of ``dim`` in one piece, for kernels without rows."""
@@ -50,10 +40,11 @@ class Launcher:
 
         return launch
 
-    def launch(self, rows: int, *launches: "RowLaunch", each: float = 1.0) -> None:
+    def launch(self, rows: int, *launches: "RowLaunch", each: float = 1.0, block: int = 1) -> None:
         """Launches over the same rows, which follow each other in each slice without waiting for the other slices.
 
-        None of them may read what another one writes in other rows. ``each`` is a row's work, in that of a particle.
+        None of them may read what another one writes in other rows. ``each`` is a row's work, in that of a particle;
+        slices are whole blocks of ``block`` rows.
         """
         if not rows:
             return
@@ -61,8 +52,8 @@ class Launcher:
         slices = min(self._threads, max(1, int(rows * each) // LEAST_SLICE))
         pending = []
         for part in reversed(range(slices)):
-            begin, end = (rows * edge // slices // int(BLOCK) * int(BLOCK) for edge in (part, part + 1))
-            end = end if part + 1 < slices else rows
+            begin = rows * part // slices // block * block
+            end = rows * (part + 1) // slices // block * block if part + 1 < slices else rows
             commands = [launch.cut(part, begin, end) for launch in launches]
             if part and self._pool:
                 pending.append(self._pool.submit(_launch_all, commands))
@@ -78,23 +69,15 @@ class Launcher:
 class RowLaunch:
     """A kernel with its arguments, one recorded command for each slice."""
 
-    def __init__(self, launcher: Launcher, commands: list[Any], inputs: Sequence[object]) -> None:
+    def __init__(self, launcher: Launcher, commands: list[Any], inputs: object) -> None:
         self._launcher, self.commands = launcher, commands
         self._slices = [(0, 1)] * len(commands)
         # Warp's commands keep the addresses of arrays, not the arrays.
         self._inputs = inputs
 
-    def __call__(self, rows: int, each: float = 1.0) -> None:
-        """Launch over rows 0 to ``rows``, each of which is as much work as so many particles."""
-        self._launcher.launch(rows, self, each=each)
-
-    def replace(self, old: object, new: object) -> None:
-        for index, value in enumerate(self._inputs):
-            if value is old:
-                for command in self.commands:
-                    # The first argument is the slice's first row.
-                    command.set_param_at_index(index + 1, new)
-        self._inputs = tuple(new if value is old else value for value in self._inputs)
+    def __call__(self, rows: int, each: float = 1.0, block: int = 1) -> None:
+        """Launch over rows 0 to ``rows``; see ``Launcher.launch``."""
+        self._launcher.launch(rows, self, each=each, block=block)
 
     def cut(self, part: int, begin: int, end: int) -> Any:
         """The command of a part, for the rows from ``begin`` to ``end``."""

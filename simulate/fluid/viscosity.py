@@ -85,12 +85,11 @@ class Viscosity:
         """Part of each mover's velocity that walls take away in a substep, to first order; by row."""
         return self._system.drag
 
-    def make_room(self, lists: Any) -> Any:
-        """Give the weights of pairs as much room as the lists have; returns what launches must take anew."""
+    def make_room(self, lists: Any) -> None:
+        """Give the weights of pairs as much room as the lists have."""
         if lists is not self._lists:
             raise RuntimeError("the viscosity has lists of its own, whose stores are not renewed")
-        self._coupling, self._system.coupling = pairs_of(self._lists, NEIGHBOURS, float)
-        return self._system
+        self._coupling, self._system.coupling = pairs_of(lists, NEIGHBOURS, float)
 
     def bind_weights(self, lists: Any) -> None:
         """Take the pairs' weights and the walls' drag from ``lists``."""

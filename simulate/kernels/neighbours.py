@@ -1,11 +1,11 @@
-"""Device code of the neighbour search: points sorted into cells, and a list for each particle that moves."""
+"""Device code of the neighbours: points sorted into cells, a list for each particle that moves, and who wakes whom."""
 
 from types import ModuleType
 from typing import Any
 
 import warp as wp
 
-from simulate.kernels.status import FROZEN, Movers
+from simulate.kernels.status import ASLEEP, FROZEN, MOVING, Movers, Particles
 
 wp.set_module_options({"enable_backward": False})
 
@@ -274,3 +274,37 @@ def neighbour_kernels(loops: ModuleType, module: Any) -> Any:
             fault[i] = fault[i] | walls_full
 
     return list_neighbours
+
+
+@wp.kernel
+def wake(
+    begin: int,
+    movers: Movers,
+    particles: Particles,
+    yields: wp.array[float],
+    fast: float,
+    restless_s: float,
+    near: Neighbours,
+    drag: wp.array[float],
+    held: wp.array[float],
+    quiet_s: wp.array[float],  # in, out
+):
+    """Wake the sleeping neighbours of a particle that is fast, or was above its yield stress for ``restless_s``.
+
+    Several threads may write to one of them; all write the same.
+    """
+    row = begin + wp.tid()
+    if row >= movers.count[0]:
+        return
+    # Most particles have no neighbour at rest: walls alone hold them.
+    if held[row] == drag[row]:
+        return
+    i = movers.particle[row]
+    if yields[i // particles.per_run] == 0.0:
+        return
+    if wp.length(particles.velocity[i]) > fast or quiet_s[i] < -restless_s:
+        for slot in range(near.fluid_count[row]):
+            j = near.fluid[near.fluid_at[row], slot]
+            if particles.status[j] == ASLEEP:
+                particles.status[j] = MOVING
+                quiet_s[j] = 0.0

@@ -384,9 +384,10 @@ for (int k = begin; k < end; k += AT_ONCE) {
 #ifdef PACKED
     // Packed in a register and stored whole: some processors take 20 ns to pack straight into memory.
     const ints packed = PACKED(who, mask);
-    const int more = __builtin_popcount(mask);
-    if (so_far + AT_ONCE <= most) __builtin_memcpy(list + so_far, &packed, sizeof packed);
-    else if (so_far + more <= most) __builtin_memcpy(list + so_far, &packed, 4 * more);
+    const int left = most - so_far, more = __builtin_popcount(mask);
+    if (left >= AT_ONCE) __builtin_memcpy(list + so_far, &packed, sizeof packed);
+    // Without a gap, where the list would keep what was listed at that place before.
+    else if (left > 0) __builtin_memcpy(list + so_far, &packed, 4 * __builtin_elementwise_min(more, left));
     so_far += more;
 #else
     for (; mask; mask &= mask - 1) {

@@ -12,6 +12,8 @@ from simulate.kernels import neighbours as device_code
 NEIGHBOURS = 128  # Slots of a list, a whole number of sixteens. Fluid at rest fills about 50, at twice its density 100.
 WALL_NEIGHBOURS = 96  # Slots of a list. A flat wall fills about 13, a narrow corner three times that.
 ENTRIES = 84  # Entries a row for which packed lists have room at first; fluid at rest, and what pads it, fills 59
+MOST_ROOM = int(device_code.BLOCK) * (NEIGHBOURS + WALL_NEIGHBOURS) // 16 + int(device_code.ASIDE)
+"""Sixteens of entries of a block all of whose lists are full."""
 SPARE = 16  # Entries past the last one that a loop over sixteen points at a time may read
 NOWHERE_CM = 1e6  # x, y and z of the dummy point that pads lists: no particle comes near it
 
@@ -19,18 +21,20 @@ NOWHERE_CM = 1e6  # x, y and z of the dummy point that pads lists: no particle c
 def neighbour_lists(rows: int, wall_particle: wp.array, device: str, *, packed: bool) -> Any:
     """Empty neighbour lists of at most ``rows`` movers, ``packed`` for a CPU's loops."""
     lists = device_code.Neighbours()
-    lists.packed, lists.room = int(packed), ENTRIES * int(device_code.BLOCK) // 16 + int(device_code.ASIDE)
+    lists.packed = int(packed)
     lists.lacking = wp.zeros(1, dtype=int, device=device)
     for name in ("fluid_at", "fluid_count", "wall_at", "wall_count"):
         setattr(lists, name, wp.zeros(rows, dtype=int, device=device))
     lists.wall_particle = wall_particle
-    make_room(lists)
+    make_room(lists, ENTRIES * int(device_code.BLOCK) // 16 + int(device_code.ASIDE))
     return lists
 
 
-def make_room(lists: Any) -> None:
-    """Give the lists stores of their present room."""
+def make_room(lists: Any, sixteens: int) -> None:
+    """Give the lists empty stores; where they are packed, with room for so many sixteens of entries in a block."""
     rows, device = len(lists.fluid_count), lists.fluid_count.device
+    lists.room = sixteens
+    lists.lacking.zero_()
     lists.store, lists.fluid = pairs_of(lists, NEIGHBOURS, int)
     if lists.packed:
         lists.wall = _windows(lists.store, (lists.fluid.shape[0], WALL_NEIGHBOURS), (16, 1))
