@@ -265,8 +265,7 @@ def _let_slip(engine: FluidSolver, slips: Callable[[Floats], Mask], depth_mm: fl
     place[slips(10 * place[:, :3].astype(float) + [0, 0, depth_mm]), 3] = 0.0
     spare = np.full((1, 4), 1e3)
     whole = wp.array(np.concatenate([place, spare]), dtype=wp.vec4, device=engine.state.device)
-    lists = Neighbours()
-    for name in ("fluid", "fluid_count", "wall", "wall_count"):
-        setattr(lists, name, getattr(engine.lists, name))
+    lists: Any = Neighbours()
+    lists.assign(engine.lists)
     lists.wall_particle = whole[: len(place)]
     engine.viscosity.bind_weights(lists)

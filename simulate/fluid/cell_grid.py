@@ -12,23 +12,58 @@ from simulate.kernels import neighbours as device_code
 
 NEIGHBOURS = 128  # Slots of a list, a whole number of sixteens. Fluid at rest fills about 50, at twice its density 100.
 WALL_NEIGHBOURS = 96  # Slots of a list. A flat wall fills about 13, a narrow corner three times that.
+ENTRIES = 76  # Entries a row for which packed lists have room at first; fluid at rest, and what pads it, fills 58 to 65
+MOST_ROOM = int(device_code.BLOCK) * (NEIGHBOURS + WALL_NEIGHBOURS) // 16 + int(device_code.ASIDE)
+"""Sixteens of entries of a block all of whose lists are full."""
 SPARE = 16  # Entries past the last one that a loop over sixteen points at a time may read
 
 
-def neighbour_lists(rows: int, wall_particle: wp.array, device: str) -> Any:
-    """Empty neighbour lists of at most ``rows`` movers."""
+def neighbour_lists(rows: int, wall_particle: wp.array, device: str, *, packed: bool) -> Any:
+    """Empty neighbour lists of at most ``rows`` movers, ``packed`` for a CPU's loops."""
     lists = device_code.Neighbours()
-    lists.fluid, lists.wall = (pairs_of(rows, slots, int, device) for slots in (NEIGHBOURS, WALL_NEIGHBOURS))
-    lists.fluid_count, lists.wall_count = (wp.zeros(rows, dtype=int, device=device) for _ in range(2))
+    lists.packed = int(packed)
+    lists.lacking = wp.zeros(1, dtype=int, device=device)
+    for name in ("fluid_at", "fluid_count", "wall_at", "wall_count"):
+        setattr(lists, name, wp.zeros(rows, dtype=int, device=device))
     lists.wall_particle = wall_particle
+    make_room(lists, ENTRIES * int(device_code.BLOCK) // 16 + int(device_code.ASIDE))
     return lists
 
 
-def pairs_of(rows: int, slots: int, dtype: type, device: str) -> wp.array:
-    """An array of a value for each pair, (rows, slots): a GPU reads one slot of many rows at once, a CPU a row."""
-    if device == "cpu":
-        return wp.zeros((rows, slots), dtype=dtype, device=device)
-    return wp.zeros((slots, rows), dtype=dtype, device=device).transpose()
+def make_room(lists: Any, sixteens: int) -> None:
+    """Give the lists empty stores; where they are packed, with room for so many sixteens of entries in a block."""
+    rows, device = len(lists.fluid_count), lists.fluid_count.device
+    lists.room = sixteens
+    lists.lacking.zero_()
+    lists.store, lists.fluid = pairs_of(lists, NEIGHBOURS, int)
+    if lists.packed:
+        lists.wall = _windows(lists.store, (lists.fluid.shape[0], WALL_NEIGHBOURS), (16, 1))
+    else:
+        lists.wall_store = wp.zeros(WALL_NEIGHBOURS * rows, dtype=int, device=device)
+        lists.wall = _windows(lists.wall_store, (rows, WALL_NEIGHBOURS), (1, rows))
+
+
+def pairs_of(lists: Any, slots: int, dtype: type) -> tuple[wp.array, wp.array]:
+    """A store with a value for each entry of the lists, and its windows of ``slots`` values, in two dimensions.
+
+    Where they are packed a window begins at every sixteenth entry. A GPU reads one slot of many rows at once: there
+    each row has a window, whose slots are far apart.
+    """
+    rows, device = len(lists.fluid_count), lists.fluid_count.device
+    if not lists.packed:
+        store = wp.zeros(slots * rows, dtype=dtype, device=device)
+        return store, _windows(store, (rows, slots), (1, rows))
+    sixteens = -(-rows // int(device_code.BLOCK)) * lists.room
+    # The last windows reach beyond the last block.
+    store = wp.zeros(16 * sixteens + slots, dtype=dtype, device=device)
+    return store, _windows(store, (sixteens, slots), (16, 1))
+
+
+def _windows(store: wp.array, shape: tuple[int, int], steps: tuple[int, int]) -> wp.array:
+    """Windows on a store, which they do not keep alive; ``steps`` are entries from one window and slot to the next."""
+    size = wp.types.type_size_in_bytes(store.dtype)
+    strides = steps[0] * size, steps[1] * size
+    return wp.array(ptr=store.ptr, dtype=store.dtype, shape=shape, strides=strides, device=store.device)
 
 
 class CellGrid:

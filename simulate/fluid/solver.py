@@ -9,20 +9,21 @@ import warp as wp
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Integers
-from simulate.fluid.cell_grid import CellGrid, neighbour_lists
+from simulate.fluid.cell_grid import MOST_ROOM, CellGrid, make_room, neighbour_lists
 from simulate.fluid.coarse_pressure import CoarsePressure
 from simulate.fluid.fault_checks import FaultChecks
 from simulate.fluid.launcher import Launcher
 from simulate.fluid.pressure import Pressure, smoothing_of
 from simulate.fluid.state import MoversList, State
 from simulate.fluid.viscosity import Viscosity
-from simulate.kernels import pressure, status
+from simulate.kernels import neighbours, pressure, status
 from simulate.kernels.pair_kernels import pair_kernels
 from simulate.settings import LEVEL, Solver, particle_volume
 from simulate.setup.rheology import FALL, Rheology, paste_on_device
 from simulate.setup.signed_distance import Barrier
 from simulate.setup.wall_particles import WallParticles, calibrated_wall_mass, source_wall_mass
 
+MORE_ROOM = 9 / 8  # Room of packed lists over that which did not suffice
 GRAVITY_CM_S2 = 981.0
 SLOWEST_SHEAR = 0.002
 """Shear in 1/s below which paste with a yield stress creeps at constant viscosity: the least that float32 allows."""
@@ -82,8 +83,8 @@ class FluidSolver:
     ) -> None:
         """``rows`` is the largest number of particles that move at one time. ``centreline`` is the crack's, (n, 2), cm.
 
-        ``down`` is gravity's direction in the sample's frame. ``native`` chooses the inner loops for CPUs; None asks
-        the device.
+        ``down`` is gravity's direction in the sample's frame. ``native`` chooses the inner loops and packed lists of
+        CPUs; None asks the device.
         """
         radius, device = settings.size_mm / 10, state.device
         self.state, self.walls, self.barrier, self.settings = state, walls, barrier, settings
@@ -95,9 +96,11 @@ class FluidSolver:
         wall_mass = {"calibrated": calibrated_wall_mass, "source": source_wall_mass}[self.scheme.wall]
         self._launcher = launcher = Launcher(device, threads if device == "cpu" else 1)
         wall_particles = walls.position_and_share
-        self.movers, self.lists = MoversList(state, launcher), neighbour_lists(rows, wall_particles, device)
+        native = device == "cpu" if native is None else native
+        self.movers = MoversList(state, launcher)
+        self.lists = neighbour_lists(rows, wall_particles, device, packed=native)
         shared = (state, self.movers, self.lists)
-        kernels = pair_kernels(device == "cpu" if native is None else native)
+        kernels = pair_kernels(native)
         self._yields = any(fluid.yields for fluid in fluids)
         self._sleeps = self._yields and settings.sleep
         self.measures = any(fluid.thickens or fluid.by_age is not None for fluid in fluids)
@@ -173,8 +176,8 @@ class FluidSolver:
         self._move_as_solved = launcher.bind(pressure.move_as_solved, *yielding, self.step_s, *solid)
         limits = (self._frame_s, PATIENCE_S, QUIET_SHEAR, QUIET_SHEAR * self._support)
         waking = (WAKING_CM_S, RESTLESS_S)
-        near = (lists.fluid, lists.fluid_count, self.viscosity.walls_drag, self.viscosity.held)
-        self._wake = launcher.bind(status.wake, *yielding, *waking, *near, self._quiet_s)
+        near = (lists, self.viscosity.walls_drag, self.viscosity.held)
+        self._wake = launcher.bind(neighbours.wake, *yielding, *waking, *near, self._quiet_s)
         self._fall_asleep = launcher.bind(status.fall_asleep, *yielding, *limits, self.viscosity.shear, self._quiet_s)
 
     @property
@@ -188,6 +191,8 @@ class FluidSolver:
         On a GPU a frame is recorded once and replayed, without reports to the host in between; the list is then empty.
         """
         if self.replays and self._recorded is None and self.kernels_a_frame:
+            # It keeps the addresses of the lists, and cannot give them more room on the way.
+            self._make_room(MOST_ROOM)
             # A recording must load no module, least of all those for CPUs: all are loaded by now.
             with wp.ScopedCapture(device=self.state.device, force_module_load=False) as capture:
                 self._run_frame(frame)
@@ -276,7 +281,16 @@ class FluidSolver:
         """List the neighbours among all particles that are out, resting ones included, and among the walls."""
         self.fluid_cells.fill(self._out)
         self.movers.sort(self.fluid_cells.cells.number, self._out)
-        self._list(self.rows)
+        self._list(self.rows, block=int(neighbours.BLOCK))
+        while self.lists.packed and self.lists.lacking.numpy()[0]:
+            self._make_room(self.lists.room * MORE_ROOM)
+            self._list(self.rows, block=int(neighbours.BLOCK))
+
+    def _make_room(self, sixteens: float) -> None:
+        """Give each block of packed lists room for so many sixteens of entries; what was listed is lost."""
+        if self.lists.packed:
+            make_room(self.lists, int(sixteens))
+            self.viscosity.make_room(self.lists)
 
     def update_velocity(self) -> None:
         self._update_velocity(self.rows)

@@ -66,7 +66,7 @@ const floats none = {};
 #define FADE(u) ({ const floats t = (u) * -0.25f; \\
     floats e = 1.0f + t * (1.0f + t * (0.5f + t * (1/6.0f + t * (1/24.0f + t * (1/120.0f + t * (1/720.0f)))))); \\
     e *= e; e * e; })
-const int* list = listed.data + (size_t)row * (size_t)listed.shape[1];
+const int* list = (const int*)((const char*)listed.data + (size_t)row * (size_t)listed.strides[0]);
 const float h2 = support * support;
 """
 OFFSETS = """
@@ -211,7 +211,7 @@ def sum_gradient(
         """
 floats xx = {}, yy = {}, zz = {}, xy = {}, yz = {}, zx = {}, held = {};
 floats vx = {}, vy = {}, vz = {}, gx = {}, gy = {}, gz = {};
-float* out = coupling.data + (size_t)row * (size_t)coupling.shape[1];
+float* out = (float*)((char*)coupling.data + (size_t)row * (size_t)coupling.strides[0]);
 """,
         OFFSETS.replace("POSITIONS", "position"),
         NEAR,
@@ -323,7 +323,7 @@ def sum_drag(
         "const float support = 1.0f;",
         VECTORS,
         """
-const float* weight = coupling.data + (size_t)row * (size_t)coupling.shape[1];
+const float* weight = (const float*)((const char*)coupling.data + (size_t)row * (size_t)coupling.strides[0]);
 floats x = {}, y = {}, z = {};
 """,
         OFFSETS.replace("POSITIONS", "position"),
@@ -379,8 +379,7 @@ typedef float floats __attribute__((vector_size(4 * AT_ONCE)));
 typedef int ints __attribute__((vector_size(4 * AT_ONCE)));
 typedef bool bits __attribute__((ext_vector_type(AT_ONCE)));
 #define MASK(v) __builtin_bit_cast(MASK_TYPE, __builtin_convertvector(v, bits))
-const int slots = listed.shape[1];
-int* list = listed.data + (size_t)row * (size_t)slots;
+int* list = (int*)((char*)listed.data + (size_t)row * (size_t)listed.strides[0]);
 const float reach2 = reach * reach;
 int so_far = found;
 for (int k = begin; k < end; k += AT_ONCE) {
@@ -398,13 +397,14 @@ for (int k = begin; k < end; k += AT_ONCE) {
 #ifdef PACKED
     // Packed in a register and stored whole: some processors take 20 ns to pack straight into memory.
     const ints packed = PACKED(who, mask);
-    const int more = __builtin_popcount(mask);
-    if (so_far + AT_ONCE <= slots) __builtin_memcpy(list + so_far, &packed, sizeof packed);
-    else if (so_far + more <= slots) __builtin_memcpy(list + so_far, &packed, 4 * more);
+    const int left = most - so_far, more = __builtin_popcount(mask);
+    if (left >= AT_ONCE) __builtin_memcpy(list + so_far, &packed, sizeof packed);
+    // Without a gap, where the list would keep what was listed at that place before.
+    else if (left > 0) __builtin_memcpy(list + so_far, &packed, 4 * __builtin_elementwise_min(more, left));
     so_far += more;
 #else
     for (; mask; mask &= mask - 1) {
-        if (so_far < slots) list[so_far] = who[__builtin_ctz(mask)];
+        if (so_far < most) list[so_far] = who[__builtin_ctz(mask)];
         so_far += 1;
     }
 #endif
@@ -425,16 +425,21 @@ def collect(
     self: int,
     listed: wp.array2d[int],
     row: int,
+    most: int,
     found: int,
 ) -> int: ...
 
 
 @wp.func_native("""{
-typedef int ints __attribute__((vector_size(64)));
-int* list = listed.data + (size_t)row * (size_t)listed.shape[1];
-const ints whole = ints{} + dummy;
-// A list is a whole number of sixteens long: only the last of them has less room.
-if (count + 16 <= listed.shape[1]) __builtin_memcpy(list + count, &whole, sizeof whole);
-else for (int slot = count; slot < listed.shape[1]; ++slot) list[slot] = dummy;
+int* list = (int*)((char*)listed.data + (size_t)row * (size_t)listed.strides[0]);
+for (int slot = count; slot % 16; ++slot) list[slot] = dummy;
 }""")
 def pad(listed: wp.array2d[int], row: int, count: int, dummy: int): ...
+
+
+@wp.func_native("""{
+const size_t bytes = (size_t)listed.strides[0];
+char *to = (char*)listed.data + (size_t)row * bytes, *from = (char*)listed.data + (size_t)source * bytes;
+for (int slot = 0; slot < count; slot += 16) __builtin_memcpy(to + 4 * slot, from + 4 * slot, 64);
+}""")
+def move_up(listed: wp.array2d[int], source: int, row: int, count: int): ...

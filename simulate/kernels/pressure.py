@@ -196,8 +196,8 @@ def pressure_kernels(loops: ModuleType, module: Any) -> PressureKernels:
         """rho_i = sum_j m W_poly6 + sum_k psi_k W_poly6, and its gradients by the spiky kernel."""
         h = kernel.support
         near = neighbours
-        sums = sum_density(position, near.fluid, row, near.fluid_count[row], here, h)
-        walls = sum_walls(near.wall_particle, near.wall, row, near.wall_count[row], here, h)
+        sums = sum_density(position, near.fluid, near.fluid_at[row], near.fluid_count[row], here, h)
+        walls = sum_walls(near.wall_particle, near.wall, near.wall_at[row], near.wall_count[row], here, h)
         it = Constraint()
         it.by_walls = kernel.wall_density * walls[0]
         it.density = swelling * kernel.density * (h * h * h * h * h * h + sums[0]) + it.by_walls
@@ -288,7 +288,7 @@ def pressure_kernels(loops: ModuleType, module: Any) -> PressureKernels:
         step += slope * sum_correction(
             particles.position,
             neighbours.fluid,
-            row,
+            neighbours.fluid_at[row],
             neighbours.fluid_count[row],
             here,
             kernel.support,

@@ -1,4 +1,4 @@
-"""Device code of the particles' status: release, freezing by age, sleep below the yield stress, and waking."""
+"""Device code of the particles' status: release, freezing by age, and sleep below the yield stress."""
 
 import warp as wp
 
@@ -168,38 +168,3 @@ def fall_asleep(
     if quiet >= patience_s:
         particles.status[i] = ASLEEP
         bring_to_rest(particles, i)
-
-
-@wp.kernel
-def wake(
-    begin: int,
-    movers: Movers,
-    particles: Particles,
-    yields: wp.array[float],
-    fast: float,
-    restless_s: float,
-    listed: wp.array2d[int],
-    count: wp.array[int],
-    drag: wp.array[float],
-    held: wp.array[float],
-    quiet_s: wp.array[float],  # in, out
-):
-    """Wake the sleeping neighbours of a particle that is fast, or was above its yield stress for ``restless_s``.
-
-    Several threads may write to one of them; all write the same.
-    """
-    row = begin + wp.tid()
-    if row >= movers.count[0]:
-        return
-    # Most particles have no neighbour at rest: walls alone hold them.
-    if held[row] == drag[row]:
-        return
-    i = movers.particle[row]
-    if yields[i // particles.per_run] == 0.0:
-        return
-    if wp.length(particles.velocity[i]) > fast or quiet_s[i] < -restless_s:
-        for slot in range(count[row]):
-            j = listed[row, slot]
-            if particles.status[j] == ASLEEP:
-                particles.status[j] = MOVING
-                quiet_s[j] = 0.0
