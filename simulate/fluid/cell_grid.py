@@ -8,35 +8,37 @@ from warp.utils import array_scan, radix_sort_pairs
 
 from sealtwin.core.records import Floats
 from simulate.fluid.launcher import Launcher
-from simulate.kernels import neighbours as device_code
+from simulate.kernels import cells as device_code
+from simulate.kernels.neighbours import BLOCK, Neighbours
 
 NEIGHBOURS = 128  # Slots of a list, a whole number of sixteens. Fluid at rest fills about 50, at twice its density 100.
 WALL_NEIGHBOURS = 96  # Slots of a list. A flat wall fills about 13, a narrow corner three times that.
 ENTRIES = 76  # Entries a row for which packed lists have room at first; fluid at rest, and what pads it, fills 58 to 65
-MOST_ROOM = int(device_code.BLOCK) * (NEIGHBOURS + WALL_NEIGHBOURS) // 16 + int(device_code.ASIDE)
+MOST_ROOM = int(BLOCK) * (NEIGHBOURS + WALL_NEIGHBOURS) // 16
 """Sixteens of entries of a block all of whose lists are full."""
 SPARE = 16  # Entries past the last one that a loop over sixteen points at a time may read
 
 
 def neighbour_lists(rows: int, wall_particle: wp.array, device: str, *, packed: bool) -> Any:
     """Empty neighbour lists of at most ``rows`` movers, ``packed`` for a CPU's loops."""
-    lists = device_code.Neighbours()
-    lists.packed = int(packed)
+    lists = Neighbours()
+    lists.room = int(packed)
     lists.lacking = wp.zeros(1, dtype=int, device=device)
     for name in ("fluid_at", "fluid_count", "wall_at", "wall_count"):
         setattr(lists, name, wp.zeros(rows, dtype=int, device=device))
     lists.wall_particle = wall_particle
-    make_room(lists, ENTRIES * int(device_code.BLOCK) // 16 + int(device_code.ASIDE))
+    make_room(lists, ENTRIES * int(BLOCK) // 16)
     return lists
 
 
 def make_room(lists: Any, sixteens: int) -> None:
     """Give the lists empty stores; where they are packed, with room for so many sixteens of entries in a block."""
     rows, device = len(lists.fluid_count), lists.fluid_count.device
-    lists.room = sixteens
+    if lists.room:
+        lists.room = sixteens
     lists.lacking.zero_()
     lists.store, lists.fluid = pairs_of(lists, NEIGHBOURS, int)
-    if lists.packed:
+    if lists.room:
         lists.wall = _windows(lists.store, (lists.fluid.shape[0], WALL_NEIGHBOURS), (16, 1))
     else:
         lists.wall_store = wp.zeros(WALL_NEIGHBOURS * rows, dtype=int, device=device)
@@ -50,10 +52,10 @@ def pairs_of(lists: Any, slots: int, dtype: type) -> tuple[wp.array, wp.array]:
     each row has a window, whose slots are far apart.
     """
     rows, device = len(lists.fluid_count), lists.fluid_count.device
-    if not lists.packed:
+    if not lists.room:
         store = wp.zeros(slots * rows, dtype=dtype, device=device)
         return store, _windows(store, (rows, slots), (1, rows))
-    sixteens = -(-rows // int(device_code.BLOCK)) * lists.room
+    sixteens = -(-rows // int(BLOCK)) * lists.room
     # The last windows reach beyond the last block.
     store = wp.zeros(16 * sixteens + slots, dtype=dtype, device=device)
     return store, _windows(store, (sixteens, slots), (16, 1))

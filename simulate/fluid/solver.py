@@ -282,13 +282,13 @@ class FluidSolver:
         self.fluid_cells.fill(self._out)
         self.movers.sort(self.fluid_cells.cells.number, self._out)
         self._list(self.rows, block=int(neighbours.BLOCK))
-        while self.lists.packed and self.lists.lacking.numpy()[0]:
+        while self.lists.lacking.numpy()[0]:
             self._make_room(self.lists.room * MORE_ROOM)
             self._list(self.rows, block=int(neighbours.BLOCK))
 
     def _make_room(self, sixteens: float) -> None:
         """Give each block of packed lists room for so many sixteens of entries; what was listed is lost."""
-        if self.lists.packed:
+        if self.lists.room:
             make_room(self.lists, int(sixteens))
             self.viscosity.make_room(self.lists)
 
