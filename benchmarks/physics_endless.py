@@ -147,8 +147,8 @@ class Endless:
         return predicts
 
     def _then_followed(self, change: Callable[..., None]) -> Callable[..., None]:
-        def changed(*inputs: Any) -> None:
-            change(*inputs)
+        def changed(*inputs: Any, **options: Any) -> None:
+            change(*inputs, **options)
             self._follow()
 
         return changed

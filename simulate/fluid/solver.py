@@ -219,8 +219,9 @@ class FluidSolver:
         # One run's particles are sorted up to the last that is out; those of several runs, or on a GPU, all.
         if state.runs == 1 and not self.replays:
             self._out = state.released(frame)
-        # A run that goes on from a checkpoint, which has no such balls, asks for walls in the same places.
+        # A run that goes on from a checkpoint, which has neither, asks for walls in the same places.
         state.particles.free.zero_()
+        state.particles.wall.zero_()
         self._count_frame()
         self._release()
         self._freeze()

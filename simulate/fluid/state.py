@@ -48,8 +48,10 @@ class State:
         self.particles.per_run = schedule.particles
         for name in (*KEPT_AS.values(), "scaled_residual", "frame", "swelling"):
             setattr(self.particles, name, getattr(self, name))
-        self.particles.previous_position = wp.zeros(count, dtype=wp.vec3, device=device)
-        self.particles.free = wp.zeros(count, dtype=wp.vec4, device=device)
+        everywhere = np.tile(schedule.position_mm * CM, (runs, 1))
+        self.particles.previous_position = wp.array(everywhere, dtype=wp.vec3, device=device)
+        for name in ("free", "wall"):
+            setattr(self.particles, name, wp.zeros(count, dtype=wp.vec4, device=device))
         self.particles.release_frame = wp.array(np.tile(schedule.frame_of, runs), dtype=int, device=device)
 
     @property

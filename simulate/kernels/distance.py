@@ -13,6 +13,7 @@ NODES = wp.constant(125)  # Number of nodes of a block
 FAR = wp.constant(-1)
 FACE = wp.constant(-2)
 BESIDE = wp.constant(1.0e3)  # Distance that stands for a place beside the block, outside the grid
+ROUNDED = wp.constant(2.0)  # Each part of the normal where the nearest surface is no plane
 PIECES = wp.constant(256)
 """Largest number of pieces of a move. A longer one ends early; the run stops for its speed before that."""
 
@@ -28,6 +29,7 @@ class Distance:
     """Row of each block's nodes; FAR for none, FACE for a block in which the face z = 0 is the nearest surface."""
     centre: wp.array[float]
     nodes: wp.array[float]
+    rounded: wp.array[int]  # By row: 1 for a block in which the nearest surface is no plane
     face: wp.vec4
 
 
@@ -90,27 +92,52 @@ def distance_at(solid: Distance, x: wp.vec3, below: float) -> wp.vec4:
 
 
 @wp.func
-def push_out(solid: Distance, x: wp.vec3, clearance: float) -> wp.vec4:
-    """Move away from walls nearer than ``clearance``; returns the position and its distance.
+def rounded_at(solid: Distance, x: wp.vec3) -> bool:
+    """Whether the walls around a position are no plane: in a corner, at an edge."""
+    u = (x - solid.corner) / (solid.spacing * float(BLOCK))
+    a = int(wp.floor(u[0]))
+    b = int(wp.floor(u[1]))
+    c = int(wp.floor(u[2]))
+    if a < 0 or b < 0 or c < 0 or a >= solid.blocks[0] or b >= solid.blocks[1] or c >= solid.blocks[2]:
+        return False
+    row = solid.row[(a * solid.blocks[1] + b) * solid.blocks[2] + c]
+    if row < 0:
+        return False
+    return solid.rounded[row] == 1
+
+
+@wp.struct
+class Place:
+    """A position, and what is known of the walls around it, as ``distance_at`` has it."""
+
+    position: wp.vec3
+    slope: wp.vec3
+    distance: float
+
+
+@wp.func
+def push_out(solid: Distance, x: wp.vec3, clearance: float):
+    """Move away from walls nearer than ``clearance``.
 
     A step is shorter than the present distance, so that it cannot cross a thin wall. In a corner each step leaves the
     wall that is nearest.
     """
     here = x
     enough = 0.999 * clearance
-    there = distance_at(solid, here, enough)
+    there = distance_at(solid, here, 2.0 * clearance)
     for _turn in range(8):
         if there[3] >= enough or there[3] <= 0.0:
             break
         here += wp.min(clearance - there[3], 0.9 * there[3]) * wp.vec3(there[0], there[1], there[2])
-        there = distance_at(solid, here, enough)
-    return wp.vec4(here[0], here[1], here[2], there[3])
+        there = distance_at(solid, here, 2.0 * clearance)
+    return Place(here, wp.vec3(there[0], there[1], there[2]), there[3])
 
 
 @wp.func
 def move(
     solid: Distance,
     free: wp.array[wp.vec4],  # in, out: a ball for each particle, centre and radius, that keeps clear of all walls
+    beside: wp.array[wp.vec4],  # out: plane of the nearest wall, where one was asked for
     i: int,
     start: wp.vec3,
     step: wp.vec3,
@@ -133,18 +160,21 @@ def move(
         return start + step
     pieces = wp.min(int(length / (0.45 * clearance)) + 1, PIECES)
     piece = step / wp.max(float(pieces), length / (0.45 * clearance))
-    here = start
-    distance = float(0.0)
+    here = Place(start, wp.vec3(0.0), 0.0)
     for _piece in range(pieces):
-        there = push_out(solid, here + piece, clearance)
-        if there[3] < 0.5 * clearance:
+        there = push_out(solid, here.position + piece, clearance)
+        if there.distance < 0.5 * clearance:
             break
-        here = wp.vec3(there[0], there[1], there[2])
-        distance = there[3]
+        here = there
+    x = here.position
+    n = here.slope
+    if rounded_at(solid, x):
+        n = wp.vec3(ROUNDED)
     # No farther than the grid reaches around what it encloses; a place beside the block says nothing of its sides.
-    radius = wp.where(distance < BESIDE, wp.min(distance - clearance, clearance), 0.0)
-    free[i] = wp.vec4(here[0], here[1], here[2], radius)
-    return here
+    radius = wp.where(here.distance < BESIDE, wp.min(here.distance - clearance, clearance), 0.0)
+    free[i] = wp.vec4(x[0], x[1], x[2], radius)
+    beside[i] = wp.vec4(n[0], n[1], n[2], wp.dot(n, x) - here.distance)
+    return x
 
 
 @wp.kernel

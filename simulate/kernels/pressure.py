@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import warp as wp
 
 from simulate.kernels.coarse_pressure import CoarseRows
-from simulate.kernels.distance import Distance, distance_at, move
+from simulate.kernels.distance import ROUNDED, Distance, distance_at, move
 from simulate.kernels.neighbours import Neighbours
 from simulate.kernels.status import ESCAPED, MOVING, SPILLED, Movers, Particles, bring_to_rest
 
@@ -65,7 +65,7 @@ def predict(
     x = xyz(particles.position[i])
     particles.previous_position[i] = x
     v = particles.velocity[i] + step_s * (gravity - damping * particles.velocity[i])
-    there = move(solid, particles.free, i, x, step_s * v, clearance)
+    there = move(solid, particles.free, particles.wall, i, x, step_s * v, clearance)
     particles.position[i] = wp.vec4(there[0], there[1], there[2], 0.0)
 
 
@@ -73,13 +73,37 @@ def predict(
 def shift(
     begin: int, movers: Movers, particles: Particles, clearance: float, solid: Distance, correction: wp.array[wp.vec3]
 ):
-    """Move by the pressure's correction, as far as walls allow."""
+    """Move by the pressure's last correction in a substep, as far as walls allow.
+
+    The move begins where the substep did: since then, walls were planes.
+    """
     row = begin + wp.tid()
     if row >= movers.count[0]:
         return
     i = movers.particle[row]
     x = particles.position[i]
-    there = move(solid, particles.free, i, xyz(x), correction[row], clearance)
+    start = particles.previous_position[i]
+    there = move(solid, particles.free, particles.wall, i, start, xyz(x) + correction[row] - start, clearance)
+    particles.position[i] = wp.vec4(there[0], there[1], there[2], x[3])
+
+
+@wp.kernel
+def shift_beside(
+    begin: int, movers: Movers, particles: Particles, clearance: float, solid: Distance, correction: wp.array[wp.vec3]
+):
+    """Move by another of the pressure's corrections, with the nearest wall as a plane where it is one."""
+    row = begin + wp.tid()
+    if row >= movers.count[0]:
+        return
+    i = movers.particle[row]
+    x = particles.position[i]
+    wall = particles.wall[i]
+    there = xyz(x) + correction[row]
+    if wall[0] == ROUNDED:
+        there = move(solid, particles.free, particles.wall, i, xyz(x), correction[row], clearance)
+    else:
+        normal = xyz(wall)
+        there += wp.max(clearance - (wp.dot(normal, there) - wall[3]), 0.0) * normal
     particles.position[i] = wp.vec4(there[0], there[1], there[2], x[3])
 
 
@@ -117,7 +141,7 @@ def move_as_solved(
     if yields[i // particles.per_run] == 0.0:
         return
     step = step_s * particles.velocity[i]
-    there = move(solid, particles.free, i, particles.previous_position[i], step, clearance)
+    there = move(solid, particles.free, particles.wall, i, particles.previous_position[i], step, clearance)
     particles.position[i] = wp.vec4(there[0], there[1], there[2], particles.position[i][3])
 
 

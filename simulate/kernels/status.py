@@ -32,6 +32,10 @@ class Particles:
     """Centre and radius of a ball that keeps clear of all walls, from when they were last asked for; none is older than
     the frame.
     """
+    wall: wp.array[wp.vec4]
+    """Unit normal of the nearest wall's plane and its offset along it, from the same time; zero
+    where walls are far, ROUNDED where they are no plane.
+    """
     density: wp.array[float]  # Density over the rest density
     volume_and_viscosity: wp.array[wp.vec2]
     """Volume m/rho in cm3, and the weight of the particle's pairs in the viscosity."""

@@ -18,6 +18,7 @@ CLEARANCE = 0.86
 MARGIN_MM = 12.0
 """Width of the face around the crack's mouth that the grid covers; beyond it sealant rests on the plane z = 0."""
 RAISED_MM = 1e-3  # Height above which a vertex is not a rounding error of the face
+ROUND = 0.15  # Distance over the radius by which walls may be off a plane that stands for them
 EVERYWHERE_MM = 1e7
 COARSE = 4  # Blocks along the edge of a group of blocks
 BLOCKS_AT_MOST = 4_000_000
@@ -80,6 +81,7 @@ def build_barrier(solid: Solid, outline: Outline, radius_mm: float, device: str)
     grid.row = wp.array(row, dtype=int, device=device)
     grid.centre = wp.array(centre_mm * CM, dtype=float, device=device)
     grid.nodes = wp.array(nodes.ravel() * CM, dtype=float, device=device)
+    grid.rounded = wp.array(_off_plane(nodes) > ROUND * radius_mm, dtype=int, device=device)
     grid.face = wp.vec4(*(np.array(solid.block_mm) * CM))
     return Barrier(grid, mesh, CLEARANCE * radius_mm * CM, device)
 
@@ -124,6 +126,14 @@ def _nodes(mesh: wp.Mesh, low: Floats, first: Integers, spacing_mm: float, withi
     unique, which = np.unique(key, return_inverse=True)
     node = np.stack([unique >> 42, unique >> 21 & 0x1FFFFF, unique & 0x1FFFFF], axis=-1)
     return exact_distance_mm(mesh, low + node * spacing_mm, device, within_mm)[which].reshape(key.shape)
+
+
+def _off_plane(nodes: Floats) -> Floats:
+    """How far the distances of a block's nodes, (b, NODES), are at most from those from a plane, (b,)."""
+    side = np.arange(device_code.BLOCK + 1) - device_code.BLOCK / 2
+    away = np.stack(np.meshgrid(side, side, side, indexing="ij"), axis=-1).reshape(-1, 3)
+    slope = nodes @ away / (away[:, 0] ** 2).sum()
+    return np.abs(nodes - nodes.mean(axis=1, keepdims=True) - slope @ away.T).max(axis=1, initial=0.0)
 
 
 def _mesh(solid: Solid, faces: Integers, device: str) -> wp.Mesh:
