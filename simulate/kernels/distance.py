@@ -93,7 +93,7 @@ def distance_at(solid: Distance, x: wp.vec3, below: float) -> wp.vec4:
 
 @wp.func
 def rounded_at(solid: Distance, x: wp.vec3) -> bool:
-    """Whether the walls around a position are no plane: in a corner, at an edge."""
+    """Returns whether the walls around a position are no plane: in a corner, at an edge."""
     u = (x - solid.corner) / (solid.spacing * float(BLOCK))
     a = int(wp.floor(u[0]))
     b = int(wp.floor(u[1]))
@@ -107,7 +107,7 @@ def rounded_at(solid: Distance, x: wp.vec3) -> bool:
 
 
 @wp.struct
-class Place:
+class Landing:
     """A position, and what is known of the walls around it, as ``distance_at`` has it."""
 
     position: wp.vec3
@@ -130,7 +130,7 @@ def push_out(solid: Distance, x: wp.vec3, clearance: float):
             break
         here += wp.min(clearance - there[3], 0.9 * there[3]) * wp.vec3(there[0], there[1], there[2])
         there = distance_at(solid, here, 2.0 * clearance)
-    return Place(here, wp.vec3(there[0], there[1], there[2]), there[3])
+    return Landing(here, wp.vec3(there[0], there[1], there[2]), there[3])
 
 
 @wp.func
@@ -160,7 +160,7 @@ def move(
         return start + step
     pieces = wp.min(int(length / (0.45 * clearance)) + 1, PIECES)
     piece = step / wp.max(float(pieces), length / (0.45 * clearance))
-    here = Place(start, wp.vec3(0.0), 0.0)
+    here = Landing(start, wp.vec3(0.0), 0.0)
     for _piece in range(pieces):
         there = push_out(solid, here.position + piece, clearance)
         if there.distance < 0.5 * clearance:

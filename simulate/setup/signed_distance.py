@@ -129,7 +129,7 @@ def _nodes(mesh: wp.Mesh, low: Floats, first: Integers, spacing_mm: float, withi
 
 
 def _off_plane(nodes: Floats) -> Floats:
-    """How far the distances of a block's nodes, (b, NODES), are at most from those from a plane, (b,)."""
+    """Largest difference between the distances of a block's nodes, (b, NODES), and those from a plane, (b,)."""
     side = np.arange(device_code.BLOCK + 1) - device_code.BLOCK / 2
     away = np.stack(np.meshgrid(side, side, side, indexing="ij"), axis=-1).reshape(-1, 3)
     slope = nodes @ away / (away[:, 0] ** 2).sum()
