@@ -166,6 +166,60 @@ def measure_distance(
         distance[i] = found.sign * wp.length(point[i] - nearest)
 
 
+@wp.func
+def row_of_owner(solid: Distance, a: int, b: int, c: int, own: int) -> int:
+    """Row of the block that begins with the nodes that the block of row ``own`` ends with; ``own`` if it has none."""
+    if a >= solid.blocks[0] or b >= solid.blocks[1] or c >= solid.blocks[2]:
+        return own
+    row = solid.row[(a * solid.blocks[1] + b) * solid.blocks[2] + c]
+    return wp.where(row >= 0, row, own)
+
+
+@wp.kernel
+def measure_nodes(
+    mesh: wp.uint64,
+    solid: Distance,
+    x: wp.array[float],
+    y: wp.array[float],
+    z: wp.array[float],
+    noded: wp.array[wp.vec3i],
+    within: float,
+    shared: bool,
+    distance: wp.array2d[float],  # out
+):
+    """Exact signed distance at the nodes of the blocks ``noded``, by row and node; NaN as in ``measure_distance``.
+
+    Nodes that several blocks share are measured by one of them; a second launch, ``shared``, copies them to the others.
+    """
+    row, node = wp.tid()
+    block = noded[row]
+    side = BLOCK + 1
+    place = wp.vec3i(node // (side * side), node // side % side, node % side)
+    step = wp.vec3i(place[0] // BLOCK, place[1] // BLOCK, place[2] // BLOCK)
+    owner = row_of_owner(solid, block[0] + step[0], block[1] + step[1], block[2] + step[2], row)
+    if (owner != row) != shared:
+        return
+    if shared:
+        rest = place - BLOCK * step
+        distance[row, node] = distance[owner, (rest[0] * side + rest[1]) * side + rest[2]]
+        return
+    number = BLOCK * block + place
+    point = wp.vec3(x[number[0]], y[number[1]], z[number[2]])
+    found = wp.mesh_query_point_no_sign(mesh, point, within)
+    distance[row, node] = wp.nan
+    if not found.result:
+        return
+    size = wp.length(point - wp.mesh_eval_position(mesh, found.face, found.u, found.v))
+    centre = solid.centre[(block[0] * solid.blocks[1] + block[1]) * solid.blocks[2] + block[2]]
+    from_centre = wp.vec3(float(place[0]), float(place[1]), float(place[2])) - wp.vec3(0.5 * float(BLOCK))
+    # No surface fits between a node and its block's centre where both are far from it; a ray takes as long as the rest.
+    # On the face's own plane a ray may graze an edge of it: runs have always had its answer there.
+    if point[2] != 0.0 and size + wp.abs(centre) > 1.001 * solid.spacing * wp.length(from_centre):
+        distance[row, node] = wp.sign(centre) * size
+    else:
+        distance[row, node] = wp.mesh_query_point_sign_parity(mesh, point, within, 1).sign * size
+
+
 @wp.kernel
 def sample_distance(
     solid: Distance,
