@@ -166,6 +166,37 @@ def measure_distance(
         distance[i] = found.sign * wp.length(point[i] - nearest)
 
 
+@wp.kernel
+def measure_beside(
+    mesh: wp.uint64,
+    point: wp.array[wp.vec3],
+    known: wp.array[float],
+    away: wp.array[float],
+    distance: wp.array[float],  # out
+):
+    """Exact signed distance at places each of which is ``away`` from one whose distance is ``known``."""
+    i = wp.tid()
+    distance[i] = distance_beside(mesh, point[i], known[i], away[i])
+
+
+@wp.func
+def distance_beside(mesh: wp.uint64, x: wp.vec3, known: float, away: float) -> float:
+    """Exact signed distance at ``x``; ``known`` is that of a place no farther than ``away``.
+
+    No surface fits between the two where both are far from it. A ray, which tells on which side ``x`` is, takes as long
+    as to find the nearest triangle.
+    """
+    found = wp.mesh_query_point_no_sign(mesh, x, wp.abs(known) + away)
+    size = wp.length(x - wp.mesh_eval_position(mesh, found.face, found.u, found.v))
+    # On the face's own plane a ray may graze an edge of it: runs have always had its answer there.
+    if x[2] != 0.0 and size + wp.abs(known) > away:
+        return wp.sign(known) * size
+    # The ray of mesh_query_point_sign_parity, which would look for the nearest triangle again.
+    state = wp.rand_init(42)
+    ray = wp.vec3(1.0) + wp.vec3(wp.randf(state, -0.1, 0.1), wp.randf(state, -0.1, 0.1), wp.randf(state, -0.1, 0.1))
+    return wp.where(wp.mesh_query_ray_count_intersections(mesh, x, ray) % 2 == 1, -size, size)
+
+
 @wp.func
 def row_of_owner(solid: Distance, a: int, b: int, c: int, own: int) -> int:
     """Row of the block that begins with the nodes that the block of row ``own`` ends with; ``own`` if it has none."""
@@ -183,11 +214,10 @@ def measure_nodes(
     y: wp.array[float],
     z: wp.array[float],
     noded: wp.array[wp.vec3i],
-    within: float,
     shared: bool,
     distance: wp.array2d[float],  # out
 ):
-    """Exact signed distance at the nodes of the blocks ``noded``, by row and node; NaN as in ``measure_distance``.
+    """Exact signed distance at the nodes of the blocks ``noded``, by row and node.
 
     Nodes that several blocks share are measured by one of them; a second launch, ``shared``, copies them to the others.
     """
@@ -205,19 +235,11 @@ def measure_nodes(
         return
     number = BLOCK * block + place
     point = wp.vec3(x[number[0]], y[number[1]], z[number[2]])
-    found = wp.mesh_query_point_no_sign(mesh, point, within)
-    distance[row, node] = wp.nan
-    if not found.result:
-        return
-    size = wp.length(point - wp.mesh_eval_position(mesh, found.face, found.u, found.v))
     centre = solid.centre[(block[0] * solid.blocks[1] + block[1]) * solid.blocks[2] + block[2]]
-    from_centre = wp.vec3(float(place[0]), float(place[1]), float(place[2])) - wp.vec3(0.5 * float(BLOCK))
-    # No surface fits between a node and its block's centre where both are far from it; a ray takes as long as the rest.
-    # On the face's own plane a ray may graze an edge of it: runs have always had its answer there.
-    if point[2] != 0.0 and size + wp.abs(centre) > 1.001 * solid.spacing * wp.length(from_centre):
-        distance[row, node] = wp.sign(centre) * size
-    else:
-        distance[row, node] = wp.mesh_query_point_sign_parity(mesh, point, within, 1).sign * size
+    beside = wp.vec3(float(place[0]), float(place[1]), float(place[2])) - wp.vec3(0.5 * float(BLOCK))
+    # By a little more, for the middle node of a block is its centre but for rounding.
+    away = solid.spacing * (1.001 * wp.length(beside) + 0.001)
+    distance[row, node] = distance_beside(mesh, point, centre, away)
 
 
 @wp.kernel

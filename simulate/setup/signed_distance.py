@@ -19,6 +19,7 @@ MARGIN_MM = 12.0
 """Width of the face around the crack's mouth that the grid covers; beyond it sealant rests on the plane z = 0."""
 RAISED_MM = 1e-3  # Height above which a vertex is not a rounding error of the face
 EVERYWHERE_MM = 1e7
+ROUNDED = 1.001  # Factor of a length that rounding may have shortened
 COARSE = 4  # Blocks along the edge of a group of blocks
 BLOCKS_AT_MOST = 4_000_000
 """Largest number of blocks of 64 cells: 1.6 m of a paper-sized crack at its radius, and 3 GB at worst."""
@@ -78,8 +79,7 @@ def build_barrier(solid: Solid, outline: Outline, radius_mm: float, device: str)
     grid.row = wp.array(row, dtype=int, device=device)
     grid.centre = wp.array(centre_mm * CM, dtype=float, device=device)
     grid.face = wp.vec4(*(np.array(solid.block_mm) * CM))
-    within_mm = 2 * half_diagonal_mm + radius_mm + spacing_mm
-    nodes_mm = _nodes_mm(mesh, grid, low, number[noded], spacing_mm, within_mm, device)
+    nodes_mm = _nodes_mm(mesh, grid, low, number[noded], spacing_mm, device)
     grid.nodes = wp.array(nodes_mm.ravel() * CM, dtype=float, device=device)
     return Barrier(grid, mesh, CLEARANCE * radius_mm * CM, device)
 
@@ -100,7 +100,7 @@ def _at_centres(
     for_sure_mm = np.abs(around_mm) - away_mm
     centre_mm = np.sign(around_mm) * for_sure_mm
     unsure = for_sure_mm <= near_mm
-    centre_mm[unsure] = exact_distance_mm(mesh, middle_mm[unsure], device)
+    centre_mm[unsure] = _beside_mm(mesh, middle_mm[unsure], around_mm[unsure], away_mm[unsure], device)
     return centre_mm
 
 
@@ -115,9 +115,7 @@ def _at_the_face(solid: Solid, middle_mm: Floats, half_diagonal_mm: float, block
     return away_mm - half_diagonal_mm > np.abs(middle_mm[:, 2]) + block_mm / 2
 
 
-def _nodes_mm(
-    mesh: wp.Mesh, grid: Any, low: Floats, noded: Integers, spacing_mm: float, within_mm: float, device: str
-) -> Floats:
+def _nodes_mm(mesh: wp.Mesh, grid: Any, low: Floats, noded: Integers, spacing_mm: float, device: str) -> Floats:
     """Distances on the nodes of the blocks ``noded``, (b, NODES), in a grid that has no nodes yet."""
     distance = wp.empty((len(noded), int(device_code.NODES)), dtype=float, device=device)
     places = [
@@ -126,11 +124,9 @@ def _nodes_mm(
     ]
     number = wp.array(noded, dtype=wp.vec3i, device=device)
     for shared in (False, True):
-        inputs = [mesh.id, grid, *places, number, within_mm * CM, shared, distance]
+        inputs = [mesh.id, grid, *places, number, shared, distance]
         wp.launch(device_code.measure_nodes, distance.shape, inputs=inputs, device=device)
-    found = distance.numpy() / CM
-    _require_area(found)
-    return found
+    return distance.numpy() / CM
 
 
 def _mesh(solid: Solid, faces: Integers, device: str) -> wp.Mesh:
@@ -161,10 +157,17 @@ def exact_distance_mm(mesh: wp.Mesh, points_mm: Floats, device: str, within_mm: 
     inputs = [mesh.id, points, within_mm * CM, distance]
     wp.launch(device_code.measure_distance, len(points_mm), inputs=inputs, device=device)
     found = distance.numpy() / CM
-    _require_area(found[np.isfinite(points_mm).all(axis=1)])
+    if np.isnan(found[np.isfinite(points_mm).all(axis=1)]).any():
+        raise InputError("the solid has no triangle of any area: check the mesh, or digitise again.")
     return found
 
 
-def _require_area(found: Floats) -> None:
-    if np.isnan(found).any():
-        raise InputError("the solid has no triangle of any area: check the mesh, or digitise again.")
+def _beside_mm(mesh: wp.Mesh, points_mm: Floats, known_mm: Floats, away_mm: Floats, device: str) -> Floats:
+    """Exact signed distance, (n,), of points each of which is ``away_mm`` from one with distance ``known_mm``."""
+    points = wp.array(points_mm * CM, dtype=wp.vec3, device=device)
+    known, away = (wp.array(of * CM, dtype=float, device=device) for of in (known_mm, away_mm * ROUNDED))
+    distance = wp.empty(len(points_mm), dtype=float, device=device)
+    wp.launch(
+        device_code.measure_beside, len(points_mm), inputs=[mesh.id, points, known, away, distance], device=device
+    )
+    return distance.numpy() / CM
