@@ -3,25 +3,27 @@
     git worktree add ../before 7065196
     python -m benchmarks.speed_bars ../before [--turns 3] [--only substep cold trial ...] [--without-avx512]
 
-All is processor time. ``cold`` is a newcomer's first run of the shipped trial: no kernel compiled, no font listed; what
-its frames take is left out. Contestants take turns in one process, work trees in processes of their own, and a figure is a
-ratio within this run. The contestants are ours: ``pbf_numba.py``, and ``pbf_step.cpp`` where there is a g++. The C++
-is judged where the processor has AVX-512 only, which it then uses.
+``cold`` is what ``benchmarks.cold`` finds. All is processor time. Contestants take turns in one process, work trees in
+processes of their own, and a figure is a ratio within this run. The contestants are ours: ``pbf_numba.py``, and
+``pbf_step.cpp`` where there is a g++. The C++ is judged where the processor has AVX-512 only, which it then uses.
 """
 
 import argparse
 import gc
+import json
 import os
 import statistics
+import subprocess
+import sys
 import tempfile
 import time
 from pathlib import Path
-from typing import Any
 
 import numba
 import numpy as np
 import warp as wp
 
+from benchmarks import cold
 from benchmarks.against import HERE, processor, turn
 from benchmarks.pbf_cpp import CppStep, has_compiler
 from benchmarks.pbf_numba import NumbaStep
@@ -58,28 +60,6 @@ began = time.process_time()
 rows = {row.name: row.value for row in paper._narrow(2)}
 took_s, result = time.process_time() - began, rows["volume kept"]
 """
-COLD = """
-import os, resource
-from benchmarks.speed_bars import PARTS, timed
-os.environ |= {"WARP_CACHE_PATH": str(scratch / "kernels"), "MPLCONFIGDIR": str(scratch / "fonts")}
-from sealtwin.cli.app import main
-seconds = timed()
-run = scratch / "run"
-sys.argv = ["sealtwin", "run", "fixtures/paper-trial/trial.toml", "--device", "cpu", "--quiet", "--out", str(run)]
-try:
-    main()
-except SystemExit as end:
-    assert not end.code, end.code
-assert list((scratch / "kernels").rglob("*.o")), "no kernel was compiled"
-used = [resource.getrusage(of) for of in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
-took_s = sum(one.ru_utime + one.ru_stime for one in used) - seconds["frames"]
-shares = {name: seconds[name] for name in PARTS} | {"import and the rest": took_s - sum(map(seconds.get, PARTS))}
-print("  " + ", ".join(f"{name} {share:.1f} s" for name, share in shares.items()), file=sys.stderr)
-result = json.loads((run / "run.json").read_text())["mean_error_mm"]
-"""
-PARTS = ("digitise", "set up", "compile", "draw the run", "validate")
-ERROR_MM, SAME_MM = 0.983, 0.05
-"""Mean error of the shipped trial, and how far rounding, which grows in a flow, may move it on another processor."""
 PLAIN = """
 import warp
 warp.config.cpu_compiler_flags = "-target-cpu haswell"
@@ -111,10 +91,7 @@ def main() -> None:
     if "memory" in chosen:
         rows.append(Row("memory a particle", _bytes_a_particle() / 1e3, "kB", 0, 1.0, "<= 0.7"))
     if "cold" in chosen:
-        with tempfile.TemporaryDirectory() as scratch:
-            took_s, error_mm = turn(COLD if wide else PLAIN + COLD, HERE, Path(scratch))
-        rows.append(Row("the shipped trial, cold, beside its frames", took_s, "s", 0, 10.0, "<= 6"))
-        rows.append(Row("its mean error", error_mm, "mm", ERROR_MM - SAME_MM, ERROR_MM + SAME_MM))
+        rows += _cold()
     for name in AGAINST:
         if name in chosen:
             title, body, bar, goal = AGAINST[name]
@@ -122,40 +99,6 @@ def main() -> None:
             # Older processors gain less, and must not lose.
             rows.append(Row(f"{title}, over {asked.before.name}", ratio, "", 0, bar if wide else 1.0, goal))
     finish(rows)
-
-
-def timed() -> dict[str, float]:
-    """Processor time of the parts of a run in this process, in seconds, each without those inside it; fills up later."""
-    from sealtwin.trial import digitise_stage, simulate_stage, validate_stage
-    from simulate import run
-    from simulate.injection import Injection
-
-    spent: dict[str, float] = dict.fromkeys(("frames", *PARTS), 0.0)
-    inside: list[float] = []
-
-    def clocked(owner: Any, name: str, part: str) -> None:
-        work = getattr(owner, name)
-
-        def work_by_the_clock(*args: Any, **options: Any) -> Any:
-            began = time.process_time()
-            inside.append(0.0)
-            try:
-                return work(*args, **options)
-            finally:
-                took_s = time.process_time() - began
-                spent[part] += took_s - inside.pop()
-                if inside:
-                    inside[-1] += took_s
-
-        setattr(owner, name, work_by_the_clock)
-
-    for stage, part in ((digitise_stage, "digitise"), (simulate_stage, "draw the run"), (validate_stage, "validate")):
-        clocked(stage, "bring_up_to_date", part)
-    clocked(run, "prepare", "set up")
-    clocked(Injection, "advance", "frames")
-    # Modules compile as their first kernel is launched, wherever that is.
-    clocked(wp.Module, "load", "compile")
-    return spent
 
 
 def _substep(particles: int, *, judged: bool) -> list[Row]:
@@ -207,6 +150,17 @@ def _bytes_a_particle() -> float:
 def _held() -> int:
     gc.collect()
     return sum(it.capacity for it in gc.get_objects() if isinstance(it, wp.array) and it.deleter is not None)
+
+
+def _cold() -> list[Row]:
+    """Of a process of its own, with as many threads as a user's has."""
+    ran = subprocess.run([sys.executable, "-m", "benchmarks.cold"], cwd=HERE, stdout=subprocess.PIPE, text=True)
+    print(ran.stdout)
+    found = json.loads(ran.stdout.splitlines()[-1])
+    return [
+        Row("the shipped trial, cold, beside its frames", found["beside_s"], "s", 0, cold.MOST_S, "<= 6"),
+        Row("its mean error", found["error_mm"], "mm", cold.ERROR_MM - cold.SAME_MM, cold.ERROR_MM + cold.SAME_MM),
+    ]
 
 
 def _ratio(body: str, before: Path, turns: int) -> float:
