@@ -156,3 +156,20 @@ def test_walls_are_planes_but_in_corners():
     in_corner = np.column_stack([along, np.full(40, 1.55 - RADIUS_MM), np.full(40, -6 + RADIUS_MM)])
     assert not rounded(beside_wall).any()
     assert rounded(in_corner).all()
+
+
+def test_pressure_pushes_nothing_into_a_wall():
+    """Fluid that is far too dense bursts out of a corner and over the mouth's edges, where planes stand for no wall."""
+    solid, outline = slot(12.0, tilt="flare", depth_mm=6.0)
+    points = lattice(np.array([0.5, -1.1, -5.6]), np.array([11.5, 1.1, 0.6]), 0.52)
+    engine = engine_with(points, (solid, outline), reach_mm=(np.array([-30.0, -30, -6]), np.array([40.0, 30, 40])))
+    barrier = build_barrier(solid, outline, RADIUS_MM, "cpu")
+    start_mm, nearest_mm = engine.state.position_mm(), []
+    for _ in range(12):
+        engine.predict()
+        engine.find_neighbours()
+        engine.pressure.solve(engine.rows)
+        nearest_mm.append(barrier.exact_mm(engine.state.position_mm()).min())
+        engine.update_velocity()
+    assert np.abs(engine.state.position_mm() - start_mm).max() > 5
+    assert min(nearest_mm) > 0.8 * CLEARANCE * RADIUS_MM
