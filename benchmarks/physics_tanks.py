@@ -14,6 +14,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from sealtwin.core.records import Floats, Outline, Solid
+from simulate.fluid.cell_grid import MOST_ROOM
 from simulate.fluid.solver import FluidSolver
 from simulate.kernels.neighbours import Neighbours
 from simulate.settings import Fluid, Solver, particle_volume
@@ -265,6 +266,8 @@ def _let_slip(engine: FluidSolver, slips: Callable[[Floats], Mask], depth_mm: fl
     place[slips(10 * place[:, :3].astype(float) + [0, 0, depth_mm]), 3] = 0.0
     spare = np.full((1, 4), 1e3)
     whole = wp.array(np.concatenate([place, spare]), dtype=wp.vec4, device=engine.state.device)
+    # A copy cannot follow lists that are given more room.
+    engine.make_room(MOST_ROOM)
     lists: Any = Neighbours()
     lists.assign(engine.lists)
     lists.wall_particle = whole[: len(place)]

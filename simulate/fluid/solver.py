@@ -192,7 +192,7 @@ class FluidSolver:
         """
         if self.replays and self._recorded is None and self.kernels_a_frame:
             # It keeps the addresses of the lists, and cannot give them more room on the way.
-            self._make_room(MOST_ROOM)
+            self.make_room(MOST_ROOM)
             # A recording must load no module, least of all those for CPUs: all are loaded by now.
             with wp.ScopedCapture(device=self.state.device, force_module_load=False) as capture:
                 self._run_frame(frame)
@@ -284,10 +284,10 @@ class FluidSolver:
         self.movers.sort(self.fluid_cells.cells.number, self._out)
         self._list(self.rows, block=int(neighbours.BLOCK))
         while self.lists.lacking.numpy()[0]:
-            self._make_room(self.lists.room * MORE_ROOM)
+            self.make_room(self.lists.room * MORE_ROOM)
             self._list(self.rows, block=int(neighbours.BLOCK))
 
-    def _make_room(self, sixteens: float) -> None:
+    def make_room(self, sixteens: float) -> None:
         """Give each block of packed lists room for so many sixteens of entries; what was listed is lost."""
         if self.lists.room:
             make_room(self.lists, int(sixteens))
