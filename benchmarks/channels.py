@@ -33,6 +33,8 @@ MEAN_MM_S = 40.0
 LAST = 1 / 3
 """Of a flow's steps, over which its speed is taken."""
 OFF = 0.1
+MANY = 8
+"""Arrangements of particles, where one alone says little."""
 SHORT_OF = 0.9
 """Of the longest substep that the solver would take."""
 
@@ -87,10 +89,13 @@ class Channel:
             {"density_kg_m3": DENSITY_KG_M3, "yield_stress_pa": stress_pa, "freeze_after_s": "never", **flow}
         )
 
-    def flow(self, seconds: float, **solver: Any) -> tuple[float, float]:
-        """Mean speed at last, and that of the closed form at the same places; it starts as the closed form has it."""
+    def flow(self, seconds: float, seed: int = 0, **solver: Any) -> tuple[float, float]:
+        """Mean speed at last, and that of the closed form at the same places; it starts as the closed form has it.
+
+        ``seed`` chooses how particles lie at first.
+        """
         radius_mm, step_s = self.radius_mm, step_of(self.radius_mm)
-        place_mm, side_mm = _filled(self.width_mm, radius_mm)
+        place_mm, side_mm = _filled(self.width_mm, radius_mm, seed)
         box = Endless(place_mm, side_mm, radius_mm=radius_mm, step_s=step_s, walled=True, fluid=self.fluid, **solver)
         box.push_mm_s2 = np.array([self.push_mm_s2, 0.0, 0.0])
         box.set_velocity(np.outer(self.speed_mm_s(place_mm[:, 1] - self.width_mm / 2), [1.0, 0.0, 0.0]))
@@ -104,9 +109,10 @@ class Channel:
         mean, exact = np.mean(seen, axis=0)
         return float(mean), float(exact)
 
-    def row(self, name: str, seconds: float, off: float = OFF, **solver: Any) -> Row:
-        mean, exact = self.flow(seconds, **solver)
-        return Row(f"{name}: speed over closed form", mean / exact, "", 1 - off, 1 + off, "1")
+    def row(self, name: str, seconds: float, off: float = OFF, seeds: int = 1, **solver: Any) -> Row:
+        flows = [self.flow(seconds, seed, **solver) for seed in range(seeds)]
+        mean = float(np.mean([seen / exact for seen, exact in flows]))
+        return Row(f"{name}: speed over closed form", mean, "", 1 - off, 1 + off, "1")
 
 
 def step_of(radius_mm: float) -> float:
@@ -114,10 +120,10 @@ def step_of(radius_mm: float) -> float:
 
 
 @cache
-def _filled(width_mm: float, radius_mm: float) -> tuple[Floats, Floats]:
+def _filled(width_mm: float, radius_mm: float, seed: int) -> tuple[Floats, Floats]:
     """Particles at rest in no order in a channel, (n, 3), and its sides."""
     side_mm = np.array([LONG * radius_mm, width_mm, LONG * radius_mm])
-    return stirred_mm(side_mm, 1.0, radius_mm, step_of(radius_mm), walled=True), side_mm
+    return stirred_mm(side_mm, 1.0, radius_mm, step_of(radius_mm), walled=True, seed=seed), side_mm
 
 
 CLOUD_STEPS = 6
@@ -220,7 +226,10 @@ def herschel() -> Iterator[Row]:
     for index in (0.5, 1.5):
         for yields in (0.0, 0.2, 0.5, 0.8):
             flow = Channel(8.0, 32.0 * 50.0 ** (1 - index), yields, index, radius_mm=0.25)
-            yield flow.row(f"n = {index:g}, {yields:g} of the walls' stress", 0.3)
+            name = f"n = {index:g}, {yields:g} of the walls' stress"
+            # A layer thinner than a particle is sheared at each wall by then, most of all of a thinning fluid: one
+            # arrangement is 7 % off another.
+            yield flow.row(name, 0.3, seeds=MANY if (index, yields) == (0.5, 0.8) else 1)
 
 
 HEAP_MM, SLOT_MM, AFTER_S = (12.0, 24.0), 3.1, 0.5

@@ -12,7 +12,7 @@ import numpy as np
 from benchmarks.pbf_numba import explicit_weights
 from sealtwin.core.records import Floats
 from simulate.fluid.pressure import LONGEST_CORRECTION
-from simulate.fluid.solver import LIST_REACH, FluidSolver
+from simulate.fluid.solver import FluidSolver
 
 SOURCE = Path(__file__).with_name("pbf_step.cpp")
 FLAGS = ("-O3", "-march=native", "-ffast-math", "-mrecip=all", "-std=c++17", "-fopenmp", "-shared", "-fPIC")
@@ -47,7 +47,6 @@ class CppStep:
         numbers = (
             *(
                 s.support,
-                LIST_REACH * s.support,
                 engine.step_s,
                 engine.settings.damping_per_s,
                 s.mass,

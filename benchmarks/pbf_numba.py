@@ -12,7 +12,7 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from simulate.fluid.pressure import LONGEST_CORRECTION
-from simulate.fluid.solver import LIST_REACH, FluidSolver
+from simulate.fluid.solver import FluidSolver
 
 Array = NDArray[np.float32]
 SLOTS, WALL_SLOTS = 128, 96
@@ -65,7 +65,7 @@ class NumbaStep:
         damping = engine.settings.damping_per_s
         _predict(*place, self.velocity, self._start, step_s, damping, clearance, *self._grid)
         start, number = _sort(*place, self._corner, self._size, self._cells)
-        reach = np.float32(LIST_REACH * s.support)
+        reach = np.float32(s.support)
         box = (self._corner, self._size, self._cells)
         _list(*place, *place, start, number, *box, reach, True, self._listed, self._count)
         walls = self._wall[:3]

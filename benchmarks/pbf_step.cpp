@@ -57,7 +57,7 @@ static inline Lanes inverse_root(Lanes v) {
 
 struct Tank {
     int n, walls, iterations;
-    float h, reach, step, damping, mass, density, slope, wall_density, wall_slope, relaxation, longest, thin, drag;
+    float h, step, damping, mass, density, slope, wall_density, wall_slope, relaxation, longest, thin, drag;
     float low[3], high[3], corner[3];
     int cells[3];
     // Particles first, then walls; w is the multiplier, or the share of a wall particle.
@@ -69,7 +69,7 @@ struct Tank {
     int cell(const Point& p) const {
         int at[3];
         const float q[3] = {p.x, p.y, p.z};
-        for (int k = 0; k < 3; ++k) at[k] = std::clamp(int(std::floor((q[k] - corner[k]) / reach)), 0, cells[k] - 1);
+        for (int k = 0; k < 3; ++k) at[k] = std::clamp(int(std::floor((q[k] - corner[k]) / h)), 0, cells[k] - 1);
         return at[0] + cells[0] * (at[1] + cells[1] * at[2]);
     }
     void sort(int from, int count, std::vector<int>& begin, std::vector<int>& moved) {
@@ -93,7 +93,7 @@ struct Tank {
         const Point here = point[i];
         const int c = cell(here), a = c % cells[0], b = c / cells[0] % cells[1], d = c / cells[0] / cells[1];
         int* row = &list[size_t(i) * SLOTS];
-        const float reach2 = reach * reach;
+        const float reach2 = h * h;
         for (int dd = std::max(d - 1, 0); dd <= std::min(d + 1, cells[2] - 1); ++dd)
             for (int bb = std::max(b - 1, 0); bb <= std::min(b + 1, cells[1] - 1); ++bb) {
                 const int line = cells[0] * (bb + cells[1] * dd);
@@ -235,15 +235,15 @@ struct Tank {
 };
 
 extern "C" {
-// ``numbers``: h, reach, step, damping, mass, density, slope, wall_density, wall_slope, relaxation, longest, thin, drag,
+// ``numbers``: h, step, damping, mass, density, slope, wall_density, wall_slope, relaxation, longest, thin, drag,
 // the low and high corner of what particles reach, and the corner of the cells.
 Tank* make_tank(int n, const float* place, const float* velocity, int walls, const float* wall, const float* numbers,
                 const int* cells, int iterations, int threads) {
     omp_set_num_threads(threads);
     Tank* t = new Tank;
     t->n = n; t->walls = walls; t->iterations = iterations;
-    std::memcpy(&t->h, numbers, 13 * sizeof(float));
-    std::memcpy(t->low, numbers + 13, 9 * sizeof(float));
+    std::memcpy(&t->h, numbers, 12 * sizeof(float));
+    std::memcpy(t->low, numbers + 12, 9 * sizeof(float));
     std::memcpy(t->cells, cells, sizeof t->cells);
     const size_t whole = n + walls + 1;
     t->point.resize(whole); t->before.resize(n); t->velocity.resize(n + 1); t->change.resize(n + 1);

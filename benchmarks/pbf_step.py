@@ -99,6 +99,8 @@ def settled_block(particles: int, threads: int, steps: int = SETTLE_STEPS) -> Fl
     )
     for _ in range(steps):
         engine.step()
+    # As a frame begins: rows in the order of the cells.
+    engine.find_movers()
     return engine
 
 

@@ -147,8 +147,8 @@ class Endless:
         return predicts
 
     def _then_followed(self, change: Callable[..., None]) -> Callable[..., None]:
-        def changed(*inputs: Any) -> None:
-            change(*inputs)
+        def changed(*inputs: Any, **options: Any) -> None:
+            change(*inputs, **options)
             self._follow()
 
         return changed
@@ -161,14 +161,16 @@ class Endless:
         return reads
 
 
-def stirred_mm(side_mm: Floats, packed: float, radius_mm: float, step_s: float, *, walled: bool = False) -> Floats:
+def stirred_mm(
+    side_mm: Floats, packed: float, radius_mm: float, step_s: float, *, walled: bool = False, seed: int = 0
+) -> Floats:
     """Particles at rest in no order, (n, 3): ``packed`` times as many as the box holds at rest density."""
     packed /= BEGINS_WITH
     count = round(packed * float(side_mm.prod()) / particle_volume(radius_mm))
     along = np.ceil(side_mm / spacing_mm(radius_mm) * np.cbrt(packed)).astype(int) + 1
     axes = [(np.arange(n) + 0.5) / n * length for n, length in zip(along, side_mm, strict=True)]
     lattice = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    random = np.random.default_rng(0)
+    random = np.random.default_rng(seed)
     place = random.permutation(lattice)[:count]
     kick = random.normal(0, STIR_MM_S, place.shape)
     for viscosity_mm2_s, speed, steps in (

@@ -14,6 +14,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from sealtwin.core.records import Floats, Outline, Solid
+from simulate.fluid.cell_grid import MOST_ROOM
 from simulate.fluid.solver import FluidSolver
 from simulate.kernels.neighbours import Neighbours
 from simulate.settings import Fluid, Solver, particle_volume
@@ -228,6 +229,7 @@ class Tank:
             if self.engine.rows == 0:
                 return
             self.engine.step()
+            self.engine.rest()
             self.frames += 1
             if self.volume_control:
                 self.volume_control.after_frame(self.frames)
@@ -264,8 +266,9 @@ def _let_slip(engine: FluidSolver, slips: Callable[[Floats], Mask], depth_mm: fl
     place[slips(10 * place[:, :3].astype(float) + [0, 0, depth_mm]), 3] = 0.0
     spare = np.full((1, 4), 1e3)
     whole = wp.array(np.concatenate([place, spare]), dtype=wp.vec4, device=engine.state.device)
-    lists = Neighbours()
-    for name in ("fluid", "fluid_count", "wall", "wall_count"):
-        setattr(lists, name, getattr(engine.lists, name))
+    # A copy cannot follow lists that are given more room.
+    engine.make_room(MOST_ROOM)
+    lists: Any = Neighbours()
+    lists.assign(engine.lists)
     lists.wall_particle = whole[: len(place)]
     engine.viscosity.bind_weights(lists)

@@ -1,17 +1,20 @@
 """The bars for the speed of the fluid run: against other programs, and against an earlier state of this one.
 
     git worktree add ../before 7065196
-    python -m benchmarks.speed_bars ../before [--turns 3] [--only substep trial ...] [--without-avx512]
+    python -m benchmarks.speed_bars ../before [--turns 3] [--only substep cold trial ...] [--without-avx512]
 
-All is processor time. Contestants take turns in one process, work trees in processes of their own, and a figure is a
-ratio within this run. The contestants are ours: ``pbf_numba.py``, and ``pbf_step.cpp`` where there is a g++. The C++
-is judged where the processor has AVX-512 only, which it then uses.
+``cold`` is what ``benchmarks.cold`` finds. All is processor time. Contestants take turns in one process, work trees in
+processes of their own, and a figure is a ratio within this run. The contestants are ours: ``pbf_numba.py``, and
+``pbf_step.cpp`` where there is a g++. The C++ is judged where the processor has AVX-512 only, which it then uses.
 """
 
 import argparse
 import gc
+import json
 import os
 import statistics
+import subprocess
+import sys
 import tempfile
 import time
 from pathlib import Path
@@ -20,6 +23,7 @@ import numba
 import numpy as np
 import warp as wp
 
+from benchmarks import cold
 from benchmarks.against import HERE, processor, turn
 from benchmarks.pbf_cpp import CppStep, has_compiler
 from benchmarks.pbf_numba import NumbaStep
@@ -71,7 +75,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("before", type=Path, help="root of a work tree of 7065196")
     parser.add_argument("--turns", type=int, default=3, help="of the rows against that tree")
-    parser.add_argument("--only", nargs="+", choices=("substep", "memory", *AGAINST), default=None)
+    parser.add_argument("--only", nargs="+", choices=("substep", "memory", "cold", *AGAINST), default=None)
     parser.add_argument(
         "--without-avx512", action="store_true", help="compile for an older processor, in this tree and in the other"
     )
@@ -80,12 +84,14 @@ def main() -> None:
     if asked.without_avx512:
         wp.config.cpu_compiler_flags = "-target-cpu haswell"
     print(f"{processor()}, {'with' if wide else 'without'} AVX-512, load {os.getloadavg()[0]:.1f}")
-    chosen = asked.only or ("substep", "memory", "trial", "twelve", "narrow")
+    chosen = asked.only or ("substep", "memory", "cold", *AGAINST)
     rows: list[Row] = []
     if "substep" in chosen:
         rows += [row for particles in (PARTICLES, MANY) for row in _substep(particles, judged=wide)]
     if "memory" in chosen:
         rows.append(Row("memory a particle", _bytes_a_particle() / 1e3, "kB", 0, 1.0, "<= 0.7"))
+    if "cold" in chosen:
+        rows += _cold()
     for name in AGAINST:
         if name in chosen:
             title, body, bar, goal = AGAINST[name]
@@ -144,6 +150,17 @@ def _bytes_a_particle() -> float:
 def _held() -> int:
     gc.collect()
     return sum(it.capacity for it in gc.get_objects() if isinstance(it, wp.array) and it.deleter is not None)
+
+
+def _cold() -> list[Row]:
+    """Of a process of its own, with as many threads as a user's has."""
+    ran = subprocess.run([sys.executable, "-m", "benchmarks.cold"], cwd=HERE, stdout=subprocess.PIPE, text=True)
+    print(ran.stdout)
+    found = json.loads(ran.stdout.splitlines()[-1])
+    return [
+        Row("the shipped trial, cold, beside its frames", found["beside_s"], "s", 0, cold.MOST_S, "<= 6"),
+        Row("its mean error", found["error_mm"], "mm", cold.ERROR_MM - cold.SAME_MM, cold.ERROR_MM + cold.SAME_MM),
+    ]
 
 
 def _ratio(body: str, before: Path, turns: int) -> float:

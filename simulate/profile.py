@@ -20,10 +20,10 @@ from scipy.spatial import KDTree
 from sealtwin.core.errors import NumericalError
 from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Profile, Run, Solid, arc_length_at
 from simulate.settings import SampleSlope
+from simulate.vessel import Mask, Vessel, cross
 
 PIXEL_MM = 0.2  # Pixel of the side view; never more than half a particle's radius
 GRAVITY_MM_S2 = 9810.0
-Mask = NDArray[np.bool_]
 
 
 def measure_profile(run: Run, outline: Outline, solid: Solid) -> Profile:
@@ -191,98 +191,12 @@ def _longest_run_top(column: Mask) -> int:
 def _inside(point: NDArray[np.floating], triangle: Floats) -> Mask:
     """Mask of the points in a triangle of the plane, edges included, (n,)."""
     a, b, c = triangle
-    doubled_area = _cross(b - a, c - a)
+    doubled_area = cross(b - a, c - a)
     if doubled_area == 0:
         return np.zeros(len(point), dtype=bool)
     sign = np.sign(doubled_area)
     return (
-        (sign * _cross(b - a, point - a) >= 0)
-        & (sign * _cross(c - b, point - b) >= 0)
-        & (sign * _cross(a - c, point - c) >= 0)
+        (sign * cross(b - a, point - a) >= 0)
+        & (sign * cross(c - b, point - b) >= 0)
+        & (sign * cross(a - c, point - c) >= 0)
     )
-
-
-def _cross(u: NDArray[np.floating], v: NDArray[np.floating]) -> NDArray[np.floating]:
-    return u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]
-
-
-def _turned(point_mm: Floats) -> Floats:
-    """The points turned about the z axis by 18 degrees."""
-    cosine, sine = np.cos(np.radians(18.0)), np.sin(np.radians(18.0))
-    return point_mm @ np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
-
-
-class Vessel:
-    """The solid as vertical lines through the middles of square cells, which a bed is measured on."""
-
-    def __init__(self, solid: Solid, cell_mm: float = 0.4) -> None:
-        # Turned by 18 degrees, no wall along an axis, or at 30, 45 or 60 degrees to one, runs along the cells: along
-        # them a 3.1 mm slot would count 7 or 8 cells of 0.4 mm for 7.75.
-        triangle_mm = _turned(solid.vertices_mm)[solid.faces]
-        self._cell_mm = cell_mm
-        self._low = np.floor(triangle_mm[:, :, :2].min(axis=(0, 1)) / cell_mm).astype(int)
-        self._shape = np.floor(triangle_mm[:, :, :2].max(axis=(0, 1)) / cell_mm).astype(int) - self._low + 1
-        cell, z_mm, upward = _crossings(triangle_mm, cell_mm, self._low, self._shape)
-        order = np.lexsort((z_mm, cell))
-        self._cell, self._z_mm, self._upward = cell[order], z_mm[order], upward[order]
-        self._ceiling_mm = np.full(len(order), np.inf)
-        same_cell = self._cell[1:] == self._cell[:-1]
-        self._ceiling_mm[:-1][same_cell] = self._z_mm[1:][same_cell]
-
-    def volume_mm3(self, position_mm: Floats, half_mm: float) -> float:
-        """Volume below the surface of particles, (n, 3), that end ``half_mm`` above their centres.
-
-        It is the sum over cells and over the free stretches of each cell's vertical line. A stretch begins at an upward
-        facet and ends at the next downward one, if any; liquid fills it from its foot to its highest particle.
-        """
-        cell, z_mm = self._stamp(_turned(position_mm), np.sqrt(2) * half_mm)
-        # One number that sorts by cell, then by height, finds the crossing below every particle at once.
-        bottom_mm = min(self._z_mm.min(initial=0.0), z_mm.min(initial=0.0)) - 1.0
-        tall_mm = max(self._z_mm.max(initial=0.0), z_mm.max(initial=0.0)) - bottom_mm + 1.0
-        keys = self._cell * tall_mm + self._z_mm - bottom_mm
-        below = np.searchsorted(keys, cell * tall_mm + z_mm - bottom_mm) - 1
-        free = (below >= 0) & (self._cell[below] == cell) & self._upward[below]
-        top_mm = np.full(len(keys), -np.inf)
-        np.maximum.at(top_mm, below[free], z_mm[free] + half_mm)
-        wet = np.isfinite(top_mm)
-        return float((np.minimum(top_mm, self._ceiling_mm) - self._z_mm)[wet].sum()) * self._cell_mm**2
-
-    def _stamp(self, position_mm: Floats, reach_mm: float) -> tuple[Integers, Floats]:
-        """Each particle with every cell whose middle lies within reach of it: the cells' numbers and the heights."""
-        size_mm, reach = self._cell_mm, int(np.ceil(reach_mm / self._cell_mm))
-        span = np.arange(-reach, reach + 1)
-        cell = np.floor(position_mm[:, :2] / size_mm).astype(int)[:, :, None] + span
-        squared_mm2 = ((cell + 0.5) * size_mm - position_mm[:, :2, None]) ** 2
-        # A cell beyond the solid is out of reach.
-        squared_mm2[(cell < self._low[:, None]) | (cell >= (self._low + self._shape)[:, None])] = np.inf
-        particle, row, column = np.nonzero(squared_mm2[:, 0, :, None] + squared_mm2[:, 1, None, :] <= reach_mm**2)
-        first, second = cell[particle, 0, row] - self._low[0], cell[particle, 1, column] - self._low[1]
-        return first * self._shape[1] + second, position_mm[particle, 2]
-
-
-def _crossings(triangle_mm: Floats, cell_mm: float, low: Integers, shape: Integers) -> tuple[Integers, Floats, Mask]:
-    """Crossings of the cells' vertical lines with the solid's facets: cell, height, and mask of upward facets."""
-    cells, heights, looks_up = [np.empty(0, int)], [np.empty(0)], [np.empty(0, bool)]
-    for triangle in triangle_mm:
-        a, b, c = triangle
-        doubled_area = _cross((b - a)[:2], (c - a)[:2])
-        if abs(doubled_area) < 1e-12:
-            continue
-        first = np.maximum(np.floor(triangle[:, :2].min(axis=0) / cell_mm).astype(int) - low, 0)
-        last = np.minimum(np.floor(triangle[:, :2].max(axis=0) / cell_mm).astype(int) - low, shape - 1)
-        if (last < first).any():
-            continue
-        grid = np.stack(
-            np.meshgrid(np.arange(first[0], last[0] + 1), np.arange(first[1], last[1] + 1), indexing="ij"), axis=-1
-        ).reshape(-1, 2)
-        middle = (grid + low + 0.5) * cell_mm
-        hit = _inside(middle, triangle[:, :2])
-        if not hit.any():
-            continue
-        grid, middle = grid[hit], middle[hit]
-        to_b = _cross(middle - a[:2], (c - a)[:2]) / doubled_area
-        to_c = _cross((b - a)[:2], middle - a[:2]) / doubled_area
-        cells.append(grid[:, 0] * shape[1] + grid[:, 1])
-        heights.append(a[2] + to_b * (b - a)[2] + to_c * (c - a)[2])
-        looks_up.append(np.full(len(grid), doubled_area > 0))
-    return np.concatenate(cells), np.concatenate(heights), np.concatenate(looks_up)

@@ -7,7 +7,7 @@ import numpy as np
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Outline, Solid, Trajectory
-from simulate.fluid.solver import LIST_REACH, Domain
+from simulate.fluid.solver import Domain
 from simulate.settings import LEVEL, STIFFEST_U, Fluid, Nozzle, SampleSlope, Solver
 from simulate.setup.release_schedule import Schedule, frames_to_freeze, plan_releases
 from simulate.setup.rheology import Rheology, no_slip_weight, viscous_weight
@@ -139,7 +139,7 @@ def domain_of(solid: Solid, outline: Outline, trajectory: Trajectory, radius_mm:
     nozzle_mm = trajectory.position_mm[trajectory.giving]
     low_mm = np.minimum(low_mm, [*nozzle_mm[:, :2].min(axis=0), np.inf]) - support_mm
     high_mm = np.maximum(high_mm, nozzle_mm.max(axis=0)) + support_mm
-    cells = math.prod(((high_mm - low_mm) / (LIST_REACH * support_mm)).tolist())
+    cells = math.prod(((high_mm - low_mm) / support_mm).tolist())
     if not cells <= CELLS_AT_MOST:
         x, y, z = nozzle_mm[np.abs(nozzle_mm).max(axis=1).argmax()]
         raise InputError(

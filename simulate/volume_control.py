@@ -15,8 +15,9 @@ import numpy as np
 from sealtwin.core.records import Floats, Solid
 from simulate.fluid.state import State
 from simulate.kernels.status import FROZEN, MOVING
-from simulate.profile import Mask, Vessel, half_spacing_mm, settled
+from simulate.profile import half_spacing_mm, settled
 from simulate.setup.release_schedule import Schedule
+from simulate.vessel import Mask, Vessel
 
 PERIOD_S = 0.1  # Time between two measurements: a third of what paste needs to come to rest
 MEMORY_S = 0.4

@@ -5,6 +5,7 @@ from typing import Any
 
 import manifold3d
 import numpy as np
+import warp as wp
 from numpy.typing import NDArray
 
 from digitise.settings import CrackShape, NozzlePath
@@ -148,6 +149,23 @@ def check(engine: FluidSolver) -> dict[int, RunFault]:
 def in_rows(engine: FluidSolver) -> NDArray[np.intp]:
     """Number of the particle in each row, (rows,), once the neighbours were listed."""
     return engine.movers.movers.particle.numpy()[: engine.rows].astype(np.intp)
+
+
+def listed_fluid(engine: FluidSolver) -> list[NDArray[np.intp]]:
+    """The fluid particles in each row's list."""
+    lists = engine.lists
+    return _cut(lists.fluid, lists.fluid_at, lists.fluid_count, engine.rows)
+
+
+def listed_walls(engine: FluidSolver) -> list[NDArray[np.intp]]:
+    """The wall particles in each row's list."""
+    lists = engine.lists
+    return _cut(lists.wall, lists.wall_at, lists.wall_count, engine.rows)
+
+
+def _cut(listed: wp.array, at: wp.array, count: wp.array, rows: int) -> list[NDArray[np.intp]]:
+    whole, where, many = listed.numpy(), at.numpy(), count.numpy()
+    return [whole[where[row], : many[row]].astype(np.intp) for row in range(rows)]
 
 
 def positions_mm(engine: FluidSolver) -> Floats:

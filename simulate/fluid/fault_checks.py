@@ -5,11 +5,11 @@ from typing import NamedTuple
 import numpy as np
 import warp as wp
 
+from simulate.fluid.cell_grid import NEIGHBOURS, WALL_NEIGHBOURS
 from simulate.fluid.launcher import Launcher
 from simulate.fluid.state import MoversList, State
 from simulate.fluid.viscosity import ITERATIONS_AT_MOST
 from simulate.kernels import pressure
-from simulate.setup.cell_grid import NEIGHBOURS, WALL_NEIGHBOURS
 from simulate.setup.signed_distance import Barrier
 
 FASTEST_CM_S = 2000.0  # Speed after a fall of 20 m: anything faster gained its energy from the numbers

@@ -24,7 +24,8 @@ class Launcher:
     def bind(self, kernel: Any, *inputs: object) -> "RowLaunch":
         """A launch over rows; the kernel's first argument is a slice's first row, the rest are ``inputs``.
 
-        The arrays among ``inputs`` may be written to later, but not replaced.
+        The arrays among ``inputs`` may be written to later, but not replaced. A struct's may be, until a frame is
+        recorded: a launch reads the struct anew.
         """
         return RowLaunch(self, [self._record(kernel, 1, [0, *inputs]) for _ in range(self._threads)], inputs)
 
@@ -39,10 +40,22 @@ class Launcher:
 
         return launch
 
-    def launch(self, rows: int, *launches: "RowLaunch", each: float = 1.0) -> None:
+    def bind_first(self, kernel: Any, *inputs: object) -> Callable[[int], None]:
+        """A launch over the first so many points in one piece, for kernels that take points in their order."""
+        command = self._record(kernel, 1, inputs)
+
+        def launch(count: int, _inputs: object = inputs) -> None:
+            self.kernels += 1
+            command.set_dim(count)
+            command.launch()
+
+        return launch
+
+    def launch(self, rows: int, *launches: "RowLaunch", each: float = 1.0, block: int = 1) -> None:
         """Launches over the same rows, which follow each other in each slice without waiting for the other slices.
 
-        None of them may read what another one writes in other rows. ``each`` is a row's work, in that of a particle.
+        None of them may read what another one writes in other rows. ``each`` is a row's work, in that of a particle;
+        slices are whole blocks of ``block`` rows.
         """
         if not rows:
             return
@@ -50,7 +63,8 @@ class Launcher:
         slices = min(self._threads, max(1, int(rows * each) // LEAST_SLICE))
         pending = []
         for part in reversed(range(slices)):
-            begin, end = rows * part // slices, rows * (part + 1) // slices
+            begin = rows * part // slices // block * block
+            end = rows * (part + 1) // slices // block * block if part + 1 < slices else rows
             commands = [launch.cut(part, begin, end) for launch in launches]
             if part and self._pool:
                 pending.append(self._pool.submit(_launch_all, commands))
@@ -72,9 +86,9 @@ class RowLaunch:
         # Warp's commands keep the addresses of arrays, not the arrays.
         self._inputs = inputs
 
-    def __call__(self, rows: int, each: float = 1.0) -> None:
-        """Launch over rows 0 to ``rows``, each of which is as much work as so many particles."""
-        self._launcher.launch(rows, self, each=each)
+    def __call__(self, rows: int, each: float = 1.0, block: int = 1) -> None:
+        """Launch over rows 0 to ``rows``; see ``Launcher.launch``."""
+        self._launcher.launch(rows, self, each=each, block=block)
 
     def cut(self, part: int, begin: int, end: int) -> Any:
         """The command of a part, for the rows from ``begin`` to ``end``."""

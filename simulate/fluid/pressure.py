@@ -44,6 +44,7 @@ class Pressure:
         longest = LONGEST_CORRECTION * smoothing.support
         self._correct = launcher.bind(pairs.correct, *around, longest, scheme.frozen_answer, wall_slope, correction)
         self._shift = launcher.bind(pressure.shift, *moving, barrier.clearance, barrier.grid, correction)
+        self._shift_beside = launcher.bind(pressure.shift_beside, *moving, barrier.clearance, barrier.grid, correction)
 
     def solve(self, rows: int) -> None:
         """All iterations of a substep."""
@@ -55,12 +56,12 @@ class Pressure:
                 self.coarse.change(iteration, rows)
             else:
                 self.measure_density(rows)
-            self.correct(rows)
+            self.correct(rows, last=iteration == self._iterations - 1)
 
-    def correct(self, rows: int) -> None:
-        """Move by Eq. 3, as far as walls allow."""
+    def correct(self, rows: int, *, last: bool = True) -> None:
+        """Move by Eq. 3; the ``last`` of a substep as far as walls allow, the others as far as their planes do."""
         self._correct(rows)
-        self._shift(rows)
+        (self._shift if last else self._shift_beside)(rows)
 
 
 def smoothing_of(support: float, mass: float, wall_mass: float, relaxation: float) -> Any:

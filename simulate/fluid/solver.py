@@ -9,21 +9,21 @@ import warp as wp
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Integers
+from simulate.fluid.cell_grid import MOST_ROOM, CellGrid, make_room, neighbour_lists
 from simulate.fluid.coarse_pressure import CoarsePressure
 from simulate.fluid.fault_checks import FaultChecks
 from simulate.fluid.launcher import Launcher
 from simulate.fluid.pressure import Pressure, smoothing_of
 from simulate.fluid.state import MoversList, State
 from simulate.fluid.viscosity import Viscosity
-from simulate.kernels import pressure, status
+from simulate.kernels import neighbours, pressure, status
 from simulate.kernels.pair_kernels import pair_kernels
 from simulate.settings import LEVEL, Solver, particle_volume
-from simulate.setup.cell_grid import CellGrid, neighbour_lists
 from simulate.setup.rheology import FALL, Rheology, paste_on_device
 from simulate.setup.signed_distance import Barrier
 from simulate.setup.wall_particles import WallParticles, calibrated_wall_mass, source_wall_mass
 
-LIST_REACH = 1.04  # Reach of a list over h, for particles that come within h while the pressure iterations move them
+MORE_ROOM = 9 / 8  # Room of packed lists over that which did not suffice
 GRAVITY_CM_S2 = 981.0
 SLOWEST_SHEAR = 0.002
 """Shear in 1/s below which paste with a yield stress creeps at constant viscosity: the least that float32 allows."""
@@ -83,21 +83,24 @@ class FluidSolver:
     ) -> None:
         """``rows`` is the largest number of particles that move at one time. ``centreline`` is the crack's, (n, 2), cm.
 
-        ``down`` is gravity's direction in the sample's frame. ``native`` chooses the inner loops for CPUs; None asks
-        the device.
+        ``down`` is gravity's direction in the sample's frame. ``native`` chooses the inner loops and packed lists of
+        CPUs; None asks the device.
         """
         radius, device = settings.size_mm / 10, state.device
         self.state, self.walls, self.barrier, self.settings = state, walls, barrier, settings
         self.gravity = wp.vec3(*(GRAVITY_CM_S2 * part for part in down))
         self.scheme, self.substeps, self.step_s = settings.scheme, substeps, frame_s / substeps
+        self._frame_s = frame_s
         self._support = support = 4 * radius
         self.mass = self.scheme.volume_factor * particle_volume(radius)
         wall_mass = {"calibrated": calibrated_wall_mass, "source": source_wall_mass}[self.scheme.wall]
         self._launcher = launcher = Launcher(device, threads if device == "cpu" else 1)
         wall_particles = walls.position_and_share
-        self.movers, self.lists = MoversList(state, launcher), neighbour_lists(rows, wall_particles, device)
+        native = device == "cpu" if native is None else native
+        self.movers = MoversList(state, launcher)
+        self.lists = neighbour_lists(rows, wall_particles, device, packed=native)
         shared = (state, self.movers, self.lists)
-        kernels = pair_kernels(device == "cpu" if native is None else native)
+        kernels = pair_kernels(native)
         self._yields = any(fluid.yields for fluid in fluids)
         self._sleeps = self._yields and settings.sleep
         self.measures = any(fluid.thickens or fluid.by_age is not None for fluid in fluids)
@@ -138,11 +141,13 @@ class FluidSolver:
         self.rows = 0  # Rows of a launch: the present number of movers or, where frames are replayed, the largest ever
 
     def _bind_lists(self, kernel: Any, domain: Domain) -> None:
-        state, lists, reach = self.state, self.lists, LIST_REACH * self._support
-        walls, wall_count = lists.wall_particle, len(lists.wall_particle)
-        self.fluid_cells = CellGrid(domain.low, domain.high, reach, state.particles_per_run, state.device, state.runs)
-        wall_cells = CellGrid(domain.low, domain.high, reach, wall_count, state.device)
-        wall_cells.fill(walls, wp.zeros(wall_count, dtype=int, device=state.device), wall_count)
+        state, lists, walls = self.state, self.lists, self.lists.wall_particle
+        # What comes within h while the pressure iterations move it is listed in the next substep: kernels vanish at h.
+        box = (domain.low, domain.high, self._support)
+        self.fluid_cells = CellGrid(*box, state.position, state.status, self._launcher, state.runs)
+        here = wp.zeros(len(walls), dtype=int, device=state.device)
+        wall_cells = CellGrid(*box, walls, here, self._launcher)
+        wall_cells.fill(len(walls))
 
         full = (pressure.NEIGHBOURS_FULL, pressure.WALLS_FULL)
         self._list = self._launcher.bind(
@@ -169,10 +174,10 @@ class FluidSolver:
         self._predict = launcher.bind(pressure.predict, *moving, *falling, *solid)
         self._update_velocity = launcher.bind(pressure.update_velocity, *moving, self.step_s)
         self._move_as_solved = launcher.bind(pressure.move_as_solved, *yielding, self.step_s, *solid)
-        limits = (self.step_s, PATIENCE_S, QUIET_SHEAR, QUIET_SHEAR * self._support)
+        limits = (self._frame_s, PATIENCE_S, QUIET_SHEAR, QUIET_SHEAR * self._support)
         waking = (WAKING_CM_S, RESTLESS_S)
-        near = (lists.fluid, lists.fluid_count, self.viscosity.walls_drag, self.viscosity.held)
-        self._wake = launcher.bind(status.wake, *yielding, *waking, *near, self._quiet_s)
+        near = (lists, self.viscosity.walls_drag, self.viscosity.held)
+        self._wake = launcher.bind(neighbours.wake, *yielding, *waking, *near, self._quiet_s)
         self._fall_asleep = launcher.bind(status.fall_asleep, *yielding, *limits, self.viscosity.shear, self._quiet_s)
 
     @property
@@ -186,6 +191,8 @@ class FluidSolver:
         On a GPU a frame is recorded once and replayed, without reports to the host in between; the list is then empty.
         """
         if self.replays and self._recorded is None and self.kernels_a_frame:
+            # It keeps the addresses of the lists, and cannot give them more room on the way.
+            self.make_room(MOST_ROOM)
             # A recording must load no module, least of all those for CPUs: all are loaded by now.
             with wp.ScopedCapture(device=self.state.device, force_module_load=False) as capture:
                 self._run_frame(frame)
@@ -198,9 +205,11 @@ class FluidSolver:
     def _run_frame(self, frame: int) -> list[Integers]:
         before = self._launcher.kernels
         self.begin_frame(frame)
-        solves = [self.step() for _ in range(self.substeps)] if self.rows else []
+        solves: list[Integers] = []
         if self.rows:
+            solves = [self.step() for _ in range(self.substeps)]
             self.faults.look(self.rows)
+            self.rest()
         self.kernels_a_frame = self._launcher.kernels - before
         return [] if self.replays else solves
 
@@ -210,12 +219,20 @@ class FluidSolver:
         # One run's particles are sorted up to the last that is out; those of several runs, or on a GPU, all.
         if state.runs == 1 and not self.replays:
             self._out = state.released(frame)
-        # A run that goes on from a checkpoint, which has no such balls, asks for walls in the same places.
+        # A run that goes on from a checkpoint, which has neither, asks for walls in the same places.
         state.particles.free.zero_()
+        state.particles.wall.zero_()
         self._count_frame()
         self._release()
         self._freeze()
         self.find_movers()
+
+    def rest(self) -> None:
+        """Once in a frame: wake what lies beside a flow, and let fall asleep what has been quiet."""
+        if self._sleeps:
+            self._wake(self.rows)
+            self._fall_asleep(self.rows)
+            self.find_movers()
 
     def step(self) -> Integers:
         """Advance the movers by one substep; returns the viscosity's iterations or passes, by run.
@@ -236,10 +253,6 @@ class FluidSolver:
             iterations = np.full(runs, self.viscosity.pass_explicit(self.rows))
         if self._yields:
             self._move_as_solved(self.rows)
-        if self._sleeps:
-            self._wake(self.rows)
-            self._fall_asleep(self.rows)
-            self.find_movers()
         return iterations
 
     def lasting(self) -> dict[str, Any]:
@@ -267,9 +280,18 @@ class FluidSolver:
 
     def find_neighbours(self) -> None:
         """List the neighbours among all particles that are out, resting ones included, and among the walls."""
-        self.fluid_cells.fill(self.state.position, self.state.status, self._out)
+        self.fluid_cells.fill(self._out)
         self.movers.sort(self.fluid_cells.cells.number, self._out)
-        self._list(self.rows)
+        self._list(self.rows, block=int(neighbours.BLOCK))
+        while self.lists.lacking.numpy()[0]:
+            self.make_room(self.lists.room * MORE_ROOM)
+            self._list(self.rows, block=int(neighbours.BLOCK))
+
+    def make_room(self, sixteens: float) -> None:
+        """Give each block of packed lists room for so many sixteens of entries; what was listed is lost."""
+        if self.lists.room:
+            make_room(self.lists, int(sixteens))
+            self.viscosity.make_room(self.lists)
 
     def update_velocity(self) -> None:
         self._update_velocity(self.rows)

@@ -9,7 +9,7 @@ from warp.utils import array_scan
 from sealtwin.core.records import Floats
 from simulate.fluid.launcher import Launcher
 from simulate.kernels import status as device_code
-from simulate.setup.cell_grid import NOWHERE_CM
+from simulate.kernels.neighbours import NOWHERE_CM
 from simulate.setup.release_schedule import Schedule
 from simulate.setup.signed_distance import CM
 
@@ -48,8 +48,10 @@ class State:
         self.particles.per_run = schedule.particles
         for name in (*KEPT_AS.values(), "scaled_residual", "frame", "swelling"):
             setattr(self.particles, name, getattr(self, name))
-        self.particles.previous_position = wp.zeros(count, dtype=wp.vec3, device=device)
-        self.particles.free = wp.zeros(count, dtype=wp.vec4, device=device)
+        everywhere = np.tile(schedule.position_mm * CM, (runs, 1))
+        self.particles.previous_position = wp.array(everywhere, dtype=wp.vec3, device=device)
+        for name in ("free", "wall"):
+            setattr(self.particles, name, wp.zeros(count, dtype=wp.vec4, device=device))
         self.particles.release_frame = wp.array(np.tile(schedule.frame_of, runs), dtype=int, device=device)
 
     @property
@@ -86,11 +88,11 @@ def _padded(rows: Floats, runs: int, dtype: type, device: str) -> Any:
 
 
 class MoversList:
-    """The list of particles that move, made anew whenever some were released, froze, fell asleep or woke."""
+    """The list of particles that move, made anew in each frame: some are released, freeze, fall asleep or wake."""
 
     def __init__(self, state: State, launcher: Launcher) -> None:
         count, device = state.count, state.device
-        self._device, self._status = device, state.status
+        self._device, self._status, self._sorted = device, state.status, False
         self._moves, self._row = (wp.zeros(count, dtype=int, device=device) for _ in range(2))
         self.movers = device_code.Movers()
         self.movers.particle = wp.zeros(count, dtype=int, device=device)
@@ -100,15 +102,21 @@ class MoversList:
         self._number = launcher.bind_whole(device_code.number_movers, count, state.particles, self._row, self.movers)
 
     def find(self) -> None:
+        """List them in the order of release."""
         self._mark()
         array_scan(self._moves, self._row, inclusive=False)
         self._number()
+        self._sorted = False
 
     def sort(self, number: wp.array, count: int) -> None:
-        """Put the movers into the order of ``number``, the first ``count`` particles cell by cell.
+        """Put movers just found into the order of ``number``, the first ``count`` particles cell by cell.
 
-        Rows that follow each other then have neighbours in common, which a processor still has at hand.
+        Rows that follow each other then have neighbours in common, which a processor still has at hand; a frame is too
+        short for them to part.
         """
+        if self._sorted:
+            return
+        self._sorted = True
         status, device = self._status, self._device
         wp.launch(device_code.mark_sorted, count, inputs=[number, status, self._moves], device=device)
         array_scan(self._moves, self._row, inclusive=False)

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from simulate.fluid.cell_grid import NEIGHBOURS, pairs_of
 from simulate.fluid.launcher import Launcher, RowLaunch
 from simulate.fluid.state import SPARE, MoversList, State
 from simulate.kernels import conjugate_gradients as device_code
 from simulate.kernels.viscosity import ViscosityKernels
-from simulate.setup.cell_grid import NEIGHBOURS, pairs_of
 
 OF_THE_RIGHT = 1e-2  # Largest residual over the right side: a tenth of what a coarser step in time changes
 OF_THE_CHANGE = 1e-2
@@ -52,7 +52,7 @@ class Viscosity:
         self.unsolved = wp.zeros(runs, dtype=int, device=device)
         """1 for each run in which a solve ended before its goal."""
         self._system, self._search = device_code.System(), device_code.Search()
-        self._system.coupling = pairs_of(rows, NEIGHBOURS, float, device)
+        self._coupling, self._system.coupling = pairs_of(lists, NEIGHBOURS, float)
         self._system.at_walls = wp.array(sticks * viscosity, dtype=float, device=device)
         self._system.inverse = wp.zeros(rows, dtype=wp.mat33, device=device)
         for name in ("drag", "held"):
@@ -84,6 +84,12 @@ class Viscosity:
     def walls_drag(self) -> Any:
         """Part of each mover's velocity that walls take away in a substep, to first order; by row."""
         return self._system.drag
+
+    def make_room(self, lists: Any) -> None:
+        """Give the weights of pairs as much room as the lists have."""
+        if lists is not self._lists:
+            raise RuntimeError("the viscosity has lists of its own, whose stores are not renewed")
+        self._coupling, self._system.coupling = pairs_of(lists, NEIGHBOURS, float)
 
     def bind_weights(self, lists: Any) -> None:
         """Take the pairs' weights and the walls' drag from ``lists``."""

@@ -13,6 +13,7 @@ NODES = wp.constant(125)  # Number of nodes of a block
 FAR = wp.constant(-1)
 FACE = wp.constant(-2)
 BESIDE = wp.constant(1.0e3)  # Distance that stands for a place beside the block, outside the grid
+ROUNDED = wp.constant(2.0)  # Each part of the normal where the nearest surface is no plane
 PIECES = wp.constant(256)
 """Largest number of pieces of a move. A longer one ends early; the run stops for its speed before that."""
 
@@ -28,6 +29,7 @@ class Distance:
     """Row of each block's nodes; FAR for none, FACE for a block in which the face z = 0 is the nearest surface."""
     centre: wp.array[float]
     nodes: wp.array[float]
+    rounded: wp.array[int]  # By row: 1 for a block in which the nearest surface is no plane
     face: wp.vec4
 
 
@@ -90,27 +92,52 @@ def distance_at(solid: Distance, x: wp.vec3, below: float) -> wp.vec4:
 
 
 @wp.func
-def push_out(solid: Distance, x: wp.vec3, clearance: float) -> wp.vec4:
-    """Move away from walls nearer than ``clearance``; returns the position and its distance.
+def rounded_at(solid: Distance, x: wp.vec3) -> bool:
+    """Returns whether the walls around a position are no plane: in a corner, at an edge."""
+    u = (x - solid.corner) / (solid.spacing * float(BLOCK))
+    a = int(wp.floor(u[0]))
+    b = int(wp.floor(u[1]))
+    c = int(wp.floor(u[2]))
+    if a < 0 or b < 0 or c < 0 or a >= solid.blocks[0] or b >= solid.blocks[1] or c >= solid.blocks[2]:
+        return False
+    row = solid.row[(a * solid.blocks[1] + b) * solid.blocks[2] + c]
+    if row < 0:
+        return False
+    return solid.rounded[row] == 1
+
+
+@wp.struct
+class Landing:
+    """A position, and what is known of the walls around it, as ``distance_at`` has it."""
+
+    position: wp.vec3
+    slope: wp.vec3
+    distance: float
+
+
+@wp.func
+def push_out(solid: Distance, x: wp.vec3, clearance: float):
+    """Move away from walls nearer than ``clearance``.
 
     A step is shorter than the present distance, so that it cannot cross a thin wall. In a corner each step leaves the
     wall that is nearest.
     """
     here = x
     enough = 0.999 * clearance
-    there = distance_at(solid, here, enough)
+    there = distance_at(solid, here, 2.0 * clearance)
     for _turn in range(8):
         if there[3] >= enough or there[3] <= 0.0:
             break
         here += wp.min(clearance - there[3], 0.9 * there[3]) * wp.vec3(there[0], there[1], there[2])
-        there = distance_at(solid, here, enough)
-    return wp.vec4(here[0], here[1], here[2], there[3])
+        there = distance_at(solid, here, 2.0 * clearance)
+    return Landing(here, wp.vec3(there[0], there[1], there[2]), there[3])
 
 
 @wp.func
 def move(
     solid: Distance,
     free: wp.array[wp.vec4],  # in, out: a ball for each particle, centre and radius, that keeps clear of all walls
+    beside: wp.array[wp.vec4],  # out: plane of the nearest wall, where one was asked for
     i: int,
     start: wp.vec3,
     step: wp.vec3,
@@ -133,18 +160,21 @@ def move(
         return start + step
     pieces = wp.min(int(length / (0.45 * clearance)) + 1, PIECES)
     piece = step / wp.max(float(pieces), length / (0.45 * clearance))
-    here = start
-    distance = float(0.0)
+    here = Landing(start, wp.vec3(0.0), 0.0)
     for _piece in range(pieces):
-        there = push_out(solid, here + piece, clearance)
-        if there[3] < 0.5 * clearance:
+        there = push_out(solid, here.position + piece, clearance)
+        if there.distance < 0.5 * clearance:
             break
-        here = wp.vec3(there[0], there[1], there[2])
-        distance = there[3]
+        here = there
+    x = here.position
+    n = here.slope
+    if rounded_at(solid, x):
+        n = wp.vec3(ROUNDED)
     # No farther than the grid reaches around what it encloses; a place beside the block says nothing of its sides.
-    radius = wp.where(distance < BESIDE, wp.min(distance - clearance, clearance), 0.0)
-    free[i] = wp.vec4(here[0], here[1], here[2], radius)
-    return here
+    radius = wp.where(here.distance < BESIDE, wp.min(here.distance - clearance, clearance), 0.0)
+    free[i] = wp.vec4(x[0], x[1], x[2], radius)
+    beside[i] = wp.vec4(n[0], n[1], n[2], wp.dot(n, x) - here.distance)
+    return x
 
 
 @wp.kernel
@@ -164,6 +194,81 @@ def measure_distance(
     if found.result:
         nearest = wp.mesh_eval_position(mesh, found.face, found.u, found.v)
         distance[i] = found.sign * wp.length(point[i] - nearest)
+
+
+@wp.kernel
+def measure_beside(
+    mesh: wp.uint64,
+    point: wp.array[wp.vec3],
+    known: wp.array[float],
+    away: wp.array[float],
+    distance: wp.array[float],  # out
+):
+    """Exact signed distance at places each of which is ``away`` from one whose distance is ``known``."""
+    i = wp.tid()
+    distance[i] = distance_beside(mesh, point[i], known[i], away[i])
+
+
+@wp.func
+def distance_beside(mesh: wp.uint64, x: wp.vec3, known: float, away: float) -> float:
+    """Exact signed distance at ``x``; ``known`` is that of a place no farther than ``away``.
+
+    No surface fits between the two where both are far from it. A ray, which tells on which side ``x`` is, takes as long
+    as to find the nearest triangle.
+    """
+    found = wp.mesh_query_point_no_sign(mesh, x, wp.abs(known) + away)
+    size = wp.length(x - wp.mesh_eval_position(mesh, found.face, found.u, found.v))
+    if size + wp.abs(known) > away:
+        return wp.sign(known) * size
+    # The ray of mesh_query_point_sign_parity, which would look for the nearest triangle again.
+    state = wp.rand_init(42)
+    ray = wp.vec3(1.0) + wp.vec3(wp.randf(state, -0.1, 0.1), wp.randf(state, -0.1, 0.1), wp.randf(state, -0.1, 0.1))
+    return wp.where(wp.mesh_query_ray_count_intersections(mesh, x, ray) % 2 == 1, -size, size)
+
+
+@wp.func
+def row_of_owner(solid: Distance, a: int, b: int, c: int, own: int) -> int:
+    """Row of the block that begins with the nodes that the block of row ``own`` ends with; ``own`` if it has none."""
+    if a >= solid.blocks[0] or b >= solid.blocks[1] or c >= solid.blocks[2]:
+        return own
+    row = solid.row[(a * solid.blocks[1] + b) * solid.blocks[2] + c]
+    return wp.where(row >= 0, row, own)
+
+
+@wp.kernel
+def measure_nodes(
+    mesh: wp.uint64,
+    solid: Distance,
+    x: wp.array[float],
+    y: wp.array[float],
+    z: wp.array[float],
+    noded: wp.array[wp.vec3i],
+    shared: bool,
+    distance: wp.array2d[float],  # out
+):
+    """Exact signed distance at the nodes of the blocks ``noded``, by row and node.
+
+    Nodes that several blocks share are measured by one of them; a second launch, ``shared``, copies them to the others.
+    """
+    row, node = wp.tid()
+    block = noded[row]
+    side = BLOCK + 1
+    place = wp.vec3i(node // (side * side), node // side % side, node % side)
+    step = wp.vec3i(place[0] // BLOCK, place[1] // BLOCK, place[2] // BLOCK)
+    owner = row_of_owner(solid, block[0] + step[0], block[1] + step[1], block[2] + step[2], row)
+    if (owner != row) != shared:
+        return
+    if shared:
+        rest = place - BLOCK * step
+        distance[row, node] = distance[owner, (rest[0] * side + rest[1]) * side + rest[2]]
+        return
+    number = BLOCK * block + place
+    point = wp.vec3(x[number[0]], y[number[1]], z[number[2]])
+    centre = solid.centre[(block[0] * solid.blocks[1] + block[1]) * solid.blocks[2] + block[2]]
+    beside = wp.vec3(float(place[0]), float(place[1]), float(place[2])) - wp.vec3(0.5 * float(BLOCK))
+    # By a little more, for the middle node of a block is its centre but for rounding.
+    away = solid.spacing * (1.001 * wp.length(beside) + 0.001)
+    distance[row, node] = distance_beside(mesh, point, centre, away)
 
 
 @wp.kernel

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import warp as wp
 
-from simulate.kernels import pair_sums, pair_sums_cpu
+from simulate.kernels import listing, listing_cpu, pair_sums, pair_sums_cpu
 from simulate.kernels.neighbours import neighbour_kernels
 from simulate.kernels.pressure import PressureKernels, pressure_kernels
 from simulate.kernels.viscosity import ViscosityKernels, viscosity_kernels
@@ -20,9 +20,9 @@ class PairKernels(NamedTuple):
 @cache
 def pair_kernels(native: bool) -> PairKernels:
     """The same algorithm with the plain loops, or with those that a CPU runs eight or sixteen pairs at a time."""
-    loops = pair_sums_cpu if native else pair_sums
+    search, loops = (listing_cpu, pair_sums_cpu) if native else (listing, pair_sums)
     # Two Warp modules, because the loops for CPUs do not compile for a GPU.
     module = wp.get_module(f"simulate.kernels.pair_kernels.{'native' if native else 'plain'}")
     return PairKernels(
-        neighbour_kernels(loops, module), pressure_kernels(loops, module), viscosity_kernels(loops, module)
+        neighbour_kernels(search, module), pressure_kernels(loops, module), viscosity_kernels(loops, module)
     )

@@ -1,7 +1,8 @@
 """Device code of the inner loops: sums over a particle's neighbours. Centimetres and seconds.
 
 These are the equations, for any device. ``pair_sums_cpu`` has the same sums for CPUs, many neighbours at a time;
-tests compare the two. Only the first ``count`` entries of a list's row count; the rest is padding.
+tests compare the two. A list's ``row`` is its window in the store of all lists, of which the first ``count`` entries
+count; the rest is padding.
 """
 
 import warp as wp
@@ -296,40 +297,3 @@ def sum_pulled(
         offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
         total += coupling[row, slot] * wp.dot(own - vector[j], offset) * offset
     return total
-
-
-@wp.func
-def collect(
-    x: wp.array[float],
-    y: wp.array[float],
-    z: wp.array[float],
-    number: wp.array[int],
-    begin: int,
-    end: int,
-    here: wp.vec4,
-    reach: float,
-    self: int,
-    listed: wp.array2d[int],  # out
-    row: int,
-    found: int,
-):
-    """Append the points of a range that are nearer than ``reach`` to a list of ``found`` entries.
-
-    Returns the new number of entries. Points beyond the row's last slot are only counted.
-    """
-    slots = listed.shape[1]
-    so_far = found
-    for k in range(begin, end):
-        offset = wp.vec3(x[k] - here[0], y[k] - here[1], z[k] - here[2])
-        if wp.length_sq(offset) < reach * reach and number[k] != self:
-            if so_far < slots:
-                listed[row, so_far] = number[k]
-            so_far += 1
-    return so_far
-
-
-@wp.func
-def pad(listed: wp.array2d[int], row: int, count: int, dummy: int):
-    """Fill a list of ``count`` entries with a dummy point to a whole number of sixteens, which loops for CPUs read."""
-    for slot in range(count, (count + 15) // 16 * 16):
-        listed[row, slot] = dummy

@@ -66,7 +66,7 @@ const floats none = {};
 #define FADE(u) ({ const floats t = (u) * -0.25f; \\
     floats e = 1.0f + t * (1.0f + t * (0.5f + t * (1/6.0f + t * (1/24.0f + t * (1/120.0f + t * (1/720.0f)))))); \\
     e *= e; e * e; })
-const int* list = listed.data + (size_t)row * (size_t)listed.shape[1];
+const int* list = (const int*)((const char*)listed.data + (size_t)row * (size_t)listed.strides[0]);
 const float h2 = support * support;
 """
 OFFSETS = """
@@ -211,7 +211,7 @@ def sum_gradient(
         """
 floats xx = {}, yy = {}, zz = {}, xy = {}, yz = {}, zx = {}, held = {};
 floats vx = {}, vy = {}, vz = {}, gx = {}, gy = {}, gz = {};
-float* out = coupling.data + (size_t)row * (size_t)coupling.shape[1];
+float* out = (float*)((char*)coupling.data + (size_t)row * (size_t)coupling.strides[0]);
 """,
         OFFSETS.replace("POSITIONS", "position"),
         NEAR,
@@ -323,7 +323,7 @@ def sum_drag(
         "const float support = 1.0f;",
         VECTORS,
         """
-const float* weight = coupling.data + (size_t)row * (size_t)coupling.shape[1];
+const float* weight = (const float*)((const char*)coupling.data + (size_t)row * (size_t)coupling.strides[0]);
 floats x = {}, y = {}, z = {};
 """,
         OFFSETS.replace("POSITIONS", "position"),
@@ -348,93 +348,3 @@ def sum_pulled(
     here: wp.vec4,
     own: wp.vec3,
 ) -> wp.vec3: ...
-
-
-@wp.func_native(
-    _block(
-        """
-#ifdef __AVX512F__
-#define AT_ONCE 16
-#define MASK_TYPE unsigned short
-#define PACKED(v, mask) __builtin_ia32_compresssi512_mask(v, v, (unsigned short)(mask))
-#else
-#define AT_ONCE 8
-#define MASK_TYPE unsigned char
-#ifdef __AVX2__
-typedef unsigned char bytes __attribute__((vector_size(8)));
-// For each mask, the lanes that are in it.
-struct Lanes {
-    bytes of[256];
-    constexpr Lanes() : of() {
-        for (int mask = 0; mask < 256; ++mask)
-            for (int lane = 0, at = 0; lane < 8; ++lane)
-                if (mask >> lane & 1) of[mask][at++] = lane;
-    }
-};
-static constexpr Lanes lanes;
-#define PACKED(v, mask) __builtin_ia32_permvarsi256(v, __builtin_convertvector(lanes.of[mask], ints))
-#endif
-#endif
-typedef float floats __attribute__((vector_size(4 * AT_ONCE)));
-typedef int ints __attribute__((vector_size(4 * AT_ONCE)));
-typedef bool bits __attribute__((ext_vector_type(AT_ONCE)));
-#define MASK(v) __builtin_bit_cast(MASK_TYPE, __builtin_convertvector(v, bits))
-const int slots = listed.shape[1];
-int* list = listed.data + (size_t)row * (size_t)slots;
-const float reach2 = reach * reach;
-int so_far = found;
-for (int k = begin; k < end; k += AT_ONCE) {
-    floats dx, dy, dz;
-    __builtin_memcpy(&dx, x.data + k, sizeof dx);
-    __builtin_memcpy(&dy, y.data + k, sizeof dy);
-    __builtin_memcpy(&dz, z.data + k, sizeof dz);
-    dx -= here[0]; dy -= here[1]; dz -= here[2];
-    const ints near = dx * dx + dy * dy + dz * dz < reach2;
-    unsigned mask = MASK(near);
-    ints who;
-    __builtin_memcpy(&who, number.data + k, sizeof who);
-    mask &= ~MASK(who == self);
-    if (end - k < AT_ONCE) mask &= (1u << (end - k)) - 1;
-#ifdef PACKED
-    // Packed in a register and stored whole: some processors take 20 ns to pack straight into memory.
-    const ints packed = PACKED(who, mask);
-    const int more = __builtin_popcount(mask);
-    if (so_far + AT_ONCE <= slots) __builtin_memcpy(list + so_far, &packed, sizeof packed);
-    else if (so_far + more <= slots) __builtin_memcpy(list + so_far, &packed, 4 * more);
-    so_far += more;
-#else
-    for (; mask; mask &= mask - 1) {
-        if (so_far < slots) list[so_far] = who[__builtin_ctz(mask)];
-        so_far += 1;
-    }
-#endif
-}
-return so_far;
-"""
-    )
-)
-def collect(
-    x: wp.array[float],
-    y: wp.array[float],
-    z: wp.array[float],
-    number: wp.array[int],
-    begin: int,
-    end: int,
-    here: wp.vec4,
-    reach: float,
-    self: int,
-    listed: wp.array2d[int],
-    row: int,
-    found: int,
-) -> int: ...
-
-
-@wp.func_native("""{
-typedef int ints __attribute__((vector_size(64)));
-int* list = listed.data + (size_t)row * (size_t)listed.shape[1];
-const ints whole = ints{} + dummy;
-// A list is a whole number of sixteens long: only the last of them has less room.
-if (count + 16 <= listed.shape[1]) __builtin_memcpy(list + count, &whole, sizeof whole);
-else for (int slot = count; slot < listed.shape[1]; ++slot) list[slot] = dummy;
-}""")
-def pad(listed: wp.array2d[int], row: int, count: int, dummy: int): ...

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import warp as wp
 
 from simulate.kernels.coarse_pressure import CoarseRows
-from simulate.kernels.distance import Distance, distance_at, move
+from simulate.kernels.distance import ROUNDED, Distance, distance_at, move
 from simulate.kernels.neighbours import Neighbours
 from simulate.kernels.status import ESCAPED, MOVING, SPILLED, Movers, Particles, bring_to_rest
 
@@ -65,7 +65,7 @@ def predict(
     x = xyz(particles.position[i])
     particles.previous_position[i] = x
     v = particles.velocity[i] + step_s * (gravity - damping * particles.velocity[i])
-    there = move(solid, particles.free, i, x, step_s * v, clearance)
+    there = move(solid, particles.free, particles.wall, i, x, step_s * v, clearance)
     particles.position[i] = wp.vec4(there[0], there[1], there[2], 0.0)
 
 
@@ -73,13 +73,37 @@ def predict(
 def shift(
     begin: int, movers: Movers, particles: Particles, clearance: float, solid: Distance, correction: wp.array[wp.vec3]
 ):
-    """Move by the pressure's correction, as far as walls allow."""
+    """Move by the pressure's last correction in a substep, as far as walls allow.
+
+    The move begins where the substep did: since then, walls were planes.
+    """
     row = begin + wp.tid()
     if row >= movers.count[0]:
         return
     i = movers.particle[row]
     x = particles.position[i]
-    there = move(solid, particles.free, i, xyz(x), correction[row], clearance)
+    start = particles.previous_position[i]
+    there = move(solid, particles.free, particles.wall, i, start, xyz(x) + correction[row] - start, clearance)
+    particles.position[i] = wp.vec4(there[0], there[1], there[2], x[3])
+
+
+@wp.kernel
+def shift_beside(
+    begin: int, movers: Movers, particles: Particles, clearance: float, solid: Distance, correction: wp.array[wp.vec3]
+):
+    """Move by another of the pressure's corrections, with the nearest wall as a plane where it is one."""
+    row = begin + wp.tid()
+    if row >= movers.count[0]:
+        return
+    i = movers.particle[row]
+    x = particles.position[i]
+    wall = particles.wall[i]
+    there = xyz(x) + correction[row]
+    if wall[0] == ROUNDED:
+        there = move(solid, particles.free, particles.wall, i, xyz(x), correction[row], clearance)
+    else:
+        normal = xyz(wall)
+        there += wp.max(clearance - (wp.dot(normal, there) - wall[3]), 0.0) * normal
     particles.position[i] = wp.vec4(there[0], there[1], there[2], x[3])
 
 
@@ -117,7 +141,7 @@ def move_as_solved(
     if yields[i // particles.per_run] == 0.0:
         return
     step = step_s * particles.velocity[i]
-    there = move(solid, particles.free, i, particles.previous_position[i], step, clearance)
+    there = move(solid, particles.free, particles.wall, i, particles.previous_position[i], step, clearance)
     particles.position[i] = wp.vec4(there[0], there[1], there[2], particles.position[i][3])
 
 
@@ -196,8 +220,8 @@ def pressure_kernels(loops: ModuleType, module: Any) -> PressureKernels:
         """rho_i = sum_j m W_poly6 + sum_k psi_k W_poly6, and its gradients by the spiky kernel."""
         h = kernel.support
         near = neighbours
-        sums = sum_density(position, near.fluid, row, near.fluid_count[row], here, h)
-        walls = sum_walls(near.wall_particle, near.wall, row, near.wall_count[row], here, h)
+        sums = sum_density(position, near.fluid, near.fluid_at[row], near.fluid_count[row], here, h)
+        walls = sum_walls(near.wall_particle, near.wall, near.wall_at[row], near.wall_count[row], here, h)
         it = Constraint()
         it.by_walls = kernel.wall_density * walls[0]
         it.density = swelling * kernel.density * (h * h * h * h * h * h + sums[0]) + it.by_walls
@@ -288,7 +312,7 @@ def pressure_kernels(loops: ModuleType, module: Any) -> PressureKernels:
         step += slope * sum_correction(
             particles.position,
             neighbours.fluid,
-            row,
+            neighbours.fluid_at[row],
             neighbours.fluid_count[row],
             here,
             kernel.support,

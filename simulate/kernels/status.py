@@ -1,4 +1,4 @@
-"""Device code of the particles' status: release, freezing by age, sleep below the yield stress, and waking."""
+"""Device code of the particles' status: release, freezing by age, and sleep below the yield stress."""
 
 import warp as wp
 
@@ -31,6 +31,10 @@ class Particles:
     free: wp.array[wp.vec4]
     """Centre and radius of a ball that keeps clear of all walls, from when they were last asked for; none is older than
     the frame.
+    """
+    wall: wp.array[wp.vec4]
+    """Unit normal of the nearest wall's plane and its offset along it, from the same time; zero
+    where walls are far, ROUNDED where they are no plane.
     """
     density: wp.array[float]  # Density over the rest density
     volume_and_viscosity: wp.array[wp.vec2]
@@ -144,7 +148,7 @@ def fall_asleep(
     movers: Movers,
     particles: Particles,
     yields: wp.array[float],
-    step_s: float,
+    frame_s: float,
     patience_s: float,
     slowest_shear: float,
     slowest: float,
@@ -161,45 +165,10 @@ def fall_asleep(
     i = movers.particle[row]
     if particles.status[i] != MOVING or yields[i // particles.per_run] == 0.0:
         return
-    quiet = wp.min(quiet_s[i], 0.0) - step_s
+    quiet = wp.min(quiet_s[i], 0.0) - frame_s
     if shear[i] < slowest_shear and wp.length(particles.velocity[i]) < slowest:
-        quiet = wp.max(quiet_s[i], 0.0) + step_s
+        quiet = wp.max(quiet_s[i], 0.0) + frame_s
     quiet_s[i] = quiet
     if quiet >= patience_s:
         particles.status[i] = ASLEEP
         bring_to_rest(particles, i)
-
-
-@wp.kernel
-def wake(
-    begin: int,
-    movers: Movers,
-    particles: Particles,
-    yields: wp.array[float],
-    fast: float,
-    restless_s: float,
-    listed: wp.array2d[int],
-    count: wp.array[int],
-    drag: wp.array[float],
-    held: wp.array[float],
-    quiet_s: wp.array[float],  # in, out
-):
-    """Wake the sleeping neighbours of a particle that is fast, or was above its yield stress for ``restless_s``.
-
-    Several threads may write to one of them; all write the same.
-    """
-    row = begin + wp.tid()
-    if row >= movers.count[0]:
-        return
-    # Most particles have no neighbour at rest: walls alone hold them.
-    if held[row] == drag[row]:
-        return
-    i = movers.particle[row]
-    if yields[i // particles.per_run] == 0.0:
-        return
-    if wp.length(particles.velocity[i]) > fast or quiet_s[i] < -restless_s:
-        for slot in range(count[row]):
-            j = listed[row, slot]
-            if particles.status[j] == ASLEEP:
-                particles.status[j] = MOVING
-                quiet_s[j] = 0.0

@@ -119,12 +119,12 @@ def viscosity_kernels(loops: ModuleType, module: Any) -> ViscosityKernels:
         if age > 0:
             own = particles.velocity[i]
             here = particles.position[i]
-            walls = sum_drag(near.wall_particle, near.wall, row, near.wall_count[row], here, support)
+            walls = sum_drag(near.wall_particle, near.wall, near.wall_at[row], near.wall_count[row], here, support)
             sums = sum_gradient(
                 particles.position,
                 particles.velocity,
                 near.fluid,
-                row,
+                near.fluid_at[row],
                 near.fluid_count[row],
                 here,
                 own,
@@ -167,7 +167,7 @@ def viscosity_kernels(loops: ModuleType, module: Any) -> ViscosityKernels:
             particles.velocity,
             particles.scaled_residual,
             near.fluid,
-            row,
+            near.fluid_at[row],
             near.fluid_count[row],
             here,
             particles.volume_and_viscosity[i],
@@ -176,7 +176,7 @@ def viscosity_kernels(loops: ModuleType, module: Any) -> ViscosityKernels:
             support,
             system.coupling,
         )
-        walls = sum_drag(near.wall_particle, near.wall, row, near.wall_count[row], here, support)
+        walls = sum_drag(near.wall_particle, near.wall, near.wall_at[row], near.wall_count[row], here, support)
         drag = paste.drag[i // particles.per_run] * walls[0] + system.at_walls[i] * walls[1]
         system.drag[row] = drag
         # A pair pulls along one of three directions.
@@ -209,7 +209,7 @@ def viscosity_kernels(loops: ModuleType, module: Any) -> ViscosityKernels:
             vector,
             system.coupling,
             near.fluid,
-            row,
+            near.fluid_at[row],
             near.fluid_count[row],
             particles.position[i],
             vector[i],
@@ -242,14 +242,14 @@ def viscosity_kernels(loops: ModuleType, module: Any) -> ViscosityKernels:
             before,
             particles.volume_and_viscosity,
             near.fluid,
-            row,
+            near.fluid_at[row],
             near.fluid_count[row],
             here,
             own,
             particles.volume_and_viscosity[i][1],
             support,
         )
-        walls = sum_drag(near.wall_particle, near.wall, row, near.wall_count[row], here, support)
+        walls = sum_drag(near.wall_particle, near.wall, near.wall_at[row], near.wall_count[row], here, support)
         drag = paste.drag[i // particles.per_run] * walls[0] + system.at_walls[i] * walls[1]
         system.drag[row] = drag
         system.held[row] = drag + pulled[3]

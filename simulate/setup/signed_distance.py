@@ -18,7 +18,9 @@ CLEARANCE = 0.86
 MARGIN_MM = 12.0
 """Width of the face around the crack's mouth that the grid covers; beyond it sealant rests on the plane z = 0."""
 RAISED_MM = 1e-3  # Height above which a vertex is not a rounding error of the face
+ROUND = 0.15  # Distance over the radius by which walls may be off a plane that stands for them
 EVERYWHERE_MM = 1e7
+SLACK = 1.001  # Factor of a length that rounding may have shortened
 COARSE = 4  # Blocks along the edge of a group of blocks
 BLOCKS_AT_MOST = 4_000_000
 """Largest number of blocks of 64 cells: 1.6 m of a paper-sized crack at its radius, and 3 GB at worst."""
@@ -63,13 +65,11 @@ def build_barrier(solid: Solid, outline: Outline, radius_mm: float, device: str)
     half_diagonal_mm = np.sqrt(3) / 2 * block_mm
     number = np.stack(np.meshgrid(*map(np.arange, blocks), indexing="ij"), axis=-1).reshape(-1, 3)
     middle_mm = low + (number + 0.5) * block_mm
-    centre_mm = _at_centres(mesh, number, middle_mm, half_diagonal_mm + radius_mm, block_mm, device)
+    centre_mm = _at_centres(mesh, low, number, middle_mm, half_diagonal_mm + radius_mm, block_mm, device)
     near = (centre_mm > -half_diagonal_mm) & (centre_mm < half_diagonal_mm + radius_mm)
     faced = near.copy()
     faced[near] = _at_the_face(solid, middle_mm[near], half_diagonal_mm, block_mm, device)
     noded = near & ~faced
-    within_mm = 2 * half_diagonal_mm + radius_mm + spacing_mm
-    nodes = _nodes(mesh, low, number[noded] * device_code.BLOCK, spacing_mm, within_mm, device)
     row = np.full(len(number), int(device_code.FAR))
     row[faced] = int(device_code.FACE)
     row[noded] = np.arange(noded.sum())
@@ -79,27 +79,30 @@ def build_barrier(solid: Solid, outline: Outline, radius_mm: float, device: str)
     grid.blocks = wp.vec3i(*map(int, blocks))
     grid.row = wp.array(row, dtype=int, device=device)
     grid.centre = wp.array(centre_mm * CM, dtype=float, device=device)
-    grid.nodes = wp.array(nodes.ravel() * CM, dtype=float, device=device)
     grid.face = wp.vec4(*(np.array(solid.block_mm) * CM))
+    nodes_mm = _nodes_mm(mesh, grid, low, number[noded], spacing_mm, device)
+    grid.nodes = wp.array(nodes_mm.ravel() * CM, dtype=float, device=device)
+    grid.rounded = wp.array(_off_plane(nodes_mm) > ROUND * radius_mm, dtype=int, device=device)
     return Barrier(grid, mesh, CLEARANCE * radius_mm * CM, device)
 
 
 def _at_centres(
-    mesh: wp.Mesh, number: Integers, middle_mm: Floats, near_mm: float, block_mm: float, device: str
+    mesh: wp.Mesh, low: Floats, number: Integers, middle_mm: Floats, near_mm: float, block_mm: float, device: str
 ) -> Floats:
     """Distance at each block's centre, (b,), or a lower bound of it where it is larger than ``near_mm``.
 
     Blocks are measured one by one only where their group of ``COARSE`` cubed comes near the surface.
     """
-    _, first, member = np.unique(number // COARSE, axis=0, return_index=True, return_inverse=True)
-    group_mm = middle_mm[first] + (COARSE - 1) / 2 * block_mm
-    group_mm -= (number[first] % COARSE) * block_mm
-    around_mm = exact_distance_mm(mesh, group_mm, device)[member.ravel()]
-    away_mm = np.linalg.norm(middle_mm - group_mm[member.ravel()], axis=1)
+    groups = number.max(axis=0) // COARSE + 1
+    member = np.ravel_multi_index(tuple((number // COARSE).T), tuple(groups))
+    first = np.stack(np.meshgrid(*map(np.arange, groups), indexing="ij"), axis=-1).reshape(-1, 3) * COARSE
+    group_mm = low + (first + 0.5) * block_mm + (COARSE - 1) / 2 * block_mm
+    around_mm = exact_distance_mm(mesh, group_mm, device)[member]
+    away_mm = np.linalg.norm(middle_mm - group_mm[member], axis=1)
     for_sure_mm = np.abs(around_mm) - away_mm
     centre_mm = np.sign(around_mm) * for_sure_mm
     unsure = for_sure_mm <= near_mm
-    centre_mm[unsure] = exact_distance_mm(mesh, middle_mm[unsure], device)
+    centre_mm[unsure] = _beside_mm(mesh, middle_mm[unsure], around_mm[unsure], away_mm[unsure], device)
     return centre_mm
 
 
@@ -114,16 +117,26 @@ def _at_the_face(solid: Solid, middle_mm: Floats, half_diagonal_mm: float, block
     return away_mm - half_diagonal_mm > np.abs(middle_mm[:, 2]) + block_mm / 2
 
 
-def _nodes(mesh: wp.Mesh, low: Floats, first: Integers, spacing_mm: float, within_mm: float, device: str) -> Floats:
-    """Distances on the nodes of blocks, (b, NODES), that begin at node ``first``; each node is measured once."""
-    side = np.arange(device_code.BLOCK + 1)
-    offset = np.stack(np.meshgrid(side, side, side, indexing="ij"), axis=-1).reshape(-1, 3)
-    key = np.zeros((len(first), len(offset)), dtype=np.int64)
-    for axis in range(3):
-        key = key << 21 | (first[:, None, axis] + offset[:, axis])
-    unique, which = np.unique(key, return_inverse=True)
-    node = np.stack([unique >> 42, unique >> 21 & 0x1FFFFF, unique & 0x1FFFFF], axis=-1)
-    return exact_distance_mm(mesh, low + node * spacing_mm, device, within_mm)[which].reshape(key.shape)
+def _nodes_mm(mesh: wp.Mesh, grid: Any, low: Floats, noded: Integers, spacing_mm: float, device: str) -> Floats:
+    """Distances on the nodes of the blocks ``noded``, (b, NODES), in a grid that has no nodes yet."""
+    distance = wp.empty((len(noded), int(device_code.NODES)), dtype=float, device=device)
+    places = [
+        wp.array((start + spacing_mm * np.arange(device_code.BLOCK * count + 1)) * CM, dtype=float, device=device)
+        for start, count in zip(low, grid.blocks, strict=True)
+    ]
+    number = wp.array(noded, dtype=wp.vec3i, device=device)
+    for shared in (False, True):
+        inputs = [mesh.id, grid, *places, number, shared, distance]
+        wp.launch(device_code.measure_nodes, distance.shape, inputs=inputs, device=device)
+    return distance.numpy() / CM
+
+
+def _off_plane(nodes_mm: Floats) -> Floats:
+    """Largest difference between the distances of a block's nodes, (b, NODES), and those from a plane, (b,)."""
+    side = np.arange(device_code.BLOCK + 1) - device_code.BLOCK / 2
+    away = np.stack(np.meshgrid(side, side, side, indexing="ij"), axis=-1).reshape(-1, 3)
+    slope = nodes_mm @ away / (away[:, 0] ** 2).sum()
+    return np.abs(nodes_mm - nodes_mm.mean(axis=1, keepdims=True) - slope @ away.T).max(axis=1, initial=0.0)
 
 
 def _mesh(solid: Solid, faces: Integers, device: str) -> wp.Mesh:
@@ -157,3 +170,14 @@ def exact_distance_mm(mesh: wp.Mesh, points_mm: Floats, device: str, within_mm: 
     if np.isnan(found[np.isfinite(points_mm).all(axis=1)]).any():
         raise InputError("the solid has no triangle of any area: check the mesh, or digitise again.")
     return found
+
+
+def _beside_mm(mesh: wp.Mesh, points_mm: Floats, known_mm: Floats, away_mm: Floats, device: str) -> Floats:
+    """Exact signed distance, (n,), of points each of which is ``away_mm`` from one with distance ``known_mm``."""
+    points = wp.array(points_mm * CM, dtype=wp.vec3, device=device)
+    known, away = (wp.array(of * CM, dtype=float, device=device) for of in (known_mm, away_mm * SLACK))
+    distance = wp.empty(len(points_mm), dtype=float, device=device)
+    wp.launch(
+        device_code.measure_beside, len(points_mm), inputs=[mesh.id, points, known, away, distance], device=device
+    )
+    return distance.numpy() / CM

@@ -10,7 +10,7 @@ from scipy.sparse import csr_array
 from scipy.spatial import KDTree
 
 from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Solid
-from simulate.setup.cell_grid import NOWHERE_CM
+from simulate.kernels.neighbours import NOWHERE_CM
 from simulate.setup.signed_distance import CLEARANCE, CM, MARGIN_MM, Barrier, build_barrier
 
 TURN = np.arctan((np.sqrt(5) - 1) / 2)

@@ -3,13 +3,14 @@ import pytest
 import warp as wp
 from scipy.spatial import KDTree
 
+from simulate.fluid.cell_grid import CellGrid
 from simulate.fluid.fault_checks import RunFault
+from simulate.fluid.launcher import Launcher
 from simulate.kernels import pressure, status
-from simulate.setup.cell_grid import CellGrid
 from simulate.setup.signed_distance import CM
-from tests.fluids import check, engine_with, in_rows, lattice, slot
+from tests.fluids import check, engine_with, in_rows, lattice, listed_fluid, listed_walls, slot
 
-REACH_CM = 1.04 * 0.16
+SUPPORT_CM = 0.16
 
 
 def test_the_neighbour_list_is_that_of_a_search_over_all_pairs():
@@ -18,12 +19,10 @@ def test_the_neighbour_list_is_that_of_a_search_over_all_pairs():
     points = np.random.default_rng(0).uniform([-3, -3, -16], [9, 3, 2], (1500, 3))
     engine = engine_with(points, crack, reach_mm=(np.array([0.0, -1.0, -10.0]), np.array([5.0, 1.0, 0.0])))
     engine.find_neighbours()
-    lists = engine.lists
     here = engine.state.position_mm() * CM
-    expected = KDTree(here).query_ball_point(here, REACH_CM)
-    found, count = lists.fluid.numpy(), lists.fluid_count.numpy()
-    for row, i in enumerate(in_rows(engine)):
-        assert sorted([i, *found[row, : count[row]]]) == sorted(expected[i])
+    expected = KDTree(here).query_ball_point(here, SUPPORT_CM)
+    for i, found in zip(in_rows(engine), listed_fluid(engine), strict=True):
+        assert sorted([i, *found]) == sorted(expected[i])
 
 
 def test_rows_follow_the_cells_and_leave_out_who_rests():
@@ -42,12 +41,12 @@ def test_rows_follow_the_cells_and_leave_out_who_rests():
 def test_walls_are_found_like_any_point():
     engine = engine_with(lattice(np.array([1, -1, -15]), np.array([5, 1, -8]), 0.7), slot())
     engine.find_neighbours()
-    lists, wall = engine.lists, engine.walls.position_and_share.numpy()[:, :3].astype(float)
-    expected = KDTree(wall).query_ball_point(engine.state.position_mm() * CM, REACH_CM)
-    found, count = lists.wall.numpy(), lists.wall_count.numpy()
-    assert max(count) > 8
-    for row, i in enumerate(in_rows(engine)):
-        assert sorted(found[row, : count[row]]) == sorted(expected[i])
+    wall = engine.walls.position_and_share.numpy()[:, :3].astype(float)
+    expected = KDTree(wall).query_ball_point(engine.state.position_mm() * CM, SUPPORT_CM)
+    found = listed_walls(engine)
+    assert max(map(len, found)) > 8
+    for i, near in zip(in_rows(engine), found, strict=True):
+        assert sorted(near) == sorted(expected[i])
 
 
 def test_a_list_that_is_too_short_is_reported_with_its_first_particle():
@@ -65,8 +64,7 @@ def test_what_left_is_nobodys_neighbour():
     engine.find_movers()
     engine.find_neighbours()
     assert engine.rows == (status_of == 0).sum()
-    count = engine.lists.fluid_count.numpy()[: engine.rows]
-    listed = np.concatenate([row[:n] for row, n in zip(engine.lists.fluid.numpy(), count, strict=False)])
+    listed = np.concatenate(listed_fluid(engine))
     assert len(listed) > 100
     assert not (listed % 3 == 0).any()
 
@@ -76,9 +74,10 @@ def test_what_left_is_nobodys_neighbour():
 def test_the_grid_sorts_a_part_of_its_points(count, in_order):
     """Later points are not out yet. Order within a cell is the points' own, so that sums come out the same."""
     points = np.random.default_rng(2).uniform(0, 1, (500, 3))
-    grid = CellGrid(np.zeros(3), np.ones(3), 0.25, 500, "cpu", in_order=in_order)
-    place = np.pad(points, ((0, 0), (0, 1)))
-    grid.fill(wp.array(place, dtype=wp.vec4, device="cpu"), wp.zeros(500, dtype=int, device="cpu"), count)
+    place = wp.array(np.pad(points, ((0, 0), (0, 1))), dtype=wp.vec4, device="cpu")
+    out = wp.zeros(500, dtype=int, device="cpu")
+    grid = CellGrid(np.zeros(3), np.ones(3), 0.25, place, out, Launcher("cpu"), in_order=in_order)
+    grid.fill(count)
     number = grid.cells.number.numpy()[:count]
     assert sorted(number) == list(range(count))
     key = (np.floor(points[number] / 0.25) @ [1, 4, 16]).astype(int)

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import FaceLabel, Solid
+from sealtwin.core.records import FaceLabel, Floats, Solid
+from simulate.profile import Mask
 from simulate.setup.signed_distance import CLEARANCE, CM, build_barrier
 from tests.fluids import engine_with, hewn, lattice, slot
 from tests.shapes import straight_slot
@@ -136,3 +137,39 @@ def test_moves_within_a_free_ball_end_where_walls_would_have_let_them():
         ends.append(engine.state.position_mm())
         assert engine.barrier.sampled_mm(ends[-1]).min() > 0.5 * 0.86 * 0.4
     assert np.abs(ends[0] - ends[1]).max() < 0.1
+
+
+def test_walls_are_planes_but_in_corners():
+    """Where they are no planes, the pressure asks for them in each of its iterations."""
+    solid, outline = slot(12.0, tilt="flare", depth_mm=6.0)
+    grid = build_barrier(solid, outline, RADIUS_MM, "cpu").grid
+
+    def rounded(points_mm: Floats) -> Mask:
+        block = np.floor((points_mm * CM - [*grid.corner]) / (4 * grid.spacing)).astype(int)
+        row = grid.row.numpy()[np.ravel_multi_index(tuple(block.T), [*grid.blocks])]
+        assert (row >= 0).all()
+        return grid.rounded.numpy()[row] == 1
+
+    along = np.linspace(3, 9, 40)
+    half_mm = 1.55 + np.tan(np.radians(5.5)) * 3.0
+    beside_wall = np.column_stack([along, np.full(40, half_mm - RADIUS_MM), np.full(40, -3.0)])
+    in_corner = np.column_stack([along, np.full(40, 1.55 - RADIUS_MM), np.full(40, -6 + RADIUS_MM)])
+    assert not rounded(beside_wall).any()
+    assert rounded(in_corner).all()
+
+
+def test_pressure_pushes_nothing_into_a_wall():
+    """Fluid that is far too dense bursts out of a corner and over the mouth's edges, where planes stand for no wall."""
+    solid, outline = slot(12.0, tilt="flare", depth_mm=6.0)
+    points = lattice(np.array([0.5, -1.1, -5.6]), np.array([11.5, 1.1, 0.6]), 0.52)
+    engine = engine_with(points, (solid, outline), reach_mm=(np.array([-30.0, -30, -6]), np.array([40.0, 30, 40])))
+    barrier = build_barrier(solid, outline, RADIUS_MM, "cpu")
+    start_mm, nearest_mm = engine.state.position_mm(), []
+    for _ in range(12):
+        engine.predict()
+        engine.find_neighbours()
+        engine.pressure.solve(engine.rows)
+        nearest_mm.append(barrier.exact_mm(engine.state.position_mm()).min())
+        engine.update_velocity()
+    assert np.abs(engine.state.position_mm() - start_mm).max() > 5
+    assert min(nearest_mm) > 0.8 * CLEARANCE * RADIUS_MM

@@ -9,7 +9,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from simulate.kernels import pair_sums, pair_sums_cpu
-from tests.fluids import engine_with, lattice, positions_mm, slot
+from tests.fluids import engine_with, lattice, listed_fluid, listed_walls, positions_mm, slot
 from tests.kernels_sums import sum_kernel
 
 SUPPORT = 0.16
@@ -55,14 +55,9 @@ def test_both_loops_find_the_same_neighbours_in_the_same_order():
     for native in (False, True):
         engine = engine_with(points, slot(), native=native)
         engine.find_neighbours()
-        near = engine.lists
-        lists.append([listed_in(near.fluid, near.fluid_count), listed_in(near.wall, near.wall_count)])
+        lists.append([[row.tolist() for row in found(engine)] for found in (listed_fluid, listed_walls)])
     assert lists[0] == lists[1]
     assert max(map(len, lists[0][1])) > 16
-
-
-def listed_in(listed: wp.array, count: wp.array) -> list[list[int]]:
-    return [sorted(row[:many].tolist()) for row, many in zip(listed.numpy(), count.numpy(), strict=True)]
 
 
 @pytest.mark.parametrize("solver", [{"viscosity_solve": "implicit"}, {"viscosity_solve": "explicit"}])

@@ -6,7 +6,7 @@ import pytest
 from simulate.fluid.solver import PATIENCE_S, RESTLESS_S, WAKING_CM_S
 from simulate.kernels.status import ASLEEP, MOVING, RESTS
 from simulate.setup.rheology import Rheology
-from tests.fluids import engine_with, slot
+from tests.fluids import FRAME_S, engine_with, slot
 
 PASTE = Rheology(30.0, 0.3, yield_cm2_s2=71.0, yield_most_cm2_s2=71.0)
 
@@ -34,7 +34,7 @@ def test_a_sleeper_wakes_beside_what_is_fast_or_goes_on_flowing(speed, flowed_s,
     quiet_s.assign(np.array([PATIENCE_S, -flowed_s], dtype=np.float32))
     engine.find_movers()
     engine.find_neighbours()
-    engine.viscosity._weigh(engine.rows)
+    engine.viscosity.weigh_pairs(engine.rows)
     engine._wake(engine.rows)
     assert (state.status.numpy()[0] == int(MOVING)) == wakes
     if wakes:
@@ -45,9 +45,9 @@ def test_a_moment_of_quiet_forgets_the_flow_and_one_of_flow_the_quiet():
     engine = engine_with(np.array([[3.0, 0.0, -8.0]]), slot(), fluid=PASTE)
     quiet_s = engine.lasting()["quiet_s"]
     for speed, before, after in (
-        (0.0, -5.0, engine.step_s),
-        (1.0, 0.2, -engine.step_s),
-        (1.0, -0.2, -0.2 - engine.step_s),
+        (0.0, -5.0, FRAME_S),
+        (1.0, 0.2, -FRAME_S),
+        (1.0, -0.2, -0.2 - FRAME_S),
     ):
         engine.state.velocity.assign(np.array([[speed, 0.0, 0.0]], dtype=np.float32))
         quiet_s.fill_(before)

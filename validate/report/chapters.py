@@ -84,6 +84,9 @@ def chapters(evidence: Evidence) -> list[Chapter]:
     number = count(1)
 
     def numbered(item: Item) -> Item:
+        if isinstance(item, Plate):
+            # Drawn once for the page and the PDF.
+            item = replace(item, draw=cache(item.draw))
         return replace(item, caption=f"Figure {next(number)}. {item.caption}") if isinstance(item, Picture) else item
 
     return [Chapter(title, name, tuple(map(numbered, items))) for title, name, items in _chapters(evidence)]
@@ -110,10 +113,9 @@ def _chapters(evidence: Evidence) -> Iterator[tuple[str, str, list[Item]]]:
     yield "Left out", "left-out", [Paragraph(tuple(sample_and_run.left_out(evidence)))]
     solid_and_path = sample_and_run.geometry_table(evidence), sample_and_run.path_table(evidence)
     dams = ", with the dams at its open ends" if evidence.solid.figures.dams else ""
-    # Its two pictures are rendered once for the page and the PDF.
     solid = Plate(
         f"The solid that was simulated, as it is in crack.stl{dams}, and its cavity alone.",
-        cache(lambda: draw_solid(evidence.solid)),
+        lambda: draw_solid(evidence.solid),
     )
     yield "Geometry", "geometry", [solid, *solid_and_path]
     yield "Provenance", "provenance", [again, versions, sample_and_run.settings_table(evidence)]

@@ -41,11 +41,10 @@ def age_scale(oldest_s: float) -> ColourScale:
 
 def draw_discs(axes: Axes, place_mm: Floats, radius_mm: float, value: Floats, scale: ColourScale) -> EllipseCollection:
     """Draw particles at (n, 2) as discs of their size, in pixels: 15,000 outlines would take megabytes."""
-    across_mm = np.full(len(place_mm), 2 * radius_mm)
     discs = EllipseCollection(
-        across_mm,
-        across_mm,
-        np.zeros(len(place_mm)),
+        [2 * radius_mm],
+        [2 * radius_mm],
+        [0.0],
         units="xy",
         offsets=place_mm,
         offset_transform=axes.transData,

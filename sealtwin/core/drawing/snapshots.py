@@ -250,5 +250,7 @@ def write_gallery(
         for kind, metadata in METADATA.items():
             with replacing(folder / f"{name}.{kind}") as temporary, theme.themed(), rc_context({"svg.hashsalt": name}):
                 theme.save(figure, temporary, dpi=DPI, metadata=metadata)
+            # Both kinds are of one size, and laying out takes as long as drawing.
+            figure.set_layout_engine("none")
             written.append(f"{name}.{kind}")
     return written

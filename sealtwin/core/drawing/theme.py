@@ -50,6 +50,8 @@ STYLE: Any = {
     "axes.titlesize": 10.0,
     "axes.titlelocation": "left",
     "axes.titleweight": "bold",
+    # No figure has ticks at its top, and to look for them measures all labels once more.
+    "axes.titley": 1.0,
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.grid": True,
@@ -146,19 +148,18 @@ PAGE_COLOURS = {
 def save(figure: Figure, target: Path | IO[Any], **how: Any) -> None:
     """Write a figure as ``Figure.savefig`` does, in a fifth less time.
 
-    Before it draws a figure, matplotlib draws it with nothing to draw on, to lay it out; here that call only lays out.
+    Before it draws a figure, matplotlib draws it with nothing to draw on, to lay it out; here that call only lays out,
+    where the figure has a layout engine.
     """
     draw = figure.draw
 
-    def lay_out_or_draw(renderer: RendererBase) -> None:
+    def lay_out(_: RendererBase) -> None:
         engine = figure.get_layout_engine()
-        # Laid out, the figure has a placeholder in place of its engine.
         if isinstance(engine, ConstrainedLayoutEngine):
             engine.execute(figure)
-        else:
-            draw(renderer)
+        vars(figure)["draw"] = draw
 
-    vars(figure)["draw"] = lay_out_or_draw
+    vars(figure)["draw"] = lay_out
     try:
         figure.savefig(target, **how)
     finally:

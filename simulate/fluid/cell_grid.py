@@ -1,0 +1,133 @@
+"""Points sorted into cells, for neighbour search: the fluid anew in each substep, the walls once."""
+
+from typing import Any
+
+import numpy as np
+import warp as wp
+from warp.utils import array_scan, radix_sort_pairs
+
+from sealtwin.core.records import Floats
+from simulate.fluid.launcher import Launcher
+from simulate.kernels import cells as device_code
+from simulate.kernels.neighbours import BLOCK, Neighbours
+
+NEIGHBOURS = 128  # Slots of a list, a whole number of sixteens. Fluid at rest fills about 50, at twice its density 100.
+WALL_NEIGHBOURS = 96  # Slots of a list. A flat wall fills about 13, a narrow corner three times that.
+ENTRIES = 76  # Entries a row for which packed lists have room at first; fluid at rest, and what pads it, fills 58 to 65
+MOST_ROOM = int(BLOCK) * (NEIGHBOURS + WALL_NEIGHBOURS) // 16
+"""Sixteens of entries of a block all of whose lists are full."""
+SPARE = 16  # Entries past the last one that a loop over sixteen points at a time may read
+
+
+def neighbour_lists(rows: int, wall_particle: wp.array, device: str, *, packed: bool) -> Any:
+    """Empty neighbour lists of at most ``rows`` movers, ``packed`` for a CPU's loops."""
+    lists = Neighbours()
+    lists.room = int(packed)
+    lists.lacking = wp.zeros(1, dtype=int, device=device)
+    for name in ("fluid_at", "fluid_count", "wall_at", "wall_count"):
+        setattr(lists, name, wp.zeros(rows, dtype=int, device=device))
+    lists.wall_particle = wall_particle
+    make_room(lists, ENTRIES * int(BLOCK) // 16)
+    return lists
+
+
+def make_room(lists: Any, sixteens: int) -> None:
+    """Give the lists empty stores; where they are packed, with room for so many sixteens of entries in a block."""
+    rows, device = len(lists.fluid_count), lists.fluid_count.device
+    if lists.room:
+        lists.room = sixteens
+    lists.lacking.zero_()
+    lists.store, lists.fluid = pairs_of(lists, NEIGHBOURS, int)
+    if lists.room:
+        lists.wall = _windows(lists.store, (lists.fluid.shape[0], WALL_NEIGHBOURS), (16, 1))
+    else:
+        lists.wall_store = wp.zeros(WALL_NEIGHBOURS * rows, dtype=int, device=device)
+        lists.wall = _windows(lists.wall_store, (rows, WALL_NEIGHBOURS), (1, rows))
+
+
+def pairs_of(lists: Any, slots: int, dtype: type) -> tuple[wp.array, wp.array]:
+    """A store with a value for each entry of the lists, and its windows of ``slots`` values, in two dimensions.
+
+    Where they are packed a window begins at every sixteenth entry. A GPU reads one slot of many rows at once: there
+    each row has a window, whose slots are far apart.
+    """
+    rows, device = len(lists.fluid_count), lists.fluid_count.device
+    if not lists.room:
+        store = wp.zeros(slots * rows, dtype=dtype, device=device)
+        return store, _windows(store, (rows, slots), (1, rows))
+    sixteens = -(-rows // int(BLOCK)) * lists.room
+    # The last windows reach beyond the last block.
+    store = wp.zeros(16 * sixteens + slots, dtype=dtype, device=device)
+    return store, _windows(store, (sixteens, slots), (16, 1))
+
+
+def _windows(store: wp.array, shape: tuple[int, int], steps: tuple[int, int]) -> wp.array:
+    """Windows on a store, which they do not keep alive; ``steps`` are entries from one window and slot to the next."""
+    size = wp.types.type_size_in_bytes(store.dtype)
+    strides = steps[0] * size, steps[1] * size
+    return wp.array(ptr=store.ptr, dtype=store.dtype, shape=shape, strides=strides, device=store.device)
+
+
+class CellGrid:
+    """A box of cells for each of ``runs`` clouds of as many points; points beyond it belong to border cells.
+
+    Points whose ``status`` says that they are gone, or not released yet, are left out.
+    """
+
+    def __init__(
+        self,
+        low: Floats,
+        high: Floats,
+        size: float,
+        position: wp.array,
+        status: wp.array,
+        launcher: Launcher,
+        runs: int = 1,
+        in_order: bool | None = None,
+    ) -> None:
+        """``in_order`` says that the device takes one point after the other, as a CPU does; None asks the device."""
+        device, points = str(position.device), len(position)
+        count = np.maximum(np.ceil((high - low) / size).astype(int), 1)
+        cells = runs * int(count.prod())
+        self._in_order = device == "cpu" if in_order is None else in_order
+        self._bits = cells.bit_length()  # Bits of a cell's number. To sort by all 32 would be twice the work.
+        # One cell more for points left out, and one end more than cells.
+        self._counts = wp.zeros(cells + 2, dtype=int, device=device)
+        self._ends = wp.zeros(cells + 2, dtype=int, device=device)
+        # A sort needs as much room again.
+        room = points if self._in_order else 2 * points
+        self._cell = wp.zeros(room, dtype=int, device=device)
+        self._number = wp.zeros(room + SPARE, dtype=int, device=device)
+        self._rank = wp.zeros(points, dtype=int, device=device) if self._in_order else self._number
+        self.cells = device_code.CellArrays()
+        self.cells.corner = wp.vec3(*low)
+        self.cells.size = size
+        self.cells.count = wp.vec3i(*map(int, count))
+        self.cells.points_per_run = points // runs
+        self.cells.start = self._ends
+        self.cells.x, self.cells.y, self.cells.z = (
+            wp.zeros(points + SPARE, dtype=float, device=device) for _ in range(3)
+        )
+        self.cells.number = self._number
+        to = [self.cells.x, self.cells.y, self.cells.z]
+        self._count = launcher.bind_first(
+            device_code.count_in_cells, self.cells, runs, position, status, self._cell, self._rank, self._counts
+        )
+        self._put = launcher.bind_first(
+            device_code.put_in_cells, self._cell, self._rank, self._ends, position, *to, self._number
+        )
+        self._number_all = launcher.bind_first(device_code.number_points, self._number)
+        self._gather = launcher.bind_first(device_code.gather, self._number, position, *to)
+
+    def fill(self, count: int) -> None:
+        """Sort the first ``count`` points; the order within a cell is theirs, on any device."""
+        self._counts.zero_()
+        self._count(count)
+        array_scan(self._counts, self._ends, inclusive=False)
+        if self._in_order:
+            # The rank of a point in its cell is its place in the sorted order: half the time of a sort.
+            self._put(count)
+        else:
+            self._number_all(count)
+            radix_sort_pairs(self._cell, self._number, count, end_bit=self._bits)
+            self._gather(count)

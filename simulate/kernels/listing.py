@@ -1,0 +1,64 @@
+"""Device code that lists the neighbours of a row: the search through the cells around it, for any device.
+
+``listing_cpu`` has the same search for CPUs; tests compare the two.
+"""
+
+import warp as wp
+
+from simulate.kernels.cells import NEARLY_ONE, CellArrays, beside, cell_along, cells_per_run
+from simulate.kernels.neighbours import Neighbours
+from simulate.kernels.status import Movers
+
+wp.set_module_options({"enable_backward": False})
+
+ROWS = wp.constant(1)  # Rows that a thread lists
+
+
+@wp.func
+def collect(cells: CellArrays, run: int, here: wp.vec4, self: int, listed: wp.array2d[int], row: int):
+    """List the points of a run's cells that are nearer than a cell's size, ``self`` apart; returns their number.
+
+    Points beyond the row's last slot are only counted.
+    """
+    reach = cells.size
+    count = cells.count
+    a = cell_along(here[0], cells.corner[0], reach, count[0])
+    b = cell_along(here[1], cells.corner[1], reach, count[1])
+    c = cell_along(here[2], cells.corner[2], reach, count[2])
+    base = run * cells_per_run(cells)
+    found = int(0)
+    for cc in range(wp.max(c - 1, 0), wp.min(c + 2, count[2])):
+        above = beside(here[2], cells.corner[2], reach, c, cc)
+        for bb in range(wp.max(b - 1, 0), wp.min(b + 2, count[1])):
+            aside = beside(here[1], cells.corner[1], reach, b, bb)
+            if above * above + aside * aside <= NEARLY_ONE:
+                line = base + count[0] * (bb + count[1] * cc)
+                low = cells.start[line + wp.max(a - 1, 0)]
+                high = cells.start[line + wp.min(a + 2, count[0])]
+                for k in range(low, high):
+                    offset = wp.vec3(cells.x[k] - here[0], cells.y[k] - here[1], cells.z[k] - here[2])
+                    if wp.length_sq(offset) < reach * reach and cells.number[k] != self:
+                        if found < listed.shape[1]:
+                            listed[row, found] = cells.number[k]
+                        found += 1
+    return found
+
+
+@wp.func
+def list_rows(
+    first: int,
+    last: int,
+    movers: Movers,
+    cells: CellArrays,
+    wall_cells: CellArrays,
+    position: wp.array[wp.vec4],
+    near: Neighbours,  # out: the counts are of all that was found
+):
+    """List the fluid and the wall particles near the movers of some rows, each row in a window of its own."""
+    for row in range(first, last):
+        i = movers.particle[row]
+        here = position[i]
+        near.fluid_at[row] = row
+        near.wall_at[row] = row
+        near.fluid_count[row] = collect(cells, i // cells.points_per_run, here, i, near.fluid, row)
+        near.wall_count[row] = collect(wall_cells, 0, here, -1, near.wall, row)
