@@ -25,7 +25,7 @@ from validate.metrics.volumes import balance_profile, fill_volumes, mass_balance
 from validate.report_input import Evidence
 from validate.settings import OF_THE_READINGS, Gate, Readings, Uncertainty
 from validate.uncertainty import validation
-from validate.uncertainty.budget import Budget, Component, Curve, Kind, normals, rms
+from validate.uncertainty.budget import Budget, Component, Curve, Kind, draws_for, normals, rms
 from validate.uncertainty.reading_errors import budget_of
 from validate.uncertainty.validation import COVERAGE, Effect, Spread
 from validate.units import LABELS
@@ -228,8 +228,8 @@ def _station_errors(simulated: Profile, measured: Profile, budget: Budget, x: Fl
     """Error at each station on the covered stretch ``x``, and the standard uncertainties of it."""
     held = (measured.s_mm >= x[0]) & (measured.s_mm <= x[-1])
     covered = budget.at(held)
-    kinds = {one.kind for one in budget.components}
-    parts: dict[Kind, Floats] = {kind: covered.of(kind).band_mm / COVERAGE for kind in kinds}
+    kinds: set[Kind] = {one.kind for one in budget.components}
+    parts = {kind: covered.of(kind).band_mm / COVERAGE for kind in kinds}
     return StationErrors(
         s_mm=measured.s_mm[held],
         error_mm=np.interp(measured.s_mm[held], simulated.s_mm, simulated.level_mm) - measured.level_mm[held],
@@ -251,12 +251,13 @@ def _size_component(spread: Spread, s_mm: Floats, numerics: SizeStudy) -> Compon
     station_mm = rms(np.array([spread.converged(three).standard for three in levels_mm.T]))
     mean_mm = numerics.mean_level_mm.standard
     own_mm = np.sqrt(max(0.0, station_mm**2 - mean_mm**2))
-    draws_mm = mean_mm * normals("particle size", 1) + own_mm * normals("particle size, each", len(s_mm))
+    draws = draws_for(len(s_mm))
+    draws_mm = mean_mm * normals("particle size", 1, draws) + own_mm * normals("particle size, each", len(s_mm), draws)
     return Component("particle size", "computed", draws_mm, shared=True, kind="numerics")
 
 
 def _input_component(effect: Effect, x: Floats, s_mm: Floats) -> Component:
-    draws_mm = np.interp(s_mm, x, effect.level_mm) * normals(effect.name, 1)
+    draws_mm = np.interp(s_mm, x, effect.level_mm) * normals(effect.name, 1, draws_for(len(s_mm)))
     name = LABELS["inputs"][effect.name][0]
     return Component(name, "declared", draws_mm, shared=True, kind="inputs", setting=f"uncertainty.{effect.name}")
 

@@ -233,10 +233,10 @@ def as_near_as_the_best(
     off_mm = budget.at_stations_mm[:DRAWS] @ hats(s_mm, readings.s_mm).T
     random = np.random.default_rng(0)
     best = int(np.argmin([run.mean_error_mm for run in runs]))
-    least_mm = mean_absolute(s_mm, error_mm[best] + off_mm) + scatter_mm * random.standard_normal(DRAWS)
+    least_mm = mean_absolute(s_mm, error_mm[best] + off_mm) + scatter_mm * random.standard_normal(len(off_mm))
     near = []
     for number, each_mm in enumerate(error_mm):
-        here_mm = mean_absolute(s_mm, each_mm + off_mm) + scatter_mm * random.standard_normal(DRAWS)
+        here_mm = mean_absolute(s_mm, each_mm + off_mm) + scatter_mm * random.standard_normal(len(off_mm))
         near.append(number == best or float((here_mm <= least_mm).mean()) > CANNOT_TELL)
     return tuple(near)
 

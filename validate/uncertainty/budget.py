@@ -7,18 +7,20 @@ half-width of a 95 % interval, so that twice u is that interval, whatever the di
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sealtwin.core.comparison import BudgetPart, BudgetSummary
-from sealtwin.core.records import Floats
+from sealtwin.core.records import Floats, Integers
 from validate.settings import PASS_MM
 
 DRAWS = 4_000
 """Number of draws of each error. They are stratified, so that one error alone is as exact as its quantiles; the sum of
 several gives a half-width to 1 %."""
+MOST = 1_000_000
+"""Numbers in the draws of one error at most: a scan of more than 250 stations gets fewer draws."""
 CURVES = 1_000  # Number of them for the mean error, whose interval needs a search
 FEW_STATIONS = 200
 SHARE = 0.95
@@ -36,7 +38,7 @@ class Component:
 
     name: str
     source: Source
-    draws_mm: Floats  # (DRAWS, n), or (DRAWS, n - 1) for an error between stations
+    draws_mm: Floats  # (draws, n), or (draws, n - 1) for an error between stations
     shared: bool = False  # True for an error that many stations have alike, which does not average out along the crack
     between: bool = False  # True for a height above the straight line, in the middle between two stations
     kind: Kind = "readings"
@@ -49,8 +51,8 @@ class Curve:
 
     x: Floats
     error_mm: Floats
-    hat: Floats  # (len(x), n): share of each station's level
-    bump: Floats  # (len(x), n - 1): share of each height between two stations
+    hat: Any  # (len(x), n): share of each station's level
+    bump: Any  # (len(x), n - 1): share of each height between two stations
 
     @classmethod
     def of(cls, x: Floats, error_mm: Floats, s_mm: Floats) -> "Curve":
@@ -65,9 +67,9 @@ class Curve:
 
     def weights(self, sign: Floats | None = None) -> tuple[Floats, Floats]:
         """Return the weights of levels at and between stations in the mean over x; ``sign`` is that of each piece."""
-        piece = (np.diff(self.x) if sign is None else np.diff(self.x) * sign)[:, None] / (self.x[-1] - self.x[0])
-        hat, bump = ((piece * (one[:-1] + one[1:]) / 2).sum(axis=0) for one in (self.hat, self.bump))
-        return hat, bump
+        piece = (np.diff(self.x) if sign is None else np.diff(self.x) * sign) / (self.x[-1] - self.x[0])
+        weight = (np.append(piece, 0.0) + np.append(0.0, piece)) / 2
+        return self.hat.T @ weight, self.bump.T @ weight
 
 
 @dataclass(frozen=True)
@@ -95,15 +97,22 @@ class Budget:
         kept = [replace(one, draws_mm=one.draws_mm[:, which]) for one in self.components if not one.between]
         return replace(self, stations=int(which.sum()), components=tuple(kept))
 
+    @property
+    def draws(self) -> int:
+        """Number of draws of each error."""
+        return len(self.components[0].draws_mm) if self.components else DRAWS
+
     @cached_property
     def at_stations_mm(self) -> Floats:
-        """Draws of the error of each station's level, (DRAWS, n)."""
-        return sum((one.draws_mm for one in self.components if not one.between), start=np.zeros((DRAWS, self.stations)))
+        """Draws of the error of each station's level, (draws, n)."""
+        return sum(
+            (one.draws_mm for one in self.components if not one.between), start=np.zeros((self.draws, self.stations))
+        )
 
     @cached_property
     def between_mm(self) -> Floats:
-        """Draws of the bed's height above the straight line between two stations, (DRAWS, n - 1)."""
-        start = np.zeros((DRAWS, self.stations - 1))
+        """Draws of the bed's height above the straight line between two stations, (draws, n - 1)."""
+        start = np.zeros((self.draws, self.stations - 1))
         return sum((one.draws_mm for one in self.components if one.between), start=start)
 
     def along_mm(self, curve: Curve, count: int = CURVES) -> Floats:
@@ -146,7 +155,7 @@ class Budget:
         give the found mean, or more, in 2.5 % of all cases, and it, or less. A shared error may turn the error's sign
         along whole stretches, so that the upper end is also that of the error moved by it.
         """
-        from scipy.optimize import brentq
+        from scipy.optimize import root_scalar
 
         x, found_mm = curve.x, float(mean_absolute(curve.x, curve.error_mm))
         off_mm = self.along_mm(curve)
@@ -161,8 +170,9 @@ class Budget:
         low, high = (1 - SHARE) / 2, (1 + SHARE) / 2
         reach = most_mm / found_mm
         # Where even no error at all would give more than was found, there is nothing to search.
+        bracket = max(0.0, 1 - reach), 1 + reach
         least, most = (
-            brentq(excess, max(0.0, 1 - reach), 1 + reach, args=(share,), xtol=4e-3 * reach)
+            float(root_scalar(excess, args=(share,), bracket=bracket, xtol=4e-3 * reach).root)
             if excess(0.0, share) < 0
             else 0.0
             for share in (high, low)
@@ -217,31 +227,54 @@ def rms(values: Floats) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
+def draws_for(stations: int) -> int:
+    """Return how many draws of each error a budget of so many stations has."""
+    return min(DRAWS, MOST // stations)
+
+
 @cache
-def uniforms(name: str, columns: int) -> Floats:
-    """Return stratified draws from 0 to 1, (DRAWS, columns), always the same for one name (a Latin hypercube)."""
+def uniforms(name: str, columns: int, draws: int = DRAWS) -> Floats:
+    """Return stratified draws from 0 to 1, (draws, columns), always the same for one name (a Latin hypercube)."""
     random = np.random.default_rng([columns, *name.encode()])
-    places = np.tile((np.arange(DRAWS) + 0.5) / DRAWS, (columns, 1))
+    places = np.tile((np.arange(draws) + 0.5) / draws, (columns, 1))
     return random.permuted(places, axis=1).T.copy()
 
 
 @cache
-def normals(name: str, columns: int) -> Floats:
-    """Return stratified draws of the normal distribution, (DRAWS, columns)."""
+def normals(name: str, columns: int, draws: int = DRAWS) -> Floats:
+    """Return stratified draws of the normal distribution, (draws, columns)."""
     from scipy.special import ndtri
 
-    return ndtri(uniforms(name, columns))
+    return ndtri(uniforms(name, columns, draws))
 
 
-def hats(x: Floats, s_mm: Floats) -> Floats:
-    """Return the share of each station's level at each x of a curve that is straight between stations, (len(x), n)."""
-    return np.column_stack([np.interp(x, s_mm, row) for row in np.eye(len(s_mm))])
+def hats(x: Floats, s_mm: Floats) -> Any:
+    """Return the share of each station's level at each x of a curve that is straight between stations, (len(x), n).
+
+    It is a sparse matrix: two stations share a place.
+    """
+    gap, part = _gaps(x, s_mm)
+    return _sparse(len(x), len(s_mm), (gap, 1 - part), (gap + 1, part))
 
 
-def arches(x: Floats, s_mm: Floats) -> Floats:
-    """Return the height at each x of a parabola of height 1 over each gap between stations, (len(x), n - 1)."""
-    place = (x[:, None] - s_mm[:-1]) / np.diff(s_mm)
-    return 4 * np.clip(place, 0.0, 1.0) * np.clip(1 - place, 0.0, 1.0)
+def arches(x: Floats, s_mm: Floats) -> Any:
+    """Return the height at each x of a parabola of height 1 over each gap between stations, (len(x), n - 1), sparse."""
+    gap, part = _gaps(x, s_mm)
+    return _sparse(len(x), len(s_mm) - 1, (gap, 4 * part * (1 - part)))
+
+
+def _gaps(x: Floats, s_mm: Floats) -> tuple[Integers, Floats]:
+    """Return the gap between two stations in which each x lies, and its place in it from 0 to 1."""
+    gap = np.clip(np.searchsorted(s_mm, x, side="right") - 1, 0, len(s_mm) - 2)
+    return gap, np.clip((x - s_mm[gap]) / (s_mm[gap + 1] - s_mm[gap]), 0.0, 1.0)
+
+
+def _sparse(rows: int, columns: int, *entries: tuple[Integers, Floats]) -> Any:
+    """Return a matrix with one entry in each row for each pair of columns and values."""
+    from scipy.sparse import csr_array
+
+    column, value = (np.concatenate(part) for part in zip(*entries, strict=True))
+    return csr_array((value, (np.tile(np.arange(rows), len(entries)), column)), shape=(rows, columns))
 
 
 def mean_absolute(x: Floats, value: Floats) -> Floats:

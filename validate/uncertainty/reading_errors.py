@@ -6,7 +6,17 @@ import numpy as np
 
 from sealtwin.core.records import Floats, Profile
 from validate.settings import PASS_MM, Readings, Uncertainty
-from validate.uncertainty.budget import DRAWS, UNDECLARED_MM, Budget, Component, Source, normals, uniforms
+from validate.uncertainty.budget import (
+    FEW_STATIONS,
+    UNDECLARED_MM,
+    Budget,
+    Component,
+    Source,
+    draws_for,
+    hats,
+    normals,
+    uniforms,
+)
 from validate.uncertainty.scatter import possible_scatter_mm, rounded_errors_mm
 from validate.units import counted
 
@@ -29,6 +39,7 @@ ALIKE_MM = 15.0
 def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mouth_mm: Floats) -> Budget:
     """Return the budget of a set of readings; ``mouth_mm`` is the crack's width at the face at each station, (n,)."""
     s_mm, stations = measured.s_mm, len(measured.s_mm)
+    draws = draws_for(stations)
     repeats_mm = measured.repeats_mm if measured.repeats_mm is not None else measured.level_mm[:, None]
     count = (~np.isnan(repeats_mm)).sum(axis=1).astype(np.float64)
     residual_mm = repeats_mm - np.nanmean(repeats_mm, axis=1, keepdims=True)
@@ -48,18 +59,20 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
         pooled_mm = float(np.sqrt(squares_mm2.sum() / freedom.sum()))
     last_digit = f"last digit, {resolution_mm:g} mm"
     if known and resolution_mm > COARSE * pooled_mm and count.max() > 1:
-        draws_mm = rounded_errors_mm(repeats_mm, resolution_mm)
+        draws_mm = rounded_errors_mm(repeats_mm, resolution_mm, draws)
         components.append(Component(f"scatter and {last_digit}", seen, draws_mm))
     else:
         if freedom.sum():
-            sets_mm = possible_scatter_mm(squares_mm2 + freedom * resolution_mm**2 / 12, freedom) / np.sqrt(count)
-            components.append(Component("scatter of the repeats", "repeats", sets_mm * normals("scatter", stations)))
+            rounded_mm2 = squares_mm2 + freedom * resolution_mm**2 / 12
+            sets_mm = possible_scatter_mm(rounded_mm2, freedom, draws) / np.sqrt(count)
+            draws_mm = sets_mm * normals("scatter", stations, draws)
+            components.append(Component("scatter of the repeats", "repeats", draws_mm))
         elif known:
-            draws_mm = pooled_mm * normals("scatter", stations)
+            draws_mm = pooled_mm * normals("scatter", stations, draws)
             components.append(
                 Component("scatter of the readings", "declared", draws_mm, setting="uncertainty.repeatability_mm")
             )
-        rounding_mm = resolution_mm * (uniforms("digit", stations) - 0.5) / np.sqrt(count)
+        rounding_mm = resolution_mm * (uniforms("digit", stations, draws) - 0.5) / np.sqrt(count)
         components.append(Component(last_digit, seen, rounding_mm, setting="readings.resolution_mm"))
     if shapes.shape[1]:
         noise_mm2 = (pooled_mm**2 + resolution_mm**2 / 12) / (shapes**2).sum(axis=0)
@@ -73,7 +86,7 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
     errors = {
         name: _declared(name, UNDECLARED_MM if value is None else value, s_mm, slope) for name, value in told.items()
     }
-    limit_mm = settings.limit_mm * np.ones(stations) * (2 * uniforms("limit", 1) - 1)
+    limit_mm = settings.limit_mm * np.ones(stations) * (2 * uniforms("limit", 1, draws) - 1)
     components += [
         Component("limit of error of the caliper", "declared", limit_mm, shared=True, setting="readings.limit_mm"),
         *(errors[name] for name, value in told.items() if value is not None),
@@ -135,7 +148,8 @@ def _passes(declared_mm: float | None, found: Floats, noise_mm2: Floats, shapes:
     scale_mm = PASS_MM if declared_mm is None else declared_mm
     passes = read.shape[1]
     share = read / read.sum(axis=1, keepdims=True)
-    total_mm = np.zeros((DRAWS, len(read)))
+    draws = draws_for(len(read))
+    total_mm = np.zeros((draws, len(read)))
     for number, (noise, shape) in enumerate(zip(noise_mm2, shapes.T, strict=True)):
         squares = float((found[number] ** 2).sum())
         t_mm = np.geomspace(1e-3 * scale_mm, 30 * (scale_mm + np.sqrt(squares)), 400)
@@ -144,8 +158,8 @@ def _passes(declared_mm: float | None, found: Floats, noise_mm2: Floats, shapes:
         # Even steps of ln t: the density of t times t.
         chance = prior - (passes - 1) / 2 * np.log(spread) - squares / (2 * spread) + np.log(t_mm)
         below = np.cumsum(np.exp(chance - chance.max()))
-        drawn_mm = np.interp(uniforms(f"pass {number}", 1)[:, 0], below / below[-1], t_mm)
-        each = normals(f"passes {number}", passes) * drawn_mm[:, None]
+        drawn_mm = np.interp(uniforms(f"pass {number}", 1, draws)[:, 0], below / below[-1], t_mm)
+        each = normals(f"passes {number}", passes, draws) * drawn_mm[:, None]
         total_mm += (each @ share.T) * shape
     source: Source = "allowed for" if declared_mm is None else "declared"
     return Component("passes or operators", source, total_mm, shared=True, setting="uncertainty.pass_mm")
@@ -160,25 +174,28 @@ def _steeper_slope(s_mm: Floats, level_mm: Floats) -> Floats:
 
 def _declared(name: str, size_mm: float, s_mm: Floats, slope: Floats) -> Component:
     """Draw an error that repeats do not show, of a given size."""
-    stations, ones = len(s_mm), np.ones(len(s_mm))
-    common, own = normals(name, 1), normals(f"{name}, each", stations)
+    stations, ones, draws = len(s_mm), np.ones(len(s_mm)), draws_for(len(s_mm))
+    common, own = normals(name, 1, draws), normals(f"{name}, each", stations, draws)
     if name == "readings.datum_error_mm":
         told, draws_mm, shared = "height of the datum", size_mm * common * ones, True
     elif name == "readings.probe_mm":
         # A probe reads the highest point that it covers: by up to the slope times half its width too high.
         told, shared = "width of the probe on a slope", True
-        draws_mm = np.abs(slope) * size_mm / 2 * uniforms(name, 1)
+        draws_mm = np.abs(slope) * size_mm / 2 * uniforms(name, 1, draws)
     elif name == "uncertainty.station_mm":
         told, draws_mm, shared = "common shift of the stations", slope * size_mm * common, True
     elif name == "uncertainty.station_each_mm":
         # The slope itself is known from stations that are off.
         told, shared = "place of each station", False
-        unsure = 1 + np.sqrt(2) * size_mm / np.gradient(s_mm) * normals(f"{name}, slope", stations)
+        unsure = 1 + np.sqrt(2) * size_mm / np.gradient(s_mm) * normals(f"{name}, slope", stations, draws)
         draws_mm = slope * unsure * size_mm * own
     else:
         told, shared = "error that all repeats of a station share", False
-        alike = np.exp(-(((s_mm[:, None] - s_mm) / ALIKE_MM) ** 2) / 2)
-        draws_mm = size_mm * own @ np.linalg.cholesky(alike + 1e-9 * np.eye(stations)).T
+        # A scan's stations are so close that the error is straight between some of them.
+        place_mm = s_mm if stations <= FEW_STATIONS else np.linspace(s_mm[0], s_mm[-1], FEW_STATIONS)
+        alike = np.exp(-(((place_mm[:, None] - place_mm) / ALIKE_MM) ** 2) / 2)
+        root = np.linalg.cholesky(alike + 1e-9 * np.eye(len(place_mm)))
+        draws_mm = size_mm * own[:, : len(place_mm)] @ root.T @ hats(s_mm, place_mm).T
     return Component(told, "declared", draws_mm, shared=shared, setting=name)
 
 
@@ -190,7 +207,7 @@ def _arches(s_mm: Floats, level_mm: Floats) -> Component:
     gap_mm = np.diff(s_mm)
     turn = np.diff(np.diff(level_mm) / gap_mm) / ((gap_mm[:-1] + gap_mm[1:]) / 2)
     curvature = np.pad(turn, 1, mode="edge") if len(turn) else np.zeros(len(s_mm))
-    drawn = curvature * BENT * uniforms("arch", len(s_mm))
+    drawn = curvature * BENT * uniforms("arch", len(s_mm), draws_for(len(s_mm)))
     draws_mm = (drawn[:, :-1] + drawn[:, 1:]) / 2 * gap_mm**2 / 8
     return Component("the bed's shape between stations", "assumed", draws_mm, shared=True, between=True)
 

@@ -20,8 +20,8 @@ AROUND = np.arange(-5.0, 10.5, 0.5)
 """Grid of the scatter's level, in standard deviations from the likeliest; few repeats leave a long upper tail."""
 
 
-def possible_scatter_mm(squares_mm2: Floats, freedom: Floats) -> Floats:
-    """Draw standard deviations of a single reading at each station, (DRAWS, n), every row equally likely.
+def possible_scatter_mm(squares_mm2: Floats, freedom: Floats, draws: int = DRAWS) -> Floats:
+    """Draw standard deviations of a single reading at each station, (draws, n), every row equally likely.
 
     They follow from each station's sum of squares about its mean and its degrees of freedom, (n,) each and not all 0,
     with a fixed seed. Variances are draws of an inverse chi-square (Smyth 2004, Stat. Appl. Genet. Mol. Biol. 3:3), so
@@ -36,7 +36,7 @@ def possible_scatter_mm(squares_mm2: Floats, freedom: Floats) -> Floats:
     chance = np.exp(chance - chance.max())
     # A seed of its own keeps these draws independent of the errors that are drawn with these scatters.
     random = np.random.default_rng(3)
-    drawn = random.choice(chance.size, DRAWS, p=chance.ravel() / chance.sum())
+    drawn = random.choice(chance.size, draws, p=chance.ravel() / chance.sum())
     spread, level = np.divmod(drawn, len(AROUND))
     known_mm2 = behind[spread] * level_mm2[spread, level][:, None] + squares_mm2
     return np.sqrt(known_mm2 / random.chisquare(behind[spread] + freedom))
@@ -84,8 +84,8 @@ STEPS = 121  # Places of a station's true level within the reach of its rounded 
 SPREADS_OF_STEP = np.geomspace(0.02, 1.2, 16)  # Standard deviations of a reading, in steps, from hidden to plain
 
 
-def rounded_errors_mm(repeats_mm: Floats, step_mm: float) -> Floats:
-    """Draw the error of each station's mean, (DRAWS, n), where readings are multiples of a step that hides the scatter.
+def rounded_errors_mm(repeats_mm: Floats, step_mm: float, draws: int = DRAWS) -> Floats:
+    """Draw the error of each station's mean, (draws, n), where readings are multiples of a step that hides the scatter.
 
     The likelihood of a reading is the share of a normal distribution that rounds to it. The scatter, even in its
     logarithm beforehand, is the same at all stations, and the true level anywhere near the readings.
@@ -103,10 +103,10 @@ def rounded_errors_mm(repeats_mm: Floats, step_mm: float) -> Floats:
     chance = held.prod(axis=-1)
     by_spread = np.log(chance.sum(axis=-1) * reach + 1e-300).sum(axis=0)
     share = np.cumsum(np.exp(by_spread - by_spread.max()))
-    which = np.searchsorted(share / share[-1], uniforms("spread of rounded", 1)[:, 0])
+    which = np.searchsorted(share / share[-1], uniforms("spread of rounded", 1, draws)[:, 0])
     below = (np.cumsum(chance, axis=-1) - chance / 2) / np.maximum(chance.sum(axis=-1, keepdims=True), 1e-300)
-    where = uniforms("rounded", len(repeats_mm))
-    drawn = np.empty((DRAWS, len(repeats_mm)))
+    where = uniforms("rounded", len(repeats_mm), draws)
+    drawn = np.empty((draws, len(repeats_mm)))
     for spread in np.unique(which):
         rows = which == spread
         for station in range(len(repeats_mm)):
