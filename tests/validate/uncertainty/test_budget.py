@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
+from sealtwin.core.records import Floats
 from validate.metrics.curve_distances import Difference
 from validate.uncertainty.budget import DRAWS, Budget, Component, Curve, mean_absolute, normals, uniforms
 
@@ -28,7 +29,7 @@ def budget(*components: Component) -> Budget:
     return Budget(len(S_MM), components)
 
 
-def curve(error_mm=1.0, x=None) -> Curve:
+def curve(error_mm: float | Floats = 1.0, x: Floats | None = None) -> Curve:
     x = np.linspace(0, 80, 81) if x is None else x
     error = Difference(x, np.broadcast_to(error_mm, len(x)), x, np.zeros(len(x)))
     return Curve.of(error.x, error.value, S_MM)
