@@ -5,7 +5,8 @@
 Each trial draws a bed like the paper's (floor, ramp, step, plateau), a simulation of it that is off by a smooth error,
 and readings with the errors of its case. Held against the truth are the intervals of the bias, of the mean error and of
 the levels at the stations, and the band that holds for all stations at once. Widths are held against those of a
-prototype (decision 0121). An error that nobody declared and that all repeats share has no target: its rows are reported.
+prototype (decision 0121). An error that nobody declared and that all repeats share has no target: its rows are
+reported.
 """
 
 import argparse
