@@ -15,7 +15,11 @@ from simulate.fluid.pressure import LONGEST_CORRECTION
 from simulate.fluid.solver import FluidSolver
 
 SOURCE = Path(__file__).with_name("pbf_step.cpp")
-FLAGS = ("-O3", "-march=native", "-ffast-math", "-mrecip=all", "-std=c++17", "-fopenmp", "-shared", "-fPIC")
+# The parts of -ffast-math: the flag itself would link code that lets this whole process flush denormal numbers to zero,
+# with which scipy's trees run out of stack.
+FAST_MATH = ("-fno-math-errno", "-ffinite-math-only", "-fno-trapping-math", "-fno-signed-zeros")
+FAST_MATH += ("-fassociative-math", "-freciprocal-math", "-mrecip=all")
+FLAGS = ("-O3", "-march=native", *FAST_MATH, "-std=c++17", "-fopenmp", "-shared", "-fPIC")
 FLOATS = np.ctypeslib.ndpointer(np.float32, flags="C")
 
 
