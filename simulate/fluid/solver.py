@@ -283,7 +283,8 @@ class FluidSolver:
         self.fluid_cells.fill(self._out)
         self.movers.sort(self.fluid_cells.cells.number, self._out)
         self._list(self.rows, block=int(neighbours.BLOCK))
-        while self.lists.lacking.numpy()[0]:
+        # A GPU's lists are never short of room, and a recording there must not wait for an answer.
+        while self.lists.room and self.lists.lacking.numpy()[0]:
             self.make_room(self.lists.room * MORE_ROOM)
             self._list(self.rows, block=int(neighbours.BLOCK))
 

@@ -6,8 +6,8 @@ import pytest
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import FaceLabel, Floats, Solid
-from simulate.profile import Mask
 from simulate.setup.signed_distance import CLEARANCE, CM, build_barrier
+from simulate.vessel import Mask
 from tests.fluids import engine_with, hewn, lattice, slot
 from tests.shapes import straight_slot
 
