@@ -31,11 +31,14 @@ def main() -> None:
     beside_s = sum(spent.values()) - spent[FRAMES]
     print(f"load {os.getloadavg()[0]:.1f}; the frames, {spent.pop(FRAMES):.1f} s, are not counted")
     rows = [Row(f"cold: {part}", seconds, "s") for part, seconds in spent.items()]
-    rows += [
+    finish(rows + judged(beside_s, error_mm), json.dumps({"beside_s": beside_s, "error_mm": error_mm}))
+
+
+def judged(beside_s: float, error_mm: float) -> list[Row]:
+    return [
         Row("the shipped trial, cold, beside its frames", beside_s, "s", 0, MOST_S, "<= 6"),
         Row("its mean error", error_mm, "mm", ERROR_MM - SAME_MM, ERROR_MM + SAME_MM),
     ]
-    finish(rows, json.dumps({"beside_s": beside_s, "error_mm": error_mm}))
 
 
 def _run_cold(place: Path) -> tuple[dict[str, float], float]:

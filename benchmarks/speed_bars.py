@@ -156,11 +156,7 @@ def _cold() -> list[Row]:
     """Of a process of its own, with as many threads as a user's has."""
     ran = subprocess.run([sys.executable, "-m", "benchmarks.cold"], cwd=HERE, stdout=subprocess.PIPE, text=True)
     print(ran.stdout)
-    found = json.loads(ran.stdout.splitlines()[-1])
-    return [
-        Row("the shipped trial, cold, beside its frames", found["beside_s"], "s", 0, cold.MOST_S, "<= 6"),
-        Row("its mean error", found["error_mm"], "mm", cold.ERROR_MM - cold.SAME_MM, cold.ERROR_MM + cold.SAME_MM),
-    ]
+    return cold.judged(**json.loads(ran.stdout.splitlines()[-1]))
 
 
 def _ratio(body: str, before: Path, turns: int) -> float:

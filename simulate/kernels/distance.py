@@ -12,6 +12,7 @@ BLOCK = wp.constant(4)
 NODES = wp.constant(125)  # Number of nodes of a block
 FAR = wp.constant(-1)
 FACE = wp.constant(-2)
+OUTSIDE = wp.constant(-3)
 BESIDE = wp.constant(1.0e3)  # Distance that stands for a place beside the block, outside the grid
 ROUNDED = wp.constant(2.0)  # Each part of the normal where the nearest surface is no plane
 PIECES = wp.constant(256)
@@ -34,6 +35,19 @@ class Distance:
 
 
 @wp.func
+def block_at(solid: Distance, a: int, b: int, c: int) -> int:
+    return (a * solid.blocks[1] + b) * solid.blocks[2] + c
+
+
+@wp.func
+def row_at(solid: Distance, a: int, b: int, c: int) -> int:
+    """Row of a block's nodes, or FAR, FACE or OUTSIDE the grid."""
+    if a < 0 or b < 0 or c < 0 or a >= solid.blocks[0] or b >= solid.blocks[1] or c >= solid.blocks[2]:
+        return int(OUTSIDE)
+    return solid.row[block_at(solid, a, b, c)]
+
+
+@wp.func
 def distance_at(solid: Distance, x: wp.vec3, below: float) -> wp.vec4:
     """Gradient and signed distance; the gradient has unit length, or is zero where it is not known.
 
@@ -46,17 +60,16 @@ def distance_at(solid: Distance, x: wp.vec3, below: float) -> wp.vec4:
     a = int(wp.floor(u[0] / reach))
     b = int(wp.floor(u[1] / reach))
     c = int(wp.floor(u[2] / reach))
-    if a < 0 or b < 0 or c < 0 or a >= solid.blocks[0] or b >= solid.blocks[1] or c >= solid.blocks[2]:
+    row = row_at(solid, a, b, c)
+    if row == OUTSIDE:
         if x[0] > solid.face[0] and x[1] > solid.face[1] and x[0] < solid.face[2] and x[1] < solid.face[3]:
             return wp.vec4(0.0, 0.0, 1.0, x[2])
         return wp.vec4(0.0, 0.0, 0.0, BESIDE)
-    block = (a * solid.blocks[1] + b) * solid.blocks[2] + c
-    row = solid.row[block]
     if row == FACE:
         return wp.vec4(0.0, 0.0, 1.0, x[2])
     if row == FAR:
         # A lower bound, by the far corner of the block.
-        middle = solid.centre[block]
+        middle = solid.centre[block_at(solid, a, b, c)]
         left = wp.abs(middle) - 0.8661 * reach * solid.spacing
         return wp.vec4(0.0, 0.0, 0.0, wp.sign(middle) * left)
     i = wp.min(int(u[0]) - a * BLOCK, BLOCK - 1)
@@ -95,12 +108,7 @@ def distance_at(solid: Distance, x: wp.vec3, below: float) -> wp.vec4:
 def rounded_at(solid: Distance, x: wp.vec3) -> bool:
     """Returns whether the walls around a position are no plane: in a corner, at an edge."""
     u = (x - solid.corner) / (solid.spacing * float(BLOCK))
-    a = int(wp.floor(u[0]))
-    b = int(wp.floor(u[1]))
-    c = int(wp.floor(u[2]))
-    if a < 0 or b < 0 or c < 0 or a >= solid.blocks[0] or b >= solid.blocks[1] or c >= solid.blocks[2]:
-        return False
-    row = solid.row[(a * solid.blocks[1] + b) * solid.blocks[2] + c]
+    row = row_at(solid, int(wp.floor(u[0])), int(wp.floor(u[1])), int(wp.floor(u[2])))
     if row < 0:
         return False
     return solid.rounded[row] == 1
@@ -229,9 +237,7 @@ def distance_beside(mesh: wp.uint64, x: wp.vec3, known: float, away: float) -> f
 @wp.func
 def row_of_owner(solid: Distance, a: int, b: int, c: int, own: int) -> int:
     """Row of the block that begins with the nodes that the block of row ``own`` ends with; ``own`` if it has none."""
-    if a >= solid.blocks[0] or b >= solid.blocks[1] or c >= solid.blocks[2]:
-        return own
-    row = solid.row[(a * solid.blocks[1] + b) * solid.blocks[2] + c]
+    row = row_at(solid, a, b, c)
     return wp.where(row >= 0, row, own)
 
 
@@ -264,7 +270,7 @@ def measure_nodes(
         return
     number = BLOCK * block + place
     point = wp.vec3(x[number[0]], y[number[1]], z[number[2]])
-    centre = solid.centre[(block[0] * solid.blocks[1] + block[1]) * solid.blocks[2] + block[2]]
+    centre = solid.centre[block_at(solid, block[0], block[1], block[2])]
     beside = wp.vec3(float(place[0]), float(place[1]), float(place[2])) - wp.vec3(0.5 * float(BLOCK))
     # By a little more, for the middle node of a block is its centre but for rounding.
     away = solid.spacing * (1.001 * wp.length(beside) + 0.001)
