@@ -84,6 +84,12 @@ class Command:
             print(_as_error(message, exit_code), file=self.stdout)
         raise typer.Exit(exit_code)
 
+    def interrupted(self, message: str) -> NoReturn:
+        # An interrupt inside exec() of a text, as dataclasses do it, is noted by CPython, which then ends
+        # "python -m" by the signal and not by the exit code, handled or not; the next such exec() clears the note.
+        exec("")
+        self.fail(f"interrupted; {message}", INTERRUPTED)
+
     def progress(self) -> "Progress":
         from sealtwin.core.progress import progress_for_stderr
 
@@ -123,9 +129,8 @@ def answering(device: str, as_json: bool, quiet: bool) -> Iterator[Command]:
     except MemoryError:
         command.fail("not enough memory. Close other programs, or choose larger particles.", BAD_INPUT)
     except KeyboardInterrupt:
-        command.fail(
-            "interrupted; the same command continues from the last finished stage, or from a fluid run's checkpoint.",
-            INTERRUPTED,
+        command.interrupted(
+            "the same command continues from the last finished stage, or from a fluid run's checkpoint."
         )
 
 

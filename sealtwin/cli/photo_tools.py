@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from sealtwin.cli.answer import INTERRUPTED, Answer, File, Json, Quiet, answering, argument, flag, option
+from sealtwin.cli.answer import Answer, File, Json, Quiet, answering, argument, flag, option
 from sealtwin.cli.samples import two_numbers
 from sealtwin.core.errors import InputError
 
@@ -93,7 +93,7 @@ def trace(
             try:
                 saved = page.wait()
             except KeyboardInterrupt:
-                command.fail("interrupted; nothing was saved.", INTERRUPTED)
+                command.interrupted("nothing was saved.")
         if saved is None:
             command.reply(Answer({"version": 1, "saved": None, "changed": []}, ["Nothing was saved."]))
             return

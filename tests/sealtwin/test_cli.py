@@ -222,6 +222,24 @@ def test_the_module_is_the_command(module):
     assert answer.stdout == _sealtwin("--version").stdout != ""
 
 
+INTERRUPTED_WHERE_CPYTHON_NOTES_IT = """
+import typer
+from sealtwin.cli.answer import answering
+
+def command():
+    with answering("cpu", False, True):
+        exec("import signal; signal.raise_signal(signal.SIGINT); done = 1")
+
+typer.run(command)
+"""
+
+
+def test_an_interrupt_in_the_making_of_a_class_ends_with_130_too(tmp_path):
+    (tmp_path / "interrupted.py").write_text(INTERRUPTED_WHERE_CPYTHON_NOTES_IT)
+    ended = subprocess.run([sys.executable, "-m", "interrupted"], cwd=tmp_path, capture_output=True, text=True)
+    assert ended.returncode == 130, ended.stderr
+
+
 def test_digitise_answers_in_json_and_then_redoes_nothing(trial, tmp_path):
     answer = _sealtwin("digitise", trial, "--out", tmp_path / "run", "--json")
     assert answer.exit_code == 0, answer.output
