@@ -64,6 +64,7 @@ def trace_outline(photo: Photo, path: CrackPath, edge_fraction: float = 0.5, kee
         branches_kept=branches.kept,
         scale_uncertainty=photo.scale_uncertainty,
         camera_tilt_deg=photo.camera_tilt_deg,
+        photo_size_px=photo.size_px,
     )
 
 

@@ -19,7 +19,15 @@ PARTICLE_COLUMNS = ("x_mm", "y_mm", "z_mm", "vx_mm_s", "vy_mm_s", "vz_mm_s", "ag
 PROFILE_COLUMNS = ("s_mm", "level_mm")
 OUTLINE_KEYS = (
     *("length_mm", "mean_width_mm", "mm_per_px", "scale_source", "scale_residual_mm", "path_source", "ends", "face_mm"),
-    *("scale_uncertainty", "camera_tilt_deg", "branches_kept", "branches_mm", "islands_mm", "warnings"),
+    *(
+        "scale_uncertainty",
+        "camera_tilt_deg",
+        "photo_size_px",
+        "branches_kept",
+        "branches_mm",
+        "islands_mm",
+        "warnings",
+    ),
     *("centreline_mm", "centreline_px", "left_wall_mm", "left_wall_px", "right_wall_mm", "right_wall_px"),
     *("outline_mm", "outline_px"),
 )

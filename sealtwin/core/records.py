@@ -101,6 +101,7 @@ class Outline:
     """Relative standard uncertainty of every length due to the scale; None if unknown."""
     camera_tilt_deg: float | None = None
     """Angle between the camera's axis and the normal of the face; None if the photo does not show it."""
+    photo_size_px: tuple[int, int] | None = None  # Width and height of the photo; None in files of version 0.1
 
     @property
     def seen_in(self) -> Literal["photo", "mesh"]:

@@ -97,6 +97,31 @@ def test_nothing_is_wider_than_the_window(open_report, report, hostile, width):
         page.context.close()
 
 
+@pytest.mark.parametrize("width", [320, 390])
+def test_no_picture_is_cut_on_a_phone(open_report, report, width):
+    """Every picture is within the window and nothing scrolls sideways; no word of a plot is cut off by its edge."""
+    page = open_report(report, width=width, height=844)
+    live(page)
+    assert (
+        page.evaluate(
+            """() => [...document.querySelectorAll("figure svg, figure img, figure canvas")].map((it) => {
+             const box = it.getBoundingClientRect();
+             return box.left >= 0 && box.right <= document.documentElement.clientWidth && box.width > 200;
+           })"""
+        ).count(False)
+        == 0
+    )
+    assert (
+        page.evaluate(
+            """() => [...document.querySelectorAll("figure svg text")].filter((word) => {
+             const box = word.getBoundingClientRect(), frame = word.closest("svg").getBoundingClientRect();
+             return box.left < frame.left - 1 || box.right > frame.right + 1 || box.bottom > frame.bottom + 1;
+           }).map((word) => word.textContent)"""
+        )
+        == []
+    )
+
+
 def test_names_are_shown_and_do_nothing(open_report, hostile):
     page = open_report(hostile)
     live(page)

@@ -1,4 +1,4 @@
-"""Curves along the crack: level, error, histogram and uncertainty."""
+"""Curves along the crack: level, error and its distribution, histogram and uncertainty."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,8 +13,8 @@ from validate.units import signed
 
 OVER_LINES = {"facecolor": "#ffffff", "edgecolor": "none", "pad": 1.5}
 DOTTED = (0, (1, 2))
-BAND = "95 % band of the whole profile, by the readings"
-MOST_BIN_LABELS = 16  # Largest number of bins whose labels fit side by side
+BAND = "95 % band, all stations together"
+MOST_BIN_LABELS = 10  # Largest number of bins whose labels fit side by side
 
 
 @theme.themed()
@@ -26,7 +26,7 @@ def draw_profile(
     on: FigureBase | None = None,
 ) -> FigureBase:
     """Draw the simulated level over the crack, with the caliper's means, their 95 % band and single readings."""
-    figure = on or theme.wide_figure(3.9)
+    figure = on or theme.plate(3.4)
     compared = (None, None) if readings is None or comparison is None else (readings, comparison)
     draw_levels(figure.add_subplot(), profile, sections, *compared)
     return figure
@@ -71,13 +71,13 @@ def draw_levels(
     axes.set_xlim(0, s_mm[-1])
     axes.set_ylim(bottom_mm, max(3.0, highest_mm + 1.5))
     theme.label_axes(axes, theme.ALONG, "level from the face (mm)", "Level of the sealant")
-    theme.put_legend_under_title(axes, columns=3)
+    theme.put_legend_under_title(axes, columns=2)
 
 
 @theme.themed()
 def draw_error(profile: Profile, readings: Profile, comparison: Comparison) -> FigureBase:
     """Draw the simulated minus the measured level along the crack, with the band of the readings about zero."""
-    figure = theme.wide_figure(2.9)
+    figure = theme.plate(3.6)
     axes = figure.add_subplot()
     error = level_difference(profile, readings)
     s_mm, error_mm = error.x, error.value
@@ -91,11 +91,11 @@ def draw_error(profile: Profile, readings: Profile, comparison: Comparison) -> F
     axes.axhline(bias_mm, color=theme.MUTED, linewidth=1.0, linestyle="--", label=f"bias {signed(bias_mm, 2)} mm")
     worst = int(np.argmin(np.abs(s_mm - worst_at_mm)))
     ring = {"markersize": 6, "markerfacecolor": "none", "linestyle": "none", "clip_on": False}
-    label = f"worst, {comparison.worst_error_mm:.2f} mm at s = {worst_at_mm:.1f} mm"
+    label = f"worst, {comparison.worst_error_mm:.2f} mm at {worst_at_mm:.0f} mm"
     axes.plot(s_mm[worst], error_mm[worst], "o", color=theme.INK, label=label, **ring)
     axes.set_xlim(0, profile.s_mm[-1])
     axes.margins(y=0.15)
-    theme.label_axes(axes, theme.ALONG, "error (mm)", "Signed error: positive where the simulated level is too high")
+    theme.label_axes(axes, theme.ALONG, "error (mm)", "Error: above 0 the simulated level is too high")
     theme.put_legend_under_title(axes, columns=2)
     return figure
 
@@ -103,28 +103,47 @@ def draw_error(profile: Profile, readings: Profile, comparison: Comparison) -> F
 @theme.themed()
 def draw_histogram(comparison: Comparison, on: FigureBase | None = None) -> FigureBase:
     """Draw the mean absolute error in each 10 mm of the crack's length, as in the paper's Fig. 9b."""
-    figure = on or theme.wide_figure(2.9)
+    figure = on or theme.plate(2.9)
     axes = figure.add_subplot()
     bins = [part for part in comparison.metrics.error_by_bin if part.covered_mm > 0]
-    many = len(bins) > MOST_BIN_LABELS
     begins_mm = np.array([part.from_mm for part in bins])
     widths_mm = np.array([part.to_mm for part in bins]) - begins_mm
     errors_mm = np.array([part.mean_error_mm for part in bins])
     axes.bar(begins_mm, errors_mm, widths_mm, align="edge", color=theme.SIMULATED, edgecolor="white", linewidth=1.5)
-    above = {"ha": "center", "va": "bottom", "fontsize": 8, "rotation": 90 if many else 0, "bbox": OVER_LINES}
-    for x_mm, error_mm in zip(begins_mm + widths_mm / 2, errors_mm, strict=True):
-        axes.annotate(f"{error_mm:.2f}", (x_mm, error_mm), (0, 3), textcoords="offset points", zorder=5, **above)
+    above = {"ha": "center", "va": "bottom", "fontsize": 8, "bbox": OVER_LINES}
+    if len(bins) <= MOST_BIN_LABELS:
+        for x_mm, error_mm in zip(begins_mm + widths_mm / 2, errors_mm, strict=True):
+            axes.annotate(f"{error_mm:.2f}", (x_mm, error_mm), (0, 3), textcoords="offset points", zorder=5, **above)
     mean_mm, limit_mm = comparison.mean_error_mm, comparison.mean_error_limit_mm
     axes.axhline(mean_mm, color=theme.INK, linestyle="--", linewidth=1.0, label=f"mean error {mean_mm:.2f} mm")
     if limit_mm is not None:
         axes.axhline(limit_mm, color=theme.MEASURED, linestyle=DOTTED, label=f"gate for the mean, {limit_mm:g} mm")
     axes.set_xlim(0, bins[-1].to_mm if bins else None)
-    # Labels of many bins are upright and three times as high.
-    axes.margins(y=0.25 if many else 0.12)
+    axes.margins(y=0.12)
     axes.grid(visible=False, axis="x")
     edges_mm = [*begins_mm, *(begins_mm[-1:] + widths_mm[-1:])][:: len(bins) // MOST_BIN_LABELS + 1]
-    axes.set_xticks(edges_mm, [f"{edge_mm:.4g}" for edge_mm in edges_mm])
-    theme.label_axes(axes, theme.ALONG, "mean |error| (mm)", "Error by 10 mm of the crack's length")
+    axes.set_xticks(edges_mm, [f"{edge_mm:.3g}" for edge_mm in edges_mm])
+    theme.label_axes(axes, theme.ALONG, "mean |error| (mm)", "Error by place, over each 10 mm")
+    theme.put_legend_under_title(axes, columns=2)
+    return figure
+
+
+@theme.themed()
+def draw_distribution(profile: Profile, readings: Profile, comparison: Comparison) -> FigureBase:
+    """Draw the share of the crack's length on which the error is at most x, exact between the stations."""
+    figure = theme.plate(2.9)
+    axes = figure.add_subplot()
+    size = level_difference(profile, readings).size
+    within_mm = np.linspace(0.0, comparison.worst_error_mm, 200)
+    percent = [100 * size.share_below(limit_mm) for limit_mm in within_mm[:-1]] + [100.0]
+    axes.plot(within_mm, percent, color=theme.SIMULATED, label="share of the length")
+    for share, dashes in ((50, "-"), (95, "--")):
+        at_mm = size.quantile(share / 100)
+        axes.plot([0, at_mm, at_mm], [share, share, 0], color=theme.MUTED, linestyle=dashes, linewidth=1.0,
+                  label=f"{share} % within {at_mm:.2f} mm")  # fmt: skip
+    axes.set_xlim(0, within_mm[-1] or None)
+    axes.set_ylim(0, 103)
+    theme.label_axes(axes, "|error| of at most (mm)", "share of the length (%)", "Distribution of the error")
     theme.put_legend_under_title(axes, columns=2)
     return figure
 
@@ -146,21 +165,21 @@ def _draw_readings(axes: Axes, readings: Profile, comparison: Comparison | None)
 def draw_uncertainty(stations: StationErrors) -> FigureBase:
     """Draw the error at each station above its standard uncertainties."""
     s_mm, error_mm, validation_mm = stations.s_mm, stations.error_mm, stations.validation_mm
-    figure = theme.wide_figure(4.6)
+    figure = theme.plate(3.6)
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
     off, half_mm = stations.off, COVERAGE * validation_mm
     upper.axhline(0.0, color=theme.INK, linewidth=1.0)
     upper.errorbar(
         s_mm, error_mm, half_mm, fmt="none", ecolor=theme.MUTED, elinewidth=1.0, capsize=2.5, label="± 2 u_val"
     )
-    band = {"color": theme.MUTED, "alpha": 0.2, "linewidth": 0, "label": "95 % band of the whole profile"}
+    band = {"color": theme.MUTED, "alpha": 0.2, "linewidth": 0, "label": BAND}
     upper.fill_between(s_mm, -stations.profile_mm, stations.profile_mm, **band)
     for which, fill, name in ((off, theme.SIMULATED, "outside it"), (~off, "#ffffff", "inside")):
         upper.plot(
             s_mm[which], error_mm[which], "o", color=theme.SIMULATED, markerfacecolor=fill, markersize=5, label=name
         )
-    theme.label_axes(upper, "", "E (mm)", "Error at the stations: positive where the simulated level is too high")
-    theme.put_legend_under_title(upper, columns=4)
+    theme.label_axes(upper, "", "E (mm)", "Error at the stations")
+    theme.put_legend_under_title(upper, columns=2)
     for part_mm, name, colour, style in (
         (stations.data_mm, "readings", theme.MEASURED, "-"),
         (stations.numerics_mm, "numerics", theme.SIMULATED, "--"),
@@ -171,5 +190,5 @@ def draw_uncertainty(stations: StationErrors) -> FigureBase:
     lower.plot(s_mm, validation_mm, color=theme.INK, linewidth=1.0, label="u_val, all together")
     lower.set_ylim(bottom=0.0)
     theme.label_axes(lower, theme.ALONG, "u (mm)", "Standard uncertainties")
-    theme.put_legend_under_title(lower, columns=4)
+    theme.put_legend_under_title(lower, columns=2)
     return figure

@@ -15,7 +15,7 @@ from validate.figures.rendering import render
 
 FACE_COLOURS = np.array([to_rgb(colour) for colour in (theme.GROUND, "#5b87a6", "#35566e", "#8fb0c6", "#ada497")])
 """Colours of the triangles of a solid, in the order of ``FaceLabel``."""
-WIDTH_PX = 1000
+WIDTH_PX = 900
 
 
 @theme.themed()
@@ -28,7 +28,7 @@ def draw_solid(solid: Solid) -> FigureBase:
     volume = f"{solid.cavity_volume_mm3 / 1000:.2f} ml, {solid.depth_mm:g} mm deep"
     block = render(solid.vertices_mm, solid.faces, colour, azimuth_deg - 40, 42, WIDTH_PX)
     cast = render(solid.vertices_mm, solid.faces[cavity], colour[cavity], azimuth_deg, 14, WIDTH_PX)
-    figure = theme.wide_figure(5.6)
+    figure = theme.plate(3.6)
     pictures = ((block, f"The sample{dams}"), (cast, f"Its cavity as a cast, {volume}"))
     for axes, (picture, title) in zip(figure.subplots(2, 1, height_ratios=(2.1, 1.0)), pictures, strict=True):
         axes.imshow(picture)
@@ -56,7 +56,7 @@ def draw_side_view(
     run: Run, outline: Outline, solid: Solid, profile: Profile, on: FigureBase | None = None
 ) -> FigureBase:
     """Draw the particles along the crack and in height, by age, with the profile measured from them."""
-    figure = on or theme.wide_figure(3.1)
+    figure = on or theme.plate(2.1)
     axes = figure.add_subplot()
     s_mm = arc_length_at(run.position_mm[:, :2], outline.centreline_mm)
     shown = ~run.spilled & (s_mm > -8) & (s_mm < outline.length_mm + 8)
@@ -72,7 +72,7 @@ def draw_side_view(
     axes.plot(profile.s_mm, profile.level_mm, color=theme.MEASURED, linewidth=1.4, label=label)
     top_mm = max(4.0, float(run.position_mm[shown, 2].max(initial=0.0)) + 1.5)
     show_to_scale(axes, (-6, outline.length_mm + 6), (-solid.depth_mm - 2, top_mm))
-    theme.label_axes(axes, theme.ALONG, "z (mm)", "Side view of the fill: particles by age")
+    theme.label_axes(axes, theme.ALONG, "z (mm)", "From the side: particles by age")
     theme.put_legend_under_title(axes, columns=1)
     return figure
 
@@ -80,7 +80,7 @@ def draw_side_view(
 @theme.themed()
 def draw_top_view(run: Run, outline: Outline, solid: Solid, trajectory: Trajectory) -> FigureBase:
     """Draw the sample from above: particles by height, the traced walls, the nozzle's path."""
-    figure = theme.wide_figure(3.6)
+    figure = theme.plate(2.9)
     axes = figure.add_subplot()
     x_min, y_min, x_max, y_max = solid.block_mm
     face = Rectangle((x_min, y_min), x_max - x_min, y_max - y_min, facecolor=theme.GROUND, edgecolor="none")
@@ -104,7 +104,7 @@ def draw_top_view(run: Run, outline: Outline, solid: Solid, trajectory: Trajecto
     low, high = outline.outline_mm.min(axis=0) - 14, outline.outline_mm.max(axis=0) + 14
     x_mm = max(low[0], x_min - 4), min(high[0], x_max + 4)
     show_to_scale(axes, x_mm, (max(low[1], y_min - 4), min(high[1], y_max + 4)))
-    theme.label_axes(axes, "x (mm)", "y (mm)", "Top view: particles by height")
+    theme.label_axes(axes, "x (mm)", "y (mm)", "From above: particles by height")
     theme.put_legend_under_title(axes, columns=2)
     return figure
 
@@ -112,7 +112,7 @@ def draw_top_view(run: Run, outline: Outline, solid: Solid, trajectory: Trajecto
 @theme.themed()
 def draw_sections(run: Run, outline: Outline, solid: Solid) -> FigureBase:
     """Draw sections across the crack at three places, particles by age."""
-    figure = theme.wide_figure(3.4)
+    figure = theme.plate(3.6)
     row = figure.subplots(1, len(SECTIONS_AT), sharey=True)
     stays = ~run.spilled
     position_mm = run.position_mm[stays]

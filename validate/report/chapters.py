@@ -11,8 +11,14 @@ from matplotlib.figure import FigureBase
 
 from sealtwin.core.drawing.snapshots import FillScene, draw_fill
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Pixels
-from validate.figures.levels import draw_error, draw_histogram, draw_profile, draw_uncertainty
+from sealtwin.core.records import Outline, Pixels
+from validate.figures.levels import (
+    draw_distribution,
+    draw_error,
+    draw_histogram,
+    draw_profile,
+    draw_uncertainty,
+)
 from validate.figures.solid_pictures import draw_sections, draw_side_view, draw_solid, draw_top_view
 from validate.figures.turntable import Turntable, build_turntable
 from validate.report_input import Evidence
@@ -74,10 +80,25 @@ class Chapter:
     title: str
     name: str  # Name in links within the page
     items: tuple[Item, ...]
+    appendix: bool = False
+
+    @property
+    def rows(self) -> Iterator[tuple[Item, ...]]:
+        """Items from top to bottom: plates and photos that follow each other stand in pairs, all else alone."""
+        waiting: tuple[Item, ...] = ()
+        for item in self.items:
+            half = isinstance(item, Plate | PhotoBlock)
+            if waiting:
+                yield (*waiting, item) if half else waiting
+            if not half:
+                yield (item,)
+            waiting = (item,) if half and not waiting else ()
+        if waiting:
+            yield waiting
 
 
 def chapters(evidence: Evidence) -> list[Chapter]:
-    """Collect the chapters of a trial's report, its figures numbered.
+    """Collect the chapters of a trial's report, its figures numbered: the answer, what explains it, the appendix.
 
     Raises InputError where the overlay cannot be read.
     """
@@ -89,98 +110,124 @@ def chapters(evidence: Evidence) -> list[Chapter]:
             item = replace(item, draw=cache(item.draw))
         return replace(item, caption=f"Figure {next(number)}. {item.caption}") if isinstance(item, Picture) else item
 
-    return [Chapter(title, name, tuple(map(numbered, items))) for title, name, items in _chapters(evidence)]
+    explained = [(*chapter, False) for chapter in _answer_and_why(evidence)]
+    return [
+        Chapter(title, name, tuple(map(numbered, items)), appendix)
+        for title, name, items, appendix in (*explained, *((*chapter, True) for chapter in _appendix(evidence)))
+    ]
 
 
-def _chapters(evidence: Evidence) -> Iterator[tuple[str, str, list[Item]]]:
-    comparison, readings = evidence.comparison, evidence.readings
-    compared, held = [], []
-    if comparison is not None and readings is not None:
-        compared = [agreement_table(comparison), readings_table(readings, comparison, evidence.sheet)]
-        held = [] if comparison.volumes is None else [volume_table(comparison.metrics, comparison.volumes)]
-    again = Paragraph(("Written from Python: the script that called write_report makes it again, and no command.",))
-    if evidence.commands:
-        comment = "this report again, from the trial.toml beside it with the files that it names beside that."
-        again = CommandLines(evidence.commands, comment)
-    versions = PageTable("Versions and inputs", tuple(evidence.provenance.items()))
-    yield evidence.outline.seen_in.capitalize(), "photo", [_photo(evidence)]
+Titled = tuple[str, str, list[Item]]  # Title, name and items of a chapter
+
+
+def _answer_and_why(evidence: Evidence) -> Iterator[Titled]:
+    yield "Photo and level", "answer", [_photo(evidence), _level_plate(evidence)]
+    if errors := list(_error_plates(evidence)):
+        yield "Error", "error", errors
     yield "Fill", "fill", [_model(evidence), *fill_plates(evidence)]
-    yield "Level", "level", [*_level_plates(evidence), *compared]
-    yield "Uncertainty", "uncertainty", _uncertainty(evidence)
+    yield "Uncertainty", "uncertainty", [Paragraph(_uncertainty_sentences(evidence))]
+    assumed = (*sample_and_run.assumptions(evidence), *sample_and_run.left_out(evidence))
+    yield "Assumed and left out", "assumptions", [Paragraph(assumed)]
+
+
+def _appendix(evidence: Evidence) -> Iterator[Titled]:
+    comparison, readings = evidence.comparison, evidence.readings
+    held: list[Item] = []
+    if comparison is not None and readings is not None:
+        agreement = [agreement_table(comparison), readings_table(readings, comparison, evidence.sheet)]
+        yield "Agreement and readings", "agreement", [*agreement]
+        held = [] if comparison.volumes is None else [volume_table(comparison.metrics, comparison.volumes)]
+        if comparison.uncertainty is not None:
+            yield "Uncertainty in figures", "budget", [*uncertainty_tables(comparison.uncertainty)]
     yield "Mass balance", "mass-balance", [balance_table(evidence), *held]
-    yield "Health of the run", "health", [sample_and_run.health_table(evidence)]
-    yield "Assumptions", "assumptions", [Paragraph(tuple(sample_and_run.assumptions(evidence)))]
-    yield "Left out", "left-out", [Paragraph(tuple(sample_and_run.left_out(evidence)))]
-    solid_and_path = sample_and_run.geometry_table(evidence), sample_and_run.path_table(evidence)
     dams = ", with the dams at its open ends" if evidence.solid.figures.dams else ""
     solid = Plate(
         f"The solid that was simulated, as it is in crack.stl{dams}, and its cavity alone.",
         lambda: draw_solid(evidence.solid),
     )
-    yield "Geometry", "geometry", [solid, *solid_and_path]
+    sections = Plate(
+        "Across the crack, seen along the nozzle's path: the solid, cut, and the particles of a slice one diameter "
+        "thick, coloured by age.",
+        lambda: draw_sections(evidence.run, evidence.outline, evidence.solid),
+    )
+    solid_and_path = sample_and_run.geometry_table(evidence), sample_and_run.path_table(evidence)
+    yield "Geometry", "geometry", [solid, sections, *solid_and_path]
+    yield "Health of the run", "health", [sample_and_run.health_table(evidence)]
+    again = Paragraph(("Written from Python: the script that called write_report makes it again, and no command.",))
+    if evidence.commands:
+        comment = "this report again, from the trial.toml beside it with the files that it names beside that."
+        again = CommandLines(evidence.commands, comment)
+    versions = PageTable("Versions and inputs", tuple(evidence.provenance.items()))
     yield "Provenance", "provenance", [again, versions, sample_and_run.settings_table(evidence)]
 
 
-def _level_plates(evidence: Evidence) -> Iterator[Plate]:
+def _level_plate(evidence: Evidence) -> Plate:
     profile, readings, comparison = evidence.profile, evidence.readings, evidence.comparison
     against = "" if readings is None else ", with the caliper's means, their common 95 % band and single readings"
-    yield Plate(
+    return Plate(
         f"Simulated level along the crack{against}.",
         lambda: draw_profile(profile, evidence.solid.sections, readings, comparison),
     )
+
+
+def _error_plates(evidence: Evidence) -> Iterator[Plate]:
+    profile, readings, comparison = evidence.profile, evidence.readings, evidence.comparison
     if readings is None or comparison is None:
         return
     yield Plate(
-        "Signed error along the crack. A perfect model lies in the band at all stations in 95 of 100 sheets.",
+        "Error along the crack. A perfect model lies in the band at all stations in 95 of 100 sheets.",
         lambda: draw_error(profile, readings, comparison),
     )
+    if (found := comparison.uncertainty) is not None:
+        yield Plate(
+            "Simulated less measured level E at each station, with twice its standard uncertainty. Filled where E "
+            "leaves the band that holds at all stations together. Below, what that uncertainty is made of.",
+            lambda: draw_uncertainty(found.stations),
+        )
     yield Plate(
         "Mean absolute error in each 10 mm of the crack's length, exact integrals, as in the paper's Fig. 9b.",
         lambda: draw_histogram(comparison),
+    )
+    yield Plate(
+        "Share of the crack's length on which the error is no larger than a limit.",
+        lambda: draw_distribution(profile, readings, comparison),
     )
 
 
 def fill_plates(evidence: Evidence) -> Iterator[Plate]:
     """Yield figures of the fill over time where the run left snapshots, and at rest."""
     outline, solid, run = evidence.outline, evidence.solid, evidence.run
-    if evidence.frames:
+    if frames := evidence.frames:
         scene = FillScene(outline, solid, evidence.trajectory, run.radius_mm, run.settings["nozzle"]["diameter_mm"])
         yield Plate(
-            "Sections along the crack as it is filled, particles coloured by speed on the left and by age on the "
-            "right, as in the paper's Fig. 6. The particles nearest to the centreline lie on top.",
-            lambda: draw_fill(evidence.frames, scene),
+            "Sections along the crack as it is filled, particles coloured by speed, as in the paper's Fig. 6. The "
+            "particles nearest to the centreline lie on top.",
+            lambda: draw_fill(frames, scene, by=("speed",)),
         )
+        yield Plate("The same, by the age of the particles.", lambda: draw_fill(frames, scene, by=("age",)))
     yield Plate(
-        "Every particle at its place along the crack, coloured by age; the line is the profile read from them.",
+        "Every particle at its place along the crack, by age; the line is the profile read from them.",
         lambda: draw_side_view(run, outline, solid, evidence.profile),
     )
     yield Plate(
         "The sample from above, particles coloured by height.",
         lambda: draw_top_view(run, outline, solid, evidence.trajectory),
     )
-    yield Plate(
-        "Across the crack, seen along the nozzle's path: the solid, cut, and the particles of a slice one diameter "
-        "thick, coloured by age.",
-        lambda: draw_sections(run, outline, solid),
-    )
 
 
-def _uncertainty(evidence: Evidence) -> list[Item]:
-    """Sentences, figure and tables of the uncertainty; one line where it was not assessed."""
+def _uncertainty_sentences(evidence: Evidence) -> tuple[str, ...]:
+    """Sentences on the uncertainty; one where it was not assessed."""
     found = None if evidence.comparison is None else evidence.comparison.uncertainty
     if found is None:
         radius = f"{evidence.run.radius_mm:g} mm radius"
-        return [Paragraph((f"Not examined: this is one run, with particles of {radius}, held against no interval.",))]
-    plate = Plate(
-        "Simulated less measured level E at each station, with twice the validation uncertainty u_val (ASME V&V 20). "
-        "Filled where E leaves the band that holds at all stations together. Below, the standard uncertainties that "
-        "u_val is made of.",
-        lambda: draw_uncertainty(found.stations),
-    )
-    return [Paragraph(tuple(uncertainty_sentences(found))), plate, *uncertainty_tables(found)]
+        return (f"Not examined: this is one run, with particles of {radius}, held against no interval.",)
+    assert evidence.comparison is not None
+    told = evidence.comparison.findings
+    return tuple(sentence for sentence in uncertainty_sentences(found) if sentence not in told)
 
 
 OVERLAY_PX = 1500  # Width of the overlay in the report, at most; the full one is beside it
+AROUND = 0.3  # Width of the photo that is shown around a crack, as a share of the crack's larger extent
 
 
 def _photo(evidence: Evidence) -> PhotoBlock:
@@ -189,14 +236,38 @@ def _photo(evidence: Evidence) -> PhotoBlock:
     picture = cv2.imdecode(content, cv2.IMREAD_COLOR_RGB) if content.size else None
     if picture is None:
         raise InputError(f"{path}: no readable picture. Run 'sealtwin digitise' again, which draws the overlay.")
+    picture = _around_crack(picture, outline)
     scale = min(1.0, OVERLAY_PX / picture.shape[1])
     pixels = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
     origin = "of undeclared origin" if evidence.photo_data == "undeclared" else evidence.photo_data
     return PhotoBlock(
         f"The walls and the centreline that were found, over the {seen_in}. {seen_in.capitalize()}: {origin}. "
-        f"Scale: {outline.scale_source}.",
+        f"Scale: {outline.scale_source}. Mean width {outline.mean_width_mm:.2f} mm; {_widths(evidence)}.",
         f"The {seen_in} of the sample with the crack's walls and centreline that were found",
         np.asarray(pixels, dtype=np.uint8),
+    )
+
+
+def _around_crack(overlay: Pixels, outline: Outline) -> Pixels:
+    """Cut the part around the crack out of the photo with its lines; all of it where its size was not recorded."""
+    if outline.photo_size_px is None:
+        return overlay
+    scale = overlay.shape[1] / outline.photo_size_px[0]
+    ring = outline.outline_px * scale
+    around = AROUND * float(np.ptp(ring, axis=0).max())
+    (left, top), (right, bottom) = ring.min(axis=0) - around, ring.max(axis=0) + around
+    rows, columns = slice(max(0, int(top)), int(bottom) + 1), slice(max(0, int(left)), int(right) + 1)
+    return overlay[rows, columns]
+
+
+def _widths(evidence: Evidence) -> str:
+    """Widths of the solid that is simulated, which its tilt makes from the photographed one."""
+    figures = evidence.solid.figures
+    if figures.mouth_width_mm is None or figures.floor_width_mm is None:
+        return "the solid's is not recorded"
+    tilt = sample_and_run.tilt_words(evidence)
+    return (
+        f"of the solid's mouth {figures.mouth_width_mm:.2f} mm, of its floor {figures.floor_width_mm:.2f} mm ({tilt})"
     )
 
 

@@ -24,6 +24,7 @@ from validate.report_input import Evidence, ReadingsSheet
 from validate.units import PageTable, unit_of, words
 from validate.wording.comparison import INPUTS, uncertainty_sentences, volumes_mm3
 from validate.wording.headline import cautions, headline
+from validate.wording.in_short import in_short
 from validate.wording.sample_and_run import HEALTH_LABELS, assumptions, left_out
 
 
@@ -119,6 +120,8 @@ class ReportData(JsonRecord):
     """Name of the trial."""
     note: str
     """Note of the trial, in its user's words."""
+    in_short: tuple[str, ...]
+    """The answer in plain sentences."""
     verdict: ReportedVerdict
     """Verdict on the comparison."""
     cautions: tuple[str, ...]
@@ -173,6 +176,7 @@ def report_data(evidence: Evidence, tables: tuple[PageTable, ...] = ()) -> Repor
     return ReportData(
         name=evidence.name,
         note=evidence.note,
+        in_short=in_short(evidence),
         verdict=ReportedVerdict(
             sentence=sentence,
             findings=() if comparison is None else comparison.findings,

@@ -31,8 +31,8 @@ from validate.report_input import Evidence
 from validate.units import PageTable
 from validate.wording.headline import key_figures
 
-PIXELS_DPI = 150  # Resolution of the pixels inside a figure of the page
-FIGURE_DPI = 200  # Resolution of a figure of the PDF
+PIXELS_DPI = 200  # Resolution of the pixels inside a figure of the page
+FIGURE_DPI = 220  # Resolution of a figure of the PDF
 QUALITY = 85  # Quality of photos and stills, from 0 to 100
 STOPS = 9  # Number of colours between which the page blends a scale: viridis to 1 %
 OUTCOME_COLOUR = {"passed": "#00704f", "failed": "#b3261e", "undecided": "#7a5c00", "open": MUTED}
@@ -51,6 +51,7 @@ LABEL_IN = 2.9  # Width of a table's first column
 LONGEST_ROW = 10  # Most lines that are kept on one page
 LAST_ROWS = 3  # Rows at the end of a table that are kept on one page
 KEPT_SHARE = 0.35  # A table lower than this share of a page is kept on one page: more would leave pages half empty
+GUTTER_IN = 0.2  # Space between two pictures side by side
 HIGHEST_SHARE = 0.6  # Height of a picture, at most, as a share of the page
 FONT = "DejaVu Sans"
 Weight = Literal["", "B"]
@@ -113,36 +114,43 @@ def _write_pdf(path: Path, data: ReportData, figures: KeyFigures, content: Seque
         for caution in data.cautions:
             paper.paragraph(caution, size_pt=10, weight="B", colour=CAUTION)
         paper.paragraph(data.verdict.sentence, size_pt=11, weight="B", colour=OUTCOME_COLOUR[data.verdict.outcome])
+        for sentence in data.in_short:
+            paper.paragraph(sentence, size_pt=10)
         for finding in data.verdict.findings:
             paper.paragraph(finding)
         paper.rows(figures)
-        for chapter in content:
-            pictures = [_picture(item) if isinstance(item, Picture) else b"" for item in chapter.items]
-            first, below_in = chapter.items[0], 0.5
-            if isinstance(first, Picture):
-                below_in += paper.size_in(pictures[0])[1]
-            elif isinstance(first, PageTable):
-                below_in = paper.kept_in(first.rows)
-            paper.chapter(chapter.title, below_in)
-            for item, picture in zip(chapter.items, pictures, strict=True):
-                match item:
-                    case PageTable():
-                        paper.titled_table(item.title, item.rows)
-                    case Paragraph():
-                        for sentence in item.sentences:
-                            paper.paragraph(sentence)
-                    case CommandLines():
-                        paper.paragraph(f"{', then '.join(item.lines)}: {item.comment}")
-                    case _:
-                        paper.picture(picture, item.caption)
+        for before, chapter in zip([None, *content], content, strict=False):
+            if before is not None and chapter.appendix and not before.appendix:
+                paper.add_page()
+                paper.chapter("Appendix", 0.0)
+            _write_chapter(paper, chapter)
         paper.output(str(path))
+
+
+def _write_chapter(paper: "Typesetter", chapter: Chapter) -> None:
+    for number, row in enumerate(chapter.rows):
+        pictures = [(_picture(item), item.caption) for item in row if isinstance(item, Picture)]
+        first = row[0]
+        if number == 0:
+            below_in = paper.kept_in(first.rows) if isinstance(first, PageTable) else 0.5
+            paper.chapter(chapter.title, paper.pictures_in(pictures) if pictures else below_in)
+        match first:
+            case PageTable():
+                paper.titled_table(first.title, first.rows)
+            case Paragraph():
+                for sentence in first.sentences:
+                    paper.paragraph(sentence)
+            case CommandLines():
+                paper.paragraph(f"{', then '.join(first.lines)}: {first.comment}")
+            case _:
+                paper.pictures(pictures)
 
 
 def _picture(item: Picture) -> bytes:
     if isinstance(item, PhotoBlock):
         return _encoded(".jpg", item.pixels[:, :, ::-1])
     figure = item.draw() if isinstance(item, Plate) else draw_still(item.turntable.still, item.turntable.oldest_s)
-    return as_png(figure, WIDTH_IN, FIGURE_DPI)
+    return as_png(figure, FIGURE_DPI)
 
 
 class Typesetter(FPDF):
@@ -230,20 +238,39 @@ class Typesetter(FPDF):
             self.line(self.l_margin, self.y, self.w - self.r_margin, self.y)
             self.ln(0.2 * LINE_IN)
 
-    def picture(self, content: bytes, caption: str) -> None:
-        """Set a picture, as PNG or JPEG, across the page with its caption."""
-        self._style(CAPTION_PT)
-        width_in, height_in = self.size_in(content)
-        self._keep(height_in + LINE_IN * (len(self.lines(caption, self.epw)) + 1))
-        self.image(io.BytesIO(content), x=self.l_margin + (self.epw - width_in) / 2, w=width_in, h=height_in)
-        self.ln(0.3 * LINE_IN)
-        self.paragraph(caption, CAPTION_PT, colour=MUTED)
-        self.ln(0.5 * LINE_IN)
+    def pictures(self, pictures: Sequence[tuple[bytes, str]]) -> None:
+        """Set one picture, as PNG or JPEG with its caption, across the page, or two side by side."""
+        self._keep(self.pictures_in(pictures))
+        top_in, low_in = self.y, self.y
+        column_in = self._column_in(pictures)
+        for number, (content, caption) in enumerate(pictures):
+            left_in = self.l_margin + number * (column_in + GUTTER_IN)
+            width_in, height_in = self._size_in(content, column_in)
+            self.image(io.BytesIO(content), x=left_in + (column_in - width_in) / 2, y=top_in, w=width_in, h=height_in)
+            self.set_y(top_in + height_in + 0.3 * LINE_IN)
+            self._style(CAPTION_PT, colour=MUTED)
+            for line in self.lines(caption, column_in):
+                self.set_x(left_in)
+                self.cell(column_in, LINE_IN, line, new_x="LMARGIN", new_y="NEXT")
+            low_in = max(low_in, self.y)
+        self.set_y(low_in + LINE_IN)
 
-    def size_in(self, content: bytes) -> tuple[float, float]:
-        """Return width and height in inches of a picture across the page."""
+    def pictures_in(self, pictures: Sequence[tuple[bytes, str]]) -> float:
+        """Return the height in inches of pictures side by side with their captions."""
+        self._style(CAPTION_PT)
+        column_in = self._column_in(pictures)
+        return max(
+            self._size_in(content, column_in)[1] + LINE_IN * (len(self.lines(caption, column_in)) + 0.3)
+            for content, caption in pictures
+        )
+
+    def _column_in(self, pictures: Sequence[tuple[bytes, str]]) -> float:
+        return (self.epw - (len(pictures) - 1) * GUTTER_IN) / len(pictures)
+
+    def _size_in(self, content: bytes, column_in: float) -> tuple[float, float]:
+        """Return width and height in inches of a picture in a column."""
         width_px, height_px = Image.open(io.BytesIO(content)).size
-        per_px_in = min(self.epw / width_px, HIGHEST_SHARE * self.h / height_px)
+        per_px_in = min(column_in / width_px, HIGHEST_SHARE * self.h / height_px)
         return width_px * per_px_in, height_px * per_px_in
 
     def _title_line(self, text: str, size_pt: float, height_in: float, colour: str, below_in: float = 0.0) -> None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from matplotlib import rc_context
@@ -31,6 +32,7 @@ PANELS = (
 """Unit of each panel, and the labels of its curves by column."""
 STYLES = ((theme.SIMULATED, "-"), (theme.MEASURED, (0, (4, 2))))
 """Colour and dashes of a panel's two curves, distinct without colour and where they coincide."""
+Shade = Literal["speed", "age"]  # What the colour of a particle tells
 DPI = 150  # Resolution of a PNG, and of the parts of an SVG that are drawn as pixels
 METADATA = {"png": {"Software": None}, "svg": theme.NO_METADATA}
 
@@ -124,24 +126,23 @@ def _sorted(frame: Frame, key: Floats) -> Integers:
     return order[frame.state[order] != ParticleState.SPILLED]
 
 
-def draw_fill(frames: Sequence[Frame], scene: FillScene) -> Figure:
-    """Draw frames below each other: sections along the crack, by speed on the left and by age on the right."""
+def draw_fill(frames: Sequence[Frame], scene: FillScene, by: Sequence[Shade] = ("speed", "age")) -> Figure:
+    """Draw frames below each other: sections along the crack, a column for each way to colour the particles."""
     if len(frames) > MOST_ROWS:
         frames = [frames[round(place)] for place in np.linspace(0, len(frames) - 1, MOST_ROWS)]
     with theme.themed():
-        figure = Figure(figsize=(9.0, 1.0 + 1.35 * len(frames)), layout="constrained")
-        grid = figure.subplots(len(frames), 2, sharex=True, sharey=True, squeeze=False)
-        ages = _ages(frames)
+        figure = Figure(figsize=(len(by) * 4.5, 1.0 + 1.35 * len(frames)), layout="constrained")
+        grid = figure.subplots(len(frames), len(by), sharex=True, sharey=True, squeeze=False)
+        scales = {"speed": particles.SPEED, "age": _ages(frames)}
         for frame, row in zip(frames, grid, strict=True):
-            scene.draw_side(row[0], frame, frame.speed_mm_s, particles.SPEED)
-            scene.draw_side(row[1], frame, frame.age_s, ages)
+            for axes, shade in zip(row, by, strict=True):
+                scene.draw_side(axes, frame, frame.speed_mm_s if shade == "speed" else frame.age_s, scales[shade])
             row[0].set_title(f"t = {frame.t_s:.2f} s")
             row[0].set_ylabel("z (mm)")
-        for column, scale in zip(grid.T, (particles.SPEED, ages), strict=True):
+        for column, shade in zip(grid.T, by, strict=True):
             column[-1].set_xlabel("s along the crack (mm)")
-            particles.add_bar(
-                figure, column[0].collections[-1], list(column), scale, location="bottom", aspect=40, pad=0.02
-            )
+            discs = column[0].collections[-1]
+            particles.add_bar(figure, discs, list(column), scales[shade], location="bottom", aspect=40, pad=0.02)
     return figure
 
 

@@ -37,7 +37,7 @@ AGES = "viridis"
 HEIGHTS = "cividis"
 SPEEDS = "plasma"  # Colour maps of the sealant's age, height and speed
 
-ALONG = "s along the crack from the end where the nozzle starts (mm)"  # Label of the axis along the crack
+ALONG = "s from the end where the nozzle starts (mm)"  # Label of the axis along the crack
 LEGEND_ROW_PT = 12.5  # Height of a legend's line of 8 pt, with the space between two lines
 STYLE: Any = {
     "font.family": "sans-serif",
@@ -78,6 +78,14 @@ def themed() -> Iterator[None]:
     """Apply the style; figures are drawn and written inside, since matplotlib reads most of a style late."""
     with rc_context(STYLE):
         yield
+
+
+PLATE_IN = 4.6  # Width of a plate
+
+
+def plate(height_in: float) -> Figure:
+    """Return an empty figure whose words can be read on a phone's screen and on half of an A4 page's width."""
+    return Figure(figsize=(PLATE_IN, height_in), layout="constrained")
 
 
 def wide_figure(height_in: float) -> Figure:
@@ -129,8 +137,6 @@ def _characters() -> frozenset[int]:
     return frozenset(code for code in font.get_charmap() if code >= ord(" "))
 
 
-TALLER = 1.15
-"""Height over width on paper, over that on the page: there words are as large as here and the figure is narrower."""
 NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
 """Metadata of an SVG: none, so that the same run leaves the same file."""
 PAGE_COLOURS = {
@@ -167,7 +173,7 @@ def save(figure: Figure, target: Path | IO[Any], **how: Any) -> None:
 
 
 def as_svg(figure: FigureBase, name: str, pixels_dpi: int) -> str:
-    """Write a figure as SVG, the same text for the same figure under the same name.
+    """Write a figure as SVG, the same text for the same figure under the same name, and keep its layout.
 
     ``name`` is unique on a page. ``pixels_dpi`` is the resolution of the parts that are drawn as pixels.
     """
@@ -176,14 +182,15 @@ def as_svg(figure: FigureBase, name: str, pixels_dpi: int) -> str:
     # Ids of clip paths differ between the figures of a page, not between two runs.
     with themed(), rc_context({"svg.hashsalt": name}):
         save(figure, target, format="svg", dpi=pixels_dpi, facecolor="none", metadata=NO_METADATA)
+    # To lay it out takes as long as to draw it, and a PNG of it has the same size.
+    figure.set_layout_engine("none")
     return target.getvalue()
 
 
-def as_png(figure: FigureBase, width_in: float, dpi: int) -> bytes:
-    """Return a figure of its own as a PNG on white, laid out anew for paper ``width_in`` wide."""
+def as_png(figure: FigureBase, dpi: int) -> bytes:
+    """Return a figure as a PNG on white."""
     assert isinstance(figure, Figure)
     target = io.BytesIO()
-    figure.set_size_inches(width_in, TALLER * width_in * figure.get_figheight() / figure.get_figwidth())
     with themed():
         save(figure, target, format="png", dpi=dpi, facecolor="white", pil_kwargs={"compress_level": 1})
     return target.getvalue()

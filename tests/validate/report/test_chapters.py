@@ -4,10 +4,11 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from matplotlib.figure import Figure
 
 from tests.evidence import make_evidence
 from validate.compare import assess
-from validate.report.chapters import CommandLines, Model, Paragraph, PhotoBlock, Plate, chapters
+from validate.report.chapters import Chapter, Model, Paragraph, PhotoBlock, Plate, chapters
 from validate.report.report_data import report_data
 from validate.settings import Readings, Uncertainty
 from validate.units import PageTable
@@ -34,33 +35,34 @@ def titles(content):
     return {chapter.title: [item.title for item in chapter.items if isinstance(item, PageTable)] for chapter in content}
 
 
-def test_from_the_photo_to_the_command_that_makes_it_again(content):
-    """The order of the issue; each chapter begins with what there is to be seen."""
+def test_the_answer_comes_first_and_tables_come_last(content, assessed):
+    """Photo and level on the first page, then what explains them; every table is in the appendix."""
+    for given in (content, chapters(assessed)):
+        first = given[0]
+        assert [type(item) for item in first.items] == [PhotoBlock, Plate]
+        assert [chapter.appendix for chapter in given] == sorted(chapter.appendix for chapter in given)
+        before = [item for chapter in given if not chapter.appendix for item in chapter.items]
+        assert not any(isinstance(item, PageTable) for item in before)
+        assert len({chapter.name for chapter in given}) == len(given)
     assert [chapter.title for chapter in content] == [
-        "Photo", "Fill", "Level", "Uncertainty", "Mass balance", "Health of the run", "Assumptions", "Left out",
-        "Geometry", "Provenance",
+        "Photo and level", "Error", "Fill", "Uncertainty", "Assumed and left out", "Agreement and readings",
+        "Mass balance", "Geometry", "Health of the run", "Provenance",
     ]  # fmt: skip
-    kinds = [type(chapter.items[0]) for chapter in content]
-    assert kinds == [
-        PhotoBlock,
-        Model,
-        Plate,
-        Paragraph,
-        PageTable,
-        PageTable,
-        Paragraph,
-        Paragraph,
-        Plate,
-        CommandLines,
-    ]
-    assert len({chapter.name for chapter in content}) == len(content)
+
+
+def test_plates_that_follow_each_other_stand_in_pairs():
+    """A model and a table stand alone, and so does a plate that is left over."""
+    plates = [Plate(str(number), Figure) for number in range(4)]
+    table = PageTable("a", ())
+    rows = [*Chapter("t", "n", (*plates[:3], table, plates[3])).rows]
+    assert rows == [(plates[0], plates[1]), (plates[2],), (table,), (plates[3],)]
 
 
 def test_figures_are_numbered_through(content):
     captions = [
         item.caption for chapter in content for item in chapter.items if isinstance(item, PhotoBlock | Model | Plate)
     ]
-    assert [caption.split(".")[0] for caption in captions] == [f"Figure {number}" for number in range(1, 10)]
+    assert [caption.split(".")[0] for caption in captions] == [f"Figure {number}" for number in range(1, 11)]
 
 
 def test_an_error_that_was_not_assessed_has_no_interval_and_says_so(plain, content):
@@ -78,14 +80,14 @@ def test_an_error_that_was_not_assessed_has_no_interval_and_says_so(plain, conte
 def test_an_assessed_error_has_its_interval_wherever_it_stands(assessed):
     low_mm, high_mm = assessed.comparison.uncertainty.mean_error_interval_mm
     content = chapters(assessed)
-    level = next(chapter for chapter in content if chapter.title == "Level")
+    level = next(chapter for chapter in content if chapter.title == "Agreement and readings")
     agreement = next(dict(item.rows) for item in level.items if isinstance(item, PageTable))
     assert agreement["mean error = area / covered length"].endswith(
         f"0.500 mm, 95 % interval by the readings {low_mm:.3f} to {high_mm:.3f} mm"
     )
     assert dict(key_figures(assessed))["its 95 % interval by the readings"] == f"{low_mm:.2f} to {high_mm:.2f} mm"
     assert dict(key_figures(assessed))["readings were"] == "held out"
-    assert titles(content)["Uncertainty"][0] == "What may be said of the error"
+    assert titles(content)["Uncertainty in figures"][0] == "What may be said of the error"
     assert len(titles(content)["Mass balance"]) == 2
     data = report_data(assessed)
     assert data.metrics["mean_error_mm"].interval_95 == (low_mm, high_mm)
@@ -98,4 +100,4 @@ def test_an_assessed_error_has_its_interval_wherever_it_stands(assessed):
 def test_without_readings_there_is_nothing_to_be_unsure_of(tmp_path):
     evidence = make_evidence(tmp_path, readings_data=None)
     told = titles(chapters(evidence))
-    assert (told["Level"], told["Uncertainty"]) == ([], [])
+    assert not told.keys() & {"Agreement and readings", "Uncertainty in figures", "Error"}

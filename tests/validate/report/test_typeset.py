@@ -147,7 +147,7 @@ def test_a_picture_takes_its_caption_along():
     def typeset(paper: Typesetter) -> None:
         paper.paragraph("before")
         for number in ("first", "second", "third"):
-            paper.picture(content.tobytes(), f"caption of the {number}")
+            paper.pictures([(content.tobytes(), f"caption of the {number}")])
         paper.paragraph("after")
 
     first, second = pages_of(typeset)

@@ -1,0 +1,33 @@
+"""The answer in two sentences, for a reader who knows neither the method nor its words."""
+
+from validate.report_input import Evidence
+from validate.wording.comparison import volumes_mm3
+
+ML = 1000.0  # mm³
+
+
+def in_short(evidence: Evidence) -> tuple[str, ...]:
+    """Return how near the simulated level comes to the readings, where there are any, and where the sealant went."""
+    return (*_nearness(evidence), _whereabouts(evidence))
+
+
+def _nearness(evidence: Evidence) -> tuple[str, ...]:
+    if evidence.comparison is None:
+        return ()
+    m = evidence.comparison.metrics
+    side = "above" if m.bias_mm > 0 else "below"
+    lies = f"{abs(m.bias_mm):.1f} mm {side}" if round(m.bias_mm, 1) else "as high as"
+    return (
+        f"Along {m.covered_length_mm:.0f} mm of crack, the computed sealant surface is {m.mean_error_mm:.1f} mm off "
+        f"the readings on average and {m.worst_error_mm:.1f} mm at most, {m.worst_at_mm:.0f} mm from the start; its "
+        f"mean level lies {lies} theirs.",
+    )
+
+
+def _whereabouts(evidence: Evidence) -> str:
+    ml = {place: volume_mm3 / ML for place, (_, volume_mm3) in volumes_mm3(evidence).items()}
+    over = f"{ml['spilled']:.2f} ml ran over the edge of the sample" if ml["spilled"] else "none ran over the edge"
+    return (
+        f"Of {ml['dispensed']:.2f} ml dispensed, {ml['in_crack']:.2f} ml lie in the crack, whose room below the face "
+        f"is {evidence.solid.cavity_volume_mm3 / ML:.2f} ml, and {ml['above_face']:.2f} ml above the face; {over}."
+    )
