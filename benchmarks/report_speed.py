@@ -1,13 +1,16 @@
-"""The report of the reconstructed trial, once its run is there: how long it takes, and how large it is.
+"""The report of the reconstructed trial, once its run is there: how long it takes, how large and how long it is.
 
     python benchmarks/report_speed.py [--out DIR]
 
 Runs the trial first where it is not up to date. Each report is made in a fresh process on a copy of the run folder, by
 the stage that 'sealtwin validate' runs: hashes, comparison, its uncertainty, page, PDF and JSON. Importing libraries is
 not counted. All of it is one thread: the processor's time is the wall time of a machine that does nothing else.
+
+What a reader sees is measured in Chromium, which 'make test-browser' installs.
 """
 
 import argparse
+import importlib
 import json
 import os
 import platform
@@ -17,6 +20,9 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from typing import Any
+
+from pypdf import PdfReader
 
 from benchmarks.paper_trial import FIXTURE
 from benchmarks.table import Row, finish
@@ -29,7 +35,25 @@ from sealtwin.trial.trial_file import load_trial
 REPORTS = 3
 LONGEST_S = 10.0
 LARGEST_MB = 3.0
-"""Both are the issue's."""
+MOST_WORDS, MOST_PAGES = 1199, 6
+"""All are the issue's."""
+DESK_PX, PHONE_PX = 1280, 390  # Widths of a window
+LOOK = """() => {
+  const [all, before] = [document.documentElement, document.getElementById("appendix")];
+  const outside = (inner, outer) => inner.left < outer.left - 1 || inner.right > outer.right + 1;
+  const box = (part) => part.getBoundingClientRect();
+  const parts = [...document.querySelectorAll("figure svg, figure img, table, .verdict, .key")];
+  const words = [...document.querySelectorAll("figure svg text")];
+  const text = document.body.cloneNode(true);
+  text.querySelectorAll("svg, script, #appendix ~ *").forEach((part) => part.remove());
+  return {
+    height_px: all.scrollHeight,
+    before_px: box(before).top + scrollY,
+    cut: parts.filter((part) => outside(box(part), { left: 0, right: all.clientWidth })).length
+      + words.filter((word) => outside(box(word), box(word.closest("svg")))).length,
+    words: text.textContent.trim().split(/\\s+/).length,
+  };
+}"""
 ONE_CORE = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", "MKL")}
 CHILD = """
 import json, sys, time
@@ -63,6 +87,8 @@ def main() -> None:
         copy = Path(place) / "run"
         shutil.copytree(path, copy)
         made = [_make(copy) for _ in range(REPORTS)]
+        pages = [page.extract_text() for page in PdfReader(copy / "report.pdf").pages]
+        seen = {width_px: _seen(copy / "report.html", width_px) for width_px in (DESK_PX, PHONE_PX)}
         largest = {name: (copy / name).stat().st_size / 1e6 for name in ("report.html", "report.pdf", "report.json")}
     times_s = {key: [one[key] for one in made] for key in ("cpu_s", "wall_s")}
     spread = ", ".join(f"{seconds:.1f}" for seconds in sorted(times_s["cpu_s"]))
@@ -73,7 +99,33 @@ def main() -> None:
         Row("the PDF", largest["report.pdf"], "MB", 0, LARGEST_MB),
         Row("the file for programs", largest["report.json"], "MB", 0, LARGEST_MB),
     ]
+    for width_px, longest_px in ((DESK_PX, 8_000), (PHONE_PX, 14_000)):
+        where = f"{width_px} px wide"
+        rows += [
+            Row(f"page before its appendix, {where}", seen[width_px]["before_px"], "px", 0, longest_px),
+            Row(f"whole page, {where}", seen[width_px]["height_px"], "px"),
+            Row(f"cut pictures, their words, tables, {where}", seen[width_px]["cut"], "", 0, 0),
+        ]
+    appendix = next(number for number, text in enumerate(pages) if text.startswith("Appendix"))
+    rows += [
+        Row("words of the page before its appendix", seen[DESK_PX]["words"], "", 0, MOST_WORDS),
+        Row("pages of the PDF before its appendix", appendix, "", 0, MOST_PAGES),
+        Row("the figures of the answer on the PDF's first page", pages[0].count("Figure "), "", 2, 2),
+    ]
     finish(rows, f"wall time of the fastest, on a machine as busy as this one: {min(times_s['wall_s']):.1f} s")
+
+
+def _seen(page: Path, width_px: int) -> dict[str, float]:
+    """Heights, words and cut parts of a page in a window of that width, without its scripts."""
+    executable = shutil.which("chromium")
+    if executable is None:
+        raise SystemExit("no chromium on the PATH; 'make test-browser' installs it")
+    playwright: Any = importlib.import_module("playwright.sync_api")
+    with playwright.sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=executable, args=["--no-sandbox", "--disable-gpu"])
+        shown = browser.new_page(viewport={"width": width_px, "height": 900})
+        shown.goto(page.resolve().as_uri())
+        return {name: float(value) for name, value in shown.evaluate(LOOK).items()}
 
 
 def _make(folder: Path) -> dict[str, float]:
