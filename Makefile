@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 DEVELOPING := $(VENV)/.installed-dev
 
-.PHONY: demo test test-slow test-browser test-gpu benchmark benchmark-digitise benchmark-simulate benchmark-validate benchmark-gpu reproduce picture docs docs-gallery lint clean
+.PHONY: demo test test-slow test-browser test-gpu benchmark benchmark-digitise benchmark-simulate benchmark-validate benchmark-gpu results reproduce picture docs docs-gallery lint clean
 
 demo: $(INSTALLED)
 	$(BIN)/sealtwin run fixtures/paper-trial/trial.toml --device cpu
@@ -53,6 +53,12 @@ benchmark-validate: $(DEVELOPING)
 
 benchmark-gpu: $(DEVELOPING)
 	$(BIN)/python -m benchmarks.cuda_runs
+
+# Every benchmark; what ran on this very code is not run again.
+results: $(DEVELOPING)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[browser]' --constraint constraints.txt
+	command -v chromium || { apt-get update && apt-get install --yes --no-install-recommends chromium; }
+	$(BIN)/python -m benchmarks.results
 
 reproduce: $(INSTALLED)
 	$(BIN)/python -m reports.reproduction.reproduce

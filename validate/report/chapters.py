@@ -1,6 +1,6 @@
 """Content of a report from its first chapter to its last, which the page and the PDF set each in its own way."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import count
@@ -117,7 +117,7 @@ def chapters(evidence: Evidence) -> list[Chapter]:
     ]
 
 
-Titled = tuple[str, str, list[Item]]  # Title, name and items of a chapter
+Titled = tuple[str, str, Sequence[Item]]  # Title, name and items of a chapter
 
 
 def _answer_and_why(evidence: Evidence) -> Iterator[Titled]:
@@ -135,10 +135,10 @@ def _appendix(evidence: Evidence) -> Iterator[Titled]:
     held: list[Item] = []
     if comparison is not None and readings is not None:
         agreement = [agreement_table(comparison), readings_table(readings, comparison, evidence.sheet)]
-        yield "Agreement and readings", "agreement", [*agreement]
+        yield "Agreement and readings", "agreement", agreement
         held = [] if comparison.volumes is None else [volume_table(comparison.metrics, comparison.volumes)]
         if comparison.uncertainty is not None:
-            yield "Uncertainty in figures", "budget", [*uncertainty_tables(comparison.uncertainty)]
+            yield "Uncertainty in figures", "budget", uncertainty_tables(comparison.uncertainty)
     yield "Mass balance", "mass-balance", [balance_table(evidence), *held]
     dams = ", with the dams at its open ends" if evidence.solid.figures.dams else ""
     solid = Plate(
@@ -236,7 +236,7 @@ def _photo(evidence: Evidence) -> PhotoBlock:
     picture = cv2.imdecode(content, cv2.IMREAD_COLOR_RGB) if content.size else None
     if picture is None:
         raise InputError(f"{path}: no readable picture. Run 'sealtwin digitise' again, which draws the overlay.")
-    picture = _around_crack(picture, outline)
+    picture = _around_crack(np.asarray(picture, dtype=np.uint8), outline)
     scale = min(1.0, OVERLAY_PX / picture.shape[1])
     pixels = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
     origin = "of undeclared origin" if evidence.photo_data == "undeclared" else evidence.photo_data

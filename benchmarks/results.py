@@ -1,0 +1,146 @@
+"""Every benchmark in turn, and what each printed, in reports/results.json and on a page of the documentation.
+
+    python -m benchmarks.results [--only NAME ...]     (make results)
+
+A benchmark is run again where the code or its data changed since; a run that is stopped, or killed, goes on by the same
+command. The page shows each figure beside that of the results before. Exits with 1 unless all targets are met.
+"""
+
+import argparse
+import hashlib
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from benchmarks.against import HERE, processor
+from benchmarks.table import ROWS_TO
+from sealtwin.core.files import write_json, write_text
+
+COMMANDS = {
+    "paper_trial": "benchmarks/paper_trial.py",
+    "tracing": "benchmarks/tracing.py",
+    "solids": "benchmarks/solids.py",
+    "digitise_speed": "benchmarks/digitise_speed.py",
+    "ingest": "benchmarks/ingest.py",
+    "report_speed": "benchmarks/report_speed.py",
+    "cold": "-m benchmarks.cold",
+    "tilt": "benchmarks/tilt.py",
+    "material": "benchmarks/material.py",
+    "pbf_step": "benchmarks/pbf_step.py",
+    "paper_run": "benchmarks/paper_run.py",
+    "physics": "benchmarks/physics.py",
+    "channels": "-m benchmarks.channels",
+    "volume": "-m benchmarks.volume",
+    "pressure": "-m benchmarks.pressure",
+    "heaps": "-m benchmarks.heaps",
+    "sleep": "-m benchmarks.sleep",
+    "stated_intervals": "-m benchmarks.stated_intervals",
+}
+"""Arguments of Python by the name of a benchmark, the short ones first."""
+CODE = ("benchmarks", "digitise", "fixtures", "sealtwin", "simulate", "validate", "pyproject.toml", "constraints.txt")
+"""What a figure follows from."""
+RESULTS, PAGE = HERE / "reports" / "results.json", HERE / "docs" / "results.md"
+
+Content = dict[str, dict[str, Any]]  # By the name of a benchmark: its rows and where, when and of which code they are
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--only", nargs="+", choices=COMMANDS, default=list(COMMANDS), metavar="NAME")
+    asked: list[str] = parser.parse_args().only
+    code, found = code_sha256(HERE), read(RESULTS)
+    waiting = [name for name in asked if found.get(name, {}).get("code") != code]
+    for number, name in enumerate(waiting):
+        ran_before = all(other in found for other in waiting[number:])
+        left_s = sum(found[other]["wall_s"] for other in waiting[number:] if other in found)
+        left = f"about {minutes(left_s)}" if ran_before else "unknown, since not all ran before"
+        print(f"{number + 1} of {len(waiting)}: {name}; time left: {left}", file=sys.stderr, flush=True)
+        before = {row["name"]: row["value"] for row in found.get(name, {}).get("rows", []) if "value" in row}
+        facts = {"command": f"python {COMMANDS[name]}", "code": code, "before": before}
+        found[name] = facts | measure(COMMANDS[name].split())
+        write_json(RESULTS, {key: found[key] for key in COMMANDS if key in found})
+    write_text(PAGE, page(found, code))
+    rows = [row for name in asked for row in found[name]["rows"]]
+    failed = [name for name in asked if found[name]["exit_code"] not in (0, 1)]
+    judged, missed = sum(row["judged"] for row in rows), sum(row["missed"] for row in rows)
+    print(f"{judged - missed} of {judged} targets met" + (f"; no result: {', '.join(failed)}" if failed else ""))
+    sys.exit(1 if missed or failed else 0)
+
+
+def measure(arguments: list[str]) -> dict[str, Any]:
+    """Run a benchmark and return its rows; what it prints goes to the terminal."""
+    began_s, now = time.monotonic(), datetime.now(UTC)
+    with tempfile.TemporaryDirectory() as place:
+        rows = Path(place) / "rows.json"
+        ended = subprocess.run(
+            [sys.executable, *arguments], cwd=HERE, env=os.environ | {ROWS_TO: str(rows)}, check=False
+        )
+        seen = json.loads(rows.read_text()) if rows.is_file() else []
+    # An exit code of 0 or 1 without a table is a fault of the benchmark.
+    exit_code = ended.returncode if seen or ended.returncode > 1 else 2
+    facts = {"exit_code": exit_code, "processor": processor(), "load": round(os.getloadavg()[0], 1)}
+    return facts | {"date": f"{now:%Y-%m-%d}", "wall_s": round(time.monotonic() - began_s), "rows": seen}
+
+
+def minutes(seconds: float) -> str:
+    return f"{seconds / 60:.0f} min" if seconds >= 90 else f"{seconds:.0f} s"
+
+
+def code_sha256(root: Path) -> str:
+    """Return the hash of all files that git tracks, or would, in the folders that a figure follows from."""
+    listed = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard", *CODE]
+    names = subprocess.run(listed, cwd=root, stdout=subprocess.PIPE, check=True).stdout.decode().split("\0")
+    total = hashlib.sha256()
+    for name in sorted(filter(None, names)):
+        if (root / name).is_file():
+            total.update(f"{name}\0".encode() + hashlib.sha256((root / name).read_bytes()).digest())
+    return total.hexdigest()
+
+
+def read(path: Path) -> Content:
+    return json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
+
+
+def page(found: Content, code: str) -> str:
+    """Return the page of the documentation: a table for each benchmark, in their order."""
+    judged = [row for one in found.values() for row in one["rows"] if row["judged"]]
+    met = sum(not row["missed"] for row in judged)
+    lines = [
+        "# Results",
+        "",
+        f"`make results` writes this page: **{met} of {len(judged)} targets met**. *Before* is the figure of the run "
+        "before this one. A figure that is reported has no target.",
+    ]
+    for name in COMMANDS:
+        if name in found:
+            lines += ["", *_section(name, found[name], code)]
+    if absent := [f"`{name}`" for name in COMMANDS if name not in found]:
+        lines += ["", f"Not run yet: {', '.join(absent)}."]
+    return "\n".join(lines) + "\n"
+
+
+def _section(name: str, one: dict[str, Any], code: str) -> list[str]:
+    older = "" if one["code"] == code else " **The code has changed since.**"
+    took = f"{minutes(one['wall_s'])} on {one['processor']}, load {one['load']}, {one['date']}"
+    lines = [f"## {name}", "", f"`{one['command']}`, {took}.{older}"]
+    if one["exit_code"] not in (0, 1):
+        return [*lines, "", f"It ended with exit code {one['exit_code']} and without a result."]
+    lines += ["", "| figure | target | seen | before | |", "|---|---|---|---|---|"]
+    for row in one["rows"]:
+        was = f"{one['before'][row['name']]:.4g}" if row["name"] in one["before"] else ""
+        verdict = "**missed**" if row["missed"] else "met" if row["judged"] else ""
+        why = f": {row['because']}" if row["missed"] and row["because"] else ""
+        seen = f"{row['value']:.4g} {row['unit']}".strip() if "value" in row else "no number"
+        cells = (row["name"], row["target"], seen, was, verdict + why)
+        lines.append(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |")
+    return lines
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,80 @@
+"""The record of all benchmarks: what is run again, what it keeps, and what its page says."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from benchmarks import results
+from benchmarks.results import code_sha256, measure, page
+
+BENCHMARK = """
+from math import inf, nan
+from benchmarks.table import Row, finish
+kept, slow = Row("kept | width", 1.5, "mm", 0, 2.0), Row("slow", 3.0, "s", 0, 2.0, because="of | this")
+finish([kept, slow, Row("none", nan, "s")])
+"""
+
+
+@pytest.fixture
+def benchmarks(tmp_path, monkeypatch):
+    """Two benchmarks of this test's own, one of which fails to end with a table; counts how often each ran."""
+    good, bad = tmp_path / "good.py", tmp_path / "bad.py"
+    counted = f"open({str(tmp_path / 'ran')!r}, 'a').write('x')\n"
+    good.write_text(counted + BENCHMARK)
+    bad.write_text("raise SystemExit(0)")
+    monkeypatch.setattr(results, "COMMANDS", {"good": str(good), "bad": str(bad)})
+    monkeypatch.setattr(results, "RESULTS", tmp_path / "results.json")
+    monkeypatch.setattr(results, "PAGE", tmp_path / "results.md")
+    return tmp_path
+
+
+def run(monkeypatch, *arguments):
+    monkeypatch.setattr(sys, "argv", ["results", *arguments])
+    with pytest.raises(SystemExit) as left:
+        results.main()
+    return left.value.code
+
+
+def test_what_ran_on_this_very_code_is_not_run_again(benchmarks, monkeypatch):
+    monkeypatch.setattr(results, "code_sha256", lambda _: "one")
+    assert run(monkeypatch, "--only", "good") == 1, "a target is missed"
+    assert run(monkeypatch, "--only", "good") == 1
+    assert (benchmarks / "ran").read_text() == "x"
+    monkeypatch.setattr(results, "code_sha256", lambda _: "two")
+    run(monkeypatch, "--only", "good")
+    assert (benchmarks / "ran").read_text() == "xx"
+    assert json.loads((benchmarks / "results.json").read_text())["good"]["before"] == {"kept | width": 1.5, "slow": 3.0}
+
+
+def test_a_benchmark_without_a_table_has_no_result(benchmarks, monkeypatch, capsys):
+    assert run(monkeypatch) == 1
+    told = json.loads((benchmarks / "results.json").read_text())
+    assert (told["good"]["exit_code"], told["bad"]["exit_code"]) == (1, 2)
+    assert "no result: bad" in capsys.readouterr().out
+    assert "without a result" in (benchmarks / "results.md").read_text()
+
+
+def test_the_page_shows_each_figure_beside_the_one_before(benchmarks):
+    facts = {"command": "python good.py", "code": "new", "before": {"slow": 2.5}}
+    found = {"good": facts | measure([str(benchmarks / "good.py")])}
+    text = page(found, "new")
+    assert "**1 of 2 targets met**" in text
+    assert "| kept \\| width | <= 2 | 1.5 mm |  | met |" in text
+    assert "| slow | <= 2 | 3 s | 2.5 | **missed**: of \\| this |" in text
+    assert "| none | reported | no number |  |  |" in text
+    assert "changed since" not in text
+    assert "changed since" in page(found, "newer")
+
+
+def test_the_hash_follows_the_code_alone(tmp_path):
+    for name in results.CODE[:-2]:
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "one.py").write_text("1")
+    subprocess.run(["git", "init", "-q"], cwd=tmp_path, check=True)
+    first = code_sha256(tmp_path)
+    (tmp_path / "README.md").write_text("words")
+    assert code_sha256(tmp_path) == first
+    (tmp_path / "simulate" / "one.py").write_text("2")
+    assert code_sha256(tmp_path) != first
