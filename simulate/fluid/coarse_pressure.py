@@ -26,7 +26,7 @@ OUTSIDE = 0.25
 again, since particles on the floor count for little on either side of it.
 """
 STEP = 0.6  # Share of a particle's own Jacobi step: at 1 the surface of a fluid without drag never calms (3 cm/s)
-SWEEPS, OVERSHOOT = 8, 1.5  # Sweeps and factor of the over-relaxation: two sweeps or twenty settle a column alike
+SWEEPS, OVERSHOOT = 3, 1.5  # Sweeps and factor of the over-relaxation: two sweeps or twenty settle a column alike
 LEAST_WEIGHT = 3.0  # Particles that a node must carry: nodes with fewer hold spray (prototype)
 AT_ONCE = 0.5
 """Share taken out at once of the compression that the last substep left. With all of it a surface that was hit never
@@ -74,7 +74,10 @@ class CoarsePressure:
         self._sum_matrix = launcher.bind_whole(device_code.sum_matrix, rows, movers.movers, nodes, coarse)
         self._sum_excess = launcher.bind_whole(device_code.sum_excess, rows, *moving, nodes, coarse)
         constants = (lanes, SWEEPS, OVERSHOOT, LEAST_WEIGHT, AT_ONCE)
-        self._solve = launcher.bind_whole(device_code.solve, (state.runs, lanes), nodes, *constants)
+        self._solve_first, self._solve_again = (
+            launcher.bind_whole(device_code.solve, (state.runs, lanes), nodes, summed, *constants)
+            for summed in (True, False)
+        )
         self._change_multipliers = [
             launcher.bind(device_code.change_multipliers, *moving, nodes, coarse, float(iteration + 1), STEP)
             for iteration in range(iterations)
@@ -92,7 +95,7 @@ class CoarsePressure:
             self.nodes.sums.zero_()
             self._sum_matrix()
         self._sum_excess()
-        self._solve()
+        (self._solve_again if iteration else self._solve_first)()
         self._change_multipliers[iteration](rows)
 
 

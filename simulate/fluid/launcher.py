@@ -60,13 +60,17 @@ class Launcher:
         if not rows:
             return
         self.kernels += len(launches)
+        if self._pool is None:
+            for launch in launches:
+                launch.cut(0, 0, rows).launch()
+            return
         slices = min(self._threads, max(1, int(rows * each) // LEAST_SLICE))
         pending = []
         for part in reversed(range(slices)):
             begin = rows * part // slices // block * block
             end = rows * (part + 1) // slices // block * block if part + 1 < slices else rows
             commands = [launch.cut(part, begin, end) for launch in launches]
-            if part and self._pool:
+            if part:
                 pending.append(self._pool.submit(_launch_all, commands))
             else:
                 _launch_all(commands)

@@ -210,6 +210,7 @@ def pull(nodes: Nodes, a: int, up: int):
 @wp.kernel
 def solve(
     nodes: Nodes,  # in: sums, excess and total; out: all arrays, with zero excess for the next iteration
+    summed: bool,
     lanes: int,
     sweeps: int,
     overshoot: float,
@@ -218,6 +219,7 @@ def solve(
 ):
     """Projected over-relaxation in four colours: no multiplier pulls. A block of threads works on a run.
 
+    The matrix is made of its sums where these were ``summed`` since the last iteration.
     Compression that the last substep left is taken out by the share ``at_once``. Nodes with fewer particles' weight
     than ``least`` stay out: spray falls free.
     """
@@ -232,8 +234,9 @@ def solve(
             left = wp.max(float(nodes.sums[a, OLD]), 0.0)
             nodes.right[a] = ((1.0 - at_once) * left - float(nodes.excess[a])) * scale
         nodes.excess[a] = wp.int64(0)
-        for of in range(WEIGHT):
-            nodes.matrix[a, of] = float(nodes.sums[a, of]) / UNIT
+        if summed:
+            for of in range(WEIGHT):
+                nodes.matrix[a, of] = float(nodes.sums[a, of]) / UNIT
     wait_for_block()
     quarter = nodes.per_run // COLOURS
     for _ in range(sweeps):
