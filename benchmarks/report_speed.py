@@ -41,7 +41,9 @@ DESK_PX, PHONE_PX = 1280, 390  # Widths of a window
 LOOK = """() => {
   const [all, before] = [document.documentElement, document.getElementById("appendix")];
   const outside = (inner, outer) => inner.left < outer.left - 1 || inner.right > outer.right + 1;
+  const beyond = (inner, outer) => inner.top < outer.top - 1 || inner.bottom > outer.bottom + 1;
   const box = (part) => part.getBoundingClientRect();
+  const cutOff = (inner, outer) => outside(inner, outer) || beyond(inner, outer);
   const parts = [...document.querySelectorAll("figure svg, figure img, table, .verdict, .key")];
   const words = [...document.querySelectorAll("figure svg text")];
   const text = document.body.cloneNode(true);
@@ -50,7 +52,7 @@ LOOK = """() => {
     height_px: all.scrollHeight,
     before_px: box(before).top + scrollY,
     cut: parts.filter((part) => outside(box(part), { left: 0, right: all.clientWidth })).length
-      + words.filter((word) => outside(box(word), box(word.closest("svg")))).length,
+      + words.filter((word) => cutOff(box(word), box(word.closest("svg")))).length,
     words: text.textContent.trim().split(/\\s+/).length,
   };
 }"""

@@ -56,7 +56,7 @@ def draw_side_view(
     run: Run, outline: Outline, solid: Solid, profile: Profile, on: FigureBase | None = None
 ) -> FigureBase:
     """Draw the particles along the crack and in height, by age, with the profile measured from them."""
-    figure = on or theme.plate(2.1)
+    figure = on or theme.plate(2.7)
     axes = figure.add_subplot()
     s_mm = arc_length_at(run.position_mm[:, :2], outline.centreline_mm)
     shown = ~run.spilled & (s_mm > -8) & (s_mm < outline.length_mm + 8)
@@ -66,7 +66,7 @@ def draw_side_view(
     axes.set_facecolor(theme.AIR)
     place_mm = np.column_stack([s_mm, run.position_mm[:, 2]])[shown]
     discs = draw_discs(axes, place_mm, run.radius_mm, run.age_s[shown], _ages(run))
-    figure.colorbar(discs, ax=axes, label="age (s)", shrink=0.8, pad=0.01)
+    figure.colorbar(discs, ax=axes, label="age (s)", location="bottom", aspect=40, pad=0.02)
     axes.plot(profile.s_mm, profile.level_mm, color=theme.AIR, linewidth=3.0)
     label = "profile read from the particles"
     axes.plot(profile.s_mm, profile.level_mm, color=theme.MEASURED, linewidth=1.4, label=label)
@@ -80,7 +80,7 @@ def draw_side_view(
 @theme.themed()
 def draw_top_view(run: Run, outline: Outline, solid: Solid, trajectory: Trajectory) -> FigureBase:
     """Draw the sample from above: particles by height, the traced walls, the nozzle's path."""
-    figure = theme.plate(2.9)
+    figure = theme.plate(3.6)
     axes = figure.add_subplot()
     x_min, y_min, x_max, y_max = solid.block_mm
     face = Rectangle((x_min, y_min), x_max - x_min, y_max - y_min, facecolor=theme.GROUND, edgecolor="none")
@@ -90,7 +90,7 @@ def draw_top_view(run: Run, outline: Outline, solid: Solid, trajectory: Trajecto
     position_mm = run.position_mm[shown][order]
     heights = ColourScale("z (mm)", theme.HEIGHTS, Normalize())
     discs = draw_discs(axes, position_mm[:, :2], run.radius_mm, position_mm[:, 2], heights)
-    figure.colorbar(discs, ax=axes, label="z (mm)", shrink=0.8, pad=0.01)
+    figure.colorbar(discs, ax=axes, label="z (mm)", location="bottom", aspect=40, pad=0.02)
     for wall_mm in (outline.left_wall_mm, outline.right_wall_mm):
         (wall,) = axes.plot(*wall_mm.T, color=theme.ON_GROUND, linewidth=0.9)
         # The stations of an oblique open end continue past the edge of the sample.

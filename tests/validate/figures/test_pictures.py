@@ -22,7 +22,7 @@ def test_the_side_view_shows_all_but_what_spilled_at_s_and_z(evidence):
     assert places(axes) == pytest.approx(evidence.run.position_mm[stays][:, [0, 2]])
     assert np.asarray(axes.collections[0].get_array()) == pytest.approx(evidence.run.age_s[stays])
     assert axes.get_aspect() == 1.0
-    assert (axes.get_xlabel()[-4:], axes.get_ylabel(), bar.get_ylabel()) == ("(mm)", "z (mm)", "age (s)")
+    assert (axes.get_xlabel()[-4:], axes.get_ylabel(), bar.get_xlabel()) == ("(mm)", "z (mm)", "age (s)")
 
 
 def test_the_top_view_is_not_mirrored(evidence):
@@ -32,7 +32,7 @@ def test_the_top_view_is_not_mirrored(evidence):
     assert np.mean(heights(left)) > np.mean(heights(path)) > np.mean(heights(right))
     assert axes.get_xlim()[0] < axes.get_xlim()[1]
     assert axes.get_ylim()[0] < axes.get_ylim()[1]
-    assert (axes.get_xlabel(), axes.get_ylabel(), bar.get_ylabel()) == ("x (mm)", "y (mm)", "z (mm)")
+    assert (axes.get_xlabel(), axes.get_ylabel(), bar.get_xlabel()) == ("x (mm)", "y (mm)", "z (mm)")
 
 
 def test_walls_end_where_the_sample_does(evidence):
