@@ -114,8 +114,9 @@ def test_no_picture_is_cut_on_a_phone(open_report, report, width):
     assert (
         page.evaluate(
             """() => [...document.querySelectorAll("figure svg text")].filter((word) => {
-             const box = word.getBoundingClientRect(), frame = word.closest("svg").getBoundingClientRect();
-             return box.left < frame.left - 1 || box.right > frame.right + 1 || box.top < frame.top - 1 || box.bottom > frame.bottom + 1;
+             const [box, frame] = [word, word.closest("svg")].map((part) => part.getBoundingClientRect());
+             return box.left < frame.left - 1 || box.right > frame.right + 1
+               || box.top < frame.top - 1 || box.bottom > frame.bottom + 1;
            }).map((word) => word.textContent)"""
         )
         == []
