@@ -21,7 +21,7 @@ INTRODUCTION = """\
 Every section, equation, figure and number of *Position-based fluid simulation for robotic injection sealing of pavement
 cracks*, where it lives in this repository, and how faithful it is. Readings and photo of its trial are RECONSTRUCTED:
 nothing of them was measured. *Faithful*: done as the paper says. *Deviates*: done otherwise, for the reason beside it.
-*Missing*: not done. What the paper found with its runs is judged in the [reproduction](README.md).
+*Missing*: not done. What the paper found with its runs is judged in `reports/reproduction/README.md`.
 
 This page is made from `paper_elements.toml` by `python -m reports.reproduction.elements`.
 """

@@ -87,13 +87,10 @@ class Surface:
     def pair(self, index: int) -> tuple[float, float]:
         return float(self.u[index]), float(self.d_cm[index])
 
-    def by_u(self) -> tuple[Floats, Floats]:
-        """Values of U, increasing, and the mean error over D of each."""
-        return _means(self.u, self.error_mm)
-
     def by_d(self) -> tuple[Floats, Floats]:
         """Values of D in cm, increasing, and the mean error over U of each."""
-        return _means(self.d_cm, self.error_mm)
+        values = np.unique(self.d_cm)
+        return values, np.array([self.error_mm[self.d_cm == value].mean() for value in values])
 
     def along_u(self, d_cm: float) -> tuple[Floats, Floats]:
         """Values of U, increasing, and the mean error at one D of each."""
@@ -163,11 +160,6 @@ def along(profile: Profile, readings: Profile) -> Along:
         float(error.x[worst]),
         tuple(np.inf if piece.mean_error_mm is None else piece.mean_error_mm for piece in pieces),
     )
-
-
-def _means(settings: Floats, error_mm: Floats) -> tuple[Floats, Floats]:
-    values = np.unique(settings)
-    return values, np.array([error_mm[settings == value].mean() for value in values])
 
 
 def _sorted(settings: Floats, error_mm: Floats, where: np.ndarray) -> tuple[Floats, Floats]:

@@ -155,7 +155,7 @@ def _watch(folder: Path, run: StudyRun, device: str) -> None:
 def chart_of(
     folder: Path, done: Sequence[StudyRun], plan: Plan, caliper: Path | None = None, data: DataKind | None = None
 ) -> Chart:
-    """Compare the finished runs of a study with a sheet of readings, as ``map_study`` does. Raises InputError as it does."""
+    """Compare the finished runs of a study with a sheet of readings. Raises InputError as ``map_study`` does."""
     from validate.metrics.volumes import mouth_widths_mm
     from validate.uncertainty.reading_errors import budget_of
 

@@ -72,7 +72,7 @@ def test_stages_of_u_are_claimed_at_each_d():
     surface = as_the_paper_has_it()
     falls_at_once = np.where((D_CM == 3.0) & (U > 100), 1.3, surface.error_mm)
     without = surface_with(falls_at_once)
-    mean_mm = without.by_u()[1]
+    mean_mm = np.mean([without.along_u(d_cm)[1] for d_cm in np.unique(D_CM)], axis=0)
     assert mean_mm[-1] > mean_mm[-2]
     found = finding("three stages", without, [without])
     assert found.judgement == "disagrees"
