@@ -71,7 +71,7 @@ ERROR_CLAIMS: tuple[AnyClaim[Surface], ...] = (
         "what the chosen pair gives away to the nearest",
         "error = 1.24 mm; error = 1.26 mm",
         SECTION_4,
-        "mean error of the chosen pair less the least one, less the bias of that least; at least 0",
+        "mean error of the chosen pair less the least of all others, less the bias of that least",
         0.02,
         "mm",
         2,

@@ -73,9 +73,9 @@ class Surface:
 
     @property
     def given_away_mm(self) -> float:
-        """The chosen pair's mean error over the least one, likewise less the bias of that least; never below 0."""
+        """The chosen pair's mean error over the least of all others, likewise less the bias of that least."""
         chosen = self.index(CHOSEN)
-        return max(0.0, self._less_bias(lambda error_mm: float(error_mm[chosen] - error_mm.min())))
+        return self._less_bias(lambda error_mm: float(error_mm[chosen] - np.delete(error_mm, chosen).min()))
 
     def _less_bias(self, of: Callable[[Floats], float]) -> float:
         scattered_mm = self.smooth_mm + (self.error_mm - self.seen_mm)
