@@ -1,12 +1,13 @@
 """The paper's claims, measured on a study whose errors are known."""
 
+import csv
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from reports.reproduction.claims import CLAIMS
-from reports.reproduction.influence import reach_of_drag, stages
+from reports.reproduction.claims import CLAIMS, MAP_CLAIMS
+from reports.reproduction.influence import reach_of_drag, stages, three_stages
 from reports.reproduction.judging import Finding, judge
 from reports.reproduction.redrawn import (
     FIRST_READINGS_MM,
@@ -16,9 +17,10 @@ from reports.reproduction.redrawn import (
     first_readings,
     redraw,
 )
-from reports.reproduction.surface import Along, Surface, surface_of, surfaces_of
+from reports.reproduction.surface import Along, Surface, planes, surface_of, surfaces_of
 from reports.reproduction.unequal import by_sampling, careless_error_mm
 from tests.charts import BEST, make_chart
+from tests.places import ROOT
 from validate.metrics.curve_distances import Difference
 
 U, D_CM = (np.ravel(each) for each in np.meshgrid([0.01, 0.1, 1.0, 10.0, 100.0, 1000.0], [1e-4, 1e-3, 0.3, 3.0]))
@@ -224,3 +226,19 @@ def test_the_library_is_right_on_one_grid_and_wrong_on_two():
     profile, readings = chart.best.profile, chart.readings
     assert careless_error_mm(profile, readings, 17) == pytest.approx(0.5, abs=1e-9)
     assert max(abs(each.error_mm - 0.5) for each in by_sampling(chart.best, readings)[1:3]) > 0.1
+
+
+def test_claims_of_the_map_are_read_off_the_committed_runs():
+    """Of 132 pairs, each value of U with each of D: no claim of the map asks for more."""
+    columns = ("fluid.U", "fluid.D_cm", "mean_error_mm")
+    with (ROOT / "reports" / "reproduction" / "figures" / "flare-runs.csv").open(encoding="utf-8") as file:
+        rows = np.array([[float(row[name]) for name in columns] for row in csv.DictReader(file)])
+    u, d_cm, error_mm = rows.T
+    surface = Surface(u, d_cm, error_mm, error_mm, CHOSEN, planes(u, d_cm) @ error_mm)
+    assert not np.isnan(surface.on_grid()).any()
+    assert surface.least_mm == error_mm.min()
+    assert surface.given_away_mm == pytest.approx(error_mm[surface.index((30.0, 0.3))] - error_mm.min())
+    found = {claim.name.split(",")[0]: judge(claim, surface, [surface]) for claim in MAP_CLAIMS}
+    assert len(found) == len(MAP_CLAIMS)
+    stages_of_u = found["three stages of U"]
+    assert stages_of_u.ours.split(";")[0] == f"so at {sum(three_stages(surface))} of {len(np.unique(d_cm))} D"
