@@ -1,5 +1,7 @@
 """How U and D change the mean error: stages, reach, plateaus, fluctuation and regions of the map."""
 
+from typing import Any
+
 import numpy as np
 
 from reports.reproduction.surface import Surface
@@ -80,8 +82,8 @@ def accurate_regions(surface: Surface) -> list[int]:
 
     grid_mm = surface.on_grid()
     limit_mm = surface.error_mm.min() + ACCURATE * np.ptp(surface.error_mm)
-    numbered, _ = label(grid_mm <= limit_mm)
-    sizes = np.bincount(numbered.ravel())[1:]
+    found: Any = label(grid_mm <= limit_mm)
+    sizes = np.bincount(found[0].ravel())[1:]
     return sorted((int(size) for size in sizes if size >= LEAST_PAIRS), reverse=True)
 
 
