@@ -52,12 +52,13 @@ class _Clock:
 
 
 def take_pace(path: Path, bench: Bench, trial: Trial) -> None:
-    """Compute a run in this process and write its pace, unless it was written before.
+    """Compute a run in this process and write its pace, unless that of the same trial was written before.
 
     Raises NumericalError where the run fails.
     """
-    if not path.is_file():
-        files.write_json(path, {"version": 1, **_listed(_paced(bench, trial))})
+    settings = trial.model_dump(mode="json")
+    if not path.is_file() or files.read_json(path).get("trial") != settings:
+        files.write_json(path, {"version": 1, **_listed(_paced(bench, trial)), "trial": settings})
 
 
 def read_pace(path: Path) -> Pace:

@@ -75,6 +75,8 @@ def test_a_pace_is_taken_once_and_in_the_run_itself(tmp_path, monkeypatch):
     assert pace.others_cores >= 0
     monkeypatch.setattr("reports.reproduction.pace.follow", None)
     take_pace(path, bench, run.checked_trial)
+    with pytest.raises(TypeError):  # Another trial's is taken anew
+        take_pace(path, bench, run.checked_trial.model_copy(update={"seed": 1}))
 
 
 def test_a_crack_a_third_as_wide_has_nine_times_the_particles():
