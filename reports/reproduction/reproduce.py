@@ -1,21 +1,35 @@
-"""The paper reproduced by one command, which goes on where it was killed: README.md and figures/ beside this file.
+"""The paper reproduced by one command, which goes on where it was killed; README.md, elements.md, figures/ beside it.
 
-python -m reports.reproduction.reproduce
+    python -m reports.reproduction.reproduce                    all stages
+    python -m reports.reproduction.reproduce flare flare-seeds  these
+    python -m reports.reproduction.reproduce page               none: the page of what is there
+
+Times are judged only where nothing else runs beside them, so the stages of times are best run alone.
 """
 
+import argparse
 import sys
 from pathlib import Path
 
-from reports.reproduction.studies import parts, reproduce
+from reports.reproduction.stages import parts, stages
+from reports.reproduction.studies import reproduce
 from sealtwin.core.errors import SealtwinError
 from sealtwin.core.progress import progress_for_stderr
 
 HOME = Path(__file__).resolve().parent
+PAGE = "page"
 
 
 def main() -> None:
+    wanted = parts(HOME)
+    names = [stage.name for stage in stages(wanted)]
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("stages", nargs="*", metavar="STAGE", help=f"{', '.join(names)}, or {PAGE}; none: all")
+    asked: list[str] = parser.parse_args().stages
+    if unknown := [name for name in asked if name not in (*names, PAGE)]:
+        parser.error(f"{unknown[0]}: no such stage; there are {', '.join(names)} and {PAGE}")
     try:
-        lines = reproduce(HOME, parts(HOME), HOME.parent, progress_for_stderr(quiet=False))
+        lines = reproduce(HOME, wanted, asked or names, HOME.parent, progress_for_stderr(quiet=False))
     except SealtwinError as fault:
         print(fault, file=sys.stderr)
         sys.exit(fault.exit_code)

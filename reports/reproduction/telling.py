@@ -1,4 +1,4 @@
-"""The reproduction as a page of Markdown, which a repository shows."""
+"""The reproduction as a page of Markdown, which a repository shows; its readings are called RECONSTRUCTED."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -7,14 +7,17 @@ from typing import Any, get_args
 
 import numpy as np
 
-from reports.reproduction.claims import Finding, Judgement
-from reports.reproduction.redrawn import ALONG_MM, LEVEL_MM, SETS
+from reports.reproduction.claims import NEAREST
+from reports.reproduction.judging import NOT_COMPUTED, Finding, Judgement
+from reports.reproduction.redrawn import ALONG_MM, FIRST_MM, LEVEL_MM, SETS, FirstReading
+from reports.reproduction.scatter import Pair, Replicates
+from reports.reproduction.surface import CHOSEN
 from reports.reproduction.unequal import OF_ALL, Careless
 from sealtwin.core.records import Floats
 from validate.study_figures.chart import Chart
 
 FIGURES = (
-    ("levels", "All levels, the nearest in bold (the paper's Fig. 7)"),
+    ("levels", "All levels and the RECONSTRUCTED readings, the nearest in bold (the paper's Fig. 7)"),
     ("heat", "Mean error over U and D (its Fig. 8)"),
     ("thumbnails", "The lettered runs at their end (its Fig. 8)"),
     ("influence-D", "Influence of D (its Fig. 10a)"),
@@ -40,6 +43,10 @@ class Study:
     """Mean error of the pairs that the paper names, with particles of its size."""
     shown: Sequence[str]
     """Which of the figures lie beside the page."""
+    first: Sequence[FirstReading]
+    """What other first readings would give, for the chosen pair."""
+    replicates: Replicates | None
+    """The pairs that were run again with other seeds; None: none yet."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +61,8 @@ class Feeding:
     """Of every run, with ``OF_ALL`` points."""
 
 
-def page(studies: Sequence[Study], feeding: Feeding) -> str:
+def page(studies: Sequence[Study], missing: Mapping[str, str], slots: Finding, feeding: Feeding) -> str:
+    """The page of the studies that are computed; ``missing`` tells by title how far the others are."""
     import jinja2
 
     environment = jinja2.Environment(
@@ -65,16 +73,19 @@ def page(studies: Sequence[Study], feeding: Feeding) -> str:
         keep_trailing_newline=True,
     )
     claims = [
-        {"name": found[0].name, "paper": found[0].paper, "found": found}
+        {"claim": found[0].claim, "paper": found[0].paper, "found": found}
         for found in zip(*(study.findings for study in studies), strict=True)
     ]
     return environment.get_template("page.md.j2").render(
         studies=[_told(study) for study in studies],
+        missing=missing,
         claims=claims,
+        slots=slots,
         feeding=_fed(feeding),
         sets=SETS,
         along_mm=f"{ALONG_MM:g}",
         level_mm=f"{LEVEL_MM:g}",
+        first_mm=[f"{level:g}" for level in FIRST_MM],
     )
 
 
@@ -88,6 +99,7 @@ def _told(study: Study) -> dict[str, Any]:
         "runs": len(chart.runs),
         "exclusion": chart.exclusion,
         "nearest": f"{chart.said(chart.best)}, {chart.best.mean_error_mm:.2f} mm",
+        "not_computed": [found.name for found in study.findings if found.ours == NOT_COMPUTED],
         "flatness": chart.flatness,
         "claims": len(study.findings),
         "judged": [
@@ -99,7 +111,47 @@ def _told(study: Study) -> dict[str, Any]:
         "most_s": f"{wall_s.max():.0f}",
         "radii": [_radii(chart, pair, fine_mm) for pair, fine_mm in study.finer_mm.items()],
         "figures": [(name, caption) for name, caption in FIGURES if name in study.shown],
+        "first": [_first(each) for each in study.first],
+        "scatter_mm": f"{chart.scatter_mm:.2f}",
+        "again": None if study.replicates is None else _again(chart, study.replicates),
     }
+
+
+def _first(each: FirstReading) -> dict[str, str]:
+    error = each.error
+    return {
+        "level": f"{each.level_mm:.0f}",
+        "mean": f"{error.mean_mm:.2f}",
+        "worst": f"{error.worst_mm:.1f}",
+        "at": f"{error.worst_at_mm:.0f}",
+    }
+
+
+def _again(chart: Chart, replicates: Replicates) -> dict[str, Any]:
+    """The pairs that were run again, and by how much the chosen one is farther off than the nearest in those runs."""
+    other_mm = replicates.errors_mm(chart.readings, [chart.readings])[0, :, 1:]
+    own_mm = {run.at: run.mean_error_mm for run in chart.runs}
+    rows = [
+        {
+            "pair": _named(pair),
+            "own": f"{own_mm[pair]:.2f}",
+            "mean": f"{errors_mm.mean():.2f}",
+            "sd": f"{errors_mm.std(ddof=1):.2f}",
+        }
+        for pair, errors_mm in zip(replicates.pairs, other_mm, strict=True)
+    ]
+    found: dict[str, Any] = {"seeds": other_mm.shape[1], "rows": rows, "gaps": []}
+    for name, pair in (("nearest of ours", chart.best.at), ("nearest of the paper's", NEAREST)):
+        if pair in replicates.pairs and pair != CHOSEN:
+            chosen_mm, nearest_mm = (other_mm[replicates.pairs.index(each)] for each in (CHOSEN, pair))
+            doubt_mm = np.hypot(chosen_mm.std(ddof=1), nearest_mm.std(ddof=1)) / np.sqrt(len(chosen_mm))
+            gap = f"{chosen_mm.mean() - nearest_mm.mean():+.2f} mm, standard uncertainty {doubt_mm:.2f} mm"
+            found["gaps"].append((f"{name}, {_named(pair)}", gap))
+    return found
+
+
+def _named(pair: Pair) -> str:
+    return f"U = {pair[0]:g}, D = {pair[1]:g} cm"
 
 
 def _radii(chart: Chart, pair: tuple[float, float], fine_mm: float) -> dict[str, str]:

@@ -73,7 +73,7 @@ def map_study(
     done = {run.number: run for run in plan.runs if run.state == "done"}
     if len(done) < FEWEST:
         raise InputError(f"{folder}: {len(done)} of {len(plan.runs)} runs are done; a map needs {FEWEST}.")
-    chart = _chart(folder, plan, list(done.values()), caliper, data)
+    chart = chart_of(folder, list(done.values()), plan, caliper, data)
     fills: list[Fill] = []
     if device is not None:
         chosen = chosen_few(chart)
@@ -152,7 +152,10 @@ def _watch(folder: Path, run: StudyRun, device: str) -> None:
     files.write_json(home / SEEN, {"version": 1, "frames": names, "differs_mm": differs_mm})
 
 
-def _chart(folder: Path, plan: Plan, done: Sequence[StudyRun], caliper: Path | None, data: DataKind | None) -> Chart:
+def chart_of(
+    folder: Path, done: Sequence[StudyRun], plan: Plan, caliper: Path | None = None, data: DataKind | None = None
+) -> Chart:
+    """Compare the finished runs of a study with a sheet of readings. Raises InputError as ``map_study`` does."""
     from validate.metrics.volumes import mouth_widths_mm
     from validate.uncertainty.reading_errors import budget_of
 
@@ -160,7 +163,7 @@ def _chart(folder: Path, plan: Plan, done: Sequence[StudyRun], caliper: Path | N
     trial = done[0].checked_trial
     sample = folder / "samples" / done[0].sample
     readings, settings = _readings(sample, trial, _largest_mm(folder, done), caliper, data)
-    held = tuple(hold(_finished(folder, run), readings, axes) for run in done)
+    held = tuple(hold(finished_run(folder, run), readings, axes) for run in done)
     scatter_mm = scatter_of_runs(held, axes)
     outline, solid = record_files.read_outline(sample), record_files.read_solid(sample)
     budget = budget_of(readings, settings, trial.uncertainty, mouth_widths_mm(readings.s_mm, outline, solid))
@@ -178,7 +181,7 @@ def _chart(folder: Path, plan: Plan, done: Sequence[StudyRun], caliper: Path | N
     )
 
 
-def _finished(folder: Path, run: StudyRun) -> Finished:
+def finished_run(folder: Path, run: StudyRun) -> Finished:
     """Read a run. Raises InputError if its profile was changed since."""
     path = profile_path(folder, run.key)
     if run.figures is None or not is_intact(folder, run):

@@ -1,24 +1,83 @@
 """The page of the reproduction, from a study whose errors are known."""
 
-from reports.reproduction.claims import findings
-from reports.reproduction.redrawn import errors_against, redraw
-from reports.reproduction.surface import CHOSEN, surface_of, surfaces_of
+from collections.abc import Sequence
+from functools import cache
+
+from reports.reproduction.claims import CLAIMS
+from reports.reproduction.extra_claims import SLOT_CLAIM
+from reports.reproduction.judging import NOT_COMPUTED, Finding, judge, not_computed
+from reports.reproduction.redrawn import first_readings, redraw
+from reports.reproduction.scatter import SEEDS, Replicates, deciding_pairs, draws_of, join
+from reports.reproduction.surface import CHOSEN, surface_of
 from reports.reproduction.telling import Feeding, Study, page
 from reports.reproduction.unequal import by_sampling, of_all
 from tests.charts import make_chart
 
 
-def test_the_page_states_every_claim_with_its_judgement():
+@cache
+def findings() -> Sequence[Finding]:
     chart = make_chart()
-    redrawn = redraw()[:20]
-    found = findings(surface_of(chart), surfaces_of(chart, errors_against(chart, redrawn), redrawn))
-    study = Study("flare", "walls flared", 0.6, chart, found, {CHOSEN: 1.23}, ["heat"])
+    draws = draws_of(chart, None, redraw()[:20])
+    return [judge(claim, surface_of(chart), draws) for claim in CLAIMS]
+
+
+@cache
+def told(*, again: bool = False) -> str:
+    chart = make_chart()
     chosen = next(run for run in chart.runs if run.at == CHOSEN)
+    replicates: Replicates | None = None
+    if again:
+        own = {run.at: run for run in chart.runs}
+        replicates = join(chart, [(pair, own[pair]) for pair in deciding_pairs(chart) for _ in SEEDS])
+    first = first_readings(chosen.profile, chart.readings)
+    study = Study("flare", "walls flared", 0.6, chart, findings(), {CHOSEN: 1.23}, ["heat"], first, replicates)
     feeding = Feeding(chart, by_sampling(chosen, chart.readings), chosen.mean_error_mm, of_all(chart))
-    lines = page([study], feeding).splitlines()
-    rows = {line.split(" | ")[0].removeprefix("| "): line for line in lines if line.startswith("| ")}
-    for finding in found:
+    return page([study], {"walls leaning": "7 of its 132 pairs are computed"}, not_computed(SLOT_CLAIM), feeding)
+
+
+def rows_of(heading: str) -> dict[str, str]:
+    """Lines of the tables below a heading, by their first cell."""
+    below = told().partition(heading)[2].partition("\n## ")[0]
+    return {line.split(" | ")[0].removeprefix("| "): line for line in below.splitlines() if line.startswith("| ")}
+
+
+def test_the_page_states_every_claim_with_its_judgement():
+    lines = told().splitlines()
+    rows = {line.split(" | ")[0].removeprefix("| "): line for line in reversed(lines) if line.startswith("| ")}
+    for finding in findings():
         assert finding.ours in rows[finding.name]
         assert finding.judgement in rows[finding.name]
     assert any("1.23 mm" in line for line in lines)
     assert "![Mean error over U and D (its Fig. 8)](figures/flare-heat.svg)" in lines
+
+
+def test_the_page_gives_the_papers_words_their_place_and_what_is_computed():
+    rows = rows_of("### What the paper says")
+    for claim in (*CLAIMS, SLOT_CLAIM):
+        assert claim.words in rows[claim.name]
+        assert claim.place in rows[claim.name]
+        assert claim.how in rows[claim.name]
+
+
+def test_the_page_says_what_other_first_readings_would_give():
+    rows = rows_of("## What the first reading decides")
+    assert [f"{level} mm" for level in range(-16, -4)] == [name for name in rows if name.startswith("-")][1:]
+    # Beds that are 0.5 mm too high throughout, against a line that begins at -16 mm.
+    assert rows["-16 mm"].startswith("| -16 mm | 0.50 mm | 0.5 mm | ")
+    assert rows["-5 mm"].endswith(" | 10.5 mm | 0 mm |")
+
+
+def test_the_page_says_what_is_not_computed_and_what_runs_scatter_by():
+    assert "- walls leaning: not on this page, since 7 of its 132 pairs are computed." in told()
+    assert f"({NOT_COMPUTED}; paper: 9 times)" in told()
+    assert "other seeds are not computed yet" in told()
+    assert "other seeds are not computed yet" not in told(again=True)
+    assert f"{len(SEEDS)} other seeds of each deciding pair" in told(again=True)
+    assert "| U = 30, D = 0.3 cm | 0.50 mm | 0.50 mm | 0.00 mm |" in told(again=True)
+
+
+def test_the_page_calls_readings_reconstructed_wherever_it_shows_them():
+    """In each section that shows numbers against them."""
+    for section in told(again=True).split("\n## ")[1:]:
+        if "readings" in section.lower():
+            assert "RECONSTRUCTED" in section, section.splitlines()[0]

@@ -1,0 +1,116 @@
+"""Every section, equation, figure and number of the paper: where it lives here, and how faithful it is."""
+
+import ast
+from collections import Counter
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from sealtwin.core.settings import Settings, read_settings
+
+ROOT = Path(__file__).resolve().parents[2]
+
+Faith = Literal["faithful", "deviates", "missing"]
+FAITHS: tuple[Faith, ...] = ("faithful", "deviates", "missing")
+INTRODUCTION = """\
+# The paper, element by element
+
+Every section, equation, figure and number of *Position-based fluid simulation for robotic injection sealing of pavement
+cracks*, where it lives in this repository, and how faithful it is. Readings and photo of its trial are RECONSTRUCTED:
+nothing of them was measured. *Faithful*: done as the paper says. *Deviates*: done otherwise, for the reason beside it.
+*Missing*: not done. What the paper found with its runs is judged in `reports/reproduction/README.md`.
+
+This page is made from `paper_elements.toml` by `python -m reports.reproduction.elements`.
+"""
+
+
+class Element(Settings):
+    """An element of the paper."""
+
+    place: Annotated[str, Field(min_length=1)]
+    """Section, equation or figure."""
+    says: Annotated[str, Field(min_length=1)]
+    lives: tuple[str, ...] = ()
+    """Files, of a Python file with what it defines there after a colon."""
+    faith: Faith
+    why: str = ""
+    records: tuple[str, ...] = ()
+    """Numbers of decision records."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.faith != "faithful" and not self.why:
+            raise ValueError(f"{self.place}, {self.says}: {self.faith}, and why is not said")
+        if (self.faith == "missing") == bool(self.lives):
+            raise ValueError(f"{self.place}, {self.says}: what is missing lives nowhere, all else somewhere")
+        return self
+
+    def row(self) -> str:
+        lives = "<br>".join(f"`{place}`" for place in self.lives)
+        records = ", ".join(f"[{number}](../decisions/{record_path(number).name})" for number in self.records)
+        why = f"{self.why} ({records})" if self.why and records else self.why or records
+        return f"| {self.place} | {self.says} | {self.faith} | {lives} | {why} |"
+
+
+class Elements(Settings):
+    """The table."""
+
+    element: Annotated[tuple[Element, ...], Field(min_length=1)]
+
+    def page(self) -> str:
+        counts = Counter(each.faith for each in self.element)
+        told = ", ".join(f"{counts[faith]} {faith}" for faith in FAITHS)
+        head = "| where | what | faithful? | here | why |\n| --- | --- | --- | --- | --- |"
+        rows = "\n".join(each.row() for each in self.element)
+        return f"{INTRODUCTION}\n{len(self.element)} elements: {told}.\n\n{head}\n{rows}\n"
+
+    def faults(self, root: Path) -> Iterator[str]:
+        """Yield a sentence for each file, definition and record that is not in the checkout ``root``."""
+        for each in self.element:
+            for place in each.lives:
+                name, _, symbol = place.partition(":")
+                if not (root / name).is_file():
+                    yield f"{each.place}: {name} is no file."
+                elif symbol and symbol not in defined_in(root / name):
+                    yield f"{each.place}: {name} defines no {symbol}."
+            for number in each.records:
+                if not record_path(number, root).is_file():
+                    yield f"{each.place}: there is no decision record {number}."
+
+
+def read_elements(path: Path) -> Elements:
+    """Raises InputError for a table that cannot be used."""
+    return read_settings(Elements, path, name="table of elements", starter="it is kept in the repository")
+
+
+@cache
+def defined_in(path: Path) -> frozenset[str]:
+    """Return the names of functions, classes and variables that a Python file defines, inner ones among them."""
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        match node:
+            case ast.FunctionDef(name=name) | ast.ClassDef(name=name) | ast.AnnAssign(target=ast.Name(id=name)):
+                found.add(name)
+            case ast.Assign(targets=targets):
+                found.update(target.id for target in targets if isinstance(target, ast.Name))
+    return frozenset(found)
+
+
+def record_path(number: str, root: Path = ROOT) -> Path:
+    """Return the file of a decision record; without one, a path that does not exist."""
+    folder = root / "reports" / "decisions"
+    return next(folder.glob(f"{number}-*.md"), folder / f"{number}-.md")
+
+
+def main() -> None:
+    home = Path(__file__).parent
+    (home / "elements.md").write_text(
+        read_elements(home / "paper_elements.toml").page(), encoding="utf-8", newline="\n"
+    )
+
+
+if __name__ == "__main__":
+    main()
