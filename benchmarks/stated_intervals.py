@@ -194,8 +194,8 @@ def numerics_rows(sizes: Sizes, draws: int, seed: int = NUMERICS_SEED) -> list[R
 
 def _numerics_held(sizes: Sizes, random: np.random.Generator) -> tuple[float, float, float]:
     """Whether the mean level of one run holds its truth, for which share of the stations, and its half-width."""
-    shape = sizes.error_mm * (1 + UNEVEN * np.cos(np.linspace(0, 2 * np.pi, len(FINE_MM), endpoint=False)))
-    wave = np.array([[_wave(WANDERING_MM, random) for _ in range(RUNS)] for _ in RADII])
+    wave = np.array([[_wave(WANDERING_MM, random)[::2] for _ in range(RUNS)] for _ in RADII])
+    shape = sizes.error_mm * (1 + UNEVEN * np.cos(np.linspace(0, 2 * np.pi, wave.shape[2], endpoint=False)))
     along_mm = PLACE_MM * (wave - wave.mean(axis=2, keepdims=True))
     runs_mm = shape * RADII[:, None, None] ** sizes.order + along_mm + RUN_MM * random.standard_normal((3, RUNS, 1))
     off_mm = sum(one.draws_mm for one in numerical_errors(Replicates(RADII.tolist(), list(runs_mm)), None))

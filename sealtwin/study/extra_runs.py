@@ -18,7 +18,7 @@ from sealtwin.core.records import Outline, Profile, Run
 from sealtwin.core.run_folder import stage_key
 from sealtwin.core.settings import checked
 from sealtwin.study import study_folder
-from sealtwin.study.estimate import RunSize, estimate, size_of
+from sealtwin.study.estimate import RunSize, Timing, estimate, size_of
 from sealtwin.study.runner import Bench, Computing, compute, read_bench
 from sealtwin.study.study_file import with_settings
 from sealtwin.trial.job import DIGITISED, Job, made_by, stage_settings
@@ -82,10 +82,11 @@ def vary(job: Job) -> bool:
     runs, largest = _runs(folder, variants, device, inputs)
     runs = study_folder.resume(folder, study_folder.Plan(UNCERTAINTY, runs, len(runs)), retry=True)
     how = Computing(device, cores() if device == "cpu" else 1)
-    expected = estimate(runs, largest, how.jobs, how.batch, keep_runs=False)
+    timings = _own_timing(base)
+    expected = estimate(runs, largest, how.jobs, how.batch, keep_runs=False, timings=timings)
     if expected.runs:
         job.progress.note(f"Extra runs for the uncertainty: {expected.sentence}")
-        runs = compute(folder, runs, how, "Extra runs", job.progress)
+        runs = compute(folder, runs, how, "Extra runs", job.progress, timings)
     if failed := [run for run in runs if run.state == "failed"]:
         told = "\n".join(f"{_said(run.settings)}: {run.reason}" for run in failed)
         raise NumericalError(
@@ -124,6 +125,15 @@ def _variants(base: _Base) -> list[_Variant]:
 
 def _sizes_mm(base: _Base) -> tuple[float, float, float]:
     return base.run.radius_mm / RATIO, base.run.radius_mm, base.run.radius_mm * RATIO
+
+
+def _own_timing(base: _Base) -> list[Timing]:
+    """Return how long the trial's own run took, if it is recorded: the extra runs take their time from it at first."""
+    health = base.run.health
+    if health.setup_s is None or health.frames_s is None:
+        return []
+    size = size_of(base.job.trial, base.bench.trajectory, base.bench.outline.mean_width_mm)
+    return [(size.work_s, health.setup_s + health.frames_s)]
 
 
 def _refuse_immovable(base: _Base, inputs: Mapping[str, float]) -> None:
