@@ -65,13 +65,13 @@ class _Timed(Progress):
         self._expected = left_s, time.monotonic()
 
     def _left(self, done: int) -> str:
-        """Return the time left in words; empty where it is not known yet."""
+        """Return the time left in words; empty where it is not known yet, or nothing is left."""
         now_s = time.monotonic()
         left_s = self._pace.left_s(done, now_s)
         if self._expected is not None:
             given_s, at_s = self._expected
             left_s = max(0.0, given_s - (now_s - at_s))
-        return "" if left_s is None else f"about {in_words(left_s)} left"
+        return "" if left_s is None or done >= self._total else f"about {in_words(left_s)} left"
 
 
 class PlainProgress(_Timed):
