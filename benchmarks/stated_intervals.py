@@ -198,8 +198,9 @@ def _numerics_held(sizes: Sizes, random: np.random.Generator) -> tuple[float, fl
     shape = sizes.error_mm * (1 + UNEVEN * np.cos(np.linspace(0, 2 * np.pi, wave.shape[2], endpoint=False)))
     along_mm = PLACE_MM * (wave - wave.mean(axis=2, keepdims=True))
     runs_mm = shape * RADII[:, None, None] ** sizes.order + along_mm + RUN_MM * random.standard_normal((3, RUNS, 1))
-    off_mm = sum(one.draws_mm for one in numerical_errors(Replicates(RADII.tolist(), list(runs_mm)), None))
-    own_mm, half_mm = runs_mm[1, 0], float(half_width(np.mean(off_mm, axis=1)))
+    errors = numerical_errors(Replicates(RADII.tolist(), list(runs_mm)), None)
+    off_mm = np.sum([one.draws_mm for one in errors], axis=0)
+    own_mm, half_mm = runs_mm[1, 0], float(half_width(off_mm.mean(axis=1)))
     return float(abs(own_mm.mean()) <= half_mm), float((np.abs(own_mm) <= half_width(off_mm)).mean()), half_mm
 
 

@@ -56,7 +56,7 @@ class Injection:
     frames: int  # Number of frames to the end of settling
     work: list[int]
     """Expected computing work before each frame and after the last: in moving particles, as ``ParticleCounts`` has it,
-    or in frames for paste that falls asleep."""
+    or in half frames for paste that falls asleep."""
     setup_s: float
     statistics: RunStatistics
     volume_control: VolumeControl | None
@@ -338,8 +338,10 @@ def prepare(
         )
     setup_s = time.perf_counter() - began
     frames, statistics = courses[0].frames, RunStatistics(len(pastes))
-    # How much of a paste sleeps is not known before; in the shipped trial about as many are awake in each frame.
-    each = np.ones(frames, np.int64) if engine.sleeps else np.sum([course.work for course in courses], axis=0)
+    each = np.sum([course.work for course in courses], axis=0)
+    if engine.sleeps:
+        # How much of a paste is awake is not known before: as much while it is given, and half as it falls asleep.
+        each = np.where(np.arange(frames) < len(schedule.released), 2, 1)
     return Injection(
         outline=outline,
         fluids=tuple(fluids),

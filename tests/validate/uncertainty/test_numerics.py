@@ -1,7 +1,10 @@
 """Three particle sizes of three runs: what is known of their error, without a jump between one answer and another."""
 
+from typing import Any
+
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike
 from scipy import stats
 
 from validate.uncertainty.numerics import ORDERS, Replicates, numerical_errors, size_series
@@ -11,12 +14,12 @@ APART_MM = np.array([-0.05, 0.0, 0.05])
 """What three runs of one size are off their mean."""
 
 
-def replicates(means_mm, apart_mm=APART_MM) -> Replicates:
+def replicates(means_mm, apart_mm: ArrayLike = APART_MM) -> Replicates:
     """Three runs for each mean, of one number."""
     return Replicates(RADII_MM, [mean_mm + np.asarray(apart_mm)[:, None] for mean_mm in means_mm])
 
 
-def band_mm(means_mm, apart_mm=APART_MM) -> float:
+def band_mm(means_mm, apart_mm: ArrayLike = APART_MM) -> float:
     """The 95 % half-width of the middle size's error."""
     found = size_series([(mean_mm + np.asarray(apart_mm)).tolist() for mean_mm in means_mm], RADII_MM)
     assert found.band is not None
@@ -38,7 +41,7 @@ def test_for_a_known_order_it_is_the_text_books_regression(order, monkeypatch):
     random = np.random.default_rng(3)
     runs_mm = 0.3 * np.array(RADII_MM)[:, None] ** order + 0.1 * random.standard_normal((3, 3))
     draws = Replicates(RADII_MM, list(runs_mm[:, :, None])).size_errors(40_000)[:, 0]
-    fit = stats.linregress(np.repeat(np.array(RADII_MM) ** order, 3), runs_mm.ravel())
+    fit: Any = stats.linregress(np.repeat(np.array(RADII_MM) ** order, 3), runs_mm.ravel())
     expected = fit.slope + fit.stderr * stats.t(7).ppf([0.025, 0.25, 0.5, 0.75, 0.975])
     # So many draws know the ends to 0.03 standard errors.
     assert np.quantile(draws, [0.025, 0.25, 0.5, 0.75, 0.975]) == pytest.approx(expected, abs=0.1 * fit.stderr)
