@@ -43,6 +43,7 @@ benchmark-simulate: $(DEVELOPING)
 	$(BIN)/python benchmarks/material.py
 	$(BIN)/python -m benchmarks.pressure
 	$(BIN)/python -m benchmarks.heaps
+	$(BIN)/python -m benchmarks.time_left
 
 benchmark-validate: $(DEVELOPING)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[browser]' --constraint constraints.txt

@@ -21,6 +21,7 @@ from typing import Any
 from benchmarks.against import HERE, processor
 from benchmarks.table import ROWS_TO
 from sealtwin.core.files import write_json, write_text
+from sealtwin.core.progress import in_words
 
 COMMANDS = {
     "paper_trial": "benchmarks/paper_trial.py",
@@ -59,7 +60,7 @@ def main() -> None:
     for number, name in enumerate(waiting):
         ran_before = all(other in found for other in waiting[number:])
         left_s = sum(found[other]["wall_s"] for other in waiting[number:] if other in found)
-        left = f"about {minutes(left_s)}" if ran_before else "unknown, since not all ran before"
+        left = f"about {in_words(left_s)}" if ran_before else "unknown, since not all ran before"
         print(f"{number + 1} of {len(waiting)}: {name}; time left: {left}", file=sys.stderr, flush=True)
         before = {row["name"]: row["value"] for row in found.get(name, {}).get("rows", []) if "value" in row}
         facts = {"command": f"python {COMMANDS[name]}", "code": code, "before": before}
@@ -86,10 +87,6 @@ def measure(arguments: list[str]) -> dict[str, Any]:
     exit_code = ended.returncode if seen or ended.returncode > 1 else 2
     facts = {"exit_code": exit_code, "processor": processor(), "load": round(os.getloadavg()[0], 1)}
     return facts | {"date": f"{now:%Y-%m-%d}", "wall_s": round(time.monotonic() - began_s), "rows": seen}
-
-
-def minutes(seconds: float) -> str:
-    return f"{seconds / 60:.0f} min" if seconds >= 90 else f"{seconds:.0f} s"
 
 
 def code_sha256(root: Path) -> str:
@@ -127,7 +124,7 @@ def page(found: Content, code: str) -> str:
 
 def _section(name: str, one: dict[str, Any], code: str) -> list[str]:
     older = "" if one["code"] == code else " **The code has changed since.**"
-    took = f"{minutes(one['wall_s'])} on {one['processor']}, load {one['load']}, {one['date']}"
+    took = f"{in_words(one['wall_s'])} on {one['processor']}, load {one['load']}, {one['date']}"
     lines = [f"## {name}", "", f"`{one['command']}`, {took}.{older}"]
     if one["exit_code"] not in (0, 1):
         return [*lines, "", f"It ended with exit code {one['exit_code']} and without a result."]

@@ -7,6 +7,9 @@ and readings with the errors of its case. Held against the truth are the interva
 the levels at the stations, and the band that holds for all stations at once. Widths are held against those of a
 prototype (decision 0121). An error that nobody declared and that all repeats share has no target: its rows are
 reported.
+
+The last rows are of the numerics: runs that scatter, at three particle sizes, of a level that is off by a power of the
+size. Held against the truth is the trial's own run (decision 0123).
 """
 
 import argparse
@@ -22,7 +25,8 @@ from benchmarks.table import Row, finish
 from sealtwin.core.records import Floats, Profile
 from validate.metrics.curve_distances import Difference
 from validate.settings import Readings, Uncertainty
-from validate.uncertainty.budget import Curve, mean_absolute
+from validate.uncertainty.budget import Curve, half_width, mean_absolute
+from validate.uncertainty.numerics import Replicates, numerical_errors
 from validate.uncertainty.reading_errors import budget_of
 
 LENGTH_MM, WIDTH_MM = 80.0, 3.1
@@ -111,6 +115,32 @@ CASES: Sequence[Case] = (
 
 
 @dataclass(frozen=True)
+class Sizes:
+    """A level that is off by ``error_mm`` on average at the middle of three particle sizes."""
+
+    error_mm: float
+    order: float = 1.0
+    hidden: bool = False  # Beyond what the target is for
+
+    @property
+    def name(self) -> str:
+        return f"numerics off by {self.error_mm:g} mm, order {self.order:g}"
+
+
+RADII = np.array([1 / 1.3, 1.0, 1.3])
+RUNS = 3  # Of each size
+RUN_MM, PLACE_MM = 0.12, 0.3  # What a run scatters by, standard deviation: its mean level, and about that along s
+UNEVEN = 0.5  # Share by which the error along s is larger and smaller than on average
+HALF_WIDTH_MM = 1.5  # Most half-width in the median
+NUMERICS: Sequence[Sizes] = (
+    Sizes(0.0),
+    *(Sizes(error_mm, order) for error_mm in (0.1, 0.3) for order in (0.5, 1.0, 2.0)),
+    *(Sizes(1.0, order, hidden=True) for order in (0.5, 1.0, 2.0)),
+)
+NUMERICS_SEED = 20261121  # Not one of those that the method was chosen on
+
+
+@dataclass(frozen=True)
 class Coverage:
     """Shares of the trials, or of all their stations, whose interval held the truth."""
 
@@ -125,13 +155,16 @@ class Coverage:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--draws", type=int, default=2000)
-    parser.add_argument("--only", choices=[case.name for case in CASES])
+    parser.add_argument("--only", choices=[case.name for case in (*CASES, *NUMERICS)])
     asked = parser.parse_args()
     rows = []
     for case in CASES:
         if asked.only in (None, case.name):
             rows += rows_of(case, coverage_of(case, asked.draws))
             print(f"{case.name}: done", flush=True)
+    for sizes in NUMERICS:
+        if asked.only in (None, sizes.name):
+            rows += numerics_rows(sizes, asked.draws)
     finish(rows)
 
 
@@ -145,6 +178,30 @@ def rows_of(case: Case, found: Coverage) -> list[Row]:
     rows.append(Row(f"{case.name}: width of the bias", found.width_mm, "mm"))
     rows.append(Row(f"{case.name}: the same, straight beds", found.straight_mm, "mm", 0.0, most_mm))
     return rows
+
+
+def numerics_rows(sizes: Sizes, draws: int, seed: int = NUMERICS_SEED) -> list[Row]:
+    random = np.random.default_rng([seed, NUMERICS.index(sizes)])
+    held = np.array([_numerics_held(sizes, random) for _ in range(draws)])
+    level, station, _ = 100 * held.mean(axis=0)
+    low, most_mm = (0.0, np.inf) if sizes.hidden else (92.0, HALF_WIDTH_MM)
+    return [
+        Row(f"{sizes.name}: mean level", level, "%", low, np.inf, "95"),
+        Row(f"{sizes.name}: station", station, "%", low, np.inf, "95"),
+        Row(f"{sizes.name}: median half-width", float(np.median(held[:, 2])), "mm", 0.0, most_mm),
+    ]
+
+
+def _numerics_held(sizes: Sizes, random: np.random.Generator) -> tuple[float, float, float]:
+    """Whether the mean level of one run holds its truth, for which share of the stations, and its half-width."""
+    wave = np.array([[_wave(WANDERING_MM, random)[::2] for _ in range(RUNS)] for _ in RADII])
+    shape = sizes.error_mm * (1 + UNEVEN * np.cos(np.linspace(0, 2 * np.pi, wave.shape[2], endpoint=False)))
+    along_mm = PLACE_MM * (wave - wave.mean(axis=2, keepdims=True))
+    runs_mm = shape * RADII[:, None, None] ** sizes.order + along_mm + RUN_MM * random.standard_normal((3, RUNS, 1))
+    errors = numerical_errors(Replicates(RADII.tolist(), list(runs_mm)), None)
+    off_mm = np.sum([one.draws_mm for one in errors], axis=0)
+    own_mm, half_mm = runs_mm[1, 0], float(half_width(off_mm.mean(axis=1)))
+    return float(abs(own_mm.mean()) <= half_mm), float((np.abs(own_mm) <= half_width(off_mm)).mean()), half_mm
 
 
 def coverage_of(case: Case, draws: int, seed: int = 0) -> Coverage:

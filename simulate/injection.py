@@ -54,6 +54,9 @@ class Injection:
     schedule: Schedule
     engine: FluidSolver
     frames: int  # Number of frames to the end of settling
+    work: list[int]
+    """Expected computing work before each frame and after the last: in moving particles, as ``ParticleCounts`` has it,
+    or in half frames for paste that falls asleep."""
     setup_s: float
     statistics: RunStatistics
     volume_control: VolumeControl | None
@@ -335,8 +338,24 @@ def prepare(
         )
     setup_s = time.perf_counter() - began
     frames, statistics = courses[0].frames, RunStatistics(len(pastes))
+    each = np.sum([course.work for course in courses], axis=0)
+    if engine.sleeps:
+        # How much of a paste is awake is not known before: as much while it is given, and half as it falls asleep.
+        each = np.where(np.arange(frames) < len(schedule.released), 2, 1)
     return Injection(
-        outline, tuple(fluids), solver, nozzle, seed, schedule, engine, frames, setup_s, statistics, control, slope
+        outline=outline,
+        fluids=tuple(fluids),
+        solver=solver,
+        nozzle=nozzle,
+        seed=seed,
+        schedule=schedule,
+        engine=engine,
+        frames=frames,
+        work=[0, *np.cumsum(each).tolist()],
+        setup_s=setup_s,
+        statistics=statistics,
+        volume_control=control,
+        slope=slope,
     )
 
 

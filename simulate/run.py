@@ -63,9 +63,10 @@ def follow(injection: Injection, progress: Progress, watchers: Sequence[Watcher]
     """
     for watcher in watchers:
         watcher.begin(injection)
-    progress.start("Simulating", injection.frames, injection.done)
+    work = injection.work
+    progress.start("Simulating", work[-1], work[injection.done])
     while injection.done < injection.frames and not injection.at_rest:
         injection.advance()
         for watcher in reversed(watchers):
             watcher.after_frame(injection)
-        progress.advance(injection.done, f"{injection.out} particles, {injection.moving} moving")
+        progress.advance(work[injection.done], f"{injection.out} particles, {injection.moving} moving")

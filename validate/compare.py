@@ -21,11 +21,12 @@ from sealtwin.core.records import DataKind, Floats, Outline, Profile, Solid
 from validate.metrics.alignment import alignment
 from validate.metrics.curve_distances import CLOSE_MM, PiecewiseLinear, error_bins, frechet_mm, level_difference
 from validate.metrics.verdict import basis_of, judged
-from validate.metrics.volumes import balance_profile, fill_volumes, mass_balance, mouth_widths_mm
+from validate.metrics.volumes import balance_profile, fill_volumes, gained_level_mm, mass_balance, mouth_widths_mm
 from validate.report_input import Evidence
 from validate.settings import OF_THE_READINGS, Gate, Readings, Uncertainty
 from validate.uncertainty import validation
-from validate.uncertainty.budget import Budget, Component, Curve, Kind, draws_for, normals, rms
+from validate.uncertainty.budget import Budget, Component, Curve, Kind, draws_for, normals
+from validate.uncertainty.numerics import numerical_errors, size_series
 from validate.uncertainty.reading_errors import budget_of
 from validate.uncertainty.validation import COVERAGE, Effect, Spread
 from validate.units import LABELS
@@ -118,6 +119,7 @@ def assess(
     simulated, measured, outline, solid = evidence.profile, evidence.readings, evidence.outline, evidence.solid
     if measured is None:
         raise ValueError(f"{evidence.name}: has no readings to compare with.")
+    gained_mm = gained_level_mm(evidence.run, simulated, outline, solid, evidence.volume_ratio)
     comparison = compare(
         simulated,
         measured,
@@ -127,7 +129,7 @@ def assess(
         photo_data=evidence.photo_data,
         gate=gate,
         escaped_particles=evidence.run.escaped_particles,
-        uncertainty=error_uncertainty(simulated, measured, outline, solid, settings, declared, spread),
+        uncertainty=error_uncertainty(simulated, measured, outline, solid, settings, declared, spread, gained_mm),
         edited=evidence.edited,
     )
     metrics = comparison.metrics
@@ -164,8 +166,12 @@ def error_uncertainty(
     settings: Readings,
     declared: Uncertainty,
     spread: Spread | None = None,
+    volume_level_mm: float | None = None,
 ) -> ErrorUncertainty:
-    """Compute the intervals of the error by the readings, the particles' size and the declared inputs."""
+    """Compute the intervals of the error by the readings, the numerics and the declared inputs.
+
+    ``volume_level_mm`` is the level that volume gained by the numerics makes, if it is known.
+    """
     readings = budget_of(measured, settings, declared, mouth_widths_mm(measured.s_mm, outline, solid))
     error = level_difference(simulated, measured)
     curve = Curve.of(error.x, error.value, measured.s_mm)
@@ -174,8 +180,10 @@ def error_uncertainty(
     if spread is not None:
         effects = [replace(one, level_mm=np.interp(error.x, spread.s_mm, one.level_mm)) for one in spread.effects]
         numerics = _numerics(spread, measured, error.x)
-        size = _size_component(spread, measured.s_mm, numerics)
-        budget = readings.joined(size, *(_input_component(one, error.x, measured.s_mm) for one in effects))
+        budget = readings.joined(
+            *numerical_errors(spread.at(measured.s_mm), volume_level_mm),
+            *(_input_component(one, error.x, measured.s_mm) for one in effects),
+        )
     inputs = [
         InputEffect(
             name=one.name,
@@ -194,9 +202,10 @@ def error_uncertainty(
         error_mm=bias_mm,
         validation_mm=standard_mm("readings", "numerics", "inputs"),
         data_mm=standard_mm("readings"),
-        numerics_mm=None if numerics is None else standard_mm("numerics"),
+        numerics_mm=standard_mm("numerics") if budget.of("numerics").components else None,
         inputs_mm=standard_mm("inputs") if inputs else None,
         inputs_waiting=bool(declared.moved.keys() - {one.name for one in inputs}),
+        volume_level_mm=volume_level_mm,
     )
     stations, summary = _station_errors(simulated, measured, budget, error.x), budget.summary(curve)
     undeclared = (name for name, value in declared if value is None and name not in OF_THE_READINGS)
@@ -242,20 +251,6 @@ def _station_errors(simulated: Profile, measured: Profile, budget: Budget, x: Fl
     )
 
 
-def _size_component(spread: Spread, s_mm: Floats, numerics: SizeStudy) -> Component:
-    """Draw what the particles' size does to the levels: alike along the crack as to the mean level, the rest by itself.
-
-    All stations have one standard uncertainty: three runs may agree at one place by chance, and disagree beside it.
-    """
-    levels_mm = np.array([np.interp(s_mm, spread.s_mm, size.level_mm) for size in spread.sizes])
-    station_mm = rms(np.array([spread.converged(three).standard for three in levels_mm.T]))
-    mean_mm = numerics.mean_level_mm.standard
-    own_mm = np.sqrt(max(0.0, station_mm**2 - mean_mm**2))
-    draws = draws_for(len(s_mm))
-    draws_mm = mean_mm * normals("particle size", 1, draws) + own_mm * normals("particle size, each", len(s_mm), draws)
-    return Component("particle size", "computed", draws_mm, shared=True, kind="numerics")
-
-
 def _input_component(effect: Effect, x: Floats, s_mm: Floats) -> Component:
     draws_mm = np.interp(s_mm, x, effect.level_mm) * normals(effect.name, 1, draws_for(len(s_mm)))
     name = LABELS["inputs"][effect.name][0]
@@ -264,10 +259,13 @@ def _input_component(effect: Effect, x: Floats, s_mm: Floats) -> Component:
 
 def _numerics(spread: Spread, measured: Profile, x: Floats) -> SizeStudy:
     """Mean level and mean error over the covered stretch at each particle size."""
-    means_mm = [PiecewiseLinear(x, np.interp(x, spread.s_mm, size.level_mm)).mean() for size in spread.sizes]
-    errors = [level_difference(Profile(spread.s_mm, size.level_mm), measured) for size in spread.sizes]
+    means_mm = [[PiecewiseLinear(x, level_mm).mean() for level_mm in runs] for runs in spread.at(x).runs]
+    errors_mm = [
+        [level_difference(Profile(spread.s_mm, level_mm), measured).mean_error for level_mm in size.levels_mm]
+        for size in spread.sizes
+    ]
     return SizeStudy(
-        radii_mm=tuple(size.radius_mm for size in spread.sizes),
-        mean_level_mm=spread.converged(means_mm),
-        mean_error_mm=spread.converged([error.mean_error for error in errors]),
+        radii_mm=spread.radii_mm,
+        mean_level_mm=size_series(means_mm, spread.radii_mm),
+        mean_error_mm=size_series(errors_mm, spread.radii_mm),
     )

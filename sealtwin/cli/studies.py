@@ -190,7 +190,7 @@ def _shard(text: str | None) -> tuple[int, int]:
 
 def swept_lines(swept: dict[str, Any]) -> list[str]:
     """Return the lines that a person reads of a sweep, from its --json object."""
-    from sealtwin.study.estimate import in_words
+    from sealtwin.core.progress import in_words
 
     runs, total, best = swept["runs"], swept["runs_of_study"], swept["best"]
     counts = ", ".join(f"{number} {state}" for state, number in swept["states"].items() if number)

@@ -115,10 +115,9 @@ def _extra_runs(result: dict[str, Any]) -> list[str]:
         return []
     errors = ", ".join(f"{error_mm:.2f}" for error_mm in sizes["mean_error_mm"])
     radii = ", ".join(f"{radius_mm:.3g}" for radius_mm in sizes["radii_mm"])
-    lines = [
-        f"Particle size: mean error {errors} mm at radii of {radii} mm, {sizes['kind']}: "
-        f"± {sizes['band_95_mm']:.2f} mm (95 %)."
-    ]
+    band_mm, runs = sizes["band_95_mm"], ", ".join(map(str, sizes["runs"]))
+    known = f"± {band_mm:.2f} mm (95 %)" if min(sizes["runs"]) > 1 else "one run each is no uncertainty"
+    lines = [f"Particle size: mean error {errors} mm at radii of {radii} mm, by {runs} runs: {known}."]
     if result["inputs_mm"]:
         from validate.wording.comparison import INPUTS
 

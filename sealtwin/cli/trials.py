@@ -156,8 +156,9 @@ def validate(
         bool,
         flag(
             "--uncertainty",
-            "First run the fluid with finer and with coarser particles, and with the inputs of the trial's table "
-            "uncertainty moved by what it declares; once, into RUN/uncertainty. Takes 5 to 10 times as long as RUN.",
+            "First run the fluid three times with finer, its own and coarser particles, and with the inputs of the "
+            "trial's table uncertainty moved by what it declares; once, into RUN/uncertainty. Takes 10 to 15 times the "
+            "computing time of RUN, on all cores.",
         ),
     ] = False,
     device: Device = "auto",

@@ -207,10 +207,14 @@ class ErrorBudget(JsonRecord):
 
     error_mm: float
     """E: simulated minus measured mean level."""
+    volume_level_mm: float | None
+    """Level that volume gained by the numerics makes, or lost, below 0: that volume over the area of the fluid's
+    surface. It is in E. None where the particles are not known."""
     data_mm: float
     """Standard uncertainty by the readings."""
     numerics_mm: float | None
-    """Standard uncertainty by the particles' size; None where no other sizes were run."""
+    """Standard uncertainty by the numerics: the particles' size, the scatter of single runs, and volume gained or lost;
+    None where there are not several runs at each of three sizes."""
     inputs_mm: float | None
     """Standard uncertainty by the declared inputs; None where none was varied."""
     validation_mm: float
@@ -273,16 +277,15 @@ class SizeSeries(JsonRecord):
     """One number at three particle sizes."""
 
     values: tuple[float, ...]
-    kind: Literal["converging", "no order", "oscillatory"]
-    order: float | None
-    """Observed order of convergence; None where there is none."""
-    band: float
-    """Band of 95 %."""
-
-    @property
-    def standard(self) -> float:
-        """Standard uncertainty, half the band."""
-        return self.band / 2
+    """Mean over the runs of each size."""
+    runs: tuple[int, ...]
+    """Number of runs at each size, which differ in seed."""
+    scatter: float | None
+    """Standard deviation of a single run; None where each size was run once, as are the next two."""
+    order_95: tuple[float, float] | None
+    """Ends of the 95 % range of the order of convergence, within 0.5 to 2."""
+    band: float | None
+    """Half-width of 95 % of the middle size's error, without the scatter of single runs."""
 
 
 class SizeStudy(JsonRecord):

@@ -6,13 +6,37 @@ from contextlib import AbstractContextManager
 from typing import Any
 
 LINE_EVERY_S = 10.0  # Time between plain lines in a log
+TENTH = 0.1  # Share of the work after which its pace is known
+
+
+class Pace:
+    """The time that work still takes, by the pace of its steps since the first report.
+
+    What goes before that report, as compiling kernels, is set-up, and says nothing of the steps that follow.
+    """
+
+    def __init__(self, total: float, done: float = 0.0) -> None:
+        self._total, self._before = total, done
+        self._first: tuple[float, float] | None = None
+
+    def left_s(self, done: float, now_s: float) -> float | None:
+        """Return the expected time left after ``done`` steps; None before a tenth of those that were to do."""
+        if self._first is None:
+            self._first = done, now_s
+        first, first_s = self._first
+        if done <= first or done - self._before < TENTH * (self._total - self._before):
+            return None
+        return (now_s - first_s) * (self._total - done) / (done - first)
 
 
 class Progress(AbstractContextManager["Progress"]):
-    """Base and silent form; stages call ``start``, ``advance`` and ``note`` and never print."""
+    """Base and silent form; stages call ``start``, ``expect``, ``advance`` and ``note`` and never print."""
 
     def start(self, title: str, total: int, done: int = 0) -> None:
         """Begin work of ``total`` equal steps, of which an earlier process did ``done``."""
+
+    def expect(self, left_s: float) -> None:
+        """Give the time that the current work still takes, where that is known better than by the pace of its steps."""
 
     def advance(self, done: int, note: str = "") -> None:
         """Report that ``done`` steps of the current work are finished."""
@@ -27,32 +51,57 @@ class Progress(AbstractContextManager["Progress"]):
         """End the display and leave the terminal clean."""
 
 
-class PlainProgress(Progress):
+class _Timed(Progress):
+    """Progress that knows the time left."""
+
     def __init__(self) -> None:
-        self._title, self._total, self._before = "", 0, 0
-        self._began = self._printed = 0.0
+        self._total, self._pace = 0, Pace(0.0)
+        self._expected: tuple[float, float] | None = None  # Time left as it was given, and when that was
 
     def start(self, title: str, total: int, done: int = 0) -> None:
-        self._title, self._total, self._before = title, total, done
-        self._began = self._printed = time.monotonic()
+        self._total, self._pace, self._expected = total, Pace(total, done), None
+
+    def expect(self, left_s: float) -> None:
+        self._expected = left_s, time.monotonic()
+
+    def _left(self, done: int) -> str:
+        """Return the time left in words; empty where it is not known yet, or nothing is left."""
+        now_s = time.monotonic()
+        left_s = self._pace.left_s(done, now_s)
+        if self._expected is not None:
+            given_s, at_s = self._expected
+            left_s = max(0.0, given_s - (now_s - at_s))
+        return "" if left_s is None or done >= self._total else f"about {in_words(left_s)} left"
+
+
+class PlainProgress(_Timed):
+    def __init__(self) -> None:
+        super().__init__()
+        self._title = ""
+        self._printed = 0.0
+
+    def start(self, title: str, total: int, done: int = 0) -> None:
+        super().start(title, total, done)
+        self._title, self._printed = title, time.monotonic()
         self.note(title)
 
     def advance(self, done: int, note: str = "") -> None:
-        now = time.monotonic()
-        if now - self._printed < LINE_EVERY_S or done == self._before:
+        left, now_s = self._left(done), time.monotonic()
+        if now_s - self._printed < LINE_EVERY_S:
             return
-        self._printed = now
-        left_s = (now - self._began) * (self._total - done) / (done - self._before)
-        self.note(f"{self._title}: {done / self._total:.0%}, about {left_s:.0f} s left. {note}".rstrip())
+        self._printed = now_s
+        told = ", ".join(part for part in (f"{done / self._total:.0%}", left) if part)
+        self.note(f"{self._title}: {told}. {note}".rstrip())
 
     def note(self, text: str) -> None:
         print(text, file=sys.stderr, flush=True)
 
 
-class RichProgress(Progress):
+class RichProgress(_Timed):
     """Progress as a bar with the time left, on a terminal."""
 
     def __init__(self) -> None:
+        super().__init__()
         from rich import progress
         from rich.console import Console
 
@@ -60,7 +109,7 @@ class RichProgress(Progress):
             progress.TextColumn("{task.description:<22}"),
             progress.BarColumn(),
             progress.TaskProgressColumn(),
-            progress.TimeRemainingColumn(),
+            progress.TextColumn("{task.fields[left]}"),
             progress.TextColumn("{task.fields[note]}"),
             console=Console(stderr=True),
         )
@@ -68,10 +117,11 @@ class RichProgress(Progress):
         self._task: Any = None
 
     def start(self, title: str, total: int, done: int = 0) -> None:
-        self._task = self._bar.add_task(title, total=total, completed=done, note="")
+        super().start(title, total, done)
+        self._task = self._bar.add_task(title, total=total, completed=done, left="", note="")
 
     def advance(self, done: int, note: str = "") -> None:
-        self._bar.update(self._task, completed=done, note=note)
+        self._bar.update(self._task, completed=done, left=self._left(done), note=note)
 
     def note(self, text: str) -> None:
         self._bar.console.print(text, markup=False, highlight=False)
@@ -85,3 +135,10 @@ def progress_for_stderr(quiet: bool) -> Progress:
     if quiet:
         return Progress()
     return RichProgress() if sys.stderr.isatty() else PlainProgress()
+
+
+def in_words(time_s: float) -> str:
+    """Return a time in seconds below two minutes, in minutes below two hours, else in hours."""
+    if time_s < 120:
+        return f"{time_s:.0f} s"
+    return f"{time_s / 60:.0f} min" if time_s < 7200 else f"{time_s / 3600:.1f} h"

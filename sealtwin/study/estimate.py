@@ -1,16 +1,18 @@
 """Estimates of the time, memory and disk that a study takes, by a model that finished runs correct."""
 
-from collections.abc import Sequence
+import heapq
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from math import log
 
 from sealtwin.core.errors import InputError
+from sealtwin.core.progress import in_words
 from sealtwin.core.records import Trajectory
 from sealtwin.study.study_folder import StudyRun
 from sealtwin.trial.trial_file import Trial
 
 SETUP_S = 0.2
-"""Walls, distances and reading the profile, on a core of the machine that the README names; so are the next two."""
-LAUNCHES_S = 0.5e-3  # A substep's launches, however many particles there are
+"""Walls, distances and reading the profile, on a core of the machine that the README names; so is the next."""
 PARTICLE_S = 2e-6  # A moving particle's part of a substep
 PROCESS_BYTES = 300e6  # Python and its libraries, in a process that has done some runs
 WALLS_BYTES = 18e3
@@ -18,6 +20,8 @@ WALLS_BYTES = 18e3
 PARTICLE_BYTES = 240.0  # Position, velocity and age, the search's sorting, and its part of the cells
 MOVER_BYTES = 1570.0
 """A moving particle's lists of 224 neighbours, the weights of its 128 pairs, 4 bytes each, and work space."""
+ALIKE = 0.1  # Largest difference of two runs' expected times, as a share, at which they count as of one size
+OVERDUE = 0.1  # Share of its time so far that a run which takes longer than expected is expected to take yet
 RUN_BYTES = 25e3  # Files of a run without its particles
 PARTICLE_ROW_BYTES = 75  # A line of particles.csv
 
@@ -41,7 +45,8 @@ class Estimate:
     """The resources that the waiting runs of a study take."""
 
     runs: int
-    time_s: float
+    time_s: float  # Time until the last is finished
+    processor_s: float  # Computing time of all of them
     measured: bool  # True if finished runs have corrected the model, which alone may be off by a factor of three
     memory_bytes: float  # Memory of all processes together
     disk_bytes: float
@@ -50,8 +55,8 @@ class Estimate:
     def sentence(self) -> str:
         basis = "by the runs that are done" if self.measured else "by a model; the first runs will correct it"
         return (
-            f"{self.runs} runs are left: about {in_words(self.time_s)} ({basis}), {self.memory_bytes / 1e9:.1f} GB of "
-            f"memory, {self.disk_bytes / 1e6:.1f} MB on disk."
+            f"{self.runs} runs are left: about {in_words(self.time_s)}, {in_words(self.processor_s)} of computing time "
+            f"({basis}), {self.memory_bytes / 1e9:.1f} GB of memory, {self.disk_bytes / 1e6:.1f} MB on disk."
         )
 
 
@@ -67,23 +72,90 @@ def size_of(trial: Trial, trajectory: Trajectory, width_mm: float) -> RunSize:
     solver = trial.solver.for_crack(width_mm)
     schedule = plan_releases(trajectory, solver.size_mm, trial.nozzle.diameter_mm, trial.seed)
     course = course_of(schedule, trial.fluid, solver.settle_s)
-    work_s = substeps_for(solver, schedule.frame_s) * (LAUNCHES_S * course.frames + PARTICLE_S * course.moving.sum())
+    work_s = PARTICLE_S * substeps_for(solver, schedule.frame_s) * course.work.sum()
     return RunSize(schedule.particles, int(course.moving.max()), SETUP_S + float(work_s))
 
 
-def estimate(runs: Sequence[StudyRun], largest: RunSize, jobs: int, batch: int, *, keep_runs: bool) -> Estimate:
-    """Estimate what the waiting runs among ``runs`` take with ``jobs`` processes."""
+Timing = tuple[float, float]
+"""Computing time of a run by the model and as it was, in seconds."""
+
+
+def estimate(
+    runs: Sequence[StudyRun],
+    largest: RunSize,
+    jobs: int,
+    batch: int,
+    *,
+    keep_runs: bool,
+    timings: Sequence[Timing] = (),
+) -> Estimate:
+    """Estimate what the waiting runs among ``runs`` take with ``jobs`` processes; ``timings`` are of other runs."""
     left = [run for run in runs if run.state == "waiting"]
     jobs, batch = (max(1, min(most, len(left))) for most in (jobs, batch))
-    timed = [(run.wall_s, run.work_s) for run in runs if run.state == "done" and run.wall_s is not None]
-    pace = sum(wall for wall, _ in timed) / sum(work for _, work in timed) if timed else 1.0
+    timed = [*timings, *timings_of(runs)]
+    expected_s = [expected_time(run.work_s, timed) for run in left]
     return Estimate(
         runs=len(left),
-        time_s=pace * sum(run.work_s for run in left) / jobs,
+        time_s=time_of_all(expected_s, [0.0] * jobs),
+        processor_s=sum(expected_s),
         measured=bool(timed),
         memory_bytes=jobs * (PROCESS_BYTES + largest.particles * WALLS_BYTES + batch * largest.bytes),
         disk_bytes=len(left) * (RUN_BYTES + keep_runs * largest.particles * PARTICLE_ROW_BYTES),
     )
+
+
+def timings_of(runs: Iterable[StudyRun]) -> list[Timing]:
+    return [(run.work_s, run.wall_s) for run in runs if run.state == "done" and run.wall_s is not None]
+
+
+def expected_time(work_s: float, timings: Sequence[Timing]) -> float:
+    """Return the time of a run of ``work_s`` by the model, which the finished runs nearest to it in size correct.
+
+    A smaller radius costs far more, and not quite as the model says: runs of the same size know best.
+    """
+    if not timings:
+        return work_s
+    apart = [abs(log(work / work_s)) for work, _ in timings]
+    near = [timing for timing, far in zip(timings, apart, strict=True) if far <= min(apart) + ALIKE]
+    return work_s * sum(wall for _, wall in near) / sum(work for work, _ in near)
+
+
+def time_of_all(waiting_s: Iterable[float], busy_s: Sequence[float]) -> float:
+    """Return the time until tasks of ``waiting_s`` are finished, in that order, by processes busy for ``busy_s``."""
+    free = [*busy_s]
+    heapq.heapify(free)
+    for task_s in waiting_s:
+        heapq.heappushpop(free, free[0] + task_s)
+    return max(free)
+
+
+class Forecast:
+    """The time that the launches of a study still take while they are computed."""
+
+    def __init__(self, jobs: int, timings: Sequence[Timing]) -> None:
+        self._jobs, self._timings = max(1, jobs), [*timings]
+        self._begun: dict[str, float] = {}
+
+    def begin(self, key: str, now_s: float) -> None:
+        """Note that a launch begins, named by its first run."""
+        self._begun[key] = now_s
+
+    def finish(self, key: str, runs: Iterable[StudyRun]) -> None:
+        """Note that a launch has ended, with its runs and their outcomes."""
+        self._begun.pop(key, None)
+        self._timings += timings_of(runs)
+
+    def left_s(self, groups: Iterable[Sequence[StudyRun]], now_s: float) -> float:
+        """Return the time that ``groups``, begun or waiting, still take."""
+        busy_s, waiting_s = list[float](), list[float]()
+        for group in groups:
+            expected_s = sum(expected_time(run.work_s, self._timings) for run in group)
+            if (begun_s := self._begun.get(group[0].key)) is None:
+                waiting_s.append(expected_s)
+            else:
+                taken_s = now_s - begun_s
+                busy_s.append(max(expected_s - taken_s, OVERDUE * taken_s))
+        return time_of_all(waiting_s, busy_s + [0.0] * (self._jobs - len(busy_s)))
 
 
 def require_disk(expected: Estimate, free_bytes: float, folder: str) -> None:
@@ -102,10 +174,3 @@ def require_memory(expected: Estimate, free_bytes: float, device: str, batch: in
             f"--batch {batch}: that many runs in one launch need {expected.memory_bytes / 1e9:.1f} GB, "
             f"{free_bytes / 1e9:.1f} GB are free on {device}. Give a smaller --batch, or fewer --jobs."
         )
-
-
-def in_words(time_s: float) -> str:
-    """Return a time in seconds below two minutes, in minutes below two hours, else in hours."""
-    if time_s < 120:
-        return f"{time_s:.0f} s"
-    return f"{time_s / 60:.0f} min" if time_s < 7200 else f"{time_s / 3600:.1f} h"

@@ -1,4 +1,4 @@
-"""The extra runs that give a simulated level its uncertainty: two more particle sizes, and inputs moved by design.
+"""The extra runs that give a simulated level its uncertainty: three of each particle size, and inputs moved by design.
 
 They are kept in RUN/uncertainty, a folder like that of a sweep, and computed once: after a kill the same command
 computes what is left.
@@ -18,17 +18,21 @@ from sealtwin.core.records import Outline, Profile, Run
 from sealtwin.core.run_folder import stage_key
 from sealtwin.core.settings import checked
 from sealtwin.study import study_folder
-from sealtwin.study.estimate import RunSize, estimate, size_of
+from sealtwin.study.estimate import RunSize, Timing, estimate, size_of
 from sealtwin.study.runner import Bench, Computing, compute, read_bench
 from sealtwin.study.study_file import with_settings
 from sealtwin.trial.job import DIGITISED, Job, made_by, stage_settings
 from sealtwin.trial.trial_file import Trial
 from sealtwin.trial.validate_stage import SPREAD, UNCERTAINTY, varied_settings
-from validate.uncertainty.validation import Effect, SizeRun, Spread, effects_of, two_level_design
+from validate.uncertainty.validation import Effect, SizeRuns, Spread, effects_of, two_level_design
 
 RATIO = 1.3
 """Ratio of neighbouring particle sizes, the least that Celik et al. 2008 recommend: a finer run costs four times as
 much, and a coarser one soon has too few particles abreast."""
+REPLICATES = 3
+"""Runs of each particle size, which differ in seed. With two, the error has Student's t of 4 instead of 7 degrees of
+freedom and sqrt(3/2) times the noise: its interval is 1.4 times wider."""
+SEEDS = 2**31  # Number of seeds that a trial may have
 OF_THE_WALLS = ("width_mm", "wall_angle_deg", "depth_mm")  # Inputs that change the solid
 SAME_POINT_MM = 1e-6  # Distance below which both walls are one point, as at a tip
 
@@ -64,7 +68,7 @@ def vary(job: Job) -> bool:
     inputs = {**made_by(job, "digitise", DIGITISED), **made_by(job, "simulate", ("particles.csv", "profile.csv"))}
     device = choose_device(job.device)
     settings = varied_settings(job.trial)
-    key = stage_key(inputs, {**settings, "device": device})
+    key = stage_key(inputs, {**settings, "replicates": REPLICATES, "device": device})
     if job.folder.is_current(UNCERTAINTY, key):
         return False
     records = record_files.read_run(job.path), record_files.read_profile(job.path)
@@ -78,10 +82,11 @@ def vary(job: Job) -> bool:
     runs, largest = _runs(folder, variants, device, inputs)
     runs = study_folder.resume(folder, study_folder.Plan(UNCERTAINTY, runs, len(runs)), retry=True)
     how = Computing(device, cores() if device == "cpu" else 1)
-    expected = estimate(runs, largest, how.jobs, how.batch, keep_runs=False)
+    timings = _own_timing(base)
+    expected = estimate(runs, largest, how.jobs, how.batch, keep_runs=False, timings=timings)
     if expected.runs:
         job.progress.note(f"Extra runs for the uncertainty: {expected.sentence}")
-        runs = compute(folder, runs, how, "Extra runs", job.progress)
+        runs = compute(folder, runs, how, "Extra runs", job.progress, timings)
     if failed := [run for run in runs if run.state == "failed"]:
         told = "\n".join(f"{_said(run.settings)}: {run.reason}" for run in failed)
         raise NumericalError(
@@ -96,19 +101,39 @@ def vary(job: Job) -> bool:
 
 
 def _variants(base: _Base) -> list[_Variant]:
-    """Return a finer and a coarser run, with the trial's own between them, and those of the design.
+    """Return the runs of each size, from the finest, without the trial's own, and then those of the design.
 
-    The design moves each declared input by a standard uncertainty, at the coarser size, which is quick.
+    The longest come first, so that no process waits long for the last. The design moves each declared input by a
+    standard uncertainty, at the coarser size, which is quick.
     """
-    inputs = base.job.trial.uncertainty.moved
-    sizes_mm = base.run.radius_mm / RATIO, base.run.radius_mm * RATIO
-    wanted = [({"solver.radius_mm": round(size_mm, 4)}, base.bench, size_mm) for size_mm in sizes_mm]
+    inputs, variants = base.job.trial.uncertainty.moved, list[_Variant]()
+    for size_mm in _sizes_mm(base):
+        for number in range(size_mm == base.run.radius_mm, REPLICATES):
+            # The first of each size is as earlier versions ran it, and keeps its key.
+            named = {"solver.radius_mm": round(size_mm, 4)} | ({"seed": number} if number else {})
+            trial = _same_physics(base, base.bench, size_mm, {})
+            seed = (trial.seed + number) % SEEDS
+            variants.append((named, trial.model_copy(update={"seed": seed}), base.bench))
     if inputs:
         _refuse_immovable(base, inputs)
         for signs in two_level_design(len(inputs)):
             steps = {name: float(sign * standard) for sign, (name, standard) in zip(signs, inputs.items(), strict=True)}
-            wanted.append((steps, _moved(base, steps), sizes_mm[1]))
-    return [(each, _same_physics(base, bench, size_mm, each), bench) for each, bench, size_mm in wanted]
+            bench = _moved(base, steps)
+            variants.append((steps, _same_physics(base, bench, _sizes_mm(base)[-1], steps), bench))
+    return variants
+
+
+def _sizes_mm(base: _Base) -> tuple[float, float, float]:
+    return base.run.radius_mm / RATIO, base.run.radius_mm, base.run.radius_mm * RATIO
+
+
+def _own_timing(base: _Base) -> list[Timing]:
+    """Return how long the trial's own run took, if it is recorded: the extra runs take their time from it at first."""
+    health = base.run.health
+    if health.setup_s is None or health.frames_s is None:
+        return []
+    size = size_of(base.job.trial, base.bench.trajectory, base.bench.outline.mean_width_mm)
+    return [(size.work_s, health.setup_s + health.frames_s)]
 
 
 def _refuse_immovable(base: _Base, inputs: Mapping[str, float]) -> None:
@@ -244,7 +269,7 @@ def _runs(
 
 
 def _said(settings: Mapping[str, float]) -> str:
-    """Describe a run by its particle size, or by how far its inputs are moved."""
+    """Describe a run by its particle size and what was added to the seed, or by how far its inputs are moved."""
     return ", ".join(
         f"{name} = {value:g}" if "." in name else f"{name} {value:+g} from the trial's"
         for name, value in settings.items()
@@ -252,12 +277,16 @@ def _said(settings: Mapping[str, float]) -> str:
 
 
 def _spread(base: _Base, profiles: Sequence[Profile]) -> Spread:
-    radius_mm, own = base.run.radius_mm, base.profile
-    inputs = base.job.trial.uncertainty.moved
-    finer, coarser, *designed = (np.interp(own.s_mm, profile.s_mm, profile.level_mm) for profile in profiles)
-    sizes = SizeRun(radius_mm / RATIO, finer), SizeRun(radius_mm, own.level_mm), SizeRun(radius_mm * RATIO, coarser)
-    if not designed:
-        return Spread(own.s_mm, sizes, (), None, None)
-    found_mm, scatter_mm = effects_of(np.array(designed), len(inputs))
+    own, inputs, radii_mm = base.profile, base.job.trial.uncertainty.moved, _sizes_mm(base)
+    levels_mm = np.array([np.interp(own.s_mm, profile.s_mm, profile.level_mm) for profile in profiles])
+    finer, middle, coarser, designed = np.split(levels_mm, np.cumsum([REPLICATES, REPLICATES - 1, REPLICATES]))
+    runs_mm = finer, np.vstack([own.level_mm, middle]), coarser
+    fine, same, coarse = (SizeRuns(*size) for size in zip(radii_mm, runs_mm, strict=True))
+    if not len(designed):
+        return Spread(own.s_mm, (fine, same, coarse), (), None, None)
+    found_mm, scatter_mm = effects_of(designed, len(inputs))
+    if scatter_mm is None:
+        # Of single runs of this size, of which an effect is the mean of half less that of the other half.
+        scatter_mm = float(np.sqrt(coarser.var(axis=0, ddof=1).mean() / len(designed)))
     effects = (Effect(*declared, level_mm) for declared, level_mm in zip(inputs.items(), found_mm, strict=True))
-    return Spread(own.s_mm, sizes, tuple(effects), scatter_mm, radius_mm * RATIO)
+    return Spread(own.s_mm, (fine, same, coarse), tuple(effects), scatter_mm, radii_mm[-1])

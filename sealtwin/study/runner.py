@@ -3,7 +3,7 @@
 import pickle
 import time
 import traceback
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -14,6 +14,7 @@ from sealtwin.core.cluster import Lost, run_tasks
 from sealtwin.core.errors import NumericalError, SealtwinError
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Outline, Profile, Run, Solid, Trajectory
+from sealtwin.study.estimate import Forecast, Timing, timings_of
 from sealtwin.study.study_folder import OUTCOME, PROFILE, STATES, StudyRun, run_path, with_outcome, write_outcome
 from sealtwin.trial.trial_file import Trial
 from validate.settings import Readings
@@ -66,22 +67,43 @@ class Computing:
     scheduler: str | None = None  # Address of a Dask scheduler whose workers compute instead
 
 
-def compute(folder: Path, runs: Sequence[StudyRun], how: Computing, title: str, progress: Progress) -> list[StudyRun]:
+def compute(
+    folder: Path,
+    runs: Sequence[StudyRun],
+    how: Computing,
+    title: str,
+    progress: Progress,
+    timings: Sequence[Timing] = (),
+) -> list[StudyRun]:
     """Compute the runs that wait, write each result as soon as it is there, and return all runs with their outcomes.
 
-    Runs that were computed when a process was killed are computed again by the next call.
+    Runs that were computed when a process was killed are computed again by the next call. ``timings`` are of other
+    runs, for the time that these will take.
     """
     current = {run.key: run for run in runs}
     work_s = sum(run.work_s for run in runs if run.state == "waiting")
     # Hundredths, since a bar counts in whole steps.
     progress.start(title, max(1, round(100 * work_s)))
-    groups = _groups(runs, how.batch)
-    tasks = ((group, _arguments(folder, group, how)) for group in groups)
-    for group, outcomes in run_tasks(seal_in_worker, tasks, min(how.jobs, len(groups)), how.scheduler):
+    left = {group[0].key: group for group in _groups(runs, how.batch)}
+    jobs = min(how.jobs, len(left))
+    forecast = Forecast(jobs, [*timings, *timings_of(runs)])
+
+    def tasks() -> Iterator[tuple[list[StudyRun], tuple[Any, ...]]]:
+        for key, group in [*left.items()]:
+            # It is read when a worker takes it, except by the workers of a scheduler, whose number is not known here.
+            if how.scheduler is None:
+                forecast.begin(key, time.monotonic())
+            yield group, _arguments(folder, group, how)
+
+    for group, outcomes in run_tasks(seal_in_worker, tasks(), jobs, how.scheduler):
         if isinstance(outcomes, Lost):
             outcomes = [Failure(f"{outcomes.reason}: give fewer --jobs, and --retry.")] * len(group)
         for run, outcome in zip(group, outcomes, strict=True):
             current[run.key] = _keep(folder, run, outcome)
+        del left[group[0].key]
+        forecast.finish(group[0].key, (current[run.key] for run in group))
+        if how.scheduler is None:
+            progress.expect(forecast.left_s(left.values(), time.monotonic()))
         left_s = sum(run.work_s for run in current.values() if run.state == "waiting")
         states = [run.state for run in current.values()]
         told = ", ".join(f"{states.count(state)} {state}" for state in STATES if state in states)

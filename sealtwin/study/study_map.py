@@ -12,11 +12,10 @@ from sealtwin.core import files, record_files
 from sealtwin.core.cluster import cores, run_tasks
 from sealtwin.core.drawing.snapshots import FillScene
 from sealtwin.core.errors import InputError, NumericalError
-from sealtwin.core.progress import Progress
+from sealtwin.core.progress import Progress, in_words
 from sealtwin.core.records import DataKind, Frame, Profile
 from sealtwin.core.run_folder import holding
 from sealtwin.core.vtk_files import read_frame, write_frame
-from sealtwin.study.estimate import in_words
 from sealtwin.study.runner import INPUTS, read_bench, ready
 from sealtwin.study.study_folder import Plan, StudyRun, is_intact, profile_path, read_plan, run_path
 from sealtwin.trial.job import check_sheet, shown

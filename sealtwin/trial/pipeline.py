@@ -144,6 +144,7 @@ def _findings(folder: RunFolder, trial: Trial, stages: Sequence[str]) -> dict[st
 def _compared(comparison: dict[str, Any]) -> dict[str, Any]:
     found = comparison["uncertainty"]
     mean, numerics = found["mean_level"], found["numerics"]
+    kept = ("error_mm", "volume_level_mm", "data_mm", "numerics_mm", "inputs_mm", "validation_mm", "resolved")
     return {
         "mean_error_mm": round(comparison["mean_error_mm"], 4),
         "mean_error_95_mm": [round(end, 4) for end in found["mean_error_mm"]],
@@ -155,14 +156,20 @@ def _compared(comparison: dict[str, Any]) -> dict[str, Any]:
         "mean_level": {
             key: round(value, 4) if isinstance(value, float) else value
             for key, value in mean.items()
-            if key in ("error_mm", "data_mm", "numerics_mm", "inputs_mm", "validation_mm", "resolved")
+            if key in kept
         },
-        "particle_sizes": None if numerics is None else {
-            "radii_mm": [round(radius_mm, 4) for radius_mm in numerics["radii_mm"]],
-            "mean_error_mm": [round(error_mm, 4) for error_mm in numerics["mean_error_mm"]["values"]],
-            "kind": numerics["mean_error_mm"]["kind"],
-            "band_95_mm": round(numerics["mean_error_mm"]["band"], 4),
-        },
+        "particle_sizes": None if numerics is None else _sizes(numerics["radii_mm"], numerics["mean_error_mm"]),
         "inputs_mm": {one["name"]: round(one["mean_level_mm"], 4) for one in found["inputs"]},
         "findings": comparison["findings"],
     }  # fmt: skip
+
+
+def _sizes(radii_mm: list[float], error: dict[str, Any]) -> dict[str, Any]:
+    band_mm = error["band"]
+    return {
+        "radii_mm": [round(radius_mm, 4) for radius_mm in radii_mm],
+        # An earlier version ran each size once.
+        "runs": error.get("runs", [1] * len(radii_mm)),
+        "mean_error_mm": [round(error_mm, 4) for error_mm in error["values"]],
+        "band_95_mm": None if band_mm is None else round(band_mm, 4),
+    }

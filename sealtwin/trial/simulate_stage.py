@@ -13,6 +13,7 @@ from typing import Self
 
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
+from sealtwin.core.progress import Pace
 from sealtwin.core.records import Floats, Frame
 from sealtwin.core.run_folder import MANIFEST, stage_key
 from sealtwin.core.vtk_files import read_collection, read_frame, write_collection, write_frame
@@ -74,15 +75,16 @@ class ProgressFile:
     def __init__(self, path: Path) -> None:
         self._path = path
         self._injection: Injection | None = None
-        self._began = self._written = 0.0
-        self._before = 0
+        self._written = 0.0
+        self._pace = Pace(0.0)
+        self._eta_s: float | None = None
 
     def begin(self, injection: Injection) -> None:
-        self._injection, self._before = injection, injection.done
-        self._began = time.monotonic()
+        self._injection, self._pace = injection, Pace(injection.work[-1], injection.work[injection.done])
         self._write(injection, "running")
 
     def after_frame(self, injection: Injection) -> None:
+        self._eta_s = self._pace.left_s(injection.work[injection.done], time.monotonic())
         if time.monotonic() - self._written >= PROGRESS_EVERY_S:
             self._write(injection, "running")
 
@@ -99,8 +101,6 @@ class ProgressFile:
         self._written = time.monotonic()
         # A bed at rest ends a run before its last frame.
         frames = run.done if state == "finished" else run.frames
-        here = run.done - self._before
-        eta_s = round((self._written - self._began) * (frames - run.done) / here, 1) if here else None
         files.write_json(
             self._path,
             {
@@ -112,7 +112,7 @@ class ProgressFile:
                 "frames": frames,
                 "t_s": round(run.t_s, 4),
                 "percent": round(100 * run.done / frames, 1),
-                "eta_s": eta_s if state == "running" else None,
+                "eta_s": None if state != "running" or self._eta_s is None else round(self._eta_s, 1),
                 "particles": run.out,
                 "moving": run.moving,
                 "updated_utc": datetime.now(UTC).isoformat(timespec="seconds"),

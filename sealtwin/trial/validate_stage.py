@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from validate.uncertainty.validation import Spread
 
 NOT_RECORDED = "not recorded"
-REPORT_FORM = 3  # Version of comparison.json and report.json: those of another one are made again
+REPORT_FORM = 4  # Version of comparison.json and report.json: those of another one are made again
 UNCERTAINTY, SPREAD = "uncertainty", "uncertainty.json"
 """Name in the manifest of the extra runs of 'sealtwin validate RUN --uncertainty', and their file."""
 RECORD = "record.json"  # File beside a trial that was ingested from a lab's folder

@@ -102,7 +102,7 @@ class FluidSolver:
         shared = (state, self.movers, self.lists)
         kernels = pair_kernels(native)
         self._yields = any(fluid.yields for fluid in fluids)
-        self._sleeps = self._yields and settings.sleep
+        self.sleeps = self._yields and settings.sleep
         self.measures = any(fluid.thickens or fluid.by_age is not None for fluid in fluids)
         """Particles get a viscosity of their own in each substep, by their shear or by their age."""
         self.paste = paste_on_device(fluids, support, self.step_s, substeps, SLOWEST_SHEAR, device)
@@ -229,7 +229,7 @@ class FluidSolver:
 
     def rest(self) -> None:
         """Once in a frame: wake what lies beside a flow, and let fall asleep what has been quiet."""
-        if self._sleeps:
+        if self.sleeps:
             self._wake(self.rows)
             self._fall_asleep(self.rows)
             self.find_movers()

@@ -128,6 +128,9 @@ def pack_disc(disc_radius: float, radius: float) -> Floats:
     return best if len(best) else np.zeros((1, 2))
 
 
+LAUNCHES = 250  # Moving particles that a substep takes as long for as for its launches, on the machine of the README
+
+
 class ParticleCounts(NamedTuple):
     """Numbers of particles of one run, by frame."""
 
@@ -138,6 +141,11 @@ class ParticleCounts(NamedTuple):
     def frames(self) -> int:
         """Number of frames to the end of settling."""
         return len(self.out)
+
+    @property
+    def work(self) -> Integers:
+        """Expected computing work of each frame's substeps, in moving particles, (frames,)."""
+        return LAUNCHES + self.moving
 
 
 def course_of(schedule: Schedule, fluid: Fluid, settle_s: float) -> ParticleCounts:

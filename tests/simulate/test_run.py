@@ -302,6 +302,22 @@ def test_the_progress_is_titled_as_that_of_the_other_stages():
     assert titles == ["Simulating"]
 
 
+@pytest.mark.parametrize(("yield_stress_pa", "last_over_first"), [(0.0, 3.0), (50.0, 0.5)])
+def test_a_late_frame_of_a_liquid_is_more_work_and_that_of_a_sleeping_paste_is_not(yield_stress_pa, last_over_first):
+    """250 for the launches and one for each particle: by frames alone a liquid's time left is told as far too short.
+
+    A paste has two units a frame, and one as it falls asleep.
+    """
+    crack = slot(12.0)
+    fluid = Fluid(U=30.0, D_cm=0.3, freeze_after_s="never", yield_stress_pa=yield_stress_pa)
+    solver, given = Solver(radius_mm=0.45, settle_s=0.5), path(crack[1], 0.4, speed_mm_s=20.0)
+    run = injection.prepare(crack[0], crack[1], given, [fluid], solver, Nozzle(), seed=0, device="cpu")
+    each = np.diff(run.work)
+    assert len(each) == run.frames
+    assert each[-1] == (1 if yield_stress_pa else 250 + run.schedule.particles)
+    assert each[-1] / each[0] >= last_over_first
+
+
 def test_health_says_whether_the_run_can_be_trusted():
     crack = slot(12.0)
     health = pour(crack, path(crack[1], 0.05, speed_mm_s=20.0)).health.recorded()

@@ -13,7 +13,7 @@ from validate.compare import assess
 from validate.figures.levels import draw_uncertainty
 from validate.report_input import Evidence
 from validate.settings import Gate, Readings, Uncertainty
-from validate.uncertainty.validation import Effect, SizeRun, Spread
+from validate.uncertainty.validation import Effect, SizeRuns, Spread
 from validate.wording.comparison import uncertainty_sentences, uncertainty_tables
 
 SHEET = Readings(file=Path("caliper.csv"), data="measured", role="held-out", limit_mm=0.0)
@@ -29,12 +29,12 @@ def evidence(tmp_path_factory) -> Evidence:
     return make_evidence(tmp_path_factory.mktemp("evidence"), error_mm=0.5)
 
 
-def spread(levels_mm=(0.45, 0.5, 0.6), effects=(), scatter_mm=None) -> Spread:
-    """The slope at three particle sizes, each its own height above the readings."""
-    sizes = [
-        SizeRun(0.5 * ratio, slope(S_MM) + z_mm) for ratio, z_mm in zip((1 / 1.3, 1.0, 1.3), levels_mm, strict=True)
-    ]
-    fine, middle, coarse = sizes
+def spread(levels_mm=(0.45, 0.5, 0.6), effects=(), scatter_mm=None, apart_mm=(-0.02, 0.0, 0.02)) -> Spread:
+    """The slope at three particle sizes, each its own height above the readings, with the runs ``apart_mm``."""
+    fine, middle, coarse = (
+        SizeRuns(0.5 * ratio, np.array([slope(S_MM) + z_mm + off_mm for off_mm in apart_mm]))
+        for ratio, z_mm in zip((1 / 1.3, 1.0, 1.3), levels_mm, strict=True)
+    )
     return Spread(S_MM, (fine, middle, coarse), tuple(effects), scatter_mm, 0.65 if effects else None)
 
 
@@ -76,6 +76,8 @@ def test_every_number_can_be_traced_to_named_errors(evidence):
         "common shift of the stations",
         "the bed's shape between stations",
         "particle size",
+        "scatter of single runs",
+        "volume gained or lost by the numerics",
         "volume given",
     ]
     own = [part["mean_level_mm"] for part in parts.values() if part["kind"] == "readings"]
@@ -97,15 +99,57 @@ def test_stations_that_are_off_stand_in_every_interval(evidence):
     assert np.ptp(moved["mean_error_mm"]) > 2 * 0.35
 
 
-def test_three_sizes_give_the_numerics_and_their_order(evidence):
-    """Steps of 0.05 and 0.1 mm at ratios of 1.3: order log(2) / log(1.3) = 2.6, which counts as 2."""
+def test_three_sizes_of_three_runs_give_the_numerics(evidence):
+    """Alike at all stations, u of a station is that of the mean level: size, scatter and volume together."""
     found = metrics(evidence, runs=spread())["uncertainty"]
-    band_mm = 1.25 * 0.1 / (1.3**2 - 1)
-    assert found["numerics"]["mean_level_mm"]["order"] == pytest.approx(np.log(2) / np.log(1.3), abs=1e-3)
-    # Twice u is the half-width of 95 %, which is 1.96 standard deviations of a normal distribution.
-    assert found["mean_level"]["numerics_mm"] == pytest.approx(0.98 * band_mm / 2, rel=2e-3)
-    assert found["stations"]["numerics_mm"] == pytest.approx([0.98 * band_mm / 2] * 9, rel=2e-3)
-    assert found["numerics"]["mean_error_mm"]["values"] == pytest.approx([0.45, 0.5, 0.6], abs=1e-3)
+    level, error = found["numerics"]["mean_level_mm"], found["numerics"]["mean_error_mm"]
+    assert level["runs"] == [3, 3, 3]
+    assert level["scatter"] == pytest.approx(0.02)
+    assert error["values"] == pytest.approx([0.45, 0.5, 0.6], abs=1e-3)
+    parts = {one["name"]: one["mean_level_mm"] for one in found["budget"]["parts"] if one["kind"] == "numerics"}
+    assert list(parts) == ["particle size", "scatter of single runs", "volume gained or lost by the numerics"]
+    assert parts["particle size"] == pytest.approx(level["band"] / 2)
+    assert parts["scatter of single runs"] == pytest.approx(2.447 * 0.02 / 2, rel=0.03)
+    mean = found["mean_level"]["numerics_mm"]
+    assert max(parts.values()) < mean < sum(parts.values())
+    assert found["stations"]["numerics_mm"] == pytest.approx([mean] * 9, rel=1e-6)
+
+
+def test_one_run_of_each_size_gives_none(evidence):
+    """As an earlier version left it in uncertainty.json: its inputs count, and the page says what is missing."""
+    kept = spread(effects=[LIFTED]).content()
+    sizes = [{"radius_mm": one["radius_mm"], "level_mm": one["levels_mm"][1].tolist()} for one in kept["sizes"]]
+    old = Spread.of(json.loads(as_json(kept | {"version": 1, "sizes": sizes})))
+    declared = Uncertainty(volume_ml=0.1)
+    assessed = assess(evidence, SHEET, declared, old).uncertainty
+    assert assessed is not None
+    assert assessed.mean_level.numerics_mm is None
+    assert assessed.mean_level.inputs_mm is not None
+    assert assessed.numerics is not None
+    assert (assessed.numerics.mean_level_mm.runs, assessed.numerics.mean_level_mm.band) == ((1, 1, 1), None)
+    assert "The doubt about the numerics is not in it" in assessed.sentences[0]
+    assert any(sentence.startswith("Each particle size was run once") for sentence in uncertainty_sentences(assessed))
+    rows = dict(row for table in uncertainty_tables(assessed) for row in table.rows)
+    assert rows["u of the numerics"] == "not determined"
+    assert rows["mean level"].endswith("one run of each: no uncertainty of the numerics is given")
+
+
+def test_volume_that_the_numerics_gained_stands_beside_the_bias_in_mm_of_level(evidence):
+    """The particles fill 3 % more than was dispensed, in a slot of 40 x 3.1 mm, of which some left."""
+    fuller = replace(evidence, volume_ratio=1.03)
+    balance = metrics(fuller)["mass_balance"]
+    level_mm = -balance["lost_mm3"] / (40 * 3.1)
+    assert level_mm > 0.1
+    alone, varied = (metrics(fuller, runs=runs)["uncertainty"] for runs in (None, spread()))
+    for found in (alone, varied):
+        assert found["mean_level"]["volume_level_mm"] == pytest.approx(level_mm, rel=1e-3)
+    assert alone["mean_level"]["numerics_mm"] is None, "one run alone has no u_num"
+    (part,) = (one for one in varied["budget"]["parts"] if one["name"].startswith("volume gained or lost"))
+    assert part["mean_level_mm"] == pytest.approx(0.95 * level_mm / 2, rel=1e-3)
+    told = assess(fuller, SHEET, NO_PASSES, None).uncertainty
+    assert told is not None
+    rows = dict(row for table in uncertainty_tables(told) for row in table.rows)
+    assert rows["of it, by volume that the numerics gained (below 0: lost)"] == f"+{level_mm:.3f} mm"
 
 
 def test_only_declared_inputs_count_and_the_others_are_named(evidence):
@@ -126,11 +170,11 @@ def test_inputs_that_no_run_has_moved_yet_are_said_to_be_missing(evidence):
 
 
 def test_the_validation_uncertainty_is_that_of_all_errors_together(evidence):
-    """The root of the sum of squares, as in V&V 20, but for tails that are not normal."""
+    """The root of the sum of squares, as in V&V 20, but for tails that are not normal and an error that was found."""
     found = metrics(evidence, runs=spread(effects=[LIFTED]))
     mean = found["uncertainty"]["mean_level"]
     parts = [mean["data_mm"], mean["numerics_mm"], mean["inputs_mm"]]
-    assert mean["validation_mm"] == pytest.approx(np.sqrt(np.square(parts).sum()), rel=0.03)
+    assert mean["validation_mm"] == pytest.approx(np.sqrt(np.square(parts).sum()), rel=0.05)
     assert mean["error_mm"] == pytest.approx(0.5, abs=1e-3)
     assert mean["resolved"] is (2 * mean["validation_mm"] < 0.5)
 
@@ -197,9 +241,11 @@ def test_what_the_runs_left_survives_its_file():
     again = Spread.of(json.loads(as_json(kept.content())))
     assert again.content()["effect_scatter_mm"] == 0.02
     assert [vars(size)["radius_mm"] for size in again.sizes] == [vars(size)["radius_mm"] for size in kept.sizes]
+    assert again.sizes[1].levels_mm.tolist() == kept.sizes[1].levels_mm.tolist()
     assert again.effects[0].level_mm.tolist() == kept.effects[0].level_mm.tolist()
     broken = json.loads(as_json(kept.content()))
-    broken["sizes"][1]["level_mm"].pop()
+    for level_mm in broken["sizes"][1]["levels_mm"]:
+        level_mm.pop()
     with pytest.raises(ValueError, match="not one level for each s_mm"):
         Spread.of(broken)
 
@@ -215,7 +261,8 @@ def test_every_table_has_units(evidence):
     assert any(title.startswith("Budget: u of the mean level") for title in titles)
     rows = dict(row for table in uncertainty_tables(told) for row in table.rows)
     assert rows["volume given, by 0.1 ml"].startswith("mean level +0.300 mm")
-    assert "observed order 2.6" in rows["mean level"]
+    assert ", of order 0." in rows["mean level"]
+    assert rows["radius of the particles"] == "0.385, 0.5, 0.65 mm, in 3, 3, 3 runs that differ in seed"
     assert all("mm" in text or "of 9" in text or text in ("yes", "no") or "p =" in text or "s from" in text
                for text in rows.values())  # fmt: skip
     assert any("crack's depth" in sentence for sentence in uncertainty_sentences(told))

@@ -54,6 +54,25 @@ def _footprint_mm2(run: Run, solid: Solid) -> float:
     return float((covered & on_face).sum()) * CELL_MM**2
 
 
+def gained_level_mm(run: Run, profile: Profile, outline: Outline, solid: Solid, volume_ratio: float) -> float:
+    """Return the level that volume gained by the numerics makes over the area of the fluid's surface; below 0 if lost.
+
+    The surface is as wide as the crack is at the level, and lies on the face where sealant rests beside the mouth.
+    """
+    spilled_mm3 = run.spilled_particles * run.particle_volume_mm3
+    gained_mm3 = (volume_ratio - 1) * run.dispensed_volume_mm3 + spilled_mm3
+    return gained_mm3 / (_wetted_mm2(profile, outline, solid) + _footprint_mm2(run, solid))
+
+
+def _wetted_mm2(profile: Profile, outline: Outline, solid: Solid) -> float:
+    """Return the area of the level within the crack, where it stands above the floor."""
+    s_mm = np.unique(np.concatenate([profile.s_mm, outline.s_mm]))
+    level_mm = np.interp(s_mm, profile.s_mm, profile.level_mm)
+    width_mm = mouth_widths_mm(s_mm, outline, solid) - _closing(solid) * np.maximum(-level_mm, 0.0)
+    wet = level_mm > -solid.depth_at_mm(s_mm)
+    return float(np.trapezoid(np.where(wet, np.maximum(width_mm, 0.0), 0.0), s_mm))
+
+
 def fill_volumes(profile: Profile, outline: Outline, solid: Solid, from_mm: float, to_mm: float) -> dict[str, float]:
     """Return the sealant, the room left below the face and the heap above it over a stretch of s, and the share filled.
 

@@ -86,14 +86,16 @@ class ReportedSizes(JsonRecord):
 
     radii_mm: tuple[float, ...]
     """Radii of the particles; the trial's own is in the middle."""
+    runs: tuple[int, ...]
+    """Number of runs at each radius, which differ in seed."""
     values_mm: tuple[float, ...]
-    """The number at each radius."""
-    kind: str
-    """converging, no order, or oscillatory."""
-    order: float | None
-    """Observed order of convergence; None where there is none."""
-    band_95_mm: float
-    """95 % band by the grid convergence index where the number converges, else the range of the three."""
+    """Mean of the number over the runs of each radius."""
+    scatter_mm: float | None
+    """Standard deviation of the number in a single run; None where each size was run once, as are the next two."""
+    order_95: tuple[float, float] | None
+    """Ends of the 95 % range of the order of convergence, within 0.5 to 2."""
+    band_95_mm: float | None
+    """Half-width of 95 % of the error at the middle radius: least squares of f0 + a h^p, averaged over p."""
 
 
 class ReportedInput(JsonRecord):
@@ -223,7 +225,12 @@ def _compared(comparison: Comparison | None) -> dict[str, Any]:
     if (sizes := found.numerics) is not None:
         content["sizes"] = {
             key: ReportedSizes(
-                radii_mm=sizes.radii_mm, values_mm=one.values, kind=one.kind, order=one.order, band_95_mm=one.band
+                radii_mm=sizes.radii_mm,
+                runs=one.runs,
+                values_mm=one.values,
+                scatter_mm=one.scatter,
+                order_95=one.order_95,
+                band_95_mm=one.band,
             )
             for key, one in (("mean_level_mm", sizes.mean_level_mm), ("mean_error_mm", sizes.mean_error_mm))
         }

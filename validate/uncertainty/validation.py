@@ -7,49 +7,12 @@ from typing import Any, Self
 import numpy as np
 from pydantic import TypeAdapter
 
-from sealtwin.core.comparison import BudgetPart, MeanLevelBudget, SizeSeries, StationErrors
+from sealtwin.core.comparison import BudgetPart, MeanLevelBudget, StationErrors
 from sealtwin.core.records import Floats, Integers, Numbers
+from validate.uncertainty.numerics import Replicates
 from validate.units import counted, signed
 
 COVERAGE = 2.0  # Coverage factor k of a 95 % interval of a normal distribution
-SAFETY = 1.25  # Roache's safety factor for three sizes, as in Celik et al. 2008.
-LEAST_ORDER, MOST_ORDER = 0.5, 2.0
-"""Limits on the observed order. Below the first the index grows without bound, and no order is assumed; above the
-second, which no part of the scheme can exceed, it is chance and counts as the second (Oberkampf & Roy 2010, 8.6.4)."""
-
-
-def converge(values: Sequence[float], radii_mm: Sequence[float]) -> SizeSeries:
-    """Return the convergence of a number over three particle sizes, from the finest to the coarsest.
-
-    The band, of 95 %, is that of the middle size, which is the trial's own: the index times the value where the number
-    converges, else the spread of all three, as for an oscillating number or one without a plausible order. The order
-    is that of Celik et al. 2008 (J. Fluids Eng. 130, 078001), for any two ratios.
-    """
-    fine, middle, coarse = values
-    finer, coarser = radii_mm[1] / radii_mm[0], radii_mm[2] / radii_mm[1]
-    near, far = middle - fine, coarse - middle
-    kind, order, band = "oscillatory", None, max(values) - min(values)
-    if near * far >= 0:
-        kind, order = "no order", _order(near, far, finer, coarser)
-        if order is not None and order >= LEAST_ORDER:
-            kind, band = "converging", SAFETY * abs(far) / (coarser ** min(order, MOST_ORDER) - 1)
-    return SizeSeries(values=tuple(values), kind=kind, order=order, band=band)
-
-
-def _order(near: float, far: float, finer: float, coarser: float) -> float | None:
-    """Return the root p of far / near = finer^p (coarser^p - 1) / (finer^p - 1); None where there is none."""
-    from scipy.optimize import root_scalar
-
-    if near == 0 or far == 0:
-        return None
-
-    def excess(order: float) -> float:
-        return np.log(far / near) - np.log(finer**order * (coarser**order - 1) / (finer**order - 1))
-
-    least, most = 1e-3, 20.0
-    if excess(least) * excess(most) > 0:
-        return None
-    return float(root_scalar(excess, bracket=(least, most)).root)
 
 
 def mean_level_budget(
@@ -59,10 +22,12 @@ def mean_level_budget(
     numerics_mm: float | None = None,
     inputs_mm: float | None = None,
     inputs_waiting: bool = False,
+    volume_level_mm: float | None = None,
 ) -> MeanLevelBudget:
     """Return the error E = S - D of the mean level with its standard uncertainties, and whether E is above twice it."""
     return MeanLevelBudget(
         error_mm=error_mm,
+        volume_level_mm=volume_level_mm,
         data_mm=data_mm,
         numerics_mm=numerics_mm,
         inputs_mm=inputs_mm,
@@ -164,11 +129,11 @@ def _matrix(inputs: int) -> Integers:
 
 
 @dataclass(frozen=True)
-class SizeRun:
-    """Level of the trial's run with particles of one size and the same physics."""
+class SizeRuns:
+    """Levels of runs with particles of one size and the same physics, which differ in seed."""
 
     radius_mm: float
-    level_mm: Numbers
+    levels_mm: Numbers  # (runs, k)
 
 
 @dataclass(frozen=True)
@@ -176,24 +141,37 @@ class Spread:
     """Levels of all extra runs at ``s_mm``, (k,)."""
 
     s_mm: Numbers
-    sizes: tuple[SizeRun, SizeRun, SizeRun]  # Runs with finer particles, with the trial's own, and with coarser ones
+    sizes: tuple[SizeRuns, SizeRuns, SizeRuns]
+    """Runs with finer particles, with the trial's own, its run first, and with coarser ones."""
     effects: tuple[Effect, ...]  # Effects of the inputs whose standard uncertainty is declared
     effect_scatter_mm: float | None
-    """Standard deviation of an effect by the scatter of single runs; None where the design has no column to spare."""
+    """Standard deviation of an effect by the scatter of single runs; None where it is not known."""
     design_radius_mm: float | None  # Particle radius in the runs of the effects; None where no input is declared
 
-    def converged(self, values: Sequence[float]) -> SizeSeries:
-        """Return the convergence of a number, given for each of ``sizes``."""
-        return converge(values, [size.radius_mm for size in self.sizes])
+    @property
+    def radii_mm(self) -> tuple[float, ...]:
+        return tuple(size.radius_mm for size in self.sizes)
+
+    def at(self, s_mm: Floats) -> Replicates:
+        """Return the levels at other places."""
+        levels_mm = [
+            np.array([np.interp(s_mm, self.s_mm, level_mm) for level_mm in size.levels_mm]) for size in self.sizes
+        ]
+        return Replicates(self.radii_mm, levels_mm)
 
     def content(self) -> dict[str, Any]:
         """Return the content of a JSON file."""
-        return {"version": 1, **asdict(self)}
+        return {"version": 2, **asdict(self)}
 
     @classmethod
     def of(cls, content: dict[str, Any]) -> Self:
         """Return the spread from the content of a JSON file. Raises ValueError for others."""
+        if content.get("version") == 1:
+            # Of one run at each size.
+            sizes = [{"radius_mm": one["radius_mm"], "levels_mm": [one["level_mm"]]} for one in content["sizes"]]
+            content = content | {"sizes": sizes}
         spread = TypeAdapter(cls).validate_python(content)
-        if any(len(one.level_mm) != len(spread.s_mm) for one in (*spread.sizes, *spread.effects)):
+        levels_mm = [*(size.levels_mm for size in spread.sizes), *(one.level_mm[None] for one in spread.effects)]
+        if any(each.ndim != 2 or each.shape[1] != len(spread.s_mm) for each in levels_mm):
             raise ValueError("not one level for each s_mm")
         return spread

@@ -134,6 +134,11 @@ def uncertainty_sentences(found: ErrorUncertainty) -> list[str]:
             "How much hangs on the particles' size, and on the inputs, was not examined: 'sealtwin validate RUN "
             "--uncertainty' does."
         )
+    elif found.mean_level.numerics_mm is None:
+        sentences.append(
+            "Each particle size was run once: how far single runs scatter is not known, and nothing is said of the "
+            "numerics. 'sealtwin validate RUN --uncertainty' runs each three times."
+        )
     return sentences
 
 
@@ -195,6 +200,7 @@ def _result(found: ErrorUncertainty) -> Rows:
     bias_low_mm, bias_high_mm = found.bias_interval_mm
     mean, stations, levels = found.mean_level, found.stations, found.levels
     count = len(stations.error_mm)
+    volume = NOT_RECORDED if mean.volume_level_mm is None else f"{signed(mean.volume_level_mm, 3)} mm"
     return [
         ("mean error, 95 % by the readings' doubt", f"{low_mm:.3f} to {high_mm:.3f} mm"),
         ("bias, 95 % by the readings' doubt", f"{signed(bias_low_mm, 3)} to {signed(bias_high_mm, 3)} mm"),
@@ -202,6 +208,7 @@ def _result(found: ErrorUncertainty) -> Rows:
         ("95 % band of one station's level, by the readings", f"± {span(levels.band_95_mm, 3)} mm"),
         ("95 % band of all of them together", f"± {span(levels.profile_band_95_mm, 3)} mm"),
         ("E, of the mean level: simulated - measured", f"{signed(mean.error_mm, 3)} mm"),
+        ("of it, by volume that the numerics gained (below 0: lost)", volume),
         ("u of the readings, in it", f"{mean.data_mm:.3f} mm"),
         ("u of the numerics", millimetres(mean.numerics_mm, 3, "not determined")),
         ("u of the inputs", millimetres(mean.inputs_mm, 3, "not determined")),
@@ -236,12 +243,16 @@ def _alignment(found: ErrorUncertainty) -> Rows:
 def _numerics(found: ErrorUncertainty) -> Rows:
     if (study := found.numerics) is None:
         return []
-    rows = [("radius of the particles", ", ".join(f"{radius_mm:.3g}" for radius_mm in study.radii_mm) + " mm")]
+    radii = ", ".join(f"{radius_mm:.3g}" for radius_mm in study.radii_mm)
+    runs = ", ".join(map(str, study.mean_level_mm.runs))
+    rows = [("radius of the particles", f"{radii} mm, in {runs} runs that differ in seed")]
     for name, one in (("mean level", study.mean_level_mm), ("mean error", study.mean_error_mm)):
         values = ", ".join(f"{value_mm:.3f}" for value_mm in one.values)
-        how = f"{one.kind}: ± {one.band:.3f} mm, the spread of the three"
-        if one.kind == "converging":
-            how = f"converging, observed order {one.order:.1f}: ± {one.band:.3f} mm by the convergence index"
+        how = "one run of each: no uncertainty of the numerics is given"
+        if one.band is not None and one.order_95 is not None:
+            low, high = one.order_95
+            band = f"± {one.band:.3f} mm at 95 %, of order {low:.1f} to {high:.1f}"
+            how = f"{band}; a run scatters by {one.scatter:.3f} mm"
         rows.append((name, f"{values} mm; {how}"))
     return rows
 

@@ -2,12 +2,24 @@
 
 import gc
 from dataclasses import replace
+from itertools import islice
 
+import numpy as np
 import pytest
 import warp as wp
 
 from sealtwin.core.errors import InputError
-from sealtwin.study.estimate import Estimate, RunSize, estimate, in_words, require_disk, require_memory, size_of
+from sealtwin.study.estimate import (
+    Estimate,
+    Forecast,
+    RunSize,
+    estimate,
+    expected_time,
+    require_disk,
+    require_memory,
+    size_of,
+    time_of_all,
+)
 from sealtwin.study.study_folder import StudyRun
 from sealtwin.trial.trial_file import load_trial
 from simulate.injection import prepare
@@ -22,7 +34,7 @@ def _run(state, work_s, wall_s=None):
 
 
 def test_runs_that_are_done_correct_the_model():
-    """It expected 10 s for them and they took 30: what is left, 8 s by the model, takes 24, on two processes 12."""
+    """It expected 10 s for them and they took 30: the two that are left take 9 and 15, side by side 15."""
     runs = [
         _run("done", 4.0, 12.0),
         _run("done", 6.0, 18.0),
@@ -32,11 +44,63 @@ def test_runs_that_are_done_correct_the_model():
     ]
     found = estimate(runs, RunSize(1000, 1000, 1.0), jobs=2, batch=1, keep_runs=False)
     assert (found.runs, found.measured) == (2, True)
-    assert found.time_s == pytest.approx(12.0)
+    assert (found.time_s, found.processor_s) == (pytest.approx(15.0), pytest.approx(24.0))
     assert "by the runs that are done" in found.sentence
     unknown = estimate(runs[2:], RunSize(1000, 1000, 1.0), jobs=2, batch=1, keep_runs=False)
-    assert unknown.time_s == pytest.approx(4.0)
+    assert unknown.time_s == pytest.approx(5.0)
     assert "by a model" in unknown.sentence
+
+
+def test_a_run_takes_as_long_as_those_of_its_own_size():
+    """The model is off by 3 for the small runs and by 4 for the large ones; another size is off as the nearest one."""
+    timings = [(1.0, 3.0), (1.02, 3.0), (10.0, 40.0)]
+    assert expected_time(1.01, timings) == pytest.approx(3.0)
+    assert expected_time(10.0, timings) == pytest.approx(40.0)
+    assert expected_time(20.0, timings) == pytest.approx(80.0)
+    assert expected_time(20.0, []) == 20.0
+
+
+def test_tasks_follow_each_other_on_the_process_that_is_free_first():
+    assert time_of_all([], [0.0, 7.0]) == 7.0
+    assert time_of_all([3.0, 3.0, 3.0], [0.0, 4.0]) == 7.0
+    assert time_of_all([10.0, 1.0, 1.0], [0.0, 0.0]) == 10.0
+
+
+@pytest.mark.parametrize("jobs", [1, 2, 3])
+@pytest.mark.parametrize("off", [0.3, 1.0, 3.0])
+@pytest.mark.parametrize("order", [1, -1])
+def test_the_time_left_is_within_a_factor_of_two_after_a_tenth_of_the_work(jobs, off, order):
+    """As of --uncertainty: three sizes 1.3 apart and a design, whose times grow faster than the model says.
+
+    Known durations, with 20 % of scatter, the longest runs first or last; the model is off by ``off`` besides, which
+    the trial's own run shows before the first one. By the finished share of the model's work alone they are
+    several times too long: what is in the middle of being computed is not seen.
+    """
+    work_s = [4.4, 4.4, 4.4, 1.5, 1.5, *[0.6] * 11][::order]
+    random = np.random.default_rng(4)
+    took_s = [off * 10 * work**1.2 * random.uniform(0.8, 1.2) for work in work_s]
+    runs = [replace(_run("waiting", work), key=str(number)) for number, work in enumerate(work_s)]
+    forecast = Forecast(jobs, [(1.5, off * 10 * 1.5**1.2)])
+    done, ratios = 0.0, list[float]()
+    end_s = time_of_all(took_s, [0.0] * jobs)
+    left, ends_s = [[run] for run in runs], list[tuple[float, int]]()
+    waiting = iter(range(len(runs)))
+    for number in (*islice(waiting, jobs),):
+        forecast.begin(str(number), 0.0)
+        ends_s.append((took_s[number], number))
+    while ends_s:
+        now_s, number = min(ends_s)
+        ends_s.remove((now_s, number))
+        if (following := next(waiting, None)) is not None:
+            forecast.begin(str(following), now_s)
+            ends_s.append((now_s + took_s[following], following))
+        left = [group for group in left if group[0].key != str(number)]
+        forecast.finish(str(number), [_run("done", work_s[number], took_s[number])])
+        done += took_s[number]
+        if ends_s and done > 0.1 * sum(took_s):
+            ratios.append(forecast.left_s(left, now_s) / (end_s - now_s))
+    assert len(ratios) > 8
+    assert 0.5 < min(ratios) <= max(ratios) < 2.0
 
 
 def test_memory_counts_processes_and_disk_what_is_kept():
@@ -95,7 +159,7 @@ def _arrays() -> dict[int, wp.array]:
 
 
 def test_a_disk_that_is_too_small_is_told_before_the_first_run():
-    wanted = Estimate(runs=1, time_s=1.0, measured=False, memory_bytes=1.0, disk_bytes=5e6)
+    wanted = Estimate(runs=1, time_s=1.0, processor_s=1.0, measured=False, memory_bytes=1.0, disk_bytes=5e6)
     require_disk(wanted, 6e6, "out")
     with pytest.raises(InputError, match="out: 4 MB are free there, the results need 5 MB"):
         require_disk(wanted, 4e6, "out")
@@ -111,8 +175,3 @@ def test_a_launch_that_a_gpu_cannot_hold_is_told_before_the_first_run():
     require_memory(wanted, 8e9, "cuda:0", 132)
     with pytest.raises(InputError, match=r"--batch 132: .* need 4\.\d GB, 2\.0 GB are free on cuda:0"):
         require_memory(wanted, 2e9, "cuda:0", 132)
-
-
-@pytest.mark.parametrize(("time_s", "words"), [(7.4, "7 s"), (119, "119 s"), (700, "12 min"), (9000, "2.5 h")])
-def test_times_are_said_as_people_say_them(time_s, words):
-    assert in_words(time_s) == words

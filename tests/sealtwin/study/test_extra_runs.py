@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from sealtwin.cli.trial_answer import result_lines
-from sealtwin.core import files
+from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import open_folder
 from sealtwin.study import extra_runs, runner
 from sealtwin.study.extra_runs import vary
-from sealtwin.study.runner import Failure
+from sealtwin.study.runner import Failure, Sealing, read_bench
 from sealtwin.study.study_folder import read_plan
 from sealtwin.trial.job import resume_job, start_job
 from sealtwin.trial.pipeline import run_stages
@@ -78,13 +78,14 @@ def _edited(path: Path, old: str, new: str) -> None:
     (path / "trial.toml").write_text(text.replace(old, new))
 
 
-def test_three_sizes_and_a_design_of_four(varied):
-    """Three inputs fit into four runs; with the finer and the coarser one that makes six."""
+def test_three_sizes_of_three_runs_and_a_design_of_four(varied):
+    """Of the trial's own size two more; three inputs fit into four runs: that makes twelve."""
     runs = read_plan(varied / "uncertainty").runs
-    assert [run.state for run in runs] == ["done"] * 6
-    radii = [run.settings.get("solver.radius_mm") for run in runs[:2]]
-    assert radii == pytest.approx([0.36 / 1.3, 0.36 * 1.3], abs=1e-4)
-    signs = np.array([[run.settings[name] for name in ("speed_mm_s", "volume_ml", "width_mm")] for run in runs[2:]])
+    assert [run.state for run in runs] == ["done"] * 12
+    radii = [run.settings.get("solver.radius_mm") for run in runs[:8]]
+    assert radii == pytest.approx(np.repeat([0.36 / 1.3, 0.36, 0.36 * 1.3], (3, 2, 3)), abs=1e-4)
+    assert [run.checked_trial.seed for run in runs] == [0, 1, 2, 1, 2, 0, 1, 2, 0, 0, 0, 0]
+    signs = np.array([[run.settings[name] for name in ("speed_mm_s", "volume_ml", "width_mm")] for run in runs[8:]])
     assert np.abs(signs) == pytest.approx(np.tile([1.0, 0.01, 0.1], (4, 1)))
     assert signs.sum(axis=0) == pytest.approx(np.zeros(3))
 
@@ -93,7 +94,7 @@ def test_the_paste_is_as_stiff_at_every_size(varied):
     """U and D hang on radius and frame; the viscosity in physical units and the drag of a second do not."""
     base = files.read_json(varied / "simulation.json")["health"]
     drag = 0.3 / base["frame_s"]
-    for run in read_plan(varied / "uncertainty").runs[:2]:
+    for run in read_plan(varied / "uncertainty").runs[0:8:7]:
         assert run.figures is not None
         health = run.figures["health"]
         assert health["viscosity_pa_s"] == pytest.approx(base["viscosity_pa_s"], rel=1e-6)
@@ -102,6 +103,29 @@ def test_the_paste_is_as_stiff_at_every_size(varied):
         fluid = run.checked_trial.fluid
         assert fluid is not None
         assert fluid.D_cm / health["frame_s"] == pytest.approx(drag, rel=1e-6)
+
+
+def test_a_run_of_the_trials_own_size_and_seed_is_its_own_run(run_folder):
+    """To the last digit in profile.csv, though its viscosity is in Pa s: replicates differ from it in seed alone."""
+    with open_folder(run_folder, create=False) as folder:
+        job = resume_job(folder, "cpu", Progress())
+        base = extra_runs._Base(
+            job, read_bench(run_folder, None), record_files.read_run(run_folder), record_files.read_profile(run_folder)
+        )
+        trial = extra_runs._same_physics(base, base.bench, base.run.radius_mm, {})
+    (sealing,) = runner.seal(base.bench, [trial], device="cpu", keep_runs=False)
+    assert isinstance(sealing, Sealing)
+    assert sealing.profile.level_mm == pytest.approx(base.profile.level_mm, abs=1e-6)
+
+
+def test_the_runs_of_a_size_scatter_by_their_seeds(varied):
+    kept = _spread(varied)
+    assert kept is not None
+    assert [size.levels_mm.shape[0] for size in kept.sizes] == [3, 3, 3]
+    for size in kept.sizes:
+        assert size.levels_mm.std(axis=0, ddof=1).min() > 0
+    own = record_files.read_profile(varied)
+    assert kept.sizes[1].levels_mm[0] == pytest.approx(own.level_mm)
 
 
 def test_the_comparison_tells_numerics_and_inputs(varied, tmp_path, monkeypatch):
@@ -115,6 +139,7 @@ def test_the_comparison_tells_numerics_and_inputs(varied, tmp_path, monkeypatch)
     assert "uncertainty: outline.json" not in given[0].provenance, "its hash stands there already"
     lines = "\n".join(result_lines(result, "validate"))
     assert "Particle size: mean error " in lines
+    assert " mm, by 3, 3, 3 runs: ± " in lines
     assert "the nozzle's speed " in lines
     assert json.loads((path / "run.json").read_text())["particle_sizes"]["radii_mm"] == pytest.approx(
         [0.36 / 1.3, 0.36, 0.36 * 1.3], abs=1e-3
@@ -142,7 +167,7 @@ def test_what_was_done_before_a_kill_is_not_done_again(varied, tmp_path, monkeyp
     shutil.copytree(varied, path)
     _edited(path, "volume_ml = 0.01", "volume_ml = 0.0100")
     (path / SPREAD).unlink()
-    lost = read_plan(path / "uncertainty").runs[3]
+    lost = read_plan(path / "uncertainty").runs[9]
     shutil.rmtree(path / "uncertainty" / "runs" / lost.key[:16])
     waiting = []
 
@@ -169,7 +194,7 @@ def test_a_failed_run_is_named_and_nothing_is_said(run_folder, tmp_path, monkeyp
     shutil.copytree(run_folder, path)
 
     monkeypatch.setattr(runner, "seal", lambda *_, **__: [Failure("diverged in frame 7.")])
-    with pytest.raises(NumericalError, match=r"6 of 6 extra runs failed.*\nsolver.radius_mm = 0.2769: diverged in fr"):
+    with pytest.raises(NumericalError, match=r"12 of 12 extra runs failed.*\nsolver.radius_mm = 0.2769: diverged in"):
         _vary(path)
     assert not (path / SPREAD).exists()
 

@@ -19,7 +19,7 @@ from validate.report.report_data import ReadingsFile, ReportData, report_data, s
 from validate.report.write_report import write_report
 from validate.report_input import ReadingsSheet
 from validate.settings import Gate, Readings, Uncertainty
-from validate.uncertainty.validation import Effect, SizeRun, Spread
+from validate.uncertainty.validation import Effect, SizeRuns, Spread
 
 
 def test_the_published_schema_is_the_model_s():
@@ -54,7 +54,8 @@ def test_what_the_page_has_is_here_too(tmp_path, monkeypatch):
     sheet = ReadingsSheet(name="P01 Messung.csv", sha256="73cf", operator="A. B.", date="2026-03-01")
     s_mm = np.linspace(0, 40, 81)
     fine, middle, coarse = (
-        SizeRun(radius_mm, slope(s_mm) + z_mm) for radius_mm, z_mm in ((0.4, 0.45), (0.5, 0.5), (0.6, 0.6))
+        SizeRuns(radius_mm, slope(s_mm) + z_mm + np.array([[-0.1], [0.0], [0.1]]))
+        for radius_mm, z_mm in ((0.4, 0.45), (0.5, 0.5), (0.6, 0.6))
     )
     runs = Spread(s_mm, (fine, middle, coarse), (Effect("volume_ml", 0.1, np.full(81, 0.3)),), 0.02, 0.6)
     settings = Readings(file=Path("readings.csv"), data="measured", role="held-out")
@@ -69,7 +70,11 @@ def test_what_the_page_has_is_here_too(tmp_path, monkeypatch):
     assert data.verdict.findings[0].startswith(
         "The data cannot resolve an error of the model in the mean level (E = +0.50 mm"
     )
-    assert data.sizes["mean_error_mm"].values_mm == pytest.approx((0.45, 0.5, 0.6), abs=1e-3)
+    sizes = data.sizes["mean_error_mm"]
+    assert sizes.values_mm == pytest.approx((0.45, 0.5, 0.6), abs=1e-3)
+    assert (sizes.runs, sizes.scatter_mm) == ((3, 3, 3), pytest.approx(0.1, abs=1e-3))
+    assert data.uncertainty is not None
+    assert data.uncertainty.volume_level_mm is not None
     assert (data.inputs["volume_ml"].unit, data.inputs["volume_ml"].mean_level_mm) == ("ml", pytest.approx(0.3))
     assert [shift.shift_mm for shift in data.shifts] == [-2, -1, 0, 1, 2]
     # A slot of 40 x 3.1 x 10 mm, read at -4 mm on average.

@@ -1,61 +1,117 @@
-"""Convergence over three particle sizes, for power laws of known order and for numbers that have none."""
+"""Three particle sizes of three runs: what is known of their error, without a jump between one answer and another."""
+
+from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike
+from scipy import stats
 
-from validate.uncertainty.validation import converge
+from validate.uncertainty.numerics import ORDERS, Replicates, numerical_errors, size_series
 
-RADII = (1 / 1.3, 1.0, 1.3)
-
-
-def sizes(order: float, finer: float, coarser: float, limit: float = 5.0, scale: float = 0.3):
-    """Return the values of a number with an error of scale h^order, where the middle size is 1."""
-    return [limit + scale * h**order for h in (1 / finer, 1.0, coarser)]
-
-
-@pytest.mark.parametrize("order", [0.7, 1.0, 1.6, 2.0])
-@pytest.mark.parametrize(("finer", "coarser"), [(1.3, 1.3), (1.3, 1.5), (2.0, 1.4)])
-def test_a_power_law_has_its_order_and_the_index_its_error(order, finer, coarser):
-    """The middle size is off by 0.3; the index says 1.25 times that."""
-    found = converge(sizes(order, finer, coarser), (1 / finer, 1.0, coarser))
-    assert found.kind == "converging"
-    assert found.order == pytest.approx(order, rel=1e-6)
-    assert found.band == pytest.approx(1.25 * 0.3, rel=1e-6)
-    assert found.standard == found.band / 2
+RADII_MM = (1 / 1.3, 1.0, 1.3)
+APART_MM = np.array([-0.05, 0.0, 0.05])
+"""What three runs of one size are off their mean."""
 
 
-def test_celiks_example():
-    """J. Fluids Eng. 130, 078001, Table 1: reattachment length 6.063, 5.972, 5.863; r = 1.5, 1.333; p = 1.53.
+def replicates(means_mm, apart_mm: ArrayLike = APART_MM) -> Replicates:
+    """Three runs for each mean, of one number."""
+    return Replicates(RADII_MM, [mean_mm + np.asarray(apart_mm)[:, None] for mean_mm in means_mm])
 
-    Their index is that of the fine grid, 2.2 %; that of the middle one, which is ours, has the same order.
+
+def band_mm(means_mm, apart_mm: ArrayLike = APART_MM) -> float:
+    """The 95 % half-width of the middle size's error."""
+    found = size_series([(mean_mm + np.asarray(apart_mm)).tolist() for mean_mm in means_mm], RADII_MM)
+    assert found.band is not None
+    return found.band
+
+
+@pytest.mark.parametrize("order", [0.6, 1.0, 1.7])
+def test_a_power_law_without_scatter_has_its_order_and_error(order):
+    means_mm = [5.0 + 0.3 * h**order for h in RADII_MM]
+    found = replicates(means_mm, [0.0] * 3)
+    assert found.orders(4000) == pytest.approx(np.full(4000, order), abs=0.03)
+    assert band_mm(means_mm, [0.0] * 3) == pytest.approx(0.3, rel=0.06)
+
+
+@pytest.mark.parametrize("order", [0.5, 2.0])
+def test_for_a_known_order_it_is_the_text_books_regression(order, monkeypatch):
+    """Slope, its standard error and Student's t of seven degrees of freedom, by scipy's linregress."""
+    monkeypatch.setattr("validate.uncertainty.numerics.ORDERS", np.array([order, order + 1e-9]))
+    random = np.random.default_rng(3)
+    runs_mm = 0.3 * np.array(RADII_MM)[:, None] ** order + 0.1 * random.standard_normal((3, 3))
+    draws = Replicates(RADII_MM, list(runs_mm[:, :, None])).size_errors(40_000)[:, 0]
+    fit: Any = stats.linregress(np.repeat(np.array(RADII_MM) ** order, 3), runs_mm.ravel())
+    expected = fit.slope + fit.stderr * stats.t(7).ppf([0.025, 0.25, 0.5, 0.75, 0.975])
+    # So many draws know the ends to 0.03 standard errors.
+    assert np.quantile(draws, [0.025, 0.25, 0.5, 0.75, 0.975]) == pytest.approx(expected, abs=0.1 * fit.stderr)
+
+
+@pytest.mark.parametrize("apart_mm", [APART_MM, APART_MM / 10])
+@pytest.mark.parametrize("near_mm", [0.1, -0.3])
+def test_there_is_no_jump_anywhere(near_mm, apart_mm):
+    """Far over near from 0.8 to 1.5. By index and spread, 1.141 gave a band of 1.012 and 1.139 one of 0.214.
+
+    A step of 0.002 in the ratio moves the band by less than 1 %; halved, by about half of that.
     """
-    found = converge((6.063, 5.972, 5.863), (1 / 1.5, 1.0, 1.333))
-    assert found.order == pytest.approx(1.53, abs=0.01)
-    assert found.band == pytest.approx(1.25 * 0.109 / (1.333**1.53 - 1), rel=0.01)
+    ratios = np.arange(0.8, 1.5, 0.002)
+    bands_mm = np.array([band_mm((-near_mm, 0.0, ratio * near_mm), apart_mm) for ratio in ratios])
+    steps = np.abs(np.diff(np.log(bands_mm)))
+    assert steps.max() < 0.01
+    worst = int(steps.argmax())
+    middle = band_mm((-near_mm, 0.0, ratios[worst : worst + 2].mean() * near_mm), apart_mm)
+    halves = np.abs(np.log(middle / bands_mm[worst : worst + 2]))
+    assert halves.max() < 0.8 * steps.max()
 
 
-def test_a_number_that_swings_is_called_so_and_has_its_spread():
-    found = converge((1.00, 1.10, 0.95), RADII)
-    assert (found.kind, found.order) == ("oscillatory", None)
-    assert found.band == pytest.approx(0.15)
+def test_there_is_no_jump_where_a_number_turns():
+    """An oscillating number had its spread, one that converges an index."""
+    bands_mm = [band_mm((-0.1, 0.0, far_mm)) for far_mm in np.arange(-0.1, 0.1, 0.001)]
+    assert np.abs(np.diff(np.log(bands_mm))).max() < 0.02
 
 
-def test_an_order_near_zero_is_none():
-    """Steps that do not shrink have no limit: the index would be seven times the spread."""
-    found = converge(sizes(0.1, 1.3, 1.3), RADII)
-    assert found.kind == "no order"
-    assert found.band == pytest.approx(np.ptp(sizes(0.1, 1.3, 1.3)))
-    growing = converge((1.0, 1.2, 1.3), RADII)
-    assert (growing.kind, growing.order) == ("no order", None)
-    assert growing.band == pytest.approx(0.3)
+def test_one_run_of_each_size_says_nothing():
+    """Three runs may agree by chance; the scatter of runs is what tells."""
+    alone = Replicates(RADII_MM, [np.array([[value]]) for value in (1.0, 1.1, 1.2)])
+    assert numerical_errors(alone, 0.1) == []
+    found = size_series([[1.0], [1.1], [1.2]], RADII_MM)
+    assert (found.runs, found.scatter, found.order_95, found.band) == ((1, 1, 1), None, None, None)
+    partly = Replicates(RADII_MM, [np.ones((3, 1)), np.ones((3, 1)), np.ones((1, 1))])
+    assert not partly.suffice
 
 
-def test_an_order_above_the_second_counts_as_it():
-    found = converge(sizes(4.0, 1.3, 1.3), RADII)
-    assert found.order == pytest.approx(4.0)
-    far = 0.3 * (1.3**4 - 1)
-    assert found.band == pytest.approx(1.25 * far / (1.3**2 - 1))
+def test_the_scatter_of_a_run_is_an_error_of_its_own():
+    """Six degrees of freedom: 95 % within 2.447 standard deviations, which are 0.05 mm."""
+    size, scatter = numerical_errors(replicates((0.0, 0.0, 0.0)), None)
+    assert (size.name, scatter.name) == ("particle size", "scatter of single runs")
+    assert np.quantile(np.abs(scatter.draws_mm), 0.95) == pytest.approx(2.447 * 0.05, rel=0.03)
 
 
-def test_three_that_agree_are_no_doubt():
-    assert converge((1.0, 1.0, 1.0), RADII).band == 0.0
+def test_the_mean_of_stations_has_the_band_of_their_mean():
+    """Stations whose runs are off alike do not average out, those that are off by themselves do."""
+    random = np.random.default_rng(5)
+    alike = [0.1 * random.standard_normal((3, 1)) + np.zeros(20) for _ in range(3)]
+    apart = [0.1 * random.standard_normal((3, 20)) for _ in range(3)]
+    for runs_mm in (alike, apart):
+        (size, _) = numerical_errors(Replicates(RADII_MM, runs_mm), None)
+        mean = np.quantile(np.abs(size.draws_mm.mean(axis=1)), 0.95)
+        assert mean == pytest.approx(band_mm_of([runs.mean(axis=1) for runs in runs_mm]), rel=0.05)
+
+
+def band_mm_of(runs_mm) -> float:
+    found = size_series([one.tolist() for one in runs_mm], RADII_MM)
+    assert found.band is not None
+    return found.band
+
+
+def test_volume_that_was_gained_moves_all_stations_alike():
+    *_, volume = numerical_errors(Replicates(RADII_MM, [np.zeros((3, 4))] * 3), -0.3)
+    assert np.quantile(np.abs(volume.draws_mm), 0.95, axis=0) == pytest.approx([0.95 * 0.3] * 4, rel=1e-3)
+    assert (volume.kind, volume.source, volume.shared) == ("numerics", "computed", True)
+    assert np.ptp(volume.draws_mm, axis=1).max() == 0.0
+
+
+def test_the_order_stays_within_what_is_allowed_for():
+    for means_mm in ((0.0, 0.1, 0.11), (0.0, 0.1, 0.9), (0.1, 0.0, 0.1)):
+        orders = replicates(means_mm).orders(1000)
+        assert ORDERS[0] <= orders.min() <= orders.max() <= ORDERS[-1]

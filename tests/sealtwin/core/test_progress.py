@@ -1,0 +1,54 @@
+"""Times left: within a factor of two of the truth after a tenth of the work, and none before they are known."""
+
+import pytest
+
+from sealtwin.core import progress
+from sealtwin.core.progress import Pace, PlainProgress, in_words
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """The time that progress reads, to be set."""
+    now = [0.0]
+    monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
+    return now
+
+
+def test_set_up_does_not_count_as_pace():
+    """Kernels are compiled for three minutes before the first of 1,400 frames; it was said to be 70 hours."""
+    pace = Pace(1400)
+    assert pace.left_s(1, 180.0) is None
+    assert pace.left_s(100, 180.0 + 9.9) is None, "less than a tenth"
+    assert pace.left_s(141, 180.0 + 14.0) == pytest.approx(125.9)
+
+
+def test_what_an_earlier_process_did_counts_as_no_pace():
+    pace = Pace(100, done=50)
+    assert pace.left_s(51, 10.0) is None
+    assert pace.left_s(61, 20.0) == pytest.approx(39.0)
+
+
+def test_a_log_tells_the_time_that_is_given_and_counts_it_down(capsys, clock):
+    shown = PlainProgress()
+    shown.start("Extra runs", 100)
+    shown.expect(600.0)
+    clock[0] = 20.0
+    shown.advance(1, "1 done")
+    clock[0] = 25.0
+    shown.advance(2, "too soon for a line")
+    assert capsys.readouterr().err.splitlines() == ["Extra runs", "Extra runs: 1%, about 10 min left. 1 done"]
+
+
+def test_a_log_without_a_known_time_says_none(capsys, clock):
+    shown = PlainProgress()
+    shown.start("Simulating", 1400)
+    for seconds, frames in ((180.0, 1), (200.0, 201)):
+        clock[0] = seconds
+        shown.advance(frames)
+    lines = capsys.readouterr().err.splitlines()
+    assert lines == ["Simulating", "Simulating: 0%.", "Simulating: 14%, about 120 s left."]
+
+
+@pytest.mark.parametrize(("time_s", "words"), [(7.4, "7 s"), (119, "119 s"), (700, "12 min"), (9000, "2.5 h")])
+def test_times_are_said_as_people_say_them(time_s, words):
+    assert in_words(time_s) == words
