@@ -15,6 +15,7 @@ Quantity = Literal["level", "depth"]
 """level counts upward from the datum, depth downward."""
 Unit = Literal["mm", "cm", "m", "inch"]
 Datum = Literal["sample_surface", "sealant_top", "caliper_base"]
+AS_WRITTEN = r"^([A-Z]{1,3}[1-9][0-9]{0,6}|[A-Z]{1,3}|[1-9][0-9]{0,6}|sign|unit|datum|direction)$"
 
 
 class Declared(Settings):
@@ -32,6 +33,10 @@ class Declared(Settings):
     """Direction in which readings count, where the header names none."""
     unit: Unit | None = None
     """Unit of all columns whose header names none."""
+    as_written: tuple[Annotated[str, Field(pattern=AS_WRITTEN)], ...] | None = None
+    """Answers to doubts about the sheet that was read: cells ("E7"), columns ("E") or rows ("7") that are meant as they
+    stand, and "sign", "unit", "datum" or "direction" of the whole sheet.
+    """
     datum: Datum = "sample_surface"
     """Datum that readings count from. The sample's surface, its face, is the datum of this format (decision 0071)."""
     datum_level_mm: float | None = Field(default=None, ge=-1000, le=1000)
