@@ -32,6 +32,7 @@ HANDS = (
     Hand(long=True, language="spanish", units="brackets", quantity="depth", workbook=True),
     Hand(language="english", units="brackets", station_unit="cm", unit="cm"),
 )
+WRONG_MM = 2.0  # Mean difference that a turned direction or unit must make
 BEDS = ("paper", "steps", "plateau", "shallow", "deep", "mound", "ramp", "filled end")
 
 
@@ -236,6 +237,8 @@ def all_signs(sheet: DrawnSheet, _: Random) -> DrawnSheet:
 
 
 def centimetres(sheet: DrawnSheet, random: Random) -> DrawnSheet:
+    if 0.9 * np.nanmean(np.abs(sheet.levels_mm)) < WRONG_MM:
+        raise ValueError("a bed so near the face that a tenth of it is hardly another")
     digits = 2 + int(random.integers(2))
     return replace(sheet, levels_mm=np.round(sheet.levels_mm / 10, digits), answers=frozenset({"unit"}))
 
@@ -247,7 +250,7 @@ def all_centimetres(sheet: DrawnSheet, random: Random) -> DrawnSheet:
 def reversed_s(sheet: DrawnSheet, _: Random) -> DrawnSheet:
     middle_mm = np.nanmedian(sheet.levels_mm, axis=1)
     mirrored_mm = np.interp(sheet.length_mm - sheet.s_mm, sheet.s_mm, middle_mm)
-    if np.abs(middle_mm - mirrored_mm).mean() < 2.0:
+    if np.abs(middle_mm - mirrored_mm).mean() < WRONG_MM:
         raise ValueError("a bed that is nearly its own mirror image")
     s_mm = np.round(sheet.length_mm - sheet.s_mm, 2)
     return replace(sheet, s_mm=s_mm[::-1], levels_mm=sheet.levels_mm[::-1], answers=frozenset({"direction"}))

@@ -18,7 +18,7 @@ MEDIAN_OF_SPREADS = {2: 0.674, 3: 0.833, 4: 0.888, 5: 0.916}
 LEAST_SPREAD_MM = 0.02  # Limit of a digital caliper's error, below which no hand repeats a reading
 ZERO_FAR, ZERO_FAR_MM = 4.2, 1.0
 """Distance from its peers at which 0.00 is no reading of theirs: in standard deviations, and at least in mm."""
-DEEP_MM = 1.5  # Level among which a station of zeros, or of the other sign, stands out
+DEEP_MM, DEEP_AT_END_MM = 1.5, 4.0  # Level among which a station of zeros, or of the other sign, stands out
 SLIP_FAR, SLIP_NEAR = 8.0, 4.0
 """A slip is so many standard deviations from its peers, and its opposite within so many."""
 SLIP_SHARE, NEIGHBOUR_SHARE = 0.35, 0.15
@@ -188,9 +188,10 @@ def _odd_stations(cells: ReadCells) -> Iterator[tuple[int, Literal["zero", "sign
             continue
         nearer, farther = sorted((abs(a), abs(b)))
         if (row_mm == 0).all():
-            # The crack may be filled at an end, to which the level rises.
-            flat = nearer > 4.0 and farther - nearer < 0.3 * farther if at_end else nearer > max(DEEP_MM, 0.2 * farther)
-            if flat and nearer > 3 * min(one_mm, 1.0):
+            # The crack may be filled at an end, to which the level then rises.
+            flat_mm = max(0.1 * farther, one_mm)
+            deep = nearer > DEEP_AT_END_MM and abs(abs(a) - abs(b)) < flat_mm if at_end else nearer > 0.2 * farther
+            if deep and nearer > DEEP_MM and nearer > 3 * min(one_mm, 1.0):
                 yield int(i), "zero"
             continue
         value = float(middle_mm[i])
@@ -218,7 +219,7 @@ def scattered_stations(cells: ReadCells) -> Iterator[Doubt]:
     for place, i in enumerate(where):
         near = [k for k in range(place - 2, place + 3) if 0 <= k < len(where) and k != place]
         others_mm = float(np.median(np.delete(spreads_mm, place)))
-        usual_mm = max(least_mm, others_mm, 0.7 * float(np.median(spreads_mm[near])))
+        usual_mm = max(least_mm, others_mm, 0.5 * float(np.median(spreads_mm[near])))
         if spreads_mm[place] > SCATTER * usual_mm:
             first = int(np.flatnonzero(~np.isnan(values_mm[i]))[0])
             row = int(cells.rows[i, first])

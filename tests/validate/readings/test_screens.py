@@ -49,6 +49,10 @@ def changed(i: int, j: int, value: float) -> Floats:
     return table
 
 
+def shifted(offset_mm: float) -> Floats:
+    return np.column_stack([TABLE[:, 0], TABLE[:, 1:] + offset_mm])
+
+
 def paper_filling(*, simulated: Profile | None = None) -> Filling:
     outline, solid = crack(80.0, 16.0)
     filling = Filling(outline, solid, 1.0, simulated)
@@ -81,6 +85,8 @@ def test_zero_at_a_filled_end_is_a_reading(written):
     table[-2:, 1:] = 0.0
     assert doubts(written(table))[0] == []
     assert doubts(written(table[:, :2]))[0] == []
+    steep = np.column_stack([np.arange(0.0, 60.0, 10.0), [-9.0, -9.0, -8.5, -8.5, -6.5, 0.0]])
+    assert doubts(written(steep))[0] == []
 
 
 def test_a_station_of_zeros_between_deep_ones_is_named(written):
@@ -159,9 +165,9 @@ def test_centimetres_under_millimetres_are_questioned(written):
 
 
 def test_a_constant_offset_shows_by_limits_or_by_the_volume(written):
-    assert "datum" in doubts(written(TABLE + [0, 5, 5, 5]))[0]
-    assert doubts(written(TABLE - [0, 3, 3, 3]))[0] == ["datum"]
-    flat = np.column_stack([np.arange(0.0, 85.0, 5.0), np.full((17, 2), -6.0) + [0, 0.1]])
+    assert "datum" in doubts(written(shifted(5.0)))[0]
+    assert doubts(written(shifted(-3.0)))[0] == ["datum"]
+    flat = np.column_stack([np.arange(0.0, 85.0, 5.0), np.full(17, -6.0), np.full(17, -5.9)])
     filling = paper_filling()
     full = replace(filling, volume_mm3=filling.held_mm3(flat[:, 0], flat[:, 1] - 5))
     assert doubts(written(flat))[0] == []
