@@ -1,6 +1,6 @@
 """A lab's folder of ten trials in ten dialects, all that was spoilt in it, and sheets that do not say what was meant.
 
-``python -m benchmarks.ingest`` makes the folder, takes it in, takes it in again, and then one with faults planted. Of
+``python benchmarks/ingest.py`` makes the folder, takes it in, takes it in again, and then one with faults planted. Of
 sheets that do not say what was meant, two in each manner are a lab of their own, which is asked and answered; they and
 sound ones are also read with the crack, the volume in it and a simulated level, as a run knows them. The sheets of seed
 2026 are those that are judged; the screens were set on others.

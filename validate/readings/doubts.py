@@ -5,14 +5,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from validate.readings.columns import Header
-from validate.readings.screens import (
-    Doubt,
-    ReadCells,
-    alike_columns,
-    doubtful_cells,
-    mean_rows,
-    scattered_stations,
-)
+from validate.readings.copies import alike_columns, mean_rows
+from validate.readings.screens import Doubt, ReadCells, doubtful_cells, scattered_stations
 from validate.readings.sheet import Place, SheetGrid, letters
 from validate.readings.whole_sheet import Filling, doubts_of_sheet
 from validate.settings import Declared

@@ -2,13 +2,13 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import combinations
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sealtwin.core.records import Floats
+from validate.readings.sheet import letters
 
 Ints = NDArray[np.int64]
 Kind = Literal["zero", "sign slip", "scatter", "mean row", "mean column", "copy", "sign", "unit", "datum", "direction"]
@@ -24,11 +24,7 @@ SLIP_FAR, SLIP_NEAR = 8.0, 4.0
 SLIP_SHARE, NEIGHBOUR_SHARE = 0.35, 0.15
 """Shares of a level by which its repeats and its neighbours may differ from it where they scatter."""
 SCATTER = 9.0  # Ratio of a station's spread to that of its neighbours; about ten, as their own is not well known
-MEAN_ROW_BY_CHANCE, MEAN_COLUMN_BY_CHANCE, COPY_BY_CHANCE = 3e-3, 1e-2, 1e-3
-"""Probabilities below which digits that agree do not do so by chance."""
 STEPS_MM = (1.0, 0.5, 0.25, 0.2, 0.1, 0.05)  # Usual last digits, by size
-HAND_MM = 0.05  # Least standard deviation of a reading by hand
-COPIED = 0.35  # Probability of equal columns by rounding below which they are copies; few sheets are so coarse
 
 
 @dataclass(frozen=True)
@@ -126,21 +122,23 @@ def _on_cell(cells: ReadCells, kind: Literal["zero", "sign slip"], i: int, j: in
     value = f"{cells.readings_mm[i, j]:g} mm at s = {cells.s_mm[i]:g} mm"
     found = f"{value} among {shown} mm ({peers}): "
     if kind == "zero":
-        return Doubt(kind, row, column, (_name(row, column),), found + "0 may stand for a missing reading.", "Clear it")
-    return Doubt(kind, row, column, (_name(row, column),), found + "its sign may have slipped.", "Correct it")
+        return Doubt(
+            kind, row, column, (cell_name(row, column),), found + "0 may stand for a missing reading.", "Clear it"
+        )
+    return Doubt(kind, row, column, (cell_name(row, column),), found + "its sign may have slipped.", "Correct it")
 
 
-def _name(row: int, column: int) -> str:
-    from validate.readings.sheet import letters
-
+def cell_name(row: int, column: int) -> str:
     return f"{letters(column)}{row}"
 
 
 def _odd_readings(cells: ReadCells) -> dict[tuple[int, int], Literal["zero", "sign slip"]]:
     """Return the cells that are 0, or of the opposite sign, among the repeats of their own station."""
-    values_mm, one_mm = cells.readings_mm, spread_mm(cells.readings_mm)
+    values_mm, stations_mm, one_mm = cells.readings_mm, cells.stations_mm, spread_mm(cells.readings_mm)
     odd: dict[tuple[int, int], Literal["zero", "sign slip"]] = {}
-    for i, row_mm in enumerate(values_mm):
+    mixed = (values_mm >= 0).any(axis=1) & (values_mm <= 0).any(axis=1)
+    for i in np.flatnonzero(mixed).tolist():
+        row_mm = values_mm[i]
         for j in np.flatnonzero(~np.isnan(row_mm)):
             peers_mm = np.delete(row_mm, j)
             peers_mm = peers_mm[~np.isnan(peers_mm)]
@@ -151,19 +149,19 @@ def _odd_readings(cells: ReadCells) -> dict[tuple[int, int], Literal["zero", "si
                 # Another 0 is no peer of a 0; of few others that are none, one may be wrong itself.
                 others_mm, far_mm = peers_mm[peers_mm != 0], max(ZERO_FAR_MM, ZERO_FAR * one_mm)
                 alone = 2 * len(others_mm) <= len(peers_mm)
-                beside_mm = _expected(cells.stations_mm, i, 0.0) if alone else np.inf
+                beside_mm = expected_mm(stations_mm, i, 0.0) if alone else np.inf
                 if min(abs(float(np.median(others_mm))), abs(beside_mm)) > far_mm:
                     odd[i, int(j)] = "zero"
             slipped = value * middle < 0 and abs(value - middle) > max(ZERO_FAR_MM, SLIP_FAR * one_mm)
             # Of two readings alone, that one has slipped whose neighbours are of the other sign.
-            slipped &= len(peers_mm) > 1 or value * _expected(cells.stations_mm, i, middle) < 0
+            slipped &= len(peers_mm) > 1 or value * expected_mm(stations_mm, i, middle) < 0
             near_mm = max(SLIP_NEAR * one_mm, min(SLIP_SHARE * abs(middle), 2 * SLIP_NEAR * one_mm))
             if slipped and abs(value + middle) < near_mm:
                 odd[i, int(j)] = "sign slip"
     return odd
 
 
-def _expected(stations_mm: Floats, i: int, otherwise: float) -> float:
+def expected_mm(stations_mm: Floats, i: int, otherwise: float) -> float:
     """Return the mean of the stations beside one, or ``otherwise``."""
     beside = [stations_mm[k] for k in (i - 1, i + 1) if 0 <= k < len(stations_mm) and not np.isnan(stations_mm[k])]
     return float(np.mean(beside)) if beside else otherwise
@@ -216,7 +214,8 @@ def scattered_stations(cells: ReadCells) -> Iterator[Doubt]:
     where = np.flatnonzero(several)
     spreads_mm = np.nanstd(values_mm[where], axis=1, ddof=1)
     least_mm = max(LEAST_SPREAD_MM, 0.4 * last_digit_mm(values_mm))
-    for place, i in enumerate(where):
+    far = spreads_mm > SCATTER * least_mm
+    for place, i in zip(np.flatnonzero(far).tolist(), where[far].tolist(), strict=True):
         near = [k for k in range(place - 2, place + 3) if 0 <= k < len(where) and k != place]
         others_mm = float(np.median(np.delete(spreads_mm, place)))
         usual_mm = max(least_mm, others_mm, 0.5 * float(np.median(spreads_mm[near])))
@@ -228,105 +227,3 @@ def scattered_stations(cells: ReadCells) -> Iterator[Doubt]:
                 f"{spreads_mm[place] / usual_mm:.0f} times those beside it ({usual_mm:.2g} mm)."
             )
             yield Doubt("scatter", row, cells.station_column, (f"{row}",), found, "Correct what is wrong in the row")
-
-
-def mean_rows(cells: ReadCells) -> Iterator[Doubt]:
-    """Yield rows that hold the mean of all others, or of all rows above them, in every column."""
-    values_mm, s_mm, middle_mm = cells.readings_mm, cells.s_mm, cells.stations_mm
-    first_row = np.nanmin(np.where(np.isnan(values_mm), np.inf, cells.rows), axis=1)
-    for i in range(len(s_mm)):
-        here = ~np.isnan(values_mm[i])
-        for others in (np.arange(len(s_mm)) != i, first_row < first_row[i]):
-            if others.sum() < 3 or not here.any() or np.isnan(values_mm[others][:, here]).all(axis=0).any():
-                continue
-            means_mm = np.nanmean(values_mm[others][:, here], axis=0)
-            half_mm = _half_digit_mm(cells.digits_mm[i, here])
-            off_mm = np.abs(values_mm[i, here] - means_mm)
-            if (off_mm > half_mm).any():
-                continue
-            half_mm = max(half_mm, last_digit_mm(values_mm[others]) / 2)
-            # The first column agrees by chance as levels lie close, the others, and all in a place where the mean is
-            # expected, as repeats do.
-            scales_mm = np.full(here.sum(), spread_mm(values_mm[others]))
-            in_order = (np.diff(first_row) > 0).all() or not (np.diff(first_row[others]) > 0).all()
-            bent_mm = abs(middle_mm[i] - _expected(middle_mm, i, np.inf))
-            expected = in_order and bent_mm < SLIP_NEAR * scales_mm[0]
-            if not expected:
-                scales_mm[0] = max(float(np.nanstd(middle_mm[others])), LEAST_SPREAD_MM)
-            chance = float(np.minimum(1.0, 0.8 * half_mm / scales_mm).prod())
-            place = float(np.mean(s_mm[others]))
-            if abs(s_mm[i] - place) > max(0.07, 0.005 * place):
-                chance *= len(s_mm)
-            elif not expected:
-                chance *= 0.02
-            chance *= 1.0 if in_order else 0.05
-            if chance < MEAN_ROW_BY_CHANCE:
-                row = int(first_row[i])
-                found = f"the row at s = {s_mm[i]:g} mm holds the mean of {others.sum()} other rows in every column."
-                yield Doubt("mean row", row, cells.station_column, (f"{row}",), found, "Take it out of the table")
-                return
-
-
-def _half_digit_mm(digits_mm: Floats) -> float:
-    """Return half of the finest digit of a mean, to which it was rounded, and a little for binary fractions."""
-    return 0.5 * float(digits_mm.min()) + 1e-6
-
-
-def alike_columns(cells: ReadCells) -> Iterator[Doubt]:
-    """Yield repeats that are copies of another one, or the mean of all others."""
-    values_mm = cells.readings_mm
-    repeats = values_mm.shape[1]
-    if repeats < 2 or len(values_mm) < 3:
-        return
-    copies = set[int]()
-    # Repeats that differ by a hand's scatter are rounded to one value as often as this, and less where they do not.
-    rounded = max(0.1, 1 - 1.13 * HAND_MM / max(last_digit_mm(values_mm), HAND_MM))
-    pairs = {(a, b): values_mm[:, a] == values_mm[:, b] for a, b in combinations(range(repeats), 2)}
-    both = {(a, b): ~np.isnan(values_mm[:, [a, b]]).any(axis=1) for a, b in pairs}
-    shares = {pair: float(pairs[pair][both[pair]].mean()) for pair in pairs if both[pair].sum() >= 3}
-    usual = [share for share in shares.values() if share < 1]
-    for (a, b), share in shares.items():
-        if share < 1 or b in copies:
-            continue
-        count = int(both[a, b].sum())
-        if max(rounded, *usual, 0.0) ** count < (COPY_BY_CHANCE if usual else COPIED):
-            copies.add(b)
-            found = f"this repeat is a copy of the one in {_column_name(cells, a)}, reading by reading."
-            yield _on_column(cells, "copy", b, found)
-    for j in range(repeats):
-        others = [k for k in range(repeats) if k != j and k not in copies]
-        known = ~np.isnan(values_mm[:, j]) & (~np.isnan(values_mm[:, others])).any(axis=1)
-        if j in copies or len(others) < 2 or known.sum() < 3:
-            continue
-        means_mm = np.nanmean(values_mm[known][:, others], axis=1)
-        half_mm = _half_digit_mm(cells.digits_mm[known, j])
-        if (np.abs(values_mm[known, j] - means_mm) > half_mm).any():
-            continue
-        own_mm = spread_mm(values_mm[:, others])
-        if min(1.0, 0.8 * half_mm / own_mm) ** int(known.sum()) < MEAN_COLUMN_BY_CHANCE:
-            found = f"this repeat is the mean of the other {len(others)} at every station."
-            yield _on_column(cells, "mean column", j, found)
-            return
-
-
-def _column_name(cells: ReadCells, j: int) -> str:
-    from validate.readings.sheet import letters
-
-    own = (cells.columns == cells.columns[j]).sum() == 1
-    return (
-        f"column {letters(int(cells.columns[j]))}"
-        if own
-        else f"cell {_name(int(cells.rows[0, j]), int(cells.columns[j]))}"
-    )
-
-
-def _on_column(cells: ReadCells, kind: Literal["copy", "mean column"], j: int, found: str) -> Doubt:
-    """Return a doubt on a repeat: its column, or in a long sheet its first cell."""
-    from validate.readings.sheet import letters
-
-    first = int(np.flatnonzero(~np.isnan(cells.readings_mm[:, j]))[0])
-    own = (cells.columns == cells.columns[j]).sum() == 1
-    row, column = cells.header_row if own else int(cells.rows[first, j]), int(cells.columns[j])
-    return Doubt(
-        kind, row, column, (letters(column) if own else _name(row, column),), found, "Take it out of the repeats"
-    )
