@@ -216,7 +216,9 @@ def scattered_stations(cells: ReadCells) -> Iterator[Doubt]:
     least_mm = max(LEAST_SPREAD_MM, 0.4 * last_digit_mm(values_mm))
     far = spreads_mm > SCATTER * least_mm
     for place, i in zip(np.flatnonzero(far).tolist(), where[far].tolist(), strict=True):
-        near = [k for k in range(place - 2, place + 3) if 0 <= k < len(where) and k != place]
+        # Four at each place, at an end those on one side: fewer leave their own spread open.
+        first_near = min(max(place - 2, 0), max(len(where) - 5, 0))
+        near = [k for k in range(first_near, min(first_near + 5, len(where))) if k != place]
         others_mm = float(np.median(np.delete(spreads_mm, place)))
         usual_mm = max(least_mm, others_mm, 0.5 * float(np.median(spreads_mm[near])))
         if spreads_mm[place] > SCATTER * usual_mm:
