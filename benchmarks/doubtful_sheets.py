@@ -222,6 +222,8 @@ def zero_at_the_end(sheet: DrawnSheet, _: Random) -> DrawnSheet:
 
 def slip(sheet: DrawnSheet, random: Random) -> DrawnSheet:
     i, j = _deep(sheet, random, least_mm=1.5), int(random.integers(sheet.levels_mm.shape[1]))
+    if np.isnan(sheet.levels_mm[i, j]):
+        raise ValueError("a missing reading has no sign")
     return _set(sheet, {(i, j): -sheet.levels_mm[i, j]})
 
 
