@@ -178,9 +178,9 @@ class TableReader:
         labels = sorted({label for station in stations for label in station.values_mm}, key=_by_number)
         readings_mm = np.array([[station.values_mm.get(label, np.nan) for label in labels] for station in stations])
         readings_mm = readings_mm.reshape(len(stations), len(labels))
-        read = ~np.isnan(readings_mm).all(axis=1)
+        read = (~np.isnan(readings_mm)).any(axis=1)
         self.missing = sum(math.isnan(value_mm) for station in stations for value_mm in station.values_mm.values())
-        stations = [station for station, any_read in zip(stations, read, strict=True) if any_read]
+        stations = [station for station, any_read in zip(stations, read.tolist(), strict=True) if any_read]
         shape = len(stations), len(labels)
         rows, digits_mm = np.zeros(shape, dtype=np.int64), np.ones(shape)
         columns = np.full(len(labels), self.header.station.index)

@@ -136,7 +136,7 @@ def _by_volume(s_mm: Floats, level_mm: Floats, filling: Filling) -> Iterator[tup
 
 def _offset_mm(s_mm: Floats, level_mm: Floats, filling: Filling) -> float | None:
     """Return the constant that makes the readings hold the dispensed volume; None where none within the depth does."""
-    from scipy.optimize import brentq
+    from scipy.optimize import root_scalar
 
     def excess_mm3(offset_mm: float) -> float:
         return filling.held_mm3(s_mm, level_mm + offset_mm) - filling.volume_mm3
@@ -144,7 +144,7 @@ def _offset_mm(s_mm: Floats, level_mm: Floats, filling: Filling) -> float | None
     limit_mm = filling.solid.depth_mm
     if excess_mm3(-limit_mm) > 0 or excess_mm3(limit_mm) < 0:
         return None
-    return float(brentq(excess_mm3, -limit_mm, limit_mm, xtol=0.01))
+    return root_scalar(excess_mm3, bracket=(-limit_mm, limit_mm), xtol=0.01).root
 
 
 def _by_floor(s_mm: Floats, level_mm: Floats, filling: Filling) -> Iterator[tuple[Kind, str]]:
@@ -175,7 +175,11 @@ def _by_level(s_mm: Floats, level_mm: Floats, filling: Filling) -> Iterator[tupl
     found: list[tuple[float, float, Kind, str]] = [
         (mirrored_shape_mm, shape_mm, "direction", "up to a constant, with s from the crack's other end")
     ]
-    for factor, kind, words in ((-1.0, "sign", "with the other sign"), (10.0, "unit", "in centimetres")):
+    turned: tuple[tuple[float, Kind, str], ...] = (
+        (-1.0, "sign", "with the other sign"),
+        (10.0, "unit", "in centimetres"),
+    )
+    for factor, kind, words in turned:
         if _is_possible(factor * level_mm, filling):
             found.append((_distance_mm(there_mm - factor * level_mm), _distance_mm(there_mm - level_mm), kind, words))
     other_mm, own_mm, kind, words = min(found, key=lambda one: one[0] / max(one[1], 1e-9))

@@ -152,7 +152,7 @@ def _refused(path: Path) -> Iterator[None]:
         raise refuse(Place(path), found, SAVE_AGAIN) from fault
 
 
-def _struck_styles(book: openpyxl.Workbook) -> frozenset[int]:
+def _struck_styles(book: Any) -> frozenset[int]:
     """Return the numbers of the cell styles whose font is struck through."""
     return frozenset(
         number for number, style in enumerate(book._cell_styles) if getattr(book._fonts[style.fontId], "strike", False)
