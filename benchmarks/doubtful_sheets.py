@@ -310,10 +310,11 @@ def all_copied(sheet: DrawnSheet, _: Random) -> DrawnSheet:
 
 def scattered(sheet: DrawnSheet, random: Random) -> DrawnSheet:
     """Give one station ten to fifteen times the spread of the others."""
-    spreads_mm = np.nanstd(sheet.levels_mm, axis=1, ddof=1)
-    i = int(random.choice(np.flatnonzero(~np.isnan(sheet.levels_mm).any(axis=1))))
+    whole = ~np.isnan(sheet.levels_mm).any(axis=1)
+    spreads_mm = sheet.levels_mm[whole].std(axis=1, ddof=1)
+    i = int(random.choice(np.flatnonzero(whole)))
     pattern = random.permutation(np.linspace(-1, 1, sheet.levels_mm.shape[1]))
-    pattern *= random.uniform(10, 15) * max(float(np.nanmedian(spreads_mm)), 0.03) / pattern.std(ddof=1)
+    pattern *= random.uniform(10, 15) * max(float(np.median(spreads_mm)), 0.03) / pattern.std(ddof=1)
     levels_mm = sheet.levels_mm.copy()
     levels_mm[i] = np.round(np.nanmedian(levels_mm[i]) + pattern, 2)
     return replace(sheet, levels_mm=levels_mm, answers=frozenset({f"{i + 2}"}) if not sheet.hand.long else frozenset())
