@@ -180,7 +180,7 @@ class TableReader:
         readings_mm = readings_mm.reshape(len(stations), len(labels))
         read = (~np.isnan(readings_mm)).any(axis=1)
         self.missing = sum(math.isnan(value_mm) for station in stations for value_mm in station.values_mm.values())
-        stations = [station for station, any_read in zip(stations, read.tolist(), strict=True) if any_read]
+        stations = [stations[index] for index in np.flatnonzero(read).tolist()]
         shape = len(stations), len(labels)
         rows, digits_mm = np.zeros(shape, dtype=np.int64), np.ones(shape)
         columns = np.full(len(labels), self.header.station.index)
