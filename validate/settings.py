@@ -1,9 +1,10 @@
 """Readings, limits and uncertainties: the tables [readings], [gate] and [uncertainty] of a trial file."""
 
+import re
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from sealtwin.core.comparison import Role
 from sealtwin.core.records import DataKind
@@ -15,6 +16,8 @@ Quantity = Literal["level", "depth"]
 """level counts upward from the datum, depth downward."""
 Unit = Literal["mm", "cm", "m", "inch"]
 Datum = Literal["sample_surface", "sealant_top", "caliper_base"]
+AS_WRITTEN = re.compile(r"[A-Z]{1,3}|[A-Z]{0,3}[1-9][0-9]{0,6}|sign|unit|datum|direction")
+"""Answer to a doubt about a sheet: a column, a row, a cell, or what the whole sheet has."""
 
 
 class Declared(Settings):
@@ -32,10 +35,24 @@ class Declared(Settings):
     """Direction in which readings count, where the header names none."""
     unit: Unit | None = None
     """Unit of all columns whose header names none."""
+    as_written: tuple[str, ...] | None = None
+    """Answers to doubts about the sheet that was read: cells ("E7"), columns ("E") or rows ("7") that are meant as they
+    stand, and "sign", "unit", "datum" or "direction" of the whole sheet.
+    """
     datum: Datum = "sample_surface"
     """Datum that readings count from. The sample's surface, its face, is the datum of this format (decision 0071)."""
     datum_level_mm: float | None = Field(default=None, ge=-1000, le=1000)
     """Height of that datum above the sample's surface; required for the other two, since no sheet shows it."""
+
+    @field_validator("as_written")
+    @classmethod
+    def _are_answers(cls, answers: tuple[str, ...] | None) -> tuple[str, ...] | None:
+        for answer in answers or ():
+            if not AS_WRITTEN.fullmatch(answer):
+                raise ValueError(
+                    f'{answer!r:.40} is no cell ("E7"), column ("E"), row ("7"), sign, unit, datum or direction'
+                )
+        return answers
 
     @model_validator(mode="after")
     def _knows_its_datum(self) -> Self:

@@ -1,6 +1,6 @@
 """Readings along the crack, a simulated level compared with them, and the plot of both."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure, SubFigure
 
-OF_A_FILE = ("sheet", "sample", "separator", "decimal", "unit")
+OF_A_FILE = ("sheet", "sample", "separator", "decimal", "unit", "as_written")
 """Keywords that say how a file is written, which an array is not."""
 
 
@@ -50,6 +50,7 @@ def read_readings(
     sample: str | None = None,
     separator: Separator | None = None,
     decimal: Decimal | None = None,
+    as_written: Sequence[str] | None = None,
     data: DataKind = "undeclared",
     role: Role = "undeclared",
     state: Literal["wet", "cured"] | None = None,
@@ -74,6 +75,9 @@ def read_readings(
         Unit of the columns, separator, decimal mark, worksheet and sample, where the file does not make them plain.
     datum, datum_level_mm
         What readings are counted from, and its height above the sample's surface in mm.
+    as_written
+        Answers to the ``doubts`` of an earlier result: cells, columns or rows of the file that are meant as they stand,
+        or "sign", "unit", "datum" and "direction" of all of it.
     data, role
         Where the readings come from, as in ``read_photo``, and whether the fluid was tuned on them: "calibrated-on" or
         "held-out". Left "undeclared", every report says so, and no comparison counts as a validation.
@@ -86,7 +90,7 @@ def read_readings(
     Returns
     -------
     LevelReadings
-        Levels from the face in mm, in the order of s.
+        Levels from the face in mm, in the order of s, and in ``doubts`` what a file may not have meant.
 
     Raises
     ------

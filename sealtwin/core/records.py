@@ -327,6 +327,7 @@ class Profile:
     data: DataKind = "synthetic"
     source: str = ""
     dialect: str = ""  # Sentence that says how the sheet of readings was understood; empty for a simulated profile
+    doubts: tuple[str, ...] = ()  # What the sheet may not have meant, a sentence each with its cell and its answer
 
 
 def arc_length(points_mm: Floats) -> Floats:

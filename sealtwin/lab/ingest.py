@@ -35,6 +35,7 @@ from sealtwin.photos.batch import OWN, Batch, BatchRow, PlannedPhoto, digitise_m
 from sealtwin.trial.trial_file import folder_name, load_trial, trial_text
 from validate.readings.read_readings import read_readings
 from validate.readings.samples import sample_key
+from validate.readings.whole_sheet import Filling
 
 INCOMING = f".incoming.{files.TEMPORARY_MARK}"
 """The folder in which a trial is written. It is removed, so its name is none that a user gives."""
@@ -42,7 +43,7 @@ DEVICES = re.compile(r"(con|prn|aux|nul|com[0-9]|lpt[0-9])(\..*)?", re.IGNORECAS
 """Windows opens a device of that name, and no folder."""
 WRITTEN_PAIRINGS = "pairing_sha256"
 """Fact of the catalogue: hashes of the pairing file as it was written last. Another one has been edited since."""
-OF_ONE = ("name", "date", "photo.file", "photo.mask", "photo.second_photo", "readings.file")
+OF_ONE = ("name", "date", "photo.file", "photo.mask", "photo.second_photo", "readings.file", "readings.as_written")
 """Keys that cannot hold for all samples of a folder."""
 
 
@@ -314,7 +315,8 @@ def trace(ingested: Ingested, progress: Progress, jobs: int = 1) -> tuple[Batch,
 
     What is done already is not done again; a fault in one costs no other. A contact sheet of all lies on top of the
     lab, photos of samples that were held back among them. With its crack's length known, a trial's readings are looked
-    at once more: returns those outside their crack, too. Raises InputError where the lab holds another's contact sheet.
+    at once more: returns those outside their crack, or in doubt by the volume in it. Raises InputError where the lab
+    holds another's contact sheet.
     """
     lab = ingested.lab
     trials = [outcome.trial for outcome in ingested.outcomes if outcome.trial is not None]
@@ -335,10 +337,11 @@ def _readings_outside(run: Path) -> list[CatalogueFault]:
     trial = load_trial(run.parent / TRIAL)
     if trial.readings is None:
         return []
-    length_mm = record_files.read_outline(run).length_mm
-    depth_mm = float(files.read_json(run / "solid.json")["depth_mm"])
+    outline, solid = record_files.read_outline(run), record_files.read_solid(run)
+    filling = Filling(outline, solid, record_files.read_trajectory(run).dispensed_mm3)
+    sheet = run.parent / trial.readings.file
     try:
-        read_readings(run.parent / trial.readings.file, trial.readings, length_mm, depth_mm)
+        told = read_readings(sheet, trial.readings, outline.length_mm, solid.depth_mm, filling).doubts
     except InputError as fault:
-        return [CatalogueFault(trial.name, sentence) for sentence in str(fault).splitlines()]
-    return []
+        told = tuple(str(fault).splitlines())
+    return [CatalogueFault(trial.name, sentence) for sentence in told]

@@ -36,6 +36,7 @@ NOTHING_BUT_WORDS = re.compile(r"[^\w/]+|_")
 NUMBER = re.compile(r"([-+\u2212]?\d[\d.,' ]*(?:[eE][-+]?\d+)?)\s*(.*)", re.DOTALL)
 WHOLE = re.compile(r"[-+]?\d+")
 TIMES = re.compile(r"\s*[x\u00d7*]\s*", re.IGNORECASE)
+LIST_MARKS = re.compile(r"[\[\]\"',;]")
 PIXELS = re.compile(r"-?\d+(?:\.\d+)?")
 GERMAN_DATE = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})")
 
@@ -54,7 +55,7 @@ class WordMeaning:
     """Meaning of a lab's word."""
 
     key: str  # A setting of the trial, dotted, or one of a note's own
-    kind: Literal["text", "date", "choice", "number", "size", "points"]
+    kind: Literal["text", "date", "choice", "number", "size", "points", "list"]
     measure: str = ""  # Kind of unit of a number or a size, a key of ``UNITS``; empty where it has none
     choices: dict[str, str] = field(default_factory=dict)  # Lists of a lab's words by the setting's own word
 
@@ -132,6 +133,8 @@ def read_value(meaning: WordMeaning, text: str, unit: str, *, exact: bool = Fals
             return [numbers[:2], numbers[2:]]
         case "date":
             return read_date(text)
+        case "list":
+            return LIST_MARKS.sub(" ", text).split()
         case "text":
             return text
 

@@ -159,7 +159,11 @@ def _look_at(path: Path, role: Role, content: Mapping[str, Any], deepest_mm: flo
             declared = checked(Declared, path, {key: readings[key] for key in keys})
         except InputError:
             return  # Told of already, by the key that is at fault.
-        outcome.dialect = read_readings(path, declared, None, deepest_mm).dialect
+        profile = read_readings(path, declared, None, deepest_mm)
+        outcome.dialect = profile.dialect
+        # A sheet is judged by the crack's own depth.
+        if "crack.depth_mm" in outcome.note.entries:
+            outcome.faults += [f"{doubt} It goes into {_note_of(outcome)}." for doubt in profile.doubts]
 
 
 def _tables(outcome: SampleOutcome) -> dict[str, Any]:
@@ -253,6 +257,11 @@ def _origin(folder: Path, outcome: SampleOutcome, key: str) -> str:
 
 
 def _where_to_say(outcome: SampleOutcome) -> str:
+    """Return where to say what may hold for all samples: the sample's note, or the one that it would get."""
+    return _note_of(outcome) if "note" in outcome.sample.files else f"{_note_of(outcome)} or lab.toml"
+
+
+def _note_of(outcome: SampleOutcome) -> str:
     """Return the name of the sample's note, or the one that it would get."""
     note, photo = outcome.sample.files.get("note"), outcome.sample.files["photo"]
-    return str(note) if note is not None else f"{photo.with_name(f'{photo.stem}_notes.toml')} or lab.toml"
+    return str(note or photo.with_name(f"{photo.stem}_notes.toml"))

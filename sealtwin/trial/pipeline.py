@@ -73,7 +73,9 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
     for stage in STAGES:
         if stage == "simulate" and "simulate" in stages and "validate" in stages:
             # Minutes of simulation must not pass before a typo in the sheet is found.
-            validate_stage.readings_of(job)
+            readings = validate_stage.readings_of(job)
+            if readings is not None:
+                validate_stage.note_doubts(job, readings)
         if stage in stages and work[stage].bring_up_to_date(job):
             redone.append(stage)
     adopt_trial(job)

@@ -61,9 +61,10 @@ def bring_up_to_date(job: Job) -> bool:
     run, profile = record_files.read_run(job.path), record_files.read_profile(job.path)
     with files.understood(job.path / "simulation.json"):
         ratio = record_files.read_simulation(job.path).volume_ratio
-    readings = readings_of(job)
+    readings = readings_of(job, profile)
     if readings is not None:
         job.progress.note(f"Readings: {readings.dialect}.")
+        note_doubts(job, readings)
     job.progress.advance(1, "writing the report")
     made, used = ("digitise", "simulate"), {*DIGITISED, "overlay.png", *SIMULATED, SPREAD}
     run_folder = f"reports/{trial.folder_name}"
@@ -117,15 +118,22 @@ def read_spread(job: Job) -> "Spread | None":
         return Spread.of(files.read_json(job.path / SPREAD))
 
 
-def readings_of(job: Job) -> Profile | None:
+def readings_of(job: Job, simulated: Profile | None = None) -> Profile | None:
+    """Return the trial's readings, with doubts by the crack, the volume in it and the level, if it is simulated."""
     if job.trial.readings is None or job.sheet is None:
         return None
     from validate.readings.read_readings import read_readings
+    from validate.readings.whole_sheet import Filling
 
-    length_mm = record_files.read_outline(job.path).length_mm
-    with files.understood(job.path / "solid.json"):
-        depth_mm = float(files.read_json(job.path / "solid.json")["depth_mm"])
-    return read_readings(job.sheet, job.trial.readings, length_mm, depth_mm)
+    outline, solid = record_files.read_outline(job.path), record_files.read_solid(job.path)
+    filling = Filling(outline, solid, record_files.read_trajectory(job.path).dispensed_mm3, simulated)
+    return read_readings(job.sheet, job.trial.readings, outline.length_mm, solid.depth_mm, filling)
+
+
+def note_doubts(job: Job, readings: Profile) -> None:
+    """Say what the sheet may not have meant."""
+    for doubt in readings.doubts:
+        job.progress.note(f"warning: {doubt}")
 
 
 def sheet_of(job: Job) -> ReadingsSheet | None:

@@ -1,7 +1,7 @@
 """Caliper readings of a trial: the rows under a sheet's header, with a fault for each cell that cannot be read."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
@@ -12,9 +12,12 @@ import numpy as np
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Profile
 from validate.readings.columns import Column, Header, read_header
+from validate.readings.doubts import doubts_of
 from validate.readings.samples import read_cells, rows_of_sample
+from validate.readings.screens import ReadCells
 from validate.readings.sheet import FaultList, Place, SheetCell, SheetGrid, SheetRow, letters, quoted, shown
-from validate.readings.text_table import common_mark, is_ambiguous, is_grouped, is_missing, number
+from validate.readings.text_table import common_mark, decimals_of, is_ambiguous, is_grouped, is_missing, number
+from validate.readings.whole_sheet import Filling
 from validate.settings import Decimal, Declared, Quantity, Readings, Unit
 from validate.units import LABELS, counted
 
@@ -28,13 +31,19 @@ LONGEST_MM = 10_000.0  # Limit on s for a crack whose length is not known: longe
 
 
 def read_readings(
-    path: Path, settings: Declared, length_mm: float | None = None, depth_mm: float | None = None
+    path: Path,
+    settings: Declared,
+    length_mm: float | None = None,
+    depth_mm: float | None = None,
+    filling: Filling | None = None,
 ) -> Profile:
     """Read a CSV or XLSX as levels from the sample's surface, the mean of each station and its repeats, sorted along s.
 
     What the sheet leaves open must be declared in ``settings``. Rows may have any order, a blank field is a missing
     reading, and a station without any is left out. Where the depth of the crack is given, a station outside the crack
-    and a level that no filling of it can have are faults, too; the length may still be unknown.
+    and a level that no filling of it can have are faults, too; the length may still be unknown. A reading that can be,
+    and yet may not be what was meant, is a doubt of the profile unless ``settings.as_written`` answers it; ``filling``
+    is what more is known to judge it by.
 
     Raises:
         SheetFaults: The sheet has faults; the error lists each with its place, value and remedy.
@@ -44,13 +53,26 @@ def read_readings(
     header = rows_of_sample(grid, read_header(grid, settings, faults), settings, faults)
     crack = None if depth_mm is None else CrackLimits(length_mm, depth_mm)
     table = TableReader(grid, header, settings, crack, faults)
-    s_mm, levels_mm = table.read()
+    cells = table.read()
+    s_mm, levels_mm = cells.s_mm, cells.levels_mm
     if len(s_mm) < 2 and not faults.count:
         found = f"{counted(len(s_mm), 'station')} with a reading; a level along the crack needs two or more."
         faults.add(grid.place(), found, "Add the others.")
     faults.raise_if_any()
-    data = settings.data if isinstance(settings, Readings) else "undeclared"
-    return Profile(s_mm, np.nanmean(levels_mm, axis=1), levels_mm, data, path.name, _dialect(table, levels_mm.shape[1]))
+    data = "undeclared"
+    if isinstance(settings, Readings):
+        data = settings.data
+        if filling is not None:
+            filling = replace(filling, volume_mm3=filling.volume_mm3 * (1 - (settings.shrinkage_percent or 0.0) / 100))
+    return Profile(
+        s_mm,
+        np.nanmean(levels_mm, axis=1),
+        levels_mm,
+        data,
+        path.name,
+        _dialect(table, levels_mm.shape[1]),
+        doubts=tuple(doubts_of(grid, header, cells, settings, depth_mm, filling)),
+    )
 
 
 def take_readings(
@@ -128,6 +150,7 @@ class _Station:
     s_mm: float
     row: SheetRow
     values_mm: dict[str, float]  # Readings by the label of the repeat
+    cells: dict[str, tuple[SheetRow, Column]]  # Their cells, likewise
 
 
 @dataclass
@@ -141,8 +164,8 @@ class TableReader:
     faults: FaultList
     missing: int = 0  # Number of readings that are marked as missing, known once the rows are read
 
-    def read(self) -> tuple[Floats, Floats]:
-        """Return the stations that are readable, (n,), increasing, and the levels of their repeats, (n, r).
+    def read(self) -> ReadCells:
+        """Return the stations that are readable, increasing, and their repeats.
 
         A level is NaN where a reading is missing, and never in a whole row.
         """
@@ -155,10 +178,30 @@ class TableReader:
         labels = sorted({label for station in stations for label in station.values_mm}, key=_by_number)
         readings_mm = np.array([[station.values_mm.get(label, np.nan) for label in labels] for station in stations])
         readings_mm = readings_mm.reshape(len(stations), len(labels))
-        read = ~np.isnan(readings_mm).all(axis=1)
+        read = (~np.isnan(readings_mm)).any(axis=1)
         self.missing = sum(math.isnan(value_mm) for station in stations for value_mm in station.values_mm.values())
-        s_mm = np.array([station.s_mm for station in stations])
-        return s_mm[read], level_mm(readings_mm[read], self.header.quantity, self.declared)
+        stations = [stations[index] for index in np.flatnonzero(read).tolist()]
+        shape = len(stations), len(labels)
+        rows, digits_mm = np.zeros(shape, dtype=np.int64), np.ones(shape)
+        columns = np.full(len(labels), self.header.station.index)
+        for i, station in enumerate(stations):
+            for j, label in enumerate(labels):
+                row, column = station.cells.get(label, (station.row, self.header.station))
+                rows[i, j] = row.number
+                if label in station.cells:
+                    columns[j] = column.index
+                    digits_mm[i, j] = MM[column.unit or "mm"] * 10.0 ** -decimals_of(row.cell(column.index).text)
+        return ReadCells(
+            s_mm=np.array([station.s_mm for station in stations]),
+            readings_mm=readings_mm[read],
+            levels_mm=level_mm(readings_mm[read], self.header.quantity, self.declared),
+            rows=rows,
+            columns=columns,
+            station_column=self.header.station.index,
+            header_row=self.header.row.number,
+            digits_mm=digits_mm,
+            is_depth=self.header.quantity == "depth",
+        )
 
     def _check_merged(self) -> None:
         """Add a fault for each merged range of readings: its one value may be that of all cells, or of the first."""
@@ -214,7 +257,8 @@ class TableReader:
         if header.repeat is not None:
             labels = [self._repeat(row, header.repeat)] * len(header.readings)
         values_mm = {label: self._reading(row, column) for label, column in zip(labels, header.readings, strict=True)}
-        return None if s_mm is None else _Station(s_mm, row, values_mm)
+        cells = {label: (row, column) for label, column in zip(labels, header.readings, strict=True)}
+        return None if s_mm is None else _Station(s_mm, row, values_mm, cells)
 
     def _fits(self, row: SheetRow) -> bool:
         width = self.header.row.width
@@ -282,13 +326,14 @@ class TableReader:
         """Return one station for all rows of a long sheet with the same s."""
         stations: dict[float, _Station] = {}
         for row in rows:
-            station = stations.setdefault(row.s_mm, _Station(row.s_mm, row.row, {}))
+            station = stations.setdefault(row.s_mm, _Station(row.s_mm, row.row, {}, {}))
             for label in row.values_mm.keys() & station.values_mm:
                 found = f"repeat {quoted(label)} of {row.s_mm:.12g} mm occurs twice."
                 self.faults.add(
                     self._place(row.row, self.header.station), found, "Number the readings of each station.", label
                 )
             station.values_mm |= row.values_mm
+            station.cells |= row.cells
         return list(stations.values())
 
     def _check_neighbours(self, stations: list[_Station]) -> None:

@@ -170,6 +170,9 @@ class SheetGrid:
     merged: tuple[tuple[int, int, int, int], ...] = ()
     """Merged ranges: first row, first column, last row, last column; rows from 1, columns from 0."""
     remarks: tuple[str, ...] = ()  # Remarks for the report: hidden rows that are read, hidden sheets that are not
+    struck: frozenset[tuple[int, int]] = frozenset()  # Cells that are struck through: row from 1, column from 0
+    hidden_rows: frozenset[int] = frozenset()
+    hidden_columns: frozenset[int] = frozenset()
 
     def __post_init__(self) -> None:
         if len(self.rows) > MOST_ROWS:

@@ -18,6 +18,7 @@ GROUPED = re.compile(r"[+-]?[0-9]{1,3}(?:[.,' \u2019\u00a0\u202f][0-9]{3})+(?:[.
 """Number whose thousands are set apart, or may be."""
 AMBIGUOUS = re.compile(r"[+-]?[1-9][0-9]{0,2}([.,])[0-9]{3}")
 """Number such as 1.250, a decimal or 1250 with its thousands set apart; 0.125 can only be a decimal."""
+DECIMALS = re.compile(r"[.,]([0-9]+)$")
 MINUS = str.maketrans(dict.fromkeys("\u2212\u2013", "-"))
 """The typographic minus, and the dash that word processors make of a hyphen."""
 MISSING = {"", "-", "\u2013", "\u2014", "n/a", "na", "n.a.", "k.a.", "k. a."}
@@ -81,6 +82,12 @@ def number(text: str, mark: Decimal | None) -> float | None:
         return None
     value = float(text.replace(",", "."))
     return value if math.isfinite(value) else None
+
+
+def decimals_of(text: str) -> int:
+    """Return how many digits of a number stand behind its decimal mark, up to the last that is not 0."""
+    found = DECIMALS.search(text)
+    return len(found[1].rstrip("0")) if found else 0
 
 
 def read_delimited(path: Path, content: bytes, separator: Separator | None) -> SheetGrid:

@@ -45,7 +45,9 @@ class _Worksheet:
     rows: dict[int, dict[int, SheetCell]] = field(default_factory=dict)
     """Rows by number from 1, their cells by column from 0; blank cells are left out."""
     merged: tuple[tuple[int, int, int, int], ...] = ()  # Merged ranges as in ``SheetGrid``
-    hidden_parts: tuple[int, int] = (0, 0)  # Numbers of hidden rows and columns
+    struck: frozenset[tuple[int, int]] = frozenset()
+    hidden_rows: frozenset[int] = frozenset()
+    hidden_columns: frozenset[int] = frozenset()
 
 
 class _CellParser(WorkSheetParser):
@@ -108,23 +110,29 @@ def _worksheets(path: Path, content: bytes, wanted: str | None) -> list[_Workshe
         if wanted in (None, sheet.name):
             with _refused(path), source._get_source() as part:
                 dates, durations = book._date_formats, book._timedelta_formats
+                struck = _struck_styles(book)
+                marked = set[tuple[int, int]]()
                 parser = _CellParser(part, source._shared_strings, True, book.epoch, dates, durations)
                 for _, cells in parser.parse():
                     for each in cells:
                         cell = _cell(each["value"], each["data_type"])
                         if cell != BLANK:
                             # One column too many is enough for a refusal.
-                            sheet.rows.setdefault(each["row"], {})[min(each["column"] - 1, MOST_COLUMNS)] = cell
+                            column = min(each["column"] - 1, MOST_COLUMNS)
+                            sheet.rows.setdefault(each["row"], {})[column] = cell
+                            if int(each["style_id"]) in struck:
+                                marked.add((each["row"], column))
                     if len(sheet.rows) > MOST_ROWS:
                         break
             sheet.merged = tuple(
                 (cells.min_row, cells.min_col - 1, cells.max_row, cells.max_col - 1)
                 for cells in (parser.merged_cells.mergeCell if parser.merged_cells else ())
             )
-            columns = [one for one in parser.column_dimensions.values() if one.get("hidden") in HIDDEN]
-            sheet.hidden_parts = (
-                sum(row.get("hidden") in HIDDEN for row in parser.row_dimensions.values()),
-                sum(int(column["max"]) - int(column["min"]) + 1 for column in columns),
+            sheet.struck = frozenset(marked)
+            sheet.hidden_rows = frozenset(int(row) for row, one in parser.row_dimensions.items() if _is_hidden(one))
+            columns = [one for one in parser.column_dimensions.values() if _is_hidden(one)]
+            sheet.hidden_columns = frozenset(
+                index for one in columns for index in range(int(one["min"]) - 1, min(int(one["max"]), MOST_COLUMNS))
             )
         sheets.append(sheet)
     return sheets
@@ -142,6 +150,17 @@ def _refused(path: Path) -> Iterator[None]:
         cause = fault.__cause__ or fault
         found = f"damaged, or no XLSX ({type(cause).__name__}: {shown(str(cause))})."
         raise refuse(Place(path), found, SAVE_AGAIN) from fault
+
+
+def _struck_styles(book: Any) -> frozenset[int]:
+    """Return the numbers of the cell styles whose font is struck through."""
+    return frozenset(
+        number for number, style in enumerate(book._cell_styles) if getattr(book._fonts[style.fontId], "strike", False)
+    )
+
+
+def _is_hidden(dimension: dict[str, Any]) -> bool:
+    return dimension.get("hidden") in HIDDEN
 
 
 def _cell(value: Any, data_type: str) -> SheetCell:
@@ -167,11 +186,21 @@ def _grid(path: Path, chosen: _Worksheet, sheets: list[_Worksheet]) -> SheetGrid
         for number, cells in sorted(chosen.rows.items())
     )
     remarks = ["this sheet is hidden"] if chosen.hidden else []
-    if any(chosen.hidden_parts):
-        hidden_rows, hidden_columns = chosen.hidden_parts
-        hidden = counted(hidden_rows, "hidden row"), counted(hidden_columns, "hidden column")
+    if chosen.hidden_rows or chosen.hidden_columns:
+        hidden = counted(len(chosen.hidden_rows), "hidden row"), counted(len(chosen.hidden_columns), "hidden column")
         remarks.append(f"{' and '.join(hidden)} are read too")
     if unread := [sheet for sheet in sheets if sheet.hidden and sheet.rows and sheet is not chosen]:
         remarks.append(f"{counted(len(unread), 'hidden sheet')} not read")
     written = ("XLSX", f"sheet {quoted(chosen.name)}")
-    return SheetGrid(path, rows, written, None, chosen.name, chosen.merged, tuple(remarks))
+    return SheetGrid(
+        path,
+        rows,
+        written,
+        None,
+        chosen.name,
+        chosen.merged,
+        tuple(remarks),
+        chosen.struck,
+        chosen.hidden_rows,
+        chosen.hidden_columns,
+    )

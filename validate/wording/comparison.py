@@ -91,6 +91,7 @@ def readings_table(readings: Profile, comparison: Comparison, sheet: ReadingsShe
         ]
     if readings.dialect:
         rows.append(("read as", readings.dialect))
+    rows += [("in doubt", doubt) for doubt in readings.doubts]
     stations = f"{m.stations_compared} of {scatter.stations}, at most {m.widest_gap_mm:.1f} mm from one to the next"
     rows += [
         ("data", readings.data),

@@ -1,0 +1,56 @@
+"""A run goes on with a sheet that is in doubt, and says so on terminal and report until the trial answers."""
+
+import shutil
+from dataclasses import replace
+
+import pytest
+from typer.testing import CliRunner
+
+from sealtwin.cli.app import app
+from tests.evidence import make_evidence
+from tests.pages import leave_out_pages
+from tests.places import ROOT
+from validate.wording.comparison import readings_table
+
+SHEET = """s_mm,level_1_mm,level_2_mm,level_3_mm
+1,-2.0,-2.1,-1.95
+4,-2.05,0.00,-2.0
+7,-1.9,-2.0,-1.85
+11,-1.95,-2.0,-2.05
+"""
+
+
+@pytest.fixture
+def run(tmp_path, monkeypatch):
+    """A finished run folder whose readings have a 0 for a missing one in cell C3."""
+    leave_out_pages(monkeypatch)
+    shutil.copytree(ROOT / "fixtures" / "written-by-0.1" / "run", tmp_path / "run")
+    (tmp_path / "run" / "inputs" / "readings.csv").write_text(SHEET)
+    return tmp_path / "run"
+
+
+def _told(run) -> str:
+    """Return the narration of 'sealtwin validate' on one line."""
+    answer = CliRunner().invoke(app, ["validate", str(run)])
+    assert answer.exit_code == 0, answer.output
+    return " ".join(answer.stderr.split())
+
+
+def test_a_doubt_is_said_until_the_trial_answers_it(run):
+    narration = _told(run)
+    assert "warning:" in narration
+    assert "cell C3: 0 mm at s = 4 mm" in narration
+    assert 'readings.as_written = ["C3"]' in narration
+    trial = run / "trial.toml"
+    trial.write_text(trial.read_text().replace("[readings]\n", '[readings]\nas_written = ["C3"]\n'))
+    assert "cell C3" not in _told(run)
+
+
+def test_a_doubt_stands_in_the_reports_table_of_readings(tmp_path):
+    evidence = make_evidence(tmp_path)
+    assert evidence.readings is not None
+    assert evidence.comparison is not None
+    doubtful = replace(evidence.readings, doubts=("caliper.csv, line 3, cell C3: 0 mm",))
+    rows = readings_table(doubtful, evidence.comparison, None).rows
+    assert ("in doubt", "caliper.csv, line 3, cell C3: 0 mm") in rows
+    assert "in doubt" not in dict(readings_table(evidence.readings, evidence.comparison, None).rows)

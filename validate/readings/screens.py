@@ -1,0 +1,231 @@
+"""Screens for readings that may not be what was meant. Each yields doubts with their cells; none changes a value."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sealtwin.core.records import Floats
+from validate.readings.sheet import letters
+
+Ints = NDArray[np.int64]
+Kind = Literal["zero", "sign slip", "scatter", "mean row", "mean column", "copy", "sign", "unit", "datum", "direction"]
+
+MEDIAN_OF_SPREADS = {2: 0.674, 3: 0.833, 4: 0.888, 5: 0.916}
+"""Median of the standard deviation of so many normal readings, over that of one."""
+LEAST_SPREAD_MM = 0.02  # Limit of a digital caliper's error, below which no hand repeats a reading
+ZERO_FAR, ZERO_FAR_MM = 4.2, 1.0
+"""Distance from its peers at which 0.00 is no reading of theirs: in standard deviations, and at least in mm."""
+DEEP_MM, DEEP_AT_END_MM = 1.5, 4.0  # Level among which a station of zeros, or of the other sign, stands out
+SLIP_FAR, SLIP_NEAR = 8.0, 4.0
+"""A slip is so many standard deviations from its peers, and its opposite within so many."""
+SLIP_SHARE, NEIGHBOUR_SHARE = 0.35, 0.15
+"""Shares of a level by which its repeats and its neighbours may differ from it where they scatter."""
+SCATTER = 9.0  # Ratio of a station's spread to that of its neighbours; about ten, as their own is not well known
+STEPS_MM = (1.0, 0.5, 0.25, 0.2, 0.1, 0.05)  # Usual last digits, by size
+
+
+@dataclass(frozen=True)
+class ReadCells:
+    """Readings of a sheet as written, in mm, and the levels that they mean, with their cells."""
+
+    s_mm: Floats  # (n,), increasing
+    readings_mm: Floats  # (n, r), counted as the sheet counts; NaN for a missing one
+    levels_mm: Floats  # (n, r), upward from the face
+    rows: Ints  # (n, r): row of each reading, from 1
+    columns: Ints  # (r,): column of each repeat, from 0
+    station_column: int
+    header_row: int
+    digits_mm: Floats  # (n, r): unit of the last digit of each reading that is not 0
+    is_depth: bool  # True where the sheet counts downward
+
+    @property
+    def stations_mm(self) -> Floats:
+        """Median reading of each station, (n,); NaN where all are left out."""
+        return row_medians(self.readings_mm)
+
+    def without(self, left_out: NDArray[np.bool_]) -> "ReadCells":
+        """Return the readings with those that are doubtful already missing."""
+        return replace(
+            self,
+            readings_mm=np.where(left_out, np.nan, self.readings_mm),
+            levels_mm=np.where(left_out, np.nan, self.levels_mm),
+        )
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """Something that may not have been meant, its cell, and the words that answer it in ``readings.as_written``."""
+
+    kind: Kind | Literal["struck", "hidden"]
+    row: int  # From 1
+    column: int  # From 0
+    answers: tuple[str, ...]
+    found: str
+    remedy: str
+
+
+def row_medians(values: Floats) -> Floats:
+    """Return the median of each row without its NaN, (n,); NaN for a row of nothing else."""
+    medians = np.full(len(values), np.nan)
+    some = ~np.isnan(values).all(axis=1)
+    medians[some] = np.nanmedian(values[some], axis=1)
+    return medians
+
+
+def last_digit_mm(readings_mm: Floats) -> float:
+    """Return the largest usual step of which all readings are multiples; 0 if none."""
+    read_mm = readings_mm[~np.isnan(readings_mm)]
+    return next((step for step in STEPS_MM if (np.abs(read_mm - step * np.round(read_mm / step)) < 1e-6).all()), 0.0)
+
+
+def spread_mm(readings_mm: Floats) -> float:
+    """Return the typical standard deviation of a single reading; of single ones, from their distance to neighbours."""
+    count = (~np.isnan(readings_mm)).sum(axis=1)
+    several = count > 1
+    least_mm = max(LEAST_SPREAD_MM, 0.4 * last_digit_mm(readings_mm))
+    if several.sum() >= 3:
+        spreads_mm = np.nanstd(readings_mm[several], axis=1, ddof=1)
+        usual = MEDIAN_OF_SPREADS.get(int(np.median(count[several])), 1.0)
+        return max(least_mm, float(np.median(spreads_mm)) / usual)
+    middle_mm = row_medians(readings_mm)
+    middle_mm = middle_mm[~np.isnan(middle_mm)]
+    if len(middle_mm) < 4:
+        return max(least_mm, 0.5)
+    bends_mm = np.abs(middle_mm[1:-1] - (middle_mm[:-2] + middle_mm[2:]) / 2)
+    return max(least_mm, 1.48 * float(np.median(bends_mm)) / 1.22)
+
+
+def doubtful_cells(cells: ReadCells) -> Iterator[tuple[Doubt, NDArray[np.bool_]]]:
+    """Yield doubts on single readings and on stations, each with a mask of its readings, (n, r)."""
+    for (i, j), kind in sorted(_odd_readings(cells).items()):
+        mask = np.zeros(cells.readings_mm.shape, dtype=bool)
+        mask[i, j] = True
+        yield _on_cell(cells, kind, i, j), mask
+    for i, kind in _odd_stations(cells):
+        mask = np.zeros(cells.readings_mm.shape, dtype=bool)
+        mask[i] = ~np.isnan(cells.readings_mm[i])
+        for j in np.flatnonzero(mask[i]):
+            own = np.zeros_like(mask)
+            own[i, j] = True
+            yield _on_cell(cells, kind, i, int(j)), own
+
+
+def _on_cell(cells: ReadCells, kind: Literal["zero", "sign slip"], i: int, j: int) -> Doubt:
+    row, column = int(cells.rows[i, j]), int(cells.columns[j])
+    peers_mm = np.delete(cells.readings_mm[i], j)
+    around_mm = cells.stations_mm[[k for k in (i - 1, i + 1) if 0 <= k < len(cells.s_mm)]]
+    peers = "others here" if not np.isnan(peers_mm).all() and np.nanmax(np.abs(peers_mm)) > 0 else "neighbours"
+    shown = " and ".join(f"{one:.4g}" for one in (peers_mm if peers == "others here" else around_mm) if one == one)
+    value = f"{cells.readings_mm[i, j]:g} mm at s = {cells.s_mm[i]:g} mm"
+    found = f"{value} among {shown} mm ({peers}): "
+    if kind == "zero":
+        return Doubt(
+            kind, row, column, (cell_name(row, column),), found + "0 may stand for a missing reading.", "Clear it"
+        )
+    return Doubt(kind, row, column, (cell_name(row, column),), found + "its sign may have slipped.", "Correct it")
+
+
+def cell_name(row: int, column: int) -> str:
+    return f"{letters(column)}{row}"
+
+
+def _odd_readings(cells: ReadCells) -> dict[tuple[int, int], Literal["zero", "sign slip"]]:
+    """Return the cells that are 0, or of the opposite sign, among the repeats of their own station."""
+    values_mm, stations_mm, one_mm = cells.readings_mm, cells.stations_mm, spread_mm(cells.readings_mm)
+    odd: dict[tuple[int, int], Literal["zero", "sign slip"]] = {}
+    mixed = (values_mm >= 0).any(axis=1) & (values_mm <= 0).any(axis=1)
+    for i in np.flatnonzero(mixed).tolist():
+        row_mm = values_mm[i]
+        for j in np.flatnonzero(~np.isnan(row_mm)):
+            peers_mm = np.delete(row_mm, j)
+            peers_mm = peers_mm[~np.isnan(peers_mm)]
+            if not len(peers_mm):
+                continue
+            value, middle = row_mm[j], float(np.median(peers_mm))
+            if value == 0 and peers_mm.any():
+                # Another 0 is no peer of a 0; of few others that are none, one may be wrong itself.
+                others_mm, far_mm = peers_mm[peers_mm != 0], max(ZERO_FAR_MM, ZERO_FAR * one_mm)
+                alone = 2 * len(others_mm) <= len(peers_mm)
+                beside_mm = expected_mm(stations_mm, i, 0.0) if alone else np.inf
+                if min(abs(float(np.median(others_mm))), abs(beside_mm)) > far_mm:
+                    odd[i, int(j)] = "zero"
+            slipped = value * middle < 0 and abs(value - middle) > max(ZERO_FAR_MM, SLIP_FAR * one_mm)
+            # Of two readings alone, that one has slipped whose neighbours are of the other sign.
+            slipped &= len(peers_mm) > 1 or value * expected_mm(stations_mm, i, middle) < 0
+            near_mm = max(SLIP_NEAR * one_mm, min(SLIP_SHARE * abs(middle), 2 * SLIP_NEAR * one_mm))
+            if slipped and abs(value + middle) < near_mm:
+                odd[i, int(j)] = "sign slip"
+    return odd
+
+
+def expected_mm(stations_mm: Floats, i: int, otherwise: float) -> float:
+    """Return the mean of the stations beside one, or ``otherwise``."""
+    beside = [stations_mm[k] for k in (i - 1, i + 1) if 0 <= k < len(stations_mm) and not np.isnan(stations_mm[k])]
+    return float(np.mean(beside)) if beside else otherwise
+
+
+def _odd_stations(cells: ReadCells) -> Iterator[tuple[int, Literal["zero", "sign slip"]]]:
+    """Yield stations whose readings are all 0, or all of the opposite sign, among deep neighbours."""
+    middle_mm, one_mm = cells.stations_mm, spread_mm(cells.readings_mm)
+    known = np.flatnonzero(~np.isnan(middle_mm))
+    if len(known) < 4:
+        return
+    for place, i in enumerate(known):
+        row_mm = cells.readings_mm[i][~np.isnan(cells.readings_mm[i])]
+        before, after = place - 1, place + 1
+        at_end = before < 0 or after >= len(known)
+        if at_end:
+            inward = known[[1, 2]] if place == 0 else known[[-2, -3]]
+            a, b = middle_mm[inward]
+        else:
+            a, b = middle_mm[known[before]], middle_mm[known[after]]
+        if a * b <= 0:
+            continue
+        nearer, farther = sorted((abs(a), abs(b)))
+        if (row_mm == 0).all():
+            # The crack may be filled at an end, to which the level then rises.
+            flat_mm = max(0.1 * farther, one_mm)
+            deep = nearer > DEEP_AT_END_MM and abs(abs(a) - abs(b)) < flat_mm if at_end else nearer > 0.2 * farther
+            if deep and nearer > DEEP_MM and nearer > 3 * min(one_mm, 1.0):
+                yield int(i), "zero"
+            continue
+        value = float(middle_mm[i])
+        # One of several is a slip of its own.
+        if value * a >= 0 or not (row_mm * value > 0).all():
+            continue
+        slack_mm = max(0.2, NEIGHBOUR_SHARE * abs(value), min(SLIP_NEAR * one_mm, 3 * NEIGHBOUR_SHARE * abs(value)))
+        low, high = nearer - slack_mm, farther + slack_mm
+        if at_end:
+            ahead = abs(2 * a - b)
+            low, high = min(abs(a), ahead) - slack_mm, max(abs(a), ahead) + slack_mm
+        if abs(value) > (2 * DEEP_MM if at_end else DEEP_MM) and low <= abs(value) <= high:
+            yield int(i), "sign slip"
+
+
+def scattered_stations(cells: ReadCells) -> Iterator[Doubt]:
+    """Yield stations whose repeats scatter many times as much as those of their neighbours and of the sheet."""
+    values_mm = cells.readings_mm
+    several = (~np.isnan(values_mm)).sum(axis=1) > 1
+    if several.sum() < 4:
+        return
+    where = np.flatnonzero(several)
+    spreads_mm = np.nanstd(values_mm[where], axis=1, ddof=1)
+    least_mm = max(LEAST_SPREAD_MM, 0.4 * last_digit_mm(values_mm))
+    far = spreads_mm > SCATTER * least_mm
+    for place, i in zip(np.flatnonzero(far).tolist(), where[far].tolist(), strict=True):
+        # Four at each place, at an end those on one side: fewer leave their own spread open.
+        first_near = min(max(place - 2, 0), max(len(where) - 5, 0))
+        near = [k for k in range(first_near, min(first_near + 5, len(where))) if k != place]
+        others_mm = float(np.median(np.delete(spreads_mm, place)))
+        usual_mm = max(least_mm, others_mm, 0.5 * float(np.median(spreads_mm[near])))
+        if spreads_mm[place] > SCATTER * usual_mm:
+            first = int(np.flatnonzero(~np.isnan(values_mm[i]))[0])
+            row = int(cells.rows[i, first])
+            found = (
+                f"the readings at s = {cells.s_mm[i]:g} mm scatter by {spreads_mm[place]:.2g} mm, "
+                f"{spreads_mm[place] / usual_mm:.0f} times those beside it ({usual_mm:.2g} mm)."
+            )
+            yield Doubt("scatter", row, cells.station_column, (f"{row}",), found, "Correct what is wrong in the row")

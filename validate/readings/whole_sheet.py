@@ -1,0 +1,200 @@
+"""Screens for a whole sheet: its sign, unit, datum and direction, judged by its numbers, its crack and its filling."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sealtwin.core.records import Floats, Outline, Profile, Solid
+from validate.metrics.volumes import fill_volumes
+from validate.readings.screens import Doubt, Kind, ReadCells, spread_mm
+
+HEAP_MM = 2.6  # Height above the face that paste reaches in few places
+EVERYWHERE_MM = 1.0  # Mean height above the face where no station lies below
+OF_DEPTHS_MM = 1.0  # Mean height above the face of what a sheet calls depths
+HOLLOW_MM, HOLLOW_RISE_MM = 0.5, 0.6
+"""Mean height above the face of a bed that is highest at its ends, where paste slumps, and the rise to them."""
+PLATEAU_MM = 3.0  # Height above the face of the highest quarter of the stations
+FLOOR_SLACK = 0.1  # Share of the depth by which a floor is uneven
+TENTH = 0.13  # Share of the depth within which all readings lie where centimetres stand for millimetres
+STEADY_MM = 0.033  # Spread of repeats that is smaller than a hand's, and usual in centimetres
+FINE_MM = 0.001  # Last digit that a caliper shows in centimetres, and not in millimetres
+COVERED = 0.8  # Share of the crack's length between the outer stations from which their volume counts
+VOLUME_OFF, VOLUME_MET = np.log(1.15), 1 / 3
+"""Logarithm of the ratio of volumes that raises a question, and the part of it that an explanation may leave."""
+OFFSET_MM, OFFSET_SHARE = 2.5, 0.15  # Least constant offset that a volume shows, and its share of the depth
+STATIONS_SHARE = 0.15  # Share of the crack that all stations cover where centimetres stand for millimetres
+NEARER = ((0.5, 0.6), (0.75, 1.2))
+"""Part of their distance to the simulated level that changed readings may have, and what they must then gain in mm."""
+ASK: dict[Kind, str] = {
+    "sign": "Correct the header: level counts upward from the face, depth downward",
+    "unit": "Correct the unit in the header",
+    "datum": "Measure from the face, or declare [readings] datum and datum_level_mm",
+    "direction": "Count s from the crack's first end, at which the overlay has s = 0",
+}
+BELOW_FLOOR_MM = 1.0
+
+
+@dataclass(frozen=True)
+class Filling:
+    """Crack of the readings, the volume in it, and the simulated level if there is one."""
+
+    outline: Outline
+    solid: Solid
+    volume_mm3: float
+    simulated: Profile | None = None
+
+    def held_mm3(self, s_mm: Floats, level_mm: Floats) -> float:
+        """Return the volume below a level, which goes on beyond the outer stations as it is there."""
+        above_floor_mm = np.maximum(level_mm, -self.solid.depth_at_mm(s_mm))
+        profile = Profile(s_mm, above_floor_mm)
+        return fill_volumes(profile, self.outline, self.solid, 0.0, self.outline.length_mm)["sealant_mm3"]
+
+
+def doubts_of_sheet(cells: ReadCells, depth_mm: float | None, filling: Filling | None) -> Iterator[Doubt]:
+    """Yield doubts on the sheet as a whole, at most one of each kind; what is not known raises none."""
+    known = ~np.isnan(cells.levels_mm).all(axis=1)
+    if known.sum() < 3:
+        return
+    s_mm, level_mm = cells.s_mm[known], np.nanmedian(cells.levels_mm[known], axis=1)
+    found = dict(_by_numbers(cells, level_mm, depth_mm))
+    if filling is not None:
+        for screen in (_by_volume, _by_floor, _by_level):
+            for kind, words in screen(s_mm, level_mm, filling):
+                found.setdefault(kind, words)
+    for kind, words in found.items():
+        column = cells.station_column if kind == "direction" else int(cells.columns[0])
+        yield Doubt(kind, cells.header_row, column, (kind,), words, ASK[kind])
+
+
+def _by_numbers(cells: ReadCells, level_mm: Floats, depth_mm: float | None) -> Iterator[tuple[Kind, str]]:
+    """Yield kinds of doubt that the numbers alone raise, with those of the crack's depth where it is known."""
+    above_mm, below_mm = float(np.maximum(level_mm, 0).mean()), float(np.maximum(-level_mm, 0).mean())
+    highest_mm = float(np.sort(level_mm)[-max(1, len(level_mm) // 4) :].mean())
+    everywhere = level_mm.min() > -0.1 and level_mm.mean() > EVERYWHERE_MM
+    heaped = np.sort(level_mm)[-2] > HEAP_MM and above_mm > below_mm
+    middle = slice(len(level_mm) // 3, max(len(level_mm) // 3 + 1, 2 * len(level_mm) // 3))
+    rise_mm = float(level_mm[[0, -1]].min() - np.median(level_mm[middle]))
+    hollow = above_mm > HOLLOW_MM + below_mm and rise_mm > max(HOLLOW_RISE_MM, 2 * spread_mm(cells.readings_mm))
+    # A mound falls to the face at both ends.
+    mound = rise_mm < -HOLLOW_RISE_MM and level_mm[[0, -1]].max() < HOLLOW_RISE_MM
+    of_depths = cells.is_depth and above_mm > OF_DEPTHS_MM + below_mm and not mound
+    if everywhere or heaped or of_depths or hollow:
+        yield "sign", f"{_share(level_mm > 0)} of the stations lie above the face, up to {level_mm.max():.3g} mm."
+    if highest_mm > PLATEAU_MM:
+        yield "datum", f"the highest quarter of the stations lies {highest_mm:.3g} mm above the face."
+    if depth_mm is None:
+        return
+    if (deepest_mm := float(level_mm.min())) < -depth_mm - max(BELOW_FLOOR_MM, FLOOR_SLACK * depth_mm):
+        yield "datum", f"the deepest station is {-deepest_mm - depth_mm:.3g} mm below the crack's floor."
+    if np.abs(level_mm).max() < TENTH * depth_mm and np.abs(level_mm).max() > 0:
+        digits_mm = cells.digits_mm[~np.isnan(cells.levels_mm)]
+        fine = float(np.isclose(digits_mm, FINE_MM).mean()) > 0.5
+        several = (~np.isnan(cells.levels_mm)).sum(axis=1) > 1
+        steady = several.sum() >= 4 and spread_mm(cells.readings_mm) < STEADY_MM
+        if fine or steady:
+            why = "decimals of a micrometre" if fine else "repeats alike to a few hundredths"
+            within_mm = float(np.abs(level_mm).max())
+            yield "unit", f"all readings lie within {within_mm:.3g} mm of the face, with {why}: perhaps centimetres."
+
+
+def _share(which: NDArray[np.bool_]) -> str:
+    return f"{which.sum()} of {len(which)}" if not which.all() else "all"
+
+
+def _by_volume(s_mm: Floats, level_mm: Floats, filling: Filling) -> Iterator[tuple[Kind, str]]:
+    """Yield the change of sign, unit or datum that makes the volume below the readings the dispensed one."""
+    length_mm, depth_mm = filling.outline.length_mm, filling.solid.depth_mm
+    if s_mm[-1] < STATIONS_SHARE * length_mm and COVERED < 10 * s_mm[-1] / length_mm < 1.05:
+        yield "unit", f"all stations lie in the first {s_mm[-1]:.3g} of {length_mm:.3g} mm: perhaps centimetres."
+    if s_mm[-1] - s_mm[0] < COVERED * length_mm or filling.volume_mm3 <= 0:
+        return
+    held_mm3 = filling.held_mm3(s_mm, level_mm)
+    off = abs(np.log(max(held_mm3, 1.0) / filling.volume_mm3))
+    if off < VOLUME_OFF:
+        return
+    volumes = f"the readings hold {held_mm3 / 1000:.2f} ml, and {filling.volume_mm3 / 1000:.2f} ml were dispensed"
+    turned: dict[Kind, tuple[Floats, str]] = {
+        "sign": (-level_mm, "with the other sign"),
+        "unit": (10 * level_mm, "in centimetres"),
+    }
+    for kind, (other_mm, words) in turned.items():
+        if not _is_possible(other_mm, filling):
+            continue
+        other_mm3 = filling.held_mm3(s_mm, other_mm)
+        if abs(np.log(max(other_mm3, 1.0) / filling.volume_mm3)) < VOLUME_MET * off:
+            yield kind, f"{volumes}; {words} they would hold {other_mm3 / 1000:.2f} ml."
+            return
+    offset_mm = _offset_mm(s_mm, level_mm, filling)
+    if offset_mm is not None and abs(offset_mm) > max(OFFSET_MM, OFFSET_SHARE * depth_mm):
+        yield (
+            "datum",
+            f"{volumes}, as they would if all were {abs(offset_mm):.2g} mm {'lower' if offset_mm < 0 else 'higher'}.",
+        )
+
+
+def _offset_mm(s_mm: Floats, level_mm: Floats, filling: Filling) -> float | None:
+    """Return the constant that makes the readings hold the dispensed volume; None where none within the depth does."""
+    from scipy.optimize import root_scalar
+
+    def excess_mm3(offset_mm: float) -> float:
+        return filling.held_mm3(s_mm, level_mm + offset_mm) - filling.volume_mm3
+
+    limit_mm = filling.solid.depth_mm
+    if excess_mm3(-limit_mm) > 0 or excess_mm3(limit_mm) < 0:
+        return None
+    return root_scalar(excess_mm3, bracket=(-limit_mm, limit_mm), xtol=0.01).root
+
+
+def _by_floor(s_mm: Floats, level_mm: Floats, filling: Filling) -> Iterator[tuple[Kind, str]]:
+    """Yield the direction of s where only the mirrored readings are above the floor."""
+    length_mm, solid = filling.outline.length_mm, filling.solid
+    slack_mm = max(BELOW_FLOOR_MM, FLOOR_SLACK * solid.depth_mm)
+    places_mm = s_mm, np.clip(length_mm - s_mm, 0, length_mm)
+    under_mm, mirrored_mm = (float((-solid.depth_at_mm(at_mm) - level_mm).max()) for at_mm in places_mm)
+    if under_mm > slack_mm and mirrored_mm < slack_mm / 2:
+        words = f"a station lies {under_mm:.2g} mm below the floor there, and none would with s from the other end."
+        yield "direction", words
+
+
+def _by_level(s_mm: Floats, level_mm: Floats, filling: Filling) -> Iterator[tuple[Kind, str]]:
+    """Yield the one change of direction, sign or unit that brings the readings much nearer to the simulated level."""
+    if (run := filling.simulated) is None:
+        return
+    mirrored_mm = filling.outline.length_mm - s_mm
+    both = np.logical_and.reduce([(at >= run.s_mm[0]) & (at <= run.s_mm[-1]) for at in (s_mm, mirrored_mm)])
+    if both.sum() < 4:
+        return
+    there_mm, mirrored_there_mm = (np.interp(at_mm[both], run.s_mm, run.level_mm) for at_mm in (s_mm, mirrored_mm))
+    level_mm = level_mm[both]
+    # A level that is off as a whole tells nothing of the direction.
+    shape_mm, mirrored_shape_mm = (
+        _distance_mm(at_mm - level_mm, shape=True) for at_mm in (there_mm, mirrored_there_mm)
+    )
+    found: list[tuple[float, float, Kind, str]] = [
+        (mirrored_shape_mm, shape_mm, "direction", "up to a constant, with s from the crack's other end")
+    ]
+    turned: tuple[tuple[float, Kind, str], ...] = (
+        (-1.0, "sign", "with the other sign"),
+        (10.0, "unit", "in centimetres"),
+    )
+    for factor, kind, words in turned:
+        if _is_possible(factor * level_mm, filling):
+            found.append((_distance_mm(there_mm - factor * level_mm), _distance_mm(there_mm - level_mm), kind, words))
+    other_mm, own_mm, kind, words = min(found, key=lambda one: one[0] / max(one[1], 1e-9))
+    if any(other_mm < share * own_mm and own_mm - other_mm > gain_mm for share, gain_mm in NEARER):
+        yield (
+            kind,
+            f"the readings are {own_mm:.2g} mm from the simulated level on average, and {words} {other_mm:.2g} mm.",
+        )
+
+
+def _distance_mm(error_mm: Floats, *, shape: bool = False) -> float:
+    return float(np.abs(error_mm - (np.median(error_mm) if shape else 0.0)).mean())
+
+
+def _is_possible(level_mm: Floats, filling: Filling) -> bool:
+    """Return whether a level lies between the floor and what paste heaps up."""
+    lowest_mm, highest_mm = -1.1 * filling.solid.depth_mm - BELOW_FLOOR_MM, max(PLATEAU_MM, HEAP_MM)
+    return bool(lowest_mm <= level_mm.min() and level_mm.max() <= highest_mm)
