@@ -29,6 +29,8 @@ COMMANDS = {
     "solids": "benchmarks/solids.py",
     "digitise_speed": "benchmarks/digitise_speed.py",
     "ingest": "benchmarks/ingest.py",
+    "time_left": "-m benchmarks.time_left",
+    "least_of_many": "-m benchmarks.least_of_many",
     "report_speed": "benchmarks/report_speed.py",
     "cold": "-m benchmarks.cold",
     "tilt": "benchmarks/tilt.py",
