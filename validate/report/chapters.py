@@ -171,10 +171,10 @@ def _uncertainty(evidence: Evidence) -> list[Item]:
     if found is None:
         radius = f"{evidence.run.radius_mm:g} mm radius"
         return [Paragraph((f"Not examined: this is one run, with particles of {radius}, held against no interval.",))]
+    known = "u_val is here what is known so far, without" if found.mean_level.resolved is None else "u_val holds"
     plate = Plate(
-        "Simulated less measured level E at each station, with twice the validation uncertainty u_val (ASME V&V 20). "
-        "Filled where E leaves the band that holds at all stations together. Below, the standard uncertainties that "
-        "u_val is made of.",
+        "Simulated less measured level E at each station, with twice the standard uncertainty u_val. Filled where E "
+        f"leaves the band that holds at all stations together. Below, its parts; {known} numerics and inputs.",
         lambda: draw_uncertainty(found.stations),
     )
     return [Paragraph(tuple(uncertainty_sentences(found))), plate, *uncertainty_tables(found)]
