@@ -12,6 +12,7 @@ from validate.study_figures.chart import (
     Chart,
     Excluded,
     Finished,
+    Replicates,
     as_near_as_the_best,
     axes_of,
     hold,
@@ -78,6 +79,6 @@ def _chart() -> Chart:
         readings=readings,
         band_mm=budget.profile_band_mm,
         scatter_mm=scatter_of_runs(held, axes),
-        by_readings=as_near_as_the_best(held, readings, budget, 0.0),
         as_near=as_near_as_the_best(held, readings, budget, 0.1),
+        replicates=Replicates(runs=4, pairs=1, scatter_mm=0.1),
     )

@@ -19,7 +19,14 @@ from sealtwin.core.comparison import (
 )
 from sealtwin.core.records import DataKind, Floats, Outline, Profile, Solid
 from validate.metrics.alignment import alignment
-from validate.metrics.curve_distances import CLOSE_MM, PiecewiseLinear, error_bins, frechet_mm, level_difference
+from validate.metrics.curve_distances import (
+    CLOSE_MM,
+    PiecewiseLinear,
+    best_flat_line,
+    error_bins,
+    frechet_mm,
+    level_difference,
+)
 from validate.metrics.verdict import basis_of, judged
 from validate.metrics.volumes import balance_profile, fill_volumes, gained_level_mm, mass_balance, mouth_widths_mm
 from validate.report_input import Evidence
@@ -46,12 +53,15 @@ def compare(
     escaped_particles: int = 0,
     uncertainty: ErrorUncertainty | None = None,
     edited: tuple[str, ...] = (),
+    fitted: tuple[str, ...] | None = None,
+    lab_searched: bool = False,
 ) -> Comparison:
     """Compare two levels over their common stretch of s and judge the error.
 
     A positive error means that the simulated level is too high; between stations both are straight, so the integrals
-    are exact. With an escaped particle nothing passes, and without ``uncertainty`` the verdict has no interval. Raises
-    InputError where the two curves do not overlap.
+    are exact. With an escaped particle nothing passes, and without ``uncertainty`` the verdict has no interval. The
+    settings ``fitted`` to the readings, and whether the lab's catalogue was searched for them, are for the headline.
+    Raises InputError where the two curves do not overlap.
     """
     error = level_difference(simulated, measured)
     area_mm2, area_library_mm2 = error.area, error.area_by_similaritymeasures()
@@ -60,9 +70,7 @@ def compare(
     from_mm, to_mm = float(error.x[0]), float(error.x[-1])
     worst = int(np.argmax(np.abs(error.value)))
     bins = error_bins(simulated, measured, outline.length_mm)
-    # The constant nearest to a level is its median over the length.
-    flat_level_mm = error.base.quantile(0.5)
-    flat_error_mm = level_difference(Profile(error.x[[0, -1]], np.full(2, flat_level_mm)), measured).mean_error
+    flat_level_mm, flat_error_mm = best_flat_line(error, measured)
     basis = basis_of(measured.s_mm, from_mm, to_mm, outline.length_mm)
     beyond = (measured.s_mm < from_mm) | (measured.s_mm > to_mm)
     volumes: dict[str, Any] = {
@@ -101,12 +109,14 @@ def compare(
         beats_flat_level=error.mean_error < flat_error_mm,
         readings=repeatability(measured),
         role=role,
+        fitted=fitted,
+        lab_searched=lab_searched,
         readings_data=measured.data,
         readings_dialect=measured.dialect,
         photo_data=photo_data,
         **volumes,
     )
-    return judged(metrics, None if gate is None else gate.mean_error_mm, uncertainty, edited)
+    return judged(metrics, gate, uncertainty, edited)
 
 
 def assess(
@@ -131,9 +141,11 @@ def assess(
         escaped_particles=evidence.run.escaped_particles,
         uncertainty=error_uncertainty(simulated, measured, outline, solid, settings, declared, spread, gained_mm),
         edited=evidence.edited,
+        fitted=settings.fitted,
+        lab_searched=evidence.lab_searched,
     )
     metrics = comparison.metrics
-    baseline = balance_profile(evidence.run.dispensed_volume_mm3, evidence.trajectory, outline, solid)
+    baseline = balance_profile(evidence.run.dispensed_volume_mm3, outline, solid)
     baseline_error_mm = level_difference(baseline, measured).mean_error
     volumes = VolumeComparison(
         volume_balance_level_mm=float(baseline.level_mm.max()),
@@ -220,8 +232,7 @@ def error_uncertainty(
         mean_level=overall,
         stations=stations,
         sentences=(
-            validation.mean_level_sentence(overall),
-            validation.station_sentence(stations, validation.left_out(overall)),
+            *validation.level_sentences(overall, stations, calibrated=settings.role == "calibrated-on"),
             *((validation.missing_sentence(summary.missing),) if summary.missing else ()),
         ),
         alignment=alignment(simulated, measured),

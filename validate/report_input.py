@@ -43,6 +43,8 @@ class Evidence:
     commands: tuple[str, ...] = ()  # Commands that make this report again, in order
     sheet: ReadingsSheet | None = None  # File of the readings; None without readings
     edited: tuple[str, ...] = ()  # Files of the run that are not as their stage wrote them
+    lab_searched: bool = False  # True if a lab's catalogue knows of no other use of held-out readings
+    extra_runs: str = ""  # Time in words that 'sealtwin validate RUN --uncertainty' takes; empty where it is not known
     frames: tuple[Frame, ...] = ()  # Snapshots of the run, in the order of time
 
 

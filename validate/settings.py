@@ -78,6 +78,9 @@ class Readings(Declared):
     data: DataKind
     """Origin of the readings; only "measured" ones can validate."""
     role: Role
+    fitted: tuple[str, ...] | None = None
+    """Settings of the trial that were fitted to these readings, by dotted name, as "fluid.yield_stress_pa"; only where
+    the role is "calibrated-on"."""
     state: Literal["wet", "cured"] | None = None
     """State of the sealant when it was read. Cured sealant has lost volume that was dispensed."""
     shrinkage_percent: float | None = Field(default=None, ge=0, lt=100)
@@ -90,6 +93,15 @@ class Readings(Declared):
     """Width of the tip that touches the sealant: it reads the highest point that it covers."""
     datum_error_mm: float | None = Field(default=None, ge=0, le=100)
     """Standard uncertainty of the datum's own height, common to all readings."""
+
+    @model_validator(mode="after")
+    def _fits_its_role(self) -> Self:
+        if self.fitted is not None and self.role != "calibrated-on":
+            raise ValueError(
+                f'fitted names settings, and role is "{self.role}": readings that something was fitted to have the '
+                'role "calibrated-on"'
+            )
+        return self
 
     @model_validator(mode="after")
     def _shrinks_by_curing(self) -> Self:
@@ -105,6 +117,8 @@ class Gate(Settings):
 
     mean_error_mm: float = Field(gt=0)
     """Area between the simulated and the measured level over the covered length; 1.26 in the paper's best run."""
+    reason: Annotated[str, Field(max_length=200, pattern=r"^[^\x00-\x1f\x7f]*$")] = ""
+    """Reason for that limit, as what the sealant must do; a report prints it, or that there is none."""
 
 
 PASS_MM = 0.2

@@ -61,6 +61,12 @@ def words(key: str) -> str:
     return f"{name} ({UNITS[ending]})" if ending else name
 
 
+def setting_name(setting: str) -> str:
+    """Return a setting of a trial, given by dotted name, in words without a unit: "yield stress"."""
+    own: dict[str, str] = LABELS["settings"]
+    return own.get(setting) or words(setting.rpartition(".")[2]).partition(" (")[0]
+
+
 def unit_of(key: str) -> str:
     """Return the unit that a name in the code ends with; "1" for a pure number."""
     return next((unit for ending, unit in UNITS.items() if key.endswith(ending)), "1")

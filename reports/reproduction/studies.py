@@ -74,7 +74,11 @@ def write_pages(home: Path, wanted: Sequence[Part], work: Path, progress: Progre
     said = [f"{title}: not on the page, since {told}." for title, told in missing.items()]
     if not there:
         return said
-    maps = [map_study(part.folder(work), None, None, None, "cpu" if part.fills else None, progress) for part in there]
+    # The paper holds all runs against the readings, those that lost volume too, which preset "paper" does.
+    maps = [
+        map_study(part.folder(work), None, None, None, "cpu" if part.fills else None, progress, any_volume=True)
+        for part in there
+    ]
     studies = [_study(home, part, mapped, work) for part, mapped in zip(there, maps, strict=True)]
     chart = maps[0].chart
     chosen = next(run for run in chart.runs if run.at == CHOSEN)

@@ -53,6 +53,7 @@ def read_readings(
     as_written: Sequence[str] | None = None,
     data: DataKind = "undeclared",
     role: Role = "undeclared",
+    fitted: tuple[str, ...] | None = None,
     state: Literal["wet", "cured"] | None = None,
     shrinkage_percent: float | None = None,
     resolution_mm: float = 0.01,
@@ -78,9 +79,10 @@ def read_readings(
     as_written
         Answers to the ``doubts`` of an earlier result: cells, columns or rows of the file that are meant as they stand,
         or "sign", "unit", "datum" and "direction" of all of it.
-    data, role
-        Where the readings come from, as in ``read_photo``, and whether the fluid was tuned on them: "calibrated-on" or
-        "held-out". Left "undeclared", every report says so, and no comparison counts as a validation.
+    data, role, fitted
+        Where the readings come from, as in ``read_photo``; whether the fluid was tuned on them, "calibrated-on" or
+        "held-out"; and which settings of a trial were, as ``("fluid.U", "fluid.D_cm")``. Left "undeclared", every
+        report says so.
     state, shrinkage_percent
         "wet" or "cured", and the volume lost until it was read, in percent.
     resolution_mm, limit_mm, probe_mm, datum_error_mm
@@ -98,8 +100,11 @@ def read_readings(
         The file cannot be read without guessing, or a value cannot be; all faults are named, each with its place.
     """
     given = locals()
+    from sealtwin.trial.trial_file import SETTINGS, no_such_setting
     from validate.readings.read_readings import read_readings, take_readings
 
+    if unknown := [name for name in fitted or () if name not in SETTINGS]:
+        raise InputError(f"read_readings: fitted: {no_such_setting(unknown[0])}.")
     is_array = isinstance(readings, np.ndarray)
     file = Path("readings") if is_array else file_of(readings, "readings")
     settings = settings_from(Readings, "read_readings", given, file=file)
@@ -139,6 +144,7 @@ def compare(
     solid: Solid,
     *,
     gate_mm: float | None = None,
+    gate_reason: str = "",
     uncertainty: Mapping[str, float] | None = None,
 ) -> LevelComparison:
     """Compare a simulated level with readings over their common stretch of the crack.
@@ -147,8 +153,8 @@ def compare(
     ----------
     level, readings, crack, solid
         What the functions above returned; of readings that are a plain ``Profile`` nothing is known but its own fields.
-    gate_mm
-        Largest mean error in mm that was declared before the run; without one nothing passes or fails.
+    gate_mm, gate_reason
+        Largest mean error in mm that was declared before the run, and why; without one nothing passes or fails.
     uncertainty
         Standard uncertainties of the inputs by the names of the table [uncertainty], for example
         ``{"station_mm": 1.0}``; what is left out is not included, and the report says so.
@@ -178,8 +184,9 @@ def compare(
         crack,
         solid,
         role=settings.role,
+        fitted=settings.fitted,
         photo_data=crack.data if isinstance(crack, CrackOutline) else "undeclared",
-        gate=None if gate_mm is None else Gate(mean_error_mm=float(gate_mm)),
+        gate=None if gate_mm is None else Gate(mean_error_mm=float(gate_mm), reason=gate_reason),
         escaped_particles=level.escaped_particles if isinstance(level, SimulatedLevel) else 0,
         uncertainty=error_uncertainty(level, readings, crack, solid, settings, declared),
     )

@@ -102,7 +102,7 @@ def write_report(
     )
     if result is not None:
         limit_mm = result.mean_error_limit_mm
-        gate = None if limit_mm is None else Gate(mean_error_mm=limit_mm)
+        gate = None if limit_mm is None else Gate(mean_error_mm=limit_mm, reason=result.gate_reason)
         evidence = replace(evidence, comparison=assess(evidence, result.settings, result.declared, None, gate))
     write_pages(target, evidence)
     return target / REPORT[0]

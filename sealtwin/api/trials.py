@@ -51,7 +51,7 @@ class TrialRun:
 
     @property
     def verdict(self) -> str | None:
-        """The report's first sentence; None without readings."""
+        """The report's headline as one text; None without readings."""
         return self.content.get("verdict")
 
     @property
@@ -123,6 +123,7 @@ def run_trial(
     BusyError
         Another process holds the run folder.
     """
+    from sealtwin.lab.held_out import facts_above
     from sealtwin.trial.job import STAGES
     from sealtwin.trial.pipeline import run_trial
     from sealtwin.trial.trial_file import Trial, load_trial
@@ -136,7 +137,7 @@ def run_trial(
         checked, home = load_trial(Path(trial)), Path(trial).parent
     target = Path(out) if out is not None else Path("reports", checked.folder_name)
     with progress_for_stderr(quiet=not progress) as shown:
-        outcome = run_trial(checked, home, target, STAGES, device, shown, threads)
+        outcome = run_trial(checked, home, target, STAGES, device, shown, threads, facts_above(checked, home))
     return TrialRun(target, outcome.result, outcome.redone)
 
 
@@ -232,6 +233,7 @@ def write_map(
     out: str | PathLike[str] | None = None,
     readings: str | PathLike[str] | None = None,
     data: DataKind | None = None,
+    any_volume: bool = False,
     fills: bool = False,
     device: str = "cpu",
     progress: bool = False,
@@ -241,11 +243,13 @@ def write_map(
     Parameters
     ----------
     swept
-        The sweep, or its folder; it needs four finished runs or more.
+        The sweep, or its folder; it needs four finished runs or more whose volume is off by 5 % at most.
     out
         Where the page goes; left out, map/ in the sweep's folder.
     readings, data
         Another sheet of readings than the trial's own, and where it comes from.
+    any_volume
+        Map runs whose volume is off by over 5 % too.
     fills, device, progress
         Compute some nine runs once more, to draw how they fill; where those run; and show progress on stderr.
 
@@ -259,12 +263,15 @@ def write_map(
     InputError
         The sweep cannot be mapped, or the readings cannot be read.
     """
+    from sealtwin.lab.held_out import note_use
     from sealtwin.study.study_map import PAGE, map_study
 
     folder = swept.folder if isinstance(swept, SweepResult) else Path(swept)
     target, caliper = (None if path is None else Path(path) for path in (out, readings))
     shown = progress_for_stderr(quiet=not progress)
-    mapped = map_study(folder, target, caliper, data, device if fills else None, shown)
+    mapped = map_study(folder, target, caliper, data, device if fills else None, shown, any_volume=any_volume)
+    if caliper is not None:
+        note_use(caliper, mapped.chart.readings, f"map of the study '{mapped.chart.name}'")
     return mapped.folder / PAGE
 
 

@@ -48,6 +48,9 @@ def map(
         option("Where the readings of another sheet come from."),
     ] = None,
     out: Annotated[File, option("Where the page goes; default: STUDY/map.", "DIR")] = None,
+    any_volume: Annotated[
+        bool, flag("--any-volume", 'Map runs whose volume is off by over 5 % too, as those of preset "paper".')
+    ] = False,
     fills: Annotated[bool, option("Compute some nine runs once more, to draw how they fill.")] = True,
     device: Device = "auto",
     as_json: Json = False,
@@ -65,7 +68,11 @@ def map(
         from simulate.device import choose_device
 
         drawn_on = choose_device(device) if fills else None
-        mapped = map_study(folder, out, caliper, data, drawn_on, command.progress())
+        mapped = map_study(folder, out, caliper, data, drawn_on, command.progress(), any_volume=any_volume)
+        if caliper is not None:
+            from sealtwin.lab.held_out import note_use
+
+            note_use(caliper, mapped.chart.readings, f"map of the study '{mapped.chart.name}'")
         command.reply(Answer(mapped.content, mapped_lines(mapped)))
 
 
@@ -158,6 +165,7 @@ def sweep(
             command.reply(Answer({"version": 1, "script": script}, script.splitlines()))
             return
         from sealtwin.core.cluster import cores
+        from sealtwin.lab.held_out import note_study
         from simulate.device import choose_device, describe_device
 
         part = _shard(shard)
@@ -175,6 +183,8 @@ def sweep(
             shard=part,
         )
         swept = sweeps.sweep(targets[0], out, options, command.progress())
+        if swept["best"] is not None:
+            note_study(targets[0])
         command.reply(Answer(swept, swept_lines(swept), swept["exit_code"]))
 
 
@@ -207,6 +217,15 @@ def swept_lines(swept: dict[str, Any]) -> list[str]:
             f"Nearest to the readings: run {best['number']} ({_said(best['settings'])}), "
             f"{best['mean_error_mm']:.2f} mm on average."
         )
+        # Runs of earlier versions have not kept it.
+        if best["flat_level_error_mm"] is not None:
+            from validate.metrics.verdict import against_flat_line
+
+            lines.append(against_flat_line(best["mean_error_mm"], best["flat_level_error_mm"]))
+    if unranked := swept["not_ranked"]:
+        which = ", ".join(f"{run['number']} ({run['volume_ratio']:.3f})" for run in unranked[:MOST_NAMED])
+        more = f" and {len(unranked) - MOST_NAMED} more" if len(unranked) > MOST_NAMED else ""
+        lines.append(f"In no ranking, since the settled volume is off by over 5 %: run {which}{more}.")
     failed = [run for run in runs if run["state"] == "failed"]
     for run in failed[:MOST_NAMED]:
         settings = {name: value for name, value in run.items() if name == "seed" or "." in name}
@@ -218,11 +237,14 @@ def swept_lines(swept: dict[str, Any]) -> list[str]:
 
 def mapped_lines(mapped: "Mapped") -> list[str]:
     """Return the lines that a person reads of a map."""
+    from validate.metrics.verdict import against_flat_line
+
     chart, best = mapped.chart, mapped.chart.best
     return [
         *mapped.sheet.cautions,
         f"{chart.name}: {len(chart.runs)} runs against {chart.readings.source}.",
         f"Nearest to the readings: run {best.number} ({chart.said(best)}), {best.mean_error_mm:.2f} mm on average.",
+        against_flat_line(best.mean_error_mm, best.flat_level_error_mm),
         chart.flatness,
         chart.exclusion,
         f"Page: {mapped.content['page']}",

@@ -27,12 +27,14 @@ def run_trial(
     ``trial`` is the trial of a photo or a mesh, the ``file``, that has no trial file; ``frames_every_s`` replaces the
     trial's own.
     """
+    from sealtwin.lab.held_out import facts_above
     from sealtwin.trial import pipeline
     from sealtwin.trial.trial_file import load_trial
 
     trial = with_frames(trial or load_trial(file), frames_every_s)
+    above = facts_above(trial, file.parent, compared="validate" in stages)
     with command.progress() as progress:
-        result = pipeline.run_trial(trial, file.parent, out, stages, command.device, progress, threads).result
+        result = pipeline.run_trial(trial, file.parent, out, stages, command.device, progress, threads, above).result
     _reply(command, result, stages)
 
 
@@ -47,11 +49,13 @@ def resume(
 ) -> None:
     """Run one stage of the trial that a run folder holds and answer; ``uncertainty`` adds its extra runs before."""
     from sealtwin.core.run_folder import open_folder
+    from sealtwin.lab.held_out import facts_above
     from sealtwin.trial.job import resume_job
     from sealtwin.trial.pipeline import run_stages
 
     with open_folder(path, create=False) as folder, command.progress() as progress:
         job = resume_job(folder, command.device, progress)
+        job = replace(job, above=facts_above(job.trial, job.source, compared=stage == "validate"))
         if uncertainty:
             from sealtwin.study.extra_runs import vary
 
@@ -93,12 +97,10 @@ def result_lines(result: dict[str, Any], last: "StageName") -> list[str]:
             f"{result['spilled_particles']} spilled; volume ratio {result['volume_ratio']:.3f}; {result['device']}."
         )
     if "mean_error_mm" in result and last == "validate":
-        low_mm, high_mm = result["mean_error_95_mm"]
         lines += [
-            f"Error: {result['mean_error_mm']:.2f} mm on average ({low_mm:.2f} to {high_mm:.2f} mm, 95 % by the "
-            f"readings), {result['worst_error_mm']:.2f} mm at worst (at {result['worst_at_mm']:.1f} mm).",
+            *result["headline"],
+            f"Worst error: {result['worst_error_mm']:.2f} mm (at s = {result['worst_at_mm']:.2f} mm).",
             *_extra_runs(result),
-            result["verdict"],
             *result["findings"],
         ]
     elif result["edited"] and last == "validate":

@@ -106,20 +106,24 @@ class LevelMetrics(JsonRecord):
     beats_flat_level: bool
     readings: ReadingsScatter
     role: Role
+    fitted: tuple[str, ...] | None = None
+    """Settings that were fitted to these readings, by dotted name; None where nobody declared them."""
+    lab_searched: bool = False
+    """True if a lab's catalogue was searched, and names no study or calibration with held-out readings."""
     readings_data: DataKind
     readings_dialect: str
     photo_data: DataKind
     simulated_underfill_mm3: float
-    """Room below the face, simulated."""
+    """Room between the simulated level and the mouth, over the covered length."""
     simulated_overfill_mm3: float
-    """Sealant above the mouth, simulated."""
+    """Heap between the mouth and the simulated level, over the covered length."""
     simulated_sealant_mm3: float
     simulated_fill_ratio: float
     """Share of the cavity filled over the covered length, simulated."""
     measured_underfill_mm3: float
-    """Room below the face, measured."""
+    """Room between the measured level and the mouth, over the covered length."""
     measured_overfill_mm3: float
-    """Sealant above the mouth, measured."""
+    """Heap between the mouth and the measured level, over the covered length."""
     measured_sealant_mm3: float
     measured_fill_ratio: float
     """Share of the cavity filled over the covered length, measured."""
@@ -131,28 +135,28 @@ class MassBalance(JsonRecord):
     dispensed_mm3: float
     """Dispensed volume."""
     in_crack_mm3: float
-    """Volume settled in the crack, below the face, simulated."""
+    """Space that the settled particles fill, the part with centres at or below the face's plane."""
     above_mm3: float
-    """Volume settled above the face, simulated."""
+    """Space that the settled particles fill, the part with centres above the face's plane."""
     spilled_mm3: float
-    """Volume over the sample's edge, simulated."""
+    """Dispensed sealant over the sample's edge."""
     lost_mm3: float
-    """Volume lost by the numerics; below 0, gained."""
+    """Dispensed less filled space less spilled sealant: volume lost by the numerics; below 0, gained."""
     footprint_mm2: float
     """Area of the face beside the mouth that is under sealant."""
     readings_mm3: float
-    """Volume held by the readings over the covered length."""
+    """Sealant below the measured level, over the covered length."""
     readings_state: Literal["wet", "cured"] | None
     shrinkage_percent: float | None
     readings_when_dispensed_mm3: float
-    """Volume held by the readings before the sealant shrank, where that is declared."""
+    """The same before the sealant shrank, where that is declared."""
 
 
 class VolumeComparison(JsonRecord):
     """The readings beside the volumes of the run: the level that its volume alone would have, and the mass balance."""
 
     volume_balance_level_mm: float
-    """Level of the dispensed volume spread over the nozzle's reach: another baseline."""
+    """Level at which the dispensed volume would lie flat in the whole crack: a baseline that needs no readings."""
     volume_balance_error_mm: float
     """Mean error of that level."""
     beats_volume_balance: bool
@@ -218,9 +222,10 @@ class ErrorBudget(JsonRecord):
     inputs_mm: float | None
     """Standard uncertainty by the declared inputs; None where none was varied."""
     validation_mm: float
-    """u_val: the standard uncertainty by all that are known together."""
-    resolved: bool
-    """True if |E| is larger than twice u_val. If not, the data cannot show that the model is off."""
+    """The standard uncertainty by all that are known together: u_val where numerics and inputs are."""
+    resolved: bool | None
+    """True if |E| is larger than twice u_val, False if the two are consistent; None until numerics and all declared
+    inputs are known."""
 
 
 class MeanLevelBudget(ErrorBudget):
@@ -242,11 +247,11 @@ class StationErrors(JsonRecord):
     profile_mm: Floats
     """Half the 95 % band by all of them that holds at all stations together."""
     by_chance: float
-    """Number of stations with |E| above 2 u_val that a perfect model would have on average."""
+    """Number of stations outside their own bands that a perfect model would have on average."""
 
     @property
     def above(self) -> NDArray[np.bool_]:
-        """True where |E| is above 2 u_val, each station by itself."""
+        """True where E lies outside the band of the station by itself."""
         return np.abs(self.error_mm) > 2 * self.validation_mm
 
     @property
@@ -322,7 +327,7 @@ class ErrorUncertainty(JsonRecord):
     mean_level: MeanLevelBudget
     stations: StationErrors
     sentences: tuple[str, ...]
-    """Conclusions that ASME V&V 20 allows, and the names of the errors that are in none of them."""
+    """Conclusions that ASME V&V 20 allows, or that it is not assessed; and the names of the errors in none of them."""
     alignment: Alignment
     numerics: SizeStudy | None
     """None where no other particle sizes were run."""
@@ -344,12 +349,20 @@ class Comparison:
     """None where the comparison was not assessed beside a run."""
     mean_error_limit_mm: float | None = None
     """The declared gate; None where the trial declares none."""
+    gate_reason: str = ""
+    """Reason of the gate, in its user's words; empty where none is declared."""
     passed: bool | None = None
     """True if the mean error keeps the gate; None without a gate, False where a particle escaped."""
     outcome: Outcome = "open"
-    verdict: str = ""
+    headline: tuple[str, ...] = ()
+    """Sentences on the gate, on the best flat line, and on what the readings were used for before."""
     findings: tuple[str, ...] = ()
-    """Conclusions that ASME V&V 20 allows, to be read with the verdict; empty without a verdict or an interval."""
+    """Conclusions that ASME V&V 20 allows, or that it is not assessed; empty without a verdict or an interval."""
+
+    @property
+    def verdict(self) -> str:
+        """The headline as one text."""
+        return " ".join(self.headline)
 
     @property
     def mean_error_mm(self) -> float:
@@ -373,12 +386,13 @@ class Comparison:
 
     def content(self) -> dict[str, Any]:
         """Return the content of comparison.json."""
-        gate = {} if self.mean_error_limit_mm is None else {"mean_error_mm": self.mean_error_limit_mm}
+        gate = {"mean_error_mm": self.mean_error_limit_mm, "reason": self.gate_reason}
         return {
             "verdict": self.verdict,
+            "headline": self.headline,
             "outcome": self.outcome,
             "passed": self.passed,
-            "gate": gate,
+            "gate": {} if self.mean_error_limit_mm is None else gate,
             "findings": self.findings,
             **self.metrics.model_dump(),
             **({} if self.volumes is None else self.volumes.model_dump()),

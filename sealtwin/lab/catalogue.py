@@ -47,6 +47,14 @@ CREATE TABLE IF NOT EXISTS decisions (
     PRIMARY KEY (source, file, part)
 ) WITHOUT ROWID;
 """
+USES = """
+CREATE TABLE IF NOT EXISTS uses (
+    readings TEXT NOT NULL,     -- hash of their values
+    what TEXT NOT NULL,         -- the study that ranked its runs by them
+    PRIMARY KEY (readings, what)
+) WITHOUT ROWID;
+"""
+"""Table that a catalogue has from its first such study on."""
 WAIT_S = 60.0  # Longest wait for another process to finish its write, which takes milliseconds on most disks
 REMEDY = (
     "Move it away and ingest the same folders again: it is made anew, from the trials' own. A pairing that you had "
@@ -152,6 +160,16 @@ class Catalogue:
     def state_decisions(self, source: str, decided: Decisions) -> None:
         rows = [(file.as_posix(), part, said.role, said.sample) for (file, part), said in decided.items()]
         self._replace("decisions", source, rows)
+
+    def uses(self, digest: str) -> list[str]:
+        """Return the studies that ranked their runs by readings with that hash."""
+        if not self._rows("SELECT name FROM sqlite_master WHERE name = 'uses'"):
+            return []
+        return [row[0] for row in self._rows("SELECT what FROM uses WHERE readings = ? ORDER BY what", [digest])]
+
+    def note_use(self, digest: str, what: str) -> None:
+        self._rows(USES)
+        self._rows("INSERT OR IGNORE INTO uses VALUES (?, ?)", [digest, what])
 
     def fact(self, name: str) -> str | None:
         rows = self._rows("SELECT value FROM facts WHERE name = ?", [name])

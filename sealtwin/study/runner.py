@@ -258,7 +258,8 @@ def _measure(bench: Bench, trial: Trial, run: Run | NumericalError) -> tuple[Pro
 
         held, sample = trial.readings, (bench.outline, bench.solid)
         comparison = compare(profile, bench.readings, *sample, role=held.role, photo_data=trial.shown_by.data)
-        figures |= {name: getattr(comparison, name) for name in ("mean_error_mm", "worst_error_mm", "worst_at_mm")}
+        names = ("mean_error_mm", "worst_error_mm", "worst_at_mm", "flat_level_error_mm")
+        figures |= {name: getattr(comparison.metrics, name) for name in names}
     return profile, figures, run
 
 

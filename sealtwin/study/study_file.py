@@ -10,14 +10,10 @@ from typing import Annotated, Any, Literal, Self, TypeVar
 from pydantic import BeforeValidator, Field, model_validator
 
 from sealtwin.core.errors import InputError
-from sealtwin.core.settings import MOST_FAULTS, Settings, checked, dotted_names, read_settings
-from sealtwin.trial.trial_file import PRINTABLE, Trial, folder_name
+from sealtwin.core.settings import MOST_FAULTS, Settings, checked, read_settings
+from sealtwin.trial.trial_file import PRINTABLE, SETTINGS, TABLES, Trial, folder_name, no_such_setting
 from simulate.settings import REPLACED_BY_CURVE
 
-TABLES = ("fluid", "solver", "nozzle", "path", "crack", "sample")
-"""Tables of a trial file whose settings may vary."""
-SETTINGS = ("seed", *(key for key in dotted_names(Trial) if key.partition(".")[0] in TABLES))
-"""Dotted names of all settings that may vary."""
 _CURVES = ("fluid.curve", "fluid.cooling")
 _SHEARED = ("fluid.consistency_pa_s_n", "fluid.flow_index")
 IN_PLACE_OF = {
@@ -125,7 +121,7 @@ class Study(Settings):
             raise ValueError(f"give one of [grid], [list] and [latin] to say what varies; {found} given")
         varied, runs, _ = self._design()
         if unknown := [name for name in (*self.fixed, *varied) if name not in SETTINGS]:
-            raise ValueError("; ".join(_no_such(name) for name in unknown))
+            raise ValueError("; ".join(no_such_setting(name) for name in unknown))
         if twice := sorted({name for name in varied if name in self.fixed or varied.count(name) > 1}):
             raise ValueError(f"{', '.join(twice)}: named twice")
         if empty := [name for name, values in (self.grid or {}).items() if not values]:
@@ -225,12 +221,3 @@ def _runs(numbers: list[int]) -> str:
     shown = ", ".join(str(number) for number in numbers[:3])
     more = f" and {len(numbers) - 3} more" if len(numbers) > 3 else ""
     return f"run{'s' if len(numbers) > 1 else ''} {shown}{more}"
-
-
-def _no_such(name: str) -> str:
-    import difflib
-
-    close = difflib.get_close_matches(name, SETTINGS, n=1, cutoff=0.8)
-    if close:
-        return f"{name}: no such setting; the nearest is '{close[0]}'"
-    return f'{name}: no such setting; a study may vary seed and what is in [{"], [".join(TABLES)}], as "fluid.U"'

@@ -42,7 +42,7 @@ class StudyRun:
     reason: str | None = None  # One sentence on why the run failed
     trace: str | None = None  # Traceback, where a bug made it fail
     figures: dict[str, Any] | None = None
-    """Results of a finished run: mean_error_mm, worst_error_mm and worst_at_mm if the trial has readings;
+    """Results of a finished run: mean_error_mm, worst_error_mm, worst_at_mm and flat_level_error_mm with readings;
     volume_ratio, spilled_particles, particles, profile_sha256, and health, which runs of one launch share.
     """
 

@@ -23,18 +23,21 @@ from sealtwin.trial.simulate_stage import HEALTH, read_health
 from sealtwin.trial.trial_file import Trial
 from validate.settings import Readings
 from validate.study_figures.chart import (
+    VOLUME_OFF,
     Chart,
     Excluded,
     Finished,
     as_near_as_the_best,
     axes_of,
     chosen_few,
+    first_of_each_pair,
     hold,
     scatter_of_runs,
 )
 from validate.study_figures.figure_sheet import FigureSheet, write_sheet_of_figures
 from validate.study_figures.map_figures import Fill, Watched
 from validate.study_figures.map_sheet import map_sheet
+from validate.wording.headline import kept_volume
 
 MAP = "map"  # Default folder of the map in the study's
 PAGE, CONTENT = "map.html", "map.json"
@@ -57,12 +60,20 @@ class Mapped:
 
 
 def map_study(
-    folder: Path, out: Path | None, caliper: Path | None, data: DataKind | None, device: str | None, progress: Progress
+    folder: Path,
+    out: Path | None,
+    caliper: Path | None,
+    data: DataKind | None,
+    device: str | None,
+    progress: Progress,
+    *,
+    any_volume: bool = False,
 ) -> Mapped:
     """Write map.html, map.json and figures/ of a sweep, finished or not, into ``out``; None: map/ in its folder.
 
     Runs are compared with the sheet ``caliper``, whose origin is ``data``; None: the one that the study's trial names.
-    Chosen runs are computed once more on ``device``, to draw how they fill the crack; None: they are not.
+    Chosen runs are computed once more on ``device``, to draw how they fill the crack; None: they are not. Runs whose
+    volume is off by over 5 % are left out, unless ``any_volume`` is true.
 
     Raises:
         InputError: There is no study, or one that cannot be mapped; or the readings cannot be read.
@@ -72,7 +83,16 @@ def map_study(
     done = {run.number: run for run in plan.runs if run.state == "done"}
     if len(done) < FEWEST:
         raise InputError(f"{folder}: {len(done)} of {len(plan.runs)} runs are done; a map needs {FEWEST}.")
-    chart = chart_of(folder, list(done.values()), plan, caliper, data)
+    # A run without figures is not as it was left, which is said when it is read.
+    kept = [
+        run for run in done.values() if any_volume or run.figures is None or kept_volume(run.figures["volume_ratio"])
+    ]
+    if len(kept) < FEWEST:
+        raise InputError(
+            f"{folder}: {len(kept)} of {len(done)} runs that are done kept their volume within 5 %; a map needs "
+            f"{FEWEST}. Finer particles or more substeps keep it; --any-volume maps all of them."
+        )
+    chart = chart_of(folder, kept, plan, caliper, data)
     fills: list[Fill] = []
     if device is not None:
         chosen = chosen_few(chart)
@@ -162,22 +182,31 @@ def chart_of(
     trial = done[0].checked_trial
     sample = folder / "samples" / done[0].sample
     readings, settings = _readings(sample, trial, _largest_mm(folder, done), caliper, data)
-    held = tuple(hold(finished_run(folder, run), readings, axes) for run in done)
+    held, replicates = first_of_each_pair([hold(finished_run(folder, run), readings, axes) for run in done])
     scatter_mm = scatter_of_runs(held, axes)
+    as_near = tuple(run is min(held, key=lambda each: each.mean_error_mm) for run in held)
     outline, solid = record_files.read_outline(sample), record_files.read_solid(sample)
     budget = budget_of(readings, settings, trial.uncertainty, mouth_widths_mm(readings.s_mm, outline, solid))
-    waiting_or_failed = (run for run in plan.runs if run.state != "done")
+    if replicates is not None:
+        as_near = as_near_as_the_best(held, readings, budget, replicates.scatter_mm)
+    numbers = {run.number for run in done}
     return Chart(
         name=plan.study,
         axes=axes,
         runs=held,
-        excluded=tuple(Excluded(run.number, run.settings, run.reason or NOT_DONE) for run in waiting_or_failed),
+        excluded=tuple(_excluded(run) for run in plan.runs if run.number not in numbers),
         readings=readings,
         band_mm=budget.profile_band_mm,
         scatter_mm=scatter_mm,
-        by_readings=as_near_as_the_best(held, readings, budget, scatter_mm=0.0),
-        as_near=as_near_as_the_best(held, readings, budget, scatter_mm),
+        as_near=as_near,
+        replicates=replicates,
     )
+
+
+def _excluded(run: StudyRun) -> Excluded:
+    if run.state == "done" and run.figures is not None:
+        return Excluded(run.number, run.settings, VOLUME_OFF, run.figures["volume_ratio"])
+    return Excluded(run.number, run.settings, run.reason or NOT_DONE)
 
 
 def finished_run(folder: Path, run: StudyRun) -> Finished:
@@ -246,7 +275,10 @@ def _content(chart: Chart, target: Path, written: Sequence[str]) -> dict[str, An
         "axes": [{"setting": axis.setting, "unit": axis.unit, "logarithmic": axis.logarithmic} for axis in chart.axes],
         "best": rows[int(np.argmin(chart.errors_mm))],
         "as_near_as_the_best": [row["number"] for row in rows if row["as_near_as_the_best"]],
+        "flat_level_error_mm": round(chart.best.flat_level_error_mm, 4),
+        "beats_flat_level": chart.best.mean_error_mm < chart.best.flat_level_error_mm,
         "scatter_of_runs_mm": round(chart.scatter_mm, 4),
+        "scatter_of_replicates_mm": chart.replicates and round(chart.replicates.scatter_mm, 4),
         "excluded": [vars(each) for each in chart.excluded],
         "runs": rows,
         "files": [CONTENT, *written],

@@ -22,6 +22,7 @@ from sealtwin.study.study_file import PlannedRun, load_study, plan_runs, raise_f
 from sealtwin.trial.job import DIGITISED, require_sample, shown, stage_settings, start_job
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.trial_file import load_trial
+from validate.wording.headline import kept_volume
 
 BUG, SOME_FAILED = 1, 6
 TABLE = "runs.csv"
@@ -177,6 +178,9 @@ def _runs(
             faults.setdefault(str(fault), []).append(run.number)
             continue
         validated = stage_settings(trial, "validate")["readings"]
+        if validated is not None:
+            # It names what was chosen and changes no result.
+            validated.pop("fitted", None)
         key = stage_key(inputs[name], {**settings, "readings": validated, "device": device})
         content = trial.model_dump(mode="json", exclude_none=True)
         runs.append(study_folder.StudyRun(run.number, key, run.settings, content, name, kin, sizes[alike].work_s))
@@ -200,6 +204,7 @@ def report(folder: Path, plan: study_folder.Plan, holder: str | None = None, *, 
         "computed_by": holder,
         "left_s": _left_s(plan) if holder else None,
         "best": _best(runs),
+        "not_ranked": _not_ranked(runs),
         "exit_code": BUG if any(run.trace for run in failed) else SOME_FAILED if failed else 0,
         "runs": rows,
     }
@@ -229,13 +234,29 @@ def _holder(folder: Path) -> str | None:
 
 
 def _best(runs: Sequence[study_folder.StudyRun]) -> dict[str, Any] | None:
-    """The run whose surface is nearest to the readings; None where there are none."""
-    found = ((run, (run.figures or {}).get("mean_error_mm")) for run in runs)
-    compared = [(error_mm, run) for run, error_mm in found if error_mm is not None]
+    """The run whose surface is nearest to the readings, of those that kept their volume; None where there are none."""
+    compared = [
+        (figures["mean_error_mm"], run, figures)
+        for run in runs
+        if (figures := run.figures or {}).get("mean_error_mm") is not None and kept_volume(figures["volume_ratio"])
+    ]
     if not compared:
         return None
-    error_mm, run = min(compared, key=lambda pair: pair[0])
-    return {"number": run.number, "settings": run.settings, "mean_error_mm": round(error_mm, 4)}
+    error_mm, run, figures = min(compared, key=lambda each: each[0])
+    flat_mm = figures.get("flat_level_error_mm")
+    return {
+        "number": run.number,
+        "settings": run.settings,
+        "mean_error_mm": round(error_mm, 4),
+        "flat_level_error_mm": None if flat_mm is None else round(flat_mm, 4),
+        "beats_flat_level": None if flat_mm is None else error_mm < flat_mm,
+    }
+
+
+def _not_ranked(runs: Sequence[study_folder.StudyRun]) -> list[dict[str, Any]]:
+    """Return the runs whose volume is off by over 5 %, with the volume that settled over the dispensed one."""
+    ratios = ((run.number, run.figures["volume_ratio"]) for run in runs if run.figures is not None)
+    return [{"number": number, "volume_ratio": round(ratio, 4)} for number, ratio in ratios if not kept_volume(ratio)]
 
 
 def _row(run: study_folder.StudyRun) -> dict[str, Any]:

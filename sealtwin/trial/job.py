@@ -1,7 +1,7 @@
 """Trial in the run folder of its stages, and the inputs that each stage depends on."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -22,6 +22,18 @@ LARGEST_SHEET_BYTES = 5_000_000
 
 
 @dataclass(frozen=True)
+class Above:
+    """Facts on a trial that only the floors above this one know: its lab's, and the studies'."""
+
+    lab_searched: bool = False  # True if the lab's catalogue knows of no other use of readings that are held out
+    extra_runs: "Callable[[Job], str]" = lambda _: ""
+    """Returns the time in words that 'sealtwin validate RUN --uncertainty' takes; empty where it is not known."""
+
+
+NOTHING_ABOVE = Above()
+
+
+@dataclass(frozen=True)
 class Job:
     """Trial in its run folder."""
 
@@ -32,6 +44,7 @@ class Job:
     device: str  # Device as the user gave it; the fluid run resolves "auto"
     progress: Progress
     threads: int = 1  # Threads of a CPU that share a fluid run; their number does not change the result
+    above: Above = NOTHING_ABOVE
 
     @property
     def path(self) -> Path:

@@ -11,9 +11,20 @@ from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import RunFolder, look_into, open_folder
 from sealtwin.core.vtk_files import read_collection, read_frame
 from sealtwin.trial import digitise_stage, simulate_stage, validate_stage
-from sealtwin.trial.job import STAGES, Job, StageName, adopt_trial, require_sample, shown, start_job
+from sealtwin.trial.job import (
+    NOTHING_ABOVE,
+    STAGES,
+    Above,
+    Job,
+    StageName,
+    adopt_trial,
+    require_sample,
+    shown,
+    start_job,
+)
 from sealtwin.trial.simulate_stage import FRAMES
 from sealtwin.trial.trial_file import Trial
+from validate.uncertainty.validation import with_time
 
 
 def make_film(folder: Path, path: Path, progress: Progress) -> tuple[int, float]:
@@ -55,11 +66,13 @@ def run_trial(
     device: str,
     progress: Progress,
     threads: int = 1,
+    above: Above = NOTHING_ABOVE,
 ) -> FinishedStages:
     """Bring stages of a trial up to date in ``out``, by default reports/ and its name; its files lie in ``source``."""
     require_sample(trial, source)
     with open_folder(out or Path("reports", trial.folder_name), create=True) as folder:
-        return run_stages(replace(start_job(trial, source, folder, device, progress), threads=threads), stages)
+        job = start_job(trial, source, folder, device, progress)
+        return run_stages(replace(job, threads=threads, above=above), stages)
 
 
 def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
@@ -79,7 +92,7 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
         if stage in stages and work[stage].bring_up_to_date(job):
             redone.append(stage)
     adopt_trial(job)
-    result = read_result(job.folder, job.trial)
+    result = read_result(job)
     if (escaped := result.get("escaped_particles")) and stages[-1] != "digitise":
         raise NumericalError(
             f"{job.path}: {escaped} particles went through a wall, which must never happen; the files are complete, "
@@ -90,8 +103,9 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
     return FinishedStages(result, tuple(redone))
 
 
-def read_result(folder: RunFolder, trial: Trial) -> dict[str, Any]:
+def read_result(job: Job) -> dict[str, Any]:
     """Return what the folder holds now, and write it to run.json if that differs."""
+    folder, trial = job.folder, job.trial
     stages = folder.finished()
     result: dict[str, Any] = {
         "version": 1,
@@ -103,6 +117,8 @@ def read_result(folder: RunFolder, trial: Trial) -> dict[str, Any]:
     }
     with files.understood(folder.path):
         result |= _findings(folder, trial, stages)
+        if "findings" in result:
+            result["findings"] = list(with_time(result["findings"], job.above.extra_runs(job)))
     target = folder.path / "run.json"
     if not target.is_file() or files.read_json(target) != result:
         files.write_json(target, result)
@@ -137,7 +153,8 @@ def _findings(folder: RunFolder, trial: Trial, stages: Sequence[str]) -> dict[st
         }
     if "validate" in stages:
         result["report"] = shown(folder.path / "report.html")
-        result["readings_role"] = None if trial.readings is None else trial.readings.role
+        readings = {} if trial.readings is None else trial.readings.model_dump(mode="json")
+        result |= {f"readings_{key}": readings.get(key) for key in ("role", "fitted")}
         if trial.readings is not None:
             result |= _compared(record_files.read_comparison(folder.path))
     return result
@@ -152,9 +169,13 @@ def _compared(comparison: dict[str, Any]) -> dict[str, Any]:
         "mean_error_95_mm": [round(end, 4) for end in found["mean_error_mm"]],
         "worst_error_mm": round(comparison["worst_error_mm"], 4),
         "worst_at_mm": round(comparison["worst_at_mm"], 2),
+        "flat_level_error_mm": round(comparison["flat_level_error_mm"], 4),
+        "beats_flat_level": comparison["beats_flat_level"],
         "gate_passed": comparison["passed"],
         "outcome": comparison["outcome"],
         "verdict": comparison["verdict"],
+        # Files of version 0.1 have one sentence.
+        "headline": comparison.get("headline", [comparison["verdict"]]),
         "mean_level": {
             key: round(value, 4) if isinstance(value, float) else value
             for key, value in mean.items()

@@ -1,5 +1,6 @@
 """Trial file: the settings of all stages in one TOML file, checked before anything runs."""
 
+import difflib
 import json
 import re
 from collections.abc import Mapping
@@ -10,7 +11,7 @@ from pydantic import Field, model_validator
 
 from digitise.settings import CrackShape, MeshInput, NozzlePath, PhotoInput
 from sealtwin.core.errors import InputError
-from sealtwin.core.settings import Settings, checked, read_settings
+from sealtwin.core.settings import Settings, checked, dotted_names, read_settings
 from simulate.settings import Fluid, Nozzle, SampleSlope, Solver
 from validate.settings import Gate, Readings, Uncertainty
 
@@ -81,6 +82,9 @@ class Trial(Settings):
             )
         if self.gate is not None and self.readings is None:
             raise ValueError("[gate] without [readings]: there is nothing to compare with")
+        fitted = () if self.readings is None or self.readings.fitted is None else self.readings.fitted
+        if unknown := [name for name in fitted if name not in SETTINGS]:
+            raise ValueError(f"readings.fitted: {'; '.join(map(no_such_setting, unknown))}")
         return self
 
     @property
@@ -97,6 +101,20 @@ class Trial(Settings):
     @property
     def folder_name(self) -> str:
         return folder_name(self.name)
+
+
+TABLES = ("fluid", "solver", "nozzle", "path", "crack", "sample")
+"""Tables of a trial file whose settings a study may vary and readings may choose."""
+SETTINGS = ("seed", *(key for key in dotted_names(Trial) if key.partition(".")[0] in TABLES))
+"""Dotted names of all these settings."""
+
+
+def no_such_setting(name: str) -> str:
+    """Return the beginning of a sentence on a name that is none of ``SETTINGS``."""
+    close = difflib.get_close_matches(name, SETTINGS, n=1, cutoff=0.8)
+    if close:
+        return f"{name}: no such setting; the nearest is '{close[0]}'"
+    return f'{name}: no such setting; there is seed, and what is in [{"], [".join(TABLES)}], as "fluid.U"'
 
 
 def folder_name(name: str) -> str:

@@ -45,8 +45,8 @@ def bring_up_to_date(job: Job) -> bool:
         inputs |= {SPREAD: files.sha256(job.path / SPREAD)}
     settings = stage_settings(trial, "validate")
 
-    sheet = sheet_of(job)
-    key = stage_key(inputs, {**settings, "form": REPORT_FORM, "sheet": sheet and dict(sheet)})
+    sheet, searched = sheet_of(job), job.above.lab_searched
+    key = stage_key(inputs, {**settings, "form": REPORT_FORM, "sheet": sheet and dict(sheet), "searched": searched})
     if job.folder.is_current("validate", key):
         return False
     job.progress.start("Validating", 2)
@@ -84,6 +84,8 @@ def bring_up_to_date(job: Job) -> bool:
         commands=("sealtwin run trial.toml", *([f"sealtwin validate {run_folder} --uncertainty"] if spread else [])),
         sheet=sheet,
         edited=tuple(name for stage in (*made, UNCERTAINTY) for name in job.folder.edited(stage) if name in used),
+        lab_searched=searched,
+        extra_runs=job.above.extra_runs(job),
         frames=tuple(read_frame(job.path / name) for name in snapshots_of(job)),
     )
     if trial.readings is not None and readings is not None:

@@ -14,6 +14,19 @@ def test_a_gate_is_a_positive_number(limit):
         Gate(mean_error_mm=limit)
 
 
+def test_a_reason_is_one_line():
+    assert Gate(mean_error_mm=1.6).reason == ""
+    with pytest.raises(ValidationError):
+        Gate(mean_error_mm=1.6, reason="two\nlines")
+
+
+def test_only_readings_that_were_calibrated_on_had_something_fitted():
+    content = {"file": Path("caliper.csv"), "data": "measured", "fitted": ("fluid.U",)}
+    assert Readings.model_validate(content | {"role": "calibrated-on"}).fitted == ("fluid.U",)
+    with pytest.raises(ValidationError, match="calibrated-on"):
+        Readings.model_validate(content | {"role": "held-out"})
+
+
 @pytest.mark.parametrize(
     "change",
     [{"data": "guessed"}, {"role": "training"}, {"unit": "furlong"}, {"role": None}],

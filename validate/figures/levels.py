@@ -170,7 +170,7 @@ def draw_uncertainty(stations: StationErrors) -> FigureBase:
     off, half_mm = stations.off, COVERAGE * validation_mm
     upper.axhline(0.0, color=theme.INK, linewidth=1.0)
     upper.errorbar(
-        s_mm, error_mm, half_mm, fmt="none", ecolor=theme.MUTED, elinewidth=1.0, capsize=2.5, label="± 2 u_val"
+        s_mm, error_mm, half_mm, fmt="none", ecolor=theme.MUTED, elinewidth=1.0, capsize=2.5, label="± 2 u"
     )
     band = {"color": theme.MUTED, "alpha": 0.2, "linewidth": 0, "label": BAND}
     upper.fill_between(s_mm, -stations.profile_mm, stations.profile_mm, **band)
@@ -187,7 +187,7 @@ def draw_uncertainty(stations: StationErrors) -> FigureBase:
     ):
         if part_mm is not None:
             lower.plot(s_mm, part_mm, style, color=colour, label=name)
-    lower.plot(s_mm, validation_mm, color=theme.INK, linewidth=1.0, label="u_val, all together")
+    lower.plot(s_mm, validation_mm, color=theme.INK, linewidth=1.0, label="all together")
     lower.set_ylim(bottom=0.0)
     theme.label_axes(lower, theme.ALONG, "u (mm)", "Standard uncertainties")
     theme.put_legend_under_title(lower, columns=2)

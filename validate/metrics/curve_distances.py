@@ -126,6 +126,14 @@ def _polyline(x: ArrayLike, y: ArrayLike) -> tuple[Floats, Floats]:
     return x, y
 
 
+def best_flat_line(error: Difference, measured: Profile) -> tuple[float, float]:
+    """Return the constant level that is nearest to the readings over the stretch of ``error``, and its mean error."""
+    # It is their median over the length.
+    level_mm = error.base.quantile(0.5)
+    line = Profile(error.x[[0, -1]], np.full(2, level_mm))
+    return level_mm, level_difference(line, measured).mean_error
+
+
 def error_bins(simulated: Profile, measured: Profile, length_mm: float) -> tuple[ErrorBin, ...]:
     """Return the mean |error| in each 10 mm of the crack, over the covered part.
 

@@ -8,7 +8,8 @@ import numpy as np
 
 from sealtwin.core.comparison import Comparison, ErrorUncertainty, LevelMetrics, Outcome
 from sealtwin.core.records import Floats
-from validate.units import counted
+from validate.settings import Gate
+from validate.units import counted, setting_name
 
 FEWEST_STATIONS = 5
 """The paper's surface falls, rests, falls and rests again: a curve through fewer points cannot follow it."""
@@ -51,76 +52,86 @@ def basis_of(s_mm: Floats, from_mm: float, to_mm: float, length_mm: float) -> Ba
 
 def judged(
     metrics: LevelMetrics,
-    gate_mm: float | None = None,
+    gate: Gate | None = None,
     uncertainty: ErrorUncertainty | None = None,
     edited: tuple[str, ...] = (),
 ) -> Comparison:
-    """Return the metrics with their verdict by the declared limit of the mean error.
+    """Return the metrics with their headline, which holds the mean error against the declared limit.
 
     ``edited`` are the files of the run that are not as their stage wrote them; they and an escaped particle leave
     nothing to judge. ``passed`` holds the mean error against the limit, ``outcome`` its 95 % interval by the readings.
     """
     m, findings = metrics, ()
     covers = f"cover {math.floor(100 * m.coverage + ROUNDING)} % of the crack's length"
-    passed, outcome = None if gate_mm is None else False, "undecided"
+    passed, outcome = None if gate is None else False, "undecided"
     if m.escaped_particles:
         passed, outcome = False, "failed"
-        verdict = f"{leak(m.escaped_particles)}: a mean error of {m.mean_error_mm:.3f} mm means nothing."
+        told = (f"{leak(m.escaped_particles)}: a mean error of {m.mean_error_mm:.3f} mm means nothing.",)
     elif edited:
-        verdict = f"{edited_by_hand(edited)}: no verdict."
+        told = (f"{edited_by_hand(edited)}: no verdict.",)
     elif not m.enough_readings:
-        outcome = "open" if gate_mm is None else "undecided"
-        verdict = (
-            f"No verdict on {_described(m)}: they {covers} ({counted(m.stations_used, 'station')}, up to "
+        outcome = "open" if gate is None else "undecided"
+        why = (
+            f"No verdict: the readings {covers} ({counted(m.stations_used, 'station')}, up to "
             f"{100 * m.widest_gap_mm / m.length_mm:.0f} % of it apart); at least {100 * LEAST_COVERAGE:.0f} % and "
             f"{FEWEST_STATIONS} stations no more than {100 * WIDEST_GAP:.0f} % apart are needed."
         )
+        told = why, _use_of_readings(m)
     else:
-        passed, outcome, verdict = _held_against(m, gate_mm, uncertainty)
-        verdict += f" The readings {covers}." if m.coverage < NEARLY_ALL else ""
+        passed, outcome, first = _held_against(m, gate, uncertainty)
+        first += f" The readings {covers}." if m.coverage < NEARLY_ALL else ""
+        told = first, against_flat_line(m.mean_error_mm, m.flat_level_error_mm), _use_of_readings(m)
         findings = () if uncertainty is None else uncertainty.sentences
-    return Comparison(m, uncertainty, None, gate_mm, passed, outcome, verdict, findings)
+    limit_mm, reason = (None, "") if gate is None else (gate.mean_error_mm, gate.reason)
+    return Comparison(m, uncertainty, None, limit_mm, reason, passed, outcome, told, findings)
 
 
 def _held_against(
-    m: LevelMetrics, gate_mm: float | None, uncertainty: ErrorUncertainty | None
+    m: LevelMetrics, gate: Gate | None, uncertainty: ErrorUncertainty | None
 ) -> tuple[bool | None, Outcome, str]:
-    """Return whether the mean error keeps the gate, the outcome, and the sentence on both.
-
-    Only measured readings and a measured photo, held out, can validate.
-    """
-    found, told = f"mean error {m.mean_error_mm:.3f} mm", True
+    """Return whether the mean error keeps the gate, the outcome, and the sentence on both."""
+    found, in_doubt = f"mean error {m.mean_error_mm:.2f} mm", False
     if uncertainty is not None:
         low_mm, high_mm = uncertainty.mean_error_interval_mm
-        told = gate_mm is None or not low_mm <= gate_mm <= high_mm
+        in_doubt = gate is not None and low_mm <= gate.mean_error_mm <= high_mm
         unknown = "" if uncertainty.budget.scatter_known else ", their scatter not known"
         found += f" ({low_mm:.2f} to {high_mm:.2f} mm, 95 % by the readings{unknown})"
-    if gate_mm is None:
-        return None, "open", f"No gate declared, compared on {_described(m)}: {found}."
-    passed = m.mean_error_mm <= gate_mm
-    found += f" of {gate_mm:g} mm allowed"
-    if not told:
-        sentence = f"Gate in doubt on {_described(m)}: {found}; the readings cannot tell whether it is kept."
-        return passed, "undecided", sentence
-    sentence = f"Gate {'kept' if passed else 'missed'} on {_described(m)}: {found}."
-    if m.readings_data == m.photo_data == "measured" and m.role == "held-out":
-        sentence += f" Validated to {gate_mm:g} mm." if passed else " Not validated."
-    return passed, "passed" if passed else "failed", sentence
+    if gate is None:
+        return None, "open", f"No gate: {found}."
+    passed = m.mean_error_mm <= gate.mean_error_mm
+    reason = f"reason: {gate.reason}" if gate.reason else "no reason is given"
+    found += f", at most {gate.mean_error_mm:g} mm ({reason})"
+    if in_doubt:
+        return passed, "undecided", f"Gate in doubt: {found}; the readings cannot tell whether it is kept."
+    return passed, "passed" if passed else "failed", f"Gate {'kept' if passed else 'missed'}: {found}."
 
 
-def _described(m: LevelMetrics) -> str:
-    """Return the readings with their role, and with the origin of data that were not measured."""
-    kind = {"measured": "", "undeclared": "undeclared "}.get(m.readings_data, f"{m.readings_data} ")
-    named = {
-        "held-out": f"held-out {kind}readings",
-        "calibrated-on": f"the {kind}readings it was calibrated on",
-        "undeclared": f"{kind}readings that are declared neither held out nor calibrated on",
-    }[m.role]
+def against_flat_line(error_mm: float, flat_mm: float) -> str:
+    """Return the sentence that holds a mean error against that of the best flat line through the same readings."""
+    apart = f"by {abs(flat_mm - error_mm):.2f} mm: that line is {flat_mm:.2f} mm off on average."
+    return f"{'Better' if error_mm < flat_mm else 'No better: worse'} than the best flat line {apart}"
+
+
+def _use_of_readings(m: LevelMetrics) -> str:
+    """Return the sentence on what the readings were used for before this comparison, and on a sample without origin."""
+    told = _role_sentence(m)
     if m.readings_data != "measured" or m.photo_data == "measured":
-        return named
-    return named + (
-        ", of a sample of undeclared origin" if m.photo_data == "undeclared" else f", of a {m.photo_data} sample"
-    )
+        return told
+    return f"{told} The sample is {'of undeclared origin' if m.photo_data == 'undeclared' else m.photo_data}."
+
+
+def _role_sentence(m: LevelMetrics) -> str:
+    readings = "readings" if m.readings_data == "measured" else f"{m.readings_data} readings"
+    if m.role == "calibrated-on":
+        what = "what was fitted is not declared"
+        if m.fitted:
+            what = f"fitted: {', '.join(map(setting_name, m.fitted))}"
+        return f"Calibrated on these {readings} ({what}): the error is what that left over, no test."
+    if m.role == "held-out" and m.lab_searched:
+        return f"Held out: these {readings} stand in no study and no calibration of the lab's catalogue."
+    if m.role == "held-out":
+        return f"Held out, as was declared: no lab's catalogue was there to search for these {readings}."
+    return f"Neither calibrated nor held out: nobody declared what these {readings} were used for."
 
 
 def edited_by_hand(names: Sequence[str]) -> str:

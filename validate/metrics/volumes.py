@@ -4,11 +4,10 @@ import cv2
 import numpy as np
 
 from sealtwin.core.comparison import MassBalance
-from sealtwin.core.records import FaceLabel, Floats, Outline, Profile, Run, Solid, Trajectory
+from sealtwin.core.records import FaceLabel, Floats, Outline, Profile, Run, Solid
 from validate.settings import Readings
 
 CELL_MM = 0.2  # Cell of the raster on which sealant beside the mouth is measured: half a particle of the paper's size
-BEYOND_MM = 1e-6  # Width of a step at the end of a level, in a curve that has one value at each s
 
 
 def mass_balance(run: Run, solid: Solid, volume_ratio: float, readings_mm3: float, settings: Readings) -> MassBalance:
@@ -100,18 +99,16 @@ def mouth_widths_mm(s_mm: Floats, outline: Outline, solid: Solid) -> Floats:
     return traced_mm + (_closing(solid) * solid.depth_mm if solid.tilt == "flare" else 0.0)
 
 
-def balance_profile(volume_mm3: float, trajectory: Trajectory, outline: Outline, solid: Solid) -> Profile:
-    """Return the level of a volume that is spread evenly over the nozzle's reach.
+def balance_profile(volume_mm3: float, outline: Outline, solid: Solid) -> Profile:
+    """Return the flat level at which a volume would lie in the whole crack, as water between dams at both ends.
 
-    It is flat from where the first sealant leaves the nozzle to where the last does, as of water between two dams, and
-    the bare floor beyond. A simulation, which also accounts for the flow, should have a smaller error.
+    It follows from volume and crack alone. A simulation, which also accounts for the flow, should have a smaller error.
     """
     from scipy.optimize import root_scalar
 
-    first_mm, last_mm = np.sort(trajectory.s_mm[trajectory.giving][[0, -1]])
+    floor_mm, first_mm, last_mm = -solid.depth_at_mm(outline.s_mm), outline.s_mm[0], outline.s_mm[-1]
 
     def held(level_mm: float) -> dict[str, float]:
-        floor_mm = -solid.depth_at_mm(outline.s_mm)
         flat = Profile(outline.s_mm, np.maximum(floor_mm, level_mm))
         return fill_volumes(flat, outline, solid, first_mm, last_mm)
 
@@ -120,12 +117,7 @@ def balance_profile(volume_mm3: float, trajectory: Trajectory, outline: Outline,
     level_mm = root_scalar(
         lambda level_mm: held(level_mm)["sealant_mm3"] - volume_mm3, bracket=(-solid.depth_mm, highest_mm)
     ).root
-    edges_mm = np.array([first_mm, last_mm])
-    s_mm = np.unique(np.concatenate([outline.s_mm, edges_mm, edges_mm + BEYOND_MM * np.array([-1, 1])]))
-    s_mm = s_mm[(s_mm >= 0) & (s_mm <= outline.length_mm)]
-    floor_mm = -solid.depth_at_mm(s_mm)
-    reached = (s_mm >= first_mm) & (s_mm <= last_mm)
-    return Profile(s_mm, np.where(reached, np.maximum(floor_mm, level_mm), floor_mm), source="volume balance")
+    return Profile(outline.s_mm, np.maximum(floor_mm, level_mm), source="volume balance")
 
 
 def _room_mm2(level_mm: Floats, mouth_mm: Floats, solid: Solid) -> Floats:

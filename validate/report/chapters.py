@@ -179,9 +179,11 @@ def _error_plates(evidence: Evidence) -> Iterator[Plate]:
         lambda: draw_error(profile, readings, comparison),
     )
     if (found := comparison.uncertainty) is not None:
+        known = "what is known of it so far, without" if found.mean_level.resolved is None else "with"
         yield Plate(
             "Simulated less measured level E at each station, with twice its standard uncertainty. Filled where E "
-            "leaves the band that holds at all stations together. Below, what that uncertainty is made of.",
+            f"leaves the band that holds at all stations together. Below, the parts of that uncertainty, {known} "
+            "numerics and inputs.",
             lambda: draw_uncertainty(found.stations),
         )
     yield Plate(

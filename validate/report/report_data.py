@@ -21,6 +21,7 @@ from sealtwin.core.comparison import (
 )
 from sealtwin.core.records import DataKind, JsonRecord, Known
 from validate.report_input import Evidence, ReadingsSheet
+from validate.uncertainty.validation import with_time
 from validate.units import PageTable, unit_of, words
 from validate.wording.comparison import INPUTS, uncertainty_sentences, volumes_mm3
 from validate.wording.headline import cautions, headline
@@ -45,9 +46,11 @@ class ReportedVerdict(JsonRecord):
     """The verdict on the comparison, and what it depends on."""
 
     sentence: str
-    """Sentence that the report begins with."""
+    """Text that the report begins with: the sentences of ``headline``."""
+    headline: tuple[str, ...]
+    """Sentences on the gate, on the best flat line, and on what the readings were used for before."""
     findings: tuple[str, ...]
-    """Conclusions that ASME V&V 20 allows, to be read with the sentence; empty without a verdict."""
+    """Conclusions that ASME V&V 20 allows, or that it is not assessed; empty without a verdict."""
     outcome: Outcome
     """passed, failed: the gate lies outside the mean error's 95 % interval, or a particle escaped. undecided: the gate
     lies inside it, the readings are too few, or files were edited by hand. open: no readings, or no gate declared."""
@@ -55,8 +58,12 @@ class ReportedVerdict(JsonRecord):
     """Files of the run that are not as their stage wrote them: with one, nothing here is a result of the trial."""
     mean_error_limit_mm: float | None
     """Gate that the trial declared before the run."""
+    gate_reason: str
+    """Reason of the gate, in its user's words; empty where none is given."""
     role: Role | None
     """Use of the readings: the fluid was calibrated on them, or not; None without readings."""
+    fitted: tuple[str, ...] | None
+    """Settings that were fitted to the readings, by dotted name; None where nobody declared them."""
     photo_data: DataKind
     """Origin of the photo or the mesh; only measured data can validate."""
     readings_data: DataKind | None
@@ -166,7 +173,7 @@ def schema() -> dict[str, Any]:
     return head | ReportData.model_json_schema(mode="serialization")
 
 
-UNREPORTED = ("covered_length_mm", "length_mm", "stations_beyond_mm", "stations_used")
+UNREPORTED = ("covered_length_mm", "fitted", "lab_searched", "length_mm", "stations_beyond_mm", "stations_used")
 METRICS = [name for name, field in LevelMetrics.model_fields.items() if field.description and name not in UNREPORTED]
 """Figures that are reported as numbers with a unit."""
 
@@ -174,18 +181,21 @@ METRICS = [name for name, field in LevelMetrics.model_fields.items() if field.de
 def report_data(evidence: Evidence, tables: tuple[PageTable, ...] = ()) -> ReportData:
     """Collect the content of report.json; ``tables`` are those of the page."""
     comparison, readings, sheet = evidence.comparison, evidence.readings, evidence.sheet
-    sentence, outcome = headline(evidence)
+    told, outcome = headline(evidence)
     return ReportData(
         name=evidence.name,
         note=evidence.note,
         in_short=in_short(evidence),
         verdict=ReportedVerdict(
-            sentence=sentence,
-            findings=() if comparison is None else comparison.findings,
+            sentence=" ".join(told),
+            headline=told,
+            findings=() if comparison is None else with_time(comparison.findings, evidence.extra_runs),
             outcome=outcome,
             edited=evidence.edited,
             mean_error_limit_mm=None if comparison is None else comparison.mean_error_limit_mm,
+            gate_reason="" if comparison is None else comparison.gate_reason,
             role=None if comparison is None else comparison.metrics.role,
+            fitted=None if comparison is None else comparison.metrics.fitted,
             photo_data=evidence.photo_data,
             readings_data=None if readings is None else readings.data,
         ),

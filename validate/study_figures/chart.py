@@ -9,7 +9,7 @@ import numpy as np
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Profile
-from validate.metrics.curve_distances import CLOSE_MM, level_difference
+from validate.metrics.curve_distances import CLOSE_MM, best_flat_line, level_difference
 from validate.uncertainty.budget import Budget, hats, mean_absolute
 from validate.units import words
 
@@ -22,6 +22,9 @@ CANNOT_TELL = 0.025
 """Share of the random sets of readings in which a run must be as near as the best one for the two to be equally near:
 both tails of 95 %.
 """
+FARTHEST_NEAR = 4 / 3  # Largest ratio of the mean error of a run that is as near as the best one to that one's
+REPEATED = "seed"  # Setting of replicates, which is no axis
+VOLUME_OFF = "its volume is off by over 5 %, which bars it from every ranking"
 
 
 @dataclass(frozen=True)
@@ -75,11 +78,11 @@ class Axis:
 
 
 def axes_of(settings: Sequence[Mapping[str, Any]]) -> tuple[Axis, Axis]:
-    """Return the two settings that vary among the runs, the first one for the horizontal axis.
+    """Return the two settings that vary among the runs, the first one for the horizontal axis; the seed is none.
 
     Raises InputError unless exactly two vary, both are numbers, and the runs do not lie on a line.
     """
-    values = {name: [each[name] for each in settings] for name in settings[0]}
+    values = {name: [each[name] for each in settings] for name in settings[0] if name != REPEATED}
     varying = [name for name, found in values.items() if len({str(value) for value in found}) > 1]
     if len(varying) != 2:
         found = "none does" if not varying else f"{len(varying)} do: {', '.join(varying)}"
@@ -108,11 +111,12 @@ class Finished:
 
 @dataclass(frozen=True)
 class Excluded:
-    """A run without a result."""
+    """A run without a result, or with one that counts in no ranking."""
 
     number: int
     settings: Mapping[str, Any]
     reason: str
+    volume_ratio: float | None = None  # Volume of the settled sealant over the dispensed volume; None without a result
 
 
 @dataclass(frozen=True)
@@ -125,6 +129,16 @@ class HeldRun(Finished):
     worst_error_mm: float
     worst_at_mm: float
     share_under_1_mm: float
+    flat_level_error_mm: float  # Mean error of the best flat line over the same stretch
+
+
+@dataclass(frozen=True)
+class Replicates:
+    """Runs that repeat a pair with another seed."""
+
+    runs: int
+    pairs: int  # Number of pairs that they repeat
+    scatter_mm: float  # Standard deviation of a single run's mean error, pooled over the pairs
 
 
 def hold(run: Finished, readings: Profile, axes: tuple[Axis, Axis]) -> HeldRun:
@@ -141,7 +155,21 @@ def hold(run: Finished, readings: Profile, axes: tuple[Axis, Axis]) -> HeldRun:
         worst_error_mm=float(size[worst]),
         worst_at_mm=float(error.x[worst]),
         share_under_1_mm=error.size.share_below(CLOSE_MM),
+        flat_level_error_mm=best_flat_line(error, readings)[1],
     )
+
+
+def first_of_each_pair(runs: Sequence[HeldRun]) -> tuple[tuple[HeldRun, ...], Replicates | None]:
+    """Return the first run of each pair, and what the others say of the scatter; None if no pair was run again."""
+    pairs: dict[tuple[float, float], list[HeldRun]] = {}
+    for run in runs:
+        pairs.setdefault(run.at, []).append(run)
+    errors_mm = [np.array([run.mean_error_mm for run in alike]) for alike in pairs.values() if len(alike) > 1]
+    replicates = None
+    if freedom := sum(len(each) - 1 for each in errors_mm):
+        squares_mm2 = sum(float(((each - each.mean()) ** 2).sum()) for each in errors_mm)
+        replicates = Replicates(freedom, len(errors_mm), float(np.sqrt(squares_mm2 / freedom)))
+    return tuple(alike[0] for alike in pairs.values()), replicates
 
 
 def errors_on_grid(runs: Sequence[Finished], readings: Profile) -> tuple[Floats, Floats]:
@@ -168,11 +196,11 @@ class Chart:
     excluded: tuple[Excluded, ...]
     readings: Profile
     band_mm: Floats  # Half the 95 % band of all readings' levels together, (n,)
-    scatter_mm: float  # Standard deviation of a single run's mean error, estimated from its neighbours on the map
-    by_readings: tuple[bool, ...]
-    """Flag of each run that the readings cannot distinguish from the best one, itself included."""
+    scatter_mm: float  # Standard deviation of a single run's mean error, at most, from its neighbours on the map
     as_near: tuple[bool, ...]
-    """Flag of each run that cannot be distinguished from the best one given the scatter of single runs too."""
+    """Flag of each run that readings and scatter of replicates cannot distinguish from the best one, itself included;
+    of that one alone without replicates."""
+    replicates: Replicates | None = None
 
     @property
     def errors_mm(self) -> Floats:
@@ -194,25 +222,29 @@ class Chart:
     @property
     def flatness(self) -> str:
         """Statement about the pairs as near as the nearest one."""
+        if self.replicates is None:
+            return (
+                "No pair was run again with another seed: how far single runs scatter is not known, and no other pair "
+                "is called as near."
+            )
         near = [run for run, alike in zip(self.runs, self.as_near, strict=True) if alike]
-        others = sum(self.by_readings) - 1
-        first = "By the readings alone no other pair comes as near"
-        if others:
-            first = f"The readings alone cannot tell {others} other pair{'s' if others > 1 else ''} from it"
-        second = f"single runs scatter by {self.scatter_mm:.2f} mm at most (one standard deviation)"
+        pairs = f"{self.replicates.pairs} pair{'s' if self.replicates.pairs > 1 else ''}"
+        first = (
+            f"Single runs scatter by {self.replicates.scatter_mm:.2f} mm (one standard deviation, {pairs} run again)"
+        )
         if len(near) == 1:
-            return f"{first}; {second}, and with that none comes as near either."
+            return f"{first}; with that and the doubt about the readings no other pair comes as near."
         values = np.array([run.at for run in near]).T
         spans = [axis.span(along) for axis, along in zip(self.axes, values, strict=True)]
         return (
-            f"{first}; {second}, and with that {len(near)} of {len(self.runs)} pairs come as near: "
+            f"{first}; with that and the doubt about the readings {len(near)} of {len(self.runs)} pairs come as near: "
             f"{' and '.join(spans)}, with mean errors up to {max(run.mean_error_mm for run in near):.2f} mm."
         )
 
     @property
     def exclusion(self) -> str:
         """Statement about the excluded runs and the reasons."""
-        total = len(self.runs) + len(self.excluded)
+        total = len(self.runs) + len(self.excluded) + (self.replicates.runs if self.replicates else 0)
         if not self.excluded:
             return f"All {total} runs of the study are in it."
         reasons = Counter(each.reason for each in self.excluded).most_common()
@@ -227,7 +259,8 @@ def as_near_as_the_best(
 
     Random readings are drawn from their budget, and all runs are compared with each draw: an error of the readings
     changes the errors of similar runs alike, so that their difference is known far better than either.
-    ``scatter_mm`` is added to each run independently.
+    ``scatter_mm`` is added to each run independently. A run whose mean error is a third larger is not as near, however
+    large both doubts are.
     """
     s_mm, error_mm = errors_on_grid(runs, readings)
     off_mm = budget.at_stations_mm[:DRAWS] @ hats(s_mm, readings.s_mm).T
@@ -237,7 +270,8 @@ def as_near_as_the_best(
     near = []
     for number, each_mm in enumerate(error_mm):
         here_mm = mean_absolute(s_mm, each_mm + off_mm) + scatter_mm * random.standard_normal(len(off_mm))
-        near.append(number == best or float((here_mm <= least_mm).mean()) > CANNOT_TELL)
+        close = runs[number].mean_error_mm <= FARTHEST_NEAR * runs[best].mean_error_mm
+        near.append(number == best or (close and float((here_mm <= least_mm).mean()) > CANNOT_TELL))
     return tuple(near)
 
 

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from sealtwin.core.drawing import theme
 from validate.metrics.curve_distances import level_difference
-from validate.metrics.verdict import leak
+from validate.metrics.verdict import against_flat_line, leak
 from validate.study_figures import figure_sheet
 from validate.study_figures.side_by_side import (
     Side,
@@ -31,8 +31,8 @@ FIGURES = {
     "at s (mm)": ("worst_at_mm", "{:.1f}"),
     "share of the length under 1 mm": ("share_under_1_mm", "{:.2f}"),
     "Fréchet distance (mm)": ("frechet_mm", "{:.2f}"),
-    "mean error of the best flat level (mm)": ("flat_level_error_mm", "{:.3f}"),
-    "mean error of the volume's level (mm)": ("volume_balance_error_mm", "{:.3f}"),
+    "mean error of the best flat line (mm)": ("flat_level_error_mm", "{:.3f}"),
+    "mean error of the dispensed volume's flat level (mm)": ("volume_balance_error_mm", "{:.3f}"),
     "share of the crack that is filled": ("simulated_fill_ratio", "{:.3f}"),
 }
 """Keys and forms of a comparison's figures, by label."""
@@ -56,6 +56,7 @@ def compare_sheet(sides: Sequence[Side]) -> figure_sheet.FigureSheet:
     if best is not None:
         error_mm = sides[best].metrics["mean_error_mm"]
         finding = f"Nearest is run {best + 1}, {sides[best].name}, {error_mm:.2f} mm off on average."
+        finding += f" {against_flat_line(error_mm, sides[best].metrics['flat_level_error_mm'])}"
         key_figures.append(("nearest", f"run {best + 1}, {error_mm:.2f} mm off"))
     elif any(side.counts for side in compared):
         finding = "Their readings differ, so none of them is the nearest."
@@ -73,6 +74,10 @@ def compare_sheet(sides: Sequence[Side]) -> figure_sheet.FigureSheet:
         figure_sheet.SheetSection("Levels", [], [_levels(sides), *([errors] if compared else [])]),
         figure_sheet.SheetSection("Figures", [], [_by_run(sides, "figures", "figure", _figures(sides))]),
     ]
+    if unranked := [[str(number), side.unranked] for number, side in enumerate(sides, start=1) if side.unranked]:
+        head = ["run", "why"]
+        table = figure_sheet.FigureTable("By run", head, unranked, "not-ranked", figure_sheet.Numbers(head, unranked))
+        parts.append(figure_sheet.SheetSection("In no ranking", [], [table]))
     if compared:
         words = [_held_out_words(sides), *replicate_words(sides)]
         parts.append(figure_sheet.SheetSection("Held out", words, [_held_out(sides)]))
@@ -154,13 +159,13 @@ def _held_out_words(sides: Sequence[Side]) -> str:
     if held_out_mm is not None:
         return f"Mean error over the held-out trials: {held_out_mm:.2f} mm."
     if any(side.held_out for side in sides):
-        return "No held-out run counts: each was edited by hand, or particles went through a wall."
+        return "No held-out run counts: the table of those in no ranking says why."
     return "No run has held-out readings: every error here is the residual of a calibration."
 
 
 def _held_out(sides: Sequence[Side]) -> figure_sheet.FigureTable:
     head = ["run", "role", "readings", "mean error (mm)", "95 % interval (mm)", "bias (mm)", "worst (mm)"]
-    head += ["beats the best flat level", "beats the volume's level"]
+    head += ["beats the best flat line", "beats the dispensed volume's flat level"]
     columns = ["run", "trial", "role", "readings", "mean_error_mm", "low_mm", "high_mm", "bias_mm", "worst_error_mm"]
     columns += ["beats_flat_level", "beats_volume_balance"]
     rows: list[list[str]] = []

@@ -5,9 +5,10 @@ from functools import partial
 
 import numpy as np
 
+from validate.metrics.verdict import against_flat_line
 from validate.study_figures import map_figures
 from validate.study_figures.chart import Chart
-from validate.study_figures.figure_sheet import Cell, FigureSheet, FigureTable, Numbers, Plot, SheetSection
+from validate.study_figures.figure_sheet import NONE, Cell, FigureSheet, FigureTable, Numbers, Plot, SheetSection
 from validate.study_figures.side_by_side import volume_words
 from validate.units import percent, signed
 
@@ -26,6 +27,7 @@ ERRORS = {
 
 def map_sheet(chart: Chart, fills: Sequence[map_figures.Fill]) -> FigureSheet:
     best = chart.best
+    as_near = f"{sum(chart.as_near)} of {len(chart.runs)}" if chart.replicates else "not known: no pair was run again"
     first, second = chart.axes
     sections = [_levels(chart), _map(chart, fills), _influences(chart)]
     if fills:
@@ -42,14 +44,15 @@ def map_sheet(chart: Chart, fills: Sequence[map_figures.Fill]) -> FigureSheet:
         cautions=_cautions(chart),
         finding=(
             f"Nearest to the readings: {chart.said(best)}, {best.mean_error_mm:.2f} mm off on average. "
-            f"{chart.flatness} {chart.exclusion}"
+            f"{against_flat_line(best.mean_error_mm, best.flat_level_error_mm)} {chart.flatness} {chart.exclusion}"
         ),
         key_figures=[
             ("nearest pair", chart.said(best)),
             ("its mean error", f"{best.mean_error_mm:.2f} mm"),
+            ("best flat line's mean error, as a baseline", f"{best.flat_level_error_mm:.2f} mm"),
             ("its bias", f"{signed(best.bias_mm, 2)} mm"),
             ("of the length under 1 mm", percent(best.share_under_1_mm, 0)),
-            ("pairs as near as that", f"{sum(chart.as_near)} of {len(chart.runs)}"),
+            ("pairs as near as that", as_near),
             ("farthest pair", f"{chart.errors_mm.max():.2f} mm"),
         ],
         parts=sections,
@@ -63,7 +66,7 @@ def _cautions(chart: Chart) -> list[str]:
     ]
     told += volume_words({run.number: run.volume_ratio for run in chart.runs})
     if chart.readings.data == "undeclared":
-        told.append("Nobody declared whether the readings are measured: this can show consistency, no more.")
+        told.append("Nobody declared whether the readings are measured: how close runs come to them says no more.")
     elif chart.readings.data != "measured":
         told.append(
             f"The readings are {chart.readings.data}: this shows how close runs come to what they were made "
@@ -165,9 +168,14 @@ def _runs(chart: Chart) -> FigureTable:
 
 
 def _left_out(chart: Chart) -> FigureTable:
-    head = ["run", "settings", "why"]
+    head = ["run", "settings", "why", "volume ratio"]
     rows = [
-        [str(each.number), ", ".join(f"{name} = {value}" for name, value in each.settings.items()), each.reason]
+        [
+            str(each.number),
+            ", ".join(f"{name} = {value}" for name, value in each.settings.items()),
+            each.reason,
+            NONE if each.volume_ratio is None else f"{each.volume_ratio:.3f}",
+        ]
         for each in chart.excluded
     ]
-    return FigureTable("Runs without a result", head, rows[:MOST_ROWS], "left-out", Numbers(head, rows))
+    return FigureTable("Runs that are in no ranking", head, rows[:MOST_ROWS], "left-out", Numbers(head, rows))

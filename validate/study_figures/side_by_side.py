@@ -8,7 +8,7 @@ import numpy as np
 
 from sealtwin.core.records import Profile
 from validate.metrics.curve_distances import level_difference
-from validate.wording.headline import SOUND
+from validate.wording.headline import SOUND, kept_volume
 
 FEWEST = 2  # Least number of replicates: one alone has no distribution
 SAME_MM = 0.01
@@ -34,8 +34,20 @@ class Side:
 
     @property
     def counts(self) -> bool:
-        """True if findings may rest on the run: no file was edited and no particle escaped."""
-        return not self.edited and not self.escaped_particles
+        """True if findings may rest on the run."""
+        return not self.unranked
+
+    @property
+    def unranked(self) -> str:
+        """Reason for which the run is in no ranking; empty where it is."""
+        if self.edited:
+            return "edited by hand"
+        if self.escaped_particles:
+            return "particles went through a wall"
+        low, high = SOUND
+        if not kept_volume(self.volume_ratio):
+            return f"{self.volume_ratio:.3f} of the dispensed volume settled; {low:g} to {high:g} is sound"
+        return ""
 
     @property
     def held_out(self) -> bool:
@@ -134,8 +146,7 @@ def _mean_levels_mm(side: Side) -> tuple[float, float]:
 def volume_words(ratios: Mapping[int, float]) -> list[str]:
     """Name the runs whose settled sealant has not the dispensed volume, by number; empty if all are sound."""
     low, high = SOUND
-    # Rounded as printed: 1.050 is sound.
-    off = {number: round(ratio, 3) for number, ratio in ratios.items() if not low <= round(ratio, 3) <= high}
+    off = {number: round(ratio, 3) for number, ratio in ratios.items() if not kept_volume(ratio)}
     if not off:
         return []
     which = numbered([number - 1 for number in sorted(off)])

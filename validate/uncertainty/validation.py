@@ -14,6 +14,8 @@ from validate.units import counted, signed
 
 COVERAGE = 2.0  # Coverage factor k of a 95 % interval of a normal distribution
 
+NOT_ASSESSED = "ASME V&V 20: not assessed: 'sealtwin validate RUN --uncertainty'"
+
 
 def mean_level_budget(
     error_mm: float,
@@ -24,7 +26,11 @@ def mean_level_budget(
     inputs_waiting: bool = False,
     volume_level_mm: float | None = None,
 ) -> MeanLevelBudget:
-    """Return the error E = S - D of the mean level with its standard uncertainties, and whether E is above twice it."""
+    """Return the error E = S - D of the mean level with its standard uncertainties.
+
+    Whether E is above twice their sum is left open until numerics and all declared inputs are known.
+    """
+    assessed = numerics_mm is not None and inputs_mm is not None and not inputs_waiting
     return MeanLevelBudget(
         error_mm=error_mm,
         volume_level_mm=volume_level_mm,
@@ -33,57 +39,65 @@ def mean_level_budget(
         inputs_mm=inputs_mm,
         inputs_waiting=inputs_waiting,
         validation_mm=validation_mm,
-        resolved=abs(error_mm) > COVERAGE * validation_mm,
+        resolved=abs(error_mm) > COVERAGE * validation_mm if assessed else None,
     )
 
 
-def mean_level_sentence(mean: MeanLevelBudget) -> str:
-    """Return the sentence on the mean level along the crack."""
-    half_mm, without = COVERAGE * mean.validation_mm, left_out(mean)
+def level_sentences(mean: MeanLevelBudget, stations: StationErrors, *, calibrated: bool = False) -> tuple[str, str]:
+    """Return the sentences on the mean level and on the stations.
+
+    The first is that of ASME V&V 20 where numerics and inputs are known; else it says that there is none. Where the
+    model was ``calibrated`` on the readings, E is not the error of a prediction, which V&V 20 is about.
+    """
+    if mean.resolved is None:
+        return _not_assessed(mean), _station_sentence(stations, _known(mean))
+    half_mm = COVERAGE * mean.validation_mm
     span = f"{signed(mean.error_mm - half_mm, 2)} and {signed(mean.error_mm + half_mm, 2)} mm"
-    figures = f"E = {signed(mean.error_mm, 2)} mm, {COVERAGE:g} u_val = {half_mm:.2f} mm; ASME V&V 20"
+    figures = f"ASME V&V 20: E = {signed(mean.error_mm, 2)} mm, {COVERAGE:g} u_val = {half_mm:.2f} mm"
     if mean.resolved:
         way = "high" if mean.error_mm > 0 else "low"
-        # Without the uncertainty of numerics and inputs, the error may be theirs and not the model's.
-        whose = "simulated" if without else "model's"
-        text = f"The {whose} mean level is too {way} ({figures}): its error lies between {span}."
+        text = f"The model's mean level is too {way} ({figures}): its error lies between {span}."
     else:
         text = (
-            f"The data cannot resolve an error of the model in the mean level ({figures}): it lies between {span}. "
+            f"The mean level is consistent with the readings ({figures}): the model's error in it lies between {span}. "
             "This does not say that the model is right."
         )
-    return f"{text} The doubt about {without} is not in it." if without else text
+    if calibrated:
+        text += " The model was calibrated on these readings, which makes E smaller than that of a prediction."
+    return text, _station_sentence(stations, "readings, numerics and inputs")
 
 
-def left_out(mean: MeanLevelBudget) -> str:
-    """Return the names of the uncertainties that were not determined; empty where all were."""
-    parts = [] if mean.numerics_mm is not None else ["the numerics"]
-    if mean.inputs_mm is None or mean.inputs_waiting:
-        parts.append("the inputs" if mean.inputs_mm is None else "the other inputs")
-    return " and ".join(parts)
+def with_time(findings: Sequence[str], extra_runs: str) -> tuple[str, ...]:
+    """Return findings with the time, in words, that the runs take without which V&V 20 is not assessed."""
+    told = f"{NOT_ASSESSED}, about {extra_runs}." if extra_runs else f"{NOT_ASSESSED}."
+    return tuple(told if one == f"{NOT_ASSESSED}." else one for one in findings)
 
 
-def station_sentence(stations: StationErrors, without: str = "") -> str:
-    """Return the sentence on the levels at the stations; ``without`` names what was ``left_out``.
+def _not_assessed(mean: MeanLevelBudget) -> str:
+    if mean.numerics_mm is not None and mean.inputs_mm is None and not mean.inputs_waiting:
+        return "ASME V&V 20: not assessed: [uncertainty] declares no input of the run, such as volume_ml."
+    return f"{NOT_ASSESSED}."
 
-    Many stations are many tests, so that one is off where E leaves the band of all together.
+
+def _known(mean: MeanLevelBudget) -> str:
+    """Return the names of the uncertainties that are known, where not all are."""
+    parts = ["readings"] if mean.numerics_mm is None else ["readings", "numerics"]
+    return " and ".join(parts if mean.inputs_mm is None else [*parts, "some inputs"]) + " alone"
+
+
+def _station_sentence(stations: StationErrors, known: str) -> str:
+    """Return the sentence on the stations; the bands are those by what is ``known``.
+
+    Many stations are many tests, so that one is off where its error leaves the band of all together.
     """
     count, off = len(stations.error_mm), stations.off
-    alone = (
-        f"Station by station |E| is above {COVERAGE:g} u_val at {int(stations.above.sum())}; by chance alone it would "
-        f"be at {stations.by_chance:.1f}."
-    )
-    band = "the 95 % band of the whole profile"
-    if not off.any():
-        return f"At none of {counted(count, 'station')} does E leave {band}. {alone}"
     high = int((off & (stations.error_mm > 0)).sum())
-    where = f"too high at {high} and too low at {int(off.sum()) - high}"
-    told = (
-        f"{where}, by more than the readings' uncertainty alone; that of {without} is not in it."
-        if without
-        else f"there the model is off, {where}."
+    where = f" (too high at {high}, too low at {int(off.sum()) - high})" if off.any() else ""
+    return (
+        f"At {int(off.sum()) or 'none'} of {counted(count, 'station')} the simulated level leaves the 95 % band of the "
+        f"whole profile{where}, by {known}. {int(stations.above.sum())} leave their own band, where chance alone makes "
+        f"{stations.by_chance:.1f}."
     )
-    return f"At {int(off.sum())} of {counted(count, 'station')} E leaves {band}: {told} {alone}"
 
 
 def missing_sentence(missing: Sequence[BudgetPart]) -> str:

@@ -11,7 +11,7 @@ from sealtwin.core.comparison import (
 from sealtwin.core.records import Profile
 from validate.report_input import Evidence, ReadingsSheet
 from validate.uncertainty.budget import UNDECLARED_MM
-from validate.units import LABELS, NOT_RECORDED, PageTable, counted, millimetres, percent, signed, span
+from validate.units import LABELS, NOT_RECORDED, PageTable, counted, millimetres, percent, setting_name, signed, span
 
 
 def balance_table(evidence: Evidence) -> PageTable:
@@ -21,8 +21,8 @@ def balance_table(evidence: Evidence) -> PageTable:
         (label, f"{volume_mm3:.0f} mm³, {counted(round(volume_mm3 / particle_mm3), 'particle')}")
         for label, volume_mm3 in volumes_mm3(evidence).values()
     ]
-    rows.append(("volume that the settled particles fill, over dispensed", f"{evidence.volume_ratio:.3f}"))
-    return PageTable("Where the sealant is", tuple(rows))
+    rows.append(("space that the settled particles fill, over dispensed volume", f"{evidence.volume_ratio:.3f}"))
+    return PageTable("Dispensed sealant, by place", tuple(rows))
 
 
 def volumes_mm3(evidence: Evidence) -> dict[str, tuple[str, float]]:
@@ -31,9 +31,12 @@ def volumes_mm3(evidence: Evidence) -> dict[str, tuple[str, float]]:
     height_mm = run.position_mm[~run.spilled, 2]
     counts = {
         "dispensed": ("dispensed", len(run.position_mm)),
-        "in_crack": ("in the crack, below the face", int((height_mm <= 0).sum())),
-        "above_face": ("above the face, the jet under the nozzle included", int((height_mm > 0).sum())),
-        "spilled": ("spilled over the sample's edge", run.spilled_particles),
+        "in_crack": ("dispensed sealant with centres at or below the face's plane", int((height_mm <= 0).sum())),
+        "above_face": (
+            "dispensed sealant with centres above the face's plane, over the mouth, beside it and in the jet",
+            int((height_mm > 0).sum()),
+        ),
+        "spilled": ("dispensed sealant over the sample's edge", run.spilled_particles),
         "escaped": ("escaped through a wall (must be 0)", run.escaped_particles),
     }
     return {key: (label, count * run.particle_volume_mm3) for key, (label, count) in counts.items()}
@@ -53,7 +56,7 @@ def agreement_table(comparison: Comparison) -> PageTable:
     room = f"{m.simulated_underfill_mm3:.0f} mm³ simulated, {m.measured_underfill_mm3:.0f} mm³ measured"
     heap = f"{m.simulated_overfill_mm3:.0f} mm³ simulated, {m.measured_overfill_mm3:.0f} mm³ measured"
     rows = (
-        ("role of the readings", m.role),
+        ("the readings were", readings_role(m)),
         ("covered length", f"{m.covered_length_mm:.1f} mm, {percent(m.coverage)} of the crack {stretch}"),
         ("area between the curves, exact", f"{m.area_mm2:.4f} mm²"),
         ("area by similaritymeasures", f"{m.area_similaritymeasures_mm2:.4f} mm², {same}"),
@@ -66,11 +69,18 @@ def agreement_table(comparison: Comparison) -> PageTable:
         ("length with less than 1 mm error", percent(m.share_under_1_mm)),
         ("mean error, first 10 mm bin", millimetres(m.start_zone_error_mm)),
         ("mean error, last 10 mm bin", millimetres(m.end_zone_error_mm)),
-        ("best flat level, as a baseline", _baseline(m.flat_level_mm, m.flat_level_error_mm, m.beats_flat_level)),
-        ("room below the face", room),
-        ("sealant above the mouth", heap),
+        ("best flat line, as a baseline", _baseline(m.flat_level_mm, m.flat_level_error_mm, m.beats_flat_level)),
+        ("room between level and mouth, over the covered length", room),
+        ("heap between mouth and level, over the covered length", heap),
     )
     return PageTable("Agreement with the readings", rows)
+
+
+def readings_role(metrics: LevelMetrics) -> str:
+    """Return the role of the readings, with what was fitted to them."""
+    if metrics.role != "calibrated-on":
+        return {"held-out": "held out", "undeclared": "not declared"}[metrics.role]
+    return f"calibrated on: {', '.join(map(setting_name, metrics.fitted or ())) or 'not declared what'}"
 
 
 def _baseline(level_mm: float, error_mm: float, beaten: bool) -> str:
@@ -130,12 +140,7 @@ def uncertainty_sentences(found: ErrorUncertainty) -> list[str]:
     if found.inputs_left_out:
         names = ", ".join(INPUTS[name][0] for name in found.inputs_left_out)
         sentences.append(f"Not declared in [uncertainty], and not included: {names}.")
-    if found.numerics is None:
-        sentences.append(
-            "How much hangs on the particles' size, and on the inputs, was not examined: 'sealtwin validate RUN "
-            "--uncertainty' does."
-        )
-    elif found.mean_level.numerics_mm is None:
+    if found.numerics is not None and found.mean_level.numerics_mm is None:
         sentences.append(
             "Each particle size was run once: how far single runs scatter is not known, and nothing is said of the "
             "numerics. 'sealtwin validate RUN --uncertainty' runs each three times."
@@ -152,16 +157,19 @@ def volume_table(metrics: LevelMetrics, volumes: VolumeComparison) -> PageTable:
     baseline = _baseline(level_mm, error_mm, volumes.beats_volume_balance)
     rows = (
         ("dispensed", f"{balance.dispensed_mm3:.0f} mm³"),
-        ("simulated: in the crack, below the face", f"{balance.in_crack_mm3:.0f} mm³"),
-        ("simulated: above the face", f"{balance.above_mm3:.0f} mm³"),
-        ("simulated: over the sample's edge", f"{balance.spilled_mm3:.0f} mm³"),
-        ("lost by the numbers (below 0: gained)", f"{balance.lost_mm3:.0f} mm³"),
+        ("space filled by particles with centres at or below the face's plane", f"{balance.in_crack_mm3:.0f} mm³"),
+        ("space filled by particles with centres above the face's plane", f"{balance.above_mm3:.0f} mm³"),
+        ("dispensed sealant over the sample's edge", f"{balance.spilled_mm3:.0f} mm³"),
+        ("lost by the numerics: dispensed less these three (below 0: gained)", f"{balance.lost_mm3:.0f} mm³"),
         ("face beside the mouth under sealant", f"{balance.footprint_mm2:.0f} mm²"),
-        ("held by the readings, over the covered length", f"{balance.readings_mm3:.0f} mm³ ({state})"),
+        (
+            "sealant under the level, over the covered length",
+            f"{metrics.simulated_sealant_mm3:.0f} mm³ simulated, {balance.readings_mm3:.0f} mm³ measured ({state})",
+        ),
         ("share of the cavity filled, over the covered length", filled),
-        ("level of the volume spread over the nozzle's reach, as a baseline", baseline),
+        ("level of the dispensed volume, flat in the whole crack, as a baseline", baseline),
     )
-    return PageTable("As volumes of settled sealant, beside the readings", rows)
+    return PageTable("Space that the settled sealant fills, beside the readings", rows)
 
 
 def sealant_as_read(balance: MassBalance) -> tuple[str, str]:
@@ -200,8 +208,13 @@ def _result(found: ErrorUncertainty) -> Rows:
     low_mm, high_mm = found.mean_error_interval_mm
     bias_low_mm, bias_high_mm = found.bias_interval_mm
     mean, stations, levels = found.mean_level, found.stations, found.levels
-    count = len(stations.error_mm)
     volume = NOT_RECORDED if mean.volume_level_mm is None else f"{signed(mean.volume_level_mm, 3)} mm"
+    count, validated = len(stations.error_mm), [("u_val and |E| above 2 u_val, ASME V&V 20", "not assessed")]
+    if mean.resolved is not None:
+        validated = [
+            ("u_val, all of them together", f"{mean.validation_mm:.3f} mm"),
+            ("|E| above 2 u_val; if not, the two are consistent", "yes" if mean.resolved else "no"),
+        ]
     return [
         ("mean error, 95 % by the readings' doubt", f"{low_mm:.3f} to {high_mm:.3f} mm"),
         ("bias, 95 % by the readings' doubt", f"{signed(bias_low_mm, 3)} to {signed(bias_high_mm, 3)} mm"),
@@ -213,11 +226,10 @@ def _result(found: ErrorUncertainty) -> Rows:
         ("u of the readings, in it", f"{mean.data_mm:.3f} mm"),
         ("u of the numerics", millimetres(mean.numerics_mm, 3, "not determined")),
         ("u of the inputs", millimetres(mean.inputs_mm, 3, "not determined")),
-        ("u_val, all of them together", f"{mean.validation_mm:.3f} mm"),
-        ("|E| above 2 u_val", "yes" if mean.resolved else "no"),
+        *validated,
         ("stations with E outside the band of all together", f"{int(stations.off.sum())} of {count}"),
         (
-            "stations with |E| above 2 u_val, each by itself",
+            "stations with E outside their own band",
             f"{int(stations.above.sum())} of {count}; {stations.by_chance:.1f} by chance alone",
         ),
     ]

@@ -1,12 +1,11 @@
 """The beginning of a report: cautions, the verdict in one line, and the key figures."""
 
-from collections.abc import Mapping
-
-from sealtwin.core.comparison import Outcome, Role
+from sealtwin.core.comparison import Outcome
 from sealtwin.core.records import Run
 from validate.metrics.verdict import edited_by_hand, leak
 from validate.report_input import Evidence
 from validate.units import counted
+from validate.wording.comparison import readings_role
 
 SOUND = (0.95, 1.05)
 """Sound range of the volume on the sample over the volume dispensed on it, which preset "accurate" keeps."""
@@ -17,6 +16,12 @@ MOST_COMPRESSED = 0.10
 """Largest compression that 95 % of the particles may stay below, as benchmarks/paper_run.py asks of every run."""
 MUCH_SPILLED = 0.05
 """Share of the sealant whose spill is always reported; a smaller one only where it alone makes the ratio unsound."""
+
+
+def kept_volume(ratio: float) -> bool:
+    """Return True where the settled volume is sound, rounded as it is printed: 1.050 of the dispensed one is."""
+    low, high = SOUND
+    return low <= round(ratio, 3) <= high
 
 
 def run_warnings(run: Run, volume_ratio: float) -> tuple[str, ...]:
@@ -47,7 +52,7 @@ def run_warnings(run: Run, volume_ratio: float) -> tuple[str, ...]:
             f"The bed is compressed: of its particles 5 % are by more than {100 * compressed:.0f} %, and levels stand "
             f"lower there than as much sealant would. {cure}"
         )
-    if not low <= round(volume_ratio, 3) <= high and (low <= kept <= high or spilled > MUCH_SPILLED):
+    if not kept_volume(volume_ratio) and (low <= kept <= high or spilled > MUCH_SPILLED):
         texts.append(
             f"{counted(run.spilled_particles, 'particle')}, {100 * spilled:.1f} % of the sealant, ran over the edge "
             "of the sample: the levels are those of what is left."
@@ -99,18 +104,15 @@ def cautions(evidence: Evidence) -> tuple[str, ...]:
     return tuple(texts)
 
 
-def headline(evidence: Evidence) -> tuple[str, Outcome]:
-    """Return the verdict line and its outcome."""
+def headline(evidence: Evidence) -> tuple[tuple[str, ...], Outcome]:
+    """Return the sentences of the verdict and its outcome."""
     if evidence.comparison is not None:
-        return evidence.comparison.verdict, evidence.comparison.outcome
+        return evidence.comparison.headline, evidence.comparison.outcome
     if evidence.run.escaped_particles:
-        return f"{leak(evidence.run.escaped_particles)}. There are no readings.", "failed"
+        return (f"{leak(evidence.run.escaped_particles)}. There are no readings.",), "failed"
     if evidence.edited:
-        return f"{edited_by_hand(evidence.edited)}: no verdict. There are no readings.", "undecided"
-    return "No readings: this is the simulated fill alone, held against nothing.", "open"
-
-
-ROLES: Mapping[Role, str] = {"calibrated-on": "calibrated on", "held-out": "held out", "undeclared": "not declared"}
+        return (f"{edited_by_hand(evidence.edited)}: no verdict. There are no readings.",), "undecided"
+    return ("No readings: this is the simulated fill alone, held against nothing.",), "open"
 
 
 def key_figures(evidence: Evidence) -> list[tuple[str, str]]:
@@ -123,7 +125,8 @@ def key_figures(evidence: Evidence) -> list[tuple[str, str]]:
         if interval_mm is not None:
             figures.append(("its 95 % interval by the readings", "{:.2f} to {:.2f} mm".format(*interval_mm)))
         worst = f"worst error (at s = {m.worst_at_mm:.1f} mm)", f"{m.worst_error_mm:.2f} mm"
-        figures += [("readings were", ROLES[m.role]), worst]
+        flat = "best flat line's mean error, as a baseline", f"{m.flat_level_error_mm:.2f} mm"
+        figures += [flat, worst, ("readings were", readings_role(m))]
     return [
         *figures,
         ("volume ratio", f"{evidence.volume_ratio:.3f}"),

@@ -10,17 +10,20 @@ from typer.testing import CliRunner
 
 from sealtwin.cli.app import app
 from sealtwin.cli.studies import mapped_lines
+from sealtwin.core import record_files
 from sealtwin.core.errors import InputError
+from sealtwin.core.files import sha256
 from sealtwin.core.progress import Progress
 from sealtwin.study import study_map
-from sealtwin.study.study_folder import forget_outcome, profile_path, read_plan, write_outcome, write_plan
+from sealtwin.study.study_folder import forget_outcome, profile_path, read_plan, run_path, write_outcome, write_plan
 from sealtwin.study.study_map import map_study, watch_runs
 from sealtwin.study.sweep import SweepOptions, sweep
 from tests.studies import tiny_lab
 
 
 def mapped_without_fills(folder, out=None, caliper=None, data=None):
-    return map_study(folder, out, caliper, data, None, Progress())
+    """One of the four tiny runs gains a tenth of its volume, which is not the matter here."""
+    return map_study(folder, out, caliper, data, None, Progress(), any_volume=True)
 
 
 @pytest.fixture(scope="module")
@@ -87,7 +90,7 @@ class Counted(Progress):
 
 def test_fills_of_chosen_runs_are_drawn(study, here):
     counted = Counted()
-    mapped = map_study(study, None, None, None, "cpu", counted)
+    mapped = map_study(study, None, None, None, "cpu", counted, any_volume=True)
     assert [done for done, _ in counted.done] == [1, 2, 3, 4]
     assert {note for _, note in counted.done} == {"run 1", "run 2", "run 3", "run 4"}
     page = (study / "map" / "map.html").read_text(encoding="utf-8")
@@ -107,9 +110,34 @@ def test_runs_without_a_result_are_left_out_and_told(study):
     assert [each["number"] for each in mapped.content["excluded"]] == [5]
 
 
+def test_a_run_whose_volume_is_off_is_in_no_ranking(study):
+    """The nearest of five: it stands apart with its volume, and another one is the nearest."""
+    plan = read_plan(study)
+    for run in plan.runs:
+        write_outcome(study, replace(run, figures={**(run.figures or {}), "volume_ratio": 1.05}))
+    best = mapped_without_fills(study).chart.best.number
+    fifth = replace(next(run for run in plan.runs if run.number == best), number=5, key="f" * 64)
+    fifth = replace(fifth, settings={"fluid.U": 7.0, "fluid.D_cm": 0.03})
+    shutil.copytree(run_path(study, plan.runs[best - 1].key), run_path(study, fifth.key))
+    profile = record_files.read_profile(run_path(study, fifth.key))
+    record_files.write_profile(run_path(study, fifth.key), replace(profile, level_mm=0 * profile.s_mm - 1.5))
+    figures = {"volume_ratio": 1.051, "profile_sha256": sha256(profile_path(study, fifth.key))}
+    write_plan(study, replace(plan, runs=[*plan.runs, fifth]))
+    write_outcome(study, replace(fifth, figures={**(fifth.figures or {}), **figures}))
+    assert mapped_without_fills(study).chart.best.number == 5
+    mapped = map_study(study, None, None, None, None, Progress())
+    assert mapped.chart.best.number == best
+    assert [(each["number"], each["volume_ratio"]) for each in mapped.content["excluded"]] == [(5, 1.051)]
+    assert mapped.content["beats_flat_level"] is (
+        mapped.chart.best.mean_error_mm < mapped.content["flat_level_error_mm"]
+    )
+
+
 def test_a_study_that_is_not_there_or_too_small_is_refused(study, tmp_path):
     with pytest.raises(InputError, match="no study"):
         mapped_without_fills(tmp_path / "nowhere")
+    with pytest.raises(InputError, match="of 4 runs that are done kept their volume within 5 %; a map needs 4"):
+        map_study(study, None, None, None, None, Progress())
     forget_outcome(study, read_plan(study).runs[0])
     with pytest.raises(InputError, match="3 of 4 runs are done; a map needs 4"):
         mapped_without_fills(study)
@@ -142,7 +170,8 @@ def test_other_readings_say_where_they_come_from(study, lab, tmp_path):
 
 def test_the_command_answers_with_one_object(swept, tmp_path):
     """And with exit code 3 and one sentence where there is nothing to map."""
-    asked = CliRunner().invoke(app, ["map", str(swept), "--no-fills", "--out", str(tmp_path), "--json", "--quiet"])
+    options = "--any-volume", "--json", "--quiet"
+    asked = CliRunner().invoke(app, ["map", str(swept), "--no-fills", "--out", str(tmp_path), *options])
     assert asked.exit_code == 0, asked.output
     assert json.loads(asked.stdout) == json.loads((tmp_path / "map.json").read_text(encoding="utf-8"))
     refused = CliRunner().invoke(app, ["map", str(tmp_path), "--no-fills", "--json"])

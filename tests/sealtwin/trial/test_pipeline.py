@@ -5,6 +5,7 @@ What is killed or interrupted, and what it is held against, is a process; other 
 
 import json
 import random
+import re
 import shutil
 import signal
 import subprocess
@@ -16,6 +17,7 @@ import pytest
 from typer.testing import CliRunner
 
 from sealtwin.cli.app import app
+from sealtwin.cli.trial_answer import result_lines
 from sealtwin.core.files import sha256
 from tests.coarse import NO_PICTURES
 from tests.pages import leave_out_pages
@@ -60,7 +62,8 @@ def unbroken(tmp_path_factory) -> tuple[Path, Path, dict]:
     """Trial, run folder, and the answer of one run without disturbance."""
     lab = tmp_path_factory.mktemp("lab")
     trial = tiny_lab(lab / "trial").with_name("trial.toml")
-    trial.write_text(TRIAL.replace('data = "synthetic"\nrole', 'data = "reconstructed"\nrole') + GATE + NO_PICTURES)
+    calibrated = 'data = "reconstructed"\nfitted = ["fluid.U"]\nrole'
+    trial.write_text(TRIAL.replace('data = "synthetic"\nrole', calibrated) + GATE + NO_PICTURES)
     trial.with_name("readings.csv").write_text(READINGS)
     process = _start("run", trial, "--out", lab / "run", "--device", "cpu", "--json")
     out, err = process.communicate()
@@ -77,12 +80,20 @@ def test_a_run_leaves_every_file_and_answers_with_the_headline(unbroken):
     assert answer["spilled_particles"] >= 0
     assert answer["particles"] == 170
     assert Path(answer["report"]).name == "report.html"
-    assert answer["verdict"].startswith("Gate kept on the reconstructed readings it was calibrated on: mean error")
-    assert answer["readings_role"] == "calibrated-on"
-    assert json.loads((run / "run.json").read_text(encoding="utf-8"))["readings_role"] == "calibrated-on"
+    assert answer["verdict"] == " ".join(answer["headline"])
+    for said, sentence in zip(("Gate kept: ", "etter", "Calibrated on"), answer["headline"], strict=True):
+        assert said in sentence
+    kept = json.loads((run / "run.json").read_text(encoding="utf-8"))
+    assert (kept["readings_role"], kept["readings_fitted"]) == ("calibrated-on", ["fluid.U"])
+    assert kept["beats_flat_level"] is (kept["mean_error_mm"] < kept["flat_level_error_mm"])
+    assert kept["mean_level"]["resolved"] is None
+    told = result_lines(answer, "validate")
+    assert [line for line in told if line in answer["headline"]] == answer["headline"]
     low_mm, high_mm = answer["mean_error_95_mm"]
     assert low_mm < answer["mean_error_mm"] < high_mm
-    assert any("V&V 20" in sentence for sentence in answer["findings"])
+    assert re.match(
+        r"ASME V&V 20: not assessed: 'sealtwin validate RUN --uncertainty', about \d+ s\.", answer["findings"][0]
+    )
     report = json.loads((run / "report.json").read_text(encoding="utf-8"))
     assert report["readings"]["sha256"] == sha256(run / "inputs" / "readings.csv")
     assert {"digitise: finished", "simulate: finished", "validate: begun"} <= set(report["provenance"])

@@ -1,6 +1,7 @@
 """A trial file: every fault named by key, value and what is allowed, before anything runs."""
 
 import os
+import re
 import tomllib
 from pathlib import Path
 
@@ -154,9 +155,38 @@ def test_the_two_trials_of_the_fixture_differ_in_what_they_say_they_do_and_in_no
     for trial in (ours, papers):
         for differing in ("name", "note", "gate"):
             del trial[differing]
-        for table, key in (("crack", "tilt"), ("crack", "wall_angle_deg"), ("solver", "preset")):
+        for table, key in (
+            ("crack", "tilt"),
+            ("crack", "wall_angle_deg"),
+            ("solver", "preset"),
+            ("readings", "fitted"),
+        ):
             del trial[table][key]
     assert ours == papers
+
+
+def test_the_trials_of_the_fixture_say_what_was_fitted_and_why_their_gate_is_what_it_is():
+    for name in ("trial.toml", "trial-paper.toml"):
+        trial = load_trial(FIXTURE / name)
+        assert trial.readings is not None
+        assert trial.gate is not None
+        assert {"fluid.U", "fluid.D_cm"} <= set(trial.readings.fitted or ())
+        assert trial.gate.reason
+    ours = load_trial(FIXTURE / "trial.toml").readings
+    assert ours is not None
+    assert {"fluid.yield_stress_pa", "fluid.freeze_after_s", "crack.wall_angle_deg"} <= set(ours.fitted or ())
+
+
+@pytest.mark.parametrize(
+    ("name", "says"), [("fluid.u", "the nearest is 'fluid.U'"), ("readings.file", "no such setting")]
+)
+def test_what_was_fitted_is_a_setting_of_the_trial(tmp_path, name, says):
+    text = (FIXTURE / "trial.toml").read_text(encoding="utf-8")
+    assert '"fluid.U", ' in text
+    path = tmp_path / "trial.toml"
+    path.write_text(text.replace('"fluid.U", ', f'"{name}", '), encoding="utf-8")
+    with pytest.raises(InputError, match=re.escape(says)):
+        load_trial(path)
 
 
 @pytest.mark.parametrize(

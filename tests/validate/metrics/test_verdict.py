@@ -5,6 +5,7 @@ import pytest
 
 from sealtwin.core.comparison import BudgetSummary, Comparison, ErrorUncertainty, LevelMetrics
 from validate.metrics.verdict import Basis, basis_of, judged
+from validate.settings import Gate
 
 GATE = 1.6
 ENOUGH = Basis(17, 1.0, 1 / 16)
@@ -14,6 +15,7 @@ JUDGED = {
     "readings_data": "measured",
     "photo_data": "measured",
     "role": "held-out",
+    "flat_level_error_mm": 2.0,
 }
 
 
@@ -22,6 +24,7 @@ def judgement_of(
     gate: float | None = GATE,
     interval_mm: tuple[float, float] | None = None,
     *,
+    reason: str = "",
     scatter_known: bool = True,
     edited: tuple[str, ...] = (),
     **more,
@@ -39,7 +42,8 @@ def judgement_of(
     if interval_mm is not None:
         budget = BudgetSummary.model_construct(scatter_known=scatter_known)
         uncertainty = ErrorUncertainty.model_construct(mean_error_interval_mm=interval_mm, budget=budget, sentences=())
-    return judged(metrics, gate, uncertainty, edited)
+    declared = None if gate is None else Gate(mean_error_mm=gate, reason=reason)
+    return judged(metrics, declared, uncertainty, edited)
 
 
 @pytest.mark.parametrize(
@@ -75,7 +79,7 @@ def test_a_basis_is_what_lies_on_the_compared_stretch(s_mm, stations, coverage, 
 def test_five_stations_over_four_fifths_none_far_from_the_next(s_mm, suffices):
     judgement = judgement_of(basis_of(np.array(s_mm, dtype=float), s_mm[0], s_mm[-1], 80.0))
     assert judgement.passed is suffices
-    assert judgement.verdict.startswith("Gate kept on" if suffices else "No verdict on held-out readings: they cover")
+    assert judgement.verdict.startswith("Gate kept: " if suffices else "No verdict: the readings cover")
 
 
 def test_a_share_is_never_rounded_up_to_what_is_needed():
@@ -83,17 +87,51 @@ def test_a_share_is_never_rounded_up_to_what_is_needed():
 
 
 @pytest.mark.parametrize(
-    ("readings_data", "photo_data", "role", "starts"),
+    ("readings_data", "photo_data", "role", "said"),
     [
-        ("undeclared", "measured", "held-out", "Gate kept on held-out undeclared readings"),
-        ("measured", "undeclared", "held-out", "Gate kept on held-out readings, of a sample of undeclared origin"),
-        ("measured", "measured", "undeclared", "Gate kept on readings that are declared neither"),
+        ("undeclared", "measured", "held-out", "these undeclared readings"),
+        ("reconstructed", "reconstructed", "calibrated-on", "Calibrated on these reconstructed readings"),
+        ("measured", "synthetic", "held-out", "The sample is synthetic."),
+        ("measured", "undeclared", "held-out", "The sample is of undeclared origin."),
+        ("measured", "measured", "undeclared", "Neither calibrated nor held out"),
+        ("measured", "measured", "held-out", "Held out"),
     ],
 )
-def test_nothing_undeclared_validates(readings_data, photo_data, role, starts):
+def test_a_kept_gate_validates_nothing_and_says_what_it_rests_on(readings_data, photo_data, role, said):
     judgement = judgement_of(readings_data=readings_data, photo_data=photo_data, role=role)
     assert judgement.passed
-    assert judgement.verdict.startswith(starts)
+    assert said in judgement.headline[-1]
+    assert "alidated" not in judgement.verdict
+
+
+def test_a_gate_is_printed_with_its_reason_or_as_one_without():
+    reasoned = judgement_of(mean_error_mm=0.99, reason="the joint must hold 1 mm of rain")
+    assert reasoned.headline[0] == (
+        "Gate kept: mean error 0.99 mm, at most 1.6 mm (reason: the joint must hold 1 mm of rain)."
+    )
+    assert reasoned.content()["gate"] == {"mean_error_mm": 1.6, "reason": "the joint must hold 1 mm of rain"}
+    assert "(no reason is given)" in judgement_of().headline[0]
+
+
+@pytest.mark.parametrize(
+    ("flat_mm", "says"), [(3.97, "Better than"), (0.4, "No better: worse than"), (0.5, "No better")]
+)
+def test_the_headline_holds_the_run_against_the_best_flat_line(flat_mm, says):
+    """Of two equal errors the line's is the better one: it needs no simulation."""
+    sentence = judgement_of(mean_error_mm=0.5, flat_level_error_mm=flat_mm).headline[1]
+    assert sentence.startswith(says)
+    assert f"by {abs(flat_mm - 0.5):.2f} mm" in sentence
+
+
+def test_what_was_fitted_is_named():
+    fitted = judgement_of(role="calibrated-on", fitted=("fluid.U", "fluid.freeze_after_s", "crack.wall_angle_deg"))
+    assert "(fitted: U, age at freezing, wall angle)" in fitted.verdict
+    assert "(what was fitted is not declared)" in judgement_of(role="calibrated-on").verdict
+
+
+def test_held_out_by_word_and_by_the_catalogue_are_told_apart():
+    assert "as was declared" in judgement_of().verdict
+    assert "as was declared" not in judgement_of(lab_searched=True).verdict
 
 
 def test_a_leak_speaks_before_thin_readings():
@@ -105,10 +143,10 @@ def test_a_leak_speaks_before_thin_readings():
 @pytest.mark.parametrize(
     ("found_mm", "interval_mm", "outcome", "passed", "starts"),
     [
-        (1.5, (1.41, 1.59), "passed", True, "Gate kept on held-out readings: mean error 1.500 mm (1.41 to 1.59"),
-        (1.5, (1.39, 1.61), "undecided", True, "Gate in doubt on held-out readings: mean error 1.500 mm"),
-        (1.7, (1.59, 1.81), "undecided", False, "Gate in doubt on held-out readings: mean error 1.700 mm"),
-        (1.7, (1.61, 1.79), "failed", False, "Gate missed on held-out readings: mean error 1.700 mm"),
+        (1.5, (1.41, 1.59), "passed", True, "Gate kept: mean error 1.50 mm (1.41 to 1.59"),
+        (1.5, (1.39, 1.61), "undecided", True, "Gate in doubt: mean error 1.50 mm"),
+        (1.7, (1.59, 1.81), "undecided", False, "Gate in doubt: mean error 1.70 mm"),
+        (1.7, (1.61, 1.79), "failed", False, "Gate missed: mean error 1.70 mm"),
     ],
 )
 def test_what_the_readings_cannot_tell_is_neither_passed_nor_failed(found_mm, interval_mm, outcome, passed, starts):
@@ -135,7 +173,7 @@ def test_what_somebody_edited_gets_no_verdict(gate):
 @pytest.mark.parametrize("gate", [GATE, None])
 @pytest.mark.parametrize(
     ("role", "said"),
-    [("held-out", "on held-out readings:"), ("calibrated-on", "on the readings it was calibrated on:")],
+    [("held-out", "Held out"), ("calibrated-on", "Calibrated on these readings")],
 )
 @pytest.mark.parametrize(
     ("basis", "interval_mm"), [(ENOUGH, (0.05, 0.15)), (ENOUGH, (0.05, 2.0)), (Basis(4, 1.0, 0.3), None)]

@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from digitise.settings import CrackShape, NozzlePath
+from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
-from digitise.trajectory import plan_trajectory
 from sealtwin.core.records import Profile
 from tests.shapes import straight_slot
 from validate.metrics.volumes import balance_profile, fill_volumes, mouth_widths_mm
@@ -24,12 +23,6 @@ def solid(tilt: str = "vertical", angle_deg: float = 0.0):
 
 def level(z_mm: float) -> Profile:
     return Profile(np.array([0.0, LENGTH_MM]), np.full(2, z_mm))
-
-
-def poured(volume_ml: float, tilt: str = "vertical", angle_deg: float = 0.0):
-    sample = solid(tilt, angle_deg)
-    path = NozzlePath(volume_ml=volume_ml, trim_mm=10.0)
-    return plan_trajectory(OUTLINE, path, sample.cavity_volume_mm3, sample.sections), sample
 
 
 def test_volumes_of_a_half_filled_crack():
@@ -64,23 +57,19 @@ def test_the_mouth_of_a_flare_is_wider_than_what_was_traced():
 
 
 @pytest.mark.parametrize(
-    ("tilt", "angle_deg", "volume_ml", "level_mm"),
+    ("tilt", "angle_deg", "volume_mm3", "level_mm"),
     [
-        ("vertical", 0.0, 1.8, -6.0),  # 60 x 3 x 10 of the reach
-        ("vertical", 0.0, 3.6, 4.0),  # 60 x 3 x 16 below the face, the rest above its mouth
-        ("flare", 5.5, 60 * (3 + 8 * TANGENT) * 8 / 1e3, -8.0),
+        ("vertical", 0.0, 80 * 3 * 10, -6.0),
+        ("vertical", 0.0, 80 * 3 * 20, 4.0),  # 80 x 3 x 16 below the face, the rest above its mouth
+        ("flare", 5.5, 80 * (3 + 8 * TANGENT) * 8, -8.0),
     ],
 )
-def test_a_volume_spread_over_the_reach_has_the_level_of_a_prism(tilt, angle_deg, volume_ml, level_mm):
-    """The reach is 60 of the 80 mm; beyond it the baseline is the bare floor."""
-    trajectory, sample = poured(volume_ml, tilt, angle_deg)
-    baseline = balance_profile(volume_ml * 1e3, trajectory, OUTLINE, sample)
-    inside = (baseline.s_mm > 10.1) & (baseline.s_mm < 69.9)
-    assert baseline.level_mm[inside] == pytest.approx(level_mm, abs=1e-6)
-    assert baseline.level_mm[(baseline.s_mm < 9.9) | (baseline.s_mm > 70.1)] == pytest.approx(-DEPTH_MM)
-    assert fill_volumes(baseline, OUTLINE, sample, 0, LENGTH_MM)["sealant_mm3"] == pytest.approx(
-        volume_ml * 1e3, rel=1e-5
-    )
+def test_a_volume_that_lies_flat_in_the_crack_has_the_level_of_a_prism(tilt, angle_deg, volume_mm3, level_mm):
+    sample = solid(tilt, angle_deg)
+    baseline = balance_profile(volume_mm3, OUTLINE, sample)
+    assert baseline.level_mm == pytest.approx(np.full(len(baseline.s_mm), level_mm), abs=1e-6)
+    assert (baseline.s_mm[0], baseline.s_mm[-1]) == pytest.approx((0.0, LENGTH_MM))
+    assert fill_volumes(baseline, OUTLINE, sample, 0, LENGTH_MM)["sealant_mm3"] == pytest.approx(volume_mm3, rel=1e-5)
 
 
 def test_a_crack_that_closes_in_a_tip_has_a_level_too():
@@ -91,14 +80,5 @@ def test_a_crack_that_closes_in_a_tip_has_a_level_too():
         left_wall_mm=OUTLINE.centreline_mm + tip * (OUTLINE.left_wall_mm - OUTLINE.centreline_mm),
         right_wall_mm=OUTLINE.centreline_mm + tip * (OUTLINE.right_wall_mm - OUTLINE.centreline_mm),
     )
-    trajectory, sample = poured(1.8)
-    all_over = replace(trajectory, s_mm=np.linspace(0, LENGTH_MM, len(trajectory.s_mm)))
-    baseline = balance_profile(80 * 1.5 * 6, all_over, wedge, sample)
+    baseline = balance_profile(80 * 1.5 * 6, wedge, solid())
     assert np.interp(40, baseline.s_mm, baseline.level_mm) == pytest.approx(-10.0, abs=0.01)
-
-
-def test_a_path_that_starts_at_the_far_end_reaches_as_far():
-    trajectory, sample = poured(1.8)
-    backwards = replace(trajectory, s_mm=LENGTH_MM - trajectory.s_mm)
-    there, back = (balance_profile(1800.0, path, OUTLINE, sample) for path in (trajectory, backwards))
-    assert np.interp(40, there.s_mm, there.level_mm) == pytest.approx(np.interp(40, back.s_mm, back.level_mm))

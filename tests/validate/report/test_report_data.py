@@ -15,11 +15,13 @@ from sealtwin.core.files import as_json
 from tests.evidence import make_evidence, slope
 from tests.pages import leave_out_figures
 from validate.compare import assess
-from validate.report.report_data import ReadingsFile, ReportData, report_data, schema
-from validate.report.write_report import write_report
+from validate.report.chapters import chapters
+from validate.report.report_data import ReadingsFile, ReportData, ReportedVerdict, report_data, schema
+from validate.report.write_report import tone, write_report
 from validate.report_input import ReadingsSheet
 from validate.settings import Gate, Readings, Uncertainty
 from validate.uncertainty.validation import Effect, SizeRuns, Spread
+from validate.units import PageTable
 
 
 def test_the_published_schema_is_the_model_s():
@@ -67,9 +69,8 @@ def test_what_the_page_has_is_here_too(tmp_path, monkeypatch):
     assert data.readings == ReadingsFile(
         name="P01 Messung.csv", sha256="73cf", operator="A. B.", date="2026-03-01", dialect=""
     )
-    assert data.verdict.findings[0].startswith(
-        "The data cannot resolve an error of the model in the mean level (E = +0.50 mm"
-    )
+    assert "ASME V&V 20: E = +0.50 mm" in data.verdict.findings[0]
+    assert data.verdict.sentence == " ".join(data.verdict.headline)
     sizes = data.sizes["mean_error_mm"]
     assert sizes.values_mm == pytest.approx((0.45, 0.5, 0.6), abs=1e-3)
     assert (sizes.runs, sizes.scatter_mm) == ((3, 3, 3), pytest.approx(0.1, abs=1e-3))
@@ -88,6 +89,38 @@ def test_what_the_page_has_is_here_too(tmp_path, monkeypatch):
         html.unescape(title) for title in re.findall("<h3>(.*)</h3>", page)
     ]
     assert len(data.tables) > 10
+
+
+@pytest.mark.parametrize(
+    ("outcome", "role", "colour"),
+    [
+        ("passed", "held-out", "passed"),
+        ("passed", "calibrated-on", "open"),
+        ("passed", "undeclared", "open"),
+        ("failed", "calibrated-on", "failed"),
+        ("undecided", "calibrated-on", "undecided"),
+    ],
+)
+def test_green_is_for_held_out_readings(outcome, role, colour):
+    assert tone(ReportedVerdict.model_construct(outcome=outcome, role=role)) == colour
+
+
+def test_numbers_that_differ_have_labels_that_differ(tmp_path):
+    """Of particles, of filled space and of levels: in and above the crack there are three of each."""
+    evidence = make_evidence(tmp_path, error_mm=0.5)
+    settings = Readings(file=Path("readings.csv"), data="measured", role="held-out")
+    evidence = replace(evidence, comparison=assess(evidence, settings, Uncertainty(), None))
+    data = report_data(evidence)
+    numbers = [
+        (each.meaning, f"{each.value:.0f}")
+        for group in (data.mass_balance, data.settled, data.metrics)
+        for each in group.values()
+        if each.unit == "mm³"
+    ]
+    page = [item for chapter in chapters(evidence) for item in chapter.items if isinstance(item, PageTable)]
+    labels = [row for table in page for row in table.rows if " mm³" in row[1]]
+    for told in (numbers, [(label, text.partition(" mm³")[0]) for label, text in labels]):
+        assert len(set(told)) == len({label for label, _ in told}) > 5
 
 
 def test_what_was_dispensed_is_somewhere(tmp_path):

@@ -16,6 +16,7 @@ from validate.study_figures.chart import (
     as_near_as_the_best,
     axes_of,
     chosen_few,
+    first_of_each_pair,
     hold,
     scatter_of_runs,
 )
@@ -51,26 +52,66 @@ def test_readings_tell_pairs_apart_by_their_own_doubt():
 
 
 def test_scatter_of_single_runs_makes_neighbours_as_near():
-    """Two runs of 0.1 mm scatter each differ by 0.14 times 1.96 mm in 95 of 100 cases."""
+    """Two runs of 0.05 mm scatter each differ by 0.07 times 1.96 mm in 95 of 100 cases."""
+    readings = make_readings()
+    compared, _ = held(make_runs(), readings)
+    near = as_near_as_the_best(compared, readings, make_budget(readings), 0.05)
+    assert {run.at for run, alike in zip(compared, near, strict=True) if alike} == {
+        (30.0, d_cm) for d_cm in D_CM if error_mm(30.0, d_cm) - 0.5 < 0.139
+    }
     chart = make_chart()
-    near = {run.at for run, alike in zip(chart.runs, chart.as_near, strict=True) if alike}
-    assert near == {(30.0, d_cm) for d_cm in D_CM if error_mm(30.0, d_cm) - 0.5 < 0.27}
-    assert "come as near: U = 30 and D from 0.001 to 3 cm" in chart.flatness
+    assert "come as near: U = 30 and D from 0.01 to 3 cm" in chart.flatness
+    assert "scatter by 0.10 mm (one standard deviation, 1 pair run again)" in chart.flatness
+
+
+def test_without_replicates_no_other_pair_is_called_as_near():
+    told = make_chart(replicates=None).flatness
+    assert "No pair was run again" in told
+    assert "come as near" not in told
+
+
+def test_what_is_a_third_worse_is_not_as_near_whatever_the_doubt():
+    """With 5 mm of scatter nothing could be told apart; the nearest is 0.5 mm off, and 0.67 mm are a third more."""
+    readings = make_readings()
+    compared, _ = held(make_runs(), readings)
+    near = as_near_as_the_best(compared, readings, make_budget(readings), 5.0)
+    assert {run.at for run, alike in zip(compared, near, strict=True) if alike} == {
+        run.at for run in compared if run.mean_error_mm <= 0.5 * 4 / 3
+    }
+    assert 1 < sum(near) < len(near)
+
+
+def test_replicates_are_runs_of_a_pair_with_other_seeds():
+    """Errors of 0.5 and 0.7 mm, and of 1.0, 1.1 and 1.2: squares of 0.02 and 0.02, over one and two degrees."""
+    one, other, third = make_chart().runs[:3]
+    again = [replace(one, mean_error_mm=value) for value in (0.5, 0.7)]
+    again += [replace(other, mean_error_mm=value) for value in (1.0, 1.1, 1.2)]
+    firsts, replicates = first_of_each_pair([*again, third])
+    assert [run.mean_error_mm for run in firsts] == [0.5, 1.0, third.mean_error_mm]
+    assert replicates is not None
+    assert (replicates.runs, replicates.pairs) == (3, 2)
+    assert replicates.scatter_mm == pytest.approx(np.sqrt(0.04 / 3))
+    assert first_of_each_pair(make_chart().runs)[1] is None
+
+
+def test_a_seed_is_no_axis():
+    settings = [{"seed": s, "fluid.U": u, "fluid.D_cm": d} for u, d, s in ((1, 1, 0), (2, 1, 0), (1, 2, 0), (1, 2, 1))]
+    assert [axis.setting for axis in axes_of(settings)] == ["fluid.U", "fluid.D_cm"]
 
 
 def test_a_best_pair_that_stands_alone_is_said_to():
-    """Four pairs millimetres apart: neither the readings nor a scatter of 0.33 mm bring another one near.
-
-    The readings alone decide the first half of the sentence, so it is true as well where scatter brings 17 near.
-    """
     chart = make_chart()
     alone = tuple(run is chart.best for run in chart.runs)
-    first = "By the readings alone no other pair comes as near; single runs scatter by "
-    told = replace(chart, by_readings=alone, as_near=alone, scatter_mm=0.33).flatness
-    assert told == f"{first}0.33 mm at most (one standard deviation), and with that none comes as near either."
-    assert f"{first}0.33" in replace(chart, by_readings=alone, scatter_mm=0.33).flatness
-    several = replace(chart, by_readings=(True,) * 3 + (False,) * 32).flatness
-    assert several.startswith("The readings alone cannot tell 2 other pairs from it;")
+    assert replace(chart, as_near=alone).flatness.endswith("no other pair comes as near.")
+
+
+def test_each_run_is_held_against_the_best_flat_line():
+    """Of levels that fall and rise by straight lines: the line at their median, by the area between."""
+    run, readings = make_chart().best, make_readings()
+    s_mm = np.linspace(0, 80, 100_001)
+    level_mm = np.interp(s_mm, readings.s_mm, readings.level_mm)
+    flat_mm = np.abs(level_mm - np.median(level_mm)).mean()
+    assert run.flat_level_error_mm == pytest.approx(flat_mm, rel=1e-3)
 
 
 def test_the_readings_own_scatter_widens_what_comes_as_near():
@@ -150,5 +191,6 @@ def test_chosen_runs_span_the_map_and_hold_the_best():
 
 def test_what_is_left_out_is_counted_with_its_reason():
     excluded = (Excluded(36, {"fluid.U": 1e9}, "it diverged."), Excluded(37, {"fluid.U": 2e9}, "it diverged."))
-    assert make_chart(excluded).exclusion == "2 of 37 runs are not in it. 2: it diverged."
-    assert make_chart().exclusion == "All 35 runs of the study are in it."
+    assert make_chart(excluded, replicates=None).exclusion == "2 of 37 runs are not in it. 2: it diverged."
+    assert make_chart(replicates=None).exclusion == "All 35 runs of the study are in it."
+    assert make_chart().exclusion == "All 39 runs of the study are in it.", "four replicates are no pairs"

@@ -47,6 +47,24 @@ def test_what_one_run_was_tuned_on_is_held_out_from_none():
     assert told == "Not held out: the readings of run 2 served to calibrate run 1."
 
 
+def test_a_run_whose_volume_is_off_is_in_no_ranking_and_stands_apart():
+    """It is the nearer one of the two; without its volume it is neither the nearest nor in the mean."""
+    lossy = replace(side("b", 0.2), metrics=METRICS | {"mean_error_mm": 0.2}, volume_ratio=1.051)
+    sheet = compare_sheet([side("a", 0.5), lossy])
+    assert "Nearest is run 1, a, 0.50 mm off" in sheet.finding
+    assert ("mean error over held-out trials", "0.50 mm") in sheet.key_figures
+    (apart,) = [part.items[0] for part in sheet.parts if part.title == "In no ranking"]
+    assert isinstance(apart, FigureTable)
+    assert [row[0] for row in apart.rows] == ["2"]
+    assert "1.051" in apart.rows[0][1]
+
+
+def test_the_nearest_is_held_against_the_best_flat_line():
+    assert "Better than the best flat line by 3.50 mm" in compare_sheet([side("a", 0.5), side("b", 0.7)]).finding
+    flat = [replace(each, metrics=METRICS | {"flat_level_error_mm": 0.1}) for each in (side("a", 0.5), side("b", 0.7))]
+    assert "No better" in compare_sheet(flat).finding
+
+
 def test_no_finding_comes_from_a_run_that_was_edited():
     """The other run of the two is the nearest, and its error the mean over held-out trials."""
     edited = replace(side("b", 0.2), metrics=METRICS | {"mean_error_mm": 0.2}, edited=["profile.csv"])
@@ -70,6 +88,7 @@ def test_runs_that_leaked_or_hold_another_volume_are_named():
     ratios = (1.0, 1.48, 1.0504, 1.66, 0.949)
     sides = [replace(side(name, 0.5), volume_ratio=ratio) for name, ratio in zip("abcde", ratios, strict=True)]
     (told,) = compare_sheet(sides).cautions
+    assert next(part for part in compare_sheet(sides).parts if part.title == "In no ranking")
     assert "runs 2, 4 and 5 " in told
     assert "0.949 to 1.660" in told
     assert "0.95 to 1.05" in told

@@ -4,29 +4,9 @@ import numpy as np
 import pytest
 
 from sealtwin.core.comparison import StationErrors
-from validate.uncertainty.validation import left_out, mean_level_budget, mean_level_sentence, station_sentence
+from validate.uncertainty.validation import level_sentences, mean_level_budget, with_time
 
-
-def test_an_error_within_the_doubt_does_not_say_that_the_model_is_right():
-    sentence = mean_level_sentence(mean_level_budget(-0.2, 0.5, 0.3, 0.4, 0.0))
-    assert sentence.startswith("The data cannot resolve an error of the model in the mean level (E = -0.20 mm, 2 u_val")
-    assert "between -1.20 and +0.80 mm" in sentence
-    assert sentence.endswith("This does not say that the model is right.")
-
-
-@pytest.mark.parametrize(("error_mm", "way"), [(1.5, "too high"), (-1.5, "too low")])
-def test_an_error_beyond_it_has_a_sign_and_bounds(error_mm, way):
-    mean = mean_level_budget(error_mm, 0.5, 0.3, 0.4, 0.0)
-    assert mean.resolved
-    sentence = mean_level_sentence(mean)
-    assert f"lies between {error_mm - 1:+.2f} and {error_mm + 1:+.2f} mm" in sentence
-    assert f"mean level is {way}" in sentence
-
-
-def test_what_is_not_determined_is_said():
-    assert "about the numerics and the inputs is not in it" in mean_level_sentence(mean_level_budget(1.0, 0.1, 0.1))
-    assert "about the inputs is not in it" in mean_level_sentence(mean_level_budget(1.0, 0.2, 0.1, 0.1))
-    assert "not in it" not in mean_level_sentence(mean_level_budget(1.0, 0.2, 0.1, 0.1, 0.1))
+ALL_KNOWN = (0.3, 0.4, 0.0)  # Of readings, numerics and inputs
 
 
 def stations(error_mm, standard_mm, times: float = 1.5) -> StationErrors:
@@ -44,35 +24,65 @@ def stations(error_mm, standard_mm, times: float = 1.5) -> StationErrors:
     )
 
 
+NONE_OFF = stations([0.0, 0.0], [0.2, 0.2])
+
+
+def test_an_error_within_the_doubt_is_consistent_and_does_not_say_that_the_model_is_right():
+    sentence, _ = level_sentences(mean_level_budget(-0.2, 0.5, *ALL_KNOWN), NONE_OFF)
+    assert sentence.startswith(
+        "The mean level is consistent with the readings (ASME V&V 20: E = -0.20 mm, 2 u_val = 1.00"
+    )
+    assert "between -1.20 and +0.80 mm" in sentence
+    assert sentence.endswith("This does not say that the model is right.")
+
+
+@pytest.mark.parametrize(("error_mm", "way"), [(1.5, "too high"), (-1.5, "too low")])
+def test_an_error_beyond_it_has_a_sign_and_bounds(error_mm, way):
+    mean = mean_level_budget(error_mm, 0.5, *ALL_KNOWN)
+    assert mean.resolved
+    sentence, _ = level_sentences(mean, NONE_OFF)
+    assert f"lies between {error_mm - 1:+.2f} and {error_mm + 1:+.2f} mm" in sentence
+    assert f"mean level is {way}" in sentence
+    assert "onsistent" not in sentence
+
+
+@pytest.mark.parametrize(
+    "parts", [(0.1,), (0.1, 0.1), (0.1, None, 0.1), (0.1, 0.1, 0.1, True)], ids=["data", "sizes", "inputs", "waiting"]
+)
+@pytest.mark.parametrize("error_mm", [0.0, 1.0])
+def test_until_numerics_and_inputs_are_known_nothing_is_concluded(parts, error_mm):
+    """With one sentence for all, numerics and inputs that were not computed were blamed on the model."""
+    mean = mean_level_budget(error_mm, 0.2, *parts)
+    assert mean.resolved is None
+    told = with_time(level_sentences(mean, stations([1.0, -1.0], [0.2, 0.2])), "12 min")
+    assert told[0].startswith("ASME V&V 20: not assessed")
+    assert ("about 12 min" in told[0]) is (parts != (0.1, 0.1))  # Then no run is missing: no input is declared
+    for word in ("onsistent", "model", "u_val", "E ="):
+        assert word not in " ".join(told)
+
+
+def test_without_a_time_none_is_said():
+    findings = level_sentences(mean_level_budget(1.0, 0.2, 0.1), NONE_OFF)
+    assert findings[0].endswith("RUN --uncertainty'.")
+    assert with_time(findings, "") == findings
+
+
+def test_an_error_on_readings_that_were_calibrated_on_is_none_of_a_prediction():
+    mean = mean_level_budget(0.1, 0.5, *ALL_KNOWN)
+    alone, warned = (level_sentences(mean, NONE_OFF, calibrated=calibrated)[0] for calibrated in (False, True))
+    assert warned.startswith(alone)
+    assert "calibrated on these readings" in warned.removeprefix(alone)
+
+
 def test_stations_are_counted_by_the_side_on_which_they_are_off():
-    sentence = station_sentence(stations([1.0, -1.0, -0.1, 0.5], [0.2] * 4))
-    assert sentence.startswith("At 2 of 4 stations E leaves the 95 % band of the whole profile: ")
-    assert "too high at 1 and too low at 1." in sentence
-    assert sentence.endswith("|E| is above 2 u_val at 3; by chance alone it would be at 0.2.")
+    _, sentence = level_sentences(mean_level_budget(0.0, 0.5, *ALL_KNOWN), stations([1.0, -1.0, -0.1, 0.5], [0.2] * 4))
+    assert sentence.startswith("At 2 of 4 stations")
+    assert "(too high at 1, too low at 1), by readings, numerics and inputs." in sentence
+    assert sentence.endswith(" 3 leave their own band, where chance alone makes 0.2.")
 
 
 def test_many_stations_are_many_tests():
-    """One of twenty above its own 2 u_val is chance, and the model is not called off for it."""
-    sentence = station_sentence(stations([0.5, *[0.0] * 19], [0.2] * 20))
-    assert sentence.startswith("At none of 20 stations does E leave the 95 % band of the whole profile. ")
-    assert "above 2 u_val at 1; by chance alone it would be at 1.0." in sentence
-
-
-def test_only_with_all_doubts_known_is_the_model_to_blame():
-    """With one sentence for both, numerics and inputs that were not computed were blamed on the model."""
-    assert "The simulated mean level is too high" in mean_level_sentence(mean_level_budget(1.0, 0.2, 0.1, 0.1))
-    assert "The model's mean level is too high" in mean_level_sentence(mean_level_budget(1.0, 0.2, 0.1, 0.1, 0.1))
-    both = stations([1.0, -1.0], [0.2, 0.2])
-    assert "there the model is off, too high at 1" in station_sentence(both)
-    partial = station_sentence(both, left_out(mean_level_budget(0.0, 0.1, 0.1)))
-    assert "model" not in partial
-    assert (
-        "too high at 1 and too low at 1, by more than the readings' uncertainty alone; that of the numerics and"
-        in partial
-    )
-
-
-def test_an_input_that_waits_for_its_run_is_not_in_it():
-    """The effect of stations needs no run; declared beside a speed, it must not count as that of all inputs."""
-    waiting = mean_level_budget(1.0, 0.2, 0.1, 0.1, 0.1, inputs_waiting=True)
-    assert "about the other inputs is not in it" in mean_level_sentence(waiting)
+    """One of twenty outside its own band is chance, and the model is not called off for it."""
+    _, sentence = level_sentences(mean_level_budget(0.0, 0.5, 0.1), stations([0.5, *[0.0] * 19], [0.2] * 20))
+    assert sentence.startswith("At none of 20 stations")
+    assert "by readings alone. 1 leave their own band, where chance alone makes 1.0." in sentence

@@ -20,7 +20,7 @@ def test_the_headline_is_the_verdict(tmp_path, gate, error_mm, outcome):
     evidence = make_evidence(tmp_path, gate=gate, error_mm=error_mm)
     comparison = evidence.comparison
     assert isinstance(comparison, Comparison)
-    assert headline(evidence) == (comparison.verdict, outcome)
+    assert headline(evidence) == (comparison.headline, outcome)
 
 
 def test_without_readings_nothing_is_compared(tmp_path):
@@ -33,4 +33,4 @@ def test_without_readings_nothing_is_compared(tmp_path):
 def test_a_leak_without_readings_is_the_headline(tmp_path):
     evidence = make_evidence(tmp_path, readings_data=None)
     leaking = replace(evidence, run=replace(evidence.run, escaped_particles=2))
-    assert headline(leaking) == ("Do not use: 2 particles went through a wall. There are no readings.", "failed")
+    assert headline(leaking) == (("Do not use: 2 particles went through a wall. There are no readings.",), "failed")

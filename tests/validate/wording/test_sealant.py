@@ -3,11 +3,13 @@
 import re
 
 from tests.evidence import make_evidence
-from tests.tables import rows
+from validate.wording.comparison import balance_table, volumes_mm3
+
+SPILLED = "dispensed sealant over the sample's edge"
 
 
 def test_one_particle_is_no_plural(tmp_path):
-    spilled = rows(make_evidence(tmp_path), "Where the sealant is")["spilled over the sample's edge"]
+    spilled = dict(balance_table(make_evidence(tmp_path)).rows)[SPILLED]
     assert spilled.endswith(", 1 particle")
 
 
@@ -15,9 +17,10 @@ def test_every_particle_is_somewhere(tmp_path):
     evidence = make_evidence(tmp_path)
     count = {
         name: int(re.findall(r"([\d,]+) particle", text)[0].replace(",", ""))
-        for name, text in rows(evidence, "Where the sealant is").items()
+        for name, text in balance_table(evidence).rows
         if "particle" in text
     }
-    parts = [number for name, number in count.items() if name.startswith(("in the crack", "above the face", "spilled"))]
-    assert count["spilled over the sample's edge"] == 1
+    places = volumes_mm3(evidence)
+    parts = [count[places[key][0]] for key in ("in_crack", "above_face", "spilled")]
+    assert count[SPILLED] == 1
     assert sum(parts) == count["dispensed"] == len(evidence.run.position_mm)

@@ -1,0 +1,128 @@
+"""Held out is a claim that the lab's own catalogue is searched for."""
+
+import shutil
+import sqlite3
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from sealtwin.cli.app import app
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Profile
+from sealtwin.lab.catalogue import CATALOGUE, Catalogue
+from sealtwin.lab.held_out import facts_above, note_study, note_use, readings_hash
+from sealtwin.lab.ingest import ingest
+from sealtwin.trial.trial_file import load_trial
+from tests.labs import QUIET
+from validate.readings.read_readings import read_readings
+
+STUDY = """
+name = "which U"
+trial = "{trial}"
+
+[grid]
+"fluid.U" = [3.0, 300.0]
+"""
+
+
+@pytest.fixture
+def lab(small, tmp_path):
+    """P01 and P02, both held out."""
+    ingest(small, tmp_path / "lab", QUIET)
+    return tmp_path / "lab"
+
+
+def facts_of(home):
+    return facts_above(load_trial(home / "trial.toml"), home)
+
+
+def say(home, old, new):
+    path = home / "trial.toml"
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new), encoding="utf-8")
+
+
+def test_readings_that_nothing_was_chosen_by_are_held_out(lab, tmp_path):
+    assert facts_of(lab / "P01").lab_searched
+    say(lab / "P02", "held-out", "calibrated-on")
+    assert facts_of(lab / "P01").lab_searched, "P02 has readings of its own"
+    assert not facts_of(lab / "P02").lab_searched, "it claims nothing"
+    outside = shutil.copytree(lab / "P01", tmp_path / "elsewhere" / "P01")
+    assert not facts_of(outside).lab_searched, "there is no catalogue"
+
+
+def test_a_run_inside_the_lab_finds_its_catalogue(lab):
+    shutil.copytree(lab / "P01" / "inputs", lab / "P01" / "run" / "inputs")
+    shutil.copy(lab / "P01" / "trial.toml", lab / "P01" / "run")
+    assert facts_of(lab / "P01" / "run").lab_searched
+
+
+def test_what_another_sample_was_calibrated_on_is_refused_by_its_values(lab):
+    """The same numbers in a file with other bytes, and other columns for the repeats."""
+    sheet = lab / "P01" / "inputs" / "readings.csv"
+    head, *rows = sheet.read_text(encoding="utf-8").splitlines()
+    turned = [",".join([s, *reversed(levels)]) for s, *levels in (row.split(",") for row in rows)]
+    other = lab / "P02" / "inputs" / "readings.csv"
+    other.write_text("\n".join([head, *turned]) + "\n", encoding="utf-8")
+    assert other.read_bytes() != sheet.read_bytes()
+    say(lab / "P02", "held-out", "calibrated-on")
+    with pytest.raises(InputError, match="calibration of sample 'P02', revision 1,"):
+        facts_of(lab / "P01")
+
+
+def test_a_study_of_the_lab_is_named_where_it_chose_with_the_readings(lab, tmp_path):
+    study = tmp_path / "study.toml"
+    study.write_text(STUDY.format(trial=lab / "P01" / "trial.toml"), encoding="utf-8")
+    note_study(study)
+    with pytest.raises(InputError, match="the study 'which U' of ") as fault:
+        facts_of(lab / "P01")
+    assert len(str(fault.value).splitlines()) == 1
+    assert facts_of(lab / "P02").lab_searched
+    answer = CliRunner().invoke(app, ["run", str(lab / "P01" / "trial.toml"), "--out", str(tmp_path / "run")])
+    assert answer.exit_code == 3
+    assert "which U" in answer.stderr
+    assert not (tmp_path / "run").exists()
+    say(lab / "P01", "held-out", "calibrated-on")
+    facts_of(lab / "P01")
+
+
+def test_a_map_against_a_sheet_of_the_lab_is_a_use_of_it(lab, tmp_path):
+    trial = load_trial(lab / "P01" / "trial.toml")
+    assert trial.readings is not None
+    sheet = lab / "P01" / trial.readings.file
+    note_use(sheet, read_readings(sheet, trial.readings), "map of the study 'x'")
+    note_use(tmp_path / sheet.name, read_readings(sheet, trial.readings), "map of the study 'y'")
+    with Catalogue.of(lab) as catalogue:
+        assert catalogue.uses(readings_hash(read_readings(sheet, trial.readings))) == ["map of the study 'x'"]
+    with pytest.raises(InputError, match="map of the study 'x'"):
+        facts_of(lab / "P01")
+
+
+def test_a_catalogue_from_before_has_no_uses(lab):
+    with sqlite3.connect(lab / CATALOGUE) as base:
+        tables = {row[0] for row in base.execute("SELECT name FROM sqlite_master")}
+    assert "uses" not in tables, "it is made with the first study"
+    with Catalogue.of(lab) as catalogue:
+        assert catalogue.uses("0") == []
+
+
+@pytest.mark.parametrize(
+    ("changed", "same"),
+    [
+        ({"repeats_mm": [[-2.0, -1.0], [-3.0, np.nan]]}, True),  # The repeats of a station have no order
+        ({"repeats_mm": [[-1.0, -2.0, np.nan], [-3.0, np.nan, np.nan]]}, True),
+        ({"data": "synthetic", "source": "other.xlsx"}, True),
+        ({"repeats_mm": [[-1.0, -2.0], [-3.01, np.nan]]}, False),
+        ({"s_mm": [0.0, 5.1]}, False),
+    ],
+)
+def test_a_hash_is_that_of_the_values(changed, same):
+    content = {"s_mm": [0.0, 5.0], "repeats_mm": [[-1.0, -2.0], [-3.0, np.nan]], "data": "measured", "source": "a.csv"}
+
+    def hashed(s_mm, repeats_mm, data, source):
+        repeats = np.array(repeats_mm)
+        return readings_hash(Profile(np.array(s_mm), np.nanmean(repeats, axis=1), repeats, data, source))
+
+    assert (hashed(**content | changed) == hashed(**content)) is same

@@ -1,0 +1,50 @@
+"""How long the runs of --uncertainty are said to take."""
+
+import json
+
+import pytest
+
+from sealtwin.core import record_files
+from sealtwin.core.progress import Progress
+from sealtwin.core.run_folder import open_folder
+from sealtwin.study import extra_time
+from sealtwin.study.estimate import in_words, size_of
+from sealtwin.study.extra_time import time_of_extra_runs
+from sealtwin.trial.job import resume_job, start_job
+from sealtwin.trial.pipeline import run_stages
+from sealtwin.trial.trial_file import load_trial
+from tests.studies import TRIAL, tiny_lab
+
+DECLARED = "[uncertainty]\nspeed_mm_s = 1.0\nvolume_ml = 0.01\nwidth_mm = 0.1\n"
+
+
+@pytest.fixture(scope="module")
+def run_folder(tmp_path_factory):
+    lab = tmp_path_factory.mktemp("lab")
+    tiny_lab(lab)
+    with open_folder(lab / "run", create=True) as folder:
+        run_stages(start_job(load_trial(lab / "trial.toml"), lab, folder, "cpu", Progress()), ("digitise", "simulate"))
+    return lab / "run"
+
+
+@pytest.mark.parametrize(("declared", "designed"), [("", 0), (DECLARED, 4)])
+def test_it_is_the_own_run_scaled_to_three_of_each_size_and_the_design(run_folder, monkeypatch, declared, designed):
+    """By hand: three finer runs, two more of the own size, three coarser ones and the design, on two cores."""
+    (run_folder / "trial.toml").write_text(TRIAL.replace("readings.csv", "inputs/readings.csv") + declared)
+    monkeypatch.setattr(extra_time, "cores", lambda: 2)
+    manifest = json.loads((run_folder / "manifest.json").read_text())
+    manifest["stages"]["simulate"]["wall_time_s"] = 1e5  # Hours have a decimal
+    (run_folder / "manifest.json").write_text(json.dumps(manifest))
+    trial, path = load_trial(run_folder / "trial.toml"), record_files.read_trajectory(run_folder)
+    width_mm = record_files.read_outline(run_folder).mean_width_mm
+    finer_s, own_s, coarser_s = (
+        size_of(
+            trial.model_copy(update={"solver": trial.solver.model_copy(update={"radius_mm": 0.45 * ratio})}),
+            path,
+            width_mm,
+        ).work_s
+        for ratio in (1 / 1.3, 1.0, 1.3)
+    )
+    expected_s = (3 * finer_s + 2 * own_s + (3 + designed) * coarser_s) / own_s * 1e5 / 2
+    with open_folder(run_folder, create=False) as folder:
+        assert time_of_extra_runs(resume_job(folder, "cpu", Progress())) == in_words(expected_s)
