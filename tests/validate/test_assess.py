@@ -128,7 +128,8 @@ def test_one_run_of_each_size_gives_none(evidence):
     assert assessed.mean_level.inputs_mm is not None
     assert assessed.numerics is not None
     assert (assessed.numerics.mean_level_mm.runs, assessed.numerics.mean_level_mm.band) == ((1, 1, 1), None)
-    assert "The doubt about the numerics is not in it" in assessed.sentences[0]
+    assert assessed.mean_level.resolved is None
+    assert "not assessed" in assessed.sentences[0]
     assert any(sentence.startswith("Each particle size was run once") for sentence in uncertainty_sentences(assessed))
     rows = dict(row for table in uncertainty_tables(assessed) for row in table.rows)
     assert rows["u of the numerics"] == "not determined"

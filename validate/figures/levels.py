@@ -169,9 +169,7 @@ def draw_uncertainty(stations: StationErrors) -> FigureBase:
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
     off, half_mm = stations.off, COVERAGE * validation_mm
     upper.axhline(0.0, color=theme.INK, linewidth=1.0)
-    upper.errorbar(
-        s_mm, error_mm, half_mm, fmt="none", ecolor=theme.MUTED, elinewidth=1.0, capsize=2.5, label="± 2 u"
-    )
+    upper.errorbar(s_mm, error_mm, half_mm, fmt="none", ecolor=theme.MUTED, elinewidth=1.0, capsize=2.5, label="± 2 u")
     band = {"color": theme.MUTED, "alpha": 0.2, "linewidth": 0, "label": BAND}
     upper.fill_between(s_mm, -stations.profile_mm, stations.profile_mm, **band)
     for which, fill, name in ((off, theme.SIMULATED, "outside it"), (~off, "#ffffff", "inside")):

@@ -8,7 +8,7 @@ from sealtwin.core import record_files
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import open_folder
 from sealtwin.study import extra_time
-from sealtwin.study.estimate import in_words, size_of
+from sealtwin.study.estimate import size_of
 from sealtwin.study.extra_time import time_of_extra_runs
 from sealtwin.trial.job import resume_job, start_job
 from sealtwin.trial.pipeline import run_stages
@@ -47,4 +47,6 @@ def test_it_is_the_own_run_scaled_to_three_of_each_size_and_the_design(run_folde
     )
     expected_s = (3 * finer_s + 2 * own_s + (3 + designed) * coarser_s) / own_s * 1e5 / 2
     with open_folder(run_folder, create=False) as folder:
-        assert time_of_extra_runs(resume_job(folder, "cpu", Progress())) == in_words(expected_s)
+        hours, unit = time_of_extra_runs(resume_job(folder, "cpu", Progress())).split()
+    # The last run leaves one of the cores idle.
+    assert (float(hours), unit) == (pytest.approx(expected_s / 3600, rel=0.02), "h")
