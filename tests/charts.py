@@ -12,7 +12,7 @@ from validate.study_figures.chart import (
     Chart,
     Excluded,
     Finished,
-    Replicates,
+    RepeatedPairs,
     as_near_as_the_best,
     axes_of,
     hold,
@@ -80,5 +80,5 @@ def _chart() -> Chart:
         band_mm=budget.profile_band_mm,
         scatter_mm=scatter_of_runs(held, axes),
         as_near=as_near_as_the_best(held, readings, budget, 0.1),
-        replicates=Replicates(runs=4, pairs=1, scatter_mm=0.1),
+        replicates=RepeatedPairs(runs=4, pairs=1, scatter_mm=0.1),
     )

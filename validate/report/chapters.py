@@ -229,7 +229,11 @@ def _uncertainty_sentences(evidence: Evidence) -> tuple[str, ...]:
 
 
 OVERLAY_PX = 1500  # Width of the overlay in the report, at most; the full one is beside it
-AROUND = 0.3  # Width of the photo that is shown around a crack, as a share of the crack's larger extent
+AROUND = np.array([0.42, 0.08])
+"""Width and height of the photo that is shown on each side of a crack, as shares of its larger extent.
+
+At the sides there is room for the names of its ends.
+"""
 
 
 def _photo(evidence: Evidence) -> PhotoBlock:
@@ -257,8 +261,9 @@ def _around_crack(overlay: Pixels, outline: Outline) -> Pixels:
     scale = overlay.shape[1] / outline.photo_size_px[0]
     ring = outline.outline_px * scale
     around = AROUND * float(np.ptp(ring, axis=0).max())
-    (left, top), (right, bottom) = ring.min(axis=0) - around, ring.max(axis=0) + around
-    rows, columns = slice(max(0, int(top)), int(bottom) + 1), slice(max(0, int(left)), int(right) + 1)
+    left, top = np.maximum(ring.min(axis=0) - around, 0).astype(int)
+    right, bottom = (ring.max(axis=0) + around).astype(int)
+    rows, columns = slice(top, bottom + 1), slice(left, right + 1)
     return overlay[rows, columns]
 
 

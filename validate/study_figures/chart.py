@@ -133,7 +133,7 @@ class HeldRun(Finished):
 
 
 @dataclass(frozen=True)
-class Replicates:
+class RepeatedPairs:
     """Runs that repeat a pair with another seed."""
 
     runs: int
@@ -159,7 +159,7 @@ def hold(run: Finished, readings: Profile, axes: tuple[Axis, Axis]) -> HeldRun:
     )
 
 
-def first_of_each_pair(runs: Sequence[HeldRun]) -> tuple[tuple[HeldRun, ...], Replicates | None]:
+def first_of_each_pair(runs: Sequence[HeldRun]) -> tuple[tuple[HeldRun, ...], RepeatedPairs | None]:
     """Return the first run of each pair, and what the others say of the scatter; None if no pair was run again."""
     pairs: dict[tuple[float, float], list[HeldRun]] = {}
     for run in runs:
@@ -168,7 +168,7 @@ def first_of_each_pair(runs: Sequence[HeldRun]) -> tuple[tuple[HeldRun, ...], Re
     replicates = None
     if freedom := sum(len(each) - 1 for each in errors_mm):
         squares_mm2 = sum(float(((each - each.mean()) ** 2).sum()) for each in errors_mm)
-        replicates = Replicates(freedom, len(errors_mm), float(np.sqrt(squares_mm2 / freedom)))
+        replicates = RepeatedPairs(freedom, len(errors_mm), float(np.sqrt(squares_mm2 / freedom)))
     return tuple(alike[0] for alike in pairs.values()), replicates
 
 
@@ -200,7 +200,7 @@ class Chart:
     as_near: tuple[bool, ...]
     """Flag of each run that readings and scatter of replicates cannot distinguish from the best one, itself included;
     of that one alone without replicates."""
-    replicates: Replicates | None = None
+    replicates: RepeatedPairs | None = None
 
     @property
     def errors_mm(self) -> Floats:

@@ -1,11 +1,14 @@
 """Tables of the agreement with the readings, of the volumes, and of what is uncertain in both."""
 
+from collections.abc import Mapping
+
 from sealtwin.core.comparison import (
     BudgetPart,
     Comparison,
     ErrorUncertainty,
     LevelMetrics,
     MassBalance,
+    Role,
     VolumeComparison,
 )
 from sealtwin.core.records import Profile
@@ -76,11 +79,14 @@ def agreement_table(comparison: Comparison) -> PageTable:
     return PageTable("Agreement with the readings", rows)
 
 
+ROLES: Mapping[Role, str] = {"calibrated-on": "calibrated on", "held-out": "held out", "undeclared": "not declared"}
+
+
 def readings_role(metrics: LevelMetrics) -> str:
     """Return the role of the readings, with what was fitted to them."""
     if metrics.role != "calibrated-on":
-        return {"held-out": "held out", "undeclared": "not declared"}[metrics.role]
-    return f"calibrated on: {', '.join(map(setting_name, metrics.fitted or ())) or 'not declared what'}"
+        return ROLES[metrics.role]
+    return f"{ROLES[metrics.role]}: {', '.join(map(setting_name, metrics.fitted or ())) or 'not declared what'}"
 
 
 def _baseline(level_mm: float, error_mm: float, beaten: bool) -> str:

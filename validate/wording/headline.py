@@ -5,7 +5,7 @@ from sealtwin.core.records import Run
 from validate.metrics.verdict import edited_by_hand, leak
 from validate.report_input import Evidence
 from validate.units import counted
-from validate.wording.comparison import readings_role
+from validate.wording.comparison import ROLES
 
 SOUND = (0.95, 1.05)
 """Sound range of the volume on the sample over the volume dispensed on it, which preset "accurate" keeps."""
@@ -126,11 +126,10 @@ def key_figures(evidence: Evidence) -> list[tuple[str, str]]:
             figures.append(("its 95 % interval by the readings", "{:.2f} to {:.2f} mm".format(*interval_mm)))
         worst = f"worst error (at s = {m.worst_at_mm:.1f} mm)", f"{m.worst_error_mm:.2f} mm"
         flat = "best flat line's mean error, as a baseline", f"{m.flat_level_error_mm:.2f} mm"
-        figures += [flat, worst, ("readings were", readings_role(m))]
+        figures += [flat, worst, ("readings were", ROLES[m.role])]
     return [
         *figures,
         ("volume ratio", f"{evidence.volume_ratio:.3f}"),
         ("escaped particles", f"{run.escaped_particles}"),
         ("spilled particles", f"{run.spilled_particles}"),
-        ("particles", f"{len(run.position_mm):,}"),
     ]
