@@ -178,14 +178,16 @@ def draw_uncertainty(stations: StationErrors) -> FigureBase:
         )
     theme.label_axes(upper, "", "E (mm)", "Error at the stations")
     theme.put_legend_under_title(upper, columns=2)
-    for part_mm, name, colour, style in (
+    parts = (
         (stations.data_mm, "readings", theme.MEASURED, "-"),
         (stations.numerics_mm, "numerics", theme.SIMULATED, "--"),
         (stations.inputs_mm, "inputs", theme.THIRD, "-."),
-    ):
-        if part_mm is not None:
-            lower.plot(s_mm, part_mm, style, color=colour, label=name)
-    lower.plot(s_mm, validation_mm, color=theme.INK, linewidth=1.0, label="all together")
+    )
+    known = [part for part in parts if part[0] is not None]
+    for part_mm, name, colour, style in known:
+        lower.plot(s_mm, part_mm, style, color=colour, label=name)
+    if len(known) > 1:
+        lower.plot(s_mm, validation_mm, color=theme.INK, linewidth=1.0, label="all together")
     lower.set_ylim(bottom=0.0)
     theme.label_axes(lower, theme.ALONG, "u (mm)", "Standard uncertainties")
     theme.put_legend_under_title(lower, columns=2)

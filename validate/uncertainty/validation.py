@@ -95,8 +95,8 @@ def _station_sentence(stations: StationErrors, known: str) -> str:
     where = f" (too high at {high}, too low at {int(off.sum()) - high})" if off.any() else ""
     return (
         f"At {int(off.sum()) or 'none'} of {counted(count, 'station')} the simulated level leaves the 95 % band of the "
-        f"whole profile{where}, by {known}. {int(stations.above.sum())} leave their own band, where chance alone makes "
-        f"{stations.by_chance:.1f}."
+        f"whole profile{where}, by {known}. {int(stations.above.sum())} leave their own band; chance alone would make "
+        f"it {stations.by_chance:.1f}."
     )
 
 

@@ -166,7 +166,7 @@ def volume_table(metrics: LevelMetrics, volumes: VolumeComparison) -> PageTable:
         ("space filled by particles with centres at or below the face's plane", f"{balance.in_crack_mm3:.0f} mm³"),
         ("space filled by particles with centres above the face's plane", f"{balance.above_mm3:.0f} mm³"),
         ("dispensed sealant over the sample's edge", f"{balance.spilled_mm3:.0f} mm³"),
-        ("lost by the numerics: dispensed less these three (below 0: gained)", f"{balance.lost_mm3:.0f} mm³"),
+        ("lost by the numerics: dispensed less these three (below 0: gained)", f"{balance.lost_mm3:.1f} mm³"),
         ("face beside the mouth under sealant", f"{balance.footprint_mm2:.0f} mm²"),
         (
             "sealant under the level, over the covered length",

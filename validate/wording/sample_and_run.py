@@ -99,6 +99,18 @@ def _angle_words(solid: Solid) -> str:
     )
 
 
+def _settled(evidence: Evidence) -> str:
+    """Return how long the sealant settled: as long as was asked for, or until it was at rest."""
+    health, path = evidence.run.health, evidence.trajectory
+    asked_s = evidence.run.settings.get("solver", {}).get("settle_s", 0.0)
+    if health.frames is None or health.frame_s is None or not len(given := np.flatnonzero(path.flow_mm3_s[:-1] > 0)):
+        return f"{asked_s:g} s after"
+    settled_s = health.frames * health.frame_s - float(path.t_s[given[-1] + 1] - path.t_s[0])
+    if settled_s > asked_s - 0.1:
+        return f"{asked_s:g} s after"
+    return f"at rest, {max(settled_s, 0.0):.1f} s after"
+
+
 def settings_table(evidence: Evidence) -> PageTable:
     rows = []
     for group, content in evidence.run.settings.items():
@@ -122,7 +134,7 @@ def _listed(value: Any) -> str:
 def assumptions(evidence: Evidence) -> list[str]:
     """Sentences on the assumptions, with the numbers that show how much depends on them."""
     outline, comparison = evidence.outline, evidence.comparison
-    solver, fluid = (evidence.run.settings.get(key, {}) for key in ("solver", "fluid"))
+    fluid = evidence.run.settings.get("fluid", {})
     sentences = [_tilt(evidence), *_slope(evidence), _surface_tension(evidence)]
     freeze = fluid.get("freeze_after_s")
     if isinstance(freeze, int | float):
@@ -150,8 +162,7 @@ def assumptions(evidence: Evidence) -> list[str]:
     residual_mm = outline.scale_residual_mm
     misfit = "" if residual_mm is None else f", RMS misfit {residual_mm:.3f} mm"
     sentences += [
-        f"The profile is taken {solver.get('settle_s', 0.0):g} s after the last release. {absent} not modelled"
-        f"{as_read}.",
+        f"The profile is taken {_settled(evidence)} the last release. {absent} not modelled{as_read}.",
         "Simulated and measured s both count from the first end given; neither curve is shifted to fit the other.",
         "The profile counts sealant in the crack and above its mouth. Sealant on the face beside the mouth is in the "
         "mass balance, not in the profile.",

@@ -171,6 +171,19 @@ def test_the_distribution_tells_how_much_of_the_length_is_how_near(evidence):
     assert [line.get_label() for line in axes.lines[1:]] == ["50 % within 0.50 mm", "95 % within 0.50 mm"]
 
 
+def test_the_distribution_of_an_error_that_grows_evenly_is_a_straight_line(evidence):
+    readings, profile = evidence.readings, evidence.profile
+    s_mm = np.array([readings.s_mm[0], readings.s_mm[-1]])
+    measured = replace(readings, s_mm=s_mm, level_mm=np.array([-1.0, -1.0]), repeats_mm=None)
+    simulated = replace(profile, s_mm=s_mm, level_mm=np.array([-1.0, 1.0]))
+    comparison = replace(
+        evidence.comparison, metrics=evidence.comparison.metrics.model_copy(update={"worst_error_mm": 2.0})
+    )
+    (axes,) = axes_of(draw_distribution(simulated, measured, comparison))
+    within_mm, percent = (np.asarray(values) for values in axes.lines[0].get_data())
+    assert percent == pytest.approx(50 * within_mm, abs=0.1)
+
+
 def test_drawing_leaves_no_trace_in_matplotlib(evidence):
     before = dict(rcParams)
     drawn(evidence)

@@ -78,11 +78,11 @@ def test_stations_are_counted_by_the_side_on_which_they_are_off():
     _, sentence = level_sentences(mean_level_budget(0.0, 0.5, *ALL_KNOWN), stations([1.0, -1.0, -0.1, 0.5], [0.2] * 4))
     assert sentence.startswith("At 2 of 4 stations")
     assert "(too high at 1, too low at 1), by readings, numerics and inputs." in sentence
-    assert sentence.endswith(" 3 leave their own band, where chance alone makes 0.2.")
+    assert sentence.endswith(" 3 leave their own band; chance alone would make it 0.2.")
 
 
 def test_many_stations_are_many_tests():
     """One of twenty outside its own band is chance, and the model is not called off for it."""
     _, sentence = level_sentences(mean_level_budget(0.0, 0.5, 0.1), stations([0.5, *[0.0] * 19], [0.2] * 20))
     assert sentence.startswith("At none of 20 stations")
-    assert "by readings alone. 1 leave their own band, where chance alone makes 1.0." in sentence
+    assert "by readings alone. 1 leave their own band; chance alone would make it 1.0." in sentence
