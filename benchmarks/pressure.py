@@ -38,8 +38,8 @@ WATCHED = 30
 DENSE_PERCENT = 2.0
 CALM_CM_S = 1.0
 EXTRA_COST = 1.15
-TURNS = 301  # Frames of each of two columns whose time is compared
 """Over as many local iterations."""
+TURNS = 301  # Frames of each of two columns whose time is compared
 BEND_MM = 12.0
 """Radius of the curved slot: four times its width."""
 SCATTER_MM = 0.2

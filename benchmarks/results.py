@@ -2,8 +2,9 @@
 
     python -m benchmarks.results [--only NAME ...]     (make results)
 
-A benchmark is run again where the code or its data changed since; a run that is stopped, or killed, goes on by the same
-command. The page shows each figure beside that of the results before. Exits with 1 unless all targets are met.
+A benchmark is run again where the code or its data changed since, or where it failed; a run that is stopped, or killed,
+goes on by the same command. The page shows each figure beside that of the results before. Exits with 1 unless all
+targets are met.
 """
 
 import argparse
@@ -58,7 +59,7 @@ def main() -> None:
     parser.add_argument("--only", nargs="+", choices=COMMANDS, default=list(COMMANDS), metavar="NAME")
     asked: list[str] = parser.parse_args().only
     code, found = code_sha256(HERE), read(RESULTS)
-    waiting = [name for name in asked if found.get(name, {}).get("code") != code]
+    waiting = [name for name in asked if not (name in found and _stands(found[name], code))]
     for number, name in enumerate(waiting):
         ran_before = all(other in found for other in waiting[number:])
         left_s = sum(found[other]["wall_s"] for other in waiting[number:] if other in found)
@@ -70,10 +71,19 @@ def main() -> None:
         write_json(RESULTS, {key: found[key] for key in COMMANDS if key in found})
     write_text(PAGE, page(found, code))
     rows = [row for name in asked for row in found[name]["rows"]]
-    failed = [name for name in asked if found[name]["exit_code"] not in (0, 1)]
+    failed = [name for name in asked if not _ended(found[name])]
     judged, missed = sum(row["judged"] for row in rows), sum(row["missed"] for row in rows)
     print(f"{judged - missed} of {judged} targets met" + (f"; no result: {', '.join(failed)}" if failed else ""))
     sys.exit(1 if missed or failed else 0)
+
+
+def _ended(one: dict[str, Any]) -> bool:
+    """Return True for a benchmark that ended with a table: with 0 where all its targets are met, else with 1."""
+    return one["exit_code"] in (0, 1)
+
+
+def _stands(one: dict[str, Any], code: str) -> bool:
+    return _ended(one) and one["code"] == code
 
 
 def measure(arguments: list[str]) -> dict[str, Any]:
@@ -128,7 +138,7 @@ def _section(name: str, one: dict[str, Any], code: str) -> list[str]:
     older = "" if one["code"] == code else " **The code has changed since.**"
     took = f"{in_words(one['wall_s'])} on {one['processor']}, load {one['load']}, {one['date']}"
     lines = [f"## {name}", "", f"`{one['command']}`, {took}.{older}"]
-    if one["exit_code"] not in (0, 1):
+    if not _ended(one):
         return [*lines, "", f"It ended with exit code {one['exit_code']} and without a result."]
     lines += ["", "| figure | target | seen | before | |", "|---|---|---|---|---|"]
     for row in one["rows"]:

@@ -56,6 +56,15 @@ def test_a_benchmark_without_a_table_has_no_result(benchmarks, monkeypatch, caps
     assert "without a result" in (benchmarks / "results.md").read_text()
 
 
+def test_what_failed_is_run_again_on_the_same_code(benchmarks, monkeypatch):
+    monkeypatch.setattr(results, "code_sha256", lambda _: "one")
+    run(monkeypatch)
+    (benchmarks / "bad.py").write_text((benchmarks / "good.py").read_text())
+    run(monkeypatch)
+    assert json.loads((benchmarks / "results.json").read_text())["bad"]["exit_code"] == 1
+    assert (benchmarks / "ran").read_text() == "xx", "once each: what ended with a table is not run again"
+
+
 def test_the_page_shows_each_figure_beside_the_one_before(benchmarks):
     facts = {"command": "python good.py", "code": "new", "before": {"slow": 2.5}}
     found = {"good": facts | measure([str(benchmarks / "good.py")])}
