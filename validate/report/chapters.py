@@ -32,6 +32,7 @@ from validate.wording.comparison import (
     uncertainty_tables,
     volume_table,
 )
+from validate.wording.where_off import where_off
 
 
 @dataclass(frozen=True)
@@ -122,7 +123,7 @@ Titled = tuple[str, str, Sequence[Item]]  # Title, name and items of a chapter
 
 def _answer_and_why(evidence: Evidence) -> Iterator[Titled]:
     yield "Photo and level", "answer", [_photo(evidence), _level_plate(evidence)]
-    if errors := list(_error_plates(evidence)):
+    if errors := list(_error_items(evidence)):
         yield "Error", "error", errors
     yield "Fill", "fill", [_model(evidence), *fill_plates(evidence)]
     yield "Uncertainty", "uncertainty", [Paragraph(_uncertainty_sentences(evidence))]
@@ -170,15 +171,18 @@ def _level_plate(evidence: Evidence) -> Plate:
     )
 
 
-def _error_plates(evidence: Evidence) -> Iterator[Plate]:
+def _error_items(evidence: Evidence) -> Iterator[Item]:
     profile, readings, comparison = evidence.profile, evidence.readings, evidence.comparison
     if readings is None or comparison is None:
         return
+    found = comparison.uncertainty
+    if found is not None and (places := where_off(found, comparison.metrics.worst_at_mm)):
+        yield Paragraph(places)
     yield Plate(
         "Error along the crack. A perfect model lies in the band at all stations in 95 of 100 sheets.",
         lambda: draw_error(profile, readings, comparison),
     )
-    if (found := comparison.uncertainty) is not None:
+    if found is not None:
         known = "what is known of it so far, without" if found.mean_level.resolved is None else "with"
         yield Plate(
             "Simulated less measured level E at each station, with twice its standard uncertainty. Filled where E "
