@@ -1,5 +1,6 @@
 """Measure the crack along a rough path: its walls to a fraction of a pixel, centreline, ends, islands and branches."""
 
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 
@@ -11,8 +12,10 @@ from digitise.geometry import polyline
 from digitise.image.raster import shrunk
 from digitise.photo import Photo
 from digitise.scale.view import Lens, View
+from digitise.settings import Pixel
 from digitise.walls.centreline_and_walls import MIN_WIDTH_PX, STATION_PX, Traced
 from digitise.walls.islands import find_islands, photo_of_paint
+from digitise.walls.mended import mended
 from digitise.walls.mouths import trace_past_mouths
 from digitise.walls.side_cracks import find_side_cracks, measure_branches
 from sealtwin.core.errors import InputError
@@ -32,10 +35,16 @@ class Unconfirmed(str):
 PROPOSAL = Unconfirmed("the crack was found automatically: look at overlay.png, then give ends_px to confirm it")
 
 
-def trace_outline(photo: Photo, path: CrackPath, edge_fraction: float = 0.5, keep_branches: bool = False) -> Outline:
+def trace_outline(
+    photo: Photo,
+    path: CrackPath,
+    edge_fraction: float = 0.5,
+    keep_branches: bool = False,
+    walls_px: Sequence[Sequence[Pixel]] = (),
+) -> Outline:
     """Measure the crack along ``path``, which may be painted; ``keep_branches`` puts side cracks into the ring too.
 
-    At an open end s = 0 is where the centreline meets the edge of the face. Raises InputError where the crack is too
+    ``walls_px`` are stretches of a wall that a person drew, in place of what was traced. At an open end s = 0 is where the centreline meets the edge of the face. Raises InputError where the crack is too
     narrow, too short, or its walls are not found.
     """
     painted = path.source == "mask"
@@ -43,7 +52,9 @@ def trace_outline(photo: Photo, path: CrackPath, edge_fraction: float = 0.5, kee
     islands_mm, source = find_islands(source, path, edge_fraction)
     sides = find_side_cracks(source, path, edge_fraction)
     traced, rings_px = trace_past_mouths(source, path, sides, edge_fraction)
-    centreline_mm, left_mm, right_mm = _stations(photo, traced)
+    lines_mm = [photo.to_mm(np.array(line_px, dtype=float)) for line_px in walls_px]
+    stations = _stations(photo, traced)
+    centreline_mm, left_mm, right_mm, drawn = mended(stations, lines_mm, traced.kinds, photo.mm_per_px, str(photo.file))
     # Paint is as wide as it is painted, with no blur to mistake for it.
     least_px = 0.0 if painted else MIN_WIDTH_PX
     main_mm = _ring(photo, left_mm, right_mm)
@@ -58,7 +69,13 @@ def trace_outline(photo: Photo, path: CrackPath, edge_fraction: float = 0.5, kee
         scale_source=photo.scale_source,
         scale_residual_mm=photo.scale_residual_mm,
         path_source=path.source,
-        warnings=(*photo.warnings, *path.warnings, *_doubts(path, traced), *branches.warnings, *_stated(standing)),
+        warnings=(
+            *photo.warnings,
+            *path.warnings,
+            *_doubts(path, traced, drawn),
+            *branches.warnings,
+            *_stated(standing),
+        ),
         islands_mm=(*standing, *branches.enclosed_mm),
         branches_mm=branches.lines_mm,
         branches_kept=branches.kept,
@@ -68,14 +85,17 @@ def trace_outline(photo: Photo, path: CrackPath, edge_fraction: float = 0.5, kee
     )
 
 
-def glance(photo: Photo, path: CrackPath, edge_fraction: float = 0.5) -> Outline | None:
+def glance(
+    photo: Photo, path: CrackPath, edge_fraction: float = 0.5, walls_px: Sequence[Sequence[Pixel]] = ()
+) -> Outline | None:
     """Trace the outline in a smaller copy of the photo, in whose pixels it is; None where its walls are not found."""
     if path.width_px < 2 * GLANCE_WIDTH_PX or photo.drawn is not None:
         return None
     factor = 2 ** int(np.log2(path.width_px / GLANCE_WIDTH_PX))
     narrow = replace(path, points_px=_placed(path.points_px, factor), width_px=path.width_px / factor)
     with suppress(InputError):
-        return trace_outline(smaller(photo, factor), narrow, edge_fraction)
+        drawn_px = [_placed(np.array(line_px), factor).tolist() for line_px in walls_px]
+        return trace_outline(smaller(photo, factor), narrow, edge_fraction, walls_px=drawn_px)
     return None
 
 
@@ -139,9 +159,11 @@ def _ring(photo: Photo, left_mm: Floats, right_mm: Floats) -> Floats:
     return polyline.without_repeats(ring, 1e-3 * photo.mm_per_px)
 
 
-def _doubts(path: CrackPath, traced: Traced) -> list[str]:
-    """Warnings about the main crack."""
+def _doubts(path: CrackPath, traced: Traced, drawn: float) -> list[str]:
+    """Warnings about the main crack, of whose walls the share ``drawn`` was drawn by hand."""
     doubts: list[str] = [PROPOSAL] if path.source == "automatic" else []
+    if drawn:
+        doubts.append(f"{max(drawn, 0.01):.0%} of the walls were drawn by hand, not measured")
     if traced.missing > WORTH_SAYING:
         doubts.append(f"a wall was not found on {traced.missing:.0%} of the crack and is bridged there")
     if traced.beyond_mm > 0:

@@ -27,6 +27,7 @@ Depth = Annotated[float, Field(gt=0.1, le=DEEPEST_MM)]
 DepthStation = tuple[Annotated[float, Field(ge=0, le=10_000)], Depth]  # Arc length, and depth there, in mm
 Trim = Annotated[float, Field(ge=0, le=1000)]  # Shortening of a path in mm; a metre is more than half of any crack
 MeshUnit = Literal["mm", "cm", "m", "inch"]
+MOST_WALLS, MOST_WALL_POINTS = 50, 200  # Stretches of wall drawn by hand, and points of each: more is a mask's work
 MOST_VIA = 50  # Largest number of via points; for more, a painted mask is better
 
 
@@ -83,6 +84,11 @@ class PhotoInput(Settings):
     """Points of the crack between its ends, in order, needed where it forks or a darker crack is near."""
     roi_px: tuple[Pixel, ...] | None = Field(default=None, min_length=2, max_length=200)
     """Region to search in: two opposite corners of a box, or the corners of a polygon."""
+    walls_px: tuple[Annotated[tuple[Pixel, ...], Field(min_length=2, max_length=MOST_WALL_POINTS)], ...] = Field(
+        default=(), max_length=MOST_WALLS
+    )
+    """Stretches of wall drawn by hand where the photo misleads: each a line from a place on one wall, along where the
+    wall is, to another place on it. 'sealtwin trace' draws them."""
     mask: Path | None = None
     """Picture of the photo's size with the crack painted white on black, or opaque on transparent; its edges are the
     walls. The path is relative to the trial file's folder or absolute."""
@@ -129,8 +135,8 @@ class PhotoInput(Settings):
             raise ValueError("face_corners_px without face_mm: corners need the face's size")
         if self.via_px and self.ends_px is None:
             raise ValueError("via_px without ends_px: points between the ends need the ends")
-        if self.mask is not None and (self.roi_px is not None or self.via_px):
-            raise ValueError("mask beside roi_px or via_px: a painted crack needs no more than ends_px")
+        if self.mask is not None and (self.roi_px is not None or self.via_px or self.walls_px):
+            raise ValueError("mask beside roi_px, via_px or walls_px: a painted crack needs no more than ends_px")
         return self
 
 

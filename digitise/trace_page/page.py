@@ -33,7 +33,7 @@ MEDIA_TYPES = {
 }
 Content = tuple[bytes, str]  # Body and media type of the answer to a GET
 TILE = re.compile(r"photo/(\d{1,2})/(\d{1,3})/(\d{1,3})\.jpg")
-LARGEST_BODY_BYTES = 64_000  # Largest body of a request; hints take some kilobytes
+LARGEST_BODY_BYTES = 250_000  # Largest body of a request: as many drawn walls as a trial may have
 SLOW_S = 10.0  # Longest silence on a connection; requests of the page arrive in milliseconds
 SECURITY_HEADERS = {
     # No foreign content, no inline scripts, no frames.

@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from threading import Lock
-from typing import Any, Literal, NamedTuple, Self
+from typing import Annotated, Any, Literal, NamedTuple, Self
 
 import cv2
 import numpy as np
@@ -19,7 +19,7 @@ from digitise.crack_path.path_search import LiveWire
 from digitise.geometry.polyline import signed_area
 from digitise.outline import Unconfirmed, glance, trace_outline
 from digitise.photo import Photo, read_pixels, scaled
-from digitise.settings import MOST_VIA, PhotoInput, Pixel
+from digitise.settings import MOST_VIA, MOST_WALL_POINTS, MOST_WALLS, PhotoInput, Pixel
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Outline, Pixels
 from sealtwin.core.settings import Settings, checked
@@ -31,6 +31,7 @@ CONTROLS = {  # Labels on the page for the settings and files that messages name
     "ends_px": "Ends",
     "via_px": "Via",
     "roi_px": "Box",
+    "walls_px": "Wall",
     "ruler_px": "Ruler",
     "ruler_mm": "Distance",
     "face_corners_px": "Face",
@@ -48,6 +49,9 @@ class Hints(Settings):
     ends_px: tuple[Pixel, Pixel] | None = None
     via_px: tuple[Pixel, ...] | None = Field(default=None, max_length=MOST_VIA)
     roi_px: tuple[Pixel, ...] | None = Field(default=None, max_length=200)
+    walls_px: tuple[Annotated[tuple[Pixel, ...], Field(max_length=MOST_WALL_POINTS)], ...] | None = Field(
+        default=None, max_length=MOST_WALLS
+    )
     mm_per_px: float | None = None
     scale_is: Literal["measured", "assumed"] | None = None
     ruler_px: tuple[Pixel, Pixel] | None = None
@@ -184,9 +188,10 @@ class TraceSession:
             try:
                 path = self._path(seen.photo, hints)
                 yield "path", _path_answer(path, seen.known)
-                rough = glance(seen.photo, path, self._edge_fraction)
+                rough = glance(seen.photo, path, self._edge_fraction, hints.walls_px or ())
                 yield "glance", None if rough is None else _walls_answer(seen.photo, rough, seen.known)
-                outline = trace_outline(seen.photo, path, self._edge_fraction, self._keep_branches)
+                given = self._edge_fraction, self._keep_branches, hints.walls_px or ()
+                outline = trace_outline(seen.photo, path, *given)
                 yield "walls", _walls_answer(seen.photo, outline, seen.known)
             except InputError as fault:
                 yield "refused", _for_page(seen.known, str(fault))

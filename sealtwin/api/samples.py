@@ -168,7 +168,7 @@ def trace_crack(
     if photo.drawn is not None and (settings.via_px or settings.roi_px is not None):
         raise InputError("trace_crack: via_px or roi_px beside a mask, which shows the crack itself. Leave them out.")
     path = find_path(photo, settings.ends_px, settings.via_px, settings.roi_px)
-    outline = trace_outline(photo, path, settings.edge_fraction, keep_branches=settings.branches == "keep")
+    outline = trace_outline(photo, path, settings.edge_fraction, settings.branches == "keep", settings.walls_px)
     return CrackOutline(**content_of(outline), photo=photo, data=photo.data, sha256=photo.sha256)
 
 

@@ -77,7 +77,7 @@ def _digitise(job: Job) -> "tuple[Outline, Solid, Photo]":
     path = find_path(photo, settings.ends_px, settings.via_px, settings.roi_px)
     job.progress.advance(2, "tracing its walls")
     with _with_picture(job, lambda: draw_way(photo, path)):
-        outline = trace_outline(photo, path, settings.edge_fraction, keep_branches=settings.branches == "keep")
+        outline = trace_outline(photo, path, settings.edge_fraction, settings.branches == "keep", settings.walls_px)
     job.progress.advance(3, "building the solid")
     with _with_picture(job, lambda: draw_overlay(photo, outline)):
         return outline, build_solid(outline, crack), photo

@@ -9,6 +9,7 @@ export function draftOf(hints, markers) {
     ends: [first, second],
     via: hints.via_px ?? [],
     roi: hints.roi_px ?? [],
+    walls: hints.walls_px ?? [],
     scale: markers ? "markers" : hints.ruler_px ? "ruler" : hints.face_mm ? "face" : hints.mm_per_px ? "mm_per_px" : null,
     ruler: hints.ruler_px ?? [],
     rulerMm: hints.ruler_mm ?? null,
@@ -25,6 +26,7 @@ export function hintsOf(draft) {
   if (hasEnds(draft)) {
     hints.ends_px = draft.ends;
     if (draft.via.length) hints.via_px = draft.via;
+    if (draft.walls.length) hints.walls_px = draft.walls;
   }
   if (draft.roi.length >= 2) hints.roi_px = draft.roi;
   if (draft.scale === "ruler" && draft.ruler.length === 2 && draft.rulerMm) {
@@ -112,6 +114,39 @@ function goneRound(corners) {
   const lowerLeft = ring.reduce((best, corner, index) => (corner[1] - corner[0] > ring[best][1] - ring[best][0] ? index : best), 0);
   return [...ring.slice(lowerLeft), ...ring.slice(0, lowerLeft)];
 }
+
+const MOST_POINTS = 200; // As MOST_WALL_POINTS in digitise/settings.py.
+
+/** A drawn line in as few points as keep it within half a pixel, or within more where they would be too many. */
+export function simplified(trail, off = 0.5) {
+  const kept = thinned(trail, off);
+  return kept.length > MOST_POINTS ? simplified(trail, 2 * off) : kept;
+}
+
+/** Douglas and Peucker's: a line's points farther than `off` from its chord, and so on in its parts. */
+function thinned(line, off) {
+  const last = line.length - 1;
+  let worst = 0;
+  for (let index = 1; index < last; index += 1)
+    if (aside(line[index], line[0], line[last]) > aside(line[worst], line[0], line[last])) worst = index;
+  if (!worst || aside(line[worst], line[0], line[last]) <= off) return [line[0], line[last]];
+  return [...thinned(line.slice(0, worst + 1), off).slice(0, -1), ...thinned(line.slice(worst), off)];
+}
+
+/** Distance of a point from the piece between two others. */
+function aside([x, y], [left, top], [right, bottom]) {
+  const [dx, dy] = [right - left, bottom - top];
+  const share = Math.min(1, Math.max(0, ((x - left) * dx + (y - top) * dy) / (dx * dx + dy * dy || 1)));
+  return far([x, y], [left + share * dx, top + share * dy]);
+}
+
+/** Number of the drawn wall within `reach` of a point; -1 where there is none. */
+export function nearestWall(draft, point, reach) {
+  const away = (line) => Math.min(...line.slice(1).map((to, index) => aside(point, line[index], to)));
+  return draft.walls.findIndex((line) => away(line) <= reach);
+}
+
+export const withoutWall = (draft, index) => (index < 0 ? draft : { ...draft, walls: without(draft.walls, index) });
 
 const angle = ([x, y], [left, top]) => Math.atan2(y - top, x - left);
 const far = ([x, y], [right, down]) => Math.hypot(right - x, down - y);

@@ -2,7 +2,7 @@
 
 const STILL = 4; // Screen pixels that a click may slip; a finger slips twice as far.
 
-/** `drawing()`: whether a drag draws; `click(at)`, `hover(at)`, `draw(from, to)`, `drawn()`, with screen points. */
+/** `drawing()`: whether a drag draws; `click(at)`, `hover(at)`, `draw(trail)`, `drawn()`, with screen points. */
 export function watch(stage, viewport, { drawing, click, hover, draw, drawn }) {
   const down = new Map();
   let began = null; // Where a single pointer went down, and what has come of it: "still", "pan" or "draw".
@@ -24,7 +24,7 @@ export function watch(stage, viewport, { drawing, click, hover, draw, drawn }) {
     stage.focus({ preventScroll: true });
     stage.setPointerCapture(event.pointerId);
     down.set(event.pointerId, at(event));
-    if (down.size === 1) began = { place: at(event), last: at(event), what: "still", pans: event.button === 1 || !drawing() };
+    if (down.size === 1) began = { place: at(event), last: at(event), trail: [at(event)], what: "still", pans: event.button === 1 || !drawing() };
     if (down.size === 2) {
       if (began?.what === "draw") drawn();
       began = null;
@@ -52,7 +52,10 @@ export function watch(stage, viewport, { drawing, click, hover, draw, drawn }) {
       began.what = began.pans ? "pan" : "draw";
     }
     if (began.what === "pan") viewport.panBy([here[0] - began.last[0], here[1] - began.last[1]]);
-    if (began.what === "draw") draw(began.place, here);
+    if (began.what === "draw") {
+      began.trail.push(here);
+      draw(began.trail);
+    }
     began.last = here;
   });
 

@@ -1,18 +1,19 @@
 // The trace page: points go to the server, lines come back.
 
-import { draftOf, hasEnds, hintsOf, pointsOf, rounded } from "./draft.js";
+import { draftOf, hasEnds, hintsOf, pointsOf, rounded, withoutWall } from "./draft.js";
 import { Findings } from "./findings.js";
 import { watch } from "./gestures.js";
 import { History } from "./history.js";
 import { Leaving } from "./leaving.js";
 import { Lines, Points } from "./marks.js";
-import { showCoordinates, showScaleFields, typed, watchScaleFields } from "./panel.js";
+import { showCoordinates, showDrawn, showScaleFields, typed, watchScaleFields } from "./panel.js";
 import { opening } from "./server.js";
 import { rove } from "./toolbar.js";
 import { TOOLS, addButtons, toolNames } from "./tools.js";
 import { Tracing } from "./tracing.js";
 import { Viewport } from "./viewport.js";
 
+const REACH = 8; // Screen pixels from a line within which a click means it.
 const part = (id) => document.getElementById(id);
 const stage = part("stage");
 const narrow = window.matchMedia("(max-width: 860px)");
@@ -65,7 +66,7 @@ function commit(next, kind = null) {
 }
 
 function ask(before) {
-  const placed = (draft) => JSON.stringify([hintsOf(draft), draft.ends, draft.via]);
+  const placed = (draft) => JSON.stringify([hintsOf(draft), draft.ends, draft.via, draft.walls]);
   // Half a ruler, or a width without a height, says nothing yet.
   if (placed(before) === placed(draft) && !sketching) return;
   sketching = false;
@@ -87,7 +88,7 @@ function trace(until) {
 }
 
 function search() {
-  commit({ ...draft, ends: [null, null], via: [] });
+  commit({ ...draft, ends: [null, null], via: [], walls: [] });
   dismiss();
   trace("walls");
 }
@@ -146,6 +147,8 @@ function refresh() {
   for (const settle of toolbars) settle();
   lines.set("ruler", draft.scale === "ruler" && draft.ruler.length === 2 ? draft.ruler : null);
   showFace();
+  lines.setAll("drawn", draft.walls);
+  showDrawn(draft.walls, (index) => commit(withoutWall(draft, index)));
   lines.set("roi", draft.roi.length < 2 ? null : draft.roi.length === 2 ? boxed(draft.roi) : draft.roi, true);
   place();
 }
@@ -179,15 +182,17 @@ watch(stage, viewport, {
   drawing: () => Boolean(TOOLS[tool].draw),
   click: (at) => placeAt(rounded(inPhoto(viewport.toPhoto(at)))),
   hover: (at) => follow(inPhoto(viewport.toPhoto(at))),
-  draw: (from, to) => {
-    draft = TOOLS[tool].draw(draft, ...[from, to].map((at) => rounded(inPhoto(viewport.toPhoto(at)))));
+  draw: (trail) => {
+    // What is drawn replaces what the same drag drew before.
+    draft = TOOLS[tool].draw(history.now, trail.map((at) => rounded(inPhoto(viewport.toPhoto(at)))));
     refresh();
   },
   drawn: () => commit(draft),
 });
 
 function placeAt(point) {
-  const next = TOOLS[tool].place(draft, point, hasEnds(draft) ? found.path?.points_px : null);
+  const near = { path: hasEnds(draft) ? found.path?.points_px : null, reach: REACH / viewport.zoom };
+  const next = TOOLS[tool].place(draft, point, near);
   if (tool === "ends" && !hasEnds(draft) && hasEnds(next)) tool = "via";
   commit(next);
 }

@@ -76,6 +76,25 @@ export function showCoordinates(points, { edit, remove }) {
   });
 }
 
+/** A row for each stretch of wall that was drawn; `erase(index)`. */
+export function showDrawn(walls, erase) {
+  part("drawn-section").hidden = !walls.length;
+  part("drawn").replaceChildren(
+    ...walls.map((line, index) => {
+      const row = document.createElement("div");
+      const name = document.createElement("span");
+      const gone = document.createElement("button");
+      const [x, y] = line[0].map(Math.round);
+      name.textContent = `Wall ${index + 1}, from x ${x}, y ${y}`;
+      gone.textContent = "×";
+      gone.setAttribute("aria-label", `Erase drawn wall ${index + 1}`);
+      gone.addEventListener("click", () => erase(index));
+      row.append(name, gone);
+      return row;
+    }),
+  );
+}
+
 function coordinateRow(id, edit, remove) {
   const row = document.createElement("div");
   row.dataset.point = id;

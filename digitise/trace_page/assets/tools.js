@@ -1,8 +1,9 @@
 // What a click on the photo places, and what a drag draws.
 
-import { hasEnds, withCorner, withVia } from "./draft.js";
+import { hasEnds, nearestWall, simplified, withCorner, withVia, withoutWall } from "./draft.js";
 
 const MOST_VIA = 50; // As in digitise/settings.py: more would be drawing the crack.
+const MOST_WALLS = 50; // As there.
 
 const far = ([x, y], [right, down]) => Math.hypot(right - x, down - y);
 
@@ -30,8 +31,23 @@ export const TOOLS = {
       if (draft.via.length >= MOST_VIA) return "No more via points: paint the crack in a mask instead.";
       return hasEnds(draft) ? "Click where the crack passes, if the line takes another way." : "Give both ends first.";
     },
-    place: (draft, point, path) =>
+    place: (draft, point, { path }) =>
       hasEnds(draft) && draft.via.length < MOST_VIA ? withVia(draft, point, path) : draft,
+  },
+  wall: {
+    key: "w",
+    label: "Wall",
+    icon: "M3 8c4 0 4 3 8 3s5-4 10-4M3 16c5 0 6-2 9-2M15 21l1-4 5-5 3 3-5 5z",
+    guide: (draft) => {
+      if (!hasEnds(draft)) return "Give both ends first.";
+      if (draft.walls.length >= MOST_WALLS) return "No more drawn walls: paint the crack in a mask instead.";
+      return draft.walls.length
+        ? "Draw along the true wall, from the line back to the line. Click a drawn stretch to erase it."
+        : "Where a wall is wrong, draw along the true one, from the line back to the line.";
+    },
+    place: (draft, point, { reach }) => withoutWall(draft, nearestWall(draft, point, reach)),
+    draw: (draft, trail) =>
+      hasEnds(draft) && draft.walls.length < MOST_WALLS ? { ...draft, walls: [...draft.walls, simplified(trail)] } : draft,
   },
   ruler: {
     key: "r",
@@ -40,7 +56,7 @@ export const TOOLS = {
     guide: (draft) =>
       draft.ruler.length < 2 ? "Drag along a ruler, or click two of its marks." : "Drag the ruler's two points to its marks; give their distance.",
     place: (draft, point) => ({ ...draft, scale: "ruler", ruler: [...(draft.ruler.length < 2 ? draft.ruler : []), point] }),
-    draw: (draft, from, to) => ({ ...draft, scale: "ruler", ruler: [from, to] }),
+    draw: (draft, trail) => ({ ...draft, scale: "ruler", ruler: [trail[0], trail.at(-1)] }),
   },
   face: {
     key: "f",
@@ -56,7 +72,7 @@ export const TOOLS = {
     icon: "M4 4h4M10 4h4M16 4h4M4 20h4M10 20h4M16 20h4M4 6v4M4 12v4M20 6v4M20 12v4",
     guide: () => "Drag a box: the crack is searched for inside it only.",
     place: (draft, point) => ({ ...draft, roi: [...(draft.roi.length < 2 ? draft.roi : []), point] }),
-    draw: (draft, from, to) => ({ ...draft, roi: [from, to] }),
+    draw: (draft, trail) => ({ ...draft, roi: [trail[0], trail.at(-1)] }),
   },
 };
 

@@ -106,7 +106,7 @@ REFUSED = {
     "nothing of that name": (404, {"name": "missing"}),
     "nothing to post to": (404, {"method": "POST", "name": "missing", "body": b"{}"}),
     "no JSON": (400, {"method": "POST", "name": "echo", "body": b"{"}),
-    "too large": (413, {"method": "POST", "name": "echo", "body": b" " * 64_001}),
+    "too large": (413, {"method": "POST", "name": "echo", "body": b" " * (LARGEST_BODY_BYTES + 1)}),
     "another host": (421, {"Host": "evil.example"}),
     "another origin": (403, {"method": "POST", "name": "echo", "body": b"{}", "Origin": "http://evil.example"}),
     **{method: (501, {"method": method}) for method in ("PUT", "DELETE", "PATCH", "OPTIONS", "HEAD", "TRACE", "FOO")},

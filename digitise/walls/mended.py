@@ -1,0 +1,81 @@
+"""Stretches of a wall that a person drew, where the photo misleads the tracing."""
+
+from collections.abc import Sequence
+from typing import Literal, NamedTuple
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from digitise.geometry import polyline
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Floats, arc_length
+from sealtwin.core.solid_figures import EndKind
+
+NEAR = 1.0  # Crack widths from its wall within which a drawn line begins and ends
+LEAST_NEAR_PX = 10.0  # The same for thin cracks: what a hand misses on a screen
+Side = Literal["left", "right"]
+
+
+class Mended(NamedTuple):
+    """Centreline and walls at the same stations as before, (n, 2) each, and what was drawn of them."""
+
+    centreline_mm: Floats
+    left_mm: Floats
+    right_mm: Floats
+    drawn: float
+    """Share of both walls' stations that was drawn."""
+
+
+def mended(
+    stations: tuple[Floats, Floats, Floats],
+    lines_mm: Sequence[Floats],
+    kinds: tuple[EndKind, EndKind],
+    mm_per_px: float,
+    where: str,
+) -> Mended:
+    """Replace the stretch of a wall beside each line, (k, 2) from the wall along the true one and back to it.
+
+    ``stations`` are centreline, left and right wall, (n, 2) each; a later line replaces an earlier one. Raises
+    InputError, which begins with ``where``, for a line that does not begin and end at one wall.
+    """
+    centreline_mm, left_mm, right_mm = (points.copy() for points in stations)
+    walls: dict[Side, Floats] = {"left": left_mm, "right": right_mm}
+    # Both walls end in a tip, which is nobody's to move.
+    first, last = (int(kind == "closed") for kind in kinds)
+    inner = slice(first, len(centreline_mm) - last)
+    width_mm = float(np.median(np.linalg.norm(left_mm - right_mm, axis=1)))
+    near_mm = max(NEAR * width_mm, LEAST_NEAR_PX * mm_per_px)
+    touched = {side: np.zeros(len(centreline_mm), dtype=bool) for side in walls}
+    for number, line_mm in enumerate(lines_mm, start=1):
+        side, begin, end = _stretch(walls, inner, line_mm, near_mm, f"{where}: photo.walls_px, line {number}")
+        along = slice(min(begin, end), max(begin, end) + 1)
+        drawn_mm = line_mm if begin < end else line_mm[::-1]
+        s_mm = arc_length(drawn_mm)
+        count = along.stop - along.start
+        walls[side][along] = polyline.at_arc_length(drawn_mm, s_mm, np.linspace(0.0, s_mm[-1], count))
+        touched[side][along] = True
+    moved = touched["left"] | touched["right"]
+    centreline_mm[moved] = (left_mm[moved] + right_mm[moved]) / 2
+    drawn = float(np.mean([touched["left"], touched["right"]]))
+    return Mended(centreline_mm, left_mm, right_mm, drawn)
+
+
+def _stretch(
+    walls: dict[Side, Floats], inner: slice, line_mm: Floats, near_mm: float, where: str
+) -> tuple[Side, int, int]:
+    """The wall beside a line, and the stations nearest to its first and last point."""
+    found: dict[Side, tuple[float, int, int]] = {}
+    for side, wall_mm in walls.items():
+        away_mm, station = KDTree(wall_mm[inner]).query(line_mm[[0, -1]])
+        begin, end = np.asarray(station) + inner.start
+        found[side] = float(np.max(away_mm)), int(begin), int(end)
+    side: Side = "left" if found["left"][0] <= found["right"][0] else "right"
+    away_mm, begin, end = found[side]
+    if away_mm > near_mm:
+        raise InputError(
+            f"{where}: it begins or ends {away_mm:.1f} mm from the walls (at most {near_mm:.1f} mm); draw from a place "
+            "on one wall to another place on it."
+        )
+    if begin == end:
+        raise InputError(f"{where}: it begins and ends at the same place of the wall; draw a longer stretch.")
+    return side, begin, end

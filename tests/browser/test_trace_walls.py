@@ -1,0 +1,95 @@
+"""Walls mended by hand on the trace page: drawn, taken back, erased, saved."""
+
+import tomllib
+
+import numpy as np
+import pytest
+
+pytestmark = pytest.mark.browser
+
+
+def draw(bench, trail_px):
+    bench.page.mouse.move(*bench.at(trail_px[0]))
+    bench.page.mouse.down()
+    for place in trail_px[1:]:
+        bench.page.mouse.move(*bench.at(place))
+    bench.page.mouse.up()
+
+
+def bulge(bench, aside_px):
+    """A line from a place on the left wall, past it by so many pixels away from the crack, back to it."""
+    wall, middle = (np.array(bench.probe("line", name)) for name in ("left-wall", "way"))
+    part = wall[len(wall) // 3 : len(wall) // 2]
+    outward = part - middle[np.linalg.norm(part[:, None] - middle[None], axis=2).argmin(axis=1)]
+    outward /= np.linalg.norm(outward, axis=1)[:, None]
+    hump = np.sin(np.linspace(0, np.pi, len(part)))[:, None]
+    line = part + aside_px * hump * outward
+    return line[:: max(1, len(line) // 25)]
+
+
+def test_a_drawn_wall_replaces_the_traced_one_and_can_be_taken_back(open_page, shot):
+    bench = open_page(shot.file)
+    bench.give_ends(shot)
+    before = bench.number("area")
+    bench.page.keyboard.press("w")
+    draw(bench, bulge(bench, 12.0))
+    bench.await_state("walls")
+    bench.until("window.probe.number('area') > given[0]", before)
+    assert bench.page.locator("#lines .drawn").count() == 1
+    assert "drawn by hand" in bench.text("#warnings")
+    wider = bench.number("area")
+    bench.page.keyboard.press("Control+z")
+    bench.until("window.probe.number('area') === given[0]", before)
+    bench.page.keyboard.press("Control+Shift+z")
+    bench.until("window.probe.number('area') === given[0]", wider)
+    bench.page.click("#drawn button")
+    bench.until("window.probe.number('area') === given[0]", before)
+    assert bench.page.locator("#lines .drawn").count() == 0
+
+
+def test_a_click_on_a_drawn_wall_erases_it(open_page, shot):
+    bench = open_page(shot.file)
+    bench.give_ends(shot)
+    bench.page.keyboard.press("w")
+    line = bulge(bench, 12.0)
+    draw(bench, line)
+    bench.await_state("walls")
+    bench.click(shot.mortar_px[0])
+    assert bench.page.locator("#lines .drawn").count() == 1, "a click far from it means nothing"
+    bench.click(line[len(line) // 2])
+    bench.until("document.querySelectorAll('#lines .drawn').length === 0")
+    bench.await_state("walls")
+
+
+def test_a_line_across_the_mortar_is_refused_and_named(open_page, shot):
+    bench = open_page(shot.file)
+    bench.give_ends(shot)
+    bench.page.keyboard.press("w")
+    draw(bench, np.linspace(*shot.mortar_px, 12))
+    bench.await_state("refused")
+    assert "Wall, line 1" in bench.text("#refusal")
+    bench.page.keyboard.press("Control+z")
+    bench.await_state("walls")
+
+
+def test_a_drawn_wall_is_saved_and_there_again(open_page, shot, tmp_path):
+    bench = open_page(shot.file)
+    bench.give_ends(shot)
+    bench.page.keyboard.press("w")
+    draw(bench, bulge(bench, 12.0))
+    bench.await_state("walls")
+    bench.page.check("input[name=scale][value=mm_per_px]", force=True)
+    bench.page.fill("#mm-per-px", "0.1")
+    bench.page.fill("#depth-mm", "16")
+    bench.page.click("#save")
+    bench.page.wait_for_selector("#farewell[open]")
+    trial = shot.file.with_suffix(".toml")
+    try:
+        photo = tomllib.loads(trial.read_text())["photo"]
+        assert len(photo["walls_px"]) == 1
+        assert 3 <= len(photo["walls_px"][0]) <= 200
+        again = open_page(trial)
+        again.await_state("walls")
+        assert again.page.locator("#lines .drawn").count() == 1
+    finally:
+        trial.unlink()

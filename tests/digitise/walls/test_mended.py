@@ -1,0 +1,82 @@
+"""Walls drawn by hand: what a line replaces, and which lines are refused."""
+
+import numpy as np
+import pytest
+
+from digitise.crack_path.find_path import find_path
+from digitise.outline import trace_outline
+from digitise.walls.mended import mended
+from sealtwin.core.errors import InputError
+from tests.pictures import evenly_scaled, mortar, with_crack, write_png
+
+S_MM = np.linspace(0.0, 40.0, 161)
+LINE = np.column_stack([S_MM, np.zeros_like(S_MM)])
+LEFT, RIGHT = LINE + [0.0, 1.5], LINE - [0.0, 1.5]
+HUMP = np.array([[10.0, 1.6], [12.0, 2.5], [18.0, 2.5], [20.0, 1.4]])
+
+
+def drawn(*lines, kinds=("open", "open")):
+    return mended((LINE, LEFT, RIGHT), lines, kinds, 0.1, "photo.png")
+
+
+def area_mm2(found):
+    left, right = (np.trapezoid(wall[:, 1], wall[:, 0]) for wall in (found.left_mm, found.right_mm))
+    return float(left - right)
+
+
+@pytest.mark.parametrize("backward", [False, True])
+def test_a_line_replaces_the_wall_beside_it_whichever_way_it_was_drawn(backward):
+    """The area grows by what lies between the line and the old wall; the other wall and the rest stay."""
+    found = drawn(HUMP[::-1] if backward else HUMP)
+    grown = np.trapezoid(HUMP[:, 1] - 1.5, HUMP[:, 0])
+    assert area_mm2(found) == pytest.approx(3.0 * 40 + grown, abs=0.1)
+    assert np.array_equal(found.right_mm, RIGHT)
+    beside = (S_MM < 9.9) | (S_MM > 20.1)
+    assert np.array_equal(found.left_mm[beside], LEFT[beside])
+    assert np.allclose(found.centreline_mm, (found.left_mm + found.right_mm) / 2)
+    assert found.drawn == pytest.approx(10 / 40 / 2, abs=0.01)
+
+
+def test_a_later_line_replaces_an_earlier_one_and_nothing_drawn_changes_nothing():
+    again = np.column_stack([HUMP[:, 0], np.full(len(HUMP), 1.5)])
+    assert area_mm2(drawn(HUMP, again)) == pytest.approx(120.0, abs=0.05)
+    untouched = drawn()
+    assert np.array_equal(untouched.left_mm, LEFT)
+    assert untouched.drawn == 0
+
+
+def test_tips_stay_where_they_are():
+    left = LEFT.copy()
+    left[0] = RIGHT[0] = LINE[0]
+    try:
+        whole = np.array([[-0.2, 0.3], [5.0, 2.0], [10.0, 1.5]])
+        found = mended((LINE, left, RIGHT), [whole], ("closed", "open"), 0.1, "photo.png")
+        assert np.array_equal(found.left_mm[0], LINE[0])
+        assert found.left_mm[20, 1] > 1.8
+    finally:
+        RIGHT[0] = LINE[0] - [0.0, 1.5]
+
+
+@pytest.mark.parametrize(
+    "line", [[[10.0, 6.0], [20.0, 1.5]], [[10.0, 1.5], [14.0, 9.0], [10.05, 1.6]], [[10.0, 9.0], [20.0, 9.0]]]
+)
+def test_a_line_from_nowhere_or_without_length_along_the_wall_is_refused(line):
+    with pytest.raises(InputError, match=r"photo\.png: photo\.walls_px, line 2"):
+        drawn(HUMP, np.array(line))
+
+
+def test_a_photo_with_a_drawn_wall_has_it_and_says_so(tmp_path):
+    photo = evenly_scaled(write_png(tmp_path / "crack.png", with_crack(mortar(), [(50, 150), (450, 150)])))
+    path = find_path(photo, ((60.0, 151.0), (440.0, 151.0)))
+    before = trace_outline(photo, path)
+    wall = before.left_wall_px
+    part = wall[(wall[:, 0] > 200) & (wall[:, 0] < 260)]
+    aside = np.sign(part[0, 1] - 150.0)
+    line = part[::8] + np.array([0.0, 6.0 * aside]) * np.sin(np.linspace(0, np.pi, len(part[::8])))[:, None]
+    after = trace_outline(photo, path, walls_px=[line.tolist()])
+    assert after.left_wall_mm.shape == before.left_wall_mm.shape
+    moved = np.abs(after.left_wall_px - before.left_wall_px).max(axis=1)
+    assert moved.max() == pytest.approx(6.0, abs=0.3)
+    assert moved[(wall[:, 0] < 190) | (wall[:, 0] > 270)].max() == 0
+    assert any("drawn by hand" in warning for warning in after.warnings)
+    assert not any("drawn by hand" in warning for warning in before.warnings)
