@@ -84,11 +84,13 @@ def trace(
             raise InputError(
                 f"--port {port}: {fault.strerror}. Give another one, or none for any that is free."
             ) from None
-        with page:
+        with page, page.doorway() as door:
             # Printed even with --quiet: there is no other way to find the page.
             typer.echo(f"Trace page: {page.url}", err=True)
-            command.say("It ends when you save or quit there, or with Ctrl-C here.")
-            if not no_browser and not webbrowser.open(page.url):
+            command.say(
+                "If no page appears, open that address. It ends when you save or quit there, or with Ctrl-C here."
+            )
+            if not no_browser and not webbrowser.open(door):
                 command.say("No browser could be opened; open that address yourself.")
             try:
                 saved = page.wait()

@@ -12,6 +12,7 @@ Conventions, everywhere:
 
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import cached_property
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -139,7 +140,7 @@ class Outline:
                     width_mm[stations] = np.trapezoid(square_mm[stations], s_mm[stations]) / piece_mm
         return width_mm
 
-    @property
+    @cached_property
     def mean_width_mm(self) -> float:
         """Width averaged over the arc length."""
         return float(np.trapezoid(self.width_mm, self.s_mm) / self.length_mm)
