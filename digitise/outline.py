@@ -44,8 +44,9 @@ def trace_outline(
 ) -> Outline:
     """Measure the crack along ``path``, which may be painted; ``keep_branches`` puts side cracks into the ring too.
 
-    ``walls_px`` are stretches of a wall that a person drew, in place of what was traced. At an open end s = 0 is where the centreline meets the edge of the face. Raises InputError where the crack is too
-    narrow, too short, or its walls are not found.
+    ``walls_px`` are stretches of a wall that a person drew, in place of what was traced. At an open end s = 0 is where
+    the centreline meets the edge of the face. Raises InputError where the crack is too narrow, too short, or its walls
+    are not found.
     """
     painted = path.source == "mask"
     source, edge_fraction = (photo_of_paint(photo, path), RIM) if painted else (photo, edge_fraction)
@@ -60,7 +61,7 @@ def trace_outline(
     main_mm = _ring(photo, left_mm, right_mm)
     branches = measure_branches(photo, main_mm, photo.to_px(centreline_mm), sides, rings_px, keep_branches, least_px)
     standing = tuple(ring for ring in islands_mm if points_in_poly(ring, branches.ring_mm).all())
-    ring_mm = branches.ring_mm
+    ring_mm, doubts = branches.ring_mm, _doubts(path, traced, drawn)
     return Outline(
         **photo.in_both_units(centreline=centreline_mm, left_wall=left_mm, right_wall=right_mm, outline=ring_mm),
         ends=traced.kinds,

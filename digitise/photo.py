@@ -82,9 +82,20 @@ def read_pixels(settings: PhotoInput, folder: Path) -> Pixels:
     path = folder / settings.file
     decoded = read_photo(path)
     second = None if settings.second_photo is None else folder / settings.second_photo
-    other = None if second is None else (read_photo(second, "photo.second_photo"), second)
+    other = None if second is None else (_another(second, path, decoded), second)
     drawn = None if settings.mask is None else read_mask(folder / settings.mask, decoded.image.shape[1::-1])
     return pixels_of(decoded, path, other, drawn)
+
+
+def _another(second: Path, path: Path, decoded: Decoded) -> Decoded:
+    """Read the second photo. Raises InputError where it is the first one, which shows no other light."""
+    other = read_photo(second, "photo.second_photo")
+    if np.array_equal(other.image, decoded.image):
+        raise InputError(
+            f"{second}: photo.second_photo shows the same pixels as {path.name}; give a photo lit from the other side, "
+            "or none."
+        )
+    return other
 
 
 def pixels_of(

@@ -135,6 +135,9 @@ class PhotoInput(Settings):
             raise ValueError("face_corners_px without face_mm: corners need the face's size")
         if self.via_px and self.ends_px is None:
             raise ValueError("via_px without ends_px: points between the ends need the ends")
+        stops = [*(self.ends_px or ())[:1], *self.via_px, *(self.ends_px or ())[1:]]
+        if twice := next((stop for stop, after in pairwise(stops) if stop == after), None):
+            raise ValueError(f"ends_px, via_px: ({twice[0]:g}, {twice[1]:g}) is given twice in a row; give it once")
         if self.mask is not None and (self.roi_px is not None or self.via_px or self.walls_px):
             raise ValueError("mask beside roi_px, via_px or walls_px: a painted crack needs no more than ends_px")
         return self

@@ -1,7 +1,10 @@
 """The device that runs the kernels: the user's choice, which is never changed silently."""
 
 import math
+import os
 import platform
+import tempfile
+from functools import cache
 from typing import Any
 
 import warp as wp
@@ -16,11 +19,38 @@ wp.config.log_level = wp.LOG_WARNING
 SIDE = 8  # Number of points along each edge of the test lattice, and of turns of the test loop
 
 
+NO_DRIVER = b"Could not find or load the NVIDIA CUDA driver"
+"""Words of Warp's warning on a machine without a GPU, where there is nothing to warn of."""
+
+
+@cache
+def start_warp() -> None:
+    """Start Warp, whose native code warns on stderr of what is no fault; all else that it says is passed on."""
+    try:
+        terminal = os.dup(2)
+    except OSError:
+        # Without a stderr nothing can be said on it.
+        wp.init()
+        return
+    with tempfile.TemporaryFile() as said:
+        try:
+            os.dup2(said.fileno(), 2)
+            wp.init()
+        finally:
+            os.dup2(terminal, 2)
+            os.close(terminal)
+            said.seek(0)
+            for line in said:
+                if NO_DRIVER not in line:
+                    os.write(2, line)
+
+
 def choose_device(name: str) -> str:
     """Warp's name of the device. "auto" is the first CUDA device if there is one, else the CPU.
 
     Raises InputError where the requested device is absent, or is a GPU that cannot record frames.
     """
+    start_warp()
     present = [str(device) for device in wp.get_devices()]
     if name == "auto":
         name = next((device for device in present if device.startswith("cuda")), "cpu")

@@ -55,9 +55,9 @@ class Fluid(Settings):
     """Power n of the shear in the stress. Left out, or 1, the viscosity does not depend on it; less thins as it is
     sheared, and needs consistency_pa_s_n.
     """
-    density_kg_m3: float = Field(default=1690.0, gt=0, le=2e4)
+    density_kg_m3: float = Field(default=1690.0, ge=1, le=2e4)
     """Cement paste of water-cement ratio 0.67, from 3150 and 1000 kg/m3 of its parts. It turns viscosity_pa_s into
-    U, and stresses into what they can hold against gravity; the fluid falls alike at any density.
+    U, and stresses into what they can hold against gravity; the fluid falls alike at any density. Below 1 it is a gas.
     """
     yield_stress_pa: float = Field(default=0.0, ge=0, le=1e4)
     """Yield stress of fresh paste, below which it stands like a solid (Bingham). Cement grouts have 5 to 37 Pa."""

@@ -11,11 +11,13 @@ import socket
 import sys
 import traceback
 from collections.abc import Callable, Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from email.message import Message
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from threading import Event, Thread
 from typing import Annotated, Any, Self, cast
 
@@ -31,10 +33,16 @@ MEDIA_TYPES = {
     ".js": "text/javascript; charset=utf-8",
     ".svg": "image/svg+xml",
 }
+DOOR = """<!doctype html>
+<meta charset="utf-8"><meta name="referrer" content="no-referrer"><title>sealtwin</title>
+<meta http-equiv="refresh" content="0; url={url}">
+<a href="{url}">The trace page</a>
+"""
 Content = tuple[bytes, str]  # Body and media type of the answer to a GET
 TILE = re.compile(r"photo/(\d{1,2})/(\d{1,3})/(\d{1,3})\.jpg")
 LARGEST_BODY_BYTES = 250_000  # Largest body of a request: as many drawn walls as a trial may have
 SLOW_S = 10.0  # Longest silence on a connection; requests of the page arrive in milliseconds
+MOST_STRANGERS = 32  # Connections without a valid request yet; the oldest makes room, so that they lock nobody out
 SECURITY_HEADERS = {
     # No foreign content, no inline scripts, no frames.
     "Content-Security-Policy": (
@@ -88,12 +96,26 @@ class PageServer(ThreadingHTTPServer):
 
     def __init__(self, port: int = 0) -> None:
         self._connections: set[socket.socket] = set()
+        self._strangers: dict[socket.socket, None] = {}
         super().__init__(("127.0.0.1", port), _Visit)
         self.gate = RequestGate(self.server_port)
 
     @property
     def url(self) -> str:
         return f"http://127.0.0.1:{self.server_port}/{self.gate.token}/"
+
+    @contextmanager
+    def doorway(self) -> Iterator[str]:
+        """Give the address of a file that leads to the page, and that only this user can read.
+
+        Any user of the machine sees what a browser is started with, so that must not be the token.
+        """
+        with TemporaryDirectory(prefix="sealtwin-", ignore_cleanup_errors=True) as folder:
+            # The folder is the user's alone, by its mode.
+            door = Path(folder) / "trace.html"
+            door.write_text(DOOR.format(url=self.url), encoding="utf-8")
+            door.chmod(0o600)
+            yield door.as_uri()
 
     def get(self, name: str) -> Content | None:
         """Return the content of that name; None where there is none."""
@@ -103,12 +125,26 @@ class PageServer(ThreadingHTTPServer):
         """Return answers, each sent at once as a line of JSON; None as in ``get``. Raises ValueError for a bad body."""
         raise NotImplementedError
 
+    def process_request(self, request: Any, client_address: Any) -> None:
+        self._strangers[request] = None
+        if len(self._strangers) > MOST_STRANGERS:
+            oldest = next(iter(tuple(self._strangers)))
+            self.welcome(oldest)
+            with suppress(OSError):
+                oldest.shutdown(socket.SHUT_RDWR)
+        super().process_request(request, client_address)
+
     def process_request_thread(self, request: Any, client_address: Any) -> None:
         self._connections.add(request)
         try:
             super().process_request_thread(request, client_address)
         finally:
             self._connections.discard(request)
+            self.welcome(request)
+
+    def welcome(self, connection: socket.socket) -> None:
+        """Count a connection no longer as a stranger's: its request was allowed, or it ends."""
+        self._strangers.pop(connection, None)
 
     def server_close(self) -> None:
         """Finish answers in progress, but do not wait for a browser's idle connections."""
@@ -136,6 +172,8 @@ class _Visit(BaseHTTPRequestHandler):
             return False
         if refusal := self._page.gate.refuses(self.command, self.path, self.headers):
             self.send_error(*refusal)
+        else:
+            self._page.welcome(self.connection)
         return refusal is None
 
     def do_GET(self) -> None:

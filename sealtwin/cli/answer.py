@@ -134,6 +134,16 @@ def answering(device: str, as_json: bool, quiet: bool) -> Iterator[Command]:
         )
 
 
+def open_missing_streams() -> None:
+    """Open what was started closed, as by ``2>&-``: a file opened next would take its number, and narration with it."""
+    while (spare := os.open(os.devnull, os.O_RDWR)) <= 2:
+        pass
+    os.close(spare)
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_WRONLY), "w", encoding="utf-8"))
+
+
 def refuse_foreign_packages() -> None:
     """End with a sentence where digitise, simulate or validate are another distribution's; before any is imported."""
     message = foreign_package()

@@ -1,12 +1,14 @@
 """Command line: its commands and their common options."""
 
 import gc
+import sys
+import warnings
 from typing import Annotated
 
 import typer
 
 from sealtwin.cli import doctor, lab, photo_tools, samples, studies, trials
-from sealtwin.cli.answer import Commands, refuse_foreign_packages
+from sealtwin.cli.answer import Commands, open_missing_streams, refuse_foreign_packages
 
 app = typer.Typer(
     name="sealtwin",
@@ -56,6 +58,10 @@ def common(version: Annotated[bool, typer.Option("--version", help="Show the ver
 
 
 def main() -> None:
+    open_missing_streams()
+    if not sys.warnoptions:
+        # Libraries warn of what a user cannot mend; tests turn each such warning into an error.
+        warnings.simplefilter("ignore")
     gc.set_threshold(OBJECTS_A_COLLECTION, *gc.get_threshold()[1:])
     refuse_foreign_packages()
     app()

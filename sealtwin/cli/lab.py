@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 import typer
 
 from sealtwin.cli.answer import Answer, File, Json, Quiet, Text, answering, argument, flag, option
+from sealtwin.cli.numbers import count_option
 
 
 def ingest(
@@ -18,7 +19,7 @@ def ingest(
     digitise: Annotated[
         bool, flag("--digitise", "Trace each sound sample too; LAB/index.html shows all walls.")
     ] = False,
-    jobs: Annotated[int, option("Of --digitise: samples traced at the same time.", min=1, max=64)] = 1,
+    jobs: Annotated[int, count_option("Of --digitise: samples traced at the same time.", 1, 64)] = 1,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:

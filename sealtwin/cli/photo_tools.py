@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from sealtwin.cli.answer import Answer, File, Json, Quiet, answering, argument, flag, option
+from sealtwin.cli.numbers import count_option, number_option
 from sealtwin.cli.samples import two_numbers
 from sealtwin.core.errors import InputError
 
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 def markers(
     face_mm: Annotated[str, option("Size of the sample's face: the opening of the frame.", "WxH")],
     out: Annotated[Path, option("The page to print: .pdf or .svg.", "FILE")],
-    size_mm: Annotated[float, option("Outer edge of a marker's black square.", min=5, max=200)] = 16.0,
+    size_mm: Annotated[float, number_option("Outer edge of a marker's black square.", 5, 200)] = 16.0,
     dictionary: Annotated[
         Literal["4x4_50", "5x5_100", "6x6_250", "apriltag_36h11"], option("Kind of the markers.")
     ] = "4x4_50",
@@ -60,7 +61,7 @@ def markers(
 
 def trace(
     target: Annotated[Path, argument("TRIAL|PHOTO", "A trial.toml, or a photo without one.")],
-    port: Annotated[int | None, option("Port of the page; default: any that is free.", min=1024, max=65535)] = None,
+    port: Annotated[int | None, count_option("Port of the page; default: any that is free.", 1024, 65535)] = None,
     no_browser: Annotated[bool, flag("--no-browser", "Only print the page's address.")] = False,
     as_json: Json = False,
     quiet: Quiet = False,
@@ -84,11 +85,13 @@ def trace(
             raise InputError(
                 f"--port {port}: {fault.strerror}. Give another one, or none for any that is free."
             ) from None
-        with page:
+        with page, page.doorway() as door:
             # Printed even with --quiet: there is no other way to find the page.
             typer.echo(f"Trace page: {page.url}", err=True)
-            command.say("It ends when you save or quit there, or with Ctrl-C here.")
-            if not no_browser and not webbrowser.open(page.url):
+            command.say(
+                "If no page appears, open that address. It ends when you save or quit there, or with Ctrl-C here."
+            )
+            if not no_browser and not webbrowser.open(door):
                 command.say("No browser could be opened; open that address yourself.")
             try:
                 saved = page.wait()

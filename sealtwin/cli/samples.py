@@ -1,16 +1,17 @@
 """Commands that turn a photo, many photos or a mesh into a solid and a nozzle path."""
 
-import math
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import typer
 
 from sealtwin.cli.answer import File, Json, Number, Out, Quiet, Text, answering, argument, flag, option
+from sealtwin.cli.numbers import count_option, number_option, read_number
+from sealtwin.cli.option_names import in_options, options_named
 from sealtwin.cli.trial_answer import run_trial
 from sealtwin.core.errors import InputError
 
-VolumeMl = Annotated[Number, option("Sealant to give; default: what fills the crack to its face.")]
+VolumeMl = Annotated[Number, number_option("Sealant to give; default: what fills the crack to its face.")]
 
 
 def import_mesh(
@@ -33,10 +34,10 @@ def import_mesh(
         option("Origin of the mesh, as every report names it; default: measured."),
     ] = None,
     base_mm: Annotated[
-        Number, option("Depth below the face at which a scan that is open below is closed by a flat underside.")
+        Number, number_option("Depth below the face at which a scan that is open below is closed by a flat underside.")
     ] = None,
     dam_height_mm: Annotated[
-        Number, option("Height above the face of the dams where the crack leaves the block; default: 10.")
+        Number, number_option("Height above the face of the dams where the crack leaves the block; default: 10.")
     ] = None,
     volume_ml: VolumeMl = None,
     as_json: Json = False,
@@ -60,7 +61,9 @@ def import_mesh(
             },
             "path": {"volume_ml": volume_ml},
         }
-        run_trial(command, mesh, out, ("digitise",), trial=sample_trial("mesh", mesh, tables))
+        with options_named():
+            trial = sample_trial("mesh", mesh, tables)
+        run_trial(command, mesh, out, ("digitise",), trial=trial)
 
 
 def digitise(
@@ -70,7 +73,7 @@ def digitise(
     ],
     out: Out = None,
     depth_mm: Annotated[Text, option("Measured depth, or a CSV of s_mm,depth_mm along the crack.", "MM|CSV")] = None,
-    mm_per_px: Annotated[Number, option("Scale.")] = None,
+    mm_per_px: Annotated[Number, number_option("Scale.")] = None,
     assumed: Annotated[bool, flag("--assumed", "Mark that scale as assumed in every output.")] = False,
     markers: Annotated[File, option("Markers in the photo, as 'sealtwin markers' writes them.", "TOML")] = None,
     face_mm: Annotated[Text, option("Size of the sample's face; without markers it gives the scale.", "WxH")] = None,
@@ -78,7 +81,7 @@ def digitise(
         Text, option("Its corners in pixels: lower left, lower right, upper right, upper left.", "'X,Y ...'")
     ] = None,
     ruler: Annotated[Text, option("Two points on a ruler in the plane of the face, in pixels.", "'X,Y X,Y'")] = None,
-    ruler_mm: Annotated[Number, option("Their distance on the ruler.")] = None,
+    ruler_mm: Annotated[Number, number_option("Their distance on the ruler.")] = None,
     ends: Annotated[
         tuple[str, str] | None,
         option("The crack's two ends in pixels; the nozzle starts at the first.", "X,Y X,Y"),
@@ -88,7 +91,7 @@ def digitise(
     mask: Annotated[File, option("The crack painted white on black; nothing is searched for.", "PICTURE")] = None,
     second_photo: Annotated[File, option("From the same camera, lit from the other side.", "PHOTO")] = None,
     edge_fraction: Annotated[
-        Number, option("Share of the contrast that marks a wall; default 0.5, 0.7 for lit walls.")
+        Number, number_option("Share of the contrast that marks a wall; default 0.5, 0.7 for lit walls.")
     ] = None,
     keep_branches: Annotated[bool, flag("--keep-branches", "Include side cracks in the solid.")] = False,
     tilt: Annotated[
@@ -98,7 +101,7 @@ def digitise(
         Text, option("Each wall's angle from vertical, or left and right; default: 11.", "DEG|L,R")
     ] = None,
     volume_ml: VolumeMl = None,
-    jobs: Annotated[int, option("Photos digitised at the same time.", min=1, max=64)] = 1,
+    jobs: Annotated[int, count_option("Photos digitised at the same time.", 1, 64)] = 1,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -147,16 +150,18 @@ def digitise(
             if targets[0].suffix.lower() != ".toml":
                 if depth_mm is None:
                     raise typer.BadParameter("a photo needs --depth-mm: a photo cannot show how deep a crack is")
-                trial = sample_trial("photo", targets[0], tables)
+                with options_named():
+                    trial = sample_trial("photo", targets[0], tables)
             elif given:
                 raise typer.BadParameter("options for a photo beside a trial file: put them into the trial file")
             run_trial(command, targets[0], out, ("digitise",), trial=trial)
             return
         of_one = {"ends_px", "via_px", "roi_px", "mask", "second_photo", "face_corners_px", "ruler_px"} & set(given)
         if of_one:
+            named = ", ".join(sorted(in_options(f"photo.{name}") for name in of_one))
             raise typer.BadParameter(
-                f"{', '.join(sorted(of_one))} for several photos: put it into a trial file beside the photo that it is "
-                "of, with the photo's name and .toml; 'sealtwin trace' writes one"
+                f"{named} for several photos: put it into a trial file beside the photo that it is of, with the "
+                "photo's name and .toml; 'sealtwin trace' writes one"
             )
         if out is None:
             raise typer.BadParameter("several photos need --out, a folder for all of them")
@@ -173,11 +178,9 @@ def points(text: str | None, option: str) -> list[tuple[float, float]] | None:
 def two_numbers(text: str, separator: str, option: str) -> tuple[float, float]:
     """Raises typer.BadParameter, naming the option."""
     try:
-        first, second = (float(part) for part in text.split(separator))
+        first, second = (read_number(part, comma=separator != ",") for part in text.split(separator))
     except ValueError:
-        first = second = math.nan
-    if not (math.isfinite(first) and math.isfinite(second)):
-        raise typer.BadParameter(f"{option} {text}: expected two numbers, as in 12{separator}340")
+        raise typer.BadParameter(f"{option} {text}: expected two numbers, as in 12{separator}340") from None
     return first, second
 
 
@@ -187,7 +190,7 @@ def one_or_two(text: str | None, option: str) -> float | tuple[float, float] | N
         return None
     if "," in text:
         return two_numbers(text, ",", option)
-    return _number(text, option, "a number, or two with a comma between")
+    return _number(text, option, "a number with a decimal point, or two with a comma between")
 
 
 def depth(text: str) -> float | list[list[float]]:
@@ -234,9 +237,6 @@ def board(path: Path | None) -> dict[str, Any] | None:
 
 def _number(text: str, option: str, expected: str) -> float:
     try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise typer.BadParameter(f"{option} {text}: expected {expected}")
-    return value
+        return read_number(text)
+    except ValueError as fault:
+        raise typer.BadParameter(f"{option} {text}: expected {expected}; {fault}") from None

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from sealtwin.cli.answer import Answer, Device, File, Json, Quiet, Text, answering, argument, flag, option
+from sealtwin.cli.numbers import count_option
 
 if TYPE_CHECKING:
     from sealtwin.study.study_map import Mapped
@@ -91,10 +92,10 @@ def sweep(
     ] = None,
     out: Annotated[File, option("The sweep's folder; default: reports/<study name>.", "DIR")] = None,
     device: Device = "auto",
-    jobs: Annotated[int | None, option("Processes; default: one for each core, one on a GPU.", min=1, max=512)] = None,
+    jobs: Annotated[int | None, count_option("Processes; default: one for each core, one on a GPU.", 1, 512)] = None,
     batch: Annotated[
         int | None,
-        option(f"Runs in one launch that differ in the fluid alone; default: 1, {LAUNCH} on a GPU.", min=1, max=4096),
+        count_option(f"Runs in one launch that differ in the fluid alone; default: 1, {LAUNCH} on a GPU.", 1, 4096),
     ] = None,
     scheduler: Annotated[
         Text,
@@ -111,7 +112,7 @@ def sweep(
     batch_script: Annotated[
         Text, option("Print a script that computes the study as a job array; run nothing.", "slurm|pbs|sge|lsf")
     ] = None,
-    shards: Annotated[int, option("Jobs of the array that --batch-script prints.", min=1)] = SHARDS,
+    shards: Annotated[int, count_option("Jobs of the array that --batch-script prints.", 1)] = SHARDS,
     keep_runs: Annotated[bool, flag("--keep-runs", "Keep the particles of each run too.")] = False,
     retry: Annotated[bool, flag("--retry", "Compute runs once more that failed.")] = False,
     dry_run: Annotated[bool, flag("--dry-run", "Check all settings, digitise, estimate; inject nothing.")] = False,
@@ -253,10 +254,15 @@ def mapped_lines(mapped: "Mapped") -> list[str]:
 
 def compared_lines(content: dict[str, Any], sheet: "FigureSheet") -> list[str]:
     """Return the lines that a person reads of runs side by side."""
+    from validate.study_figures.side_by_side import setting_words
+
     lines = [f"{run['number']}: {run['name']}" for run in content["runs"]]
-    lines += [f"{name}: {', '.join(str(value) for value in values)}" for name, values in content["differing"].items()]
+    for name, values in content["differing"].items():
+        lines.append(f"{name}: {'; '.join(setting_words(value) for value in values)}")
     return [*sheet.cautions, sheet.finding, *lines, f"Page: {content['page']}"]
 
 
 def _said(settings: dict[str, Any]) -> str:
-    return ", ".join(f"{name} = {value}" for name, value in settings.items())
+    from validate.study_figures.side_by_side import setting_words
+
+    return ", ".join(f"{name} = {setting_words(value)}" for name, value in settings.items())

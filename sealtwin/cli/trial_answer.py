@@ -1,11 +1,13 @@
 """Stages run by a command, and their answer: the content of run.json and a few lines for people."""
 
 from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sealtwin.cli.answer import GATE_FAILED, Answer, Command
+from sealtwin.cli.option_names import OptionProgress, options_named
 
 if TYPE_CHECKING:
     from sealtwin.trial.job import StageName
@@ -31,9 +33,11 @@ def run_trial(
     from sealtwin.trial import pipeline
     from sealtwin.trial.trial_file import load_trial
 
+    by_options = trial is not None
     trial = with_frames(trial or load_trial(file), frames_every_s)
     above = facts_above(trial, file.parent, compared="validate" in stages)
-    with command.progress() as progress:
+    with command.progress() as shown, options_named() if by_options else nullcontext():
+        progress = OptionProgress(shown) if by_options else shown
         result = pipeline.run_trial(trial, file.parent, out, stages, command.device, progress, threads, above).result
     _reply(command, result, stages)
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from sealtwin.cli.answer import Answer, Device, File, Json, Out, Quiet, answering, argument, flag, option
+from sealtwin.cli.numbers import count_option, number_option
 from sealtwin.cli.trial_answer import resume, run_trial
 
 if TYPE_CHECKING:
@@ -18,16 +19,15 @@ FilmOut = Annotated[File, option("A name that ends in .gif or .mp4; default: RUN
 DemoOut = Annotated[File, option("Folder for trial/ and run/; default: reports/demo.", "DIR")]
 FramesEveryS = Annotated[
     float | None,
-    option(
-        "Write the fluid to RUN/frames every S simulated seconds, for ParaView (fill.pvd) and 'sealtwin film'; "
-        "in place of frames_every_s in the trial's table output.",
-        "S",
+    number_option(
+        "Write the fluid to RUN/frames every so many simulated seconds, for ParaView (fill.pvd) and 'sealtwin film'; "
+        "in place of frames_every_s in the trial's table output."
     ),
 ]
 Threads = Annotated[
     int,
-    option(
-        "Threads of a CPU that share the fluid run, for runs of many particles; the result is the same.", min=1, max=64
+    count_option(
+        "Threads of a CPU that share the fluid run, for runs of many particles; the result is the same.", 1, 64
     ),
 ]
 

@@ -12,6 +12,7 @@ Conventions, everywhere:
 
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import cached_property
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -128,7 +129,8 @@ class Outline:
         s_mm, across_mm = self.s_mm, self.left_wall_mm - self.right_wall_mm
         width_mm = np.linalg.norm(across_mm, axis=1)
         ahead = np.gradient(self.centreline_mm, axis=0)
-        ahead = ahead / np.linalg.norm(ahead, axis=1, keepdims=True)
+        # Where a hand-written centreline turns on the spot, no direction is square to it.
+        ahead = ahead / np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), np.finfo(float).tiny)
         square_mm = np.abs(ahead[:, 0] * across_mm[:, 1] - ahead[:, 1] * across_mm[:, 0])
         facing = np.flatnonzero(square_mm >= FACING * width_mm)
         if len(facing):
@@ -139,7 +141,7 @@ class Outline:
                     width_mm[stations] = np.trapezoid(square_mm[stations], s_mm[stations]) / piece_mm
         return width_mm
 
-    @property
+    @cached_property
     def mean_width_mm(self) -> float:
         """Width averaged over the arc length."""
         return float(np.trapezoid(self.width_mm, self.s_mm) / self.length_mm)

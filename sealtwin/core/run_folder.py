@@ -7,6 +7,7 @@ import platform
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from datetime import UTC, datetime
+from functools import cache
 from importlib.metadata import version
 from itertools import chain, count
 from pathlib import Path
@@ -142,7 +143,9 @@ def open_folder(path: Path, *, create: bool) -> Iterator[RunFolder]:
         for stale in path.iterdir():
             if is_temporary(stale):
                 stale.unlink()
-        yield RunFolder(path, _read_manifest(path))
+        folder = RunFolder(path, _read_manifest(path))
+        refuse_links(path)
+        yield folder
 
 
 def look_into(path: Path) -> RunFolder:
@@ -190,6 +193,15 @@ def require_folder(path: Path) -> None:
             raise InputError(f"{part}: this is a file; --out must name a folder, new or made by an earlier run.")
 
 
+def refuse_links(path: Path) -> None:
+    """Raise InputError if a folder in ``path`` is a link to one outside it: what we write there would be elsewhere."""
+    for part in path.iterdir() if path.is_dir() else ():
+        if part.is_symlink() and part.is_dir() and not part.resolve().is_relative_to(path.resolve()):
+            raise InputError(
+                f"{part}: a link to a folder elsewhere, in which files would be written. Put a folder in its place."
+            )
+
+
 def foreign_names(path: Path) -> list[str]:
     """Return the names in a folder, without those that a process leaves if it is killed before its first file."""
     ours = {LOCK, HOLDER}
@@ -204,8 +216,14 @@ def refuse_foreign(path: Path, maker: str, names: Sequence[str] | None = None) -
 
 def stage_key(inputs: Mapping[str, str], settings: Mapping[str, Any]) -> str:
     """Return a hash of all that a stage's result depends on: its inputs, its settings and the package version."""
-    content = {"inputs": dict(inputs), "settings": dict(settings), "version": version("sealtwin")}
+    content = {"inputs": dict(inputs), "settings": dict(settings), "version": _own_version()}
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+@cache
+def _own_version() -> str:
+    """Return the package's version, whose metadata take a millisecond to parse: a study has 20,000 keys."""
+    return version("sealtwin")
 
 
 def versions() -> dict[str, str]:

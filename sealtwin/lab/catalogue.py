@@ -36,7 +36,7 @@ CREATE TABLE IF NOT EXISTS trials (
     PRIMARY KEY (sample, revision)
 ) WITHOUT ROWID;
 CREATE TABLE IF NOT EXISTS faults (
-    source TEXT NOT NULL,       -- the lab's folder, as it was when it was last taken in
+    source TEXT NOT NULL,       -- name of the lab's folder, with a hash of its place beside the lab
     name TEXT NOT NULL,         -- of the sample, or of a file
     sentence TEXT NOT NULL
 );
@@ -71,7 +71,7 @@ class Record:
     name: str
     revision: int  # Number from 1; a sample whose file or note has changed becomes a new trial, and the old one is kept
     folder: str
-    source: str  # The lab's folder
+    source: str  # Name of the lab's folder, with a hash of its place
     content: str  # Hash of what was measured and of what was said about it
     files: tuple[KeptFile, ...]
     dialect: str | None  # Dialect of the sheet of readings, as a sentence
@@ -160,6 +160,11 @@ class Catalogue:
     def state_decisions(self, source: str, decided: Decisions) -> None:
         rows = [(file.as_posix(), part, said.role, said.sample) for (file, part), said in decided.items()]
         self._replace("decisions", source, rows)
+
+    def rename_source(self, path: str, name: str) -> None:
+        """Give a source its name in place of its path, which earlier versions kept."""
+        for table in ("faults", "decisions"):
+            self._rows(f"UPDATE {table} SET source = ? WHERE source = ?", [name, path])
 
     def uses(self, digest: str) -> list[str]:
         """Return the studies that ranked their runs by readings with that hash."""

@@ -2,10 +2,11 @@
 
 import hashlib
 import json
+import os
 import re
 import shutil
 import traceback
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
@@ -73,13 +74,15 @@ def ingest(
     folder = folder.resolve()
     found, left_out = find_files(folder)
     defaults = _defaults(folder)
-    source = as_text(folder)
+    source = _name_of_source(folder, lab)
     by_name = read_names(found, folder.name)
     given = None
     if pairing is not None:
         rows = read_pairing(pairing)
         given = decided(rows, divide(folder, by_name, _photographed([*by_name.values(), *rows])))
     with _catalogue(lab, progress, dry_run) as catalogue:
+        if not dry_run:
+            catalogue.rename_source(as_text(folder), source)
         decisions = catalogue.decisions(source) if given is None else given
         by_user = {file: said for (file, _), said in decisions.items()}
         named = divide(folder, by_name, _photographed({**by_name, **by_user}.values()))
@@ -101,6 +104,12 @@ def ingest(
         if not dry_run:
             catalogue.state_faults(source, faults)
     return Ingested(lab, dry_run, tuple(outcomes), tuple(left_out), tuple(faults))
+
+
+def _name_of_source(folder: Path, lab: Path) -> str:
+    """Name a lab's folder without its path, which would tell of homes; it lasts if both are moved together."""
+    way = os.path.relpath(folder, lab.resolve())
+    return f"{as_text(Path(folder.name))} ({hashlib.sha256(os.fsencode(way)).hexdigest()[:8]})"
 
 
 @contextmanager
@@ -232,7 +241,7 @@ def _take_in(outcome: SampleOutcome, folder: Path, lab: Path, catalogue: Catalog
             outcome.fate, outcome.trial, outcome.revision = "unchanged", before.folder, before.revision
             outcome.remarks, outcome.dialect = list(before.remarks), before.dialect
             return
-        _refuse_namesake(outcome, before, as_text(folder))
+        _refuse_namesake(outcome, before, (_name_of_source(folder, lab), as_text(folder)))
     if not sample.questions:
         prepare(folder, outcome)
     if outcome.faults:
@@ -244,11 +253,14 @@ def _take_in(outcome: SampleOutcome, folder: Path, lab: Path, catalogue: Catalog
     outcome.fate = "new" if before is None else "revised"
 
 
-def _refuse_namesake(outcome: SampleOutcome, before: Record, source: str) -> None:
-    """Another folder's sample of the same name is another sample, unless its photo is the same."""
+def _refuse_namesake(outcome: SampleOutcome, before: Record, sources: Sequence[str]) -> None:
+    """Another folder's sample of the same name is another sample, unless its photo is the same.
+
+    ``sources`` are the folder's names: that of today, and the path that earlier versions kept.
+    """
     photo = before.file("photo")
     same_photo = photo is not None and any(raw.sha256 == photo.sha256 for raw in outcome.raw)
-    if before.source != source and not same_photo:
+    if before.source not in sources and not same_photo:
         raise InputError(
             f"{outcome.sample.files['photo']}: a sample {before.name} with another photo came from {before.source}; "
             "give this one another name in the pairing file."
@@ -268,7 +280,7 @@ def keep(outcome: SampleOutcome, before: Record | None, source: Path, lab: Path)
         name=outcome.sample.name,
         revision=revision,
         folder=_folder(lab, outcome, before, revision),
-        source=as_text(source),
+        source=_name_of_source(source, lab),
         content=outcome.content,
         files=tuple(outcome.raw),
         dialect=outcome.dialect,

@@ -113,6 +113,9 @@ def compute(
 
 def seal_in_worker(bench: bytes, trials: Sequence[Trial], device: str, keep_runs: bool) -> list[Sealing | Failure]:
     """Call ``seal`` with a pickled ``Bench``, of which a process keeps the last with the walls that it made."""
+    from simulate.device import start_warp
+
+    start_warp()
     return seal(_unpickled(bench), trials, device=device, keep_runs=keep_runs)
 
 

@@ -111,9 +111,7 @@ def require_sample(trial: Trial, source: Path) -> None:
     table = "photo" if trial.mesh is None else "mesh"
     for role, file in sample_files(trial).items():
         if not (source / file).exists():
-            raise InputError(
-                f"{source / file}: not found; what {table}.{role} names is looked for beside its trial file."
-            )
+            raise InputError(f"{source / file}: not found; give the file that {table}.{role} names.")
 
 
 def begin_writing(job: Job, stage: StageName) -> None:

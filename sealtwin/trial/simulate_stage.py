@@ -66,6 +66,23 @@ class FrameFiles(Moments):
         write_collection(self._collection, [(t_s, name) for name, t_s in self._frames.items()])
 
 
+class StillThere:
+    """Watcher that ends a run whose folder was removed, before another one makes half a folder again."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    def begin(self, _: Injection) -> None:
+        self._require()
+
+    def after_frame(self, _: Injection) -> None:
+        self._require()
+
+    def _require(self) -> None:
+        if not (self._folder / MANIFEST).is_file():
+            raise InputError(f"{self._folder}: was removed while its fluid ran, and is not made again. Run it anew.")
+
+
 class ProgressFile:
     """Watcher that writes the progress of a run into a small JSON, at most once a second, for other programs.
 
@@ -85,14 +102,15 @@ class ProgressFile:
 
     def after_frame(self, injection: Injection) -> None:
         self._eta_s = self._pace.left_s(injection.work[injection.done], time.monotonic())
-        if time.monotonic() - self._written >= PROGRESS_EVERY_S:
+        if time.monotonic() - self._written >= PROGRESS_EVERY_S and self._path.is_file():
             self._write(injection, "running")
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, fault: BaseException | None, _: TracebackType | None) -> None:
-        if self._injection is not None:
+        # Where the file is gone, so is the folder, and it is not made again.
+        if self._injection is not None and self._path.is_file():
             stopped = kind is not None and issubclass(kind, KeyboardInterrupt)
             state = "finished" if kind is None else "interrupted" if stopped else "failed"
             self._write(self._injection, state, str(fault) if state == "failed" else None)
@@ -165,7 +183,10 @@ def bring_up_to_date(job: Job) -> bool:
     frames_s = () if every_s is None else (every_s * number for number in itertools.count())
     with ProgressFile(job.path / PROGRESS) as progress_file:
         snapshots = FrameFiles(job.path / SNAPSHOTS, sorted(set(trial.output.snapshots_s)))
-        watchers = checkpoint, FrameFiles(job.path / FRAMES, frames_s), snapshots, HealthLog(job.path / HEALTH)
+        frame_files, health_log = FrameFiles(job.path / FRAMES, frames_s), HealthLog(job.path / HEALTH)
+        # The first to begin, and the first after a frame.
+        still_there = StillThere(job.path)
+        watchers = still_there, checkpoint, frame_files, snapshots, health_log
         sample = solid, outline, trajectory
         run = inject(
             *sample,
@@ -175,7 +196,7 @@ def bring_up_to_date(job: Job) -> bool:
             progress=job.progress,
             slope=trial.sample,
             threads=job.threads,
-            watchers=(*watchers, progress_file),
+            watchers=(*watchers, progress_file, still_there),
         )
         run = replace(run, health=run.health.model_copy(update={"volume_ratio": volume_ratio(run, solid)}))
         profile = measure_profile(run, outline, solid)

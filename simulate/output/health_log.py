@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from sealtwin.core.errors import naming
+from sealtwin.core.files import write_text
 from sealtwin.core.records import ParticleState
 from simulate.injection import Injection
 
@@ -40,8 +41,8 @@ class HealthLog:
             self._path.read_text(encoding="utf-8").splitlines()[1:] if injection.done and self._path.is_file() else []
         )
         kept = [row for row in rows if row.count(",") == len(COLUMNS) - 1 and int(row.split(",")[0]) <= injection.done]
-        with naming(self._path):
-            self._path.write_text("\n".join([",".join(COLUMNS), *kept, ""]), encoding="utf-8", newline="\n")
+        # A new file, since the name may be a link to another one.
+        write_text(self._path, "\n".join([",".join(COLUMNS), *kept, ""]))
         self._look_back(injection)
 
     def after_frame(self, injection: Injection) -> None:

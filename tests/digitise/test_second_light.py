@@ -143,3 +143,13 @@ def test_a_second_photo_that_is_black_is_refused_by_its_name(lamplit, tmp_path):
     write_png(tmp_path / "black.png", np.zeros((300, 500)))
     with pytest.raises(InputError, match=r"black\.png: the photo is black"):
         load_photo(lamplit.photo_input().model_copy(update={"second_photo": Path("black.png")}), tmp_path)
+
+
+def test_a_photo_is_not_its_own_second_photo(lamplit, tmp_path):
+    """Nor is a copy of it: it shows no other light."""
+    lamplit.write(tmp_path)
+    own = lamplit.photo_input().file
+    (tmp_path / f"copy{own.suffix}").write_bytes((tmp_path / own).read_bytes())
+    for second in (own, Path(f"copy{own.suffix}")):
+        with pytest.raises(InputError, match="shows the same pixels"):
+            load_photo(lamplit.photo_input().model_copy(update={"second_photo": second}), tmp_path)

@@ -1,7 +1,9 @@
 """The command as a user meets it: answers, exit codes, one sentence for each thing that is wrong."""
 
 import json
+import os
 import re
+import shlex
 import shutil
 import struct
 import subprocess
@@ -318,6 +320,18 @@ def test_a_full_disk_behind_stdout_is_one_sentence(tmp_path):
         command = [sys.executable, "-m", "sealtwin", "init", "lab"]
         answer = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, cwd=tmp_path, text=True, check=False)
     assert (answer.returncode, "standard output" in answer.stderr, "Traceback" in answer.stderr) == (3, True, False)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="a shell that can close a stream")
+def test_without_an_open_stderr_the_answer_is_the_same(tmp_path):
+    """A file opened next would take the closed stream's number, and all narration."""
+    command = f"exec {shlex.quote(sys.executable)} -m sealtwin validate nowhere --json 2>&-"
+    answer = subprocess.run(command, shell=True, stdout=subprocess.PIPE, cwd=tmp_path, text=True, check=False)
+    assert answer.returncode == 3
+    assert "nowhere: no run folder" in json.loads(answer.stdout)["error"]
+    digits = f"exec {shlex.quote(sys.executable)} -m sealtwin init lab >&- 2>&-"
+    assert subprocess.run(digits, shell=True, cwd=tmp_path, check=False).returncode == 0
+    assert (tmp_path / "lab" / "trial.toml").is_file()
 
 
 def test_a_folder_is_no_photo_to_trace(tmp_path):

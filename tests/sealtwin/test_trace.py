@@ -2,11 +2,14 @@
 
 import http.client
 import json
+import re
 import shutil
 import socket
 import webbrowser
 from contextlib import closing
+from pathlib import Path
 from urllib.parse import urlsplit
+from urllib.request import url2pathname
 
 import pytest
 from typer.testing import CliRunner
@@ -33,8 +36,14 @@ def browser(monkeypatch):
         posts: tuple = ()
         answers: tuple = ()
 
+        door = Path()
+
         def open(self, url):
-            self.answers = tuple(_posted(url, *post) for post in self.posts)
+            self.door = Path(url2pathname(urlsplit(url).path))
+            assert self.door.stat().st_mode & 0o077 == 0
+            (page,) = re.findall('url=(http://[^"]+)', self.door.read_text())
+            assert page.rstrip("/").rpartition("/")[2] not in url, "the token, for all to see in the list of processes"
+            self.answers = tuple(_posted(page, *post) for post in self.posts)
             return True
 
     browser = Browser()
@@ -110,6 +119,7 @@ def test_leaving_saves_nothing(trial, browser):
     browser.posts = (("quit", {}),)
     answer = _sealtwin("trace", trial)
     assert (answer.exit_code, answer.stdout) == (0, "Nothing was saved.\n")
+    assert not browser.door.parent.exists()
     assert trial.read_bytes() == before
 
 

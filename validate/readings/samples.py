@@ -54,6 +54,10 @@ def named_cells(
     names = (*needed, *optional)
     if missing := [name for name in needed if name not in head]:
         raise InputError(f"{table.path}: no column {', '.join(missing)}; its first row must name {', '.join(names)}.")
+    if twice := [name for name in names if head.count(name) > 1]:
+        raise InputError(
+            f"{table.path}: {head.count(twice[0])} columns {twice[0]}; keep one, and name the others anew."
+        )
     for row in table.rows[1:]:
         yield table.place(row.number), {name: row.cell(head.index(name)).text for name in names if name in head}
 

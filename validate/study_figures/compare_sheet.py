@@ -19,6 +19,7 @@ from validate.study_figures.side_by_side import (
     nearest,
     numbered,
     replicate_words,
+    setting_words,
     volume_words,
 )
 from validate.units import signed
@@ -65,7 +66,7 @@ def compare_sheet(sides: Sequence[Side]) -> figure_sheet.FigureSheet:
     if held_out_mm is not None:
         key_figures.append(("mean error over held-out trials", f"{held_out_mm:.2f} mm"))
     no_setting = [] if settings else ["No setting differs."]
-    values: list[Row] = [(name, [_plain(value) for value in found], str) for name, found in settings.items()]
+    values: list[Row] = [(name, found, setting_words) for name, found in settings.items()]
     told = "Signed error of every run that has readings, by its number."
     errors = figure_sheet.Plot("errors", told, lambda: draw_errors_of_runs(sides))
     parts = [
@@ -142,7 +143,11 @@ def _by_run(sides: Sequence[Side], name: str, first: str, rows: Sequence[Row]) -
         [label, *(figure_sheet.NONE if value is None else text(value) for value in values)]
         for label, values, text in rows
     ]
-    numbers = figure_sheet.Numbers([first, *_named(sides)], [[label, *values] for label, values, _ in rows])
+    kept = [
+        [label, *(value if value is None or isinstance(value, int | float) else text(value) for value in values)]
+        for label, values, text in rows
+    ]
+    numbers = figure_sheet.Numbers([first, *_named(sides)], kept)
     return figure_sheet.FigureTable("By run", head, shown, name, numbers)
 
 
@@ -207,10 +212,6 @@ def _named(sides: Sequence[Side]) -> list[str]:
 
 def _rounded(value: float) -> str:
     return f"{value:,}" if isinstance(value, int) else f"{value:.4g}"
-
-
-def _plain(value: Any) -> str:
-    return figure_sheet.NONE if value is None else f"{value:g}" if isinstance(value, float) else str(value)
 
 
 @theme.themed()

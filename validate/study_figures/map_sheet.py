@@ -9,7 +9,7 @@ from validate.metrics.verdict import against_flat_line
 from validate.study_figures import map_figures
 from validate.study_figures.chart import Chart
 from validate.study_figures.figure_sheet import NONE, Cell, FigureSheet, FigureTable, Numbers, Plot, SheetSection
-from validate.study_figures.side_by_side import volume_words
+from validate.study_figures.side_by_side import setting_words, volume_words
 from validate.units import percent, signed
 
 MOST_ROWS = 200  # Largest number of rows on the page, the nearest runs first; the CSV has all
@@ -172,7 +172,7 @@ def _left_out(chart: Chart) -> FigureTable:
     rows = [
         [
             str(each.number),
-            ", ".join(f"{name} = {value}" for name, value in each.settings.items()),
+            ", ".join(f"{name} = {setting_words(value)}" for name, value in each.settings.items()),
             each.reason,
             NONE if each.volume_ratio is None else f"{each.volume_ratio:.3f}",
         ]

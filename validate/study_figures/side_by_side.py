@@ -17,6 +17,30 @@ differ by ten times that."""
 MOST_NAMED = 28  # Largest number of runs that are named in a sentence; more are counted
 
 
+LONGEST_VALUE = 120
+"""Letters of a setting that are shown; a board of markers has a thousand."""
+
+
+def setting_words(value: Any) -> str:
+    """Return a setting's value as a person writes it; "-" where it is not set."""
+    match value:
+        case None:
+            words = "-"
+        case bool():
+            words = "yes" if value else "no"
+        case int() | float():
+            words = f"{value:g}"
+        case dict():
+            words = ", ".join(f"{name} {setting_words(inner)}" for name, inner in value.items())
+        case list() | tuple() if any(isinstance(inner, dict | list | tuple) for inner in value):
+            words = f"{len(value)}: {' '.join(f'({setting_words(inner)})' for inner in value)}"
+        case list() | tuple():
+            words = ", ".join(map(setting_words, value))
+        case _:
+            words = str(value)
+    return words if len(words) <= LONGEST_VALUE else f"{words[:LONGEST_VALUE]} ..."
+
+
 @dataclass(frozen=True)
 class Side:
     """One run of a comparison."""

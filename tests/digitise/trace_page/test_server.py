@@ -5,12 +5,12 @@ import json
 import socket
 import threading
 import time
-from contextlib import closing
+from contextlib import ExitStack, closing
 
 import pytest
 
 from digitise.trace_page import page as trace_page
-from digitise.trace_page.page import SECURITY_HEADERS, PageServer
+from digitise.trace_page.page import LARGEST_BODY_BYTES, SECURITY_HEADERS, PageServer
 
 
 class Echo(PageServer):
@@ -173,6 +173,23 @@ def test_a_silent_client_is_dropped_and_holds_nobody_up(server, monkeypatch, cap
         # 0.3 s of its own, and a machine that is busy elsewhere.
         assert time.monotonic() - began < 3
     assert "Traceback" not in capfd.readouterr().err
+
+
+def test_a_crowd_of_silent_clients_locks_nobody_out(server):
+    """The oldest of them makes room, long before its ten seconds are over; whoever was let in stays."""
+    address = "127.0.0.1", server.server_port
+    with ExitStack() as open_wires:
+        friend = open_wires.enter_context(socket.create_connection(address, timeout=5))
+        hello = f"GET /{server.gate.token}/ HTTP/1.1\r\nHost: 127.0.0.1:{server.server_port}\r\n\r\n".encode()
+        friend.sendall(hello)
+        assert friend.recv(1000).startswith(b"HTTP/1.1 200")
+        crowd = 2 * trace_page.MOST_STRANGERS
+        silent = [open_wires.enter_context(socket.create_connection(address, timeout=5)) for _ in range(crowd)]
+        assert _ask(server)[0] == 200
+        assert silent[0].recv(100) == b""
+        assert len(server._strangers) <= trace_page.MOST_STRANGERS
+        friend.sendall(hello)
+        assert b"HTTP/1.1 200" in friend.recv(1000)
 
 
 def test_it_ends_at_once_but_not_in_the_middle_of_an_answer():

@@ -11,7 +11,8 @@ from tests.pictures import evenly_scaled, mortar, with_crack, write_png
 
 S_MM = np.linspace(0.0, 40.0, 161)
 LINE = np.column_stack([S_MM, np.zeros_like(S_MM)])
-LEFT, RIGHT = LINE + [0.0, 1.5], LINE - [0.0, 1.5]
+OUT = np.array([0.0, 1.5])
+LEFT, RIGHT = LINE + OUT, LINE - OUT
 HUMP = np.array([[10.0, 1.6], [12.0, 2.5], [18.0, 2.5], [20.0, 1.4]])
 
 
@@ -54,7 +55,7 @@ def test_tips_stay_where_they_are():
         assert np.array_equal(found.left_mm[0], LINE[0])
         assert found.left_mm[20, 1] > 1.8
     finally:
-        RIGHT[0] = LINE[0] - [0.0, 1.5]
+        RIGHT[0] = LINE[0] - OUT
 
 
 @pytest.mark.parametrize(

@@ -205,3 +205,17 @@ def test_a_folder_whose_name_no_json_takes_is_refused(tmp_path):
     ):
         pass
     assert not list(tmp_path.iterdir())
+
+
+def test_a_linked_folder_in_it_that_leads_elsewhere_is_refused(tmp_path):
+    """What we write there would replace files of that place; one that stays inside is the folder's own."""
+    with open_folder(tmp_path / "run", create=True):
+        pass
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "run" / "inside").mkdir()
+    (tmp_path / "run" / "frames").symlink_to("inside")
+    with open_folder(tmp_path / "run", create=True):
+        pass
+    (tmp_path / "run" / "inputs").symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(InputError, match="inputs: a link"), open_folder(tmp_path / "run", create=True):
+        pass

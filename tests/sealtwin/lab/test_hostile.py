@@ -2,6 +2,7 @@
 
 import os
 import sqlite3
+from contextlib import closing
 from dataclasses import replace
 
 import pytest
@@ -139,3 +140,26 @@ def test_a_name_that_cannot_be_seen_as_it_is_written_is_refused(small, tmp_path,
     (small / "P01.toml").write_text(f'name = "{name}"\n{(small / "P01.toml").read_text()}')
     (fault,) = ingest(small, tmp_path / "lab", QUIET).faults
     assert "must be a name: one line of letters that can all be seen" in fault.sentence
+
+
+def test_a_lab_names_no_place_of_this_machine_and_moves_with_its_folder(small, tmp_path):
+    lab = tmp_path / "lab"
+    ingest(small, lab, QUIET)
+    kept = [path for path in lab.rglob("*") if path.is_file()]
+    assert len(kept) > 5
+    assert not [path.name for path in kept if str(tmp_path).encode() in path.read_bytes()]
+    (tmp_path / "moved").mkdir()
+    both = [folder.rename(tmp_path / "moved" / folder.name) for folder in (small, lab)]
+    assert {outcome.fate for outcome in ingest(*both, QUIET).outcomes} == {"unchanged"}
+
+
+def test_a_source_that_was_kept_by_its_path_is_known_by_its_name(small, tmp_path):
+    """Earlier versions kept the path: its faults and decisions are found, and are no other folder's."""
+    lab = tmp_path / "lab"
+    (small / "P03.png").symlink_to(small / "P01.png")
+    ingest(small, lab, QUIET)
+    with closing(sqlite3.connect(lab / CATALOGUE)) as base, base:
+        base.execute("UPDATE faults SET source = ?", [str(small.resolve())])
+    ingest(small, lab, QUIET)
+    with closing(sqlite3.connect(lab / CATALOGUE)) as base:
+        assert [source[: len(small.name)] for (source,) in base.execute("SELECT source FROM faults")] == [small.name]

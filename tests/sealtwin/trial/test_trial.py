@@ -44,6 +44,18 @@ def _trial(tmp_path, *changes):
         ("mm_per_px = 0.1 ", "# mm_per_px = 0.1 ", ["photo", "no scale"]),
         ("mm_per_px = 0.1 ", "mm_per_px = 0.1\nface_mm = [160.0, 40.0] #", ["one scale, not two"]),
         ("[nozzle]", "[nozzel]", ["nozzel", "did you mean 'nozzle'"]),
+        ("U = 30.0 ", "density_kg_m3 = 1e-300\nU = 30.0 ", ["fluid.density_kg_m3 = 1e-300", "1"]),
+        ("[nozzle]", "[gate]\nmean_error_mm = 1e300\n[nozzle]", ["gate.mean_error_mm = 1e+300", "500"]),
+        (
+            "mm_per_px = 0.1 ",
+            "ends_px = [[1, 2], [90, 2]]\nvia_px = [[50, 2], [50, 2]]\nmm_per_px = 0.1 ",
+            ["via_px: (50, 2) is given twice in a row"],
+        ),
+        (
+            "mm_per_px = 0.1 ",
+            "ends_px = [[1, 2], [90, 2]]\nvia_px = [[90, 2]]\nmm_per_px = 0.1 ",
+            ["(90, 2) is given twice in a row"],
+        ),
         ('name = "my-trial"', 'name = ""', ["name = ''", "1 character"]),
         ('name = "my-trial"', 'name = "   "', ["name = '   '", "not blank"]),
     ],

@@ -1,12 +1,14 @@
 """What a run folder shows of a run while it goes: whole at any moment, also after a kill."""
 
 import json
+import shutil
 from pathlib import Path
 
 import pytest
 
-from sealtwin.core.errors import NumericalError
-from sealtwin.trial.simulate_stage import FrameFiles, ProgressFile
+from sealtwin.core.errors import InputError, NumericalError
+from sealtwin.core.run_folder import MANIFEST
+from sealtwin.trial.simulate_stage import FrameFiles, ProgressFile, StillThere
 from simulate.injection import Injection, prepare
 from simulate.settings import Fluid, Nozzle, Solver
 from tests.fluids import path, slot
@@ -119,3 +121,19 @@ def test_a_run_that_never_began_says_nothing(tmp_path):
     with ProgressFile(tmp_path / "progress.json"):
         pass
     assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_that_is_removed_while_its_fluid_runs_is_not_half_made_again(tmp_path):
+    folder, run = tmp_path / "run", injection()
+    folder.mkdir()
+    (folder / MANIFEST).write_text("{}")
+    still_there, progress_file = StillThere(folder), ProgressFile(folder / "progress.json")
+    with pytest.raises(InputError, match="was removed while its fluid ran"), progress_file:  # noqa: PT012
+        for watcher in (still_there, progress_file):
+            watcher.begin(run)
+        run.advance()
+        still_there.after_frame(run)
+        shutil.rmtree(folder)
+        run.advance()
+        still_there.after_frame(run)
+    assert not folder.exists()

@@ -13,6 +13,7 @@ from validate.study_figures.side_by_side import (
     nearest,
     numbered,
     replicate_words,
+    setting_words,
 )
 
 
@@ -80,3 +81,19 @@ def test_a_run_that_is_not_its_own_any_more_is_neither_nearest_nor_a_replicate(m
 
 def test_runs_go_by_their_numbers():
     assert [numbered(indices) for indices in ([2], [0, 1], [0, 1, 4])] == ["run 3", "runs 1 and 2", "runs 1, 2 and 5"]
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        (None, "-"),
+        (True, "yes"),
+        (30.0, "30"),
+        ([20.0, 12.5], "20, 12.5"),
+        ([[0.0, 5.0], [1.0, 6.0]], "2: (0, 5) (1, 6)"),
+        ([{"id": 3, "x_mm": 2.5}], "1: (id 3, x_mm 2.5)"),
+    ],
+)
+def test_a_setting_is_said_as_a_person_writes_it(value, words):
+    assert setting_words(value) == words
+    assert len(setting_words([value] * 1000)) < 130

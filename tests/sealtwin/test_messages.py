@@ -1,0 +1,107 @@
+"""Sentences of the command: options where options are meant, settings where a trial file is, and none that is not."""
+
+import ast
+import re
+
+import pytest
+import typer.main
+from typer.testing import CliRunner
+
+from sealtwin.cli.app import app
+from sealtwin.cli.numbers import read_number
+from sealtwin.cli.option_names import OPTIONS, in_options
+from sealtwin.trial.trial_file import SETTINGS
+from tests.house_rules import modules
+from tests.pictures import mortar, with_crack, write_png
+from tests.places import ROOT
+
+COMMANDS = typer.main.get_command(app).commands  # pyright: ignore[reportAttributeAccessIssue]
+ALL_OPTIONS = {"--help", "--version"} | {
+    name for command in COMMANDS.values() for parameter in command.params for name in parameter.opts if name[0] == "-"
+}
+OTHERS = {"--array", "--job-name", "--cpus-per-task", "--constraint", "--editable"}
+"""Options of batch systems, in the scripts that we write for them, and of pip."""
+PHOTO = ("--depth-mm", "5", "--mm-per-px", "0.1")
+
+
+@pytest.fixture
+def photo(tmp_path):
+    return write_png(tmp_path / "photo.png", with_crack(mortar(), [(40, 150), (460, 140)]))
+
+
+def _sealtwin(*arguments):
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+def _strings(tree):
+    return [node.value for node in ast.walk(tree) if isinstance(node, ast.Constant) and isinstance(node.value, str)]
+
+
+def test_no_sentence_names_an_option_or_a_command_that_does_not_exist():
+    # Variables of a style sheet begin with two hyphens as well.
+    drawn = {"theme.py", "charts.py"}
+    texts = {str(path): "\n".join(_strings(tree)) for path, tree in modules() if path.name not in drawn}
+    texts |= {str(page): page.read_text() for page in (ROOT / "README.md", *(ROOT / "docs").rglob("how-to/*.md"))}
+    texts |= {str(page): page.read_text() for page in (ROOT / "sealtwin" / "templates").glob("*.toml")}
+    named = {
+        (place, name)
+        for place, text in texts.items()
+        for name in re.findall(r"(?<![\w(-])--[a-z][a-z-]*[a-z](?![\w:-])", text)
+    }
+    assert len(named) > 50
+    assert {(place, name) for place, name in named if name not in ALL_OPTIONS | OTHERS} == set()
+    verbs = {(place, verb) for place, text in texts.items() for verb in re.findall(r"'sealtwin ([a-z][a-z-]+)", text)}
+    assert len(verbs) > 10
+    assert {(place, verb) for place, verb in verbs if verb not in COMMANDS} == set()
+
+
+def test_the_options_of_settings_are_those_of_the_commands():
+    offered = {name for verb in ("digitise", "import-mesh") for it in COMMANDS[verb].params for name in it.opts}
+    assert set(OPTIONS.values()) <= offered | {"PHOTO", "MESH"}
+    assert {name for name in OPTIONS if name.split(".")[0] in ("crack", "path")} <= set(SETTINGS)
+
+
+@pytest.mark.parametrize(
+    ("sentence", "told"),
+    [
+        ('1 side crack is left out; branches = "keep" keeps it', "1 side crack is left out; --keep-branches keeps it"),
+        ("a.png: photo.mm_per_px = 9.0: less than 2", "a.png: --mm-per-px 9.0: less than 2"),
+        ("no scale: give [photo.markers], face_mm or mm_per_px", "no scale: give --markers, --face-mm or --mm-per-px"),
+        ("look at overlay.png, and give ends_px", "look at overlay.png, and give --ends"),
+        ("Reduce trim_mm.", "Reduce path.trim_mm of a trial file. 'sealtwin init DIR' writes a trial file."),
+        ("my_photo_2.png: 12.5 mm long, path_source ends", "my_photo_2.png: 12.5 mm long, path_source ends"),
+        ("mask beside roi_px", "mask beside --roi"),
+    ],
+)
+def test_a_setting_is_called_by_its_option(sentence, told):
+    assert in_options(sentence) == told
+
+
+def test_with_options_the_notes_name_options_and_with_a_trial_settings(photo, tmp_path):
+    answer = _sealtwin("digitise", photo, *PHOTO, "--out", tmp_path / "run")
+    assert answer.exit_code == 0, answer.output
+    assert "then give --ends to confirm it" in answer.stderr
+    trial = tmp_path / "trial.toml"
+    lines = ('name = "t"', "[photo]", 'file = "photo.png"', 'data = "synthetic"', "mm_per_px = 0.1")
+    trial.write_text("\n".join([*lines, "[crack]", "depth_mm = 5.0"]))
+    assert "then give ends_px to confirm it" in _sealtwin("digitise", trial, "--out", tmp_path / "run2").stderr
+
+
+@pytest.mark.parametrize("option", ["--mm-per-px", "--depth-mm", "--volume-ml", "--edge-fraction"])
+def test_a_decimal_comma_is_read_and_half_a_number_is_not(photo, tmp_path, option):
+    values = {"--mm-per-px": "0,1", "--depth-mm": "5,5", "--volume-ml": "1,5", "--edge-fraction": "0,5"}
+    given = [*PHOTO, "--ends", "40,150", "460,140", "--out", tmp_path / "run"]
+    assert _sealtwin("digitise", photo, *given, option, values[option]).exit_code == 0
+    for odd in ("1_0", "nan", "1e999", "\u0663", "1,000", "0x1", ""):
+        answer = _sealtwin("digitise", photo, *given, option, odd)
+        assert answer.exit_code == 2, (option, odd, answer.output)
+
+
+@pytest.mark.parametrize(("text", "value"), [("0,125", 0.125), ("-1,5e2", -150), (".5", 0.5), ("5.", 5), (" 12 ", 12)])
+def test_numbers_as_people_write_them(text, value):
+    assert read_number(text) == value
+
+
+@pytest.mark.parametrize("arguments", [("--jobs", "1_0"), ("--jobs", "2,5"), ("--jobs", "0"), ("--jobs", "65")])
+def test_counts_are_whole_and_within_their_bounds(photo, arguments):
+    assert _sealtwin("digitise", photo, *PHOTO, *arguments).exit_code == 2
