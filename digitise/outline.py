@@ -61,7 +61,7 @@ def trace_outline(
     main_mm = _ring(photo, left_mm, right_mm)
     branches = measure_branches(photo, main_mm, photo.to_px(centreline_mm), sides, rings_px, keep_branches, least_px)
     standing = tuple(ring for ring in islands_mm if points_in_poly(ring, branches.ring_mm).all())
-    ring_mm, doubts = branches.ring_mm, _doubts(path, traced, drawn)
+    ring_mm = branches.ring_mm
     return Outline(
         **photo.in_both_units(centreline=centreline_mm, left_wall=left_mm, right_wall=right_mm, outline=ring_mm),
         ends=traced.kinds,

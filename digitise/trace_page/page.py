@@ -1,28 +1,20 @@
-"""The trace page: a photo in this machine's browser, and the hints given there. It writes no file itself.
+"""The trace page: photos in this machine's browser, one after the other, and the hints given there.
 
-A gate sees every request before its body is read. The standard library's server is used because a web framework would
-add dependencies for two routes.
+It writes no file itself.
 """
 
 import json
 import re
-import secrets
-import socket
-import sys
-import traceback
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
-from email.message import Message
-from http import HTTPStatus
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
 from importlib.resources import files
-from pathlib import Path
-from tempfile import TemporaryDirectory
-from threading import Event, Thread
-from typing import Annotated, Any, Self, cast
+from threading import Event, Lock, Thread
+from typing import Annotated, Any, NamedTuple, Self
 
 from pydantic import Field, ValidationError
 
+from digitise.trace_page.server import Content, PageServer
 from digitise.trace_page.session import Hints, OutdatedError, TraceSession, Until
 from sealtwin.core.errors import InputError
 from sealtwin.core.settings import Settings
@@ -33,198 +25,30 @@ MEDIA_TYPES = {
     ".js": "text/javascript; charset=utf-8",
     ".svg": "image/svg+xml",
 }
-DOOR = """<!doctype html>
-<meta charset="utf-8"><meta name="referrer" content="no-referrer"><title>sealtwin</title>
-<meta http-equiv="refresh" content="0; url={url}">
-<a href="{url}">The trace page</a>
-"""
-Content = tuple[bytes, str]  # Body and media type of the answer to a GET
 TILE = re.compile(r"photo/(\d{1,2})/(\d{1,3})/(\d{1,3})\.jpg")
-LARGEST_BODY_BYTES = 250_000  # Largest body of a request: as many drawn walls as a trial may have
-SLOW_S = 10.0  # Longest silence on a connection; requests of the page arrive in milliseconds
-MOST_STRANGERS = 32  # Connections without a valid request yet; the oldest makes room, so that they lock nobody out
-SECURITY_HEADERS = {
-    # No foreign content, no inline scripts, no frames.
-    "Content-Security-Policy": (
-        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; "
-        "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
-    ),
-    "X-Frame-Options": "DENY",
-    "X-Content-Type-Options": "nosniff",
-    "Cross-Origin-Resource-Policy": "same-origin",
-    "Cross-Origin-Opener-Policy": "same-origin",
-    # The address holds the token.
-    "Referrer-Policy": "no-referrer",
-    "Cache-Control": "no-store",
-}
-
-
-class RequestGate:
-    """Check of the token in the page's address and of the host names that this machine answers to."""
-
-    def __init__(self, port: int) -> None:
-        self.token = secrets.token_urlsafe(32)
-        # Another name is that of a foreign site which resolves to this machine (DNS rebinding).
-        self._hosts = {f"127.0.0.1:{port}", f"localhost:{port}"}
-
-    def refuses(self, method: str, target: str, headers: Message) -> tuple[HTTPStatus, str] | None:
-        """Return status and reason of a refusal; None where the request is allowed."""
-        if headers["Host"] not in self._hosts:
-            return HTTPStatus.MISDIRECTED_REQUEST, "this page answers to 127.0.0.1 and localhost only"
-        token = target.removeprefix("/").partition("/")[0]
-        if not secrets.compare_digest(token.encode(), self.token.encode()):
-            return HTTPStatus.FORBIDDEN, "the address lacks the token that 'sealtwin trace' printed"
-        if method != "POST":
-            return None
-        # Pages of other sites can post here; browsers then name that site.
-        if headers["Origin"] not in {f"http://{host}" for host in self._hosts}:
-            return HTTPStatus.FORBIDDEN, "the request is from another page"
-        if not re.fullmatch("[0-9]{1,9}", headers.get("Content-Length", "")):
-            return HTTPStatus.LENGTH_REQUIRED, "a body needs a Content-Length"
-        if int(headers["Content-Length"]) > LARGEST_BODY_BYTES:
-            return HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"the body is larger than {LARGEST_BODY_BYTES} bytes"
-        return None
-
-
-class PageServer(ThreadingHTTPServer):
-    """A server on 127.0.0.1 only; ``port`` 0 takes a free one. Names are the part of an address after the token."""
-
-    # A thread still inside a native library when the interpreter ends would crash the process.
-    daemon_threads, block_on_close = False, True
-    # A browser opens several connections at once, and retries those that find the queue full a second later.
-    request_queue_size = 32
-
-    def __init__(self, port: int = 0) -> None:
-        self._connections: set[socket.socket] = set()
-        self._strangers: dict[socket.socket, None] = {}
-        super().__init__(("127.0.0.1", port), _Visit)
-        self.gate = RequestGate(self.server_port)
-
-    @property
-    def url(self) -> str:
-        return f"http://127.0.0.1:{self.server_port}/{self.gate.token}/"
-
-    @contextmanager
-    def doorway(self) -> Iterator[str]:
-        """Give the address of a file that leads to the page, and that only this user can read.
-
-        Any user of the machine sees what a browser is started with, so that must not be the token.
-        """
-        with TemporaryDirectory(prefix="sealtwin-", ignore_cleanup_errors=True) as folder:
-            # The folder is the user's alone, by its mode.
-            door = Path(folder) / "trace.html"
-            door.write_text(DOOR.format(url=self.url), encoding="utf-8")
-            door.chmod(0o600)
-            yield door.as_uri()
-
-    def get(self, name: str) -> Content | None:
-        """Return the content of that name; None where there is none."""
-        raise NotImplementedError
-
-    def post(self, name: str, body: bytes) -> Iterator[dict[str, Any]] | None:
-        """Return answers, each sent at once as a line of JSON; None as in ``get``. Raises ValueError for a bad body."""
-        raise NotImplementedError
-
-    def process_request(self, request: Any, client_address: Any) -> None:
-        self._strangers[request] = None
-        if len(self._strangers) > MOST_STRANGERS:
-            oldest = next(iter(tuple(self._strangers)))
-            self.welcome(oldest)
-            with suppress(OSError):
-                oldest.shutdown(socket.SHUT_RDWR)
-        super().process_request(request, client_address)
-
-    def process_request_thread(self, request: Any, client_address: Any) -> None:
-        self._connections.add(request)
-        try:
-            super().process_request_thread(request, client_address)
-        finally:
-            self._connections.discard(request)
-            self.welcome(request)
-
-    def welcome(self, connection: socket.socket) -> None:
-        """Count a connection no longer as a stranger's: its request was allowed, or it ends."""
-        self._strangers.pop(connection, None)
-
-    def server_close(self) -> None:
-        """Finish answers in progress, but do not wait for a browser's idle connections."""
-        for connection in tuple(self._connections):
-            with suppress(OSError):
-                connection.shutdown(socket.SHUT_RD)
-        super().server_close()
-
-    def handle_error(self, request: Any, client_address: Any) -> None:
-        # Clients that disconnect or do not speak HTTP are ignored; a bug keeps its traceback.
-        if not isinstance(sys.exception(), OSError):
-            traceback.print_exc()
-
-
-class _Visit(BaseHTTPRequestHandler):
-    """One connection, with several requests in turn."""
-
-    protocol_version = "HTTP/1.1"
-    timeout = SLOW_S
-    server_version, sys_version = "sealtwin", ""
-    disable_nagle_algorithm = True
-
-    def parse_request(self) -> bool:
-        if not super().parse_request():
-            return False
-        if refusal := self._page.gate.refuses(self.command, self.path, self.headers):
-            self.send_error(*refusal)
-        else:
-            self._page.welcome(self.connection)
-        return refusal is None
-
-    def do_GET(self) -> None:
-        if (content := self._page.get(self._name)) is None:
-            return self.send_error(HTTPStatus.NOT_FOUND, "nothing has that name")
-        body, media_type = content
-        self._begin(HTTPStatus.OK, media_type, {"Content-Length": str(len(body))})
-        self.wfile.write(body)
-
-    def do_POST(self) -> None:
-        try:
-            answers = self._page.post(self._name, self.rfile.read(int(self.headers["Content-Length"])))
-        except ValueError as fault:
-            return self.send_error(HTTPStatus.BAD_REQUEST, str(fault))
-        if answers is None:
-            return self.send_error(HTTPStatus.NOT_FOUND, "nothing has that name")
-        self._begin(HTTPStatus.OK, "application/x-ndjson", {"Transfer-Encoding": "chunked"})
-        for answer in answers:
-            line = json.dumps(answer, allow_nan=False).encode() + b"\n"
-            self.wfile.write(b"%x\r\n%b\r\n" % (len(line), line))
-        self.wfile.write(b"0\r\n\r\n")
-
-    def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:
-        """Answer with the reason in JSON and the security headers, which the library's page lacks."""
-        # Without a version in the request, the library would send no headers.
-        self.request_version = self.protocol_version
-        body = json.dumps({"error": message or HTTPStatus(code).phrase}).encode()
-        # The rest of the request is not read, so the connection must close.
-        self._begin(code, "application/json", {"Content-Length": str(len(body)), "Connection": "close"})
-        self.wfile.write(body)
-
-    def log_message(self, format: str, *args: Any) -> None:
-        """Log nothing: the lines of requests hold the token."""
-
-    @property
-    def _page(self) -> PageServer:
-        return cast(PageServer, self.server)
-
-    @property
-    def _name(self) -> str:
-        return self.path.removeprefix("/").partition("/")[2]
-
-    def _begin(self, status: int, media_type: str, headers: dict[str, str]) -> None:
-        self.send_response(status)
-        for name, value in {"Content-Type": media_type, **headers, **SECURITY_HEADERS}.items():
-            self.send_header(name, value)
-        self.end_headers()
-
 
 # Saves the hints, and any depth in mm; returns the texts of the last view. The page shows an InputError or OSError.
 Save = Callable[[Hints, float | None], dict[str, Any]]
+
+
+class Opened(NamedTuple):
+    """A photo on the page."""
+
+    session: TraceSession
+    save: Save
+    facts: dict[str, Any]
+    """Further fields of the page's initial state."""
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """A photo that the page can show."""
+
+    name: str
+    open: Callable[[], Opened]
+    """Reads the photo; raises InputError for a bad one."""
+    done: Callable[[], bool]
+    """True where the crack's ends are on file."""
 
 
 class Question(Settings):
@@ -242,19 +66,27 @@ class Farewell(Settings):
     depth_mm: float | None = None
 
 
-class TracePage(PageServer):
-    """Serves ``session`` until the user has saved or left."""
+class Turn(Settings):
+    """Request to show another photo, by its place in the list."""
 
-    def __init__(self, session: TraceSession, save: Save, *, facts: dict[str, Any], port: int = 0) -> None:
-        """``facts`` are further fields of the page's initial state. Raises OSError where ``port`` is in use."""
-        self._session, self._save, self._facts = session, save, facts
+    photo: Annotated[int, Field(ge=0)]
+
+
+class TracePage(PageServer):
+    """Serves the photos until the user has saved the only one, or left."""
+
+    def __init__(self, sheets: Sequence[Sheet], port: int = 0) -> None:
+        """Begin with the first photo that is not done. Raises InputError where all are bad, OSError for a used port."""
+        self._sheets = tuple(sheets)
+        self._here, self._opened = self._first()
         self._files = {
             entry.name: (entry.read_bytes(), media_type)
             for entry in (files("digitise.trace_page") / "assets").iterdir()
             if (media_type := MEDIA_TYPES.get(entry.name[entry.name.rfind(".") :]))
         }
-        self._ended = Event()
-        self._saved: dict[str, Any] | None = None
+        self._ended, self._turning = Event(), Lock()
+        self.saved: list[dict[str, Any]] = []
+        """Results of ``save`` so far."""
         super().__init__(port)
 
     def __enter__(self) -> Self:
@@ -262,24 +94,41 @@ class TracePage(PageServer):
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._session.end()
+        self._opened.session.end()
         self.shutdown()
         self.server_close()
 
-    def wait(self) -> dict[str, Any] | None:
-        """Wait until the user saves or quits; return the result of ``save``, or None where nothing was saved."""
+    def wait(self) -> None:
+        """Wait until the user has finished."""
         # On Windows, the keyboard cannot interrupt a wait without a timeout.
         while not self._ended.wait(0.5):
             pass
-        return self._saved
+
+    def _first(self) -> tuple[int, Opened]:
+        numbers = sorted(range(len(self._sheets)), key=lambda number: self._sheets[number].done())
+        for number in numbers[:-1]:
+            with suppress(InputError):
+                return number, self._sheets[number].open()
+        return numbers[-1], self._sheets[numbers[-1]].open()
+
+    @property
+    def photos(self) -> list[dict[str, Any]]:
+        """The list on the page, of no photo where there is one only."""
+        if len(self._sheets) == 1:
+            return []
+        return [
+            {"name": sheet.name, "done": sheet.done(), "here": number == self._here}
+            for number, sheet in enumerate(self._sheets)
+        ]
 
     def get(self, name: str) -> Content | None:
+        session, _, facts = self._opened
         if name == "session":
-            opening = {**self._session.opening(), **self._facts}
+            opening = {**session.opening(), **facts, "photos": self.photos}
             return json.dumps(opening, allow_nan=False).encode(), "application/json"
         if found := TILE.fullmatch(name):
             level, column, row = (int(number) for number in found.groups())
-            tile = self._session.pyramid.tile(level, column, row)
+            tile = session.pyramid.tile(level, column, row)
             return None if tile is None else (tile, "image/jpeg")
         return self._files.get(name or "page.html")
 
@@ -289,6 +138,8 @@ class TracePage(PageServer):
                 return self._traced(Question.model_validate_json(body))
             if name == "save":
                 return self._saving(Farewell.model_validate_json(body))
+            if name == "turn":
+                return self._turned(Turn.model_validate_json(body).photo)
             if name == "quit":
                 return self._leaving()
         except ValidationError as fault:
@@ -297,13 +148,13 @@ class TracePage(PageServer):
 
     def _traced(self, question: Question) -> Iterator[dict[str, Any]]:
         try:
-            yield from self._session.trace(question.hints, question.revision, question.until)
+            yield from self._opened.session.trace(question.hints, question.revision, question.until)
         except OutdatedError:
             yield {"outdated": True}
 
     def _saving(self, farewell: Farewell) -> Iterator[dict[str, Any]]:
         try:
-            saved = self._save(farewell.hints, farewell.depth_mm)
+            saved = self._opened.save(farewell.hints, farewell.depth_mm)
         except InputError as fault:
             yield {"refused": str(fault)}
             return
@@ -311,9 +162,25 @@ class TracePage(PageServer):
             # The page keeps its points when the disk is full or the folder is read-only.
             yield {"refused": f"{fault.filename}: {fault.strerror}; make the folder writable, and save again."}
             return
-        yield {"saved": saved}
-        self._saved = saved
-        self._ended.set()
+        self.saved.append(saved)
+        yield {"saved": saved, "photos": self.photos}
+        if len(self._sheets) == 1:
+            self._ended.set()
+
+    def _turned(self, number: int) -> Iterator[dict[str, Any]]:
+        if number >= len(self._sheets):
+            yield {"refused": f"there are {len(self._sheets)} photos"}
+            return
+        # Two clicks must not open two photos at once.
+        with self._turning:
+            try:
+                opened = self._sheets[number].open()
+            except InputError as fault:
+                yield {"refused": str(fault)}
+                return
+            self._opened.session.end()
+            self._here, self._opened = number, opened
+        yield {"turned": True}
 
     def _leaving(self) -> Iterator[dict[str, Any]]:
         yield {"left": True}

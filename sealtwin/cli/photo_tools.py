@@ -1,8 +1,7 @@
 """Commands about photos: a frame of markers to print, and the page on which a crack is traced."""
 
-import shlex
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import typer
 
@@ -10,10 +9,6 @@ from sealtwin.cli.answer import Answer, File, Json, Quiet, answering, argument, 
 from sealtwin.cli.numbers import count_option, number_option
 from sealtwin.cli.samples import two_numbers
 from sealtwin.core.errors import InputError
-
-if TYPE_CHECKING:
-    from digitise.trace_page.page import Save
-    from digitise.trace_page.session import TraceSession
 
 
 def markers(
@@ -60,27 +55,29 @@ def markers(
 
 
 def trace(
-    target: Annotated[Path, argument("TRIAL|PHOTO", "A trial.toml, or a photo without one.")],
+    target: Annotated[
+        Path, argument("TRIAL|PHOTO|FOLDER", "A trial.toml, a photo without one, or a folder of either.")
+    ],
     port: Annotated[int | None, count_option("Port of the page; default: any that is free.", 1024, 65535)] = None,
     no_browser: Annotated[bool, flag("--no-browser", "Only print the page's address.")] = False,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Click a crack's ends on its photo, see its walls, and save the clicks.
+    """Click a crack's ends on its photo, see its walls, mend them, and save.
 
     Opens a page in your browser that only this machine can reach; it ends when you save or quit there.
     A trial keeps all but the hints for its photo; beside a photo, a new trial is written.
+    With a folder the page goes from photo to photo.
     """
     with answering("cpu", as_json, quiet) as command:
         import webbrowser
 
         from digitise.trace_page.page import TracePage
+        from sealtwin.trial.trace_sheets import sheet_of, sheets_in
 
-        if target.is_dir():
-            raise InputError(f"{target}: this is a folder; give a trial file or a photo.")
-        session, save, facts = _opened(target)
+        sheets = sheets_in(target) if target.is_dir() else [sheet_of(target)]
         try:
-            page = TracePage(session, save, facts=facts, port=port or 0)
+            page = TracePage(sheets, port or 0)
         except OSError as fault:
             raise InputError(
                 f"--port {port}: {fault.strerror}. Give another one, or none for any that is free."
@@ -94,41 +91,18 @@ def trace(
             if not no_browser and not webbrowser.open(door):
                 command.say("No browser could be opened; open that address yourself.")
             try:
-                saved = page.wait()
+                page.wait()
             except KeyboardInterrupt:
-                command.interrupted("nothing was saved.")
-        if saved is None:
+                command.interrupted("what was saved is kept." if page.saved else "nothing was saved.")
+        saved = page.saved
+        if len(sheets) > 1:
+            listed = [{"file": one["file"], "changed": one["changed"]} for one in saved]
+            open_ = [photo["name"] for photo in page.photos if not photo["done"]]
+            told = [one["summary"] for one in saved] or ["Nothing was saved."]
+            left = f"Not traced yet: {', '.join(open_)}." if open_ else f"All {len(sheets)} photos are traced."
+            command.reply(Answer({"version": 1, "saved": listed, "not_traced": open_}, [*told, left]))
+        elif not saved:
             command.reply(Answer({"version": 1, "saved": None, "changed": []}, ["Nothing was saved."]))
-            return
-        content = {"version": 1, "saved": saved["file"], "changed": saved["changed"]}
-        command.reply(Answer(content, [saved["summary"], f"Next: {saved['next']}"]))
-
-
-def _opened(path: Path) -> "tuple[TraceSession, Save, dict[str, Any]]":
-    """Return the session of a trial file or of a photo, how to save its hints, and facts for the page."""
-    from digitise.settings import PhotoInput
-    from digitise.trace_page.session import UNSCALED_MM_PER_PX, Hints, TraceSession
-    from sealtwin.trial.photo_hints import NewTrial, TrialFile
-    from sealtwin.trial.trial_file import load_trial
-
-    if path.suffix.lower() == ".toml":
-        settings = load_trial(path).photo
-        if settings is None:
-            raise InputError(f"{path}: this trial starts from a mesh; there is no photo to trace.")
-        trial, hints = TrialFile(path), Hints.of(settings)
-        facts = {"needs_depth": False, "saves_to": f"Saves into {path.name}, and keeps its comments."}
-    else:
-        trial, hints = NewTrial(path), Hints()
-        settings = PhotoInput(file=Path(path.name), data="measured", mm_per_px=UNSCALED_MM_PER_PX)
-        facts = {"needs_depth": True, "saves_to": f"Writes {trial.path.name} beside the photo."}
-
-    def save(hints: Hints, depth_mm: float | None) -> dict[str, Any]:
-        changed = trial.save(hints, depth_mm)
-        return {
-            "file": str(trial.path),
-            "changed": changed,
-            "summary": f"Saved into {trial.path}: {', '.join(changed) if changed else 'nothing had changed'}.",
-            "next": f"sealtwin digitise {shlex.quote(str(trial.path))}",
-        }
-
-    return TraceSession(settings, path.parent, hints), save, facts
+        else:
+            content = {"version": 1, "saved": saved[0]["file"], "changed": saved[0]["changed"]}
+            command.reply(Answer(content, [saved[0]["summary"], f"Next: {saved[0]['next']}"]))

@@ -19,12 +19,11 @@ from sealtwin.core.run_folder import MANIFEST, holding, open_folder
 from sealtwin.trial.digitise_stage import REFUSED
 from sealtwin.trial.job import sample_files, start_job
 from sealtwin.trial.pipeline import run_stages
+from sealtwin.trial.trace_sheets import PHOTO_SUFFIXES
 from sealtwin.trial.trial_file import Trial, load_trial, sample_trial
 
 BUG, SOME_FAILED = 1, 6
 REMEDY = "the same command digitises what is left; give it fewer --jobs."
-PHOTO_SUFFIXES = {".jpg", ".jpeg", ".png", ".webp", ".tif", ".tiff", ".bmp", ".heic", ".heif"}
-"""Files that are taken from a folder; those that cannot be read are reported."""
 LISTING = "batch.json"  # Marks a folder as a batch's own, and lists it for programs
 CSV, SHEET = "photos.csv", "index.html"
 FAULT = "fault.txt"

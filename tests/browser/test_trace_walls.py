@@ -93,3 +93,28 @@ def test_a_drawn_wall_is_saved_and_there_again(open_page, shot, tmp_path):
         assert again.page.locator("#lines .drawn").count() == 1
     finally:
         trial.unlink()
+
+
+def test_a_folder_is_traced_photo_by_photo(open_page, shot, tmp_path):
+    folder = tmp_path / "photos"
+    folder.mkdir()
+    for name in ("a.jpg", "b.jpg"):
+        (folder / name).write_bytes(shot.file.read_bytes())
+    bench = open_page(folder)
+    assert bench.page.locator("#photos li").count() == 2
+    for name in ("a.jpg", "b.jpg"):
+        bench.page.wait_for_function("(name) => document.querySelector('#name').textContent === name", arg=name)
+        bench.give_ends(shot)
+        bench.page.check("input[name=scale][value=mm_per_px]", force=True)
+        bench.page.fill("#mm-per-px", "0.1")
+        bench.page.fill("#depth-mm", "16")
+        bench.page.click("#save")
+        bench.page.wait_for_selector("#farewell[open]")
+        if name == "a.jpg":
+            assert "1 of 2" in bench.text("#photos-left")
+            bench.page.click("#next-photo")
+            bench.page.wait_for_selector("#farewell:not([open])", state="attached")
+    assert bench.page.is_hidden("#next-photo")
+    bench.page.click("#finish")
+    bench.until("!document.querySelector('#farewell-close').hidden")
+    assert {file.name for file in folder.glob("*.toml")} == {"a.toml", "b.toml"}

@@ -73,7 +73,7 @@ def test_what_is_clicked_is_saved_into_the_trial(trial, browser):
     assert [next(iter(line)) for line in traced] == ["scale", "path", "walls"]
     # The fixture's truth, within the tracing benchmark's 0.5 %.
     assert traced[2]["walls"]["length"] == pytest.approx(80, rel=0.01)
-    assert saved == [{"saved": {"file": str(trial), "changed": ["ends_px", "via_px"], **_said(answer)}}]
+    assert saved == [{"saved": {"file": str(trial), "changed": ["ends_px", "via_px"], **_said(answer)}, "photos": []}]
     photo = load_trial(trial).photo
     assert photo is not None
     assert photo.ends_px == tuple(tuple(end) for end in hints["ends_px"])
@@ -112,6 +112,32 @@ def test_a_photo_gets_a_trial_beside_it(trial, browser):
     new = load_trial(written)
     assert new.photo is not None
     assert new.photo.file.name == "photo.jpg"
+
+
+def test_a_folder_goes_from_photo_to_photo(trial, browser):
+    """A trial and its photo are one; a photo without a trial gets one; a mask is no photo of its own."""
+    folder = trial.parent
+    shutil.copy(folder / "photo.jpg", folder / "another.jpg")
+    shutil.copy(folder / "photo.jpg", folder / "broken.png")
+    (folder / "broken.png").write_bytes(b"no photo")
+    hints = {"ends_px": ENDS, "mm_per_px": 0.1}
+    browser.posts = (("save", {"hints": hints, "depth_mm": 16}), ("turn", {"photo": 1}), ("quit", {}))
+    answer = _sealtwin("trace", folder, "--json", "--quiet")
+    assert answer.exit_code == 0, answer.output
+    saved, turned, _ = browser.answers
+    assert [(photo["name"], photo["done"]) for photo in saved[0]["photos"]] == [
+        ("another.jpg", True),
+        ("broken.png", False),
+        ("trial.toml", True),
+    ]
+    assert "not a readable photo" in turned[0]["refused"]
+    said = json.loads(answer.stdout)
+    assert [one["file"] for one in said["saved"]] == [str(folder / "another.toml")]
+    assert said["not_traced"] == ["broken.png"]
+
+
+def test_a_folder_without_photos_is_refused(tmp_path):
+    assert "no photo" in _refusal("trace", tmp_path)
 
 
 def test_leaving_saves_nothing(trial, browser):

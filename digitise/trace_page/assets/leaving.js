@@ -26,9 +26,9 @@ export class Leaving {
     const missing = this.missing();
     part("save-refused").textContent = missing ?? "";
     if (missing) return;
-    const heard = ({ refused, saved }) => {
+    const heard = ({ refused, saved, photos }) => {
       if (refused) part("save-refused").textContent = refused;
-      if (saved) this.farewell("Saved", saved.summary, saved.next);
+      if (saved) this.farewell("Saved", saved.summary, saved.next, photos);
     };
     await post("save", this.content(), heard).catch(this.lost);
   }
@@ -43,18 +43,51 @@ export class Leaving {
     await post("quit", {}, left).catch(this.lost);
   }
 
+  finished() {
+    part("farewell-photos").hidden = true;
+    part("farewell-close").hidden = false;
+  }
+
   unsure() {
     this.sure = false;
     part("quit").textContent = "Quit";
   }
 
-  farewell(title, text, next = "") {
+  /** Show another photo of the folder; the first press asks where something is not saved. */
+  async turn(photo, button) {
+    if (!this.ended && this.changed() && button.dataset.sure !== "yes") {
+      button.dataset.sure = "yes";
+      part("save-refused").textContent = "Save first, or press again to leave this photo as it was.";
+      return;
+    }
+    const heard = ({ refused, turned }) => {
+      if (refused) part(this.ended ? "farewell-refused" : "save-refused").textContent = refused;
+      if (!turned) return;
+      this.ended = true;
+      this.over();
+      window.location.reload();
+    };
+    await post("turn", { photo }, heard).catch(this.lost);
+  }
+
+  /** `photos`: those of the folder, to go on with the next. */
+  farewell(title, text, next = "", photos = []) {
     this.ended = true;
     this.over();
     part("farewell-title").textContent = title;
     part("farewell-text").textContent = text;
     part("farewell-next").textContent = next;
     part("farewell-next").hidden = !next;
+    const waiting = photos.findIndex((photo) => !photo.done);
+    part("farewell-close").hidden = photos.length > 0;
+    part("farewell-photos").hidden = !photos.length;
+    part("next-photo").hidden = waiting < 0;
+    if (waiting >= 0) {
+      part("next-photo").textContent = `Next photo: ${photos[waiting].name}`;
+      part("next-photo").onclick = () => this.turn(waiting, part("next-photo"));
+    }
+    part("photos-left").textContent = `${photos.filter((photo) => photo.done).length} of ${photos.length} photos are traced.`;
+    part("finish").onclick = () => post("quit", {}, () => this.finished()).catch(this.lost);
     part("farewell").showModal();
   }
 }

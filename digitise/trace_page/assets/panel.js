@@ -76,6 +76,25 @@ export function showCoordinates(points, { edit, remove }) {
   });
 }
 
+/** The folder's photos; `turn(index, button)` shows another one. */
+export function showPhotos(photos, turn) {
+  part("photos-section").hidden = !photos.length;
+  part("photos").replaceChildren(
+    ...photos.map(({ name, done, here }, index) => {
+      const row = document.createElement("li");
+      const button = document.createElement("button");
+      const state = document.createElement("span");
+      state.className = "state";
+      state.textContent = done ? "traced" : "open";
+      button.append(name, state);
+      if (here) button.setAttribute("aria-current", "true");
+      else button.addEventListener("click", () => turn(index, button));
+      row.append(button);
+      return row;
+    }),
+  );
+}
+
 /** A row for each stretch of wall that was drawn; `erase(index)`. */
 export function showDrawn(walls, erase) {
   part("drawn-section").hidden = !walls.length;

@@ -4,7 +4,7 @@ from email.message import Message
 
 import pytest
 
-from digitise.trace_page.page import LARGEST_BODY_BYTES, RequestGate
+from digitise.trace_page.server import LARGEST_BODY_BYTES, RequestGate
 
 PORT = 8123
 OWN = f"127.0.0.1:{PORT}"

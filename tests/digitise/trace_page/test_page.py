@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from digitise.settings import MOST_VIA
-from digitise.trace_page.page import MEDIA_TYPES, TracePage
+from digitise.trace_page.page import MEDIA_TYPES, Opened, Sheet, TracePage
 from digitise.trace_page.session import Pyramid
 from sealtwin.core.errors import InputError
 
@@ -48,7 +48,8 @@ def page(saved):
         saved.append((hints, depth_mm))
         return {"file": "crack.toml"}
 
-    with TracePage(Session(), save, facts={"needs_depth": True}) as page:  # pyright: ignore[reportArgumentType]
+    opened = Opened(Session(), save, {"needs_depth": True})  # pyright: ignore[reportArgumentType]
+    with TracePage([Sheet("crack.jpg", lambda: opened, lambda: False)]) as page:
         yield page
 
 
@@ -97,13 +98,13 @@ def test_tiles_are_served(page):
 
 
 def test_it_opens_with_the_facts(page):
-    assert json.loads(page.get("session")[0]) == {"name": "crack.jpg", "needs_depth": True}
+    assert json.loads(page.get("session")[0]) == {"name": "crack.jpg", "needs_depth": True, "photos": []}
 
 
 def test_a_question_is_handed_on(page):
     answers = _posted(page, "trace", {"hints": {"mm_per_px": 0.1}, "revision": 3, "until": "path"})
     assert answers == [{"scale": {}}]
-    hints, revision, until = page._session.asked[0]
+    hints, revision, until = page._opened.session.asked[0]
     assert (hints.mm_per_px, revision, until) == (0.1, 3, "path")
 
 
@@ -133,8 +134,9 @@ def test_what_the_page_never_sends_is_refused(page, saved, name, body):
 
 def test_saving_hands_the_hints_over_and_ends_it(page, saved):
     answers = _posted(page, "save", {"hints": {"mm_per_px": 0.1}, "depth_mm": 16})
-    assert answers == [{"saved": {"file": "crack.toml"}}]
-    assert page.wait() == {"file": "crack.toml"}
+    assert answers == [{"saved": {"file": "crack.toml"}, "photos": []}]
+    page.wait()
+    assert page.saved == [{"file": "crack.toml"}]
     assert [(hints.said(), depth_mm) for hints, depth_mm in saved] == [({"mm_per_px": 0.1}, 16.0)]
 
 
@@ -154,5 +156,45 @@ def test_a_place_that_cannot_be_written_costs_no_click(page, saved):
 
 def test_leaving_saves_nothing(page, saved):
     assert _posted(page, "quit", {}) == [{"left": True}]
-    assert page.wait() is None
+    page.wait()
+    assert not page.saved
     assert not saved
+
+
+def _sheet(name, done, bad=()):
+    def opened():
+        if name in bad:
+            raise InputError(f"{name}: not a readable photo")
+        return Opened(Session(), lambda *_: done.append(name) or {"file": name}, {"here": name})  # pyright: ignore
+
+    return Sheet(name, opened, lambda: name in done)
+
+
+def test_a_folder_is_gone_through_and_what_is_done_is_marked():
+    """It begins with the first that is open and can be read, and ends when the user leaves."""
+    done = ["a.jpg"]
+    with TracePage([_sheet(name, done, bad=("b.jpg",)) for name in ("a.jpg", "b.jpg", "c.jpg", "d.jpg")]) as page:
+        opening = json.loads(page.get("session")[0])
+        assert opening["here"] == "c.jpg"
+        assert [(one["name"], one["done"], one["here"]) for one in opening["photos"]] == [
+            ("a.jpg", True, False),
+            ("b.jpg", False, False),
+            ("c.jpg", False, True),
+            ("d.jpg", False, False),
+        ]
+        (answer,) = _posted(page, "save", {"hints": {}})
+        assert [one["done"] for one in answer["photos"]] == [True, False, True, False]
+        assert not page._ended.is_set()
+        assert "not a readable photo" in _posted(page, "turn", {"photo": 1})[0]["refused"]
+        assert json.loads(page.get("session")[0])["here"] == "c.jpg", "it stays where it is"
+        assert _posted(page, "turn", {"photo": 3}) == [{"turned": True}]
+        assert json.loads(page.get("session")[0])["here"] == "d.jpg"
+        assert "refused" in _posted(page, "turn", {"photo": 4})[0]
+        _posted(page, "quit", {})
+        page.wait()
+        assert page.saved == [{"file": "c.jpg"}]
+
+
+def test_a_folder_of_bad_photos_is_refused():
+    with pytest.raises(InputError, match=r"b\.jpg"):
+        TracePage([_sheet(name, [], bad=("a.jpg", "b.jpg")) for name in ("a.jpg", "b.jpg")])

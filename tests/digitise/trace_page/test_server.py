@@ -9,8 +9,8 @@ from contextlib import ExitStack, closing
 
 import pytest
 
-from digitise.trace_page import page as trace_page
-from digitise.trace_page.page import LARGEST_BODY_BYTES, SECURITY_HEADERS, PageServer
+from digitise.trace_page import server as trace_page
+from digitise.trace_page.server import LARGEST_BODY_BYTES, SECURITY_HEADERS, PageServer
 
 
 class Echo(PageServer):

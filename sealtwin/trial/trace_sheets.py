@@ -1,0 +1,81 @@
+"""Photos of trials for the trace page, and how their hints are saved."""
+
+import shlex
+from pathlib import Path
+from typing import Any
+
+from digitise.settings import PhotoInput
+from digitise.trace_page.page import Opened, Sheet
+from digitise.trace_page.session import UNSCALED_MM_PER_PX, Hints, TraceSession
+from sealtwin.core.errors import InputError
+from sealtwin.trial.photo_hints import NewTrial, TrialFile
+from sealtwin.trial.trial_file import load_trial
+
+PHOTO_SUFFIXES = {".jpg", ".jpeg", ".png", ".webp", ".tif", ".tiff", ".bmp", ".heic", ".heif"}
+"""Files that are taken for photos in a folder; those that cannot be read are reported."""
+
+
+def sheets_in(folder: Path) -> list[Sheet]:
+    """Return the trials with a photo in a folder and the photos that none of them names, by the photos' names.
+
+    Raises InputError where there is neither.
+    """
+    sheets: dict[Path, Sheet] = {}
+    for trial in sorted(folder.glob("*.toml")):
+        try:
+            settings = load_trial(trial).photo
+        except InputError:
+            # Its photo would get a second trial of the same name, which is refused when it is opened.
+            continue
+        if settings is not None:
+            # A mask and a second photo are no cracks of their own.
+            named = (settings.file, settings.mask, settings.second_photo)
+            sheets |= {(folder / one).resolve(): sheet_of(trial) for one in named if one is not None}
+    photos = [file for file in folder.iterdir() if file.suffix.lower() in PHOTO_SUFFIXES and file.is_file()]
+    sheets |= {file.resolve(): sheet_of(file) for file in photos if file.resolve() not in sheets}
+    if not sheets:
+        raise InputError(f"{folder}: no photo and no trial with a photo lies in it.")
+    unique = {sheet.name: sheet for sheet in sheets.values()}
+    return [unique[name] for name in sorted(unique)]
+
+
+def sheet_of(path: Path) -> Sheet:
+    """Return a trial file's photo, or a photo that has no trial yet."""
+    return Sheet(path.name, lambda: _opened(path), lambda: _traced(path))
+
+
+def _traced(path: Path) -> bool:
+    trial = path if path.suffix.lower() == ".toml" else path.with_suffix(".toml")
+    try:
+        photo = load_trial(trial).photo if trial.is_file() else None
+    except InputError:
+        return False
+    return photo is not None and (photo.ends_px is not None or photo.mask is not None)
+
+
+def _opened(path: Path) -> Opened:
+    """Return the session of a trial file or of a photo, how to save its hints, and facts for the page."""
+    # A photo that was saved on the page before has its trial by now.
+    if path.suffix.lower() != ".toml" and path.with_suffix(".toml").is_file() and _traced(path):
+        path = path.with_suffix(".toml")
+    if path.suffix.lower() == ".toml":
+        settings = load_trial(path).photo
+        if settings is None:
+            raise InputError(f"{path}: this trial starts from a mesh; there is no photo to trace.")
+        trial, hints = TrialFile(path), Hints.of(settings)
+        facts = {"needs_depth": False, "saves_to": f"Saves into {path.name}, and keeps its comments."}
+    else:
+        trial, hints = NewTrial(path), Hints()
+        settings = PhotoInput(file=Path(path.name), data="measured", mm_per_px=UNSCALED_MM_PER_PX)
+        facts = {"needs_depth": True, "saves_to": f"Writes {trial.path.name} beside the photo."}
+
+    def save(hints: Hints, depth_mm: float | None) -> dict[str, Any]:
+        changed = trial.save(hints, depth_mm)
+        return {
+            "file": str(trial.path),
+            "changed": changed,
+            "summary": f"Saved into {trial.path}: {', '.join(changed) if changed else 'nothing had changed'}.",
+            "next": f"sealtwin digitise {shlex.quote(str(trial.path))}",
+        }
+
+    return Opened(TraceSession(settings, path.parent, hints), save, facts)
