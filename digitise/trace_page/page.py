@@ -15,7 +15,7 @@ from typing import Annotated, Any, NamedTuple, Self
 from pydantic import Field, ValidationError
 
 from digitise.trace_page.server import Content, PageServer
-from digitise.trace_page.session import Hints, OutdatedError, TraceSession, Until
+from digitise.trace_page.session import Hints, OutdatedError, Shape, TraceSession, Until
 from sealtwin.core.errors import InputError
 from sealtwin.core.settings import Settings
 
@@ -27,8 +27,8 @@ MEDIA_TYPES = {
 }
 TILE = re.compile(r"photo/(\d{1,2})/(\d{1,3})/(\d{1,3})\.jpg")
 
-# Saves the hints, and any depth in mm; returns the texts of the last view. The page shows an InputError or OSError.
-Save = Callable[[Hints, float | None], dict[str, Any]]
+# Saves hints and shape; returns the texts of the last view. The page shows an InputError or OSError.
+Save = Callable[[Hints, Shape], dict[str, Any]]
 
 
 class Opened(NamedTuple):
@@ -60,10 +60,10 @@ class Question(Settings):
 
 
 class Farewell(Settings):
-    """Request to save hints."""
+    """Request to save hints and shape."""
 
     hints: Hints
-    depth_mm: float | None = None
+    shape: Shape = Shape()
 
 
 class Turn(Settings):
@@ -154,7 +154,7 @@ class TracePage(PageServer):
 
     def _saving(self, farewell: Farewell) -> Iterator[dict[str, Any]]:
         try:
-            saved = self._opened.save(farewell.hints, farewell.depth_mm)
+            saved = self._opened.save(farewell.hints, farewell.shape)
         except InputError as fault:
             yield {"refused": str(fault)}
             return

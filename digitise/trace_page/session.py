@@ -19,7 +19,7 @@ from digitise.crack_path.path_search import LiveWire
 from digitise.geometry.polyline import signed_area
 from digitise.outline import Unconfirmed, glance, trace_outline
 from digitise.photo import Photo, read_pixels, scaled
-from digitise.settings import MOST_VIA, MOST_WALL_POINTS, MOST_WALLS, PhotoInput, Pixel
+from digitise.settings import MOST_VIA, MOST_WALL_POINTS, MOST_WALLS, CrackShape, PhotoInput, Pixel, Tilt
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Outline, Pixels
 from sealtwin.core.settings import Settings, checked
@@ -52,6 +52,7 @@ class Hints(Settings):
     walls_px: tuple[Annotated[tuple[Pixel, ...], Field(max_length=MOST_WALL_POINTS)], ...] | None = Field(
         default=None, max_length=MOST_WALLS
     )
+    branches: Literal["drop", "keep"] | None = None
     mm_per_px: float | None = None
     scale_is: Literal["measured", "assumed"] | None = None
     ruler_px: tuple[Pixel, Pixel] | None = None
@@ -67,6 +68,24 @@ class Hints(Settings):
     def said(self, keys: frozenset[str] | None = None) -> dict[str, Any]:
         """Return the hints that were given, of ``keys`` or of all."""
         return self.model_dump(mode="json", exclude_none=True, include=None if keys is None else set(keys))
+
+
+class Shape(Settings):
+    """Settings of a ``CrackShape`` that the page edits; None where not given, or where the trial has a table of it."""
+
+    depth_mm: float | None = None
+    tilt: Tilt | None = None
+    wall_angle_deg: float | None = None
+
+    @classmethod
+    def of(cls, crack: CrackShape) -> Self:
+        """Return the single values that a trial gives, without defaults."""
+        given = {key: getattr(crack, key) for key in cls.model_fields if key in crack.model_fields_set}
+        return cls(**{key: value for key, value in given.items() if not isinstance(value, tuple)})
+
+    def said(self) -> dict[str, Any]:
+        """Return what was given."""
+        return self.model_dump(mode="json", exclude_none=True)
 
 
 SCALE_KEYS = frozenset({"mm_per_px", "scale_is", "ruler_px", "ruler_mm", "face_mm", "face_corners_px"})
@@ -139,7 +158,7 @@ class TraceSession:
     def __init__(self, settings: PhotoInput, folder: Path, hints: Hints) -> None:
         """Read the photo; ``hints``, not those in ``settings``, are the first. Raises InputError for a bad photo."""
         self._rest, self.hints = rest_of(settings), hints
-        self._edge_fraction, self._keep_branches = settings.edge_fraction, settings.branches == "keep"
+        self._edge_fraction = settings.edge_fraction
         pixels = read_pixels(settings, folder)
         # Messages on the page name the photo without its folder.
         self._pixels = replace(pixels, file=Path(pixels.file.name))
@@ -190,7 +209,7 @@ class TraceSession:
                 yield "path", _path_answer(path, seen.known)
                 rough = glance(seen.photo, path, self._edge_fraction, hints.walls_px or ())
                 yield "glance", None if rough is None else _walls_answer(seen.photo, rough, seen.known)
-                given = self._edge_fraction, self._keep_branches, hints.walls_px or ()
+                given = self._edge_fraction, hints.branches == "keep", hints.walls_px or ()
                 outline = trace_outline(seen.photo, path, *given)
                 yield "walls", _walls_answer(seen.photo, outline, seen.known)
             except InputError as fault:

@@ -1,18 +1,21 @@
-"""Hints of the trace page, written into a trial file that otherwise stays as it is."""
+"""Hints and shape from the trace page, written into a trial file that otherwise stays as it is."""
 
 import json
 import tomllib
 from pathlib import Path
 from typing import Any
 
-from digitise.trace_page.session import Hints
+from digitise.trace_page.session import Hints, Shape
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import write_bytes
 from sealtwin.core.settings import checked
+from sealtwin.trial.starter_files import TRIAL
 from sealtwin.trial.trial_file import Trial
 
 BYTE_ORDER_MARK = "\ufeff"  # Mark that Windows' Notepad puts before the text
 
+NEEDED = ("fluid", "solver")
+"""Tables without which a trial cannot run; a new one has the starter's."""
 NEW_TRIAL = """\
 # Traced on the page of 'sealtwin trace'. Pixels count from the centre of the photo's first pixel, x right, y down.
 # 'sealtwin init DIR' writes a trial that shows the other settings.
@@ -36,8 +39,10 @@ class TrialFile:
         self._target = path.resolve()
         self._content = self._target.read_bytes()
 
-    def save(self, hints: Hints, _: float | None = None) -> list[str]:
-        """Write the hints into the file's [photo]; keys that ``hints`` lacks are removed. Returns the changed keys.
+    def save(self, hints: Hints, shape: Shape) -> list[str]:
+        """Write the hints into the file's [photo] and the shape into its [crack]; returns the changed keys.
+
+        Keys that ``hints`` lacks are removed, those that ``shape`` lacks stay.
 
         Raises InputError, and leaves the file as it was, if the file has changed since or would be no trial with them.
         """
@@ -48,14 +53,15 @@ class TrialFile:
             )
         text = self._content.decode("utf-8")
         before = tomllib.loads(text.removeprefix(BYTE_ORDER_MARK))
-        edited, changed = with_hints(text, hints)
+        edited, changed = with_hints(text, hints, shape)
         after = tomllib.loads(edited.removeprefix(BYTE_ORDER_MARK))
         kept = {key: value for key, value in before["photo"].items() if key not in Hints.model_fields}
-        if after != {**before, "photo": {**kept, **hints.said()}}:
-            lines = "; ".join(f"{key} = {json.dumps(value)}" for key, value in hints.said().items())
+        given = {"photo": {**kept, **hints.said()}, "crack": {**before["crack"], **shape.said()}}
+        if {key: after.get(key) for key in before} != {**before, **given}:
+            lines = "; ".join(f"{key} = {json.dumps(value)}" for key, value in {**hints.said(), **shape.said()}.items())
             raise InputError(
-                f"{self.path}: [photo] is written in a way that cannot be edited without changing more than the hints. "
-                f"Put them in yourself: {lines}"
+                f"{self.path}: [photo] or [crack] is written in a way that cannot be edited without changing more than "
+                f"the hints. Put them in yourself: {lines}"
             )
         checked(Trial, self.path, after)
         if changed:
@@ -72,7 +78,7 @@ class NewTrial:
         self.photo, self.path = photo, photo.with_suffix(".toml")
         self._refuse_another()
 
-    def save(self, hints: Hints, depth_mm: float | None) -> list[str]:
+    def save(self, hints: Hints, shape: Shape) -> list[str]:
         """Write the file; return and raise as ``TrialFile.save``. The depth is required: no photo shows it."""
         import tomlkit
 
@@ -80,12 +86,11 @@ class NewTrial:
         document: Any = tomlkit.parse(NEW_TRIAL)
         document["name"] = self.photo.stem[:80]
         document["photo"]["file"] = self.photo.name
-        if depth_mm is not None:
-            document["crack"]["depth_mm"] = depth_mm
-        text, changed = with_hints(tomlkit.dumps(document), hints)
+        text, changed = with_hints(tomlkit.dumps(document), hints, shape)
+        text = "\n".join([text, *map(_from_starter, NEEDED)])
         checked(Trial, self.path, tomllib.loads(text))
         write_bytes(self.path, text.encode("utf-8"))
-        return changed
+        return [*changed, *(f"the starter's [{name}]" for name in NEEDED)]
 
     def _refuse_another(self) -> None:
         if self.path.exists():
@@ -95,24 +100,35 @@ class NewTrial:
             )
 
 
-def with_hints(text: str, hints: Hints) -> tuple[str, list[str]]:
-    """Return a trial file's text with ``hints`` in its [photo], comments and order kept, and the keys that changed."""
+def with_hints(text: str, hints: Hints, shape: Shape) -> tuple[str, list[str]]:
+    """Return a trial file's text with hints and shape, comments and order kept, and the keys that changed."""
     import tomlkit
 
     windows = "\r\n" in text
     mark = BYTE_ORDER_MARK if text.startswith(BYTE_ORDER_MARK) else ""
     document = tomlkit.parse(text.removeprefix(mark).replace("\r\n", "\n"))
     photo: Any = document["photo"]
-    said, changed = hints.said(), []
-    for key in Hints.model_fields:
-        if key in said and photo.get(key) != said[key]:
-            _put(photo, key, said[key])
-            changed.append(key)
-        elif key not in said and key in photo:
-            photo.remove(key)
-            changed.append(key)
+    said = hints.said()
+    gone = [key for key in Hints.model_fields if key not in said and key in photo]
+    for key in gone:
+        photo.remove(key)
+    changed = [*_filled(photo, said), *gone, *_filled(document["crack"], shape.said())]
     edited = tomlkit.dumps(document)
     return mark + (edited.replace("\n", "\r\n") if windows else edited), changed
+
+
+def _filled(table: Any, said: dict[str, Any]) -> list[str]:
+    """Put values into a table; return the keys of those that it had not."""
+    changed = [key for key, value in said.items() if table.get(key) != value]
+    for key in changed:
+        _put(table, key, said[key])
+    return changed
+
+
+def _from_starter(name: str) -> str:
+    """The text of a table of the starter's, with its comments."""
+    table = TRIAL[TRIAL.index(f"[{name}]") :].partition("\n\n")[0]
+    return f"# The starter's, which nobody measured here: replace it by your own.\n{table}\n"
 
 
 def _put(table: Any, key: str, value: Any) -> None:

@@ -6,7 +6,7 @@ from typing import Any
 
 from digitise.settings import PhotoInput
 from digitise.trace_page.page import Opened, Sheet
-from digitise.trace_page.session import UNSCALED_MM_PER_PX, Hints, TraceSession
+from digitise.trace_page.session import UNSCALED_MM_PER_PX, Hints, Shape, TraceSession
 from sealtwin.core.errors import InputError
 from sealtwin.trial.photo_hints import NewTrial, TrialFile
 from sealtwin.trial.trial_file import load_trial
@@ -59,23 +59,28 @@ def _opened(path: Path) -> Opened:
     if path.suffix.lower() != ".toml" and path.with_suffix(".toml").is_file() and _traced(path):
         path = path.with_suffix(".toml")
     if path.suffix.lower() == ".toml":
-        settings = load_trial(path).photo
-        if settings is None:
+        loaded = load_trial(path)
+        settings = loaded.photo
+        if settings is None or loaded.crack is None:
             raise InputError(f"{path}: this trial starts from a mesh; there is no photo to trace.")
-        trial, hints = TrialFile(path), Hints.of(settings)
-        facts = {"needs_depth": False, "saves_to": f"Saves into {path.name}, and keeps its comments."}
+        trial, hints, shape = TrialFile(path), Hints.of(settings), Shape.of(loaded.crack)
+        facts = {"saves_to": f"Saves into {path.name}, and keeps its comments."}
+        runs, new = loaded.fluid is not None, False
+        tables = [key for key in Shape.model_fields if isinstance(getattr(loaded.crack, key), tuple)]
     else:
-        trial, hints = NewTrial(path), Hints()
+        trial, hints, shape = NewTrial(path), Hints(), Shape()
         settings = PhotoInput(file=Path(path.name), data="measured", mm_per_px=UNSCALED_MM_PER_PX)
-        facts = {"needs_depth": True, "saves_to": f"Writes {trial.path.name} beside the photo."}
+        facts = {"saves_to": f"Writes {trial.path.name} beside the photo, with the starter's sealant."}
+        runs, new, tables = True, True, []
+    facts |= {"is_new": new, "shape": shape.said(), "tables": tables}
 
-    def save(hints: Hints, depth_mm: float | None) -> dict[str, Any]:
-        changed = trial.save(hints, depth_mm)
+    def save(hints: Hints, shape: Shape) -> dict[str, Any]:
+        changed = trial.save(hints, shape)
         return {
             "file": str(trial.path),
             "changed": changed,
             "summary": f"Saved into {trial.path}: {', '.join(changed) if changed else 'nothing had changed'}.",
-            "next": f"sealtwin digitise {shlex.quote(str(trial.path))}",
+            "next": f"sealtwin {'run' if runs else 'digitise'} {shlex.quote(str(trial.path))}",
         }
 
     return Opened(TraceSession(settings, path.parent, hints), save, facts)

@@ -31,7 +31,7 @@ def test_it_saves_into_the_trial_and_ends(open_page, tmp_path):
     bench.page.keyboard.press("Control+s")
     bench.page.wait_for_selector("#farewell[open]")
     assert "ends_px" in bench.text("#farewell-text")
-    assert bench.text("#farewell-next") == f"sealtwin digitise {trial}"
+    assert bench.text("#farewell-next") == f"sealtwin run {trial}"
     assert bench.command.wait(10) == 0
     changed = [line for line in trial.read_text().splitlines() if line not in before.splitlines()]
     assert changed == ["ends_px = [[1402.7, 258.9], [719.3, 658.4]]"]

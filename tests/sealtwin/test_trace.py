@@ -91,7 +91,7 @@ def test_the_command_that_it_names_next_runs(trial, browser, tmp_path, monkeypat
     hints = {"ends_px": ENDS, "via_px": [[1000.0, 498.0]], "face_mm": [160, 40]}
     browser.posts = (("save", {"hints": hints}),)
     named = _said(_sealtwin("trace", trial, "--quiet"))["next"]
-    assert named == f"sealtwin digitise {trial}"
+    assert named == f"sealtwin run {trial}"
     answer = _sealtwin("digitise", trial, "--out", tmp_path / "run", "--json", "--quiet")
     assert answer.exit_code == 0, answer.output
     assert json.loads(answer.stdout)["path_source"] == "via"
@@ -100,18 +100,21 @@ def test_the_command_that_it_names_next_runs(trial, browser, tmp_path, monkeypat
 def test_a_photo_gets_a_trial_beside_it(trial, browser):
     photo = trial.parent / "photo.jpg"
     hints = {"ends_px": ENDS, "mm_per_px": 0.1}
-    browser.posts = (("save", {"hints": hints}), ("save", {"hints": hints, "depth_mm": 16}))
+    browser.posts = (("save", {"hints": hints}), ("save", {"hints": hints, "shape": {"depth_mm": 16}}))
     answer = _sealtwin("trace", photo, "--json", "--quiet")
     assert "crack.depth_mm is missing" in browser.answers[0][0]["refused"]
     written = photo.with_suffix(".toml")
     assert json.loads(answer.stdout) == {
         "version": 1,
         "saved": str(written),
-        "changed": ["ends_px", "mm_per_px"],
+        "changed": ["ends_px", "mm_per_px", "depth_mm", "the starter's [fluid]", "the starter's [solver]"],
     }
     new = load_trial(written)
     assert new.photo is not None
     assert new.photo.file.name == "photo.jpg"
+    assert new.fluid is not None, "the starter's, so that the next command can run"
+    assert "nobody measured" in written.read_text()
+    assert "sealtwin run" in browser.answers[1][0]["saved"]["next"]
 
 
 def test_a_folder_goes_from_photo_to_photo(trial, browser):
@@ -121,7 +124,7 @@ def test_a_folder_goes_from_photo_to_photo(trial, browser):
     shutil.copy(folder / "photo.jpg", folder / "broken.png")
     (folder / "broken.png").write_bytes(b"no photo")
     hints = {"ends_px": ENDS, "mm_per_px": 0.1}
-    browser.posts = (("save", {"hints": hints, "depth_mm": 16}), ("turn", {"photo": 1}), ("quit", {}))
+    browser.posts = (("save", {"hints": hints, "shape": {"depth_mm": 16}}), ("turn", {"photo": 1}), ("quit", {}))
     answer = _sealtwin("trace", folder, "--json", "--quiet")
     assert answer.exit_code == 0, answer.output
     saved, turned, _ = browser.answers

@@ -3,7 +3,7 @@
 /** A tenth of a pixel is finer than a click. */
 export const rounded = ([x, y]) => [Math.round(x * 10) / 10, Math.round(y * 10) / 10];
 
-export function draftOf(hints, markers) {
+export function draftOf(hints, markers, shape) {
   const [first = null, second = null] = hints.ends_px ?? [];
   return {
     ends: [first, second],
@@ -17,6 +17,10 @@ export function draftOf(hints, markers) {
     faceMm: hints.face_mm ?? [null, null],
     mmPerPx: hints.mm_per_px ?? null,
     scaleIs: hints.scale_is ?? null,
+    branches: hints.branches ?? null,
+    depthMm: shape.depth_mm ?? null,
+    tilt: shape.tilt ?? null,
+    wallAngleDeg: shape.wall_angle_deg ?? null,
   };
 }
 
@@ -29,6 +33,7 @@ export function hintsOf(draft) {
     if (draft.walls.length) hints.walls_px = draft.walls;
   }
   if (draft.roi.length >= 2) hints.roi_px = draft.roi;
+  if (draft.branches) hints.branches = draft.branches;
   if (draft.scale === "ruler" && draft.ruler.length === 2 && draft.rulerMm) {
     hints.ruler_px = draft.ruler;
     hints.ruler_mm = draft.rulerMm;
@@ -42,6 +47,27 @@ export function hintsOf(draft) {
     if (draft.face.length === 4) hints.face_corners_px = draft.face;
   }
   return hints;
+}
+
+/** The keys of [crack] that the draft gives. */
+export function shapeOf(draft) {
+  const shape = {};
+  if (draft.depthMm) shape.depth_mm = draft.depthMm;
+  if (draft.tilt) shape.tilt = draft.tilt;
+  if (draft.wallAngleDeg !== null) shape.wall_angle_deg = draft.wallAngleDeg;
+  return shape;
+}
+
+/** Volume of the cavity in ml by its mean width: exact for one depth and an even crack; null where it is not known. */
+export function volumeOf({ depthMm, tilt, wallAngleDeg }, walls) {
+  if (!walls || walls.unit !== "mm" || !depthMm) return null;
+  const mean = walls.area / walls.length;
+  const closing = Math.tan(((wallAngleDeg ?? 11) * Math.PI) / 180);
+  if (tilt === "flare") return (walls.area + closing * depthMm * walls.length) * depthMm / 1000;
+  if (tilt !== "funnel" || !closing) return (walls.area * depthMm) / 1000;
+  // Walls that close meet at a depth, below which there is nothing.
+  const deep = Math.min(depthMm, mean / (2 * closing));
+  return ((mean - closing * deep) * deep * walls.length) / 1000;
 }
 
 export const hasEnds = (draft) => draft.ends.every(Boolean);

@@ -23,6 +23,8 @@ export class Leaving {
 
   async save() {
     if (this.ended) return;
+    // A field tells of its change only when it is left, and Ctrl-S does not leave it.
+    if (document.activeElement.matches("input")) document.activeElement.blur();
     const missing = this.missing();
     part("save-refused").textContent = missing ?? "";
     if (missing) return;

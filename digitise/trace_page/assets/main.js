@@ -1,12 +1,12 @@
 // The trace page: points go to the server, lines come back.
 
-import { draftOf, hasEnds, hintsOf, pointsOf, rounded, withoutWall } from "./draft.js";
+import { draftOf, hasEnds, hintsOf, pointsOf, rounded, shapeOf, volumeOf, withoutWall } from "./draft.js";
 import { Findings } from "./findings.js";
 import { watch } from "./gestures.js";
 import { History } from "./history.js";
 import { Leaving } from "./leaving.js";
 import { Lines, Points } from "./marks.js";
-import { showCoordinates, showDrawn, showPhotos, showScaleFields, typed, watchScaleFields } from "./panel.js";
+import { showCoordinates, showDrawn, showPhotos, showScaleFields, showShape, watchScaleFields, watchShape } from "./panel.js";
 import { opening } from "./server.js";
 import { rove } from "./toolbar.js";
 import { TOOLS, addButtons, toolNames } from "./tools.js";
@@ -19,7 +19,7 @@ const stage = part("stage");
 const narrow = window.matchMedia("(max-width: 860px)");
 
 const facts = await opening();
-const first = draftOf(facts.hints, facts.markers);
+const first = draftOf(facts.hints, facts.markers, facts.shape);
 const history = new History(first);
 let draft = first; // While something is dragged it runs ahead of the history.
 let tool = hasEnds(first) ? "via" : "ends";
@@ -47,7 +47,7 @@ const points = new Points(part("points"), {
 const tracing = new Tracing(heard, lost);
 const leaving = new Leaving({
   missing,
-  content: () => ({ hints: hintsOf(draft), depth_mm: facts.needs_depth ? typed(part("depth-mm").value) : null }),
+  content: () => ({ hints: hintsOf(draft), shape: shapeOf(draft) }),
   changed: () => history.canUndo,
   lost,
   over: () => tracing.forget(),
@@ -114,6 +114,7 @@ function heard(answer, { sketch = false, still = false }) {
   }
   const whole = known !== "path" || !still;
   if ((known && whole) || (answer.refused && !sketch) || (answer.done && still)) found.draw(draft.via.length);
+  if (known) showShape(draft, facts.tables, volumeOf(draft, found.walls));
   if (known !== "walls") return;
   part("proposal").hidden = !found.automatic;
   say(`Walls found: ${part("length").textContent} long, ${part("width").textContent} wide on average.`);
@@ -139,6 +140,7 @@ function refresh() {
     remove: (id) => commit(pointOf(id).remove()),
   });
   showScaleFields(draft);
+  showShape(draft, facts.tables, volumeOf(draft, found.walls));
   part("guide").textContent = TOOLS[tool].guide(draft);
   for (const button of part("tools").children) button.setAttribute("aria-pressed", String(button.dataset.tool === tool));
   part("undo").disabled = !history.canUndo;
@@ -317,13 +319,14 @@ part("adjust").addEventListener("click", () => {
   choose("face");
 });
 watchScaleFields((edit) => commit(edit(draft)));
+watchShape((edit) => commit(edit(draft)));
 
 /** What must be said before a save, all in one sentence. */
 function missing() {
   const lacks = [];
   if (!hasEnds(draft) && !facts.painted) lacks.push("both ends (or accept the line found automatically)");
-  if (facts.needs_depth && typed(part("depth-mm").value) === null) lacks.push("the measured depth in mm");
-  if (facts.needs_depth && !found.scale?.mm_per_px) lacks.push("a scale (ruler, face or mm/px)");
+  if (!draft.depthMm && !facts.tables.includes("depth_mm")) lacks.push("the measured depth in mm");
+  if (facts.is_new && !found.scale?.mm_per_px) lacks.push("a scale (ruler, face or mm/px)");
   return lacks.length ? `First give ${lacks.join(", ")}.` : null;
 }
 
@@ -333,7 +336,7 @@ document.title = `${facts.name} · trace`;
 part("name").textContent = facts.name;
 part("about").textContent = `${facts.size_px.join(" × ")} px`;
 stage.setAttribute("aria-label", `Photo ${facts.name}`);
-part("depth-section").hidden = !facts.needs_depth;
+part("tables").hidden = !facts.tables.length;
 part("save-where").textContent = facts.saves_to;
 part("save").textContent = facts.photos.length ? "Save" : "Save and finish";
 showPhotos(facts.photos, (index, button) => leaving.turn(index, button));

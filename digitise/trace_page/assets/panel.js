@@ -23,6 +23,35 @@ export function showWalls(walls, rough) {
   part("area").textContent = walls ? inUnit(walls.area, digits[2], `${unit}²`) : "–";
 }
 
+/** Depth and tilt of the walls, and the volume that follows from them; `tables`: keys of which the trial has one. */
+export function showShape(draft, tables, volumeMl) {
+  for (const [id, value] of [["depth-mm", draft.depthMm], ["wall-angle", draft.wallAngleDeg]]) {
+    const field = part(id);
+    if (document.activeElement !== field) field.value = value ?? "";
+  }
+  part("tilt").value = draft.tilt ?? "lean";
+  part("depth-mm").disabled = tables.includes("depth_mm");
+  part("wall-angle").disabled = draft.tilt === "vertical" || tables.includes("wall_angle_deg");
+  part("keep-branches").checked = draft.branches === "keep";
+  part("volume").textContent = volumeMl === null || tables.length ? "–" : inUnit(volumeMl, 2, "ml");
+}
+
+/** `change(edit)` with a function from draft to draft. */
+export function watchShape(change) {
+  const watch = (id, read, edit) =>
+    part(id).addEventListener("change", ({ target }) => {
+      const value = read(target.value);
+      target.setAttribute("aria-invalid", String(target.value.trim() !== "" && value === null));
+      if (value !== null || target.value.trim() === "") change((draft) => edit(draft, value));
+    });
+  const angle = (text) => (Number(text.trim().replace(",", ".")) === 0 && text.trim() ? 0 : typed(text));
+  watch("depth-mm", typed, (draft, depthMm) => ({ ...draft, depthMm }));
+  watch("wall-angle", angle, (draft, wallAngleDeg) => ({ ...draft, wallAngleDeg }));
+  watch("tilt", (text) => text, (draft, tilt) => ({ ...draft, tilt }));
+  part("keep-branches").addEventListener("change", ({ target }) =>
+    change((draft) => ({ ...draft, branches: target.checked ? "keep" : "drop" })));
+}
+
 const SOURCES = {
   ends: () => "Between your two ends",
   via: (count) => `Between your two ends, past ${count} via point${count === 1 ? "" : "s"}`,

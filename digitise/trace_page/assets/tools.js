@@ -42,8 +42,8 @@ export const TOOLS = {
       if (!hasEnds(draft)) return "Give both ends first.";
       if (draft.walls.length >= MOST_WALLS) return "No more drawn walls: paint the crack in a mask instead.";
       return draft.walls.length
-        ? "Draw along the true wall, from the line back to the line. Click a drawn stretch to erase it."
-        : "Where a wall is wrong, draw along the true one, from the line back to the line.";
+        ? "Draw along the true wall. Click a drawn stretch to erase it."
+        : "Draw along the true wall, from the line back to it.";
     },
     place: (draft, point, { reach }) => withoutWall(draft, nearestWall(draft, point, reach)),
     draw: (draft, trail) =>

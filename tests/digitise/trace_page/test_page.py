@@ -40,7 +40,8 @@ def saved():
 
 @pytest.fixture
 def page(saved):
-    def save(hints, depth_mm):
+    def save(hints, shape):
+        depth_mm = shape.depth_mm
         if depth_mm is not None and depth_mm < 0:
             raise InputError("crack.toml: depth_mm: too shallow.")
         if depth_mm == 999:
@@ -48,7 +49,7 @@ def page(saved):
         saved.append((hints, depth_mm))
         return {"file": "crack.toml"}
 
-    opened = Opened(Session(), save, {"needs_depth": True})  # pyright: ignore[reportArgumentType]
+    opened = Opened(Session(), save, {"is_new": True})  # pyright: ignore[reportArgumentType]
     with TracePage([Sheet("crack.jpg", lambda: opened, lambda: False)]) as page:
         yield page
 
@@ -98,7 +99,7 @@ def test_tiles_are_served(page):
 
 
 def test_it_opens_with_the_facts(page):
-    assert json.loads(page.get("session")[0]) == {"name": "crack.jpg", "needs_depth": True, "photos": []}
+    assert json.loads(page.get("session")[0]) == {"name": "crack.jpg", "is_new": True, "photos": []}
 
 
 def test_a_question_is_handed_on(page):
@@ -119,8 +120,8 @@ def test_a_question_is_handed_on(page):
         ("trace", b'{"hints": {}, "revision": 1, "until": "all"}'),
         ("trace", b'{"hints": {}, "revision": 1, "until": "path", "file": "x"}'),
         ("trace", b'{"hints": {"file": "x"}, "revision": 1, "until": "path"}'),
-        ("save", b'{"hints": {}, "depth_mm": "16"}'),
-        ("save", b'{"hints": {}, "depth_mm": Infinity}'),
+        ("save", b'{"hints": {}, "shape": {"depth_mm": "16"}}'),
+        ("save", b'{"hints": {}, "shape": {"depth_mm": Infinity}}'),
         ("save", b'{"hints": {}, "out": "/tmp"}'),
         ("save", b"[" * 60_000),
     ],
@@ -133,7 +134,7 @@ def test_what_the_page_never_sends_is_refused(page, saved, name, body):
 
 
 def test_saving_hands_the_hints_over_and_ends_it(page, saved):
-    answers = _posted(page, "save", {"hints": {"mm_per_px": 0.1}, "depth_mm": 16})
+    answers = _posted(page, "save", {"hints": {"mm_per_px": 0.1}, "shape": {"depth_mm": 16}})
     assert answers == [{"saved": {"file": "crack.toml"}, "photos": []}]
     page.wait()
     assert page.saved == [{"file": "crack.toml"}]
@@ -141,16 +142,18 @@ def test_saving_hands_the_hints_over_and_ends_it(page, saved):
 
 
 def test_a_refused_save_says_why_and_the_page_stays(page, saved):
-    assert _posted(page, "save", {"hints": {}, "depth_mm": -1}) == [{"refused": "crack.toml: depth_mm: too shallow."}]
+    assert _posted(page, "save", {"hints": {}, "shape": {"depth_mm": -1}}) == [
+        {"refused": "crack.toml: depth_mm: too shallow."}
+    ]
     assert not page._ended.is_set()
     assert not saved
 
 
 def test_a_place_that_cannot_be_written_costs_no_click(page, saved):
-    (answer,) = _posted(page, "save", {"hints": {}, "depth_mm": 999})
+    (answer,) = _posted(page, "save", {"hints": {}, "shape": {"depth_mm": 999}})
     assert answer["refused"].startswith("lab/crack.toml: Permission denied")
     assert not page._ended.is_set()
-    _posted(page, "save", {"hints": {}, "depth_mm": 16})
+    _posted(page, "save", {"hints": {}, "shape": {"depth_mm": 16}})
     assert len(saved) == 1
 
 

@@ -4,7 +4,7 @@ import tomllib
 
 import pytest
 
-from digitise.trace_page.session import Hints
+from digitise.trace_page.session import Hints, Shape
 from sealtwin.core.errors import InputError
 from sealtwin.trial import photo_hints as hints_module
 from sealtwin.trial.photo_hints import NewTrial, TrialFile, with_hints
@@ -12,6 +12,8 @@ from sealtwin.trial.starter_files import TRIAL
 from sealtwin.trial.trial_file import load_trial
 
 ENDS = ((12.5, 340.0), (905.0, 377.1))
+SAME = Shape()
+"""Nothing is said of the shape."""
 TRACED = Hints(ends_px=ENDS, via_px=((400.0, 350.0),), mm_per_px=0.1)
 
 COMMENTED = """\
@@ -41,7 +43,7 @@ def _trial(folder, text=COMMENTED):
 def test_only_the_hints_lines_change(tmp_path):
     """Every other line stays as it is, letter by letter; new keys stand under the keys of [photo]."""
     path = _trial(tmp_path)
-    assert TrialFile(path).save(TRACED) == ["ends_px", "via_px", "mm_per_px"]
+    assert TrialFile(path).save(TRACED, SAME) == ["ends_px", "via_px", "mm_per_px"]
     before, after = COMMENTED.splitlines(), path.read_text().splitlines()
     assert [line for line in after if line not in before] == [
         "mm_per_px   =   0.1     # from the ruler",
@@ -52,9 +54,26 @@ def test_only_the_hints_lines_change(tmp_path):
     assert after.index("ends_px = [[12.5, 340.0], [905.0, 377.1]]") < after.index("#   the lamp stood left")
 
 
+def test_the_shape_is_saved_into_its_table_and_what_is_not_said_stays(tmp_path):
+    path = _trial(tmp_path)
+    shape = Shape(depth_mm=17.5, tilt="flare", wall_angle_deg=5.5)
+    assert TrialFile(path).save(Hints(ends_px=ENDS, branches="keep", mm_per_px=0.2), shape) == [
+        "ends_px",
+        "branches",
+        "depth_mm",
+        "wall_angle_deg",
+    ]
+    assert "depth_mm = 17.5           # three places" in path.read_text()
+    crack = load_trial(path).crack
+    assert crack is not None
+    assert (crack.depth_mm, crack.tilt, crack.wall_angle_deg) == (17.5, "flare", 5.5)
+    TrialFile(path).save(TRACED, SAME)
+    assert "wall_angle_deg = 5.5" in path.read_text()
+
+
 def test_what_was_saved_is_what_a_run_reads(tmp_path):
     path = _trial(tmp_path)
-    TrialFile(path).save(TRACED)
+    TrialFile(path).save(TRACED, SAME)
     photo = load_trial(path).photo
     assert photo is not None
     assert (photo.ends_px, photo.via_px, photo.mm_per_px) == (ENDS, TRACED.via_px, 0.1)
@@ -64,7 +83,7 @@ def test_what_was_saved_is_what_a_run_reads(tmp_path):
 def test_a_hint_that_is_not_said_goes(tmp_path):
     path = _trial(tmp_path)
     ruler = Hints(ends_px=ENDS, ruler_px=((0.0, 0.0), (100.0, 0.0)), ruler_mm=10.0)
-    assert "mm_per_px" in TrialFile(path).save(ruler)
+    assert "mm_per_px" in TrialFile(path).save(ruler, SAME)
     photo = load_trial(path).photo
     assert photo is not None
     assert (photo.mm_per_px, photo.ruler_mm) == (None, 10.0)
@@ -72,9 +91,9 @@ def test_a_hint_that_is_not_said_goes(tmp_path):
 
 def test_saving_what_is_there_already_changes_no_byte(tmp_path):
     path = _trial(tmp_path)
-    TrialFile(path).save(TRACED)
+    TrialFile(path).save(TRACED, SAME)
     content, written = path.read_bytes(), path.stat().st_mtime_ns
-    assert TrialFile(path).save(TRACED) == []
+    assert TrialFile(path).save(TRACED, SAME) == []
     assert (path.read_bytes(), path.stat().st_mtime_ns) == (content, written)
 
 
@@ -104,7 +123,7 @@ LAYOUTS = {
 def test_however_a_trial_is_laid_out(tmp_path, layout):
     text = LAYOUTS[layout]
     path = _trial(tmp_path, text)
-    TrialFile(path).save(Hints(ends_px=ENDS, mm_per_px=None if layout == "markers below" else 0.1))
+    TrialFile(path).save(Hints(ends_px=ENDS, mm_per_px=None if layout == "markers below" else 0.1), SAME)
     content = path.read_bytes().decode()
     comments = [line.partition("#")[2] for line in text.splitlines() if "#" in line]
     # A value that goes takes the comments inside it along.
@@ -120,11 +139,11 @@ def test_a_file_that_somebody_else_changed_is_not_overwritten(tmp_path):
     opened = TrialFile(path)
     path.write_text(COMMENTED.replace("16 ", "17 "))
     with pytest.raises(InputError, match="changed since the page was opened"):
-        opened.save(TRACED)
+        opened.save(TRACED, SAME)
     assert path.read_text() == COMMENTED.replace("16 ", "17 ")
     path.unlink()
     with pytest.raises(InputError, match="changed since"):
-        opened.save(TRACED)
+        opened.save(TRACED, SAME)
 
 
 @pytest.mark.parametrize(
@@ -138,17 +157,17 @@ def test_a_file_that_somebody_else_changed_is_not_overwritten(tmp_path):
 def test_what_would_be_no_trial_is_not_written(tmp_path, hints, named):
     path = _trial(tmp_path)
     with pytest.raises(InputError, match=named):
-        TrialFile(path).save(hints)
+        TrialFile(path).save(hints, SAME)
     assert path.read_text() == COMMENTED
     assert list(tmp_path.iterdir()) == [path]
 
 
 def test_an_edit_that_would_change_more_is_refused(tmp_path, monkeypatch):
     """Trust, but look: what an editor of TOML left is read again before it is written."""
-    monkeypatch.setattr(hints_module, "with_hints", lambda text, hints: (text.replace("16 ", "61 "), ["ends_px"]))
+    monkeypatch.setattr(hints_module, "with_hints", lambda text, *_: (text.replace("16 ", "61 "), ["ends_px"]))
     path = _trial(tmp_path)
     with pytest.raises(InputError, match=r"Put them in yourself: ends_px = \[\[12.5, 340.0\]"):
-        TrialFile(path).save(TRACED)
+        TrialFile(path).save(TRACED, SAME)
     assert path.read_text() == COMMENTED
 
 
@@ -157,7 +176,7 @@ def test_a_link_stays_a_link(tmp_path):
     real = _trial(tmp_path / "real")
     link = tmp_path / "trial.toml"
     link.symlink_to(real)
-    TrialFile(link).save(TRACED)
+    TrialFile(link).save(TRACED, SAME)
     assert link.is_symlink()
     assert "via_px" in real.read_text()
 
@@ -165,7 +184,7 @@ def test_a_link_stays_a_link(tmp_path):
 def test_a_photo_gets_a_trial_of_its_own_name(tmp_path):
     photo = tmp_path / 'crack "7".jpg'
     new = NewTrial(photo)
-    new.save(TRACED, 16.0)
+    new.save(TRACED, Shape(depth_mm=16.0))
     trial = load_trial(tmp_path / 'crack "7".toml')
     assert trial.name == 'crack "7"'
     assert trial.photo is not None
@@ -177,19 +196,19 @@ def test_a_photo_gets_a_trial_of_its_own_name(tmp_path):
 
 def test_no_depth_is_ever_made_up(tmp_path):
     with pytest.raises(InputError, match=r"crack.depth_mm is missing"):
-        NewTrial(tmp_path / "crack.jpg").save(TRACED, None)
+        NewTrial(tmp_path / "crack.jpg").save(TRACED, SAME)
     assert not list(tmp_path.iterdir())
 
 
 def test_a_trial_that_is_there_is_not_replaced(tmp_path):
     new = NewTrial(tmp_path / "crack.jpg")
     (tmp_path / "crack.toml").write_text("mine")
-    for attempt in (lambda: NewTrial(tmp_path / "crack.jpg"), lambda: new.save(TRACED, 16.0)):
+    for attempt in (lambda: NewTrial(tmp_path / "crack.jpg"), lambda: new.save(TRACED, Shape(depth_mm=16.0))):
         with pytest.raises(InputError, match="is there already"):
             attempt()
     assert (tmp_path / "crack.toml").read_text() == "mine"
 
 
 def test_numbers_are_written_as_they_were_said():
-    edited, _ = with_hints(COMMENTED, Hints(ends_px=((0.1, 1e-7), (12345.6, 3.0)), mm_per_px=0.05))
+    edited, _ = with_hints(COMMENTED, Hints(ends_px=((0.1, 1e-7), (12345.6, 3.0)), mm_per_px=0.05), SAME)
     assert tomllib.loads(edited)["photo"]["ends_px"] == [[0.1, 1e-7], [12345.6, 3.0]]

@@ -1,9 +1,16 @@
-"""Walls mended by hand on the trace page: drawn, taken back, erased, saved."""
+"""The trace page as a workbench: walls drawn, taken back, erased, saved; depth and tilt; a folder of photos."""
 
 import tomllib
 
 import numpy as np
 import pytest
+
+from sealtwin.core.progress import Progress
+from sealtwin.core.record_files import read_solid
+from sealtwin.core.run_folder import open_folder
+from sealtwin.trial.job import start_job
+from sealtwin.trial.pipeline import run_stages
+from sealtwin.trial.trial_file import load_trial
 
 pytestmark = pytest.mark.browser
 
@@ -81,7 +88,7 @@ def test_a_drawn_wall_is_saved_and_there_again(open_page, shot, tmp_path):
     bench.page.check("input[name=scale][value=mm_per_px]", force=True)
     bench.page.fill("#mm-per-px", "0.1")
     bench.page.fill("#depth-mm", "16")
-    bench.page.click("#save")
+    bench.page.keyboard.press("Control+s")  # from within the field
     bench.page.wait_for_selector("#farewell[open]")
     trial = shot.file.with_suffix(".toml")
     try:
@@ -118,3 +125,39 @@ def test_a_folder_is_traced_photo_by_photo(open_page, shot, tmp_path):
     bench.page.click("#finish")
     bench.until("!document.querySelector('#farewell-close').hidden")
     assert {file.name for file in folder.glob("*.toml")} == {"a.toml", "b.toml"}
+
+
+@pytest.mark.parametrize(("tilt", "angle"), [("lean", "11"), ("flare", "5,5"), ("funnel", "4"), ("vertical", "")])
+def test_the_volume_is_that_of_the_solid_within_3_percent(open_page, shot, tmp_path, tilt, angle):
+    photo = tmp_path / "crack.jpg"
+    photo.write_bytes(shot.file.read_bytes())
+    bench = open_page(photo)
+    bench.give_ends(shot)
+    bench.page.check("input[name=scale][value=mm_per_px]", force=True)
+    bench.page.fill("#mm-per-px", "0.1")
+    bench.page.fill("#depth-mm", "16")
+    bench.page.select_option("#tilt", tilt)
+    if angle:
+        bench.page.fill("#wall-angle", angle)
+    bench.page.locator(":focus").blur()
+    bench.until("window.probe.number('volume') > 0")
+    bench.await_state("walls")
+    shown = bench.number("volume")
+    bench.page.keyboard.press("Control+s")
+    bench.page.wait_for_selector("#farewell[open]")
+    trial = load_trial(photo.with_suffix(".toml"))
+    with open_folder(tmp_path / "run", create=True) as folder:
+        run_stages(start_job(trial, tmp_path, folder, "cpu", Progress()), ("digitise",))
+    assert shown == pytest.approx(read_solid(folder.path).cavity_volume_mm3 / 1000, rel=0.03)
+
+
+def test_the_shape_is_taken_back_like_an_end(open_page, shot):
+    bench = open_page(shot.file)
+    bench.give_ends(shot)
+    bench.page.check("#keep-branches")
+    bench.page.select_option("#tilt", "flare")
+    bench.page.click("#undo")
+    assert bench.page.input_value("#tilt") == "lean"
+    assert bench.page.is_checked("#keep-branches")
+    bench.page.click("#undo")
+    assert not bench.page.is_checked("#keep-branches")
