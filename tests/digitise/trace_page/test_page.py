@@ -164,6 +164,12 @@ def test_leaving_saves_nothing(page, saved):
     assert not saved
 
 
+def _opening(page):
+    content = page.get("session")
+    assert content is not None
+    return json.loads(content[0])
+
+
 def _sheet(name, done, bad=()):
     def opened():
         if name in bad:
@@ -177,7 +183,7 @@ def test_a_folder_is_gone_through_and_what_is_done_is_marked():
     """It begins with the first that is open and can be read, and ends when the user leaves."""
     done = ["a.jpg"]
     with TracePage([_sheet(name, done, bad=("b.jpg",)) for name in ("a.jpg", "b.jpg", "c.jpg", "d.jpg")]) as page:
-        opening = json.loads(page.get("session")[0])
+        opening = _opening(page)
         assert opening["here"] == "c.jpg"
         assert [(one["name"], one["done"], one["here"]) for one in opening["photos"]] == [
             ("a.jpg", True, False),
@@ -189,9 +195,9 @@ def test_a_folder_is_gone_through_and_what_is_done_is_marked():
         assert [one["done"] for one in answer["photos"]] == [True, False, True, False]
         assert not page._ended.is_set()
         assert "not a readable photo" in _posted(page, "turn", {"photo": 1})[0]["refused"]
-        assert json.loads(page.get("session")[0])["here"] == "c.jpg", "it stays where it is"
+        assert _opening(page)["here"] == "c.jpg", "it stays where it is"
         assert _posted(page, "turn", {"photo": 3}) == [{"turned": True}]
-        assert json.loads(page.get("session")[0])["here"] == "d.jpg"
+        assert _opening(page)["here"] == "d.jpg"
         assert "refused" in _posted(page, "turn", {"photo": 4})[0]
         _posted(page, "quit", {})
         page.wait()
