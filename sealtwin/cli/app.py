@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from sealtwin.cli import doctor, lab, photo_tools, samples, studies, trials
+from sealtwin.cli import doctor, lab, photo_tools, quick, samples, studies, trials
 from sealtwin.cli.answer import Commands, open_missing_streams, refuse_foreign_packages
 
 app = typer.Typer(
@@ -28,6 +28,7 @@ OBJECTS_A_COLLECTION = 200_000
 # In the order in which --help lists them.
 for command in (
     trials.demo,
+    quick.quick,
     trials.run,
     photo_tools.trace,
     samples.digitise,
