@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from sealtwin.cli import doctor, lab, photo_tools, quick, samples, studies, trials
+from sealtwin.cli import doctor, drawings, lab, photo_tools, quick, samples, studies, trials
 from sealtwin.cli.answer import Commands, open_missing_streams, refuse_foreign_packages
 
 app = typer.Typer(
@@ -33,6 +33,7 @@ for command in (
     photo_tools.trace,
     samples.digitise,
     samples.import_mesh,
+    drawings.import_dxf,
     lab.ingest,
     lab.lab,
     trials.simulate,
@@ -42,6 +43,7 @@ for command in (
     studies.map,
     studies.compare,
     trials.robot,
+    drawings.export,
     photo_tools.markers,
     trials.init,
     doctor.doctor,
