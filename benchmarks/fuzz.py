@@ -28,7 +28,9 @@ from pathlib import Path
 from types import FrameType
 
 import cv2
+import ezdxf.filemanagement
 import numpy as np
+from ezdxf import units
 from typer.testing import CliRunner
 
 from benchmarks.table import Row, finish
@@ -89,6 +91,9 @@ LINES = (
     "ingest photos --out ingested --dry-run",
     "lab list ingested",
     "init new",
+    "quick crack.png --depth-mm 8 --mm-per-px 0.4 --ends 40,101 160,98 --out new --device cpu",
+    "export run --format mask,coco,dxf --out new",
+    "import-dxf crack.dxf --depth-mm 8 --line MIDDLE --width-mm 3 --units mm --out new",
 )
 """Lines whose words are replaced, taken out, doubled and joined by others."""
 
@@ -210,6 +215,12 @@ def of_mesh(case: Case) -> list[str]:
     return ["import-mesh", own, "--units", "cm", "--out", "new"]
 
 
+def of_drawing(case: Case) -> list[str]:
+    case.damage("crack.dxf", reworded)
+    how = case.chance.choice(([], ["--line", "MIDDLE", "--width-mm", "3"]))
+    return ["import-dxf", "crack.dxf", "--depth-mm", "8", *how, "--out", "new"]
+
+
 def of_command_line(case: Case) -> list[str]:
     chance, line = case.chance, shlex.split(LINES[0] if case.sound else case.chance.choice(LINES))
     for _ in range(0 if case.sound else chance.choice((1, 1, 2, 4))):
@@ -262,6 +273,7 @@ KINDS: dict[str, Callable[[Case], list[str]]] = {
     "photo": of_photo,
     "command line": of_command_line,
     "mesh": of_mesh,
+    "drawing": of_drawing,
     "trial.toml": of_trial,
     "cell.toml": of_cell,
     "study.toml": of_study,
@@ -276,6 +288,11 @@ def sound_lab(folder: Path) -> None:
     import trimesh
 
     tiny_lab(folder)
+    drawing = ezdxf.filemanagement.new(units=units.MM)
+    edge = [(0, 0), (20, 1), (40, 0), (40, 3), (20, 4), (0, 3)]
+    drawing.modelspace().add_lwpolyline(edge, close=True, dxfattribs={"layer": "OUTLINE"})
+    drawing.modelspace().add_spline([(0, 1.5, 0), (20, 2.5, 0), (40, 1.5, 0)], dxfattribs={"layer": "MIDDLE"})
+    drawing.saveas(folder / "crack.dxf")
     (folder / "cell.toml").write_text(CELL.replace("{file}", "cell.toml"))
     (folder / "trial.toml").write_text(TRIAL + "\n[output]\nsnapshots_s = []\n")
     photos = folder / "photos"

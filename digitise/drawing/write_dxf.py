@@ -2,7 +2,7 @@
 
 import io
 
-import ezdxf
+import ezdxf.filemanagement
 from ezdxf import units
 from ezdxf.layouts import Modelspace
 
@@ -24,7 +24,7 @@ LAYERS = {
 
 def dxf_text(outline: Outline, trajectory: Trajectory | None) -> str:
     """Return a DXF (R2010) in mm, x and y as the outline's, z = 0 on the face; the path is a line in space."""
-    drawing = ezdxf.new("R2010", units=units.MM)
+    drawing = ezdxf.filemanagement.new("R2010", units=units.MM)
     for name, colour in LAYERS.items():
         drawing.layers.add(name, color=colour)
     space = drawing.modelspace()

@@ -1,4 +1,4 @@
-"""What others' programs read of digitised runs: masks and COCO annotations for training, drawings for CAD."""
+"""Files of digitised runs for other programs: masks and COCO annotations for training, drawings for CAD."""
 
 from collections import Counter
 from collections.abc import Sequence
