@@ -68,6 +68,11 @@ OPTIONS = (
         "--cell",
         "--shard",
         "--batch",
+        "--line",
+        "--width-mm",
+        "--walls",
+        "--outline",
+        "--caliper",
     ),
 )
 WORDS = (

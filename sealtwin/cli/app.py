@@ -1,6 +1,7 @@
 """Command line: its commands and their common options."""
 
 import gc
+import logging
 import sys
 import warnings
 from typing import Annotated
@@ -65,6 +66,8 @@ def main() -> None:
     if not sys.warnoptions:
         # Libraries warn of what a user cannot mend; tests turn each such warning into an error.
         warnings.simplefilter("ignore")
+        # Python prints a library's log on stderr where nobody takes it.
+        logging.getLogger().addHandler(logging.NullHandler())
     gc.set_threshold(OBJECTS_A_COLLECTION, *gc.get_threshold()[1:])
     refuse_foreign_packages()
     app()

@@ -1,6 +1,7 @@
 """Command from a photo to a report, without a trial file to write first."""
 
 from pathlib import Path
+from shlex import quote
 from typing import Annotated
 
 from sealtwin.cli.answer import Device, File, Json, Number, Quiet, Text, answering, argument, flag, option
@@ -55,5 +56,5 @@ def quick(
         write_quick_trial(trial, text)
         run = folder / "run"
         command.say(f"Assumed, since not given: {', '.join(told)}.")
-        command.say(f"Correct it in {trial}, then: sealtwin run {trial} --out {run}")
+        command.say(f"Correct it in {trial}, then: sealtwin run {quote(str(trial))} --out {quote(str(run))}")
         run_trial(command, trial, run, ALL_STAGES)

@@ -15,6 +15,7 @@ from sealtwin.trial.trial_file import LINE_BREAKING, Trial
 
 Tables = Mapping[str, Mapping[str, Any]]
 ASSUMED = {
+    "photo": ("data",),
     "crack": ("tilt", "wall_angle_deg"),
     "path": ("volume_ml", "trim_mm", "speed_mm_s"),
     "fluid": ("U", "D_cm", "yield_stress_pa", "freeze_after_s"),
@@ -42,29 +43,21 @@ def quick_trial(photo: Path, folder: Path, given: Tables, sheet: Path | None) ->
             raise InputError(f"{file}: no such file.")
     starter = tomllib.loads(TRIAL)
     said = {table: {key: value for key, value in keys.items() if value is not None} for table, keys in given.items()}
-    said["photo"] = {"file": _from(folder, photo), "data": "measured", **said["photo"]}
-    if sheet is not None:
-        said["readings"] = {"file": _from(folder, sheet)}
+    said["photo"] = {"file": _from(folder, photo), **said["photo"]}
     assumed = {table: {key: starter[table][key] for key in keys} for table, keys in ASSUMED.items()}
     if sheet is not None:
+        said["readings"] = {"file": _from(folder, sheet)}
         assumed["readings"] = {"data": NOBODY, "role": NOBODY}
+    told = [f"{table}.{key} = {_toml(value)}" for table, keys in assumed.items() for key, value in keys.items()]
     name = LINE_BREAKING.sub("-", photo.stem)[:80].strip() or "photo"
-    tables = {table: {**assumed.get(table, {}), **said.get(table, {})} for table in dict.fromkeys([*said, *assumed])}
-    left = {
-        table: {key: value for key, value in keys.items() if key not in said.get(table, {})}
-        for table, keys in assumed.items()
-    }
-    told = [f"{table}.{key} = {_toml(value)}" for table, keys in left.items() for key, value in keys.items()]
-    note = f"Assumed, not measured or given: {', '.join(told)}."
-    checked(Trial, photo, {"name": name, "note": note, **tables})
+    head = {"name": name, "note": f"Assumed, not measured or given: {', '.join(told)}."}
+    tables = {table: (said.get(table, {}), assumed.get(table, {})) for table in dict.fromkeys([*said, *assumed])}
+    checked(Trial, photo, {**head, **{table: {**keys, **more} for table, (keys, more) in tables.items()}})
     lines = [HEAD.format(file=(folder / "trial.toml").as_posix(), run=(folder / "run").as_posix())]
-    lines += [f"name = {_toml(name)}", f"note = {_toml(note)}"]
-    for table, keys in tables.items():
-        lines += ["", f"[{table}]"]
-        lines += [
-            f"{key} = {_toml(value)}{'  # assumed' if key in left.get(table, {}) else ''}"
-            for key, value in keys.items()
-        ]
+    lines += [f"{key} = {_toml(value)}" for key, value in head.items()]
+    for table, (keys, more) in tables.items():
+        lines += ["", f"[{table}]", *(f"{key} = {_toml(value)}" for key, value in keys.items())]
+        lines += [f"{key} = {_toml(value)}  # assumed" for key, value in more.items()]
     content = "\n".join(lines) + "\n"
     return f"{MARK}{_check(content)}\n{content}", told
 
@@ -97,12 +90,8 @@ def _from(folder: Path, file: Path) -> str:
 def _toml(value: Any) -> str:
     import tomlkit
 
-    return tomlkit.item(value).as_string() if not isinstance(value, dict) else _inline(value)
-
-
-def _inline(table: Mapping[str, Any]) -> str:
-    import tomlkit
-
+    if not isinstance(value, Mapping):
+        return tomlkit.item(value).as_string()
     inline = tomlkit.inline_table()
-    inline.update(table)
+    inline.update(value)
     return inline.as_string()

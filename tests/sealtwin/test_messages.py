@@ -2,6 +2,8 @@
 
 import ast
 import re
+import subprocess
+import sys
 
 import pytest
 import typer.main
@@ -105,3 +107,13 @@ def test_numbers_as_people_write_them(text, value):
 @pytest.mark.parametrize("arguments", [("--jobs", "1_0"), ("--jobs", "2,5"), ("--jobs", "0"), ("--jobs", "65")])
 def test_counts_are_whole_and_within_their_bounds(photo, arguments):
     assert _sealtwin("digitise", photo, *PHOTO, *arguments).exit_code == 2
+
+
+@pytest.mark.parametrize(
+    "said", ["warnings.warn('aside', RuntimeWarning)", "logging.getLogger('lib').warning('aside')"]
+)
+def test_what_a_library_says_aside_is_not_printed(said, tmp_path):
+    script = "import logging, sys, warnings; from sealtwin.cli import app; sys.argv = ['sealtwin', 'init', 'lab']\n"
+    script += f"app.refuse_foreign_packages = lambda: {said}\napp.main()"
+    answer = subprocess.run([sys.executable, "-c", script], capture_output=True, cwd=tmp_path, text=True, check=False)
+    assert (answer.returncode, answer.stderr) == (0, "")
