@@ -49,6 +49,7 @@ benchmark-validate: $(DEVELOPING)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[browser]' --constraint constraints.txt
 	command -v chromium || { apt-get update && apt-get install --yes --no-install-recommends chromium; }
 	$(BIN)/python benchmarks/ingest.py
+	$(BIN)/python -m benchmarks.fuzz
 	$(BIN)/python benchmarks/report_speed.py
 	$(BIN)/python -m benchmarks.stated_intervals
 

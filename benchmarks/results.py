@@ -30,6 +30,7 @@ COMMANDS = {
     "solids": "benchmarks/solids.py",
     "digitise_speed": "benchmarks/digitise_speed.py",
     "ingest": "benchmarks/ingest.py",
+    "fuzz": "-m benchmarks.fuzz",
     "time_left": "-m benchmarks.time_left",
     "least_of_many": "-m benchmarks.least_of_many",
     "report_speed": "benchmarks/report_speed.py",

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout
@@ -23,6 +24,7 @@ BAD_INPUT = 3
 GATE_FAILED = 5
 SOME_FAILED = 6
 INTERRUPTED = 130
+NO_MEMORY = re.compile("failed to map segment|cannot allocate memory", re.IGNORECASE)
 
 
 def option(help: str, metavar: str | None = None, *names: str, **more: Any) -> Any:
@@ -126,7 +128,10 @@ def answering(device: str, as_json: bool, quiet: bool) -> Iterator[Command]:
         if fault.filename is None:
             raise
         command.fail(f"{fault.filename}: {fault.strerror}. Give a place that can be read and written.", BAD_INPUT)
-    except MemoryError:
+    except (MemoryError, ImportError) as fault:
+        # A library that finds no memory to be loaded into says so in words alone.
+        if isinstance(fault, ImportError) and not NO_MEMORY.search(str(fault)):
+            raise
         command.fail("not enough memory. Close other programs, or choose larger particles.", BAD_INPUT)
     except KeyboardInterrupt:
         command.interrupted(

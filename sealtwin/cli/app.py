@@ -1,13 +1,14 @@
 """Command line: its commands and their common options."""
 
 import gc
+import logging
 import sys
 import warnings
 from typing import Annotated
 
 import typer
 
-from sealtwin.cli import doctor, lab, photo_tools, samples, studies, trials
+from sealtwin.cli import doctor, drawings, lab, photo_tools, quick, samples, studies, trials
 from sealtwin.cli.answer import Commands, open_missing_streams, refuse_foreign_packages
 
 app = typer.Typer(
@@ -28,10 +29,12 @@ OBJECTS_A_COLLECTION = 200_000
 # In the order in which --help lists them.
 for command in (
     trials.demo,
+    quick.quick,
     trials.run,
     photo_tools.trace,
     samples.digitise,
     samples.import_mesh,
+    drawings.import_dxf,
     lab.ingest,
     lab.lab,
     trials.simulate,
@@ -41,6 +44,7 @@ for command in (
     studies.map,
     studies.compare,
     trials.robot,
+    drawings.export,
     photo_tools.markers,
     trials.init,
     doctor.doctor,
@@ -62,6 +66,8 @@ def main() -> None:
     if not sys.warnoptions:
         # Libraries warn of what a user cannot mend; tests turn each such warning into an error.
         warnings.simplefilter("ignore")
+        # Python prints a library's log on stderr where nobody takes it.
+        logging.getLogger().addHandler(logging.NullHandler())
     gc.set_threshold(OBJECTS_A_COLLECTION, *gc.get_threshold()[1:])
     refuse_foreign_packages()
     app()

@@ -24,6 +24,7 @@ LARGEST_BYTES = 200_000_000
 LARGEST_MODEL = 300_000_000  # Largest 3MF after unpacking: two million triangles take 240 MB of XML
 MOST_TRIANGLES = 2_000_000
 """A face of 160 x 40 mm scanned every 0.08 mm, a tenth of a particle. To mend and check so many takes 2 GB."""
+LARGEST_NUMBER = 2**31 - 1
 BEYOND_ANY_UNIT = 1e9  # A kilometre in microns
 
 FileUnit = Literal["micron", "mm", "cm", "m", "inch", "foot"]
@@ -271,9 +272,12 @@ def _read_off(content: bytes) -> Triangles:
 
 def _integers(words: Sequence[bytes]) -> list[int]:
     try:
-        return [int(word) for word in words]
+        numbers = [int(word) for word in words]
     except ValueError:
         raise UnreadableError("a vertex number or a count is no whole number") from None
+    if any(abs(number) > LARGEST_NUMBER for number in numbers):
+        raise UnreadableError(f"a vertex number or a count is beyond {LARGEST_NUMBER}")
+    return numbers
 
 
 def _coordinates(rows: Iterable[Sequence[bytes]]) -> Floats:

@@ -15,8 +15,10 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+import typer
 from typer.testing import CliRunner
 
+from sealtwin.cli.answer import answering
 from sealtwin.cli.app import app
 from tests.pictures import mortar, with_crack, write_png
 from tests.places import FIXTURE
@@ -320,6 +322,15 @@ def test_a_full_disk_behind_stdout_is_one_sentence(tmp_path):
         command = [sys.executable, "-m", "sealtwin", "init", "lab"]
         answer = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, cwd=tmp_path, text=True, check=False)
     assert (answer.returncode, "standard output" in answer.stderr, "Traceback" in answer.stderr) == (3, True, False)
+
+
+@pytest.mark.parametrize("text", ["x.so: failed to map segment from shared object", "x.so: Cannot allocate memory"])
+def test_a_library_that_finds_no_memory_is_one_sentence_and_another_fault_a_bug(text, capsys):
+    with pytest.raises(typer.Exit) as end, answering("cpu", as_json=False, quiet=False):
+        raise ImportError(text)
+    assert (end.value.exit_code, "not enough memory" in capsys.readouterr().err) == (3, True)
+    with pytest.raises(ImportError, match="no such name"), answering("cpu", as_json=False, quiet=False):
+        raise ImportError("no such name")
 
 
 @pytest.mark.skipif(os.name != "posix", reason="a shell that can close a stream")

@@ -2,6 +2,8 @@
 
 import ast
 import re
+import subprocess
+import sys
 
 import pytest
 import typer.main
@@ -105,3 +107,21 @@ def test_numbers_as_people_write_them(text, value):
 @pytest.mark.parametrize("arguments", [("--jobs", "1_0"), ("--jobs", "2,5"), ("--jobs", "0"), ("--jobs", "65")])
 def test_counts_are_whole_and_within_their_bounds(photo, arguments):
     assert _sealtwin("digitise", photo, *PHOTO, *arguments).exit_code == 2
+
+
+@pytest.mark.parametrize(
+    "said", ["warnings.warn('aside', RuntimeWarning)", "logging.getLogger('lib').warning('aside')"]
+)
+def test_what_a_library_says_aside_is_not_printed(said, tmp_path):
+    script = "import logging, sys, warnings; from sealtwin.cli import app; sys.argv = ['sealtwin', 'init', 'lab']\n"
+    script += f"app.refuse_foreign_packages = lambda: {said}\napp.main()"
+    answer = subprocess.run([sys.executable, "-c", script], capture_output=True, cwd=tmp_path, text=True, check=False)
+    assert (answer.returncode, answer.stderr) == (0, "")
+
+
+def test_a_table_of_depths_with_two_columns_of_one_name_is_refused(photo, tmp_path):
+    table = tmp_path / "depths.csv"
+    table.write_text("s_mm,s_mm,depth_mm\n0,1,5\n10,11,6\n")
+    answer = _sealtwin("digitise", photo, "--depth-mm", table, "--mm-per-px", "0.1", "--out", tmp_path / "run")
+    assert answer.exit_code == 3
+    assert "2 columns s_mm; keep one" in answer.stderr

@@ -28,8 +28,8 @@ def setting_words(value: Any) -> str:
             words = "-"
         case bool():
             words = "yes" if value else "no"
-        case int() | float():
-            words = f"{value:g}"
+        case float():
+            words = f"{value:.10g}"
         case dict():
             words = ", ".join(f"{name} {setting_words(inner)}" for name, inner in value.items())
         case list() | tuple() if any(isinstance(inner, dict | list | tuple) for inner in value):

@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from sealtwin.core import files
+from sealtwin.core import files, run_folder
 from sealtwin.core.errors import BusyError, InputError
 from sealtwin.core.run_folder import HOLDER, LOCK, MANIFEST, open_folder, stage_key
 
@@ -219,3 +219,13 @@ def test_a_linked_folder_in_it_that_leads_elsewhere_is_refused(tmp_path):
     (tmp_path / "run" / "inputs").symlink_to(tmp_path / "elsewhere")
     with pytest.raises(InputError, match="inputs: a link"), open_folder(tmp_path / "run", create=True):
         pass
+
+
+def test_the_keys_of_a_study_ask_for_the_version_once(monkeypatch):
+    """It takes a millisecond, and 20,000 runs have two keys each."""
+    asked = []
+    run_folder._own_version.cache_clear()
+    monkeypatch.setattr(run_folder, "version", lambda name: asked.append(name) or "1.0")
+    assert len({stage_key({}, {"number": number}) for number in range(50)}) == 50
+    assert asked == ["sealtwin"]
+    run_folder._own_version.cache_clear()

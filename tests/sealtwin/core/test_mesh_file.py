@@ -201,6 +201,7 @@ REFUSED = {
     "an OFF that ends early": (".off", b"OFF\n9 1 0\n0 0 0\n"),
     "an OFF face shorter than it says": (".off", b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n4 0 1 2\n"),
     "a face that names a vertex that is not there": (".obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9"),
+    "a face that names a vertex beyond all numbers": (".obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 99999999999999999999"),
     "points without faces": (".obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\n"),
     "a polygon without area": (".obj", b"v 0 0 0\nv 1 0 0\nv 2 0 0\nv 3 0 0\nv 4 0 0\nf 1 2 3 4 5"),
     "a GLB with its numbers elsewhere": (

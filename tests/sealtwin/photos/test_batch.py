@@ -261,7 +261,7 @@ def test_a_bug_on_a_full_disk_stops_nothing(tmp_path, lab, monkeypatch):
 @pytest.mark.parametrize(
     ("arguments", "named"),
     [
-        (("--mm-per-px", 0.1, "--depth-mm", 16, "--ends", "1,2", "3,4", "--out", "x"), "ends_px for several photos"),
+        (("--mm-per-px", 0.1, "--depth-mm", 16, "--ends", "1,2", "3,4", "--out", "x"), "--ends for several photos"),
         (("--mm-per-px", 0.1, "--depth-mm", 16), "--out"),
     ],
 )

@@ -246,7 +246,7 @@ def test_a_run_that_fails_is_told_with_its_reason_and_costs_no_other_its_result(
 
     report = sweep(lab, fresh, HERE, Progress())
     assert report["exit_code"] == 1  # a bug's code, before that of runs that failed
-    told = "failed: run 2 (fluid.U = 3.0, fluid.D_cm = 0.3): A position is no number any more. Frame 7."
+    told = "failed: run 2 (fluid.U = 3, fluid.D_cm = 0.3): A position is no number any more. Frame 7."
     assert told in swept_lines(report)
     monkeypatch.setattr(runner, "_seal", real)
     sweep(lab, fresh, replace(HERE, retry=True, dry_run=True), Progress())

@@ -1,0 +1,79 @@
+"""A traced crack as a label of its photo's pixels: a mask, and an annotation in the form of the COCO data set."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from digitise.image.raster import coverage
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Floats, Outline
+
+CATEGORY = {"id": 1, "name": "crack", "supercategory": "crack"}
+
+
+def mask_of(outline: Outline, name: str) -> NDArray[np.bool_]:
+    """Return the pixels of which the crack covers half or more, (height, width).
+
+    Raises InputError, with the ``name`` of the crack, where no photo of known size shows it.
+    """
+    if outline.seen_in == "mesh" or outline.photo_size_px is None:
+        raise InputError(f"{name}: this crack is not from a photo of known size; digitise a photo again for its mask.")
+    covered = coverage(outline.outline_px, outline.photo_size_px)
+    for ring_px in _islands_px(outline):
+        covered = covered - coverage(ring_px, outline.photo_size_px)
+    return covered >= 0.5
+
+
+def mask_png(outline: Outline, name: str) -> bytes:
+    """Return the mask as a PNG, white on black. Raises InputError as ``mask_of``."""
+    encoded, png = cv2.imencode(".png", np.where(mask_of(outline, name), 255, 0).astype(np.uint8))
+    if not encoded:
+        raise RuntimeError("OpenCV could not encode a mask")
+    return png.tobytes()
+
+
+def coco_of(labelled: Sequence[tuple[str, Outline]]) -> dict[str, Any]:
+    """Return images and annotations of photos, each the name of its file and its crack.
+
+    Pixels count from the corner of the first one, as COCO does. A crack with an island is a run-length code, since
+    COCO's polygons have no holes.
+    """
+    images, annotations = list[dict[str, Any]](), list[dict[str, Any]]()
+    for number, (name, outline) in enumerate(labelled, start=1):
+        mask = mask_of(outline, name)
+        height, width = mask.shape
+        images.append({"id": number, "file_name": name, "width": width, "height": height})
+        ring_px = outline.outline_px + 0.5
+        low, high = ring_px.min(axis=0), ring_px.max(axis=0)
+        polygon = [np.round(ring_px, 2).ravel().tolist()]
+        annotations.append(
+            {
+                "id": number,
+                "image_id": number,
+                "category_id": CATEGORY["id"],
+                "segmentation": run_lengths(mask) if outline.islands_mm else polygon,
+                "area": int(mask.sum()),
+                "bbox": np.round([*low, *(high - low)], 2).tolist(),
+                "iscrowd": 0,
+            }
+        )
+    return {"images": images, "annotations": annotations, "categories": [CATEGORY]}
+
+
+def run_lengths(mask: NDArray[np.bool_]) -> dict[str, Any]:
+    """Return COCO's uncompressed code: lengths of runs down the columns, the first of pixels outside."""
+    flat = mask.ravel(order="F")
+    changes = np.flatnonzero(np.diff(flat)) + 1
+    counts = np.diff([0, *changes, len(flat)]).tolist()
+    return {"size": [*mask.shape], "counts": [0, *counts] if flat[0] else counts}
+
+
+def _islands_px(outline: Outline) -> list[Floats]:
+    """Return the islands in the photo's pixels, by the view that the outline's own points show."""
+    if not outline.islands_mm:
+        return []
+    view, _ = cv2.findHomography(outline.outline_mm, outline.outline_px)
+    return [cv2.perspectiveTransform(ring_mm[None], view)[0] for ring_mm in outline.islands_mm]

@@ -1,0 +1,47 @@
+"""The trial of a crack that was drawn in CAD: its mesh, its line, and a trial file that names both."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sealtwin.core import files
+from sealtwin.core.run_folder import require_folder
+from sealtwin.core.settings import checked
+from sealtwin.trial.trial_file import LINE_BREAKING, Trial, trial_text
+
+MESH, LINE, TRIAL = "drawing.obj", "line.csv", "trial.toml"
+"""Files of such a trial."""
+
+
+def write_drawn_trial(
+    drawing: Path, folder: Path, depth_mm: float, units: Any, shown_by: dict[str, Any], data: str
+) -> tuple[Path, list[str]]:
+    """Write the mesh of a drawn crack, its centreline if it was drawn, and a trial; return the trial file and notes.
+
+    ``shown_by`` holds the layers of ``drawn_crack``. Raises InputError where the drawing cannot be used, or where
+    a file of that name is there that holds anything else.
+    """
+    from digitise.drawing.drawn_block import DrawnLayers, drawn_crack
+    from digitise.drawing.read_dxf import read_layers
+
+    require_folder(folder)
+    layers, notes = read_layers(drawing, units)
+    crack = drawn_crack(DrawnLayers(drawing, layers), depth_mm, **shown_by)
+    mesh = {"file": MESH, "data": data, "units": "mm"}
+    contents = {folder / MESH: crack.as_obj()}
+    if crack.line_mm is not None:
+        rows = "".join(f"{x:.4f},{y:.4f}\n" for x, y in crack.line_mm)
+        contents[folder / LINE] = f"x_mm,y_mm\n{rows}".encode()
+        mesh["path"] = LINE
+    name = LINE_BREAKING.sub("-", drawing.stem)[:80].strip() or "drawing"
+    note = (
+        f"The crack is that of the drawing {drawing.name}, {depth_mm:g} mm deep, with upright walls and a level floor."
+    )
+    trial = checked(Trial, drawing, {"name": name, "note": note, "mesh": mesh})
+    contents[folder / TRIAL] = trial_text(trial).encode()
+    files.write_unless_other(contents)
+    length_mm = 0.0 if crack.line_mm is None else float(np.linalg.norm(np.diff(crack.line_mm, axis=0), axis=1).sum())
+    if length_mm:
+        notes.append(f"the drawn line is {length_mm:.1f} mm long")
+    return folder / TRIAL, notes

@@ -1,0 +1,92 @@
+"""'sealtwin export' and 'sealtwin import-dxf': out to CAD, and back as the same crack."""
+
+import json
+import shutil
+
+import pytest
+from typer.testing import CliRunner
+
+from sealtwin.cli.app import app
+from tests.studies import TRIAL, tiny_lab
+
+
+def _sealtwin(*arguments):
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """A digitised run of a crack of 50 mm."""
+    lab = tmp_path_factory.mktemp("lab")
+    tiny_lab(lab)
+    (lab / "trial.toml").write_text(TRIAL.replace("mm_per_px = 0.1", "mm_per_px = 0.4"))
+    assert _sealtwin("digitise", lab / "trial.toml", "--out", lab / "run").exit_code == 0
+    return lab / "run"
+
+
+def test_out_to_cad_and_back_it_is_the_same_crack(run, tmp_path):
+    written = _sealtwin("export", run, "--format", "mask,coco,dxf", "--out", tmp_path / "out", "--json")
+    assert written.exit_code == 0, written.output
+    names = sorted(file.name for file in (tmp_path / "out").iterdir())
+    assert names == ["coco.json", "crack.dxf", "crack_mask.png"]
+    assert len(json.loads((tmp_path / "out" / "coco.json").read_text())["annotations"]) == 1
+    before = json.loads((run / "run.json").read_text())
+    ways = ((), ("--walls", "WALL_LEFT", "WALL_RIGHT"), ("--line", "CENTRELINE", "--width-mm", before["mean_width_mm"]))
+    for number, how in enumerate(ways):
+        folder = tmp_path / f"drawn{number}"
+        drawn = _sealtwin(
+            "import-dxf", tmp_path / "out" / "crack.dxf", "--depth-mm", 8, *how, "--out", folder, "--json"
+        )
+        assert drawn.exit_code == 0, drawn.output
+        after = json.loads(drawn.stdout)
+        # A line's round ends are longer than a tip, and its width is the mean everywhere.
+        assert after["length_mm"] == pytest.approx(before["length_mm"], rel=0.03)
+        assert after["mean_width_mm"] == pytest.approx(before["mean_width_mm"], rel=0.05)
+        assert (folder / "trial.toml").is_file()
+
+
+def test_nothing_of_the_users_is_overwritten(run, tmp_path):
+    (tmp_path / "coco.json").write_text("mine")
+    refused = _sealtwin("export", run, "--format", "mask,coco", "--out", tmp_path)
+    assert refused.exit_code == 3
+    assert "coco.json: is there already" in refused.stderr
+    assert [file.name for file in tmp_path.iterdir()] == ["coco.json"]
+
+
+def test_runs_of_one_name_and_what_is_no_run_are_named(run, tmp_path):
+    shutil.copytree(run, tmp_path / "twin")
+    assert (
+        "several runs are of files of that name"
+        in _sealtwin("export", run, tmp_path / "twin", "--format", "coco", "--out", tmp_path / "out").stderr
+    )
+    assert "no run folder" in _sealtwin("export", tmp_path, "--format", "coco", "--out", tmp_path / "out").stderr
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ("--line", "L"),
+        ("--width-mm", "3"),
+        ("--outline", "A", "--walls", "B", "C"),
+        ("--depth-mm", "0"),
+        ("--depth-mm", "1e9"),
+    ],
+)
+def test_options_that_do_not_go_together_are_a_usage_error(tmp_path, options):
+    (tmp_path / "a.dxf").write_text("")
+    answer = _sealtwin("import-dxf", tmp_path / "a.dxf", "--depth-mm", 8, "--out", tmp_path / "out", *options)
+    assert answer.exit_code == 2
+
+
+@pytest.mark.parametrize(
+    ("name", "content"), [("a.dxf", b""), ("a.dxf", b"\x00\xff" * 50), ("a.dwg", b"AC1032"), ("b", None)]
+)
+def test_what_is_no_drawing_is_one_sentence(tmp_path, name, content):
+    if content is not None:
+        (tmp_path / name).write_bytes(content)
+    answer = _sealtwin("import-dxf", tmp_path / name, "--depth-mm", 8, "--out", tmp_path / "out")
+    assert answer.exit_code == 3, answer.output
+    assert "Traceback" not in answer.output
+    assert name in answer.stderr
+    assert not (tmp_path / "out").exists()

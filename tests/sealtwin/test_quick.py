@@ -1,0 +1,75 @@
+"""From a photo and a depth to a report, with all that was assumed."""
+
+import json
+import tomllib
+
+import pytest
+from typer.testing import CliRunner
+
+from sealtwin.cli.app import app
+from sealtwin.trial.quick_trial import ASSUMED
+from sealtwin.trial.starter_files import TRIAL
+from tests.pages import leave_out_pages
+from tests.studies import READINGS, tiny_lab
+
+GIVEN = ("--depth-mm", "8", "--mm-per-px", "0,4", "--ends", "40,101", "160,98", "--device", "cpu")
+
+
+@pytest.fixture
+def lab(tmp_path, monkeypatch):
+    tiny_lab(tmp_path / "lab")
+    (tmp_path / "lab" / "caliper.csv").write_text(READINGS.replace("11,-1", "40,-1").replace("7,-1", "20,-1"))
+    leave_out_pages(monkeypatch)
+    return tmp_path / "lab"
+
+
+def _quick(lab, *more):
+    return CliRunner().invoke(app, ["quick", str(lab / "crack.png"), *GIVEN, "--out", str(lab / "out"), *more])
+
+
+def test_it_writes_trial_mesh_path_run_and_report_and_says_what_it_assumed(lab):
+    answer = _quick(lab, "--caliper", str(lab / "caliper.csv"), "--json")
+    assert answer.exit_code == 0, answer.output
+    out = lab / "out"
+    assert {"crack.stl", "trajectory.csv", "particles.csv", "report.json"} <= {
+        file.name for file in (out / "run").iterdir()
+    }
+    result = json.loads(answer.stdout)
+    assert result["stages"] == ["digitise", "simulate", "validate"]
+    assert result["readings_role"] == "undeclared"
+    trial, starter = tomllib.loads((out / "trial.toml").read_text()), tomllib.loads(TRIAL)
+    assert (trial["photo"]["file"], trial["readings"]["file"]) == ("../crack.png", "../caliper.csv")
+    for table, keys in ASSUMED.items():
+        for key in keys:
+            assert trial[table][key] == starter[table][key]
+            assert f"{table}.{key} = " in answer.stderr
+            assert f"{table}.{key} = " in trial["note"]
+    assert "# assumed" not in next(
+        line for line in (out / "trial.toml").read_text().splitlines() if "mm_per_px" in line
+    )
+    again = CliRunner().invoke(app, ["run", str(out / "trial.toml"), "--out", str(out / "run"), "--device", "cpu"])
+    assert "nothing to redo" in again.stderr
+
+
+def test_other_ends_replace_its_trial_and_an_edited_one_is_kept(lab):
+    refused = _quick(lab, "--ends", "5,5", "20,190")
+    assert refused.exit_code == 3
+    assert (lab / "out" / "trial.toml").is_file()
+    assert _quick(lab).exit_code == 0
+    trial = lab / "out" / "trial.toml"
+    trial.write_text(edited := trial.read_text().replace("U = 30.0", "U = 20.0"))
+    kept = _quick(lab)
+    assert kept.exit_code == 3
+    assert "was edited, and is not overwritten" in kept.stderr
+    assert trial.read_text() == edited
+
+
+@pytest.mark.parametrize(
+    ("more", "named"),
+    [(("--caliper", "none.csv"), "none.csv: no such file"), (("--mm-per-px", "9"), "--mm-per-px 9.0: ")],
+)
+def test_what_cannot_be_used_leaves_nothing(lab, more, named):
+    answer = _quick(lab, *more)
+    assert answer.exit_code == 3
+    assert named in answer.stderr
+    assert not (lab / "out").exists()
