@@ -2,7 +2,7 @@
 
 import re
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
@@ -20,6 +20,32 @@ AS_WRITTEN = re.compile(r"[A-Z]{1,3}|[A-Z]{0,3}[1-9][0-9]{0,6}|sign|unit|datum|d
 """Answer to a doubt about a sheet: a column, a row, a cell, or what the whole sheet has."""
 
 
+Text = Annotated[str, Field(min_length=1, max_length=200)]
+RANGE = r"^([A-Z]{1,3}([1-9][0-9]{0,6})?:[A-Z]{1,3}([1-9][0-9]{0,6})?|[1-9][0-9]{0,6}:[1-9][0-9]{0,6})$"
+OF_THE_SHEET = ("sheet", "unit", "datum", "datum_level_mm")
+"""Settings that [readings.columns] may hold too; they mean those of [readings]."""
+SIGNS: dict[str, Quantity] = {"up": "level", "down": "depth", "+": "level", "-": "depth"}
+
+
+class Columns(Settings):
+    """Columns of a sheet, where its header does not tell them. ``sheet``, ``unit``, ``datum`` and ``datum_level_mm`` may
+    stand here too and mean those of [readings]; ``sign = "up"`` or ``"down"`` means its ``quantity``.
+    """
+
+    s: Text | None = None
+    """Column of the stations: its name in the header, or its letter in a spreadsheet, as "A"."""
+    levels: Annotated[tuple[Text, ...], Field(min_length=1, max_length=256)] | None = None
+    """Columns of readings: names, letters or spans of letters, as ["B", "C"] or ["B:D"]. No other column is read."""
+    repeat: Text | None = None
+    """Column that numbers the readings of a station, where each reading has a row."""
+    header_rows: int | None = Field(default=None, ge=0, le=20)
+    """Number of rows of the header; 0 for a sheet that begins with its readings."""
+    skip: tuple[Text | Annotated[int, Field(ge=1)], ...] = ()
+    """Rows that are not read: by number from 1, or by the text of their first cell, as ["Mittelwert", 9]."""
+    range: Annotated[str, Field(pattern=RANGE)] | None = None
+    """Part of the sheet that is read: cells, as "F2:I30", or columns, as "F:I", or rows, as "2:30"."""
+
+
 class Declared(Settings):
     """Facts that a sheet of readings leaves open. None is ever guessed: a fact that is in neither is asked for."""
 
@@ -35,6 +61,8 @@ class Declared(Settings):
     """Direction in which readings count, where the header names none."""
     unit: Unit | None = None
     """Unit of all columns whose header names none."""
+    columns: Columns | None = None
+    """Columns of the sheet, where its header does not tell them."""
     as_written: tuple[str, ...] | None = None
     """Answers to doubts about the sheet that was read: cells ("E7"), columns ("E") or rows ("7") that are meant as they
     stand, and "sign", "unit", "datum" or "direction" of the whole sheet.
@@ -43,6 +71,23 @@ class Declared(Settings):
     """Datum that readings count from. The sample's surface, its face, is the datum of this format (decision 0071)."""
     datum_level_mm: float | None = Field(default=None, ge=-1000, le=1000)
     """Height of that datum above the sample's surface; required for the other two, since no sheet shows it."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _says_it_once(cls, content: Any) -> Any:
+        """Take what [readings.columns] says of the whole sheet as said of [readings]."""
+        if not isinstance(content, dict) or not isinstance(columns := content.get("columns"), dict):
+            return content
+        inner = dict(columns)
+        said = {key: inner.pop(key) for key in OF_THE_SHEET if key in inner}
+        if (sign := inner.pop("sign", None)) is not None:
+            if sign not in SIGNS:
+                raise ValueError(f'columns.sign is {sign!r:.40}; write "up" for levels or "down" for depths')
+            said["quantity"] = SIGNS[sign]
+        for key, value in said.items():
+            if content.get(key, value) != value:
+                raise ValueError(f"{key} is {content[key]!r:.40}, and columns says {value!r:.40}; keep one")
+        return {**content, **said, "columns": inner}
 
     @field_validator("as_written")
     @classmethod

@@ -14,7 +14,7 @@ from typing import Literal
 
 from sealtwin.core.errors import InputError, as_text
 from sealtwin.photos.batch import PHOTO_SUFFIXES
-from validate.readings.columns import WORDS as LAB_WORDS
+from validate.readings.header_words import WORDS as LAB_WORDS
 from validate.readings.samples import SamplePart, parts_of, sample_key
 from validate.readings.text_table import plain_letters
 

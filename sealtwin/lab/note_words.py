@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 from sealtwin.core.settings import dotted_names
 from sealtwin.trial.trial_file import Trial
-from validate.readings.columns import WORDS
+from validate.readings.header_words import WORDS
 from validate.readings.text_table import is_ambiguous, number, plain_letters
 
 NAME = "name"

@@ -1,6 +1,7 @@
 """Caliper readings of a trial: the rows under a sheet's header, with a fault for each cell that cannot be read."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -10,7 +11,7 @@ from typing import TypeVar
 import numpy as np
 
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats, Profile
+from sealtwin.core.records import Floats, Profile, ReadColumn
 from validate.readings.columns import Column, Header, read_header
 from validate.readings.doubts import doubts_of
 from validate.readings.samples import read_cells, rows_of_sample
@@ -27,6 +28,7 @@ MM: dict[Unit, float] = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
 CLOSEST_MM = 0.01
 """Least distance of two stations, the last digit of a caliper; closer ones are one station that was read twice."""
 SLACK_MM = 2.0
+MOST_ROWS_SHOWN = 8  # Rows that are named as not read
 LONGEST_MM = 10_000.0  # Limit on s for a crack whose length is not known: longer ones fit on no table of a lab
 
 
@@ -51,6 +53,7 @@ def read_readings(
     """
     grid, faults = read_cells(path, settings), FaultList()
     header = rows_of_sample(grid, read_header(grid, settings, faults), settings, faults)
+    faults.columns = understood(header)
     crack = None if depth_mm is None else CrackLimits(length_mm, depth_mm)
     table = TableReader(grid, header, settings, crack, faults)
     cells = table.read()
@@ -72,7 +75,30 @@ def read_readings(
         path.name,
         _dialect(table, levels_mm.shape[1]),
         doubts=tuple(doubts_of(grid, header, cells, settings, depth_mm, filling)),
+        columns=faults.columns,
     )
+
+
+def understood(header: Header) -> tuple[ReadColumn, ...]:
+    """Return the columns of a table and what each is taken for, then the rows that are not read."""
+    roles = {header.station.index: "s"}
+    for place, column in enumerate(header.readings, start=1):
+        way = f"{header.quantity} {'upward' if header.quantity == 'level' else 'downward'}" if header.quantity else "reading"
+        roles[column.index] = f"{way}, {place}" if header.repeat is None and len(header.readings) > 1 else way
+    roles |= {one.index: what for one, what in ((header.repeat, "repeat"), (header.sample, "sample")) if one is not None}
+    shown_columns = [
+        ReadColumn(
+            letters(column.index),
+            shown(column.name),
+            roles.get(column.index, "not read"),
+            column.unit or "",
+            shown(next((text for row in header.body if (text := row.cell(column.index).text)), "")),
+        )
+        for column in sorted([*header.read, *header.skipped], key=lambda column: column.index)
+    ]
+    texts = [(row, next(cell.text for cell in row.cells if cell.text)) for row in (*header.remarks, *header.passed)]
+    rows = [ReadColumn(f"{row.number}", shown(text), "row, not read", "", "") for row, text in texts[:MOST_ROWS_SHOWN]]
+    return (*shown_columns, *rows)
 
 
 def take_readings(
@@ -169,9 +195,10 @@ class TableReader:
 
         A level is NaN where a reading is missing, and never in a whole row.
         """
-        self._check_merged()
-        stations = [station for row in self.header.body if (station := self._station(row)) is not None]
-        if self.header.repeat is not None:
+        self._check_formulas()
+        by_place = self._merged_stations()
+        stations = [station for row in self.header.body if (station := self._station(row, by_place)) is not None]
+        if self.header.repeat is not None or by_place:
             stations = self._gathered(stations)
         stations.sort(key=lambda station: station.s_mm)
         self._check_neighbours(stations)
@@ -203,19 +230,43 @@ class TableReader:
             is_depth=self.header.quantity == "depth",
         )
 
-    def _check_merged(self) -> None:
-        """Add a fault for each merged range of readings: its one value may be that of all cells, or of the first."""
+    def _merged_stations(self) -> dict[int, tuple[int, str]]:
+        """Return, for each row whose station is a merged cell of several, the first row of that cell and its repeat.
+
+        Any other merged range of readings is a fault: its one value may be that of all cells, or of the first.
+        """
         header = self.header
+        by_place: dict[int, tuple[int, str]] = {}
         # A merged header is legible: its names are those of the line below, or of columns without a name.
-        first_row = header.body[0].number if header.body else header.row.number
+        body = [row.number for row in header.body]
         used = {column.index for column in header.read}
         for row, column, last_row, last_column in self.grid.merged:
-            if last_row >= first_row and any(column <= index <= last_column for index in used):
+            if not body or last_row < body[0] or not any(column <= index <= last_column for index in used):
+                continue
+            rows = [number for number in body if row <= number <= last_row]
+            if column == last_column == header.station.index and header.repeat is None and len(header.readings) == 1:
+                by_place |= {number: (row, str(place)) for place, number in enumerate(rows, start=1)}
+            elif any(index in used and (row != last_row or column != last_column) for index in used) and rows:
                 self.faults.add(
                     self.grid.place(row, column),
                     f"cells {letters(column)}{row} to {letters(last_column)}{last_row} are merged, and hold one value.",
-                    "Unmerge them and write each cell's own value into it.",
+                    "Does it stand for all of them? Skip these rows, [readings.columns] skip, or unmerge a copy.",
                 )
+        return by_place
+
+    def _check_formulas(self) -> None:
+        """Add one fault for all formulas without a stored result."""
+        used = (self.header.station, *self.header.readings)
+        cells = [
+            f"{letters(column.index)}{row.number}"
+            for row in self.header.body
+            for column in used
+            if row.cell(column.index).kind == "formula"
+        ]
+        if cells:
+            span = cells[0] if len(cells) == 1 else f"{cells[0]} to {cells[-1]}"
+            found = f"{counted(len(cells), 'formula')} without a stored result, {span}."
+            self.faults.add(self.grid.place(), found, "Open the workbook in a spreadsheet program and save it.")
 
     @cached_property
     def mark(self) -> Decimal | None:
@@ -241,7 +292,7 @@ class TableReader:
             )
         return mark
 
-    def _station(self, row: SheetRow) -> _Station | None:
+    def _station(self, row: SheetRow, by_place: Mapping[int, tuple[int, str]]) -> _Station | None:
         """Return the station of a row; None where it holds none, or where its station or its width is a fault."""
         header = self.header
         if not self._fits(row):
@@ -249,11 +300,17 @@ class TableReader:
         filled = {index for index, cell in enumerate(row.cells) if cell.text or cell.kind != "text"}
         if filled <= {column.index for column in header.skipped}:
             return None
-        column = header.station
+        column, labels = header.station, [f"{index}" for index in range(len(header.readings))]
+        if row.number in by_place:
+            first_row, label = by_place[row.number]
+            cells = list(row.cells)
+            cells[column.index] = next(one for one in header.body if one.number == first_row).cell(column.index)
+            row, labels = SheetRow(row.number, tuple(cells)), [label]
+        elif by_place:
+            labels = ["1"]
         s_mm = self._in_mm(row, column, "Give every row its station.")
         if s_mm is not None and self.crack is not None and column.unit is not None:
             self.crack.check_station(self._place(row, column), row.cell(column.index).text, s_mm, self.faults)
-        labels = [f"{index}" for index in range(len(header.readings))]
         if header.repeat is not None:
             labels = [self._repeat(row, header.repeat)] * len(header.readings)
         values_mm = {label: self._reading(row, column) for label, column in zip(labels, header.readings, strict=True)}
@@ -261,21 +318,16 @@ class TableReader:
         return None if s_mm is None else _Station(s_mm, row, values_mm, cells)
 
     def _fits(self, row: SheetRow) -> bool:
+        """Return whether a row has a field for each column; decimal commas between commas make more."""
         width = self.header.row.width
-        if self.grid.separator is not None and (len(row.cells) < width or row.width > width):
-            self.faults.add(
-                self.grid.place(row.number),
-                f"{counted(max(row.width, len(row.cells)), 'field')} under {counted(width, 'column')}.",
-                "Write one field for each column; leave a missing reading blank, and write decimals with a "
-                + ("point." if self.grid.separator == "," else "comma or a point, without thousands set apart."),
-            )
-            return False
-        for index, cell in enumerate(row.cells):
-            if cell.text and not self.header.row.cell(index).text:
-                found = f"{quoted(cell.text)} is in column {index + 1}, which has no name."
-                remedy = "Name the column, such as 'note', or delete it."
-                self.faults.add(self.grid.place(row.number, index), found, remedy, cell.text)
-        return True
+        if self.grid.separator != "," or len(row.cells) >= width >= row.width:
+            return True
+        self.faults.add(
+            self.grid.place(row.number),
+            f"{counted(max(row.width, len(row.cells)), 'field')} under {counted(width, 'column')}.",
+            "Are these decimal commas between commas? Save it with semicolons, or with decimal points.",
+        )
+        return False
 
     def _repeat(self, row: SheetRow, column: Column) -> str:
         text = row.cell(column.index).text
@@ -302,15 +354,14 @@ class TableReader:
         value = float(cell.text) if cell.kind == "number" else None
         if cell.kind == "text":
             value = number(cell.text, self.mark)
-        if value is None:
+        if value is None and cell.kind != "formula":
             self.faults.add(self._place(row, column), *self._complaint(column, cell, remedy), cell.text)
+        if value is None:
             return None
         return value * MM[column.unit or "mm"]
 
     def _complaint(self, column: Column, cell: SheetCell, remedy: str) -> tuple[str, str]:
         text = quoted(cell.text)
-        if cell.kind == "formula":
-            return "a formula whose result is not stored.", "Open the workbook in a spreadsheet program and save it."
         if cell.kind == "error":
             return f"{text} is an error of the spreadsheet.", "Mend the formula, or clear the cell."
         if cell.kind == "date":

@@ -5,7 +5,7 @@ import pytest
 
 from sealtwin.lab.note_words import BY_WORD, UNITS, known_keys
 from sealtwin.lab.notes import Note, NoteEntry, read_note
-from validate.readings.columns import WORDS
+from validate.readings.header_words import WORDS
 
 
 def _written(folder, text, name="P01_notes.csv", encoding="utf-8"):
