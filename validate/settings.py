@@ -15,7 +15,6 @@ Decimal = Literal["point", "comma"]
 Quantity = Literal["level", "depth"]
 """level counts upward from the datum, depth downward."""
 Unit = Literal["mm", "cm", "m", "inch"]
-Datum = Literal["sample_surface", "sealant_top", "caliper_base"]
 AS_WRITTEN = re.compile(r"[A-Z]{1,3}|[A-Z]{0,3}[1-9][0-9]{0,6}|sign|unit|datum|direction")
 """Answer to a doubt about a sheet: a column, a row, a cell, or what the whole sheet has."""
 
@@ -24,13 +23,13 @@ Text = Annotated[str, Field(min_length=1, max_length=200)]
 RANGE = r"^([A-Z]{1,3}([1-9][0-9]{0,6})?:[A-Z]{1,3}([1-9][0-9]{0,6})?|[1-9][0-9]{0,6}:[1-9][0-9]{0,6})$"
 OF_THE_SHEET = ("sheet", "unit", "datum", "datum_level_mm")
 """Settings that [readings.columns] may hold too; they mean those of [readings]."""
-SIGNS: dict[str, Quantity] = {"up": "level", "down": "depth", "+": "level", "-": "depth"}
+Sign = Literal["up", "down"]
+Datum = Literal["sample_surface", "sealant_top", "caliper_base"]
+SIGNS: dict[str, Quantity] = {"up": "level", "down": "depth"}
 
 
 class Columns(Settings):
-    """Columns of a sheet, where its header does not tell them. ``sheet``, ``unit``, ``datum`` and ``datum_level_mm`` may
-    stand here too and mean those of [readings]; ``sign = "up"`` or ``"down"`` means its ``quantity``.
-    """
+    """Columns of a sheet, where its header does not tell them; and what else it leaves open, as in [readings]."""
 
     s: Text | None = None
     """Column of the stations: its name in the header, or its letter in a spreadsheet, as "A"."""
@@ -44,6 +43,16 @@ class Columns(Settings):
     """Rows that are not read: by number from 1, or by the text of their first cell, as ["Mittelwert", 9]."""
     range: Annotated[str, Field(pattern=RANGE)] | None = None
     """Part of the sheet that is read: cells, as "F2:I30", or columns, as "F:I", or rows, as "2:30"."""
+    sign: Sign | None = None
+    """Direction in which readings count: "up" for levels, "down" for depths; [readings] quantity in other words."""
+    sheet: Text | None = None
+    """Worksheet, as in [readings]."""
+    unit: Unit | None = None
+    """Unit of all columns, as in [readings]."""
+    datum: Datum | None = None
+    """Datum, as in [readings]."""
+    datum_level_mm: float | None = Field(default=None, ge=-1000, le=1000)
+    """Height of that datum above the sample's surface, as in [readings]."""
 
 
 class Declared(Settings):
@@ -72,23 +81,6 @@ class Declared(Settings):
     datum_level_mm: float | None = Field(default=None, ge=-1000, le=1000)
     """Height of that datum above the sample's surface; required for the other two, since no sheet shows it."""
 
-    @model_validator(mode="before")
-    @classmethod
-    def _says_it_once(cls, content: Any) -> Any:
-        """Take what [readings.columns] says of the whole sheet as said of [readings]."""
-        if not isinstance(content, dict) or not isinstance(columns := content.get("columns"), dict):
-            return content
-        inner = dict(columns)
-        said = {key: inner.pop(key) for key in OF_THE_SHEET if key in inner}
-        if (sign := inner.pop("sign", None)) is not None:
-            if sign not in SIGNS:
-                raise ValueError(f'columns.sign is {sign!r:.40}; write "up" for levels or "down" for depths')
-            said["quantity"] = SIGNS[sign]
-        for key, value in said.items():
-            if content.get(key, value) != value:
-                raise ValueError(f"{key} is {content[key]!r:.40}, and columns says {value!r:.40}; keep one")
-        return {**content, **said, "columns": inner}
-
     @field_validator("as_written")
     @classmethod
     def _are_answers(cls, answers: tuple[str, ...] | None) -> tuple[str, ...] | None:
@@ -98,6 +90,23 @@ class Declared(Settings):
                     f'{answer!r:.40} is no cell ("E7"), column ("E"), row ("7"), sign, unit, datum or direction'
                 )
         return answers
+
+    @model_validator(mode="after")
+    def _says_it_once(self) -> Self:
+        """Take what [readings.columns] says of the whole sheet as said of [readings]."""
+        if (columns := self.columns) is None:
+            return self
+        said: dict[str, Any] = {key: value for key in OF_THE_SHEET if (value := getattr(columns, key)) is not None}
+        if columns.sign is not None:
+            said["quantity"] = SIGNS[columns.sign]
+        for key, value in said.items():
+            if key in self.model_fields_set and getattr(self, key) != value:
+                raise ValueError(f"{key} is {getattr(self, key)!r:.40}, and columns says {value!r:.40}; keep one")
+        # The settings are frozen for all others.
+        rest = columns.model_copy(update=dict.fromkeys((*OF_THE_SHEET, "sign")))
+        self.__dict__.update(said, columns=rest)
+        self.model_fields_set.update(said)
+        return self
 
     @model_validator(mode="after")
     def _knows_its_datum(self) -> Self:

@@ -12,7 +12,7 @@ from typing import Any, Self
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.lab.found_files import Piece, Role, Said, few
-from sealtwin.lab.pairing import Decisions
+from sealtwin.lab.pairing import Answers, Decisions
 from sealtwin.lab.sample_trials import KeptFile, SampleOutcome
 from validate.readings.samples import sample_key
 
@@ -157,9 +157,16 @@ class Catalogue:
         rows = self._rows("SELECT file, part, role, sample FROM decisions WHERE source = ?", [source])
         return {(PurePath(file), part): Said(sample, role) for file, part, role, sample in rows}
 
-    def state_decisions(self, source: str, decided: Decisions) -> None:
+    def answers(self, source: str) -> Answers:
+        """Return the user's answers on the sheets of a source."""
+        said = json.loads(self.fact(f"answers {source}") or "[]")
+        return {(file, part): answers for file, part, answers in said}
+
+    def state_decisions(self, source: str, decided: Decisions, answers: Answers) -> None:
         rows = [(file.as_posix(), part, said.role, said.sample) for (file, part), said in decided.items()]
         self._replace("decisions", source, rows)
+        listed = [[file, part, dict(said)] for (file, part), said in answers.items()]
+        self.state_fact(f"answers {source}", json.dumps(listed))
 
     def uses(self, digest: str) -> list[str]:
         """Return the studies that ranked their runs by readings with that hash."""
@@ -223,6 +230,8 @@ def remark_twins(sound: Sequence[SampleOutcome], catalogue: Catalogue) -> None:
             holders[file.sha256][record.sample] = f"{file.original} of {record.sample}"
     for each in sound:
         for raw in each.raw:
+            if raw.role == "text":
+                continue
             part = each.sample.part if raw.role == "readings" else None
             holders[each.hashes[raw.role]][each.sample.key] = str(Piece(PurePath(raw.original), part))
     for each in sound:

@@ -56,7 +56,9 @@ class Header:
     skipped: tuple[Column, ...]
     quantity: Quantity | None
     """Direction in which readings count; None, like a column's unit, where it is missing, which is a fault."""
-    remarks: tuple[SheetRow, ...] = ()  # Rows of words about the sheet: above the header, comments, rows between readings
+    remarks: tuple[
+        SheetRow, ...
+    ] = ()  # Rows of words about the sheet: above the header, comments, rows between readings
     passed: tuple[SheetRow, ...] = ()  # Rows with numbers that are not read: means, and those that are declared
 
     @property
@@ -73,7 +75,9 @@ def read_header(grid: SheetGrid, declared: Declared, faults: FaultList) -> Heade
     given = declared.columns or Columns()
     rows, left_out = table_rows(grid, given)
     if len(rows) < 2:
-        raise refuse(grid.place(), "no rows of readings.", "Is it this sheet? Name another: [readings] sheet, or range.")
+        raise refuse(
+            grid.place(), "no rows of readings.", "Is it this sheet? Name another: [readings] sheet, or range."
+        )
     found = find_header(rows, grid.merged, given)
     first = rows[found.first]
     place = grid.place(first.number)
@@ -178,7 +182,9 @@ def _meanings(
             columns.append(Column(**vars(found), index=at, name=name or letters(at)))
     # A table of other things beside the readings, a blank column between, is none of theirs.
     own_block = {column.index for column in columns if column.role in ("station", "reading", "repeat")}
-    spans = list(blocks([SheetRow(0, tuple(SheetCell(names.get(at, "")) for at in range(max(names, default=0) + 1))), *body]))
+    spans = list(
+        blocks([SheetRow(0, tuple(SheetCell(names.get(at, "")) for at in range(max(names, default=0) + 1))), *body])
+    )
     for column in unknown:
         span = next(span for span in spans if column.index in span)
         if own_block and not own_block & set(span) and column.name != letters(column.index):
@@ -242,7 +248,9 @@ def _check_numbers(place: Place, readings: Sequence[Column], faults: FaultList) 
 def _quantity(place: Place, readings: Sequence[Column], declared: Declared, faults: FaultList) -> Quantity | None:
     named: set[Quantity] = {column.quantity for column in readings if column.quantity is not None}
     if len(named) > 1:
-        faults.add(place, "level and depth columns in one sheet.", "Name those that are read: [readings.columns] levels.")
+        faults.add(
+            place, "level and depth columns in one sheet.", "Name those that are read: [readings.columns] levels."
+        )
         return None
     quantity = next(iter(named), None)
     if quantity is not None and declared.quantity not in (None, quantity):
@@ -289,7 +297,9 @@ def _sorted_rows(
     words_between = None
     for row in body:
         first, station_cell = first_cell(row), row.cell(station.index)
-        cells = [cell for column in readings if not is_missing((cell := row.cell(column.index)).text) or cell.kind != "text"]
+        cells = [
+            cell for column in readings if not is_missing((cell := row.cell(column.index)).text) or cell.kind != "text"
+        ]
         is_text = station_cell.kind == "text" and not is_a_number(station_cell)
         words = is_text and all(cell.kind == "text" and holds_no_number(cell.text) for cell in (station_cell, *cells))
         if first is not None and first.kind == "text" and is_calculated(first.text):

@@ -68,7 +68,12 @@ def _sheets(events: Iterator[tuple[str, Element]]) -> Iterator[Worksheet]:
     hidden_styles, struck_styles = set[str](), set[str]()
     sheet: Worksheet | None = None
     row_number = column_number = depth = 0
-    merged, struck, hidden_rows, hidden_columns = list[tuple[int, int, int, int]](), set[tuple[int, int]](), set[int](), set[int]()
+    merged, struck, hidden_rows, hidden_columns = (
+        list[tuple[int, int, int, int]](),
+        set[tuple[int, int]](),
+        set[int](),
+        set[int](),
+    )
     for event, element in events:
         if event == "start" and element.tag == f"{TABLE}table":
             # A table within a cell is part of that cell.
@@ -149,6 +154,6 @@ def _value(cell: Element) -> SheetCell:
         return SheetCell(cell.get(f"{OFFICE}boolean-value", "").upper(), "truth")
     if kind is None and cell.get(f"{TABLE}formula") is not None:
         return SheetCell("", "formula")
-    if text.startswith("#") and cell.get(f"{TABLE}formula") is not None or text.startswith("Err:"):
+    if (text.startswith("#") and cell.get(f"{TABLE}formula") is not None) or text.startswith("Err:"):
         return SheetCell(text, "error")
     return SheetCell(text)

@@ -83,9 +83,15 @@ def understood(header: Header) -> tuple[ReadColumn, ...]:
     """Return the columns of a table and what each is taken for, then the rows that are not read."""
     roles = {header.station.index: "s"}
     for place, column in enumerate(header.readings, start=1):
-        way = f"{header.quantity} {'upward' if header.quantity == 'level' else 'downward'}" if header.quantity else "reading"
+        way = (
+            f"{header.quantity} {'upward' if header.quantity == 'level' else 'downward'}"
+            if header.quantity
+            else "reading"
+        )
         roles[column.index] = f"{way}, {place}" if header.repeat is None and len(header.readings) > 1 else way
-    roles |= {one.index: what for one, what in ((header.repeat, "repeat"), (header.sample, "sample")) if one is not None}
+    roles |= {
+        one.index: what for one, what in ((header.repeat, "repeat"), (header.sample, "sample")) if one is not None
+    }
     shown_columns = [
         ReadColumn(
             letters(column.index),

@@ -80,7 +80,9 @@ def find_header(rows: Sequence[SheetRow], merged: Sequence[tuple[int, int, int, 
             names = _joined(rows[first : first + count], merged)
             if _goes_on(rows[first : first + count], merged):
                 continue
-            written = {at: name for at, name in names.items() if any(row.cell(at).text for row in rows[first : first + count])}
+            written = {
+                at: name for at, name in names.items() if any(row.cell(at).text for row in rows[first : first + count])
+            }
             hits = len(wanted & set(map(plain_name, written.values())))
             # Of equals the first and shortest one; a unit below belongs to a row of units.
             key = (hits, *_likeness(written), -count, -first)
@@ -145,7 +147,8 @@ def _goes_on(rows: Sequence[SheetRow], merged: Sequence[tuple[int, int, int, int
     """Return whether a name of the last row is merged with cells below."""
     last = rows[-1].number
     return any(
-        row in {each.number for each in rows} and last < last_row < row + MOST_HEADER_ROWS for row, _, last_row, _ in merged
+        row in {each.number for each in rows} and last < last_row < row + MOST_HEADER_ROWS
+        for row, _, last_row, _ in merged
     )
 
 
