@@ -195,14 +195,21 @@ def answers_of(rows: Sequence[PairingRow], decided_files: Mapping[str, PurePath]
 
 def as_columns(answers: Mapping[str, str]) -> dict[str, Any]:
     """Return answers as a table of columns of a trial, ``as_written`` apart."""
-    table: dict[str, Any] = {key: answers[key] for key in ("s", "unit", "sign", "range") if key in answers}
+    table: dict[str, Any] = {key: answers[key] for key in ("unit", "sign", "range") if key in answers}
+    if "s" in answers:
+        table["s"] = _column(answers["s"])
     if "levels" in answers:
         levels = answers["levels"]
-        table["levels"] = re.split(r"[\s,;]+" if SPANS.fullmatch(levels) else r"\s*;\s*", levels)
+        table["levels"] = [*map(_column, re.split(r"[\s,;]+" if SPANS.fullmatch(levels) else r"\s*;\s*", levels))]
     if "skip" in answers:
         parts = re.split(r"\s*[;,]\s*", answers["skip"])
         table["skip"] = [int(part) if part.isdecimal() else part for part in parts]
     return table
+
+
+def _column(reference: str) -> str:
+    """Return a letter as a span of letters, which no column has for a name."""
+    return f"{reference}:{reference}" if re.fullmatch("[A-Z]{1,3}", reference) else reference
 
 
 def decided(rows: Sequence[PairingRow], named: Mapping[Piece, Said]) -> Decisions:

@@ -86,10 +86,10 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
     for caution in job.above.cautions:
         job.progress.note(caution)
     for stage in STAGES:
-        if stage == "simulate" and "simulate" in stages and "validate" in stages:
-            # Minutes of simulation must not pass before a typo in the sheet is found.
-            if (readings := validate_stage.readings_of(job)) is not None:
-                validate_stage.note_doubts(job, readings)
+        both = stage == "simulate" and {"simulate", "validate"} <= set(stages)
+        # Minutes of simulation must not pass before a typo in the sheet is found.
+        if both and (readings := validate_stage.readings_of(job)) is not None:
+            validate_stage.note_doubts(job, readings)
         if stage in stages and work[stage].bring_up_to_date(job):
             redone.append(stage)
     adopt_trial(job)

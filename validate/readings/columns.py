@@ -1,4 +1,4 @@
-"""The header of a sheet: its rows, and the columns with their sign convention and unit, as it names them or as declared."""
+"""The header of a sheet: its rows, and the columns with their sign and unit, as it names them or as declared."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -8,6 +8,7 @@ from validate.readings.header_words import (
     ColumnMeaning,
     holds_no_number,
     is_calculated,
+    is_number,
     meaning,
     names_other_zero,
     sample_key,
@@ -83,7 +84,8 @@ def read_header(grid: SheetGrid, declared: Declared, faults: FaultList) -> Heade
     place = grid.place(first.number)
     body = rows[found.first + found.count :]
     units = _units_row(body[0]) if body else {}
-    body = body[1:] if units else body
+    body, in_cells = _units_in_cells(body[1:] if units else body)
+    units = in_cells | units
     columns = _meanings(place, found.names, body, given, faults)
     columns = _one_table(place, rows[: found.first], columns, declared, faults)
     stations, readings, counters, samples, skipped = (
@@ -152,7 +154,8 @@ def _meanings(
         for reference in references or ():
             if not (found := columns_named(names, reference)):
                 known = ", ".join(quoted(name) for name in list(names.values())[:MOST_SHOWN])
-                raise refuse(place, f"no column {reference!r:.80} among {known}.", SAY, reference)
+                found_ = f"{reference!r:.80} is no column, or both a letter and another's name, among {known}."
+                raise refuse(place, found_, 'Write a letter as "B:B" where a column has it for a name.', reference)
             for at in found:
                 number = str(1 + sum(other.role == "reading" for other in roles.values()))
                 quantity = known.quantity if (known := meaning(names.get(at, ""))) else None
@@ -237,12 +240,12 @@ def _check_numbers(place: Place, readings: Sequence[Column], faults: FaultList) 
     numbered: dict[str | None, list[Column]] = {}
     for column in readings:
         numbered.setdefault(column.number, []).append(column)
-    for number, columns in numbered.items():
-        if number is None and len(readings) > 1:
+    for label, columns in numbered.items():
+        if label is None and len(readings) > 1:
             found = f"{_names(columns)}: no number, and there are {len(readings)} columns of readings."
             faults.add(place, found, f"Is one of them a mean? {SAY}", columns[0].name)
         elif len(columns) > 1:
-            faults.add(place, f"repeat {number} occurs twice: {_names(columns)}.", SAY, columns[1].name)
+            faults.add(place, f"repeat {label} occurs twice: {_names(columns)}.", SAY, columns[1].name)
 
 
 def _quantity(place: Place, readings: Sequence[Column], declared: Declared, faults: FaultList) -> Quantity | None:
@@ -272,6 +275,32 @@ def _units_row(row: SheetRow) -> dict[int, Unit]:
     texts = {index: cell.text for index, cell in enumerate(row.cells) if not is_missing(cell.text)}
     units: dict[int, Unit] = {index: unit for index, text in texts.items() if (unit := unit_of(text)) is not None}
     return units if len(units) == len(texts) else {}
+
+
+def _units_in_cells(body: Sequence[SheetRow]) -> tuple[list[SheetRow], dict[int, Unit]]:
+    """Return the rows without units behind their numbers, and these by column where all numbers of it have one."""
+    found: dict[int, set[Unit | None]] = {}
+    for row in body:
+        for at, cell in enumerate(row.cells):
+            if is_a_number(cell) or (cell.kind == "text" and is_number(_without_unit(cell.text))):
+                found.setdefault(at, set()).add(unit_of(cell.text.rpartition(" ")[2]))
+    units: dict[int, Unit] = {at: unit for at, (unit, *more) in found.items() if unit is not None and not more}
+    stripped = [
+        SheetRow(
+            row.number,
+            tuple(
+                SheetCell(_without_unit(cell.text)) if at in units and cell.kind == "text" else cell
+                for at, cell in enumerate(row.cells)
+            ),
+        )
+        for row in body
+    ]
+    return (stripped, units) if units else (list(body), {})
+
+
+def _without_unit(text: str) -> str:
+    head, _, last = text.rpartition(" ")
+    return head.strip() if unit_of(last) is not None else text
 
 
 def _with_unit(place: Place, column: Column, below: Unit | None, declared: Declared, faults: FaultList) -> Column:
@@ -304,12 +333,11 @@ def _sorted_rows(
         words = is_text and all(cell.kind == "text" and holds_no_number(cell.text) for cell in (station_cell, *cells))
         if first is not None and first.kind == "text" and is_calculated(first.text):
             passed.append(row)
+        elif is_text and (again := meaning(station_cell.text)) is not None and again.role == "station":
+            break
         elif (words and (cells or not is_missing(station_cell.text))) or (is_text and station_cell.text and not cells):
             remarks.append(row)
             words_between = row if kept else None
-            again = meaning(station_cell.text)
-            if again is not None and again.role == "station":
-                break
         else:
             s, s_before = (number(each.cell(station.index).text, None) for each in (row, (kept or [row])[-1]))
             if words_between is not None and s is not None and s_before is not None and s < s_before:

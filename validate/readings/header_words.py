@@ -1,4 +1,4 @@
-"""Words of labs, all of which stand in ``words.toml``: the meaning of a column's name, and of rows that hold no readings."""
+"""Words of labs, all of which stand in ``words.toml``: meanings of columns' names, and of rows without readings."""
 
 import re
 import tomllib

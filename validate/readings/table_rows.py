@@ -108,13 +108,18 @@ def is_a_number(cell: SheetCell) -> bool:
 
 
 def columns_named(names: Mapping[int, str], reference: str) -> list[int]:
-    """Return the columns of a name in the header, or else those of a letter or a span of letters, as "B:D"."""
-    if found := [column for column, name in names.items() if plain_name(name) == plain_name(reference)]:
-        return found
+    """Return the columns of a name in the header, or those of a letter or a span of letters, as "B:D".
+
+    Return none where a letter is also the name of another column: which is meant would be a guess.
+    """
     span = LETTERS.fullmatch(reference)
-    if span is None:
+    lettered = list(range(column_of(span[1]), column_of(span[2] or span[1]) + 1)) if span else []
+    # Letters are capitals: "a" is a name, and "A" a letter unless a column has it for a name.
+    same = str.strip if lettered else plain_name
+    found = [column for column, name in names.items() if same(name) == same(reference)]
+    if lettered and found and found != lettered:
         return []
-    return list(range(column_of(span[1]), column_of(span[2] or span[1]) + 1))
+    return found or lettered
 
 
 def blocks(rows: Sequence[SheetRow]) -> Iterator[range]:
