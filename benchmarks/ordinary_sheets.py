@@ -1,5 +1,7 @@
 """Twenty-four sheets as ordinary labs write them, with what they say and, where they leave something open, the answer."""
 
+# ruff: noqa: E501  Each sheet is a line.
+
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path

@@ -13,7 +13,7 @@ Cell = str | float | None
 
 
 def write_ods(path: Path, rows: Sequence[Sequence[Cell]], *, name: str = "Tabelle1", more: str = "") -> Path:
-    """A text may say ``{across=3}`` before its words, which merges it with cells to the right; ``more`` are further rows."""
+    """A text that begins with ``{across=3}`` is merged with cells to the right; ``more`` are further rows."""
     table = "".join(f"<table:table-row>{''.join(map(_cell, row))}</table:table-row>" for row in rows)
     return write_content(path, f'<table:table table:name="{name}">{table}{more}</table:table>')
 
@@ -40,4 +40,5 @@ def _cell(cell: Cell) -> str:
         covered = "<table:covered-table-cell/>" * (int(across) - 1)
         return f'<table:table-cell office:value-type="string"{spans}>{text}</table:table-cell>{covered}'
     shown = f"{cell:.2f}".replace(".", ",")
-    return f'<table:table-cell office:value-type="float" office:value="{cell!r}"><text:p>{shown}</text:p></table:table-cell>'
+    number = f'office:value-type="float" office:value="{cell!r}"'
+    return f"<table:table-cell {number}><text:p>{shown}</text:p></table:table-cell>"

@@ -41,6 +41,8 @@ class Columns(Settings):
     """Number of rows of the header; 0 for a sheet that begins with its readings."""
     skip: tuple[Text | Annotated[int, Field(ge=1)], ...] = ()
     """Rows that are not read: by number from 1, or by the text of their first cell, as ["Mittelwert", 9]."""
+    missing: tuple[Text, ...] = ()
+    """Words of this sheet for a reading that is missing, beside those that are known, as ["n. lesbar"]."""
     range: Annotated[str, Field(pattern=RANGE)] | None = None
     """Part of the sheet that is read: cells, as "F2:I30", or columns, as "F:I", or rows, as "2:30"."""
     sign: Sign | None = None

@@ -67,7 +67,8 @@ def _lab_of(folder: Path) -> Path | None:
 def _search(trial: Trial, source: Path) -> tuple[bool, tuple[str, ...]]:
     """Return True where a lab's catalogue was searched for held-out readings and names no other use of them.
 
-    What could not be searched is returned as cautions, and is no search. Raises InputError, naming the study or calibration, where it does.
+    What could not be searched is returned as cautions, and is no search. Raises InputError, naming the study or
+    calibration, where it does.
     """
     held, lab = trial.readings, _lab_of(source)
     sheet = None if held is None else source / held.file
@@ -98,9 +99,7 @@ def _calibrations(lab: Path, catalogue: Catalogue, digest: str) -> tuple[list[st
         except InputError as fault:
             # Another sample's sheet must not keep this one from its run.
             why = str(fault).partition("\n")[0]
-            cautions.append(
-                f"caution: sample '{record.name}' may be calibrated on these readings; its own are not read: {why}"
-            )
+            cautions.append(f"caution: sample '{record.name}' may be calibrated on these readings: {why}")
             continue
         if own == digest:
             found.append(f"calibration of sample '{record.name}', revision {record.revision},")

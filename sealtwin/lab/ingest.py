@@ -243,6 +243,7 @@ def take_in(
         outcome.remarks, outcome.dialect = [], None
     # Files are named as the lab knows them: from its own folder on, which is absolute here.
     outcome.faults = [fault.replace(f"{folder}/", "") for fault in outcome.faults]
+    outcome.asked = {file: question.replace(f"{folder}/", "") for file, question in outcome.asked.items()}
     return outcome
 
 

@@ -14,7 +14,7 @@ from sealtwin.lab.found_files import LeftOut, Piece, Role, Said, as_label, few, 
 from validate.readings.samples import SamplePart, named_cells, read_table, sample_key
 
 PAIRING = "pairing.csv"
-ANSWERS = ("s", "levels", "unit", "sign", "range", "skip", "as_written")
+ANSWERS = ("sheet", "s", "levels", "unit", "sign", "range", "skip", "missing", "as_written")
 """Columns that answer what a sheet leaves open, by the letters of its columns; blank where nothing is asked."""
 COLUMNS = ("file", "role", "sample", "part", *ANSWERS, "question")
 """The part is that of a file that several samples share; blank for the whole file."""
@@ -195,12 +195,14 @@ def answers_of(rows: Sequence[PairingRow], decided_files: Mapping[str, PurePath]
 
 def as_columns(answers: Mapping[str, str]) -> dict[str, Any]:
     """Return answers as a table of columns of a trial, ``as_written`` apart."""
-    table: dict[str, Any] = {key: answers[key] for key in ("unit", "sign", "range") if key in answers}
+    table: dict[str, Any] = {key: answers[key] for key in ("sheet", "unit", "sign", "range") if key in answers}
     if "s" in answers:
         table["s"] = _column(answers["s"])
     if "levels" in answers:
         levels = answers["levels"]
         table["levels"] = [*map(_column, re.split(r"[\s,;]+" if SPANS.fullmatch(levels) else r"\s*;\s*", levels))]
+    if "missing" in answers:
+        table["missing"] = re.split(r"\s*;\s*", answers["missing"])
     if "skip" in answers:
         parts = re.split(r"\s*[;,]\s*", answers["skip"])
         table["skip"] = [int(part) if part.isdecimal() else part for part in parts]

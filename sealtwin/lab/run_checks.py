@@ -57,7 +57,7 @@ def check_runs(
 
 @contextmanager
 def _trials(ingested: Ingested, folder: Path, progress: Progress) -> Iterator[tuple[Path, list[str]]]:
-    """Yield the folder of the trials and their names; those of a dry run are written for as long as they are checked."""
+    """Yield the folder of the trials and their names; those of a dry run are there while they are checked."""
     if not ingested.dry_run:
         with holding(ingested.lab, progress.note):
             yield ingested.lab, [outcome.trial for outcome in ingested.outcomes if outcome.trial is not None]

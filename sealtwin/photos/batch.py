@@ -138,7 +138,7 @@ def digitise_many(
     """Digitise every photo into a folder below ``out``, whatever happens to the others.
 
     Finished photos are not digitised again. Photos ``held_back`` for an earlier fault are listed and counted as failed.
-    With ``held`` the caller holds ``out`` against other processes already. Raises InputError if ``out`` holds files of something else.
+    With ``held`` the caller holds ``out`` already. Raises InputError if ``out`` holds files of something else.
     """
     _refuse_foreign(out)
     with nullcontext() if held else holding(out), progress:

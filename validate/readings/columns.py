@@ -108,9 +108,7 @@ def read_header(grid: SheetGrid, declared: Declared, faults: FaultList) -> Heade
         found_ = f"column {_names([repeat])} numbers the repeats of one column, and there are {_names(readings)}."
         faults.add(place, found_, "Name those that are readings of one station: [readings.columns] levels, or repeat.")
     _check_numbers(place, readings, faults)
-    station, *readings = (
-        _with_unit(place, column, units.get(column.index), declared, faults) for column in (stations[0], *readings)
-    )
+    station, *readings = _with_units(place, [stations[0], *readings], units, declared, faults)
     if nameless := [column for column in (station, *readings) if column.unit is None]:
         faults.add(place, f"{_names(nameless)}: no unit.", 'Say it: [readings] unit = "mm", or in pairing.csv.')
     body, remarks, passed = _sorted_rows(grid, body, station, readings, faults)
@@ -303,16 +301,23 @@ def _without_unit(text: str) -> str:
     return head.strip() if unit_of(last) is not None else text
 
 
-def _with_unit(place: Place, column: Column, below: Unit | None, declared: Declared, faults: FaultList) -> Column:
-    """Return the column with the unit from its name, the row of units or the trial file."""
-    units = [unit for unit in (column.unit, below, declared.unit) if unit is not None]
-    if len(set(units)) > 1:
-        faults.add(
-            replace(place, column=column.index, name=column.name),
-            f"{' and '.join(units)}: the header, the row of units and [readings] unit differ.",
-            "Correct the one that is wrong.",
-        )
-    return replace(column, unit=units[0] if units else None)
+def _with_units(
+    place: Place, columns: Sequence[Column], below: Mapping[int, Unit], declared: Declared, faults: FaultList
+) -> list[Column]:
+    """Return the columns with the units of their names, the row of units or their cells, else with the declared one."""
+    whole = all(column.unit or column.index in below for column in columns)
+    found = []
+    for column in columns:
+        own = [unit for unit in (column.unit, below.get(column.index)) if unit is not None]
+        units = [*own, declared.unit] if declared.unit is not None and (whole or not own) else own
+        if len(set(units)) > 1:
+            faults.add(
+                replace(place, column=column.index, name=column.name),
+                f"{' and '.join(units)}: the header, the row of units and [readings] unit differ.",
+                "Correct the one that is wrong.",
+            )
+        found.append(replace(column, unit=units[0] if units else None))
+    return found
 
 
 def _sorted_rows(

@@ -346,7 +346,7 @@ class TableReader:
         cell = row.cell(column.index)
         if cell.kind == "text" and is_missing(cell.text):
             return np.nan
-        reading_mm = self._in_mm(row, column, "Leave the field blank if the reading is missing.")
+        reading_mm = self._in_mm(row, column, "If it stands for a missing reading, say [readings.columns] missing.")
         if reading_mm is None:
             return np.nan
         if self.crack is not None and column.unit is not None and self.header.quantity is not None:

@@ -33,6 +33,8 @@ def table_rows(grid: SheetGrid, given: Columns) -> tuple[list[SheetRow], list[Sh
         first = first_cell(row)
         if first is None:
             continue
+        if given.missing:
+            row = SheetRow(row.number, tuple(BLANK if cell.text in given.missing else cell for cell in row.cells))
         skipped = row.number in given.skip or first.text in given.skip
         (left_out if skipped or (first.kind == "text" and is_comment(first.text)) else kept).append(row)
     return kept, left_out

@@ -18,6 +18,7 @@ from xml.etree.ElementTree import Element
 import openpyxl
 from openpyxl.worksheet._reader import FORMULA_TAG, WorkSheetParser
 
+from validate.readings.header_words import is_number
 from validate.readings.open_document import Worksheet, is_open_document, read_worksheets
 from validate.readings.sheet import (
     BLANK,
@@ -55,6 +56,9 @@ def read_sheet(path: Path, content: bytes, wanted: str | None) -> SheetGrid:
     filled = [sheet for sheet in sheets if sheet.rows]
     visible = [sheet for sheet in filled if not sheet.hidden]
     chosen = visible if wanted is None else [sheet for sheet in sheets if sheet.name == wanted]
+    if len(chosen) > 1 and len(tables := [sheet for sheet in chosen if _has_table(sheet)]) == 1:
+        # A cover, or a diagram's texts, are none.
+        chosen = tables
     if len(chosen) == 1:
         return _grid(path, chosen[0], sheets, program)
     if wanted is not None:
@@ -70,7 +74,9 @@ def read_sheet(path: Path, content: bytes, wanted: str | None) -> SheetGrid:
             "Save the workbook with its cells, as an ordinary XLSX.",
         )
     names = ", ".join(quoted(sheet.name) for sheet in named[:12]) + (", …" if len(named) > 12 else "")
-    raise refuse(Place(path), f"{found} {names}.", "Name the one with the readings: [readings] sheet.", wanted)
+    raise refuse(
+        Place(path), f"{found} {names}.", "Name the one with the readings: [readings] sheet, or in pairing.csv.", wanted
+    )
 
 
 def read_sheets(path: Path, content: bytes) -> tuple[SheetGrid, ...]:
@@ -169,6 +175,14 @@ def _cell(value: Any, data_type: str) -> SheetCell:
     if isinstance(value, date):
         return SheetCell(f"{value:%Y-%m-%d %H:%M}".removesuffix(" 00:00"), "date")
     return SheetCell(str(value).strip(), "date" if data_type == "d" else "text")
+
+
+def _has_table(sheet: Worksheet) -> bool:
+    rows = (
+        sum(cell.kind in ("number", "formula") or is_number(cell.text) for cell in row.values())
+        for row in sheet.rows.values()
+    )
+    return sum(numbers > 1 for numbers in rows) > 1
 
 
 def _program(content: bytes) -> str:

@@ -31,7 +31,8 @@ def test_a_merged_header_spans_its_columns(tmp_path):
 
 
 def test_dates_formulas_and_hidden_rows_are_told_as_of_other_workbooks(tmp_path):
-    date = '<table:table-cell office:value-type="date" office:date-value="2026-01-16"><text:p>16.1.</text:p></table:table-cell>'
+    day = 'office:value-type="date" office:date-value="2026-01-16"'
+    date = f"<table:table-cell {day}><text:p>16.1.</text:p></table:table-cell>"
     formula = '<table:table-cell table:formula="of:=1+1"/>'
     number = '<table:table-cell office:value-type="float" office:value="20"/>'
     more = f"<table:table-row>{number}{date}{formula}</table:table-row>"
@@ -59,7 +60,8 @@ def test_blank_rows_and_cells_that_are_repeated_a_million_times_are_not_unrolled
     [
         (
             '<table:table table:name="a"><table:table-row table:number-rows-repeated="999999999"><table:table-cell '
-            'office:value-type="float" office:value="1" table:number-columns-repeated="9"/></table:table-row></table:table>',
+            'office:value-type="float" office:value="1" table:number-columns-repeated="9"/>'
+            "</table:table-row></table:table>",
             "",
             "more than the 10000 rows",
         ),
