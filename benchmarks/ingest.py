@@ -27,6 +27,7 @@ from sealtwin.cli.folder_answer import ingest_answer
 from sealtwin.core.progress import Progress
 from sealtwin.lab.ingest import Ingested, ingest
 from sealtwin.lab.pairing import PAIRING
+from sealtwin.lab.run_checks import check_runs
 from sealtwin.trial.trial_file import load_trial
 from tests.lab_folder import DEFAULTS, ENDS, FAULTS, HANDS, make_lab_folder
 from validate.readings.read_readings import read_readings
@@ -54,6 +55,10 @@ def main(scratch: Path, seed: int, sound: int, each: int) -> None:
     again = ingest(folder, scratch / "lab", Progress())
     again_s = time.perf_counter() - began
 
+    began = time.perf_counter()
+    _, unready = check_runs(first, folder, Progress())
+    checked_s = time.perf_counter() - began
+
     spoilt = make_lab_folder(scratch / "spoilt")
     for fault in FAULTS:
         fault.plant(spoilt)
@@ -76,6 +81,14 @@ def main(scratch: Path, seed: int, sound: int, each: int) -> None:
             Row("taken in again: new or revised", len(HANDS) - _count(again, "unchanged"), "", 0, 0),
             Row("time a sample", took_s / len(HANDS), "s", 0, SLOWEST_S),
             Row("time a sample that is known", again_s / len(HANDS), "s", 0, SLOWEST_S / 10),
+            Row(
+                "sound samples that pass the checks of a run",
+                len(HANDS) - len(unready),
+                "of 10",
+                len(HANDS),
+                len(HANDS),
+            ),
+            Row("time a sample, traced and checked for its run", checked_s / len(HANDS), "s"),
             *doubt_rows(scratch / "doubtful", seed, each),
             *sound_rows(scratch, seed, sound),
             *asking_rows(scratch / "asked", seed),

@@ -128,7 +128,7 @@ class Readings(Declared):
     """A sheet of caliper readings: how it is written, and how it was measured."""
 
     file: Path
-    """Path of the sheet, CSV or XLSX, beside the trial file or absolute. Its columns are s_mm and level_1_mm,
+    """Path of the sheet, CSV, XLSX or ODS, beside the trial file or absolute. Its columns are s_mm and level_1_mm,
     level_2_mm, ... (upward from the face) or depth_1_mm, ... (downward from it), or as the lab writes them.
     """
     data: DataKind

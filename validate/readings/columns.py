@@ -111,7 +111,7 @@ def read_header(grid: SheetGrid, declared: Declared, faults: FaultList) -> Heade
     station, *readings = _with_units(place, [stations[0], *readings], units, declared, faults)
     if nameless := [column for column in (station, *readings) if column.unit is None]:
         faults.add(place, f"{_names(nameless)}: no unit.", 'Say it: [readings] unit = "mm", or in pairing.csv.')
-    body, remarks, passed = _sorted_rows(grid, body, station, readings, faults)
+    body, remarks, passed = _sorted_rows(place, body, station, readings, faults)
     cells = tuple(SheetCell(found.names.get(at, "")) for at in range(max(found.names, default=-1) + 1))
     return Header(
         row=SheetRow(first.number, cells),
@@ -321,7 +321,7 @@ def _with_units(
 
 
 def _sorted_rows(
-    grid: SheetGrid, body: Sequence[SheetRow], station: Column, readings: Sequence[Column], faults: FaultList
+    place: Place, body: Sequence[SheetRow], station: Column, readings: Sequence[Column], faults: FaultList
 ) -> tuple[list[SheetRow], list[SheetRow], list[SheetRow]]:
     """Divide the rows below a header into those of stations, remarks, and means of others.
 
@@ -350,9 +350,9 @@ def _sorted_rows(
             kept.append(row)
     else:
         return kept, remarks, passed
-    spans = f'"{body[0].number}:{row.number - 1}" or "{row.number}:{body[-1].number}"'
+    spans = f'"{place.row}:{row.number - 1}" or "{row.number}:{body[-1].number}"'
     found = f"another table begins in row {row.number}, below the first."
-    faults.add(grid.place(row.number), found, f"Say which is meant: [readings.columns] range = {spans}.")
+    faults.add(replace(place, row=row.number), found, f"Say which is meant: [readings.columns] range = {spans}.")
     return kept, remarks, passed
 
 

@@ -114,7 +114,7 @@ def test_a_remark_on_another_zero_is_asked_about(read, zero, asked):
     ("text", "words"),
     [
         ("s_mm,depth_mm,,s_mm,depth_mm\n0,1,,0,5\n5,2,,5,6\n", 'range = "A:B"'),
-        ("s_mm;depth_mm\n0;1\n5;2\n\nRiss 2\ns_mm;depth_mm\n0;3\n5;4\n", 'range = "2:5" or "6:8"'),
+        ("s_mm;depth_mm\n0;1\n5;2\n\nRiss 2\ns_mm;depth_mm\n0;3\n5;4\n", 'range = "1:5" or "6:8"'),
         ("s_mm;depth_mm\n0;1\n5;2\nzurück\n2;3\n4;4\n", "another table begins in row 5"),
         ("s_mm;depth_mm;z\n0;1;7\n5;2;8\n", "'z' is unknown, and holds numbers"),
         ("s_mm;depth_mm;\n0;1;7\n5;2;8\n", "column C holds numbers and has no name"),
