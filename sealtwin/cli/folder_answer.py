@@ -183,7 +183,7 @@ def _ending(ingested: Ingested, unready: Sequence[CatalogueFault]) -> list[str]:
         return [*lines, "Nothing was written: a dry run."]
     lab = shown(ingested.lab)
     if any(outcome.sample.questions or outcome.asked for outcome in ingested.outcomes):
-        lines.append(f"To answer questions, edit {lab}/{PAIRING} and give it back: --pairing {lab}/{PAIRING}")
+        lines.append(f"To answer questions, edit {lab}/{PAIRING} and give the same command again.")
     if first := next((outcome.trial for outcome in ingested.outcomes if outcome.trial), None):
         lines.append(f"Catalogue: sealtwin lab list {lab}")
         lines.append(f"A trial: sealtwin run {lab}/{first}/{TRIAL} --out {lab}/{first}/{RUN}")

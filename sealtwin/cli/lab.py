@@ -12,7 +12,7 @@ def ingest(
     folder: Annotated[Path, argument("FOLDER", "Photos, sheets of readings and notes; nothing in it is changed.")],
     out: Annotated[Path, option("Gets a folder for each trial, pairing.csv and the catalogue.", "LAB")],
     pairing: Annotated[
-        File, option("LAB/pairing.csv as you have corrected it, and answered its questions.", "CSV")
+        File, option("A pairing.csv elsewhere; LAB/pairing.csv, corrected and answered, is read anyway.", "CSV")
     ] = None,
     dry_run: Annotated[bool, flag("--dry-run", "Pair, trace, check and tell; write nothing.")] = False,
     jobs: Annotated[int, option("Samples traced at the same time.", min=1, max=64)] = 1,

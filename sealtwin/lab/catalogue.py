@@ -56,10 +56,7 @@ CREATE TABLE IF NOT EXISTS uses (
 """
 """Table that a catalogue has from its first such study on."""
 WAIT_S = 60.0  # Longest wait for another process to finish its write, which takes milliseconds on most disks
-REMEDY = (
-    "Move it away and ingest the same folders again: it is made anew, from the trials' own. A pairing that you had "
-    "corrected must be given once more."
-)
+REMEDY = "Move it away and ingest the same folders again: it is made anew, from the trials' own, and from pairing.csv."
 """Advice for a catalogue that is damaged, or of another version."""
 
 

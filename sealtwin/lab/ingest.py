@@ -6,7 +6,7 @@ import re
 import shutil
 import traceback
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from importlib.metadata import version
@@ -21,6 +21,7 @@ from sealtwin.lab.found_files import DEFAULTS, TRIAL, LeftOut, Piece, Said, divi
 from sealtwin.lab.notes import Note, read_note
 from sealtwin.lab.pairing import (
     PAIRING,
+    Answers,
     Decisions,
     PairingRow,
     SampleFiles,
@@ -66,7 +67,8 @@ def ingest(
 
     What is there already is not taken in again; a sample that has changed becomes another trial beside its old one.
     Another ingest into the same lab is waited for. Killed at any moment, the same call completes what was begun.
-    ``pairing`` is the pairing file as the user has corrected it; its corrections are remembered for ``folder``.
+    The lab's pairing file, where it was edited, or ``pairing`` in its place, holds the user's corrections and answers,
+    which are remembered for ``folder``.
 
     Raises InputError if the folder, its lab.toml or the pairing cannot be used at all.
     """
@@ -76,13 +78,17 @@ def ingest(
     defaults = _defaults(folder)
     source = as_text(folder)
     by_name = read_names(found, folder.name)
-    rows = [] if pairing is None else read_pairing(pairing)
-    given = (
-        None if pairing is None else decided(rows, divide(folder, by_name, _photographed([*by_name.values(), *rows])))
-    )
+
+    def said_in(path: Path) -> tuple[Decisions, Answers]:
+        rows = read_pairing(path)
+        named = divide(folder, by_name, _photographed([*by_name.values(), *rows]))
+        return decided(rows, named), answers_of(rows, files_by_cell(found))
+
+    given = None if pairing is None else said_in(pairing)
     with _catalogue(lab, progress, dry_run) as catalogue:
-        decisions = catalogue.decisions(source) if given is None else given
-        answers = catalogue.answers(source) if pairing is None else answers_of(rows, files_by_cell(found))
+        if given is None and _is_edited(lab / PAIRING, catalogue):
+            given = said_in(lab / PAIRING)
+        decisions, answers = given or (catalogue.decisions(source), catalogue.answers(source))
         by_user = {file: said for (file, _), said in decisions.items()}
         named = divide(folder, by_name, _photographed({**by_name, **by_user}.values()))
         placed = place_files(named, decisions)
@@ -90,7 +96,6 @@ def ingest(
         if not samples and not any(left.lost for left in left_out):
             raise InputError(f"{folder}: no photos, sheets or notes in it.")
         if not dry_run:
-            _refuse_edited(lab, pairing, catalogue, named, decisions)
             catalogue.state_decisions(source, decisions, answers)
         progress.start(f"Taking in {len(samples)} samples", len(samples))
         outcomes = []
@@ -157,24 +162,9 @@ def _complete(lab: Path, catalogue: Catalogue) -> int:
     return len(records)
 
 
-def _refuse_edited(
-    lab: Path, given: Path | None, catalogue: Catalogue, named: Mapping[Piece, Said], decisions: Decisions
-) -> None:
-    """Raise InputError where the pairing was edited, and not given back: the edits would be lost."""
-    path = lab / PAIRING
-    if not path.is_file() or (given is not None and given.resolve() == path.resolve()):
-        return
-    written = catalogue.fact(WRITTEN_PAIRINGS)
-    if written is None:
-        # The catalogue is new, and the file may be the one that it had.
-        with suppress(InputError):
-            if decided(read_pairing(path), named) == decisions:
-                return
-    if files.sha256(path) not in (written or "").split():
-        raise InputError(
-            f"{path}: edited since it was written. Give it back with --pairing {path}, or delete it if the names of "
-            "the files are to decide."
-        )
+def _is_edited(path: Path, catalogue: Catalogue) -> bool:
+    """Return whether a lab's pairing is not as it was written; with a new catalogue it counts as edited."""
+    return path.is_file() and files.sha256(path) not in (catalogue.fact(WRITTEN_PAIRINGS) or "").split()
 
 
 def _write_pairing(lab: Path, text: str, catalogue: Catalogue) -> None:

@@ -91,7 +91,7 @@ def test_a_study_of_the_lab_is_named_where_it_chose_with_the_readings(lab, tmp_p
 @pytest.mark.parametrize("broken", ["inputs", "trial.toml"])
 def test_another_samples_broken_files_are_a_caution(lab, broken):
     """Once they kept every held-out trial of the lab from its run."""
-    say(lab / "P02", "calibrated-on")
+    say(lab / "P02", "held-out", "calibrated-on")
     trial = load_trial(lab / "P02" / "trial.toml")
     assert trial.readings is not None
     (lab / "P02" / (trial.readings.file if broken == "inputs" else broken)).write_text("no table")
