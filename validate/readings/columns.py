@@ -4,16 +4,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
+from validate.readings.body_rows import sorted_rows, units_in_cells, units_row
 from validate.readings.header_words import (
     ColumnMeaning,
-    holds_no_number,
-    is_calculated,
-    is_number,
     meaning,
     names_other_zero,
     sample_key,
     unit_at_end,
-    unit_of,
 )
 from validate.readings.sheet import (
     BLANK,
@@ -27,8 +24,7 @@ from validate.readings.sheet import (
     quoted,
     refuse,
 )
-from validate.readings.table_rows import blocks, columns_named, find_header, first_cell, is_a_number, table_rows
-from validate.readings.text_table import is_missing, number
+from validate.readings.table_rows import blocks, columns_named, find_header, is_a_number, table_rows
 from validate.settings import Columns, Declared, Quantity, Unit
 
 SAY = (
@@ -83,8 +79,8 @@ def read_header(grid: SheetGrid, declared: Declared, faults: FaultList) -> Heade
     first = rows[found.first]
     place = grid.place(first.number)
     body = rows[found.first + found.count :]
-    units = _units_row(body[0]) if body else {}
-    body, in_cells = _units_in_cells(body[1:] if units else body)
+    units = units_row(body[0]) if body else {}
+    body, in_cells = units_in_cells(body[1:] if units else body)
     units = in_cells | units
     columns = _meanings(place, found.names, body, given, faults)
     columns = _one_table(place, rows[: found.first], columns, declared, faults)
@@ -111,7 +107,8 @@ def read_header(grid: SheetGrid, declared: Declared, faults: FaultList) -> Heade
     station, *readings = _with_units(place, [stations[0], *readings], units, declared, faults)
     if nameless := [column for column in (station, *readings) if column.unit is None]:
         faults.add(place, f"{_names(nameless)}: no unit.", 'Say it: [readings] unit = "mm", or in pairing.csv.')
-    body, remarks, passed = _sorted_rows(place, body, station, readings, faults)
+    used = station.index, [column.index for column in readings]
+    body, remarks, passed = sorted_rows(place, body, *used, faults)
     cells = tuple(SheetCell(found.names.get(at, "")) for at in range(max(found.names, default=-1) + 1))
     return Header(
         row=SheetRow(first.number, cells),
@@ -268,39 +265,6 @@ def _quantity(place: Place, readings: Sequence[Column], declared: Declared, faul
     return quantity or declared.quantity
 
 
-def _units_row(row: SheetRow) -> dict[int, Unit]:
-    """Return units by column, empty where a row holds anything else."""
-    texts = {index: cell.text for index, cell in enumerate(row.cells) if not is_missing(cell.text)}
-    units: dict[int, Unit] = {index: unit for index, text in texts.items() if (unit := unit_of(text)) is not None}
-    return units if len(units) == len(texts) else {}
-
-
-def _units_in_cells(body: Sequence[SheetRow]) -> tuple[list[SheetRow], dict[int, Unit]]:
-    """Return the rows without units behind their numbers, and these by column where all numbers of it have one."""
-    found: dict[int, set[Unit | None]] = {}
-    for row in body:
-        for at, cell in enumerate(row.cells):
-            if is_a_number(cell) or (cell.kind == "text" and is_number(_without_unit(cell.text))):
-                found.setdefault(at, set()).add(unit_of(cell.text.rpartition(" ")[2]))
-    units: dict[int, Unit] = {at: unit for at, (unit, *more) in found.items() if unit is not None and not more}
-    stripped = [
-        SheetRow(
-            row.number,
-            tuple(
-                SheetCell(_without_unit(cell.text)) if at in units and cell.kind == "text" else cell
-                for at, cell in enumerate(row.cells)
-            ),
-        )
-        for row in body
-    ]
-    return (stripped, units) if units else (list(body), {})
-
-
-def _without_unit(text: str) -> str:
-    head, _, last = text.rpartition(" ")
-    return head.strip() if unit_of(last) is not None else text
-
-
 def _with_units(
     place: Place, columns: Sequence[Column], below: Mapping[int, Unit], declared: Declared, faults: FaultList
 ) -> list[Column]:
@@ -318,42 +282,6 @@ def _with_units(
             )
         found.append(replace(column, unit=units[0] if units else None))
     return found
-
-
-def _sorted_rows(
-    place: Place, body: Sequence[SheetRow], station: Column, readings: Sequence[Column], faults: FaultList
-) -> tuple[list[SheetRow], list[SheetRow], list[SheetRow]]:
-    """Divide the rows below a header into those of stations, remarks, and means of others.
-
-    Words between readings that begin another table are a fault: which of the two is meant must be declared.
-    """
-    kept, remarks, passed = list[SheetRow](), list[SheetRow](), list[SheetRow]()
-    words_between = None
-    for row in body:
-        first, station_cell = first_cell(row), row.cell(station.index)
-        cells = [
-            cell for column in readings if not is_missing((cell := row.cell(column.index)).text) or cell.kind != "text"
-        ]
-        is_text = station_cell.kind == "text" and not is_a_number(station_cell)
-        words = is_text and all(cell.kind == "text" and holds_no_number(cell.text) for cell in (station_cell, *cells))
-        if first is not None and first.kind == "text" and is_calculated(first.text):
-            passed.append(row)
-        elif is_text and (again := meaning(station_cell.text)) is not None and again.role == "station":
-            break
-        elif (words and (cells or not is_missing(station_cell.text))) or (is_text and station_cell.text and not cells):
-            remarks.append(row)
-            words_between = row if kept else None
-        else:
-            s, s_before = (number(each.cell(station.index).text, None) for each in (row, (kept or [row])[-1]))
-            if words_between is not None and s is not None and s_before is not None and s < s_before:
-                break
-            kept.append(row)
-    else:
-        return kept, remarks, passed
-    spans = f'"{place.row}:{row.number - 1}" or "{row.number}:{body[-1].number}"'
-    found = f"another table begins in row {row.number}, below the first."
-    faults.add(replace(place, row=row.number), found, f"Say which is meant: [readings.columns] range = {spans}.")
-    return kept, remarks, passed
 
 
 def other_zeros(header: Header) -> list[tuple[SheetRow, str]]:

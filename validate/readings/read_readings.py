@@ -11,16 +11,17 @@ from typing import TypeVar
 import numpy as np
 
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats, Profile, ReadColumn
+from sealtwin.core.records import Floats, Profile
 from validate.readings.columns import Column, Header, read_header
 from validate.readings.doubts import doubts_of
 from validate.readings.samples import read_cells, rows_of_sample
 from validate.readings.screens import ReadCells
-from validate.readings.sheet import FaultList, Place, SheetCell, SheetGrid, SheetRow, letters, quoted, shown
+from validate.readings.sheet import FaultList, Place, SheetCell, SheetGrid, SheetRow, letters, quoted
 from validate.readings.text_table import common_mark, decimals_of, is_ambiguous, is_grouped, is_missing, number
+from validate.readings.understood import dialect_of, understood
 from validate.readings.whole_sheet import Filling
 from validate.settings import Decimal, Declared, Quantity, Readings, Unit
-from validate.units import LABELS, counted
+from validate.units import counted
 
 Height = TypeVar("Height", float, Floats)
 
@@ -28,7 +29,6 @@ MM: dict[Unit, float] = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
 CLOSEST_MM = 0.01
 """Least distance of two stations, the last digit of a caliper; closer ones are one station that was read twice."""
 SLACK_MM = 2.0
-MOST_ROWS_SHOWN = 8  # Rows that are named as not read
 LONGEST_MM = 10_000.0  # Limit on s for a crack whose length is not known: longer ones fit on no table of a lab
 
 
@@ -73,38 +73,10 @@ def read_readings(
         levels_mm,
         data,
         path.name,
-        _dialect(table, levels_mm.shape[1]),
+        dialect_of(grid, header, settings, table.mark, levels_mm.shape[1], table.missing),
         doubts=tuple(doubts_of(grid, header, cells, settings, depth_mm, filling)),
         columns=faults.columns,
     )
-
-
-def understood(header: Header) -> tuple[ReadColumn, ...]:
-    """Return the columns of a table and what each is taken for, then the rows that are not read."""
-    roles = {header.station.index: "s"}
-    for place, column in enumerate(header.readings, start=1):
-        way = (
-            f"{header.quantity} {'upward' if header.quantity == 'level' else 'downward'}"
-            if header.quantity
-            else "reading"
-        )
-        roles[column.index] = f"{way}, {place}" if header.repeat is None and len(header.readings) > 1 else way
-    roles |= {
-        one.index: what for one, what in ((header.repeat, "repeat"), (header.sample, "sample")) if one is not None
-    }
-    shown_columns = [
-        ReadColumn(
-            letters(column.index),
-            shown(column.name),
-            roles.get(column.index, "not read"),
-            column.unit or "",
-            shown(next((text for row in header.body if (text := row.cell(column.index).text)), "")),
-        )
-        for column in sorted([*header.read, *header.skipped], key=lambda column: column.index)
-    ]
-    texts = [(row, next(cell.text for cell in row.cells if cell.text)) for row in (*header.remarks, *header.passed)]
-    rows = [ReadColumn(f"{row.number}", shown(text), "row, not read", "", "") for row, text in texts[:MOST_ROWS_SHOWN]]
-    return (*shown_columns, *rows)
 
 
 def take_readings(
@@ -416,25 +388,3 @@ def _by_number(label: str) -> tuple[bool, float, str]:
     """Return a key that sorts numbers by size, before words."""
     value = number(label, "point")
     return value is None, value or 0.0, label
-
-
-def _dialect(table: TableReader, repeats: int) -> str:
-    grid, header, declared = table.grid, table.header, table.declared
-    sample = () if declared.sample is None else (f"rows of {shown(declared.sample)}",)
-    decimal = () if table.mark is None else (f"decimal {table.mark}",)
-    units = list(dict.fromkeys(str(column.unit) for column in header.readings))
-    upward = "upward" if header.quantity == "level" else "downward"
-    counting = f"{header.quantity} {upward} in {' and '.join(units)} from {LABELS['datums'][declared.datum]}"
-    if declared.datum != "sample_surface":
-        counting += f", {declared.datum_level_mm or 0.0:+g} mm from the sample surface"
-    if units != [header.station.unit]:
-        counting += f", places in {header.station.unit}"
-    layout = "wide" if header.repeat is None else "long"
-    parts = [", ".join((*grid.written, *sample, *decimal)), f"{layout}, {counted(repeats, 'repeat')}", counting]
-    if table.missing:
-        parts.append(f"{counted(table.missing, 'reading')} missing")
-    if header.above:
-        parts.append(f"{counted(header.above, 'line')} above the header")
-    if header.skipped:
-        parts.append("not readings: " + ", ".join(shown(column.name) for column in header.skipped[:8]))
-    return "; ".join((*parts, *grid.remarks))

@@ -36,7 +36,9 @@ def table_rows(grid: SheetGrid, given: Columns) -> tuple[list[SheetRow], list[Sh
         if given.missing:
             row = SheetRow(row.number, tuple(BLANK if cell.text in given.missing else cell for cell in row.cells))
         skipped = row.number in given.skip or first.text in given.skip
-        (left_out if skipped or (first.kind == "text" and is_comment(first.text)) else kept).append(row)
+        # "#5" before numbers is the name of a row, or a row that somebody has taken out: which is not guessed.
+        comment = first.kind == "text" and is_comment(first.text) and sum(map(is_a_number, row.cells)) < 2
+        (left_out if skipped or comment else kept).append(row)
     return kept, left_out
 
 

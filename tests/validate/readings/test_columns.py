@@ -99,6 +99,12 @@ def test_rows_that_hold_no_readings_are_passed_over_and_named(read):
     assert passed == {"2": "# abends gemessen", "5": "Mittelwert", "6": "Stabw.", "7": "Müller"}
 
 
+def test_a_row_that_somebody_has_taken_out_is_asked_about(read):
+    with pytest.raises(SheetFaults, match="'#9' is no number"):
+        read("s_mm;depth_1_mm;depth_2_mm\n0;1;1\n5;2;2\n#9;7;7\n")
+    assert read("Nr.;s_mm;depth_mm\n#1;0;1\n#2;5;2\n").s_mm.tolist() == [0, 5]
+
+
 @pytest.mark.parametrize(
     ("zero", "asked"),
     [("Nullpunkt: Probenoberfläche", False), ("Nullpunkt: Oberkante Messschieber", True), ("zeroed on the base", True)],
