@@ -39,6 +39,8 @@ class Columns(Settings):
     """Column that numbers the readings of a station, where each reading has a row."""
     header_rows: int | None = Field(default=None, ge=0, le=20)
     """Number of rows of the header; 0 for a sheet that begins with its readings."""
+    transposed: bool | None = None
+    """True where the stations stand in a row: letters then count rows, "A" for the first. Left out, names tell it."""
     skip: tuple[Text | Annotated[int, Field(ge=1)], ...] = ()
     """Rows that are not read: by number from 1, or by the text of their first cell, as ["Mittelwert", 9]."""
     missing: tuple[Text, ...] = ()

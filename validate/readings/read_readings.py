@@ -19,6 +19,7 @@ from validate.readings.screens import ReadCells
 from validate.readings.sheet import FaultList, Place, SheetCell, SheetGrid, SheetRow, letters, quoted
 from validate.readings.text_table import common_mark, decimals_of, is_ambiguous, is_grouped, is_missing, number
 from validate.readings.understood import dialect_of, understood
+from validate.readings.upright import upright
 from validate.readings.whole_sheet import Filling
 from validate.settings import Decimal, Declared, Quantity, Readings, Unit
 from validate.units import counted
@@ -51,9 +52,9 @@ def read_readings(
         SheetFaults: The sheet has faults; the error lists each with its place, value and remedy.
         InputError: The file cannot be opened.
     """
-    grid, faults = read_cells(path, settings), FaultList()
+    grid, faults = upright(read_cells(path, settings), settings), FaultList()
     header = rows_of_sample(grid, read_header(grid, settings, faults), settings, faults)
-    faults.columns = understood(header)
+    faults.columns = understood(grid, header)
     crack = None if depth_mm is None else CrackLimits(length_mm, depth_mm)
     table = TableReader(grid, header, settings, crack, faults)
     cells = table.read()

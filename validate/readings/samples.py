@@ -12,6 +12,7 @@ from validate.readings.columns import Column, Header, read_header
 from validate.readings.header_words import sample_key
 from validate.readings.sheet import SAVE_AGAIN, FaultList, Place, SheetFaults, SheetGrid, SheetRow, quoted, refuse
 from validate.readings.text_table import read_delimited
+from validate.readings.upright import upright
 from validate.settings import Declared
 
 LARGEST_FILE_BYTES = 5_000_000  # Limit on a sheet, a workbook with its pictures included
@@ -138,6 +139,7 @@ def rows_of_sample(grid: SheetGrid, header: Header, declared: Declared, faults: 
 
 
 def _parts(grid: SheetGrid, sheet: str | None) -> Iterable[SamplePart]:
+    grid = upright(grid, Declared())
     try:
         header = read_header(grid, Declared(), FaultList())
     except SheetFaults:

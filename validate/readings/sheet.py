@@ -185,6 +185,8 @@ class SheetGrid:
     struck: frozenset[tuple[int, int]] = frozenset()  # Cells that are struck through: row from 1, column from 0
     hidden_rows: frozenset[int] = frozenset()
     hidden_columns: frozenset[int] = frozenset()
+    turned: tuple[int, ...] | None = None
+    """Rows of the file, by number, that the columns of a turned sheet were; None in a sheet as it is in its file."""
 
     def __post_init__(self) -> None:
         if len(self.rows) > MOST_ROWS:
@@ -194,4 +196,6 @@ class SheetGrid:
             raise refuse(self.place(wide.number), found, "Delete everything outside the table.")
 
     def place(self, row: int | None = None, column: int | None = None, name: str | None = None) -> Place:
+        if self.turned is not None:
+            row, column = None if column is None else self.turned[column], None if row is None else row - 1
         return Place(self.path, self.sheet, row, column, name)

@@ -1,4 +1,4 @@
-"""How a sheet was understood: a sentence on the whole of it, and a line for each of its columns."""
+"""Account of how a sheet was understood: a sentence on the whole of it, and a line for each of its columns."""
 
 from sealtwin.core.records import ReadColumn
 from validate.readings.columns import Header
@@ -33,7 +33,7 @@ def dialect_of(
     return "; ".join((*parts, *grid.remarks))
 
 
-def understood(header: Header) -> tuple[ReadColumn, ...]:
+def understood(grid: SheetGrid, header: Header) -> tuple[ReadColumn, ...]:
     """Return the columns of a table and what each is taken for, then the rows that are not read."""
     roles = {header.station.index: "s"}
     for place, column in enumerate(header.readings, start=1):
@@ -46,9 +46,10 @@ def understood(header: Header) -> tuple[ReadColumn, ...]:
     roles |= {
         one.index: what for one, what in ((header.repeat, "repeat"), (header.sample, "sample")) if one is not None
     }
+    what = "row" if grid.turned is None else "column"
     shown_columns = [
         ReadColumn(
-            letters(column.index),
+            letters(column.index) if grid.turned is None else f"row {grid.turned[column.index]}",
             shown(column.name),
             roles.get(column.index, "not read"),
             column.unit or "",
@@ -57,5 +58,14 @@ def understood(header: Header) -> tuple[ReadColumn, ...]:
         for column in sorted([*header.read, *header.skipped], key=lambda column: column.index)
     ]
     texts = [(row, next(cell.text for cell in row.cells if cell.text)) for row in (*header.remarks, *header.passed)]
-    rows = [ReadColumn(f"{row.number}", shown(text), "row, not read", "", "") for row, text in texts[:MOST_ROWS_SHOWN]]
+    rows = [
+        ReadColumn(
+            f"{row.number}" if grid.turned is None else letters(row.number - 1),
+            shown(text),
+            f"{what}, not read",
+            "",
+            "",
+        )
+        for row, text in texts[:MOST_ROWS_SHOWN]
+    ]
     return (*shown_columns, *rows)

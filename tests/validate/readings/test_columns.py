@@ -166,3 +166,22 @@ def test_any_table_is_read_or_asked_about(tmp_path_factory, rows, letter):
         return
     written = {cell.removesuffix(" mm").replace(",", ".") for row in rows for cell in row}
     assert {f"{s:g}" for s in sheet.s_mm} <= {f"{float(cell):g}" for cell in written if cell[:1].isdigit()}
+
+
+def test_stations_in_a_row_are_turned_and_faults_keep_their_places(read):
+    text = "Probe 2;;;\nPosition mm;0;5;9\nTiefe 1;1,5;{};2,5\nTiefe 2;1,6;2,1;2,6\n"
+    sheet = read(text.format("2,0"), unit="mm")
+    assert sheet.repeats_mm is not None
+    assert sheet.repeats_mm.tolist() == [[-1.5, -1.6], [-2.0, -2.1], [-2.5, -2.6]]
+    assert "stations in a row" in sheet.dialect
+    assert [(column.place, column.role) for column in sheet.columns[1:4]] == [
+        ("row 2", "s"),
+        ("row 3", "depth downward, 1"),
+        ("row 4", "depth downward, 2"),
+    ]
+    with pytest.raises(SheetFaults) as caught:
+        read(text.format("tief"), unit="mm")
+    (fault,) = caught.value.faults
+    assert (fault.place.row, fault.place.column, fault.value) == (3, 2, "tief")
+    plain = read("x;0;5\ny;1;2\n", {"transposed": True, "s": "A", "levels": ["B"]}, unit="mm", quantity="depth")
+    assert plain.level_mm.tolist() == [-1, -2]
