@@ -4,7 +4,8 @@
 sheets that do not say what was meant, two in each manner are a lab of their own, which is asked and answered; they and
 sound ones are also read with the crack, the volume in it and a simulated level, as a run knows them. The sheets of seed
 2027 are those that are judged; the screens were set on others. Last, 24 sheets as ordinary labs write them, whose
-questions are answered in pairing.csv and lab.toml, and in no file of the lab's.
+questions are answered in pairing.csv and lab.toml, and in no file of the lab's; and sheets in drawn arrangements, which
+are read as they were meant or asked about.
 """
 
 import argparse
@@ -20,6 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.arranged_sheets import ArrangedSheet, arranged_sheet
 from benchmarks.doubtful_sheets import REVIEWED, VARIED, DrawnSheet, Manner, sound_sheet
 from benchmarks.ordinary_sheets import S_MM, SHEETS, levels_mm
 from benchmarks.table import Row, finish
@@ -41,6 +43,7 @@ JUDGED_SEED, SOUND_SHEETS, EACH = 2027, 400, 2
 MOST_QUESTIONED = 5.0  # Percent of the sound sheets that may be questioned
 UNREADABLE = 1  # Ordinary sheets whose readings are not in the file: formulas that no program has calculated
 ROUNDING_MM = 1e-9
+ARRANGED = 400
 ANSWER = re.compile(r"readings\.as_written = \[([^]]*)\]")
 
 
@@ -93,6 +96,7 @@ def main(scratch: Path, seed: int, sound: int, each: int) -> None:
             *sound_rows(scratch, seed, sound),
             *asking_rows(scratch / "asked", seed),
             *ordinary_rows(scratch / "ordinary"),
+            *arranged_rows(scratch, seed),
         ]
     )
 
@@ -251,6 +255,36 @@ def ordinary_rows(scratch: Path) -> list[Row]:
         Row("ordinary sheets read wrong without a word", len(wrong), "", 0, 0),
         Row("files of the lab that were changed", int(not unchanged), "", 0, 0),
     ]
+
+
+def arranged_rows(folder: Path, seed: int) -> list[Row]:
+    """Read drawn arrangements without a word of their lab: each is read as it was meant, or asked about."""
+    counts = Counter[str]()
+    for number in range(ARRANGED):
+        sheet = arranged_sheet(np.random.default_rng([seed, number]))
+        counts[_fate(sheet, sheet.write(folder))] += 1
+    return [
+        Row("sheets in drawn arrangements", ARRANGED, "", 300),
+        Row("of these read as they were meant", counts["right"], ""),
+        Row("of these asked about", counts["asked"], ""),
+        Row("of these read wrong without a word", counts["wrong"], "", 0, 0),
+    ]
+
+
+def _fate(sheet: ArrangedSheet, path: Path) -> str:
+    try:
+        found = read_readings(path, Declared())
+    except SheetFaults:
+        return "asked"
+    read = ~np.isnan(sheet.levels_mm).all(axis=1)
+    repeats_mm = found.level_mm[:, None] if found.repeats_mm is None else found.repeats_mm
+    expected_mm = sheet.levels_mm[read]
+    same = repeats_mm.shape == expected_mm.shape and np.allclose(
+        repeats_mm, expected_mm, atol=ROUNDING_MM, equal_nan=True
+    )
+    if same and found.s_mm.tolist() == [s for s, one in zip(sheet.s_mm, read, strict=True) if one]:
+        return "right"
+    return "asked" if found.doubts else "wrong"
 
 
 def _as_written(trial: Path, number: int) -> bool:

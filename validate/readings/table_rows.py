@@ -88,8 +88,8 @@ def find_header(rows: Sequence[SheetRow], merged: Sequence[tuple[int, int, int, 
                 at: name for at, name in names.items() if any(row.cell(at).text for row in rows[first : first + count])
             }
             hits = len(wanted & set(map(plain_name, written.values())))
-            # Of equals the first and shortest one; a unit below belongs to a row of units.
-            key = (hits, *_likeness(written), -count, -first)
+            # Of equals the first and shortest one, but for names of repeats below; a unit belongs to a row of units.
+            key = (hits, *_likeness(written), count > 1 and _names_repeats(rows[first + count - 1]), -count, -first)
             if best is None or key > best[0]:
                 best = key, HeaderRows(first, count, names)
     if best is None:
@@ -152,6 +152,13 @@ def _continues(names: Mapping[int, str], below: SheetRow) -> bool:
     return not all(unit_of(cell.text) or is_missing(cell.text) for cell in cells)
 
 
+def _names_repeats(row: SheetRow) -> bool:
+    """Return whether a row holds nothing but names of readings, as "Messung 1", or their numbers."""
+    texts = [cell.text for cell in row.cells if cell.text]
+    roles = {found.role for text in texts if not is_number(text) and (found := meaning(text)) is not None}
+    return roles <= {"reading", "repeat"} and all(is_number(text) or meaning(text) is not None for text in texts)
+
+
 def _goes_on(rows: Sequence[SheetRow], merged: Sequence[tuple[int, int, int, int]]) -> bool:
     """Return whether a name of the last row is merged with cells below."""
     last = rows[-1].number
@@ -175,7 +182,7 @@ def _joined(rows: Sequence[SheetRow], merged: Sequence[tuple[int, int, int, int]
         is_merged = any((row.number, at) in spans for at in starts)
         for start, following in zip(starts, [*starts[1:], None], strict=True):
             last = spans.get((row.number, start), start)
-            beyond = last + 1 if is_merged or not below else following or 1 + max(below)
+            beyond = last + 1 if is_merged or not below else following or 1 + max(start, *below)
             for at in range(start, beyond):
                 if at == start or at in below:
                     names[at] = _either(names.get(at, ""), row.cell(start).text)

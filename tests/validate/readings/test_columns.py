@@ -85,6 +85,11 @@ def test_a_header_of_two_rows_spans_its_columns(read):
     assert [(column.place, column.role) for column in sheet.columns][-1] == ("D", "not read")
 
 
+@pytest.mark.parametrize("below", ["Messung 1", "1"])
+def test_a_single_reading_may_have_a_second_header_row_too(read, below):
+    assert read(f"Riss 4;\ns [mm];Tiefe [mm]\n;{below}\n0;4\n5;4\n").s_mm.tolist() == [0, 5]
+
+
 def test_numbers_of_repeats_are_a_second_header_row_and_no_station(read):
     assert read("s [mm];Tiefe [mm];;\n;1;2;3\n0;4;5;6\n5;4;5;6\n").s_mm.tolist() == [0, 5]
     assert read("s [mm];Tiefe 1 [mm];Tiefe 2 [mm]\n1;2;3\n5;4;5\n").s_mm.tolist() == [1, 5]
