@@ -30,8 +30,7 @@ def ingest(
     A sound sample runs: it is traced, and checked as 'sealtwin run' would before its first frame. LAB/index.html shows
     all walls.
 
-    One table for several samples is divided by a column that names them, by titles of tables side by side, or by
-    worksheets named after them.
+    One table for several samples is divided by a column that names them, or by worksheets named after them.
 
     Again, the same command adds nothing; a sample that has changed, or whose trial has lost a file, becomes a new
     revision beside the old one.

@@ -54,7 +54,7 @@ class Said:
 
     sample: str  # Letters, digits, spaces and -_. only; empty where the name says none.
     role: Role
-    stated: bool = field(default=False, compare=False)  # True where a word of the name says the role
+    stated: bool = field(default=False, compare=False)  # True where a word of the file's own name says it
 
 
 def read_names(files: Iterable[PurePath], folder: str) -> dict[PurePath, Said]:
@@ -96,7 +96,7 @@ def read_name(file: PurePath, *, camera_counts: bool = False) -> Said | None:
     by_folder: list[Role] = [role for _, roles in folders for role in roles]
     # A mask in a folder of photos is a mask: what a name adds to its suffix counts.
     told: list[Role] = [role for role in (*said, *by_folder[::-1]) if role in possible[1:]]
-    return Said("-".join(parts), told[0] if told else possible[0], bool(told))
+    return Said("-".join(parts), told[0] if told else possible[0], bool(told) and told[0] in said)
 
 
 def as_label(text: str) -> str:

@@ -145,6 +145,8 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note, answers: Mapping[s
                 f"{text} is kept as text, and seems to say {told}. If it does, give it the role note; else leave it."
             )
             outcome.remarks.append(f"{outcome.asked[text]} ({PAIRING})")
+        else:
+            outcome.remarks.append(f"{text} is kept as text.")
     outcome.remarks += outcome.note.remarks
     return outcome
 

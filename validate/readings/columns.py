@@ -9,7 +9,7 @@ from validate.readings.header_words import (
     ColumnMeaning,
     meaning,
     names_other_zero,
-    sample_key,
+    quantity_in,
     unit_at_end,
 )
 from validate.readings.sheet import (
@@ -83,7 +83,7 @@ def read_header(grid: SheetGrid, declared: Declared, faults: FaultList) -> Heade
     body, in_cells = units_in_cells(body[1:] if units else body)
     units = in_cells | units
     columns = _meanings(place, found.names, body, given, faults)
-    columns = _one_table(place, rows[: found.first], columns, declared, faults)
+    columns = _one_table(place, columns, faults)
     stations, readings, counters, samples, skipped = (
         [column for column in columns if column.role == role]
         for role in ("station", "reading", "repeat", "sample", "skipped")
@@ -153,7 +153,8 @@ def _meanings(
                 raise refuse(place, found_, 'Write a letter as "B:B" where a column has it for a name.', reference)
             for at in found:
                 number = str(1 + sum(other.role == "reading" for other in roles.values()))
-                quantity = known.quantity if (known := meaning(names.get(at, ""))) else None
+                known = meaning(names.get(at, ""))
+                quantity = known.quantity if known else quantity_in(names.get(at, ""))
                 unit = known.unit if known else unit_at_end(names.get(at, ""))
                 match role:
                     case "station":
@@ -194,17 +195,9 @@ def _meanings(
     return sorted([*columns, *unknown], key=lambda column: column.index)
 
 
-def _one_table(
-    place: Place, above: Sequence[SheetRow], columns: list[Column], declared: Declared, faults: FaultList
-) -> list[Column]:
-    """Return the columns of one of several tables side by side, each with its stations and readings.
-
-    The one whose title is the declared sample counts; else which one it is must be declared.
-    """
+def _one_table(place: Place, columns: list[Column], faults: FaultList) -> list[Column]:
+    """Return the first of several tables side by side, each with its stations and readings: which is meant is asked."""
     tables = side_by_side(columns)
-    key = sample_key(declared.sample or "")
-    if mine := [table for table in tables if key and sample_key(title_of(above, table)) == key]:
-        return mine[0]
     if len(tables) > 1:
         spans = [f"{letters(table[0].index)}:{letters(table[-1].index)}" for table in tables]
         found = f"{len(tables)} tables side by side, in columns {' and '.join(spans)}."
@@ -219,15 +212,6 @@ def side_by_side(columns: Sequence[Column]) -> list[list[Column]]:
     tables = [list(columns[start:end]) for start, end in pairwise([*starts, len(columns)])]
     whole = all(any(column.role in ("reading", "repeat") for column in table) for table in tables)
     return tables if len(tables) > 1 and whole else [list(columns)]
-
-
-def title_of(above: Sequence[SheetRow], table: Sequence[Column]) -> str:
-    """Return the title of a table: the nearest text above any of its columns."""
-    for row in reversed(above):
-        for at in range(table[0].index, table[-1].index + 1):
-            if text := row.cell(at).text:
-                return text
-    return ""
 
 
 def _check_numbers(place: Place, readings: Sequence[Column], faults: FaultList) -> None:

@@ -97,6 +97,13 @@ def unit_at_end(name: str) -> Unit | None:
     return None if found is None else unit_of(found[1])
 
 
+def quantity_in(name: str) -> Quantity | None:
+    """Return the direction that words of a name state, whose other words may be unknown; None where they differ."""
+    words = set(WORD.findall(plain_letters(name[:LONGEST_NAME])))
+    ways = bool(words & DEPTH), bool(words & LEVEL)
+    return "depth" if ways == (True, False) else "level" if ways == (False, True) else None
+
+
 def is_comment(text: str) -> bool:
     return COMMENT.match(text) is not None
 

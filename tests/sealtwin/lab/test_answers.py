@@ -96,10 +96,13 @@ def test_a_text_is_kept_with_its_sample_and_never_fails_it(small, tmp_path):
     (small / "P01.txt").write_text("Nach Regen gemessen. Massstab: 0\nSiehe Heft 3; Foto verwackelt.\n")
     (small / "P02 Anmerkung.md").write_text("# Probe 2\n\n- Kante ausgebrochen\n")
     (small / "README.txt").write_text("Fotos vom Mai")
+    (small / "Messungen").mkdir()
+    (small / "Messungen" / "P02.txt").write_text("Im Ordner der Messungen, und doch keine.")
     ingested = ingest(small, tmp_path / "lab", QUIET)
     assert _fates(ingested) == {"P01": "new", "P02": "new"}
     assert (tmp_path / "lab/P01/inputs/text-1.txt").read_bytes() == (small / "P01.txt").read_bytes()
-    assert (tmp_path / "lab/P02/inputs/text-1.md").is_file()
+    assert len(list((tmp_path / "lab/P02/inputs").glob("text-*"))) == 2
+    assert "P01.txt is kept as text." in ingested.outcomes[0].remarks
     (small / "P01.txt").write_text("Mehr dazu.")
     assert _fates(ingest(small, tmp_path / "lab", QUIET))["P01"] == "unchanged", "it says nothing of the trial"
 

@@ -42,6 +42,13 @@ def test_columns_are_declared_by_name_or_letter(read, columns):
     assert [column.role for column in sheet.columns] == ["s", "depth downward, 1", "depth downward, 2", "not read"]
 
 
+def test_words_of_declared_columns_state_their_direction(read):
+    text = "x;Tiefe Mai;Tiefe Juni\n0;1;2\n5;3;4\n"
+    assert read(text, {"s": "A", "levels": ["B", "C"]}, unit="mm").level_mm.tolist() == [-1.5, -3.5]
+    with pytest.raises(SheetFaults, match="upward or downward"):
+        read(text.replace("Tiefe Mai", "Tiefe von oben Mai"), {"s": "A", "levels": ["B"]}, unit="mm")
+
+
 def test_a_letter_that_is_another_columns_name_is_not_guessed(read):
     text = "Stelle;A;b\n0;1;2\n5;3;4\n"
     with pytest.raises(SheetFaults, match="both a letter and another's name"):
