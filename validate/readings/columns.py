@@ -7,6 +7,7 @@ from itertools import pairwise
 from validate.readings.body_rows import sorted_rows, units_in_cells, units_row
 from validate.readings.header_words import (
     ColumnMeaning,
+    Role,
     meaning,
     names_other_zero,
     quantity_in,
@@ -139,38 +140,40 @@ def _seen(names: Mapping[int, str], body: Sequence[SheetRow]) -> str:
     return ", ".join(told)
 
 
+def _declared_roles(place: Place, names: Mapping[int, str], given: Columns) -> dict[int, ColumnMeaning]:
+    """Return what the declared columns are. Raises SheetFaults for one that is not there."""
+    roles: dict[int, ColumnMeaning] = {}
+    said: tuple[tuple[Role, tuple[str | None, ...]], ...] = (
+        ("station", (given.s,)),
+        ("repeat", (given.repeat,)),
+        ("reading", given.levels or ()),
+    )
+    for role, reference in ((role, one) for role, references in said for one in references if one is not None):
+        if not (found := columns_named(names, reference)):
+            known = ", ".join(quoted(name) for name in list(names.values())[:MOST_SHOWN])
+            what = f"{reference!r:.80} is no column, or both a letter and another's name, among {known}."
+            raise refuse(place, what, 'Write a letter as "B:B" where a column has it for a name.', reference)
+        for at in found:
+            name = names.get(at, "")
+            by_name = meaning(name) or ColumnMeaning(role, unit_at_end(name), quantity_in(name))
+            number = str(1 + sum(other.role == "reading" for other in roles.values()))
+            roles[at] = replace(by_name, role=role, number=number if role == "reading" else None)
+    return roles
+
+
 def _meanings(
     place: Place, names: Mapping[int, str], body: Sequence[SheetRow], given: Columns, faults: FaultList
 ) -> list[Column]:
     """Return what each column is, by declaration or by its name; one of numbers that is unknown is a fault."""
-    roles: dict[int, ColumnMeaning] = {}
-    said = {"station": given.s and (given.s,), "repeat": given.repeat and (given.repeat,), "reading": given.levels}
-    for role, references in said.items():
-        for reference in references or ():
-            if not (found := columns_named(names, reference)):
-                known = ", ".join(quoted(name) for name in list(names.values())[:MOST_SHOWN])
-                found_ = f"{reference!r:.80} is no column, or both a letter and another's name, among {known}."
-                raise refuse(place, found_, 'Write a letter as "B:B" where a column has it for a name.', reference)
-            for at in found:
-                number = str(1 + sum(other.role == "reading" for other in roles.values()))
-                known = meaning(names.get(at, ""))
-                quantity = known.quantity if known else quantity_in(names.get(at, ""))
-                unit = known.unit if known else unit_at_end(names.get(at, ""))
-                match role:
-                    case "station":
-                        roles[at] = ColumnMeaning("station", unit)
-                    case "repeat":
-                        roles[at] = ColumnMeaning("repeat")
-                    case _:
-                        roles[at] = ColumnMeaning("reading", unit, quantity, number)
-    declared = {role for role, references in said.items() if references}
-    columns, unknown = [], []
+    roles = _declared_roles(place, names, given)
+    declared = {one.role for one in roles.values()}
+    columns, unknown = list[Column](), list[Column]()
     numeric = {at for row in body for at, cell in enumerate(row.cells) if is_a_number(cell) or cell.kind == "formula"}
     for at in sorted({*names, *roles, *numeric}):
         name = names.get(at, "")
         found = roles.get(at) or meaning(name)
-        own = found is not None and at not in roles and (found.role in declared or "reading" in declared)
-        if own and found is not None and (found.role in declared or found.role in ("reading", "repeat")):
+        others = declared | ({"repeat"} if "reading" in declared and given.repeat is None else set())
+        if found is not None and at not in roles and found.role in others:
             found = ColumnMeaning("skipped", found.unit)
         if found is None and ("reading" in declared or at not in numeric):
             # Words are no readings, and where these are declared all else is none.
