@@ -26,6 +26,7 @@ from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 from types import FrameType
+from typing import Any
 
 import cv2
 import ezdxf.filemanagement
@@ -165,7 +166,8 @@ def rekeyed(content: bytes, chance: random.Random) -> bytes:
         return flipped(content, chance)
     tree = json.loads(content)
     for _ in range(chance.choice((1, 1, 2))):
-        here, key = tree, None
+        here: Any = tree
+        above, key = here, None
         while isinstance(here, dict | list) and here and (key is None or chance.random() < 0.75):
             above, key = here, chance.choice([*here] if isinstance(here, dict) else range(len(here)))
             here = above[key]
@@ -183,7 +185,9 @@ def repainted(content: bytes, chance: random.Random) -> bytes:
     """Change a picture: its size, depth, channels and places in it; a third of the time bytes alone."""
     if chance.random() < 0.33:
         return flipped(content, chance)
-    picture = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_COLOR).astype(float)
+    decoded = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_COLOR)
+    assert decoded is not None
+    picture = decoded.astype(float)
     height, width = picture.shape[:2]
     match chance.randrange(5):
         case 0:

@@ -352,7 +352,7 @@ def _sweep(bench: Bench) -> None:
 
 def _ingest(bench: Bench) -> None:
     folder, lab = inputs.write_lab_folder(bench.given / "measurements"), bench.out / "lab"
-    bench.sealtwin("ingest", folder, "--out", lab, "--digitise")
+    bench.sealtwin("ingest", folder, "--out", lab)
     bench.sealtwin("lab", "list", lab)
     bench.sealtwin("lab", "export", lab, "--out", bench.out / "export.csv")
 

@@ -1,4 +1,4 @@
-"""A lab's folder as labs leave them: ten samples in ten dialects; and twenty faults that can be planted in it."""
+"""A lab's folder as labs leave them: ten samples in ten dialects; and nineteen faults that can be planted in it."""
 
 import csv
 import io
@@ -219,18 +219,13 @@ FAULTS = (
         _edit("P02_Notiz.csv", "Tiefe [mm]", "Tiefe", "cp1252"),
     ),
     Planted(
-        "a word that nobody knows",
-        r"P02_Notiz\.csv, line 4: 'Pruefender'.*did you mean 'prüfer'",
-        _edit("P02_Notiz.csv", "Prüfer", "Pruefender", "cp1252"),
-    ),
-    Planted(
         "no depth at all",
         r"P03_Notizen\.csv: crack\.depth_mm is not said; no photo shows it",
         _edit("P03_Notizen.csv", "Tiefe;0,8 cm\n", "", "cp1252"),
     ),
     Planted(
         "a misspelt key",
-        r"P04_notes\.toml: 'crack\.dpeth_mm': no such key; did you mean 'crack\.depth_mm'",
+        r"P04_notes\.toml: 'crack\.dpeth_mm': no such key",
         _edit("P04_notes.toml", "crack.depth_mm", "crack.dpeth_mm"),
     ),
     Planted(
@@ -275,7 +270,7 @@ FAULTS = (
     ),
     Planted(
         "an old workbook",
-        r"P11_Messung\.xls: \.xls is not read; save it as XLSX or CSV",
+        r"P11_Messung\.xls: \.xls is not read; save a copy as XLSX, ODS or CSV beside it",
         lambda folder: (folder / "P11_Messung.xls").write_bytes(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"),
     ),
     Planted(

@@ -2,7 +2,7 @@
 
 import re
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
@@ -15,9 +15,48 @@ Decimal = Literal["point", "comma"]
 Quantity = Literal["level", "depth"]
 """level counts upward from the datum, depth downward."""
 Unit = Literal["mm", "cm", "m", "inch"]
-Datum = Literal["sample_surface", "sealant_top", "caliper_base"]
 AS_WRITTEN = re.compile(r"[A-Z]{1,3}|[A-Z]{0,3}[1-9][0-9]{0,6}|sign|unit|datum|direction")
 """Answer to a doubt about a sheet: a column, a row, a cell, or what the whole sheet has."""
+
+
+Text = Annotated[str, Field(min_length=1, max_length=200)]
+RANGE = r"^([A-Z]{1,3}([1-9][0-9]{0,6})?:[A-Z]{1,3}([1-9][0-9]{0,6})?|[1-9][0-9]{0,6}:[1-9][0-9]{0,6})$"
+OF_THE_SHEET = ("sheet", "unit", "datum", "datum_level_mm")
+"""Settings that [readings.columns] may hold too; they mean those of [readings]."""
+Sign = Literal["up", "down"]
+Datum = Literal["sample_surface", "sealant_top", "caliper_base"]
+SIGNS: dict[str, Quantity] = {"up": "level", "down": "depth"}
+
+
+class Columns(Settings):
+    """Columns of a sheet, where its header does not tell them; and what else it leaves open, as in [readings]."""
+
+    s: Text | None = None
+    """Column of the stations: its name in the header, or its letter in a spreadsheet, as "A"."""
+    levels: Annotated[tuple[Text, ...], Field(min_length=1, max_length=256)] | None = None
+    """Columns of readings: names, letters or spans of letters, as ["B", "C"] or ["B:D"]. No other column is read."""
+    repeat: Text | None = None
+    """Column that numbers the readings of a station, where each reading has a row."""
+    header_rows: int | None = Field(default=None, ge=0, le=20)
+    """Number of rows of the header; 0 for a sheet that begins with its readings."""
+    transposed: bool | None = None
+    """True where the stations stand in a row: letters then count rows, "A" for the first. Left out, names tell it."""
+    skip: tuple[Text | Annotated[int, Field(ge=1)], ...] = ()
+    """Rows that are not read: by number from 1, or by the text of their first cell, as ["Mittelwert", 9]."""
+    missing: tuple[Text, ...] = ()
+    """Words of this sheet for a reading that is missing, beside those that are known, as ["n. lesbar"]."""
+    range: Annotated[str, Field(pattern=RANGE)] | None = None
+    """Part of the sheet that is read: cells, as "F2:I30", or columns, as "F:I", or rows, as "2:30"."""
+    sign: Sign | None = None
+    """Direction in which readings count: "up" for levels, "down" for depths; [readings] quantity in other words."""
+    sheet: Text | None = None
+    """Worksheet, as in [readings]."""
+    unit: Unit | None = None
+    """Unit of all columns, as in [readings]."""
+    datum: Datum | None = None
+    """Datum, as in [readings]."""
+    datum_level_mm: float | None = Field(default=None, ge=-1000, le=1000)
+    """Height of that datum above the sample's surface, as in [readings]."""
 
 
 class Declared(Settings):
@@ -35,6 +74,8 @@ class Declared(Settings):
     """Direction in which readings count, where the header names none."""
     unit: Unit | None = None
     """Unit of all columns whose header names none."""
+    columns: Columns | None = None
+    """Columns of the sheet, where its header does not tell them."""
     as_written: tuple[str, ...] | None = None
     """Answers to doubts about the sheet that was read: cells ("E7"), columns ("E") or rows ("7") that are meant as they
     stand, and "sign", "unit", "datum" or "direction" of the whole sheet.
@@ -55,6 +96,24 @@ class Declared(Settings):
         return answers
 
     @model_validator(mode="after")
+    def _says_it_once(self) -> Self:
+        """Take what [readings.columns] says of the whole sheet as said of [readings]."""
+        if (columns := self.columns) is None:
+            return self
+        said: dict[str, Any] = {key: value for key in OF_THE_SHEET if (value := getattr(columns, key)) is not None}
+        if columns.sign is not None:
+            said["quantity"] = SIGNS[columns.sign]
+        for key, value in said.items():
+            if key in self.model_fields_set and getattr(self, key) != value:
+                raise ValueError(f"{key} is {getattr(self, key)!r:.40}, and columns says {value!r:.40}; keep one")
+        # The settings are frozen for all others.
+        rest = columns.model_copy(update=dict.fromkeys((*OF_THE_SHEET, "sign")))
+        for key, value in {**said, "columns": rest}.items():
+            object.__setattr__(self, key, value)
+        self.model_fields_set.update(said)
+        return self
+
+    @model_validator(mode="after")
     def _knows_its_datum(self) -> Self:
         if self.datum == "sample_surface" and self.datum_level_mm not in (None, 0.0):
             raise ValueError(
@@ -72,7 +131,7 @@ class Readings(Declared):
     """A sheet of caliper readings: how it is written, and how it was measured."""
 
     file: Path
-    """Path of the sheet, CSV or XLSX, beside the trial file or absolute. Its columns are s_mm and level_1_mm,
+    """Path of the sheet, CSV, XLSX or ODS, beside the trial file or absolute. Its columns are s_mm and level_1_mm,
     level_2_mm, ... (upward from the face) or depth_1_mm, ... (downward from it), or as the lab writes them.
     """
     data: DataKind

@@ -4,7 +4,7 @@ import io
 
 import ezdxf.filemanagement
 from ezdxf import units
-from ezdxf.layouts import Modelspace
+from ezdxf.layouts.layout import Modelspace
 
 from digitise.geometry.polyline import rectangle
 from sealtwin.core.records import Floats, Outline, Trajectory

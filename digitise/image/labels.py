@@ -67,7 +67,7 @@ def run_lengths(mask: NDArray[np.bool_]) -> dict[str, Any]:
     """Return COCO's uncompressed code: lengths of runs down the columns, the first of pixels outside."""
     flat = mask.ravel(order="F")
     changes = np.flatnonzero(np.diff(flat)) + 1
-    counts = np.diff([0, *changes, len(flat)]).tolist()
+    counts = np.diff(np.concatenate([[0], changes, [len(flat)]])).tolist()
     return {"size": [*mask.shape], "counts": [0, *counts] if flat[0] else counts}
 
 

@@ -1,7 +1,7 @@
 """Answers on folders: a batch of photos, the ingest of a lab's folder, a lab's catalogue."""
 
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, astuple
 from pathlib import Path
 from typing import Any
 
@@ -36,16 +36,20 @@ def batch_answer(batch: Batch) -> Answer:
     return Answer(batch.content(), lines, batch.exit_code)
 
 
-def ingest_answer(ingested: Ingested) -> Answer:
-    """Answer with the pairing as a table, the dialects that were read, what is in doubt or wrong, what to do next."""
+def ingest_answer(ingested: Ingested, unready: Sequence[CatalogueFault] = ()) -> Answer:
+    """Answer with the pairing as a table, how the sheets were understood, what is in doubt or wrong, what to do next.
+
+    ``unready`` is what keeps samples that were taken in from their runs.
+    """
     outcomes = ingested.outcomes
     lines = _table(("sample", "photo", "readings", "note", "state"), [_pairing_row(outcome) for outcome in outcomes])
-    lines += [f"{outcome.sample.name}: read as {outcome.dialect}." for outcome in outcomes if outcome.dialect]
+    for outcome in outcomes:
+        lines += _understood(outcome)
     remarks = [CatalogueFault(outcome.sample.name, remark) for outcome in outcomes for remark in outcome.remarks]
     lines += _together(remarks, "note: ")
     if passed := [left.file for left in ingested.left_out if not left.lost]:
         lines.append(f"Left out: {few(passed)}, neither photos, sheets nor notes.")
-    failed = _together(ingested.faults, "failed: ")
+    failed = _together([*ingested.faults, *unready], "failed: ")
     lines += failed[:MOST_TOLD]
     if len(failed) > MOST_TOLD:
         lines.append(f"and {len(failed) - MOST_TOLD:,} more like these; --json and 'sealtwin lab list' tell them all.")
@@ -63,20 +67,21 @@ def ingest_answer(ingested: Ingested) -> Answer:
         "faults": [asdict(fault) for fault in ingested.faults],
         "exit_code": code,
     }
-    return Answer(content, [plain(line) for line in (*lines, *_ending(ingested))], code)
+    return Answer(content, [plain(line) for line in (*lines, *_ending(ingested, unready))], code)
 
 
-def traced_answer(ingested: Ingested, batch: Batch, outside: Sequence[CatalogueFault]) -> Answer:
-    """Answer of 'sealtwin ingest --digitise'; ``outside`` are readings that lie outside their traced crack."""
-    first, second = ingest_answer(ingested), batch_answer(batch)
-    traced, code = dict(second.content), second.exit_code
-    if outside:
-        code = code or SOME_FAILED
-        traced |= {"readings": [asdict(fault) for fault in outside], "exit_code": code}
-    told = second.lines if batch.listed else ["No sample to trace."]
-    lines = [*first.lines, "", *told, *(f"failed: {fault.sentence}" for fault in outside)]
-    code = BUG if BUG in (first.exit_code, code) else first.exit_code or code
-    return Answer({**first.content, "digitised": traced, "exit_code": code}, lines, code)
+def checked_answer(ingested: Ingested, batch: Batch, faults: Sequence[CatalogueFault]) -> Answer:
+    """Answer of 'sealtwin ingest'; ``faults`` keep samples that were taken in from their runs, or put them in doubt."""
+    first, second = ingest_answer(ingested, faults), batch_answer(batch)
+    code = first.exit_code or second.exit_code or (SOME_FAILED if faults else 0)
+    code = BUG if BUG in (first.exit_code, second.exit_code) else code
+    traced = {**second.content, "faults": [asdict(fault) for fault in faults], "exit_code": second.exit_code}
+    lines = [*first.lines]
+    if batch.done and not ingested.dry_run:
+        lines.append(f"All walls: {batch.out / SHEET}")
+    if proposals := [row.folder.partition("/")[0] for row in batch.done if row.path_source == "automatic"]:
+        lines.append(f"Found automatically, look at them: {few(proposals)}")
+    return Answer({**first.content, "traced": traced, "exit_code": code}, lines, code)
 
 
 def list_answer(lab: Path) -> Answer:
@@ -128,6 +133,7 @@ def _sample(outcome: SampleOutcome) -> dict[str, Any]:
         "faults": outcome.faults,
         "remarks": outcome.remarks,
         "dialect": outcome.dialect,
+        "columns": [asdict(column) for column in outcome.columns],
         "folder": outcome.trial,
         "revision": outcome.revision,
     }
@@ -157,15 +163,27 @@ def _together(faults: Sequence[CatalogueFault], begins: str) -> list[str]:
     ]
 
 
-def _ending(ingested: Ingested) -> list[str]:
-    fates = [outcome.fate for outcome in ingested.outcomes]
+def _understood(outcome: SampleOutcome) -> list[str]:
+    """Return how a sheet was understood: a sentence, and a table of its columns and the rows that are not read."""
+    if outcome.fate == "unchanged" or not (outcome.dialect or outcome.columns):
+        return [f"{outcome.sample.name}: read as {outcome.dialect}."] if outcome.dialect else []
+    rows = [list(astuple(column)) for column in outcome.columns]
+    title = f"{outcome.sample.name}: {outcome.sample.files['readings']}"
+    title += f", read as {outcome.dialect}." if outcome.dialect else ", not read yet:"
+    table = _table(("column", "name", "role", "unit", "first value"), rows) if rows else []
+    return [title, *(f"  {line}" for line in table)]
+
+
+def _ending(ingested: Ingested, unready: Sequence[CatalogueFault]) -> list[str]:
+    held = {fault.name for fault in unready}
+    fates = [outcome.fate for outcome in ingested.outcomes if not {outcome.sample.name, outcome.trial} & held]
     fresh, known = fates.count("new") + fates.count("revised"), fates.count("unchanged")
-    lines = [f"{fresh + known} of {len(fates)} samples are sound: {fresh} new or revised, {known} known."]
+    lines = [f"{fresh + known} of {len(ingested.outcomes)} samples are sound: {fresh} new or revised, {known} known."]
     if ingested.dry_run:
         return [*lines, "Nothing was written: a dry run."]
     lab = shown(ingested.lab)
-    if any(outcome.sample.questions for outcome in ingested.outcomes):
-        lines.append(f"To answer questions, edit {lab}/{PAIRING} and give it back: --pairing {lab}/{PAIRING}")
+    if any(outcome.sample.questions or outcome.asked for outcome in ingested.outcomes):
+        lines.append(f"To answer questions, edit {lab}/{PAIRING} and give the same command again.")
     if first := next((outcome.trial for outcome in ingested.outcomes if outcome.trial), None):
         lines.append(f"Catalogue: sealtwin lab list {lab}")
         lines.append(f"A trial: sealtwin run {lab}/{first}/{TRIAL} --out {lab}/{first}/{RUN}")

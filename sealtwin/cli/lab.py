@@ -13,21 +13,23 @@ def ingest(
     folder: Annotated[Path, argument("FOLDER", "Photos, sheets of readings and notes; nothing in it is changed.")],
     out: Annotated[Path, option("Gets a folder for each trial, pairing.csv and the catalogue.", "LAB")],
     pairing: Annotated[
-        File, option("LAB/pairing.csv as you have corrected it: file, role, sample, part.", "CSV")
+        File, option("A pairing.csv elsewhere; LAB/pairing.csv, corrected and answered, is read anyway.", "CSV")
     ] = None,
-    dry_run: Annotated[bool, flag("--dry-run", "Pair, check and tell; write nothing.")] = False,
-    digitise: Annotated[
-        bool, flag("--digitise", "Trace each sound sample too; LAB/index.html shows all walls.")
-    ] = False,
-    jobs: Annotated[int, count_option("Of --digitise: samples traced at the same time.", 1, 64)] = 1,
+    dry_run: Annotated[bool, flag("--dry-run", "Pair, trace, check and tell; write nothing.")] = False,
+    jobs: Annotated[int, count_option("Samples traced at the same time.", 1, 64)] = 1,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
     """Take a lab's folder of photos, caliper sheets and notes into trials and a catalogue.
 
-    Files are paired by name: P01_top.jpg, "p 01 Messung.xlsx" and P01_notes.toml are of one sample. What is in doubt is
-    asked, what is wrong is named, the rest goes on. A note says what no photo shows, in the trial's own keys (TOML) or
-    in a table of words and values ("Tiefe in mm; 16,0"); lab.toml on top of FOLDER says it for all samples.
+    Files are paired by name: IMG_0412_P01.jpg, "p 01 Messung.xlsx" and P01_notes.toml are of one sample. Each sheet is
+    shown as it was understood: its columns, their roles, units and first values. What is in doubt is asked in
+    LAB/pairing.csv and answered there, by the letters of columns, or in lab.toml on top of FOLDER; no file of yours
+    need be edited. A note says what no photo shows, in the trial's own keys (TOML) or in a table of words and values
+    ("Tiefe in mm; 16,0"); other texts are kept with their sample.
+
+    A sound sample runs: it is traced, and checked as 'sealtwin run' would before its first frame. LAB/index.html shows
+    all walls.
 
     One table for several samples is divided by a column that names them, or by worksheets named after them.
 
@@ -37,18 +39,13 @@ def ingest(
     Example: sealtwin ingest measurements --out lab --dry-run
     """
     with answering("cpu", as_json, quiet) as command:
-        if digitise and dry_run:
-            raise typer.BadParameter("--digitise writes what it traces; give it without --dry-run")
-        from sealtwin.cli.folder_answer import ingest_answer, traced_answer
+        from sealtwin.cli.folder_answer import checked_answer
         from sealtwin.lab.ingest import ingest as take_in
-        from sealtwin.lab.ingest import trace
+        from sealtwin.lab.run_checks import check_runs
 
         with command.progress() as progress:
             ingested = take_in(folder, out, progress, pairing=pairing, dry_run=dry_run)
-        if digitise:
-            command.reply(traced_answer(ingested, *trace(ingested, command.progress(), jobs)))
-        else:
-            command.reply(ingest_answer(ingested))
+        command.reply(checked_answer(ingested, *check_runs(ingested, folder, command.progress(), jobs)))
 
 
 def lab(

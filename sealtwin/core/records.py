@@ -320,6 +320,17 @@ class Frame:
 
 
 @dataclass(frozen=True)
+class ReadColumn:
+    """A column of a sheet of readings, or a row of it that is not read, as it was understood."""
+
+    place: str  # Letter of the column in a spreadsheet, or number of the row
+    name: str
+    role: str  # In words: "s", "depth 1", "not read"
+    unit: str
+    first: str  # First value
+
+
+@dataclass(frozen=True)
 class Profile:
     """Level of the sealant along the crack, relative to the face: negative below it, positive above."""
 
@@ -330,6 +341,7 @@ class Profile:
     source: str = ""
     dialect: str = ""  # Sentence that says how the sheet of readings was understood; empty for a simulated profile
     doubts: tuple[str, ...] = ()  # What the sheet may not have meant, a sentence each with its cell and its answer
+    columns: tuple[ReadColumn, ...] = ()  # Columns of the sheet as they were understood, those not read included
 
 
 def arc_length(points_mm: Floats) -> Floats:

@@ -12,7 +12,7 @@ from typing import Any, Self
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.lab.found_files import Piece, Role, Said, few
-from sealtwin.lab.pairing import Decisions
+from sealtwin.lab.pairing import Answers, Decisions
 from sealtwin.lab.sample_trials import KeptFile, SampleOutcome
 from validate.readings.samples import sample_key
 
@@ -56,10 +56,7 @@ CREATE TABLE IF NOT EXISTS uses (
 """
 """Table that a catalogue has from its first such study on."""
 WAIT_S = 60.0  # Longest wait for another process to finish its write, which takes milliseconds on most disks
-REMEDY = (
-    "Move it away and ingest the same folders again: it is made anew, from the trials' own. A pairing that you had "
-    "corrected must be given once more."
-)
+REMEDY = "Move it away and ingest the same folders again: it is made anew, from the trials' own, and from pairing.csv."
 """Advice for a catalogue that is damaged, or of another version."""
 
 
@@ -157,9 +154,16 @@ class Catalogue:
         rows = self._rows("SELECT file, part, role, sample FROM decisions WHERE source = ?", [source])
         return {(PurePath(file), part): Said(sample, role) for file, part, role, sample in rows}
 
-    def state_decisions(self, source: str, decided: Decisions) -> None:
+    def answers(self, source: str) -> Answers:
+        """Return the user's answers on the sheets of a source."""
+        said = json.loads(self.fact(f"answers {source}") or "[]")
+        return {(file, part): answers for file, part, answers in said}
+
+    def state_decisions(self, source: str, decided: Decisions, answers: Answers) -> None:
         rows = [(file.as_posix(), part, said.role, said.sample) for (file, part), said in decided.items()]
         self._replace("decisions", source, rows)
+        listed = [[file, part, dict(said)] for (file, part), said in answers.items()]
+        self.state_fact(f"answers {source}", json.dumps(listed))
 
     def rename_source(self, path: str, name: str) -> None:
         """Give a source its name in place of its path, which earlier versions kept."""
@@ -228,6 +232,8 @@ def remark_twins(sound: Sequence[SampleOutcome], catalogue: Catalogue) -> None:
             holders[file.sha256][record.sample] = f"{file.original} of {record.sample}"
     for each in sound:
         for raw in each.raw:
+            if raw.role == "text":
+                continue
             part = each.sample.part if raw.role == "readings" else None
             holders[each.hashes[raw.role]][each.sample.key] = str(Piece(PurePath(raw.original), part))
     for each in sound:

@@ -1,34 +1,42 @@
 """Photos, sheets and notes in a lab's folder: which there are, and of which sample and role they are by their names.
 
-No link is followed, and no file is opened but tables of readings, which several samples may share.
+No link is followed, and no file is opened but tables of readings, which several samples may share, and texts.
 """
 
 import os
 import re
 import unicodedata
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path, PurePath
 from typing import Literal
 
 from sealtwin.core.errors import InputError, as_text
+from sealtwin.lab.free_text import kind_of_text
 from sealtwin.photos.batch import PHOTO_SUFFIXES
-from validate.readings.columns import WORDS as LAB_WORDS
+from validate.readings.header_words import WORDS as LAB_WORDS
 from validate.readings.samples import SamplePart, parts_of, sample_key
 from validate.readings.text_table import plain_letters
 
-Role = Literal["photo", "second_photo", "mask", "readings", "note", "ignore"]
+Role = Literal["photo", "second_photo", "mask", "readings", "note", "text", "ignore"]
+"""Role of a file; a "text" is kept with its sample and says no settings."""
 
 NOTE_SUFFIX = ".toml"
 TRIAL = "trial.toml"  # Name of a trial file; 'sealtwin init' writes one into a folder of one sample
-TABLE_SUFFIXES = {".csv", ".tsv", ".txt", ".xlsx"}
-UNREAD_TABLES = {".xls", ".xlsm", ".xlsb", ".ods", ".numbers", ".sxc"}
+TABLE_SUFFIXES = {".csv", ".tsv", ".xlsx", ".xlsm", ".ods"}
+FREE_TEXT = {".txt", ".md"}
+UNREAD_TABLES = {".xls", ".xlsb", ".numbers", ".sxc"}
 """A lab's own numbers in formats that are not read: to be named, not passed over."""
 WORDS: dict[Role, frozenset[str]] = {role: frozenset(words.split()) for role, words in LAB_WORDS["files"].items()}
 """Words at the beginning or the end of a name, for each role."""
-CAMERA = re.compile(r"(img|imag|dsc[nf]?|pxl|mvimg|cimg|gopr)[ _-]?\d{3,}([ _-]\d+)*|p\d{7}", re.IGNORECASE)
+CAMERA = re.compile(
+    r"(img|imag|dsc[nf]?|pxl|mvimg|cimg|gopr)[ _-]?\d{3,}([ _-]\d+)*([ _-]wa\d+)?|p\d{7}|\d{8}_\d{6}", re.IGNORECASE
+)
 """A name that a camera gave says nothing of a sample."""
+BESIDE_CAMERA = re.compile(rf"(?:{CAMERA.pattern})[ _-]+(?=[^\W\d_])|(?<=\w)[ _-]+(?:{CAMERA.pattern})$", re.IGNORECASE)
+"""A camera's name before or behind another, as in IMG_0412_P4."""
+REMARK = re.compile(r"\s*[(\[{][^)\]}]*[)\]}]\s*$")  # Remark in brackets at the end of a name: P-03 (von oben)
 WORD = re.compile(r"[^\W_]+")
 OUTSIDE_LABELS = re.compile(r"[^\w .-]+")
 DEFAULTS = "lab.toml"  # Name of the file, at the top of a lab's folder, whose settings hold for all samples
@@ -46,6 +54,7 @@ class Said:
 
     sample: str  # Letters, digits, spaces and -_. only; empty where the name says none.
     role: Role
+    stated: bool = field(default=False, compare=False)  # True where a word of the file's own name says it
 
 
 def read_names(files: Iterable[PurePath], folder: str) -> dict[PurePath, Said]:
@@ -60,7 +69,7 @@ def read_names(files: Iterable[PurePath], folder: str) -> dict[PurePath, Said]:
     }
     named = {file: read_name(file, camera_counts=file.parent in by_camera) for file in files}
     return {
-        file: said if said.sample else Said(as_label(folder), said.role)
+        file: said if said.sample else replace(said, sample=as_label(folder))
         for file, said in named.items()
         if said is not None
     }
@@ -75,7 +84,9 @@ def read_name(file: PurePath, *, camera_counts: bool = False) -> Said | None:
     possible = possible_roles(file.suffix.lower())
     if not possible:
         return None
-    rest, said = ("", list[Role]()) if file.name == TRIAL else _without(file.stem, possible)
+    stem = REMARK.sub("", file.stem) or file.stem
+    stem = stem if CAMERA.fullmatch(stem) else BESIDE_CAMERA.sub("", stem)
+    rest, said = ("", list[Role]()) if file.name == TRIAL else _without(stem, possible)
     folders = [_without(part, tuple(WORDS)) for part in file.parent.parts]
     named = [folder for folder, _ in folders if folder]
     if camera_counts or not (named and CAMERA.fullmatch(rest)):
@@ -85,7 +96,7 @@ def read_name(file: PurePath, *, camera_counts: bool = False) -> Said | None:
     by_folder: list[Role] = [role for _, roles in folders for role in roles]
     # A mask in a folder of photos is a mask: what a name adds to its suffix counts.
     told: list[Role] = [role for role in (*said, *by_folder[::-1]) if role in possible[1:]]
-    return Said("-".join(parts), told[0] if told else possible[0])
+    return Said("-".join(parts), told[0] if told else possible[0], bool(told) and told[0] in said)
 
 
 def as_label(text: str) -> str:
@@ -99,6 +110,8 @@ def possible_roles(suffix: str) -> tuple[Role, ...]:
         return ("photo", "second_photo", "mask")
     if suffix in TABLE_SUFFIXES | UNREAD_TABLES:
         return ("readings", "note")
+    if suffix in FREE_TEXT:
+        return ("text", "readings", "note")
     return ("note",) if suffix == NOTE_SUFFIX else ()
 
 
@@ -115,7 +128,7 @@ def _without(name: str, roles: tuple[Role, ...]) -> tuple[str, list[Role]]:
 
 
 def _named(word: str, roles: tuple[Role, ...]) -> list[Role]:
-    return [role for role in roles if plain_letters(word) in WORDS[role]]
+    return [role for role in roles if plain_letters(word) in WORDS.get(role, ())]
 
 
 @dataclass(frozen=True)
@@ -140,8 +153,16 @@ def divide(folder: Path, named: Mapping[PurePath, Said], known: Set[str]) -> dic
     """
     pieces: dict[Piece, Said] = {}
     for file, said in named.items():
+        if file.suffix.lower() in FREE_TEXT:
+            said = _by_content(folder / file, said)
         pieces |= _divided(folder, file, said, known) if said.role == "readings" else {Piece(file): said}
     return pieces
+
+
+def _by_content(path: Path, said: Said) -> Said:
+    """Return the role of a file that may hold any text: a table of readings or of settings, by what it holds."""
+    role = said.role if said.stated and said.role == "readings" else kind_of_text(path)
+    return replace(said, role=role)
 
 
 def _divided(folder: Path, file: PurePath, said: Said, known: Set[str]) -> dict[Piece, Said]:
@@ -244,7 +265,7 @@ def _refusal(path: Path, file: Path, said: Said | None) -> str | None:
     if said is None:
         return "neither photo, sheet nor note, by its name."
     if file.suffix.lower() in UNREAD_TABLES:
-        return f"{file.suffix} is not read; save it as XLSX or CSV."
+        return f"{file.suffix} is not read; save a copy as XLSX, ODS or CSV beside it."
     if file.name == DEFAULTS and file != Path(DEFAULTS):
         return f"{DEFAULTS} counts on top of the folder only; move it there."
     return None

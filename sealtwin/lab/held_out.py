@@ -24,7 +24,8 @@ def facts_above(trial: Trial, source: Path, *, compared: bool = True) -> Above:
 
     Raises InputError where it is ``compared`` with readings that it declares held out, and the lab used to choose.
     """
-    return Above(lab_searched=compared and _search(trial, source), extra_runs=_time_of_extra_runs)
+    searched, cautions = _search(trial, source) if compared else (False, ())
+    return Above(lab_searched=searched, extra_runs=_time_of_extra_runs, cautions=cautions)
 
 
 def readings_hash(readings: Profile) -> str:
@@ -63,37 +64,46 @@ def _lab_of(folder: Path) -> Path | None:
     return next((above for above in (folder, *folder.parents)[:LEVELS] if (above / CATALOGUE).is_file()), None)
 
 
-def _search(trial: Trial, source: Path) -> bool:
+def _search(trial: Trial, source: Path) -> tuple[bool, tuple[str, ...]]:
     """Return True where a lab's catalogue was searched for held-out readings and names no other use of them.
 
-    Raises InputError, naming the study or calibration, where it does.
+    What could not be searched is returned as cautions, and is no search. Raises InputError, naming the study or
+    calibration, where it does.
     """
     held, lab = trial.readings, _lab_of(source)
     sheet = None if held is None else source / held.file
     if held is None or held.role != "held-out" or lab is None or sheet is None or not sheet.is_file():
-        return False
+        return False, ()
     digest = readings_hash(read_readings(sheet, held))
     with Catalogue.of(lab) as catalogue:
-        used = [*catalogue.uses(digest), *_calibrations(lab, catalogue, digest)]
+        calibrations, cautions = _calibrations(lab, catalogue, digest)
+        used = [*catalogue.uses(digest), *calibrations]
     if used:
         raise InputError(
             f'{source / TRIAL}: readings.role = "held-out", but the {used[0]} of {shown(lab)} used these readings to '
             'choose; write "calibrated-on".'
         )
-    return True
+    return not cautions, tuple(cautions)
 
 
-def _calibrations(lab: Path, catalogue: Catalogue, digest: str) -> list[str]:
-    """Return the names of the lab's trials that are calibrated on readings with that hash."""
-    found = []
+def _calibrations(lab: Path, catalogue: Catalogue, digest: str) -> tuple[list[str], list[str]]:
+    """Return the names of the lab's trials that are calibrated on readings with that hash, and what was not read."""
+    found, cautions = list[str](), list[str]()
     for record in catalogue.records():
         path = lab / record.folder / TRIAL
-        readings = load_trial(path).readings if path.is_file() else None
-        if readings is None or readings.role != "calibrated-on":
+        try:
+            readings = load_trial(path).readings if path.is_file() else None
+            if readings is None or readings.role != "calibrated-on":
+                continue
+            own = readings_hash(read_readings(path.parent / readings.file, readings))
+        except InputError as fault:
+            # Another sample's sheet must not keep this one from its run.
+            why = str(fault).partition("\n")[0]
+            cautions.append(f"caution: sample '{record.name}' may be calibrated on these readings: {why}")
             continue
-        if readings_hash(read_readings(path.parent / readings.file, readings)) == digest:
+        if own == digest:
             found.append(f"calibration of sample '{record.name}', revision {record.revision},")
-    return found
+    return found, cautions
 
 
 def _time_of_extra_runs(job: Job) -> str:

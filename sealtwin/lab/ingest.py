@@ -6,25 +6,29 @@ import os
 import re
 import shutil
 import traceback
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from importlib.metadata import version
-from pathlib import Path
+from pathlib import Path, PurePath
 
-from sealtwin.core import files, record_files
+from sealtwin.core import files
 from sealtwin.core.errors import InputError, as_text, naming
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import holding, refuse_foreign, require_folder
-from sealtwin.lab.catalogue import CATALOGUE, RECORD, RUN, Catalogue, CatalogueFault, Record, read_record, remark_twins
-from sealtwin.lab.found_files import DEFAULTS, TRIAL, LeftOut, Said, divide, find_files, read_names
+from sealtwin.lab.catalogue import CATALOGUE, RECORD, Catalogue, CatalogueFault, Record, read_record, remark_twins
+from sealtwin.lab.found_files import DEFAULTS, TRIAL, LeftOut, Piece, Said, divide, find_files, read_names
 from sealtwin.lab.notes import Note, read_note
 from sealtwin.lab.pairing import (
     PAIRING,
+    Answers,
+    Decisions,
     PairingRow,
     SampleFiles,
+    answers_of,
     decided,
+    files_by_cell,
     hold_back,
     pair,
     pairing_text,
@@ -32,11 +36,9 @@ from sealtwin.lab.pairing import (
     read_pairing,
 )
 from sealtwin.lab.sample_trials import INPUTS, SampleOutcome, gather, prepare
-from sealtwin.photos.batch import OWN, Batch, BatchRow, PlannedPhoto, digitise_many
-from sealtwin.trial.trial_file import folder_name, load_trial, trial_text
-from validate.readings.read_readings import read_readings
+from sealtwin.photos.batch import OWN
+from sealtwin.trial.trial_file import folder_name, trial_text
 from validate.readings.samples import sample_key
-from validate.readings.whole_sheet import Filling
 
 INCOMING = f".incoming.{files.TEMPORARY_MARK}"
 """The folder in which a trial is written. It is removed, so its name is none that a user gives."""
@@ -66,7 +68,8 @@ def ingest(
 
     What is there already is not taken in again; a sample that has changed becomes another trial beside its old one.
     Another ingest into the same lab is waited for. Killed at any moment, the same call completes what was begun.
-    ``pairing`` is the pairing file as the user has corrected it; its corrections are remembered for ``folder``.
+    The lab's pairing file, where it was edited, or ``pairing`` in its place, holds the user's corrections and answers,
+    which are remembered for ``folder``.
 
     Raises InputError if the folder, its lab.toml or the pairing cannot be used at all.
     """
@@ -76,14 +79,19 @@ def ingest(
     defaults = _defaults(folder)
     source = _name_of_source(folder, lab)
     by_name = read_names(found, folder.name)
-    given = None
-    if pairing is not None:
-        rows = read_pairing(pairing)
-        given = decided(rows, divide(folder, by_name, _photographed([*by_name.values(), *rows])))
+
+    def said_in(path: Path) -> tuple[Decisions, Answers]:
+        rows = read_pairing(path)
+        named = divide(folder, by_name, _photographed([*by_name.values(), *rows]))
+        return decided(rows, named), answers_of(rows, files_by_cell(found))
+
+    given = None if pairing is None else said_in(pairing)
     with _catalogue(lab, progress, dry_run) as catalogue:
         if not dry_run:
             catalogue.rename_source(as_text(folder), source)
-        decisions = catalogue.decisions(source) if given is None else given
+        if given is None and _is_edited(lab / PAIRING, catalogue):
+            given = said_in(lab / PAIRING)
+        decisions, answers = given or (catalogue.decisions(source), catalogue.answers(source))
         by_user = {file: said for (file, _), said in decisions.items()}
         named = divide(folder, by_name, _photographed({**by_name, **by_user}.values()))
         placed = place_files(named, decisions)
@@ -91,18 +99,26 @@ def ingest(
         if not samples and not any(left.lost for left in left_out):
             raise InputError(f"{folder}: no photos, sheets or notes in it.")
         if not dry_run:
-            catalogue.state_decisions(source, decisions)
-            _write_pairing(lab, pairing, pairing_text(placed, samples), catalogue)
+            catalogue.state_decisions(source, decisions, answers)
         progress.start(f"Taking in {len(samples)} samples", len(samples))
         outcomes = []
         for done, sample in enumerate(samples, start=1):
-            outcomes.append(take_in(sample, folder, defaults, lab, catalogue, progress, dry_run))
+            sheet = sample.files.get("readings", PurePath()).as_posix(), str(sample.part or "")
+            outcomes.append(
+                take_in(sample, folder, defaults, answers.get(sheet, {}), lab, catalogue, progress, dry_run)
+            )
             progress.advance(done, sample.name)
         faults = [CatalogueFault(outcome.sample.name, sentence) for outcome in outcomes for sentence in outcome.faults]
         faults += [CatalogueFault(left.file, left.sentence) for left in of_none if left.lost]
         remark_twins([outcome for outcome in outcomes if not outcome.faults], catalogue)
         if not dry_run:
             catalogue.state_faults(source, faults)
+            about = {
+                Piece(file, outcome.sample.part if file == outcome.sample.files.get("readings") else None): question
+                for outcome in outcomes
+                for file, question in outcome.asked.items()
+            }
+            _write_pairing(lab, pairing_text(placed, samples, answers, about), catalogue)
     return Ingested(lab, dry_run, tuple(outcomes), tuple(left_out), tuple(faults))
 
 
@@ -155,19 +171,16 @@ def _complete(lab: Path, catalogue: Catalogue) -> int:
     return len(records)
 
 
-def _write_pairing(lab: Path, given: Path | None, text: str, catalogue: Catalogue) -> None:
-    """Raises InputError where it was edited, and not given back: the edits would be lost."""
+def _is_edited(path: Path, catalogue: Catalogue) -> bool:
+    """Return whether a lab's pairing is not as it was written; with a new catalogue it counts as edited."""
+    return path.is_file() and files.sha256(path) not in (catalogue.fact(WRITTEN_PAIRINGS) or "").split()
+
+
+def _write_pairing(lab: Path, text: str, catalogue: Catalogue) -> None:
     path = lab / PAIRING
-    now = files.sha256(path) if path.is_file() else None
-    then = hashlib.sha256(text.encode()).hexdigest()
-    known = {None, then, *(catalogue.fact(WRITTEN_PAIRINGS) or "").split()}
-    if now not in known and (given is None or given.resolve() != path.resolve()):
-        raise InputError(
-            f"{path}: edited since it was written. Give it back with --pairing {path}, or delete it if the names of "
-            "the files are to decide."
-        )
+    now = files.sha256(path) if path.is_file() else ""
     # Both, since a kill may come before the file is written.
-    catalogue.state_fact(WRITTEN_PAIRINGS, f"{now or ''} {then}")
+    catalogue.state_fact(WRITTEN_PAIRINGS, f"{now} {hashlib.sha256(text.encode()).hexdigest()}")
     files.write_text(path, text)
 
 
@@ -201,6 +214,7 @@ def take_in(
     sample: SampleFiles,
     folder: Path,
     defaults: Note,
+    answers: Mapping[str, str],
     lab: Path,
     catalogue: Catalogue,
     progress: Progress,
@@ -209,7 +223,7 @@ def take_in(
     """Take in a sample. Whatever is wrong with it is its own fault, but for a fault of the disk of the lab."""
     outcome = SampleOutcome(sample)
     try:
-        outcome = gather(folder, sample, defaults)
+        outcome = gather(folder, sample, defaults, answers)
         _take_in(outcome, folder, lab, catalogue, dry_run)
     except InputError as fault:
         outcome.faults += str(fault).splitlines()
@@ -228,6 +242,7 @@ def take_in(
         outcome.remarks, outcome.dialect = [], None
     # Files are named as the lab knows them: from its own folder on, which is absolute here.
     outcome.faults = [fault.replace(f"{folder}/", "") for fault in outcome.faults]
+    outcome.asked = {file: question.replace(f"{folder}/", "") for file, question in outcome.asked.items()}
     return outcome
 
 
@@ -293,19 +308,25 @@ def keep(outcome: SampleOutcome, before: Record | None, source: Path, lab: Path)
     )
     incoming, target = lab / INCOMING, lab / record.folder
     shutil.rmtree(incoming, ignore_errors=True)
-    (incoming / INPUTS).mkdir(parents=True)
+    write_trial(outcome, source, incoming)
+    files.write_json(incoming / RECORD, asdict(record))
+    with naming(target):
+        incoming.rename(target)
+    return record
+
+
+def write_trial(outcome: SampleOutcome, source: Path, folder: Path) -> None:
+    """Write a sound sample's files byte for byte, and its trial.toml. Raises InputError as ``keep``."""
+    assert outcome.settings is not None, "only what is sound has a trial"
+    (folder / INPUTS).mkdir(parents=True)
     for raw in outcome.raw:
         path = source / raw.original
         with naming(path):
             content = path.read_bytes()
         if hashlib.sha256(content).hexdigest() != raw.sha256:
             raise InputError(f"{path}: changed while it was taken in. Give the same command again.")
-        files.write_bytes(incoming / raw.kept_as, content)
-    files.write_text(incoming / TRIAL, trial_text(outcome.settings))
-    files.write_json(incoming / RECORD, asdict(record))
-    with naming(target):
-        incoming.rename(target)
-    return record
+        files.write_bytes(folder / raw.kept_as, content)
+    files.write_text(folder / TRIAL, trial_text(outcome.settings))
 
 
 def _folder(lab: Path, outcome: SampleOutcome, before: Record | None, revision: int) -> str:
@@ -320,40 +341,3 @@ def _folder(lab: Path, outcome: SampleOutcome, before: Record | None, revision: 
             "in the pairing file."
         )
     return folder
-
-
-def trace(ingested: Ingested, progress: Progress, jobs: int = 1) -> tuple[Batch, list[CatalogueFault]]:
-    """Digitise every trial that ``ingested`` took in or found sound, into the folder that its run goes on in.
-
-    What is done already is not done again; a fault in one costs no other. A contact sheet of all lies on top of the
-    lab, photos of samples that were held back among them. With its crack's length known, a trial's readings are looked
-    at once more: returns those outside their crack, or in doubt by the volume in it. Raises InputError where the lab
-    holds another's contact sheet.
-    """
-    lab = ingested.lab
-    trials = [outcome.trial for outcome in ingested.outcomes if outcome.trial is not None]
-    planned = [PlannedPhoto(lab / trial / TRIAL, f"{trial}/{RUN}", {}) for trial in trials]
-    if not planned:
-        return Batch(lab), []
-    # Nobody would miss them on a page of the others.
-    held_back = [
-        BatchRow(str(outcome.sample.files["photo"]), outcome.sample.name, "failed", reason=" ".join(outcome.faults))
-        for outcome in ingested.outcomes
-        if outcome.trial is None and "photo" in outcome.sample.files
-    ]
-    batch = digitise_many(planned, lab, progress, jobs, held_back)
-    return batch, [fault for row in batch.done for fault in _readings_outside(lab / row.folder)]
-
-
-def _readings_outside(run: Path) -> list[CatalogueFault]:
-    trial = load_trial(run.parent / TRIAL)
-    if trial.readings is None:
-        return []
-    outline, solid = record_files.read_outline(run), record_files.read_solid(run)
-    filling = Filling(outline, solid, record_files.read_trajectory(run).dispensed_mm3)
-    sheet = run.parent / trial.readings.file
-    try:
-        told = read_readings(sheet, trial.readings, outline.length_mm, solid.depth_mm, filling).doubts
-    except InputError as fault:
-        told = tuple(str(fault).splitlines())
-    return [CatalogueFault(trial.name, sentence) for sentence in told]

@@ -1,8 +1,8 @@
 """Words and values of notes as settings: the data file's words, a trial's own keys, numbers with their units."""
 
-import difflib
 import re
 import tomllib
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import date
 from functools import cache
@@ -10,14 +10,16 @@ from typing import Any, Literal
 
 from sealtwin.core.settings import dotted_names
 from sealtwin.trial.trial_file import Trial
-from validate.readings.columns import WORDS
+from validate.readings.header_words import WORDS
 from validate.readings.text_table import is_ambiguous, number, plain_letters
+from validate.settings import OF_THE_SHEET, SIGNS, Columns
 
 NAME = "name"
 DATA, DATE, OPERATOR = "data", "date", "operator"
 OWN = frozenset({DATA, DATE, OPERATOR})
 """data: where photo and readings come from, both at once. Date and operator go into the catalogue."""
 OF_READINGS = ("readings.", "gate.")  # Prefixes of the keys that concern no sample without readings
+COLUMNS = "readings.columns"  # A table of the trial within another
 MESH = "mesh"  # A lab's samples are photos; 'sealtwin import-mesh' takes a mesh
 ALTERNATIVES = (
     (
@@ -31,7 +33,6 @@ ALTERNATIVES = (
 
 UNITS: dict[str, dict[str, float]] = WORDS["notes"]["units"]
 """Factor of each unit to that of its setting: mm, degrees, ml, mm/s, mm/px, Pa s, kg/m3, Pa, %."""
-LIKENESS = 0.8  # Share of letters that two words have in one order. Teife and Tiefe reach it; Wetter and Tester do not.
 NOTHING_BUT_WORDS = re.compile(r"[^\w/]+|_")
 NUMBER = re.compile(r"([-+\u2212]?\d[\d.,' ]*(?:[eE][-+]?\d+)?)\s*(.*)", re.DOTALL)
 WHOLE = re.compile(r"[-+]?\d+")
@@ -61,7 +62,6 @@ class WordMeaning:
 
 
 SETTINGS: dict[str, dict[str, Any]] = WORDS["notes"]["settings"]
-SPELLINGS = {normal(word): word for each in SETTINGS.values() for word in _split(each["words"])}
 BY_WORD = {
     normal(word): WordMeaning(key, **{name: value for name, value in each.items() if name != "words"})
     for key, each in SETTINGS.items()
@@ -74,7 +74,8 @@ HEADS, NOT_STATED = (set(_split(WORDS["notes"][name])) for name in ("heads", "no
 @cache
 def known_keys() -> frozenset[str]:
     """Return the dotted names of all settings that a note may give."""
-    return OWN.union(key for key in dotted_names(Trial) if not key.startswith(f"{MESH}."))
+    named = [key for key in dotted_names(Trial) if not key.startswith(f"{MESH}.")]
+    return OWN.union(named, (f"{COLUMNS}.{key}" for key in Columns.model_fields))
 
 
 def tables() -> frozenset[str]:
@@ -82,20 +83,13 @@ def tables() -> frozenset[str]:
     return frozenset(key.partition(".")[0] for key in known_keys() if "." in key)
 
 
-def likely_word(written: str) -> str | None:
-    """Return the known word that is probably meant."""
-    close = difflib.get_close_matches(normal(written), SPELLINGS, n=1, cutoff=LIKENESS)
-    return SPELLINGS[close[0]] if close else None
-
-
-def likely_key(written: str) -> str | None:
-    """Return the setting that is probably meant: crack.depth_mm for depth_mm and for crack.dpeth_mm."""
-    # [uncertainty] has the names of what is uncertain; the setting itself is more often meant.
-    keys = sorted(known_keys(), key=lambda key: (not key.startswith("uncertainty."), key))
-    by_name = {key.rpartition(".")[2]: key for key in keys} | {key: key for key in keys}
-    last = written.rpartition(".")[2]
-    close = [last] if last in by_name else difflib.get_close_matches(written, by_name, n=1, cutoff=LIKENESS)
-    return by_name[close[0]] if close else None
+def of_columns(table: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a table of columns by dotted key: what it says of the whole sheet is said of the readings."""
+    said = {f"readings.{key}": table[key] for key in OF_THE_SHEET if key in table}
+    if "sign" in table:
+        said["readings.quantity"] = SIGNS.get(str(table["sign"]), table["sign"])
+    rest = {f"{COLUMNS}.{key}": value for key, value in table.items() if key not in (*OF_THE_SHEET, "sign")}
+    return said | rest
 
 
 def read_value(meaning: WordMeaning, text: str, unit: str, *, exact: bool = False) -> Any:

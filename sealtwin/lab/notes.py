@@ -1,6 +1,7 @@
 """A note: what somebody wrote down about a sample, or about all of a folder, since no photo shows it."""
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -8,11 +9,12 @@ from typing import Any
 from sealtwin.core.errors import InputError, as_text
 from sealtwin.core.settings import read_toml
 from sealtwin.lab import note_words
-from sealtwin.lab.found_files import NOTE_SUFFIX, plain
-from sealtwin.lab.note_words import BY_WORD, known_keys, likely_key, normal, tables
+from sealtwin.lab.found_files import FREE_TEXT, NOTE_SUFFIX, plain
+from sealtwin.lab.free_text import kind_of_text, settings_in
+from sealtwin.lab.note_words import BY_WORD, known_keys, normal, tables
 from validate.readings.samples import read_cells
 from validate.readings.sheet import SheetCell
-from validate.readings.text_table import MISSING
+from validate.readings.text_table import is_missing
 from validate.settings import Declared
 
 STARTER = 'a note says what no photo shows: data = "measured", and in [crack] depth_mm = 16.0'
@@ -39,6 +41,8 @@ class Note:
     faults: list[str] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
     """Remaining text that belongs to no setting: the weather, the name of a project."""
+    of_file: dict[str, dict[str, NoteEntry]] = field(default_factory=dict)
+    """Settings of single files of readings in lab.toml, by the file's name or a pattern of it."""
     meant: set[str] = field(default_factory=set)
     """Keys that the faults are about, as far as can be told: they are not missing, but wrong."""
 
@@ -50,13 +54,18 @@ class Note:
             if len(others) < len(ways):
                 dropped = dropped.union(*others)
         taken = {key: entry for key, entry in defaults.entries.items() if key not in dropped}
-        return Note(taken | self.entries, self.faults, [*defaults.remarks, *self.remarks], self.meant)
+        return Note(taken | self.entries, self.faults, [*defaults.remarks, *self.remarks], meant=self.meant)
 
 
 def read_note(path: Path) -> Note:
     """Return all that ``path`` says, and all that is wrong with it, also where it cannot be read."""
     try:
-        return _toml(path) if path.suffix.lower() == NOTE_SUFFIX else _words(path)
+        if path.suffix.lower() == NOTE_SUFFIX:
+            return _toml(path)
+        if path.suffix.lower() in FREE_TEXT and kind_of_text(path) == "text":
+            # Somebody has said that it is a note.
+            return Note({key: NoteEntry(value, as_text(path)) for key, value in settings_in(path)})
+        return _words(path)
     except InputError as fault:
         return Note({}, str(fault).splitlines(), meant=set(known_keys()))
 
@@ -67,10 +76,25 @@ def _toml(path: Path) -> Note:
     for name, value in read_toml(path, name="note", starter=STARTER).items():
         if isinstance(value, dict) and name in tables():
             for key, inner in value.items():
-                _take(note, f"{name}.{key}", inner, where)
+                if f"{name}.{key}" == note_words.COLUMNS and isinstance(inner, dict):
+                    _take_columns(note, inner, where)
+                else:
+                    _take(note, f"{name}.{key}", inner, where)
         else:
             _take(note, name, value, where)
     return note
+
+
+def _take_columns(note: Note, table: Mapping[str, Any], where: str) -> None:
+    """Take the columns of all sheets, and those of single files, which are tables by the files' names."""
+    files = {name: inner for name, inner in table.items() if isinstance(inner, dict)}
+    for key, value in note_words.of_columns({k: v for k, v in table.items() if k not in files}).items():
+        _take(note, key, value, where)
+    for name, inner in files.items():
+        own = Note()
+        for key, value in note_words.of_columns(inner).items():
+            _take(own, key, value, where)
+        note.of_file[name], note.faults = own.entries, [*note.faults, *own.faults]
 
 
 def _take(note: Note, key: str, value: Any, where: str) -> None:
@@ -79,8 +103,10 @@ def _take(note: Note, key: str, value: Any, where: str) -> None:
         note.faults.append(f"{where}: {key} is a table of settings; write [{key}], and its keys below.")
     elif key not in known_keys():
         # A mesh, or a key of a trial's table, can only be a setting.
-        is_setting = key == note_words.MESH or key.partition(".")[0] in tables()
-        _unknown(note, likely_key(key), f"{where}: {shown(key)}", "no such key", value, is_setting=is_setting)
+        if key == note_words.MESH or key.partition(".")[0] in tables():
+            note.faults.append(f"{where}: {shown(key)}: no such key; {KEYS}")
+        else:
+            note.remarks.append(f"{where}: {shown(key)} = {shown(value)}: written down, and no setting.")
     elif key in note.entries:
         note.faults.append(f"{where}: {key} stands there twice, also in {note.entries[key].origin}; keep one.")
     else:
@@ -102,18 +128,6 @@ def _own(key: str, value: Any) -> Any:
     return value
 
 
-def _unknown(note: Note, likely: str | None, place: str, what: str, value: Any, *, is_setting: bool) -> None:
-    """A slip of the pen is a fault, since its value would be lost; anything else that a lab writes down is remarked."""
-    if likely is not None:
-        meaning = BY_WORD.get(normal(likely))
-        note.meant.add(meaning.key if meaning else likely)
-        note.faults.append(f"{place}: {what}; did you mean {likely!r}?")
-    elif is_setting:
-        note.faults.append(f"{place}: {what}; {KEYS}")
-    else:
-        note.remarks.append(f"{place} = {shown(value)}: written down, and no setting.")
-
-
 def _words(path: Path) -> Note:
     """Read a sheet of two columns, word and value; a third may hold the unit."""
     grid = read_cells(path, Declared())
@@ -130,7 +144,7 @@ def _words(path: Path) -> Note:
             )
         elif not word:
             note.faults.append(f"{where}: {shown(value)} without a word before it; write what it is.")
-        elif value.casefold() not in note_words.NOT_STATED | MISSING:
+        elif value.casefold() not in note_words.NOT_STATED and not is_missing(value):
             if row.cell(1).kind in {"formula", "error"}:
                 note.faults.append(f"{where}: {shown(word)} holds a formula without a result; write the value itself.")
             else:
@@ -144,8 +158,7 @@ def _take_word(note: Note, word: str, cell: SheetCell, unit: str, where: str) ->
     name, in_word = (found[1], next((part for part in found.groups()[1:] if part), "")) if found else (written, "")
     meaning = BY_WORD.get(normal(written)) or BY_WORD.get(normal(name))
     if written not in known_keys() and meaning is None:
-        likely = note_words.likely_word(name) or likely_key(name)
-        _unknown(note, likely, f"{where}: {shown(written)}", "no word that is known", value, is_setting=False)
+        note.remarks.append(f"{where}: {shown(written)} = {shown(value)}: written down, and no setting.")
         return
     key = written if meaning is None or written in known_keys() else meaning.key
     try:

@@ -1,11 +1,12 @@
 """Pairing of files to samples by their names, as corrected by the user. Doubtful cases are asked, never decided."""
 
+import re
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from pathlib import Path, PurePath
-from typing import get_args
+from typing import Any, get_args
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import as_text_cell, sheet_text
@@ -13,14 +14,19 @@ from sealtwin.lab.found_files import LeftOut, Piece, Role, Said, as_label, few, 
 from validate.readings.samples import SamplePart, named_cells, read_table, sample_key
 
 PAIRING = "pairing.csv"
-COLUMNS = ("file", "role", "sample", "part", "question")
+ANSWERS = ("sheet", "s", "levels", "unit", "sign", "range", "skip", "missing", "as_written")
+"""Columns that answer what a sheet leaves open, by the letters of its columns; blank where nothing is asked."""
+COLUMNS = ("file", "role", "sample", "part", *ANSWERS, "question")
 """The part is that of a file that several samples share; blank for the whole file."""
+SPANS = re.compile(r"[A-Z]{1,3}(:[A-Z]{1,3})?([\s,;]+[A-Z]{1,3}(:[A-Z]{1,3})?)*")  # B C D, or B:D
 ROLES: tuple[Role, ...] = get_args(Role)
 LIKENESS = 0.65  # Share of letters that two names have in one order; P0l and P01 have two of three
 LONGEST_NAME = 80  # Longest name of a sample, and of a trial
 
 Decisions = Mapping[tuple[PurePath, str], Said]
 """Decisions of the user on files and on parts of them by name; "" is the whole file."""
+Answers = Mapping[tuple[str, str], Mapping[str, str]]
+"""Answers on sheets by file and part, each as it stands in a column of the pairing file."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +38,7 @@ class SampleFiles:
     questions: tuple[str, ...]
     part: SamplePart | None = None  # Part of the file of readings, where samples share it
     lost: tuple[str, ...] = ()  # Files of its own that take no part, a sentence each, where no other stands in for them
+    texts: tuple[PurePath, ...] = ()  # Free texts, which are kept and say nothing
 
     @property
     def key(self) -> str:
@@ -49,13 +56,17 @@ def place_files(named: Mapping[Piece, Said], decided: Decisions) -> dict[Piece, 
 
 
 def pair(placed: Mapping[Piece, Said]) -> list[SampleFiles]:
-    """Return samples in the order of their names; files to be ignored are of none."""
+    """Return samples in the order of their names; files to be ignored are of none, nor are texts without a sample."""
     groups: dict[str, dict[Piece, Said]] = defaultdict(dict)
+    texts: dict[str, list[PurePath]] = defaultdict(list)
     for piece, said in placed.items():
-        if said.role != "ignore":
+        if said.role == "text":
+            texts[sample_key(said.sample)].append(piece.file)
+        elif said.role != "ignore":
             groups[sample_key(said.sample)][piece] = said
     alike = _alike(groups)
-    return [_sample(key, group, alike.get(key, [])) for key, group in sorted(groups.items())]
+    samples = [_sample(key, group, alike.get(key, [])) for key, group in sorted(groups.items())]
+    return [replace(sample, texts=tuple(texts.get(sample.key, ()))) for sample in samples]
 
 
 def hold_back(
@@ -144,11 +155,18 @@ class PairingRow:
     role: str
     sample: str
     part: str = ""
+    answers: Mapping[str, str] = field(default_factory=dict)
 
 
-def pairing_text(placed: Mapping[Piece, Said], samples: Sequence[SampleFiles]) -> str:
-    """Write a row for each piece, in the order of samples; a question stands beside the pieces that it is about."""
+def pairing_text(
+    placed: Mapping[Piece, Said], samples: Sequence[SampleFiles], answers: Answers, about: Mapping[Piece, str]
+) -> str:
+    """Write a row for each piece, in the order of samples; a question stands beside the pieces that it is about.
+
+    ``about`` are questions on what single pieces hold.
+    """
     asked = {sample.key: " ".join(sample.questions) for sample in samples}
+    questions = {(piece.file, piece.part_name): question for piece, question in about.items()}
     keyed = [
         (sample_key(said.sample), ROLES.index(said.role), piece.file, piece.part_name, said)
         for piece, said in placed.items()
@@ -156,10 +174,44 @@ def pairing_text(placed: Mapping[Piece, Said], samples: Sequence[SampleFiles]) -
     return sheet_text(
         COLUMNS,
         [
-            (file.as_posix(), said.role, said.sample, part, asked.get(key, "") if said.role != "ignore" else "")
+            (
+                *(file.as_posix(), said.role, said.sample, part),
+                *(answers.get((file.as_posix(), part), {}).get(name, "") for name in ANSWERS),
+                "" if said.role == "ignore" else questions.get((file, part)) or asked.get(key, ""),
+            )
             for key, _, file, part, said in sorted(keyed, key=lambda row: row[:4])
         ],
     )
+
+
+def answers_of(rows: Sequence[PairingRow], decided_files: Mapping[str, PurePath]) -> Answers:
+    """Return what the user answers on sheets. ``decided_files`` are the files by the cell that names each."""
+    return {
+        (decided_files[row.file].as_posix(), row.part): row.answers
+        for row in rows
+        if row.answers and row.file in decided_files
+    }
+
+
+def as_columns(answers: Mapping[str, str]) -> dict[str, Any]:
+    """Return answers as a table of columns of a trial, ``as_written`` apart."""
+    table: dict[str, Any] = {key: answers[key] for key in ("sheet", "unit", "sign", "range") if key in answers}
+    if "s" in answers:
+        table["s"] = _column(answers["s"])
+    if "levels" in answers:
+        levels = answers["levels"]
+        table["levels"] = [*map(_column, re.split(r"[\s,;]+" if SPANS.fullmatch(levels) else r"\s*;\s*", levels))]
+    if "missing" in answers:
+        table["missing"] = re.split(r"\s*;\s*", answers["missing"])
+    if "skip" in answers:
+        parts = re.split(r"\s*[;,]\s*", answers["skip"])
+        table["skip"] = [int(part) if part.isdecimal() else part for part in parts]
+    return table
+
+
+def _column(reference: str) -> str:
+    """Return a letter as a span of letters, which no column has for a name."""
+    return f"{reference}:{reference}" if re.fullmatch("[A-Z]{1,3}", reference) else reference
 
 
 def decided(rows: Sequence[PairingRow], named: Mapping[Piece, Said]) -> Decisions:
@@ -171,7 +223,7 @@ def decided(rows: Sequence[PairingRow], named: Mapping[Piece, Said]) -> Decision
     pieces: dict[PurePath, dict[str, Said]] = defaultdict(dict)
     for piece, said in named.items():
         pieces[piece.file][piece.part_name] = said
-    by_cell = {as_text_cell(file.as_posix()): file for file in pieces} | {file.as_posix(): file for file in pieces}
+    by_cell = files_by_cell(pieces)
     decisions: dict[tuple[PurePath, str], Said] = {}
     seen: set[tuple[PurePath, str]] = set()
     faults = []
@@ -194,10 +246,20 @@ def decided(rows: Sequence[PairingRow], named: Mapping[Piece, Said]) -> Decision
     return decisions
 
 
+def files_by_cell(found: Iterable[PurePath]) -> dict[str, PurePath]:
+    """Return files by the cells that may name them: as they are, and as a spreadsheet must not calculate them."""
+    files = list(found)
+    return {as_text_cell(file.as_posix()): file for file in files} | {file.as_posix(): file for file in files}
+
+
 def read_pairing(path: Path) -> list[PairingRow]:
     """Read a pairing in whatever dialect a spreadsheet has saved it. Raises InputError where it is none."""
     table = read_table(path, f"'sealtwin ingest FOLDER --out LAB' writes LAB/{PAIRING}")
-    return [PairingRow(str(place), **cells) for place, cells in named_cells(table, COLUMNS[:3], ["part"])]
+    rows = []
+    for place, cells in named_cells(table, COLUMNS[:3], ["part", *ANSWERS]):
+        answers = {key: text for key in ANSWERS if (text := cells.pop(key, ""))}
+        rows.append(PairingRow(str(place), **cells, answers=answers))
+    return rows
 
 
 def _fault(file: PurePath, part: str, row: PairingRow, parts: Mapping[str, Said]) -> str | None:

@@ -5,26 +5,32 @@ import json
 import tomllib
 from collections.abc import Mapping, Set
 from dataclasses import dataclass, field, replace
+from fnmatch import fnmatchcase
 from pathlib import Path, PurePath
 from typing import Any, Literal
 
 from digitise.settings import DEEPEST_MM, LARGEST_FILE_BYTES
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
+from sealtwin.core.records import ReadColumn
 from sealtwin.core.settings import checked
 from sealtwin.lab.found_files import Role
-from sealtwin.lab.note_words import ALTERNATIVES, DATA, OF_READINGS, OWN
-from sealtwin.lab.notes import Note, read_note
-from sealtwin.lab.pairing import LONGEST_NAME, SampleFiles
+from sealtwin.lab.free_text import settings_in
+from sealtwin.lab.note_words import ALTERNATIVES, COLUMNS, DATA, OF_READINGS, OWN, of_columns
+from sealtwin.lab.notes import Note, NoteEntry, read_note
+from sealtwin.lab.pairing import LONGEST_NAME, PAIRING, SampleFiles, as_columns
 from sealtwin.study.study_file import with_settings
 from sealtwin.trial.job import LARGEST_SHEET_BYTES
 from sealtwin.trial.starter_files import TRIAL
 from sealtwin.trial.trial_file import Trial
 from simulate.settings import Fluid
 from validate.readings.read_readings import read_readings
+from validate.readings.sheet import SheetFaults
 from validate.settings import Declared
 
 INPUTS = Path("inputs")
+LONGEST_QUESTION = 900  # Letters of a cell of the pairing file
+AS, AS_WRITTEN = "as_written", "readings.as_written"
 PICTURES: Mapping[Role, str] = {"photo": "photo.file", "second_photo": "photo.second_photo", "mask": "photo.mask"}
 """Settings that name a file."""
 STARTER = tomllib.loads(TRIAL)
@@ -67,6 +73,8 @@ class SampleOutcome:
     remarks: list[str] = field(default_factory=list)
     settings: Trial | None = None
     dialect: str | None = None  # Dialect of the sheet of readings, as a sentence
+    columns: tuple[ReadColumn, ...] = ()  # Columns of the sheet as they were understood
+    asked: dict[PurePath, str] = field(default_factory=dict)  # Questions on what single files hold
     trial: str | None = None  # Folder of its trial; in a dry run there is none yet
     revision: int | None = None
 
@@ -74,7 +82,11 @@ class SampleOutcome:
     def hashes(self) -> dict[Role, str]:
         """Hashes of the files by role; of a sheet that others share, only of what is this sample's."""
         part = self.sample.part
-        return {raw.role: part.sha256 if part and raw.role == "readings" else raw.sha256 for raw in self.raw}
+        return {
+            raw.role: part.sha256 if part and raw.role == "readings" else raw.sha256
+            for raw in self.raw
+            if raw.role != "text"
+        }
 
     @property
     def content(self) -> str:
@@ -88,14 +100,18 @@ def kept_as(role: str, file: PurePath) -> str:
     return (INPUTS / f"{role}{file.suffix.lower()}").as_posix()
 
 
-def gather(folder: Path, sample: SampleFiles, defaults: Note) -> SampleOutcome:
-    """Read a sample's notes and hash its files; their content is not looked at yet."""
+def gather(folder: Path, sample: SampleFiles, defaults: Note, answers: Mapping[str, str]) -> SampleOutcome:
+    """Read a sample's notes and hash its files; their content is not looked at yet.
+
+    ``answers`` are the user's on its sheet, in the pairing file.
+    """
     outcome = SampleOutcome(sample, faults=[*sample.questions, *sample.lost])
     if sample.questions:
         return outcome
     if len(sample.name) > LONGEST_NAME:
         outcome.faults.append(f"{sample.name[:20]}...: a name of {len(sample.name)} letters; at most {LONGEST_NAME}.")
-    for role, file in sorted(sample.files.items()):
+    texts: list[tuple[Role, PurePath]] = [("text", text) for text in sample.texts]
+    for role, file in (*sorted(sample.files.items()), *texts):
         path = folder / file
         limit = LARGEST_FILE_BYTES if role in PICTURES else LARGEST_SHEET_BYTES
         size = path.stat().st_size
@@ -104,8 +120,8 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note) -> SampleOutcome:
                 f"{path}: {size / 1e6:,.0f} MB; at most {limit / 1e6:,.0f} MB of such a file are read."
             )
         else:
-            kept = KeptFile(role, file.as_posix(), kept_as(role, file), files.sha256(path), size)
-            outcome.raw.append(kept)
+            name = kept_as(role if role != "text" else f"text-{1 + texts.index((role, file))}", file)
+            outcome.raw.append(KeptFile(role, file.as_posix(), name, files.sha256(path), size))
     own = next((read_note(folder / raw.original) for raw in outcome.raw if raw.role == "note"), Note())
     if "readings" not in sample.files:
         # What the folder says of readings concerns other samples.
@@ -116,10 +132,36 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note) -> SampleOutcome:
             for key, entry in sorted(own.entries.items())
             if key.startswith(OF_READINGS)
         ]
+    else:
+        defaults = replace(defaults, entries=defaults.entries | _of_file(defaults, sample.files["readings"]))
     outcome.note = own.over(defaults)
+    said = of_columns(as_columns(answers)) | ({AS_WRITTEN: _listed(answers[AS])} if AS in answers else {})
+    outcome.note.entries |= {key: NoteEntry(value, PAIRING) for key, value in said.items()}
     outcome.faults += own.faults
+    for text in sample.texts:
+        if found := settings_in(folder / text):
+            told = ", ".join(f"{key} = {value}" for key, value in found)
+            outcome.asked[text] = (
+                f"{text} is kept as text, and seems to say {told}. If it does, give it the role note; else leave it."
+            )
+            outcome.remarks.append(f"{outcome.asked[text]} ({PAIRING})")
+        else:
+            outcome.remarks.append(f"{text} is kept as text.")
     outcome.remarks += outcome.note.remarks
     return outcome
+
+
+def _of_file(defaults: Note, file: PurePath) -> dict[str, NoteEntry]:
+    """Return what lab.toml says of a single file of readings, by its name or a pattern of it."""
+    own: dict[str, NoteEntry] = {}
+    for name, entries in defaults.of_file.items():
+        if fnmatchcase(file.name, name) or fnmatchcase(file.as_posix(), name):
+            own |= entries
+    return own
+
+
+def _listed(text: str) -> list[str]:
+    return text.replace('"', " ").replace(",", " ").replace(";", " ").split()
 
 
 def prepare(folder: Path, outcome: SampleOutcome) -> None:
@@ -159,11 +201,23 @@ def _look_at(path: Path, role: Role, content: Mapping[str, Any], deepest_mm: flo
             declared = checked(Declared, path, {key: readings[key] for key in keys})
         except InputError:
             return  # Told of already, by the key that is at fault.
-        profile = read_readings(path, declared, None, deepest_mm)
-        outcome.dialect = profile.dialect
+        file = outcome.sample.files["readings"]
+        try:
+            profile = read_readings(path, declared, None, deepest_mm)
+        except SheetFaults as fault:
+            outcome.columns, outcome.asked[file] = fault.columns, _short(str(fault))
+            raise
+        outcome.dialect, outcome.columns = profile.dialect, profile.columns
         # A sheet is judged by the crack's own depth.
-        if "crack.depth_mm" in outcome.note.entries:
-            outcome.faults += [f"{doubt} It goes into {_note_of(outcome)}." for doubt in profile.doubts]
+        if "crack.depth_mm" in outcome.note.entries and profile.doubts:
+            outcome.asked[file] = _short(" ".join(profile.doubts))
+            outcome.faults += [f"{doubt} It goes into {_note_of(outcome)}, or {PAIRING}." for doubt in profile.doubts]
+
+
+def _short(text: str) -> str:
+    """Return sentences as one cell of the pairing file."""
+    line = " ".join(text.split())
+    return line if len(line) <= LONGEST_QUESTION else f"{line[:LONGEST_QUESTION]}..."
 
 
 def _tables(outcome: SampleOutcome) -> dict[str, Any]:
@@ -188,7 +242,11 @@ def _tables(outcome: SampleOutcome) -> dict[str, Any]:
             outcome.faults.append(
                 f"{where}: no scale is said; write [photo] mm_per_px, face_mm, ruler_px or markers, or 'Scale [mm/px]'."
             )
-    return with_settings({}, said)
+    columns = {key: said.pop(key) for key in list(said) if key.startswith(f"{COLUMNS}.")}
+    content = with_settings({}, said)
+    if columns:
+        content["readings"]["columns"] = {key.rpartition(".")[2]: value for key, value in columns.items()}
+    return content
 
 
 def _said(outcome: SampleOutcome) -> dict[str, Any]:

@@ -6,6 +6,7 @@ import json
 import traceback
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, fields
 from itertools import count
 from pathlib import Path
@@ -125,15 +126,21 @@ def plan(targets: Sequence[Path], tables: Tables) -> list[PlannedPhoto]:
 
 
 def digitise_many(
-    planned: Sequence[PlannedPhoto], out: Path, progress: Progress, jobs: int = 1, held_back: Sequence[BatchRow] = ()
+    planned: Sequence[PlannedPhoto],
+    out: Path,
+    progress: Progress,
+    jobs: int = 1,
+    held_back: Sequence[BatchRow] = (),
+    *,
+    held: bool = False,
 ) -> Batch:
     """Digitise every photo into a folder below ``out``, whatever happens to the others.
 
     Finished photos are not digitised again. Photos ``held_back`` for an earlier fault are listed and counted as failed.
-    Raises InputError if ``out`` holds files of something else.
+    With ``held`` the caller holds ``out`` already. Raises InputError if ``out`` holds files of something else.
     """
     _refuse_foreign(out)
-    with holding(out), progress:
+    with nullcontext() if held else holding(out), progress:
         files.write_json(out / LISTING, {"version": 1, "photos": []})
         progress.start(f"Digitising {len(planned)} photos", len(planned))
         rows: dict[str, BatchRow] = {}

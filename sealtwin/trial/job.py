@@ -26,6 +26,7 @@ class Above:
     """Facts on a trial that only the floors above this one know: its lab's, and the studies'."""
 
     lab_searched: bool = False  # True if the lab's catalogue knows of no other use of readings that are held out
+    cautions: tuple[str, ...] = ()  # What of the lab could not be searched, a sentence each
     extra_runs: "Callable[[Job], str]" = lambda _: ""
     """Returns the time in words that 'sealtwin validate RUN --uncertainty' takes; empty where it is not known."""
 

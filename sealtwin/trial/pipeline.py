@@ -83,12 +83,13 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
     """
     work = {"digitise": digitise_stage, "simulate": simulate_stage, "validate": validate_stage}
     redone: list[StageName] = []
+    for caution in job.above.cautions:
+        job.progress.note(caution)
     for stage in STAGES:
-        if stage == "simulate" and "simulate" in stages and "validate" in stages:
-            # Minutes of simulation must not pass before a typo in the sheet is found.
-            readings = validate_stage.readings_of(job)
-            if readings is not None:
-                validate_stage.note_doubts(job, readings)
+        both = stage == "simulate" and {"simulate", "validate"} <= set(stages)
+        # Minutes of simulation must not pass before a typo in the sheet is found.
+        if both and (readings := validate_stage.readings_of(job)) is not None:
+            validate_stage.note_doubts(job, readings)
         if stage in stages and work[stage].bring_up_to_date(job):
             redone.append(stage)
     adopt_trial(job)
@@ -101,6 +102,17 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
     if not redone:
         job.progress.note(f"{job.path}: complete and up to date; nothing to redo.")
     return FinishedStages(result, tuple(redone))
+
+
+def check_run(job: Job) -> tuple[str, ...]:
+    """Make all checks that a run of a trial makes before its first frame; return what its readings may not have meant.
+
+    The trial is digitised where it is not. Raises InputError as the run would.
+    """
+    digitise_stage.bring_up_to_date(job)
+    readings = validate_stage.readings_of(job)
+    simulate_stage.check(job)
+    return () if readings is None else readings.doubts
 
 
 def read_result(job: Job) -> dict[str, Any]:

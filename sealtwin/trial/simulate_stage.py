@@ -23,6 +23,7 @@ from simulate.injection import Injection
 from simulate.output.checkpoint import Checkpoint
 from simulate.output.frames import PAST_THE_END, Moments
 from simulate.output.health_log import COLUMNS, HealthLog
+from simulate.settings import Fluid
 
 CHECKPOINT = "checkpoint.npz"  # Checkpoint of a run that is not finished
 FRAMES, SNAPSHOTS = Path("frames", "fill.pvd"), Path("snapshots", "snapshots.pvd")
@@ -72,10 +73,10 @@ class StillThere:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
 
-    def begin(self, _: Injection) -> None:
+    def begin(self, injection: Injection) -> None:
         self._require()
 
-    def after_frame(self, _: Injection) -> None:
+    def after_frame(self, injection: Injection) -> None:
         self._require()
 
     def _require(self) -> None:
@@ -148,11 +149,7 @@ def bring_up_to_date(job: Job) -> bool:
 
     Raises InputError if the settings do not fit the crack, NumericalError if the run becomes unstable.
     """
-    trial = job.trial
-    if trial.fluid is None:
-        raise InputError(
-            f"{job.path / 'trial.toml'}: no [fluid] table; give U and D_cm, or viscosity_pa_s, and simulate again."
-        )
+    trial, fluid = job.trial, _fluid_of(job)
     from simulate.device import choose_device, describe_device
 
     device = choose_device(job.device)
@@ -175,7 +172,7 @@ def bring_up_to_date(job: Job) -> bool:
 
     outline, solid = record_files.read_outline(job.path), record_files.read_solid(job.path)
     trajectory = record_files.read_trajectory(job.path)
-    physics = trial.fluid, trial.solver, trial.nozzle
+    physics = fluid, trial.solver, trial.nozzle
     check_fit(outline, solid, *physics, trial.sample)
     # First, since it may resume the run before the others begin.
     checkpoint = Checkpoint(job.path / CHECKPOINT, f"{key} {trial.output.model_dump_json()}", job.progress.note)
@@ -215,6 +212,27 @@ def bring_up_to_date(job: Job) -> bool:
         job.folder.record("simulate", key, settings, inputs, (*SIMULATED, *pictures), time.monotonic() - began, **facts)
         checkpoint.remove()
     return True
+
+
+def check(job: Job) -> None:
+    """Prepare the run of a digitised trial up to its first frame, on this machine's CPU, and drop it.
+
+    Raises InputError as the run would.
+    """
+    trial, fluid = job.trial, _fluid_of(job)
+    from simulate.injection import prepare
+
+    solid, outline = record_files.read_solid(job.path), record_files.read_outline(job.path)
+    sample = solid, outline, record_files.read_trajectory(job.path)
+    prepare(*sample, [fluid], trial.solver, trial.nozzle, seed=trial.seed, device="cpu", slope=trial.sample)
+
+
+def _fluid_of(job: Job) -> Fluid:
+    if job.trial.fluid is None:
+        raise InputError(
+            f"{job.path / 'trial.toml'}: no [fluid] table; give U and D_cm, or viscosity_pa_s, and simulate again."
+        )
+    return job.trial.fluid
 
 
 def _has_pictures(job: Job, wanted: Output) -> bool:

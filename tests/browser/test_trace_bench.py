@@ -72,7 +72,7 @@ def test_a_line_across_the_mortar_is_refused_and_named(open_page, shot):
     bench = open_page(shot.file)
     bench.give_ends(shot)
     bench.page.keyboard.press("w")
-    draw(bench, np.linspace(*shot.mortar_px, 12))
+    draw(bench, np.linspace(shot.mortar_px[0], shot.mortar_px[1], 12))
     bench.await_state("refused")
     assert "Wall, line 1" in bench.text("#refusal")
     bench.page.keyboard.press("Control+z")

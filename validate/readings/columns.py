@@ -1,91 +1,38 @@
-"""The header of a sheet: its row, and the columns with their sign convention and unit."""
+"""The header of a sheet: its rows, and the columns with their sign and unit, as it names them or as declared."""
 
-import re
-import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from importlib.resources import files as resources
-from typing import Literal
+from itertools import pairwise
 
-from validate.readings.sheet import FaultList, Place, SheetCell, SheetGrid, SheetRow, clipped, quoted, refuse
-from validate.readings.text_table import is_missing, plain_letters
-from validate.settings import Declared, Quantity, Unit
-
-Role = Literal["station", "reading", "repeat", "sample", "skipped"]
-"""Role of a column. "repeat" numbers the readings of a station, "sample" names the sample of a row, and "skipped" holds
-notes, or figures that were calculated from readings.
-"""
-
-WORDS = tomllib.loads(resources("validate").joinpath("readings", "words.toml").read_text(encoding="utf-8"))
-"""Words of labs in all languages: of units, columns, names of files, and notes."""
-UNITS: dict[str, Unit] = {name: unit for unit, names in WORDS["units"].items() for name in names.split()}
-INCH = re.compile(r"[\[(/_]\s*in\s*[\])]?\s*$")
-"""The unit "in" in brackets or at the end; elsewhere it is a preposition."""
-LONGEST_NAME = 200  # Limit on the letters of a name; a longer one is a text, in which a search for a unit takes long
-WORD = re.compile(r"[^\W\d_]+|[0-9]+")
-COLUMNS = {role: frozenset(words.split()) for role, words in WORDS["columns"].items()}
-STATION, REPEAT, VALUE, COUNTER = (COLUMNS[role] for role in ("station", "repeat", "value", "counter"))
-DOWNWARD, HEIGHT, SAMPLE, SKIPPED = (COLUMNS[role] for role in ("downward", "height", "sample", "skipped"))
-DEPTH, LEVEL = DOWNWARD | COLUMNS["depth"], HEIGHT | COLUMNS["level"]
-OF_SAMPLE = COUNTER | COLUMNS["beside_sample"]
-OF_STATION, OF_READING = (COLUMNS["beside_any"] | COLUMNS[key] for key in ("beside_station", "beside_reading"))
-TOWARD = re.compile(r"(?<![^\W_])(?:{toward})[\W_]+(?:(?P<up>{up})|{down})(?![^\W_])".format(**WORDS["directions"]))
-"""Direction in several words."""
-MOST_LINES_ABOVE = 100
-"""Limit on the lines of title and notes above a header; one further down belongs to another table."""
-EXPECTED = (
-    "s_mm,level_1_mm,level_2_mm,level_3_mm (level upward from the face) or s_mm,depth_1_mm,... (depth downward), "
-    "or names such as 'Position [cm]', 'Tiefe 1 (mm)'"
+from validate.readings.body_rows import sorted_rows, units_in_cells, units_row
+from validate.readings.header_words import (
+    ColumnMeaning,
+    Role,
+    meaning,
+    names_other_zero,
+    quantity_in,
+    unit_at_end,
 )
+from validate.readings.sheet import (
+    BLANK,
+    FaultList,
+    Place,
+    SheetCell,
+    SheetGrid,
+    SheetRow,
+    clipped,
+    letters,
+    quoted,
+    refuse,
+)
+from validate.readings.table_rows import blocks, columns_named, find_header, is_a_number, table_rows
+from validate.settings import Columns, Declared, Quantity, Unit
 
-
-@dataclass(frozen=True)
-class ColumnMeaning:
-    role: Role
-    unit: Unit | None = None
-    quantity: Quantity | None = None  # Direction in which a reading counts; None where the name leaves it open
-    number: str | None = None  # Number of a repeat; None where the name holds none
-
-
-def meaning(name: str) -> ColumnMeaning | None:
-    """Return the meaning of a column's name; None, and nothing guessed, where any word of it is unknown."""
-    if len(name) > LONGEST_NAME:
-        return None
-    plain = TOWARD.sub(lambda toward: "upward" if toward["up"] else "downward", plain_letters(name))
-    found = WORD.findall(plain)
-    numbers = [word for word in found if word.isdigit()]
-    units: set[Unit] = {UNITS[word] for word in found if word in UNITS}
-    words = {word for word in found if not word.isdigit() and word not in UNITS}
-    if INCH.search(plain):
-        units.add("inch")
-    if len(units) > 1:
-        return None
-    unit = next(iter(units), None)
-    if words & SAMPLE and words <= SAMPLE | OF_SAMPLE and not (unit or numbers):
-        return ColumnMeaning("sample")
-    if words & SKIPPED or (words and words <= COUNTER) or (words & STATION and words & COUNTER):
-        return ColumnMeaning("skipped", unit)
-    if words & STATION:
-        return ColumnMeaning("station", unit) if words <= STATION | OF_STATION and not numbers else None
-    if (
-        not words & (DEPTH | LEVEL | REPEAT | VALUE)
-        or not words <= DEPTH | LEVEL | REPEAT | VALUE | COUNTER | OF_READING
-    ):
-        return None
-    ways = words & (DEPTH | LEVEL)
-    # A height that counts downward is a depth; a level below something may count either way.
-    if words & DEPTH and words & LEVEL and not ways <= HEIGHT | DOWNWARD:
-        return None
-    quantity: Quantity | None = "depth" if words & DEPTH else "level" if words & LEVEL else None
-    bare = quantity is None and unit is None and not numbers
-    counts = bare and (words & COUNTER or not words & VALUE)
-    return ColumnMeaning("repeat" if counts else "reading", unit, quantity, "-".join(numbers) or None)
-
-
-def unit_of(text: str) -> Unit | None:
-    """Return the unit of a cell that holds nothing else, such as "[mm]"; else None."""
-    word = plain_letters(text).strip("[]() ")
-    return "inch" if word == "in" else UNITS.get(word)
+SAY = (
+    'Say which is which, by letters: in pairing.csv, or as [readings.columns] s = "A", levels = ["B", "C"] in lab.toml '
+    "or the trial."
+)
+MOST_SHOWN = 12
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,6 +54,10 @@ class Header:
     skipped: tuple[Column, ...]
     quantity: Quantity | None
     """Direction in which readings count; None, like a column's unit, where it is missing, which is a fault."""
+    remarks: tuple[
+        SheetRow, ...
+    ] = ()  # Rows of words about the sheet: above the header, comments, rows between readings
+    passed: tuple[SheetRow, ...] = ()  # Rows with numbers that are not read: means, and those that are declared
 
     @property
     def read(self) -> list[Column]:
@@ -115,20 +66,25 @@ class Header:
 
 
 def read_header(grid: SheetGrid, declared: Declared, faults: FaultList) -> Header:
-    """Return the row that names most columns; faults that leave the rest readable are added to ``faults``.
+    """Return the header of the one table of readings; faults that leave the rest readable are added to ``faults``.
 
-    Raises SheetFaults where no column of stations or none of readings is named.
+    Raises SheetFaults where no column of stations or none of readings is known.
     """
-    if len(grid.rows) < 2:
-        raise refuse(grid.place(), "no rows of readings.", f"Write a header {EXPECTED} and a row for each station.")
-    index = max(range(min(len(grid.rows), MOST_LINES_ABOVE)), key=lambda i: (*_likeness(grid.rows[i]), -i))
-    row, body = grid.rows[index], grid.rows[index + 1 :]
-    if body and (joined := _joined(row, body[0])) is not None:
-        row, body = joined, body[1:]
-    place = grid.place(row.number)
-    meanings = [(column, cell.text, meaning(cell.text)) for column, cell in enumerate(row.cells) if cell.text]
-    columns = [Column(index=column, name=name, **vars(found)) for column, name, found in meanings if found is not None]
-    unknown = [name for _, name, found in meanings if found is None]
+    given = declared.columns or Columns()
+    rows, left_out = table_rows(grid, given)
+    if len(rows) < 2:
+        raise refuse(
+            grid.place(), "no rows of readings.", "Is it this sheet? Name another: [readings] sheet, or range."
+        )
+    found = find_header(rows, grid.merged, given)
+    first = rows[found.first]
+    place = grid.place(first.number)
+    body = rows[found.first + found.count :]
+    units = units_row(body[0]) if body else {}
+    body, in_cells = units_in_cells(body[1:] if units else body)
+    units = in_cells | units
+    columns = _meanings(place, found.names, body, given, faults)
+    columns = _one_table(place, columns, faults)
     stations, readings, counters, samples, skipped = (
         [column for column in columns if column.role == role]
         for role in ("station", "reading", "repeat", "sample", "skipped")
@@ -136,73 +92,130 @@ def read_header(grid: SheetGrid, declared: Declared, faults: FaultList) -> Heade
     # A bare "Messung" numbers the repeats where another column holds the readings, and holds them itself otherwise.
     repeat = counters[0] if readings and len(counters) == 1 else None
     if repeat is None:
-        readings += counters
-    if not stations:
-        names = [clipped(cell.text) for cell in row.cells[:12] if cell.text]
-        remedy = f"It was read as {', '.join(grid.written)}; if that is wrong, declare [readings] separator or sheet."
-        raise refuse(place, f"no column s_mm in {names}; expected {EXPECTED}.", remedy)
-    if not readings and not unknown:
-        others, remedy = f" {_names(skipped)} hold none." if skipped else "", f"Expected {EXPECTED}."
-        if means := [column for column in skipped if column.unit is not None]:
-            remedy = f"If {_names(means)} is all you have, call it a reading: level_mm or depth_mm."
-        raise refuse(place, f"no column of readings beside {_names(stations)}.{others}", remedy)
-    for name in unknown:
-        remedy = "Name its sign and unit, such as 'depth 1 [mm]'; or, if it holds no readings, call it a note."
-        faults.add(place, f"column {quoted(name)} is unknown.", remedy, name)
+        readings += [replace(column, role="reading") for column in counters]
+    if not stations or not readings:
+        which = "no column of places along the crack (s)" if not stations else "no column of readings"
+        beside = f" beside {_names(stations)}" if stations else ""
+        seen = _seen(found.names, body)
+        raise refuse(place, f"{which}{beside} in {seen}; read as {', '.join(grid.written)}.", SAY)
     for twice, what in ((stations, "station"), (samples, "sample")):
         if len(twice) > 1:
-            faults.add(place, f"{_names(twice)} both name the {what}.", "Keep one, and call the other a note.")
+            faults.add(place, f"{_names(twice)} both name the {what}.", SAY)
     if repeat is not None and len(readings) > 1:
-        found = f"column {_names([repeat])} numbers the repeats of one column, and there are {_names(readings)}."
-        faults.add(place, found, "Write all repeats of a station either as columns of one row, or as rows.")
+        found_ = f"column {_names([repeat])} numbers the repeats of one column, and there are {_names(readings)}."
+        faults.add(place, found_, "Name those that are readings of one station: [readings.columns] levels, or repeat.")
     _check_numbers(place, readings, faults)
-    units = _units_row(body[0]) if body else {}
-    station, *readings = (
-        _with_unit(place, column, units.get(column.index), declared, faults) for column in (stations[0], *readings)
-    )
+    station, *readings = _with_units(place, [stations[0], *readings], units, declared, faults)
     if nameless := [column for column in (station, *readings) if column.unit is None]:
-        remedy = f"Write '{clipped(nameless[0].name)} [mm]' in the header, or declare [readings] unit = \"mm\"."
-        faults.add(place, f"{_names(nameless)}: no unit.", remedy)
+        faults.add(place, f"{_names(nameless)}: no unit.", 'Say it: [readings] unit = "mm", or in pairing.csv.')
+    used = station.index, [column.index for column in readings]
+    body, remarks, passed = sorted_rows(place, body, *used, faults)
+    cells = tuple(SheetCell(found.names.get(at, "")) for at in range(max(found.names, default=-1) + 1))
     return Header(
-        row=row,
-        above=index,
-        body=tuple(body[1:] if units else body),
+        row=SheetRow(first.number, cells),
+        above=found.first,
+        body=tuple(body),
         station=station,
         readings=tuple(readings),
         repeat=repeat,
         sample=samples[0] if samples else None,
         skipped=tuple(skipped),
         quantity=_quantity(place, readings, declared, faults),
+        remarks=(*rows[: found.first], *left_out, *remarks),
+        passed=tuple(passed),
     )
 
 
 def _names(columns: Sequence[Column]) -> str:
-    return ", ".join(quoted(column.name) for column in columns[:12])
+    return ", ".join(quoted(column.name) for column in columns[:MOST_SHOWN])
 
 
-def _likeness(row: SheetRow) -> tuple[bool, int, int, int]:
-    """Return a key that is larger the more of a row's cells name columns; notes above a header may name some, too."""
-    roles = [found.role for cell in row.cells if cell.text and (found := meaning(cell.text)) is not None]
-    named = sum(1 for cell in row.cells if cell.text)
-    table = "station" in roles and ("reading" in roles or "repeat" in roles)
-    return table, sum(role != "skipped" for role in roles), len(roles), min(named, 2)
+def _seen(names: Mapping[int, str], body: Sequence[SheetRow]) -> str:
+    """Return the columns by letter and name, each with its first value."""
+    filled = sorted({*names, *(at for row in body[:3] for at, cell in enumerate(row.cells) if cell != BLANK)})
+    told = []
+    for at in filled[:MOST_SHOWN]:
+        value = next((row.cell(at).text for row in body if row.cell(at).text), "")
+        told.append(f"{letters(at)} {quoted(names.get(at, ''))} ({clipped(value)})")
+    return ", ".join(told)
 
 
-def _joined(row: SheetRow, below: SheetRow) -> SheetRow | None:
-    """Join a header with the second line below it where one name spans several columns; None where it does not.
+def _declared_roles(place: Place, names: Mapping[int, str], given: Columns) -> dict[int, ColumnMeaning]:
+    """Return what the declared columns are. Raises SheetFaults for one that is not there."""
+    roles: dict[int, ColumnMeaning] = {}
+    said: tuple[tuple[Role, tuple[str | None, ...]], ...] = (
+        ("station", (given.s,)),
+        ("repeat", (given.repeat,)),
+        ("reading", given.levels or ()),
+    )
+    asked: list[tuple[Role, str]] = [(role, one) for role, references in said for one in references if one is not None]
+    for role, reference in asked:
+        if not (found := columns_named(names, reference)):
+            known = ", ".join(quoted(name) for name in list(names.values())[:MOST_SHOWN])
+            what = f"{reference!r:.80} is no column, or both a letter and another's name, among {known}."
+            raise refuse(place, what, 'Write a letter as "B:B" where a column has it for a name.', reference)
+        for at in found:
+            name = names.get(at, "")
+            by_name = meaning(name) or ColumnMeaning(role, unit_at_end(name), quantity_in(name))
+            number = str(1 + sum(other.role == "reading" for other in roles.values()))
+            roles[at] = replace(by_name, role=role, number=number if role == "reading" else None)
+    return roles
 
-    "Tiefe [mm]" over "Messung 1", "Messung 2" becomes "Tiefe [mm] Messung 1" and "Tiefe [mm] Messung 2". A second line
-    that holds anything but numbers of readings is no part of the header.
-    """
-    lower = {index: cell.text for index, cell in enumerate(below.cells) if cell.text}
-    meanings = map(meaning, lower.values())
-    if not lower or any(it is None or it.role not in ("reading", "repeat") or it.quantity for it in meanings):
-        return None
-    cells, over = [], ""
-    for index in range(max(row.width, below.width)):
-        over = row.cell(index).text or over
-        cells.append(SheetCell(f"{over} {lower[index]}".strip()) if index in lower else row.cell(index))
-    return SheetRow(row.number, tuple(cells))
+
+def _meanings(
+    place: Place, names: Mapping[int, str], body: Sequence[SheetRow], given: Columns, faults: FaultList
+) -> list[Column]:
+    """Return what each column is, by declaration or by its name; one of numbers that is unknown is a fault."""
+    roles = _declared_roles(place, names, given)
+    declared = {one.role for one in roles.values()}
+    columns, unknown = list[Column](), list[Column]()
+    numeric = {at for row in body for at, cell in enumerate(row.cells) if is_a_number(cell) or cell.kind == "formula"}
+    for at in sorted({*names, *roles, *numeric}):
+        name = names.get(at, "")
+        found = roles.get(at) or meaning(name)
+        others = declared | ({"repeat"} if "reading" in declared and given.repeat is None else set())
+        if found is not None and at not in roles and found.role in others:
+            found = ColumnMeaning("skipped", found.unit)
+        if found is None and ("reading" in declared or at not in numeric):
+            # Words are no readings, and where these are declared all else is none.
+            found = ColumnMeaning("skipped")
+        if found is None:
+            unknown.append(Column("skipped", index=at, name=name or letters(at)))
+        else:
+            columns.append(Column(**vars(found), index=at, name=name or letters(at)))
+    # A table of other things beside the readings, a blank column between, is none of theirs.
+    own_block = {column.index for column in columns if column.role in ("station", "reading", "repeat")}
+    spans = list(
+        blocks([SheetRow(0, tuple(SheetCell(names.get(at, "")) for at in range(max(names, default=0) + 1))), *body])
+    )
+    for column in unknown:
+        span = next(span for span in spans if column.index in span)
+        if own_block and not own_block & set(span) and column.name != letters(column.index):
+            continue
+        what = f"column {letters(column.index)} holds numbers and has no name."
+        if column.name != letters(column.index):
+            what = f"column {quoted(column.name)} is unknown, and holds numbers."
+        faults.add(place, what, SAY, column.name)
+    return sorted([*columns, *unknown], key=lambda column: column.index)
+
+
+def _one_table(place: Place, columns: list[Column], faults: FaultList) -> list[Column]:
+    """Return the first of several tables side by side, each with its stations and readings: which is meant is asked."""
+    tables = side_by_side(columns)
+    if len(tables) > 1:
+        spans = [f"{letters(table[0].index)}:{letters(table[-1].index)}" for table in tables]
+        found = f"{len(tables)} tables side by side, in columns {' and '.join(spans)}."
+        remedy = f'Say which is meant: [readings.columns] range = "{spans[0]}", or in pairing.csv.'
+        faults.add(place, found, remedy)
+    return tables[0]
+
+
+def side_by_side(columns: Sequence[Column]) -> list[list[Column]]:
+    """Divide columns where another one of stations begins a table; one list where there is no such table."""
+    starts = [place for place, column in enumerate(columns) if column.role == "station"]
+    tables = [list(columns[start:end]) for start, end in pairwise([*starts, len(columns)])]
+    whole = all(any(column.role in ("reading", "repeat") for column in table) for table in tables)
+    return tables if len(tables) > 1 and whole else [list(columns)]
 
 
 def _check_numbers(place: Place, readings: Sequence[Column], faults: FaultList) -> None:
@@ -210,19 +223,20 @@ def _check_numbers(place: Place, readings: Sequence[Column], faults: FaultList) 
     numbered: dict[str | None, list[Column]] = {}
     for column in readings:
         numbered.setdefault(column.number, []).append(column)
-    for number, columns in numbered.items():
-        if number is None and len(readings) > 1:
+    for label, columns in numbered.items():
+        if label is None and len(readings) > 1:
             found = f"{_names(columns)}: no number, and there are {len(readings)} columns of readings."
-            faults.add(place, found, "Number the repeats; call a mean a mean.", columns[0].name)
+            faults.add(place, found, f"Is one of them a mean? {SAY}", columns[0].name)
         elif len(columns) > 1:
-            found = f"repeat {number} occurs twice: {_names(columns)}."
-            faults.add(place, found, "Number the repeats.", columns[1].name)
+            faults.add(place, f"repeat {label} occurs twice: {_names(columns)}.", SAY, columns[1].name)
 
 
 def _quantity(place: Place, readings: Sequence[Column], declared: Declared, faults: FaultList) -> Quantity | None:
     named: set[Quantity] = {column.quantity for column in readings if column.quantity is not None}
     if len(named) > 1:
-        faults.add(place, "level and depth columns in one sheet.", "Write all readings one way.")
+        faults.add(
+            place, "level and depth columns in one sheet.", "Name those that are read: [readings.columns] levels."
+        )
         return None
     quantity = next(iter(named), None)
     if quantity is not None and declared.quantity not in (None, quantity):
@@ -234,25 +248,31 @@ def _quantity(place: Place, readings: Sequence[Column], declared: Declared, faul
         faults.add(
             place,
             f"{_names(nameless)}: neither header nor trial file states whether readings count upward or downward.",
-            'Declare [readings] quantity = "level" (upward) or "depth" (downward), or name it in the header.',
+            'Say it: [readings] quantity = "level" (upward) or "depth" (downward), or sign in pairing.csv: up or down.',
         )
     return quantity or declared.quantity
 
 
-def _units_row(row: SheetRow) -> dict[int, Unit]:
-    """Return units by column, empty where a row holds anything else."""
-    texts = {index: cell.text for index, cell in enumerate(row.cells) if not is_missing(cell.text)}
-    units: dict[int, Unit] = {index: unit for index, text in texts.items() if (unit := unit_of(text)) is not None}
-    return units if len(units) == len(texts) else {}
+def _with_units(
+    place: Place, columns: Sequence[Column], below: Mapping[int, Unit], declared: Declared, faults: FaultList
+) -> list[Column]:
+    """Return the columns with the units of their names, the row of units or their cells, else with the declared one."""
+    whole = all(column.unit or column.index in below for column in columns)
+    found = []
+    for column in columns:
+        own = [unit for unit in (column.unit, below.get(column.index)) if unit is not None]
+        units = [*own, declared.unit] if declared.unit is not None and (whole or not own) else own
+        if len(set(units)) > 1:
+            faults.add(
+                replace(place, column=column.index, name=column.name),
+                f"{' and '.join(units)}: the header, the row of units and [readings] unit differ.",
+                "Correct the one that is wrong.",
+            )
+        found.append(replace(column, unit=units[0] if units else None))
+    return found
 
 
-def _with_unit(place: Place, column: Column, below: Unit | None, declared: Declared, faults: FaultList) -> Column:
-    """Return the column with the unit from its name, the row of units or the trial file."""
-    units = [unit for unit in (column.unit, below, declared.unit) if unit is not None]
-    if len(set(units)) > 1:
-        faults.add(
-            replace(place, column=column.index, name=column.name),
-            f"{' and '.join(units)}: the header, the row of units and [readings] unit differ.",
-            "Correct the one that is wrong.",
-        )
-    return replace(column, unit=units[0] if units else None)
+def other_zeros(header: Header) -> list[tuple[SheetRow, str]]:
+    """Return remarks that say what the readings count from, and not in words for the sample's face."""
+    texts = [(row, cell.text) for row in header.remarks for cell in row.cells if cell.kind == "text" and cell.text]
+    return [(row, text) for row, text in texts if names_other_zero(text)]

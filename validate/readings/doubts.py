@@ -4,10 +4,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from validate.readings.columns import Header
+from validate.readings.columns import Header, other_zeros
 from validate.readings.copies import alike_columns, mean_rows
 from validate.readings.screens import Doubt, ReadCells, doubtful_cells, scattered_stations
-from validate.readings.sheet import Place, SheetGrid, letters
+from validate.readings.sheet import Place, SheetGrid, letters, quoted
 from validate.readings.whole_sheet import Filling, doubts_of_sheet
 from validate.settings import Declared
 
@@ -24,7 +24,7 @@ def doubts_of(
     answered = set(declared.as_written or ())
     names = {column.index: column.name for column in header.read}
     for doubt in (*_marked(grid, header), *_screened(cells, depth_mm, filling)):
-        if answered.issuperset(doubt.answers):
+        if answered.issuperset(doubt.answers) or (doubt.kind == "datum" and declared.datum != "sample_surface"):
             continue
         place = grid.place(doubt.row, doubt.column, names.get(doubt.column))
         answers = ", ".join(f'"{answer}"' for answer in doubt.answers)
@@ -54,7 +54,11 @@ def _screened(cells: ReadCells, depth_mm: float | None, filling: Filling | None)
 
 
 def _marked(grid: SheetGrid, header: Header) -> Iterator[Doubt]:
-    """Yield rows, columns and cells of readings that are struck through or hidden."""
+    """Yield remarks on the zero of readings, and rows, columns and cells that are struck through or hidden."""
+    for row, text in other_zeros(header):
+        found = f"{quoted(text)} says what the readings count from, and not in words for the sample's face."
+        remedy = "Declare [readings] datum and datum_level_mm if it is not the face"
+        yield Doubt("datum", row.number, header.station.index, ("datum",), found, remedy)
     read = [header.station, *header.readings]
     rows = {row.number: row for row in header.body}
     hidden = sorted(grid.hidden_rows & rows.keys())

@@ -1,6 +1,7 @@
 """Caliper readings of a trial: the rows under a sheet's header, with a fault for each cell that cannot be read."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -15,11 +16,13 @@ from validate.readings.columns import Column, Header, read_header
 from validate.readings.doubts import doubts_of
 from validate.readings.samples import read_cells, rows_of_sample
 from validate.readings.screens import ReadCells
-from validate.readings.sheet import FaultList, Place, SheetCell, SheetGrid, SheetRow, letters, quoted, shown
+from validate.readings.sheet import FaultList, Place, SheetCell, SheetGrid, SheetRow, letters, quoted
 from validate.readings.text_table import common_mark, decimals_of, is_ambiguous, is_grouped, is_missing, number
+from validate.readings.understood import dialect_of, understood
+from validate.readings.upright import upright
 from validate.readings.whole_sheet import Filling
 from validate.settings import Decimal, Declared, Quantity, Readings, Unit
-from validate.units import LABELS, counted
+from validate.units import counted
 
 Height = TypeVar("Height", float, Floats)
 
@@ -49,8 +52,9 @@ def read_readings(
         SheetFaults: The sheet has faults; the error lists each with its place, value and remedy.
         InputError: The file cannot be opened.
     """
-    grid, faults = read_cells(path, settings), FaultList()
+    grid, faults = upright(read_cells(path, settings), settings), FaultList()
     header = rows_of_sample(grid, read_header(grid, settings, faults), settings, faults)
+    faults.columns = understood(grid, header)
     crack = None if depth_mm is None else CrackLimits(length_mm, depth_mm)
     table = TableReader(grid, header, settings, crack, faults)
     cells = table.read()
@@ -70,8 +74,9 @@ def read_readings(
         levels_mm,
         data,
         path.name,
-        _dialect(table, levels_mm.shape[1]),
+        dialect_of(grid, header, settings, table.mark, levels_mm.shape[1], table.missing),
         doubts=tuple(doubts_of(grid, header, cells, settings, depth_mm, filling)),
+        columns=faults.columns,
     )
 
 
@@ -169,9 +174,10 @@ class TableReader:
 
         A level is NaN where a reading is missing, and never in a whole row.
         """
-        self._check_merged()
-        stations = [station for row in self.header.body if (station := self._station(row)) is not None]
-        if self.header.repeat is not None:
+        self._check_formulas()
+        by_place = self._merged_stations()
+        stations = [station for row in self.header.body if (station := self._station(row, by_place)) is not None]
+        if self.header.repeat is not None or by_place:
             stations = self._gathered(stations)
         stations.sort(key=lambda station: station.s_mm)
         self._check_neighbours(stations)
@@ -203,19 +209,43 @@ class TableReader:
             is_depth=self.header.quantity == "depth",
         )
 
-    def _check_merged(self) -> None:
-        """Add a fault for each merged range of readings: its one value may be that of all cells, or of the first."""
+    def _merged_stations(self) -> dict[int, tuple[int, str]]:
+        """Return, for each row whose station is a merged cell of several, the first row of that cell and its repeat.
+
+        Any other merged range of readings is a fault: its one value may be that of all cells, or of the first.
+        """
         header = self.header
+        by_place: dict[int, tuple[int, str]] = {}
         # A merged header is legible: its names are those of the line below, or of columns without a name.
-        first_row = header.body[0].number if header.body else header.row.number
+        body = [row.number for row in header.body]
         used = {column.index for column in header.read}
         for row, column, last_row, last_column in self.grid.merged:
-            if last_row >= first_row and any(column <= index <= last_column for index in used):
+            if not body or last_row < body[0] or not any(column <= index <= last_column for index in used):
+                continue
+            rows = [number for number in body if row <= number <= last_row]
+            if column == last_column == header.station.index and header.repeat is None and len(header.readings) == 1:
+                by_place |= {number: (row, str(place)) for place, number in enumerate(rows, start=1)}
+            elif any(index in used and (row != last_row or column != last_column) for index in used) and rows:
                 self.faults.add(
                     self.grid.place(row, column),
                     f"cells {letters(column)}{row} to {letters(last_column)}{last_row} are merged, and hold one value.",
-                    "Unmerge them and write each cell's own value into it.",
+                    "Does it stand for all of them? Skip these rows, [readings.columns] skip, or unmerge a copy.",
                 )
+        return by_place
+
+    def _check_formulas(self) -> None:
+        """Add one fault for all formulas without a stored result."""
+        used = (self.header.station, *self.header.readings)
+        cells = [
+            f"{letters(column.index)}{row.number}"
+            for row in self.header.body
+            for column in used
+            if row.cell(column.index).kind == "formula"
+        ]
+        if cells:
+            span = cells[0] if len(cells) == 1 else f"{cells[0]} to {cells[-1]}"
+            found = f"{counted(len(cells), 'formula')} without a stored result, {span}."
+            self.faults.add(self.grid.place(), found, "Open the workbook in a spreadsheet program and save it.")
 
     @cached_property
     def mark(self) -> Decimal | None:
@@ -241,7 +271,7 @@ class TableReader:
             )
         return mark
 
-    def _station(self, row: SheetRow) -> _Station | None:
+    def _station(self, row: SheetRow, by_place: Mapping[int, tuple[int, str]]) -> _Station | None:
         """Return the station of a row; None where it holds none, or where its station or its width is a fault."""
         header = self.header
         if not self._fits(row):
@@ -249,11 +279,17 @@ class TableReader:
         filled = {index for index, cell in enumerate(row.cells) if cell.text or cell.kind != "text"}
         if filled <= {column.index for column in header.skipped}:
             return None
-        column = header.station
+        column, labels = header.station, [f"{index}" for index in range(len(header.readings))]
+        if row.number in by_place:
+            first_row, label = by_place[row.number]
+            cells = list(row.cells)
+            cells[column.index] = next(one for one in header.body if one.number == first_row).cell(column.index)
+            row, labels = SheetRow(row.number, tuple(cells)), [label]
+        elif by_place:
+            labels = ["1"]
         s_mm = self._in_mm(row, column, "Give every row its station.")
         if s_mm is not None and self.crack is not None and column.unit is not None:
             self.crack.check_station(self._place(row, column), row.cell(column.index).text, s_mm, self.faults)
-        labels = [f"{index}" for index in range(len(header.readings))]
         if header.repeat is not None:
             labels = [self._repeat(row, header.repeat)] * len(header.readings)
         values_mm = {label: self._reading(row, column) for label, column in zip(labels, header.readings, strict=True)}
@@ -261,21 +297,16 @@ class TableReader:
         return None if s_mm is None else _Station(s_mm, row, values_mm, cells)
 
     def _fits(self, row: SheetRow) -> bool:
+        """Return whether a row has a field for each column; decimal commas between commas make more."""
         width = self.header.row.width
-        if self.grid.separator is not None and (len(row.cells) < width or row.width > width):
-            self.faults.add(
-                self.grid.place(row.number),
-                f"{counted(max(row.width, len(row.cells)), 'field')} under {counted(width, 'column')}.",
-                "Write one field for each column; leave a missing reading blank, and write decimals with a "
-                + ("point." if self.grid.separator == "," else "comma or a point, without thousands set apart."),
-            )
-            return False
-        for index, cell in enumerate(row.cells):
-            if cell.text and not self.header.row.cell(index).text:
-                found = f"{quoted(cell.text)} is in column {index + 1}, which has no name."
-                remedy = "Name the column, such as 'note', or delete it."
-                self.faults.add(self.grid.place(row.number, index), found, remedy, cell.text)
-        return True
+        if self.grid.separator != "," or len(row.cells) >= width >= row.width:
+            return True
+        self.faults.add(
+            self.grid.place(row.number),
+            f"{counted(max(row.width, len(row.cells)), 'field')} under {counted(width, 'column')}.",
+            "Are these decimal commas between commas? Save it with semicolons, or with decimal points.",
+        )
+        return False
 
     def _repeat(self, row: SheetRow, column: Column) -> str:
         text = row.cell(column.index).text
@@ -288,7 +319,7 @@ class TableReader:
         cell = row.cell(column.index)
         if cell.kind == "text" and is_missing(cell.text):
             return np.nan
-        reading_mm = self._in_mm(row, column, "Leave the field blank if the reading is missing.")
+        reading_mm = self._in_mm(row, column, "If it stands for a missing reading, say [readings.columns] missing.")
         if reading_mm is None:
             return np.nan
         if self.crack is not None and column.unit is not None and self.header.quantity is not None:
@@ -302,15 +333,14 @@ class TableReader:
         value = float(cell.text) if cell.kind == "number" else None
         if cell.kind == "text":
             value = number(cell.text, self.mark)
-        if value is None:
+        if value is None and cell.kind != "formula":
             self.faults.add(self._place(row, column), *self._complaint(column, cell, remedy), cell.text)
+        if value is None:
             return None
         return value * MM[column.unit or "mm"]
 
     def _complaint(self, column: Column, cell: SheetCell, remedy: str) -> tuple[str, str]:
         text = quoted(cell.text)
-        if cell.kind == "formula":
-            return "a formula whose result is not stored.", "Open the workbook in a spreadsheet program and save it."
         if cell.kind == "error":
             return f"{text} is an error of the spreadsheet.", "Mend the formula, or clear the cell."
         if cell.kind == "date":
@@ -359,25 +389,3 @@ def _by_number(label: str) -> tuple[bool, float, str]:
     """Return a key that sorts numbers by size, before words."""
     value = number(label, "point")
     return value is None, value or 0.0, label
-
-
-def _dialect(table: TableReader, repeats: int) -> str:
-    grid, header, declared = table.grid, table.header, table.declared
-    sample = () if declared.sample is None else (f"rows of {shown(declared.sample)}",)
-    decimal = () if table.mark is None else (f"decimal {table.mark}",)
-    units = list(dict.fromkeys(str(column.unit) for column in header.readings))
-    upward = "upward" if header.quantity == "level" else "downward"
-    counting = f"{header.quantity} {upward} in {' and '.join(units)} from {LABELS['datums'][declared.datum]}"
-    if declared.datum != "sample_surface":
-        counting += f", {declared.datum_level_mm or 0.0:+g} mm from the sample surface"
-    if units != [header.station.unit]:
-        counting += f", places in {header.station.unit}"
-    layout = "wide" if header.repeat is None else "long"
-    parts = [", ".join((*grid.written, *sample, *decimal)), f"{layout}, {counted(repeats, 'repeat')}", counting]
-    if table.missing:
-        parts.append(f"{counted(table.missing, 'reading')} missing")
-    if header.above:
-        parts.append(f"{counted(header.above, 'line')} above the header")
-    if header.skipped:
-        parts.append("not readings: " + ", ".join(shown(column.name) for column in header.skipped[:8]))
-    return "; ".join((*parts, *grid.remarks))

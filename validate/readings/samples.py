@@ -2,17 +2,17 @@
 
 import hashlib
 import json
-import re
 import stat
-import unicodedata
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from sealtwin.core.errors import InputError, as_text
 from validate.readings.columns import Column, Header, read_header
+from validate.readings.header_words import sample_key
 from validate.readings.sheet import SAVE_AGAIN, FaultList, Place, SheetFaults, SheetGrid, SheetRow, quoted, refuse
 from validate.readings.text_table import read_delimited
+from validate.readings.upright import upright
 from validate.settings import Declared
 
 LARGEST_FILE_BYTES = 5_000_000  # Limit on a sheet, a workbook with its pictures included
@@ -82,9 +82,6 @@ def _content(path: Path) -> bytes:
     return content
 
 
-WORD = re.compile(r"[^\W_]+")
-
-
 @dataclass(frozen=True)
 class SamplePart:
     """A part of a file that may hold the readings of one sample."""
@@ -98,17 +95,6 @@ class SamplePart:
     def __str__(self) -> str:
         parts = (self.sheet and f"sheet {self.sheet}", self.rows_of and f"rows of {self.rows_of}")
         return ", ".join(part for part in parts if part)
-
-
-def sample_key(sample: str) -> str:
-    """Return a key that is equal for spellings that differ in case, spaces, points, hyphens and underscores only.
-
-    A gap between two digits counts: 1-11 is not 11-1.
-    """
-    key = ""
-    for word in WORD.findall(unicodedata.normalize("NFKC", sample).casefold()):
-        key += f"-{word}" if key[-1:].isdigit() and word[0].isdigit() else word
-    return key
 
 
 def parts_of(path: Path) -> tuple[SamplePart, ...]:
@@ -157,6 +143,7 @@ def rows_of_sample(grid: SheetGrid, header: Header, declared: Declared, faults: 
 
 
 def _parts(grid: SheetGrid, sheet: str | None) -> Iterable[SamplePart]:
+    grid = upright(grid, Declared())
     try:
         header = read_header(grid, Declared(), FaultList())
     except SheetFaults:

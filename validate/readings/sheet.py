@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Literal, NamedTuple
 
 from sealtwin.core.errors import InputError, as_text
+from sealtwin.core.records import ReadColumn
 
 MOST_KEPT = 1_000
 MOST_SHOWN = 20  # Limit on the sentences of a message; more faults than that have a common cause
@@ -58,10 +59,13 @@ class SheetFault:
 
 
 class SheetFaults(InputError):  # noqa: N818  It is all of a sheet's faults, not one error.
-    """All faults of one sheet. ``faults`` holds the first thousand; the text shows twenty and counts them."""
+    """All faults of one sheet. ``faults`` holds the first thousand; the text shows twenty and counts them.
 
-    def __init__(self, faults: Sequence[SheetFault], count: int = 1) -> None:
-        self.faults = tuple(faults)
+    ``columns`` are those that were understood.
+    """
+
+    def __init__(self, faults: Sequence[SheetFault], count: int = 1, columns: tuple[ReadColumn, ...] = ()) -> None:
+        self.faults, self.columns = tuple(faults), columns
         alike: dict[object, list[SheetFault]] = {}
         for fault in faults:
             alike.setdefault(fault.kind, []).append(fault)
@@ -78,6 +82,7 @@ class FaultList:
 
     kept: list[SheetFault] = field(default_factory=list)
     count: int = 0
+    columns: tuple[ReadColumn, ...] = ()  # Columns that were understood, once the header is read
 
     def add(self, place: Place, found: str, remedy: str, value: str | None = None) -> None:
         self.count += 1
@@ -87,7 +92,7 @@ class FaultList:
     def raise_if_any(self) -> None:
         """Raise SheetFaults if there is a fault."""
         if self.count:
-            raise SheetFaults(self.kept, self.count)
+            raise SheetFaults(self.kept, self.count, self.columns)
 
 
 def _joined(alike: list[SheetFault]) -> str:
@@ -109,9 +114,16 @@ def refuse(place: Place, found: str, remedy: str, value: str | None = None) -> S
 
 def letters(column: int) -> str:
     """Return a spreadsheet's name of a column: 0 is A, 26 is AA."""
-    from openpyxl.utils import get_column_letter
+    above, last = divmod(column, 26)
+    return (letters(above - 1) if above else "") + chr(ord("A") + last)
 
-    return get_column_letter(column + 1)
+
+def column_of(name: str) -> int:
+    """Return the number of a column from its letters: A is 0."""
+    column = 0
+    for letter in name:
+        column = 26 * column + ord(letter) - ord("A") + 1
+    return column - 1
 
 
 def clipped(text: str) -> str:
@@ -173,6 +185,8 @@ class SheetGrid:
     struck: frozenset[tuple[int, int]] = frozenset()  # Cells that are struck through: row from 1, column from 0
     hidden_rows: frozenset[int] = frozenset()
     hidden_columns: frozenset[int] = frozenset()
+    turned: tuple[int, ...] | None = None
+    """Rows of the file, by number, that the columns of a turned sheet were; None in a sheet as it is in its file."""
 
     def __post_init__(self) -> None:
         if len(self.rows) > MOST_ROWS:
@@ -182,4 +196,6 @@ class SheetGrid:
             raise refuse(self.place(wide.number), found, "Delete everything outside the table.")
 
     def place(self, row: int | None = None, column: int | None = None, name: str | None = None) -> Place:
+        if self.turned is not None:
+            row, column = None if column is None else self.turned[column], None if row is None else row - 1
         return Place(self.path, self.sheet, row, column, name)

@@ -4,9 +4,11 @@ import csv
 import io
 import math
 import re
+import tomllib
 import unicodedata
 from collections import Counter
 from collections.abc import Iterable
+from importlib.resources import files as resources
 from pathlib import Path
 
 from validate.readings.sheet import Place, SheetCell, SheetGrid, SheetRow, refuse
@@ -21,7 +23,11 @@ AMBIGUOUS = re.compile(r"[+-]?[1-9][0-9]{0,2}([.,])[0-9]{3}")
 DECIMALS = re.compile(r"[.,]([0-9]+)$")
 MINUS = str.maketrans(dict.fromkeys("\u2212\u2013", "-"))
 """The typographic minus, and the dash that word processors make of a hyphen."""
-MISSING = {"", "-", "\u2013", "\u2014", "n/a", "na", "n.a.", "k.a.", "k. a."}
+MISSING = frozenset(
+    tomllib.loads(resources("validate").joinpath("readings", "words.toml").read_text(encoding="utf-8"))["missing"][
+        "words"
+    ].split()
+)
 DECIMAL_MARKS: dict[Decimal, str] = {"point": ".", "comma": ","}
 SEPARATORS: dict[Separator, str] = {"tab": "\t", "semicolon": ";", "comma": ","}
 """Separators by preference where two divide as many rows alike: text holds commas, and rarely tabs."""
@@ -45,7 +51,8 @@ def plain_letters(text: str) -> str:
 
 
 def is_missing(text: str) -> bool:
-    return text.casefold() in MISSING
+    """Return whether a cell is blank, or holds a word for a missing reading."""
+    return not text or "".join(plain_letters(text).split()) in MISSING
 
 
 def is_ambiguous(text: str) -> bool:

@@ -1,4 +1,4 @@
-"""Worksheets of an XLSX workbook, read by openpyxl: the one that is wanted, or the only one that holds anything.
+"""Worksheets of a workbook, XLSX by openpyxl or ODS: the one that is wanted, or the only one that holds anything.
 
 Of openpyxl its parser of a single worksheet is used, in one pass: a whole workbook would load pictures and fill each
 merged range with cells, and a read-only one reports neither merged cells nor hidden rows (decision 0088).
@@ -10,7 +10,6 @@ import warnings
 import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
 from datetime import date
 from pathlib import Path
 from typing import Any
@@ -19,6 +18,8 @@ from xml.etree.ElementTree import Element
 import openpyxl
 from openpyxl.worksheet._reader import FORMULA_TAG, WorkSheetParser
 
+from validate.readings.header_words import is_number
+from validate.readings.open_document import Worksheet, is_open_document, read_worksheets
 from validate.readings.sheet import (
     BLANK,
     MOST_COLUMNS,
@@ -38,18 +39,6 @@ LARGEST_UNPACKED_BYTES = 32_000_000  # Limit on all parts together: 10,000 rows 
 HIDDEN = ("1", "true")
 
 
-@dataclass
-class _Worksheet:
-    name: str
-    hidden: bool
-    rows: dict[int, dict[int, SheetCell]] = field(default_factory=dict)
-    """Rows by number from 1, their cells by column from 0; blank cells are left out."""
-    merged: tuple[tuple[int, int, int, int], ...] = ()  # Merged ranges as in ``SheetGrid``
-    struck: frozenset[tuple[int, int]] = frozenset()
-    hidden_rows: frozenset[int] = frozenset()
-    hidden_columns: frozenset[int] = frozenset()
-
-
 class _CellParser(WorkSheetParser):
     """The parser of openpyxl, which also marks a formula whose result was never stored."""
 
@@ -63,12 +52,15 @@ class _CellParser(WorkSheetParser):
 
 def read_sheet(path: Path, content: bytes, wanted: str | None) -> SheetGrid:
     """Return the sheet that is ``wanted``, or the only visible one that holds anything. Raises SheetFaults."""
-    sheets = _worksheets(path, content, wanted)
+    sheets, program = _worksheets(path, content, wanted), _program(content)
     filled = [sheet for sheet in sheets if sheet.rows]
     visible = [sheet for sheet in filled if not sheet.hidden]
     chosen = visible if wanted is None else [sheet for sheet in sheets if sheet.name == wanted]
+    if len(chosen) > 1 and len(tables := [sheet for sheet in chosen if _has_table(sheet)]) == 1:
+        # A cover, or a diagram's texts, are none.
+        chosen = tables
     if len(chosen) == 1:
-        return _grid(path, chosen[0], sheets)
+        return _grid(path, chosen[0], sheets, program)
     if wanted is not None:
         found, named = f"no sheet {quoted(wanted)} among", sheets
     elif visible:
@@ -82,17 +74,22 @@ def read_sheet(path: Path, content: bytes, wanted: str | None) -> SheetGrid:
             "Save the workbook with its cells, as an ordinary XLSX.",
         )
     names = ", ".join(quoted(sheet.name) for sheet in named[:12]) + (", …" if len(named) > 12 else "")
-    raise refuse(Place(path), f"{found} {names}.", "Name the one with the readings: [readings] sheet.", wanted)
+    raise refuse(
+        Place(path), f"{found} {names}.", "Name the one with the readings: [readings] sheet, or in pairing.csv.", wanted
+    )
 
 
 def read_sheets(path: Path, content: bytes) -> tuple[SheetGrid, ...]:
     """Return all visible sheets that hold anything. Raises SheetFaults."""
     sheets = _worksheets(path, content, None)
-    return tuple(_grid(path, sheet, sheets) for sheet in sheets if sheet.rows and not sheet.hidden)
+    program = _program(content)
+    return tuple(_grid(path, sheet, sheets, program) for sheet in sheets if sheet.rows and not sheet.hidden)
 
 
-def _worksheets(path: Path, content: bytes, wanted: str | None) -> list[_Worksheet]:
+def _worksheets(path: Path, content: bytes, wanted: str | None) -> list[Worksheet]:
     """Return all worksheets; where one is ``wanted``, only its cells are read."""
+    if is_open_document(content):
+        return read_worksheets(path, content)
     with _refused(path):
         entries = zipfile.ZipFile(io.BytesIO(content)).infolist()
     unpacked_bytes = sum(entry.file_size for entry in entries)
@@ -106,7 +103,7 @@ def _worksheets(path: Path, content: bytes, wanted: str | None) -> list[_Workshe
         book: Any = openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True, keep_links=False)
     sheets = []
     for source in book.worksheets:
-        sheet = _Worksheet(source.title, source.sheet_state != "visible")
+        sheet = Worksheet(source.title, source.sheet_state != "visible")
         if wanted in (None, sheet.name):
             with _refused(path), source._get_source() as part:
                 dates, durations = book._date_formats, book._timedelta_formats
@@ -180,7 +177,19 @@ def _cell(value: Any, data_type: str) -> SheetCell:
     return SheetCell(str(value).strip(), "date" if data_type == "d" else "text")
 
 
-def _grid(path: Path, chosen: _Worksheet, sheets: list[_Worksheet]) -> SheetGrid:
+def _has_table(sheet: Worksheet) -> bool:
+    rows = (
+        sum(cell.kind in ("number", "formula") or is_number(cell.text) for cell in row.values())
+        for row in sheet.rows.values()
+    )
+    return sum(numbers > 1 for numbers in rows) > 1
+
+
+def _program(content: bytes) -> str:
+    return "ODS" if is_open_document(content) else "XLSX"
+
+
+def _grid(path: Path, chosen: Worksheet, sheets: list[Worksheet], program: str) -> SheetGrid:
     rows = tuple(
         SheetRow(number, tuple(cells.get(column, BLANK) for column in range(max(cells) + 1)))
         for number, cells in sorted(chosen.rows.items())
@@ -191,7 +200,7 @@ def _grid(path: Path, chosen: _Worksheet, sheets: list[_Worksheet]) -> SheetGrid
         remarks.append(f"{' and '.join(hidden)} are read too")
     if unread := [sheet for sheet in sheets if sheet.hidden and sheet.rows and sheet is not chosen]:
         remarks.append(f"{counted(len(unread), 'hidden sheet')} not read")
-    written = ("XLSX", f"sheet {quoted(chosen.name)}")
+    written = (program, f"sheet {quoted(chosen.name)}")
     return SheetGrid(
         path,
         rows,

@@ -2,8 +2,9 @@
 
 from contextlib import suppress
 from itertools import pairwise
+from typing import Any
 
-import ezdxf
+import ezdxf.filemanagement
 import numpy as np
 import pytest
 from ezdxf import units
@@ -20,7 +21,7 @@ DEPTH_MM = 8.0
 
 
 def _saved(folder, draw, unit=units.MM):
-    drawing = ezdxf.new(units=unit)
+    drawing = ezdxf.filemanagement.new(units=unit)
     draw(drawing.modelspace())
     drawing.saveas(folder / "drawn.dxf")
     return folder / "drawn.dxf"
@@ -54,8 +55,9 @@ def test_the_nozzles_path_is_a_line_in_space(tmp_path):
     outline = straight_slot(40.0, 3.0, CLOSED)
     planned = path(outline, 0.5, 20.0)
     (tmp_path / "a.dxf").write_text(dxf_text(outline, planned))
-    (line,) = ezdxf.readfile(tmp_path / "a.dxf").query('POLYLINE[layer=="NOZZLE_PATH"]')
-    assert np.allclose([tuple(point) for point in line.points()], planned.position_mm)
+    (line,) = ezdxf.filemanagement.readfile(tmp_path / "a.dxf").query('POLYLINE[layer=="NOZZLE_PATH"]')
+    points: Any = line
+    assert np.allclose([tuple(point) for point in points.points()], planned.position_mm)
 
 
 @pytest.mark.parametrize("unit", ["mm", "cm", "inch"])

@@ -16,9 +16,7 @@ from tests.pictures import mortar, with_crack, write_png
 
 def test_a_fault_of_lab_toml_is_told_once_and_stops_all(small, tmp_path):
     (small / "lab.toml").write_text('data = "measured"\n[photo]\nmm_per_pxl = 0.1\n')
-    with pytest.raises(
-        InputError, match=r"lab\.toml: 'photo\.mm_per_pxl': no such key; did you mean 'photo\.mm_per_px'"
-    ):
+    with pytest.raises(InputError, match=r"lab\.toml: 'photo\.mm_per_pxl': no such key"):
         ingest(small, tmp_path / "lab", QUIET)
     (small / "lab.toml").write_text('data = "measured"\nname = "all"\n')
     with pytest.raises(InputError, match="name is of one sample"):

@@ -91,8 +91,8 @@ def test_the_readings_are_judged_again_by_the_volume_in_the_traced_crack(small, 
     """0.08 ml fill a third of the crack, and levels 1.5 mm below its face most of it."""
     rows = (f"{s_mm},-1.5{s_mm},-1.4{13 - s_mm}" for s_mm in (0, 3, 5, 8, 11, 13))
     (small / "P01.csv").write_text("\n".join(["s_mm,level_1_mm,level_2_mm", *rows]))
-    answer = sealtwin("ingest", small, "--out", tmp_path / "lab", "--digitise", "--json")
-    (doubt,) = json.loads(answer.stdout)["digitised"]["readings"]
+    answer = sealtwin("ingest", small, "--out", tmp_path / "lab", "--json")
+    (doubt,) = json.loads(answer.stdout)["traced"]["faults"]
     assert doubt["name"] == "P01"
     assert 'readings.as_written = ["datum"]' in doubt["sentence"]
     assert answer.exit_code == 6

@@ -88,6 +88,19 @@ def test_a_study_of_the_lab_is_named_where_it_chose_with_the_readings(lab, tmp_p
     facts_of(lab / "P01")
 
 
+@pytest.mark.parametrize("broken", ["inputs", "trial.toml"])
+def test_another_samples_broken_files_are_a_caution(lab, broken):
+    """Once they kept every held-out trial of the lab from its run."""
+    say(lab / "P02", "held-out", "calibrated-on")
+    trial = load_trial(lab / "P02" / "trial.toml")
+    assert trial.readings is not None
+    (lab / "P02" / (trial.readings.file if broken == "inputs" else broken)).write_text("no table")
+    facts = facts_of(lab / "P01")
+    assert not facts.lab_searched, "what is not read may hold the same"
+    (caution,) = facts.cautions
+    assert caution.startswith("caution: sample 'P02' may be calibrated on these readings: ")
+
+
 def test_a_map_against_a_sheet_of_the_lab_is_a_use_of_it(lab, tmp_path):
     trial = load_trial(lab / "P01" / "trial.toml")
     assert trial.readings is not None

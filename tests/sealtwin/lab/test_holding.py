@@ -14,7 +14,7 @@ def _fates(ingested):
     return {outcome.sample.name: outcome.fate for outcome in ingested.outcomes}
 
 
-@pytest.mark.parametrize("name", ["P02_Messung.xls", "P02.ods", "P02 mesures.xlsm"])
+@pytest.mark.parametrize("name", ["P02_Messung.xls", "P02 mesures.xlsb"])
 def test_a_sample_whose_sheet_is_refused_is_not_sound(small, tmp_path, name):
     """Once it was new, without readings, and nobody looked again."""
     (small / "P02_Messung.csv").rename(small / name)
@@ -22,7 +22,9 @@ def test_a_sample_whose_sheet_is_refused_is_not_sound(small, tmp_path, name):
     assert _fates(ingested) == {"P01": "new", "P02": "failed"}
     (fault,) = ingested.faults
     assert fault.name == "P02"
-    assert fault.sentence == f"{name}: .{name.rpartition('.')[2]} is not read; save it as XLSX or CSV."
+    assert (
+        fault.sentence == f"{name}: .{name.rpartition('.')[2]} is not read; save a copy as XLSX, ODS or CSV beside it."
+    )
 
 
 def test_a_refused_sheet_is_named_beside_a_question_too(small, tmp_path):

@@ -150,7 +150,7 @@ def test_a_lab_names_no_place_of_this_machine_and_moves_with_its_folder(small, t
     assert not [path.name for path in kept if str(tmp_path).encode() in path.read_bytes()]
     (tmp_path / "moved").mkdir()
     both = [folder.rename(tmp_path / "moved" / folder.name) for folder in (small, lab)]
-    assert {outcome.fate for outcome in ingest(*both, QUIET).outcomes} == {"unchanged"}
+    assert {outcome.fate for outcome in ingest(both[0], both[1], QUIET).outcomes} == {"unchanged"}
 
 
 def test_a_source_that_was_kept_by_its_path_is_known_by_its_name(small, tmp_path):

@@ -82,8 +82,8 @@ def test_every_planted_fault_is_named_and_the_rest_goes_on(tmp_path):
     assert answer.exit_code == 6, answer.output
     assert len(FAULTS) >= 12
     assert not [fault.what for fault in FAULTS if not re.search(fault.says, answer.stdout)]
-    # As many sentences as faults, the photo that waits for its sheet, and the two photos without a depth or a picture.
-    assert sum(line.startswith("failed: ") for line in answer.stdout.splitlines()) == len(FAULTS) + 2
+    # As many sentences as faults, the photo that waits for its sheet, and the photos without a depth or a picture.
+    assert sum(line.startswith("failed: ") for line in answer.stdout.splitlines()) == len(FAULTS) + 3
     assert [row[0] for row in rows_of(tmp_path / "lab")] == ["P10"]
     assert "/folder/" not in answer.stdout
 

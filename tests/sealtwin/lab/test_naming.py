@@ -62,3 +62,21 @@ def test_a_name_with_markup_or_mathtext_becomes_a_plain_label():
     said = read_name(PurePath("<b onload=x>P$_{1}$.png"))
     assert said is not None
     assert not set(said.sample) & set("<>$={}&\"'/\\")
+
+
+@pytest.mark.parametrize(
+    ("name", "key"),
+    [
+        ("IMG_0412_P4.jpg", "p4"),
+        ("P4 readings.xlsx", "p4"),
+        ("P4-IMG_0412.jpg", "p4"),
+        ("20260503_142233_P4.jpg", "p4"),
+        ("P-03 (von oben).jpg", "p03"),
+        ("P-03.csv", "p03"),
+        ("IMG_0412.jpg", "img0412"),
+    ],
+)
+def test_a_cameras_name_and_a_remark_are_taken_off_a_samples(name, key):
+    said = read_name(PurePath(name))
+    assert said is not None
+    assert sample_key(said.sample) == key

@@ -47,7 +47,7 @@ def test_a_sheet_in_another_folder_than_its_photo_is_asked_about():
     assert "Is it of May/P01.jpg?" in _questions("May/P01.jpg", "Readings 2026/P01.csv")["2026p01"][0]
 
 
-@pytest.mark.parametrize("name", ["P02 xyz.txt", "Labor 3 P02.csv"])
+@pytest.mark.parametrize("name", ["P02 xyz.csv", "Labor 3 P02.csv"])
 def test_a_sheet_with_more_words_than_its_photo_is_offered_for_it(name):
     asked = _questions("P02.jpg", name, "K07.jpg")
     assert len(asked) == 2

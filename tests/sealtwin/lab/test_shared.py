@@ -120,13 +120,16 @@ def test_a_sheet_whose_header_is_unknown_holds_its_sample_back(shared, tmp_path)
     ingested = ingest(shared, tmp_path / "lab", QUIET)
     assert _fates(ingested) == {"P01": "new", "P02": "failed"}
     (fault,) = ingested.faults
-    assert "caliper.xlsx, sheet 'P02', row 2: column 'Füllung [mm]' is unknown" in fault.sentence
+    assert (
+        "caliper.xlsx, sheet 'P02', row 2: no column of readings beside 'Ort [mm]' in A 'Ort [mm]' (1), B 'Füllung"
+        in fault.sentence
+    )
     for name in ("P01", "P02"):
         book[name]["A2"] = "wo"
     book.save(shared / "caliper.xlsx")
     ingested = ingest(shared, tmp_path / "other", QUIET)
     assert _fates(ingested) == {"P01": "failed", "P02": "failed"}
-    assert all("no column s_mm in" in fault.sentence for fault in ingested.faults)
+    assert all("no column of places along the crack (s) in" in fault.sentence for fault in ingested.faults)
 
 
 def test_a_cover_named_as_its_workbook_divides_nothing(shared, tmp_path):

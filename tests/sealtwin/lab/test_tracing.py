@@ -4,7 +4,6 @@ import json
 
 import pytest
 
-from sealtwin.lab import ingest
 from tests.labs import sealtwin
 
 
@@ -21,22 +20,23 @@ def traced(small, tmp_path):
 
 
 def _ingest(small, lab, *more):
-    return sealtwin("ingest", small, "--out", lab, "--digitise", "--quiet", *more)
+    return sealtwin("ingest", small, "--out", lab, "--quiet", *more)
 
 
-def test_walls_are_there_after_an_ingest_and_a_fault_costs_no_other(traced, monkeypatch):
+def test_walls_are_there_after_an_ingest_and_a_fault_costs_no_other(traced):
     small, lab = traced
     answer = _ingest(small, lab, "--json")
     assert answer.exit_code == 6, answer.output
     content = json.loads(answer.stdout)
     assert [sample["state"] for sample in content["samples"]] == ["new", "new"]
-    assert [(photo["folder"], photo["status"]) for photo in content["digitised"]["photos"]] == [
+    assert [(photo["folder"], photo["status"]) for photo in content["traced"]["photos"]] == [
         ("P01/run", "ok"),
         ("P02/run", "failed"),
     ]
     assert (lab / "P01" / "run" / "overlay.png").is_file()
     assert "P01/run/overlay.png" in (lab / "index.html").read_text()
-    (outside,) = content["digitised"]["readings"]
+    outside, unseen = content["traced"]["faults"]
+    assert unseen["name"] == "P02"
     assert "line 8, column s_mm: 40 mm is outside the crack, 0 to 1" in outside["sentence"]
     before = (lab / "P01" / "run" / "overlay.png").stat().st_mtime_ns
     again = _ingest(small, lab)
@@ -53,8 +53,7 @@ def test_a_sample_that_was_held_back_is_missed_on_the_page(small, tmp_path):
     lab = tmp_path / "lab"
     answer = _ingest(small, lab)
     assert answer.exit_code == 6, answer.output
-    assert "1 of 3 photos digitised" in answer.stdout
-    assert answer.stdout.count("column 'wo [mm]' is unknown") == 1
+    assert answer.stdout.count("no column of readings beside 's_mm' in A 's_mm' (1), B 'wo [mm]' (-1,0)") == 1
     page = (lab / "index.html").read_text()
     assert "1 of 3 photos digitised" in page
     assert "<strong>P02</strong>: P02_Messung.csv" in page
@@ -72,8 +71,23 @@ def test_a_run_goes_on_where_tracing_ended(traced, tmp_path):
     assert outline.stat().st_mtime_ns == before
 
 
-def test_a_dry_run_traces_nothing(traced, monkeypatch):
-    monkeypatch.setattr(ingest, "trace", lambda *_: pytest.fail("traced"))
-    answer = _ingest(*traced, "--dry-run")
-    assert answer.exit_code == 2
-    assert "--digitise writes what it traces" in answer.output
+def test_a_dry_run_makes_the_checks_of_a_run_and_leaves_nothing(traced):
+    small, lab = traced
+    answer = _ingest(small, lab, "--dry-run")
+    assert answer.exit_code == 6
+    assert "40 mm is outside the crack" in answer.stdout
+    assert "0 of 2 samples are sound" in answer.stdout
+    assert not lab.exists()
+
+
+def test_sound_means_that_it_runs(small, tmp_path):
+    """Once a radius too large for the crack was found by 'sealtwin run' only."""
+    lab, lab_toml = tmp_path / "lab", (small / "lab.toml").read_text()
+    (small / "lab.toml").write_text(lab_toml.replace("radius_mm = 0.45", "radius_mm = 0.9"))
+    answer = _ingest(small, lab)
+    assert "0 of 2 samples are sound" in answer.stdout
+    assert "fewer than 2 particles fit abreast" in answer.stdout
+    refused = sealtwin("run", lab / "P01" / "trial.toml", "--out", lab / "P01" / "run", "--quiet")
+    assert "fewer than 2 particles fit abreast" in refused.output
+    (small / "lab.toml").write_text(lab_toml)
+    assert "2 of 2 samples are sound" in _ingest(small, lab).stdout

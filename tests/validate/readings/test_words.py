@@ -2,7 +2,7 @@
 
 import pytest
 
-from validate.readings.columns import ColumnMeaning, meaning, unit_of
+from validate.readings.header_words import ColumnMeaning, meaning, unit_of
 
 
 @pytest.mark.parametrize(
@@ -32,6 +32,10 @@ from validate.readings.columns import ColumnMeaning, meaning, unit_of
         ("Reading No.", ColumnMeaning("repeat")),
         ("value", ColumnMeaning("reading")),
         ("Nr.", ColumnMeaning("skipped")),
+        ("Risstiefe [mm]", ColumnMeaning("skipped", "mm")),
+        ("width [mm]", ColumnMeaning("skipped", "mm")),
+        ("Temperatur [°C]", ColumnMeaning("skipped")),
+        ("Tiefe unter Oberkante [mm]", ColumnMeaning("reading", "mm", "depth")),
         ("Station Nr", ColumnMeaning("skipped")),
         ("Mittelwert Tiefe [mm]", ColumnMeaning("skipped", "mm")),
         ("Bemerkung", ColumnMeaning("skipped")),
@@ -82,7 +86,6 @@ def test_names_of_labs_are_understood(name, expected):
         "d [mm]",
         "12",
         "Länge [mm]",
-        "Risstiefe [mm]",
         "crack depth [mm]",
         "Füllhöhe [mm]",
         "height above floor [mm]",
@@ -100,13 +103,9 @@ def test_names_of_labs_are_understood(name, expected):
         "<b>depth</b> [mm]",
         "$depth$ of $\\alpha$",
         "=depth+gap",
-        "width [mm]",
-        "largeur [mm]",
-        "ancho de grieta [mm]",
         "profondeur de la fissure [mm]",
         "profundidad de la grieta [mm]",
         "Probe 1 [mm]",
-        "sample width",
         "16.1",
     ],
 )

@@ -1,0 +1,151 @@
+"""Twenty-four sheets as ordinary labs write them, with what they say and, where they leave something open, the answer."""
+
+# ruff: noqa: E501  Each sheet is a line.
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import openpyxl
+
+from sealtwin.core.records import Floats
+from tests.open_document import write_ods
+
+S_MM = (1.0, 3.0, 5.0, 7.0, 9.0, 11.0)
+Rows = list[list[Any]]
+
+
+@dataclass(frozen=True)
+class OrdinarySheet:
+    """A sheet: the manner in which it is written, its file's suffix, and how it is written."""
+
+    manner: str
+    suffix: str
+    write: Callable[[Path, Floats], object]
+    answers: Mapping[str, str] = field(default_factory=dict)  # What pairing.csv is told where it asks
+    lab: str = ""  # What lab.toml is told of this file where it asks
+    offset_mm: float = 0.0  # Height of the datum above the face
+
+
+def levels_mm(number: int) -> Floats:
+    """Return three levels at each station, (6, 3), to a hundredth of a millimetre."""
+    random = np.random.default_rng([15, number])
+    bed_mm = -2.0 + np.linspace(-0.6, 0.5, len(S_MM)) + 0.2 * random.standard_normal(len(S_MM))
+    return np.round(bed_mm[:, None] + 0.05 * random.standard_normal((len(S_MM), 3)), 2)
+
+
+def _depths(levels: Floats) -> Rows:
+    return [[s, *(round(-float(level), 2) for level in row)] for s, row in zip(S_MM, levels, strict=True)]
+
+
+def _text(head: Sequence[Sequence[Any]], *, mark: str = ",", separator: str = ";", encoding: str = "utf-8") -> Any:
+    """Return a writer of a text file: lines above the readings, then these as depths."""
+
+    def write(path: Path, levels: Floats) -> None:
+        rows = [*head, *_depths(levels)]
+        _write_text(path, rows, mark, separator, encoding)
+
+    return write
+
+
+def _write_text(path: Path, rows: Sequence[Sequence[Any]], mark: str, separator: str, encoding: str = "utf-8") -> None:
+    lines = (
+        separator.join(str(cell).replace(".", mark) if isinstance(cell, float) else str(cell) for cell in row)
+        for row in rows
+    )
+    path.write_bytes(("\r\n".join(lines) + "\r\n").encode(encoding))
+
+
+def _lines(change: Callable[[Rows], Sequence[Sequence[Any]]], mark: str = ",", separator: str = ";") -> Any:
+    """Return a writer of what ``change`` makes of the depths."""
+    return lambda path, levels: _write_text(path, change(_depths(levels)), mark, separator)
+
+
+def _book(change: Callable[[Rows], Sequence[Sequence[Any]]], merged: Sequence[str] = ()) -> Any:
+    def write(path: Path, levels: Floats) -> None:
+        book = openpyxl.Workbook()
+        for row in change(_depths(levels)):
+            book.worksheets[0].append(list(row))
+        for span in merged:
+            book.worksheets[0].merge_cells(span)
+        book.save(path)
+
+    return write
+
+
+def _ods(change: Callable[[Rows], Sequence[Sequence[Any]]]) -> Any:
+    return lambda path, levels: write_ods(path, change(_depths(levels)))
+
+
+HEAD = ["Abstand [mm]", "Tiefe 1 [mm]", "Tiefe 2 [mm]", "Tiefe 3 [mm]"]
+TWO_ROWS: Rows = [
+    ["Abstand [mm]", "Tiefe unter Oberkante [mm]", "", ""],
+    ["", "1. Messung", "2. Messung", "3. Messung"],
+]
+BLANK: list[Any] = ["", "", "", ""]
+
+
+def _mean(rows: Rows) -> list[Any]:
+    return [round(float(column), 3) for column in np.mean([row[1:] for row in rows], axis=0)]
+
+
+def _with_means(rows: Rows) -> Rows:
+    return [[*row, round(float(np.mean(row[1:])), 3), round(float(np.std(row[1:])), 3)] for row in rows]
+
+
+def _side_by_side(rows: Rows) -> Rows:
+    head = [["Q08", "", "", "", "", "K3", "", "", ""], [*HEAD, "", *HEAD]]
+    return [*head, *([*row, "", row[0], *(value + 0.5 for value in row[1:])] for row in rows)]
+
+
+def _beside_temperatures(rows: Rows) -> Rows:
+    return [[*HEAD, "", "min", "Ofen"], *([*row, "", 10 * number, 20.0 + number] for number, row in enumerate(rows))]
+
+
+def _merged_places(rows: Rows) -> Rows:
+    return [["s [mm]", "depth [mm]"], *([row[0] if k == 0 else None, row[1 + k]] for row in rows for k in range(3))]
+
+
+def _stacked(rows: Rows) -> Rows:
+    again = [[row[0], *(value + 0.7 for value in row[1:])] for row in rows]
+    return [["Riss 1", "", "", ""], HEAD, *rows, BLANK, ["Riss 2", "", "", ""], HEAD, *again]
+
+
+SHEETS = (
+    OrdinarySheet("a merged header of two rows", ".xlsx", _book(lambda rows: [*_none(TWO_ROWS), *rows], ["A1:A2", "B1:D1"])),
+    OrdinarySheet("a header of two rows, saved as CSV", ".csv", _text(TWO_ROWS)),
+    OrdinarySheet("a comment below the header", ".csv", _text([HEAD, ["# Nullpunkt = Probenoberfläche", "", "", ""]])),
+    OrdinarySheet(
+        "a comment that names another zero",
+        ".csv",
+        _lines(lambda rows: [HEAD, ["# Nullpunkt: Fuß des Messschiebers", "", "", ""], *([row[0], *(round(v + 0.8, 2) for v in row[1:])] for row in rows)]),
+        lab='datum = "caliper_base"\ndatum_level_mm = 0.8\n',
+    ),
+    OrdinarySheet("a row of units", ".csv", _text([["Abstand", "Tiefe 1", "Tiefe 2", "Tiefe 3"], ["[mm]"] * 4])),
+    OrdinarySheet("n. m. where nothing was read", ".csv", _lines(lambda rows: [HEAD, *([*row[:3], "n. m."] if row[0] == 5.0 else row for row in rows)])),
+    OrdinarySheet("a mean row and its deviation", ".csv", _lines(lambda rows: [HEAD, *rows, ["Mittelwert", *_mean(rows)], ["Stabw.", 0.3, 0.3, 0.3]])),
+    OrdinarySheet("a mean column and its deviation", ".xlsx", _book(lambda rows: [[*HEAD, "MW", "Stabw"], *_with_means(rows)])),
+    OrdinarySheet("two tables side by side", ".csv", _lines(_side_by_side), {"range": "A:D"}),
+    OrdinarySheet("another quantity beside the table", ".xlsx", _book(_beside_temperatures)),
+    OrdinarySheet("a mean column of formulas never calculated", ".xlsx", _book(lambda rows: [[*HEAD, "Mittel"], *([*row, f"=AVERAGE(B{n}:D{n})"] for n, row in enumerate(rows, 2))])),
+    OrdinarySheet("readings that are formulas never calculated", ".xlsx", _book(lambda rows: [HEAD, *([row[0], *(f"={value + 3:.2f}-3" for value in row[1:])] for row in rows)])),
+    OrdinarySheet("ODS", ".ods", _ods(lambda rows: [HEAD, *rows])),
+    OrdinarySheet("ODS with a merged header of two rows and a mean", ".ods", _ods(lambda rows: [["Abstand [mm]", "{across=3}Tiefe unter Oberkante [mm]"], [None, "1. Messung", "2. Messung", "3. Messung"], *rows, ["Mittelwert", *_mean(rows)]])),
+    OrdinarySheet("names that nobody knows", ".csv", _text([["Stelle", "a", "b", "c"]]), {"s": "A", "levels": "B C D", "unit": "mm", "sign": "down"}),
+    OrdinarySheet("no header at all", ".csv", _text([]), {"s": "A", "levels": "B:D", "unit": "mm", "sign": "down"}),
+    OrdinarySheet("a photo, a temperature and a remark in each row", ".xlsx", _book(lambda rows: [["Nr.", *HEAD, "Foto", "Temperatur [°C]", "Bemerkung"], *([n, *row, 400 + n, 21.5, "Luftblase" if n == 2 else None] for n, row in enumerate(rows, 1))])),
+    OrdinarySheet("a footnote and a signature", ".csv", _lines(lambda rows: [HEAD, *rows, BLANK, ["gemessen am 3.4. mit Messschieber 150 mm", "", "", ""], ["Müller", "", "", ""]])),
+    OrdinarySheet("another table below", ".csv", _lines(_stacked), {"range": "1:8"}),
+    OrdinarySheet("places merged over their readings", ".xlsx", _book(_merged_places, [f"A{2 + 3 * n}:A{4 + 3 * n}" for n in range(6)])),
+    OrdinarySheet("three columns of one name", ".csv", _text([["Abstand [mm]", *["Tiefe [mm]"] * 3]]), {"levels": "B:D"}),
+    OrdinarySheet("a page of particulars above", ".xlsx", _book(lambda rows: [["Prüfbericht 12/26"], ["Bearbeiter", "M. Muster"], ["Datum", "3.5.2026"], ["Raumtemperatur", 21.4], [None], HEAD, *rows])),
+    OrdinarySheet("rows that end early, and sep=", ".csv", _lines(lambda rows: [["sep=;"], HEAD, *(row[:3] if row[0] == 11.0 else row for row in rows)])),
+    OrdinarySheet("units in the cells", ".csv", _lines(lambda rows: [["Position", "Profondeur 1", "Profondeur 2", "Profondeur 3"], *([f"{cell:g} mm".replace(".", ",") for cell in row] for row in rows)])),
+)  # fmt: skip
+"""Of each, the three readings of a station are those of ``levels_mm``, but for those that its manner leaves out."""
+
+
+def _none(rows: Rows) -> Rows:
+    return [[cell or None for cell in row] for row in rows]

@@ -1,0 +1,154 @@
+"""What a sheet leaves open is asked in pairing.csv, and answered there or in lab.toml: no file of the lab is edited."""
+
+import csv
+
+import pytest
+
+from sealtwin.cli.folder_answer import ingest_answer
+from sealtwin.lab.free_text import kind_of_text, settings_in
+from sealtwin.lab.ingest import ingest
+from sealtwin.trial.trial_file import load_trial
+from tests.labs import QUIET, hashes_of, sealtwin
+from validate.readings.read_readings import read_readings
+
+UNKNOWN = "Stelle;a;b\n1;1,5;1,6\n5;1,4;1,5\n11;1,6;1,7\n"
+
+
+def _fates(ingested):
+    return {outcome.sample.name: outcome.fate for outcome in ingested.outcomes}
+
+
+def _answered(lab, file, **answers):
+    """Write answers into the row of a file of the lab's pairing."""
+    rows = list(csv.DictReader((lab / "pairing.csv").read_text(encoding="utf-8").splitlines()))
+    for row in rows:
+        row.update(answers if row["file"] == file else {})
+    with (lab / "pairing.csv").open("w", encoding="utf-8", newline="") as pairing:
+        writer = csv.DictWriter(pairing, list(rows[0]))
+        writer.writeheader()
+        writer.writerows(rows)
+    return lab / "pairing.csv"
+
+
+def _question(lab, file):
+    rows = csv.DictReader((lab / "pairing.csv").read_text(encoding="utf-8").splitlines())
+    return next(row["question"] for row in rows if row["file"] == file)
+
+
+def _levels_mm(lab, sample):
+    trial = load_trial(lab / sample / "trial.toml")
+    assert trial.readings is not None
+    return read_readings(lab / sample / trial.readings.file, trial.readings).level_mm.tolist()
+
+
+def test_columns_are_asked_and_answered_by_letters_and_remembered(small, tmp_path):
+    lab = tmp_path / "lab"
+    (small / "P01.csv").write_text(UNKNOWN)
+    before = hashes_of(small)
+    assert _fates(ingest(small, lab, QUIET)) == {"P01": "failed", "P02": "new"}
+    assert "A 'Stelle' (1), B 'a' (1,5), C 'b' (1,6)" in _question(lab, "P01.csv")
+    pairing = _answered(lab, "P01.csv", s="A", levels="B C", unit="mm", sign="down")
+    assert _fates(ingest(small, lab, QUIET, pairing=pairing)) == {"P01": "new", "P02": "unchanged"}
+    assert _levels_mm(lab, "P01") == pytest.approx([-1.55, -1.45, -1.65])
+    assert _question(lab, "P01.csv") == ""
+    assert "P01.csv,readings,P01,,,A,B C,mm,down" in pairing.read_text()
+    assert _fates(ingest(small, lab, QUIET)) == {"P01": "unchanged", "P02": "unchanged"}
+    assert hashes_of(small) == before
+
+
+def test_lab_toml_says_it_for_all_sheets_and_for_single_ones(small, tmp_path):
+    (small / "P01.csv").write_text(UNKNOWN)
+    (small / "P02_Messung.csv").write_text(UNKNOWN.replace("Stelle", "Ort").replace("a;b", "oben;x"))
+    with (small / "lab.toml").open("a") as lab_toml:
+        lab_toml.write(
+            'quantity = "level"\n[readings.columns]\ns = "A"\nlevels = ["B:C"]\nunit = "cm"\n'
+            '[readings.columns."P01.csv"]\nlevels = ["B:B"]\nunit = "mm"\nsign = "down"\n'
+            '[readings.columns."P02*"]\nunit = "mm"\n'
+        )
+    lab = tmp_path / "lab"
+    ingested = ingest(small, lab, QUIET)
+    assert _fates(ingested)["P01"] == "new", ingested.faults
+    assert _levels_mm(lab, "P01") == [-1.5, -1.4, -1.6]
+    trial = load_trial(lab / "P01" / "trial.toml")
+    assert trial.readings is not None
+    assert (trial.readings.unit, trial.readings.quantity) == ("mm", "depth")
+
+
+def test_a_doubt_is_answered_in_the_pairing_too(small, tmp_path):
+    lab = tmp_path / "lab"
+    lines = (small / "P01.csv").read_text().splitlines()
+    cells = lines[3].split(",")
+    (small / "P01.csv").write_text("\n".join([*lines[:3], ",".join([*cells[:2], "0.0", *cells[3:]]), *lines[4:]]))
+    assert _fates(ingest(small, lab, QUIET))["P01"] == "failed"
+    assert 'as_written = ["C4"]' in _question(lab, "P01.csv")
+    pairing = _answered(lab, "P01.csv", as_written="C4")
+    assert _fates(ingest(small, lab, QUIET, pairing=pairing))["P01"] == "new"
+
+
+def test_what_was_understood_is_shown_before_anything_is_taken_in(small, tmp_path):
+    told = sealtwin("ingest", small, "--out", tmp_path / "lab", "--dry-run", "--quiet").stdout
+    assert not (tmp_path / "lab").exists()
+    for line in ("  column  name ", "  A       s_mm ", "level upward, 1  mm    -"):
+        assert line in told
+
+
+def test_a_text_is_kept_with_its_sample_and_never_fails_it(small, tmp_path):
+    (small / "P01.txt").write_text("Nach Regen gemessen. Massstab: 0\nSiehe Heft 3; Foto verwackelt.\n")
+    (small / "P02 Anmerkung.md").write_text("# Probe 2\n\n- Kante ausgebrochen\n")
+    (small / "README.txt").write_text("Fotos vom Mai")
+    (small / "Messungen").mkdir()
+    (small / "Messungen" / "P02.txt").write_text("Im Ordner der Messungen, und doch keine.")
+    ingested = ingest(small, tmp_path / "lab", QUIET)
+    assert _fates(ingested) == {"P01": "new", "P02": "new"}
+    assert (tmp_path / "lab/P01/inputs/text-1.txt").read_bytes() == (small / "P01.txt").read_bytes()
+    assert len(list((tmp_path / "lab/P02/inputs").glob("text-*"))) == 2
+    assert "P01.txt is kept as text." in ingested.outcomes[0].remarks
+    (small / "P01.txt").write_text("Mehr dazu.")
+    assert _fates(ingest(small, tmp_path / "lab", QUIET))["P01"] == "unchanged", "it says nothing of the trial"
+
+
+def test_a_text_that_looks_like_settings_is_asked_about_and_fails_nothing(small, tmp_path):
+    lab = tmp_path / "lab"
+    (small / "P01.toml").rename(small / "P01.txt")
+    (small / "P01.txt").write_text("Probe 1, gesägt. Tiefe 8,0 mm, Datum: 3.5.2026\nRissenden 40 101 160 98")
+    ingested = ingest(small, lab, QUIET)
+    assert any(
+        "seems to say crack.depth_mm = 8.0" in remark
+        for remark in ingested.outcomes[0].remarks + list(ingested.outcomes[0].asked.values())
+    )
+    assert "give it the role note" in _question(lab, "P01.txt")
+    pairing = _answered(lab, "P01.txt", role="note")
+    assert _fates(ingest(small, lab, QUIET, pairing=pairing)) == {"P01": "new", "P02": "unchanged"}
+    crack = load_trial(lab / "P01" / "trial.toml").crack
+    assert crack is not None
+    assert crack.depth_mm == 8.0
+
+
+@pytest.mark.parametrize(
+    ("text", "kind"),
+    [
+        ("s_mm\tlevel_mm\n0\t-1\n5\t-2\n", "readings"),
+        ("Tiefe;16 mm\nPrüfer;M\n", "note"),
+        ("crack.depth_mm\t8\n", "note"),
+        ("Tiefe 16 mm, am Rand mehr\n", "text"),
+        ("Am 3.5. gemessen, 3 Fotos, 2 Proben\n", "text"),
+        ("", "text"),
+    ],
+)
+def test_a_text_is_told_by_what_it_holds(tmp_path, text, kind):
+    (tmp_path / "a.txt").write_text(text)
+    assert kind_of_text(tmp_path / "a.txt") == kind
+
+
+def test_phrases_that_seem_to_say_settings_are_found(tmp_path):
+    (tmp_path / "a.txt").write_text("Die Tiefe war gut.\nTiefe: 1,6 cm; speed 4 mm/s. Tiefe der Messung 3\n")
+    assert settings_in(tmp_path / "a.txt") == [("crack.depth_mm", 16.0), ("path.speed_mm_s", 4.0)]
+
+
+def test_a_camera_and_a_remark_in_a_name_are_no_part_of_the_sample(small, tmp_path):
+    (small / "P01.png").rename(small / "IMG_0412_P01.png")
+    (small / "P01.csv").rename(small / "P01 readings.csv")
+    (small / "P02.png").rename(small / "P02 (von oben).png")
+    ingested = ingest(small, tmp_path / "lab", QUIET)
+    assert _fates(ingested) == {"P01": "new", "P02": "new"}
+    assert ingest_answer(ingested).exit_code == 0

@@ -1,0 +1,94 @@
+"""ODS: read like any workbook, bounded against archives that unpack to more than any sheet holds."""
+
+import time
+
+import pytest
+
+from tests.open_document import write_content, write_ods
+from validate.readings.read_readings import read_readings
+from validate.readings.sheet import SheetFaults
+from validate.settings import Declared
+
+ROWS = [["s [mm]", "Tiefe 1 [mm]", "Tiefe 2 [mm]"], [0.0, 1.5, 1.6], [5.0, 2.0, None], [10.0, 2.5, 2.6]]
+
+
+def _refused(path):
+    with pytest.raises(SheetFaults) as caught:
+        read_readings(path, Declared())
+    return str(caught.value)
+
+
+def test_numbers_are_read_as_they_are_stored(tmp_path):
+    sheet = read_readings(write_ods(tmp_path / "a.ods", ROWS), Declared())
+    assert sheet.repeats_mm is not None
+    assert sheet.repeats_mm[0].tolist() == [-1.5, -1.6]
+    assert sheet.dialect.startswith("ODS, sheet 'Tabelle1'; wide, 2 repeats")
+
+
+def test_a_merged_header_spans_its_columns(tmp_path):
+    rows = [["s [mm]", "{across=2}Tiefe [mm]"], [None, "Messung 1", "Messung 2"], *ROWS[1:]]
+    assert len(read_readings(write_ods(tmp_path / "a.ods", rows), Declared()).s_mm) == 3
+
+
+def test_dates_formulas_and_hidden_rows_are_told_as_of_other_workbooks(tmp_path):
+    day = 'office:value-type="date" office:date-value="2026-01-16"'
+    date = f"<table:table-cell {day}><text:p>16.1.</text:p></table:table-cell>"
+    formula = '<table:table-cell table:formula="of:=1+1"/>'
+    number = '<table:table-cell office:value-type="float" office:value="20"/>'
+    more = f"<table:table-row>{number}{date}{formula}</table:table-row>"
+    told = _refused(write_ods(tmp_path / "a.ods", ROWS, more=more))
+    assert "cell B5 (Tiefe 1 [mm]): '16.1.' is a date" in told
+    assert "1 formula without a stored result, C5" in told
+    hidden = f'<table:table-row table:visibility="collapse">{number}{number}</table:table-row>'
+    doubts = read_readings(write_ods(tmp_path / "b.ods", ROWS, more=hidden), Declared()).doubts
+    assert any("this row is hidden" in doubt for doubt in doubts)
+
+
+def test_blank_rows_and_cells_that_are_repeated_a_million_times_are_not_unrolled(tmp_path):
+    """As LibreOffice ends every sheet."""
+    blank = (
+        '<table:table-row table:number-rows-repeated="1048570"><table:table-cell '
+        'table:number-columns-repeated="16384"/></table:table-row>'
+    )
+    began = time.process_time()
+    assert len(read_readings(write_ods(tmp_path / "a.ods", ROWS, more=blank), Declared()).s_mm) == 3
+    assert time.process_time() - began < 1
+
+
+@pytest.mark.parametrize(
+    ("tables", "prolog", "words"),
+    [
+        (
+            '<table:table table:name="a"><table:table-row table:number-rows-repeated="999999999"><table:table-cell '
+            'office:value-type="float" office:value="1" table:number-columns-repeated="9"/>'
+            "</table:table-row></table:table>",
+            "",
+            "more than the 10000 rows",
+        ),
+        ("x" * 33_000_000, "", "unpacks to"),
+        ("&a;", '<!DOCTYPE x [<!ENTITY a "aaaa">]>', "damaged, or no ODS"),
+        ("<table:table>", "", "damaged, or no ODS"),
+    ],
+    ids=["rows", "size", "entity", "broken"],
+)
+def test_bombs_and_broken_files_are_refused_shortly(tmp_path, tables, prolog, words):
+    began = time.process_time()
+    assert words in _refused(write_content(tmp_path / "a.ods", tables, prolog=prolog))
+    assert time.process_time() - began < 3
+
+
+def test_a_struck_cell_is_asked_about(tmp_path):
+    style = '<style:style style:name="ce1"><style:text-properties style:text-line-through-style="solid"/></style:style>'
+    cells = "".join(
+        f'<table:table-cell office:value-type="float" office:value="{value}"{more}/>'
+        for value, more in ((20, ""), (2.5, ' table:style-name="ce1"'), (2.6, ""))
+    )
+    table = write_ods(tmp_path / "a.ods", ROWS)
+    import zipfile
+
+    content = zipfile.ZipFile(table).read("content.xml").decode()
+    rows = content[content.index("<table:table ") : content.index("</table:table>")]
+    path = write_content(
+        tmp_path / "b.ods", f"{rows}<table:table-row>{cells}</table:table-row></table:table>", styles=style
+    )
+    assert any("2.5 is struck through" in doubt for doubt in read_readings(path, Declared()).doubts)

@@ -1,0 +1,208 @@
+"""The part of a sheet that may hold its table: the range that is read, without comments, and its header's rows."""
+
+import re
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from validate.readings.header_words import is_comment, is_number, meaning, unit_of
+from validate.readings.sheet import BLANK, MOST_COLUMNS, SheetCell, SheetGrid, SheetRow, column_of
+from validate.readings.text_table import is_missing
+from validate.settings import Columns
+
+MOST_LINES_ABOVE = 100
+"""Limit on the lines of title and notes above a header; one further down belongs to another table."""
+MOST_HEADER_ROWS = 3
+LETTERS = re.compile(r"([A-Z]{1,3})(?::([A-Z]{1,3}))?")
+CORNER = re.compile(r"([A-Z]*)([0-9]*)")
+
+
+@dataclass(frozen=True)
+class HeaderRows:
+    """Rows that name the columns."""
+
+    first: int  # Index of the first of them among the rows
+    count: int
+    names: Mapping[int, str]  # Name of each column from 0, joined from its cells
+
+
+def table_rows(grid: SheetGrid, given: Columns) -> tuple[list[SheetRow], list[SheetRow]]:
+    """Return the rows of a sheet within the declared range, and the comments and declared rows that are left out."""
+    kept, left_out = [], []
+    for row in _within(grid.rows, given.range):
+        first = first_cell(row)
+        if first is None:
+            continue
+        if given.missing:
+            row = SheetRow(row.number, tuple(BLANK if cell.text in given.missing else cell for cell in row.cells))
+        skipped = row.number in given.skip or first.text in given.skip
+        # "#5" before numbers is the name of a row, or a row that somebody has taken out: which is not guessed.
+        comment = first.kind == "text" and is_comment(first.text) and sum(map(is_a_number, row.cells)) < 2
+        (left_out if skipped or comment else kept).append(row)
+    return kept, left_out
+
+
+def first_cell(row: SheetRow) -> SheetCell | None:
+    return next((cell for cell in row.cells if cell != BLANK), None)
+
+
+def _within(rows: Sequence[SheetRow], span: str | None) -> Iterator[SheetRow]:
+    """Yield the rows of a range, their cells outside it blank."""
+    if span is None:
+        yield from rows
+        return
+    low, high = (CORNER.fullmatch(corner) for corner in span.split(":"))
+    assert low is not None and high is not None, "the settings are checked"  # noqa: PT018
+    columns = range(
+        column_of(low[1]) if low[1] else 0,
+        column_of(high[1]) + 1 if high[1] else MOST_COLUMNS,
+    )
+    numbers = range(int(low[2] or 0), int(high[2] or sys.maxsize - 1) + 1)
+    for row in rows:
+        if row.number in numbers:
+            yield SheetRow(row.number, tuple(cell if at in columns else BLANK for at, cell in enumerate(row.cells)))
+
+
+def find_header(rows: Sequence[SheetRow], merged: Sequence[tuple[int, int, int, int]], given: Columns) -> HeaderRows:
+    """Return the rows that name most columns; one or several, since a name may span columns and go on below."""
+    wanted = {plain_name(name) for name in (given.s, given.repeat, *(given.levels or ())) if name is not None}
+    if given.header_rows == 0:
+        return HeaderRows(0, 0, {})
+    if given.header_rows is not None and not any(
+        plain_name(cell.text) in wanted for row in rows[:MOST_LINES_ABOVE] for cell in row.cells if cell.text
+    ):
+        return HeaderRows(0, given.header_rows, _joined(rows[: given.header_rows], merged))
+    counts = range(1, MOST_HEADER_ROWS + 1) if given.header_rows is None else (given.header_rows,)
+    best: tuple[tuple[float, ...], HeaderRows] | None = None
+    for first in range(min(len(rows), MOST_LINES_ABOVE)):
+        names: dict[int, str] = {}
+        for count in counts:
+            if first + count > len(rows):
+                break
+            if count > 1 and given.header_rows is None and not _continues(names, rows[first + count - 1]):
+                break
+            names = _joined(rows[first : first + count], merged)
+            if _goes_on(rows[first : first + count], merged):
+                continue
+            written = {
+                at: name for at, name in names.items() if any(row.cell(at).text for row in rows[first : first + count])
+            }
+            hits = len(wanted & set(map(plain_name, written.values())))
+            # Of equals the first and shortest one, but for names of repeats below; a unit belongs to a row of units.
+            key = (hits, *_likeness(written), count > 1 and _names_repeats(rows[first + count - 1]), -count, -first)
+            if best is None or key > best[0]:
+                best = key, HeaderRows(first, count, names)
+    if best is None:
+        return HeaderRows(0, 0, {})
+    key, found = best
+    if key[:3] == (0, False, 0) and (column := _letter(given.s)) is not None:
+        # The letters say all: the readings begin where the stations do.
+        numbers = (at for at, row in enumerate(rows) if is_a_number(row.cell(column)))
+        first = next(numbers, 0)
+        return HeaderRows(first - 1, 1, _joined(rows[first - 1 : first], merged)) if first else HeaderRows(0, 0, {})
+    return found
+
+
+def plain_name(name: str) -> str:
+    return " ".join(name.casefold().split())
+
+
+def is_a_number(cell: SheetCell) -> bool:
+    return cell.kind == "number" or (cell.kind == "text" and is_number(cell.text))
+
+
+def columns_named(names: Mapping[int, str], reference: str) -> list[int]:
+    """Return the columns of a name in the header, or those of a letter or a span of letters, as "B:D".
+
+    Return none where a letter is also the name of another column: which is meant would be a guess.
+    """
+    span = LETTERS.fullmatch(reference)
+    lettered = list(range(column_of(span[1]), column_of(span[2] or span[1]) + 1)) if span else []
+    # Letters are capitals: "a" is a name, and "A" a letter unless a column has it for a name.
+    same = str.strip if lettered else plain_name
+    found = [column for column, name in names.items() if same(name) == same(reference)]
+    if lettered and found and found != lettered:
+        return []
+    return found or lettered
+
+
+def blocks(rows: Sequence[SheetRow]) -> Iterator[range]:
+    """Yield spans of neighbouring columns that hold anything; blank columns divide tables side by side."""
+    filled = sorted({at for row in rows for at, cell in enumerate(row.cells) if cell != BLANK})
+    begin = 0
+    for at in range(len(filled)):
+        if at + 1 == len(filled) or filled[at + 1] > filled[at] + 1:
+            yield range(filled[begin], filled[at] + 1)
+            begin = at + 1
+
+
+def _letter(reference: str | None) -> int | None:
+    found = columns_named({}, reference or "")
+    return found[0] if len(found) == 1 else None
+
+
+def _continues(names: Mapping[int, str], below: SheetRow) -> bool:
+    """Return whether a header goes on with a row: more words, or the numbers of repeats, 1, 2, 3, with no station."""
+    cells = [cell for cell in below.cells if cell != BLANK]
+    numbers = [cell.text for cell in cells if cell.kind != "text" or is_number(cell.text)]
+    if numbers:
+        stations = [at for at, name in names.items() if (found := meaning(name)) and found.role == "station"]
+        counted = numbers == [str(number) for number in range(1, len(numbers) + 1)]
+        return counted and bool(stations) and not any(below.cell(at).text for at in stations)
+    return not all(unit_of(cell.text) or is_missing(cell.text) for cell in cells)
+
+
+def _names_repeats(row: SheetRow) -> bool:
+    """Return whether a row holds nothing but names of readings, as "Messung 1", or their numbers."""
+    texts = [cell.text for cell in row.cells if cell.text]
+    roles = {found.role for text in texts if not is_number(text) and (found := meaning(text)) is not None}
+    return roles <= {"reading", "repeat"} and all(is_number(text) or meaning(text) is not None for text in texts)
+
+
+def _goes_on(rows: Sequence[SheetRow], merged: Sequence[tuple[int, int, int, int]]) -> bool:
+    """Return whether a name of the last row is merged with cells below."""
+    last = rows[-1].number
+    return any(
+        row in {each.number for each in rows} and last < last_row < row + MOST_HEADER_ROWS
+        for row, _, last_row, _ in merged
+    )
+
+
+def _joined(rows: Sequence[SheetRow], merged: Sequence[tuple[int, int, int, int]]) -> dict[int, str]:
+    """Join the names of each column: "Tiefe [mm]" over "Messung 1", "Messung 2" is part of both.
+
+    A name spans the cells that it is merged with, or blank ones up to the next name. A merged one without names below
+    is that of repeats, which get numbers.
+    """
+    spans = {(row, column): min(last, MOST_COLUMNS) for row, column, last_row, last in merged if last_row == row}
+    names: dict[int, str] = {}
+    for place, row in enumerate(rows):
+        below = {at for other in rows[place + 1 :] for at, cell in enumerate(other.cells) if cell.text}
+        starts = [at for at, cell in enumerate(row.cells) if cell.text]
+        is_merged = any((row.number, at) in spans for at in starts)
+        for start, following in zip(starts, [*starts[1:], None], strict=True):
+            last = spans.get((row.number, start), start)
+            beyond = last + 1 if is_merged or not below else following or 1 + max(start, *below)
+            for at in range(start, beyond):
+                if at == start or at in below:
+                    names[at] = _either(names.get(at, ""), row.cell(start).text)
+                elif not below:
+                    names[at] = f"{row.cell(start).text} {at - start + 1}"
+            if last > start and not below and len(rows) == 1:
+                names[start] += " 1"
+    return dict(sorted(names.items()))
+
+
+def _either(upper: str, lower: str) -> str:
+    """Join two names; where the whole means nothing and one of them does, as below a title, return that one."""
+    whole = f"{upper} {lower}".strip()
+    if not upper or not lower or meaning(whole) is not None:
+        return whole
+    return next((name for name in (lower, upper) if meaning(name) is not None), whole)
+
+
+def _likeness(names: Mapping[int, str]) -> tuple[bool, int, int, int]:
+    """Return a key that is larger the more names have a meaning; notes above a header may name some, too."""
+    roles = [found.role for name in names.values() if (found := meaning(name)) is not None]
+    table = "station" in roles and ("reading" in roles or "repeat" in roles)
+    return table, sum(role != "skipped" for role in roles), len(roles), min(len(names), 2)
