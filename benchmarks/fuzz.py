@@ -41,6 +41,7 @@ from tests.lab_folder import DEFAULTS
 from tests.studies import TRIAL, tiny_lab
 
 LONGEST_S = 60
+MESHES = ("stl", "ply", "glb", "obj", "off")
 AS_IT_IS = -1  # Number of the case of a kind whose input is left as it is
 MINE = {
     "notes.txt": "mine",
@@ -88,7 +89,7 @@ LINES = (
     "digitise trial.toml --out new --json",
     "simulate run --threads 1 --device cpu --frames-every-s 0.1",
     "validate run --device cpu --json",
-    "import-mesh run/crack.stl --units cm --up z --out new",
+    "import-mesh block.stl --units mm --up z --out new",
     "robot run --cell cell.toml --format all --out robot",
     "sweep study.toml --dry-run --jobs 1 --batch 1 --shard 1/2 --out sweep",
     "compare run twin --out compared",
@@ -217,11 +218,9 @@ def of_photo(case: Case) -> list[str]:
 
 
 def of_mesh(case: Case) -> list[str]:
-    name = case.chance.choice(("run/crack.stl", "run/crack.ply", "run/crack.glb", "run/crack.obj", "run/crack.off"))
-    shutil.copy(case.lab / name, case.lab / (own := f"own{Path(name).suffix}"))
+    own = f"block.{case.chance.choice(MESHES)}"
     case.damage(own, reworded if own.endswith(("obj", "off")) else flipped)
-    # As millimetres it is shorter than the trims of a path.
-    return ["import-mesh", own, "--units", "cm", "--out", "new"]
+    return ["import-mesh", own, "--units", "mm", "--out", "new"]
 
 
 def of_drawing(case: Case) -> list[str]:
@@ -315,8 +314,10 @@ def sound_lab(folder: Path) -> None:
             raise RuntimeError(answer.output)
     shutil.copytree(folder / "run", folder / "twin")
     mesh = trimesh.load_mesh(folder / "run" / "crack.stl")
-    for kind in ("obj", "off"):
-        mesh.export(folder / "run" / f"crack.{kind}")
+    # As it is, the crack is shorter than the trims of a path.
+    mesh.apply_scale(10.0)
+    for kind in MESHES:
+        mesh.export(folder / f"block.{kind}")
     for name, text in MINE.items():
         (folder / name).write_text(text)
 
