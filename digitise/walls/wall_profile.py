@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 from scipy.special import ndtr, ndtri
 
-from digitise.walls.straightened import Strip
+from digitise.walls.straightened import BLUR_PX, Strip
 from sealtwin.core.records import Floats
 
 HALF = 0.5  # Share of the contrast from crack to mortar at the middle of a blurred edge
@@ -41,6 +41,7 @@ class Walls:
     open_line: NDArray[np.bool_]  # Stations at which the line itself runs in the dark
     dark: Floats  # Brightness of the crack, and of the mortar beside it
     bright: Floats
+    blur_px: float  # Gaussian sigma of the photo's own blur, by the sharper wall
 
     @property
     def both_found(self) -> NDArray[np.bool_]:
@@ -92,7 +93,8 @@ def find_walls(strip: Strip, width_mm: float, edge_fraction: float = 0.5, both_r
     left_mm, right_mm = completed(left, right, across, strip.station_px * strip.mm_per_px, both_reach_edge)
     bright = bright.mean(axis=0)
     open_line = strip.light[:, strip.middle] < (dark + bright) / 2
-    return Walls(left_mm, right_mm, found[0], found[1], open_line, dark, bright)
+    blur_px = max(sigma_px**2 - BLUR_PX**2, 0.0) ** 0.5
+    return Walls(left_mm, right_mm, found[0], found[1], open_line, dark, bright, blur_px)
 
 
 def follow(excess: Floats, sample_px: float, station_px: float) -> Floats:
