@@ -58,9 +58,7 @@ def trace_outline(
     return _fitted(photo, path)
 
 
-def outline_by_walls(
-    photo: Photo, path: CrackPath, edge_fraction: float = 0.5, keep_branches: bool = False
-) -> Outline:
+def outline_by_walls(photo: Photo, path: CrackPath, edge_fraction: float = 0.5, keep_branches: bool = False) -> Outline:
     """Measure the walls along ``path``, which may be painted; ``keep_branches`` puts side cracks into the ring too.
 
     At an open end s = 0 is where the centreline meets the edge of the face. Raises InputError where the crack is too
@@ -122,18 +120,22 @@ def _along(
 
 def _fitted(photo: Photo, path: CrackPath) -> Outline:
     """Outline of a thin crack, with the width that a fit of its profile gives, or none below ``LEAST_FITTED_PX``."""
-    traced, fit = trace_thin(photo, path)
+    # An enlarged photo holds no more than the smaller one that it was made from.
+    factor = max(1, int(path.width_px / MIN_WIDTH_PX))
+    seen = photo if factor == 1 else smaller(photo, factor)
+    narrow = replace(path, points_px=_placed(path.points_px, factor), width_px=path.width_px / factor)
+    traced, fit = trace_thin(seen, narrow)
     if fit.mean_px < LEAST_FITTED_PX:
         thin = (
-            f"the crack is about {max(fit.mean_px, 0):.1f} px wide, too thin for a width of its own: this is its path, "
+            f"the crack is about {factor * max(fit.mean_px, 0):.1f} px wide, too thin for a width of its own: this is its path, "
             "without walls or solid; move the camera closer, or measure the width and give width_mm"
         )
         return _along(photo, path, traced, "none", remarks=(thin,))
-    low_mm, high_mm = (end_px * photo.mm_per_px for end_px in fit.interval_px)
+    low_mm, mean_mm, high_mm = (px * seen.mm_per_px for px in (fit.interval_px[0], fit.mean_px, fit.interval_px[1]))
     said = (
-        f"the crack is {fit.mean_px:.1f} px wide, too thin for walls of its own: its width is a fit of its blurred "
-        f"profile, {fit.mean_px * photo.mm_per_px:.3g} mm on average, with 95 % from {low_mm:.3g} to {high_mm:.3g} mm; "
-        "side cracks and islands are not looked for"
+        f"the crack is {factor * fit.mean_px:.1f} px wide, too thin for walls of its own: its width is a fit of its "
+        f"blurred profile, {mean_mm:.3g} mm on average, with 95 % from {low_mm:.3g} to {high_mm:.3g} mm; side cracks "
+        "and islands are not looked for"
     )
     return _along(photo, path, traced, "fit", (low_mm, high_mm), (said,))
 

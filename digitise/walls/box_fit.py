@@ -97,18 +97,14 @@ def _for_each_darkness(light: Floats, places_px: Floats, whitener: Floats, width
     yield from shapes[::-1]
 
 
-def _fitted(
-    light: Floats, places_px: Floats, whitener: Floats, darkness: float, start: _Shape, rounds: int
-) -> _Shape:
+def _fitted(light: Floats, places_px: Floats, whitener: Floats, darkness: float, start: _Shape, rounds: int) -> _Shape:
     """Fit by Gauss-Newton; each window's own parameters are eliminated before the shared blur is solved for."""
     widths_px, offsets_px, blur_px = start.widths_px, start.offsets_px, start.blur_px
     far = places_px / np.abs(places_px).max()
     level, slope = np.median(light, axis=1), np.zeros(len(light))
     surprise, squares, mean_sd_px = np.inf, np.inf, 0.0
     for _ in range(rounds):
-        left, right = (
-            (places_px - offsets_px[:, None] + side * widths_px[:, None] / 2) / blur_px for side in (1, -1)
-        )
+        left, right = ((places_px - offsets_px[:, None] + side * widths_px[:, None] / 2) / blur_px for side in (1, -1))
         bell_left, bell_right = (np.exp(-(z**2) / 2) / np.sqrt(2 * np.pi) for z in (left, right))
         bright, seen = level[:, None] + slope[:, None] * far, 1 - darkness * (ndtr(left) - ndtr(right))
         noise = np.maximum(seen, IN_THE_DARK) * level[:, None]
@@ -131,7 +127,9 @@ def _fitted(
         surprise = squares + float(
             2 * np.log(noise / level[:, None]).sum() + (offsets_px**2).sum() / OFF_LINE_PX**2 + blurrier**2
         )
-        inverse = np.linalg.inv(normal[:, :4, :4] + 1e-9 * np.eye(4) * np.trace(normal, axis1=1, axis2=2)[:, None, None])
+        inverse = np.linalg.inv(
+            normal[:, :4, :4] + 1e-9 * np.eye(4) * np.trace(normal, axis1=1, axis2=2)[:, None, None]
+        )
         by_blur = (inverse @ normal[:, :4, 4:])[..., 0]
         stiff = float((normal[:, 4, 4] - (by_blur * normal[:, :4, 4]).sum(axis=1)).sum()) + (BLUR_SD * blur_px) ** -2
         force = float((pull[:, 4] - (by_blur * pull[:, :4]).sum(axis=1)).sum()) - blurrier / (BLUR_SD * blur_px)

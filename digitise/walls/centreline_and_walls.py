@@ -27,7 +27,7 @@ from sealtwin.core.records import Floats, arc_length
 from sealtwin.core.solid_figures import EndKind
 
 MIN_WIDTH_PX = 8.0  # Least width between walls: below, blur and threshold decide it more than the crack does
-MOST_BLUR = 1 / 3  # Gaussian sigma of the blur over the width above which they do so at any size, as in enlarged photos
+MOST_BLUR = 1 / 5  # Sigma of the blur over the width above which they do so at any size, as in an enlarged photo
 MIN_SLENDERNESS = 3.0  # Length over width: shorter, there is no direction to follow
 STATION_PX = 2.5  # Spacing of stations: 0.25 mm at 0.1 mm/px
 PASSES, MOST_PASSES = 2, 8  # Passes that centre the line: two leave 0.01 mm; a path along a wall needs more

@@ -170,6 +170,5 @@ def _to_the_end(photo: Photo, last_px: Floats, end: PathEnd, ahead: Floats) -> F
     if end.kind == "open" and photo.face_mm is not None:
         steps_px = np.arange(0, MOST_ONWARD_PX, STEP_PX)
         inside_mm = depth_inside(photo.to_mm(last_px + steps_px[:, None] * ahead), photo.face_mm)
-        outside = int(np.argmax(inside_mm < 0))
-        onward_px = float(np.interp(0, -inside_mm[outside - 1 : outside + 1], steps_px[outside - 1 : outside + 1])) if outside else 0.0
+        onward_px = float(steps_px[np.argmax(inside_mm < 0)])
     return (last_px + onward_px * ahead)[None] if onward_px > STEP_PX else np.empty((0, 2))

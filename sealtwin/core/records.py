@@ -220,9 +220,9 @@ class Trajectory:
 
     @property
     def giving(self) -> slice:
-        """Waypoints from the first sealant to the last, without leads."""
+        """Waypoints from the first sealant to the last, without leads; all of a path that gives none."""
         flowing = np.flatnonzero(self.flow_mm3_s[:-1] > 0)
-        return slice(int(flowing[0]), int(flowing[-1]) + 2) if len(flowing) else slice(0, 0)
+        return slice(int(flowing[0]), int(flowing[-1]) + 2) if len(flowing) else slice(0, len(self.t_s))
 
 
 class JsonRecord(BaseModel):
