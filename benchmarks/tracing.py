@@ -26,7 +26,7 @@ from benchmarks.table import Row, finish
 from benchmarks.tracing_cases import HARD, Case, branched_case, clean_case, hard_case
 from benchmarks.tracing_figures import Figures, trace_case
 from benchmarks.tracing_refusals import REFUSALS, refused
-from benchmarks.tracing_thin import THIN_EACH, ThinFigures, thin_rows, trace_thin_photo
+from benchmarks.tracing_thin import ENLARGED, ENLARGED_EACH, THIN_EACH, ThinFigures, thin_rows, trace_thin_photo
 from benchmarks.tracing_thin import WIDTHS_PX as THIN_WIDTHS_PX
 from benchmarks.tracing_wide import TOLERANCE_PERCENT, WIDTHS_PX, WideFigures, trace_wide
 from fixtures.generate.recipe import Recipe
@@ -134,11 +134,9 @@ def _wide(folder: Path, first: int) -> list[WideFigures]:
 
 
 def _thin(folder: Path, first: int) -> list[ThinFigures]:
-    return [
-        trace_thin_photo(seed, width_px, folder)
-        for width_px in THIN_WIDTHS_PX
-        for seed in range(first, first + THIN_EACH)
-    ]
+    plain = [(seed, width_px, 1) for width_px in THIN_WIDTHS_PX for seed in range(first, first + THIN_EACH)]
+    enlarged = [(seed, *ENLARGED) for seed in range(first, first + ENLARGED_EACH)]
+    return [trace_thin_photo(seed, width_px, folder, times) for seed, width_px, times in (*plain, *enlarged)]
 
 
 def _wide_rows(wide: Sequence[WideFigures]) -> list[Row]:

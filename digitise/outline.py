@@ -127,8 +127,8 @@ def _fitted(photo: Photo, path: CrackPath) -> Outline:
     traced, fit = trace_thin(seen, narrow)
     if fit.mean_px < LEAST_FITTED_PX:
         thin = (
-            f"the crack is about {factor * max(fit.mean_px, 0):.1f} px wide, too thin for a width of its own: this is its path, "
-            "without walls or solid; move the camera closer, or measure the width and give width_mm"
+            f"the crack is about {factor * max(fit.mean_px, 0):.1f} px wide, too thin for a width of its own: this is "
+            "its path, without walls or solid; move the camera closer, or measure the width and give width_mm"
         )
         return _along(photo, path, traced, "none", remarks=(thin,))
     low_mm, mean_mm, high_mm = (px * seen.mm_per_px for px in (fit.interval_px[0], fit.mean_px, fit.interval_px[1]))
