@@ -67,8 +67,8 @@ class ThinFigures:
     """Signed; NaN where no width was given."""
     stated_percent: float
     """Half of the stated 95 % interval."""
-    held: bool
-    """Whether it holds the true width."""
+    held: bool | None
+    """Whether it holds the true width; None where none is stated, as for a crack of 8 px that has walls."""
     refusal: str = ""
 
 
@@ -85,28 +85,33 @@ def trace_thin_photo(seed: int, width_px: float, folder: Path, times: int = 1) -
         photo = load_photo(settings, folder)
         outline = trace_outline(photo, find_path(photo, (tuple(first), tuple(last))))
     except InputError as refusal:
-        return ThinFigures(name, width_px, times, crack.inner, np.nan, np.nan, False, str(refusal))
-    if outline.width_95_mm is None:
-        told = f"no interval: the width is by {outline.width_source}"
-        return ThinFigures(name, width_px, times, crack.inner, np.nan, np.nan, False, told)
-    low, high = (end_mm / MM_PER_PX / width_px for end_mm in outline.width_95_mm)
+        return ThinFigures(name, width_px, times, crack.inner, np.nan, np.nan, None, str(refusal))
+    if outline.width_source == "none":
+        return ThinFigures(name, width_px, times, crack.inner, np.nan, np.nan, None, "a path alone")
     error_percent = 100 * (outline.mean_width_mm / MM_PER_PX / width_px - 1)
+    if outline.width_95_mm is None:
+        return ThinFigures(name, width_px, times, crack.inner, error_percent, np.nan, None)
+    low, high = (end_mm / MM_PER_PX / width_px for end_mm in outline.width_95_mm)
     return ThinFigures(name, width_px, times, crack.inner, error_percent, 50 * (high - low), low <= 1 <= high)
 
 
 def thin_rows(thin: Sequence[ThinFigures]) -> list[Row]:
-    """The targets: RMS error at each width, and the share of intervals that hold; one that is not given holds not."""
+    """The targets: RMS error at each width, with a refusal as far off as can be, and the share of intervals that hold."""
     rows, limits = [], dict(zip(WIDTHS_PX, LIMITS_PERCENT, strict=True))
     for width_px, times in (*((width_px, 1) for width_px in WIDTHS_PX), ENLARGED):
         those = [one for one in thin if (one.true_width_px, one.enlarged) == (width_px, times)]
         if those:
             errors = np.array([one.width_error_percent for one in those])
             rms = float(np.sqrt(np.mean(np.nan_to_num(errors, nan=np.inf) ** 2)))
-            stated, held = np.nanmean([one.stated_percent for one in those]), sum(one.held for one in those)
-            told = f"bias {np.nanmean(errors):+.1f} %; stated ± {stated:.1f} %, which holds in {held} of {len(those)}"
+            stated = [one for one in those if one.held is not None]
+            half_percent, held = (
+                np.mean([one.stated_percent for one in stated]),
+                sum(one.held is True for one in stated),
+            )
+            told = f"bias {np.nanmean(errors):+.1f} %; stated ± {half_percent:.1f} %, held by {held} of {len(stated)}"
             name = f"thin: mean width at {width_px:g} px{f', enlarged {times} times' if times > 1 else ''}"
             rows.append(Row(f"{name}, RMS of {len(those)}", rms, "%", 0, limits[width_px], told))
-    if held_all := [one.held for one in thin if one.enlarged == 1]:
+    if held_all := [one.held for one in thin if one.enlarged == 1 and one.held is not None]:
         share, name = 100 * sum(held_all) / len(held_all), f"thin: 95 % intervals that hold, of {len(held_all)}"
         rows.append(Row(name, share, "%", LEAST_HELD, MOST_HELD))
     return rows

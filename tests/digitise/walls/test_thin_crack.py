@@ -109,6 +109,6 @@ def test_too_little_of_a_crack_is_not_fitted(tmp_path):
 def test_a_photo_without_a_width_counts_as_far_off():
     """One refusal of eighty must not pass for a good mean."""
     good = ThinFigures("", 2.0, 1, 0.1, 1.0, 5.0, held=True)
-    rows = thin_rows([good] * 79 + [replace(good, width_error_percent=np.nan, held=False, refusal="why")])
+    rows = thin_rows([good] * 79 + [replace(good, width_error_percent=np.nan, held=None, refusal="why")])
     assert not rows[0].met
     assert thin_rows([good] * 80)[0].value == 1.0
