@@ -96,7 +96,7 @@ def trace_thin_photo(seed: int, width_px: float, folder: Path, times: int = 1) -
 
 
 def thin_rows(thin: Sequence[ThinFigures]) -> list[Row]:
-    """The targets: RMS error at each width, with a refusal as far off as can be, and the share of intervals that hold."""
+    """The targets: RMS error at each width, where a refusal is as far off as can be, and the intervals that hold."""
     rows, limits = [], dict(zip(WIDTHS_PX, LIMITS_PERCENT, strict=True))
     for width_px, times in (*((width_px, 1) for width_px in WIDTHS_PX), ENLARGED):
         those = [one for one in thin if (one.true_width_px, one.enlarged) == (width_px, times)]

@@ -273,9 +273,9 @@ def test_the_answer_tells_how_good_the_scale_is_and_who_found_the_path(trial, tm
 
 def test_a_refusal_shows_what_was_found_until_the_next_attempt(tmp_path):
     """A piece of a wide crack: seen, followed, and too short to be measured."""
-    wide = with_crack(mortar(), [(40, 150), (460, 140)], width_px=50)
+    wide = with_crack(mortar(), [(40, 150), (460, 140)], width_px=120)
     photo, out = write_png(tmp_path / "crack.png", wide), tmp_path / "run"
-    crack = (photo, "--depth-mm", 16, "--mm-per-px", 0.1, "--ends", "190,146", "310,144", "--out", out)
+    crack = (photo, "--depth-mm", 16, "--mm-per-px", 0.1, "--ends", "100,149", "400,141", "--out", out)
     sentence = _refusal("digitise", *crack)
     assert sentence.endswith(f"Look at {out / 'refused.png'}.")
     picture = np.asarray(cv2.imread(str(out / "refused.png")))
