@@ -273,15 +273,14 @@ def test_the_answer_tells_how_good_the_scale_is_and_who_found_the_path(trial, tm
 
 def test_a_refusal_shows_what_was_found_until_the_next_attempt(tmp_path):
     """A piece of a wide crack: seen, followed, and too short to be measured."""
-    wide = with_crack(mortar(), [(40, 150), (460, 140)], width_px=120)
+    wide = with_crack(mortar(), [(40, 150), (460, 140)], width_px=50)
     photo, out = write_png(tmp_path / "crack.png", wide), tmp_path / "run"
-    crack = (photo, "--depth-mm", 16, "--mm-per-px", 0.1, "--ends", "100,149", "400,141", "--out", out)
-    sentence = _refusal("digitise", *crack)
+    crack = (photo, "--depth-mm", 16, "--mm-per-px", 0.1, "--out", out, "--ends")
+    sentence = _refusal("digitise", *crack, "190,146", "310,144")
     assert sentence.endswith(f"Look at {out / 'refused.png'}.")
     picture = np.asarray(cv2.imread(str(out / "refused.png")))
     assert np.abs(picture.astype(int) - (60, 235, 250)).max(axis=2).min() < 40, "the way, in its yellow"
-    write_png(photo, with_crack(mortar(), [(40, 150), (460, 140)]))
-    answer = _sealtwin("digitise", *crack, "--quiet")
+    answer = _sealtwin("digitise", *crack, "80,149", "420,141", "--quiet")
     assert answer.exit_code == 0, answer.output
     assert not (out / "refused.png").exists()
 
