@@ -133,7 +133,7 @@ def trace_crack(
     edge_fraction: float = 0.5,
     branches: Literal["drop", "keep"] = "drop",
     width_mm: float | Points | None = None,
-    path_only: bool = False,
+    path_only: bool | None = None,
 ) -> CrackOutline:
     """Trace both walls of a crack to a fraction of a pixel.
 
@@ -171,7 +171,7 @@ def trace_crack(
 
     hints = {"ends_px": ends_px, "via_px": via_px, "roi_px": roi_px, "edge_fraction": edge_fraction}
     read = photo.settings.model_dump(mode="json", exclude_none=True)
-    given = {"branches": branches, "width_mm": width_mm, "path_only": path_only or None}
+    given = {"branches": branches, "width_mm": width_mm, "path_only": path_only}
     settings = settings_of(PhotoInput, "trace_crack", {**read, **hints, **given})
     if photo.drawn is not None and (settings.via_px or settings.roi_px is not None):
         raise InputError("trace_crack: via_px or roi_px beside a mask, which shows the crack itself. Leave them out.")

@@ -133,7 +133,10 @@ def _findings(folder: RunFolder, trial: Trial, stages: Sequence[str]) -> dict[st
     if "digitise" in stages:
         outline = record_files.read_outline(folder.path)
         path_alone = outline.width_source == "none"
-        solid = {"warnings": []} if path_alone else files.read_json(folder.path / "solid.json")
+        if path_alone:
+            solid = {"warnings": [], "sealant_mm3": record_files.read_trajectory(folder.path).dispensed_mm3}
+        else:
+            solid = files.read_json(folder.path / "solid.json")
         result |= {
             "length_mm": round(outline.length_mm, 3),
             "mean_width_mm": None if path_alone else round(outline.mean_width_mm, 3),
@@ -141,7 +144,7 @@ def _findings(folder: RunFolder, trial: Trial, stages: Sequence[str]) -> dict[st
             "width_95_mm": _rounded(outline.width_95_mm, 4),
             "cavity_volume_mm3": None if path_alone else round(solid["cavity_volume_mm3"], 1),
             "cavity_volume_95_mm3": _rounded(solid.get("cavity_volume_95_mm3"), 1),
-            "sealant_mm3": round(record_files.read_trajectory(folder.path).dispensed_mm3, 1),
+            "sealant_mm3": round(solid["sealant_mm3"], 1),
             "path_source": outline.path_source,
             "scale_source": outline.scale_source,
             "mm_per_px": None if outline.seen_in == "mesh" else round(outline.mm_per_px, 6),
