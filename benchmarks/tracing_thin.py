@@ -79,11 +79,11 @@ def trace_thin_photo(seed: int, width_px: float, folder: Path, times: int = 1) -
     picture = cv2.resize(crack.picture, None, fx=times, fy=times, interpolation=cv2.INTER_CUBIC)
     cv2.imwrite(str(file), picture, [cv2.IMWRITE_JPEG_QUALITY, crack.quality])
     name = f"thin {width_px:g} px {seed}" + (f", enlarged {times} times" if times > 1 else "")
-    first, last = ((crack.ends_px + 0.5) * times - 0.5).tolist()
+    (first_x, first_y), (last_x, last_y) = ((crack.ends_px + 0.5) * times - 0.5).tolist()
     settings = PhotoInput(file=file, data="synthetic", mm_per_px=MM_PER_PX / times)
     try:
         photo = load_photo(settings, folder)
-        outline = trace_outline(photo, find_path(photo, (tuple(first), tuple(last))))
+        outline = trace_outline(photo, find_path(photo, ((first_x, first_y), (last_x, last_y))))
     except InputError as refusal:
         return ThinFigures(name, width_px, times, crack.inner, np.nan, np.nan, None, str(refusal))
     if outline.width_source == "none":
@@ -97,7 +97,7 @@ def trace_thin_photo(seed: int, width_px: float, folder: Path, times: int = 1) -
 
 def thin_rows(thin: Sequence[ThinFigures]) -> list[Row]:
     """The targets: RMS error at each width, where a refusal is as far off as can be, and the intervals that hold."""
-    rows, limits = [], dict(zip(WIDTHS_PX, LIMITS_PERCENT, strict=True))
+    rows, limits = list[Row](), dict(zip(WIDTHS_PX, LIMITS_PERCENT, strict=True))
     for width_px, times in (*((width_px, 1) for width_px in WIDTHS_PX), ENLARGED):
         those = [one for one in thin if (one.true_width_px, one.enlarged) == (width_px, times)]
         if those:

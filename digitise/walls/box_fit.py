@@ -61,7 +61,7 @@ def fit_box(light: Floats, ground: Floats, places_px: Floats, width_px: float) -
 
     ``ground``, (n, places), holds windows beside the crack, which show the noise.
     """
-    shapes, weights = list[_Shape](), []
+    shapes, weights = list[_Shape](), list[Floats]()
     likely = 1 / (1 + np.exp((1 - DARKNESS - INNER_LIGHT) / FADE))
     for gamma, tone_weight in zip(TONES, TONE_WEIGHTS, strict=True):
         bent, beside = (values ** (gamma / DISPLAY_GAMMA) for values in (light, ground))

@@ -134,7 +134,10 @@ def _findings(folder: RunFolder, trial: Trial, stages: Sequence[str]) -> dict[st
         outline = record_files.read_outline(folder.path)
         path_alone = outline.width_source == "none"
         if path_alone:
-            solid = {"warnings": [], "sealant_mm3": record_files.read_trajectory(folder.path).dispensed_mm3}
+            solid: dict[str, Any] = {
+                "warnings": [],
+                "sealant_mm3": record_files.read_trajectory(folder.path).dispensed_mm3,
+            }
         else:
             solid = files.read_json(folder.path / "solid.json")
         result |= {

@@ -58,11 +58,12 @@ def test_below_two_pixels_there_is_a_path_alone(tmp_path):
     import cv2
 
     cv2.imwrite(str(tmp_path / "photo.png"), crack.picture)
-    (first, last), photo = crack.ends_px.tolist(), evenly_scaled(tmp_path / "photo.png", MM_PER_PX)
-    outline = trace_outline(photo, find_path(photo, (tuple(first), tuple(last))))
+    (a, b), (c, d) = crack.ends_px.tolist()
+    photo = evenly_scaled(tmp_path / "photo.png", MM_PER_PX)
+    outline = trace_outline(photo, find_path(photo, ((a, b), (c, d))))
     assert outline.width_source == "none"
     assert outline.mean_width_mm == 0
-    assert outline.length_mm > 0.9 * np.linalg.norm(np.subtract(first, last)) * MM_PER_PX
+    assert outline.length_mm > 0.9 * np.hypot(a - c, b - d) * MM_PER_PX
     with pytest.raises(InputError, match="a path alone"):
         build_solid(outline, CrackShape(depth_mm=10))
 
