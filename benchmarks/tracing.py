@@ -1,14 +1,14 @@
 """Cracks with an exact truth, traced between clicked ends: how far off, and what is refused.
 
-    python benchmarks/tracing.py [--tier clean|hard|branched|wide|refused] [--seeds N] [--first SEED] [--json]
+    python benchmarks/tracing.py [--tier clean|hard|branched|wide|thin|refused] [--seeds N] [--first SEED] [--json]
     python benchmarks/tracing.py --photos DIR
 
 Clean: at least 16 px wide, diffuse light, at most 0.15 mm/px, camera tilted to 10 degrees, every second one through a
 lens with k1 to -0.2. Hard: the same with one difficulty, and the means that the tool has against it. Branched: clean
 ones with a side crack, dropped or kept; they are shown and have no targets. Wide: obvious cracks of 62 and 124 px on
-another ground, and that ground without one. Refused: photos and hints of which nothing
-can be measured. The photos are procedural: they say what tracing can do, not what a camera will give it. Goals are the
-medians of our first study, less a third.
+another ground, and that ground without one. Thin: cracks of 2 to 8 px, whose width is fitted. Refused: photos and hints
+of which nothing can be measured. The photos are procedural: they say what tracing can do, not what a camera will give
+it. Goals are the medians of our first study, less a third.
 """
 
 import argparse
@@ -26,6 +26,8 @@ from benchmarks.table import Row, finish
 from benchmarks.tracing_cases import HARD, Case, branched_case, clean_case, hard_case
 from benchmarks.tracing_figures import Figures, trace_case
 from benchmarks.tracing_refusals import REFUSALS, refused
+from benchmarks.tracing_thin import ENLARGED, ENLARGED_EACH, THIN_EACH, ThinFigures, thin_rows, trace_thin_photo
+from benchmarks.tracing_thin import WIDTHS_PX as THIN_WIDTHS_PX
 from benchmarks.tracing_wide import TOLERANCE_PERCENT, WIDTHS_PX, WideFigures, trace_wide
 from fixtures.generate.recipe import Recipe
 from sealtwin.core.errors import InputError
@@ -59,7 +61,9 @@ class Traced:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--tier", choices=("clean", "hard", "branched", "wide", "refused"), help="this one only")
+    parser.add_argument(
+        "--tier", choices=("clean", "hard", "branched", "wide", "thin", "refused"), help="this one only"
+    )
     parser.add_argument("--seeds", type=int, default=32, help="clean cracks; of each other kind an eighth of them")
     parser.add_argument(
         "--first", type=int, default=1, help="first seed: others than those that the tool was made with"
@@ -81,15 +85,19 @@ def main() -> None:
         traced = [_told(Traced(case, trace_case(case, Path(folder)))) for case in cases]
         answers = _refusals(Path(folder), options.first) if options.tier in (None, "refused") else {}
         wide = _wide(Path(folder), options.first) if options.tier in (None, "wide") else []
-    rows = [*_rows(traced, "clean", 1), *_rows(traced, "hard", 2), *_wide_rows(wide), *_refusal_rows(answers)]
+        thin = _thin(Path(folder), options.first) if options.tier in (None, "thin") else []
+    rows = [*_rows(traced, "clean", 1), *_rows(traced, "hard", 2), *_wide_rows(wide), *thin_rows(thin)]
+    rows += _refusal_rows(answers)
     if options.json:
-        print(json.dumps(_record(traced, wide, answers, rows), indent=1, allow_nan=False))
+        print(json.dumps(_record(traced, wide, thin, answers, rows), indent=1, allow_nan=False))
         sys.exit(0 if all(row.met for row in rows) else 1)
     if traced:
         _print_cases(traced)
         _print_groups(traced)
     for one in wide:
         print(f"{one.name:<32} {one.refusal or f'mean width off by {one.width_error_percent:.2f} %'}")
+    for shy in filter(lambda one: one.refusal, thin):
+        print(f"{shy.name:<32} {shy.refusal}")
     for name, answer in answers.items():
         print(f"{name:<32} {'refused by name' if answer is None else answer}")
     print()
@@ -123,6 +131,12 @@ def _wide(folder: Path, first: int) -> list[WideFigures]:
     return [
         trace_wide(seed, width_px, folder) for width_px in (*WIDTHS_PX, 0.0) for seed in range(first, first + WIDE_EACH)
     ]
+
+
+def _thin(folder: Path, first: int) -> list[ThinFigures]:
+    plain = [(seed, width_px, 1) for width_px in THIN_WIDTHS_PX for seed in range(first, first + THIN_EACH)]
+    enlarged = [(seed, *ENLARGED) for seed in range(first, first + ENLARGED_EACH)]
+    return [trace_thin_photo(seed, width_px, folder, times) for seed, width_px, times in (*plain, *enlarged)]
 
 
 def _wide_rows(wide: Sequence[WideFigures]) -> list[Row]:
@@ -222,7 +236,11 @@ def _refusal_rows(answers: dict[str, str | None]) -> list[Row]:
 
 
 def _record(
-    traced: Sequence[Traced], wide: Sequence[WideFigures], answers: dict[str, str | None], rows: Sequence[Row]
+    traced: Sequence[Traced],
+    wide: Sequence[WideFigures],
+    thin: Sequence[ThinFigures],
+    answers: dict[str, str | None],
+    rows: Sequence[Row],
 ) -> dict[str, object]:
     """JSON knows no NaN and no infinity: a figure that a refused photo does not have is null."""
 
@@ -235,6 +253,7 @@ def _record(
     return {
         "cases": [{**asdict(one.case), "figures": plain(asdict(one.figures))} for one in traced],
         "wide": [plain(asdict(one)) for one in wide],
+        "thin": [plain(asdict(one)) for one in thin],
         "refusals": answers,
         "targets": [{**plain(asdict(row)), "met": row.met} for row in rows],
     }

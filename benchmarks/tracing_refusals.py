@@ -138,7 +138,6 @@ def _patch(truth: Specimen, image: Image, x_mm: float, y_mm: float) -> Image:
 
 
 REFUSALS = (
-    Refusal("crack 6 px wide", r"crack is \d\.\d px wide; need 8 px", _as_it_is, replace(SMALL, width_mm=0.6)),
     Refusal("no crack, searched for", r"no crack found", _without_ends, NO_CRACK),
     Refusal("no crack, ends given", r"no crack between the ends|is on no crack", _as_it_is, NO_CRACK),
     Refusal("two cracks", r"two cracks compete", _two_cracks),

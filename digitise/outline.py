@@ -13,19 +13,25 @@ from digitise.image.raster import shrunk
 from digitise.photo import Photo
 from digitise.scale.view import Lens, View
 from digitise.settings import Pixel
-from digitise.walls.centreline_and_walls import MIN_WIDTH_PX, STATION_PX, Traced
+from digitise.walls.centreline_and_walls import MIN_WIDTH_PX, STATION_PX, TooThinError, Traced
 from digitise.walls.islands import find_islands, photo_of_paint
 from digitise.walls.mended import mended
 from digitise.walls.mouths import trace_past_mouths
 from digitise.walls.side_cracks import find_side_cracks, measure_branches
+from digitise.walls.thin_crack import trace_line, trace_thin
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats, Outline, arc_length
+from sealtwin.core.records import Floats, Outline, WidthSource, arc_length
+from sealtwin.core.solid_figures import Span
 
 RIM = 0.5  # Share of the contrast at which the rim of the paint lies, however blurred
 WALL_SMOOTHING_PX = 2.0  # Sigma of the walls along the crack: below what grain leaves, above a sand grain's own edge
 MOST_TRIMMED = 0.02  # Share of the crack's area that may be cut off where its walls cross each other
 GLANCE_WIDTH_PX = 2 * MIN_WIDTH_PX  # Of the crack in the smaller copy: its walls are within 0.1 mm of the final ones
+LEAST_FITTED_PX = 1.7  # Least width by a fit: 2 px, less the 15 % that such a fit may be off
 WORTH_SAYING = 0.05  # Share of the crack without a wall from which a warning reports it
+
+
+Lines = Sequence[Sequence[Pixel]]
 
 
 class Unconfirmed(str):
@@ -40,13 +46,38 @@ def trace_outline(
     path: CrackPath,
     edge_fraction: float = 0.5,
     keep_branches: bool = False,
-    walls_px: Sequence[Sequence[Pixel]] = (),
+    *,
+    width_mm: Floats | None = None,
+    path_only: bool = False,
+    walls_px: Lines = (),
 ) -> Outline:
-    """Measure the crack along ``path``, which may be painted; ``keep_branches`` puts side cracks into the ring too.
+    """Measure the crack along ``path``: between its walls or, where it is too thin for them, by a fit of its profile.
 
-    ``walls_px`` are stretches of a wall that a person drew, in place of what was traced. At an open end s = 0 is where
-    the centreline meets the edge of the face. Raises InputError where the crack is too narrow, too short, or its walls
-    are not found.
+    ``width_mm``, (k, 2) of arc length and width, replaces what the photo shows; with ``path_only`` the outline has no
+    walls, and neither has that of a crack too thin for the fit. ``walls_px`` are stretches of a wall that a person
+    drew, in place of what was traced. Raises InputError as ``outline_by_walls``, and where a thin crack or the ground
+    beside it is hidden, or where walls were drawn that no outline has.
+    """
+    if walls_px and (path_only or width_mm is not None):
+        raise InputError(f"{photo.file}: photo.walls_px beside width_mm or path_only, which need no walls; keep one.")
+    if path_only or width_mm is not None:
+        traced = _middle(photo, path, edge_fraction)
+        return _along(photo, path, traced, "none") if width_mm is None else _gauged(photo, path, traced, width_mm)
+    if path.width_px >= MIN_WIDTH_PX or path.source == "mask":
+        with suppress(TooThinError):
+            return outline_by_walls(photo, path, edge_fraction, keep_branches, walls_px)
+    if walls_px:
+        raise InputError(f"{photo.file}: photo.walls_px: the crack is too thin for walls of its own; leave them out.")
+    return _fitted(photo, path)
+
+
+def outline_by_walls(
+    photo: Photo, path: CrackPath, edge_fraction: float = 0.5, keep_branches: bool = False, walls_px: Lines = ()
+) -> Outline:
+    """Measure the walls along ``path``, which may be painted; ``keep_branches`` puts side cracks into the ring too.
+
+    At an open end s = 0 is where the centreline meets the edge of the face. Raises InputError where the crack is too
+    short, or its walls are not found, and TooThinError where blur would decide its width.
     """
     painted = path.source == "mask"
     source, edge_fraction = (photo_of_paint(photo, path), RIM) if painted else (photo, edge_fraction)
@@ -54,14 +85,40 @@ def trace_outline(
     sides = find_side_cracks(source, path, edge_fraction)
     traced, rings_px = trace_past_mouths(source, path, sides, edge_fraction)
     lines_mm = [photo.to_mm(np.array(line_px, dtype=float)) for line_px in walls_px]
-    stations = _stations(photo, traced)
-    centreline_mm, left_mm, right_mm, drawn = mended(stations, lines_mm, traced.kinds, photo.mm_per_px, str(photo.file))
+    outline = _along(photo, path, traced, "walls", lines_mm=lines_mm)
     # Paint is as wide as it is painted, with no blur to mistake for it.
     least_px = 0.0 if painted else MIN_WIDTH_PX
-    main_mm = _ring(photo, left_mm, right_mm)
-    branches = measure_branches(photo, main_mm, photo.to_px(centreline_mm), sides, rings_px, keep_branches, least_px)
+    main_mm, centreline_px = outline.outline_mm, outline.centreline_px
+    branches = measure_branches(photo, main_mm, centreline_px, sides, rings_px, keep_branches, least_px)
     standing = tuple(ring for ring in islands_mm if points_in_poly(ring, branches.ring_mm).all())
-    ring_mm = branches.ring_mm
+    return replace(
+        outline,
+        **photo.in_both_units(outline=branches.ring_mm),
+        warnings=(*outline.warnings, *branches.warnings, *_stated(standing)),
+        islands_mm=(*standing, *branches.enclosed_mm),
+        branches_mm=branches.lines_mm,
+        branches_kept=branches.kept,
+    )
+
+
+def _along(
+    photo: Photo,
+    path: CrackPath,
+    traced: Traced,
+    source: WidthSource,
+    width_95_mm: Span | None = None,
+    remarks: tuple[str, ...] = (),
+    lines_mm: Sequence[Floats] = (),
+) -> Outline:
+    """Outline of what was traced and drawn, without side cracks and islands."""
+    stations = _stations(photo, traced)
+    centreline_mm, left_mm, right_mm, drawn = mended(stations, lines_mm, traced.kinds, photo.mm_per_px, str(photo.file))
+    if source == "none":
+        # A path has no area; its ring goes there and back.
+        left_mm = right_mm = centreline_mm
+        ring_mm = np.concatenate([centreline_mm, centreline_mm[-2:0:-1]])
+    else:
+        ring_mm = _ring(photo, left_mm, right_mm)
     return Outline(
         **photo.in_both_units(centreline=centreline_mm, left_wall=left_mm, right_wall=right_mm, outline=ring_mm),
         ends=traced.kinds,
@@ -70,25 +127,57 @@ def trace_outline(
         scale_source=photo.scale_source,
         scale_residual_mm=photo.scale_residual_mm,
         path_source=path.source,
-        warnings=(
-            *photo.warnings,
-            *path.warnings,
-            *_doubts(path, traced, drawn),
-            *branches.warnings,
-            *_stated(standing),
-        ),
-        islands_mm=(*standing, *branches.enclosed_mm),
-        branches_mm=branches.lines_mm,
-        branches_kept=branches.kept,
+        warnings=(*photo.warnings, *path.warnings, *_doubts(path, traced, drawn), *remarks),
         scale_uncertainty=photo.scale_uncertainty,
         camera_tilt_deg=photo.camera_tilt_deg,
         photo_size_px=photo.size_px,
+        width_source=source,
+        width_95_mm=width_95_mm,
     )
 
 
-def glance(
-    photo: Photo, path: CrackPath, edge_fraction: float = 0.5, walls_px: Sequence[Sequence[Pixel]] = ()
-) -> Outline | None:
+def _fitted(photo: Photo, path: CrackPath) -> Outline:
+    """Outline of a thin crack, with the width that a fit of its profile gives, or none below ``LEAST_FITTED_PX``."""
+    # An enlarged photo holds no more than the smaller one that it was made from.
+    factor = max(1, int(path.width_px / MIN_WIDTH_PX))
+    seen = photo if factor == 1 else smaller(photo, factor)
+    narrow = replace(path, points_px=_placed(path.points_px, factor), width_px=path.width_px / factor)
+    traced, fit = trace_thin(seen, narrow)
+    if fit.mean_px < LEAST_FITTED_PX:
+        thin = (
+            f"the crack is about {factor * max(fit.mean_px, 0):.1f} px wide, too thin for a width of its own: this is "
+            "its path, without walls or solid; move the camera closer, or measure the width and give width_mm"
+        )
+        return _along(photo, path, traced, "none", remarks=(thin,))
+    low_mm, mean_mm, high_mm = (px * seen.mm_per_px for px in (fit.interval_px[0], fit.mean_px, fit.interval_px[1]))
+    said = (
+        f"the crack is {factor * fit.mean_px:.1f} px wide, too thin for walls of its own: its width is a fit of its "
+        f"blurred profile, {mean_mm:.3g} mm on average, with 95 % from {low_mm:.3g} to {high_mm:.3g} mm; side cracks "
+        "and islands are not looked for"
+    )
+    return _along(photo, path, traced, "fit", (low_mm, high_mm), (said,))
+
+
+def _middle(photo: Photo, path: CrackPath, edge_fraction: float) -> Traced:
+    """The line down the middle of a crack, between its walls where these are found; neither of them is kept."""
+    if path.width_px >= MIN_WIDTH_PX or path.source == "mask":
+        with suppress(InputError):
+            seen = outline_by_walls(photo, path, edge_fraction)
+            line_mm = seen.centreline_mm
+            return Traced(line_mm, line_mm, line_mm, seen.ends, (0.0, seen.length_mm), 0.0, 0.0, 0.0)
+    return trace_line(photo, path)
+
+
+def _gauged(photo: Photo, path: CrackPath, traced: Traced, width_mm: Floats) -> Outline:
+    """Outline with given widths about its middle."""
+    s_mm, normal = arc_length(traced.line_mm), polyline.left_normals(traced.line_mm)
+    half_mm = np.interp(s_mm, *width_mm.T)[:, None] / 2 * normal
+    traced = replace(traced, left_mm=traced.line_mm + half_mm, right_mm=traced.line_mm - half_mm)
+    said = "the crack's width is the one given, width_mm; side cracks and islands are not looked for"
+    return _along(photo, path, traced, "gauge", remarks=(said,))
+
+
+def glance(photo: Photo, path: CrackPath, edge_fraction: float = 0.5, walls_px: Lines = ()) -> Outline | None:
     """Trace the outline in a smaller copy of the photo, in whose pixels it is; None where its walls are not found."""
     if path.width_px < 2 * GLANCE_WIDTH_PX or photo.drawn is not None:
         return None
@@ -96,7 +185,7 @@ def glance(
     narrow = replace(path, points_px=_placed(path.points_px, factor), width_px=path.width_px / factor)
     with suppress(InputError):
         drawn_px = [_placed(np.array(line_px), factor).tolist() for line_px in walls_px]
-        return trace_outline(smaller(photo, factor), narrow, edge_fraction, walls_px=drawn_px)
+        return outline_by_walls(smaller(photo, factor), narrow, edge_fraction, walls_px=drawn_px)
     return None
 
 

@@ -25,6 +25,8 @@ ByShape = Discriminator(lambda value: SEVERAL if isinstance(value, list | tuple)
 DEEPEST_MM = 500.0  # Largest depth, more than any sample's; below a tenth of a millimetre a crack is a scratch
 Depth = Annotated[float, Field(gt=0.1, le=DEEPEST_MM)]
 DepthStation = tuple[Annotated[float, Field(ge=0, le=10_000)], Depth]  # Arc length, and depth there, in mm
+Width = Annotated[float, Field(gt=0.005, le=200)]  # Of a crack in mm: no gauge shows less, and no sample is wider
+WidthStation = tuple[Annotated[float, Field(ge=0, le=10_000)], Width]  # Arc length, and width there, in mm
 Trim = Annotated[float, Field(ge=0, le=1000)]  # Shortening of a path in mm; a metre is more than half of any crack
 MeshUnit = Literal["mm", "cm", "m", "inch"]
 MOST_WALLS, MOST_WALL_POINTS = 50, 200  # Stretches of wall drawn by hand, and points of each: more is a mask's work
@@ -35,6 +37,12 @@ def _none_or_tape(height_mm: float) -> float:
     if 0 < height_mm < 0.1:
         raise ValueError("give 0, or 0.1 to 100")
     return height_mm
+
+
+def _require_order(name: str, stations_mm: Floats) -> None:
+    for (before_mm, _), (after_mm, _) in pairwise(stations_mm):
+        if after_mm <= before_mm:
+            raise ValueError(f"{name}: station {after_mm:g} after {before_mm:g}; list stations by increasing s")
 
 
 DamHeight = Annotated[float, Field(ge=0, le=100), AfterValidator(_none_or_tape)]
@@ -98,6 +106,20 @@ class PhotoInput(Settings):
     edge_fraction: float = Field(default=0.5, gt=0.2, lt=0.9)
     """Share of the contrast between crack and mortar that defines a wall. Half is the middle of a blurred edge; 0.7
     finds more of a lit wall. Noise in the crack sets the lower bound, noise in the mortar the upper one."""
+    width_mm: (
+        Annotated[
+            Annotated[Width, Tag(ONE)]
+            | Annotated[tuple[WidthStation, ...], Field(min_length=1, max_length=1000), Tag(SEVERAL)],
+            ByShape,
+        ]
+        | None
+    ) = None
+    """Width of the crack by a gauge or a microscope, in place of the photo's: one, or a table of [s, width] along the
+    crack from the nozzle's start, linear between and constant beyond. Its doubt is width_mm of [uncertainty]. Left out,
+    the width is measured between the walls, or fitted to the profile of a crack below 8 px."""
+    path_only: bool | None = None
+    """True for the crack's path alone, without walls and solid, of which a robot program can be made; no depth is
+    needed. It gives sealant if path.volume_ml is a number."""
     branches: Literal["drop", "keep"] = "drop"
     """Use of side cracks: keep makes them part of outline and solid. The nozzle always follows the main crack."""
     markers: MarkerBoard | None = None
@@ -119,6 +141,20 @@ class PhotoInput(Settings):
     """Scale of a photo taken square to the face."""
     scale_is: Literal["measured", "assumed"] = "measured"
     """Origin of mm_per_px; reports mark lengths by an assumed scale."""
+
+    @property
+    def width_stations_mm(self) -> Floats | None:
+        """Arc lengths and widths given, (k, 2)."""
+        given = self.width_mm
+        return None if given is None else np.array(given if isinstance(given, tuple) else [(0.0, given)], dtype=float)
+
+    @model_validator(mode="after")
+    def _widths_in_order(self) -> Self:
+        if self.width_mm is not None and self.path_only:
+            raise ValueError("width_mm beside path_only: a path alone has no width; give either")
+        if self.width_stations_mm is not None:
+            _require_order("width_mm", self.width_stations_mm)
+        return self
 
     @model_validator(mode="after")
     def _one_scale_and_hints_together(self) -> Self:
@@ -207,9 +243,7 @@ class CrackShape(Settings):
 
     @model_validator(mode="after")
     def _depths_and_angles_together(self) -> Self:
-        for (before_mm, _), (after_mm, _) in pairwise(self._stations_mm):
-            if after_mm <= before_mm:
-                raise ValueError(f"depth_mm: station {after_mm:g} after {before_mm:g}; list stations by increasing s")
+        _require_order("depth_mm", self._stations_mm)
         left_deg, right_deg = self.wall_angles_deg
         if self.tilt == "lean" and left_deg != right_deg:
             raise ValueError(

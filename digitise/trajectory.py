@@ -114,13 +114,14 @@ def _warnings(path: NozzlePath, outline: Outline, s_mm: Floats, turn_deg: Floats
 
 
 def plan_trajectory(
-    outline: Outline, path: NozzlePath, cavity_volume_mm3: float, sections: Sections | None = None
+    outline: Outline, path: NozzlePath, cavity_volume_mm3: float = 0.0, sections: Sections | None = None
 ) -> Trajectory:
     """Plan evenly spaced waypoints on a smoothed centreline between the trims, with a straight lead at each end.
 
     Row i holds from ``t_s[i]`` to ``t_s[i + 1]``: the nozzle moves straight to the next waypoint at ``speed_mm_s`` and
     gives ``flow_mm3_s``, both 0 in the last row. ``s_mm`` is arc length on the outline's own centreline: it falls along
     a reversed path, and a lead continues it beyond the trim. The dose of a millimetre does not depend on its speed.
+    Over a crack without a cavity, a volume_ml of "cavity" is none.
 
     Raises InputError for a path too short for its trims or ramps, with too many waypoints, or too large a volume.
     """

@@ -201,7 +201,8 @@ class Uncertainty(Settings):
     start_mm: Standard | None = None
     """Uncertainty of the start of the nozzle, which shifts the whole path along the crack."""
     width_mm: Standard | None = None
-    """Uncertainty of the crack's mean width, which scales all its widths."""
+    """Uncertainty of the crack's mean width, which scales all its widths. Left out, that of a width fitted to a
+    thin crack's profile is a quarter of its 95 % interval."""
     wall_angle_deg: Standard | None = None
     """Uncertainty of the tilt of the walls, the same for both."""
     depth_mm: Standard | None = None
@@ -224,3 +225,9 @@ class Uncertainty(Settings):
     def moved(self) -> dict[str, float]:
         """Declared inputs, by name, whose effect is found by extra runs."""
         return {name: value for name, value in self if value is not None and name not in OF_THE_READINGS}
+
+    def with_width(self, width_mm: float | None) -> Self:
+        """Return them with the doubt that the photo leaves about a fitted width, unless one is declared."""
+        if width_mm is None or self.width_mm is not None:
+            return self
+        return self.model_copy(update={"width_mm": width_mm})

@@ -21,7 +21,7 @@ from digitise.mesh_import.cavity import (
     with_mouth,
 )
 from digitise.mesh_import.repair import bounded_body, closed, one_surface
-from digitise.outline import trace_outline
+from digitise.outline import outline_by_walls
 from digitise.photo import Photo
 from digitise.settings import MeshInput, MeshUnit
 from digitise.solid.dams import DAM_OVERLAP_MM, NEAR_MM, dam_box, label_sides, plate_over
@@ -108,7 +108,7 @@ def import_sample(settings: MeshInput, folder: Path) -> ImportedSample:
         line_mm = moved(np.column_stack([given_mm, plane.height_mm(given_mm)]), placed)[:, :2]
     cavity = find_cavity(block, plane.below_mm, line_mm)
     photo = photograph(block, cavity, path, settings.units)
-    traced = trace_outline(replace(photo, drawn=None), middle_path(photo, line_mm))
+    traced = outline_by_walls(replace(photo, drawn=None), middle_path(photo, line_mm))
     outline = with_mouth(traced, cavity, photo, block.face_mm)
     if line_mm is not None:
         outline, note = along(outline, photo, line_mm)

@@ -122,7 +122,10 @@ def _check_rows(trajectory: Trajectory) -> None:
     if len(values) < 2 or not np.isfinite(values).all() or not (np.diff(trajectory.t_s) > 0).all():
         raise InputError("trajectory.csv: needs two rows or more, numbers in all, and t_s that grows. Digitise again.")
     if not (trajectory.flow_mm3_s >= 0).all() or not trajectory.given_mm3.sum() > 0:
-        raise InputError("trajectory.csv: flow_mm3_s must not be negative, and not 0 everywhere. Digitise again.")
+        raise InputError(
+            "trajectory.csv: flow_mm3_s must not be negative, and not 0 everywhere. Digitise again; a path without "
+            "a solid needs volume_ml for it."
+        )
     way_mm = np.linalg.norm(np.diff(trajectory.position_mm, axis=0), axis=1)
     if not np.allclose(way_mm, trajectory.speed_mm_s[:-1] * np.diff(trajectory.t_s), rtol=1e-3, atol=1e-3):
         raise InputError("trajectory.csv: speed_mm_s disagrees with its places and times. Digitise again.")

@@ -15,7 +15,7 @@ from digitise.solid.tilt_variants import Slicer, TiltVariants, cavity_volume_mm3
 from digitise.solid.wedges import carve, wall_shifts_mm
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Integers, Outline, Solid
-from sealtwin.core.solid_figures import EndOfCrack, SolidFigures
+from sealtwin.core.solid_figures import EndOfCrack, SolidFigures, Span
 
 JITTER_MM = 2e-4  # Step of the vertices' random shift after a failed build, which breaks a coincidence
 ATTEMPTS = 6
@@ -31,6 +31,8 @@ def build_solid(outline: Outline, shape: CrackShape) -> Solid:
     z = 0 is the face. The walls follow the traced outline at the mouth (lean, funnel, vertical) or the floor (flare).
     Raises InputError if the outline crosses itself, leaves the block without an open end, or encloses nothing.
     """
+    if outline.width_source == "none":
+        raise InputError("This outline is a path alone, without walls: give the crack's width to build a solid.")
     shape, table_warnings = _as_long_as(outline.length_mm, shape)
     spread_mm = max(wall_shifts_mm(shape))
     footprint = lay_out(outline, shape, spread_mm)
@@ -59,6 +61,8 @@ def build_solid(outline: Outline, shape: CrackShape) -> Solid:
         sections=crack_sections(outline, shape),
         figures=SolidFigures(
             **vars(variants),
+            photo_width_95_mm=outline.width_95_mm,
+            cavity_volume_95_mm3=_doubt_of_volume(outline, shape, cavity_mm3),
             # _watertight refuses a mesh that leaks.
             watertight=True,
             **vars(figures),
@@ -68,6 +72,17 @@ def build_solid(outline: Outline, shape: CrackShape) -> Solid:
             warnings=(*footprint.warnings, *table_warnings, *_tilt_warnings(outline, footprint, shape, variants)),
         ),
     )
+
+
+def _doubt_of_volume(outline: Outline, shape: CrackShape, cavity_mm3: float) -> Span | None:
+    """Volume of the cavity at both ends of the width's interval: each wall moves aside as a whole, at any tilt."""
+    if outline.width_95_mm is None:
+        return None
+    area_mm2 = float(np.trapezoid(shape.depth_at_mm(outline.s_mm), outline.s_mm))
+    low_mm3, high_mm3 = (
+        max(0.0, cavity_mm3 + area_mm2 * (end_mm - outline.mean_width_mm)) for end_mm in outline.width_95_mm
+    )
+    return low_mm3, high_mm3
 
 
 def _as_long_as(length_mm: float, shape: CrackShape) -> tuple[CrackShape, list[str]]:

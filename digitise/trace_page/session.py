@@ -159,6 +159,7 @@ class TraceSession:
         """Read the photo; ``hints``, not those in ``settings``, are the first. Raises InputError for a bad photo."""
         self._rest, self.hints = rest_of(settings), hints
         self._edge_fraction = settings.edge_fraction
+        self._width_mm, self._path_only = settings.width_stations_mm, bool(settings.path_only)
         pixels = read_pixels(settings, folder)
         # Messages on the page name the photo without its folder.
         self._pixels = replace(pixels, file=Path(pixels.file.name))
@@ -209,8 +210,15 @@ class TraceSession:
                 yield "path", _path_answer(path, seen.known)
                 rough = glance(seen.photo, path, self._edge_fraction, hints.walls_px or ())
                 yield "glance", None if rough is None else _walls_answer(seen.photo, rough, seen.known)
-                given = self._edge_fraction, hints.branches == "keep", hints.walls_px or ()
-                outline = trace_outline(seen.photo, path, *given)
+                outline = trace_outline(
+                    seen.photo,
+                    path,
+                    self._edge_fraction,
+                    hints.branches == "keep",
+                    width_mm=self._width_mm,
+                    path_only=self._path_only,
+                    walls_px=hints.walls_px or (),
+                )
                 yield "walls", _walls_answer(seen.photo, outline, seen.known)
             except InputError as fault:
                 yield "refused", _for_page(seen.known, str(fault))
@@ -294,6 +302,8 @@ def _walls_answer(photo: Photo, outline: Outline, in_mm: bool) -> Answer:
         "unit": "mm" if in_mm else "px",
         "length": outline.length_mm,
         "mean_width": outline.mean_width_mm,
+        "width_source": outline.width_source,
+        "width_95": outline.width_95_mm,
         # Islands run clockwise, so that their area is negative.
         "area": sum(map(signed_area, (outline.outline_mm, *outline.islands_mm))),
         "ends": outline.ends,

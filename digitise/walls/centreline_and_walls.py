@@ -26,8 +26,8 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, arc_length
 from sealtwin.core.solid_figures import EndKind
 
-MIN_WIDTH_PX = 8.0  # Least width that is measured: below, blur and threshold decide the width more than the crack does
-HAIRLINE = 0.6  # Share of that width below which a path has no walls: from 3 px on its width is right within a fifth
+MIN_WIDTH_PX = 8.0  # Least width between walls: below, blur and threshold decide it more than the crack does
+MOST_BLUR = 1 / 5  # Sigma of the blur over the width above which they do so at any size, as in an enlarged photo
 MIN_SLENDERNESS = 3.0  # Length over width: shorter, there is no direction to follow
 STATION_PX = 2.5  # Spacing of stations: 0.25 mm at 0.1 mm/px
 PASSES, MOST_PASSES = 2, 8  # Passes that centre the line: two leave 0.01 mm; a path along a wall needs more
@@ -46,6 +46,10 @@ BORDER_PX = 1.0  # Least distance from the photo's outermost pixels: smoothing m
 Ends = tuple[PathEnd, PathEnd]
 
 
+class TooThinError(InputError):
+    """Crack too thin for walls of its own; its width can be fitted."""
+
+
 @dataclass(frozen=True)
 class Traced:
     """A line past the crack's ends, and the walls along it."""
@@ -61,8 +65,10 @@ class Traced:
 
 
 def trace(photo: Photo, path: CrackPath, edge_fraction: float) -> Traced:
-    """Follow both walls along ``path``; raise InputError where the crack is too narrow, too short or unclear."""
-    _check_wide(photo, path.width_px, HAIRLINE * MIN_WIDTH_PX)
+    """Follow both walls along ``path``; raise InputError where the crack is too short or unclear.
+
+    Raises TooThinError where blur would decide its width.
+    """
     length_px = float(arc_length(path.points_px)[-1])
     if length_px < MIN_SLENDERNESS * path.width_px:
         raise InputError(
@@ -99,17 +105,14 @@ def trace(photo: Photo, path: CrackPath, edge_fraction: float) -> Traced:
     kinds = (ends[0].kind if span_mm[0] == whole_mm[0] else "cut", ends[1].kind if span_mm[1] == whole_mm[1] else "cut")
     width_mm = _usual_width_mm(walls)
     missing = _check_found(photo, strip, walls, span_mm, MOST_MISSING)
-    _check_wide(photo, width_mm / photo.mm_per_px, MIN_WIDTH_PX)
+    least_px = max(MIN_WIDTH_PX, walls.blur_px / MOST_BLUR)
+    if width_mm < least_px * photo.mm_per_px:
+        raise TooThinError(
+            f"{photo.file}: the crack is {width_mm / photo.mm_per_px:.1f} px wide; need {least_px:.2g} px between its "
+            "walls."
+        )
     beyond_mm = (whole_mm[1] - whole_mm[0]) - (span_mm[1] - span_mm[0])
     return Traced(line_mm, left_mm, right_mm, kinds, span_mm, width_mm / photo.mm_per_px, missing, beyond_mm)
-
-
-def _check_wide(photo: Photo, width_px: float, least_px: float) -> None:
-    if width_px < least_px:
-        raise InputError(
-            f"{photo.file}: the crack is {width_px:.1f} px wide; need {MIN_WIDTH_PX:g} px to measure its width: "
-            "move the camera closer."
-        )
 
 
 def _judged_ends(photo: Photo, patch: Patch, path: CrackPath, walls: Walls) -> Ends:

@@ -133,16 +133,16 @@ def _arrow(picture: Picture, nozzle: Floats, width_px: float, unit: float) -> No
 def _legend(picture: Picture, outline: Outline, trajectory: Trajectory | None, taken: Floats, unit: float) -> None:
     """Draw the legend in the corner that hides least of the crack."""
     lines: list[tuple[Colour | None, str]] = [
-        (None, f"{outline.length_mm:.1f} mm long, {outline.mean_width_mm:.2f} mm wide on average"),
+        (None, f"{outline.length_mm:.1f} mm long, {_width(outline)}"),
         (None, f"scale: {outline.scale_source}"),
         (None, f"crack: {FOUND[outline.path_source]}"),
-        (LEFT, "left wall"),
-        (RIGHT, "right wall"),
         (CENTRE, "centreline"),
-        (ENDS, "rest of the rim"),
     ]
+    if outline.width_source != "none":
+        lines += [(LEFT, "left wall"), (RIGHT, "right wall"), (ENDS, "rest of the rim")]
     if trajectory is not None and len(given := trajectory.s_mm[trajectory.giving]):
-        lines.append((NOZZLE, f"nozzle, gives from s = {given[0]:.1f} to {given[-1]:.1f} mm"))
+        verb = "gives" if trajectory.dispensed_mm3 > 0 else "runs"
+        lines.append((NOZZLE, f"nozzle, {verb} from s = {given[0]:.1f} to {given[-1]:.1f} mm"))
     pad, row, swatch = 8 * unit, 17 * unit, 30 * unit
     width = max(_text_size(text, unit)[0] + (swatch if colour else 0) for colour, text in lines) + 2 * pad
     size = np.array([width, row * len(lines) + pad])
@@ -156,6 +156,15 @@ def _legend(picture: Picture, outline: Outline, trajectory: Trajectory | None, t
                 cv2.line(picture, start, end, shade, max(1, round(thickness)), cv2.LINE_AA)
             base = base + np.array([swatch, 0])
         _text(picture, base, text, unit, INK)
+
+
+def _width(outline: Outline) -> str:
+    """The mean width and where it is from."""
+    if outline.width_source == "none":
+        return "a path alone, without walls"
+    said = {"walls": "on average", "fit": "by a fit of its profile", "gauge": "as given"}[outline.width_source]
+    interval = "" if outline.width_95_mm is None else " (95 %: {:.2f} to {:.2f})".format(*outline.width_95_mm)
+    return f"{outline.mean_width_mm:.2f} mm wide {said}{interval}"
 
 
 def _scale_bar(picture: Picture, mm_per_px: float, taken: Floats, unit: float) -> None:

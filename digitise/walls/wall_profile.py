@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 from scipy.special import ndtr, ndtri
 
-from digitise.walls.straightened import Strip
+from digitise.walls.straightened import BLUR_PX, Strip
 from sealtwin.core.records import Floats
 
 HALF = 0.5  # Share of the contrast from crack to mortar at the middle of a blurred edge
@@ -41,6 +41,7 @@ class Walls:
     open_line: NDArray[np.bool_]  # Stations at which the line itself runs in the dark
     dark: Floats  # Brightness of the crack, and of the mortar beside it
     bright: Floats
+    blur_px: float  # Gaussian sigma of the photo's own blur, by the sharper wall
 
     @property
     def both_found(self) -> NDArray[np.bool_]:
@@ -78,7 +79,8 @@ def find_walls(strip: Strip, width_mm: float, edge_fraction: float = 0.5, both_r
 
     fraction, lit = min(edge_fraction, HALF), np.zeros(2)
     place_px = follow(excess(fraction), strip.sample_px, strip.station_px)
-    sigma_px = softness_px(share, place_px, strip.sample_px, fraction)
+    seen_px = softness_px(share, place_px, strip.sample_px, fraction)
+    sigma_px = float(np.clip(seen_px, SHARPEST_PX, SOFTEST_PX))
     if edge_fraction > HALF:
         lit = lit_share(share, place_px, sigma_px, strip.sample_px, edge_fraction)
         for side in np.flatnonzero(lit):
@@ -92,7 +94,8 @@ def find_walls(strip: Strip, width_mm: float, edge_fraction: float = 0.5, both_r
     left_mm, right_mm = completed(left, right, across, strip.station_px * strip.mm_per_px, both_reach_edge)
     bright = bright.mean(axis=0)
     open_line = strip.light[:, strip.middle] < (dark + bright) / 2
-    return Walls(left_mm, right_mm, found[0], found[1], open_line, dark, bright)
+    blur_px = max(seen_px**2 - BLUR_PX**2, 0.0) ** 0.5
+    return Walls(left_mm, right_mm, found[0], found[1], open_line, dark, bright, blur_px)
 
 
 def follow(excess: Floats, sample_px: float, station_px: float) -> Floats:
@@ -180,13 +183,13 @@ def _keep_turning(wall: Floats, last: int, across: float, steepest: float) -> No
 def softness_px(share: Floats, place_px: Floats, sample_px: float, edge_fraction: float) -> float:
     """Sigma of the blurred edge, from the outer half of the sharper wall's, as light on it spoils the inner half."""
     rel_px = np.arange(0, 3 * SOFTEST_PX, 0.5 * sample_px)
-    sigmas_px = [SOFTEST_PX]
+    sigmas_px = list[float]()
     for side, places_px in zip(share, place_px, strict=True):
         profile = usual_profile(side, places_px, rel_px, sample_px)
         inner, outer = (reached(profile, rel_px, level) for level in (edge_fraction, OUTER))
         if outer is not None:
             sigmas_px.append((outer - (inner or 0.0)) / (ndtri(OUTER) - ndtri(edge_fraction)))
-    return float(np.clip(min(sigmas_px), SHARPEST_PX, SOFTEST_PX))
+    return min(sigmas_px, default=SOFTEST_PX)
 
 
 def refined_to_subpixel(

@@ -132,6 +132,8 @@ def trace_crack(
     roi_px: Points | None = None,
     edge_fraction: float = 0.5,
     branches: Literal["drop", "keep"] = "drop",
+    width_mm: float | Points | None = None,
+    path_only: bool | None = None,
 ) -> CrackOutline:
     """Trace both walls of a crack to a fraction of a pixel.
 
@@ -148,27 +150,41 @@ def trace_crack(
         Share of the contrast, from crack to mortar, at which a wall is drawn; 0.2 to 0.9.
     branches
         "keep" makes side cracks a part of the outline; "drop" reports them only.
+    width_mm
+        Width by a gauge in place of the photo's: one, or rows of (s, width) in mm along the crack.
+    path_only
+        True for a path without walls, of which no solid can be built.
 
     Returns
     -------
     CrackOutline
-        The crack in mm and px; ``s_mm`` counts along the centreline from the first end.
+        The crack in mm and px; ``s_mm`` counts along the centreline from the first end. Below 8 px its width is a fit
+        of its profile, ``width_source`` "fit", with ``width_95_mm``; below 2 px it is a path without walls, "none".
 
     Raises
     ------
     InputError
-        A point lies off the photo or on no crack; no crack is found, or two compete; it is too narrow or too short.
+        A point lies off the photo or on no crack; no crack is found, or two compete; it is too short.
     """
     from digitise.crack_path.find_path import find_path
     from digitise.outline import trace_outline
 
     hints = {"ends_px": ends_px, "via_px": via_px, "roi_px": roi_px, "edge_fraction": edge_fraction}
     read = photo.settings.model_dump(mode="json", exclude_none=True)
-    settings = settings_of(PhotoInput, "trace_crack", {**read, **hints, "branches": branches})
+    given = {"branches": branches, "width_mm": width_mm, "path_only": path_only}
+    settings = settings_of(PhotoInput, "trace_crack", {**read, **hints, **given})
     if photo.drawn is not None and (settings.via_px or settings.roi_px is not None):
         raise InputError("trace_crack: via_px or roi_px beside a mask, which shows the crack itself. Leave them out.")
     path = find_path(photo, settings.ends_px, settings.via_px, settings.roi_px)
-    outline = trace_outline(photo, path, settings.edge_fraction, settings.branches == "keep", settings.walls_px)
+    outline = trace_outline(
+        photo,
+        path,
+        settings.edge_fraction,
+        keep_branches=settings.branches == "keep",
+        width_mm=settings.width_stations_mm,
+        path_only=bool(settings.path_only),
+        walls_px=settings.walls_px,
+    )
     return CrackOutline(**content_of(outline), photo=photo, data=photo.data, sha256=photo.sha256)
 
 

@@ -22,8 +22,8 @@ def batch_answer(batch: Batch) -> Answer:
     """Answer with a table of the photos that were digitised, and the reason for each other one."""
     broad = max((len(row.folder) for row in batch.rows), default=0)
     lines = [
-        f"{row.folder:<{broad}}  {row.mean_width_mm:8.2f} {row.length_mm:9.1f} {row.cavity_ml:9.2f} "
-        f"{row.sealant_ml:10.2f}  {row.path_source}"
+        f"{row.folder:<{broad}}  {_or_dash(row.mean_width_mm, 8)} {row.length_mm:9.1f} {_or_dash(row.cavity_ml, 9)} "
+        f"{_or_dash(row.sealant_ml, 10)}  {row.path_source}"
         for row in batch.done
     ]
     if lines:
@@ -34,6 +34,11 @@ def batch_answer(batch: Batch) -> Answer:
         lines.append(f"{proposals} cracks were found automatically: these are proposals to be checked.")
     lines += [f"failed: {row.fault}" for row in batch.failed]
     return Answer(batch.content(), lines, batch.exit_code)
+
+
+def _or_dash(value: float | None, broad: int) -> str:
+    """Return a number to two decimals; a dash for what a path alone does not have."""
+    return f"{'-':>{broad}}" if value is None else f"{value:{broad}.2f}"
 
 
 def ingest_answer(ingested: Ingested, unready: Sequence[CatalogueFault] = ()) -> Answer:

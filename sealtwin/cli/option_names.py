@@ -24,6 +24,8 @@ OPTIONS = {
     "photo.second_photo": "--second-photo",
     "photo.edge_fraction": "--edge-fraction",
     "photo.branches": "--keep-branches",
+    "photo.width_mm": "--width-mm",
+    "photo.path_only": "--path-only",
     "crack.depth_mm": "--depth-mm",
     "crack.tilt": "--tilt",
     "crack.wall_angle_deg": "--wall-angle-deg",
@@ -53,7 +55,7 @@ def in_options(sentence: str) -> str:
         homes = [table for table in _tables_with(key) if found["table"] in (None, table)]
         value = found["value"] or ""
         for option in (OPTIONS[name] for home in homes if (name := f"{home}.{key}") in OPTIONS):
-            return option if option in ("--keep-branches", "--assumed") else option + value.replace(" =", "")
+            return option if option in ("--keep-branches", "--assumed", "--path-only") else option + value.replace(" =", "")
         if not homes:
             return found[0]
         left.append(key)

@@ -7,7 +7,7 @@ from typing import Annotated
 from sealtwin.cli.answer import Device, File, Json, Number, Quiet, Text, answering, argument, flag, option
 from sealtwin.cli.numbers import number_option
 from sealtwin.cli.option_names import options_named
-from sealtwin.cli.samples import board, depth, two_numbers
+from sealtwin.cli.samples import along, board, two_numbers
 from sealtwin.cli.trial_answer import run_trial
 from sealtwin.cli.trials import ALL_STAGES
 
@@ -47,7 +47,7 @@ def quick(
                 "face_mm": None if face_mm is None else list(two_numbers(face_mm, "x", "--face-mm")),
                 "ends_px": None if ends is None else [list(two_numbers(end, ",", "--ends")) for end in ends],
             },
-            "crack": {"depth_mm": depth(depth_mm)},
+            "crack": {"depth_mm": along(depth_mm, "--depth-mm", "depth_mm")},
         }
         folder = out or Path("reports", f"{photo.stem}-quick")
         trial = folder / "trial.toml"

@@ -90,6 +90,13 @@ def digitise(
     roi: Annotated[Text, option("Search only in this box (two corners) or polygon, in pixels.", "'X,Y ...'")] = None,
     mask: Annotated[File, option("The crack painted white on black; nothing is searched for.", "PICTURE")] = None,
     second_photo: Annotated[File, option("From the same camera, lit from the other side.", "PHOTO")] = None,
+    width_mm: Annotated[
+        Text,
+        option("The crack's width by a gauge, in place of the photo's; or a CSV of s_mm,width_mm along it.", "MM|CSV"),
+    ] = None,
+    path_only: Annotated[
+        bool, flag("--path-only", "Only the nozzle path, no walls and no solid; needs no depth.")
+    ] = False,
     edge_fraction: Annotated[
         Number, number_option("Share of the contrast that marks a wall; default 0.5, 0.7 for lit walls.")
     ] = None,
@@ -129,16 +136,20 @@ def digitise(
                 # From here; a trial file's are looked for from its own folder.
                 "mask": mask and mask.absolute(),
                 "second_photo": second_photo and second_photo.absolute(),
+                "width_mm": None if width_mm is None else along(width_mm, "--width-mm", "width_mm"),
+                "path_only": path_only or None,
                 "edge_fraction": edge_fraction,
                 "branches": "keep" if keep_branches else None,
             },
             "crack": {
-                "depth_mm": None if depth_mm is None else depth(depth_mm),
+                "depth_mm": None if depth_mm is None else along(depth_mm, "--depth-mm", "depth_mm"),
                 "tilt": tilt,
                 "wall_angle_deg": one_or_two(wall_angle_deg, "--wall-angle-deg"),
             },
             "path": {"volume_ml": volume_ml},
         }
+        if path_only:
+            del tables["crack"]
         if meshes := [target for target in targets if target.suffix.lower() in READERS]:
             raise typer.BadParameter(f"{meshes[0]} is a mesh: 'sealtwin import-mesh {meshes[0]}' takes it")
         given = [name for settings in tables.values() for name, value in settings.items() if value is not None]
@@ -148,8 +159,10 @@ def digitise(
         if not are_several(targets):
             trial = None
             if targets[0].suffix.lower() != ".toml":
-                if depth_mm is None:
-                    raise typer.BadParameter("a photo needs --depth-mm: a photo cannot show how deep a crack is")
+                if depth_mm is None and not path_only:
+                    raise typer.BadParameter(
+                        "a photo needs --depth-mm: a photo cannot show how deep a crack is; or --path-only"
+                    )
                 with options_named():
                     trial = sample_trial("photo", targets[0], tables)
             elif given:
@@ -193,28 +206,28 @@ def one_or_two(text: str | None, option: str) -> float | tuple[float, float] | N
     return _number(text, option, "a number with a decimal point, or two with a comma between")
 
 
-def depth(text: str) -> float | list[list[float]]:
-    """A number, or the rows of a CSV with the columns s_mm and depth_mm.
+def along(text: str, option: str, column: str) -> float | list[list[float]]:
+    """A number, or the rows of a CSV with the columns s_mm and ``column``.
 
     Raises typer.BadParameter where it is neither, InputError where the file cannot be used.
     """
     path = Path(text)
     if path.suffix.lower() not in {".csv", ".txt"}:
-        return _number(text, "--depth-mm", "millimetres, or a CSV with the columns s_mm and depth_mm")
+        return _number(text, option, f"millimetres, or a CSV with the columns s_mm and {column}")
     from validate.readings.samples import named_cells, read_table
     from validate.readings.text_table import number
 
-    table = read_table(path, "--depth-mm takes a number, or a CSV with the columns s_mm and depth_mm")
+    table = read_table(path, f"{option} takes a number, or a CSV with the columns s_mm and {column}")
     # Between commas a decimal comma may as well set thousands apart.
     mark = "point" if table.separator == "," else None
     rows = []
-    for place, cells in named_cells(table, ("s_mm", "depth_mm")):
+    for place, cells in named_cells(table, ("s_mm", column)):
         row = [value for text in cells.values() if (value := number(text, mark)) is not None]
         if len(row) < len(cells):
-            raise InputError(f"{place}: {list(cells.values())!r:.80}; s_mm and depth_mm must both be numbers, in mm.")
+            raise InputError(f"{place}: {list(cells.values())!r:.80}; s_mm and {column} must both be numbers, in mm.")
         rows.append(row)
     if not rows:
-        raise InputError(f"{path}: no rows below its header; give s_mm and depth_mm in each, in mm.")
+        raise InputError(f"{path}: no rows below its header; give s_mm and {column} in each, in mm.")
     return rows
 
 

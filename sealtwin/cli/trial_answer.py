@@ -90,9 +90,8 @@ def result_lines(result: dict[str, Any], last: "StageName") -> list[str]:
     lines = []
     if "length_mm" in result:
         lines.append(
-            f"Crack: {result['length_mm']:.1f} mm long, {result['mean_width_mm']:.2f} mm wide "
-            f"(path: {result['path_source']}); "
-            f"cavity {result['cavity_volume_mm3'] / 1e3:.2f} ml, sealant {result['sealant_mm3'] / 1e3:.2f} ml."
+            f"Crack: {result['length_mm']:.1f} mm long, {_width(result)} (path: {result['path_source']}); "
+            f"{_cavity(result)}sealant {result['sealant_mm3'] / 1e3:.2f} ml."
         )
         lines.append(_scale(result))
     if "particles" in result and last != "digitise":
@@ -113,6 +112,24 @@ def result_lines(result: dict[str, Any], last: "StageName") -> list[str]:
         lines.append("No readings: this is the simulated fill alone, held against nothing.")
     is_reported = last == "validate" and "report" in result
     return [*lines, f"Report: {result['report']}" if is_reported else f"Folder: {result['folder']}"]
+
+
+def _width(result: dict[str, Any]) -> str:
+    """Return the mean width with its interval, and its source unless that is the walls."""
+    if result["mean_width_mm"] is None:
+        return "a path alone, without walls or solid"
+    said = {"walls": "", "fit": " by a fit of its profile", "gauge": " as given"}[result["width_source"]]
+    interval = result["width_95_mm"]
+    within = "" if interval is None else f", with 95 % from {interval[0]:.2g} to {interval[1]:.2g} mm"
+    return f"{result['mean_width_mm']:.2f} mm wide{said}{within}"
+
+
+def _cavity(result: dict[str, Any]) -> str:
+    if result["cavity_volume_mm3"] is None:
+        return ""
+    interval = result["cavity_volume_95_mm3"]
+    within = "" if interval is None else f" ({interval[0] / 1e3:.2f} to {interval[1] / 1e3:.2f})"
+    return f"cavity {result['cavity_volume_mm3'] / 1e3:.2f} ml{within}, "
 
 
 def _extra_runs(result: dict[str, Any]) -> list[str]:

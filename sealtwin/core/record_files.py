@@ -18,7 +18,8 @@ TRAJECTORY_COLUMNS = ("t_s", "x_mm", "y_mm", "z_mm", "s_mm", "speed_mm_s", "flow
 PARTICLE_COLUMNS = ("x_mm", "y_mm", "z_mm", "vx_mm_s", "vy_mm_s", "vz_mm_s", "age_s", "spilled")
 PROFILE_COLUMNS = ("s_mm", "level_mm")
 OUTLINE_KEYS = (
-    *("length_mm", "mean_width_mm", "mm_per_px", "scale_source", "scale_residual_mm", "path_source", "ends", "face_mm"),
+    *("length_mm", "mean_width_mm", "width_source", "width_95_mm"),
+    *("mm_per_px", "scale_source", "scale_residual_mm", "path_source", "ends", "face_mm"),
     *(
         "scale_uncertainty",
         "camera_tilt_deg",

@@ -55,6 +55,11 @@ PathSource = Literal["ends", "via", "automatic", "mask", "mesh", "line"]
 the crack's mouth, or a given line. An automatic path is a proposal until a person has looked at it.
 """
 
+WidthSource = Literal["walls", "fit", "gauge", "none"]
+"""Source of a crack's width: measured between its walls; fitted to its blurred profile where it is too thin for walls;
+given, as by a gauge; or none, of a path alone, both of whose walls lie on the centreline.
+"""
+
 DataKind = Literal["measured", "reconstructed", "synthetic", "undeclared"]
 """Origin of data. Only ``measured`` may ever be called validated."""
 
@@ -103,6 +108,9 @@ class Outline:
     camera_tilt_deg: float | None = None
     """Angle between the camera's axis and the normal of the face; None if the photo does not show it."""
     photo_size_px: tuple[int, int] | None = None  # Width and height of the photo; None in files of version 0.1
+    width_source: WidthSource = "walls"
+    width_95_mm: tuple[float, float] | None = None
+    """Ends of the 95 % interval of the mean width, without the scale's doubt; None where the method gives none."""
 
     @property
     def seen_in(self) -> Literal["photo", "mesh"]:
@@ -145,6 +153,11 @@ class Outline:
     def mean_width_mm(self) -> float:
         """Width averaged over the arc length."""
         return float(np.trapezoid(self.width_mm, self.s_mm) / self.length_mm)
+
+    @property
+    def width_doubt_mm(self) -> float | None:
+        """Standard uncertainty of the mean width, a quarter of its 95 % interval; None where there is none."""
+        return None if self.width_95_mm is None else (self.width_95_mm[1] - self.width_95_mm[0]) / 4
 
 
 @dataclass(frozen=True)
@@ -209,9 +222,9 @@ class Trajectory:
 
     @property
     def giving(self) -> slice:
-        """Waypoints from the first sealant to the last, without leads."""
+        """Waypoints from the first sealant to the last, without leads; all of a path that gives none."""
         flowing = np.flatnonzero(self.flow_mm3_s[:-1] > 0)
-        return slice(int(flowing[0]), int(flowing[-1]) + 2) if len(flowing) else slice(0, 0)
+        return slice(int(flowing[0]), int(flowing[-1]) + 2) if len(flowing) else slice(0, len(self.t_s))
 
 
 class JsonRecord(BaseModel):

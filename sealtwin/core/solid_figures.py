@@ -91,6 +91,8 @@ class SolidFigures:
     """Figures of a solid; None or empty where one does not apply. They are keys of solid.json, without what is None."""
 
     photo_width_mm: float | None = None  # Mean width of the crack as traced
+    photo_width_95_mm: Span | None = None  # Ends of its 95 % interval, and the cavity's volume there
+    cavity_volume_95_mm3: Span | None = None
     mouth_width_mm: float | None = None
     floor_width_mm: float | None = None
     volume_mm3: dict[str, float] = field(default_factory=dict)  # Volume of the cavity for each reading of the tilt

@@ -49,7 +49,7 @@ class PlannedPhoto:
 
 @dataclass(frozen=True)
 class BatchRow:
-    """Result of one photo; lengths and volumes are None where it failed."""
+    """Result of one photo; lengths and volumes are None where it failed, and all but its length of a path alone."""
 
     file: str
     folder: str
@@ -215,17 +215,19 @@ def _traced(folder: Path) -> str:
 
 
 def _done(item: PlannedPhoto, folder: Path) -> BatchRow:
-    outline, solid = files.read_json(folder / "outline.json"), files.read_json(folder / "solid.json")
+    outline = files.read_json(folder / "outline.json")
+    path_alone = outline["width_source"] == "none"
+    solid: dict[str, Any] = {"warnings": []} if path_alone else files.read_json(folder / "solid.json")
     with files.understood(folder):
         return BatchRow(
             file=as_text(item.file),
             folder=item.name,
             status="ok",
-            mean_width_mm=round(outline["mean_width_mm"], 3),
+            mean_width_mm=None if path_alone else round(outline["mean_width_mm"], 3),
             length_mm=round(outline["length_mm"], 2),
-            depth_mm=solid["depth_mm"],
-            cavity_ml=round(solid["cavity_volume_mm3"] / 1000, 3),
-            sealant_ml=round(solid["sealant_mm3"] / 1000, 3),
+            depth_mm=solid.get("depth_mm"),
+            cavity_ml=None if path_alone else round(solid["cavity_volume_mm3"] / 1000, 3),
+            sealant_ml=None if path_alone else round(solid["sealant_mm3"] / 1000, 3),
             mm_per_px=round(outline["mm_per_px"], 5),
             scale_source=outline["scale_source"],
             path_source=outline["path_source"],

@@ -46,6 +46,11 @@ class _Base:
     run: Run
     profile: Profile
 
+    @property
+    def inputs(self) -> dict[str, float]:
+        """Standard uncertainty of each input that is moved, by name."""
+        return self.job.trial.uncertainty.with_width(self.bench.outline.width_doubt_mm).moved
+
 
 _Variant = tuple[dict[str, float], Trial, Bench]
 """Settings of an extra run that differ from the trial, the particle size or the steps of its inputs; and its own."""
@@ -106,7 +111,7 @@ def _variants(base: _Base) -> list[_Variant]:
     The longest come first, so that no process waits long for the last. The design moves each declared input by a
     standard uncertainty, at the coarser size, which is quick.
     """
-    inputs, variants = base.job.trial.uncertainty.moved, list[_Variant]()
+    inputs, variants = base.inputs, list[_Variant]()
     for size_mm in _sizes_mm(base):
         for number in range(size_mm == base.run.radius_mm, REPLICATES):
             # The first of each size is as earlier versions ran it, and keeps its key.
@@ -277,7 +282,7 @@ def _said(settings: Mapping[str, float]) -> str:
 
 
 def _spread(base: _Base, profiles: Sequence[Profile]) -> Spread:
-    own, inputs, radii_mm = base.profile, base.job.trial.uncertainty.moved, _sizes_mm(base)
+    own, inputs, radii_mm = base.profile, base.inputs, _sizes_mm(base)
     levels_mm = np.array([np.interp(own.s_mm, profile.s_mm, profile.level_mm) for profile in profiles])
     finer, middle, coarser, designed = np.split(levels_mm, np.cumsum([REPLICATES, REPLICATES - 1, REPLICATES]))
     runs_mm = finer, np.vstack([own.level_mm, middle]), coarser

@@ -14,8 +14,8 @@ from validate.uncertainty.validation import two_level_design
 def time_of_extra_runs(job: Job) -> str:
     """Return the time in words: that of the trial's own run, by how much more the model takes for the others."""
     trial, run = job.trial, record_files.read_simulation(job.path)
-    trajectory, width_mm = record_files.read_trajectory(job.path), record_files.read_outline(job.path).mean_width_mm
-    inputs = trial.uncertainty.moved
+    trajectory, outline = record_files.read_trajectory(job.path), record_files.read_outline(job.path)
+    inputs = trial.uncertainty.with_width(outline.width_doubt_mm).moved
     numbers = {
         run.radius_mm / RATIO: REPLICATES,
         run.radius_mm: REPLICATES,
@@ -25,7 +25,7 @@ def time_of_extra_runs(job: Job) -> str:
     runs, sizes = list[StudyRun](), []
     for radius_mm, number in numbers.items():
         solver = trial.solver.model_copy(update={"radius_mm": radius_mm})
-        sizes.append(size_of(trial.model_copy(update={"solver": solver}), trajectory, width_mm))
+        sizes.append(size_of(trial.model_copy(update={"solver": solver}), trajectory, outline.mean_width_mm))
         runs += [replace(waiting, work_s=sizes[-1].work_s)] * number
     # One of the trial's own size is done.
     wall_s = job.folder.manifest["stages"]["simulate"]["wall_time_s"]

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from digitise.settings import LARGEST_FILE_BYTES
@@ -10,11 +11,12 @@ from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Outline, Pixels, Solid
 from sealtwin.core.run_folder import stage_key
-from sealtwin.trial.job import DIGITISED, Job, begin_writing, sample_files, shown, stage_settings
+from sealtwin.trial.job import DIGITISED, OF_A_PATH, Job, begin_writing, sample_files, shown, stage_settings
 
 if TYPE_CHECKING:
     from digitise.photo import Photo
 
+NO_SEALANT = "no volume_ml is given, and a path alone has no cavity to fill: no robot program is made without a flow"
 REFUSED = "refused.png"  # Picture of what was found in a photo that was refused; the next attempt removes it
 
 
@@ -35,17 +37,25 @@ def bring_up_to_date(job: Job) -> bool:
 
     outline, solid, photo = _digitise(job)
     job.progress.advance(4, "planning the path")
-    trajectory = plan_trajectory(outline, job.trial.path, solid.cavity_volume_mm3, solid.sections)
-    solid = with_path(solid, trajectory, outline, job.trial.path)
+    if solid is None:
+        trajectory = plan_trajectory(outline, job.trial.path)
+        if not trajectory.dispensed_mm3:
+            outline = replace(outline, warnings=(*outline.warnings, NO_SEALANT))
+    else:
+        trajectory = plan_trajectory(outline, job.trial.path, solid.cavity_volume_mm3, solid.sections)
+        solid = with_path(solid, trajectory, outline, job.trial.path)
     begin_writing(job, "digitise")
     files.write_png(job.path / "overlay.png", draw_overlay(photo, outline, trajectory))
     record_files.write_outline(job.path, outline)
-    record_files.write_solid(job.path, solid)
     record_files.write_trajectory(job.path, trajectory)
+    outputs, warnings = ["overlay.png", "trajectory.txt", *OF_A_PATH], outline.warnings
+    if solid is not None:
+        record_files.write_solid(job.path, solid)
+        outputs += ["crack.stl", "crack.glb", *(name for name in DIGITISED if name not in OF_A_PATH)]
+        warnings = (*warnings, *solid.figures.warnings)
     job.progress.advance(5)
-    for warning in (*outline.warnings, *solid.figures.warnings):
+    for warning in warnings:
         job.progress.note(f"note: {warning}")
-    outputs = ("overlay.png", "crack.stl", "crack.glb", "trajectory.txt", *DIGITISED)
     wall_time_s = time.monotonic() - began
     job.folder.record(
         "digitise", key, settings, inputs, outputs, wall_time_s, given=list(inputs), path_source=outline.path_source
@@ -53,8 +63,11 @@ def bring_up_to_date(job: Job) -> bool:
     return True
 
 
-def _digitise(job: Job) -> "tuple[Outline, Solid, Photo]":
-    """Digitise the trial's photo or mesh. Raises InputError if it does not show a crack that can be measured."""
+def _digitise(job: Job) -> "tuple[Outline, Solid | None, Photo]":
+    """Digitise the trial's photo or mesh; a path alone has no solid.
+
+    Raises InputError if it does not show a crack that can be measured.
+    """
     trial = job.trial
     if trial.mesh is not None:
         from digitise.mesh_import.import_mesh import import_sample
@@ -64,7 +77,7 @@ def _digitise(job: Job) -> "tuple[Outline, Solid, Photo]":
             job.progress.note(f"note: {note}")
         return imported.outline, imported.solid, imported.photo
     settings, crack = trial.photo, trial.crack
-    if settings is None or crack is None:
+    if settings is None or (crack is None and not settings.path_only):
         raise InputError(f"{job.source}: the trial has no [photo] with [crack] and no [mesh]; give one.")
     from digitise.crack_path.find_path import find_path
     from digitise.outline import trace_outline
@@ -77,7 +90,17 @@ def _digitise(job: Job) -> "tuple[Outline, Solid, Photo]":
     path = find_path(photo, settings.ends_px, settings.via_px, settings.roi_px)
     job.progress.advance(2, "tracing its walls")
     with _with_picture(job, lambda: draw_way(photo, path)):
-        outline = trace_outline(photo, path, settings.edge_fraction, settings.branches == "keep", settings.walls_px)
+        outline = trace_outline(
+            photo,
+            path,
+            settings.edge_fraction,
+            keep_branches=settings.branches == "keep",
+            width_mm=settings.width_stations_mm,
+            path_only=bool(settings.path_only),
+            walls_px=settings.walls_px,
+        )
+    if crack is None or outline.width_source == "none":
+        return outline, None, photo
     job.progress.advance(3, "building the solid")
     with _with_picture(job, lambda: draw_overlay(photo, outline)):
         return outline, build_solid(outline, crack), photo

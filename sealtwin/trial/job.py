@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from sealtwin.core import files
+from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import RunFolder
@@ -16,6 +16,7 @@ StageName = Literal["digitise", "simulate", "validate"]
 STAGES: tuple[StageName, ...] = ("digitise", "simulate", "validate")
 DIGITISED = ("outline.json", "crack.ply", "solid.json", "trajectory.csv")
 """Files of the first stage that later stages read."""
+OF_A_PATH = ("outline.json", "trajectory.csv")  # Those of them that a path without a solid has
 SIMULATED = ("particles.csv", "simulation.json", "profile.csv")  # Files of the second stage that the third reads
 FILES_OF_A_SAMPLE = ("file", "second_photo", "mask", "path")  # Settings of [photo] and [mesh] that name a file
 LARGEST_SHEET_BYTES = 5_000_000
@@ -150,11 +151,22 @@ def check_sheet(sheet: Path) -> None:
         raise InputError(f"{sheet}: larger than {LARGEST_SHEET_BYTES / 1e6:g} MB; a sheet of readings is some kB.")
 
 
+def require_solid(job: Job) -> None:
+    """Raise InputError if the crack was digitised as a path alone."""
+    solid, outline = (job.path / name for name in ("solid.json", "outline.json"))
+    if not solid.is_file() and outline.is_file() and record_files.read_outline(job.path).width_source == "none":
+        raise InputError(
+            f"{job.path}: holds the crack's path alone, without walls, so that there is no solid to fill. Give "
+            "[crack] depth_mm with [photo] width_mm, or a photo from closer, and digitise again."
+        )
+
+
 def made_by(job: Job, stage: StageName, names: Sequence[str]) -> dict[str, str]:
     """Return the hashes of files that ``stage`` wrote, edited since or not.
 
     Raises InputError if the stage is not finished, or was run with other settings than the trial's.
     """
+    require_solid(job)
     again = f"'sealtwin {stage} {job.path}'" if stage != "digitise" else f"'sealtwin run TRIAL --out {job.path}'"
     made_with = job.folder.settings_of(stage)
     missing = [name for name in names if not (job.path / name).is_file()]

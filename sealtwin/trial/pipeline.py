@@ -19,6 +19,7 @@ from sealtwin.trial.job import (
     StageName,
     adopt_trial,
     require_sample,
+    require_solid,
     shown,
     start_job,
 )
@@ -86,6 +87,8 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
     for caution in job.above.cautions:
         job.progress.note(caution)
     for stage in STAGES:
+        if stage in stages and stage != "digitise":
+            require_solid(job)
         both = stage == "simulate" and {"simulate", "validate"} <= set(stages)
         # Minutes of simulation must not pass before a typo in the sheet is found.
         if both and (readings := validate_stage.readings_of(job)) is not None:
@@ -110,6 +113,7 @@ def check_run(job: Job) -> tuple[str, ...]:
     The trial is digitised where it is not. Raises InputError as the run would.
     """
     digitise_stage.bring_up_to_date(job)
+    require_solid(job)
     readings = validate_stage.readings_of(job)
     simulate_stage.check(job)
     return () if readings is None else readings.doubts
@@ -140,11 +144,22 @@ def read_result(job: Job) -> dict[str, Any]:
 def _findings(folder: RunFolder, trial: Trial, stages: Sequence[str]) -> dict[str, Any]:
     result: dict[str, Any] = {}
     if "digitise" in stages:
-        outline, solid = record_files.read_outline(folder.path), files.read_json(folder.path / "solid.json")
+        outline = record_files.read_outline(folder.path)
+        path_alone = outline.width_source == "none"
+        if path_alone:
+            solid: dict[str, Any] = {
+                "warnings": [],
+                "sealant_mm3": record_files.read_trajectory(folder.path).dispensed_mm3,
+            }
+        else:
+            solid = files.read_json(folder.path / "solid.json")
         result |= {
             "length_mm": round(outline.length_mm, 3),
-            "mean_width_mm": round(outline.mean_width_mm, 3),
-            "cavity_volume_mm3": round(solid["cavity_volume_mm3"], 1),
+            "mean_width_mm": None if path_alone else round(outline.mean_width_mm, 3),
+            "width_source": outline.width_source,
+            "width_95_mm": _rounded(outline.width_95_mm, 4),
+            "cavity_volume_mm3": None if path_alone else round(solid["cavity_volume_mm3"], 1),
+            "cavity_volume_95_mm3": _rounded(solid.get("cavity_volume_95_mm3"), 1),
             "sealant_mm3": round(solid["sealant_mm3"], 1),
             "path_source": outline.path_source,
             "scale_source": outline.scale_source,
@@ -170,6 +185,10 @@ def _findings(folder: RunFolder, trial: Trial, stages: Sequence[str]) -> dict[st
         if trial.readings is not None:
             result |= _compared(record_files.read_comparison(folder.path))
     return result
+
+
+def _rounded(interval: Sequence[float] | None, digits: int) -> list[float] | None:
+    return None if interval is None else [round(end, digits) for end in interval]
 
 
 def _compared(comparison: dict[str, Any]) -> dict[str, Any]:

@@ -64,7 +64,7 @@ class Trial(Settings):
             raise ValueError("[mesh] beside [photo] or [crack]: a mesh has a depth and walls of its own; give either")
         if self.mesh is None and self.photo is None:
             raise ValueError("no [photo] and no [mesh]: give one to say where the crack is")
-        if self.photo is not None and self.crack is None:
+        if self.photo is not None and self.crack is None and not self.photo.path_only:
             raise ValueError("[crack] is missing: a photo cannot show how deep a crack is")
         return self
 
@@ -135,7 +135,7 @@ def sample_trial(kind: Literal["photo", "mesh"], file: Path, tables: Mapping[str
     ``tables`` holds settings of [photo] and [crack] or of [mesh], and of [path]; None stands for a default. Raises
     InputError as ``load_trial``.
     """
-    content: dict[str, Any] = {"crack": {}} if kind == "photo" else {}
+    content: dict[str, Any] = {"crack": {}} if kind == "photo" and "crack" in tables else {}
     for table, settings in tables.items():
         content[table] = {name: value for name, value in settings.items() if value is not None}
     content[kind] = {"file": file.name, "data": "measured", **content.get(kind, {})}

@@ -89,7 +89,8 @@ def bring_up_to_date(job: Job) -> bool:
         frames=tuple(read_frame(job.path / name) for name in snapshots_of(job)),
     )
     if trial.readings is not None and readings is not None:
-        comparison = assess(evidence, trial.readings, trial.uncertainty, spread, trial.gate)
+        declared = trial.uncertainty.with_width(outline.width_doubt_mm)
+        comparison = assess(evidence, trial.readings, declared, spread, trial.gate)
         evidence = replace(evidence, comparison=comparison)
     for warning in run_warnings(run, ratio):
         job.progress.note(f"note: {warning}")

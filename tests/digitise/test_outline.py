@@ -1,12 +1,10 @@
 import itertools
-from dataclasses import replace
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 
-from benchmarks.tracing_cases import hard_case
 from digitise.crack_path.find_path import find_path
 from digitise.geometry.polyline import crossings, signed_area
 from digitise.outline import trace_outline
@@ -246,23 +244,6 @@ def test_a_thin_branch_and_a_pore_leave_the_walls_where_they_are(tmp_path):
     assert distance_to(other.left_wall_mm, clean.left_wall_mm).max() < 0.6
     assert rms(distance_to(other.left_wall_mm, clean.left_wall_mm)) < 0.1
     assert other.mean_width_mm == pytest.approx(clean.mean_width_mm, rel=0.03)
-
-
-def test_a_crack_too_narrow_to_measure_is_refused_with_its_width(tmp_path):
-    picture = with_crack(mortar(), [(20, 150), (480, 140)], width_px=5)
-    photo = evenly_scaled(write_png(tmp_path / "photo.png", picture))
-    path = find_path(photo, ((30.0, 150.0), (470.0, 140.0)))
-    with pytest.raises(InputError, match=r"crack is \d\.\d px wide; need 8 px"):
-        trace_outline(photo, path)
-
-
-def test_a_hairline_whose_walls_nobody_could_find_is_refused_with_its_width(tmp_path):
-    """2 px wide in rough mortar: its walls are not found on a quarter of it, which is not what to mend."""
-    case = hard_case("8 to 15 px", 1)
-    truth = make_specimen(1, replace(case.recipe, width_mm=2 * case.recipe.mm_per_px))
-    photo = photo_of(truth, tmp_path)
-    with pytest.raises(InputError, match=r"crack is \d\.\d px wide; need 8 px"):
-        trace_outline(photo, find_path(photo, case.ends_px(truth)))
 
 
 def test_a_piece_shorter_than_three_widths_is_refused(tmp_path):

@@ -276,18 +276,68 @@ def test_the_answer_tells_how_good_the_scale_is_and_who_found_the_path(trial, tm
 
 
 def test_a_refusal_shows_what_was_found_until_the_next_attempt(tmp_path):
-    """A crack of 5 px: seen, followed, and too narrow to be measured."""
-    narrow = with_crack(mortar(), [(40, 150), (460, 140)], width_px=4)
-    photo, out = write_png(tmp_path / "crack.png", narrow), tmp_path / "run"
-    crack = (photo, "--depth-mm", 16, "--mm-per-px", 0.1, "--ends", "40,150", "460,140", "--out", out)
-    sentence = _refusal("digitise", *crack)
+    """A piece of a wide crack: seen, followed, and too short to be measured."""
+    wide = with_crack(mortar(), [(40, 150), (460, 140)], width_px=50)
+    photo, out = write_png(tmp_path / "crack.png", wide), tmp_path / "run"
+    crack = (photo, "--depth-mm", 16, "--mm-per-px", 0.1, "--out", out, "--ends")
+    sentence = _refusal("digitise", *crack, "190,146", "310,144")
     assert sentence.endswith(f"Look at {out / 'refused.png'}.")
     picture = np.asarray(cv2.imread(str(out / "refused.png")))
     assert np.abs(picture.astype(int) - (60, 235, 250)).max(axis=2).min() < 40, "the way, in its yellow"
-    write_png(photo, with_crack(mortar(), [(40, 150), (460, 140)]))
-    answer = _sealtwin("digitise", *crack, "--quiet")
+    answer = _sealtwin("digitise", *crack, "80,149", "420,141", "--quiet")
     assert answer.exit_code == 0, answer.output
     assert not (out / "refused.png").exists()
+
+
+@pytest.fixture
+def thin(tmp_path):
+    """Arguments of a photo of a crack 5 px wide, and of its run folder."""
+    photo = write_png(tmp_path / "crack.png", with_crack(mortar(), [(40, 150), (460, 140)], width_px=4))
+    ends = ("--ends", "40,150", "460,140")
+    return (photo, "--mm-per-px", 0.1, *ends, "--out", tmp_path / "run", "--quiet"), tmp_path / "run"
+
+
+def test_a_fitted_width_is_told_with_its_interval_wherever_it_stands(thin):
+    arguments, out = thin
+    answer = _sealtwin("digitise", *arguments, "--depth-mm", 16)
+    assert answer.exit_code == 0, answer.output
+    assert re.search(r"0\.\d\d mm wide by a fit of its profile, with 95 % from 0\.\d+ to 0\.\d+ mm", answer.stdout)
+    result, solid = (json.loads((out / name).read_text()) for name in ("run.json", "solid.json"))
+    outline = json.loads((out / "outline.json").read_text())
+    assert result["width_source"] == outline["width_source"] == "fit"
+    assert outline["width_95_mm"][0] < outline["mean_width_mm"] < outline["width_95_mm"][1]
+    assert solid["photo_width_95_mm"] == pytest.approx(outline["width_95_mm"], abs=1e-4)
+    low_mm3, high_mm3 = solid["cavity_volume_95_mm3"]
+    assert low_mm3 < solid["cavity_volume_mm3"] < high_mm3
+
+
+def test_a_path_alone_is_a_robot_s_and_no_simulation_s(thin, tmp_path):
+    arguments, out = thin
+    answer = _sealtwin("digitise", *arguments, "--path-only", "--volume-ml", 0.5)
+    assert answer.exit_code == 0, answer.output
+    assert "a path alone, without walls or solid" in answer.stdout
+    assert (out / "trajectory.csv").is_file()
+    assert not list(out.glob("crack.*"))
+    for command in ("simulate", "validate"):
+        assert "holds the crack's path alone" in _refusal(command, out)
+    cell = tmp_path / "cell.toml"
+    assert _sealtwin("robot", "--example", cell).exit_code == 0
+    answer = _sealtwin("robot", out, "--cell", cell)
+    assert answer.exit_code == 0, answer.output
+    assert _sealtwin("digitise", *arguments, "--path-only").exit_code == 0
+    assert "a path without a solid needs volume_ml" in _refusal("robot", out, "--cell", cell)
+    assert _sealtwin("digitise", *arguments, "--depth-mm", 16).exit_code == 0
+    assert (out / "crack.stl").is_file()
+
+
+def test_a_gauge_s_widths_are_taken_as_given(thin, tmp_path):
+    arguments, out = thin
+    table = tmp_path / "widths.csv"
+    table.write_text("s_mm,width_mm\n0,0.2\n42,0.4\n")
+    answer = _sealtwin("digitise", *arguments, "--depth-mm", 16, "--width-mm", table)
+    assert answer.exit_code == 0, answer.output
+    assert json.loads((out / "run.json").read_text())["mean_width_mm"] == pytest.approx(0.3, abs=0.01)
+    assert "width_mm beside path_only" in _refusal("digitise", *arguments, "--path-only", "--width-mm", 0.3)
 
 
 @pytest.mark.parametrize(

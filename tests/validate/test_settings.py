@@ -1,11 +1,11 @@
-"""Tables [readings] and [gate]: what is declared, and nothing else."""
+"""Tables [readings], [gate] and [uncertainty]: what is declared, and nothing else."""
 
 from pathlib import Path
 
 import pytest
 from pydantic import ValidationError
 
-from validate.settings import Gate, Readings
+from validate.settings import Gate, Readings, Uncertainty
 
 
 @pytest.mark.parametrize("limit", [0, -1, float("nan"), float("inf"), "1.6"])
@@ -37,3 +37,9 @@ def test_readings_declare_origin_and_role(change):
     assert Readings.model_validate(content).role == "held-out"
     with pytest.raises(ValidationError):
         Readings.model_validate(content | change)
+
+
+def test_the_doubt_of_a_fitted_width_counts_unless_one_is_declared():
+    assert Uncertainty(speed_mm_s=0.1).with_width(0.02).moved == {"speed_mm_s": 0.1, "width_mm": 0.02}
+    assert Uncertainty(width_mm=0.5).with_width(0.02).moved == {"width_mm": 0.5}
+    assert Uncertainty().with_width(None).moved == {}

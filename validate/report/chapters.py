@@ -252,7 +252,7 @@ def _photo(evidence: Evidence) -> PhotoBlock:
     origin = "of undeclared origin" if evidence.photo_data == "undeclared" else evidence.photo_data
     return PhotoBlock(
         f"The walls and the centreline that were found, over the {seen_in}. {seen_in.capitalize()}: {origin}. "
-        f"Scale: {outline.scale_source}. Mean width {outline.mean_width_mm:.2f} mm; {_widths(evidence)}.",
+        f"Scale: {outline.scale_source}. Mean width {sample_and_run.width_words(outline)}; {_widths(evidence)}.",
         f"The {seen_in} of the sample with the crack's walls and centreline that were found",
         np.asarray(pixels, dtype=np.uint8),
     )

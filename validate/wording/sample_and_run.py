@@ -4,8 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from sealtwin.core.records import RunHealth, Solid, arc_length
+from sealtwin.core.records import Outline, RunHealth, Solid, arc_length
 from sealtwin.core.regime import SURFACE_TENSION_N_M, regime_of
+from sealtwin.core.solid_figures import Span
 from validate.report_input import Evidence
 from validate.units import LABELS, PageTable, counted, millimetres, percent, plain, span, words
 from validate.wording.comparison import sealant_as_read
@@ -66,11 +67,11 @@ def geometry_table(evidence: Evidence) -> PageTable:
     rows = [
         ("length along the centreline", f"{outline.length_mm:.2f} mm"),
         ("ends", ", ".join(outline.ends)),
-        (f"width in the {outline.seen_in}, mean", f"{outline.mean_width_mm:.2f} mm"),
+        (f"width in the {outline.seen_in}, mean", width_words(outline)),
         ("mean width of the mouth, of the floor", widths),
         ("depth", depth),
         ("tilt", tilt_words(evidence)),
-        ("volume of the cavity", f"{solid.cavity_volume_mm3:.0f} mm³"),
+        ("volume of the cavity", f"{solid.cavity_volume_mm3:.0f} mm³{_interval(figures.cavity_volume_95_mm3, 0)}"),
     ]
     if figures.volume_mm3:
         readings = ", ".join(f"{tilt} {volume:.0f}" for tilt, volume in figures.volume_mm3.items())
@@ -84,6 +85,17 @@ def geometry_table(evidence: Evidence) -> PageTable:
         rows.append(("in crack.stl beside the sample", f"{where}: no part of the sample"))
     rows.append(("cavity over sealant", f"{solid.cavity_volume_mm3 / evidence.run.dispensed_volume_mm3:.2f}"))
     return PageTable("Crack and solid", tuple(rows))
+
+
+def width_words(outline: Outline) -> str:
+    """Return the mean width with its interval, and its source unless that is the walls."""
+    source = {"fit": ", by a fit of the blurred profile of a crack too thin for walls", "gauge": ", as given"}
+    said = source.get(outline.width_source, "")
+    return f"{outline.mean_width_mm:.2f} mm{_interval(outline.width_95_mm, 2)}{said}"
+
+
+def _interval(ends: Span | None, digits: int) -> str:
+    return "" if ends is None else f" (95 %: {ends[0]:.{digits}f} to {ends[1]:.{digits}f})"
 
 
 def tilt_words(evidence: Evidence) -> str:

@@ -13,13 +13,19 @@ const inUnit = (value, digits, unit) => {
   return `${value.toLocaleString("en", { maximumFractionDigits: whole ? 0 : digits, minimumFractionDigits: whole ? 0 : digits })} ${unit}`;
 };
 
+/** With its 95 % interval, where it is fitted. */
+const meanWidth = ({ mean_width, width_95, unit }, digits) => {
+  const interval = width_95 ? ` (95 %: ${width_95.map((end) => inUnit(end, digits, "").trim()).join(" to ")})` : "";
+  return inUnit(mean_width, digits, unit) + interval;
+};
+
 /** `rough`: measured at a glance only. */
 export function showWalls(walls, rough) {
   const { unit } = walls ?? {};
   part("length").closest("dl").classList.toggle("rough", rough);
   const digits = unit === "px" ? [0, 1, 0] : [1, 2, 0];
   part("length").textContent = walls ? inUnit(walls.length, digits[0], unit) : "–";
-  part("width").textContent = walls ? inUnit(walls.mean_width, digits[1], unit) : "–";
+  part("width").textContent = walls && walls.width_source !== "none" ? meanWidth(walls, digits[1]) : "–";
   part("area").textContent = walls ? inUnit(walls.area, digits[2], `${unit}²`) : "–";
 }
 

@@ -1,0 +1,115 @@
+"""A crack too thin for walls gets a path always, a fitted width from 2 px on, or the width that a gauge gives."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.tracing_thin import MM_PER_PX, ThinFigures, thin_crack, thin_rows, trace_thin_photo
+from digitise.crack_path.find_path import find_path
+from digitise.crack_path.hints import CrackPath
+from digitise.geometry.polyline import signed_area
+from digitise.outline import trace_outline
+from digitise.photo import Photo
+from digitise.settings import CrackShape
+from digitise.solid.build_solid import build_solid
+from sealtwin.core.errors import InputError
+from sealtwin.core.record_files import read_outline, write_outline
+from tests.pictures import distance_to, evenly_scaled, mortar, with_crack, write_png
+
+STEP = [(40, 150), (250, 150), (460, 120)]
+
+
+def seen(tmp_path: Path, width_px: int) -> tuple[Photo, CrackPath]:
+    photo = evenly_scaled(write_png(tmp_path / "photo.png", with_crack(mortar(), STEP, width_px)))
+    return photo, find_path(photo, ((40.0, 151.0), (460.0, 119.0)))
+
+
+@pytest.mark.parametrize("width_px", [2.0, 4.0, 8.0])
+def test_the_width_of_a_thin_crack_is_that_drawn(tmp_path, width_px):
+    """Photos that the fit was tuned on, each within its stated interval; the benchmark has others."""
+    figures = trace_thin_photo(1, width_px, tmp_path)
+    assert figures.held, figures
+    assert abs(figures.width_error_percent) < 10
+
+
+def test_an_enlarged_photo_is_no_wider_crack(tmp_path):
+    """Between walls at half contrast, a crack of 3 px enlarged to 12 is 32 % too wide."""
+    assert abs(trace_thin_photo(3, 3.0, tmp_path, times=4).width_error_percent) < 10
+
+
+def test_the_line_is_in_the_middle_and_the_walls_beside_it(tmp_path):
+    photo, path = seen(tmp_path, 5)
+    outline = trace_outline(photo, path)
+    assert outline.width_source == "fit"
+    assert np.percentile(distance_to(outline.centreline_px, np.array(STEP, dtype=float)), 90) < 0.5
+    assert signed_area(outline.outline_mm) == pytest.approx(outline.length_mm * outline.mean_width_mm, rel=0.03)
+    ahead, aside = (
+        outline.centreline_mm[11] - outline.centreline_mm[9],
+        outline.left_wall_mm[10] - outline.centreline_mm[10],
+    )
+    assert ahead[0] * aside[1] - ahead[1] * aside[0] > 0, "the left wall is on the left"
+    assert any("a fit of its blurred profile" in warning for warning in outline.warnings)
+
+
+def test_below_two_pixels_there_is_a_path_alone(tmp_path):
+    crack = thin_crack(5, 1.0)
+    import cv2
+
+    cv2.imwrite(str(tmp_path / "photo.png"), crack.picture)
+    (a, b), (c, d) = crack.ends_px.tolist()
+    photo = evenly_scaled(tmp_path / "photo.png", MM_PER_PX)
+    outline = trace_outline(photo, find_path(photo, ((a, b), (c, d))))
+    assert outline.width_source == "none"
+    assert outline.mean_width_mm == 0
+    assert outline.length_mm > 0.9 * np.hypot(a - c, b - d) * MM_PER_PX
+    with pytest.raises(InputError, match="a path alone"):
+        build_solid(outline, CrackShape(depth_mm=10))
+
+
+@pytest.mark.parametrize("width_px", [4, 14])
+def test_a_gauge_and_a_wish_replace_what_the_photo_shows(tmp_path, width_px):
+    photo, path = seen(tmp_path, width_px)
+    gauged = trace_outline(photo, path, width_mm=np.array([[0.0, 0.2], [40.0, 0.6]]))
+    assert gauged.width_source == "gauge"
+    assert gauged.width_95_mm is None
+    assert np.interp(20.0, gauged.s_mm, gauged.width_mm) == pytest.approx(0.4, abs=0.03)
+    alone = trace_outline(photo, path, path_only=True)
+    assert alone.width_source == "none"
+    assert alone.length_mm == pytest.approx(gauged.length_mm)
+
+
+def test_the_interval_goes_into_files_and_into_the_volume(tmp_path):
+    outline = trace_outline(*seen(tmp_path, 5))
+    write_outline(tmp_path, outline)
+    assert read_outline(tmp_path).width_95_mm == pytest.approx(outline.width_95_mm, abs=1e-4)
+    assert outline.width_95_mm is not None
+    solid = build_solid(outline, CrackShape(depth_mm=10))
+    low_mm3, high_mm3 = solid.figures.cavity_volume_95_mm3 or (0, 0)
+    # Of vertical and leaning walls: length times depth times the interval.
+    assert high_mm3 - low_mm3 == pytest.approx(10 * outline.length_mm * np.ptp(outline.width_95_mm))
+    assert low_mm3 < solid.cavity_volume_mm3 < high_mm3
+
+
+def test_a_thin_path_along_an_edge_is_no_crack(tmp_path):
+    """A wall of something wide, to which a path was given: bright ground on its one side alone."""
+    picture = mortar()
+    picture[150:] *= 0.1
+    photo = evenly_scaled(write_png(tmp_path / "photo.png", picture))
+    with pytest.raises(InputError, match="far brighter than on the other"):
+        trace_outline(photo, CrackPath(np.array([[40.0, 150.0], [460.0, 150.0]]), 4.0, "ends"))
+
+
+def test_too_little_of_a_crack_is_not_fitted(tmp_path):
+    photo, path = seen(tmp_path, 5)
+    with pytest.raises(InputError, match="5 stretches of 10 px"):
+        trace_outline(photo, replace(path, points_px=path.points_px[:35]))
+
+
+def test_a_photo_without_a_width_counts_as_far_off():
+    """One refusal of eighty must not pass for a good mean."""
+    good = ThinFigures("", 2.0, 1, 0.1, 1.0, 5.0, held=True)
+    rows = thin_rows([good] * 79 + [replace(good, width_error_percent=np.nan, held=None, refusal="why")])
+    assert not rows[0].met
+    assert thin_rows([good] * 80)[0].value == 1.0
