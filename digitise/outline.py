@@ -11,10 +11,11 @@ from digitise.geometry import polyline
 from digitise.image.raster import shrunk
 from digitise.photo import Photo
 from digitise.scale.view import Lens, View
-from digitise.walls.centreline_and_walls import MIN_WIDTH_PX, STATION_PX, Traced
+from digitise.walls.centreline_and_walls import STATION_PX, Traced
 from digitise.walls.islands import find_islands, photo_of_paint
 from digitise.walls.mouths import trace_past_mouths
 from digitise.walls.side_cracks import find_side_cracks, measure_branches
+from digitise.walls.stretches import MIN_WIDTH_PX, WORTH_SAYING, judge_reach, judge_stretches
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Outline, arc_length
 
@@ -22,7 +23,6 @@ RIM = 0.5  # Share of the contrast at which the rim of the paint lies, however b
 WALL_SMOOTHING_PX = 2.0  # Sigma of the walls along the crack: below what grain leaves, above a sand grain's own edge
 MOST_TRIMMED = 0.02  # Share of the crack's area that may be cut off where its walls cross each other
 GLANCE_WIDTH_PX = 2 * MIN_WIDTH_PX  # Of the crack in the smaller copy: its walls are within 0.1 mm of the final ones
-WORTH_SAYING = 0.05  # Share of the crack without a wall from which a warning reports it
 
 
 class Unconfirmed(str):
@@ -44,8 +44,11 @@ def trace_outline(photo: Photo, path: CrackPath, edge_fraction: float = 0.5, kee
     sides = find_side_cracks(source, path, edge_fraction)
     traced, rings_px = trace_past_mouths(source, path, sides, edge_fraction)
     centreline_mm, left_mm, right_mm = _stations(photo, traced)
+    missed = judge_reach(photo, path.points_px, photo.to_px(centreline_mm[[0, -1]]), traced.unreached_mm)
     # Paint is as wide as it is painted, with no blur to mistake for it.
     least_px = 0.0 if painted else MIN_WIDTH_PX
+    if not painted:
+        missed += judge_stretches(photo, centreline_mm, np.linalg.norm(left_mm - right_mm, axis=1))
     main_mm = _ring(photo, left_mm, right_mm)
     branches = measure_branches(photo, main_mm, photo.to_px(centreline_mm), sides, rings_px, keep_branches, least_px)
     standing = tuple(ring for ring in islands_mm if points_in_poly(ring, branches.ring_mm).all())
@@ -58,7 +61,14 @@ def trace_outline(photo: Photo, path: CrackPath, edge_fraction: float = 0.5, kee
         scale_source=photo.scale_source,
         scale_residual_mm=photo.scale_residual_mm,
         path_source=path.source,
-        warnings=(*photo.warnings, *path.warnings, *_doubts(path, traced), *branches.warnings, *_stated(standing)),
+        warnings=(
+            *missed,
+            *photo.warnings,
+            *path.warnings,
+            *_doubts(path, traced),
+            *branches.warnings,
+            *_stated(standing),
+        ),
         islands_mm=(*standing, *branches.enclosed_mm),
         branches_mm=branches.lines_mm,
         branches_kept=branches.kept,

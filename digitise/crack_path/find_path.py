@@ -11,7 +11,7 @@ from skimage.morphology import skeletonize
 
 from digitise.crack_path import medial_axis
 from digitise.crack_path.darkness import DarkMap, inner
-from digitise.crack_path.hints import SNAP_PX, CrackPath, check_hints, listed
+from digitise.crack_path.hints import CrackPath, check_hints, listed, snap_px
 from digitise.crack_path.path_search import LiveWire
 from digitise.crack_path.path_width import unlike_length_px
 from digitise.crack_path.ridge_filter import support
@@ -125,16 +125,16 @@ def painted_path(photo: Photo, ends_px: tuple[Pixel, Pixel] | None) -> CrackPath
 
 def _piece_of(photo: Photo, label: NDArray, ends_px: Floats) -> int:
     """Number of the piece on which both ends lie."""
-    found = []
+    found, most_px = [], snap_px(photo)
     for x, y in ends_px:
-        left, top = max(int(x - SNAP_PX), 0), max(int(y - SNAP_PX), 0)
-        near = label[top : int(y + SNAP_PX) + 2, left : int(x + SNAP_PX) + 2]
+        left, top = max(int(x - most_px), 0), max(int(y - most_px), 0)
+        near = label[top : int(y + most_px) + 2, left : int(x + most_px) + 2]
         rows, columns = np.nonzero(near)
         away_px = np.hypot(columns + left - x, rows + top - y)
-        if away_px.min(initial=np.inf) > SNAP_PX:
+        if away_px.min(initial=np.inf) > most_px:
             raise InputError(
                 f"{photo.file}: the end ({x:g}, {y:g}) is not on the crack that the mask paints (at most "
-                f"{SNAP_PX:g} px beside it); give a point inside the paint, or paint the crack up to there."
+                f"{most_px:.0f} px beside it); give a point inside the paint, or paint the crack up to there."
             )
         nearest = int(np.argmin(away_px))
         found.append(int(near[rows[nearest], columns[nearest]]))

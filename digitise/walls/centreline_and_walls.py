@@ -21,13 +21,12 @@ from digitise.walls.straightened import (
     sample_step_mm,
     straighten,
 )
+from digitise.walls.stretches import HAIRLINE, MIN_WIDTH_PX, MOST_MISSING
 from digitise.walls.wall_profile import Walls, find_walls
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, arc_length
 from sealtwin.core.solid_figures import EndKind
 
-MIN_WIDTH_PX = 8.0  # Least width that is measured: below, blur and threshold decide the width more than the crack does
-HAIRLINE = 0.6  # Share of that width below which a path has no walls: from 3 px on its width is right within a fifth
 MIN_SLENDERNESS = 3.0  # Length over width: shorter, there is no direction to follow
 STATION_PX = 2.5  # Spacing of stations: 0.25 mm at 0.1 mm/px
 PASSES, MOST_PASSES = 2, 8  # Passes that centre the line: two leave 0.01 mm; a path along a wall needs more
@@ -39,7 +38,6 @@ PATH_SMOOTHING = 0.75  # Gaussian sigma of the rough path, in crack widths: its 
 CENTRE_SMOOTHING, RETURNS = 0.25, 4  # Sigma of the centreline in widths, and corrections: bends over 1.5 widths stay
 PATH_AHEAD, TIP_AHEAD = 2.0, 0.5  # Widths before an end that give its direction: for the rough path, and before a tip
 LEAST_WIDTH_PX = 6.0  # Least width to begin with
-MOST_MISSING = 0.2  # Share of the path on which a wall may be missing or outside the photo
 ONWARD = 6  # Stations, 15 px, that give a wall's direction at the face's edge: fewer follow grain, twice as many bends
 BORDER_PX = 1.0  # Least distance from the photo's outermost pixels: smoothing moves a wall by less
 
@@ -58,6 +56,7 @@ class Traced:
     width_px: float  # Median width in pixels of the photo
     missing: float  # Share of the crack on which a wall is missing
     beyond_mm: float  # Length of path left out at its ends because a wall lies outside the photo
+    unreached_mm: tuple[float, float]  # Length of path at either end along which no walls were found
 
 
 def trace(photo: Photo, path: CrackPath, edge_fraction: float) -> Traced:
@@ -101,7 +100,10 @@ def trace(photo: Photo, path: CrackPath, edge_fraction: float) -> Traced:
     missing = _check_found(photo, strip, walls, span_mm, MOST_MISSING)
     _check_wide(photo, width_mm / photo.mm_per_px, MIN_WIDTH_PX)
     beyond_mm = (whole_mm[1] - whole_mm[0]) - (span_mm[1] - span_mm[0])
-    return Traced(line_mm, left_mm, right_mm, kinds, span_mm, width_mm / photo.mm_per_px, missing, beyond_mm)
+    first_mm, last_mm = (_nearest_mm(line_mm, place_mm) for place_mm in photo.to_mm(path.points_px[[0, -1]]))
+    unreached_mm = max(0.0, whole_mm[0] - first_mm), max(0.0, last_mm - whole_mm[1])
+    width_px = width_mm / photo.mm_per_px
+    return Traced(line_mm, left_mm, right_mm, kinds, span_mm, width_px, missing, beyond_mm, unreached_mm)
 
 
 def _check_wide(photo: Photo, width_px: float, least_px: float) -> None:
