@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from benchmarks.table import Row
 from digitise.crack_path.find_path import find_path
+from digitise.geometry.polyline import depth_inside, left_normals, signed_area
 from digitise.image.raster import coverage
 from digitise.outline import trace_outline
 from digitise.photo import load_photo
@@ -36,6 +37,8 @@ CLICK_PX = 5.0
 """Greatest distance of a click from the true end."""
 GOES_ON = 0.25
 """Share of the cracks that run past both clicks, out of the photo or to a tip elsewhere."""
+STAIN = (0.65, 1.0)
+"""Display value over that of the ground around."""
 HURST = 0.8
 """Roughness exponent of fractured stone: spread over a length grows by this power of it."""
 TOLERANCE_PERCENT = 3.0
@@ -81,28 +84,18 @@ def obvious_crack(seed: int, drawn: bool = True) -> ObviousCrack:
     """Draw one; not ``drawn``, the same ground and clicks without it."""
     rng = np.random.default_rng([seed, 21])
     size_px = _size_px(rng)
-    goes_on = rng.random() < GOES_ON
-    chord = _chord(rng, size_px, goes_on)
-    length_px = float(np.linalg.norm(chord))
-    slender = SLENDER + 2 * BEYOND_WIDTHS * goes_on
-    usual_px = min(float(np.exp(rng.uniform(*np.log(WIDTHS_PX)))), length_px / slender)
-    centre, share = _centreline(rng, np.array(size_px) / 2, chord, usual_px)
-    beyond = max(0.12, BEYOND_WIDTHS * usual_px / length_px) if goes_on else 0.0
-    taper = np.clip(np.minimum(share, 1 - share) / 0.06, 0, 1) ** 0.5
-    width = usual_px * np.clip(1 + _waves(rng, share, 6, 0.25), 0.55, 1.5) * taper
-    tangent = np.gradient(centre, axis=0)
-    normal = np.column_stack([-tangent[:, 1], tangent[:, 0]]) / np.linalg.norm(tangent, axis=1)[:, None]
-    rough = rng.uniform(0.02, 0.07)
-    away = [width / 2 + taper * rough * _fractured(rng, len(share), usual_px) for _ in range(2)]
-    within = np.minimum(share, 1 - share) >= beyond
-    between_px = float(arc_length(centre[within])[-1])
-    area_px2 = _area(_ring(centre, normal, away, within))
-    ring = _ring(centre, normal, away, np.ones(len(share), dtype=bool))
+    last_px = np.array(size_px) - 1.0
+    shape = _shape(rng, size_px)
+    # Between its ends the photo shows all of it.
+    while depth_inside(shape.ring(shape.within), (0, 0, *last_px)).min() < 0:
+        shape = _shape(rng, size_px)
+    ends_px = shape.centre[shape.within][[0, -1]]
     turn, off_px = rng.uniform(0, 2 * np.pi, 2), CLICK_PX * rng.random(2) ** 0.5
-    clicks = centre[within][[0, -1]] + off_px[:, None] * np.column_stack([np.cos(turn), np.sin(turn)])
-    clicks = np.clip(clicks, 0, np.array(size_px) - 1)
-    picture = _photographed(rng, size_px, ring if drawn else None)
-    return ObviousCrack(picture, clicks, usual_px, area_px2 / between_px, area_px2)
+    clicks = np.clip(ends_px + off_px[:, None] * np.column_stack([np.cos(turn), np.sin(turn)]), 0, last_px)
+    area_px2 = abs(signed_area(shape.ring(shape.within)))
+    between_px = float(arc_length(shape.centre[shape.within])[-1])
+    picture = _photographed(rng, size_px, shape.ring() if drawn else None)
+    return ObviousCrack(picture, clicks, shape.usual_px, area_px2 / between_px, area_px2)
 
 
 def trace_wide(seed: int, drawn: bool, folder: Path) -> WideFigures:
@@ -125,7 +118,7 @@ def trace_wide(seed: int, drawn: bool, folder: Path) -> WideFigures:
         return WideFigures(name, true_px, float("nan"), float("nan"), words)
     if not drawn:
         return WideFigures(name, true_px, float("inf"), float("inf"))
-    seen_px2 = abs(_area(outline.outline_px))
+    seen_px2 = abs(signed_area(outline.outline_px))
     seen_px = outline.mean_width_mm / MM_PER_PX
     return WideFigures(name, true_px, 100 * (seen_px / true_px - 1), 100 * (seen_px2 / crack.area_px2 - 1))
 
@@ -156,31 +149,44 @@ def _size_px(rng: np.random.Generator) -> tuple[int, int]:
     return (long, short) if rng.random() < 0.7 else (short, long)
 
 
-def _chord(rng: np.random.Generator, size_px: tuple[int, int], goes_on: bool) -> Floats:
-    """From end to end, in any direction; only a crack that goes on leaves the photo."""
+@dataclass(frozen=True)
+class _Shape:
+    """A crack in the photo's pixels, which may leave the photo outside ``within``."""
+
+    usual_px: float
+    centre: Floats
+    left: Floats
+    right: Floats
+    within: NDArray[np.bool_]
+    """Points between its ends."""
+
+    def ring(self, part: NDArray[np.bool_] | slice = slice(None)) -> Floats:
+        return np.concatenate([self.left[part], self.right[part][::-1]])
+
+
+def _shape(rng: np.random.Generator, size_px: tuple[int, int]) -> _Shape:
+    """One in any direction, with two tips, rough walls, and a width that varies."""
+    goes_on = rng.random() < GOES_ON
     angle = rng.uniform(0, np.pi)
     ahead = np.array([np.cos(angle), np.sin(angle)])
     room_px = 0.9 * float(np.min(np.array(size_px) / np.maximum(np.abs(ahead), 1e-9)))
-    return room_px * (rng.uniform(1.0, 1.3) if goes_on else rng.uniform(0.55, 0.9)) * ahead
-
-
-def _centreline(rng: np.random.Generator, middle: Floats, chord: Floats, usual_px: float) -> tuple[Floats, Floats]:
-    """Points about a pixel apart, and their shares of the way."""
-    length_px = float(np.linalg.norm(chord))
+    length_px = room_px * (rng.uniform(1.0, 1.3) if goes_on else rng.uniform(0.55, 0.9))
+    slender = SLENDER + 2 * BEYOND_WIDTHS * goes_on
+    usual_px = min(float(np.exp(rng.uniform(*np.log(WIDTHS_PX)))), length_px / slender)
+    beyond = max(0.12, BEYOND_WIDTHS * usual_px / length_px) if goes_on else 0.0
     share = np.linspace(0, 1, round(length_px))
     aside = _waves(rng, share, 5, 0.022 * length_px) + 0.08 * usual_px * _rough(rng, len(share), 2 * usual_px)
-    across = np.array([-chord[1], chord[0]]) / length_px
-    return middle + (share[:, None] - 0.5) * chord + aside[:, None] * across, share
-
-
-def _ring(centre: Floats, normal: Floats, away: Sequence[Floats], within: NDArray[np.bool_]) -> Floats:
-    left, right = centre + normal * away[0][:, None], centre - normal * away[1][:, None]
-    return np.concatenate([left[within], right[within][::-1]])
-
-
-def _area(ring: Floats) -> float:
-    x, y = ring.T
-    return abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1))) / 2
+    along = np.array(size_px) / 2 + (share[:, None] - 0.5) * length_px * ahead
+    centre = along + aside[:, None] * np.array([-ahead[1], ahead[0]])
+    taper = np.clip(np.minimum(share, 1 - share) / 0.06, 0, 1) ** 0.5
+    width = usual_px * np.clip(1 + _waves(rng, share, 6, 0.25), 0.55, 1.5) * taper
+    rough = rng.uniform(0.02, 0.07)
+    left, right = (
+        centre
+        + sign * left_normals(centre) * (width / 2 + taper * rough * _fractured(rng, len(share), usual_px))[:, None]
+        for sign in (1, -1)
+    )
+    return _Shape(usual_px, centre, left, right, np.minimum(share, 1 - share) >= beyond)
 
 
 def _photographed(rng: np.random.Generator, size_px: tuple[int, int], ring: Floats | None) -> NDArray[np.uint8]:
@@ -204,7 +210,7 @@ def _photographed(rng: np.random.Generator, size_px: tuple[int, int], ring: Floa
     for _ in range(rng.integers(0, 4)):
         stain = np.zeros_like(light)
         _spot(rng, stain, rng.uniform(0.03, 0.12) * max(size_px), 1.0)
-        light *= 1 - (1 - rng.uniform(0.75, 1.0) ** GAMMA) * _blurred(stain, rng.uniform(2, 0.01 * max(size_px)))
+        light *= 1 - (1 - rng.uniform(*STAIN) ** GAMMA) * _blurred(stain, rng.uniform(2, 0.01 * max(size_px)))
     slope = rng.uniform(-0.2, 0.2, 2)
     shade = 1 + slope[0] * np.linspace(-1, 1, width)[None] + slope[1] * np.linspace(-1, 1, height)[:, None]
     light = cv2.GaussianBlur((light * shade**GAMMA).astype(np.float32), (0, 0), rng.uniform(0.5, 1.5))

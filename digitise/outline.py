@@ -44,7 +44,7 @@ def trace_outline(photo: Photo, path: CrackPath, edge_fraction: float = 0.5, kee
     sides = find_side_cracks(source, path, edge_fraction)
     traced, rings_px = trace_past_mouths(source, path, sides, edge_fraction)
     centreline_mm, left_mm, right_mm = _stations(photo, traced)
-    missed = judge_reach(photo, path.points_px, photo.to_px(centreline_mm[[0, -1]]), traced.unreached_mm)
+    missed = judge_reach(photo, path.points_px, photo.to_px(centreline_mm), traced.kinds)
     # Paint is as wide as it is painted, with no blur to mistake for it.
     least_px = 0.0 if painted else MIN_WIDTH_PX
     if not painted:

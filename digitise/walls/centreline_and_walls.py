@@ -56,7 +56,6 @@ class Traced:
     width_px: float  # Median width in pixels of the photo
     missing: float  # Share of the crack on which a wall is missing
     beyond_mm: float  # Length of path left out at its ends because a wall lies outside the photo
-    unreached_mm: tuple[float, float]  # Length of path at either end along which no walls were found
 
 
 def trace(photo: Photo, path: CrackPath, edge_fraction: float) -> Traced:
@@ -100,10 +99,7 @@ def trace(photo: Photo, path: CrackPath, edge_fraction: float) -> Traced:
     missing = _check_found(photo, strip, walls, span_mm, MOST_MISSING)
     _check_wide(photo, width_mm / photo.mm_per_px, MIN_WIDTH_PX)
     beyond_mm = (whole_mm[1] - whole_mm[0]) - (span_mm[1] - span_mm[0])
-    first_mm, last_mm = (_nearest_mm(line_mm, place_mm) for place_mm in photo.to_mm(path.points_px[[0, -1]]))
-    unreached_mm = max(0.0, whole_mm[0] - first_mm), max(0.0, last_mm - whole_mm[1])
-    width_px = width_mm / photo.mm_per_px
-    return Traced(line_mm, left_mm, right_mm, kinds, span_mm, width_px, missing, beyond_mm, unreached_mm)
+    return Traced(line_mm, left_mm, right_mm, kinds, span_mm, width_mm / photo.mm_per_px, missing, beyond_mm)
 
 
 def _check_wide(photo: Photo, width_px: float, least_px: float) -> None:

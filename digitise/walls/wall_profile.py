@@ -11,6 +11,7 @@ from digitise.walls.straightened import Strip
 from sealtwin.core.records import Floats
 
 HALF = 0.5  # Share of the contrast from crack to mortar at the middle of a blurred edge
+FOLLOWED = 0.35  # The same at which a wall is followed before it is refined: a stain along it reaches up to a half
 RIM = 0.2  # Sigmas of the blur by which a lit rim widens an edge at least; noise widens it by less
 STEEPEST_WALL = 3.2  # Steepest slope of a wall to its line: 73 degrees
 STIFFNESS = 0.5  # Cost in px of misplaced mortar of a step as far aside as along: following a pore costs more
@@ -76,7 +77,7 @@ def find_walls(strip: Strip, width_mm: float, edge_fraction: float = 0.5, both_r
         # Samples of unknown brightness must not pull a wall.
         return np.where(valid, share - fraction, 0)
 
-    fraction, lit = min(edge_fraction, HALF), np.zeros(2)
+    fraction, lit = FOLLOWED if edge_fraction == HALF else min(edge_fraction, HALF), np.zeros(2)
     place_px = follow(excess(fraction), strip.sample_px, strip.station_px)
     sigma_px = softness_px(share, place_px, strip.sample_px, fraction)
     if edge_fraction > HALF:
