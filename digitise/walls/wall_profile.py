@@ -11,7 +11,7 @@ from digitise.walls.straightened import Strip
 from sealtwin.core.records import Floats
 
 HALF = 0.5  # Share of the contrast from crack to mortar at the middle of a blurred edge
-FOLLOWED = 0.35  # The same at which a wall is followed before it is refined: a stain along it reaches up to a half
+STAINED, ASIDE_PX = 0.35, 4.0  # The same that keeps a stain out, and how far in it then is: blur makes 1.4 px of it
 RIM = 0.2  # Sigmas of the blur by which a lit rim widens an edge at least; noise widens it by less
 STEEPEST_WALL = 3.2  # Steepest slope of a wall to its line: 73 degrees
 STIFFNESS = 0.5  # Cost in px of misplaced mortar of a step as far aside as along: following a pore costs more
@@ -77,8 +77,11 @@ def find_walls(strip: Strip, width_mm: float, edge_fraction: float = 0.5, both_r
         # Samples of unknown brightness must not pull a wall.
         return np.where(valid, share - fraction, 0)
 
-    fraction, lit = FOLLOWED if edge_fraction == HALF else min(edge_fraction, HALF), np.zeros(2)
+    fraction, lit = min(edge_fraction, HALF), np.zeros(2)
     place_px = follow(excess(fraction), strip.sample_px, strip.station_px)
+    if edge_fraction == HALF:
+        inner_px = follow(excess(STAINED), strip.sample_px, strip.station_px)
+        place_px = np.where(place_px - inner_px > ASIDE_PX, inner_px, place_px)
     sigma_px = softness_px(share, place_px, strip.sample_px, fraction)
     if edge_fraction > HALF:
         lit = lit_share(share, place_px, sigma_px, strip.sample_px, edge_fraction)
