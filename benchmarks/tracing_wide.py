@@ -203,9 +203,8 @@ def _photographed(rng: np.random.Generator, size_px: tuple[int, int], ring: Floa
     for _ in range(120):
         _spot(rng, grey, times * rng.uniform(3, 14) * rng.random(), typical * rng.uniform(0.45, 0.7))
     light = np.power(np.clip(grey, 1, None) / 255, GAMMA)
-    inside = typical / 255 * rng.uniform(0.08, 0.58)
+    floor = typical / 255 * rng.uniform(0.08, 0.58) * (1 + _texture(rng, size_px, 6.0 * max(times, 1.0), 0.08))
     if ring is not None:
-        floor = inside * (1 + _texture(rng, size_px, 6.0 * max(times, 1.0), 0.08))
         light += coverage(ring, size_px) * (np.power(np.clip(floor, 0, None), GAMMA) - light)
     for _ in range(rng.integers(0, 4)):
         stain = np.zeros_like(light)
