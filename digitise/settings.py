@@ -93,8 +93,8 @@ class PhotoInput(Settings):
     """Share of the contrast between crack and mortar that defines a wall. Half is the middle of a blurred edge; 0.7
     finds more of a lit wall. Noise in the crack sets the lower bound, noise in the mortar the upper one."""
     branches: Literal["drop", "keep"] = "drop"
-    """Use of side cracks: keep makes them part of outline and solid. The nozzle always follows the main crack. What is less
-    than three times as long as wide is a pore, a stain or a broken edge."""
+    """Use of side cracks: keep makes them part of outline and solid. The nozzle always follows the main crack. What is
+    less than three times as long as wide is no side crack."""
     markers: MarkerBoard | None = None
     lens: Literal["auto", "none"] = "auto"
     """Lens model: auto fits one radial term where the markers show it, none assumes no distortion."""

@@ -6,10 +6,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median
+from scipy.spatial import KDTree
 from skimage.filters import apply_hysteresis_threshold
 from skimage.morphology import skeletonize
 
-from digitise.crack_path import medial_axis
+from digitise.crack_path import medial_axis, step_costs
 from digitise.crack_path.darkness import DarkMap, inner
 from digitise.crack_path.hints import CrackPath, check_hints, listed, snap_px
 from digitise.crack_path.path_search import LiveWire
@@ -33,6 +34,7 @@ EDGES_FOUND = (
 EDGE_WIDTHS, EDGE_SHARE = 3.0, 0.05  # A longer stretch with unlike sides is told: crack widths, and share of the line
 LEAST_LENGTH = 0.12  # Share of the photo's diagonal; shorter lines are pores and scratches
 LEAST_SLENDERNESS = 5.0  # Length over width of a crack
+MOST_RANKED = 5  # More would be no choice
 RUNNER_UP = 0.5  # A second line with more than this share of the first one's score makes the choice the user's
 LEAST_JOINT_LENGTH = 0.4  # Share of the picture's diagonal. Over a shorter length a crack is sometimes straight
 COVERED = 0.8  # Share of the line with skeleton that close
@@ -165,32 +167,27 @@ def _between(region: NDArray[np.bool_], ends: Floats) -> Integers:
 
 
 def automatic_path(photo: Photo, roi_px: tuple[Pixel, ...] | None = None) -> CrackPath:
-    """Propose the one crack that stands out, from left to right; raise InputError where there is none, or two."""
+    """Propose the one crack that stands out, from left to right; raise InputError where there is none, or several."""
     face_px = see_face(photo.brightness) if photo.face_px is None else None
     wire = LiveWire(photo, roi_px, face_px)
-    warnings = [] if face_px is None else [EDGES_FOUND]
-    found = cracks_on(wire.field)
-    least_px = LEAST_LENGTH * float(np.hypot(*photo.size_px))
-    long = _long(found, least_px)
-    if found.straight_px:
-        line = f"a line from {listed(found.straight_px[0])} px"
-        if long:
-            warnings.append(f"{line} was left out: it is as straight as a joint")
-        else:
-            long = _long(cracks_on(wire.field, straight_too=True), least_px)
-            warnings.append(f"{line} is as straight as a joint, and there is no other")
-    if not long:
+    ranked, warnings = _ranked(wire, photo)
+    if face_px is not None:
+        warnings.insert(0, EDGES_FOUND)
+    if not ranked:
         where = "" if face_px is None else " inside the edges of the sample"
         raise InputError(f"{photo.file}: no crack found{where}: nothing dark, thin and long stands out; give ends_px.")
-    ends_px = long[0].line_px[[0, -1]]
-    if len(long) > 1 and long[1].score > RUNNER_UP * long[0].score:
-        first, second = long[:2]
-        raise InputError(
-            f"{photo.file}: two cracks compete, {listed(ends_px)} px with a score of {first.score:.0f} and "
-            f"{listed(second.line_px[[0, -1]])} px with {second.score:.0f} ({second.score / first.score:.0%} of it); "
-            "choose with ends_px."
+    rivals = [crack for crack in ranked if crack.score > RUNNER_UP * ranked[0].score]
+    if len(rivals) > 1:
+        told = (
+            f"{rank}. {listed(crack.line_px[[0, -1]])} px, {crack.score / ranked[0].score:.0%}"
+            for rank, crack in enumerate(rivals, 1)
         )
-    path = _way_between(wire, ends_px, least_px, photo)
+        number = {2: "two", 3: "three", 4: "four", 5: "five"}[len(rivals)]
+        raise InputError(
+            f"{photo.file}: {number} cracks compete, best first, with their share of the best one's score: "
+            f"{'; '.join(told)}; choose with ends_px."
+        )
+    path = _way_between(wire, ranked[0].line_px[[0, -1]], _least_px(photo), photo)
     unlike_px = unlike_length_px(photo, path.points_px, path.width_px)
     if unlike_px > max(EDGE_WIDTHS * path.width_px, EDGE_SHARE * float(arc_length(path.points_px)[-1])):
         warnings.append(
@@ -198,6 +195,39 @@ def automatic_path(photo: Photo, roi_px: tuple[Pixel, ...] | None = None) -> Cra
             "other, as at the sample's edge, where no nozzle must go: look at overlay.png, and give ends_px or face_mm"
         )
     return replace(path, source="automatic", warnings=tuple(warnings))
+
+
+def ranked_cracks(photo: Photo, roi_px: tuple[Pixel, ...] | None = None) -> list[FoundCrack]:
+    """Up to five lines that are likely to be the crack, best first; none where nothing is likely."""
+    face_px = see_face(photo.brightness) if photo.face_px is None else None
+    return _ranked(LiveWire(photo, roi_px, face_px), photo)[0]
+
+
+def _ranked(wire: LiveWire, photo: Photo) -> tuple[list[FoundCrack], list[str]]:
+    """The same, and warnings about lines too straight for a crack."""
+    least_px, warnings = _least_px(photo), list[str]()
+    found = cracks_on(wire.field)
+    # A wide crack is two lines on the fine map, along its walls.
+    wide_px = step_costs.THIN_PX / wire.coarse.scale
+    wide = [crack for crack in _long(cracks_on(wire.coarse), least_px) if crack.width_px >= wide_px]
+    fine = [crack for crack in _long(found, least_px) if not any(_in(crack, other) for other in wide)]
+    if found.straight_px:
+        line = f"a line from {listed(found.straight_px[0])} px"
+        if wide or fine:
+            warnings.append(f"{line} was left out: it is as straight as a joint")
+        else:
+            fine = _long(cracks_on(wire.field, straight_too=True), least_px)
+            warnings.append(f"{line} is as straight as a joint, and there is no other")
+    return sorted([*wide, *fine], key=lambda crack: -crack.score)[:MOST_RANKED], warnings
+
+
+def _in(crack: FoundCrack, other: FoundCrack) -> bool:
+    """Report that most of a line runs inside another crack or along its walls."""
+    return float(np.median(KDTree(other.line_px).query(crack.line_px)[0])) <= other.width_px
+
+
+def _least_px(photo: Photo) -> float:
+    return LEAST_LENGTH * float(np.hypot(*photo.size_px))
 
 
 def _way_between(wire: LiveWire, ends_px: Floats, least_px: float, photo: Photo) -> CrackPath:

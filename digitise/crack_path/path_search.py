@@ -214,7 +214,7 @@ class LiveWire:
         check_hints(self._photo, ends_px, via_px)
         points_px = np.array([ends_px[0], *via_px, ends_px[1]], dtype=float)
         source = "via" if via_px else "ends"
-        coarse = self._way(self._coarse, points_px)
+        coarse = self._way(self.coarse, points_px)
         if coarse.obvious():
             # An end that tapers to a hairline is on no crack of the coarse map: the fine map then decides.
             with suppress(InputError):
@@ -227,7 +227,8 @@ class LiveWire:
         return support(self.field.even, self.field.allowed)
 
     @cached_property
-    def _coarse(self) -> DarkMap:
+    def coarse(self) -> DarkMap:
+        """The map on which the widest cracks are searched for."""
         return coarser(self.field, COARSER)
 
     def _way(self, field: DarkMap, points_px: Floats) -> PathSearch:
