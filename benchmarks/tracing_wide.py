@@ -44,7 +44,7 @@ HURST = 0.8
 """Roughness exponent of fractured stone: spread over a length grows by this power of it."""
 TOLERANCE_PERCENT = 3.0
 """A mean width or an area farther off is wrong."""
-FOLLOWED, LEAST_ASIDE_PX, ASIDE = 0.8, 5.0, 0.25
+FOLLOWED, LEAST_ASIDE_PX, ASIDE = 0.8, 5.0, 0.5
 """Share of a line found without clicks, and of the true one, that lies beside the other: by px, or by widths."""
 LEAST_FIRST, LEAST_AMONG_THREE = 0.9, 0.95
 """Shares of the cracks that are first, and among the first three, of what is found without clicks."""
