@@ -198,7 +198,7 @@ def automatic_path(photo: Photo, roi_px: tuple[Pixel, ...] | None = None) -> Cra
 
 
 def ranked_cracks(photo: Photo, roi_px: tuple[Pixel, ...] | None = None) -> list[FoundCrack]:
-    """Up to five lines that are likely to be the crack, best first; none where nothing is likely."""
+    """Find up to five lines that are likely to be the crack, best first; none where nothing is likely."""
     face_px = see_face(photo.brightness) if photo.face_px is None else None
     return _ranked(LiveWire(photo, roi_px, face_px), photo)[0]
 
