@@ -1,42 +1,73 @@
-"""Photos of wide, obvious cracks: black on grey with stones, pores, a stain, noise and JPEG, as a telephone takes them.
+"""Photos of obvious cracks as telephones take them: 12 to 150 px wide, 1 to 24 Mpx, any direction, ground of stones.
 
-They share nothing with the specimens of ``digitise.specimens``: no face, no markers, another texture.
+A crack is at most 0.58 of its surroundings' display value. They share nothing with the specimens of
+``fixtures.generate``: no face, no markers, another texture. Optics blur light, not display values, and so does this.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
-from digitise.crack_path.find_path import find_path
+from benchmarks.table import Row
+from digitise.crack_path.find_path import find_path, ranked_cracks
+from digitise.geometry.polyline import depth_inside, left_normals, signed_area
+from digitise.image.raster import coverage
 from digitise.outline import trace_outline
 from digitise.photo import load_photo
 from digitise.settings import PhotoInput
+from fixtures.generate.lighting import DISPLAY_GAMMA as GAMMA
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats
+from sealtwin.core.records import Floats, arc_length
 
-SIZE_PX = (2200, 1000)
 MM_PER_PX = 0.05
-CLICK_PX = 3.0
-"""Distance of each click from the true tip."""
-WIDTHS_PX = (62.0, 124.0)
+MEGAPIXELS = (1.0, 24.0)
+COMMON_MEGAPIXELS = 2.5
+"""Half of the photos have fewer: large ones take long."""
+SHAPES = (4 / 3, 3 / 2, 16 / 9)
+WIDTHS_PX = (12.0, 150.0)
+SLENDER = 10.0
+"""Least length over width: of a shorter crack, the centreline's length is a matter of taste, and so the mean width."""
+BEYOND_WIDTHS = 3.0
+"""Least length of a crack that goes on beyond each click: a nearer tip would be taken for its end."""
+CLICK_PX = 5.0
+"""Greatest distance of a click from the true end."""
+GOES_ON = 0.25
+"""Share of the cracks that run past both clicks, out of the photo or to a tip elsewhere."""
+STAIN = (0.65, 1.0)
+"""Display value over that of the ground around."""
+HURST = 0.8
+"""Roughness exponent of fractured stone: spread over a length grows by this power of it."""
 TOLERANCE_PERCENT = 3.0
-"""A mean width farther off is wrong."""
-FINE = 4
-"""Pixels of the drawing per pixel of the photo."""
+"""A mean width or an area farther off is wrong."""
+FOLLOWED, LEAST_ASIDE_PX, ASIDE = 0.8, 5.0, 0.5
+"""Share of a line found without clicks, and of the true one, that lies beside the other: by px, or by widths."""
+LEAST_FIRST, LEAST_AMONG_THREE = 0.9, 0.95
+"""Shares of the cracks that are first, and among the first three, of what is found without clicks."""
+MOST_REFUSED = 0.01
+"""Share of the obvious cracks: 2 of 200."""
 
 
 @dataclass(frozen=True)
-class WideCrack:
+class ObviousCrack:
     """One photo and its truth."""
 
     picture: NDArray[np.uint8]
+    """Grey display values."""
     ends_px: Floats
     """The clicks, (2, 2)."""
+    usual_px: float
+    """Width that was asked for."""
     width_px: float
-    """Mean over the centreline."""
+    """Mean between the ends."""
+    area_px2: float
+    """Between the ends; nothing where no crack was drawn."""
+    line_px: Floats
+    """Its middle from tip to tip, where the photo shows it."""
 
 
 @dataclass(frozen=True)
@@ -45,86 +76,208 @@ class WideFigures:
     true_width_px: float
     """0 where there is no crack."""
     width_error_percent: float
-    """Signed; NaN where the photo was refused, infinite where there is none to trace."""
+    """Signed, like the next; NaN where the photo was refused, infinite where there is none to trace."""
+    area_error_percent: float
     refusal: str = ""
+    rank: int = 0
+    """Of the crack among those that are found without clicks, from 1; 0 where it is not among them."""
+    offered: int = 0
+    """How many are found without clicks."""
+
+    @property
+    def told(self) -> str:
+        found = f"{self.offered} found without clicks, the crack as number {self.rank}"
+        if self.refusal:
+            return f"{self.refusal} ({found})"
+        return f"mean width off by {self.width_error_percent:.2f} %, area by {self.area_error_percent:.2f} %; {found}"
 
 
-def wide_crack(seed: int, width_px: float) -> WideCrack:
-    """Draw a crack about so wide that tapers to two tips; with a width of 0, the same ground and clicks without one."""
-    rng = np.random.default_rng([seed, round(width_px), 11])
-    x = np.arange(300.0, 1900.0)
-    share = (x - x[0]) / (x[-1] - x[0])
-    middle = SIZE_PX[1] / 2 + _waves(rng, share, 5, 35.0)
-    taper = np.clip(np.minimum(share, 1 - share) / 0.06, 0.04, 1) ** 0.5
-    width = width_px * np.clip(1 + _waves(rng, share, 6, 0.25), 0.45, 1.5) * taper
-    centre = np.column_stack([x, middle])
-    tangent = np.gradient(centre, axis=0)
-    normal = np.column_stack([-tangent[:, 1], tangent[:, 0]]) / np.linalg.norm(tangent, axis=1)[:, None]
-    rough = [cv2.GaussianBlur(rng.normal(0, 4.0, (len(x), 1)), (0, 0), 4.0) * taper[:, None] for _ in range(2)]
-    away = [width[:, None] / 2 + one for one in rough]
-    true_px = float(np.mean(away[0] + away[1]))
-    # What is filled reaches half a fine pixel beyond its outline.
-    beyond = 0.5 / FINE
-    left, right = centre + normal * (away[0] - beyond), centre - normal * (away[1] - beyond)
-    ring = np.concatenate([left, right[::-1]])
-    turn = rng.uniform(0, 2 * np.pi, 2)
-    clicks = centre[[0, -1]] + CLICK_PX * np.column_stack([np.cos(turn), np.sin(turn)])
-    return WideCrack(_photographed(rng, ring if width_px > 0 else None), clicks, true_px)
+def obvious_crack(seed: int, drawn: bool = True) -> ObviousCrack:
+    """Draw one; not ``drawn``, the same ground and clicks without it."""
+    rng = np.random.default_rng([seed, 21])
+    size_px = _size_px(rng)
+    last_px = np.array(size_px) - 1.0
+    shape = _shape(rng, size_px)
+    # Between its ends the photo shows all of it.
+    while depth_inside(shape.ring(shape.within), (0, 0, *last_px)).min() < 0:
+        shape = _shape(rng, size_px)
+    ends_px = shape.centre[shape.within][[0, -1]]
+    turn, off_px = rng.uniform(0, 2 * np.pi, 2), CLICK_PX * rng.random(2) ** 0.5
+    clicks = np.clip(ends_px + off_px[:, None] * np.column_stack([np.cos(turn), np.sin(turn)]), 0, last_px)
+    area_px2 = abs(signed_area(shape.ring(shape.within)))
+    between_px = float(arc_length(shape.centre[shape.within])[-1])
+    line_px = shape.centre[depth_inside(shape.centre, (0, 0, *last_px)) > 0]
+    picture = _photographed(rng, size_px, shape.ring() if drawn else None)
+    return ObviousCrack(picture, clicks, shape.usual_px, area_px2 / between_px, area_px2, line_px)
 
 
-def trace_wide(seed: int, width_px: float, folder: Path) -> WideFigures:
-    """Trace one between its clicks and compare the mean width."""
-    crack = wide_crack(seed, width_px)
+def trace_wide(seed: int, drawn: bool, folder: Path) -> WideFigures:
+    """Trace one between its clicks, and compare its mean width and its area."""
+    crack = obvious_crack(seed, drawn)
     file = folder / "wide.jpg"
-    quality = int(np.random.default_rng([seed, 12]).integers(70, 96))
+    quality = int(np.random.default_rng([seed, 22]).integers(70, 96))
     cv2.imwrite(str(file), crack.picture, [cv2.IMWRITE_JPEG_QUALITY, quality])
-    name = f"wide {width_px:g} px {seed}" if width_px > 0 else f"wide, no crack {seed}"
-    true_px = crack.width_px if width_px > 0 else 0.0
+    megapixels = crack.picture.size / 1e6
+    kind = f"{crack.usual_px:.0f} px" if drawn else "no crack"
+    name = f"wide {seed}, {kind}, {megapixels:.1f} Mpx, JPEG {quality}"
+    true_px = crack.width_px if drawn else 0.0
     (first_x, first_y), (last_x, last_y) = crack.ends_px.tolist()
     settings = PhotoInput(file=file, data="synthetic", mm_per_px=MM_PER_PX)
+    photo = load_photo(settings, folder)
+    offered = ranked_cracks(photo)
+    aside_px = max(LEAST_ASIDE_PX, ASIDE * crack.usual_px)
+    right = [drawn and _follows(one.line_px, crack.line_px, aside_px) for one in offered]
+    rank = 1 + right.index(True) if any(right) else 0
     try:
-        photo = load_photo(settings, folder)
         outline = trace_outline(photo, find_path(photo, ((first_x, first_y), (last_x, last_y))))
     except InputError as refusal:
-        return WideFigures(name, true_px, float("nan"), str(refusal))
-    seen_px = outline.mean_width_mm / MM_PER_PX
-    return WideFigures(name, true_px, 100 * (seen_px / true_px - 1) if true_px > 0 else float("inf"))
+        words = str(refusal).removeprefix(f"{file}: ")
+        return WideFigures(name, true_px, float("nan"), float("nan"), words, rank, len(offered))
+    width_percent = area_percent = float("inf")
+    if drawn:
+        width_percent = 100 * (outline.mean_width_mm / MM_PER_PX / true_px - 1)
+        area_percent = 100 * (abs(signed_area(outline.outline_px)) / crack.area_px2 - 1)
+    return WideFigures(name, true_px, width_percent, area_percent, "", rank, len(offered))
 
 
-def _photographed(rng: np.random.Generator, ring: Floats | None) -> NDArray[np.uint8]:
-    """Display values: the texture, the crack on it, then what camera and light add."""
-    width, height = SIZE_PX
-    grey = np.full((height, width), rng.uniform(140, 200), dtype=np.float32)
-    for sigma_px, strength in ((1.0, 9.0), (4.0, 9.0), (60.0, 7.0)):
-        texture = cv2.GaussianBlur(rng.standard_normal((height, width)).astype(np.float32), (0, 0), sigma_px)
-        grey += strength * texture / texture.std()
-    typical = float(grey.mean())
+def _follows(found_px: Floats, true_px: Floats, aside_px: float) -> bool:
+    """Report that most of each line lies beside the other."""
+    there = np.mean(KDTree(true_px).query(found_px)[0] <= aside_px)
+    back = np.mean(KDTree(found_px).query(true_px)[0] <= aside_px)
+    return bool(min(there, back) >= FOLLOWED)
+
+
+def wide_rows(wide: Sequence[WideFigures]) -> list[Row]:
+    """What is refused, and how far off the rest is."""
+    if not wide:
+        return []
+    cracks = [one for one in wide if one.true_width_px > 0]
+    traced = [one for one in cracks if not one.refusal]
+    without = [one.refusal for one in wide if one.true_width_px == 0]
+    bare = [one for one in wide if one.true_width_px == 0 and one.offered == 0]
+    first, among = (sum(1 <= one.rank <= last for one in cracks) for last in (1, 3))
+    refused = len(cracks) - len(traced)
+    worst_width = max((abs(one.width_error_percent) for one in traced), default=float("inf"))
+    worst_area = max((abs(one.area_error_percent) for one in traced), default=float("inf"))
+    return [
+        Row(f"wide: refused of {len(cracks)}", refused, "", 0, round(MOST_REFUSED * len(cracks))),
+        Row("wide: mean width, worst of these", worst_width, "%", 0, TOLERANCE_PERCENT),
+        Row("wide: area, worst of these", worst_area, "%", 0, TOLERANCE_PERCENT),
+        Row("wide: ground without a crack refused", sum(map(bool, without)), "", len(without), len(without)),
+        Row(f"wide: found first without clicks, of {len(cracks)}", first, "", LEAST_FIRST * len(cracks), len(cracks)),
+        Row("wide: among the first three", among, "", LEAST_AMONG_THREE * len(cracks), len(cracks)),
+        Row(f"wide: nothing found on bare ground, of {len(without)}", len(bare), "", len(without), len(without)),
+    ]
+
+
+def _size_px(rng: np.random.Generator) -> tuple[int, int]:
+    low, common, high = np.log([MEGAPIXELS[0], COMMON_MEGAPIXELS, MEGAPIXELS[1]])
+    pixels = 1e6 * np.exp(np.interp(rng.random(), [0, 0.5, 1], [low, common, high]))
+    shape = SHAPES[rng.integers(len(SHAPES))]
+    long, short = round((pixels * shape) ** 0.5), round((pixels / shape) ** 0.5)
+    return (long, short) if rng.random() < 0.7 else (short, long)
+
+
+@dataclass(frozen=True)
+class _Shape:
+    """A crack in the photo's pixels, which may leave the photo outside ``within``."""
+
+    usual_px: float
+    centre: Floats
+    left: Floats
+    right: Floats
+    within: NDArray[np.bool_]
+    """Points between its ends."""
+
+    def ring(self, part: NDArray[np.bool_] | slice = slice(None)) -> Floats:
+        return np.concatenate([self.left[part], self.right[part][::-1]])
+
+
+def _shape(rng: np.random.Generator, size_px: tuple[int, int]) -> _Shape:
+    """One in any direction, with two tips, rough walls, and a width that varies."""
+    goes_on = rng.random() < GOES_ON
+    angle = rng.uniform(0, np.pi)
+    ahead = np.array([np.cos(angle), np.sin(angle)])
+    room_px = 0.9 * float(np.min(np.array(size_px) / np.maximum(np.abs(ahead), 1e-9)))
+    length_px = room_px * (rng.uniform(1.0, 1.3) if goes_on else rng.uniform(0.55, 0.9))
+    slender = SLENDER + 2 * BEYOND_WIDTHS * goes_on
+    usual_px = min(float(np.exp(rng.uniform(*np.log(WIDTHS_PX)))), length_px / slender)
+    beyond = max(0.12, BEYOND_WIDTHS * usual_px / length_px) if goes_on else 0.0
+    share = np.linspace(0, 1, round(length_px))
+    aside = _waves(rng, share, 5, 0.022 * length_px) + 0.08 * usual_px * _rough(rng, len(share), 2 * usual_px)
+    along = np.array(size_px) / 2 + (share[:, None] - 0.5) * length_px * ahead
+    centre = along + aside[:, None] * np.array([-ahead[1], ahead[0]])
+    taper = np.clip(np.minimum(share, 1 - share) / 0.06, 0, 1) ** 0.5
+    width = usual_px * np.clip(1 + _waves(rng, share, 6, 0.25), 0.55, 1.5) * taper
+    rough = rng.uniform(0.02, 0.07)
+    left, right = (
+        centre
+        + sign * left_normals(centre) * (width / 2 + taper * rough * _fractured(rng, len(share), usual_px))[:, None]
+        for sign in (1, -1)
+    )
+    return _Shape(usual_px, centre, left, right, np.minimum(share, 1 - share) >= beyond)
+
+
+def _photographed(rng: np.random.Generator, size_px: tuple[int, int], ring: Floats | None) -> NDArray[np.uint8]:
+    """Display values: the ground, the crack in it, then what light and camera add."""
+    width, height = size_px
+    # As a camera nearer to the sample, or one with more pixels, shows stones and pores larger.
+    times = (width * height / 2.2e6) ** 0.5 * rng.uniform(0.5, 1.5)
+    typical = rng.uniform(110, 200)
+    grey = np.full((height, width), typical, dtype=np.float32)
+    for sigma_px, strength in ((1.0, 0.05), (4.0, 0.05), (60.0, 0.04)):
+        grey += _texture(rng, size_px, sigma_px * max(times, 1.0), typical * strength * rng.uniform(0.4, 1.2))
     for _ in range(600):
-        _spot(rng, grey, rng.uniform(2, 15), typical * rng.uniform(0.85, 1.2))
+        _spot(rng, grey, times * rng.uniform(2, 15), typical * rng.uniform(0.75, 1.3))
     for _ in range(120):
-        _spot(rng, grey, rng.uniform(3, 18), typical * rng.uniform(0.45, 0.7))
-    stain = np.zeros_like(grey)
-    _spot(rng, stain, rng.uniform(100, 250), 1.0)
-    grey *= 1 - rng.uniform(0, 0.25) * cv2.GaussianBlur(stain, (0, 0), 15.0)
-    large = np.zeros((FINE * height, FINE * width), dtype=np.uint8)
+        _spot(rng, grey, times * rng.uniform(3, 14) * rng.random(), typical * rng.uniform(0.45, 0.7))
+    light = np.power(np.clip(grey, 1, None) / 255, GAMMA)
+    floor = typical / 255 * rng.uniform(0.08, 0.58) * (1 + _texture(rng, size_px, 6.0 * max(times, 1.0), 0.08))
     if ring is not None:
-        corners = (ring + 0.5) * FINE - 0.5
-        cv2.fillPoly(large, [np.rint(corners * 16).astype(np.int32)], [255], shift=4)
-    cover = cv2.resize(large, (width, height), interpolation=cv2.INTER_AREA).astype(np.float32) / 255
-    inside = typical * rng.uniform(0.1, 0.5)
-    grey += cover * (inside - grey)
+        light += coverage(ring, size_px) * (np.power(np.clip(floor, 0, None), GAMMA) - light)
+    for _ in range(rng.integers(0, 4)):
+        stain = np.zeros_like(light)
+        _spot(rng, stain, rng.uniform(0.03, 0.12) * max(size_px), 1.0)
+        light *= 1 - (1 - rng.uniform(*STAIN) ** GAMMA) * _blurred(stain, rng.uniform(2, 0.01 * max(size_px)))
     slope = rng.uniform(-0.2, 0.2, 2)
-    grey *= 1 + slope[0] * np.linspace(-1, 1, width)[None] + slope[1] * np.linspace(-1, 1, height)[:, None]
-    grey = cv2.GaussianBlur(grey.astype(np.float32), (0, 0), rng.uniform(0.5, 1.5))
-    grey += rng.normal(0, rng.uniform(1, 4), grey.shape)
-    return cv2.cvtColor(np.clip(np.rint(grey), 0, 255).astype(np.uint8), cv2.COLOR_GRAY2BGR)
+    shade = 1 + slope[0] * np.linspace(-1, 1, width)[None] + slope[1] * np.linspace(-1, 1, height)[:, None]
+    light = cv2.GaussianBlur((light * shade**GAMMA).astype(np.float32), (0, 0), rng.uniform(0.5, 1.5))
+    shown = 255 * np.power(np.clip(light, 0, None), 1 / GAMMA)
+    shown += rng.uniform(1, 4) * rng.standard_normal(shown.shape, dtype=np.float32)
+    return np.clip(np.rint(shown), 0, 255).astype(np.uint8)
+
+
+def _texture(rng: np.random.Generator, size_px: tuple[int, int], sigma_px: float, spread: float) -> NDArray[np.float32]:
+    """Smooth noise, drawn on fewer pixels where it is broad."""
+    times = max(1, int(sigma_px / 2))
+    small = size_px[0] // times + 1, size_px[1] // times + 1
+    noise = cv2.GaussianBlur(rng.standard_normal(small[::-1], dtype=np.float32), (0, 0), sigma_px / times)
+    large = cv2.resize(noise, size_px, interpolation=cv2.INTER_LINEAR)
+    return np.asarray(spread * large / large.std(), dtype=np.float32)
+
+
+def _blurred(picture: NDArray[np.float32], sigma_px: float) -> NDArray[np.float32]:
+    return np.asarray(cv2.GaussianBlur(picture, (0, 0), sigma_px), dtype=np.float32)
 
 
 def _spot(rng: np.random.Generator, grey: NDArray[np.float32], radius_px: float, value: float) -> None:
     """A stone, pore or stain anywhere."""
-    x, y = rng.uniform((0, 0), SIZE_PX)
-    axes = (round(radius_px), max(1, round(radius_px * rng.uniform(0.6, 1))))
+    x, y = rng.uniform((0, 0), grey.shape[::-1])
+    axes = (max(1, round(radius_px)), max(1, round(radius_px * rng.uniform(0.6, 1))))
     cv2.ellipse(grey, (round(x), round(y)), axes, rng.uniform(0, 180), 0, 360, [value], -1, cv2.LINE_AA)
+
+
+def _fractured(rng: np.random.Generator, count: int, width_px: float) -> Floats:
+    """Self-affine noise, as fracture surfaces have, with one width of spread over lengths of a width."""
+    octaves = 2.0 ** np.arange(1, np.log2(2 * width_px))
+    parts = [along_px * (along_px / width_px) ** (HURST - 1) * _rough(rng, count, along_px) for along_px in octaves]
+    return sum(parts, start=np.zeros(count))
+
+
+def _rough(rng: np.random.Generator, count: int, along_px: float) -> Floats:
+    """Noise of standard deviation 1 along a line, as smooth as a length."""
+    noise = np.asarray(cv2.GaussianBlur(rng.standard_normal((count, 1)), (0, 0), along_px)[:, 0], dtype=float)
+    return noise / max(float(noise.std()), 1e-9)
 
 
 def _waves(rng: np.random.Generator, share: Floats, most: int, size: float) -> Floats:

@@ -13,11 +13,12 @@ from digitise.image.raster import shrunk
 from digitise.photo import Photo
 from digitise.scale.view import Lens, View
 from digitise.settings import Pixel
-from digitise.walls.centreline_and_walls import MIN_WIDTH_PX, STATION_PX, TooThinError, Traced
+from digitise.walls.centreline_and_walls import STATION_PX, TooThinError, Traced
 from digitise.walls.islands import find_islands, photo_of_paint
 from digitise.walls.mended import mended
 from digitise.walls.mouths import trace_past_mouths
 from digitise.walls.side_cracks import find_side_cracks, measure_branches
+from digitise.walls.stretches import MIN_WIDTH_PX, WORTH_SAYING, judge_reach, judge_stretches
 from digitise.walls.thin_crack import trace_line, trace_thin
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Outline, WidthSource, arc_length
@@ -28,7 +29,6 @@ WALL_SMOOTHING_PX = 2.0  # Sigma of the walls along the crack: below what grain 
 MOST_TRIMMED = 0.02  # Share of the crack's area that may be cut off where its walls cross each other
 GLANCE_WIDTH_PX = 2 * MIN_WIDTH_PX  # Of the crack in the smaller copy: its walls are within 0.1 mm of the final ones
 LEAST_FITTED_PX = 1.7  # Least width by a fit: 2 px, less the 15 % that such a fit may be off
-WORTH_SAYING = 0.05  # Share of the crack without a wall from which a warning reports it
 
 
 Lines = Sequence[Sequence[Pixel]]
@@ -86,15 +86,18 @@ def outline_by_walls(
     traced, rings_px = trace_past_mouths(source, path, sides, edge_fraction)
     lines_mm = [photo.to_mm(np.array(line_px, dtype=float)) for line_px in walls_px]
     outline = _along(photo, path, traced, "walls", lines_mm=lines_mm)
+    main_mm, centreline_px = outline.outline_mm, outline.centreline_px
+    missed = judge_reach(photo, path.points_px, centreline_px, traced.kinds)
     # Paint is as wide as it is painted, with no blur to mistake for it.
     least_px = 0.0 if painted else MIN_WIDTH_PX
-    main_mm, centreline_px = outline.outline_mm, outline.centreline_px
+    if not painted:
+        missed += judge_stretches(photo, outline.centreline_mm, outline.width_mm)
     branches = measure_branches(photo, main_mm, centreline_px, sides, rings_px, keep_branches, least_px)
     standing = tuple(ring for ring in islands_mm if points_in_poly(ring, branches.ring_mm).all())
     return replace(
         outline,
         **photo.in_both_units(outline=branches.ring_mm),
-        warnings=(*outline.warnings, *branches.warnings, *_stated(standing)),
+        warnings=(*missed, *outline.warnings, *branches.warnings, *_stated(standing)),
         islands_mm=(*standing, *branches.enclosed_mm),
         branches_mm=branches.lines_mm,
         branches_kept=branches.kept,

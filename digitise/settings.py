@@ -121,7 +121,8 @@ class PhotoInput(Settings):
     """True for the crack's path alone, without walls and solid, of which a robot program can be made; no depth is
     needed. It gives sealant if path.volume_ml is a number."""
     branches: Literal["drop", "keep"] = "drop"
-    """Use of side cracks: keep makes them part of outline and solid. The nozzle always follows the main crack."""
+    """Use of side cracks: keep makes them part of outline and solid. The nozzle always follows the main crack. What is
+    less than three times as long as wide is no side crack."""
     markers: MarkerBoard | None = None
     lens: Literal["auto", "none"] = "auto"
     """Lens model: auto fits one radial term where the markers show it, none assumes no distortion."""

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import find_objects
 
 from digitise.crack_path.medial_axis import pieces
 from digitise.crack_path.ridge_filter import strength
@@ -14,6 +15,7 @@ from sealtwin.core.records import Floats, Integers
 
 DARK = 0.3  # Share of the usual displayed brightness. A hard shadow leaves 0.4 or more of it, black cloth 0.2 at most
 USUAL = 60  # Percentile of brightness that is the sample's: most of the searched area shows the sample
+ALONG = 0.5  # Share of a region's extent that lies on the border: of a crack that leaves the photo at most a quarter
 LEAST_SHARE = 0.02  # Share of the picture; smaller regions are holes in the sample
 WORK_PX = 1000  # Longer side of the copy: a path needs no more, the walls are refined on the photo itself
 BACKGROUND_PX = 81  # Size of the background's median on the copy: dark things narrower than half of it are none of it
@@ -26,11 +28,13 @@ RIM_PX = 3  # Cells at the copy's rim in which lines have no mortar on one side;
 
 
 def surroundings(around: Map) -> NDArray[np.bool_]:
-    """Large dark regions that reach the border of ``around``, displayed brightness without cracks."""
+    """Large dark regions that lie along the border of ``around``, displayed brightness without narrow cracks."""
     label, area = pieces(around < DARK * np.percentile(around, USUAL))
-    on_border = np.unique(np.concatenate([label[0], label[-1], label[:, 0], label[:, -1]]))
-    beyond = np.zeros(len(area), dtype=bool)
-    beyond[on_border] = area[on_border] >= LEAST_SHARE * around.size
+    border = np.concatenate([label[0], label[-1], label[1:-1, 0], label[1:-1, -1]])
+    along = np.bincount(border, minlength=len(area))
+    extent = [max(rows.stop - rows.start, columns.stop - columns.start) for rows, columns in find_objects(label)]
+    # A wide crack that leaves the photo meets its border as well, but only across.
+    beyond = (area >= LEAST_SHARE * around.size) & (along >= ALONG * np.array([1, *extent]))
     found = beyond[label] & (label > 0)
     # Lens and focus spread the sample's edge over a few cells.
     return widened(found, 3)

@@ -10,7 +10,7 @@ from digitise.settings import Pixel
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, PathSource
 
-SNAP_PX = 15.0  # Farthest that a point may be given beside its crack, in the photo, or one crack width if that is more
+SNAP_PX, SNAP_SHARE = 15.0, 0.015  # Farthest that a point may be given beside its crack: px, and share of the photo
 LEAST_REGION_PX = 32.0  # Least side of a region of interest
 
 
@@ -29,6 +29,16 @@ def listed(points_px: Floats) -> str:
     return " to ".join(f"({x:.0f}, {y:.0f})" for x, y in points_px)
 
 
+def snap_px(photo: Photo) -> float:
+    """Farthest that a point may lie beside its crack: as seen on a screen, which shows any photo at about one size."""
+    return max(SNAP_PX, SNAP_SHARE * max(photo.size_px))
+
+
+def too_far(away_px: float, most_px: float) -> str:
+    """A distance above a limit in whole px, which never reads as within it."""
+    return f"{np.ceil(away_px):.0f} px away (at most {np.floor(most_px):.0f})"
+
+
 def check_hints(photo: Photo, ends_px: tuple[Pixel, Pixel], via_px: tuple[Pixel, ...] = ()) -> None:
     """Raise InputError where a point is outside the photo or the face, or the ends are too close together."""
     named = [("end", point) for point in ends_px] + [("via point", point) for point in via_px]
@@ -40,17 +50,18 @@ def check_hints(photo: Photo, ends_px: tuple[Pixel, Pixel], via_px: tuple[Pixel,
                 "x runs right and y down, from 0."
             )
     apart_px = float(np.linalg.norm(np.subtract(*ends_px)))
-    if apart_px < SNAP_PX:
+    most_px = snap_px(photo)
+    if apart_px < most_px:
         found = "the same place" if apart_px == 0 else f"only {apart_px:.2g} px apart"
         raise InputError(
             f"{photo.file}: the two ends {listed(np.array(ends_px))} px are {found}; an end may be clicked "
-            f"{SNAP_PX:g} px beside its crack, so they must be farther apart than that. Check ends_px."
+            f"{most_px:.0f} px beside its crack, so they must be farther apart than that. Check ends_px."
         )
     if photo.face_mm is None:
         return
     outside_mm = -depth_inside(photo.to_mm(np.array([point for _, point in named])), photo.face_mm)
     for (name, (x, y)), beside_mm in zip(named, outside_mm, strict=True):
-        if beside_mm > SNAP_PX * photo.mm_per_px:
+        if beside_mm > most_px * photo.mm_per_px:
             raise InputError(
                 f"{photo.file}: the {name} ({x:g}, {y:g}) lies {beside_mm:.1f} mm outside the face; "
                 "give the place where the crack meets its edge."

@@ -123,7 +123,8 @@ def side_lines(region: NDArray[np.bool_], way: Integers, least: float) -> list[t
         own = outside[members]
         root = int(np.argmin(beyond[own]))
         foot = nearest[own[root]]
-        if beyond[own].max() < least or foot in (0, len(trunk) - 1):
+        # A crack that goes on past an end leaves the path beside it where the click was off its middle.
+        if beyond[own].max() < least or min(foot, len(trunk) - 1 - foot) <= to_rim[foot]:
             continue
         length, before = dijkstra(graph[members][:, members], directed=False, indices=root, return_predecessors=True)
         walk = _walked(before, root, _farthest(length))

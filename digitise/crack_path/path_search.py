@@ -13,7 +13,7 @@ from scipy.spatial import KDTree
 
 from digitise.crack_path import step_costs
 from digitise.crack_path.darkness import DarkMap, coarser, map_darkness
-from digitise.crack_path.hints import SNAP_PX, CrackPath, check_hints, region_px
+from digitise.crack_path.hints import CrackPath, check_hints, region_px, snap_px, too_far
 from digitise.crack_path.medial_axis import larger_pieces
 from digitise.crack_path.path_width import width_along
 from digitise.crack_path.ridge_filter import support
@@ -69,7 +69,7 @@ class PathSearch:
         crack = cv2.dilate(field.dark, np.ones((3, 3), np.uint8)) > darkness / 2
         if thin:
             crack |= field.ridge > CLEAR_RIDGE
-        limit_px = max(SNAP_PX, width / field.scale)
+        limit_px = max(snap_px(self.photo), width / field.scale)
         if not thin or len(stops) > 2:
             stops[1:-1] = self._snapped(stops[1:-1], cost, crack, limit_px)
             legs = self._legs(cost, stops)
@@ -108,7 +108,7 @@ class PathSearch:
         for index in np.flatnonzero(~self.field.allowed[tuple(searched.T)]):
             searched[index] = allowed[np.argmin(np.sum((allowed - cells[index]) ** 2, axis=1))]
         moved_px = np.linalg.norm(searched - cells, axis=1) / self.field.scale
-        if moved_px.max() > SNAP_PX:
+        if moved_px.max() > snap_px(self.photo):
             (x, y), outside_px = points_px[moved_px.argmax()], moved_px.max()
             raise InputError(
                 f"{self.photo.file}: the point ({x:g}, {y:g}) lies {outside_px:.0f} px outside what is searched, which "
@@ -139,9 +139,7 @@ class PathSearch:
             away_px = np.hypot(rows - stop[0], columns - stop[1]) / self.field.scale
             near = np.flatnonzero(away_px <= limit_px)
             if len(near) == 0:
-                nearest = (
-                    f": the nearest one is {away_px.min():.0f} px away (at most {limit_px:.0f})" if len(rows) else ""
-                )
+                nearest = f": the nearest one is {too_far(away_px.min(), limit_px)}" if len(rows) else ""
                 raise InputError(
                     f"{self.photo.file}: the via point ({x:g}, {y:g}) is on no crack{nearest}; give a point inside it."
                 )
@@ -175,8 +173,8 @@ class PathSearch:
         for (x, y), beside_px in zip(ends_px, (s_px[first], s_px[-1] - s_px[last]), strict=True):
             if beside_px > limit_px:
                 raise InputError(
-                    f"{self.photo.file}: the end ({x:g}, {y:g}) is on no crack: the nearest one is {beside_px:.0f} px "
-                    f"away (at most {limit_px:.0f}); give a point inside the crack."
+                    f"{self.photo.file}: the end ({x:g}, {y:g}) is on no crack: the nearest one is "
+                    f"{too_far(beside_px, limit_px)}; give a point inside the crack."
                 )
         # A few cells as bright as mortar are a grain in the crack.
         gap = larger_pieces(~on_crack[None, first : last + 1], limit_px * self.field.scale)
@@ -216,7 +214,7 @@ class LiveWire:
         check_hints(self._photo, ends_px, via_px)
         points_px = np.array([ends_px[0], *via_px, ends_px[1]], dtype=float)
         source = "via" if via_px else "ends"
-        coarse = self._way(self._coarse, points_px)
+        coarse = self._way(self.coarse, points_px)
         if coarse.obvious():
             # An end that tapers to a hairline is on no crack of the coarse map: the fine map then decides.
             with suppress(InputError):
@@ -229,7 +227,8 @@ class LiveWire:
         return support(self.field.even, self.field.allowed)
 
     @cached_property
-    def _coarse(self) -> DarkMap:
+    def coarse(self) -> DarkMap:
+        """The map on which the widest cracks are searched for."""
         return coarser(self.field, COARSER)
 
     def _way(self, field: DarkMap, points_px: Floats) -> PathSearch:

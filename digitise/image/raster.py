@@ -8,6 +8,7 @@ from sealtwin.core.records import Floats
 
 Map = NDArray[np.float32]  # One number per pixel, (height, width)
 FAR = 1e-3  # Weight of the usual value beside those nearby, for places with nothing near
+MOST_ROWS = 16384  # Most rows of a picture that OpenCV samples at once, a power of two below its 32,767
 ROWS_PER_PX = 8  # Sub-rows of the exact fill, which place edges to better than 0.01 px
 
 
@@ -36,8 +37,10 @@ def sampled(
     x, y = np.moveaxis(places_px.astype(np.float32), -1, 0)
     if x.size == 0:
         return np.zeros(x.shape, dtype=picture.dtype)
-    flat = x.reshape(len(x), -1), y.reshape(len(x), -1)
-    return cv2.remap(picture, *flat, how, borderMode=beyond, borderValue=0).reshape(x.shape)
+    # OpenCV takes no more rows; a list of places fills as many columns as it needs.
+    rows = min(len(x), MOST_ROWS)
+    columns, lines = (np.resize(axis, (rows, -(-x.size // rows))) for axis in (x, y))
+    return cv2.remap(picture, columns, lines, how, borderMode=beyond, borderValue=0).ravel()[: x.size].reshape(x.shape)
 
 
 def resized(picture: Map, shape: tuple[int, ...]) -> Map:

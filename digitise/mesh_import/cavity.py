@@ -12,8 +12,8 @@ from scipy.ndimage import map_coordinates
 from scipy.spatial import KDTree
 from skimage.measure import points_in_poly
 
-from digitise.crack_path.find_path import painted_path
 from digitise.crack_path.hints import CrackPath
+from digitise.crack_path.painted_path import painted_path
 from digitise.geometry.mesh_topology import normals
 from digitise.geometry.polyline import Box, at_arc_length, depth_inside, left_normals, resampled, signed_area
 from digitise.geometry.region import box_region

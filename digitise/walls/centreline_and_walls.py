@@ -21,13 +21,13 @@ from digitise.walls.straightened import (
     sample_step_mm,
     straighten,
 )
+from digitise.walls.stretches import MIN_WIDTH_PX, MOST_MISSING
 from digitise.walls.wall_profile import Walls, find_walls
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, arc_length
 from sealtwin.core.solid_figures import EndKind
 
-MIN_WIDTH_PX = 8.0  # Least width between walls: below, blur and threshold decide it more than the crack does
-MOST_BLUR = 1 / 5  # Sigma of the blur over the width above which they do so at any size, as in an enlarged photo
+MOST_BLUR = 1 / 5  # Sigma of the blur over the width above which blur decides it, as in an enlarged photo
 MIN_SLENDERNESS = 3.0  # Length over width: shorter, there is no direction to follow
 STATION_PX = 2.5  # Spacing of stations: 0.25 mm at 0.1 mm/px
 PASSES, MOST_PASSES = 2, 8  # Passes that centre the line: two leave 0.01 mm; a path along a wall needs more
@@ -39,7 +39,6 @@ PATH_SMOOTHING = 0.75  # Gaussian sigma of the rough path, in crack widths: its 
 CENTRE_SMOOTHING, RETURNS = 0.25, 4  # Sigma of the centreline in widths, and corrections: bends over 1.5 widths stay
 PATH_AHEAD, TIP_AHEAD = 2.0, 0.5  # Widths before an end that give its direction: for the rough path, and before a tip
 LEAST_WIDTH_PX = 6.0  # Least width to begin with
-MOST_MISSING = 0.2  # Share of the path on which a wall may be missing or outside the photo
 ONWARD = 6  # Stations, 15 px, that give a wall's direction at the face's edge: fewer follow grain, twice as many bends
 BORDER_PX = 1.0  # Least distance from the photo's outermost pixels: smoothing moves a wall by less
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from scipy.ndimage import maximum_filter1d
 
 from digitise.crack_path.darkness import EDGE_PX
 from digitise.geometry.polyline import at_arc_length, depth_inside, left_normals
@@ -15,6 +16,7 @@ from sealtwin.core.solid_figures import EndKind
 
 STEP_PX = 1.0  # Spacing of stations at a tip, which rounds off within a few pixels
 BESIDE_PX = 3.0  # Reach of a blurred edge beyond a wall
+PLAIN = 0.5  # Share of a crack's darkness above that of any grain
 NARROWEST_PX, WIDEST_PX = 1.5, 10.0  # Widths that show where a tip ends: less is lost in grain, more is not the tip's
 TIP_SHARE = 0.6  # Share of the width beside a tip up to which the crack narrows as a tip does
 LOOK_AHEAD = 2.0  # Crack widths ahead of the end that are searched for the edge of the face
@@ -57,7 +59,10 @@ def find_tip(photo: Photo, patch: Patch, line_mm: Floats, walls: Walls, near_mm:
     bright = np.interp(np.arange(len(mortar)), known, levels)[:, None]
     dark = np.interp(stations_mm, s_mm, walls.dark)
     missing = np.where(inside, 1 - (strip.light - dark[:, None]) / np.maximum(bright - dark[:, None], 1e-6), 0)
-    width_px = missing.sum(axis=1) * strip.sample_px
+    # Before a blunt end, dark grain all across it would add up to a crack that goes on.
+    near = maximum_filter1d((missing > PLAIN).astype(np.uint8), 2 * round(BESIDE_PX / strip.sample_px) + 1, axis=1)
+    sharp = left_mm + right_mm < WIDEST_PX * px
+    width_px = np.where((near > 0) | sharp[:, None], missing, 0).sum(axis=1) * strip.sample_px
     return _vanishing_mm(stations_mm, width_px, float(s_mm[last]), outward, reach_mm)
 
 

@@ -11,7 +11,7 @@ from scipy.spatial import KDTree
 from skimage.measure import find_contours
 
 from digitise.crack_path.hints import CrackPath
-from digitise.crack_path.medial_axis import holding
+from digitise.crack_path.medial_axis import distance_outside, holding
 from digitise.geometry.polyline import at_arc_length, resampled, smoothed, tangents, unit
 from digitise.image.raster import widened
 from digitise.photo import Photo
@@ -29,6 +29,7 @@ ASTRAY = 1.2  # Crack widths by which a corner may miss the place found so, as s
 CLEAR = 0.6  # Share of the sharpest turn that a corner, the last turn of a side crack's rim, has at least
 BEYOND, BEYOND_PX = 0.1, 2.0  # Crack widths plus px beyond a corner where blur no longer rounds the main wall
 SMOOTHING = 0.5  # Gaussian sigma of the opposite wall, whose roughness is its own, in crack widths
+SWELLING = 2.0  # Most that a side crack reaches sideways, in its half widths: beyond lies a pore or a stain beside it
 LIP_PX = 2  # Radius around a lip in which a pixel may belong to either crack, and neither is filled
 
 
@@ -56,7 +57,7 @@ def _with_walls_across(
     photo: RetouchedPhoto, path: CrackPath, sides: SideCracks, walls_px: Sequence[Floats], edge_fraction: float
 ) -> tuple[Traced, NDArray[np.bool_]]:
     """The main crack with given walls across its mouths, and the pixels of crack beyond them."""
-    open_to = (sides.crack & ~_drawn(sides, walls_px)).astype(np.uint8)
+    open_to = (sides.crack & ~_drawn(sides.crack.shape, walls_px)).astype(np.uint8)
     for x, y in np.concatenate([wall_px[[0, -1]] for wall_px in walls_px]):
         cv2.circle(open_to, (round(x), round(y)), LIP_PX, 0, -1)
     parted = (open_to > 0) & ~holding(open_to > 0, sides.way_px)
@@ -158,9 +159,9 @@ def _across(photo: Photo, sides: SideCracks, traced: Traced, lips_px: Floats) ->
     return photo.to_px(straight_mm + wander_mm / 2) - offset
 
 
-def _drawn(sides: SideCracks, walls_px: Sequence[Floats]) -> NDArray[np.bool_]:
-    """Pixels of some walls."""
-    picture = np.zeros(sides.crack.shape, dtype=np.uint8)
+def _drawn(shape: tuple[int, ...], walls_px: Sequence[Floats]) -> NDArray[np.bool_]:
+    """Pixels of some lines."""
+    picture = np.zeros(shape, dtype=np.uint8)
     for wall_px in walls_px:
         cv2.polylines(picture, [np.rint(wall_px * 16).astype(np.int32)], False, 1, 1, cv2.LINE_8, 4)
     return picture > 0
@@ -176,17 +177,19 @@ def _without_side_cracks(
     mortar = widened(parted, SKIRT_PX) & (parted | ~sides.crack)
     window[mortar] = np.maximum(window, bright)[mortar]
     # A pixel on the wall itself is half of either.
-    wall = _drawn(sides, walls_px) & sides.crack
+    wall = _drawn(sides.crack.shape, walls_px) & sides.crack
     window[wall] = ((dark + bright) / 2)[wall]
     return RetouchedPhoto(replace(photo, brightness=light))
 
 
 def _rings_px(sides: SideCracks, side: FoundSideCrack, parted: NDArray[np.bool_]) -> tuple[Floats, ...]:
     """Rings of a side crack in the photo, counter-clockwise in mm, and of stones in it, clockwise."""
-    own = holding(parted, side.line_px)
+    own = holding(
+        parted & (distance_outside(_drawn(parted.shape, [side.line_px])) < SWELLING * side.half_px), side.line_px
+    )
     if not own.any():
         return ()
-    share = np.where(widened(own, SKIRT_PX), sides.levels.share, 1)
+    share = np.where(widened(own, SKIRT_PX) & (own | ~parted), sides.levels.share, 1)
     left, top, width, height = cv2.boundingRect(own.astype(np.uint8))
     left, top = max(0, left - 2 * SKIRT_PX), max(0, top - 2 * SKIRT_PX)
     window = share[top : top + height + 4 * SKIRT_PX, left : left + width + 4 * SKIRT_PX]

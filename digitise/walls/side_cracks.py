@@ -24,6 +24,7 @@ WORK_PX = 30.0  # Width of the crack in the searched copy: a side crack of a ten
 AROUND = 0.5  # Lengths of the path, to either side of it, within which side cracks are searched for
 AS_DARK = 0.6  # Share of ``edge_fraction`` above which side lines are scratches, stains or shadows
 AS_WIDE = 1.5  # Crack widths above which a dark region is no side crack
+SLENDER = 3.0  # Least length of a side crack over its own width: shorter ones are pores, stains and broken edges
 EDGE = 0.9  # Share of a line with unlike sides from which it is an edge, as of a sample of unknown size
 STRAIGHT = (1.0, 4.0)  # Half widths from the main wall that give a side crack's direction: nearer it turns square to it
 STEP_PX = 0.5  # Spacing at which a line that goes straight back is compared with the centreline
@@ -73,6 +74,8 @@ def find_side_cracks(photo: Photo, path: CrackPath, edge_fraction: float) -> Sid
         if dark and 2 * half < AS_WIDE * width_px * scale:
             line_px = (_to_the_tip(cells, to_rim, comes_back) + 0.5) / scale - 0.5
             line_px, half_px = smoothed(resampled(line_px, 1.0), half / scale), half / scale
+            if arc_length(line_px)[-1] < SLENDER * 2 * to_rim[tuple(cells.T)].max() / scale:
+                continue
             unlike_px = unlike_length_px(photo, line_px + patch.offset_px, 2 * half_px)
             if unlike_px < EDGE * len(line_px):
                 found.append(FoundSideCrack(line_px, half_px, comes_back))

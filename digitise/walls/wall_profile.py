@@ -11,6 +11,7 @@ from digitise.walls.straightened import BLUR_PX, Strip
 from sealtwin.core.records import Floats
 
 HALF = 0.5  # Share of the contrast from crack to mortar at the middle of a blurred edge
+STAINED, ASIDE_PX = 0.35, 4.0  # The same that keeps a stain out, and how far in it then is: blur makes 1.4 px of it
 RIM = 0.2  # Sigmas of the blur by which a lit rim widens an edge at least; noise widens it by less
 STEEPEST_WALL = 3.2  # Steepest slope of a wall to its line: 73 degrees
 STIFFNESS = 0.5  # Cost in px of misplaced mortar of a step as far aside as along: following a pore costs more
@@ -79,6 +80,9 @@ def find_walls(strip: Strip, width_mm: float, edge_fraction: float = 0.5, both_r
 
     fraction, lit = min(edge_fraction, HALF), np.zeros(2)
     place_px = follow(excess(fraction), strip.sample_px, strip.station_px)
+    if edge_fraction == HALF:
+        inner_px = follow(excess(STAINED), strip.sample_px, strip.station_px)
+        place_px = np.where(place_px - inner_px > ASIDE_PX, inner_px, place_px)
     seen_px = softness_px(share, place_px, strip.sample_px, fraction)
     sigma_px = float(np.clip(seen_px, SHARPEST_PX, SOFTEST_PX))
     if edge_fraction > HALF:

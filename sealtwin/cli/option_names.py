@@ -55,7 +55,11 @@ def in_options(sentence: str) -> str:
         homes = [table for table in _tables_with(key) if found["table"] in (None, table)]
         value = found["value"] or ""
         for option in (OPTIONS[name] for home in homes if (name := f"{home}.{key}") in OPTIONS):
-            return option if option in ("--keep-branches", "--assumed", "--path-only") else option + value.replace(" =", "")
+            return (
+                option
+                if option in ("--keep-branches", "--assumed", "--path-only")
+                else option + value.replace(" =", "")
+            )
         if not homes:
             return found[0]
         left.append(key)

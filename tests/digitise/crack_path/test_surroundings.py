@@ -29,6 +29,12 @@ def test_shadows_and_holes_are_part_of_it(shown):
     assert not surroundings(shown).any()
 
 
+@pytest.mark.parametrize("ends", [(0, 500), (60, 500)], ids=["right through", "to one edge"])
+def test_a_wide_crack_that_leaves_the_photo_is_part_of_the_sample(ends):
+    """It was taken for the cloth around the sample: clicks in it lay "outside what is searched"."""
+    assert not surroundings(picture(0.15, slice(120, 170), slice(*ends))).any()
+
+
 def test_a_crack_that_runs_to_the_edge_does_not_turn_along_it(tmp_path):
     """Seen on a cropped photo of a sample over black cloth, whose edge is the longest dark line there."""
     crack = [(60.0, 5.0), (150.0, 90.0), (210.0, 215.0)]

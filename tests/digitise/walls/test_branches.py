@@ -1,5 +1,6 @@
 import re
 
+import cv2
 import numpy as np
 import pytest
 from manifold3d import CrossSection, FillRule
@@ -134,3 +135,20 @@ def test_ground_closed_in_by_a_side_crack_stands_as_an_island(tmp_path):
     inner = CrossSection([np.array([*loop, loop[0]][::-1], dtype=float)], FillRule.NonZero).offset(-7)
     inner -= CrossSection.square((500, 24)).translate((0, 188))
     assert -signed_area(island) == pytest.approx(inner.area() / 100, abs=3.7)
+
+
+def test_pores_and_broken_edges_are_no_side_cracks(tmp_path):
+    """One beside the crack, touching it, and one at the side of a side crack: on a photo of a lab both were kept."""
+    main, side = [(-20, 200), (520, 200)], [(250, 200), (300, 60)]
+    alone = with_crack(with_crack(mortar(), main, width_px=14), side, width_px=11)
+    spoilt = alone.copy()
+    for centre in ((120, 217), (306, 120)):
+        cv2.circle(spoilt, centre, 11, 0.02, -1)
+    areas_mm2 = []
+    for name, picture in (("alone", alone), ("spoilt", spoilt)):
+        photo = evenly_scaled(write_png(tmp_path / f"{name}.png", picture))
+        outline = trace_outline(photo, find_path(photo, ((40.0, 200.0), (460.0, 200.0))), keep_branches=True)
+        assert len(outline.branches_mm) == 1
+        areas_mm2.append(signed_area(outline.outline_mm))
+    # Each pore is 3.8 mm²; the main crack's wall follows a little of the one on it.
+    assert areas_mm2[1] - areas_mm2[0] == pytest.approx(0, abs=2.0)

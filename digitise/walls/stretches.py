@@ -1,0 +1,107 @@
+"""Stretches of a crack that the mean of its width would hide: too narrow to measure, or clicked and not found."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import median_filter
+from scipy.spatial import KDTree
+
+from digitise.crack_path.hints import listed, snap_px
+from digitise.photo import Photo
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Floats, arc_length
+from sealtwin.core.solid_figures import EndKind
+
+MIN_WIDTH_PX = 8.0  # Least width between walls: below, blur and threshold decide it more than the crack does
+UNKNOWN = 0.75  # Share of that width below which a stretch is a hairline: of a line of 4 px, blur makes 5.4
+MOST_MISSING = 0.2  # Share of the path on which a wall may be missing or outside the photo
+WORTH_SAYING = 0.05  # Share of the crack from which a warning reports a doubt
+STEADY, LEAST = 3.0, 5.0  # Least widths along the crack that one width is the median of, and that a stretch is long
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Part of a crack narrower than a limit."""
+
+    first_mm: float
+    last_mm: float
+    ends_px: Floats  # (2, 2), in the photo
+    usual_px: float  # Median width
+
+    @property
+    def told(self) -> str:
+        return (
+            f"{self.first_mm:.0f} to {self.last_mm:.0f} mm along, from {listed(self.ends_px)} px, about "
+            f"{self.usual_px:.1f} px wide"
+        )
+
+
+def narrow_stretches(photo: Photo, centreline_mm: Floats, width_mm: Floats, limit_px: float) -> list[Stretch]:
+    """Stretches narrower than ``limit_px`` for several times ``MIN_WIDTH_PX``, which a tip that tapers is not."""
+    s_mm, width_px = arc_length(centreline_mm), width_mm / photo.mm_per_px
+    least_mm = MIN_WIDTH_PX * photo.mm_per_px
+    per_station_mm = s_mm[-1] / (len(s_mm) - 1)
+    steady_px = median_filter(width_px, size=1 + 2 * int(STEADY * least_mm / per_station_mm / 2), mode="nearest")
+    narrow = np.concatenate([[0], (steady_px < limit_px).astype(int), [0]])
+    bounds = np.flatnonzero(np.diff(narrow)).reshape(-1, 2) - (0, 1)
+    return [
+        Stretch(
+            float(s_mm[first]),
+            float(s_mm[last]),
+            photo.to_px(centreline_mm[[first, last]]),
+            float(np.median(width_px[first : last + 1])),
+        )
+        for first, last in bounds
+        if s_mm[last] - s_mm[first] > LEAST * least_mm
+    ]
+
+
+def judge_stretches(photo: Photo, centreline_mm: Floats, width_mm: Floats) -> list[str]:
+    """Warnings about stretches too narrow to measure; raises InputError where much of the crack is a hairline."""
+    length_mm = float(arc_length(centreline_mm)[-1])
+    least_px = UNKNOWN * MIN_WIDTH_PX
+    hairlines = narrow_stretches(photo, centreline_mm, width_mm, least_px)
+    share = _share(hairlines, length_mm)
+    if share > MOST_MISSING:
+        raise InputError(
+            f"{photo.file}: {share:.0%} of the crack (at most {MOST_MISSING:.0%}) is too narrow to measure, under "
+            f"{least_px:g} px: {_listed(hairlines)}; give ends_px of the wide part alone, or move the camera closer."
+        )
+    narrow = narrow_stretches(photo, centreline_mm, width_mm, MIN_WIDTH_PX)
+    if _share(narrow, length_mm) <= WORTH_SAYING:
+        return []
+    return [
+        f"{_share(narrow, length_mm):.0%} of the crack is under {MIN_WIDTH_PX:g} px wide, where width and volume are "
+        f"uncertain: {_listed(narrow)}; a closer photo measures it"
+    ]
+
+
+def judge_reach(photo: Photo, path_px: Floats, centreline_px: Floats, kinds: tuple[EndKind, EndKind]) -> list[str]:
+    """Warnings about ends of a path before which the crack closes; raises InputError where much of the path is lost."""
+    s_mm, warnings = arc_length(photo.to_mm(path_px)), []
+    tips_px = centreline_px[[0, -1]]
+    first, last = np.asarray(KDTree(path_px).query(tips_px)[1])
+    losses_mm = float(s_mm[first]), float(s_mm[-1] - s_mm[last])
+    for kind, end_px, tip_px, lost in zip(kinds, path_px[[0, -1]], tips_px, losses_mm, strict=True):
+        if kind != "closed" or lost <= snap_px(photo) * photo.mm_per_px:
+            continue
+        said = (
+            f"the end {listed(end_px[None])} px is not reached: no walls were found on the last {lost:.1f} mm "
+            f"({lost / photo.mm_per_px:.0f} px) before it, up to {listed(tip_px[None])} px"
+        )
+        if lost > MOST_MISSING * s_mm[-1]:
+            raise InputError(
+                f"{photo.file}: {said}, {lost / s_mm[-1]:.0%} of the path (at most {MOST_MISSING:.0%}); give that "
+                "place as the end, or a photo that shows the crack more clearly."
+            )
+        warnings.append(f"{said}: that part of the path is left out")
+    return warnings
+
+
+def _share(stretches: Sequence[Stretch], length_mm: float) -> float:
+    return sum(stretch.last_mm - stretch.first_mm for stretch in stretches) / length_mm
+
+
+def _listed(stretches: Sequence[Stretch]) -> str:
+    return "; ".join(stretch.told for stretch in stretches)

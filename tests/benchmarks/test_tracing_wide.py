@@ -1,0 +1,66 @@
+"""The obvious cracks that tracing is judged by: their truth is what is drawn, and they are what the text promises."""
+
+import numpy as np
+import pytest
+
+from benchmarks.tracing_wide import CLICK_PX, WideFigures, obvious_crack, trace_wide, wide_rows
+
+SEEDS = (7, 19, 24)
+"""Photos of fewer than 1.5 Mpx."""
+
+
+@pytest.fixture(scope="module", params=SEEDS)
+def pair(request):
+    """A crack, and its ground without it."""
+    return obvious_crack(request.param), obvious_crack(request.param, drawn=False)
+
+
+def test_the_ground_without_the_crack_is_the_same(pair):
+    crack, ground = pair
+    assert np.array_equal(crack.ends_px, ground.ends_px)
+    assert np.mean(crack.picture == ground.picture) > 0.85
+
+
+def test_the_truth_is_what_is_drawn(pair):
+    """Counted at half the contrast, 2 % apart; of a crack that goes on, more is drawn than lies between the clicks."""
+    crack, ground = pair
+    share = (crack.picture / np.maximum(ground.picture, 1.0)) ** 2.2
+    inside = np.median(share[share < 0.45])
+    drawn_px2 = np.sum(share < (1 + inside) / 2)
+    assert drawn_px2 > 0.98 * crack.area_px2
+    assert inside ** (1 / 2.2) < 0.6
+    assert 10 < crack.width_px < 160
+
+
+def test_clicks_are_in_the_photo_and_near_the_crack(pair):
+    crack, ground = pair
+    rows, columns = np.nonzero(np.abs(crack.picture.astype(float) - ground.picture) > 15)
+    for x, y in crack.ends_px:
+        assert np.hypot(columns - x, rows - y).min() < CLICK_PX + 2
+        assert 0 <= x <= crack.picture.shape[1] - 1
+        assert 0 <= y <= crack.picture.shape[0] - 1
+
+
+def figures(count, width=0.5, area=-0.5, refusal="", true_px=20.0):
+    found = true_px > 0
+    return [WideFigures("one", true_px, width, area, refusal, rank=int(found), offered=int(found))] * count
+
+
+def test_of_two_hundred_two_may_be_refused_and_none_wrong():
+    none, nan = figures(40, refusal="no crack", true_px=0.0), float("nan")
+
+    def met(cracks, without=none):
+        return [row.met for row in wide_rows([*cracks, *without])][:4]
+
+    assert all(met([*figures(198), *figures(2, nan, nan, "no")]))
+    assert met([*figures(197), *figures(3, nan, nan, "no")]) == [False, True, True, True]
+    assert met([*figures(199), *figures(1, width=-3.1)]) == [True, False, True, True]
+    assert met([*figures(199), *figures(1, area=3.1)]) == [True, True, False, True]
+    assert met(figures(200), [*none[1:], *figures(1, true_px=0.0)]) == [True, True, True, False]
+
+
+def test_a_crack_that_goes_on_past_a_click_off_its_middle_is_cut_there(tmp_path):
+    """What goes on was taken for a side crack and painted over, and a tip drawn in the crack: its width was 4 % off."""
+    figures = trace_wide(18, True, tmp_path)
+    assert abs(figures.width_error_percent) < 1
+    assert abs(figures.area_error_percent) < 1

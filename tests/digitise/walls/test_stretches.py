@@ -1,0 +1,81 @@
+"""What the mean width would hide: hairlines, narrow stretches, and clicked ends before which the crack closes."""
+
+import cv2
+import numpy as np
+import pytest
+
+from digitise.crack_path.find_path import find_path
+from digitise.outline import trace_outline
+from digitise.walls.stretches import judge_reach, judge_stretches
+from sealtwin.core.errors import InputError
+from tests.pictures import evenly_scaled, mortar, with_crack, write_png
+
+MAIN = [(300, 205), (480, 190), (640, 215), (960, 205)]
+ENDS = ((40.0, 200.0), (960.0, 205.0))
+
+
+@pytest.fixture(scope="module")
+def photo(tmp_path_factory):
+    return evenly_scaled(write_png(tmp_path_factory.mktemp("stretches") / "photo.png", mortar((600, 100))))
+
+
+def straight(*parts):
+    """Centreline and width in mm, at 0.1 mm/px, of a crack of parts: a length and a width in px each."""
+    width_px = np.concatenate([np.full(round(length / 2.5), width) for length, width in parts])
+    x_mm = 0.25 * np.arange(len(width_px))
+    return np.column_stack([x_mm, np.full(len(x_mm), 5.0)]), 0.1 * width_px
+
+
+def test_a_crack_wide_enough_everywhere_is_measured_without_a_word(photo):
+    assert judge_stretches(photo, *straight((500, 11.0))) == []
+
+
+def test_narrow_places_no_longer_than_a_tip_are_nothing_to_say(photo):
+    """Two tips and one narrow place, 30 px long each, of 500."""
+    parts = (30, 5.0), (200, 12.0), (30, 6.0), (210, 12.0), (30, 5.0)
+    assert judge_stretches(photo, *straight(*parts)) == []
+
+
+def test_a_narrow_stretch_is_named_with_its_place(photo):
+    (told,) = judge_stretches(photo, *straight((200, 12.0), (80, 6.0), (220, 12.0)))
+    assert told.startswith("16% of the crack is under 8 px wide")
+    assert "20 to 28 mm along, from (200, 49) to (278, 49) px, about 6.0 px wide" in told
+
+
+def test_a_hairline_over_much_of_the_crack_is_refused_with_its_place(photo):
+    with pytest.raises(InputError, match=r"40% of the crack \(at most 20%\) is too narrow .*: 30 to 50 mm along, from"):
+        judge_stretches(photo, *straight((300, 11.0), (200, 3.0)))
+
+
+def test_of_a_wide_crack_that_goes_on_as_a_hairline_no_mean_is_given(tmp_path):
+    """As on a photo of a lab: half of it 11 px wide, half 3; the mean, 7 px, was taken."""
+    picture = with_crack(mortar((1000, 400)), [(40, 200), (300, 210), (500, 195)], 11)
+    picture = np.minimum(picture, with_crack(mortar((1000, 400)), [(500, 195), (700, 210), (960, 205)], 3))
+    photo = evenly_scaled(write_png(tmp_path / "photo.png", picture))
+    with pytest.raises(InputError, match="too narrow to measure, under 6 px: "):
+        trace_outline(photo, find_path(photo, ENDS))
+
+
+@pytest.mark.parametrize("gap_px", [100, 170])
+def test_an_end_before_which_the_crack_closes_is_named_with_its_place(tmp_path, gap_px):
+    """A click on a pore, a faint line, then the crack: it began elsewhere, and nobody was told."""
+    picture = mortar((1000, 400))
+    start = (40 + gap_px, 205)
+    faint = with_crack(picture, [(40, 200), start], 1)
+    picture = np.minimum(with_crack(picture, [start, *MAIN], 12), (2 * picture + faint) / 3)
+    cv2.circle(picture, (41, 200), 6, 0.02, -1)
+    photo = evenly_scaled(write_png(tmp_path / "photo.png", picture))
+    outline = trace_outline(photo, find_path(photo, ENDS))
+    assert outline.centreline_px[0] == pytest.approx(start, abs=8)
+    said = outline.warnings[0]
+    assert said.startswith("the end (40, 200) px is not reached: no walls were found on the last ")
+    assert f"{outline.centreline_px[0, 0]:.0f}" in said
+
+
+def test_an_end_that_much_of_the_path_does_not_reach_is_refused(photo):
+    path_px = np.column_stack([np.arange(10.0, 590), np.full(580, 50.0)])
+    assert judge_reach(photo, path_px, path_px[8:], ("closed", "closed")) == []
+    # Where the photo or a longer crack cuts it, nothing closes.
+    assert judge_reach(photo, path_px, path_px[150:], ("cut", "closed")) == []
+    with pytest.raises(InputError, match=r"the end \(10, 50\) px is not reached.* \(150 px\) before it, up to"):
+        judge_reach(photo, path_px, path_px[150:], ("closed", "closed"))
