@@ -92,8 +92,8 @@ class PhotoInput(Settings):
     """Points of the crack between its ends, in order, needed where it forks or a darker crack is near."""
     roi_px: tuple[Pixel, ...] | None = Field(default=None, min_length=2, max_length=200)
     """Region to search in: two opposite corners of a box, or the corners of a polygon."""
-    walls_px: tuple[Annotated[tuple[Pixel, ...], Field(min_length=2, max_length=MOST_WALL_POINTS)], ...] = Field(
-        default=(), max_length=MOST_WALLS
+    walls_px: tuple[Annotated[tuple[Pixel, ...], Field(min_length=2, max_length=MOST_WALL_POINTS)], ...] | None = Field(
+        default=None, max_length=MOST_WALLS
     )
     """Stretches of wall drawn by hand where the photo misleads: each a line from a place on one wall, along where the
     wall is, to another place on it. 'sealtwin trace' draws them."""

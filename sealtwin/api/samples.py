@@ -183,7 +183,7 @@ def trace_crack(
         keep_branches=settings.branches == "keep",
         width_mm=settings.width_stations_mm,
         path_only=bool(settings.path_only),
-        walls_px=settings.walls_px,
+        walls_px=settings.walls_px or (),
     )
     return CrackOutline(**content_of(outline), photo=photo, data=photo.data, sha256=photo.sha256)
 

@@ -17,6 +17,7 @@ from typing import Any, Literal
 import numpy as np
 
 from sealtwin.core.errors import InputError
+from sealtwin.core.interrupts import load_trimesh
 from sealtwin.core.records import Floats, Integers
 
 LARGEST_BYTES = 200_000_000
@@ -161,6 +162,7 @@ def _parsed(parse: Callable[[], Any]) -> Any:
 
 
 def _read_stl(content: bytes) -> Triangles:
+    load_trimesh()
     from trimesh.exchange.stl import load_stl
 
     loaded = _parsed(lambda: load_stl(io.BytesIO(content)))
@@ -177,6 +179,7 @@ def _read_stl(content: bytes) -> Triangles:
 
 
 def _read_ply(content: bytes) -> Triangles:
+    load_trimesh()
     from trimesh.exchange.ply import load_ply
 
     header, end, body = content.partition(b"end_header")
@@ -229,6 +232,7 @@ def _read_3mf(content: bytes) -> Triangles:
 
 def _placed(content: bytes, kind: str, unit: FileUnit | None) -> Triangles:
     """Return the triangles of all meshes of a scene, each in the place that its nodes give it."""
+    load_trimesh()
     import trimesh
 
     scene = _parsed(lambda: trimesh.load_scene(io.BytesIO(content), file_type=kind, process=False, skip_materials=True))

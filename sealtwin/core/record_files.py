@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 from sealtwin.core import files
 from sealtwin.core.comparison import Comparison
 from sealtwin.core.errors import InputError
+from sealtwin.core.interrupts import load_trimesh
 from sealtwin.core.mesh_file import read_mesh
 from sealtwin.core.records import FaceLabel, Outline, Profile, Run, RunHealth, Sections, Solid, Trajectory
 from sealtwin.core.solid_figures import SolidFigures
@@ -103,6 +104,7 @@ def write_solid(folder: Path, solid: Solid) -> None:
 
     solid.json holds what none of these formats can: units, labels, volumes.
     """
+    load_trimesh()
     import trimesh
 
     x_mm, y_mm, z_mm = solid.vertices_mm.T

@@ -97,7 +97,7 @@ def _digitise(job: Job) -> "tuple[Outline, Solid | None, Photo]":
             keep_branches=settings.branches == "keep",
             width_mm=settings.width_stations_mm,
             path_only=bool(settings.path_only),
-            walls_px=settings.walls_px,
+            walls_px=settings.walls_px or (),
         )
     if crack is None or outline.width_source == "none":
         return outline, None, photo

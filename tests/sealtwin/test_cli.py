@@ -337,7 +337,7 @@ def test_a_gauge_s_widths_are_taken_as_given(thin, tmp_path):
     answer = _sealtwin("digitise", *arguments, "--depth-mm", 16, "--width-mm", table)
     assert answer.exit_code == 0, answer.output
     assert json.loads((out / "run.json").read_text())["mean_width_mm"] == pytest.approx(0.3, abs=0.01)
-    assert "width_mm beside path_only" in _refusal("digitise", *arguments, "--path-only", "--width-mm", 0.3)
+    assert "--width-mm beside --path-only" in _refusal("digitise", *arguments, "--path-only", "--width-mm", 0.3)
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,6 @@ from typing import Any, NamedTuple
 
 import matplotlib
 import numpy as np
-import trimesh
 from matplotlib.axes import Axes
 from matplotlib.collections import EllipseCollection
 from matplotlib.colors import LogNorm, Normalize
@@ -14,6 +13,7 @@ from matplotlib.patches import Polygon
 from scipy.spatial import KDTree
 
 from sealtwin.core.drawing.theme import AGES, AIR, GROUND, ON_GROUND, SPEEDS, label_axes, print_plain
+from sealtwin.core.interrupts import load_trimesh
 from sealtwin.core.records import Floats, Integers, Outline, Solid
 
 SECTIONS_AT = (0.2, 0.5, 0.8)
@@ -104,6 +104,9 @@ def cut_rings(vertices_mm: Floats, faces: Integers, foot_mm: Floats, ahead: Floa
 
     Returns rings of (n, 2), closed: the distance to the right of ``foot_mm`` and z, in mm.
     """
+    load_trimesh()
+    import trimesh
+
     cut = trimesh.Trimesh(vertices_mm, faces, process=False).section((*ahead, 0.0), (*foot_mm, 0.0))
     right = np.array([ahead[1], -ahead[0]])
     rings = [] if cut is None else cut.discrete

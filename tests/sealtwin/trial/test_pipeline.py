@@ -372,8 +372,10 @@ def test_a_fluid_run_that_is_killed_goes_on_from_its_checkpoint(unbroken, tmp_pa
     numbers = [int(row.split(",")[0]) for row in (tmp_path / "run" / "health.csv").read_text().splitlines()[1:]]
     assert numbers == list(range(10, progress["frame"] + 1, 10))
     frames = read_pvd(tmp_path / "run" / "frames" / "fill.pvd")
-    # A frame of the run is 0.0107 s, and the end at 0.61 s.
-    assert [t_s for t_s, _ in frames] == pytest.approx([0.02 * number for number in range(32)], abs=0.011)
+    # A frame of the run is 0.0107 s.
+    assert [t_s for t_s, _ in frames] == pytest.approx([0.02 * number for number in range(len(frames))], abs=0.011)
+    assert frames[-1][0] == pytest.approx(progress["t_s"], abs=0.011)
+    assert progress["t_s"] == pytest.approx(0.6, abs=0.02)
     for t_s, file in frames:
         assert read_polydata(file).field_data["TimeValue"].tolist() == [t_s]
     held = tmp_path / "other" / "trial.toml"
