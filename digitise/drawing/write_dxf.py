@@ -28,11 +28,13 @@ def dxf_text(outline: Outline, trajectory: Trajectory | None) -> str:
     for name, colour in LAYERS.items():
         drawing.layers.add(name, color=colour)
     space = drawing.modelspace()
-    _line(space, "OUTLINE", outline.outline_mm, closed=True)
+    # A path alone has neither edge nor walls.
+    if outline.width_source != "none":
+        _line(space, "OUTLINE", outline.outline_mm, closed=True)
+        _line(space, "WALL_LEFT", outline.left_wall_mm)
+        _line(space, "WALL_RIGHT", outline.right_wall_mm)
     for ring_mm in outline.islands_mm:
         _line(space, "ISLANDS", ring_mm, closed=True)
-    _line(space, "WALL_LEFT", outline.left_wall_mm)
-    _line(space, "WALL_RIGHT", outline.right_wall_mm)
     _line(space, "CENTRELINE", outline.centreline_mm)
     for branch_mm in outline.branches_mm:
         _line(space, "SIDE_CRACKS", branch_mm)

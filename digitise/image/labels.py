@@ -21,6 +21,8 @@ def mask_of(outline: Outline, name: str) -> NDArray[np.bool_]:
     """
     if outline.seen_in == "mesh" or outline.photo_size_px is None:
         raise InputError(f"{name}: this crack is not from a photo of known size; digitise a photo again for its mask.")
+    if outline.width_source == "none":
+        raise InputError(f"{name}: a path alone covers no pixels; digitise it with a width, --width-mm, for its mask.")
     covered = coverage(outline.outline_px, outline.photo_size_px)
     for ring_px in _islands_px(outline):
         covered = covered - coverage(ring_px, outline.photo_size_px)

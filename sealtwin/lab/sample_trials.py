@@ -37,6 +37,8 @@ STARTER = tomllib.loads(TRIAL)
 NAMED_FILES: Mapping[Role, str] = {**PICTURES, "readings": "readings.file"}
 SCALES = set[str]().union(*ALTERNATIVES[0])
 ORIGIN = ': where they come from; write data = "measured" (or "reconstructed", "synthetic").'
+UNSEEN = {"crack.tilt": "lean", "crack.wall_angle_deg": 11.0}
+"""Settings of the walls that hold where nobody says them, and that no photo shows."""
 NEEDED = (
     ("photo.data", "synthetic", ORIGIN),
     ("crack.depth_mm", 16.0, "; no photo shows it: write [crack] depth_mm = 16.0, or 'Depth [mm]' and 16.0."),
@@ -228,7 +230,7 @@ def _tables(outcome: SampleOutcome) -> dict[str, Any]:
     """
     said = _said(outcome)
     solver = {f"solver.{key}": STARTER["solver"][key] for key in ("radius_mm", "settle_s")}
-    said = solver | _fluid(said.keys()) | said
+    said = {"note": _assumed(said.keys())} | solver | _fluid(said.keys()) | said
     where, meant = _where_to_say(outcome), outcome.note.meant
     tables = {"photo", "crack", *outcome.sample.files.keys()}
     for key, stand_in, remedy in NEEDED:
@@ -292,6 +294,13 @@ def _fluid(said: Set[str]) -> dict[str, Any]:
     if "fluid.freeze_after_s" in said:
         del fluid["fluid.yield_stress_pa"]
     return {key: value for key, value in fluid.items() if key not in said}
+
+
+def _assumed(said: Set[str]) -> str:
+    """The trial's note, which every report shows: the settings that nobody of the lab said."""
+    crack = {key: value for key, value in UNSEEN.items() if key not in said}
+    taken = ", ".join(f"{key} = {value}" for key, value in {**crack, **_fluid(said)}.items())
+    return f"Assumed, since no note of the lab says it: {taken}." if taken else ""
 
 
 def _remarks_on_fluid(said: Set[str], fluid: Fluid) -> list[str]:

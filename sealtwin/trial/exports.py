@@ -23,16 +23,25 @@ def export_runs(folders: Sequence[Path], kinds: Sequence[ExportKind], out: Path)
     the name is there that holds anything else.
     """
     require_folder(out)
-    names, outlines, paths = list[str](), list[Outline](), list[Trajectory]()
+    names, trials, outlines, paths = list[str](), list[str](), list[Outline](), list[Trajectory]()
     for folder in folders:
         if look_into(folder).settings_of("digitise") is None:
             raise InputError(f"{folder}: digitise is not finished. Run 'sealtwin run TRIAL --out {folder}' first.")
-        names.append(load_trial(folder / "trial.toml").shown_by.file.name)
+        trial = load_trial(folder / "trial.toml")
+        names.append(trial.shown_by.file.name)
+        trials.append(trial.name)
         outlines.append(record_files.read_outline(folder))
         paths.append(record_files.read_trajectory(folder))
+    counts = Counter(names)
+    # Ingest gives each sample's photo the same name; the trial then has the sample's.
+    names = [
+        name if counts[name] == 1 else f"{trial}{Path(name).suffix}" for name, trial in zip(names, trials, strict=True)
+    ]
     stems = [Path(name).stem for name in names]
     if twice := [stem for stem, times in Counter(stems).items() if times > 1]:
-        raise InputError(f"{twice[0]}: several runs are of files of that name; export them into folders of their own.")
+        raise InputError(
+            f"{twice[0]}: several runs are of files and trials of that name; export them into folders of their own."
+        )
     contents: dict[Path, bytes] = {}
     for name, stem, outline, path in zip(names, stems, outlines, paths, strict=True):
         if "mask" in kinds:

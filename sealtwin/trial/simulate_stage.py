@@ -220,8 +220,10 @@ def check(job: Job) -> None:
     Raises InputError as the run would.
     """
     trial, fluid = job.trial, _fluid_of(job)
+    from simulate.device import start_warp
     from simulate.injection import prepare
 
+    start_warp()
     solid, outline = record_files.read_solid(job.path), record_files.read_outline(job.path)
     sample = solid, outline, record_files.read_trajectory(job.path)
     prepare(*sample, [fluid], trial.solver, trial.nozzle, seed=trial.seed, device="cpu", slope=trial.sample)

@@ -56,11 +56,22 @@ def test_nothing_of_the_users_is_overwritten(run, tmp_path):
 def test_runs_of_one_name_and_what_is_no_run_are_named(run, tmp_path):
     shutil.copytree(run, tmp_path / "twin")
     assert (
-        "several runs are of files of that name"
+        "several runs are of files and trials of that name"
         in _sealtwin("export", run, tmp_path / "twin", "--format", "coco", "--out", tmp_path / "out").stderr
     )
     assert "no run folder" in _sealtwin("export", tmp_path, "--format", "coco", "--out", tmp_path / "out").stderr
     assert not (tmp_path / "out").exists()
+
+
+def test_samples_whose_photos_have_one_name_have_that_of_their_trials(run, tmp_path):
+    shutil.copytree(run, tmp_path / "twin")
+    trial = tmp_path / "twin" / "trial.toml"
+    trial.write_text(trial.read_text().replace('name = "', 'name = "other-', 1))
+    answer = _sealtwin("export", run, tmp_path / "twin", "--format", "mask,coco", "--out", tmp_path / "out")
+    assert answer.exit_code == 0, answer.output
+    images = json.loads((tmp_path / "out" / "coco.json").read_text())["images"]
+    assert len({image["file_name"] for image in images}) == 2
+    assert len(list((tmp_path / "out").glob("other-*_mask.png"))) == 1
 
 
 @pytest.mark.parametrize(

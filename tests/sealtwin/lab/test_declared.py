@@ -47,6 +47,7 @@ def test_what_is_not_said_of_the_fluid_and_its_rest_is_the_starters(small, tmp_p
     assert said.fluid is not None
     assert (said.fluid.yield_stress_pa, said.fluid.freeze_after_s) == (12.0, "never")
     assert any("fluid.yield_stress_pa = 12.0" in remark for remark in ingested.outcomes[0].remarks)
+    assert "fluid.yield_stress_pa = 12.0" in said.note, "which every report shows"
 
 
 def test_the_particles_of_a_thin_crack_fit_it_where_nobody_says_their_radius(small, tmp_path):
