@@ -12,7 +12,7 @@ from digitise.geometry import polyline
 from digitise.image.raster import shrunk
 from digitise.photo import Photo
 from digitise.scale.view import Lens, View
-from digitise.settings import Pixel
+from digitise.settings import PhotoInput, Pixel
 from digitise.walls.centreline_and_walls import STATION_PX, TooThinError, Traced
 from digitise.walls.islands import find_islands, photo_of_paint
 from digitise.walls.mended import mended
@@ -69,6 +69,19 @@ def trace_outline(
     if walls_px:
         raise InputError(f"{photo.file}: photo.walls_px: the crack is too thin for walls of its own; leave them out.")
     return _fitted(photo, path)
+
+
+def outline_as_set(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
+    """Measure the crack along ``path`` as the settings of its photo say; raises as ``trace_outline``."""
+    return trace_outline(
+        photo,
+        path,
+        settings.edge_fraction,
+        keep_branches=settings.branches == "keep",
+        width_mm=settings.width_stations_mm,
+        path_only=bool(settings.path_only),
+        walls_px=settings.walls_px or (),
+    )
 
 
 def outline_by_walls(

@@ -167,7 +167,7 @@ def trace_crack(
         A point lies off the photo or on no crack; no crack is found, or two compete; it is too short.
     """
     from digitise.crack_path.find_path import find_path
-    from digitise.outline import trace_outline
+    from digitise.outline import outline_as_set
 
     hints = {"ends_px": ends_px, "via_px": via_px, "roi_px": roi_px, "edge_fraction": edge_fraction}
     read = photo.settings.model_dump(mode="json", exclude_none=True)
@@ -176,15 +176,7 @@ def trace_crack(
     if photo.drawn is not None and (settings.via_px or settings.roi_px is not None):
         raise InputError("trace_crack: via_px or roi_px beside a mask, which shows the crack itself. Leave them out.")
     path = find_path(photo, settings.ends_px, settings.via_px, settings.roi_px)
-    outline = trace_outline(
-        photo,
-        path,
-        settings.edge_fraction,
-        keep_branches=settings.branches == "keep",
-        width_mm=settings.width_stations_mm,
-        path_only=bool(settings.path_only),
-        walls_px=settings.walls_px or (),
-    )
+    outline = outline_as_set(photo, path, settings)
     return CrackOutline(**content_of(outline), photo=photo, data=photo.data, sha256=photo.sha256)
 
 

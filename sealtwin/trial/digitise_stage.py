@@ -80,7 +80,7 @@ def _digitise(job: Job) -> "tuple[Outline, Solid | None, Photo]":
     if settings is None or (crack is None and not settings.path_only):
         raise InputError(f"{job.source}: the trial has no [photo] with [crack] and no [mesh]; give one.")
     from digitise.crack_path.find_path import find_path
-    from digitise.outline import trace_outline
+    from digitise.outline import outline_as_set
     from digitise.photo import load_photo
     from digitise.solid.build_solid import build_solid
     from digitise.walls.overlay import draw_overlay, draw_way
@@ -90,15 +90,7 @@ def _digitise(job: Job) -> "tuple[Outline, Solid | None, Photo]":
     path = find_path(photo, settings.ends_px, settings.via_px, settings.roi_px)
     job.progress.advance(2, "tracing its walls")
     with _with_picture(job, lambda: draw_way(photo, path)):
-        outline = trace_outline(
-            photo,
-            path,
-            settings.edge_fraction,
-            keep_branches=settings.branches == "keep",
-            width_mm=settings.width_stations_mm,
-            path_only=bool(settings.path_only),
-            walls_px=settings.walls_px or (),
-        )
+        outline = outline_as_set(photo, path, settings)
     if crack is None or outline.width_source == "none":
         return outline, None, photo
     job.progress.advance(3, "building the solid")

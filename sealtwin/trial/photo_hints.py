@@ -56,8 +56,10 @@ class TrialFile:
         edited, changed = with_hints(text, hints, shape)
         after = tomllib.loads(edited.removeprefix(BYTE_ORDER_MARK))
         kept = {key: value for key, value in before["photo"].items() if key not in Hints.model_fields}
-        given = {"photo": {**kept, **hints.said()}, "crack": {**before["crack"], **shape.said()}}
-        if {key: after.get(key) for key in before} != {**before, **given}:
+        given = {"photo": {**kept, **hints.said()}}
+        if "crack" in before or shape.said():
+            given["crack"] = {**before.get("crack", {}), **shape.said()}
+        if after != {**before, **given}:
             lines = "; ".join(f"{key} = {json.dumps(value)}" for key, value in {**hints.said(), **shape.said()}.items())
             raise InputError(
                 f"{self.path}: [photo] or [crack] is written in a way that cannot be edited without changing more than "
@@ -112,7 +114,9 @@ def with_hints(text: str, hints: Hints, shape: Shape) -> tuple[str, list[str]]:
     gone = [key for key in Hints.model_fields if key not in said and key in photo]
     for key in gone:
         photo.remove(key)
-    changed = [*_filled(photo, said), *gone, *_filled(document["crack"], shape.said())]
+    if "crack" not in document and shape.said():
+        document["crack"] = tomlkit.table()
+    changed = [*_filled(photo, said), *gone, *_filled(document.get("crack", {}), shape.said())]
     edited = tomlkit.dumps(document)
     return mark + (edited.replace("\n", "\r\n") if windows else edited), changed
 

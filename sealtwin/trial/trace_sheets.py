@@ -61,18 +61,20 @@ def _opened(path: Path) -> Opened:
     if path.suffix.lower() == ".toml":
         loaded = load_trial(path)
         settings = loaded.photo
-        if settings is None or loaded.crack is None:
+        if settings is None:
             raise InputError(f"{path}: this trial starts from a mesh; there is no photo to trace.")
-        trial, hints, shape = TrialFile(path), Hints.of(settings), Shape.of(loaded.crack)
+        # A path alone has no [crack].
+        shape = Shape() if loaded.crack is None else Shape.of(loaded.crack)
+        trial, hints = TrialFile(path), Hints.of(settings)
         facts = {"saves_to": f"Saves into {path.name}, and keeps its comments."}
         runs, new = loaded.fluid is not None, False
-        tables = [key for key in Shape.model_fields if isinstance(getattr(loaded.crack, key), tuple)]
+        tables = [key for key in Shape.model_fields if isinstance(getattr(loaded.crack, key, None), tuple)]
     else:
         trial, hints, shape = NewTrial(path), Hints(), Shape()
         settings = PhotoInput(file=Path(path.name), data="measured", mm_per_px=UNSCALED_MM_PER_PX)
         facts = {"saves_to": f"Writes {trial.path.name} beside the photo, with the starter's sealant."}
         runs, new, tables = True, True, []
-    facts |= {"is_new": new, "shape": shape.said(), "tables": tables}
+    facts |= {"is_new": new, "path_only": bool(settings.path_only), "shape": shape.said(), "tables": tables}
 
     def save(hints: Hints, shape: Shape) -> dict[str, Any]:
         changed = trial.save(hints, shape)

@@ -325,7 +325,8 @@ watchShape((edit) => commit(edit(draft)));
 function missing() {
   const lacks = [];
   if (!hasEnds(draft) && !facts.painted) lacks.push("both ends (or accept the line found automatically)");
-  if (!draft.depthMm && !facts.tables.includes("depth_mm")) lacks.push("the measured depth in mm");
+  const unasked = facts.path_only || facts.tables.includes("depth_mm");
+  if (!draft.depthMm && !unasked) lacks.push("the measured depth in mm");
   if (facts.is_new && !found.scale?.mm_per_px) lacks.push("a scale (ruler, face or mm/px)");
   return lacks.length ? `First give ${lacks.join(", ")}.` : null;
 }

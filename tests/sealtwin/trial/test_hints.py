@@ -71,6 +71,18 @@ def test_the_shape_is_saved_into_its_table_and_what_is_not_said_stays(tmp_path):
     assert "wall_angle_deg = 5.5" in path.read_text()
 
 
+def test_a_path_alone_has_no_crack_until_a_depth_is_given(tmp_path):
+    text = COMMENTED[: COMMENTED.index("# What calipers said")].replace("mm_per_px ", "path_only = true\nmm_per_px ")
+    path = _trial(tmp_path, text)
+    assert load_trial(path).crack is None
+    TrialFile(path).save(TRACED, SAME)
+    assert "[crack]" not in path.read_text()
+    TrialFile(path).save(TRACED, Shape(depth_mm=12.0))
+    crack = load_trial(path).crack
+    assert crack is not None
+    assert crack.depth_mm == 12.0
+
+
 def test_what_was_saved_is_what_a_run_reads(tmp_path):
     path = _trial(tmp_path)
     TrialFile(path).save(TRACED, SAME)
