@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
-from digitise.settings import Marker, MarkerBoard, PhotoInput
-from digitise.trace_page.session import Hints, path_settings, rest_of, scale_settings
+from digitise.settings import CrackShape, Marker, MarkerBoard, PhotoInput
+from digitise.trace_page.session import Hints, Shape, path_settings, rest_of, scale_settings
 from sealtwin.core.errors import InputError
 
 ENDS = ((1.0, 2.0), (300.0, 4.5))
@@ -83,3 +83,10 @@ def test_anything_else_is_no_hint(body):
     """The page can name no file, and send no number that is none."""
     with pytest.raises(ValidationError):
         Hints.model_validate_json(body)
+
+
+def test_a_shape_is_what_a_trial_says_in_single_values():
+    """A default must not be saved as if somebody had said it, nor a table be flattened."""
+    assert Shape.of(CrackShape(depth_mm=16)).said() == {"depth_mm": 16.0}
+    crack = CrackShape(depth_mm=((0, 16), (40, 12)), tilt="flare", wall_angle_deg=(5, 7))
+    assert Shape.of(crack).said() == {"tilt": "flare"}
