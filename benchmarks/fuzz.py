@@ -23,6 +23,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import chdir, contextmanager
 from dataclasses import dataclass
+from datetime import date
 from hashlib import sha256
 from pathlib import Path
 from types import FrameType
@@ -36,8 +37,11 @@ from typer.testing import CliRunner
 
 from benchmarks.table import Row, finish
 from sealtwin.cli.app import app
+from sealtwin.material.by_rheometer import material_of_table
+from sealtwin.material.material_text import material_text
 from sealtwin.trial.starter_files import CELL
 from tests.lab_folder import DEFAULTS
+from tests.spreads import Blob, write_sheet_table
 from tests.studies import TRIAL, tiny_lab
 
 LONGEST_S = 60
@@ -268,6 +272,33 @@ def of_lab(case: Case) -> list[str]:
     return ["ingest", "photos", "--out", "ingested"]
 
 
+def of_pump(case: Case) -> list[str]:
+    case.damage(case.chance.choice(("pump.csv", "pump.csv", "pumped.toml")), reworded)
+    return ["robot", "run", "--cell", "pumped.toml", "--format", "all"]
+
+
+def of_material(case: Case) -> list[str]:
+    if case.sound or case.chance.random() < 0.7:
+        case.damage(case.chance.choice(("material.toml", "material.toml", "pasted.toml")), reworded)
+        return ["digitise", "pasted.toml", "--out", "new"]
+    case.damage("curve.csv", reworded)
+    return ["material", "rheometer", "curve.csv", "--density-kg-m3", "1690", "--out", "new.toml"]
+
+
+def of_fill(case: Case) -> list[str]:
+    case.damage(case.chance.choice(("fill.csv", "fill.csv", "filled.toml")), reworded)
+    return ["run", "filled.toml", "--out", "new", "--device", "cpu", "--quiet"]
+
+
+def of_spread(case: Case) -> list[str]:
+    case.damage(*case.chance.choice((("spread.png", repainted), ("spread.png", repainted), ("frame.toml", reworded))))
+    given = dict(SPREAD)
+    if not case.sound and case.chance.random() < 0.4:
+        given[case.chance.choice([*given])] = case.chance.choice((*WORDS, *ODD))
+    options = [word for option, value in given.items() for word in (option, value)]
+    return ["material", "spread", "spread.png", "--markers", "frame.toml", *options, "--out", "new.toml"]
+
+
 def of_run_folder(case: Case) -> list[str]:
     chance = case.chance
     names = ("outline.json", "solid.json", "simulation.json", "comparison.json", "manifest.json", "trajectory.csv")
@@ -277,6 +308,8 @@ def of_run_folder(case: Case) -> list[str]:
     return [*verb, "--quiet"] if verb[0] != "compare" else verb
 
 
+SPREAD = {"--face-mm": "150x150", "--mass-g": "30", "--density-kg-m3": "1690", "--date": "2026-11-21"}
+"""Options of a flat heap, which no slump is replayed for."""
 KINDS: dict[str, Callable[[Case], list[str]]] = {
     "photo": of_photo,
     "command line": of_command_line,
@@ -288,6 +321,10 @@ KINDS: dict[str, Callable[[Case], list[str]]] = {
     "sheet": of_sheet,
     "lab's folder": of_lab,
     "run folder": of_run_folder,
+    "pump": of_pump,
+    "material": of_material,
+    "spread": of_spread,
+    "fill": of_fill,
 }
 
 
@@ -303,6 +340,10 @@ def sound_lab(folder: Path) -> None:
     drawing.saveas(folder / "crack.dxf")
     (folder / "cell.toml").write_text(CELL.replace("{file}", "cell.toml"))
     (folder / "trial.toml").write_text(TRIAL + "\n[output]\nsnapshots_s = []\n")
+    _sound_paste_and_pump(folder)
+    (folder / "fill.csv").write_text("mass_g,level_mm\n0.10,-4\n0.17,-2\n0.25,0\n")
+    filled = TRIAL.replace('tilt = "vertical"', 'tilt = "flare"\nfill = "fill.csv"')
+    (folder / "filled.toml").write_text(filled + "\n[output]\nsnapshots_s = []\n")
     photos = folder / "photos"
     photos.mkdir()
     for name, own in (("crack.png", "P01.png"), ("readings.csv", "P01.csv")):
@@ -320,6 +361,24 @@ def sound_lab(folder: Path) -> None:
         mesh.export(folder / f"block.{kind}")
     for name, text in MINE.items():
         (folder / name).write_text(text)
+
+
+def _sound_paste_and_pump(folder: Path) -> None:
+    """Write a spread with its frame, a flow curve, a material with its trial, and weighings with their cell."""
+    Blob(55.0, mm_per_px=0.5).write(folder / "spread.png")
+    write_sheet_table(folder / "frame.toml")
+    (folder / "curve.csv").write_text("shear_rate_per_s,stress_pa\n1,12.5\n3,13.4\n10,17.2\n30,27.1\n100,62\n")
+    pump = '[pump]\nfile = "pump.csv"\ndensity_kg_m3 = 1690.0\n\n[spel] '
+    (folder / "pumped.toml").write_text(CELL.replace("{file}", "pumped.toml").replace("[spel] ", pump, 1))
+    rows = [f"{asked},{asked * 0.0017 * 20:.4f},20,0.3" for asked in (1, 1, 1, 10, 10, 10, 3000, 3000, 3000)]
+    (folder / "pump.csv").write_text("\n".join(["asked_mm3_s,weighed_g,time_s,delay_s", *rows]) + "\n")
+    day = date(2026, 11, 21)
+    paste = material_of_table(folder / "curve.csv", 1690.0, None, "synthetic", day)
+    (folder / "material.toml").write_text(material_text(paste))
+    head, rest = TRIAL.split("[fluid]\n")
+    fluid = 'material = "material.toml"\nfreeze_after_s = 0.5\n\n'
+    content = f"{head}[fluid]\n{fluid}{rest[rest.index('[solver]') :]}\n[output]\nsnapshots_s = []\n"
+    (folder / "pasted.toml").write_text(content)
 
 
 def written_by_user(lab: Path) -> dict[str, str]:

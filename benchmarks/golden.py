@@ -72,6 +72,8 @@ MOVED: tuple[Rule, ...] = (
     Rule("answer-*.json", "answer/runs/*/frame*", "likewise", case="sweep"),
     Rule("sweep/plan.json", "the file", "the plan of a study, in place of its ledger", case="sweep"),
     Rule("sweep/runs/*/outcome.json", "the file", "the outcome of a run, in place of its ledger", case="sweep"),
+    Rule("lab/catalogue.json", "the file", "the catalogue of a lab, in place of its database", case="ingest"),
+    Rule("answer-*.json", "answer/samples/*/sound", "an answer says whether a sample runs", case="ingest"),
 )
 """Numbers that moved, came or went on purpose; the changelog has them too."""
 
@@ -93,6 +95,7 @@ VOLATILE = (
     Rule("*health.csv", "ms_a_frame/*", "a duration"),
     Rule("*manifest.json", "*/versions/*", "versions of packages"),
     Rule("*record.json", "sealtwin", "the package's version"),
+    Rule("*catalogue.json", "checked/*", "the package's version"),
     Rule("*record.json", "files/*/size_bytes", "size of a workbook, whose compression may change"),
     Rule("*robot.json", "made_by", "the package's version"),
     Rule("answer-*.json", "answer/made_by", "the package's version"),
@@ -101,7 +104,7 @@ VOLATILE = (
 
 NOT_RECORDED = {
     "*.lock": "empty",
-    "*.sqlite": "a database with times in its rows; the answers and tables of its command are compared",
+    "*.sqlite": "a database of an earlier version",
     "*.xlsx": "a copy of what this benchmark wrote, with its time",
     "inputs/*": "copies of what this benchmark wrote",
     "*/inputs/*": "copies of what this benchmark wrote",

@@ -5,7 +5,7 @@
 Scores every X.png, X.jpg or X.jpeg in DIR that has an X_mask.png of its size beside it: bright is crack, all cracks of
 the photo. The map of all cracks is held against the mask, and three ways to the main crack against the longest line of
 the mask's skeleton: found by itself, between its two ends, between them past its middle. A photo that is refused
-counts as wrong.
+counts as wrong. Of the lines that are offered where nobody has clicked, one is right that lies on cracks of the mask.
 """
 
 import argparse
@@ -22,8 +22,9 @@ from scipy.ndimage import distance_transform_edt
 from scipy.spatial import KDTree
 
 from benchmarks.table import Row, finish
+from digitise.crack_path.crack_map import cracks_on
 from digitise.crack_path.darkness import DarkMap, map_darkness
-from digitise.crack_path.find_path import cracks_on, find_path
+from digitise.crack_path.find_path import CrackSearch, find_path
 from digitise.crack_path.hints import CrackPath
 from digitise.crack_path.medial_axis import longest_line
 from digitise.photo import Photo, load_photo
@@ -52,6 +53,8 @@ class Score:
     """By tolerance in px."""
     recall: dict[int, float] = field(default_factory=dict)
     f1: dict[int, float] = field(default_factory=dict)
+    offered: list[bool] = field(default_factory=list)
+    """Whether each line that is offered without clicks is right, best first."""
     right: dict[str, bool] = field(default_factory=dict)
     """By mode."""
     refused: dict[str, str] = field(default_factory=dict)
@@ -126,6 +129,10 @@ def _score(number: int, photo: Photo, truth: NDArray[np.bool_]) -> Score:
         precision, recall = overlap(found, truth, tolerance_px)
         score.precision[tolerance_px], score.recall[tolerance_px] = precision, recall
         score.f1[tolerance_px] = f1_score(precision, recall)
+    on_crack_px = np.argwhere(truth)[:, ::-1].astype(float)
+    for crack in CrackSearch.of(photo).cracks if len(on_crack_px) else ():
+        away_px = KDTree(on_crack_px).query(_dense(crack.line_px))[0]
+        score.offered.append(bool(np.mean(away_px <= RIGHT_PX) >= RIGHT_SHARE))
     line_px = longest_line(truth)[:, ::-1].astype(float)
     if len(line_px) < 2:
         return score
@@ -171,6 +178,10 @@ def _rows(scores: Sequence[Score]) -> list[Row]:
             Row(f"recall, {tolerance_px} px, mean", _mean(score.recall[tolerance_px] for score in scores), ""),
             Row(f"F1, {tolerance_px} px, mean", _mean(score.f1[tolerance_px] for score in scores), "", target, 1, goal),
         ]
+    for name, most in (("first", 1), ("among the first three", 3)):
+        share = 100 * _mean(any(score.offered[:most]) for score in scores)
+        rows.append(Row(f"offered without clicks: a crack is {name}, of {len(scores)}", share, "%"))
+    rows.append(Row(f"nothing offered, of {len(scores)}", 100 * _mean(not score.offered for score in scores), "%"))
     for mode, target, goal in zip(MODES, (0, 88, 91), ("", "90", "93"), strict=True):
         answered = [score for score in scores if mode in score.right]
         right = 100 * _mean(score.right[mode] for score in answered)

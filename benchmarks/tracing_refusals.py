@@ -140,7 +140,7 @@ def _patch(truth: Specimen, image: Image, x_mm: float, y_mm: float) -> Image:
 REFUSALS = (
     Refusal("no crack, searched for", r"no crack found", _without_ends, NO_CRACK),
     Refusal("no crack, ends given", r"no crack between the ends|is on no crack", _as_it_is, NO_CRACK),
-    Refusal("two cracks", r"two cracks compete", _two_cracks),
+    Refusal("two cracks", r"2 cracks compete", _two_cracks),
     Refusal("no markers", r"found 0 of 8 markers", _markers_covered),
     Refusal("marker twice", r"marker 0 is in the photo more than once", _marker_twice),
     Refusal("marker misplaced", r"mm from their places", _marker_misplaced),

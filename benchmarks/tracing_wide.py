@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from benchmarks.table import Row
-from digitise.crack_path.find_path import find_path, ranked_cracks
+from digitise.crack_path.find_path import CrackSearch, find_path
 from digitise.geometry.polyline import depth_inside, left_normals, signed_area
 from digitise.image.raster import coverage
 from digitise.outline import trace_outline
@@ -124,7 +124,7 @@ def trace_wide(seed: int, drawn: bool, folder: Path) -> WideFigures:
     (first_x, first_y), (last_x, last_y) = crack.ends_px.tolist()
     settings = PhotoInput(file=file, data="synthetic", mm_per_px=MM_PER_PX)
     photo = load_photo(settings, folder)
-    offered = ranked_cracks(photo)
+    offered = CrackSearch.of(photo).cracks
     aside_px = max(LEAST_ASIDE_PX, ASIDE * crack.usual_px)
     right = [drawn and _follows(one.line_px, crack.line_px, aside_px) for one in offered]
     rank = 1 + right.index(True) if any(right) else 0

@@ -28,6 +28,7 @@ RIM = 0.5  # Share of the contrast at which the rim of the paint lies, however b
 WALL_SMOOTHING_PX = 2.0  # Sigma of the walls along the crack: below what grain leaves, above a sand grain's own edge
 MOST_TRIMMED = 0.02  # Share of the crack's area that may be cut off where its walls cross each other
 GLANCE_WIDTH_PX = 2 * MIN_WIDTH_PX  # Of the crack in the smaller copy: its walls are within 0.1 mm of the final ones
+TABLE_SHORT_MM = 2.0  # Length of crack beyond a table of its widths that is no matter of where its end is seen
 LEAST_FITTED_PX = 1.7  # Least width by a fit: 2 px, less the 15 % that such a fit may be off
 
 
@@ -189,8 +190,14 @@ def _gauged(photo: Photo, path: CrackPath, traced: Traced, width_mm: Floats) -> 
     s_mm, normal = arc_length(traced.line_mm), polyline.left_normals(traced.line_mm)
     half_mm = np.interp(s_mm, *width_mm.T)[:, None] / 2 * normal
     traced = replace(traced, left_mm=traced.line_mm + half_mm, right_mm=traced.line_mm - half_mm)
-    said = "the crack's width is the one given, width_mm; side cracks and islands are not looked for"
-    return _along(photo, path, traced, "gauge", remarks=(said,))
+    said = ["the crack's width is the one given, width_mm; side cracks and islands are not looked for"]
+    last_mm, width_there_mm = width_mm[-1]
+    if 0 < last_mm < s_mm[-1] - TABLE_SHORT_MM:
+        said.append(
+            f"width_mm extends to s = {last_mm:g} mm, but the crack is {s_mm[-1]:.1f} mm long: its last width, "
+            f"{width_there_mm:g} mm, is taken for the rest. Extend the table"
+        )
+    return _along(photo, path, traced, "gauge", remarks=tuple(said))
 
 
 def glance(photo: Photo, path: CrackPath, edge_fraction: float = 0.5, walls_px: Lines = ()) -> Outline | None:

@@ -7,6 +7,7 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
+from digitise.weighing.fill import FillOrFile
 from sealtwin.core.records import DataKind, Floats
 from sealtwin.core.settings import Settings
 
@@ -30,6 +31,8 @@ WidthStation = tuple[Annotated[float, Field(ge=0, le=10_000)], Width]  # Arc len
 Trim = Annotated[float, Field(ge=0, le=1000)]  # Shortening of a path in mm; a metre is more than half of any crack
 MeshUnit = Literal["mm", "cm", "m", "inch"]
 MOST_WALLS, MOST_WALL_POINTS = 50, 200  # Stretches of wall drawn by hand, and points of each: more is a mask's work
+CHOICE = "photo.crack = 2"  # Words by which a refusal asks for a choice among cracks
+MOST_RANKED = 5  # Cracks that are found without ends: more would be no choice
 MOST_VIA = 50  # Largest number of via points; for more, a painted mask is better
 
 
@@ -88,6 +91,9 @@ class PhotoInput(Settings):
     ends_px: tuple[Pixel, Pixel] | None = None
     """Both ends of the crack; the nozzle starts at the first. Without them the crack is searched for: check overlay.png
     before you use the result."""
+    crack: int | None = Field(default=None, ge=1, le=MOST_RANKED)
+    """Number of the crack among those that are found without ends_px, as refused.png shows them. Left out, the first is
+    taken where it stands out."""
     via_px: tuple[Pixel, ...] = Field(default=(), max_length=MOST_VIA)
     """Points of the crack between its ends, in order, needed where it forks or a darker crack is near."""
     roi_px: tuple[Pixel, ...] | None = Field(default=None, min_length=2, max_length=200)
@@ -170,6 +176,8 @@ class PhotoInput(Settings):
             raise ValueError("no scale: give [photo.markers], face_mm, ruler_px or mm_per_px")
         if self.face_corners_px is not None and self.face_mm is None:
             raise ValueError("face_corners_px without face_mm: corners need the face's size")
+        if self.crack is not None and (self.ends_px is not None or self.mask is not None):
+            raise ValueError("crack beside ends_px or mask: a number is of the cracks that are searched for; give one")
         if self.via_px and self.ends_px is None:
             raise ValueError("via_px without ends_px: points between the ends need the ends")
         stops = [*(self.ends_px or ())[:1], *self.via_px, *(self.ends_px or ())[1:]]
@@ -199,6 +207,9 @@ class CrackShape(Settings):
         Annotated[WallAngle, Tag(ONE)] | Annotated[tuple[WallAngle, WallAngle], Tag(SEVERAL)], ByShape
     ] = 11.0
     """Angle of both walls from vertical, or of the left and the right one along the path; 11 in the paper."""
+    fill: FillOrFile | None = None
+    """CSV of a liquid that was weighed into the crack, or the table [crack.fill] with it: it gives the angle of the
+    walls, and corrects depth and width within their uncertainty. wall_angle_deg is then left out."""
     lean_to: Literal["left", "right"] = "left"
     """Side of the floor relative to the mouth, along the path; the paper does not state it. Both are mirror images, and
     swapped ends exchange them."""
@@ -246,6 +257,9 @@ class CrackShape(Settings):
     def _depths_and_angles_together(self) -> Self:
         _require_order("depth_mm", self._stations_mm)
         left_deg, right_deg = self.wall_angles_deg
+        default = type(self).model_fields["wall_angle_deg"].default
+        if self.fill is not None and self.tilt in ("flare", "funnel") and self.wall_angle_deg != default:
+            raise ValueError("wall_angle_deg beside fill, which gives it: leave it out")
         if self.tilt == "lean" and left_deg != right_deg:
             raise ValueError(
                 f"wall_angle_deg is [{left_deg:g}, {right_deg:g}] with tilt lean, which has one angle: give one, or "

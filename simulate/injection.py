@@ -10,7 +10,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from sealtwin.core.errors import NumericalError
+from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.records import Outline, Run, RunHealth, Solid, Trajectory
 from sealtwin.core.regime import regime_of
 from simulate.device import describe_device
@@ -189,7 +189,8 @@ class Injection:
         tables = {} if fluid.curve is not None else {"curve", "cooling"}
         return {
             "fluid": fluid.model_dump(exclude=tables) | drag,
-            "solver": self.solver.model_dump() | effective,
+            # A run of particles is recorded as it always was.
+            "solver": self.solver.model_dump(exclude={"model"}) | effective,
             "nozzle": self.nozzle.model_dump(),
             "seed": self.seed,
             **_sloping(self.slope),
@@ -294,6 +295,8 @@ def prepare(
     ``enclosure`` is that of an earlier run in this crack, with particles of this size on this device; None builds it.
     Raises InputError where the settings do not fit the crack.
     """
+    if solver.model == "slot":
+        raise InputError('solver.model is "slot": this runs particles alone. Take "particles", or leave it out.')
     solver = solver.for_crack(outline.mean_width_mm)
     fluids = [fluid.loaded(Path()) for fluid in fluids]
     for fluid in fluids:

@@ -6,8 +6,6 @@ age or in temperature; before the first age and after the last one both stay. No
 of a table: a cooling that leaves them is refused.
 """
 
-import csv
-import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, NamedTuple, Self
@@ -15,11 +13,12 @@ from typing import Annotated, NamedTuple, Self
 import numpy as np
 from pydantic import Discriminator, Field, Tag, model_validator
 
-from sealtwin.core.errors import InputError, naming
+from sealtwin.core.errors import InputError
+from sealtwin.core.number_tables import read_columns
 from sealtwin.core.records import Floats
 from sealtwin.core.settings import Settings
 
-MOST_ROWS, LARGEST_BYTES = 1000, 200_000
+MOST_ROWS = 1000
 BOUNDS = {
     "age_s": (0.0, 1e7),
     "temperature_c": (-273.15, 3000.0),
@@ -150,43 +149,16 @@ def course_of_tables(curve: MaterialCurve, cooling: CoolingCurve | None) -> Cour
 
 
 def _read(path: Path, kind: type[_Columns]) -> dict[str, tuple[float, ...]]:
-    known = list(kind.model_fields)
-    needed = f"a CSV with columns {', '.join(known)}, separated by commas"
-    if not path.is_file():
-        raise InputError(f"{path}: no such file; it must be {needed}.")
-    if path.stat().st_size > LARGEST_BYTES:
-        raise InputError(f"{path}: larger than {LARGEST_BYTES} bytes; a table has up to {MOST_ROWS} rows.")
-    try:
-        with naming(path):
-            text = path.read_text(encoding="utf-8-sig")
-        rows = [(line, row) for line, row in enumerate(csv.reader(io.StringIO(text)), start=1) if any(row)]
-    except (UnicodeDecodeError, csv.Error) as fault:
-        raise InputError(f"{path}: no readable CSV ({fault}); it must be {needed}.") from None
-    if not rows:
-        raise InputError(f"{path}: empty; it must be {needed}.")
-    header = [name.strip() for name in rows[0][1]]
-    if wrong := [name for name in header if name not in known or header.count(name) > 1]:
-        raise InputError(f"{path}, row 1: column '{wrong[0]:.60}' is unknown or named twice; it must be {needed}.")
-    if not 2 <= len(rows) - 1 <= MOST_ROWS:
-        raise InputError(f"{path}: {len(rows) - 1} rows below the header; 2 to {MOST_ROWS} are allowed.")
-    columns: dict[str, list[float]] = {name: [] for name in header}
-    for line, row in rows[1:]:
-        if len(row) != len(header):
-            raise InputError(f"{path}, row {line}: {len(row)} cells for {len(header)} columns ({','.join(row):.60}).")
-        for name, cell in zip(header, row, strict=True):
-            try:
-                columns[name].append(float(cell))
-            except ValueError:
-                raise InputError(f"{path}, row {line}, column {name}: '{cell:.60}' is no number.") from None
+    fields = kind.model_fields
+    needed = [name for name, field in fields.items() if field.is_required()]
+    columns = read_columns(path, {name: BOUNDS[name] for name in fields}, needed, (2, MOST_ROWS))
+    rows = columns.pop("row")
     if fault := _first_fault(columns):
         number, name, said = fault
-        raise InputError(f"{path}, row {rows[number + 1][0]}, column {name}: {said}.")
-    content = {name: tuple(values) for name, values in columns.items()}
-    if missing := [name for name, field in kind.model_fields.items() if field.is_required() and name not in content]:
-        raise InputError(f"{path}, row 1: no column {missing[0]}; it must be {needed}.")
-    if kind is MaterialCurve and ("age_s" in content) == ("temperature_c" in content):
+        raise InputError(f"{path}, row {rows[number]:g}, column {name}: {said}.")
+    if kind is MaterialCurve and ("age_s" in columns) == ("temperature_c" in columns):
         raise InputError(f"{path}, row 1: one column of age_s and temperature_c is needed, and not both.")
-    return content
+    return {name: tuple(values) for name, values in columns.items()}
 
 
 def _first_fault(columns: Mapping[str, Sequence[float]]) -> tuple[int, str, str] | None:

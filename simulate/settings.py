@@ -5,11 +5,12 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field, Tag, model_validator
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.settings import Settings
 from simulate.material_curve import (
+    ByForm,
     CoolingOrFile,
     Course,
     CurveOrFile,
@@ -18,6 +19,7 @@ from simulate.material_curve import (
     read_cooling,
     read_curve,
 )
+from simulate.material_file import Material, read_material
 
 STIFFEST_U = 1e6  # A thousand times the paper's stiffest: it stands like a solid, and float32 still solves it
 
@@ -32,6 +34,12 @@ REPLACED_BY_CURVE = (
     *("yield_stress_pa", "structuration_pa_per_s", "yield_stress_most_pa"),
 )
 """Settings of a fluid that its curve gives."""
+BESIDE_NO_MATERIAL = (
+    *("U", "consistency_pa_s_n", "flow_index", "density_kg_m3", "yield_stress_pa", "structuration_pa_per_s"),
+    *("yield_stress_most_pa", "curve", "cooling"),
+)
+"""Settings that a measured material gives, or that another rheology would need."""
+MaterialOrFile = Annotated[Annotated[Path, Tag("one")] | Annotated[Material, Tag("several")], ByForm]
 
 
 class Fluid(Settings):
@@ -74,6 +82,10 @@ class Fluid(Settings):
     """CSV file, or its columns, of the sealant's temperature over its age, for a curve over temperature. It may not
     leave the curve's temperatures.
     """
+    material: MaterialOrFile | None = None
+    """A material.toml of 'sealtwin material', which gives yield stress, density and, where it has one, the viscosity;
+    their uncertainties stand in [uncertainty] unless others are declared.
+    """
     freeze_after_s: float | Literal["never"]
     """Age at which a particle is fixed where it lies. It is the paste's stiffening and makes the slope of the bed:
     2.58 s is the paper's limit of 2,500 moving particles.
@@ -92,11 +104,27 @@ class Fluid(Settings):
 
         Raises InputError for a file that cannot be used.
         """
+        if isinstance(self.material, Path):
+            return self._with(read_material(folder / self.material), folder / self.material)
         curve = read_curve(folder / self.curve) if isinstance(self.curve, Path) else self.curve
         cooling = read_cooling(folder / self.cooling) if isinstance(self.cooling, Path) else self.cooling
         if curve is not None and (fault := fault_of(curve, cooling)):
             raise InputError(f"fluid.{fault}.")
         return self.model_copy(update={"curve": curve, "cooling": cooling})
+
+    def _with(self, material: Material, file: Path) -> Self:
+        """Return the same with the numbers of a material, whose record it keeps."""
+        if (self.viscosity_pa_s is None) == (material.viscosity_pa_s is None):
+            said = "no viscosity: give fluid.viscosity_pa_s beside it"
+            if material.viscosity_pa_s is not None:
+                said = f"a viscosity, and fluid.viscosity_pa_s is {self.viscosity_pa_s:g} beside it: leave it out"
+            raise InputError(f"{file}: has {said}.")
+        numbers = {
+            "viscosity_pa_s": self.viscosity_pa_s or material.viscosity_pa_s,
+            "yield_stress_pa": material.yield_stress_pa,
+            "density_kg_m3": material.density_kg_m3,
+        }
+        return self.model_copy(update={"material": material, **numbers})
 
     @property
     def course(self) -> Course | None:
@@ -138,7 +166,19 @@ class Fluid(Settings):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        if self.curve is not None or self.cooling is not None:
+        if isinstance(self.material, Material) and (self.yield_stress_pa, self.density_kg_m3) != (
+            self.material.yield_stress_pa,
+            self.material.density_kg_m3,
+        ):
+            raise ValueError("material is a table of other numbers than those beside it: leave either out")
+        if isinstance(self.material, Path):
+            beside = [key for key in BESIDE_NO_MATERIAL if getattr(self, key) != Fluid.model_fields[key].default]
+            if beside:
+                raise ValueError(
+                    f"{', '.join(beside)} beside material: it gives yield stress, density and viscosity itself, and "
+                    "the others need another law; leave them out"
+                )
+        elif self.curve is not None or self.cooling is not None:
             self._check_curve()
         elif self.flow_index not in (None, 1):
             for key in ("U", "viscosity_pa_s"):
@@ -226,6 +266,10 @@ STEEPEST_DEG = 45.0  # Bound of both slopes of a sample: roads stay below 12 deg
 class Solver(Settings):
     """The numerical method. Equations: Macklin & Müller 2013 (PBF), and the paper's Eqs 1 to 6."""
 
+    model: Literal["particles", "slot"] | None = None
+    """particles, the default: the fluid in three dimensions. slot: the flow along the crack, averaged over sections, in
+    a tenth of a second; for screening within its domain, which a report names. It has no particles, jet or overspill.
+    """
     preset: Literal["accurate", "paper"] = "accurate"
     """accurate keeps the dispensed volume; paper takes the constants of the solver that the paper built on, which
     lose a fifth to a quarter of it. Lean walls fit the paper's bed with the second, flared walls with the first.

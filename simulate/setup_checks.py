@@ -11,7 +11,7 @@ from simulate.fluid.solver import Domain
 from simulate.settings import LEVEL, STIFFEST_U, Fluid, Nozzle, SampleSlope, Solver
 from simulate.setup.release_schedule import Schedule, frames_to_freeze, plan_releases
 from simulate.setup.rheology import Rheology, no_slip_weight, viscous_weight
-from simulate.setup.signed_distance import CM, Barrier, crack_box_mm
+from simulate.setup.signed_distance import CM, Barrier, crack_box_mm, grid_fits
 
 ACROSS_AT_LEAST = 2  # Least number of particles abreast in a crack of mean width
 CELLS_AT_MOST = 4_000_000
@@ -39,8 +39,7 @@ def check_fit(
         raise InputError(
             f"solver.radius_mm is {radius_mm:g}: fewer than {ACROSS_AT_LEAST} particles fit abreast in a crack "
             f"of mean width {outline.mean_width_mm:.2f} mm, and fluid one particle wide bridges the walls instead of "
-            f"flowing. Allowed is at most {widest_mm:.3f}; {outline.mean_width_mm / 8:.3f} is four abreast, as in the "
-            'paper, and so is "auto".'
+            f"flowing. {_radii_allowed(outline, solid, widest_mm)}"
         )
     if radius_mm > nozzle.diameter_mm / 2:
         raise InputError(
@@ -66,6 +65,18 @@ def check_fit(
             f"fluid.freeze_after_s is {fluid.freeze_after_s:g}: sealant falls {solid.depth_mm:g} mm to the floor in "
             f'{fall_s:.3f} s and would freeze in the air. Allowed is at least {fall_s:.3f}, or "never".'
         )
+
+
+def _radii_allowed(outline: Outline, solid: Solid, widest_mm: float) -> str:
+    """Return the radii at which a crack of that width can run, which its distance grid may limit from below."""
+    abreast_mm = outline.mean_width_mm / 8
+    if grid_fits(solid, outline, abreast_mm):
+        said = f'{abreast_mm:.3f} is four abreast, as in the paper, and so is "auto"'
+        return f"Allowed is at most {widest_mm:.3f}; {said}."
+    too_fine = f'"auto", {abreast_mm:.3f}, would need a distance grid that is too large'
+    if grid_fits(solid, outline, 0.99 * widest_mm):
+        return f"Take {0.99 * widest_mm:.3f}; {too_fine}."
+    return f"Allowed is at most {widest_mm:.3f}, and that, like {too_fine}: simulate a shorter piece of the crack."
 
 
 def check_damping(solver: Solver, step_s: float) -> None:

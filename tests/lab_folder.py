@@ -220,7 +220,7 @@ FAULTS = (
     ),
     Planted(
         "no depth at all",
-        r"P03_Notizen\.csv: crack\.depth_mm is not said; no photo shows it",
+        r"P03.*: crack\.depth_mm is not said, and no photo shows it",
         _edit("P03_Notizen.csv", "Tiefe;0,8 cm\n", "", "cp1252"),
     ),
     Planted(
@@ -270,8 +270,11 @@ FAULTS = (
     ),
     Planted(
         "an old workbook",
-        r"P11_Messung\.xls: \.xls is not read; save a copy as XLSX, ODS or CSV beside it",
-        lambda folder: (folder / "P11_Messung.xls").write_bytes(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"),
+        r"P11_Messung\.xls: an old Excel workbook \(\.xls\), or one with a password\. Open it in a spreadsheet program",
+        lambda folder: (
+            (folder / "P11_Messung.xls").write_bytes(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"),
+            shutil.copy(folder / "P10.png", folder / "P11.png"),
+        ),
     ),
     Planted(
         "a sheet without a photo",

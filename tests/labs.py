@@ -25,8 +25,5 @@ def hashes_of(folder: Path) -> dict[str, str]:
 
 def rows_of(lab: Path) -> list[tuple[Any, ...]]:
     """What the catalogue says, without times."""
-    with Catalogue.of(lab) as catalogue:
-        return [
-            (record.name, record.revision, record.folder, record.content, record.files)
-            for record in catalogue.records()
-        ]
+    records = Catalogue.of(lab).records
+    return [(record.name, record.revision, record.folder, record.content, record.files) for record in records]

@@ -1,6 +1,5 @@
 """Reports and figures that are left out: drawing them takes seconds, which most tests of a run are not about."""
 
-import io
 from pathlib import Path
 
 import pytest
@@ -13,10 +12,8 @@ from validate.report_input import Evidence
 
 def leave_out_figures(patch: pytest.MonkeyPatch) -> None:
     """Write reports with all their words, and with empty pictures in place of their plates."""
-    picture = io.BytesIO()
-    Image.new("RGB", (2, 1)).save(picture, "PNG")
     patch.setattr(report_module, "as_svg", lambda *_: "<svg></svg>")
-    patch.setattr(report_module, "as_png", lambda *_: picture.getvalue())
+    patch.setattr(report_module, "as_picture", lambda *_: Image.new("RGB", (2, 1)))
 
 
 def leave_out_pages(patch: pytest.MonkeyPatch) -> list[Evidence]:

@@ -55,13 +55,14 @@ def compare(
     edited: tuple[str, ...] = (),
     fitted: tuple[str, ...] | None = None,
     lab_searched: bool = False,
+    screening: bool = False,
 ) -> Comparison:
     """Compare two levels over their common stretch of s and judge the error.
 
     A positive error means that the simulated level is too high; between stations both are straight, so the integrals
     are exact. With an escaped particle nothing passes, and without ``uncertainty`` the verdict has no interval. The
-    settings ``fitted`` to the readings, and whether the lab's catalogue was searched for them, are for the headline.
-    Raises InputError where the two curves do not overlap.
+    settings ``fitted`` to the readings, and whether the lab's catalogue was searched for them, are for the headline; a
+    level by a model for ``screening`` gets no verdict. Raises InputError where the two curves do not overlap.
     """
     error = level_difference(simulated, measured)
     area_mm2, area_library_mm2 = error.area, error.area_by_similaritymeasures()
@@ -116,7 +117,7 @@ def compare(
         photo_data=photo_data,
         **volumes,
     )
-    return judged(metrics, gate, uncertainty, edited)
+    return judged(metrics, gate, uncertainty, edited, screening=screening)
 
 
 def assess(
@@ -143,6 +144,7 @@ def assess(
         edited=evidence.edited,
         fitted=settings.fitted,
         lab_searched=evidence.lab_searched,
+        screening=evidence.run.bed is not None,
     )
     metrics = comparison.metrics
     baseline = balance_profile(evidence.run.dispensed_volume_mm3, outline, solid)

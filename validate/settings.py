@@ -9,6 +9,7 @@ from pydantic import Field, field_validator, model_validator
 from sealtwin.core.comparison import Role
 from sealtwin.core.records import DataKind
 from sealtwin.core.settings import Settings
+from sealtwin.core.solid_figures import WeighedCavity
 
 Separator = Literal["comma", "semicolon", "tab"]
 Decimal = Literal["point", "comma"]
@@ -209,6 +210,7 @@ class Uncertainty(Settings):
     """Uncertainty of the crack's depth, the same over all of its length."""
     viscosity_percent: Standard | None = None
     yield_stress_pa: Standard | None = None
+    """Uncertainty of the yield stress. Left out, it is that of fluid.material, and so is viscosity_percent."""
     station_mm: Standard | None = None
     """Uncertainty of the origin of the readings' s: all stations shift together."""
     station_each_mm: Standard | None = None
@@ -226,8 +228,20 @@ class Uncertainty(Settings):
         """Declared inputs, by name, whose effect is found by extra runs."""
         return {name: value for name, value in self if value is not None and name not in OF_THE_READINGS}
 
-    def with_width(self, width_mm: float | None) -> Self:
-        """Return them with the doubt that the photo leaves about a fitted width, unless one is declared."""
+    def with_sample(self, width_mm: float | None, weighed: WeighedCavity | None) -> Self:
+        """Return them with what the sample itself says of its walls.
+
+        A weighed fill leaves each of width, angle and depth the uncertainty that it has where those before it are
+        given. Without one, a width fitted to a photo has the doubt ``width_mm``, unless one is declared.
+        """
+        if weighed is not None:
+            names = ("width_mm", "wall_angle_deg", "depth_mm")
+            return self.model_copy(update={name: weighed.steps[i][i] or None for i, name in enumerate(names)})
         if width_mm is None or self.width_mm is not None:
             return self
         return self.model_copy(update={"width_mm": width_mm})
+
+    def with_paste(self, yield_stress_pa: float, viscosity_percent: float | None) -> Self:
+        """Return them with what the measurement of the paste leaves open, unless it is declared."""
+        measured = {"yield_stress_pa": yield_stress_pa or None, "viscosity_percent": viscosity_percent or None}
+        return self.model_copy(update={key: value for key, value in measured.items() if getattr(self, key) is None})

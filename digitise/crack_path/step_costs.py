@@ -20,6 +20,7 @@ LEAST_DARKNESS = 0.2  # Least darkness of a wide crack against the mortar beside
 
 THIN_PX = 6.0  # Width on the search map below which cracks are found by their shape as lines, above by their darkness
 WIDE_PX = 1.5 * THIN_PX  # Width on the search map of a crack's middle from which a path that looks thin hugs its wall
+WIDEST = 80  # Percentile of the widths along a path that tells its wide part, which a map must know as dark
 AROUND = np.argwhere(np.ones((3, 3))) - 1  # Steps to a cell's neighbours and to itself
 
 
@@ -96,8 +97,8 @@ def measure(field: DarkMap, cells: Integers) -> tuple[float, float]:
 
 
 def middle_width(field: DarkMap, cells: Integers, darkness: float) -> float:
-    """Width in cells of the dark around a path, at the widest place uphill of it."""
-    return float(2 * np.median(_uphill(_to_rim(field, darkness), cells)) - 1)
+    """Width in cells of the dark around the wide part of a path, at the widest places uphill of it."""
+    return float(2 * np.percentile(_uphill(_to_rim(field, darkness), cells), WIDEST) - 1)
 
 
 def _from_middle(to_rim: Floats, cells: Integers) -> Floats:

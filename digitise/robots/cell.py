@@ -7,6 +7,7 @@ from typing import Annotated, Literal, Self, get_args
 import numpy as np
 from pydantic import Field, model_validator
 
+from digitise.robots.pump import Pump
 from digitise.settings import OnFace
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
@@ -164,6 +165,8 @@ class RobotCell(Settings):
     reach: Reach
     motion: Motion
     plunger: Plunger | None = None
+    pump: Pump | None = None
+    """Weighings of the pump, so that programs ask for what gives the path's flow; without them it is taken to obey."""
     spel: Spel | None = None
     gcode: Gcode | None = None
     urscript: Urscript | None = None

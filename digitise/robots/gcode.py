@@ -18,9 +18,13 @@ def gcode_text(path: RobotPath) -> str:
     over_mm = path.over_mm
     path.require(path.tilt_limit, path.reach_limit("the way to the path or from it", over_mm))
     # Rounded before it is differenced: relative steps then add up to the absolute end.
-    e_mm = np.round(path.plunger_mm(), E_DECIMALS)
+    e_mm = np.round(path.plunger_mm(path.held_mm3), E_DECIMALS)
+    plunger, begins = path.cell.plunger, path.trajectory.giving.start
+    held_mm = 0.0 if plunger is None else round(path.held_mm3 / plunger.area_mm2, E_DECIMALS)
     if settings.relative_e:
         e_mm = np.diff(e_mm, prepend=0.0)
+    else:
+        e_mm[begins + 1 :] += held_mm
     trajectory, approach = path.trajectory, path.cell.motion.approach_speed_mm_s
     lines = [
         *comments(";", path.head),
@@ -34,7 +38,13 @@ def gcode_text(path: RobotPath) -> str:
         f"G1 {_place(over_mm[0])} {_feed(approach)}",
         f"G1 {_place(trajectory.position_mm[0])} {_feed(approach)}",
     ]
-    for place, e, speed in zip(trajectory.position_mm[1:], e_mm[1:], trajectory.speed_mm_s[:-1], strict=True):
+    for row, (place, e, speed) in enumerate(
+        zip(trajectory.position_mm[1:], e_mm[1:], trajectory.speed_mm_s[:-1], strict=True)
+    ):
+        if row == begins and held_mm > 0:
+            # The plunger alone, until the first sealant comes.
+            before_mm = 0.0 if settings.relative_e else float(e_mm[begins])
+            lines.append(f"G1 E{decimal(before_mm + held_mm, E_DECIMALS)} {_feed(held_mm / path.hold_s)}")
         lines.append(f"G1 {_place(place)} E{decimal(e, E_DECIMALS)} {_feed(speed)}")
     lines += [f"G1 {_place(over_mm[1])} {_feed(approach)}", ""]
     return "\n".join(lines)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from digitise.robots.cell import RobotCell, RobotFrame, fit_frame
+from digitise.robots.pump import PumpTable
 from digitise.trajectory import radii_mm
 from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import TRAJECTORY_COLUMNS
@@ -25,17 +26,24 @@ LONGEST = 120
 class RobotPath:
     """Content of every robot's file."""
 
-    trajectory: Trajectory  # Trajectory with the robot's positions
+    trajectory: Trajectory  # Trajectory with the robot's positions, and the flow that the pump is asked for
     frame: RobotFrame
     cell: RobotCell
     cell_file: str  # Name of the cell file, for refusals
     warnings: tuple[str, ...]
+    wanted_mm3: float = 0.0  # Sealant that the path is to give
+    hold_s: float = 0.0  # Time for which the pump is asked before the nozzle begins to move along the crack
     head: tuple[str, ...] = ()  # Lines for a program's head: with a user's words, they enter it by ``comments`` only
 
     @property
     def tilt_deg(self) -> float:
         """Angle of the face from level."""
         return float(np.degrees(np.arccos(np.clip(self.cell.up * self.frame.normal[2], -1, 1))))
+
+    @property
+    def held_mm3(self) -> float:
+        """Sealant that is asked for while the nozzle waits for the first of it."""
+        return float(self.trajectory.flow_mm3_s[self.trajectory.giving.start]) * self.hold_s
 
     @property
     def over_mm(self) -> Floats:
@@ -84,16 +92,19 @@ class RobotPath:
             )
         return float(flow.mean())
 
-    def plunger_mm(self) -> Floats:
-        """Return the plunger's travel at each waypoint, (n,). Raises InputError if it is too far or too fast."""
+    def plunger_mm(self, held_mm3: float = 0.0) -> Floats:
+        """Return the plunger's travel at each waypoint, (n,), without ``held_mm3``, given while the nozzle waits.
+
+        Raises InputError if it is too far or too fast.
+        """
         plunger = self.cell.plunger
         assert plunger is not None, "a cell without [plunger]"
         way_mm = np.concatenate([[0.0], np.cumsum(self.trajectory.given_mm3)]) / plunger.area_mm2
         speed_mm_s = self.trajectory.flow_mm3_s.max() / plunger.area_mm2
         self.require(
             (
-                way_mm[-1] > plunger.travel_mm,
-                f"the path needs {way_mm[-1]:.1f} mm of the plunger; plunger.travel_mm is {plunger.travel_mm:g}. Fill "
+                (needed_mm := way_mm[-1] + held_mm3 / plunger.area_mm2) > plunger.travel_mm,
+                f"the path needs {needed_mm:.1f} mm of the plunger; plunger.travel_mm is {plunger.travel_mm:g}. Fill "
                 "the syringe, or digitise with a smaller path.volume_ml or path.fill.",
             ),
             (
@@ -105,13 +116,24 @@ class RobotPath:
         return way_mm
 
 
-def place_path(trajectory: Trajectory, cell: RobotCell, cell_file: str) -> RobotPath:
-    """Transform a path from the sample's frame into the robot's. Raises InputError, with all limits that it exceeds."""
+def place_path(trajectory: Trajectory, cell: RobotCell, cell_file: str, pump: PumpTable | None = None) -> RobotPath:
+    """Transform a path from the sample's frame into the robot's. Raises InputError, with all limits that it exceeds.
+
+    With a ``pump`` that was weighed, the flow becomes what to ask it for.
+    """
     _check_rows(trajectory)
     sample_mm, robot_mm = (np.array([getattr(at, of) for at in cell.taught]) for of in ("sample_mm", "robot_mm"))
     frame = fit_frame(sample_mm, robot_mm, limit_mm=cell.frame_limit_mm, up=cell.up, where=cell_file)
     placed = replace(trajectory, position_mm=frame.to_robot_mm(trajectory.position_mm))
-    path = RobotPath(placed, frame, cell, cell_file, _warnings(trajectory, frame, cell))
+    warnings, hold_s = _warnings(trajectory, frame, cell), 0.0
+    if pump is not None:
+        first_mm3_s = float(trajectory.flow_mm3_s[trajectory.giving.start])
+        hold_s = pump.delay_at(first_mm3_s)
+        if hold_s > 0 and cell.spel is not None and cell.spel.dispenser != "output":
+            said = f"the pump's delay of {hold_s:.2g} s is not in a SPEL+ program whose axis presses the plunger"
+            warnings = (*warnings, f"{said}; digitise with a path.lead_in_mm, and start the plunger by hand")
+        placed = replace(placed, flow_mm3_s=pump.asked_for(trajectory.flow_mm3_s))
+    path = RobotPath(placed, frame, cell, cell_file, warnings, trajectory.dispensed_mm3, hold_s)
     path.require(*_motion_limits(path, trajectory), path.reach_limit("the path", placed.position_mm))
     return path
 
@@ -200,5 +222,12 @@ def table_text(path: RobotPath) -> str:
     """Return the columns of trajectory.csv with the robot's x, y and z; each row holds until the next."""
     it = path.trajectory
     rows = np.column_stack([it.t_s, it.position_mm, it.s_mm, it.speed_mm_s, it.flow_mm3_s])
+    if path.hold_s > 0:
+        # The nozzle waits where it begins to give, and asks already.
+        first = it.giving.start
+        waiting = rows[first].copy()
+        waiting[list(TRAJECTORY_COLUMNS).index("speed_mm_s")] = 0.0
+        rows[first:, 0] += path.hold_s
+        rows = np.insert(rows, first, waiting, axis=0)
     lines = [",".join(TRAJECTORY_COLUMNS), *(",".join(decimal(value, 6) for value in row) for row in rows)]
     return "\n".join(lines) + "\n"

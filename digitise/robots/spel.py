@@ -84,8 +84,8 @@ def _along_curve(path: RobotPath, settings: Spel, places: Places, number: int) -
         f'  Curve "crack", O, 0, {axes}, P({begins}:{ends})',
         f"  Move P{number}",
         f"  SpeedS {speed}",
-        *([f"  Move P{begins} CP"] if len(before) else []),
-        *([f"  On {settings.output_bit}"] if settings.dispenser == "output" else []),
+        *([f"  Move P{begins}{_blend(path)}"] if len(before) else []),
+        *([f"  On {settings.output_bit}", *_wait(path)] if settings.dispenser == "output" else []),
         f'  CVMove "crack"{" CP" if len(after) else ""}',
         *([f"  Off {settings.output_bit}"] if settings.dispenser == "output" else []),
         *([f"  Move P{ends + 1}"] if len(after) else []),
@@ -105,11 +105,24 @@ def _along_moves(path: RobotPath, settings: Spel, places: Places, number: int) -
         if switched and flowing[row] != is_on:
             is_on = not is_on
             lines.append(f"  {'On' if is_on else 'Off'} {settings.output_bit}")
+            # Only once: a path gives without a pause.
+            lines += _wait(path) if row == trajectory.giving.start else []
         if (asked := decimal(float(speed_mm_s[row]), 3)) != speed:
             speed = asked
             lines.append(f"  SpeedS {speed}")
-        lines.append(f"  Move P{number + row + 1}{' CP' if row + 1 < last else ''}")
+        onward = "" if row + 1 == last else _blend(path) if row + 1 == trajectory.giving.start else " CP"
+        lines.append(f"  Move P{number + row + 1}{onward}")
     return places, [*lines, *([f"  Off {settings.output_bit}"] if is_on else [])]
+
+
+def _blend(path: RobotPath) -> str:
+    """Write that a motion goes over into the next one, unless the nozzle waits in between."""
+    return "" if path.hold_s > 0 else " CP"
+
+
+def _wait(path: RobotPath) -> list[str]:
+    """Write the pause in which the first sealant comes."""
+    return [f"  Wait {decimal(path.hold_s, 3)}"] if path.hold_s > 0 else []
 
 
 def _for_curve(path: RobotPath, crack: Places) -> Places:

@@ -41,9 +41,15 @@ def urscript_text(path: RobotPath) -> str:
         f"  movel({pose(trajectory.position_mm[0])}, a={accelerate}, v={approach})",
     ]
     radii_mm = [settings.blend_mm] * (len(outputs) - 1) + [0.0]
+    begins = trajectory.giving.start
+    if path.hold_s > 0 and begins > 0:
+        # It stops where it waits.
+        radii_mm[begins - 1] = 0.0
     rows = zip(outputs, [off, *outputs], trajectory.position_mm[1:], trajectory.speed_mm_s, radii_mm, strict=False)
-    for output, before, place_mm, speed_mm_s, radius_mm in rows:
+    for row, (output, before, place_mm, speed_mm_s, radius_mm) in enumerate(rows):
         lines += [output] if output != before else []
+        if path.hold_s > 0 and row == begins:
+            lines.append(f"  sleep({decimal(path.hold_s, 3)})")
         lines.append(f"  movep({pose(place_mm)}, a={accelerate}, v={_metres(speed_mm_s)}, r={_metres(radius_mm)})")
     return "\n".join([*lines, off, f"  movel({pose(over_mm[1])}, a={accelerate}, v={approach})", "end", ""])
 

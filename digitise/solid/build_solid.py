@@ -15,9 +15,11 @@ from digitise.solid.tilt_variants import Slicer, TiltVariants, cavity_volume_mm3
 from digitise.solid.wedges import carve, wall_shifts_mm
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Integers, Outline, Solid
-from sealtwin.core.solid_figures import EndOfCrack, SolidFigures, Span
+from sealtwin.core.solid_figures import EndOfCrack, SolidFigures, Span, WeighedCavity
 
 JITTER_MM = 2e-4  # Step of the vertices' random shift after a failed build, which breaks a coincidence
+LEAST_CLOSED = 0.02  # Share of a crack along which a funnel's walls meet that is told: at closed tips they always do
+TABLE_SHORT_MM = 2.0  # Length of crack beyond a table of its depths that is no matter of where its end is seen
 ATTEMPTS = 6
 CAVITY_TOLERANCE = 1e-3  # Relative difference allowed between the mesh's cavity and the integral of its sections
 FINER = 8  # Times as many sections before a refusal: those of a funnel change fast where walls meet
@@ -31,9 +33,11 @@ def build_solid(outline: Outline, shape: CrackShape) -> Solid:
     z = 0 is the face. The walls follow the traced outline at the mouth (lean, funnel, vertical) or the floor (flare).
     Raises InputError if the outline crosses itself, leaves the block without an open end, or encloses nothing.
     """
+    if shape.fill is not None:
+        raise ValueError("a shape with a fill: weigh it first")
     if outline.width_source == "none":
         raise InputError("This outline is a path alone, without walls: give the crack's width to build a solid.")
-    shape, table_warnings = _as_long_as(outline.length_mm, shape)
+    shape, table_warnings = shape_as_long_as(outline.length_mm, shape)
     spread_mm = max(wall_shifts_mm(shape))
     footprint = lay_out(outline, shape, spread_mm)
     slicer = Slicer(footprint, shape)
@@ -74,6 +78,17 @@ def build_solid(outline: Outline, shape: CrackShape) -> Solid:
     )
 
 
+def with_weighed(solid: Solid, weighed: WeighedCavity) -> Solid:
+    """Return a solid that was built as a weighed fill wants it, with the fill's figures and findings."""
+    figures = replace(
+        solid.figures,
+        weighed=weighed,
+        cavity_volume_95_mm3=weighed.volume_95_mm3,
+        warnings=(*solid.figures.warnings, *weighed.findings),
+    )
+    return replace(solid, figures=figures)
+
+
 def _doubt_of_volume(outline: Outline, shape: CrackShape, cavity_mm3: float) -> Span | None:
     """Volume of the cavity at both ends of the width's interval: each wall moves aside as a whole, at any tilt."""
     if outline.width_95_mm is None:
@@ -85,9 +100,14 @@ def _doubt_of_volume(outline: Outline, shape: CrackShape, cavity_mm3: float) -> 
     return low_mm3, high_mm3
 
 
-def _as_long_as(length_mm: float, shape: CrackShape) -> tuple[CrackShape, list[str]]:
-    """Return the shape with its table of depths cut at the crack's end, and a warning if it was longer."""
+def shape_as_long_as(length_mm: float, shape: CrackShape) -> tuple[CrackShape, list[str]]:
+    """Return the shape with its table of depths cut at the crack's end, and a warning if it was longer or is short."""
     s_mm = shape.depth_stations_mm
+    if len(s_mm) > 1 and s_mm[-1] < length_mm - TABLE_SHORT_MM:
+        return shape, [
+            f"depth_mm extends to s = {s_mm[-1]:g} mm, but the crack is {length_mm:.1f} mm long: its last depth is "
+            "taken for the rest."
+        ]
     if s_mm[-1] <= length_mm:
         return shape, []
     s_mm = np.append(s_mm[s_mm < length_mm], length_mm)
@@ -147,13 +167,13 @@ def _require_agreement(cavity_mm3: float, variants: TiltVariants, footprint: Foo
 
 def _tilt_warnings(outline: Outline, footprint: Footprint, shape: CrackShape, variants: TiltVariants) -> list[str]:
     closing = variants.closing_depth_mm
-    if shape.tilt != "funnel" or closing.mean is None or closing.share_above_floor == 0:
+    if shape.tilt != "funnel" or closing.mean is None or closing.share_above_floor < LEAST_CLOSED:
         return []
     depth_mm = f"{shape.deepest_mm:g} mm" if footprint.floor is None else f"of up to {shape.deepest_mm:g} mm"
     steepest_deg = np.degrees(np.arctan(outline.mean_width_mm / (2 * shape.deepest_mm)))
     return [
-        f"At {_angles(shape)} the walls meet at {closing.mean:.1f} mm on average, above the requested depth "
-        f"{depth_mm} along {closing.share_above_floor:.0%} of the crack; volume "
+        f"At {_angles(shape)} the walls meet above the requested depth {depth_mm} along "
+        f"{closing.share_above_floor:.0%} of the crack, at {closing.mean:.1f} mm on average over all of it; volume "
         f"{variants.volume_mm3['funnel'] / 1000:.2f} ml. Reduce the angle below {steepest_deg:.1f}°, choose "
         'tilt = "flare" or "lean", or accept the V.'
     ]

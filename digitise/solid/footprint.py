@@ -172,8 +172,9 @@ def lay_out(outline: Outline, shape: CrackShape, spread_mm: float) -> Footprint:
     beyond = CrossSection.batch_boolean(stoppers, OpType.Add) ^ block
     if (buried_mm2 := (traced ^ beyond).area()) > width_mm**2:
         raise InputError(
-            f"The crack comes back past one of its own cut ends ({buried_mm2:.1f} mm² are beyond it). "
-            "Cut it farther from its other parts."
+            f"One end of the crack is cut, and {buried_mm2:.1f} mm² of the crack lie in what closes it there: the "
+            "crack bends back beside that end. Move the end along the crack, away from its other parts: in ends_px, or "
+            "with 'sealtwin trace'."
         )
     if ((traced ^ block) - beyond).area() < PIECE_MM2:
         listed = ", ".join(f"{value:g}" for value in block_mm)

@@ -13,8 +13,10 @@ import cv2
 import numpy as np
 from pydantic import Field
 
-from digitise.crack_path.find_path import find_path
+from digitise.crack_path.crack_map import FoundCrack
+from digitise.crack_path.find_path import CrackSearch, RivalCracksError
 from digitise.crack_path.hints import CrackPath
+from digitise.crack_path.painted_path import painted_path
 from digitise.crack_path.path_search import LiveWire
 from digitise.geometry.polyline import signed_area
 from digitise.outline import Unconfirmed, glance, trace_outline
@@ -39,6 +41,7 @@ CONTROLS = {  # Labels on the page for the settings and files that messages name
     "mm_per_px": "mm/px",
     "overlay.png": "the lines on the photo",
 }
+CHOOSE = "{count} lines may be the crack: click the number of yours, or press its key."
 Answer = dict[str, Any]
 Until = Literal["scale", "path", "glance", "walls"]
 
@@ -47,6 +50,7 @@ class Hints(Settings):
     """Settings of a ``PhotoInput`` that the page edits, None where not given; ``PhotoInput`` checks their values."""
 
     ends_px: tuple[Pixel, Pixel] | None = None
+    crack: int | None = None
     via_px: tuple[Pixel, ...] | None = Field(default=None, max_length=MOST_VIA)
     roi_px: tuple[Pixel, ...] | None = Field(default=None, max_length=200)
     walls_px: tuple[Annotated[tuple[Pixel, ...], Field(max_length=MOST_WALL_POINTS)], ...] | None = Field(
@@ -186,7 +190,7 @@ class TraceSession:
         }
 
     def trace(self, hints: Hints, revision: float, until: Until) -> Iterator[Answer]:
-        """Yield scale, path, walls of a smaller copy and walls, each when it is known; the last may be a refusal.
+        """Yield scale, cracks without ends, path, walls of a smaller copy and walls; the last may be a refusal.
 
         ``revision`` grows from question to question; raises OutdatedError when there is a newer one.
         """
@@ -199,14 +203,22 @@ class TraceSession:
                 return
             self._check_newest(revision)
 
-    def _steps(self, hints: Hints, revision: float) -> Iterator[tuple[str, Answer | str | None]]:
+    def _steps(self, hints: Hints, revision: float) -> Iterator[tuple[str, Answer | list[Answer] | str | None]]:
         seen = self._scaled(hints)
         by_edges = hints.face_mm is not None and hints.face_corners_px is None and not self._rest.get("markers")
         yield "scale", _scale_answer(seen, by_edges)
         with self._searching if hints.ends_px is None else self._clicking:
             self._check_newest(revision)
             try:
-                path = self._path(seen.photo, hints)
+                settings = path_settings(self._rest, hints)
+                if seen.photo.drawn is not None:
+                    path = painted_path(seen.photo, settings.ends_px)
+                elif settings.ends_px is not None:
+                    path = self._wire(seen.photo, settings.roi_px).path(settings.ends_px, settings.via_px)
+                else:
+                    search = CrackSearch.of(seen.photo, settings.roi_px)
+                    yield "cracks", [_crack_answer(crack) for crack in search.cracks]
+                    path = search.path(settings.crack)
                 yield "path", _path_answer(path, seen.known)
                 rough = glance(seen.photo, path, self._edge_fraction, hints.walls_px or ())
                 yield "glance", None if rough is None else _walls_answer(seen.photo, rough, seen.known)
@@ -220,6 +232,8 @@ class TraceSession:
                     walls_px=hints.walls_px or (),
                 )
                 yield "walls", _walls_answer(seen.photo, outline, seen.known)
+            except RivalCracksError as rivals:
+                yield "refused", CHOOSE.format(count=len(rivals.cracks))
             except InputError as fault:
                 yield "refused", _for_page(seen.known, str(fault))
 
@@ -247,12 +261,6 @@ class TraceSession:
         except InputError as fault:
             return _Scaled(self._plain, known=False, refused=str(fault))
 
-    def _path(self, photo: Photo, hints: Hints) -> CrackPath:
-        settings = path_settings(self._rest, hints)
-        if settings.ends_px is None or photo.drawn is not None:
-            return find_path(photo, settings.ends_px, settings.via_px, settings.roi_px)
-        return self._wire(photo, settings.roi_px).path(settings.ends_px, settings.via_px)
-
     def _wire(self, photo: Photo, roi_px: tuple[Pixel, ...] | None) -> LiveWire:
         """Return the search map, which is kept while face and region stay: making it takes longer than a query."""
         if photo.face_mm is None and not photo.markers_px:
@@ -279,6 +287,14 @@ def _scale_answer(seen: _Scaled, by_edges: bool) -> Answer:
         "face_px": None if photo.face_ring_px is None else _rounded(photo.face_ring_px),
         "corners_px": _rounded(photo.face_px) if by_edges and photo.face_px is not None else None,
         "warnings": [_for_page(True, warning) for warning in photo.warnings],
+    }
+
+
+def _crack_answer(crack: FoundCrack) -> Answer:
+    return {
+        "ends_px": _rounded(crack.line_px[[0, -1]]),
+        "middle_px": _rounded(crack.middle_px[None])[0],
+        "outline_px": _rounded(crack.outline_px),
     }
 
 

@@ -1,10 +1,13 @@
 """Draw a traced crack over its photo for a check by eye."""
 
+from collections.abc import Sequence
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 from skimage.measure import points_in_poly
 
+from digitise.crack_path.crack_map import FoundCrack
 from digitise.crack_path.hints import CrackPath
 from digitise.geometry.polyline import at_arc_length, depth_inside, resampled
 from digitise.geometry.polyline import unit as toward
@@ -76,6 +79,19 @@ def draw_way(photo: Photo, path: CrackPath) -> Picture:
     _line(picture, way, CENTRE, max(1, round(1.5 * unit)))
     for point in way[[0, -1]]:
         _dot(picture, point, 3 * unit, ENDS, 4 * unit, PAPER)
+    return picture
+
+
+def draw_cracks(photo: Photo, cracks: Sequence[FoundCrack]) -> Picture:
+    """The photo, as large as the overlay, with the cracks among which a choice is due, outlined and numbered."""
+    picture, scale, unit = _enlarged(photo)
+    for crack in cracks:
+        _line(picture, (crack.outline_px + 0.5) * scale - 0.5, ENDS, max(1, round(1.5 * unit)), closed=True)
+    for number, crack in enumerate(cracks, 1):
+        place = (crack.middle_px + 0.5) * scale - 0.5
+        _dot(picture, place, 15 * unit, INK, 17 * unit, PAPER)
+        size = 2 * _text_size(str(number), unit)
+        _text(picture, place + size * (-0.5, 0.5), str(number), 2 * unit, PAPER)
     return picture
 
 

@@ -148,7 +148,7 @@ def write_robot_program(
         confirmed the crack.
     """
     from digitise.robots.cell import FORMATS
-    from sealtwin.trial.robot_files import REPORT, write_programs
+    from sealtwin.trial.robot_files import REPORT, pump_of, write_programs
 
     if crack.path_source == "automatic" and not allow_automatic:
         raise InputError(
@@ -156,6 +156,7 @@ def write_robot_program(
             "trace_crack; or, having looked, allow_automatic=True."
         )
     robot_cell, cell_name, inputs = _cell(cell)
+    pump = pump_of(robot_cell, Path() if isinstance(cell, Mapping) else Path(cell).parent)
     if unknown := [kind for kind in formats or () if kind not in FORMATS]:
         raise InputError(f"write_robot_program: formats has {unknown[0]!r}; allowed are {', '.join(FORMATS)}.")
     origin = {
@@ -166,7 +167,7 @@ def write_robot_program(
         "edited_by_hand": [],
     }
     target = Path(folder)
-    report, _ = write_programs(target, path, robot_cell, cell_name, formats or (), origin)
+    report, _ = write_programs(target, path, robot_cell, cell_name, formats or (), origin, pump=pump)
     return [*(target / file for file in report["files"]), target / REPORT]
 
 

@@ -116,6 +116,8 @@ class FluidChoice(_FromKeywords, tables.Fluid):
         Dynamic viscosity in Pa s; density in kg/m3, by default 1690: cement paste of water-cement ratio 0.67.
     consistency_pa_s_n, flow_index
         K and n of Herschel and Bulkley's stress, yield stress + K gamma^n, in place of a viscosity; n is 0.2 to 2.
+    material
+        A material.toml of ``sealtwin material``, in place of yield stress, density and, where it has one, viscosity.
     yield_stress_pa, structuration_pa_per_s, yield_stress_most_pa
         Stress in Pa below which the paste stands like a solid (Bingham; cement grouts have 5 to 37), its growth in Pa
         per second, both 0 by default, and the stress at which that growth ends.

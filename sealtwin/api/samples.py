@@ -130,6 +130,7 @@ def trace_crack(
     *,
     via_px: Points = (),
     roi_px: Points | None = None,
+    crack: int | None = None,
     edge_fraction: float = 0.5,
     branches: Literal["drop", "keep"] = "drop",
     width_mm: float | Points | None = None,
@@ -146,6 +147,8 @@ def trace_crack(
         between. Without ends the crack is searched for: plot the result over the photo before you trust it.
     roi_px
         Two opposite corners of a box, or the corners of a polygon, in px: the search stays inside.
+    crack
+        Number of the crack among those found without ends, best first, where the first does not stand out.
     edge_fraction
         Share of the contrast, from crack to mortar, at which a wall is drawn; 0.2 to 0.9.
     branches
@@ -164,18 +167,18 @@ def trace_crack(
     Raises
     ------
     InputError
-        A point lies off the photo or on no crack; no crack is found, or two compete; it is too short.
+        A point lies off the photo or on no crack; no crack is found, or several compete; it is too short.
     """
     from digitise.crack_path.find_path import find_path
     from digitise.outline import outline_as_set
 
-    hints = {"ends_px": ends_px, "via_px": via_px, "roi_px": roi_px, "edge_fraction": edge_fraction}
+    hints = {"ends_px": ends_px, "via_px": via_px, "roi_px": roi_px, "crack": crack, "edge_fraction": edge_fraction}
     read = photo.settings.model_dump(mode="json", exclude_none=True)
     given = {"branches": branches, "width_mm": width_mm, "path_only": path_only}
     settings = settings_of(PhotoInput, "trace_crack", {**read, **hints, **given})
     if photo.drawn is not None and (settings.via_px or settings.roi_px is not None):
         raise InputError("trace_crack: via_px or roi_px beside a mask, which shows the crack itself. Leave them out.")
-    path = find_path(photo, settings.ends_px, settings.via_px, settings.roi_px)
+    path = find_path(photo, settings.ends_px, settings.via_px, settings.roi_px, settings.crack)
     outline = outline_as_set(photo, path, settings)
     return CrackOutline(**content_of(outline), photo=photo, data=photo.data, sha256=photo.sha256)
 

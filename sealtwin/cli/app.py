@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from sealtwin.cli import doctor, drawings, lab, photo_tools, quick, samples, studies, trials
+from sealtwin.cli import doctor, drawings, lab, material, photo_tools, quick, samples, studies, trials
 from sealtwin.cli.answer import Commands, open_missing_streams, refuse_foreign_packages
 
 app = typer.Typer(
@@ -46,6 +46,7 @@ for command in (
     trials.robot,
     drawings.export,
     photo_tools.markers,
+    material.material,
     trials.init,
     doctor.doctor,
 ):

@@ -1,12 +1,21 @@
 """Answers on folders: a batch of photos, the ingest of a lab's folder, a lab's catalogue."""
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from dataclasses import asdict, astuple
 from pathlib import Path
 from typing import Any
 
 from sealtwin.cli.answer import BAD_INPUT, BUG, SOME_FAILED, Answer
-from sealtwin.lab.catalogue import RUN, CatalogueFault, Record, latest_trials, progress_of, read_run, revisions
+from sealtwin.lab.catalogue import (
+    RUN,
+    Catalogue,
+    CatalogueFault,
+    Record,
+    latest_trials,
+    progress_of,
+    read_run,
+    revisions,
+)
 from sealtwin.lab.found_files import TRIAL, Piece, few, plain
 from sealtwin.lab.ingest import Ingested
 from sealtwin.lab.pairing import PAIRING
@@ -46,14 +55,15 @@ def ingest_answer(ingested: Ingested, unready: Sequence[CatalogueFault] = ()) ->
 
     ``unready`` is what keeps samples that were taken in from their runs.
     """
-    outcomes = ingested.outcomes
-    lines = _table(("sample", "photo", "readings", "note", "state"), [_pairing_row(outcome) for outcome in outcomes])
+    outcomes, held = ingested.outcomes, {fault.name for fault in unready}
+    rows = [_pairing_row(outcome, held) for outcome in outcomes]
+    lines = _table(("sample", "photo", "readings", "note", "state"), rows)
     for outcome in outcomes:
         lines += _understood(outcome)
     remarks = [CatalogueFault(outcome.sample.name, remark) for outcome in outcomes for remark in outcome.remarks]
     lines += _together(remarks, "note: ")
     if passed := [left.file for left in ingested.left_out if not left.lost]:
-        lines.append(f"Left out: {few(passed)}, neither photos, sheets nor notes.")
+        lines.append(f"Left out: {few(passed)}: neither photos, sheets nor notes, or texts of no sample.")
     failed = _together([*ingested.faults, *unready], "failed: ")
     lines += failed[:MOST_TOLD]
     if len(failed) > MOST_TOLD:
@@ -67,12 +77,12 @@ def ingest_answer(ingested: Ingested, unready: Sequence[CatalogueFault] = ()) ->
         "version": 1,
         "lab": shown(ingested.lab),
         "dry_run": ingested.dry_run,
-        "samples": [_sample(outcome) for outcome in outcomes],
+        "samples": [_sample(outcome, held) for outcome in outcomes],
         "left_out": [{"file": left.file, "reason": left.reason} for left in ingested.left_out],
         "faults": [asdict(fault) for fault in ingested.faults],
         "exit_code": code,
     }
-    return Answer(content, [plain(line) for line in (*lines, *_ending(ingested, unready))], code)
+    return Answer(content, [plain(line) for line in (*lines, *_ending(ingested, held))], code)
 
 
 def checked_answer(ingested: Ingested, batch: Batch, faults: Sequence[CatalogueFault]) -> Answer:
@@ -81,11 +91,11 @@ def checked_answer(ingested: Ingested, batch: Batch, faults: Sequence[CatalogueF
     code = first.exit_code or second.exit_code or (SOME_FAILED if faults else 0)
     code = BUG if BUG in (first.exit_code, second.exit_code) else code
     traced = {**second.content, "faults": [asdict(fault) for fault in faults], "exit_code": second.exit_code}
-    lines = [*first.lines]
+    names = {outcome.trial: outcome.sample.name for outcome in ingested.outcomes}
+    told = [(row.folder.partition("/")[0], warning) for row in batch.done for warning in row.warnings]
+    lines = [*first.lines, *_together([CatalogueFault(names.get(name, name), said) for name, said in told], "note: ")]
     if batch.done and not ingested.dry_run:
         lines.append(f"All walls: {batch.out / SHEET}")
-    if proposals := [row.folder.partition("/")[0] for row in batch.done if row.path_source == "automatic"]:
-        lines.append(f"Found automatically, look at them: {few(proposals)}")
     return Answer({**first.content, "traced": traced, "exit_code": code}, lines, code)
 
 
@@ -94,15 +104,16 @@ def list_answer(lab: Path) -> Answer:
     rows, faults = latest_trials(lab)
     head = ("sample", "revision", "date", "data", "depth_mm", "readings", "result")
     lines = _table(head, [[_text(row[column]) for column in head] for row in rows]) if rows else ["No trials yet."]
-    lines += [f"failed: {fault.name}: {fault.sentence}" for fault in faults]
+    unready = [CatalogueFault(row["sample"], row["reason"]) for row in rows if row["reason"]]
+    lines += _together([*faults, *unready], "failed: ")
     return _lab_answer(lab, rows, faults, lines)
 
 
 def show_answer(lab: Path, sample: str) -> Answer:
     """Answer of 'sealtwin lab show': all revisions of a sample, and what failed."""
-    records, faults = revisions(lab, sample)
+    catalogue, records, faults = revisions(lab, sample)
     rows = [{**asdict(record), "result": read_run(lab, record)} for record in records]
-    lines = [line for record in reversed(records) for line in _told(lab, record)]
+    lines = [line for record in reversed(records) for line in _told(catalogue, record)]
     lines += [f"failed: {fault.sentence}" for fault in faults]
     return _lab_answer(lab, rows, faults, lines)
 
@@ -114,8 +125,8 @@ def _lab_answer(lab: Path, trials: object, faults: Sequence[CatalogueFault], lin
     )
 
 
-def _told(lab: Path, record: Record) -> list[str]:
-    place = f"{shown(lab)}/{record.folder}"
+def _told(catalogue: Catalogue, record: Record) -> list[str]:
+    place = f"{shown(catalogue.lab)}/{record.folder}"
     return [
         f"{record.name}, revision {record.revision}, taken in {record.ingested_utc} from {record.source}",
         f"  trial: {place}/{TRIAL}; results: sealtwin run {place}/{TRIAL} --out {place}/{RUN}",
@@ -123,15 +134,17 @@ def _told(lab: Path, record: Record) -> list[str]:
         *([] if record.dialect is None else [f"  read as {record.dialect}"]),
         *(f"  said: {key} = {value!r}" for key, value in record.said.items()),
         *(f"  note: {remark}" for remark in record.remarks),
-        f"  result: {progress_of(lab, record)}",
+        f"  result: {progress_of(catalogue, record)}",
+        *(f"  failed: {sentence}" for sentence in catalogue.unready(record)),
     ]
 
 
-def _sample(outcome: SampleOutcome) -> dict[str, Any]:
+def _sample(outcome: SampleOutcome, held: Set[str]) -> dict[str, Any]:
     sample = outcome.sample
     return {
         "name": sample.name,
         "state": outcome.fate,
+        "sound": not outcome.faults and outcome.sample.name not in held,
         "files": {role: file.as_posix() for role, file in sample.files.items()},
         "part": sample.part and str(sample.part),
         "questions": sample.questions,
@@ -144,14 +157,15 @@ def _sample(outcome: SampleOutcome) -> dict[str, Any]:
     }
 
 
-def _pairing_row(outcome: SampleOutcome) -> list[str]:
+def _pairing_row(outcome: SampleOutcome, held: Set[str]) -> list[str]:
     files, none = outcome.sample.files, "?" if outcome.sample.questions else "-"
+    state = outcome.fate if outcome.fate != "revised" or outcome.revision is None else f"revision {outcome.revision}"
     return [
         outcome.sample.name or "?",
         str(files.get("photo", none)),
         str(Piece(files["readings"], outcome.sample.part)) if "readings" in files else none,
         str(files.get("note", none)),
-        outcome.fate if outcome.fate != "revised" or outcome.revision is None else f"revision {outcome.revision}",
+        f"{state}, not sound" if outcome.sample.name in held and not outcome.faults else state,
     ]
 
 
@@ -179,19 +193,20 @@ def _understood(outcome: SampleOutcome) -> list[str]:
     return [title, *(f"  {line}" for line in table)]
 
 
-def _ending(ingested: Ingested, unready: Sequence[CatalogueFault]) -> list[str]:
-    held = {fault.name for fault in unready}
-    fates = [outcome.fate for outcome in ingested.outcomes if not {outcome.sample.name, outcome.trial} & held]
-    fresh, known = fates.count("new") + fates.count("revised"), fates.count("unchanged")
-    lines = [f"{fresh + known} of {len(ingested.outcomes)} samples are sound: {fresh} new or revised, {known} known."]
+def _ending(ingested: Ingested, held: Set[str]) -> list[str]:
+    sound = [each for each in ingested.outcomes if not each.faults and each.sample.name not in held]
+    known = sum(outcome.fate == "unchanged" for outcome in sound)
+    count = f"{len(sound)} of {len(ingested.outcomes)} samples are sound"
+    lines = [f"{count}: {len(sound) - known} new or revised, {known} known."]
     if ingested.dry_run:
         return [*lines, "Nothing was written: a dry run."]
     lab = shown(ingested.lab)
     if any(outcome.sample.questions or outcome.asked for outcome in ingested.outcomes):
         lines.append(f"To answer questions, edit {lab}/{PAIRING} and give the same command again.")
-    if first := next((outcome.trial for outcome in ingested.outcomes if outcome.trial), None):
+    if any(outcome.trial for outcome in ingested.outcomes):
         lines.append(f"Catalogue: sealtwin lab list {lab}")
-        lines.append(f"A trial: sealtwin run {lab}/{first}/{TRIAL} --out {lab}/{first}/{RUN}")
+    if sound:
+        lines.append(f"A trial: sealtwin run {lab}/{sound[0].trial}/{TRIAL} --out {lab}/{sound[0].trial}/{RUN}")
     return lines
 
 

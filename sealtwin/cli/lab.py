@@ -28,8 +28,11 @@ def ingest(
     need be edited. A note says what no photo shows, in the trial's own keys (TOML) or in a table of words and values
     ("Tiefe in mm; 16,0"); other texts are kept with their sample.
 
-    A sound sample runs: it is traced, and checked as 'sealtwin run' would before its first frame. LAB/index.html shows
-    all walls.
+    A sound sample runs: it is traced, and checked as 'sealtwin run' would before its first frame. Photos of samples in
+    doubt are traced too, so that all questions come at once. LAB/index.html shows all walls.
+
+    A word of a note that is not known and may be a setting is asked about; lab.toml says once what it is:
+    [words] "Bandgeschw." = "path.speed_mm_s" (or "ignore").
 
     One table for several samples is divided by a column that names them, or by worksheets named after them.
 

@@ -18,6 +18,7 @@ OPTIONS = {
     "photo.ruler_px": "--ruler",
     "photo.ruler_mm": "--ruler-mm",
     "photo.ends_px": "--ends",
+    "photo.crack": "--crack",
     "photo.via_px": "--via",
     "photo.roi_px": "--roi",
     "photo.mask": "--mask",

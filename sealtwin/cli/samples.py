@@ -86,6 +86,10 @@ def digitise(
         tuple[str, str] | None,
         option("The crack's two ends in pixels; the nozzle starts at the first.", "X,Y X,Y"),
     ] = None,
+    crack: Annotated[
+        int | None,
+        count_option("Which of the cracks found without --ends, as refused.png numbers them.", 1),
+    ] = None,
     via: Annotated[Text, option("Points between the ends that the crack passes, in order.", "'X,Y ...'")] = None,
     roi: Annotated[Text, option("Search only in this box (two corners) or polygon, in pixels.", "'X,Y ...'")] = None,
     mask: Annotated[File, option("The crack painted white on black; nothing is searched for.", "PICTURE")] = None,
@@ -131,6 +135,7 @@ def digitise(
                 "ruler_px": points(ruler, "--ruler"),
                 "ruler_mm": ruler_mm,
                 "ends_px": None if ends is None else [two_numbers(end, ",", "--ends") for end in ends],
+                "crack": crack,
                 "via_px": points(via, "--via"),
                 "roi_px": points(roi, "--roi"),
                 # From here; a trial file's are looked for from its own folder.
@@ -169,7 +174,9 @@ def digitise(
                 raise typer.BadParameter("options for a photo beside a trial file: put them into the trial file")
             run_trial(command, targets[0], out, ("digitise",), trial=trial)
             return
-        of_one = {"ends_px", "via_px", "roi_px", "mask", "second_photo", "face_corners_px", "ruler_px"} & set(given)
+        of_one = {"ends_px", "crack", "via_px", "roi_px", "mask", "second_photo", "face_corners_px", "ruler_px"} & set(
+            given
+        )
         if of_one:
             named = ", ".join(sorted(in_options(f"photo.{name}") for name in of_one))
             raise typer.BadParameter(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from sealtwin.cli.answer import GATE_FAILED, Answer, Command
 from sealtwin.cli.option_names import OptionProgress, options_named
+from sealtwin.core.solid_figures import WeighedCavity
 
 if TYPE_CHECKING:
     from sealtwin.trial.job import StageName
@@ -91,14 +92,19 @@ def result_lines(result: dict[str, Any], last: "StageName") -> list[str]:
     if "length_mm" in result:
         lines.append(
             f"Crack: {result['length_mm']:.1f} mm long, {_width(result)} (path: {result['path_source']}); "
-            f"{_cavity(result)}sealant {result['sealant_mm3'] / 1e3:.2f} ml."
+            f"{_cavity(result)}{_sealant(result)}."
         )
+        if result["weighed"] is not None:
+            weighed = WeighedCavity(**result["weighed"])
+            lines.append(f"Cavity by weight ({len(weighed.levels_mm)} steps, 95 %): {weighed}.")
         lines.append(_scale(result))
     if "particles" in result and last != "digitise":
         lines.append(
             f"Fluid: {result['particles']} particles, {result['escaped_particles']} escaped, "
             f"{result['spilled_particles']} spilled; volume ratio {result['volume_ratio']:.3f}; {result['device']}."
         )
+    if "unfit" in result and last != "digitise":
+        lines += ["Fluid: the fast model, without particles; for screening, never a level by itself.", *result["unfit"]]
     if "mean_error_mm" in result and last == "validate":
         lines += [
             *result["headline"],
@@ -122,6 +128,11 @@ def _width(result: dict[str, Any]) -> str:
     interval = result["width_95_mm"]
     within = "" if interval is None else f", with 95 % from {interval[0]:.2g} to {interval[1]:.2g} mm"
     return f"{result['mean_width_mm']:.2f} mm wide{said}{within}"
+
+
+def _sealant(result: dict[str, Any]) -> str:
+    """Return the sealant to give; a path alone has a volume only where one is set."""
+    return f"sealant {result['sealant_mm3'] / 1e3:.2f} ml" if result["sealant_mm3"] else "no sealant set (volume_ml)"
 
 
 def _cavity(result: dict[str, Any]) -> str:

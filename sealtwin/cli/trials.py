@@ -1,7 +1,7 @@
 """Commands that run a trial or one stage of it, and that start one."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -103,9 +103,20 @@ def robot(
             f"{report['sealant_mm3'] / 1000:.3g} ml; "
             f"the worst of {frame['taught_points']} taught points misses by {frame['worst_residual_mm']:.2f} mm, "
             f"the face is {frame['tilt_deg']:.1f} degrees from level.",
+            *_pump_line(report.get("pump")),
             f"Robot files: {', '.join([*report['files'], REPORT])} in {report['folder']}",
         ]
         command.reply(Answer(report, lines))
+
+
+def _pump_line(pump: dict[str, Any] | None) -> list[str]:
+    if pump is None:
+        return []
+    asked, wanted = (
+        " to ".join(dict.fromkeys(f"{flow:.4g}" for flow in pump[f"{name}_mm3_s"])) for name in ("asked", "wanted")
+    )
+    waits = f", and waits {pump['waits_s']:.2g} s for the first" if pump["waits_s"] else ""
+    return [f"Pump: asked for {asked} mm³/s to give {wanted}, 95 % within {pump['interval_95_percent']:.2g} %{waits}."]
 
 
 def demo(out: DemoOut = None, device: Device = "auto", as_json: Json = False, quiet: Quiet = False) -> None:

@@ -2,17 +2,17 @@
 
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, Self, TypeVar
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, model_validator
 
 from sealtwin.core import files
 from sealtwin.core.comparison import Comparison
 from sealtwin.core.errors import InputError
 from sealtwin.core.interrupts import load_trimesh
 from sealtwin.core.mesh_file import read_mesh
-from sealtwin.core.records import FaceLabel, Outline, Profile, Run, RunHealth, Sections, Solid, Trajectory
+from sealtwin.core.records import Bed, FaceLabel, Outline, Profile, Run, RunHealth, Sections, Solid, Trajectory
 from sealtwin.core.solid_figures import SolidFigures
 
 TRAJECTORY_COLUMNS = ("t_s", "x_mm", "y_mm", "z_mm", "s_mm", "speed_mm_s", "flow_mm3_s")
@@ -48,7 +48,7 @@ class Result(BaseModel):
 class Simulation(Result):
     """Content of simulation.json: a run without its particles."""
 
-    particles: Annotated[int, Field(ge=1)]
+    particles: Count
     radius_mm: Positive
     particle_volume_mm3: Positive
     dispensed_volume_mm3: Positive
@@ -57,6 +57,13 @@ class Simulation(Result):
     device: str
     settings: dict[str, dict[str, Any] | int]
     health: RunHealth
+    bed: Bed | None = None
+
+    @model_validator(mode="after")
+    def _hold_sealant(self) -> Self:
+        if not self.particles and self.bed is None:
+            raise ValueError("particles is 0, and there is no bed")
+        return self
 
     @property
     def volume_ratio(self) -> float:
@@ -166,6 +173,8 @@ def write_run(folder: Path, run: Run) -> None:
     keys = ("radius_mm", "particle_volume_mm3", "dispensed_volume_mm3", "escaped_particles", "spilled_particles")
     content = {key: getattr(run, key) for key in (*keys, "device", "settings")}
     content["health"] = run.health.recorded()
+    if run.bed is not None:
+        content["bed"] = run.bed.model_dump()
     files.write_json(folder / "simulation.json", {"particles": len(run.position_mm), **content})
 
 
@@ -185,7 +194,7 @@ def read_run(folder: Path) -> Run:
             f"{path}: {counts[0]} particles, {counts[1]} of them spilled; simulation.json has {simulation.particles} "
             f"and {simulation.spilled_particles}. Simulate again."
         )
-    keys = ("radius_mm", "particle_volume_mm3", "escaped_particles", "device", "health")
+    keys = ("radius_mm", "particle_volume_mm3", "escaped_particles", "device", "health", "bed")
     return Run(
         position_mm=rows[:, 0:3],
         velocity_mm_s=rows[:, 3:6],

@@ -282,9 +282,22 @@ class RunHealth(JsonRecord):
         return self.model_dump(exclude_unset=True)
 
 
+class Bed(JsonRecord):
+    """Sealant by its place, of a run of the fast model, and what bounds that model's domain."""
+
+    dispensed_mm3: float
+    in_crack_mm3: float  # Below the face
+    above_face_mm3: float
+    in_flight_mm3: float  # Given, and not yet landed when the run ends
+    held_slope: float  # Slope that the paste holds between the walls
+    mound_mm: float  # That slope times the bed's depth
+    fill: float  # Volume given over that of the crack
+    unfit: tuple[str, ...]  # Why the model is unfit for the case, a sentence each; none where it is fit
+
+
 @dataclass(frozen=True)
 class Run:
-    """Finished fluid run."""
+    """Finished fluid run, of particles or of the fast model, which has none."""
 
     position_mm: Floats  # (n, 3): at the end, when the profile is measured
     velocity_mm_s: Floats  # (n, 3)
@@ -296,6 +309,7 @@ class Run:
     device: str
     settings: dict[str, Any]  # Effective settings of the solver after its preset is resolved
     health: RunHealth  # Numbers that show whether the run can be trusted: density error, neighbours, iterations, times
+    bed: Bed | None = None  # None of a run of particles; of one with a bed, numbers of particles are not computed
 
     @property
     def spilled_particles(self) -> int:
@@ -303,6 +317,8 @@ class Run:
 
     @property
     def dispensed_volume_mm3(self) -> float:
+        if self.bed is not None:
+            return self.bed.dispensed_mm3
         return len(self.position_mm) * self.particle_volume_mm3
 
 
@@ -363,23 +379,36 @@ def arc_length(points_mm: Floats) -> Floats:
     return np.concatenate([[0.0], np.cumsum(steps)])
 
 
+STRETCH = 16  # Segments of a polyline whose nearest points are looked for together
+
+
 def arc_length_at(points_mm: Floats, polyline_mm: Floats) -> Floats:
     """Arc length of the nearest point of a polyline, (n,); beyond its ends the polyline runs on straight.
 
-    One pass over the segments: exact, and fast enough for 15,000 points and 1,000 segments (0.4 s).
+    One pass over the segments, each with the points to which a segment of its stretch may be nearest.
     """
     begins_mm, steps = arc_length(polyline_mm), np.diff(polyline_mm, axis=0)
+    last = len(steps) - 1
+    stretches = [slice(first, min(first + STRETCH, last + 1)) for first in range(0, last + 1, STRETCH)]
+    middle_mm = np.array([polyline_mm[(part.start + part.stop) // 2] for part in stretches])
+    corners = zip(stretches, middle_mm, strict=True)
+    reach_mm = [np.hypot(*(polyline_mm[part.start : part.stop + 1] - middle).T).max() for part, middle in corners]
+    away_mm = np.hypot(*(points_mm[:, None] - middle_mm).transpose(2, 0, 1))
+    near = away_mm - reach_mm <= (away_mm + reach_mm).min(axis=1, initial=np.inf, keepdims=True)
+    near[:, [0, -1]] = True
     nearest = np.full(len(points_mm), np.inf)
     s_mm = np.zeros(len(points_mm))
-    last = len(steps) - 1
-    for index, step in enumerate(steps):
-        length_mm = np.hypot(*step)
-        if length_mm == 0:
-            continue
-        offset = points_mm - polyline_mm[index]
-        along = np.clip(offset @ step / length_mm**2, -np.inf if index == 0 else 0.0, np.inf if index == last else 1.0)
-        distance = ((offset - along[:, None] * step) ** 2).sum(axis=1)
-        closer = distance < nearest
-        nearest[closer] = distance[closer]
-        s_mm[closer] = begins_mm[index] + along[closer] * length_mm
+    for part, these in zip(stretches, map(np.flatnonzero, near.T), strict=True):
+        for index in range(part.start, part.stop):
+            step = steps[index]
+            length_mm = np.hypot(*step)
+            if length_mm == 0:
+                continue
+            offset = points_mm[these] - polyline_mm[index]
+            least, most = -np.inf if index == 0 else 0.0, np.inf if index == last else 1.0
+            along = np.clip(offset @ step / length_mm**2, least, most)
+            distance = ((offset - along[:, None] * step) ** 2).sum(axis=1)
+            closer = distance < nearest[these]
+            nearest[these[closer]] = distance[closer]
+            s_mm[these[closer]] = begins_mm[index] + along[closer] * length_mm
     return s_mm

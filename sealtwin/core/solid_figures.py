@@ -1,6 +1,7 @@
 """Figures of a solid beside its geometry: widths, volumes, the mesh's soundness, dams, and the nozzle path over it."""
 
 from dataclasses import asdict, dataclass, field
+from math import hypot
 from typing import Any, Literal
 
 from pydantic import ConfigDict, with_config
@@ -85,6 +86,36 @@ class PathFigures:
     sealant_mm3_per_mm: Span
 
 
+@dataclass(frozen=True)
+class WeighedCavity:
+    """The cavity below a photo as a liquid shows it that was weighed into the crack in steps; tuples are by step."""
+
+    levels_mm: tuple[float, ...]  # Mean level from the face, the meniscus levelled
+    volumes_mm3: tuple[float, ...]  # Volume below it, as weighed
+    misfits_mm3: tuple[float, ...]  # Weighed volume less that between the fitted walls
+    misfit_sds_mm3: tuple[float, ...]  # Standard deviation of the misfit by the errors of scale and level
+    slabs_mm: tuple[tuple[float, float, float], ...]
+    """Depth of the middle, mean width and its standard deviation of the slabs between two steps."""
+    width_mm: float  # Mean width as the fill and the photo together give it, where the outline was traced
+    wall_angle_deg: float
+    depth_mm: float
+    steps: tuple[tuple[float, float, float], ...]
+    """Root of the covariance of width, angle and depth: column i is what one standard deviation of each, those before
+    it given, moves of it and of those after it."""
+    volume_95_mm3: Span
+    findings: tuple[str, ...] = ()  # Contradictions between the fill, the photo and the reading of the tilt
+
+    def __str__(self) -> str:
+        """Describe each quantity that the fill moved, with twice its standard deviation."""
+        values = (("width", self.width_mm, 2, " mm"), ("each wall", self.wall_angle_deg, 1, "°"))
+        values += (("depth", self.depth_mm, 1, " mm"),)
+        return ", ".join(
+            f"{name} {value:.{digits}f} ± {2 * hypot(*row):.{digits}f}{unit}"
+            for (name, value, digits, unit), row in zip(values, self.steps, strict=True)
+            if any(row)
+        )
+
+
 @with_config(ConfigDict(strict=True, allow_inf_nan=False))
 @dataclass(frozen=True, kw_only=True)
 class SolidFigures:
@@ -106,6 +137,7 @@ class SolidFigures:
     jitter_mm: float | None = None  # Random shift of the outline's vertices, after a build that failed without it
     ends: tuple[EndOfCrack, ...] | None = None
     dams: tuple[DamBox, ...] = ()
+    weighed: WeighedCavity | None = None
     sealant_mm3: float | None = None
     cavity_to_sealant: float | None = None
     path: PathFigures | None = None

@@ -1,68 +1,38 @@
 """The catalogue of a lab: which trials there are, of which files they were made, and what could not be taken in."""
 
-import json
 import sqlite3
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass, replace
+from importlib.metadata import version
 from pathlib import Path, PurePath
-from typing import Any, Self
+from typing import Any
 
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
-from sealtwin.lab.found_files import Piece, Role, Said, few
-from sealtwin.lab.pairing import Answers, Decisions
+from sealtwin.lab.found_files import TRIAL, Piece, Role, Said, few
+from sealtwin.lab.pairing import Decision, Decisions
 from sealtwin.lab.sample_trials import KeptFile, SampleOutcome
 from validate.readings.samples import sample_key
 
-CATALOGUE = "catalogue.sqlite"
-RECORD = "record.json"
-"""Name of the file in each trial's folder that repeats its row, so that a lab is whole without its catalogue."""
+CATALOGUE = "catalogue.json"
+EARLIER = "catalogue.sqlite"  # The database in which earlier versions kept it
+RECORD = "record.json"  # File in each trial's folder that says of which files and words it was made
 RUN = "run"  # Folder beside a trial's files in which the results of its run are looked for
 LOOKED_AT: Mapping[Role, str] = {"photo": "photo", "readings": "table of readings"}  # Files that are each of one sample
 COLUMNS = (
     "sample", "revision", "state", "date", "operator", "data", "depth_mm", "photo", "photo_sha256", "readings",
     "readings_sha256", "dialect", "result", "mean_error_mm", "ingested_utc", "folder", "reason",
 )  # fmt: skip
-VERSION = "2"
-TABLES = """
-CREATE TABLE IF NOT EXISTS facts (name TEXT PRIMARY KEY, value TEXT NOT NULL);
-CREATE TABLE IF NOT EXISTS trials (
-    sample TEXT NOT NULL,       -- key of its name
-    revision INTEGER NOT NULL,
-    folder TEXT NOT NULL UNIQUE,
-    record TEXT NOT NULL,       -- JSON
-    PRIMARY KEY (sample, revision)
-) WITHOUT ROWID;
-CREATE TABLE IF NOT EXISTS faults (
-    source TEXT NOT NULL,       -- name of the lab's folder, with a hash of its place beside the lab
-    name TEXT NOT NULL,         -- of the sample, or of a file
-    sentence TEXT NOT NULL
-);
-CREATE TABLE IF NOT EXISTS decisions (
-    source TEXT NOT NULL, file TEXT NOT NULL,
-    part TEXT NOT NULL,         -- of a file that several samples share; empty: all of it
-    role TEXT NOT NULL, sample TEXT NOT NULL,
-    PRIMARY KEY (source, file, part)
-) WITHOUT ROWID;
-"""
-USES = """
-CREATE TABLE IF NOT EXISTS uses (
-    readings TEXT NOT NULL,     -- hash of their values
-    what TEXT NOT NULL,         -- the study that ranked its runs by them
-    PRIMARY KEY (readings, what)
-) WITHOUT ROWID;
-"""
-"""Table that a catalogue has from its first such study on."""
-WAIT_S = 60.0  # Longest wait for another process to finish its write, which takes milliseconds on most disks
+VERSION = 3
 REMEDY = "Move it away and ingest the same folders again: it is made anew, from the trials' own, and from pairing.csv."
 """Advice for a catalogue that is damaged, or of another version."""
 
 
 @dataclass(frozen=True)
 class Record:
-    """One trial of the catalogue, as it was taken in."""
+    """One trial, as it was taken in."""
 
     sample: str  # Key of its name: equal for all spellings
     name: str
@@ -90,152 +60,123 @@ class CatalogueFault:
 
 
 class Catalogue:
-    """An open SQLite file. A process that is killed leaves it as before a change or as after it."""
+    """A lab's trials, by the record in the folder of each, and what catalogue.json remembers besides.
 
-    def __init__(self, path: Path, *, create: bool = False) -> None:
-        """Open ``path``, or make it if ``create`` is True.
+    Who changes it holds the lab, and saves it; a process that is killed leaves it as before or as after.
+    """
 
-        Raises InputError if it cannot be read or written, or if its tables are of another version.
-        """
-        self.path = path
-        with self._faults():
-            self._base = sqlite3.connect(path, timeout=WAIT_S, isolation_level=None)
-        try:
-            if create:
-                with self._faults():
-                    self._base.executescript(TABLES)
-                self._rows("INSERT OR IGNORE INTO facts VALUES ('version', ?)", [VERSION])
-            if self.fact("version") != VERSION:
-                raise InputError(f"{path}: written by another version. {REMEDY}")
-        except BaseException:
-            # Ctrl-C too: no caller has this connection to close it.
-            self._base.close()
-            raise
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._base.close()
+    def __init__(self, lab: Path) -> None:
+        """Read a lab, which may be empty. Raises InputError where its files cannot be read."""
+        self.lab, self.path = lab, lab / CATALOGUE
+        self.records = sorted(
+            (_read_record(path) for path in lab.glob(f"*/{RECORD}")),
+            key=lambda record: (record.sample, record.revision),
+        )
+        self.pairing = ""  # Hash of the pairing file as it was written last: another one has been edited since
+        self.uses: dict[str, list[str]] = {}  # Studies that ranked their runs by readings, by the hash of these
+        self.checked: dict[str, tuple[str, list[str]]] = {}
+        """State of each trial when it was checked, by its folder, and the sentences on what keeps it from its run."""
+        self._sources: dict[str, dict[str, Any]] = {}
+        if self.path.is_file():
+            self._read()
+        elif (lab / EARLIER).is_file():
+            self.uses = _earlier_uses(lab / EARLIER)
 
     @classmethod
-    def of(cls, lab: Path, *, or_empty: bool = False) -> Self:
-        """Open a lab's; where there is none, raise InputError, or with ``or_empty`` open an empty one in memory."""
-        path = lab / CATALOGUE
-        # A file of no bytes is one whose creation was interrupted.
-        if path.is_file() and path.stat().st_size > 0:
-            return cls(path)
-        if or_empty:
-            return cls(Path(":memory:"), create=True)
-        raise InputError(f"{lab}: no lab (it has no {CATALOGUE}). 'sealtwin ingest FOLDER --out {lab}' makes one.")
+    def of(cls, lab: Path) -> "Catalogue":
+        """Read a lab's. Raises InputError where there is none."""
+        if not is_lab(lab):
+            raise InputError(f"{lab}: no lab (it has no {CATALOGUE}). 'sealtwin ingest FOLDER --out {lab}' makes one.")
+        return cls(lab)
 
-    def records(self, sample: str | None = None) -> list[Record]:
-        """Return all trials, or those of one sample, in the order of samples and revisions."""
-        rows = self._rows(
-            "SELECT record FROM trials WHERE sample = coalesce(?, sample) ORDER BY sample, revision", [sample]
-        )
-        with files.understood(self.path):
-            return [read_record(json.loads(row[0])) for row in rows]
-
-    def add(self, record: Record) -> None:
-        """Let a trial count from now on; its folder is there, whole."""
-        row = [record.sample, record.revision, record.folder, json.dumps(asdict(record))]
-        self._rows("INSERT INTO trials VALUES (?, ?, ?, ?)", row)
-
-    def faults(self) -> list[CatalogueFault]:
-        """Return the faults of the last ingest of every source."""
-        return [CatalogueFault(*row) for row in self._rows("SELECT name, sentence FROM faults ORDER BY rowid")]
-
-    def state_faults(self, source: str, faults: Iterable[CatalogueFault]) -> None:
-        self._replace("faults", source, [(fault.name, fault.sentence) for fault in faults])
-
-    def decisions(self, source: str) -> Decisions:
-        """Return the user's corrections of the pairing of a source."""
-        rows = self._rows("SELECT file, part, role, sample FROM decisions WHERE source = ?", [source])
-        return {(PurePath(file), part): Said(sample, role) for file, part, role, sample in rows}
-
-    def answers(self, source: str) -> Answers:
-        """Return the user's answers on the sheets of a source."""
-        said = json.loads(self.fact(f"answers {source}") or "[]")
-        return {(file, part): answers for file, part, answers in said}
-
-    def state_decisions(self, source: str, decided: Decisions, answers: Answers) -> None:
-        rows = [(file.as_posix(), part, said.role, said.sample) for (file, part), said in decided.items()]
-        self._replace("decisions", source, rows)
-        listed = [[file, part, dict(said)] for (file, part), said in answers.items()]
-        self.state_fact(f"answers {source}", json.dumps(listed))
-
-    def rename_source(self, path: str, name: str) -> None:
-        """Give a source its name in place of its path, which earlier versions kept."""
-        for table in ("faults", "decisions"):
-            self._rows(f"UPDATE {table} SET source = ? WHERE source = ?", [name, path])
-
-    def uses(self, digest: str) -> list[str]:
-        """Return the studies that ranked their runs by readings with that hash."""
-        if not self._rows("SELECT name FROM sqlite_master WHERE name = 'uses'"):
-            return []
-        return [row[0] for row in self._rows("SELECT what FROM uses WHERE readings = ? ORDER BY what", [digest])]
-
-    def note_use(self, digest: str, what: str) -> None:
-        self._rows(USES)
-        self._rows("INSERT OR IGNORE INTO uses VALUES (?, ?)", [digest, what])
-
-    def fact(self, name: str) -> str | None:
-        rows = self._rows("SELECT value FROM facts WHERE name = ?", [name])
-        return rows[0][0] if rows else None
-
-    def state_fact(self, name: str, value: str) -> None:
-        self._rows("INSERT OR REPLACE INTO facts VALUES (?, ?)", [name, value])
-
-    def _rows(self, statement: str, values: Sequence[Any] = ()) -> list[tuple[Any, ...]]:
-        with self._faults():
-            return self._base.execute(statement, values).fetchall()
-
-    def _replace(self, table: str, source: str, rows: Sequence[tuple[str, ...]]) -> None:
-        """Replace the rows of a source, all of them or none. Raises InputError if they cannot be written."""
-        # As a context, a connection commits or, at Ctrl-C too, rolls back.
-        with self._faults(), self._base:
-            self._base.execute("BEGIN IMMEDIATE")
-            self._base.execute(f"DELETE FROM {table} WHERE source = ?", [source])
-            for row in rows:
-                places = ", ".join("?" * (1 + len(row)))
-                self._base.execute(f"INSERT INTO {table} VALUES ({places})", [source, *row])
-
-    @contextmanager
-    def _faults(self) -> Iterator[None]:
-        """Raise an InputError for a fault of disk or file, which the user can mend."""
+    def _read(self) -> None:
         try:
-            yield
-        except (sqlite3.IntegrityError, sqlite3.ProgrammingError):
-            raise
-        except sqlite3.DatabaseError as fault:
-            # Without a table or a column it is a sound database, and another program's.
-            if isinstance(fault, sqlite3.OperationalError) and not str(fault).startswith("no such"):
-                raise InputError(
-                    f"{self.path}: {fault}. The folder must be writable, not full, and on a disk of this machine; then "
-                    "give the same command again."
-                ) from fault
+            content = files.read_json(self.path)
+            if content["version"] != VERSION:
+                raise ValueError(f"written by version {content['version']!r:.20} of it")
+            self.pairing, self._sources = content["pairing"], dict(content["sources"])
+            self.uses = {digest: list(names) for digest, names in content["uses"].items()}
+            self.checked = {folder: (of, list(told)) for folder, (of, told) in content["checked"].items()}
+        except (InputError, KeyError, TypeError, ValueError, AttributeError) as fault:
             raise InputError(f"{self.path}: no catalogue that can be read ({fault}). {REMEDY}") from fault
 
+    def save(self) -> None:
+        kept = {"pairing": self.pairing, "uses": self.uses, "checked": self.checked, "sources": self._sources}
+        files.write_json(self.path, {"version": VERSION, **kept})
 
-def read_record(content: Mapping[str, Any]) -> Record:
-    """Make a record from its dictionary. Raises KeyError or TypeError where it is none."""
-    kept = tuple(KeptFile(**file) for file in content["files"])
-    return Record(**{**content, "files": kept, "remarks": tuple(content["remarks"])})
+    def of_sample(self, key: str) -> list[Record]:
+        """Return the revisions of a sample, in their order."""
+        return [record for record in self.records if record.sample == key]
+
+    def add(self, record: Record) -> None:
+        """Let a trial count whose folder is there, whole."""
+        self.records.append(record)
+
+    def faults(self) -> list[CatalogueFault]:
+        """Return what the last ingest of every source could not take in."""
+        return [CatalogueFault(*fault) for source in self._sources.values() for fault in source["faults"]]
+
+    def unready(self, record: Record) -> list[str]:
+        """Return what keeps a trial from its run, or puts its readings in doubt."""
+        state, told = self.checked.get(record.folder, ("", []))
+        return told if told and state == state_of(self.lab / record.folder) else []
+
+    def decisions(self, source: str) -> Decisions:
+        """Return the user's corrections of the pairing of a source, and answers on its sheets."""
+        rows = self._sources.get(source, {"decisions": []})["decisions"]
+        return {(PurePath(file), part): Decision(Said(name, role), said) for file, part, role, name, said in rows}
+
+    def state(self, source: str, decisions: Decisions, faults: Iterable[CatalogueFault]) -> None:
+        """State what the user decided on a source, and what could not be taken in from it."""
+        rows = [
+            [file.as_posix(), part, decision.said.role, decision.said.sample, dict(decision.answers)]
+            for (file, part), decision in decisions.items()
+        ]
+        told = [[fault.name, fault.sentence] for fault in faults]
+        self._sources[source] = {"decisions": rows, "faults": told}
+
+
+def state_of(folder: Path) -> str:
+    """Return what a trial's check depends on: its file, which the user may edit, and this version."""
+    trial = folder / TRIAL
+    return f"{files.sha256(trial) if trial.is_file() else ''} {version('sealtwin')}"
+
+
+def is_lab(folder: Path) -> bool:
+    return (folder / CATALOGUE).is_file() or (folder / EARLIER).is_file()
+
+
+def _read_record(path: Path) -> Record:
+    content = files.read_json(path)
+    with files.understood(path):
+        kept = tuple(KeptFile(**file) for file in content["files"])
+        record = Record(**{**content, "files": kept, "remarks": tuple(content["remarks"])})
+    return replace(record, folder=path.parent.name)
+
+
+def _earlier_uses(path: Path) -> dict[str, list[str]]:
+    """Return the studies that an earlier version noted; its other tables are in the trials' folders and pairing.csv."""
+    uses = defaultdict[str, list[str]](list)
+    try:
+        with closing(sqlite3.connect(path)) as base:
+            if base.execute("SELECT name FROM sqlite_master WHERE name = 'uses'").fetchall():
+                for readings, what in base.execute("SELECT readings, what FROM uses ORDER BY what"):
+                    uses[readings].append(what)
+    except sqlite3.DatabaseError as fault:
+        raise InputError(f"{path}: no catalogue that can be read ({fault}). {REMEDY}") from fault
+    return dict(uses)
 
 
 def remark_twins(sound: Sequence[SampleOutcome], catalogue: Catalogue) -> None:
     """Add a remark to samples with files that are identical to those of another sample, here or in the lab."""
     holders: dict[str, dict[str, str]] = defaultdict(dict)
-    for record in catalogue.records():
+    for record in catalogue.records:
         for file in record.files:
             holders[file.sha256][record.sample] = f"{file.original} of {record.sample}"
     for each in sound:
-        for raw in each.raw:
-            if raw.role == "text":
-                continue
-            part = each.sample.part if raw.role == "readings" else None
-            holders[each.hashes[raw.role]][each.sample.key] = str(Piece(PurePath(raw.original), part))
+        for role, digest in each.hashes.items():
+            part = each.sample.part if role == "readings" else None
+            holders[digest][each.sample.key] = str(Piece(each.sample.files[role], part))
     for each in sound:
         for role, what in LOOKED_AT.items():
             alike = holders[each.hashes.get(role, "")]
@@ -246,19 +187,9 @@ def remark_twins(sound: Sequence[SampleOutcome], catalogue: Catalogue) -> None:
 
 def latest_trials(lab: Path) -> tuple[list[dict[str, Any]], list[CatalogueFault]]:
     """Return the latest trial of each sample, a dictionary with ``COLUMNS``, and what failed."""
-    with Catalogue.of(lab) as catalogue:
-        latest = {record.sample: record for record in catalogue.records()}
-        return [_row(lab, record) for record in latest.values()], catalogue.faults()
-
-
-def revisions(lab: Path, sample: str) -> tuple[list[Record], list[CatalogueFault]]:
-    """Return all trials of one sample, and what failed. Raises InputError where the lab knows no such sample."""
-    with Catalogue.of(lab) as catalogue:
-        records = catalogue.records(sample_key(sample))
-        faults = [fault for fault in catalogue.faults() if sample_key(fault.name) == sample_key(sample)]
-    if not records and not faults:
-        raise InputError(f"{lab}: no sample {sample!r:.80}; 'sealtwin lab list {lab}' names those that there are.")
-    return records, faults
+    catalogue = Catalogue.of(lab)
+    latest = {record.sample: record for record in catalogue.records}
+    return [_row(catalogue, record) for record in latest.values()], catalogue.faults()
 
 
 def export(lab: Path, out: Path) -> int:
@@ -266,10 +197,19 @@ def export(lab: Path, out: Path) -> int:
     if out.exists():
         raise InputError(f"{out}: is there already and is not overwritten; give another name, or move it away.")
     trials, faults = latest_trials(lab)
-    failed = [{"sample": fault.name, "state": "failed", "reason": fault.sentence} for fault in faults]
-    rows: Sequence[dict[str, Any]] = [*trials, *failed]
+    rows = [*trials, *({"sample": fault.name, "state": "failed", "reason": fault.sentence} for fault in faults)]
     files.write_sheet(out, COLUMNS, ([row.get(column) for column in COLUMNS] for row in rows))
     return len(rows)
+
+
+def revisions(lab: Path, sample: str) -> tuple[Catalogue, list[Record], list[CatalogueFault]]:
+    """Return all trials of one sample, and what failed. Raises InputError where the lab knows no such sample."""
+    catalogue = Catalogue.of(lab)
+    records = catalogue.of_sample(sample_key(sample))
+    faults = [fault for fault in catalogue.faults() if sample_key(fault.name) == sample_key(sample)]
+    if not records and not faults:
+        raise InputError(f"{lab}: no sample {sample!r:.80}; 'sealtwin lab list {lab}' names those that there are.")
+    return catalogue, records, faults
 
 
 def read_run(lab: Path, record: Record) -> dict[str, Any] | None:
@@ -281,31 +221,30 @@ def read_run(lab: Path, record: Record) -> dict[str, Any] | None:
         return dict(files.read_json(path))
 
 
-def progress_of(lab: Path, record: Record) -> str:
+def progress_of(catalogue: Catalogue, record: Record) -> str:
     """Return in words how far the trial is."""
-    result = read_run(lab, record)
-    if not (lab / record.folder).is_dir():
-        return "its folder is gone"
-    if result is None:
-        return "not run"
-    if "mean_error_mm" in result:
+    result = read_run(catalogue.lab, record)
+    if result is not None and "mean_error_mm" in result:
         return f"mean error {result['mean_error_mm']:.2f} mm"
-    return f"{', '.join(result.get('stages', ())) or 'nothing'} done"
+    if catalogue.unready(record):
+        return "not sound"
+    return "not run" if result is None else f"{', '.join(result.get('stages', ())) or 'nothing'} done"
 
 
-def _row(lab: Path, record: Record) -> dict[str, Any]:
-    photo, readings, result = record.file("photo"), record.file("readings"), read_run(lab, record)
-    depth = record.said.get("crack.depth_mm")
+def _row(catalogue: Catalogue, record: Record) -> dict[str, Any]:
+    photo, readings = record.file("photo"), record.file("readings")
+    depth, unready = record.said.get("crack.depth_mm"), catalogue.unready(record)
     row = vars(record) | {
         "sample": record.name,
-        "state": "taken in",
+        "state": "not sound" if unready else "taken in",
+        "reason": unready[0] + (f" And {len(unready) - 1} more." if len(unready) > 1 else "") if unready else None,
         "data": record.said.get("data", record.said.get("photo.data")),
         "depth_mm": depth if isinstance(depth, int | float) else "along the crack",
         "photo": photo and photo.original,
         "photo_sha256": photo and photo.sha256,
         "readings": readings and readings.original,
         "readings_sha256": readings and readings.sha256,
-        "result": progress_of(lab, record),
-        "mean_error_mm": result and result.get("mean_error_mm"),
+        "result": progress_of(catalogue, record),
+        "mean_error_mm": (read_run(catalogue.lab, record) or {}).get("mean_error_mm"),
     }
     return {column: row.get(column) for column in COLUMNS}

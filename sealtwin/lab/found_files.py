@@ -24,10 +24,10 @@ Role = Literal["photo", "second_photo", "mask", "readings", "note", "text", "ign
 
 NOTE_SUFFIX = ".toml"
 TRIAL = "trial.toml"  # Name of a trial file; 'sealtwin init' writes one into a folder of one sample
-TABLE_SUFFIXES = {".csv", ".tsv", ".xlsx", ".xlsm", ".ods"}
-FREE_TEXT = {".txt", ".md"}
 UNREAD_TABLES = {".xls", ".xlsb", ".numbers", ".sxc"}
-"""A lab's own numbers in formats that are not read: to be named, not passed over."""
+"""Formats that are not read: a lab's own numbers, to be named and not passed over."""
+TABLE_SUFFIXES = {".csv", ".tsv", ".xlsx", ".xlsm", ".ods"} | UNREAD_TABLES
+FREE_TEXT = {".txt", ".md"}
 WORDS: dict[Role, frozenset[str]] = {role: frozenset(words.split()) for role, words in LAB_WORDS["files"].items()}
 """Words at the beginning or the end of a name, for each role."""
 CAMERA = re.compile(
@@ -36,13 +36,11 @@ CAMERA = re.compile(
 """A name that a camera gave says nothing of a sample."""
 BESIDE_CAMERA = re.compile(rf"(?:{CAMERA.pattern})[ _-]+(?=[^\W\d_])|(?<=\w)[ _-]+(?:{CAMERA.pattern})$", re.IGNORECASE)
 """A camera's name before or behind another, as in IMG_0412_P4."""
-REMARK = re.compile(r"\s*[(\[{][^)\]}]*[)\]}]\s*$")  # Remark in brackets at the end of a name: P-03 (von oben)
+REMARK = re.compile(r"\s*[(\[{][^)\]}]*[)\]}]")  # Remark in brackets: P-03 (von oben)
 WORD = re.compile(r"[^\W_]+")
 OUTSIDE_LABELS = re.compile(r"[^\w .-]+")
 DEFAULTS = "lab.toml"  # Name of the file, at the top of a lab's folder, whose settings hold for all samples
 MOST_ENTRIES = 50_000  # Files and folders that are looked at. More is a disk given by mistake.
-MOST_FILES = 5_000
-"""Photos, sheets and notes: the work of years, and as many rows as the pairing file is read back with."""
 MOST_TOLD = 3  # Names in one sentence
 HIDDEN = (".", "~$")
 UNSEEN = {"Cc", "Cf", "Zl", "Zp"}  # Unicode's categories of what controls a text and is no part of it
@@ -84,7 +82,7 @@ def read_name(file: PurePath, *, camera_counts: bool = False) -> Said | None:
     possible = possible_roles(file.suffix.lower())
     if not possible:
         return None
-    stem = REMARK.sub("", file.stem) or file.stem
+    stem = REMARK.sub("", file.stem).strip() or file.stem
     stem = stem if CAMERA.fullmatch(stem) else BESIDE_CAMERA.sub("", stem)
     rest, said = ("", list[Role]()) if file.name == TRIAL else _without(stem, possible)
     folders = [_without(part, tuple(WORDS)) for part in file.parent.parts]
@@ -108,7 +106,7 @@ def possible_roles(suffix: str) -> tuple[Role, ...]:
     """Return the roles that a file of that suffix can have, the default first."""
     if suffix in PHOTO_SUFFIXES:
         return ("photo", "second_photo", "mask")
-    if suffix in TABLE_SUFFIXES | UNREAD_TABLES:
+    if suffix in TABLE_SUFFIXES:
         return ("readings", "note")
     if suffix in FREE_TEXT:
         return ("text", "readings", "note")
@@ -120,15 +118,15 @@ def _without(name: str, roles: tuple[Role, ...]) -> tuple[str, list[Role]]:
     name = unicodedata.normalize("NFC", name)
     words = list(WORD.finditer(name))
     found: list[Role] = []
+
+    def named(word: str) -> Role | None:
+        return next((role for role in roles if plain_letters(word) in WORDS.get(role, ())), None)
+
     for place in (-1, 0):
-        while words and (named := _named(words[place].group(), roles)):
-            found.append(named[0])
+        while words and (role := named(words[place].group())) is not None:
+            found.append(role)
             del words[place]
     return as_label(name[words[0].start() : words[-1].end()] if words else ""), found
-
-
-def _named(word: str, roles: tuple[Role, ...]) -> list[Role]:
-    return [role for role in roles if plain_letters(word) in WORDS.get(role, ())]
 
 
 @dataclass(frozen=True)
@@ -153,20 +151,21 @@ def divide(folder: Path, named: Mapping[PurePath, Said], known: Set[str]) -> dic
     """
     pieces: dict[Piece, Said] = {}
     for file, said in named.items():
-        if file.suffix.lower() in FREE_TEXT:
-            said = _by_content(folder / file, said)
+        if (folder / file).is_symlink():
+            pieces[Piece(file)] = said
+            continue
+        is_text = file.suffix.lower() in FREE_TEXT
+        # A text may be named note and hold sentences, and a table words and values.
+        if is_text and not (said.stated and said.role == "readings"):
+            said = replace(said, role=kind_of_text(folder / file))
+        elif said.role == "readings" and not said.stated and kind_of_text(folder / file) == "note":
+            said = replace(said, role="note")
         pieces |= _divided(folder, file, said, known) if said.role == "readings" else {Piece(file): said}
     return pieces
 
 
-def _by_content(path: Path, said: Said) -> Said:
-    """Return the role of a file that may hold any text: a table of readings or of settings, by what it holds."""
-    role = said.role if said.stated and said.role == "readings" else kind_of_text(path)
-    return replace(said, role=role)
-
-
 def _divided(folder: Path, file: PurePath, said: Said, known: Set[str]) -> dict[Piece, Said]:
-    samples = {part: _sample(file, part) for part in parts_of(folder / file)}
+    samples = {part: _sample(file, part, known) for part in parts_of(folder / file)}
     # A worksheet of a known sample is its own though no readings are found in it: reading it tells why.
     samples = {part: sample for part, sample in samples.items() if part.headed or sample_key(sample) in known}
     naming = [part for part, sample in samples.items() if part.rows_of is not None or sample_key(sample) in known]
@@ -181,9 +180,15 @@ def _divided(folder: Path, file: PurePath, said: Said, known: Set[str]) -> dict[
     return {Piece(file, part): Said(sample, "readings") for part, sample in samples.items()}
 
 
-def _sample(file: PurePath, part: SamplePart) -> str:
-    """Return the sample that a part names, as if a file of that name lay there: in May/all.csv, P01 is May-P01."""
-    said = read_name(file.parent / f"{as_label(part.rows_of or part.sheet or '')}.csv", camera_counts=True)
+def _sample(file: PurePath, part: SamplePart, known: Set[str]) -> str:
+    """Return the sample that a part names, as if a file of that name lay there: in May/all.csv, P01 is May-P01.
+
+    Where none of that name is known, it is P01.
+    """
+    name = PurePath(f"{as_label(part.rows_of or part.sheet or '')}.csv")
+    there, alone = (read_name(place / name, camera_counts=True) for place in (file.parent, PurePath()))
+    said = alone if alone is not None and sample_key(alone.sample) in known else there
+    said = there if there is not None and sample_key(there.sample) in known else said
     return said.sample if said is not None else ""
 
 
@@ -193,12 +198,7 @@ class LeftOut:
 
     file: str
     reason: str
-    lost: bool  # True where data of the lab is missing without it, as for an unreadable sheet
-    said: Said | None = None  # Sample and role that the name gives
-
-    @property
-    def sentence(self) -> str:
-        return f"{self.file}: {self.reason}"
+    lost: bool  # True where data of the lab is missing without it
 
 
 def find_files(folder: Path) -> tuple[list[PurePath], list[LeftOut]]:
@@ -211,13 +211,17 @@ def find_files(folder: Path) -> tuple[list[PurePath], list[LeftOut]]:
     files, left_out = list[PurePath](), list[LeftOut]()
     for path in sorted(_paths(folder, left_out)):
         file = path.relative_to(folder)
-        said = read_name(file)
-        if (reason := _refusal(path, file, said)) is not None:
-            left_out.append(LeftOut(plain(as_text(file)), reason, said is not None, said))
-        elif file != Path(DEFAULTS):
-            files.append(file)
-    if len(files) > MOST_FILES:
-        raise InputError(f"{folder}: {len(files):,} photos, sheets and notes; at most {MOST_FILES:,} are taken.")
+        reason, lost = "neither photo, sheet nor note, by its name.", read_name(file) is not None
+        if as_text(file) != str(file):
+            reason = "a name that is not UTF-8; rename it."
+        elif plain(str(file)) != str(file):
+            reason = "a name with control characters; rename it."
+        elif file.name == DEFAULTS != str(file):
+            reason = f"{DEFAULTS} counts on top of the folder only; move it there."
+        elif lost:
+            files += [] if file == Path(DEFAULTS) else [file]
+            continue
+        left_out.append(LeftOut(plain(as_text(file)), reason, lost))
     return files, left_out
 
 
@@ -251,21 +255,3 @@ def _paths(folder: Path, left_out: list[LeftOut]) -> Iterator[Path]:
         folders[:] = [name for name in folders if not name.startswith(HIDDEN)]
         links = [name for name in folders if Path(place, name).is_symlink()]
         yield from (Path(place, name) for name in (*names, *links) if not name.startswith(HIDDEN))
-
-
-def _refusal(path: Path, file: Path, said: Said | None) -> str | None:
-    if path.is_symlink():
-        return "a link; links are not followed: copy the file itself."
-    if not path.is_file():
-        return "no plain file."
-    if as_text(file) != str(file):
-        return "a name that is not UTF-8; rename it."
-    if plain(str(file)) != str(file):
-        return "a name with control characters; rename it."
-    if said is None:
-        return "neither photo, sheet nor note, by its name."
-    if file.suffix.lower() in UNREAD_TABLES:
-        return f"{file.suffix} is not read; save a copy as XLSX, ODS or CSV beside it."
-    if file.name == DEFAULTS and file != Path(DEFAULTS):
-        return f"{DEFAULTS} counts on top of the folder only; move it there."
-    return None

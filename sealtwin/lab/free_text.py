@@ -1,11 +1,11 @@
-"""Texts of a lab's own, as .txt and .md: what kind each is, and the settings that its sentences seem to say."""
+"""Texts of a lab's own, as .txt and .md: what kind each is, and what its sentences seem to say."""
 
 import re
 from pathlib import Path
 from typing import Any, Literal
 
 from sealtwin.core.errors import InputError
-from sealtwin.lab.note_words import BY_WORD, known_keys, normal, read_value
+from sealtwin.lab.note_words import BY_WORD, SETTINGS, TELLING, meaning_of, normal, read_value
 from validate.readings.samples import read_cells
 from validate.readings.sheet import SheetRow
 from validate.readings.table_rows import is_a_number
@@ -16,41 +16,70 @@ MOST_FOUND = 20
 LONGEST_PHRASE = 200
 PHRASES = re.compile(r"[;\n]|,(?!\d)|\.(?=\s|$)")
 """Ends of phrases; a comma or a point before a digit belongs to a number."""
+NUMBERS = re.compile(r"(?<![\w.,:/-])[-+]?\d+(?:[.,]\d+)?(?=\s|[a-z;,)]|\.(?!\d)|$)", re.IGNORECASE)
+"""Numbers among words; 3.5.2026 and 14:30 are none."""
+PLACED = ("photo.ends_px", "date")  # Settings without a unit whose value is no word
+LEAST_READINGS = 4  # Numbers in lines of two or more that look like readings at places
 
 
 def kind_of_text(path: Path) -> Literal["readings", "note", "text"]:
-    """Return whether a text is a table of readings, a table of words and values, or free text."""
+    """Return whether a file is a table of readings, a table of words and values, or free text."""
     try:
         grid = read_cells(path, Declared())
     except InputError:
         return "text"
     numbers = sum(sum(map(is_a_number, row.cells)) > 1 for row in grid.rows)
-    if numbers > 1 and grid.separator is not None and path.suffix.lower() == ".txt":
-        return "readings"
+    if numbers > 1:
+        return "text" if path.suffix.lower() == ".md" else "readings"
     return "note" if grid.rows and any(map(_is_setting, grid.rows)) and all(map(_is_pair, grid.rows)) else "text"
 
 
 def settings_in(path: Path) -> list[tuple[str, Any]]:
     """Return the settings, by dotted key, that phrases of a text seem to say, as "Tiefe 16 mm" does."""
+    found: dict[str, Any] = {}
+    for line in _lines(path):
+        for key, value in _settings(line):
+            found.setdefault(key, value)
+    return list(found.items())[:MOST_FOUND]
+
+
+def readings_in(path: Path) -> str:
+    """Return the first line of a text that seems to say readings, "bei 20 mm ca. 4,5 tief"; "" where none does."""
+    lines = [
+        (len(numbers), line.strip())
+        for line in _lines(path)
+        if len(numbers := NUMBERS.findall(line)) > 1 and not _settings(line)
+    ]
+    return lines[0][1][:LONGEST_PHRASE] if sum(count for count, _ in lines) >= LEAST_READINGS else ""
+
+
+def _lines(path: Path) -> list[str]:
     try:
-        text = path.read_bytes()[:LARGEST_READ_BYTES].decode("utf-8", errors="replace")
+        return path.read_bytes()[:LARGEST_READ_BYTES].decode("utf-8", errors="replace").splitlines()
     except OSError:
         return []
-    found: dict[str, Any] = {}
-    for phrase in PHRASES.split(text):
+
+
+def _settings(line: str) -> list[tuple[str, Any]]:
+    found = list[tuple[str, Any]]()
+    for phrase in PHRASES.split(line):
         words = phrase.replace(":", " ").replace("=", " ").split()
         if len(phrase) > LONGEST_PHRASE or len(words) < 2:
             continue
-        for count in range(min(4, len(words) - 1), 0, -1):
-            known = BY_WORD.get(normal(" ".join(words[:count])))
-            if known is None or known.kind in ("text", "list"):
-                continue
+        known = ((BY_WORD.get(normal(" ".join(words[:n]))), words[n:]) for n in range(min(4, len(words) - 1), 0, -1))
+        tried = [
+            (one, rest) for one, rest in known if one is not None and (one.unit or one.choices or one.key in PLACED)
+        ]
+        # "0,25 mm/px" has no word of its own.
+        number = next((at for at, word in enumerate(words) if word[0].isdigit()), len(words))
+        tried += [(one, words[number:]) for one in SETTINGS.values() if one.unit in TELLING]
+        for meaning, rest in tried:
             try:
-                found.setdefault(known.key, read_value(known, " ".join(words[count:]), ""))
+                found.append((meaning.key, read_value(meaning, " ".join(rest), "")))
             except ValueError:
                 continue
             break
-    return list(found.items())[:MOST_FOUND]
+    return found
 
 
 def _is_pair(row: SheetRow) -> bool:
@@ -58,5 +87,7 @@ def _is_pair(row: SheetRow) -> bool:
 
 
 def _is_setting(row: SheetRow) -> bool:
-    word = row.cell(0).text.rstrip(": ")
-    return word in known_keys() or normal(word.partition("[")[0].partition("(")[0]) in BY_WORD
+    word, value = row.cell(0).text.rstrip(": "), row.cell(1).text
+    meaning = meaning_of(word, word.partition("[")[0].partition("(")[0], {})
+    # "Tiefe" above "Ort" is a header.
+    return meaning is not None and (not meaning.unit or any(map(str.isdigit, value)))

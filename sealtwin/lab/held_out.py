@@ -7,7 +7,8 @@ import numpy as np
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Profile
-from sealtwin.lab.catalogue import CATALOGUE, Catalogue
+from sealtwin.core.run_folder import holding
+from sealtwin.lab.catalogue import Catalogue, is_lab
 from sealtwin.study.extra_time import time_of_extra_runs
 from sealtwin.study.study_file import load_study
 from sealtwin.trial.job import Above, Job, shown
@@ -22,10 +23,21 @@ DECIMALS = 6  # Of a millimetre, as of a profile's file; no sheet has as many
 def facts_above(trial: Trial, source: Path, *, compared: bool = True) -> Above:
     """Return what the lab and the studies know of a trial whose files lie in ``source``.
 
-    Raises InputError where it is ``compared`` with readings that it declares held out, and the lab used to choose.
+    What of the lab could not be searched is a caution, and is no search. Raises InputError, naming the study or the
+    calibration, where it is ``compared`` with readings that it declares held out, and the lab used to choose.
     """
-    searched, cautions = _search(trial, source) if compared else (False, ())
-    return Above(lab_searched=searched, extra_runs=_time_of_extra_runs, cautions=cautions)
+    searched, cautions = False, list[str]()
+    held, lab = trial.readings, _lab_of(source)
+    if compared and held is not None and held.role == "held-out" and lab is not None and (source / held.file).is_file():
+        digest, catalogue = readings_hash(read_readings(source / held.file, held)), Catalogue(lab)
+        calibrations, cautions = _calibrations(catalogue, digest)
+        if used := [*sorted(catalogue.uses.get(digest, [])), *calibrations]:
+            raise InputError(
+                f'{source / TRIAL}: readings.role = "held-out", but the {used[0]} of {shown(lab)} used these readings '
+                'to choose; write "calibrated-on".'
+            )
+        searched = not cautions
+    return Above(lab_searched=searched, extra_runs=_time_of_extra_runs, cautions=tuple(cautions))
 
 
 def readings_hash(readings: Profile) -> str:
@@ -54,43 +66,25 @@ def note_study(file: Path) -> None:
 def note_use(sheet: Path, readings: Profile, what: str) -> None:
     """Let the catalogue of the lab that a sheet lies in name what ranked its runs by these readings of it."""
     if (lab := _lab_of(sheet.parent)) is not None:
-        with Catalogue.of(lab) as catalogue:
-            catalogue.note_use(readings_hash(readings), what)
+        with holding(lab, lambda _: None):
+            catalogue = Catalogue(lab)
+            uses = catalogue.uses.setdefault(readings_hash(readings), [])
+            if what not in uses:
+                uses.append(what)
+                catalogue.save()
 
 
 def _lab_of(folder: Path) -> Path | None:
     """Return the lab that a folder lies in, or None."""
     folder = folder.resolve()
-    return next((above for above in (folder, *folder.parents)[:LEVELS] if (above / CATALOGUE).is_file()), None)
+    return next((above for above in (folder, *folder.parents)[:LEVELS] if is_lab(above)), None)
 
 
-def _search(trial: Trial, source: Path) -> tuple[bool, tuple[str, ...]]:
-    """Return True where a lab's catalogue was searched for held-out readings and names no other use of them.
-
-    What could not be searched is returned as cautions, and is no search. Raises InputError, naming the study or
-    calibration, where it does.
-    """
-    held, lab = trial.readings, _lab_of(source)
-    sheet = None if held is None else source / held.file
-    if held is None or held.role != "held-out" or lab is None or sheet is None or not sheet.is_file():
-        return False, ()
-    digest = readings_hash(read_readings(sheet, held))
-    with Catalogue.of(lab) as catalogue:
-        calibrations, cautions = _calibrations(lab, catalogue, digest)
-        used = [*catalogue.uses(digest), *calibrations]
-    if used:
-        raise InputError(
-            f'{source / TRIAL}: readings.role = "held-out", but the {used[0]} of {shown(lab)} used these readings to '
-            'choose; write "calibrated-on".'
-        )
-    return not cautions, tuple(cautions)
-
-
-def _calibrations(lab: Path, catalogue: Catalogue, digest: str) -> tuple[list[str], list[str]]:
+def _calibrations(catalogue: Catalogue, digest: str) -> tuple[list[str], list[str]]:
     """Return the names of the lab's trials that are calibrated on readings with that hash, and what was not read."""
     found, cautions = list[str](), list[str]()
-    for record in catalogue.records():
-        path = lab / record.folder / TRIAL
+    for record in catalogue.records:
+        path = catalogue.lab / record.folder / TRIAL
         try:
             readings = load_trial(path).readings if path.is_file() else None
             if readings is None or readings.role != "calibrated-on":

@@ -3,10 +3,11 @@
 import re
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from datetime import date
+from difflib import get_close_matches
 from functools import cache
-from typing import Any, Literal
+from typing import Any
 
 from sealtwin.core.settings import dotted_names
 from sealtwin.trial.trial_file import Trial
@@ -18,12 +19,14 @@ NAME = "name"
 DATA, DATE, OPERATOR = "data", "date", "operator"
 OWN = frozenset({DATA, DATE, OPERATOR})
 """data: where photo and readings come from, both at once. Date and operator go into the catalogue."""
+IGNORED = "ignore"  # What lab.toml says of a word that means no setting
 OF_READINGS = ("readings.", "gate.")  # Prefixes of the keys that concern no sample without readings
 COLUMNS = "readings.columns"  # A table of the trial within another
 MESH = "mesh"  # A lab's samples are photos; 'sealtwin import-mesh' takes a mesh
+SCALE = "photo.mm_per_px"
 ALTERNATIVES = (
     (
-        {"photo.mm_per_px", "photo.scale_is"},
+        {SCALE, "photo.scale_is"},
         {"photo.ruler_px", "photo.ruler_mm"},
         {"photo.markers", "photo.face_mm", "photo.face_corners_px"},
     ),
@@ -32,7 +35,10 @@ ALTERNATIVES = (
 """Ways to say one thing: a sample's own takes the place of the folder's, whichever that is."""
 
 UNITS: dict[str, dict[str, float]] = WORDS["notes"]["units"]
-"""Factor of each unit to that of its setting: mm, degrees, ml, mm/s, mm/px, Pa s, kg/m3, Pa, %."""
+"""Factors of units to the one with which a setting's name ends."""
+TELLING = ("mm_per_px", "mm_s", "pa_s", "kg_m3", "pa")  # Units that tell a setting from other notes
+PER, PIXEL = (frozenset(WORDS["notes"][name].split()) for name in ("per", "pixel"))
+LIKENESS = 0.8  # Share of letters that an unknown word has in common with a known one that may be meant
 NOTHING_BUT_WORDS = re.compile(r"[^\w/]+|_")
 NUMBER = re.compile(r"([-+\u2212]?\d[\d.,' ]*(?:[eE][-+]?\d+)?)\s*(.*)", re.DOTALL)
 WHOLE = re.compile(r"[-+]?\d+")
@@ -56,17 +62,21 @@ class WordMeaning:
     """Meaning of a lab's word."""
 
     key: str  # A setting of the trial, dotted, or one of a note's own
-    kind: Literal["text", "date", "choice", "number", "size", "points", "list"]
-    measure: str = ""  # Kind of unit of a number or a size, a key of ``UNITS``; empty where it has none
-    choices: dict[str, str] = field(default_factory=dict)  # Lists of a lab's words by the setting's own word
+    own: bool = False  # True for the trial's own key, with a value as TOML or a spreadsheet writes it
+
+    @property
+    def choices(self) -> dict[str, list[str]]:
+        """A lab's words by the values of a setting that has a choice."""
+        return {value: _split(words) for value, words in WORDS["notes"]["choices"].get(self.key, {}).items()}
+
+    @property
+    def unit(self) -> str:
+        """The setting's unit, with which its name ends, a key of ``UNITS``; "" where it has none."""
+        return max((unit for unit in UNITS if re.search(f"[._]{unit}$", self.key)), key=len, default="")
 
 
-SETTINGS: dict[str, dict[str, Any]] = WORDS["notes"]["settings"]
-BY_WORD = {
-    normal(word): WordMeaning(key, **{name: value for name, value in each.items() if name != "words"})
-    for key, each in SETTINGS.items()
-    for word in _split(each["words"])
-}
+BY_WORD = {normal(word): WordMeaning(key) for key, each in WORDS["notes"]["settings"].items() for word in _split(each)}
+SETTINGS = {meaning.key: meaning for meaning in BY_WORD.values()}
 HEADS, NOT_STATED = (set(_split(WORDS["notes"][name])) for name in ("heads", "not_stated"))
 """Headers of the column of words in the first row of a sheet, and words for a missing value."""
 
@@ -85,11 +95,43 @@ def tables() -> frozenset[str]:
 
 def of_columns(table: Mapping[str, Any]) -> dict[str, Any]:
     """Return a table of columns by dotted key: what it says of the whole sheet is said of the readings."""
-    said = {f"readings.{key}": table[key] for key in OF_THE_SHEET if key in table}
+    of_readings = (*OF_THE_SHEET, "as_written")
+    said = {f"readings.{key}": table[key] for key in of_readings if key in table}
     if "sign" in table:
         said["readings.quantity"] = SIGNS.get(str(table["sign"]), table["sign"])
-    rest = {f"{COLUMNS}.{key}": value for key, value in table.items() if key not in (*OF_THE_SHEET, "sign")}
+    rest = {f"{COLUMNS}.{key}": value for key, value in table.items() if key not in (*of_readings, "sign")}
     return said | rest
+
+
+def meaning_of(word: str, name: str, own: Mapping[str, str]) -> WordMeaning | None:
+    """Return the meaning of a word, or of its ``name`` without the unit; ``own`` are keys by the lab's own words."""
+    if word in known_keys():
+        return WordMeaning(word, own=True)
+    for text in (word, name):
+        if (key := own.get(normal(text))) is not None:
+            return SETTINGS.get(key, WordMeaning(key, own=True))
+        if (known := BY_WORD.get(normal(text))) is not None:
+            return known
+    # "mm/px" is a unit, and a word for the scale.
+    return SETTINGS[SCALE] if _unit(word) in UNITS["mm_per_px"] else None
+
+
+def likely_key(name: str, text: str, unit: str) -> str | None:
+    """Return the setting that a word may mean which is not known: by its unit, its letters, or a word in it."""
+    words = normal(name).split()
+    close = [
+        word for word in (*get_close_matches(normal(name), BY_WORD, n=1, cutoff=LIKENESS), *words) if word in BY_WORD
+    ]
+    near = [BY_WORD[word] for word in close if BY_WORD[word].unit or BY_WORD[word].key == "photo.ends_px"]
+    by_unit = [one for one in SETTINGS.values() if one.unit in TELLING]
+    for meaning in (*near, *by_unit):
+        try:
+            read_value(meaning, text, unit)
+        except ValueError:
+            continue
+        return meaning.key
+    is_scale = PIXEL & set(normal(f"{name} {unit}").replace("/", " ").split()) and NUMBER.fullmatch(text)
+    return SCALE if is_scale else None
 
 
 def read_value(meaning: WordMeaning, text: str, unit: str, *, exact: bool = False) -> Any:
@@ -99,45 +141,39 @@ def read_value(meaning: WordMeaning, text: str, unit: str, *, exact: bool = Fals
     decimal point is one. Raises ValueError where it cannot be read without guessing; its text ends a sentence that
     names the place.
     """
-    match meaning.kind:
-        case "number" if exact:
-            return _scaled(meaning, float(text), unit, "")
-        case "number":
-            return _quantity(meaning, text, unit)
-        case "size":
+    if meaning.own:
+        return _read_setting(text, exact=exact)
+    if meaning.choices:
+        found = [choice for choice, words in meaning.choices.items() if normal(text) in map(normal, words)]
+        if not found:
+            raise ValueError(f"is none of {', '.join(meaning.choices)}.")
+        return found[0]
+    match meaning.key:
+        case "photo.face_mm":
             width, times, height = TIMES.sub("x", text).partition("x")
             if not times:
                 raise ValueError("is no size; write width x height, for example 160 x 40.")
             # "160 x 40 mm" gives the unit once, for both.
             beside = NUMBER.fullmatch(height)
-            return [
-                _quantity(meaning, width, unit, beside[2] if beside else ""),
-                _quantity(meaning, height, unit),
-            ]
-        case "choice":
-            known = ((choice, _split(words)) for choice, words in meaning.choices.items())
-            found = [choice for choice, words in known if normal(text) in map(normal, words)]
-            if not found:
-                raise ValueError(f"is none of {', '.join(meaning.choices)}.")
-            return found[0]
-        case "points":
+            sides = _quantity(meaning, width, unit, beside[2] if beside else ""), _quantity(meaning, height, unit)
+            return list(sides)
+        case "photo.ends_px":
             numbers = [float(found) for found in PIXELS.findall(text)]
             if len(numbers) != 4:
                 raise ValueError("must be two places in pixels, decimals with a point: 12.5 340 905 377.")
             return [numbers[:2], numbers[2:]]
+        case "readings.as_written":
+            return LIST_MARKS.sub(" ", text).split()
         case "date":
             return read_date(text)
-        case "list":
-            return LIST_MARKS.sub(" ", text).split()
-        case "text":
+        case _ if not meaning.unit:
             return text
+        case _:
+            return _scaled(meaning, float(text), unit, "") if exact else _quantity(meaning, text, unit)
 
 
-def read_setting(text: str, *, exact: bool = False) -> Any:
-    """Return the value of a trial's own key in a sheet of words: a number, a word, or a list as TOML writes it.
-
-    ``exact`` and what is raised as ``read_value``.
-    """
+def _read_setting(text: str, *, exact: bool) -> Any:
+    """Return the value of a trial's own key in a sheet of words: a number, a word, or a list as TOML writes it."""
     if exact:
         return int(text) if WHOLE.fullmatch(text) else float(text)
     if text[0] in "[{\"'" or text in {"true", "false"}:
@@ -162,7 +198,7 @@ def read_date(value: object) -> str:
 
 
 def is_unit(text: str) -> bool:
-    return any(text.casefold().replace(" ", "") in units for units in UNITS.values())
+    return any(_unit(text) in units for units in UNITS.values())
 
 
 def _quantity(meaning: WordMeaning, text: str, unit: str, beside: str = "") -> float:
@@ -184,7 +220,7 @@ def _plain_number(text: str) -> float:
 
 
 def _scaled(meaning: WordMeaning, number: float, in_word: str, in_value: str) -> float:
-    units = UNITS[meaning.measure]
+    units = UNITS[meaning.unit]
     known = ", ".join(units)
     given = [unit for unit in (_unit(in_word), _unit(in_value)) if unit]
     if not given:
@@ -199,5 +235,6 @@ def _scaled(meaning: WordMeaning, number: float, in_word: str, in_value: str) ->
 
 
 def _unit(text: str) -> str:
-    """Remove the spaces and marks that people put between a unit's letters."""
-    return re.sub(r"[\s·*]+|(?<=[a-z])\.$", "", text.replace("μ", "µ").casefold().replace("μ", "µ"))
+    """Remove the spaces and marks that people put between a unit's letters; "mm per pixel" is mm/pixel."""
+    words = ("/" if word in PER else word for word in text.replace("μ", "µ").casefold().replace("μ", "µ").split())
+    return re.sub(r"[\s·*]+|(?<=[a-z])\.$", "", "".join(words))

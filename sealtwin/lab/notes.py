@@ -11,17 +11,19 @@ from sealtwin.core.settings import read_toml
 from sealtwin.lab import note_words
 from sealtwin.lab.found_files import FREE_TEXT, NOTE_SUFFIX, plain
 from sealtwin.lab.free_text import kind_of_text, settings_in
-from sealtwin.lab.note_words import BY_WORD, known_keys, normal, tables
+from sealtwin.lab.note_words import IGNORED, known_keys, likely_key, meaning_of, normal, tables
 from validate.readings.samples import read_cells
-from validate.readings.sheet import SheetCell
+from validate.readings.sheet import SheetCell, clipped
 from validate.readings.text_table import is_missing
 from validate.settings import Declared
 
 STARTER = 'a note says what no photo shows: data = "measured", and in [crack] depth_mm = 16.0'
 UNIT_OF_WORD = re.compile(r"(.*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])]|\s+(?:in|en)\s+(\S+)|,\s*(\S+))\s*:?\s*")
 """Tiefe [mm], depth (mm), Tiefe in mm, depth, mm."""
-LONGEST_SHOWN = 60
 LONGEST_OWN = 200
+WORDS = "words"  # Table of lab.toml with the lab's own words and their settings
+OF_ONE = ("name", "date", "photo.file", "photo.mask", "photo.second_photo", "readings.file", "readings.as_written")
+"""Keys that cannot hold for all samples of a folder."""
 KEYS = "a note knows the keys of a trial ('sealtwin init DIR' shows them), and data, date and operator."
 
 
@@ -43,6 +45,8 @@ class Note:
     """Remaining text that belongs to no setting: the weather, the name of a project."""
     of_file: dict[str, dict[str, NoteEntry]] = field(default_factory=dict)
     """Settings of single files of readings in lab.toml, by the file's name or a pattern of it."""
+    words: dict[str, str] = field(default_factory=dict)
+    """Settings, or "ignore", by the lab's own words for them."""
     meant: set[str] = field(default_factory=set)
     """Keys that the faults are about, as far as can be told: they are not missing, but wrong."""
 
@@ -57,31 +61,50 @@ class Note:
         return Note(taken | self.entries, self.faults, [*defaults.remarks, *self.remarks], meant=self.meant)
 
 
-def read_note(path: Path) -> Note:
-    """Return all that ``path`` says, and all that is wrong with it, also where it cannot be read."""
+def read_note(path: Path, own: Mapping[str, str] | None = None) -> Note:
+    """Return all that ``path`` says, and all that is wrong with it, also where it cannot be read.
+
+    ``own`` are the settings that the lab's own words mean.
+    """
     try:
         if path.suffix.lower() == NOTE_SUFFIX:
-            return _toml(path)
+            return _toml(path, own or {})
         if path.suffix.lower() in FREE_TEXT and kind_of_text(path) == "text":
             # Somebody has said that it is a note.
             return Note({key: NoteEntry(value, as_text(path)) for key, value in settings_in(path)})
-        return _words(path)
+        return _words(path, own or {})
     except InputError as fault:
         return Note({}, str(fault).splitlines(), meant=set(known_keys()))
 
 
-def _toml(path: Path) -> Note:
+def read_defaults(path: Path) -> Note:
+    """Read lab.toml, if there is one. Raises InputError with all its faults, since one would fail every sample."""
+    if path.is_symlink() or not path.is_file():
+        return Note()
+    note = read_note(path)
+    faults = [f"{path}: {key} is of one sample; put it into its note." for key in OF_ONE if key in note.entries]
+    faults += [
+        f"{path}: [{WORDS}] {word!r} = {shown(key)} is no setting of a trial, nor {IGNORED!r}."
+        for word, key in note.words.items()
+        if key not in known_keys() and key != IGNORED
+    ]
+    if faults := [*note.faults, *faults]:
+        raise InputError("\n".join(faults))
+    return note
+
+
+def _toml(path: Path, own: Mapping[str, str]) -> Note:
     note = Note()
     where = as_text(path)
     for name, value in read_toml(path, name="note", starter=STARTER).items():
-        if isinstance(value, dict) and name in tables():
-            for key, inner in value.items():
-                if f"{name}.{key}" == note_words.COLUMNS and isinstance(inner, dict):
-                    _take_columns(note, inner, where)
-                else:
-                    _take(note, f"{name}.{key}", inner, where)
-        else:
-            _take(note, name, value, where)
+        is_table = isinstance(value, dict) and name in tables()
+        for key, inner in ((f"{name}.{key}", inner) for key, inner in value.items()) if is_table else ((name, value),):
+            if key == WORDS and isinstance(inner, dict):
+                note.words = {normal(word): str(meant) for word, meant in inner.items()}
+            elif key == note_words.COLUMNS and isinstance(inner, dict):
+                _take_columns(note, inner, where)
+            else:
+                _take(note, key, inner, where, own)
     return note
 
 
@@ -89,24 +112,23 @@ def _take_columns(note: Note, table: Mapping[str, Any], where: str) -> None:
     """Take the columns of all sheets, and those of single files, which are tables by the files' names."""
     files = {name: inner for name, inner in table.items() if isinstance(inner, dict)}
     for key, value in note_words.of_columns({k: v for k, v in table.items() if k not in files}).items():
-        _take(note, key, value, where)
+        _take(note, key, value, where, {})
     for name, inner in files.items():
-        own = Note()
+        own = Note(faults=note.faults)
         for key, value in note_words.of_columns(inner).items():
-            _take(own, key, value, where)
-        note.of_file[name], note.faults = own.entries, [*note.faults, *own.faults]
+            _take(own, key, value, where, {})
+        note.of_file[name] = own.entries
 
 
-def _take(note: Note, key: str, value: Any, where: str) -> None:
+def _take(note: Note, key: str, value: Any, where: str, own: Mapping[str, str]) -> None:
     """Take a trial's own key, or one of a note's."""
     if key in tables():
         note.faults.append(f"{where}: {key} is a table of settings; write [{key}], and its keys below.")
-    elif key not in known_keys():
+    elif key == note_words.MESH or (key not in known_keys() and key.partition(".")[0] in tables()):
         # A mesh, or a key of a trial's table, can only be a setting.
-        if key == note_words.MESH or key.partition(".")[0] in tables():
-            note.faults.append(f"{where}: {shown(key)}: no such key; {KEYS}")
-        else:
-            note.remarks.append(f"{where}: {shown(key)} = {shown(value)}: written down, and no setting.")
+        note.faults.append(f"{where}: {shown(key)}: no such key; {KEYS}")
+    elif key not in known_keys():
+        _take_unknown(note, key, key, value, "", where, own)
     elif key in note.entries:
         note.faults.append(f"{where}: {key} stands there twice, also in {note.entries[key].origin}; keep one.")
     else:
@@ -128,7 +150,7 @@ def _own(key: str, value: Any) -> Any:
     return value
 
 
-def _words(path: Path) -> Note:
+def _words(path: Path, own: Mapping[str, str]) -> Note:
     """Read a sheet of two columns, word and value; a third may hold the unit."""
     grid = read_cells(path, Declared())
     note = Note()
@@ -148,30 +170,41 @@ def _words(path: Path) -> Note:
             if row.cell(1).kind in {"formula", "error"}:
                 note.faults.append(f"{where}: {shown(word)} holds a formula without a result; write the value itself.")
             else:
-                _take_word(note, word, row.cell(1), unit, where)
+                _take_word(note, word, row.cell(1), unit, where, own)
     return note
 
 
-def _take_word(note: Note, word: str, cell: SheetCell, unit: str, where: str) -> None:
-    written, value, exact = word.rstrip(": "), cell.text, cell.kind == "number"
+def _take_word(note: Note, word: str, cell: SheetCell, unit: str, where: str, own: Mapping[str, str]) -> None:
+    written, value = word.rstrip(": "), cell.text
     found = UNIT_OF_WORD.fullmatch(word)
     name, in_word = (found[1], next((part for part in found.groups()[1:] if part), "")) if found else (written, "")
-    meaning = BY_WORD.get(normal(written)) or BY_WORD.get(normal(name))
-    if written not in known_keys() and meaning is None:
-        note.remarks.append(f"{where}: {shown(written)} = {shown(value)}: written down, and no setting.")
+    in_word = in_word or unit or (written if note_words.is_unit(written) else "")
+    meaning = meaning_of(written, name, own)
+    if meaning is None or meaning.key == IGNORED:
+        _take_unknown(note, written, name, value, in_word, where, own)
         return
-    key = written if meaning is None or written in known_keys() else meaning.key
     try:
-        if meaning is None or key == written:
-            read = note_words.read_setting(value, exact=exact)
-        else:
-            read = note_words.read_value(meaning, value, in_word or unit, exact=exact)
-        _take(note, key, read, where)
+        read = note_words.read_value(meaning, value, in_word, exact=cell.kind == "number")
+        _take(note, meaning.key, read, where, own)
     except ValueError as fault:
-        note.meant.add(key)
+        note.meant.add(meaning.key)
         note.faults.append(f"{where}, column 2: {shown(written)} = {shown(value)} {fault}")
 
 
+def _take_unknown(
+    note: Note, word: str, name: str, value: object, unit: str, where: str, own: Mapping[str, str]
+) -> None:
+    """Keep what is no setting; ask about what may be one, since the folder's would be taken in its place."""
+    key = None if own.get(normal(word)) == IGNORED else likely_key(name, str(value), unit)
+    if key is None:
+        note.remarks.append(f"{where}: {shown(word)} = {shown(value)}: written down, and no setting.")
+        return
+    note.meant.add(key)
+    note.faults.append(
+        f"{where}: {shown(word)} = {shown(value)} may be {key}, and the word is not known. Say what it is in lab.toml: "
+        f'[{WORDS}] "{word}" = "{key}" (or another key, or "{IGNORED}").'
+    )
+
+
 def shown(value: object) -> str:
-    text = repr(value)
-    return text if len(text) <= LONGEST_SHOWN else f"{text[:LONGEST_SHOWN]}..."
+    return clipped(repr(value))

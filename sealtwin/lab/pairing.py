@@ -2,7 +2,7 @@
 
 import re
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from pathlib import Path, PurePath
@@ -10,23 +10,46 @@ from typing import Any, get_args
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import as_text_cell, sheet_text
-from sealtwin.lab.found_files import LeftOut, Piece, Role, Said, as_label, few, possible_roles, read_name
+from sealtwin.lab.found_files import (
+    LAB_WORDS,
+    UNREAD_TABLES,
+    WORD,
+    WORDS,
+    Piece,
+    Role,
+    Said,
+    as_label,
+    few,
+    possible_roles,
+    read_name,
+)
 from validate.readings.samples import SamplePart, named_cells, read_table, sample_key
+from validate.readings.text_table import plain_letters
 
 PAIRING = "pairing.csv"
-ANSWERS = ("sheet", "s", "levels", "unit", "sign", "range", "skip", "missing", "as_written")
-"""Columns that answer what a sheet leaves open, by the letters of its columns; blank where nothing is asked."""
+ANSWERS = ("sheet", "s", "levels", "unit", "sign", "range", "skip", "missing", "as_written", "crack")
+"""Columns that answer what a sheet leaves open, by letters of its columns, and a photo, by the number of a crack."""
 COLUMNS = ("file", "role", "sample", "part", *ANSWERS, "question")
 """The part is that of a file that several samples share; blank for the whole file."""
 SPANS = re.compile(r"[A-Z]{1,3}(:[A-Z]{1,3})?([\s,;]+[A-Z]{1,3}(:[A-Z]{1,3})?)*")  # B C D, or B:D
 ROLES: tuple[Role, ...] = get_args(Role)
 LIKENESS = 0.65  # Share of letters that two names have in one order; P0l and P01 have two of three
-LONGEST_NAME = 80  # Longest name of a sample, and of a trial
+REVISION = re.compile(LAB_WORDS["revision"]["word"])
+"""A word such as v2, whose number is none of a sample."""
+ROLE_WORDS = frozenset[str]().union(*WORDS.values())
+DIGIT, LABEL = re.compile(r"\d"), re.compile(r"[^\W\d_]\d")
 
-Decisions = Mapping[tuple[PurePath, str], Said]
-"""Decisions of the user on files and on parts of them by name; "" is the whole file."""
-Answers = Mapping[tuple[str, str], Mapping[str, str]]
-"""Answers on sheets by file and part, each as it stands in a column of the pairing file."""
+
+@dataclass(frozen=True)
+class Decision:
+    """Sample and role of a file, or of a part of it, as the user says."""
+
+    said: Said
+    answers: Mapping[str, str] = field(default_factory=dict)  # On the sheet, as they stand in the pairing file
+
+
+Decisions = Mapping[tuple[PurePath, str], Decision]
+"""Decisions by file and name of its part; "" is the whole file."""
 
 
 @dataclass(frozen=True)
@@ -37,22 +60,68 @@ class SampleFiles:
     files: Mapping[Role, PurePath]  # One of a role; a photo among them, if ``questions`` is empty
     questions: tuple[str, ...]
     part: SamplePart | None = None  # Part of the file of readings, where samples share it
-    lost: tuple[str, ...] = ()  # Files of its own that take no part, a sentence each, where no other stands in for them
     texts: tuple[PurePath, ...] = ()  # Free texts, which are kept and say nothing
 
     @property
     def key(self) -> str:
         return sample_key(self.name)
 
+    @property
+    def pieces(self) -> tuple[tuple[PurePath, str], tuple[PurePath, str]]:
+        """Files and parts of its readings and of its photo, by which the user's decisions are known."""
+        readings, photo = (self.files.get(role, PurePath()) for role in ("readings", "photo"))
+        return (readings, str(self.part or "")), (photo, "")
 
-def place_files(named: Mapping[Piece, Said], decided: Decisions) -> dict[Piece, Said]:
-    """Place each piece by the user's decision, on it or on all of its file, or else by what its name says."""
+
+def place_files(named: Mapping[Piece, Said], decisions: Decisions) -> dict[Piece, Said]:
+    """Place each piece by the user's decision, on it or on all of its file, or else by what its name says.
+
+    Where a photo's name and that of a file without one differ by words alone that hold no number, as L08.jpg and
+    l08_misure.csv, they are of one sample, unless that has one of the kind, or another photo may be meant.
+    """
     placed: dict[Piece, Said] = {}
     for piece, said in named.items():
-        if (piece.file, "") in decided:
+        if (piece.file, "") in decisions:
             piece = Piece(piece.file)
-        placed[piece] = decided.get((piece.file, piece.part_name), said)
+        decision = decisions.get((piece.file, piece.part_name))
+        placed[piece] = said if decision is None else decision.said
+    photos = sorted({said.sample for said in placed.values() if said.role == "photo"})
+    keys = {sample_key(photo) for photo in photos}
+    taken = {(sample_key(said.sample), said.role) for said in placed.values()}
+    for piece, said in list(placed.items()):
+        if said.role in ("photo", "ignore") or (piece.file, piece.part_name) in decisions:
+            continue
+        hosts = [photo for photo in photos if _is_within(photo, said.sample) or _is_within(said.sample, photo)]
+        if said.role == "text":
+            # It is kept, and says nothing unasked.
+            hosts = hosts or [photo for photo in photos if _labels(photo) & _labels(said.sample)]
+        if sample_key(said.sample) in keys or len({sample_key(host) for host in hosts}) != 1:
+            continue
+        host, free = hosts[0], said.role == "text" or (sample_key(hosts[0]), said.role) not in taken
+        if free and not any(_is_within(host, other) for other in photos if other not in hosts):
+            placed[piece] = replace(said, sample=host)
     return placed
+
+
+def _is_within(inner: str, outer: str) -> bool:
+    """Return whether a name is a run of another's words, the rest of which hold no number."""
+    words, key = _telling(outer), sample_key(" ".join(_telling(inner)))
+    spans = ((start, end) for end in range(1, len(words) + 1) for start in range(end))
+    return any(
+        key == sample_key(" ".join(words[start:end])) and not DIGIT.search(" ".join(words[:start] + words[end:]))
+        for start, end in spans
+    )
+
+
+def _telling(name: str) -> list[str]:
+    """Return the words of a name without those that say what a file is, or which version."""
+    words = ((word, plain_letters(word)) for word in WORD.findall(name))
+    return [word for word, plain in words if plain not in ROLE_WORDS and not REVISION.fullmatch(plain)]
+
+
+def _labels(name: str) -> set[str]:
+    """Return the words of letters and digits, as T1, which tell samples apart whatever stands around them."""
+    return {plain_letters(word) for word in _telling(name) if LABEL.search(word)}
 
 
 def pair(placed: Mapping[Piece, Said]) -> list[SampleFiles]:
@@ -69,30 +138,14 @@ def pair(placed: Mapping[Piece, Said]) -> list[SampleFiles]:
     return [replace(sample, texts=tuple(texts.get(sample.key, ()))) for sample in samples]
 
 
-def hold_back(
-    samples: Sequence[SampleFiles], left_out: Sequence[LeftOut], folder: str
-) -> tuple[list[SampleFiles], list[LeftOut]]:
-    """Return samples with the files that they have lost, and the files left out that are of none of them.
-
-    What was saved anew beside it, P01.csv beside P01.xls, stands in for it. ``folder`` is the name of the lab's own: of
-    the sample whose files bear none.
-    """
-    by_key = {sample.key: sample for sample in samples}
-    others = []
-    for left in left_out:
-        sample = None if left.said is None else by_key.get(sample_key(left.said.sample or as_label(folder)))
-        if left.said is None or sample is None or left.said.role in sample.files:
-            others.append(left)
-        else:
-            by_key[sample.key] = replace(sample, lost=(*sample.lost, left.sentence))
-    return list(by_key.values()), others
-
-
 def _sample(key: str, group: Mapping[Piece, Said], alike: Sequence[Mapping[Piece, Said]]) -> SampleFiles:
     """Return a sample with its questions. ``alike`` are the groups of files that may be of one sample with it."""
     by_role: dict[Role, list[Piece]] = defaultdict(list)
     for piece, said in group.items():
         by_role[said.role].append(piece)
+    for role, pieces in by_role.items():
+        # What was saved anew beside it stands in: P01.csv for P01.xls.
+        by_role[role] = [piece for piece in pieces if piece.file.suffix.lower() not in UNREAD_TABLES] or pieces
     name = group[by_role["photo"][0] if "photo" in by_role else next(iter(group))].sample
     files: dict[Role, PurePath] = {role: pieces[0].file for role, pieces in by_role.items() if len(pieces) == 1}
     questions = [
@@ -122,6 +175,7 @@ def _alike(groups: Mapping[str, Mapping[Piece, Said]]) -> dict[str, list[Mapping
     """
     roles = {key: {said.role for said in group.values()} for key, group in groups.items()}
     names = {key: {key, *map(_own_key, group)} - {""} for key, group in groups.items()}
+    labels = {key: {word for said in group.values() for word in _labels(said.sample)} for key, group in groups.items()}
     alike: dict[str, list[Mapping[Piece, Said]]] = defaultdict(list)
     for key in sorted(key for key in groups if key and "photo" not in roles[key]):
         by_name: dict[str, set[str]] = defaultdict(set)
@@ -130,6 +184,7 @@ def _alike(groups: Mapping[str, Mapping[Piece, Said]]) -> dict[str, list[Mapping
             for name in names[other]:
                 by_name[name].add(other)
         close = [name for name in by_name if any(name in mine or mine in name for mine in names[key])]
+        close += [name for name, others in by_name.items() if any(labels[key] & labels[other] for other in others)]
         close = close or [name for mine in names[key] for name in get_close_matches(mine, by_name, cutoff=LIKENESS)]
         likely = set[str]().union(*(by_name[name] for name in close))
         alike[key] = [groups[other] for other in sorted(likely)]
@@ -159,48 +214,34 @@ class PairingRow:
 
 
 def pairing_text(
-    placed: Mapping[Piece, Said], samples: Sequence[SampleFiles], answers: Answers, about: Mapping[Piece, str]
+    placed: Mapping[Piece, Said], samples: Sequence[SampleFiles], decisions: Decisions, about: Mapping[Piece, str]
 ) -> str:
     """Write a row for each piece, in the order of samples; a question stands beside the pieces that it is about.
 
     ``about`` are questions on what single pieces hold.
     """
     asked = {sample.key: " ".join(sample.questions) for sample in samples}
-    questions = {(piece.file, piece.part_name): question for piece, question in about.items()}
-    keyed = [
-        (sample_key(said.sample), ROLES.index(said.role), piece.file, piece.part_name, said)
-        for piece, said in placed.items()
-    ]
-    return sheet_text(
-        COLUMNS,
-        [
-            (
-                *(file.as_posix(), said.role, said.sample, part),
-                *(answers.get((file.as_posix(), part), {}).get(name, "") for name in ANSWERS),
-                "" if said.role == "ignore" else questions.get((file, part)) or asked.get(key, ""),
-            )
-            for key, _, file, part, said in sorted(keyed, key=lambda row: row[:4])
-        ],
-    )
-
-
-def answers_of(rows: Sequence[PairingRow], decided_files: Mapping[str, PurePath]) -> Answers:
-    """Return what the user answers on sheets. ``decided_files`` are the files by the cell that names each."""
-    return {
-        (decided_files[row.file].as_posix(), row.part): row.answers
-        for row in rows
-        if row.answers and row.file in decided_files
-    }
+    rows = list[tuple[tuple[str, int, PurePath, str], tuple[str, ...]]]()
+    for piece, said in placed.items():
+        decision = decisions.get((piece.file, piece.part_name))
+        answers = {} if decision is None else decision.answers
+        key, file = sample_key(said.sample), piece.file
+        question = "" if said.role == "ignore" else about.get(piece) or asked.get(key, "")
+        cells = (file.as_posix(), said.role, said.sample, piece.part_name, *(answers.get(name, "") for name in ANSWERS))
+        rows.append(((key, ROLES.index(said.role), file, piece.part_name), (*cells, question)))
+    return sheet_text(COLUMNS, [row for _, row in sorted(rows)])
 
 
 def as_columns(answers: Mapping[str, str]) -> dict[str, Any]:
-    """Return answers as a table of columns of a trial, ``as_written`` apart."""
+    """Return answers as a table of columns of a trial, with ``as_written``."""
     table: dict[str, Any] = {key: answers[key] for key in ("sheet", "unit", "sign", "range") if key in answers}
     if "s" in answers:
         table["s"] = _column(answers["s"])
     if "levels" in answers:
         levels = answers["levels"]
         table["levels"] = [*map(_column, re.split(r"[\s,;]+" if SPANS.fullmatch(levels) else r"\s*;\s*", levels))]
+    if "as_written" in answers:
+        table["as_written"] = re.split(r'[\s,;"]+', answers["as_written"].strip('" ,;'))
     if "missing" in answers:
         table["missing"] = re.split(r"\s*;\s*", answers["missing"])
     if "skip" in answers:
@@ -223,8 +264,9 @@ def decided(rows: Sequence[PairingRow], named: Mapping[Piece, Said]) -> Decision
     pieces: dict[PurePath, dict[str, Said]] = defaultdict(dict)
     for piece, said in named.items():
         pieces[piece.file][piece.part_name] = said
-    by_cell = files_by_cell(pieces)
-    decisions: dict[tuple[PurePath, str], Said] = {}
+    # As they are, and as a spreadsheet must not calculate them.
+    by_cell = {as_text_cell(file.as_posix()): file for file in pieces} | {file.as_posix(): file for file in pieces}
+    decisions: dict[tuple[PurePath, str], Decision] = {}
     seen: set[tuple[PurePath, str]] = set()
     faults = []
     for row in rows:
@@ -239,17 +281,13 @@ def decided(rows: Sequence[PairingRow], named: Mapping[Piece, Said]) -> Decision
         seen.add((file, part))
         if fault is not None:
             faults.append(f"{row.where}: {fault}")
-        elif (said := Said(as_label(row.sample), ROLES[ROLES.index(row.role)])) != pieces[file].get(part):
-            decisions[file, part] = said
+            continue
+        said = Said(as_label(row.sample), ROLES[ROLES.index(row.role)])
+        if row.answers or said != pieces[file].get(part):
+            decisions[file, part] = Decision(said, row.answers)
     if faults:
         raise InputError("\n".join(faults))
     return decisions
-
-
-def files_by_cell(found: Iterable[PurePath]) -> dict[str, PurePath]:
-    """Return files by the cells that may name them: as they are, and as a spreadsheet must not calculate them."""
-    files = list(found)
-    return {as_text_cell(file.as_posix()): file for file in files} | {file.as_posix(): file for file in files}
 
 
 def read_pairing(path: Path) -> list[PairingRow]:
@@ -263,14 +301,12 @@ def read_pairing(path: Path) -> list[PairingRow]:
 
 
 def _fault(file: PurePath, part: str, row: PairingRow, parts: Mapping[str, Said]) -> str | None:
-    possible = (*possible_roles(file.suffix.lower()), "ignore")
     if part and part not in parts:
         known = ", ".join(repr(name) for name in parts if name) or "none: several samples do not share it"
         return f"{file} has no part {part!r:.80}; its parts are {known}."
+    possible = (*(("readings",) if part else possible_roles(file.suffix.lower())), "ignore")
     if row.role not in possible:
-        return f"{file} cannot be {row.role!r:.40}; write one of {', '.join(possible)}."
-    if part and row.role not in ("readings", "ignore"):
-        return f"{file}, {part}: can be readings or ignore, not {row.role}."
+        return f"{file}{part and ', '}{part} cannot be {row.role!r:.40}; write one of {', '.join(possible)}."
     if row.role == "ignore":
         return None
     if not sample_key(row.sample):

@@ -14,42 +14,49 @@ from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import ReadColumn
 from sealtwin.core.settings import checked
-from sealtwin.lab.found_files import Role
-from sealtwin.lab.free_text import settings_in
-from sealtwin.lab.note_words import ALTERNATIVES, COLUMNS, DATA, OF_READINGS, OWN, of_columns
+from sealtwin.lab.found_files import DEFAULTS, Role
+from sealtwin.lab.free_text import readings_in, settings_in
+from sealtwin.lab.note_words import ALTERNATIVES, COLUMNS, DATA, OF_READINGS, OWN, SCALE, of_columns
 from sealtwin.lab.notes import Note, NoteEntry, read_note
-from sealtwin.lab.pairing import LONGEST_NAME, PAIRING, SampleFiles, as_columns
+from sealtwin.lab.pairing import PAIRING, SampleFiles, as_columns
 from sealtwin.study.study_file import with_settings
 from sealtwin.trial.job import LARGEST_SHEET_BYTES
 from sealtwin.trial.starter_files import TRIAL
 from sealtwin.trial.trial_file import Trial
-from simulate.settings import Fluid
 from validate.readings.read_readings import read_readings
 from validate.readings.sheet import SheetFaults
 from validate.settings import Declared
 
 INPUTS = Path("inputs")
 LONGEST_QUESTION = 900  # Letters of a cell of the pairing file
-AS, AS_WRITTEN = "as_written", "readings.as_written"
 PICTURES: Mapping[Role, str] = {"photo": "photo.file", "second_photo": "photo.second_photo", "mask": "photo.mask"}
 """Settings that name a file."""
 STARTER = tomllib.loads(TRIAL)
 NAMED_FILES: Mapping[Role, str] = {**PICTURES, "readings": "readings.file"}
 SCALES = set[str]().union(*ALTERNATIVES[0])
-ORIGIN = ': where they come from; write data = "measured" (or "reconstructed", "synthetic").'
 UNSEEN = {"crack.tilt": "lean", "crack.wall_angle_deg": 11.0}
 """Settings of the walls that hold where nobody says them, and that no photo shows."""
-NEEDED = (
-    ("photo.data", "synthetic", ORIGIN),
-    ("crack.depth_mm", 16.0, "; no photo shows it: write [crack] depth_mm = 16.0, or 'Depth [mm]' and 16.0."),
-    ("readings.data", "synthetic", ORIGIN),
-    (
-        "readings.role",
+ORIGIN = ': where they come from; write data = "measured" (or "reconstructed", "synthetic")'
+NEEDED: Mapping[str, tuple[Any, str]] = {
+    "photo.data": ("synthetic", ORIGIN),
+    "crack.depth_mm": (16.0, ", and no photo shows it: write [crack] depth_mm = 16.0, or 'Depth [mm]' and 16.0"),
+    "readings.data": ("synthetic", ORIGIN),
+    "readings.role": (
         "held-out",
-        ': write [readings] role = "held-out", or "calibrated-on" where they helped to choose the fluid.',
+        ': write [readings] role = "held-out", or "calibrated-on" where they helped to choose the fluid',
     ),
-)
-"""Required settings that no photo shows: the setting, a stand-in with which the rest is checked, and what to write."""
+    SCALE: (
+        0.1,
+        ", nor any other scale: write [photo] mm_per_px, face_mm, ruler_px or markers, or 'Scale [mm/px]'",
+    ),
+}
+"""Required settings that no photo shows: a stand-in with which the rest is checked, and what to write."""
+SAME: Mapping[str, set[str]] = {
+    SCALE: SCALES,
+    "photo.data": {"photo.data", DATA},
+    "readings.data": {"readings.data", DATA},
+}
+"""Other settings by which a needed one is said."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +80,8 @@ class SampleOutcome:
     note: Note = field(default_factory=Note)
     faults: list[str] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
-    settings: Trial | None = None
+    settings: Trial | None = None  # Those that could be checked; None where they cannot be used
+    stand_ins: frozenset[str] = frozenset()  # Settings that nobody said and something else stands in for
     dialect: str | None = None  # Dialect of the sheet of readings, as a sentence
     columns: tuple[ReadColumn, ...] = ()  # Columns of the sheet as they were understood
     asked: dict[PurePath, str] = field(default_factory=dict)  # Questions on what single files hold
@@ -105,16 +113,17 @@ def kept_as(role: str, file: PurePath) -> str:
 def gather(folder: Path, sample: SampleFiles, defaults: Note, answers: Mapping[str, str]) -> SampleOutcome:
     """Read a sample's notes and hash its files; their content is not looked at yet.
 
-    ``answers`` are the user's on its sheet, in the pairing file.
+    ``answers`` are the user's on its photo and its sheet, in the pairing file.
     """
-    outcome = SampleOutcome(sample, faults=[*sample.questions, *sample.lost])
+    outcome = SampleOutcome(sample, faults=[*sample.questions])
     if sample.questions:
         return outcome
-    if len(sample.name) > LONGEST_NAME:
-        outcome.faults.append(f"{sample.name[:20]}...: a name of {len(sample.name)} letters; at most {LONGEST_NAME}.")
     texts: list[tuple[Role, PurePath]] = [("text", text) for text in sample.texts]
     for role, file in (*sorted(sample.files.items()), *texts):
         path = folder / file
+        if path.is_symlink() or not path.is_file():
+            outcome.faults.append(f"{path}: a link, or no plain file; links are not followed: copy the file itself.")
+            continue
         limit = LARGEST_FILE_BYTES if role in PICTURES else LARGEST_SHEET_BYTES
         size = path.stat().st_size
         if size > limit:
@@ -124,7 +133,8 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note, answers: Mapping[s
         else:
             name = kept_as(role if role != "text" else f"text-{1 + texts.index((role, file))}", file)
             outcome.raw.append(KeptFile(role, file.as_posix(), name, files.sha256(path), size))
-    own = next((read_note(folder / raw.original) for raw in outcome.raw if raw.role == "note"), Note())
+    notes = (read_note(folder / raw.original, defaults.words) for raw in outcome.raw if raw.role == "note")
+    own = next(notes, Note())
     if "readings" not in sample.files:
         # What the folder says of readings concerns other samples.
         kept = {key: entry for key, entry in defaults.entries.items() if not key.startswith(OF_READINGS)}
@@ -134,36 +144,28 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note, answers: Mapping[s
             for key, entry in sorted(own.entries.items())
             if key.startswith(OF_READINGS)
         ]
-    else:
-        defaults = replace(defaults, entries=defaults.entries | _of_file(defaults, sample.files["readings"]))
+    for name, entries in defaults.of_file.items():
+        file = sample.files.get("readings", PurePath())
+        if fnmatchcase(file.name, name) or fnmatchcase(file.as_posix(), name):
+            defaults = replace(defaults, entries=defaults.entries | entries)
     outcome.note = own.over(defaults)
-    said = of_columns(as_columns(answers)) | ({AS_WRITTEN: _listed(answers[AS])} if AS in answers else {})
+    said = of_columns(as_columns(answers))
+    if "crack" in answers:
+        said["photo.crack"] = int(answers["crack"]) if answers["crack"].isdecimal() else answers["crack"]
     outcome.note.entries |= {key: NoteEntry(value, PAIRING) for key, value in said.items()}
     outcome.faults += own.faults
-    for text in sample.texts:
+    for text in (PurePath(raw.original) for raw in outcome.raw if raw.role == "text"):
+        told = f"{text} is kept as text"
         if found := settings_in(folder / text):
-            told = ", ".join(f"{key} = {value}" for key, value in found)
-            outcome.asked[text] = (
-                f"{text} is kept as text, and seems to say {told}. If it does, give it the role note; else leave it."
-            )
-            outcome.remarks.append(f"{outcome.asked[text]} ({PAIRING})")
-        else:
-            outcome.remarks.append(f"{text} is kept as text.")
+            said_there = ", ".join(f"{key} = {value}" for key, value in found)
+            told += f"; it seems to say {said_there}: if it does, give it the role note in {PAIRING}, else leave it"
+        if line := readings_in(folder / text):
+            told += f"; it seems to hold readings ({line!r:.80}), which are read from a table only: write one"
+        if found or line:
+            outcome.asked[text] = f"{told}."
+        outcome.remarks.append(f"{told}.")
     outcome.remarks += outcome.note.remarks
     return outcome
-
-
-def _of_file(defaults: Note, file: PurePath) -> dict[str, NoteEntry]:
-    """Return what lab.toml says of a single file of readings, by its name or a pattern of it."""
-    own: dict[str, NoteEntry] = {}
-    for name, entries in defaults.of_file.items():
-        if fnmatchcase(file.name, name) or fnmatchcase(file.as_posix(), name):
-            own |= entries
-    return own
-
-
-def _listed(text: str) -> list[str]:
-    return text.replace('"', " ").replace(",", " ").replace(";", " ").split()
 
 
 def prepare(folder: Path, outcome: SampleOutcome) -> None:
@@ -180,11 +182,16 @@ def prepare(folder: Path, outcome: SampleOutcome) -> None:
             _look_at(folder / raw.original, raw.role, content, deepest_mm, outcome)
         except InputError as fault:
             outcome.faults += str(fault).splitlines()
+            if raw.role in PICTURES:
+                trial = None
+    outcome.settings = trial if any(raw.role == "photo" for raw in outcome.raw) else None
     if outcome.faults or trial is None:
         return
-    outcome.settings = trial
-    if trial.fluid is not None:
-        outcome.remarks += _remarks_on_fluid(outcome.note.entries.keys(), trial.fluid)
+    if assumed := _assumed(outcome.note.entries.keys()):
+        outcome.remarks.append(f"{assumed} Write your own, best into {DEFAULTS}.")
+    if trial.fluid is not None and trial.fluid.freeze_after_s == "never" and trial.fluid.most_yield_stress_pa == 0:
+        nothing = "nothing holds the sealant's slope, neither fluid.yield_stress_pa nor fluid.freeze_after_s"
+        outcome.remarks.append(f"{nothing}: it ends level.")
     if trial.photo is not None and trial.photo.ends_px is None and trial.photo.mask is None:
         outcome.remarks.append("no ends_px: the crack is searched for; 'sealtwin trace' lets you click its ends.")
 
@@ -231,19 +238,13 @@ def _tables(outcome: SampleOutcome) -> dict[str, Any]:
     said = _said(outcome)
     solver = {f"solver.{key}": STARTER["solver"][key] for key in ("radius_mm", "settle_s")}
     said = {"note": _assumed(said.keys())} | solver | _fluid(said.keys()) | said
-    where, meant = _where_to_say(outcome), outcome.note.meant
-    tables = {"photo", "crack", *outcome.sample.files.keys()}
-    for key, stand_in, remedy in NEEDED:
-        if key not in said and key.partition(".")[0] in tables:
-            said[key] = stand_in
-            if key not in meant and not (key.endswith(".data") and DATA in meant):
-                outcome.faults.append(f"{where}: {key} is not said{remedy}")
-    if not SCALES & said.keys():
-        said["photo.mm_per_px"] = 0.1
-        if not SCALES & meant:
-            outcome.faults.append(
-                f"{where}: no scale is said; write [photo] mm_per_px, face_mm, ruler_px or markers, or 'Scale [mm/px]'."
-            )
+    meant, roles = outcome.note.meant, {"photo", "crack", *outcome.sample.files.keys()}
+    needed = [key for key in NEEDED if key.partition(".")[0] in roles and not said.keys() & SAME.get(key, {key})]
+    outcome.stand_ins = frozenset(needed)
+    for key in needed:
+        said[key], remedy = NEEDED[key]
+        if not meant & SAME.get(key, {key}):
+            outcome.faults.append(f"{key} is not said{remedy} in {DEFAULTS}, or in the sample's note (NAME.toml).")
     columns = {key: said.pop(key) for key in list(said) if key.startswith(f"{COLUMNS}.")}
     content = with_settings({}, said)
     if columns:
@@ -257,14 +258,18 @@ def _said(outcome: SampleOutcome) -> dict[str, Any]:
     A note may give a file or a part, too, if it is the same.
     """
     sample, entries = outcome.sample, outcome.note.entries
-    said: dict[str, Any] = {"name": sample.name[:LONGEST_NAME]}
+    said: dict[str, Any] = {"name": sample.name}
     if DATA in entries:
         said |= dict.fromkeys(("photo.data", "readings.data"), entries[DATA].value)
     said |= {key: entry.value for key, entry in entries.items() if key not in OWN}
     if "readings" not in sample.files:
         said = {key: value for key, value in said.items() if not key.startswith(OF_READINGS)}
-    kept = ((key, role, sample.files[role]) for role, key in NAMED_FILES.items() if role in sample.files)
-    given = {key: (file.name, str(file), kept_as(role, file)) for key, role, file in kept}
+    given: dict[str, tuple[str, str, str]] = {}  # What a note may call it, where it is, and what the trial calls it
+    for role, key in NAMED_FILES.items():
+        if (file := sample.files.get(role)) is not None:
+            given[key] = file.name, str(file), kept_as(role, file)
+        elif key in said:
+            given[key] = "", f"no {role.replace('_', ' ')}", ""
     if (part := sample.part) is not None:
         place = f"{sample.files['readings']}, {part},"
         parts = {"readings.sheet": part.sheet, "readings.sample": part.rows_of}
@@ -276,13 +281,7 @@ def _said(outcome: SampleOutcome) -> dict[str, Any]:
                 "name; leave it out, and say in the pairing file which is."
             )
         said[key] = value
-    for role, key in NAMED_FILES.items():
-        if role not in sample.files and key in said:
-            outcome.faults.append(
-                f"{entries[key].origin}: {key} = {str(said.pop(key))!r:.80}, which is not of this sample "
-                f"by its name; give it the sample's name, or the role {role} in the pairing file."
-            )
-    return said
+    return {key: value for key, value in said.items() if value or key not in given}
 
 
 def _fluid(said: Set[str]) -> dict[str, Any]:
@@ -303,16 +302,6 @@ def _assumed(said: Set[str]) -> str:
     return f"Assumed, since no note of the lab says it: {taken}." if taken else ""
 
 
-def _remarks_on_fluid(said: Set[str], fluid: Fluid) -> list[str]:
-    """Return remarks on the starter's settings in ``fluid``, those not among ``said``, and on no yield stress."""
-    if fluid.freeze_after_s == "never" and fluid.most_yield_stress_pa == 0:
-        return [
-            "nothing holds the sealant's slope, neither fluid.yield_stress_pa nor fluid.freeze_after_s: it ends level."
-        ]
-    taken = ", ".join(f"{key} = {value}" for key, value in _fluid(said).items())
-    return [f"{taken}: the starter's, since no note says it. Write your own, best into lab.toml."] if taken else []
-
-
 def _origin(folder: Path, outcome: SampleOutcome, key: str) -> str:
     """Return the place of a setting, or of those of a table, in the notes."""
     entries = outcome.note.entries
@@ -320,12 +309,7 @@ def _origin(folder: Path, outcome: SampleOutcome, key: str) -> str:
     told += [entry.origin for name, entry in entries.items() if name.startswith(f"{key}.")]
     if key.endswith(".data") and DATA in entries:
         told.append(entries[DATA].origin)
-    return ", ".join(dict.fromkeys(told[::-1])) if told else str(folder / _where_to_say(outcome))
-
-
-def _where_to_say(outcome: SampleOutcome) -> str:
-    """Return where to say what may hold for all samples: the sample's note, or the one that it would get."""
-    return _note_of(outcome) if "note" in outcome.sample.files else f"{_note_of(outcome)} or lab.toml"
+    return ", ".join(dict.fromkeys(told[::-1])) if told else str(folder / _note_of(outcome))
 
 
 def _note_of(outcome: SampleOutcome) -> str:

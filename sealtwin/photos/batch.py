@@ -7,11 +7,12 @@ import traceback
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from itertools import count
 from pathlib import Path
 from typing import Any
 
+from digitise.settings import CHOICE
 from sealtwin.core import files
 from sealtwin.core.cluster import Lost, run_tasks
 from sealtwin.core.errors import InputError, SealtwinError, as_text
@@ -22,6 +23,7 @@ from sealtwin.trial.job import sample_files, start_job
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.trace_sheets import PHOTO_SUFFIXES
 from sealtwin.trial.trial_file import Trial, load_trial, sample_trial
+from validate.readings.samples import named_cells, read_table
 
 BUG, SOME_FAILED = 1, 6
 REMEDY = "the same command digitises what is left; give it fewer --jobs."
@@ -41,6 +43,11 @@ class PlannedPhoto:
     file: Path  # The photo, or a trial file that names one
     name: str  # Name of its run folder
     tables: Tables  # Tables of a trial from the command line's options, for a photo without a trial file
+
+    @property
+    def crack(self) -> int | str | None:
+        """Number of the crack to take, of those that are found."""
+        return self.tables.get("photo", {}).get("crack")
 
     def trial(self) -> Trial:
         """Raises InputError if its settings cannot be used."""
@@ -62,6 +69,7 @@ class BatchRow:
     mm_per_px: float | None = None
     scale_source: str = ""
     path_source: str = ""
+    crack: int | str | None = None  # Number of the crack that the user chose in the table
     warnings: tuple[str, ...] = ()
     reason: str = ""
 
@@ -136,13 +144,15 @@ def digitise_many(
 ) -> Batch:
     """Digitise every photo into a folder below ``out``, whatever happens to the others.
 
-    Finished photos are not digitised again. Photos ``held_back`` for an earlier fault are listed and counted as failed.
-    With ``held`` the caller holds ``out`` already. Raises InputError if ``out`` holds files of something else.
+    Finished photos are not digitised again. Where the table of an earlier call names a crack for a photo without a
+    trial file, by its number, that one is taken. Photos ``held_back`` for an earlier fault are listed and counted as
+    failed. With ``held`` the caller holds ``out`` already. Raises InputError if ``out`` holds files of something else.
     """
     _refuse_foreign(out)
     with nullcontext() if held else holding(out), progress:
         files.write_json(out / LISTING, {"version": 1, "photos": []})
         progress.start(f"Digitising {len(planned)} photos", len(planned))
+        planned = _chosen(planned, out / CSV)
         rows: dict[str, BatchRow] = {}
         # One photo at a time needs no other process.
         processes = min(jobs, len(planned)) if jobs > 1 else 0
@@ -161,6 +171,21 @@ def digitise_many(
             write_csv(out / CSV, batch.listed)
             write_contact_sheet(out / SHEET, out, batch.listed)
     return batch
+
+
+def _chosen(planned: Sequence[PlannedPhoto], table: Path) -> list[PlannedPhoto]:
+    """Return the photos with the cracks that the user chose in the table. Raises InputError where that is none."""
+    if not table.is_file():
+        return [*planned]
+    cells = [row for _, row in named_cells(read_table(table, "a batch writes it"), ("file",), ("crack",))]
+    said = {row["file"]: int(text) if text.isdecimal() else text for row in cells if (text := row.get("crack"))}
+    chosen = {item.file: number for item in planned if (number := said.get(files.as_text_cell(as_text(item.file))))}
+
+    def with_choice(item: PlannedPhoto) -> PlannedPhoto:
+        photo = {**item.tables.get("photo", {}), "crack": chosen[item.file]}
+        return replace(item, tables={**item.tables, "photo": photo})
+
+    return [with_choice(item) if item.file in chosen and not _is_trial(item.file) else item for item in planned]
 
 
 def _photos(target: Path) -> list[Path]:
@@ -193,7 +218,8 @@ def _digitise_one(item: PlannedPhoto, out: Path) -> BatchRow:
         (folder / FAULT).unlink(missing_ok=True)
         return _done(item, folder)
     except SealtwinError as fault:
-        return _failed(item, str(fault))
+        where = CHOICE if _is_trial(item.file) else f"a 2 in the column crack of {out / CSV}"
+        return _failed(item, str(fault).replace(CHOICE, where))
     except OSError as fault:
         return _failed(item, f"{fault.filename or item.file}: {fault.strerror}.")
     except Exception as fault:
@@ -202,7 +228,7 @@ def _digitise_one(item: PlannedPhoto, out: Path) -> BatchRow:
 
 
 def _failed(item: PlannedPhoto, reason: str, status: str = "failed") -> BatchRow:
-    return BatchRow(as_text(item.file), item.name, status, reason=reason)
+    return BatchRow(as_text(item.file), item.name, status, crack=item.crack, reason=reason)
 
 
 def _traced(folder: Path) -> str:
@@ -231,6 +257,7 @@ def _done(item: PlannedPhoto, folder: Path) -> BatchRow:
             mm_per_px=round(outline["mm_per_px"], 5),
             scale_source=outline["scale_source"],
             path_source=outline["path_source"],
+            crack=item.crack,
             warnings=(*outline["warnings"], *solid["warnings"]),
         )
 

@@ -5,16 +5,17 @@ computes what is left.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from digitise.weighing.moved_walls import moved_depth, shape_by_weight, widened
 from sealtwin.core import files, record_files
 from sealtwin.core.cluster import cores
 from sealtwin.core.errors import InputError, NumericalError
-from sealtwin.core.records import Outline, Profile, Run
+from sealtwin.core.records import Profile, Run
 from sealtwin.core.run_folder import stage_key
 from sealtwin.core.settings import checked
 from sealtwin.study import study_folder
@@ -34,7 +35,6 @@ REPLICATES = 3
 freedom and sqrt(3/2) times the noise: its interval is 1.4 times wider."""
 SEEDS = 2**31  # Number of seeds that a trial may have
 OF_THE_WALLS = ("width_mm", "wall_angle_deg", "depth_mm")  # Inputs that change the solid
-SAME_POINT_MM = 1e-6  # Distance below which both walls are one point, as at a tip
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,8 @@ class _Base:
     @property
     def inputs(self) -> dict[str, float]:
         """Standard uncertainty of each input that is moved, by name."""
-        return self.job.trial.uncertainty.with_width(self.bench.outline.width_doubt_mm).moved
+        outline, figures = self.bench.outline, self.bench.solid.figures
+        return self.job.trial.uncertainty.with_sample(outline.width_doubt_mm, figures.weighed).moved
 
 
 _Variant = tuple[dict[str, float], Trial, Bench]
@@ -69,6 +70,11 @@ def vary(job: Job) -> bool:
         raise InputError(
             f"{job.path / 'trial.toml'}: no [readings]; --uncertainty is that of a comparison. Give a sheet of "
             "readings, or leave --uncertainty out."
+        )
+    if job.trial.solver.model == "slot":
+        raise InputError(
+            f'{job.path / "trial.toml"}: solver.model is "slot", and --uncertainty is that of particles. Take '
+            '"particles", or leave --uncertainty out.'
         )
     inputs = {**made_by(job, "digitise", DIGITISED), **made_by(job, "simulate", ("particles.csv", "profile.csv"))}
     device = choose_device(job.device)
@@ -163,7 +169,16 @@ def _moved(base: _Base, steps: Mapping[str, float]) -> Bench:
     from digitise.trajectory import plan_trajectory
 
     trial, bench = base.job.trial, base.bench
+    # How far each input is moved; what a weighed fill leaves of width, angle and depth moves together.
     step = {"width_mm": 0.0, "wall_angle_deg": 0.0, "depth_mm": 0.0, "speed_mm_s": 0.0, "volume_ml": 0.0} | dict(steps)
+    shape, weighed = trial.crack, bench.solid.figures.weighed
+    if weighed is not None and shape is not None:
+        shape = shape_by_weight(shape, weighed)
+        root, own = np.array(weighed.steps), np.array([step[name] for name in OF_THE_WALLS])
+        signs = np.divide(own, root.diagonal(), out=np.zeros(len(own)), where=root.diagonal() > 0)
+        step |= dict(zip(OF_THE_WALLS, (root @ signs).tolist(), strict=True))
+        # A flare or a funnel has no other angle.
+        step["wall_angle_deg"] = max(step["wall_angle_deg"], -weighed.wall_angle_deg)
     first_mm, last_mm = trial.path.trims_mm
     start_mm = steps.get("start_mm", 0.0)
     changes: dict[str, Any] = {
@@ -172,20 +187,17 @@ def _moved(base: _Base, steps: Mapping[str, float]) -> Bench:
         "path.fill": 1.0,
         "path.trim_mm": (first_mm + start_mm, last_mm - start_mm),
     }
-    if trial.crack is not None:
-        angle_deg, by_deg = trial.crack.wall_angle_deg, step["wall_angle_deg"]
+    if shape is not None:
+        angle_deg, by_deg = shape.wall_angle_deg, step["wall_angle_deg"]
         angles_deg = tuple(one + by_deg for one in angle_deg) if isinstance(angle_deg, tuple) else angle_deg + by_deg
-        changes["crack.wall_angle_deg"] = angles_deg
-        depth_mm, by_mm = trial.crack.depth_mm, step["depth_mm"]
-        changes["crack.depth_mm"] = (
-            [(s_mm, one + by_mm) for s_mm, one in depth_mm] if isinstance(depth_mm, tuple) else depth_mm + by_mm
-        )
+        moved = {"wall_angle_deg": angles_deg, "depth_mm": moved_depth(shape.depth_mm, step["depth_mm"])}
+        changes |= {"crack": shape.model_copy(update=moved).model_dump(mode="json", exclude_none=True)}
     changed = _changed(base.job, changes)
     cavity_mm3, sections = bench.solid.cavity_volume_mm3, bench.solid.sections
     trajectory = plan_trajectory(bench.outline, changed.path, cavity_mm3, sections)
     outline, solid = bench.outline, bench.solid
     if changed.crack is not None and any(name in steps for name in OF_THE_WALLS):
-        outline = _widened(outline, step["width_mm"])
+        outline = widened(outline, step["width_mm"])
         solid = build_solid(outline, changed.crack)
     return Bench(outline, solid, trajectory, None)
 
@@ -216,6 +228,8 @@ def _same_physics(base: _Base, bench: Bench, radius_mm: float, steps: Mapping[st
         paste = {"fluid.curve": columns}
     changes: dict[str, Any] = {
         "solver.radius_mm": radius_mm,
+        # Its record is of the measured numbers, not of moved ones.
+        "fluid.material": None,
         **paste,
         # Left out, it follows from the viscosity again.
         "fluid.D_cm": None if trial.fluid.D_cm is None else trial.fluid.D_cm * frame_s / health["frame_s"],
@@ -227,18 +241,6 @@ def _changed(job: Job, changes: Mapping[str, Any]) -> Trial:
     """Return the trial with other settings, by dotted name; None stands for no setting. Raises InputError."""
     where = Path(f"{job.path / 'trial.toml'}, moved by its [uncertainty]")
     return checked(Trial, where, with_settings(job.trial.model_dump(mode="json", exclude_none=True), changes))
-
-
-def _widened(outline: Outline, by_mm: float) -> Outline:
-    """Widen a crack by ``by_mm`` on average, every width in proportion: tips and open ends stay where they are."""
-    from digitise.geometry.polyline import uncrossed, without_repeats
-
-    if not by_mm:
-        return outline
-    apart = (outline.left_wall_mm - outline.right_wall_mm) * by_mm / outline.mean_width_mm / 2
-    left_mm, right_mm = outline.left_wall_mm + apart, outline.right_wall_mm - apart
-    ring_mm = without_repeats(uncrossed(np.vstack([right_mm, left_mm[::-1]])), SAME_POINT_MM)
-    return replace(outline, left_wall_mm=left_mm, right_wall_mm=right_mm, outline_mm=ring_mm)
 
 
 def _runs(

@@ -14,8 +14,11 @@ from validate.uncertainty.validation import two_level_design
 def time_of_extra_runs(job: Job) -> str:
     """Return the time in words: that of the trial's own run, by how much more the model takes for the others."""
     trial, run = job.trial, record_files.read_simulation(job.path)
+    if run.bed is not None:
+        return ""
     trajectory, outline = record_files.read_trajectory(job.path), record_files.read_outline(job.path)
-    inputs = trial.uncertainty.with_width(outline.width_doubt_mm).moved
+    weighed = record_files.read_solid(job.path).figures.weighed
+    inputs = trial.uncertainty.with_sample(outline.width_doubt_mm, weighed).moved
     numbers = {
         run.radius_mm / RATIO: REPLICATES,
         run.radius_mm: REPLICATES,

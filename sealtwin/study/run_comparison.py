@@ -112,11 +112,13 @@ def _side(job: Job, name: str) -> Side:
     readings = readings_of(job)
     metrics = {} if readings is None else record_files.read_comparison(job.path, RunErrors)
     run = record_files.read_simulation(job.path)
+    # The fast model has none, and computes no number of them.
+    counted = run.bed is None
     facts: dict[str, float | None] = {
-        "particles": run.particles,
-        "particle radius (mm)": run.radius_mm,
-        "spilled particles": run.spilled_particles,
-        "escaped particles (must be 0)": run.escaped_particles,
+        "particles": run.particles if counted else None,
+        "particle radius (mm)": run.radius_mm if counted else None,
+        "spilled particles": run.spilled_particles if counted else None,
+        "escaped particles (must be 0)": run.escaped_particles if counted else None,
         "volume kept": run.health.volume_ratio,
         "frames": run.health.frames,
         "time of the frames (s)": run.health.frames_s,

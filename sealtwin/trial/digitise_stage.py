@@ -79,15 +79,20 @@ def _digitise(job: Job) -> "tuple[Outline, Solid | None, Photo]":
     settings, crack = trial.photo, trial.crack
     if settings is None or (crack is None and not settings.path_only):
         raise InputError(f"{job.source}: the trial has no [photo] with [crack] and no [mesh]; give one.")
-    from digitise.crack_path.find_path import find_path
+    from digitise.crack_path.find_path import RivalCracksError, find_path
     from digitise.outline import outline_as_set
     from digitise.photo import load_photo
-    from digitise.solid.build_solid import build_solid
-    from digitise.walls.overlay import draw_overlay, draw_way
+    from digitise.solid.build_solid import build_solid, with_weighed
+    from digitise.walls.overlay import draw_cracks, draw_overlay, draw_way
 
     photo = load_photo(settings, job.source)
     job.progress.advance(1, "finding the crack")
-    path = find_path(photo, settings.ends_px, settings.via_px, settings.roi_px)
+    try:
+        path = find_path(photo, settings.ends_px, settings.via_px, settings.roi_px, settings.crack)
+    except RivalCracksError as rivals:
+        cracks = rivals.cracks
+        with _with_picture(job, lambda: draw_cracks(photo, cracks)):
+            raise
     job.progress.advance(2, "tracing its walls")
     with _with_picture(job, lambda: draw_way(photo, path)):
         outline = outline_as_set(photo, path, settings)
@@ -95,7 +100,13 @@ def _digitise(job: Job) -> "tuple[Outline, Solid | None, Photo]":
         return outline, None, photo
     job.progress.advance(3, "building the solid")
     with _with_picture(job, lambda: draw_overlay(photo, outline)):
-        return outline, build_solid(outline, crack), photo
+        if crack.fill is None:
+            return outline, build_solid(outline, crack), photo
+        from digitise.weighing.fit_cavity import weigh
+
+        known = job.trial.uncertainty
+        moved, shape, weighed = weigh(outline, crack, crack.fill, known.width_mm, known.depth_mm)
+        return moved, with_weighed(build_solid(moved, shape), weighed), photo
 
 
 @contextmanager

@@ -93,6 +93,9 @@ def stage_settings(trial: Trial, stage: StageName) -> dict[str, Any]:
     settings = {name: dump.get(name) for name in tables[stage]}
     if stage == "simulate" and not trial.sample.level:
         settings["sample"] = dump["sample"]
+    if stage == "digitise" and trial.crack is not None and trial.crack.fill is not None:
+        # The fill is weighed against how well width and depth are known.
+        settings["known"] = {name: getattr(trial.uncertainty, name) for name in ("width_mm", "depth_mm")}
     if stage == "validate":
         settings["sample"] = trial.shown_by.data
     for table in ("photo", "mesh"):

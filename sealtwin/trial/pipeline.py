@@ -160,6 +160,7 @@ def _findings(folder: RunFolder, trial: Trial, stages: Sequence[str]) -> dict[st
             "width_95_mm": _rounded(outline.width_95_mm, 4),
             "cavity_volume_mm3": None if path_alone else round(solid["cavity_volume_mm3"], 1),
             "cavity_volume_95_mm3": _rounded(solid.get("cavity_volume_95_mm3"), 1),
+            "weighed": solid.get("weighed"),
             "sealant_mm3": round(solid["sealant_mm3"], 1),
             "path_source": outline.path_source,
             "scale_source": outline.scale_source,
@@ -172,9 +173,7 @@ def _findings(folder: RunFolder, trial: Trial, stages: Sequence[str]) -> dict[st
     if "simulate" in stages:
         simulation = record_files.read_simulation(folder.path)
         result |= {
-            "particles": simulation.particles,
-            "escaped_particles": simulation.escaped_particles,
-            "spilled_particles": simulation.spilled_particles,
+            **_counted(simulation),
             "volume_ratio": round(simulation.volume_ratio, 4),
             "device": simulation.device,
         }
@@ -185,6 +184,14 @@ def _findings(folder: RunFolder, trial: Trial, stages: Sequence[str]) -> dict[st
         if trial.readings is not None:
             result |= _compared(record_files.read_comparison(folder.path))
     return result
+
+
+def _counted(simulation: record_files.Simulation) -> dict[str, Any]:
+    """Return the numbers of particles; of the fast model, which has none, why it is unfit for the case."""
+    if (bed := simulation.bed) is not None:
+        return {"model": "slot", "unfit": list(bed.unfit)}
+    names = ("particles", "escaped_particles", "spilled_particles")
+    return {name: getattr(simulation, name) for name in names}
 
 
 def _rounded(interval: Sequence[float] | None, digits: int) -> list[float] | None:

@@ -9,6 +9,7 @@ from typing import Any
 
 from digitise.robots.cell import FORMATS, Format, RobotCell
 from digitise.robots.gcode import gcode_text
+from digitise.robots.pump import PumpTable, read_pump
 from digitise.robots.robot_path import RobotPath, place_path, points_text, table_text
 from digitise.robots.spel import spel_text
 from digitise.robots.urscript import urscript_text
@@ -56,7 +57,10 @@ def write_robot_files(
             "--allow-automatic."
         )
     cell = read_cell(cell_file)
-    inputs = {name: files.sha256(folder.path / name) for name in USES} | {cell_file.name: files.sha256(cell_file)}
+    pump = pump_of(cell, cell_file.parent)
+    given = [cell_file] if cell.pump is None else [cell_file, cell_file.parent / cell.pump.file]
+    inputs = {name: files.sha256(folder.path / name) for name in USES}
+    inputs |= {path.name: files.sha256(path) for path in given}
     origin = {
         "trial": load_trial(folder.path / "trial.toml").name,
         "run": folder.path.resolve().name,
@@ -66,14 +70,20 @@ def write_robot_files(
     }
     target = out or folder.path / "robot"
     report, kept = write_programs(
-        target, trajectory, cell, cell_file.name, formats, origin, folder if out is None else None
+        target, trajectory, cell, cell_file.name, formats, origin, folder if out is None else None, pump
     )
     if out is None:
         settings = {"formats": kinds_of(cell, cell_file.name, formats), "allow_automatic": allow_automatic}
         outputs = [f"robot/{name}" for name in (*report["files"], REPORT)]
         wall_time_s = time.monotonic() - began
         folder.record(
-            "robot", stage_key(inputs, settings), settings, inputs, outputs, wall_time_s, given=[cell_file.name]
+            "robot",
+            stage_key(inputs, settings),
+            settings,
+            inputs,
+            outputs,
+            wall_time_s,
+            given=[one.name for one in given],
         )
     return {**report, "folder": shown(target), "kept": kept}
 
@@ -84,6 +94,11 @@ def read_cell(path: Path) -> RobotCell:
     return read_settings(RobotCell, path, name="cell file", starter=starter)
 
 
+def pump_of(cell: RobotCell, folder: Path) -> PumpTable | None:
+    """Read the weighings that a cell names. Raises InputError."""
+    return None if cell.pump is None else read_pump(cell.pump, folder)
+
+
 def write_programs(
     target: Path,
     trajectory: Trajectory,
@@ -92,6 +107,7 @@ def write_programs(
     formats: Sequence[str],
     origin: Mapping[str, Any],
     run: RunFolder | None = None,
+    pump: PumpTable | None = None,
 ) -> tuple[dict[str, Any], list[str]]:
     """Write a path's files and robot.json; return the content of robot.json, and the files of ``run`` that were kept.
 
@@ -99,8 +115,10 @@ def write_programs(
     Without a ``run`` that holds ``target``, files of another origin are not replaced, and raise InputError.
     """
     kinds = kinds_of(cell, cell_name, formats)
-    path = place_path(trajectory, cell, cell_name)
+    path = place_path(trajectory, cell, cell_name, pump)
     report = _report(path, origin)
+    if pump is not None:
+        report["pump"] = _pump(path, trajectory, pump)
     path = replace(path, head=_head(report))
     texts = {name: text(path) for name, text in map(PROGRAMS.__getitem__, kinds)}
     kept = _clear_own(target, texts) if run is None else run.clear("robot")
@@ -141,7 +159,7 @@ def _report(path: RobotPath, origin: Mapping[str, Any]) -> dict[str, Any]:
         "duration_s": trajectory.duration_s,
         "waypoints": len(trajectory.t_s),
         "largest_speed_mm_s": float(trajectory.speed_mm_s.max()),
-        "sealant_mm3": trajectory.dispensed_mm3,
+        "sealant_mm3": path.wanted_mm3,
         "frame": {
             "taught_points": len(frame.taught_mm),
             "worst_residual_mm": float(frame.residual_mm.max()),
@@ -152,6 +170,19 @@ def _report(path: RobotPath, origin: Mapping[str, Any]) -> dict[str, Any]:
             "origin_mm": frame.origin_mm.tolist(),
         },
         "warnings": list(path.warnings),
+    }
+
+
+def _pump(path: RobotPath, wanted: Trajectory, pump: PumpTable) -> dict[str, Any]:
+    """Return what the programs ask of a pump, and how well its flow is known."""
+    flows = wanted.flow_mm3_s[wanted.flow_mm3_s > 0]
+    asked = path.trajectory.flow_mm3_s[path.trajectory.flow_mm3_s > 0]
+    return {
+        "weighed_mm3_s": list(pump.range_mm3_s),
+        "wanted_mm3_s": [float(flows.min()), float(flows.max())],
+        "asked_mm3_s": [float(asked.min()), float(asked.max())],
+        "interval_95_percent": 100 * max(pump.error_95(float(flows.min())), pump.error_95(float(flows.max()))),
+        "waits_s": path.hold_s,
     }
 
 

@@ -14,7 +14,7 @@ from typing import Self
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Pace
-from sealtwin.core.records import Floats, Frame
+from sealtwin.core.records import Floats, Frame, Profile, Run
 from sealtwin.core.run_folder import MANIFEST, stage_key
 from sealtwin.core.vtk_files import read_collection, read_frame, write_collection, write_frame
 from sealtwin.trial.job import DIGITISED, SIMULATED, Job, begin_writing, made_by, stage_settings
@@ -150,6 +150,8 @@ def bring_up_to_date(job: Job) -> bool:
     Raises InputError if the settings do not fit the crack, NumericalError if the run becomes unstable.
     """
     trial, fluid = job.trial, _fluid_of(job)
+    if trial.solver.model == "slot":
+        return _fill_fast(job, fluid)
     from simulate.device import choose_device, describe_device
 
     device = choose_device(job.device)
@@ -214,12 +216,49 @@ def bring_up_to_date(job: Job) -> bool:
     return True
 
 
+def _fill_fast(job: Job, fluid: Fluid) -> bool:
+    """Run the fast model in place of particles unless its files are current; return True if it ran."""
+    trial, inputs = job.trial, made_by(job, "digitise", DIGITISED)
+    settings = stage_settings(trial, "simulate")
+    key = stage_key(inputs, settings)
+    if job.folder.is_current("simulate", key):
+        return False
+    if trial.output.frames_every_s is not None:
+        job.progress.note("note: the fast model has no particles, and writes no frames.")
+    began = time.monotonic()
+    run, profile = _poured(job, fluid)
+    begin_writing(job, "simulate")
+    # Of a run of particles before it.
+    for name in (CHECKPOINT, PROGRESS, HEALTH):
+        (job.path / name).unlink(missing_ok=True)
+    for collection in (job.path / FRAMES, job.path / SNAPSHOTS):
+        for _, frame in read_collection(collection) if collection.is_file() else []:
+            frame.unlink(missing_ok=True)
+        collection.unlink(missing_ok=True)
+    record_files.write_run(job.path, run)
+    record_files.write_profile(job.path, profile)
+    facts = {"device": run.device, "seed": trial.seed}
+    job.folder.record("simulate", key, settings, inputs, SIMULATED, time.monotonic() - began, **facts)
+    return True
+
+
+def _poured(job: Job, fluid: Fluid) -> tuple[Run, Profile]:
+    from simulate.slot.run import pour
+
+    trial, solid, outline = job.trial, record_files.read_solid(job.path), record_files.read_outline(job.path)
+    sample = solid, outline, record_files.read_trajectory(job.path)
+    return pour(*sample, fluid, trial.solver, trial.nozzle, seed=trial.seed, slope=trial.sample)
+
+
 def check(job: Job) -> None:
     """Prepare the run of a digitised trial up to its first frame, on this machine's CPU, and drop it.
 
     Raises InputError as the run would.
     """
     trial, fluid = job.trial, _fluid_of(job)
+    if trial.solver.model == "slot":
+        _poured(job, fluid)
+        return
     from simulate.device import start_warp
     from simulate.injection import prepare
 

@@ -12,6 +12,7 @@ from pydantic import Field, model_validator
 from digitise.settings import CrackShape, MeshInput, NozzlePath, PhotoInput
 from sealtwin.core.errors import InputError
 from sealtwin.core.settings import Settings, checked, dotted_names, read_settings
+from simulate.material_file import Material
 from simulate.settings import Fluid, Nozzle, SampleSlope, Solver
 from validate.settings import Gate, Readings, Uncertainty
 
@@ -82,6 +83,8 @@ class Trial(Settings):
             )
         if self.gate is not None and self.readings is None:
             raise ValueError("[gate] without [readings]: there is nothing to compare with")
+        if self.crack is not None and self.crack.fill is not None and self.uncertainty.wall_angle_deg is not None:
+            raise ValueError("uncertainty.wall_angle_deg beside crack.fill, which gives it: leave it out")
         fitted = () if self.readings is None or self.readings.fitted is None else self.readings.fitted
         if unknown := [name for name in fitted if name not in SETTINGS]:
             raise ValueError(f"readings.fitted: {'; '.join(map(no_such_setting, unknown))}")
@@ -95,8 +98,15 @@ class Trial(Settings):
         return shown_by
 
     def loaded(self, folder: Path) -> Self:
-        """Return the trial with the fluid's tables in place of their files in ``folder``. Raises InputError."""
-        return self if self.fluid is None else self.model_copy(update={"fluid": self.fluid.loaded(folder)})
+        """Return the trial with the tables of fluid and fill in place of files in ``folder``. Raises InputError."""
+        crack, fluid, uncertainty = self.crack, self.fluid, self.uncertainty
+        if crack is not None and crack.fill is not None:
+            crack = crack.model_copy(update={"fill": crack.fill.loaded(folder)})
+        if fluid is not None:
+            fluid = fluid.loaded(folder)
+            if isinstance(measured := fluid.material, Material):
+                uncertainty = uncertainty.with_paste(measured.yield_stress_error_pa, measured.viscosity_error_percent)
+        return self.model_copy(update={"crack": crack, "fluid": fluid, "uncertainty": uncertainty})
 
     @property
     def folder_name(self) -> str:

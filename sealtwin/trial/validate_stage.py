@@ -89,7 +89,7 @@ def bring_up_to_date(job: Job) -> bool:
         frames=tuple(read_frame(job.path / name) for name in snapshots_of(job)),
     )
     if trial.readings is not None and readings is not None:
-        declared = trial.uncertainty.with_width(outline.width_doubt_mm)
+        declared = trial.uncertainty.with_sample(outline.width_doubt_mm, solid.figures.weighed)
         comparison = assess(evidence, trial.readings, declared, spread, trial.gate)
         evidence = replace(evidence, comparison=comparison)
     for warning in run_warnings(run, ratio):
@@ -129,7 +129,10 @@ def readings_of(job: Job, simulated: Profile | None = None) -> Profile | None:
     from validate.readings.whole_sheet import Filling
 
     outline, solid = record_files.read_outline(job.path), record_files.read_solid(job.path)
-    filling = Filling(outline, solid, record_files.read_trajectory(job.path).dispensed_mm3, simulated)
+    # A volume that nobody said is none to hold readings against.
+    said = job.trial.path.volume_ml != "cavity"
+    dispensed_mm3 = record_files.read_trajectory(job.path).dispensed_mm3 if said else 0.0
+    filling = Filling(outline, solid, dispensed_mm3, simulated)
     return read_readings(job.sheet, job.trial.readings, outline.length_mm, solid.depth_mm, filling)
 
 

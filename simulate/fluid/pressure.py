@@ -28,6 +28,7 @@ class Pressure:
         launcher: Launcher,
         *,
         smoothing: Any,
+        yields: wp.array,
         scheme: Scheme,
         coarse: CoarsePressure | None,
     ) -> None:
@@ -43,8 +44,10 @@ class Pressure:
             """The same without multipliers, which the coarse level changes."""
         longest = LONGEST_CORRECTION * smoothing.support
         self._correct = launcher.bind(pairs.correct, *around, longest, scheme.frozen_answer, wall_slope, correction)
-        self._shift = launcher.bind(pressure.shift, *moving, barrier.clearance, barrier.grid, correction)
-        self._shift_beside = launcher.bind(pressure.shift_beside, *moving, barrier.clearance, barrier.grid, correction)
+        walls = (barrier.clearance, barrier.grid, correction)
+        self._shift_beside, self._shift = (
+            launcher.bind(pressure.shift, *moving, yields, last, *walls) for last in (False, True)
+        )
 
     def solve(self, rows: int) -> None:
         """All iterations of a substep."""

@@ -34,6 +34,8 @@ paste that flows back along a slope falls asleep on its way, and stands up to 1.
 PATIENCE_S = 0.3  # Time of quiet before sleep (prototype)
 WAKING_CM_S = 0.5  # Speed of a neighbour that wakes a particle (prototype)
 RESTLESS_S = 0.1  # Time for which a slower neighbour flows before it wakes a particle
+ROWS_ALIKE = 128  # Rows are recorded in such steps, for some that stay empty cost less than another recording
+MOST_RECORDED = 8000  # Rows from which launches by the host cost a substep less than a fiftieth
 
 
 class Domain(NamedTuple):
@@ -126,7 +128,14 @@ class FluidSolver:
             )
         smoothing = smoothing_of(support, self.mass, wall_mass(radius), settings.relaxation)
         self.pressure = Pressure(
-            *shared, barrier, kernels.pressure, launcher, smoothing=smoothing, scheme=self.scheme, coarse=coarse
+            *shared,
+            barrier,
+            kernels.pressure,
+            launcher,
+            smoothing=smoothing,
+            yields=self.paste.yields_at_most,
+            scheme=self.scheme,
+            coarse=coarse,
         )
         self.faults = FaultChecks(state, self.movers, launcher, barrier, self.viscosity.unsolved, support)
         self._quiet_s = wp.zeros(state.count, dtype=float, device=device)
@@ -137,7 +146,9 @@ class FluidSolver:
         self.replays = device != "cpu" and settings.viscosity_solve == "implicit"
         """Frames are recorded and replayed, without reports to the host in between."""
         self._recorded: Any = None
-        self.kernels_a_frame = 0  # Launches in the last frame that was not replayed
+        self._one_thread = device == "cpu" and threads == 1
+        self._projections: dict[int, Any] = {}  # Recorded, by the number of rows
+        self.kernels_a_frame = 0  # Launches by the host in the last frame that was not replayed
         self.rows = 0  # Rows of a launch: the present number of movers or, where frames are replayed, the largest ever
 
     def _bind_lists(self, kernel: Any, domain: Domain) -> None:
@@ -207,7 +218,7 @@ class FluidSolver:
         self.begin_frame(frame)
         solves: list[Integers] = []
         if self.rows:
-            solves = [self.step() for _ in range(self.substeps)]
+            solves = [self.step(recorded=self.kernels_a_frame > 0) for _ in range(self.substeps)]
             self.faults.look(self.rows)
             self.rest()
         self.kernels_a_frame = self._launcher.kernels - before
@@ -234,26 +245,45 @@ class FluidSolver:
             self._fall_asleep(self.rows)
             self.find_movers()
 
-    def step(self) -> Integers:
+    def step(self, *, recorded: bool = False) -> Integers:
         """Advance the movers by one substep; returns the viscosity's iterations or passes, by run.
 
-        Where frames are replayed the host does not know these numbers, and they are 0.
+        Where frames are replayed the host does not know these numbers, and they are 0. ``recorded`` says that a CPU may
+        replay what follows the lists: kernels are loaded, and the solver's parts are its own.
         """
-        runs = self.state.runs
         self.predict()
         self.find_neighbours()
-        if self.measures:
-            self.viscosity.measure_shear(self.rows)
-        self.pressure.solve(self.rows)
-        self.update_velocity()
-        if self.settings.viscosity_solve == "implicit":
-            self.viscosity.solve_implicit(self.rows)
-            iterations = np.zeros(runs, dtype=np.int64) if self.replays else self.viscosity.iterations()
+        if self.settings.viscosity_solve == "explicit":
+            return self._project(self.rows)
+        if recorded and self._one_thread and not self.replays and self.rows <= MOST_RECORDED:
+            self._replay_projection()
         else:
-            iterations = np.full(runs, self.viscosity.pass_explicit(self.rows))
+            self._project(self.rows)
+        return np.zeros(self.state.runs, dtype=np.int64) if self.replays else self.viscosity.iterations()
+
+    def _project(self, rows: int) -> Integers:
+        """All of a substep that follows the lists; returns the explicit passes, by run."""
+        if self.measures:
+            self.viscosity.measure_shear(rows)
+        self.pressure.solve(rows)
+        self._update_velocity(rows)
+        passes = 0
+        if self.settings.viscosity_solve == "implicit":
+            self.viscosity.solve_implicit(rows)
+        else:
+            passes = self.viscosity.pass_explicit(rows)
         if self._yields:
-            self._move_as_solved(self.rows)
-        return iterations
+            self._move_as_solved(rows)
+        return np.full(self.state.runs, passes)
+
+    def _replay_projection(self) -> None:
+        """Sixty launches that a CPU's host need not make one by one; rows that do not move end at once."""
+        rows = min(-(-self.rows // ROWS_ALIKE) * ROWS_ALIKE, len(self.lists.fluid_count))
+        if rows not in self._projections:
+            with wp.ScopedCapture(device=self.state.device, force_module_load=False) as capture:
+                self._project(rows)
+            self._projections[rows] = capture.graph
+        wp.capture_launch(self._projections[rows])
 
     def lasting(self) -> dict[str, Any]:
         """Arrays that a substep takes over from the one before, by their names in a checkpoint."""
@@ -291,6 +321,7 @@ class FluidSolver:
     def make_room(self, sixteens: float) -> None:
         """Give each block of packed lists room for so many sixteens of entries; what was listed is lost."""
         if self.lists.room:
+            self._projections.clear()
             make_room(self.lists, int(sixteens))
             self.viscosity.make_room(self.lists)
 

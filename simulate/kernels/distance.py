@@ -15,6 +15,8 @@ FACE = wp.constant(-2)
 OUTSIDE = wp.constant(-3)
 BESIDE = wp.constant(1.0e3)  # Distance that stands for a place beside the block, outside the grid
 ROUNDED = wp.constant(2.0)  # Each part of the normal where the nearest surface is no plane
+AS_PLANE = wp.constant(0.1)
+"""Way from where a wall was asked for, over the clearance, on which it stays the same plane."""
 PIECES = wp.constant(256)
 """Largest number of pieces of a move. A longer one ends early; the run stops for its speed before that."""
 
@@ -142,16 +144,25 @@ def push_out(solid: Distance, x: wp.vec3, clearance: float):
 
 
 @wp.func
+def slide(plane: wp.vec4, x: wp.vec3, clearance: float):
+    """Keep clear of a wall that is a plane."""
+    normal = wp.vec3(plane[0], plane[1], plane[2])
+    return x + wp.max(clearance - (wp.dot(normal, x) - plane[3]), 0.0) * normal
+
+
+@wp.func
 def move(
     solid: Distance,
     free: wp.array[wp.vec4],  # in, out: a ball for each particle, centre and radius, that keeps clear of all walls
-    beside: wp.array[wp.vec4],  # out: plane of the nearest wall, where one was asked for
+    beside: wp.array[wp.vec4],  # in, out: plane of the nearest wall, where one was asked for
     i: int,
     start: wp.vec3,
     step: wp.vec3,
     clearance: float,
 ) -> wp.vec3:
-    """Move from ``start`` by ``step``, sliding along walls, which are asked for where the move leaves the free ball.
+    """Move from ``start`` by ``step``, sliding along walls.
+
+    They are asked for where the move leaves the free ball, and beside a plane where it leads away from the last place.
 
     From a start at half the clearance or more, every position on the way is in the open: pieces of the move are shorter
     than that distance, and a piece that would end nearer to a wall is not made.
@@ -166,6 +177,11 @@ def move(
     centre = wp.vec3(ball[0], ball[1], ball[2])
     if wp.length(start - centre) <= ball[3] and wp.length(start + step - centre) <= ball[3]:
         return start + step
+    plane = beside[i]
+    if plane[0] != ROUNDED and plane[0] * plane[0] + plane[1] * plane[1] + plane[2] * plane[2] > 0.0:
+        slid = slide(plane, start + step, clearance)
+        if wp.max(wp.length(start - centre), wp.length(slid - centre)) <= AS_PLANE * clearance:
+            return slid
     pieces = wp.min(int(length / (0.45 * clearance)) + 1, PIECES)
     piece = step / wp.max(float(pieces), length / (0.45 * clearance))
     here = Landing(start, wp.vec3(0.0), 0.0)

@@ -21,8 +21,11 @@ class PairKernels(NamedTuple):
 def pair_kernels(native: bool) -> PairKernels:
     """The same algorithm with the plain loops, or with those that a CPU runs eight or sixteen pairs at a time."""
     search, loops = (listing_cpu, pair_sums_cpu) if native else (listing, pair_sums)
-    # Two Warp modules, because the loops for CPUs do not compile for a GPU.
-    module = wp.get_module(f"simulate.kernels.pair_kernels.{'native' if native else 'plain'}")
+    # The loops for CPUs do not compile for a GPU; and what few runs launch is compiled apart, for them alone.
+    kind = f"simulate.kernels.pair_kernels.{'native' if native else 'plain'}"
+    module, seldom = wp.get_module(kind), wp.get_module(f"{kind}.seldom")
     return PairKernels(
-        neighbour_kernels(search, module), pressure_kernels(loops, module), viscosity_kernels(loops, module)
+        neighbour_kernels(search, module),
+        pressure_kernels(loops, module, seldom),
+        viscosity_kernels(loops, module, seldom),
     )

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import warp as wp
 
 from simulate.kernels.coarse_pressure import CoarseRows
-from simulate.kernels.distance import ROUNDED, Distance, distance_at, move
+from simulate.kernels.distance import ROUNDED, Distance, distance_at, move, slide
 from simulate.kernels.neighbours import Neighbours
 from simulate.kernels.status import ESCAPED, MOVING, SPILLED, Movers, Particles, bring_to_rest
 
@@ -46,6 +46,15 @@ def xyz(x: wp.vec4):
     return wp.vec3(x[0], x[1], x[2])
 
 
+@wp.func
+def move_beside(solid: Distance, particles: Particles, i: int, x: wp.vec3, step: wp.vec3, clearance: float):
+    """``move`` with the nearest wall as a plane where it is one; what it lets through, a substep's last move stops."""
+    wall = particles.wall[i]
+    if wall[0] == ROUNDED:
+        return move(solid, particles.free, particles.wall, i, x, step, clearance)
+    return slide(wall, x + step, clearance)
+
+
 @wp.kernel
 def predict(
     begin: int,
@@ -71,39 +80,31 @@ def predict(
 
 @wp.kernel
 def shift(
-    begin: int, movers: Movers, particles: Particles, clearance: float, solid: Distance, correction: wp.array[wp.vec3]
+    begin: int,
+    movers: Movers,
+    particles: Particles,
+    yields: wp.array[float],
+    last: bool,
+    clearance: float,
+    solid: Distance,
+    correction: wp.array[wp.vec3],
 ):
-    """Move by the pressure's last correction in a substep, as far as walls allow.
+    """Move by the pressure's correction; by the ``last`` in a substep as far as walls allow, by others as their planes.
 
-    The move begins where the substep did: since then, walls were planes.
+    The last move begins where the substep did: since then, walls were planes. Paste that yields makes it later, with
+    the velocity that its viscosity leaves.
     """
     row = begin + wp.tid()
     if row >= movers.count[0]:
         return
     i = movers.particle[row]
     x = particles.position[i]
-    start = particles.previous_position[i]
-    there = move(solid, particles.free, particles.wall, i, start, xyz(x) + correction[row] - start, clearance)
-    particles.position[i] = wp.vec4(there[0], there[1], there[2], x[3])
-
-
-@wp.kernel
-def shift_beside(
-    begin: int, movers: Movers, particles: Particles, clearance: float, solid: Distance, correction: wp.array[wp.vec3]
-):
-    """Move by another of the pressure's corrections, with the nearest wall as a plane where it is one."""
-    row = begin + wp.tid()
-    if row >= movers.count[0]:
-        return
-    i = movers.particle[row]
-    x = particles.position[i]
-    wall = particles.wall[i]
-    there = xyz(x) + correction[row]
-    if wall[0] == ROUNDED:
-        there = move(solid, particles.free, particles.wall, i, xyz(x), correction[row], clearance)
+    there = wp.vec3()
+    if last and yields[i // particles.per_run] == 0.0:
+        start = particles.previous_position[i]
+        there = move(solid, particles.free, particles.wall, i, start, xyz(x) + correction[row] - start, clearance)
     else:
-        normal = xyz(wall)
-        there += wp.max(clearance - (wp.dot(normal, there) - wall[3]), 0.0) * normal
+        there = move_beside(solid, particles, i, xyz(x), correction[row], clearance)
     particles.position[i] = wp.vec4(there[0], there[1], there[2], x[3])
 
 
@@ -201,8 +202,10 @@ class PressureKernels(NamedTuple):
     correct: Any
 
 
-def pressure_kernels(loops: ModuleType, module: Any) -> PressureKernels:
+def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> PressureKernels:
     """The kernels of a pressure iteration that sum over pairs, with the inner loops of ``loops``.
+
+    ``two_level`` is the Warp module of what an iteration on two levels alone launches.
 
     They are defined in a function because Warp binds the functions that a kernel calls when the kernel is defined.
     """
@@ -254,7 +257,7 @@ def pressure_kernels(loops: ModuleType, module: Any) -> PressureKernels:
         multiplier = -wp.max(it.density - 1.0, 0.0) / (it.squares + kernel.relaxation)
         particles.position[i] = wp.vec4(here[0], here[1], here[2], multiplier)
 
-    @wp.kernel(enable_backward=False, module=module)
+    @wp.kernel(enable_backward=False, module=two_level)
     def measure_terms(
         begin: int,
         movers: Movers,

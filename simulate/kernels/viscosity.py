@@ -82,8 +82,10 @@ def shear_of(sums: GradientSums, walls: DragSums, moves: wp.vec3, volume: float,
     return wp.sqrt(0.5 * wp.ddot(rate, rate))
 
 
-def viscosity_kernels(loops: ModuleType, module: Any) -> ViscosityKernels:
+def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any) -> ViscosityKernels:
     """The kernels of the viscosity that sum over pairs, with the inner loops of ``loops``.
+
+    ``explicit`` is the Warp module of what the explicit passes alone launch.
 
     They are defined in a function because Warp binds the functions that a kernel calls when the kernel is defined.
     """
@@ -216,7 +218,7 @@ def viscosity_kernels(loops: ModuleType, module: Any) -> ViscosityKernels:
         )
         search.product[row] = (1.0 + system.drag[row]) * vector[i] + pulled
 
-    @wp.kernel(enable_backward=False, module=module)
+    @wp.kernel(enable_backward=False, module=explicit)
     def pass_velocity(
         begin: int,
         movers: Movers,

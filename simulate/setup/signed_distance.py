@@ -55,8 +55,8 @@ def build_barrier(solid: Solid, outline: Outline, radius_mm: float, device: str)
     mesh = _mesh(solid, solid.faces, device)
     spacing_mm = radius_mm / 2
     block_mm = spacing_mm * device_code.BLOCK
-    low, high = crack_box_mm(solid, outline, radius_mm)
-    blocks = np.ceil((high - low) / block_mm).astype(int)
+    low, _ = crack_box_mm(solid, outline, radius_mm)
+    blocks = _blocks(solid, outline, radius_mm)
     if (count := int(np.prod(blocks, dtype=float))) > BLOCKS_AT_MOST:
         raise InputError(
             f"solver.radius_mm is {radius_mm:g}: its distance grid would need {count} blocks, {BLOCKS_AT_MOST} are "
@@ -144,6 +144,16 @@ def _mesh(solid: Solid, faces: Integers, device: str) -> wp.Mesh:
         points=wp.array(solid.vertices_mm * CM, dtype=wp.vec3, device=device),
         indices=wp.array(faces.ravel(), dtype=int, device=device),
     )
+
+
+def _blocks(solid: Solid, outline: Outline, radius_mm: float) -> Integers:
+    low, high = crack_box_mm(solid, outline, radius_mm)
+    return np.ceil((high - low) / (radius_mm / 2 * device_code.BLOCK)).astype(int)
+
+
+def grid_fits(solid: Solid, outline: Outline, radius_mm: float) -> bool:
+    """Return whether the distance grid around a crack may be as fine as a radius needs it."""
+    return bool(np.prod(_blocks(solid, outline, radius_mm), dtype=float) <= BLOCKS_AT_MOST)
 
 
 def crack_box_mm(solid: Solid, outline: Outline, radius_mm: float) -> tuple[Floats, Floats]:

@@ -297,7 +297,7 @@ def test_a_funnel_that_closes_says_where():
     assert figures.closing_depth_mm.mean == pytest.approx(W / (2 * SLOPE))
     assert figures.closing_depth_mm.share_above_floor == 1.0
     assert figures.floor_width_mm == 0.0
-    assert "walls meet at 8.0 mm" in figures.warnings[0]
+    assert "8.0 mm on average" in figures.warnings[0]
 
 
 def test_an_open_end_without_a_known_face_lies_at_the_block_s_side():

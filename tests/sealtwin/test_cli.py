@@ -22,6 +22,7 @@ from sealtwin.cli.answer import answering
 from sealtwin.cli.app import app
 from tests.pictures import mortar, with_crack, write_png
 from tests.places import FIXTURE
+from tests.programs import start_interruptible
 
 
 def _sealtwin(*arguments):
@@ -240,8 +241,9 @@ typer.run(command)
 
 def test_an_interrupt_in_the_making_of_a_class_ends_with_130_too(tmp_path):
     (tmp_path / "interrupted.py").write_text(INTERRUPTED_WHERE_CPYTHON_NOTES_IT)
-    ended = subprocess.run([sys.executable, "-m", "interrupted"], cwd=tmp_path, capture_output=True, text=True)
-    assert ended.returncode == 130, ended.stderr
+    ended = start_interruptible([sys.executable, "-m", "interrupted"], cwd=tmp_path)
+    said = ended.communicate()[1]
+    assert ended.returncode == 130, said
 
 
 def test_digitise_answers_in_json_and_then_redoes_nothing(trial, tmp_path):
@@ -324,7 +326,9 @@ def test_a_path_alone_is_a_robot_s_and_no_simulation_s(thin, tmp_path):
     assert _sealtwin("robot", "--example", cell).exit_code == 0
     answer = _sealtwin("robot", out, "--cell", cell)
     assert answer.exit_code == 0, answer.output
-    assert _sealtwin("digitise", *arguments, "--path-only").exit_code == 0
+    unset = _sealtwin("digitise", *arguments, "--path-only")
+    assert unset.exit_code == 0
+    assert "no sealant set (volume_ml)" in unset.stdout
     assert "a path without a solid needs volume_ml" in _refusal("robot", out, "--cell", cell)
     assert _sealtwin("digitise", *arguments, "--depth-mm", 16).exit_code == 0
     assert (out / "crack.stl").is_file()

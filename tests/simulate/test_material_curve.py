@@ -64,7 +64,7 @@ def test_a_cooling_turns_a_curve_over_temperature_into_one_over_age_exactly(tmp_
     ("text", "fault"),
     [
         ("", "empty; it must be a CSV"),
-        ("age_s;viscosity_pa_s\n0;1\n", "row 1: column 'age_s;viscosity_pa_s' is unknown.*commas"),
+        ("age_s;viscosity_pa_s\n0;1\n", "row 1: columns are separated by ';'.*commas"),
         ("age_s,visc\n0,1\n", "row 1: column 'visc' is unknown"),
         ("age_s,age_s,viscosity_pa_s\n0,1,1\n", "row 1: column 'age_s' is unknown or named twice"),
         ("age_s,yield_stress_pa\n0,1\n1,1\n", "row 1: no column viscosity_pa_s"),

@@ -221,6 +221,19 @@ def test_settings_that_cannot_go_together_are_refused_with_the_physics(solver, n
 
 
 @pytest.mark.parametrize(
+    ("share", "says"), [(0.2, r"Take 0\.767; \"auto\""), (0.02, r"like \"auto\", .* shorter piece")]
+)
+def test_a_radius_is_proposed_only_where_its_distance_grid_fits(monkeypatch, share, says):
+    """In a long, thin crack "auto" was once the remedy, and the next refusal."""
+    solid, outline = slot()
+    box_mm = np.subtract(*reversed(signed_distance.crack_box_mm(solid, outline, outline.mean_width_mm / 8)))
+    blocks = np.prod(box_mm / (outline.mean_width_mm / 16 * signed_distance.device_code.BLOCK))
+    monkeypatch.setattr(signed_distance, "BLOCKS_AT_MOST", share * blocks)
+    with pytest.raises(InputError, match=says):
+        check_fit(outline, solid, LIKE_THE_PAPER, Solver(radius_mm=0.9), Nozzle())
+
+
+@pytest.mark.parametrize(
     ("depth_mm", "floor_mm", "largest"),
     [(0.3, 0.2, "0.25"), (0.3, 0.41, "0.35[45]"), (0.41, 0.3, "0.35[45]"), (0.2, 0.5, "0.3(49|5)")],
 )

@@ -40,6 +40,6 @@ def test_readings_declare_origin_and_role(change):
 
 
 def test_the_doubt_of_a_fitted_width_counts_unless_one_is_declared():
-    assert Uncertainty(speed_mm_s=0.1).with_width(0.02).moved == {"speed_mm_s": 0.1, "width_mm": 0.02}
-    assert Uncertainty(width_mm=0.5).with_width(0.02).moved == {"width_mm": 0.5}
-    assert Uncertainty().with_width(None).moved == {}
+    assert Uncertainty(speed_mm_s=0.1).with_sample(0.02, None).moved == {"speed_mm_s": 0.1, "width_mm": 0.02}
+    assert Uncertainty(width_mm=0.5).with_sample(0.02, None).moved == {"width_mm": 0.5}
+    assert Uncertainty().with_sample(None, None).moved == {}

@@ -49,16 +49,17 @@ def render(
     for part in np.split(np.arange(len(faces)), np.unique(batches)):
         index, pixel, depth = _covered(place[faces[part]], nearness[faces[part]], width, height)
         in_front = np.flatnonzero(depth > nearest[pixel])
-        # The last value written to a sample remains: that of the nearest facet, of equal ones the first.
-        last = in_front[::-1][np.argsort(depth[in_front][::-1], kind="stable")]
-        nearest[pixel[last]] = depth[last]
+        np.maximum.at(nearest, pixel[in_front], depth[in_front])
+        # The last value written to a sample remains: of facets equally near, that of the first.
+        last = in_front[depth[in_front] == nearest[pixel[in_front]]][::-1]
         owner[pixel[last]] = part[index[last]]
-    picture = np.zeros((height * width, 4), dtype=np.float32)
-    seen = owner >= 0
-    picture[seen, :3] = face_colour[owner[seen]] * shade[owner[seen], None]
-    picture[seen, 3] = 1.0
-    picture = picture.reshape(height // SMOOTHING, SMOOTHING, width // SMOOTHING, SMOOTHING, 4)
-    mean = picture.mean(axis=(1, 3))
+    # The last row stands for samples that no facet covers.
+    colour = np.zeros((len(faces) + 1, 4), dtype=np.float32)
+    colour[:-1, :3] = face_colour * shade[:, None]
+    colour[:-1, 3] = 1.0
+    owner = owner.reshape(height, width)
+    corners = [colour[owner[row::SMOOTHING, column::SMOOTHING]] for row, column in np.ndindex(SMOOTHING, SMOOTHING)]
+    mean = np.mean(corners, axis=0)
     # The average is over covered samples only, or edges would darken.
     mean[..., :3] /= np.where(mean[..., 3:] > 0, mean[..., 3:], 1.0)
     return np.round(255 * np.clip(mean, 0, 1)).astype(np.uint8)

@@ -21,6 +21,7 @@ WIDEST_GAP = 0.3
 and stations set by hand are uneven; four close together and one far away leave the stretch between them open."""
 NEARLY_ALL = 0.95  # Coverage below which the verdict states it
 ROUNDING = 1e-9
+NO_VERDICT = "No verdict: this level is the fast model's, which is for screening."
 
 
 @dataclass(frozen=True)
@@ -55,11 +56,14 @@ def judged(
     gate: Gate | None = None,
     uncertainty: ErrorUncertainty | None = None,
     edited: tuple[str, ...] = (),
+    *,
+    screening: bool = False,
 ) -> Comparison:
     """Return the metrics with their headline, which holds the mean error against the declared limit.
 
-    ``edited`` are the files of the run that are not as their stage wrote them; they and an escaped particle leave
-    nothing to judge. ``passed`` holds the mean error against the limit, ``outcome`` its 95 % interval by the readings.
+    ``edited`` are the files of the run that are not as their stage wrote them; they, an escaped particle and a model
+    for ``screening`` leave nothing to judge. ``passed`` holds the mean error against the limit, ``outcome`` its 95 %
+    interval by the readings.
     """
     m, findings = metrics, ()
     covers = f"cover {math.floor(100 * m.coverage + ROUNDING)} % of the crack's length"
@@ -69,6 +73,13 @@ def judged(
         told = (f"{leak(m.escaped_particles)}: a mean error of {m.mean_error_mm:.3f} mm means nothing.",)
     elif edited:
         told = (f"{edited_by_hand(edited)}: no verdict.",)
+    elif screening:
+        passed, outcome = None, "open"
+        not_judged = "" if gate is None else f" The gate of {gate.mean_error_mm:g} mm is not judged."
+        found = f"Mean error {_with_interval(m, uncertainty)}."
+        told = NO_VERDICT + not_judged, found, against_flat_line(m.mean_error_mm, m.flat_level_error_mm)
+        told += (_use_of_readings(m),)
+        gate = None
     elif not m.enough_readings:
         outcome = "open" if gate is None else "undecided"
         why = (
@@ -86,22 +97,26 @@ def judged(
     return Comparison(m, uncertainty, None, limit_mm, reason, passed, outcome, told, findings)
 
 
+def _with_interval(m: LevelMetrics, uncertainty: ErrorUncertainty | None) -> str:
+    if uncertainty is None:
+        return f"{m.mean_error_mm:.2f} mm"
+    low_mm, high_mm = uncertainty.mean_error_interval_mm
+    unknown = "" if uncertainty.budget.scatter_known else ", their scatter not known"
+    return f"{m.mean_error_mm:.2f} mm ({low_mm:.2f} to {high_mm:.2f} mm, 95 % by the readings{unknown})"
+
+
 def _held_against(
     m: LevelMetrics, gate: Gate | None, uncertainty: ErrorUncertainty | None
 ) -> tuple[bool | None, Outcome, str]:
     """Return whether the mean error keeps the gate, the outcome, and the sentence on both."""
-    found, in_doubt = f"mean error {m.mean_error_mm:.2f} mm", False
-    if uncertainty is not None:
-        low_mm, high_mm = uncertainty.mean_error_interval_mm
-        in_doubt = gate is not None and low_mm <= gate.mean_error_mm <= high_mm
-        unknown = "" if uncertainty.budget.scatter_known else ", their scatter not known"
-        found += f" ({low_mm:.2f} to {high_mm:.2f} mm, 95 % by the readings{unknown})"
+    found = f"mean error {_with_interval(m, uncertainty)}"
     if gate is None:
         return None, "open", f"No gate: {found}."
     passed = m.mean_error_mm <= gate.mean_error_mm
     reason = f"reason: {gate.reason}" if gate.reason else "no reason is given"
     found += f", at most {gate.mean_error_mm:g} mm ({reason})"
-    if in_doubt:
+    low_mm, high_mm = (math.inf, 0.0) if uncertainty is None else uncertainty.mean_error_interval_mm
+    if low_mm <= gate.mean_error_mm <= high_mm:
         return passed, "undecided", f"Gate in doubt: {found}; the readings cannot tell whether it is kept."
     return passed, "passed" if passed else "failed", f"Gate {'kept' if passed else 'missed'}: {found}."
 

@@ -9,6 +9,8 @@ from validate.readings.table_rows import first_cell, is_a_number
 from validate.readings.text_table import is_missing, number
 from validate.settings import Unit
 
+LONGEST_UNIT = 8  # Letters of a word in a row of units, as [°C] or Uhrzeit
+
 
 def sorted_rows(
     place: Place, body: Sequence[SheetRow], station: int, readings: Sequence[int], faults: FaultList
@@ -45,11 +47,13 @@ def sorted_rows(
     return kept, remarks, passed
 
 
-def units_row(row: SheetRow) -> dict[int, Unit]:
-    """Return units by column, empty where a row holds anything else."""
+def units_row(row: SheetRow) -> tuple[dict[int, Unit], dict[int, str]]:
+    """Return units by column, and the words of such a row that are none of length; both empty where it holds others."""
     texts = {index: cell.text for index, cell in enumerate(row.cells) if not is_missing(cell.text)}
     units: dict[int, Unit] = {index: unit for index, text in texts.items() if (unit := unit_of(text)) is not None}
-    return units if len(units) == len(texts) else {}
+    others = {index: text for index, text in texts.items() if index not in units}
+    short = all(len(text) <= LONGEST_UNIT and holds_no_number(text) for text in others.values())
+    return (units, others) if units and short and len(others) <= len(units) else ({}, {})
 
 
 def units_in_cells(body: Sequence[SheetRow]) -> tuple[list[SheetRow], dict[int, Unit]]:

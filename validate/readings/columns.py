@@ -11,7 +11,7 @@ from validate.readings.header_words import (
     meaning,
     names_other_zero,
     quantity_in,
-    unit_at_end,
+    unit_in,
 )
 from validate.readings.sheet import (
     BLANK,
@@ -58,6 +58,7 @@ class Header:
         SheetRow, ...
     ] = ()  # Rows of words about the sheet: above the header, comments, rows between readings
     passed: tuple[SheetRow, ...] = ()  # Rows with numbers that are not read: means, and those that are declared
+    unmet: tuple[str, ...] = ()  # What is declared to be skipped, and is nowhere
 
     @property
     def read(self) -> list[Column]:
@@ -71,7 +72,7 @@ def read_header(grid: SheetGrid, declared: Declared, faults: FaultList) -> Heade
     Raises SheetFaults where no column of stations or none of readings is known.
     """
     given = declared.columns or Columns()
-    rows, left_out = table_rows(grid, given)
+    rows, left_out, unmet = table_rows(grid, given)
     if len(rows) < 2:
         raise refuse(
             grid.place(), "no rows of readings.", "Is it this sheet? Name another: [readings] sheet, or range."
@@ -80,7 +81,7 @@ def read_header(grid: SheetGrid, declared: Declared, faults: FaultList) -> Heade
     first = rows[found.first]
     place = grid.place(first.number)
     body = rows[found.first + found.count :]
-    units = units_row(body[0]) if body else {}
+    units, other_units = units_row(body[0]) if body else ({}, {})
     body, in_cells = units_in_cells(body[1:] if units else body)
     units = in_cells | units
     columns = _meanings(place, found.names, body, given, faults)
@@ -105,6 +106,10 @@ def read_header(grid: SheetGrid, declared: Declared, faults: FaultList) -> Heade
         found_ = f"column {_names([repeat])} numbers the repeats of one column, and there are {_names(readings)}."
         faults.add(place, found_, "Name those that are readings of one station: [readings.columns] levels, or repeat.")
     _check_numbers(place, readings, faults)
+    for column in (stations[0], *readings):
+        if (word := other_units.get(column.index)) is not None:
+            what = f"{quoted(word)}, below {quoted(column.name)}, is no unit of length that is known."
+            faults.add(place, what, "Name the columns that are read: [readings.columns] levels.", word)
     station, *readings = _with_units(place, [stations[0], *readings], units, declared, faults)
     if nameless := [column for column in (station, *readings) if column.unit is None]:
         faults.add(place, f"{_names(nameless)}: no unit.", 'Say it: [readings] unit = "mm", or in pairing.csv.')
@@ -123,6 +128,7 @@ def read_header(grid: SheetGrid, declared: Declared, faults: FaultList) -> Heade
         quantity=_quantity(place, readings, declared, faults),
         remarks=(*rows[: found.first], *left_out, *remarks),
         passed=tuple(passed),
+        unmet=tuple(unmet),
     )
 
 
@@ -148,17 +154,17 @@ def _declared_roles(place: Place, names: Mapping[int, str], given: Columns) -> d
         ("repeat", (given.repeat,)),
         ("reading", given.levels or ()),
     )
-    asked: list[tuple[Role, str]] = [(role, one) for role, references in said for one in references if one is not None]
-    for role, reference in asked:
+    each: list[tuple[Role, str]] = [(role, one) for role, references in said for one in references if one is not None]
+    for role, reference in each:
         if not (found := columns_named(names, reference)):
             known = ", ".join(quoted(name) for name in list(names.values())[:MOST_SHOWN])
             what = f"{reference!r:.80} is no column, or both a letter and another's name, among {known}."
             raise refuse(place, what, 'Write a letter as "B:B" where a column has it for a name.', reference)
         for at in found:
             name = names.get(at, "")
-            by_name = meaning(name) or ColumnMeaning(role, unit_at_end(name), quantity_in(name))
-            number = str(1 + sum(other.role == "reading" for other in roles.values()))
-            roles[at] = replace(by_name, role=role, number=number if role == "reading" else None)
+            by_name = meaning(name) or ColumnMeaning(role, unit_in(name), quantity_in(name))
+            number = f"{1 + sum(other.role == role for other in roles.values())}" if role == "reading" else None
+            roles[at] = replace(by_name, role=role, number=number)
     return roles
 
 
@@ -185,45 +191,33 @@ def _meanings(
             columns.append(Column(**vars(found), index=at, name=name or letters(at)))
     # A table of other things beside the readings, a blank column between, is none of theirs.
     own_block = {column.index for column in columns if column.role in ("station", "reading", "repeat")}
-    spans = list(
-        blocks([SheetRow(0, tuple(SheetCell(names.get(at, "")) for at in range(max(names, default=0) + 1))), *body])
-    )
+    head = SheetRow(0, tuple(SheetCell(names.get(at, "")) for at in range(max(names, default=0) + 1)))
+    spans = list(blocks([head, *body]))
     for column in unknown:
-        span = next(span for span in spans if column.index in span)
-        if own_block and not own_block & set(span) and column.name != letters(column.index):
-            continue
-        what = f"column {letters(column.index)} holds numbers and has no name."
-        if column.name != letters(column.index):
+        span, lettered = next(span for span in spans if column.index in span), column.name == letters(column.index)
+        if lettered or not own_block or own_block & set(span):
             what = f"column {quoted(column.name)} is unknown, and holds numbers."
-        faults.add(place, what, SAY, column.name)
+            what = f"column {column.name} holds numbers and has no name." if lettered else what
+            faults.add(place, what, SAY, column.name)
     return sorted([*columns, *unknown], key=lambda column: column.index)
 
 
 def _one_table(place: Place, columns: list[Column], faults: FaultList) -> list[Column]:
     """Return the first of several tables side by side, each with its stations and readings: which is meant is asked."""
-    tables = side_by_side(columns)
-    if len(tables) > 1:
-        spans = [f"{letters(table[0].index)}:{letters(table[-1].index)}" for table in tables]
-        found = f"{len(tables)} tables side by side, in columns {' and '.join(spans)}."
-        remedy = f'Say which is meant: [readings.columns] range = "{spans[0]}", or in pairing.csv.'
-        faults.add(place, found, remedy)
+    starts = [at for at, column in enumerate(columns) if column.role == "station"]
+    tables = [columns[start:end] for start, end in pairwise([*starts, len(columns)])]
+    if len(tables) < 2 or not all(any(one.role in ("reading", "repeat") for one in table) for table in tables):
+        return columns
+    spans = [f"{letters(table[0].index)}:{letters(table[-1].index)}" for table in tables]
+    found = f"{len(tables)} tables side by side, in columns {' and '.join(spans)}."
+    faults.add(place, found, f'Say which is meant: [readings.columns] range = "{spans[0]}", or in pairing.csv.')
     return tables[0]
-
-
-def side_by_side(columns: Sequence[Column]) -> list[list[Column]]:
-    """Divide columns where another one of stations begins a table; one list where there is no such table."""
-    starts = [place for place, column in enumerate(columns) if column.role == "station"]
-    tables = [list(columns[start:end]) for start, end in pairwise([*starts, len(columns)])]
-    whole = all(any(column.role in ("reading", "repeat") for column in table) for table in tables)
-    return tables if len(tables) > 1 and whole else [list(columns)]
 
 
 def _check_numbers(place: Place, readings: Sequence[Column], faults: FaultList) -> None:
     """Add a fault for columns of readings without a number, one of which may be the mean, or with the same one."""
-    numbered: dict[str | None, list[Column]] = {}
-    for column in readings:
-        numbered.setdefault(column.number, []).append(column)
-    for label, columns in numbered.items():
+    for label in dict.fromkeys(column.number for column in readings):
+        columns = [column for column in readings if column.number == label]
         if label is None and len(readings) > 1:
             found = f"{_names(columns)}: no number, and there are {len(readings)} columns of readings."
             faults.add(place, found, f"Is one of them a mean? {SAY}", columns[0].name)
@@ -232,25 +226,22 @@ def _check_numbers(place: Place, readings: Sequence[Column], faults: FaultList) 
 
 
 def _quantity(place: Place, readings: Sequence[Column], declared: Declared, faults: FaultList) -> Quantity | None:
-    named: set[Quantity] = {column.quantity for column in readings if column.quantity is not None}
+    named: dict[Quantity, None] = dict.fromkeys(each.quantity for each in readings if each.quantity is not None)
+    quantity: Quantity | None = declared.quantity if not named else next(iter(named))
+    nameless = [column for column in readings if column.quantity is None]
     if len(named) > 1:
-        faults.add(
-            place, "level and depth columns in one sheet.", "Name those that are read: [readings.columns] levels."
-        )
-        return None
-    quantity = next(iter(named), None)
-    if quantity is not None and declared.quantity not in (None, quantity):
+        remedy = "Name those that are read: [readings.columns] levels."
+        faults.add(place, "level and depth columns in one sheet.", remedy)
+    elif declared.quantity not in (None, quantity):
         found = f'the header names {quantity}, and [readings] quantity = "{declared.quantity}".'
         faults.add(place, found, "Correct the one that is wrong.")
-        return None
-    nameless = [column for column in readings if column.quantity is None]
-    if nameless and declared.quantity is None:
+    elif nameless and declared.quantity is None:
         faults.add(
             place,
             f"{_names(nameless)}: neither header nor trial file states whether readings count upward or downward.",
             'Say it: [readings] quantity = "level" (upward) or "depth" (downward), or sign in pairing.csv: up or down.',
         )
-    return quantity or declared.quantity
+    return quantity
 
 
 def _with_units(
@@ -263,11 +254,9 @@ def _with_units(
         own = [unit for unit in (column.unit, below.get(column.index)) if unit is not None]
         units = [*own, declared.unit] if declared.unit is not None and (whole or not own) else own
         if len(set(units)) > 1:
-            faults.add(
-                replace(place, column=column.index, name=column.name),
-                f"{' and '.join(units)}: the header, the row of units and [readings] unit differ.",
-                "Correct the one that is wrong.",
-            )
+            what = f"{' and '.join(units)}: the header, the row of units and [readings] unit differ."
+            in_column = replace(place, column=column.index, name=column.name)
+            faults.add(in_column, what, "Correct the one that is wrong.")
         found.append(replace(column, unit=units[0] if units else None))
     return found
 

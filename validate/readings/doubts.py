@@ -59,27 +59,20 @@ def _marked(grid: SheetGrid, header: Header) -> Iterator[Doubt]:
         found = f"{quoted(text)} says what the readings count from, and not in words for the sample's face."
         remedy = "Declare [readings] datum and datum_level_mm if it is not the face"
         yield Doubt("datum", row.number, header.station.index, ("datum",), found, remedy)
-    read = [header.station, *header.readings]
-    rows = {row.number: row for row in header.body}
-    hidden = sorted(grid.hidden_rows & rows.keys())
-    if hidden:
+    read = {column.index for column in (header.station, *header.readings)}
+    at, rows = header.station.index, {row.number: row for row in header.body}
+    if hidden := sorted(grid.hidden_rows & rows.keys()):
         found = f"{'this row is' if len(hidden) == 1 else f'{len(hidden)} rows are'} hidden, and read."
-        yield Doubt(
-            "hidden", hidden[0], header.station.index, tuple(map(str, hidden)), found, "Delete what is not meant"
-        )
-    for column in read:
-        if column.index in grid.hidden_columns:
-            found = "this column is hidden, and read."
-            answer = (letters(column.index),)
-            yield Doubt("hidden", header.row.number, column.index, answer, found, "Delete it if it is not meant")
+        yield Doubt("hidden", hidden[0], at, tuple(map(str, hidden)), found, "Delete what is not meant")
+    for index in sorted(grid.hidden_columns & read):
+        found = "this column is hidden, and read."
+        yield Doubt("hidden", header.row.number, index, (letters(index),), found, "Delete it if it is not meant")
     for number, row in rows.items():
-        filled = [column.index for column in read if row.cell(column.index).text]
-        struck = [index for index in filled if (number, index) in grid.struck]
-        if struck and len(struck) == len(filled):
-            found = "this row is struck through, and read."
-            yield Doubt("struck", number, header.station.index, (f"{number}",), found, "Clear it if it is not meant")
-            continue
-        for index in struck:
-            found = f"{row.cell(index).text} is struck through, and read."
-            answer = (f"{letters(index)}{number}",)
-            yield Doubt("struck", number, index, answer, found, "Clear it if it is not meant")
+        filled = {index for index in read if row.cell(index).text}
+        struck = {index for index in filled if (number, index) in grid.struck}
+        marks = [(index, f"{letters(index)}{number}", row.cell(index).text) for index in sorted(struck)]
+        if struck and struck == filled:
+            marks = [(at, f"{number}", "this row")]
+        for index, answer, what in marks:
+            found = f"{what} is struck through, and read."
+            yield Doubt("struck", number, index, (answer,), found, "Clear it if it is not meant")

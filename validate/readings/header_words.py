@@ -22,6 +22,7 @@ UNITS: dict[str, Unit] = {name: unit for unit, names in WORDS["units"].items() f
 INCH = re.compile(r"[\[(/_]\s*in\s*[\])]?\s*$")
 """The unit "in" in brackets or at the end; elsewhere it is a preposition."""
 UNIT_AT_END = re.compile(r"(?:[\[(/_,]|\s)\s*([^\W\d_]+|\")\s*[\])]?\s*$")
+IN_BRACKETS = re.compile(r"[\[(]([^\])]*)[\])]")
 LONGEST_NAME = 200  # Limit on the letters of a name; a longer one is a text, in which a search for a unit takes long
 WORD = re.compile(r"[^\W\d_]+|[0-9]+")
 NAME = re.compile(r"[^\W_]+")
@@ -91,10 +92,10 @@ def unit_of(text: str) -> Unit | None:
     return "inch" if word in ("in", '"') else UNITS.get(word)
 
 
-def unit_at_end(name: str) -> Unit | None:
-    """Return the unit at the end of a name whose other words may be unknown; None where there is none."""
-    found = UNIT_AT_END.search(name[-LONGEST_NAME:])
-    return None if found is None else unit_of(found[1])
+def unit_in(name: str) -> Unit | None:
+    """Return the unit in brackets or at the end of a name, whose other words may be unknown; None if there is none."""
+    found = [*IN_BRACKETS.findall(name[-LONGEST_NAME:]), *UNIT_AT_END.findall(name[-LONGEST_NAME:])]
+    return next((unit for text in found if (unit := unit_of(text)) is not None), None)
 
 
 def quantity_in(name: str) -> Quantity | None:

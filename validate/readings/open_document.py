@@ -1,7 +1,7 @@
 """Worksheets of an OpenDocument spreadsheet (ODS), as LibreOffice saves it.
 
-Its one part with cells is read in one pass: repeated rows and cells are counted, never unrolled beyond what a sheet of
-readings holds, and entities are refused by defusedxml.
+Repeated rows and cells are counted, never unrolled beyond what a sheet of readings holds, and entities are refused by
+defusedxml.
 """
 
 import io
@@ -13,7 +13,7 @@ from pathlib import Path
 from xml.etree.ElementTree import Element, ParseError
 
 from defusedxml.common import DefusedXmlException
-from defusedxml.ElementTree import iterparse
+from defusedxml.ElementTree import fromstring
 
 from validate.readings.sheet import BLANK, MOST_COLUMNS, MOST_ROWS, SAVE_AGAIN, Place, SheetCell, refuse
 
@@ -24,6 +24,7 @@ OFFICE, TABLE, TEXT, STYLE = (
     f"{{urn:oasis:names:tc:opendocument:xmlns:{name}:1.0}}" for name in ("office", "table", "text", "style")
 )
 NUMBERS = ("float", "percentage", "currency")
+HIDDEN = ("collapse", "filter")
 
 
 @dataclass
@@ -34,10 +35,10 @@ class Worksheet:
     hidden: bool
     rows: dict[int, dict[int, SheetCell]] = field(default_factory=dict)
     """Rows by number from 1, their cells by column from 0; blank cells are left out."""
-    merged: tuple[tuple[int, int, int, int], ...] = ()  # Merged ranges as in ``SheetGrid``
-    struck: frozenset[tuple[int, int]] = frozenset()
-    hidden_rows: frozenset[int] = frozenset()
-    hidden_columns: frozenset[int] = frozenset()
+    merged: list[tuple[int, int, int, int]] = field(default_factory=list)  # Merged ranges as in ``SheetGrid``
+    struck: set[tuple[int, int]] = field(default_factory=set)
+    hidden_rows: set[int] = field(default_factory=set)
+    hidden_columns: set[int] = field(default_factory=set)
 
 
 def is_open_document(content: bytes) -> bool:
@@ -53,8 +54,14 @@ def read_worksheets(path: Path, content: bytes) -> list[Worksheet]:
             if size_bytes > LARGEST_CONTENT_BYTES:
                 found = f"unpacks to {size_bytes:,} bytes; at most {LARGEST_CONTENT_BYTES:,} are read."
                 raise refuse(Place(path), found, "Take other tables out of it, or save it as CSV.")
-            with archive.open(CONTENT) as part:
-                return list(_sheets(iterparse(part, events=("start", "end"))))
+            root = fromstring(archive.read(CONTENT))
+        hidden, struck = set[str](), set[str]()
+        for style in root.iter(f"{STYLE}style"):
+            name = style.get(f"{STYLE}name", "")
+            hidden |= {name for each in style if each.get(f"{TABLE}display") == "false"}
+            struck |= {name for each in style if each.get(f"{STYLE}text-line-through-style", "none") != "none"}
+        tables = root.findall(f"{OFFICE}body/{OFFICE}spreadsheet/{TABLE}table")
+        return [_sheet(table, table.get(f"{TABLE}style-name") in hidden, struck) for table in tables]
     except (
         zipfile.BadZipFile, KeyError, ParseError, DefusedXmlException, zlib.error, EOFError, ValueError,
         NotImplementedError, RuntimeError,
@@ -63,68 +70,42 @@ def read_worksheets(path: Path, content: bytes) -> list[Worksheet]:
         raise refuse(Place(path), found, SAVE_AGAIN) from fault
 
 
-def _sheets(events: Iterator[tuple[str, Element]]) -> Iterator[Worksheet]:
-    """Yield the sheets; each row is dropped from memory once it is read."""
-    hidden_styles, struck_styles = set[str](), set[str]()
-    sheet: Worksheet | None = None
-    row_number = column_number = depth = 0
-    merged, struck, hidden_rows, hidden_columns = (
-        list[tuple[int, int, int, int]](),
-        set[tuple[int, int]](),
-        set[int](),
-        set[int](),
-    )
-    for event, element in events:
-        if event == "start" and element.tag == f"{TABLE}table":
-            # A table within a cell is part of that cell.
-            depth += 1
-            if depth == 1:
-                name, style = element.get(f"{TABLE}name", ""), element.get(f"{TABLE}style-name")
-                sheet, row_number, column_number = Worksheet(name, style in hidden_styles), 0, 0
-                merged, struck, hidden_rows, hidden_columns = [], set(), set(), set()
-        if event == "start" or depth > 1:
-            depth -= event == "end" and element.tag == f"{TABLE}table"
-            continue
-        match element.tag.removeprefix(TABLE):
-            case "table" if sheet is not None:
-                depth -= 1
-                sheet.merged, sheet.struck = tuple(merged), frozenset(struck)
-                sheet.hidden_rows, sheet.hidden_columns = frozenset(hidden_rows), frozenset(hidden_columns)
-                yield sheet
-                sheet = None
-                element.clear()
-            case "table-column" if sheet is not None:
-                times = min(_count(element, "number-columns-repeated"), MOST_COLUMNS)
-                if element.get(f"{TABLE}visibility") in ("collapse", "filter"):
-                    hidden_columns |= set(range(column_number, column_number + times))
-                column_number += times
-            case "table-row" if sheet is not None:
-                times, cells = _count(element, "number-rows-repeated"), dict[int, SheetCell]()
-                for column, cell in _cells(element):
-                    value = _value(cell)
-                    if value != BLANK:
-                        cells[column] = value
-                        if cell.get(f"{TABLE}style-name") in struck_styles:
-                            struck.add((row_number + 1, column))
-                    down, across = (_count(cell, f"number-{what}-spanned") for what in ("rows", "columns"))
-                    if (down, across) != (1, 1):
-                        merged.append((row_number + 1, column, row_number + down, column + across - 1))
-                if element.get(f"{TABLE}visibility") in ("collapse", "filter") and cells:
-                    hidden_rows.add(row_number + 1)
-                # One row too many is enough for a refusal.
-                for number in range(row_number + 1, row_number + 1 + min(times, MOST_ROWS + 1 - len(sheet.rows))):
-                    if cells:
-                        sheet.rows[number] = cells
-                row_number += times
-                element.clear()
-            case _:
-                if element.tag == f"{STYLE}style":
-                    name = element.get(f"{STYLE}name", "")
-                    for properties in element:
-                        if properties.get(f"{TABLE}display") == "false":
-                            hidden_styles.add(name)
-                        if properties.get(f"{STYLE}text-line-through-style", "none") != "none":
-                            struck_styles.add(name)
+def _sheet(table: Element, hidden: bool, struck: set[str]) -> Worksheet:
+    sheet = Worksheet(table.get(f"{TABLE}name", ""), hidden)
+    number = column = 0
+    for each in _below(table, "table-column"):
+        times = min(_count(each, "number-columns-repeated"), MOST_COLUMNS)
+        if each.get(f"{TABLE}visibility") in HIDDEN:
+            sheet.hidden_columns |= set(range(column, column + times))
+        column += times
+    for row in _below(table, "table-row"):
+        times, cells = _count(row, "number-rows-repeated"), dict[int, SheetCell]()
+        for column, cell in _cells(row):
+            value = _value(cell)
+            if value != BLANK:
+                cells[column] = value
+                if cell.get(f"{TABLE}style-name") in struck:
+                    sheet.struck.add((number + 1, column))
+            down, across = (_count(cell, f"number-{what}-spanned") for what in ("rows", "columns"))
+            if (down, across) != (1, 1):
+                sheet.merged.append((number + 1, column, number + down, column + across - 1))
+        if cells:
+            if row.get(f"{TABLE}visibility") in HIDDEN:
+                sheet.hidden_rows.add(number + 1)
+            # One row too many is enough for a refusal.
+            last = number + min(times, MOST_ROWS + 1 - len(sheet.rows))
+            sheet.rows |= dict.fromkeys(range(number + 1, last + 1), cells)
+        number += times
+    return sheet
+
+
+def _below(element: Element, tag: str) -> Iterator[Element]:
+    """Yield the rows or columns of a table, those in groups too, and not those of tables within its cells."""
+    for each in element:
+        if each.tag == f"{TABLE}{tag}":
+            yield each
+        elif each.tag != f"{TABLE}table-row":
+            yield from _below(each, tag)
 
 
 def _count(element: Element, name: str) -> int:

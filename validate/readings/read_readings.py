@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from sealtwin.core.records import Floats, Profile
 from validate.readings.columns import Column, Header, read_header
 from validate.readings.doubts import doubts_of
 from validate.readings.samples import read_cells, rows_of_sample
-from validate.readings.screens import ReadCells
+from validate.readings.screens import ReadCells, cell_name
 from validate.readings.sheet import FaultList, Place, SheetCell, SheetGrid, SheetRow, letters, quoted
 from validate.readings.text_table import common_mark, decimals_of, is_ambiguous, is_grouped, is_missing, number
 from validate.readings.understood import dialect_of, understood
@@ -59,7 +59,7 @@ def read_readings(
     table = TableReader(grid, header, settings, crack, faults)
     cells = table.read()
     s_mm, levels_mm = cells.s_mm, cells.levels_mm
-    if len(s_mm) < 2 and not faults.count:
+    if len(s_mm) < 2 and not faults.kept:
         found = f"{counted(len(s_mm), 'station')} with a reading; a level along the crack needs two or more."
         faults.add(grid.place(), found, "Add the others.")
     faults.raise_if_any()
@@ -150,12 +150,18 @@ def level_mm(reading_mm: Height, quantity: Quantity | None, declared: Declared) 
     return upward_mm + (declared.datum_level_mm or 0.0)
 
 
+class _Reading(NamedTuple):
+    value_mm: float
+    row: int  # From 1
+    column: int  # From 0
+    digit_mm: float  # Unit of its last digit that is not 0
+
+
 @dataclass
 class _Station:
     s_mm: float
     row: SheetRow
-    values_mm: dict[str, float]  # Readings by the label of the repeat
-    cells: dict[str, tuple[SheetRow, Column]]  # Their cells, likewise
+    readings: dict[str, _Reading]  # By the label of the repeat; missing ones are NaN
 
 
 @dataclass
@@ -174,74 +180,69 @@ class TableReader:
 
         A level is NaN where a reading is missing, and never in a whole row.
         """
+        header = self.header
         self._check_formulas()
-        by_place = self._merged_stations()
-        stations = [station for row in self.header.body if (station := self._station(row, by_place)) is not None]
-        if self.header.repeat is not None or by_place:
+        merged = self._merged_stations()
+        stations = [found for row in header.body if (found := self._station(row, merged)) is not None]
+        if header.repeat is not None or merged:
             stations = self._gathered(stations)
         stations.sort(key=lambda station: station.s_mm)
         self._check_neighbours(stations)
-        labels = sorted({label for station in stations for label in station.values_mm}, key=_by_number)
-        readings_mm = np.array([[station.values_mm.get(label, np.nan) for label in labels] for station in stations])
-        readings_mm = readings_mm.reshape(len(stations), len(labels))
-        read = (~np.isnan(readings_mm)).any(axis=1)
-        self.missing = sum(math.isnan(value_mm) for station in stations for value_mm in station.values_mm.values())
-        stations = [stations[index] for index in np.flatnonzero(read).tolist()]
+        labels = sorted({label for station in stations for label in station.readings}, key=_by_number)
+        self.missing = sum(math.isnan(one.value_mm) for station in stations for one in station.readings.values())
+        stations = [one for one in stations if any(not math.isnan(each.value_mm) for each in one.readings.values())]
+        table = [
+            [one.readings.get(label) or _Reading(np.nan, one.row.number, -1, 1.0) for label in labels]
+            for one in stations
+        ]
         shape = len(stations), len(labels)
-        rows, digits_mm = np.zeros(shape, dtype=np.int64), np.ones(shape)
-        columns = np.full(len(labels), self.header.station.index)
-        for i, station in enumerate(stations):
-            for j, label in enumerate(labels):
-                row, column = station.cells.get(label, (station.row, self.header.station))
-                rows[i, j] = row.number
-                if label in station.cells:
-                    columns[j] = column.index
-                    digits_mm[i, j] = MM[column.unit or "mm"] * 10.0 ** -decimals_of(row.cell(column.index).text)
+        readings_mm, rows, columns, digits_mm = (
+            np.array([[reading[part] for reading in row] for row in table]).reshape(shape) for part in range(4)
+        )
         return ReadCells(
             s_mm=np.array([station.s_mm for station in stations]),
-            readings_mm=readings_mm[read],
-            levels_mm=level_mm(readings_mm[read], self.header.quantity, self.declared),
-            rows=rows,
-            columns=columns,
-            station_column=self.header.station.index,
-            header_row=self.header.row.number,
+            readings_mm=readings_mm,
+            levels_mm=level_mm(readings_mm, header.quantity, self.declared),
+            rows=rows.astype(np.int64),
+            columns=columns.max(axis=0, initial=-1).astype(np.int64),
+            station_column=header.station.index,
+            header_row=header.row.number,
             digits_mm=digits_mm,
-            is_depth=self.header.quantity == "depth",
+            is_depth=header.quantity == "depth",
         )
 
-    def _merged_stations(self) -> dict[int, tuple[int, str]]:
-        """Return, for each row whose station is a merged cell of several, the first row of that cell and its repeat.
+    def _merged_stations(self) -> dict[int, SheetCell]:
+        """Return the station of each row whose own cell is merged with those of others, which are its repeats.
 
         Any other merged range of readings is a fault: its one value may be that of all cells, or of the first.
         """
-        header = self.header
-        by_place: dict[int, tuple[int, str]] = {}
+        header, merged = self.header, dict[int, SheetCell]()
         # A merged header is legible: its names are those of the line below, or of columns without a name.
-        body = [row.number for row in header.body]
+        body = {row.number: row for row in header.body}
         used = {column.index for column in header.read}
         for row, column, last_row, last_column in self.grid.merged:
-            if not body or last_row < body[0] or not any(column <= index <= last_column for index in used):
-                continue
             rows = [number for number in body if row <= number <= last_row]
+            if not rows or not any(column <= index <= last_column for index in used):
+                continue
             if column == last_column == header.station.index and header.repeat is None and len(header.readings) == 1:
-                by_place |= {number: (row, str(place)) for place, number in enumerate(rows, start=1)}
-            elif any(index in used and (row != last_row or column != last_column) for index in used) and rows:
+                merged |= dict.fromkeys(rows, body[rows[0]].cell(column))
+            elif row != last_row or column != last_column:
                 self.faults.add(
                     self.grid.place(row, column),
                     f"cells {letters(column)}{row} to {letters(last_column)}{last_row} are merged, and hold one value.",
                     "Does it stand for all of them? Skip these rows, [readings.columns] skip, or unmerge a copy.",
                 )
-        return by_place
+        return merged
+
+    @property
+    def _used(self) -> list[tuple[SheetRow, Column, SheetCell]]:
+        """Cells of stations and of readings."""
+        columns = (self.header.station, *self.header.readings)
+        return [(row, column, row.cell(column.index)) for row in self.header.body for column in columns]
 
     def _check_formulas(self) -> None:
         """Add one fault for all formulas without a stored result."""
-        used = (self.header.station, *self.header.readings)
-        cells = [
-            f"{letters(column.index)}{row.number}"
-            for row in self.header.body
-            for column in used
-            if row.cell(column.index).kind == "formula"
-        ]
+        cells = [cell_name(row.number, column.index) for row, column, cell in self._used if cell.kind == "formula"]
         if cells:
             span = cells[0] if len(cells) == 1 else f"{cells[0]} to {cells[-1]}"
             found = f"{counted(len(cells), 'formula')} without a stored result, {span}."
@@ -252,12 +253,7 @@ class TableReader:
         """Decimal mark of the numbers; None where no number has one."""
         if self.declared.decimal is not None:
             return self.declared.decimal
-        written = [
-            (row, column, cell.text)
-            for row in self.header.body
-            for column in (self.header.station, *self.header.readings)
-            if (cell := row.cell(column.index)).kind == "text" and cell.text
-        ]
+        written = [(row, column, cell.text) for row, column, cell in self._used if cell.kind == "text" and cell.text]
         mark = common_mark((text for _, _, text in written), self.grid.separator)
         doubtful = [each for each in written if is_ambiguous(each[2])]
         if mark is None and doubtful:
@@ -271,30 +267,21 @@ class TableReader:
             )
         return mark
 
-    def _station(self, row: SheetRow, by_place: Mapping[int, tuple[int, str]]) -> _Station | None:
+    def _station(self, row: SheetRow, merged: Mapping[int, SheetCell]) -> _Station | None:
         """Return the station of a row; None where it holds none, or where its station or its width is a fault."""
-        header = self.header
+        header, column = self.header, self.header.station
         if not self._fits(row):
             return None
         filled = {index for index, cell in enumerate(row.cells) if cell.text or cell.kind != "text"}
         if filled <= {column.index for column in header.skipped}:
             return None
-        column, labels = header.station, [f"{index}" for index in range(len(header.readings))]
-        if row.number in by_place:
-            first_row, label = by_place[row.number]
-            cells = list(row.cells)
-            cells[column.index] = next(one for one in header.body if one.number == first_row).cell(column.index)
-            row, labels = SheetRow(row.number, tuple(cells)), [label]
-        elif by_place:
-            labels = ["1"]
-        s_mm = self._in_mm(row, column, "Give every row its station.")
+        cell = merged.get(row.number, row.cell(column.index))
+        s_mm = self._in_mm(row, column, cell, "Give every row its station.")
         if s_mm is not None and self.crack is not None and column.unit is not None:
-            self.crack.check_station(self._place(row, column), row.cell(column.index).text, s_mm, self.faults)
-        if header.repeat is not None:
-            labels = [self._repeat(row, header.repeat)] * len(header.readings)
-        values_mm = {label: self._reading(row, column) for label, column in zip(labels, header.readings, strict=True)}
-        cells = {label: (row, column) for label, column in zip(labels, header.readings, strict=True)}
-        return None if s_mm is None else _Station(s_mm, row, values_mm, cells)
+            self.crack.check_station(self._place(row, column), cell.text, s_mm, self.faults)
+        label = None if header.repeat is None else self._repeat(row, header.repeat)
+        readings = {label or f"{at}": self._reading(row, column) for at, column in enumerate(header.readings)}
+        return None if s_mm is None else _Station(s_mm, row, readings)
 
     def _fits(self, row: SheetRow) -> bool:
         """Return whether a row has a field for each column; decimal commas between commas make more."""
@@ -315,29 +302,28 @@ class TableReader:
             self.faults.add(self._place(row, column), found, "Number the readings of each station.", text)
         return text
 
-    def _reading(self, row: SheetRow, column: Column) -> float:
-        cell = row.cell(column.index)
-        if cell.kind == "text" and is_missing(cell.text):
-            return np.nan
-        reading_mm = self._in_mm(row, column, "If it stands for a missing reading, say [readings.columns] missing.")
+    def _reading(self, row: SheetRow, column: Column) -> _Reading:
+        cell, unit_mm = row.cell(column.index), MM[column.unit or "mm"]
+        digit_mm = unit_mm * 10.0 ** -decimals_of(cell.text)
+        reading_mm = None
+        if cell.kind != "text" or not is_missing(cell.text):
+            remedy = "If it stands for a missing reading, say [readings.columns] missing."
+            reading_mm = self._in_mm(row, column, cell, remedy)
         if reading_mm is None:
-            return np.nan
+            return _Reading(np.nan, row.number, column.index, digit_mm)
         if self.crack is not None and column.unit is not None and self.header.quantity is not None:
             height_mm = level_mm(reading_mm, self.header.quantity, self.declared)
             self.crack.check_level(self._place(row, column), cell.text, height_mm, self.faults)
-        return reading_mm
+        return _Reading(reading_mm, row.number, column.index, digit_mm)
 
-    def _in_mm(self, row: SheetRow, column: Column, remedy: str) -> float | None:
+    def _in_mm(self, row: SheetRow, column: Column, cell: SheetCell, remedy: str) -> float | None:
         """Return the number of a cell in millimetres, or None after adding a fault."""
-        cell = row.cell(column.index)
         value = float(cell.text) if cell.kind == "number" else None
         if cell.kind == "text":
             value = number(cell.text, self.mark)
         if value is None and cell.kind != "formula":
             self.faults.add(self._place(row, column), *self._complaint(column, cell, remedy), cell.text)
-        if value is None:
-            return None
-        return value * MM[column.unit or "mm"]
+        return None if value is None else value * MM[column.unit or "mm"]
 
     def _complaint(self, column: Column, cell: SheetCell, remedy: str) -> tuple[str, str]:
         text = quoted(cell.text)
@@ -353,31 +339,29 @@ class TableReader:
         return f"{text} is no number in {column.unit or 'its unit'}, such as {example}.", remedy
 
     def _gathered(self, rows: list[_Station]) -> list[_Station]:
-        """Return one station for all rows of a long sheet with the same s."""
+        """Return one station for all rows with the same s, whose readings have numbers or are in their order."""
         stations: dict[float, _Station] = {}
         for row in rows:
-            station = stations.setdefault(row.s_mm, _Station(row.s_mm, row.row, {}, {}))
-            for label in row.values_mm.keys() & station.values_mm:
+            station = stations.setdefault(row.s_mm, _Station(row.s_mm, row.row, {}))
+            if self.header.repeat is None:
+                station.readings |= {f"{len(station.readings) + 1}": one for one in row.readings.values()}
+                continue
+            for label in row.readings.keys() & station.readings:
                 found = f"repeat {quoted(label)} of {row.s_mm:.12g} mm occurs twice."
-                self.faults.add(
-                    self._place(row.row, self.header.station), found, "Number the readings of each station.", label
-                )
-            station.values_mm |= row.values_mm
-            station.cells |= row.cells
+                remedy = "Number the readings of each station."
+                self.faults.add(self._place(row.row, self.header.station), found, remedy, label)
+            station.readings |= row.readings
         return list(stations.values())
 
     def _check_neighbours(self, stations: list[_Station]) -> None:
         """Add a fault for each two of the sorted stations that are one, or closer than a caliper resolves."""
         for before, station in pairwise(stations):
             s_mm = f"{station.s_mm:.12g}"
+            if station.s_mm - before.s_mm >= CLOSEST_MM * (1 - 1e-9):
+                continue
+            found = f"{s_mm} mm is less than {CLOSEST_MM:g} mm after {before.s_mm:.12g} mm in row {before.row.number}."
             if station.s_mm == before.s_mm:
                 found = f"{s_mm} mm occurs twice, first in row {before.row.number}."
-            elif station.s_mm - before.s_mm < CLOSEST_MM * (1 - 1e-9):
-                found = (
-                    f"{s_mm} mm is less than {CLOSEST_MM:g} mm after {before.s_mm:.12g} mm in row {before.row.number}."
-                )
-            else:
-                continue
             remedy = "Write repeated readings of a station as columns of one row, or number them in a column 'repeat'."
             self.faults.add(self._place(station.row, self.header.station), found, remedy, s_mm)
 

@@ -99,33 +99,29 @@ def spread_mm(readings_mm: Floats) -> float:
 
 
 def doubtful_cells(cells: ReadCells) -> Iterator[tuple[Doubt, NDArray[np.bool_]]]:
-    """Yield doubts on single readings and on stations, each with a mask of its readings, (n, r)."""
-    for (i, j), kind in sorted(_odd_readings(cells).items()):
-        mask = np.zeros(cells.readings_mm.shape, dtype=bool)
+    """Yield doubts on single readings, and on those of whole stations, each with a mask of its reading, (n, r)."""
+    read = ~np.isnan(cells.readings_mm)
+    of_stations: list[tuple[tuple[int, int], Literal["zero", "sign slip"]]] = [
+        ((i, int(j)), kind) for i, kind in _odd_stations(cells) for j in np.flatnonzero(read[i])
+    ]
+    for (i, j), kind in (*sorted(_odd_readings(cells).items()), *of_stations):
+        mask = np.zeros_like(read)
         mask[i, j] = True
         yield _on_cell(cells, kind, i, j), mask
-    for i, kind in _odd_stations(cells):
-        mask = np.zeros(cells.readings_mm.shape, dtype=bool)
-        mask[i] = ~np.isnan(cells.readings_mm[i])
-        for j in np.flatnonzero(mask[i]):
-            own = np.zeros_like(mask)
-            own[i, j] = True
-            yield _on_cell(cells, kind, i, int(j)), own
 
 
 def _on_cell(cells: ReadCells, kind: Literal["zero", "sign slip"], i: int, j: int) -> Doubt:
     row, column = int(cells.rows[i, j]), int(cells.columns[j])
-    peers_mm = np.delete(cells.readings_mm[i], j)
-    around_mm = cells.stations_mm[[k for k in (i - 1, i + 1) if 0 <= k < len(cells.s_mm)]]
-    peers = "others here" if not np.isnan(peers_mm).all() and np.nanmax(np.abs(peers_mm)) > 0 else "neighbours"
-    shown = " and ".join(f"{one:.4g}" for one in (peers_mm if peers == "others here" else around_mm) if one == one)
+    beside_mm, peers = np.delete(cells.readings_mm[i], j), "others here"
+    if not np.nan_to_num(beside_mm).any():
+        beside_mm = cells.stations_mm[[k for k in (i - 1, i + 1) if 0 <= k < len(cells.s_mm)]]
+        peers = "neighbours"
+    shown = " and ".join(f"{one:.4g}" for one in beside_mm if not np.isnan(one))
     value = f"{cells.readings_mm[i, j]:g} mm at s = {cells.s_mm[i]:g} mm"
-    found = f"{value} among {shown} mm ({peers}): "
-    if kind == "zero":
-        return Doubt(
-            kind, row, column, (cell_name(row, column),), found + "0 may stand for a missing reading.", "Clear it"
-        )
-    return Doubt(kind, row, column, (cell_name(row, column),), found + "its sign may have slipped.", "Correct it")
+    may, remedy = ("0 may stand for a missing reading", "Clear it")
+    if kind == "sign slip":
+        may, remedy = "its sign may have slipped", "Correct it"
+    return Doubt(kind, row, column, (cell_name(row, column),), f"{value} among {shown} mm ({peers}): {may}.", remedy)
 
 
 def cell_name(row: int, column: int) -> str:

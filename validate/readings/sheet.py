@@ -55,56 +55,54 @@ class SheetFault:
         if self.place.column is None or not self.value:
             return self.place, self.found, self.remedy
         found = self.found.replace(quoted(self.value), "")
-        return replace(self.place, row=None), FIGURES.sub("", found), self.remedy
+        return replace(self.place, row=None, column=None), FIGURES.sub("", found), self.remedy
 
 
 class SheetFaults(InputError):  # noqa: N818  It is all of a sheet's faults, not one error.
-    """All faults of one sheet. ``faults`` holds the first thousand; the text shows twenty and counts them.
+    """All faults of one sheet, of which the text shows twenty; ``columns`` are those that were understood."""
 
-    ``columns`` are those that were understood.
-    """
-
-    def __init__(self, faults: Sequence[SheetFault], count: int = 1, columns: tuple[ReadColumn, ...] = ()) -> None:
+    def __init__(self, faults: Sequence[SheetFault], columns: tuple[ReadColumn, ...] = ()) -> None:
         self.faults, self.columns = tuple(faults), columns
         alike: dict[object, list[SheetFault]] = {}
         for fault in faults:
             alike.setdefault(fault.kind, []).append(fault)
         groups = list(alike.values())[:MOST_SHOWN]
         lines = [_joined(group) for group in groups]
-        if more := count - sum(map(len, groups)):
+        if more := len(faults) - sum(map(len, groups)):
             lines.append(f"{as_text(faults[0].place.path)}: {more:,} more faults like these.")
         super().__init__("\n".join(lines))
 
 
 @dataclass
 class FaultList:
-    """The faults found so far, the first thousand of them kept."""
+    """The faults found so far; a thousand are enough."""
 
     kept: list[SheetFault] = field(default_factory=list)
-    count: int = 0
     columns: tuple[ReadColumn, ...] = ()  # Columns that were understood, once the header is read
 
     def add(self, place: Place, found: str, remedy: str, value: str | None = None) -> None:
-        self.count += 1
-        if len(self.kept) < MOST_KEPT:
-            self.kept.append(SheetFault(place, found, remedy, value))
+        self.kept.append(SheetFault(place, found, remedy, value))
+        if len(self.kept) == MOST_KEPT:
+            self.raise_if_any()
 
     def raise_if_any(self) -> None:
         """Raise SheetFaults if there is a fault."""
-        if self.count:
-            raise SheetFaults(self.kept, self.count, self.columns)
+        if self.kept:
+            raise SheetFaults(self.kept, self.columns)
 
 
 def _joined(alike: list[SheetFault]) -> str:
-    """Return the first fault in words, followed by the rows of the others."""
-    first = alike[0].place.row
-    rows = sorted({row for fault in alike if (row := fault.place.row) is not None and row != first})
-    if not rows:
+    """Return the first fault in words, followed by the rows of the others, or the columns of a turned sheet."""
+    first = alike[0].place
+    rows = sorted({row for fault in alike if (row := fault.place.row) is not None} - {first.row})
+    columns = sorted({column for fault in alike if (column := fault.place.column) is not None} - {first.column})
+    if not rows and not columns:
         return str(alike[0])
-    named = ", ".join(map(str, rows[:MOST_ROWS_NAMED])) + (" and others" if len(rows) > MOST_ROWS_NAMED else "")
+    named = list(map(str, rows)) or list(map(letters, columns))
+    told = ", ".join(named[:MOST_ROWS_NAMED]) + (" and others" if len(named) > MOST_ROWS_NAMED else "")
     if len(rows) > 1 and rows[-1] - rows[0] == len(rows) - 1:
-        named = f"{rows[0]} to {rows[-1]}"
-    return f"{alike[0]} The same in {len(rows):,} more: row {named}."
+        told = f"{rows[0]} to {rows[-1]}"
+    return f"{alike[0]} The same in {len(named):,} more: {'row' if rows else 'column'} {told}."
 
 
 def refuse(place: Place, found: str, remedy: str, value: str | None = None) -> SheetFaults:

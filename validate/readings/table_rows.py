@@ -4,6 +4,7 @@ import re
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from validate.readings.header_words import is_comment, is_number, meaning, unit_of
 from validate.readings.sheet import BLANK, MOST_COLUMNS, SheetCell, SheetGrid, SheetRow, column_of
@@ -13,6 +14,8 @@ from validate.settings import Columns
 MOST_LINES_ABOVE = 100
 """Limit on the lines of title and notes above a header; one further down belongs to another table."""
 MOST_HEADER_ROWS = 3
+Merged = Sequence[tuple[int, int, int, int]]  # Ranges of cells, as in ``SheetGrid``
+DATE = re.compile(r"(?<!\d)(\d{1,2}\s?[./-]\s?\d{1,2}\s?[./-]\s?\d{2,4}|\d{4}-\d{2}-\d{2})(?!\d)")
 LETTERS = re.compile(r"([A-Z]{1,3})(?::([A-Z]{1,3}))?")
 CORNER = re.compile(r"([A-Z]*)([0-9]*)")
 
@@ -26,20 +29,29 @@ class HeaderRows:
     names: Mapping[int, str]  # Name of each column from 0, joined from its cells
 
 
-def table_rows(grid: SheetGrid, given: Columns) -> tuple[list[SheetRow], list[SheetRow]]:
-    """Return the rows of a sheet within the declared range, and the comments and declared rows that are left out."""
+class TableRows(NamedTuple):
+    kept: list[SheetRow]
+    left_out: list[SheetRow]  # Comments, and rows that are declared to be skipped
+    unmet: list[str]  # What is declared to be skipped, and is nowhere
+
+
+def table_rows(grid: SheetGrid, given: Columns) -> TableRows:
+    """Return the rows of a sheet within the declared range."""
     kept, left_out = [], []
+    skip = {str(one) if isinstance(one, int) else plain_name(one): str(one) for one in given.skip}
+    unmet = dict(skip)
     for row in _within(grid.rows, given.range):
         first = first_cell(row)
         if first is None:
             continue
         if given.missing:
             row = SheetRow(row.number, tuple(BLANK if cell.text in given.missing else cell for cell in row.cells))
-        skipped = row.number in given.skip or first.text in given.skip
+        named = {str(row.number), plain_name(first.text)} & skip.keys()
+        unmet = {key: one for key, one in unmet.items() if key not in named}
         # "#5" before numbers is the name of a row, or a row that somebody has taken out: which is not guessed.
         comment = first.kind == "text" and is_comment(first.text) and sum(map(is_a_number, row.cells)) < 2
-        (left_out if skipped or comment else kept).append(row)
-    return kept, left_out
+        (left_out if named or comment else kept).append(row)
+    return TableRows(kept, left_out, list(unmet.values()))
 
 
 def first_cell(row: SheetRow) -> SheetCell | None:
@@ -63,44 +75,39 @@ def _within(rows: Sequence[SheetRow], span: str | None) -> Iterator[SheetRow]:
             yield SheetRow(row.number, tuple(cell if at in columns else BLANK for at, cell in enumerate(row.cells)))
 
 
-def find_header(rows: Sequence[SheetRow], merged: Sequence[tuple[int, int, int, int]], given: Columns) -> HeaderRows:
+def find_header(rows: Sequence[SheetRow], merged: Merged, given: Columns) -> HeaderRows:
     """Return the rows that name most columns; one or several, since a name may span columns and go on below."""
     wanted = {plain_name(name) for name in (given.s, given.repeat, *(given.levels or ())) if name is not None}
-    if given.header_rows == 0:
-        return HeaderRows(0, 0, {})
-    if given.header_rows is not None and not any(
-        plain_name(cell.text) in wanted for row in rows[:MOST_LINES_ABOVE] for cell in row.cells if cell.text
-    ):
-        return HeaderRows(0, given.header_rows, _joined(rows[: given.header_rows], merged))
-    counts = range(1, MOST_HEADER_ROWS + 1) if given.header_rows is None else (given.header_rows,)
-    best: tuple[tuple[float, ...], HeaderRows] | None = None
-    for first in range(min(len(rows), MOST_LINES_ABOVE)):
-        names: dict[int, str] = {}
-        for count in counts:
-            if first + count > len(rows):
-                break
-            if count > 1 and given.header_rows is None and not _continues(names, rows[first + count - 1]):
-                break
-            names = _joined(rows[first : first + count], merged)
-            if _goes_on(rows[first : first + count], merged):
-                continue
-            written = {
-                at: name for at, name in names.items() if any(row.cell(at).text for row in rows[first : first + count])
-            }
-            hits = len(wanted & set(map(plain_name, written.values())))
-            # Of equals the first and shortest one, but for names of repeats below; a unit belongs to a row of units.
-            key = (hits, *_likeness(written), count > 1 and _names_repeats(rows[first + count - 1]), -count, -first)
-            if best is None or key > best[0]:
-                best = key, HeaderRows(first, count, names)
-    if best is None:
-        return HeaderRows(0, 0, {})
-    key, found = best
-    if key[:3] == (0, False, 0) and (column := _letter(given.s)) is not None:
+
+    def key(candidate: tuple[int, Sequence[SheetRow]]) -> tuple[float, ...]:
+        first, header = candidate
+        names = _joined(header, merged)
+        written = {at: name for at, name in names.items() if any(row.cell(at).text for row in header)}
+        hits = len(wanted & set(map(plain_name, written.values())))
+        # Of equals the first and shortest one, but for names of repeats below; a unit belongs to a row of units.
+        return hits, *_likeness(written), len(header) > 1 and _names_repeats(header[-1]), -len(header), -first
+
+    found = max(_candidates(rows, merged, given), key=key, default=(0, ()))
+    hits, *likeness = key(found) if found[1] else (0, 0)
+    if not hits and given.header_rows is not None:
+        found = 0, rows[: given.header_rows]
+    elif not hits and not any(likeness[:3]) and (column := _letter(given.s)) is not None:
         # The letters say all: the readings begin where the stations do.
-        numbers = (at for at, row in enumerate(rows) if is_a_number(row.cell(column)))
-        first = next(numbers, 0)
-        return HeaderRows(first - 1, 1, _joined(rows[first - 1 : first], merged)) if first else HeaderRows(0, 0, {})
-    return found
+        first = next((at for at, row in enumerate(rows) if is_a_number(row.cell(column))), 0)
+        found = max(0, first - 1), rows[max(0, first - 1) : first]
+    return HeaderRows(found[0], len(found[1]), _joined(found[1], merged))
+
+
+def _candidates(rows: Sequence[SheetRow], merged: Merged, given: Columns) -> Iterator[tuple[int, Sequence[SheetRow]]]:
+    """Yield the rows that may be a header, each with the index of its first one."""
+    for first in range(min(len(rows), MOST_LINES_ABOVE)):
+        for count in range(1, MOST_HEADER_ROWS + 1) if given.header_rows is None else (given.header_rows,):
+            header = rows[first : first + count]
+            goes_on = count < 2 or given.header_rows is not None or _continues(_joined(header[:-1], merged), header[-1])
+            if len(header) < count or not goes_on:
+                break
+            if header and not _is_dated(header[0]) and not _is_cut(header, merged):
+                yield first, header
 
 
 def plain_name(name: str) -> str:
@@ -141,14 +148,20 @@ def _letter(reference: str | None) -> int | None:
     return found[0] if len(found) == 1 else None
 
 
+def _is_dated(row: SheetRow) -> bool:
+    """Return whether a row tells a date and hardly more, which no header does."""
+    cells = [cell for cell in row.cells if cell != BLANK]
+    return len(cells) < 3 and any(cell.kind == "date" or DATE.search(cell.text) for cell in cells)
+
+
 def _continues(names: Mapping[int, str], below: SheetRow) -> bool:
-    """Return whether a header goes on with a row: more words, or the numbers of repeats, 1, 2, 3, with no station."""
+    """Return whether a header goes on with a row: more words, or numbers of repeats, 1, 2, 3, beside no station."""
     cells = [cell for cell in below.cells if cell != BLANK]
     numbers = [cell.text for cell in cells if cell.kind != "text" or is_number(cell.text)]
     if numbers:
         stations = [at for at, name in names.items() if (found := meaning(name)) and found.role == "station"]
         counted = numbers == [str(number) for number in range(1, len(numbers) + 1)]
-        return counted and bool(stations) and not any(below.cell(at).text for at in stations)
+        return counted and bool(stations) and all(unit_of(below.cell(at).text or "mm") for at in stations)
     return not all(unit_of(cell.text) or is_missing(cell.text) for cell in cells)
 
 
@@ -159,23 +172,23 @@ def _names_repeats(row: SheetRow) -> bool:
     return roles <= {"reading", "repeat"} and all(is_number(text) or meaning(text) is not None for text in texts)
 
 
-def _goes_on(rows: Sequence[SheetRow], merged: Sequence[tuple[int, int, int, int]]) -> bool:
-    """Return whether a name of the last row is merged with cells below."""
-    last = rows[-1].number
+def _is_cut(header: Sequence[SheetRow], merged: Merged) -> bool:
+    """Return whether a name is merged with cells above or below a header."""
+    first, last = header[0].number, header[-1].number
     return any(
-        row in {each.number for each in rows} and last < last_row < row + MOST_HEADER_ROWS
-        for row, _, last_row, _ in merged
+        top < first <= bottom or first <= top <= last < bottom < top + MOST_HEADER_ROWS for top, _, bottom, _ in merged
     )
 
 
-def _joined(rows: Sequence[SheetRow], merged: Sequence[tuple[int, int, int, int]]) -> dict[int, str]:
+def _joined(rows: Sequence[SheetRow], merged: Merged) -> dict[int, str]:
     """Join the names of each column: "Tiefe [mm]" over "Messung 1", "Messung 2" is part of both.
 
     A name spans the cells that it is merged with, or blank ones up to the next name. A merged one without names below
     is that of repeats, which get numbers.
     """
     spans = {(row, column): min(last, MOST_COLUMNS) for row, column, last_row, last in merged if last_row == row}
-    names: dict[int, str] = {}
+    width = max((row.width for row in rows), default=0)
+    names, own = dict[int, str](), set[int]()
     for place, row in enumerate(rows):
         below = {at for other in rows[place + 1 :] for at, cell in enumerate(other.cells) if cell.text}
         starts = [at for at, cell in enumerate(row.cells) if cell.text]
@@ -185,24 +198,26 @@ def _joined(rows: Sequence[SheetRow], merged: Sequence[tuple[int, int, int, int]
             beyond = last + 1 if is_merged or not below else following or 1 + max(start, *below)
             for at in range(start, beyond):
                 if at == start or at in below:
-                    names[at] = _either(names.get(at, ""), row.cell(start).text)
+                    names[at] = _either(names.get(at, ""), row.cell(start).text, whole=at in own)
                 elif not below:
                     names[at] = f"{row.cell(start).text} {at - start + 1}"
             if last > start and not below and len(rows) == 1:
                 names[start] += " 1"
+            # A name that is merged over some columns, and not over all as a title is, is part of each of theirs.
+            own |= set(range(start, last + 1)) if last > start and last - start + 1 < width else set()
     return dict(sorted(names.items()))
 
 
-def _either(upper: str, lower: str) -> str:
-    """Join two names; where the whole means nothing and one of them does, as below a title, return that one."""
-    whole = f"{upper} {lower}".strip()
-    if not upper or not lower or meaning(whole) is not None:
-        return whole
-    return next((name for name in (lower, upper) if meaning(name) is not None), whole)
+def _either(upper: str, lower: str, *, whole: bool) -> str:
+    """Join two names; where both together mean nothing and one does, as below a title, return that unless ``whole``."""
+    joined = f"{upper} {lower}".strip()
+    if whole or not upper or not lower or meaning(joined) is not None:
+        return joined
+    return next((name for name in (lower, upper) if meaning(name) is not None), joined)
 
 
-def _likeness(names: Mapping[int, str]) -> tuple[bool, int, int, int]:
+def _likeness(names: Mapping[int, str]) -> tuple[bool, bool, int, int, int]:
     """Return a key that is larger the more names have a meaning; notes above a header may name some, too."""
     roles = [found.role for name in names.values() if (found := meaning(name)) is not None]
     table = "station" in roles and ("reading" in roles or "repeat" in roles)
-    return table, sum(role != "skipped" for role in roles), len(roles), min(len(names), 2)
+    return table, "station" in roles, sum(role != "skipped" for role in roles), len(roles), min(len(names), 2)

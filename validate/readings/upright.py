@@ -13,7 +13,7 @@ def upright(grid: SheetGrid, declared: Declared) -> SheetGrid:
     """Return a sheet turned, where that is declared, or where a table's names stand in a column and not in a row."""
     given = declared.columns or Columns()
     if given.transposed is None:
-        rows, _ = table_rows(grid, given)
+        rows = table_rows(grid, given).kept
         if not 1 < len(rows) < MOST_TURNED or _is_table(find_header(rows, grid.merged, given).names):
             return grid
         turned = _turned(grid)

@@ -33,6 +33,11 @@ ASK: dict[Kind, str] = {
     "datum": "Measure from the face, or declare [readings] datum and datum_level_mm",
     "direction": "Count s from the crack's first end, at which the overlay has s = 0",
 }
+TURNED: tuple[tuple[Kind, float, str], ...] = (
+    ("sign", -1.0, "with the other sign"),
+    ("unit", 10.0, "in centimetres"),
+)
+"""Kinds of mistakes that are one factor of all levels."""
 BELOW_FLOOR_MM = 1.0
 
 
@@ -60,7 +65,7 @@ def doubts_of_sheet(cells: ReadCells, depth_mm: float | None, filling: Filling |
     s_mm, level_mm = cells.s_mm[known], np.nanmedian(cells.levels_mm[known], axis=1)
     found = dict(_by_numbers(cells, level_mm, depth_mm))
     if filling is not None:
-        for screen in (_by_volume, _by_floor, _by_level):
+        for screen in (_by_volume, _by_level):
             for kind, words in screen(s_mm, level_mm, filling):
                 found.setdefault(kind, words)
     for kind, words in found.items():
@@ -115,15 +120,12 @@ def _by_volume(s_mm: Floats, level_mm: Floats, filling: Filling) -> Iterator[tup
     if off < VOLUME_OFF:
         return
     volumes = f"the readings hold {held_mm3 / 1000:.2f} ml, and {filling.volume_mm3 / 1000:.2f} ml were dispensed"
-    turned: dict[Kind, tuple[Floats, str]] = {
-        "sign": (-level_mm, "with the other sign"),
-        "unit": (10 * level_mm, "in centimetres"),
-    }
-    for kind, (other_mm, words) in turned.items():
-        if not _is_possible(other_mm, filling):
-            continue
-        other_mm3 = filling.held_mm3(s_mm, other_mm)
-        if abs(np.log(max(other_mm3, 1.0) / filling.volume_mm3)) < VOLUME_MET * off:
+    for kind, factor, words in TURNED:
+        other_mm3 = filling.held_mm3(s_mm, factor * level_mm)
+        if (
+            _is_possible(factor * level_mm, filling)
+            and abs(np.log(max(other_mm3, 1.0) / filling.volume_mm3)) < VOLUME_MET * off
+        ):
             yield kind, f"{volumes}; {words} they would hold {other_mm3 / 1000:.2f} ml."
             return
     offset_mm = _offset_mm(s_mm, level_mm, filling)
@@ -147,17 +149,6 @@ def _offset_mm(s_mm: Floats, level_mm: Floats, filling: Filling) -> float | None
     return root_scalar(excess_mm3, bracket=(-limit_mm, limit_mm), xtol=0.01).root
 
 
-def _by_floor(s_mm: Floats, level_mm: Floats, filling: Filling) -> Iterator[tuple[Kind, str]]:
-    """Yield the direction of s where only the mirrored readings are above the floor."""
-    length_mm, solid = filling.outline.length_mm, filling.solid
-    slack_mm = max(BELOW_FLOOR_MM, FLOOR_SLACK * solid.depth_mm)
-    places_mm = s_mm, np.clip(length_mm - s_mm, 0, length_mm)
-    under_mm, mirrored_mm = (float((-solid.depth_at_mm(at_mm) - level_mm).max()) for at_mm in places_mm)
-    if under_mm > slack_mm and mirrored_mm < slack_mm / 2:
-        words = f"a station lies {under_mm:.2g} mm below the floor there, and none would with s from the other end."
-        yield "direction", words
-
-
 def _by_level(s_mm: Floats, level_mm: Floats, filling: Filling) -> Iterator[tuple[Kind, str]]:
     """Yield the one change of direction, sign or unit that brings the readings much nearer to the simulated level."""
     if (run := filling.simulated) is None:
@@ -175,11 +166,7 @@ def _by_level(s_mm: Floats, level_mm: Floats, filling: Filling) -> Iterator[tupl
     found: list[tuple[float, float, Kind, str]] = [
         (mirrored_shape_mm, shape_mm, "direction", "up to a constant, with s from the crack's other end")
     ]
-    turned: tuple[tuple[float, Kind, str], ...] = (
-        (-1.0, "sign", "with the other sign"),
-        (10.0, "unit", "in centimetres"),
-    )
-    for factor, kind, words in turned:
+    for kind, factor, words in TURNED:
         if _is_possible(factor * level_mm, filling):
             found.append((_distance_mm(there_mm - factor * level_mm), _distance_mm(there_mm - level_mm), kind, words))
     other_mm, own_mm, kind, words = min(found, key=lambda one: one[0] / max(one[1], 1e-9))

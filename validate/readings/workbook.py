@@ -101,38 +101,36 @@ def _worksheets(path: Path, content: bytes, wanted: str | None) -> list[Workshee
     with _refused(path):
         # The type stubs leave out what a read-only workbook keeps for its parser.
         book: Any = openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True, keep_links=False)
-    sheets = []
-    for source in book.worksheets:
-        sheet = Worksheet(source.title, source.sheet_state != "visible")
+        fonts = [book._fonts[style.fontId] for style in book._cell_styles]
+    struck = {number for number, font in enumerate(fonts) if getattr(font, "strike", False)}
+    sheets = [Worksheet(source.title, source.sheet_state != "visible") for source in book.worksheets]
+    for sheet, source in zip(sheets, book.worksheets, strict=True):
         if wanted in (None, sheet.name):
             with _refused(path), source._get_source() as part:
                 dates, durations = book._date_formats, book._timedelta_formats
-                struck = _struck_styles(book)
-                marked = set[tuple[int, int]]()
                 parser = _CellParser(part, source._shared_strings, True, book.epoch, dates, durations)
-                for _, cells in parser.parse():
-                    for each in cells:
-                        cell = _cell(each["value"], each["data_type"])
-                        if cell != BLANK:
-                            # One column too many is enough for a refusal.
-                            column = min(each["column"] - 1, MOST_COLUMNS)
-                            sheet.rows.setdefault(each["row"], {})[column] = cell
-                            if int(each["style_id"]) in struck:
-                                marked.add((each["row"], column))
-                    if len(sheet.rows) > MOST_ROWS:
-                        break
-            sheet.merged = tuple(
-                (cells.min_row, cells.min_col - 1, cells.max_row, cells.max_col - 1)
-                for cells in (parser.merged_cells.mergeCell if parser.merged_cells else ())
-            )
-            sheet.struck = frozenset(marked)
-            sheet.hidden_rows = frozenset(int(row) for row, one in parser.row_dimensions.items() if _is_hidden(one))
-            columns = [one for one in parser.column_dimensions.values() if _is_hidden(one)]
-            sheet.hidden_columns = frozenset(
-                index for one in columns for index in range(int(one["min"]) - 1, min(int(one["max"]), MOST_COLUMNS))
-            )
-        sheets.append(sheet)
+                _fill(sheet, parser, struck)
     return sheets
+
+
+def _fill(sheet: Worksheet, parser: _CellParser, struck: set[int]) -> None:
+    for _, cells in parser.parse():
+        for each in cells:
+            cell = _cell(each["value"], each["data_type"])
+            if cell != BLANK:
+                # One column too many is enough for a refusal.
+                column = min(each["column"] - 1, MOST_COLUMNS)
+                sheet.rows.setdefault(each["row"], {})[column] = cell
+                if int(each["style_id"]) in struck:
+                    sheet.struck.add((each["row"], column))
+        if len(sheet.rows) > MOST_ROWS:
+            break
+    for cells in parser.merged_cells.mergeCell if parser.merged_cells else ():
+        sheet.merged.append((cells.min_row, cells.min_col - 1, cells.max_row, cells.max_col - 1))
+    sheet.hidden_rows = {int(row) for row, one in parser.row_dimensions.items() if one.get("hidden") in HIDDEN}
+    for one in parser.column_dimensions.values():
+        if one.get("hidden") in HIDDEN:
+            sheet.hidden_columns |= set(range(int(one["min"]) - 1, min(int(one["max"]), MOST_COLUMNS)))
 
 
 @contextmanager
@@ -147,17 +145,6 @@ def _refused(path: Path) -> Iterator[None]:
         cause = fault.__cause__ or fault
         found = f"damaged, or no XLSX ({type(cause).__name__}: {shown(str(cause))})."
         raise refuse(Place(path), found, SAVE_AGAIN) from fault
-
-
-def _struck_styles(book: Any) -> frozenset[int]:
-    """Return the numbers of the cell styles whose font is struck through."""
-    return frozenset(
-        number for number, style in enumerate(book._cell_styles) if getattr(book._fonts[style.fontId], "strike", False)
-    )
-
-
-def _is_hidden(dimension: dict[str, Any]) -> bool:
-    return dimension.get("hidden") in HIDDEN
 
 
 def _cell(value: Any, data_type: str) -> SheetCell:
@@ -207,9 +194,9 @@ def _grid(path: Path, chosen: Worksheet, sheets: list[Worksheet], program: str) 
         written,
         None,
         chosen.name,
-        chosen.merged,
+        tuple(chosen.merged),
         tuple(remarks),
-        chosen.struck,
-        chosen.hidden_rows,
-        chosen.hidden_columns,
+        frozenset(chosen.struck),
+        frozenset(chosen.hidden_rows),
+        frozenset(chosen.hidden_columns),
     )

@@ -21,6 +21,7 @@ from validate.figures.levels import (
 )
 from validate.figures.solid_pictures import draw_sections, draw_side_view, draw_solid, draw_top_view
 from validate.figures.turntable import Turntable, build_turntable
+from validate.figures.weighed_fill import draw_weighed_fill
 from validate.report_input import Evidence
 from validate.units import PageTable
 from validate.wording import sample_and_run
@@ -32,6 +33,7 @@ from validate.wording.comparison import (
     uncertainty_tables,
     volume_table,
 )
+from validate.wording.headline import fast_model
 from validate.wording.where_off import where_off
 
 
@@ -125,7 +127,11 @@ def _answer_and_why(evidence: Evidence) -> Iterator[Titled]:
     yield "Photo and level", "answer", [_photo(evidence), _level_plate(evidence)]
     if errors := list(_error_items(evidence)):
         yield "Error", "error", errors
-    yield "Fill", "fill", [_model(evidence), *fill_plates(evidence)]
+    if fast := fast_model(evidence.run):
+        absent = "There are no particles to show: no fill over time, no model, no view from above."
+        yield "Fill", "fill", [Paragraph((*fast, absent))]
+    else:
+        yield "Fill", "fill", [_model(evidence), *fill_plates(evidence)]
     yield "Uncertainty", "uncertainty", [Paragraph(_uncertainty_sentences(evidence))]
     assumed = (*sample_and_run.assumptions(evidence), *sample_and_run.left_out(evidence))
     yield "Assumed and left out", "assumptions", [Paragraph(assumed)]
@@ -152,7 +158,8 @@ def _appendix(evidence: Evidence) -> Iterator[Titled]:
         lambda: draw_sections(evidence.run, evidence.outline, evidence.solid),
     )
     solid_and_path = sample_and_run.geometry_table(evidence), sample_and_run.path_table(evidence)
-    yield "Geometry", "geometry", [solid, sections, *solid_and_path]
+    shown = [solid] if evidence.run.bed is not None else [solid, sections]
+    yield "Geometry", "geometry", [*shown, *_weighed(evidence), *solid_and_path]
     yield "Health of the run", "health", [sample_and_run.health_table(evidence)]
     again = Paragraph(("Written from Python: the script that called write_report makes it again, and no command.",))
     if evidence.commands:
@@ -160,6 +167,16 @@ def _appendix(evidence: Evidence) -> Iterator[Titled]:
         again = CommandLines(evidence.commands, comment)
     versions = PageTable("Versions and inputs", tuple(evidence.provenance.items()))
     yield "Provenance", "provenance", [again, versions, sample_and_run.settings_table(evidence)]
+
+
+def _weighed(evidence: Evidence) -> Iterator[Item]:
+    figures = evidence.solid.figures
+    if (weighed := figures.weighed) is not None:
+        widths_mm = figures.mouth_width_mm or 0.0, figures.floor_width_mm or 0.0
+        yield Plate(
+            "The cavity by weight: a liquid poured into the crack in steps, and the straight walls that fit them.",
+            lambda: draw_weighed_fill(weighed, *widths_mm),
+        )
 
 
 def _level_plate(evidence: Evidence) -> Plate:
@@ -225,8 +242,9 @@ def _uncertainty_sentences(evidence: Evidence) -> tuple[str, ...]:
     """Sentences on the uncertainty; one where it was not assessed."""
     found = None if evidence.comparison is None else evidence.comparison.uncertainty
     if found is None:
-        radius = f"{evidence.run.radius_mm:g} mm radius"
-        return (f"Not examined: this is one run, with particles of {radius}, held against no interval.",)
+        made = f"with particles of {evidence.run.radius_mm:g} mm radius"
+        made = made if evidence.run.bed is None else "of the fast model"
+        return (f"Not examined: this is one run, {made}, held against no interval.",)
     assert evidence.comparison is not None
     told = evidence.comparison.findings
     return tuple(sentence for sentence in uncertainty_sentences(found) if sentence not in told)

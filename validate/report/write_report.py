@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from sealtwin.core.comparison import Outcome
-from sealtwin.core.drawing.theme import AGES, GRID, INK, MUTED, SIMULATED, as_png, as_svg, in_page, printable
+from sealtwin.core.drawing.theme import AGES, GRID, INK, MUTED, SIMULATED, as_picture, as_svg, in_page, printable
 from sealtwin.core.files import replacing, write_json, write_text
 from validate.figures.solid_pictures import draw_still
 from validate.report.chapters import Chapter, CommandLines, Paragraph, PhotoBlock, Picture, Plate, chapters
@@ -154,11 +154,12 @@ def _write_chapter(paper: "Typesetter", chapter: Chapter) -> None:
                 paper.pictures(pictures)
 
 
-def _picture(item: Picture) -> bytes:
+def _picture(item: Picture) -> Image.Image | io.BytesIO:
     if isinstance(item, PhotoBlock):
-        return _encoded(".jpg", item.pixels[:, :, ::-1])
+        # The PDF holds the JPEG itself.
+        return io.BytesIO(_encoded(".jpg", item.pixels[:, :, ::-1]))
     figure = item.draw() if isinstance(item, Plate) else draw_still(item.turntable.still, item.turntable.oldest_s)
-    return as_png(figure, FIGURE_DPI)
+    return as_picture(figure, FIGURE_DPI)
 
 
 class Typesetter(FPDF):
@@ -246,15 +247,15 @@ class Typesetter(FPDF):
             self.line(self.l_margin, self.y, self.w - self.r_margin, self.y)
             self.ln(0.2 * LINE_IN)
 
-    def pictures(self, pictures: Sequence[tuple[bytes, str]]) -> None:
-        """Set one picture, as PNG or JPEG with its caption, across the page, or two side by side."""
+    def pictures(self, pictures: Sequence[tuple[Image.Image | io.BytesIO, str]]) -> None:
+        """Set one picture, in pixels or as JPEG, with its caption across the page, or two side by side."""
         self._keep(self.pictures_in(pictures))
         top_in, low_in = self.y, self.y
         column_in = self._column_in(pictures)
         for number, (content, caption) in enumerate(pictures):
             left_in = self.l_margin + number * (column_in + GUTTER_IN)
             width_in, height_in = self._size_in(content, column_in)
-            self.image(io.BytesIO(content), x=left_in + (column_in - width_in) / 2, y=top_in, w=width_in, h=height_in)
+            self.image(content, x=left_in + (column_in - width_in) / 2, y=top_in, w=width_in, h=height_in)
             self.set_y(top_in + height_in + 0.3 * LINE_IN)
             self._style(CAPTION_PT, colour=MUTED)
             for line in self.lines(caption, column_in):
@@ -263,7 +264,7 @@ class Typesetter(FPDF):
             low_in = max(low_in, self.y)
         self.set_y(low_in + LINE_IN)
 
-    def pictures_in(self, pictures: Sequence[tuple[bytes, str]]) -> float:
+    def pictures_in(self, pictures: Sequence[tuple[Image.Image | io.BytesIO, str]]) -> float:
         """Return the height in inches of pictures side by side with their captions."""
         self._style(CAPTION_PT)
         column_in = self._column_in(pictures)
@@ -272,12 +273,12 @@ class Typesetter(FPDF):
             for content, caption in pictures
         )
 
-    def _column_in(self, pictures: Sequence[tuple[bytes, str]]) -> float:
+    def _column_in(self, pictures: Sequence[object]) -> float:
         return (self.epw - (len(pictures) - 1) * GUTTER_IN) / len(pictures)
 
-    def _size_in(self, content: bytes, column_in: float) -> tuple[float, float]:
+    def _size_in(self, content: Image.Image | io.BytesIO, column_in: float) -> tuple[float, float]:
         """Return width and height in inches of a picture in a column."""
-        width_px, height_px = Image.open(io.BytesIO(content)).size
+        width_px, height_px = (content if isinstance(content, Image.Image) else Image.open(content)).size
         per_px_in = min(column_in / width_px, HIGHEST_SHARE * self.h / height_px)
         return width_px * per_px_in, height_px * per_px_in
 

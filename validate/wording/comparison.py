@@ -14,11 +14,26 @@ from sealtwin.core.comparison import (
 from sealtwin.core.records import Profile
 from validate.report_input import Evidence, ReadingsSheet
 from validate.uncertainty.budget import UNDECLARED_MM
-from validate.units import LABELS, NOT_RECORDED, PageTable, counted, millimetres, percent, setting_name, signed, span
+from validate.units import (
+    LABELS,
+    NOT_COMPUTED,
+    NOT_RECORDED,
+    PageTable,
+    counted,
+    millimetres,
+    percent,
+    setting_name,
+    signed,
+    span,
+)
 
 
 def balance_table(evidence: Evidence) -> PageTable:
     """Volumes of the dispensed sealant by place."""
+    if evidence.run.bed is not None:
+        known = [(label, f"{volume_mm3:.0f} mm³") for label, volume_mm3 in volumes_mm3(evidence).values()]
+        unknown = [(name, NOT_COMPUTED) for name in ("over the sample's edge", "through a wall")]
+        return PageTable("Dispensed sealant, by place", (*known, *unknown))
     particle_mm3 = evidence.run.particle_volume_mm3
     rows = [
         (label, f"{volume_mm3:.0f} mm³, {counted(round(volume_mm3 / particle_mm3), 'particle')}")
@@ -31,6 +46,13 @@ def balance_table(evidence: Evidence) -> PageTable:
 def volumes_mm3(evidence: Evidence) -> dict[str, tuple[str, float]]:
     """Return the label and the volume of each place where dispensed sealant is, by its key in report.json."""
     run = evidence.run
+    if (bed := run.bed) is not None:
+        return {
+            "dispensed": ("dispensed", bed.dispensed_mm3),
+            "in_crack": ("dispensed sealant below the face's plane", bed.in_crack_mm3),
+            "above_face": ("dispensed sealant above the face's plane", bed.above_face_mm3),
+            "in_flight": ("dispensed sealant that has not landed yet", bed.in_flight_mm3),
+        }
     height_mm = run.position_mm[~run.spilled, 2]
     counts = {
         "dispensed": ("dispensed", len(run.position_mm)),

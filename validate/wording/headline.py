@@ -2,9 +2,9 @@
 
 from sealtwin.core.comparison import Outcome
 from sealtwin.core.records import Run
-from validate.metrics.verdict import edited_by_hand, leak
+from validate.metrics.verdict import NO_VERDICT, edited_by_hand, leak
 from validate.report_input import Evidence
-from validate.units import counted
+from validate.units import NOT_COMPUTED, counted
 from validate.wording.comparison import ROLES
 
 SOUND = (0.95, 1.05)
@@ -24,17 +24,32 @@ def kept_volume(ratio: float) -> bool:
     return low <= round(ratio, 3) <= high
 
 
+FAST = (
+    "The fast model made this fill, not the particles: the flow along the crack, averaged over each section. It is for "
+    "screening, and no level rests on it alone."
+)
+
+
+def fast_model(run: Run) -> tuple[str, ...]:
+    """Return sentences on a run of the fast model, whether it is fit for the case; none for a run of particles."""
+    if run.bed is None:
+        return ()
+    if not run.bed.unfit:
+        return (f"{FAST} The case is within its domain (decision 0134).",)
+    return (f"{FAST} It is UNFIT for this case (decision 0134):", *run.bed.unfit)
+
+
 def run_warnings(run: Run, volume_ratio: float) -> tuple[str, ...]:
     """Return a sentence for each number of a run that shows a fault; empty where the run is sound.
 
     ``volume_ratio`` is the volume of the settled particles over the dispensed volume. Sealant over the sample's edge is
     no fault of the fluid and has a sentence of its own.
     """
-    texts = []
+    texts = list(fast_model(run))
     if run.escaped_particles:
         texts.append(f"{leak(run.escaped_particles)}, which must never happen. Please report it with the trial file.")
     low, high = SOUND
-    spilled = run.spilled_particles / len(run.position_mm)
+    spilled = run.spilled_particles / max(1, len(run.position_mm))
     # To the digits that are shown: 1.050 is never too much.
     kept = round(volume_ratio / max(1 - spilled, 1e-3), 3)
     if not low <= kept <= high:
@@ -84,6 +99,8 @@ def _why(run: Run, *, lost: bool) -> str:
 def cautions(evidence: Evidence) -> tuple[str, ...]:
     """Return cautions about edited files, about the run, and about data that were not measured."""
     texts = list(run_warnings(evidence.run, evidence.volume_ratio))
+    if (weighed := evidence.solid.figures.weighed) is not None:
+        texts += weighed.findings
     if evidence.edited:
         edited = (
             f"{edited_by_hand(evidence.edited)}: what follows is of these files as they are now, and no result of this "
@@ -110,6 +127,8 @@ def headline(evidence: Evidence) -> tuple[tuple[str, ...], Outcome]:
         return evidence.comparison.headline, evidence.comparison.outcome
     if evidence.run.escaped_particles:
         return (f"{leak(evidence.run.escaped_particles)}. There are no readings.",), "failed"
+    if evidence.run.bed is not None:
+        return (NO_VERDICT, "There are no readings."), "open"
     if evidence.edited:
         return (f"{edited_by_hand(evidence.edited)}: no verdict. There are no readings.",), "undecided"
     return ("No readings: this is the simulated fill alone, held against nothing.",), "open"
@@ -130,6 +149,6 @@ def key_figures(evidence: Evidence) -> list[tuple[str, str]]:
     return [
         *figures,
         ("volume ratio", f"{evidence.volume_ratio:.3f}"),
-        ("escaped particles", f"{run.escaped_particles}"),
-        ("spilled particles", f"{run.spilled_particles}"),
+        ("escaped particles", f"{run.escaped_particles}" if run.bed is None else NOT_COMPUTED),
+        ("spilled particles", f"{run.spilled_particles}" if run.bed is None else NOT_COMPUTED),
     ]

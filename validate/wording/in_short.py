@@ -26,6 +26,12 @@ def _nearness(evidence: Evidence) -> tuple[str, ...]:
 
 def _whereabouts(evidence: Evidence) -> str:
     ml = {place: volume_mm3 / ML for place, (_, volume_mm3) in volumes_mm3(evidence).items()}
+    if evidence.run.bed is not None:
+        return (
+            f"Of {ml['dispensed']:.2f} ml dispensed, {ml['in_crack']:.2f} ml lie in the crack, whose room below the "
+            f"face is {evidence.solid.cavity_volume_mm3 / ML:.2f} ml, and {ml['above_face']:.2f} ml above the face, by "
+            "the fast model; what runs over the edge of the sample it does not compute."
+        )
     amount = f"{ml['spilled']:.2f} ml" if ml["spilled"] >= 0.005 else "less than 0.01 ml"
     over = f"{amount if ml['spilled'] else 'none'} ran over the edge of the sample"
     return (

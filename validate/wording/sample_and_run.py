@@ -73,6 +73,8 @@ def geometry_table(evidence: Evidence) -> PageTable:
         ("tilt", tilt_words(evidence)),
         ("volume of the cavity", f"{solid.cavity_volume_mm3:.0f} mm³{_interval(figures.cavity_volume_95_mm3, 0)}"),
     ]
+    if (weighed := figures.weighed) is not None:
+        rows.append((f"by weight, {counted(len(weighed.levels_mm), 'step')} (95 %)", str(weighed)))
     if figures.volume_mm3:
         readings = ", ".join(f"{tilt} {volume:.0f}" for tilt, volume in figures.volume_mm3.items())
         rows.append((f"volume by reading of the tilt, {_angle_words(solid)}", f"{readings} mm³"))
@@ -138,7 +140,7 @@ def settings_table(evidence: Evidence) -> PageTable:
 
 def _listed(value: Any) -> str:
     """Return a setting as text, and a column of a table as its number of rows and its ends."""
-    if not isinstance(value, list | tuple) or not all(isinstance(one, int | float) for one in value):
+    if not isinstance(value, list | tuple) or not value or not all(isinstance(one, int | float) for one in value):
         return plain(value)
     return f"{len(value)} rows, {value[0]:.4g} to {value[-1]:.4g}"
 
@@ -154,7 +156,7 @@ def assumptions(evidence: Evidence) -> list[str]:
             f"A particle is fixed where it lies {freeze:g} s after its release. This stands for the paste's stiffening "
             "and holds the slope of the bed; the paper has the same as a limit of moving particles."
         )
-    sentences += _curve(fluid)
+    sentences += [*_curve(fluid), *_measured(fluid)]
     curing_pa_s, yield_stress_pa = fluid.get("structuration_pa_per_s", 0.0), fluid.get("yield_stress_pa", 0.0)
     if yield_stress_pa or curing_pa_s:
         grows = f", and {curing_pa_s:g} Pa more each second" if curing_pa_s else ""
@@ -215,6 +217,8 @@ def left_out(evidence: Evidence) -> list[str]:
     if outline.branches_mm and not outline.branches_kept:
         cracks = counted(len(outline.branches_mm), "side crack")
         sentences.append(f"{cracks} seen in the {outline.seen_in}: no part of the solid.")
+    if run.bed is not None:
+        sentences.append("The fast model computes no jet, no mound under the nozzle's last place and no overspill.")
     return sentences or ["Nothing: every reading and every particle counts."]
 
 
@@ -222,6 +226,11 @@ def _tilt(evidence: Evidence) -> str:
     ratio = evidence.solid.cavity_volume_mm3 / evidence.run.dispensed_volume_mm3
     if evidence.outline.seen_in == "mesh":
         return f"The walls stand as they do in the mesh; the cavity holds {ratio:.2f} times the sealant."
+    if (weighed := evidence.solid.figures.weighed) is not None and evidence.solid.tilt in ("flare", "funnel"):
+        return (
+            f"A liquid weighed into the crack in {counted(len(weighed.levels_mm), 'step')} shows how the walls stand: "
+            f"{tilt_words(evidence)}, taken as straight; the cavity holds {ratio:.2f} times the sealant."
+        )
     return (
         f"A photo from above does not show how the walls stand. Assumed here: {tilt_words(evidence)}; the cavity "
         f"holds {ratio:.2f} times the sealant. The table of the solid gives the volume of each other reading."
@@ -245,6 +254,17 @@ def _curve(fluid: dict[str, Any]) -> list[str]:
     return [
         f"The sealant's viscosity follows a table over its {over}, {min(viscosity_pa_s):.3g} to "
         f"{max(viscosity_pa_s):.3g} Pa s{yields}; between rows its logarithm is linear. {rest}"
+    ]
+
+
+def _measured(fluid: dict[str, Any]) -> list[str]:
+    """Return sentences for a paste that was measured: how, how well, and what its numbers are not for."""
+    if not (paste := fluid.get("material")):
+        return []
+    low, high = paste["yield_stress_95_pa"]
+    return [
+        f"The paste's yield stress is {paste['yield_stress_pa']:.3g} Pa, 95 % {low:.3g} to {high:.3g}, by: "
+        f"{paste['method']} ({paste['date']}, {paste['data']}). It must not be used for {'; '.join(paste['not_for'])}."
     ]
 
 

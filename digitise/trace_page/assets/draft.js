@@ -7,6 +7,7 @@ export function draftOf(hints, markers, shape) {
   const [first = null, second = null] = hints.ends_px ?? [];
   return {
     ends: [first, second],
+    crack: hints.crack ?? null,
     via: hints.via_px ?? [],
     roi: hints.roi_px ?? [],
     walls: hints.walls_px ?? [],
@@ -31,7 +32,7 @@ export function hintsOf(draft) {
     hints.ends_px = draft.ends;
     if (draft.via.length) hints.via_px = draft.via;
     if (draft.walls.length) hints.walls_px = draft.walls;
-  }
+  } else if (draft.crack) hints.crack = draft.crack;
   if (draft.roi.length >= 2) hints.roi_px = draft.roi;
   if (draft.branches) hints.branches = draft.branches;
   if (draft.scale === "ruler" && draft.ruler.length === 2 && draft.rulerMm) {

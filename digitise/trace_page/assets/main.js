@@ -6,6 +6,7 @@ import { watch } from "./gestures.js";
 import { History } from "./history.js";
 import { Leaving } from "./leaving.js";
 import { Lines, Points } from "./marks.js";
+import { Offers } from "./offers.js";
 import { showCoordinates, showDrawn, showPhotos, showScaleFields, showShape, watchScaleFields, watchShape } from "./panel.js";
 import { opening } from "./server.js";
 import { rove } from "./toolbar.js";
@@ -34,6 +35,7 @@ const viewport = new Viewport(stage, part("photo"), {
 });
 const lines = new Lines(part("lines"));
 const found = new Findings(lines);
+const offers = new Offers(part("offers"), lines, ({ ends_px: ends }) => take(ends.map(rounded)));
 const points = new Points(part("points"), {
   moving: (id, screen) => {
     const { left, top } = stage.getBoundingClientRect();
@@ -75,10 +77,12 @@ function ask(before) {
     part("proposal").hidden = true;
     return trace("walls");
   }
+  const searched = found.automatic || offers.cracks.length;
+  if (JSON.stringify(before.roi) !== JSON.stringify(draft.roi)) offers.found([]);
   const gone = ["ends", "via"].some((key) => JSON.stringify(before[key]) !== JSON.stringify(draft[key]));
   if (gone) dismiss();
   // Without ends there is nothing to follow; a new box or scale is worth another search only where one was made.
-  trace(found.automatic ? "walls" : "scale");
+  trace(searched && !gone ? "walls" : "scale");
 }
 
 function trace(until) {
@@ -88,7 +92,7 @@ function trace(until) {
 }
 
 function search() {
-  commit({ ...draft, ends: [null, null], via: [], walls: [] });
+  commit({ ...draft, ends: [null, null], via: [], walls: [], crack: null });
   dismiss();
   trace("walls");
 }
@@ -103,6 +107,10 @@ function dismiss() {
 
 /** `sketch`: nobody has let go yet; `still`: draw when all is there, lest walls flicker under a moving point. */
 function heard(answer, { sketch = false, still = false }) {
+  if (answer.cracks) {
+    offers.found(answer.cracks);
+    place();
+  }
   const known = found.hear(answer);
   if (answer.scale) showFace();
   if (known) stage.dataset.state = known;
@@ -166,6 +174,7 @@ function showFace() {
 function place() {
   lines.follow(viewport);
   points.show(pointsOf(draft), viewport);
+  offers.show(viewport, !draft.ends.some(Boolean));
   const [x, y] = viewport.toScreen(crosshair);
   part("crosshair").style.transform = `translate(${x}px, ${y}px)`;
 }
@@ -274,6 +283,7 @@ document.addEventListener("keydown", (event) => {
   }
   if (event.altKey || event.target.matches("input") || leaving.ended) return;
   if (event.key in VIEW_KEYS) VIEW_KEYS[event.key]();
+  if (offers.press(key)) return;
   const named = toolNames(facts.markers).find((name) => TOOLS[name].key === key);
   if (named) choose(named);
 });
@@ -288,6 +298,13 @@ function step(direction) {
 }
 
 // ---- Buttons and fields ----
+
+/** The ends of a line that was found are the user's from now on. */
+function take(ends) {
+  tool = "via";
+  commit({ ...draft, ends, via: [], walls: [], crack: null });
+  stage.focus();
+}
 
 function choose(name) {
   tool = name;
@@ -304,14 +321,11 @@ part("fit").addEventListener("click", () => viewport.fit());
 part("swap").addEventListener("click", () =>
   commit({ ...draft, ends: [...draft.ends].reverse(), via: [...draft.via].reverse() }));
 part("search").addEventListener("click", search);
-part("accept").addEventListener("click", () => {
-  const line = found.path.points_px;
-  tool = "via";
-  commit({ ...draft, ends: [line[0], line.at(-1)].map(rounded) });
-  stage.focus();
-});
+part("accept").addEventListener("click", () => take([found.path.points_px[0], found.path.points_px.at(-1)].map(rounded)));
 part("reject").addEventListener("click", () => {
+  offers.found([]);
   dismiss();
+  place();
   stage.focus();
 });
 part("adjust").addEventListener("click", () => {

@@ -235,23 +235,29 @@ def draw_health(columns: Mapping[str, Floats]) -> Figure:
     return figure
 
 
-def write_gallery(
-    folder: Path, frames: Mapping[str, Frame], scene: FillScene, health: Mapping[str, Floats]
-) -> list[str]:
+def write_gallery(folder: Path, frames: dict[str, Frame], scene: FillScene, health: Mapping[str, Floats]) -> list[str]:
     """Write PNG and SVG of the run's health, of each frame under its name, and of all frames below each other.
 
     Returns the names of the files in ``folder``.
     """
-    figures = {"health": draw_health(health)}
-    figures |= {f"snapshots/{name}": draw_snapshot(frame, scene) for name, frame in frames.items()}
+    written = _write(folder, "health", draw_health(health))
+    first: Figure | None = None
+    # The last one first, whose ages have the widest labels.
+    for name, frame in reversed(frames.items()):
+        figure = draw_snapshot(frame, scene)
+        if first is not None:
+            theme.lay_out_as(figure, first)
+        written += _write(folder, f"snapshots/{name}", figure)
+        first = first or figure
     if frames:
-        figures["snapshots/fill"] = draw_fill(list(frames.values()), scene)
-    written = []
-    for name, figure in figures.items():
-        for kind, metadata in METADATA.items():
-            with replacing(folder / f"{name}.{kind}") as temporary, theme.themed(), rc_context({"svg.hashsalt": name}):
-                theme.save(figure, temporary, dpi=DPI, metadata=metadata)
-            # Both kinds are of one size, and laying out takes as long as drawing.
-            figure.set_layout_engine("none")
-            written.append(f"{name}.{kind}")
+        written += _write(folder, "snapshots/fill", draw_fill(list(frames.values()), scene))
     return written
+
+
+def _write(folder: Path, name: str, figure: Figure) -> list[str]:
+    for kind, metadata in METADATA.items():
+        with replacing(folder / f"{name}.{kind}") as temporary, theme.themed(), rc_context({"svg.hashsalt": name}):
+            theme.save(figure, temporary, dpi=DPI, metadata=metadata)
+        # Both kinds are of one size, and laying out takes as long as drawing.
+        figure.set_layout_engine("none")
+    return [f"{name}.{kind}" for kind in METADATA]

@@ -14,9 +14,11 @@ from matplotlib import font_manager, rc_context
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.backend_bases import RendererBase
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure, FigureBase
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import FuncFormatter
+from PIL import Image
 
 from sealtwin.core.records import Floats
 
@@ -152,12 +154,16 @@ PAGE_COLOURS = {
 
 
 def save(figure: Figure, target: Path | IO[Any], **how: Any) -> None:
-    """Write a figure as ``Figure.savefig`` does, in a fifth less time.
+    """Write a figure as ``Figure.savefig`` does, in a quarter less time.
 
     Before it draws a figure, matplotlib draws it with nothing to draw on, to lay it out; here that call only lays out,
     where the figure has a layout engine.
     """
     draw = figure.draw
+    for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
+        if not axis.get_label_text():
+            # An empty label in a fixed place: a place beside the tick labels is looked for among all of them.
+            axis.set_label_coords(0.0, 0.0)
 
     def lay_out(_: RendererBase) -> None:
         engine = figure.get_layout_engine()
@@ -170,6 +176,15 @@ def save(figure: Figure, target: Path | IO[Any], **how: Any) -> None:
         figure.savefig(target, **how)
     finally:
         del vars(figure)["draw"]
+
+
+def lay_out_as(figure: Figure, model: Figure) -> None:
+    """Place the axes of a figure where those of ``model`` are, which holds the same and is laid out."""
+    for axes, placed in zip(figure.axes, model.axes, strict=True):
+        axes.set_position(placed.get_position(original=True))
+        axes.set_box_aspect(placed.get_box_aspect())
+        axes.set_anchor(placed.get_anchor())
+    figure.set_layout_engine("none")
 
 
 def as_svg(figure: FigureBase, name: str, pixels_dpi: int) -> str:
@@ -187,13 +202,14 @@ def as_svg(figure: FigureBase, name: str, pixels_dpi: int) -> str:
     return target.getvalue()
 
 
-def as_png(figure: FigureBase, dpi: int) -> bytes:
-    """Return a figure as a PNG on white."""
+def as_picture(figure: FigureBase, dpi: int) -> Image.Image:
+    """Return a figure in pixels, on white."""
     assert isinstance(figure, Figure)
-    target = io.BytesIO()
+    figure.set_dpi(dpi)
+    canvas = FigureCanvasAgg(figure)
     with themed():
-        save(figure, target, format="png", dpi=dpi, facecolor="white", pil_kwargs={"compress_level": 1})
-    return target.getvalue()
+        canvas.draw()
+    return Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
 
 
 def in_page(svg: str, caption: str) -> Markup:

@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 from scipy.ndimage import distance_transform_edt
 
+from digitise.crack_path.crack_map import cracks_on
 from digitise.crack_path.darkness import map_darkness
-from digitise.crack_path.find_path import cracks_on, find_path
+from digitise.crack_path.find_path import find_path
 from sealtwin.core.errors import InputError
 from tests.pictures import distance_to, evenly_scaled, mortar, with_crack, write_png
 
@@ -62,7 +63,7 @@ def test_a_joint_is_told_from_a_crack(tmp_path):
     for line_px in found.straight_px:
         assert distance_to(line_px, np.array([(300.0, 0.0), (310.0, 299.0)])).max() < 6
     assert found.straight_px
-    both = cracks_on(map_darkness(photo), straight_too=True)
+    both = cracks_on(map_darkness(photo), joints_px=())
     assert near(drawn([(300, 20), (310, 280)]), both.mask, 4) > 0.9
 
 

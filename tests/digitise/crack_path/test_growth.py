@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from digitise.crack_path.find_path import grown
+from digitise.crack_path.crack_map import grown
 
 ALL = np.ones((120, 300), dtype=bool)
 

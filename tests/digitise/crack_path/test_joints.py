@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from digitise.crack_path.find_path import beside_straight, straight_lines
+from digitise.crack_path.crack_map import beside_straight, straight_lines
 from tests.pictures import distance_to
 
 SIZE = (300, 400)
@@ -53,7 +53,8 @@ def test_a_short_straight_line_may_be_a_crack():
 
 
 def test_what_lies_beside_a_straight_line_belongs_to_it():
-    beside = beside_straight(SIZE, [np.array([(10.0, 100.0), (390.0, 100.0)])])
-    assert beside[95, 200]
-    assert beside[107, 200]
-    assert not beside[85, 200]
+    """And so does what lies beside its continuation, of which less may be seen."""
+    beside = beside_straight(SIZE, [np.array([(150.0, 100.0), (390.0, 100.0)])])
+    assert beside[[95, 107], 200].all()
+    assert beside[[95, 107], 5].all()
+    assert not beside[[80, 120], 200].any()

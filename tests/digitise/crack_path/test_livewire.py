@@ -88,7 +88,7 @@ def two(tmp_path_factory):
     ids=["box", "its other corners", "polygon"],
 )
 def test_a_region_chooses_between_two_cracks(two, roi_px):
-    with pytest.raises(InputError, match="two cracks compete"):
+    with pytest.raises(InputError, match="2 cracks compete"):
         find_path(two, None)
     path = find_path(two, None, roi_px=roi_px)
     assert distance_to(path.points_px, np.array(LOWER)).max() < 7

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from digitise.crack_path.darkness import surroundings
-from digitise.crack_path.find_path import automatic_path
+from digitise.crack_path.find_path import find_path
 from tests.pictures import distance_to, evenly_scaled, mortar, with_crack, write_png
 
 
@@ -41,6 +41,6 @@ def test_a_crack_that_runs_to_the_edge_does_not_turn_along_it(tmp_path):
     scene = with_crack(mortar(), crack)
     x, y = np.meshgrid(np.arange(500), np.arange(300))
     scene = np.where(y > 218 + 0.01 * x, 0.004, scene)
-    path = automatic_path(evenly_scaled(write_png(tmp_path / "photo.png", scene)))
+    path = find_path(evenly_scaled(write_png(tmp_path / "photo.png", scene)), None)
     assert distance_to(path.points_px, np.array(crack)).max() < 14
     assert np.ptp(path.points_px[:, 1]) > 180

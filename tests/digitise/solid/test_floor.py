@@ -132,6 +132,14 @@ def test_a_table_that_goes_on_past_the_crack_ends_with_it():
     )
 
 
+def test_a_table_that_ends_before_the_crack_does_is_said():
+    solid = build(straight_slot(40.0, W, CUT), ((0.0, 4.0), (20.0, 12.0)))
+    assert solid.figures.warnings == (
+        "depth_mm extends to s = 20 mm, but the crack is 40.0 mm long: its last depth is taken for the rest.",
+    )
+    assert not build(straight_slot(40.0, W, CUT), ((0.0, 4.0), (39.0, 12.0))).figures.warnings
+
+
 def test_a_rough_crack_with_hills_islands_and_two_angles_is_sound():
     outline = wandering_crack(2, width_mm=6.0, rough_mm=0.05)
     middle = outline.centreline_mm[len(outline.centreline_mm) // 2]

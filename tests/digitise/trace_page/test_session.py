@@ -155,6 +155,23 @@ def test_without_ends_the_crack_is_proposed(session):
     assert np.linalg.norm(ends - np.array(ENDS), axis=1).max() < 14
 
 
+def test_where_several_may_be_the_crack_all_are_offered_and_a_number_takes_one(tmp_path):
+    upper = [(30, 60), (120, 40), (200, 75), (300, 50), (390, 90), (470, 70)]
+    lower = [(30, 240), (110, 262), (210, 225), (290, 250), (380, 215), (470, 230)]
+    session = _session(write_png(tmp_path / "two.png", with_crack(with_crack(mortar(), upper), lower)))
+    offered = _asked(session, Hints(), revision=1.0)
+    assert list(offered) == ["scale", "cracks", "refused"]
+    assert "2 lines may be the crack" in offered["refused"]
+    for number, crack in enumerate(offered["cracks"], 1):
+        by_number = _asked(session, Hints(crack=number), revision=2.0 * number)
+        (x, y), (right, below) = crack["ends_px"]
+        clicked = _asked(session, Hints(ends_px=((x, y), (right, below))), revision=2.0 * number + 1)
+        assert list(by_number) == ["scale", "cracks", "path", "walls"]
+        assert clicked["path"]["points_px"] == by_number["path"]["points_px"]
+        assert (by_number["path"]["source"], clicked["path"]["source"]) == ("automatic", "ends")
+        assert len(crack["outline_px"]) > 10
+
+
 def test_it_starts_with_the_trials_hints(file):
     hints = Hints(ends_px=ENDS, mm_per_px=0.1)
     opening = _session(file, hints).opening()
@@ -202,7 +219,7 @@ def test_a_search_of_the_whole_photo_holds_no_click_up(session, monkeypatch):
         assert found.wait(10)
         raise InputError("nothing")
 
-    monkeypatch.setattr(page_session, "find_path", endless)
+    monkeypatch.setattr(page_session.CrackSearch, "of", endless)
     search = threading.Thread(target=lambda: list(session.trace(Hints(), 1.0, "walls")))
     search.start()
     assert searching.wait(10)
@@ -220,7 +237,7 @@ def test_of_several_searches_only_the_newest_is_made(session, monkeypatch):
         assert go_on.wait(10)
         raise InputError("nothing")
 
-    monkeypatch.setattr(page_session, "find_path", search)
+    monkeypatch.setattr(page_session.CrackSearch, "of", search)
     answered = []
 
     def ask(mm_per_px, revision):

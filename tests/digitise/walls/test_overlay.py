@@ -3,14 +3,24 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from digitise.crack_path.find_path import find_path
+from digitise.crack_path.find_path import CrackSearch, find_path
 from digitise.crack_path.hints import CrackPath
 from digitise.geometry.polyline import resampled
 from digitise.outline import trace_outline
 from digitise.settings import NozzlePath
 from digitise.trajectory import plan_trajectory
 from digitise.walls import overlay
-from digitise.walls.overlay import CENTRE, ENDS, LEFT, LONGER_SIDE_PX, NOZZLE, RIGHT, draw_overlay, draw_way
+from digitise.walls.overlay import (
+    CENTRE,
+    ENDS,
+    LEFT,
+    LONGER_SIDE_PX,
+    NOZZLE,
+    RIGHT,
+    draw_cracks,
+    draw_overlay,
+    draw_way,
+)
 from fixtures.generate.specimen import Recipe, make_specimen
 from tests.pictures import SMALL_FACE, evenly_scaled, mortar, photo_of, with_crack, write_png
 
@@ -40,6 +50,22 @@ def test_walls_and_centreline_are_drawn_where_they_are(scene):
         (outline.centreline_px, CENTRE),
     ):
         assert share_of_colour(picture, (points_px[inner] + 0.5) * scale - 0.5, colour) > 0.9
+
+
+def test_a_choice_among_cracks_shows_each_with_its_number(scene):
+    photo, _, _ = scene
+    cracks = CrackSearch.of(photo).cracks
+    picture = draw_cracks(photo, cracks)
+    scale = picture.shape[1] / photo.size_px[0]
+    for crack in cracks:
+        ring = (crack.outline_px + 0.5) * scale - 0.5
+        middle = (crack.middle_px + 0.5) * scale - 0.5
+        clear = np.linalg.norm(ring - middle, axis=1) > 60
+        assert share_of_colour(picture, ring[clear], ENDS) > 0.9
+        x, y = np.rint(middle).astype(int)
+        disc = picture[y - 12 : y + 12, x - 12 : x + 12].reshape(-1, 3)
+        assert np.mean(disc.max(axis=1) < 60) > 0.3
+        assert np.mean(disc.min(axis=1) > 200) > 0.05
 
 
 @pytest.mark.parametrize("reverse", [False, True])

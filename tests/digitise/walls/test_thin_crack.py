@@ -75,6 +75,10 @@ def test_a_gauge_and_a_wish_replace_what_the_photo_shows(tmp_path, width_px):
     assert gauged.width_source == "gauge"
     assert gauged.width_95_mm is None
     assert np.interp(20.0, gauged.s_mm, gauged.width_mm) == pytest.approx(0.4, abs=0.03)
+    short = trace_outline(photo, path, width_mm=np.array([[0.0, 0.2], [gauged.length_mm / 2, 0.6]]))
+    assert any("its last width, 0.6 mm, is taken for the rest" in warning for warning in short.warnings)
+    whole = trace_outline(photo, path, width_mm=np.array([[0.0, 0.2], [gauged.length_mm - 1.0, 0.6]]))
+    assert not any("its last width" in warning for warning in whole.warnings)
     alone = trace_outline(photo, path, path_only=True)
     assert alone.width_source == "none"
     assert alone.length_mm == pytest.approx(gauged.length_mm)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.tracing_cases import clean_case, hard_case
+from benchmarks.tracing_wide import trace_wide
 from digitise.crack_path.find_path import find_path
 from digitise.outline import trace_outline
 from digitise.photo import load_photo
@@ -125,3 +126,11 @@ def test_no_wall_is_drawn_outside_the_photo(tmp_path):
 def test_a_crack_along_the_photo_s_border_is_refused(tmp_path):
     with pytest.raises(InputError, match=r"a wall lies outside the photo on \d\d% of the path \(at most 20%\)"):
         along_the_border(tmp_path, to_y=20.0)
+
+
+def test_a_crack_that_grows_twice_as_wide_is_followed_to_its_blunt_end(tmp_path):
+    """45 px, then 105, which the finer map's background swallows: the path hugged a wall, the width was 5.7 % off."""
+    figures = trace_wide(950171, drawn=True, folder=tmp_path)
+    assert abs(figures.width_error_percent) < 1.5
+    assert abs(figures.area_error_percent) < 1.5
+    assert figures.rank == 1

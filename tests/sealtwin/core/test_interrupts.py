@@ -1,7 +1,8 @@
 """Ctrl-C while trimesh is imported, in a process of its own, since a process imports it once."""
 
-import subprocess
 import sys
+
+from tests.programs import start_interruptible
 
 IMPORTING = """
 import importlib.abc, signal, sys
@@ -22,8 +23,7 @@ else:
 
 
 def _outcome(load):
-    asked = subprocess.run([sys.executable, "-c", IMPORTING.format(load=load)], stdout=subprocess.PIPE, text=True)
-    return asked.stdout.strip()
+    return start_interruptible([sys.executable, "-c", IMPORTING.format(load=load)]).communicate()[0].strip()
 
 
 def test_an_interrupt_waits_for_trimesh_and_is_not_lost():

@@ -96,12 +96,15 @@ def test_a_text_is_kept_with_its_sample_and_never_fails_it(small, tmp_path):
     (small / "P01.txt").write_text("Nach Regen gemessen. Massstab: 0\nSiehe Heft 3; Foto verwackelt.\n")
     (small / "P02 Anmerkung.md").write_text("# Probe 2\n\n- Kante ausgebrochen\n")
     (small / "README.txt").write_text("Fotos vom Mai")
+    (small / "zu P01 notiert.txt").write_text("Wetter: trocken")
     (small / "Messungen").mkdir()
     (small / "Messungen" / "P02.txt").write_text("Im Ordner der Messungen, und doch keine.")
     ingested = ingest(small, tmp_path / "lab", QUIET)
     assert _fates(ingested) == {"P01": "new", "P02": "new"}
     assert (tmp_path / "lab/P01/inputs/text-1.txt").read_bytes() == (small / "P01.txt").read_bytes()
     assert len(list((tmp_path / "lab/P02/inputs").glob("text-*"))) == 2
+    assert len(list((tmp_path / "lab/P01/inputs").glob("text-*"))) == 2
+    assert "Left out: README.txt" in "\n".join(ingest_answer(ingested).lines)
     assert "P01.txt is kept as text." in ingested.outcomes[0].remarks
     (small / "P01.txt").write_text("Mehr dazu.")
     assert _fates(ingest(small, tmp_path / "lab", QUIET))["P01"] == "unchanged", "it says nothing of the trial"
@@ -130,6 +133,8 @@ def test_a_text_that_looks_like_settings_is_asked_about_and_fails_nothing(small,
         ("s_mm\tlevel_mm\n0\t-1\n5\t-2\n", "readings"),
         ("Tiefe;16 mm\nPrüfer;M\n", "note"),
         ("crack.depth_mm\t8\n", "note"),
+        ("Tiefe;s\n1;0\n2;5\n", "readings"),
+        ("Tiefe;Ort\n1 mm;0 mm\n2 mm;5 mm\n", "text"),
         ("Tiefe 16 mm, am Rand mehr\n", "text"),
         ("Am 3.5. gemessen, 3 Fotos, 2 Proben\n", "text"),
         ("", "text"),
@@ -140,9 +145,21 @@ def test_a_text_is_told_by_what_it_holds(tmp_path, text, kind):
     assert kind_of_text(tmp_path / "a.txt") == kind
 
 
+def test_prose_that_seems_to_hold_readings_is_asked_about(small, tmp_path):
+    (small / "P02_Messung.csv").unlink()
+    (small / "P02.md").write_text("Am 3.5.2026 um 14:30 gemessen.\nbei 20 mm ca. 4,5 tief,\nbei 40 mm ca. 5 tief\n")
+    ingested = ingest(small, tmp_path / "lab", QUIET)
+    assert _fates(ingested) == {"P01": "new", "P02": "new"}
+    told = "P02.md is kept as text; it seems to hold readings ('bei 20 mm ca. 4,5 tief,'), which are read from a table"
+    assert told in _question(tmp_path / "lab", "P02.md")
+    assert any(remark.startswith(told) for remark in ingested.outcomes[1].remarks)
+
+
 def test_phrases_that_seem_to_say_settings_are_found(tmp_path):
     (tmp_path / "a.txt").write_text("Die Tiefe war gut.\nTiefe: 1,6 cm; speed 4 mm/s. Tiefe der Messung 3\n")
     assert settings_in(tmp_path / "a.txt") == [("crack.depth_mm", 16.0), ("path.speed_mm_s", 4.0)]
+    (tmp_path / "a.txt").write_text("Foto: 0,25 mm pro Pixel\n")
+    assert settings_in(tmp_path / "a.txt") == [("photo.mm_per_px", 0.25)]
 
 
 def test_a_camera_and_a_remark_in_a_name_are_no_part_of_the_sample(small, tmp_path):
@@ -152,3 +169,21 @@ def test_a_camera_and_a_remark_in_a_name_are_no_part_of_the_sample(small, tmp_pa
     ingested = ingest(small, tmp_path / "lab", QUIET)
     assert _fates(ingested) == {"P01": "new", "P02": "new"}
     assert ingest_answer(ingested).exit_code == 0
+
+
+def test_the_number_of_a_crack_is_answered_beside_its_photo(small, tmp_path):
+    """In a note without ends, beside which a number would say nothing."""
+    lab = tmp_path / "lab"
+    note = (small / "P02_Notiz.csv").read_text(encoding="cp1252").splitlines(keepends=True)
+    without = [line for line in note if "nden" not in line]
+    assert len(without) < len(note)
+    (small / "P02_Notiz.csv").write_text("".join(without), encoding="cp1252")
+    ingest(small, lab, QUIET)
+    taken = ingest(small, lab, QUIET, pairing=_answered(lab, "P02.png", crack="2"))
+    (revised,) = (outcome for outcome in taken.outcomes if outcome.sample.name == "P02")
+    assert revised.trial == "P02@2"
+    photo = load_trial(lab / "P02@2" / "trial.toml").photo
+    assert photo is not None
+    assert photo.crack == 2
+    wrong = ingest(small, lab, QUIET, pairing=_answered(lab, "P02.png", crack="6"))
+    assert any("crack" in fault.sentence and "5" in fault.sentence for fault in wrong.faults)

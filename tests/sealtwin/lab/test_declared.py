@@ -106,7 +106,10 @@ def test_what_is_not_declared_is_asked_and_where_to_write_it(small, tmp_path):
     sentences = [fault.sentence for fault in ingest(small, tmp_path / "lab", QUIET).faults if fault.name == "P01"]
     assert len(sentences) == 3
     for key in ("photo.data", "readings.data", "readings.role"):
-        assert any(sentence.startswith(f"P01.toml: {key} is not said") for sentence in sentences)
+        assert any(sentence.startswith(f"{key} is not said") for sentence in sentences)
+    told = [line for line in ingest_answer(ingest(small, tmp_path / "lab", QUIET)).lines if "is not said" in line]
+    assert len(told) == 3, "of many samples once"
+    assert told[0].startswith("failed: P01, P02: photo.data is not said")
 
 
 def test_readings_that_a_note_speaks_of_must_be_there(small, tmp_path):
@@ -137,4 +140,4 @@ def test_a_mask_is_its_samples_by_its_name_and_by_nothing_else(small, tmp_path):
     assert trial.photo.mask == Path("inputs/mask.png")
     (small / "P01_mask.png").rename(small / "drawn.dat")
     (fault,) = ingest(small, tmp_path / "lab", QUIET).faults
-    assert "P01.toml: photo.mask = 'P01_mask.png', which is not of this sample by its name" in fault.sentence
+    assert "P01.toml: photo.mask = 'P01_mask.png', but no mask is of this sample by its name" in fault.sentence

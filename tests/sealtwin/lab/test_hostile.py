@@ -1,8 +1,6 @@
 """Links, names and notes that would move a cursor, giants: nothing of them strikes, and each is told."""
 
 import os
-import sqlite3
-from contextlib import closing
 from dataclasses import replace
 
 import pytest
@@ -12,6 +10,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.lab import found_files, sample_trials
 from sealtwin.lab.catalogue import CATALOGUE, CatalogueFault, latest_trials
 from sealtwin.lab.ingest import ingest
+from sealtwin.lab.run_checks import check_runs
 from tests.labs import QUIET, sealtwin
 from tests.pictures import mortar, write_png
 
@@ -21,10 +20,11 @@ def test_links_are_not_followed(small, tmp_path):
     (small / "P03.png").symlink_to(secret)
     (small / "loop").symlink_to(small)
     ingested = ingest(small, tmp_path / "lab", QUIET)
-    assert [fault.sentence for fault in ingested.faults] == [
-        "P03.png: a link; links are not followed: copy the file itself."
-    ]
-    assert len(ingested.outcomes) == 2
+    link, depth = (fault.sentence for fault in ingested.faults)
+    assert link == "P03.png: a link, or no plain file; links are not followed: copy the file itself."
+    assert depth.startswith("crack.depth_mm is not said")
+    assert not check_runs(ingested, small, QUIET)[1]
+    assert [outcome.fate for outcome in ingested.outcomes] == ["new", "new", "failed"]
 
 
 def test_names_that_would_move_a_terminals_cursor_are_left_out(small, tmp_path):
@@ -88,51 +88,16 @@ def test_too_many_files_are_refused(small, tmp_path, monkeypatch):
 
 def test_a_catalogue_that_is_none_is_told_of(small, tmp_path):
     lab = tmp_path / "lab"
+    with pytest.raises(InputError, match=r"no lab \(it has no catalogue.json\)"):
+        latest_trials(tmp_path)
     ingest(small, lab, QUIET)
-    (lab / CATALOGUE).write_bytes(b"no database" * 100)
-    for damage in (lambda: ingest(small, lab, QUIET), lambda: latest_trials(lab)):
-        with pytest.raises(
-            InputError, match=r"no catalogue that can be read .* Move it away and ingest the same folders"
-        ):
-            damage()
-    (lab / CATALOGUE).rename(tmp_path / "damaged.sqlite")
-    assert [outcome.fate for outcome in ingest(small, lab, QUIET).outcomes] == ["unchanged"] * 2  # as the remedy says
+    for damage in (b"no JSON", b'{"version": 99}', b"[]"):
+        (lab / CATALOGUE).write_bytes(damage)
+        for use in (lambda: ingest(small, lab, QUIET), lambda: latest_trials(lab)):
+            with pytest.raises(InputError, match=r"no catalogue that can be read .* Move it away and ingest the same"):
+                use()
     (lab / CATALOGUE).unlink()
-    with sqlite3.connect(lab / CATALOGUE) as base:
-        base.execute("CREATE TABLE facts (name TEXT PRIMARY KEY, value TEXT)")
-        base.execute("INSERT INTO facts VALUES ('version', '99')")
-    base.close()
-    with pytest.raises(InputError, match=r"written by another version\. Move it away"):
-        ingest(small, lab, QUIET)
-
-
-def test_a_catalogue_of_no_bytes_is_none(small, tmp_path):
-    """A process was killed as it made it."""
-    lab = tmp_path / "lab"
-    ingest(small, lab, QUIET)
-    (lab / CATALOGUE).write_bytes(b"")
-    with pytest.raises(InputError, match=r"no lab \(it has no catalogue.sqlite\)"):
-        latest_trials(lab)
-    assert [outcome.fate for outcome in ingest(small, lab, QUIET, dry_run=True).outcomes] == ["new"] * 2
-    assert [outcome.fate for outcome in ingest(small, lab, QUIET).outcomes] == ["unchanged"] * 2
-
-
-def test_a_database_of_another_program_is_no_catalogue(small, tmp_path):
-    (tmp_path / "lab").mkdir()
-    with sqlite3.connect(tmp_path / "lab" / CATALOGUE) as base:
-        base.execute("CREATE TABLE mine (x)")
-    base.close()
-    with pytest.raises(InputError, match=r"no catalogue that can be read \(no such table: facts\)"):
-        latest_trials(tmp_path / "lab")
-
-
-@pytest.mark.parametrize("name", ["CON", "nul", "LPT9", "aux.x"])
-def test_a_sample_named_as_a_device_of_windows_gets_a_folder_that_opens(small, tmp_path, name):
-    (small / "P01.png").rename(small / f"{name}.png")
-    (small / "P01.csv").rename(small / f"{name}.csv")
-    (small / "P01.toml").rename(small / f"{name}.toml")
-    outcomes = {outcome.sample.name: outcome for outcome in ingest(small, tmp_path / "lab", QUIET).outcomes}
-    assert outcomes[name].trial == f"sample-{name}"
+    assert [outcome.fate for outcome in ingest(small, lab, QUIET).outcomes] == ["unchanged"] * 2  # as the remedy says
 
 
 @pytest.mark.parametrize("name", ["", "  ", "P\\u202e1", "P\\n1"])
@@ -151,15 +116,3 @@ def test_a_lab_names_no_place_of_this_machine_and_moves_with_its_folder(small, t
     (tmp_path / "moved").mkdir()
     both = [folder.rename(tmp_path / "moved" / folder.name) for folder in (small, lab)]
     assert {outcome.fate for outcome in ingest(both[0], both[1], QUIET).outcomes} == {"unchanged"}
-
-
-def test_a_source_that_was_kept_by_its_path_is_known_by_its_name(small, tmp_path):
-    """Earlier versions kept the path: its faults and decisions are found, and are no other folder's."""
-    lab = tmp_path / "lab"
-    (small / "P03.png").symlink_to(small / "P01.png")
-    ingest(small, lab, QUIET)
-    with closing(sqlite3.connect(lab / CATALOGUE)) as base, base:
-        base.execute("UPDATE faults SET source = ?", [str(small.resolve())])
-    ingest(small, lab, QUIET)
-    with closing(sqlite3.connect(lab / CATALOGUE)) as base:
-        assert [source[: len(small.name)] for (source,) in base.execute("SELECT source FROM faults")] == [small.name]

@@ -4,7 +4,7 @@ import openpyxl
 import pytest
 
 from sealtwin.lab.note_words import BY_WORD, UNITS, known_keys
-from sealtwin.lab.notes import Note, NoteEntry, read_note
+from sealtwin.lab.notes import Note, NoteEntry, read_defaults, read_note
 from validate.readings.header_words import WORDS
 
 
@@ -20,10 +20,11 @@ def _said(note):
 
 
 def test_every_word_means_one_setting_that_there_is():
-    words = [word for setting in WORDS["notes"]["settings"].values() for word in setting["words"].split(",")]
+    words = [word for setting in WORDS["notes"]["settings"].values() for word in setting.split(",")]
     assert len(words) == len(BY_WORD)  # none twice, spelt one way or another
     assert {meaning.key for meaning in BY_WORD.values()} <= known_keys()
-    assert {meaning.measure for meaning in BY_WORD.values()} == UNITS.keys() | {""}
+    assert {meaning.unit for meaning in BY_WORD.values()} == UNITS.keys() | {""}
+    assert WORDS["notes"]["choices"].keys() <= WORDS["notes"]["settings"].keys()
 
 
 @pytest.mark.parametrize(
@@ -39,6 +40,8 @@ def test_a_depth_is_a_depth_in_any_words_and_unit(tmp_path, row):
     ("row", "key", "value"),
     [
         ("Maßstab;0,105 mm/px", "photo.mm_per_px", 0.105),
+        ("mm pro Pixel;0,25", "photo.mm_per_px", 0.25),
+        ("Maßstab;0,25 mm per pixel", "photo.mm_per_px", 0.25),
         ("Probengröße;160 x 40 mm", "photo.face_mm", [160.0, 40.0]),
         ("ends;12.5 340, 905 377", "photo.ends_px", [[12.5, 340.0], [905.0, 377.0]]),
         ("Vorschub;240 mm/min", "path.speed_mm_s", 4.0),
@@ -92,14 +95,37 @@ def test_what_would_have_to_be_guessed_is_a_fault_with_its_row(tmp_path, row, sa
     assert "P01_notes.csv" in note.faults[0]
 
 
-@pytest.mark.parametrize(
-    "row", ["Wetter;sonnig", "Dicke [mm];40", "Raumtemperatur;21 °C", "Teife [mm];16", "météo;pluie", "Charge;7"]
-)
+@pytest.mark.parametrize("row", ["Wetter;sonnig", "Dicke [mm];40", "Raumtemperatur;21 °C", "météo;pluie", "Charge;7"])
 def test_what_a_lab_writes_down_besides_is_remarked(tmp_path, row):
     note = _written(tmp_path, f"Tiefe [mm];16\n{row}\n")
     assert _said(note) == {"crack.depth_mm": 16.0}
     (remark,) = note.remarks
     assert f"P01_notes.csv, line 2: {row.partition(';')[0]!r} = {row.partition(';')[2]!r}: written down" in remark
+
+
+@pytest.mark.parametrize(
+    ("row", "key"),
+    [
+        ("mm je Bildpunkt;0,25", "photo.mm_per_px"),
+        ("Pixelgröße;0,25 mm pro Pixel", "photo.mm_per_px"),
+        ("Bandgeschw.;4 mm/s", "path.speed_mm_s"),
+        ("Teife [mm];16", "crack.depth_mm"),
+        ("Depth of groove;12 mm", "crack.depth_mm"),
+    ],
+)
+def test_a_word_that_may_be_a_setting_is_asked_about_and_answered_in_lab_toml(tmp_path, row, key):
+    """Else lab.toml's, or the starter's, would be taken in its place without a word."""
+    (fault,) = _written(tmp_path, f"{row}\n").faults
+    word = row.partition(";")[0]
+    assert f'may be {key}, and the word is not known. Say what it is in lab.toml: [words] "{word}" = "{key}"' in fault
+    (tmp_path / "lab.toml").write_text(f'[words]\n"{word}" = "ignore"\n')
+    note = read_note(tmp_path / "P01_notes.csv", read_defaults(tmp_path / "lab.toml").words)
+    assert not note.faults
+    assert "written down" in note.remarks[0]
+    (tmp_path / "lab.toml").write_text(f'[words]\n"{word}" = "operator"\n')
+    assert read_note(tmp_path / "P01_notes.csv", read_defaults(tmp_path / "lab.toml").words).entries.keys() == {
+        "operator"
+    }
 
 
 def test_a_key_of_toml_that_is_no_setting_is_remarked_and_one_of_a_table_is_not(tmp_path):

@@ -5,7 +5,7 @@ from pathlib import PurePath
 import pytest
 
 from sealtwin.lab.found_files import Piece, Said, read_names
-from sealtwin.lab.pairing import pair, place_files
+from sealtwin.lab.pairing import Decision, pair, place_files
 
 
 def _paired(*names, decided=None):
@@ -47,7 +47,29 @@ def test_a_sheet_in_another_folder_than_its_photo_is_asked_about():
     assert "Is it of May/P01.jpg?" in _questions("May/P01.jpg", "Readings 2026/P01.csv")["2026p01"][0]
 
 
-@pytest.mark.parametrize("name", ["P02 xyz.csv", "Labor 3 P02.csv"])
+@pytest.mark.parametrize("name", ["p L06 depths.txt", "L06 readings FINAL v2.xlsx", "l06_misure.csv", "Serie/L06.csv"])
+def test_a_sheet_with_other_words_about_a_photos_name_is_its_own(name):
+    samples = _paired("L06.jpg", name, "L060.jpg", "L07.jpg", "L07.csv")
+    assert not samples["l06"].questions
+    assert str(samples["l06"].files["readings"]) == name
+
+
+def test_a_photo_may_have_more_words_too():
+    samples = _paired("Series A - T1.png", "T1 readings.csv", "DSC_0031 T2 overview.png", "T2_depthlog_final.csv")
+    assert [sorted(sample.files) for sample in samples.values()] == [["photo", "readings"]] * 2
+    asked = _questions("Series A - T1.png", "T1 (def) beam.csv", "Series A - T9.png")
+    assert "Is it of Series A - T1.png?" in asked["t1beam"][0], "by the word that tells samples apart"
+    assert len(_questions("Series A - T1.png", "Series B - T1.png", "T1.csv")) == 1
+
+
+def test_of_words_about_a_name_none_is_guessed():
+    """Numbers may be of another sample, a longer name may be meant, and a sheet in place of another is a question."""
+    assert "Is it of P02.jpg" in " ".join(_questions("P02.jpg", "P02 links.jpg", "P02 rechts.csv")["p02rechts"])
+    assert "p02alt" in _questions("P02.jpg", "P02.csv", "P02 alt.csv")
+    assert "2 files are its readings" in " ".join(_questions("P02.jpg", "P02 vor.csv", "P02 kurz.csv")["p02"])
+
+
+@pytest.mark.parametrize("name", ["P02 xyz 7.csv", "Labor 3 P02.csv"])
 def test_a_sheet_with_more_words_than_its_photo_is_offered_for_it(name):
     asked = _questions("P02.jpg", name, "K07.jpg")
     assert len(asked) == 2
@@ -82,8 +104,8 @@ def test_a_name_that_says_no_sample_is_asked_about():
 
 def test_a_decision_of_the_user_counts_before_the_name():
     decided = {
-        (PurePath("P0l.csv"), ""): Said("P01", "readings"),
-        (PurePath("P01_side.jpg"), ""): Said("P01", "ignore"),
+        (PurePath("P0l.csv"), ""): Decision(Said("P01", "readings")),
+        (PurePath("P01_side.jpg"), ""): Decision(Said("P01", "ignore")),
     }
     samples = _paired("P01_top.jpg", "P01_side.jpg", "P0l.csv", decided=decided)
     assert list(samples) == ["p01"]

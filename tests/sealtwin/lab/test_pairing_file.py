@@ -38,7 +38,7 @@ def test_an_edited_pairing_outlives_the_catalogue(small, tmp_path):
     text = (lab / "pairing.csv").read_text()
     (lab / "pairing.csv").write_text(text.replace("PO2_Messung.csv,readings,PO2", "PO2_Messung.csv,readings,P02"))
     ingest(small, lab, QUIET)
-    (lab / "catalogue.sqlite").unlink()
+    (lab / "catalogue.json").unlink()
     assert [outcome.fate for outcome in ingest(small, lab, QUIET).outcomes] == ["unchanged"] * 2
 
 

@@ -78,7 +78,7 @@ def test_a_pairing_without_parts_is_about_all_of_a_file(shared, tmp_path):
         ingest(shared, tmp_path / "other", QUIET, pairing=pairing)
     told = str(refusal.value).splitlines()
     assert "no part 'rows of P07'; its parts are 'rows of P01', 'rows of p-02'" in told[0]
-    assert "caliper_all.csv, rows of P01: can be readings or ignore, not note" in told[1]
+    assert "caliper_all.csv, rows of P01 cannot be 'note'; write one of readings, ignore." in told[1]
 
 
 def test_a_file_whose_name_and_rows_contradict_each_other_is_named(shared, tmp_path):
@@ -104,6 +104,15 @@ def test_worksheets_named_after_samples_are_theirs(shared, tmp_path):
     assert "Messungen Mai.xlsx, sheet P02 Messung" in (
         f"{outcome.sample.files['readings']}, {outcome.sample.part}" for outcome in ingested.outcomes
     )
+
+
+def test_a_workbook_in_another_folder_than_its_photos_is_divided_too(shared, tmp_path):
+    """Once its samples were sound without readings."""
+    (shared / "Carnet").mkdir()
+    (shared / "caliper_all.csv").rename(shared / "Carnet" / "mesures mai.csv")
+    ingested = ingest(shared, tmp_path / "lab", QUIET)
+    assert _fates(ingested) == {"P01": "new", "P02": "new"}
+    assert _levels_mm(tmp_path / "lab", "P02") == [-2.0, -2.5]
 
 
 def test_a_sheet_whose_header_is_unknown_holds_its_sample_back(shared, tmp_path):

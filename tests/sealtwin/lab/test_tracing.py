@@ -40,10 +40,13 @@ def test_walls_are_there_after_an_ingest_and_a_fault_costs_no_other(traced):
     assert "line 8, column s_mm: 40 mm is outside the crack, 0 to 1" in outside["sentence"]
     before = (lab / "P01" / "run" / "overlay.png").stat().st_mtime_ns
     again = _ingest(small, lab)
-    assert "P01/run" in again.stdout
+    assert again.stdout.count("unchanged, not sound") == 2
+    assert "sealtwin run" not in again.stdout, "none of them would run"
     assert (lab / "P01" / "run" / "overlay.png").stat().st_mtime_ns == before
-    assert "digitise done" in sealtwin("lab", "list", lab).stdout
-    (lab / "catalogue.sqlite").unlink()  # a lab is whole without it, its contact sheet too
+    listed = sealtwin("lab", "list", lab).stdout
+    assert listed.count("not sound") == 2
+    assert "failed: P01: " in listed
+    (lab / "catalogue.json").unlink()  # a lab is whole without it, its contact sheet too
     assert _ingest(small, lab).exit_code == 6
 
 
@@ -58,6 +61,16 @@ def test_a_sample_that_was_held_back_is_missed_on_the_page(small, tmp_path):
     assert "1 of 3 photos digitised" in page
     assert "<strong>P02</strong>: P02_Messung.csv" in page
     assert "P02.png,failed" in (lab / "photos.csv").read_text()
+    assert not (lab / "P02").exists()
+
+
+def test_photos_of_samples_in_doubt_are_checked_in_the_same_round(traced):
+    small, lab = traced
+    (small / "P02_Messung.csv").write_text("s_mm;wo [mm]\n1;-1,0\n")
+    for more in ((), ("--dry-run",)):
+        told = _ingest(small, lab, *more).stdout
+        assert "no column of readings beside 's_mm'" in told
+        assert "failed: P02: " in told.replace("failed: P02_Messung.csv", "")
     assert not (lab / "P02").exists()
 
 

@@ -79,6 +79,34 @@ def test_a_second_call_redoes_nothing_and_tells_the_same(done, lab):
     assert again.stdout == first.stdout
 
 
+def test_among_cracks_that_compete_the_table_takes_the_user_s_choice(tmp_path):
+    """Of two alike none is taken; a picture numbers them, and a number in the table is asked for no second time."""
+    upper = [(30, 60), (120, 40), (200, 75), (300, 50), (390, 90), (470, 70)]
+    lower = [(30, 240), (110, 262), (210, 225), (290, 250), (380, 215), (470, 230)]
+    (tmp_path / "photos").mkdir()
+    write_png(tmp_path / "photos" / "two.png", with_crack(with_crack(mortar(), upper), lower))
+    out = tmp_path / "out"
+    arguments = (tmp_path / "photos", "--depth-mm", 16, "--mm-per-px", 0.1, "--out", out)
+    asked = _digitise(*arguments)
+    assert asked.exit_code == 6
+    assert "2 cracks compete, best first" in asked.stdout
+    assert f"a 2 in the column crack of {out / 'photos.csv'}" in asked.stdout
+    assert (out / "two" / "refused.png").is_file()
+    assert "two/refused.png" in (out / "index.html").read_text()
+    starts = set()
+    for number in ("1", "2"):
+        table = (out / "photos.csv").read_text().splitlines()
+        row = dict(zip(table[0].split(","), next(csv.reader(table[1:])), strict=True)) | {"crack": number}
+        with (out / "photos.csv").open("w", newline="") as opened:
+            csv.writer(opened).writerows([row.keys(), row.values()])
+        assert _digitise(*arguments).exit_code == 0
+        starts.add(round(json.loads((out / "two" / "outline.json").read_text())["outline_px"][0][1], -2))
+        with (out / "photos.csv").open(newline="") as opened:
+            assert [row["crack"] for row in csv.DictReader(opened)] == [number]
+    assert len(starts) == 2
+    assert not (out / "two" / "refused.png").exists()
+
+
 def test_the_contact_sheet_shows_every_photo_and_loads_nothing(done):
     page = (done[0] / "index.html").read_text()
     assert page.count("data:image/jpeg;base64,") == 2

@@ -22,6 +22,7 @@ from sealtwin.trial.job import resume_job
 from sealtwin.trial.pipeline import run_stages, run_trial
 from sealtwin.trial.trial_file import load_trial
 from simulate.material_curve import CoolingCurve, MaterialCurve
+from simulate.material_file import Material
 from tests.studies import compute_here, tiny_lab
 
 QUIET = Progress()
@@ -29,6 +30,19 @@ STAGES = ("digitise", "simulate")
 HERE = SweepOptions(device="cpu", jobs=0, batch=1)
 CURING = "age_s,viscosity_pa_s,yield_stress_pa\n0,0.05,0\n0.2,5,20\n"
 HOT = "temperature_c,viscosity_pa_s\n100,50\n200,0.05\n"
+MEASURED = """\
+method = "by hand"
+date = "2026-11-21"
+data = "synthetic"
+yield_stress_pa = 12.0
+yield_stress_error_pa = 1.0
+yield_stress_95_pa = [10.0, 14.0]
+viscosity_pa_s = 0.5
+viscosity_error_percent = 10.0
+density_kg_m3 = 1690.0
+density_error_kg_m3 = 10.0
+not_for = ["anything"]
+"""
 COOLING = "age_s,temperature_c\n0,190\n0.5,120\n"
 
 
@@ -137,3 +151,42 @@ def test_the_front_door_takes_a_file_or_columns(tmp_path, monkeypatch):
         st.inject(crack, solid, path, st.Fluid(curve="none.csv"), solver=solver)
     with pytest.raises(InputError, match="U beside curve"):
         st.Fluid(curve=columns, U=3)
+
+
+def test_a_measured_paste_gives_its_numbers_and_their_uncertainty_to_the_run(tmp_path):
+    """It travels with the run as a table, and what it leaves open stands in [uncertainty] unless declared."""
+    (tmp_path / "curve.csv").write_text("shear_rate_per_s,stress_pa\n1,12.5\n3,13.4\n10,17.2\n30,27.1\n100,62\n")
+    line = ["material", "rheometer", str(tmp_path / "curve.csv"), "--density-kg-m3", "1800", "--out"]
+    assert CliRunner().invoke(app, [*line, str(tmp_path / "material.toml")]).exit_code == 0
+    trial, out = lab_with(tmp_path, 'material = "material.toml"\nfreeze_after_s = "never"'), tmp_path / "out"
+    run_trial(load_trial(trial), trial.parent, out, (*STAGES, "validate"), "cpu", QUIET)
+    assert "It must not be used for shear rates outside" in (out / "report.html").read_text(encoding="utf-8")
+    kept = load_trial(out / "trial.toml")
+    assert kept.fluid is not None
+    assert isinstance(kept.fluid.material, Material)
+    assert (kept.fluid.yield_stress_pa, kept.fluid.viscosity_pa_s) == pytest.approx((12.0, 0.502), rel=0.01)
+    assert kept.fluid.density_kg_m3 == 1800
+    assert kept.uncertainty.yield_stress_pa == kept.fluid.material.yield_stress_error_pa > 0.3
+    assert kept.uncertainty.moved["viscosity_percent"] == kept.fluid.material.viscosity_error_percent
+    assert read_json(out / "simulation.json")["settings"]["fluid"]["material"]["not_for"]
+    text = trial.read_text(encoding="utf-8")
+    trial.write_text(text + "\n[uncertainty]\nyield_stress_pa = 3.0\n", encoding="utf-8")
+    assert load_trial(trial).loaded(tmp_path).uncertainty.yield_stress_pa == 3.0
+
+
+@pytest.mark.parametrize(
+    ("fluid", "says"),
+    [
+        ('material = "material.toml"\nyield_stress_pa = 5.0', "yield_stress_pa beside material"),
+        ('material = "material.toml"\nU = 5.0', "U beside material"),
+        (
+            'material = "material.toml"\nviscosity_pa_s = 1.0',
+            "has a viscosity, and fluid.viscosity_pa_s is 1 beside it",
+        ),
+        ('material = "nowhere.toml"', "nowhere.toml: no such file. 'sealtwin material"),
+    ],
+)
+def test_a_material_beside_what_it_gives_is_refused(tmp_path, fluid, says):
+    (tmp_path / "material.toml").write_text(MEASURED, encoding="utf-8")
+    with pytest.raises(InputError, match=says):
+        load_trial(lab_with(tmp_path, f'{fluid}\nfreeze_after_s = "never"')).loaded(tmp_path)

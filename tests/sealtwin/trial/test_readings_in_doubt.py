@@ -7,6 +7,10 @@ import pytest
 from typer.testing import CliRunner
 
 from sealtwin.cli.app import app
+from sealtwin.core.progress import Progress
+from sealtwin.core.run_folder import open_folder
+from sealtwin.trial.job import resume_job
+from sealtwin.trial.validate_stage import readings_of
 from tests.evidence import make_evidence
 from tests.pages import leave_out_pages
 from tests.places import ROOT
@@ -44,6 +48,19 @@ def test_a_doubt_is_said_until_the_trial_answers_it(run):
     trial = run / "trial.toml"
     trial.write_text(trial.read_text().replace("[readings]\n", '[readings]\nas_written = ["C3"]\n'))
     assert "cell C3" not in _told(run)
+
+
+def test_readings_are_held_against_no_volume_that_nobody_said(run):
+    """The default fills the cavity: how much was dispensed is then not known."""
+    (run / "inputs" / "readings.csv").write_text("s_mm,level_1_mm\n0.5,-0.5\n4,-0.5\n8,-0.5\n13.5,-0.5\n")
+    with open_folder(run, create=False) as folder:
+        job = resume_job(folder, "cpu", Progress())
+        unsaid = job.trial.model_copy(update={"path": job.trial.path.model_copy(update={"volume_ml": "cavity"})})
+        said_volume, said_none = (readings_of(one) for one in (job, replace(job, trial=unsaid)))
+    assert said_volume is not None
+    assert said_none is not None
+    assert any("were dispensed" in doubt for doubt in said_volume.doubts)
+    assert not any("were dispensed" in doubt for doubt in said_none.doubts)
 
 
 def test_a_doubt_stands_in_the_reports_table_of_readings(tmp_path):

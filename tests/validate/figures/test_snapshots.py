@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 
-from sealtwin.core.drawing.particles import SPEED
+from sealtwin.core.drawing.particles import SPEED, age_scale, draw_discs, not_hidden
 from sealtwin.core.drawing.snapshots import draw_fill, draw_snapshot
 from tests.evidence import axes_of
 
@@ -33,6 +35,32 @@ def test_what_is_nearest_to_the_centreline_lies_on_top(scene, frames):
     aside_mm = np.abs(frames[-1].position_mm[shown, 1])
     assert (np.diff(aside_mm) <= 1e-6).all()
     assert aside_mm[0] > aside_mm[-1]
+
+
+def test_only_discs_that_others_hide_are_left_out():
+    place_mm = np.random.default_rng(0).uniform(0.0, 10.0, (2000, 2))
+    seen = not_hidden(place_mm, 0.4)
+    assert 0.1 < seen.mean() < 0.9
+    assert np.abs(pixels(place_mm) - pixels(place_mm[seen], np.flatnonzero(seen))).max() < 40
+
+
+def test_a_disc_is_hidden_by_later_ones_around_its_place_and_by_no_earlier_one():
+    ring = np.linspace(0.0, 2 * np.pi, 8, endpoint=False)
+    around_mm = 1.0 + 0.2 * np.column_stack([np.cos(ring), np.sin(ring)])
+    alone_mm, middle_mm = np.array([[5.0, 5.0]]), np.array([[1.0, 1.0]])
+    hidden = ~not_hidden(np.vstack([middle_mm, alone_mm, around_mm, middle_mm]), 0.4)
+    assert np.flatnonzero(hidden).tolist() == [0]
+    assert not_hidden(np.zeros((0, 2)), 0.4).tolist() == []
+
+
+def pixels(place_mm, value=None):
+    figure = Figure(figsize=(3, 3), dpi=150)
+    axes = figure.add_axes((0, 0, 1, 1))
+    axes.set(xlim=(0, 10), ylim=(0, 10))
+    draw_discs(axes, place_mm, 0.4, np.arange(float(len(place_mm))) if value is None else value, age_scale(2000.0))
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba()).astype(int)
 
 
 def axes_box(axes, box):

@@ -144,6 +144,34 @@ def test_what_may_be_another_table_is_asked_about(read, text, words):
     assert words in str(caught.value)
 
 
+@pytest.mark.parametrize("above", ["Datum: 3.5.2026;;\n", "Datum;3.5.2026;\n", "03.05.2026;;\n", ";;\n3. 5. 2026\n"])
+def test_a_line_with_a_date_is_no_part_of_the_header(read, above):
+    """It was once joined to names that nobody knows, and they could not be told apart."""
+    with pytest.raises(SheetFaults, match="A 'wo' \\(0\\), B 'a' \\(1\\), C 'b' \\(2\\)"):
+        read(f"{above}wo;a;b\n0;1;2\n5;2;3\n")
+    assert read(f"{above}s;Tiefe 1;Tiefe 2\nmm;mm;mm\n0;1;2\n5;2;3\n").level_mm.tolist() == [-1.5, -2.5]
+
+
+def test_a_row_of_units_may_hold_units_of_other_quantities(read):
+    assert read("s;Tiefe;Temp.\nmm;mm;[°C]\n0;1;20\n5;2;21\n").level_mm.tolist() == [-1, -2]
+    with pytest.raises(SheetFaults, match="'µm', below 'Tiefe 2', is no unit of length that is known"):
+        read("s;Tiefe 1;Tiefe 2\nmm;mm;µm\n0;1;2000\n5;2;2000\n")
+
+
+def test_numbers_of_repeats_may_stand_beside_the_unit_of_places(read):
+    sheet = read("Ort;Tiefe [mm];;\n[mm];1;2;3\n0;1,5;1,6;1,7\n5;2;2,1;2,2\n")
+    assert sheet.repeats_mm is not None
+    assert sheet.repeats_mm.tolist() == [[-1.5, -1.6, -1.7], [-2.0, -2.1, -2.2]]
+
+
+def test_what_is_to_be_skipped_and_is_nowhere_is_said(read):
+    sheet = read("s_mm;depth_mm\n0;1\n5;2\n", {"skip": ["Soll", 9]})
+    assert [(column.name, column.role) for column in sheet.columns[2:]] == [
+        ("Soll", "skip: no such row"),
+        ("9", "skip: no such row"),
+    ]
+
+
 def test_another_quantity_beside_a_blank_column_is_no_reading(read):
     sheet = read("s_mm;depth_mm;;min;Ofen\n0;1;;0;20\n5;2;;10;21\n")
     assert sheet.level_mm.tolist() == [-1, -2]

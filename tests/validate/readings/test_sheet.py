@@ -143,7 +143,6 @@ def test_a_message_stays_readable(read):
     lines = str(faults).splitlines()
     assert len(lines) == MOST_SHOWN + 1
     assert lines[-1].endswith("more faults like these.")
-    assert len(faults.faults) == 1_000
 
 
 def test_one_mistake_in_many_rows_is_told_once(read):
@@ -153,7 +152,7 @@ def test_one_mistake_in_many_rows_is_told_once(read):
     (line,) = str(faults).splitlines()
     assert "line 2, column level_mm: 'x' is no number in mm" in line
     assert line.endswith("The same in 7 more: row 3, 5, 6, 8, 9, 11, 12.")
-    (line,) = str(faults_of(read, "s_mm,level_mm\n" + "".join(f"{i},deep\n" for i in range(3_000)))).splitlines()[:-1]
+    (line,) = str(faults_of(read, "s_mm,level_mm\n" + "".join(f"{i},deep\n" for i in range(3_000)))).splitlines()
     assert line.endswith("The same in 999 more: row 3 to 1001.")
 
 

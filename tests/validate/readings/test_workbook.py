@@ -14,7 +14,7 @@ from validate.readings import workbook
 from validate.readings.read_readings import read_readings
 from validate.readings.samples import read_cells
 from validate.readings.sheet import SheetFaults
-from validate.settings import Declared
+from validate.settings import Columns, Declared
 
 ROWS = [["s [mm]", "Tiefe 1 [mm]", "Tiefe 2 [mm]"], [0, 1.5, 1.6], [5, 2, None], [10, 2.5, 2.6]]
 MAIN = "http://schemas.openxmlformats.org/spreadsheetml/2006/main"
@@ -142,6 +142,18 @@ def test_one_name_over_several_columns_is_each_ones(read):
     assert read(book).repeats_mm[0].tolist() == [-1.5, -1.6]
     sheet["C2"] = None
     assert "column C holds numbers and has no name" in str(faults_of(read, book))
+
+
+def test_a_merged_name_with_unknown_words_is_asked_about_and_keeps_its_unit(read):
+    book = openpyxl.Workbook()
+    for row in (["Ort", "Einsinkung [mm]"], [None, "Messung 1", "Messung 2"], *ROWS[1:]):
+        first(book).append(row)
+    first(book).merge_cells("B1:C1")
+    assert "B 'Einsinkung [mm] Messung 1' (1.5), C 'Einsinkung [mm] Messung 2'" in str(faults_of(read, book))
+    said = Columns(levels=("B:C",), sign="down", s="A")
+    assert "'Ort': no unit" in str(faults_of(read, book, columns=said))
+    first(book)["A1"] = "Ort [mm]"
+    assert read(book, columns=said).repeats_mm[0].tolist() == [-1.5, -1.6]
 
 
 def test_empty_sheets_are_no_choice(book, read):

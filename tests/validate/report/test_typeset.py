@@ -2,11 +2,10 @@
 
 import io
 
-import cv2
-import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from PIL import Image
 from pypdf import PdfReader
 
 from sealtwin.core.drawing.theme import printable
@@ -141,13 +140,12 @@ def test_a_row_longer_than_a_page_goes_on():
 
 def test_a_picture_takes_its_caption_along():
     """Three pictures of 3.4 inches: the third, and its caption, are on the second page."""
-    done, content = cv2.imencode(".png", np.full((100, 200, 3), 128, np.uint8))
-    assert done
+    picture = Image.new("RGB", (200, 100), "grey")
 
     def typeset(paper: Typesetter) -> None:
         paper.paragraph("before")
         for number in ("first", "second", "third"):
-            paper.pictures([(content.tobytes(), f"caption of the {number}")])
+            paper.pictures([(picture, f"caption of the {number}")])
         paper.paragraph("after")
 
     first, second = pages_of(typeset)

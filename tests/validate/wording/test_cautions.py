@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 
 from sealtwin.core.records import RunHealth
+from sealtwin.core.solid_figures import WeighedCavity
 from tests.evidence import make_evidence
 from validate.settings import Gate
 from validate.wording.headline import cautions, headline, run_warnings
@@ -18,6 +19,13 @@ def run(evidence):
 
 def with_preset(run, preset: str):
     return replace(run, settings={**run.settings, "solver": {**run.settings["solver"], "preset": preset}})
+
+
+def test_what_a_weighed_fill_contradicts_is_said_first(evidence):
+    nothing = (0.0, 0.0, 0.0)
+    weighed = WeighedCavity((), (), (), (), (), 3.0, 5.0, 16.0, (nothing,) * 3, (1.0, 2.0), ("The fill contradicts.",))
+    figures = replace(evidence.solid.figures, weighed=weighed)
+    assert cautions(replace(evidence, solid=replace(evidence.solid, figures=figures))) == ("The fill contradicts.",)
 
 
 def test_measured_data_and_a_sound_run_need_no_word(evidence):

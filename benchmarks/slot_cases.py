@@ -1,0 +1,161 @@
+"""Forty slots that the fast model of the fill is judged on, and their fill by particles.
+
+    python -m benchmarks.slot_cases
+
+A Latin hypercube over seven settings, drawn by a fixed seed before the model existed; stresses and viscosities, which
+span decades, evenly in their logarithms. Each slot is straight, 60 mm long and closed at both ends, and opens upward
+from the width of its floor. Particles fill each with two seeds and the settings that a trial has by default, at four
+abreast or more but in the narrowest. ``benchmarks/slot/`` keeps the levels, so that judging the model needs no
+particles: runs that lie there are not made again. Those inside the model's domain are made first.
+"""
+
+import argparse
+import csv
+import time
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from scipy.stats import qmc
+
+from digitise.settings import CrackShape, NozzlePath
+from digitise.solid.build_solid import build_solid
+from digitise.trajectory import plan_trajectory
+from sealtwin.core.progress import Progress
+from sealtwin.core.records import Floats, Outline, Solid, Trajectory
+from simulate.profile import measure_profile, volume_ratio
+from simulate.run import inject
+from simulate.settings import Fluid, Nozzle, Solver, particle_volume
+from simulate.slot.fitness import Fitness, fitness_of
+from simulate.slot.flux import HerschelBulkley
+from simulate.slot.run import paste_of
+from tests.shapes import straight_slot
+
+FOLDER = Path(__file__).parent / "slot"
+RUNS = FOLDER / "runs.csv"
+CASES, SEED, SEEDS = 40, 20261121, (0, 1)
+TUNING_SEED = 7  # Of the draw on which the model's constants may be chosen; it is not judged
+LENGTH_MM, TRIM_MM, SETTLE_S = 60.0, 8.0, 3.0
+STATIONS_MM = np.arange(0.0, LENGTH_MM + 0.25, 0.5)
+ABREAST, RADII_MM, MANY = 8.0, (0.35, 0.6), 7000
+"""Particle radii over the floor's width, bounds of the radius, and the number of particles above which it grows."""
+LEAST_ABREAST = 5.0
+NOZZLE_MM, NOZZLE_SHARE = 2.4, 0.7  # The paper's, or this share of the floor's width: a jet into the slot
+
+
+@dataclass(frozen=True)
+class Case:
+    """One setting of the draw."""
+
+    width_mm: float
+    depth_mm: float
+    angle_deg: float
+    yield_stress_pa: float
+    viscosity_pa_s: float
+    fill: float
+    speed_mm_s: float
+
+    @cached_property
+    def outline(self) -> Outline:
+        return straight_slot(LENGTH_MM, self.width_mm)
+
+    @cached_property
+    def solid(self) -> Solid:
+        shape = {"depth_mm": self.depth_mm, "tilt": "flare", "wall_angle_deg": self.angle_deg}
+        return build_solid(self.outline, CrackShape.model_validate(shape))
+
+    @property
+    def trajectory(self) -> Trajectory:
+        path = NozzlePath(fill=self.fill, speed_mm_s=self.speed_mm_s, trim_mm=TRIM_MM)
+        return plan_trajectory(self.outline, path, self.solid.cavity_volume_mm3, self.solid.sections)
+
+    @property
+    def fluid(self) -> Fluid:
+        return Fluid(viscosity_pa_s=self.viscosity_pa_s, yield_stress_pa=self.yield_stress_pa, freeze_after_s="never")
+
+    @property
+    def paste(self) -> HerschelBulkley:
+        return paste_of(self.fluid, self.solver, self.nozzle, self.trajectory, seed=0)
+
+    @property
+    def fitness(self) -> Fitness:
+        return fitness_of(self.solid, self.outline, self.trajectory, self.paste)
+
+    @property
+    def nozzle(self) -> Nozzle:
+        return Nozzle(diameter_mm=round(min(NOZZLE_MM, NOZZLE_SHARE * self.width_mm), 2))
+
+    @property
+    def solver(self) -> Solver:
+        fine_mm = float(np.clip(self.width_mm / ABREAST, *RADII_MM))
+        affordable_mm = float(np.cbrt(self.trajectory.dispensed_mm3 / MANY / particle_volume(1.0)))
+        radius_mm = min(self.width_mm / LEAST_ABREAST, max(fine_mm, affordable_mm))
+        return Solver(radius_mm=round(radius_mm, 3), settle_s=SETTLE_S)
+
+
+LOW = Case(2.0, 8.0, 0.0, 2.0, 0.05, 0.4, 2.0)
+HIGH = Case(8.0, 30.0, 8.0, 60.0, 5.0, 1.1, 10.0)
+IN_LOGARITHMS = ("yield_stress_pa", "viscosity_pa_s")
+
+
+def drawn(count: int = CASES, seed: int = SEED) -> list[Case]:
+    """Cases of a Latin hypercube, in the order in which they are run."""
+    unit = qmc.LatinHypercube(7, seed=seed).random(count)  # pyright: ignore[reportCallIssue]
+    columns: list[Floats] = []
+    for column, name in enumerate(Case.__dataclass_fields__):
+        low, high = getattr(LOW, name), getattr(HIGH, name)
+        share = unit[:, column]
+        columns.append(low * (high / low) ** share if name in IN_LOGARITHMS else low + (high - low) * share)
+    return [Case(*(float(f"{value:.4g}") for value in row)) for row in np.stack(columns, axis=1)]
+
+
+def levels_mm(number: int, seed: int) -> Floats | None:
+    """Level by particles at ``STATIONS_MM``; None for a run that was not made."""
+    path = _path(number, seed)
+    return np.loadtxt(path, delimiter=",", skiprows=1)[:, 1] if path.is_file() else None
+
+
+def _path(number: int, seed: int) -> Path:
+    return FOLDER / f"{number:02d}-{seed}.csv"
+
+
+def _run(number: int, case: Case, seed: int) -> None:
+    began = time.process_time()
+    sample = case.solid, case.outline, case.trajectory
+    physics = case.fluid, case.solver, case.nozzle
+    run = inject(*sample, *physics, seed=seed, device="cpu", progress=Progress())
+    profile = measure_profile(run, case.outline, case.solid)
+    level_mm = np.interp(STATIONS_MM, profile.s_mm, profile.level_mm)
+    rows = np.column_stack([STATIONS_MM, level_mm])
+    np.savetxt(_path(number, seed), rows, "%.1f,%.3f", header="s_mm,level_mm", comments="")
+    facts = {
+        "case": number,
+        "seed": seed,
+        "radius_mm": run.radius_mm,
+        "particles": len(run.position_mm),
+        "volume_ratio": round(volume_ratio(run, case.solid), 4),
+        "spilled": run.spilled_particles,
+        "escaped": run.escaped_particles,
+        "processor_s": round(time.process_time() - began, 1),
+    }
+    with RUNS.open("a", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, facts)
+        if file.tell() == 0:
+            writer.writeheader()
+        writer.writerow(facts)
+    print(facts, flush=True)
+
+
+def main() -> None:
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args()
+    FOLDER.mkdir(exist_ok=True)
+    # In the order of the draw, those first that the bar is about: the settings alone say which.
+    for number, case in sorted(enumerate(drawn()), key=lambda one: bool(one[1].fitness.unfit)):
+        for seed in SEEDS:
+            if levels_mm(number, seed) is None:
+                _run(number, case, seed)
+
+
+if __name__ == "__main__":
+    main()

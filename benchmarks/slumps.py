@@ -1,0 +1,139 @@
+"""Slumps of a mini-cone in particles: the closed form of a flat heap, and the replay, against finer ones.
+
+    python -m benchmarks.slumps [--record]
+
+The yield stress that each says of the radius at which another slump came to rest, over the one that it had. Slumps
+stand in ``slumps.csv``; ``--record`` computes those that are not there, about 25 minutes of one core. A finer slump has
+2.2 times as many particles. No paste was measured for any of this.
+"""
+
+import argparse
+import csv
+import math
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from benchmarks.table import Row, finish
+from simulate.slump import STEP, SlumpCurve, slump
+from simulate.spread_law import (
+    FLATTEST,
+    GRAVITY_M_S2,
+    Cone,
+    flat_stress_pa,
+    heap_height_mm,
+    spread_radius_mm,
+    stretched_stress_pa,
+)
+
+MINI_CONE = Cone(38.0, 19.0, 57.0)
+DENSITY_KG_M3 = 1690.0
+TABLE = Path(__file__).with_name("slumps.csv")
+TRUE_PA = {4.0: 1.0, 7.0: 1.3, 20.0: 1.375, 60.0: 1.375}
+"""Yield stresses that slumps have, and how many times finer their particles are than those of a replay; those of 4 Pa
+judge the closed form, which has none."""
+POWERS = range(-11, -3)
+OFF = 0.1
+COLUMNS = ("kind", "stress_over_weight", "radius_over_length")
+KINDS = ("truth", "replay")
+
+
+class Known(NamedTuple):
+    """A slump without units: tau / (rho g V^(1/3)) and R / V^(1/3)."""
+
+    stress: float
+    radius: float
+
+
+@cache
+def recorded() -> dict[str, list[Known]]:
+    """Return all slumps by what they are for."""
+    found: dict[str, list[Known]] = {kind: [] for kind in KINDS}
+    if TABLE.is_file():
+        with TABLE.open(newline="", encoding="utf-8") as file:
+            for row in csv.DictReader(file):
+                known = Known(float(row["stress_over_weight"]), float(row["radius_over_length"]))
+                found[row["kind"]].append(known)
+    return found
+
+
+def replayed() -> SlumpCurve:
+    """Return the curve of the product's own slumps, known beforehand."""
+    known = {round(math.log(one.stress) / math.log(STEP)): one.radius for one in recorded()["replay"]}
+    return SlumpCurve(MINI_CONE, DENSITY_KG_M3, known)
+
+
+def truth(stress_pa: float, volume_mm3: float, density_kg_m3: float) -> float:
+    """Return the radius at rest in mm by the finer slumps, between which its logarithm is cubic in the stress'."""
+    from scipy.interpolate import PchipInterpolator
+
+    finer = sorted(recorded()["truth"])
+    length_mm = volume_mm3 ** (1 / 3)
+    asked = stress_pa / (density_kg_m3 * GRAVITY_M_S2 * length_mm * 1e-3)
+    along = PchipInterpolator(np.log([one.stress for one in finer]), np.log([one.radius for one in finer]))
+    return float(np.exp(along(np.log(asked)))) * length_mm
+
+
+def true_pa() -> list[float]:
+    """Return the yield stresses of the mini-cone's slumps that are recorded."""
+    unit_pa = DENSITY_KG_M3 * GRAVITY_M_S2 * MINI_CONE.volume_mm3 ** (1 / 3) * 1e-3
+    return [round(one.stress * unit_pa, 6) for one in recorded()["truth"]]
+
+
+def record() -> None:
+    """Compute what is not in the table yet, one slump after the other."""
+    unit_pa = DENSITY_KG_M3 * GRAVITY_M_S2 * MINI_CONE.volume_mm3 ** (1 / 3) * 1e-3
+    wanted = [("truth", stress / unit_pa, finer) for stress, finer in TRUE_PA.items()]
+    wanted += [("replay", STEP**power, 1.0) for power in POWERS]
+    # Stiff paste first, which takes least.
+    wanted.sort(key=lambda one: -one[1])
+    done = {(kind, round(math.log(one.stress), 6)) for kind, all_ in recorded().items() for one in all_}
+    if not TABLE.is_file():
+        TABLE.write_text(",".join(COLUMNS) + "\n", encoding="utf-8")
+    for kind, asked, finer in wanted:
+        if (kind, round(math.log(asked), 6)) in done:
+            continue
+        found = slump(MINI_CONE, asked * unit_pa, DENSITY_KG_M3, finer=finer)
+        with TABLE.open("a", newline="", encoding="utf-8") as file:
+            length_mm = found.volume_mm3 ** (1 / 3)
+            # The volume that the particles keep is a little off the cone's.
+            csv.writer(file).writerow([kind, f"{asked:.9g}", f"{found.at_rest_mm / length_mm:.6g}"])
+
+
+def rows() -> list[Row]:
+    """Return the figures by yield stress."""
+    found, volume, density = [], np.array([MINI_CONE.volume_mm3]), np.array([DENSITY_KG_M3])
+    curve = replayed()
+    for stress_pa in sorted(true_pa()):
+        radius = np.array([truth(stress_pa, MINI_CONE.volume_mm3, DENSITY_KG_M3)])
+        closed = stretched_stress_pa(volume, radius, density)
+        high = float(heap_height_mm(closed, radius, density)[0] / radius[0])
+        flat = float(flat_stress_pa(volume, radius, density)[0]) / stress_pa
+        how, said = (
+            ("closed form", closed) if high <= FLATTEST else ("replay", curve.stress_pa(volume, radius, density))
+        )
+        name = f"{stress_pa:g} Pa, H/R {high:.3f}"
+        found.append(Row(f"{name}: {how} over the slump's", float(said[0]) / stress_pa, "", 1 - OFF, 1 + OFF, "1"))
+        found.append(Row(f"{name}: flat formula alone", flat, ""))
+        if how == "replay":
+            found.append(Row(f"{name}: closed form", float(closed[0]) / stress_pa, ""))
+        law_mm = spread_radius_mm(stress_pa, MINI_CONE.volume_mm3, DENSITY_KG_M3)
+        found.append(Row(f"{name}: radius over the closed form's", float(radius[0]) / law_mm, ""))
+    wanted = len(TRUE_PA) + len(POWERS)
+    found.append(Row("slumps that --record has yet to compute", wanted - sum(map(len, recorded().values())), ""))
+    return found
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--record", action="store_true")
+    if parser.parse_args().record:
+        record()
+        recorded.cache_clear()
+    finish(rows())
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,204 @@
+"""The outline of a blob of paste in a photo on the printed marker sheet: its area, its mean radius, how round it is."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from digitise.geometry.polyline import rectangle
+from digitise.image.raster import Map, blurred, sampled
+from digitise.photo import Photo, load_photo
+from digitise.settings import PhotoInput
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Floats
+
+RAYS = 360  # Rays from the middle along which the edge is told
+STEP_PX = 0.5
+REACH = 0.12  # Range around the rough edge in which the fine one is told, over the blob's radius
+LEAST_RADIUS_PX = 40.0  # Below it half a pixel of the edge is over 6 % of the yield stress
+LEAST_CONTRAST = 0.06  # Of light across the edge, over the sheet's: grain after blurring has a fifth of it
+MOST_UNROUND = 0.10  # RMS of the outline over its mean radius; beyond, the plate sloped or the cone was pulled aside
+LEAST_SEEN = 0.8  # Share of rays on which the edge must be told
+EDGE_PX = 0.5  # Standard uncertainty of the edge all around: where in its blur, or on its wet rim, paste ends
+FLAT_PX = 200  # Longer side of the copy on which the sheet's own light is told
+
+
+@dataclass(frozen=True)
+class SpreadBlob:
+    """A blob seen from above."""
+
+    radius_mm: float  # Of the circle of its area
+    radius_error_mm: float  # Standard uncertainty: scale, edge and shape
+    parts_mm: dict[str, float]  # That of each of the three
+    unround: float  # RMS of the outline's distance from its middle, less the mean, over the mean
+    diameters_mm: tuple[float, float]  # Least and largest distance of two parallel lines that hold it
+    outline_mm: Floats  # (n, 2), on the sheet
+    outline_px: Floats  # (n, 2)
+    dark: bool  # The blob is darker than the sheet
+    warnings: tuple[str, ...]
+
+
+def measure_spread(settings: PhotoInput, folder: Path) -> SpreadBlob:
+    """Find the blob inside the frame of markers and measure it. Raises InputError where no round one is seen."""
+    photo = load_photo(settings, folder)
+    if photo.scale_uncertainty is None:
+        raise InputError(f"{photo.file}: a spread needs the scale of markers; give the table that was printed.")
+    inside = _opening(photo)
+    light = _levelled(photo.brightness, inside)
+    centre_px, rough_px, dark = _rough(light, inside, photo.file)
+    outline_px = _edge(light, centre_px, rough_px, inside, dark, photo.file)
+    return _measured(photo, outline_px, dark)
+
+
+def _opening(photo: Photo) -> NDArray[np.bool_]:
+    """Mask of the sheet's free field: the opening of the frame, less the markers' own margin."""
+    assert photo.face_mm is not None, "a marker sheet has a face"
+    ring = np.round(photo.to_px(rectangle(photo.face_mm))).astype(np.int32)
+    mask = np.zeros(photo.brightness.shape, dtype=np.uint8)
+    cv2.fillPoly(mask, [ring], 1)
+    # The line to cut along lies just inside.
+    margin = max(3, round(1.0 / photo.mm_per_px))
+    kernel = np.ones((2 * margin + 1,) * 2, np.uint8)
+    inside = cv2.erode(mask, kernel, borderType=cv2.BORDER_CONSTANT, borderValue=0) > 0
+    if inside.sum() < (2 * LEAST_RADIUS_PX) ** 2:
+        raise InputError(f"{photo.file}: the field between the markers is too small in the photo; go nearer.")
+    return inside
+
+
+def _levelled(brightness: Map, inside: NDArray[np.bool_]) -> Map:
+    """Divide by the light that falls on the sheet, a plane in its logarithm, fitted to the rim of the field."""
+    distance = cv2.distanceTransform(inside.astype(np.uint8), cv2.DIST_L2, 3)
+    rim = inside & (distance < 0.06 * float(distance.max()) + 2)
+    y, x = np.nonzero(rim)
+    light = np.log(np.maximum(blurred(brightness, 1.0)[rim], 1e-4)).astype(float)
+    height, width = brightness.shape
+    axes = np.column_stack([np.ones(len(x)), x / width, y / height])
+    kept, plane = np.ones(len(x), dtype=bool), np.zeros(3)
+    for _ in range(4):
+        plane = np.linalg.lstsq(axes[kept], light[kept], rcond=None)[0]
+        miss = light - axes @ plane
+        kept = np.abs(miss) <= max(0.02, 2.5 * float(np.median(np.abs(miss))))
+    rows, columns = np.mgrid[0:height, 0:width]
+    return np.asarray(brightness / np.exp(plane[0] + plane[1] * columns / width + plane[2] * rows / height), np.float32)
+
+
+def _rough(light: Map, inside: NDArray[np.bool_], file: Path) -> tuple[Floats, float, bool]:
+    """Return middle and radius of the largest blob unlike the sheet, in px, and whether it is dark."""
+    soft = blurred(light, 2.0)
+    best: tuple[float, Floats, bool] | None = None
+    for dark in (True, False):
+        values = (1 - soft if dark else soft - 1)[inside]
+        high = float(np.quantile(values, 0.99))
+        if high < LEAST_CONTRAST:
+            continue
+        blob = (((1 - soft if dark else soft - 1) > high / 2) & inside).astype(np.uint8)
+        opened = cv2.morphologyEx(blob, cv2.MORPH_OPEN, np.ones((5, 5), np.uint8))
+        blob = _filled(np.asarray(opened, np.uint8))
+        count, _, stats, middles = cv2.connectedComponentsWithStats(blob)
+        if count < 2:
+            continue
+        largest = 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax())
+        area = float(stats[largest, cv2.CC_STAT_AREA])
+        if best is None or area > best[0]:
+            best = area, np.asarray(middles[largest], dtype=float), dark
+    if best is None:
+        raise InputError(
+            f"{file}: no blob stands out between the markers: take the photo in even light, with paste that is darker "
+            "or lighter than the sheet, or put a coloured film under it."
+        )
+    radius_px = float(np.sqrt(best[0] / np.pi))
+    if radius_px < LEAST_RADIUS_PX:
+        raise InputError(
+            f"{file}: the blob is {radius_px:.0f} px in radius, need {LEAST_RADIUS_PX:g}: take the photo from nearer."
+        )
+    return best[1], radius_px, best[2]
+
+
+def _filled(blob: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Fill the glints inside of blobs."""
+    rings, _ = cv2.findContours(blob, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    filled = np.zeros_like(blob)
+    cv2.drawContours(filled, rings, -1, 1, cv2.FILLED)
+    return np.asarray(filled, dtype=np.uint8)
+
+
+def _edge(light: Map, centre_px: Floats, rough_px: float, inside: NDArray[np.bool_], dark: bool, file: Path) -> Floats:
+    """Return the outline, (n, 2) in px: on each ray, the outermost crossing of half the contrast across the edge."""
+    soft = blurred(light, 0.8)
+    turn = 2 * np.pi * np.arange(RAYS) / RAYS
+    rays = np.column_stack([np.cos(turn), np.sin(turn)])
+    away = np.arange(0.3 * rough_px, 1.8 * rough_px, STEP_PX)
+    places = centre_px + away[None, :, None] * rays[:, None]
+    seen = np.asarray(sampled(soft, places), dtype=float)
+    unlike = 1 - seen if dark else seen - 1
+    free = np.asarray(sampled(inside.astype(np.float32), places), dtype=float) > 0.99
+    unlike = np.where(free, unlike, 0.0)
+    paste = float(np.median(unlike[:, : len(away) // 6]))
+    radius = np.full(RAYS, np.nan)
+    for ray, (values, allowed) in enumerate(zip(unlike, free, strict=True)):
+        beyond = np.flatnonzero(values > paste / 2)
+        if len(beyond) == 0 or beyond[-1] + 1 >= len(values) or not allowed[beyond[-1] + 1]:
+            continue
+        last = beyond[-1]
+        # Half between the paste just inside this edge and the sheet just outside: light differs around the blob.
+        span = max(6, round(REACH * rough_px / STEP_PX))
+        near, far = values[max(0, last - span) : max(1, last - span // 2)], values[last + span // 2 : last + span]
+        if len(near) == 0 or len(far) == 0:
+            continue
+        half = (float(np.median(near)) + float(np.median(far))) / 2
+        crossing = np.flatnonzero((values[:-1] >= half) & (values[1:] < half))
+        if len(crossing) == 0:
+            continue
+        at = crossing[np.abs(crossing - last).argmin()]
+        share = (values[at] - half) / max(values[at] - values[at + 1], 1e-9)
+        radius[ray] = away[at] + share * STEP_PX
+    known = np.isfinite(radius)
+    if known.mean() >= LEAST_SEEN:
+        # A drop or a scratch beside the edge is on few rays.
+        usual = np.array([np.nanmedian(np.roll(radius, 8 - k)[:17]) for k in range(RAYS)])
+        known &= np.abs(radius - usual) < max(2.0, 0.03 * rough_px)
+    if known.mean() < LEAST_SEEN:
+        raise InputError(
+            f"{file}: the blob's edge is seen on {known.mean():.0%} of its way around, need {LEAST_SEEN:.0%}: it must "
+            "lie between the markers, away from them, without shadows or smears beside it."
+        )
+    radius = np.interp(turn, turn[known], radius[known], period=2 * np.pi)
+    return centre_px + radius[:, None] * rays
+
+
+def _measured(photo: Photo, outline_px: Floats, dark: bool) -> SpreadBlob:
+    outline_mm = photo.to_mm(outline_px)
+    start, end = outline_mm, np.roll(outline_mm, -1, axis=0)
+    cross = start[:, 0] * end[:, 1] - start[:, 1] * end[:, 0]
+    area_mm2 = abs(float(cross.sum())) / 2
+    middle = ((start + end) * cross[:, None]).sum(axis=0) / (3 * cross.sum())
+    radius_mm = float(np.sqrt(area_mm2 / np.pi))
+    away_mm = np.linalg.norm(outline_mm - middle, axis=1)
+    unround = float(away_mm.std() / away_mm.mean())
+    if unround > MOST_UNROUND:
+        raise InputError(
+            f"{photo.file}: the blob is not round, its outline is {unround:.0%} of its radius off a circle (RMS); "
+            f"{MOST_UNROUND:.0%} are allowed. Level the plate, lift the cone straight up, and measure again."
+        )
+    ways = np.radians(np.arange(0, 180, 2.0))
+    across = outline_mm @ np.array([np.cos(ways), np.sin(ways)])
+    wide_mm = across.max(axis=0) - across.min(axis=0)
+    parts = {
+        "scale": (photo.scale_uncertainty or 0.0) * radius_mm,
+        "edge": EDGE_PX * photo.mm_per_px,
+        # Between the circle of its area and that of its mean radius lies half the square of it.
+        "shape": unround**2 * radius_mm,
+    }
+    return SpreadBlob(
+        radius_mm,
+        float(np.sqrt(sum(part**2 for part in parts.values()))),
+        parts,
+        unround,
+        (float(wide_mm.min()), float(wide_mm.max())),
+        outline_mm,
+        outline_px,
+        dark,
+        photo.warnings,
+    )

@@ -1,0 +1,102 @@
+"""A liquid weighed into a crack: mass and level in steps, as a CSV holds them, and what the liquid is."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Self
+
+import numpy as np
+from pydantic import BeforeValidator, Field, model_validator
+
+from sealtwin.core.errors import InputError
+from sealtwin.core.number_tables import read_columns
+from sealtwin.core.records import Floats
+from sealtwin.core.settings import Settings
+
+BOUNDS = {"mass_g": (1e-3, 1e5), "level_mm": (-500.0, 0.0)}
+HINTS = {"level_mm": ", since levels below the face are negative"}
+MOST_ROWS = 1000
+# A fill is looked at before it is checked, and pydantic then no longer knows that a list was JSON's, and so a tuple.
+Column = Annotated[tuple[float, ...], Field(min_length=1, max_length=MOST_ROWS, strict=False)]
+
+
+class WeighedFill(Settings):
+    """The table [crack.fill]: what the crack holds, by weight. The sample lies level, its open ends closed by tape."""
+
+    file: Path | None = None
+    """CSV with the columns mass_g and level_mm, a row for each step; a run's folder holds the columns themselves."""
+    mass_g: Column | None = None
+    """Liquid in the crack, all steps together, on a scale that was set to zero with the empty sample on it."""
+    level_mm: Column | None = None
+    """Level of the liquid from the face, upward: the lowest line of the meniscus; 0 where it is flat with the face."""
+    density_kg_m3: float = Field(default=998.0, ge=500, le=3000)
+    """Density of the liquid; by default that of water at 20 C, within 0.2 %."""
+    surface_tension_n_m: float = Field(default=0.030, ge=0, le=0.1)
+    """Surface tension of the liquid, which stands higher at the walls that it wets than at its lowest line; by default
+    of water with a drop of detergent. Pure water, with 0.073, wets badly. 0 for levels that are means across."""
+    mass_sd_g: float = Field(default=0.05, gt=0, le=100)
+    """Standard deviation of one weighing: half of the last digit of a kitchen scale."""
+    level_sd_mm: float = Field(default=0.2, gt=0, le=10)
+    """Standard deviation of one reading of the level."""
+    flush_sd_mm: float = Field(default=0.1, gt=0, le=10)
+    """Standard deviation of a level of 0, which the surface's reflection shows."""
+
+    @model_validator(mode="after")
+    def _file_or_columns(self) -> Self:
+        given = [name for name in ("mass_g", "level_mm") if getattr(self, name) is not None]
+        if self.file is None and len(given) < 2:
+            raise ValueError("give file, a CSV with the columns mass_g and level_mm, or both columns")
+        if self.file is not None and given:
+            raise ValueError(f"{given[0]} beside file, which holds it: give either")
+        if given and (fault := _fault(self.mass_g or (), self.level_mm or ())):
+            row, column, said = fault
+            raise ValueError(f"{column}, row {row + 1}: {said}")
+        return self
+
+    def loaded(self, folder: Path) -> Self:
+        """Return the fill with the columns in place of their file in ``folder``.
+
+        Raises InputError with file, row, column and value.
+        """
+        if self.file is None:
+            return self
+        path = folder / self.file
+        # Bounds are told below, with what to do.
+        columns = read_columns(path, dict.fromkeys(BOUNDS, (-np.inf, np.inf)), list(BOUNDS), (1, MOST_ROWS))
+        if fault := _fault(columns["mass_g"], columns["level_mm"]):
+            row, column, said = fault
+            raise InputError(f"{path}, row {columns['row'][row]:g}, column {column}: {said}.")
+        return self.model_copy(update={"file": None, **{name: tuple(columns[name]) for name in BOUNDS}})
+
+    @property
+    def volume_mm3(self) -> Floats:
+        """Volume in the crack after each step, (k,). Raises ValueError unless the file is loaded."""
+        return 1e6 * self._column(self.mass_g) / self.density_kg_m3
+
+    @property
+    def levels_mm(self) -> Floats:
+        """Level read after each step, (k,). Raises ValueError unless the file is loaded."""
+        return self._column(self.level_mm)
+
+    def _column(self, values: tuple[float, ...] | None) -> Floats:
+        if values is None:
+            raise ValueError("the fill is a file that is not read yet; see loaded")
+        return np.array(values)
+
+
+def _fault(masses_g: Sequence[float], levels_mm: Sequence[float]) -> tuple[int, str, str] | None:
+    """Return row from 0, column and words of the first value that cannot be, or None."""
+    if len(masses_g) != len(levels_mm):
+        return min(len(masses_g), len(levels_mm)), "mass_g, level_mm", "one of the two has more rows"
+    for name, values in (("mass_g", masses_g), ("level_mm", levels_mm)):
+        low, high = BOUNDS[name]
+        for row, value in enumerate(values):
+            if not low <= value <= high:
+                return row, name, f"{value:g}; {low:g} to {high:g} is allowed{HINTS.get(name, '')}"
+            if row and value <= values[row - 1]:
+                before = f"{value:g} after {values[row - 1]:g}"
+                return row, name, f"{before}; each step holds all that was poured before, and stands higher"
+    return None
+
+
+FillOrFile = Annotated[WeighedFill, BeforeValidator(lambda given: {"file": given} if isinstance(given, str) else given)]
+"""The table, or the name of its file alone."""

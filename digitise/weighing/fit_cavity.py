@@ -1,0 +1,329 @@
+"""Width, depth and wall angle of a cavity from a liquid weighed into it, with what a photo and a gauge say before.
+
+The volume below a level is that of straight walls between the traced outline and the floor. Unknown are the mean width
+w at which the outline was traced, the loss c of width for each millimetre down (c = 2 tan of a wall's angle), and the
+depth D of the floor; beside them a factor on the liquid's density and one on the height of its meniscus. The posterior
+is that of least squares over the residuals of the steps and of what is known before (Tarantola 2005, section 3.2.3),
+linearised at its maximum. The angle has no prior: no photo shows it.
+"""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+from scipy.stats import chi2
+
+from digitise.settings import CrackShape
+from digitise.solid.build_solid import shape_as_long_as
+from digitise.solid.footprint import lay_out
+from digitise.solid.tilt_variants import Slicer
+from digitise.solid.wedges import wall_shifts_mm
+from digitise.weighing.fill import WeighedFill
+from digitise.weighing.meniscus import capillary_length_mm, mean_level_mm
+from digitise.weighing.moved_walls import shape_by_weight, widened
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Floats, Outline
+from sealtwin.core.solid_figures import WeighedCavity
+
+DENSITY_SD = 0.002  # Relative standard deviation of the density: 10 K of water
+MENISCUS_SD = 0.2  # Relative standard deviation of the meniscus's height: walls wetted within some 35 degrees
+UNKNOWN = 0.1  # Relative standard deviation of a width or a depth whose uncertainty nobody declared
+PASSES = 3  # Fits, each with the solid's volumes at the walls of the one before
+SLICES = 48  # Horizontal slices of the solid
+LEAST_SHARE = 0.02  # Of the cavity's volume, below which nothing is told by the ratio of two volumes
+LEAST_PROBABILITY = 0.01  # Of a misfit by chance, below which the steps contradict straight walls or each other
+FAR = 2.5  # Standard deviations from which a difference is named as a contradiction
+STEEPEST = 2 * np.tan(np.radians(59.0))
+OPENING = -0.5  # Least loss of width for each millimetre down that is looked for
+THIN_MM = 0.02  # Height of a slab of liquid whose volume gives the area of its surface
+NORMAL_95 = 1.96
+TINY = 1e-12
+UNLIKE = 5.0  # Volume poured over that of upright walls, or the other way round, that no angle explains
+LIKELIER = 6.0  # Difference of two misfits from which one tilt is named as better: twenty times as likely
+UNKNOWNS = 5
+Booleans = NDArray[np.bool_]
+WIDTH, CLOSING, DEPTH, DENSITY, MENISCUS = range(UNKNOWNS)
+
+
+@dataclass(frozen=True)
+class _Walls:
+    """Straight walls along an outline; widths, depths and lengths of its stations, (n,)."""
+
+    width_mm: Floats
+    depth_mm: Floats
+    along_mm: Floats  # Length of crack that each station stands for
+    at_floor: bool  # True where the traced width is that of the deepest floor, as of a flare
+    scale_at_mm: Floats = field(default_factory=lambda: np.zeros(1))  # Depths, (m,), increasing
+    scale: Floats = field(default_factory=lambda: np.ones(1))
+    """The solid's volume below each of these depths over that of these sections: side cracks, tips and bends."""
+
+    def volume_mm3(self, level_mm: Floats, unknown: Floats) -> Floats:
+        """Return the volume below each level, (k,), with the walls moved by the unknowns."""
+        mean_mm = self.width_mm @ self.along_mm / self.along_mm.sum()
+        width_mm = np.maximum(self.width_mm * (1 + unknown[WIDTH] / mean_mm), 0.0)
+        depth_mm = np.maximum(self.depth_mm + unknown[DEPTH], 0.0)
+        closing = unknown[CLOSING]
+        mouth_mm = width_mm + closing * depth_mm.max() if self.at_floor else width_mm
+        whole_mm2 = _above_mm2(mouth_mm, depth_mm, closing)
+        dry_mm2 = _above_mm2(mouth_mm, np.minimum(-level_mm[:, None], depth_mm), closing)
+        return np.interp(-level_mm, self.scale_at_mm, self.scale) * ((whole_mm2 - dry_mm2) @ self.along_mm)
+
+    def brim_mm3(self, unknown: Floats) -> float:
+        return float(self.volume_mm3(np.zeros(1), unknown)[0])
+
+
+def _above_mm2(mouth_mm: Floats, depth_mm: Floats, closing: float) -> Floats:
+    """Return the area of a section from the face down to each depth, or to where its walls meet."""
+    meet_mm = mouth_mm / closing if closing > 0 else np.inf
+    open_mm = np.clip(np.minimum(depth_mm, meet_mm), 0.0, None)
+    return mouth_mm * open_mm - closing * open_mm**2 / 2
+
+
+@dataclass(frozen=True)
+class _Fit:
+    unknown: Floats
+    covariance: Floats
+    mean_level_mm: Floats  # Level of each step, the meniscus levelled
+    misfit_mm3: Floats  # Weighed volume less that of the walls, at each step
+    misfit_sd_mm3: Floats
+    misfit: float  # Sum of the squared residuals over their standard deviations
+    probability: float  # Of a misfit as large by chance
+
+
+def weigh(
+    outline: Outline, shape: CrackShape, fill: WeighedFill, width_sd_mm: float | None, depth_sd_mm: float | None
+) -> tuple[Outline, CrackShape, WeighedCavity]:
+    """Return outline and shape as the weighed fill and what was known before want them, and the record of the fit.
+
+    Args:
+        outline: Crack as traced; its own interval of the width counts where ``width_sd_mm`` is None.
+        shape: Depth by a gauge and the reading of the tilt; only a flare or a funnel gets an angle.
+        fill: Fill whose file is loaded.
+        width_sd_mm: Standard uncertainty of the traced mean width; None if nobody declared it.
+        depth_sd_mm: Standard uncertainty of the depth; None if nobody declared it.
+    """
+    shape, _ = shape_as_long_as(outline.length_mm, shape)
+    width_mm, depth_mm = outline.mean_width_mm, shape.deepest_mm
+    known = np.array([
+        width_sd_mm or outline.width_doubt_mm or UNKNOWN * width_mm,
+        np.inf,
+        depth_sd_mm or UNKNOWN * depth_mm,
+        DENSITY_SD,
+        MENISCUS_SD,
+    ])  # fmt: skip
+    tilted, findings = shape.tilt in ("flare", "funnel"), list[str]()
+    walls = _walls(outline, shape)
+    _require_likeness(walls, fill)
+    if not tilted and len(fill.levels_mm) > 1:
+        findings += _closing_unasked(_fit(walls, fill, known, np.zeros(UNKNOWNS), np.ones(UNKNOWNS, bool)), shape)
+    # Side cracks are part of the outline, and only a main crack can be widened.
+    free = np.array([not outline.branches_kept, tilted, True, True, True])
+    walls, fit = _fit_to_solid(outline, shape, fill, walls, known, free)
+    if tilted and fit.unknown[CLOSING] < 0:
+        findings += _opening(fit, shape)
+        # The angle stays as doubtful as it is, and the others are those at upright walls.
+        upright = _fit_to_solid(outline, shape, fill, walls, known, free & [True, False, True, True, True])
+        walls, fit = upright[0], replace(upright[1], covariance=fit.covariance)
+    findings += _contradictions(fit, known)
+    if findings and tilted:
+        findings += _other_tilt(outline, shape, fill, known, free, fit)
+    return _result(outline, shape, walls, fill, fit, tuple(findings))
+
+
+def _require_likeness(walls: _Walls, fill: WeighedFill) -> None:
+    """Raises InputError for a fill whose volume no angle of these walls holds."""
+    upright_mm3 = float(walls.volume_mm3(fill.levels_mm[-1:], np.zeros(UNKNOWNS))[0])
+    poured_mm3 = float(fill.volume_mm3[-1])
+    if not upright_mm3 / UNLIKE < poured_mm3 < UNLIKE * upright_mm3:
+        raise InputError(
+            f"crack.fill: the last level is reached with {poured_mm3 / 1e3:.3g} ml, and upright walls hold "
+            f"{upright_mm3 / 1e3:.3g} ml there: check that masses are in grams and of the liquid alone, the density, "
+            "depth_mm and the photo's scale."
+        )
+
+
+def _walls(outline: Outline, shape: CrackShape) -> _Walls:
+    s_mm = outline.s_mm
+    gaps_mm = np.diff(s_mm)
+    along_mm = np.concatenate([[gaps_mm[0]], gaps_mm[1:] + gaps_mm[:-1], [gaps_mm[-1]]]) / 2
+    return _Walls(outline.width_mm, shape.depth_at_mm(s_mm), along_mm, shape.tilt == "flare")
+
+
+def _fit_to_solid(
+    outline: Outline, shape: CrackShape, fill: WeighedFill, walls: _Walls, known: Floats, free: Booleans
+) -> tuple[_Walls, _Fit]:
+    """Fit with the volumes of the sections in the proportion that the solid's have to them at the fitted walls."""
+    fit = _fit(walls, fill, known, np.zeros(UNKNOWNS), free)
+    for _ in range(PASSES - 1):
+        about = np.zeros(UNKNOWNS)
+        about[CLOSING] = max(0.0, fit.unknown[CLOSING])
+        walls = _in_proportion(walls, outline, shape, about)
+        fit = _fit(walls, fill, known, about, free)
+    return walls, fit
+
+
+def _in_proportion(walls: _Walls, outline: Outline, shape: CrackShape, about: Floats) -> _Walls:
+    moved = shape.model_copy(update={"wall_angle_deg": _angle_deg(about[CLOSING])})
+    slicer = Slicer(lay_out(outline, moved, max(wall_shifts_mm(moved))), moved)
+    at_mm = np.linspace(0.0, shape.deepest_mm, SLICES + 1)
+    middle_mm2 = [slicer.cavity(depth_mm).area() for depth_mm in (at_mm[1:] + at_mm[:-1]) / 2]
+    below_mm3 = np.cumsum(middle_mm2[::-1])[::-1] * at_mm[1]
+    sections_mm3 = replace(walls, scale=np.ones(SLICES + 1), scale_at_mm=at_mm).volume_mm3(-at_mm[:-1], about)
+    # A funnel may have closed above the deepest slices.
+    sound = sections_mm3 > LEAST_SHARE * sections_mm3[0]
+    return replace(walls, scale_at_mm=at_mm[:-1][sound], scale=below_mm3[sound] / sections_mm3[sound])
+
+
+def _fit(walls: _Walls, fill: WeighedFill, known: Floats, about: Floats, free: Booleans) -> _Fit:
+    """Fit the ``free`` unknowns, with the area of the liquid's surface between the walls ``about`` which the fit is."""
+    width_mm = float(walls.width_mm @ walls.along_mm / walls.along_mm.sum())
+    capillary_mm = capillary_length_mm(fill.surface_tension_n_m, fill.density_kg_m3)
+    lifted_mm = mean_level_mm(fill.levels_mm, width_mm, capillary_mm) - fill.levels_mm
+    under_mm3 = [walls.volume_mm3(fill.levels_mm - below_mm, about) for below_mm in (0.0, THIN_MM)]
+    surface_mm2 = (under_mm3[0] - under_mm3[1]) / THIN_MM
+    level_sd_mm = np.where(fill.levels_mm < 0, fill.level_sd_mm, fill.flush_sd_mm)
+    sd_mm3 = np.hypot(1e6 * fill.mass_sd_g / fill.density_kg_m3, surface_mm2 * level_sd_mm)
+    # Of the same size as what is known, so that steps and tolerances suit all of them.
+    size = np.where(np.isfinite(known), known, 0.05)
+
+    def unknown_of(scaled: Floats) -> Floats:
+        unknown = np.zeros(UNKNOWNS)
+        unknown[free] = scaled
+        return unknown * size
+
+    def level_mm(unknown: Floats) -> Floats:
+        return np.minimum(fill.levels_mm + (1 + unknown[MENISCUS]) * lifted_mm, 0.0)
+
+    def misfit_mm3(unknown: Floats) -> Floats:
+        return fill.volume_mm3 * (1 + unknown[DENSITY]) - walls.volume_mm3(level_mm(unknown), unknown)
+
+    def residuals(scaled: Floats) -> Floats:
+        unknown = unknown_of(scaled)
+        return np.concatenate([misfit_mm3(unknown) / sd_mm3, (unknown / known)[np.isfinite(known)]])
+
+    low, high = np.full(UNKNOWNS, -np.inf), np.full(UNKNOWNS, np.inf)
+    low[CLOSING], high[CLOSING] = OPENING / size[CLOSING], STEEPEST / size[CLOSING]
+    start = np.zeros(free.sum())
+    found = least_squares(residuals, start, bounds=(low[free], high[free]), x_scale="jac", xtol=1e-12, ftol=1e-12)
+    covariance = np.zeros((UNKNOWNS, UNKNOWNS))
+    covariance[np.ix_(free, free)] = np.linalg.pinv(found.jac.T @ found.jac)
+    freedom = len(sd_mm3) - int(free[CLOSING])
+    probability = float(chi2.sf(2 * found.cost, freedom)) if freedom else 1.0
+    if probability < LEAST_PROBABILITY:
+        # Steps that scatter more than was declared say less.
+        covariance *= 2 * found.cost / freedom
+    unknown = unknown_of(found.x)
+    covariance *= np.outer(size, size)
+    return _Fit(unknown, covariance, level_mm(unknown), misfit_mm3(unknown), sd_mm3, 2 * found.cost, probability)
+
+
+def _closing_unasked(fit: _Fit, shape: CrackShape) -> list[str]:
+    closing, sd = fit.unknown[CLOSING], np.sqrt(fit.covariance[CLOSING, CLOSING])
+    if abs(closing) < FAR * sd:
+        return []
+    way = "close" if closing > 0 else "open"
+    return [
+        f"The weighed fill shows walls that {way} on the way down by {abs(_angle_deg(closing)):.1f} degrees each, and "
+        f'tilt = "{shape.tilt}" keeps their distance: "funnel" and "flare" have an angle.'
+    ]
+
+
+def _opening(fit: _Fit, shape: CrackShape) -> list[str]:
+    closing, sd = fit.unknown[CLOSING], np.sqrt(fit.covariance[CLOSING, CLOSING])
+    if -closing < FAR * sd:
+        return []
+    return [
+        f"The weighed fill wants walls that open downward by {-_angle_deg(closing):.1f} degrees each, which a "
+        f"{shape.tilt} cannot: they are taken as upright. Look at depth_mm, the photo's width and the levels."
+    ]
+
+
+def _other_tilt(
+    outline: Outline, shape: CrackShape, fill: WeighedFill, known: Floats, free: Booleans, fit: _Fit
+) -> list[str]:
+    """Say whether the traced width fits better at the other end of the walls."""
+    other = "funnel" if shape.tilt == "flare" else "flare"
+    turned = shape.model_copy(update={"tilt": other})
+    _, better = _fit_to_solid(outline, turned, fill, _walls(outline, turned), known, free)
+    if better.unknown[CLOSING] < 0 or better.misfit > fit.misfit - LIKELIER:
+        return []
+    where = "mouth" if other == "funnel" else "floor"
+    return [f'tilt = "{other}" fits the weighed fill better: the photo then shows the width of the {where}.']
+
+
+def _contradictions(fit: _Fit, known: Floats) -> list[str]:
+    said: list[str] = []
+    for index, name, what in ((WIDTH, "the photo's width", "width_mm"), (DEPTH, "depth_mm", "depth_mm")):
+        if abs(off_mm := fit.unknown[index]) > FAR * known[index]:
+            way = "more" if off_mm > 0 else "less"
+            said.append(
+                f"The weighed fill contradicts {name}: it wants {abs(off_mm):.2f} mm {way}, and the uncertainty "
+                f"({what}) is {known[index]:.2f} mm."
+            )
+    if fit.probability < LEAST_PROBABILITY:
+        worst = int(np.argmax(np.abs(fit.misfit_mm3 / fit.misfit_sd_mm3)))
+        said.append(
+            f"The steps of the weighed fill do not fit straight walls: step {worst + 1} is "
+            f"{fit.misfit_mm3[worst] / 1e3:+.3f} ml off, where {fit.misfit_sd_mm3[worst] / 1e3:.3f} ml are its doubt."
+        )
+    return said
+
+
+def _result(
+    outline: Outline, shape: CrackShape, walls: _Walls, fill: WeighedFill, fit: _Fit, findings: tuple[str, ...]
+) -> tuple[Outline, CrackShape, WeighedCavity]:
+    off, covariance = fit.unknown, fit.covariance[:DENSITY, :DENSITY]
+    gradient = np.array([
+        (walls.brim_mm3(off + step) - walls.brim_mm3(off - step)) / 2e-4 for step in 1e-4 * np.eye(UNKNOWNS)[:DENSITY]
+    ])  # fmt: skip
+    brim_mm3 = walls.brim_mm3(off)
+    half_mm3 = NORMAL_95 * float(np.sqrt(gradient @ covariance @ gradient))
+    # From the loss of width to degrees, and in the order in which they are told.
+    to_degrees = np.diag([1.0, np.degrees(0.5 / (1 + off[CLOSING] ** 2 / 4)), 1.0])
+    told = to_degrees @ covariance @ to_degrees
+    width_mm, depth_mm = outline.mean_width_mm + off[WIDTH], shape.deepest_mm + off[DEPTH]
+    record = WeighedCavity(
+        levels_mm=tuple(fit.mean_level_mm.tolist()),
+        volumes_mm3=tuple(fill.volume_mm3.tolist()),
+        misfits_mm3=tuple(fit.misfit_mm3.tolist()),
+        misfit_sds_mm3=tuple(fit.misfit_sd_mm3.tolist()),
+        slabs_mm=_slabs_mm(fill, walls, fit),
+        width_mm=float(width_mm),
+        wall_angle_deg=_angle_deg(off[CLOSING]),
+        depth_mm=float(depth_mm),
+        steps=tuple(tuple(row) for row in _root(told).tolist()),
+        volume_95_mm3=(max(0.0, brim_mm3 - half_mm3), brim_mm3 + half_mm3),
+        findings=findings,
+    )
+    return widened(outline, float(off[WIDTH])), shape_by_weight(shape, record), record
+
+
+def _slabs_mm(fill: WeighedFill, walls: _Walls, fit: _Fit) -> tuple[tuple[float, float, float], ...]:
+    """Return middle below the face, mean width and its standard deviation of the slab that each step but one added."""
+    length_mm = walls.scale[0] * walls.along_mm.sum()
+    height_mm, volume_mm3 = np.diff(fit.mean_level_mm), np.diff(fill.volume_mm3)
+    middle_mm = -(fit.mean_level_mm[1:] + fit.mean_level_mm[:-1]) / 2
+    # Two readings that nearly agree say nothing of the width between them.
+    told = height_mm > fill.level_sd_mm
+    width_mm = volume_mm3[told] / (height_mm[told] * length_mm)
+    of_scale_mm = np.sqrt(2) * 1e6 * fill.mass_sd_g / fill.density_kg_m3 / (height_mm[told] * length_mm)
+    sd_mm = np.hypot(of_scale_mm, width_mm * np.sqrt(2) * fill.level_sd_mm / height_mm[told])
+    return tuple(zip(middle_mm[told].tolist(), width_mm.tolist(), sd_mm.tolist(), strict=True))
+
+
+def _root(covariance: Floats) -> Floats:
+    """Return the lower triangular root, (k, k), with a column of zeros for what does not vary.
+
+    Column i is what one standard deviation of unknown i, the ones before it given, moves of it and of those after it.
+    """
+    root, left = np.zeros_like(covariance), covariance.copy()
+    for i in range(len(covariance)):
+        if left[i, i] > TINY * max(covariance[i, i], TINY):
+            root[:, i] = left[:, i] / np.sqrt(left[i, i])
+            left -= np.outer(root[:, i], root[:, i])
+    return root
+
+
+def _angle_deg(closing: float) -> float:
+    return float(np.degrees(np.arctan(closing / 2)))

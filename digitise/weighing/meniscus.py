@@ -1,0 +1,63 @@
+"""The meniscus of a wetting liquid between two upright walls: how far its mean level is above its lowest line.
+
+The profile balances weight and surface tension (Young and Laplace): with phi the angle of the surface, z its height
+over the lowest line, k the curvature there and l the capillary length,
+
+    z = l^2 (sqrt(k^2 + 2 (1 - cos phi) / l^2) - k),    dx / dphi = cos phi / sqrt(k^2 + 2 (1 - cos phi) / l^2)
+
+and phi is a right angle at a wall that the liquid wets. The curvature follows from the width.
+"""
+
+from typing import Any
+
+import numpy as np
+from scipy.optimize import brentq
+
+from sealtwin.core.records import Floats
+
+GRAVITY_M_S2 = 9.81
+MANY = 60.0  # Capillary lengths from which a crack is so wide that the middle of its surface is flat
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(64)
+
+
+def capillary_length_mm(surface_tension_n_m: float, density_kg_m3: float) -> float:
+    return 1e3 * float(np.sqrt(surface_tension_n_m / (density_kg_m3 * GRAVITY_M_S2)))
+
+
+def raise_and_height_mm(width_mm: float, capillary_mm: float) -> tuple[float, float]:
+    """Return the mean level and that at the walls, both over the lowest line.
+
+    In a narrow crack they are (1 - pi / 4) and 1 of half the width; in a wide one the walls lift by sqrt(2) capillary
+    lengths, and the mean by 2 capillary lengths squared over the width.
+    """
+    if width_mm > MANY * capillary_mm:
+        return 2 * capillary_mm**2 / width_mm, capillary_mm * float(np.sqrt(2))
+
+    def profile(curvature: float) -> tuple[Floats, Floats]:
+        """Return heights and lengths across of the pieces of half the surface, (k,) each."""
+        # phi = k l sinh(t): the same pieces suit a half circle and an edge far from a flat middle.
+        scale = curvature * capillary_mm
+        end = np.arcsinh(np.pi / 2 / scale)
+        t = (NODES + 1) * end / 2
+        phi = scale * np.sinh(t)
+        root = np.sqrt(curvature**2 + 2 * (1 - np.cos(phi)) / capillary_mm**2)
+        return capillary_mm**2 * (root - curvature), WEIGHTS * end / 2 * scale * np.cosh(t) * np.cos(phi) / root
+
+    # By gravity a half circle is too flat; the curvature falls with the exponential of the width.
+    low, high = np.log(2 / width_mm) - MANY, np.log(4 / width_mm)
+    found: Any = brentq(lambda log: profile(np.exp(log))[1].sum() - width_mm / 2, low, high)
+    curvature = float(np.exp(found))
+    height_mm, across_mm = profile(curvature)
+    wall_mm = capillary_mm**2 * (np.sqrt(curvature**2 + 2 / capillary_mm**2) - curvature)
+    return float(height_mm @ across_mm) / (width_mm / 2), float(wall_mm)
+
+
+def mean_level_mm(levels_mm: Floats, width_mm: float, capillary_mm: float) -> Floats:
+    """Return the mean level for each lowest line, (k,).
+
+    Near the face the liquid stands at the edges of the crack, and its surface flattens: at 0 it is level.
+    """
+    if capillary_mm == 0:
+        return levels_mm
+    mean_mm, wall_mm = raise_and_height_mm(width_mm, capillary_mm)
+    return levels_mm + mean_mm * np.minimum(1.0, -levels_mm / wall_mm)

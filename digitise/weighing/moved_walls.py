@@ -1,0 +1,39 @@
+"""A crack with its walls or its floor moved: as a weighed fill wants them, or by their uncertainty."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from digitise.geometry.polyline import uncrossed, without_repeats
+from digitise.settings import CrackShape
+from sealtwin.core.records import Outline
+from sealtwin.core.solid_figures import WeighedCavity
+
+SAME_POINT_MM = 1e-6  # Distance below which both walls are one point, as at a tip
+
+
+def widened(outline: Outline, by_mm: float) -> Outline:
+    """Widen a crack by ``by_mm`` on average, every width in proportion: tips and open ends stay where they are."""
+    if not by_mm:
+        return outline
+    apart = (outline.left_wall_mm - outline.right_wall_mm) * by_mm / outline.mean_width_mm / 2
+    left_mm, right_mm = outline.left_wall_mm + apart, outline.right_wall_mm - apart
+    ring_mm = without_repeats(uncrossed(np.vstack([right_mm, left_mm[::-1]])), SAME_POINT_MM)
+    return replace(outline, left_wall_mm=left_mm, right_wall_mm=right_mm, outline_mm=ring_mm)
+
+
+DepthSetting = float | tuple[tuple[float, float], ...]
+
+
+def moved_depth(depth_mm: DepthSetting, by_mm: float) -> DepthSetting:
+    """Move a depth, or each of a table of depths."""
+    if isinstance(depth_mm, tuple):
+        return tuple((s_mm, one_mm + by_mm) for s_mm, one_mm in depth_mm)
+    return depth_mm + by_mm
+
+
+def shape_by_weight(shape: CrackShape, weighed: WeighedCavity) -> CrackShape:
+    """Return the shape with the depth and the angle of a weighed fill, and without the fill."""
+    depth_mm = moved_depth(shape.depth_mm, weighed.depth_mm - shape.deepest_mm)
+    angle = {"wall_angle_deg": weighed.wall_angle_deg} if shape.tilt in ("flare", "funnel") else {}
+    return shape.model_copy(update={"depth_mm": depth_mm, "fill": None, **angle})

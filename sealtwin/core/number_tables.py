@@ -1,0 +1,58 @@
+"""Tables of numbers that users write: a CSV with known columns, every fault named by file, row, column and value."""
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from sealtwin.core.errors import InputError, naming
+
+LARGEST_BYTES = 200_000
+Bounds = Mapping[str, tuple[float, float]]
+"""Least and largest value of each column, by its name."""
+
+
+def read_columns(path: Path, bounds: Bounds, needed: Sequence[str], rows: tuple[int, int]) -> dict[str, list[float]]:
+    """Read a CSV with columns of ``bounds`` in any order, all of ``needed`` among them.
+
+    ``rows`` is how few and how many it may have. Returns numbers by column, and as ``row`` where in the file they
+    stood. Raises InputError.
+    """
+    said = f"a CSV with columns {', '.join(bounds)}, separated by commas"
+    if not path.is_file():
+        raise InputError(f"{path}: no such file; it must be {said}.")
+    if path.stat().st_size > LARGEST_BYTES:
+        raise InputError(f"{path}: larger than {LARGEST_BYTES} bytes; a table has up to {rows[1]} rows.")
+    try:
+        with naming(path):
+            text = path.read_text(encoding="utf-8-sig")
+        lines = [(line, row) for line, row in enumerate(csv.reader(io.StringIO(text)), start=1) if any(row)]
+    except (UnicodeDecodeError, csv.Error) as fault:
+        raise InputError(f"{path}: no readable CSV ({fault}); it must be {said}.") from None
+    if not lines:
+        raise InputError(f"{path}: empty; it must be {said}.")
+    header = [name.strip() for name in lines[0][1]]
+    if len(header) == 1 and (marks := [mark for mark in (";", "\t") if mark in header[0]]):
+        raise InputError(
+            f"{path}, row 1: columns are separated by {marks[0]!r}; it must be {said}, with decimal points."
+        )
+    if wrong := [name for name in header if name not in bounds or header.count(name) > 1]:
+        raise InputError(f"{path}, row 1: column '{wrong[0]:.60}' is unknown or named twice; it must be {said}.")
+    if not rows[0] <= len(lines) - 1 <= rows[1]:
+        raise InputError(f"{path}: {len(lines) - 1} rows below the header; {rows[0]} to {rows[1]} are allowed.")
+    columns: dict[str, list[float]] = {name: [] for name in header}
+    for line, row in lines[1:]:
+        if len(row) != len(header):
+            raise InputError(f"{path}, row {line}: {len(row)} cells for {len(header)} columns ({','.join(row):.60}).")
+        for name, cell in zip(header, row, strict=True):
+            try:
+                value = float(cell)
+            except ValueError:
+                raise InputError(f"{path}, row {line}, column {name}: '{cell:.60}' is no number.") from None
+            low, high = bounds[name]
+            if not low <= value <= high:
+                raise InputError(f"{path}, row {line}, column {name}: {value:g}; {low:g} to {high:g} is allowed.")
+            columns[name].append(value)
+    if missing := [name for name in needed if name not in columns]:
+        raise InputError(f"{path}, row 1: no column {missing[0]}; it must be {said}.")
+    return {**columns, "row": [float(line) for line, _ in lines[1:]]}

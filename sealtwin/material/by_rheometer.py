@@ -1,0 +1,76 @@
+"""A rheometer's flow curve: yield stress and plastic viscosity by Bingham's line, with what it misses of the table."""
+
+from datetime import date
+from pathlib import Path
+
+import numpy as np
+
+from sealtwin.core.errors import InputError
+from sealtwin.core.number_tables import read_columns
+from sealtwin.core.records import DataKind, Floats
+from simulate.material_file import Material
+
+BOUNDS = {"shear_rate_per_s": (1e-6, 1e6), "stress_pa": (1e-6, 1e6)}
+ROWS = (5, 5000)
+LEAST_RANGE = 3.0  # Least ratio of the largest to the smallest shear rate: a line through one decade's third is none
+TORQUE = 0.03  # Relative standard uncertainty of a rheometer's stress that all rows share: gap and calibration
+NOT_FOR = (
+    "shear rates outside of those measured, above all slower ones, where the line misses the paste's own curve",
+    "a paste of another age, batch or temperature",
+    "comparison with another geometry's number without saying both: rheometers differ by more than their repeats",
+)
+
+
+def material_of_table(
+    path: Path, density_kg_m3: float, density_error_kg_m3: float | None, data: DataKind, day: date
+) -> Material:
+    """Fit a table of shear rate and stress. Raises InputError, naming the file, where it is no flow curve."""
+    columns = read_columns(path, BOUNDS, list(BOUNDS), ROWS)
+    rate, stress = (np.array(columns[name]) for name in BOUNDS)
+    if rate.max() < LEAST_RANGE * rate.min():
+        raise InputError(
+            f"{path}: shear rates from {rate.min():g} to {rate.max():g} /s; a line needs a range of at least "
+            f"{LEAST_RANGE:g} times."
+        )
+    (yields, thick), covariance, misfit = _bingham(rate, stress)
+    if yields <= 0 or thick <= 0:
+        raise InputError(
+            f"{path}: Bingham's line through it has {yields:.3g} Pa and {thick:.3g} Pa s, of which none may be below "
+            "0: the paste has no yield stress at these rates, or thins. Give viscosity_pa_s, or flow_index, by hand."
+        )
+    error = float(np.hypot(np.sqrt(covariance[0, 0]), TORQUE * yields))
+    percent = 100 * float(np.hypot(np.sqrt(covariance[1, 1]) / thick, TORQUE))
+    return Material(
+        method="rheometer's flow curve, Bingham's line by least squares of relative differences",
+        date=day.isoformat(),
+        data=data,
+        yield_stress_pa=float(f"{yields:.4g}"),
+        yield_stress_error_pa=float(f"{error:.4g}"),
+        yield_stress_95_pa=(max(0.0, float(f"{yields - 2 * error:.4g}")), float(f"{yields + 2 * error:.4g}")),
+        viscosity_pa_s=float(f"{thick:.4g}"),
+        viscosity_error_percent=float(f"{percent:.4g}"),
+        density_kg_m3=density_kg_m3,
+        density_error_kg_m3=density_error_kg_m3 or 0.01 * density_kg_m3,
+        basis=(
+            f"{len(rate)} rows from {rate.min():g} to {rate.max():g} /s",
+            f"RMS of the line's misses {misfit:.1%} of the stress, which the uncertainty holds",
+        ),
+        not_for=NOT_FOR,
+    )
+
+
+def _bingham(rate: Floats, stress: Floats) -> tuple[Floats, Floats, float]:
+    """Return yield stress and viscosity, their covariance by the scatter, and the relative RMS miss.
+
+    Neighbouring rows of a sweep share their misses where the line is not the paste's law, so that they count as few:
+    as many as the misses change sign.
+    """
+    slopes = np.column_stack([1 / stress, rate / stress])
+    found = np.linalg.lstsq(slopes, np.ones(len(rate)), rcond=None)[0]
+    miss = slopes @ found - 1
+    in_order = miss[np.argsort(rate, kind="stable")]
+    changes = int((np.sign(in_order[1:]) != np.sign(in_order[:-1])).sum())
+    free = max(1, min(len(rate) - 2, changes + 1))
+    variance = float(miss @ miss) / free
+    covariance = variance * np.linalg.inv(slopes.T @ slopes) * max(1.0, (len(rate) - 2) / free / 2)
+    return np.asarray(found, dtype=float), np.asarray(covariance, dtype=float), float(np.sqrt(np.mean(miss**2)))

@@ -1,0 +1,264 @@
+"""The yield stress, and from an early photo the viscosity, of a paste that has spread on a plate."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+
+import numpy as np
+from pydantic import Field
+
+from digitise.settings import PhotoInput
+from digitise.spread import SpreadBlob, measure_spread
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Floats
+from sealtwin.core.settings import Settings
+from simulate.material_file import Material
+from simulate.slump import SlumpCurve, slump
+from simulate.spread_law import (
+    FLATTEST,
+    GRAVITY_M_S2,
+    Cone,
+    flat_stress_pa,
+    heap_height_mm,
+    stretched_stress_pa,
+)
+
+DRAWS, SEED = 4000, 16
+EDGE_N_M = 0.005
+"""Weight of R^2 / V that surface tension takes off the yield stress, for cement pastes (Roussel et al. 2005)."""
+EDGE_ERROR_N_M = 0.0015  # Its standard uncertainty for a paste that nobody measured: it is known to one digit
+CONE_ERROR_MM = 0.1  # Standard uncertainty of each size of a cone, by caliper
+DENSITY_ERROR = 0.01  # Relative standard uncertainty of a density by a weighed syringe
+MASS_ERROR_G = 0.1  # Of a kitchen scale, and of what sticks to the cone
+FORMULA = 0.25  # Standard uncertainty of the closed form over what stretching adds to it: the next order is left out
+REPLAY = 0.05  # Relative standard uncertainty of a yield stress by slumps in particles (benchmarks/slumps.py)
+COURSE = 0.25  # That of the time of a slump in particles (benchmarks/heaps.py)
+LIFT_ERROR_S = 0.2  # Standard uncertainty of the time from when a cone is lifted by hand
+LATE = 0.97  # Largest radius of an early photo over that at rest, beyond which the time is left open
+MOST_GALILEI = 1000.0  # rho^2 g V / mu^2 beyond which inertia, and not the viscosity, sets the pace
+NOT_FOR = (
+    "a paste of another age, batch or temperature: it stiffens, and thins where it is sheared again",
+    "flow that is faster than a spread's, unless the viscosity was measured with a rheometer",
+    "walls on which the paste slips: the plate is taken for rough",
+    "comparison with another method's number without saying both methods",
+)
+
+
+class Heap(Settings):
+    """Amount, density and first shape of a paste. Errors are standard uncertainties."""
+
+    density_kg_m3: float = Field(ge=100, le=2e4)
+    density_error_kg_m3: float | None = Field(default=None, gt=0, le=2e4)
+    mass_g: float | None = Field(default=None, gt=0, le=1e5)
+    mass_error_g: float = Field(default=MASS_ERROR_G, gt=0, le=1e4)
+    cone_mm: tuple[float, float, float] | None = None  # Inner diameters below and above, and height
+    edge_n_m: float = Field(default=EDGE_N_M, ge=0, le=0.1)
+    edge_error_n_m: float = Field(default=EDGE_ERROR_N_M, ge=0, le=0.1)
+
+    @property
+    def cone(self) -> Cone | None:
+        return None if self.cone_mm is None else Cone(*self.cone_mm)
+
+
+@dataclass(frozen=True)
+class Draws:
+    """Draws of all that the yield stress depends on, (DRAWS,) each."""
+
+    volume_mm3: Floats
+    radius_mm: Floats
+    density_kg_m3: Floats
+    edge_n_m: Floats
+    law: Floats  # Standard normal
+
+
+@dataclass(frozen=True)
+class PasteEstimate:
+    """Yield stress with its uncertainty, and how it was found."""
+
+    value: float
+    error: float
+    interval: tuple[float, float]
+    flat_pa: float  # By Roussel and Coussot's formula alone
+    height_to_radius: float
+    volume_mm3: float
+    replayed: bool
+    parts: dict[str, float]  # Standard uncertainty by source, Pa
+
+
+def estimate(
+    heap: Heap,
+    spread: SpreadBlob,
+    note: Callable[[str], None] = lambda _: None,
+    curve: SlumpCurve | None = None,
+) -> PasteEstimate:
+    """Return the yield stress of a spread; ``curve`` holds slumps that are known. Raises InputError out of range."""
+    middle, drawn, by_source = _draws(heap, spread)
+    one = _closed(middle)
+    height = float(heap_height_mm(one, middle.radius_mm, middle.density_kg_m3)[0]) / spread.radius_mm
+    law: Callable[[Draws], Floats] = _closed
+    replayed = height > FLATTEST
+    if replayed:
+        cone = heap.cone
+        if cone is None:
+            raise InputError(
+                f"the heap is {height:.2f} of its radius high, where the closed form holds up to {FLATTEST:g}, and a "
+                "replay of the slump needs the shape that it began with: give --cone-mm, or spread more paste."
+            )
+        note(f"The heap is {height:.2f} of its radius high: its slump is replayed in particles, a minute or two.")
+        volume = float(middle.volume_mm3[0])
+        known = curve or SlumpCurve(cone.scaled_to(volume), heap.density_kg_m3, {})
+        law = _replayed(known)
+    values = law(drawn) - _surface_pa(drawn)
+    found = float((law(middle) - _surface_pa(middle))[0])
+    if not found > 0:
+        raise InputError(
+            f"the paste spread to {2 * spread.radius_mm:.0f} mm, as far as surface tension lets water: it has no yield "
+            "stress that a spread shows. Check mass and density, or take a thicker paste."
+        )
+    low, high = (float(end) for end in np.quantile(values, (0.025, 0.975)))
+    parts = {name: float((law(of) - _surface_pa(of)).std()) for name, of in by_source.items()}
+    return PasteEstimate(
+        found,
+        (high - low) / 4,
+        (max(0.0, min(low, found)), max(high, found)),
+        float(flat_stress_pa(middle.volume_mm3, middle.radius_mm, middle.density_kg_m3)[0]),
+        height,
+        float(middle.volume_mm3[0]),
+        replayed,
+        parts,
+    )
+
+
+def _draws(heap: Heap, spread: SpreadBlob) -> tuple[Draws, Draws, dict[str, Draws]]:
+    """Return the values themselves, draws of all together, and draws of each source alone."""
+    random = np.random.default_rng(SEED)
+    noise = {name: random.standard_normal(DRAWS) for name in ("density", "radius", "surface tension", "law", "mass")}
+    sizes = random.standard_normal((3, DRAWS))
+    density_error = heap.density_error_kg_m3 or DENSITY_ERROR * heap.density_kg_m3
+    if heap.mass_g is None and heap.cone is None:
+        raise InputError("a spread needs the amount of paste: give --mass-g, or --cone-mm of a cone that was full.")
+
+    def made(*sources: str) -> Draws:
+        def of(name: str) -> Floats:
+            return noise[name] if name in sources else np.zeros(DRAWS)
+
+        density = heap.density_kg_m3 + density_error * of("density")
+        if heap.mass_g is not None:
+            volume = 1e6 * (heap.mass_g + heap.mass_error_g * of("mass")) / density
+        else:
+            assert heap.cone_mm is not None, "checked before"
+            a, b, c = (size + CONE_ERROR_MM * off for size, off in zip(heap.cone_mm, sizes, strict=True))
+            full = np.pi / 12 * c * (a * a + a * b + b * b)
+            volume = full if "mass" in sources else np.full(DRAWS, heap.cone.volume_mm3 if heap.cone else 0.0)
+        radius = spread.radius_mm + spread.radius_error_mm * of("radius")
+        edge = heap.edge_n_m + heap.edge_error_n_m * of("surface tension")
+        if (np.minimum(volume, np.minimum(radius, density)) <= 0).any():
+            raise InputError("mass, density or spread are as uncertain as they are large: measure them better.")
+        return Draws(volume, radius, density, np.maximum(edge, 0.0), of("law"))
+
+    nothing = made()
+    middle = Draws(*(values[:1] for values in vars(nothing).values()))
+    return middle, made(*noise), {name: made(name) for name in noise}
+
+
+def _surface_pa(of: Draws) -> Floats:
+    """Return lambda R^2 / V, what surface tension takes off the spread."""
+    return of.edge_n_m * (1e-3 * of.radius_mm) ** 2 / (1e-9 * of.volume_mm3)
+
+
+def _closed(of: Draws) -> Floats:
+    stress = stretched_stress_pa(of.volume_mm3, of.radius_mm, of.density_kg_m3)
+    flat = flat_stress_pa(of.volume_mm3, of.radius_mm, of.density_kg_m3)
+    return stress + FORMULA * of.law * (flat - stress)
+
+
+def _replayed(curve: SlumpCurve) -> Callable[[Draws], Floats]:
+    def law(of: Draws) -> Floats:
+        return curve.stress_pa(of.volume_mm3, of.radius_mm, of.density_kg_m3) * (1 + REPLAY * of.law)
+
+    return law
+
+
+def viscosity(heap: Heap, found: PasteEstimate, early: SpreadBlob, early_s: float) -> tuple[float, float]:
+    """Return the viscosity from the radius at an earlier time, in Pa s, and its standard uncertainty in percent.
+
+    The slump is replayed with a constant viscosity; time goes with it where inertia has no part. Raises InputError for
+    a time that shows nothing.
+    """
+    cone = heap.cone
+    if cone is None:
+        raise InputError("an early photo needs the shape that the paste began with: give --cone-mm.")
+    replay = slump(cone.scaled_to(found.volume_mm3), found.value, heap.density_kg_m3, steady=True)
+    assert replay.viscosity_pa_s is not None, "steady"
+    share = early.radius_mm / replay.at_rest_mm
+    if not 1.1 * cone.bottom_mm / 2 < early.radius_mm < LATE * replay.at_rest_mm:
+        raise InputError(
+            f"the early photo shows {share:.0%} of the spread at rest: between a tenth beyond the cone and {LATE:.0%} "
+            "the time tells the viscosity. Take it sooner or later."
+        )
+    radii, times = np.maximum.accumulate(replay.radius_mm), replay.t_s
+    steps = np.append(True, np.diff(radii) > 0)
+    reached = [
+        float(np.interp(mm, radii[steps], times[steps]))
+        for mm in (early.radius_mm - early.radius_error_mm, early.radius_mm, early.radius_mm + early.radius_error_mm)
+    ]
+    value = replay.viscosity_pa_s * early_s / reached[1]
+    galilei = heap.density_kg_m3**2 * GRAVITY_M_S2 * found.volume_mm3 * 1e-9 / value**2
+    if galilei > MOST_GALILEI:
+        raise InputError(
+            f"the early photo would say {value:.2g} Pa s, and so thin a paste is slowed by its inertia and by the hand "
+            "that lifts the cone: measure the viscosity with a rheometer, or leave --early out."
+        )
+    by_radius = (reached[2] - reached[0]) / 2 / reached[1]
+    return value, 100 * float(np.sqrt(COURSE**2 + (LIFT_ERROR_S / early_s) ** 2 + by_radius**2))
+
+
+def material_of(
+    photo: PhotoInput,
+    folder: Path,
+    heap: Heap,
+    early: tuple[Path, float] | None,
+    day: date,
+    note: Callable[[str], None],
+) -> tuple[Material, PasteEstimate, SpreadBlob]:
+    """Measure a spread in a photo and return the paste. Raises InputError for what cannot be measured."""
+    spread = measure_spread(photo, folder)
+    for warning in spread.warnings:
+        note(f"note: {warning}")
+    found = estimate(heap, spread, note)
+    thick, thick_percent = None, None
+    if early is not None:
+        first = measure_spread(photo.model_copy(update={"file": early[0]}), folder)
+        note("The slump is replayed once more, for its course in time.")
+        thick, thick_percent = viscosity(heap, found, first, early[1])
+    way = "slump of a cone replayed in particles" if found.replayed else "spread, closed form with stretching"
+    parts = ", ".join(f"{name} {value:.2g}" for name, value in found.parts.items())
+    small, large = spread.diameters_mm
+    basis = (
+        f"spread of {2 * spread.radius_mm:.2f} mm by its area ({small:.1f} to {large:.1f} mm across), "
+        f"{found.volume_mm3 / 1000:.4g} ml",
+        f"height over radius {found.height_to_radius:.3f}; Roussel and Coussot's flat formula alone says "
+        f"{found.flat_pa:.4g} Pa",
+        f"standard uncertainty in Pa by source: {parts}",
+    )
+    density_error = heap.density_error_kg_m3 or DENSITY_ERROR * heap.density_kg_m3
+    material = Material(
+        method=f"{way}, surface tension's term subtracted",
+        date=day.isoformat(),
+        data=photo.data,
+        yield_stress_pa=_digits(found.value),
+        yield_stress_error_pa=_digits(found.error),
+        yield_stress_95_pa=(_digits(found.interval[0]), _digits(found.interval[1])),
+        viscosity_pa_s=None if thick is None else _digits(thick),
+        viscosity_error_percent=None if thick_percent is None else _digits(thick_percent),
+        density_kg_m3=heap.density_kg_m3,
+        density_error_kg_m3=density_error,
+        basis=basis,
+        not_for=NOT_FOR,
+    )
+    return material, found, spread
+
+
+def _digits(value: float) -> float:
+    return float(f"{value:.4g}")

@@ -1,0 +1,26 @@
+"""The text of a material.toml."""
+
+import json
+
+from simulate.material_file import Material
+
+HEAD = (
+    "A paste as it was measured, written by 'sealtwin material'. Errors are standard uncertainties.",
+    'In a trial file: [fluid] material = "material.toml"; not_for says what these numbers must not be used for.',
+)
+
+
+def material_text(material: Material) -> str:
+    """Return a material as TOML."""
+    import tomlkit
+    from tomlkit.items import Array
+
+    document = tomlkit.document()
+    for line in HEAD:
+        document.add(tomlkit.comment(line))
+    for key, value in json.loads(material.model_dump_json(exclude_none=True)).items():
+        item = tomlkit.item(value)
+        if isinstance(item, Array) and key in ("basis", "not_for"):
+            item.multiline(True)
+        document.add(key, item)
+    return tomlkit.dumps(document)

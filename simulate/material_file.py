@@ -1,0 +1,59 @@
+"""A measured paste: material.toml, with method, date, uncertainty, and what it must not be used for."""
+
+from pathlib import Path
+from typing import Annotated, Self
+
+from pydantic import Field, model_validator
+
+from sealtwin.core.records import DataKind
+from sealtwin.core.settings import Settings, read_settings
+
+Sentence = Annotated[str, Field(min_length=1, max_length=300, pattern=r"^[^\x00-\x1f\x7f]*$")]
+# A fluid is looked at before it is checked, and pydantic then no longer knows that a list was JSON's.
+Sentences = Annotated[tuple[Sentence, ...], Field(max_length=20, strict=False)]
+STARTER = "'sealtwin material spread PHOTO' or 'sealtwin material rheometer CSV' writes one"
+
+
+class Material(Settings):
+    """A paste as it was measured; 'sealtwin material' writes it. Errors are standard uncertainties."""
+
+    method: Sentence
+    """Method of the measurement: another gives other numbers for the same paste."""
+    date: Annotated[str, Field(pattern=r"^\d{4}-\d{2}-\d{2}$")]
+    """Day of the measurement, as 2026-11-21."""
+    data: DataKind
+    """Origin of the photo or table."""
+    yield_stress_pa: float = Field(ge=0, le=1e4)
+    """Yield stress of the fresh paste."""
+    yield_stress_error_pa: float = Field(ge=0, le=1e4)
+    """Its standard uncertainty: half the half-width of the 95 % interval."""
+    yield_stress_95_pa: Annotated[tuple[float, float], Field(strict=False)]
+    """Its 95 % interval."""
+    viscosity_pa_s: float | None = Field(default=None, gt=0, le=1e4)
+    """Plastic viscosity, where it was measured."""
+    viscosity_error_percent: float | None = Field(default=None, ge=0, le=1000)
+    """Its standard uncertainty."""
+    density_kg_m3: float = Field(ge=1, le=2e4)
+    """Density of the paste."""
+    density_error_kg_m3: float = Field(ge=0, le=2e4)
+    """Its standard uncertainty."""
+    basis: Sentences = ()
+    """Sentences on what was measured, and where the uncertainty comes from."""
+    not_for: Sentences
+    """Uses that these numbers must not be put to."""
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Self:
+        low, high = self.yield_stress_95_pa
+        if not low <= self.yield_stress_pa <= high:
+            raise ValueError(
+                f"yield_stress_pa is {self.yield_stress_pa:g}, outside yield_stress_95_pa, {low:g} to {high:g}"
+            )
+        if (self.viscosity_pa_s is None) != (self.viscosity_error_percent is None):
+            raise ValueError("viscosity_pa_s and viscosity_error_percent go together: give both or neither")
+        return self
+
+
+def read_material(path: Path) -> Material:
+    """Read a material.toml. Raises InputError as ``read_settings``."""
+    return read_settings(Material, path, name="file of a material", starter=STARTER)

@@ -1,0 +1,171 @@
+"""A plate with a cone of paste on it, in particles: the floor of a wide, flat-bottomed block."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import manifold3d
+import numpy as np
+
+from sealtwin.core.records import FaceLabel, Floats, Outline, Sections, Solid
+from sealtwin.core.solid_figures import SolidFigures
+from simulate.fluid.solver import Domain, FluidSolver
+from simulate.fluid.state import State
+from simulate.settings import Fluid, Solver, particle_volume
+from simulate.setup.release_schedule import Schedule
+from simulate.setup.rheology import FALL
+from simulate.setup.signed_distance import CLEARANCE, CM
+from simulate.setup.wall_particles import enclose
+from simulate.setup_checks import rheology_of
+from simulate.spread_law import Cone
+from simulate.vessel import Vessel
+from simulate.volume_control import VolumeControl
+
+RIM_MM = 5.0  # Of the block around the dish and below it
+HEADROOM = 1.1  # Depth of the dish over the height of the cone: sealant above the face would be looked for beside it
+SCATTER = 0.05  # Of a lattice, over its spacing: exactly even rows stack up on top of each other
+
+
+@dataclass
+class PastePlate:
+    """Paste on a plate, whose top is z = -depth in the solver's frame."""
+
+    engine: FluidSolver
+    control: VolumeControl
+    vessel: Vessel
+    radius_mm: float
+    depth_mm: float
+    frames: int = 0
+
+    @classmethod
+    def with_cone(
+        cls,
+        cone: Cone,
+        radius_mm: float,
+        reach_mm: float,
+        density_kg_m3: float,
+        curve: Mapping[str, Sequence[float]],
+    ) -> "PastePlate":
+        """Put a cone of paste in the middle of a plate that reaches ``reach_mm`` to all sides.
+
+        ``curve`` is its viscosity and yield stress over age.
+        """
+        depth_mm = HEADROOM * cone.height_mm
+        solid, outline = _dish(reach_mm, depth_mm)
+        place_mm = _filled(cone, radius_mm) - [0, 0, depth_mm]
+        settings = Solver(radius_mm=radius_mm, substeps=1, damping_per_s=0.0)
+        support = 4 * radius_mm * CM
+        step_s = 0.9 * math.sqrt(FALL * support / 981.0)
+        fluid = Fluid.model_validate({"density_kg_m3": density_kg_m3, "curve": dict(curve), "freeze_after_s": "never"})
+        schedule = _all_at_once(place_mm, step_s, radius_mm)
+        state, enclosure = State(schedule, "cpu"), enclose(solid, outline, radius_mm, "cpu")
+        box = np.array([reach_mm + RIM_MM, reach_mm + RIM_MM, depth_mm + RIM_MM]) * CM
+        engine = FluidSolver(
+            state,
+            enclosure.walls,
+            enclosure.barrier,
+            Domain(-box, box * [1, 1, 0.5]),
+            settings,
+            [rheology_of(fluid, support, step_s)],
+            frame_s=step_s,
+            substeps=1,
+            rows=state.count,
+            centreline=outline.centreline_mm * CM,
+        )
+        factor = engine.scheme.volume_factor
+        control = VolumeControl(solid, schedule, state, radius_mm=radius_mm, factor=factor, settings={})
+        return cls(engine, control, Vessel(solid), radius_mm, depth_mm)
+
+    def run(self, seconds: float, every_s: float) -> Iterator[float]:
+        """Let time pass until all rests; yield the time every so often, and at the end."""
+        step_s = self.engine.step_s
+        often = max(1, round(every_s / step_s))
+        for number in range(1, round(seconds / step_s) + 1):
+            self.engine.begin_frame(self.frames)
+            if self.engine.rows == 0:
+                break
+            self.engine.step()
+            self.engine.rest()
+            self.frames += 1
+            self.control.after_frame(self.frames)
+            if number % often == 0:
+                yield number * step_s
+        yield self.frames * step_s
+
+    @property
+    def _place_mm(self) -> Floats:
+        return self.engine.state.position_mm()
+
+    @property
+    def _half_mm(self) -> float:
+        return float(np.cbrt(particle_volume(self.radius_mm))) / 2
+
+    @property
+    def volume_mm3(self) -> float:
+        """Volume below the surface of the particles."""
+        return self.vessel.volume_mm3(self._place_mm, self._half_mm)
+
+    @property
+    def height_mm(self) -> float:
+        return float(self._place_mm[:, 2].max()) + self.depth_mm + self._half_mm
+
+    def edge_mm(self, beyond: float) -> float:
+        """Radius of the footprint: half a spacing outside of all particles but a share ``beyond``."""
+        return float(np.quantile(np.hypot(*self._place_mm[:, :2].T), 1 - beyond)) + self._half_mm
+
+
+def _filled(cone: Cone, radius_mm: float) -> Floats:
+    """Particles of a cone on z = 0, (n, 3): a lattice as dense as paste, less what lies outside."""
+    side, kept = float(np.cbrt(particle_volume(radius_mm))), CLEARANCE * radius_mm
+    half = cone.bottom_mm / 2
+    across = np.arange(-half, half + side / 2, side)
+    up = np.arange(kept, cone.height_mm, side)
+    points = np.stack(np.meshgrid(across, across, up, indexing="ij"), axis=-1).reshape(-1, 3)
+    shrink = (cone.top_mm - cone.bottom_mm) / 2 / cone.height_mm
+    inside = np.hypot(points[:, 0], points[:, 1]) <= half + shrink * points[:, 2]
+    points = points[inside]
+    # Rounding at its sides, as many particles as have its volume: the rest follows by stretching.
+    points *= (cone.volume_mm3 / (len(points) * side**3)) ** (1 / 3)
+    return points + np.random.default_rng(0).uniform(-SCATTER, SCATTER, points.shape) * side
+
+
+def _all_at_once(position_mm: Floats, frame_s: float, radius_mm: float) -> Schedule:
+    count = len(position_mm)
+    return Schedule(
+        position_mm=position_mm,
+        velocity_mm_s=np.zeros_like(position_mm),
+        frame_of=np.zeros(count, dtype=np.int64),
+        released=np.array([count]),
+        frame_s=frame_s,
+        release=count,
+        dispensed_mm3=count * particle_volume(radius_mm),
+    )
+
+
+def _dish(reach_mm: float, depth_mm: float) -> tuple[Solid, Outline]:
+    """A block with a square, flat hollow, and the outline that a run wants of a crack: a line across it."""
+    out_mm = reach_mm + RIM_MM
+    body = manifold3d.Manifold.cube((2 * out_mm, 2 * out_mm, depth_mm + RIM_MM)).translate(
+        (-out_mm, -out_mm, -depth_mm - RIM_MM)
+    )
+    body -= manifold3d.Manifold.cube((2 * reach_mm, 2 * reach_mm, depth_mm + 1)).translate(
+        (-reach_mm, -reach_mm, -depth_mm)
+    )
+    mesh = body.to_mesh()
+    vertices, faces = np.array(mesh.vert_properties[:, :3], float), np.array(mesh.tri_verts, dtype=np.int64)
+    corner = vertices[faces]
+    label = np.full(len(faces), int(FaceLabel.WALL))
+    label[(np.abs(corner[:, :, 2]) < 1e-6).all(axis=1)] = FaceLabel.TOP
+    at_side = np.abs(np.abs(corner[:, :, :2]) - out_mm) < 1e-6
+    outside = np.any(np.all(at_side, axis=1), axis=1)
+    label[outside | (corner[:, :, 2] < -depth_mm - 1e-6).all(axis=1)] = FaceLabel.OUTSIDE
+    line = np.column_stack([np.linspace(-reach_mm, reach_mm, 3), np.zeros(3)])
+    aside = np.array([0.0, reach_mm])
+    left, right = line + aside, line - aside
+    ring = np.vstack([right, left[::-1]])
+    outline = Outline(
+        line, left, right, ring, line, left, right, ring, ("cut", "cut"), None, 1.0, "given", None, "ends"
+    )
+    level = Sections(np.array([0.0, 2 * reach_mm]), np.full(2, depth_mm), np.full(2, 2 * reach_mm * depth_mm))
+    block = (-out_mm, -out_mm, out_mm, out_mm)
+    return Solid(vertices, faces, label, block, depth_mm, "vertical", (0.0, 0.0), 1.0, level, SolidFigures()), outline

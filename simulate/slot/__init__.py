@@ -1,0 +1,1 @@
+"""The fast model of the fill: the flow of paste along a crack, averaged over each section."""

@@ -1,0 +1,174 @@
+"""The fill of a crack in time: what lands is laid down, then flows along the crack under gravity.
+
+Mass in each cell, dA/dt + dQ/ds = q. A step takes area and perimeter as they are once its sealant is laid down, upwind,
+and the slopes as they are at its end. That makes its end the minimum of a convex function, found by Newton's steps that
+are halved where they go too far; the areas then follow from the flows, so that nothing is lost whatever is left of the
+search.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg.lapack import dptsv  # pyright: ignore[reportAttributeAccessIssue]
+
+from sealtwin.core.records import Floats, Outline, Solid, Trajectory, arc_length
+from simulate.settings import LEVEL, SampleSlope
+from simulate.slot.flux import Conduits, HerschelBulkley, conduits
+from simulate.slot.sections import Trapezoids, sections_of
+from simulate.slot.supply import supplied_mm3
+
+CELLS = 60
+STEPS = 200
+"""Steps of time while the nozzle gives: 0.2 mm of a slot of 60 mm. A front advances by a cell in each, at most."""
+GROWS = 1.05  # Each step of settling over the one before
+TOLERANCE = 1e-6  # Largest residual of a step, over the area of the largest section
+MOST_NEWTON, MOST_HALVED = 60, 12
+OVERSHOT = 0.3
+"""Slope at the end of a Newton step over that at its start, above which it is halved: of a convex function, so that it
+would have gone beyond the minimum."""
+HUGE = 1e6  # Stands for the reach of a fluid without a yield stress, in 1/mm
+
+
+@dataclass(frozen=True)
+class Filled:
+    """The bed at the end, and what became of the sealant."""
+
+    sections: Trapezoids
+    area_mm2: Floats  # Filled of each section
+    level_mm: Floats  # Of the surface, relative to the face, at the middles of the cells
+    dispensed_mm3: float
+    in_flight_mm3: float
+    """Given, and not yet landed when the run ends."""
+    steps: int
+    newton_steps: int
+
+    @property
+    def bed_mm3(self) -> float:
+        return float(self.area_mm2.sum()) * self.sections.step_mm
+
+    @property
+    def mass_error(self) -> float:
+        """Volume that the bed lacks or has too much, over what was dispensed."""
+        return abs(self.bed_mm3 + self.in_flight_mm3 - self.dispensed_mm3) / self.dispensed_mm3
+
+
+def fill(
+    solid: Solid,
+    outline: Outline,
+    trajectory: Trajectory,
+    paste: HerschelBulkley,
+    *,
+    nozzle_mm: float,
+    settle_s: float,
+    slope: SampleSlope = LEVEL,
+    cells: int = CELLS,
+    steps: int = STEPS,
+) -> Filled:
+    """Pour along the trajectory, let the bed settle, and return it as it lies."""
+    weight = paste.weight_pa_mm
+    reach = min(HUGE, weight / (2 * paste.yield_stress_pa)) if paste.yield_stress_pa > 0 else HUGE
+    sections = sections_of(outline, solid, cells, reach_per_mm=reach)
+    times_s = _times_s(trajectory, settle_s, steps)
+    along, into = _down(outline, sections, slope)
+    edges_mm = np.linspace(0.0, outline.length_mm, cells + 1)
+    dispensed_mm3 = trajectory.dispensed_mm3
+    flat = min(1.0, dispensed_mm3 / sections.full_mm2.sum() / sections.step_mm)
+    surface_mm = -float(sections.depth_mm.mean()) * (1 - flat)
+    way = np.array([float(along.mean()), into])
+    landed_mm3 = supplied_mm3(trajectory, times_s, edges_mm, nozzle_mm=nozzle_mm, surface_mm=surface_mm, down=way)
+    bed = _Bed(sections, paste, weight * into, weight * along)
+    for step_s, landed in zip(np.diff(times_s), landed_mm3, strict=True):
+        bed.advance(float(step_s), landed / sections.step_mm)
+    return Filled(
+        sections=sections,
+        area_mm2=bed.area_mm2,
+        level_mm=sections.bottom_mm + bed.height_mm,
+        dispensed_mm3=dispensed_mm3,
+        in_flight_mm3=max(0.0, dispensed_mm3 - float(landed_mm3.sum())),
+        steps=len(times_s) - 1,
+        newton_steps=bed.newton_steps,
+    )
+
+
+def _times_s(trajectory: Trajectory, settle_s: float, steps: int) -> Floats:
+    """Ends of the steps: even while the nozzle gives, longer and longer while the bed settles."""
+    begin_s, end_s = trajectory.t_s[trajectory.giving][[0, -1]]
+    times_s = np.linspace(begin_s, end_s, steps + 1)
+    left_s = trajectory.t_s[-1] + settle_s - end_s
+    if left_s <= 0:
+        return times_s
+    count = int(np.ceil(np.log1p(left_s / (times_s[1] - begin_s) * (GROWS - 1)) / np.log(GROWS)))
+    after_s = np.cumsum(GROWS ** np.arange(count))
+    return np.concatenate([times_s, end_s + after_s / after_s[-1] * left_s])
+
+
+def _down(outline: Outline, sections: Trapezoids, slope: SampleSlope) -> tuple[Floats, float]:
+    """Gravity's unit vector: along the crack at the faces between cells, (n - 1,), and into the sample."""
+    x, y, z = slope.down
+    ahead = np.diff(outline.centreline_mm, axis=0)
+    ahead = ahead / np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), np.finfo(float).tiny)
+    middle_mm = (arc_length(outline.centreline_mm)[1:] + arc_length(outline.centreline_mm)[:-1]) / 2
+    faces_mm = (sections.s_mm[1:] + sections.s_mm[:-1]) / 2
+    return np.interp(faces_mm, middle_mm, ahead @ np.array([x, y])), -z
+
+
+class _Bed:
+    """The paste in each cell, and its next state."""
+
+    def __init__(self, sections: Trapezoids, paste: HerschelBulkley, weight: float, pull: Floats) -> None:
+        self._sections, self._paste, self._weight, self._pull = sections, paste, weight, pull
+        self._tolerance_mm2 = TOLERANCE * float(sections.full_mm2.max())
+        self.area_mm2 = np.zeros_like(sections.s_mm)
+        self.height_mm = np.zeros_like(sections.s_mm)
+        self.newton_steps = 0
+
+    def advance(self, step_s: float, landed_mm2: Floats) -> None:
+        sections, share = self._sections, step_s / self._sections.step_mm
+        # Newton's steps begin at the bed before: a heap as it has just landed is farther from the end.
+        height_mm = self.height_mm
+        self.area_mm2 = self.area_mm2 + landed_mm2
+        through = self._faces(sections.height_mm(self.area_mm2))
+        flow, stiff = self._flow(through, height_mm)
+        filled_mm2, width_mm = sections.area_mm2(height_mm)
+        for _ in range(MOST_NEWTON):
+            left_mm2 = filled_mm2 - self.area_mm2 + share * _net(flow)
+            if np.abs(left_mm2).max() <= self._tolerance_mm2:
+                break
+            self.newton_steps += 1
+            coupled = share * self._weight / sections.step_mm * stiff
+            width_mm[:-1] += coupled
+            width_mm[1:] += coupled
+            change_mm = np.asarray(dptsv(width_mm, -coupled, -left_mm2)[2], dtype=float)
+            before, there_mm = float(left_mm2 @ change_mm), height_mm
+            for _ in range(MOST_HALVED):
+                there_mm = height_mm + change_mm
+                flow, stiff = self._flow(through, there_mm)
+                filled_mm2, width_mm = sections.area_mm2(there_mm)
+                after = float((filled_mm2 - self.area_mm2 + share * _net(flow)) @ change_mm)
+                if after <= OVERSHOT * -before:
+                    break
+                change_mm, before = change_mm / 2, before / 2
+            height_mm = there_mm
+        self.area_mm2 = self.area_mm2 - share * _net(flow)
+        self.height_mm = sections.height_mm(self.area_mm2)
+
+    def _push(self, height_mm: Floats) -> Floats:
+        """Push at the faces towards larger s, in Pa/mm."""
+        level_mm = self._sections.bottom_mm + height_mm
+        return self._pull - self._weight / self._sections.step_mm * (level_mm[1:] - level_mm[:-1])
+
+    def _flow(self, through: Conduits, height_mm: Floats) -> tuple[Floats, Floats]:
+        """Flow through the faces towards larger s, and its growth with the push."""
+        return through.flow_mm3_s(self._push(height_mm))
+
+    def _faces(self, height_mm: Floats) -> Conduits:
+        """The faces as conduits of the cells upwind of them, filled to a height."""
+        upwind = np.arange(len(height_mm) - 1) + (self._push(height_mm) < 0)
+        return conduits(self._paste, self._sections, np.maximum(self.area_mm2, 0.0), height_mm, upwind)
+
+
+def _net(flow: Floats) -> Floats:
+    """Outflow of each cell less its inflow."""
+    net = np.empty(len(flow) + 1)
+    net[0], net[1:-1], net[-1] = flow[0], flow[1:] - flow[:-1], -flow[-1]
+    return net

@@ -1,0 +1,81 @@
+"""The flow of a Herschel-Bulkley paste through a section, by the push along the crack."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sealtwin.core.records import Floats, Integers
+from simulate.slot.sections import Trapezoids
+
+DUCT = (1.0, -1.3553, 1.9467, -1.7012, 0.9564, -0.2537)
+"""Friction of rectangular ducts over that of plates: coefficients of side over side (Shah and London 1978)."""
+
+
+GRAVITY_M_S2 = 9.81
+
+
+@dataclass(frozen=True)
+class HerschelBulkley:
+    """Stress tau + K gamma^n, and of particles a share of the pressure besides."""
+
+    density_kg_m3: float
+    yield_stress_pa: float
+    consistency_pa_s_n: float
+    flow_index: float = 1.0
+    friction: float = 0.0
+    """Share of the pressure that resists shear, as between grains; paste has none."""
+
+    @property
+    def weight_pa_mm(self) -> float:
+        """Pressure under a millimetre of depth."""
+        return 1e-3 * self.density_kg_m3 * GRAVITY_M_S2
+
+
+@dataclass(frozen=True)
+class Conduits:
+    """The faces between cells as conduits: the flow through each by its push, (k,) each.
+
+    The flow between plates half a gap ``a`` apart, of Bingham's and Herschel and Bulkley's paste, with the radii of the
+    section in place of ``a``: one that has its yield stress, one that has its viscous flow.
+    """
+
+    area_mm2: Floats
+    threshold: Floats
+    """Push at which the paste yields, in Pa/mm."""
+    rate: Floats
+    """Mean speed over the push to the power 1/n, without a yield stress."""
+    power: float
+
+    def flow_mm3_s(self, push: Floats) -> tuple[Floats, Floats]:
+        """Flow along each push in Pa/mm, which may be negative, and its derivative: continuous, and never negative."""
+        size = np.abs(push)
+        m = self.power
+        moves = size > self.threshold
+        safe = np.where(moves, size, 1.0)
+        plug = np.where(moves, self.threshold / safe, 1.0)
+        sheared, shape = (1 - plug) ** m, 1 + plug / (m + 1)
+        free = self.area_mm2 * self.rate * safe ** (m - 1)
+        share = sheared * (1 - plug) * shape
+        steeper = plug * sheared * ((m + 1) * shape - (1 - plug) / (m + 1))
+        return np.sign(push) * free * safe * share, free * (m * share + steeper)
+
+
+def conduits(
+    paste: HerschelBulkley, sections: Trapezoids, area_mm2: Floats, height_mm: Floats, at: Integers
+) -> Conduits:
+    """Conduits as wide as the sections ``at``, (k,), of those that are filled to an area and a height, (n,)."""
+    wetted_mm = sections.wetted_mm(height_mm)
+    # Over both walls the mean pressure is half of that at the floor.
+    pressure_pa = paste.weight_pa_mm * np.maximum(height_mm, 0.0) * (1 + sections.floor_mm / wetted_mm) / 2
+    holds_pa = paste.yield_stress_pa + paste.friction * pressure_pa
+    with np.errstate(divide="ignore", invalid="ignore"):
+        threshold = np.where(area_mm2 > 0, holds_pa / sections.holding_mm(area_mm2, wetted_mm), np.inf)
+    m = 1 / paste.flow_index
+    radius_mm = area_mm2 / wetted_mm * np.sqrt(_rounder(sections.slenderness(area_mm2, height_mm)))
+    rate = radius_mm ** (m + 1) / (m + 2) / paste.consistency_pa_s_n**m
+    return Conduits(area_mm2[at], threshold[at], rate[at], m)
+
+
+def _rounder(side_by_side: Floats) -> Floats:
+    """Viscous flow through a rectangular duct over that between plates of the same area over perimeter."""
+    return 1 / np.polynomial.polynomial.polyval(side_by_side, DUCT)

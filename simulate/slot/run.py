@@ -1,0 +1,136 @@
+"""A run of the fast model with the settings of a trial, recorded like one of particles."""
+
+import time
+
+import numpy as np
+
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Bed, Outline, Profile, Run, RunHealth, Solid, Trajectory
+from sealtwin.core.regime import regime_of
+from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver, particle_volume
+from simulate.setup.release_schedule import plan_releases
+from simulate.setup.rheology import kinematic_viscosity
+from simulate.setup.signed_distance import CM
+from simulate.setup_checks import CM2_IN_M2
+from simulate.slot.fill import fill
+from simulate.slot.fitness import fitness_of
+from simulate.slot.flux import HerschelBulkley
+
+DEVICE = "CPU, without particles"
+STATION_MM = 0.2
+PARTICLES_RUB = 0.0065
+"""Friction of particles under pressure, 0.5 to 0.8 % by shear waves in a box without walls (decision 0064). The fast
+model stands for particles, which judge it, and has it too."""
+
+
+def pour(
+    solid: Solid,
+    outline: Outline,
+    trajectory: Trajectory,
+    fluid: Fluid,
+    solver: Solver,
+    nozzle: Nozzle,
+    *,
+    seed: int,
+    slope: SampleSlope = LEVEL,
+) -> tuple[Run, Profile]:
+    """Follow the trajectory and let the sealant settle for ``solver.settle_s``; return the run and its level.
+
+    Raises InputError for sealant that this model does not know: one that freezes, stiffens or follows a curve.
+    """
+    solver = solver.for_crack(outline.mean_width_mm)
+    if trajectory.dispensed_mm3 <= 0:
+        raise InputError("trajectory: its flow gives no sealant. Check flow_mm3_s and t_s.")
+    paste = paste_of(fluid, solver, nozzle, trajectory, seed)
+    began = time.perf_counter()
+    filled = fill(
+        solid, outline, trajectory, paste, nozzle_mm=nozzle.diameter_mm, settle_s=solver.settle_s, slope=slope
+    )
+    fitness = fitness_of(solid, outline, trajectory, paste)
+    in_crack_mm3 = float(np.minimum(filled.area_mm2, filled.sections.full_mm2).sum()) * filled.sections.step_mm
+    viscosity_m2_s = paste.consistency_pa_s_n / paste.density_kg_m3
+    flowing_s = float(np.diff(trajectory.t_s)[trajectory.flow_mm3_s[:-1] > 0].sum())
+    regime = regime_of(
+        viscosity_m2_s=viscosity_m2_s,
+        density_kg_m3=paste.density_kg_m3,
+        yield_stress_pa=paste.yield_stress_pa,
+        speed_mm_s=filled.dispensed_mm3 / flowing_s / (np.pi / 4 * nozzle.diameter_mm**2),
+        nozzle_mm=nozzle.diameter_mm,
+        width_mm=outline.mean_width_mm,
+    )
+    health = RunHealth(
+        frames_s=time.perf_counter() - began,
+        viscosity_m2_s=viscosity_m2_s,
+        viscosity_pa_s=paste.consistency_pa_s_n,
+        yield_stress_pa=paste.yield_stress_pa,
+        **{name: value for name, value in regime._asdict().items() if value is not None},
+        volume_ratio=filled.bed_mm3 / filled.dispensed_mm3,
+    )
+    used = {"model", "settle_s", *(["radius_mm"] if fluid.U is not None else [])}
+    settings = {"fluid": fluid.model_dump(exclude_none=True), "solver": solver.model_dump(include=used)}
+    sample = {} if slope.level else {"sample": slope.model_dump()}
+    none = np.zeros((0, 3))
+    run = Run(
+        position_mm=none,
+        velocity_mm_s=none,
+        age_s=none[:, 0],
+        spilled=np.zeros(0, dtype=bool),
+        radius_mm=solver.size_mm,
+        particle_volume_mm3=particle_volume(solver.size_mm),
+        escaped_particles=0,
+        device=DEVICE,
+        settings={**settings, "nozzle": nozzle.model_dump(), "seed": seed, **sample},
+        health=health,
+        bed=Bed(
+            dispensed_mm3=filled.dispensed_mm3,
+            in_crack_mm3=in_crack_mm3,
+            above_face_mm3=max(0.0, filled.bed_mm3 - in_crack_mm3),
+            in_flight_mm3=filled.in_flight_mm3,
+            held_slope=fitness.slope,
+            mound_mm=fitness.mound_mm,
+            fill=fitness.fill,
+            unfit=(*fitness.unfit, *_unknown(fluid, outline)),
+        ),
+    )
+    s_mm = np.linspace(0.0, outline.length_mm, max(2, round(outline.length_mm / STATION_MM) + 1))
+    level_mm = np.interp(s_mm, filled.sections.s_mm, filled.level_mm)
+    return run, Profile(s_mm=s_mm, level_mm=level_mm, data="synthetic", source="simulation")
+
+
+def paste_of(fluid: Fluid, solver: Solver, nozzle: Nozzle, trajectory: Trajectory, seed: int) -> HerschelBulkley:
+    """The sealant as this model has it; U counts as the viscosity that it amounts to at the trial's radius."""
+    for key, given in (
+        ("freeze_after_s", fluid.freezes),
+        ("structuration_pa_per_s", fluid.structuration_pa_per_s > 0),
+        ("curve", fluid.curve is not None),
+    ):
+        if given:
+            raise InputError(
+                f'fluid.{key}: solver.model = "slot" knows no age of the sealant, and so neither freezing nor '
+                'stiffening. Take solver.model = "particles", or a paste whose yield stress stays as it is.'
+            )
+    thickness = fluid.thickness_pa_s
+    if thickness is None:
+        try:
+            frame_s = plan_releases(trajectory, solver.size_mm, nozzle.diameter_mm, seed).frame_s
+        except InputError as fault:
+            raise InputError(
+                f"fluid.U: its viscosity is that of particles, which cannot be released here ({fault}); give "
+                "fluid.viscosity_pa_s, which the fast model takes as it is."
+            ) from None
+        nu_cm2_s = kinematic_viscosity(fluid.U or 0.0, 4 * solver.size_mm * CM, frame_s)
+        thickness = nu_cm2_s / CM2_IN_M2 * fluid.density_kg_m3
+    if thickness == 0:
+        raise InputError('fluid: without a viscosity solver.model = "slot" has no flow; give viscosity_pa_s above 0.')
+    index = fluid.flow_index or 1.0
+    return HerschelBulkley(fluid.density_kg_m3, fluid.yield_stress_pa, thickness, index, PARTICLES_RUB)
+
+
+def _unknown(fluid: Fluid, outline: Outline) -> tuple[str, ...]:
+    """Parts of a case that this model leaves out, a sentence each."""
+    found = []
+    if fluid.D_cm is not None:
+        found.append(f"fluid.D_cm = {fluid.D_cm:g} is a drag on particles; here the paste sticks to the walls.")
+    if outline.branches_kept:
+        found.append("The solid has side cracks, which this model does not fill.")
+    return tuple(found)

@@ -1,0 +1,148 @@
+"""Sections of a crack square to its centreline: what paste of a depth fills of them, and what of them drags it.
+
+A section is a trapezoid from floor to face. Above the face the paste stands on the mouth and slumps to both sides, as
+far as its yield stress lets it: it lies ``e^2 rho g / 2 tau`` wide at a height ``e`` over the face, under a parabola.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from sealtwin.core.records import Floats, Outline, Solid
+
+NARROWEST_MM = 0.05  # Width given to a section that closes, so that a depth follows from every area
+ROUND_CORNERS = 4 - np.pi
+"""Twice what a corner's dead paste leaves out of area over radius squared: a square less its inscribed circle."""
+INVERTED, ROUNDING_MM = 20, 1e-9  # Newton steps for a depth above the face, at most, and the last of them
+
+
+@dataclass(frozen=True)
+class Trapezoids:
+    """Sections at the middles of equal cells along a crack; all (n,)."""
+
+    s_mm: Floats
+    floor_mm: Floats
+    """Width of the floor."""
+    mouth_mm: Floats
+    depth_mm: Floats
+    slant: Floats
+    """Length of both walls over their height, 2 where they are upright."""
+    bottom_mm: Floats
+    """Level of the floor, or of where closing walls meet."""
+    reach_per_mm: float
+    """Width of a slump on one side over the square of its height, rho g / 2 tau in 1/mm."""
+    reach_mm: float
+    """Width that a slump on one side has at most."""
+
+    @property
+    def step_mm(self) -> float:
+        return float(self.s_mm[1] - self.s_mm[0])
+
+    @cached_property
+    def opening(self) -> Floats:
+        """Width gained for each millimetre up."""
+        return (self.mouth_mm - self.floor_mm) / self.depth_mm
+
+    @cached_property
+    def full_mm2(self) -> Floats:
+        """Area from floor to face."""
+        return (self.floor_mm + self.mouth_mm) / 2 * self.depth_mm
+
+    def area_mm2(self, height_mm: Floats) -> tuple[Floats, Floats]:
+        """Area filled to heights above the floor, and the width there; below the floor too, where Newton may step."""
+        inside_mm = np.minimum(np.maximum(height_mm, 0.0), self.depth_mm)
+        width_mm = self.floor_mm + self.opening * inside_mm
+        over_mm = np.maximum(height_mm - self.depth_mm, 0.0)
+        beside_mm, grows = self._slump(over_mm)
+        area_mm2 = (self.floor_mm + width_mm) / 2 * inside_mm + np.minimum(height_mm, 0.0) * self.floor_mm
+        return area_mm2 + self.mouth_mm * over_mm + beside_mm, width_mm + grows
+
+    def _slump(self, over_mm: Floats) -> tuple[Floats, Floats]:
+        """Area of both slumps beside the mouth, and its growth with the height over the face."""
+        free_mm = self.reach_per_mm * over_mm**2
+        bound = free_mm > self.reach_mm
+        if not bound.any():
+            return 4 / 3 * free_mm * over_mm, 4 * free_mm
+        # From the height at which it reaches as far as it may, a slump only rises.
+        edge_mm = np.sqrt(self.reach_mm / self.reach_per_mm)
+        risen_mm = np.maximum(over_mm - edge_mm, 0.0)
+        within_mm = np.minimum(over_mm, edge_mm)
+        area_mm2 = 4 / 3 * self.reach_per_mm * within_mm**3 + 2 * self.reach_mm * risen_mm
+        return area_mm2, np.where(bound, 2 * self.reach_mm, 4 * free_mm)
+
+    def height_mm(self, area_mm2: Floats) -> Floats:
+        """The height to which an area fills each section."""
+        opening, floor_mm = self.opening, self.floor_mm
+        inside_mm2 = np.clip(area_mm2, 0.0, self.full_mm2)
+        # Of both roots the one without a difference of near equals, so that upright walls need no case of their own.
+        height_mm = 2 * inside_mm2 / (floor_mm + np.sqrt(np.maximum(floor_mm**2 + 2 * opening * inside_mm2, 0.0)))
+        height_mm += np.minimum(area_mm2, 0.0) / floor_mm
+        over = area_mm2 > self.full_mm2
+        if over.any():
+            height_mm = np.where(over, self.depth_mm + (area_mm2 - self.full_mm2) / self.mouth_mm, height_mm)
+            # The area is convex in the height: from above Newton's steps never pass the root.
+            for _ in range(INVERTED):
+                there_mm2, width_mm = self.area_mm2(height_mm)
+                change_mm = np.where(over, (there_mm2 - area_mm2) / width_mm, 0.0)
+                height_mm = height_mm - change_mm
+                if np.abs(change_mm).max() < ROUNDING_MM:
+                    break
+        return height_mm
+
+    def wetted_mm(self, height_mm: Floats) -> Floats:
+        """Length of floor and walls below a height; what stands above the mouth is dragged by nothing."""
+        return self.floor_mm + self.slant * np.minimum(np.maximum(height_mm, 0.0), self.depth_mm)
+
+    def slenderness(self, area_mm2: Floats, height_mm: Floats) -> Floats:
+        """Short side over long one of a rectangular duct: a filled section of its mean width with its mirror image."""
+        high_mm = 2 * np.maximum(height_mm, NARROWEST_MM)
+        wide_mm = np.maximum(2 * area_mm2 / high_mm, NARROWEST_MM)
+        return np.minimum(wide_mm / high_mm, high_mm / wide_mm)
+
+    @staticmethod
+    def holding_mm(area_mm2: Floats, wetted_mm: Floats) -> Floats:
+        """Area over perimeter of the plug that yields first: a section less its corners, rounded by that radius.
+
+        It is the largest that any part of the section has, which with its mirror image above the free surface is that
+        of Mosolov and Miasnikov (1965); corners are taken as square.
+        """
+        half_mm = np.sqrt(np.maximum(wetted_mm**2 - 2 * ROUND_CORNERS * area_mm2, 0.0))
+        return 2 * area_mm2 / (wetted_mm + half_mm)
+
+
+def sections_of(outline: Outline, solid: Solid, cells: int, *, reach_per_mm: float) -> Trapezoids:
+    """Return the sections of equal cells, from the traced walls, the depth and what the solid's sections hold.
+
+    A trapezoid keeps the area of its section and one of its widths: that of the floor where the walls flare, else that
+    of the mouth. Where walls close above the floor, the section ends where they meet.
+    """
+    s_mm = (np.arange(cells) + 0.5) * outline.length_mm / cells
+    width_mm = np.maximum(_means(s_mm, outline.s_mm, outline.width_mm), NARROWEST_MM)
+    area_mm2 = _means(s_mm, solid.sections.s_mm, solid.sections.area_mm2)
+    depth_mm = _means(s_mm, solid.sections.s_mm, solid.sections.depth_mm)
+    area_mm2 = np.maximum(area_mm2, NARROWEST_MM * depth_mm)
+    if solid.tilt == "flare":
+        floor_mm = np.minimum(width_mm, area_mm2 / depth_mm)
+        mouth_mm = 2 * area_mm2 / depth_mm - floor_mm
+    else:
+        closes_mm = np.minimum(depth_mm, 2 * area_mm2 / (width_mm + NARROWEST_MM))
+        mouth_mm, depth_mm = width_mm, closes_mm
+        floor_mm = np.maximum(2 * area_mm2 / depth_mm - mouth_mm, NARROWEST_MM)
+    if solid.tilt == "modelled":
+        slant = 2 * np.hypot(1.0, (mouth_mm - floor_mm) / 2 / depth_mm)
+    else:
+        slant = np.full(cells, (1 / np.cos(np.radians(solid.wall_angles_deg))).sum())
+    x_min, y_min, x_max, y_max = solid.block_mm
+    reach_mm = max(0.0, (min(x_max - x_min, y_max - y_min) - float(mouth_mm.mean())) / 2)
+    return Trapezoids(s_mm, floor_mm, mouth_mm, depth_mm, slant, -depth_mm, reach_per_mm, reach_mm)
+
+
+def _means(s_mm: Floats, known_mm: Floats, values: Floats) -> Floats:
+    """Means over cells around ``s_mm`` of values that are linear between ``known_mm``."""
+    half_mm = (s_mm[1] - s_mm[0]) / 2
+    edges_mm = np.append(s_mm - half_mm, s_mm[-1] + half_mm)
+    grid_mm = np.unique(np.concatenate([edges_mm, known_mm.clip(edges_mm[0], edges_mm[-1])]))
+    there = np.interp(grid_mm, known_mm, values)
+    sums = np.concatenate([[0.0], np.cumsum((there[1:] + there[:-1]) / 2 * np.diff(grid_mm))])
+    return np.diff(np.interp(edges_mm, grid_mm, sums)) / np.diff(edges_mm)

@@ -1,0 +1,165 @@
+"""The slump of a cone of paste on a plate, in particles, and the yield stress that ends it at a given radius."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from sealtwin.core.errors import InputError, NumericalError
+from sealtwin.core.records import Floats
+from simulate.device import start_warp
+from simulate.plate import PastePlate
+from simulate.settings import particle_volume
+from simulate.spread_law import (
+    FLATTEST,
+    GRAVITY_M_S2,
+    Cone,
+    flat_stress_pa,
+    heap_height_mm,
+    spread_radius_mm,
+    stretched_stress_pa,
+)
+
+LEAST_DIAMETERS = 4.0  # Least height of a heap in particle diameters: fewer layers shear as one
+FINEST = 32.0  # Least width of a cone in particle radii: with 44 a heap of 60 Pa ends 0.8 % narrower
+MOST_PARTICLES = 60_000  # Largest number of particles of a slump: about four minutes of one core
+
+
+@dataclass(frozen=True)
+class Slump:
+    """Course of a slump in particles: radius over time, from the moment the cone is gone."""
+
+    stress_pa: float
+    volume_mm3: float
+    density_kg_m3: float
+    t_s: Floats
+    radius_mm: Floats  # (n,)
+    viscosity_pa_s: float | None  # None where it changed on the way
+    height_mm: float
+
+    @property
+    def at_rest_mm(self) -> float:
+        return float(self.radius_mm[-1])
+
+
+FLAT_GALILEI = 10.0  # rho^2 g V / mu^2 of a slump without inertia, as of a cone that is lifted slowly
+THINNED = 20.0  # Viscosity at the start over that at the end, when what is left of the way is short
+THICK_UNTIL, THIN_FROM, ENDS = 28.0, 110.0, 450.0  # Times in units of mu / (rho g V^(1/3))
+OUTERMOST = 0.005  # Share of the paste beyond the radius from which the edge is told, where a particle may have strayed
+WALL_ROOM = 1.25  # Half side of the plate over the radius of the flat heap
+
+
+def radius_of_particles_mm(cone: Cone, stress_pa: float, density_kg_m3: float) -> float:
+    """Return the radius of particles for a slump: as coarse as its heap and its cone allow.
+
+    Raises InputError where so fine ones would be too many.
+    """
+    at_rest_mm = spread_radius_mm(stress_pa, cone.volume_mm3, density_kg_m3)
+    height_mm = float(heap_height_mm(np.array(stress_pa), at_rest_mm, density_kg_m3))
+    radius_mm = min(height_mm / LEAST_DIAMETERS / 2, cone.bottom_mm / FINEST)
+    if (particles := cone.volume_mm3 / particle_volume(radius_mm)) > MOST_PARTICLES:
+        raise InputError(
+            f"the heap would be {height_mm:.1f} mm high, and {LEAST_DIAMETERS:g} particles over each other that small "
+            f"are {particles:,.0f} in all, where {MOST_PARTICLES:,} are allowed. Use a larger cone or more paste, so "
+            f"that the heap is flatter than {FLATTEST:g} of its radius and needs no particles."
+        )
+    return radius_mm
+
+
+def slump(cone: Cone, stress_pa: float, density_kg_m3: float, *, steady: bool = False, finer: float = 1.0) -> Slump:
+    """Let a cone of paste go down on a plate, without inertia; on the CPU, tens of seconds.
+
+    The viscosity falls on the way, which brings it to rest sooner and no farther; ``steady`` keeps it.
+    Particles are ``finer`` times smaller than need be.
+    """
+    radius_mm = radius_of_particles_mm(cone, stress_pa, density_kg_m3) / finer
+    start_warp()
+    weight, volume_m3 = density_kg_m3 * GRAVITY_M_S2, cone.volume_mm3 * 1e-9
+    thick_pa_s = density_kg_m3 * math.sqrt(GRAVITY_M_S2 * volume_m3 / FLAT_GALILEI)
+    unit_s = thick_pa_s / (weight * volume_m3 ** (1 / 3))
+    ages_s = [0.0, THICK_UNTIL * unit_s, THIN_FROM * unit_s]
+    thin_pa_s = thick_pa_s if steady else thick_pa_s / THINNED
+    curve = {
+        "age_s": ages_s,
+        "viscosity_pa_s": [thick_pa_s, thick_pa_s, thin_pa_s],
+        "yield_stress_pa": [stress_pa] * 3,
+    }
+    reach_mm = WALL_ROOM * 1e3 * float(flat_stress_pa(cone.volume_mm3, 1e3, density_kg_m3) / stress_pa) ** 0.2
+    plate = PastePlate.with_cone(cone, radius_mm, max(reach_mm, cone.bottom_mm), density_kg_m3, curve)
+    t_s, radii_mm = [0.0], [plate.edge_mm(OUTERMOST)]
+    for time_s in plate.run(ENDS * unit_s, every_s=5 * unit_s):
+        t_s.append(time_s)
+        radii_mm.append(plate.edge_mm(OUTERMOST))
+    if not np.isfinite(radii_mm).all():
+        raise NumericalError(f"the slump of {stress_pa:g} Pa has no numbers any more; please report it.")
+    return Slump(
+        stress_pa,
+        plate.volume_mm3,
+        density_kg_m3,
+        np.array(t_s),
+        np.array(radii_mm),
+        thick_pa_s if steady else None,
+        plate.height_mm,
+    )
+
+
+STEP = 1.6  # Ratio of yield stresses of two slumps between which a third is told by a straight line of logarithms
+NEAR = 0.04  # Logarithm of a radius over that of a known slump within which the line goes on: 0.2 % of the stress
+MOST_SLUMPS = 8
+
+
+@dataclass
+class SlumpCurve:
+    """Radius at rest by yield stress, for cones of one shape, computed where it is asked for.
+
+    Slumps of one shape are alike in R / V^(1/3) and tau / (rho g V^(1/3)), so that a cone a little larger or heavier
+    needs no other. Their stresses are powers of ``STEP``, and ``known`` keeps them: a file of them is taken up again.
+    """
+
+    cone: Cone
+    density_kg_m3: float
+    known: dict[int, float]
+    """R / V^(1/3) by the power of ``STEP`` that is tau / (rho g V^(1/3))."""
+
+    def at(self, power: int) -> float:
+        """Return R / V^(1/3) of one slump, computed unless it is known."""
+        if power not in self.known:
+            length_mm = self.cone.volume_mm3 ** (1 / 3)
+            stress_pa = STEP**power * self.density_kg_m3 * GRAVITY_M_S2 * length_mm * 1e-3
+            found = slump(self.cone, stress_pa, self.density_kg_m3)
+            self.known[power] = found.at_rest_mm / found.volume_mm3 ** (1 / 3)
+        return self.known[power]
+
+    def around(self, reach: float, first: float) -> Iterator[int]:
+        """Yield powers whose slumps bracket R / V^(1/3), beginning at ``first``, the likely one."""
+        power = round(first)
+        yield power
+        if abs(math.log(self.at(power) / reach)) < NEAR:
+            # The stiffer neighbour takes less time, and the line through both goes on.
+            yield power + 1
+            return
+        step = 1 if self.at(power) > reach else -1
+        for _ in range(MOST_SLUMPS):
+            power += step
+            yield power
+            if (self.at(power) > reach) != (step > 0):
+                return
+        raise InputError(
+            "no slump of a cone of that shape ends at the spread that was measured: check the cone's sizes, the mass "
+            "and the scale, and that the plate was level."
+        )
+
+    def stress_pa(self, volume_mm3: Floats, radius_mm: Floats, density_kg_m3: Floats) -> Floats:
+        """Return the yield stress of heaps at rest, (n,), each with its own volume, radius and density."""
+        length_mm = np.cbrt(volume_mm3)
+        reach = radius_mm / length_mm
+        unit_pa = density_kg_m3 * GRAVITY_M_S2 * length_mm * 1e-3
+        likely = np.log(stretched_stress_pa(volume_mm3, radius_mm, density_kg_m3) / unit_pa) / math.log(STEP)
+        order = np.array(sorted(set(self.around(float(np.median(reach)), float(np.median(likely))))))
+        spread = np.log([self.at(int(power)) for power in order])
+        # Beyond both ends, where an uncertain spread may lie, the lines go on.
+        part = np.clip(np.searchsorted(-spread, -np.log(reach)) - 1, 0, len(order) - 2)
+        share = (np.log(reach) - spread[part]) / (spread[part + 1] - spread[part])
+        found = order[part] + share * (order[part + 1] - order[part])
+        return STEP**found * unit_pa

@@ -1,0 +1,34 @@
+"""The forty slots of the fast model's judgement: the draw that the stored runs of particles belong to."""
+
+import csv
+
+import numpy as np
+
+from benchmarks.slot_cases import CASES, HIGH, IN_LOGARITHMS, LOW, RUNS, STATIONS_MM, Case, drawn, levels_mm
+
+
+def test_the_draw_is_a_latin_hypercube_and_stays_as_it_is():
+    """Regression only: another draw would make the stored runs those of other slots."""
+    cases = drawn()
+    assert cases[0] == Case(4.004, 22.87, 5.044, 2.819, 0.2964, 0.8014, 7.694)
+    assert cases[39] == Case(6.516, 10.6, 2.718, 4.574, 0.0736, 0.5907, 3.804)
+    for name in Case.__dataclass_fields__:
+        low, high = getattr(LOW, name), getattr(HIGH, name)
+        value = np.array([getattr(case, name) for case in cases])
+        logarithmic = name in IN_LOGARITHMS
+        share = np.log(value / low) / np.log(high / low) if logarithmic else (value - low) / (high - low)
+        # One case in each fortieth of the range; a value has four digits.
+        strata = np.sort(share) * CASES - np.arange(CASES)
+        assert strata.min() > -0.02
+        assert strata.max() < 1.02
+
+
+def test_every_stored_run_is_whole_and_lost_nothing():
+    with RUNS.open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert rows
+    for row in rows:
+        level_mm = levels_mm(int(row["case"]), int(row["seed"]))
+        assert level_mm is not None
+        assert level_mm.shape == STATIONS_MM.shape
+        assert int(row["escaped"]) == 0

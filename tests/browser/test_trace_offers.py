@@ -1,0 +1,71 @@
+"""Lines that may be the crack, outlined and numbered on the page: one click or key takes one."""
+
+import numpy as np
+import pytest
+
+from tests.pictures import mortar, with_crack, write_png
+
+pytestmark = pytest.mark.browser
+
+UPPER = [(30, 60), (120, 40), (200, 75), (300, 50), (390, 90), (470, 70)]
+LOWER = [(30, 240), (110, 262), (210, 225), (290, 250), (380, 215), (470, 230)]
+
+
+@pytest.fixture
+def bench(open_page, tmp_path):
+    """Two cracks of like strength, of which none stands out."""
+    opened = open_page(write_png(tmp_path / "two.png", with_crack(with_crack(mortar(), UPPER), LOWER)))
+    opened.await_state("refused")
+    return opened
+
+
+def taken(bench, line):
+    """Both ends of a line are the user's, and its walls are there."""
+    bench.await_state("walls")
+    ends = np.array([bench.place(end) for end in ("end-0", "end-1")])
+    assert bench.points() == ["end-0", "end-1"]
+    assert np.abs(ends - np.array([line[0], line[-1]])).max() < 12
+    assert bench.text("#refusal") == ""
+    assert "Between your two ends" in bench.text("#how")
+    assert not bench.page.is_visible("#offers")
+    assert bench.page.locator("#lines .offer").count() == 0
+
+
+def lines_offered(bench):
+    """The cracks in the order of their numbers, by where the numbers lie."""
+    middles = [bench.page.locator(".offered").nth(place).bounding_box()["y"] for place in (0, 1)]
+    return (UPPER, LOWER) if middles[0] < middles[1] else (LOWER, UPPER)
+
+
+def test_one_click_on_a_number_takes_that_crack_and_undo_offers_both_again(bench):
+    assert "2 lines may be the crack" in bench.text("#refusal")
+    assert bench.page.locator(".offered").all_inner_texts() == ["1", "2"]
+    assert bench.page.locator("#lines .offer").count() == 2
+    first, second = lines_offered(bench)
+    bench.page.locator(".offered").nth(1).click()
+    taken(bench, second)
+    bench.page.keyboard.press("Control+z")
+    assert bench.points() == []
+    assert bench.page.locator(".offered").all_inner_texts() == ["1", "2"]
+    bench.page.locator(".offered").first.click()
+    taken(bench, first)
+    bench.page.keyboard.press("Control+z")
+    bench.page.keyboard.press("Control+y")
+    taken(bench, first)
+
+
+def test_a_key_or_a_focused_number_takes_a_crack(bench):
+    first, second = lines_offered(bench)
+    bench.page.keyboard.press("2")
+    taken(bench, second)
+    bench.page.keyboard.press("Control+z")
+    bench.page.focus(".offered")
+    bench.page.keyboard.press("Enter")
+    taken(bench, first)
+
+
+def test_a_click_of_ones_own_takes_the_offers_away(bench):
+    bench.click(LOWER[0])
+    assert not bench.page.is_visible("#offers")
+    bench.click(LOWER[-1])
+    taken(bench, LOWER)

@@ -1,0 +1,83 @@
+"""A pump by a scale: what programs ask for, how well it is known, and how long they wait."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from digitise.robots.gcode import gcode_text
+from digitise.robots.pump import Pump, PumpTable, read_pump
+from digitise.robots.robot_path import place_path, table_text
+from digitise.robots.spel import spel_text
+from digitise.robots.urscript import urscript_text
+from sealtwin.core.errors import InputError
+from tests.cells import cell, trajectory
+from tests.robot_readers import read_gcode
+
+HEAD = "asked_mm3_s,weighed_g,time_s,delay_s\n"
+GIVES = 0.8  # Of what it is asked for
+
+
+def pump(folder: Path, rows: str = "", head: str = HEAD) -> PumpTable:
+    """A pump that gives four fifths, weighed twice at three flows, unless ``rows`` say otherwise."""
+    for asked in () if rows else (10, 100, 1000):
+        for off in (0.99, 1.01):
+            rows += f"{asked},{GIVES * asked * 1.69e-3 * 20 * off:.9g},20,0.4\n"
+    (folder / "pump.csv").write_text(head + rows, encoding="utf-8")
+    return read_pump(Pump(file=Path("pump.csv"), density_kg_m3=1690.0), folder)
+
+
+def test_it_is_asked_for_more_where_it_gives_less(tmp_path):
+    table = pump(tmp_path)
+    assert table.asked_for(np.array([0.0, 8.0, 40.0, 800.0])) == pytest.approx([0, 10, 50, 1000])
+    # Three pairs that are 1 % to either side: s = sqrt(2) %, three degrees of freedom, two of each.
+    assert table.scatter == pytest.approx(0.01 * np.sqrt(2))
+    assert table.error_95(8.0) == pytest.approx(3.182 * 0.01, rel=1e-3)
+
+
+@pytest.mark.parametrize("wanted", [7.9, 801.0])
+def test_a_flow_that_was_not_weighed_is_refused(tmp_path, wanted):
+    with pytest.raises(InputError, match=r"pump\.csv: the path wants .* weighed from 8 to 800"):
+        pump(tmp_path).asked_for(np.array([0.0, wanted]))
+
+
+@pytest.mark.parametrize(
+    ("rows", "says"),
+    [
+        ("10,1,20,0\n20,2,20,0\n30,3,20,0\n40,4,20,0\n", "a single one shows no scatter"),
+        ("10,1,20,0\n10,1,20,0\n20,1,20,0\n20,1,20,0\n", "asked for 20 mm³/s the pump gave"),
+        ("10,1,20,0\n10,1,20,0\n20,two,20,0\n20,1,20,0\n", "row 4, column weighed_g: 'two' is no number"),
+        ("10,1,20,99\n10,1,20,0\n20,2,20,0\n20,2,20,0\n", "row 2, column delay_s: 99; 0 to 30 is allowed"),
+    ],
+)
+def test_a_fault_is_named_by_row_and_value(tmp_path, rows, says):
+    with pytest.raises(InputError, match=says):
+        pump(tmp_path, rows)
+
+
+def test_each_program_asks_for_what_gives_the_paths_flow_and_waits_once(tmp_path):
+    it, table = trajectory(lead_in_mm=5.0), pump(tmp_path)
+    flow = it.flow_mm3_s.max()
+    path = place_path(it, cell(gcode={}), "cell.toml", table)
+    assert path.wanted_mm3 == pytest.approx(it.dispensed_mm3)
+    assert path.trajectory.flow_mm3_s == pytest.approx(it.flow_mm3_s / GIVES)
+    assert path.hold_s == pytest.approx(0.4)
+    rows = np.array([line.split(",") for line in table_text(path).splitlines()[1:]], dtype=float)
+    assert len(rows) == len(it.t_s) + 1
+    waiting = rows[it.giving.start]
+    assert (waiting[5], waiting[6]) == pytest.approx((0.0, flow / GIVES), abs=1e-5)
+    assert rows[it.giving.start + 1, 0] - waiting[0] == pytest.approx(0.4, abs=1e-5)
+    script, program = urscript_text(path), spel_text(path)
+    assert script.count("sleep(0.400)") == 1
+    assert program.count("  Wait 0.400") == 1
+    # Both arms stop before they wait.
+    assert "CP" not in program[: program.index("  On 8")].splitlines()[-1]
+    assert (
+        "r=0.0000000"
+        in script[: script.index("  set_standard_analog_out(0, 0.0", script.index("movep"))].splitlines()[-1]
+    )
+    for relative in (False, True):
+        path = place_path(it, cell(gcode={"relative_e": relative}), "cell.toml", table)
+        motions = read_gcode(gcode_text(path))
+        given = sum(motion.given for motion in motions) * np.pi * 10.0**2
+        assert given == pytest.approx((it.dispensed_mm3 + 0.4 * flow) / GIVES, rel=1e-4)

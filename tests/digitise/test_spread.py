@@ -1,0 +1,44 @@
+"""Blobs on emulated photos of the printed sheet, whose radius is known."""
+
+from dataclasses import replace
+
+import pytest
+
+from digitise.settings import PhotoInput
+from digitise.spread import measure_spread
+from sealtwin.core.errors import InputError
+from tests.spreads import BOARD, FACE_MM, Blob
+
+BLOB = Blob(48.0, mm_per_px=0.3)
+
+
+def seen(folder, blob: Blob):
+    photo = blob.write(folder / "blob.png")
+    return measure_spread(PhotoInput(file=photo, data="synthetic", markers=BOARD, face_mm=FACE_MM), folder)
+
+
+@pytest.mark.parametrize("dark", [True, False])
+def test_a_blobs_radius_is_found_to_a_tenth_of_a_pixel(tmp_path, dark):
+    """In perspective, under a gradient, with grain, a glint, and a rim that is not round."""
+    blob = replace(BLOB, dark=dark, tilt_deg=7.0, gradient=0.4, noise=0.03, lens_k1=-0.05, unround=(0.02, 0.01, 0.0))
+    found = seen(tmp_path, blob)
+    assert found.dark is dark
+    assert found.radius_mm == pytest.approx(48.0, abs=0.03)
+    assert found.unround == pytest.approx(0.0158, abs=0.001)
+    assert found.radius_error_mm > 0.5 * 0.3
+    # Two lobes of 2 % make the longest way across about 4 % longer than the shortest.
+    assert found.diameters_mm[1] / found.diameters_mm[0] == pytest.approx(1.04, abs=0.015)
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"radius_mm": 11.0}, "need 40: take the photo from nearer"),
+        ({"unround": (0.2, 0.0, 0.0)}, "not round, its outline is 14% of its radius off a circle"),
+        ({"middle_mm": (20.0, 75.0)}, "edge is seen on"),
+        ({"radius_mm": 0.5}, "no blob stands out|take the photo from nearer"),
+    ],
+)
+def test_what_is_no_spread_is_refused(tmp_path, changes, says):
+    with pytest.raises(InputError, match=says):
+        seen(tmp_path, replace(BLOB, **changes))

@@ -1,0 +1,167 @@
+"""A weighed fill against cavities whose volume at each level is known in closed form."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from digitise.settings import CrackShape
+from digitise.solid.build_solid import build_solid, with_weighed
+from digitise.weighing.fill import WeighedFill
+from digitise.weighing.fit_cavity import weigh
+from digitise.weighing.moved_walls import widened
+from sealtwin.core.errors import InputError
+from tests.shapes import straight_slot
+
+LENGTH_MM, WIDTH_MM, DEPTH_MM = 80.0, 3.0, 16.0
+LEVELS_MM = (-12.0, -9.0, -6.0, -3.0, 0.0)
+
+
+def slot(width_mm=WIDTH_MM):
+    return straight_slot(LENGTH_MM, width_mm)
+
+
+def fill_of(floor_mm, mouth_mm, depth_mm=DEPTH_MM, levels_mm=LEVELS_MM, off_g=None, **liquid: Any):
+    """Return what a straight trapezoid holds below each level, weighed without a meniscus."""
+    height_mm = depth_mm + np.array(levels_mm)
+    width_mm = floor_mm + (mouth_mm - floor_mm) * height_mm / depth_mm
+    mass_g = LENGTH_MM * height_mm * (floor_mm + width_mm) / 2 * 1e-3 + (0 if off_g is None else np.array(off_g))
+    said: dict[str, Any] = {"density_kg_m3": 1000.0, "surface_tension_n_m": 0.0} | liquid
+    return WeighedFill(mass_g=tuple(mass_g.tolist()), level_mm=levels_mm, **said)
+
+
+@pytest.mark.parametrize(("tilt", "floor_mm", "mouth_mm"), [("flare", 3.0, 5.0), ("funnel", 1.4, 3.0)])
+def test_steps_without_error_give_angle_and_depth(tilt, floor_mm, mouth_mm):
+    angle_deg = np.degrees(np.arctan((mouth_mm - floor_mm) / 2 / DEPTH_MM))
+    fill = fill_of(floor_mm, mouth_mm, mass_sd_g=5e-3, level_sd_mm=0.02, flush_sd_mm=0.02)
+    outline, shape, weighed = weigh(slot(), CrackShape(depth_mm=15.0, tilt=tilt), fill, 0.3, 2.0)
+    assert weighed.findings == ()
+    assert weighed.wall_angle_deg == pytest.approx(angle_deg, abs=0.15)
+    assert weighed.depth_mm == pytest.approx(DEPTH_MM, abs=0.1)
+    assert weighed.width_mm == pytest.approx(WIDTH_MM, abs=0.1)
+    assert shape.fill is None
+    solid = with_weighed(build_solid(outline, shape), weighed)
+    true_mm3 = LENGTH_MM * DEPTH_MM * (floor_mm + mouth_mm) / 2
+    assert solid.cavity_volume_mm3 == pytest.approx(true_mm3, rel=0.005)
+    low_mm3, high_mm3 = solid.figures.cavity_volume_95_mm3 or (0.0, 0.0)
+    assert low_mm3 < true_mm3 < high_mm3
+    for middle_mm, width_mm, sd_mm in weighed.slabs_mm:
+        assert width_mm == pytest.approx(mouth_mm - (mouth_mm - floor_mm) * middle_mm / DEPTH_MM, rel=0.02)
+        assert 0 < sd_mm < 1
+
+
+def test_one_weighing_at_the_brim_gives_the_angle_where_width_and_depth_are_known():
+    """The volume changes by L D^2 / cos^2 with the angle, so that 0.06 ml more are 0.17 degrees more."""
+    brim = {"levels_mm": (0.0,), "mass_sd_g": 0.06, "flush_sd_mm": 1e-3}
+    shape = CrackShape(depth_mm=DEPTH_MM, tilt="flare")
+    _, _, weighed = weigh(slot(), shape, fill_of(3.0, 5.0, **brim), 1e-4, 1e-4)
+    _, _, more = weigh(slot(), shape, fill_of(3.0, 5.0, **brim, off_g=[0.06]), 1e-4, 1e-4)
+    slope_deg = np.degrees(60.0 / (LENGTH_MM * DEPTH_MM**2)) * np.cos(np.radians(3.6)) ** 2
+    assert slope_deg == pytest.approx(0.17, abs=0.005)
+    assert more.wall_angle_deg - weighed.wall_angle_deg == pytest.approx(slope_deg, rel=0.05)
+    assert weighed.steps[1][1] == pytest.approx(slope_deg, rel=0.1)
+
+
+def test_what_a_photo_and_a_gauge_leave_open_widens_the_angle():
+    shape, fill = CrackShape(depth_mm=DEPTH_MM, tilt="flare"), fill_of(3.0, 5.0)
+    doubt_deg = [np.hypot(*weigh(slot(), shape, fill, sd_mm, sd_mm)[2].steps[1][:2]) for sd_mm in (0.01, 0.1, 0.3)]
+    assert doubt_deg[0] < doubt_deg[1] < doubt_deg[2]
+    # Undeclared, a tenth of width and depth.
+    assert np.hypot(*weigh(slot(), shape, fill, None, None)[2].steps[1][:2]) > doubt_deg[1]
+
+
+def test_a_step_of_each_unknown_takes_the_others_with_it():
+    """Root times its transpose is the covariance: the volume of the cavity is known better than its parts."""
+    _, _, weighed = weigh(slot(), CrackShape(depth_mm=DEPTH_MM, tilt="flare"), fill_of(3.0, 5.0), 0.2, 1.0)
+    root = np.array(weighed.steps)
+    assert root == pytest.approx(np.tril(root))
+    slope = np.radians(1) / np.cos(np.radians(weighed.wall_angle_deg)) ** 2
+    gradient = np.array([LENGTH_MM * DEPTH_MM, LENGTH_MM * DEPTH_MM**2 * slope, LENGTH_MM * 5.0])
+    alone_mm3 = np.sqrt((gradient**2 * (root**2).sum(axis=1)).sum())
+    together_mm3 = np.linalg.norm(gradient @ root)
+    low_mm3, high_mm3 = weighed.volume_95_mm3
+    assert (high_mm3 - low_mm3) / 4 == pytest.approx(together_mm3, rel=0.1)
+    assert together_mm3 < 0.4 * alone_mm3
+
+
+@pytest.mark.parametrize(
+    ("traced_mm", "gauged_mm", "off_g", "named"),
+    [
+        (2.0, DEPTH_MM, None, "width"),
+        (3.0, 13.0, None, "depth_mm"),
+        (3.0, DEPTH_MM, [0.0, 0.5, 0.0, -0.5, 0.0], "straight walls"),
+    ],
+)
+def test_what_contradicts_is_named(traced_mm, gauged_mm, off_g, named):
+    fill = fill_of(3.0, 5.0, off_g=off_g, level_sd_mm=0.05, flush_sd_mm=0.05)
+    _, _, weighed = weigh(slot(traced_mm), CrackShape(depth_mm=gauged_mm, tilt="flare"), fill, 0.1, 0.2)
+    assert any(named in finding for finding in weighed.findings)
+
+
+@pytest.mark.parametrize("factor", [1 / 28.35, 10.0])
+def test_a_fill_that_no_angle_explains_is_refused(factor):
+    fill = fill_of(3.0, 5.0)
+    wrong = fill.model_copy(update={"mass_g": tuple(factor * mass_g for mass_g in fill.mass_g or ())})
+    with pytest.raises(InputError, match="grams"):
+        weigh(slot(), CrackShape(depth_mm=DEPTH_MM, tilt="flare"), wrong, 0.1, 0.2)
+
+
+@pytest.mark.parametrize(("tilt", "other", "traced_mm"), [("flare", "funnel", 5.0), ("funnel", "flare", 3.0)])
+def test_the_other_reading_of_the_tilt_is_named_where_it_fits_better(tilt, other, traced_mm):
+    fill = fill_of(3.0, 5.0, level_sd_mm=0.05, flush_sd_mm=0.05)
+    _, _, weighed = weigh(slot(traced_mm), CrackShape(depth_mm=DEPTH_MM, tilt=tilt), fill, 0.1, 0.2)
+    assert any(f'tilt = "{other}"' in finding for finding in weighed.findings)
+
+
+def test_steps_that_scatter_more_than_declared_say_less():
+    shape, liquid = CrackShape(depth_mm=DEPTH_MM, tilt="flare"), {"level_sd_mm": 0.05, "flush_sd_mm": 0.05}
+    sound = weigh(slot(), shape, fill_of(3.0, 5.0, **liquid), 0.1, 0.2)[2]
+    torn = weigh(slot(), shape, fill_of(3.0, 5.0, off_g=[0.0, 0.5, 0.0, -0.5, 0.0], **liquid), 0.1, 0.2)[2]
+    assert torn.steps[1][1] > 2 * sound.steps[1][1]
+
+
+def test_walls_that_open_downward_stay_upright_and_are_named():
+    outline, shape, weighed = weigh(
+        slot(), CrackShape(depth_mm=DEPTH_MM, tilt="funnel"), fill_of(5.0, 3.0), 0.1, 0.2
+    )  # fmt: skip
+    assert shape.wall_angle_deg == 0
+    assert weighed.steps[1][1] > 0
+    assert any("open downward" in finding for finding in weighed.findings)
+    build_solid(outline, shape)
+
+
+def test_parallel_walls_that_are_not_are_named_and_keep_their_tilt():
+    _, shape, weighed = weigh(slot(), CrackShape(depth_mm=DEPTH_MM), fill_of(1.4, 3.0, level_sd_mm=0.1), 0.1, 0.2)
+    assert (shape.tilt, shape.wall_angle_deg) == ("lean", 11.0)
+    assert weighed.steps[1] == (0.0, 0.0, 0.0)
+    assert any("tilt" in finding for finding in weighed.findings)
+    # No angle was fitted, so that none is told.
+    assert "wall" not in str(weighed)
+    assert str(weighed).startswith("width 2.3")
+    _, _, sound = weigh(slot(), CrackShape(depth_mm=DEPTH_MM), fill_of(3.0, 3.0), 0.1, 0.2)
+    assert sound.findings == ()
+
+
+def test_a_table_of_depths_moves_as_a_whole():
+    shape = CrackShape(depth_mm=((0.0, 15.0), (80.0, 15.0)), tilt="flare")
+    _, moved, weighed = weigh(slot(), shape, fill_of(3.0, 5.0), 0.05, 2.0)
+    assert moved.depth_mm == ((0.0, pytest.approx(weighed.depth_mm)), (80.0, pytest.approx(weighed.depth_mm)))
+    assert weighed.depth_mm == pytest.approx(DEPTH_MM, abs=0.1)
+
+
+def test_an_outline_with_side_cracks_keeps_its_width():
+    outline = replace(slot(), branches_kept=True)
+    moved, _, weighed = weigh(outline, CrackShape(depth_mm=DEPTH_MM, tilt="flare"), fill_of(3.2, 5.2), 0.3, 0.2)
+    assert moved is outline
+    assert weighed.steps[0] == (0.0, 0.0, 0.0)
+
+
+def test_a_shape_with_a_fill_is_weighed_before_it_is_built():
+    shape = CrackShape(depth_mm=DEPTH_MM, tilt="flare", fill=fill_of(3.0, 5.0))
+    with pytest.raises(ValueError, match="weigh it first"):
+        build_solid(slot(), shape)
+
+
+def test_widening_keeps_the_mean():
+    assert widened(slot(), 0.2).mean_width_mm == pytest.approx(WIDTH_MM + 0.2)

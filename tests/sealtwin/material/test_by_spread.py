@@ -1,0 +1,101 @@
+"""A paste by its spread: the value, its interval, the file, and what is refused."""
+
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from digitise.spread import SpreadBlob
+from sealtwin.cli.app import app
+from sealtwin.core.errors import InputError
+from sealtwin.material.by_spread import Heap, estimate, viscosity
+from simulate.material_file import read_material
+from simulate.slump import STEP, SlumpCurve
+from simulate.spread_law import GRAVITY_M_S2, Cone, spread_radius_mm
+from tests.spreads import Blob, write_sheet_table
+
+CONE = (38.0, 19.0, 57.0)
+VOLUME = Cone(*CONE).volume_mm3
+
+
+def spread(radius_mm: float, error_mm: float = 0.1) -> SpreadBlob:
+    line = np.zeros((3, 2))
+    return SpreadBlob(radius_mm, error_mm, {}, 0.0, (2 * radius_mm, 2 * radius_mm), line, line, True, ())
+
+
+def flat_heap(stress_pa: float) -> tuple[Heap, SpreadBlob]:
+    """A litre, so flat that particles have no part, without surface tension."""
+    heap = Heap(density_kg_m3=1690.0, mass_g=1690.0, edge_n_m=0.0, edge_error_n_m=0.0)
+    return heap, spread(spread_radius_mm(stress_pa, 1e6, 1690.0))
+
+
+def test_a_flat_heap_has_the_closed_forms_stress():
+    found = estimate(*flat_heap(8.0))
+    assert not found.replayed
+    assert found.height_to_radius < 0.1
+    assert found.value == pytest.approx(8.0, rel=1e-6)
+    assert found.interval[0] < 8.0 < found.interval[1]
+    assert found.flat_pa > 1.1 * found.value
+    assert found.error == pytest.approx(np.sqrt(sum(part**2 for part in found.parts.values())), rel=0.05)
+
+
+def test_surface_tension_takes_its_term_off():
+    heap, seen = flat_heap(8.0)
+    with_it = estimate(heap.model_copy(update={"edge_n_m": 0.005, "edge_error_n_m": 0.0}), seen)
+    assert with_it.value == pytest.approx(8.0 - 0.005 * (1e-3 * seen.radius_mm) ** 2 / 1e-3, rel=1e-6)
+
+
+@pytest.mark.parametrize("part", ["radius", "density", "mass", "surface tension"])
+def test_a_larger_error_of_one_thing_makes_the_interval_wider(part):
+    heap, seen = flat_heap(8.0)
+    narrow = estimate(heap, seen)
+    change = {"density": {"density_error_kg_m3": 100.0}, "mass": {"mass_error_g": 60.0}}
+    change["surface tension"] = {"edge_error_n_m": 0.02}
+    wide = estimate(
+        heap.model_copy(update=change.get(part, {})), spread(seen.radius_mm, 6.0 if part == "radius" else 0.1)
+    )
+    assert wide.error > 1.3 * narrow.error
+    assert wide.parts[part] > 2 * narrow.parts[part]
+
+
+def test_a_high_heap_is_told_from_slumps_and_refused_without_a_cone():
+    """The slumps are known here, and are those of the closed form."""
+    radius_mm, length_mm = spread_radius_mm(20.0, VOLUME, 1690.0), VOLUME ** (1 / 3)
+    unit_pa = 1690 * GRAVITY_M_S2 * length_mm * 1e-3
+    known = {n: spread_radius_mm(STEP**n * unit_pa, VOLUME, 1690.0) / length_mm for n in range(-14, 0)}
+    heap = Heap(density_kg_m3=1690.0, cone_mm=CONE, edge_n_m=0.0, edge_error_n_m=0.0)
+    found = estimate(heap, spread(radius_mm), curve=SlumpCurve(Cone(*CONE), 1690.0, known))
+    assert found.replayed
+    assert found.value == pytest.approx(20.0, rel=0.01)
+    with pytest.raises(InputError, match=r"holds up to 0\.1, .*give --cone-mm, or spread more paste"):
+        estimate(Heap(density_kg_m3=1690.0, mass_g=VOLUME * 1.69e-3), spread(radius_mm))
+
+
+def test_what_tells_nothing_is_refused():
+    with pytest.raises(InputError, match="give --mass-g, or --cone-mm"):
+        estimate(Heap(density_kg_m3=1690.0), spread(60.0))
+    with pytest.raises(InputError, match="no yield stress that a spread shows"):
+        estimate(Heap(density_kg_m3=1000.0, mass_g=10.0), spread(60.0))
+    heap, seen = flat_heap(8.0)
+    with pytest.raises(InputError, match="give --cone-mm"):
+        viscosity(heap, estimate(heap, seen), seen, 2.0)
+
+
+def test_a_photo_becomes_a_file_of_the_material(tmp_path):
+    photo = Blob(55.0, mm_per_px=0.4).write(tmp_path / "spread.png")
+    frame, out = write_sheet_table(tmp_path / "frame.toml"), tmp_path / "material.toml"
+    line = ["material", "spread", str(photo), "--markers", str(frame), "--face-mm", "150x150", "--mass-g", "30"]
+    line += ["--density-kg-m3", "1690", "--data", "synthetic", "--date", "2026-11-21", "--out", str(out), "--json"]
+    answer = CliRunner().invoke(app, line)
+    assert answer.exit_code == 0, answer.output
+    told, kept = json.loads(answer.stdout), read_material(out)
+    assert told["spread_mm"] == pytest.approx(110.0, abs=0.1)
+    assert kept.yield_stress_pa == told["yield_stress_pa"]
+    assert (kept.date, kept.data) == ("2026-11-21", "synthetic")
+    assert any("another age" in sentence for sentence in kept.not_for)
+    assert "closed form" in kept.method
+    # Another result does not replace it in silence.
+    again = CliRunner().invoke(app, [*line[:-1], "--mass-error-g", "3"])
+    assert again.exit_code == 3
+    assert "not overwritten" in again.output

@@ -1,0 +1,55 @@
+"""solver.model = "slot" in a trial: the same folder and report, which says what made it and what it has not."""
+
+from pathlib import Path
+
+import pytest
+
+from sealtwin.cli.trial_answer import result_lines
+from sealtwin.core.errors import InputError
+from sealtwin.core.files import read_json
+from sealtwin.core.progress import Progress
+from sealtwin.core.run_folder import open_folder
+from sealtwin.study.extra_runs import vary
+from sealtwin.trial.job import STAGES, StageName, resume_job
+from sealtwin.trial.pipeline import FinishedStages, run_trial
+from sealtwin.trial.trial_file import load_trial
+from tests.studies import TRIAL, tiny_lab
+
+QUIET = Progress()
+PASTE = TRIAL.replace("U = 30.0\nD_cm = 0.3\nfreeze_after_s = 0.2", 'viscosity_pa_s = 0.05\nfreeze_after_s = "never"')
+
+
+def run(lab: Path, text: str, stages: tuple[StageName, ...] = STAGES) -> FinishedStages:
+    trial = lab / "trial.toml"
+    trial.write_text(text + "\n[gate]\nmean_error_mm = 9.0\n", encoding="utf-8")
+    return run_trial(load_trial(trial), lab, lab / "out", stages, "cpu", QUIET)
+
+
+def test_a_trial_takes_the_fast_model_and_its_report_says_so(tmp_path):
+    tiny_lab(tmp_path)
+    out = tmp_path / "out"
+    # A report takes its time to draw.
+    assert run(tmp_path, PASTE, STAGES[:2]).redone == ("digitise", "simulate")
+    assert (out / "snapshots" / "snapshots.pvd").is_file()
+    fast = PASTE.replace("[solver]", '[solver]\nmodel = "slot"')
+    finished = run(tmp_path, fast)
+    assert finished.redone == ("simulate", "validate")
+    # Nothing is left that particles made, and nothing that they count is said to be 0.
+    assert not (out / "health.csv").exists()
+    assert not list((out / "snapshots").glob("*"))
+    assert {"particles", "escaped_particles", "spilled_particles"}.isdisjoint(finished.result)
+    report = read_json(out / "report.json")
+    assert "fast model made this fill, not the particles" in report["cautions"][0]
+    assert report["verdict"]["headline"][0].startswith("No verdict: this level is the fast model's")
+    assert "gate of 9 mm is not judged" in report["verdict"]["headline"][0]
+    assert not [line for line in result_lines(finished.result, "validate") if "--uncertainty" in line]
+    assert report["verdict"]["outcome"] == "open"
+    assert finished.result["gate_passed"] is None
+    tables = {table["title"]: dict(table["rows"]) for table in report["tables"]}
+    assert tables["Dispensed sealant, by place"]["over the sample's edge"] == "not computed by the fast model"
+    assert any("the fast model, without particles" in line for line in result_lines(finished.result, "validate"))
+    assert run(tmp_path, fast).redone == ()
+    with open_folder(out, create=False) as folder, pytest.raises(InputError, match="is that of particles"):
+        vary(resume_job(folder, "cpu", QUIET))
+    assert run(tmp_path, PASTE, STAGES[:2]).redone == ("simulate",)
+    assert "bed" not in read_json(out / "simulation.json")

@@ -1,0 +1,125 @@
+"""A trial with a weighed fill: it is read beside it, travels with the run, and leaves its doubt to the extra runs."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from sealtwin.cli.app import app
+from sealtwin.core import record_files
+from sealtwin.core.errors import InputError
+from sealtwin.core.files import read_json
+from sealtwin.core.progress import Progress
+from sealtwin.core.run_folder import open_folder
+from sealtwin.study.extra_runs import _Base, _variants
+from sealtwin.study.runner import read_bench
+from sealtwin.trial.job import resume_job
+from sealtwin.trial.pipeline import run_trial
+from sealtwin.trial.trial_file import load_trial
+from tests.studies import tiny_lab
+
+QUIET = Progress()
+DECLARED = "\n[uncertainty]\nwidth_mm = 0.1\ndepth_mm = 0.3\n"
+FILL = "mass_g,level_mm\n0.109,-4\n0.174,-2\n0.246,0\n"
+
+
+def lab_with(folder: Path, fill: str = FILL, crack: str = 'fill = "fill.csv"', more: str = DECLARED) -> Path:
+    """Return the trial of a tiny lab whose crack flares, with a fill beside it."""
+    trial = tiny_lab(folder).parent / "trial.toml"
+    head, rest = trial.read_text(encoding="utf-8").split("[crack]\n")
+    rest = rest[rest.index("[path]") :]
+    text = f'{head}[crack]\ndepth_mm = 8.0\ntilt = "flare"\n{crack}\n{rest}{more}\n[output]\nsnapshots_s = []\n'
+    trial.write_text(text, encoding="utf-8")
+    (folder / "fill.csv").write_text(fill, encoding="utf-8")
+    return trial
+
+
+def run(trial: Path, out: Path, *stages) -> tuple[str, ...]:
+    return run_trial(load_trial(trial), trial.parent, out, stages or ("digitise",), "cpu", QUIET).redone
+
+
+def test_a_fill_makes_the_solid_and_travels_with_its_run(tmp_path):
+    trial, out = lab_with(tmp_path), tmp_path / "out"
+    assert run(trial, out) == ("digitise",)
+    recorded = read_json(out / "solid.json")
+    weighed = recorded["weighed"]
+    assert recorded["wall_angles_deg"] == pytest.approx([weighed["wall_angle_deg"]] * 2)
+    assert recorded["depth_mm"] == pytest.approx(weighed["depth_mm"])
+    assert recorded["cavity_volume_95_mm3"][0] < recorded["cavity_volume_mm3"] < recorded["cavity_volume_95_mm3"][1]
+    assert record_files.read_solid(out).figures.weighed is not None
+    crack = load_trial(out / "trial.toml").crack
+    assert crack is not None
+    assert crack.fill is not None
+    assert crack.fill.mass_g == (0.109, 0.174, 0.246)
+    # Its content counts, not its name; and so does how well width and depth are known.
+    (tmp_path / "fill.csv").rename(tmp_path / "renamed.csv")
+    text = trial.read_text(encoding="utf-8").replace("fill.csv", "renamed.csv")
+    trial.write_text(text, encoding="utf-8")
+    assert run(trial, out) == ()
+    trial.write_text(text.replace("width_mm = 0.1", "width_mm = 0.2"), encoding="utf-8")
+    assert run(trial, out) == ("digitise",)
+    (tmp_path / "renamed.csv").write_text(FILL.replace("0.246", "0.25"), encoding="utf-8")
+    assert run(trial, out) == ("digitise",)
+
+
+@pytest.mark.parametrize(
+    ("fill", "place"),
+    [
+        ("mass_g,level_mm\n0.06,-4\nmuch,-2\n", "fill.csv, row 3, column mass_g: 'much'"),
+        ("mass_g,level_mm\n0.06,-4\n0.05,-2\n", "fill.csv, row 3, column mass_g: 0.05"),
+        ("mass_g,level_mm\n0.06,-4\n0.10,-5\n", "fill.csv, row 3, column level_mm: -5"),
+        ("mass_g,level_mm\n0.06,4\n", "fill.csv, row 2, column level_mm: 4"),
+        ("mass_g\n0.06\n", "fill.csv, row 1"),
+        ("mass_g;level_mm\n0,06;-4\n", "fill.csv, row 1: columns are separated by ';'"),
+        ("mass_g,level_mm\n", "fill.csv: 0 rows"),
+        ("mass_g,height\n1,2\n", "fill.csv, row 1: column 'height'"),
+    ],
+)
+def test_a_bad_row_ends_the_command_with_3_and_is_named(tmp_path, fill, place):
+    trial = lab_with(tmp_path, fill)
+    answer = CliRunner().invoke(app, ["run", str(trial), "--out", str(tmp_path / "out"), "--json"])
+    assert answer.exit_code == 3
+    assert place in json.loads(answer.stdout)["error"]
+
+
+@pytest.mark.parametrize(
+    ("crack", "more", "key"),
+    [
+        ('fill = "fill.csv"\nwall_angle_deg = 5.5', DECLARED, "wall_angle_deg beside fill"),
+        ('fill = "fill.csv"', f"{DECLARED}wall_angle_deg = 1.0\n", "uncertainty.wall_angle_deg beside crack.fill"),
+        ("[crack.fill]\nmass_g = [1.0]", DECLARED, "give file"),
+        ('[crack.fill]\nfile = "fill.csv"\nmass_g = [1.0]', DECLARED, "mass_g beside file"),
+        ('[crack.fill]\nfile = "fill.csv"\ndensity_kg_m3 = 1.0', DECLARED, "crack.fill.density_kg_m3 = 1.0"),
+    ],
+)
+def test_settings_that_do_not_go_together_are_named(tmp_path, crack, more, key):
+    with pytest.raises(InputError, match=key):
+        load_trial(lab_with(tmp_path, crack=crack, more=more))
+
+
+def test_the_extra_runs_move_width_angle_and_depth_together(tmp_path):
+    exact = '[crack.fill]\nfile = "fill.csv"\nsurface_tension_n_m = 0\n'
+    exact += "mass_sd_g = 0.002\nlevel_sd_mm = 0.05\nflush_sd_mm = 0.05"
+    trial, out = lab_with(tmp_path, crack=exact), tmp_path / "out"
+    text = trial.read_text(encoding="utf-8").replace("radius_mm = 0.45", "radius_mm = 0.36")
+    trial.write_text(text, encoding="utf-8")
+    run(trial, out, "digitise", "simulate")
+    with open_folder(out, create=False) as folder:
+        job = resume_job(folder, "cpu", QUIET)
+        records = record_files.read_run(out), record_files.read_profile(out)
+        base = _Base(job, read_bench(out, None), *records)
+        variants = _variants(base)
+    weighed = base.bench.solid.figures.weighed
+    assert weighed is not None
+    names = ("width_mm", "wall_angle_deg", "depth_mm")
+    root = np.array(weighed.steps)
+    assert [base.inputs[name] for name in names] == pytest.approx(root.diagonal())
+    moved = [(steps, bench) for steps, _, bench in variants if "width_mm" in steps]
+    assert len(moved) >= 4
+    for steps, bench in moved:
+        by_mm, by_deg, deeper_mm = root @ [steps[name] / base.inputs[name] for name in names]
+        assert bench.outline.mean_width_mm - base.bench.outline.mean_width_mm == pytest.approx(by_mm, abs=1e-6)
+        assert bench.solid.wall_angles_deg[0] - weighed.wall_angle_deg == pytest.approx(by_deg, abs=1e-6)
+        assert bench.solid.depth_mm - weighed.depth_mm == pytest.approx(deeper_mm, abs=1e-6)

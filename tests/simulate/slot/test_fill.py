@@ -1,0 +1,106 @@
+"""The fill in time against what it cannot argue with: mass, rest, a similarity solution, refinement."""
+
+import numpy as np
+import pytest
+
+from sealtwin.core.records import Outline, Solid, Trajectory
+from simulate.settings import SampleSlope
+from simulate.slot.fill import fill
+from simulate.slot.flux import HerschelBulkley
+from tests.fluids import path, slot
+
+PASTE = HerschelBulkley(1690.0, 7.0, 0.3)
+
+
+def poured_in_the_middle(crack: tuple[Solid, Outline], volume_mm3: float, within_s: float = 0.05) -> Trajectory:
+    _, outline = crack
+    place_mm = np.array([*outline.centreline_mm[len(outline.centreline_mm) // 2], 3.0])
+    t_s, s_mm = np.array([0.0, within_s]), np.full(2, outline.length_mm / 2)
+    return Trajectory(t_s, np.tile(place_mm, (2, 1)), s_mm, 0 * t_s, np.array([volume_mm3 / within_s, 0.0]))
+
+
+@pytest.mark.parametrize("stress_pa", [0.0, 3.0, 40.0])
+@pytest.mark.parametrize("index", [0.5, 1.0])
+def test_no_sealant_is_lost(stress_pa: float, index: float):
+    """Overfilled cracks and steep samples too."""
+    for volume_ml, slope in ((1.0, SampleSlope()), (3.0, SampleSlope(gradient_deg=8.0, crossfall_deg=3.0))):
+        crack = slot(40.0)
+        trajectory = path(crack[1], volume_ml, trim_mm=6.0)
+        paste = HerschelBulkley(1690.0, stress_pa, 0.3, index)
+        filled = fill(*crack, trajectory, paste, nozzle_mm=2.4, settle_s=2.0, slope=slope)
+        assert filled.mass_error < 1e-12
+        assert filled.area_mm2.min() > -1e-9
+
+
+def test_what_has_not_landed_is_in_flight():
+    crack = slot(40.0)
+    trajectory = path(crack[1], 1.0, trim_mm=6.0)
+    filled = fill(*crack, trajectory, PASTE, nozzle_mm=2.4, settle_s=0.0)
+    # 57 ms of fall, of a pour of 7 s.
+    assert 0 < filled.in_flight_mm3 < 0.02 * filled.dispensed_mm3
+    assert filled.mass_error < 1e-12
+
+
+def test_a_liquid_at_rest_lies_square_to_gravity():
+    crack = slot(40.0)
+    paste = HerschelBulkley(1690.0, 0.0, 0.05)
+    for gradient_deg in (0.0, 4.0, -4.0):
+        slope = SampleSlope(gradient_deg=gradient_deg)
+        trajectory = path(crack[1], 1.0, trim_mm=6.0)
+        filled = fill(*crack, trajectory, paste, nozzle_mm=2.4, settle_s=60.0, slope=slope)
+        rises = np.diff(filled.level_mm) / filled.sections.step_mm
+        np.testing.assert_allclose(rises, -np.tan(np.radians(gradient_deg)), atol=1e-3)
+
+
+def test_paste_at_rest_keeps_the_slope_that_its_walls_hold():
+    """The slope tau P / rho g A, corners rounded, on both sides of a heap; no cell is steeper."""
+    crack = slot(80.0, 4.0, 20.0)
+    filled = fill(*crack, poured_in_the_middle(crack, 1800.0), PASTE, nozzle_mm=2.4, settle_s=600.0)
+    sections = filled.sections
+    height_mm = filled.level_mm - sections.bottom_mm
+    radius_mm = sections.holding_mm(filled.area_mm2, sections.wetted_mm(height_mm))
+    held = PASTE.yield_stress_pa / (1690.0 * 9.81e-3) / np.maximum(radius_mm, 1e-6)
+    rises = np.abs(np.diff(filled.level_mm) / sections.step_mm)
+    upper = np.where(filled.level_mm[1:] > filled.level_mm[:-1], held[1:], held[:-1])
+    deep = (filled.area_mm2[1:] > 20.0) & (filled.area_mm2[:-1] > 20.0)
+    # The last of the flow is slow: 0.02 of the slope is left to flow.
+    assert (rises[deep] <= 1.03 * upper[deep]).all()
+    flank = deep & (np.abs(sections.s_mm[1:] - 40.0) > 4.0)
+    np.testing.assert_allclose(rises[flank], upper[flank], rtol=0.03)
+
+
+def test_newtons_fluid_spreads_as_barenblatt_says():
+    """Between plates h_t = k (h h_x)_x, k = rho g w^2 / 12 mu: a parabola whose ends go with t^(1/3)."""
+    width_mm, viscosity, volume_mm3, after_s = 0.4, 0.5, 240.0, 20.0
+    crack = slot(120.0, width_mm, 60.0, "vertical", 0.0)
+    paste = HerschelBulkley(1690.0, 0.0, viscosity)
+    given = poured_in_the_middle(crack, volume_mm3)
+    filled = fill(*crack, given, paste, nozzle_mm=0.7, settle_s=after_s, cells=120)
+    k = 1690.0 * 9.81e-3 * width_mm**2 / (12 * viscosity)
+    # h = (C - x^2 / 12 tau^(2/3)) / tau^(1/3) with tau = k t / 2, and 4 sqrt(12) C^(3/2) / 3 the area.
+    tau = k * after_s / 2
+    c = (3 * volume_mm3 / width_mm / (4 * np.sqrt(12.0))) ** (2 / 3)
+    front_mm = np.sqrt(12 * c) * tau ** (1 / 3)
+    x = filled.sections.s_mm - 60.0
+    wanted_mm = np.maximum(c - x**2 / (12 * tau ** (2 / 3)), 0.0) / tau ** (1 / 3)
+    height_mm = filled.level_mm - filled.sections.bottom_mm
+    assert 10.0 < front_mm < 55.0
+    # The floor drags too, by some w / h, most of all at the front.
+    middle = np.abs(x) < 0.7 * front_mm
+    np.testing.assert_allclose(height_mm[middle], wanted_mm[middle], rtol=0.02)
+    assert np.abs(x[height_mm > 0.3]).max() == pytest.approx(front_mm, rel=0.03)
+
+
+def test_finer_cells_and_steps_change_little_and_less():
+    crack = slot(60.0, 4.0, 16.0)
+    trajectory = path(crack[1], 2.0, trim_mm=8.0)
+
+    def level_mm(finer: int) -> np.ndarray:
+        cells, steps = 30 * finer, 100 * finer
+        filled = fill(*crack, trajectory, PASTE, nozzle_mm=2.4, settle_s=3.0, cells=cells, steps=steps)
+        return filled.level_mm.reshape(30, finer).mean(axis=1)
+
+    coarse, usual, fine = (level_mm(finer) for finer in (1, 2, 8))
+    off = [float(np.sqrt(np.mean((level - fine) ** 2))) for level in (coarse, usual)]
+    assert off[1] < 0.7 * off[0]
+    assert off[1] < 0.05

@@ -1,0 +1,66 @@
+"""The flow through a section against closed forms and against its own derivative."""
+
+import numpy as np
+import pytest
+
+from simulate.slot.flux import Conduits, HerschelBulkley, conduits
+from simulate.slot.sections import Trapezoids
+
+
+def flow_of(paste: HerschelBulkley, width_mm: float, height_mm: float, push: float) -> float:
+    """Mean speed in a rectangular section, in mm/s."""
+    one = np.ones(2)
+    sections = Trapezoids(
+        s_mm=np.array([0.0, 1.0]),
+        floor_mm=width_mm * one,
+        mouth_mm=width_mm * one,
+        depth_mm=2 * height_mm * one,
+        slant=2 * one,
+        bottom_mm=-2 * height_mm * one,
+        reach_per_mm=1.0,
+        reach_mm=0.0,
+    )
+    area_mm2 = width_mm * height_mm * one
+    flow, _ = conduits(paste, sections, area_mm2, height_mm * one, np.array([0])).flow_mm3_s(np.array([push]))
+    return float(flow[0]) / area_mm2[0]
+
+
+@pytest.mark.parametrize(("width_mm", "height_mm"), [(2.0, 1e4), (1e5, 2.0)])
+def test_newtons_fluid_between_plates_and_as_a_film(width_mm: float, height_mm: float):
+    wanted = {2.0: 2.0**2 / 12, 1e5: 2.0**2 / 3}[width_mm]  # over push / viscosity
+    assert flow_of(HerschelBulkley(1e3, 0.0, 0.5), width_mm, height_mm, 3.0) == pytest.approx(
+        wanted * 3.0 / 0.5, rel=1e-3
+    )
+
+
+def test_newtons_fluid_through_half_of_a_square_duct():
+    """0.03514 G a^2 / mu; area over perimeter alone would give 0.59 of it."""
+    assert flow_of(HerschelBulkley(1e3, 0.0, 0.5), 4.0, 2.0, 3.0) == pytest.approx(
+        0.035144 * 4.0**2 * 3.0 / 0.5, rel=3e-3
+    )
+
+
+@pytest.mark.parametrize("index", [0.5, 1.0, 1.5])
+@pytest.mark.parametrize("yields", [0.0, 0.2, 0.8])
+def test_paste_between_plates(index: float, yields: float):
+    """The profile of the speed, integrated: u' = ((G y - tau) / K)^(1/n)."""
+    half_mm, push, thick = 1.5, 8.0, 0.7
+    stress_pa = yields * push * half_mm
+    y = np.linspace(0.0, half_mm, 200_001)
+    shear = (np.maximum(push * y - stress_pa, 0.0) / thick) ** (1 / index)
+    # Integrated by parts: the mean speed is the mean of shear times the distance from the middle.
+    wanted = np.trapezoid(shear * y, y) / half_mm
+    got = flow_of(HerschelBulkley(1e3, stress_pa, thick, index), 2 * half_mm, 1e5, push)
+    assert got == pytest.approx(wanted, rel=1e-3)
+
+
+def test_paste_stands_up_to_its_yield_stress_and_its_flow_is_smooth_there():
+    through = Conduits(np.array([10.0]), np.array([4.0]), np.array([0.3]), 1.0)
+    for push in (-3.999, 0.0, 3.999):
+        flow, stiff = through.flow_mm3_s(np.array([push]))
+        assert flow[0] == 0 == stiff[0]
+    for push in (-9.0, -4.001, 4.001, 5.0, 40.0):
+        low, high = (through.flow_mm3_s(np.array([push + off]))[0] for off in (-1e-6, 1e-6))
+        flow, stiff = through.flow_mm3_s(np.array([push]))
+        assert stiff[0] == pytest.approx((high[0] - low[0]) / 2e-6, rel=1e-2)
+        assert np.sign(flow[0]) == np.sign(push)

@@ -1,0 +1,77 @@
+"""A run of the fast model with a trial's settings: its record, its domain, and what it refuses."""
+
+from typing import Any
+
+import pytest
+
+from sealtwin.core import record_files
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Profile, Run
+from simulate.injection import prepare
+from simulate.settings import Fluid, Nozzle, Solver
+from simulate.slot.run import pour
+from tests.fluids import path, slot
+
+SLOT = Solver(model="slot", settle_s=2.0)
+
+
+def poured(volume_ml: float = 1.2, **fluid: Any) -> tuple[Run, Profile]:
+    crack = slot(40.0)
+    settings: dict[str, Any] = {"viscosity_pa_s": 0.3, "yield_stress_pa": 4.0, "freeze_after_s": "never", **fluid}
+    trajectory = path(crack[1], volume_ml, trim_mm=6.0)
+    return pour(*crack, trajectory, Fluid.model_validate(settings), SLOT, Nozzle(), seed=0)
+
+
+def test_a_run_is_recorded_without_particles_and_read_again(tmp_path):
+    run, profile = poured()
+    record_files.write_run(tmp_path, run)
+    again = record_files.read_run(tmp_path)
+    assert again.bed == run.bed
+    assert run.bed is not None
+    assert run.bed.unfit == ()
+    assert len(again.position_mm) == 0
+    assert again.dispensed_volume_mm3 == pytest.approx(1200.0)
+    assert run.bed.in_crack_mm3 + run.bed.above_face_mm3 + run.bed.in_flight_mm3 == pytest.approx(1200.0)
+    assert -16.0 < profile.level_mm.mean() < 0.0
+    assert (profile.s_mm[0], profile.s_mm[-1]) == (0.0, 40.0)
+
+
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        ({"yield_stress_pa": 40.0}, "stacks under the nozzle"),
+        ({"volume_ml": 3.0}, "runs over the face"),
+        ({"D_cm": 0.3}, "drag on particles"),
+    ],
+)
+def test_a_case_outside_the_domain_says_why(change: dict[str, Any], why: str):
+    run, _ = poured(**change)
+    assert run.bed is not None
+    assert any(why in sentence for sentence in run.bed.unfit)
+
+
+@pytest.mark.parametrize("change", [{"freeze_after_s": 2.0}, {"structuration_pa_per_s": 0.1}])
+def test_sealant_that_ages_is_refused(change: dict[str, Any]):
+    with pytest.raises(InputError, match="knows no age"):
+        poured(**change)
+
+
+def test_u_counts_as_the_viscosity_that_it_amounts_to():
+    """U = 30 is 32.2 mm2/s in the paper's frame, at 320 mm3/s; frames go with the flow, here 1200 mm3 in 7 s."""
+    run, _ = poured(viscosity_pa_s=None, U=30.0)
+    assert run.health.viscosity_m2_s == pytest.approx(32.2e-6 * 1200 / 7 / 320, rel=0.02)
+
+
+def test_a_u_whose_particles_cannot_be_released_asks_for_a_viscosity():
+    """The fast model has no particles: a refusal of their number alone would say nothing."""
+    crack, fluid = slot(40.0), Fluid(U=30.0, D_cm=0.3, freeze_after_s="never")
+    fine = SLOT.model_copy(update={"radius_mm": 0.03})
+    with pytest.raises(InputError, match=r"give fluid\.viscosity_pa_s"):
+        pour(*crack, path(crack[1], 1.2, trim_mm=6.0), fluid, fine, Nozzle(), seed=0)
+
+
+def test_particles_are_not_run_in_its_place():
+    crack = slot(40.0)
+    fluid = Fluid(viscosity_pa_s=0.3, freeze_after_s="never")
+    with pytest.raises(InputError, match="runs particles alone"):
+        prepare(*crack, path(crack[1], 1.0), [fluid], SLOT, Nozzle(), seed=0, device="cpu")
