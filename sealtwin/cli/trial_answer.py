@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 from sealtwin.cli.answer import GATE_FAILED, Answer, Command
 from sealtwin.cli.option_names import OptionProgress, options_named
-from sealtwin.core.solid_figures import WeighedCavity
 
 if TYPE_CHECKING:
     from sealtwin.trial.job import StageName
@@ -95,6 +94,8 @@ def result_lines(result: dict[str, Any], last: "StageName") -> list[str]:
             f"{_cavity(result)}{_sealant(result)}."
         )
         if result["weighed"] is not None:
+            from sealtwin.core.solid_figures import WeighedCavity
+
             weighed = WeighedCavity(**result["weighed"])
             lines.append(f"Cavity by weight ({len(weighed.levels_mm)} steps, 95 %): {weighed}.")
         lines.append(_scale(result))
