@@ -383,7 +383,7 @@ def _sound_paste_and_pump(folder: Path) -> None:
 
 def written_by_user(lab: Path) -> dict[str, str]:
     """Return hashes of what must be on the disk afterwards under any name: all but what a command may renew."""
-    renewed = {"manifest.json", "run.json", "progress.json", "health.csv", "health.png", "health.svg", "trial.toml"}
+    renewed = {"manifest.json", "run.json", "progress.json", "health.csv", "health.png", "trial.toml"}
     kept = {path for path in lab.rglob("*") if path.is_file() and not (path.parent != lab and path.name in renewed)}
     stages = {lab / "run" / name for name in ("report.html", "report.pdf", "report.json", ".lock", ".holder.json")}
     return {str(path.relative_to(lab)): sha256(path.read_bytes()).hexdigest() for path in kept - stages}

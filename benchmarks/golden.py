@@ -120,7 +120,6 @@ PROGRESS = re.compile(r"^[A-Z][\w ]*: \d+%.*\n", re.MULTILINE)
 """A line of progress on standard error: how many come depends on the clock."""
 CLOCKED = {
     "*health.png": "plots the computing time of each frame",
-    "*health.svg": "plots the computing time of each frame",
     "*report.pdf": "prints points in time and durations, compressed; report.html says the same",
 }
 """Patterns of pictures and reports that differ on every run, and why; only ``--look`` shows them."""

@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.collections import EllipseCollection
 from matplotlib.figure import Figure
@@ -33,8 +32,7 @@ PANELS = (
 STYLES = ((theme.SIMULATED, "-"), (theme.MEASURED, (0, (4, 2))))
 """Colour and dashes of a panel's two curves, distinct without colour and where they coincide."""
 Shade = Literal["speed", "age"]  # What the colour of a particle tells
-DPI = 150  # Resolution of a PNG, and of the parts of an SVG that are drawn as pixels
-METADATA = {"png": {"Software": None}, "svg": theme.NO_METADATA}
+DPI = 150  # Resolution of a PNG
 
 
 class FillScene:
@@ -236,7 +234,7 @@ def draw_health(columns: Mapping[str, Floats]) -> Figure:
 
 
 def write_gallery(folder: Path, frames: dict[str, Frame], scene: FillScene, health: Mapping[str, Floats]) -> list[str]:
-    """Write PNG and SVG of the run's health, of each frame under its name, and of all frames below each other.
+    """Write PNGs of the run's health, of each frame under its name, and of all frames below each other.
 
     Returns the names of the files in ``folder``.
     """
@@ -255,9 +253,6 @@ def write_gallery(folder: Path, frames: dict[str, Frame], scene: FillScene, heal
 
 
 def _write(folder: Path, name: str, figure: Figure) -> list[str]:
-    for kind, metadata in METADATA.items():
-        with replacing(folder / f"{name}.{kind}") as temporary, theme.themed(), rc_context({"svg.hashsalt": name}):
-            theme.save(figure, temporary, dpi=DPI, metadata=metadata)
-        # Both kinds are of one size, and laying out takes as long as drawing.
-        figure.set_layout_engine("none")
-    return [f"{name}.{kind}" for kind in METADATA]
+    with replacing(folder / f"{name}.png") as temporary, theme.themed():
+        theme.save(figure, temporary, dpi=DPI, metadata={"Software": None})
+    return [f"{name}.png"]
