@@ -16,6 +16,8 @@ from digitise.image.raster import Map
 from digitise.settings import LARGEST_FILE_BYTES
 from sealtwin.core.errors import InputError
 
+PHOTO_SUFFIXES = {".jpg", ".jpeg", ".png", ".webp", ".tif", ".tiff", ".bmp", ".heic", ".heif"}
+"""Files that are taken for photos in a folder; those that cannot be read are reported."""
 FORMATS = ("JPEG", "PNG", "WEBP", "TIFF", "BMP")
 READABLE = "JPEG, PNG, WEBP, TIFF or BMP"
 MAX_PIXELS = 50_000_000  # Largest photo, twice that of a good camera; it takes 350 MB of memory

@@ -12,6 +12,7 @@ from itertools import count
 from pathlib import Path
 from typing import Any
 
+from digitise.image.decoding import PHOTO_SUFFIXES
 from digitise.settings import CHOICE
 from sealtwin.core import files
 from sealtwin.core.cluster import Lost, run_tasks
@@ -21,7 +22,6 @@ from sealtwin.core.run_folder import MANIFEST, holding, open_folder
 from sealtwin.trial.digitise_stage import REFUSED
 from sealtwin.trial.job import sample_files, start_job
 from sealtwin.trial.pipeline import run_stages
-from sealtwin.trial.trace_sheets import PHOTO_SUFFIXES
 from sealtwin.trial.trial_file import Trial, load_trial, sample_trial
 from validate.readings.samples import named_cells, read_table
 

@@ -4,15 +4,13 @@ import shlex
 from pathlib import Path
 from typing import Any
 
+from digitise.image.decoding import PHOTO_SUFFIXES
 from digitise.settings import PhotoInput
 from digitise.trace_page.page import Opened, Sheet
 from digitise.trace_page.session import UNSCALED_MM_PER_PX, Hints, Shape, TraceSession
 from sealtwin.core.errors import InputError
 from sealtwin.trial.photo_hints import NewTrial, TrialFile
 from sealtwin.trial.trial_file import load_trial
-
-PHOTO_SUFFIXES = {".jpg", ".jpeg", ".png", ".webp", ".tif", ".tiff", ".bmp", ".heic", ".heif"}
-"""Files that are taken for photos in a folder; those that cannot be read are reported."""
 
 
 def sheets_in(folder: Path) -> list[Sheet]:
