@@ -3,7 +3,7 @@
 import hashlib
 import json
 import tomllib
-from collections.abc import Mapping, Set
+from collections.abc import Iterable, Mapping, Set
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from pathlib import Path, PurePath
@@ -17,7 +17,7 @@ from sealtwin.core.settings import checked
 from sealtwin.lab.found_files import DEFAULTS, Role
 from sealtwin.lab.free_text import readings_in, settings_in
 from sealtwin.lab.note_words import ALTERNATIVES, COLUMNS, DATA, OF_READINGS, OWN, SCALE, of_columns
-from sealtwin.lab.notes import Note, NoteEntry, read_note
+from sealtwin.lab.notes import Note, NoteEntry, read_cell, read_note
 from sealtwin.lab.pairing import PAIRING, SampleFiles, as_columns
 from sealtwin.study.study_file import with_settings
 from sealtwin.trial.job import LARGEST_SHEET_BYTES
@@ -84,9 +84,18 @@ class SampleOutcome:
     stand_ins: frozenset[str] = frozenset()  # Settings that nobody said and something else stands in for
     dialect: str | None = None  # Dialect of the sheet of readings, as a sentence
     columns: tuple[ReadColumn, ...] = ()  # Columns of the sheet as they were understood
-    asked: dict[PurePath, str] = field(default_factory=dict)  # Questions on what single files hold
+    asked: dict[PurePath, list[str]] = field(default_factory=dict)  # Questions for the pairing file, by its files
     trial: str | None = None  # Folder of its trial; in a dry run there is none yet
     revision: int | None = None
+
+    def ask(self, sentences: Iterable[str]) -> None:
+        """Ask for an answer in the pairing file: beside the file that a sentence begins with, or else the photo."""
+        sample = self.sample
+        for sentence in sentences:
+            named = (file for file in sample.files.values() if sentence.startswith(str(file)))
+            said = self.asked.setdefault(next(named, sample.files["photo"]), [])
+            if (cell := _short(sentence)) not in said:
+                said.append(cell)
 
     @property
     def hashes(self) -> dict[Role, str]:
@@ -110,12 +119,15 @@ def kept_as(role: str, file: PurePath) -> str:
     return (INPUTS / f"{role}{file.suffix.lower()}").as_posix()
 
 
-def gather(folder: Path, sample: SampleFiles, defaults: Note, answers: Mapping[str, str]) -> SampleOutcome:
+def gather(
+    folder: Path, sample: SampleFiles, defaults: Note, answers: Mapping[Role, Mapping[str, str]]
+) -> SampleOutcome:
     """Read a sample's notes and hash its files; their content is not looked at yet.
 
-    ``answers`` are the user's on its photo and its sheet, in the pairing file.
+    ``answers`` are the user's in the pairing file, by the role of the file that they stand beside.
     """
     outcome = SampleOutcome(sample, faults=[*sample.questions])
+    _read_texts(folder, outcome)
     if sample.questions:
         return outcome
     texts: list[tuple[Role, PurePath]] = [("text", text) for text in sample.texts]
@@ -149,12 +161,21 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note, answers: Mapping[s
         if fnmatchcase(file.name, name) or fnmatchcase(file.as_posix(), name):
             defaults = replace(defaults, entries=defaults.entries | entries)
     outcome.note = own.over(defaults)
-    said = of_columns(as_columns(answers))
-    if "crack" in answers:
-        said["photo.crack"] = int(answers["crack"]) if answers["crack"].isdecimal() else answers["crack"]
+    for role, said in answers.items():
+        cell = read_cell(said.get("settings", ""), f"{PAIRING}, {sample.files[role]}")
+        outcome.note = cell.over(outcome.note)
+    given = {key: text for said in answers.values() for key, text in said.items()}
+    said = of_columns(as_columns(given))
+    if "crack" in given:
+        said["photo.crack"] = int(given["crack"]) if given["crack"].isdecimal() else given["crack"]
     outcome.note.entries |= {key: NoteEntry(value, PAIRING) for key, value in said.items()}
-    outcome.faults += own.faults
-    for text in (PurePath(raw.original) for raw in outcome.raw if raw.role == "text"):
+    outcome.faults += outcome.note.faults
+    outcome.remarks += outcome.note.remarks
+    return outcome
+
+
+def _read_texts(folder: Path, outcome: SampleOutcome) -> None:
+    for text in (text for text in outcome.sample.texts if not (folder / text).is_symlink()):
         told = f"{text} is kept as text"
         if found := settings_in(folder / text):
             said_there = ", ".join(f"{key} = {value}" for key, value in found)
@@ -162,10 +183,8 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note, answers: Mapping[s
         if line := readings_in(folder / text):
             told += f"; it seems to hold readings ({line!r:.80}), which are read from a table only: write one"
         if found or line:
-            outcome.asked[text] = f"{told}."
+            outcome.asked[text] = [f"{told}."]
         outcome.remarks.append(f"{told}.")
-    outcome.remarks += outcome.note.remarks
-    return outcome
 
 
 def prepare(folder: Path, outcome: SampleOutcome) -> None:
@@ -210,16 +229,14 @@ def _look_at(path: Path, role: Role, content: Mapping[str, Any], deepest_mm: flo
             declared = checked(Declared, path, {key: readings[key] for key in keys})
         except InputError:
             return  # Told of already, by the key that is at fault.
-        file = outcome.sample.files["readings"]
         try:
             profile = read_readings(path, declared, None, deepest_mm)
         except SheetFaults as fault:
-            outcome.columns, outcome.asked[file] = fault.columns, _short(str(fault))
+            outcome.columns = fault.columns
             raise
         outcome.dialect, outcome.columns = profile.dialect, profile.columns
         # A sheet is judged by the crack's own depth.
-        if "crack.depth_mm" in outcome.note.entries and profile.doubts:
-            outcome.asked[file] = _short(" ".join(profile.doubts))
+        if "crack.depth_mm" in outcome.note.entries:
             outcome.faults += [f"{doubt} It goes into {_note_of(outcome)}, or {PAIRING}." for doubt in profile.doubts]
 
 
