@@ -130,7 +130,7 @@ class CrackSearch:
                 "the other, as at the sample's edge, where no nozzle must go: look at overlay.png, and give ends_px or "
                 "face_mm"
             )
-        return replace(path, source="automatic", warnings=tuple(warnings))
+        return replace(path, source="automatic" if number is None else "choice", warnings=tuple(warnings))
 
     def _listed(self) -> str:
         return "; ".join(
