@@ -27,7 +27,20 @@ from validate.readings.samples import SamplePart, named_cells, read_table, sampl
 from validate.readings.text_table import plain_letters
 
 PAIRING = "pairing.csv"
-ANSWERS = ("sheet", "s", "levels", "unit", "sign", "range", "skip", "missing", "as_written", "crack", "settings")
+ANSWERS = (
+    "sheet",
+    "s",
+    "levels",
+    "unit",
+    "sign",
+    "range",
+    "skip",
+    "missing",
+    "as_written",
+    "crack",
+    "mass",
+    "settings",
+)
 """Columns that answer what a sheet leaves open, by letters of its columns, a photo, by the number of a crack, and all
 else, by settings of the trial."""
 COLUMNS = ("file", "role", "sample", "part", *ANSWERS, "question")

@@ -79,6 +79,8 @@ def _without_doubts(outcome: SampleOutcome) -> Trial:
     if DEPTH in outcome.stand_ins:
         # Upright walls hold whatever the depth is.
         trial = trial.model_copy(update={"crack": CrackShape(depth_mm=NEEDED[DEPTH][0], tilt="vertical")})
+    elif "crack.tilt" in outcome.stand_ins and trial.crack is not None:
+        trial = trial.model_copy(update={"crack": trial.crack.model_copy(update={"fill": None})})
     return trial
 
 

@@ -14,6 +14,7 @@ from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import ReadColumn
 from sealtwin.core.settings import checked
+from sealtwin.lab.fill_sheet import read_fill
 from sealtwin.lab.found_files import DEFAULTS, Role
 from sealtwin.lab.free_text import readings_in, settings_in
 from sealtwin.lab.note_words import ALTERNATIVES, COLUMNS, DATA, OF_READINGS, OWN, SCALE, of_columns
@@ -34,12 +35,18 @@ PICTURES: Mapping[Role, str] = {"photo": "photo.file", "second_photo": "photo.se
 STARTER = tomllib.loads(TRIAL)
 NAMED_FILES: Mapping[Role, str] = {**PICTURES, "readings": "readings.file"}
 SCALES = set[str]().union(*ALTERNATIVES[0])
-UNSEEN = {"crack.tilt": "lean", "crack.wall_angle_deg": 11.0}
+ANGLE, FILL = "crack.wall_angle_deg", "crack.fill"
+UNSEEN = {"crack.tilt": "lean", ANGLE: 11.0}
 """Settings of the walls that hold where nobody says them, and that no photo shows."""
 ORIGIN = ': where they come from; write data = "measured" (or "reconstructed", "synthetic")'
 NEEDED: Mapping[str, tuple[Any, str]] = {
     "photo.data": ("synthetic", ORIGIN),
     "crack.depth_mm": (16.0, ", and no photo shows it: write [crack] depth_mm = 16.0, or 'Depth [mm]' and 16.0"),
+    "crack.tilt": (
+        "funnel",
+        ', and the steps of a fill need it: write [crack] tilt = "funnel" where the photo shows the width of the mouth, '
+        '"flare" where it shows that of the floor',
+    ),
     "readings.data": ("synthetic", ORIGIN),
     "readings.role": (
         "held-out",
@@ -51,6 +58,8 @@ NEEDED: Mapping[str, tuple[Any, str]] = {
     ),
 }
 """Required settings that no photo shows: a stand-in with which the rest is checked, and what to write."""
+OF_ROLE: Mapping[str, Role] = {"crack.tilt": "fill"}
+"""Settings that are required with a file of another role than the name of their table."""
 SAME: Mapping[str, set[str]] = {
     SCALE: SCALES,
     "photo.data": {"photo.data", DATA},
@@ -78,6 +87,7 @@ class SampleOutcome:
     fate: Literal["new", "revised", "unchanged", "failed", "bug"] = "failed"
     raw: list[KeptFile] = field(default_factory=list)
     note: Note = field(default_factory=Note)
+    of_fill: Mapping[str, str] = field(default_factory=dict)  # Answers on its fill, as they stand in the pairing file
     faults: list[str] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
     settings: Trial | None = None  # Those that could be checked; None where they cannot be used
@@ -110,7 +120,9 @@ class SampleOutcome:
     @property
     def content(self) -> str:
         """Hash of what was measured and of what was said about it: equal where nothing has changed."""
-        said = {key: entry.value for key, entry in sorted(self.note.entries.items())}
+        said: dict[str, Any] = {key: entry.value for key, entry in sorted(self.note.entries.items())}
+        if self.of_fill:
+            said["of_fill"] = dict(self.of_fill)
         return hashlib.sha256(json.dumps([said, self.hashes], sort_keys=True, default=str).encode()).hexdigest()
 
 
@@ -126,7 +138,7 @@ def gather(
 
     ``answers`` are the user's in the pairing file, by the role of the file that they stand beside.
     """
-    outcome = SampleOutcome(sample, faults=[*sample.questions])
+    outcome = SampleOutcome(sample, faults=[*sample.questions], of_fill=answers.get("fill", {}))
     _read_texts(folder, outcome)
     if sample.questions:
         return outcome
@@ -156,6 +168,8 @@ def gather(
             for key, entry in sorted(own.entries.items())
             if key.startswith(OF_READINGS)
         ]
+    if "fill" in sample.files:
+        defaults = replace(defaults, entries={key: one for key, one in defaults.entries.items() if key != ANGLE})
     for name, entries in defaults.of_file.items():
         file = sample.files.get("readings", PurePath())
         if fnmatchcase(file.name, name) or fnmatchcase(file.as_posix(), name):
@@ -164,7 +178,7 @@ def gather(
     for role, said in answers.items():
         cell = read_cell(said.get("settings", ""), f"{PAIRING}, {sample.files[role]}")
         outcome.note = cell.over(outcome.note)
-    given = {key: text for said in answers.values() for key, text in said.items()}
+    given = {key: text for role, said in answers.items() if role != "fill" for key, text in said.items()}
     said = of_columns(as_columns(given))
     if "crack" in given:
         said["photo.crack"] = int(given["crack"]) if given["crack"].isdecimal() else given["crack"]
@@ -189,7 +203,7 @@ def _read_texts(folder: Path, outcome: SampleOutcome) -> None:
 
 def prepare(folder: Path, outcome: SampleOutcome) -> None:
     """Look at what ``gather`` found: give ``outcome`` its settings and its dialect, or its faults."""
-    content = _tables(outcome)
+    content = _tables(folder, outcome)
     try:
         trial = checked(Trial, folder, content, lambda key: _origin(folder, outcome, key))
     except InputError as fault:
@@ -206,7 +220,7 @@ def prepare(folder: Path, outcome: SampleOutcome) -> None:
     outcome.settings = trial if any(raw.role == "photo" for raw in outcome.raw) else None
     if outcome.faults or trial is None:
         return
-    if assumed := _assumed(outcome.note.entries.keys()):
+    if assumed := _assumed(outcome):
         outcome.remarks.append(f"{assumed} Write your own, best into {DEFAULTS}.")
     if trial.fluid is not None and trial.fluid.freeze_after_s == "never" and trial.fluid.most_yield_stress_pa == 0:
         nothing = "nothing holds the sealant's slope, neither fluid.yield_stress_pa nor fluid.freeze_after_s"
@@ -246,17 +260,22 @@ def _short(text: str) -> str:
     return line if len(line) <= LONGEST_QUESTION else f"{line[:LONGEST_QUESTION]}..."
 
 
-def _tables(outcome: SampleOutcome) -> dict[str, Any]:
+def _tables(folder: Path, outcome: SampleOutcome) -> dict[str, Any]:
     """Return the tables of a trial. What must be said and is not is a fault, and here a stand-in.
 
     What nobody says of the solver and the fluid is the starter's: without a rest the jet, still falling, would be taken
     for the sealant's level; and no one radius fits all cracks of a lab.
     """
     said = _said(outcome)
+    _weigh(folder, outcome, said)
     solver = {f"solver.{key}": STARTER["solver"][key] for key in ("radius_mm", "settle_s")}
-    said = {"note": _assumed(said.keys())} | solver | _fluid(said.keys()) | said
+    said = {"note": _assumed(outcome)} | solver | _fluid(said.keys()) | said
     meant, roles = outcome.note.meant, {"photo", "crack", *outcome.sample.files.keys()}
-    needed = [key for key in NEEDED if key.partition(".")[0] in roles and not said.keys() & SAME.get(key, {key})]
+    needed = [
+        key
+        for key in NEEDED
+        if OF_ROLE.get(key, key.partition(".")[0]) in roles and not said.keys() & SAME.get(key, {key})
+    ]
     outcome.stand_ins = frozenset(needed)
     for key in needed:
         said[key], remedy = NEEDED[key]
@@ -301,6 +320,31 @@ def _said(outcome: SampleOutcome) -> dict[str, Any]:
     return {key: value for key, value in said.items() if value or key not in given}
 
 
+def _weigh(folder: Path, outcome: SampleOutcome, said: dict[str, Any]) -> None:
+    """Put the fill's sheet into ``said`` in place of what notes call it; what they say of the liquid stays."""
+    entry, file = outcome.note.entries.get(FILL), outcome.sample.files.get("fill")
+    given = said.pop(FILL, {})
+    table = dict(given) if isinstance(given, Mapping) else {"file": given}
+    named = table.pop("file", None)
+    if entry is not None and named is not None and (file is None or PurePath(str(named)).name != file.name):
+        what = "no fill" if file is None else str(file)
+        outcome.faults.append(
+            f"{entry.origin}: {FILL} = {str(named)!r:.80}, but {what} is of this sample; leave it out, and say in "
+            f"{PAIRING} which file has the role fill."
+        )
+    if file is None:
+        # What the folder says of liquids concerns other samples.
+        said |= {FILL: table} if "mass_g" in table else {}
+        return
+    try:
+        columns, shown = read_fill(folder / file, outcome.of_fill)
+    except InputError as fault:
+        outcome.faults += str(fault).splitlines()
+        return
+    outcome.remarks.append(shown)
+    said[FILL] = {**table, **columns}
+
+
 def _fluid(said: Set[str]) -> dict[str, Any]:
     """Return the starter's settings that nobody says: of the flow, and of what holds its slope, either of two ways."""
     fluid = {f"fluid.{key}": value for key, value in STARTER["fluid"].items()}
@@ -312,8 +356,9 @@ def _fluid(said: Set[str]) -> dict[str, Any]:
     return {key: value for key, value in fluid.items() if key not in said}
 
 
-def _assumed(said: Set[str]) -> str:
+def _assumed(outcome: SampleOutcome) -> str:
     """The trial's note, which every report shows: the settings that nobody of the lab said."""
+    said = {*outcome.note.entries, *([ANGLE] if "fill" in outcome.sample.files else [])}
     crack = {key: value for key, value in UNSEEN.items() if key not in said}
     taken = ", ".join(f"{key} = {value}" for key, value in {**crack, **_fluid(said)}.items())
     return f"Assumed, since no note of the lab says it: {taken}." if taken else ""
