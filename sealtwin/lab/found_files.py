@@ -20,7 +20,7 @@ from validate.readings.samples import SamplePart, parts_of, sample_key
 from validate.readings.text_table import plain_letters
 
 Role = Literal["photo", "second_photo", "mask", "readings", "fill", "note", "text", "ignore"]
-"""Role of a file; "fill" is a liquid weighed into the crack, and "text" is kept with its sample and says no settings."""
+"""Role of a file; "fill" is a liquid weighed into the crack, "text" is kept with its sample and says no settings."""
 
 NOTE_SUFFIX = ".toml"
 TRIAL = "trial.toml"  # Name of a trial file; 'sealtwin init' writes one into a folder of one sample

@@ -28,18 +28,8 @@ from validate.readings.text_table import plain_letters
 
 PAIRING = "pairing.csv"
 ANSWERS = (
-    "sheet",
-    "s",
-    "levels",
-    "unit",
-    "sign",
-    "range",
-    "skip",
-    "missing",
-    "as_written",
-    "crack",
-    "mass",
-    "settings",
+    *("sheet", "s", "levels", "unit", "sign", "s_from", "range", "skip", "missing", "as_written"),
+    *("crack", "mass", "settings"),
 )
 """Columns that answer what a sheet leaves open, by letters of its columns, a photo, by the number of a crack, and all
 else, by settings of the trial."""
@@ -249,7 +239,7 @@ def pairing_text(
 
 def as_columns(answers: Mapping[str, str]) -> dict[str, Any]:
     """Return answers as a table of columns of a trial, with ``as_written``."""
-    table: dict[str, Any] = {key: answers[key].lower() for key in ("unit", "sign") if key in answers}
+    table: dict[str, Any] = {key: answers[key].lower() for key in ("unit", "sign", "s_from") if key in answers}
     if "sheet" in answers:
         table["sheet"] = answers["sheet"]
     if "range" in answers:

@@ -46,7 +46,8 @@ def read_readings(
     reading, and a station without any is left out. Where the depth of the crack is given, a station outside the crack
     and a level that no filling of it can have are faults, too; the length may still be unknown. A reading that can be,
     and yet may not be what was meant, is a doubt of the profile unless ``settings.as_written`` answers it; ``filling``
-    is what more is known to judge it by.
+    is what more is known to judge it by. Where the sheet counts s from the crack's second end, s is turned once the
+    length is given.
 
     Raises:
         SheetFaults: The sheet has faults; the error lists each with its place, value and remedy.
@@ -58,6 +59,8 @@ def read_readings(
     crack = None if depth_mm is None else CrackLimits(length_mm, depth_mm)
     table = TableReader(grid, header, settings, crack, faults)
     cells = table.read()
+    if length_mm is not None and settings.columns is not None and settings.columns.s_from == "second":
+        cells = cells.from_other_end(length_mm)
     s_mm, levels_mm = cells.s_mm, cells.levels_mm
     if len(s_mm) < 2 and not faults.kept:
         found = f"{counted(len(s_mm), 'station')} with a reading; a level along the crack needs two or more."

@@ -2,8 +2,11 @@
 
 import csv
 
+import numpy as np
 import pytest
 
+from sealtwin.core import record_files
+from sealtwin.core.records import Profile
 from sealtwin.trial.trial_file import load_trial
 from tests.labs import hashes_of, sealtwin
 from tests.pictures import mortar, with_crack, write_png
@@ -96,6 +99,33 @@ def test_what_no_note_says_is_asked_beside_the_photo(late):
     rows = (lab / "pairing.csv").read_text().replace(",P02b,", ",P02,")
     (lab / "pairing.csv").write_text(rows)
     assert "P02.txt is kept as text." in _ingest(folder, lab).stdout
+
+
+def test_the_direction_of_s_is_asked_once_there_is_a_level(small, tmp_path):
+    lab = tmp_path / "lab"
+    (small / "lab.toml").write_text(
+        (small / "lab.toml").read_text().replace("volume_ml = 0.08", 'volume_ml = "cavity"')
+    )
+    levels_mm = np.linspace(-3.0, -0.5, 6)
+    rows = [f"{s_mm},{z},{z - 0.1}" for s_mm, z in zip(range(1, 12, 2), levels_mm, strict=True)]
+    (small / "P01.csv").write_text("\n".join(["s_mm,level_1_mm,level_2_mm", *rows]))
+    assert _ingest(small, lab).exit_code == 0
+    run = lab / "P01" / "run"
+    assert sealtwin("simulate", run, "--quiet").exit_code == 0
+    s_mm = np.linspace(0.0, 12.0, 25)
+    record_files.write_profile(
+        run, Profile(s_mm, np.interp(s_mm, [1, 11], [-0.5, -3.0]), data="synthetic", source="simulation")
+    )
+    asked = _ingest(small, lab)
+    assert asked.exit_code == 6, asked.output
+    assert 's_from = "second", or in pairing.csv' in asked.output
+    assert 's_from = "second", or in pairing.csv' in _question(lab, "P01.csv")
+    _answer(lab, P01_csv={"s_from": "second"})
+    assert _ingest(small, lab).exit_code == 0
+    trial = load_trial(lab / "P01@2" / "trial.toml")
+    assert trial.readings is not None
+    assert trial.readings.columns is not None
+    assert trial.readings.columns.s_from == "second"
 
 
 def test_an_answer_given_meanwhile_is_not_written_over(late, monkeypatch):
