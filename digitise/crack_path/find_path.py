@@ -105,7 +105,7 @@ class CrackSearch:
         if number is None and len(rivals := [one for one in ranked if one.score > RUNNER_UP * ranked[0].score]) > 1:
             raise RivalCracksError(
                 f"{photo.file}: {len(rivals)} cracks compete, best first, with their share of the best one's score: "
-                f"{self._listed()}; choose one by its number, as in {CHOICE}, or give ends_px.",
+                f"{self._listed()}; choose one by its number, such as {CHOICE}, or give ends_px.",
                 ranked,
             )
         if number is not None and number > len(ranked):

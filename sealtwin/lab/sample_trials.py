@@ -225,7 +225,7 @@ def prepare(folder: Path, outcome: SampleOutcome) -> None:
     if trial.fluid is not None and trial.fluid.freeze_after_s == "never" and trial.fluid.most_yield_stress_pa == 0:
         nothing = "nothing holds the sealant's slope, neither fluid.yield_stress_pa nor fluid.freeze_after_s"
         outcome.remarks.append(f"{nothing}: it ends level.")
-    if trial.photo is not None and trial.photo.ends_px is None and trial.photo.mask is None:
+    if trial.photo is not None and not (trial.photo.ends_px or trial.photo.mask or trial.photo.crack):
         outcome.remarks.append("no ends_px: the crack is searched for; 'sealtwin trace' lets you click its ends.")
 
 

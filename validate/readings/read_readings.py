@@ -131,7 +131,12 @@ class CrackLimits:
             extent = f"0 to {self.length_mm:.1f} mm along its centreline"
         if not -SLACK_MM <= s_mm <= furthest_mm:
             found = f"{s_mm:.12g} mm is outside the crack, {extent}."
-            faults.add(place, found, "Check the unit, and from which end s is counted.", written)
+            faults.add(
+                place,
+                found,
+                "Check the unit, from which end s is counted, and that the whole crack was traced.",
+                written,
+            )
 
     def check_level(self, place: Place, written: str, level_mm: float, faults: FaultList) -> None:
         """Add a fault for a level, counted upward from the sample's surface, that no sealant can have."""
