@@ -97,18 +97,20 @@ def ingest(
         progress.start(f"Taking in {len(samples)} samples", len(samples))
         outcomes = []
         for done, sample in enumerate(samples, start=1):
-            answers = {role: decisions[piece].answers for role, piece in sample.pieces.items() if piece in decisions}
+            answers: dict[Role, Mapping[str, str]] = {
+                role: decisions[piece].answers for role, piece in sample.pieces.items() if piece in decisions
+            }
             outcomes.append(take_in(sample, folder, defaults, answers, source, catalogue, progress, dry_run))
             progress.advance(done, sample.name)
         faults = [CatalogueFault(outcome.sample.name, sentence) for outcome in outcomes for sentence in outcome.faults]
         faults += [CatalogueFault(left.file, f"{left.file}: {left.reason}") for left in left_out if left.lost]
         remark_twins([outcome for outcome in outcomes if not outcome.faults], catalogue)
-        done = Ingested(lab, source, dry_run, tuple(outcomes), tuple(left_out), tuple(faults), placed, decisions)
+        ingested = Ingested(lab, source, dry_run, tuple(outcomes), tuple(left_out), tuple(faults), placed, decisions)
         if not dry_run:
-            write_pairing(done, catalogue)
+            write_pairing(ingested, catalogue)
             catalogue.state(source, decisions, faults)
             catalogue.save()
-    return done
+    return ingested
 
 
 def write_pairing(ingested: Ingested, catalogue: Catalogue) -> None:
