@@ -156,7 +156,8 @@ def divide(folder: Path, named: Mapping[PurePath, Said], known: Set[str]) -> dic
             pieces[Piece(file)] = said
             continue
         is_text, is_table = file.suffix.lower() in FREE_TEXT, file.suffix.lower() in TABLE_SUFFIXES
-        kind = kind_of_text(folder / file) if is_text or is_table else None
+        looked_at = is_text or (is_table and not (said.stated and said.role == "note"))
+        kind = kind_of_text(folder / file) if looked_at else None
         # A text may be named note and hold sentences, and a table words and values; a fill is known by its columns.
         of_words = kind == "note" and said.role == "readings" and not said.stated
         if kind is not None and (kind == "fill" or of_words or (is_text and not (said.stated and said.role in TABLES))):
