@@ -8,8 +8,8 @@ import numpy as np
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Outline, Solid, Trajectory
 from simulate.fluid.solver import Domain
-from simulate.settings import LEVEL, STIFFEST_U, Fluid, Nozzle, SampleSlope, Solver
-from simulate.setup.release_schedule import Schedule, frames_to_freeze, plan_releases
+from simulate.settings import LEVEL, STIFFEST_U, Fluid, Nozzle, SampleSlope, Solver, particle_volume
+from simulate.setup.release_schedule import PARTICLES_AT_MOST, Schedule, frames_to_freeze, plan_releases
 from simulate.setup.rheology import Rheology, no_slip_weight, viscous_weight
 from simulate.setup.signed_distance import CM, Barrier, crack_box_mm, grid_fits
 
@@ -41,6 +41,11 @@ def check_fit(
             f"of mean width {outline.mean_width_mm:.2f} mm, and fluid one particle wide bridges the walls instead of "
             f"flowing. {_radii_allowed(outline, solid, widest_mm)}"
         )
+    if not _carried(solid, outline, radius_mm):
+        raise InputError(
+            f"solver.radius_mm is {radius_mm:g}: a crack {outline.length_mm:.0f} mm long needs more particles, or a "
+            f"finer distance grid, than a run can have. {_radii_allowed(outline, solid, widest_mm)}"
+        )
     if radius_mm > nozzle.diameter_mm / 2:
         raise InputError(
             f"solver.radius_mm is {radius_mm:g}: a particle is wider than the nozzle it leaves. Allowed is at "
@@ -70,13 +75,23 @@ def check_fit(
 def _radii_allowed(outline: Outline, solid: Solid, widest_mm: float) -> str:
     """Return the radii at which a crack of that width can run, which its distance grid may limit from below."""
     abreast_mm = outline.mean_width_mm / 8
-    if grid_fits(solid, outline, abreast_mm):
+    if _carried(solid, outline, abreast_mm):
         said = f'{abreast_mm:.3f} is four abreast, as in the paper, and so is "auto"'
         return f"Allowed is at most {widest_mm:.3f}; {said}."
-    too_fine = f'"auto", {abreast_mm:.3f}, would need a distance grid that is too large'
-    if grid_fits(solid, outline, 0.99 * widest_mm):
+    too_fine = f'"auto", {abreast_mm:.3f}, is too fine for a run'
+    if _carried(solid, outline, 0.99 * widest_mm):
         return f"Take {0.99 * widest_mm:.3f}; {too_fine}."
-    return f"Allowed is at most {widest_mm:.3f}, and that, like {too_fine}: simulate a shorter piece of the crack."
+    return (
+        f"No radius does: at most {widest_mm:.3f} fits the crack, and that, like {too_fine}. Take the fast model, "
+        'solver.model = "slot" with fluid.viscosity_pa_s, simulate a shorter piece of the crack, or take its path '
+        "alone, photo.path_only = true, which a robot can follow."
+    )
+
+
+def _carried(solid: Solid, outline: Outline, radius_mm: float) -> bool:
+    """Return whether a run can have the particles and the distance grid that a radius needs."""
+    particles = (solid.figures.sealant_mm3 or 0.0) / particle_volume(radius_mm)
+    return grid_fits(solid, outline, radius_mm) and particles <= PARTICLES_AT_MOST
 
 
 def check_damping(solver: Solver, step_s: float) -> None:

@@ -42,6 +42,8 @@ class Columns(Settings):
     """Number of rows of the header; 0 for a sheet that begins with its readings."""
     transposed: bool | None = None
     """True where the stations stand in a row: letters then count rows, "A" for the first. Left out, names tell it."""
+    s_from: Literal["first", "second"] | None = None
+    """End of the crack from which the sheet counts s, where it is the second: s = 0 of the overlay is at the first."""
     skip: tuple[Text | Annotated[int, Field(ge=1)], ...] = ()
     """Rows that are not read: by number from 1, or by the text of their first cell, as ["Mittelwert", 9]."""
     missing: tuple[Text, ...] = ()

@@ -105,7 +105,7 @@ class CrackSearch:
         if number is None and len(rivals := [one for one in ranked if one.score > RUNNER_UP * ranked[0].score]) > 1:
             raise RivalCracksError(
                 f"{photo.file}: {len(rivals)} cracks compete, best first, with their share of the best one's score: "
-                f"{self._listed()}; choose one by its number, as in {CHOICE}, or give ends_px.",
+                f"{self._listed()}; choose one by its number, such as {CHOICE}, or give ends_px.",
                 ranked,
             )
         if number is not None and number > len(ranked):
@@ -130,7 +130,7 @@ class CrackSearch:
                 "the other, as at the sample's edge, where no nozzle must go: look at overlay.png, and give ends_px or "
                 "face_mm"
             )
-        return replace(path, source="automatic", warnings=tuple(warnings))
+        return replace(path, source="automatic" if number is None else "choice", warnings=tuple(warnings))
 
     def _listed(self) -> str:
         return "; ".join(

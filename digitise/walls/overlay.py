@@ -32,6 +32,7 @@ FOUND: dict[PathSource, str] = {
     "ends": "between the given ends",
     "via": "between the given ends, by the given points",
     "automatic": "AUTOMATIC, look whether it is right",
+    "choice": "by its number among those found",
     "mask": "as painted",
     "mesh": "along the mouth in the mesh",
     "line": "along the given line",

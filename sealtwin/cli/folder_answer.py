@@ -22,6 +22,7 @@ from sealtwin.lab.pairing import PAIRING
 from sealtwin.lab.sample_trials import SampleOutcome
 from sealtwin.photos.batch import CSV, SHEET, Batch
 from sealtwin.trial.job import shown
+from validate.units import counted
 
 BROADEST = 36  # Letters of a column of names on a terminal
 MOST_TOLD = 200  # Faults on a terminal, which keeps some thousand lines
@@ -196,8 +197,11 @@ def _understood(outcome: SampleOutcome) -> list[str]:
 def _ending(ingested: Ingested, held: Set[str]) -> list[str]:
     sound = [each for each in ingested.outcomes if not each.faults and each.sample.name not in held]
     known = sum(outcome.fate == "unchanged" for outcome in sound)
-    count = f"{len(sound)} of {len(ingested.outcomes)} samples are sound"
+    every = len(ingested.outcomes)
+    count = f"{len(sound)} of {counted(every, 'sample')} {'is' if len(sound) == 1 else 'are'} sound"
     lines = [f"{count}: {len(sound) - known} new or revised, {known} known."]
+    if not sound:
+        lines = [f"No sample is sound yet, of {every} that {'was' if every == 1 else 'were'} found."]
     if ingested.dry_run:
         return [*lines, "Nothing was written: a dry run."]
     lab = shown(ingested.lab)

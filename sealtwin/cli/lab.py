@@ -10,7 +10,7 @@ from sealtwin.cli.numbers import count_option
 
 
 def ingest(
-    folder: Annotated[Path, argument("FOLDER", "Photos, sheets of readings and notes; nothing in it is changed.")],
+    folder: Annotated[Path, argument("FOLDER", "Photos, sheets and notes; nothing in it is changed.")],
     out: Annotated[Path, option("Gets a folder for each trial, pairing.csv and the catalogue.", "LAB")],
     pairing: Annotated[
         File, option("A pairing.csv elsewhere; LAB/pairing.csv, corrected and answered, is read anyway.", "CSV")
@@ -23,10 +23,11 @@ def ingest(
     """Take a lab's folder of photos, caliper sheets and notes into trials and a catalogue.
 
     Files are paired by name: IMG_0412_P01.jpg, "p 01 Messung.xlsx" and P01_notes.toml are of one sample. Each sheet is
-    shown as it was understood: its columns, their roles, units and first values. What is in doubt is asked in
-    LAB/pairing.csv and answered there, by the letters of columns, or in lab.toml on top of FOLDER; no file of yours
+    shown as it was understood: its columns, their roles, units and first values. What is in doubt, before the crack is
+    traced or after, is asked in LAB/pairing.csv and answered there, or in lab.toml on top of FOLDER; no file of yours
     need be edited. A note says what no photo shows, in the trial's own keys (TOML) or in a table of words and values
-    ("Tiefe in mm; 16,0"); other texts are kept with their sample.
+    ("Tiefe in mm; 16,0"); other texts are kept with their sample. A table of masses and levels is a liquid that was
+    weighed into the crack.
 
     A sound sample runs: it is traced, and checked as 'sealtwin run' would before its first frame. Photos of samples in
     doubt are traced too, so that all questions come at once. LAB/index.html shows all walls.

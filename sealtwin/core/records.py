@@ -50,9 +50,10 @@ FROM_JSON = ConfigDict(strict=True, allow_inf_nan=False)
 
 FACING = 0.98  # Cosine up to which the line between two walls counts as square to the centreline: 11 degrees
 
-PathSource = Literal["ends", "via", "automatic", "mask", "mesh", "line"]
-"""Source of a crack's path: given ends, given points between them too, automatic search, or a painted mask; in a mesh
-the crack's mouth, or a given line. An automatic path is a proposal until a person has looked at it.
+PathSource = Literal["ends", "via", "automatic", "choice", "mask", "mesh", "line"]
+"""Source of a crack's path: given ends, given points between them too, automatic search, a person's choice among the
+cracks that it found, or a painted mask; in a mesh the crack's mouth, or a given line. An automatic path is a proposal
+until a person has looked at it.
 """
 
 WidthSource = Literal["walls", "fit", "gauge", "none"]

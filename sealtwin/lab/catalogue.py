@@ -137,9 +137,9 @@ class Catalogue:
 
 
 def state_of(folder: Path) -> str:
-    """Return what a trial's check depends on: its file, which the user may edit, and this version."""
-    trial = folder / TRIAL
-    return f"{files.sha256(trial) if trial.is_file() else ''} {version('sealtwin')}"
+    """Return what a trial's check depends on: its file, which the user may edit, its level, and this version."""
+    looked_at = (path for path in (folder / TRIAL, folder / RUN / "profile.csv") if path.is_file())
+    return " ".join([*map(files.sha256, looked_at), version("sealtwin")])
 
 
 def is_lab(folder: Path) -> bool:

@@ -19,8 +19,8 @@ from validate.readings.header_words import WORDS as LAB_WORDS
 from validate.readings.samples import SamplePart, parts_of, sample_key
 from validate.readings.text_table import plain_letters
 
-Role = Literal["photo", "second_photo", "mask", "readings", "note", "text", "ignore"]
-"""Role of a file; a "text" is kept with its sample and says no settings."""
+Role = Literal["photo", "second_photo", "mask", "readings", "fill", "note", "text", "ignore"]
+"""Role of a file; "fill" is a liquid weighed into the crack, "text" is kept with its sample and says no settings."""
 
 NOTE_SUFFIX = ".toml"
 TRIAL = "trial.toml"  # Name of a trial file; 'sealtwin init' writes one into a folder of one sample
@@ -28,6 +28,7 @@ UNREAD_TABLES = {".xls", ".xlsb", ".numbers", ".sxc"}
 """Formats that are not read: a lab's own numbers, to be named and not passed over."""
 TABLE_SUFFIXES = {".csv", ".tsv", ".xlsx", ".xlsm", ".ods"} | UNREAD_TABLES
 FREE_TEXT = {".txt", ".md"}
+TABLES = ("readings", "fill")  # Roles of tables of numbers
 WORDS: dict[Role, frozenset[str]] = {role: frozenset(words.split()) for role, words in LAB_WORDS["files"].items()}
 """Words at the beginning or the end of a name, for each role."""
 CAMERA = re.compile(
@@ -107,9 +108,9 @@ def possible_roles(suffix: str) -> tuple[Role, ...]:
     if suffix in PHOTO_SUFFIXES:
         return ("photo", "second_photo", "mask")
     if suffix in TABLE_SUFFIXES:
-        return ("readings", "note")
+        return ("readings", "note", "fill")
     if suffix in FREE_TEXT:
-        return ("text", "readings", "note")
+        return ("text", "readings", "note", "fill")
     return ("note",) if suffix == NOTE_SUFFIX else ()
 
 
@@ -154,12 +155,13 @@ def divide(folder: Path, named: Mapping[PurePath, Said], known: Set[str]) -> dic
         if (folder / file).is_symlink():
             pieces[Piece(file)] = said
             continue
-        is_text = file.suffix.lower() in FREE_TEXT
-        # A text may be named note and hold sentences, and a table words and values.
-        if is_text and not (said.stated and said.role == "readings"):
-            said = replace(said, role=kind_of_text(folder / file))
-        elif said.role == "readings" and not said.stated and kind_of_text(folder / file) == "note":
-            said = replace(said, role="note")
+        is_text, is_table = file.suffix.lower() in FREE_TEXT, file.suffix.lower() in TABLE_SUFFIXES
+        looked_at = is_text or (is_table and not (said.stated and said.role == "note"))
+        kind = kind_of_text(folder / file) if looked_at else None
+        # A text may be named note and hold sentences, and a table words and values; a fill is known by its columns.
+        of_words = kind == "note" and said.role == "readings" and not said.stated
+        if kind is not None and (kind == "fill" or of_words or (is_text and not (said.stated and said.role in TABLES))):
+            said = replace(said, role=kind)
         pieces |= _divided(folder, file, said, known) if said.role == "readings" else {Piece(file): said}
     return pieces
 

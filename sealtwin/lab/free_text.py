@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from sealtwin.core.errors import InputError
+from sealtwin.lab.fill_sheet import is_fill
 from sealtwin.lab.note_words import BY_WORD, SETTINGS, TELLING, meaning_of, normal, read_value
 from validate.readings.samples import read_cells
 from validate.readings.sheet import SheetRow
@@ -22,12 +23,14 @@ PLACED = ("photo.ends_px", "date")  # Settings without a unit whose value is no 
 LEAST_READINGS = 4  # Numbers in lines of two or more that look like readings at places
 
 
-def kind_of_text(path: Path) -> Literal["readings", "note", "text"]:
-    """Return whether a file is a table of readings, a table of words and values, or free text."""
+def kind_of_text(path: Path) -> Literal["readings", "fill", "note", "text"]:
+    """Return whether a file is a table of readings or of a fill, a table of words and values, or free text."""
     try:
         grid = read_cells(path, Declared())
     except InputError:
         return "text"
+    if is_fill(grid):
+        return "fill"
     numbers = sum(sum(map(is_a_number, row.cells)) > 1 for row in grid.rows)
     if numbers > 1:
         return "text" if path.suffix.lower() == ".md" else "readings"

@@ -17,7 +17,7 @@ from sealtwin.core.errors import InputError, as_text, naming
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import holding, refuse_foreign, require_folder
 from sealtwin.lab.catalogue import CATALOGUE, RECORD, Catalogue, CatalogueFault, Record, is_lab, remark_twins
-from sealtwin.lab.found_files import DEFAULTS, TRIAL, LeftOut, Piece, Said, divide, find_files, read_names
+from sealtwin.lab.found_files import DEFAULTS, TRIAL, LeftOut, Piece, Role, Said, divide, find_files, read_names
 from sealtwin.lab.notes import Note, read_defaults
 from sealtwin.lab.pairing import (
     PAIRING,
@@ -49,6 +49,8 @@ class Ingested:
     outcomes: tuple[SampleOutcome, ...]
     left_out: tuple[LeftOut, ...]
     faults: tuple[CatalogueFault, ...]  # Faults of samples, and of files that belong to none
+    placed: Mapping[Piece, Said]
+    decisions: Decisions
 
 
 def ingest(
@@ -95,24 +97,32 @@ def ingest(
         progress.start(f"Taking in {len(samples)} samples", len(samples))
         outcomes = []
         for done, sample in enumerate(samples, start=1):
-            given = [decisions[piece].answers for piece in sample.pieces if piece in decisions]
-            answers = {key: text for each in given for key, text in each.items()}
+            answers: dict[Role, Mapping[str, str]] = {
+                role: decisions[piece].answers for role, piece in sample.pieces.items() if piece in decisions
+            }
             outcomes.append(take_in(sample, folder, defaults, answers, source, catalogue, progress, dry_run))
             progress.advance(done, sample.name)
         faults = [CatalogueFault(outcome.sample.name, sentence) for outcome in outcomes for sentence in outcome.faults]
         faults += [CatalogueFault(left.file, f"{left.file}: {left.reason}") for left in left_out if left.lost]
         remark_twins([outcome for outcome in outcomes if not outcome.faults], catalogue)
+        ingested = Ingested(lab, source, dry_run, tuple(outcomes), tuple(left_out), tuple(faults), placed, decisions)
         if not dry_run:
-            about = {
-                Piece(file, outcome.sample.part if file == outcome.sample.files.get("readings") else None): question
-                for outcome in outcomes
-                for file, question in outcome.asked.items()
-            }
-            files.write_text(lab / PAIRING, pairing_text(placed, samples, decisions, about))
-            catalogue.pairing = files.sha256(lab / PAIRING)
+            write_pairing(ingested, catalogue)
             catalogue.state(source, decisions, faults)
             catalogue.save()
-    return Ingested(lab, source, dry_run, tuple(outcomes), tuple(left_out), tuple(faults))
+    return ingested
+
+
+def write_pairing(ingested: Ingested, catalogue: Catalogue) -> None:
+    """Write all questions, each beside its file, into the pairing file, which now counts as not edited."""
+    about = {
+        Piece(file, outcome.sample.part if file == outcome.sample.files.get("readings") else None): " ".join(asked)
+        for outcome in ingested.outcomes
+        for file, asked in outcome.asked.items()
+    }
+    samples = [outcome.sample for outcome in ingested.outcomes]
+    files.write_text(catalogue.lab / PAIRING, pairing_text(ingested.placed, samples, ingested.decisions, about))
+    catalogue.pairing = files.sha256(catalogue.lab / PAIRING)
 
 
 def _name_of_source(folder: Path, lab: Path) -> str:
@@ -160,7 +170,7 @@ def take_in(
     sample: SampleFiles,
     folder: Path,
     defaults: Note,
-    answers: Mapping[str, str],
+    answers: Mapping[Role, Mapping[str, str]],
     source: str,
     catalogue: Catalogue,
     progress: Progress,
@@ -184,12 +194,11 @@ def take_in(
         place = f"{Path(last.filename).name}, line {last.lineno}"
         report = f"{sample.name}: {type(fault).__name__} in {place}: {fault}. A bug of ours: please report it."
         outcome.fate, outcome.faults = "bug", [report]
-    if outcome.faults:
-        outcome.remarks, outcome.dialect = [], None
     # Files are named as the lab knows them: from its own folder on, which is absolute here.
     outcome.faults = [fault.replace(f"{folder}/", "") for fault in outcome.faults]
     outcome.remarks = [remark.replace(f"{folder}/", "") for remark in outcome.remarks]
-    outcome.asked = {file: question.replace(f"{folder}/", "") for file, question in outcome.asked.items()}
+    if outcome.fate != "bug" and not sample.questions:
+        outcome.ask(outcome.faults)
     return outcome
 
 

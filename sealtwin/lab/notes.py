@@ -1,6 +1,7 @@
 """A note: what somebody wrote down about a sample, or about all of a folder, since no photo shows it."""
 
 import re
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -58,7 +59,8 @@ class Note:
             if len(others) < len(ways):
                 dropped = dropped.union(*others)
         taken = {key: entry for key, entry in defaults.entries.items() if key not in dropped}
-        return Note(taken | self.entries, self.faults, [*defaults.remarks, *self.remarks], meant=self.meant)
+        faults, remarks = [*defaults.faults, *self.faults], [*defaults.remarks, *self.remarks]
+        return Note(taken | self.entries, faults, remarks, meant=defaults.meant | self.meant)
 
 
 def read_note(path: Path, own: Mapping[str, str] | None = None) -> Note:
@@ -68,7 +70,7 @@ def read_note(path: Path, own: Mapping[str, str] | None = None) -> Note:
     """
     try:
         if path.suffix.lower() == NOTE_SUFFIX:
-            return _toml(path, own or {})
+            return _of_tables(read_toml(path, name="note", starter=STARTER), as_text(path), own or {})
         if path.suffix.lower() in FREE_TEXT and kind_of_text(path) == "text":
             # Somebody has said that it is a note.
             return Note({key: NoteEntry(value, as_text(path)) for key, value in settings_in(path)})
@@ -93,10 +95,18 @@ def read_defaults(path: Path) -> Note:
     return note
 
 
-def _toml(path: Path, own: Mapping[str, str]) -> Note:
+def read_cell(text: str, where: str) -> Note:
+    """Read settings in a cell: a trial's own keys as TOML, a semicolon between two."""
+    try:
+        return _of_tables(tomllib.loads(text.replace(";", "\n")), where, {})
+    except tomllib.TOMLDecodeError as fault:
+        example = "crack.depth_mm = 16.0; photo.ends_px = [[12, 340], [905, 377]]"
+        return Note(faults=[f"{where}: settings = {shown(text)}: not as TOML writes them ({fault}); write {example}."])
+
+
+def _of_tables(content: Mapping[str, Any], where: str, own: Mapping[str, str]) -> Note:
     note = Note()
-    where = as_text(path)
-    for name, value in read_toml(path, name="note", starter=STARTER).items():
+    for name, value in content.items():
         is_table = isinstance(value, dict) and name in tables()
         for key, inner in ((f"{name}.{key}", inner) for key, inner in value.items()) if is_table else ((name, value),):
             if key == WORDS and isinstance(inner, dict):

@@ -27,16 +27,22 @@ from validate.readings.samples import SamplePart, named_cells, read_table, sampl
 from validate.readings.text_table import plain_letters
 
 PAIRING = "pairing.csv"
-ANSWERS = ("sheet", "s", "levels", "unit", "sign", "range", "skip", "missing", "as_written", "crack")
-"""Columns that answer what a sheet leaves open, by letters of its columns, and a photo, by the number of a crack."""
+ANSWERS = (
+    *("sheet", "s", "levels", "unit", "sign", "s_from", "range", "skip", "missing", "as_written"),
+    *("crack", "mass", "settings"),
+)
+"""Columns that answer what a sheet leaves open, by letters of its columns, a photo, by the number of a crack, and all
+else, by settings of the trial."""
 COLUMNS = ("file", "role", "sample", "part", *ANSWERS, "question")
 """The part is that of a file that several samples share; blank for the whole file."""
-SPANS = re.compile(r"[A-Z]{1,3}(:[A-Z]{1,3})?([\s,;]+[A-Z]{1,3}(:[A-Z]{1,3})?)*")  # B C D, or B:D
+SPAN = "([A-Z]{1,3}(:[A-Z]{1,3})?|[a-z](:[a-z])?)"  # B, or B:D; of several small letters a name is likelier
+SPANS = re.compile(rf"{SPAN}([\s,;]+{SPAN})*")
 ROLES: tuple[Role, ...] = get_args(Role)
 LIKENESS = 0.65  # Share of letters that two names have in one order; P0l and P01 have two of three
 REVISION = re.compile(LAB_WORDS["revision"]["word"])
 """A word such as v2, whose number is none of a sample."""
 ROLE_WORDS = frozenset[str]().union(*WORDS.values())
+CELL = re.compile("[A-Za-z]{1,3}[0-9]*")  # Or a column; the words for a whole sheet are longer
 DIGIT, LABEL = re.compile(r"\d"), re.compile(r"[^\W\d_]\d")
 
 
@@ -67,10 +73,9 @@ class SampleFiles:
         return sample_key(self.name)
 
     @property
-    def pieces(self) -> tuple[tuple[PurePath, str], tuple[PurePath, str]]:
-        """Files and parts of its readings and of its photo, by which the user's decisions are known."""
-        readings, photo = (self.files.get(role, PurePath()) for role in ("readings", "photo"))
-        return (readings, str(self.part or "")), (photo, "")
+    def pieces(self) -> dict[Role, tuple[PurePath, str]]:
+        """Files with their parts, by which the user's decisions are known."""
+        return {role: (file, str(self.part or "") if role == "readings" else "") for role, file in self.files.items()}
 
 
 def place_files(named: Mapping[Piece, Said], decisions: Decisions) -> dict[Piece, Said]:
@@ -234,14 +239,19 @@ def pairing_text(
 
 def as_columns(answers: Mapping[str, str]) -> dict[str, Any]:
     """Return answers as a table of columns of a trial, with ``as_written``."""
-    table: dict[str, Any] = {key: answers[key] for key in ("sheet", "unit", "sign", "range") if key in answers}
+    table: dict[str, Any] = {key: answers[key].lower() for key in ("unit", "sign", "s_from") if key in answers}
+    if "sheet" in answers:
+        table["sheet"] = answers["sheet"]
+    if "range" in answers:
+        table["range"] = answers["range"].upper()
     if "s" in answers:
         table["s"] = _column(answers["s"])
     if "levels" in answers:
         levels = answers["levels"]
         table["levels"] = [*map(_column, re.split(r"[\s,;]+" if SPANS.fullmatch(levels) else r"\s*;\s*", levels))]
     if "as_written" in answers:
-        table["as_written"] = re.split(r'[\s,;"]+', answers["as_written"].strip('" ,;'))
+        cells = re.split(r'[\s,;"]+', answers["as_written"].strip('" ,;'))
+        table["as_written"] = [cell.upper() if CELL.fullmatch(cell) else cell.lower() for cell in cells]
     if "missing" in answers:
         table["missing"] = re.split(r"\s*;\s*", answers["missing"])
     if "skip" in answers:

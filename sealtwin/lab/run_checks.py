@@ -6,13 +6,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from digitise.settings import CHOICE, CrackShape
+from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import holding, open_folder
 from sealtwin.lab.catalogue import RUN, Catalogue, CatalogueFault, state_of
 from sealtwin.lab.found_files import TRIAL
 from sealtwin.lab.held_out import facts_above
-from sealtwin.lab.ingest import Ingested, write_trial
+from sealtwin.lab.ingest import Ingested, write_pairing, write_trial
 from sealtwin.lab.pairing import PAIRING
 from sealtwin.lab.sample_trials import NEEDED, SCALE, SampleOutcome
 from sealtwin.photos.batch import Batch, BatchRow, PlannedPhoto, digitise_many
@@ -51,8 +52,8 @@ def check_runs(
     # Pictures of what is forgotten are nowhere.
     sentences = [(fault.name, PICTURE.sub("", fault.sentence).replace(f"{scratch}/", "")) for fault in told]
     faults += [CatalogueFault(*fault) for fault in sentences]
-    if ingested.dry_run or not taken:
-        return batch if ingested.dry_run else Batch(ingested.lab), faults
+    if ingested.dry_run:
+        return batch, faults
     # Nobody would miss them on a page of the others.
     missed = [
         BatchRow(str(outcome.sample.files["photo"]), outcome.sample.name, "failed", reason=" ".join(outcome.faults))
@@ -62,6 +63,9 @@ def check_runs(
     with holding(ingested.lab, progress.note):
         catalogue = Catalogue(ingested.lab)
         batch, told = _checked(ingested.lab, taken, progress, jobs, missed, catalogue)
+        # What was edited since is read first.
+        if files.sha256(ingested.lab / PAIRING) == catalogue.pairing:
+            write_pairing(ingested, catalogue)
         catalogue.save()
     return batch, [*faults, *told]
 
@@ -75,6 +79,8 @@ def _without_doubts(outcome: SampleOutcome) -> Trial:
     if DEPTH in outcome.stand_ins:
         # Upright walls hold whatever the depth is.
         trial = trial.model_copy(update={"crack": CrackShape(depth_mm=NEEDED[DEPTH][0], tilt="vertical")})
+    elif "crack.tilt" in outcome.stand_ins and trial.crack is not None:
+        trial = trial.model_copy(update={"crack": trial.crack.model_copy(update={"fill": None})})
     return trial
 
 
@@ -102,8 +108,12 @@ def _checked(
             told = []
         else:
             told = [] if DEPTH in tried[name].stand_ins else _told(place / name / RUN)
+        # Files are named as the lab knows them.
+        for raw in tried[name].raw:
+            told = [sentence.replace(f"{place / name / raw.kept_as}", raw.original) for sentence in told]
         if catalogue is not None:
             catalogue.checked[name] = (state, told)
+        tried[name].ask(PICTURE.sub("", sentence) if catalogue is None else sentence for sentence in told)
         faults += [CatalogueFault(tried[name].sample.name, sentence) for sentence in told]
         progress.advance(number, row.folder)
     return batch, faults

@@ -3,7 +3,7 @@
 import hashlib
 import json
 import tomllib
-from collections.abc import Mapping, Set
+from collections.abc import Iterable, Mapping, Set
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from pathlib import Path, PurePath
@@ -14,10 +14,11 @@ from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import ReadColumn
 from sealtwin.core.settings import checked
+from sealtwin.lab.fill_sheet import read_fill
 from sealtwin.lab.found_files import DEFAULTS, Role
 from sealtwin.lab.free_text import readings_in, settings_in
 from sealtwin.lab.note_words import ALTERNATIVES, COLUMNS, DATA, OF_READINGS, OWN, SCALE, of_columns
-from sealtwin.lab.notes import Note, NoteEntry, read_note
+from sealtwin.lab.notes import Note, NoteEntry, read_cell, read_note
 from sealtwin.lab.pairing import PAIRING, SampleFiles, as_columns
 from sealtwin.study.study_file import with_settings
 from sealtwin.trial.job import LARGEST_SHEET_BYTES
@@ -34,12 +35,18 @@ PICTURES: Mapping[Role, str] = {"photo": "photo.file", "second_photo": "photo.se
 STARTER = tomllib.loads(TRIAL)
 NAMED_FILES: Mapping[Role, str] = {**PICTURES, "readings": "readings.file"}
 SCALES = set[str]().union(*ALTERNATIVES[0])
-UNSEEN = {"crack.tilt": "lean", "crack.wall_angle_deg": 11.0}
+ANGLE, FILL = "crack.wall_angle_deg", "crack.fill"
+UNSEEN = {"crack.tilt": "lean", ANGLE: 11.0}
 """Settings of the walls that hold where nobody says them, and that no photo shows."""
 ORIGIN = ': where they come from; write data = "measured" (or "reconstructed", "synthetic")'
 NEEDED: Mapping[str, tuple[Any, str]] = {
     "photo.data": ("synthetic", ORIGIN),
     "crack.depth_mm": (16.0, ", and no photo shows it: write [crack] depth_mm = 16.0, or 'Depth [mm]' and 16.0"),
+    "crack.tilt": (
+        "funnel",
+        ", and the steps of a fill need it: write [crack] tilt = 'funnel' where the photo shows the mouth's width, "
+        "'flare' where it shows the floor's",
+    ),
     "readings.data": ("synthetic", ORIGIN),
     "readings.role": (
         "held-out",
@@ -51,6 +58,8 @@ NEEDED: Mapping[str, tuple[Any, str]] = {
     ),
 }
 """Required settings that no photo shows: a stand-in with which the rest is checked, and what to write."""
+OF_ROLE: Mapping[str, Role] = {"crack.tilt": "fill"}
+"""Settings that are required with a file of another role than the name of their table."""
 SAME: Mapping[str, set[str]] = {
     SCALE: SCALES,
     "photo.data": {"photo.data", DATA},
@@ -78,15 +87,25 @@ class SampleOutcome:
     fate: Literal["new", "revised", "unchanged", "failed", "bug"] = "failed"
     raw: list[KeptFile] = field(default_factory=list)
     note: Note = field(default_factory=Note)
+    of_fill: Mapping[str, str] = field(default_factory=dict)  # Answers on its fill, as they stand in the pairing file
     faults: list[str] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
     settings: Trial | None = None  # Those that could be checked; None where they cannot be used
     stand_ins: frozenset[str] = frozenset()  # Settings that nobody said and something else stands in for
     dialect: str | None = None  # Dialect of the sheet of readings, as a sentence
     columns: tuple[ReadColumn, ...] = ()  # Columns of the sheet as they were understood
-    asked: dict[PurePath, str] = field(default_factory=dict)  # Questions on what single files hold
+    asked: dict[PurePath, list[str]] = field(default_factory=dict)  # Questions for the pairing file, by its files
     trial: str | None = None  # Folder of its trial; in a dry run there is none yet
     revision: int | None = None
+
+    def ask(self, sentences: Iterable[str]) -> None:
+        """Ask for an answer in the pairing file: beside the file that a sentence begins with, or else the photo."""
+        sample = self.sample
+        for sentence in sentences:
+            named = (file for file in sample.files.values() if sentence.startswith(str(file)))
+            said = self.asked.setdefault(next(named, sample.files["photo"]), [])
+            if (cell := _short(sentence)) not in said:
+                said.append(cell)
 
     @property
     def hashes(self) -> dict[Role, str]:
@@ -101,7 +120,9 @@ class SampleOutcome:
     @property
     def content(self) -> str:
         """Hash of what was measured and of what was said about it: equal where nothing has changed."""
-        said = {key: entry.value for key, entry in sorted(self.note.entries.items())}
+        said: dict[str, Any] = {key: entry.value for key, entry in sorted(self.note.entries.items())}
+        if self.of_fill:
+            said["of_fill"] = dict(self.of_fill)
         return hashlib.sha256(json.dumps([said, self.hashes], sort_keys=True, default=str).encode()).hexdigest()
 
 
@@ -110,12 +131,15 @@ def kept_as(role: str, file: PurePath) -> str:
     return (INPUTS / f"{role}{file.suffix.lower()}").as_posix()
 
 
-def gather(folder: Path, sample: SampleFiles, defaults: Note, answers: Mapping[str, str]) -> SampleOutcome:
+def gather(
+    folder: Path, sample: SampleFiles, defaults: Note, answers: Mapping[Role, Mapping[str, str]]
+) -> SampleOutcome:
     """Read a sample's notes and hash its files; their content is not looked at yet.
 
-    ``answers`` are the user's on its photo and its sheet, in the pairing file.
+    ``answers`` are the user's in the pairing file, by the role of the file that they stand beside.
     """
-    outcome = SampleOutcome(sample, faults=[*sample.questions])
+    outcome = SampleOutcome(sample, faults=[*sample.questions], of_fill=answers.get("fill", {}))
+    _read_texts(folder, outcome)
     if sample.questions:
         return outcome
     texts: list[tuple[Role, PurePath]] = [("text", text) for text in sample.texts]
@@ -144,17 +168,28 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note, answers: Mapping[s
             for key, entry in sorted(own.entries.items())
             if key.startswith(OF_READINGS)
         ]
+    if "fill" in sample.files:
+        defaults = replace(defaults, entries={key: one for key, one in defaults.entries.items() if key != ANGLE})
     for name, entries in defaults.of_file.items():
         file = sample.files.get("readings", PurePath())
         if fnmatchcase(file.name, name) or fnmatchcase(file.as_posix(), name):
             defaults = replace(defaults, entries=defaults.entries | entries)
     outcome.note = own.over(defaults)
-    said = of_columns(as_columns(answers))
-    if "crack" in answers:
-        said["photo.crack"] = int(answers["crack"]) if answers["crack"].isdecimal() else answers["crack"]
+    for role, said in answers.items():
+        cell = read_cell(said.get("settings", ""), f"{PAIRING}, {sample.files[role]}")
+        outcome.note = cell.over(outcome.note)
+    given = {key: text for role, said in answers.items() if role != "fill" for key, text in said.items()}
+    said = of_columns(as_columns(given))
+    if "crack" in given:
+        said["photo.crack"] = int(given["crack"]) if given["crack"].isdecimal() else given["crack"]
     outcome.note.entries |= {key: NoteEntry(value, PAIRING) for key, value in said.items()}
-    outcome.faults += own.faults
-    for text in (PurePath(raw.original) for raw in outcome.raw if raw.role == "text"):
+    outcome.faults += outcome.note.faults
+    outcome.remarks += outcome.note.remarks
+    return outcome
+
+
+def _read_texts(folder: Path, outcome: SampleOutcome) -> None:
+    for text in (text for text in outcome.sample.texts if not (folder / text).is_symlink()):
         told = f"{text} is kept as text"
         if found := settings_in(folder / text):
             said_there = ", ".join(f"{key} = {value}" for key, value in found)
@@ -162,15 +197,13 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note, answers: Mapping[s
         if line := readings_in(folder / text):
             told += f"; it seems to hold readings ({line!r:.80}), which are read from a table only: write one"
         if found or line:
-            outcome.asked[text] = f"{told}."
+            outcome.asked[text] = [f"{told}."]
         outcome.remarks.append(f"{told}.")
-    outcome.remarks += outcome.note.remarks
-    return outcome
 
 
 def prepare(folder: Path, outcome: SampleOutcome) -> None:
     """Look at what ``gather`` found: give ``outcome`` its settings and its dialect, or its faults."""
-    content = _tables(outcome)
+    content = _tables(folder, outcome)
     try:
         trial = checked(Trial, folder, content, lambda key: _origin(folder, outcome, key))
     except InputError as fault:
@@ -187,12 +220,12 @@ def prepare(folder: Path, outcome: SampleOutcome) -> None:
     outcome.settings = trial if any(raw.role == "photo" for raw in outcome.raw) else None
     if outcome.faults or trial is None:
         return
-    if assumed := _assumed(outcome.note.entries.keys()):
+    if assumed := _assumed(outcome):
         outcome.remarks.append(f"{assumed} Write your own, best into {DEFAULTS}.")
     if trial.fluid is not None and trial.fluid.freeze_after_s == "never" and trial.fluid.most_yield_stress_pa == 0:
         nothing = "nothing holds the sealant's slope, neither fluid.yield_stress_pa nor fluid.freeze_after_s"
         outcome.remarks.append(f"{nothing}: it ends level.")
-    if trial.photo is not None and trial.photo.ends_px is None and trial.photo.mask is None:
+    if trial.photo is not None and not (trial.photo.ends_px or trial.photo.mask or trial.photo.crack):
         outcome.remarks.append("no ends_px: the crack is searched for; 'sealtwin trace' lets you click its ends.")
 
 
@@ -210,16 +243,14 @@ def _look_at(path: Path, role: Role, content: Mapping[str, Any], deepest_mm: flo
             declared = checked(Declared, path, {key: readings[key] for key in keys})
         except InputError:
             return  # Told of already, by the key that is at fault.
-        file = outcome.sample.files["readings"]
         try:
             profile = read_readings(path, declared, None, deepest_mm)
         except SheetFaults as fault:
-            outcome.columns, outcome.asked[file] = fault.columns, _short(str(fault))
+            outcome.columns = fault.columns
             raise
         outcome.dialect, outcome.columns = profile.dialect, profile.columns
         # A sheet is judged by the crack's own depth.
-        if "crack.depth_mm" in outcome.note.entries and profile.doubts:
-            outcome.asked[file] = _short(" ".join(profile.doubts))
+        if "crack.depth_mm" in outcome.note.entries:
             outcome.faults += [f"{doubt} It goes into {_note_of(outcome)}, or {PAIRING}." for doubt in profile.doubts]
 
 
@@ -229,17 +260,22 @@ def _short(text: str) -> str:
     return line if len(line) <= LONGEST_QUESTION else f"{line[:LONGEST_QUESTION]}..."
 
 
-def _tables(outcome: SampleOutcome) -> dict[str, Any]:
+def _tables(folder: Path, outcome: SampleOutcome) -> dict[str, Any]:
     """Return the tables of a trial. What must be said and is not is a fault, and here a stand-in.
 
     What nobody says of the solver and the fluid is the starter's: without a rest the jet, still falling, would be taken
     for the sealant's level; and no one radius fits all cracks of a lab.
     """
     said = _said(outcome)
+    _weigh(folder, outcome, said)
     solver = {f"solver.{key}": STARTER["solver"][key] for key in ("radius_mm", "settle_s")}
-    said = {"note": _assumed(said.keys())} | solver | _fluid(said.keys()) | said
+    said = {"note": _assumed(outcome)} | solver | _fluid(said.keys()) | said
     meant, roles = outcome.note.meant, {"photo", "crack", *outcome.sample.files.keys()}
-    needed = [key for key in NEEDED if key.partition(".")[0] in roles and not said.keys() & SAME.get(key, {key})]
+    needed = [
+        key
+        for key in NEEDED
+        if OF_ROLE.get(key, key.partition(".")[0]) in roles and not said.keys() & SAME.get(key, {key})
+    ]
     outcome.stand_ins = frozenset(needed)
     for key in needed:
         said[key], remedy = NEEDED[key]
@@ -284,6 +320,31 @@ def _said(outcome: SampleOutcome) -> dict[str, Any]:
     return {key: value for key, value in said.items() if value or key not in given}
 
 
+def _weigh(folder: Path, outcome: SampleOutcome, said: dict[str, Any]) -> None:
+    """Put the fill's sheet into ``said`` in place of what notes call it; what they say of the liquid stays."""
+    entry, file = outcome.note.entries.get(FILL), outcome.sample.files.get("fill")
+    given = said.pop(FILL, {})
+    table = dict(given) if isinstance(given, Mapping) else {"file": given}
+    named = table.pop("file", None)
+    if entry is not None and named is not None and (file is None or PurePath(str(named)).name != file.name):
+        what = "no fill" if file is None else str(file)
+        outcome.faults.append(
+            f"{entry.origin}: {FILL} = {str(named)!r:.80}, but {what} is of this sample; leave it out, and say in "
+            f"{PAIRING} which file has the role fill."
+        )
+    if file is None:
+        # What the folder says of liquids concerns other samples.
+        said |= {FILL: table} if "mass_g" in table else {}
+        return
+    try:
+        columns, shown = read_fill(folder / file, outcome.of_fill)
+    except InputError as fault:
+        outcome.faults += str(fault).splitlines()
+        return
+    outcome.remarks.append(shown)
+    said[FILL] = {**table, **columns}
+
+
 def _fluid(said: Set[str]) -> dict[str, Any]:
     """Return the starter's settings that nobody says: of the flow, and of what holds its slope, either of two ways."""
     fluid = {f"fluid.{key}": value for key, value in STARTER["fluid"].items()}
@@ -295,8 +356,9 @@ def _fluid(said: Set[str]) -> dict[str, Any]:
     return {key: value for key, value in fluid.items() if key not in said}
 
 
-def _assumed(said: Set[str]) -> str:
+def _assumed(outcome: SampleOutcome) -> str:
     """The trial's note, which every report shows: the settings that nobody of the lab said."""
+    said = {*outcome.note.entries, *([ANGLE] if "fill" in outcome.sample.files else [])}
     crack = {key: value for key, value in UNSEEN.items() if key not in said}
     taken = ", ".join(f"{key} = {value}" for key, value in {**crack, **_fluid(said)}.items())
     return f"Assumed, since no note of the lab says it: {taken}." if taken else ""

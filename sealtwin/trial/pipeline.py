@@ -110,11 +110,12 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
 def check_run(job: Job) -> tuple[str, ...]:
     """Make all checks that a run of a trial makes before its first frame; return what its readings may not have meant.
 
-    The trial is digitised where it is not. Raises InputError as the run would.
+    The trial is digitised where it is not; its level counts where it is simulated. Raises InputError as the run would.
     """
     digitise_stage.bring_up_to_date(job)
     require_solid(job)
-    readings = validate_stage.readings_of(job)
+    simulated = record_files.read_profile(job.path) if "simulate" in job.folder.finished() else None
+    readings = validate_stage.readings_of(job, simulated)
     simulate_stage.check(job)
     return () if readings is None else readings.doubts
 

@@ -53,8 +53,8 @@ def write_robot_files(
     if outline.path_source == "automatic" and not allow_automatic:
         raise InputError(
             f"{folder.path}: the crack was found automatically and is not confirmed, which a robot file requires. Look "
-            "at overlay.png and either give the crack's ends in the trial file (ends_px) and digitise again, or give "
-            "--allow-automatic."
+            "at overlay.png and either give the crack's ends or its number in the trial file (ends_px, crack) and "
+            "digitise again, or give --allow-automatic."
         )
     cell = read_cell(cell_file)
     pump = pump_of(cell, cell_file.parent)

@@ -11,7 +11,7 @@ from digitise.trajectory import plan_trajectory
 from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile, Run
-from simulate import injection
+from simulate import injection, setup_checks
 from simulate import run as run_module
 from simulate.fluid import viscosity
 from simulate.profile import measure_profile, volume_ratio
@@ -221,7 +221,7 @@ def test_settings_that_cannot_go_together_are_refused_with_the_physics(solver, n
 
 
 @pytest.mark.parametrize(
-    ("share", "says"), [(0.2, r"Take 0\.767; \"auto\""), (0.02, r"like \"auto\", .* shorter piece")]
+    ("share", "says"), [(0.2, r"Take 0\.767; \"auto\""), (0.02, r'like "auto", .* shorter piece.*path_only = true')]
 )
 def test_a_radius_is_proposed_only_where_its_distance_grid_fits(monkeypatch, share, says):
     """In a long, thin crack "auto" was once the remedy, and the next refusal."""
@@ -231,6 +231,16 @@ def test_a_radius_is_proposed_only_where_its_distance_grid_fits(monkeypatch, sha
     monkeypatch.setattr(signed_distance, "BLOCKS_AT_MOST", share * blocks)
     with pytest.raises(InputError, match=says):
         check_fit(outline, solid, LIKE_THE_PAPER, Solver(radius_mm=0.9), Nozzle())
+
+
+def test_a_crack_too_thin_for_any_radius_is_told_what_does(monkeypatch):
+    """A larger radius was once the advice for "auto", and for the larger one that it does not fit."""
+    solid, outline = slot()
+    solid = replace(solid, figures=replace(solid.figures, sealant_mm3=2000.0))
+    for most, says in ((800, "No radius does: at most 0.775"), (2_000, "Take 0.767")):
+        monkeypatch.setattr(setup_checks, "PARTICLES_AT_MOST", most)
+        with pytest.raises(InputError, match=f"needs more particles.*{says}"):
+            check_fit(outline, solid, LIKE_THE_PAPER, Solver(radius_mm="auto"), Nozzle())
 
 
 @pytest.mark.parametrize(

@@ -46,7 +46,8 @@ def read_readings(
     reading, and a station without any is left out. Where the depth of the crack is given, a station outside the crack
     and a level that no filling of it can have are faults, too; the length may still be unknown. A reading that can be,
     and yet may not be what was meant, is a doubt of the profile unless ``settings.as_written`` answers it; ``filling``
-    is what more is known to judge it by.
+    is what more is known to judge it by. Where the sheet counts s from the crack's second end, s is turned once the
+    length is given.
 
     Raises:
         SheetFaults: The sheet has faults; the error lists each with its place, value and remedy.
@@ -58,6 +59,8 @@ def read_readings(
     crack = None if depth_mm is None else CrackLimits(length_mm, depth_mm)
     table = TableReader(grid, header, settings, crack, faults)
     cells = table.read()
+    if length_mm is not None and settings.columns is not None and settings.columns.s_from == "second":
+        cells = cells.from_other_end(length_mm)
     s_mm, levels_mm = cells.s_mm, cells.levels_mm
     if len(s_mm) < 2 and not faults.kept:
         found = f"{counted(len(s_mm), 'station')} with a reading; a level along the crack needs two or more."
@@ -128,7 +131,12 @@ class CrackLimits:
             extent = f"0 to {self.length_mm:.1f} mm along its centreline"
         if not -SLACK_MM <= s_mm <= furthest_mm:
             found = f"{s_mm:.12g} mm is outside the crack, {extent}."
-            faults.add(place, found, "Check the unit, and from which end s is counted.", written)
+            faults.add(
+                place,
+                found,
+                "Check the unit, from which end s is counted, and that the whole crack was traced.",
+                written,
+            )
 
     def check_level(self, place: Place, written: str, level_mm: float, faults: FaultList) -> None:
         """Add a fault for a level, counted upward from the sample's surface, that no sealant can have."""

@@ -46,6 +46,11 @@ class ReadCells:
         """Median reading of each station, (n,); NaN where all are left out."""
         return row_medians(self.readings_mm)
 
+    def from_other_end(self, length_mm: float) -> "ReadCells":
+        """Return the readings of a crack of that length with s counted from its other end."""
+        turned = {name: getattr(self, name)[::-1] for name in ("readings_mm", "levels_mm", "rows", "digits_mm")}
+        return replace(self, s_mm=length_mm - self.s_mm[::-1], **turned)
+
     def without(self, left_out: NDArray[np.bool_]) -> "ReadCells":
         """Return the readings with those that are doubtful already missing."""
         return replace(

@@ -123,14 +123,14 @@ def columns_named(names: Mapping[int, str], reference: str) -> list[int]:
 
     Return none where a letter is also the name of another column: which is meant would be a guess.
     """
-    span = LETTERS.fullmatch(reference)
-    lettered = list(range(column_of(span[1]), column_of(span[2] or span[1]) + 1)) if span else []
-    # Letters are capitals: "a" is a name, and "A" a letter unless a column has it for a name.
-    same = str.strip if lettered else plain_name
+    # "Ort" is a name.
+    span = LETTERS.fullmatch(reference.upper() if reference.islower() else reference)
+    columns = range(column_of(span[1]), column_of(span[2] or span[1]) + 1) if span else range(0)
+    lettered = [column for column in columns if column < MOST_COLUMNS]
+    # A capital is a letter rather than a name in small ones.
+    same = str.strip if lettered and reference.isupper() else plain_name
     found = [column for column, name in names.items() if same(name) == same(reference)]
-    if lettered and found and found != lettered:
-        return []
-    return found or lettered
+    return [] if found and found != lettered and names.keys() & set(lettered) else found or lettered
 
 
 def blocks(rows: Sequence[SheetRow]) -> Iterator[range]:

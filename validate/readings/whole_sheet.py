@@ -31,7 +31,7 @@ ASK: dict[Kind, str] = {
     "sign": "Correct the header: level counts upward from the face, depth downward",
     "unit": "Correct the unit in the header",
     "datum": "Measure from the face, or declare [readings] datum and datum_level_mm",
-    "direction": "Count s from the crack's first end, at which the overlay has s = 0",
+    "direction": 'Say from which end s counts: [readings.columns] s_from = "second", or in pairing.csv',
 }
 TURNED: tuple[tuple[Kind, float, str], ...] = (
     ("sign", -1.0, "with the other sign"),

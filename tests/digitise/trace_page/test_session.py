@@ -168,7 +168,7 @@ def test_where_several_may_be_the_crack_all_are_offered_and_a_number_takes_one(t
         clicked = _asked(session, Hints(ends_px=((x, y), (right, below))), revision=2.0 * number + 1)
         assert list(by_number) == ["scale", "cracks", "path", "walls"]
         assert clicked["path"]["points_px"] == by_number["path"]["points_px"]
-        assert (by_number["path"]["source"], clicked["path"]["source"]) == ("automatic", "ends")
+        assert (by_number["path"]["source"], clicked["path"]["source"]) == ("choice", "ends")
         assert len(crack["outline_px"]) > 10
 
 

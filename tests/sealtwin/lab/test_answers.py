@@ -56,6 +56,34 @@ def test_columns_are_asked_and_answered_by_letters_and_remembered(small, tmp_pat
     assert hashes_of(small) == before
 
 
+def test_answers_may_be_in_small_letters(small, tmp_path):
+    lab = tmp_path / "lab"
+    (small / "P01.csv").write_text(UNKNOWN.replace("Stelle;a;b", "Stelle;eins;zwei"))
+    ingest(small, lab, QUIET)
+    pairing = _answered(
+        lab, "P01.csv", s="a", levels="b c", unit="MM", sign="Down", range="a1:c9", as_written="b2, Sign"
+    )
+    assert _fates(ingest(small, lab, QUIET, pairing=pairing))["P01"] == "new"
+    assert _levels_mm(lab, "P01") == pytest.approx([-1.55, -1.45, -1.65])
+    trial = load_trial(lab / "P01" / "trial.toml")
+    assert trial.readings is not None
+    assert trial.readings.as_written == ("B2", "sign")
+    assert trial.readings.columns is not None
+    assert trial.readings.columns.range == "A1:C9"
+
+
+def test_a_small_letter_that_is_another_columns_name_is_not_guessed(small, tmp_path):
+    lab = tmp_path / "lab"
+    (small / "P01.csv").write_text(UNKNOWN)
+    ingest(small, lab, QUIET)
+    _answered(lab, "P01.csv", s="A", levels="b", unit="mm", sign="down")
+    assert _fates(ingest(small, lab, QUIET))["P01"] == "failed"
+    assert "'b' is no column, or both a letter and another's name" in _question(lab, "P01.csv")
+    _answered(lab, "P01.csv", s="Stelle", levels="b:b")
+    assert _fates(ingest(small, lab, QUIET))["P01"] == "new"
+    assert _levels_mm(lab, "P01") == [-1.5, -1.4, -1.6]
+
+
 def test_lab_toml_says_it_for_all_sheets_and_for_single_ones(small, tmp_path):
     (small / "P01.csv").write_text(UNKNOWN)
     (small / "P02_Messung.csv").write_text(UNKNOWN.replace("Stelle", "Ort").replace("a;b", "oben;x"))

@@ -126,13 +126,19 @@ def test_all_are_those_that_the_cell_has_tables_for(run, cell):
     assert "no [gcode] table, which format gcode needs" in _refusal(run, "--cell", cell, "--format", "gcode")
 
 
-def _found_automatically(run: Path) -> None:
+def _found_by(run: Path, source: str) -> None:
     outline = files.read_json(run / "outline.json")
-    files.write_json(run / "outline.json", {**outline, "path_source": "automatic"})
+    files.write_json(run / "outline.json", {**outline, "path_source": source})
+
+
+def test_the_number_of_a_crack_is_the_decision(run, cell):
+    _found_by(run, "choice")
+    assert _sealtwin("robot", run, "--cell", cell, "--format", "csv").exit_code == 0
+    assert files.read_json(run / "robot" / "robot.json")["confirmed"] is True
 
 
 def test_no_robot_is_sent_along_a_path_that_nobody_has_confirmed(run, cell):
-    _found_automatically(run)
+    _found_by(run, "automatic")
     assert "found automatically" in _refusal(run, "--cell", cell, "--format", "all")
     assert not (run / "robot").exists()
     assert _sealtwin("robot", run, "--cell", cell, "--allow-automatic").exit_code == 0

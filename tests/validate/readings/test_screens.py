@@ -178,7 +178,15 @@ def test_the_direction_of_s_is_questioned_by_the_simulated_level(written):
     mirrored = np.column_stack([80 - TABLE[:, 0], TABLE[:, 1:]])
     simulated = Profile(TABLE[:, 0], TABLE[:, 1] + 1.0)
     assert doubts(written(mirrored), filling=paper_filling())[0] == []
-    assert doubts(written(mirrored), filling=paper_filling(simulated=simulated))[0] == ["direction"]
+    filling = paper_filling(simulated=simulated)
+    assert doubts(written(mirrored), filling=filling)[0] == ["direction"]
+    said = Declared.model_validate({"columns": {"s_from": "second"}})
+    turned = read_readings(written(mirrored), said, filling.outline.length_mm, 16.0, filling)
+    assert turned.doubts == ()
+    as_meant = read_readings(written(TABLE), Declared(), filling.outline.length_mm, 16.0, filling)
+    assert turned.s_mm == pytest.approx(as_meant.s_mm, abs=filling.outline.length_mm - 80 + 1e-9)
+    assert turned.level_mm == pytest.approx(as_meant.level_mm)
+    assert turned.repeats_mm == pytest.approx(as_meant.repeats_mm)
 
 
 def test_struck_and_hidden_cells_are_named(tmp_path):

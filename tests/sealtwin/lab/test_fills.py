@@ -1,0 +1,134 @@
+"""A liquid weighed into a crack, on a lab's own sheet beside photo and readings: found, asked about, used, reported."""
+
+import csv
+import json
+from pathlib import PurePath
+
+import numpy as np
+import openpyxl
+import pytest
+
+from sealtwin.core.errors import InputError
+from sealtwin.lab.fill_sheet import read_fill
+from sealtwin.lab.found_files import read_names
+from sealtwin.lab.free_text import kind_of_text
+from sealtwin.lab.ingest import ingest
+from sealtwin.trial.trial_file import load_trial
+from tests.labs import QUIET, sealtwin
+
+MASS_G, LEVEL_MM = (0.02, 0.06, 0.1, 0.15), (-6.0, -4.0, -2.0, 0.0)
+GERMAN = "Auslitern P01;\nMasse [g];Pegel unter Kante [cm]\n0,02;0,6\n0,06;0,4\n0,1;0,2\n0,15;0\n"
+
+
+def _read(tmp_path, text, **answers):
+    (tmp_path / "fill.csv").write_text(text)
+    table, said = read_fill(tmp_path / "fill.csv", answers)
+    assert said.startswith(f"{tmp_path / 'fill.csv'}: a fill of {len(table['mass_g'])} steps")
+    return table["mass_g"], table["level_mm"]
+
+
+@pytest.mark.parametrize(
+    ("text", "answers"),
+    [
+        ("mass_g,level_mm\n0.02,-6\n0.06,-4\n0.1,-2\n0.15,0\n", {}),
+        (GERMAN.replace("unter Kante ", "").replace(";0,", ";-0,"), {}),
+        (GERMAN, {"sign": "down"}),
+        ("Peso (kg)\tProfundidad (mm)\n0.00002\t6\n0.00006\t4\n0.0001\t2\n0.00015\t0\n", {}),
+        ("Zeit;Waage;Tiefe\nhh:mm;g;mm\n10:01;0,02;6\n10:03;0,06;4\n;;\n10:05;0,1;2\n10:09;0,15;0\n", {"unit": "mm"}),
+        (
+            "a;b;c\n1;0,02;6\n2;0,06;4\n3;0,1;2\n4;0,15;0\n",
+            {"mass": "b g", "levels": "c", "unit": "mm", "sign": "Down"},
+        ),
+    ],
+)
+def test_fills_are_read_as_labs_write_them(tmp_path, text, answers):
+    masses_g, levels_mm = _read(tmp_path, text, **answers)
+    assert masses_g == pytest.approx(MASS_G)
+    assert levels_mm == pytest.approx(LEVEL_MM)
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("Masse;Pegel [mm]\n1;-5\n2;0\n", "'Masse': no unit.*mass = "),
+        ("Masse [g];Pegel\n1;-5\n2;0\n", "'Pegel': no unit.*unit"),
+        ("Masse [g];Ablesung [mm]\n1;-5\n2;0\n", "sign, up or down"),
+        ("Masse [g];Pegel [mm];Tiefe [mm]\n1;-5;5\n2;0;0\n", "2 columns of levels.*B 'Pegel.*C 'Tiefe"),
+        ("Masse [g];Pegel [mm]\n1;-5\n2;x\n", "line 3, column Pegel.*'x' is no number"),
+        ("Masse [g];Pegel [mm]\n1;-5\n1;0\n", "1 after 1"),
+        ("Masse [g];Pegel [mm]\n1;5\n2;6\n", "levels below the face are negative"),
+        ("s_mm;level_mm\n1;5\n2;6\n", "no column of masses"),
+    ],
+)
+def test_what_a_fill_leaves_open_is_asked(tmp_path, text, found):
+    with pytest.raises(InputError, match=rf"fill\.csv.*{found}"):
+        _read(tmp_path, text)
+
+
+@pytest.mark.parametrize(
+    ("text", "kind"),
+    [
+        (GERMAN, "fill"),
+        ("Schritt Masse [g];Ablesung\n1;2\n2;3\n", "fill"),
+        ("s [mm];Tiefe [mm];Masse [g]\n1;2;3\n2;3;4\n", "readings"),
+        ("Stelle;Tiefe [mm];Masse [g]\n1;2;3\n2;3;4\n", "readings"),
+        ("Tiefe;16 mm\nMasse;12 g\n", "note"),
+    ],
+)
+def test_a_fill_is_known_by_its_columns(tmp_path, text, kind):
+    (tmp_path / "a.csv").write_text(text)
+    assert kind_of_text(tmp_path / "a.csv") == kind
+
+
+def _poured(small, *head):
+    """Write a workbook of what the crack of P01, 12 mm by 2 by 8 mm with upright walls, holds."""
+    book = openpyxl.Workbook()
+    for row in (head, *((round(12 * 2 * 8 * (1 + z / 8) * 0.998e-3, 3), -z) for z in np.linspace(-6.0, 0.0, 5))):
+        book.worksheets[0].append(row)
+    book.save(small / "P01 Wasser.xlsx")
+    note = (small / "lab.toml").read_text().replace('tilt = "vertical"', "wall_angle_deg = 5.0")
+    (small / "lab.toml").write_text(note + "[crack.fill]\nmass_sd_g = 0.02\n[uncertainty]\nwidth_mm = 0.1\n")
+
+
+def test_a_fill_beside_the_readings_is_copied_used_and_reported(small, tmp_path):
+    _poured(small, "Masse [g]", "Tiefe [mm]")
+    named = read_names([PurePath("P01 Wasser.xlsx")], "x")[PurePath("P01 Wasser.xlsx")]
+    assert (named.sample, named.role) == ("P01", "fill")
+    lab = tmp_path / "lab"
+    held = sealtwin("ingest", small, "--out", lab, "--quiet")
+    rows = list(csv.DictReader((lab / "pairing.csv").read_text(encoding="utf-8").splitlines()))
+    (row,) = (row for row in rows if row["role"] == "fill")
+    assert (row["file"], row["sample"]) == ("P01 Wasser.xlsx", "P01")
+    assert "crack.tilt is not said, and the steps of a fill need it" in held.stdout
+    row["settings"] = 'crack.tilt = "funnel"'
+    with (lab / "pairing.csv").open("w", encoding="utf-8", newline="") as pairing:
+        writer = csv.DictWriter(pairing, list(rows[0]))
+        writer.writeheader()
+        writer.writerows(rows)
+    told = sealtwin("ingest", small, "--out", lab, "--quiet").stdout
+    assert "P01 Wasser.xlsx: a fill of 5 steps, up to" in told
+    trial = load_trial(lab / "P01" / "trial.toml")
+    assert trial.crack is not None
+    assert trial.crack.fill is not None
+    assert trial.crack.fill.level_mm == (-6.0, -4.5, -3.0, -1.5, 0.0)
+    assert trial.crack.fill.mass_sd_g == 0.02
+    assert trial.note is None or "wall_angle_deg" not in trial.note
+    assert (lab / "P01" / "inputs" / "fill.xlsx").read_bytes() == (small / "P01 Wasser.xlsx").read_bytes()
+    weighed = json.loads((lab / "P01" / "run" / "solid.json").read_text())["weighed"]
+    assert weighed["wall_angle_deg"] < 3.0, "the walls of what was poured are upright"
+    other = load_trial(lab / "P02" / "trial.toml")
+    assert other.crack is not None
+    assert (other.crack.fill, other.crack.wall_angle_deg) == (None, 5.0), "the folder's words hold for the others"
+
+
+def test_a_fill_in_doubt_is_asked_beside_its_file(small, tmp_path):
+    _poured(small, "Masse", "Tiefe [mm]")
+    lab = tmp_path / "lab"
+    ingest(small, lab, QUIET)
+    rows = csv.DictReader((lab / "pairing.csv").read_text(encoding="utf-8").splitlines())
+    question = next(row["question"] for row in rows if row["role"] == "fill")
+    assert "P01 Wasser.xlsx, sheet 'Sheet', row 1: 'Masse': no unit." in question
+    with (small / "P01.toml").open("a") as note:
+        note.write('[crack.fill]\nfile = "other.csv"\n')
+    (outcome, _) = ingest(small, lab, QUIET).outcomes
+    assert any("P01.toml: crack.fill = 'other.csv', but P01 Wasser.xlsx is of this" in one for one in outcome.faults)
