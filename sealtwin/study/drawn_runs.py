@@ -16,7 +16,7 @@ from validate.uncertainty.inputs import RUNS, InputDraws, drawn_inputs
 
 PART = 50  # Runs in a part
 COARSER = 2
-"""Of the fast model's steps of time one for so many: what that does to the level drops out of a difference."""
+"""Number of the fast model's steps of time that one step stands for: what that does to a level, a difference has not."""
 PLACES = 121  # Twice the cells of the fast model and one: nothing finer is in its level
 
 

@@ -41,9 +41,9 @@ class Inputs:
     model: Differences
     effects: tuple[Effect, ...]
     curved_mm: tuple[Floats, ...] = ()
-    """What adds to each effect for an input larger and for one smaller by its uncertainty; empty by particles."""
+    """Change that adds to each effect for an input larger and for one smaller alike; empty by particles."""
     together_mm: Floats = field(default_factory=lambda: np.zeros((1, 1)))
-    """Draws of what inputs make together beyond the sum of each alone, (draws, k)."""
+    """Draws of the change by all inputs beyond the sum of each alone, (draws, k)."""
 
     def at(self, known_mm: Floats, s_mm: Floats) -> "Inputs":
         """Return the effects at ``s_mm``, where they are at ``known_mm``."""
