@@ -16,7 +16,7 @@ from validate.uncertainty.inputs import RUNS, InputDraws, drawn_inputs
 
 PART = 50  # Runs in a part
 COARSER = 2
-"""Number of the fast model's steps of time that one step stands for: what that does to a level, a difference has not."""
+"""Steps of time of the fast model in one step here: what longer ones do to a level, they do to both of a difference."""
 PLACES = 121  # Twice the cells of the fast model and one: nothing finer is in its level
 
 
@@ -76,8 +76,8 @@ def draw(base: Base, folder: Path, jobs: int, progress: Progress, runs: int = RU
         files.write_json(path, levels_mm)
         progress.advance(len(parts) - len(waiting) + done, f"{PART} runs of the fast model each")
     levels_mm = np.vstack([files.read_json(path) for path in parts])
-    # A nanometre, as in a profile's file.
-    return InputDraws(s_mm, inputs, np.round(levels_mm - level_of(base, {}, s_mm), 6), unfit)
+    # To a tenth of a micrometre: a file of a thousand levels.
+    return InputDraws(s_mm, inputs, np.round(levels_mm - level_of(base, {}, s_mm), 4), unfit)
 
 
 def levels_of(base: Base, moves: Sequence[dict[str, float]], s_mm: Floats) -> Floats | str:

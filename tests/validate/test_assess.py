@@ -79,7 +79,7 @@ def test_every_number_can_be_traced_to_named_errors(evidence):
         "particle size",
         "scatter of single runs",
         "volume gained or lost by the numerics",
-        "volume given",
+        "volume given, by particles",
     ]
     own = [part["mean_level_mm"] for part in parts.values() if part["kind"] == "readings"]
     # A pass has a longer tail than a normal distribution, so that the squares add up to 10 %.

@@ -317,7 +317,7 @@ def _inputs(found: ErrorUncertainty) -> Rows:
         share = f"{percent(one.share)} of the variance of u_input"
         rows.append((f"{name}, by {one.standard:g} {unit}", f"{does}; {share}, {MODELS[one.model]}"))
     if found.input_draws is not None:
-        rows.append(("what inputs make together alone", f"{percent(found.input_draws.together)} of that variance"))
+        rows.append(("what none of them makes alone", f"{percent(found.input_draws.together)} of that variance"))
     if found.inputs and found.effect_scatter_mm is not None:
         rows.append(("the same by the scatter of single runs", f"{found.effect_scatter_mm:.2f} mm at a place"))
     return rows

@@ -119,6 +119,7 @@ def test_a_run_of_the_trials_own_size_and_seed_is_its_own_run(run_folder):
 def test_the_runs_of_a_size_scatter_by_their_seeds(varied):
     kept = _spread(varied)
     assert kept is not None
+    assert kept.sizes is not None
     assert [size.levels_mm.shape[0] for size in kept.sizes] == [3, 3, 3]
     for size in kept.sizes:
         assert size.levels_mm.std(axis=0, ddof=1).min() > 0

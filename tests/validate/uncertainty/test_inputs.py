@@ -43,7 +43,7 @@ def test_a_parabola_is_an_inputs_own_and_a_product_is_of_both_together():
     names = [one.name for one in curved.inputs.errors()]
     assert names[-1] == "inputs together, by the fast model"
     # All parts together have the spread of the runs.
-    sums_mm = sum(one.draws_mm for one in curved.inputs.errors())
+    sums_mm = np.sum([one.draws_mm for one in curved.inputs.errors()], axis=0)
     assert np.std(sums_mm[:, 0]) == pytest.approx(np.std(curved.moved_mm[:, 0]), rel=0.03)
 
 
