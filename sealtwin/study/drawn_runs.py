@@ -76,7 +76,7 @@ def draw(base: Base, folder: Path, jobs: int, progress: Progress, runs: int = RU
         files.write_json(path, levels_mm)
         progress.advance(len(parts) - len(waiting) + done, f"{PART} runs of the fast model each")
     levels_mm = np.vstack([files.read_json(path) for path in parts])
-    # To a tenth of a micrometre: a file of a thousand levels.
+    # Tenths of a micrometre keep the file small.
     return InputDraws(s_mm, inputs, np.round(levels_mm - level_of(base, {}, s_mm), 4), unfit)
 
 
