@@ -149,7 +149,7 @@ def readings_table(readings: Profile, comparison: Comparison, sheet: ReadingsShe
 INPUTS: dict[str, tuple[str, str]] = LABELS["inputs"]
 """Words and unit of each input by its name in the table [uncertainty]."""
 Rows = list[tuple[str, str]]
-JUDGED = "JUDGED_SENTENCE"
+JUDGED = "Where particles moved the same inputs, u_input by both agreed within a factor of 1.25 (decision 0140)."
 
 
 def uncertainty_sentences(found: ErrorUncertainty) -> list[str]:
