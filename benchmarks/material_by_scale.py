@@ -34,6 +34,7 @@ from sealtwin.material.by_spread import (
     Heap,
     estimate,
 )
+from simulate.slump import SlumpCurve
 from simulate.spread_law import Cone, spread_radius_mm
 from tests.spreads import BOARD, FACE_MM, Blob
 
@@ -83,37 +84,42 @@ def spreads(count: int, seed: int) -> Iterator[Case]:
     with tempfile.TemporaryDirectory() as folder:
         for number in range(count):
             stress_pa = LEAST_PA * (MOST_PA / LEAST_PA) ** ((number + random.uniform()) / count)
-            sizes = np.array([MINI_CONE.bottom_mm, MINI_CONE.top_mm, MINI_CONE.height_mm])
-            volume = Cone(*(sizes + random.normal(0, CONE_ERROR_MM, 3)).tolist()).volume_mm3
-            density = DENSITY_KG_M3 * (1 + random.normal(0, DENSITY_ERROR))
-            edge = max(0.0, random.normal(EDGE_N_M, EDGE_ERROR_N_M))
-            radius = radius_at_rest_mm(stress_pa, volume, density)
-            for _ in range(20):
-                held_pa = stress_pa + edge * (1e-3 * radius) ** 2 / (1e-9 * volume)
-                radius = radius_at_rest_mm(held_pa, volume, density)
-            mm_per_px = random.uniform(0.22, 0.4)
-            blob = Blob(
-                # The rim that a camera sees is not where paste ends.
-                radius + random.normal(0, 0.4 * mm_per_px),
-                middle_mm=(75 + random.uniform(-4, 4), 75 + random.uniform(-4, 4)),
-                unround=tuple(random.normal(0, 0.01, 3).tolist()),
-                turn=random.uniform(0, 6.28),
-                dark=bool(number % 3),
-                mm_per_px=mm_per_px,
-                tilt_deg=random.uniform(0, 7),
-                lens_k1=random.uniform(-0.05, 0.02),
-                gradient=random.uniform(-0.4, 0.4),
-                noise=random.uniform(0.002, 0.03),
-                seed=number,
-            )
-            photo = blob.write(Path(folder, "spread.png"))
-            seen = PhotoInput(file=photo, data="synthetic", markers=BOARD, face_mm=FACE_MM)
-            known_of: dict[str, float] = {"density_kg_m3": DENSITY_KG_M3}
-            if number % 2:
-                known_of["mass_g"] = 1e-6 * volume * density + random.normal(0, MASS_ERROR_G)
-            heap = Heap.model_validate({**known_of, "cone_mm": tuple(sizes.tolist())})
-            found = estimate(heap, measure_spread(seen, Path(folder)), curve=known)
-            yield Case(stress_pa, found.value, *found.interval)
+            yield spread_of(stress_pa, number, random, known, Path(folder))
+
+
+def spread_of(stress_pa: float, number: int, random: np.random.Generator, known: SlumpCurve, folder: Path) -> Case:
+    """Emulate the photographed spread of a paste, and its yield stress as the command finds it."""
+    sizes = np.array([MINI_CONE.bottom_mm, MINI_CONE.top_mm, MINI_CONE.height_mm])
+    volume = Cone(*(sizes + random.normal(0, CONE_ERROR_MM, 3)).tolist()).volume_mm3
+    density = DENSITY_KG_M3 * (1 + random.normal(0, DENSITY_ERROR))
+    edge = max(0.0, random.normal(EDGE_N_M, EDGE_ERROR_N_M))
+    radius = radius_at_rest_mm(stress_pa, volume, density)
+    for _ in range(20):
+        held_pa = stress_pa + edge * (1e-3 * radius) ** 2 / (1e-9 * volume)
+        radius = radius_at_rest_mm(held_pa, volume, density)
+    mm_per_px = random.uniform(0.22, 0.4)
+    blob = Blob(
+        # The rim that a camera sees is not where paste ends.
+        radius + random.normal(0, 0.4 * mm_per_px),
+        middle_mm=(75 + random.uniform(-4, 4), 75 + random.uniform(-4, 4)),
+        unround=tuple(random.normal(0, 0.01, 3).tolist()),
+        turn=random.uniform(0, 6.28),
+        dark=bool(number % 3),
+        mm_per_px=mm_per_px,
+        tilt_deg=random.uniform(0, 7),
+        lens_k1=random.uniform(-0.05, 0.02),
+        gradient=random.uniform(-0.4, 0.4),
+        noise=random.uniform(0.002, 0.03),
+        seed=number,
+    )
+    photo = blob.write(folder / "spread.png")
+    seen = PhotoInput(file=photo, data="synthetic", markers=BOARD, face_mm=FACE_MM)
+    known_of: dict[str, float] = {"density_kg_m3": DENSITY_KG_M3}
+    if number % 2:
+        known_of["mass_g"] = 1e-6 * volume * density + random.normal(0, MASS_ERROR_G)
+    heap = Heap.model_validate({**known_of, "cone_mm": tuple(sizes.tolist())})
+    found = estimate(heap, measure_spread(seen, folder), curve=known)
+    return Case(stress_pa, found.value, *found.interval)
 
 
 def pumps(seed: int) -> Iterator[Case]:

@@ -78,7 +78,7 @@ def emulate(seed: int, poured: Literal["steps", "brim"]) -> Emulated:
     real, depth_mm = widened(outline, float(rng.normal(0, WIDTH_SD_MM))), float(rng.uniform(8, 30))
     steepest_deg = np.degrees(np.arctan(MOST_CLOSED * real.mean_width_mm / depth_mm / 2))
     truth = CrackShape(depth_mm=depth_mm, tilt=tilt, wall_angle_deg=float(rng.uniform(0.3, 1) * min(8, steepest_deg)))
-    fill, volume_mm3 = _poured(rng, real, truth, poured)
+    fill, volume_mm3 = poured_into(rng, real, truth, poured)
     gauged = CrackShape(depth_mm=depth_mm + float(rng.normal(0, DEPTH_SD_MM)), tilt=tilt)
     began = time.process_time()
     _, _, weighed = weigh(outline, gauged, fill, WIDTH_SD_MM, DEPTH_SD_MM)
@@ -95,7 +95,7 @@ def _stated(weighed: WeighedCavity) -> tuple[Floats, Floats]:
     return np.array(found), np.array([*(NORMAL_95 * sd), (high_mm3 - low_mm3) / 2e3])
 
 
-def _poured(
+def poured_into(
     rng: np.random.Generator, outline: Outline, shape: CrackShape, poured: Literal["steps", "brim"]
 ) -> tuple[WeighedFill, float]:
     """Return a fill as a lab would weigh it, and the volume of the cavity."""

@@ -1,6 +1,7 @@
 """Settings of the digitise stage: the tables [photo], [crack], [mesh] and [path] of a trial file."""
 
 from itertools import pairwise
+from math import hypot
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
@@ -288,6 +289,28 @@ class MeshInput(Settings):
     """Height of the dams, as in [crack], wherever the crack leaves the block."""
 
 
+class Dispensed(Settings):
+    """The table [path.weighed]: the sealant that left the cartridge, by its weight before and after."""
+
+    mass_g: float = Field(gt=0, le=1e4)
+    """Mass before less mass after."""
+    mass_sd_g: float = Field(gt=0, le=100)
+    """Standard uncertainty of that difference: 1.4 times that of one weighing."""
+    density_kg_m3: float = Field(ge=500, le=5000)
+    """Density of the sealant, as of a cup of known volume that was weighed empty and full."""
+    density_sd_kg_m3: float = Field(gt=0, le=500)
+    """Standard uncertainty of the density."""
+
+    @property
+    def volume_ml(self) -> float:
+        return 1e3 * self.mass_g / self.density_kg_m3
+
+    @property
+    def volume_sd_ml(self) -> float:
+        """Standard uncertainty of the volume, by those of mass and density."""
+        return self.volume_ml * hypot(self.mass_sd_g / self.mass_g, self.density_sd_kg_m3 / self.density_kg_m3)
+
+
 class NozzlePath(Settings):
     """Path of the nozzle and its flow."""
 
@@ -295,6 +318,8 @@ class NozzlePath(Settings):
     """Volume of sealant along the crack, or "cavity" for the share ``fill`` of the cavity."""
     fill: float = Field(default=1.0, gt=0.01, le=3)
     """Share of the cavity's volume to dispense, with volume_ml = "cavity" only; 1 fills the crack up to its face."""
+    weighed: Dispensed | None = None
+    """The sealant by weight, in place of volume_ml and of its uncertainty."""
     flow: Literal["constant", "cross_section"] = "constant"
     """Flow along the path: constant, or in proportion to the cavity's cross-section."""
     reverse: bool = False
@@ -327,6 +352,12 @@ class NozzlePath(Settings):
 
     @model_validator(mode="after")
     def _possible_volume(self) -> Self:
+        if self.weighed is not None:
+            volume_ml = self.weighed.volume_ml
+            if "volume_ml" in self.model_fields_set and self.volume_ml != volume_ml:
+                raise ValueError(f"volume_ml beside weighed, which makes it {volume_ml:.4g}: leave it out")
+            # The settings are frozen for all others.
+            object.__setattr__(self, "volume_ml", volume_ml)
         if self.volume_ml == "cavity":
             return self
         if not SMALLEST_VOLUME_ML <= self.volume_ml <= LARGEST_VOLUME_ML:

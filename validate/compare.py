@@ -8,7 +8,6 @@ import numpy as np
 from sealtwin.core.comparison import (
     Comparison,
     ErrorUncertainty,
-    InputEffect,
     LevelMetrics,
     ReadingsScatter,
     Role,
@@ -30,13 +29,12 @@ from validate.metrics.curve_distances import (
 from validate.metrics.verdict import basis_of, judged
 from validate.metrics.volumes import balance_profile, fill_volumes, gained_level_mm, mass_balance, mouth_widths_mm
 from validate.report_input import Evidence
-from validate.settings import OF_THE_READINGS, Gate, Readings, Uncertainty
+from validate.settings import NO_INPUTS, Gate, Readings, Uncertainty
 from validate.uncertainty import validation
-from validate.uncertainty.budget import Budget, Component, Curve, Kind, draws_for, normals
+from validate.uncertainty.budget import Budget, Curve, Kind
 from validate.uncertainty.numerics import numerical_errors, size_series
 from validate.uncertainty.reading_errors import budget_of
-from validate.uncertainty.validation import COVERAGE, Effect, Spread
-from validate.units import LABELS
+from validate.uncertainty.validation import COVERAGE, Spread
 
 AREAS_AGREE = 1e-9  # Largest relative difference, by rounding, of the two computations of one area
 
@@ -189,24 +187,13 @@ def error_uncertainty(
     readings = budget_of(measured, settings, declared, mouth_widths_mm(measured.s_mm, outline, solid))
     error = level_difference(simulated, measured)
     curve = Curve.of(error.x, error.value, measured.s_mm)
-    effects: list[Effect] = []
-    numerics, budget = None, readings
+    numerics, budget, inputs, together = None, readings, (), 0.0
     if spread is not None:
-        effects = [replace(one, level_mm=np.interp(error.x, spread.s_mm, one.level_mm)) for one in spread.effects]
         numerics = _numerics(spread, measured, error.x)
-        budget = readings.joined(
-            *numerical_errors(spread.at(measured.s_mm), volume_level_mm),
-            *(_input_component(one, error.x, measured.s_mm) for one in effects),
-        )
-    inputs = [
-        InputEffect(
-            name=one.name,
-            standard=one.standard,
-            mean_level_mm=PiecewiseLinear(error.x, one.level_mm).mean(),
-            largest_mm=float(np.abs(one.level_mm).max()),
-        )
-        for one in effects
-    ]
+        sizes = spread.at(measured.s_mm)
+        computed = numerical_errors(sizes, volume_level_mm) if sizes is not None else []
+        budget = readings.joined(*computed, *spread.inputs_at(measured.s_mm).errors())
+        inputs, together = spread.inputs_at(error.x).reported(error.x)
 
     def standard_mm(*kinds: Kind) -> float:
         return budget.of(*kinds).mean_mm(curve.weights()) / COVERAGE
@@ -221,8 +208,9 @@ def error_uncertainty(
         inputs_waiting=bool(declared.moved.keys() - {one.name for one in inputs}),
         volume_level_mm=volume_level_mm,
     )
+    calibrated, screening = settings.role == "calibrated-on", spread is not None and spread.sizes is None
     stations, summary = _station_errors(simulated, measured, budget, error.x), budget.summary(curve)
-    undeclared = (name for name, value in declared if value is None and name not in OF_THE_READINGS)
+    undeclared = (name for name, value in declared if value is None and name not in NO_INPUTS)
     return ErrorUncertainty(
         mean_error_interval_mm=readings.mean_error_interval(curve),
         bias_interval_mm=(bias_mm - half_mm, bias_mm + half_mm),
@@ -234,12 +222,13 @@ def error_uncertainty(
         mean_level=overall,
         stations=stations,
         sentences=(
-            *validation.level_sentences(overall, stations, calibrated=settings.role == "calibrated-on"),
+            *validation.level_sentences(overall, stations, calibrated=calibrated, screening=screening),
             *((validation.missing_sentence(summary.missing),) if summary.missing else ()),
         ),
         alignment=alignment(simulated, measured),
         numerics=numerics,
-        inputs=tuple(inputs),
+        inputs=inputs,
+        input_draws=None if spread is None or spread.draws is None else spread.draws.recorded(together),
         inputs_left_out=tuple(sorted(undeclared)),
         effect_scatter_mm=None if spread is None else spread.effect_scatter_mm,
         design_radius_mm=None if spread is None else spread.design_radius_mm,
@@ -264,21 +253,19 @@ def _station_errors(simulated: Profile, measured: Profile, budget: Budget, x: Fl
     )
 
 
-def _input_component(effect: Effect, x: Floats, s_mm: Floats) -> Component:
-    draws_mm = np.interp(s_mm, x, effect.level_mm) * normals(effect.name, 1, draws_for(len(s_mm)))
-    name = LABELS["inputs"][effect.name][0]
-    return Component(name, "declared", draws_mm, shared=True, kind="inputs", setting=f"uncertainty.{effect.name}")
-
-
-def _numerics(spread: Spread, measured: Profile, x: Floats) -> SizeStudy:
-    """Mean level and mean error over the covered stretch at each particle size."""
-    means_mm = [[PiecewiseLinear(x, level_mm).mean() for level_mm in runs] for runs in spread.at(x).runs]
+def _numerics(spread: Spread, measured: Profile, x: Floats) -> SizeStudy | None:
+    """Mean level and mean error over the covered stretch at each particle size; None where none was run."""
+    replicates = spread.at(x)
+    if spread.sizes is None or replicates is None:
+        return None
+    radii_mm = replicates.radii_mm
+    means_mm = [[PiecewiseLinear(x, level_mm).mean() for level_mm in runs] for runs in replicates.runs]
     errors_mm = [
         [level_difference(Profile(spread.s_mm, level_mm), measured).mean_error for level_mm in size.levels_mm]
         for size in spread.sizes
     ]
     return SizeStudy(
-        radii_mm=spread.radii_mm,
-        mean_level_mm=size_series(means_mm, spread.radii_mm),
-        mean_error_mm=size_series(errors_mm, spread.radii_mm),
+        radii_mm=tuple(radii_mm),
+        mean_level_mm=size_series(means_mm, radii_mm),
+        mean_error_mm=size_series(errors_mm, radii_mm),
     )

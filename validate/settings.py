@@ -187,8 +187,11 @@ class Gate(Settings):
 PASS_MM = 0.2
 """Standard deviation of a pass that is allowed for where none is declared: three passes leave two degrees of freedom
 and cannot tell it from none."""
-OF_THE_READINGS = ("station_mm", "station_each_mm", "common_mm", "pass_mm", "repeatability_mm")
+NO_INPUTS = ("differences", "station_mm", "station_each_mm", "common_mm", "pass_mm", "repeatability_mm")
+"""Settings of [uncertainty] that are about the readings, or about how inputs are moved."""
 Standard = Annotated[float, Field(gt=0, le=1000)]
+Differences = Literal["particles", "slot"]
+"""Model that moved inputs are computed with."""
 
 
 class Uncertainty(Settings):
@@ -197,6 +200,11 @@ class Uncertainty(Settings):
     All are optional and none has a default: one that is not declared is not included, as the report states.
     """
 
+    differences: Differences | None = None
+    """Model of the runs with moved inputs. particles: each input up and down by a design, with the coarser particles.
+    slot: the fast model, 1,000 runs with all inputs drawn together; the level stays the particles'. Left out, slot
+    where the trial is within the fast model's domain, else particles; a report names it beside each input.
+    """
     speed_mm_s: Standard | None = None
     """Uncertainty of the nozzle's speed. The volume stays the same, and the flow changes with the speed."""
     volume_ml: Standard | None = None
@@ -228,7 +236,7 @@ class Uncertainty(Settings):
     @property
     def moved(self) -> dict[str, float]:
         """Declared inputs, by name, whose effect is found by extra runs."""
-        return {name: value for name, value in self if value is not None and name not in OF_THE_READINGS}
+        return {name: value for name, value in self if value is not None and name not in NO_INPUTS}
 
     def with_sample(self, width_mm: float | None, weighed: WeighedCavity | None) -> Self:
         """Return them with what the sample itself says of its walls.

@@ -33,6 +33,7 @@ def millimetres(value: float | None, decimals: int = 2, unknown: str = NOT_RECOR
 LABELS = tomllib.loads(resources("validate").joinpath("labels.toml").read_text(encoding="utf-8"))
 """Words for names in the code: units, inputs, and the numbers that a run records about itself."""
 UNITS: dict[str, str] = LABELS["units"]
+MODELS: dict[str, str] = LABELS["models"]
 
 
 def counted(number: int, thing: str) -> str:

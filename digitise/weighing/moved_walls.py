@@ -16,10 +16,15 @@ def widened(outline: Outline, by_mm: float) -> Outline:
     """Widen a crack by ``by_mm`` on average, every width in proportion: tips and open ends stay where they are."""
     if not by_mm:
         return outline
+    apart = walls_apart(outline, by_mm)
+    ring_mm = np.vstack([apart.right_wall_mm, apart.left_wall_mm[::-1]])
+    return replace(apart, outline_mm=without_repeats(uncrossed(ring_mm), SAME_POINT_MM))
+
+
+def walls_apart(outline: Outline, by_mm: float) -> Outline:
+    """Widen the widths alone: the ring around the crack, which takes longer, stays that of before."""
     apart = (outline.left_wall_mm - outline.right_wall_mm) * by_mm / outline.mean_width_mm / 2
-    left_mm, right_mm = outline.left_wall_mm + apart, outline.right_wall_mm - apart
-    ring_mm = without_repeats(uncrossed(np.vstack([right_mm, left_mm[::-1]])), SAME_POINT_MM)
-    return replace(outline, left_wall_mm=left_mm, right_wall_mm=right_mm, outline_mm=ring_mm)
+    return replace(outline, left_wall_mm=outline.left_wall_mm + apart, right_wall_mm=outline.right_wall_mm - apart)
 
 
 DepthSetting = float | tuple[tuple[float, float], ...]

@@ -213,6 +213,8 @@ def swept_lines(swept: dict[str, Any]) -> list[str]:
         lines.append(f"Computed by {swept['computed_by']}{left}.")
     elif swept["states"]["waiting"]:
         lines.append("No process computes it now; the same command computes what is left.")
+    if swept["screening"]:
+        lines.append(swept["screening"])
     if best is not None:
         lines.append(
             f"Nearest to the readings: run {best['number']} ({_said(best['settings'])}), "

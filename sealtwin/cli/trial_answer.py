@@ -146,18 +146,20 @@ def _cavity(result: dict[str, Any]) -> str:
 
 def _extra_runs(result: dict[str, Any]) -> list[str]:
     """Return what the extra runs of --uncertainty found; nothing if there were none."""
-    if (sizes := result["particle_sizes"]) is None:
-        return []
-    errors = ", ".join(f"{error_mm:.2f}" for error_mm in sizes["mean_error_mm"])
-    radii = ", ".join(f"{radius_mm:.3g}" for radius_mm in sizes["radii_mm"])
-    band_mm, runs = sizes["band_95_mm"], ", ".join(map(str, sizes["runs"]))
-    known = f"± {band_mm:.2f} mm (95 %)" if min(sizes["runs"]) > 1 else "one run each is no uncertainty"
-    lines = [f"Particle size: mean error {errors} mm at radii of {radii} mm, by {runs} runs: {known}."]
+    lines = []
+    if (sizes := result["particle_sizes"]) is not None:
+        errors = ", ".join(f"{error_mm:.2f}" for error_mm in sizes["mean_error_mm"])
+        radii = ", ".join(f"{radius_mm:.3g}" for radius_mm in sizes["radii_mm"])
+        band_mm, runs = sizes["band_95_mm"], ", ".join(map(str, sizes["runs"]))
+        known = f"± {band_mm:.2f} mm (95 %)" if min(sizes["runs"]) > 1 else "one run each is no uncertainty"
+        lines.append(f"Particle size: mean error {errors} mm at radii of {radii} mm, by {runs} runs: {known}.")
     if result["inputs_mm"]:
+        from validate.units import MODELS
         from validate.wording.comparison import INPUTS
 
         effects = ", ".join(f"{INPUTS[name][0]} {effect:+.2f} mm" for name, effect in result["inputs_mm"].items())
-        lines.append(f"Inputs, each a standard uncertainty up, and what they do to the mean level: {effects}.")
+        how = MODELS[result["inputs_model"]]
+        lines.append(f"Inputs, each a standard uncertainty up, and what they do to the mean level {how}: {effects}.")
     return lines
 
 

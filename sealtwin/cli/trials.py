@@ -168,8 +168,8 @@ def validate(
         flag(
             "--uncertainty",
             "First run the fluid three times with finer, its own and coarser particles, and with the inputs of the "
-            "trial's table uncertainty moved by what it declares; once, into RUN/uncertainty. Takes 10 to 15 times the "
-            "computing time of RUN, on all cores.",
+            "trial's table uncertainty moved by what it declares, by the model that its differences names; once, into "
+            "RUN/uncertainty. Takes 10 to 15 times the computing time of RUN, on all cores.",
         ),
     ] = False,
     device: Device = "auto",

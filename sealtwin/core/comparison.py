@@ -311,6 +311,20 @@ class InputEffect(JsonRecord):
     """Change of the mean level."""
     largest_mm: float
     """Largest change of the level anywhere, as an absolute value."""
+    share: float
+    """Share of the mean level's variance by all inputs that this one makes alone: its first-order index."""
+    model: str
+    """Model that moved the input: particles, or slot for the fast model."""
+
+
+class InputDrawsRecord(JsonRecord):
+    """Runs of the fast model with all inputs drawn together."""
+
+    runs: int
+    together: float
+    """Share of the mean level's variance by these inputs that none makes alone."""
+    unfit: tuple[str, ...]
+    """Reasons why the case is outside the fast model's domain."""
 
 
 class ErrorUncertainty(JsonRecord):
@@ -332,6 +346,8 @@ class ErrorUncertainty(JsonRecord):
     numerics: SizeStudy | None
     """None where no other particle sizes were run."""
     inputs: tuple[InputEffect, ...]
+    input_draws: InputDrawsRecord | None
+    """None where particles moved the inputs, or none was moved."""
     inputs_left_out: tuple[str, ...]
     """Names of the inputs without a declared uncertainty."""
     effect_scatter_mm: float | None

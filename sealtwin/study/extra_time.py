@@ -2,27 +2,32 @@
 
 from dataclasses import replace
 
-from sealtwin.core import record_files
 from sealtwin.core.cluster import cores
+from sealtwin.study.drawn_runs import model_of
 from sealtwin.study.estimate import estimate, in_words, size_of
 from sealtwin.study.extra_runs import RATIO, REPLICATES
+from sealtwin.study.moved_inputs import Base
 from sealtwin.study.study_folder import StudyRun
 from sealtwin.trial.job import Job
+from validate.uncertainty.inputs import RUNS
 from validate.uncertainty.validation import two_level_design
+
+DRAWN_S = 0.12  # A run of the fast model with moved inputs, on a core of the machine that the README names
 
 
 def time_of_extra_runs(job: Job) -> str:
     """Return the time in words: that of the trial's own run, by how much more the model takes for the others."""
-    trial, run = job.trial, record_files.read_simulation(job.path)
+    base = Base.of(job)
+    trial, run, trajectory, outline = base.trial, base.run, base.bench.trajectory, base.bench.outline
+    drawn = bool(base.inputs) and model_of(base) == "slot"
+    drawn_s = RUNS * DRAWN_S / cores() if drawn else 0.0
     if run.bed is not None:
-        return ""
-    trajectory, outline = record_files.read_trajectory(job.path), record_files.read_outline(job.path)
-    weighed = record_files.read_solid(job.path).figures.weighed
-    inputs = trial.uncertainty.with_sample(outline.width_doubt_mm, weighed).moved
+        return in_words(drawn_s) if drawn else ""
+    designed = len(two_level_design(len(base.inputs))) if base.inputs and not drawn else 0
     numbers = {
         run.radius_mm / RATIO: REPLICATES,
         run.radius_mm: REPLICATES,
-        run.radius_mm * RATIO: REPLICATES + (len(two_level_design(len(inputs))) if inputs else 0),
+        run.radius_mm * RATIO: REPLICATES + designed,
     }
     waiting = StudyRun(number=1, key="", settings={}, trial={}, sample="", kin="", work_s=0.0)
     runs, sizes = list[StudyRun](), []
@@ -34,4 +39,4 @@ def time_of_extra_runs(job: Job) -> str:
     wall_s = job.folder.manifest["stages"]["simulate"]["wall_time_s"]
     runs[REPLICATES] = replace(runs[REPLICATES], state="done", wall_s=wall_s)
     jobs = cores() if run.device.startswith("CPU") else 1
-    return in_words(estimate(runs, sizes[0], jobs, 1, keep_runs=False).time_s)
+    return in_words(drawn_s + estimate(runs, sizes[0], jobs, 1, keep_runs=False).time_s)

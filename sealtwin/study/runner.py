@@ -113,9 +113,10 @@ def compute(
 
 def seal_in_worker(bench: bytes, trials: Sequence[Trial], device: str, keep_runs: bool) -> list[Sealing | Failure]:
     """Call ``seal`` with a pickled ``Bench``, of which a process keeps the last with the walls that it made."""
-    from simulate.device import start_warp
+    if trials[0].solver.model != "slot":
+        from simulate.device import start_warp
 
-    start_warp()
+        start_warp()
     return seal(_unpickled(bench), trials, device=device, keep_runs=keep_runs)
 
 
@@ -216,6 +217,8 @@ def _seal(bench: Bench, trials: Sequence[Trial], device: str, keep_runs: bool) -
     """Compute one launch. Raises InputError from one of the runs, and NumericalError if all diverge."""
     from simulate.run import follow
 
+    if trials[0].solver.model == "slot":
+        return [_fill_fast(bench, trial) for trial in trials]
     began = time.monotonic()
     injection = ready(bench, trials, device)
     # No frame is written. Replayed on a CPU they take two thirds of the time, with the same bits, if freezing keeps few
@@ -238,6 +241,27 @@ def _seal(bench: Bench, trials: Sequence[Trial], device: str, keep_runs: bool) -
     return judged
 
 
+def _fill_fast(bench: Bench, trial: Trial) -> Sealing | Failure:
+    """Compute a run of the fast model, which has no particles to keep."""
+    from simulate.slot.run import pour
+
+    began = time.monotonic()
+    assert trial.fluid is not None, "a study without one is refused"
+    try:
+        sample = bench.solid, bench.outline, bench.trajectory
+        run, profile = pour(*sample, trial.fluid, trial.solver, trial.nozzle, seed=trial.seed, slope=trial.sample)
+    except SealtwinError as fault:
+        return _failure(fault, time.monotonic() - began)
+    assert run.bed is not None, "the fast model has one"
+    figures: dict[str, Any] = {
+        "volume_ratio": run.health.volume_ratio,
+        "unfit": list(run.bed.unfit),
+        "health": run.health.recorded(),
+        **_compared(bench, trial, profile),
+    }
+    return Sealing(profile, figures, time.monotonic() - began, None)
+
+
 def _measure(bench: Bench, trial: Trial, run: Run | NumericalError) -> tuple[Profile, dict[str, Any], Run]:
     from simulate.profile import measure_profile, volume_ratio
 
@@ -255,15 +279,21 @@ def _measure(bench: Bench, trial: Trial, run: Run | NumericalError) -> tuple[Pro
         "spilled_particles": run.spilled_particles,
         "volume_ratio": volume_ratio(run, bench.solid),
         "health": run.health.recorded(),
+        **_compared(bench, trial, profile),
     }
-    if trial.readings is not None and bench.readings is not None:
-        from validate.compare import compare
-
-        held, sample = trial.readings, (bench.outline, bench.solid)
-        comparison = compare(profile, bench.readings, *sample, role=held.role, photo_data=trial.shown_by.data)
-        names = ("mean_error_mm", "worst_error_mm", "worst_at_mm", "flat_level_error_mm")
-        figures |= {name: getattr(comparison.metrics, name) for name in names}
     return profile, figures, run
+
+
+def _compared(bench: Bench, trial: Trial, profile: Profile) -> dict[str, float]:
+    """Return the figures of a run against the readings; none without them."""
+    if trial.readings is None or bench.readings is None:
+        return {}
+    from validate.compare import compare
+
+    held, sample = trial.readings, (bench.outline, bench.solid)
+    comparison = compare(profile, bench.readings, *sample, role=held.role, photo_data=trial.shown_by.data)
+    names = ("mean_error_mm", "worst_error_mm", "worst_at_mm", "flat_level_error_mm")
+    return {name: getattr(comparison.metrics, name) for name in names}
 
 
 def _failure(fault: Exception, wall_s: float) -> Failure:

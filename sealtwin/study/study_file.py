@@ -20,6 +20,7 @@ IN_PLACE_OF = {
     "fluid.U": (("fluid.viscosity_pa_s",), _SHEARED, _CURVES),
     "fluid.viscosity_pa_s": (("fluid.U", "fluid.D_cm"), _SHEARED, _CURVES),
     "fluid.consistency_pa_s_n": (("fluid.U", "fluid.D_cm"), ("fluid.viscosity_pa_s",), _CURVES),
+    "path.volume_ml": (("path.weighed",),),
     "fluid.curve": (("fluid.U", "fluid.D_cm"), *((f"fluid.{name}",) for name in REPLACED_BY_CURVE)),
 }
 """Settings that exclude each other: a study over one removes from the trial each group whose first setting is there."""

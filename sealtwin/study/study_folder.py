@@ -47,6 +47,11 @@ class StudyRun:
     """
 
     @property
+    def fast(self) -> bool:
+        """True for a run of the fast model."""
+        return self.trial["solver"].get("model") == "slot"
+
+    @property
     def checked_trial(self) -> Trial:
         return Trial.model_validate_json(json.dumps(self.trial))
 

@@ -18,6 +18,7 @@ from sealtwin.core.run_folder import holding
 from sealtwin.core.vtk_files import read_frame, write_frame
 from sealtwin.study.runner import INPUTS, read_bench, ready
 from sealtwin.study.study_folder import Plan, StudyRun, is_intact, profile_path, read_plan, run_path
+from sealtwin.study.sweep import screening
 from sealtwin.trial.job import check_sheet, shown
 from sealtwin.trial.simulate_stage import HEALTH, read_health
 from sealtwin.trial.trial_file import Trial
@@ -95,7 +96,8 @@ def map_study(
     chart = chart_of(folder, kept, plan, caliper, data)
     fills: list[Fill] = []
     if device is not None:
-        chosen = chosen_few(chart)
+        # The fast model has no particles to draw.
+        chosen = [held for held in chosen_few(chart) if not done[held.number].fast]
         with holding(folder), progress:
             watched = watch_runs(folder, [done[held.number] for held in chosen], device, progress)
         for letter, held, seen in zip(ascii_lowercase, chosen, watched, strict=False):
@@ -200,6 +202,7 @@ def chart_of(
         scatter_mm=scatter_mm,
         as_near=as_near,
         replicates=replicates,
+        screening=screening(done),
     )
 
 
@@ -279,6 +282,7 @@ def _content(chart: Chart, target: Path, written: Sequence[str]) -> dict[str, An
         "beats_flat_level": chart.best.mean_error_mm < chart.best.flat_level_error_mm,
         "scatter_of_runs_mm": round(chart.scatter_mm, 4),
         "scatter_of_replicates_mm": chart.replicates and round(chart.replicates.scatter_mm, 4),
+        "screening": chart.screening,
         "excluded": [vars(each) for each in chart.excluded],
         "runs": rows,
         "files": [CONTENT, *written],

@@ -83,6 +83,9 @@ def sweep(file: Path, out: Path | None, options: SweepOptions, progress: Progres
         raise InputError(f"{base}: no [fluid] table; give U and D_cm, or viscosity_pa_s, there or in the study.")
     planned = [replace(run, trial=run.trial.loaded(base.parent)) for run in planned]
     require_sample(planned[0].trial, base.parent)
+    fast = sum(run.trial.solver.model == "slot" for run in planned)
+    if fast and options.keep_runs:
+        raise InputError(f"--keep-runs: {_of_fast(fast, len(planned))}, which has no particles to keep. Leave it out.")
     shard, shards = options.shard
     if shards > len(planned):
         raise InputError(f"--shard {shard}/{shards}: the study has {len(planned)} runs, so at most as many shards.")
@@ -97,7 +100,8 @@ def sweep(file: Path, out: Path | None, options: SweepOptions, progress: Progres
         runs, largest = _runs(planned, samples, folder, options.device)
         runs = study_folder.resume(folder, replace(plan, runs=runs), retry=options.retry, keep_runs=options.keep_runs)
         expected = estimate(runs, largest, options.jobs, options.batch, keep_runs=options.keep_runs)
-        progress.note(f"{study.name}: {len(runs)} runs of {largest.particles:,} particles at most. {expected.sentence}")
+        size = f"{largest.particles:,} particles at most" if largest.particles else "the fast model, for screening"
+        progress.note(f"{study.name}: {len(runs)} runs of {size}. {expected.sentence}")
         require_disk(expected, shutil.disk_usage(folder).free, shown(folder))
         if options.scheduler is None:
             require_memory(expected, free_bytes(options.device), options.device, options.batch)
@@ -171,7 +175,8 @@ def _runs(
         # Of the fluid's numbers only its age at freezing counts for the size.
         alike = kin, fluid.freeze_after_s
         try:
-            check_fit(bench.outline, bench.solid, fluid, trial.solver, trial.nozzle, trial.sample)
+            if trial.solver.model != "slot":
+                check_fit(bench.outline, bench.solid, fluid, trial.solver, trial.nozzle, trial.sample)
             if alike not in sizes:
                 sizes[alike] = size_of(trial, bench.trajectory, bench.outline.mean_width_mm)
         except InputError as fault:
@@ -205,6 +210,7 @@ def report(folder: Path, plan: study_folder.Plan, holder: str | None = None, *, 
         "left_s": _left_s(plan) if holder else None,
         "best": _best(runs),
         "not_ranked": _not_ranked(runs),
+        "screening": screening(runs),
         "exit_code": BUG if any(run.trace for run in failed) else SOME_FAILED if failed else 0,
         "runs": rows,
     }
@@ -259,11 +265,25 @@ def _not_ranked(runs: Sequence[study_folder.StudyRun]) -> list[dict[str, Any]]:
     return [{"number": number, "volume_ratio": round(ratio, 4)} for number, ratio in ratios if not kept_volume(ratio)]
 
 
+def screening(runs: Sequence[study_folder.StudyRun]) -> str:
+    """Return the sentence on the runs of the fast model; empty where there are none."""
+    if not (fast := [run for run in runs if run.fast]):
+        return ""
+    unfit = sum(bool((run.figures or {}).get("unfit")) for run in fast)
+    return f"{_of_fast(len(fast), len(runs))}, for screening: no level rests on it alone. It is unfit for {unfit}."
+
+
+def _of_fast(fast: int, runs: int) -> str:
+    return f"{fast} of {runs} runs are the fast model's"
+
+
 def _row(run: study_folder.StudyRun) -> dict[str, Any]:
     figures = run.figures or {}
     return {
         "number": run.number,
         **run.settings,
+        "model": "slot" if run.fast else "particles",
+        "unfit": " ".join(figures.get("unfit", ())) or None,
         "state": run.state,
         **{name: figures.get(name) for name in FIGURES},
         "wall_s": None if run.wall_s is None else round(run.wall_s, 2),

@@ -98,6 +98,8 @@ def stage_settings(trial: Trial, stage: StageName) -> dict[str, Any]:
         settings["known"] = {name: getattr(trial.uncertainty, name) for name in ("width_mm", "depth_mm")}
     if stage == "validate":
         settings["sample"] = trial.shown_by.data
+        if trial.path.weighed is not None:
+            settings["weighed"] = trial.path.weighed.model_dump(mode="json")
     for table in ("photo", "mesh"):
         if (values := settings.get(table)) is not None:
             # Files count by their hashes, not by their names.

@@ -222,6 +222,8 @@ def _compared(comparison: dict[str, Any]) -> dict[str, Any]:
         },
         "particle_sizes": None if numerics is None else _sizes(numerics["radii_mm"], numerics["mean_error_mm"]),
         "inputs_mm": {one["name"]: round(one["mean_level_mm"], 4) for one in found["inputs"]},
+        # An earlier version knew particles alone.
+        "inputs_model": found["inputs"][0].get("model", "particles") if found["inputs"] else None,
         "findings": comparison["findings"],
     }  # fmt: skip
 

@@ -11,6 +11,7 @@ from pydantic import Field, model_validator
 
 from digitise.settings import CrackShape, MeshInput, NozzlePath, PhotoInput
 from sealtwin.core.errors import InputError
+from sealtwin.core.records import Outline, Solid
 from sealtwin.core.settings import Settings, checked, dotted_names, read_settings
 from simulate.material_file import Material
 from simulate.settings import Fluid, Nozzle, SampleSlope, Solver
@@ -85,6 +86,8 @@ class Trial(Settings):
             raise ValueError("[gate] without [readings]: there is nothing to compare with")
         if self.crack is not None and self.crack.fill is not None and self.uncertainty.wall_angle_deg is not None:
             raise ValueError("uncertainty.wall_angle_deg beside crack.fill, which gives it: leave it out")
+        if self.path.weighed is not None and self.uncertainty.volume_ml is not None:
+            raise ValueError("uncertainty.volume_ml beside path.weighed, which gives it: leave it out")
         fitted = () if self.readings is None or self.readings.fitted is None else self.readings.fitted
         if unknown := [name for name in fitted if name not in SETTINGS]:
             raise ValueError(f"readings.fitted: {'; '.join(map(no_such_setting, unknown))}")
@@ -107,6 +110,12 @@ class Trial(Settings):
             if isinstance(measured := fluid.material, Material):
                 uncertainty = uncertainty.with_paste(measured.yield_stress_error_pa, measured.viscosity_error_percent)
         return self.model_copy(update={"crack": crack, "fluid": fluid, "uncertainty": uncertainty})
+
+    def known_inputs(self, outline: Outline, solid: Solid) -> Uncertainty:
+        """Return the declared uncertainties with those that photo, fill and scale give of width, walls and volume."""
+        known = self.uncertainty.with_sample(outline.width_doubt_mm, solid.figures.weighed)
+        weighed = self.path.weighed
+        return known if weighed is None else known.model_copy(update={"volume_ml": weighed.volume_sd_ml})
 
     @property
     def folder_name(self) -> str:

@@ -22,6 +22,7 @@ NOT_RECORDED = "not recorded"
 REPORT_FORM = 4  # Version of comparison.json and report.json: those of another one are made again
 UNCERTAINTY, SPREAD = "uncertainty", "uncertainty.json"
 """Name in the manifest of the extra runs of 'sealtwin validate RUN --uncertainty', and their file."""
+OF_EXTRA_RUNS = ("uncertainty", "weighed")  # What of the stage's own settings they depend on
 RECORD = "record.json"  # File beside a trial that was ingested from a lab's folder
 ORIGIN = Path("inputs", "origin.json")
 """File in a run folder, the part of that record about the sheet, without the lab's path and its other notes."""
@@ -89,8 +90,7 @@ def bring_up_to_date(job: Job) -> bool:
         frames=tuple(read_frame(job.path / name) for name in snapshots_of(job)),
     )
     if trial.readings is not None and readings is not None:
-        declared = trial.uncertainty.with_sample(outline.width_doubt_mm, solid.figures.weighed)
-        comparison = assess(evidence, trial.readings, declared, spread, trial.gate)
+        comparison = assess(evidence, trial.readings, trial.known_inputs(outline, solid), spread, trial.gate)
         evidence = replace(evidence, comparison=comparison)
     for warning in run_warnings(run, ratio):
         job.progress.note(f"note: {warning}")
@@ -107,8 +107,9 @@ def bring_up_to_date(job: Job) -> bool:
 
 
 def varied_settings(trial: Trial) -> dict[str, Any]:
-    declared = trial.uncertainty.model_dump(mode="json", exclude_none=True)
-    return {**stage_settings(trial, "simulate"), "uncertainty": declared}
+    """Return the settings that the extra runs depend on."""
+    compared = stage_settings(trial, "validate")
+    return {**stage_settings(trial, "simulate"), **{name: compared[name] for name in OF_EXTRA_RUNS if name in compared}}
 
 
 def read_spread(job: Job) -> "Spread | None":

@@ -79,7 +79,7 @@ def test_every_number_can_be_traced_to_named_errors(evidence):
         "particle size",
         "scatter of single runs",
         "volume gained or lost by the numerics",
-        "volume given",
+        "volume given, by particles",
     ]
     own = [part["mean_level_mm"] for part in parts.values() if part["kind"] == "readings"]
     # A pass has a longer tail than a normal distribution, so that the squares add up to 10 %.
@@ -243,6 +243,8 @@ def test_what_the_runs_left_survives_its_file():
     kept = spread(effects=[LIFTED], scatter_mm=0.02)
     again = Spread.of(json.loads(as_json(kept.content())))
     assert again.content()["effect_scatter_mm"] == 0.02
+    assert again.sizes is not None
+    assert kept.sizes is not None
     assert [vars(size)["radius_mm"] for size in again.sizes] == [vars(size)["radius_mm"] for size in kept.sizes]
     assert again.sizes[1].levels_mm.tolist() == kept.sizes[1].levels_mm.tolist()
     assert again.effects[0].level_mm.tolist() == kept.effects[0].level_mm.tolist()

@@ -118,6 +118,10 @@ class ReportedInput(JsonRecord):
     """Change of the mean level."""
     largest_mm: float
     """Largest change of the level anywhere, as an absolute value."""
+    share: float
+    """Share of the mean level's variance by all inputs that this one makes alone: its first-order index."""
+    model: str
+    """Model that moved the input: particles, or slot for the fast model."""
 
 
 class ReportData(JsonRecord):

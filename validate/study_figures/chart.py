@@ -201,6 +201,7 @@ class Chart:
     """Flag of each run that readings and scatter of replicates cannot distinguish from the best one, itself included;
     of that one alone without replicates."""
     replicates: RepeatedPairs | None = None
+    screening: str = ""  # Sentence on the runs of the fast model, if there are any
 
     @property
     def errors_mm(self) -> Floats:

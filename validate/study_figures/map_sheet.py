@@ -60,7 +60,8 @@ def map_sheet(chart: Chart, fills: Sequence[map_figures.Fill]) -> FigureSheet:
 
 
 def _cautions(chart: Chart) -> list[str]:
-    told = [
+    told = [chart.screening] if chart.screening else []
+    told += [
         f"The nearest of {len(chart.runs)} pairs was chosen with these readings: that is a calibration. Its error is a "
         "residual, and predicts nothing until the pair is compared with other readings."
     ]

@@ -9,6 +9,7 @@ from pydantic import TypeAdapter
 
 from sealtwin.core.comparison import BudgetPart, MeanLevelBudget, StationErrors
 from sealtwin.core.records import Floats, Integers, Numbers
+from validate.uncertainty.inputs import Effect, InputDraws, Inputs, along
 from validate.uncertainty.numerics import Replicates
 from validate.units import counted, signed
 
@@ -43,12 +44,17 @@ def mean_level_budget(
     )
 
 
-def level_sentences(mean: MeanLevelBudget, stations: StationErrors, *, calibrated: bool = False) -> tuple[str, str]:
+def level_sentences(
+    mean: MeanLevelBudget, stations: StationErrors, *, calibrated: bool = False, screening: bool = False
+) -> tuple[str, str]:
     """Return the sentences on the mean level and on the stations.
 
     The first is that of ASME V&V 20 where numerics and inputs are known; else it says that there is none. Where the
-    model was ``calibrated`` on the readings, E is not the error of a prediction, which V&V 20 is about.
+    model was ``calibrated`` on the readings, E is not the error of a prediction, which V&V 20 is about; nor is it where
+    a model for ``screening`` made the level.
     """
+    if screening:
+        return "ASME V&V 20: not assessed: the level is the fast model's.", _station_sentence(stations, _known(mean))
     if mean.resolved is None:
         return _not_assessed(mean), _station_sentence(stations, _known(mean))
     half_mm = COVERAGE * mean.validation_mm
@@ -127,15 +133,6 @@ def effects_of(results: Floats, inputs: int) -> tuple[Floats, float | None]:
     return contrasts[1 : inputs + 1], float(np.sqrt(np.mean(spare**2))) if len(spare) else None
 
 
-@dataclass(frozen=True)
-class Effect:
-    """The effect of one input's standard uncertainty on the simulated level."""
-
-    name: str  # Name of the setting in [uncertainty]
-    standard: float  # Declared standard uncertainty, in the unit that the name ends with
-    level_mm: Numbers  # Change of the level for an input larger by that, at the s where levels are compared
-
-
 def _matrix(inputs: int) -> Integers:
     from scipy.linalg import hadamard
 
@@ -155,23 +152,26 @@ class Spread:
     """Levels of all extra runs at ``s_mm``, (k,)."""
 
     s_mm: Numbers
-    sizes: tuple[SizeRuns, SizeRuns, SizeRuns]
-    """Runs with finer particles, with the trial's own, its run first, and with coarser ones."""
-    effects: tuple[Effect, ...]  # Effects of the inputs whose standard uncertainty is declared
+    sizes: tuple[SizeRuns, SizeRuns, SizeRuns] | None
+    """Runs with finer particles, with the trial's own, its run first, and with coarser ones; None of the fast model."""
+    effects: tuple[Effect, ...]  # Effects of the inputs whose standard uncertainty is declared, by particles
     effect_scatter_mm: float | None
     """Standard deviation of an effect by the scatter of single runs; None where it is not known."""
-    design_radius_mm: float | None  # Particle radius in the runs of the effects; None where no input is declared
+    design_radius_mm: float | None  # Particle radius in the runs of the effects; None where there are none
+    draws: InputDraws | None = None  # Runs of the fast model with moved inputs, in place of effects by particles
 
-    @property
-    def radii_mm(self) -> tuple[float, ...]:
-        return tuple(size.radius_mm for size in self.sizes)
+    def at(self, s_mm: Floats) -> Replicates | None:
+        """Return the levels of the runs of each size at other places; None where there are none."""
+        if self.sizes is None:
+            return None
+        levels_mm = [along(s_mm, self.s_mm, size.levels_mm) for size in self.sizes]
+        return Replicates([size.radius_mm for size in self.sizes], levels_mm)
 
-    def at(self, s_mm: Floats) -> Replicates:
-        """Return the levels at other places."""
-        levels_mm = [
-            np.array([np.interp(s_mm, self.s_mm, level_mm) for level_mm in size.levels_mm]) for size in self.sizes
-        ]
-        return Replicates(self.radii_mm, levels_mm)
+    def inputs_at(self, s_mm: Floats) -> Inputs:
+        """Return the effects of the inputs at other places."""
+        if self.draws is not None:
+            return self.draws.inputs.at(self.draws.s_mm, s_mm)
+        return Inputs("particles", self.effects).at(self.s_mm, s_mm)
 
     def content(self) -> dict[str, Any]:
         """Return the content of a JSON file."""
@@ -185,7 +185,9 @@ class Spread:
             sizes = [{"radius_mm": one["radius_mm"], "levels_mm": [one["level_mm"]]} for one in content["sizes"]]
             content = content | {"sizes": sizes}
         spread = TypeAdapter(cls).validate_python(content)
-        levels_mm = [*(size.levels_mm for size in spread.sizes), *(one.level_mm[None] for one in spread.effects)]
+        levels_mm = [*(size.levels_mm for size in spread.sizes or ()), *(one.level_mm[None] for one in spread.effects)]
         if any(each.ndim != 2 or each.shape[1] != len(spread.s_mm) for each in levels_mm):
             raise ValueError("not one level for each s_mm")
+        if (draws := spread.draws) is not None and draws.moved_mm.shape[1:] != draws.s_mm.shape:
+            raise ValueError("not one level of each run with moved inputs for each s_mm")
         return spread

@@ -16,6 +16,7 @@ from validate.report_input import Evidence, ReadingsSheet
 from validate.uncertainty.budget import UNDECLARED_MM
 from validate.units import (
     LABELS,
+    MODELS,
     NOT_COMPUTED,
     NOT_RECORDED,
     PageTable,
@@ -148,6 +149,7 @@ def readings_table(readings: Profile, comparison: Comparison, sheet: ReadingsShe
 INPUTS: dict[str, tuple[str, str]] = LABELS["inputs"]
 """Words and unit of each input by its name in the table [uncertainty]."""
 Rows = list[tuple[str, str]]
+JUDGED = "Where particles moved the same inputs, u_input by both agreed within a factor of 1.25 (decision 0140)."
 
 
 def uncertainty_sentences(found: ErrorUncertainty) -> list[str]:
@@ -168,6 +170,15 @@ def uncertainty_sentences(found: ErrorUncertainty) -> list[str]:
     if found.inputs_left_out:
         names = ", ".join(INPUTS[name][0] for name in found.inputs_left_out)
         sentences.append(f"Not declared in [uncertainty], and not included: {names}.")
+    if (draws := found.input_draws) is not None:
+        sentences.append(
+            f"The fast model moved the inputs: {counted(draws.runs, 'run')} with all of them drawn together, less one "
+            f"with the inputs as they are. The level itself is no part of it. {JUDGED}"
+        )
+        if draws.unfit:
+            sentences.append(
+                f"The trial is OUTSIDE the fast model's domain, so that u_input is an estimate. {' '.join(draws.unfit)}"
+            )
     if found.numerics is not None and found.mean_level.numerics_mm is None:
         sentences.append(
             "Each particle size was run once: how far single runs scatter is not known, and nothing is said of the "
@@ -303,7 +314,10 @@ def _inputs(found: ErrorUncertainty) -> Rows:
     for one in found.inputs:
         name, unit = INPUTS[one.name]
         does = f"mean level {signed(one.mean_level_mm, 3)} mm, at most {one.largest_mm:.2f} mm somewhere"
-        rows.append((f"{name}, by {one.standard:g} {unit}", does))
+        share = f"{percent(one.share)} of the variance of u_input"
+        rows.append((f"{name}, by {one.standard:g} {unit}", f"{does}; {share}, {MODELS[one.model]}"))
+    if found.input_draws is not None:
+        rows.append(("what none of them makes alone", f"{percent(found.input_draws.together)} of that variance"))
     if found.inputs and found.effect_scatter_mm is not None:
         rows.append(("the same by the scatter of single runs", f"{found.effect_scatter_mm:.2f} mm at a place"))
     return rows

@@ -15,7 +15,7 @@ from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import open_folder
 from sealtwin.study import extra_runs, runner
 from sealtwin.study.extra_runs import vary
-from sealtwin.study.runner import Failure, Sealing, read_bench
+from sealtwin.study.runner import Failure, Sealing
 from sealtwin.study.study_folder import read_plan
 from sealtwin.trial.job import resume_job, start_job
 from sealtwin.trial.pipeline import run_stages
@@ -109,9 +109,7 @@ def test_a_run_of_the_trials_own_size_and_seed_is_its_own_run(run_folder):
     """To the last digit in profile.csv, though its viscosity is in Pa s: replicates differ from it in seed alone."""
     with open_folder(run_folder, create=False) as folder:
         job = resume_job(folder, "cpu", Progress())
-        base = extra_runs._Base(
-            job, read_bench(run_folder, None), record_files.read_run(run_folder), record_files.read_profile(run_folder)
-        )
+        base = extra_runs.Base.of(job)
         trial = extra_runs._same_physics(base, base.bench, base.run.radius_mm, {})
     (sealing,) = runner.seal(base.bench, [trial], device="cpu", keep_runs=False)
     assert isinstance(sealing, Sealing)
@@ -121,6 +119,7 @@ def test_a_run_of_the_trials_own_size_and_seed_is_its_own_run(run_folder):
 def test_the_runs_of_a_size_scatter_by_their_seeds(varied):
     kept = _spread(varied)
     assert kept is not None
+    assert kept.sizes is not None
     assert [size.levels_mm.shape[0] for size in kept.sizes] == [3, 3, 3]
     for size in kept.sizes:
         assert size.levels_mm.std(axis=0, ddof=1).min() > 0

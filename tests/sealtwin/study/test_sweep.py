@@ -93,7 +93,7 @@ def test_a_finished_sweep_redoes_nothing_and_tells_the_same(lab, unbroken, tmp_p
     assert any("In no ranking" in line for line in swept_lines(told))
     table = (out / "runs.csv").read_text().splitlines()
     assert len(table) == 5
-    assert table[0].startswith("number,fluid.U,fluid.D_cm,state,mean_error_mm")
+    assert table[0].startswith("number,fluid.U,fluid.D_cm,model,unfit,state,mean_error_mm")
 
 
 def test_what_was_fitted_is_said_and_computes_nothing_again(lab, unbroken, tmp_path):

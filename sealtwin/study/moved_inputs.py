@@ -1,0 +1,143 @@
+"""A trial with its uncertain inputs moved: crack, path and paste as they would be, were they larger or smaller."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from digitise.settings import CrackShape
+from digitise.weighing.moved_walls import moved_depth, shape_by_weight, walls_apart, widened
+from sealtwin.core import record_files
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Outline, Profile, Run, Solid
+from sealtwin.core.settings import checked
+from sealtwin.study.runner import Bench, read_bench
+from sealtwin.study.study_file import with_settings
+from sealtwin.trial.job import Job
+from sealtwin.trial.trial_file import Trial
+
+OF_THE_WALLS = ("width_mm", "wall_angle_deg", "depth_mm")  # Inputs that change the solid
+
+
+@dataclass(frozen=True, eq=False)
+class Base:
+    """The run that extra runs are held against, which can be sent to another process."""
+
+    path: Path  # Run folder
+    trial: Trial
+    bench: Bench
+    run: Run
+    profile: Profile
+
+    @classmethod
+    def of(cls, job: Job) -> "Base":
+        """Read the run of a trial."""
+        records = record_files.read_run(job.path), record_files.read_profile(job.path)
+        return cls(job.path, job.trial, read_bench(job.path, None), *records)
+
+    @property
+    def inputs(self) -> dict[str, float]:
+        """Standard uncertainty of each input that is moved, by name."""
+        return self.trial.known_inputs(self.bench.outline, self.bench.solid).moved
+
+    def changed(self, changes: Mapping[str, Any]) -> Trial:
+        """Return the trial with other settings, by dotted name; None stands for no setting. Raises InputError."""
+        where = Path(f"{self.path / 'trial.toml'}, moved by its [uncertainty]")
+        return checked(Trial, where, with_settings(self.trial.model_dump(mode="json", exclude_none=True), changes))
+
+
+def refuse_immovable(base: Base) -> None:
+    """Raises InputError for an input that the sample's walls do not have."""
+    crack, outline, inputs = base.trial.crack, base.bench.outline, base.inputs
+    walls, width_mm, fault = [name for name in OF_THE_WALLS if name in inputs], inputs.get("width_mm", 0.0), None
+    if walls and crack is None:
+        fault = f"{', '.join(walls)}: the sample is a mesh, whose walls are its own. Leave it out."
+    elif width_mm and outline.branches_kept:
+        fault = "width_mm: side cracks are part of the outline, and only a main crack is widened. Leave it out."
+    elif width_mm > outline.mean_width_mm / 2:
+        fault = f"width_mm = {width_mm:g}: of a crack {outline.mean_width_mm:.2f} mm wide at most half can be in doubt."
+    elif crack is not None and crack.tilt == "vertical" and "wall_angle_deg" in walls:
+        fault = "wall_angle_deg: the walls are vertical. Leave it out, or give crack.tilt a reading that has an angle."
+    if fault is not None:
+        raise InputError(f"{base.path / 'trial.toml'}: [uncertainty] {fault}")
+
+
+def moved_bench(base: Base, steps: Mapping[str, float], *, meshed: bool = True) -> Bench:
+    """Move crack and path of the sample by ``steps``. The path is still planned on the crack as it was traced.
+
+    Without a mesh (``meshed`` false) the solid has moved sections alone, which is all that the fast model takes of it.
+    """
+    from digitise.trajectory import plan_trajectory
+
+    trial, bench = base.trial, base.bench
+    # How far each input is moved; what a weighed fill leaves of width, angle and depth moves together.
+    step = {"width_mm": 0.0, "wall_angle_deg": 0.0, "depth_mm": 0.0, "speed_mm_s": 0.0, "volume_ml": 0.0} | dict(steps)
+    shape, weighed = trial.crack, bench.solid.figures.weighed
+    if weighed is not None and shape is not None:
+        shape = shape_by_weight(shape, weighed)
+        root, own = np.array(weighed.steps), np.array([step[name] for name in OF_THE_WALLS])
+        signs = np.divide(own, root.diagonal(), out=np.zeros(len(own)), where=root.diagonal() > 0)
+        step |= dict(zip(OF_THE_WALLS, (root @ signs).tolist(), strict=True))
+        # A flare or a funnel has no other angle.
+        step["wall_angle_deg"] = max(step["wall_angle_deg"], -weighed.wall_angle_deg)
+    first_mm, last_mm = trial.path.trims_mm
+    start_mm = steps.get("start_mm", 0.0)
+    changes: dict[str, Any] = {
+        "path.speed_mm_s": trial.path.speed_mm_s + step["speed_mm_s"],
+        "path.volume_ml": bench.trajectory.dispensed_mm3 / 1e3 + step["volume_ml"],
+        "path.fill": 1.0,
+        "path.trim_mm": (first_mm + start_mm, last_mm - start_mm),
+    }
+    if shape is not None:
+        angle_deg, by_deg = shape.wall_angle_deg, step["wall_angle_deg"]
+        angles_deg = tuple(one + by_deg for one in angle_deg) if isinstance(angle_deg, tuple) else angle_deg + by_deg
+        other = {"wall_angle_deg": angles_deg, "depth_mm": moved_depth(shape.depth_mm, step["depth_mm"])}
+        changes |= {"crack": shape.model_copy(update=other).model_dump(mode="json", exclude_none=True)}
+    changed = base.changed(changes)
+    cavity_mm3, sections = bench.solid.cavity_volume_mm3, bench.solid.sections
+    trajectory = plan_trajectory(bench.outline, changed.path, cavity_mm3, sections)
+    outline, solid = bench.outline, bench.solid
+    if changed.crack is not None and any(name in steps for name in OF_THE_WALLS):
+        make = _meshed if meshed else _in_sections
+        outline, solid = make(bench, changed.crack, step["width_mm"])
+    return Bench(outline, solid, trajectory, None)
+
+
+def _meshed(bench: Bench, shape: CrackShape, wider_mm: float) -> tuple[Outline, Solid]:
+    from digitise.solid.build_solid import build_solid
+
+    outline = widened(bench.outline, wider_mm)
+    return outline, build_solid(outline, shape)
+
+
+def _in_sections(bench: Bench, shape: CrackShape, wider_mm: float) -> tuple[Outline, Solid]:
+    """Move walls and sections alone: ring and mesh take longer than a run of the fast model."""
+    from digitise.solid.tilt_variants import crack_sections
+
+    outline = walls_apart(bench.outline, wider_mm)
+    moved = {"depth_mm": shape.deepest_mm, "wall_angles_deg": shape.wall_angles_deg}
+    return outline, replace(bench.solid, sections=crack_sections(outline, shape), **moved)
+
+
+def moved_paste(base: Base, steps: Mapping[str, float]) -> dict[str, Any]:
+    """Return the settings, by dotted name, of the moved paste in physical units: U depends on radius and frame."""
+    fluid, health = base.trial.fluid, base.run.health.recorded()
+    assert fluid is not None, "it was run"
+    thicker = 1 + steps.get("viscosity_percent", 0.0) / 100
+    # Its record is of the measured numbers, not of moved ones.
+    changes: dict[str, Any] = {"fluid.material": None}
+    if (curve := fluid.curve) is None:
+        thickness = "fluid.viscosity_pa_s" if fluid.consistency_pa_s_n is None else "fluid.consistency_pa_s_n"
+        changes |= {"fluid.U": None, thickness: health["viscosity_pa_s"] * thicker}
+        if "yield_stress_pa" in steps:
+            changes["fluid.yield_stress_pa"] = fluid.yield_stress_pa + steps["yield_stress_pa"]
+        return changes
+    assert not isinstance(curve, Path), "it was run"
+    columns: dict[str, Any] = dict(curve.columns)
+    columns["viscosity_pa_s"] = [thicker * value for value in curve.viscosity_pa_s]
+    if more_pa := steps.get("yield_stress_pa"):
+        stress_pa = curve.yield_stress_pa or [0.0] * len(curve.viscosity_pa_s)
+        columns["yield_stress_pa"] = [max(0.0, value + more_pa) for value in stress_pa]
+    return changes | {"fluid.curve": columns}

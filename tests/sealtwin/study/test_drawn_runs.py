@@ -1,0 +1,156 @@
+"""Inputs drawn by the fast model: a linear one gives the closed form, a kill loses no part, and the report names it."""
+
+from functools import partial
+from math import hypot
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from sealtwin.core import files
+from sealtwin.core.errors import InputError
+from sealtwin.core.progress import Progress
+from sealtwin.core.run_folder import open_folder
+from sealtwin.study import drawn_runs, extra_runs
+from sealtwin.study.drawn_runs import PART, draw, model_of
+from sealtwin.study.extra_runs import vary
+from sealtwin.study.moved_inputs import Base
+from sealtwin.trial.job import resume_job, start_job
+from sealtwin.trial.pipeline import run_stages
+from sealtwin.trial.trial_file import load_trial
+from sealtwin.trial.validate_stage import SPREAD
+from tests.pages import leave_out_pages
+from tests.studies import TRIAL, tiny_lab
+
+PASTE = 'viscosity_pa_s = 0.05\nyield_stress_pa = 1.0\nfreeze_after_s = "never"'
+FAST = TRIAL.replace("U = 30.0\nD_cm = 0.3\nfreeze_after_s = 0.2", PASTE).replace(
+    "[solver]", '[solver]\nmodel = "slot"'
+)
+DECLARED = "\n[uncertainty]\nvolume_ml = 0.01\ndepth_mm = 0.5\n"
+MM_PER_ML, MM_PER_MM, RUNS = 30.0, 0.3, 4 * PART
+
+
+def run_folder(lab: Path, text: str) -> Path:
+    tiny_lab(lab)
+    (lab / "trial.toml").write_text(text, encoding="utf-8")
+    with open_folder(lab / "run", create=True) as folder:
+        job = start_job(load_trial(lab / "trial.toml"), lab, folder, "cpu", Progress())
+        run_stages(job, ("digitise", "simulate"))
+    return lab / "run"
+
+
+def base_of(path: Path) -> Base:
+    with open_folder(path, create=False) as folder:
+        return Base.of(resume_job(folder, "cpu", Progress()))
+
+
+@pytest.fixture(scope="module")
+def fast(tmp_path_factory) -> Path:
+    return run_folder(tmp_path_factory.mktemp("lab"), FAST + DECLARED)
+
+
+@pytest.fixture
+def linear(monkeypatch):
+    """A level that is linear in the volume given and in the depth, in place of the fast model's."""
+
+    def fill(solid, outline, trajectory, *_, **__):
+        level_mm = MM_PER_ML * trajectory.dispensed_mm3 / 1e3 - MM_PER_MM * solid.sections.depth_mm.mean()
+        return SimpleNamespace(
+            sections=SimpleNamespace(s_mm=np.array([0.0, outline.length_mm])), level_mm=np.full(2, level_mm)
+        )
+
+    monkeypatch.setattr("simulate.slot.fill.fill", fill)
+    monkeypatch.setattr(extra_runs, "cores", lambda: 0)
+    monkeypatch.setattr(extra_runs, "draw", partial(draw, runs=RUNS))
+
+
+def test_of_a_linear_model_u_input_is_the_closed_form(fast, linear, monkeypatch):
+    leave_out_pages(monkeypatch)
+    with open_folder(fast, create=False) as folder:
+        job = resume_job(folder, "cpu", Progress())
+        assert vary(job)
+        assert not vary(job)
+        result = run_stages(job, ("validate",)).result
+    found = files.read_json(fast / "comparison.json")["uncertainty"]
+    volume_mm, depth_mm = MM_PER_ML * 0.01, -MM_PER_MM * 0.5
+    assert [one["mean_level_mm"] for one in found["inputs"]] == pytest.approx([volume_mm, depth_mm], rel=1e-3)
+    assert found["mean_level"]["inputs_mm"] == pytest.approx(0.98 * hypot(volume_mm, depth_mm), rel=0.03)
+    share = volume_mm**2 / (volume_mm**2 + depth_mm**2)
+    assert [one["share"] for one in found["inputs"]] == pytest.approx([share, 1 - share], abs=1e-3)
+    # Named beside each component; of a level by the fast model no sentence of V&V 20.
+    assert {one["model"] for one in found["inputs"]} == {"slot"}
+    inputs = [one["name"] for one in found["budget"]["parts"] if one["kind"] == "inputs"]
+    assert inputs == [
+        "volume given, by the fast model",
+        "the crack's depth, by the fast model",
+        "inputs together, by the fast model",
+    ]
+    assert found["input_draws"]["runs"] == RUNS
+    assert found["mean_level"]["numerics_mm"] is None
+    assert "the level is the fast model's" in found["sentences"][0]
+    assert result["inputs_model"] == "slot"
+    assert not list((fast / "uncertainty").glob("drawn-*")), "its parts are in uncertainty.json"
+    assert len(files.read_json(fast / SPREAD)["draws"]["moved_mm"]) == RUNS
+
+
+def test_a_part_that_was_done_before_a_kill_is_not_done_again(fast, linear, tmp_path, monkeypatch):
+    base, done = base_of(fast), []
+    first = draw(base, tmp_path, 0, Progress(), 2 * PART)
+    (tmp_path / f"{PART:04d}.json").unlink()
+    monkeypatch.setattr(drawn_runs, "level_of", lambda base, steps, s_mm: done.append(steps) or np.ones(len(s_mm)))
+    again = draw(base, tmp_path, 0, Progress(), 2 * PART)
+    assert len(done) == PART + 1, "the part and the inputs as they are"
+    assert again.moved_mm[0] - first.moved_mm[0] == pytest.approx(again.moved_mm[1] - first.moved_mm[1])
+
+
+def test_the_fast_model_itself_is_moved(fast):
+    """More sealant stands higher by its volume over the crack's area, and a deeper crack lowers its whole bed."""
+    base = base_of(fast)
+    outline = base.bench.outline
+    s_mm = np.linspace(0, outline.length_mm, 101)
+    own = drawn_runs.level_of(base, {}, s_mm)
+    assert (drawn_runs.level_of(base, {"volume_ml": 0.01}, s_mm) - own).mean() == pytest.approx(
+        10 / outline.length_mm / outline.mean_width_mm, rel=0.15
+    )
+    assert (drawn_runs.level_of(base, {"depth_mm": 0.5}, s_mm) - own).mean() == pytest.approx(-0.5, abs=0.05)
+    # Without yield stress there is none to draw below 0, and a viscosity is never below 0 either.
+    huge = base.trial.uncertainty.model_copy(update={"yield_stress_pa": 50.0, "viscosity_percent": 80.0})
+    unsure = Base(base.path, base.trial.model_copy(update={"uncertainty": huge}), base.bench, base.run, base.profile)
+    steps = drawn_runs._steps(unsure, {"yield_stress_pa": -3.0, "viscosity_percent": -3.0})
+    assert steps == {"yield_stress_pa": -1.0, "viscosity_percent": pytest.approx(100 * (1.8**-3 - 1))}
+    drawn_runs.level_of(unsure, steps, s_mm)
+
+
+def test_a_draw_that_cannot_be_is_told_with_its_inputs(fast):
+    told = drawn_runs.levels_of(base_of(fast), [{"volume_ml": -1.0}], np.zeros(1))
+    assert isinstance(told, str)
+    assert "volume_ml -1" in told
+    assert "uncertainty.differences" in told
+
+
+@pytest.mark.parametrize(
+    ("own", "declared", "unfit", "model"),
+    [
+        (None, None, (), "slot"),
+        (None, None, ("A mound.",), "particles"),
+        (None, "slot", ("A mound.",), "slot"),
+        (None, "particles", (), "particles"),
+        ("slot", None, ("A mound.",), "slot"),
+    ],
+)
+def test_the_fast_model_is_taken_in_its_domain_or_where_declared(fast, monkeypatch, own, declared, unfit, model):
+    monkeypatch.setattr(drawn_runs, "unfit_for", lambda _: unfit)
+    assert model_of(_with(base_of(fast), own, declared)) == model
+
+
+def test_particles_do_not_move_a_level_of_the_fast_model(fast):
+    with pytest.raises(InputError, match=r"trial.toml: uncertainty.differences.*solver.model"):
+        model_of(_with(base_of(fast), "slot", "particles"))
+
+
+def _with(base: Base, own: str | None, declared: str | None) -> Base:
+    solver = base.trial.solver.model_copy(update={"model": own})
+    known = base.trial.uncertainty.model_copy(update={"differences": declared})
+    trial = base.trial.model_copy(update={"solver": solver, "uncertainty": known})
+    return Base(base.path, trial, base.bench, base.run, base.profile)

@@ -1,0 +1,48 @@
+"""Studies of the fast model: computed without particles, and named in every row, on the sheet and on the map."""
+
+import csv
+
+import pytest
+
+from sealtwin.cli.studies import swept_lines
+from sealtwin.core.errors import InputError
+from sealtwin.core.progress import Progress
+from sealtwin.study.study_folder import read_plan
+from sealtwin.study.study_map import chart_of
+from sealtwin.study.sweep import SweepOptions, sweep
+from tests.studies import tiny_lab
+from validate.study_figures.map_sheet import map_sheet
+
+FAST = """
+[fixed]
+"solver.model" = "slot"
+"fluid.freeze_after_s" = "never"
+
+[grid]
+"fluid.viscosity_pa_s" = [0.05, 0.5]
+"fluid.yield_stress_pa" = [0.5, 40.0]
+"""
+
+
+def test_a_study_of_the_fast_model_is_named_wherever_it_is_shown(tmp_path):
+    study, out = tiny_lab(tmp_path, FAST), tmp_path / "out"
+    swept = sweep(study, out, SweepOptions("cpu", 0), Progress())
+    assert swept["states"] == {"waiting": 0, "done": 4, "failed": 0}
+    with (out / "runs.csv").open(newline="", encoding="utf-8") as table:
+        rows = list(csv.DictReader(table))
+    assert [row["model"] for row in rows] == ["slot"] * 4
+    assert {row["particles"] for row in rows} == {""}
+    # The stiff pastes stack under the nozzle.
+    assert ["slope" in row["unfit"] for row in rows] == [False, True, False, True]
+    assert swept["screening"].startswith("4 of 4 runs are the fast model's, for screening")
+    assert "It is unfit for 2." in swept["screening"]
+    assert swept["screening"] in swept_lines(swept)
+    plan = read_plan(out)
+    chart = chart_of(out, plan.runs, plan)
+    assert map_sheet(chart, []).cautions[0] == swept["screening"]
+
+
+def test_particles_that_are_none_are_not_kept(tmp_path):
+    with pytest.raises(InputError, match="--keep-runs: 4 of 4 runs"):
+        sweep(tiny_lab(tmp_path, FAST), tmp_path / "out", SweepOptions("cpu", 0, keep_runs=True), Progress())
+    assert not (tmp_path / "out").exists()
