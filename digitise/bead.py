@@ -6,17 +6,18 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from digitise.geometry.polyline import signed_area
+from digitise.geometry.polyline import resampled, signed_area
 from digitise.settings import PhotoInput
 from digitise.spread import EDGE_PX, paste_edge
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 
-MIDDLE = 0.25  # Share of the length, in the middle, that tells what the nozzle laid there: ends take no part
+SMOOTH = 5  # Rays over which the outline is averaged: its grain would bring the edge nearer to all that is inside
+MIDDLE, MOST_OF_IT = 0.25, 0.7  # Shares of the length: what tells what was laid without the ends, and where its middle line is
 CELLS = 40  # Cells of the raster over half the width
 LEAST_LONG = 1.4  # Length over width below which no middle is left between the ends
 MOST_UNEVEN = 0.12  # RMS of the middle's width over its mean: a bead that buckled or broke
-BENT = 0.08  # Largest distance of its middle line from a straight one, over the length
+BENT = 0.05  # Largest distance of its middle line from a straight one, over the length
 
 
 @dataclass(frozen=True)
@@ -42,6 +43,7 @@ class BeadOutline:
 def measure_bead(settings: PhotoInput, folder: Path) -> BeadOutline:
     """Find the bead inside the frame of markers and measure it. Raises InputError where no straight one is seen."""
     photo, outline_px, dark = paste_edge(settings, folder, long=True)
+    outline_px = sum((np.roll(outline_px, shift, axis=0) for shift in range(SMOOTH)), np.zeros(1)) / SMOOTH
     error = photo.scale_uncertainty or 0.0
     return bead_of(
         photo.to_mm(outline_px), outline_px, error, EDGE_PX * photo.mm_per_px, dark, photo.warnings, photo.file
@@ -69,7 +71,7 @@ def bead_of(
     ends = (outline_mm - middle) @ forth
     shift = (ends.max() + ends.min()) / 2
     length_mm, along_mm = float(np.ptp(ends)), along_mm - shift
-    stations = np.linspace(-MIDDLE, MIDDLE, 21) * length_mm
+    stations = np.linspace(-MOST_OF_IT, MOST_OF_IT, 41) / 2 * length_mm
     slab = np.abs(along_mm[:, None] - stations) < cell_mm
     widths = slab.sum(axis=0) * cell_mm / 2
     inner = np.abs(stations) <= MIDDLE / 2 * length_mm
@@ -119,7 +121,5 @@ def _cells(outline_mm: Floats, cell_mm: float) -> tuple[Floats, Floats, float]:
     cv2.fillPoly(mask, [ring], 1)
     rows, columns = np.nonzero(mask[5::10, 5::10])
     place_mm = low + (np.column_stack([columns, rows]) + 0.5) * cell_mm
-    closed = np.vstack([outline_mm, outline_mm[:1]])
-    share = np.linspace(0, 1, 8, endpoint=False)[:, None, None]
-    dense = (closed[:-1] + share * (closed[1:] - closed[:-1])).reshape(-1, 2)
+    dense = resampled(np.vstack([outline_mm, outline_mm[:1]]), cell_mm / 4)
     return place_mm, np.asarray(cKDTree(dense).query(place_mm)[0], dtype=float), cell_mm

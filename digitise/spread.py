@@ -20,7 +20,8 @@ REACH = 0.12  # Range around the rough edge in which the fine one is told, over 
 LEAST_RADIUS_PX = 40.0  # Below it half a pixel of the edge is over 6 % of the yield stress
 LEAST_CONTRAST = 0.06  # Of light across the edge, over the sheet's: grain after blurring has a fifth of it
 MOST_UNROUND = 0.10  # RMS of the outline over its mean radius; beyond, the plate sloped or the cone was pulled aside
-LEAST_SEEN = 0.8  # Share of rays on which the edge must be told
+LEAST_SEEN, LEAST_SEEN_LONG = 0.8, 0.95
+"""Share of rays on which the edge must be told: a round one goes on where it is hidden, the end of a bead does not."""
 EDGE_PX = 0.5  # Standard uncertainty of the edge all around: where in its blur, or on its wet rim, paste ends
 FLAT_PX = 200  # Longer side of the copy on which the sheet's own light is told
 
@@ -198,17 +199,18 @@ def _edge(light: Map, rough: Rough, inside: NDArray[np.bool_], file: Path) -> Fl
         at = crossing[np.abs(crossing - last).argmin()]
         share = (values[at] - half) / max(values[at] - values[at + 1], 1e-9)
         radius[ray] = away[at] + share * STEP_PX
-    known = np.isfinite(radius)
-    if known.mean() >= LEAST_SEEN:
+    known, number = np.isfinite(radius), np.arange(RAYS)
+    least = LEAST_SEEN_LONG if rough.half_spine_px.any() else LEAST_SEEN
+    if known.mean() >= least:
         # A drop or a scratch beside the edge is on few rays.
-        usual = np.array([np.nanmedian(np.roll(radius, 8 - k)[:17]) for k in range(RAYS)])
-        known &= np.abs(radius - usual) < max(2.0, 0.03 * rough_px)
-    if known.mean() < LEAST_SEEN:
+        filled = np.interp(number, number[known], radius[known], period=RAYS)
+        usual = np.array([np.median(np.roll(filled, 8 - k)[:17]) for k in range(RAYS)])
+        known &= np.abs(filled - usual) < max(2.0, 0.03 * rough_px)
+    if known.mean() < least:
         raise InputError(
-            f"{file}: the blob's edge is seen on {known.mean():.0%} of its way around, need {LEAST_SEEN:.0%}: it must "
+            f"{file}: the paste's edge is seen on {known.mean():.0%} of its way around, need {least:.0%}: it must "
             "lie between the markers, away from them, without shadows or smears beside it."
         )
-    number = np.arange(RAYS)
     radius = np.interp(number, number[known], radius[known], period=RAYS)
     return begins + radius[:, None] * rays
 

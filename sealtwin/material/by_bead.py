@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field
 
 from digitise.bead import MIDDLE, BeadOutline, measure_bead
-from digitise.settings import PhotoInput
+from digitise.settings import OnFace, PhotoInput
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 from sealtwin.material.by_spread import DRAWS, NOT_FOR, SEED, Paste, four_digits
@@ -18,10 +18,11 @@ from simulate.spread_law import GRAVITY_M_S2
 
 MASS_ERROR_G = 0.03  # Of a scale that shows 0.05 g, with what sticks to the nozzle
 SPEED_ERROR = 0.005  # Relative standard uncertainty of an arm's speed on a straight line
-LAW = 0.04  # Relative standard uncertainty of a yield stress by beads in particles (benchmarks/beads.py)
-SECTION = 0.015  # That of the section in the middle, by the same beads
-STIFFEST = 0.12
+LAW = 0.05  # Relative standard uncertainty of a yield stress by beads in particles (benchmarks/beads.py)
+SECTION = 0.02  # That of the section in the middle, by the same beads
+STIFFEST = 0.16
 """tau / (rho g sqrt(A)) beyond which the bead is so near the shape in which it was laid that it shows no yield stress."""
+SHORTEST = 4.0  # Length as laid over the root of the section, below which the ends drain the middle
 SOURCES = ("density", "mass", "scale", "edge", "surface tension", "law", "section", "speed")
 END = 0.1  # Standard uncertainty of where the nozzle began to give, over the bead's width: ends spread as they like
 BINS = 40  # Of the distance to the edge
@@ -41,7 +42,7 @@ class LaidBead(Paste):
     """Flow that the program asked for."""
     speed_mm_s: float = Field(gt=0.01, le=5000)
     """Speed of the nozzle."""
-    start_mm: tuple[float, float] | None = None
+    start_mm: tuple[OnFace, OnFace] | None = None
     """Where the nozzle began to move and to ask, from the lower left corner of the sheet's opening."""
 
 
@@ -84,7 +85,7 @@ def identify(laid: LaidBead, bead: BeadOutline) -> BeadEstimate:
     """Return what a bead shows. Raises InputError where it shows no yield stress, or where its mark is not its own."""
     random = np.random.default_rng(SEED)
     noise = {name: random.standard_normal(DRAWS) for name in SOURCES}
-    footprint = _footprint(bead)
+    footprint = footprint_of(bead)
 
     def told(*sources: str, count: int = DRAWS) -> tuple[Floats, Floats, Floats, Floats]:
         off = {name: noise[name][:count] * (name in sources) for name in SOURCES}
@@ -108,11 +109,17 @@ def identify(laid: LaidBead, bead: BeadOutline) -> BeadEstimate:
     drawn = told(*SOURCES)
     stress, flow, volume, stiffness = (float(values[0]) for values in told(count=1))
     section = flow / laid.speed_mm_s
+    if (long := volume / section**1.5) < SHORTEST:
+        raise InputError(
+            f"{volume / section:.0f} mm of {section:.3g} mm² were laid, {long:.1f} times the section's root, need "
+            f"{SHORTEST:g}: ends take from the middle of so short a bead. Lay a longer one, or less of it to a mm."
+        )
     if stiffness > STIFFEST:
         slower = laid.speed_mm_s * (STIFFEST / stiffness) ** 2
         raise InputError(
             f"a bead of {section:.3g} mm² holds {stress:.2g} Pa nearly in the shape in which it was laid, and shows no "
-            f"yield stress: lay it at {slower:.2g} mm/s or slower for the same flow, or spread a cone of the paste."
+            f"yield stress: lay it at {slower:.2g} mm/s or slower for the same flow and at least "
+            f"{SHORTEST * np.sqrt(flow / slower):.0f} mm long, or spread a cone of the paste."
         )
     if not stress > 0:
         raise InputError(
@@ -141,14 +148,15 @@ def _delay(laid: LaidBead, start_mm: Floats, bead: BeadOutline, laid_mm: float) 
     error_mm = float(np.hypot(END * bead.width_mm, bead.edge_error_mm))
     if aside > BESIDE * bead.width_mm or begins_mm < -3 * error_mm:
         raise InputError(
-            f"start_mm {start_mm[0]:g}, {start_mm[1]:g} is no start of the bead, which begins {begins_mm:.1f} mm along "
+            f"--start-mm {start_mm[0]:g},{start_mm[1]:g} is no start of the bead, which begins {begins_mm:.1f} mm along "
             f"and {aside:.1f} mm beside it: give x and y in mm from the lower left corner of the opening."
         )
     delay, error = max(0.0, begins_mm / laid.speed_mm_s), error_mm / laid.speed_mm_s
     return Known(delay, (max(0.0, delay - 2 * error), delay + 2 * error))
 
 
-def _footprint(bead: BeadOutline) -> Footprint:
+def footprint_of(bead: BeadOutline) -> Footprint:
+    """Return where a bead's paste lies, for the law."""
     ends = np.linspace(0, bead.inward_mm.max() * (1 + 1e-9), BINS + 1)
     piece_mm = MIDDLE * bead.length_mm
     middle = np.abs(bead.along_mm) < piece_mm / 2
