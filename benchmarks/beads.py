@@ -6,7 +6,8 @@ The yield stress and the section that the closed form says of the outline at whi
 those that it had. Outlines stand in ``beads.csv``; ``--record`` computes those that are not there, some ten minutes of
 one core. Bars are as high as the filament of their section is thick, or 1.6 times as wide: what a nozzle leaves lies
 between, and how they differ is the law's uncertainty. The correction was fitted to the rows of kind ``fit``; those of
-kind ``judge`` have other stresses, another shape and finer particles. No paste was measured for any of this.
+named by its stress over rho g sqrt(A), its length over sqrt(A) and the width of its bar. Nothing of it was measured.
+stress over rho g sqrt(A), its length over sqrt(A) and the bar's width. No paste was measured for any of this.
 """
 
 import argparse
@@ -34,7 +35,9 @@ TABLE = Path(__file__).with_name("beads.csv")
 SECTION_MM2, DENSITY_KG_M3 = 64.0, 1690.0
 ENDS = 450.0  # In units of mu / (rho g V^(1/3)), as of a slump's
 ANGLES = 25
-LEAST_DIAMETERS = {"fit": 4.0, "judge": 5.0}
+LEAST_DIAMETERS = {"fit": 4.0, "short": 4.0, "judge": 5.0}
+SOFT, SOFT_DIAMETERS = 0.05, {"fit": 3.5, "judge": 4.0}
+"""Softer beads have fewer particles over each other, since they would have some ten times as many."""
 COARSEST_MM = 0.5
 JUDGED_LENGTH = 5.0
 OFF, SECTION_OFF = 0.1, 0.05
@@ -65,8 +68,8 @@ class Shape(NamedTuple):
 
 
 WANTED = [("fit", stress, 5.0, wide) for stress in (0.03, 0.06, 0.1, 0.16) for wide in (1.0, 1.6)]
-WANTED += [("judge", 0.1, 3.2, 1.0), ("judge", 0.1, 3.2, 1.6)]
-WANTED += [("judge", stress, 5.0, 1.3) for stress in (0.045, 0.08, 0.13)]
+WANTED += [("short", 0.1, 3.2, 1.0), ("short", 0.1, 3.2, 1.6), ("short", 0.06, 3.2, 1.6)]
+WANTED += [("judge", stress, 5.0, 1.3) for stress in (0.03, 0.045, 0.08, 0.13, 0.16)] + [("judge", 0.1, 4.2, 1.3)]
 
 
 @cache
@@ -96,8 +99,9 @@ def at_rest(kind: str, stress: float, length: float, wide: float) -> Shape:
     root_mm = math.sqrt(SECTION_MM2)
     weight_n_m3 = DENSITY_KG_M3 * GRAVITY_M_S2
     per_mm, bar = stress * root_mm, Bead(length * root_mm, SECTION_MM2, wide)
+    layers = (SOFT_DIAMETERS if stress < SOFT else LEAST_DIAMETERS)[kind]
     half_mm = (0.75 * SECTION_MM2 / math.sqrt(2 * per_mm)) ** (2 / 3)
-    radius_mm = min(math.sqrt(2 * per_mm * half_mm) / LEAST_DIAMETERS[kind] / 2, COARSEST_MM)
+    radius_mm = min(math.sqrt(2 * per_mm * half_mm) / layers / 2, COARSEST_MM)
     start_warp()
     volume_m3 = bar.volume_mm3 * 1e-9
     thick_pa_s = DENSITY_KG_M3 * math.sqrt(GRAVITY_M_S2 * volume_m3 / FLAT_GALILEI)
@@ -135,9 +139,7 @@ def _shape(case: tuple[str, float, float, float], ring_mm: Floats, root_mm: floa
     ring_mm = ring_mm - (ring_mm.max(axis=0) + ring_mm.min(axis=0)) / 2
     x, y = np.abs(ring_mm).T
     # Ends and sides are taken over a stretch, since single particles stand out.
-    half_length, half_width = (
-        float(np.median(one[other < 0.15 * other.max()])) for one, other in ((x, y), (y, x))
-    )
+    half_length, half_width = (float(np.median(one[other < 0.15 * other.max()])) for one, other in ((x, y), (y, x)))
     turn, away = np.arctan2(y / half_width, x / half_length), np.hypot(x / half_length, y / half_width)
     order = np.argsort(turn)
     quarter = np.linspace(0, np.pi / 2, ANGLES)

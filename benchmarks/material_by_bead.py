@@ -35,7 +35,7 @@ REFUSED = 5.0
 
 
 def beads(count: int, seed: int) -> Iterator[tuple[Case, Case, Case] | None]:
-    """Yield stress, flow and delay of emulated beads, even in the logarithm of the stress; None where one is refused."""
+    """Yield stress, flow and delay of emulated beads, their stresses even in the logarithm; None for a refused one."""
     random = np.random.default_rng([seed, 3])
     low, high = judged_range()
     with tempfile.TemporaryDirectory() as folder:

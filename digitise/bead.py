@@ -13,8 +13,12 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 
 SMOOTH = 5  # Rays over which the outline is averaged: its grain would bring the edge nearer to all that is inside
-MIDDLE, MOST_OF_IT = 0.25, 0.7  # Shares of the length: what tells what was laid without the ends, and where its middle line is
+MIDDLE, MOST_OF_IT = (
+    0.25,
+    0.7,
+)  # Shares of the length: what tells what was laid without the ends, and where its middle line is
 CELLS = 40  # Cells of the raster over half the width
+SLANT = np.array([[0.94, -0.3412], [0.3412, 0.94]])  # Rotation by about 20 degrees
 LEAST_LONG = 1.4  # Length over width below which no middle is left between the ends
 MOST_UNEVEN = 0.12  # RMS of the middle's width over its mean: a bead that buckled or broke
 BENT = 0.05  # Largest distance of its middle line from a straight one, over the length
@@ -60,10 +64,11 @@ def bead_of(
     file: Path,
 ) -> BeadOutline:
     """Return what an outline says of a bead. Raises InputError for one that is short, bent or uneven."""
-    middle = outline_mm.mean(axis=0)
     area_mm2 = abs(signed_area(outline_mm))
     rough_mm = float(np.sqrt(area_mm2)) / 4
-    place_mm, inward_mm, cell_mm = _cells(outline_mm, rough_mm / CELLS)
+    cell_mm = rough_mm / CELLS
+    dense_mm = resampled(np.vstack([outline_mm, outline_mm[:1]]), cell_mm / 4)
+    place_mm, inward_mm = _cells(dense_mm, cell_mm)
     middle = place_mm.mean(axis=0)
     forth = np.linalg.eigh(np.cov((place_mm - middle).T))[1][:, 1]
     aside = np.array([-forth[1], forth[0]])
@@ -86,8 +91,8 @@ def bead_of(
     if uneven > MOST_UNEVEN or bent > BENT:
         raise InputError(
             f"{file}: the bead is not straight and even: its width varies by {uneven:.0%} in the middle "
-            f"({MOST_UNEVEN:.0%} are allowed) and it is bent by {bent:.0%} of its length ({BENT:.0%}). Level the plate, "
-            "lower the nozzle, and lay another."
+            f"({MOST_UNEVEN:.0%} are allowed) and it is bent by {bent:.0%} of its length ({BENT:.0%}). Level the "
+            "plate, lower the nozzle, and lay another."
         )
     tips = middle + forth * (shift + np.array([-0.5, 0.5])[:, None] * length_mm)
     side = np.roll(outline_mm, -1, axis=0) - outline_mm
@@ -109,10 +114,13 @@ def bead_of(
     )
 
 
-def _cells(outline_mm: Floats, cell_mm: float) -> tuple[Floats, Floats, float]:
-    """Return middles of the cells of a raster inside an outline, (n, 2), their distance to it, and their side."""
+def _cells(outline_mm: Floats, cell_mm: float) -> tuple[Floats, Floats]:
+    """Return middles of the cells of a raster inside an outline, (n, 2), and their distances to it."""
     from scipy.spatial import cKDTree
 
+    # Aslant to the bead, along whose sides whole rows would be in or out.
+    axes = np.linalg.eigh(np.cov(outline_mm.T))[1] @ SLANT
+    outline_mm = outline_mm @ axes
     low, high = outline_mm.min(axis=0), outline_mm.max(axis=0)
     count = np.ceil((high - low) / cell_mm).astype(int)
     # Drawn ten times finer than a cell, whose middle then is inside or not.
@@ -121,5 +129,4 @@ def _cells(outline_mm: Floats, cell_mm: float) -> tuple[Floats, Floats, float]:
     cv2.fillPoly(mask, [ring], 1)
     rows, columns = np.nonzero(mask[5::10, 5::10])
     place_mm = low + (np.column_stack([columns, rows]) + 0.5) * cell_mm
-    dense = resampled(np.vstack([outline_mm, outline_mm[:1]]), cell_mm / 4)
-    return place_mm, np.asarray(cKDTree(dense).query(place_mm)[0], dtype=float), cell_mm
+    return place_mm @ axes.T, np.asarray(cKDTree(outline_mm).query(place_mm)[0], dtype=float)

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from sealtwin.core.records import Floats
-from simulate.spread_law import GRAVITY_M_S2
 
 STRETCH = math.pi / 2
 """Thrust that stretching takes off a section, over tau h, in a plane: 2 tau of Tresca's limit and its mean over a depth
@@ -57,8 +56,8 @@ class Bead:
 
 
 @dataclass(frozen=True)
-class Footprint:
-    """Where paste lies: area by its distance to the nearest edge, (m,), of all of it and of a piece in its middle."""
+class PasteArea:
+    """Area on which paste lies by its distance to the nearest edge, (m,): all, and that of a piece in its middle."""
 
     inward_mm: Floats
     area_mm2: Floats

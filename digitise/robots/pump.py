@@ -26,8 +26,8 @@ T_95 = (12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228)
 """Student's factor of a 95 % interval for one degree of freedom, and more."""
 DOUBTFUL = 0.1  # Relative half-width of the interval of a flow that earns a warning: the bar of all that is measured
 WORTHLESS = 0.5
-"""That which is refused: the crack would get anything from half of its sealant to half as much again, a factor of three
-between a bare floor and sealant beside the crack."""
+"""Half-width that is refused: the crack would get anything from half of its sealant to half as much again, from a bare
+floor to sealant beside the crack."""
 ALIKE = 1e-6  # Relative difference of two numbers that one person wrote as the same
 
 

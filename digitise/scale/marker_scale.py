@@ -67,7 +67,9 @@ def scale_by_markers(pixels: Pixels, settings: PhotoInput, board: MarkerBoard, f
             f"{'; or let lens be auto' if settings.lens == 'none' else ''}."
         )
     if face_mm is not None and depth_inside(places, (0, 0, *size_px))[MIDDLE] < 0:
-        raise InputError(f"{file}: by its markers, their opening, face_mm, lies outside the photo: check x_mm, y_mm and face_mm.")
+        raise InputError(
+            f"{file}: by its markers, their opening, face_mm, lies outside the photo: check x_mm, y_mm and face_mm."
+        )
     middle_mm = view.to_mm(places)[MIDDLE]
     distance_mm, tilt_deg = find_pose(fit, covariance, middle_mm, pixels.focal_px, settings.camera_distance_mm)
     given_px = given_corners(pixels, settings)

@@ -30,7 +30,9 @@ def material(
         Text, option(f"The cone's inner diameters below and above, and its height: {CONE}.", "AxBxH")
     ] = None,
     mass_g: Annotated[Number, number_option("Mass of the paste on the plate; default: the full cone's.", 0.001)] = None,
-    mass_error_g: Annotated[Number, number_option("Its standard uncertainty; default: 0.1, of a bead 0.03.", 1e-6)] = None,
+    mass_error_g: Annotated[
+        Number, number_option("Its standard uncertainty; default: 0.1, of a bead 0.03.", 1e-6)
+    ] = None,
     density_error_kg_m3: Annotated[
         Number, number_option("Standard uncertainty of the density; default: 1 % of it.", 1e-6)
     ] = None,

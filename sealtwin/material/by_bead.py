@@ -1,4 +1,4 @@
-"""What a pump gives and what yield stress a paste has, by one bead on a plate: weighed, and seen in a photo."""
+"""The flow of a pump and the yield stress of a paste, by one bead on a plate that was weighed and photographed."""
 
 from dataclasses import dataclass
 from datetime import date
@@ -11,8 +11,8 @@ from digitise.bead import MIDDLE, BeadOutline, measure_bead
 from digitise.settings import OnFace, PhotoInput
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
-from sealtwin.material.by_spread import DRAWS, NOT_FOR, SEED, Paste, four_digits
-from simulate.bead_law import STRETCH, Footprint, laid_section, slumped_stress
+from sealtwin.material.by_spread import DRAWS, NOT_FOR, SEED, PasteOnPlate, four_digits
+from simulate.bead_law import STRETCH, PasteArea, laid_section, slumped_stress
 from simulate.material_file import Material
 from simulate.spread_law import GRAVITY_M_S2
 
@@ -21,7 +21,7 @@ SPEED_ERROR = 0.005  # Relative standard uncertainty of an arm's speed on a stra
 LAW = 0.05  # Relative standard uncertainty of a yield stress by beads in particles (benchmarks/beads.py)
 SECTION = 0.02  # That of the section in the middle, by the same beads
 STIFFEST = 0.16
-"""tau / (rho g sqrt(A)) beyond which the bead is so near the shape in which it was laid that it shows no yield stress."""
+"""Stress over rho g sqrt(A) beyond which a bead is so near the shape in which it was laid that it shows none."""
 SHORTEST = 4.0  # Length as laid over the root of the section, below which the ends drain the middle
 SOURCES = ("density", "mass", "scale", "edge", "surface tension", "law", "section", "speed")
 END = 0.1  # Standard uncertainty of where the nozzle began to give, over the bead's width: ends spread as they like
@@ -33,7 +33,7 @@ BEAD_NOT_FOR = (
 )
 
 
-class LaidBead(Paste):
+class LaidBead(PasteOnPlate):
     """A bead as it was laid and weighed."""
 
     mass_g: float = Field(gt=0, le=1e5)
@@ -43,7 +43,7 @@ class LaidBead(Paste):
     speed_mm_s: float = Field(gt=0.01, le=5000)
     """Speed of the nozzle."""
     start_mm: tuple[OnFace, OnFace] | None = None
-    """Where the nozzle began to move and to ask, from the lower left corner of the sheet's opening."""
+    """Place where the nozzle began to move and to ask, from the lower left corner of the sheet's opening."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Known:
 
 @dataclass(frozen=True)
 class BeadEstimate:
-    """What a bead shows."""
+    """Values that a bead shows, with their intervals."""
 
     stress_pa: Known
     flow_mm3_s: Known
@@ -82,7 +82,7 @@ class BeadEstimate:
 
 
 def identify(laid: LaidBead, bead: BeadOutline) -> BeadEstimate:
-    """Return what a bead shows. Raises InputError where it shows no yield stress, or where its mark is not its own."""
+    """Return flow, yield stress and delay by a bead. Raises InputError for one that does not show them."""
     random = np.random.default_rng(SEED)
     noise = {name: random.standard_normal(DRAWS) for name in SOURCES}
     footprint = footprint_of(bead)
@@ -148,20 +148,20 @@ def _delay(laid: LaidBead, start_mm: Floats, bead: BeadOutline, laid_mm: float) 
     error_mm = float(np.hypot(END * bead.width_mm, bead.edge_error_mm))
     if aside > BESIDE * bead.width_mm or begins_mm < -3 * error_mm:
         raise InputError(
-            f"--start-mm {start_mm[0]:g},{start_mm[1]:g} is no start of the bead, which begins {begins_mm:.1f} mm along "
-            f"and {aside:.1f} mm beside it: give x and y in mm from the lower left corner of the opening."
+            f"--start-mm {start_mm[0]:g},{start_mm[1]:g} is no start of the bead, which begins {begins_mm:.1f} mm "
+            f"along and {aside:.1f} mm beside it: give x and y in mm from the lower left corner of the opening."
         )
     delay, error = max(0.0, begins_mm / laid.speed_mm_s), error_mm / laid.speed_mm_s
     return Known(delay, (max(0.0, delay - 2 * error), delay + 2 * error))
 
 
-def footprint_of(bead: BeadOutline) -> Footprint:
+def footprint_of(bead: BeadOutline) -> PasteArea:
     """Return where a bead's paste lies, for the law."""
     ends = np.linspace(0, bead.inward_mm.max() * (1 + 1e-9), BINS + 1)
     piece_mm = MIDDLE * bead.length_mm
     middle = np.abs(bead.along_mm) < piece_mm / 2
     area, middle_area = (np.histogram(bead.inward_mm[of], ends)[0] * bead.cell_mm2 for of in (slice(None), middle))
-    return Footprint((ends[1:] + ends[:-1]) / 2, area, bead.edge_mm, middle_area, piece_mm)
+    return PasteArea((ends[1:] + ends[:-1]) / 2, area, bead.edge_mm, middle_area, piece_mm)
 
 
 def material_of_bead(

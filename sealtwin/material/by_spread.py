@@ -45,7 +45,7 @@ NOT_FOR = (
 )
 
 
-class Paste(Settings):
+class PasteOnPlate(Settings):
     """Density of a paste, and what surface tension does to it. Errors are standard uncertainties."""
 
     density_kg_m3: float = Field(ge=100, le=2e4)
@@ -59,7 +59,7 @@ class Paste(Settings):
         return self.density_error_kg_m3 or DENSITY_ERROR * self.density_kg_m3
 
 
-class Heap(Paste):
+class Heap(PasteOnPlate):
     """Amount, density and first shape of a paste that spreads."""
 
     mass_g: float | None = Field(default=None, gt=0, le=1e5)
@@ -208,7 +208,7 @@ def viscosity(heap: Heap, found: PasteEstimate, early: Sequence[tuple[SpreadBlob
         if not 1.1 * cone.bottom_mm / 2 < blob.radius_mm < LATE * replay.at_rest_mm:
             raise InputError(
                 f"the photo of {early_s:g} s shows {blob.radius_mm / replay.at_rest_mm:.0%} of the spread at rest: "
-                f"between a tenth beyond the cone and {LATE:.0%} the time tells the viscosity. Take one sooner or later."
+                f"between a tenth beyond the cone and {LATE:.0%} the time tells the viscosity. Take one then."
             )
         around_mm = blob.radius_mm + blob.radius_error_mm * np.array([-1, 0, 1])
         reached = np.interp(around_mm, radii[steps], times[steps])

@@ -5,18 +5,18 @@ import math
 import numpy as np
 import pytest
 
-from simulate.bead_law import STRETCH, Bead, Footprint, laid_section, slumped_stress
+from simulate.bead_law import STRETCH, Bead, PasteArea, laid_section, slumped_stress
 from simulate.spread_law import GRAVITY_M_S2, flat_stress_pa
 
 ONE, NO = np.ones(1), np.zeros(1)
 
 
-def capsule(straight_mm: float, half_mm: float, cells: int = 2000) -> Footprint:
+def capsule(straight_mm: float, half_mm: float, cells: int = 2000) -> PasteArea:
     """A capsule's area by depth, and of its middle the ridge's."""
     inward = (np.arange(cells) + 0.5) / cells * half_mm
     ridge = np.full(cells, 2 * half_mm / cells)
     area = ridge * straight_mm + 2 * np.pi * (half_mm - inward) * half_mm / cells
-    return Footprint(inward, area, 2 * straight_mm + 2 * np.pi * half_mm, 10 * ridge, 10.0)
+    return PasteArea(inward, area, 2 * straight_mm + 2 * np.pi * half_mm, 10 * ridge, 10.0)
 
 
 def test_a_flat_disc_has_roussel_and_coussots_stress():

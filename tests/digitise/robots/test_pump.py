@@ -66,7 +66,7 @@ def test_a_pump_that_scatters_earns_a_warning_with_the_figure(tmp_path, off, war
 
 
 def test_a_pump_that_scatters_by_half_of_its_flow_is_refused(tmp_path):
-    with pytest.raises(InputError, match=r"pump\.csv: one weighing is 35% off .* known to 108% \(95 %\); 50% are allow"):
+    with pytest.raises(InputError, match=r"pump\.csv: one weighing is 35% off .* known to 108% \(95 %\); 50% are"):
         place_path(trajectory(), cell(), "cell.toml", scattered(tmp_path, 0.25))
 
 
