@@ -6,8 +6,8 @@ The yield stress and the section that the closed form says of the outline at whi
 those that it had. Outlines stand in ``beads.csv``; ``--record`` computes those that are not there, some ten minutes of
 one core. Bars are as high as the filament of their section is thick, or 1.6 times as wide: what a nozzle leaves lies
 between, and how they differ is the law's uncertainty. The correction was fitted to the rows of kind ``fit``; those of
-named by its stress over rho g sqrt(A), its length over sqrt(A) and the width of its bar. Nothing of it was measured.
-stress over rho g sqrt(A), its length over sqrt(A) and the bar's width. No paste was measured for any of this.
+kind ``judge`` have other stresses, another shape and finer particles; ``short`` ones are refused. Names are the stress
+over rho g sqrt(A), the length over sqrt(A), and the bar's width. No paste was measured for any of this.
 """
 
 import argparse
@@ -77,7 +77,11 @@ def recorded() -> tuple[Shape, ...]:
     """Return all beads."""
     with TABLE.open(newline="", encoding="utf-8") as file:
         lines = list(csv.reader(file))[1:]
-    return tuple(Shape(row[0], *map(float, row[1:6]), tuple(map(float, row[6:]))) for row in lines)
+    found = []
+    for kind, *numbers in lines:
+        stress, length, wide, half_length, half_width, *radii = map(float, numbers)
+        found.append(Shape(kind, stress, length, wide, half_length, half_width, tuple(radii)))
+    return tuple(found)
 
 
 def record() -> None:

@@ -116,7 +116,7 @@ def bead_of(
 
 def _cells(outline_mm: Floats, cell_mm: float) -> tuple[Floats, Floats]:
     """Return middles of the cells of a raster inside an outline, (n, 2), and their distances to it."""
-    from scipy.spatial import cKDTree
+    from scipy.spatial import KDTree
 
     # Aslant to the bead, along whose sides whole rows would be in or out.
     axes = np.linalg.eigh(np.cov(outline_mm.T))[1] @ SLANT
@@ -129,4 +129,4 @@ def _cells(outline_mm: Floats, cell_mm: float) -> tuple[Floats, Floats]:
     cv2.fillPoly(mask, [ring], 1)
     rows, columns = np.nonzero(mask[5::10, 5::10])
     place_mm = low + (np.column_stack([columns, rows]) + 0.5) * cell_mm
-    return place_mm @ axes.T, np.asarray(cKDTree(outline_mm).query(place_mm)[0], dtype=float)
+    return place_mm @ axes.T, np.asarray(KDTree(outline_mm).query(place_mm)[0], dtype=float)
