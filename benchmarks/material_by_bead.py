@@ -22,7 +22,7 @@ from benchmarks.table import Row, finish
 from digitise.bead import measure_bead
 from digitise.settings import PhotoInput
 from sealtwin.core.errors import InputError
-from sealtwin.material.by_bead import MASS_ERROR_G, SPEED_ERROR, LaidBead, identify
+from sealtwin.material.by_bead import MASS_ERROR_G, SPEED_ERROR, STIFFEST, LaidBead, identify
 from sealtwin.material.by_spread import DENSITY_ERROR, EDGE_ERROR_N_M, EDGE_N_M
 from simulate.spread_law import GRAVITY_M_S2
 from tests.spreads import BEAD_BOARD, BEAD_FACE_MM, BeadPhoto
@@ -31,6 +31,7 @@ LENGTH_MM = (36.0, 60.0)
 ENDS = 0.14
 """Half of what ends of bars lie apart, one as high as its filament and one 1.6 times as wide, over half the width."""
 TOUCH_MM = 0.3  # Standard uncertainty of the nozzle's mark
+NEAR_STIFFEST = 0.94  # Of the stiffest bead, beyond which noise alone decides what is refused
 REFUSED = 5.0
 
 
@@ -38,6 +39,7 @@ def beads(count: int, seed: int) -> Iterator[tuple[Case, Case, Case] | None]:
     """Yield stress, flow and delay of emulated beads, their stresses even in the logarithm; None for a refused one."""
     random = np.random.default_rng([seed, 3])
     low, high = judged_range()
+    high = min(high, NEAR_STIFFEST * STIFFEST)
     with tempfile.TemporaryDirectory() as folder:
         for number in range(count):
             shape = between(low * (high / low) ** ((number + random.uniform()) / count))
