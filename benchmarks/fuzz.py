@@ -41,7 +41,7 @@ from sealtwin.material.by_rheometer import material_of_table
 from sealtwin.material.material_text import material_text
 from sealtwin.trial.starter_files import CELL
 from tests.lab_folder import DEFAULTS
-from tests.spreads import Blob, write_sheet_table
+from tests.spreads import BEAD_FACE_MM, BeadPhoto, Blob, write_sheet_table
 from tests.studies import TRIAL, tiny_lab
 
 LONGEST_S = 60
@@ -291,12 +291,20 @@ def of_fill(case: Case) -> list[str]:
 
 
 def of_spread(case: Case) -> list[str]:
-    case.damage(*case.chance.choice((("spread.png", repainted), ("spread.png", repainted), ("frame.toml", reworded))))
-    given = dict(SPREAD)
+    return _photographed(case, "spread", "spread.png", "frame.toml", SPREAD)
+
+
+def of_bead(case: Case) -> list[str]:
+    return _photographed(case, "bead", "bead.png", "narrow.toml", BEAD)
+
+
+def _photographed(case: Case, method: str, photo: str, frame: str, sound: dict[str, str]) -> list[str]:
+    case.damage(*case.chance.choice(((photo, repainted), (photo, repainted), (frame, reworded))))
+    given = dict(sound)
     if not case.sound and case.chance.random() < 0.4:
         given[case.chance.choice([*given])] = case.chance.choice((*WORDS, *ODD))
     options = [word for option, value in given.items() for word in (option, value)]
-    return ["material", "spread", "spread.png", "--markers", "frame.toml", *options, "--out", "new.toml"]
+    return ["material", method, photo, "--markers", frame, *options, "--out", "new.toml"]
 
 
 def of_run_folder(case: Case) -> list[str]:
@@ -310,6 +318,10 @@ def of_run_folder(case: Case) -> list[str]:
 
 SPREAD = {"--face-mm": "150x150", "--mass-g": "30", "--density-kg-m3": "1690", "--date": "2026-11-21"}
 """Options of a flat heap, which no slump is replayed for."""
+BEAD = {
+    **{"--face-mm": "90x60", "--mass-g": "4.36", "--density-kg-m3": "1690", "--date": "2026-11-21"},
+    **{"--asked-mm3-s": "320", "--speed-mm-s": "5", "--start-mm": "22,30"},
+}
 KINDS: dict[str, Callable[[Case], list[str]]] = {
     "photo": of_photo,
     "command line": of_command_line,
@@ -324,6 +336,7 @@ KINDS: dict[str, Callable[[Case], list[str]]] = {
     "pump": of_pump,
     "material": of_material,
     "spread": of_spread,
+    "bead": of_bead,
     "fill": of_fill,
 }
 
@@ -367,6 +380,8 @@ def _sound_paste_and_pump(folder: Path) -> None:
     """Write a spread with its frame, a flow curve, a material with its trial, and weighings with their cell."""
     Blob(55.0, mm_per_px=0.5).write(folder / "spread.png")
     write_sheet_table(folder / "frame.toml")
+    BeadPhoto(8.0).write(folder / "bead.png")
+    write_sheet_table(folder / "narrow.toml", BEAD_FACE_MM)
     (folder / "curve.csv").write_text("shear_rate_per_s,stress_pa\n1,12.5\n3,13.4\n10,17.2\n30,27.1\n100,62\n")
     pump = '[pump]\nfile = "pump.csv"\ndensity_kg_m3 = 1690.0\n\n[spel] '
     (folder / "pumped.toml").write_text(CELL.replace("{file}", "pumped.toml").replace("[spel] ", pump, 1))

@@ -42,6 +42,8 @@ COMMANDS = {
     "input_uncertainty": "-m benchmarks.input_uncertainty --judge",
     "slumps": "-m benchmarks.slumps",
     "material_by_scale": "-m benchmarks.material_by_scale",
+    "beads": "-m benchmarks.beads",
+    "material_by_bead": "-m benchmarks.material_by_bead",
     "pbf_step": "benchmarks/pbf_step.py",
     "paper_run": "benchmarks/paper_run.py",
     "physics": "benchmarks/physics.py",

@@ -1,4 +1,4 @@
-"""The outline of a blob of paste in a photo on the printed marker sheet: its area, its mean radius, how round it is."""
+"""The outline of paste in a photo on the printed marker sheet; a blob's area, its mean radius, how round it is."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,7 +20,8 @@ REACH = 0.12  # Range around the rough edge in which the fine one is told, over 
 LEAST_RADIUS_PX = 40.0  # Below it half a pixel of the edge is over 6 % of the yield stress
 LEAST_CONTRAST = 0.06  # Of light across the edge, over the sheet's: grain after blurring has a fifth of it
 MOST_UNROUND = 0.10  # RMS of the outline over its mean radius; beyond, the plate sloped or the cone was pulled aside
-LEAST_SEEN = 0.8  # Share of rays on which the edge must be told
+LEAST_SEEN, LEAST_SEEN_LONG = 0.8, 0.95
+"""Share of rays on which the edge must be told: a round one goes on where it is hidden, the end of a bead does not."""
 EDGE_PX = 0.5  # Standard uncertainty of the edge all around: where in its blur, or on its wet rim, paste ends
 FLAT_PX = 200  # Longer side of the copy on which the sheet's own light is told
 
@@ -40,16 +41,51 @@ class SpreadBlob:
     warnings: tuple[str, ...]
 
 
+@dataclass(frozen=True)
+class Rough:
+    """The largest thing on the sheet: a capsule, whose edge is looked for square to its spine. A blob's is a point."""
+
+    middle_px: Floats
+    half_spine_px: Floats  # From the middle to the spine's end, (2,)
+    radius_px: float
+    dark: bool  # It is darker than the sheet
+
+    def rays(self) -> tuple[Floats, Floats]:
+        """Return where rays begin on the spine and where they go, (RAYS, 2) each."""
+        turn = 2 * np.pi * np.arange(RAYS) / RAYS
+        rays = np.column_stack([np.cos(turn), np.sin(turn)])
+        half = float(np.linalg.norm(self.half_spine_px))
+        if half == 0:
+            return np.tile(self.middle_px, (RAYS, 1)), rays
+        # Even in length around the capsule, from the middle of its right side.
+        side, cap = 2 * half, np.pi * self.radius_px
+        at = (np.arange(RAYS) + 0.5) / RAYS * 2 * (side + cap)
+        turn = np.pi * np.clip((at - half) / cap, 0, 1) + np.pi * np.clip((at - 1.5 * side - cap) / cap, 0, 1)
+        along = half * np.interp(at, np.cumsum([0, half, cap, side, cap, half]), [0, 1, 1, -1, -1, 0])
+        forth = self.half_spine_px / half
+        right = np.array([forth[1], -forth[0]])
+        ways = np.cos(turn)[:, None] * right + np.sin(turn)[:, None] * forth
+        return self.middle_px + along[:, None] * forth, ways
+
+
 def measure_spread(settings: PhotoInput, folder: Path) -> SpreadBlob:
     """Find the blob inside the frame of markers and measure it. Raises InputError where no round one is seen."""
+    photo, outline_px, dark = paste_edge(settings, folder, long=False)
+    return _measured(photo, outline_px, dark)
+
+
+def paste_edge(settings: PhotoInput, folder: Path, *, long: bool) -> tuple[Photo, Floats, bool]:
+    """Return the photo, the outline of the paste between the markers, (RAYS, 2) in px, and whether it is dark.
+
+    ``long`` paste is a bead. Raises InputError where no edge is seen.
+    """
     photo = load_photo(settings, folder)
     if photo.scale_uncertainty is None:
-        raise InputError(f"{photo.file}: a spread needs the scale of markers; give the table that was printed.")
+        raise InputError(f"{photo.file}: paste is measured by the scale of markers; give the table that was printed.")
     inside = _opening(photo)
     light = _levelled(photo.brightness, inside)
-    centre_px, rough_px, dark = _rough(light, inside, photo.file)
-    outline_px = _edge(light, centre_px, rough_px, inside, dark, photo.file)
-    return _measured(photo, outline_px, dark)
+    rough = _rough(light, inside, photo.file, long)
+    return photo, _edge(light, rough, inside, photo.file), rough.dark
 
 
 def _opening(photo: Photo) -> NDArray[np.bool_]:
@@ -84,10 +120,10 @@ def _levelled(brightness: Map, inside: NDArray[np.bool_]) -> Map:
     return np.asarray(brightness / np.exp(plane[0] + plane[1] * columns / width + plane[2] * rows / height), np.float32)
 
 
-def _rough(light: Map, inside: NDArray[np.bool_], file: Path) -> tuple[Floats, float, bool]:
-    """Return middle and radius of the largest blob unlike the sheet, in px, and whether it is dark."""
+def _rough(light: Map, inside: NDArray[np.bool_], file: Path, long: bool) -> Rough:
+    """Return the largest blob unlike the sheet, or with ``long`` the capsule of its area and second moment."""
     soft = blurred(light, 2.0)
-    best: tuple[float, Floats, bool] | None = None
+    best: tuple[float, NDArray[np.bool_], bool] | None = None
     for dark in (True, False):
         values = (1 - soft if dark else soft - 1)[inside]
         high = float(np.quantile(values, 0.99))
@@ -96,24 +132,33 @@ def _rough(light: Map, inside: NDArray[np.bool_], file: Path) -> tuple[Floats, f
         blob = (((1 - soft if dark else soft - 1) > high / 2) & inside).astype(np.uint8)
         opened = cv2.morphologyEx(blob, cv2.MORPH_OPEN, np.ones((5, 5), np.uint8))
         blob = _filled(np.asarray(opened, np.uint8))
-        count, _, stats, middles = cv2.connectedComponentsWithStats(blob)
+        count, labels, stats, _ = cv2.connectedComponentsWithStats(blob)
         if count < 2:
             continue
         largest = 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax())
         area = float(stats[largest, cv2.CC_STAT_AREA])
         if best is None or area > best[0]:
-            best = area, np.asarray(middles[largest], dtype=float), dark
+            best = area, np.asarray(labels) == largest, dark
     if best is None:
         raise InputError(
             f"{file}: no blob stands out between the markers: take the photo in even light, with paste that is darker "
             "or lighter than the sheet, or put a coloured film under it."
         )
-    radius_px = float(np.sqrt(best[0] / np.pi))
+    area, blob, dark = best
+    places = np.argwhere(blob)[:, ::-1].astype(float)
+    middle_px = places.mean(axis=0)
+    radius_px, half_spine_px = float(np.sqrt(area / np.pi)), np.zeros(2)
+    if long:
+        spread, axes = np.linalg.eigh(np.cov((places - middle_px).T))
+        # A capsule's moments along and across, to the square of its spine over its radius: h^2 / 3 + r^2 / 4 and less.
+        radius_px = float(min(radius_px, np.sqrt(3 * spread[0])))
+        half_spine_px = axes[:, 1] * max(0.0, (area / radius_px - np.pi * radius_px) / 4)
     if radius_px < LEAST_RADIUS_PX:
         raise InputError(
-            f"{file}: the blob is {radius_px:.0f} px in radius, need {LEAST_RADIUS_PX:g}: take the photo from nearer."
+            f"{file}: the paste is {radius_px:.0f} px in {'half its width' if long else 'radius'}, need "
+            f"{LEAST_RADIUS_PX:g}: take the photo from nearer."
         )
-    return best[1], radius_px, best[2]
+    return Rough(middle_px, half_spine_px, radius_px, dark)
 
 
 def _filled(blob: NDArray[np.uint8]) -> NDArray[np.uint8]:
@@ -124,15 +169,15 @@ def _filled(blob: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return np.asarray(filled, dtype=np.uint8)
 
 
-def _edge(light: Map, centre_px: Floats, rough_px: float, inside: NDArray[np.bool_], dark: bool, file: Path) -> Floats:
+def _edge(light: Map, rough: Rough, inside: NDArray[np.bool_], file: Path) -> Floats:
     """Return the outline, (n, 2) in px: on each ray, the outermost crossing of half the contrast across the edge."""
     soft = blurred(light, 0.8)
-    turn = 2 * np.pi * np.arange(RAYS) / RAYS
-    rays = np.column_stack([np.cos(turn), np.sin(turn)])
+    begins, rays = rough.rays()
+    rough_px = rough.radius_px
     away = np.arange(0.3 * rough_px, 1.8 * rough_px, STEP_PX)
-    places = centre_px + away[None, :, None] * rays[:, None]
+    places = begins[:, None] + away[None, :, None] * rays[:, None]
     seen = np.asarray(sampled(soft, places), dtype=float)
-    unlike = 1 - seen if dark else seen - 1
+    unlike = 1 - seen if rough.dark else seen - 1
     free = np.asarray(sampled(inside.astype(np.float32), places), dtype=float) > 0.99
     unlike = np.where(free, unlike, 0.0)
     paste = float(np.median(unlike[:, : len(away) // 6]))
@@ -154,18 +199,20 @@ def _edge(light: Map, centre_px: Floats, rough_px: float, inside: NDArray[np.boo
         at = crossing[np.abs(crossing - last).argmin()]
         share = (values[at] - half) / max(values[at] - values[at + 1], 1e-9)
         radius[ray] = away[at] + share * STEP_PX
-    known = np.isfinite(radius)
-    if known.mean() >= LEAST_SEEN:
+    known, number = np.isfinite(radius), np.arange(RAYS)
+    least = LEAST_SEEN_LONG if rough.half_spine_px.any() else LEAST_SEEN
+    if known.mean() >= least:
         # A drop or a scratch beside the edge is on few rays.
-        usual = np.array([np.nanmedian(np.roll(radius, 8 - k)[:17]) for k in range(RAYS)])
-        known &= np.abs(radius - usual) < max(2.0, 0.03 * rough_px)
-    if known.mean() < LEAST_SEEN:
+        filled = np.interp(number, number[known], radius[known], period=RAYS)
+        usual = np.array([np.median(np.roll(filled, 8 - k)[:17]) for k in range(RAYS)])
+        known &= np.abs(filled - usual) < max(2.0, 0.03 * rough_px)
+    if known.mean() < least:
         raise InputError(
-            f"{file}: the blob's edge is seen on {known.mean():.0%} of its way around, need {LEAST_SEEN:.0%}: it must "
+            f"{file}: the paste's edge is seen on {known.mean():.0%} of its way around, need {least:.0%}: it must "
             "lie between the markers, away from them, without shadows or smears beside it."
         )
-    radius = np.interp(turn, turn[known], radius[known], period=2 * np.pi)
-    return centre_px + radius[:, None] * rays
+    radius = np.interp(number, number[known], radius[known], period=RAYS)
+    return begins + radius[:, None] * rays
 
 
 def _measured(photo: Photo, outline_px: Floats, dark: bool) -> SpreadBlob:

@@ -1,4 +1,4 @@
-"""A plate with a cone of paste on it, in particles: the floor of a wide, flat-bottomed block."""
+"""A plate with paste on it, in particles: the floor of a wide, flat-bottomed block."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -9,6 +9,7 @@ import numpy as np
 
 from sealtwin.core.records import FaceLabel, Floats, Outline, Sections, Solid
 from sealtwin.core.solid_figures import SolidFigures
+from simulate.bead_law import Bead
 from simulate.fluid.solver import Domain, FluidSolver
 from simulate.fluid.state import State
 from simulate.settings import Fluid, Solver, particle_volume
@@ -38,21 +39,21 @@ class PastePlate:
     frames: int = 0
 
     @classmethod
-    def with_cone(
+    def with_paste(
         cls,
-        cone: Cone,
+        shape: Cone | Bead,
         radius_mm: float,
         reach_mm: float,
         density_kg_m3: float,
         curve: Mapping[str, Sequence[float]],
     ) -> "PastePlate":
-        """Put a cone of paste in the middle of a plate that reaches ``reach_mm`` to all sides.
+        """Put paste of a shape in the middle of a plate that reaches ``reach_mm`` to all sides.
 
         ``curve`` is its viscosity and yield stress over age.
         """
-        depth_mm = HEADROOM * cone.height_mm
+        depth_mm = HEADROOM * shape.height_mm
         solid, outline = _dish(reach_mm, depth_mm)
-        place_mm = _filled(cone, radius_mm) - [0, 0, depth_mm]
+        place_mm = _filled(shape, radius_mm) - [0, 0, depth_mm]
         settings = Solver(radius_mm=radius_mm, substeps=1, damping_per_s=0.0)
         support = 4 * radius_mm * CM
         step_s = 0.9 * math.sqrt(FALL * support / 981.0)
@@ -113,19 +114,18 @@ class PastePlate:
         """Radius of the footprint: half a spacing outside of all particles but a share ``beyond``."""
         return float(np.quantile(np.hypot(*self._place_mm[:, :2].T), 1 - beyond)) + self._half_mm
 
+    @property
+    def particles_mm(self) -> tuple[Floats, float]:
+        """Places of the particles on the plate, (n, 2), and half of what each takes."""
+        return self._place_mm[:, :2], self._half_mm
 
-def _filled(cone: Cone, radius_mm: float) -> Floats:
-    """Particles of a cone on z = 0, (n, 3): a lattice as dense as paste, less what lies outside."""
-    side, kept = float(np.cbrt(particle_volume(radius_mm))), CLEARANCE * radius_mm
-    half = cone.bottom_mm / 2
-    across = np.arange(-half, half + side / 2, side)
-    up = np.arange(kept, cone.height_mm, side)
-    points = np.stack(np.meshgrid(across, across, up, indexing="ij"), axis=-1).reshape(-1, 3)
-    shrink = (cone.top_mm - cone.bottom_mm) / 2 / cone.height_mm
-    inside = np.hypot(points[:, 0], points[:, 1]) <= half + shrink * points[:, 2]
-    points = points[inside]
+
+def _filled(shape: Cone | Bead, radius_mm: float) -> Floats:
+    """Particles of a shape on z = 0, (n, 3): a lattice as dense as paste, a little uneven."""
+    side = float(np.cbrt(particle_volume(radius_mm)))
+    points = shape.lattice_mm(side, CLEARANCE * radius_mm)
     # Rounding at its sides, as many particles as have its volume: the rest follows by stretching.
-    points *= (cone.volume_mm3 / (len(points) * side**3)) ** (1 / 3)
+    points *= (shape.volume_mm3 / (len(points) * side**3)) ** (1 / 3)
     return points + np.random.default_rng(0).uniform(-SCATTER, SCATTER, points.shape) * side
 
 

@@ -86,7 +86,7 @@ def slump(cone: Cone, stress_pa: float, density_kg_m3: float, *, steady: bool = 
         "yield_stress_pa": [stress_pa] * 3,
     }
     reach_mm = WALL_ROOM * 1e3 * float(flat_stress_pa(cone.volume_mm3, 1e3, density_kg_m3) / stress_pa) ** 0.2
-    plate = PastePlate.with_cone(cone, radius_mm, max(reach_mm, cone.bottom_mm), density_kg_m3, curve)
+    plate = PastePlate.with_paste(cone, radius_mm, max(reach_mm, cone.bottom_mm), density_kg_m3, curve)
     t_s, radii_mm = [0.0], [plate.edge_mm(OUTERMOST)]
     for time_s in plate.run(ENDS * unit_s, every_s=5 * unit_s):
         t_s.append(time_s)
@@ -104,8 +104,7 @@ def slump(cone: Cone, stress_pa: float, density_kg_m3: float, *, steady: bool = 
     )
 
 
-STEP = 1.6  # Ratio of yield stresses of two slumps between which a third is told by a straight line of logarithms
-NEAR = 0.04  # Logarithm of a radius over that of a known slump within which the line goes on: 0.2 % of the stress
+STEP = 1.6  # Ratio of yield stresses of two slumps between which a third is told
 MOST_SLUMPS = 8
 
 
@@ -132,18 +131,16 @@ class SlumpCurve:
         return self.known[power]
 
     def around(self, reach: float, first: float) -> Iterator[int]:
-        """Yield powers whose slumps bracket R / V^(1/3), beginning at ``first``, the likely one."""
+        """Yield powers whose slumps bracket R / V^(1/3), beginning at ``first``, the likely one, and a stiffer one."""
         power = round(first)
         yield power
-        if abs(math.log(self.at(power) / reach)) < NEAR:
-            # The stiffer neighbour takes less time, and the line through both goes on.
-            yield power + 1
-            return
         step = 1 if self.at(power) > reach else -1
         for _ in range(MOST_SLUMPS):
             power += step
             yield power
             if (self.at(power) > reach) != (step > 0):
+                # The stiffer takes least time.
+                yield power + 1 if step > 0 else power + 2
                 return
         raise InputError(
             "no slump of a cone of that shape ends at the spread that was measured: check the cone's sizes, the mass "
@@ -151,15 +148,19 @@ class SlumpCurve:
         )
 
     def stress_pa(self, volume_mm3: Floats, radius_mm: Floats, density_kg_m3: Floats) -> Floats:
-        """Return the yield stress of heaps at rest, (n,), each with its own volume, radius and density."""
+        """Return the yield stress of heaps at rest, (n,), each with its own volume, radius and density.
+
+        It is that of the closed form, times what slumps have over it: a straight line through three of them, since that
+        changes by few percent from one to the next, and radii of so coarse particles are off by one.
+        """
         length_mm = np.cbrt(volume_mm3)
         reach = radius_mm / length_mm
         unit_pa = density_kg_m3 * GRAVITY_M_S2 * length_mm * 1e-3
-        likely = np.log(stretched_stress_pa(volume_mm3, radius_mm, density_kg_m3) / unit_pa) / math.log(STEP)
-        order = np.array(sorted(set(self.around(float(np.median(reach)), float(np.median(likely))))))
-        spread = np.log([self.at(int(power)) for power in order])
-        # Beyond both ends, where an uncertain spread may lie, the lines go on.
-        part = np.clip(np.searchsorted(-spread, -np.log(reach)) - 1, 0, len(order) - 2)
-        share = (np.log(reach) - spread[part]) / (spread[part + 1] - spread[part])
-        found = order[part] + share * (order[part + 1] - order[part])
-        return STEP**found * unit_pa
+        closed_pa = stretched_stress_pa(volume_mm3, radius_mm, density_kg_m3)
+        place = np.log(closed_pa / unit_pa)
+        likely = float(np.median(place)) / math.log(STEP)
+        powers = np.array(sorted(set(self.around(float(np.median(reach)), likely))))
+        # Of a volume of 1 mm3 and a weight of 1 Pa/mm.
+        known = stretched_stress_pa(1.0, np.array([self.at(int(power)) for power in powers]), 1e3 / GRAVITY_M_S2)
+        slope, start = np.polyfit(np.log(known), STEP ** powers.astype(float) / known, 1)
+        return closed_pa * (start + slope * np.clip(place, np.log(known[0]), np.log(known[-1])))

@@ -39,6 +39,15 @@ class Cone:
         by = (volume_mm3 / self.volume_mm3) ** (1 / 3)
         return Cone(self.bottom_mm * by, self.top_mm * by, self.height_mm * by)
 
+    def lattice_mm(self, side_mm: float, kept_mm: float) -> Floats:
+        """Return points of a cubic lattice within its sides, (n, 3), the lowest ``kept_mm`` above the plate."""
+        half = self.bottom_mm / 2
+        across = np.arange(-half, half + side_mm / 2, side_mm)
+        up = np.arange(kept_mm, self.height_mm, side_mm)
+        points = np.stack(np.meshgrid(across, across, up, indexing="ij"), axis=-1).reshape(-1, 3)
+        shrink = (self.top_mm - self.bottom_mm) / 2 / self.height_mm
+        return points[np.hypot(points[:, 0], points[:, 1]) <= half + shrink * points[:, 2]]
+
 
 def flat_stress_pa(volume_mm3: Floats | float, radius_mm: Floats | float, density_kg_m3: Floats | float) -> Floats:
     """Return 225 rho g V^2 / (128 pi^2 R^5), the yield stress of a heap that is flat (Roussel and Coussot 2005)."""

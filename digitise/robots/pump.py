@@ -24,6 +24,10 @@ LEAST_FLOWS = 2  # Different flows asked for, of which a line is made
 LEAST_REPEATS = 2  # Weighings beyond one of each flow: from them the scatter is told
 T_95 = (12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228)
 """Student's factor of a 95 % interval for one degree of freedom, and more."""
+DOUBTFUL = 0.1  # Relative half-width of the interval of a flow that earns a warning: the bar of all that is measured
+WORTHLESS = 0.5
+"""Half-width that is refused: the crack would get anything from half of its sealant to half as much again, from a bare
+floor to sealant beside the crack."""
 ALIKE = 1e-6  # Relative difference of two numbers that one person wrote as the same
 
 
@@ -85,6 +89,21 @@ class PumpTable:
         factor = T_95[self.freedom - 1] if self.freedom <= len(T_95) else 1.96 * (1 + 1.2 / self.freedom)
         bend = 4 * share * (1 - share) * self.bend
         return float(np.hypot(np.hypot(factor * mean, 1.96 * self.density_error), bend))
+
+    def doubts(self, wanted_mm3_s: Floats) -> tuple[float, tuple[str, ...]]:
+        """Return the largest relative half-width of flows that are wanted, and a warning where it is large.
+
+        Raises InputError where it says nothing.
+        """
+        flows = wanted_mm3_s[wanted_mm3_s > 0]
+        half = max(self.error_95(float(flows.min())), self.error_95(float(flows.max())))
+        said = (
+            f"{self.name}: one weighing is {self.scatter:.0%} off its mean (standard deviation), so that the path's "
+            f"flow is known to {half:.0%} (95 %)"
+        )
+        if half > WORTHLESS:
+            raise InputError(f"{said}; {WORTHLESS:.0%} are allowed. Weigh more often, for longer, or mend the pump.")
+        return half, (f"{said}: weigh more often or for longer",) if half > DOUBTFUL else ()
 
 
 def read_pump(pump: Pump, folder: Path) -> PumpTable:

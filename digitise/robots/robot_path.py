@@ -33,6 +33,7 @@ class RobotPath:
     warnings: tuple[str, ...]
     wanted_mm3: float = 0.0  # Sealant that the path is to give
     hold_s: float = 0.0  # Time for which the pump is asked before the nozzle begins to move along the crack
+    weighed: bool = False  # A pump's table says what to ask for, which then is not the flow that is wanted
     head: tuple[str, ...] = ()  # Lines for a program's head: with a user's words, they enter it by ``comments`` only
 
     @property
@@ -133,7 +134,8 @@ def place_path(trajectory: Trajectory, cell: RobotCell, cell_file: str, pump: Pu
             said = f"the pump's delay of {hold_s:.2g} s is not in a SPEL+ program whose axis presses the plunger"
             warnings = (*warnings, f"{said}; digitise with a path.lead_in_mm, and start the plunger by hand")
         placed = replace(placed, flow_mm3_s=pump.asked_for(trajectory.flow_mm3_s))
-    path = RobotPath(placed, frame, cell, cell_file, warnings, trajectory.dispensed_mm3, hold_s)
+        warnings = (*warnings, *pump.doubts(trajectory.flow_mm3_s)[1])
+    path = RobotPath(placed, frame, cell, cell_file, warnings, trajectory.dispensed_mm3, hold_s, pump is not None)
     path.require(*_motion_limits(path, trajectory), path.reach_limit("the path", placed.position_mm))
     return path
 
@@ -219,8 +221,12 @@ def points_text(path: RobotPath) -> str:
 
 
 def table_text(path: RobotPath) -> str:
-    """Return the columns of trajectory.csv with the robot's x, y and z; each row holds until the next."""
+    """Return the columns of trajectory.csv with the robot's x, y and z; each row holds until the next.
+
+    Where a pump was weighed, the last is not the flow that is wanted, and is called ``asked_mm3_s``.
+    """
     it = path.trajectory
+    columns = (*TRAJECTORY_COLUMNS[:-1], "asked_mm3_s") if path.weighed else TRAJECTORY_COLUMNS
     rows = np.column_stack([it.t_s, it.position_mm, it.s_mm, it.speed_mm_s, it.flow_mm3_s])
     if path.hold_s > 0:
         # The nozzle waits where it begins to give, and asks already.
@@ -229,5 +235,5 @@ def table_text(path: RobotPath) -> str:
         waiting[list(TRAJECTORY_COLUMNS).index("speed_mm_s")] = 0.0
         rows[first:, 0] += path.hold_s
         rows = np.insert(rows, first, waiting, axis=0)
-    lines = [",".join(TRAJECTORY_COLUMNS), *(",".join(decimal(value, 6) for value in row) for row in rows)]
+    lines = [",".join(columns), *(",".join(decimal(value, 6) for value in row) for row in rows)]
     return "\n".join(lines) + "\n"

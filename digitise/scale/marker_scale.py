@@ -63,11 +63,13 @@ def scale_by_markers(pixels: Pixels, settings: PhotoInput, board: MarkerBoard, f
         worst = known[int(np.argmax(miss_mm)) // CORNERS].id
         raise InputError(
             f"{file}: the markers are {residual_mm:.2f} mm from their places (at most {limit_mm:.2f}), most of all "
-            f"marker {worst}: check x_mm, y_mm and size_mm, and that all lie flat, level with the face"
+            f"marker {worst}: check x_mm, y_mm and size_mm, and that all lie flat, level with what is measured"
             f"{'; or let lens be auto' if settings.lens == 'none' else ''}."
         )
     if face_mm is not None and depth_inside(places, (0, 0, *size_px))[MIDDLE] < 0:
-        raise InputError(f"{file}: by its markers, the face lies outside the photo: check x_mm, y_mm and face_mm.")
+        raise InputError(
+            f"{file}: by its markers, their opening, face_mm, lies outside the photo: check x_mm, y_mm and face_mm."
+        )
     middle_mm = view.to_mm(places)[MIDDLE]
     distance_mm, tilt_deg = find_pose(fit, covariance, middle_mm, pixels.focal_px, settings.camera_distance_mm)
     given_px = given_corners(pixels, settings)
@@ -139,8 +141,8 @@ def _rule(distance_mm: float | None, unmeasured: bool) -> str:
     cost = "0.4 % of every length at 250 mm from the camera"
     if distance_mm is not None:
         cost = f"{1 / distance_mm:.2%} of every length at {distance_mm:.0f} mm from the camera"
-    why = "without face_mm" if unmeasured else "since the edges of the face do not stand out"
-    return f"the level of the markers was not compared with the face's, {why}: each mm above or below costs {cost}"
+    why = "without face_mm" if unmeasured else "since no edges stand out along the opening between them"
+    return f"the markers' level was not checked, {why}: each mm above or below what is measured costs {cost}"
 
 
 def _grown(seen_mm: Floats, true_mm: Floats) -> tuple[float, float]:

@@ -1,6 +1,6 @@
 """The yield stress, and from an early photo the viscosity, of a paste that has spread on a plate."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
@@ -45,16 +45,26 @@ NOT_FOR = (
 )
 
 
-class Heap(Settings):
-    """Amount, density and first shape of a paste. Errors are standard uncertainties."""
+class PasteOnPlate(Settings):
+    """Density of a paste, and what surface tension does to it. Errors are standard uncertainties."""
 
     density_kg_m3: float = Field(ge=100, le=2e4)
     density_error_kg_m3: float | None = Field(default=None, gt=0, le=2e4)
+    edge_n_m: float = Field(default=EDGE_N_M, ge=0, le=0.1)
+    edge_error_n_m: float = Field(default=EDGE_ERROR_N_M, ge=0, le=0.1)
+
+    @property
+    def spread_of_density(self) -> float:
+        """Standard uncertainty of the density in kg/m3, given or usual."""
+        return self.density_error_kg_m3 or DENSITY_ERROR * self.density_kg_m3
+
+
+class Heap(PasteOnPlate):
+    """Amount, density and first shape of a paste that spreads."""
+
     mass_g: float | None = Field(default=None, gt=0, le=1e5)
     mass_error_g: float = Field(default=MASS_ERROR_G, gt=0, le=1e4)
     cone_mm: tuple[float, float, float] | None = None  # Inner diameters below and above, and height
-    edge_n_m: float = Field(default=EDGE_N_M, ge=0, le=0.1)
-    edge_error_n_m: float = Field(default=EDGE_ERROR_N_M, ge=0, le=0.1)
 
     @property
     def cone(self) -> Cone | None:
@@ -135,7 +145,6 @@ def _draws(heap: Heap, spread: SpreadBlob) -> tuple[Draws, Draws, dict[str, Draw
     random = np.random.default_rng(SEED)
     noise = {name: random.standard_normal(DRAWS) for name in ("density", "radius", "surface tension", "law", "mass")}
     sizes = random.standard_normal((3, DRAWS))
-    density_error = heap.density_error_kg_m3 or DENSITY_ERROR * heap.density_kg_m3
     if heap.mass_g is None and heap.cone is None:
         raise InputError("a spread needs the amount of paste: give --mass-g, or --cone-mm of a cone that was full.")
 
@@ -143,7 +152,7 @@ def _draws(heap: Heap, spread: SpreadBlob) -> tuple[Draws, Draws, dict[str, Draw
         def of(name: str) -> Floats:
             return noise[name] if name in sources else np.zeros(DRAWS)
 
-        density = heap.density_kg_m3 + density_error * of("density")
+        density = heap.density_kg_m3 + heap.spread_of_density * of("density")
         if heap.mass_g is not None:
             volume = 1e6 * (heap.mass_g + heap.mass_error_g * of("mass")) / density
         else:
@@ -180,45 +189,50 @@ def _replayed(curve: SlumpCurve) -> Callable[[Draws], Floats]:
     return law
 
 
-def viscosity(heap: Heap, found: PasteEstimate, early: SpreadBlob, early_s: float) -> tuple[float, float]:
-    """Return the viscosity from the radius at an earlier time, in Pa s, and its standard uncertainty in percent.
+def viscosity(heap: Heap, found: PasteEstimate, early: Sequence[tuple[SpreadBlob, float]]) -> tuple[float, float]:
+    """Return the viscosity from radii at earlier times, in Pa s, and its standard uncertainty in percent.
 
-    The slump is replayed with a constant viscosity; time goes with it where inertia has no part. Raises InputError for
-    a time that shows nothing.
+    The slump is replayed with a constant viscosity; time goes with it where inertia has no part. Photos count by how
+    well radius and lift tell their time; all share the lift, and the slump's course. Raises InputError for a time that
+    shows nothing.
     """
     cone = heap.cone
     if cone is None:
         raise InputError("an early photo needs the shape that the paste began with: give --cone-mm.")
     replay = slump(cone.scaled_to(found.volume_mm3), found.value, heap.density_kg_m3, steady=True)
     assert replay.viscosity_pa_s is not None, "steady"
-    share = early.radius_mm / replay.at_rest_mm
-    if not 1.1 * cone.bottom_mm / 2 < early.radius_mm < LATE * replay.at_rest_mm:
-        raise InputError(
-            f"the early photo shows {share:.0%} of the spread at rest: between a tenth beyond the cone and {LATE:.0%} "
-            "the time tells the viscosity. Take it sooner or later."
-        )
     radii, times = np.maximum.accumulate(replay.radius_mm), replay.t_s
     steps = np.append(True, np.diff(radii) > 0)
-    reached = [
-        float(np.interp(mm, radii[steps], times[steps]))
-        for mm in (early.radius_mm - early.radius_error_mm, early.radius_mm, early.radius_mm + early.radius_error_mm)
-    ]
-    value = replay.viscosity_pa_s * early_s / reached[1]
+    values, by_radius, by_lift = [], [], []
+    for blob, early_s in early:
+        if not 1.1 * cone.bottom_mm / 2 < blob.radius_mm < LATE * replay.at_rest_mm:
+            raise InputError(
+                f"the photo of {early_s:g} s shows {blob.radius_mm / replay.at_rest_mm:.0%} of the spread at rest: "
+                f"between a tenth beyond the cone and {LATE:.0%} the time tells the viscosity. Take one then."
+            )
+        around_mm = blob.radius_mm + blob.radius_error_mm * np.array([-1, 0, 1])
+        reached = np.interp(around_mm, radii[steps], times[steps])
+        values.append(replay.viscosity_pa_s * early_s / float(reached[1]))
+        by_radius.append(float(reached[2] - reached[0]) / 2 / float(reached[1]))
+        by_lift.append(LIFT_ERROR_S / early_s)
+    weight = 1 / (np.square(by_radius) + np.square(by_lift))
+    weight /= weight.sum()
+    value = float(np.exp(weight @ np.log(values)))
     galilei = heap.density_kg_m3**2 * GRAVITY_M_S2 * found.volume_mm3 * 1e-9 / value**2
     if galilei > MOST_GALILEI:
         raise InputError(
-            f"the early photo would say {value:.2g} Pa s, and so thin a paste is slowed by its inertia and by the hand "
+            f"early photos would say {value:.2g} Pa s, and so thin a paste is slowed by its inertia and by the hand "
             "that lifts the cone: measure the viscosity with a rheometer, or leave --early out."
         )
-    by_radius = (reached[2] - reached[0]) / 2 / reached[1]
-    return value, 100 * float(np.sqrt(COURSE**2 + (LIFT_ERROR_S / early_s) ** 2 + by_radius**2))
+    own = np.linalg.norm(weight * by_radius)
+    return value, 100 * float(np.sqrt(COURSE**2 + (weight @ by_lift) ** 2 + own**2))
 
 
 def material_of(
     photo: PhotoInput,
     folder: Path,
     heap: Heap,
-    early: tuple[Path, float] | None,
+    early: Sequence[tuple[Path, float]],
     day: date,
     note: Callable[[str], None],
 ) -> tuple[Material, PasteEstimate, SpreadBlob]:
@@ -228,10 +242,10 @@ def material_of(
         note(f"note: {warning}")
     found = estimate(heap, spread, note)
     thick, thick_percent = None, None
-    if early is not None:
-        first = measure_spread(photo.model_copy(update={"file": early[0]}), folder)
+    if early:
+        blobs = [(measure_spread(photo.model_copy(update={"file": file}), folder), at_s) for file, at_s in early]
         note("The slump is replayed once more, for its course in time.")
-        thick, thick_percent = viscosity(heap, found, first, early[1])
+        thick, thick_percent = viscosity(heap, found, blobs)
     way = "slump of a cone replayed in particles" if found.replayed else "spread, closed form with stretching"
     parts = ", ".join(f"{name} {value:.2g}" for name, value in found.parts.items())
     small, large = spread.diameters_mm
@@ -242,23 +256,23 @@ def material_of(
         f"{found.flat_pa:.4g} Pa",
         f"standard uncertainty in Pa by source: {parts}",
     )
-    density_error = heap.density_error_kg_m3 or DENSITY_ERROR * heap.density_kg_m3
     material = Material(
         method=f"{way}, surface tension's term subtracted",
         date=day.isoformat(),
         data=photo.data,
-        yield_stress_pa=_digits(found.value),
-        yield_stress_error_pa=_digits(found.error),
-        yield_stress_95_pa=(_digits(found.interval[0]), _digits(found.interval[1])),
-        viscosity_pa_s=None if thick is None else _digits(thick),
-        viscosity_error_percent=None if thick_percent is None else _digits(thick_percent),
+        yield_stress_pa=four_digits(found.value),
+        yield_stress_error_pa=four_digits(found.error),
+        yield_stress_95_pa=(four_digits(found.interval[0]), four_digits(found.interval[1])),
+        viscosity_pa_s=None if thick is None else four_digits(thick),
+        viscosity_error_percent=None if thick_percent is None else four_digits(thick_percent),
         density_kg_m3=heap.density_kg_m3,
-        density_error_kg_m3=density_error,
+        density_error_kg_m3=heap.spread_of_density,
         basis=basis,
         not_for=NOT_FOR,
     )
     return material, found, spread
 
 
-def _digits(value: float) -> float:
+def four_digits(value: float) -> float:
+    """Round a number to four digits."""
     return float(f"{value:.4g}")

@@ -181,7 +181,7 @@ def _pump(path: RobotPath, wanted: Trajectory, pump: PumpTable) -> dict[str, Any
         "weighed_mm3_s": list(pump.range_mm3_s),
         "wanted_mm3_s": [float(flows.min()), float(flows.max())],
         "asked_mm3_s": [float(asked.min()), float(asked.max())],
-        "interval_95_percent": 100 * max(pump.error_95(float(flows.min())), pump.error_95(float(flows.max()))),
+        "interval_95_percent": 100 * pump.doubts(flows)[0],
         "waits_s": path.hold_s,
     }
 

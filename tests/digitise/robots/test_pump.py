@@ -55,6 +55,35 @@ def test_a_fault_is_named_by_row_and_value(tmp_path, rows, says):
         pump(tmp_path, rows)
 
 
+@pytest.mark.parametrize(("off", "warned"), [(0.01, False), (0.05, True)])
+def test_a_pump_that_scatters_earns_a_warning_with_the_figure(tmp_path, off, warned):
+    path = place_path(trajectory(), cell(), "cell.toml", scattered(tmp_path, off))
+    said = [warning for warning in path.warnings if warning.startswith("pump.csv:")]
+    # Two to either side of each of two flows: s = sqrt(2) off, two degrees of freedom, two of each.
+    assert [f"{np.sqrt(2) * off:.0%} off its mean" in one and f"known to {4.303 * off:.0%}" in one for one in said] == (
+        [True] * warned
+    )
+
+
+def test_a_pump_that_scatters_by_half_of_its_flow_is_refused(tmp_path):
+    with pytest.raises(InputError, match=r"pump\.csv: one weighing is 35% off .* known to 108% \(95 %\); 50% are"):
+        place_path(trajectory(), cell(), "cell.toml", scattered(tmp_path, 0.25))
+
+
+def scattered(folder: Path, off: float) -> PumpTable:
+    """A pump that obeys, weighed twice at the path's flow and at three times it, each time ``off`` its mean."""
+    flow = trajectory().flow_mm3_s.max()
+    weighed = [(asked, asked * 1.69e-3 * 20 * (1 + sign * off)) for asked in (flow, 3 * flow) for sign in (-1, 1)]
+    return pump(folder, "".join(f"{asked:.12g},{gram:.12g},20,0\n" for asked, gram in weighed))
+
+
+def test_a_paths_table_names_the_flow_that_is_asked_for_apart(tmp_path):
+    """trajectory.csv has the flow that is wanted; without a table of the pump both are one."""
+    plain, weighed = (table_text(place_path(trajectory(), cell(), "cell.toml", of)) for of in (None, pump(tmp_path)))
+    assert plain.splitlines()[0].endswith(",speed_mm_s,flow_mm3_s")
+    assert weighed.splitlines()[0].endswith(",speed_mm_s,asked_mm3_s")
+
+
 def test_each_program_asks_for_what_gives_the_paths_flow_and_waits_once(tmp_path):
     it, table = trajectory(lead_in_mm=5.0), pump(tmp_path)
     flow = it.flow_mm3_s.max()

@@ -79,7 +79,7 @@ def test_what_tells_nothing_is_refused():
         estimate(Heap(density_kg_m3=1000.0, mass_g=10.0), spread(60.0))
     heap, seen = flat_heap(8.0)
     with pytest.raises(InputError, match="give --cone-mm"):
-        viscosity(heap, estimate(heap, seen), seen, 2.0)
+        viscosity(heap, estimate(heap, seen), [(seen, 2.0)])
 
 
 def test_a_photo_becomes_a_file_of_the_material(tmp_path):

@@ -22,8 +22,13 @@ def test_the_time_of_a_radius_tells_the_viscosity():
     found = PasteEstimate(STRESS_PA, 1.0, (23.0, 27.0), 30.0, 0.3, cone.volume_mm3, True, {})
     empty = np.zeros((0, 2))
     early = SpreadBlob(radius_mm, 0.2, {}, 0.0, (2 * radius_mm, 2 * radius_mm), empty, empty, True, ())
-    value, percent = viscosity(heap, found, early, early_s)
+    value, percent = viscosity(heap, found, [(early, early_s)])
     assert value == pytest.approx(true.viscosity_pa_s, rel=0.15)
     assert 25 < percent < 60
-    # Twice as thick, it takes twice as long.
-    assert viscosity(heap, found, early, 2 * early_s)[0] == pytest.approx(2 * value)
+    # Twice as thick, it takes twice as long, and of two photos both count.
+    twice, doubt = viscosity(heap, found, [(early, 2 * early_s)])
+    assert twice == pytest.approx(2 * value)
+    both, less = viscosity(heap, found, [(early, early_s), (early, 2 * early_s)])
+    assert value < both < twice
+    assert 25 < less < percent
+    assert doubt < percent

@@ -1,0 +1,191 @@
+"""The flow of a pump and the yield stress of a paste, by one bead on a plate that was weighed and photographed."""
+
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+
+import numpy as np
+from pydantic import Field
+
+from digitise.bead import MIDDLE, BeadOutline, measure_bead
+from digitise.settings import OnFace, PhotoInput
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Floats
+from sealtwin.material.by_spread import DRAWS, NOT_FOR, SEED, PasteOnPlate, four_digits
+from simulate.bead_law import STRETCH, PasteArea, laid_section, slumped_stress
+from simulate.material_file import Material
+from simulate.spread_law import GRAVITY_M_S2
+
+MASS_ERROR_G = 0.03  # Of a scale that shows 0.05 g, with what sticks to the nozzle
+SPEED_ERROR = 0.005  # Relative standard uncertainty of an arm's speed on a straight line
+LAW = 0.05  # Relative standard uncertainty of a yield stress by beads in particles (benchmarks/beads.py)
+SECTION = 0.03  # That of the section in the middle, by the same beads
+STIFFEST = 0.16
+"""Stress over rho g sqrt(A) beyond which a bead is so near the shape in which it was laid that it shows none."""
+SHORTEST = 4.0  # Length as laid over the root of the section, below which the ends drain the middle
+SOURCES = ("density", "mass", "scale", "edge", "surface tension", "law", "section", "speed")
+END = 0.1  # Standard uncertainty of where the nozzle began to give, over the bead's width: ends spread as they like
+BINS = 40  # Of the distance to the edge
+BESIDE = 0.5  # Largest distance of the mark from the bead's line, over its width
+BEAD_NOT_FOR = (
+    *NOT_FOR,
+    "other flows than the bead's: a pump needs weighings at two flows or more, each repeated",
+)
+
+
+class LaidBead(PasteOnPlate):
+    """A bead as it was laid and weighed."""
+
+    mass_g: float = Field(gt=0, le=1e5)
+    mass_error_g: float = Field(default=MASS_ERROR_G, gt=0, le=1e4)
+    asked_mm3_s: float = Field(ge=1e-3, le=1e6)
+    """Flow that the program asked for."""
+    speed_mm_s: float = Field(gt=0.01, le=5000)
+    """Speed of the nozzle."""
+    start_mm: tuple[OnFace, OnFace] | None = None
+    """Place where the nozzle began to move and to ask, from the lower left corner of the sheet's opening."""
+
+
+@dataclass(frozen=True)
+class Known:
+    """A value with its 95 % interval."""
+
+    value: float
+    interval: tuple[float, float]
+
+    @classmethod
+    def of(cls, value: float, drawn: Floats) -> "Known":
+        low, high = np.quantile(drawn, (0.025, 0.975)).tolist()
+        return cls(value, (min(low, value), max(high, value)))
+
+    @property
+    def error(self) -> float:
+        return (self.interval[1] - self.interval[0]) / 4
+
+
+@dataclass(frozen=True)
+class BeadEstimate:
+    """Values that a bead shows, with their intervals."""
+
+    stress_pa: Known
+    flow_mm3_s: Known
+    delay_s: Known | None  # None without a mark of the start
+    time_s: float  # In which the nozzle gave
+    section_mm2: float  # In the middle
+    stiffness: float  # tau / (rho g sqrt(A))
+    parts_pa: dict[str, float]  # Standard uncertainty of the yield stress by source
+
+    def pump_row(self, laid: LaidBead) -> dict[str, float]:
+        """Return a row of a pump's table."""
+        row = {"asked_mm3_s": laid.asked_mm3_s, "weighed_g": laid.mass_g, "time_s": four_digits(self.time_s)}
+        return row if self.delay_s is None else {**row, "delay_s": four_digits(self.delay_s.value)}
+
+
+def identify(laid: LaidBead, bead: BeadOutline) -> BeadEstimate:
+    """Return flow, yield stress and delay by a bead. Raises InputError for one that does not show them."""
+    random = np.random.default_rng(SEED)
+    noise = {name: random.standard_normal(DRAWS) for name in SOURCES}
+    footprint = footprint_of(bead)
+
+    def told(*sources: str, count: int = DRAWS) -> tuple[Floats, Floats, Floats, Floats]:
+        off = {name: noise[name][:count] * (name in sources) for name in SOURCES}
+        density = laid.density_kg_m3 + laid.spread_of_density * off["density"]
+        volume = 1e6 * (laid.mass_g + laid.mass_error_g * off["mass"]) / density
+        scale, outward = 1 + bead.scale_error * off["scale"], bead.edge_error_mm * off["edge"]
+        if (np.minimum(volume, np.minimum(density, bead.width_mm / 4 + outward)) <= 0).any():
+            raise InputError("mass, density or edge are as uncertain as they are large: measure them better.")
+        per_mm = footprint.per_mm(volume, scale, outward, STRETCH)
+        raw = footprint.volume_mm3(per_mm, scale, outward, STRETCH)[1]
+        section = laid_section(per_mm, raw) * (1 + SECTION * off["section"])
+        weight_pa_mm = density * GRAVITY_M_S2 * 1e-3
+        held = weight_pa_mm * slumped_stress(per_mm, raw) * (1 + LAW * off["law"])
+        edge = np.maximum(0.0, laid.edge_n_m + laid.edge_error_n_m * off["surface tension"])
+        # Of a disc, lambda R^2 / V (Roussel, Stefani and Leroy 2005): by the area for any outline.
+        stress = held - 1e3 * edge * bead.area_mm2 * scale**2 / (np.pi * volume)
+        flow = section * laid.speed_mm_s * (1 + SPEED_ERROR * off["speed"])
+        stiffness = held / (weight_pa_mm * np.sqrt(section))
+        return stress, flow, volume, stiffness
+
+    drawn = told(*SOURCES)
+    stress, flow, volume, stiffness = (float(values[0]) for values in told(count=1))
+    section = flow / laid.speed_mm_s
+    if (long := volume / section**1.5) < SHORTEST:
+        raise InputError(
+            f"{volume / section:.0f} mm of {section:.3g} mm² were laid, {long:.1f} times the section's root, need "
+            f"{SHORTEST:g}: ends take from the middle of so short a bead. Lay a longer one, or less of it to a mm."
+        )
+    if stiffness > STIFFEST:
+        slower = laid.speed_mm_s * (STIFFEST / stiffness) ** 2
+        raise InputError(
+            f"a bead of {section:.3g} mm² holds {stress:.2g} Pa nearly in the shape in which it was laid, and shows no "
+            f"yield stress: lay it at {slower:.2g} mm/s or slower for the same flow and at least "
+            f"{SHORTEST * np.sqrt(flow / slower):.0f} mm long, or spread a cone of the paste."
+        )
+    if not stress > 0:
+        raise InputError(
+            f"the bead spread to {bead.width_mm:.0f} mm, as far as surface tension lets water: it has no yield stress "
+            "that a bead shows. Check mass and density, or take a thicker paste."
+        )
+    parts = {name: float(told(name)[0].std()) for name in SOURCES[:-2]}
+    return BeadEstimate(
+        Known.of(stress, np.maximum(drawn[0], 0.0)),
+        Known.of(flow, drawn[1]),
+        None if laid.start_mm is None else _delay(laid, np.array(laid.start_mm), bead, volume / section),
+        volume / flow,
+        section,
+        stiffness,
+        parts,
+    )
+
+
+def _delay(laid: LaidBead, start_mm: Floats, bead: BeadOutline, laid_mm: float) -> Known:
+    """Return the time from the nozzle's start to the bead's own. Raises InputError for a mark beside the bead."""
+    near, far = bead.tips_mm[np.argsort(np.linalg.norm(bead.tips_mm - start_mm, axis=1))]
+    forth = (far - near) / bead.length_mm
+    to_tip = near - start_mm
+    aside = abs(float(forth[0] * to_tip[1] - forth[1] * to_tip[0]))
+    begins_mm = float(to_tip @ forth) + (bead.length_mm - laid_mm) / 2
+    error_mm = float(np.hypot(END * bead.width_mm, bead.edge_error_mm))
+    if aside > BESIDE * bead.width_mm or begins_mm < -3 * error_mm:
+        raise InputError(
+            f"--start-mm {start_mm[0]:g},{start_mm[1]:g} is no start of the bead, which begins {begins_mm:.1f} mm "
+            f"along and {aside:.1f} mm beside it: give x and y in mm from the lower left corner of the opening."
+        )
+    delay, error = max(0.0, begins_mm / laid.speed_mm_s), error_mm / laid.speed_mm_s
+    return Known(delay, (max(0.0, delay - 2 * error), delay + 2 * error))
+
+
+def footprint_of(bead: BeadOutline) -> PasteArea:
+    """Return where a bead's paste lies, for the law."""
+    ends = np.linspace(0, bead.inward_mm.max() * (1 + 1e-9), BINS + 1)
+    piece_mm = MIDDLE * bead.length_mm
+    middle = np.abs(bead.along_mm) < piece_mm / 2
+    area, middle_area = (np.histogram(bead.inward_mm[of], ends)[0] * bead.cell_mm2 for of in (slice(None), middle))
+    return PasteArea((ends[1:] + ends[:-1]) / 2, area, bead.edge_mm, middle_area, piece_mm)
+
+
+def material_of_bead(
+    photo: PhotoInput, folder: Path, laid: LaidBead, day: date
+) -> tuple[Material, BeadEstimate, BeadOutline]:
+    """Measure a bead in a photo and return its paste. Raises InputError for what cannot be measured."""
+    bead = measure_bead(photo, folder)
+    found = identify(laid, bead)
+    parts = ", ".join(f"{name} {value:.2g}" for name, value in found.parts_pa.items())
+    material = Material(
+        method="bead on a plate, closed form with stretching by its whole outline, surface tension's term subtracted",
+        date=day.isoformat(),
+        data=photo.data,
+        yield_stress_pa=four_digits(found.stress_pa.value),
+        yield_stress_error_pa=four_digits(found.stress_pa.error),
+        yield_stress_95_pa=(four_digits(found.stress_pa.interval[0]), four_digits(found.stress_pa.interval[1])),
+        density_kg_m3=laid.density_kg_m3,
+        density_error_kg_m3=laid.spread_of_density,
+        basis=(
+            f"bead of {laid.mass_g:g} g, {bead.length_mm:.2f} mm long and {bead.width_mm:.2f} mm wide in the middle, "
+            f"where its section is {found.section_mm2:.4g} mm²",
+            f"yield stress over weight and root of the section {found.stiffness:.3f}, at most {STIFFEST:g}",
+            f"standard uncertainty in Pa by source: {parts}",
+        ),
+        not_for=BEAD_NOT_FOR,
+    )
+    return material, found, bead

@@ -1,0 +1,165 @@
+"""Pump and paste by a bead: the values, their intervals, the file, the pump's row, and what is refused."""
+
+import json
+import math
+import shlex
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from digitise.bead import BeadOutline, bead_of
+from digitise.robots.pump import Pump, read_pump
+from sealtwin.cli.app import app
+from sealtwin.core.errors import InputError
+from sealtwin.material.by_bead import LaidBead, footprint_of, identify
+from simulate.bead_law import STRETCH, laid_section
+from simulate.material_file import read_material
+from tests.places import ROOT
+from tests.spreads import BEAD_FACE_MM, BeadPhoto, write_sheet_table
+
+DENSITY, SPEED = 1690.0, 5.0
+PHOTO = BeadPhoto(8.0)
+LAID = LaidBead(density_kg_m3=DENSITY, mass_g=4.4, asked_mm3_s=400.0, speed_mm_s=SPEED)
+
+
+@pytest.fixture(scope="module")
+def bead() -> BeadOutline:
+    ring = PHOTO.ring_mm
+    return bead_of(ring, ring, 0.001, 0.06, True, (), Path("bead.png"))
+
+
+def test_a_pump_that_gives_less_is_known_by_the_middle_without_the_beads_length(bead):
+    """The volume between the middle's two lines, over their distance, is what a mm was given; ends take no part."""
+    found, volume = identify(LAID, bead), 4.4e6 / DENSITY
+    footprint, one = footprint_of(bead), np.ones(1)
+    per_mm = footprint.per_mm(volume * one, one, 0 * one, STRETCH)
+    c, half = STRETCH * per_mm[0], 8.0
+    ridge = 2 * (c * half + ((c * c + 2 * per_mm[0] * half) ** 1.5 - c**3) / (3 * per_mm[0]))
+    assert footprint.volume_mm3(per_mm, one, 0 * one, STRETCH)[1][0] == pytest.approx(ridge, rel=2e-3)
+    assert found.flow_mm3_s.value == pytest.approx(SPEED * float(laid_section(per_mm, ridge * one)[0]), rel=2e-3)
+    assert found.time_s == pytest.approx(volume / found.flow_mm3_s.value)
+    low, high = found.flow_mm3_s.interval
+    assert low < found.flow_mm3_s.value < high < 1.15 * low
+    # Twice as fast, a mm has the same paste of twice the flow.
+    faster = identify(LAID.model_copy(update={"speed_mm_s": 2 * SPEED}), bead)
+    assert faster.flow_mm3_s.value == pytest.approx(2 * found.flow_mm3_s.value)
+    assert faster.stress_pa == found.stress_pa
+
+
+def test_more_paste_on_the_same_plate_has_more_yield_stress_and_surface_tension_takes_its_term_off(bead):
+    one, more = identify(LAID, bead), identify(LAID.model_copy(update={"mass_g": 4.8}), bead)
+    assert 1.1 < more.stress_pa.value / one.stress_pa.value < 1.3
+    without = identify(LAID.model_copy(update={"edge_n_m": 0.0, "edge_error_n_m": 0.0}), bead)
+    term = 1e3 * 0.005 * bead.area_mm2 / (math.pi * 4.4e6 / DENSITY)
+    assert without.stress_pa.value - one.stress_pa.value == pytest.approx(term, rel=1e-6)
+
+
+@pytest.mark.parametrize("part", ["density", "mass", "scale", "edge", "surface tension"])
+def test_a_larger_error_of_one_thing_makes_the_interval_wider(bead, part):
+    narrow = identify(LAID, bead)
+    change = {"density": {"density_error_kg_m3": 200.0}, "mass": {"mass_error_g": 0.4}}
+    change["surface tension"] = {"edge_error_n_m": 0.02}
+    seen = replace(bead, scale_error=0.05 if part == "scale" else 0.001, edge_error_mm=0.6 if part == "edge" else 0.06)
+    wide = identify(LAID.model_copy(update=change.get(part, {})), seen)
+    assert wide.stress_pa.error > 1.3 * narrow.stress_pa.error
+    assert wide.parts_pa[part] > 2 * narrow.parts_pa[part]
+
+
+def test_the_marks_distance_is_the_pumps_delay(bead):
+    """Two marks that are 5 mm apart along the bead are a second at 5 mm/s."""
+    near, far = (identify(LAID.model_copy(update={"start_mm": (x, 30.0)}), bead).delay_s for x in (21.0, 16.0))
+    assert near is not None
+    assert far is not None
+    assert far.value - near.value == pytest.approx(1.0, abs=1e-6)
+    assert far.interval[0] < far.value < far.interval[1]
+    # From its other end too.
+    other = identify(LAID.model_copy(update={"start_mm": (74.0, 30.0)}), bead).delay_s
+    assert other is not None
+    assert other.value == pytest.approx(far.value, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"start_mm": (16.0, 45.0)}, r"--start-mm 16,45 is no start of the bead, .* 15\.0 mm beside it"),
+        ({"start_mm": (35.0, 30.0)}, r"--start-mm 35,30 is no start of the bead, which begins -\d\.\d mm"),
+        ({"mass_g": 8.0}, r"39 mm of 120 mm² were laid, 3\.6 times the section's root, need 4"),
+        ({"mass_g": 1.0}, "spread to 16 mm, as far as surface tension lets water"),
+        ({"density_error_kg_m3": 900.0}, "as uncertain as they are large"),
+    ],
+)
+def test_what_shows_nothing_is_refused(bead, changes, says):
+    with pytest.raises(InputError, match=says):
+        identify(LAID.model_copy(update=changes), bead)
+
+
+def test_a_bead_that_hardly_flowed_is_refused_with_what_to_lay():
+    """Lying at half the speed it has twice the section, of whose root the limit is a share."""
+    ring = replace(PHOTO, radius_mm=4.5, straight_mm=36.0).ring_mm
+    stiff = bead_of(ring, ring, 0.001, 0.06, True, (), Path("bead.png"))
+    with pytest.raises(InputError, match=r"nearly in the shape .* lay it at (\d\.\d+) mm/s or slower") as refusal:
+        identify(LAID.model_copy(update={"mass_g": 3.6}), stiff)
+    assert "mm long, or spread a cone" in str(refusal.value)
+
+
+def documented() -> list[str]:
+    """The command for a bead as 'measure your paste' has it."""
+    page = (ROOT / "docs" / "how-to" / "measure-your-paste.md").read_text(encoding="utf-8")
+    return shlex.split(next(line for line in page.splitlines() if line.startswith("sealtwin material bead")))[1:]
+
+
+def test_the_documented_command_makes_a_material_and_a_row_that_a_cell_takes(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    PHOTO.write(tmp_path / "bead.jpg")
+    write_sheet_table(tmp_path / "narrow.toml", BEAD_FACE_MM)
+    answer = CliRunner().invoke(app, [*documented(), "--data", "synthetic", "--date", "2026-11-21", "--json"])
+    assert answer.exit_code == 0, answer.output
+    told, kept = json.loads(answer.stdout), read_material(tmp_path / "material.toml")
+    assert told["bead_length_mm"] == pytest.approx(46.0, abs=0.1)
+    assert kept.yield_stress_pa == told["yield_stress_pa"]
+    assert any("other flows than the bead's" in sentence for sentence in kept.not_for)
+    row = told["pump_row"]
+    assert list(row) == ["asked_mm3_s", "weighed_g", "time_s", "delay_s"]
+    # Four such rows, two of a bead at another flow, are a pump's table, of which the flow is that of the answer.
+    double = {**row, "asked_mm3_s": 2 * row["asked_mm3_s"], "time_s": row["time_s"] / 2}
+    lines = [",".join(map(str, line.values())) for line in (row, row, double, double)]
+    (tmp_path / "pump.csv").write_text("\n".join([",".join(row), *lines]), encoding="utf-8")
+    table = read_pump(Pump(file=Path("pump.csv"), density_kg_m3=kept.density_kg_m3), tmp_path)
+    assert table.given_mm3_s[0] == pytest.approx(told["flow_mm3_s"], rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["--cone-mm", "38x19x57"], "--cone-mm is no option of bead"),
+        (["--start-mm", "22"], "expected two numbers"),
+    ],
+)
+def test_an_option_of_another_method_is_refused(tmp_path, monkeypatch, words, says):
+    monkeypatch.chdir(tmp_path)
+    write_sheet_table(tmp_path / "narrow.toml", BEAD_FACE_MM)
+    answer = CliRunner().invoke(app, [*documented(), *words], terminal_width=200)
+    assert answer.exit_code == 2
+    assert says in " ".join(answer.output.split())
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "says"),
+    [
+        ("--cone-mm", "38,19,57", "expected three sizes in mm with x between"),
+        ("--cone-mm", "19x38x57", "38 comes before 19"),
+        ("--cone-mm", "3800x19x57", "each size must be 0.5 to 1000 mm"),
+        ("--early", "photo.jpg", "as photo.jpg@1.5"),
+        ("--early", "photo.jpg@0", "0.05 to 3600 seconds"),
+        ("--speed-mm-s", "5", "--speed-mm-s is no option of spread"),
+    ],
+)
+def test_a_spreads_options_say_what_they_expect(tmp_path, option, value, says):
+    frame = write_sheet_table(tmp_path / "frame.toml")
+    line = ["material", "spread", "spread.jpg", "--markers", str(frame), "--face-mm", "150x150", option, value]
+    answer = CliRunner().invoke(app, [*line, "--density-kg-m3", "1690"], terminal_width=200)
+    assert answer.exit_code == 2
+    assert says in " ".join(answer.output.replace("│", " ").split())

@@ -1,0 +1,62 @@
+"""The law of a bead by its whole outline, against closed forms of the disc and of the endless ridge."""
+
+import math
+
+import numpy as np
+import pytest
+
+from simulate.bead_law import STRETCH, Bead, PasteArea, laid_section, slumped_stress
+from simulate.spread_law import GRAVITY_M_S2, flat_stress_pa
+
+ONE, NO = np.ones(1), np.zeros(1)
+
+
+def capsule(straight_mm: float, half_mm: float, cells: int = 2000) -> PasteArea:
+    """A capsule's area by depth, and of its middle the ridge's."""
+    inward = (np.arange(cells) + 0.5) / cells * half_mm
+    ridge = np.full(cells, 2 * half_mm / cells)
+    area = ridge * straight_mm + 2 * np.pi * (half_mm - inward) * half_mm / cells
+    return PasteArea(inward, area, 2 * straight_mm + 2 * np.pi * half_mm, 10 * ridge, 10.0)
+
+
+def test_a_flat_disc_has_roussel_and_coussots_stress():
+    per_mm = capsule(0.0, 50.0).per_mm(30e3 * ONE, ONE, NO, 0.0)
+    assert per_mm[0] * 1e-3 * 1690 * GRAVITY_M_S2 == pytest.approx(float(flat_stress_pa(30e3, 50.0, 1690.0)), rel=1e-4)
+
+
+def test_an_endless_ridge_has_the_parabolas_and_stretching_makes_it_higher():
+    """Flat, A = 4/3 a sqrt(2 k a); with stretching, the integral of its height in closed form."""
+    ridge, half_mm, per_mm = capsule(1e6, 8.0), 8.0, 0.5
+    flat = 4 / 3 * half_mm * math.sqrt(2 * per_mm * half_mm)
+    assert ridge.per_mm(1e6 * flat * ONE, ONE, NO, 0.0)[0] == pytest.approx(per_mm, rel=1e-4)
+    c = STRETCH * per_mm
+    high = 2 * (c * half_mm + ((c * c + 2 * per_mm * half_mm) ** 1.5 - c**3) / (3 * per_mm))
+    assert ridge.per_mm(1e6 * high * ONE, ONE, NO, STRETCH)[0] == pytest.approx(per_mm, rel=1e-4)
+    assert ridge.volume_mm3(per_mm * ONE, ONE, NO, STRETCH)[1][0] == pytest.approx(high, rel=1e-4)
+
+
+def test_an_edge_that_lies_farther_out_is_that_of_the_wider_bead():
+    narrow, wide = capsule(30.0, 8.0), capsule(30.0, 8.2)
+    told = narrow.volume_mm3(0.5 * ONE, ONE, 0.2 * ONE, STRETCH)
+    assert np.ravel(told) == pytest.approx(np.ravel(wide.volume_mm3(0.5 * ONE, ONE, NO, STRETCH)), rel=2e-3)
+    # All lengths and the stress over weight twice as long: eight times the volume.
+    large = narrow.volume_mm3(1.0 * ONE, 2 * ONE, NO, STRETCH)
+    assert large[0] == pytest.approx(8 * narrow.volume_mm3(0.5 * ONE, ONE, NO, STRETCH)[0])
+
+
+def test_the_correction_grows_with_stiffness_and_needs_no_unit():
+    stiff, soft = (slumped_stress(k * ONE, 64.0 * ONE)[0] / k for k in (1.2, 0.5))
+    assert soft == 1 < stiff < 1.15
+    assert slumped_stress(2.4 * ONE, 256.0 * ONE)[0] == pytest.approx(2 * slumped_stress(1.2 * ONE, 64.0 * ONE)[0])
+    assert 1.03 < laid_section(0.8 * ONE, 64.0 * ONE)[0] / 64 < 1.12
+
+
+@pytest.mark.parametrize("wide", [1.0, 1.6])
+def test_a_bars_particles_have_its_volume_and_its_place(wide):
+    bar, side = Bead(40.0, 64.0, wide), 0.7
+    points = bar.lattice_mm(side, 0.3)
+    assert len(points) * side**3 == pytest.approx(bar.volume_mm3, rel=0.02)
+    assert points[:, 2].min() == pytest.approx(0.3)
+    low, high = points.min(axis=0), points.max(axis=0)
+    assert low[:2] == pytest.approx(-high[:2])
+    assert high[:2] == pytest.approx([20, 32 / bar.height_mm], abs=side)
