@@ -28,6 +28,7 @@ def live_chapter(evidence: Evidence) -> dict[str, Any] | None:
         "readings": None if readings is None else _line(readings.s_mm, readings.level_mm),
         "band": _band(evidence),
         "sentences": _sentences(evidence),
+        "beside": evidence.outline.seen_in,
     }
 
 
@@ -46,7 +47,7 @@ def _band(evidence: Evidence) -> dict[str, Any] | None:
 def _sentences(evidence: Evidence) -> list[str]:
     """Sentences on what made the page's level, its band and the readings beside it."""
     if evidence.run.bed is None:
-        told = ["The particles' level as run, plus the difference that the fast model gives for these settings."]
+        told = ["The level of the particles as run, plus the change that the fast model gives for these settings."]
         band = _band(evidence)
         held = "" if band is None else " and ".join(band["parts"])
         told.append(
@@ -55,7 +56,7 @@ def _sentences(evidence: Evidence) -> list[str]:
             else f"The band is 95 % by {held}, of the settings as run."
         )
     else:
-        told = ["The fast model's level itself. It has no band, and judges nothing: particles do."]
+        told = ["The fast model made this level, as it made the run; it has no band, and particles judge it."]
     return told if evidence.readings is None else [*told, "The readings are of the settings as run."]
 
 

@@ -9,6 +9,7 @@
     yield_stress_pa: ["Yield stress", "Pa"],
     mean_width_mm: ["Mean width of the crack", "mm"],
   };
+  const SETTINGS = Object.keys(NAMES).filter((name) => name in model.sliders);
   const LISTS = ["floor_mm", "mouth_mm", "depth_mm", "slant", "given_mm3"];
   const DIGITS = 6; // Significant ones of a setting: those of the page are those of the file
   const shown = (value, digits = 4) => String(Number(value.toPrecision(digits)));
@@ -16,7 +17,8 @@
   // Settings after a number of steps of each slider; as run, exactly what was run.
   const settings_at = (steps) =>
     Object.fromEntries(
-      Object.entries(model.sliders).map(([name, { as_run, step }]) => {
+      SETTINGS.map((name) => {
+        const { as_run, step } = model.sliders[name];
         const value = as_run + step * (steps[name] ?? 0);
         return [name, steps[name] ? Number(value.toPrecision(DIGITS)) : value];
       })
@@ -47,10 +49,10 @@
     };
     const paste = { ...model.paste, yield_stress_pa: settings.yield_stress_pa };
     const filled = slot.fill(sections, path, paste, model);
+    const fitness = slot.fitness_of(sections, volume_mm3, paste);
     const { full_mm2, step_mm } = filled.sections;
     const above_mm3 = filled.area_mm2.reduce((total, area, i) => total + Math.max(0, area - full_mm2[i]) * step_mm, 0);
-    const room_mm3 = full_mm2.reduce((total, area) => total + area * step_mm, 0);
-    return { ...filled, above_mm3, room_mm3, unfit: [...model.unknown, ...slot.unfit(sections, volume_mm3, paste)] };
+    return { ...filled, above_mm3, fitness, unfit: [...slot.unfit(fitness), ...model.unknown] };
   };
 
   const first = computed(settings_at({}));
@@ -120,7 +122,8 @@
 
   const steps = {};
   const sliders = stage.querySelector(".sliders");
-  for (const [name, { low, high }] of Object.entries(model.sliders)) {
+  for (const name of SETTINGS) {
+    const { low, high } = model.sliders[name];
     const row = document.createElement("div");
     row.innerHTML = `<label for="live-${name}"></label><input type="range" id="live-${name}"><output for="live-${name}"></output>`;
     row.firstChild.textContent = NAMES[name][0];
@@ -134,17 +137,21 @@
   }
 
   const figures = stage.querySelector("dl");
-  const signed = (value, digits) => (value < 0 ? "−" : "+") + Math.abs(value).toFixed(digits);
+  const fixed = (value, digits) => value.toFixed(digits).replace("-", "−");
+  const changed = (value, digits) => {
+    const text = fixed(value, digits);
+    return Number(value.toFixed(digits)) === 0 ? "as run" : value > 0 ? `+${text}` : text;
+  };
   const told = (now, line) => {
     const above = model.by_particles
-      ? `${Math.round(model.above_mm3)} mm³ as run, ${signed(now.above_mm3 - first.above_mm3, 0)}`
+      ? `${Math.round(model.above_mm3)} mm³ (${changed(now.above_mm3 - first.above_mm3, 0)})`
       : `${Math.round(now.above_mm3)} mm³`;
     const levels_mm = line.map(([, level_mm]) => level_mm);
     return {
-      "mean level": `${mean(line).toFixed(2)} mm (${signed(mean(line) - mean(as_run), 2)})`,
-      "lowest, highest": `${Math.min(...levels_mm).toFixed(1)}, ${Math.max(...levels_mm).toFixed(1)} mm`,
+      "mean level": `${fixed(mean(line), 2)} mm (${changed(mean(line) - mean(as_run), 2)})`,
+      "lowest, highest": `${fixed(Math.min(...levels_mm), 1)}, ${fixed(Math.max(...levels_mm), 1)} mm`,
       "over the face": above,
-      sealant: `${(now.dispensed_mm3 / 1e3).toFixed(2)} ml, ${(now.dispensed_mm3 / now.room_mm3).toFixed(2)} of the crack`,
+      sealant: `${(now.dispensed_mm3 / 1e3).toFixed(2)} ml, ${now.fitness.fill.toFixed(2)} of the crack`,
     };
   };
 
@@ -160,6 +167,10 @@
       input.nextSibling.textContent = text;
     }
     const warning = stage.querySelector(".warning");
+    const { slope, mound_mm } = now.fitness;
+    stage.querySelector(".domain").textContent =
+      `The fast model's domain: held slope ${slope.toFixed(2)}, at most ${slot.bounds.slope}; mound ${mound_mm.toFixed(1)} mm, ` +
+      `at most ${slot.bounds.mound_mm}; fill ${now.fitness.fill.toFixed(2)}, at most ${slot.bounds.fill}.`;
     const reasons = now.unfit.length ? `The fast model is UNFIT here. ${now.unfit.join(" ")}` : "";
     if (warning.textContent !== reasons) warning.textContent = reasons;
     warning.hidden = !reasons;
@@ -175,7 +186,6 @@
     );
     draw(line);
     stage.dataset.level = line.map(([, level_mm]) => level_mm.toFixed(5)).join(" ");
-    stage.dataset.updates = Number(stage.dataset.updates ?? 0) + 1;
   };
   let waiting = 0;
   const show = () => {

@@ -107,8 +107,9 @@ const slot = (() => {
     const size = Math.abs(push);
     if (!(size > threshold)) return [0, 0];
     const plug = threshold / size;
-    const [sheared, shape] = [(1 - plug) ** m, 1 + plug / (m + 1)];
-    const free = area_mm2 * rate * size ** (m - 1);
+    const sheared = m === 1 ? 1 - plug : (1 - plug) ** m; // A power takes longer than all else
+    const shape = 1 + plug / (m + 1);
+    const free = area_mm2 * rate * (m === 1 ? 1 : size ** (m - 1));
     const share = sheared * (1 - plug) * shape;
     const steeper = plug * sheared * ((m + 1) * shape - (1 - plug) / (m + 1));
     return [Math.sign(push) * free * size * share, free * (m * share + steeper)];
@@ -120,8 +121,9 @@ const slot = (() => {
 
   // Share of a disc of radius 1 below a place.
   const below = (place) => {
-    const x = clip(place, -1, 1);
-    return 0.5 + (Math.asin(x) + x * Math.sqrt(1 - x ** 2)) / Math.PI;
+    if (place <= -1) return 0;
+    if (place >= 1) return 1;
+    return 0.5 + (Math.asin(place) + place * Math.sqrt(1 - place ** 2)) / Math.PI;
   };
 
   // Volume that lands in each cell in each step.
@@ -141,9 +143,12 @@ const slot = (() => {
       const lands_mm = interp(middle_s, path.t_s, path.s_mm) + (GRAVITY_MM_S2 * along * falls_s ** 2) / 2;
       const step = times_s.findLastIndex((t_s) => t_s < middle_s + falls_s);
       if (step >= landed_mm3.length) continue;
-      const share = edges_mm.map((edge_mm) => below((2 * (edge_mm - lands_mm)) / nozzle_mm));
-      [share[0], share[cells]] = [0, 1];
-      for (let i = 0; i < cells; i += 1) landed_mm3[step][i] += volume_mm3 * (share[i + 1] - share[i]);
+      let before = 0;
+      for (let i = 0; i < cells; i += 1) {
+        const share = i === cells - 1 ? 1 : below((2 * (edges_mm[i + 1] - lands_mm)) / nozzle_mm);
+        landed_mm3[step][i] += volume_mm3 * (share - before);
+        before = share;
+      }
     }
     return landed_mm3;
   };
@@ -253,7 +258,11 @@ const slot = (() => {
 
   // Outflow of cell i less its inflow.
   const net = (flow, i) => (i < flow.length ? flow[i] : 0) - (i > 0 ? flow[i - 1] : 0);
-  const dot = (one, other) => one.reduce((total, value, i) => total + value * other[i], 0);
+  const dot = (one, other) => {
+    let total = 0;
+    for (let i = 0; i < one.length; i += 1) total += one[i] * other[i];
+    return total;
+  };
 
   // Heights to add, of the symmetric tridiagonal system that LAPACK's dptsv solves in Python.
   const solved = (width_mm, coupled, left_mm2) => {
@@ -275,28 +284,42 @@ const slot = (() => {
 
   const [STEEPEST, TALLEST_MM, FULLEST] = [0.45, 3.0, 0.95];
 
-  // Reasons why the model is unfit for a fill of ``dispensed_mm3``, a sentence each; none where it is fit.
-  const unfit = (shape, dispensed_mm3, paste) => {
+  // The case in three numbers, for a fill of ``dispensed_mm3``.
+  const fitness_of = (shape, dispensed_mm3, paste) => {
     const sections = new Trapezoids(shape, 0);
     const fill = dispensed_mm3 / sum(sections.full_mm2) / sections.step_mm;
     const held_mm = paste.yield_stress_pa / weight_pa_mm(paste);
-    const height_mm = sections.full_mm2.map((full_mm2, i) => sections.height_mm(i, Math.min(fill, 1) * full_mm2));
-    const slopes = sections.full_mm2.map(
-      (full_mm2, i) => held_mm / sections.holding_mm(Math.min(fill, 1) * full_mm2, sections.wetted_mm(i, height_mm[i]))
+    const area_mm2 = sections.full_mm2.map((full_mm2) => Math.min(fill, 1) * full_mm2);
+    const height_mm = area_mm2.map((one_mm2, i) => sections.height_mm(i, one_mm2));
+    const slope = area_mm2.map(
+      (one_mm2, i) => held_mm / sections.holding_mm(one_mm2, sections.wetted_mm(i, height_mm[i]))
     );
-    const [slope, mound_mm] = [mean(slopes), dot(slopes, height_mm) / slopes.length];
+    return { slope: mean(slope), mound_mm: dot(slope, height_mm) / slope.length, fill };
+  };
+
+  // Reasons why the model is unfit, a sentence each; none where it is fit.
+  const unfit = ({ slope, mound_mm, fill }) => {
     const found = [];
     if (slope > STEEPEST) {
-      found.push(`The walls hold the paste at a slope of ${slope.toFixed(2)}; above ${STEEPEST} it stacks under the nozzle.`);
+      found.push(
+        `The walls hold the paste at a slope of ${slope.toFixed(2)}; above ${STEEPEST} it stacks under the nozzle, which a ` +
+          "section's mean cannot show."
+      );
     }
     if (mound_mm > TALLEST_MM) {
-      found.push(`A mound of about ${mound_mm.toFixed(1)} mm stays under the nozzle's last place; ${TALLEST_MM} mm are allowed.`);
+      found.push(
+        `A mound of about ${mound_mm.toFixed(1)} mm, the held slope times the bed's depth, stays under the nozzle's last ` +
+          `place, and this model spreads it; ${TALLEST_MM} mm are allowed.`
+      );
     }
     if (fill > FULLEST) {
-      found.push(`The sealant is ${fill.toFixed(2)} of the crack's volume; above ${FULLEST} it runs over the face.`);
+      found.push(
+        `The sealant is ${fill.toFixed(2)} of the crack's volume; above ${FULLEST} it runs over the face, which this model ` +
+          "does not follow."
+      );
     }
     return found;
   };
 
-  return { fill, unfit, interp };
+  return { fill, fitness_of, unfit, interp, bounds: { slope: STEEPEST, mound_mm: TALLEST_MM, fill: FULLEST } };
 })();
