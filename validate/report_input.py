@@ -37,10 +37,9 @@ class LiveSlider(JsonRecord):
 class LiveWidth(JsonRecord):
     """Sections of the crack at one of its mean widths, of equal cells along it, and what the nozzle gives over them.
 
-    The arrays are those of the fast model's sections; ``given_mm3`` is the sealant given up to each of the path's places.
+    The arrays are those of the fast model's sections; ``given_mm3`` is the sealant given up to each place of the path.
     """
 
-    mean_width_mm: float
     floor_mm: list[float]
     mouth_mm: list[float]
     depth_mm: list[float]
@@ -54,8 +53,8 @@ class LiveModel(JsonRecord):
 
     s_mm: list[float]
     """Middles of the cells."""
-    widths: list[LiveWidth]
-    """Increasing in width, and linear between; one where the width stays."""
+    widths: dict[int, LiveWidth]
+    """By the steps of the slider of the width; 0 alone where the width stays."""
     along: list[float]
     """Gravity's unit vector along the crack at the faces between cells."""
     into: float

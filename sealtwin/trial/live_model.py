@@ -1,6 +1,8 @@
 """The fast model of a report's page: what its script computes with, and the trial file that it writes."""
 
-from dataclasses import asdict
+from collections.abc import Collection, Iterator
+from contextlib import suppress
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
@@ -15,11 +17,9 @@ from validate.report_input import LiveModel, LiveSlider, LiveWidth
 REACH = {"flow_mm3_s": (0.4, 1.6), "speed_mm_s": (0.5, 2.0)}
 """Lowest and highest value of a slider, over that of the run."""
 LEAST_STRESS_PA = 30.0  # Least upper end of the yield stress: fresh grouts have 5 to 37 Pa
-WIDER = (-0.3, 0.0, 0.3)
-"""Changes of the mean width for which solids are built. Areas are linear in it, but where the walls of a funnel meet."""
-WIDER_FUNNEL = tuple(np.linspace(-0.3, 0.3, 9).tolist())
+WIDER, WIDTHS = 0.03, 10  # Step of the slider of the mean width, as a share of it, and most steps to either side
 STEPS = 100  # Of a slider, about
-MOST_PLACES = 2000  # Of the nozzle on the page; a path of more is thinned
+MOST_PLACES = 1000  # Of the nozzle on the page; a path of more is thinned
 NAME_KEPT = 60  # Letters of the trial's name in that of the changed one
 
 
@@ -31,7 +31,7 @@ def live_model(job: Job, outline: Outline, solid: Solid, trajectory: Trajectory)
     """
     from simulate.slot.fill import CELLS, down
     from simulate.slot.run import paste_of, unknown
-    from simulate.slot.sections import Trapezoids, sections_of
+    from simulate.slot.sections import sections_of
 
     trial, fluid = job.trial, job.trial.fluid
     if fluid is None or trajectory.dispensed_mm3 <= 0 or job.folder.edited("digitise"):
@@ -49,15 +49,13 @@ def live_model(job: Job, outline: Outline, solid: Solid, trajectory: Trajectory)
     def placed(values: Floats) -> list[float]:
         return _rounded(np.interp(at_s, times_s, values[giving]))
 
-    widths, own = [], None
-    for wide, walls, path in _widths(trial, outline, solid, trajectory):
-        sections: Trapezoids = sections_of(wide, walls, CELLS, reach_per_mm=0.0)
-        own = sections if wide is outline else own
+    widths: dict[int, LiveWidth] = {}
+    for step, wide, walls, path in _widths(trial, outline, solid, trajectory):
+        sections = sections_of(wide, walls, CELLS, reach_per_mm=0.0)
         arrays = {name: _rounded(getattr(sections, name)) for name in ("floor_mm", "mouth_mm", "depth_mm", "slant")}
         given_mm3 = placed(np.concatenate([[0.0], np.cumsum(path.given_mm3)]))
-        reach = {"mean_width_mm": wide.mean_width_mm, "reach_mm": sections.reach_mm}
-        widths.append(LiveWidth(**arrays, **reach, given_mm3=given_mm3))
-    assert own is not None, "the crack as run is one of them"
+        widths[step] = LiveWidth(**arrays, reach_mm=sections.reach_mm, given_mm3=given_mm3)
+    own = sections_of(outline, solid, CELLS, reach_per_mm=0.0)
     along, into = down(outline, own, trial.sample)
     return LiveModel(
         s_mm=own.s_mm.tolist(),
@@ -70,7 +68,8 @@ def live_model(job: Job, outline: Outline, solid: Solid, trajectory: Trajectory)
         path={"t_s": placed(trajectory.t_s - trajectory.t_s[giving.start]), "s_mm": placed(trajectory.s_mm)}
         | {"z_mm": placed(trajectory.position_mm[:, 2])},
         after_s=float(trajectory.t_s[-1] - trajectory.t_s[giving.stop - 1]),
-        sliders=_sliders(trial, float(times_s[-1]), trajectory.dispensed_mm3, paste.yield_stress_pa, outline, widths),
+        sliders=_sliders(trial, float(times_s[-1]), trajectory.dispensed_mm3, paste.yield_stress_pa)
+        | _width_slider(trial, outline, widths),
         unknown=unknown(fluid, outline),
         trial=_changed(trial, paste.consistency_pa_s_n, len(widths) > 1),
     )
@@ -78,56 +77,58 @@ def live_model(job: Job, outline: Outline, solid: Solid, trajectory: Trajectory)
 
 def _widths(
     trial: Trial, outline: Outline, solid: Solid, trajectory: Trajectory
-) -> list[tuple[Outline, Solid, Trajectory]]:
-    """Return the crack with its path at mean widths about its own, as far as a solid can be built of it.
+) -> Iterator[tuple[int, Outline, Solid, Trajectory]]:
+    """Yield the crack with its sections and its path by steps of its mean width; the solid's mesh stays as it was run.
 
-    A mesh, a weighed cavity and one with side cracks keep their width.
+    The sample of a mesh, a weighed cavity and one with side cracks keep their width. Neither way goes beyond a width of
+    which no solid can be laid out.
     """
-    from digitise.solid.build_solid import build_solid
+    from digitise.solid.build_solid import shape_as_long_as
+    from digitise.solid.footprint import lay_out
+    from digitise.solid.tilt_variants import crack_sections
+    from digitise.solid.wedges import wall_shifts_mm
     from digitise.trajectory import plan_trajectory
     from digitise.weighing.moved_walls import widened
 
-    as_run = outline, solid, trajectory
+    yield 0, outline, solid, trajectory
     if trial.crack is None or trial.crack.fill is not None or outline.branches_kept:
-        return [as_run]
+        return
+    shape, _ = shape_as_long_as(outline.length_mm, trial.crack)
     poured = trial.path.model_copy(update={"volume_ml": trajectory.dispensed_mm3 / 1e3, "fill": 1.0})
-    found = []
-    for share in WIDER_FUNNEL if trial.crack.tilt == "funnel" else WIDER:
-        if share == 0:
-            found.append(as_run)
-            continue
-        wide = widened(outline, share * outline.mean_width_mm)
-        try:
-            walls = build_solid(wide, trial.crack)
-        except InputError:
-            continue
-        path = trajectory
-        if trial.path.flow == "cross_section":
-            path = plan_trajectory(wide, poured, walls.cavity_volume_mm3, walls.sections)
-        found.append((wide, walls, path))
-    return found
+    for way in (-1, 1):
+        with suppress(InputError):
+            for step in range(way, way * (WIDTHS + 1), way):
+                wide = widened(outline, WIDER * step * outline.mean_width_mm)
+                block_mm = lay_out(wide, shape, max(wall_shifts_mm(shape))).block_mm
+                walls = replace(solid, sections=crack_sections(wide, shape), block_mm=block_mm)
+                path = trajectory
+                if poured.flow == "cross_section":
+                    path = plan_trajectory(wide, poured, sections=walls.sections)
+                yield step, wide, walls, path
 
 
-def _sliders(
-    trial: Trial, gives_s: float, dispensed_mm3: float, stress_pa: float, outline: Outline, widths: list[LiveWidth]
-) -> dict[str, LiveSlider]:
-    """Return the sliders, within what a trial file allows."""
+def _sliders(trial: Trial, gives_s: float, dispensed_mm3: float, stress_pa: float) -> dict[str, LiveSlider]:
+    """Return the sliders of path and paste, within what a trial file allows."""
     flow_mm3_s, speed_mm_s = dispensed_mm3 / gives_s, trial.path.speed_mm_s
     slowest, fastest = (speed_mm_s * share for share in REACH["speed_mm_s"])
     least, most = (flow_mm3_s * share for share in REACH["flow_mm3_s"])
     # The volume is the flow in the time that the path takes.
     least = max(least, 1e3 * SMALLEST_VOLUME_ML / gives_s * fastest / speed_mm_s)
     most = min(most, 1e3 * LARGEST_VOLUME_ML / gives_s * slowest / speed_mm_s)
-    sliders = {
+    return {
         "flow_mm3_s": _slider(flow_mm3_s, least, most),
         "speed_mm_s": _slider(speed_mm_s, max(slowest, 0.01), min(fastest, 1000.0)),
         "yield_stress_pa": _slider(stress_pa, 0.0, min(1e4, max(LEAST_STRESS_PA, 2 * stress_pa))),
     }
-    if trial.photo is not None and len(widths) > 1:
-        ends_mm = widths[0].mean_width_mm, widths[-1].mean_width_mm
-        slider = _slider(outline.mean_width_mm, *ends_mm)
-        sliders["mean_width_mm"] = slider.model_copy(update={"said": trial.photo.mean_width_mm is not None})
-    return sliders
+
+
+def _width_slider(trial: Trial, outline: Outline, widths: Collection[int]) -> dict[str, LiveSlider]:
+    """Return the slider of the mean width; none where the width stays."""
+    if trial.photo is None or len(widths) == 1:
+        return {}
+    width_mm, said = outline.mean_width_mm, trial.photo.mean_width_mm is not None
+    slider = LiveSlider(as_run=width_mm, step=WIDER * width_mm, low=min(widths), high=max(widths), said=said)
+    return {"mean_width_mm": slider}
 
 
 def _slider(as_run: float, lowest: float, highest: float) -> LiveSlider:
@@ -166,4 +167,4 @@ def _changed(trial: Trial, consistency_pa_s_n: float, widens: bool) -> str:
 
 
 def _rounded(values: Floats) -> list[float]:
-    return np.round(values, 6).tolist()
+    return np.round(values, 5).tolist()

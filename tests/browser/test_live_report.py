@@ -16,7 +16,7 @@ from tests.studies import TRIAL, tiny_lab
 pytestmark = pytest.mark.browser
 
 SLIDERS = ("flow_mm3_s", "speed_mm_s", "yield_stress_pa", "mean_width_mm")
-HOSTILE = "</script><script>window.struck = 1</script><!-- \u2028 \\u003c @ \"@\""
+HOSTILE = '</script><script>window.struck = 1</script><!-- \u2028 \\u003c @ "@"'
 BY_PARTICLES = TRIAL.replace("U = 30.0\nD_cm = 0.3", "viscosity_pa_s = 0.3\nyield_stress_pa = 3.0").replace(
     "freeze_after_s = 0.2", 'freeze_after_s = "never"'
 )

@@ -10,7 +10,6 @@
     mean_width_mm: ["Mean width of the crack", "mm"],
   };
   const SETTINGS = Object.keys(NAMES).filter((name) => name in model.sliders);
-  const LISTS = ["floor_mm", "mouth_mm", "depth_mm", "slant", "given_mm3"];
   const DIGITS = 6; // Significant ones of a setting: those of the page are those of the file
   const shown = (value, digits = 4) => String(Number(value.toPrecision(digits)));
 
@@ -24,20 +23,9 @@
       })
     );
 
-  // Sections, and what the nozzle gives over them, between the two widths that were computed about a mean width.
-  const widened = (mean_width_mm) => {
-    const { widths } = model;
-    if (widths.length === 1) return widths[0];
-    const next = widths.findIndex((one, i) => i > 0 && (one.mean_width_mm >= mean_width_mm || i === widths.length - 1));
-    const [low, high] = [widths[next - 1], widths[next]];
-    const share = (mean_width_mm - low.mean_width_mm) / (high.mean_width_mm - low.mean_width_mm);
-    const between = (one, other) => one + share * (other - one);
-    const lists = LISTS.map((name) => [name, low[name].map((value, i) => between(value, high[name][i]))]);
-    return { ...Object.fromEntries(lists), reach_mm: between(low.reach_mm, high.reach_mm) };
-  };
-
-  const computed = (settings) => {
-    const { given_mm3, ...sections } = { s_mm: model.s_mm, ...widened(settings.mean_width_mm) };
+  const computed = (steps) => {
+    const settings = settings_at(steps);
+    const { given_mm3, ...sections } = { s_mm: model.s_mm, ...model.widths[steps.mean_width_mm ?? 0] };
     const slower = model.sliders.speed_mm_s.as_run / settings.speed_mm_s;
     const t_s = model.path.t_s.map((one_s) => one_s * slower);
     const volume_mm3 = settings.flow_mm3_s * t_s.at(-1);
@@ -55,7 +43,7 @@
     return { ...filled, above_mm3, fitness, unfit: [...slot.unfit(fitness), ...model.unknown] };
   };
 
-  const first = computed(settings_at({}));
+  const first = computed({});
   const moved = (now, s_mm, i) => {
     const at = (filled) => slot.interp(s_mm, model.s_mm, filled.level_mm);
     return model.by_particles ? model.as_run.level_mm[i] + at(now) - at(first) : at(now);
@@ -157,10 +145,9 @@
 
   let line = as_run;
   const update = () => {
-    const settings = settings_at(steps);
-    const now = computed(settings);
+    const now = computed(steps);
     line = model.as_run.s_mm.map((s_mm, i) => [s_mm, moved(now, s_mm, i)]);
-    for (const [name, value] of Object.entries(settings)) {
+    for (const [name, value] of Object.entries(settings_at(steps))) {
       const input = document.getElementById(`live-${name}`);
       const text = `${shown(value)} ${NAMES[name][1]}`;
       input.setAttribute("aria-valuetext", text);
