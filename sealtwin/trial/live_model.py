@@ -47,7 +47,7 @@ def live_model(job: Job, outline: Outline, solid: Solid, trajectory: Trajectory)
     at_s = times_s if len(times_s) <= MOST_PLACES else np.linspace(0.0, times_s[-1], MOST_PLACES)
 
     def placed(values: Floats) -> list[float]:
-        return _rounded(np.interp(at_s, times_s, values[giving]))
+        return _rounded(np.interp(at_s, times_s, values[giving]), digits=9)
 
     widths: dict[int, LiveWidth] = {}
     for step, wide, walls, path in _widths(trial, outline, solid, trajectory):
@@ -166,5 +166,5 @@ def _changed(trial: Trial, consistency_pa_s_n: float, widens: bool) -> str:
     return tomlkit.dumps(document)
 
 
-def _rounded(values: Floats) -> list[float]:
-    return np.round(values, 5).tolist()
+def _rounded(values: Floats, digits: int = 5) -> list[float]:
+    return np.round(values, digits).tolist()

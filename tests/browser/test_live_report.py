@@ -16,7 +16,7 @@ from tests.studies import TRIAL, tiny_lab
 pytestmark = pytest.mark.browser
 
 SLIDERS = ("flow_mm3_s", "speed_mm_s", "yield_stress_pa", "mean_width_mm")
-HOSTILE = '</script><script>window.struck = 1</script><!-- \u2028 \\u003c @ "@"'
+HOSTILE = '</script><script>struck = 1</script><!-- \u2028 \\u003c "@"'
 BY_PARTICLES = TRIAL.replace("U = 30.0\nD_cm = 0.3", "viscosity_pa_s = 0.3\nyield_stress_pa = 3.0").replace(
     "freeze_after_s = 0.2", 'freeze_after_s = "never"'
 )
@@ -97,12 +97,11 @@ def test_what_was_not_moved_stays_as_it_was_run(open_report, by_slot):
     assert np.abs(level_mm(page) - begun).max() > 0.1
     page.click("#live button[value=reset]")
     move(page, {})
-    assert "as run" in page.inner_text("#live dd >> nth=0")
     assert (level_mm(page) == begun).all()
     changed, own = load_trial(write_changed(page, lab / "changed.toml")), load_trial(lab / "trial.toml")
     assert changed.photo == own.photo
     assert changed.path.speed_mm_s == own.path.speed_mm_s
-    assert changed.path.volume_ml == pytest.approx(own.path.volume_ml, rel=1e-9)
+    assert changed.path.volume_ml == own.path.volume_ml
     assert changed.fluid == own.fluid
     assert (changed.readings, changed.gate) == (None, None)
 

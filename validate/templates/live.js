@@ -127,12 +127,12 @@
   const figures = stage.querySelector("dl");
   const fixed = (value, digits) => value.toFixed(digits).replace("-", "−");
   const changed = (value, digits) => {
-    const text = fixed(value, digits);
-    return Number(value.toFixed(digits)) === 0 ? "as run" : value > 0 ? `+${text}` : text;
+    const text = fixed(value, digits).replace(/^−(0(\.0+)?)$/, "$1");
+    return text.startsWith("−") ? text : `+${text}`;
   };
   const told = (now, line) => {
     const above = model.by_particles
-      ? `${Math.round(model.above_mm3)} mm³ (${changed(now.above_mm3 - first.above_mm3, 0)})`
+      ? `${Math.round(model.above_mm3)} mm³ as run, ${changed(now.above_mm3 - first.above_mm3, 0)} mm³`
       : `${Math.round(now.above_mm3)} mm³`;
     const levels_mm = line.map(([, level_mm]) => level_mm);
     return {
@@ -186,7 +186,8 @@
   const trial_text = () => {
     const settings = settings_at(steps);
     const gives_s = (model.path.t_s.at(-1) * model.sliders.speed_mm_s.as_run) / settings.speed_mm_s;
-    const written = { ...settings, volume_ml: (settings.flow_mm3_s * gives_s) / 1e3 };
+    const volume_ml = Number(((settings.flow_mm3_s * gives_s) / 1e3).toPrecision(DIGITS + 1));
+    const written = { ...settings, volume_ml };
     const left_out = (name) => model.sliders[name]?.said === false && !steps[name];
     return model.trial.replace(/^(\w+) = "@"\n/gm, (_, name) => (left_out(name) ? "" : `${name} = ${written[name]}\n`));
   };
