@@ -25,7 +25,8 @@ const slot = (() => {
 
   class Trapezoids {
     constructor(sections, reach_per_mm) {
-      Object.assign(this, sections, { reach_per_mm });
+      Object.assign(this, { reach_per_mm, reach_mm: sections.reach_mm });
+      for (const name of ["s_mm", "floor_mm", "mouth_mm", "depth_mm", "slant"]) this[name] = Float64Array.from(sections[name]);
       this.step_mm = this.s_mm[1] - this.s_mm[0];
       const count = this.s_mm.length;
       this.opening = zip(count, (i) => (this.mouth_mm[i] - this.floor_mm[i]) / this.depth_mm[i]);
