@@ -70,7 +70,7 @@ def main() -> None:
             page, visited = browser.new_page(), []
             page.on("request", lambda request, visited=visited: visited.append(request.url))
             page.goto(page_file.resolve().as_uri())
-            for shares in qmc.LatinHypercube(len(SLIDERS), seed=SEED + number).random(SETTINGS):
+            for shares in qmc.LatinHypercube(len(SLIDERS), seed=SEED + number).random(SETTINGS):  # pyright: ignore[reportCallIssue]
                 move(page, dict(zip(SLIDERS, shares.tolist(), strict=True)))
                 lab = page_file.parents[1]
                 run, profile = poured(write_changed(page, lab / "changed.toml"), lab / f"changed-{len(off_mm)}")

@@ -49,12 +49,12 @@ class LiveWidth(JsonRecord):
 
 
 class LiveModel(JsonRecord):
-    """What the page's script needs to compute the fill again by the fast model, with other settings."""
+    """Data of the page's script, which computes the fill by the fast model with other settings."""
 
     s_mm: list[float]
     """Middles of the cells."""
     widths: dict[int, LiveWidth]
-    """By the steps of the slider of the width; 0 alone where the width stays."""
+    """Sections by the steps of the width's slider; 0 alone where the width stays."""
     along: list[float]
     """Gravity's unit vector along the crack at the faces between cells."""
     into: float

@@ -61,7 +61,7 @@ def test_the_level_is_that_of_the_command_on_the_file_that_the_page_writes(made,
     page = open_report(file)
     lab = file.parents[1]
     unfit = set()
-    for number, shares in enumerate(qmc.LatinHypercube(4, seed=seed).random(10)):
+    for number, shares in enumerate(qmc.LatinHypercube(4, seed=seed).random(10)):  # pyright: ignore[reportCallIssue]
         move(page, dict(zip(SLIDERS, shares, strict=True)))
         run, profile = poured(write_changed(page, lab / "changed.toml"), tmp_path / str(number))
         assert np.abs(level_mm(page) - profile.level_mm).max() < 0.01
