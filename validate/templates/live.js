@@ -44,9 +44,12 @@
   };
 
   const first = computed({});
+  const floor_at = (s_mm) => -slot.interp(s_mm, model.s_mm, first.sections.depth_mm);
   const moved = (now, s_mm, i) => {
     const at = (filled) => slot.interp(s_mm, model.s_mm, filled.level_mm);
-    return model.by_particles ? model.as_run.level_mm[i] + at(now) - at(first) : at(now);
+    if (!model.by_particles) return at(now);
+    // A difference does not know the floor.
+    return Math.max(floor_at(s_mm), model.as_run.level_mm[i] + at(now) - at(first));
   };
   const mean = (line) => {
     let area = 0;
@@ -58,7 +61,7 @@
 
   const svg = stage.querySelector("svg");
   const [LEFT_PX, RIGHT_PX, TOP_PX, BOTTOM_PX, HIGH_PX] = [38, 10, 10, 24, 280];
-  const floor_mm = -Math.max(...model.widths[0].depth_mm);
+  const floor_mm = -Math.max(...first.sections.depth_mm);
   const as_run = model.as_run.s_mm.map((s_mm, i) => [s_mm, model.as_run.level_mm[i]]);
   const length_mm = model.s_mm.at(-1) + model.s_mm[0];
 
@@ -96,7 +99,7 @@
       const half_mm = (s_mm) => slot.interp(s_mm, model.band.s_mm, model.band.level_mm);
       const inside = line.filter(([s_mm]) => s_mm >= model.band.s_mm[0] && s_mm <= model.band.s_mm.at(-1));
       const upper = inside.map(([s_mm, level_mm]) => [s_mm, level_mm + half_mm(s_mm)]);
-      const lower = inside.map(([s_mm, level_mm]) => [s_mm, level_mm - half_mm(s_mm)]);
+      const lower = inside.map(([s_mm, level_mm]) => [s_mm, Math.max(floor_at(s_mm), level_mm - half_mm(s_mm))]);
       part("polygon", { class: "band", points: points([...upper, ...lower.reverse()]) });
     }
     part("polyline", { class: "as-run", points: points(as_run) });
