@@ -56,7 +56,7 @@ def by_particles(tmp_path_factory):
 
 @pytest.mark.parametrize(("made", "seed"), [("by_slot", 1), ("thinning", 2)])
 def test_the_level_is_that_of_the_command_on_the_file_that_the_page_writes(made, seed, request, open_report, tmp_path):
-    """Ten settings each; the issue allows 0.01 mm."""
+    """Ten settings each. The issue allows 0.01 mm; numbers of the page have digits that leave 1e-4."""
     file = request.getfixturevalue(made)
     page = open_report(file)
     lab = file.parents[1]
@@ -64,7 +64,7 @@ def test_the_level_is_that_of_the_command_on_the_file_that_the_page_writes(made,
     for number, shares in enumerate(qmc.LatinHypercube(4, seed=seed).random(10)):  # pyright: ignore[reportCallIssue]
         move(page, dict(zip(SLIDERS, shares, strict=True)))
         run, profile = poured(write_changed(page, lab / "changed.toml"), tmp_path / str(number))
-        assert np.abs(level_mm(page) - profile.level_mm).max() < 0.01
+        assert np.abs(level_mm(page) - profile.level_mm).max() < 1e-3
         assert run.bed is not None
         told = page.text_content("#live .warning")
         assert all(reason in told for reason in run.bed.unfit)
