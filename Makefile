@@ -51,6 +51,7 @@ benchmark-validate: $(DEVELOPING)
 	$(BIN)/python benchmarks/ingest.py
 	$(BIN)/python -m benchmarks.fuzz
 	$(BIN)/python benchmarks/report_speed.py
+	$(BIN)/python -m benchmarks.live_report
 	$(BIN)/python -m benchmarks.stated_intervals
 
 benchmark-gpu: $(DEVELOPING)

@@ -34,6 +34,7 @@ COMMANDS = {
     "time_left": "-m benchmarks.time_left",
     "least_of_many": "-m benchmarks.least_of_many",
     "report_speed": "benchmarks/report_speed.py",
+    "live_report": "-m benchmarks.live_report",
     "cold": "-m benchmarks.cold",
     "tilt": "benchmarks/tilt.py",
     "material": "benchmarks/material.py",

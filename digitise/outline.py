@@ -20,6 +20,7 @@ from digitise.walls.mouths import trace_past_mouths
 from digitise.walls.side_cracks import find_side_cracks, measure_branches
 from digitise.walls.stretches import MIN_WIDTH_PX, WORTH_SAYING, judge_reach, judge_stretches
 from digitise.walls.thin_crack import trace_line, trace_thin
+from digitise.weighing.moved_walls import widened
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Outline, WidthSource, arc_length
 from sealtwin.core.solid_figures import Span
@@ -49,16 +50,27 @@ def trace_outline(
     keep_branches: bool = False,
     *,
     width_mm: Floats | None = None,
+    mean_width_mm: float | None = None,
     path_only: bool = False,
     walls_px: Lines = (),
 ) -> Outline:
     """Measure the crack along ``path``: between its walls or, where it is too thin for them, by a fit of its profile.
 
-    ``width_mm``, (k, 2) of arc length and width, replaces what the photo shows; with ``path_only`` the outline has no
-    walls, and neither has that of a crack too thin for the fit. ``walls_px`` are stretches of a wall that a person
+    ``width_mm``, (k, 2) of arc length and width, replaces what the photo shows, and all widths are scaled to
+    ``mean_width_mm``; with ``path_only`` the outline has no walls, and neither has that of a crack too thin for the
+    fit. ``walls_px`` are stretches of a wall that a person
     drew, in place of what was traced. Raises InputError as ``outline_by_walls``, and where a thin crack or the ground
     beside it is hidden, or where walls were drawn that no outline has.
     """
+    if mean_width_mm is not None:
+        shown = trace_outline(photo, path, edge_fraction, keep_branches, width_mm=width_mm, walls_px=walls_px)
+        if shown.width_source == "none" or shown.branches_kept:
+            raise InputError(
+                f"{photo.file}: photo.mean_width_mm: only a main crack between walls is widened. Leave it out, or give "
+                'width_mm, and branches = "drop".'
+            )
+        moved = widened(shown, mean_width_mm - shown.mean_width_mm)
+        return replace(moved, width_source="gauge", width_95_mm=None)
     if walls_px and (path_only or width_mm is not None):
         raise InputError(f"{photo.file}: photo.walls_px beside width_mm or path_only, which need no walls; keep one.")
     if path_only or width_mm is not None:
@@ -80,6 +92,7 @@ def outline_as_set(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outli
         settings.edge_fraction,
         keep_branches=settings.branches == "keep",
         width_mm=settings.width_stations_mm,
+        mean_width_mm=settings.mean_width_mm,
         path_only=bool(settings.path_only),
         walls_px=settings.walls_px or (),
     )

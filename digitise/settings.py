@@ -124,6 +124,9 @@ class PhotoInput(Settings):
     """Width of the crack by a gauge or a microscope, in place of the photo's: one, or a table of [s, width] along the
     crack from the nozzle's start, linear between and constant beyond. Its doubt is width_mm of [uncertainty]. Left out,
     the width is measured between the walls, or fitted to the profile of a crack below 8 px."""
+    mean_width_mm: Width | None = None
+    """Mean width of the crack by a gauge, or to try another one: all widths along it are scaled in proportion, those of
+    the photo as those of width_mm. Left out, they stay as they are."""
     path_only: bool | None = None
     """True for the crack's path alone, without walls and solid, of which a robot program can be made; no depth is
     needed. It gives sealant if path.volume_ml is a number."""
@@ -160,6 +163,9 @@ class PhotoInput(Settings):
     def _widths_in_order(self) -> Self:
         if self.width_mm is not None and self.path_only:
             raise ValueError("width_mm beside path_only: a path alone has no width; give either")
+        if self.mean_width_mm is not None and (self.path_only or self.branches == "keep"):
+            beside = "path_only" if self.path_only else 'branches = "keep"'
+            raise ValueError(f"mean_width_mm beside {beside}: only a main crack between walls is widened; give either")
         if self.width_stations_mm is not None:
             _require_order("width_mm", self.width_stations_mm)
         return self

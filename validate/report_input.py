@@ -23,6 +23,56 @@ class ReadingsSheet(JsonRecord):
     """Date of the readings, as the lab writes it; None where no note says."""
 
 
+class LiveSlider(JsonRecord):
+    """A setting that the page moves by whole steps, from ``low`` to ``high`` of them about its value as run."""
+
+    as_run: float
+    step: float
+    low: int
+    high: int
+    said: bool = True
+    """False where the trial file as run leaves the setting out."""
+
+
+class LiveWidth(JsonRecord):
+    """Sections of the crack at one of its mean widths, of equal cells along it, and what the nozzle gives over them.
+
+    The arrays are those of the fast model's sections; ``given_mm3`` is the sealant given up to each place of the path.
+    """
+
+    floor_mm: list[float]
+    mouth_mm: list[float]
+    depth_mm: list[float]
+    slant: list[float]
+    reach_mm: float
+    given_mm3: list[float]
+
+
+class LiveModel(JsonRecord):
+    """Data of the page's script, which computes the fill by the fast model with other settings."""
+
+    s_mm: list[float]
+    """Middles of the cells."""
+    widths: dict[int, LiveWidth]
+    """Sections by the steps of the width's slider; 0 alone where the width stays."""
+    along: list[float]
+    """Gravity's unit vector along the crack at the faces between cells."""
+    into: float
+    """The same into the sample."""
+    paste: dict[str, float]
+    nozzle_mm: float
+    settle_s: float
+    path: dict[str, list[float]]
+    """Time, height and place along the crack of the nozzle while it gives, from ``t_s`` = 0."""
+    after_s: float
+    """Time in which the nozzle still moves when it has ceased to give."""
+    sliders: dict[str, LiveSlider]
+    unknown: tuple[str, ...]
+    """Parts of the case that the fast model leaves out, a sentence each."""
+    trial: str
+    """Text of the trial file, with "@" for the values that the page writes."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Evidence:
     """One trial, as its stages left it."""
@@ -46,6 +96,7 @@ class Evidence:
     lab_searched: bool = False  # True if a lab's catalogue knows of no other use of held-out readings
     extra_runs: str = ""  # Time in words that 'sealtwin validate RUN --uncertainty' takes; empty where it is not known
     frames: tuple[Frame, ...] = ()  # Snapshots of the run, in the order of time
+    live: LiveModel | None = None  # Fast model of the page; None where it cannot do the trial
 
 
 def provenance(facts: dict[str, str], device: str, seed: Any, versions: dict[str, str]) -> dict[str, str]:

@@ -163,7 +163,8 @@ class TraceSession:
         """Read the photo; ``hints``, not those in ``settings``, are the first. Raises InputError for a bad photo."""
         self._rest, self.hints = rest_of(settings), hints
         self._edge_fraction = settings.edge_fraction
-        self._width_mm, self._path_only = settings.width_stations_mm, bool(settings.path_only)
+        self._width_mm, self._mean_width_mm = settings.width_stations_mm, settings.mean_width_mm
+        self._path_only = bool(settings.path_only)
         pixels = read_pixels(settings, folder)
         # Messages on the page name the photo without its folder.
         self._pixels = replace(pixels, file=Path(pixels.file.name))
@@ -228,6 +229,7 @@ class TraceSession:
                     self._edge_fraction,
                     hints.branches == "keep",
                     width_mm=self._width_mm,
+                    mean_width_mm=self._mean_width_mm,
                     path_only=self._path_only,
                     walls_px=hints.walls_px or (),
                 )

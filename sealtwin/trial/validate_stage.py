@@ -53,6 +53,7 @@ def bring_up_to_date(job: Job) -> bool:
     job.progress.start("Validating", 2)
     began = time.monotonic()
 
+    from sealtwin.trial.live_model import live_model
     from validate.compare import assess
     from validate.report.write_report import REPORT, write_report
     from validate.report_input import Evidence
@@ -69,12 +70,13 @@ def bring_up_to_date(job: Job) -> bool:
     job.progress.advance(1, "writing the report")
     made, used = ("digitise", "simulate"), {*DIGITISED, "overlay.png", *SIMULATED, SPREAD}
     run_folder = f"reports/{trial.folder_name}"
+    trajectory = record_files.read_trajectory(job.path)
     evidence = Evidence(
         name=trial.name,
         note=trial.note,
         outline=outline,
         solid=solid,
-        trajectory=record_files.read_trajectory(job.path),
+        trajectory=trajectory,
         run=run,
         profile=profile,
         readings=readings,
@@ -88,6 +90,7 @@ def bring_up_to_date(job: Job) -> bool:
         lab_searched=searched,
         extra_runs=job.above.extra_runs(job),
         frames=tuple(read_frame(job.path / name) for name in snapshots_of(job)),
+        live=live_model(job, outline, solid, trajectory),
     )
     if trial.readings is not None and readings is not None:
         comparison = assess(evidence, trial.readings, trial.known_inputs(outline, solid), spread, trial.gate)

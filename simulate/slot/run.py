@@ -89,7 +89,7 @@ def pour(
             held_slope=fitness.slope,
             mound_mm=fitness.mound_mm,
             fill=fitness.fill,
-            unfit=(*fitness.unfit, *_unknown(fluid, outline)),
+            unfit=(*fitness.unfit, *unknown(fluid, outline)),
         ),
     )
     s_mm = np.linspace(0.0, outline.length_mm, max(2, round(outline.length_mm / STATION_MM) + 1))
@@ -126,7 +126,7 @@ def paste_of(fluid: Fluid, solver: Solver, nozzle: Nozzle, trajectory: Trajector
     return HerschelBulkley(fluid.density_kg_m3, fluid.yield_stress_pa, thickness, index, PARTICLES_RUB)
 
 
-def _unknown(fluid: Fluid, outline: Outline) -> tuple[str, ...]:
+def unknown(fluid: Fluid, outline: Outline) -> tuple[str, ...]:
     """Parts of a case that this model leaves out, a sentence each."""
     found = []
     if fluid.D_cm is not None:

@@ -56,6 +56,32 @@ def chromium_with_webgl(launch):
     browser.close()
 
 
+@pytest.fixture
+def open_report(chromium_with_webgl):
+    """Open a page; in the end nothing may have gone wrong in it, and nothing may have been asked of anybody."""
+    contexts, complaints, wanted, asked = [], [], set(), set()
+
+    def opened(file, width=1280, height=900, script="", **look):
+        context = chromium_with_webgl.new_context(viewport={"width": width, "height": height}, **look)
+        contexts.append(context)
+        if script:
+            context.add_init_script(script)
+        page = context.new_page()
+        page.on("console", lambda message: complaints.append(f"{message.type}: {message.text}"))
+        page.on("pageerror", lambda fault: complaints.append(f"error: {fault}"))
+        page.on("dialog", lambda dialog: complaints.append(f"dialog: {dialog.message}"))
+        page.on("request", lambda request: request.url.startswith("data:") or asked.add(request.url))
+        wanted.add(file.as_uri())
+        page.goto(file.as_uri())
+        return page
+
+    yield opened
+    for context in contexts:
+        context.close()
+    assert complaints == []
+    assert asked == wanted
+
+
 @dataclass(frozen=True)
 class Shot:
     """A specimen's photo, and where on it things are."""

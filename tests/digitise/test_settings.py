@@ -1,6 +1,7 @@
 """Bounds of what reaches the robot's files and the printer."""
 
 import json
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -79,3 +80,11 @@ def test_a_share_of_the_cavity_beside_a_volume_is_refused():
     assert NozzlePath(fill=0.8).fill == 0.8
     with pytest.raises(ValidationError, match=r"fill is 0\.8 beside volume_ml = 4\.8"):
         NozzlePath(volume_ml=4.8, fill=0.8)
+
+
+@pytest.mark.parametrize("beside", [{"path_only": True}, {"branches": "keep"}])
+def test_only_a_main_crack_between_walls_is_given_a_mean_width(beside):
+    with pytest.raises(ValidationError, match="mean_width_mm beside"):
+        PhotoInput.model_validate(
+            {**PHOTO, "file": Path("photo.jpg"), "mm_per_px": 0.1, "mean_width_mm": 3.0, **beside}
+        )

@@ -26,7 +26,8 @@ from sealtwin.core.comparison import Outcome
 from sealtwin.core.drawing.theme import AGES, GRID, INK, MUTED, SIMULATED, as_picture, as_svg, in_page, printable
 from sealtwin.core.files import replacing, write_json, write_text
 from validate.figures.solid_pictures import draw_still
-from validate.report.chapters import Chapter, CommandLines, Paragraph, PhotoBlock, Picture, Plate, chapters
+from validate.report.chapters import Chapter, CommandLines, Model, Paragraph, PhotoBlock, Picture, Plate, chapters
+from validate.report.live_chapter import live_chapter
 from validate.report.report_data import ReportData, ReportedVerdict, report_data
 from validate.report_input import Evidence
 from validate.units import PageTable
@@ -66,7 +67,7 @@ def write_report(folder: Path, evidence: Evidence) -> None:
     content, figures = chapters(evidence), key_figures(evidence)
     tables = tuple(item for chapter in content for item in chapter.items if isinstance(item, PageTable))
     data = report_data(evidence, tables)
-    write_text(folder / "report.html", _page(data, figures, content))
+    write_text(folder / "report.html", _page(evidence, data, figures, content))
     with replacing(folder / "report.pdf") as temporary:
         _write_pdf(temporary, data, figures, content)
     write_json(folder / "report.json", data.model_dump(mode="json"))
@@ -77,7 +78,7 @@ def tone(verdict: ReportedVerdict) -> Outcome:
     return "open" if verdict.outcome == "passed" and verdict.role != "held-out" else verdict.outcome
 
 
-def _page(data: ReportData, figures: KeyFigures, content: Sequence[Chapter]) -> str:
+def _page(evidence: Evidence, data: ReportData, figures: KeyFigures, content: Sequence[Chapter]) -> str:
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("validate"), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True
     )
@@ -85,7 +86,10 @@ def _page(data: ReportData, figures: KeyFigures, content: Sequence[Chapter]) -> 
     environment.filters["photo"] = lambda item: _data_uri("jpeg", _encoded(".jpg", item.pixels[:, :, ::-1]))
     environment.filters["still"] = lambda item: _data_uri("webp", _encoded(".webp", item.still[:, :, [2, 1, 0, 3]]))
     environment.filters["svg"] = lambda item, name: in_page(as_svg(item.draw(), name, PIXELS_DPI), item.caption)
-    script = resources("validate").joinpath("templates", "turntable.js").read_text(encoding="utf-8")
+    live = live_chapter(evidence)
+    turns = any(isinstance(item, Model) for chapter in content for item in chapter.items)
+    named = (*(["turntable.js"] if turns else []), *(["slot.js", "live.js"] if live else []))
+    scripts = [resources("validate").joinpath("templates", name).read_text(encoding="utf-8") for name in named]
     stops = map(to_hex, matplotlib.colormaps[AGES](np.linspace(0, 1, STOPS)))
     return environment.get_template("report.html.j2").render(
         data=data,
@@ -94,9 +98,11 @@ def _page(data: ReportData, figures: KeyFigures, content: Sequence[Chapter]) -> 
         chapters=content,
         # The colours of ages, as CSS blends them from left to right.
         colours=f"linear-gradient(to right, {', '.join(stops)})",
-        # The page's policy allows this script alone, by its hash.
-        script=Markup(script),
-        script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
+        # The page's policy allows these scripts alone, by their hashes.
+        scripts=[
+            (Markup(script), base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()) for script in scripts
+        ],
+        live=live,
     )
 
 

@@ -1,0 +1,170 @@
+"""The fast model of a report's page: what its script computes with, and the trial file that it writes."""
+
+from collections.abc import Collection, Iterator
+from contextlib import suppress
+from dataclasses import asdict, replace
+from typing import Any
+
+import numpy as np
+
+from digitise.settings import LARGEST_VOLUME_ML, SMALLEST_VOLUME_ML
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Floats, Outline, Solid, Trajectory
+from sealtwin.trial.job import Job
+from sealtwin.trial.trial_file import Trial, trial_text
+from validate.report_input import LiveModel, LiveSlider, LiveWidth
+
+REACH = {"flow_mm3_s": (0.4, 1.6), "speed_mm_s": (0.5, 2.0)}
+"""Lowest and highest value of a slider, over that of the run."""
+LEAST_STRESS_PA = 30.0  # Least upper end of the yield stress: fresh grouts have 5 to 37 Pa
+WIDER, WIDTHS = 0.03, 10  # Step of the slider of the mean width, as a share of it, and most steps to either side
+STEPS = 100  # Of a slider, about
+MOST_PLACES = 1000  # Of the nozzle on the page; a path of more is thinned
+NAME_KEPT = 60  # Letters of the trial's name in that of the changed one
+
+
+def live_model(job: Job, outline: Outline, solid: Solid, trajectory: Trajectory) -> LiveModel | None:
+    """Return the fast model of a digitised trial, as its page computes it.
+
+    None of a trial that the fast model refuses, and of one whose crack or path was edited by hand: no trial file makes
+    it.
+    """
+    from simulate.slot.fill import CELLS, down
+    from simulate.slot.run import paste_of, unknown
+    from simulate.slot.sections import sections_of
+
+    trial, fluid = job.trial, job.trial.fluid
+    if fluid is None or trajectory.dispensed_mm3 <= 0 or job.folder.edited("digitise"):
+        return None
+    solver = trial.solver.for_crack(outline.mean_width_mm)
+    try:
+        paste = paste_of(fluid, solver, trial.nozzle, trajectory, trial.seed)
+    except InputError:
+        return None
+
+    giving = trajectory.giving
+    times_s = trajectory.t_s[giving] - trajectory.t_s[giving.start]
+    at_s = times_s if len(times_s) <= MOST_PLACES else np.linspace(0.0, times_s[-1], MOST_PLACES)
+
+    def placed(values: Floats) -> list[float]:
+        return _rounded(np.interp(at_s, times_s, values[giving]), digits=9)
+
+    widths: dict[int, LiveWidth] = {}
+    for step, wide, walls, path in _widths(trial, outline, solid, trajectory):
+        sections = sections_of(wide, walls, CELLS, reach_per_mm=0.0)
+        arrays = {name: _rounded(getattr(sections, name)) for name in ("floor_mm", "mouth_mm", "depth_mm", "slant")}
+        given_mm3 = placed(np.concatenate([[0.0], np.cumsum(path.given_mm3)]))
+        widths[step] = LiveWidth(**arrays, reach_mm=sections.reach_mm, given_mm3=given_mm3)
+    own = sections_of(outline, solid, CELLS, reach_per_mm=0.0)
+    along, into = down(outline, own, trial.sample)
+    return LiveModel(
+        s_mm=own.s_mm.tolist(),
+        widths=widths,
+        along=_rounded(along),
+        into=into,
+        paste=asdict(paste),
+        nozzle_mm=trial.nozzle.diameter_mm,
+        settle_s=solver.settle_s,
+        path={"t_s": placed(trajectory.t_s - trajectory.t_s[giving.start]), "s_mm": placed(trajectory.s_mm)}
+        | {"z_mm": placed(trajectory.position_mm[:, 2])},
+        after_s=float(trajectory.t_s[-1] - trajectory.t_s[giving.stop - 1]),
+        sliders=_sliders(trial, float(times_s[-1]), trajectory.dispensed_mm3, paste.yield_stress_pa)
+        | _width_slider(trial, outline, widths),
+        unknown=unknown(fluid, outline),
+        trial=_changed(trial, paste.consistency_pa_s_n, len(widths) > 1),
+    )
+
+
+def _widths(
+    trial: Trial, outline: Outline, solid: Solid, trajectory: Trajectory
+) -> Iterator[tuple[int, Outline, Solid, Trajectory]]:
+    """Yield the crack with its sections and its path by steps of its mean width; the solid's mesh stays as it was run.
+
+    The sample of a mesh, a weighed cavity and one with side cracks keep their width. Neither way goes beyond a width of
+    which no solid can be laid out.
+    """
+    from digitise.solid.build_solid import shape_as_long_as
+    from digitise.solid.footprint import lay_out
+    from digitise.solid.tilt_variants import crack_sections
+    from digitise.solid.wedges import wall_shifts_mm
+    from digitise.trajectory import plan_trajectory
+    from digitise.weighing.moved_walls import widened
+
+    yield 0, outline, solid, trajectory
+    if trial.crack is None or trial.crack.fill is not None or outline.branches_kept:
+        return
+    shape, _ = shape_as_long_as(outline.length_mm, trial.crack)
+    poured = trial.path.model_copy(update={"volume_ml": trajectory.dispensed_mm3 / 1e3, "fill": 1.0})
+    for way in (-1, 1):
+        with suppress(InputError):
+            for step in range(way, way * (WIDTHS + 1), way):
+                wide = widened(outline, WIDER * step * outline.mean_width_mm)
+                block_mm = lay_out(wide, shape, max(wall_shifts_mm(shape))).block_mm
+                walls = replace(solid, sections=crack_sections(wide, shape), block_mm=block_mm)
+                path = trajectory
+                if poured.flow == "cross_section":
+                    path = plan_trajectory(wide, poured, sections=walls.sections)
+                yield step, wide, walls, path
+
+
+def _sliders(trial: Trial, gives_s: float, dispensed_mm3: float, stress_pa: float) -> dict[str, LiveSlider]:
+    """Return the sliders of path and paste, within what a trial file allows."""
+    flow_mm3_s, speed_mm_s = dispensed_mm3 / gives_s, trial.path.speed_mm_s
+    slowest, fastest = (speed_mm_s * share for share in REACH["speed_mm_s"])
+    least, most = (flow_mm3_s * share for share in REACH["flow_mm3_s"])
+    # The volume is the flow in the time that the path takes.
+    least = max(least, 1e3 * SMALLEST_VOLUME_ML / gives_s * fastest / speed_mm_s)
+    most = min(most, 1e3 * LARGEST_VOLUME_ML / gives_s * slowest / speed_mm_s)
+    return {
+        "flow_mm3_s": _slider(flow_mm3_s, least, most),
+        "speed_mm_s": _slider(speed_mm_s, max(slowest, 0.01), min(fastest, 1000.0)),
+        "yield_stress_pa": _slider(stress_pa, 0.0, min(1e4, max(LEAST_STRESS_PA, 2 * stress_pa))),
+    }
+
+
+def _width_slider(trial: Trial, outline: Outline, widths: Collection[int]) -> dict[str, LiveSlider]:
+    """Return the slider of the mean width; none where the width stays."""
+    if trial.photo is None or len(widths) == 1:
+        return {}
+    width_mm, said = outline.mean_width_mm, trial.photo.mean_width_mm is not None
+    slider = LiveSlider(as_run=width_mm, step=WIDER * width_mm, low=min(widths), high=max(widths), said=said)
+    return {"mean_width_mm": slider}
+
+
+def _slider(as_run: float, lowest: float, highest: float) -> LiveSlider:
+    rough = (max(highest, as_run) - min(lowest, as_run)) / STEPS
+    power = 10.0 ** np.floor(np.log10(rough))
+    step = float(power * max(digit for digit in (1, 2, 5) if digit * power <= rough * (1 + 1e-9)))
+    # A step short of the end, rather than beyond it.
+    low, high = (max(0, int((end - as_run) * sign / step + 1e-9)) for end, sign in ((lowest, -1), (highest, 1)))
+    return LiveSlider(as_run=as_run, step=step, low=-low, high=high)
+
+
+def _changed(trial: Trial, consistency_pa_s_n: float, widens: bool) -> str:
+    """Return the text of the trial file that the page completes, without readings: they are of what was run."""
+    import tomlkit
+
+    fluid, photo = trial.fluid, trial.photo
+    assert fluid is not None, "it was run"
+    if fluid.U is not None:
+        # U is the viscosity of particles, and changes with flow and speed.
+        fluid = fluid.model_copy(update={"U": None, "viscosity_pa_s": consistency_pa_s_n})
+    changes: dict[str, Any] = {
+        "name": f"{trial.name[:NAME_KEPT]} (changed)",
+        "fluid": fluid.model_copy(update={"material": None}),
+        "path": trial.path.model_copy(update={"fill": 1.0}),
+        "readings": None,
+        "gate": None,
+    }
+    written = [("path", "volume_ml"), ("path", "speed_mm_s"), ("fluid", "yield_stress_pa")]
+    if photo is not None and widens:
+        changes["photo"] = photo.model_copy(update={"mean_width_mm": 1.0})
+        written.append(("photo", "mean_width_mm"))
+    document: Any = tomlkit.parse(trial_text(trial.model_copy(update=changes)))
+    for table, key in written:
+        document[table][key] = "@"
+    return tomlkit.dumps(document)
+
+
+def _rounded(values: Floats, digits: int = 5) -> list[float]:
+    return np.round(values, digits).tolist()

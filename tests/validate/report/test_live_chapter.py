@@ -1,0 +1,111 @@
+"""What stands beside the page's fast model: the report's readings, band and sentences, as text and finite numbers."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sealtwin.core.records import Bed, Profile
+from tests.evidence import make_evidence
+from tests.pages import leave_out_figures
+from validate.compare import assess
+from validate.report.live_chapter import MOST_PLACES, live_chapter
+from validate.report.write_report import write_report
+from validate.report_input import Evidence, LiveModel, LiveSlider, LiveWidth
+from validate.settings import Readings, Uncertainty
+
+HOSTILE = "</script><script>struck()</script><!-- \u2028 & '"
+CELLS = {"floor_mm": [3.0, 3.0], "mouth_mm": [3.0, 3.0], "depth_mm": [10.0, 10.0], "slant": [2.0, 2.0]}
+LIVE = LiveModel(
+    s_mm=[10.0, 30.0],
+    widths={0: LiveWidth.model_validate(CELLS | {"reach_mm": 5.0, "given_mm3": [0.0, 600.0]})},
+    along=[0.0],
+    into=1.0,
+    paste={"density_kg_m3": 1690.0, "yield_stress_pa": 4.0},
+    nozzle_mm=2.4,
+    settle_s=0.0,
+    path={"t_s": [0.0, 7.0], "s_mm": [5.0, 35.0], "z_mm": [3.0, 3.0]},
+    after_s=0.0,
+    sliders={"flow_mm3_s": LiveSlider(as_run=85.7, step=1.0, low=-50, high=50)},
+    unknown=(HOSTILE,),
+    trial=HOSTILE,
+)
+BED = Bed(
+    dispensed_mm3=600.0,
+    in_crack_mm3=590.0,
+    above_face_mm3=10.0,
+    in_flight_mm3=0.0,
+    held_slope=0.1,
+    mound_mm=0.5,
+    fill=0.5,
+    unfit=(),
+)
+
+
+@pytest.fixture(scope="module")
+def evidence(tmp_path_factory) -> Evidence:
+    return make_evidence(tmp_path_factory.mktemp("live"), live=LIVE)
+
+
+def test_particles_give_the_level_and_the_fast_model_its_change(evidence):
+    found = live_chapter(evidence)
+    assert found is not None
+    assert found["by_particles"]
+    assert "level of the particles as run, plus the change" in found["sentences"][0]
+    assert any(sentence.startswith("No band") for sentence in found["sentences"])
+    assert found["readings"]["level_mm"] == evidence.readings.level_mm.tolist()
+    assert found["as_run"]["level_mm"] == pytest.approx(evidence.profile.level_mm.tolist(), abs=1e-5)
+
+
+def test_a_slot_run_is_the_fast_model_s_own_and_has_no_band(evidence):
+    found = live_chapter(replace(evidence, run=replace(evidence.run, bed=BED)))
+    assert found is not None
+    assert not found["by_particles"]
+    assert "particles judge it" in found["sentences"][0]
+    assert found["band"] is None
+    assert found["above_mm3"] - evidence.run.particle_volume_mm3 == pytest.approx(BED.above_face_mm3)
+
+
+def test_the_band_holds_what_the_budget_knows_of_the_simulation(evidence):
+    settings = Readings(file=Path("caliper.csv"), data="measured", role="held-out")
+    assessed = assess(evidence, settings, Uncertainty(), None)
+    assert assessed.uncertainty is not None
+    some = np.full(len(assessed.uncertainty.stations.s_mm), 0.3)
+    for parts, half_mm, told in (
+        ({"numerics_mm": some}, 0.6, "by numerics, of the settings as run"),
+        ({"numerics_mm": some, "inputs_mm": some * 4 / 3}, 1.0, "by numerics and inputs, of the settings as run"),
+    ):
+        stations = assessed.uncertainty.stations.model_copy(update=parts)
+        comparison = replace(assessed, uncertainty=assessed.uncertainty.model_copy(update={"stations": stations}))
+        found = live_chapter(replace(evidence, comparison=comparison))
+        assert found is not None
+        assert found["band"]["level_mm"] == pytest.approx([half_mm] * len(some))
+        assert any(told in sentence for sentence in found["sentences"])
+
+
+def test_lines_are_finite_and_bounded(evidence):
+    s_mm = np.linspace(0, 40, 5001)
+    level_mm = np.where(s_mm < 1, np.nan, -3.0)
+    found = live_chapter(replace(evidence, profile=Profile(s_mm, level_mm), readings=Profile(s_mm, level_mm)))
+    assert found is not None
+    for name in ("as_run", "readings"):
+        assert 0 < len(found[name]["s_mm"]) <= MOST_PLACES
+        assert np.isfinite(found[name]["level_mm"]).all()
+    json.dumps(found, allow_nan=False)
+
+
+def test_the_page_has_the_model_s_data_as_text_and_its_scripts_where_there_is_one(evidence, tmp_path, monkeypatch):
+    leave_out_figures(monkeypatch)
+    write_report(tmp_path, evidence)
+    with_live = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert HOSTILE not in with_live
+    data = with_live.split('id="live-model">')[1].split("</script>")[0]
+    assert json.loads(data)["trial"] == HOSTILE
+    assert json.loads(data)["unknown"] == [HOSTILE]
+    write_report(tmp_path, replace(evidence, live=None))
+    without = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert 'id="live' not in without
+    assert with_live.count("<script>") == 3
+    assert without.count("<script>") == 1
