@@ -98,7 +98,7 @@ class Trial(Settings):
         return shown_by
 
     def loaded(self, folder: Path) -> Self:
-        """Return the trial with the tables of fluid and fill in place of files in ``folder``. Raises InputError."""
+        """Return the trial with the tables of fluid, fill and path in place of files in ``folder``. Raises InputError."""
         crack, fluid, uncertainty = self.crack, self.fluid, self.uncertainty
         if crack is not None and crack.fill is not None:
             crack = crack.model_copy(update={"fill": crack.fill.loaded(folder)})
@@ -106,7 +106,8 @@ class Trial(Settings):
             fluid = fluid.loaded(folder)
             if isinstance(measured := fluid.material, Material):
                 uncertainty = uncertainty.with_paste(measured.yield_stress_error_pa, measured.viscosity_error_percent)
-        return self.model_copy(update={"crack": crack, "fluid": fluid, "uncertainty": uncertainty})
+        loaded = {"crack": crack, "path": self.path.loaded(folder), "fluid": fluid, "uncertainty": uncertainty}
+        return self.model_copy(update=loaded)
 
     @property
     def folder_name(self) -> str:
