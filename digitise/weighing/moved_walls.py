@@ -6,7 +6,7 @@ import numpy as np
 
 from digitise.geometry.polyline import uncrossed, without_repeats
 from digitise.settings import CrackShape
-from sealtwin.core.records import Outline
+from sealtwin.core.records import Floats, Outline
 from sealtwin.core.solid_figures import WeighedCavity
 
 SAME_POINT_MM = 1e-6  # Distance below which both walls are one point, as at a tip
@@ -16,7 +16,12 @@ def widened(outline: Outline, by_mm: float) -> Outline:
     """Widen a crack by ``by_mm`` on average, every width in proportion: tips and open ends stay where they are."""
     if not by_mm:
         return outline
-    apart = (outline.left_wall_mm - outline.right_wall_mm) * by_mm / outline.mean_width_mm / 2
+    return widened_by(outline, np.full(len(outline.s_mm), by_mm / outline.mean_width_mm))
+
+
+def widened_by(outline: Outline, share: Floats) -> Outline:
+    """Widen a crack by a share of its own width at each point of its centreline, (n,)."""
+    apart = (outline.left_wall_mm - outline.right_wall_mm) * share[:, None] / 2
     left_mm, right_mm = outline.left_wall_mm + apart, outline.right_wall_mm - apart
     ring_mm = without_repeats(uncrossed(np.vstack([right_mm, left_mm[::-1]])), SAME_POINT_MM)
     return replace(outline, left_wall_mm=left_mm, right_wall_mm=right_mm, outline_mm=ring_mm)

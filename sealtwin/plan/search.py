@@ -1,7 +1,8 @@
 """The search for a plan on the fast model, corrected by what particles showed (space mapping, Bandler et al. 1994)."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -36,9 +37,16 @@ class Case:
     settle_s: float
     slope: SampleSlope = LEVEL
 
-    def fill(self, trajectory: Trajectory, cells: int = CELLS, steps: int = STEPS) -> Filled:
-        how = {"nozzle_mm": self.nozzle_mm, "settle_s": self.settle_s, "slope": self.slope}
-        return fill(self.solid, self.outline, trajectory, self.paste, **how, cells=cells, steps=steps)
+    def fill(
+        self,
+        trajectory: Trajectory,
+        cells: int = CELLS,
+        steps: int = STEPS,
+        watch: Callable[[float, Floats], None] = lambda t_s, area_mm2: None,
+    ) -> Filled:
+        how: dict[str, Any] = {"nozzle_mm": self.nozzle_mm, "settle_s": self.settle_s, "slope": self.slope}
+        sample = self.solid, self.outline, trajectory, self.paste
+        return fill(*sample, **how, cells=cells, steps=steps, watch=watch)
 
 
 @dataclass(frozen=True)
@@ -57,10 +65,14 @@ def target_of(sections: Trapezoids, margin_mm: float) -> Floats:
 def discrepancy(filled: Filled, s_mm: Floats, level_mm: Floats) -> Floats:
     """Return the areas of a level by particles less those of the fast model, smoothed, (cells,)."""
     it = filled.sections
-    fine = np.linspace(-0.5, 0.5, 11)[:, None] * it.step_mm + it.s_mm
-    areas = it.area_mm2(np.interp(fine, s_mm, level_mm).mean(axis=0) - it.bottom_mm)[0]
     apart = np.exp(-0.5 * ((it.s_mm[:, None] - it.s_mm) / SMOOTHED_MM) ** 2)
-    return apart @ (areas - filled.area_mm2) / apart.sum(axis=1)
+    return apart @ (areas_of(it, s_mm, level_mm) - filled.area_mm2) / apart.sum(axis=1)
+
+
+def areas_of(sections: Trapezoids, s_mm: Floats, level_mm: Floats) -> Floats:
+    """Return the area of each section under the mean level in its cell, (cells,)."""
+    fine_mm = np.linspace(-0.5, 0.5, 11)[:, None] * sections.step_mm + sections.s_mm
+    return sections.area_mm2(np.interp(fine_mm, s_mm, level_mm).mean(axis=0) - sections.bottom_mm)[0]
 
 
 def search(
