@@ -7,7 +7,7 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
-from digitise.planned_path import PlanOrFile, PlannedPath, read_planned_path
+from digitise.planned_path import PlannedPath, PlanOrFile, read_planned_path
 from digitise.weighing.fill import FillOrFile
 from sealtwin.core.records import DataKind, Floats
 from sealtwin.core.settings import Settings

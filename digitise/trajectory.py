@@ -171,7 +171,7 @@ def _as_planned(outline: Outline, planned: PlannedPath) -> Trajectory:
     if off_mm.max() > outline.mean_width_mm:
         worst = int(gives[off_mm.argmax()])
         raise InputError(
-            f"path.plan, row {worst + 1}: it gives sealant {off_mm.max():.1f} mm from the crack's middle, and the crack "
+            f"path.plan, row {worst + 1}: it gives sealant {off_mm.max():.1f} mm from the crack's middle, and it "
             f"is {outline.mean_width_mm:.1f} mm wide. The plan is of another crack or another frame: plan again."
         )
     return Trajectory(

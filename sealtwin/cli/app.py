@@ -48,6 +48,7 @@ for command in (
     photo_tools.markers,
     material.material,
     planning.plan,
+    planning.loop,
     trials.init,
     doctor.doctor,
 ):

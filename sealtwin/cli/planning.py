@@ -3,6 +3,8 @@
 from pathlib import Path
 from typing import Annotated, Any
 
+import typer
+
 from sealtwin.cli.answer import Answer, Device, File, Json, Number, Quiet, answering, argument, flag, option
 from sealtwin.cli.numbers import count_option, number_option
 
@@ -55,3 +57,45 @@ def planned_lines(content: dict[str, Any], finding: str) -> list[str]:
     """Return the lines that a person reads of a plan."""
     verified = [] if content["verified"] else ["NOT VERIFIED: see the page. No robot program is written."]
     return [*verified, finding, f"Plan: {content['folder']}/plan.csv, and trial.toml that runs it. Page: plan.html"]
+
+
+def loop(
+    folder: Annotated[Path, argument("PLAN", "The folder of a finished plan.")],
+    emulate: Annotated[
+        File, option("Pour by particles with these faults, corrected on the way.", "faults.toml")
+    ] = None,
+    replay: Annotated[File, option("Answer the steps of a log again, and compare.", "LOG")] = None,
+    seed: Annotated[int, count_option("Seed of particles and sensor.", 0, 2**31 - 1)] = 1,
+    uncorrected: Annotated[bool, flag("--uncorrected", "Pour the plan as it is, to compare.")] = False,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Correct a plan's flow on the way from the level so far, with a top-up pass; emulated, or replayed from a log.
+
+    A controller calls the pure function sealtwin.loop_step itself. The first call makes the tables.
+
+    Example: sealtwin loop reports/crack-plan --emulate faults.toml
+    """
+    with answering("cpu", as_json, quiet) as command:
+        from sealtwin.plan import make_loop
+        from sealtwin.plan.loop_page import loop_finding
+
+        if (emulate is None) == (replay is None):
+            raise typer.BadParameter("give either --emulate faults.toml or --replay LOG")
+        if replay is not None:
+            steps = make_loop.replay(folder, replay)
+            command.reply(
+                Answer(
+                    {"version": 1, "log": replay.as_posix(), "steps": steps}, [f"{steps} steps, all answered alike."]
+                )
+            )
+            return
+        assert emulate is not None, "one of the two"
+        content = make_loop.run_loop(folder, emulate, command.progress(), seed=seed, corrects=not uncorrected)
+        stopped = [f"It {content['stopped']}"] if content["stopped"] else []
+        command.reply(
+            Answer(
+                content,
+                [*stopped, loop_finding(content), f"Log: {content['folder']}/{content['log']}. Page: loop.html"],
+            )
+        )

@@ -16,7 +16,11 @@ LARGEST_MM3_S = 1e4  # Flow of a plan without a cell and without --flow-max: mor
 
 
 def limits_of(
-    trajectory: Trajectory, cell: RobotCell | None, pump: PumpTable | None, flow_max_mm3_s: float | None, keep_speed: bool
+    trajectory: Trajectory,
+    cell: RobotCell | None,
+    pump: PumpTable | None,
+    flow_max_mm3_s: float | None,
+    keep_speed: bool,
 ) -> Limits:
     """Return the bounds of flow and speed."""
     own_mm_s = float(trajectory.speed_mm_s.max())
@@ -48,6 +52,6 @@ def require_possible(limits: Limits, area_mm2: Floats, s_mm: Floats, trajectory:
     if (too_little := needed * fastest).min() < least:
         worst = int(too_little.argmin())
         raise InputError(
-            f"{where}: s = {at_mm[worst]:.1f} mm needs {too_little[worst]:.4g} mm3/s even at {fastest:.3g} mm/s, and the "
-            f"pump was weighed from {least:.4g} on: a higher path.speed_mm_s, or weigh it at less."
+            f"{where}: s = {at_mm[worst]:.1f} mm needs {too_little[worst]:.4g} mm3/s even at {fastest:.3g} mm/s, and "
+            f"the pump was weighed from {least:.4g} on: a higher path.speed_mm_s, or weigh it at less."
         )

@@ -48,7 +48,9 @@ class Faults(Settings):
 
 def read_faults(path: Path) -> Faults:
     """Raises InputError as ``read_settings``."""
-    return read_settings(Faults, path, name="file of faults", starter="It has keys as flow_factor = 1.2, noise_mm = 0.15")
+    return read_settings(
+        Faults, path, name="file of faults", starter="It has keys as flow_factor = 1.2, noise_mm = 0.15"
+    )
 
 
 @dataclass(frozen=True)
@@ -85,7 +87,9 @@ def emulate(
     stress_pa = faults.material_factor * fluid.yield_stress_pa
     hidden = fluid.model_copy(update={key: faults.material_factor * thickness, "yield_stress_pa": stress_pa})
     most_mm3_s = max(1.0, faults.flow_factor) * model.most_mm3_s
-    pour = SteeredPour(solid, real, passes.motion, hidden, solver, nozzle, most_mm3_s=most_mm3_s, seed=seed, slope=slope)
+    pour = SteeredPour(
+        solid, real, passes.motion, hidden, solver, nozzle, most_mm3_s=most_mm3_s, seed=seed, slope=slope
+    )
     random, judge = np.random.default_rng(seed), Judge.of(real, solid)
     state, lines = LoopState.start(model), list[dict[str, Any]]()
     begin_s, end_s = float(passes.motion.t_s[0]), float(passes.motion.t_s[-1])

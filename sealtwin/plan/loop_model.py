@@ -1,5 +1,7 @@
-"""The tables of a correction on the way, made before the pour: particles along the plan, differences by the fast model."""
+"""The tables of a correction, made before the pour: particles along the plan, differences by the fast model."""
 
+import itertools
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -20,7 +22,7 @@ FIRST, AGAIN = 20, 16  # Intervals of the first pass and of the top-up
 WAIT_S = 1.5  # Crawl over the first step of the way back, in which the bed comes to rest
 TOP_UP_SHARE = 0.15  # Of the plan's mean flow: the top-up's unit
 MOMENT_S = 0.5
-NUDGE, OFF = 0.1, 0.2  # Change of a command or a paste for its derivative, and that in which the tables are tried
+NUDGE, OFF = 0.3, 0.2  # Change either way of a command or a paste for its derivative, and that of the tables' trial
 TRIED = 4
 CELLS, STEPS = 40, 150
 MARGIN_MM = 0.25  # Below the face, of the top-up: half of it is the noise of a level, so that nothing overspills
@@ -81,84 +83,83 @@ def two_passes(plan: Trajectory, back_mm_s: float, share: float) -> TwoPasses:
     )
 
 
+Reference = Callable[[Trapezoids, Floats], Floats]
+"""Function of sections and moments that returns the areas of the nominal pour, (T, C)."""
+
+
 def make_model(
     case: Case,
     passes: TwoPasses,
-    physics: tuple[Fluid, Solver, Nozzle],
+    reference: Reference,
     *,
     first_margin_mm: float,
     most_mm3_s: float,
-    seed: int,
     progress: Progress,
+    cells: int = CELLS,
+    steps: int = STEPS,
 ) -> LoopModel:
-    """Make the tables: one run of particles, and one of the fast model for each command."""
-    progress.start("Tables of the loop", FIRST + AGAIN + 2 + TRIED)
+    """Make the tables: one nominal pour, as ``by_particles`` does it, and one of the fast model for each command."""
+    progress.start("Tables of the loop", 2 * FIRST + AGAIN + 3 + TRIED)
     end_s = passes.motion.t_s[-1] + case.settle_s
-    moments = np.arange(passes.motion.t_s[0], end_s + MOMENT_S, MOMENT_S).clip(max=end_s)
-    moments = np.unique(moments)
-    done = iter(range(1, 1000))
+    moments = np.append(np.arange(passes.motion.t_s[0], end_s, MOMENT_S), end_s)
+    done = itertools.count(1)
 
     def areas(commands: Floats, thicker: float = 0.0) -> Floats:
         """Return areas over time of the fast model, (T, C)."""
         rows: list[tuple[float, Floats]] = []
-        paste = thickened(case.paste, thicker)
-        along = passes.with_flow(commands)
-        replace(case, paste=paste).fill(along, CELLS, STEPS, lambda t_s, area_mm2: rows.append((t_s, area_mm2.copy())))
+        thick = replace(case, paste=thickened(case.paste, thicker))
+        thick.fill(passes.with_flow(commands), cells, steps, lambda t_s, mm2: rows.append((t_s, mm2.copy())))
         progress.advance(next(done))
         t_s, table = np.array([row[0] for row in rows]), np.array([row[1] for row in rows])
         return np.column_stack([np.interp(moments, t_s, column, left=0.0) for column in table.T])
 
     nominal = areas(passes.nominal)
-    by_command = []
+    by_command = np.zeros((len(passes.nominal), *nominal.shape))
     for number, kept in enumerate(passes.nominal):
-        nudge = NUDGE if kept else 1.0
-        moved = passes.nominal.copy()
-        moved[number] += nudge
-        by_command.append((areas(moved) - nominal) / nudge)
-    by_material = (areas(passes.nominal, NUDGE) - nominal) / NUDGE
-    table = np.array(by_command)
-    random, off = np.random.default_rng(seed), list[float]()
-    sections = case.fill(passes.with_flow(passes.nominal), CELLS, STEPS).sections
+        moved = np.zeros(len(passes.nominal))
+        moved[number] = NUDGE if kept else 1.0
+        less = areas(passes.nominal - moved) if kept else nominal
+        by_command[number] = (areas(passes.nominal + moved) - less) / (2 * NUDGE if kept else 1.0)
+    by_material = (areas(passes.nominal, NUDGE) - areas(passes.nominal, -NUDGE)) / (2 * NUDGE)
+    sections = case.fill(passes.with_flow(passes.nominal), cells, 1).sections
+    random, off_mm = np.random.default_rng(0), list[Floats]()
     for _ in range(TRIED):
-        change = np.where(passes.nominal > 0, random.uniform(-OFF, OFF) + random.normal(0, 0.05, len(table)), 0.0)
+        change = np.where(passes.nominal > 0, random.uniform(-OFF, OFF) + random.normal(0, OFF / 4, FIRST + AGAIN), 0)
         thicker = random.uniform(-OFF, OFF)
-        exact = areas(passes.nominal + change, thicker)[-1]
-        guess = nominal[-1] + change @ table[:, -1] + thicker * by_material[-1]
-        off.append(float(np.mean(((exact - guess) / sections.mouth_mm) ** 2)))
-    reference = _reference(case, sections, passes, physics, moments, seed, most_mm3_s)
+        exact_mm2 = areas(passes.nominal + change, thicker)[-1]
+        guess_mm2 = nominal[-1] + change @ by_command[:, -1] + thicker * by_material[-1]
+        off_mm.append((exact_mm2 - guess_mm2) / sections.mouth_mm)
     return LoopModel(
         sections=sections,
         moment_s=moments,
         edge_s=passes.edge_s,
         base_mm3_s=passes.base_mm3_s,
         nominal=passes.nominal,
-        reference_mm2=reference,
-        by_command=table,
+        reference_mm2=reference(sections, moments),
+        by_command=by_command,
         by_material=by_material,
         target_mm2=np.array([target_of(sections, margin_mm) for margin_mm in (first_margin_mm, MARGIN_MM)]),
         most_mm3_s=most_mm3_s,
-        linear_off_mm=float(np.sqrt(np.mean(off))),
+        linear_off_mm=float(np.sqrt(np.mean(np.square(off_mm)))),
     )
 
 
-def _reference(
-    case: Case,
-    sections: Trapezoids,
-    passes: TwoPasses,
-    physics: tuple[Fluid, Solver, Nozzle],
-    moments: Floats,
-    seed: int,
-    most_mm3_s: float,
-) -> Floats:
-    pour = SteeredPour(
-        case.solid, case.outline, passes.motion, *physics, most_mm3_s=most_mm3_s, seed=seed, slope=case.slope
-    )
-    rows = []
-    for moment_s in moments:
-        pour.advance(float(moment_s), lambda t_s: passes.flow_at(t_s, passes.nominal))
-        level = pour.level()
-        rows.append(areas_of(sections, level.s_mm, level.level_mm))
-    return np.array(rows)
+def by_particles(
+    case: Case, passes: TwoPasses, physics: tuple[Fluid, Solver, Nozzle], *, most_mm3_s: float, seed: int
+) -> Reference:
+    """Return the reference by particles, with the nominal commands."""
+
+    def reference(sections: Trapezoids, moments: Floats) -> Floats:
+        how: dict[str, Any] = {"most_mm3_s": most_mm3_s, "seed": seed, "slope": case.slope}
+        pour = SteeredPour(case.solid, case.outline, passes.motion, *physics, **how)
+        rows = []
+        for moment_s in moments:
+            pour.advance(float(moment_s), lambda t_s: passes.flow_at(t_s, passes.nominal))
+            level = pour.level()
+            rows.append(areas_of(sections, level.s_mm, level.level_mm))
+        return np.array(rows)
+
+    return reference
 
 
 def thickened(paste: HerschelBulkley, log_factor: float) -> HerschelBulkley:
@@ -171,18 +172,20 @@ def thickened(paste: HerschelBulkley, log_factor: float) -> HerschelBulkley:
     )
 
 
-def write_model(path: Path, model: LoopModel) -> None:
-    """Write the tables as JSON."""
+def write_model(path: Path, model: LoopModel, plan_sha256: str) -> None:
+    """Write the tables as JSON, with the hash of the plan that they are of."""
     sections = {name: getattr(model.sections, name) for name in Trapezoids.__dataclass_fields__}
     content = {name: getattr(model, name) for name in LoopModel.__dataclass_fields__}
-    files.write_json(path, {"version": 1, **content, "sections": sections})
+    files.write_json(path, {"version": 1, "plan_sha256": plan_sha256, **content, "sections": sections})
 
 
 def read_model(path: Path) -> LoopModel:
     """Read the tables. Raises InputError if they are damaged."""
     content: dict[str, Any] = files.read_json(path)
     with files.understood(path):
-        content.pop("version")
-        arrays = {key: np.array(value) if isinstance(value, list) else value for key, value in content.items()}
-        sections = {key: np.array(value) if isinstance(value, list) else value for key, value in content["sections"].items()}
-        return LoopModel(**{**arrays, "sections": Trapezoids(**sections)})
+        content = {name: content[name] for name in LoopModel.__dataclass_fields__}
+        return LoopModel(**{**_arrays(content), "sections": Trapezoids(**_arrays(content["sections"]))})
+
+
+def _arrays(content: dict[str, Any]) -> dict[str, Any]:
+    return {key: np.array(value) if isinstance(value, list) else value for key, value in content.items()}

@@ -1,14 +1,15 @@
-"""One step of the correction of a fill on its way: from the level so far to the flow that is left, without side effects.
+"""One step of the correction of a fill: from the level so far to the flow that is left, without side effects.
 
-A model, made beforehand, holds the areas of the nominal plan over time as particles gave them, and their derivatives by
-each flow and by the paste's thickness as the fast model has them. The fast model reads low in mid-fill, so that it gives
-differences alone. All of it is linear, and a step takes a few milliseconds.
+A model, made beforehand, holds the areas of the nominal plan over time as particles gave them, and their derivatives
+by each flow and by the paste's thickness as the fast model has them. The fast model reads low in mid-fill, so that it
+gives differences alone. All of it is linear, and a step takes a few milliseconds.
 """
 
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sealtwin.core.records import Floats
 from simulate.slot.sections import Trapezoids
@@ -21,7 +22,10 @@ MODEL_MM, ALIKE_MM = 0.4, 8.0  # Error of a predicted level in mid-fill, and the
 SMOOTHED_MM = 2.5  # Standard deviation to which what is left unexplained is smoothed
 OPEN_AFTER_S = 3.0  # Time without a level after which the plan is left as it is
 OVER_WEIGHT = (1.3, 4.0)  # Of overfill, in the first pass and in the top-up, after which nothing takes it away
-STIFF = 0.03  # Weight of a change of a command, beside relative errors of the areas
+STIFF, AT_EASE, WHOLE = 0.3, 0.003, 3.0
+"""Weights of a command's distance from the plan's flow in the first pass, and from none in the top-up, and of the whole
+volume's error in the first pass, beside relative errors of the areas."""
+TRUSTED = 0.65, 1.5  # Bounds of a command of the first pass, beyond which the tables no longer hold
 REWEIGHTED = 4  # Times that cells over their target are told anew
 
 
@@ -88,7 +92,8 @@ class LoopState:
     @classmethod
     def read(cls, content: dict[str, Any]) -> "LoopState":
         """Return a state from the JSON of ``asdict``."""
-        return cls(**{key: tuple(value) if isinstance(value, list) else value for key, value in content.items()})
+        as_tuples: dict[str, Any] = {key: tuple(it) if isinstance(it, list) else it for key, it in content.items()}
+        return cls(**as_tuples)
 
 
 @dataclass(frozen=True)
@@ -148,7 +153,7 @@ def _estimated(model: LoopModel, state: LoopState, level: LevelFrame) -> LoopSta
     )
 
 
-def _seen_areas(sections: Trapezoids, level: LevelFrame) -> tuple[Floats, Floats]:
+def _seen_areas(sections: Trapezoids, level: LevelFrame) -> tuple[NDArray[np.bool_], Floats]:
     """Return which cells were seen, (C,), and the area under the mean level there, 0 elsewhere."""
     cells = len(sections.s_mm)
     cell = np.clip((np.array(level.s_mm) / sections.step_mm).astype(int), 0, cells - 1)
@@ -172,17 +177,25 @@ def _corrected(model: LoopModel, state: LoopState, t_s: float) -> LoopState:
     commands, target_mm2 = np.array(state.commands), model.target_mm2[int(again)]
     fixed = np.where(free, 0.0, commands)
     bed_mm2 = reference + (state.flow * fixed - model.nominal) @ by_command + state.material * by_material
-    bed_mm2 = bed_mm2 + np.array(state.left_mm2)
+    if again:
+        # In the first pass most of it is the moving front, which tables place badly.
+        bed_mm2 = bed_mm2 + np.array(state.left_mm2)
     scale = 1 / target_mm2.mean() / np.sqrt(len(target_mm2))
     table, lacks = scale * state.flow * by_command[free].T, scale * (target_mm2 - bed_mm2)
     most = np.maximum(model.most_mm3_s / model.base_mm3_s[free], 1e-6)
+    least = np.zeros(len(most))
+    if not again:
+        least, most = np.minimum(TRUSTED[0], most / 2), np.minimum(TRUSTED[1], most)
     # In the top-up what is not needed is not given.
-    still, stiff = (0.0, 0.1 * STIFF) if again else (commands[free], STIFF)
+    still, stiff = (0.0, AT_EASE) if again else (1 / state.flow, STIFF)
+    held = stiff / np.sqrt(free.sum()) * np.eye(int(free.sum()))
+    # The volume holds whatever the tables know of where it goes.
+    whole = 0.0 if again else WHOLE / np.sqrt(len(lacks))
     weight, chosen = np.ones(len(lacks)), commands[free]
     for _ in range(REWEIGHTED):
-        rows = np.vstack([weight[:, None] * table, stiff / np.sqrt(free.sum()) * np.eye(int(free.sum()))])
-        wanted = np.concatenate([weight * lacks, stiff / np.sqrt(free.sum()) * np.broadcast_to(still, free.sum())])
-        chosen = lsq_linear(rows, wanted, (0.0, most)).x
+        rows = np.vstack([weight[:, None] * table, whole * table.sum(axis=0), held])
+        wanted = np.concatenate([weight * lacks, [whole * lacks.sum()], held @ np.full(len(chosen), still)])
+        chosen = lsq_linear(rows, wanted, (least, most)).x
         weight = np.where(table @ chosen > lacks, OVER_WEIGHT[int(again)], 1.0)
     commands[free] = chosen
     return replace(state, commands=tuple(commands.tolist()))

@@ -99,7 +99,11 @@ def case_of(bench: Bench, trial: Trial, trajectory: Trajectory) -> Case:
 
 
 def plan_on(
-    verifier: Verifier, options: Options, draws: Sequence[Trial], limits_by: Any = None, where: Path = Path("trial.toml")
+    verifier: Verifier,
+    options: Options,
+    draws: Sequence[Trial],
+    limits_by: Any = None,
+    where: Path = Path("trial.toml"),
 ) -> Planned:
     """Plan for a digitised crack. ``limits_by`` is the cell and its pump's table, or None.
 
@@ -146,7 +150,9 @@ def plan_on(
         )
         goal = Goal(target_mm2, discrepancy(bed, level.s_mm, level.level_mm))
     best = min([*rounds, *baselines], key=lambda one: _cost(one.misfit))
-    seeds = [(f"{best.name}, seed {seed}", best.path, seed) for seed in range(trial.seed + 1, trial.seed + options.seeds)]
+    seeds = [
+        (f"{best.name}, seed {seed}", best.path, seed) for seed in range(trial.seed + 1, trial.seed + options.seeds)
+    ]
     levels = [best.level, *(verifier.levels("The plan with other seeds", seeds) if seeds else [])]
     s_mm = best.level.s_mm
     levels_mm = np.array([np.interp(s_mm, level.s_mm, level.level_mm) for level in levels])
@@ -232,8 +238,8 @@ def make_plan(
         bench = read_bench(folder / SAMPLE, None)
         if cell is not None and bench.outline.path_source == "automatic":
             raise InputError(
-                f"{file}: the crack was found automatically and is not confirmed, which a robot's program requires. Look "
-                f"at {shown(folder / SAMPLE / 'overlay.png')} and give photo.ends_px, or plan without --cell."
+                f"{file}: the crack was found automatically and is not confirmed, which a robot's program requires. "
+                f"Look at {shown(folder / SAMPLE / 'overlay.png')} and give photo.ends_px, or plan without --cell."
             )
         verifier = Verifier(folder / VERIFICATION, trial, bench, device, progress, jobs)
         planned = plan_on(verifier, options, draws, (cell, pump), file)
@@ -247,7 +253,9 @@ def make_plan(
                 "inputs": {path.name: files.sha256(path) for path in (folder / TABLE, cell_file)},
                 "edited_by_hand": [],
             }
-            report, _ = write_programs(folder / "robot", planned.trajectory, cell, cell_file.name, (), origin, None, pump)
+            report, _ = write_programs(
+                folder / "robot", planned.trajectory, cell, cell_file.name, (), origin, None, pump
+            )
             content["robot"] = sorted(report["files"])
         files.write_json(folder / REPORT, content)
         return content

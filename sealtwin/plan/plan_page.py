@@ -25,12 +25,17 @@ def write_page(path: Path, planned: "Planned", content: dict[str, Any]) -> None:
     table = FigureTable(
         title="Judged by particles",
         head=head,
-        rows=[[name, *(f"{value:.0f}" for value in row[:3]), f"{row[3]:+.2f}"] for (name, _), row in zip(rows, figures, strict=True)],
+        rows=[
+            [name, *(f"{value:.0f}" for value in row[:3]), f"{row[3]:+.2f}"]
+            for (name, _), row in zip(rows, figures, strict=True)
+        ],
         name="judged",
         numbers=Numbers(head, [[name, *row] for (name, _), row in zip(rows, figures, strict=True)]),
     )
     it = planned.trajectory
-    flow = Numbers(("s_mm", "speed_mm_s", "flow_mm3_s"), np.column_stack([it.s_mm, it.speed_mm_s, it.flow_mm3_s]).tolist())
+    flow = Numbers(
+        ("s_mm", "speed_mm_s", "flow_mm3_s"), np.column_stack([it.s_mm, it.speed_mm_s, it.flow_mm3_s]).tolist()
+    )
     cautions = [] if content["verified"] else [_unverified(content)]
     chances = content["chances"] or {}
     sheet = FigureSheet(
@@ -60,8 +65,8 @@ def finding(content: dict[str, Any]) -> str:
     """Return the result in a sentence."""
     name, least = min(content["baselines"].items(), key=lambda one: one[1]["total_mm3"])
     return (
-        f"{content['under_mm3']:.0f} mm3 are missing below the face and {content['over_mm3']:.0f} mm3 stand above it, by "
-        f"particles; with {name}, the better baseline, {least['under_mm3']:.0f} and {least['over_mm3']:.0f}."
+        f"{content['under_mm3']:.0f} mm3 are missing below the face and {content['over_mm3']:.0f} mm3 stand above it, "
+        f"by particles; with {name}, the better baseline, {least['under_mm3']:.0f} and {least['over_mm3']:.0f}."
     )
 
 

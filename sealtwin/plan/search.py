@@ -20,8 +20,8 @@ BENT, HURRIED, DWELT = 0.02, 0.01, 0.004
 """Weights of second differences of flow and speed, of the speed's logarithm over the trial's, and of a second's dwell,
 beside the mean relative error of the areas: small enough to cost about a hundredth of what a plan gains."""
 MOST_STEPS, WIDEST, ENOUGH, TINY = 16, 0.5, 0.02, 1e-9
-"""Steps at most, the widest one in logarithms and seconds, and the relative gain below which slopes are taken anew; with
-new ones it ends."""
+"""Steps at most, the widest one in logarithms and seconds, and the relative gain below which slopes are taken anew;
+with new ones it ends."""
 STEP = 2e-2  # Of the differences, in logarithms and seconds: far above the tolerance of the model's own iteration
 SMOOTHED_MM = 3.0  # Standard deviation to which a discrepancy is smoothed: one run's level has noise of 0.2 mm
 

@@ -1,4 +1,4 @@
-"""Particle runs that judge paths over one crack, kept in a folder like that of a sweep: after a kill they are not redone."""
+"""Particle runs that judge paths over one crack, kept in a folder like that of a sweep."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -88,12 +88,14 @@ def by_area_path(path: NozzlePath, fill: float) -> NozzlePath:
 def require_plannable(trial: Trial, where: str) -> Trial:
     """Return the trial as particles verify it. Raises InputError for one that cannot be planned."""
     if trial.fluid is None:
-        raise InputError(f"{where}: no [fluid] table; a plan is for a sealant: give viscosity_pa_s and yield_stress_pa.")
+        raise InputError(
+            f"{where}: no [fluid] table; a plan is for a sealant: give viscosity_pa_s and yield_stress_pa."
+        )
     if trial.path.plan is not None:
-        raise InputError(f"{where}: path.plan is a plan already; leave it out, and give the path that is to be planned.")
+        raise InputError(f"{where}: path.plan is a plan already; leave it out, and give the path to be planned.")
     if trial.fluid.U is not None:
         raise InputError(
-            f"{where}: fluid.U = {trial.fluid.U:g} is another viscosity for each frame, and a plan's flow sets the frame. "
+            f"{where}: fluid.U = {trial.fluid.U:g} is another viscosity for each frame, and a plan's flow sets it. "
             "Give viscosity_pa_s in its place; a run's simulation.json has the one that U amounted to."
         )
     solver = trial.solver.model_copy(update={"model": None})
@@ -107,4 +109,3 @@ def moved_by(trial: Trial, draws: Sequence[Mapping[str, float]], where: Path) ->
         checked(Trial, Path(f"{where}, row {row}"), with_settings(content, draw))
         for row, draw in enumerate(draws, start=2)
     ]
-

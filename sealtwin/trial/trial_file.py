@@ -98,7 +98,7 @@ class Trial(Settings):
         return shown_by
 
     def loaded(self, folder: Path) -> Self:
-        """Return the trial with the tables of fluid, fill and path in place of files in ``folder``. Raises InputError."""
+        """Return the trial with the tables of fluid, fill and path in place of files. Raises InputError."""
         crack, fluid, uncertainty = self.crack, self.fluid, self.uncertainty
         if crack is not None and crack.fill is not None:
             crack = crack.model_copy(update={"fill": crack.fill.loaded(folder)})

@@ -73,7 +73,7 @@ class State:
         self.particles.release_frame.fill_(frame)
 
     def place(self, own: slice, position_cm: Floats, velocity_cm_s: Floats, frame: int) -> None:
-        """Put particles that are not released yet where and when they are to leave; on a CPU, whose arrays are views."""
+        """Put particles that are not released yet where and when they leave; on a CPU, whose arrays are views."""
         self.position.numpy()[own, :3] = position_cm
         self.particles.previous_position.numpy()[own] = position_cm
         for velocity in (self.velocity, self.earlier_velocity):
