@@ -17,7 +17,7 @@ from simulate.slot.sections import Trapezoids
 FLOW_SD, MATERIAL_SD = 0.15, 0.5
 """Standard deviations of the priors of what the pump gives over what it is asked for, and of the logarithm of the
 paste's thickness over the plan's."""
-FLOW_BOUNDS, MATERIAL_BOUNDS = (0.6, 1.5), (-1.2, 1.2)
+FLOW_BOUNDS, MATERIAL_BOUNDS = (0.6, 1.5), (0.2, 5.0)  # Over what the plan takes them for
 MODEL_MM, ALIKE_MM = 0.4, 8.0  # Error of a predicted level in mid-fill, and the length over which it is the same
 SMOOTHED_MM = 2.5  # Standard deviation to which what is left unexplained is smoothed
 OPEN_AFTER_S = 3.0  # Time without a level after which the plan is left as it is
@@ -142,7 +142,10 @@ def _estimated(model: LoopModel, state: LoopState, level: LevelFrame) -> LoopSta
     wanted = np.concatenate([found_mm2[seen] / sd_mm2[seen], [1 / FLOW_SD, 0.0]])
     flow, material = np.linalg.lstsq(np.vstack([rows, prior]), wanted)[0].tolist()
     stopped = ""
-    for name, value, (low, high) in (("flow", flow, FLOW_BOUNDS), ("material", material, MATERIAL_BOUNDS)):
+    for name, value, (low, high) in (
+        ("flow", flow, FLOW_BOUNDS),
+        ("material", float(np.exp(material)), MATERIAL_BOUNDS),
+    ):
         if not low <= value <= high:
             stopped = f"{name} estimate {value:.2f} outside {low:g} to {high:g}: a blocked nozzle, or another paste?"
     left_mm2 = np.where(seen, found_mm2 - flow * given - material * by_material, 0.0)

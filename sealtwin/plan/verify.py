@@ -19,6 +19,10 @@ from sealtwin.study.runner import Bench, Computing, compute
 from sealtwin.study.study_file import with_settings
 from sealtwin.trial.job import stage_settings
 from sealtwin.trial.trial_file import Trial
+from simulate.settings import Solver
+
+FINER = 0.01
+"""Share by which the particles of each further seed are smaller where one leaves at a time: enough for another packing."""
 
 
 @dataclass
@@ -43,7 +47,7 @@ class Verifier:
 
         bench, asked = self.bench, list[study_folder.StudyRun]()
         for said, path, seed in paths:
-            trial = self.trial.model_copy(update={"path": path, "seed": seed})
+            trial = self.trial.model_copy(update={"path": path, "seed": seed, "solver": self._solver(seed)})
             assert trial.fluid is not None, "checked before"
             check_fit(bench.outline, bench.solid, trial.fluid, trial.solver, trial.nozzle, trial.sample)
             trajectory = plan_trajectory(bench.outline, path, bench.solid.cavity_volume_mm3, bench.solid.sections)
@@ -73,6 +77,15 @@ class Verifier:
             if run.state == "failed":
                 raise NumericalError(f"{self.folder}: the run of {run.settings['path']} failed: {run.reason}")
         return [record_files.read_profile(study_folder.run_path(self.folder, run.key)) for run in asked]
+
+    def _solver(self, seed: int) -> Solver:
+        """Return the solver of a seed. A seed turns each release, and one particle alone has no turn."""
+        from simulate.setup.release_schedule import pack_disc
+
+        solver, again = self.trial.solver.for_crack(self.bench.outline.mean_width_mm), seed - self.trial.seed
+        if again == 0 or len(pack_disc(self.trial.nozzle.diameter_mm / 2, solver.size_mm)) > 1:
+            return solver
+        return solver.model_copy(update={"radius_mm": round(solver.size_mm * (1 - FINER * again), 5)})
 
 
 def constant_path(path: NozzlePath, fill: float) -> NozzlePath:

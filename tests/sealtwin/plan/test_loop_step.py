@@ -79,7 +79,7 @@ def error_mm3(commands: Floats, flow: float, thicker: float = 0.0) -> tuple[floa
     return -float(off[off < 0].sum()), float(off[off > 0].sum())
 
 
-@pytest.mark.parametrize(("flow", "most_over_mm3"), [(0.8, 5.0), (1.2, 90.0)])
+@pytest.mark.parametrize(("flow", "most_over_mm3"), [(0.8, 5.0), (1.2, 110.0)])
 def test_a_wrong_flow_is_found_and_made_good(flow, most_over_mm3):
     """Without correction 390 and 220 of 1,600 mm3 are wrong; what came before the first level cannot be taken back."""
     state, plans = poured(flow)
@@ -106,9 +106,9 @@ def test_without_a_level_for_three_seconds_the_plan_stays():
 
 def test_an_estimate_out_of_bounds_stops_the_flow():
     t_s = OWN.t_s[0] + 8.0
-    seen = frame(t_s, passes().nominal, 0.3)
+    seen = frame(t_s, passes().nominal, 0.1)
     state, plan = step(model(), LoopState.start(model()), t_s, seen)
-    assert "flow estimate" in state.stopped
+    assert "estimate 0." in state.stopped
     assert plan.flow_mm3_s
     assert not any(plan.flow_mm3_s)
     again, later = step(model(), state, t_s + 1, frame(t_s + 1, passes().nominal, 1.0))
