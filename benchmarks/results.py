@@ -39,6 +39,7 @@ COMMANDS = {
     "material": "benchmarks/material.py",
     "weighing": "-m benchmarks.weighing --fills 400 --first 5000",
     "slot": "-m benchmarks.slot",
+    "planning": "-m benchmarks.planning",
     "slumps": "-m benchmarks.slumps",
     "material_by_scale": "-m benchmarks.material_by_scale",
     "pbf_step": "benchmarks/pbf_step.py",

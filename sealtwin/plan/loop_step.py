@@ -107,10 +107,31 @@ class RemainingPlan:
 
 
 def step(model: LoopModel, state: LoopState, t_s: float, level: LevelFrame | None) -> tuple[LoopState, RemainingPlan]:
-    """Return the state after an update at ``t_s``, and the remaining plan.
+    """Correct the flow that is left by the level so far. Pure: the same arguments give the same answer.
 
-    ``level`` is the latest that the sensor has, of ``t_s`` or before; None if there is none since the last step.
+    Parameters
+    ----------
+    model
+        Tables of the plan, as ``read_loop`` reads them.
+    state
+        What the last step returned; ``LoopState.start(model)`` at first.
+    t_s
+        Time on the plan's clock.
+    level
+        The latest that the sensor has, of ``t_s`` or before; None if there is none since the last step.
+
+    Returns
+    -------
+    LoopState, RemainingPlan
+        The next state, and the flow of each interval that begins from ``t_s`` on.
+
+    Raises
+    ------
+    ValueError
+        The state is of another model. An estimate out of bounds raises nothing: it stops the flow, in words.
     """
+    if len(state.commands) != len(model.nominal):
+        raise ValueError(f"a state of {len(state.commands)} commands, and a model of {len(model.nominal)}")
     said = "corrected"
     if level is not None and level.t_s > state.level_s and not state.stopped:
         state = _estimated(model, state, level)
@@ -142,10 +163,8 @@ def _estimated(model: LoopModel, state: LoopState, level: LevelFrame) -> LoopSta
     wanted = np.concatenate([found_mm2[seen] / sd_mm2[seen], [1 / FLOW_SD, 0.0]])
     flow, material = np.linalg.lstsq(np.vstack([rows, prior]), wanted)[0].tolist()
     stopped = ""
-    for name, value, (low, high) in (
-        ("flow", flow, FLOW_BOUNDS),
-        ("material", float(np.exp(material)), MATERIAL_BOUNDS),
-    ):
+    estimates = ("flow", flow, FLOW_BOUNDS), ("material", float(np.exp(material)), MATERIAL_BOUNDS)
+    for name, value, (low, high) in estimates:
         if not low <= value <= high:
             stopped = f"{name} estimate {value:.2f} outside {low:g} to {high:g}: a blocked nozzle, or another paste?"
     left_mm2 = np.where(seen, found_mm2 - flow * given - material * by_material, 0.0)

@@ -1,4 +1,4 @@
-"""The step of the loop, on a crack in which the fast model itself is reality: no particles, and every fault is known."""
+"""The step of the loop, where the fast model itself is reality: no particles, and every fault is known."""
 
 import json
 from dataclasses import asdict, replace
