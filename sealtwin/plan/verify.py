@@ -22,7 +22,7 @@ from sealtwin.trial.trial_file import Trial
 from simulate.settings import Solver
 
 FINER = 0.01
-"""Share by which the particles of each further seed are smaller where one leaves at a time: enough to pack otherwise."""
+"""Share by which the particles of each further seed are smaller where one leaves at a time: they pack otherwise."""
 
 
 @dataclass
