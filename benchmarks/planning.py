@@ -13,6 +13,7 @@ import json
 import tempfile
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -102,7 +103,7 @@ def loop_rows(folder: Path, found: Planned, verifier: Verifier) -> list[Row]:
     tables = folder / "loop.json"
     if not tables.is_file():
         reference = by_particles(case, passes, physics, most_mm3_s=FLOW_MAX_MM3_S, seed=100)
-        how = {"first_margin_mm": FIRST_MARGIN_MM, "most_mm3_s": FLOW_MAX_MM3_S}
+        how: dict[str, Any] = {"first_margin_mm": FIRST_MARGIN_MM, "most_mm3_s": FLOW_MAX_MM3_S}
         write_model(tables, make_model(case, passes, reference, **how, progress=PlainProgress()), "")
     model = read_model(tables)
     rows = [Row("loop tables off the fast model, 20 % off", model.linear_off_mm, "mm"), *update_rows(model)]

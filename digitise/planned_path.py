@@ -27,7 +27,7 @@ SPEED_OFF = 2e-3  # Largest relative difference of a stated speed from that of p
 Column = Annotated[tuple[float, ...], Field(min_length=2, max_length=MOST_ROWS, strict=False)]
 
 
-class PlannedPath(Settings):
+class PathTable(Settings):
     """Columns of a planned path, in the sample's frame. Each row holds until the next; the last one gives nothing."""
 
     t_s: Column
@@ -64,13 +64,13 @@ class PlannedPath(Settings):
         return np.append(np.diff(arc_length(self.place_mm)) / np.diff(self.t_s), 0.0)
 
 
-def planned_path(trajectory: Trajectory) -> PlannedPath:
+def planned_path(trajectory: Trajectory) -> PathTable:
     """Return a trajectory as a trial holds it, to the six decimals of its CSV."""
     columns = np.column_stack([trajectory.t_s, trajectory.position_mm, trajectory.flow_mm3_s]).round(6).T.tolist()
-    return PlannedPath(**dict(zip(NEEDED, map(tuple, columns), strict=True)))
+    return PathTable(**dict(zip(NEEDED, map(tuple, columns), strict=True)))
 
 
-def read_planned_path(path: Path) -> PlannedPath:
+def read_planned_path(path: Path) -> PathTable:
     """Read a planned path. Raises InputError with file, row, column and value.
 
     A column speed_mm_s is for whoever reads the file; it must agree with places and times.
@@ -80,7 +80,7 @@ def read_planned_path(path: Path) -> PlannedPath:
     if fault := _first_fault(columns):
         row, said = fault
         raise InputError(f"{path}, row {rows[row]:g}: {said}.")
-    planned = PlannedPath(**{name: tuple(values) for name, values in columns.items()})
+    planned = PathTable(**{name: tuple(values) for name, values in columns.items()})
     if stated is not None:
         off = np.abs(np.array(stated) - planned.speed_mm_s)[:-1] > SPEED_OFF * planned.speed_mm_s[:-1] + 1e-5
         if off.any():
@@ -117,7 +117,7 @@ def _first_fault(columns: dict[str, tuple[float, ...]] | dict[str, list[float]])
 
 
 PlanOrFile = Annotated[
-    Annotated[Path, Tag("one")] | Annotated[PlannedPath, Tag("several")],
+    Annotated[Path, Tag("one")] | Annotated[PathTable, Tag("several")],
     Discriminator(lambda value: "one" if isinstance(value, str | Path) else "several"),
 ]
 """The columns, or the name of their file."""

@@ -7,7 +7,7 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
-from digitise.planned_path import PlannedPath, PlanOrFile, read_planned_path
+from digitise.planned_path import PathTable, PlanOrFile, read_planned_path
 from digitise.weighing.fill import FillOrFile
 from sealtwin.core.records import DataKind, Floats
 from sealtwin.core.settings import Settings
@@ -325,7 +325,7 @@ class NozzlePath(Settings):
     columns: path, speed and flow, in place of all other settings of this table."""
 
     @property
-    def planned(self) -> PlannedPath | None:
+    def planned(self) -> PathTable | None:
         """The plan, if there is one. Raises ValueError unless its file is read; see ``loaded``."""
         if isinstance(self.plan, Path):
             raise ValueError("the plan is a file that is not read yet; see loaded")

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.interpolate import splev, splprep
 
 from digitise.geometry.polyline import at_arc_length
-from digitise.planned_path import PlannedPath
+from digitise.planned_path import PathTable
 from digitise.settings import LARGEST_VOLUME_ML, NozzlePath
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Outline, Sections, Solid, Trajectory, arc_length, arc_length_at
@@ -162,7 +162,7 @@ def plan_trajectory(
     )
 
 
-def _as_planned(outline: Outline, planned: PlannedPath) -> Trajectory:
+def _as_planned(outline: Outline, planned: PathTable) -> Trajectory:
     place_mm = planned.place_mm
     s_mm = arc_length_at(place_mm[:, :2], outline.centreline_mm)
     feet_mm = at_arc_length(outline.centreline_mm, outline.s_mm, s_mm)

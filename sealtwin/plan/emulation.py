@@ -28,7 +28,7 @@ class Faults(Settings):
     """Content of faults.toml: what the plan does not know. Without a key there is no such fault."""
 
     flow_factor: Factor = 1.0
-    """What the pump gives over what it is asked for."""
+    """Flow that the pump gives over the flow that it is asked for."""
     material_factor: Factor = 1.0
     """Yield stress and viscosity over the plan's."""
     wider_percent: float = Field(default=0.0, ge=-50, le=100)
@@ -55,7 +55,7 @@ def read_faults(path: Path) -> Faults:
 
 @dataclass(frozen=True)
 class Emulated:
-    """What came of an emulated pour. EMULATED: no number is measured."""
+    """Outcome of an emulated pour. EMULATED: no number is measured."""
 
     misfit: Misfit
     after_first: Misfit

@@ -1,4 +1,4 @@
-"""What a level lacks of a full crack, and what of it stands above the face, in mm3."""
+"""Volumes that a level lacks of a full crack, and that stand above the face, in mm3."""
 
 from dataclasses import dataclass
 
@@ -16,7 +16,7 @@ class Misfit:
 
     under_mm3: float
     over_mm3: float
-    """Above the face over the crack's mouth; what lies beside the mouth is not counted."""
+    """Volume above the face over the crack's mouth; what lies beside the mouth is not counted."""
     highest_mm: float
 
     @property

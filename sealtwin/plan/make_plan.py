@@ -47,7 +47,7 @@ FILES = {
 
 @dataclass(frozen=True)
 class Options:
-    """What a person chooses of a plan."""
+    """Options of a plan."""
 
     knots: int = 8
     rounds: int = 3  # Particle runs of plans, of which each next one is searched with what the last showed

@@ -14,7 +14,7 @@ from simulate.slot.flux import HerschelBulkley
 from simulate.slot.sections import Trapezoids
 
 CELLS, STEPS = 32, 60
-"""Of the fast model in a search: a third of its time, and what that changes is part of the discrepancy."""
+"""Size of the fast model in a search: a third of its time, and what that changes is part of the discrepancy."""
 OVER_WEIGHT = 1.3  # Of overfill over underfill
 BENT, HURRIED, DWELT = 0.02, 0.01, 0.004
 """Weights of second differences of flow and speed, of the speed's logarithm over the trial's, and of a second's dwell,
