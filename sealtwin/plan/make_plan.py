@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from digitise.planned_path import COLUMNS, PlannedPath, planned_path
+from digitise.planned_path import COLUMNS, PathTable, planned_path
 from digitise.settings import NozzlePath
 from digitise.trajectory import plan_trajectory
 from sealtwin.core import files
@@ -295,7 +295,7 @@ def _said(misfit: Misfit) -> dict[str, float]:
     return {**asdict(misfit), "total_mm3": misfit.total_mm3}
 
 
-def _rows(path: PlannedPath) -> Floats:
+def _rows(path: PathTable) -> Floats:
     columns = {**path.model_dump(), "speed_mm_s": path.speed_mm_s}
     return np.column_stack([columns[name] for name in COLUMNS])
 
