@@ -2,7 +2,7 @@
 
 A model, made beforehand, holds the areas of the nominal plan over time as particles gave them, and their derivatives
 by each flow and by the paste's thickness as the fast model has them. The fast model reads low in mid-fill, so that it
-gives differences alone. All of it is linear, and a step takes a few milliseconds.
+gives differences alone. All of it is linear, and a step takes some hundredths of a second.
 """
 
 from dataclasses import asdict, dataclass, field, replace
