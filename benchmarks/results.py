@@ -41,6 +41,7 @@ COMMANDS = {
     "weighing": "-m benchmarks.weighing --fills 400 --first 5000",
     "slot": "-m benchmarks.slot",
     "input_uncertainty": "-m benchmarks.input_uncertainty --judge",
+    "planning": "-m benchmarks.planning",
     "slumps": "-m benchmarks.slumps",
     "material_by_scale": "-m benchmarks.material_by_scale",
     "beads": "-m benchmarks.beads",

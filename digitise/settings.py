@@ -8,6 +8,7 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
+from digitise.planned_path import PathTable, PlanOrFile, read_planned_path
 from digitise.weighing.fill import FillOrFile
 from sealtwin.core.records import DataKind, Floats
 from sealtwin.core.settings import Settings
@@ -350,6 +351,31 @@ class NozzlePath(Settings):
     smoothing_mm: float = Field(default=0.1, ge=0, le=2)
     """Largest RMS distance from the centreline: with 0.1, turns between waypoints of a winding crack stay below 8
     degrees, and the corner of a dog-leg is kept. Above 2 the nozzle would leave the crack."""
+    plan: PlanOrFile | None = None
+    """CSV of t_s, x_mm, y_mm, z_mm, flow_mm3_s and, for readers, speed_mm_s, as 'sealtwin plan' writes it, or these
+    columns: path, speed and flow, in place of all other settings of this table."""
+
+    @property
+    def planned(self) -> PathTable | None:
+        """The plan, if there is one. Raises ValueError unless its file is read; see ``loaded``."""
+        if isinstance(self.plan, Path):
+            raise ValueError("the plan is a file that is not read yet; see loaded")
+        return self.plan
+
+    def loaded(self, folder: Path) -> Self:
+        """Return the same with the plan's columns in place of their file in ``folder``. Raises InputError."""
+        if not isinstance(self.plan, Path):
+            return self
+        return self.model_copy(update={"plan": read_planned_path(folder / self.plan)})
+
+    @model_validator(mode="after")
+    def _plan_alone(self) -> Self:
+        if self.plan is not None:
+            fields = type(self).model_fields
+            beside = [name for name, value in self if name != "plan" and value != fields[name].default]
+            if beside:
+                raise ValueError(f"{', '.join(beside)} beside plan, which gives path, speed and flow: leave them out")
+        return self
 
     @property
     def trims_mm(self) -> tuple[float, float]:

@@ -6,6 +6,7 @@ import numpy as np
 from scipy.interpolate import splev, splprep
 
 from digitise.geometry.polyline import at_arc_length
+from digitise.planned_path import PathTable
 from digitise.settings import LARGEST_VOLUME_ML, NozzlePath
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Outline, Sections, Solid, Trajectory, arc_length, arc_length_at
@@ -50,10 +51,13 @@ def with_path(solid: Solid, trajectory: Trajectory, outline: Outline, path: Nozz
 
 def path_report(trajectory: Trajectory, outline: Outline, path: NozzlePath) -> tuple[PathFigures, tuple[str, ...]]:
     """Return the figures of a path without its leads, and warnings."""
-    # The waypoints between the trims.
-    begin_mm, end_mm = path.trims_mm[0], outline.length_mm - path.trims_mm[1]
-    inside = (trajectory.s_mm > begin_mm - 1e-6) & (trajectory.s_mm < end_mm + 1e-6)
-    first, last = np.flatnonzero(inside)[[0, -1]].tolist()
+    if path.plan is None:
+        # The waypoints between the trims.
+        begin_mm, end_mm = path.trims_mm[0], outline.length_mm - path.trims_mm[1]
+        inside = (trajectory.s_mm > begin_mm - 1e-6) & (trajectory.s_mm < end_mm + 1e-6)
+        first, last = np.flatnonzero(inside)[[0, -1]].tolist()
+    else:
+        first, last = trajectory.giving.start, trajectory.giving.stop - 1
     s_mm, points_mm = trajectory.s_mm[first : last + 1], trajectory.position_mm[first : last + 1, :2]
     dose_mm3_per_mm = (trajectory.given_mm3 / np.diff(arc_length(trajectory.position_mm)))[first:last]
     feet_mm = at_arc_length(outline.centreline_mm, outline.s_mm, arc_length_at(points_mm, outline.centreline_mm))
@@ -121,10 +125,13 @@ def plan_trajectory(
     Row i holds from ``t_s[i]`` to ``t_s[i + 1]``: the nozzle moves straight to the next waypoint at ``speed_mm_s`` and
     gives ``flow_mm3_s``, both 0 in the last row. ``s_mm`` is arc length on the outline's own centreline: it falls along
     a reversed path, and a lead continues it beyond the trim. The dose of a millimetre does not depend on its speed.
-    Over a crack without a cavity, a volume_ml of "cavity" is none.
+    Over a crack without a cavity, a volume_ml of "cavity" is none. A path with a plan is the plan's.
 
-    Raises InputError for a path too short for its trims or ramps, with too many waypoints, or too large a volume.
+    Raises InputError for a path too short for its trims or ramps, with too many waypoints, or too large a volume; and
+    for a plan that begins or ends to the side of the crack.
     """
+    if (planned := path.planned) is not None:
+        return _as_planned(outline, planned)
     _check_lengths(outline.length_mm, path)
     volume_mm3 = _volume_mm3(path, cavity_volume_mm3)
     s_mm, points_mm, headings = _waypoints(outline.centreline_mm, path)
@@ -152,6 +159,27 @@ def plan_trajectory(
         s_mm=s_mm,
         speed_mm_s=np.append(np.diff(way_mm) / lasts_s, 0.0),
         flow_mm3_s=np.append(volume_mm3 * share / lasts_s, 0.0),
+    )
+
+
+def _as_planned(outline: Outline, planned: PathTable) -> Trajectory:
+    place_mm = planned.place_mm
+    s_mm = arc_length_at(place_mm[:, :2], outline.centreline_mm)
+    feet_mm = at_arc_length(outline.centreline_mm, outline.s_mm, s_mm)
+    gives = np.flatnonzero(planned.flow > 0)
+    off_mm = np.linalg.norm(place_mm[gives, :2] - feet_mm[gives], axis=1)
+    if off_mm.max() > outline.mean_width_mm:
+        worst = int(gives[off_mm.argmax()])
+        raise InputError(
+            f"path.plan, row {worst + 1}: it gives sealant {off_mm.max():.1f} mm from the crack's middle, and it "
+            f"is {outline.mean_width_mm:.1f} mm wide. The plan is of another crack or another frame: plan again."
+        )
+    return Trajectory(
+        t_s=np.array(planned.t_s),
+        position_mm=place_mm,
+        s_mm=s_mm,
+        speed_mm_s=planned.speed_mm_s,
+        flow_mm3_s=planned.flow,
     )
 
 

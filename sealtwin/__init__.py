@@ -16,6 +16,16 @@ from sealtwin.packages_check import require_at_import
 if TYPE_CHECKING:
     from sealtwin.api.levels import LevelComparison, LevelReadings, compare, plot_levels, read_readings
     from sealtwin.api.outputs import write_report, write_robot_program
+    from sealtwin.api.planning import (
+        FlowPlan,
+        LevelFrame,
+        LoopModel,
+        LoopState,
+        RemainingPlan,
+        loop_step,
+        plan_flow,
+        read_loop,
+    )
     from sealtwin.api.runs import Fluid, Nozzle, PlannedPath, SimulatedLevel, Solver, inject, measure_level, plan_path
     from sealtwin.api.samples import CrackOutline, SamplePhoto, build_solid, import_mesh, read_photo, trace_crack
     from sealtwin.api.shared import InputError, NumericalError, Run, SealtwinError, Solid
@@ -25,13 +35,18 @@ require_at_import()
 
 __all__ = [
     "CrackOutline",
+    "FlowPlan",
     "Fluid",
     "InputError",
     "LevelComparison",
+    "LevelFrame",
     "LevelReadings",
+    "LoopModel",
+    "LoopState",
     "Nozzle",
     "NumericalError",
     "PlannedPath",
+    "RemainingPlan",
     "Run",
     "SamplePhoto",
     "SealtwinError",
@@ -44,9 +59,12 @@ __all__ = [
     "compare",
     "import_mesh",
     "inject",
+    "loop_step",
     "measure_level",
+    "plan_flow",
     "plan_path",
     "plot_levels",
+    "read_loop",
     "read_photo",
     "read_readings",
     "run_trial",
@@ -57,7 +75,7 @@ __all__ = [
     "write_robot_program",
 ]
 
-_MODULES = ("shared", "trials", "runs", "samples", "levels", "outputs")
+_MODULES = ("shared", "trials", "runs", "samples", "levels", "outputs", "planning")
 """Modules of ``sealtwin.api``, which load more and more libraries in this order."""
 
 

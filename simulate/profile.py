@@ -26,7 +26,7 @@ PIXEL_MM = 0.2  # Pixel of the side view; never more than half a particle's radi
 GRAVITY_MM_S2 = 9810.0
 
 
-def measure_profile(run: Run, outline: Outline, solid: Solid) -> Profile:
+def measure_profile(run: "Lying", outline: Outline, solid: Solid) -> Profile:
     """Level of the sealant over s = 0 to the crack's length, every 0.2 mm, square to the face however it lies.
 
     Sealant in the cavity or above its mouth counts. Sealant that rests on the face beside the mouth is left out,

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from sealtwin.cli import doctor, drawings, lab, material, photo_tools, quick, samples, studies, trials
+from sealtwin.cli import doctor, drawings, lab, material, photo_tools, planning, quick, samples, studies, trials
 from sealtwin.cli.answer import Commands, open_missing_streams, refuse_foreign_packages
 
 app = typer.Typer(
@@ -47,6 +47,8 @@ for command in (
     drawings.export,
     photo_tools.markers,
     material.material,
+    planning.plan,
+    planning.loop,
     trials.init,
     doctor.doctor,
 ):

@@ -19,6 +19,7 @@ from sealtwin.trial.job import Job
 from sealtwin.trial.trial_file import Trial
 
 OF_THE_WALLS = ("width_mm", "wall_angle_deg", "depth_mm")  # Inputs that change the solid
+OF_THE_PATH = ("speed_mm_s", "start_mm")
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +53,9 @@ def refuse_immovable(base: Base) -> None:
     """Raises InputError for an input that the sample's walls do not have."""
     crack, outline, inputs = base.trial.crack, base.bench.outline, base.inputs
     walls, width_mm, fault = [name for name in OF_THE_WALLS if name in inputs], inputs.get("width_mm", 0.0), None
-    if walls and crack is None:
+    if base.trial.path.plan is not None and (fixed := [name for name in OF_THE_PATH if name in inputs]):
+        fault = f"{', '.join(fixed)}: path.plan gives the path, of which only the volume is moved. Leave it out."
+    elif walls and crack is None:
         fault = f"{', '.join(walls)}: the sample is a mesh, whose walls are its own. Leave it out."
     elif width_mm and outline.branches_kept:
         fault = "width_mm: side cracks are part of the outline, and only a main crack is widened. Leave it out."
@@ -84,12 +87,13 @@ def moved_bench(base: Base, steps: Mapping[str, float], *, meshed: bool = True) 
         step["wall_angle_deg"] = max(step["wall_angle_deg"], -weighed.wall_angle_deg)
     first_mm, last_mm = trial.path.trims_mm
     start_mm = steps.get("start_mm", 0.0)
-    changes: dict[str, Any] = {
+    path: dict[str, Any] = {
         "path.speed_mm_s": trial.path.speed_mm_s + step["speed_mm_s"],
         "path.volume_ml": bench.trajectory.dispensed_mm3 / 1e3 + step["volume_ml"],
         "path.fill": 1.0,
         "path.trim_mm": (first_mm + start_mm, last_mm - start_mm),
     }
+    changes = {} if trial.path.plan is not None else path
     if shape is not None:
         angle_deg, by_deg = shape.wall_angle_deg, step["wall_angle_deg"]
         angles_deg = tuple(one + by_deg for one in angle_deg) if isinstance(angle_deg, tuple) else angle_deg + by_deg
@@ -98,6 +102,9 @@ def moved_bench(base: Base, steps: Mapping[str, float], *, meshed: bool = True) 
     changed = base.changed(changes)
     cavity_mm3, sections = bench.solid.cavity_volume_mm3, bench.solid.sections
     trajectory = plan_trajectory(bench.outline, changed.path, cavity_mm3, sections)
+    if trial.path.plan is not None:
+        more = 1 + 1e3 * step["volume_ml"] / trajectory.dispensed_mm3
+        trajectory = replace(trajectory, flow_mm3_s=more * trajectory.flow_mm3_s)
     outline, solid = bench.outline, bench.solid
     if changed.crack is not None and any(name in steps for name in OF_THE_WALLS):
         make = _meshed if meshed else _in_sections
@@ -116,7 +123,7 @@ def _in_sections(bench: Bench, shape: CrackShape, wider_mm: float) -> tuple[Outl
     """Move walls and sections alone: ring and mesh take longer than a run of the fast model."""
     from digitise.solid.tilt_variants import crack_sections
 
-    outline = walls_apart(bench.outline, wider_mm)
+    outline = walls_apart(bench.outline, wider_mm / bench.outline.mean_width_mm)
     moved = {"depth_mm": shape.deepest_mm, "wall_angles_deg": shape.wall_angles_deg}
     return outline, replace(bench.solid, sections=crack_sections(outline, shape), **moved)
 

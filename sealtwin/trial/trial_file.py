@@ -101,7 +101,7 @@ class Trial(Settings):
         return shown_by
 
     def loaded(self, folder: Path) -> Self:
-        """Return the trial with the tables of fluid and fill in place of files in ``folder``. Raises InputError."""
+        """Return the trial with the tables of fluid, fill and path in place of files. Raises InputError."""
         crack, fluid, uncertainty = self.crack, self.fluid, self.uncertainty
         if crack is not None and crack.fill is not None:
             crack = crack.model_copy(update={"fill": crack.fill.loaded(folder)})
@@ -109,7 +109,8 @@ class Trial(Settings):
             fluid = fluid.loaded(folder)
             if isinstance(measured := fluid.material, Material):
                 uncertainty = uncertainty.with_paste(measured.yield_stress_error_pa, measured.viscosity_error_percent)
-        return self.model_copy(update={"crack": crack, "fluid": fluid, "uncertainty": uncertainty})
+        loaded = {"crack": crack, "path": self.path.loaded(folder), "fluid": fluid, "uncertainty": uncertainty}
+        return self.model_copy(update=loaded)
 
     def known_inputs(self, outline: Outline, solid: Solid) -> Uncertainty:
         """Return the declared uncertainties with those that photo, fill and scale give of width, walls and volume."""

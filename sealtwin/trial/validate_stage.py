@@ -134,7 +134,7 @@ def readings_of(job: Job, simulated: Profile | None = None) -> Profile | None:
 
     outline, solid = record_files.read_outline(job.path), record_files.read_solid(job.path)
     # A volume that nobody said is none to hold readings against.
-    said = job.trial.path.volume_ml != "cavity"
+    said = job.trial.path.volume_ml != "cavity" or job.trial.path.plan is not None
     dispensed_mm3 = record_files.read_trajectory(job.path).dispensed_mm3 if said else 0.0
     filling = Filling(outline, solid, dispensed_mm3, simulated)
     return read_readings(job.sheet, job.trial.readings, outline.length_mm, solid.depth_mm, filling)

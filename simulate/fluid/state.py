@@ -6,7 +6,7 @@ import numpy as np
 import warp as wp
 from warp.utils import array_scan
 
-from sealtwin.core.records import Floats
+from sealtwin.core.records import Floats, Integers
 from simulate.fluid.launcher import Launcher
 from simulate.kernels import status as device_code
 from simulate.kernels.neighbours import NOWHERE_CM
@@ -66,6 +66,19 @@ class State:
     def released(self, frame: int) -> int:
         """Number of a run's particles that are out once a frame's release is made."""
         return int(self._released[min(frame, len(self._released) - 1)])
+
+    def release_by(self, released: Integers, frame: int) -> None:
+        """Release by another list, which may grow on the way; no particle before ``frame`` unless it is placed."""
+        self._released = released
+        self.particles.release_frame.fill_(frame)
+
+    def place(self, own: slice, position_cm: Floats, velocity_cm_s: Floats, frame: int) -> None:
+        """Put particles that are not released yet where and when they leave; on a CPU, whose arrays are views."""
+        self.position.numpy()[own, :3] = position_cm
+        self.particles.previous_position.numpy()[own] = position_cm
+        for velocity in (self.velocity, self.earlier_velocity):
+            velocity.numpy()[own] = velocity_cm_s
+        self.particles.release_frame.numpy()[own] = frame
 
     def lasting(self) -> dict[str, Any]:
         """Arrays that a substep takes over from the one before, by their names in a checkpoint."""

@@ -6,6 +6,7 @@ are halved where they go too far; the areas then follow from the flows, so that 
 search.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -63,8 +64,9 @@ def fill(
     slope: SampleSlope = LEVEL,
     cells: int = CELLS,
     steps: int = STEPS,
+    watch: Callable[[float, Floats], None] = lambda t_s, area_mm2: None,
 ) -> Filled:
-    """Pour along the trajectory, let the bed settle, and return it as it lies."""
+    """Pour along the trajectory, let the bed settle, and return it as it lies; ``watch`` gets the areas over time."""
     weight = paste.weight_pa_mm
     reach = min(HUGE, weight / (2 * paste.yield_stress_pa)) if paste.yield_stress_pa > 0 else HUGE
     sections = sections_of(outline, solid, cells, reach_per_mm=reach)
@@ -77,8 +79,9 @@ def fill(
     way = np.array([float(along.mean()), into])
     landed_mm3 = supplied_mm3(trajectory, times_s, edges_mm, nozzle_mm=nozzle_mm, surface_mm=surface_mm, down=way)
     bed = _Bed(sections, paste, weight * into, weight * along)
-    for step_s, landed in zip(np.diff(times_s), landed_mm3, strict=True):
+    for t_s, step_s, landed in zip(times_s[1:], np.diff(times_s), landed_mm3, strict=True):
         bed.advance(float(step_s), landed / sections.step_mm)
+        watch(float(t_s), bed.area_mm2)
     return Filled(
         sections=sections,
         area_mm2=bed.area_mm2,

@@ -1,0 +1,123 @@
+"""A nozzle's path with its speed and flow, as a CSV holds them: 'sealtwin plan' writes one, and a user may."""
+
+from pathlib import Path
+from typing import Annotated, Self
+
+import numpy as np
+from pydantic import Discriminator, Field, Tag, model_validator
+
+from sealtwin.core.errors import InputError
+from sealtwin.core.number_tables import read_columns
+from sealtwin.core.records import Floats, Trajectory, arc_length
+from sealtwin.core.settings import Settings
+
+BOUNDS = {
+    "t_s": (0.0, 1e5),
+    "x_mm": (-10_000.0, 10_000.0),
+    "y_mm": (-10_000.0, 10_000.0),
+    "z_mm": (0.1, 100.0),
+    "flow_mm3_s": (0.0, 1e6),
+    "speed_mm_s": (0.0, 1000.0),
+}
+COLUMNS = ("t_s", "x_mm", "y_mm", "z_mm", "speed_mm_s", "flow_mm3_s")
+NEEDED = tuple(name for name in COLUMNS if name != "speed_mm_s")
+MOST_ROWS = 1500  # Of which a trial's file holds all columns
+SPEED_OFF = 2e-3  # Largest relative difference of a stated speed from that of places and times, after rounding
+# A path is looked at before it is checked, and pydantic then no longer knows that a list was JSON's, and so a tuple.
+Column = Annotated[tuple[float, ...], Field(min_length=2, max_length=MOST_ROWS, strict=False)]
+
+
+class PathTable(Settings):
+    """Columns of a planned path, in the sample's frame. Each row holds until the next; the last one gives nothing."""
+
+    t_s: Column
+    """Time at which the nozzle is there, from row to row larger."""
+    x_mm: Column
+    y_mm: Column
+    z_mm: Column
+    """Height of the nozzle's tip above the face."""
+    flow_mm3_s: Column
+    """Flow from there to the next row."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        columns = self.model_dump()
+        if len({len(values) for values in columns.values()}) > 1:
+            raise ValueError("its columns differ in length: each row has a number in each")
+        if fault := _first_fault(columns):
+            row, said = fault
+            raise ValueError(f"row {row + 1}: {said}")
+        return self
+
+    @property
+    def place_mm(self) -> Floats:
+        return np.column_stack([self.x_mm, self.y_mm, self.z_mm])
+
+    @property
+    def flow(self) -> Floats:
+        """Flow from each row to the next, (n,)."""
+        return np.array(self.flow_mm3_s)
+
+    @property
+    def speed_mm_s(self) -> Floats:
+        """Speed from each row to the next, (n,), 0 in the last."""
+        return np.append(np.diff(arc_length(self.place_mm)) / np.diff(self.t_s), 0.0)
+
+
+def planned_path(trajectory: Trajectory) -> PathTable:
+    """Return a trajectory as a trial holds it, to the six decimals of its CSV."""
+    columns = np.column_stack([trajectory.t_s, trajectory.position_mm, trajectory.flow_mm3_s]).round(6).T.tolist()
+    return PathTable(**dict(zip(NEEDED, map(tuple, columns), strict=True)))
+
+
+def read_planned_path(path: Path) -> PathTable:
+    """Read a planned path. Raises InputError with file, row, column and value.
+
+    A column speed_mm_s is for whoever reads the file; it must agree with places and times.
+    """
+    columns = read_columns(path, BOUNDS, NEEDED, (2, MOST_ROWS))
+    rows, stated = columns.pop("row"), columns.pop("speed_mm_s", None)
+    if fault := _first_fault(columns):
+        row, said = fault
+        raise InputError(f"{path}, row {rows[row]:g}: {said}.")
+    planned = PathTable(**{name: tuple(values) for name, values in columns.items()})
+    if stated is not None:
+        off = np.abs(np.array(stated) - planned.speed_mm_s)[:-1] > SPEED_OFF * planned.speed_mm_s[:-1] + 1e-5
+        if off.any():
+            row = int(off.argmax())
+            raise InputError(
+                f"{path}, row {rows[row]:g}, column speed_mm_s: {stated[row]:g}, and by its places and times it is "
+                f"{planned.speed_mm_s[row]:.6g}. Correct either, or leave the column out."
+            )
+    return planned
+
+
+def _first_fault(columns: dict[str, tuple[float, ...]] | dict[str, list[float]]) -> tuple[int, str] | None:
+    """Return row from 0 and words of what cannot be, or None."""
+    t_s, flow = np.array(columns["t_s"]), np.array(columns["flow_mm3_s"])
+    for name in NEEDED:
+        low, high = BOUNDS[name]
+        values = np.array(columns[name])
+        outside = ~((values >= low) & (values <= high))
+        if outside.any():
+            row = int(outside.argmax())
+            return row, f"{name} is {values[row]:g}; {low:g} to {high:g} is allowed"
+    if (late := np.diff(t_s) <= 0).any():
+        row = int(late.argmax()) + 1
+        return row, f"t_s is {t_s[row]:g} after {t_s[row - 1]:g}; the nozzle reaches each place later than the last"
+    if flow[-1] != 0:
+        return len(flow) - 1, f"flow_mm3_s is {flow[-1]:g}; the last row ends the path and gives 0"
+    if not flow.any():
+        return 0, "flow_mm3_s is 0 in all rows; a path gives sealant"
+    still = np.linalg.norm(np.diff([columns[name] for name in ("x_mm", "y_mm", "z_mm")], axis=1), axis=0) == 0
+    if still.any():
+        row = int(still.argmax())
+        return row, "the nozzle stands until the next row; move it slowly, since no robot's program has a stop in it"
+    return None
+
+
+PlanOrFile = Annotated[
+    Annotated[Path, Tag("one")] | Annotated[PathTable, Tag("several")],
+    Discriminator(lambda value: "one" if isinstance(value, str | Path) else "several"),
+]
+"""The columns, or the name of their file."""

@@ -1,0 +1,135 @@
+"""A plan for a trial, and the step that corrects it on the way."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sealtwin.core import files
+from sealtwin.core.progress import progress_for_stderr
+from sealtwin.core.records import Floats
+from sealtwin.plan.loop_model import read_model
+from sealtwin.plan.loop_step import LevelFrame, LoopModel, LoopState, RemainingPlan
+from sealtwin.plan.loop_step import step as loop_step
+from sealtwin.plan.make_plan import LEVEL, TABLE, Options, make_plan
+
+__all__ = ["FlowPlan", "LevelFrame", "LoopModel", "LoopState", "RemainingPlan", "loop_step", "plan_flow", "read_loop"]
+
+
+@dataclass(frozen=True)
+class FlowPlan:
+    """A plan that particles judged: what ``plan_flow`` returns.
+
+    ``t_s``, ``speed_mm_s`` and ``flow_mm3_s`` are (n,), ``position_mm`` is (n, 3); each row holds until the next.
+    ``s_mm``, ``level_mm`` and ``half_width_mm``, of the 95 % band, are (m,): the level that it leads to.
+    """
+
+    folder: Path
+    t_s: Floats
+    position_mm: Floats
+    speed_mm_s: Floats
+    flow_mm3_s: Floats
+    s_mm: Floats
+    level_mm: Floats
+    half_width_mm: Floats
+    verified: bool
+    """True where prediction and particles agree to 0.4 mm on average."""
+    content: dict[str, Any]
+    """Content of plan.json: under_mm3, over_mm3, baselines, rounds, chances."""
+
+
+def plan_flow(
+    trial: Path | str,
+    *,
+    out: Path | str | None = None,
+    cell: Path | str | None = None,
+    posterior: Path | str | None = None,
+    flow_max_mm3_s: float | None = None,
+    margin_mm: float = 0.0,
+    knots: int = 8,
+    verify: int = 3,
+    seeds: int = 3,
+    keep_speed: bool = False,
+    device: str = "auto",
+    quiet: bool = True,
+) -> FlowPlan:
+    """Plan flow and speed along a crack, as ``sealtwin plan`` does.
+
+    Parameters
+    ----------
+    trial
+        A trial file with a path, and a sealant that does not age.
+    out
+        The plan's folder; by default reports/NAME-plan.
+    cell, posterior
+        A robot's cell file, whose limits bound the plan; and a CSV of draws of the sealant's settings.
+    flow_max_mm3_s, margin_mm
+        Largest flow in mm3/s where no cell says it; level below the face to aim at, in mm.
+    knots, verify, seeds
+        Places along the path where flow and speed are free; rounds of search and particles; runs of the plan kept.
+    keep_speed
+        True plans the flow alone.
+    device, quiet
+        Device of the particle runs; False shows progress on stderr.
+
+    Returns
+    -------
+    FlowPlan
+        The best plan that particles judged.
+
+    Raises
+    ------
+    InputError
+        Trial, cell or posterior cannot be used, or limits allow no plan.
+    NumericalError
+        A particle run failed.
+    """
+    from simulate.device import choose_device
+
+    options = Options(knots, verify, seeds, margin_mm, flow_max_mm3_s, keep_speed)
+    content = make_plan(
+        Path(trial),
+        None if out is None else Path(out),
+        options,
+        progress_for_stderr(quiet),
+        device=choose_device(device),
+        cell_file=None if cell is None else Path(cell),
+        posterior=None if posterior is None else Path(posterior),
+    )
+    folder = Path(content["folder"])
+    path = files.read_table(folder / TABLE, ("t_s", "x_mm", "y_mm", "z_mm", "speed_mm_s", "flow_mm3_s"))
+    level = files.read_table(folder / LEVEL, ("s_mm", "level_mm", "low_95_mm", "high_95_mm"))
+    return FlowPlan(
+        folder=folder,
+        t_s=path[:, 0],
+        position_mm=path[:, 1:4],
+        speed_mm_s=path[:, 4],
+        flow_mm3_s=path[:, 5],
+        s_mm=level[:, 0],
+        level_mm=level[:, 1],
+        half_width_mm=np.asarray(level[:, 3] - level[:, 1]),
+        verified=content["verified"],
+        content=content,
+    )
+
+
+def read_loop(folder: Path | str) -> LoopModel:
+    """Read the tables that ``sealtwin loop`` made in a plan's folder.
+
+    Parameters
+    ----------
+    folder
+        The plan's folder.
+
+    Returns
+    -------
+    LoopModel
+        Tables for ``loop_step``, with ``LoopState.start(model)`` as its first state.
+
+    Raises
+    ------
+    InputError
+        The folder holds no tables, or damaged ones.
+    """
+    return read_model(Path(folder) / "loop.json")

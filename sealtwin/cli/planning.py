@@ -1,0 +1,101 @@
+"""Commands that plan the fill of a crack, and correct it on the way."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from sealtwin.cli.answer import Answer, Device, File, Json, Number, Quiet, answering, argument, flag, option
+from sealtwin.cli.numbers import count_option, number_option
+
+
+def plan(
+    trial: Annotated[Path, argument("TRIAL", "A trial.toml with a path and a sealant that does not age.")],
+    out: Annotated[File, option("The plan's folder; default: reports/<trial name>-plan.", "DIR")] = None,
+    cell: Annotated[File, option("The robot's cell file: its limits and its pump's bound the plan.", "FILE")] = None,
+    posterior: Annotated[
+        File, option("Draws of the sealant: a CSV with a header of settings, as fluid.yield_stress_pa.", "CSV")
+    ] = None,
+    flow_max_mm3_s: Annotated[Number, number_option("Largest flow, where no cell says it.", 0.01, 1e6)] = None,
+    margin_mm: Annotated[float, number_option("Level below the face to aim at.", 0, 100)] = 0.0,
+    knots: Annotated[int, count_option("Places along the path where flow and speed are free.", 3, 40)] = 8,
+    verify: Annotated[int, count_option("Rounds of search and particles.", 1, 10)] = 3,
+    seeds: Annotated[int, count_option("Particle runs of the plan that is kept, for its band.", 1, 20)] = 3,
+    keep_speed: Annotated[bool, flag("--keep-speed", "Plan the flow alone, at the trial's speed.")] = False,
+    jobs: Annotated[int, count_option("Processes for particle runs that can be made at once.", 1, 512)] = 1,
+    device: Device = "auto",
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Plan flow and speed along a crack, so that it is full and nothing overspills.
+
+    Searched on the fast model, judged by particles, and searched again with the difference. The same command goes on
+    after a kill.
+
+    Example: sealtwin plan trial.toml --cell cell.toml
+    """
+    with answering(device, as_json, quiet) as command:
+        from sealtwin.plan.make_plan import Options, make_plan
+        from sealtwin.plan.plan_page import finding
+        from simulate.device import choose_device
+
+        options = Options(knots, verify, seeds, margin_mm, flow_max_mm3_s, keep_speed)
+        content = make_plan(
+            trial,
+            out,
+            options,
+            command.progress(),
+            device=choose_device(device),
+            jobs=jobs,
+            cell_file=cell,
+            posterior=posterior,
+        )
+        command.reply(Answer(content, planned_lines(content, finding(content))))
+
+
+def planned_lines(content: dict[str, Any], finding: str) -> list[str]:
+    """Return the lines that a person reads of a plan."""
+    verified = [] if content["verified"] else ["NOT VERIFIED: see the page. No robot program is written."]
+    return [*verified, finding, f"Plan: {content['folder']}/plan.csv, and trial.toml that runs it. Page: plan.html"]
+
+
+def loop(
+    folder: Annotated[Path, argument("PLAN", "The folder of a finished plan.")],
+    emulate: Annotated[
+        File, option("Pour by particles with these faults, corrected on the way.", "faults.toml")
+    ] = None,
+    replay: Annotated[File, option("Answer the steps of a log again, and compare.", "LOG")] = None,
+    seed: Annotated[int, count_option("Seed of particles and sensor.", 0, 2**31 - 1)] = 1,
+    uncorrected: Annotated[bool, flag("--uncorrected", "Pour the plan as it is, to compare.")] = False,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Correct a plan's flow on the way from the level so far, with a top-up pass; emulated, or replayed from a log.
+
+    A controller calls the pure function sealtwin.loop_step itself. The first call makes the tables.
+
+    Example: sealtwin loop reports/crack-plan --emulate faults.toml
+    """
+    with answering("cpu", as_json, quiet) as command:
+        from sealtwin.plan import make_loop
+        from sealtwin.plan.loop_page import loop_finding
+
+        if (emulate is None) == (replay is None):
+            raise typer.BadParameter("give either --emulate faults.toml or --replay LOG")
+        if replay is not None:
+            steps = make_loop.replay(folder, replay)
+            command.reply(
+                Answer(
+                    {"version": 1, "log": replay.as_posix(), "steps": steps}, [f"{steps} steps, all answered alike."]
+                )
+            )
+            return
+        assert emulate is not None, "one of the two"
+        content = make_loop.run_loop(folder, emulate, command.progress(), seed=seed, corrects=not uncorrected)
+        stopped = [f"It {content['stopped']}"] if content["stopped"] else []
+        command.reply(
+            Answer(
+                content,
+                [*stopped, loop_finding(content), f"Log: {content['folder']}/{content['log']}. Page: loop.html"],
+            )
+        )

@@ -1,0 +1,131 @@
+"""An emulated pour under correction: particles with hidden faults in place of the lab, and a sensor with its own."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import Field
+
+from digitise.settings import CrackShape
+from digitise.solid.build_solid import build_solid
+from digitise.weighing.moved_walls import widened_by
+from sealtwin.core.records import Outline, Profile
+from sealtwin.core.settings import Settings, read_settings
+from sealtwin.plan.judged import Judge, Misfit
+from sealtwin.plan.loop_model import TwoPasses
+from sealtwin.plan.loop_step import LevelFrame, LoopModel, LoopState, as_line, step
+from simulate.settings import Fluid, Nozzle, SampleSlope, Solver
+from simulate.steered import SteeredPour
+
+Factor = Annotated[float, Field(ge=0.1, le=10)]
+SEEN_EVERY_MM = 1.0
+WIDENED_MM = 8.0  # Standard deviation of a hidden widening along the crack
+
+
+class Faults(Settings):
+    """Content of faults.toml: what the plan does not know. Without a key there is no such fault."""
+
+    flow_factor: Factor = 1.0
+    """Flow that the pump gives over the flow that it is asked for."""
+    material_factor: Factor = 1.0
+    """Yield stress and viscosity over the plan's."""
+    wider_percent: float = Field(default=0.0, ge=-50, le=100)
+    """Width over the outline's at ``wider_at_mm``, in percent; 8 mm to either side 0.6 of it are left."""
+    wider_at_mm: float = Field(default=45.0, ge=0, le=10_000)
+    noise_mm: float = Field(default=0.0, ge=0, le=10)
+    """Standard deviation of a level at each station, 1 mm apart."""
+    latency_s: float = Field(default=0.0, ge=0, le=10)
+    """Age of a level when it arrives."""
+    lost_share: float = Field(default=0.0, ge=0, le=1)
+    """Share of the levels that do not arrive."""
+    blind_mm: float = Field(default=6.0, ge=0, le=1000)
+    """Distance from the nozzle within which the sensor sees nothing."""
+    period_s: float = Field(default=1.0, ge=0.05, le=60)
+    """Time between two updates."""
+
+
+def read_faults(path: Path) -> Faults:
+    """Raises InputError as ``read_settings``."""
+    return read_settings(
+        Faults, path, name="file of faults", starter="It has keys as flow_factor = 1.2, noise_mm = 0.15"
+    )
+
+
+@dataclass(frozen=True)
+class Emulated:
+    """Outcome of an emulated pour. EMULATED: no number is measured."""
+
+    misfit: Misfit
+    after_first: Misfit
+    level: Profile
+    given_mm3: float
+    lines: tuple[dict[str, Any], ...]  # Of the log
+
+
+def emulate(
+    model: LoopModel,
+    passes: TwoPasses,
+    outline: Outline,
+    shape: CrackShape,
+    physics: tuple[Fluid, Solver, Nozzle],
+    faults: Faults,
+    *,
+    seed: int,
+    slope: SampleSlope,
+    corrects: bool = True,
+    report: Callable[[float], None] = lambda t_s: None,
+) -> Emulated:
+    """Pour with faults and answer with ``step``; without ``corrects`` the plan is poured as it is."""
+    fluid, solver, nozzle = physics
+    share = faults.wider_percent / 100 * np.exp(-0.5 * ((outline.s_mm - faults.wider_at_mm) / WIDENED_MM) ** 2)
+    real = widened_by(outline, share)
+    solid = build_solid(real, shape)
+    thickness = fluid.thickness_pa_s or 0.0
+    key = "viscosity_pa_s" if fluid.consistency_pa_s_n is None else "consistency_pa_s_n"
+    stress_pa = faults.material_factor * fluid.yield_stress_pa
+    hidden = fluid.model_copy(update={key: faults.material_factor * thickness, "yield_stress_pa": stress_pa})
+    most_mm3_s = max(1.0, faults.flow_factor) * model.most_mm3_s
+    pour = SteeredPour(
+        solid, real, passes.motion, hidden, solver, nozzle, most_mm3_s=most_mm3_s, seed=seed, slope=slope
+    )
+    random, judge = np.random.default_rng(seed), Judge.of(real, solid)
+    state, lines = LoopState.start(model), list[dict[str, Any]]()
+    begin_s, end_s = float(passes.motion.t_s[0]), float(passes.motion.t_s[-1])
+
+    def flow(t_s: float) -> float:
+        return faults.flow_factor * passes.flow_at(t_s, np.array(state.commands))
+
+    after_first, back_s = None, passes.back_s
+    for t_s in np.arange(begin_s + faults.period_s, end_s, faults.period_s).tolist():
+        pour.advance(t_s - faults.latency_s, flow)
+        frame = _seen(pour, passes, faults, random) if random.random() >= faults.lost_share else None
+        pour.advance(t_s, flow)
+        if after_first is None and t_s + faults.period_s > back_s:
+            level = pour.level()
+            after_first = judge.misfit(level.s_mm, level.level_mm)
+        if corrects:
+            state, plan = step(model, state, t_s, frame)
+            lines.append(as_line(t_s, frame, state, plan))
+        report(t_s)
+    pour.advance(end_s + solver.settle_s, flow)
+    level = pour.level()
+    misfit = judge.misfit(level.s_mm, level.level_mm)
+    return Emulated(misfit, after_first or misfit, level, pour.given_mm3, tuple(lines))
+
+
+def _seen(pour: SteeredPour, passes: TwoPasses, faults: Faults, random: np.random.Generator) -> LevelFrame | None:
+    """Return what the sensor sees: where the nozzle has been, but not around it."""
+    level, t_s = pour.level(), pour.t_s
+    s_mm = np.arange(SEEN_EVERY_MM / 2, level.s_mm[-1], SEEN_EVERY_MM)
+    at_mm, start_mm = np.interp(t_s, passes.motion.t_s, passes.motion.s_mm), passes.motion.s_mm[0]
+    so_far_mm = passes.motion.s_mm[passes.motion.t_s <= t_s]
+    farthest_mm = so_far_mm[np.abs(so_far_mm - start_mm).argmax()] if len(so_far_mm) else start_mm
+    onward = 1.0 if farthest_mm >= start_mm else -1.0
+    seen = (t_s >= passes.back_s) | (onward * (farthest_mm - s_mm) > 0)
+    seen &= np.abs(s_mm - at_mm) > faults.blind_mm
+    if not seen.any():
+        return None
+    noisy_mm = np.interp(s_mm[seen], level.s_mm, level.level_mm) + random.normal(0, faults.noise_mm, int(seen.sum()))
+    return LevelFrame(t_s, tuple(s_mm[seen].tolist()), tuple(noisy_mm.tolist()))

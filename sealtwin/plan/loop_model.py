@@ -1,0 +1,191 @@
+"""The tables of a correction, made before the pour: particles along the plan, differences by the fast model."""
+
+import itertools
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sealtwin.core import files
+from sealtwin.core.progress import Progress
+from sealtwin.core.records import Floats, Trajectory, arc_length
+from sealtwin.plan.loop_step import LoopModel
+from sealtwin.plan.search import Case, areas_of, target_of
+from simulate.settings import Fluid, Nozzle, Solver
+from simulate.slot.flux import HerschelBulkley
+from simulate.slot.sections import Trapezoids
+from simulate.steered import SteeredPour
+
+FIRST, AGAIN = 20, 16  # Intervals of the first pass and of the top-up
+WAIT_S = 1.5  # Crawl over the first step of the way back, in which the bed comes to rest
+TOP_UP_SHARE = 0.15  # Of the plan's mean flow: the top-up's unit
+MOMENT_S = 0.5
+NUDGE, OFF = 0.3, 0.2  # Change either way of a command or a paste for its derivative, and that of the tables' trial
+TRIED = 4
+CELLS, STEPS = 40, 150
+MARGIN_MM = 0.25  # Below the face, of the top-up: half of it is the noise of a level, so that nothing overspills
+
+
+@dataclass(frozen=True)
+class TwoPasses:
+    """The nozzle's motion along a plan and back, and the flow by its commands."""
+
+    motion: Trajectory  # Its own flow does not count
+    edge_s: Floats  # (n, 2)
+    base_mm3_s: Floats  # (n,)
+    nominal: Floats  # (n,)
+
+    @property
+    def back_s(self) -> float:
+        """Begin of the top-up."""
+        return float(self.edge_s[self.nominal == 0, 0].min())
+
+    def with_flow(self, commands: Floats) -> Trajectory:
+        """Return the motion with the flow of some commands; waypoints are added at the intervals' ends."""
+        t_s = np.unique(np.concatenate([self.motion.t_s, self.edge_s.ravel()]).round(9))
+        place_mm = np.column_stack([np.interp(t_s, self.motion.t_s, x) for x in self.motion.position_mm.T])
+        speed = np.append(np.diff(arc_length(place_mm)) / np.diff(t_s), 0.0)
+        flow = np.append([self.flow_at(t, commands) for t in (t_s[1:] + t_s[:-1]) / 2], 0.0)
+        return Trajectory(t_s, place_mm, np.interp(t_s, self.motion.t_s, self.motion.s_mm), speed, flow)
+
+    def flow_at(self, t_s: float, commands: Floats) -> float:
+        within = np.flatnonzero((self.edge_s[:, 0] <= t_s) & (t_s < self.edge_s[:, 1]))
+        return float(self.base_mm3_s[within[0]] * commands[within[0]]) if len(within) else 0.0
+
+
+def two_passes(plan: Trajectory, back_mm_s: float, share: float) -> TwoPasses:
+    """Return a ``share`` of the plan's flow in even intervals of time, and the same way back."""
+    part = plan.giving
+    begin_s, end_s = plan.t_s[part][[0, -1]]
+    first_s = np.linspace(begin_s, end_s, FIRST + 1)
+    given_mm3 = np.interp(first_s, plan.t_s, np.concatenate([[0.0], np.cumsum(plan.given_mm3)]))
+    back_mm = plan.position_mm[part][::-1]
+    lasts_s = np.linalg.norm(np.diff(back_mm, axis=0), axis=1) / back_mm_s
+    lasts_s[0] += WAIT_S
+    back_s = end_s + np.concatenate([[0.0], np.cumsum(lasts_s)])
+    again_s = np.linspace(end_s + WAIT_S, back_s[-1], AGAIN + 1)
+    upto = slice(0, part.stop)
+    motion = Trajectory(
+        t_s=np.concatenate([plan.t_s[upto], back_s[1:]]),
+        position_mm=np.vstack([plan.position_mm[upto], back_mm[1:]]),
+        s_mm=np.concatenate([plan.s_mm[upto], plan.s_mm[part][::-1][1:]]),
+        speed_mm_s=np.zeros(part.stop + len(back_s) - 1),
+        flow_mm3_s=np.zeros(part.stop + len(back_s) - 1),
+    )
+    base = share * np.diff(given_mm3) / np.diff(first_s)
+    return TwoPasses(
+        motion,
+        np.vstack([np.column_stack([edges[:-1], edges[1:]]) for edges in (first_s, again_s)]),
+        np.concatenate([base, np.full(AGAIN, TOP_UP_SHARE * base.mean())]),
+        np.concatenate([np.ones(FIRST), np.zeros(AGAIN)]),
+    )
+
+
+Reference = Callable[[Trapezoids, Floats], Floats]
+"""Function of sections and moments that returns the areas of the nominal pour, (T, C)."""
+
+
+def make_model(
+    case: Case,
+    passes: TwoPasses,
+    reference: Reference,
+    *,
+    first_margin_mm: float,
+    most_mm3_s: float,
+    progress: Progress,
+    cells: int = CELLS,
+    steps: int = STEPS,
+) -> LoopModel:
+    """Make the tables: one nominal pour, as ``by_particles`` does it, and one of the fast model for each command."""
+    progress.start("Tables of the loop", 2 * FIRST + AGAIN + 3 + TRIED)
+    end_s = passes.motion.t_s[-1] + case.settle_s
+    moments = np.append(np.arange(passes.motion.t_s[0], end_s, MOMENT_S), end_s)
+    done = itertools.count(1)
+
+    def areas(commands: Floats, thicker: float = 0.0) -> Floats:
+        """Return areas over time of the fast model, (T, C)."""
+        rows: list[tuple[float, Floats]] = []
+        thick = replace(case, paste=thickened(case.paste, thicker))
+        thick.fill(passes.with_flow(commands), cells, steps, lambda t_s, mm2: rows.append((t_s, mm2.copy())))
+        progress.advance(next(done))
+        t_s, table = np.array([row[0] for row in rows]), np.array([row[1] for row in rows])
+        return np.column_stack([np.interp(moments, t_s, column, left=0.0) for column in table.T])
+
+    nominal = areas(passes.nominal)
+    by_command = np.zeros((len(passes.nominal), *nominal.shape))
+    for number, kept in enumerate(passes.nominal):
+        moved = np.zeros(len(passes.nominal))
+        moved[number] = NUDGE if kept else 1.0
+        less = areas(passes.nominal - moved) if kept else nominal
+        by_command[number] = (areas(passes.nominal + moved) - less) / (2 * NUDGE if kept else 1.0)
+    by_material = (areas(passes.nominal, NUDGE) - areas(passes.nominal, -NUDGE)) / (2 * NUDGE)
+    sections = case.fill(passes.with_flow(passes.nominal), cells, 1).sections
+    random, off_mm = np.random.default_rng(0), list[Floats]()
+    for _ in range(TRIED):
+        change = np.where(passes.nominal > 0, random.uniform(-OFF, OFF) + random.normal(0, OFF / 4, FIRST + AGAIN), 0)
+        thicker = random.uniform(-OFF, OFF)
+        exact_mm2 = areas(passes.nominal + change, thicker)[-1]
+        guess_mm2 = nominal[-1] + change @ by_command[:, -1] + thicker * by_material[-1]
+        off_mm.append((exact_mm2 - guess_mm2) / sections.mouth_mm)
+    return LoopModel(
+        sections=sections,
+        moment_s=moments,
+        edge_s=passes.edge_s,
+        base_mm3_s=passes.base_mm3_s,
+        nominal=passes.nominal,
+        reference_mm2=reference(sections, moments),
+        by_command=by_command,
+        by_material=by_material,
+        target_mm2=np.array([target_of(sections, margin_mm) for margin_mm in (first_margin_mm, MARGIN_MM)]),
+        most_mm3_s=most_mm3_s,
+        linear_off_mm=float(np.sqrt(np.mean(np.square(off_mm)))),
+    )
+
+
+def by_particles(
+    case: Case, passes: TwoPasses, physics: tuple[Fluid, Solver, Nozzle], *, most_mm3_s: float, seed: int
+) -> Reference:
+    """Return the reference by particles, with the nominal commands."""
+
+    def reference(sections: Trapezoids, moments: Floats) -> Floats:
+        how: dict[str, Any] = {"most_mm3_s": most_mm3_s, "seed": seed, "slope": case.slope}
+        pour = SteeredPour(case.solid, case.outline, passes.motion, *physics, **how)
+        rows = []
+        for moment_s in moments:
+            pour.advance(float(moment_s), lambda t_s: passes.flow_at(t_s, passes.nominal))
+            level = pour.level()
+            rows.append(areas_of(sections, level.s_mm, level.level_mm))
+        return np.array(rows)
+
+    return reference
+
+
+def thickened(paste: HerschelBulkley, log_factor: float) -> HerschelBulkley:
+    """Return a paste whose yield stress and viscosity are both larger by a factor, given as its logarithm."""
+    factor = float(np.exp(log_factor))
+    return replace(
+        paste,
+        yield_stress_pa=factor * paste.yield_stress_pa,
+        consistency_pa_s_n=factor * paste.consistency_pa_s_n,
+    )
+
+
+def write_model(path: Path, model: LoopModel, plan_sha256: str) -> None:
+    """Write the tables as JSON, with the hash of the plan that they are of."""
+    sections = {name: getattr(model.sections, name) for name in Trapezoids.__dataclass_fields__}
+    content = {name: getattr(model, name) for name in LoopModel.__dataclass_fields__}
+    files.write_json(path, {"version": 1, "plan_sha256": plan_sha256, **content, "sections": sections})
+
+
+def read_model(path: Path) -> LoopModel:
+    """Read the tables. Raises InputError if they are damaged."""
+    content: dict[str, Any] = files.read_json(path)
+    with files.understood(path):
+        content = {name: content[name] for name in LoopModel.__dataclass_fields__}
+        return LoopModel(**{**_arrays(content), "sections": Trapezoids(**_arrays(content["sections"]))})
+
+
+def _arrays(content: dict[str, Any]) -> dict[str, Any]:
+    return {key: np.array(value) if isinstance(value, list) else value for key, value in content.items()}

@@ -1,0 +1,229 @@
+"""One step of the correction of a fill: from the level so far to the flow that is left, without side effects.
+
+A model, made beforehand, holds the areas of the nominal plan over time as particles gave them, and their derivatives
+by each flow and by the paste's thickness as the fast model has them. The fast model reads low in mid-fill, so that it
+gives differences alone. All of it is linear, and a step takes some hundredths of a second.
+"""
+
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sealtwin.core.records import Floats
+from simulate.slot.sections import Trapezoids
+
+FLOW_SD, MATERIAL_SD = 0.15, 0.5
+"""Standard deviations of the priors of what the pump gives over what it is asked for, and of the logarithm of the
+paste's thickness over the plan's."""
+FLOW_BOUNDS, MATERIAL_BOUNDS = (0.6, 1.5), (0.2, 5.0)  # Over what the plan takes them for
+MODEL_MM, ALIKE_MM = 0.4, 8.0  # Error of a predicted level in mid-fill, and the length over which it is the same
+SMOOTHED_MM = 2.5  # Standard deviation to which what is left unexplained is smoothed
+OPEN_AFTER_S = 3.0  # Time without a level after which the plan is left as it is
+OVER_WEIGHT = (1.3, 4.0)  # Of overfill, in the first pass and in the top-up, after which nothing takes it away
+STIFF, AT_EASE, WHOLE = 0.3, 0.003, 3.0
+"""Weights of a command's distance from the plan's flow in the first pass, and from none in the top-up, and of the whole
+volume's error in the first pass, beside relative errors of the areas."""
+TRUSTED = 0.65, 1.5  # Bounds of a command of the first pass, beyond which the tables no longer hold
+REWEIGHTED = 4  # Times that cells over their target are told anew
+
+
+@dataclass(frozen=True)
+class LoopModel:
+    """Tables of a plan with a top-up pass; C cells, T moments, n intervals of time.
+
+    A command is a factor on ``base_mm3_s`` in its interval: the plan's own flow, or a small one in the top-up.
+    """
+
+    sections: Trapezoids
+    moment_s: Floats  # (T,)
+    edge_s: Floats  # (n, 2): begin and end of each interval
+    base_mm3_s: Floats  # (n,): mean
+    nominal: Floats  # (n,): 1 in the first pass, 0 in the top-up
+    reference_mm2: Floats  # (T, C): areas by particles with the nominal commands
+    by_command: Floats  # (n, T, C)
+    by_material: Floats  # (T, C)
+    target_mm2: Floats  # (2, C): of the first pass and of the top-up
+    most_mm3_s: float
+    linear_off_mm: float  # RMS error of the tables over the fast model itself, flow and paste 20 % off
+
+    @property
+    def first(self) -> int:
+        """Number of intervals of the first pass."""
+        return int((self.nominal > 0).sum())
+
+    def at(self, t_s: float) -> tuple[Floats, Floats, Floats]:
+        """Return reference (C,), derivatives by command (n, C) and by material (C,) at a moment."""
+        place = float(np.interp(t_s, self.moment_s, np.arange(len(self.moment_s))))
+        low = min(int(place), len(self.moment_s) - 2)
+        share = place - low
+
+        def between(table: Floats) -> Floats:
+            return (1 - share) * table[..., low, :] + share * table[..., low + 1, :]
+
+        return between(self.reference_mm2), between(self.by_command), between(self.by_material)
+
+
+@dataclass(frozen=True)
+class LevelFrame:
+    """Levels that a sensor saw at a moment, where it could see them."""
+
+    t_s: float
+    s_mm: tuple[float, ...]
+    level_mm: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class LoopState:
+    """All that a step keeps for the next one."""
+
+    commands: tuple[float, ...]
+    level_s: float = 0.0  # Moment of the latest level
+    flow: float = 1.0
+    material: float = 0.0
+    left_mm2: tuple[float, ...] = field(default=())  # Areas that the estimates leave unexplained, (C,)
+    stopped: str = ""  # Why it stopped, in a sentence
+
+    @classmethod
+    def start(cls, model: LoopModel) -> "LoopState":
+        return cls(commands=tuple(model.nominal.tolist()), left_mm2=(0.0,) * len(model.sections.s_mm))
+
+    @classmethod
+    def read(cls, content: dict[str, Any]) -> "LoopState":
+        """Return a state from the JSON of ``asdict``."""
+        as_tuples: dict[str, Any] = {key: tuple(it) if isinstance(it, list) else it for key, it in content.items()}
+        return cls(**as_tuples)
+
+
+@dataclass(frozen=True)
+class RemainingPlan:
+    """Flow of the intervals that begin from now on."""
+
+    begin_s: tuple[float, ...]
+    end_s: tuple[float, ...]
+    flow_mm3_s: tuple[float, ...]
+    said: str  # What was done, in words: corrected, open loop or stopped
+
+
+def step(model: LoopModel, state: LoopState, t_s: float, level: LevelFrame | None) -> tuple[LoopState, RemainingPlan]:
+    """Correct the flow that is left by the level so far. Pure: the same arguments give the same answer.
+
+    Parameters
+    ----------
+    model
+        Tables of the plan, as ``read_loop`` reads them.
+    state
+        What the last step returned; ``LoopState.start(model)`` at first.
+    t_s
+        Time on the plan's clock.
+    level
+        The latest that the sensor has, of ``t_s`` or before; None if there is none since the last step.
+
+    Returns
+    -------
+    LoopState, RemainingPlan
+        The next state, and the flow of each interval that begins from ``t_s`` on.
+
+    Raises
+    ------
+    ValueError
+        The state is of another model. An estimate out of bounds raises nothing: it stops the flow, in words.
+    """
+    if len(state.commands) != len(model.nominal):
+        raise ValueError(f"a state of {len(state.commands)} commands, and a model of {len(model.nominal)}")
+    said = "corrected"
+    if level is not None and level.t_s > state.level_s and not state.stopped:
+        state = _estimated(model, state, level)
+    if state.stopped:
+        commands = np.where(model.edge_s[:, 0] >= t_s, 0.0, state.commands)
+        state, said = replace(state, commands=tuple(commands.tolist())), f"stopped: {state.stopped}"
+    elif t_s - state.level_s > OPEN_AFTER_S:
+        said = f"open loop: no level for {t_s - state.level_s:.1f} s"
+    elif level is not None:
+        state = _corrected(model, state, t_s)
+    ahead = model.edge_s[:, 0] >= t_s
+    begin_s, end_s = (tuple(column.tolist()) for column in model.edge_s[ahead].T)
+    flow = np.array(state.commands)[ahead] * model.base_mm3_s[ahead]
+    return state, RemainingPlan(begin_s, end_s, tuple(flow.tolist()), said)
+
+
+def _estimated(model: LoopModel, state: LoopState, level: LevelFrame) -> LoopState:
+    """Take flow and thickness that explain the level best, with their priors; and what they leave unexplained."""
+    it = model.sections
+    seen, area_mm2 = _seen_areas(it, level)
+    reference, by_command, by_material = model.at(level.t_s)
+    commands = np.array(state.commands)
+    given = commands @ by_command
+    found_mm2 = area_mm2 - reference + model.nominal @ by_command
+    # Of every cell alone, whose errors are alike over some length.
+    sd_mm2 = it.mouth_mm * MODEL_MM * np.sqrt(max(1.0, ALIKE_MM / it.step_mm))
+    rows = np.column_stack([given, by_material])[seen] / sd_mm2[seen, None]
+    prior = np.diag([1 / FLOW_SD, 1 / MATERIAL_SD])
+    wanted = np.concatenate([found_mm2[seen] / sd_mm2[seen], [1 / FLOW_SD, 0.0]])
+    flow, material = np.linalg.lstsq(np.vstack([rows, prior]), wanted)[0].tolist()
+    stopped = ""
+    estimates = ("flow", flow, FLOW_BOUNDS), ("material", float(np.exp(material)), MATERIAL_BOUNDS)
+    for name, value, (low, high) in estimates:
+        if not low <= value <= high:
+            stopped = f"{name} estimate {value:.2f} outside {low:g} to {high:g}: a blocked nozzle, or another paste?"
+    left_mm2 = np.where(seen, found_mm2 - flow * given - material * by_material, 0.0)
+    near = np.exp(-0.5 * ((it.s_mm[:, None] - it.s_mm) / SMOOTHED_MM) ** 2) * seen
+    left_mm2 = np.where(seen, near @ left_mm2 / np.maximum(near.sum(axis=1), 1e-12), 0.0)
+    return replace(
+        state, level_s=level.t_s, flow=flow, material=material, left_mm2=tuple(left_mm2.tolist()), stopped=stopped
+    )
+
+
+def _seen_areas(sections: Trapezoids, level: LevelFrame) -> tuple[NDArray[np.bool_], Floats]:
+    """Return which cells were seen, (C,), and the area under the mean level there, 0 elsewhere."""
+    cells = len(sections.s_mm)
+    cell = np.clip((np.array(level.s_mm) / sections.step_mm).astype(int), 0, cells - 1)
+    count = np.bincount(cell, minlength=cells)
+    mean_mm = np.bincount(cell, np.array(level.level_mm), cells) / np.maximum(count, 1)
+    return count > 0, np.where(count > 0, sections.area_mm2(mean_mm - sections.bottom_mm)[0], 0.0)
+
+
+def _corrected(model: LoopModel, state: LoopState, t_s: float) -> LoopState:
+    """Choose the commands of this pass that are left, so that its bed ends at its target."""
+    from scipy.optimize import lsq_linear
+
+    first, begin_s = model.first, model.edge_s[:, 0]
+    again = t_s >= model.edge_s[first - 1, 1]
+    own = np.arange(len(begin_s)) >= first if again else np.arange(len(begin_s)) < first
+    free = own & (begin_s >= t_s)
+    if not free.any():
+        return state
+    ends_s = model.moment_s[-1] if again else float(begin_s[first])
+    reference, by_command, by_material = model.at(ends_s)
+    commands, target_mm2 = np.array(state.commands), model.target_mm2[int(again)]
+    fixed = np.where(free, 0.0, commands)
+    bed_mm2 = reference + (state.flow * fixed - model.nominal) @ by_command + state.material * by_material
+    if again:
+        # In the first pass most of it is the moving front, which tables place badly.
+        bed_mm2 = bed_mm2 + np.array(state.left_mm2)
+    scale = 1 / target_mm2.mean() / np.sqrt(len(target_mm2))
+    table, lacks = scale * state.flow * by_command[free].T, scale * (target_mm2 - bed_mm2)
+    most = np.maximum(model.most_mm3_s / model.base_mm3_s[free], 1e-6)
+    least = np.zeros(len(most))
+    if not again:
+        least, most = np.minimum(TRUSTED[0], most / 2), np.minimum(TRUSTED[1], most)
+    # In the top-up what is not needed is not given.
+    still, stiff = (0.0, AT_EASE) if again else (1 / state.flow, STIFF)
+    held = stiff / np.sqrt(free.sum()) * np.eye(int(free.sum()))
+    # The volume holds whatever the tables know of where it goes.
+    whole = 0.0 if again else WHOLE / np.sqrt(len(lacks))
+    weight, chosen = np.ones(len(lacks)), commands[free]
+    for _ in range(REWEIGHTED):
+        rows = np.vstack([weight[:, None] * table, whole * table.sum(axis=0), held])
+        wanted = np.concatenate([weight * lacks, [whole * lacks.sum()], held @ np.full(len(chosen), still)])
+        chosen = lsq_linear(rows, wanted, (least, most)).x
+        weight = np.where(table @ chosen > lacks, OVER_WEIGHT[int(again)], 1.0)
+    commands[free] = chosen
+    return replace(state, commands=tuple(commands.tolist()))
+
+
+def as_line(t_s: float, level: LevelFrame | None, state: LoopState, plan: RemainingPlan) -> dict[str, Any]:
+    """Return a line of the log: what a step was given, and what it answered."""
+    seen = None if level is None else asdict(level)
+    return {"t_s": t_s, "level": seen, "state": asdict(state), "plan": asdict(plan)}

@@ -1,0 +1,182 @@
+"""The loop of a finished plan: its tables, an emulated pour with faults, the log of its steps and the log's replay."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from digitise.trajectory import plan_trajectory
+from sealtwin.core import files
+from sealtwin.core.errors import InputError, NumericalError
+from sealtwin.core.progress import Progress
+from sealtwin.core.run_folder import holding
+from sealtwin.plan.bounds import FASTER
+from sealtwin.plan.emulation import Emulated, emulate, read_faults
+from sealtwin.plan.loop_model import TwoPasses, by_particles, make_model, read_model, two_passes, write_model
+from sealtwin.plan.loop_step import LevelFrame, LoopModel, LoopState, as_line, step
+from sealtwin.plan.make_plan import REPORT, SAMPLE, TABLE, VERIFICATION, case_of
+from sealtwin.plan.search import target_of
+from sealtwin.study.runner import Bench, read_bench
+from sealtwin.trial.job import shown
+from sealtwin.trial.trial_file import Trial, load_trial
+
+TABLES, PAGE = "loop.json", "loop.html"
+SAME = 1e-6  # Relative difference of numbers that another machine rounds otherwise
+REFERENCE_SEED = 100  # Beyond the trial's own, for the particles of the tables
+FIRST_MARGIN_MM = 0.5
+"""Level below the face at which the first pass aims: what it has too much nothing takes away, and the top-up gives what
+it has too little."""
+
+
+def run_loop(
+    folder: Path, faults_file: Path, progress: Progress, *, seed: int, corrects: bool = True
+) -> dict[str, Any]:
+    """Emulate a plan's pour with the faults of a file, and write its log and page; return what came of it.
+
+    The tables are made first, and again where the plan has changed. Raises InputError where the folder holds no plan.
+    """
+    faults = read_faults(faults_file)
+    trial, bench = _plan_in(folder)
+    assert trial.fluid is not None, "it was planned"
+    if trial.crack is None:
+        raise InputError(
+            f"{folder}: the sample is a mesh, whose width cannot be hidden; a loop is emulated on a photo's."
+        )
+    with holding(folder), progress:
+        passes = passes_of(bench, trial)
+        factor = _volume_factor(folder)
+        physics = trial.fluid, trial.solver.model_copy(update={"volume_factor": factor}), trial.nozzle
+        model = _model(folder, bench, trial, passes, physics, progress)
+        progress.start("Pouring, EMULATED", round(passes.motion.t_s[-1]))
+        how: dict[str, Any] = {"seed": seed, "slope": trial.sample, "corrects": corrects}
+        poured = emulate(
+            model,
+            passes,
+            bench.outline,
+            trial.crack,
+            physics,
+            faults,
+            **how,
+            report=lambda t_s: progress.advance(round(t_s)),
+        )
+        log = folder / f"loop-{seed}.jsonl"
+        head = {
+            "version": 1,
+            "tables_sha256": files.sha256(folder / TABLES),
+            "emulated": faults.model_dump(),
+            "seed": seed,
+        }
+        files.write_text(log, "".join(f"{json.dumps(line)}\n" for line in (head, *poured.lines)))
+        content = _content(folder, log, poured, model)
+        from sealtwin.plan.loop_page import write_loop_page
+
+        write_loop_page(folder / PAGE, poured, content)
+        return content
+
+
+def replay(folder: Path, log: Path) -> int:
+    """Give each input of a log to ``step`` again, and return the number of its steps.
+
+    Raises InputError for a log that cannot be read or is of other tables, NumericalError where an answer is another.
+    """
+    model, (head, *lines) = read_model(folder / TABLES), _lines(log)
+    if head.get("tables_sha256") != files.sha256(folder / TABLES):
+        raise InputError(
+            f"{log}: written with other tables than {folder / TABLES}; replay it in the folder of its plan."
+        )
+    state = LoopState.start(model)
+    for number, line in enumerate(lines, start=2):
+        with files.understood(log):
+            seen = line["level"]
+            frame = None if seen is None else LevelFrame(seen["t_s"], tuple(seen["s_mm"]), tuple(seen["level_mm"]))
+            state, plan = step(model, state, line["t_s"], frame)
+            answer = json.loads(json.dumps(as_line(line["t_s"], frame, state, plan)))
+            if not _alike(answer, line):
+                raise NumericalError(f"{log}, line {number}: replayed, the answer at {line['t_s']:g} s is another.")
+    return len(lines)
+
+
+def passes_of(bench: Bench, trial: Trial) -> TwoPasses:
+    """Return the motion of a plan and of its top-up, with the flow that the first pass has in the mean."""
+    own = plan_trajectory(bench.outline, trial.path, bench.solid.cavity_volume_mm3, bench.solid.sections)
+    sections = case_of(bench, trial, own).fill(own).sections
+    share = float(target_of(sections, FIRST_MARGIN_MM).sum() / sections.full_mm2.sum())
+    return two_passes(own, FASTER * float(np.median(own.speed_mm_s[own.giving])), share)
+
+
+def _plan_in(folder: Path) -> tuple[Trial, Bench]:
+    if not (folder / REPORT).is_file():
+        raise InputError(f"{folder}: holds no finished plan (no {REPORT}). 'sealtwin plan TRIAL' makes one.")
+    trial = load_trial(folder / "trial.toml").loaded(folder)
+    return trial.model_copy(update={"readings": None, "gate": None}), read_bench(folder / SAMPLE, None)
+
+
+def _volume_factor(folder: Path) -> float:
+    """Return the volume factor that the plan's own runs ended with, on average."""
+    found = []
+    for path in sorted((folder / VERIFICATION).glob("runs/*/summary.json")):
+        with files.understood(path):
+            found.append(float(files.read_json(path)["figures"]["health"]["volume_factor"]))
+    if not found:
+        raise InputError(f"{folder / VERIFICATION}: holds no finished run. 'sealtwin plan TRIAL' makes them again.")
+    return float(np.mean(found))
+
+
+def _model(folder: Path, bench: Bench, trial: Trial, passes: TwoPasses, physics: Any, progress: Progress) -> LoopModel:
+    """Return the tables of the plan as it is now."""
+    key, kept = files.sha256(folder / TABLE), folder / TABLES
+    if kept.is_file() and files.read_json(kept).get("plan_sha256") == key:
+        return read_model(kept)
+    most_mm3_s = 2 * float(passes.base_mm3_s.max())
+    case = case_of(bench, trial, bench.trajectory)
+    reference = by_particles(case, passes, physics, most_mm3_s=most_mm3_s, seed=trial.seed + REFERENCE_SEED)
+    how: dict[str, Any] = {"first_margin_mm": FIRST_MARGIN_MM, "most_mm3_s": most_mm3_s, "progress": progress}
+    write_model(kept, make_model(case, passes, reference, **how), key)
+    return read_model(kept)
+
+
+def _content(folder: Path, log: Path, poured: Emulated, model: LoopModel) -> dict[str, Any]:
+    states = [line["state"] for line in poured.lines]
+    return {
+        "version": 1,
+        "data": "EMULATED",
+        "folder": shown(folder),
+        "log": log.name,
+        "under_mm3": poured.misfit.under_mm3,
+        "over_mm3": poured.misfit.over_mm3,
+        "highest_mm": poured.misfit.highest_mm,
+        "total_mm3": poured.misfit.total_mm3,
+        "after_first_pass_mm3": poured.after_first.total_mm3,
+        "given_mm3": poured.given_mm3,
+        "updates": len(states),
+        "flow_estimate": states[-1]["flow"] if states else None,
+        "material_estimate": float(np.exp(states[-1]["material"])) if states else None,
+        "stopped": states[-1]["stopped"] if states else "",
+        "tables_off_mm": model.linear_off_mm,
+    }
+
+
+def _lines(log: Path) -> list[dict[str, Any]]:
+    if not log.is_file():
+        raise InputError(f"{log}: no such file; 'sealtwin loop PLAN --emulate FAULTS' writes one.")
+    lines = []
+    for number, text in enumerate(files.read_text(log).splitlines(), start=1):
+        try:
+            lines.append(json.loads(text))
+        except ValueError as fault:
+            raise InputError(f"{log}, line {number}: no JSON ({fault}).") from None
+    if not lines or not all(isinstance(line, dict) for line in lines):
+        raise InputError(f"{log}: each line of a log is a JSON object; there is none, or another.")
+    return lines
+
+
+def _alike(one: Any, other: Any) -> bool:
+    """Return True for equal content, numbers up to rounding."""
+    if isinstance(one, dict) and isinstance(other, dict):
+        return one.keys() == other.keys() and all(_alike(value, other[key]) for key, value in one.items())
+    if isinstance(one, list) and isinstance(other, list):
+        return len(one) == len(other) and all(map(_alike, one, other))
+    if isinstance(one, int | float) and isinstance(other, int | float):
+        return abs(one - other) <= SAME * (1 + abs(one))
+    return one == other

@@ -1,0 +1,319 @@
+"""A plan for a trial: searched on the fast model, judged by particles, searched again with what they showed."""
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from digitise.planned_path import COLUMNS, PathTable, planned_path
+from digitise.settings import NozzlePath
+from digitise.trajectory import plan_trajectory
+from sealtwin.core import files
+from sealtwin.core.errors import InputError
+from sealtwin.core.number_tables import read_columns
+from sealtwin.core.progress import Progress
+from sealtwin.core.records import Floats, Profile, Trajectory
+from sealtwin.core.run_folder import holding, open_folder, refuse_foreign, require_folder
+from sealtwin.core.settings import checked
+from sealtwin.plan import search as searching
+from sealtwin.plan.bounds import limits_of, require_possible
+from sealtwin.plan.judged import Judge, Misfit
+from sealtwin.plan.search import Case, Goal, discrepancy, target_of
+from sealtwin.plan.shape import Knots
+from sealtwin.plan.verify import Verifier, by_area_path, constant_path, moved_by, require_plannable
+from sealtwin.study.runner import Bench, read_bench
+from sealtwin.trial.job import require_sample, shown, start_job
+from sealtwin.trial.pipeline import run_stages
+from sealtwin.trial.robot_files import pump_of, read_cell, write_programs
+from sealtwin.trial.trial_file import SETTINGS, Trial, load_trial, trial_text
+
+REPORT, TABLE, PAGE, LEVEL = "plan.json", "plan.csv", "plan.html", "level.csv"
+VERIFICATION, SAMPLE = "verification", "sample"
+AGREES_MM = 0.4  # Mean difference of prediction and particles up to which a plan counts as verified
+SEARCHED, JUDGED = 4, 24  # Draws of a posterior that a search averages over, and that the chances are counted of
+MUCH_OVER_MM3, MUCH_ABOVE_MM = 100.0, 0.8
+Z_95 = 1.96
+FILES = {
+    "photo": ("file", "mask", "second_photo"),
+    "mesh": ("file", "path"),
+    "readings": ("file",),
+    "fluid": ("material", "curve", "cooling"),
+}
+"""Settings that name a file beside the trial, by table."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """Options of a plan."""
+
+    knots: int = 8
+    rounds: int = 3  # Particle runs of plans, of which each next one is searched with what the last showed
+    seeds: int = 3  # Runs of the plan that is kept, with other seeds: they give its band
+    margin_mm: float = 0.0  # Level below the face that the plan aims at
+    flow_max_mm3_s: float | None = None
+    keep_speed: bool = False
+
+
+@dataclass(frozen=True)
+class Round:
+    """A plan that particles judged."""
+
+    name: str
+    path: NozzlePath
+    level: Profile
+    misfit: Misfit
+    predicted_mm: Floats | None = None  # Level that was expected, at the cells of the search; None of a baseline
+    off_mm: float | None = None  # Mean difference of both
+
+
+@dataclass(frozen=True)
+class Planned:
+    """A finished plan with all that it was held against."""
+
+    best: Round
+    rounds: tuple[Round, ...]
+    baselines: tuple[Round, ...]
+    trajectory: Trajectory  # Of the best
+    s_mm: Floats
+    level_mm: Floats  # Mean of the seeds
+    half_width_mm: Floats  # Of the 95 % band
+    misfits: tuple[Misfit, ...]  # Of each seed
+    chances: dict[str, float] | None
+
+    @property
+    def verified(self) -> bool:
+        return self.best.off_mm is not None and self.best.off_mm <= AGREES_MM
+
+
+def case_of(bench: Bench, trial: Trial, trajectory: Trajectory) -> Case:
+    """Return the case of the fast model. Raises InputError for a paste that it does not know."""
+    from simulate.slot.run import paste_of
+
+    assert trial.fluid is not None, "checked before"
+    solver = trial.solver.for_crack(bench.outline.mean_width_mm)
+    paste = paste_of(trial.fluid, solver, trial.nozzle, trajectory, trial.seed)
+    return Case(bench.solid, bench.outline, paste, trial.nozzle.diameter_mm, solver.settle_s, trial.sample)
+
+
+def plan_on(
+    verifier: Verifier,
+    options: Options,
+    draws: Sequence[Trial],
+    limits_by: Any = None,
+    where: Path = Path("trial.toml"),
+) -> Planned:
+    """Plan for a digitised crack. ``limits_by`` is the cell and its pump's table, or None.
+
+    Raises InputError where no plan is possible, NumericalError where a particle run fails.
+    """
+    bench, trial, progress = verifier.bench, verifier.trial, verifier.progress
+    cell, pump = limits_by or (None, None)
+    own = bench.trajectory
+    knots, judge = Knots(own, options.knots), Judge.of(bench.outline, bench.solid)
+    limits = limits_of(own, cell, pump, options.flow_max_mm3_s, options.keep_speed)
+    nominal = case_of(bench, trial, own)
+    cases = [case_of(bench, draw, own) for draw in draws] or [nominal]
+    few = cases[:: max(1, len(cases) // SEARCHED)][:SEARCHED]
+    sections = nominal.fill(own).sections
+    target_mm2 = target_of(sections, options.margin_mm)
+    require_possible(limits, target_mm2, sections.s_mm, own, where)
+    filled = float(target_mm2.sum() / sections.full_mm2.sum())
+
+    def judged(name: str, path: NozzlePath, level: Profile, predicted_mm: Floats | None = None) -> Round:
+        off_mm = None
+        if predicted_mm is not None:
+            off_mm = float(np.abs(np.interp(sections.s_mm, level.s_mm, level.level_mm) - predicted_mm).mean())
+        return Round(name, path, level, judge.misfit(level.s_mm, level.level_mm), predicted_mm, off_mm)
+
+    paths = {"constant flow": constant_path(trial.path, filled), "flow by local area": by_area_path(trial.path, filled)}
+    levels = verifier.levels("Baselines by particles", [(name, path, trial.seed) for name, path in paths.items()])
+    baselines = [judged(name, path, level) for (name, path), level in zip(paths.items(), levels, strict=True)]
+    goal = Goal(target_mm2, np.zeros_like(target_mm2))
+    plan = knots.first_guess(target_mm2, sections.s_mm, limits)
+    rounds = list[Round]()
+    for number in range(1, options.rounds + 1):
+        progress.start(f"Searching, round {number}", searching.MOST_STEPS)
+        steps = iter(range(1, searching.MOST_STEPS + 1))
+        plan = searching.search(few, knots, limits, goal, plan, lambda _, steps=steps: progress.advance(next(steps)))
+        path = NozzlePath(plan=planned_path(knots.trajectory(plan)))
+        bed = nominal.fill(plan_trajectory(bench.outline, path))
+        predicted_mm = sections.bottom_mm + sections.height_mm(bed.area_mm2 + goal.discrepancy_mm2)
+        (level,) = verifier.levels(f"Particles, round {number}", [(f"round {number}", path, trial.seed)])
+        rounds.append(judged(f"round {number}", path, level, predicted_mm))
+        told = rounds[-1].misfit
+        progress.note(
+            f"round {number}: {told.under_mm3:.0f} mm3 under and {told.over_mm3:.0f} over; prediction and particles "
+            f"differ by {rounds[-1].off_mm:.2f} mm"
+        )
+        goal = Goal(target_mm2, discrepancy(bed, level.s_mm, level.level_mm))
+    best = min([*rounds, *baselines], key=lambda one: _cost(one.misfit))
+    seeds = [
+        (f"{best.name}, seed {seed}", best.path, seed) for seed in range(trial.seed + 1, trial.seed + options.seeds)
+    ]
+    levels = [best.level, *(verifier.levels("The plan with other seeds", seeds) if seeds else [])]
+    s_mm = best.level.s_mm
+    levels_mm = np.array([np.interp(s_mm, level.s_mm, level.level_mm) for level in levels])
+    trajectory = plan_trajectory(bench.outline, best.path, bench.solid.cavity_volume_mm3, bench.solid.sections)
+    bed = nominal.fill(trajectory)
+    apart_mm2 = discrepancy(bed, s_mm, levels_mm.mean(axis=0))
+    chances, variance = None, np.full(len(s_mm), levels_mm.var(axis=0, ddof=1).mean() if len(levels) > 1 else 0.0)
+    if draws:
+        drawn_mm = np.array(
+            [
+                sections.bottom_mm + sections.height_mm(case.fill(trajectory).area_mm2 + apart_mm2)
+                for case in cases[:: max(1, len(cases) // JUDGED)][:JUDGED]
+            ]
+        )
+        chances = _chances(judge, sections.s_mm, drawn_mm)
+        variance = variance + np.interp(s_mm, sections.s_mm, drawn_mm.var(axis=0, ddof=1))
+    return Planned(
+        best=best,
+        rounds=tuple(rounds),
+        baselines=tuple(baselines),
+        trajectory=trajectory,
+        s_mm=s_mm,
+        level_mm=levels_mm.mean(axis=0),
+        half_width_mm=Z_95 * np.sqrt(variance),
+        misfits=tuple(judge.misfit(s_mm, level_mm) for level_mm in levels_mm),
+        chances=chances,
+    )
+
+
+def _cost(misfit: Misfit) -> float:
+    return misfit.under_mm3 + searching.OVER_WEIGHT * misfit.over_mm3
+
+
+def _chances(judge: Judge, s_mm: Floats, levels_mm: Floats) -> dict[str, float]:
+    found = [judge.misfit(s_mm, level_mm) for level_mm in levels_mm]
+    return {
+        f"over_above_{MUCH_OVER_MM3:g}_mm3": float(np.mean([one.over_mm3 > MUCH_OVER_MM3 for one in found])),
+        f"level_above_{MUCH_ABOVE_MM:g}_mm": float(np.mean([one.highest_mm > MUCH_ABOVE_MM for one in found])),
+        "draws": len(found),
+    }
+
+
+def read_draws(path: Path, trial: Trial) -> list[Trial]:
+    """Read a posterior, a CSV of settings of the fluid with a draw in each row. Raises InputError."""
+    names = [name for name in SETTINGS if name.startswith("fluid.")]
+    columns = read_columns(path, dict.fromkeys(names, (-1e9, 1e9)), [], (2, 100_000))
+    columns.pop("row")
+    rows = zip(*columns.values(), strict=True)
+    draws = [dict(zip(columns, row, strict=True)) for row in rows]
+    even = [draws[number] for number in np.linspace(0, len(draws) - 1, min(len(draws), JUDGED)).astype(int)]
+    return moved_by(trial, even, path)
+
+
+def make_plan(
+    file: Path,
+    out: Path | None,
+    options: Options,
+    progress: Progress,
+    *,
+    device: str = "cpu",
+    jobs: int = 1,
+    cell_file: Path | None = None,
+    posterior: Path | None = None,
+) -> dict[str, Any]:
+    """Plan a trial in a folder of its own, by default reports/NAME-plan; return the content of plan.json.
+
+    After a kill the same command searches again, in seconds, and keeps the particle runs that are done. Raises
+    InputError where the trial, the cell or the posterior cannot be used, and NumericalError where a run fails.
+    """
+    given = load_trial(file)
+    require_sample(given, file.parent)
+    trial = require_plannable(given.loaded(file.parent), str(file))
+    cell = None if cell_file is None else read_cell(cell_file)
+    pump = None if cell is None or cell_file is None else pump_of(cell, cell_file.parent)
+    draws = [] if posterior is None else read_draws(posterior, trial)
+    folder = out or Path("reports", f"{given.folder_name}-plan")
+    require_folder(folder)
+    if folder.is_dir() and not (folder / SAMPLE).is_dir():
+        refuse_foreign(folder, "plan")
+    with holding(folder), progress:
+        with open_folder(folder / SAMPLE, create=True) as sample:
+            run_stages(start_job(trial, file.parent, sample, "cpu", progress), ("digitise",))
+        bench = read_bench(folder / SAMPLE, None)
+        if cell is not None and bench.outline.path_source == "automatic":
+            raise InputError(
+                f"{file}: the crack was found automatically and is not confirmed, which a robot's program requires. "
+                f"Look at {shown(folder / SAMPLE / 'overlay.png')} and give photo.ends_px, or plan without --cell."
+            )
+        verifier = Verifier(folder / VERIFICATION, trial, bench, device, progress, jobs)
+        planned = plan_on(verifier, options, draws, (cell, pump), file)
+        content = _write(folder, planned, trial, options)
+        files.write_text(folder / "trial.toml", _trial_beside(given, file.parent, folder))
+        if cell is not None and cell_file is not None and planned.verified:
+            origin = {
+                "trial": trial.name,
+                "run": folder.resolve().name,
+                "path_source": bench.outline.path_source,
+                "inputs": {path.name: files.sha256(path) for path in (folder / TABLE, cell_file)},
+                "edited_by_hand": [],
+            }
+            report, _ = write_programs(
+                folder / "robot", planned.trajectory, cell, cell_file.name, (), origin, None, pump
+            )
+            content["robot"] = sorted(report["files"])
+        files.write_json(folder / REPORT, content)
+        return content
+
+
+def _write(folder: Path, planned: Planned, trial: Trial, options: Options) -> dict[str, Any]:
+    from sealtwin.plan.plan_page import write_page
+
+    path = planned_path(planned.trajectory)
+    files.write_table(folder / TABLE, COLUMNS, _rows(path))
+    low_mm, high_mm = planned.level_mm - planned.half_width_mm, planned.level_mm + planned.half_width_mm
+    columns = ("s_mm", "level_mm", "low_95_mm", "high_95_mm")
+    files.write_table(folder / LEVEL, columns, np.column_stack([planned.s_mm, planned.level_mm, low_mm, high_mm]))
+    mean = Misfit(*np.mean([list(asdict(one).values()) for one in planned.misfits], axis=0).tolist())
+    content = {
+        "version": 1,
+        "name": trial.name,
+        "folder": shown(folder),
+        "kept": planned.best.name,
+        "verified": planned.verified,
+        "expected_off_mm": planned.best.off_mm,
+        "sealant_mm3": float((path.flow[:-1] * np.diff(path.t_s)).sum()),
+        "duration_s": path.t_s[-1] - path.t_s[0],
+        "margin_mm": options.margin_mm,
+        **_said(mean),
+        "seeds": [_said(one) for one in planned.misfits],
+        "band_95_mm": float(planned.half_width_mm.mean()),
+        "chances": planned.chances,
+        "baselines": {one.name: _said(one.misfit) for one in planned.baselines},
+        "rounds": [{**_said(one.misfit), "expected_off_mm": one.off_mm} for one in planned.rounds],
+    }
+    write_page(folder / PAGE, planned, content)
+    return content
+
+
+def _said(misfit: Misfit) -> dict[str, float]:
+    return {**asdict(misfit), "total_mm3": misfit.total_mm3}
+
+
+def _rows(path: PathTable) -> Floats:
+    columns = {**path.model_dump(), "speed_mm_s": path.speed_mm_s}
+    return np.column_stack([columns[name] for name in COLUMNS])
+
+
+def _trial_beside(trial: Trial, source: Path, folder: Path) -> str:
+    """Return the trial with the plan, its files named from ``folder``."""
+    content = trial.model_dump(mode="json", exclude_none=True)
+
+    def beside(name: str) -> str:
+        return name if Path(name).is_absolute() else Path(os.path.relpath(source / name, folder)).as_posix()
+
+    for table, keys in FILES.items():
+        for key in keys:
+            if isinstance(value := content.get(table, {}).get(key), str):
+                content[table][key] = beside(value)
+    fill: Mapping[str, Any] = content.get("crack", {}).get("fill") or {}
+    if isinstance(fill.get("file"), str):
+        content["crack"]["fill"]["file"] = beside(fill["file"])
+    content["path"] = {"plan": TABLE}
+    content["note"] = f"{trial.note} Planned by 'sealtwin plan'.".strip()[:2000]
+    return trial_text(checked(Trial, folder / "trial.toml", content))

@@ -1,0 +1,108 @@
+"""The page of a plan: flow and speed along the crack, and its level beside those of both baselines."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from sealtwin.plan.make_plan import Planned
+
+BASELINES = {"constant flow": "--", "flow by local area": ":"}
+
+
+def write_page(path: Path, planned: "Planned", content: dict[str, Any]) -> None:
+    """Write the page, whose numbers are those of plan.json."""
+    from validate.study_figures.figure_sheet import FigureSheet, FigureTable, Numbers, Plot, SheetSection
+    from validate.study_figures.figure_sheet import write_sheet_of_figures as write
+
+    rows = [("the plan, mean of its seeds", content), *content["baselines"].items()]
+    rows += [(f"round {number}", one) for number, one in enumerate(content["rounds"], start=1)]
+    figures = [[one["under_mm3"], one["over_mm3"], one["total_mm3"], one["highest_mm"]] for _, one in rows]
+    head = ("path", "under (mm3)", "over (mm3)", "in all (mm3)", "highest (mm)")
+    table = FigureTable(
+        title="Judged by particles",
+        head=head,
+        rows=[
+            [name, *(f"{value:.0f}" for value in row[:3]), f"{row[3]:+.2f}"]
+            for (name, _), row in zip(rows, figures, strict=True)
+        ],
+        name="judged",
+        numbers=Numbers(head, [[name, *row] for (name, _), row in zip(rows, figures, strict=True)]),
+    )
+    it = planned.trajectory
+    flow = Numbers(
+        ("s_mm", "speed_mm_s", "flow_mm3_s"), np.column_stack([it.s_mm, it.speed_mm_s, it.flow_mm3_s]).tolist()
+    )
+    cautions = [] if content["verified"] else [_unverified(content)]
+    chances = content["chances"] or {}
+    sheet = FigureSheet(
+        title=f"Plan: {content['name']}",
+        lead="Flow and speed along the path, chosen on the fast model and judged by particles. No number is measured.",
+        cautions=cautions,
+        finding=finding(content),
+        key_figures=[
+            ("sealant", f"{content['sealant_mm3'] / 1000:.3g} ml"),
+            ("duration", f"{content['duration_s']:.1f} s"),
+            ("95 % band, half-width", f"{content['band_95_mm']:.2f} mm"),
+            *((name.replace("_", " "), f"{value:g}") for name, value in chances.items()),
+        ],
+        parts=[
+            SheetSection(
+                "Level",
+                [],
+                [Plot("levels", "Level by particles along the crack; 0 is the face.", lambda: _levels(planned)), table],
+            ),
+            SheetSection("Path", [], [Plot("flow", "Flow and speed of the plan.", lambda: _flow(planned), flow)]),
+        ],
+    )
+    write(path.parent, path.name, sheet)
+
+
+def finding(content: dict[str, Any]) -> str:
+    """Return the result in a sentence."""
+    name, least = min(content["baselines"].items(), key=lambda one: one[1]["total_mm3"])
+    return (
+        f"{content['under_mm3']:.0f} mm3 are missing below the face and {content['over_mm3']:.0f} mm3 stand above it, "
+        f"by particles; with {name}, the better baseline, {least['under_mm3']:.0f} and {least['over_mm3']:.0f}."
+    )
+
+
+def _unverified(content: dict[str, Any]) -> str:
+    if content["expected_off_mm"] is None:
+        return f"NOT VERIFIED: no plan was better than {content['kept']}, which is kept."
+    return (
+        f"NOT VERIFIED: fast model and particles differ by {content['expected_off_mm']:.2f} mm after "
+        f"{len(content['rounds'])} rounds, and no robot program is written."
+    )
+
+
+def _levels(planned: "Planned") -> "Figure":
+    from sealtwin.core.drawing.theme import ALONG, MUTED, SIMULATED, label_axes
+    from validate.study_figures.figure_sheet import wide_axes
+
+    figure, axes = wide_axes(3.2, face=True)
+    low_mm, high_mm = planned.level_mm - planned.half_width_mm, planned.level_mm + planned.half_width_mm
+    axes.fill_between(planned.s_mm, low_mm, high_mm, color=SIMULATED, alpha=0.2, linewidth=0, label="95 % band")
+    axes.plot(planned.s_mm, planned.level_mm, color=SIMULATED, label="the plan")
+    for one in planned.baselines:
+        axes.plot(one.level.s_mm, one.level.level_mm, BASELINES[one.name], color=MUTED, label=one.name)
+    axes.legend(fontsize=8, ncols=4)
+    label_axes(axes, ALONG, "level from the face (mm)", "")
+    return figure
+
+
+def _flow(planned: "Planned") -> "Figure":
+    from sealtwin.core.drawing.theme import ALONG, MEASURED, SIMULATED, label_axes
+    from validate.study_figures.figure_sheet import wide_axes
+
+    figure, axes = wide_axes(2.6)
+    it = planned.trajectory
+    axes.stairs(it.flow_mm3_s[:-1], it.s_mm, color=SIMULATED, baseline=None)
+    label_axes(axes, ALONG, "flow (mm3/s)", "")
+    other = axes.twinx()
+    other.stairs(it.speed_mm_s[:-1], it.s_mm, color=MEASURED, baseline=None, linestyle="--")
+    other.set_ylabel("speed (mm/s), dashed")
+    return figure

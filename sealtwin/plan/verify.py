@@ -1,0 +1,124 @@
+"""Particle runs that judge paths over one crack, kept in a folder like that of a sweep."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from digitise.settings import NozzlePath
+from digitise.trajectory import plan_trajectory
+from sealtwin.core import files, record_files
+from sealtwin.core.errors import InputError, NumericalError
+from sealtwin.core.progress import Progress
+from sealtwin.core.records import Profile
+from sealtwin.core.run_folder import stage_key
+from sealtwin.core.settings import checked
+from sealtwin.study import study_folder
+from sealtwin.study.estimate import size_of
+from sealtwin.study.runner import Bench, Computing, compute
+from sealtwin.study.study_file import with_settings
+from sealtwin.trial.job import stage_settings
+from sealtwin.trial.trial_file import Trial
+from simulate.settings import Solver
+
+FINER = 0.01
+"""Share by which the particles of each further seed are smaller where one leaves at a time: they pack otherwise."""
+
+
+@dataclass
+class Verifier:
+    """Runs of one trial along other paths."""
+
+    folder: Path
+    trial: Trial
+    bench: Bench
+    device: str
+    progress: Progress
+    jobs: int = 1
+    _runs: list[study_folder.StudyRun] = field(default_factory=list)
+
+    def levels(self, title: str, paths: Sequence[tuple[str, NozzlePath, int]]) -> list[Profile]:
+        """Return the level along the crack of each path with its seed, by particles.
+
+        Each is described by a word or two. Raises InputError where particles do not fit the crack, and NumericalError
+        where a run fails.
+        """
+        from simulate.setup_checks import check_fit
+
+        bench, asked = self.bench, list[study_folder.StudyRun]()
+        for said, path, seed in paths:
+            trial = self.trial.model_copy(update={"path": path, "seed": seed, "solver": self._solver(seed)})
+            assert trial.fluid is not None, "checked before"
+            check_fit(bench.outline, bench.solid, trial.fluid, trial.solver, trial.nozzle, trial.sample)
+            trajectory = plan_trajectory(bench.outline, path, bench.solid.cavity_volume_mm3, bench.solid.sections)
+            settings = {**stage_settings(trial, "simulate"), "path": path.model_dump(mode="json", exclude_none=True)}
+            name = stage_key({}, {"path": settings["path"]})[:12]
+            sample = self.folder / "samples" / name
+            if not (sample / "trajectory.csv").is_file():
+                record_files.write_outline(sample, bench.outline)
+                record_files.write_solid(sample, bench.solid)
+                # Last: with it the sample is whole.
+                record_files.write_trajectory(sample, trajectory)
+            inputs = {file: files.sha256(sample / file) for file in ("outline.json", "crack.ply", "trajectory.csv")}
+            key = stage_key(inputs, {**settings, "device": self.device})
+            content = json.loads(trial.model_dump_json(exclude_none=True))
+            work_s = size_of(trial, trajectory, bench.outline.mean_width_mm).work_s
+            number = len(self._runs) + len(asked) + 1
+            asked.append(study_folder.StudyRun(number, key, {"path": said, "seed": seed}, content, name, key, work_s))
+        known = {run.key for run in self._runs}
+        self._runs += {run.key: run for run in asked if run.key not in known}.values()
+        plan = study_folder.Plan("verification", self._runs, len(self._runs))
+        self._runs = study_folder.resume(self.folder, plan, retry=True)
+        if any(run.state == "waiting" for run in self._runs):
+            waiting = sum(run.state == "waiting" for run in self._runs)
+            how = Computing(self.device, min(self.jobs, waiting) if self.jobs > 1 else 0)
+            self._runs = compute(self.folder, self._runs, how, title, self.progress)
+        for run in self._runs:
+            if run.state == "failed":
+                raise NumericalError(f"{self.folder}: the run of {run.settings['path']} failed: {run.reason}")
+        return [record_files.read_profile(study_folder.run_path(self.folder, run.key)) for run in asked]
+
+    def _solver(self, seed: int) -> Solver:
+        """Return the solver of a seed. A seed turns each release, and one particle alone has no turn."""
+        from simulate.setup.release_schedule import pack_disc
+
+        solver, again = self.trial.solver.for_crack(self.bench.outline.mean_width_mm), seed - self.trial.seed
+        if again == 0 or len(pack_disc(self.trial.nozzle.diameter_mm / 2, solver.size_mm)) > 1:
+            return solver
+        return solver.model_copy(update={"radius_mm": round(solver.size_mm * (1 - FINER * again), 5)})
+
+
+def constant_path(path: NozzlePath, fill: float) -> NozzlePath:
+    """Return a trial's path with constant flow of a share of the cavity."""
+    return path.model_copy(update={"volume_ml": "cavity", "fill": fill, "flow": "constant"})
+
+
+def by_area_path(path: NozzlePath, fill: float) -> NozzlePath:
+    """Return the same with the flow in proportion to the cavity's section."""
+    return constant_path(path, fill).model_copy(update={"flow": "cross_section"})
+
+
+def require_plannable(trial: Trial, where: str) -> Trial:
+    """Return the trial as particles verify it. Raises InputError for one that cannot be planned."""
+    if trial.fluid is None:
+        raise InputError(
+            f"{where}: no [fluid] table; a plan is for a sealant: give viscosity_pa_s and yield_stress_pa."
+        )
+    if trial.path.plan is not None:
+        raise InputError(f"{where}: path.plan is a plan already; leave it out, and give the path to be planned.")
+    if trial.fluid.U is not None:
+        raise InputError(
+            f"{where}: fluid.U = {trial.fluid.U:g} is another viscosity for each frame, and a plan's flow sets it. "
+            "Give viscosity_pa_s in its place; a run's simulation.json has the one that U amounted to."
+        )
+    solver = trial.solver.model_copy(update={"model": None})
+    return trial.model_copy(update={"solver": solver, "readings": None, "gate": None})
+
+
+def moved_by(trial: Trial, draws: Sequence[Mapping[str, float]], where: Path) -> list[Trial]:
+    """Return the trial with the settings of each draw. Raises InputError."""
+    content = json.loads(trial.model_dump_json(exclude_none=True))
+    return [
+        checked(Trial, Path(f"{where}, row {row}"), with_settings(content, draw))
+        for row, draw in enumerate(draws, start=2)
+    ]

@@ -1,0 +1,115 @@
+"""A pour whose flow is set on the way: particles along a known motion of the nozzle, for the emulation of control.
+
+On a CPU, whose arrays the host writes to; and with a volume factor that is given, since a run finds its own by the
+volume that its schedule promises.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Floats, Outline, Profile, Solid, Trajectory
+from simulate.device import start_warp
+from simulate.injection import prepare
+from simulate.profile import measure_profile
+from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver, particle_volume
+from simulate.setup.release_schedule import pack_disc
+from simulate.setup.rheology import NEVER
+from simulate.setup.signed_distance import CM
+
+
+@dataclass(frozen=True)
+class _Lying:
+    """Particles on their way, as the profile reads them."""
+
+    position_mm: Floats
+    velocity_mm_s: Floats
+    spilled: np.ndarray
+    radius_mm: float
+    particle_volume_mm3: float
+    settings: dict[str, object]
+
+
+class SteeredPour:
+    """A fluid run that is advanced from moment to moment, each with the flow that the nozzle has then."""
+
+    def __init__(
+        self,
+        solid: Solid,
+        outline: Outline,
+        motion: Trajectory,
+        fluid: Fluid,
+        solver: Solver,
+        nozzle: Nozzle,
+        *,
+        most_mm3_s: float,
+        seed: int,
+        slope: SampleSlope = LEVEL,
+    ) -> None:
+        """Prepare a run along ``motion``, whose own flow does not count, with at most ``most_mm3_s`` at any time.
+
+        Raises InputError without solver.volume_factor, and as any run.
+        """
+        if solver.keeps_volume:
+            raise InputError("solver.volume_factor: a steered pour needs it; a run of the same trial records its own.")
+        start_warp()
+        ceiling = np.append(np.full(len(motion.t_s) - 1, most_mm3_s), 0.0)
+        sample = solid, outline, replace(motion, flow_mm3_s=ceiling)
+        self._run = prepare(*sample, [fluid], solver, nozzle, seed=seed, device="cpu", slope=slope)
+        self._solid, self._motion, self._slope = solid, motion, slope
+        self._volume_mm3 = particle_volume(self._run.solver.size_mm)
+        self._disc_mm = pack_disc(nozzle.diameter_mm / 2, self._run.solver.size_mm)
+        self._outlet_mm2 = np.pi / 4 * nozzle.diameter_mm**2
+        self._random = np.random.default_rng(seed)
+        self._asked_mm3, self._out = 0.0, 0
+        schedule = self._run.schedule
+        self._released = np.zeros_like(schedule.released)
+        self._run.schedule = replace(schedule, released=self._released, frame_of=np.full(schedule.particles, NEVER))
+        self._run.engine.state.release_by(self._released, NEVER)
+
+    @property
+    def t_s(self) -> float:
+        return self._motion.t_s[0] + self._run.t_s
+
+    @property
+    def given_mm3(self) -> float:
+        return self._asked_mm3
+
+    def advance(self, until_s: float, flow_mm3_s: Callable[[float], float]) -> None:
+        """Compute frames up to a moment, each with the flow at its middle. Raises NumericalError as any run."""
+        frame_s = self._run.schedule.frame_s
+        while self.t_s + frame_s / 2 < until_s:
+            self._release(flow_mm3_s(self.t_s + frame_s / 2), frame_s)
+            self._run.advance()
+
+    def level(self) -> Profile:
+        """Return the level along the crack as it is now."""
+        self._run.wait()
+        state, own = self._run.engine.state, slice(0, self._out)
+        lying = _Lying(
+            state.position_mm()[own],
+            state.velocity_mm_s()[own],
+            np.zeros(self._out, dtype=bool),
+            self._run.solver.size_mm,
+            self._volume_mm3,
+            {} if self._slope.level else {"sample": self._slope.model_dump()},
+        )
+        return measure_profile(lying, self._run.outline, self._solid)
+
+    def _release(self, flow_mm3_s: float, frame_s: float) -> None:
+        """Let a disc of particles leave as soon as one more is asked for than is out."""
+        self._asked_mm3 += flow_mm3_s * frame_s
+        frame, state = self._run.done, self._run.engine.state
+        if flow_mm3_s > 0 and self._asked_mm3 / self._volume_mm3 > self._out + 1e-6:
+            count = min(len(self._disc_mm), state.particles_per_run - self._out)
+            own = slice(self._out, self._out + count)
+            turn, t_s = self._random.uniform(0, 2 * np.pi), self.t_s
+            x, y = self._disc_mm[:count].T
+            tip_mm = [np.interp(t_s, self._motion.t_s, values) for values in self._motion.position_mm.T]
+            offset = np.column_stack([x * np.cos(turn) - y * np.sin(turn), x * np.sin(turn) + y * np.cos(turn), 0 * x])
+            down_mm_s = np.array([0.0, 0.0, -flow_mm3_s / self._outlet_mm2])
+            state.place(own, (tip_mm + offset) * CM, down_mm_s * CM, frame)
+            self._out += count
+        self._released[frame:] = self._out

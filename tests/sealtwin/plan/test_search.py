@@ -1,0 +1,98 @@
+"""A plan as numbers, its bounds, and its search on the fast model."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from digitise.robots.pump import PumpTable
+from digitise.settings import CrackShape, NozzlePath
+from digitise.solid.build_solid import build_solid
+from digitise.trajectory import plan_trajectory
+from sealtwin.core.errors import InputError
+from sealtwin.plan.bounds import limits_of, require_possible
+from sealtwin.plan.judged import Judge
+from sealtwin.plan.search import Case, Goal, discrepancy, search, target_of
+from sealtwin.plan.shape import Knots, Limits
+from simulate.slot.flux import HerschelBulkley
+from tests.shapes import straight_slot
+
+OUTLINE = straight_slot(40.0, 4.0)
+SOLID = build_solid(OUTLINE, CrackShape(depth_mm=10.0, tilt="vertical"))
+OWN = plan_trajectory(OUTLINE, NozzlePath(trim_mm=3.0, speed_mm_s=3.0, lead_in_mm=4.0), SOLID.cavity_volume_mm3)
+CASE = Case(SOLID, OUTLINE, HerschelBulkley(1690, 5.0, 1.0), 2.4, 2.0)
+KNOTS = Knots(OWN, 4)
+LIMITS = Limits((10.0, 500.0), (1.0, 6.0))
+
+
+def test_the_path_s_own_flow_and_speed_are_a_plan():
+    flow = OWN.flow_mm3_s.max()
+    same = KNOTS.trajectory(np.concatenate([np.full(4, np.log(flow)), np.full(4, np.log(3.0)), [0.0, 0.0]]))
+    for name in ("t_s", "speed_mm_s", "flow_mm3_s"):
+        np.testing.assert_allclose(getattr(same, name), getattr(OWN, name), rtol=1e-9)
+
+
+def test_dwell_gives_its_own_sealant_at_the_ends():
+    plan = np.concatenate([np.log([400, 100, 100, 100]), np.full(4, np.log(3.0)), [0.0, 0.0]])
+    still = KNOTS.trajectory(plan)
+    plan[-2:] = 1.5, 0.5
+    longer = KNOTS.trajectory(plan)
+    assert longer.duration_s - still.duration_s == pytest.approx(2.0)
+    first, last = still.giving.start, still.giving.stop - 2
+    more = longer.given_mm3 - still.given_mm3
+    assert more[first] == pytest.approx(1.5 * still.flow_mm3_s[first])
+    assert more[last] == pytest.approx(0.5 * still.flow_mm3_s[last])
+    # The lead has no flow, whatever the plan.
+    assert not longer.given_mm3[:first].any()
+
+
+def test_a_search_makes_a_bed_level_that_constant_flow_leaves_sloping():
+    """Four times better on the model that is searched; particles judge it elsewhere."""
+    judge = Judge.of(OUTLINE, SOLID)
+    own = CASE.fill(OWN, 20, 60)
+    goal = Goal(target_of(CASE.fill(OWN).sections, 0.0), np.zeros(32))
+    plan = search(
+        [CASE], KNOTS, LIMITS, goal, KNOTS.first_guess(goal.target_mm2, own.sections.s_mm[:1].repeat(32), LIMITS)
+    )
+    found = KNOTS.trajectory(plan)
+    bed = CASE.fill(found)
+    planned = judge.misfit(bed.sections.s_mm, bed.level_mm).total_mm3
+    assert planned < 0.25 * judge.misfit(own.sections.s_mm, own.level_mm).total_mm3
+    giving = found.flow_mm3_s[found.giving][:-1]
+    assert giving.min() >= 9.99
+    assert giving.max() <= 500.01
+
+
+def test_a_discrepancy_moves_the_goal():
+    bed = CASE.fill(OWN)
+    below = discrepancy(bed, bed.sections.s_mm, bed.level_mm - 0.5)[:8]
+    assert bed.level_mm[:12].max() < 0
+    np.testing.assert_allclose(below, -2.0, atol=0.05)
+
+
+def test_under_and_over_are_volumes_at_the_face():
+    judge = Judge.of(OUTLINE, SOLID)
+    found = judge.misfit(np.array([0.0, 19.99, 20.01, 40.0]), np.array([-1.0, -1.0, 0.5, 0.5]))
+    assert found.under_mm3 == pytest.approx(80.0, rel=0.01)
+    assert found.over_mm3 == pytest.approx(40.0, rel=0.01)
+
+
+@pytest.mark.parametrize(("flow_max", "keep"), [(60.0, True), (20.0, False)])
+def test_a_flow_that_the_limit_does_not_allow_is_refused_with_its_place(flow_max, keep):
+    """A section of 40 mm2 at 3 mm/s needs 120 mm3/s, and 30 at a quarter of that speed."""
+    limits = limits_of(OWN, None, None, flow_max, keep)
+    with pytest.raises(InputError) as refused:
+        require_possible(limits, np.full(2, 40.0), np.array([0.0, 40.0]), OWN, Path("trial.toml"))
+    assert "trial.toml: s = " in str(refused.value)
+    assert f"limit is {flow_max:g}" in str(refused.value)
+    assert f"needs {120 if keep else 30} mm3/s" in str(refused.value)
+
+
+def test_a_pump_that_gives_no_less_bounds_from_below():
+    flows = np.array([200.0, 400.0, 600.0])
+    pump = PumpTable("pump.csv", flows, flows, 0 * flows, 0.01, 3, np.ones(3), 0.0, 0.0)
+    limits = limits_of(OWN, None, pump, 500.0, False)
+    assert limits.flow_mm3_s == (200.0, 500.0)
+    thin = np.full(2, 10.0)
+    with pytest.raises(InputError, match="pump was weighed from 200"):
+        require_possible(limits, thin, np.array([0.0, 40.0]), OWN, Path("trial.toml"))
