@@ -19,6 +19,7 @@ from validate.calibration.posterior import Evidence, Posterior, Reach, reach_of
 FIRST, AGAIN, ROUND, CONFIRM = 16, 3, 3, 3
 """Runs of the first design, further seeds of one of them, runs of a round, and seeds that confirm the best."""
 FEWEST = FIRST + AGAIN + ROUND + CONFIRM
+HOPELESS = 2.0  # Implausibility at which the search stops early: after few runs the emulator may be too sure of itself
 LEAST_USABLE = 0.75  # Share of the runs that must have a result
 DRAWS, STEPS, STEPS_OF_A_ROUND = 500, 1200, 200
 
@@ -54,6 +55,15 @@ class Found:
     @property
     def possible(self) -> bool:
         return self.draws is not None
+
+    @property
+    def discrepancy_mm(self) -> float | None:
+        """Mean size of the model's own error by the posterior; None with one trial, which cannot show it."""
+        if self.draws is None or len(self.levels_mm) < 2:
+            return None
+        logs = self.posterior.log_densities(self.draws)
+        chance = np.exp(logs - np.logaddexp.reduce(logs, axis=0)).mean(axis=1)
+        return float(chance @ self.posterior.discrepancies_mm)
 
     def confirmed_mm(self, trial: int) -> Floats:
         """Levels of the runs that confirm the best setting, (m, n)."""
@@ -133,7 +143,7 @@ def search(frees: Sequence[Free], sources: Sequence[Source], budget: int, say: C
     at.run(qmc.Sobol(len(frees), rng=0).random(FIRST))
     at.run(np.repeat(at.points[[at.nearest()]], AGAIN, axis=0))
     posterior, reaches = at.posterior()
-    while len(at.points) < budget - CONFIRM and posterior.least_implausibility <= 1:
+    while len(at.points) < budget - CONFIRM and posterior.least_implausibility <= HOPELESS:
         say(f"{len(at.points)} of {budget} runs: {_words_on(posterior)}.")
         at.run(at.next_round(posterior, min(ROUND, budget - CONFIRM - len(at.points))))
         posterior, reaches = at.posterior()

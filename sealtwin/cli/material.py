@@ -57,7 +57,7 @@ def material(
     sealtwin material rheometer curve.csv --density-kg-m3 1690
     """
     with answering("cpu", as_json, quiet) as command:
-        when = _day(date)
+        when = day_of(date)
         if method == "rheometer":
             if not all(value is None for value in (markers, face_mm, cone_mm, mass_g, early, early_s)):
                 raise typer.BadParameter("a rheometer's table takes no options but density, date, data and --out")
@@ -139,7 +139,7 @@ def _three(text: str) -> list[float]:
     return sizes
 
 
-def _day(text: str | None) -> day:
+def day_of(text: str | None) -> day:
     if text is None:
         return day.today()
     try:

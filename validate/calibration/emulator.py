@@ -39,7 +39,11 @@ class Processes:
         dimensions = points.shape[1]
         size = scores.var(axis=0)
         length, variance, nugget = np.exp(found[:, :dimensions]), *(np.exp(found[:, dimensions:]).T * size)
-        return cls.given(points, scores, length, variance, nugget)
+        fitted = cls.given(points, scores, length, variance, nugget)
+        # Runs that are left out may miss by more than the process says, which then is less sure by that factor.
+        known = np.einsum("kii->ki", fitted.inverse)
+        missed = np.maximum(1.0, (fitted.weights**2 / known).mean(axis=1))
+        return cls.given(points, scores, length, variance * missed, nugget * missed)
 
     @classmethod
     def given(cls, points: Floats, scores: Floats, length: Floats, variance: Floats, nugget: Floats) -> "Processes":
@@ -125,10 +129,8 @@ class Emulator:
         mean_mm = levels_mm.mean(axis=0)
         scores, size, basis = np.linalg.svd(levels_mm - mean_mm, full_matrices=False)
         kept = min(components, most_components(*levels_mm.shape), int((size > 1e-9 * size[0]).sum()))
-        rest_mm = scores[:, kept:] * size[kept:] @ basis[kept:]
-        free = max(1, len(points) - 1 - kept)
         processes = Processes.fitted(points, scores[:, :kept] * size[:kept])
-        return cls(mean_mm, basis[:kept], processes, rest_mm.T @ rest_mm / free)
+        return cls(mean_mm, basis[:kept], processes, rest_of(levels_mm, kept))
 
     @property
     def run_noise_mm2(self) -> Floats:
@@ -138,6 +140,20 @@ class Emulator:
     def levels_mm(self, points: Floats) -> Floats:
         """Levels of a run's average over seeds, (m, n)."""
         return self.mean_mm + self.processes.at(points)[0] @ self.basis_mm
+
+
+def rest_of(levels_mm: Floats, kept: int) -> Floats:
+    """Return the covariance, (n, n), of what components of other runs leave of a run, each left out once.
+
+    Components leave far less of the runs that they were made of.
+    """
+    left = []
+    for number, level_mm in enumerate(levels_mm):
+        others = np.delete(levels_mm, number, axis=0)
+        basis = np.linalg.svd(others - others.mean(axis=0), full_matrices=False)[2][:kept]
+        off = level_mm - others.mean(axis=0)
+        left.append(off - (off @ basis.T) @ basis)
+    return np.array(left).T @ np.array(left) / len(left)
 
 
 def most_components(runs: int, stations: int) -> int:

@@ -7,12 +7,12 @@ from functools import cached_property
 import numpy as np
 
 from sealtwin.core.records import Floats
-from validate.calibration.emulator import COMPONENTS, Emulator, most_components
+from validate.calibration.emulator import COMPONENTS, Emulator, most_components, rest_of
 from validate.calibration.free import Free
 
 INFLATED = 1.2
-"""Factor of all standard uncertainties: with lengths and nugget taken as known, 90 % intervals of a prototype held 81 to
-88 % of the truths without it. It was chosen there, on none of the truths of this repository's benchmark."""
+"""Factor of all standard uncertainties: with lengths and nugget taken as known, 90 % intervals of a prototype held 81
+to 88 % of the truths without it. It was chosen there, on none of the truths of this repository's benchmark."""
 POSSIBLE = 0.995  # Share of true settings that a bound of the misfit keeps
 DISCREPANCIES_MM = np.array([0.0, 0.05, 0.1, 0.2, 0.4, 0.8, 1.6])
 DISCREPANCY_MM = 0.3  # Scale of the half-normal prior of the model's own error, which one trial cannot tell from paste
@@ -50,14 +50,13 @@ def reach_of(levels_mm: Floats, evidence: Evidence) -> Reach:
     from scipy.stats import chi2
 
     mean_mm = levels_mm.mean(axis=0)
-    _, size, basis = np.linalg.svd(levels_mm - mean_mm, full_matrices=False)
+    basis = np.linalg.svd(levels_mm - mean_mm, full_matrices=False)[2]
     stations = len(mean_mm)
     most = most_components(len(levels_mm), stations)
     fewest = min(COMPONENTS, most)
     reach = Reach(np.inf, 0.0, False, fewest)
     for kept in range(fewest, min(MOST_COMPONENTS, most) + 1):
-        rest_mm2 = (basis[kept:].T * size[kept:] ** 2) @ basis[kept:] / max(1, len(levels_mm) - 1 - kept)
-        covariance = INFLATED**2 * (evidence.covariance_mm2 + rest_mm2)
+        covariance = INFLATED**2 * (evidence.covariance_mm2 + rest_of(levels_mm, kept))
         root = np.linalg.cholesky(covariance)
         off, shapes = np.linalg.solve(root, evidence.level_mm - mean_mm), np.linalg.solve(root, basis[:kept].T)
         left = off - shapes @ np.linalg.lstsq(shapes, off)[0]
@@ -186,7 +185,8 @@ def _mixing(chain: Floats) -> float:
     """Return the largest ratio of whole to within variance, of halves of the chain (steps, walkers, d)."""
     halves = np.array_split(chain, 2)
     means, variances = (
-        np.array([function(half.reshape(-1, chain.shape[2]), axis=0) for half in halves]) for function in (np.mean, np.var)
+        np.array([function(half.reshape(-1, chain.shape[2]), axis=0) for half in halves])
+        for function in (np.mean, np.var)
     )
     within = variances.mean(axis=0)
     return float(np.sqrt(1 + means.var(axis=0, ddof=1) / within).max())
