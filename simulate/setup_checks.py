@@ -8,8 +8,8 @@ import numpy as np
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Outline, Solid, Trajectory
 from simulate.fluid.solver import Domain
-from simulate.settings import LEVEL, STIFFEST_U, Fluid, Nozzle, SampleSlope, Solver
 from simulate.material_file import Material
+from simulate.settings import LEVEL, STIFFEST_U, Fluid, Nozzle, SampleSlope, Solver
 from simulate.setup.release_schedule import Schedule, frames_to_freeze, plan_releases
 from simulate.setup.rheology import Rheology, no_slip_weight, viscous_weight
 from simulate.setup.signed_distance import CM, Barrier, crack_box_mm, grid_fits

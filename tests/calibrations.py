@@ -15,7 +15,8 @@ TRUTH = {"fluid.viscosity_pa_s": 0.1, "fluid.yield_stress_pa": 2.0}
 FREE = ("fluid.viscosity_pa_s=0.03:0.4", "fluid.yield_stress_pa=0.5:6")
 # Paste that does not freeze keeps its volume, even of so few particles.
 PASTE = {
-    "U = 30.0\nD_cm = 0.3\nfreeze_after_s = 0.2": 'viscosity_pa_s = 0.1\nyield_stress_pa = 1.0\nfreeze_after_s = "never"',
+    "U = 30.0\nD_cm = 0.3": "viscosity_pa_s = 0.1\nyield_stress_pa = 1.0",
+    "freeze_after_s = 0.2": 'freeze_after_s = "never"',
     "substeps = 2": "substeps = 3\nsettle_s = 0.6",
     "volume_ml = 0.08": "volume_ml = 0.12",
 }

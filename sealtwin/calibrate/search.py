@@ -14,7 +14,7 @@ from sealtwin.core.errors import NumericalError
 from sealtwin.core.records import Floats
 from validate.calibration.emulator import Emulator
 from validate.calibration.free import Free
-from validate.calibration.posterior import Evidence, Posterior, Reach, reach_of
+from validate.calibration.posterior import BasisReach, Posterior, ReadLevels, reach_of
 
 FIRST, AGAIN, ROUND, CONFIRM = 16, 3, 3, 3
 """Runs of the first design, further seeds of one of them, runs of a round, and seeds that confirm the best."""
@@ -34,7 +34,7 @@ class Source:
     """A trial that is calibrated on."""
 
     name: str
-    evidence: Evidence
+    evidence: ReadLevels
     run: Runner
 
 
@@ -45,7 +45,7 @@ class Found:
     frees: Sequence[Free]
     points: Floats  # (r, d) of all runs, in the unit cube
     levels_mm: Sequence[Sequence[Floats | None]]  # Of each trial's runs
-    reaches: Sequence[Reach]
+    reaches: Sequence[BasisReach]
     posterior: Posterior
     least_implausibility: float
     draws: Floats | None  # (500, d) in the unit cube; None where no setting makes the readings
@@ -94,7 +94,7 @@ class _Search:
         kept = [number for number, level in enumerate(self.levels_mm[trial]) if level is not None]
         return self.points[kept], np.array([self.levels_mm[trial][number] for number in kept])
 
-    def posterior(self) -> tuple[Posterior, list[Reach]]:
+    def posterior(self) -> tuple[Posterior, list[BasisReach]]:
         emulators, reaches = [], []
         for trial, source in enumerate(self.sources):
             points, levels_mm = self.done(trial)

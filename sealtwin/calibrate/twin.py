@@ -19,7 +19,7 @@ from sealtwin.study.sweep import SweepOptions, adopt, brought_up_to_date
 from sealtwin.trial.job import check_sheet, require_sample
 from sealtwin.trial.trial_file import Trial, load_trial
 from validate.calibration.free import Free
-from validate.calibration.posterior import Evidence
+from validate.calibration.posterior import ReadLevels
 from validate.settings import Readings
 from validate.wording.headline import kept_volume
 
@@ -64,7 +64,7 @@ class Twin:
         errors_mm = budget.at_stations_mm
         covariance_mm2 = np.cov(errors_mm.T) + JITTER_MM2 * np.eye(len(s_mm))
         # What is read is the level and the error, whose mean need not be 0.
-        self.evidence = Evidence(s_mm, self.readings.level_mm - errors_mm.mean(axis=0), covariance_mm2)
+        self.evidence = ReadLevels(s_mm, self.readings.level_mm - errors_mm.mean(axis=0), covariance_mm2)
 
     @property
     def name(self) -> str:

@@ -1,4 +1,4 @@
-"""Which settings, and which combinations of them, the readings determine."""
+"""Settings, and combinations of them, that the readings determine."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -23,8 +23,8 @@ CANDIDATES = 4096  # Points of a Sobol sequence among which walkers start
 
 
 @dataclass(frozen=True)
-class Evidence:
-    """The readings of a trial."""
+class ReadLevels:
+    """The levels that were read in a trial."""
 
     s_mm: Floats  # (n,)
     level_mm: Floats  # (n,)
@@ -32,8 +32,8 @@ class Evidence:
 
 
 @dataclass(frozen=True)
-class Reach:
-    """How well the shapes that the runs have can make up the readings at all, whatever the settings."""
+class BasisReach:
+    """What the shapes of the runs leave of the readings, whatever the settings."""
 
     residual_mm: float  # Root mean square of what is left at the stations
     noise_mm: float  # Root mean square of the standard uncertainty of a reading against a run
@@ -41,7 +41,7 @@ class Reach:
     components: int
 
 
-def reach_of(levels_mm: Floats, evidence: Evidence) -> Reach:
+def reach_of(levels_mm: Floats, evidence: ReadLevels) -> BasisReach:
     """Project the readings on the components of runs, (r, n), as many as are needed and at most ``MOST_COMPONENTS``.
 
     A basis that is too small would otherwise pass for a model that is wrong (Salter et al. 2019, J. Am. Stat. Assoc.
@@ -54,7 +54,7 @@ def reach_of(levels_mm: Floats, evidence: Evidence) -> Reach:
     stations = len(mean_mm)
     most = most_components(len(levels_mm), stations)
     fewest = min(COMPONENTS, most)
-    reach = Reach(np.inf, 0.0, False, fewest)
+    reach = BasisReach(np.inf, 0.0, False, fewest)
     for kept in range(fewest, min(MOST_COMPONENTS, most) + 1):
         covariance = INFLATED**2 * (evidence.covariance_mm2 + rest_of(levels_mm, kept))
         root = np.linalg.cholesky(covariance)
@@ -63,7 +63,7 @@ def reach_of(levels_mm: Floats, evidence: Evidence) -> Reach:
         residual_mm = float(np.sqrt(np.mean((root @ left) ** 2)))
         noise_mm = float(np.sqrt(covariance.trace() / stations))
         possible = bool(left @ left <= chi2.ppf(POSSIBLE, stations - kept))
-        reach = Reach(residual_mm, noise_mm, possible, kept)
+        reach = BasisReach(residual_mm, noise_mm, possible, kept)
         if possible:
             break
     return reach
@@ -72,7 +72,7 @@ def reach_of(levels_mm: Floats, evidence: Evidence) -> Reach:
 class _Held:
     """An emulator held against readings, for one size of the model's own error."""
 
-    def __init__(self, emulator: Emulator, evidence: Evidence, discrepancy_mm: float) -> None:
+    def __init__(self, emulator: Emulator, evidence: ReadLevels, discrepancy_mm: float) -> None:
         apart = (evidence.s_mm[:, None] - evidence.s_mm) / ALIKE_MM
         own_mm2 = discrepancy_mm**2 * np.exp(-(apart**2) / 2)
         covariance = INFLATED**2 * (evidence.covariance_mm2 + emulator.run_noise_mm2) + own_mm2
@@ -97,7 +97,7 @@ class Posterior:
 
     frees: Sequence[Free]
     emulators: Sequence[Emulator]  # One for each trial
-    evidence: Sequence[Evidence]
+    evidence: Sequence[ReadLevels]
 
     @cached_property
     def discrepancies_mm(self) -> Floats:

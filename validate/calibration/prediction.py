@@ -7,7 +7,7 @@ import numpy as np
 
 from sealtwin.core.records import DataKind, Floats
 from validate.calibration.emulator import Emulator
-from validate.calibration.posterior import Evidence
+from validate.calibration.posterior import ReadLevels
 
 SHARE = 0.95
 
@@ -40,7 +40,7 @@ class Prediction:
         return float(np.mean(np.abs(self.mean_mm - self.read_mm) <= self.half_mm))
 
 
-def predicted_by_emulator(emulator: Emulator, evidence: Evidence, draws: Floats) -> tuple[Floats, Floats]:
+def predicted_by_emulator(emulator: Emulator, evidence: ReadLevels, draws: Floats) -> tuple[Floats, Floats]:
     """Return mean and half the band, (n,) each, of a trial whose runs the emulator was fitted to."""
     from scipy.special import ndtri
 
@@ -50,7 +50,7 @@ def predicted_by_emulator(emulator: Emulator, evidence: Evidence, draws: Floats)
     return levels_mm.mean(axis=0), ndtri((1 + SHARE) / 2) * np.sqrt(levels_mm.var(axis=0) + open_mm2 + noise_mm2)
 
 
-def predicted_by_runs(levels_mm: Floats, evidence: Evidence) -> tuple[Floats, Floats]:
+def predicted_by_runs(levels_mm: Floats, evidence: ReadLevels) -> tuple[Floats, Floats]:
     """Return the same from runs of draws of the posterior with seeds of their own, (m, n)."""
     from scipy.special import stdtrit
 

@@ -12,7 +12,7 @@ from validate.calibration.identified import (
     confounded_pairs,
     marginals_of,
 )
-from validate.calibration.posterior import Reach
+from validate.calibration.posterior import BasisReach
 from validate.calibration.prediction import Prediction
 from validate.units import percent, setting_name
 
@@ -31,7 +31,7 @@ class Calibrated:
     best: Floats  # (d,)
     runs: int  # Of each trial
     unused: tuple[tuple[str, int, str], ...]  # Trial, run and reason of those without a result to trust
-    reaches: tuple[tuple[str, Reach], ...]
+    reaches: tuple[tuple[str, BasisReach], ...]
     least_implausibility: float
     mixing: float
     discrepancy_mm: float | None

@@ -1,4 +1,4 @@
-"""The search over runs, on a profile that takes no time: what it finds, when it gives up, and that it repeats itself."""
+"""The search over runs, on a profile that takes no time: what it finds, and when it gives up."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from sealtwin.calibrate.search import FEWEST, FIRST, Source, search
 from sealtwin.core.errors import NumericalError
 from validate.calibration.free import Free
 from validate.calibration.identified import marginals_of
-from validate.calibration.posterior import Evidence
+from validate.calibration.posterior import ReadLevels
 
 S_MM = np.linspace(0.0, 40.0, 12)
 FREES = [Free("fluid.viscosity_pa_s", 0.2, 5.0), Free("path.fill", 0.8, 1.2)]
@@ -44,7 +44,7 @@ def _source(twin, bump_mm=0.0):
     random = np.random.default_rng(77)
     noise_mm = np.hypot(SCATTER_MM, READING_MM) * random.standard_normal(len(S_MM))
     level_mm = _level_mm(TRUTH) + noise_mm + bump_mm * (S_MM > 20)
-    return Source("toy", Evidence(S_MM, level_mm, READING_MM**2 * np.eye(len(S_MM))), twin.run)
+    return Source("toy", ReadLevels(S_MM, level_mm, READING_MM**2 * np.eye(len(S_MM))), twin.run)
 
 
 def test_the_truth_lies_in_the_intervals_and_the_best_profile_near_it():

@@ -1,11 +1,13 @@
 """The posterior against closed forms, and its gates."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from validate.calibration.emulator import Emulator, Processes
 from validate.calibration.free import Free
-from validate.calibration.posterior import INFLATED, Evidence, Posterior, reach_of
+from validate.calibration.posterior import INFLATED, Posterior, ReadLevels, reach_of
 
 STATIONS = 12
 S_MM = np.linspace(0.0, 40.0, STATIONS)
@@ -22,9 +24,9 @@ def _emulator(rest_mm2=0.0):
     return Emulator(mean, SLOPES, processes, rest_mm2 * np.eye(STATIONS))
 
 
-def _posterior(truth, *, frees=None, trials=1, off_mm=0.0):
+def _posterior(truth, *, frees=None, trials=1, off_mm: Any = 0.0):
     level_mm = -5.0 + (np.array(truth) - 0.5) @ SLOPES + off_mm
-    evidence = Evidence(S_MM, level_mm, NOISE_MM**2 * np.eye(STATIONS))
+    evidence = ReadLevels(S_MM, level_mm, NOISE_MM**2 * np.eye(STATIONS))
     frees = frees or [Free("fluid.a", 0.0, 1.0), Free("fluid.b", 0.0, 1.0)]
     return Posterior(frees, [_emulator()] * trials, [evidence] * trials)
 
@@ -81,15 +83,15 @@ def test_readings_of_a_shape_that_no_run_has_are_out_of_reach():
     random = np.random.default_rng(0)
     levels_mm = (random.random((20, 2)) - 0.5) @ SLOPES + 0.05 * random.standard_normal((20, STATIONS))
     covariance = NOISE_MM**2 * np.eye(STATIONS)
-    held = reach_of(levels_mm, Evidence(S_MM, 0.2 * SLOPES[1], covariance))
+    held = reach_of(levels_mm, ReadLevels(S_MM, 0.2 * SLOPES[1], covariance))
     assert held.possible
     assert held.residual_mm < 0.1
-    other = reach_of(levels_mm, Evidence(S_MM, 2.0 * np.sin(S_MM), covariance))
+    other = reach_of(levels_mm, ReadLevels(S_MM, 2.0 * np.sin(S_MM), covariance))
     assert not other.possible
     assert other.residual_mm > 3 * other.noise_mm
     # A shape that few runs have takes more components, and is no fault of the model.
     shapes = np.linalg.qr(random.standard_normal((STATIONS, STATIONS)))[0]
     many_mm = random.standard_normal((40, 6)) * np.array([9, 8, 7, 6, 5, 0.6]) @ shapes[:6]
-    rare = reach_of(many_mm, Evidence(S_MM, 4 * shapes[5], covariance / 4))
+    rare = reach_of(many_mm, ReadLevels(S_MM, 4 * shapes[5], covariance / 4))
     assert rare.possible
     assert rare.components == 6
