@@ -48,7 +48,7 @@ class Processes:
     @classmethod
     def given(cls, points: Floats, scores: Floats, length: Floats, variance: Floats, nugget: Floats) -> "Processes":
         covariance = matern(points, points, length, variance) + nugget[:, None, None] * np.eye(len(points))
-        inverse: Floats = np.linalg.inv(covariance)
+        inverse = np.asarray(np.linalg.inv(covariance), dtype=np.float64)
         weights = np.einsum("kij,jk->ki", inverse, scores)
         return cls(points, scores, length, variance, nugget, inverse, weights)
 

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from sealtwin.core.records import Floats
+from validate.units import words
 
 WIDE = 5.0  # Ratio of the ends of a range from which equal steps are equal ratios
 INTERVAL = 0.9  # Share of a distribution between the ends that are stated of a free setting
@@ -19,6 +20,11 @@ class Free:
     low: float
     high: float
     measured: tuple[float, float] | None = None  # Value and standard uncertainty where it was measured
+
+    @property
+    def label(self) -> str:
+        """Name with its unit: "yield stress (Pa)"."""
+        return words(self.name.rpartition(".")[2])
 
     @property
     def logarithmic(self) -> bool:

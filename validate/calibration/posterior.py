@@ -33,7 +33,7 @@ class ReadLevels:
 
 @dataclass(frozen=True)
 class BasisReach:
-    """What the shapes of the runs leave of the readings, whatever the settings."""
+    """The part of the readings that no sum of the shapes of runs makes, whatever the settings."""
 
     residual_mm: float  # Root mean square of what is left at the stations
     noise_mm: float  # Root mean square of the standard uncertainty of a reading against a run

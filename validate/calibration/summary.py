@@ -56,7 +56,7 @@ class Calibrated:
         if self.draws is None:
             return " ".join(self._impossible)
         told = [
-            f"{setting_name(one.free.name)}: {one.low:.3g} to {one.high:.3g} (90 %), {_verdict(one)}."
+            f"{_capital(one.free.label)}: {one.low:.3g} to {one.high:.3g} (90 %), {_verdict(one)}."
             for one in self.marginals
         ]
         return " ".join([*told, *(_judged(one) for one in self.predictions if one.role == "held out")])
@@ -80,14 +80,14 @@ class Calibrated:
     def advice(self) -> list[str]:
         """Sentences on what is not identified, and what would mend it."""
         told = [
-            f"{setting_name(one.free.name)} is not identified ({one.low:.3g} to {one.high:.3g}): measure it and leave "
+            f"{_capital(one.free.label)} is not identified ({one.low:.3g} to {one.high:.3g}): measure it and leave "
             "--free out, or calibrate on a second trial."
             for one in self.marginals
             if not one.identified
         ]
         return told + [
-            f"{setting_name(a.name)} and {setting_name(b.name)} are confounded (correlation {r:.2f}): measure one of "
-            "them."
+            f"{_capital(setting_name(a.name))} and {setting_name(b.name)} are confounded (correlation {r:.2f}): "
+            "measure one of them."
             for a, b, r in self.confounded
         ]
 
@@ -114,6 +114,10 @@ class Calibrated:
             if one.role == "held out" and one.held < HELD
         ]
         return told
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
 
 
 def _verdict(one: Marginal) -> str:

@@ -10,7 +10,7 @@ from validate.calibration.identified import Marginal
 from validate.calibration.prediction import Prediction
 from validate.calibration.summary import Calibrated
 from validate.study_figures.figure_sheet import FigureSheet, FigureTable, Numbers, Plot, SheetSection, wide_axes
-from validate.units import percent, setting_name, words
+from validate.units import percent
 
 BARS = 30
 
@@ -30,8 +30,7 @@ def calibration_sheet(calibrated: Calibrated) -> FigureSheet:
         cautions=calibrated.cautions,
         finding=calibrated.finding,
         key_figures=[
-            (setting_name(one.free.name), f"{one.best:.3g} ({one.low:.3g} to {one.high:.3g})")
-            for one in calibrated.marginals
+            (one.free.label, f"{one.best:.3g} ({one.low:.3g} to {one.high:.3g})") for one in calibrated.marginals
         ],
         parts=sections,
     )
@@ -78,7 +77,7 @@ def _settings(calibrated: Calibrated) -> SheetSection:
     head = ["setting", "range", "best", "5 %", "95 %", "width over that beforehand", "identified"]
     rows = [
         [
-            words(one.free.name.rpartition(".")[2]),
+            one.free.label,
             f"{one.free.low:g} to {one.free.high:g}" + (", measured" if one.free.measured else ""),
             *(f"{value:.3g}" for value in (one.best, one.low, one.high)),
             percent(one.width_over_prior, 0),
@@ -120,11 +119,13 @@ def _draw(calibrated: Calibrated) -> Figure:
 def _label(axes: "theme.Axes", one: Marginal) -> None:
     if one.free.logarithmic:
         axes.set_xscale("log")
-        theme.print_plain(axes.xaxis)
+        axes.minorticks_off()
+    ticks = one.free.values(np.array([0.0, 0.5, 1.0]))
+    axes.set_xticks(ticks, [f"{value:.2g}" for value in ticks])
     axes.set_xlim(one.free.low, one.free.high)
     axes.set_yticks([])
     title = "identified" if one.identified else "not identified"
-    theme.label_axes(axes, words(one.free.name.rpartition(".")[2]), "", title)
+    theme.label_axes(axes, one.free.label, "", title)
 
 
 def _combinations(calibrated: Calibrated) -> SheetSection:
