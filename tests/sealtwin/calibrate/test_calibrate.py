@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+import sealtwin as st
 from sealtwin.calibrate.calibrate import MOST_FREE, calibrate
 from sealtwin.calibrate.twin import Twin
 from sealtwin.cli.app import app
@@ -137,6 +138,16 @@ def test_a_calibration_that_is_killed_ends_with_the_bytes_of_an_unbroken_one(tmp
 
 
 def _holds(lab, answer):
+    found = st.calibrate(
+        lab / "trial.toml",
+        {name: tuple(map(float, text.partition("=")[2].split(":"))) for name, text in zip(TRUTH, FREE, strict=True)},
+        hold_out=[lab / "other.toml"],
+        out=lab / "out",
+        jobs=1,
+    )
+    assert found.content["finding"] == answer["finding"]
+    assert found.posterior["fluid.yield_stress_pa"].shape == (500,)
+    assert set(found.identified) == set(TRUTH)
     header, *rows = (lab / "out/posterior.csv").read_text(encoding="utf-8").splitlines()
     assert header == ",".join(TRUTH)
     draws = np.array([[float(cell) for cell in row.split(",")] for row in rows])
