@@ -55,6 +55,7 @@ COMMANDS = {
     "heaps": "-m benchmarks.heaps",
     "sleep": "-m benchmarks.sleep",
     "stated_intervals": "-m benchmarks.stated_intervals",
+    "calibration": "-m benchmarks.calibration",
 }
 """Arguments of Python by the name of a benchmark, the short ones first."""
 CODE = ("benchmarks", "digitise", "fixtures", "sealtwin", "simulate", "validate", "pyproject.toml", "constraints.txt")

@@ -29,11 +29,12 @@ if TYPE_CHECKING:
     from sealtwin.api.runs import Fluid, Nozzle, PlannedPath, SimulatedLevel, Solver, inject, measure_level, plan_path
     from sealtwin.api.samples import CrackOutline, SamplePhoto, build_solid, import_mesh, read_photo, trace_crack
     from sealtwin.api.shared import InputError, NumericalError, Run, SealtwinError, Solid
-    from sealtwin.api.trials import SweepResult, TrialRun, run_trial, sweep, write_map
+    from sealtwin.api.trials import CalibrationResult, SweepResult, TrialRun, calibrate, run_trial, sweep, write_map
 
 require_at_import()
 
 __all__ = [
+    "CalibrationResult",
     "CrackOutline",
     "FlowPlan",
     "Fluid",
@@ -56,6 +57,7 @@ __all__ = [
     "SweepResult",
     "TrialRun",
     "build_solid",
+    "calibrate",
     "compare",
     "import_mesh",
     "inject",

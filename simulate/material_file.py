@@ -41,6 +41,10 @@ class Material(Settings):
     """Sentences on what was measured, and where the uncertainty comes from."""
     not_for: Sentences
     """Uses that these numbers must not be put to."""
+    radius_mm: float | None = Field(default=None, gt=0, le=10)
+    """Particle radius at which a calibration found these numbers; a run with another one is refused."""
+    substeps: int | None = Field(default=None, ge=1, le=1000)
+    """Substeps of the runs of that calibration."""
 
     @model_validator(mode="after")
     def _in_order(self) -> Self:

@@ -8,6 +8,7 @@ import numpy as np
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Outline, Solid, Trajectory
 from simulate.fluid.solver import Domain
+from simulate.material_file import Material
 from simulate.settings import LEVEL, STIFFEST_U, Fluid, Nozzle, SampleSlope, Solver, particle_volume
 from simulate.setup.release_schedule import PARTICLES_AT_MOST, Schedule, frames_to_freeze, plan_releases
 from simulate.setup.rheology import Rheology, no_slip_weight, viscous_weight
@@ -63,6 +64,13 @@ def check_fit(
         raise InputError(
             "fluid.curve: its yield stress falls with age, and paste that sleeps would not feel it. "
             "Give solver.sleep = false."
+        )
+    calibrated_mm = fluid.material.radius_mm if isinstance(fluid.material, Material) else None
+    if calibrated_mm is not None and abs(radius_mm - calibrated_mm) > ROUNDING_MM:
+        raise InputError(
+            f"solver.radius_mm is {radius_mm:g}, and fluid.material was calibrated at {calibrated_mm:g}: at one "
+            f"viscosity levels shift by half a millimetre between such radii. Give {calibrated_mm:g}, or calibrate "
+            "again."
         )
     fall_s = math.sqrt(2 * solid.depth_mm / (9810 * -slope.down[2]))
     if fluid.freeze_after_s != "never" and fluid.freeze_after_s < fall_s:

@@ -227,6 +227,82 @@ def sweep(
     return SweepResult(target, tuple(answer["runs"]), answer["best"])
 
 
+@dataclass(frozen=True)
+class CalibrationResult:
+    """A calibration's folder: what ``calibrate`` returns."""
+
+    folder: Path
+    content: dict[str, Any]
+    """All of calibration.json: finding, gates, combinations, roles and predictions of the trials."""
+    posterior: dict[str, Floats]
+    """500 draws of each free setting, (500,), by dotted name; empty where no setting makes the readings."""
+
+    @property
+    def identified(self) -> dict[str, bool]:
+        """True for each setting whose 90 % interval is at most half as wide as beforehand."""
+        return {one["setting"]: one["identified"] for one in self.content["free"] if isinstance(one, dict)}
+
+
+def calibrate(
+    trials: str | PathLike[str] | Sequence[str | PathLike[str]],
+    free: Mapping[str, tuple[float, float]],
+    *,
+    hold_out: Sequence[str | PathLike[str]] = (),
+    budget: int = 40,
+    out: str | PathLike[str] | None = None,
+    device: str = "cpu",
+    jobs: int | None = None,
+    progress: bool = False,
+) -> CalibrationResult:
+    """Find settings by the readings of one trial or several, and predict others.
+
+    What is done is kept, as by ``sweep``; the work is done by ``sealtwin calibrate`` in a process of its own.
+
+    Parameters
+    ----------
+    trials
+        Trial files whose readings have the role "calibrated-on".
+    free
+        Range of each setting that is not known, by dotted name: ``{"fluid.yield_stress_pa": (3, 60)}``.
+    hold_out
+        Trial files that are predicted and judged; their readings have the role "held-out".
+    budget
+        Runs of each trial, 40 or more.
+    out
+        The folder; left out, reports/<trial>-calibrated.
+    device, jobs, progress
+        As in ``sweep``.
+
+    Returns
+    -------
+    CalibrationResult
+        Posterior, what it determines, and the predictions; also where no setting makes the readings.
+
+    Raises
+    ------
+    InputError
+        A trial, a setting or a role cannot be used.
+    NumericalError
+        A quarter of the runs has no result.
+    """
+    files = [trials] if isinstance(trials, str | PathLike) else list(trials)
+    arguments = ["calibrate", *map(str, files), "--device", device, "--budget", str(budget), "--json"]
+    for name, (low, high) in free.items():
+        arguments += ["--free", f"{name}={low:.12g}:{high:.12g}"]
+    for file in hold_out:
+        arguments += ["--hold-out", str(file)]
+    for option, value in (("--out", out), ("--jobs", jobs)):
+        arguments += [] if value is None else [option, str(value)]
+    content = _command(arguments, progress)
+    folder = Path(content["page"]).parent
+    posterior = {}
+    if content["possible"]:
+        names = [one["setting"] for one in content["free"]]
+        draws = np.loadtxt(folder / "posterior.csv", delimiter=",", skiprows=1, ndmin=2)
+        posterior = dict(zip(names, draws.T, strict=True))
+    return CalibrationResult(folder, content, posterior)
+
+
 def write_map(
     swept: SweepResult | str | PathLike[str],
     *,

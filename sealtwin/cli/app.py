@@ -8,7 +8,19 @@ from typing import Annotated
 
 import typer
 
-from sealtwin.cli import doctor, drawings, lab, material, photo_tools, planning, quick, samples, studies, trials
+from sealtwin.cli import (
+    calibration,
+    doctor,
+    drawings,
+    lab,
+    material,
+    photo_tools,
+    planning,
+    quick,
+    samples,
+    studies,
+    trials,
+)
 from sealtwin.cli.answer import Commands, open_missing_streams, refuse_foreign_packages
 
 app = typer.Typer(
@@ -43,6 +55,7 @@ for command in (
     studies.sweep,
     studies.map,
     studies.compare,
+    calibration.calibrate,
     trials.robot,
     drawings.export,
     photo_tools.markers,

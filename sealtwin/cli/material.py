@@ -72,7 +72,7 @@ def material(
     sealtwin material rheometer curve.csv --density-kg-m3 1690
     """
     with answering("cpu", as_json, quiet) as command:
-        when = _day(date)
+        when = day_of(date)
         of_spread = {"--cone-mm": cone_mm, "--early": early}
         of_bead = {"--asked-mm3-s": asked_mm3_s, "--speed-mm-s": speed_mm_s, "--start-mm": start_mm}
         of_photo = {"--markers": markers, "--face-mm": face_mm, "--mass-g": mass_g, "--mass-error-g": mass_error_g}
@@ -216,7 +216,7 @@ def _three(text: str) -> list[float]:
     return sizes
 
 
-def _day(text: str | None) -> day:
+def day_of(text: str | None) -> day:
     if text is None:
         return day.today()
     try:

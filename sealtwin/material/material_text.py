@@ -4,10 +4,9 @@ import json
 
 from simulate.material_file import Material
 
-HEAD = (
-    "A paste as it was measured, written by 'sealtwin material'. Errors are standard uncertainties.",
-    'In a trial file: [fluid] material = "material.toml"; not_for says what these numbers must not be used for.',
-)
+MEASURED = "A paste as it was measured, written by 'sealtwin material'. Errors are standard uncertainties."
+CALIBRATED = "A paste as the levels of trials determine it, by 'sealtwin calibrate'. Errors are standard uncertainties."
+USE = 'In a trial file: [fluid] material = "material.toml"; not_for says what these numbers must not be used for.'
 
 
 def material_text(material: Material) -> str:
@@ -16,7 +15,7 @@ def material_text(material: Material) -> str:
     from tomlkit.items import Array
 
     document = tomlkit.document()
-    for line in HEAD:
+    for line in (MEASURED if material.radius_mm is None else CALIBRATED, USE):
         document.add(tomlkit.comment(line))
     for key, value in json.loads(material.model_dump_json(exclude_none=True)).items():
         item = tomlkit.item(value)

@@ -74,8 +74,6 @@ def sweep(file: Path, out: Path | None, options: SweepOptions, progress: Progres
             not this study's.
         BusyError: Another process works in the folder.
     """
-    from simulate.device import free_bytes
-
     study = load_study(file)
     base = file.parent / study.trial
     planned = plan_runs(study, file, load_trial(base))
@@ -92,22 +90,36 @@ def sweep(file: Path, out: Path | None, options: SweepOptions, progress: Progres
     folder = out or Path("reports", study.folder_name + (f"-{shard}-of-{shards}" if shards > 1 else ""))
     require_own(folder)
     with holding(folder), progress:
-        plan = study_folder.Plan(study.name, [], len(planned), time.time())
-        _adopt(folder, plan)
+        adopt(folder, study.name)
         files.write_if_new(folder / "study.toml", file.read_bytes())
-        planned = planned[shard - 1 :: shards]
-        samples = _digitise(planned, base.parent, folder, progress)
-        runs, largest = _runs(planned, samples, folder, options.device)
-        runs = study_folder.resume(folder, replace(plan, runs=runs), retry=options.retry, keep_runs=options.keep_runs)
-        expected = estimate(runs, largest, options.jobs, options.batch, keep_runs=options.keep_runs)
-        size = f"{largest.particles:,} particles at most" if largest.particles else "the fast model, for screening"
-        progress.note(f"{study.name}: {len(runs)} runs of {size}. {expected.sentence}")
-        require_disk(expected, shutil.disk_usage(folder).free, shown(folder))
-        if options.scheduler is None:
-            require_memory(expected, free_bytes(options.device), options.device, options.batch)
-        if expected.runs and not options.dry_run:
-            runs = compute(folder, runs, options, "Sweeping", progress)
-        return report(folder, replace(plan, runs=runs))
+        return report(folder, brought_up_to_date(study.name, planned, base.parent, folder, options, progress))
+
+
+def brought_up_to_date(
+    name: str, planned: Sequence[PlannedRun], source: Path, folder: Path, options: SweepOptions, progress: Progress
+) -> study_folder.Plan:
+    """Compute the runs of a shard that are not done, in a folder that this process holds; return all its runs.
+
+    ``source`` is the folder that names in the trials start from. A later call may plan more runs: those that are done
+    are kept. Raises as ``sweep`` does.
+    """
+    from simulate.device import free_bytes
+
+    plan = study_folder.Plan(name, [], len(planned), time.time())
+    shard, shards = options.shard
+    planned = planned[shard - 1 :: shards]
+    samples = _digitise(planned, source, folder, progress)
+    runs, largest = _runs(planned, samples, folder, options.device)
+    runs = study_folder.resume(folder, replace(plan, runs=runs), retry=options.retry, keep_runs=options.keep_runs)
+    expected = estimate(runs, largest, options.jobs, options.batch, keep_runs=options.keep_runs)
+    size = f"{largest.particles:,} particles at most" if largest.particles else "the fast model, for screening"
+    progress.note(f"{name}: {len(runs)} runs of {size}. {expected.sentence}")
+    require_disk(expected, shutil.disk_usage(folder).free, shown(folder))
+    if options.scheduler is None:
+        require_memory(expected, free_bytes(options.device), options.device, options.batch)
+    if expected.runs and not options.dry_run:
+        runs = compute(folder, runs, options, "Sweeping", progress)
+    return replace(plan, runs=runs)
 
 
 def status(folder: Path) -> dict[str, Any]:
@@ -122,13 +134,13 @@ def require_own(folder: Path) -> None:
         refuse_foreign(folder, "sweep")
 
 
-def _adopt(folder: Path, plan: study_folder.Plan) -> None:
+def adopt(folder: Path, study: str) -> None:
     """Make the folder that study's. Raises InputError if it holds another one."""
     if not study_folder.holds_study(folder):
-        study_folder.write_plan(folder, plan)
+        study_folder.write_plan(folder, study_folder.Plan(study, [], 0, time.time()))
     held = study_folder.read_plan(folder).study
-    if held != plan.study:
-        raise InputError(f"{folder}: holds the study '{held}'; this is '{plan.study}'. Give --out another folder.")
+    if held != study:
+        raise InputError(f"{folder}: holds the study '{held}'; this is '{study}'. Give --out another folder.")
     study_folder.remove_temporary_files(folder)
 
 

@@ -1,0 +1,1 @@
+"""Calibration: runs of trials with readings, chosen one after the other, to a posterior of free settings."""

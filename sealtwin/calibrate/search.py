@@ -1,0 +1,161 @@
+"""The search: which runs a calibration makes, and in which order, until its budget is spent.
+
+Sixteen runs of a Sobol sequence, one of them with three further seeds, and then three at a time where the emulator
+leaves the posterior most open; three new seeds confirm the likeliest setting. The profile is modelled and not its
+error (Astudillo and Frazier 2019, Proc. Mach. Learn. Res. 97:354).
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from sealtwin.core.errors import NumericalError
+from sealtwin.core.records import Floats
+from validate.calibration.emulator import Emulator
+from validate.calibration.free import Free
+from validate.calibration.posterior import BasisReach, Posterior, ReadLevels, reach_of
+
+FIRST, AGAIN, ROUND, CONFIRM = 16, 3, 3, 3
+"""Runs of the first design, further seeds of one of them, runs of a round, and seeds that confirm the best."""
+FEWEST = FIRST + AGAIN + ROUND + CONFIRM
+HOPELESS = 2.0  # Implausibility at which the search stops early: after few runs the emulator may be too sure of itself
+LEAST_USABLE = 0.75  # Share of the runs that must have a result
+DRAWS, STEPS, STEPS_OF_A_ROUND = 500, 1200, 200
+
+Setting = dict[str, float]
+Runner = Callable[[Sequence[tuple[Setting, int]]], Sequence[Floats | None]]
+"""Takes the settings of all runs so far, each with what is added to the seed, and returns the levels at the stations of
+each, or None for one that failed; runs that it made before must be kept."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """A trial that is calibrated on."""
+
+    name: str
+    evidence: ReadLevels
+    run: Runner
+
+
+@dataclass(frozen=True)
+class Found:
+    """Result of a search."""
+
+    frees: Sequence[Free]
+    points: Floats  # (r, d) of all runs, in the unit cube
+    levels_mm: Sequence[Sequence[Floats | None]]  # Of each trial's runs
+    reaches: Sequence[BasisReach]
+    posterior: Posterior
+    least_implausibility: float
+    draws: Floats | None  # (500, d) in the unit cube; None where no setting makes the readings
+    mixing: float = 1.0
+    best: Floats = field(default_factory=lambda: np.zeros(0))  # (d,)
+
+    @property
+    def possible(self) -> bool:
+        return self.draws is not None
+
+    @property
+    def discrepancy_mm(self) -> float | None:
+        """Mean size of the model's own error by the posterior; None with one trial, which cannot show it."""
+        if self.draws is None or len(self.levels_mm) < 2:
+            return None
+        logs = self.posterior.log_densities(self.draws)
+        chance = np.exp(logs - np.logaddexp.reduce(logs, axis=0)).mean(axis=1)
+        return float(chance @ self.posterior.discrepancies_mm)
+
+    def confirmed_mm(self, trial: int) -> Floats:
+        """Levels of the runs that confirm the best setting, (m, n)."""
+        return np.array([level for level in self.levels_mm[trial][-CONFIRM:] if level is not None])
+
+
+class _Search:
+    def __init__(self, frees: Sequence[Free], sources: Sequence[Source]) -> None:
+        self.frees, self.sources = frees, sources
+        self.points = np.zeros((0, len(frees)))
+        self.levels_mm: list[Sequence[Floats | None]] = [[] for _ in sources]
+
+    def run(self, points: Floats) -> None:
+        self.points = np.vstack([self.points, points])
+        wanted = [(settings_at(self.frees, point), seed) for seed, point in enumerate(self.points)]
+        self.levels_mm = [source.run(wanted) for source in self.sources]
+        for source, levels_mm in zip(self.sources, self.levels_mm, strict=True):
+            failed = sum(level is None for level in levels_mm)
+            if failed > (1 - LEAST_USABLE) * max(FIRST, len(levels_mm)):
+                raise NumericalError(
+                    f"{source.name}: {failed} of {len(levels_mm)} runs failed or lost over 5 % of their volume, and "
+                    "an emulator of the others would be of a part of the range. Narrow the ranges, or give finer "
+                    "particles."
+                )
+
+    def done(self, trial: int) -> tuple[Floats, Floats]:
+        """Points and levels of a trial's runs that have a result."""
+        kept = [number for number, level in enumerate(self.levels_mm[trial]) if level is not None]
+        return self.points[kept], np.array([self.levels_mm[trial][number] for number in kept])
+
+    def posterior(self) -> tuple[Posterior, list[BasisReach]]:
+        emulators, reaches = [], []
+        for trial, source in enumerate(self.sources):
+            points, levels_mm = self.done(trial)
+            reach = reach_of(levels_mm, source.evidence)
+            emulators.append(Emulator.fitted(points, levels_mm, reach.components))
+            reaches.append(reach)
+        return Posterior(self.frees, emulators, [source.evidence for source in self.sources]), reaches
+
+    def nearest(self) -> int:
+        """Number of the run that is nearest to the readings of all trials, by their covariance."""
+        total = np.zeros(len(self.points))
+        for levels_mm, source in zip(self.levels_mm, self.sources, strict=True):
+            root = np.linalg.cholesky(source.evidence.covariance_mm2)
+            for number, level_mm in enumerate(levels_mm):
+                off = np.inf if level_mm is None else np.linalg.solve(root, level_mm - source.evidence.level_mm)
+                total[number] += np.sum(np.square(off))
+        return int(total.argmin())
+
+    def next_round(self, posterior: Posterior, count: int) -> Floats:
+        """Return the likeliest draw, and those at which the emulators are least sure given it."""
+        draws, _ = posterior.draws(DRAWS, STEPS_OF_A_ROUND)
+        chosen = [draws[posterior.log_density(draws).argmax()]]
+        while len(chosen) < count:
+            open_mm2 = np.zeros(len(draws))
+            for emulator in posterior.emulators:
+                _, variance = emulator.processes.with_points(np.array(chosen)).at(draws)
+                open_mm2 += variance.sum(axis=1)
+            chosen.append(draws[open_mm2.argmax()])
+        return np.array(chosen)
+
+
+def settings_at(frees: Sequence[Free], point: Floats) -> Setting:
+    """Return the settings at a point of the unit cube; six digits are finer than any is known, and can be read."""
+    return {free.name: float(f"{free.values(share):.6g}") for free, share in zip(frees, point, strict=True)}
+
+
+def search(frees: Sequence[Free], sources: Sequence[Source], budget: int, say: Callable[[str], None]) -> Found:
+    """Spend ``budget`` runs of each trial, at least ``FEWEST``, and return the posterior.
+
+    It stops early where no setting of the ranges, or no sum of the shapes that runs have, makes the readings. The same
+    results of runs give the same search. Raises NumericalError where a quarter of the runs has no result.
+    """
+    from scipy.stats import qmc
+
+    at = _Search(frees, sources)
+    at.run(qmc.Sobol(len(frees), rng=0).random(FIRST))
+    at.run(np.repeat(at.points[[at.nearest()]], AGAIN, axis=0))
+    posterior, reaches = at.posterior()
+    while len(at.points) < budget - CONFIRM and posterior.least_implausibility <= HOPELESS:
+        say(f"{len(at.points)} of {budget} runs: {_words_on(posterior)}.")
+        at.run(at.next_round(posterior, min(ROUND, budget - CONFIRM - len(at.points))))
+        posterior, reaches = at.posterior()
+    least = posterior.least_implausibility
+    if least > 1 or not all(reach.possible for reach in reaches):
+        return Found(frees, at.points, at.levels_mm, reaches, posterior, least, None)
+    best = at.next_round(posterior, 1)[0]
+    at.run(np.tile(best, (CONFIRM, 1)))
+    posterior, reaches = at.posterior()
+    draws, mixing = posterior.draws(DRAWS, STEPS)
+    return Found(frees, at.points, at.levels_mm, reaches, posterior, least, draws, mixing, best)
+
+
+def _words_on(posterior: Posterior) -> str:
+    return f"the nearest setting misses by {posterior.least_implausibility:.2f} of what readings and runs allow"

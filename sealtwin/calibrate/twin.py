@@ -1,0 +1,148 @@
+"""A trial with readings as a calibration runs it: the same trial with other settings, in a folder of a study's form."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sealtwin.calibrate.search import Setting
+from sealtwin.core import record_files
+from sealtwin.core.errors import InputError
+from sealtwin.core.progress import Progress
+from sealtwin.core.records import Floats
+from sealtwin.core.settings import checked
+from sealtwin.study import study_folder
+from sealtwin.study.study_file import PlannedRun, with_settings
+from sealtwin.study.sweep import SweepOptions, adopt, brought_up_to_date
+from sealtwin.trial.job import check_sheet, require_sample
+from sealtwin.trial.trial_file import Trial, load_trial
+from validate.calibration.free import Free
+from validate.calibration.posterior import ReadLevels
+from validate.settings import Readings
+from validate.wording.headline import kept_volume
+
+MEASURED = {
+    "fluid.yield_stress_pa": "yield_stress_pa",
+    "path.volume_ml": "volume_ml",
+    "path.speed_mm_s": "speed_mm_s",
+    "path.trim_mm": "start_mm",
+    "crack.depth_mm": "depth_mm",
+    "crack.wall_angle_deg": "wall_angle_deg",
+}
+"""Settings whose uncertainty [uncertainty] holds, or the material or fill that the trial names; and its name there."""
+JITTER_MM2 = 1e-6  # Keeps the covariance of readings without a stated error invertible
+SEEDS = 2**31
+
+
+class Twin:
+    """A trial, digitised, with its readings and the runs of it that were made."""
+
+    def __init__(self, file: Path, library: Path, how: SweepOptions, progress: Progress) -> None:
+        """Digitise the crack and read the sheet. Raises InputError as a sweep does, or for a trial without readings."""
+        from validate.metrics.volumes import mouth_widths_mm
+        from validate.readings.read_readings import read_readings
+        from validate.uncertainty.reading_errors import budget_of
+
+        self.file, self._how, self._progress = file, how, progress
+        trial = load_trial(file)
+        held, self.fluid = _fit_to_calibrate(file, trial)
+        self.trial = trial.loaded(file.parent)
+        self.held: Readings = held
+        self._content = self.trial.model_dump(mode="json", exclude_none=True, exclude={"readings", "gate"})
+        self._content["fluid"].pop("material", None)
+        self.folder = library / self.trial.folder_name
+        adopt(self.folder, self.trial.name)
+        self.plan = self._plan([self._planned(1, {}, 0)], dry_run=True)
+        sample = self.folder / "samples" / self.plan.runs[0].sample
+        self.outline, self.solid = record_files.read_outline(sample), record_files.read_solid(sample)
+        self.sheet = file.parent / held.file
+        self.readings = read_readings(self.sheet, held, self.outline.length_mm, self.solid.depth_mm)
+        s_mm = self.readings.s_mm
+        budget = budget_of(self.readings, held, self.trial.uncertainty, mouth_widths_mm(s_mm, self.outline, self.solid))
+        errors_mm = budget.at_stations_mm
+        covariance_mm2 = np.cov(errors_mm.T) + JITTER_MM2 * np.eye(len(s_mm))
+        # What is read is the level and the error, whose mean need not be 0.
+        self.evidence = ReadLevels(s_mm, self.readings.level_mm - errors_mm.mean(axis=0), covariance_mm2)
+
+    @property
+    def name(self) -> str:
+        return self.trial.name
+
+    @property
+    def radius_mm(self) -> float:
+        return self.trial.solver.for_crack(self.outline.mean_width_mm).size_mm
+
+    def measured(self, name: str) -> tuple[float, float] | None:
+        """Return a setting's value and standard uncertainty, where both are known."""
+        known = self.trial.uncertainty.with_sample(self.outline.width_doubt_mm, self.solid.figures.weighed)
+        table, _, key = name.rpartition(".")
+        value = self._content.get(table, {}).get(key)
+        if isinstance(value, list) and name == "path.trim_mm":
+            value = value[self.trial.path.reverse]
+        if not isinstance(value, int | float) or isinstance(value, bool):
+            return None
+        if name == "fluid.viscosity_pa_s" and known.viscosity_percent is not None:
+            return value, value * known.viscosity_percent / 100
+        standard = getattr(known, MEASURED[name]) if name in MEASURED else None
+        return None if standard is None else (float(value), standard)
+
+    def require(self, frees: Sequence[Free]) -> None:
+        """Raise InputError where an end of a range cannot be a setting of this trial."""
+        for free in frees:
+            for end in (free.low, free.high):
+                self._planned(1, {free.name: end}, 0)
+
+    def run(self, wanted: Sequence[tuple[Setting, int]]) -> Sequence[Floats | None]:
+        """Make the runs that are not made; return the levels at the stations, None without a result to trust."""
+        planned = [self._planned(number, *one) for number, one in enumerate(wanted, start=1)]
+        self.plan = self._plan(planned)
+        runs = {run.number: run for run in self.plan.runs}
+        return [self._level_mm(runs[one.number]) for one in planned]
+
+    def unused(self) -> list[tuple[int, str]]:
+        """Return number and reason of each run that has no result to trust."""
+        told = []
+        for run in self.plan.runs:
+            if run.state == "failed":
+                told.append((run.number, run.reason or "failed"))
+            elif run.figures is not None and not kept_volume(run.figures["volume_ratio"]):
+                told.append((run.number, f"its volume is off by over 5 % (ratio {run.figures['volume_ratio']:.3f})"))
+        return told
+
+    def health(self, number: int) -> Mapping[str, Any]:
+        """Return the numbers that a run recorded about itself."""
+        run = next(run for run in self.plan.runs if run.number == number)
+        return (run.figures or {}).get("health", {})
+
+    def _plan(self, planned: Sequence[PlannedRun], *, dry_run: bool = False) -> study_folder.Plan:
+        how = replace(self._how, dry_run=dry_run)
+        return brought_up_to_date(self.name, planned, self.file.parent, self.folder, how, self._progress)
+
+    def _planned(self, number: int, settings: Setting, seed: int) -> PlannedRun:
+        changes: dict[str, Any] = dict(settings)
+        if (start_mm := changes.get("path.trim_mm")) is not None:
+            near_mm, far_mm = self.trial.path.trims_mm
+            changes["path.trim_mm"] = [near_mm, start_mm] if self.trial.path.reverse else [start_mm, far_mm]
+        changes["seed"] = (self.trial.seed + seed) % SEEDS
+        trial = checked(Trial, self.file, with_settings(self._content, changes))
+        return PlannedRun(number, changes, trial)
+
+    def _level_mm(self, run: study_folder.StudyRun) -> Floats | None:
+        if run.state != "done" or run.figures is None or not kept_volume(run.figures["volume_ratio"]):
+            return None
+        profile = record_files.read_profile(study_folder.run_path(self.folder, run.key))
+        return np.interp(self.evidence.s_mm, profile.s_mm, profile.level_mm)
+
+
+def _fit_to_calibrate(file: Path, trial: Trial) -> tuple[Readings, Any]:
+    if trial.fluid is None:
+        raise InputError(f"{file}: no [fluid] table; give viscosity_pa_s, or U and D_cm.")
+    if trial.readings is None:
+        raise InputError(f"{file}: no [readings]; a calibration, and its check, need a sheet of readings.")
+    if trial.solver.model == "slot":
+        raise InputError(f'{file}: solver.model is "slot"; a calibration is of particles. Take "particles".')
+    require_sample(trial, file.parent)
+    check_sheet(file.parent / trial.readings.file)
+    return trial.readings, trial.fluid

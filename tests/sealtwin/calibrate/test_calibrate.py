@@ -1,0 +1,173 @@
+"""The command: what it refuses before any run, and, slowly, a calibration that is killed, ends and predicts."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import sealtwin as st
+from sealtwin.calibrate.calibrate import MOST_FREE, calibrate
+from sealtwin.calibrate.twin import Twin
+from sealtwin.cli.app import app
+from sealtwin.core.errors import InputError
+from sealtwin.core.progress import Progress
+from sealtwin.trial.trial_file import Trial
+from simulate.material_file import read_material
+from simulate.settings import Fluid, Nozzle, Solver
+from simulate.setup_checks import check_fit
+from tests.calibrations import FREE, HERE, TRUTH, tiny_trials
+from tests.places import ROOT
+from tests.studies import tiny_lab
+from validate.calibration.free import Free
+
+YIELD = {"fluid.yield_stress_pa": (2.0, 20.0)}
+
+
+@pytest.fixture
+def lab(tmp_path):
+    tiny_lab(tmp_path)
+    return tmp_path
+
+
+def _edit(lab, old, new, name="trial.toml"):
+    text = (lab / "trial.toml").read_text(encoding="utf-8")
+    assert old in text
+    (lab / name).write_text(text.replace(old, new), encoding="utf-8")
+    return lab / name
+
+
+def _refused(lab, files, ranges, *words, held_out=()):
+    with pytest.raises(InputError) as refusal:
+        calibrate(files, ranges, lab / "out", HERE, Progress(), held_out=held_out)
+    assert all(word in str(refusal.value) for word in words), refusal.value
+    assert not list((lab / "out").glob("library/*/runs/*"))
+
+
+def test_readings_are_used_as_their_role_says(lab):
+    held_out = _edit(lab, "calibrated-on", "held-out", "held.toml")
+    _refused(lab, [held_out], YIELD, "held.toml", 'readings.role = "held-out"')
+    trial = lab / "trial.toml"
+    _refused(lab, [trial], YIELD, "trial.toml", 'readings.role = "calibrated-on"', held_out=[trial])
+
+
+def test_the_same_readings_cannot_calibrate_and_judge(lab):
+    text = (lab / "trial.toml").read_text(encoding="utf-8")
+    held_out = lab / "held.toml"
+    held_out.write_text(text.replace("calibrated-on", "held-out").replace('"tiny"', '"other"'), encoding="utf-8")
+    _refused(lab, [lab / "trial.toml"], YIELD, "held.toml", "the readings of", held_out=[held_out])
+
+
+@pytest.mark.parametrize(
+    ("ranges", "words"),
+    [
+        ({"fluid.yeild_stress_pa": (1.0, 2.0)}, ("fluid.yeild_stress_pa", "fluid.yield_stress_pa")),
+        ({"fluid.yield_stress_pa": (20.0, 2.0)}, ("fluid.yield_stress_pa=20:2",)),
+        ({"fluid.yield_stress_pa": (-3.0, 2.0)}, ("yield_stress_pa", "-3")),
+        ({f"fluid.{number}": (0.0, 1.0) for number in range(MOST_FREE + 1)}, ("7 free settings",)),
+        ({"solver.preset": (0.0, 1.0)}, ("solver.preset",)),
+    ],
+)
+def test_a_range_that_cannot_be_is_refused_by_its_name(lab, ranges, words):
+    _refused(lab, [lab / "trial.toml"], ranges, *words)
+
+
+def test_several_trials_share_no_setting_of_a_pour(lab):
+    other = _edit(lab, '"tiny"', '"other"', "other.toml")
+    _refused(lab, [lab / "trial.toml", other], {"path.volume_ml": (0.05, 0.1)}, "path.volume_ml", "2 pours")
+
+
+def test_what_was_measured_is_the_prior_and_must_lie_in_the_range(lab):
+    text = (lab / "trial.toml").read_text(encoding="utf-8")
+    declared = "\n[uncertainty]\nvolume_ml = 0.002\nyield_stress_pa = 1.5\nstart_mm = 0.3\n"
+    paste = text.replace("D_cm = 0.3", "D_cm = 0.3\nyield_stress_pa = 8.0")
+    (lab / "trial.toml").write_text(paste + declared, encoding="utf-8")
+    twin = Twin(lab / "trial.toml", lab / "library", HERE, Progress())
+    assert twin.measured("fluid.yield_stress_pa") == (8.0, 1.5)
+    assert twin.measured("path.volume_ml") == (0.08, 0.002)
+    assert twin.measured("path.trim_mm") == (1.0, 0.3)
+    assert twin.measured("fluid.U") is None
+    twin.require([Free("path.trim_mm", 0.0, 3.0)])
+    _refused(lab, [lab / "trial.toml"], {"fluid.yield_stress_pa": (10.0, 20.0)}, "8", "outside")
+
+
+def test_the_command_line_names_the_range_that_it_cannot_read():
+    for text in ("fluid.U", "fluid.U=3", "fluid.U=3:x", "=3:4"):
+        answer = CliRunner().invoke(app, ["calibrate", "trial.toml", "--free", text])
+        assert answer.exit_code == 2
+        assert text in answer.output
+    assert CliRunner().invoke(app, ["calibrate", "t.toml", "--free", "fluid.U=1:3", "--budget", "39"]).exit_code == 2
+
+
+def _command(lab, out):
+    free = [part for text in FREE for part in ("--free", text)]
+    line = ["calibrate", "trial.toml", *free, "--hold-out", "other.toml", "--date", "2026-11-22"]
+    return [sys.executable, "-m", "sealtwin", *line, "--jobs", "1", "--device", "cpu", "--json", "--out", out]
+
+
+@pytest.mark.slow
+def test_a_calibration_that_is_killed_ends_with_the_bytes_of_an_unbroken_one(tmp_path):
+    tiny_trials(tmp_path / "a")
+    answers = []
+    for number, place in enumerate(("a", "b")):
+        lab = tmp_path / place
+        if number:
+            subprocess.run(["cp", "-r", tmp_path / "a", lab], check=True)
+            subprocess.run(["rm", "-r", lab / "out"], check=True)
+        how = {"cwd": lab, "env": os.environ | {"PYTHONPATH": str(ROOT)}}
+        if number:
+            started = subprocess.Popen(_command(lab, "out"), **how, stdout=subprocess.DEVNULL)
+            while len(list((lab / "out").glob("library/*/runs/*/outcome.json"))) < 9:
+                assert started.poll() is None
+                time.sleep(0.2)
+            started.send_signal(signal.SIGKILL)
+            started.wait()
+        done = subprocess.run(_command(lab, "out"), **how, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        answers.append(json.loads(done.stdout))
+    assert answers[0] == answers[1]
+    names = answers[0]["files"]
+    for name in names:
+        assert (tmp_path / "a/out" / name).read_bytes() == (tmp_path / "b/out" / name).read_bytes(), name
+    _holds(tmp_path / "a", answers[0])
+
+
+def _holds(lab, answer):
+    found = st.calibrate(
+        lab / "trial.toml",
+        {"fluid.viscosity_pa_s": (0.03, 0.4), "fluid.yield_stress_pa": (0.5, 6.0)},
+        hold_out=[lab / "other.toml"],
+        out=lab / "out",
+        jobs=1,
+    )
+    assert found.content["finding"] == answer["finding"]
+    assert found.posterior["fluid.yield_stress_pa"].shape == (500,)
+    assert set(found.identified) == set(TRUTH)
+    header, *rows = (lab / "out/posterior.csv").read_text(encoding="utf-8").splitlines()
+    assert header == ",".join(TRUTH)
+    draws = np.array([[float(cell) for cell in row.split(",")] for row in rows])
+    assert draws.shape == (500, 2)
+    assert answer["emulated"]
+    assert "EMULATED" in (lab / "out/calibration.html").read_text(encoding="utf-8")
+    assert [one["role"] for one in answer["trials"]] == ["calibrated", "held out"]
+    held_out = answer["predictions"][1]
+    assert held_out["role"] == "held out"
+    assert held_out["stations_in_band"] >= 0.8
+    assert held_out["rms_mm"] < held_out["flat_rms_mm"]
+    material = read_material(lab / "out/material.toml")
+    assert material.radius_mm == 0.45
+    assert material.substeps == 3
+    assert material.yield_stress_95_pa[0] <= TRUTH["fluid.yield_stress_pa"] <= material.yield_stress_95_pa[1]
+    # It is what a trial can take, at its own radius alone.
+    trial = Trial.model_validate({"name": "x", "mesh": {"file": "x.stl", "data": "synthetic", "units": "mm"}})
+    fluid = Fluid(material=lab / "out/material.toml", freeze_after_s="never").loaded(lab)
+    assert fluid.viscosity_pa_s == material.viscosity_pa_s
+    twin = Twin(lab / "trial.toml", lab / "again", HERE, Progress())
+    check_fit(twin.outline, twin.solid, fluid, Solver(radius_mm=0.45), Nozzle(), trial.sample)
+    with pytest.raises(InputError, match=r"solver.radius_mm is 0.4.*calibrated at 0.45"):
+        check_fit(twin.outline, twin.solid, fluid, Solver(radius_mm=0.4), Nozzle(), trial.sample)

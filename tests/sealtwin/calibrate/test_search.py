@@ -1,0 +1,79 @@
+"""The search over runs, on a profile that takes no time: what it finds, and when it gives up."""
+
+import numpy as np
+import pytest
+
+from sealtwin.calibrate import search as searching
+from sealtwin.calibrate.search import FEWEST, FIRST, Source, search
+from sealtwin.core.errors import NumericalError
+from validate.calibration.free import Free
+from validate.calibration.identified import marginals_of
+from validate.calibration.posterior import ReadLevels
+
+S_MM = np.linspace(0.0, 40.0, 12)
+FREES = [Free("fluid.viscosity_pa_s", 0.2, 5.0), Free("path.fill", 0.8, 1.2)]
+TRUTH = {"fluid.viscosity_pa_s": 1.5, "path.fill": 1.05}
+SCATTER_MM, READING_MM = 0.1, 0.05
+
+
+@pytest.fixture(autouse=True)
+def _few_steps(monkeypatch):
+    """Enough draws for what is claimed here."""
+    monkeypatch.setattr(searching, "STEPS", 150)
+    monkeypatch.setattr(searching, "STEPS_OF_A_ROUND", 40)
+
+
+def _level_mm(setting):
+    slope = np.log(setting["fluid.viscosity_pa_s"])
+    return -5.0 + slope * np.sin(S_MM / 12) + 8 * (setting["path.fill"] - 1) + 0.2 * slope**2 * S_MM / 40
+
+
+class Twin:
+    def __init__(self, lost=()):
+        self.calls, self.lost = 0, lost
+
+    def run(self, wanted):
+        self.calls += len(wanted)
+        return [None if seed in self.lost else self._one(setting, seed) for setting, seed in wanted]
+
+    def _one(self, setting, seed):
+        return _level_mm(setting) + SCATTER_MM * np.random.default_rng(seed).standard_normal(len(S_MM))
+
+
+def _source(twin, bump_mm=0.0):
+    random = np.random.default_rng(77)
+    noise_mm = np.hypot(SCATTER_MM, READING_MM) * random.standard_normal(len(S_MM))
+    level_mm = _level_mm(TRUTH) + noise_mm + bump_mm * (S_MM > 20)
+    return Source("toy", ReadLevels(S_MM, level_mm, READING_MM**2 * np.eye(len(S_MM))), twin.run)
+
+
+def test_the_truth_lies_in_the_intervals_and_the_best_profile_near_it():
+    found = search(FREES, [_source(Twin())], FEWEST, lambda _: None)
+    assert found.draws is not None
+    assert len(found.points) == FEWEST
+    assert len({*map(tuple, found.points[-3:])}) == 1  # Three seeds confirm one setting
+    for one in marginals_of(FREES, found.draws, found.best):
+        assert one.low < TRUTH[one.free.name] < one.high
+        assert one.identified
+    off_mm = _level_mm(searching.settings_at(FREES, found.best)) - _level_mm(TRUTH)
+    assert np.sqrt(np.mean(off_mm**2)) < 0.1
+    # The same results of runs give the same search, which is what goes on after a kill.
+    again = search(FREES, [_source(Twin())], FEWEST, lambda _: None)
+    assert np.array_equal(found.points, again.points)
+    assert np.array_equal(found.draws, np.asarray(again.draws))
+
+
+def test_readings_that_nothing_makes_stop_the_search_without_a_posterior():
+    found = search(FREES, [_source(Twin(), bump_mm=3.0)], 40, lambda _: None)
+    assert not found.possible
+    assert len(found.points) < 40
+    assert not found.reaches[0].possible or found.least_implausibility > 1
+
+
+def test_a_lost_run_is_left_out_and_many_end_the_search():
+    found = search(FREES, [_source(Twin(lost={2}))], FEWEST, lambda _: None)
+    assert found.possible
+    assert len(found.posterior.emulators[0].processes.points) == FEWEST - 1
+    with pytest.raises(NumericalError, match="toy: 6 of 16 runs"):
+        search(FREES, [_source(Twin(lost=set(range(6))))], FEWEST, lambda _: None)
+    assert FIRST == 16

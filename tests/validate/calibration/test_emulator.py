@@ -1,0 +1,83 @@
+"""The emulator against closed forms: scikit-learn, the usual oracle, is not among what is installed."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.optimize import approx_fprime
+from scipy.stats import multivariate_normal
+
+from validate.calibration.emulator import FACTOR, Emulator, Processes, matern, minus_log_posterior, rest_of
+
+RANDOM = np.random.default_rng(3)
+POINTS = RANDOM.random((9, 2))
+SCORE = np.sin(3 * POINTS[:, 0]) + POINTS[:, 1] ** 2
+LENGTH, VARIANCE, NUGGET = np.array([0.6, 1.4]), 1.7, 0.03
+
+
+def _covariance(a, b):
+    """Matern's with nu = 5/2, number by number as a textbook has it."""
+    table = np.zeros((len(a), len(b)))
+    for i, x in enumerate(a):
+        for j, y in enumerate(b):
+            r = np.sqrt(sum(((x[k] - y[k]) / LENGTH[k]) ** 2 for k in range(2)))
+            table[i, j] = VARIANCE * (1 + np.sqrt(5) * r + 5 * r**2 / 3) * np.exp(-np.sqrt(5) * r)
+    return table
+
+
+def test_the_covariance_is_materns():
+    ours = matern(POINTS, POINTS[:4], LENGTH[None], np.array([VARIANCE]))[0]
+    assert np.allclose(ours, _covariance(POINTS, POINTS[:4]), rtol=1e-12)
+
+
+def test_a_prediction_is_that_of_the_joint_normal_distribution():
+    new = RANDOM.random((5, 2))
+    processes = Processes.given(POINTS, SCORE[:, None], LENGTH[None], np.array([VARIANCE]), np.array([NUGGET]))
+    mean, variance = processes.at(new)
+    runs = _covariance(POINTS, POINTS) + NUGGET * np.eye(9)
+    gain = np.linalg.solve(runs, _covariance(POINTS, new)).T
+    assert np.allclose(mean[:, 0], gain @ SCORE, rtol=1e-9)
+    expected = (_covariance(new, new) - gain @ _covariance(POINTS, new)).diagonal()
+    assert np.allclose(variance[:, 0], expected, rtol=1e-7)
+
+
+def test_the_likelihood_is_that_of_a_normal_distribution_and_its_gradient_its_slope():
+    logs = np.log([*LENGTH, VARIANCE, NUGGET])
+    value, gradient = minus_log_posterior(logs, POINTS, SCORE)
+    covariance: Any = _covariance(POINTS, POINTS) + NUGGET * np.eye(9)
+    prior = (np.log(LENGTH) ** 2).sum() / np.log(FACTOR) ** 2 / 2
+    expected = prior - multivariate_normal.logpdf(SCORE, np.zeros(9), covariance) - 9 / 2 * np.log(2 * np.pi)
+    assert value == pytest.approx(expected, rel=1e-10)
+    slope: Any = approx_fprime(logs, lambda x: minus_log_posterior(x, POINTS, SCORE)[0])
+    assert np.allclose(gradient, slope, atol=1e-4)
+
+
+def test_runs_at_more_points_leave_less_open_there():
+    processes = Processes.given(POINTS, SCORE[:, None], LENGTH[None], np.array([VARIANCE]), np.array([NUGGET]))
+    new = np.array([[0.95, 0.05]])
+    assert processes.with_points(new).at(new)[1][0, 0] < 0.5 * processes.at(new)[1][0, 0]
+
+
+def test_an_emulator_of_profiles_finds_the_profile_between_its_runs():
+    """Forty runs of a smooth function with scatter 0.05 mm: five components and it is known to about that."""
+    s = np.linspace(0, 1, 15)
+
+    def level(points):
+        return np.sin(4 * points[:, :1] * s) + points[:, 1:] * s**2
+
+    points = RANDOM.random((40, 2))
+    emulator = Emulator.fitted(points, level(points) + 0.05 * RANDOM.standard_normal((40, 15)))
+    new = 0.1 + 0.8 * RANDOM.random((200, 2))
+    assert np.sqrt(np.mean((emulator.levels_mm(new) - level(new)) ** 2)) < 0.05
+    scatter = np.sqrt(emulator.run_noise_mm2.diagonal().mean())
+    assert 0.03 < scatter < 0.08
+
+
+def test_what_components_leave_is_judged_on_runs_that_are_left_out():
+    """Of pure scatter six components of twelve runs explain most, and hardly more than 6/30 of another run."""
+    scatter = np.random.default_rng(0).standard_normal((12, 30))
+    size = np.linalg.svd(scatter - scatter.mean(axis=0), compute_uv=False)
+    of_their_own = (size[6:] ** 2).sum() / 12
+    left = rest_of(scatter, 6).trace()
+    assert left > 1.5 * of_their_own
+    assert left / 30 == pytest.approx((1 - 6 / 30) * (1 + 1 / 11), rel=0.15)

@@ -1,0 +1,97 @@
+"""The posterior against closed forms, and its gates."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from validate.calibration.emulator import Emulator, Processes
+from validate.calibration.free import Free
+from validate.calibration.posterior import INFLATED, Posterior, ReadLevels, reach_of
+
+STATIONS = 12
+S_MM = np.linspace(0.0, 40.0, STATIONS)
+SLOPES = np.array([np.linspace(1.0, 3.0, STATIONS), np.cos(S_MM / 10)])
+NOISE_MM = 0.2
+
+
+def _emulator(rest_mm2=0.0):
+    """Levels that are linear in two settings, known almost without doubt."""
+    points = np.array([[x, y] for x in np.linspace(0, 1, 6) for y in np.linspace(0, 1, 6)])
+    mean = np.full(STATIONS, -5.0)
+    scores = points - 0.5
+    processes = Processes.given(points, scores, np.full((2, 2), 8.0), np.full(2, 10.0), np.full(2, 1e-8))
+    return Emulator(mean, SLOPES, processes, rest_mm2 * np.eye(STATIONS))
+
+
+def _posterior(truth, *, frees=None, trials=1, off_mm: Any = 0.0):
+    level_mm = -5.0 + (np.array(truth) - 0.5) @ SLOPES + off_mm
+    evidence = ReadLevels(S_MM, level_mm, NOISE_MM**2 * np.eye(STATIONS))
+    frees = frees or [Free("fluid.a", 0.0, 1.0), Free("fluid.b", 0.0, 1.0)]
+    return Posterior(frees, [_emulator()] * trials, [evidence] * trials)
+
+
+def test_the_density_is_the_normal_one_of_the_whole_covariance():
+    posterior = _posterior((0.4, 0.6))
+    points = np.array([[0.4, 0.6], [0.5, 0.5], [0.1, 0.9]])
+    mean, variance = posterior.emulators[0].processes.at(points)
+    expected = []
+    for row, doubt in zip(mean, variance, strict=True):
+        inner = (SLOPES.T * doubt) @ SLOPES + (SLOPES.T * 1e-8) @ SLOPES
+        covariance = INFLATED**2 * (NOISE_MM**2 * np.eye(STATIONS) + inner)
+        off = posterior.evidence[0].level_mm + 5.0 - row @ SLOPES
+        expected.append(-(off @ np.linalg.solve(covariance, off) + np.linalg.slogdet(covariance)[1]) / 2)
+    assert np.allclose(posterior.log_density(points), expected, rtol=1e-5)
+    assert np.isneginf(posterior.log_density(np.array([[1.1, 0.5]]))).all()
+
+
+def test_draws_have_the_spread_of_least_squares():
+    posterior = _posterior((0.4, 0.6))
+    draws, mixing = posterior.draws(500, 600)
+    covariance = np.linalg.inv(SLOPES @ SLOPES.T) * (INFLATED * NOISE_MM) ** 2
+    # 500 draws of 64 walkers: a mean to a tenth of its deviation, a deviation to a fifth of it.
+    assert np.allclose(draws.mean(axis=0), [0.4, 0.6], atol=0.3 * np.sqrt(covariance.diagonal()).max())
+    assert np.allclose(draws.std(axis=0), np.sqrt(covariance.diagonal()), rtol=0.2)
+    assert mixing < 1.05
+    assert np.array_equal(draws, _posterior((0.4, 0.6)).draws(500, 600)[0])
+
+
+def test_a_measured_setting_keeps_its_measure_where_readings_say_less():
+    """Readings know the first to 0.05; a measurement to 0.005 is what counts."""
+    frees = [Free("fluid.a", 0.0, 1.0, (0.45, 0.005)), Free("fluid.b", 0.0, 1.0)]
+    draws, _ = _posterior((0.4, 0.6), frees=frees).draws(500, 600)
+    assert draws[:, 0].mean() == pytest.approx(0.45, abs=0.003)
+    assert draws[:, 0].std() == pytest.approx(0.005, rel=0.25)
+
+
+def test_readings_that_a_setting_makes_are_possible_and_others_are_not():
+    assert _posterior((0.4, 0.6)).least_implausibility < 0.05
+    assert _posterior((0.4, 0.6), off_mm=3.0 * np.cos(S_MM)).least_implausibility > 2
+
+
+def test_only_several_trials_show_an_error_of_the_models_own():
+    off_mm = 1.0 * np.sin(S_MM / 6)
+    assert len(_posterior((0.4, 0.6), off_mm=off_mm).discrepancies_mm) == 1
+    posterior = _posterior((0.4, 0.6), trials=2, off_mm=off_mm)
+    best = posterior.discrepancies_mm[posterior.log_densities(np.array([[0.4, 0.6]])).argmax()]
+    assert 0.2 <= best <= 0.8
+    exact = _posterior((0.4, 0.6), trials=2)
+    assert exact.discrepancies_mm[exact.log_densities(np.array([[0.4, 0.6]])).argmax()] == 0
+
+
+def test_readings_of_a_shape_that_no_run_has_are_out_of_reach():
+    random = np.random.default_rng(0)
+    levels_mm = (random.random((20, 2)) - 0.5) @ SLOPES + 0.05 * random.standard_normal((20, STATIONS))
+    covariance = NOISE_MM**2 * np.eye(STATIONS)
+    held = reach_of(levels_mm, ReadLevels(S_MM, 0.2 * SLOPES[1], covariance))
+    assert held.possible
+    assert held.residual_mm < 0.1
+    other = reach_of(levels_mm, ReadLevels(S_MM, 2.0 * np.sin(S_MM), covariance))
+    assert not other.possible
+    assert other.residual_mm > 3 * other.noise_mm
+    # A shape that few runs have takes more components, and is no fault of the model.
+    shapes = np.linalg.qr(random.standard_normal((STATIONS, STATIONS)))[0]
+    many_mm = random.standard_normal((40, 6)) * np.array([9, 8, 7, 6, 5, 0.6]) @ shapes[:6]
+    rare = reach_of(many_mm, ReadLevels(S_MM, 4 * shapes[5], covariance / 4))
+    assert rare.possible
+    assert rare.components == 6

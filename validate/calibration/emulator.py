@@ -1,0 +1,161 @@
+"""An emulator of the level profile: a Gaussian process for each of its principal components.
+
+Higdon et al. 2008, J. Am. Stat. Assoc. 103:570. The covariance is Matern's with nu = 5/2, with a length for each
+setting and a nugget, which is the scatter of runs that differ in seed alone; both are fitted to the runs.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sealtwin.core.records import Floats
+
+COMPONENTS = 5
+LENGTH, AMPLITUDE, NUGGET = (0.05, 20.0), (0.05, 50.0), (1e-5, 2.0)
+"""Bounds of the lengths, as shares of a range, and of the two variances over that of the scores."""
+USUAL_LENGTH, FACTOR = 1.0, 3.0
+"""Middle of the lengths' prior and its standard deviation as a factor: a likelihood of 16 runs alone has maxima at
+lengths of 0 and of infinity."""
+STARTS = (0.4, 1.5)  # Lengths from which the likelihood is climbed
+ROOT5 = np.sqrt(5.0)
+
+
+@dataclass(frozen=True)
+class Processes:
+    """One process for each column of scores; points are in the unit cube."""
+
+    points: Floats  # (n, d)
+    scores: Floats  # (n, k)
+    length: Floats  # (k, d)
+    variance: Floats  # (k,)
+    nugget: Floats  # (k,) variance of a single run about the process
+    inverse: Floats  # (k, n, n), of the scores' covariance
+    weights: Floats  # (k, n)
+
+    @classmethod
+    def fitted(cls, points: Floats, scores: Floats) -> "Processes":
+        """Fit lengths, variance and nugget of each process by the maximum of its posterior."""
+        found = np.array([_most_likely(points, column) for column in scores.T])
+        dimensions = points.shape[1]
+        size = scores.var(axis=0)
+        length, variance, nugget = np.exp(found[:, :dimensions]), *(np.exp(found[:, dimensions:]).T * size)
+        fitted = cls.given(points, scores, length, variance, nugget)
+        # Runs that are left out may miss by more than the process says, which then is less sure by that factor.
+        known = np.einsum("kii->ki", fitted.inverse)
+        missed = np.maximum(1.0, (fitted.weights**2 / known).mean(axis=1))
+        return cls.given(points, scores, length, variance * missed, nugget * missed)
+
+    @classmethod
+    def given(cls, points: Floats, scores: Floats, length: Floats, variance: Floats, nugget: Floats) -> "Processes":
+        covariance = matern(points, points, length, variance) + nugget[:, None, None] * np.eye(len(points))
+        inverse = np.asarray(np.linalg.inv(covariance), dtype=np.float64)
+        weights = np.einsum("kij,jk->ki", inverse, scores)
+        return cls(points, scores, length, variance, nugget, inverse, weights)
+
+    def at(self, points: Floats) -> tuple[Floats, Floats]:
+        """Return mean and variance of the scores of a run's average over seeds, (m, k) each."""
+        across = matern(points, self.points, self.length, self.variance)
+        mean = np.einsum("kmn,kn->mk", across, self.weights)
+        known = np.einsum("kmn,kmn->mk", across @ self.inverse, across)
+        return mean, np.maximum(self.variance - known, 1e-12 * self.variance)
+
+    def with_points(self, points: Floats) -> "Processes":
+        """Return them as if runs at ``points`` had given what is expected there: their variance is right, no more."""
+        both = np.vstack([self.points, points]), np.vstack([self.scores, self.at(points)[0]])
+        return Processes.given(*both, self.length, self.variance, self.nugget)
+
+
+def matern(a: Floats, b: Floats, length: Floats, variance: Floats) -> Floats:
+    """Covariance (k, m, n) between points (m, d) and (n, d), with nu = 5/2."""
+    scaled = (a[:, None, :] - b) / length[:, None, None, :]
+    far = ROOT5 * np.sqrt((scaled**2).sum(axis=-1))
+    return variance[:, None, None] * (1 + far + far**2 / 3) * np.exp(-far)
+
+
+def minus_log_posterior(logs: Floats, points: Floats, score: Floats) -> tuple[float, Floats]:
+    """Return -ln of likelihood times prior and its gradient; ``logs`` are ln of lengths, variance and nugget.
+
+    The likelihood lacks its constant, n/2 ln 2 pi. ``score`` is (n,).
+    """
+    length, variance, nugget = np.exp(logs[:-2]), np.exp(logs[-2]), np.exp(logs[-1])
+    squares = ((points[:, None, :] - points) / length) ** 2
+    far = ROOT5 * np.sqrt(squares.sum(axis=-1))
+    decay = variance * np.exp(-far)
+    smooth = decay * (1 + far + far**2 / 3)
+    root = np.linalg.cholesky(smooth + nugget * np.eye(len(points)))
+    inverse = np.linalg.inv(root)
+    inverse = inverse.T @ inverse
+    weights = inverse @ score
+    off = np.log(length / USUAL_LENGTH) / np.log(FACTOR)
+    value = score @ weights / 2 + np.log(root.diagonal()).sum() + (off**2).sum() / 2
+    change = (inverse - np.outer(weights, weights)) / 2
+    # d smooth / d ln length_j = 5/3 variance (1 + far) exp(-far) (x_j / length_j)^2.
+    by_length = np.einsum("ij,ijd->d", change * decay * (1 + far) * 5 / 3, squares)
+    gradient = [*(by_length + off / np.log(FACTOR)), (change * smooth).sum(), nugget * change.trace()]
+    return float(value), np.array(gradient)
+
+
+def _most_likely(points: Floats, score: Floats) -> Floats:
+    from scipy.optimize import minimize
+
+    scaled = score / score.std()
+    bounds = np.log([LENGTH] * points.shape[1] + [AMPLITUDE, NUGGET])
+    found = [
+        minimize(
+            minus_log_posterior,
+            np.log([start] * points.shape[1] + [1.0, 0.05]),
+            args=(points, scaled),
+            jac=True,
+            method="L-BFGS-B",
+            bounds=bounds,
+        )
+        for start in STARTS
+    ]
+    return min(found, key=lambda one: one.fun).x
+
+
+@dataclass(frozen=True)
+class Emulator:
+    """Levels at a trial's stations over the free settings."""
+
+    mean_mm: Floats  # (n,) of all runs
+    basis_mm: Floats  # (k, n) of unit scores
+    processes: Processes
+    rest_mm2: Floats  # (n, n) covariance of what the components leave of a run
+
+    @classmethod
+    def fitted(cls, points: Floats, levels_mm: Floats, components: int = COMPONENTS) -> "Emulator":
+        """Fit to runs at ``points`` in the unit cube, (r, d), with their levels at the stations, (r, n)."""
+        mean_mm = levels_mm.mean(axis=0)
+        scores, size, basis = np.linalg.svd(levels_mm - mean_mm, full_matrices=False)
+        kept = min(components, most_components(*levels_mm.shape), int((size > 1e-9 * size[0]).sum()))
+        processes = Processes.fitted(points, scores[:, :kept] * size[:kept])
+        return cls(mean_mm, basis[:kept], processes, rest_of(levels_mm, kept))
+
+    @property
+    def run_noise_mm2(self) -> Floats:
+        """Covariance between stations, (n, n), of a single run about the average over seeds."""
+        return (self.basis_mm.T * self.processes.nugget) @ self.basis_mm + self.rest_mm2
+
+    def levels_mm(self, points: Floats) -> Floats:
+        """Levels of a run's average over seeds, (m, n)."""
+        return self.mean_mm + self.processes.at(points)[0] @ self.basis_mm
+
+
+def rest_of(levels_mm: Floats, kept: int) -> Floats:
+    """Return the covariance, (n, n), of what components of other runs leave of a run, each left out once.
+
+    Components leave far less of the runs that they were made of.
+    """
+    left = []
+    for number, level_mm in enumerate(levels_mm):
+        others = np.delete(levels_mm, number, axis=0)
+        basis = np.linalg.svd(others - others.mean(axis=0), full_matrices=False)[2][:kept]
+        off = level_mm - others.mean(axis=0)
+        left.append(off - (off @ basis.T) @ basis)
+    return np.array(left).T @ np.array(left) / len(left)
+
+
+def most_components(runs: int, stations: int) -> int:
+    """Return the largest number of components that leaves readings something to contradict."""
+    return max(1, min(runs - 2, stations // 2))
