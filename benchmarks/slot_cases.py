@@ -84,9 +84,16 @@ class Case:
 
     def filled(self, paste: HerschelBulkley | None = None, *, finer: int = 1) -> Filled:
         """The bed by the fast model, with the case's own sealant unless another one is given."""
-        size = {"nozzle_mm": self.nozzle.diameter_mm, "settle_s": SETTLE_S}
-        grid = {"cells": finer * CELLS, "steps": finer * STEPS}
-        return fill(self.solid, self.outline, self.trajectory, paste or self.paste, **size, **grid)
+        return fill(
+            self.solid,
+            self.outline,
+            self.trajectory,
+            paste or self.paste,
+            nozzle_mm=self.nozzle.diameter_mm,
+            settle_s=SETTLE_S,
+            cells=finer * CELLS,
+            steps=finer * STEPS,
+        )
 
     @cached_property
     def fitness(self) -> Fitness:

@@ -51,8 +51,8 @@ def pour(
     began = time.perf_counter()
 
     def poured(trajectory: Trajectory, paste: HerschelBulkley) -> tuple[Filled, Fitness]:
-        size = {"nozzle_mm": nozzle.diameter_mm, "settle_s": solver.settle_s}
-        filled = fill(solid, outline, trajectory, paste, **size, slope=slope)
+        sample = solid, outline, trajectory
+        filled = fill(*sample, paste, nozzle_mm=nozzle.diameter_mm, settle_s=solver.settle_s, slope=slope)
         above_mm = max(0.0, float(filled.level_mm.max()))
         return filled, replace(fitness_of(solid, outline, trajectory, paste), above_mm=above_mm)
 
