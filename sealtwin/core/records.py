@@ -291,8 +291,11 @@ class Bed(JsonRecord):
     above_face_mm3: float
     in_flight_mm3: float  # Given, and not yet landed when the run ends
     held_slope: float  # Slope that the paste holds between the walls
-    mound_mm: float  # That slope times the bed's depth
+    mound_mm: float  # Height of what stays standing under the nozzle's last place
     fill: float  # Volume given over that of the crack
+    above_mm: float | None = (
+        None  # Highest level over the face, 0 where it stays below; None in runs that did not record it
+    )
     unfit: tuple[str, ...]  # Why the model is unfit for the case, a sentence each; none where it is fit
 
 

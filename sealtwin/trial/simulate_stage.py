@@ -247,7 +247,7 @@ def _poured(job: Job, fluid: Fluid) -> tuple[Run, Profile]:
 
     trial, solid, outline = job.trial, record_files.read_solid(job.path), record_files.read_outline(job.path)
     sample = solid, outline, record_files.read_trajectory(job.path)
-    return pour(*sample, fluid, trial.solver, trial.nozzle, seed=trial.seed, slope=trial.sample)
+    return pour(*sample, fluid, trial.solver, trial.nozzle, seed=trial.seed, slope=trial.sample, advise=True)
 
 
 def check(job: Job) -> None:

@@ -1,26 +1,37 @@
-"""The domain in which the fast model may be believed, and in words why a case is outside."""
+"""The domain in which the fast model may be believed, and in words why a case is outside and what brings it inside."""
 
 from dataclasses import dataclass
+
+import numpy as np
 
 from sealtwin.core.records import Outline, Solid, Trajectory
 from simulate.slot.fill import CELLS
 from simulate.slot.flux import HerschelBulkley
-from simulate.slot.sections import sections_of
+from simulate.slot.sections import Trapezoids, sections_of
 
-STEEPEST, TALLEST_MM, FULLEST = 0.45, 3.0, 0.95
-"""Largest slope that the walls hold, the same times the bed's depth, and share of the crack that is filled."""
+STEEPEST, TALLEST_MM, FULLEST, HIGHEST_MM = 0.45, 3.0, 0.95, 2.0
+"""Largest slope that the walls hold, height of a mound, share of the crack that is filled, and level over the face."""
+ACTIVE_TO_PASSIVE = 4.0
+"""Height of a mound over tau / rho g. Paste that is pulled apart presses along the crack by 2 tau less than its weight,
+and paste that is pushed together by 2 tau more (Rankine's limits of a plastic soil without friction); where they meet,
+under the nozzle's last place, their levels differ by both."""
 
 
 @dataclass(frozen=True)
 class Fitness:
-    """The case in the three numbers that bound the model's domain."""
+    """The case in the numbers that bound the model's domain."""
 
     slope: float
     """Slope that the paste holds between these walls, filled as they are on average."""
     mound_mm: float
-    """The slope times the bed's depth, about the height of what stays standing under the nozzle's last place."""
+    """Height of what stays standing under the nozzle's last place: the slope times the bed's depth, which the walls
+    hold, or 4 tau / rho g, which the paste holds by itself; the larger one."""
     fill: float
     """Volume given over that of the crack."""
+    most_pa: float
+    """Yield stress up to which the paste fits the crack, filled as the model allows; two digits, rounded down."""
+    above_mm: float = 0.0
+    """Highest level of the filled bed over the face; 0 where it stays below."""
 
     @property
     def unfit(self) -> tuple[str, ...]:
@@ -33,23 +44,43 @@ class Fitness:
             )
         if self.mound_mm > TALLEST_MM:
             found.append(
-                f"A mound of about {self.mound_mm:.1f} mm, the held slope times the bed's depth, stays under the "
-                f"nozzle's last place, and this model spreads it; {TALLEST_MM:g} mm are allowed."
+                f"A mound of about {self.mound_mm:.1f} mm stays under the nozzle's last place, held by the walls or by "
+                f"the paste itself, and this model spreads it; {TALLEST_MM:g} mm are allowed."
             )
         if self.fill > FULLEST:
             found.append(
                 f"The sealant is {self.fill:.2f} of the crack's volume; above {FULLEST:g} it runs over the face, which "
                 "this model does not follow."
             )
+        if self.above_mm > HIGHEST_MM:
+            found.append(
+                f"The level stands up to {self.above_mm:.1f} mm above the face, and of overspill this model knows a "
+                f"slump beside the mouth alone; {HIGHEST_MM:g} mm are allowed."
+            )
         return tuple(found)
 
 
 def fitness_of(solid: Solid, outline: Outline, trajectory: Trajectory, paste: HerschelBulkley) -> Fitness:
-    """The numbers of a case; means along the crack, each cell filled to the same share."""
+    """The numbers of a case by its settings, without its level; means along the crack, all cells filled alike."""
     sections = sections_of(outline, solid, CELLS, reach_per_mm=0.0)
     fill = trajectory.dispensed_mm3 / float(sections.full_mm2.sum()) / sections.step_mm
-    area_mm2 = min(fill, 1.0) * sections.full_mm2
-    height_mm = sections.height_mm(area_mm2)
     held_mm = paste.yield_stress_pa / paste.weight_pa_mm
+    slope, mound_mm = _held(sections, min(fill, 1.0), held_mm)
+    allowed = _held(sections, min(fill, FULLEST), held_mm)
+    excess = max(allowed[0] / STEEPEST, allowed[1] / TALLEST_MM)
+    most_pa = _rounded_down(paste.yield_stress_pa / excess) if excess > 0 else np.inf
+    return Fitness(slope, mound_mm, fill, most_pa)
+
+
+def _held(sections: Trapezoids, fill: float, held_mm: float) -> tuple[float, float]:
+    """Slope and mound that paste of tau / rho g holds in sections filled to a share."""
+    area_mm2 = fill * sections.full_mm2
+    height_mm = sections.height_mm(area_mm2)
     slope = held_mm / sections.holding_mm(area_mm2, sections.wetted_mm(height_mm))
-    return Fitness(float(slope.mean()), float((slope * height_mm).mean()), fill)
+    return float(slope.mean()), max(float((slope * height_mm).mean()), ACTIVE_TO_PASSIVE * held_mm)
+
+
+def _rounded_down(value: float) -> float:
+    """To two digits."""
+    digit = 10.0 ** (np.floor(np.log10(value)) - 1)
+    return float(np.floor(value / digit) * digit)

@@ -1,6 +1,8 @@
 """A run of the fast model with the settings of a trial, recorded like one of particles."""
 
 import time
+from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,12 +14,13 @@ from simulate.setup.release_schedule import plan_releases
 from simulate.setup.rheology import kinematic_viscosity
 from simulate.setup.signed_distance import CM
 from simulate.setup_checks import CM2_IN_M2
-from simulate.slot.fill import fill
-from simulate.slot.fitness import fitness_of
+from simulate.slot.fill import Filled, fill
+from simulate.slot.fitness import FULLEST, Fitness, fitness_of
 from simulate.slot.flux import HerschelBulkley
 
 DEVICE = "CPU, without particles"
 STATION_MM = 0.2
+FILL_STEP = 0.1  # Of the fills that are tried for one inside the domain
 PARTICLES_RUB = 0.0065
 """Friction of particles under pressure, 0.5 to 0.8 % by shear waves in a box without walls (decision 0064). The fast
 model stands for particles, which judge it, and has it too."""
@@ -33,8 +36,11 @@ def pour(
     *,
     seed: int,
     slope: SampleSlope = LEVEL,
+    advise: bool = False,
 ) -> tuple[Run, Profile]:
     """Follow the trajectory and let the sealant settle for ``solver.settle_s``; return the run and its level.
+
+    With ``advise`` an unfit run says last with what settings it would be fit: a dozen fills more, at most.
 
     Raises InputError for sealant that this model does not know: one that freezes, stiffens or follows a curve.
     """
@@ -43,10 +49,15 @@ def pour(
         raise InputError("trajectory: its flow gives no sealant. Check flow_mm3_s and t_s.")
     paste = paste_of(fluid, solver, nozzle, trajectory, seed)
     began = time.perf_counter()
-    filled = fill(
-        solid, outline, trajectory, paste, nozzle_mm=nozzle.diameter_mm, settle_s=solver.settle_s, slope=slope
-    )
-    fitness = fitness_of(solid, outline, trajectory, paste)
+
+    def poured(trajectory: Trajectory, paste: HerschelBulkley) -> tuple[Filled, Fitness]:
+        sample = solid, outline, trajectory
+        filled = fill(*sample, paste, nozzle_mm=nozzle.diameter_mm, settle_s=solver.settle_s, slope=slope)
+        above_mm = max(0.0, float(filled.level_mm.max()))
+        return filled, replace(fitness_of(solid, outline, trajectory, paste), above_mm=above_mm)
+
+    filled, fitness = poured(trajectory, paste)
+    changes = _changes(trajectory, paste, fitness, poured) if advise else ()
     in_crack_mm3 = float(np.minimum(filled.area_mm2, filled.sections.full_mm2).sum()) * filled.sections.step_mm
     viscosity_m2_s = paste.consistency_pa_s_n / paste.density_kg_m3
     flowing_s = float(np.diff(trajectory.t_s)[trajectory.flow_mm3_s[:-1] > 0].sum())
@@ -89,7 +100,10 @@ def pour(
             held_slope=fitness.slope,
             mound_mm=fitness.mound_mm,
             fill=fitness.fill,
-            unfit=(*fitness.unfit, *unknown(fluid, outline)),
+            above_mm=fitness.above_mm,
+            unfit=_unfit(
+                fitness, fluid, outline, paste, _changes(trajectory, paste, fitness, poured) if advise else ()
+            ),
         ),
     )
     s_mm = np.linspace(0.0, outline.length_mm, max(2, round(outline.length_mm / STATION_MM) + 1))
@@ -126,6 +140,30 @@ def paste_of(fluid: Fluid, solver: Solver, nozzle: Nozzle, trajectory: Trajector
     return HerschelBulkley(fluid.density_kg_m3, fluid.yield_stress_pa, thickness, index, PARTICLES_RUB)
 
 
+def _changes(
+    trajectory: Trajectory,
+    paste: HerschelBulkley,
+    fitness: Fitness,
+    poured: Callable[[Trajectory, HerschelBulkley], tuple[Filled, Fitness]],
+) -> tuple[str, ...]:
+    """Settings of a trial that bring a case inside, as fills with them show; none where it is, or where none does."""
+    if not fitness.unfit:
+        return ()
+    shares = np.arange(FULLEST, 0.0, -FILL_STEP)
+    for share in [fitness.fill, *shares[shares < fitness.fill]]:
+        less = replace(trajectory, flow_mm3_s=trajectory.flow_mm3_s * share / fitness.fill)
+        soft = replace(paste, yield_stress_pa=min(paste.yield_stress_pa, fitness.most_pa))
+        if poured(less, soft)[1].unfit:
+            continue
+        found = []
+        if soft != paste:
+            found.append(f"fluid.yield_stress_pa = {soft.yield_stress_pa:g} or less")
+        if share != fitness.fill:
+            found.append(f'path.fill = {share:.2f} with path.volume_ml = "cavity"')
+        return tuple(found)
+    return ()
+
+
 def unknown(fluid: Fluid, outline: Outline) -> tuple[str, ...]:
     """Parts of a case that this model leaves out, a sentence each."""
     found = []
@@ -133,4 +171,19 @@ def unknown(fluid: Fluid, outline: Outline) -> tuple[str, ...]:
         found.append(f"fluid.D_cm = {fluid.D_cm:g} is a drag on particles; here the paste sticks to the walls.")
     if outline.branches_kept:
         found.append("The solid has side cracks, which this model does not fill.")
+    return tuple(found)
+
+
+def _unfit(
+    fitness: Fitness, fluid: Fluid, outline: Outline, paste: HerschelBulkley, changes: tuple[str, ...]
+) -> tuple[str, ...]:
+    """Why the model is unfit for a case, a sentence each, and what to change in its trial; none where it is fit."""
+    found, wanted = [*fitness.unfit, *unknown(fluid, outline)], list(changes)
+    if fluid.D_cm is not None:
+        thickness = f"fluid.viscosity_pa_s = {paste.consistency_pa_s_n:.3g} in place of fluid.U and fluid.D_cm"
+        wanted.append(thickness if fluid.U is not None else "no fluid.D_cm")
+    if outline.branches_kept:
+        wanted.append('photo.branches = "drop"')
+    if wanted and (changes or not fitness.unfit):
+        found.append(f"Inside it with: {'; '.join(wanted)}.")
     return tuple(found)

@@ -1,17 +1,48 @@
-"""The forty slots of the fast model's judgement: the draw that the stored runs of particles belong to."""
+"""The slots of the fast model's judgement: the draws that the stored runs of particles belong to."""
 
 import csv
 
 import numpy as np
+import pytest
 
-from benchmarks.slot_cases import CASES, HIGH, IN_LOGARITHMS, LOW, RUNS, STATIONS_MM, Case, drawn, levels_mm
+from benchmarks.slot_cases import (
+    CASES,
+    FIRST,
+    FOLDER,
+    FRESH,
+    HIGH,
+    IN_LOGARITHMS,
+    LOW,
+    STATIONS_MM,
+    Case,
+    drawn,
+    levels_mm,
+)
 
 
-def test_the_draw_is_a_latin_hypercube_and_stays_as_it_is():
+@pytest.mark.parametrize(
+    ("draw", "ends"),
+    [
+        (
+            FIRST,
+            (
+                Case(4.004, 22.87, 5.044, 2.819, 0.2964, 0.8014, 7.694),
+                Case(6.516, 10.6, 2.718, 4.574, 0.0736, 0.5907, 3.804),
+            ),
+        ),
+        (
+            FRESH,
+            (
+                Case(2.599, 25.81, 1.403, 13.51, 4.947, 0.512, 3.252),
+                Case(5.826, 22.91, 0.7748, 44.35, 0.275, 0.8947, 3.512),
+            ),
+        ),
+    ],
+)
+def test_a_draw_is_a_latin_hypercube_and_stays_as_it_is(draw: int, ends: tuple[Case, Case]):
     """Regression only: another draw would make the stored runs those of other slots."""
-    cases = drawn()
-    assert cases[0] == Case(4.004, 22.87, 5.044, 2.819, 0.2964, 0.8014, 7.694)
-    assert cases[39] == Case(6.516, 10.6, 2.718, 4.574, 0.0736, 0.5907, 3.804)
+    cases = drawn(seed=draw)
+    assert (cases[0], cases[-1]) == ends
     for name in Case.__dataclass_fields__:
         low, high = getattr(LOW, name), getattr(HIGH, name)
         value = np.array([getattr(case, name) for case in cases])
@@ -23,12 +54,13 @@ def test_the_draw_is_a_latin_hypercube_and_stays_as_it_is():
         assert strata.max() < 1.02
 
 
-def test_every_stored_run_is_whole_and_lost_nothing():
-    with RUNS.open(encoding="utf-8") as file:
+@pytest.mark.parametrize("draw", [FIRST, FRESH])
+def test_every_stored_run_is_whole_and_lost_nothing(draw: int):
+    with (FOLDER / f"{draw}" / "runs.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert rows
     for row in rows:
-        level_mm = levels_mm(int(row["case"]), int(row["seed"]))
+        level_mm = levels_mm(draw, int(row["case"]), int(row["seed"]))
         assert level_mm is not None
         assert level_mm.shape == STATIONS_MM.shape
         assert int(row["escaped"]) == 0

@@ -37,7 +37,8 @@
     };
     const paste = { ...model.paste, yield_stress_pa: settings.yield_stress_pa };
     const filled = slot.fill(sections, path, paste, model);
-    const fitness = slot.fitness_of(sections, volume_mm3, paste);
+    const above_mm = Math.max(0, ...filled.level_mm);
+    const fitness = { ...slot.fitness_of(sections, volume_mm3, paste), above_mm };
     const { full_mm2, step_mm } = filled.sections;
     const above_mm3 = filled.area_mm2.reduce((total, area, i) => total + Math.max(0, area - full_mm2[i]) * step_mm, 0);
     return { ...filled, above_mm3, fitness, unfit: [...slot.unfit(fitness), ...model.unknown] };

@@ -283,7 +283,7 @@ const slot = (() => {
 
   // simulate/slot/fitness.py
 
-  const [STEEPEST, TALLEST_MM, FULLEST] = [0.45, 3.0, 0.95];
+  const [STEEPEST, TALLEST_MM, FULLEST, HIGHEST_MM, ACTIVE_TO_PASSIVE] = [0.45, 3.0, 0.95, 2.0, 4.0];
 
   // The case in three numbers, for a fill of ``dispensed_mm3``.
   const fitness_of = (shape, dispensed_mm3, paste) => {
@@ -295,11 +295,12 @@ const slot = (() => {
     const slope = area_mm2.map(
       (one_mm2, i) => held_mm / sections.holding_mm(one_mm2, sections.wetted_mm(i, height_mm[i]))
     );
-    return { slope: mean(slope), mound_mm: dot(slope, height_mm) / slope.length, fill };
+    const mound_mm = Math.max(dot(slope, height_mm) / slope.length, ACTIVE_TO_PASSIVE * held_mm);
+    return { slope: mean(slope), mound_mm, fill };
   };
 
   // Reasons why the model is unfit, a sentence each; none where it is fit.
-  const unfit = ({ slope, mound_mm, fill }) => {
+  const unfit = ({ slope, mound_mm, fill, above_mm }) => {
     const found = [];
     if (slope > STEEPEST) {
       found.push(
@@ -309,14 +310,20 @@ const slot = (() => {
     }
     if (mound_mm > TALLEST_MM) {
       found.push(
-        `A mound of about ${mound_mm.toFixed(1)} mm, the held slope times the bed's depth, stays under the nozzle's last ` +
-          `place, and this model spreads it; ${TALLEST_MM} mm are allowed.`
+        `A mound of about ${mound_mm.toFixed(1)} mm stays under the nozzle's last place, held by the walls or by the paste ` +
+          `itself, and this model spreads it; ${TALLEST_MM} mm are allowed.`
       );
     }
     if (fill > FULLEST) {
       found.push(
         `The sealant is ${fill.toFixed(2)} of the crack's volume; above ${FULLEST} it runs over the face, which this model ` +
           "does not follow."
+      );
+    }
+    if (above_mm > HIGHEST_MM) {
+      found.push(
+        `The level stands up to ${above_mm.toFixed(1)} mm above the face, and of overspill this model knows a slump beside ` +
+          `the mouth alone; ${HIGHEST_MM} mm are allowed.`
       );
     }
     return found;

@@ -34,9 +34,11 @@ def fast_model(run: Run) -> tuple[str, ...]:
     """Return sentences on a run of the fast model, whether it is fit for the case; none for a run of particles."""
     if run.bed is None:
         return ()
-    if not run.bed.unfit:
-        return (f"{FAST} The case is within its domain (decision 0134).",)
-    return (f"{FAST} It is UNFIT for this case (decision 0134):", *run.bed.unfit)
+    if run.bed.unfit:
+        return (f"{FAST} It is UNFIT for this case (decision 0138):", *run.bed.unfit)
+    above_mm = round(run.bed.above_mm or 0.0, 1)
+    over = f", with a level up to {above_mm} mm above the face: of overspill it knows a slump beside the mouth alone"
+    return (f"{FAST} The case is within its domain (decision 0138){over if above_mm > 0 else ''}.",)
 
 
 def run_warnings(run: Run, volume_ratio: float) -> tuple[str, ...]:

@@ -109,7 +109,9 @@ def tilt_words(evidence: Evidence) -> str:
 def _angle_words(solid: Solid) -> str:
     left_deg, right_deg = solid.wall_angles_deg
     return (
-        f"each wall {left_deg:g}°" if left_deg == right_deg else f"left wall {left_deg:g}°, right wall {right_deg:g}°"
+        f"each wall {left_deg:.3g}°"
+        if left_deg == right_deg
+        else f"left wall {left_deg:.3g}°, right wall {right_deg:.3g}°"
     )
 
 

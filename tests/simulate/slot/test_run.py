@@ -1,5 +1,7 @@
 """A run of the fast model with a trial's settings: its record, its domain, and what it refuses."""
 
+import re
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -9,6 +11,8 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.records import Profile, Run
 from simulate.injection import prepare
 from simulate.settings import Fluid, Nozzle, Solver
+from simulate.slot.fitness import FULLEST, fitness_of
+from simulate.slot.flux import HerschelBulkley
 from simulate.slot.run import pour
 from tests.fluids import path, slot
 
@@ -19,7 +23,7 @@ def poured(volume_ml: float = 1.2, **fluid: Any) -> tuple[Run, Profile]:
     crack = slot(40.0)
     settings: dict[str, Any] = {"viscosity_pa_s": 0.3, "yield_stress_pa": 4.0, "freeze_after_s": "never", **fluid}
     trajectory = path(crack[1], volume_ml, trim_mm=6.0)
-    return pour(*crack, trajectory, Fluid.model_validate(settings), SLOT, Nozzle(), seed=0)
+    return pour(*crack, trajectory, Fluid.model_validate(settings), SLOT, Nozzle(), seed=0, advise=True)
 
 
 def test_a_run_is_recorded_without_particles_and_read_again(tmp_path):
@@ -48,6 +52,33 @@ def test_a_case_outside_the_domain_says_why(change: dict[str, Any], why: str):
     run, _ = poured(**change)
     assert run.bed is not None
     assert any(why in sentence for sentence in run.bed.unfit)
+
+
+def test_a_level_over_the_face_is_outside_and_what_it_asks_for_is_inside():
+    """Stiff paste stands on the face, although it would not fill the crack."""
+    run, profile = poured(volume_ml=1.6, yield_stress_pa=11.0)
+    assert run.bed is not None
+    assert run.bed.above_mm == pytest.approx(profile.level_mm.max(), abs=0.05)
+    assert run.bed.fill < FULLEST
+    assert any("above the face" in sentence for sentence in run.bed.unfit)
+    found = re.search(r"yield_stress_pa = ([\d.]+) or less", run.bed.unfit[-1])
+    assert found is not None
+    share = re.search(r"path\.fill = ([\d.]+)", run.bed.unfit[-1])
+    volume_ml = 1.6 * float(share[1]) / run.bed.fill if share else 1.6
+    again, _ = poured(volume_ml=volume_ml, yield_stress_pa=float(found[1]))
+    assert again.bed is not None
+    assert again.bed.unfit == ()
+
+
+def test_paste_that_holds_a_mound_by_itself_is_outside_in_a_crack_of_any_width():
+    """4 tau / rho g above 3 mm is above 12.4 Pa at 1690 kg/m3: decision 0138."""
+    crack = slot(40.0, 12.0)
+    solid, outline = crack
+    paste = HerschelBulkley(1690.0, 12.3, 0.3)
+    trajectory = path(outline, 2.0, trim_mm=6.0)
+    assert "mound" not in str(fitness_of(solid, outline, trajectory, paste).unfit)
+    stiffer = replace(paste, yield_stress_pa=12.6)
+    assert "mound" in str(fitness_of(solid, outline, trajectory, stiffer).unfit)
 
 
 @pytest.mark.parametrize("change", [{"freeze_after_s": 2.0}, {"structuration_pa_per_s": 0.1}])
