@@ -101,9 +101,7 @@ def pour(
             mound_mm=fitness.mound_mm,
             fill=fitness.fill,
             above_mm=fitness.above_mm,
-            unfit=_unfit(
-                fitness, fluid, outline, paste, _changes(trajectory, paste, fitness, poured) if advise else ()
-            ),
+            unfit=_unfit(fitness, fluid, outline, paste, changes),
         ),
     )
     s_mm = np.linspace(0.0, outline.length_mm, max(2, round(outline.length_mm / STATION_MM) + 1))

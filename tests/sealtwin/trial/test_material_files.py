@@ -9,13 +9,12 @@ from typer.testing import CliRunner
 
 import sealtwin as st
 from sealtwin.cli.app import app
-from sealtwin.core import record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import read_json
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import open_folder
-from sealtwin.study.extra_runs import _Base, _variants
-from sealtwin.study.runner import read_bench
+from sealtwin.study.extra_runs import _variants
+from sealtwin.study.moved_inputs import Base
 from sealtwin.study.study_folder import read_plan
 from sealtwin.study.sweep import SweepOptions, sweep
 from sealtwin.trial.job import resume_job
@@ -122,8 +121,7 @@ def test_extra_runs_move_a_table_by_what_is_declared_and_keep_the_other_one(tmp_
     run(trial, out)
     with open_folder(out, create=False) as folder:
         job = resume_job(folder, "cpu", QUIET)
-        records = record_files.read_run(out), record_files.read_profile(out)
-        variants = _variants(_Base(job, read_bench(out, None), *records))
+        variants = _variants(Base.of(job), designed=True)
     curves = [(moved, each.fluid.curve, each.fluid.cooling) for moved, each, _ in variants if each.fluid is not None]
     assert len(curves) > 3
     for moved, curve, cooling in curves:

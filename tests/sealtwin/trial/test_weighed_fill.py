@@ -13,8 +13,8 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.files import read_json
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import open_folder
-from sealtwin.study.extra_runs import _Base, _variants
-from sealtwin.study.runner import read_bench
+from sealtwin.study.extra_runs import _variants
+from sealtwin.study.moved_inputs import Base
 from sealtwin.trial.job import resume_job
 from sealtwin.trial.pipeline import run_trial
 from sealtwin.trial.trial_file import load_trial
@@ -108,9 +108,8 @@ def test_the_extra_runs_move_width_angle_and_depth_together(tmp_path):
     run(trial, out, "digitise", "simulate")
     with open_folder(out, create=False) as folder:
         job = resume_job(folder, "cpu", QUIET)
-        records = record_files.read_run(out), record_files.read_profile(out)
-        base = _Base(job, read_bench(out, None), *records)
-        variants = _variants(base)
+        base = Base.of(job)
+        variants = _variants(base, designed=True)
     weighed = base.bench.solid.figures.weighed
     assert weighed is not None
     names = ("width_mm", "wall_angle_deg", "depth_mm")
