@@ -166,7 +166,7 @@ def _changes(
 def _unfit(
     fitness: Fitness, fluid: Fluid, outline: Outline, paste: HerschelBulkley, changes: tuple[str, ...]
 ) -> tuple[str, ...]:
-    """Why the model is unfit for a case, a sentence each, and what to change in its trial; none where it is fit."""
+    """Return why the model is unfit for a case, a sentence each, and what to change; none where it is fit."""
     found, wanted = list(fitness.unfit), list(changes)
     if fluid.D_cm is not None:
         found.append(f"fluid.D_cm = {fluid.D_cm:g} is a drag on particles; here the paste sticks to the walls.")
