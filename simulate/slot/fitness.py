@@ -81,6 +81,6 @@ def _held(sections: Trapezoids, fill: float, held_mm: float) -> tuple[float, flo
 
 
 def _rounded_down(value: float) -> float:
-    """To two digits."""
+    """Return a value above 0 with two digits, rounded down."""
     digit = 10.0 ** (np.floor(np.log10(value)) - 1)
     return float(np.floor(value / digit) * digit)

@@ -175,7 +175,7 @@ def unknown(fluid: Fluid, outline: Outline) -> tuple[str, ...]:
 def _unfit(
     fitness: Fitness, fluid: Fluid, outline: Outline, paste: HerschelBulkley, changes: tuple[str, ...]
 ) -> tuple[str, ...]:
-    """Why the model is unfit for a case, a sentence each, and what to change in its trial; none where it is fit."""
+    """Return why the model is unfit for a case, a sentence each, and what to change; none where it is fit."""
     found, wanted = [*fitness.unfit, *unknown(fluid, outline)], list(changes)
     if fluid.D_cm is not None:
         thickness = f"fluid.viscosity_pa_s = {paste.consistency_pa_s_n:.3g} in place of fluid.U and fluid.D_cm"
