@@ -74,7 +74,7 @@ def test_an_offset_that_is_no_bent_frame_is_refused():
 
 @pytest.mark.parametrize(
     ("light", "face_mm", "why"),
-    [(picture(board=MORTAR), FACE_MM, "edges of the face"), (picture(), None, "without face_mm")],
+    [(picture(board=MORTAR), FACE_MM, "no edges stand out"), (picture(), None, "without face_mm")],
     ids=["hidden", "unmeasured"],
 )
 @pytest.mark.parametrize(
