@@ -82,6 +82,14 @@ def paste_edge(settings: PhotoInput, folder: Path, *, long: bool) -> tuple[Photo
     photo = load_photo(settings, folder)
     if photo.scale_uncertainty is None:
         raise InputError(f"{photo.file}: paste is measured by the scale of markers; give the table that was printed.")
+    if settings.markers is not None and settings.face_mm is not None:
+        width_mm, height_mm = settings.face_mm
+        for marker in settings.markers.markers:
+            if 0 < marker.x_mm < width_mm and 0 < marker.y_mm < height_mm:
+                raise InputError(
+                    f"{photo.file}: face_mm is {width_mm:g} x {height_mm:g}, and marker {marker.id} of the table lies "
+                    f"in it, at {marker.x_mm:g}, {marker.y_mm:g} mm: give the opening's size, as the table's first line."
+                )
     inside = _opening(photo)
     light = _levelled(photo.brightness, inside)
     rough = _rough(light, inside, photo.file, long)

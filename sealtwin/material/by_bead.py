@@ -26,6 +26,7 @@ SHORTEST = 4.0  # Length as laid over the root of the section, below which the e
 SOURCES = ("density", "mass", "scale", "edge", "surface tension", "law", "section", "speed")
 END = 0.1  # Standard uncertainty of where the nozzle began to give, over the bead's width: ends spread as they like
 BINS = 40  # Of the distance to the edge
+MISTYPED = 5.0  # Flow given over flow asked, either way, from which one of them is in another unit
 BESIDE = 0.5  # Largest distance of the mark from the bead's line, over its width
 BEAD_NOT_FOR = (
     *NOT_FOR,
@@ -126,6 +127,11 @@ def identify(laid: LaidBead, bead: BeadOutline) -> BeadEstimate:
             f"the bead spread to {bead.width_mm:.0f} mm, as far as surface tension lets water: it has no yield stress "
             "that a bead shows. Check mass and density, or take a thicker paste."
         )
+    if not 1 / MISTYPED < flow / laid.asked_mm3_s < MISTYPED:
+        raise InputError(
+            f"the bead shows {flow:.3g} mm³/s, and --asked-mm3-s is {laid.asked_mm3_s:g}: no pump is off by a "
+            f"factor of {MISTYPED:g}. Check units of flow (mm³/s), mass (g), density (kg/m³) and speed (mm/s)."
+        )
     parts = {name: float(told(name)[0].std()) for name in SOURCES[:-2]}
     return BeadEstimate(
         Known.of(stress, np.maximum(drawn[0], 0.0)),
@@ -168,6 +174,13 @@ def material_of_bead(
     photo: PhotoInput, folder: Path, laid: LaidBead, day: date
 ) -> tuple[Material, BeadEstimate, BeadOutline]:
     """Measure a bead in a photo and return its paste. Raises InputError for what cannot be measured."""
+    if (start := laid.start_mm) is not None and photo.face_mm is not None:
+        for name, place, side in zip("xy", start, photo.face_mm, strict=True):
+            if not 0 <= place <= side:
+                raise InputError(
+                    f"--start-mm {start[0]:g},{start[1]:g}: {name} is outside the sheet's opening of "
+                    f"{photo.face_mm[0]:g} x {photo.face_mm[1]:g} mm: give mm from its lower left corner."
+                )
     bead = measure_bead(photo, folder)
     found = identify(laid, bead)
     parts = ", ".join(f"{name} {value:.2g}" for name, value in found.parts_pa.items())

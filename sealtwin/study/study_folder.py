@@ -15,6 +15,7 @@ from typing import Any, Literal
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.trial.trial_file import Trial
+from validate.wording.headline import kept_volume
 
 PLAN, OUTCOME, PROFILE = "plan.json", "outcome.json", "profile.csv"
 LEDGER = "ledger.sqlite"  # The database in which earlier versions kept plan and outcomes
@@ -50,6 +51,12 @@ class StudyRun:
     def fast(self) -> bool:
         """True for a run of the fast model."""
         return self.trial["solver"].get("model") == "slot"
+
+    @property
+    def ranked(self) -> bool:
+        """True where its result counts: its volume was kept, and the fast model, if that made it, is fit for it."""
+        figures = self.figures or {}
+        return kept_volume(figures.get("volume_ratio", 1.0)) and not figures.get("unfit")
 
     @property
     def checked_trial(self) -> Trial:

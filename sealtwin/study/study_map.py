@@ -24,6 +24,7 @@ from sealtwin.trial.simulate_stage import HEALTH, read_health
 from sealtwin.trial.trial_file import Trial
 from validate.settings import Readings
 from validate.study_figures.chart import (
+    UNFIT,
     VOLUME_OFF,
     Chart,
     Excluded,
@@ -38,7 +39,6 @@ from validate.study_figures.chart import (
 from validate.study_figures.figure_sheet import FigureSheet, write_sheet_of_figures
 from validate.study_figures.map_figures import Fill, Watched
 from validate.study_figures.map_sheet import map_sheet
-from validate.wording.headline import kept_volume
 
 MAP = "map"  # Default folder of the map in the study's
 PAGE, CONTENT = "map.html", "map.json"
@@ -74,7 +74,7 @@ def map_study(
 
     Runs are compared with the sheet ``caliper``, whose origin is ``data``; None: the one that the study's trial names.
     Chosen runs are computed once more on ``device``, to draw how they fill the crack; None: they are not. Runs whose
-    volume is off by over 5 % are left out, unless ``any_volume`` is true.
+    volume is off by over 5 %, and those that the fast model is unfit for, are left out, unless ``any_volume`` is true.
 
     Raises:
         InputError: There is no study, or one that cannot be mapped; or the readings cannot be read.
@@ -85,13 +85,12 @@ def map_study(
     if len(done) < FEWEST:
         raise InputError(f"{folder}: {len(done)} of {len(plan.runs)} runs are done; a map needs {FEWEST}.")
     # A run without figures is not as it was left, which is said when it is read.
-    kept = [
-        run for run in done.values() if any_volume or run.figures is None or kept_volume(run.figures["volume_ratio"])
-    ]
+    kept = [run for run in done.values() if any_volume or run.ranked]
     if len(kept) < FEWEST:
         raise InputError(
-            f"{folder}: {len(kept)} of {len(done)} runs that are done kept their volume within 5 %; a map needs "
-            f"{FEWEST}. Finer particles or more substeps keep it; --any-volume maps all of them."
+            f"{folder}: {len(kept)} of {len(done)} runs that are done kept their volume within 5 % and are inside the "
+            f"fast model's domain, if it made them; a map needs {FEWEST}. Finer particles or more substeps keep the "
+            "volume; --any-volume maps all of them."
         )
     chart = chart_of(folder, kept, plan, caliper, data)
     fills: list[Fill] = []
@@ -208,7 +207,8 @@ def chart_of(
 
 def _excluded(run: StudyRun) -> Excluded:
     if run.state == "done" and run.figures is not None:
-        return Excluded(run.number, run.settings, VOLUME_OFF, run.figures["volume_ratio"])
+        reason = UNFIT if run.figures.get("unfit") else VOLUME_OFF
+        return Excluded(run.number, run.settings, reason, run.figures["volume_ratio"])
     return Excluded(run.number, run.settings, run.reason or NOT_DONE)
 
 

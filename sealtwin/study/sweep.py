@@ -252,11 +252,11 @@ def _holder(folder: Path) -> str | None:
 
 
 def _best(runs: Sequence[study_folder.StudyRun]) -> dict[str, Any] | None:
-    """The run whose surface is nearest to the readings, of those that kept their volume; None where there are none."""
+    """The run whose surface is nearest to the readings, of those whose result counts; None where there are none."""
     compared = [
         (figures["mean_error_mm"], run, figures)
         for run in runs
-        if (figures := run.figures or {}).get("mean_error_mm") is not None and kept_volume(figures["volume_ratio"])
+        if (figures := run.figures or {}).get("mean_error_mm") is not None and run.ranked
     ]
     if not compared:
         return None
@@ -282,7 +282,8 @@ def screening(runs: Sequence[study_folder.StudyRun]) -> str:
     if not (fast := [run for run in runs if run.fast]):
         return ""
     unfit = sum(bool((run.figures or {}).get("unfit")) for run in fast)
-    return f"{_of_fast(len(fast), len(runs))}, for screening: no level rests on it alone. It is unfit for {unfit}."
+    told = f"{unfit}, which are in no ranking" if unfit else "none"
+    return f"{_of_fast(len(fast), len(runs))}, for screening: no level rests on it alone. It is unfit for {told}."
 
 
 def _of_fast(fast: int, runs: int) -> str:

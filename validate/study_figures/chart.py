@@ -24,6 +24,7 @@ both tails of 95 %.
 """
 FARTHEST_NEAR = 4 / 3  # Largest ratio of the mean error of a run that is as near as the best one to that one's
 REPEATED = "seed"  # Setting of replicates, which is no axis
+UNFIT = "the fast model is unfit for it, which bars it from every ranking"
 VOLUME_OFF = "its volume is off by over 5 %, which bars it from every ranking"
 
 
@@ -223,6 +224,8 @@ class Chart:
     @property
     def flatness(self) -> str:
         """Statement about the pairs as near as the nearest one."""
+        if self.replicates is None and self.screening:
+            return "The fast model's runs do not scatter; how far particles would be from them is not known here."
         if self.replicates is None:
             return (
                 "No pair was run again with another seed: how far single runs scatter is not known, and no other pair "

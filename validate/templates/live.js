@@ -203,7 +203,7 @@
     },
     trial: () => {
       const href = `data:application/toml;charset=utf-8,${encodeURIComponent(trial_text())}`;
-      Object.assign(document.createElement("a"), { href, download: "trial.toml" }).click();
+      Object.assign(document.createElement("a"), { href, download: "trial-changed.toml" }).click();
     },
   };
   for (const button of stage.querySelectorAll("button")) button.addEventListener("click", buttons[button.value]);

@@ -88,6 +88,7 @@ def test_the_marks_distance_is_the_pumps_delay(bead):
         ({"start_mm": (35.0, 30.0)}, r"--start-mm 35,30 is no start of the bead, which begins -\d\.\d mm"),
         ({"mass_g": 8.0}, r"39 mm of 120 mm² were laid, 3\.6 times the section's root, need 4"),
         ({"mass_g": 1.0}, "spread to 16 mm, as far as surface tension lets water"),
+        ({"asked_mm3_s": 4.0}, "--asked-mm3-s is 4: no pump is off by a factor of 5"),
         ({"density_error_kg_m3": 900.0}, "as uncertain as they are large"),
     ],
 )
@@ -129,6 +130,22 @@ def test_the_documented_command_makes_a_material_and_a_row_that_a_cell_takes(tmp
     (tmp_path / "pump.csv").write_text("\n".join([",".join(row), *lines]), encoding="utf-8")
     table = read_pump(Pump(file=Path("pump.csv"), density_kg_m3=kept.density_kg_m3), tmp_path)
     assert table.given_mm3_s[0] == pytest.approx(told["flow_mm3_s"], rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["--start-mm", "200,30"], "--start-mm 200,30: x is outside the sheet's opening of 90 x 60 mm"),
+        (["--face-mm", "150x150"], "--face-mm is 150 x 150, and marker"),
+    ],
+)
+def test_what_contradicts_the_sheet_is_refused(tmp_path, monkeypatch, words, says):
+    monkeypatch.chdir(tmp_path)
+    PHOTO.write(tmp_path / "bead.jpg")
+    write_sheet_table(tmp_path / "narrow.toml", BEAD_FACE_MM)
+    answer = CliRunner().invoke(app, [*documented(), *words])
+    assert answer.exit_code == 3
+    assert says in answer.stderr
 
 
 @pytest.mark.parametrize(

@@ -16,6 +16,7 @@ from validate.study_figures.map_sheet import map_sheet
 FAST = """
 [fixed]
 "solver.model" = "slot"
+"solver.settle_s" = 1.0
 "fluid.freeze_after_s" = "never"
 
 [grid]
@@ -35,10 +36,13 @@ def test_a_study_of_the_fast_model_is_named_wherever_it_is_shown(tmp_path):
     # The stiff pastes stack under the nozzle.
     assert ["slope" in row["unfit"] for row in rows] == [False, True, False, True]
     assert swept["screening"].startswith("4 of 4 runs are the fast model's, for screening")
-    assert "It is unfit for 2." in swept["screening"]
+    assert "It is unfit for 2, which are in no ranking." in swept["screening"]
     assert swept["screening"] in swept_lines(swept)
     plan = read_plan(out)
-    chart = chart_of(out, plan.runs, plan)
+    assert [run.ranked for run in plan.runs] == [True, False, True, False]
+    chart = chart_of(out, [run for run in plan.runs if run.ranked], plan)
+    assert {(run.number, "fast model" in run.reason) for run in chart.excluded} == {(2, True), (4, True)}
+    assert "do not scatter" in chart.flatness
     assert map_sheet(chart, []).cautions[0] == swept["screening"]
 
 
