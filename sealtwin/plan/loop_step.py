@@ -89,12 +89,6 @@ class LoopState:
     def start(cls, model: LoopModel) -> "LoopState":
         return cls(commands=tuple(model.nominal.tolist()), left_mm2=(0.0,) * len(model.sections.s_mm))
 
-    @classmethod
-    def read(cls, content: dict[str, Any]) -> "LoopState":
-        """Return a state from the JSON of ``asdict``."""
-        as_tuples: dict[str, Any] = {key: tuple(it) if isinstance(it, list) else it for key, it in content.items()}
-        return cls(**as_tuples)
-
 
 @dataclass(frozen=True)
 class RemainingPlan:

@@ -81,7 +81,8 @@ def test_a_step_has_no_memory_but_its_state(tmp_path):
     t_s = OWN.t_s[0] + 6.0
     seen, start = frame(t_s, passes().nominal, 0.9), LoopState.start(model())
     first = step(model(), start, t_s, seen)
-    other = step(read_model(tmp_path / "loop.json"), LoopState.read(json.loads(json.dumps(asdict(start)))), t_s, seen)
+    kept = json.loads(json.dumps(asdict(start)))
+    other = step(read_model(tmp_path / "loop.json"), LoopState(**kept), t_s, seen)
     assert first[0].flow == pytest.approx(other[0].flow, rel=1e-9)
     assert first[1].flow_mm3_s == pytest.approx(other[1].flow_mm3_s, rel=1e-6)
 

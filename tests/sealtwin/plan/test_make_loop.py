@@ -49,7 +49,7 @@ def by_fast_model() -> Emulated:
         frame = LevelFrame(t_s, tuple(it.s_mm.tolist()), tuple(level_mm.tolist())) if t_s % 4 else None
         state, plan = step(model(), state, t_s, frame)
         lines.append(as_line(t_s, frame, state, plan))
-    level = Profile(it.s_mm, level_mm, 0 * level_mm)
+    level = Profile(it.s_mm, np.zeros_like(it.s_mm))
     return Emulated(Misfit(12.4, 3.2, 0.5), Misfit(77.7, 0.0, -0.1), level, 1234.0, tuple(lines))
 
 
