@@ -42,7 +42,7 @@ from sealtwin.material.material_text import material_text
 from sealtwin.trial.starter_files import CELL
 from tests.lab_folder import DEFAULTS
 from tests.spreads import BEAD_FACE_MM, BeadPhoto, Blob, write_sheet_table
-from tests.studies import TRIAL, plannable_lab
+from tests.studies import TRIAL, tiny_lab
 
 LONGEST_S = 60
 MESHES = ("stl", "ply", "glb", "obj", "off")
@@ -316,21 +316,6 @@ def of_run_folder(case: Case) -> list[str]:
     return [*verb, "--quiet"] if verb[0] != "compare" else verb
 
 
-def of_plan(case: Case) -> list[str]:
-    """A plan whose particle runs are done, or the loop of it."""
-    read = {"faults.toml": reworded, "plan.json": rekeyed, "trial.toml": reworded, "loop.json": rekeyed}
-    name = case.chance.choice(("planned.toml", "planned.toml", "cell.toml", "draws.csv", *read, "loop-1.jsonl"))
-    if name == "loop-1.jsonl":
-        case.damage(f"plan/{name}", flipped)
-    elif name in read:
-        case.damage(name if name == "faults.toml" else f"plan/{name}", read[name])
-        return ["loop", "plan", "--emulate", "faults.toml", "--quiet"]
-    else:
-        case.damage(name, reworded)
-    return PLAN if case.sound or name != "loop-1.jsonl" else ["loop", "plan", "--replay", "plan/loop-1.jsonl"]
-
-
-PLAN = shlex.split("plan planned.toml --cell cell.toml --out plan --device cpu --quiet --verify 1 --seeds 1 --knots 3")
 SPREAD = {"--face-mm": "150x150", "--mass-g": "30", "--density-kg-m3": "1690", "--date": "2026-11-21"}
 """Options of a flat heap, which no slump is replayed for."""
 BEAD = {
@@ -353,15 +338,14 @@ KINDS: dict[str, Callable[[Case], list[str]]] = {
     "spread": of_spread,
     "bead": of_bead,
     "fill": of_fill,
-    "plan": of_plan,
 }
 
 
-def sound_lab(folder: Path, planned: bool) -> None:
+def sound_lab(folder: Path) -> None:
     """Write a small lab with a finished run, which no case changes: each takes a copy."""
     import trimesh
 
-    plannable_lab(folder)
+    tiny_lab(folder)
     drawing = ezdxf.filemanagement.new(units=units.MM)
     edge = [(0, 0), (20, 1), (40, 0), (40, 3), (20, 4), (0, 3)]
     drawing.modelspace().add_lwpolyline(edge, close=True, dxfattribs={"layer": "OUTLINE"})
@@ -378,13 +362,10 @@ def sound_lab(folder: Path, planned: bool) -> None:
     for name, own in (("crack.png", "P01.png"), ("readings.csv", "P01.csv")):
         shutil.copy(folder / name, photos / own)
     (photos / "lab.toml").write_text(DEFAULTS.replace("[crack]", "[crack]\ndepth_mm = 8.0"))
-    lines = [["run", "trial.toml", "--out", "run", "--device", "cpu", "--quiet"]]
-    lines += [PLAN, ["loop", "plan", "--emulate", "faults.toml", "--quiet"]] if planned else []
     with chdir(folder):
-        for line in lines:
-            answer = CliRunner().invoke(app, line)
-            if answer.exit_code:
-                raise RuntimeError(answer.output)
+        answer = CliRunner().invoke(app, ["run", "trial.toml", "--out", "run", "--device", "cpu", "--quiet"])
+        if answer.exit_code:
+            raise RuntimeError(answer.output)
     shutil.copytree(folder / "run", folder / "twin")
     mesh = trimesh.load_mesh(folder / "run" / "crack.stl")
     # As it is, the crack is shorter than the trims of a path.
@@ -470,7 +451,7 @@ def fuzz(cases: int, seed: int, kinds: list[str], keep: Path | None) -> dict[str
     outcomes = {kind: Counter[str]() for kind in kinds}
     with tempfile.TemporaryDirectory(prefix="sealtwin-fuzz-") as home:
         sound = Path(home) / "sound"
-        sound_lab(sound, planned="plan" in kinds)
+        sound_lab(sound)
         for kind in kinds:
             outcome, told = judged(kind, AS_IT_IS, seed, sound, Path(home) / kind)
             if outcome != "accepted":
