@@ -102,9 +102,9 @@ def loop_rows(folder: Path, found: Planned, verifier: Verifier) -> list[Row]:
     physics = own.fluid, own.solver.model_copy(update={"volume_factor": factor}), own.nozzle
     tables = folder / "loop.json"
     if not tables.is_file():
-        reference = by_particles(case, passes, physics, most_mm3_s=FLOW_MAX_MM3_S, seed=100)
-        how: dict[str, Any] = {"first_margin_mm": FIRST_MARGIN_MM, "most_mm3_s": FLOW_MAX_MM3_S}
-        write_model(tables, make_model(case, passes, reference, **how, progress=PlainProgress()), "")
+        how: dict[str, Any] = {"most_mm3_s": FLOW_MAX_MM3_S, "progress": verifier.progress}
+        reference = by_particles(case, passes, physics, seed=100, **how)
+        write_model(tables, make_model(case, passes, reference, first_margin_mm=FIRST_MARGIN_MM, **how), "")
     model = read_model(tables)
     rows = [Row("loop tables off the fast model, 20 % off", model.linear_off_mm, "mm"), *update_rows(model)]
     totals, overs = [], []

@@ -6,6 +6,7 @@ from pathlib import Path
 from sealtwin.core.progress import Progress
 from sealtwin.study.runner import Computing, compute
 from sealtwin.study.study_folder import profile_path, read_plan
+from sealtwin.trial.starter_files import CELL
 from tests.pictures import mortar, with_crack, write_png
 
 TRIAL = """
@@ -60,6 +61,20 @@ def tiny_lab(folder: Path, varies: str = GRID) -> Path:
     study = folder / "study.toml"
     study.write_text(f'name = "tiny"\ntrial = "trial.toml"\n{varies}', encoding="utf-8")
     return study
+
+
+def plannable_lab(folder: Path) -> Path:
+    """A trial of that crack which can be planned, with a cell, draws of its sealant and faults of its pour."""
+    tiny_lab(folder)
+    aged, fluid = "U = 30.0\nD_cm = 0.3\nfreeze_after_s = 0.2", "viscosity_pa_s = 1\nyield_stress_pa = 5"
+    trial = TRIAL.split("[readings]")[0].replace(aged, f'{fluid}\nfreeze_after_s = "never"')
+    trial = trial.replace("volume_ml = 0.08\nspeed_mm_s = 20", 'volume_ml = "cavity"\nspeed_mm_s = 8')
+    (folder / "planned.toml").write_text(trial.replace("substeps = 2", "substeps = 2\nsettle_s = 0.5"))
+    (folder / "cell.toml").write_text(CELL.replace("{file}", "cell.toml"))
+    (folder / "draws.csv").write_text("fluid.yield_stress_pa,fluid.viscosity_pa_s\n4,1\n6,1.2\n5,0.9\n")
+    faults = "flow_factor = 0.8\nnoise_mm = 0.1\nlatency_s = 0.1\nlost_share = 0.2\nperiod_s = 0.25\nblind_mm = 2\n"
+    (folder / "faults.toml").write_text(faults)
+    return folder
 
 
 def compute_here(out: Path, *, batch: int = 1, keep_runs: bool = False) -> None:

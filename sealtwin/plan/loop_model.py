@@ -99,7 +99,7 @@ def make_model(
     steps: int = STEPS,
 ) -> LoopModel:
     """Make the tables: one nominal pour, as ``by_particles`` does it, and one of the fast model for each command."""
-    progress.start("Tables of the loop", 2 * FIRST + AGAIN + 3 + TRIED)
+    progress.start("Tables of the loop, fast model", 2 * FIRST + AGAIN + 3 + TRIED)
     end_s = passes.motion.t_s[-1] + case.settle_s
     moments = np.append(np.arange(passes.motion.t_s[0], end_s, MOMENT_S), end_s)
     done = itertools.count(1)
@@ -145,7 +145,13 @@ def make_model(
 
 
 def by_particles(
-    case: Case, passes: TwoPasses, physics: tuple[Fluid, Solver, Nozzle], *, most_mm3_s: float, seed: int
+    case: Case,
+    passes: TwoPasses,
+    physics: tuple[Fluid, Solver, Nozzle],
+    *,
+    most_mm3_s: float,
+    seed: int,
+    progress: Progress,
 ) -> Reference:
     """Return the reference by particles, with the nominal commands."""
 
@@ -153,10 +159,12 @@ def by_particles(
         how: dict[str, Any] = {"most_mm3_s": most_mm3_s, "seed": seed, "slope": case.slope}
         pour = SteeredPour(case.solid, case.outline, passes.motion, *physics, **how)
         rows = []
+        progress.start("Tables of the loop, particles", len(moments))
         for moment_s in moments:
             pour.advance(float(moment_s), lambda t_s: passes.flow_at(t_s, passes.nominal))
             level = pour.level()
             rows.append(areas_of(sections, level.s_mm, level.level_mm))
+            progress.advance(len(rows))
         return np.array(rows)
 
     return reference

@@ -89,12 +89,6 @@ class LoopState:
     def start(cls, model: LoopModel) -> "LoopState":
         return cls(commands=tuple(model.nominal.tolist()), left_mm2=(0.0,) * len(model.sections.s_mm))
 
-    @classmethod
-    def read(cls, content: dict[str, Any]) -> "LoopState":
-        """Return a state from the JSON of ``asdict``."""
-        as_tuples: dict[str, Any] = {key: tuple(it) if isinstance(it, list) else it for key, it in content.items()}
-        return cls(**as_tuples)
-
 
 @dataclass(frozen=True)
 class RemainingPlan:
@@ -103,7 +97,7 @@ class RemainingPlan:
     begin_s: tuple[float, ...]
     end_s: tuple[float, ...]
     flow_mm3_s: tuple[float, ...]
-    said: str  # What was done, in words: corrected, open loop or stopped
+    said: str  # What was done, in words: corrected, as before, open loop or stopped
 
 
 def step(model: LoopModel, state: LoopState, t_s: float, level: LevelFrame | None) -> tuple[LoopState, RemainingPlan]:
@@ -132,7 +126,7 @@ def step(model: LoopModel, state: LoopState, t_s: float, level: LevelFrame | Non
     """
     if len(state.commands) != len(model.nominal):
         raise ValueError(f"a state of {len(state.commands)} commands, and a model of {len(model.nominal)}")
-    said = "corrected"
+    said = "as before: no new level"
     if level is not None and level.t_s > state.level_s and not state.stopped:
         state = _estimated(model, state, level)
     if state.stopped:
@@ -141,7 +135,7 @@ def step(model: LoopModel, state: LoopState, t_s: float, level: LevelFrame | Non
     elif t_s - state.level_s > OPEN_AFTER_S:
         said = f"open loop: no level for {t_s - state.level_s:.1f} s"
     elif level is not None:
-        state = _corrected(model, state, t_s)
+        state, said = _corrected(model, state, t_s), "corrected"
     ahead = model.edge_s[:, 0] >= t_s
     begin_s, end_s = (tuple(column.tolist()) for column in model.edge_s[ahead].T)
     flow = np.array(state.commands)[ahead] * model.base_mm3_s[ahead]

@@ -130,9 +130,9 @@ def _model(folder: Path, bench: Bench, trial: Trial, passes: TwoPasses, physics:
         return read_model(kept)
     most_mm3_s = 2 * float(passes.base_mm3_s.max())
     case = case_of(bench, trial, bench.trajectory)
-    reference = by_particles(case, passes, physics, most_mm3_s=most_mm3_s, seed=trial.seed + REFERENCE_SEED)
-    how: dict[str, Any] = {"first_margin_mm": FIRST_MARGIN_MM, "most_mm3_s": most_mm3_s, "progress": progress}
-    write_model(kept, make_model(case, passes, reference, **how), key)
+    how: dict[str, Any] = {"most_mm3_s": most_mm3_s, "progress": progress}
+    reference = by_particles(case, passes, physics, seed=trial.seed + REFERENCE_SEED, **how)
+    write_model(kept, make_model(case, passes, reference, first_margin_mm=FIRST_MARGIN_MM, **how), key)
     return read_model(kept)
 
 

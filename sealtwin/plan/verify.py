@@ -19,10 +19,11 @@ from sealtwin.study.runner import Bench, Computing, compute
 from sealtwin.study.study_file import with_settings
 from sealtwin.trial.job import stage_settings
 from sealtwin.trial.trial_file import Trial
-from simulate.settings import Solver
+from simulate.settings import Nozzle, Solver
 
-FINER = 0.01
-"""Share by which the particles of each further seed are smaller where one leaves at a time: they pack otherwise."""
+FINER, SIZES = 0.01, 20
+"""Share by which the particles of each further seed are smaller where one leaves at a time, and how many sizes there
+are."""
 
 
 @dataclass
@@ -47,7 +48,9 @@ class Verifier:
 
         bench, asked = self.bench, list[study_folder.StudyRun]()
         for said, path, seed in paths:
-            trial = self.trial.model_copy(update={"path": path, "seed": seed, "solver": self._solver(seed)})
+            again, width_mm = seed - self.trial.seed, bench.outline.mean_width_mm
+            solver = seeded(self.trial.solver, self.trial.nozzle, width_mm, again)
+            trial = self.trial.model_copy(update={"path": path, "seed": seed, "solver": solver})
             assert trial.fluid is not None, "checked before"
             check_fit(bench.outline, bench.solid, trial.fluid, trial.solver, trial.nozzle, trial.sample)
             trajectory = plan_trajectory(bench.outline, path, bench.solid.cavity_volume_mm3, bench.solid.sections)
@@ -78,14 +81,15 @@ class Verifier:
                 raise NumericalError(f"{self.folder}: the run of {run.settings['path']} failed: {run.reason}")
         return [record_files.read_profile(study_folder.run_path(self.folder, run.key)) for run in asked]
 
-    def _solver(self, seed: int) -> Solver:
-        """Return the solver of a seed. A seed turns each release, and one particle alone has no turn."""
-        from simulate.setup.release_schedule import pack_disc
 
-        solver, again = self.trial.solver.for_crack(self.bench.outline.mean_width_mm), seed - self.trial.seed
-        if again == 0 or len(pack_disc(self.trial.nozzle.diameter_mm / 2, solver.size_mm)) > 1:
-            return solver
-        return solver.model_copy(update={"radius_mm": round(solver.size_mm * (1 - FINER * again), 5)})
+def seeded(solver: Solver, nozzle: Nozzle, width_mm: float, again: int) -> Solver:
+    """Return the solver of a further seed: a seed turns each release, and one particle alone has no turn."""
+    from simulate.setup.release_schedule import pack_disc
+
+    solver = solver.for_crack(width_mm)
+    if again % SIZES == 0 or len(pack_disc(nozzle.diameter_mm / 2, solver.size_mm)) > 1:
+        return solver
+    return solver.model_copy(update={"radius_mm": round(solver.size_mm * (1 - FINER * (again % SIZES)), 5)})
 
 
 def constant_path(path: NozzlePath, fill: float) -> NozzlePath:

@@ -1,56 +1,15 @@
 """The step of the loop, where the fast model itself is reality: no particles, and every fault is known."""
 
 import json
-from dataclasses import asdict, replace
-from functools import cache
-from typing import Any
+from dataclasses import asdict
 
 import numpy as np
 import pytest
 
-from digitise.settings import CrackShape, NozzlePath
-from digitise.solid.build_solid import build_solid
-from digitise.trajectory import plan_trajectory
-from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats
-from sealtwin.plan.loop_model import TwoPasses, make_model, read_model, thickened, two_passes, write_model
-from sealtwin.plan.loop_step import LevelFrame, LoopModel, LoopState, RemainingPlan, step
-from sealtwin.plan.search import Case
-from sealtwin.plan.shape import Knots
-from simulate.slot.flux import HerschelBulkley
-from simulate.slot.sections import Trapezoids
-from tests.shapes import straight_slot
-
-OUTLINE = straight_slot(40.0, 4.0)
-SOLID = build_solid(OUTLINE, CrackShape(depth_mm=10.0, tilt="vertical"))
-OWN = plan_trajectory(OUTLINE, NozzlePath(trim_mm=3.0, speed_mm_s=3.0), SOLID.cavity_volume_mm3)
-CASE = Case(SOLID, OUTLINE, HerschelBulkley(1690, 5.0, 1.0), 2.4, 2.0)
-CELLS, STEPS = 20, 60
-FLOWS = (221.0, 132.0, 125.0, 61.0, 18.0)
-"""Flow at knots of a plan that the fast model finds for this slot at 3 mm/s, rounded."""
-
-
-@cache
-def passes() -> TwoPasses:
-    plan = np.concatenate([np.log(FLOWS), np.full(len(FLOWS), np.log(3.0)), [1.8, 0.2]])
-    return two_passes(Knots(OWN, len(FLOWS)).trajectory(plan), 6.0, 0.95)
-
-
-def areas(commands: Floats, moments: Floats, thicker: float = 0.0) -> Floats:
-    rows: list[tuple[float, Floats]] = []
-    case = replace(CASE, paste=thickened(CASE.paste, thicker))
-    case.fill(passes().with_flow(commands), CELLS, STEPS, lambda t_s, mm2: rows.append((t_s, mm2.copy())))
-    t_s, table = np.array([row[0] for row in rows]), np.array([row[1] for row in rows])
-    return np.column_stack([np.interp(moments, t_s, column, left=0.0) for column in table.T])
-
-
-@cache
-def model() -> LoopModel:
-    def reference(_: Trapezoids, moments: Floats) -> Floats:
-        return areas(passes().nominal, moments)
-
-    how: dict[str, Any] = {"first_margin_mm": 0.5, "most_mm3_s": 600.0, "cells": CELLS, "steps": STEPS}
-    return make_model(CASE, passes(), reference, **how, progress=Progress())
+from sealtwin.plan.loop_model import read_model, write_model
+from sealtwin.plan.loop_step import LevelFrame, LoopState, RemainingPlan, step
+from tests.planned_slot import OWN, areas, model, passes
 
 
 def frame(t_s: float, commands: Floats, flow: float, thicker: float = 0.0) -> LevelFrame:
@@ -122,7 +81,8 @@ def test_a_step_has_no_memory_but_its_state(tmp_path):
     t_s = OWN.t_s[0] + 6.0
     seen, start = frame(t_s, passes().nominal, 0.9), LoopState.start(model())
     first = step(model(), start, t_s, seen)
-    other = step(read_model(tmp_path / "loop.json"), LoopState.read(json.loads(json.dumps(asdict(start)))), t_s, seen)
+    kept = json.loads(json.dumps(asdict(start)))
+    other = step(read_model(tmp_path / "loop.json"), LoopState(**kept), t_s, seen)
     assert first[0].flow == pytest.approx(other[0].flow, rel=1e-9)
     assert first[1].flow_mm3_s == pytest.approx(other[1].flow_mm3_s, rel=1e-6)
 

@@ -1,0 +1,169 @@
+"""An emulated pour by coarse particles, its page and the replay of its log; and both commands on a tiny trial."""
+
+import json
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from digitise.settings import CrackShape
+from sealtwin.cli.app import app
+from sealtwin.core import files
+from sealtwin.core.errors import InputError, NumericalError
+from sealtwin.core.records import Profile
+from sealtwin.plan.emulation import Emulated, Faults, emulate
+from sealtwin.plan.judged import Misfit
+from sealtwin.plan.loop_model import write_model
+from sealtwin.plan.loop_page import write_loop_page
+from sealtwin.plan.loop_step import LevelFrame, LoopState, as_line, step
+from sealtwin.plan.make_loop import TABLES, replay
+from sealtwin.plan.verify import seeded
+from simulate.settings import LEVEL, Fluid, Nozzle, Solver
+from tests.planned_slot import OUTLINE, areas, model, passes
+from tests.studies import plannable_lab
+
+FAULTS = Faults(flow_factor=0.7, noise_mm=0.1, latency_s=0.3, lost_share=0.2)
+PHYSICS = (
+    Fluid(viscosity_pa_s=1.0, yield_stress_pa=5.0, freeze_after_s="never"),
+    Solver(radius_mm=0.95, settle_s=0.5, volume_factor=1.05),
+    Nozzle(diameter_mm=2.4),
+)
+
+
+@cache
+def poured() -> Emulated:
+    shape = CrackShape(depth_mm=10.0, tilt="vertical")
+    return emulate(model(), passes(), OUTLINE, shape, PHYSICS, FAULTS, seed=1, slope=LEVEL)
+
+
+@cache
+def by_fast_model() -> Emulated:
+    """Return such a pour with the fast model as reality, of which three levels in four arrive."""
+    state, lines, it = LoopState.start(model()), [], model().sections
+    for t_s in np.arange(4.0, passes().motion.t_s[-1], 1.0).tolist():
+        filled = areas(0.9 * np.array(state.commands), np.array([t_s]))[0]
+        level_mm = it.bottom_mm + it.height_mm(filled)
+        frame = LevelFrame(t_s, tuple(it.s_mm.tolist()), tuple(level_mm.tolist())) if t_s % 4 else None
+        state, plan = step(model(), state, t_s, frame)
+        lines.append(as_line(t_s, frame, state, plan))
+    level = Profile(it.s_mm, np.zeros_like(it.s_mm))
+    return Emulated(Misfit(12.4, 3.2, 0.5), Misfit(77.7, 0.0, -0.1), level, 1234.0, tuple(lines))
+
+
+def log_of(folder: Path) -> Path:
+    """Write tables and log as ``run_loop`` does."""
+    write_model(folder / TABLES, model(), "")
+    head = {"version": 1, "tables_sha256": files.sha256(folder / TABLES)}
+    log = folder / "loop-1.jsonl"
+    log.write_text("".join(f"{json.dumps(line)}\n" for line in (head, *by_fast_model().lines)))
+    return log
+
+
+@pytest.mark.slow
+def test_a_pump_that_gives_less_is_made_good_in_particles():
+    """Uncorrected, 0.7 of the plan's 1,470 mm3 are given."""
+    it, planned_mm3 = poured(), passes().with_flow(passes().nominal).dispensed_mm3
+    assert it.given_mm3 > 0.85 * planned_mm3
+    assert it.misfit.under_mm3 < 0.7 * it.after_first.under_mm3
+    assert it.lines[-1]["state"]["flow"] == pytest.approx(0.7, abs=0.15)
+
+
+@pytest.mark.slow
+def test_a_sensor_loses_levels_is_late_and_does_not_see_the_nozzle():
+    lines = poured().lines
+    frames = [line["level"] for line in lines if line["level"] is not None]
+    assert 0 < len(frames) < len(lines)
+    for line in lines:
+        if (level := line["level"]) is not None:
+            assert level["t_s"] == pytest.approx(line["t_s"] - 0.3, abs=0.05)
+            at_mm = np.interp(level["t_s"], passes().motion.t_s, passes().motion.s_mm)
+            assert np.abs(np.array(level["s_mm"]) - at_mm).min() > 6
+        else:
+            assert line["plan"]["said"] != "corrected"
+
+
+def test_a_seed_changes_particles_that_leave_one_at_a_time():
+    """One particle has no turn, so that its size changes; where several leave, their turn does."""
+    solver, nozzle = PHYSICS[1:]
+    sizes = [seeded(solver, nozzle, 4.0, again).size_mm for again in (0, 1, 2, 100)]
+    assert sizes == pytest.approx([0.95, 0.9405, 0.931, 0.95])
+    assert seeded(solver, Nozzle(diameter_mm=6.0), 4.0, 1) == solver
+
+
+def test_the_page_has_the_numbers_of_its_pour(tmp_path):
+    content: dict[str, Any] = {
+        "under_mm3": 12.4,
+        "over_mm3": 3.2,
+        "after_first_pass_mm3": 77.7,
+        "updates": 5,
+        "given_mm3": 1234.0,
+    }
+    content |= {"tables_off_mm": 0.2, "stopped": "flow <b>0.1</b>"}
+    write_loop_page(tmp_path / "loop.html", by_fast_model(), content)
+    page = (tmp_path / "loop.html").read_text()
+    for said in ("EMULATED", "12 mm3", "78 mm3", "1.23 ml", "flow &lt;b&gt;0.1"):
+        assert said in page
+    rows = (tmp_path / "figures" / "estimates.csv").read_text().splitlines()
+    assert len(rows) == len(by_fast_model().lines) + 1
+
+
+def test_a_log_is_answered_alike(tmp_path):
+    assert replay(tmp_path, log_of(tmp_path)) == len(by_fast_model().lines) > 10
+
+
+def test_another_answer_is_named_by_its_line(tmp_path):
+    log = log_of(tmp_path)
+    lines = log.read_text().splitlines()
+    third = json.loads(lines[2])
+    third["state"]["flow"] += 0.01
+    log.write_text("\n".join([*lines[:2], json.dumps(third), *lines[3:]]))
+    with pytest.raises(NumericalError, match=r"loop-1\.jsonl, line 3"):
+        replay(tmp_path, log)
+
+
+@pytest.mark.parametrize(
+    ("damage", "named"),
+    [
+        (lambda text: text.replace("{", "", 1), "line 1"),
+        (lambda text: text.replace('"t_s"', '"t"'), "loop-1.jsonl"),
+        (lambda text: text.replace('tables_sha256": "', 'tables_sha256": "0'), TABLES),
+        (lambda text: "", "loop-1.jsonl"),
+        (lambda text: text + "[1]\n", "loop-1.jsonl"),
+    ],
+)
+def test_a_log_that_is_damaged_or_of_another_plan_is_refused(tmp_path, damage, named):
+    log = log_of(tmp_path)
+    log.write_text(damage(log.read_text()))
+    with pytest.raises(InputError) as refused:
+        replay(tmp_path, log)
+    assert named in str(refused.value)
+
+
+@pytest.mark.slow
+def test_plan_and_loop_of_a_tiny_trial(tmp_path):
+    lab, out = plannable_lab(tmp_path), tmp_path / "out"
+
+    def called(*words: object) -> dict:
+        answer = CliRunner().invoke(app, [*map(str, words), "--json", "--quiet"])
+        assert answer.exit_code == 0, answer.output
+        return json.loads(answer.stdout)
+
+    given = ("--cell", lab / "cell.toml", "--posterior", lab / "draws.csv", "--device", "cpu", "--out", out)
+    planned = called("plan", lab / "planned.toml", *given, "--verify", 1, "--seeds", 2, "--knots", 3)
+    assert planned["total_mm3"] <= min(one["total_mm3"] for one in planned["baselines"].values())
+    assert planned["chances"]["draws"] == 3
+    assert planned["seeds"][0] != planned["seeds"][1]
+    path = files.read_table(out / "plan.csv", ("t_s", "speed_mm_s"))
+    # Twice the trial's speed at most; the cell would allow more.
+    assert 0 < path[:, 1].max() <= 16.01
+    emulated = called("loop", out, "--emulate", lab / "faults.toml")
+    assert emulated["data"] == "EMULATED"
+    assert called("loop", out, "--replay", out / emulated["log"])["steps"] == emulated["updates"] > 5
+    assert "EMULATED" in (out / "loop.html").read_text()
+    left = called("loop", out, "--emulate", lab / "faults.toml", "--uncorrected")
+    assert left["updates"] == 0
+    assert left["given_mm3"] == pytest.approx(0.8 * 0.93 * planned["sealant_mm3"], rel=0.1)
+    assert left["given_mm3"] < emulated["given_mm3"]
