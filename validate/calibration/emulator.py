@@ -123,7 +123,7 @@ def _most_likely(points: Floats, score: Floats, relative: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class Scatter:
-    """What components leave of a run, and how the variance of a run's scatter depends on the settings."""
+    """Covariance of what components leave of a run, and the slopes of the scatter of runs over the settings."""
 
     rest_mm2: Floats  # (n, n) covariance of what components leave, in the middle
     middle: Floats  # (d,) of the runs' points
