@@ -290,6 +290,20 @@ def of_fill(case: Case) -> list[str]:
     return ["run", "filled.toml", "--out", "new", "--device", "cpu", "--quiet"]
 
 
+def of_calibrate(case: Case) -> list[str]:
+    """Damage trial, sheet or options of a calibration that is refused before any run: it holds its own trial out."""
+    chance, free = case.chance, ["fluid.U=3:300", "fluid.D_cm=0.03:0.3"]
+    if case.sound:
+        return ["calibrate", "--help"]
+    if chance.random() < 0.6:
+        case.damage(chance.choice(("trial.toml", "trial.toml", "readings.csv", "crack.png")), reworded)
+    else:
+        at, word = chance.randrange(2), chance.choice((*WORDS, *ODD))
+        free[at] = chance.choice((word, f"fluid.U={word}:3", f"{word}=1:3", f"fluid.U=1:{word}", f"{word}:3"))
+    options = [word for text in free for word in ("--free", text)]
+    return ["calibrate", "trial.toml", *options, "--hold-out", "twin.toml", "--out", "new", "--device", "cpu"]
+
+
 def of_spread(case: Case) -> list[str]:
     return _photographed(case, "spread", "spread.png", "frame.toml", SPREAD)
 
@@ -338,6 +352,7 @@ KINDS: dict[str, Callable[[Case], list[str]]] = {
     "spread": of_spread,
     "bead": of_bead,
     "fill": of_fill,
+    "calibrate": of_calibrate,
 }
 
 
@@ -353,6 +368,8 @@ def sound_lab(folder: Path) -> None:
     drawing.saveas(folder / "crack.dxf")
     (folder / "cell.toml").write_text(CELL.replace("{file}", "cell.toml"))
     (folder / "trial.toml").write_text(TRIAL + "\n[output]\nsnapshots_s = []\n")
+    # Beside trial.toml it is refused for its name, when both are read.
+    (folder / "twin.toml").write_text(TRIAL.replace("calibrated-on", "held-out"))
     _sound_paste_and_pump(folder)
     (folder / "fill.csv").write_text("mass_g,level_mm\n0.10,-4\n0.17,-2\n0.25,0\n")
     filled = TRIAL.replace('tilt = "vertical"', 'tilt = "flare"\nfill = "fill.csv"')

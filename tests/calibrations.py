@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sealtwin.calibrate.twin import Twin
+from sealtwin.calibration.twin import Twin
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats
 from sealtwin.study.sweep import SweepOptions

@@ -21,7 +21,7 @@ from sealtwin.cli.answer import (
 from sealtwin.cli.material import day_of
 from sealtwin.cli.numbers import count_option, read_number
 
-LEAST_BUDGET = 40  # That of sealtwin.calibrate; --help must not load it
+LEAST_BUDGET = 40  # That of sealtwin.calibration; --help must not load it
 
 
 def calibrate(
@@ -56,7 +56,7 @@ def calibrate(
     --hold-out other.toml
     """
     with answering(device, as_json, quiet) as command:
-        from sealtwin.calibrate.calibrate import calibrate as find
+        from sealtwin.calibration.calibrate import calibrate as find
         from sealtwin.core.cluster import cores
         from sealtwin.lab.held_out import facts_above, note_use
         from sealtwin.study.sweep import SweepOptions

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from sealtwin.core.records import Floats
-from validate.calibration.emulator import COMPONENTS, Emulator, most_components, rest_of
+from validate.calibration.emulator import COMPONENTS, Emulator, Scatter, most_components
 from validate.calibration.free import Free
 
 INFLATED = 1.2
@@ -41,11 +41,12 @@ class BasisReach:
     components: int
 
 
-def reach_of(levels_mm: Floats, evidence: ReadLevels) -> BasisReach:
+def reach_of(points: Floats, levels_mm: Floats, evidence: ReadLevels) -> BasisReach:
     """Project the readings on the components of runs, (r, n), as many as are needed and at most ``MOST_COMPONENTS``.
 
     A basis that is too small would otherwise pass for a model that is wrong (Salter et al. 2019, J. Am. Stat. Assoc.
-    114:1800). The limit is that of chi-square at ``POSSIBLE``.
+    114:1800). The limit is that of chi-square at ``POSSIBLE``, with the scatter of the run that scatters most: which
+    settings made the readings is not known here.
     """
     from scipy.stats import chi2
 
@@ -56,7 +57,9 @@ def reach_of(levels_mm: Floats, evidence: ReadLevels) -> BasisReach:
     fewest = min(COMPONENTS, most)
     reach = BasisReach(np.inf, 0.0, False, fewest)
     for kept in range(fewest, min(MOST_COMPONENTS, most) + 1):
-        covariance = INFLATED**2 * (evidence.covariance_mm2 + rest_of(levels_mm, kept))
+        scatter = Scatter.fitted(points, levels_mm, kept)
+        rest_mm2 = scatter.rest_mm2 * scatter.relative(points).max()
+        covariance = INFLATED**2 * (evidence.covariance_mm2 + rest_mm2)
         root = np.linalg.cholesky(covariance)
         off, shapes = np.linalg.solve(root, evidence.level_mm - mean_mm), np.linalg.solve(root, basis[:kept].T)
         left = off - shapes @ np.linalg.lstsq(shapes, off)[0]
@@ -75,20 +78,25 @@ class _Held:
     def __init__(self, emulator: Emulator, evidence: ReadLevels, discrepancy_mm: float) -> None:
         apart = (evidence.s_mm[:, None] - evidence.s_mm) / ALIKE_MM
         own_mm2 = discrepancy_mm**2 * np.exp(-(apart**2) / 2)
-        covariance = INFLATED**2 * (evidence.covariance_mm2 + emulator.run_noise_mm2) + own_mm2
-        root = np.linalg.cholesky(covariance + 1e-8 * np.eye(len(covariance)))
-        self.shapes = np.linalg.solve(root, emulator.basis_mm.T)
-        self.off = np.linalg.solve(root, evidence.level_mm - emulator.mean_mm)
+        root = np.linalg.cholesky(INFLATED**2 * evidence.covariance_mm2 + own_mm2 + 1e-8 * np.eye(len(apart)))
+        # In the coordinates in which this is the unit matrix and the scatter of runs, whatever its size, a diagonal.
+        scattered = np.linalg.solve(root, np.linalg.solve(root, INFLATED**2 * emulator.run_noise_mm2).T)
+        self.scatter, turned = np.linalg.eigh((scattered + scattered.T) / 2)
+        self.shapes = turned.T @ np.linalg.solve(root, emulator.basis_mm.T)
+        self.off = turned.T @ np.linalg.solve(root, evidence.level_mm - emulator.mean_mm)
         self.log_size = 2 * float(np.log(root.diagonal()).sum())
 
-    def misfit(self, mean: Floats, variance: Floats) -> tuple[Floats, Floats]:
+    def misfit(self, mean: Floats, variance: Floats, relative: Floats) -> tuple[Floats, Floats]:
         """Return squared misfit and ln of the covariance's determinant, (m,), by the lemmas for low-rank updates."""
+        size = 1 + relative[:, None] * np.maximum(self.scatter, 0.0)
         left = self.off - mean @ self.shapes.T
         spread = INFLATED * np.sqrt(variance)
-        inner = np.eye(len(self.shapes.T)) + spread[:, :, None] * (self.shapes.T @ self.shapes) * spread[:, None, :]
-        seen = (left @ self.shapes) * spread
+        across = (self.shapes.T / size[:, None, :]) @ self.shapes
+        inner = np.eye(len(self.shapes.T)) + spread[:, :, None] * across * spread[:, None, :]
+        seen = ((left / size) @ self.shapes) * spread
         explained = np.einsum("mk,mk->m", seen, np.linalg.solve(inner, seen[:, :, None])[:, :, 0])
-        return (left**2).sum(axis=1) - explained, self.log_size + np.linalg.slogdet(inner)[1]
+        log_size = self.log_size + np.log(size).sum(axis=1) + np.linalg.slogdet(inner)[1]
+        return (left**2 / size).sum(axis=1) - explained, log_size
 
 
 @dataclass(frozen=True)
@@ -109,11 +117,14 @@ class Posterior:
         pairs = list(zip(self.emulators, self.evidence, strict=True))
         return [[_Held(*pair, float(size)) for pair in pairs] for size in self.discrepancies_mm]
 
+    def _expected(self, points: Floats) -> list[tuple[Floats, Floats, Floats]]:
+        return [(*one.processes.at(points), one.scatter.relative(points)) for one in self.emulators]
+
     def log_densities(self, points: Floats) -> Floats:
         """Return ln of the density up to a constant for each size of the model's own error, (sizes, m)."""
         inside = ((points >= 0) & (points <= 1)).all(axis=1)
         prior = sum(free.log_prior(column) for free, column in zip(self.frees, np.clip(points, 0, 1).T, strict=True))
-        seen = [emulator.processes.at(points) for emulator in self.emulators]
+        seen = self._expected(points)
         rows = []
         for size_mm, held in zip(self.discrepancies_mm, self._held, strict=True):
             total = prior - (size_mm / DISCREPANCY_MM) ** 2 / 2
@@ -133,10 +144,9 @@ class Posterior:
         """
         from scipy.stats import chi2
 
-        seen = [emulator.processes.at(points) for emulator in self.emulators]
         ratios = [
             held.misfit(*one)[0] / chi2.ppf(POSSIBLE, len(held.off))
-            for held, one in zip(self._held[0], seen, strict=True)
+            for held, one in zip(self._held[0], self._expected(points), strict=True)
         ]
         return np.max(ratios, axis=0)
 

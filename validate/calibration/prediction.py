@@ -46,7 +46,8 @@ def predicted_by_emulator(emulator: Emulator, evidence: ReadLevels, draws: Float
 
     levels_mm = emulator.levels_mm(draws)
     open_mm2 = emulator.processes.at(draws)[1].mean(axis=0) @ emulator.basis_mm**2
-    noise_mm2 = (emulator.run_noise_mm2 + evidence.covariance_mm2).diagonal()
+    relative = emulator.scatter.relative(draws).mean()
+    noise_mm2 = (relative * emulator.run_noise_mm2 + evidence.covariance_mm2).diagonal()
     return levels_mm.mean(axis=0), ndtri((1 + SHARE) / 2) * np.sqrt(levels_mm.var(axis=0) + open_mm2 + noise_mm2)
 
 

@@ -7,12 +7,13 @@ import pytest
 from scipy.optimize import approx_fprime
 from scipy.stats import multivariate_normal
 
-from validate.calibration.emulator import FACTOR, Emulator, Processes, matern, minus_log_posterior, rest_of
+from validate.calibration.emulator import FACTOR, Emulator, Processes, Scatter, matern, minus_log_posterior
 
 RANDOM = np.random.default_rng(3)
 POINTS = RANDOM.random((9, 2))
 SCORE = np.sin(3 * POINTS[:, 0]) + POINTS[:, 1] ** 2
 LENGTH, VARIANCE, NUGGET = np.array([0.6, 1.4]), 1.7, 0.03
+RELATIVE = np.exp(2 * POINTS[:, 0])  # Of the variance of each run's scatter
 
 
 def _covariance(a, b):
@@ -25,6 +26,11 @@ def _covariance(a, b):
     return table
 
 
+def _processes():
+    numbers = LENGTH[None], np.array([VARIANCE]), np.array([NUGGET])
+    return Processes.given(POINTS, SCORE[:, None], *numbers, RELATIVE)
+
+
 def test_the_covariance_is_materns():
     ours = matern(POINTS, POINTS[:4], LENGTH[None], np.array([VARIANCE]))[0]
     assert np.allclose(ours, _covariance(POINTS, POINTS[:4]), rtol=1e-12)
@@ -32,9 +38,9 @@ def test_the_covariance_is_materns():
 
 def test_a_prediction_is_that_of_the_joint_normal_distribution():
     new = RANDOM.random((5, 2))
-    processes = Processes.given(POINTS, SCORE[:, None], LENGTH[None], np.array([VARIANCE]), np.array([NUGGET]))
+    processes = _processes()
     mean, variance = processes.at(new)
-    runs = _covariance(POINTS, POINTS) + NUGGET * np.eye(9)
+    runs = _covariance(POINTS, POINTS) + NUGGET * np.diag(RELATIVE)
     gain = np.linalg.solve(runs, _covariance(POINTS, new)).T
     assert np.allclose(mean[:, 0], gain @ SCORE, rtol=1e-9)
     expected = (_covariance(new, new) - gain @ _covariance(POINTS, new)).diagonal()
@@ -43,19 +49,19 @@ def test_a_prediction_is_that_of_the_joint_normal_distribution():
 
 def test_the_likelihood_is_that_of_a_normal_distribution_and_its_gradient_its_slope():
     logs = np.log([*LENGTH, VARIANCE, NUGGET])
-    value, gradient = minus_log_posterior(logs, POINTS, SCORE)
-    covariance: Any = _covariance(POINTS, POINTS) + NUGGET * np.eye(9)
+    value, gradient = minus_log_posterior(logs, POINTS, SCORE, RELATIVE)
+    covariance: Any = _covariance(POINTS, POINTS) + NUGGET * np.diag(RELATIVE)
     prior = (np.log(LENGTH) ** 2).sum() / np.log(FACTOR) ** 2 / 2
     expected = prior - multivariate_normal.logpdf(SCORE, np.zeros(9), covariance) - 9 / 2 * np.log(2 * np.pi)
     assert value == pytest.approx(expected, rel=1e-10)
-    slope: Any = approx_fprime(logs, lambda x: minus_log_posterior(x, POINTS, SCORE)[0])
+    slope: Any = approx_fprime(logs, lambda x: minus_log_posterior(x, POINTS, SCORE, RELATIVE)[0])
     assert np.allclose(gradient, slope, atol=1e-4)
 
 
 def test_runs_at_more_points_leave_less_open_there():
-    processes = Processes.given(POINTS, SCORE[:, None], LENGTH[None], np.array([VARIANCE]), np.array([NUGGET]))
+    processes = _processes()
     new = np.array([[0.95, 0.05]])
-    assert processes.with_points(new).at(new)[1][0, 0] < 0.5 * processes.at(new)[1][0, 0]
+    assert processes.with_points(new, np.ones(1)).at(new)[1][0, 0] < 0.5 * processes.at(new)[1][0, 0]
 
 
 def test_an_emulator_of_profiles_finds_the_profile_between_its_runs():
@@ -78,6 +84,18 @@ def test_what_components_leave_is_judged_on_runs_that_are_left_out():
     scatter = np.random.default_rng(0).standard_normal((12, 30))
     size = np.linalg.svd(scatter - scatter.mean(axis=0), compute_uv=False)
     of_their_own = (size[6:] ** 2).sum() / 12
-    left = rest_of(scatter, 6).trace()
+    left = Scatter.fitted(np.zeros((12, 1)), scatter, 6).rest_mm2.trace()
     assert left > 1.5 * of_their_own
     assert left / 30 == pytest.approx((1 - 6 / 30) * (1 + 1 / 11), rel=0.15)
+
+
+def test_the_scatter_of_runs_follows_the_settings():
+    """Four times the standard deviation at one end of a setting, and none of that by the other one."""
+    random = np.random.default_rng(5)
+    points = random.random((40, 2))
+    size_mm = 0.05 * 4 ** points[:, :1]
+    scatter = Scatter.fitted(points, size_mm * random.standard_normal((40, 30)), 1)
+    ends = scatter.relative(np.array([[0.0, 0.5], [1.0, 0.5], [0.5, 0.0], [0.5, 1.0]]))
+    assert np.sqrt(ends[1] / ends[0]) == pytest.approx(4.0, rel=0.25)
+    assert np.sqrt(ends[3] / ends[2]) == pytest.approx(1.0, rel=0.1)
+    assert np.sqrt(scatter.rest_mm2.diagonal().mean()) == pytest.approx(0.1, rel=0.15)

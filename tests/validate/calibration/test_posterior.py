@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from validate.calibration.emulator import Emulator, Processes
+from validate.calibration.emulator import Emulator, Processes, Scatter
 from validate.calibration.free import Free
 from validate.calibration.posterior import INFLATED, Posterior, ReadLevels, reach_of
 
@@ -15,29 +15,31 @@ SLOPES = np.array([np.linspace(1.0, 3.0, STATIONS), np.cos(S_MM / 10)])
 NOISE_MM = 0.2
 
 
-def _emulator(rest_mm2=0.0):
+def _emulator(rest_mm2=0.0, slopes=(0.0, 0.0)):
     """Levels that are linear in two settings, known almost without doubt."""
     points = np.array([[x, y] for x in np.linspace(0, 1, 6) for y in np.linspace(0, 1, 6)])
     mean = np.full(STATIONS, -5.0)
     scores = points - 0.5
-    processes = Processes.given(points, scores, np.full((2, 2), 8.0), np.full(2, 10.0), np.full(2, 1e-8))
-    return Emulator(mean, SLOPES, processes, rest_mm2 * np.eye(STATIONS))
+    processes = Processes.given(points, scores, np.full((2, 2), 8.0), np.full(2, 10.0), np.full(2, 1e-8), np.ones(36))
+    scatter = Scatter(rest_mm2 * np.eye(STATIONS), np.full(2, 0.5), np.array(slopes))
+    return Emulator(mean, SLOPES, processes, scatter)
 
 
-def _posterior(truth, *, frees=None, trials=1, off_mm: Any = 0.0):
+def _posterior(truth, *, frees=None, trials=1, off_mm: Any = 0.0, **scatter):
     level_mm = -5.0 + (np.array(truth) - 0.5) @ SLOPES + off_mm
     evidence = ReadLevels(S_MM, level_mm, NOISE_MM**2 * np.eye(STATIONS))
     frees = frees or [Free("fluid.a", 0.0, 1.0), Free("fluid.b", 0.0, 1.0)]
-    return Posterior(frees, [_emulator()] * trials, [evidence] * trials)
+    return Posterior(frees, [_emulator(**scatter)] * trials, [evidence] * trials)
 
 
 def test_the_density_is_the_normal_one_of_the_whole_covariance():
-    posterior = _posterior((0.4, 0.6))
+    posterior = _posterior((0.4, 0.6), rest_mm2=0.05, slopes=(2.0, -1.0))
     points = np.array([[0.4, 0.6], [0.5, 0.5], [0.1, 0.9]])
     mean, variance = posterior.emulators[0].processes.at(points)
     expected = []
-    for row, doubt in zip(mean, variance, strict=True):
-        inner = (SLOPES.T * doubt) @ SLOPES + (SLOPES.T * 1e-8) @ SLOPES
+    for point, row, doubt in zip(points, mean, variance, strict=True):
+        run_mm2 = (SLOPES.T * 1e-8) @ SLOPES + 0.05 * np.eye(STATIONS)
+        inner = (SLOPES.T * doubt) @ SLOPES + np.exp((point - 0.5) @ [2.0, -1.0]) * run_mm2
         covariance = INFLATED**2 * (NOISE_MM**2 * np.eye(STATIONS) + inner)
         off = posterior.evidence[0].level_mm + 5.0 - row @ SLOPES
         expected.append(-(off @ np.linalg.solve(covariance, off) + np.linalg.slogdet(covariance)[1]) / 2)
@@ -81,17 +83,19 @@ def test_only_several_trials_show_an_error_of_the_models_own():
 
 def test_readings_of_a_shape_that_no_run_has_are_out_of_reach():
     random = np.random.default_rng(0)
-    levels_mm = (random.random((20, 2)) - 0.5) @ SLOPES + 0.05 * random.standard_normal((20, STATIONS))
+    points = random.random((20, 2))
+    levels_mm = (points - 0.5) @ SLOPES + 0.05 * random.standard_normal((20, STATIONS))
     covariance = NOISE_MM**2 * np.eye(STATIONS)
-    held = reach_of(levels_mm, ReadLevels(S_MM, 0.2 * SLOPES[1], covariance))
+    held = reach_of(points, levels_mm, ReadLevels(S_MM, 0.2 * SLOPES[1], covariance))
     assert held.possible
     assert held.residual_mm < 0.1
-    other = reach_of(levels_mm, ReadLevels(S_MM, 2.0 * np.sin(S_MM), covariance))
+    other = reach_of(points, levels_mm, ReadLevels(S_MM, 2.0 * np.sin(S_MM), covariance))
     assert not other.possible
     assert other.residual_mm > 3 * other.noise_mm
     # A shape that few runs have takes more components, and is no fault of the model.
     shapes = np.linalg.qr(random.standard_normal((STATIONS, STATIONS)))[0]
+    points = np.zeros((40, 2))
     many_mm = random.standard_normal((40, 6)) * np.array([9, 8, 7, 6, 5, 0.6]) @ shapes[:6]
-    rare = reach_of(many_mm, ReadLevels(S_MM, 4 * shapes[5], covariance / 4))
+    rare = reach_of(points, many_mm, ReadLevels(S_MM, 4 * shapes[5], covariance / 4))
     assert rare.possible
     assert rare.components == 6

@@ -98,7 +98,7 @@ class _Search:
         emulators, reaches = [], []
         for trial, source in enumerate(self.sources):
             points, levels_mm = self.done(trial)
-            reach = reach_of(levels_mm, source.evidence)
+            reach = reach_of(points, levels_mm, source.evidence)
             emulators.append(Emulator.fitted(points, levels_mm, reach.components))
             reaches.append(reach)
         return Posterior(self.frees, emulators, [source.evidence for source in self.sources]), reaches
@@ -120,7 +120,8 @@ class _Search:
         while len(chosen) < count:
             open_mm2 = np.zeros(len(draws))
             for emulator in posterior.emulators:
-                _, variance = emulator.processes.with_points(np.array(chosen)).at(draws)
+                relative = emulator.scatter.relative(np.array(chosen))
+                _, variance = emulator.processes.with_points(np.array(chosen), relative).at(draws)
                 open_mm2 += variance.sum(axis=1)
             chosen.append(draws[open_mm2.argmax()])
         return np.array(chosen)

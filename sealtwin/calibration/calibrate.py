@@ -8,9 +8,9 @@ from typing import Any, Literal
 
 import numpy as np
 
-from sealtwin.calibrate import outputs
-from sealtwin.calibrate.search import DRAWS, Found, Source, search, settings_at
-from sealtwin.calibrate.twin import Twin
+from sealtwin.calibration import outputs
+from sealtwin.calibration.search import DRAWS, Found, Source, search, settings_at
+from sealtwin.calibration.twin import Twin
 from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress, in_words
 from sealtwin.core.records import Floats
@@ -181,7 +181,8 @@ def _summary(found: Found, twins: Sequence[Twin], predictions: Sequence[Predicti
         mixing=found.mixing,
         discrepancy_mm=found.discrepancy_mm,
         run_noise_mm=tuple(
-            float(np.sqrt(emulator.run_noise_mm2.diagonal().mean())) for emulator in found.posterior.emulators
+            float(np.sqrt(emulator.run_noise_mm2.diagonal().mean() * emulator.processes.relative.mean()))
+            for emulator in found.posterior.emulators
         ),
         predictions=tuple(predictions),
         radius_mm=tuple(twin.radius_mm for twin in twins),

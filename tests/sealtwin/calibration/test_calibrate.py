@@ -12,8 +12,8 @@ import pytest
 from typer.testing import CliRunner
 
 import sealtwin as st
-from sealtwin.calibrate.calibrate import MOST_FREE, calibrate
-from sealtwin.calibrate.twin import Twin
+from sealtwin.calibration.calibrate import MOST_FREE, calibrate
+from sealtwin.calibration.twin import Twin
 from sealtwin.cli.app import app
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
@@ -94,6 +94,12 @@ def test_what_was_measured_is_the_prior_and_must_lie_in_the_range(lab):
     assert twin.measured("fluid.U") is None
     twin.require([Free("path.trim_mm", 0.0, 3.0)])
     _refused(lab, [lab / "trial.toml"], {"fluid.yield_stress_pa": (10.0, 20.0)}, "8", "outside")
+
+
+def test_the_python_name_is_still_a_function_when_its_package_is_loaded():
+    """A package sealtwin.calibrate took its place from the second call on."""
+    assert Twin.__module__.startswith("sealtwin.")
+    assert callable(st.calibrate)
 
 
 def test_the_command_line_names_the_range_that_it_cannot_read():

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from sealtwin.calibrate import search as searching
-from sealtwin.calibrate.search import FEWEST, FIRST, Source, search
+from sealtwin.calibration import search as searching
+from sealtwin.calibration.search import FEWEST, FIRST, Source, search
 from sealtwin.core.errors import NumericalError
 from validate.calibration.free import Free
 from validate.calibration.identified import marginals_of

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from sealtwin.calibrate.search import Setting
+from sealtwin.calibration.search import Setting
 from sealtwin.core import record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress

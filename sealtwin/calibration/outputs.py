@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from sealtwin.calibrate.search import Found, settings_at
-from sealtwin.calibrate.twin import Twin
+from sealtwin.calibration.search import Found, settings_at
+from sealtwin.calibration.twin import Twin
 from sealtwin.core import files
 from sealtwin.core.records import Floats
 from sealtwin.material.material_text import material_text
