@@ -88,7 +88,7 @@ def paste_edge(settings: PhotoInput, folder: Path, *, long: bool) -> tuple[Photo
             if 0 < marker.x_mm < width_mm and 0 < marker.y_mm < height_mm:
                 raise InputError(
                     f"{photo.file}: face_mm is {width_mm:g} x {height_mm:g}, and marker {marker.id} of the table lies "
-                    f"in it, at {marker.x_mm:g}, {marker.y_mm:g} mm: give the opening's size, as the table's first line."
+                    f"in it, at {marker.x_mm:g}, {marker.y_mm:g} mm: give the opening's size."
                 )
     inside = _opening(photo)
     light = _levelled(photo.brightness, inside)
