@@ -6,7 +6,7 @@ from simulate.material_file import Material
 
 MEASURED = "A paste as it was measured, written by 'sealtwin material'. Errors are standard uncertainties."
 CALIBRATED = "A paste as the levels of trials determine it, by 'sealtwin calibrate'. Errors are standard uncertainties."
-USE = 'In a trial file: [fluid] material = the name of this file; not_for says what these numbers must not be used for.'
+USE = "In a trial file: [fluid] material = the name of this file; not_for says what these numbers must not be used for."
 
 
 def material_text(material: Material) -> str:

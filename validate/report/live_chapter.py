@@ -56,7 +56,10 @@ def _sentences(evidence: Evidence) -> list[str]:
             else f"The band is 95 % by {held}, of the settings as run."
         )
     else:
-        told = ["The fast model made this level, as it made the run; it has no band, and particles judge it."]
+        told = [
+            "This level is by the fast model, as is that of the run. It has no band: only a run by particles shows "
+            "how far off it is."
+        ]
     return told if evidence.readings is None else [*told, "The readings are of the settings as run."]
 
 

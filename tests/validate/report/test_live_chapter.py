@@ -63,7 +63,7 @@ def test_a_slot_run_is_the_fast_model_s_own_and_has_no_band(evidence):
     found = live_chapter(replace(evidence, run=replace(evidence.run, bed=BED)))
     assert found is not None
     assert not found["by_particles"]
-    assert "particles judge it" in found["sentences"][0]
+    assert "has no band" in found["sentences"][0]
     assert found["band"] is None
     assert found["above_mm3"] - evidence.run.particle_volume_mm3 == pytest.approx(BED.above_face_mm3)
 
