@@ -201,7 +201,7 @@ def chart_of(
         scatter_mm=scatter_mm,
         as_near=as_near,
         replicates=replicates,
-        screening=screening(done),
+        screening=screening([run for run in plan.runs if run.state == "done"]),
     )
 
 

@@ -21,32 +21,32 @@ FAST = """
 
 [grid]
 "fluid.viscosity_pa_s" = [0.05, 0.5]
-"fluid.yield_stress_pa" = [0.5, 40.0]
+"fluid.yield_stress_pa" = [0.5, 1.0, 40.0]
 """
 
 
 def test_a_study_of_the_fast_model_is_named_wherever_it_is_shown(tmp_path):
     study, out = tiny_lab(tmp_path, FAST), tmp_path / "out"
     swept = sweep(study, out, SweepOptions("cpu", 0), Progress())
-    assert swept["states"] == {"waiting": 0, "done": 4, "failed": 0}
+    assert swept["states"] == {"waiting": 0, "done": 6, "failed": 0}
     with (out / "runs.csv").open(newline="", encoding="utf-8") as table:
         rows = list(csv.DictReader(table))
-    assert [row["model"] for row in rows] == ["slot"] * 4
+    assert [row["model"] for row in rows] == ["slot"] * 6
     assert {row["particles"] for row in rows} == {""}
     # The stiff pastes stack under the nozzle.
-    assert ["slope" in row["unfit"] for row in rows] == [False, True, False, True]
-    assert swept["screening"].startswith("4 of 4 runs are the fast model's, for screening")
+    assert ["slope" in row["unfit"] for row in rows] == [False, False, True] * 2
+    assert swept["screening"].startswith("6 of 6 runs are the fast model's, for screening")
     assert "It is unfit for 2, which are in no ranking." in swept["screening"]
     assert swept["screening"] in swept_lines(swept)
     plan = read_plan(out)
-    assert [run.ranked for run in plan.runs] == [True, False, True, False]
+    assert [run.ranked for run in plan.runs] == [True, True, False] * 2
     chart = chart_of(out, [run for run in plan.runs if run.ranked], plan)
-    assert {(run.number, "fast model" in run.reason) for run in chart.excluded} == {(2, True), (4, True)}
+    assert {(run.number, "fast model" in run.reason) for run in chart.excluded} == {(3, True), (6, True)}
     assert "do not scatter" in chart.flatness
     assert map_sheet(chart, []).cautions[0] == swept["screening"]
 
 
 def test_particles_that_are_none_are_not_kept(tmp_path):
-    with pytest.raises(InputError, match="--keep-runs: 4 of 4 runs"):
+    with pytest.raises(InputError, match="--keep-runs: 6 of 6 runs"):
         sweep(tiny_lab(tmp_path, FAST), tmp_path / "out", SweepOptions("cpu", 0, keep_runs=True), Progress())
     assert not (tmp_path / "out").exists()
