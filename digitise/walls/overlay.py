@@ -67,9 +67,9 @@ def draw_overlay(photo: Photo, outline: Outline, trajectory: Trajectory | None =
         _beads(picture, nozzle[trajectory.giving], unit)
         _arrow(picture, nozzle, outline.mean_width_mm / outline.mm_per_px * scale, unit)
     _mark_ends(picture, centreline, outline, unit)
-    taken = placed(outline.outline_px)
-    _legend(picture, outline, trajectory, taken, unit)
-    _scale_bar(picture, outline.mm_per_px / scale, taken, unit)
+    taken, shown = placed(outline.outline_px), placed(outline.shown_px)
+    _legend(picture, outline, trajectory, taken, shown, unit)
+    _scale_bar(picture, outline.mm_per_px / scale, taken, shown, unit)
     return picture
 
 
@@ -147,7 +147,9 @@ def _arrow(picture: Picture, nozzle: Floats, width_px: float, unit: float) -> No
         cv2.arrowedLine(picture, _whole(tail + aside), _whole(head + aside), colour, pen, cv2.LINE_AA, tipLength=0.3)
 
 
-def _legend(picture: Picture, outline: Outline, trajectory: Trajectory | None, taken: Floats, unit: float) -> None:
+def _legend(
+    picture: Picture, outline: Outline, trajectory: Trajectory | None, taken: Floats, shown: Floats, unit: float
+) -> None:
     """Draw the legend in the corner that hides least of the crack."""
     lines: list[tuple[Colour | None, str]] = [
         (None, f"{outline.length_mm:.1f} mm long, {_width(outline)}"),
@@ -163,7 +165,7 @@ def _legend(picture: Picture, outline: Outline, trajectory: Trajectory | None, t
     pad, row, swatch = 8 * unit, 17 * unit, 30 * unit
     width = max(_text_size(text, unit)[0] + (swatch if colour else 0) for colour, text in lines) + 2 * pad
     size = np.array([width, row * len(lines) + pad])
-    low = _free_corner(picture, size, taken, ((0, 0), (1, 0), (0, 1), (1, 1)))
+    low = _free_corner(picture, size, taken, shown, ((0, 0), (1, 0), (0, 1), (1, 1)))
     _panel(picture, low, low + size, PAPER, 0.8)
     for number, (colour, text) in enumerate(lines):
         base = low + np.array([pad, pad / 2 + row * (number + 0.75)])
@@ -184,13 +186,13 @@ def _width(outline: Outline) -> str:
     return f"{outline.mean_width_mm:.2f} mm wide {said}{interval}"
 
 
-def _scale_bar(picture: Picture, mm_per_px: float, taken: Floats, unit: float) -> None:
+def _scale_bar(picture: Picture, mm_per_px: float, taken: Floats, shown: Floats, unit: float) -> None:
     """Draw the longest round length of at most a fifth of the picture, half black and half white."""
     fitting = [step for step in ROUND_LENGTHS_MM if step <= 0.2 * picture.shape[1] * mm_per_px]
     length_mm = fitting[-1] if fitting else ROUND_LENGTHS_MM[0]
     length, pad, bar = length_mm / mm_per_px, 10 * unit, 5 * unit
     size = np.array([length + 2 * pad, 22 * unit + bar + pad])
-    low = _free_corner(picture, size, taken, ((1, 1), (0, 1), (1, 0)))
+    low = _free_corner(picture, size, taken, shown, ((1, 1), (0, 1), (1, 0)))
     _panel(picture, low, low + size, PAPER, 0.8)
     start = low + np.array([pad, size[1] - pad - bar])
     cv2.rectangle(picture, _whole(start), _whole(start, length, bar), INK, -1)
@@ -198,10 +200,29 @@ def _scale_bar(picture: Picture, mm_per_px: float, taken: Floats, unit: float) -
     _text(picture, start - np.array([0, 6 * unit]), f"{length_mm} mm", unit, INK)
 
 
-def _free_corner(picture: Picture, size: Floats, taken: Floats, corners: tuple[tuple[int, int], ...]) -> Floats:
-    """Upper left point of a box of that size in the corner that covers the fewest points."""
-    places = [np.array(corner) * (np.array(picture.shape[1::-1]) - size) for corner in corners]
-    return min(places, key=lambda low: int(np.sum(np.all((taken >= low) & (taken <= low + size), axis=1))))
+def _free_corner(
+    picture: Picture, size: Floats, taken: Floats, shown: Floats, corners: Sequence[tuple[int, int]]
+) -> Floats:
+    """Upper left point of a box of that size in the corner of the picture that covers the fewest points.
+
+    A report cuts the part ``shown`` out of the picture. A box of which it would show a piece moves into that part.
+    """
+    extent = np.array(picture.shape[1::-1])
+    low, high = np.clip(shown, 0, extent)
+
+    def hidden(box: Floats) -> int:
+        return int(np.sum(np.all((taken >= box) & (taken <= box + size), axis=1)))
+
+    def in_pieces(box: Floats) -> bool:
+        whole = bool(np.all((box >= low) & (box + size <= high)))
+        return bool(np.all((box < high) & (box + size > low))) and not whole
+
+    boxes = [np.array(corner) * (extent - size) for corner in corners]
+    best = min(boxes, key=lambda box: (hidden(box), in_pieces(box)))
+    if in_pieces(best):
+        inside = [low + np.array(corner) * (high - low - size) for corner in corners]
+        best = min((best, *inside), key=lambda box: (hidden(box), in_pieces(box)))
+    return best
 
 
 def _panel(picture: Picture, low: Floats, high: Floats, colour: Colour, opacity: float) -> None:

@@ -65,6 +65,13 @@ DataKind = Literal["measured", "reconstructed", "synthetic", "undeclared"]
 """Origin of data. Only ``measured`` may ever be called validated."""
 
 
+SHOWN_AROUND = np.array([0.42, 0.08])
+"""Width and height of the photo that a report shows on each side of a crack, as shares of its larger extent.
+
+At the sides there is room for the names of its ends.
+"""
+
+
 class FaceLabel(IntEnum):
     """Part of a solid that a triangle belongs to."""
 
@@ -112,6 +119,12 @@ class Outline:
     width_source: WidthSource = "walls"
     width_95_mm: tuple[float, float] | None = None
     """Ends of the 95 % interval of the mean width, without the scale's doubt; None where the method gives none."""
+
+    @property
+    def shown_px(self) -> Floats:
+        """Low and high corner of the part of the photo that a report shows, (2, 2); they may lie outside the photo."""
+        around_px = SHOWN_AROUND * float(np.ptp(self.outline_px, axis=0).max())
+        return np.array([self.outline_px.min(axis=0) - around_px, self.outline_px.max(axis=0) + around_px])
 
     @property
     def seen_in(self) -> Literal["photo", "mesh"]:

@@ -1,9 +1,12 @@
 """The time that 'sealtwin validate RUN --uncertainty' takes, estimated from the trial's own run."""
 
+import time
 from dataclasses import replace
 
+import numpy as np
+
 from sealtwin.core.cluster import cores
-from sealtwin.study.drawn_runs import model_of
+from sealtwin.study.drawn_runs import PLACES, level_of, model_of
 from sealtwin.study.estimate import estimate, in_words, size_of
 from sealtwin.study.extra_runs import RATIO, REPLICATES
 from sealtwin.study.moved_inputs import Base
@@ -12,7 +15,7 @@ from sealtwin.trial.job import Job
 from validate.uncertainty.inputs import RUNS
 from validate.uncertainty.validation import two_level_design
 
-DRAWN_S = 0.12  # A run of the fast model with moved inputs, on a core of the machine that the README names
+A_LITTLE = 0.1  # Of its uncertainty, by which each input is moved in the run that is timed
 
 
 def time_of_extra_runs(job: Job) -> str:
@@ -20,7 +23,7 @@ def time_of_extra_runs(job: Job) -> str:
     base = Base.of(job)
     trial, run, trajectory, outline = base.trial, base.run, base.bench.trajectory, base.bench.outline
     drawn = bool(base.inputs) and model_of(base) == "slot"
-    drawn_s = RUNS * DRAWN_S / cores() if drawn else 0.0
+    drawn_s = RUNS * _time_of_a_draw_s(base) / cores() if drawn else 0.0
     if run.bed is not None:
         return in_words(drawn_s) if drawn else ""
     designed = len(two_level_design(len(base.inputs))) if base.inputs and not drawn else 0
@@ -40,3 +43,10 @@ def time_of_extra_runs(job: Job) -> str:
     runs[REPLICATES] = replace(runs[REPLICATES], state="done", wall_s=wall_s)
     jobs = cores() if run.device.startswith("CPU") else 1
     return in_words(drawn_s + estimate(runs, sizes[0], jobs, 1, keep_runs=False).time_s)
+
+
+def _time_of_a_draw_s(base: Base) -> float:
+    """Run the fast model once with its inputs moved, and time it."""
+    began_s = time.perf_counter()
+    level_of(base, {name: A_LITTLE * by for name, by in base.inputs.items()}, np.linspace(0.0, 1.0, PLACES))
+    return time.perf_counter() - began_s

@@ -33,7 +33,6 @@ from validate.wording.comparison import (
     uncertainty_tables,
     volume_table,
 )
-from validate.wording.headline import fast_model
 from validate.wording.where_off import where_off
 
 
@@ -127,10 +126,7 @@ def _answer_and_why(evidence: Evidence) -> Iterator[Titled]:
     yield "Photo and level", "answer", [_photo(evidence), _level_plate(evidence)]
     if errors := list(_error_items(evidence)):
         yield "Error", "error", errors
-    if fast := fast_model(evidence.run):
-        absent = "There are no particles to show: no fill over time, no model, no view from above."
-        yield "Fill", "fill", [Paragraph((*fast, absent))]
-    else:
+    if evidence.run.bed is None:
         yield "Fill", "fill", [_model(evidence), *fill_plates(evidence)]
     yield "Uncertainty", "uncertainty", [Paragraph(_uncertainty_sentences(evidence))]
     assumed = (*sample_and_run.assumptions(evidence), *sample_and_run.left_out(evidence))
@@ -251,11 +247,6 @@ def _uncertainty_sentences(evidence: Evidence) -> tuple[str, ...]:
 
 
 OVERLAY_PX = 1500  # Width of the overlay in the report, at most; the full one is beside it
-AROUND = np.array([0.42, 0.08])
-"""Width and height of the photo that is shown on each side of a crack, as shares of its larger extent.
-
-At the sides there is room for the names of its ends.
-"""
 
 
 def _photo(evidence: Evidence) -> PhotoBlock:
@@ -281,10 +272,7 @@ def _around_crack(overlay: Pixels, outline: Outline) -> Pixels:
     if outline.photo_size_px is None:
         return overlay
     scale = overlay.shape[1] / outline.photo_size_px[0]
-    ring = outline.outline_px * scale
-    around = AROUND * float(np.ptp(ring, axis=0).max())
-    left, top = np.maximum(ring.min(axis=0) - around, 0).astype(int)
-    right, bottom = (ring.max(axis=0) + around).astype(int)
+    (left, top), (right, bottom) = np.maximum(outline.shown_px * scale, 0).astype(int)
     rows, columns = slice(top, bottom + 1), slice(left, right + 1)
     return overlay[rows, columns]
 

@@ -1,5 +1,6 @@
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
@@ -146,3 +147,20 @@ def test_large_and_small_photos_become_pictures_of_readable_size(scene, tmp_path
     small = evenly_scaled(write_png(tmp_path / "photo.png", with_crack(mortar(), [(20, 150), (480, 140)])))
     traced = trace_outline(small, find_path(small, ((40.0, 150.0), (460.0, 140.0))))
     assert draw_overlay(small, traced).shape == (1200, 2000, 3)
+
+
+def test_a_report_shows_no_piece_of_the_legend(scene):
+    """What a report cuts out of the picture holds all of the legend's panel, or none of it."""
+    photo, outline, picture = scene
+    scale = picture.shape[1] / photo.size_px[0]
+    (left, top), (right, bottom) = np.clip(outline.shown_px * scale, 0, picture.shape[1::-1]).astype(int)
+    bare = draw_way(photo, CrackPath(outline.centreline_px, 10.0, "ends"))
+    panel = (picture.min(axis=2) > 215) & (bare.min(axis=2) < 200)
+    count, _, boxes, _ = cv2.connectedComponentsWithStats(panel.astype(np.uint8))
+    legend = boxes[1 + np.argmax(boxes[1:, cv2.CC_STAT_AREA])]
+    x, y, width, height = (int(value) for value in legend[:4])
+    assert count > 1
+    assert width > 200
+    inside = x >= left and x + width <= right and y >= top and y + height <= bottom
+    outside = x >= right or x + width <= left or y >= bottom or y + height <= top
+    assert inside or outside

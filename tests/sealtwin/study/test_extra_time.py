@@ -1,6 +1,7 @@
 """How long the runs of --uncertainty are said to take."""
 
 import json
+from types import SimpleNamespace
 
 import pytest
 
@@ -50,3 +51,19 @@ def test_it_is_the_own_run_scaled_to_three_of_each_size_and_the_design(run_folde
         hours, unit = time_of_extra_runs(resume_job(folder, "cpu", Progress())).split()
     # The last run leaves one of the cores idle.
     assert (float(hours), unit) == (pytest.approx(expected_s / 3600, rel=0.02), "h")
+
+
+def test_the_fast_models_draws_take_as_long_as_one_of_them_on_this_machine(tmp_path, monkeypatch):
+    """A run of the fast model with moved inputs, timed as 36 s: a thousand on two cores take 5 h."""
+    tiny_lab(tmp_path)
+    text = TRIAL.replace("freeze_after_s = 0.2\n", 'freeze_after_s = "never"\n').replace(
+        "substeps = 2\n", 'model = "slot"\n'
+    )
+    (tmp_path / "trial.toml").write_text(text + DECLARED)
+    monkeypatch.setattr(extra_time, "cores", lambda: 2)
+    ticks = iter([0.0, 36.0])
+    monkeypatch.setattr(extra_time, "time", SimpleNamespace(perf_counter=lambda: next(ticks)))
+    with open_folder(tmp_path / "run", create=True) as folder:
+        job = start_job(load_trial(tmp_path / "trial.toml"), tmp_path, folder, "cpu", Progress())
+        run_stages(job, ("digitise", "simulate"))
+        assert time_of_extra_runs(job) == "5.0 h"

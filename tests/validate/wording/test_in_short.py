@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from sealtwin.core.records import SHOWN_AROUND
 from tests.evidence import make_evidence
-from validate.report.chapters import AROUND, _around_crack
+from validate.report.chapters import _around_crack
 from validate.wording.in_short import in_short
 
 
@@ -34,6 +35,6 @@ def test_the_photo_is_cut_around_the_crack(tmp_path):
     cut = _around_crack(overlay, replace(outline, photo_size_px=size_px))
     assert cut.max() == 255
     largest = np.ptp(ring, axis=0).max()
-    low = np.maximum(ring.min(axis=0) - AROUND * largest, 0)
-    assert cut.shape[1::-1] == pytest.approx(ring.max(axis=0) + AROUND * largest - low, abs=2)
+    low = np.maximum(ring.min(axis=0) - SHOWN_AROUND * largest, 0)
+    assert cut.shape[1::-1] == pytest.approx(ring.max(axis=0) + SHOWN_AROUND * largest - low, abs=2)
     assert _around_crack(overlay, replace(outline, photo_size_px=None)) is overlay
