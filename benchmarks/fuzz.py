@@ -42,7 +42,7 @@ from sealtwin.material.material_text import material_text
 from sealtwin.trial.starter_files import CELL
 from tests.lab_folder import DEFAULTS
 from tests.spreads import BEAD_FACE_MM, BeadPhoto, Blob, write_sheet_table
-from tests.studies import TRIAL, tiny_lab
+from tests.studies import TRIAL, plannable_lab
 
 LONGEST_S = 60
 MESHES = ("stl", "ply", "glb", "obj", "off")
@@ -304,6 +304,36 @@ def of_calibrate(case: Case) -> list[str]:
     return ["calibrate", "trial.toml", *options, "--hold-out", "twin.toml", "--out", "new", "--device", "cpu"]
 
 
+def of_plan(case: Case) -> list[str]:
+    """Damage what a plan is made from. One that is accepted is searched and poured, which takes a quarter minute."""
+    case.damage(case.chance.choice(("planned.toml", "planned.toml", "cell.toml", "draws.csv")), reworded)
+    given = {"--cell": "cell.toml", "--posterior": "draws.csv", "--margin-mm": "0.5", "--flow-max-mm3-s": "400"}
+    if not case.sound and case.chance.random() < 0.4:
+        given[case.chance.choice([*given])] = case.chance.choice((*WORDS, *ODD))
+    options = [word for option, value in given.items() for word in (option, value)]
+    coarse = ["--knots", "3", "--verify", "1", "--seeds", "1", "--device", "cpu", "--quiet"]
+    return ["plan", "planned.toml", *options, *coarse, "--out", "new"]
+
+
+def of_loop(case: Case) -> list[str]:
+    """Damage a finished plan, its tables or a log, which is answered again: no particle is poured."""
+    names = ("loop.json", "plan.json", "sample/solid.json", "sample/outline.json")
+    name = case.chance.choice((*names, "loop-1.jsonl", "loop-1.jsonl", "plan.csv", "level.csv", "trial.toml"))
+    case.damage(f"plan/{name}", rekeyed if name.endswith(".json") else reworded)
+    return ["loop", "plan", "--replay", "plan/loop-1.jsonl"]
+
+
+def of_faults(case: Case) -> list[str]:
+    """Damage the faults of an emulated pour; one that is accepted takes a quarter minute."""
+    case.damage("faults.toml", reworded)
+    return ["loop", "plan", "--emulate", "faults.toml", "--quiet"]
+
+
+def of_steered(case: Case) -> list[str]:
+    case.damage(case.chance.choice(("steered.csv", "steered.csv", "steered.toml")), reworded)
+    return ["digitise", "steered.toml", "--out", "new"]
+
+
 def of_spread(case: Case) -> list[str]:
     return _photographed(case, "spread", "spread.png", "frame.toml", SPREAD)
 
@@ -353,20 +383,23 @@ KINDS: dict[str, Callable[[Case], list[str]]] = {
     "bead": of_bead,
     "fill": of_fill,
     "calibrate": of_calibrate,
+    "plan": of_plan,
+    "loop": of_loop,
+    "faults": of_faults,
+    "steered path": of_steered,
 }
 
 
 def sound_lab(folder: Path) -> None:
-    """Write a small lab with a finished run, which no case changes: each takes a copy."""
+    """Write a small lab with a finished run and a plan, which no case changes: each takes a copy."""
     import trimesh
 
-    tiny_lab(folder)
+    plannable_lab(folder)
     drawing = ezdxf.filemanagement.new(units=units.MM)
     edge = [(0, 0), (20, 1), (40, 0), (40, 3), (20, 4), (0, 3)]
     drawing.modelspace().add_lwpolyline(edge, close=True, dxfattribs={"layer": "OUTLINE"})
     drawing.modelspace().add_spline([(0, 1.5, 0), (20, 2.5, 0), (40, 1.5, 0)], dxfattribs={"layer": "MIDDLE"})
     drawing.saveas(folder / "crack.dxf")
-    (folder / "cell.toml").write_text(CELL.replace("{file}", "cell.toml"))
     (folder / "trial.toml").write_text(TRIAL + "\n[output]\nsnapshots_s = []\n")
     # Beside trial.toml it is refused for its name, when both are read.
     (folder / "twin.toml").write_text(TRIAL.replace("calibrated-on", "held-out"))
@@ -379,10 +412,19 @@ def sound_lab(folder: Path) -> None:
     for name, own in (("crack.png", "P01.png"), ("readings.csv", "P01.csv")):
         shutil.copy(folder / name, photos / own)
     (photos / "lab.toml").write_text(DEFAULTS.replace("[crack]", "[crack]\ndepth_mm = 8.0"))
+    made = ["--device", "cpu", "--quiet", "--out"]
     with chdir(folder):
-        answer = CliRunner().invoke(app, ["run", "trial.toml", "--out", "run", "--device", "cpu", "--quiet"])
-        if answer.exit_code:
-            raise RuntimeError(answer.output)
+        for command in (
+            ["run", "trial.toml", *made, "run"],
+            ["plan", "planned.toml", "--knots", "3", "--verify", "1", "--seeds", "1", *made, "plan"],
+            ["loop", "plan", "--emulate", "faults.toml", "--quiet"],
+        ):
+            answer = CliRunner().invoke(app, command)
+            if answer.exit_code not in (0, 5):
+                raise RuntimeError(answer.output)
+    shutil.copy(folder / "plan" / "plan.csv", folder / "steered.csv")
+    steered = re.sub(r"(?s)\[path\].*?\n\n", '[path]\nplan = "steered.csv"\n\n', (folder / "planned.toml").read_text())
+    (folder / "steered.toml").write_text(steered)
     shutil.copytree(folder / "run", folder / "twin")
     mesh = trimesh.load_mesh(folder / "run" / "crack.stl")
     # As it is, the crack is shorter than the trims of a path.

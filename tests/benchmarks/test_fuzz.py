@@ -8,6 +8,7 @@ import pytest
 import typer
 
 from benchmarks import fuzz
+from tests.studies import tiny_lab
 
 app = typer.Typer()
 
@@ -52,7 +53,7 @@ def test_each_failure_is_told_from_an_answer(tmp_path, monkeypatch, what, outcom
 
 @pytest.mark.parametrize("mutate", [fuzz.flipped, fuzz.reworded, fuzz.rekeyed, fuzz.repainted])
 def test_a_mutation_follows_from_its_seed_and_changes_something(mutate, tmp_path):
-    fuzz.tiny_lab(tmp_path)
+    tiny_lab(tmp_path)
     content = (
         b'{"a": [1, 2], "b": {"c": "x"}}' if mutate is not fuzz.repainted else (tmp_path / "crack.png").read_bytes()
     )

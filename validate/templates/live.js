@@ -12,6 +12,10 @@
   const SETTINGS = Object.keys(NAMES).filter((name) => name in model.sliders);
   const DIGITS = 6; // Significant ones of a setting: those of the page are those of the file
   const shown = (value, digits = 4) => String(Number(value.toPrecision(digits)));
+  const rounded_down = (value) => {
+    const digit = 10 ** (Math.floor(Math.log10(value)) - 1);
+    return shown(Math.floor(value / digit) * digit);
+  };
 
   // Settings after a number of steps of each slider; as run, exactly what was run.
   const settings_at = (steps) =>
@@ -158,12 +162,22 @@
       input.nextSibling.textContent = text;
     }
     const warning = stage.querySelector(".warning");
-    const { slope, mound_mm } = now.fitness;
+    const { slope, mound_mm, fill } = now.fitness;
+    const { yield_stress_pa, flow_mm3_s } = settings_at(steps);
+    // Slope and mound grow with the yield stress, and the fill with the flow.
+    const most_pa = yield_stress_pa * Math.min(slot.bounds.slope / slope, slot.bounds.mound_mm / mound_mm);
+    const most_mm3_s = (flow_mm3_s * slot.bounds.fill) / fill;
     stage.querySelector(".domain").textContent =
       `The fast model's domain: held slope ${slope.toFixed(2)}, at most ${slot.bounds.slope}; mound ${mound_mm.toFixed(1)} mm, ` +
-      `at most ${slot.bounds.mound_mm}; fill ${now.fitness.fill.toFixed(2)}, at most ${slot.bounds.fill}.`;
-    const reasons = now.unfit.length ? `The fast model is UNFIT here. ${now.unfit.join(" ")}` : "";
-    if (warning.textContent !== reasons) warning.textContent = reasons;
+      `at most ${slot.bounds.mound_mm}` +
+      (yield_stress_pa > 0 ? ` (so a yield stress of at most ${rounded_down(most_pa)} Pa)` : "") +
+      `; fill ${fill.toFixed(2)}, at most ${slot.bounds.fill} (a flow of at most ${rounded_down(most_mm3_s)} mm³/s).`;
+    const reasons = now.unfit.join(" ");
+    if (warning.dataset.reasons !== reasons) {
+      const title = Object.assign(document.createElement("strong"), { textContent: "The fast model is UNFIT here. " });
+      warning.replaceChildren(...(reasons ? [title, reasons] : []));
+      warning.dataset.reasons = reasons;
+    }
     warning.hidden = !reasons;
     stage.classList.toggle("unfit", Boolean(reasons));
     figures.replaceChildren(
