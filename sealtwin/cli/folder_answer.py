@@ -152,7 +152,7 @@ def _sample(outcome: SampleOutcome, held: Set[str]) -> dict[str, Any]:
         "faults": outcome.faults,
         "remarks": outcome.remarks,
         "dialect": outcome.dialect,
-        "columns": [asdict(column) for column in outcome.columns],
+        "columns": [asdict(column) for column in outcome.columns.get("readings", ())],
         "folder": outcome.trial,
         "revision": outcome.revision,
     }
@@ -184,14 +184,18 @@ def _together(faults: Sequence[CatalogueFault], begins: str) -> list[str]:
 
 
 def _understood(outcome: SampleOutcome) -> list[str]:
-    """Return how a sheet was understood: a sentence, and a table of its columns and the rows that are not read."""
-    if outcome.fate == "unchanged" or not (outcome.dialect or outcome.columns):
-        return [f"{outcome.sample.name}: read as {outcome.dialect}."] if outcome.dialect else []
-    rows = [list(astuple(column)) for column in outcome.columns]
-    title = f"{outcome.sample.name}: {outcome.sample.files['readings']}"
-    title += f", read as {outcome.dialect}." if outcome.dialect else ", not read yet:"
-    table = _table(("column", "name", "role", "unit", "first value"), rows) if rows else []
-    return [title, *(f"  {line}" for line in table)]
+    """Return how sheets were understood: a sentence, and a table of the columns and the rows that are not read."""
+    name, lines = outcome.sample.name, list[str]()
+    if outcome.fate == "unchanged":
+        return [f"{name}: read as {outcome.dialect}."] if outcome.dialect else []
+    for role, columns in outcome.columns.items():
+        read_as = (
+            f", read as {outcome.dialect}." if role == "readings" and outcome.dialect else ", as it was understood:"
+        )
+        lines.append(f"{name}: {outcome.sample.files[role]}{read_as}")
+        table = _table(("column", "name", "role", "unit", "first value"), [list(astuple(one)) for one in columns])
+        lines += [f"  {line}" for line in table if columns]
+    return lines
 
 
 def _ending(ingested: Ingested, held: Set[str]) -> list[str]:

@@ -16,7 +16,7 @@ from sealtwin.core import files
 from sealtwin.core.errors import InputError, as_text, naming
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import holding, refuse_foreign, require_folder
-from sealtwin.lab.catalogue import CATALOGUE, RECORD, Catalogue, CatalogueFault, Record, is_lab, remark_twins
+from sealtwin.lab.catalogue import CATALOGUE, RECORD, Catalogue, CatalogueFault, Record, is_lab
 from sealtwin.lab.found_files import DEFAULTS, TRIAL, LeftOut, Piece, Role, Said, divide, find_files, read_names
 from sealtwin.lab.notes import Note, read_defaults
 from sealtwin.lab.pairing import (
@@ -37,6 +37,7 @@ from validate.readings.samples import sample_key
 
 INCOMING = f".incoming.{files.TEMPORARY_MARK}"
 """The folder in which a trial is written. It is removed, so its name is none that a user gives."""
+EARLIER = "catalogue.sqlite"  # What the first version kept; the same command makes the catalogue anew beside it
 
 
 @dataclass(frozen=True)
@@ -104,7 +105,6 @@ def ingest(
             progress.advance(done, sample.name)
         faults = [CatalogueFault(outcome.sample.name, sentence) for outcome in outcomes for sentence in outcome.faults]
         faults += [CatalogueFault(left.file, f"{left.file}: {left.reason}") for left in left_out if left.lost]
-        remark_twins([outcome for outcome in outcomes if not outcome.faults], catalogue)
         ingested = Ingested(lab, source, dry_run, tuple(outcomes), tuple(left_out), tuple(faults), placed, decisions)
         if not dry_run:
             write_pairing(ingested, catalogue)
@@ -141,7 +141,7 @@ def _catalogue(lab: Path, progress: Progress, dry_run: bool) -> Iterator[Catalog
     if lab.is_dir() and not is_lab(lab):
         # Another process may be at its very first steps here; what is hidden is its, or the system's.
         shown = [entry for entry in lab.iterdir() if not entry.name.startswith(".")]
-        foreign = [e for e in shown if e.name not in {PAIRING, CATALOGUE, *OWN} and not (e / RECORD).is_file()]
+        foreign = [e for e in shown if e.name not in {PAIRING, CATALOGUE, EARLIER, *OWN} and not (e / RECORD).is_file()]
         refuse_foreign(lab, "ingest", sorted(entry.name for entry in foreign))
     if dry_run:
         yield Catalogue(lab)
@@ -226,7 +226,7 @@ def _take_in(outcome: SampleOutcome, folder: Path, source: str, catalogue: Catal
         return
     if not dry_run:
         record = keep(outcome, before, folder, source, lab)
-        catalogue.add(record)
+        catalogue.records.append(record)
         outcome.trial, outcome.revision = record.folder, record.revision
     outcome.fate = "new" if before is None else "revised"
 

@@ -5,7 +5,6 @@ import json
 import tomllib
 from collections.abc import Iterable, Mapping, Set
 from dataclasses import dataclass, field, replace
-from fnmatch import fnmatchcase
 from pathlib import Path, PurePath
 from typing import Any, Literal
 
@@ -16,7 +15,7 @@ from sealtwin.core.records import ReadColumn
 from sealtwin.core.settings import checked
 from sealtwin.lab.fill_sheet import read_fill
 from sealtwin.lab.found_files import DEFAULTS, Role
-from sealtwin.lab.free_text import readings_in, settings_in
+from sealtwin.lab.free_text import settings_in
 from sealtwin.lab.note_words import ALTERNATIVES, COLUMNS, DATA, OF_READINGS, OWN, SCALE, of_columns
 from sealtwin.lab.notes import Note, NoteEntry, read_cell, read_note
 from sealtwin.lab.pairing import PAIRING, SampleFiles, as_columns
@@ -93,7 +92,7 @@ class SampleOutcome:
     settings: Trial | None = None  # Those that could be checked; None where they cannot be used
     stand_ins: frozenset[str] = frozenset()  # Settings that nobody said and something else stands in for
     dialect: str | None = None  # Dialect of the sheet of readings, as a sentence
-    columns: tuple[ReadColumn, ...] = ()  # Columns of the sheet as they were understood
+    columns: dict[Role, tuple[ReadColumn, ...]] = field(default_factory=dict)  # Columns of its sheets as understood
     asked: dict[PurePath, list[str]] = field(default_factory=dict)  # Questions for the pairing file, by its files
     trial: str | None = None  # Folder of its trial; in a dry run there is none yet
     revision: int | None = None
@@ -170,10 +169,6 @@ def gather(
         ]
     if "fill" in sample.files:
         defaults = replace(defaults, entries={key: one for key, one in defaults.entries.items() if key != ANGLE})
-    for name, entries in defaults.of_file.items():
-        file = sample.files.get("readings", PurePath())
-        if fnmatchcase(file.name, name) or fnmatchcase(file.as_posix(), name):
-            defaults = replace(defaults, entries=defaults.entries | entries)
     outcome.note = own.over(defaults)
     for role, said in answers.items():
         cell = read_cell(said.get("settings", ""), f"{PAIRING}, {sample.files[role]}")
@@ -190,13 +185,10 @@ def gather(
 
 def _read_texts(folder: Path, outcome: SampleOutcome) -> None:
     for text in (text for text in outcome.sample.texts if not (folder / text).is_symlink()):
-        told = f"{text} is kept as text"
+        told = f"{text} is kept as text, and not read"
         if found := settings_in(folder / text):
             said_there = ", ".join(f"{key} = {value}" for key, value in found)
             told += f"; it seems to say {said_there}: if it does, give it the role note in {PAIRING}, else leave it"
-        if line := readings_in(folder / text):
-            told += f"; it seems to hold readings ({line!r:.80}), which are read from a table only: write one"
-        if found or line:
             outcome.asked[text] = [f"{told}."]
         outcome.remarks.append(f"{told}.")
 
@@ -246,9 +238,9 @@ def _look_at(path: Path, role: Role, content: Mapping[str, Any], deepest_mm: flo
         try:
             profile = read_readings(path, declared, None, deepest_mm)
         except SheetFaults as fault:
-            outcome.columns = fault.columns
+            outcome.columns["readings"] = fault.columns
             raise
-        outcome.dialect, outcome.columns = profile.dialect, profile.columns
+        outcome.dialect, outcome.columns["readings"] = profile.dialect, profile.columns
         # A sheet is judged by the crack's own depth.
         if "crack.depth_mm" in outcome.note.entries:
             outcome.faults += [f"{doubt} It goes into {_note_of(outcome)}, or {PAIRING}." for doubt in profile.doubts]
@@ -336,9 +328,16 @@ def _weigh(folder: Path, outcome: SampleOutcome, said: dict[str, Any]) -> None:
         # What the folder says of liquids concerns other samples.
         said |= {FILL: table} if "mass_g" in table else {}
         return
+    # "B g", or the name of a column.
+    head, _, last = (mass := outcome.of_fill.get("mass", "")).rpartition(" ")
+    mass, unit = (head, last) if head and last in ("g", "kg") else (mass, "")
     try:
-        columns, shown = read_fill(folder / file, outcome.of_fill)
+        answers = as_columns({**outcome.of_fill, "s": mass} if mass else outcome.of_fill)
+        answers.pop("as_written", None)
+        declared = checked(Declared, folder / file, {"columns": answers})
+        columns, shown, outcome.columns["fill"] = read_fill(folder / file, declared, unit)
     except InputError as fault:
+        outcome.columns["fill"] = fault.columns if isinstance(fault, SheetFaults) else ()
         outcome.faults += str(fault).splitlines()
         return
     outcome.remarks.append(shown)

@@ -219,5 +219,6 @@ def _either(upper: str, lower: str, *, whole: bool) -> str:
 def _likeness(names: Mapping[int, str]) -> tuple[bool, bool, int, int, int]:
     """Return a key that is larger the more names have a meaning; notes above a header may name some, too."""
     roles = [found.role for name in names.values() if (found := meaning(name)) is not None]
-    table = "station" in roles and ("reading" in roles or "repeat" in roles)
-    return table, "station" in roles, sum(role != "skipped" for role in roles), len(roles), min(len(names), 2)
+    along = "station" in roles or "mass" in roles
+    table = along and ("reading" in roles or "repeat" in roles)
+    return table, along, sum(role != "skipped" for role in roles), len(roles), min(len(names), 2)

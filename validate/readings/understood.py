@@ -33,12 +33,12 @@ def dialect_of(
     return "; ".join((written, layout, counting, *(text for text, said in more.items() if said), *grid.remarks))
 
 
-def understood(grid: SheetGrid, header: Header) -> tuple[ReadColumn, ...]:
+def understood(grid: SheetGrid, header: Header, along: str = "s") -> tuple[ReadColumn, ...]:
     """Return the columns of a table and what each is taken for, then the rows that are not read."""
     way, turned = WAYS[header.quantity], grid.turned
     several = header.repeat is None and len(header.readings) > 1
     roles = {one.index: f"{way}, {at}" if several else way for at, one in enumerate(header.readings, start=1)}
-    others = ((header.station, "s"), (header.repeat, "repeat"), (header.sample, "sample"))
+    others = ((header.station, along), (header.repeat, "repeat"), (header.sample, "sample"))
     roles |= {one.index: what for one, what in others if one is not None}
     columns = [
         ReadColumn(

@@ -96,12 +96,12 @@ def test_what_no_note_says_is_asked_beside_the_photo(late):
     assert "crack.depth_mm is not said" in _question(lab, "P02.png")
     assert "2 cracks compete" in _question(lab, "P02.png"), "the photo is traced in the same round"
     assert "refused.png" not in _question(lab, "P02.png"), "and the picture of it is forgotten"
-    assert "P02.txt is kept as text." in told, "its notes are told though it failed"
+    assert "P02.txt is kept as text, and not read." in told, "its notes are told though it failed"
     (folder / "P02b.csv").write_bytes((folder / "P02_Messung.csv").read_bytes())
     _answer(lab)
     rows = (lab / "pairing.csv").read_text().replace(",P02b,", ",P02,")
     (lab / "pairing.csv").write_text(rows)
-    assert "P02.txt is kept as text." in _ingest(folder, lab).stdout
+    assert "P02.txt is kept as text, and not read." in _ingest(folder, lab).stdout
 
 
 @pytest.mark.slow
