@@ -9,7 +9,7 @@ from typing import Any
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.lab.found_files import TRIAL, Role, Said
-from sealtwin.lab.pairing import Decision, Decisions
+from sealtwin.lab.pairing import Decisions
 from sealtwin.lab.sample_trials import KeptFile
 from validate.readings.samples import sample_key
 
@@ -113,13 +113,13 @@ class Catalogue:
     def decisions(self, source: str) -> Decisions:
         """Return the user's corrections of the pairing of a source, and answers on its sheets."""
         rows = self._sources.get(source, {"decisions": []})["decisions"]
-        return {(PurePath(file), part): Decision(Said(name, role), said) for file, part, role, name, said in rows}
+        return {(PurePath(file), part): Said(name, role, answers=said) for file, part, role, name, said in rows}
 
     def state(self, source: str, decisions: Decisions, faults: Iterable[CatalogueFault]) -> None:
         """State what the user decided on a source, and what could not be taken in from it."""
         rows = [
-            [file.as_posix(), part, decision.said.role, decision.said.sample, dict(decision.answers)]
-            for (file, part), decision in decisions.items()
+            [file.as_posix(), part, said.role, said.sample, dict(said.answers)]
+            for (file, part), said in decisions.items()
         ]
         told = [[fault.name, fault.sentence] for fault in faults]
         self._sources[source] = {"decisions": rows, "faults": told}

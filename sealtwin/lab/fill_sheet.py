@@ -14,9 +14,8 @@ from validate.readings.header_words import meaning
 from validate.readings.read_readings import TableReader
 from validate.readings.samples import read_cells
 from validate.readings.sheet import FaultList, SheetGrid
-from validate.readings.table_rows import find_header, is_a_number
+from validate.readings.table_rows import find_header, is_a_number, upright
 from validate.readings.understood import WAYS, understood
-from validate.readings.upright import upright
 from validate.settings import Columns, Declared
 
 LEAST_STEPS = 2

@@ -49,11 +49,12 @@ UNSEEN = {"Cc", "Cf", "Zl", "Zp"}  # Unicode's categories of what controls a tex
 
 @dataclass(frozen=True)
 class Said:
-    """Sample and role in a file's name."""
+    """Sample and role of a file by its name, or as the user says them, with the answers about it."""
 
     sample: str  # Letters, digits, spaces and -_. only; empty where the name says none.
     role: Role
     stated: bool = field(default=False, compare=False)  # True where a word of the file's own name says it
+    answers: Mapping[str, str] = field(default_factory=dict)  # As they stand in the pairing file
 
 
 def read_names(files: Iterable[PurePath], folder: str) -> dict[PurePath, Said]:

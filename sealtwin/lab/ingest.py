@@ -17,7 +17,7 @@ from sealtwin.core.errors import InputError, as_text, naming
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import holding, refuse_foreign, require_folder
 from sealtwin.lab.catalogue import CATALOGUE, RECORD, Catalogue, CatalogueFault, Record, is_lab
-from sealtwin.lab.found_files import DEFAULTS, TRIAL, LeftOut, Piece, Role, Said, divide, find_files, read_names
+from sealtwin.lab.found_files import DEFAULTS, TRIAL, LeftOut, Piece, Said, divide, find_files, read_names
 from sealtwin.lab.notes import Note, read_defaults
 from sealtwin.lab.pairing import (
     PAIRING,
@@ -51,7 +51,6 @@ class Ingested:
     left_out: tuple[LeftOut, ...]
     faults: tuple[CatalogueFault, ...]  # Faults of samples, and of files that belong to none
     placed: Mapping[Piece, Said]
-    decisions: Decisions
 
 
 def ingest(
@@ -82,7 +81,7 @@ def ingest(
         if given is None and (lab / PAIRING).is_file() and files.sha256(lab / PAIRING) != catalogue.pairing:
             given = said_in(lab / PAIRING)
         decisions = catalogue.decisions(source) if given is None else given
-        by_user = {file: decision.said for (file, _), decision in decisions.items()}
+        by_user = {file: said for (file, _), said in decisions.items()}
         named = divide(folder, by_name, _photographed({**by_name, **by_user}.values()))
         placed = place_files(named, decisions)
         samples = pair(placed)
@@ -98,14 +97,11 @@ def ingest(
         progress.start(f"Taking in {len(samples)} samples", len(samples))
         outcomes = []
         for done, sample in enumerate(samples, start=1):
-            answers: dict[Role, Mapping[str, str]] = {
-                role: decisions[piece].answers for role, piece in sample.pieces.items() if piece in decisions
-            }
-            outcomes.append(take_in(sample, folder, defaults, answers, source, catalogue, progress, dry_run))
+            outcomes.append(take_in(sample, folder, defaults, source, catalogue, progress, dry_run))
             progress.advance(done, sample.name)
         faults = [CatalogueFault(outcome.sample.name, sentence) for outcome in outcomes for sentence in outcome.faults]
         faults += [CatalogueFault(left.file, f"{left.file}: {left.reason}") for left in left_out if left.lost]
-        ingested = Ingested(lab, source, dry_run, tuple(outcomes), tuple(left_out), tuple(faults), placed, decisions)
+        ingested = Ingested(lab, source, dry_run, tuple(outcomes), tuple(left_out), tuple(faults), placed)
         if not dry_run:
             write_pairing(ingested, catalogue)
             catalogue.state(source, decisions, faults)
@@ -121,7 +117,7 @@ def write_pairing(ingested: Ingested, catalogue: Catalogue) -> None:
         for file, asked in outcome.asked.items()
     }
     samples = [outcome.sample for outcome in ingested.outcomes]
-    files.write_text(catalogue.lab / PAIRING, pairing_text(ingested.placed, samples, ingested.decisions, about))
+    files.write_text(catalogue.lab / PAIRING, pairing_text(ingested.placed, samples, about))
     catalogue.pairing = files.sha256(catalogue.lab / PAIRING)
 
 
@@ -170,7 +166,6 @@ def take_in(
     sample: SampleFiles,
     folder: Path,
     defaults: Note,
-    answers: Mapping[Role, Mapping[str, str]],
     source: str,
     catalogue: Catalogue,
     progress: Progress,
@@ -179,7 +174,7 @@ def take_in(
     """Take in a sample. Whatever is wrong with it is its own fault, but for a fault of the disk of the lab."""
     outcome = SampleOutcome(sample)
     try:
-        outcome = gather(folder, sample, defaults, answers)
+        outcome = gather(folder, sample, defaults)
         _take_in(outcome, folder, source, catalogue, dry_run)
     except InputError as fault:
         outcome.faults += str(fault).splitlines()

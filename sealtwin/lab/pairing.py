@@ -45,16 +45,8 @@ CELL = re.compile("[A-Za-z]{1,3}[0-9]*")  # Or a column; the words for a whole s
 DIGIT = re.compile(r"\d")
 
 
-@dataclass(frozen=True)
-class Decision:
-    """Sample and role of a file, or of a part of it, as the user says."""
-
-    said: Said
-    answers: Mapping[str, str] = field(default_factory=dict)  # On the sheet, as they stand in the pairing file
-
-
-Decisions = Mapping[tuple[PurePath, str], Decision]
-"""Decisions by file and name of its part; "" is the whole file."""
+Decisions = Mapping[tuple[PurePath, str], Said]
+"""Decisions of the user by file and name of its part; "" is the whole file."""
 
 
 @dataclass(frozen=True)
@@ -66,15 +58,11 @@ class SampleFiles:
     questions: tuple[str, ...]
     part: SamplePart | None = None  # Part of the file of readings, where samples share it
     texts: tuple[PurePath, ...] = ()  # Free texts, which are kept and say nothing
+    answers: Mapping[Role, Mapping[str, str]] = field(default_factory=dict)  # In the pairing file, beside its files
 
     @property
     def key(self) -> str:
         return sample_key(self.name)
-
-    @property
-    def pieces(self) -> dict[Role, tuple[PurePath, str]]:
-        """Files with their parts, by which the user's decisions are known."""
-        return {role: (file, str(self.part or "") if role == "readings" else "") for role, file in self.files.items()}
 
 
 def place_files(named: Mapping[Piece, Said], decisions: Decisions) -> dict[Piece, Said]:
@@ -87,8 +75,7 @@ def place_files(named: Mapping[Piece, Said], decisions: Decisions) -> dict[Piece
     for piece, said in named.items():
         if (piece.file, "") in decisions:
             piece = Piece(piece.file)
-        decision = decisions.get((piece.file, piece.part_name))
-        placed[piece] = said if decision is None else decision.said
+        placed[piece] = decisions.get((piece.file, piece.part_name), said)
     photos = sorted({said.sample for said in placed.values() if said.role == "photo"})
     keys = {sample_key(photo) for photo in photos}
     taken = {(sample_key(said.sample), said.role) for said in placed.values()}
@@ -159,7 +146,9 @@ def _sample(key: str, group: Mapping[Piece, Said], groups: Mapping[str, Mapping[
         photos = [piece for one in close for piece, said in groups[one].items() if said.role == "photo"]
         likely = f"Is it of {few(photos)}? Name both alike" if photos else "Add it, give it the sample's name"
         questions.append(f"{few(list(group))}: no photo of sample {name}. {likely}, or give this the role ignore.")
-    return SampleFiles(name, files, tuple(questions), by_role["readings"][0].part if "readings" in files else None)
+    part = by_role["readings"][0].part if "readings" in files else None
+    answers: dict[Role, Mapping[str, str]] = {role: group[by_role[role][0]].answers for role in files}
+    return SampleFiles(name, files, tuple(questions), part, answers=answers)
 
 
 @dataclass(frozen=True)
@@ -174,9 +163,7 @@ class PairingRow:
     answers: Mapping[str, str] = field(default_factory=dict)
 
 
-def pairing_text(
-    placed: Mapping[Piece, Said], samples: Sequence[SampleFiles], decisions: Decisions, about: Mapping[Piece, str]
-) -> str:
+def pairing_text(placed: Mapping[Piece, Said], samples: Sequence[SampleFiles], about: Mapping[Piece, str]) -> str:
     """Write a row for each piece, in the order of samples; a question stands beside the pieces that it is about.
 
     ``about`` are questions on what single pieces hold.
@@ -184,12 +171,11 @@ def pairing_text(
     asked = {sample.key: " ".join(sample.questions) for sample in samples}
     rows = list[tuple[tuple[str, int, PurePath, str], tuple[str, ...]]]()
     for piece, said in placed.items():
-        decision = decisions.get((piece.file, piece.part_name))
-        answers = {} if decision is None else decision.answers
         key, file = sample_key(said.sample), piece.file
         question = "" if said.role == "ignore" else about.get(piece) or asked.get(key, "")
-        cells = (file.as_posix(), said.role, said.sample, piece.part_name, *(answers.get(name, "") for name in ANSWERS))
-        rows.append(((key, ROLES.index(said.role), file, piece.part_name), (*cells, question)))
+        answers = (said.answers.get(name, "") for name in ANSWERS)
+        cells = (file.as_posix(), said.role, said.sample, piece.part_name, *answers, question)
+        rows.append(((key, ROLES.index(said.role), file, piece.part_name), cells))
     return sheet_text(COLUMNS, [row for _, row in sorted(rows)])
 
 
@@ -232,7 +218,7 @@ def decided(rows: Sequence[PairingRow], named: Mapping[Piece, Said]) -> Decision
         pieces[piece.file][piece.part_name] = said
     # As they are, and as a spreadsheet must not calculate them.
     by_cell = {as_text_cell(file.as_posix()): file for file in pieces} | {file.as_posix(): file for file in pieces}
-    decisions: dict[tuple[PurePath, str], Decision] = {}
+    decisions: dict[tuple[PurePath, str], Said] = {}
     seen: set[tuple[PurePath, str]] = set()
     faults = []
     for row in rows:
@@ -248,9 +234,9 @@ def decided(rows: Sequence[PairingRow], named: Mapping[Piece, Said]) -> Decision
         if fault is not None:
             faults.append(f"{row.where}: {fault}")
             continue
-        said = Said(as_label(row.sample), ROLES[ROLES.index(row.role)])
-        if row.answers or said != pieces[file].get(part):
-            decisions[file, part] = Decision(said, row.answers)
+        said = Said(as_label(row.sample), ROLES[ROLES.index(row.role)], answers=row.answers)
+        if said != pieces[file].get(part):
+            decisions[file, part] = said
     if faults:
         raise InputError("\n".join(faults))
     return decisions

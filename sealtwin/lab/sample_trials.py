@@ -86,7 +86,6 @@ class SampleOutcome:
     fate: Literal["new", "revised", "unchanged", "failed", "bug"] = "failed"
     raw: list[KeptFile] = field(default_factory=list)
     note: Note = field(default_factory=Note)
-    of_fill: Mapping[str, str] = field(default_factory=dict)  # Answers on its fill, as they stand in the pairing file
     faults: list[str] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
     settings: Trial | None = None  # Those that could be checked; None where they cannot be used
@@ -120,8 +119,8 @@ class SampleOutcome:
     def content(self) -> str:
         """Hash of what was measured and of what was said about it: equal where nothing has changed."""
         said: dict[str, Any] = {key: entry.value for key, entry in sorted(self.note.entries.items())}
-        if self.of_fill:
-            said["of_fill"] = dict(self.of_fill)
+        if of_fill := self.sample.answers.get("fill"):
+            said["of_fill"] = dict(of_fill)
         return hashlib.sha256(json.dumps([said, self.hashes], sort_keys=True, default=str).encode()).hexdigest()
 
 
@@ -130,14 +129,9 @@ def kept_as(role: str, file: PurePath) -> str:
     return (INPUTS / f"{role}{file.suffix.lower()}").as_posix()
 
 
-def gather(
-    folder: Path, sample: SampleFiles, defaults: Note, answers: Mapping[Role, Mapping[str, str]]
-) -> SampleOutcome:
-    """Read a sample's notes and hash its files; their content is not looked at yet.
-
-    ``answers`` are the user's in the pairing file, by the role of the file that they stand beside.
-    """
-    outcome = SampleOutcome(sample, faults=[*sample.questions], of_fill=answers.get("fill", {}))
+def gather(folder: Path, sample: SampleFiles, defaults: Note) -> SampleOutcome:
+    """Read a sample's notes and hash its files; their content is not looked at yet."""
+    outcome = SampleOutcome(sample, faults=[*sample.questions])
     _read_texts(folder, outcome)
     if sample.questions:
         return outcome
@@ -170,10 +164,10 @@ def gather(
     if "fill" in sample.files:
         defaults = replace(defaults, entries={key: one for key, one in defaults.entries.items() if key != ANGLE})
     outcome.note = own.over(defaults)
-    for role, said in answers.items():
+    for role, said in sample.answers.items():
         cell = read_cell(said.get("settings", ""), f"{PAIRING}, {sample.files[role]}")
         outcome.note = cell.over(outcome.note)
-    given = {key: text for role, said in answers.items() if role != "fill" for key, text in said.items()}
+    given = {key: text for role, said in sample.answers.items() if role != "fill" for key, text in said.items()}
     said = of_columns(as_columns(given))
     if "crack" in given:
         said["photo.crack"] = int(given["crack"]) if given["crack"].isdecimal() else given["crack"]
@@ -329,10 +323,11 @@ def _weigh(folder: Path, outcome: SampleOutcome, said: dict[str, Any]) -> None:
         said |= {FILL: table} if "mass_g" in table else {}
         return
     # "B g", or the name of a column.
-    head, _, last = (mass := outcome.of_fill.get("mass", "")).rpartition(" ")
+    said_of_it = outcome.sample.answers.get("fill", {})
+    head, _, last = (mass := said_of_it.get("mass", "")).rpartition(" ")
     mass, unit = (head, last) if head and last in ("g", "kg") else (mass, "")
     try:
-        answers = as_columns({**outcome.of_fill, "s": mass} if mass else outcome.of_fill)
+        answers = as_columns({**said_of_it, "s": mass} if mass else said_of_it)
         answers.pop("as_written", None)
         declared = checked(Declared, folder / file, {"columns": answers})
         columns, shown, outcome.columns["fill"] = read_fill(folder / file, declared, unit)

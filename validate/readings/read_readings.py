@@ -13,14 +13,13 @@ import numpy as np
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Profile
 from validate.readings.columns import Column, Header, read_header
-from validate.readings.doubts import doubts_of
 from validate.readings.header_words import GRAMS, MM
 from validate.readings.samples import read_cells, rows_of_sample
 from validate.readings.screens import ReadCells, cell_name
 from validate.readings.sheet import FaultList, Place, SheetCell, SheetGrid, SheetRow, letters, quoted
+from validate.readings.table_rows import upright
 from validate.readings.text_table import common_mark, decimals_of, is_ambiguous, is_grouped, is_missing, number
-from validate.readings.understood import dialect_of, understood
-from validate.readings.upright import upright
+from validate.readings.understood import dialect_of, doubts_of, understood
 from validate.readings.whole_sheet import Filling
 from validate.settings import Decimal, Declared, Quantity, Readings
 from validate.units import counted

@@ -111,10 +111,10 @@ def test_a_file_that_cannot_be_read_is_its_samples_fault_and_a_full_disk_is_nobo
     real, lab = steps.gather, tmp_path / "lab"
 
     def failing(at):
-        def gather(folder, sample, defaults, answers):
+        def gather(folder, sample, defaults):
             if sample.name == "P01":
                 raise OSError(28, "on purpose", str(at))
-            return real(folder, sample, defaults, answers)
+            return real(folder, sample, defaults)
 
         monkeypatch.setattr(steps, "gather", gather)
 
