@@ -43,6 +43,7 @@ class Record:
     remarks: tuple[str, ...]
     ingested_utc: str
     sealtwin: str  # The version that took it in
+    trial_sha256: str = ""  # Hash of trial.toml as it was written
 
     def file(self, role: Role) -> KeptFile | None:
         return next((file for file in self.files if file.role == role), None)

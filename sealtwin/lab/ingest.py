@@ -16,7 +16,7 @@ from sealtwin.core import files
 from sealtwin.core.errors import InputError, as_text, naming
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import holding, refuse_foreign, require_folder
-from sealtwin.lab.catalogue import CATALOGUE, RECORD, Catalogue, CatalogueFault, Record, is_lab
+from sealtwin.lab.catalogue import CATALOGUE, RECORD, RUN, Catalogue, CatalogueFault, Record, is_lab
 from sealtwin.lab.found_files import DEFAULTS, TRIAL, LeftOut, Piece, Said, divide, find_files, read_names
 from sealtwin.lab.notes import Note, read_defaults
 from sealtwin.lab.pairing import (
@@ -90,10 +90,6 @@ def ingest(
         left_out += [LeftOut(file.as_posix(), "a text of no sample that is known.", lost=False) for file in alone]
         if not samples and not any(left.lost for left in left_out):
             raise InputError(f"{folder}: no photos, sheets or notes in it.")
-        if not dry_run:
-            # What the user decided outlives an ingest that is stopped.
-            catalogue.state(source, decisions, [])
-            catalogue.save()
         progress.start(f"Taking in {len(samples)} samples", len(samples))
         outcomes = []
         for done, sample in enumerate(samples, start=1):
@@ -202,8 +198,7 @@ def _take_in(outcome: SampleOutcome, folder: Path, source: str, catalogue: Catal
     sample, lab = outcome.sample, catalogue.lab
     before = None if sample.questions else next(reversed(catalogue.of_sample(sample.key)), None)
     if before is not None and not outcome.faults:
-        kept = (lab / before.folder / name for name in (TRIAL, *(file.kept_as for file in before.files)))
-        if before.content == outcome.content and all(file.is_file() for file in kept):
+        if before.content == outcome.content and _is_whole(lab / before.folder, before):
             outcome.fate, outcome.trial, outcome.revision = "unchanged", before.folder, before.revision
             outcome.remarks, outcome.dialect = list(before.remarks), before.dialect
             return
@@ -221,7 +216,7 @@ def _take_in(outcome: SampleOutcome, folder: Path, source: str, catalogue: Catal
         return
     if not dry_run:
         record = keep(outcome, before, folder, source, lab)
-        catalogue.records.append(record)
+        catalogue.records = [*(one for one in catalogue.records if one.folder != record.folder), record]
         outcome.trial, outcome.revision = record.folder, record.revision
     outcome.fate = "new" if before is None else "revised"
 
@@ -229,13 +224,19 @@ def _take_in(outcome: SampleOutcome, folder: Path, source: str, catalogue: Catal
 def keep(outcome: SampleOutcome, before: Record | None, folder: Path, source: str, lab: Path) -> Record:
     """Write a trial's folder: its files byte for byte, trial.toml, record.json. ``before`` is the trial so far.
 
+    One that was neither run nor edited, and whose files are the same, takes the answers in and gets no revision.
     Raises InputError if a file has changed since it was looked at, or the folder's name is taken by another sample.
     """
     assert outcome.settings is not None, "only what has a trial is kept"
     sample, said = outcome.sample, {key: entry.value for key, entry in outcome.note.entries.items()}
-    # A later revision has its number behind an @, which no other name has.
-    name = folder_name(sample.name) if before is None else f"{before.folder.partition('@')[0]}@{before.revision + 1}"
-    if (lab / name).exists():
+    text, name, revision = trial_text(outcome.settings), folder_name(sample.name), 1
+    answered = False
+    if before is not None:
+        answered = before.files == tuple(outcome.raw) and _is_as_written(lab / before.folder, before)
+        # A later revision has its number behind an @, which no other name has.
+        later = f"{before.folder.partition('@')[0]}@{before.revision + 1}"
+        name, revision = (before.folder, before.revision) if answered else (later, before.revision + 1)
+    if (lab / name).exists() and not answered:
         raise InputError(
             f"{sample.files['photo']}: {lab / name} is taken by another sample; give this one another name "
             "in the pairing file."
@@ -243,7 +244,7 @@ def keep(outcome: SampleOutcome, before: Record | None, folder: Path, source: st
     record = Record(
         sample=sample.key,
         name=sample.name,
-        revision=1 if before is None else before.revision + 1,
+        revision=revision,
         folder=name,
         source=source,
         content=outcome.content,
@@ -255,7 +256,12 @@ def keep(outcome: SampleOutcome, before: Record | None, folder: Path, source: st
         remarks=tuple(outcome.remarks),
         ingested_utc=datetime.now(UTC).isoformat(timespec="seconds"),
         sealtwin=version("sealtwin"),
+        trial_sha256=hashlib.sha256(text.encode()).hexdigest(),
     )
+    if answered:
+        files.write_text(lab / name / TRIAL, text)
+        files.write_json(lab / name / RECORD, asdict(record))
+        return record
     incoming = lab / INCOMING
     shutil.rmtree(incoming, ignore_errors=True)
     write_trial(outcome, outcome.settings, folder, incoming)
@@ -263,6 +269,16 @@ def keep(outcome: SampleOutcome, before: Record | None, folder: Path, source: st
     with naming(lab / name):
         incoming.rename(lab / name)
     return record
+
+
+def _is_whole(folder: Path, record: Record) -> bool:
+    return all((folder / name).is_file() for name in (TRIAL, *(file.kept_as for file in record.files)))
+
+
+def _is_as_written(folder: Path, record: Record) -> bool:
+    """Return whether a trial is as ingest left it: nothing gone, nothing edited, not run."""
+    is_run = (folder / RUN / "profile.csv").exists()
+    return _is_whole(folder, record) and not is_run and files.sha256(folder / TRIAL) == record.trial_sha256
 
 
 def write_trial(outcome: SampleOutcome, trial: Trial, source: Path, folder: Path) -> None:

@@ -10,8 +10,7 @@ from typing import Any
 
 from sealtwin.core.settings import dotted_names
 from sealtwin.trial.trial_file import Trial
-from validate.readings.header_words import WORDS
-from validate.readings.text_table import is_ambiguous, number, plain_letters
+from validate.readings.text_table import WORDS, is_ambiguous, number, plain_letters
 from validate.settings import OF_THE_SHEET, SIGNS, Columns
 
 NAME = "name"

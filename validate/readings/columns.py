@@ -36,7 +36,8 @@ SAY = (
     "Say which is which, by letters: s (of a fill: mass) and levels in pairing.csv; or as [readings.columns] "
     's = "A", levels = ["B", "C"] in lab.toml or the trial.'
 )
-SAY_UNIT = 'Say it in pairing.csv: unit = mm (of masses: mass = "A g"); or as [readings] unit = "mm".'
+SAY_UNIT = 'Say it: [readings] unit = "mm", or in pairing.csv.'
+SAY_FILL_UNIT = 'Say it in pairing.csv: unit = mm of levels, mass = "A g" of masses.'
 Mass = Literal["", "g", "kg"]
 MOST_SHOWN = 12
 
@@ -125,7 +126,7 @@ def read_header(grid: SheetGrid, declared: Declared, faults: FaultList, mass: Ma
         readings = _with_units(place, readings, units, declared.unit, faults)
     of_kind = [(station, MM if mass is None else GRAMS), *((column, MM) for column in readings)]
     if nameless := [column for column, known in of_kind if column.unit not in known]:
-        faults.add(place, f"{_names(nameless)}: no unit.", SAY_UNIT)
+        faults.add(place, f"{_names(nameless)}: no unit.", SAY_UNIT if mass is None else SAY_FILL_UNIT)
     used = station.index, [column.index for column in readings]
     body, remarks, passed = sorted_rows(place, body, *used, faults)
     cells = tuple(SheetCell(found.names.get(at, "")) for at in range(max(found.names, default=-1) + 1))

@@ -1,14 +1,12 @@
 """Words of labs, all of which stand in ``words.toml``: meanings of columns' names, and of rows without readings."""
 
 import re
-import tomllib
 import unicodedata
 from dataclasses import dataclass
 from functools import lru_cache
-from importlib.resources import files as resources
 from typing import Literal
 
-from validate.readings.text_table import is_missing, number, plain_letters
+from validate.readings.text_table import WORDS, is_missing, number, plain_letters
 from validate.settings import Quantity, Unit
 
 Role = Literal["station", "mass", "reading", "repeat", "sample", "skipped"]
@@ -16,8 +14,6 @@ Role = Literal["station", "mass", "reading", "repeat", "sample", "skipped"]
 row, and "skipped" holds notes, other quantities, or figures that were calculated from readings.
 """
 
-WORDS = tomllib.loads(resources("validate").joinpath("readings", "words.toml").read_text(encoding="utf-8"))
-"""Words of labs in all languages: of units, columns, rows, names of files, and notes."""
 ColumnUnit = Unit | Literal["g", "kg"]
 MM: dict[ColumnUnit, float] = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
 GRAMS: dict[ColumnUnit, float] = {"g": 1.0, "kg": 1000.0}

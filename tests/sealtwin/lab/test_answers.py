@@ -95,7 +95,7 @@ def test_lab_toml_says_it_for_all_sheets_and_pairing_csv_for_single_ones(small, 
     _answered(lab, "P01.csv", levels="B:B", settings=datum)
     ingested = ingest(small, lab, QUIET)
     assert not ingested.faults
-    assert _levels_mm(lab, "P01@2") == pytest.approx([-0.5, -0.4, -0.6])
+    assert _levels_mm(lab, "P01") == pytest.approx([-0.5, -0.4, -0.6])
     assert _levels_mm(lab, "P02") == pytest.approx([-1.55, -1.45, -1.65])
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from sealtwin.lab.note_words import BY_WORD, UNITS, known_keys
 from sealtwin.lab.notes import Note, NoteEntry, read_defaults, read_note
-from validate.readings.header_words import WORDS
+from validate.readings.text_table import WORDS
 
 
 def _written(folder, text, name="P01_notes.csv", encoding="utf-8"):
