@@ -6,6 +6,7 @@ import tomllib
 from collections.abc import Iterable, Mapping, Set
 from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePath
+from textwrap import shorten
 from typing import Any, Literal
 
 from digitise.settings import DEEPEST_MM, LARGEST_FILE_BYTES
@@ -102,7 +103,7 @@ class SampleOutcome:
         for sentence in sentences:
             named = (file for file in sample.files.values() if sentence.startswith(str(file)))
             said = self.asked.setdefault(next(named, sample.files["photo"]), [])
-            if (cell := _short(sentence)) not in said:
+            if (cell := shorten(sentence, LONGEST_QUESTION, placeholder="...")) not in said:
                 said.append(cell)
 
     @property
@@ -240,12 +241,6 @@ def _look_at(path: Path, role: Role, content: Mapping[str, Any], deepest_mm: flo
             outcome.faults += [f"{doubt} It goes into {_note_of(outcome)}, or {PAIRING}." for doubt in profile.doubts]
 
 
-def _short(text: str) -> str:
-    """Return sentences as one cell of the pairing file."""
-    line = " ".join(text.split())
-    return line if len(line) <= LONGEST_QUESTION else f"{line[:LONGEST_QUESTION]}..."
-
-
 def _tables(folder: Path, outcome: SampleOutcome) -> dict[str, Any]:
     """Return the tables of a trial. What must be said and is not is a fault, and here a stand-in.
 
@@ -297,27 +292,28 @@ def _said(outcome: SampleOutcome) -> dict[str, Any]:
         parts = {"readings.sheet": part.sheet, "readings.sample": part.rows_of}
         given |= {key: (value, place, value) for key, value in parts.items() if value is not None}
     for key, (name, place, value) in given.items():
-        if key in entries and name not in (entries[key].value, PurePath(str(entries[key].value)).name):
-            outcome.faults.append(
-                f"{entries[key].origin}: {key} = {str(entries[key].value)!r:.80}, but {place} is of this sample by its "
-                "name; leave it out, and say in the pairing file which is."
-            )
+        if key in entries:
+            _hold_against(outcome, key, entries[key].value, name, place)
         said[key] = value
     return {key: value for key, value in said.items() if value or key not in given}
 
 
+def _hold_against(outcome: SampleOutcome, key: str, told: Any, name: str, place: str) -> None:
+    """Add a fault where a note calls a file or a part of this sample otherwise than its ``name``."""
+    if name not in (told, PurePath(str(told)).name):
+        outcome.faults.append(
+            f"{outcome.note.entries[key].origin}: {key} = {str(told)!r:.80}, but {place} is of this sample by its "
+            "name; leave it out, and say in the pairing file which is."
+        )
+
+
 def _weigh(folder: Path, outcome: SampleOutcome, said: dict[str, Any]) -> None:
     """Put the fill's sheet into ``said`` in place of what notes call it; what they say of the liquid stays."""
-    entry, file = outcome.note.entries.get(FILL), outcome.sample.files.get("fill")
+    file = outcome.sample.files.get("fill")
     given = said.pop(FILL, {})
     table = dict(given) if isinstance(given, Mapping) else {"file": given}
-    named = table.pop("file", None)
-    if entry is not None and named is not None and (file is None or PurePath(str(named)).name != file.name):
-        what = "no fill" if file is None else str(file)
-        outcome.faults.append(
-            f"{entry.origin}: {FILL} = {str(named)!r:.80}, but {what} is of this sample; leave it out, and say in "
-            f"{PAIRING} which file has the role fill."
-        )
+    if (named := table.pop("file", None)) is not None:
+        _hold_against(outcome, FILL, named, "" if file is None else file.name, "no fill" if file is None else str(file))
     if file is None:
         # What the folder says of liquids concerns other samples.
         said |= {FILL: table} if "mass_g" in table else {}
