@@ -4,7 +4,7 @@
 sheets that do not say what was meant, two in each manner are a lab of their own, which is asked and answered; they and
 sound ones are also read with the crack, the volume in it and a simulated level, as a run knows them. The sheets of seed
 2027 are those that are judged; the screens were set on others. Last, 24 sheets as ordinary labs write them, whose
-questions are answered in pairing.csv and lab.toml, and in no file of the lab's; and sheets in drawn arrangements, which
+questions are answered in pairing.csv, and in no file of the lab's; and sheets in drawn arrangements, which
 are read as they were meant or asked about.
 """
 
@@ -212,7 +212,7 @@ def asking_rows(scratch: Path, seed: int) -> list[Row]:
 
 
 def ordinary_rows(scratch: Path) -> list[Row]:
-    """Take in a lab of ordinary sheets; answer in pairing.csv and lab.toml what it asks, and take it in again."""
+    """Take in a lab of ordinary sheets; answer in pairing.csv what it asks, and take it in again."""
     photo, folder, lab = make_lab_folder(scratch / "ten") / "P01.png", scratch / "folder", scratch / "lab"
     folder.mkdir()
     (folder / "lab.toml").write_text(DEFAULTS, encoding="utf-8")
@@ -226,13 +226,11 @@ def ordinary_rows(scratch: Path) -> list[Row]:
     held = {outcome.sample.name: outcome.faults for outcome in first.outcomes if outcome.faults}
     rows = list(csv.DictReader((lab / PAIRING).read_text(encoding="utf-8").splitlines()))
     answered = set[str]()
-    with (folder / "lab.toml").open("a", encoding="utf-8") as lab_toml:
-        for row in rows:
-            sheet = SHEETS[names.index(row["sample"])]
-            if row["role"] == "readings" and row["sample"] in held:
-                row.update(sheet.answers)
-                answered |= {row["sample"]} if row["question"] and (sheet.answers or sheet.lab) else set()
-                lab_toml.write(f'\n[readings.columns."{row["file"]}"]\n{sheet.lab}' if sheet.lab else "")
+    for row in rows:
+        sheet = SHEETS[names.index(row["sample"])]
+        if row["role"] == "readings" and row["sample"] in held:
+            row.update(sheet.answers)
+            answered |= {row["sample"]} if row["question"] and sheet.answers else set()
     with (lab / PAIRING).open("w", encoding="utf-8", newline="") as pairing:
         writer = csv.DictWriter(pairing, list(rows[0]))
         writer.writeheader()
@@ -251,7 +249,7 @@ def ordinary_rows(scratch: Path) -> list[Row]:
     return [
         Row(f"of {count} sheets of ordinary labs: taken unedited", len(taken), "", count - UNREADABLE, count),
         Row("of these without a question", len(set(names) - held.keys()), ""),
-        Row("of these after an answer in pairing.csv or lab.toml", len(taken & answered), ""),
+        Row("of these after an answer in pairing.csv", len(taken & answered), ""),
         Row("ordinary sheets read wrong without a word", len(wrong), "", 0, 0),
         Row("files of the lab that were changed", int(not unchanged), "", 0, 0),
     ]

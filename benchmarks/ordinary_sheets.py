@@ -25,7 +25,6 @@ class OrdinarySheet:
     suffix: str
     write: Callable[[Path, Floats], object]
     answers: Mapping[str, str] = field(default_factory=dict)  # What pairing.csv is told where it asks
-    lab: str = ""  # What lab.toml is told of this file where it asks
     offset_mm: float = 0.0  # Height of the datum above the face
 
 
@@ -121,7 +120,7 @@ SHEETS = (
         "a comment that names another zero",
         ".csv",
         _lines(lambda rows: [HEAD, ["# Nullpunkt: Fuß des Messschiebers", "", "", ""], *([row[0], *(round(v + 0.8, 2) for v in row[1:])] for row in rows)]),
-        lab='datum = "caliper_base"\ndatum_level_mm = 0.8\n',
+        {"settings": 'readings.datum = "caliper_base"; readings.datum_level_mm = 0.8'},
     ),
     OrdinarySheet("a row of units", ".csv", _text([["Abstand", "Tiefe 1", "Tiefe 2", "Tiefe 3"], ["[mm]"] * 4])),
     OrdinarySheet("n. m. where nothing was read", ".csv", _lines(lambda rows: [HEAD, *([*row[:3], "n. m."] if row[0] == 5.0 else row for row in rows)])),

@@ -22,6 +22,7 @@ from sealtwin.lab.pairing import PAIRING
 from sealtwin.lab.sample_trials import SampleOutcome
 from sealtwin.photos.batch import CSV, SHEET, Batch
 from sealtwin.trial.job import shown
+from validate.readings.understood import OR_ANSWER
 from validate.units import counted
 
 BROADEST = 36  # Letters of a column of names on a terminal
@@ -65,7 +66,7 @@ def ingest_answer(ingested: Ingested, unready: Sequence[CatalogueFault] = ()) ->
     lines += _together(remarks, "note: ")
     if passed := [left.file for left in ingested.left_out if not left.lost]:
         lines.append(f"Left out: {few(passed)}: neither photos, sheets nor notes, or texts of no sample.")
-    failed = _together([*ingested.faults, *unready], "failed: ")
+    failed = _together([*ingested.faults, *unready])
     lines += failed[:MOST_TOLD]
     if len(failed) > MOST_TOLD:
         lines.append(f"and {len(failed) - MOST_TOLD:,} more like these; --json and 'sealtwin lab list' tell them all.")
@@ -106,7 +107,7 @@ def list_answer(lab: Path) -> Answer:
     head = ("sample", "revision", "date", "data", "depth_mm", "readings", "result")
     lines = _table(head, [[_text(row[column]) for column in head] for row in rows]) if rows else ["No trials yet."]
     unready = [CatalogueFault(row["sample"], row["reason"]) for row in rows if row["reason"]]
-    lines += _together([*faults, *unready], "failed: ")
+    lines += _together([*faults, *unready])
     return _lab_answer(lab, rows, faults, lines)
 
 
@@ -115,7 +116,7 @@ def show_answer(lab: Path, sample: str) -> Answer:
     catalogue, records, faults = revisions(lab, sample)
     rows = [{**asdict(record), "result": read_run(lab, record)} for record in records]
     lines = [line for record in reversed(records) for line in _told(catalogue, record)]
-    lines += [f"failed: {fault.sentence}" for fault in faults]
+    lines += [f"{_begin(fault.sentence)}{fault.sentence}" for fault in faults]
     return _lab_answer(lab, rows, faults, lines)
 
 
@@ -136,7 +137,7 @@ def _told(catalogue: Catalogue, record: Record) -> list[str]:
         *(f"  said: {key} = {value!r}" for key, value in record.said.items()),
         *(f"  note: {remark}" for remark in record.remarks),
         f"  result: {progress_of(catalogue, record)}",
-        *(f"  failed: {sentence}" for sentence in catalogue.unready(record)),
+        *(f"  {_begin(sentence)}{sentence}" for sentence in catalogue.unready(record)),
     ]
 
 
@@ -152,7 +153,7 @@ def _sample(outcome: SampleOutcome, held: Set[str]) -> dict[str, Any]:
         "faults": outcome.faults,
         "remarks": outcome.remarks,
         "dialect": outcome.dialect,
-        "columns": [asdict(column) for column in outcome.columns],
+        "columns": [asdict(column) for column in outcome.columns.get("readings", ())],
         "folder": outcome.trial,
         "revision": outcome.revision,
     }
@@ -170,7 +171,12 @@ def _pairing_row(outcome: SampleOutcome, held: Set[str]) -> list[str]:
     ]
 
 
-def _together(faults: Sequence[CatalogueFault], begins: str) -> list[str]:
+def _begin(sentence: str) -> str:
+    """Return the word before a sentence on what holds a sample back: a sheet in doubt can be read as it is."""
+    return "in doubt: " if OR_ANSWER in sentence else "failed: "
+
+
+def _together(faults: Sequence[CatalogueFault], begins: str = "") -> list[str]:
     """Merge equal faults of several samples, such as one of lab.toml, into one."""
     names: dict[str, list[str]] = {}
     for fault in faults:
@@ -178,20 +184,24 @@ def _together(faults: Sequence[CatalogueFault], begins: str) -> list[str]:
         if fault.name not in of:
             of.append(fault.name)
     return [
-        f"{begins}{few(of)}: {sentence}" if sentence.partition(":")[0] != of[0] else f"{begins}{sentence}"
+        f"{begins or _begin(sentence)}{'' if sentence.partition(':')[0] == of[0] else f'{few(of)}: '}{sentence}"
         for sentence, of in names.items()
     ]
 
 
 def _understood(outcome: SampleOutcome) -> list[str]:
-    """Return how a sheet was understood: a sentence, and a table of its columns and the rows that are not read."""
-    if outcome.fate == "unchanged" or not (outcome.dialect or outcome.columns):
-        return [f"{outcome.sample.name}: read as {outcome.dialect}."] if outcome.dialect else []
-    rows = [list(astuple(column)) for column in outcome.columns]
-    title = f"{outcome.sample.name}: {outcome.sample.files['readings']}"
-    title += f", read as {outcome.dialect}." if outcome.dialect else ", not read yet:"
-    table = _table(("column", "name", "role", "unit", "first value"), rows) if rows else []
-    return [title, *(f"  {line}" for line in table)]
+    """Return how sheets were understood: a sentence, and a table of the columns and the rows that are not read."""
+    name, lines = outcome.sample.name, list[str]()
+    if outcome.fate == "unchanged":
+        return [f"{name}: read as {outcome.dialect}."] if outcome.dialect else []
+    for role, columns in outcome.columns.items():
+        read_as = (
+            f", read as {outcome.dialect}." if role == "readings" and outcome.dialect else ", as it was understood:"
+        )
+        lines.append(f"{name}: {outcome.sample.files[role]}{read_as}")
+        table = _table(("column", "name", "role", "unit", "first value"), [list(astuple(one)) for one in columns])
+        lines += [f"  {line}" for line in table if columns]
+    return lines
 
 
 def _ending(ingested: Ingested, held: Set[str]) -> list[str]:
@@ -202,10 +212,11 @@ def _ending(ingested: Ingested, held: Set[str]) -> list[str]:
     lines = [f"{count}: {len(sound) - known} new or revised, {known} known."]
     if not sound:
         lines = [f"No sample is sound yet, of {every} that {'was' if every == 1 else 'were'} found."]
+    lab, asked = shown(ingested.lab), any(each.sample.questions or each.asked for each in ingested.outcomes)
     if ingested.dry_run:
-        return [*lines, "Nothing was written: a dry run."]
-    lab = shown(ingested.lab)
-    if any(outcome.sample.questions or outcome.asked for outcome in ingested.outcomes):
+        told = f" Without --dry-run, {lab}/{PAIRING} is written, in which questions are answered." if asked else ""
+        return [*lines, f"Nothing was written: a dry run.{told}"]
+    if asked:
         lines.append(f"To answer questions, edit {lab}/{PAIRING} and give the same command again.")
     if any(outcome.trial for outcome in ingested.outcomes):
         lines.append(f"Catalogue: sealtwin lab list {lab}")

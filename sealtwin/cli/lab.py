@@ -38,7 +38,7 @@ def ingest(
     One table for several samples is divided by a column that names them, or by worksheets named after them.
 
     Again, the same command adds nothing; a sample that has changed, or whose trial has lost a file, becomes a new
-    revision beside the old one.
+    revision beside the old one. An answer alone goes into a trial that was neither run nor edited.
 
     Example: sealtwin ingest measurements --out lab --dry-run
     """

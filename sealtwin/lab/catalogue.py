@@ -1,9 +1,6 @@
 """The catalogue of a lab: which trials there are, of which files they were made, and what could not be taken in."""
 
-import sqlite3
-from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
-from contextlib import closing
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path, PurePath
@@ -11,16 +8,14 @@ from typing import Any
 
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
-from sealtwin.lab.found_files import TRIAL, Piece, Role, Said, few
-from sealtwin.lab.pairing import Decision, Decisions
-from sealtwin.lab.sample_trials import KeptFile, SampleOutcome
+from sealtwin.lab.found_files import TRIAL, Role, Said
+from sealtwin.lab.pairing import Decisions
+from sealtwin.lab.sample_trials import KeptFile
 from validate.readings.samples import sample_key
 
 CATALOGUE = "catalogue.json"
-EARLIER = "catalogue.sqlite"  # The database in which earlier versions kept it
 RECORD = "record.json"  # File in each trial's folder that says of which files and words it was made
 RUN = "run"  # Folder beside a trial's files in which the results of its run are looked for
-LOOKED_AT: Mapping[Role, str] = {"photo": "photo", "readings": "table of readings"}  # Files that are each of one sample
 COLUMNS = (
     "sample", "revision", "state", "date", "operator", "data", "depth_mm", "photo", "photo_sha256", "readings",
     "readings_sha256", "dialect", "result", "mean_error_mm", "ingested_utc", "folder", "reason",
@@ -48,6 +43,7 @@ class Record:
     remarks: tuple[str, ...]
     ingested_utc: str
     sealtwin: str  # The version that took it in
+    trial_sha256: str = ""  # Hash of trial.toml as it was written
 
     def file(self, role: Role) -> KeptFile | None:
         return next((file for file in self.files if file.role == role), None)
@@ -79,8 +75,6 @@ class Catalogue:
         self._sources: dict[str, dict[str, Any]] = {}
         if self.path.is_file():
             self._read()
-        elif (lab / EARLIER).is_file():
-            self.uses = _earlier_uses(lab / EARLIER)
 
     @classmethod
     def of(cls, lab: Path) -> "Catalogue":
@@ -108,10 +102,6 @@ class Catalogue:
         """Return the revisions of a sample, in their order."""
         return [record for record in self.records if record.sample == key]
 
-    def add(self, record: Record) -> None:
-        """Let a trial count whose folder is there, whole."""
-        self.records.append(record)
-
     def faults(self) -> list[CatalogueFault]:
         """Return what the last ingest of every source could not take in."""
         return [CatalogueFault(*fault) for source in self._sources.values() for fault in source["faults"]]
@@ -124,13 +114,13 @@ class Catalogue:
     def decisions(self, source: str) -> Decisions:
         """Return the user's corrections of the pairing of a source, and answers on its sheets."""
         rows = self._sources.get(source, {"decisions": []})["decisions"]
-        return {(PurePath(file), part): Decision(Said(name, role), said) for file, part, role, name, said in rows}
+        return {(PurePath(file), part): Said(name, role, answers=said) for file, part, role, name, said in rows}
 
     def state(self, source: str, decisions: Decisions, faults: Iterable[CatalogueFault]) -> None:
         """State what the user decided on a source, and what could not be taken in from it."""
         rows = [
-            [file.as_posix(), part, decision.said.role, decision.said.sample, dict(decision.answers)]
-            for (file, part), decision in decisions.items()
+            [file.as_posix(), part, said.role, said.sample, dict(said.answers)]
+            for (file, part), said in decisions.items()
         ]
         told = [[fault.name, fault.sentence] for fault in faults]
         self._sources[source] = {"decisions": rows, "faults": told}
@@ -143,7 +133,7 @@ def state_of(folder: Path) -> str:
 
 
 def is_lab(folder: Path) -> bool:
-    return (folder / CATALOGUE).is_file() or (folder / EARLIER).is_file()
+    return (folder / CATALOGUE).is_file()
 
 
 def _read_record(path: Path) -> Record:
@@ -152,37 +142,6 @@ def _read_record(path: Path) -> Record:
         kept = tuple(KeptFile(**file) for file in content["files"])
         record = Record(**{**content, "files": kept, "remarks": tuple(content["remarks"])})
     return replace(record, folder=path.parent.name)
-
-
-def _earlier_uses(path: Path) -> dict[str, list[str]]:
-    """Return the studies that an earlier version noted; its other tables are in the trials' folders and pairing.csv."""
-    uses = defaultdict[str, list[str]](list)
-    try:
-        with closing(sqlite3.connect(path)) as base:
-            if base.execute("SELECT name FROM sqlite_master WHERE name = 'uses'").fetchall():
-                for readings, what in base.execute("SELECT readings, what FROM uses ORDER BY what"):
-                    uses[readings].append(what)
-    except sqlite3.DatabaseError as fault:
-        raise InputError(f"{path}: no catalogue that can be read ({fault}). {REMEDY}") from fault
-    return dict(uses)
-
-
-def remark_twins(sound: Sequence[SampleOutcome], catalogue: Catalogue) -> None:
-    """Add a remark to samples with files that are identical to those of another sample, here or in the lab."""
-    holders: dict[str, dict[str, str]] = defaultdict(dict)
-    for record in catalogue.records:
-        for file in record.files:
-            holders[file.sha256][record.sample] = f"{file.original} of {record.sample}"
-    for each in sound:
-        for role, digest in each.hashes.items():
-            part = each.sample.part if role == "readings" else None
-            holders[digest][each.sample.key] = str(Piece(each.sample.files[role], part))
-    for each in sound:
-        for role, what in LOOKED_AT.items():
-            alike = holders[each.hashes.get(role, "")]
-            if len(alike) > 1:
-                where = few([name for _, name in sorted(alike.items())])
-                each.remarks.append(f"one {what} in {len(alike)} samples: {where}. Is each of its own?")
 
 
 def latest_trials(lab: Path) -> tuple[list[dict[str, Any]], list[CatalogueFault]]:

@@ -15,8 +15,8 @@ from typing import Literal
 from digitise.image.decoding import PHOTO_SUFFIXES
 from sealtwin.core.errors import InputError, as_text
 from sealtwin.lab.free_text import kind_of_text
-from validate.readings.header_words import WORDS as LAB_WORDS
 from validate.readings.samples import SamplePart, parts_of, sample_key
+from validate.readings.text_table import WORDS as LAB_WORDS
 from validate.readings.text_table import plain_letters
 
 Role = Literal["photo", "second_photo", "mask", "readings", "fill", "note", "text", "ignore"]
@@ -49,11 +49,12 @@ UNSEEN = {"Cc", "Cf", "Zl", "Zp"}  # Unicode's categories of what controls a tex
 
 @dataclass(frozen=True)
 class Said:
-    """Sample and role in a file's name."""
+    """Sample and role of a file by its name, or as the user says them, with the answers about it."""
 
     sample: str  # Letters, digits, spaces and -_. only; empty where the name says none.
     role: Role
     stated: bool = field(default=False, compare=False)  # True where a word of the file's own name says it
+    answers: Mapping[str, str] = field(default_factory=dict)  # As they stand in the pairing file
 
 
 def read_names(files: Iterable[PurePath], folder: str) -> dict[PurePath, Said]:

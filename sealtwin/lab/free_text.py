@@ -1,6 +1,7 @@
 """Texts of a lab's own, as .txt and .md: what kind each is, and what its sentences seem to say."""
 
 import re
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Literal
 
@@ -17,10 +18,7 @@ MOST_FOUND = 20
 LONGEST_PHRASE = 200
 PHRASES = re.compile(r"[;\n]|,(?!\d)|\.(?=\s|$)")
 """Ends of phrases; a comma or a point before a digit belongs to a number."""
-NUMBERS = re.compile(r"(?<![\w.,:/-])[-+]?\d+(?:[.,]\d+)?(?=\s|[a-z;,)]|\.(?!\d)|$)", re.IGNORECASE)
-"""Numbers among words; 3.5.2026 and 14:30 are none."""
 PLACED = ("photo.ends_px", "date")  # Settings without a unit whose value is no word
-LEAST_READINGS = 4  # Numbers in lines of two or more that look like readings at places
 
 
 def kind_of_text(path: Path) -> Literal["readings", "fill", "note", "text"]:
@@ -39,33 +37,12 @@ def kind_of_text(path: Path) -> Literal["readings", "fill", "note", "text"]:
 
 def settings_in(path: Path) -> list[tuple[str, Any]]:
     """Return the settings, by dotted key, that phrases of a text seem to say, as "Tiefe 16 mm" does."""
-    found: dict[str, Any] = {}
-    for line in _lines(path):
-        for key, value in _settings(line):
-            found.setdefault(key, value)
-    return list(found.items())[:MOST_FOUND]
-
-
-def readings_in(path: Path) -> str:
-    """Return the first line of a text that seems to say readings, "bei 20 mm ca. 4,5 tief"; "" where none does."""
-    lines = [
-        (len(numbers), line.strip())
-        for line in _lines(path)
-        if len(numbers := NUMBERS.findall(line)) > 1 and not _settings(line)
-    ]
-    return lines[0][1][:LONGEST_PHRASE] if sum(count for count, _ in lines) >= LEAST_READINGS else ""
-
-
-def _lines(path: Path) -> list[str]:
     try:
-        return path.read_bytes()[:LARGEST_READ_BYTES].decode("utf-8", errors="replace").splitlines()
+        text = path.read_bytes()[:LARGEST_READ_BYTES].decode("utf-8", errors="replace")
     except OSError:
         return []
-
-
-def _settings(line: str) -> list[tuple[str, Any]]:
-    found = list[tuple[str, Any]]()
-    for phrase in PHRASES.split(line):
+    found: dict[str, Any] = {}
+    for phrase in PHRASES.split(text):
         words = phrase.replace(":", " ").replace("=", " ").split()
         if len(phrase) > LONGEST_PHRASE or len(words) < 2:
             continue
@@ -77,12 +54,10 @@ def _settings(line: str) -> list[tuple[str, Any]]:
         number = next((at for at, word in enumerate(words) if word[0].isdigit()), len(words))
         tried += [(one, words[number:]) for one in SETTINGS.values() if one.unit in TELLING]
         for meaning, rest in tried:
-            try:
-                found.append((meaning.key, read_value(meaning, " ".join(rest), "")))
-            except ValueError:
-                continue
-            break
-    return found
+            with suppress(ValueError):
+                found.setdefault(meaning.key, read_value(meaning, " ".join(rest), ""))
+                break
+    return list(found.items())[:MOST_FOUND]
 
 
 def _is_pair(row: SheetRow) -> bool:

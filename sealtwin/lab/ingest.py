@@ -16,8 +16,8 @@ from sealtwin.core import files
 from sealtwin.core.errors import InputError, as_text, naming
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import holding, refuse_foreign, require_folder
-from sealtwin.lab.catalogue import CATALOGUE, RECORD, Catalogue, CatalogueFault, Record, is_lab, remark_twins
-from sealtwin.lab.found_files import DEFAULTS, TRIAL, LeftOut, Piece, Role, Said, divide, find_files, read_names
+from sealtwin.lab.catalogue import CATALOGUE, RECORD, RUN, Catalogue, CatalogueFault, Record, is_lab
+from sealtwin.lab.found_files import DEFAULTS, TRIAL, LeftOut, Piece, Said, divide, find_files, read_names
 from sealtwin.lab.notes import Note, read_defaults
 from sealtwin.lab.pairing import (
     PAIRING,
@@ -37,6 +37,7 @@ from validate.readings.samples import sample_key
 
 INCOMING = f".incoming.{files.TEMPORARY_MARK}"
 """The folder in which a trial is written. It is removed, so its name is none that a user gives."""
+EARLIER = "catalogue.sqlite"  # What the first version kept; the same command makes the catalogue anew beside it
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,6 @@ class Ingested:
     left_out: tuple[LeftOut, ...]
     faults: tuple[CatalogueFault, ...]  # Faults of samples, and of files that belong to none
     placed: Mapping[Piece, Said]
-    decisions: Decisions
 
 
 def ingest(
@@ -81,7 +81,7 @@ def ingest(
         if given is None and (lab / PAIRING).is_file() and files.sha256(lab / PAIRING) != catalogue.pairing:
             given = said_in(lab / PAIRING)
         decisions = catalogue.decisions(source) if given is None else given
-        by_user = {file: decision.said for (file, _), decision in decisions.items()}
+        by_user = {file: said for (file, _), said in decisions.items()}
         named = divide(folder, by_name, _photographed({**by_name, **by_user}.values()))
         placed = place_files(named, decisions)
         samples = pair(placed)
@@ -90,22 +90,14 @@ def ingest(
         left_out += [LeftOut(file.as_posix(), "a text of no sample that is known.", lost=False) for file in alone]
         if not samples and not any(left.lost for left in left_out):
             raise InputError(f"{folder}: no photos, sheets or notes in it.")
-        if not dry_run:
-            # What the user decided outlives an ingest that is stopped.
-            catalogue.state(source, decisions, [])
-            catalogue.save()
         progress.start(f"Taking in {len(samples)} samples", len(samples))
         outcomes = []
         for done, sample in enumerate(samples, start=1):
-            answers: dict[Role, Mapping[str, str]] = {
-                role: decisions[piece].answers for role, piece in sample.pieces.items() if piece in decisions
-            }
-            outcomes.append(take_in(sample, folder, defaults, answers, source, catalogue, progress, dry_run))
+            outcomes.append(take_in(sample, folder, defaults, source, catalogue, progress, dry_run))
             progress.advance(done, sample.name)
         faults = [CatalogueFault(outcome.sample.name, sentence) for outcome in outcomes for sentence in outcome.faults]
         faults += [CatalogueFault(left.file, f"{left.file}: {left.reason}") for left in left_out if left.lost]
-        remark_twins([outcome for outcome in outcomes if not outcome.faults], catalogue)
-        ingested = Ingested(lab, source, dry_run, tuple(outcomes), tuple(left_out), tuple(faults), placed, decisions)
+        ingested = Ingested(lab, source, dry_run, tuple(outcomes), tuple(left_out), tuple(faults), placed)
         if not dry_run:
             write_pairing(ingested, catalogue)
             catalogue.state(source, decisions, faults)
@@ -121,7 +113,7 @@ def write_pairing(ingested: Ingested, catalogue: Catalogue) -> None:
         for file, asked in outcome.asked.items()
     }
     samples = [outcome.sample for outcome in ingested.outcomes]
-    files.write_text(catalogue.lab / PAIRING, pairing_text(ingested.placed, samples, ingested.decisions, about))
+    files.write_text(catalogue.lab / PAIRING, pairing_text(ingested.placed, samples, about))
     catalogue.pairing = files.sha256(catalogue.lab / PAIRING)
 
 
@@ -141,7 +133,7 @@ def _catalogue(lab: Path, progress: Progress, dry_run: bool) -> Iterator[Catalog
     if lab.is_dir() and not is_lab(lab):
         # Another process may be at its very first steps here; what is hidden is its, or the system's.
         shown = [entry for entry in lab.iterdir() if not entry.name.startswith(".")]
-        foreign = [e for e in shown if e.name not in {PAIRING, CATALOGUE, *OWN} and not (e / RECORD).is_file()]
+        foreign = [e for e in shown if e.name not in {PAIRING, CATALOGUE, EARLIER, *OWN} and not (e / RECORD).is_file()]
         refuse_foreign(lab, "ingest", sorted(entry.name for entry in foreign))
     if dry_run:
         yield Catalogue(lab)
@@ -170,7 +162,6 @@ def take_in(
     sample: SampleFiles,
     folder: Path,
     defaults: Note,
-    answers: Mapping[Role, Mapping[str, str]],
     source: str,
     catalogue: Catalogue,
     progress: Progress,
@@ -179,7 +170,7 @@ def take_in(
     """Take in a sample. Whatever is wrong with it is its own fault, but for a fault of the disk of the lab."""
     outcome = SampleOutcome(sample)
     try:
-        outcome = gather(folder, sample, defaults, answers)
+        outcome = gather(folder, sample, defaults)
         _take_in(outcome, folder, source, catalogue, dry_run)
     except InputError as fault:
         outcome.faults += str(fault).splitlines()
@@ -207,8 +198,7 @@ def _take_in(outcome: SampleOutcome, folder: Path, source: str, catalogue: Catal
     sample, lab = outcome.sample, catalogue.lab
     before = None if sample.questions else next(reversed(catalogue.of_sample(sample.key)), None)
     if before is not None and not outcome.faults:
-        kept = (lab / before.folder / name for name in (TRIAL, *(file.kept_as for file in before.files)))
-        if before.content == outcome.content and all(file.is_file() for file in kept):
+        if before.content == outcome.content and _is_whole(lab / before.folder, before):
             outcome.fate, outcome.trial, outcome.revision = "unchanged", before.folder, before.revision
             outcome.remarks, outcome.dialect = list(before.remarks), before.dialect
             return
@@ -226,7 +216,7 @@ def _take_in(outcome: SampleOutcome, folder: Path, source: str, catalogue: Catal
         return
     if not dry_run:
         record = keep(outcome, before, folder, source, lab)
-        catalogue.add(record)
+        catalogue.records = [*(one for one in catalogue.records if one.folder != record.folder), record]
         outcome.trial, outcome.revision = record.folder, record.revision
     outcome.fate = "new" if before is None else "revised"
 
@@ -234,13 +224,19 @@ def _take_in(outcome: SampleOutcome, folder: Path, source: str, catalogue: Catal
 def keep(outcome: SampleOutcome, before: Record | None, folder: Path, source: str, lab: Path) -> Record:
     """Write a trial's folder: its files byte for byte, trial.toml, record.json. ``before`` is the trial so far.
 
+    One that was neither run nor edited, and whose files are the same, takes the answers in and gets no revision.
     Raises InputError if a file has changed since it was looked at, or the folder's name is taken by another sample.
     """
     assert outcome.settings is not None, "only what has a trial is kept"
     sample, said = outcome.sample, {key: entry.value for key, entry in outcome.note.entries.items()}
-    # A later revision has its number behind an @, which no other name has.
-    name = folder_name(sample.name) if before is None else f"{before.folder.partition('@')[0]}@{before.revision + 1}"
-    if (lab / name).exists():
+    text, name, revision = trial_text(outcome.settings), folder_name(sample.name), 1
+    answered = False
+    if before is not None:
+        answered = before.files == tuple(outcome.raw) and _is_as_written(lab / before.folder, before)
+        # A later revision has its number behind an @, which no other name has.
+        later = f"{before.folder.partition('@')[0]}@{before.revision + 1}"
+        name, revision = (before.folder, before.revision) if answered else (later, before.revision + 1)
+    if (lab / name).exists() and not answered:
         raise InputError(
             f"{sample.files['photo']}: {lab / name} is taken by another sample; give this one another name "
             "in the pairing file."
@@ -248,7 +244,7 @@ def keep(outcome: SampleOutcome, before: Record | None, folder: Path, source: st
     record = Record(
         sample=sample.key,
         name=sample.name,
-        revision=1 if before is None else before.revision + 1,
+        revision=revision,
         folder=name,
         source=source,
         content=outcome.content,
@@ -260,7 +256,12 @@ def keep(outcome: SampleOutcome, before: Record | None, folder: Path, source: st
         remarks=tuple(outcome.remarks),
         ingested_utc=datetime.now(UTC).isoformat(timespec="seconds"),
         sealtwin=version("sealtwin"),
+        trial_sha256=hashlib.sha256(text.encode()).hexdigest(),
     )
+    if answered:
+        files.write_text(lab / name / TRIAL, text)
+        files.write_json(lab / name / RECORD, asdict(record))
+        return record
     incoming = lab / INCOMING
     shutil.rmtree(incoming, ignore_errors=True)
     write_trial(outcome, outcome.settings, folder, incoming)
@@ -268,6 +269,16 @@ def keep(outcome: SampleOutcome, before: Record | None, folder: Path, source: st
     with naming(lab / name):
         incoming.rename(lab / name)
     return record
+
+
+def _is_whole(folder: Path, record: Record) -> bool:
+    return all((folder / name).is_file() for name in (TRIAL, *(file.kept_as for file in record.files)))
+
+
+def _is_as_written(folder: Path, record: Record) -> bool:
+    """Return whether a trial is as ingest left it: nothing gone, nothing edited, not run."""
+    is_run = (folder / RUN / "profile.csv").exists()
+    return _is_whole(folder, record) and not is_run and files.sha256(folder / TRIAL) == record.trial_sha256
 
 
 def write_trial(outcome: SampleOutcome, trial: Trial, source: Path, folder: Path) -> None:

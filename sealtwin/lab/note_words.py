@@ -5,14 +5,12 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import date
-from difflib import get_close_matches
 from functools import cache
 from typing import Any
 
 from sealtwin.core.settings import dotted_names
 from sealtwin.trial.trial_file import Trial
-from validate.readings.header_words import WORDS
-from validate.readings.text_table import is_ambiguous, number, plain_letters
+from validate.readings.text_table import WORDS, is_ambiguous, number, plain_letters
 from validate.settings import OF_THE_SHEET, SIGNS, Columns
 
 NAME = "name"
@@ -37,8 +35,7 @@ ALTERNATIVES = (
 UNITS: dict[str, dict[str, float]] = WORDS["notes"]["units"]
 """Factors of units to the one with which a setting's name ends."""
 TELLING = ("mm_per_px", "mm_s", "pa_s", "kg_m3", "pa")  # Units that tell a setting from other notes
-PER, PIXEL = (frozenset(WORDS["notes"][name].split()) for name in ("per", "pixel"))
-LIKENESS = 0.8  # Share of letters that an unknown word has in common with a known one that may be meant
+PER = frozenset(WORDS["notes"]["per"].split())
 NOTHING_BUT_WORDS = re.compile(r"[^\w/]+|_")
 NUMBER = re.compile(r"([-+\u2212]?\d[\d.,' ]*(?:[eE][-+]?\d+)?)\s*(.*)", re.DOTALL)
 WHOLE = re.compile(r"[-+]?\d+")
@@ -116,22 +113,11 @@ def meaning_of(word: str, name: str, own: Mapping[str, str]) -> WordMeaning | No
     return SETTINGS[SCALE] if _unit(word) in UNITS["mm_per_px"] else None
 
 
-def likely_key(name: str, text: str, unit: str) -> str | None:
-    """Return the setting that a word may mean which is not known: by its unit, its letters, or a word in it."""
-    words = normal(name).split()
-    close = [
-        word for word in (*get_close_matches(normal(name), BY_WORD, n=1, cutoff=LIKENESS), *words) if word in BY_WORD
-    ]
-    near = [BY_WORD[word] for word in close if BY_WORD[word].unit or BY_WORD[word].key == "photo.ends_px"]
-    by_unit = [one for one in SETTINGS.values() if one.unit in TELLING]
-    for meaning in (*near, *by_unit):
-        try:
-            read_value(meaning, text, unit)
-        except ValueError:
-            continue
-        return meaning.key
-    is_scale = PIXEL & set(normal(f"{name} {unit}").replace("/", " ").split()) and NUMBER.fullmatch(text)
-    return SCALE if is_scale else None
+def key_of_unit(value: str, unit: str) -> str | None:
+    """Return the setting that alone has the unit which stands beside a word that is not known, or its value."""
+    found = NUMBER.fullmatch(value)
+    units = {_unit(unit), _unit(found[2])} if found else set[str]()
+    return next((one.key for one in SETTINGS.values() if one.unit in TELLING and units & UNITS[one.unit].keys()), None)
 
 
 def read_value(meaning: WordMeaning, text: str, unit: str, *, exact: bool = False) -> Any:

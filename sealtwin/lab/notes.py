@@ -12,7 +12,7 @@ from sealtwin.core.settings import read_toml
 from sealtwin.lab import note_words
 from sealtwin.lab.found_files import FREE_TEXT, NOTE_SUFFIX, plain
 from sealtwin.lab.free_text import kind_of_text, settings_in
-from sealtwin.lab.note_words import IGNORED, known_keys, likely_key, meaning_of, normal, tables
+from sealtwin.lab.note_words import IGNORED, key_of_unit, known_keys, meaning_of, normal, tables
 from validate.readings.samples import read_cells
 from validate.readings.sheet import SheetCell, clipped
 from validate.readings.text_table import is_missing
@@ -44,8 +44,6 @@ class Note:
     faults: list[str] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
     """Remaining text that belongs to no setting: the weather, the name of a project."""
-    of_file: dict[str, dict[str, NoteEntry]] = field(default_factory=dict)
-    """Settings of single files of readings in lab.toml, by the file's name or a pattern of it."""
     words: dict[str, str] = field(default_factory=dict)
     """Settings, or "ignore", by the lab's own words for them."""
     meant: set[str] = field(default_factory=set)
@@ -112,22 +110,11 @@ def _of_tables(content: Mapping[str, Any], where: str, own: Mapping[str, str]) -
             if key == WORDS and isinstance(inner, dict):
                 note.words = {normal(word): str(meant) for word, meant in inner.items()}
             elif key == note_words.COLUMNS and isinstance(inner, dict):
-                _take_columns(note, inner, where)
+                for column, value in note_words.of_columns(inner).items():
+                    _take(note, column, value, where, {})
             else:
                 _take(note, key, inner, where, own)
     return note
-
-
-def _take_columns(note: Note, table: Mapping[str, Any], where: str) -> None:
-    """Take the columns of all sheets, and those of single files, which are tables by the files' names."""
-    files = {name: inner for name, inner in table.items() if isinstance(inner, dict)}
-    for key, value in note_words.of_columns({k: v for k, v in table.items() if k not in files}).items():
-        _take(note, key, value, where, {})
-    for name, inner in files.items():
-        own = Note(faults=note.faults)
-        for key, value in note_words.of_columns(inner).items():
-            _take(own, key, value, where, {})
-        note.of_file[name] = own.entries
 
 
 def _take(note: Note, key: str, value: Any, where: str, own: Mapping[str, str]) -> None:
@@ -138,7 +125,7 @@ def _take(note: Note, key: str, value: Any, where: str, own: Mapping[str, str]) 
         # A mesh, or a key of a trial's table, can only be a setting.
         note.faults.append(f"{where}: {shown(key)}: no such key; {KEYS}")
     elif key not in known_keys():
-        _take_unknown(note, key, key, value, "", where, own)
+        _take_unknown(note, key, value, "", where, own)
     elif key in note.entries:
         note.faults.append(f"{where}: {key} stands there twice, also in {note.entries[key].origin}; keep one.")
     else:
@@ -191,7 +178,7 @@ def _take_word(note: Note, word: str, cell: SheetCell, unit: str, where: str, ow
     in_word = in_word or unit or (written if note_words.is_unit(written) else "")
     meaning = meaning_of(written, name, own)
     if meaning is None or meaning.key == IGNORED:
-        _take_unknown(note, written, name, value, in_word, where, own)
+        _take_unknown(note, written, value, in_word, where, own)
         return
     try:
         read = note_words.read_value(meaning, value, in_word, exact=cell.kind == "number")
@@ -201,11 +188,9 @@ def _take_word(note: Note, word: str, cell: SheetCell, unit: str, where: str, ow
         note.faults.append(f"{where}, column 2: {shown(written)} = {shown(value)} {fault}")
 
 
-def _take_unknown(
-    note: Note, word: str, name: str, value: object, unit: str, where: str, own: Mapping[str, str]
-) -> None:
+def _take_unknown(note: Note, word: str, value: object, unit: str, where: str, own: Mapping[str, str]) -> None:
     """Keep what is no setting; ask about what may be one, since the folder's would be taken in its place."""
-    key = None if own.get(normal(word)) == IGNORED else likely_key(name, str(value), unit)
+    key = None if own.get(normal(word)) == IGNORED else key_of_unit(str(value), unit)
     if key is None:
         note.remarks.append(f"{where}: {shown(word)} = {shown(value)}: written down, and no setting.")
         return

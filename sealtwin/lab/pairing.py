@@ -21,7 +21,6 @@ from sealtwin.lab.found_files import (
     as_label,
     few,
     possible_roles,
-    read_name,
 )
 from validate.readings.samples import SamplePart, named_cells, read_table, sample_key
 from validate.readings.text_table import plain_letters
@@ -37,25 +36,17 @@ COLUMNS = ("file", "role", "sample", "part", *ANSWERS, "question")
 """The part is that of a file that several samples share; blank for the whole file."""
 SPAN = "([A-Z]{1,3}(:[A-Z]{1,3})?|[a-z](:[a-z])?)"  # B, or B:D; of several small letters a name is likelier
 SPANS = re.compile(rf"{SPAN}([\s,;]+{SPAN})*")
+LIKENESS = 0.4  # Share of letters in one order from which a photo is offered for a file without one
 ROLES: tuple[Role, ...] = get_args(Role)
-LIKENESS = 0.65  # Share of letters that two names have in one order; P0l and P01 have two of three
 REVISION = re.compile(LAB_WORDS["revision"]["word"])
 """A word such as v2, whose number is none of a sample."""
 ROLE_WORDS = frozenset[str]().union(*WORDS.values())
 CELL = re.compile("[A-Za-z]{1,3}[0-9]*")  # Or a column; the words for a whole sheet are longer
-DIGIT, LABEL = re.compile(r"\d"), re.compile(r"[^\W\d_]\d")
+DIGIT = re.compile(r"\d")
 
 
-@dataclass(frozen=True)
-class Decision:
-    """Sample and role of a file, or of a part of it, as the user says."""
-
-    said: Said
-    answers: Mapping[str, str] = field(default_factory=dict)  # On the sheet, as they stand in the pairing file
-
-
-Decisions = Mapping[tuple[PurePath, str], Decision]
-"""Decisions by file and name of its part; "" is the whole file."""
+Decisions = Mapping[tuple[PurePath, str], Said]
+"""Decisions of the user by file and name of its part; "" is the whole file."""
 
 
 @dataclass(frozen=True)
@@ -67,15 +58,11 @@ class SampleFiles:
     questions: tuple[str, ...]
     part: SamplePart | None = None  # Part of the file of readings, where samples share it
     texts: tuple[PurePath, ...] = ()  # Free texts, which are kept and say nothing
+    answers: Mapping[Role, Mapping[str, str]] = field(default_factory=dict)  # In the pairing file, beside its files
 
     @property
     def key(self) -> str:
         return sample_key(self.name)
-
-    @property
-    def pieces(self) -> dict[Role, tuple[PurePath, str]]:
-        """Files with their parts, by which the user's decisions are known."""
-        return {role: (file, str(self.part or "") if role == "readings" else "") for role, file in self.files.items()}
 
 
 def place_files(named: Mapping[Piece, Said], decisions: Decisions) -> dict[Piece, Said]:
@@ -88,8 +75,7 @@ def place_files(named: Mapping[Piece, Said], decisions: Decisions) -> dict[Piece
     for piece, said in named.items():
         if (piece.file, "") in decisions:
             piece = Piece(piece.file)
-        decision = decisions.get((piece.file, piece.part_name))
-        placed[piece] = said if decision is None else decision.said
+        placed[piece] = decisions.get((piece.file, piece.part_name), said)
     photos = sorted({said.sample for said in placed.values() if said.role == "photo"})
     keys = {sample_key(photo) for photo in photos}
     taken = {(sample_key(said.sample), said.role) for said in placed.values()}
@@ -97,9 +83,6 @@ def place_files(named: Mapping[Piece, Said], decisions: Decisions) -> dict[Piece
         if said.role in ("photo", "ignore") or (piece.file, piece.part_name) in decisions:
             continue
         hosts = [photo for photo in photos if _is_within(photo, said.sample) or _is_within(said.sample, photo)]
-        if said.role == "text":
-            # It is kept, and says nothing unasked.
-            hosts = hosts or [photo for photo in photos if _labels(photo) & _labels(said.sample)]
         if sample_key(said.sample) in keys or len({sample_key(host) for host in hosts}) != 1:
             continue
         host, free = hosts[0], said.role == "text" or (sample_key(hosts[0]), said.role) not in taken
@@ -124,11 +107,6 @@ def _telling(name: str) -> list[str]:
     return [word for word, plain in words if plain not in ROLE_WORDS and not REVISION.fullmatch(plain)]
 
 
-def _labels(name: str) -> set[str]:
-    """Return the words of letters and digits, as T1, which tell samples apart whatever stands around them."""
-    return {plain_letters(word) for word in _telling(name) if LABEL.search(word)}
-
-
 def pair(placed: Mapping[Piece, Said]) -> list[SampleFiles]:
     """Return samples in the order of their names; files to be ignored are of none, nor are texts without a sample."""
     groups: dict[str, dict[Piece, Said]] = defaultdict(dict)
@@ -138,13 +116,12 @@ def pair(placed: Mapping[Piece, Said]) -> list[SampleFiles]:
             texts[sample_key(said.sample)].append(piece.file)
         elif said.role != "ignore":
             groups[sample_key(said.sample)][piece] = said
-    alike = _alike(groups)
-    samples = [_sample(key, group, alike.get(key, [])) for key, group in sorted(groups.items())]
+    samples = [_sample(key, group, groups) for key, group in sorted(groups.items())]
     return [replace(sample, texts=tuple(texts.get(sample.key, ()))) for sample in samples]
 
 
-def _sample(key: str, group: Mapping[Piece, Said], alike: Sequence[Mapping[Piece, Said]]) -> SampleFiles:
-    """Return a sample with its questions. ``alike`` are the groups of files that may be of one sample with it."""
+def _sample(key: str, group: Mapping[Piece, Said], groups: Mapping[str, Mapping[Piece, Said]]) -> SampleFiles:
+    """Return a sample of ``group`` with its questions; ``groups`` are the files of all samples."""
     by_role: dict[Role, list[Piece]] = defaultdict(list)
     for piece, said in group.items():
         by_role[said.role].append(piece)
@@ -161,49 +138,17 @@ def _sample(key: str, group: Mapping[Piece, Said], alike: Sequence[Mapping[Piece
     ]
     if not key:
         questions = [f"{piece}: its name says no sample; rename it, or give it a sample." for piece in group]
-    elif "photo" in by_role:
-        questions += [
-            f"{few(by_role['photo'])}: {few(list(orphan))} has no photo and nearly its name; decide about it first."
-            for orphan in alike
-        ]
-    else:
-        photos = [piece for other in alike for piece, said in other.items() if said.role == "photo"]
+    elif "photo" not in by_role:
+        # A sample that lacks what this one has may wait for it.
+        roles = {one: {said.role for said in other.values()} for one, other in groups.items()}
+        lacking = [one for one, its in roles.items() if "photo" in its and not by_role.keys() & its]
+        close = get_close_matches(key, lacking, cutoff=LIKENESS)
+        photos = [piece for one in close for piece, said in groups[one].items() if said.role == "photo"]
         likely = f"Is it of {few(photos)}? Name both alike" if photos else "Add it, give it the sample's name"
         questions.append(f"{few(list(group))}: no photo of sample {name}. {likely}, or give this the role ignore.")
-    return SampleFiles(name, files, tuple(questions), by_role["readings"][0].part if "readings" in files else None)
-
-
-def _alike(groups: Mapping[str, Mapping[Piece, Said]]) -> dict[str, list[Mapping[Piece, Said]]]:
-    """Return, for each sample without a photo, those with one whose files it may be of; for one such, vice versa.
-
-    Names are compared without their folders, too: May/P01.jpg and sheets/P01.csv.
-    """
-    roles = {key: {said.role for said in group.values()} for key, group in groups.items()}
-    names = {key: {key, *map(_own_key, group)} - {""} for key, group in groups.items()}
-    labels = {key: {word for said in group.values() for word in _labels(said.sample)} for key, group in groups.items()}
-    alike: dict[str, list[Mapping[Piece, Said]]] = defaultdict(list)
-    for key in sorted(key for key in groups if key and "photo" not in roles[key]):
-        by_name: dict[str, set[str]] = defaultdict(set)
-        # A sample that lacks what the orphan has waits for it.
-        for other in (other for other in groups if "photo" in roles[other] and not roles[other] & roles[key]):
-            for name in names[other]:
-                by_name[name].add(other)
-        close = [name for name in by_name if any(name in mine or mine in name for mine in names[key])]
-        close += [name for name, others in by_name.items() if any(labels[key] & labels[other] for other in others)]
-        close = close or [name for mine in names[key] for name in get_close_matches(mine, by_name, cutoff=LIKENESS)]
-        likely = set[str]().union(*(by_name[name] for name in close))
-        alike[key] = [groups[other] for other in sorted(likely)]
-        # Of several that may be meant none is held back.
-        if len(likely) == 1:
-            alike[likely.pop()].append(groups[key])
-    return alike
-
-
-def _own_key(piece: Piece) -> str:
-    """Return the key of the sample that a piece's own name says, without its folders."""
-    part = piece.part
-    said = read_name(PurePath(piece.file.name if part is None else f"{part.rows_of or part.sheet}.csv"))
-    return sample_key(said.sample) if said else ""
+    part = by_role["readings"][0].part if "readings" in files else None
+    answers: dict[Role, Mapping[str, str]] = {role: group[by_role[role][0]].answers for role in files}
+    return SampleFiles(name, files, tuple(questions), part, answers=answers)
 
 
 @dataclass(frozen=True)
@@ -218,9 +163,7 @@ class PairingRow:
     answers: Mapping[str, str] = field(default_factory=dict)
 
 
-def pairing_text(
-    placed: Mapping[Piece, Said], samples: Sequence[SampleFiles], decisions: Decisions, about: Mapping[Piece, str]
-) -> str:
+def pairing_text(placed: Mapping[Piece, Said], samples: Sequence[SampleFiles], about: Mapping[Piece, str]) -> str:
     """Write a row for each piece, in the order of samples; a question stands beside the pieces that it is about.
 
     ``about`` are questions on what single pieces hold.
@@ -228,12 +171,11 @@ def pairing_text(
     asked = {sample.key: " ".join(sample.questions) for sample in samples}
     rows = list[tuple[tuple[str, int, PurePath, str], tuple[str, ...]]]()
     for piece, said in placed.items():
-        decision = decisions.get((piece.file, piece.part_name))
-        answers = {} if decision is None else decision.answers
         key, file = sample_key(said.sample), piece.file
         question = "" if said.role == "ignore" else about.get(piece) or asked.get(key, "")
-        cells = (file.as_posix(), said.role, said.sample, piece.part_name, *(answers.get(name, "") for name in ANSWERS))
-        rows.append(((key, ROLES.index(said.role), file, piece.part_name), (*cells, question)))
+        answers = (said.answers.get(name, "") for name in ANSWERS)
+        cells = (file.as_posix(), said.role, said.sample, piece.part_name, *answers, question)
+        rows.append(((key, ROLES.index(said.role), file, piece.part_name), cells))
     return sheet_text(COLUMNS, [row for _, row in sorted(rows)])
 
 
@@ -276,7 +218,7 @@ def decided(rows: Sequence[PairingRow], named: Mapping[Piece, Said]) -> Decision
         pieces[piece.file][piece.part_name] = said
     # As they are, and as a spreadsheet must not calculate them.
     by_cell = {as_text_cell(file.as_posix()): file for file in pieces} | {file.as_posix(): file for file in pieces}
-    decisions: dict[tuple[PurePath, str], Decision] = {}
+    decisions: dict[tuple[PurePath, str], Said] = {}
     seen: set[tuple[PurePath, str]] = set()
     faults = []
     for row in rows:
@@ -292,9 +234,9 @@ def decided(rows: Sequence[PairingRow], named: Mapping[Piece, Said]) -> Decision
         if fault is not None:
             faults.append(f"{row.where}: {fault}")
             continue
-        said = Said(as_label(row.sample), ROLES[ROLES.index(row.role)])
-        if row.answers or said != pieces[file].get(part):
-            decisions[file, part] = Decision(said, row.answers)
+        said = Said(as_label(row.sample), ROLES[ROLES.index(row.role)], answers=row.answers)
+        if said != pieces[file].get(part):
+            decisions[file, part] = said
     if faults:
         raise InputError("\n".join(faults))
     return decisions

@@ -4,6 +4,7 @@ import re
 import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from digitise.settings import CHOICE, CrackShape
 from sealtwin.core import files
@@ -74,14 +75,13 @@ def _without_doubts(outcome: SampleOutcome) -> Trial:
     """Return the settings of a sample; of one that is held back without its readings, which are asked about."""
     assert outcome.settings is not None, "only what has settings is tried"
     trial = outcome.settings
-    if outcome.faults:
-        trial = trial.model_copy(update={"readings": None, "gate": None})
+    changed: dict[str, Any] = dict.fromkeys(("readings", "gate")) if outcome.faults else {}
     if DEPTH in outcome.stand_ins:
         # Upright walls hold whatever the depth is.
-        trial = trial.model_copy(update={"crack": CrackShape(depth_mm=NEEDED[DEPTH][0], tilt="vertical")})
+        changed["crack"] = CrackShape(depth_mm=NEEDED[DEPTH][0], tilt="vertical")
     elif "crack.tilt" in outcome.stand_ins and trial.crack is not None:
-        trial = trial.model_copy(update={"crack": trial.crack.model_copy(update={"fill": None})})
-    return trial
+        changed["crack"] = trial.crack.model_copy(update={"fill": None})
+    return trial.model_copy(update=changed)
 
 
 def _checked(

@@ -5,8 +5,8 @@ import json
 import tomllib
 from collections.abc import Iterable, Mapping, Set
 from dataclasses import dataclass, field, replace
-from fnmatch import fnmatchcase
 from pathlib import Path, PurePath
+from textwrap import shorten
 from typing import Any, Literal
 
 from digitise.settings import DEEPEST_MM, LARGEST_FILE_BYTES
@@ -16,7 +16,7 @@ from sealtwin.core.records import ReadColumn
 from sealtwin.core.settings import checked
 from sealtwin.lab.fill_sheet import read_fill
 from sealtwin.lab.found_files import DEFAULTS, Role
-from sealtwin.lab.free_text import readings_in, settings_in
+from sealtwin.lab.free_text import settings_in
 from sealtwin.lab.note_words import ALTERNATIVES, COLUMNS, DATA, OF_READINGS, OWN, SCALE, of_columns
 from sealtwin.lab.notes import Note, NoteEntry, read_cell, read_note
 from sealtwin.lab.pairing import PAIRING, SampleFiles, as_columns
@@ -87,13 +87,12 @@ class SampleOutcome:
     fate: Literal["new", "revised", "unchanged", "failed", "bug"] = "failed"
     raw: list[KeptFile] = field(default_factory=list)
     note: Note = field(default_factory=Note)
-    of_fill: Mapping[str, str] = field(default_factory=dict)  # Answers on its fill, as they stand in the pairing file
     faults: list[str] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
     settings: Trial | None = None  # Those that could be checked; None where they cannot be used
     stand_ins: frozenset[str] = frozenset()  # Settings that nobody said and something else stands in for
     dialect: str | None = None  # Dialect of the sheet of readings, as a sentence
-    columns: tuple[ReadColumn, ...] = ()  # Columns of the sheet as they were understood
+    columns: dict[Role, tuple[ReadColumn, ...]] = field(default_factory=dict)  # Columns of its sheets as understood
     asked: dict[PurePath, list[str]] = field(default_factory=dict)  # Questions for the pairing file, by its files
     trial: str | None = None  # Folder of its trial; in a dry run there is none yet
     revision: int | None = None
@@ -104,7 +103,7 @@ class SampleOutcome:
         for sentence in sentences:
             named = (file for file in sample.files.values() if sentence.startswith(str(file)))
             said = self.asked.setdefault(next(named, sample.files["photo"]), [])
-            if (cell := _short(sentence)) not in said:
+            if (cell := shorten(sentence, LONGEST_QUESTION, placeholder="...")) not in said:
                 said.append(cell)
 
     @property
@@ -121,8 +120,8 @@ class SampleOutcome:
     def content(self) -> str:
         """Hash of what was measured and of what was said about it: equal where nothing has changed."""
         said: dict[str, Any] = {key: entry.value for key, entry in sorted(self.note.entries.items())}
-        if self.of_fill:
-            said["of_fill"] = dict(self.of_fill)
+        if of_fill := self.sample.answers.get("fill"):
+            said["of_fill"] = dict(of_fill)
         return hashlib.sha256(json.dumps([said, self.hashes], sort_keys=True, default=str).encode()).hexdigest()
 
 
@@ -131,14 +130,9 @@ def kept_as(role: str, file: PurePath) -> str:
     return (INPUTS / f"{role}{file.suffix.lower()}").as_posix()
 
 
-def gather(
-    folder: Path, sample: SampleFiles, defaults: Note, answers: Mapping[Role, Mapping[str, str]]
-) -> SampleOutcome:
-    """Read a sample's notes and hash its files; their content is not looked at yet.
-
-    ``answers`` are the user's in the pairing file, by the role of the file that they stand beside.
-    """
-    outcome = SampleOutcome(sample, faults=[*sample.questions], of_fill=answers.get("fill", {}))
+def gather(folder: Path, sample: SampleFiles, defaults: Note) -> SampleOutcome:
+    """Read a sample's notes and hash its files; their content is not looked at yet."""
+    outcome = SampleOutcome(sample, faults=[*sample.questions])
     _read_texts(folder, outcome)
     if sample.questions:
         return outcome
@@ -170,15 +164,11 @@ def gather(
         ]
     if "fill" in sample.files:
         defaults = replace(defaults, entries={key: one for key, one in defaults.entries.items() if key != ANGLE})
-    for name, entries in defaults.of_file.items():
-        file = sample.files.get("readings", PurePath())
-        if fnmatchcase(file.name, name) or fnmatchcase(file.as_posix(), name):
-            defaults = replace(defaults, entries=defaults.entries | entries)
     outcome.note = own.over(defaults)
-    for role, said in answers.items():
+    for role, said in sample.answers.items():
         cell = read_cell(said.get("settings", ""), f"{PAIRING}, {sample.files[role]}")
         outcome.note = cell.over(outcome.note)
-    given = {key: text for role, said in answers.items() if role != "fill" for key, text in said.items()}
+    given = {key: text for role, said in sample.answers.items() if role != "fill" for key, text in said.items()}
     said = of_columns(as_columns(given))
     if "crack" in given:
         said["photo.crack"] = int(given["crack"]) if given["crack"].isdecimal() else given["crack"]
@@ -190,13 +180,10 @@ def gather(
 
 def _read_texts(folder: Path, outcome: SampleOutcome) -> None:
     for text in (text for text in outcome.sample.texts if not (folder / text).is_symlink()):
-        told = f"{text} is kept as text"
+        told = f"{text} is kept as text, and not read"
         if found := settings_in(folder / text):
             said_there = ", ".join(f"{key} = {value}" for key, value in found)
             told += f"; it seems to say {said_there}: if it does, give it the role note in {PAIRING}, else leave it"
-        if line := readings_in(folder / text):
-            told += f"; it seems to hold readings ({line!r:.80}), which are read from a table only: write one"
-        if found or line:
             outcome.asked[text] = [f"{told}."]
         outcome.remarks.append(f"{told}.")
 
@@ -246,18 +233,12 @@ def _look_at(path: Path, role: Role, content: Mapping[str, Any], deepest_mm: flo
         try:
             profile = read_readings(path, declared, None, deepest_mm)
         except SheetFaults as fault:
-            outcome.columns = fault.columns
+            outcome.columns["readings"] = fault.columns
             raise
-        outcome.dialect, outcome.columns = profile.dialect, profile.columns
+        outcome.dialect, outcome.columns["readings"] = profile.dialect, profile.columns
         # A sheet is judged by the crack's own depth.
         if "crack.depth_mm" in outcome.note.entries:
             outcome.faults += [f"{doubt} It goes into {_note_of(outcome)}, or {PAIRING}." for doubt in profile.doubts]
-
-
-def _short(text: str) -> str:
-    """Return sentences as one cell of the pairing file."""
-    line = " ".join(text.split())
-    return line if len(line) <= LONGEST_QUESTION else f"{line[:LONGEST_QUESTION]}..."
 
 
 def _tables(folder: Path, outcome: SampleOutcome) -> dict[str, Any]:
@@ -311,34 +292,43 @@ def _said(outcome: SampleOutcome) -> dict[str, Any]:
         parts = {"readings.sheet": part.sheet, "readings.sample": part.rows_of}
         given |= {key: (value, place, value) for key, value in parts.items() if value is not None}
     for key, (name, place, value) in given.items():
-        if key in entries and name not in (entries[key].value, PurePath(str(entries[key].value)).name):
-            outcome.faults.append(
-                f"{entries[key].origin}: {key} = {str(entries[key].value)!r:.80}, but {place} is of this sample by its "
-                "name; leave it out, and say in the pairing file which is."
-            )
+        if key in entries:
+            _hold_against(outcome, key, entries[key].value, name, place)
         said[key] = value
     return {key: value for key, value in said.items() if value or key not in given}
 
 
+def _hold_against(outcome: SampleOutcome, key: str, told: Any, name: str, place: str) -> None:
+    """Add a fault where a note calls a file or a part of this sample otherwise than its ``name``."""
+    if name not in (told, PurePath(str(told)).name):
+        outcome.faults.append(
+            f"{outcome.note.entries[key].origin}: {key} = {str(told)!r:.80}, but {place} is of this sample by its "
+            "name; leave it out, and say in the pairing file which is."
+        )
+
+
 def _weigh(folder: Path, outcome: SampleOutcome, said: dict[str, Any]) -> None:
     """Put the fill's sheet into ``said`` in place of what notes call it; what they say of the liquid stays."""
-    entry, file = outcome.note.entries.get(FILL), outcome.sample.files.get("fill")
+    file = outcome.sample.files.get("fill")
     given = said.pop(FILL, {})
     table = dict(given) if isinstance(given, Mapping) else {"file": given}
-    named = table.pop("file", None)
-    if entry is not None and named is not None and (file is None or PurePath(str(named)).name != file.name):
-        what = "no fill" if file is None else str(file)
-        outcome.faults.append(
-            f"{entry.origin}: {FILL} = {str(named)!r:.80}, but {what} is of this sample; leave it out, and say in "
-            f"{PAIRING} which file has the role fill."
-        )
+    if (named := table.pop("file", None)) is not None:
+        _hold_against(outcome, FILL, named, "" if file is None else file.name, "no fill" if file is None else str(file))
     if file is None:
         # What the folder says of liquids concerns other samples.
         said |= {FILL: table} if "mass_g" in table else {}
         return
+    # "B g", or the name of a column.
+    said_of_it = outcome.sample.answers.get("fill", {})
+    head, _, last = (mass := said_of_it.get("mass", "")).rpartition(" ")
+    mass, unit = (head, last) if head and last in ("g", "kg") else (mass, "")
     try:
-        columns, shown = read_fill(folder / file, outcome.of_fill)
+        answers = as_columns({**said_of_it, "s": mass} if mass else said_of_it)
+        answers.pop("as_written", None)
+        declared = checked(Declared, folder / file, {"columns": answers})
+        columns, shown, outcome.columns["fill"] = read_fill(folder / file, declared, unit)
     except InputError as fault:
+        outcome.columns["fill"] = fault.columns if isinstance(fault, SheetFaults) else ()
         outcome.faults += str(fault).splitlines()
         return
     outcome.remarks.append(shown)

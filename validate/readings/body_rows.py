@@ -3,11 +3,10 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from validate.readings.header_words import holds_no_number, is_calculated, is_number, meaning, unit_of
+from validate.readings.header_words import ColumnUnit, holds_no_number, is_calculated, is_number, meaning, unit_of
 from validate.readings.sheet import FaultList, Place, SheetCell, SheetRow
 from validate.readings.table_rows import first_cell, is_a_number
 from validate.readings.text_table import is_missing, number
-from validate.settings import Unit
 
 LONGEST_UNIT = 8  # Letters of a word in a row of units, as [°C] or Uhrzeit
 
@@ -28,7 +27,7 @@ def sorted_rows(
         words = is_text and all(cell.kind == "text" and holds_no_number(cell.text) for cell in (station_cell, *cells))
         if first is not None and first.kind == "text" and is_calculated(first.text):
             passed.append(row)
-        elif is_text and (again := meaning(station_cell.text)) is not None and again.role == "station":
+        elif is_text and (again := meaning(station_cell.text)) is not None and again.role in ("station", "mass"):
             break
         elif (words and (cells or not is_missing(station_cell.text))) or (is_text and station_cell.text and not cells):
             remarks.append(row)
@@ -47,23 +46,23 @@ def sorted_rows(
     return kept, remarks, passed
 
 
-def units_row(row: SheetRow) -> tuple[dict[int, Unit], dict[int, str]]:
+def units_row(row: SheetRow) -> tuple[dict[int, ColumnUnit], dict[int, str]]:
     """Return units by column, and the words of such a row that are none of length; both empty where it holds others."""
     texts = {index: cell.text for index, cell in enumerate(row.cells) if not is_missing(cell.text)}
-    units: dict[int, Unit] = {index: unit for index, text in texts.items() if (unit := unit_of(text)) is not None}
+    units: dict[int, ColumnUnit] = {index: unit for index, text in texts.items() if (unit := unit_of(text)) is not None}
     others = {index: text for index, text in texts.items() if index not in units}
     short = all(len(text) <= LONGEST_UNIT and holds_no_number(text) for text in others.values())
     return (units, others) if units and short and len(others) <= len(units) else ({}, {})
 
 
-def units_in_cells(body: Sequence[SheetRow]) -> tuple[list[SheetRow], dict[int, Unit]]:
+def units_in_cells(body: Sequence[SheetRow]) -> tuple[list[SheetRow], dict[int, ColumnUnit]]:
     """Return the rows without units behind their numbers, and these by column where all numbers of it have one."""
-    found: dict[int, set[Unit | None]] = {}
+    found: dict[int, set[ColumnUnit | None]] = {}
     for row in body:
         for at, cell in enumerate(row.cells):
             if is_a_number(cell) or (cell.kind == "text" and is_number(_without_unit(cell.text))):
                 found.setdefault(at, set()).add(unit_of(cell.text.rpartition(" ")[2]))
-    units: dict[int, Unit] = {at: unit for at, (unit, *more) in found.items() if unit is not None and not more}
+    units: dict[int, ColumnUnit] = {at: unit for at, (unit, *more) in found.items() if unit is not None and not more}
     stripped = [
         SheetRow(
             row.number,

@@ -3,10 +3,14 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Literal
 
 from validate.readings.body_rows import sorted_rows, units_in_cells, units_row
 from validate.readings.header_words import (
+    GRAMS,
+    MM,
     ColumnMeaning,
+    ColumnUnit,
     Role,
     meaning,
     names_other_zero,
@@ -26,12 +30,15 @@ from validate.readings.sheet import (
     refuse,
 )
 from validate.readings.table_rows import blocks, columns_named, find_header, is_a_number, table_rows
-from validate.settings import Columns, Declared, Quantity, Unit
+from validate.settings import Columns, Declared, Quantity
 
 SAY = (
-    'Say which is which, by letters: in pairing.csv, or as [readings.columns] s = "A", levels = ["B", "C"] in lab.toml '
-    "or the trial."
+    "Say which is which, by letters: s (of a fill: mass) and levels in pairing.csv; or as [readings.columns] "
+    's = "A", levels = ["B", "C"] in lab.toml or the trial.'
 )
+SAY_UNIT = 'Say it: [readings] unit = "mm", or in pairing.csv.'
+SAY_FILL_UNIT = 'Say it in pairing.csv: unit = mm of levels, mass = "A g" of masses.'
+Mass = Literal["", "g", "kg"]
 MOST_SHOWN = 12
 
 
@@ -66,9 +73,10 @@ class Header:
         return [one for one in (self.station, self.repeat, self.sample, *self.readings) if one is not None]
 
 
-def read_header(grid: SheetGrid, declared: Declared, faults: FaultList) -> Header:
+def read_header(grid: SheetGrid, declared: Declared, faults: FaultList, mass: Mass | None = None) -> Header:
     """Return the header of the one table of readings; faults that leave the rest readable are added to ``faults``.
 
+    Where ``mass`` is given the table is a fill, and its "stations" are masses, in that unit where the sheet names none.
     Raises SheetFaults where no column of stations or none of readings is known.
     """
     given = declared.columns or Columns()
@@ -84,7 +92,7 @@ def read_header(grid: SheetGrid, declared: Declared, faults: FaultList) -> Heade
     units, other_units = units_row(body[0]) if body else ({}, {})
     body, in_cells = units_in_cells(body[1:] if units else body)
     units = in_cells | units
-    columns = _meanings(place, found.names, body, given, faults)
+    columns = _meanings(place, found.names, body, given, faults, fill=mass is not None)
     columns = _one_table(place, columns, faults)
     stations, readings, counters, samples, skipped = (
         [column for column in columns if column.role == role]
@@ -95,7 +103,8 @@ def read_header(grid: SheetGrid, declared: Declared, faults: FaultList) -> Heade
     if repeat is None:
         readings += [replace(column, role="reading") for column in counters]
     if not stations or not readings:
-        which = "no column of places along the crack (s)" if not stations else "no column of readings"
+        along = "places along the crack (s)" if mass is None else "masses"
+        which = f"no column of {along}" if not stations else "no column of readings"
         beside = f" beside {_names(stations)}" if stations else ""
         seen = _seen(found.names, body)
         raise refuse(place, f"{which}{beside} in {seen}; read as {', '.join(grid.written)}.", SAY)
@@ -110,9 +119,14 @@ def read_header(grid: SheetGrid, declared: Declared, faults: FaultList) -> Heade
         if (word := other_units.get(column.index)) is not None:
             what = f"{quoted(word)}, below {quoted(column.name)}, is no unit of length that is known."
             faults.add(place, what, "Name the columns that are read: [readings.columns] levels.", word)
-    station, *readings = _with_units(place, [stations[0], *readings], units, declared, faults)
-    if nameless := [column for column in (station, *readings) if column.unit is None]:
-        faults.add(place, f"{_names(nameless)}: no unit.", 'Say it: [readings] unit = "mm", or in pairing.csv.')
+    if mass is None:
+        station, *readings = _with_units(place, [stations[0], *readings], units, declared.unit, faults)
+    else:
+        (station,) = _with_units(place, stations[:1], units, mass or None, faults)
+        readings = _with_units(place, readings, units, declared.unit, faults)
+    of_kind = [(station, MM if mass is None else GRAMS), *((column, MM) for column in readings)]
+    if nameless := [column for column, known in of_kind if column.unit not in known]:
+        faults.add(place, f"{_names(nameless)}: no unit.", SAY_UNIT if mass is None else SAY_FILL_UNIT)
     used = station.index, [column.index for column in readings]
     body, remarks, passed = sorted_rows(place, body, *used, faults)
     cells = tuple(SheetCell(found.names.get(at, "")) for at in range(max(found.names, default=-1) + 1))
@@ -169,19 +183,21 @@ def _declared_roles(place: Place, names: Mapping[int, str], given: Columns) -> d
 
 
 def _meanings(
-    place: Place, names: Mapping[int, str], body: Sequence[SheetRow], given: Columns, faults: FaultList
+    place: Place, names: Mapping[int, str], body: Sequence[SheetRow], given: Columns, faults: FaultList, *, fill: bool
 ) -> list[Column]:
     """Return what each column is, by declaration or by its name; one of numbers that is unknown is a fault."""
     roles = _declared_roles(place, names, given)
     declared = {one.role for one in roles.values()}
     columns, unknown = list[Column](), list[Column]()
     numeric = {at for row in body for at, cell in enumerate(row.cells) if is_a_number(cell) or cell.kind == "formula"}
+    others = declared | ({"repeat"} if "reading" in declared and given.repeat is None else set())
+    taken_as: dict[Role, Role] = {"mass": "station", "station": "skipped"} if fill else {"mass": "skipped"}
     for at in sorted({*names, *roles, *numeric}):
         name = names.get(at, "")
         found = roles.get(at) or meaning(name)
-        others = declared | ({"repeat"} if "reading" in declared and given.repeat is None else set())
-        if found is not None and at not in roles and found.role in others:
-            found = ColumnMeaning("skipped", found.unit)
+        if found is not None and at not in roles:
+            found = replace(found, role=taken_as.get(found.role, found.role))
+            found = ColumnMeaning("skipped", found.unit) if found.role in others else found
         if found is None and ("reading" in declared or at not in numeric):
             # Words are no readings, and where these are declared all else is none.
             found = ColumnMeaning("skipped")
@@ -189,6 +205,10 @@ def _meanings(
             unknown.append(Column("skipped", index=at, name=name or letters(at)))
         else:
             columns.append(Column(**vars(found), index=at, name=name or letters(at)))
+    if fill and len(unknown) == 1 and not any(column.role in ("reading", "repeat") for column in columns):
+        # What else stands beside masses?
+        name = unknown[0].name
+        columns.append(replace(unknown.pop(), role="reading", unit=unit_in(name), quantity=quantity_in(name)))
     # A table of other things beside the readings, a blank column between, is none of theirs.
     own_block = {column.index for column in columns if column.role in ("station", "reading", "repeat")}
     head = SheetRow(0, tuple(SheetCell(names.get(at, "")) for at in range(max(names, default=0) + 1)))
@@ -245,14 +265,18 @@ def _quantity(place: Place, readings: Sequence[Column], declared: Declared, faul
 
 
 def _with_units(
-    place: Place, columns: Sequence[Column], below: Mapping[int, Unit], declared: Declared, faults: FaultList
+    place: Place,
+    columns: Sequence[Column],
+    below: Mapping[int, ColumnUnit],
+    said: ColumnUnit | None,
+    faults: FaultList,
 ) -> list[Column]:
     """Return the columns with the units of their names, the row of units or their cells, else with the declared one."""
     whole = all(column.unit or column.index in below for column in columns)
     found = []
     for column in columns:
         own = [unit for unit in (column.unit, below.get(column.index)) if unit is not None]
-        units = [*own, declared.unit] if declared.unit is not None and (whole or not own) else own
+        units = [*own, said] if said is not None and (whole or not own) else own
         if len(set(units)) > 1:
             what = f"{' and '.join(units)}: the header, the row of units and [readings] unit differ."
             in_column = replace(place, column=column.index, name=column.name)

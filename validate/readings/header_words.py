@@ -1,24 +1,23 @@
 """Words of labs, all of which stand in ``words.toml``: meanings of columns' names, and of rows without readings."""
 
 import re
-import tomllib
 import unicodedata
 from dataclasses import dataclass
 from functools import lru_cache
-from importlib.resources import files as resources
 from typing import Literal
 
-from validate.readings.text_table import is_missing, number, plain_letters
+from validate.readings.text_table import WORDS, is_missing, number, plain_letters
 from validate.settings import Quantity, Unit
 
-Role = Literal["station", "reading", "repeat", "sample", "skipped"]
-"""Role of a column. "repeat" numbers the readings of a station, "sample" names the sample of a row, and "skipped" holds
-notes, other quantities, or figures that were calculated from readings.
+Role = Literal["station", "mass", "reading", "repeat", "sample", "skipped"]
+"""Role of a column. "mass" is of a liquid, "repeat" numbers the readings of a station, "sample" names the sample of a
+row, and "skipped" holds notes, other quantities, or figures that were calculated from readings.
 """
 
-WORDS = tomllib.loads(resources("validate").joinpath("readings", "words.toml").read_text(encoding="utf-8"))
-"""Words of labs in all languages: of units, columns, rows, names of files, and notes."""
-UNITS: dict[str, Unit] = {name: unit for unit, names in WORDS["units"].items() for name in names.split()}
+ColumnUnit = Unit | Literal["g", "kg"]
+MM: dict[ColumnUnit, float] = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
+GRAMS: dict[ColumnUnit, float] = {"g": 1.0, "kg": 1000.0}
+UNITS: dict[str, ColumnUnit] = {name: unit for unit, names in WORDS["units"].items() for name in names.split()}
 INCH = re.compile(r"[\[(/_]\s*in\s*[\])]?\s*$")
 """The unit "in" in brackets or at the end; elsewhere it is a preposition."""
 UNIT_AT_END = re.compile(r"(?:[\[(/_,]|\s)\s*([^\W\d_]+|\")\s*[\])]?\s*$")
@@ -31,7 +30,7 @@ STATION, REPEAT, VALUE, COUNTER = (COLUMNS[role] for role in ("station", "repeat
 DOWNWARD, HEIGHT, SAMPLE, CALCULATED = (COLUMNS[role] for role in ("downward", "height", "sample", "calculated"))
 SKIPPED = CALCULATED | COLUMNS["notes"] | COLUMNS["other"]
 DEPTH, LEVEL = DOWNWARD | COLUMNS["depth"], HEIGHT | COLUMNS["level"]
-OF_SAMPLE = COUNTER | COLUMNS["beside_sample"]
+MASS, OF_SAMPLE = COLUMNS["mass"], COUNTER | COLUMNS["beside_sample"]
 OF_STATION, OF_READING = (COLUMNS["beside_any"] | COLUMNS[key] for key in ("beside_station", "beside_reading"))
 TOWARD = re.compile(r"(?<![^\W_])(?:{toward})[\W_]+(?:(?P<up>{up})|{down})(?![^\W_])".format(**WORDS["directions"]))
 """Direction in several words."""
@@ -44,7 +43,7 @@ COMMENT = re.compile(r"(#(?![A-Z/0]+[!?]$)|//|%%)")
 @dataclass(frozen=True)
 class ColumnMeaning:
     role: Role
-    unit: Unit | None = None
+    unit: ColumnUnit | None = None
     quantity: Quantity | None = None  # Direction in which a reading counts; None where the name leaves it open
     number: str | None = None  # Number of a repeat; None where the name holds none
 
@@ -57,7 +56,7 @@ def meaning(name: str) -> ColumnMeaning | None:
     plain = TOWARD.sub(lambda toward: "upward" if toward["up"] else "downward", plain_letters(name))
     found = WORD.findall(plain)
     numbers = [word for word in found if word.isdigit()]
-    units: set[Unit] = {UNITS[word] for word in found if word in UNITS}
+    units: set[ColumnUnit] = {UNITS[word] for word in found if word in UNITS}
     words = {word for word in found if not word.isdigit() and word not in UNITS}
     if INCH.search(plain):
         units.add("inch")
@@ -69,6 +68,8 @@ def meaning(name: str) -> ColumnMeaning | None:
         return ColumnMeaning("sample")
     if words & SKIPPED or (words and words <= COUNTER) or (words & STATION and words & COUNTER):
         return ColumnMeaning("skipped", unit)
+    if words & MASS:
+        return ColumnMeaning("mass", unit)
     if words & STATION:
         return ColumnMeaning("station", unit) if words <= STATION | OF_STATION and not numbers else None
     if (
@@ -86,13 +87,13 @@ def meaning(name: str) -> ColumnMeaning | None:
     return ColumnMeaning("repeat" if counts else "reading", unit, quantity, "-".join(numbers) or None)
 
 
-def unit_of(text: str) -> Unit | None:
+def unit_of(text: str) -> ColumnUnit | None:
     """Return the unit of a cell that holds nothing else, such as "[mm]"; else None."""
     word = plain_letters(text).strip("[](){}/. ").removeprefix("in ")
     return "inch" if word in ("in", '"') else UNITS.get(word)
 
 
-def unit_in(name: str) -> Unit | None:
+def unit_in(name: str) -> ColumnUnit | None:
     """Return the unit in brackets or at the end of a name, whose other words may be unknown; None if there is none."""
     found = [*IN_BRACKETS.findall(name[-LONGEST_NAME:]), *UNIT_AT_END.findall(name[-LONGEST_NAME:])]
     return next((unit for text in found if (unit := unit_of(text)) is not None), None)

@@ -13,20 +13,20 @@ import numpy as np
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Profile
 from validate.readings.columns import Column, Header, read_header
-from validate.readings.doubts import doubts_of
+from validate.readings.header_words import GRAMS, MM
 from validate.readings.samples import read_cells, rows_of_sample
 from validate.readings.screens import ReadCells, cell_name
 from validate.readings.sheet import FaultList, Place, SheetCell, SheetGrid, SheetRow, letters, quoted
+from validate.readings.table_rows import upright
 from validate.readings.text_table import common_mark, decimals_of, is_ambiguous, is_grouped, is_missing, number
-from validate.readings.understood import dialect_of, understood
-from validate.readings.upright import upright
+from validate.readings.understood import dialect_of, doubts_of, understood
 from validate.readings.whole_sheet import Filling
-from validate.settings import Decimal, Declared, Quantity, Readings, Unit
+from validate.settings import Decimal, Declared, Quantity, Readings
 from validate.units import counted
 
 Height = TypeVar("Height", float, Floats)
 
-MM: dict[Unit, float] = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
+FACTORS = MM | GRAMS
 CLOSEST_MM = 0.01
 """Least distance of two stations, the last digit of a caliper; closer ones are one station that was read twice."""
 SLACK_MM = 2.0
@@ -158,7 +158,7 @@ def level_mm(reading_mm: Height, quantity: Quantity | None, declared: Declared) 
     return upward_mm + (declared.datum_level_mm or 0.0)
 
 
-class _Reading(NamedTuple):
+class Reading(NamedTuple):
     value_mm: float
     row: int  # From 1
     column: int  # From 0
@@ -166,10 +166,10 @@ class _Reading(NamedTuple):
 
 
 @dataclass
-class _Station:
+class Station:
     s_mm: float
     row: SheetRow
-    readings: dict[str, _Reading]  # By the label of the repeat; missing ones are NaN
+    readings: dict[str, Reading]  # By the label of the repeat; missing ones are NaN
 
 
 @dataclass
@@ -191,7 +191,7 @@ class TableReader:
         header = self.header
         self._check_formulas()
         merged = self._merged_stations()
-        stations = [found for row in header.body if (found := self._station(row, merged)) is not None]
+        stations = [found for row in header.body if (found := self.station(row, merged)) is not None]
         if header.repeat is not None or merged:
             stations = self._gathered(stations)
         stations.sort(key=lambda station: station.s_mm)
@@ -200,7 +200,7 @@ class TableReader:
         self.missing = sum(math.isnan(one.value_mm) for station in stations for one in station.readings.values())
         stations = [one for one in stations if any(not math.isnan(each.value_mm) for each in one.readings.values())]
         table = [
-            [one.readings.get(label) or _Reading(np.nan, one.row.number, -1, 1.0) for label in labels]
+            [one.readings.get(label) or Reading(np.nan, one.row.number, -1, 1.0) for label in labels]
             for one in stations
         ]
         shape = len(stations), len(labels)
@@ -275,7 +275,7 @@ class TableReader:
             )
         return mark
 
-    def _station(self, row: SheetRow, merged: Mapping[int, SheetCell]) -> _Station | None:
+    def station(self, row: SheetRow, merged: Mapping[int, SheetCell]) -> Station | None:
         """Return the station of a row; None where it holds none, or where its station or its width is a fault."""
         header, column = self.header, self.header.station
         if not self._fits(row):
@@ -289,7 +289,7 @@ class TableReader:
             self.crack.check_station(self._place(row, column), cell.text, s_mm, self.faults)
         label = None if header.repeat is None else self._repeat(row, header.repeat)
         readings = {label or f"{at}": self._reading(row, column) for at, column in enumerate(header.readings)}
-        return None if s_mm is None else _Station(s_mm, row, readings)
+        return None if s_mm is None else Station(s_mm, row, readings)
 
     def _fits(self, row: SheetRow) -> bool:
         """Return whether a row has a field for each column; decimal commas between commas make more."""
@@ -310,7 +310,7 @@ class TableReader:
             self.faults.add(self._place(row, column), found, "Number the readings of each station.", text)
         return text
 
-    def _reading(self, row: SheetRow, column: Column) -> _Reading:
+    def _reading(self, row: SheetRow, column: Column) -> Reading:
         cell, unit_mm = row.cell(column.index), MM[column.unit or "mm"]
         digit_mm = unit_mm * 10.0 ** -decimals_of(cell.text)
         reading_mm = None
@@ -318,11 +318,11 @@ class TableReader:
             remedy = "If it stands for a missing reading, say [readings.columns] missing."
             reading_mm = self._in_mm(row, column, cell, remedy)
         if reading_mm is None:
-            return _Reading(np.nan, row.number, column.index, digit_mm)
+            return Reading(np.nan, row.number, column.index, digit_mm)
         if self.crack is not None and column.unit is not None and self.header.quantity is not None:
             height_mm = level_mm(reading_mm, self.header.quantity, self.declared)
             self.crack.check_level(self._place(row, column), cell.text, height_mm, self.faults)
-        return _Reading(reading_mm, row.number, column.index, digit_mm)
+        return Reading(reading_mm, row.number, column.index, digit_mm)
 
     def _in_mm(self, row: SheetRow, column: Column, cell: SheetCell, remedy: str) -> float | None:
         """Return the number of a cell in millimetres, or None after adding a fault."""
@@ -331,7 +331,7 @@ class TableReader:
             value = number(cell.text, self.mark)
         if value is None and cell.kind != "formula":
             self.faults.add(self._place(row, column), *self._complaint(column, cell, remedy), cell.text)
-        return None if value is None else value * MM[column.unit or "mm"]
+        return None if value is None else value * FACTORS[column.unit or "mm"]
 
     def _complaint(self, column: Column, cell: SheetCell, remedy: str) -> tuple[str, str]:
         text = quoted(cell.text)
@@ -346,11 +346,11 @@ class TableReader:
         example = "-4,25" if self.mark == "comma" else "-4.25"
         return f"{text} is no number in {column.unit or 'its unit'}, such as {example}.", remedy
 
-    def _gathered(self, rows: list[_Station]) -> list[_Station]:
+    def _gathered(self, rows: list[Station]) -> list[Station]:
         """Return one station for all rows with the same s, whose readings have numbers or are in their order."""
-        stations: dict[float, _Station] = {}
+        stations: dict[float, Station] = {}
         for row in rows:
-            station = stations.setdefault(row.s_mm, _Station(row.s_mm, row.row, {}))
+            station = stations.setdefault(row.s_mm, Station(row.s_mm, row.row, {}))
             if self.header.repeat is None:
                 station.readings |= {f"{len(station.readings) + 1}": one for one in row.readings.values()}
                 continue
@@ -361,7 +361,7 @@ class TableReader:
             station.readings |= row.readings
         return list(stations.values())
 
-    def _check_neighbours(self, stations: list[_Station]) -> None:
+    def _check_neighbours(self, stations: list[Station]) -> None:
         """Add a fault for each two of the sorted stations that are one, or closer than a caliper resolves."""
         for before, station in pairwise(stations):
             s_mm = f"{station.s_mm:.12g}"

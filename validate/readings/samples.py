@@ -11,8 +11,8 @@ from sealtwin.core.errors import InputError, as_text
 from validate.readings.columns import Column, Header, read_header
 from validate.readings.header_words import sample_key
 from validate.readings.sheet import SAVE_AGAIN, FaultList, Place, SheetFaults, SheetGrid, SheetRow, quoted, refuse
+from validate.readings.table_rows import upright
 from validate.readings.text_table import read_delimited
-from validate.readings.upright import upright
 from validate.settings import Declared
 
 LARGEST_FILE_BYTES = 5_000_000  # Limit on a sheet, a workbook with its pictures included

@@ -1,19 +1,21 @@
-"""The part of a sheet that may hold its table: the range that is read, without comments, and its header's rows."""
+"""The part of a sheet that may hold its table: turned upright, the range that is read, and its header's rows."""
 
 import re
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from validate.readings.header_words import is_comment, is_number, meaning, unit_of
 from validate.readings.sheet import BLANK, MOST_COLUMNS, SheetCell, SheetGrid, SheetRow, column_of
 from validate.readings.text_table import is_missing
-from validate.settings import Columns
+from validate.settings import Columns, Declared
 
 MOST_LINES_ABOVE = 100
 """Limit on the lines of title and notes above a header; one further down belongs to another table."""
 MOST_HEADER_ROWS = 3
+MOST_TURNED = 100
+"""Limit on the rows of a sheet that is turned unasked: names, readings and notes, of which a sheet has few."""
 Merged = Sequence[tuple[int, int, int, int]]  # Ranges of cells, as in ``SheetGrid``
 DATE = re.compile(r"(?<!\d)(\d{1,2}\s?[./-]\s?\d{1,2}\s?[./-]\s?\d{2,4}|\d{4}-\d{2}-\d{2})(?!\d)")
 LETTERS = re.compile(r"([A-Z]{1,3})(?::([A-Z]{1,3}))?")
@@ -33,6 +35,41 @@ class TableRows(NamedTuple):
     kept: list[SheetRow]
     left_out: list[SheetRow]  # Comments, and rows that are declared to be skipped
     unmet: list[str]  # What is declared to be skipped, and is nowhere
+
+
+def upright(grid: SheetGrid, declared: Declared) -> SheetGrid:
+    """Return a sheet turned, where that is declared, or where a table's names stand in a column and not in a row."""
+    given = declared.columns or Columns()
+    if given.transposed is None:
+        rows = table_rows(grid, given).kept
+        if not 1 < len(rows) < MOST_TURNED or _is_table(find_header(rows, grid.merged, given).names):
+            return grid
+        turned = _turned(grid)
+        return turned if _is_table(find_header(turned.rows, (), given).names) else grid
+    return _turned(grid) if given.transposed else grid
+
+
+def _is_table(names: Mapping[int, str]) -> bool:
+    roles = {found.role for name in names.values() if (found := meaning(name)) is not None}
+    return {"station", "reading"} <= roles
+
+
+def _turned(grid: SheetGrid) -> SheetGrid:
+    numbers = {row.number: place for place, row in enumerate(grid.rows)}
+    width = max((row.width for row in grid.rows), default=0)
+    rows = [SheetRow(column + 1, tuple(row.cell(column) for row in grid.rows)) for column in range(width)]
+    return replace(
+        grid,
+        rows=tuple(row for row in rows if row.width),
+        written=(*grid.written, "stations in a row"),
+        # Fields are counted by rows of the file, and these are its columns.
+        separator=";" if grid.separator == "," else grid.separator,
+        merged=(),
+        struck=frozenset((column + 1, numbers[row]) for row, column in grid.struck),
+        hidden_rows=frozenset(column + 1 for column in grid.hidden_columns),
+        hidden_columns=frozenset(numbers[row] for row in grid.hidden_rows if row in numbers),
+        turned=tuple(row.number for row in grid.rows),
+    )
 
 
 def table_rows(grid: SheetGrid, given: Columns) -> TableRows:
@@ -219,5 +256,6 @@ def _either(upper: str, lower: str, *, whole: bool) -> str:
 def _likeness(names: Mapping[int, str]) -> tuple[bool, bool, int, int, int]:
     """Return a key that is larger the more names have a meaning; notes above a header may name some, too."""
     roles = [found.role for name in names.values() if (found := meaning(name)) is not None]
-    table = "station" in roles and ("reading" in roles or "repeat" in roles)
-    return table, "station" in roles, sum(role != "skipped" for role in roles), len(roles), min(len(names), 2)
+    along = "station" in roles or "mass" in roles
+    table = along and ("reading" in roles or "repeat" in roles)
+    return table, along, sum(role != "skipped" for role in roles), len(roles), min(len(names), 2)

@@ -23,11 +23,9 @@ AMBIGUOUS = re.compile(r"[+-]?[1-9][0-9]{0,2}([.,])[0-9]{3}")
 DECIMALS = re.compile(r"[.,]([0-9]+)$")
 MINUS = str.maketrans(dict.fromkeys("\u2212\u2013", "-"))
 """The typographic minus, and the dash that word processors make of a hyphen."""
-MISSING = frozenset(
-    tomllib.loads(resources("validate").joinpath("readings", "words.toml").read_text(encoding="utf-8"))["missing"][
-        "words"
-    ].split()
-)
+WORDS = tomllib.loads(resources("validate").joinpath("readings", "words.toml").read_text(encoding="utf-8"))
+"""Words of labs in all languages: of units, columns, rows, names of files, and notes."""
+MISSING = frozenset(WORDS["missing"]["words"].split())
 DECIMAL_MARKS: dict[Decimal, str] = {"point": ".", "comma": ","}
 SEPARATORS: dict[Separator, str] = {"tab": "\t", "semicolon": ";", "comma": ","}
 """Separators by preference where two divide as many rows alike: text holds commas, and rarely tabs."""

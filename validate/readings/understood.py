@@ -1,12 +1,20 @@
-"""Account of how a sheet was understood: a sentence on the whole of it, and a line for each of its columns."""
+"""Account of how a sheet was understood: in a sentence, as a table of its columns, and the doubts about it."""
+
+from collections.abc import Iterator
+
+import numpy as np
 
 from sealtwin.core.records import ReadColumn
-from validate.readings.columns import Header
-from validate.readings.sheet import SheetGrid, letters, shown
+from validate.readings.columns import Header, other_zeros
+from validate.readings.copies import alike_columns, mean_rows
+from validate.readings.screens import Doubt, ReadCells, doubtful_cells, scattered_stations
+from validate.readings.sheet import Place, SheetGrid, letters, quoted, shown
+from validate.readings.whole_sheet import Filling, doubts_of_sheet
 from validate.settings import Decimal, Declared
 from validate.units import LABELS, counted
 
 WAYS = {"level": "level upward", "depth": "depth downward", None: "reading"}
+OR_ANSWER = "or answer readings.as_written"  # What a question on a sheet that can be read says
 NO_SUCH = "skip: no such row"
 MOST_ROWS_SHOWN = 8  # Rows that are named as not read
 
@@ -33,12 +41,12 @@ def dialect_of(
     return "; ".join((written, layout, counting, *(text for text, said in more.items() if said), *grid.remarks))
 
 
-def understood(grid: SheetGrid, header: Header) -> tuple[ReadColumn, ...]:
+def understood(grid: SheetGrid, header: Header, along: str = "s") -> tuple[ReadColumn, ...]:
     """Return the columns of a table and what each is taken for, then the rows that are not read."""
     way, turned = WAYS[header.quantity], grid.turned
     several = header.repeat is None and len(header.readings) > 1
     roles = {one.index: f"{way}, {at}" if several else way for at, one in enumerate(header.readings, start=1)}
-    others = ((header.station, "s"), (header.repeat, "repeat"), (header.sample, "sample"))
+    others = ((header.station, along), (header.repeat, "repeat"), (header.sample, "sample"))
     roles |= {one.index: what for one, what in others if one is not None}
     columns = [
         ReadColumn(
@@ -55,3 +63,69 @@ def understood(grid: SheetGrid, header: Header) -> tuple[ReadColumn, ...]:
         text = next(cell.text for cell in row.cells if cell.text)
         columns.append(ReadColumn(place, shown(text), f"{what}, not read", "", ""))
     return (*columns, *(ReadColumn("-", shown(text), NO_SUCH, "", "") for text in header.unmet))
+
+
+def doubts_of(
+    grid: SheetGrid,
+    header: Header,
+    cells: ReadCells,
+    declared: Declared,
+    depth_mm: float | None,
+    filling: Filling | None,
+) -> Iterator[str]:
+    """Yield a sentence for each doubt without an answer: its cell, what was found, the remedy, and what to answer."""
+    answered = set(declared.as_written or ())
+    names = {column.index: column.name for column in header.read}
+    for doubt in (*_marked(grid, header), *_screened(cells, depth_mm, filling)):
+        if answered.issuperset(doubt.answers) or (doubt.kind == "datum" and declared.datum != "sample_surface"):
+            continue
+        place = grid.place(doubt.row, doubt.column, names.get(doubt.column))
+        answers = ", ".join(f'"{answer}"' for answer in doubt.answers)
+        yield f"{_with_cell(place)}: {doubt.found} {doubt.remedy}, {OR_ANSWER} = [{answers}]."
+
+
+def _with_cell(place: Place) -> str:
+    """Return the place with the name of its cell, which a text file has in every spreadsheet."""
+    if place.sheet is not None or place.column is None:
+        return str(place)
+    return f"{place}, cell {letters(place.column)}{place.row}"
+
+
+def _screened(cells: ReadCells, depth_mm: float | None, filling: Filling | None) -> Iterator[Doubt]:
+    """Yield what the screens find; a reading in doubt, answered or not, is kept from those that follow."""
+    odd = np.zeros(cells.readings_mm.shape, dtype=bool)
+    for doubt in mean_rows(cells):
+        yield doubt
+        odd |= cells.rows == doubt.row
+    for doubt, mask in doubtful_cells(cells.without(odd)):
+        yield doubt
+        odd |= mask
+    rest = cells.without(odd)
+    yield from scattered_stations(rest)
+    yield from alike_columns(cells)
+    yield from doubts_of_sheet(rest, depth_mm, filling)
+
+
+def _marked(grid: SheetGrid, header: Header) -> Iterator[Doubt]:
+    """Yield remarks on the zero of readings, and rows, columns and cells that are struck through or hidden."""
+    for row, text in other_zeros(header):
+        found = f"{quoted(text)} says what the readings count from, and not in words for the sample's face."
+        remedy = "Declare [readings] datum and datum_level_mm if it is not the face"
+        yield Doubt("datum", row.number, header.station.index, ("datum",), found, remedy)
+    read = {column.index for column in (header.station, *header.readings)}
+    at, rows = header.station.index, {row.number: row for row in header.body}
+    if hidden := sorted(grid.hidden_rows & rows.keys()):
+        found = f"{'this row is' if len(hidden) == 1 else f'{len(hidden)} rows are'} hidden, and read."
+        yield Doubt("hidden", hidden[0], at, tuple(map(str, hidden)), found, "Delete what is not meant")
+    for index in sorted(grid.hidden_columns & read):
+        found = "this column is hidden, and read."
+        yield Doubt("hidden", header.row.number, index, (letters(index),), found, "Delete it if it is not meant")
+    for number, row in rows.items():
+        filled = {index for index in read if row.cell(index).text}
+        struck = {index for index in filled if (number, index) in grid.struck}
+        marks = [(index, f"{letters(index)}{number}", row.cell(index).text) for index in sorted(struck)]
+        if struck and struck == filled:
+            marks = [(at, f"{number}", "this row")]
+        for index, answer, what in marks:
+            found = f"{what} is struck through, and read."
+            yield Doubt("struck", number, index, (answer,), found, "Clear it if it is not meant")

@@ -132,7 +132,8 @@ def _by_volume(s_mm: Floats, level_mm: Floats, filling: Filling) -> Iterator[tup
     if offset_mm is not None and abs(offset_mm) > max(OFFSET_MM, OFFSET_SHARE * depth_mm):
         yield (
             "datum",
-            f"{volumes}, as they would if all were {abs(offset_mm):.2g} mm {'lower' if offset_mm < 0 else 'higher'}.",
+            f"{volumes}, as they would if all were {abs(offset_mm):.2g} mm {'lower' if offset_mm < 0 else 'higher'}. "
+            "Or was another volume dispensed than path.volume_ml?",
         )
 
 

@@ -5,7 +5,7 @@ import csv
 import pytest
 
 from sealtwin.cli.folder_answer import ingest_answer
-from sealtwin.lab.free_text import kind_of_text, settings_in
+from sealtwin.lab.free_text import kind_of_text
 from sealtwin.lab.ingest import ingest
 from sealtwin.trial.trial_file import load_trial
 from tests.labs import QUIET, hashes_of, sealtwin
@@ -84,22 +84,19 @@ def test_a_small_letter_that_is_another_columns_name_is_not_guessed(small, tmp_p
     assert _levels_mm(lab, "P01") == [-1.5, -1.4, -1.6]
 
 
-def test_lab_toml_says_it_for_all_sheets_and_for_single_ones(small, tmp_path):
+def test_lab_toml_says_it_for_all_sheets_and_pairing_csv_for_single_ones(small, tmp_path):
     (small / "P01.csv").write_text(UNKNOWN)
-    (small / "P02_Messung.csv").write_text(UNKNOWN.replace("Stelle", "Ort").replace("a;b", "oben;x"))
+    (small / "P02_Messung.csv").write_text(UNKNOWN)
     with (small / "lab.toml").open("a") as lab_toml:
-        lab_toml.write(
-            'quantity = "level"\n[readings.columns]\ns = "A"\nlevels = ["B:C"]\nunit = "cm"\n'
-            '[readings.columns."P01.csv"]\nlevels = ["B:B"]\nunit = "mm"\nsign = "down"\n'
-            '[readings.columns."P02*"]\nunit = "mm"\n'
-        )
+        lab_toml.write('quantity = "depth"\n[readings.columns]\ns = "A"\nlevels = ["B:C"]\nunit = "mm"\n')
     lab = tmp_path / "lab"
+    ingest(small, lab, QUIET)
+    datum = 'readings.datum = "sealant_top"; readings.datum_level_mm = 1'
+    _answered(lab, "P01.csv", levels="B:B", settings=datum)
     ingested = ingest(small, lab, QUIET)
-    assert _fates(ingested)["P01"] == "new", ingested.faults
-    assert _levels_mm(lab, "P01") == [-1.5, -1.4, -1.6]
-    trial = load_trial(lab / "P01" / "trial.toml")
-    assert trial.readings is not None
-    assert (trial.readings.unit, trial.readings.quantity) == ("mm", "depth")
+    assert not ingested.faults
+    assert _levels_mm(lab, "P01") == pytest.approx([-0.5, -0.4, -0.6])
+    assert _levels_mm(lab, "P02") == pytest.approx([-1.55, -1.45, -1.65])
 
 
 def test_a_doubt_is_answered_in_the_pairing_too(small, tmp_path):
@@ -133,7 +130,7 @@ def test_a_text_is_kept_with_its_sample_and_never_fails_it(small, tmp_path):
     assert len(list((tmp_path / "lab/P02/inputs").glob("text-*"))) == 2
     assert len(list((tmp_path / "lab/P01/inputs").glob("text-*"))) == 2
     assert "Left out: README.txt" in "\n".join(ingest_answer(ingested).lines)
-    assert "P01.txt is kept as text." in ingested.outcomes[0].remarks
+    assert "P01.txt is kept as text, and not read." in ingested.outcomes[0].remarks
     (small / "P01.txt").write_text("Mehr dazu.")
     assert _fates(ingest(small, tmp_path / "lab", QUIET))["P01"] == "unchanged", "it says nothing of the trial"
 
@@ -171,47 +168,3 @@ def test_a_text_that_looks_like_settings_is_asked_about_and_fails_nothing(small,
 def test_a_text_is_told_by_what_it_holds(tmp_path, text, kind):
     (tmp_path / "a.txt").write_text(text)
     assert kind_of_text(tmp_path / "a.txt") == kind
-
-
-def test_prose_that_seems_to_hold_readings_is_asked_about(small, tmp_path):
-    (small / "P02_Messung.csv").unlink()
-    (small / "P02.md").write_text("Am 3.5.2026 um 14:30 gemessen.\nbei 20 mm ca. 4,5 tief,\nbei 40 mm ca. 5 tief\n")
-    ingested = ingest(small, tmp_path / "lab", QUIET)
-    assert _fates(ingested) == {"P01": "new", "P02": "new"}
-    told = "P02.md is kept as text; it seems to hold readings ('bei 20 mm ca. 4,5 tief,'), which are read from a table"
-    assert told in _question(tmp_path / "lab", "P02.md")
-    assert any(remark.startswith(told) for remark in ingested.outcomes[1].remarks)
-
-
-def test_phrases_that_seem_to_say_settings_are_found(tmp_path):
-    (tmp_path / "a.txt").write_text("Die Tiefe war gut.\nTiefe: 1,6 cm; speed 4 mm/s. Tiefe der Messung 3\n")
-    assert settings_in(tmp_path / "a.txt") == [("crack.depth_mm", 16.0), ("path.speed_mm_s", 4.0)]
-    (tmp_path / "a.txt").write_text("Foto: 0,25 mm pro Pixel\n")
-    assert settings_in(tmp_path / "a.txt") == [("photo.mm_per_px", 0.25)]
-
-
-def test_a_camera_and_a_remark_in_a_name_are_no_part_of_the_sample(small, tmp_path):
-    (small / "P01.png").rename(small / "IMG_0412_P01.png")
-    (small / "P01.csv").rename(small / "P01 readings.csv")
-    (small / "P02.png").rename(small / "P02 (von oben).png")
-    ingested = ingest(small, tmp_path / "lab", QUIET)
-    assert _fates(ingested) == {"P01": "new", "P02": "new"}
-    assert ingest_answer(ingested).exit_code == 0
-
-
-def test_the_number_of_a_crack_is_answered_beside_its_photo(small, tmp_path):
-    """In a note without ends, beside which a number would say nothing."""
-    lab = tmp_path / "lab"
-    note = (small / "P02_Notiz.csv").read_text(encoding="cp1252").splitlines(keepends=True)
-    without = [line for line in note if "nden" not in line]
-    assert len(without) < len(note)
-    (small / "P02_Notiz.csv").write_text("".join(without), encoding="cp1252")
-    ingest(small, lab, QUIET)
-    taken = ingest(small, lab, QUIET, pairing=_answered(lab, "P02.png", crack="2"))
-    (revised,) = (outcome for outcome in taken.outcomes if outcome.sample.name == "P02")
-    assert revised.trial == "P02@2"
-    photo = load_trial(lab / "P02@2" / "trial.toml").photo
-    assert photo is not None
-    assert photo.crack == 2
-    wrong = ingest(small, lab, QUIET, pairing=_answered(lab, "P02.png", crack="6"))
-    assert any("crack" in fault.sentence and "5" in fault.sentence for fault in wrong.faults)

@@ -42,7 +42,7 @@ def test_what_is_not_said_of_the_fluid_and_its_rest_is_the_starters(small, tmp_p
     fluid = lab_toml[lab_toml.index("[fluid]") : lab_toml.index("[solver]")]
     (small / "lab.toml").write_text(lab_toml.replace(fluid, "").replace("[solver]\n", "[solver]\nsettle_s = 0.5\n"))
     ingested = ingest(small, tmp_path / "lab", QUIET)
-    said = load_trial(tmp_path / "lab" / "P01@2" / "trial.toml")
+    said = load_trial(tmp_path / "lab" / "P01" / "trial.toml")
     assert said.solver.settle_s == 0.5
     assert said.fluid is not None
     assert (said.fluid.yield_stress_pa, said.fluid.freeze_after_s) == (12.0, "never")

@@ -9,12 +9,15 @@ import openpyxl
 import pytest
 
 from sealtwin.core.errors import InputError
+from sealtwin.core.settings import checked
 from sealtwin.lab.fill_sheet import read_fill
 from sealtwin.lab.found_files import read_names
 from sealtwin.lab.free_text import kind_of_text
 from sealtwin.lab.ingest import ingest
+from sealtwin.lab.pairing import as_columns
 from sealtwin.trial.trial_file import load_trial
 from tests.labs import QUIET, sealtwin
+from validate.settings import Declared
 
 MASS_G, LEVEL_MM = (0.02, 0.06, 0.1, 0.15), (-6.0, -4.0, -2.0, 0.0)
 GERMAN = "Auslitern P01;\nMasse [g];Pegel unter Kante [cm]\n0,02;0,6\n0,06;0,4\n0,1;0,2\n0,15;0\n"
@@ -22,7 +25,9 @@ GERMAN = "Auslitern P01;\nMasse [g];Pegel unter Kante [cm]\n0,02;0,6\n0,06;0,4\n
 
 def _read(tmp_path, text, **answers):
     (tmp_path / "fill.csv").write_text(text)
-    table, said = read_fill(tmp_path / "fill.csv", answers)
+    mass, _, unit = answers.pop("mass", "").partition(" ")
+    columns = as_columns({**answers, "s": mass} if mass else answers)
+    table, said, _ = read_fill(tmp_path / "fill.csv", checked(Declared, tmp_path, {"columns": columns}), unit)
     assert said.startswith(f"{tmp_path / 'fill.csv'}: a fill of {len(table['mass_g'])} steps")
     return table["mass_g"], table["level_mm"]
 
@@ -52,8 +57,8 @@ def test_fills_are_read_as_labs_write_them(tmp_path, text, answers):
     [
         ("Masse;Pegel [mm]\n1;-5\n2;0\n", "'Masse': no unit.*mass = "),
         ("Masse [g];Pegel\n1;-5\n2;0\n", "'Pegel': no unit.*unit"),
-        ("Masse [g];Ablesung [mm]\n1;-5\n2;0\n", "sign, up or down"),
-        ("Masse [g];Pegel [mm];Tiefe [mm]\n1;-5;5\n2;0;0\n", "2 columns of levels.*B 'Pegel.*C 'Tiefe"),
+        ("Masse [g];Ablesung [mm]\n1;-5\n2;0\n", "sign in pairing.csv: up or down"),
+        ("Masse [g];Pegel [mm];Tiefe [mm]\n1;-5;5\n2;0;0\n", "level and depth columns in one sheet"),
         ("Masse [g];Pegel [mm]\n1;-5\n2;x\n", "line 3, column Pegel.*'x' is no number"),
         ("Masse [g];Pegel [mm]\n1;-5\n1;0\n", "1 after 1"),
         ("Masse [g];Pegel [mm]\n1;5\n2;6\n", "levels below the face are negative"),

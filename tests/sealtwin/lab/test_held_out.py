@@ -1,7 +1,6 @@
 """Held out is a claim that the lab's own catalogue is searched for."""
 
 import shutil
-import sqlite3
 
 import numpy as np
 import pytest
@@ -10,7 +9,7 @@ from typer.testing import CliRunner
 from sealtwin.cli.app import app
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Profile
-from sealtwin.lab.catalogue import CATALOGUE, EARLIER, Catalogue
+from sealtwin.lab.catalogue import Catalogue
 from sealtwin.lab.held_out import facts_above, note_study, note_use, readings_hash
 from sealtwin.lab.ingest import ingest
 from sealtwin.trial.trial_file import load_trial
@@ -111,16 +110,6 @@ def test_a_map_against_a_sheet_of_the_lab_is_a_use_of_it(lab, tmp_path):
     assert uses == {readings_hash(read_readings(sheet, trial.readings)): ["map of the study 'x'"]}
     with pytest.raises(InputError, match="map of the study 'x'"):
         facts_of(lab / "P01")
-
-
-def test_what_an_earlier_version_noted_still_holds(lab):
-    (lab / CATALOGUE).unlink()
-    with sqlite3.connect(lab / EARLIER) as base:
-        assert Catalogue.of(lab).uses == {}, "its table was made with the first study"
-        base.execute("CREATE TABLE uses (readings TEXT, what TEXT)")
-        base.execute("INSERT INTO uses VALUES ('0', 'study 1')")
-    base.close()
-    assert Catalogue.of(lab).uses == {"0": ["study 1"]}
 
 
 @pytest.mark.parametrize(

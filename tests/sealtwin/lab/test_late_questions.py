@@ -75,7 +75,7 @@ def test_any_setting_answers_beside_any_file_of_its_sample(late):
     ends = "photo.ends_px = [[40, 151], [160, 148]]; crack.depth_mm = 9"
     _answer(lab, P01_csv={"skip": "8"}, P02_png={"settings": ends})
     ingest(folder, lab, QUIET)
-    trial = load_trial(lab / "P02@2" / "trial.toml")
+    trial = load_trial(lab / "P02" / "trial.toml")
     assert trial.photo is not None
     assert trial.crack is not None
     assert trial.photo.ends_px == ((40, 151), (160, 148))
@@ -96,12 +96,12 @@ def test_what_no_note_says_is_asked_beside_the_photo(late):
     assert "crack.depth_mm is not said" in _question(lab, "P02.png")
     assert "2 cracks compete" in _question(lab, "P02.png"), "the photo is traced in the same round"
     assert "refused.png" not in _question(lab, "P02.png"), "and the picture of it is forgotten"
-    assert "P02.txt is kept as text." in told, "its notes are told though it failed"
+    assert "P02.txt is kept as text, and not read." in told, "its notes are told though it failed"
     (folder / "P02b.csv").write_bytes((folder / "P02_Messung.csv").read_bytes())
     _answer(lab)
     rows = (lab / "pairing.csv").read_text().replace(",P02b,", ",P02,")
     (lab / "pairing.csv").write_text(rows)
-    assert "P02.txt is kept as text." in _ingest(folder, lab).stdout
+    assert "P02.txt is kept as text, and not read." in _ingest(folder, lab).stdout
 
 
 @pytest.mark.slow
@@ -148,4 +148,6 @@ def test_an_answer_given_meanwhile_is_not_written_over(late, monkeypatch):
     _ingest(folder, lab)
     monkeypatch.undo()
     assert next(row["crack"] for row in _rows(lab) if row["file"] == "P02.png") == "2"
-    assert "P02@2" in {outcome.trial for outcome in ingest(folder, lab, QUIET).outcomes}
+    assert "crack = 2" not in (lab / "P02" / "trial.toml").read_text()
+    ingest(folder, lab, QUIET)
+    assert "crack = 2" in (lab / "P02" / "trial.toml").read_text()

@@ -13,7 +13,7 @@ def test_the_pairing_is_shown_corrected_and_remembered(small, tmp_path):
     lab = tmp_path / "lab"
     (small / "P02_Messung.csv").rename(small / "PO2_Messung.csv")
     shutil.copy(small / "P01.png", small / "P01_side.png")
-    assert [outcome.fate for outcome in ingest(small, lab, QUIET).outcomes] == ["failed"] * 3
+    assert [outcome.fate for outcome in ingest(small, lab, QUIET).outcomes] == ["failed", "new", "failed"]
     pairing = lab / "pairing.csv"
     text = pairing.read_text()
     assert "PO2_Messung.csv,readings,PO2," in text
@@ -26,7 +26,10 @@ def test_the_pairing_is_shown_corrected_and_remembered(small, tmp_path):
     assert not [outcome.faults for outcome in ingest(small, lab, QUIET, dry_run=True).outcomes if outcome.faults]
     assert pairing.read_bytes() == corrected.encode("utf-8-sig"), "a dry run leaves it as it is"
     ingested = ingest(small, lab, QUIET)
-    assert [(outcome.sample.name, outcome.fate) for outcome in ingested.outcomes] == [("P01", "new"), ("P02", "new")]
+    assert [(outcome.sample.name, outcome.fate) for outcome in ingested.outcomes] == [
+        ("P01", "new"),
+        ("P02", "revised"),
+    ]
     again = ingest(small, lab, QUIET)
     assert [outcome.fate for outcome in again.outcomes] == ["unchanged"] * 2
 

@@ -1,5 +1,6 @@
 """Ingested again: what is the same adds nothing, what changed becomes a revision."""
 
+import re
 import shutil
 
 from sealtwin.lab.catalogue import CATALOGUE
@@ -42,6 +43,24 @@ def test_a_word_in_lab_toml_revises_all_that_it_is_about_and_a_comment_none(smal
     assert [outcome.fate for outcome in ingest(small, lab, QUIET).outcomes] == ["revised", "unchanged"]
     defaults.write_text(defaults.read_text().replace("volume_ml = 0.08", "volume_ml = 0.09"))
     assert {outcome.fate for outcome in ingest(small, lab, QUIET).outcomes} == {"revised"}
+
+
+def test_an_answer_goes_into_a_trial_that_was_neither_edited_nor_run(small, tmp_path):
+    lab = tmp_path / "lab"
+    ingest(small, lab, QUIET)
+    (lab / "P02" / "trial.toml").write_text("# Mine.\n" + (lab / "P02" / "trial.toml").read_text())
+    before = hashes_of(lab / "P02")
+    for volume, trials in (("0.09", ("P01", "P02@2")), ("0.07", ("P01@2", "P02@2"))):
+        (small / "lab.toml").write_text(
+            re.sub(r"volume_ml = [\d.]+", f"volume_ml = {volume}", (small / "lab.toml").read_text())
+        )
+        assert tuple(outcome.trial for outcome in ingest(small, lab, QUIET).outcomes) == trials
+        assert f"volume_ml = {volume}" in (lab / trials[0] / "trial.toml").read_text()
+        assert [outcome.fate for outcome in ingest(small, lab, QUIET).outcomes] == ["unchanged"] * 2
+        (lab / "P01" / "run").mkdir(exist_ok=True)
+        (lab / "P01" / "run" / "profile.csv").write_text("a level")
+    assert hashes_of(lab / "P02") == before
+    assert len(rows_of(lab)) == 4
 
 
 def test_the_same_name_from_another_folder_is_another_sample(small, tmp_path):

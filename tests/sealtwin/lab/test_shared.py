@@ -60,8 +60,8 @@ def test_a_sample_without_a_photo_is_asked_about_and_can_be_corrected(shared, tm
     pairing = lab / "pairing.csv"
     assert "caliper_all.csv,readings,P01,rows of P01," in pairing.read_text()
     pairing.write_text(pairing.read_text().replace("readings,Z02,rows", "readings,P02,rows"))
-    assert _fates(ingest(shared, lab, QUIET, pairing=pairing)) == {"P01": "unchanged", "P02": "new"}
-    assert _levels_mm(lab, "P02") == [-2.0, -2.5]
+    assert _fates(ingest(shared, lab, QUIET, pairing=pairing)) == {"P01": "unchanged", "P02": "revised"}
+    assert _levels_mm(lab, "P02@2") == [-2.0, -2.5]
     assert _fates(ingest(shared, lab, QUIET)) == {"P01": "unchanged", "P02": "unchanged"}  # remembered
 
 
@@ -162,19 +162,3 @@ def test_a_note_may_name_the_sheet_if_it_means_the_same_one(shared, tmp_path):
     assert "readings.sample = 'P01', but caliper_all.csv, rows of p-02, is of this sample by its name" in fault.sentence
     (shared / "P02_Notiz.csv").write_text("Tiefe;8 mm\nreadings.sample;p-02\n")
     assert not ingest(shared, tmp_path / "lab", QUIET).faults
-
-
-def test_one_photo_or_table_in_two_samples_is_remarked(shared, tmp_path):
-    (shared / "P02.png").write_bytes((shared / "P01.png").read_bytes())
-    (shared / "caliper_all.csv").write_text(TABLE.replace("-2", "-1"))
-    told = ingest_answer(ingest(shared, tmp_path / "lab", QUIET)).lines
-    assert "note: P01, P02: one photo in 2 samples: P01.png, P02.png. Is each of its own?" in told
-    parts = "caliper_all.csv, rows of P01, caliper_all.csv, rows of p-02"
-    assert f"note: P01, P02: one table of readings in 2 samples: {parts}. Is each of its own?" in told
-    other = tmp_path / "other"
-    other.mkdir()
-    (other / "K77.png").write_bytes((shared / "P01.png").read_bytes())
-    (other / "K77.toml").write_text("crack.depth_mm = 8.0\n")
-    (other / "lab.toml").write_text((shared / "lab.toml").read_text())
-    told = ingest_answer(ingest(other, tmp_path / "lab", QUIET)).lines
-    assert "note: K77: one photo in 3 samples: K77.png, P01.png of p01, P02.png of p02. Is each of its own?" in told

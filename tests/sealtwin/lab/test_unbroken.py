@@ -26,7 +26,7 @@ def _start(folder, lab):
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
-@pytest.mark.parametrize("step", ["keep", "add", "rename"])
+@pytest.mark.parametrize("step", ["keep", "state", "rename"])
 def test_stopped_at_any_step_the_same_command_completes_the_lab(small, tmp_path, monkeypatch, step):
     lab = tmp_path / "lab"
 
@@ -34,7 +34,7 @@ def test_stopped_at_any_step_the_same_command_completes_the_lab(small, tmp_path,
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patched:
-        place = {"keep": (steps, "keep"), "add": (Catalogue, "add"), "rename": (Path, "rename")}[step]
+        place = {"keep": (steps, "keep"), "state": (Catalogue, "state"), "rename": (Path, "rename")}[step]
         patched.setattr(*place, stop)
         with pytest.raises(KeyboardInterrupt):
             ingest(small, lab, QUIET)
@@ -111,10 +111,10 @@ def test_a_file_that_cannot_be_read_is_its_samples_fault_and_a_full_disk_is_nobo
     real, lab = steps.gather, tmp_path / "lab"
 
     def failing(at):
-        def gather(folder, sample, defaults, answers):
+        def gather(folder, sample, defaults):
             if sample.name == "P01":
                 raise OSError(28, "on purpose", str(at))
-            return real(folder, sample, defaults, answers)
+            return real(folder, sample, defaults)
 
         monkeypatch.setattr(steps, "gather", gather)
 
