@@ -16,7 +16,6 @@ from sealtwin.plan.emulation import Emulated, emulate, read_faults
 from sealtwin.plan.loop_model import TwoPasses, by_particles, make_model, read_model, two_passes, write_model
 from sealtwin.plan.loop_step import LevelFrame, LoopModel, LoopState, as_line, step
 from sealtwin.plan.make_plan import REPORT, SAMPLE, TABLE, VERIFICATION, case_of
-from sealtwin.plan.search import target_of
 from sealtwin.study.runner import Bench, read_bench
 from sealtwin.trial.job import shown
 from sealtwin.trial.trial_file import Trial, load_trial
@@ -24,9 +23,6 @@ from sealtwin.trial.trial_file import Trial, load_trial
 TABLES, PAGE = "loop.json", "loop.html"
 SAME = 1e-6  # Relative difference of numbers that another machine rounds otherwise
 REFERENCE_SEED = 100  # Beyond the trial's own, for the particles of the tables
-FIRST_MARGIN_MM = 0.5
-"""Level below the face at which the first pass aims: what it has too much nothing takes away, and the top-up gives what
-it has too little."""
 
 
 def run_loop(
@@ -98,11 +94,9 @@ def replay(folder: Path, log: Path) -> int:
 
 
 def passes_of(bench: Bench, trial: Trial) -> TwoPasses:
-    """Return the motion of a plan and of its top-up, with the flow that the first pass has in the mean."""
+    """Return the motion of a plan and of its top-up, with the flow of the first pass."""
     own = plan_trajectory(bench.outline, trial.path, bench.solid.cavity_volume_mm3, bench.solid.sections)
-    sections = case_of(bench, trial, own).fill(own).sections
-    share = float(target_of(sections, FIRST_MARGIN_MM).sum() / sections.full_mm2.sum())
-    return two_passes(own, FASTER * float(np.median(own.speed_mm_s[own.giving])), share)
+    return two_passes(case_of(bench, trial, own), own, FASTER * float(np.median(own.speed_mm_s[own.giving])))
 
 
 def _plan_in(folder: Path) -> tuple[Trial, Bench]:
@@ -132,7 +126,7 @@ def _model(folder: Path, bench: Bench, trial: Trial, passes: TwoPasses, physics:
     case = case_of(bench, trial, bench.trajectory)
     how: dict[str, Any] = {"most_mm3_s": most_mm3_s, "progress": progress}
     reference = by_particles(case, passes, physics, seed=trial.seed + REFERENCE_SEED, **how)
-    write_model(kept, make_model(case, passes, reference, first_margin_mm=FIRST_MARGIN_MM, **how), key)
+    write_model(kept, make_model(case, passes, reference, **how), key)
     return read_model(kept)
 
 
