@@ -4,8 +4,9 @@
 
 EMULATED: reality is particles with other seeds and hidden errors; nothing is measured. The crack is straight, 80 mm
 long and 16 mm deep, and its width varies from 0.8 to 1.33 of 3.1 mm; particles have a radius of 0.8 mm, two abreast.
-The paste (5 Pa, 1 Pa s) and the weights of the search were chosen on this very crack with seed 0; the loop is judged on
-seeds 11 to 13. Results in DIR are not computed again; without --keep it is a temporary folder.
+The paste (5 Pa, 1 Pa s) and the weights of the search were chosen on this very crack with seed 0, margins of the loop
+with seeds 21 to 26; the loop is judged on seeds 11 to 13. Results in DIR are not computed again; without --keep it is a
+temporary folder.
 """
 
 import argparse
