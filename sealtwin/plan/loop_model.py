@@ -168,7 +168,7 @@ def make_model(
 def _near(areas_mm2: Floats, passes: TwoPasses, number: int, sections: Trapezoids, moments: Floats) -> Floats:
     """Return the areas that an interval of the top-up adds, (T, C), without noise away from it, of its own volume.
 
-    A bed that yields comes to rest a little otherwise whatever is added, by up to 0.1 mm anywhere, which over all
+    A bed that yields comes to rest a little otherwise whatever is added, by some 0.1 mm anywhere, which over all
     intervals is as much as a top-up gives.
     """
     begin_s, end_s = passes.edge_s[number]

@@ -11,11 +11,12 @@ from sealtwin.core import files
 from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import holding
-from sealtwin.plan.bounds import FASTER
-from sealtwin.plan.emulation import Emulated, emulate, read_faults
+from sealtwin.core.settings import read_settings
+from sealtwin.plan.emulation import Emulated, Faults, emulate
 from sealtwin.plan.loop_model import TwoPasses, by_particles, make_model, read_model, two_passes, write_model
 from sealtwin.plan.loop_step import LevelFrame, LoopModel, LoopState, as_line, step
 from sealtwin.plan.make_plan import REPORT, SAMPLE, TABLE, VERIFICATION, case_of
+from sealtwin.plan.shape import FASTER
 from sealtwin.study.runner import Bench, read_bench
 from sealtwin.trial.job import shown
 from sealtwin.trial.trial_file import Trial, load_trial
@@ -32,7 +33,8 @@ def run_loop(
 
     The tables are made first, and again where the plan has changed. Raises InputError where the folder holds no plan.
     """
-    faults = read_faults(faults_file)
+    starter = "It has keys as flow_factor = 1.2, noise_mm = 0.15"
+    faults = read_settings(Faults, faults_file, name="file of faults", starter=starter)
     trial, bench = _plan_in(folder)
     assert trial.fluid is not None, "it was planned"
     if trial.crack is None:
@@ -45,24 +47,11 @@ def run_loop(
         physics = trial.fluid, trial.solver.model_copy(update={"volume_factor": factor}), trial.nozzle
         model = _model(folder, bench, trial, passes, physics, progress)
         progress.start("Pouring, EMULATED", round(passes.motion.t_s[-1]))
-        how: dict[str, Any] = {"seed": seed, "slope": trial.sample, "corrects": corrects}
-        poured = emulate(
-            model,
-            passes,
-            bench.outline,
-            trial.crack,
-            physics,
-            faults,
-            **how,
-            report=lambda t_s: progress.advance(round(t_s)),
-        )
+        how: dict[str, Any] = {"slope": trial.sample, "corrects": corrects, "report": progress.advance}
+        poured = emulate(model, passes, bench.outline, trial.crack, physics, faults, seed=seed, **how)
         log = folder / f"loop-{seed}.jsonl"
-        head = {
-            "version": 1,
-            "tables_sha256": files.sha256(folder / TABLES),
-            "emulated": faults.model_dump(),
-            "seed": seed,
-        }
+        tables_sha256 = files.sha256(folder / TABLES)
+        head = {"version": 1, "tables_sha256": tables_sha256, "emulated": faults.model_dump(), "seed": seed}
         files.write_text(log, "".join(f"{json.dumps(line)}\n" for line in (head, *poured.lines)))
         content = _content(folder, log, poured, model)
         from sealtwin.plan.loop_page import write_loop_page
