@@ -18,6 +18,7 @@ from simulate.slot.flux import HerschelBulkley
 from simulate.slot.sections import Trapezoids
 from simulate.steered import SteeredPour
 
+VERSION = 2  # Of the tables: with it their first pass begins lower
 FIRST, AGAIN = 20, 16  # Intervals of the first pass and of the top-up
 WAIT_S = 1.5  # Crawl over the first step of the way back, in which the bed comes to rest
 TOP_UP_SHARE = 0.15  # Of the plan's mean flow: the top-up's unit
@@ -220,7 +221,7 @@ def write_model(path: Path, model: LoopModel, plan_sha256: str) -> None:
     """Write the tables as JSON, with the hash of the plan that they are of."""
     sections = {name: getattr(model.sections, name) for name in Trapezoids.__dataclass_fields__}
     content = {name: getattr(model, name) for name in LoopModel.__dataclass_fields__}
-    files.write_json(path, {"version": 1, "plan_sha256": plan_sha256, **content, "sections": sections})
+    files.write_json(path, {"version": VERSION, "plan_sha256": plan_sha256, **content, "sections": sections})
 
 
 def read_model(path: Path) -> LoopModel:

@@ -1,6 +1,7 @@
 """The loop of a finished plan: its tables, an emulated pour with faults, the log of its steps and the log's replay."""
 
 import json
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import holding
 from sealtwin.core.settings import read_settings
 from sealtwin.plan.emulation import Emulated, Faults, emulate
-from sealtwin.plan.loop_model import TwoPasses, by_particles, make_model, read_model, two_passes, write_model
+from sealtwin.plan.loop_model import VERSION, TwoPasses, by_particles, make_model, read_model, two_passes, write_model
 from sealtwin.plan.loop_step import LevelFrame, LoopModel, LoopState, as_line, step
 from sealtwin.plan.make_plan import REPORT, SAMPLE, TABLE, VERIFICATION, case_of
 from sealtwin.plan.shape import FASTER
@@ -109,7 +110,8 @@ def _volume_factor(folder: Path) -> float:
 def _model(folder: Path, bench: Bench, trial: Trial, passes: TwoPasses, physics: Any, progress: Progress) -> LoopModel:
     """Return the tables of the plan as it is now."""
     key, kept = files.sha256(folder / TABLE), folder / TABLES
-    if kept.is_file() and files.read_json(kept).get("plan_sha256") == key:
+    held = files.read_json(kept) if kept.is_file() else {}
+    if (held.get("version"), held.get("plan_sha256")) == (VERSION, key):
         return read_model(kept)
     most_mm3_s = 2 * float(passes.base_mm3_s.max())
     case = case_of(bench, trial, bench.trajectory)
@@ -126,9 +128,7 @@ def _content(folder: Path, log: Path, poured: Emulated, model: LoopModel) -> dic
         "data": "EMULATED",
         "folder": shown(folder),
         "log": log.name,
-        "under_mm3": poured.misfit.under_mm3,
-        "over_mm3": poured.misfit.over_mm3,
-        "highest_mm": poured.misfit.highest_mm,
+        **asdict(poured.misfit),
         "total_mm3": poured.misfit.total_mm3,
         "after_first_pass_mm3": poured.after_first.total_mm3,
         "given_mm3": poured.given_mm3,
