@@ -31,7 +31,7 @@ FLOWS = (221.0, 132.0, 125.0, 61.0, 18.0)
 @cache
 def passes() -> TwoPasses:
     plan = np.concatenate([np.log(FLOWS), np.full(len(FLOWS), np.log(3.0)), [1.8, 0.2]])
-    return two_passes(Knots(OWN, len(FLOWS)).trajectory(plan), 6.0, 0.95)
+    return two_passes(CASE, Knots(OWN, len(FLOWS)).trajectory(plan), 6.0)
 
 
 def areas(commands: Floats, moments: Floats, thicker: float = 0.0) -> Floats:
@@ -47,5 +47,5 @@ def model() -> LoopModel:
     def reference(_: Trapezoids, moments: Floats) -> Floats:
         return areas(passes().nominal, moments)
 
-    how: dict[str, Any] = {"first_margin_mm": 0.5, "most_mm3_s": 600.0, "cells": CELLS, "steps": STEPS}
+    how: dict[str, Any] = {"most_mm3_s": 600.0, "cells": CELLS, "steps": STEPS}
     return make_model(CASE, passes(), reference, **how, progress=Progress())

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -12,11 +11,10 @@ from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from digitise.weighing.moved_walls import widened_by
 from sealtwin.core.records import Outline, Profile
-from sealtwin.core.settings import Settings, read_settings
-from sealtwin.plan.judged import Judge, Misfit
+from sealtwin.core.settings import Settings
 from sealtwin.plan.loop_model import TwoPasses
 from sealtwin.plan.loop_step import LevelFrame, LoopModel, LoopState, as_line, step
-from sealtwin.plan.verify import seeded
+from sealtwin.plan.verify import Misfit, misfit, seeded
 from simulate.settings import Fluid, Nozzle, SampleSlope, Solver
 from simulate.steered import SteeredPour
 
@@ -47,13 +45,6 @@ class Faults(Settings):
     """Time between two updates."""
 
 
-def read_faults(path: Path) -> Faults:
-    """Raises InputError as ``read_settings``."""
-    return read_settings(
-        Faults, path, name="file of faults", starter="It has keys as flow_factor = 1.2, noise_mm = 0.15"
-    )
-
-
 @dataclass(frozen=True)
 class Emulated:
     """Outcome of an emulated pour. EMULATED: no number is measured."""
@@ -76,7 +67,7 @@ def emulate(
     seed: int,
     slope: SampleSlope,
     corrects: bool = True,
-    report: Callable[[float], None] = lambda t_s: None,
+    report: Callable[[int], None] = lambda t_s: None,
 ) -> Emulated:
     """Pour with faults and answer with ``step``; without ``corrects`` the plan is poured as it is."""
     fluid, solver, nozzle = physics
@@ -92,8 +83,7 @@ def emulate(
     pour = SteeredPour(
         solid, real, passes.motion, hidden, solver, nozzle, most_mm3_s=most_mm3_s, seed=seed, slope=slope
     )
-    random, judge = np.random.default_rng(seed), Judge.of(real, solid)
-    state, lines = LoopState.start(model), list[dict[str, Any]]()
+    random, state, lines = np.random.default_rng(seed), LoopState.start(model), list[dict[str, Any]]()
     begin_s, end_s = float(passes.motion.t_s[0]), float(passes.motion.t_s[-1])
 
     def flow(t_s: float) -> float:
@@ -106,15 +96,15 @@ def emulate(
         pour.advance(t_s, flow)
         if after_first is None and t_s + faults.period_s > back_s:
             level = pour.level()
-            after_first = judge.misfit(level.s_mm, level.level_mm)
+            after_first = misfit(real, solid, level.s_mm, level.level_mm)
         if corrects:
             state, plan = step(model, state, t_s, frame)
             lines.append(as_line(t_s, frame, state, plan))
-        report(t_s)
+        report(round(t_s))
     pour.advance(end_s + solver.settle_s, flow)
     level = pour.level()
-    misfit = judge.misfit(level.s_mm, level.level_mm)
-    return Emulated(misfit, after_first or misfit, level, pour.given_mm3, tuple(lines))
+    found = misfit(real, solid, level.s_mm, level.level_mm)
+    return Emulated(found, after_first or found, level, pour.given_mm3, tuple(lines))
 
 
 def _seen(pour: SteeredPour, passes: TwoPasses, faults: Faults, random: np.random.Generator) -> LevelFrame | None:

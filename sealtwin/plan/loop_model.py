@@ -18,6 +18,7 @@ from simulate.slot.flux import HerschelBulkley
 from simulate.slot.sections import Trapezoids
 from simulate.steered import SteeredPour
 
+VERSION = 2  # Of the tables: with it their first pass begins lower
 FIRST, AGAIN = 20, 16  # Intervals of the first pass and of the top-up
 WAIT_S = 1.5  # Crawl over the first step of the way back, in which the bed comes to rest
 TOP_UP_SHARE = 0.15  # Of the plan's mean flow: the top-up's unit
@@ -25,7 +26,12 @@ MOMENT_S = 0.5
 NUDGE, OFF = 0.3, 0.2  # Change either way of a command or a paste for its derivative, and that of the tables' trial
 TRIED = 4
 CELLS, STEPS = 40, 150
-MARGIN_MM = 0.25  # Below the face, of the top-up: half of it is the noise of a level, so that nothing overspills
+FIRST_MARGIN_MM, TOP_UP_MARGIN_MM = 0.8, 1.0
+"""Levels below the face at which both passes aim: nothing takes away what is too much."""
+START_SHARE, START_MM = 1 / 1.3, 25.0
+"""Share of its section that the first pass aims at where it begins, and the length over which that grows to all of it:
+as much is filled before a level shows what the pump gives, which may be 20 % more, of a paste that heaps up."""
+REACH_MM = 8.0  # Beyond the way of an interval of the top-up, where its sealant ends; farther off a derivative is noise
 
 
 @dataclass(frozen=True)
@@ -55,8 +61,19 @@ class TwoPasses:
         return float(self.base_mm3_s[within[0]] * commands[within[0]]) if len(within) else 0.0
 
 
-def two_passes(plan: Trajectory, back_mm_s: float, share: float) -> TwoPasses:
-    """Return a ``share`` of the plan's flow in even intervals of time, and the same way back."""
+def targets_of(sections: Trapezoids, motion: Trajectory) -> Floats:
+    """Return the areas at which the first pass and the top-up aim, (2, C)."""
+    from_mm = sections.s_mm if motion.s_mm[0] < sections.s_mm.mean() else sections.s_mm[-1] - sections.s_mm
+    share = np.interp(from_mm, [0.0, START_MM], [START_SHARE, 1.0])
+    return np.array([share * target_of(sections, FIRST_MARGIN_MM), target_of(sections, TOP_UP_MARGIN_MM)])
+
+
+def two_passes(case: Case, plan: Trajectory, back_mm_s: float) -> TwoPasses:
+    """Return a plan in even intervals of time, with the volume of the first pass, and the same way back.
+
+    By a moment it gives what the first target holds of the part of the crack that the plan's share of volume fills.
+    """
+    sections = case.fill(plan, CELLS, 1).sections
     part = plan.giving
     begin_s, end_s = plan.t_s[part][[0, -1]]
     first_s = np.linspace(begin_s, end_s, FIRST + 1)
@@ -74,7 +91,12 @@ def two_passes(plan: Trajectory, back_mm_s: float, share: float) -> TwoPasses:
         speed_mm_s=np.zeros(part.stop + len(back_s) - 1),
         flow_mm3_s=np.zeros(part.stop + len(back_s) - 1),
     )
-    base = share * np.diff(given_mm3) / np.diff(first_s)
+    order = np.argsort(np.abs(sections.s_mm - plan.s_mm[0]))
+    full_mm3, first_mm3 = (
+        np.concatenate([[0.0], np.cumsum(mm2[order])]) * sections.step_mm
+        for mm2 in (sections.full_mm2, targets_of(sections, motion)[0])
+    )
+    base = np.diff(np.interp(given_mm3 / given_mm3[-1], full_mm3 / full_mm3[-1], first_mm3)) / np.diff(first_s)
     return TwoPasses(
         motion,
         np.vstack([np.column_stack([edges[:-1], edges[1:]]) for edges in (first_s, again_s)]),
@@ -92,7 +114,6 @@ def make_model(
     passes: TwoPasses,
     reference: Reference,
     *,
-    first_margin_mm: float,
     most_mm3_s: float,
     progress: Progress,
     cells: int = CELLS,
@@ -113,15 +134,16 @@ def make_model(
         t_s, table = np.array([row[0] for row in rows]), np.array([row[1] for row in rows])
         return np.column_stack([np.interp(moments, t_s, column, left=0.0) for column in table.T])
 
-    nominal = areas(passes.nominal)
+    nominal, sections = areas(passes.nominal), case.fill(passes.motion, cells, 1).sections
     by_command = np.zeros((len(passes.nominal), *nominal.shape))
     for number, kept in enumerate(passes.nominal):
         moved = np.zeros(len(passes.nominal))
         moved[number] = NUDGE if kept else 1.0
         less = areas(passes.nominal - moved) if kept else nominal
         by_command[number] = (areas(passes.nominal + moved) - less) / (2 * NUDGE if kept else 1.0)
+        if not kept:
+            by_command[number] = _near(by_command[number], passes, number, sections, moments)
     by_material = (areas(passes.nominal, NUDGE) - areas(passes.nominal, -NUDGE)) / (2 * NUDGE)
-    sections = case.fill(passes.with_flow(passes.nominal), cells, 1).sections
     random, off_mm = np.random.default_rng(0), list[Floats]()
     for _ in range(TRIED):
         change = np.where(passes.nominal > 0, random.uniform(-OFF, OFF) + random.normal(0, OFF / 4, FIRST + AGAIN), 0)
@@ -138,10 +160,25 @@ def make_model(
         reference_mm2=reference(sections, moments),
         by_command=by_command,
         by_material=by_material,
-        target_mm2=np.array([target_of(sections, margin_mm) for margin_mm in (first_margin_mm, MARGIN_MM)]),
+        target_mm2=targets_of(sections, passes.motion),
         most_mm3_s=most_mm3_s,
         linear_off_mm=float(np.sqrt(np.mean(np.square(off_mm)))),
     )
+
+
+def _near(areas_mm2: Floats, passes: TwoPasses, number: int, sections: Trapezoids, moments: Floats) -> Floats:
+    """Return the areas that an interval of the top-up adds, (T, C), without noise away from it, of its own volume.
+
+    A bed that yields comes to rest a little otherwise whatever is added, by some 0.1 mm anywhere, which over all
+    intervals is as much as a top-up gives.
+    """
+    begin_s, end_s = passes.edge_s[number]
+    way_mm = np.interp((begin_s, end_s), passes.motion.t_s, passes.motion.s_mm)
+    near = np.abs(sections.s_mm - np.clip(sections.s_mm, way_mm.min(), way_mm.max())) < REACH_MM
+    given_mm3 = passes.base_mm3_s[number] * np.clip(moments - begin_s, 0.0, end_s - begin_s)
+    found_mm3 = (near * areas_mm2).sum(axis=1) * sections.step_mm
+    # While it falls, little of it is in the bed.
+    return near * areas_mm2 * (given_mm3 / np.maximum(found_mm3, given_mm3 / 2 + 1e-9))[:, None]
 
 
 def by_particles(
@@ -184,7 +221,7 @@ def write_model(path: Path, model: LoopModel, plan_sha256: str) -> None:
     """Write the tables as JSON, with the hash of the plan that they are of."""
     sections = {name: getattr(model.sections, name) for name in Trapezoids.__dataclass_fields__}
     content = {name: getattr(model, name) for name in LoopModel.__dataclass_fields__}
-    files.write_json(path, {"version": 1, "plan_sha256": plan_sha256, **content, "sections": sections})
+    files.write_json(path, {"version": VERSION, "plan_sha256": plan_sha256, **content, "sections": sections})
 
 
 def read_model(path: Path) -> LoopModel:

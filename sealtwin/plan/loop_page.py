@@ -18,15 +18,12 @@ def write_loop_page(path: Path, poured: Emulated, content: dict[str, Any]) -> No
     from validate.study_figures.figure_sheet import FigureSheet, Numbers, Plot, SheetSection, write_sheet_of_figures
 
     columns = ("t_s", "flow estimate", "material estimate", "flow now (mm3/s)")
+    states, flows = [line["state"] for line in poured.lines], [line["plan"]["flow_mm3_s"] for line in poured.lines]
     rows = [
-        (
-            line["t_s"],
-            line["state"]["flow"],
-            float(np.exp(line["state"]["material"])),
-            (line["plan"]["flow_mm3_s"] or (0.0,))[0],
-        )
-        for line in poured.lines
+        (line["t_s"], state["flow"], float(np.exp(state["material"])), (flow or (0.0,))[0])
+        for line, state, flow in zip(poured.lines, states, flows, strict=True)
     ]
+    caption, numbers = "Flow and material over the plan's.", Numbers(columns, rows)
     sheet = FigureSheet(
         title="The fill, corrected on its way: EMULATED",
         lead="Reality is particles with hidden faults, and the sensor is emulated: no number here is measured.",
@@ -43,18 +40,7 @@ def write_loop_page(path: Path, poured: Emulated, content: dict[str, Any]) -> No
                 ["Levels that the sensor saw, of which each is later than the one before, and the level at the end."],
                 [Plot("levels-over-time", "Levels along the crack; 0 is the face.", lambda: _levels(poured))],
             ),
-            SheetSection(
-                "Estimates, EMULATED",
-                [],
-                [
-                    Plot(
-                        "estimates",
-                        "Flow and material over the plan's.",
-                        lambda: _estimates(rows),
-                        Numbers(columns, rows),
-                    )
-                ],
-            ),
+            SheetSection("Estimates, EMULATED", [], [Plot("estimates", caption, lambda: _estimates(rows), numbers)]),
         ],
     )
     write_sheet_of_figures(path.parent, path.name, sheet)
@@ -76,15 +62,8 @@ def _levels(poured: Emulated) -> "Figure":
     frames = [line["level"] for line in poured.lines if line["level"] is not None]
     for number in np.unique(np.linspace(0, len(frames) - 1, min(SHOWN, len(frames))).astype(int)).tolist():
         frame, shade = frames[number], 0.25 + 0.5 * number / max(1, len(frames) - 1)
-        axes.plot(
-            frame["s_mm"],
-            frame["level_mm"],
-            ".",
-            markersize=3,
-            color=SIMULATED,
-            alpha=shade,
-            label=f"{frame['t_s']:.1f} s",
-        )
+        how: dict[str, Any] = {"color": SIMULATED, "alpha": shade, "label": f"{frame['t_s']:.1f} s"}
+        axes.plot(frame["s_mm"], frame["level_mm"], ".", markersize=3, **how)
     axes.plot(poured.level.s_mm, poured.level.level_mm, color=SIMULATED, label="at the end")
     axes.legend(fontsize=8, ncols=4)
     label_axes(axes, ALONG, "level from the face (mm)", "")

@@ -196,8 +196,11 @@ def _corrected(model: LoopModel, state: LoopState, t_s: float) -> LoopState:
     if again:
         # In the first pass most of it is the moving front, which tables place badly.
         bed_mm2 = bed_mm2 + np.array(state.left_mm2)
+    # In the first pass what lies between both targets is right, and in the top-up what is over its target stays.
+    highest_mm2 = np.inf if again else model.target_mm2[1]
+    lacks_mm2 = np.clip(bed_mm2, target_mm2, np.maximum(target_mm2, highest_mm2)) - bed_mm2
     scale = 1 / target_mm2.mean() / np.sqrt(len(target_mm2))
-    table, lacks = scale * state.flow * by_command[free].T, scale * (target_mm2 - bed_mm2)
+    table, lacks = scale * state.flow * by_command[free].T, scale * lacks_mm2
     most = np.maximum(model.most_mm3_s / model.base_mm3_s[free], 1e-6)
     least = np.zeros(len(most))
     if not again:

@@ -1,6 +1,7 @@
 """The loop of a finished plan: its tables, an emulated pour with faults, the log of its steps and the log's replay."""
 
 import json
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -11,12 +12,12 @@ from sealtwin.core import files
 from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import holding
-from sealtwin.plan.bounds import FASTER
-from sealtwin.plan.emulation import Emulated, emulate, read_faults
-from sealtwin.plan.loop_model import TwoPasses, by_particles, make_model, read_model, two_passes, write_model
+from sealtwin.core.settings import read_settings
+from sealtwin.plan.emulation import Emulated, Faults, emulate
+from sealtwin.plan.loop_model import VERSION, TwoPasses, by_particles, make_model, read_model, two_passes, write_model
 from sealtwin.plan.loop_step import LevelFrame, LoopModel, LoopState, as_line, step
 from sealtwin.plan.make_plan import REPORT, SAMPLE, TABLE, VERIFICATION, case_of
-from sealtwin.plan.search import target_of
+from sealtwin.plan.shape import FASTER
 from sealtwin.study.runner import Bench, read_bench
 from sealtwin.trial.job import shown
 from sealtwin.trial.trial_file import Trial, load_trial
@@ -24,9 +25,6 @@ from sealtwin.trial.trial_file import Trial, load_trial
 TABLES, PAGE = "loop.json", "loop.html"
 SAME = 1e-6  # Relative difference of numbers that another machine rounds otherwise
 REFERENCE_SEED = 100  # Beyond the trial's own, for the particles of the tables
-FIRST_MARGIN_MM = 0.5
-"""Level below the face at which the first pass aims: what it has too much nothing takes away, and the top-up gives what
-it has too little."""
 
 
 def run_loop(
@@ -36,7 +34,8 @@ def run_loop(
 
     The tables are made first, and again where the plan has changed. Raises InputError where the folder holds no plan.
     """
-    faults = read_faults(faults_file)
+    starter = "It has keys as flow_factor = 1.2, noise_mm = 0.15"
+    faults = read_settings(Faults, faults_file, name="file of faults", starter=starter)
     trial, bench = _plan_in(folder)
     assert trial.fluid is not None, "it was planned"
     if trial.crack is None:
@@ -49,24 +48,11 @@ def run_loop(
         physics = trial.fluid, trial.solver.model_copy(update={"volume_factor": factor}), trial.nozzle
         model = _model(folder, bench, trial, passes, physics, progress)
         progress.start("Pouring, EMULATED", round(passes.motion.t_s[-1]))
-        how: dict[str, Any] = {"seed": seed, "slope": trial.sample, "corrects": corrects}
-        poured = emulate(
-            model,
-            passes,
-            bench.outline,
-            trial.crack,
-            physics,
-            faults,
-            **how,
-            report=lambda t_s: progress.advance(round(t_s)),
-        )
+        how: dict[str, Any] = {"slope": trial.sample, "corrects": corrects, "report": progress.advance}
+        poured = emulate(model, passes, bench.outline, trial.crack, physics, faults, seed=seed, **how)
         log = folder / f"loop-{seed}.jsonl"
-        head = {
-            "version": 1,
-            "tables_sha256": files.sha256(folder / TABLES),
-            "emulated": faults.model_dump(),
-            "seed": seed,
-        }
+        tables_sha256 = files.sha256(folder / TABLES)
+        head = {"version": 1, "tables_sha256": tables_sha256, "emulated": faults.model_dump(), "seed": seed}
         files.write_text(log, "".join(f"{json.dumps(line)}\n" for line in (head, *poured.lines)))
         content = _content(folder, log, poured, model)
         from sealtwin.plan.loop_page import write_loop_page
@@ -98,11 +84,9 @@ def replay(folder: Path, log: Path) -> int:
 
 
 def passes_of(bench: Bench, trial: Trial) -> TwoPasses:
-    """Return the motion of a plan and of its top-up, with the flow that the first pass has in the mean."""
+    """Return the motion of a plan and of its top-up, with the flow of the first pass."""
     own = plan_trajectory(bench.outline, trial.path, bench.solid.cavity_volume_mm3, bench.solid.sections)
-    sections = case_of(bench, trial, own).fill(own).sections
-    share = float(target_of(sections, FIRST_MARGIN_MM).sum() / sections.full_mm2.sum())
-    return two_passes(own, FASTER * float(np.median(own.speed_mm_s[own.giving])), share)
+    return two_passes(case_of(bench, trial, own), own, FASTER * float(np.median(own.speed_mm_s[own.giving])))
 
 
 def _plan_in(folder: Path) -> tuple[Trial, Bench]:
@@ -126,13 +110,14 @@ def _volume_factor(folder: Path) -> float:
 def _model(folder: Path, bench: Bench, trial: Trial, passes: TwoPasses, physics: Any, progress: Progress) -> LoopModel:
     """Return the tables of the plan as it is now."""
     key, kept = files.sha256(folder / TABLE), folder / TABLES
-    if kept.is_file() and files.read_json(kept).get("plan_sha256") == key:
+    held = files.read_json(kept) if kept.is_file() else {}
+    if (held.get("version"), held.get("plan_sha256")) == (VERSION, key):
         return read_model(kept)
     most_mm3_s = 2 * float(passes.base_mm3_s.max())
     case = case_of(bench, trial, bench.trajectory)
     how: dict[str, Any] = {"most_mm3_s": most_mm3_s, "progress": progress}
     reference = by_particles(case, passes, physics, seed=trial.seed + REFERENCE_SEED, **how)
-    write_model(kept, make_model(case, passes, reference, first_margin_mm=FIRST_MARGIN_MM, **how), key)
+    write_model(kept, make_model(case, passes, reference, **how), key)
     return read_model(kept)
 
 
@@ -143,9 +128,7 @@ def _content(folder: Path, log: Path, poured: Emulated, model: LoopModel) -> dic
         "data": "EMULATED",
         "folder": shown(folder),
         "log": log.name,
-        "under_mm3": poured.misfit.under_mm3,
-        "over_mm3": poured.misfit.over_mm3,
-        "highest_mm": poured.misfit.highest_mm,
+        **asdict(poured.misfit),
         "total_mm3": poured.misfit.total_mm3,
         "after_first_pass_mm3": poured.after_first.total_mm3,
         "given_mm3": poured.given_mm3,

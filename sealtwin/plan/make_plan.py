@@ -1,5 +1,6 @@
 """A plan for a trial: searched on the fast model, judged by particles, searched again with what they showed."""
 
+import json
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -8,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from digitise.planned_path import COLUMNS, PathTable, planned_path
+from digitise.planned_path import COLUMNS, planned_path
 from digitise.settings import NozzlePath
 from digitise.trajectory import plan_trajectory
 from sealtwin.core import files
@@ -19,12 +20,11 @@ from sealtwin.core.records import Floats, Profile, Trajectory
 from sealtwin.core.run_folder import holding, open_folder, refuse_foreign, require_folder
 from sealtwin.core.settings import checked
 from sealtwin.plan import search as searching
-from sealtwin.plan.bounds import limits_of, require_possible
-from sealtwin.plan.judged import Judge, Misfit
 from sealtwin.plan.search import Case, Goal, discrepancy, target_of
-from sealtwin.plan.shape import Knots
-from sealtwin.plan.verify import Verifier, by_area_path, constant_path, moved_by, require_plannable
+from sealtwin.plan.shape import Knots, limits_of, require_possible
+from sealtwin.plan.verify import Misfit, Verifier, misfit, require_plannable
 from sealtwin.study.runner import Bench, read_bench
+from sealtwin.study.study_file import with_settings
 from sealtwin.trial.job import require_sample, shown, start_job
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.robot_files import pump_of, read_cell, write_programs
@@ -36,13 +36,6 @@ AGREES_MM = 0.4  # Mean difference of prediction and particles up to which a pla
 SEARCHED, JUDGED = 4, 24  # Draws of a posterior that a search averages over, and that the chances are counted of
 MUCH_OVER_MM3, MUCH_ABOVE_MM = 100.0, 0.8
 Z_95 = 1.96
-FILES = {
-    "photo": ("file", "mask", "second_photo"),
-    "mesh": ("file", "path"),
-    "readings": ("file",),
-    "fluid": ("material", "curve", "cooling"),
-}
-"""Settings that name a file beside the trial, by table."""
 
 
 @dataclass(frozen=True)
@@ -65,8 +58,7 @@ class Round:
     path: NozzlePath
     level: Profile
     misfit: Misfit
-    predicted_mm: Floats | None = None  # Level that was expected, at the cells of the search; None of a baseline
-    off_mm: float | None = None  # Mean difference of both
+    off_mm: float | None = None  # Mean difference from the level that was expected; None of a baseline
 
 
 @dataclass(frozen=True)
@@ -112,7 +104,7 @@ def plan_on(
     bench, trial, progress = verifier.bench, verifier.trial, verifier.progress
     cell, pump = limits_by or (None, None)
     own = bench.trajectory
-    knots, judge = Knots(own, options.knots), Judge.of(bench.outline, bench.solid)
+    knots = Knots(own, options.knots)
     limits = limits_of(own, cell, pump, options.flow_max_mm3_s, options.keep_speed)
     nominal = case_of(bench, trial, own)
     cases = [case_of(bench, draw, own) for draw in draws] or [nominal]
@@ -126,9 +118,12 @@ def plan_on(
         off_mm = None
         if predicted_mm is not None:
             off_mm = float(np.abs(np.interp(sections.s_mm, level.s_mm, level.level_mm) - predicted_mm).mean())
-        return Round(name, path, level, judge.misfit(level.s_mm, level.level_mm), predicted_mm, off_mm)
+        return Round(name, path, level, misfit(bench.outline, bench.solid, level.s_mm, level.level_mm), off_mm)
 
-    paths = {"constant flow": constant_path(trial.path, filled), "flow by local area": by_area_path(trial.path, filled)}
+    paths = {
+        name: trial.path.model_copy(update={"volume_ml": "cavity", "fill": filled, "flow": flow})
+        for name, flow in (("constant flow", "constant"), ("flow by local area", "cross_section"))
+    }
     levels = verifier.levels("Baselines by particles", [(name, path, trial.seed) for name, path in paths.items()])
     baselines = [judged(name, path, level) for (name, path), level in zip(paths.items(), levels, strict=True)]
     goal = Goal(target_mm2, np.zeros_like(target_mm2))
@@ -136,8 +131,7 @@ def plan_on(
     rounds = list[Round]()
     for number in range(1, options.rounds + 1):
         progress.start(f"Searching, round {number}", searching.MOST_STEPS)
-        steps = iter(range(1, searching.MOST_STEPS + 1))
-        plan = searching.search(few, knots, limits, goal, plan, lambda _, steps=steps: progress.advance(next(steps)))
+        plan = searching.search(few, knots, limits, goal, plan, progress.advance)
         path = NozzlePath(plan=planned_path(knots.trajectory(plan)))
         bed = nominal.fill(plan_trajectory(bench.outline, path))
         predicted_mm = sections.bottom_mm + sections.height_mm(bed.area_mm2 + goal.discrepancy_mm2)
@@ -167,7 +161,7 @@ def plan_on(
                 for case in cases[:: max(1, len(cases) // JUDGED)][:JUDGED]
             ]
         )
-        chances = _chances(judge, sections.s_mm, drawn_mm)
+        chances = _chances([misfit(bench.outline, bench.solid, sections.s_mm, level_mm) for level_mm in drawn_mm])
         variance = variance + np.interp(s_mm, sections.s_mm, drawn_mm.var(axis=0, ddof=1))
     return Planned(
         best=best,
@@ -177,7 +171,7 @@ def plan_on(
         s_mm=s_mm,
         level_mm=levels_mm.mean(axis=0),
         half_width_mm=Z_95 * np.sqrt(variance),
-        misfits=tuple(judge.misfit(s_mm, level_mm) for level_mm in levels_mm),
+        misfits=tuple(misfit(bench.outline, bench.solid, s_mm, level_mm) for level_mm in levels_mm),
         chances=chances,
     )
 
@@ -186,8 +180,7 @@ def _cost(misfit: Misfit) -> float:
     return misfit.under_mm3 + searching.OVER_WEIGHT * misfit.over_mm3
 
 
-def _chances(judge: Judge, s_mm: Floats, levels_mm: Floats) -> dict[str, float]:
-    found = [judge.misfit(s_mm, level_mm) for level_mm in levels_mm]
+def _chances(found: Sequence[Misfit]) -> dict[str, float]:
     return {
         f"over_above_{MUCH_OVER_MM3:g}_mm3": float(np.mean([one.over_mm3 > MUCH_OVER_MM3 for one in found])),
         f"level_above_{MUCH_ABOVE_MM:g}_mm": float(np.mean([one.highest_mm > MUCH_ABOVE_MM for one in found])),
@@ -200,10 +193,12 @@ def read_draws(path: Path, trial: Trial) -> list[Trial]:
     names = [name for name in SETTINGS if name.startswith("fluid.")]
     columns = read_columns(path, dict.fromkeys(names, (-1e9, 1e9)), [], (2, 100_000))
     columns.pop("row")
-    rows = zip(*columns.values(), strict=True)
-    draws = [dict(zip(columns, row, strict=True)) for row in rows]
-    even = [draws[number] for number in np.linspace(0, len(draws) - 1, min(len(draws), JUDGED)).astype(int)]
-    return moved_by(trial, even, path)
+    draws = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+    content = json.loads(trial.model_dump_json(exclude_none=True))
+    return [
+        checked(Trial, Path(f"{path}, row {number + 2}"), with_settings(content, draws[number]))
+        for number in np.linspace(0, len(draws) - 1, min(len(draws), JUDGED)).astype(int).tolist()
+    ]
 
 
 def make_plan(
@@ -265,7 +260,8 @@ def _write(folder: Path, planned: Planned, trial: Trial, options: Options) -> di
     from sealtwin.plan.plan_page import write_page
 
     path = planned_path(planned.trajectory)
-    files.write_table(folder / TABLE, COLUMNS, _rows(path))
+    rows = np.column_stack([path.t_s, path.place_mm, path.speed_mm_s, path.flow])
+    files.write_table(folder / TABLE, COLUMNS, rows)
     low_mm, high_mm = planned.level_mm - planned.half_width_mm, planned.level_mm + planned.half_width_mm
     columns = ("s_mm", "level_mm", "low_95_mm", "high_95_mm")
     files.write_table(folder / LEVEL, columns, np.column_stack([planned.s_mm, planned.level_mm, low_mm, high_mm]))
@@ -295,25 +291,19 @@ def _said(misfit: Misfit) -> dict[str, float]:
     return {**asdict(misfit), "total_mm3": misfit.total_mm3}
 
 
-def _rows(path: PathTable) -> Floats:
-    columns = {**path.model_dump(), "speed_mm_s": path.speed_mm_s}
-    return np.column_stack([columns[name] for name in COLUMNS])
-
-
 def _trial_beside(trial: Trial, source: Path, folder: Path) -> str:
     """Return the trial with the plan, its files named from ``folder``."""
-    content = trial.model_dump(mode="json", exclude_none=True)
 
-    def beside(name: str) -> str:
-        return name if Path(name).is_absolute() else Path(os.path.relpath(source / name, folder)).as_posix()
+    def beside(value: Any) -> Any:
+        if isinstance(value, Mapping):
+            return {key: beside(one) for key, one in value.items()}
+        if isinstance(value, list | tuple):
+            return [beside(one) for one in value]
+        if isinstance(value, Path) and not value.is_absolute():
+            return Path(os.path.relpath(source / value, folder)).as_posix()
+        return value
 
-    for table, keys in FILES.items():
-        for key in keys:
-            if isinstance(value := content.get(table, {}).get(key), str):
-                content[table][key] = beside(value)
-    fill: Mapping[str, Any] = content.get("crack", {}).get("fill") or {}
-    if isinstance(fill.get("file"), str):
-        content["crack"]["fill"]["file"] = beside(fill["file"])
+    content = beside(trial.model_dump(exclude_none=True))
     content["path"] = {"plan": TABLE}
     content["note"] = f"{trial.note} Planned by 'sealtwin plan'.".strip()[:2000]
     return trial_text(checked(Trial, folder / "trial.toml", content))

@@ -20,17 +20,15 @@ def write_page(path: Path, planned: "Planned", content: dict[str, Any]) -> None:
 
     rows = [("the plan, mean of its seeds", content), *content["baselines"].items()]
     rows += [(f"round {number}", one) for number, one in enumerate(content["rounds"], start=1)]
-    figures = [[one["under_mm3"], one["over_mm3"], one["total_mm3"], one["highest_mm"]] for _, one in rows]
+    keys = ("under_mm3", "over_mm3", "total_mm3", "highest_mm")
+    figures = [[name, *(one[key] for key in keys)] for name, one in rows]
     head = ("path", "under (mm3)", "over (mm3)", "in all (mm3)", "highest (mm)")
     table = FigureTable(
         title="Judged by particles",
         head=head,
-        rows=[
-            [name, *(f"{value:.0f}" for value in row[:3]), f"{row[3]:+.2f}"]
-            for (name, _), row in zip(rows, figures, strict=True)
-        ],
+        rows=[[row[0], *(f"{value:.0f}" for value in row[1:4]), f"{row[4]:+.2f}"] for row in figures],
         name="judged",
-        numbers=Numbers(head, [[name, *row] for (name, _), row in zip(rows, figures, strict=True)]),
+        numbers=Numbers(head, figures),
     )
     it = planned.trajectory
     flow = Numbers(

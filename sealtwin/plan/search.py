@@ -81,12 +81,12 @@ def search(
     limits: Limits,
     goal: Goal,
     start: Floats,
-    report: Callable[[float], None] = lambda _: None,
+    report: Callable[[int], None] = lambda _: None,
 ) -> Floats:
     """Return the plan with the least mean squared area error over ``cases``, from ``start`` on, within the limits.
 
     The error of a cell is relative to the mean target. Gauss and Newton's steps, bounded, with differences now and then
-    and Broyden's update between. ``report`` is told the root of the objective after each step.
+    and Broyden's update between. ``report`` is told the number of each step.
     """
     from scipy.optimize import lsq_linear
 
@@ -117,8 +117,8 @@ def search(
     plan = np.clip(start, low, high)
     here, reach, fresh = errors(plan), WIDEST, True
     slope = slopes(plan, here)
-    for _ in range(MOST_STEPS):
-        report(float(np.sqrt(here @ here)))
+    for number in range(1, MOST_STEPS + 1):
+        report(number)
         span = np.maximum(low - plan, -reach) - TINY, np.minimum(high - plan, reach) + TINY
         change = np.clip(lsq_linear(slope, -here, span).x, low - plan, high - plan)
         there = errors(plan + change)

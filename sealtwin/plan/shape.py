@@ -1,13 +1,20 @@
-"""The numbers that a plan is made of: flow and speed at knots along the path, and dwell at both of its ends."""
+"""The numbers that a plan is made of: flow and speed at knots along the path, dwell at both of its ends; and bounds."""
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
+from digitise.robots.cell import RobotCell
+from digitise.robots.pump import PumpTable
+from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Trajectory, arc_length
 
 LONGEST_DWELL_S = 5.0  # At each end; what a plan gives there in a longer time has overfilled it
-SHORTEST_S = 1e-6  # Dwell at which the logarithms of a plan begin
+SHORTEST_S = 1e-6  # Room that a search has, also where a pump has one flow
+SLOWER, FASTER = 4.0, 2.0  # A plan's speed over the trial's, at most either way
+SMALLEST_SHARE = 0.02  # Of the trial's own flow, where no pump says how little it can give
+LARGEST_MM3_S = 1e4  # Flow of a plan without a cell and without --flow-max: more than pumps of a lab give
 
 
 @dataclass(frozen=True)
@@ -28,10 +35,6 @@ class Knots:
 
     path: Trajectory
     count: int
-
-    @property
-    def unknowns(self) -> int:
-        return 2 * self.count + 2
 
     def trajectory(self, plan: Floats) -> Trajectory:
         """Return the path with the flow and speed of a plan.
@@ -66,7 +69,8 @@ class Knots:
     def first_guess(self, area_mm2: Floats, s_mm: Floats, limits: Limits) -> Floats:
         """Return the plan that gives each place its own section, ``area_mm2`` at ``s_mm``, at the path's speed."""
         part = self.path.giving
-        at_mm = np.interp(np.linspace(0, 1, self.count), *_share_and_s(self.path, part))
+        way_mm = arc_length(self.path.position_mm[part])
+        at_mm = np.interp(np.linspace(0, way_mm[-1], self.count), way_mm, self.path.s_mm[part])
         speed = np.full(self.count, float(np.clip(self.path.speed_mm_s[part].max(), *limits.speed_mm_s)))
         flow = np.clip(np.interp(at_mm, s_mm, area_mm2) * speed, *limits.flow_mm3_s)
         return np.concatenate([np.log(flow), np.log(speed), [0.2, 0.2]])
@@ -77,10 +81,46 @@ class Knots:
             np.concatenate([np.full(self.count, np.log(flow)), np.full(self.count, np.log(speed)), [dwell_s, dwell_s]])
             for flow, speed, dwell_s in zip(limits.flow_mm3_s, limits.speed_mm_s, (0.0, LONGEST_DWELL_S), strict=True)
         )
-        # A search asks for room, also where a pump has one flow.
         return low, np.maximum(high, low + SHORTEST_S)
 
 
-def _share_and_s(path: Trajectory, part: slice) -> tuple[Floats, Floats]:
-    way_mm = arc_length(path.position_mm[part])
-    return way_mm / way_mm[-1], path.s_mm[part]
+def limits_of(
+    trajectory: Trajectory,
+    cell: RobotCell | None,
+    pump: PumpTable | None,
+    flow_max_mm3_s: float | None,
+    keep_speed: bool,
+) -> Limits:
+    """Return the bounds of flow and speed."""
+    own_mm_s = float(trajectory.speed_mm_s.max())
+    slowest, fastest = (own_mm_s, own_mm_s) if keep_speed else (own_mm_s / SLOWER, own_mm_s * FASTER)
+    most = [LARGEST_MM3_S if flow_max_mm3_s is None else flow_max_mm3_s]
+    if cell is not None:
+        fastest = max(slowest, min(fastest, cell.motion.largest_speed_mm_s))
+        if cell.plunger is not None:
+            most.append(cell.plunger.area_mm2 * cell.plunger.largest_speed_mm_s)
+        if cell.urscript is not None and cell.urscript.full_flow_mm3_s is not None:
+            most.append(cell.urscript.full_flow_mm3_s)
+    if pump is None:
+        return Limits((SMALLEST_SHARE * float(trajectory.flow_mm3_s.max()), min(most)), (slowest, fastest))
+    least, largest = pump.range_mm3_s
+    return Limits((least, min(*most, largest)), (slowest, fastest))
+
+
+def require_possible(limits: Limits, area_mm2: Floats, s_mm: Floats, trajectory: Trajectory, where: Path) -> None:
+    """Raise InputError where the flow for a section is out of bounds at every speed."""
+    at_mm = trajectory.s_mm[trajectory.giving]
+    needed = np.interp(at_mm, s_mm, area_mm2)
+    (least, most), (slowest, fastest) = limits.flow_mm3_s, limits.speed_mm_s
+    if (too_much := needed * slowest).max() > most:
+        worst = int(too_much.argmax())
+        raise InputError(
+            f"{where}: s = {at_mm[worst]:.1f} mm needs {too_much[worst]:.4g} mm3/s even at {slowest:.3g} mm/s, and the "
+            f"limit is {most:.4g}: slow down (a lower path.speed_mm_s, and no --keep-speed), or give a larger flow."
+        )
+    if (too_little := needed * fastest).min() < least:
+        worst = int(too_little.argmin())
+        raise InputError(
+            f"{where}: s = {at_mm[worst]:.1f} mm needs {too_little[worst]:.4g} mm3/s even at {fastest:.3g} mm/s, and "
+            f"the pump was weighed from {least:.4g} on: a higher path.speed_mm_s, or weigh it at less."
+        )

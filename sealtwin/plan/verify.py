@@ -1,29 +1,56 @@
-"""Particle runs that judge paths over one crack, kept in a folder like that of a sweep."""
+"""Particle runs that judge paths over one crack, kept in a folder like that of a sweep; and how a level is judged."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+
+import numpy as np
 
 from digitise.settings import NozzlePath
 from digitise.trajectory import plan_trajectory
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress
-from sealtwin.core.records import Profile
+from sealtwin.core.records import Floats, Outline, Profile, Solid
 from sealtwin.core.run_folder import stage_key
-from sealtwin.core.settings import checked
 from sealtwin.study import study_folder
 from sealtwin.study.estimate import size_of
 from sealtwin.study.runner import Bench, Computing, compute
-from sealtwin.study.study_file import with_settings
 from sealtwin.trial.job import stage_settings
 from sealtwin.trial.trial_file import Trial
 from simulate.settings import Nozzle, Solver
+from simulate.slot.sections import sections_of
 
 FINER, SIZES = 0.01, 20
 """Share by which the particles of each further seed are smaller where one leaves at a time, and how many sizes there
 are."""
+
+CELLS = 160  # Of a crack that a level is judged on: of 80 mm half a millimetre, finer than levels are read
+
+
+@dataclass(frozen=True)
+class Misfit:
+    """Volumes that a level lacks of a full crack, and that stand above the face."""
+
+    under_mm3: float
+    over_mm3: float
+    """Volume above the face over the crack's mouth; what lies beside the mouth is not counted."""
+    highest_mm: float
+
+    @property
+    def total_mm3(self) -> float:
+        return self.under_mm3 + self.over_mm3
+
+
+def misfit(outline: Outline, solid: Solid, s_mm: Floats, level_mm: Floats) -> Misfit:
+    """Return what a level along a crack lacks and has too much."""
+    it = sections_of(outline, solid, CELLS, reach_per_mm=0.0)
+    level_mm = np.interp(it.s_mm, s_mm, level_mm)
+    filled_mm2, _ = it.area_mm2(np.minimum(level_mm, 0.0) - it.bottom_mm)
+    under_mm2 = it.full_mm2 - np.maximum(filled_mm2, 0.0)
+    over_mm2 = it.mouth_mm * np.maximum(level_mm, 0.0)
+    return Misfit(float(under_mm2.sum()) * it.step_mm, float(over_mm2.sum()) * it.step_mm, float(level_mm.max()))
 
 
 @dataclass
@@ -92,16 +119,6 @@ def seeded(solver: Solver, nozzle: Nozzle, width_mm: float, again: int) -> Solve
     return solver.model_copy(update={"radius_mm": round(solver.size_mm * (1 - FINER * (again % SIZES)), 5)})
 
 
-def constant_path(path: NozzlePath, fill: float) -> NozzlePath:
-    """Return a trial's path with constant flow of a share of the cavity."""
-    return path.model_copy(update={"volume_ml": "cavity", "fill": fill, "flow": "constant"})
-
-
-def by_area_path(path: NozzlePath, fill: float) -> NozzlePath:
-    """Return the same with the flow in proportion to the cavity's section."""
-    return constant_path(path, fill).model_copy(update={"flow": "cross_section"})
-
-
 def require_plannable(trial: Trial, where: str) -> Trial:
     """Return the trial as particles verify it. Raises InputError for one that cannot be planned."""
     if trial.fluid is None:
@@ -117,12 +134,3 @@ def require_plannable(trial: Trial, where: str) -> Trial:
         )
     solver = trial.solver.model_copy(update={"model": None})
     return trial.model_copy(update={"solver": solver, "readings": None, "gate": None})
-
-
-def moved_by(trial: Trial, draws: Sequence[Mapping[str, float]], where: Path) -> list[Trial]:
-    """Return the trial with the settings of each draw. Raises InputError."""
-    content = json.loads(trial.model_dump_json(exclude_none=True))
-    return [
-        checked(Trial, Path(f"{where}, row {row}"), with_settings(content, draw))
-        for row, draw in enumerate(draws, start=2)
-    ]

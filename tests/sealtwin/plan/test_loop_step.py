@@ -1,13 +1,13 @@
 """The step of the loop, where the fast model itself is reality: no particles, and every fault is known."""
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
 
 from sealtwin.core.records import Floats
-from sealtwin.plan.loop_model import read_model, write_model
+from sealtwin.plan.loop_model import REACH_MM, read_model, targets_of, write_model
 from sealtwin.plan.loop_step import LevelFrame, LoopState, RemainingPlan, step
 from tests.planned_slot import OWN, areas, model, passes
 
@@ -38,15 +38,14 @@ def error_mm3(commands: Floats, flow: float, thicker: float = 0.0) -> tuple[floa
     return -float(off[off < 0].sum()), float(off[off > 0].sum())
 
 
-@pytest.mark.parametrize(("flow", "most_over_mm3"), [(0.8, 5.0), (1.2, 110.0)])
-def test_a_wrong_flow_is_found_and_made_good(flow, most_over_mm3):
-    """Without correction 390 and 220 of 1,600 mm3 are wrong; what came before the first level cannot be taken back."""
+@pytest.mark.parametrize(("flow", "most_wrong_mm3", "most_over_mm3"), [(0.8, 260.0, 1.0), (1.2, 90.0, 40.0)])
+def test_a_wrong_flow_is_found_and_made_good(flow, most_wrong_mm3, most_over_mm3):
+    """Of 1,600 mm3, 507 are missing or 58 over without correction. The top-up leaves a millimetre, which is 160."""
     state, plans = poured(flow)
     assert state.flow == pytest.approx(flow, abs=0.06)
     assert {plan.said for plan in plans} == {"corrected"}
     under, over = error_mm3(np.array(state.commands), flow)
-    open_under, open_over = error_mm3(passes().nominal, flow)
-    assert under + over < 0.5 * (open_under + open_over)
+    assert under + over < most_wrong_mm3
     assert over < most_over_mm3
 
 
@@ -54,7 +53,38 @@ def test_no_fault_is_not_corrected_into_one():
     state, _ = poured(1.0)
     assert state.flow == pytest.approx(1.0, abs=0.03)
     assert np.exp(state.material) == pytest.approx(1.0, abs=0.1)
-    assert sum(error_mm3(np.array(state.commands), 1.0)) < 80
+    assert error_mm3(np.array(state.commands), 1.0) == pytest.approx((160.0, 0.0), abs=10)
+
+
+def test_what_is_over_at_the_beginning_does_not_keep_the_top_up_from_the_end():
+    """Derivatives of the top-up had noise at the beginning, so that each was held to raise what was too high there."""
+    it, t_s = model().sections, passes().back_s
+    level_mm = np.where(it.s_mm < 14, 0.8, -3.0)
+    seen = LevelFrame(t_s - 0.1, tuple(it.s_mm.tolist()), tuple(level_mm.tolist()))
+    _, plan = step(model(), LoopState.start(model()), t_s, seen)
+    begin_mm = np.interp(plan.begin_s, passes().motion.t_s, passes().motion.s_mm)
+    flow = np.array(plan.flow_mm3_s)
+    assert flow[begin_mm > 18].min() > 0
+    assert flow[begin_mm < 10].max() < 0.1 * flow.max()
+
+
+def test_sealant_of_the_top_up_stays_where_it_is_given():
+    it, table = model().sections, model().by_command[model().first :, -1]
+    given_mm3 = model().base_mm3_s[model().first :] * np.diff(model().edge_s[model().first :], axis=1)[:, 0]
+    assert table.sum(axis=1) * it.step_mm == pytest.approx(given_mm3, rel=1e-6)
+    way_mm = np.interp(model().edge_s[model().first :], passes().motion.t_s, passes().motion.s_mm)
+    for row, (last_mm, first_mm) in zip(table, way_mm, strict=True):
+        assert not row[(it.s_mm < first_mm - REACH_MM) | (it.s_mm > last_mm + REACH_MM)].any()
+
+
+def test_the_first_pass_begins_lower_at_either_end():
+    first_mm2, again_mm2 = targets_of(model().sections, passes().motion)
+    assert first_mm2[0] < 0.8 * again_mm2[0]
+    assert first_mm2[-1] > again_mm2[-1]
+    back = replace(passes().motion, s_mm=40 - passes().motion.s_mm)
+    np.testing.assert_allclose(targets_of(model().sections, back)[0][::-1], first_mm2, rtol=0.02)
+    given_mm3 = passes().with_flow(passes().nominal).dispensed_mm3
+    assert given_mm3 == pytest.approx(first_mm2.sum() * model().sections.step_mm, rel=1e-3)
 
 
 def test_without_a_level_for_three_seconds_the_plan_stays():

@@ -15,12 +15,11 @@ from sealtwin.core import files
 from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.records import Profile
 from sealtwin.plan.emulation import Emulated, Faults, emulate
-from sealtwin.plan.judged import Misfit
 from sealtwin.plan.loop_model import write_model
 from sealtwin.plan.loop_page import write_loop_page
 from sealtwin.plan.loop_step import LevelFrame, LoopState, as_line, step
 from sealtwin.plan.make_loop import TABLES, replay
-from sealtwin.plan.verify import seeded
+from sealtwin.plan.verify import Misfit, seeded
 from simulate.settings import LEVEL, Fluid, Nozzle, Solver
 from tests.planned_slot import OUTLINE, areas, model, passes
 from tests.studies import plannable_lab
@@ -165,5 +164,6 @@ def test_plan_and_loop_of_a_tiny_trial(tmp_path):
     assert "EMULATED" in (out / "loop.html").read_text()
     left = called("loop", out, "--emulate", lab / "faults.toml", "--uncorrected")
     assert left["updates"] == 0
-    assert left["given_mm3"] == pytest.approx(0.8 * 0.93 * planned["sealant_mm3"], rel=0.1)
+    # The pump gives 0.8 of what the first pass asks for, which in so short a crack is 0.76 of the plan.
+    assert left["given_mm3"] == pytest.approx(0.8 * 0.76 * planned["sealant_mm3"], rel=0.1)
     assert left["given_mm3"] < emulated["given_mm3"]

@@ -10,10 +10,9 @@ from digitise.settings import CrackShape, NozzlePath
 from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
 from sealtwin.core.errors import InputError
-from sealtwin.plan.bounds import limits_of, require_possible
-from sealtwin.plan.judged import Judge
 from sealtwin.plan.search import Case, Goal, discrepancy, search, target_of
-from sealtwin.plan.shape import Knots, Limits
+from sealtwin.plan.shape import Knots, Limits, limits_of, require_possible
+from sealtwin.plan.verify import misfit
 from simulate.slot.flux import HerschelBulkley
 from tests.shapes import straight_slot
 
@@ -48,7 +47,6 @@ def test_dwell_gives_its_own_sealant_at_the_ends():
 
 def test_a_search_makes_a_bed_level_that_constant_flow_leaves_sloping():
     """Four times better on the model that is searched; particles judge it elsewhere."""
-    judge = Judge.of(OUTLINE, SOLID)
     own = CASE.fill(OWN, 20, 60)
     goal = Goal(target_of(CASE.fill(OWN).sections, 0.0), np.zeros(32))
     plan = search(
@@ -56,8 +54,8 @@ def test_a_search_makes_a_bed_level_that_constant_flow_leaves_sloping():
     )
     found = KNOTS.trajectory(plan)
     bed = CASE.fill(found)
-    planned = judge.misfit(bed.sections.s_mm, bed.level_mm).total_mm3
-    assert planned < 0.25 * judge.misfit(own.sections.s_mm, own.level_mm).total_mm3
+    planned = misfit(OUTLINE, SOLID, bed.sections.s_mm, bed.level_mm).total_mm3
+    assert planned < 0.25 * misfit(OUTLINE, SOLID, own.sections.s_mm, own.level_mm).total_mm3
     giving = found.flow_mm3_s[found.giving][:-1]
     assert giving.min() >= 9.99
     assert giving.max() <= 500.01
@@ -71,8 +69,7 @@ def test_a_discrepancy_moves_the_goal():
 
 
 def test_under_and_over_are_volumes_at_the_face():
-    judge = Judge.of(OUTLINE, SOLID)
-    found = judge.misfit(np.array([0.0, 19.99, 20.01, 40.0]), np.array([-1.0, -1.0, 0.5, 0.5]))
+    found = misfit(OUTLINE, SOLID, np.array([0.0, 19.99, 20.01, 40.0]), np.array([-1.0, -1.0, 0.5, 0.5]))
     assert found.under_mm3 == pytest.approx(80.0, rel=0.01)
     assert found.over_mm3 == pytest.approx(40.0, rel=0.01)
 
