@@ -34,10 +34,14 @@ def draw_profile(
     compared = (None, None) if readings is None or comparison is None else (readings, comparison)
     axes = figure.add_subplot()
     if prediction is not None:
-        level_mm, band_mm = prediction.level_mm, prediction.profile_band_95_mm
-        low_mm, high_mm = level_mm - band_mm, level_mm + band_mm
-        label = "95 % band of the prediction, whole level"
-        axes.fill_between(prediction.s_mm, low_mm, high_mm, color=theme.SIMULATED, alpha=0.25, linewidth=0, label=label)
+        s_mm, level_mm = prediction.s_mm, prediction.level_mm
+        bands = (
+            (prediction.band_95_mm, 0.3, "at each place"),
+            (prediction.profile_band_95_mm, 0.12, "of the whole level"),
+        )
+        for band_mm, alpha, which in bands:
+            how = {"color": theme.SIMULATED, "alpha": alpha, "linewidth": 0, "label": f"95 % band {which}"}
+            axes.fill_between(s_mm, level_mm - band_mm, level_mm + band_mm, **how)
     draw_levels(axes, profile, sections, *compared)
     return figure
 

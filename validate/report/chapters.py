@@ -187,7 +187,7 @@ def _level_plate(evidence: Evidence) -> Plate:
     prediction = evidence.prediction
     against = "" if readings is None else ", with the caliper's means, their common 95 % band and single readings"
     if prediction is not None:
-        against = ", predicted, nothing fitted to this sample, with the band that holds the whole level in 95 %"
+        against = ", predicted, nothing fitted to this sample, with the 95 % bands of each place and of the whole level"
     return Plate(
         f"Simulated level along the crack{against}.",
         lambda: draw_profile(profile, evidence.solid.sections, readings, comparison, prediction=prediction),
