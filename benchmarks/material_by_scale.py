@@ -11,7 +11,7 @@ are off by what the command takes for their standard uncertainties. Seven minute
 import argparse
 import csv
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from datetime import date
 from pathlib import Path
 from typing import NamedTuple
@@ -20,7 +20,7 @@ import numpy as np
 
 from benchmarks.slumps import DENSITY_KG_M3, MINI_CONE, replayed, true_pa, truth
 from benchmarks.table import Row, finish
-from digitise.robots.pump import Pump, read_pump
+from digitise.robots.pump import Pump, PumpTable, read_pump
 from digitise.settings import PhotoInput
 from digitise.spread import measure_spread
 from sealtwin.core.records import Floats
@@ -32,8 +32,10 @@ from sealtwin.material.by_spread import (
     EDGE_N_M,
     MASS_ERROR_G,
     Heap,
+    PasteEstimate,
     estimate,
 )
+from simulate.material_file import Material
 from simulate.slump import SlumpCurve
 from simulate.spread_law import Cone, spread_radius_mm
 from tests.spreads import BOARD, FACE_MM, Blob
@@ -43,7 +45,7 @@ OFF = 0.1
 HELD = 0.92
 BANDS = ((3.0, 6.0), (6.0, 15.0), (15.0, 60.0))
 PUMPS, CURVES = 400, 400
-WEIGHINGS = 3
+WEIGHINGS, FLOWS = 3, (100, 200, 300, 400, 500)
 
 
 class Case(NamedTuple):
@@ -89,18 +91,45 @@ def spreads(count: int, seed: int) -> Iterator[Case]:
 
 def spread_of(stress_pa: float, number: int, random: np.random.Generator, known: SlumpCurve, folder: Path) -> Case:
     """Emulate the photographed spread of a paste, and its yield stress as the command finds it."""
+    one = spread_out(stress_pa, number, random, known, folder)
+    return Case(stress_pa, one.found.value, *one.found.interval)
+
+
+class Spread(NamedTuple):
+    """A spread that was emulated: what its paste has in truth, and what is found of it."""
+
+    held_pa: float  # Yield stress with surface tension's share, which ends the spread
+    volume_mm3: float
+    density_kg_m3: float
+    heap: Heap
+    found: PasteEstimate
+
+
+def spread_out(stress_pa: float, number: int, random: np.random.Generator, known: SlumpCurve, folder: Path) -> Spread:
+    """Let a paste spread and take its photo."""
     sizes = np.array([MINI_CONE.bottom_mm, MINI_CONE.top_mm, MINI_CONE.height_mm])
     volume = Cone(*(sizes + random.normal(0, CONE_ERROR_MM, 3)).tolist()).volume_mm3
     density = DENSITY_KG_M3 * (1 + random.normal(0, DENSITY_ERROR))
     edge = max(0.0, random.normal(EDGE_N_M, EDGE_ERROR_N_M))
     radius = radius_at_rest_mm(stress_pa, volume, density)
+    held_pa = stress_pa
     for _ in range(20):
         held_pa = stress_pa + edge * (1e-3 * radius) ** 2 / (1e-9 * volume)
         radius = radius_at_rest_mm(held_pa, volume, density)
+    seen = photo_of(radius, number, random, folder)
+    known_of: dict[str, float] = {"density_kg_m3": DENSITY_KG_M3}
+    if number % 2:
+        known_of["mass_g"] = 1e-6 * volume * density + random.normal(0, MASS_ERROR_G)
+    heap = Heap.model_validate({**known_of, "cone_mm": tuple(sizes.tolist())})
+    return Spread(held_pa, volume, density, heap, estimate(heap, measure_spread(seen, folder), curve=known))
+
+
+def photo_of(radius_mm: float, number: int, random: np.random.Generator, folder: Path) -> PhotoInput:
+    """Draw the photo of a spread with a rim that is not round and a camera that is not square."""
     mm_per_px = random.uniform(0.22, 0.4)
     blob = Blob(
         # The rim that a camera sees is not where paste ends.
-        radius + random.normal(0, 0.4 * mm_per_px),
+        radius_mm + random.normal(0, 0.4 * mm_per_px),
         middle_mm=(75 + random.uniform(-4, 4), 75 + random.uniform(-4, 4)),
         unround=tuple(random.normal(0, 0.01, 3).tolist()),
         turn=random.uniform(0, 6.28),
@@ -112,41 +141,53 @@ def spread_of(stress_pa: float, number: int, random: np.random.Generator, known:
         noise=random.uniform(0.002, 0.03),
         seed=number,
     )
-    photo = blob.write(folder / "spread.png")
-    seen = PhotoInput(file=photo, data="synthetic", markers=BOARD, face_mm=FACE_MM)
-    known_of: dict[str, float] = {"density_kg_m3": DENSITY_KG_M3}
-    if number % 2:
-        known_of["mass_g"] = 1e-6 * volume * density + random.normal(0, MASS_ERROR_G)
-    heap = Heap.model_validate({**known_of, "cone_mm": tuple(sizes.tolist())})
-    found = estimate(heap, measure_spread(seen, folder), curve=known)
-    return Case(stress_pa, found.value, *found.interval)
+    return PhotoInput(file=blob.write(folder / "spread.png"), data="synthetic", markers=BOARD, face_mm=FACE_MM)
+
+
+class PumpOfPower(NamedTuple):
+    """A pump that gives a power of what it is asked for."""
+
+    scale: float
+    power: float
+
+    def gives(self, asked: Floats | float) -> Floats:
+        return self.scale * 300 * (np.asarray(asked) / 300) ** self.power
+
+
+def weighed(
+    pump: PumpOfPower,
+    scatter: float,
+    density_kg_m3: float,
+    density_error: float,
+    random: np.random.Generator,
+    folder: Path,
+    flows: Sequence[float] = FLOWS,
+) -> PumpTable:
+    """Return a pump's table, weighed thrice at each flow; the density is off by its relative error."""
+    path = folder / "pump.csv"
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(["asked_mm3_s", "weighed_g", "time_s", "delay_s"])
+        for asked in flows:
+            for _ in range(WEIGHINGS):
+                caught = 20 * pump.gives(asked) * density_kg_m3 * 1e-6 * (1 + random.normal(0, scatter))
+                writer.writerow([asked, f"{float(caught):.4f}", 20, f"{random.normal(0.3, 0.02):.3f}"])
+    said = Pump(file=path, density_kg_m3=DENSITY_KG_M3, density_error_kg_m3=density_error * DENSITY_KG_M3)
+    return read_pump(said, folder)
 
 
 def pumps(seed: int) -> Iterator[Case]:
-    """Yield emulated pumps that give a power of what they are asked for, weighed thrice at each of five flows."""
+    """Yield emulated pumps, and the flow that each gives where one is wanted."""
     random = np.random.default_rng([seed, 1])
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder, "pump.csv")
         for _ in range(PUMPS):
-            scale, power = random.uniform(0.7, 1.15), random.uniform(0.88, 1.12)
+            pump = PumpOfPower(random.uniform(0.7, 1.15), random.uniform(0.88, 1.12))
             scatter, density_error = random.uniform(0.003, 0.03), random.uniform(0, 0.01)
             density = DENSITY_KG_M3 * (1 + random.normal(0, density_error))
-
-            def gives(asked: Floats | float, scale: float = scale, power: float = power) -> Floats:
-                return scale * 300 * (np.asarray(asked) / 300) ** power
-
-            with path.open("w", newline="", encoding="utf-8") as file:
-                writer = csv.writer(file)
-                writer.writerow(["asked_mm3_s", "weighed_g", "time_s", "delay_s"])
-                for asked in (100, 200, 300, 400, 500):
-                    for _ in range(WEIGHINGS):
-                        caught = 20 * gives(asked) * density * 1e-6 * (1 + random.normal(0, scatter))
-                        writer.writerow([asked, f"{float(caught):.4f}", 20, f"{random.normal(0.3, 0.02):.3f}"])
-            pump = Pump(file=path, density_kg_m3=DENSITY_KG_M3, density_error_kg_m3=density_error * DENSITY_KG_M3)
-            table = read_pump(pump, Path(folder))
+            table = weighed(pump, scatter, density, density_error, random, Path(folder))
             low, high = table.range_mm3_s
             wanted = float(random.uniform(low, high))
-            given = float(gives(table.asked_for(np.array([wanted]))[0]))
+            given = float(pump.gives(table.asked_for(np.array([wanted]))[0]))
             half = wanted * table.error_95(wanted)
             yield Case(given, wanted, wanted - half, wanted + half)
 
@@ -155,16 +196,21 @@ def curves(seed: int) -> Iterator[Case]:
     """Yield flow curves of Bingham fluids on a rheometer that is off by its torque."""
     random = np.random.default_rng([seed, 2])
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder, "curve.csv")
         for _ in range(CURVES):
             stress_pa, viscosity = LEAST_PA * (MOST_PA / LEAST_PA) ** random.uniform(), 10 ** random.uniform(-1, 0.3)
-            rate = np.geomspace(0.5, random.uniform(50, 150), int(random.integers(8, 25)))
-            said = (stress_pa + viscosity * rate) * (1 + random.normal(0, TORQUE))
-            said = said * (1 + random.normal(0, random.uniform(0.005, 0.04), len(rate)))
-            lines = [f"{x:.6g},{y:.6g}" for x, y in zip(rate, said, strict=True)]
-            path.write_text("\n".join(["shear_rate_per_s,stress_pa", *lines]) + "\n", encoding="utf-8")
-            found = material_of_table(path, DENSITY_KG_M3, None, "synthetic", date(2026, 11, 21))
+            found = flow_curve(stress_pa, viscosity, random, Path(folder))
             yield Case(stress_pa, found.yield_stress_pa, *found.yield_stress_95_pa)
+
+
+def flow_curve(stress_pa: float, viscosity_pa_s: float, random: np.random.Generator, folder: Path) -> Material:
+    """Emulate a flow curve, and the paste as the command finds it."""
+    rate = np.geomspace(0.5, random.uniform(50, 150), int(random.integers(8, 25)))
+    said = (stress_pa + viscosity_pa_s * rate) * (1 + random.normal(0, TORQUE))
+    said = said * (1 + random.normal(0, random.uniform(0.005, 0.04), len(rate)))
+    lines = [f"{x:.6g},{y:.6g}" for x, y in zip(rate, said, strict=True)]
+    path = folder / "curve.csv"
+    path.write_text("\n".join(["shear_rate_per_s,stress_pa", *lines]) + "\n", encoding="utf-8")
+    return material_of_table(path, DENSITY_KG_M3, None, "synthetic", date(2026, 11, 21))
 
 
 def judged(name: str, cases: list[Case]) -> Iterator[Row]:

@@ -56,6 +56,7 @@ COMMANDS = {
     "sleep": "-m benchmarks.sleep",
     "stated_intervals": "-m benchmarks.stated_intervals",
     "calibration": "-m benchmarks.calibration",
+    "blind_prediction": "-m benchmarks.blind_prediction",
 }
 """Arguments of Python by the name of a benchmark, the short ones first."""
 CODE = ("benchmarks", "digitise", "fixtures", "sealtwin", "simulate", "validate", "pyproject.toml", "constraints.txt")

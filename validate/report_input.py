@@ -6,7 +6,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from sealtwin.core.comparison import Comparison
+from sealtwin.core.comparison import Comparison, PredictedLevel
 from sealtwin.core.records import DataKind, Frame, JsonRecord, Outline, Profile, Run, Solid, Trajectory
 
 
@@ -86,6 +86,7 @@ class Evidence:
     profile: Profile
     readings: Profile | None = None  # None without a caliper sheet: the report then shows the simulation alone
     comparison: Comparison | None = None  # Comparison of profile and readings; None without readings
+    prediction: PredictedLevel | None = None  # Of a run without readings; None where no extra runs were made
     volume_ratio: float
     overlay_path: Path
     photo_data: DataKind

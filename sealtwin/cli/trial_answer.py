@@ -116,9 +116,18 @@ def result_lines(result: dict[str, Any], last: "StageName") -> list[str]:
     elif result["edited"] and last == "validate":
         lines.append(f"Edited by hand since: {', '.join(result['edited'])}.")
     if last == "validate" and "report" in result and result["readings_role"] is None:
-        lines.append("No readings: this is the simulated fill alone, held against nothing.")
+        lines.append(_predicted(result.get("predicted")))
     is_reported = last == "validate" and "report" in result
     return [*lines, f"Report: {result['report']}" if is_reported else f"Folder: {result['folder']}"]
+
+
+def _predicted(found: dict[str, Any] | None) -> str:
+    """Return what is known of a level that nothing was read of."""
+    if found is None:
+        return "No readings: this is the simulated fill alone, held against nothing."
+    from validate.wording.prediction import predicted_sentence
+
+    return predicted_sentence(**found)
 
 
 def _width(result: dict[str, Any]) -> str:

@@ -169,14 +169,15 @@ def validate(
             "--uncertainty",
             "First run the fluid three times with finer, its own and coarser particles, and with the inputs of the "
             "trial's table uncertainty moved by what it declares, by the model that its differences names; once, into "
-            "RUN/uncertainty. Takes 10 to 15 times the computing time of RUN, on all cores.",
+            "RUN/uncertainty. Takes 10 to 15 times the computing time of RUN, on all cores. Without readings the level "
+            "is a prediction, with a 95 % band of its own.",
         ),
     ] = False,
     device: Device = "auto",
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Compare a simulated run folder with its readings and write the report."""
+    """Compare a simulated run folder with its readings, if there are any, and write the report."""
     with answering(device, as_json, quiet) as command:
         resume(command, folder, "validate", uncertainty=uncertainty)
 

@@ -101,4 +101,5 @@ def _calibrations(catalogue: Catalogue, digest: str) -> tuple[list[str], list[st
 
 
 def _time_of_extra_runs(job: Job) -> str:
-    return "" if job.trial.readings is None else time_of_extra_runs(job)
+    trial = job.trial
+    return "" if trial.readings is None and not trial.uncertainty.moved else time_of_extra_runs(job)

@@ -14,7 +14,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 from sealtwin.core.settings import Settings
 from simulate.material_file import Material
-from simulate.slump import SlumpCurve, slump
+from simulate.slump import Slump, SlumpCurve, slump
 from simulate.spread_law import (
     FLATTEST,
     GRAVITY_M_S2,
@@ -189,17 +189,19 @@ def _replayed(curve: SlumpCurve) -> Callable[[Draws], Floats]:
     return law
 
 
-def viscosity(heap: Heap, found: PasteEstimate, early: Sequence[tuple[SpreadBlob, float]]) -> tuple[float, float]:
+def viscosity(
+    heap: Heap, found: PasteEstimate, early: Sequence[tuple[SpreadBlob, float]], replay: Slump | None = None
+) -> tuple[float, float]:
     """Return the viscosity from radii at earlier times, in Pa s, and its standard uncertainty in percent.
 
-    The slump is replayed with a constant viscosity; time goes with it where inertia has no part. Photos count by how
-    well radius and lift tell their time; all share the lift, and the slump's course. Raises InputError for a time that
-    shows nothing.
+    The slump is replayed with a constant viscosity, unless ``replay`` is known; time goes with it where inertia has no
+    part. Photos count by how well radius and lift tell their time; all share the lift, and the slump's course. Raises
+    InputError for a time that shows nothing.
     """
     cone = heap.cone
     if cone is None:
         raise InputError("an early photo needs the shape that the paste began with: give --cone-mm.")
-    replay = slump(cone.scaled_to(found.volume_mm3), found.value, heap.density_kg_m3, steady=True)
+    replay = replay or slump(cone.scaled_to(found.volume_mm3), found.value, heap.density_kg_m3, steady=True)
     assert replay.viscosity_pa_s is not None, "steady"
     radii, times = np.maximum.accumulate(replay.radius_mm), replay.t_s
     steps = np.append(True, np.diff(radii) > 0)

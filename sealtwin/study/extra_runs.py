@@ -46,16 +46,11 @@ def vary(job: Job) -> bool:
     """Bring RUN/uncertainty.json up to date, and return True if anything was computed.
 
     Raises:
-        InputError: The trial has no readings, its run is not finished, or an input cannot be varied as declared.
+        InputError: The trial's run is not finished, or an input cannot be varied as declared.
         NumericalError: An extra run failed; it is named, and the same command tries it again.
     """
     from simulate.device import choose_device
 
-    if job.trial.readings is None:
-        raise InputError(
-            f"{job.path / 'trial.toml'}: no [readings]; --uncertainty is that of a comparison. Give a sheet of "
-            "readings, or leave --uncertainty out."
-        )
     inputs = {**made_by(job, "digitise", DIGITISED), **made_by(job, "simulate", ("particles.csv", "profile.csv"))}
     base, settings = Base.of(job), varied_settings(job.trial)
     particles = job.trial.solver.model != "slot"

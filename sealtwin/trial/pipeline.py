@@ -25,6 +25,7 @@ from sealtwin.trial.job import (
 )
 from sealtwin.trial.simulate_stage import FRAMES
 from sealtwin.trial.trial_file import Trial
+from sealtwin.trial.validate_stage import PREDICTION
 from validate.uncertainty.validation import with_time
 
 
@@ -184,6 +185,10 @@ def _findings(folder: RunFolder, trial: Trial, stages: Sequence[str]) -> dict[st
         result |= {f"readings_{key}": readings.get(key) for key in ("role", "fitted")}
         if trial.readings is not None:
             result |= _compared(record_files.read_comparison(folder.path))
+        elif (predicted := folder.path / PREDICTION).is_file():
+            with files.understood(predicted):
+                found = files.read_json(predicted)
+                result["predicted"] = {name: found[name] for name in ("mean_level_mm", "mean_level_95_mm")}
     return result
 
 

@@ -22,6 +22,7 @@ NOT_RECORDED = "not recorded"
 REPORT_FORM = 4  # Version of comparison.json and report.json: those of another one are made again
 UNCERTAINTY, SPREAD = "uncertainty", "uncertainty.json"
 """Name in the manifest of the extra runs of 'sealtwin validate RUN --uncertainty', and their file."""
+PREDICTION = "prediction.json"  # Of a run without readings, with extra runs
 OF_EXTRA_RUNS = ("uncertainty", "weighed")  # What of the stage's own settings they depend on
 RECORD = "record.json"  # File beside a trial that was ingested from a lab's folder
 ORIGIN = Path("inputs", "origin.json")
@@ -55,8 +56,10 @@ def bring_up_to_date(job: Job) -> bool:
 
     from sealtwin.trial.live_model import live_model
     from validate.compare import assess
+    from validate.metrics.volumes import gained_level_mm
     from validate.report.write_report import REPORT, write_report
     from validate.report_input import Evidence
+    from validate.uncertainty.prediction import predict
     from validate.wording.headline import run_warnings
 
     outline, solid = record_files.read_outline(job.path), record_files.read_solid(job.path)
@@ -95,6 +98,10 @@ def bring_up_to_date(job: Job) -> bool:
     if trial.readings is not None and readings is not None:
         comparison = assess(evidence, trial.readings, trial.known_inputs(outline, solid), spread, trial.gate)
         evidence = replace(evidence, comparison=comparison)
+    elif spread is not None:
+        gained_mm = gained_level_mm(run, profile, outline, solid, ratio)
+        prediction = predict(profile, spread, trial.known_inputs(outline, solid), gained_mm)
+        evidence = replace(evidence, prediction=prediction)
     for warning in run_warnings(run, ratio):
         job.progress.note(f"note: {warning}")
     begin_writing(job, "validate")
@@ -103,6 +110,9 @@ def bring_up_to_date(job: Job) -> bool:
     if evidence.comparison is not None:
         record_files.write_comparison(job.path, evidence.comparison)
         outputs.append("comparison.json")
+    if evidence.prediction is not None:
+        files.write_json(job.path / PREDICTION, evidence.prediction.model_dump())
+        outputs.append(PREDICTION)
     write_report(job.path, evidence)
     job.progress.advance(2)
     job.folder.record("validate", key, settings, inputs, outputs, time.monotonic() - began, given=list(given))

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
-from sealtwin.core.comparison import Comparison, StationErrors
+from sealtwin.core.comparison import Comparison, PredictedLevel, StationErrors
 from sealtwin.core.drawing import theme
 from sealtwin.core.records import Profile, Sections
 from validate.metrics.curve_distances import level_difference
@@ -24,11 +24,25 @@ def draw_profile(
     readings: Profile | None,
     comparison: Comparison | None,
     on: FigureBase | None = None,
+    prediction: PredictedLevel | None = None,
 ) -> FigureBase:
-    """Draw the simulated level over the crack, with the caliper's means, their 95 % band and single readings."""
+    """Draw the simulated level over the crack, with the caliper's means, their 95 % band and single readings.
+
+    A level that was predicted has a band of its own.
+    """
     figure = on or theme.plate(3.4)
     compared = (None, None) if readings is None or comparison is None else (readings, comparison)
-    draw_levels(figure.add_subplot(), profile, sections, *compared)
+    axes = figure.add_subplot()
+    if prediction is not None:
+        s_mm, level_mm = prediction.s_mm, prediction.level_mm
+        bands = (
+            (prediction.band_95_mm, 0.3, "at each place"),
+            (prediction.profile_band_95_mm, 0.12, "of the whole level"),
+        )
+        for band_mm, alpha, which in bands:
+            how = {"color": theme.SIMULATED, "alpha": alpha, "linewidth": 0, "label": f"95 % band {which}"}
+            axes.fill_between(s_mm, level_mm - band_mm, level_mm + band_mm, **how)
+    draw_levels(axes, profile, sections, *compared)
     return figure
 
 

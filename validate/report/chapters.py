@@ -33,6 +33,7 @@ from validate.wording.comparison import (
     uncertainty_tables,
     volume_table,
 )
+from validate.wording.prediction import prediction_sentences, prediction_table
 from validate.wording.where_off import where_off
 
 
@@ -143,6 +144,8 @@ def _appendix(evidence: Evidence) -> Iterator[Titled]:
         if comparison.uncertainty is not None:
             yield "Uncertainty in figures", "budget", uncertainty_tables(comparison.uncertainty)
     yield "Mass balance", "mass-balance", [balance_table(evidence), *held]
+    if evidence.prediction is not None:
+        yield "Uncertainty in figures", "budget", [prediction_table(evidence.prediction)]
     dams = ", with the dams at its open ends" if evidence.solid.figures.dams else ""
     solid = Plate(
         f"The solid that was simulated, as it is in crack.stl{dams}, and its cavity alone.",
@@ -177,10 +180,13 @@ def _weighed(evidence: Evidence) -> Iterator[Item]:
 
 def _level_plate(evidence: Evidence) -> Plate:
     profile, readings, comparison = evidence.profile, evidence.readings, evidence.comparison
+    prediction = evidence.prediction
     against = "" if readings is None else ", with the caliper's means, their common 95 % band and single readings"
+    if prediction is not None:
+        against = ", predicted, nothing fitted to this sample, with the 95 % bands of each place and of the whole level"
     return Plate(
         f"Simulated level along the crack{against}.",
-        lambda: draw_profile(profile, evidence.solid.sections, readings, comparison),
+        lambda: draw_profile(profile, evidence.solid.sections, readings, comparison, prediction=prediction),
     )
 
 
@@ -236,11 +242,16 @@ def fill_plates(evidence: Evidence) -> Iterator[Plate]:
 
 def _uncertainty_sentences(evidence: Evidence) -> tuple[str, ...]:
     """Sentences on the uncertainty; one where it was not assessed."""
+    if evidence.prediction is not None:
+        return prediction_sentences(evidence.prediction)
     found = None if evidence.comparison is None else evidence.comparison.uncertainty
     if found is None:
         made = f"with particles of {evidence.run.radius_mm:g} mm radius"
         made = made if evidence.run.bed is None else "of the fast model"
-        return (f"Not examined: this is one run, {made}, held against no interval.",)
+        said = f"Not examined: this is one run, {made}, held against no interval."
+        if evidence.readings is not None or not evidence.extra_runs:
+            return (said,)
+        return (f"{said} 'sealtwin validate RUN --uncertainty', about {evidence.extra_runs}, gives it a band.",)
     assert evidence.comparison is not None
     told = evidence.comparison.findings
     return tuple(sentence for sentence in uncertainty_sentences(found) if sentence not in told)

@@ -34,14 +34,16 @@ def live_chapter(evidence: Evidence) -> dict[str, Any] | None:
 
 def _band(evidence: Evidence) -> dict[str, Any] | None:
     """Return the half-width of 95 % of the simulated level along the crack, by what the budget has of it."""
-    found = None if evidence.comparison is None else evidence.comparison.uncertainty
+    found = evidence.prediction
+    if evidence.comparison is not None and (against := evidence.comparison.uncertainty) is not None:
+        found = against.stations
     if found is None or evidence.run.bed is not None:
         return None
-    parts = {name: getattr(found.stations, f"{name}_mm") for name in PARTS}
+    parts = {name: getattr(found, f"{name}_mm") for name in PARTS}
     if not (held := {name: part for name, part in parts.items() if part is not None}):
         return None
     half_mm = 2 * np.sqrt(np.sum([np.square(part) for part in held.values()], axis=0))
-    return {"parts": list(held), **_line(found.stations.s_mm, half_mm)}
+    return {"parts": list(held), **_line(found.s_mm, half_mm)}
 
 
 def _sentences(evidence: Evidence) -> list[str]:

@@ -16,6 +16,7 @@ from sealtwin.core.comparison import (
     ErrorBudget,
     LevelMetrics,
     Outcome,
+    PredictedPart,
     Role,
     ShiftedError,
 )
@@ -26,6 +27,7 @@ from validate.units import PageTable, unit_of, words
 from validate.wording.comparison import INPUTS, uncertainty_sentences, volumes_mm3
 from validate.wording.headline import cautions, headline
 from validate.wording.in_short import in_short
+from validate.wording.prediction import prediction_sentences
 from validate.wording.sample_and_run import HEALTH_LABELS, assumptions, left_out
 
 
@@ -79,6 +81,19 @@ class ReportedUncertainty(ErrorBudget):
     """All errors that the intervals are made of, each alone."""
     missing: tuple[BudgetPart, ...]
     """Errors of the readings that nobody declared and no data can show; with what 0.2 mm of each would do."""
+
+
+class ReportedPrediction(JsonRecord):
+    """The level of a run without readings; prediction.json has it and its band along the crack."""
+
+    mean_level_mm: float
+    """Mean level along the crack, from the face."""
+    mean_level_95_mm: tuple[float, float]
+    """Ends of its 95 % interval."""
+    sentences: tuple[str, ...]
+    """Width of the band, and what it leaves out."""
+    parts: tuple[PredictedPart, ...]
+    """All errors that the band is made of, each alone."""
 
 
 class ReadingsFile(ReadingsSheet):
@@ -147,6 +162,8 @@ class ReportData(JsonRecord):
     """Mean absolute error along the crack, as in the report's histogram."""
     uncertainty: ReportedUncertainty | None
     """Uncertainty of the mean level; None where it was not assessed."""
+    prediction: ReportedPrediction | None = None
+    """Level of a run without readings, with its band; None with readings, or where no extra runs were made."""
     sizes: dict[str, ReportedSizes]
     """Mean level and mean error at three particle sizes; empty where no other sizes were run."""
     inputs: dict[str, ReportedInput]
@@ -205,6 +222,7 @@ def report_data(evidence: Evidence, tables: tuple[PageTable, ...] = ()) -> Repor
         ),
         cautions=cautions(evidence),
         readings=sheet and readings and ReadingsFile(**dict(sheet), dialect=readings.dialect),
+        prediction=_predicted(evidence),
         mass_balance={
             key: NumberWithUnit(value=volume_mm3, unit="mm³", meaning=label)
             for key, (label, volume_mm3) in volumes_mm3(evidence).items()
@@ -216,6 +234,17 @@ def report_data(evidence: Evidence, tables: tuple[PageTable, ...] = ()) -> Repor
         commands=evidence.commands,
         tables=tables,
         **_compared(comparison),
+    )
+
+
+def _predicted(evidence: Evidence) -> ReportedPrediction | None:
+    if (found := evidence.prediction) is None:
+        return None
+    return ReportedPrediction(
+        mean_level_mm=found.mean_level_mm,
+        mean_level_95_mm=found.mean_level_95_mm,
+        sentences=prediction_sentences(found),
+        parts=found.parts,
     )
 
 

@@ -6,6 +6,7 @@ from validate.metrics.verdict import NO_VERDICT, edited_by_hand, leak
 from validate.report_input import Evidence
 from validate.units import NOT_COMPUTED, counted
 from validate.wording.comparison import ROLES
+from validate.wording.prediction import predicted_sentence
 
 SOUND = (0.95, 1.05)
 """Sound range of the volume on the sample over the volume dispensed on it, which preset "accurate" keeps."""
@@ -133,6 +134,9 @@ def headline(evidence: Evidence) -> tuple[tuple[str, ...], Outcome]:
         return (NO_VERDICT, "There are no readings."), "open"
     if evidence.edited:
         return (f"{edited_by_hand(evidence.edited)}: no verdict. There are no readings.",), "undecided"
+    if evidence.prediction is not None:
+        found = evidence.prediction
+        return (predicted_sentence(found.mean_level_mm, found.mean_level_95_mm),), "open"
     return ("No readings: this is the simulated fill alone, held against nothing.",), "open"
 
 

@@ -23,6 +23,7 @@ from sealtwin.trial.trial_file import load_trial
 from sealtwin.trial.validate_stage import SPREAD, read_spread
 from tests.pages import leave_out_pages
 from tests.studies import TRIAL, tiny_lab
+from validate.wording.headline import headline
 
 DECLARED = """
 [uncertainty]
@@ -198,13 +199,31 @@ def test_a_failed_run_is_named_and_nothing_is_said(run_folder, tmp_path, monkeyp
     assert not (path / SPREAD).exists()
 
 
-def test_without_readings_there_is_nothing_to_be_unsure_of(run_folder, tmp_path):
+def test_without_readings_the_level_is_a_prediction_with_its_band(varied, tmp_path, monkeypatch):
+    """The extra runs are those of a comparison, which need no reading."""
     path = tmp_path / "run"
-    shutil.copytree(run_folder, path)
+    shutil.copytree(varied, path)
     text = (path / "trial.toml").read_text()
     (path / "trial.toml").write_text(re.sub(r"(?s)\[readings\].*?(?=\n\[|$)", "", text))
-    with pytest.raises(InputError, match=r"no \[readings\]; --uncertainty is that of a comparison"):
-        _vary(path)
+    assert not _vary(path), "none is computed again"
+    given = leave_out_pages(monkeypatch)
+    with open_folder(path, create=False) as folder:
+        result = run_stages(resume_job(folder, "cpu", Progress()), ("validate",)).result
+    predicted = files.read_json(path / "prediction.json")
+    own = record_files.read_profile(path)
+    assert predicted["level_mm"] == pytest.approx(np.interp(predicted["s_mm"], own.s_mm, own.level_mm), abs=1e-3)
+    low_mm, high_mm = predicted["mean_level_95_mm"]
+    assert (low_mm + high_mm) / 2 == pytest.approx(predicted["mean_level_mm"])
+    assert result["predicted"] == {name: predicted[name] for name in ("mean_level_mm", "mean_level_95_mm")}
+    parts = [np.array(predicted[name]) for name in ("numerics_mm", "inputs_mm")]
+    band_mm = np.array(predicted["band_95_mm"])
+    assert band_mm == pytest.approx(2 * np.hypot(*parts), rel=0.25)
+    assert (np.array(predicted["profile_band_95_mm"]) >= band_mm).all()
+    assert [one["name"] for one in predicted["inputs"]] == ["speed_mm_s", "volume_ml", "width_mm"]
+    (sentence,), outcome = headline(given[0])
+    assert outcome == "open"
+    assert sentence in result_lines(result, "validate")
+    assert sentence.startswith("Predicted, nothing fitted to this sample: the mean level is ")
 
 
 def test_a_size_that_does_not_fit_the_crack_is_told_with_the_run_that_needs_it(run_folder, tmp_path, monkeypatch):

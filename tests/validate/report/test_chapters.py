@@ -3,6 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
@@ -11,6 +12,9 @@ from validate.compare import assess
 from validate.report.chapters import Chapter, Model, Paragraph, PhotoBlock, Plate, chapters
 from validate.report.report_data import report_data
 from validate.settings import Readings, Uncertainty
+from validate.uncertainty.inputs import Effect
+from validate.uncertainty.prediction import predict
+from validate.uncertainty.validation import Spread
 from validate.units import PageTable
 from validate.wording.headline import key_figures
 
@@ -101,3 +105,33 @@ def test_without_readings_there_is_nothing_to_be_unsure_of(tmp_path):
     evidence = make_evidence(tmp_path, readings_data=None)
     told = titles(chapters(evidence))
     assert not told.keys() & {"Agreement and readings", "Uncertainty in figures", "Error"}
+
+
+def test_a_prediction_draws_its_band_and_names_its_parts(tmp_path):
+    """Of a level by one run and inputs that move it by 0.1 mm, numerics unknown."""
+    evidence = make_evidence(tmp_path, readings_data=None)
+    s_mm = evidence.profile.s_mm
+    volume = Effect("volume_ml", 0.1, np.full(len(s_mm), 0.1))
+    spread = Spread(s_mm, None, (volume,), 0.0, 0.5)
+    evidence = replace(evidence, prediction=predict(evidence.profile, spread, Uncertainty(volume_ml=0.1)))
+    assert evidence.prediction is not None
+    assert evidence.prediction.band_95_mm == pytest.approx(0.196, rel=0.01)
+    assert evidence.prediction.mean_level_mm == pytest.approx(evidence.profile.level_mm.mean())
+    content = chapters(evidence)
+    plate = content[0].items[1]
+    assert isinstance(plate, Plate)
+    assert "predicted, nothing fitted" in plate.caption
+    figure = plate.draw()
+    assert isinstance(figure, Figure)
+    drawn = figure.axes[0].get_legend_handles_labels()[1]
+    assert {"95 % band at each place", "95 % band of the whole level"} < set(drawn)
+    (words,) = next(chapter for chapter in content if chapter.title == "Uncertainty").items
+    assert isinstance(words, Paragraph)
+    assert "± 0.20 mm (95 %" in words.sentences[0]
+    assert "What the numerics do to the level is not known, and not in the band." in words.sentences
+    assert "the nozzle's speed" in words.sentences[2]
+    assert "Uncertainty in figures" in titles(content)
+    told = report_data(evidence).prediction
+    assert told is not None
+    assert told.sentences == words.sentences
+    assert [part.mean_level_mm for part in told.parts] == pytest.approx([0.098], rel=0.01)

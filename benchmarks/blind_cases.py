@@ -1,0 +1,133 @@
+"""Trials whose inputs were measured, predicted by one run of particles before they are poured by another: EMULATED.
+
+    python -m benchmarks.blind_cases [--tune]
+
+Twenty cracks of 40 mm and their pastes are drawn by a fixed seed, and the lab's measurements of them emulated
+(``benchmarks.blind_measured``). A trial outside the fast model's domain, as its lab would be told, is passed over. The
+prediction is one run at the measured values, and the doubt of these values by 200 draws of the fast model. Reality is
+particles with another seed, a radius 10 to 20 % larger or smaller, and the true values. ``benchmarks/blind/`` keeps
+what is finished. ``--tune`` runs trials of another draw, and each at its measured values with reality's seed and
+radius: what these differ by is the numerics of a prediction.
+"""
+
+import argparse
+import csv
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.blind_measured import COURSES, LENGTH_MM, Measured, measured, record
+from sealtwin.core.progress import Progress
+from sealtwin.core.records import Floats
+from sealtwin.study.drawn_runs import draw, unfit_for
+from sealtwin.study.runner import Bench
+from simulate.profile import measure_profile
+from simulate.run import inject
+from simulate.settings import Fluid, Solver
+
+FOLDER = COURSES.parent
+TRIALS, TUNING = 20, 3
+JUDGED_SEED, TUNING_SEED = 20261123, 7
+DRAWS = 200  # A standard deviation by so many is known to 5 %
+OTHER = (0.1, 0.2)  # Difference of reality's radius from the prediction's
+STATIONS_MM = np.arange(0.0, LENGTH_MM + 0.5)
+
+
+def path_of(seed: int, number: int) -> Path:
+    return FOLDER / f"{seed}" / f"{number:03d}.csv"
+
+
+def finished(seed: int) -> dict[int, dict[str, Floats]]:
+    """Return what is known of each trial of a draw: columns along ``STATIONS_MM``."""
+    found = {}
+    for path in sorted((FOLDER / f"{seed}").glob("[0-9]*.csv")):
+        with path.open(newline="", encoding="utf-8") as file:
+            names, *rows = csv.reader(file)
+        found[int(path.stem)] = dict(zip(names, np.array(rows, dtype=float).T, strict=True))
+    return found
+
+
+def run_trial(seed: int, number: int, *, again: bool) -> bool:
+    """Run a trial and keep its levels; False for one outside the fast model's domain."""
+    began = time.process_time()
+    with tempfile.TemporaryDirectory() as place:
+        one = measured(seed, number, Path(place))
+        base = one.base
+        if unfit := unfit_for(base):
+            print(f"trial {number}: passed over. {unfit[0]}", flush=True)
+            return False
+        draws = draw(base, Path(place, "draws"), 0, Progress(), DRAWS)
+    random = np.random.default_rng([seed, number, 2])
+    other = 1 + float(random.uniform(*OTHER) * random.choice([-1, 1]))
+    solver = base.trial.solver
+    assert base.trial.fluid is not None
+    real_solver = solver.model_copy(update={"radius_mm": round(other * solver.size_mm, 3)})
+    real_seed = int(random.integers(1, 2**31))
+    real_fluid = base.trial.fluid.model_copy(update=one.real_fluid)
+    inputs_mm = _half_of_band(draws.inputs.at(draws.s_mm, STATIONS_MM).errors()) / 2
+    columns = {
+        "s_mm": STATIONS_MM,
+        "predicted_mm": level_mm(base.bench, base.trial.fluid, solver, one, seed=0),
+        "real_mm": level_mm(one.real, real_fluid, real_solver, one, seed=real_seed),
+        "inputs_mm": inputs_mm,
+    }
+    if again:
+        columns["again_mm"] = level_mm(base.bench, base.trial.fluid, real_solver, one, seed=real_seed)
+    rows = [[f"{value:.3f}" for value in row] for row in zip(*columns.values(), strict=True)]
+    path = path_of(seed, number)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    facts = {
+        "trial": number,
+        "radius_mm": solver.size_mm,
+        "real_radius_mm": real_solver.size_mm,
+        "real_seed": real_seed,
+        **one.facts,
+        "processor_s": f"{time.process_time() - began:.0f}",
+    }
+    with (path.parent / "trials.csv").open("a", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, facts)
+        if file.tell() == 0:
+            writer.writeheader()
+        writer.writerow(facts)
+    with path.open("w", newline="", encoding="utf-8") as file:
+        csv.writer(file).writerows([columns, *rows])
+    off_mm = columns["real_mm"] - columns["predicted_mm"]
+    print(
+        f"trial {number}: real less predicted {off_mm.mean():+.2f} mm in the mean, {np.sqrt(np.mean(off_mm**2)):.2f} "
+        f"RMS; u of inputs {inputs_mm.mean():.2f} mm; {facts['processor_s']} s",
+        flush=True,
+    )
+    return True
+
+
+def level_mm(bench: Bench, fluid: Fluid, solver: Solver, one: Measured, *, seed: int) -> Floats:
+    sample = bench.solid, bench.outline, bench.trajectory
+    how = {"seed": seed, "device": "cpu", "progress": Progress()}
+    run = inject(*sample, fluid, solver, one.base.trial.nozzle, **how)
+    profile = measure_profile(run, bench.outline, bench.solid)
+    return np.interp(STATIONS_MM, profile.s_mm, profile.level_mm)
+
+
+def _half_of_band(components: list) -> Floats:
+    from validate.uncertainty.budget import Budget
+
+    return Budget(len(STATIONS_MM), tuple(components)).band_mm
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--tune", action="store_true", help="trials of the draw that the numerics are measured on")
+    tune = parser.parse_args().tune
+    if not COURSES.is_file():
+        record()
+    seed, wanted = (TUNING_SEED, TUNING) if tune else (JUDGED_SEED, TRIALS)
+    number = done = 0
+    while done < wanted:
+        done += path_of(seed, number).is_file() or run_trial(seed, number, again=tune)
+        number += 1
+
+
+if __name__ == "__main__":
+    main()

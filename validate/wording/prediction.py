@@ -1,0 +1,47 @@
+"""Sentences on a level that was predicted and not read yet."""
+
+import numpy as np
+
+from sealtwin.core.comparison import PredictedLevel
+from validate.units import LABELS, PageTable, signed
+
+INPUTS = LABELS["inputs"]
+
+
+def predicted_sentence(mean_level_mm: float, mean_level_95_mm: tuple[float, float]) -> str:
+    """Return the prediction in a sentence."""
+    low_mm, high_mm = mean_level_95_mm
+    return (
+        f"Predicted, nothing fitted to this sample: the mean level is {signed(mean_level_mm, 2)} mm from the "
+        f"face, 95 % from {signed(low_mm, 2)} to {signed(high_mm, 2)} mm. No readings hold it yet."
+    )
+
+
+def prediction_sentences(found: PredictedLevel) -> tuple[str, ...]:
+    """Return what the band is made of, and what it leaves out."""
+    made = [name for name, part in (("numerics", found.numerics_mm), ("inputs", found.inputs_mm)) if part is not None]
+    sentences = [
+        f"The level at a place is predicted to ± {np.median(found.band_95_mm):.2f} mm (95 %, the middle of all places; "
+        f"± {found.band_95_mm.max():.2f} mm at worst), by {' and '.join(made)}. Readings will differ from it by their "
+        "own errors too, and by what the model leaves out.",
+    ]
+    if found.numerics_mm is None:
+        sentences.append("What the numerics do to the level is not known, and not in the band.")
+    if found.inputs_left_out:
+        names = ", ".join(INPUTS[name][0] for name in found.inputs_left_out)
+        sentences.append(f"Not declared in [uncertainty], and not in the band: {names}.")
+    if found.unfit:
+        sentences.append(
+            "The trial is OUTSIDE the domain of the fast model that moved its inputs, so that their part of the band "
+            f"is an estimate. {' '.join(found.unfit)}"
+        )
+    return tuple(sentences)
+
+
+def prediction_table(found: PredictedLevel) -> PageTable:
+    """Return the errors that the band is made of."""
+    rows = tuple(
+        (one.name, f"{one.mean_level_mm:.3f} mm of the mean level, {one.place_mm:.3f} mm at a place")
+        for one in found.parts
+    )
+    return PageTable("Band of the prediction: u by each error alone", rows)
