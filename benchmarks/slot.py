@@ -29,6 +29,7 @@ MIDDLE = (STATIONS_MM >= TRIM_MM + AWAY_MM) & (STATIONS_MM <= LENGTH_MM - TRIM_M
 """Stations 8 mm and more from where the nozzle starts and from where it stops."""
 RUNS, PROCESSES = 1000, 2
 FINER = 4
+FARTHEST = 4  # Cases named in the picture
 NAMES = {FRESH: "fresh", FIRST: "first"}
 MOUND = "the mound under the nozzle's last place, about 4 tau / rho g high, is not in the model (decision 0138)"
 LEFT = "particles were not run for the others; python -m benchmarks.slot_cases goes on with them"
@@ -149,21 +150,24 @@ def _share(process: int) -> float:
 
 
 def draw(judged: Sequence[Judged], path: Path) -> None:
-    """Draw the differences along the slot, a line for each case."""
+    """Draw the differences along the slot, a line for each case; those farthest off are named."""
     import matplotlib.pyplot as plt
 
     kinds = sorted({one.fits for one in judged}, reverse=True)
     size = 8.0, 1.0 + 3.0 * len(kinds)
     figure, panels = plt.subplots(len(kinds), 1, figsize=size, sharex=True, squeeze=False, layout="constrained")
     for panel, fits in zip(panels[:, 0], kinds, strict=True):
-        for one in judged:
-            if one.fits is fits:
-                panel.plot(STATIONS_MM, one.off_mm, linewidth=0.9, label=f"{one.number} {NAMES[one.draw]}")
+        ordered = sorted((one for one in judged if one.fits is fits), key=lambda one: one.rms_mm, reverse=True)
+        for rank, one in enumerate(ordered):
+            how = {"color": "0.6"}
+            if rank < FARTHEST:
+                how = {"color": f"C{rank}", "label": f"{NAMES[one.draw]} {one.number}, RMS {one.rms_mm:.2f} mm"}
+            panel.plot(STATIONS_MM, one.off_mm, linewidth=0.9, zorder=FARTHEST - rank, **how)
         panel.axhline(0.0, color="black", linewidth=0.6)
-        panel.axvspan(*STATIONS_MM[MIDDLE][[0, -1]], color="0.93", zorder=0)
+        panel.axvspan(*STATIONS_MM[MIDDLE][[0, -1]], color="0.93", zorder=-len(ordered))
         called = "fit" if fits else "called unfit"
         panel.set(title=f"Level of the fast model less that of particles, cases {called}", ylabel="mm")
-        panel.legend(ncols=8, fontsize=7, title="case", title_fontsize=7)
+        panel.legend(loc="lower left", ncols=2, fontsize=8)
     panels[-1, 0].set(xlabel="s, mm; the nozzle starts at 8 and stops at 52")
     figure.savefig(path)
     plt.close(figure)

@@ -26,7 +26,7 @@ def test_an_example_runs_in_any_folder_and_leaves_nothing_there(tmp_path, name):
 
 
 def test_examples_are_short_pages_of_a_gallery():
-    assert len(EXAMPLES) == 6
+    assert len(EXAMPLES) == 8
     for path in EXAMPLES.values():
         lines = path.read_text(encoding="utf-8").splitlines()
         assert len(lines) <= MOST_LINES, path.name
