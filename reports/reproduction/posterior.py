@@ -96,6 +96,8 @@ def draw_posterior(pairs: Floats, ranges: dict[str, tuple[float, float]]) -> Fig
     marked = {"linestyle": "none", "marker": "D", "markersize": 8, "color": theme.MEASURED}
     axes.plot(*([value] for value in CHOSEN), **marked, label="chosen by the paper")
     axes.set(xscale="log", yscale="log", xlim=ranges[PAIR[0]], ylim=ranges[PAIR[1]])
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_formatter("{x:g}")
     theme.label_axes(axes, "U", "D (cm)", "U and D by the RECONSTRUCTED readings")
     axes.legend(loc="best")
     return figure
