@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from typer.testing import CliRunner
 
 import sealtwin as st
 from sealtwin.calibration.calibrate import MOST_FREE, calibrate
+from sealtwin.calibration.search import FEWEST
 from sealtwin.calibration.twin import Twin
 from sealtwin.cli.app import app
 from sealtwin.core.errors import InputError
@@ -110,6 +112,20 @@ def test_the_command_line_names_the_range_that_it_cannot_read():
     assert CliRunner().invoke(app, ["calibrate", "t.toml", "--free", "fluid.U=1:3", "--budget", "39"]).exit_code == 2
 
 
+def test_calibrate_then_hold_out_on_a_coarse_case(tmp_path):
+    """As few runs as a search takes: the readings are found possible, and predict the trial that chose nothing."""
+    one, other = tiny_trials(tmp_path)
+    ranges = {"fluid.viscosity_pa_s": (0.03, 0.4), "fluid.yield_stress_pa": (0.5, 6.0)}
+    found = calibrate([one], ranges, tmp_path / "out", HERE, Progress(), held_out=[other], budget=FEWEST).content
+    assert found["possible"]
+    assert [(one["trial"], one["role"]) for one in found["predictions"]] == [
+        ("tiny", "calibrated"),
+        ("other", "held out"),
+    ]
+    assert found["predictions"][1]["rms_mm"] < found["predictions"][1]["flat_rms_mm"]
+    assert found["predictions"][1]["stations_in_band"] >= 0.8
+
+
 def _command(lab, out):
     free = [part for text in FREE for part in ("--free", text)]
     line = ["calibrate", "trial.toml", *free, "--hold-out", "other.toml", "--date", "2026-11-22"]
@@ -170,7 +186,7 @@ def _holds(lab, answer):
     assert material.substeps == 3
     assert material.yield_stress_95_pa[0] <= TRUTH["fluid.yield_stress_pa"] <= material.yield_stress_95_pa[1]
     # It is what a trial can take, at its own radius alone.
-    trial = Trial.model_validate({"name": "x", "mesh": {"file": "x.stl", "data": "synthetic", "units": "mm"}})
+    trial = Trial.model_validate({"name": "x", "mesh": {"file": Path("x.stl"), "data": "synthetic", "units": "mm"}})
     fluid = Fluid(material=lab / "out/material.toml", freeze_after_s="never").loaded(lab)
     assert fluid.viscosity_pa_s == material.viscosity_pa_s
     twin = Twin(lab / "trial.toml", lab / "again", HERE, Progress())

@@ -141,7 +141,6 @@ def test_a_log_that_is_damaged_or_of_another_plan_is_refused(tmp_path, damage, n
     assert named in str(refused.value)
 
 
-@pytest.mark.slow
 def test_plan_and_loop_of_a_tiny_trial(tmp_path):
     lab, out = plannable_lab(tmp_path), tmp_path / "out"
 
