@@ -70,7 +70,8 @@ def plannable_lab(folder: Path) -> Path:
     trial = TRIAL.split("[readings]")[0].replace(aged, f'{fluid}\nfreeze_after_s = "never"')
     trial = trial.replace("volume_ml = 0.08\nspeed_mm_s = 20", 'volume_ml = "cavity"\nspeed_mm_s = 8')
     (folder / "planned.toml").write_text(trial.replace("substeps = 2", "substeps = 2\nsettle_s = 0.5"))
-    (folder / "cell.toml").write_text(CELL.replace("{file}", "cell.toml"))
+    cell = CELL.replace("{file}", "cell.toml").replace('["spel", "csv"]', '["csv"]')
+    (folder / "cell.toml").write_text(cell)
     (folder / "draws.csv").write_text("fluid.yield_stress_pa,fluid.viscosity_pa_s\n4,1\n6,1.2\n5,0.9\n")
     faults = "flow_factor = 0.8\nnoise_mm = 0.1\nlatency_s = 0.1\nlost_share = 0.2\nperiod_s = 0.25\nblind_mm = 2\n"
     (folder / "faults.toml").write_text(faults)

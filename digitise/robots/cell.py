@@ -176,6 +176,17 @@ class RobotCell(Settings):
         """Sign of the robot's z axis."""
         return 1.0 if self.robot_z == "up" else -1.0
 
+    @property
+    def steady_settings(self) -> list[str]:
+        """Settings, as the file has them, by which a program of its formats keeps one speed or one flow."""
+        spel, urscript, found = self.spel, self.urscript, list[str]()
+        if "spel" in self.formats and spel is not None:
+            found += ['spel.motion = "curve"'] * (spel.motion == "curve")
+            found += ['spel.dispenser = "output"'] * (spel.dispenser == "output")
+        if "urscript" in self.formats and urscript is not None and urscript.dispenser == "digital":
+            found.append('urscript.dispenser = "digital"')
+        return found
+
     def missing_for(self, kind: Format) -> str | None:
         """Return the table that a format needs and the cell does not have."""
         if kind in ("spel", "gcode", "urscript") and getattr(self, kind) is None:

@@ -34,7 +34,7 @@ class FlowPlan:
     level_mm: Floats
     half_width_mm: Floats
     verified: bool
-    """True where prediction and particles agree to 0.4 mm on average."""
+    """True where particles found the plan better than both baselines."""
     content: dict[str, Any]
     """Content of plan.json: under_mm3, over_mm3, baselines, rounds, chances."""
 

@@ -1,7 +1,7 @@
 """Commands that plan the fill of a crack, and correct it on the way."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -36,7 +36,7 @@ def plan(
     """
     with answering(device, as_json, quiet) as command:
         from sealtwin.plan.make_plan import Options, make_plan
-        from sealtwin.plan.plan_page import finding
+        from sealtwin.plan.plan_page import cautions_of, finding
         from simulate.device import choose_device
 
         options = Options(knots, verify, seeds, margin_mm, flow_max_mm3_s, keep_speed)
@@ -50,13 +50,8 @@ def plan(
             cell_file=cell,
             posterior=posterior,
         )
-        command.reply(Answer(content, planned_lines(content, finding(content))))
-
-
-def planned_lines(content: dict[str, Any], finding: str) -> list[str]:
-    """Return the lines that a person reads of a plan."""
-    verified = [] if content["verified"] else ["NOT VERIFIED: see the page. No robot program is written."]
-    return [*verified, finding, f"Plan: {content['folder']}/plan.csv, and trial.toml that runs it. Page: plan.html"]
+        files = f"Plan: {content['folder']}/plan.csv, and trial.toml that runs it. Page: plan.html"
+        command.reply(Answer(content, [*cautions_of(content), finding(content), files]))
 
 
 def loop(

@@ -32,7 +32,6 @@ from sealtwin.trial.trial_file import SETTINGS, Trial, load_trial, trial_text
 
 REPORT, TABLE, PAGE, LEVEL = "plan.json", "plan.csv", "plan.html", "level.csv"
 VERIFICATION, SAMPLE = "verification", "sample"
-AGREES_MM = 0.4  # Mean difference of prediction and particles up to which a plan counts as verified
 SEARCHED, JUDGED = 4, 24  # Draws of a posterior that a search averages over, and that the chances are counted of
 MUCH_OVER_MM3, MUCH_ABOVE_MM = 100.0, 0.8
 Z_95 = 1.96
@@ -77,7 +76,8 @@ class Planned:
 
     @property
     def verified(self) -> bool:
-        return self.best.off_mm is not None and self.best.off_mm <= AGREES_MM
+        """True where particles found a plan better than both baselines; level and band are theirs."""
+        return self.best.off_mm is not None
 
 
 def case_of(bench: Bench, trial: Trial, trajectory: Trajectory) -> Case:
@@ -222,6 +222,11 @@ def make_plan(
     trial = require_plannable(given.loaded(file.parent), str(file))
     cell = None if cell_file is None else read_cell(cell_file)
     pump = None if cell is None or cell_file is None else pump_of(cell, cell_file.parent)
+    if cell is not None and (steady := cell.steady_settings):
+        raise InputError(
+            f"{cell_file}: {' and '.join(steady)}: programs of one speed or one flow, and a plan varies both. Give "
+            "another, or take that format out of formats."
+        )
     draws = [] if posterior is None else read_draws(posterior, trial)
     folder = out or Path("reports", f"{given.folder_name}-plan")
     require_folder(folder)
@@ -240,6 +245,8 @@ def make_plan(
         planned = plan_on(verifier, options, draws, (cell, pump), file)
         content = _write(folder, planned, trial, options)
         files.write_text(folder / "trial.toml", _trial_beside(given, file.parent, folder))
+        # A program that the cell cannot carry is refused below, and the plan stays.
+        files.write_json(folder / REPORT, content)
         if cell is not None and cell_file is not None and planned.verified:
             origin = {
                 "trial": trial.name,
@@ -252,7 +259,7 @@ def make_plan(
                 folder / "robot", planned.trajectory, cell, cell_file.name, (), origin, None, pump
             )
             content["robot"] = sorted(report["files"])
-        files.write_json(folder / REPORT, content)
+            files.write_json(folder / REPORT, content)
         return content
 
 

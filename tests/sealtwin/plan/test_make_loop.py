@@ -141,6 +141,17 @@ def test_a_log_that_is_damaged_or_of_another_plan_is_refused(tmp_path, damage, n
     assert named in str(refused.value)
 
 
+def test_a_cell_whose_programs_keep_one_flow_is_refused_before_any_run(tmp_path):
+    lab = plannable_lab(tmp_path)
+    text = (lab / "cell.toml").read_text()
+    (lab / "cell.toml").write_text(text.replace('formats = ["csv"]', 'formats = ["spel", "csv"]'))
+    line = ["plan", str(lab / "planned.toml"), "--cell", str(lab / "cell.toml"), "--out", str(tmp_path / "out")]
+    answer = CliRunner().invoke(app, line)
+    assert answer.exit_code == 3
+    assert 'cell.toml: spel.motion = "curve" and spel.dispenser = "output"' in answer.output
+    assert not (tmp_path / "out").exists()
+
+
 def test_plan_and_loop_of_a_tiny_trial(tmp_path):
     lab, out = plannable_lab(tmp_path), tmp_path / "out"
 
@@ -153,6 +164,7 @@ def test_plan_and_loop_of_a_tiny_trial(tmp_path):
     planned = called("plan", lab / "planned.toml", *given, "--verify", 1, "--seeds", 2, "--knots", 3)
     assert planned["total_mm3"] <= min(one["total_mm3"] for one in planned["baselines"].values())
     assert planned["chances"]["draws"] == 3
+    assert planned["verified"] == bool(planned.get("robot")) == (out / "robot").is_dir()
     assert planned["seeds"][0] != planned["seeds"][1]
     path = files.read_table(out / "plan.csv", ("t_s", "speed_mm_s"))
     # Twice the trial's speed at most; the cell would allow more.
