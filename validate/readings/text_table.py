@@ -107,8 +107,15 @@ def read_delimited(path: Path, content: bytes, separator: Separator | None) -> S
     except csv.Error as fault:
         raise refuse(Place(path), f"no CSV ({fault}).", "Save the sheet as 'CSV UTF-8'.") from fault
     skipped = 0 if stated is None else 1
-    rows = tuple(SheetRow(skipped + number, tuple(map(SheetCell, fields))) for number, fields in lines)
+    # Lines may end with a million separators, below which no column holds anything.
+    width = max((_width(fields) for _, fields in lines), default=0)
+    rows = tuple(SheetRow(skipped + number, tuple(map(SheetCell, fields[:width]))) for number, fields in lines)
     return SheetGrid(path, rows, ("CSV", encoding, NAMES[mark]), separator=mark)
+
+
+def _width(fields: list[str]) -> int:
+    """Return the number of fields up to the last that holds anything."""
+    return next((count for count in range(len(fields), 0, -1) if fields[count - 1]), 0)
 
 
 def _decoded(path: Path, content: bytes) -> tuple[str, str]:

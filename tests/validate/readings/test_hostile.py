@@ -56,7 +56,7 @@ def test_vast_text_is_refused_shortly(tmp_path, content, words):
     began = time.process_time()
     with pytest.raises(InputError, match=words) as caught:
         read_readings(path, Declared())
-    assert time.process_time() - began < 30  # Seconds; 2 to 5 are usual
+    assert time.process_time() - began < 5
     assert len(str(caught.value)) < 3_000
 
 
