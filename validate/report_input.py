@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from sealtwin.core.comparison import Comparison, PredictedLevel
+from sealtwin.core.earlier_trials import EarlierTrials
 from sealtwin.core.records import DataKind, Frame, JsonRecord, Outline, Profile, Run, Solid, Trajectory
 
 
@@ -87,6 +88,7 @@ class Evidence:
     readings: Profile | None = None  # None without a caliper sheet: the report then shows the simulation alone
     comparison: Comparison | None = None  # Comparison of profile and readings; None without readings
     prediction: PredictedLevel | None = None  # Of a run without readings; None where no extra runs were made
+    earlier: EarlierTrials | None = None  # What the lab's earlier trials make of the level; None where they say nothing
     volume_ratio: float
     overlay_path: Path
     photo_data: DataKind

@@ -123,7 +123,7 @@ def run_trial(
     BusyError
         Another process holds the run folder.
     """
-    from sealtwin.lab.held_out import facts_above
+    from sealtwin.lab.facts_above import facts_above
     from sealtwin.trial.job import STAGES
     from sealtwin.trial.pipeline import run_trial
     from sealtwin.trial.trial_file import Trial, load_trial

@@ -1,7 +1,7 @@
 """Answers on folders: a batch of photos, the ingest of a lab's folder, a lab's catalogue."""
 
 from collections.abc import Sequence, Set
-from dataclasses import asdict, astuple
+from dataclasses import asdict, astuple, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,7 @@ from sealtwin.lab.catalogue import (
     read_run,
     revisions,
 )
+from sealtwin.lab.earlier_trials import earlier_trials
 from sealtwin.lab.found_files import TRIAL, Piece, few, plain
 from sealtwin.lab.ingest import Ingested
 from sealtwin.lab.pairing import PAIRING
@@ -23,7 +24,9 @@ from sealtwin.lab.sample_trials import SampleOutcome
 from sealtwin.photos.batch import CSV, SHEET, Batch
 from sealtwin.trial.job import shown
 from validate.readings.understood import OR_ANSWER
+from validate.uncertainty.earlier_trials import biases
 from validate.units import counted
+from validate.wording.earlier_trials import bias_lines
 
 BROADEST = 36  # Letters of a column of names on a terminal
 MOST_TOLD = 200  # Faults on a terminal, which keeps some thousand lines
@@ -108,7 +111,13 @@ def list_answer(lab: Path) -> Answer:
     lines = _table(head, [[_text(row[column]) for column in head] for row in rows]) if rows else ["No trials yet."]
     unready = [CatalogueFault(row["sample"], row["reason"]) for row in rows if row["reason"]]
     lines += _together([*faults, *unready])
-    return _lab_answer(lab, rows, faults, lines)
+    earlier, cautions = earlier_trials(Catalogue.of(lab))
+    found = biases(earlier)
+    if found:
+        names = few([one.name for one in earlier])
+        lines += [f"Held out, measured and run: {counted(len(earlier), 'sample')} ({names}).", *bias_lines(found)]
+    answer = _lab_answer(lab, rows, faults, [*lines, *cautions])
+    return replace(answer, content=answer.content | {"biases": [one.model_dump() for one in found]})
 
 
 def show_answer(lab: Path, sample: str) -> Answer:

@@ -29,7 +29,7 @@ def run_trial(
     ``trial`` is the trial of a photo or a mesh, the ``file``, that has no trial file; ``frames_every_s`` replaces the
     trial's own.
     """
-    from sealtwin.lab.held_out import facts_above
+    from sealtwin.lab.facts_above import facts_above
     from sealtwin.trial import pipeline
     from sealtwin.trial.trial_file import load_trial
 
@@ -53,7 +53,7 @@ def resume(
 ) -> None:
     """Run one stage of the trial that a run folder holds and answer; ``uncertainty`` adds its extra runs before."""
     from sealtwin.core.run_folder import open_folder
-    from sealtwin.lab.held_out import facts_above
+    from sealtwin.lab.facts_above import facts_above
     from sealtwin.trial.job import resume_job
     from sealtwin.trial.pipeline import run_stages
 
@@ -117,6 +117,8 @@ def result_lines(result: dict[str, Any], last: "StageName") -> list[str]:
         lines.append(f"Edited by hand since: {', '.join(result['edited'])}.")
     if last == "validate" and "report" in result and result["readings_role"] is None:
         lines.append(_predicted(result.get("predicted")))
+    if last == "validate" and "expected" in result:
+        lines += result["expected"]["told"]
     is_reported = last == "validate" and "report" in result
     return [*lines, f"Report: {result['report']}" if is_reported else f"Folder: {result['folder']}"]
 

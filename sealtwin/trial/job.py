@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from sealtwin.core import files, record_files
+from sealtwin.core.earlier_trials import EarlierTrial
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import RunFolder
@@ -30,6 +31,8 @@ class Above:
     cautions: tuple[str, ...] = ()  # What of the lab could not be searched, a sentence each
     extra_runs: "Callable[[Job], str]" = lambda _: ""
     """Returns the time in words that 'sealtwin validate RUN --uncertainty' takes; empty where it is not known."""
+    earlier: "Callable[[Job], tuple[EarlierTrial, ...]]" = lambda _: ()
+    """Returns the earlier trials of its lab whose readings were measured and held out."""
 
 
 NOTHING_ABOVE = Above()

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from sealtwin.core import files, record_files
+from sealtwin.core.earlier_trials import EarlierTrials
 from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import RunFolder, look_into, open_folder
@@ -25,7 +26,7 @@ from sealtwin.trial.job import (
 )
 from sealtwin.trial.simulate_stage import FRAMES
 from sealtwin.trial.trial_file import Trial
-from sealtwin.trial.validate_stage import PREDICTION
+from sealtwin.trial.validate_stage import EARLIER, PREDICTION
 from validate.uncertainty.validation import with_time
 
 
@@ -189,7 +190,20 @@ def _findings(folder: RunFolder, trial: Trial, stages: Sequence[str]) -> dict[st
             with files.understood(predicted):
                 found = files.read_json(predicted)
                 result["predicted"] = {name: found[name] for name in ("mean_level_mm", "mean_level_95_mm")}
+        if (earlier := folder.path / EARLIER).is_file():
+            with files.understood(earlier):
+                result["expected"] = _expected(EarlierTrials.model_validate(files.read_json(earlier)))
     return result
+
+
+def _expected(found: EarlierTrials) -> dict[str, Any]:
+    from validate.wording.earlier_trials import expected_sentences
+
+    content: dict[str, Any] = {"earlier_trials": len(found.trials), "told": list(expected_sentences(found))}
+    for one in found.expectations:
+        ends = [round(end, 4) for end in one.expected_95]
+        content[one.quantity] = {"expected": round(one.expected, 4), "expected_95": ends}
+    return content
 
 
 def _counted(simulation: record_files.Simulation) -> dict[str, Any]:

@@ -23,6 +23,7 @@ REPORT_FORM = 4  # Version of comparison.json and report.json: those of another 
 UNCERTAINTY, SPREAD = "uncertainty", "uncertainty.json"
 """Name in the manifest of the extra runs of 'sealtwin validate RUN --uncertainty', and their file."""
 PREDICTION = "prediction.json"  # Of a run without readings, with extra runs
+EARLIER = "earlier_trials.json"  # Of a run in a lab with held-out trials
 OF_EXTRA_RUNS = ("uncertainty", "weighed")  # What of the stage's own settings they depend on
 RECORD = "record.json"  # File beside a trial that was ingested from a lab's folder
 ORIGIN = Path("inputs", "origin.json")
@@ -48,7 +49,10 @@ def bring_up_to_date(job: Job) -> bool:
     settings = stage_settings(trial, "validate")
 
     sheet, searched = sheet_of(job), job.above.lab_searched
-    key = stage_key(inputs, {**settings, "form": REPORT_FORM, "sheet": sheet and dict(sheet), "searched": searched})
+    above: dict[str, Any] = {"sheet": sheet and dict(sheet), "searched": searched}
+    if earlier := job.above.earlier(job):
+        above["earlier"] = [one.model_dump() for one in earlier]
+    key = stage_key(inputs, {**settings, "form": REPORT_FORM, **above})
     if job.folder.is_current("validate", key):
         return False
     job.progress.start("Validating", 2)
@@ -59,8 +63,9 @@ def bring_up_to_date(job: Job) -> bool:
     from validate.metrics.volumes import gained_level_mm
     from validate.report.write_report import REPORT, write_report
     from validate.report_input import Evidence
+    from validate.uncertainty.earlier_trials import computed_quantities, expect
     from validate.uncertainty.prediction import predict
-    from validate.wording.headline import run_warnings
+    from validate.wording.headline import kept_volume, run_warnings
 
     outline, solid = record_files.read_outline(job.path), record_files.read_solid(job.path)
     run, profile = record_files.read_run(job.path), record_files.read_profile(job.path)
@@ -102,6 +107,8 @@ def bring_up_to_date(job: Job) -> bool:
         gained_mm = gained_level_mm(run, profile, outline, solid, ratio)
         prediction = predict(profile, spread, trial.known_inputs(outline, solid), gained_mm)
         evidence = replace(evidence, prediction=prediction)
+    if earlier and run.bed is None and kept_volume(ratio):
+        evidence = replace(evidence, earlier=expect(earlier, computed_quantities(evidence)))
     for warning in run_warnings(run, ratio):
         job.progress.note(f"note: {warning}")
     begin_writing(job, "validate")
@@ -113,6 +120,9 @@ def bring_up_to_date(job: Job) -> bool:
     if evidence.prediction is not None:
         files.write_json(job.path / PREDICTION, evidence.prediction.model_dump())
         outputs.append(PREDICTION)
+    if evidence.earlier is not None:
+        files.write_json(job.path / EARLIER, evidence.earlier.model_dump())
+        outputs.append(EARLIER)
     write_report(job.path, evidence)
     job.progress.advance(2)
     job.folder.record("validate", key, settings, inputs, outputs, time.monotonic() - began, given=list(given))

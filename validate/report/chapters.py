@@ -33,6 +33,7 @@ from validate.wording.comparison import (
     uncertainty_tables,
     volume_table,
 )
+from validate.wording.earlier_trials import earlier_table
 from validate.wording.prediction import prediction_sentences, prediction_table
 from validate.wording.where_off import where_off
 
@@ -146,6 +147,8 @@ def _appendix(evidence: Evidence) -> Iterator[Titled]:
     yield "Mass balance", "mass-balance", [balance_table(evidence), *held]
     if evidence.prediction is not None:
         yield "Uncertainty in figures", "budget", [prediction_table(evidence.prediction)]
+    if evidence.earlier is not None:
+        yield "Earlier trials", "earlier", [earlier_table(evidence.earlier)]
     dams = ", with the dams at its open ends" if evidence.solid.figures.dams else ""
     solid = Plate(
         f"The solid that was simulated, as it is in crack.stl{dams}, and its cavity alone.",

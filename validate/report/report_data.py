@@ -20,6 +20,7 @@ from sealtwin.core.comparison import (
     Role,
     ShiftedError,
 )
+from sealtwin.core.earlier_trials import EarlierTrials
 from sealtwin.core.records import DataKind, JsonRecord, Known
 from validate.report_input import Evidence, ReadingsSheet
 from validate.uncertainty.validation import with_time
@@ -164,6 +165,8 @@ class ReportData(JsonRecord):
     """Uncertainty of the mean level; None where it was not assessed."""
     prediction: ReportedPrediction | None = None
     """Level of a run without readings, with its band; None with readings, or where no extra runs were made."""
+    earlier_trials: EarlierTrials | None = None
+    """The lab's earlier trials and what they make of this one; None where it has fewer than two that count."""
     sizes: dict[str, ReportedSizes]
     """Mean level and mean error at three particle sizes; empty where no other sizes were run."""
     inputs: dict[str, ReportedInput]
@@ -223,6 +226,7 @@ def report_data(evidence: Evidence, tables: tuple[PageTable, ...] = ()) -> Repor
         cautions=cautions(evidence),
         readings=sheet and readings and ReadingsFile(**dict(sheet), dialect=readings.dialect),
         prediction=_predicted(evidence),
+        earlier_trials=evidence.earlier,
         mass_balance={
             key: NumberWithUnit(value=volume_mm3, unit="mm³", meaning=label)
             for key, (label, volume_mm3) in volumes_mm3(evidence).items()

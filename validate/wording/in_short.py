@@ -1,14 +1,16 @@
-"""The answer in two sentences, for a reader who knows neither the method nor its words."""
+"""The answer in a few sentences, for a reader who knows neither the method nor its words."""
 
 from validate.report_input import Evidence
 from validate.wording.comparison import volumes_mm3
+from validate.wording.earlier_trials import expected_sentences
 
 ML = 1000.0  # mm³
 
 
 def in_short(evidence: Evidence) -> tuple[str, ...]:
-    """Return how near the simulated level comes to the readings, where there are any, and where the sealant went."""
-    return (*_nearness(evidence), _whereabouts(evidence))
+    """Return how near the level comes to the readings, if any, where the sealant went, what earlier trials say."""
+    expected = () if evidence.earlier is None else expected_sentences(evidence.earlier)
+    return (*_nearness(evidence), _whereabouts(evidence), *expected)
 
 
 def _nearness(evidence: Evidence) -> tuple[str, ...]:

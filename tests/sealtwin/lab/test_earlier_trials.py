@@ -1,0 +1,153 @@
+"""Which trials of a lab count as earlier ones, and where what they say is told."""
+
+import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from sealtwin.core import files, record_files
+from sealtwin.core.comparison import Role
+from sealtwin.core.records import DataKind
+from sealtwin.lab.catalogue import RUN, Catalogue
+from sealtwin.lab.earlier_trials import earlier_trials
+from sealtwin.lab.held_out import note_use
+from sealtwin.trial.trial_file import load_trial
+from tests.evidence import make_evidence
+from tests.labs import sealtwin
+from validate.readings.read_readings import read_readings
+
+FINISHED = "P01", "P02", "P05", "P07"
+KEEPS_ITS_VOLUME = (
+    ("substeps = 2", "substeps = 6"),
+    ("freeze_after_s = 0.2", "freeze_after_s = 1.0"),
+    ("volume_ml = 0.08", "volume_ml = 0.16"),
+)
+"""Changes by which the labs' small trials lose no fluid."""
+
+
+@pytest.fixture(scope="module")
+def finished(sound, tmp_path_factory):
+    """Lab of ten sound samples, four of which have a run with measured readings, 0.5, 0.7, 0.9 and 1.1 mm too high."""
+    lab = shutil.copytree(sound[2], tmp_path_factory.mktemp("earlier") / "lab")
+    for number, name in enumerate(FINISHED):
+        finish(lab, name, error_mm=0.5 + 0.2 * number)
+    return lab
+
+
+@pytest.fixture
+def lab(finished, tmp_path):
+    return shutil.copytree(finished, tmp_path / "lab")
+
+
+def finish(lab: Path, name: str, error_mm: float, role: Role = "held-out", data: DataKind = "measured") -> None:
+    """Write what counts of a run's files, as its stages write it."""
+    run = lab / name / RUN
+    shutil.copytree(lab / name / "inputs", run / "inputs", dirs_exist_ok=True)
+    shutil.copy(lab / name / "trial.toml", run)
+    evidence = make_evidence(run, error_mm=error_mm, readings_data=data, photo_data=data)
+    assert evidence.comparison is not None
+    metrics = evidence.comparison.metrics.model_copy(update={"role": role})
+    record_files.write_comparison(run, replace(evidence.comparison, metrics=metrics))
+    health = evidence.run.health.model_copy(update={"volume_ratio": 1.0})
+    record_files.write_run(run, replace(evidence.run, health=health))
+    files.write_json(run / "run.json", {"mean_error_mm": error_mm, "edited": [], "stages": ["validate"]})
+
+
+def names_of(lab: Path, source: Path | None = None) -> list[str]:
+    return [one.name for one in earlier_trials(Catalogue(lab), source)[0]]
+
+
+def change(path: Path, **values: object) -> None:
+    files.write_json(path, files.read_json(path) | values)
+
+
+def test_measured_trials_that_were_held_out_count_with_their_errors(lab):
+    found, cautions = earlier_trials(Catalogue(lab))
+    assert [(one.name, round(one.level_error_mm, 6)) for one in found] == [
+        ("P01", 0.5), ("P02", 0.7), ("P05", 0.9), ("P07", 1.1),
+    ]  # fmt: skip
+    assert not cautions
+
+
+def test_a_sample_is_not_among_its_own_earlier_trials(lab):
+    others = ["P02", "P05", "P07"]
+    assert names_of(lab, lab / "P01") == others
+    assert names_of(lab, lab / "P01" / RUN) == others
+
+
+def test_what_was_calibrated_or_drawn_says_nothing(lab):
+    finish(lab, "P01", 0.5, role="calibrated-on")
+    finish(lab, "P02", 0.5, data="reconstructed")
+    assert names_of(lab) == ["P05", "P07"]
+
+
+@pytest.mark.parametrize(
+    ("file", "values"),
+    [
+        ("run.json", {"edited": ["profile.csv"]}),
+        ("simulation.json", {"escaped_particles": 1}),
+        ("simulation.json", {"health": {"volume_ratio": 0.9}}),
+    ],
+)
+def test_an_edited_or_unsound_run_says_nothing(lab, file, values):
+    change(lab / "P01" / RUN / file, **values)
+    assert names_of(lab) == ["P02", "P05", "P07"]
+
+
+def test_readings_that_a_study_chose_by_since_say_nothing(lab):
+    settings = load_trial(lab / "P05" / "trial.toml").readings
+    assert settings is not None
+    sheet = lab / "P05" / settings.file
+    note_use(sheet, read_readings(sheet, settings), "study 'which U'")
+    assert names_of(lab) == ["P01", "P02", "P07"]
+
+
+def test_the_same_readings_count_once(lab):
+    finish(lab, "P03", 0.5)
+    shutil.rmtree(lab / "P03" / RUN / "inputs")
+    shutil.copytree(lab / "P01" / "inputs", lab / "P03" / RUN / "inputs")
+    shutil.copy(lab / "P01" / "trial.toml", lab / "P03" / RUN)
+    assert names_of(lab) == list(FINISHED)
+
+
+def test_a_damaged_run_is_named_and_keeps_no_other_one_back(lab):
+    (lab / "P02" / RUN / "comparison.json").write_text("{", encoding="utf-8")
+    found, cautions = earlier_trials(Catalogue(lab))
+    assert [one.name for one in found] == ["P01", "P05", "P07"]
+    assert ["'P02'" in caution for caution in cautions] == [True]
+
+
+def test_the_list_tells_bias_and_scatter(lab):
+    answer = sealtwin("lab", "list", lab, "--json")
+    level, *_ = json.loads(answer.stdout)["biases"]
+    assert (level["quantity"], level["trials"]) == ("mean_level_mm", 4)
+    assert (level["bias"], level["scatter"]) == pytest.approx((0.8, 0.258199), abs=1e-5)
+    assert "computed less read +0.80 mm, scatter 0.26 mm" in sealtwin("lab", "list", lab).stdout
+
+
+def test_a_new_run_applies_them_and_another_trial_makes_its_report_anew(lab):
+    place = lab / "P04"
+    trial = (place / "trial.toml").read_text(encoding="utf-8")
+    for coarse, sound in KEEPS_ITS_VOLUME:
+        assert coarse in trial
+        trial = trial.replace(coarse, sound)
+    (place / "trial.toml").write_text(trial, encoding="utf-8")
+    run = ("run", place / "trial.toml", "--out", place / RUN, "--device", "cpu", "--quiet")
+    answer = sealtwin(*run)
+    assert answer.exit_code == 0
+    assert "In 4 earlier trials" in answer.stdout
+    told = files.read_json(place / RUN / "earlier_trials.json")
+    assert [one["name"] for one in told["trials"]] == list(FINISHED)
+    level = told["expectations"][0]
+    assert level["expected"] == pytest.approx(level["computed"] - 0.8, abs=1e-9)
+    report = files.read_json(place / RUN / "report.json")
+    assert report["earlier_trials"]["expectations"][0]["expected_95"] == level["expected_95"]
+    page = (place / RUN / "report.html").read_text(encoding="utf-8")
+    assert report["in_short"][-1] in page
+    assert "In 4 earlier trials" in page
+
+    finish(lab, "P08", 1.3)
+    assert sealtwin(*run).exit_code == 0
+    assert len(files.read_json(place / RUN / "earlier_trials.json")["trials"]) == 5

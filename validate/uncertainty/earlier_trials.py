@@ -1,0 +1,91 @@
+"""Bias and scatter of a lab's earlier trials, as fire models state theirs, and what they make of a new computed level.
+
+The model's error is a bias and a scatter of each quantity over all trials whose readings were held out (McGrattan &
+Toman 2011, *Fire Safety Journal* 46; FDS's validation guide). Fills, which are never negative, are compared by their
+ratio, levels and heaps by their difference.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import get_args
+
+import numpy as np
+from scipy.special import stdtrit
+
+from sealtwin.core.earlier_trials import Bias, EarlierTrial, EarlierTrials, Expectation, Quantity
+from sealtwin.core.records import Floats
+from validate.metrics.curve_distances import PiecewiseLinear
+from validate.metrics.volumes import fill_volumes
+from validate.report_input import Evidence
+
+FEWEST = 2  # Trials: one has no scatter
+RANGE: dict[Quantity, tuple[float, float]] = {
+    "mean_level_mm": (-np.inf, np.inf),
+    "fill_ratio": (0.0, 1.0),
+    "heap_mm2": (0.0, np.inf),
+}
+"""Least and largest value of a quantity."""
+
+
+def biases(trials: Sequence[EarlierTrial]) -> tuple[Bias, ...]:
+    """Return bias and scatter of each quantity; none of fewer than two trials, nor of a ratio to an empty crack."""
+    if len(trials) < FEWEST:
+        return ()
+    found: list[Bias] = []
+    for quantity in get_args(Quantity):
+        relative = quantity == "fill_ratio"
+        errors = _errors(trials, quantity)
+        if not np.isfinite(errors).all():
+            continue
+        mean, scatter = float(errors.mean()), float(errors.std(ddof=1))
+        bias = float(np.exp(mean)) if relative else mean
+        found.append(Bias(quantity=quantity, relative=relative, bias=bias, scatter=scatter, trials=len(trials)))
+    return tuple(found)
+
+
+def expect(trials: Sequence[EarlierTrial], computed: Mapping[Quantity, float]) -> EarlierTrials | None:
+    """Return what the next trial's readings should find by the earlier ones; None of fewer than two.
+
+    With n trials of scatter s the interval's half-width is t s sqrt(1 + 1/n), t of n - 1 degrees of freedom.
+    """
+    found = [_expectation(bias, computed[bias.quantity]) for bias in biases(trials)]
+    return EarlierTrials(trials=tuple(trials), expectations=tuple(found)) if found else None
+
+
+def computed_quantities(evidence: Evidence) -> dict[Quantity, float]:
+    """Return what a run computed, over the length that its readings cover; over all of its level without readings."""
+    profile = evidence.profile
+    from_mm, to_mm = float(profile.s_mm[0]), float(profile.s_mm[-1])
+    if evidence.comparison is not None:
+        metrics = evidence.comparison.metrics
+        from_mm, to_mm = metrics.covered_from_mm, metrics.covered_to_mm
+    s_mm = np.unique([from_mm, *profile.s_mm[(profile.s_mm > from_mm) & (profile.s_mm < to_mm)], to_mm])
+    level_mm = np.interp(s_mm, profile.s_mm, profile.level_mm)
+    volumes = fill_volumes(profile, evidence.outline, evidence.solid, from_mm, to_mm)
+    return {
+        "mean_level_mm": PiecewiseLinear(s_mm, level_mm).mean(),
+        "fill_ratio": volumes["fill_ratio"],
+        "heap_mm2": volumes["overfill_mm3"] / (to_mm - from_mm),
+    }
+
+
+def _errors(trials: Sequence[EarlierTrial], quantity: Quantity) -> Floats:
+    """Return the error of each trial, a logarithm where it is relative, (n,); not finite where there is none."""
+    if quantity == "mean_level_mm":
+        return np.array([one.level_error_mm for one in trials])
+    if quantity == "heap_mm2":
+        return np.array([one.computed_heap_mm2 - one.read_heap_mm2 for one in trials])
+    ratios = np.array([[one.computed_fill_ratio, one.read_fill_ratio] for one in trials])
+    if (ratios <= 0).any():
+        return np.full(len(trials), np.nan)
+    return np.log(ratios[:, 0] / ratios[:, 1])
+
+
+def _expectation(bias: Bias, computed: float) -> Expectation:
+    half = float(stdtrit(bias.trials - 1, 0.975)) * bias.scatter * np.sqrt(1 + 1 / bias.trials)
+    if bias.relative:
+        expected = computed / bias.bias
+        ends = np.array([expected * np.exp(-half), expected, expected * np.exp(half)])
+    else:
+        ends = computed - bias.bias + np.array([-half, 0.0, half])
+    low, expected, high = (float(end) for end in np.clip(ends, *RANGE[bias.quantity]))
+    return Expectation(**dict(bias), computed=computed, expected=expected, expected_95=(low, high))
