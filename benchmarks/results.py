@@ -2,9 +2,9 @@
 
     python -m benchmarks.results [--only NAME ...]     (make results)
 
-A benchmark is run again where the code or its data changed since, or where it failed; a run that is stopped, or killed,
-goes on by the same command. The page shows each figure beside that of the results before. Exits with 1 unless all
-targets are met.
+A benchmark is run again where a module that it imports, at any depth, or its data changed since, or where it failed; a
+run that is stopped, or killed, goes on by the same command. The page shows each figure beside that of the results
+before. Exits with 1 unless all targets are met.
 """
 
 import argparse
@@ -15,9 +15,13 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Mapping
 from datetime import UTC, datetime
-from pathlib import Path
+from functools import cache
+from pathlib import Path, PurePosixPath
 from typing import Any
+
+import grimp
 
 from benchmarks.against import HERE, processor
 from benchmarks.table import ROWS_TO
@@ -59,8 +63,9 @@ COMMANDS = {
     "blind_prediction": "-m benchmarks.blind_prediction",
 }
 """Arguments of Python by the name of a benchmark, the short ones first."""
-CODE = ("benchmarks", "digitise", "fixtures", "sealtwin", "simulate", "validate", "pyproject.toml", "constraints.txt")
-"""What a figure follows from."""
+PACKAGES = ("benchmarks", "digitise", "sealtwin", "simulate", "tests", "validate")
+CODE = (*PACKAGES, "fixtures", "pyproject.toml", "constraints.txt")
+"""What a figure can follow from."""
 RESULTS, PAGE = HERE / "reports" / "results.json", HERE / "docs" / "results.md"
 
 Content = dict[str, dict[str, Any]]  # By the name of a benchmark: its rows and where, when and of which code they are
@@ -70,15 +75,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", nargs="+", choices=COMMANDS, default=list(COMMANDS), metavar="NAME")
     asked: list[str] = parser.parse_args().only
-    code, found = code_sha256(HERE), read(RESULTS)
-    waiting = [name for name in asked if not (name in found and _stands(found[name], code))]
+    found = read(RESULTS)
+    code = {name: code_sha256(HERE, COMMANDS[name]) for name in {*asked, *found} & COMMANDS.keys()}
+    waiting = [name for name in asked if not (name in found and _stands(found[name], code[name]))]
     for number, name in enumerate(waiting):
         ran_before = all(other in found for other in waiting[number:])
         left_s = sum(found[other]["wall_s"] for other in waiting[number:] if other in found)
         left = f"about {in_words(left_s)}" if ran_before else "unknown, since not all ran before"
         print(f"{number + 1} of {len(waiting)}: {name}; time left: {left}", file=sys.stderr, flush=True)
         before = {row["name"]: row["value"] for row in found.get(name, {}).get("rows", []) if "value" in row}
-        facts = {"command": f"python {COMMANDS[name]}", "code": code, "before": before}
+        facts = {"command": f"python {COMMANDS[name]}", "code": code[name], "before": before}
         found[name] = facts | measure(COMMANDS[name].split())
         write_json(RESULTS, {key: found[key] for key in COMMANDS if key in found})
     write_text(PAGE, page(found, code))
@@ -113,23 +119,54 @@ def measure(arguments: list[str]) -> dict[str, Any]:
     return facts | {"date": f"{now:%Y-%m-%d}", "wall_s": round(time.monotonic() - began_s), "rows": seen}
 
 
-def code_sha256(root: Path) -> str:
-    """Return the hash of all files that git tracks, or would, in the folders that a figure follows from."""
+def code_sha256(root: Path, command: str) -> str:
+    """Return the hash of the files that the figures of a benchmark follow from, of those that git tracks or would.
+
+    These are the modules that it imports, at any depth; data of their packages; and versions. The data of a benchmark
+    lie in a file or a folder of its name. Where one of the modules starts programs, all code counts.
+    """
     listed = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard", *CODE]
     names = subprocess.run(listed, cwd=root, stdout=subprocess.PIPE, check=True).stdout.decode().split("\0")
+    needed = _needed(command)
     total = hashlib.sha256()
     for name in sorted(filter(None, names)):
-        if (root / name).is_file():
+        if (root / name).is_file() and (needed is None or _counts(PurePosixPath(name), needed)):
             total.update(f"{name}\0".encode() + hashlib.sha256((root / name).read_bytes()).digest())
     return total.hexdigest()
+
+
+@cache
+def _imports() -> grimp.ImportGraph:
+    return grimp.build_graph(*PACKAGES, include_external_packages=True, cache_dir=None)
+
+
+def _needed(command: str) -> frozenset[str] | None:
+    """Return the modules that a benchmark imports, at any depth, itself among them; None where it may need them all."""
+    named = next(part for part in command.split() if part != "-m")
+    module, graph = named.removesuffix(".py").replace("/", "."), _imports()
+    if module not in graph.modules:
+        return None
+    needed = {module, *graph.find_upstream_modules(module)}
+    own = (one for one in needed if one.partition(".")[0] in ("benchmarks", "tests"))
+    starts = any("subprocess" in graph.find_modules_directly_imported_by(one) for one in own)
+    return None if starts else frozenset(needed)
+
+
+def _counts(path: PurePosixPath, needed: frozenset[str]) -> bool:
+    package = path.parts[0]
+    if path.suffix == ".py":
+        return ".".join(path.with_suffix("").parts).removesuffix(".__init__") in needed
+    if package == "benchmarks":
+        return any(one.startswith(f"benchmarks.{PurePosixPath(path.parts[1]).stem}") for one in needed)
+    return package not in PACKAGES or any(one.partition(".")[0] == package for one in needed)
 
 
 def read(path: Path) -> Content:
     return json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
 
 
-def page(found: Content, code: str) -> str:
-    """Return the page of the documentation: a table for each benchmark, in their order."""
+def page(found: Content, code: Mapping[str, str]) -> str:
+    """Return the page of the documentation: a table for each benchmark, in their order; ``code`` has hashes of now."""
     judged = [row for one in found.values() for row in one["rows"] if row["judged"]]
     met = sum(not row["missed"] for row in judged)
     lines = [
@@ -140,7 +177,7 @@ def page(found: Content, code: str) -> str:
     ]
     for name in COMMANDS:
         if name in found:
-            lines += ["", *_section(name, found[name], code)]
+            lines += ["", *_section(name, found[name], code[name])]
     if absent := [f"`{name}`" for name in COMMANDS if name not in found]:
         lines += ["", f"Not run yet: {', '.join(absent)}."]
     return "\n".join(lines) + "\n"

@@ -38,11 +38,11 @@ def run(monkeypatch, *arguments):
 
 
 def test_what_ran_on_this_very_code_is_not_run_again(benchmarks, monkeypatch):
-    monkeypatch.setattr(results, "code_sha256", lambda _: "one")
+    monkeypatch.setattr(results, "code_sha256", lambda *_: "one")
     assert run(monkeypatch, "--only", "good") == 1, "a target is missed"
     assert run(monkeypatch, "--only", "good") == 1
     assert (benchmarks / "ran").read_text() == "x"
-    monkeypatch.setattr(results, "code_sha256", lambda _: "two")
+    monkeypatch.setattr(results, "code_sha256", lambda *_: "two")
     run(monkeypatch, "--only", "good")
     assert (benchmarks / "ran").read_text() == "xx"
     assert json.loads((benchmarks / "results.json").read_text())["good"]["before"] == {"kept | width": 1.5, "slow": 3.0}
@@ -57,7 +57,7 @@ def test_a_benchmark_without_a_table_has_no_result(benchmarks, monkeypatch, caps
 
 
 def test_what_failed_is_run_again_on_the_same_code(benchmarks, monkeypatch):
-    monkeypatch.setattr(results, "code_sha256", lambda _: "one")
+    monkeypatch.setattr(results, "code_sha256", lambda *_: "one")
     run(monkeypatch)
     (benchmarks / "bad.py").write_text((benchmarks / "good.py").read_text())
     run(monkeypatch)
@@ -68,22 +68,61 @@ def test_what_failed_is_run_again_on_the_same_code(benchmarks, monkeypatch):
 def test_the_page_shows_each_figure_beside_the_one_before(benchmarks):
     facts = {"command": "python good.py", "code": "new", "before": {"slow": 2.5}}
     found = {"good": facts | measure([str(benchmarks / "good.py")])}
-    text = page(found, "new")
+    text = page(found, {"good": "new"})
     assert "**1 of 2 targets met**" in text
     assert "| kept \\| width | <= 2 | 1.5 mm |  | met |" in text
     assert "| slow | <= 2 | 3 s | 2.5 | **missed**: of \\| this |" in text
     assert "| none | reported | no number |  |  |" in text
     assert "changed since" not in text
-    assert "changed since" in page(found, "newer")
+    assert "changed since" in page(found, {"good": "newer"})
 
 
-def test_the_hash_follows_the_code_alone(tmp_path):
-    for name in results.CODE[:-2]:
-        (tmp_path / name).mkdir()
-        (tmp_path / name / "one.py").write_text("1")
-    subprocess.run(["git", "init", "-q"], cwd=tmp_path, check=True)
-    first = code_sha256(tmp_path)
-    (tmp_path / "README.md").write_text("words")
-    assert code_sha256(tmp_path) == first
-    (tmp_path / "simulate" / "one.py").write_text("2")
-    assert code_sha256(tmp_path) != first
+@pytest.fixture
+def checkout(tmp_path):
+    """A file of one character for each name, which git knows."""
+
+    def make(*names):
+        for name in names:
+            (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+            (tmp_path / name).write_text("1")
+        subprocess.run(["git", "init", "-q"], cwd=tmp_path, check=True)
+        return tmp_path
+
+    return make
+
+
+FOLLOWS = (
+    ("benchmarks/solids.py", True),
+    ("benchmarks/table.py", True),
+    ("digitise/solid/build_solid.py", True),
+    ("fixtures/paper-trial/trial.toml", True),
+    ("constraints.txt", True),
+    ("simulate/run.py", False),
+    ("validate/compare.py", False),
+    ("validate/labels.toml", False),
+    ("benchmarks/beads.csv", False),
+    ("README.md", False),
+)
+
+
+@pytest.mark.parametrize(("name", "follows"), FOLLOWS)
+def test_the_hash_follows_what_a_benchmark_imports(checkout, name, follows):
+    root = checkout(*(name for name, _ in FOLLOWS))
+    before = code_sha256(root, "benchmarks/solids.py")
+    (root / name).write_text("2")
+    assert (code_sha256(root, "benchmarks/solids.py") != before) == follows
+
+
+def test_data_of_a_benchmarks_own_name_are_its(checkout):
+    root = checkout("benchmarks/beads.csv", "benchmarks/slot/20261122/runs.csv")
+    before = {name: code_sha256(root, results.COMMANDS[name]) for name in ("beads", "slot")}
+    (root / "benchmarks" / "slot" / "20261122" / "runs.csv").write_text("2")
+    assert code_sha256(root, results.COMMANDS["beads"]) == before["beads"]
+    assert code_sha256(root, results.COMMANDS["slot"]) != before["slot"]
+
+
+def test_a_benchmark_that_starts_programs_follows_all_code(checkout):
+    root = checkout("sealtwin/lab/ingest.py")
+    before = code_sha256(root, results.COMMANDS["report_speed"])
+    (root / "sealtwin" / "lab" / "ingest.py").write_text("2")
+    assert code_sha256(root, results.COMMANDS["report_speed"]) != before
