@@ -140,7 +140,8 @@ def _role_sentence(m: LevelMetrics) -> str:
     if m.role == "calibrated-on":
         what = "what was fitted is not declared"
         if m.fitted:
-            what = f"fitted: {', '.join(map(setting_name, m.fitted))}"
+            count = counted(m.stations_compared, "station")
+            what = f"fitted at {count}: {', '.join(map(setting_name, m.fitted))}"
         return f"Calibrated on these {readings} ({what}): the error is what that left over, no test."
     if m.role == "held-out" and m.lab_searched:
         return f"Held out: these {readings} stand in no study and no calibration of the lab's catalogue."

@@ -194,6 +194,8 @@ def volume_table(metrics: LevelMetrics, volumes: VolumeComparison) -> PageTable:
     filled = f"{percent(metrics.simulated_fill_ratio)} simulated, {percent(metrics.measured_fill_ratio)} measured"
     level_mm, error_mm = volumes.volume_balance_level_mm, volumes.volume_balance_error_mm
     baseline = _baseline(level_mm, error_mm, volumes.beats_volume_balance)
+    settled_mm3 = balance.in_crack_mm3 + balance.above_mm3
+    read_off = f"{percent(metrics.simulated_sealant_mm3 / settled_mm3)} of the settled space" if settled_mm3 else "none"
     rows = (
         ("dispensed", f"{balance.dispensed_mm3:.0f} mm³"),
         ("space filled by particles with centres at or below the face's plane", f"{balance.in_crack_mm3:.0f} mm³"),
@@ -203,7 +205,8 @@ def volume_table(metrics: LevelMetrics, volumes: VolumeComparison) -> PageTable:
         ("face beside the mouth under sealant", f"{balance.footprint_mm2:.0f} mm²"),
         (
             "sealant under the level, over the covered length",
-            f"{metrics.simulated_sealant_mm3:.0f} mm³ simulated, {balance.readings_mm3:.0f} mm³ measured ({state})",
+            f"{metrics.simulated_sealant_mm3:.0f} mm³ simulated ({read_off}), {balance.readings_mm3:.0f} mm³ measured "
+            f"({state})",
         ),
         ("share of the cavity filled, over the covered length", filled),
         ("level of the dispensed volume, flat in the whole crack, as a baseline", baseline),

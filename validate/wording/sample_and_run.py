@@ -236,9 +236,16 @@ def _tilt(evidence: Evidence) -> str:
             f"A liquid weighed into the crack in {counted(len(weighed.levels_mm), 'step')} shows how the walls stand: "
             f"{tilt_words(evidence)}, taken as straight; the cavity holds {ratio:.2f} times the sealant."
         )
+    mouth_mm, traced_mm = evidence.solid.figures.mouth_width_mm, evidence.outline.mean_width_mm
+    flare = ""
+    if evidence.solid.tilt == "flare" and mouth_mm is not None:
+        flare = (
+            f" The walls found, {traced_mm:.2f} mm apart, are taken for those at the floor: a mouth of "
+            f"{mouth_mm:.2f} mm, which follows, would have to lie outside of what is dark in the photo."
+        )
     return (
         f"A photo from above does not show how the walls stand. Assumed here: {tilt_words(evidence)}; the cavity "
-        f"holds {ratio:.2f} times the sealant. The table of the solid gives the volume of each other reading."
+        f"holds {ratio:.2f} times the sealant.{flare} The table of the solid gives the volume of each other reading."
     )
 
 

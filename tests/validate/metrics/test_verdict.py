@@ -124,8 +124,9 @@ def test_the_headline_holds_the_run_against_the_best_flat_line(flat_mm, says):
 
 
 def test_what_was_fitted_is_named():
-    fitted = judgement_of(role="calibrated-on", fitted=("fluid.U", "fluid.freeze_after_s", "crack.wall_angle_deg"))
-    assert "(fitted: U, age at freezing, wall angle)" in fitted.verdict
+    names = "fluid.U", "fluid.freeze_after_s", "crack.wall_angle_deg"
+    fitted = judgement_of(role="calibrated-on", fitted=names, stations_compared=16)
+    assert "(fitted at 16 stations: U, age at freezing, wall angle)" in fitted.verdict
     assert "(what was fitted is not declared)" in judgement_of(role="calibrated-on").verdict
 
 
