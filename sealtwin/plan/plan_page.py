@@ -35,7 +35,6 @@ def write_page(path: Path, planned: "Planned", content: dict[str, Any]) -> None:
     flow = Numbers(
         ("s_mm", "speed_mm_s", "flow_mm3_s"), np.column_stack([it.s_mm, it.speed_mm_s, it.flow_mm3_s]).tolist()
     )
-    chances = content["chances"] or {}
     sheet = FigureSheet(
         title=f"Plan: {content['name']}",
         lead="Flow and speed along the path, chosen on the fast model and judged by particles. No number is measured.",
@@ -45,7 +44,7 @@ def write_page(path: Path, planned: "Planned", content: dict[str, Any]) -> None:
             ("sealant", f"{content['sealant_mm3'] / 1000:.3g} ml"),
             ("duration", f"{content['duration_s']:.1f} s"),
             ("95 % band, half-width", f"{content['band_95_mm']:.2f} mm"),
-            *((name.replace("_", " "), f"{value:g}") for name, value in chances.items()),
+            *chance_rows(content["chances"] or {}),
         ],
         parts=[
             SheetSection(
@@ -57,6 +56,21 @@ def write_page(path: Path, planned: "Planned", content: dict[str, Any]) -> None:
         ],
     )
     write(path.parent, path.name, sheet)
+
+
+def chance_rows(chances: dict[str, float]) -> list[tuple[str, str]]:
+    """Return how many draws of the posterior overspill, and how many stand too high; none without a posterior."""
+    told = {
+        "over": "draws of the posterior with more than {} over the face",
+        "level": "draws that stand above {}",
+    }
+    rows = []
+    for name, share in chances.items():
+        what, _, limit = name.partition("_above_")
+        if limit:
+            said = told[what].format(limit.replace("_", " "))
+            rows.append((said, f"{share * chances['draws']:.0f} of {chances['draws']:.0f}"))
+    return rows
 
 
 def finding(content: dict[str, Any]) -> str:

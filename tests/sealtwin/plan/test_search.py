@@ -10,6 +10,7 @@ from digitise.settings import CrackShape, NozzlePath
 from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
 from sealtwin.core.errors import InputError
+from sealtwin.plan.plan_page import chance_rows
 from sealtwin.plan.search import Case, Goal, discrepancy, search, target_of
 from sealtwin.plan.shape import Knots, Limits, limits_of, require_possible
 from sealtwin.plan.verify import misfit
@@ -93,3 +94,13 @@ def test_a_pump_that_gives_no_less_bounds_from_below():
     thin = np.full(2, 10.0)
     with pytest.raises(InputError, match="pump was weighed from 200"):
         require_possible(limits, thin, np.array([0.0, 40.0]), OWN, Path("trial.toml"))
+
+
+def test_chances_are_told_as_draws():
+    """The page counts draws; plan.json has their share."""
+    share = {"over_above_100_mm3": 0.25, "level_above_0.8_mm": 0.0, "draws": 24.0}
+    assert chance_rows(share) == [
+        ("draws of the posterior with more than 100 mm3 over the face", "6 of 24"),
+        ("draws that stand above 0.8 mm", "0 of 24"),
+    ]
+    assert chance_rows({}) == []
