@@ -55,7 +55,7 @@ def earlier_trials(catalogue: Catalogue, source: Path | None = None) -> tuple[tu
 def _counts(lab: Path, record: Record) -> tuple[str, EarlierTrial] | None:
     """Return the hash of the readings and the trial; None where it does not count."""
     result, run = read_run(lab, record), lab / record.folder / RUN
-    if result is None or "mean_error_mm" not in result or result.get("edited"):
+    if result is None or result.get("edited") or not (run / "comparison.json").is_file():
         return None
     content = record_files.read_comparison(run, HeldOut)
     simulation = record_files.read_simulation(run)

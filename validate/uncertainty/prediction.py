@@ -20,7 +20,8 @@ def predict(
 
     ``volume_level_mm`` is the level that volume gained by the numerics makes, if it is known.
     """
-    s_mm = np.linspace(simulated.s_mm[0], simulated.s_mm[-1], PLACES)
+    # The level is told at the very places that are written, since it may fall steeply between them.
+    s_mm = np.round(np.linspace(simulated.s_mm[0], simulated.s_mm[-1], PLACES), DIGITS)
     level_mm = np.interp(s_mm, simulated.s_mm, simulated.level_mm)
     sizes, moved = spread.at(s_mm), spread.inputs_at(s_mm)
     computed = numerical_errors(sizes, volume_level_mm) if sizes is not None else []
@@ -34,7 +35,7 @@ def predict(
 
     effects, _ = moved.reported(s_mm)
     return PredictedLevel(
-        s_mm=np.round(s_mm, DIGITS),
+        s_mm=s_mm,
         level_mm=np.round(level_mm, DIGITS),
         band_95_mm=np.round(budget.band_mm, DIGITS),
         profile_band_95_mm=np.round(budget.profile_band_mm, DIGITS),
