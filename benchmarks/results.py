@@ -155,7 +155,10 @@ def _needed(command: str) -> frozenset[str] | None:
 def _counts(path: PurePosixPath, needed: frozenset[str]) -> bool:
     package = path.parts[0]
     if path.suffix == ".py":
-        return ".".join(path.with_suffix("").parts).removesuffix(".__init__") in needed
+        name = ".".join(path.with_suffix("").parts)
+        # A package is run before its modules.
+        package_of = name.removesuffix("__init__")
+        return name in needed or (package_of != name and any(f"{one}.".startswith(package_of) for one in needed))
     if package == "benchmarks":
         return any(one.startswith(f"benchmarks.{PurePosixPath(path.parts[1]).stem}") for one in needed)
     return package not in PACKAGES or any(one.partition(".")[0] == package for one in needed)

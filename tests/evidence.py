@@ -12,12 +12,23 @@ from matplotlib.lines import Line2D
 from digitise.settings import CrackShape, NozzlePath
 from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
-from sealtwin.core.records import DataKind, Floats, Outline, Profile, Run, RunHealth, Solid, arc_length_at
+from sealtwin.core.records import Bed, DataKind, Floats, Outline, Profile, Run, RunHealth, Solid, arc_length_at
 from tests.shapes import straight_slot
 from validate.compare import compare
 from validate.report_input import Evidence
 from validate.settings import Gate
 
+BED = Bed(
+    dispensed_mm3=600.0,
+    in_crack_mm3=590.0,
+    above_face_mm3=10.0,
+    in_flight_mm3=0.0,
+    held_slope=0.1,
+    mound_mm=0.5,
+    fill=0.5,
+    unfit=(),
+)
+"""What marks a run as the fast model's."""
 STATIONS_MM = np.arange(0.0, 41.0, 5.0)
 RADIUS_MM = 0.5
 

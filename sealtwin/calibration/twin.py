@@ -20,8 +20,8 @@ from sealtwin.trial.job import check_sheet, require_sample
 from sealtwin.trial.trial_file import Trial, load_trial
 from validate.calibration.free import Free
 from validate.calibration.posterior import ReadLevels
+from validate.metrics.verdict import kept_volume
 from validate.settings import Readings
-from validate.wording.headline import kept_volume
 
 MEASURED = {
     "fluid.yield_stress_pa": "yield_stress_pa",

@@ -6,13 +6,13 @@ from sealtwin.core import record_files
 from sealtwin.core.comparison import Role
 from sealtwin.core.earlier_trials import EarlierTrial
 from sealtwin.core.errors import InputError
-from sealtwin.core.record_files import Judged
+from sealtwin.core.record_files import Judged, Positive
 from sealtwin.core.records import DataKind
 from sealtwin.lab.catalogue import RUN, Catalogue, Record, read_run
 from sealtwin.lab.held_out import TRIAL, readings_hash, uses
 from sealtwin.trial.trial_file import load_trial
+from validate.metrics.verdict import kept_volume
 from validate.readings.read_readings import read_readings
-from validate.wording.headline import kept_volume
 
 
 class HeldOut(Judged):
@@ -21,7 +21,7 @@ class HeldOut(Judged):
     role: Role
     readings_data: DataKind
     photo_data: DataKind
-    covered_length_mm: float
+    covered_length_mm: Positive
     bias_mm: float
     simulated_fill_ratio: float
     measured_fill_ratio: float

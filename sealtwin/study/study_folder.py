@@ -15,7 +15,7 @@ from typing import Any, Literal
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.trial.trial_file import Trial
-from validate.wording.headline import kept_volume
+from validate.metrics.verdict import kept_volume
 
 PLAN, OUTCOME, PROFILE = "plan.json", "outcome.json", "profile.csv"
 LEDGER = "ledger.sqlite"  # The database in which earlier versions kept plan and outcomes

@@ -22,7 +22,7 @@ from sealtwin.study.study_file import PlannedRun, load_study, plan_runs, raise_f
 from sealtwin.trial.job import DIGITISED, require_sample, shown, stage_settings, start_job
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.trial_file import load_trial
-from validate.wording.headline import kept_volume
+from validate.metrics.verdict import kept_volume
 
 BUG, SOME_FAILED = 1, 6
 TABLE = "runs.csv"

@@ -63,9 +63,9 @@ def bring_up_to_date(job: Job) -> bool:
     from validate.metrics.volumes import gained_level_mm
     from validate.report.write_report import REPORT, write_report
     from validate.report_input import Evidence
-    from validate.uncertainty.earlier_trials import computed_quantities, expect
+    from validate.uncertainty.earlier_trials import foresee
     from validate.uncertainty.prediction import predict
-    from validate.wording.headline import kept_volume, run_warnings
+    from validate.wording.headline import run_warnings
 
     outline, solid = record_files.read_outline(job.path), record_files.read_solid(job.path)
     run, profile = record_files.read_run(job.path), record_files.read_profile(job.path)
@@ -107,8 +107,7 @@ def bring_up_to_date(job: Job) -> bool:
         gained_mm = gained_level_mm(run, profile, outline, solid, ratio)
         prediction = predict(profile, spread, trial.known_inputs(outline, solid), gained_mm)
         evidence = replace(evidence, prediction=prediction)
-    if earlier and run.bed is None and kept_volume(ratio):
-        evidence = replace(evidence, earlier=expect(earlier, computed_quantities(evidence)))
+    evidence = replace(evidence, earlier=foresee(earlier, evidence))
     for warning in run_warnings(run, ratio):
         job.progress.note(f"note: {warning}")
     begin_writing(job, "validate")

@@ -95,6 +95,8 @@ FOLLOWS = (
     ("benchmarks/solids.py", True),
     ("benchmarks/table.py", True),
     ("digitise/solid/build_solid.py", True),
+    ("digitise/__init__.py", True),
+    ("simulate/__init__.py", False),
     ("fixtures/paper-trial/trial.toml", True),
     ("constraints.txt", True),
     ("simulate/run.py", False),

@@ -22,6 +22,14 @@ and stations set by hand are uneven; four close together and one far away leave 
 NEARLY_ALL = 0.95  # Coverage below which the verdict states it
 ROUNDING = 1e-9
 NO_VERDICT = "No verdict: this level is the fast model's, which is for screening."
+SOUND = (0.95, 1.05)
+"""Sound range of the volume on the sample over the volume dispensed on it, which preset "accurate" keeps."""
+
+
+def kept_volume(ratio: float) -> bool:
+    """Return True where the settled volume is sound, rounded as it is printed: 1.050 of the dispensed one is."""
+    low, high = SOUND
+    return low <= round(ratio, 3) <= high
 
 
 @dataclass(frozen=True)

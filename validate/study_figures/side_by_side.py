@@ -8,7 +8,7 @@ import numpy as np
 
 from sealtwin.core.records import Profile
 from validate.metrics.curve_distances import level_difference
-from validate.wording.headline import SOUND, kept_volume
+from validate.metrics.verdict import SOUND, kept_volume
 
 FEWEST = 2  # Least number of replicates: one alone has no distribution
 SAME_MM = 0.01

@@ -14,6 +14,7 @@ from scipy.special import stdtrit
 from sealtwin.core.earlier_trials import Bias, EarlierTrial, EarlierTrials, Expectation, Quantity
 from sealtwin.core.records import Floats
 from validate.metrics.curve_distances import PiecewiseLinear
+from validate.metrics.verdict import kept_volume
 from validate.metrics.volumes import fill_volumes
 from validate.report_input import Evidence
 
@@ -49,6 +50,13 @@ def expect(trials: Sequence[EarlierTrial], computed: Mapping[Quantity, float]) -
     """
     found = [_expectation(bias, computed[bias.quantity]) for bias in biases(trials)]
     return EarlierTrials(trials=tuple(trials), expectations=tuple(found)) if found else None
+
+
+def foresee(trials: Sequence[EarlierTrial], evidence: Evidence) -> EarlierTrials | None:
+    """Return what earlier trials make of a run; None where the fast model made it, or it did not keep its volume."""
+    if len(trials) < FEWEST or evidence.run.bed is not None or not kept_volume(evidence.volume_ratio):
+        return None
+    return expect(trials, computed_quantities(evidence))
 
 
 def computed_quantities(evidence: Evidence) -> dict[Quantity, float]:

@@ -2,14 +2,12 @@
 
 from sealtwin.core.comparison import Outcome
 from sealtwin.core.records import Run
-from validate.metrics.verdict import NO_VERDICT, edited_by_hand, leak
+from validate.metrics.verdict import NO_VERDICT, SOUND, edited_by_hand, kept_volume, leak
 from validate.report_input import Evidence
 from validate.units import NOT_COMPUTED, counted
 from validate.wording.comparison import ROLES
 from validate.wording.prediction import predicted_sentence
 
-SOUND = (0.95, 1.05)
-"""Sound range of the volume on the sample over the volume dispensed on it, which preset "accurate" keeps."""
 FEW_ACROSS = 3.0
 """Particles from wall to wall, at least; four in the paper. Runs with two gained 11 to 17 %, with four nothing."""
 LEAST_BOND = 1.0  # Least Bond number, by water's surface tension, within the model's range: about 2 mm of cement paste
@@ -17,12 +15,6 @@ MOST_COMPRESSED = 0.10
 """Largest compression that 95 % of the particles may stay below, as benchmarks/paper_run.py asks of every run."""
 MUCH_SPILLED = 0.05
 """Share of the sealant whose spill is always reported; a smaller one only where it alone makes the ratio unsound."""
-
-
-def kept_volume(ratio: float) -> bool:
-    """Return True where the settled volume is sound, rounded as it is printed: 1.050 of the dispensed one is."""
-    low, high = SOUND
-    return low <= round(ratio, 3) <= high
 
 
 FAST = (

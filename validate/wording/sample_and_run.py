@@ -240,8 +240,8 @@ def _tilt(evidence: Evidence) -> str:
     flare = ""
     if evidence.solid.tilt == "flare" and mouth_mm is not None:
         flare = (
-            f" The walls found, {traced_mm:.2f} mm apart, are taken for those at the floor: a mouth of "
-            f"{mouth_mm:.2f} mm, which follows, would have to lie outside of what is dark in the photo."
+            f" The traced width of {traced_mm:.2f} mm is taken for that of the floor: a mouth of {mouth_mm:.2f} mm, "
+            f"which follows, would have to lie outside of what is dark in the photo."
         )
     return (
         f"A photo from above does not show how the walls stand. Assumed here: {tilt_words(evidence)}; the cavity "

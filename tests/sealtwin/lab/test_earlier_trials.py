@@ -1,6 +1,7 @@
 """Which trials of a lab count as earlier ones, and where what they say is told."""
 
 import json
+import re
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -112,8 +113,12 @@ def test_the_same_readings_count_once(lab):
     assert names_of(lab) == list(FINISHED)
 
 
-def test_a_damaged_run_is_named_and_keeps_no_other_one_back(lab):
-    (lab / "P02" / RUN / "comparison.json").write_text("{", encoding="utf-8")
+@pytest.mark.parametrize("damage", ["{", '"covered_length_mm": 0.0', '"bias_mm": NaN'])
+def test_a_damaged_run_is_named_and_keeps_no_other_one_back(lab, damage):
+    path = lab / "P02" / RUN / "comparison.json"
+    key = damage.partition(":")[0]
+    told = re.sub(rf"{key}: [^,]+", damage, path.read_text(encoding="utf-8")) if ":" in damage else damage
+    path.write_text(told, encoding="utf-8")
     found, cautions = earlier_trials(Catalogue(lab))
     assert [one.name for one in found] == ["P01", "P05", "P07"]
     assert ["'P02'" in caution for caution in cautions] == [True]

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sealtwin.core.records import Bed, Profile
-from tests.evidence import make_evidence
+from sealtwin.core.records import Profile
+from tests.evidence import BED, make_evidence
 from tests.pages import leave_out_figures
 from validate.compare import assess
 from validate.report.live_chapter import MOST_PLACES, live_chapter
@@ -31,16 +31,6 @@ LIVE = LiveModel(
     sliders={"flow_mm3_s": LiveSlider(as_run=85.7, step=1.0, low=-50, high=50)},
     unknown=(HOSTILE,),
     trial=HOSTILE,
-)
-BED = Bed(
-    dispensed_mm3=600.0,
-    in_crack_mm3=590.0,
-    above_face_mm3=10.0,
-    in_flight_mm3=0.0,
-    held_slope=0.1,
-    mound_mm=0.5,
-    fill=0.5,
-    unfit=(),
 )
 
 

@@ -1,11 +1,13 @@
 """What a lab's earlier trials make of a new computed level."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from sealtwin.core.earlier_trials import EarlierTrial, Quantity
-from tests.evidence import make_evidence
-from validate.uncertainty.earlier_trials import biases, computed_quantities, expect
+from tests.evidence import BED, make_evidence
+from validate.uncertainty.earlier_trials import biases, computed_quantities, expect, foresee
 from validate.wording.earlier_trials import expected_sentences
 
 HERE: dict[Quantity, float] = {"mean_level_mm": -2.0, "fill_ratio": 0.8, "heap_mm2": 0.5}
@@ -85,6 +87,17 @@ def test_the_computed_numbers_are_those_over_the_length_that_was_read(tmp_path):
     assert here["heap_mm2"] == pytest.approx(metrics.simulated_overfill_mm3 / metrics.covered_length_mm)
     alone = computed_quantities(make_evidence(tmp_path, readings_data=None))
     assert alone["mean_level_mm"] == pytest.approx(here["mean_level_mm"], abs=1e-6)
+
+
+def test_a_run_that_lost_volume_or_is_the_fast_model_s_is_not_foreseen(tmp_path):
+    trials = [trial(level=0.1), trial(level=0.3)]
+    sound, level = make_evidence(tmp_path), HERE["mean_level_mm"]
+    found = foresee(trials, sound)
+    assert found is not None
+    assert found.expectations[0].computed != level, "that of this run"
+    assert foresee(trials[:1], sound) is None
+    assert foresee(trials, make_evidence(tmp_path, volume_ratio=0.94)) is None
+    assert foresee(trials, replace(sound, run=replace(sound.run, bed=BED))) is None
 
 
 def test_words_have_the_sign_of_the_bias():

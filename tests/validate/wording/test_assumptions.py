@@ -6,10 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from digitise.settings import CrackShape
+from digitise.solid.build_solid import build_solid
 from sealtwin.core.records import RunHealth
 from tests.evidence import make_evidence
 from validate.compare import assess
 from validate.settings import Readings, Uncertainty
+from validate.wording.comparison import volume_table
 from validate.wording.sample_and_run import assumptions, left_out, settings_table
 
 
@@ -23,6 +26,15 @@ def test_reynolds_and_bond_numbers_are_those_of_the_trial(tmp_path):
     speed_mm_s = flow_mm3_s / (np.pi * 1.2**2)
     assert f"Reynolds number {speed_mm_s * 2.4 / 32.6:.2g}" in sentence
     assert f"{speed_mm_s:.0f} mm/s" in sentence
+
+
+def test_the_mouth_of_a_flare_is_told_beside_the_width_in_the_photo(tmp_path):
+    """By hand: 3.1 mm and twice 10 mm times the tangent of 11 degrees are 6.99 mm."""
+    evidence = make_evidence(tmp_path)
+    assert "a mouth of" not in " ".join(assumptions(evidence))
+    flared = build_solid(evidence.outline, CrackShape(depth_mm=10.0, tilt="flare", wall_angle_deg=11.0))
+    told = " ".join(assumptions(replace(evidence, solid=flared)))
+    assert "traced width of 3.10 mm is taken for that of the floor: a mouth of 6.99 mm" in told
 
 
 def test_paste_that_yields_is_told_with_its_stress_and_its_number(tmp_path):
@@ -130,3 +142,14 @@ def test_what_was_read_is_as_it_was_declared(tmp_path, state, shrinkage_percent,
     told = assumptions(replace(evidence, comparison=assess(evidence, sheet, Uncertainty(), None)))
     assert any(said in sentence for sentence in told)
     assert not any("the caliper" in sentence for sentence in assumptions(evidence)), "not assessed, nothing is known"
+
+
+def test_the_sealant_under_the_level_is_held_against_the_settled_space(tmp_path):
+    """A level 0.5 mm too high in a slot of 3.1 mm reads off more than what the particles fill."""
+    evidence = make_evidence(tmp_path)
+    compared = assess(evidence, Readings(file=Path("x.csv"), role="held-out", data="measured"), Uncertainty(), None)
+    assert compared.volumes is not None
+    balance = compared.volumes.mass_balance
+    rows = dict(volume_table(compared.metrics, compared.volumes).rows)
+    share = compared.metrics.simulated_sealant_mm3 / (balance.in_crack_mm3 + balance.above_mm3)
+    assert f"({100 * share:.1f} % of the settled space)" in rows["sealant under the level, over the covered length"]
