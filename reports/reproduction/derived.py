@@ -1,7 +1,7 @@
 """Small studies that follow from that of all pairs: seeds, damping, freezing, times; and two straight cracks."""
 
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -37,43 +37,41 @@ class Kind:
     name: str
     told: str
     columns: tuple[str, ...]
-    rows: Callable[[Chart], Iterable[Row]]
-    """By the chart of the study of all pairs."""
+    rows: tuple[Row, ...] | None
+    """None: they follow from the runs of all pairs."""
 
 
-SEEDED = Kind(
-    "seeds",
-    "other seeds of the deciding pairs",
-    LETTERED,
-    lambda chart: [(seed, *pair) for pair in deciding_pairs(chart) for seed in SEEDS],
-)
+SEEDED = Kind("seeds", "other seeds of the deciding pairs", LETTERED, rows=None)
 DAMPED = Kind(
     "damping",
     "damping eta",
     (*LETTERED, "solver.damping_per_s"),
-    lambda _: [(seed, *CHOSEN, eta) for eta in ETA_PER_S for seed in SEEDS],
+    tuple((seed, *CHOSEN, eta) for eta in ETA_PER_S for seed in SEEDS),
 )
 FROZEN = Kind(
     "freezing",
     "age of freezing",
     (*LETTERED, "fluid.freeze_after_s"),
-    lambda _: [(seed, *CHOSEN, age_s) for age_s in FREEZE_AFTER_S for seed in SEEDS],
+    tuple((seed, *CHOSEN, age_s) for age_s in FREEZE_AFTER_S for seed in SEEDS),
 )
 TIMED = Kind(
     "times",
     "processor times",
     (*LETTERED, "solver.viscosity_solve"),
-    lambda _: [(seed, CHOSEN[0], d, way) for way in (PASSES, SOLVED) for d in D_CM for seed in TIMED_SEEDS],
+    tuple((seed, CHOSEN[0], d, way) for way in (PASSES, SOLVED) for d in D_CM for seed in TIMED_SEEDS),
 )
 KINDS = (SEEDED, DAMPED, FROZEN, TIMED)
 
 
-def write_study(path: Path, grid: Study, home: Path, kind: Kind, chart: Chart) -> None:
+def seeded_rows(chart: Chart) -> list[Row]:
+    """Return the runs of ``SEEDED``, by the chart of all pairs."""
+    return [(seed, *pair) for pair in deciding_pairs(chart) for seed in SEEDS]
+
+
+def write_study(path: Path, grid: Study, home: Path, kind: Kind, rows: Sequence[Row]) -> None:
     """Write the study file of a small study that starts as ``grid`` does, which lies in ``home``."""
     fixed = {name: value for name, value in grid.fixed.items() if name not in kind.columns}
-    files.write_text(
-        path, study_text(f"{grid.name}-{kind.name}", home / grid.trial, fixed, kind.columns, kind.rows(chart))
-    )
+    files.write_text(path, study_text(f"{grid.name}-{kind.name}", home / grid.trial, fixed, kind.columns, rows))
 
 
 def study_text(name: str, trial: Path, fixed: Mapping[str, Any], columns: Sequence[str], rows: Iterable[Row]) -> str:

@@ -2,9 +2,10 @@
 
     python -m reports.reproduction.reproduce                    all stages
     python -m reports.reproduction.reproduce flare flare-seeds  these
-    python -m reports.reproduction.reproduce page               none: the page of what is there
+    python -m reports.reproduction.reproduce page               none: the page alone
 
-Times are judged only where nothing else runs beside them, so the stages of times are best run alone.
+What a stage finds is kept in kept.json, of which the page is made. Times are judged only where nothing else runs beside
+them, so their stages are best run alone.
 """
 
 import argparse

@@ -4,7 +4,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from reports.reproduction.derived import KINDS, NARROWER, TIMED, TIMED_SEEDS, Kind, straight_crack, write_study
+from reports.reproduction.derived import (
+    KINDS,
+    NARROWER,
+    TIMED,
+    TIMED_SEEDS,
+    Kind,
+    seeded_rows,
+    straight_crack,
+    write_study,
+)
 from reports.reproduction.pace import take_pace
 from sealtwin.core.cluster import cores
 from sealtwin.core.progress import Progress
@@ -84,7 +93,7 @@ def compute(stage: Stage, wanted: Sequence[Part], work: Path, progress: Progress
         for study in (part.study, part.fine):
             if study is not None:
                 _swept(study, work / load_study(study).folder_name, progress)
-    elif (missing := missing_pairs(part, work)) is not None:
+    elif kind.rows is None and (missing := missing_pairs(part, work)) is not None:
         return [f"{stage.name}: left out, since {missing}."]
     else:
         _compute_small(part, kind, work, progress)
@@ -120,7 +129,8 @@ def slot_path(work: Path, name: str) -> Path:
 def _compute_small(part: Part, kind: Kind, work: Path, progress: Progress) -> None:
     folder = part.folder(work, kind)
     definition = folder.with_suffix(".toml")
-    write_study(definition, load_study(part.study), part.study.parent, kind, read_chart(part, work))
+    rows = seeded_rows(read_chart(part, work)) if kind.rows is None else kind.rows
+    write_study(definition, load_study(part.study), part.study.parent, kind, rows)
     _swept(definition, folder, progress, planned_only=kind is TIMED)
     if kind is not TIMED:
         return

@@ -1,7 +1,7 @@
 """The paper reproduced: all its studies for both readings of the tilt, its claims held against ours, a page."""
 
 import shutil
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -24,13 +24,16 @@ from reports.reproduction.extra_claims import (
     judge_times,
 )
 from reports.reproduction.judging import Finding, judge, not_computed
+from reports.reproduction.kept import Kept, found_in, kept_of, read_kept, write_kept
 from reports.reproduction.pace import Pace, read_pace
 from reports.reproduction.redrawn import errors_against, first_readings, redraw
 from reports.reproduction.scatter import Replicates, draws_of, join
 from reports.reproduction.stages import (
     PACE,
     SLOT_RUNS,
+    SLOTS,
     Part,
+    Stage,
     compute,
     done_runs,
     missing_pairs,
@@ -38,7 +41,7 @@ from reports.reproduction.stages import (
     stages,
 )
 from reports.reproduction.surface import CHOSEN, surface_of
-from reports.reproduction.telling import FIGURES, Feeding, Study, page
+from reports.reproduction.telling import FIGURES, Feeding, Study, Told, page, tell, tell_feeding
 from reports.reproduction.unequal import by_sampling, of_all
 from sealtwin.core import files
 from sealtwin.core.files import write_sheet
@@ -46,16 +49,22 @@ from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats, Profile
 from sealtwin.study.study_file import load_study
 from sealtwin.study.study_folder import holds_study, read_plan, run_path
-from sealtwin.study.study_map import Mapped, finished_run, map_study
+from sealtwin.study.study_map import finished_run, map_study
 from validate.study_figures.chart import Chart, Finished
 
 ELEMENTS = "paper_elements.toml"
 
 
+EVERY_CLAIM = (*CLAIMS, DAMPING_CLAIM, FREEZING_CLAIM, *TIME_CLAIMS)
+"""Those about a part, in the page's order."""
+FEEDING = "feeding"
+
+
 def reproduce(home: Path, wanted: Sequence[Part], names: Sequence[str], work: Path, progress: Progress) -> list[str]:
     """Run the stages of those names into ``work``, write pages and figures into ``home``; the lines to say at the end.
 
-    The page is written of what is there, after each study of all pairs and at the end.
+    The page is written after each study of all pairs and at the end, of what is in ``work`` and, for all else, of what
+    is kept in ``home``.
     """
     said: list[str] = []
     for stage in stages(wanted):
@@ -67,41 +76,56 @@ def reproduce(home: Path, wanted: Sequence[Part], names: Sequence[str], work: Pa
 
 
 def write_pages(home: Path, wanted: Sequence[Part], work: Path, progress: Progress) -> list[str]:
-    """Write elements.md, and README.md and figures/ of the parts whose pairs are all computed; the lines to say."""
+    """Write elements.md, what is kept, and README.md and figures/ of the parts that are; the lines to say."""
     files.write_text(home / "elements.md", read_elements(home / ELEMENTS).page())
-    missing = {part.title: told for part in wanted if (told := missing_pairs(part, work)) is not None}
-    there = [part for part in wanted if part.title not in missing]
-    said = [f"{title}: not on the page, since {told}." for title, told in missing.items()]
-    if not there:
+    kept, said, missing = read_kept(home), [], {}
+    for part in wanted:
+        told = missing_pairs(part, work)
+        if told is None:
+            kept[part.name], finding = _study(home, part, work, progress)
+            said.append(finding)
+        elif part.name in kept:
+            said.append(f"{part.title}: as kept from {kept[part.name].computed}, since {told} here.")
+        else:
+            missing[part.title] = told
+            said.append(f"{part.title}: not on the page, since {told}.")
+        if (times := _times(part.folder(work, TIMED))) is not None:
+            kept[_timed(part)] = times
+    if (slots := _slots(work)) is not None:
+        kept[SLOTS] = slots
+    if not kept:
         return said
+    write_kept(home, kept)
+    told_of = [_told(part, kept) for part in wanted if part.name in kept]
+    if not told_of:
+        return said
+    of_slots = found_in(SLOT_CLAIM, [kept[SLOTS]] if SLOTS in kept else [])
+    feeding = told_of[0].study.told[FEEDING]
+    files.write_text(home / "README.md", page(told_of, missing, of_slots, feeding))
+    _write_claims(home / "figures" / "claims.csv", told_of, of_slots)
+    return [*said, f"Page: {home / 'README.md'}"]
+
+
+def _timed(part: Part) -> str:
+    return Stage(part, TIMED).name
+
+
+def _told(part: Part, kept: Mapping[str, Kept]) -> Told:
+    study, times = kept[part.name], kept.get(_timed(part))
+    findings = [found_in(claim, [study, *([] if times is None else [times])]) for claim in EVERY_CLAIM]
+    return Told(part.name, part.title, study, times, findings)
+
+
+def _study(home: Path, part: Part, work: Path, progress: Progress) -> tuple[Kept, str]:
+    """Judge all pairs of a part and what follows from them, draw its figures; what is to be kept, and the finding."""
     # The paper holds all runs against the readings, those that lost volume too, which preset "paper" does.
-    maps = [
-        map_study(part.folder(work), None, None, None, "cpu" if part.fills else None, progress, any_volume=True)
-        for part in there
-    ]
-    studies = [_study(home, part, mapped, work) for part, mapped in zip(there, maps, strict=True)]
-    chart = maps[0].chart
-    chosen = next(run for run in chart.runs if run.at == CHOSEN)
-    progress.note("Feeding similaritymeasures unequal samplings.")
-    feeding = Feeding(chart, by_sampling(chosen, chart.readings), chosen.mean_error_mm, of_all(chart))
-    slots = _slots(work)
-    files.write_text(home / "README.md", page(studies, missing, slots, feeding))
-    _write_claims(home / "figures" / "claims.csv", studies, slots)
-    write_sheet(
-        home / "figures" / "unequal-samplings.csv",
-        ("points", "mean_error_mm"),
-        [(each.points, each.error_mm) for each in feeding.samplings],
-    )
-    return [*(mapped.sheet.finding for mapped in maps), *said, f"Page: {home / 'README.md'}"]
-
-
-def _study(home: Path, part: Part, mapped: Mapped, work: Path) -> Study:
+    device = "cpu" if part.fills else None
+    mapped = map_study(part.folder(work), None, None, None, device, progress, any_volume=True)
     chart, redrawn = mapped.chart, redraw()
     replicates = _replicates(chart, part.folder(work, SEEDED))
     draws, seen = draws_of(chart, replicates, redrawn), surface_of(chart)
     found = [judge(claim, seen, draws) for claim in CLAIMS]
     found += [_damping(chart, part.folder(work, DAMPED), redrawn), _freezing(part.folder(work, FROZEN))]
-    found += _times(part.folder(work, TIMED))
     drawn = mapped.folder / "figures"
     shown = [name for name, _ in FIGURES if (drawn / f"{name}.svg").is_file()]
     (home / "figures").mkdir(parents=True, exist_ok=True)
@@ -116,7 +140,12 @@ def _study(home: Path, part: Part, mapped: Mapped, work: Path) -> Study:
     chosen = next(run for run in chart.runs if run.at == CHOSEN)
     radius_mm = float(load_study(part.study).fixed["solver.radius_mm"])
     first = first_readings(chosen.profile, chart.readings)
-    return Study(part.name, part.title, radius_mm, chart, found, finer_mm, shown, first, replicates)
+    study = Study(radius_mm, chart, finer_mm, shown, first, replicates)
+    progress.note("Feeding similaritymeasures unequal samplings.")
+    feeding = Feeding(chart, by_sampling(chosen, chart.readings), chosen.mean_error_mm, of_all(chart))
+    last = max(run.finished_unix_s or 0.0 for run in done_runs(part.folder(work)))
+    kept = kept_of(last, found, {**tell(study), FEEDING: tell_feeding(feeding)})
+    return kept, mapped.sheet.finding
 
 
 def _replicates(chart: Chart, folder: Path) -> Replicates | None:
@@ -144,20 +173,21 @@ def _freezing(folder: Path) -> Finding:
     return judge_freezing([[run.profile for run in alike] for alike in runs])
 
 
-def _times(folder: Path) -> list[Finding]:
+def _times(folder: Path) -> Kept | None:
     paces = _paces(folder)
     if paces is None:
-        return [not_computed(claim) for claim in TIME_CLAIMS]
+        return None
     passes, solved = ({d_cm: paces[way, d_cm] for d_cm in D_CM} for way in (PASSES, SOLVED))
-    return judge_times(passes, solved)
+    last = max(path.stat().st_mtime for path in folder.rglob(PACE))
+    return kept_of(last, judge_times(passes, solved))
 
 
-def _slots(work: Path) -> Finding:
+def _slots(work: Path) -> Kept | None:
     paths = [slot_path(work, name) for name, _, _ in SLOT_RUNS]
     if not all(path.is_file() for path in paths):
-        return not_computed(SLOT_CLAIM)
+        return None
     *wide, narrow = map(read_pace, paths)
-    return judge_slots(wide, narrow)
+    return kept_of(paths[-1].stat().st_mtime, [judge_slots(wide, narrow)])
 
 
 def _by(folder: Path, setting: str, values: Sequence[Any]) -> list[list[Finished]] | None:
@@ -183,9 +213,9 @@ def _paces(folder: Path) -> dict[tuple[str, float], list[Pace]] | None:
     return found
 
 
-def _write_claims(path: Path, studies: Sequence[Study], slots: Finding) -> None:
+def _write_claims(path: Path, parts: Sequence[Told], slots: Finding) -> None:
     columns = ("study", "claim", "paper", "ours", "redrawn", "judgement", "paper_says", "place", "computed")
-    of = [(study.title, finding) for study in studies for finding in study.findings]
+    of = [(part.title, finding) for part in parts for finding in part.findings]
     rows = [
         (
             title,

@@ -9,6 +9,7 @@ import numpy as np
 
 from reports.reproduction.claims import NEAREST
 from reports.reproduction.judging import NOT_COMPUTED, Finding, Judgement
+from reports.reproduction.kept import Kept
 from reports.reproduction.redrawn import ALONG_MM, FIRST_MM, LEVEL_MM, SETS, FirstReading
 from reports.reproduction.scatter import Pair, Replicates
 from reports.reproduction.surface import CHOSEN
@@ -30,15 +31,11 @@ FIGURES = (
 
 @dataclass(frozen=True)
 class Study:
-    """One reading of the paper's geometry, run and judged."""
+    """The runs of one reading of the paper's geometry."""
 
-    name: str
-    """In file names."""
-    title: str
     radius_mm: float
     """Of its particles."""
     chart: Chart
-    findings: Sequence[Finding]
     finer_mm: Mapping[tuple[float, float], float]
     """Mean error of the pairs that the paper names, with particles of its size."""
     shown: Sequence[str]
@@ -47,6 +44,19 @@ class Study:
     """What other first readings would give, for the chosen pair."""
     replicates: Replicates | None
     """The pairs that were run again with other seeds; None: none yet."""
+
+
+@dataclass(frozen=True)
+class Told:
+    """One reading of the paper's geometry, as the page has it."""
+
+    name: str
+    """In file names."""
+    title: str
+    study: Kept
+    times: Kept | None
+    """None: not computed yet."""
+    findings: Sequence[Finding]
 
 
 @dataclass(frozen=True)
@@ -61,8 +71,8 @@ class Feeding:
     """Of every run, with ``OF_ALL`` points."""
 
 
-def page(studies: Sequence[Study], missing: Mapping[str, str], slots: Finding, feeding: Feeding) -> str:
-    """The page of the studies that are computed; ``missing`` tells by title how far the others are."""
+def page(parts: Sequence[Told], missing: Mapping[str, str], slots: Finding, feeding: Mapping[str, Any]) -> str:
+    """The page of the parts that are computed; ``missing`` tells by title how far the others are."""
     import jinja2
 
     environment = jinja2.Environment(
@@ -74,14 +84,14 @@ def page(studies: Sequence[Study], missing: Mapping[str, str], slots: Finding, f
     )
     claims = [
         {"claim": found[0].claim, "paper": found[0].paper, "found": found}
-        for found in zip(*(study.findings for study in studies), strict=True)
+        for found in zip(*(part.findings for part in parts), strict=True)
     ]
     return environment.get_template("page.md.j2").render(
-        studies=[_told(study) for study in studies],
+        studies=[_listed(part) for part in parts],
         missing=missing,
         claims=claims,
         slots=slots,
-        feeding=_fed(feeding),
+        feeding=feeding,
         sets=SETS,
         along_mm=f"{ALONG_MM:g}",
         level_mm=f"{LEVEL_MM:g}",
@@ -89,28 +99,39 @@ def page(studies: Sequence[Study], missing: Mapping[str, str], slots: Finding, f
     )
 
 
-def _told(study: Study) -> dict[str, Any]:
+def _listed(part: Told) -> dict[str, Any]:
+    told = part.study.told
+    return {
+        **told,
+        "name": part.name,
+        "title": part.title,
+        "computed": part.study.computed,
+        "timed": None if part.times is None else part.times.computed,
+        "not_computed": [found.name for found in part.findings if found.ours == NOT_COMPUTED],
+        "claims": len(part.findings),
+        "judged": [
+            (judgement, [finding for finding in part.findings if finding.judgement == judgement])
+            for judgement in get_args(Judgement)
+        ],
+        "figures": [(name, caption) for name, caption in FIGURES if name in told["shown"]],
+    }
+
+
+def tell(study: Study) -> dict[str, Any]:
+    """Return what the page says of a study beside its findings."""
     chart = study.chart
     wall_s = np.array([run.wall_s for run in chart.runs])
     return {
-        "name": study.name,
-        "title": study.title,
         "radius_mm": f"{study.radius_mm:g}",
         "runs": len(chart.runs),
         "exclusion": chart.exclusion,
         "nearest": f"{chart.said(chart.best)}, {chart.best.mean_error_mm:.2f} mm",
-        "not_computed": [found.name for found in study.findings if found.ours == NOT_COMPUTED],
         "flatness": chart.flatness,
-        "claims": len(study.findings),
-        "judged": [
-            (judgement, [finding for finding in study.findings if finding.judgement == judgement])
-            for judgement in get_args(Judgement)
-        ],
         "median_s": f"{np.median(wall_s):.0f}",
         "least_s": f"{wall_s.min():.0f}",
         "most_s": f"{wall_s.max():.0f}",
         "radii": [_radii(chart, pair, fine_mm) for pair, fine_mm in study.finer_mm.items()],
-        "figures": [(name, caption) for name, caption in FIGURES if name in study.shown],
+        "shown": list(study.shown),
         "first": [_first(each) for each in study.first],
         "scatter_mm": f"{chart.scatter_mm:.2f}",
         "again": None if study.replicates is None else _again(chart, study.replicates),
@@ -159,7 +180,8 @@ def _radii(chart: Chart, pair: tuple[float, float], fine_mm: float) -> dict[str,
     return {"pair": chart.said(coarse), "coarse": f"{coarse.mean_error_mm:.2f}", "fine": f"{fine_mm:.2f}"}
 
 
-def _fed(feeding: Feeding) -> dict[str, Any]:
+def tell_feeding(feeding: Feeding) -> dict[str, Any]:
+    """Return what the page says of unequal samplings."""
     from scipy.stats import rankdata
 
     chart, exact_mm = feeding.chart, feeding.chart.errors_mm

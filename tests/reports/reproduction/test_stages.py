@@ -1,14 +1,28 @@
 """The stages of the reproduction: their studies can be planned, and go on where they were killed."""
 
+import json
+import shutil
 from pathlib import Path
 
 import pytest
 
 from reports.reproduction import stages as stages_module
-from reports.reproduction.derived import DAMPED, FROZEN, KINDS, SEEDED, TIMED, straight_crack, study_text, write_study
+from reports.reproduction.derived import (
+    DAMPED,
+    FROZEN,
+    KINDS,
+    SEEDED,
+    TIMED,
+    seeded_rows,
+    straight_crack,
+    study_text,
+    write_study,
+)
+from reports.reproduction.extra_claims import SLOT_CLAIM
+from reports.reproduction.kept import KEPT, read_kept
 from reports.reproduction.pace import read_pace, take_pace
 from reports.reproduction.scatter import SEEDS, deciding_pairs
-from reports.reproduction.stages import SLOTS, Part, Stage, compute, missing_pairs, parts, stages
+from reports.reproduction.stages import SLOT_RUNS, SLOTS, Part, Stage, compute, missing_pairs, parts, slot_path, stages
 from reports.reproduction.studies import reproduce
 from sealtwin.core.progress import Progress
 from sealtwin.study.runner import read_bench
@@ -40,7 +54,8 @@ def test_times_come_last_and_the_pairs_before_what_follows_from_them():
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
 def test_a_small_study_can_be_planned_and_differs_from_all_pairs_in_its_columns_alone(tmp_path, part, kind):
     grid, chart = load_study(part.study), make_chart()
-    write_study(tmp_path / "small.toml", grid, part.study.parent, kind, chart)
+    rows = seeded_rows(chart) if kind.rows is None else kind.rows
+    write_study(tmp_path / "small.toml", grid, part.study.parent, kind, rows)
     study = load_study(tmp_path / "small.toml")
     base = (part.study.parent / grid.trial).resolve()
     assert study.trial == base
@@ -119,3 +134,39 @@ def test_without_any_run_the_table_of_elements_is_written_and_the_page_left(tmp_
     ]
     assert (tmp_path / "elements.md").read_bytes() == (HOME / "elements.md").read_bytes()
     assert not (tmp_path / "README.md").exists()
+    assert not (tmp_path / KEPT).exists()
+
+
+def test_a_stage_computed_anew_replaces_its_own_and_the_page_keeps_all_else(tmp_path):
+    """Times of two straight cracks, in a checkout without a single run of the pairs."""
+    home, work = tmp_path / "home", tmp_path / "work"
+    (home / "figures").mkdir(parents=True)
+    for name in (KEPT, "paper_elements.toml"):
+        shutil.copyfile(HOME / name, home / name)
+    for name, _, _ in SLOT_RUNS:
+        slot_path(work, name).parent.mkdir(parents=True, exist_ok=True)
+        seconds = {"wide-1": 10.0, "wide-2": 10.0, "wide-3": 10.0, "narrow": 25.0}[name]
+        pace = {"processor_s": seconds, "wall_s": seconds, "others_cores": 0.01, "moving": [5], "frame_ms": [1.0]}
+        slot_path(work, name).write_text(json.dumps(pace), encoding="utf-8")
+    before = read_kept(home)
+    said = reproduce(home, parts(HOME), ["page"], work, Progress())
+    after = read_kept(home)
+    assert {stage for stage in after if after[stage] != before.get(stage)} == {SLOTS}
+    assert after[SLOTS].findings[SLOT_CLAIM.name].ours == "2 times"
+    assert after[SLOTS].findings[SLOT_CLAIM.name].judgement == "disagrees"
+    assert said[0].startswith("walls flared, preset accurate: as kept from ")
+    there, here = ((folder / "README.md").read_text(encoding="utf-8").splitlines() for folder in (HOME, home))
+    changed = [line for line in here if line not in there]
+    assert all("straight cracks" in line or "disagrees" in line for line in changed)
+    assert any("(2 times; paper: 9 times)" in line for line in changed)
+
+
+def test_the_page_of_the_repository_is_that_of_what_is_kept(tmp_path):
+    """An edit of the page by hand, or of a text without a new page, is found."""
+    home = tmp_path / "home"
+    (home / "figures").mkdir(parents=True)
+    for name in (KEPT, "paper_elements.toml"):
+        shutil.copyfile(HOME / name, home / name)
+    reproduce(home, parts(HOME), ["page"], tmp_path / "work", Progress())
+    for name in ("README.md", "elements.md", "figures/claims.csv", KEPT):
+        assert (home / name).read_bytes() == (HOME / name).read_bytes(), name

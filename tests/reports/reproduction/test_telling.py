@@ -6,10 +6,11 @@ from functools import cache
 from reports.reproduction.claims import CLAIMS
 from reports.reproduction.extra_claims import SLOT_CLAIM
 from reports.reproduction.judging import NOT_COMPUTED, Finding, judge, not_computed
+from reports.reproduction.kept import kept_of
 from reports.reproduction.redrawn import first_readings, redraw
 from reports.reproduction.scatter import SEEDS, Replicates, deciding_pairs, draws_of, join
 from reports.reproduction.surface import CHOSEN, surface_of
-from reports.reproduction.telling import Feeding, Study, page
+from reports.reproduction.telling import Feeding, Study, Told, page, tell, tell_feeding
 from reports.reproduction.unequal import by_sampling, of_all
 from tests.charts import make_chart
 
@@ -30,9 +31,11 @@ def told(*, again: bool = False) -> str:
         own = {run.at: run for run in chart.runs}
         replicates = join(chart, [(pair, own[pair]) for pair in deciding_pairs(chart) for _ in SEEDS])
     first = first_readings(chosen.profile, chart.readings)
-    study = Study("flare", "walls flared", 0.6, chart, findings(), {CHOSEN: 1.23}, ["heat"], first, replicates)
+    study = tell(Study(0.6, chart, {CHOSEN: 1.23}, ["heat"], first, replicates))
     feeding = Feeding(chart, by_sampling(chosen, chart.readings), chosen.mean_error_mm, of_all(chart))
-    return page([study], {"walls leaning": "7 of its 132 pairs are computed"}, not_computed(SLOT_CLAIM), feeding)
+    part = Told("flare", "walls flared", kept_of(0.0, findings(), study), None, findings())
+    missing = {"walls leaning": "7 of its 132 pairs are computed"}
+    return page([part], missing, not_computed(SLOT_CLAIM), tell_feeding(feeding))
 
 
 def rows_of(heading: str) -> dict[str, str]:
