@@ -12,6 +12,9 @@ from sealtwin.core.records import Floats
 
 HALF = 0.5  # Share of the contrast from crack to mortar at the middle of a blurred edge
 STAINED, ASIDE_PX = 0.35, 4.0  # The same that keeps a stain out, and how far in it then is: blur makes 1.4 px of it
+STONE, STONE_ASIDE, SELDOM = 0.2, 0.2, 0.33
+"""The same share of stones in a stain, how far in it then is in crack widths, and the share of a wall up to which that
+is no lit inside."""
 RIM = 0.2  # Sigmas of the blur by which a lit rim widens an edge at least; noise widens it by less
 STEEPEST_WALL = 3.2  # Steepest slope of a wall to its line: 73 degrees
 STIFFNESS = 0.5  # Cost in px of misplaced mortar of a step as far aside as along: following a pore costs more
@@ -81,8 +84,13 @@ def find_walls(strip: Strip, width_mm: float, edge_fraction: float = 0.5, both_r
     fraction, lit = min(edge_fraction, HALF), np.zeros(2)
     place_px = follow(excess(fraction), strip.sample_px, strip.station_px)
     if edge_fraction == HALF:
-        inner_px = follow(excess(STAINED), strip.sample_px, strip.station_px)
+        inner_px, innermost_px = (
+            follow(excess(level), strip.sample_px, strip.station_px) for level in (STAINED, STONE)
+        )
         place_px = np.where(place_px - inner_px > ASIDE_PX, inner_px, place_px)
+        beside_stone = place_px - innermost_px > max(ASIDE_PX, STONE_ASIDE * width_mm / strip.mm_per_px)
+        beside_stone &= beside_stone.mean(axis=1, keepdims=True) < SELDOM
+        place_px = np.where(beside_stone, innermost_px, place_px)
     seen_px = softness_px(share, place_px, strip.sample_px, fraction)
     sigma_px = float(np.clip(seen_px, SHARPEST_PX, SOFTEST_PX))
     if edge_fraction > HALF:

@@ -108,3 +108,35 @@ def test_a_stain_along_a_wall_is_no_crack(walls_of, pale):
     middle = slice(35, 60)
     assert walls.left_mm[middle] / MM_PER_PX == pytest.approx(9, abs=0.5)
     assert walls.right_mm[middle] / MM_PER_PX == pytest.approx(9, abs=0.2)
+
+
+def test_dark_stones_in_a_stain_are_no_crack(walls_of):
+    """A quarter of the way from the crack's brightness to the mortar's, 50 px long: the crack read 10 % too wide."""
+    brightness = band(51.0, 69.0)
+    stained = brightness.copy()
+    stained[38:52, 120:170] *= 0.29
+    stained[52:68] = brightness[52:68]
+    walls = walls_of(stained)
+    assert walls.left_mm / MM_PER_PX == pytest.approx(9, abs=0.5)
+    assert walls.right_mm / MM_PER_PX == pytest.approx(9, abs=0.2)
+
+
+def test_a_lit_inside_is_crack_however_dark(walls_of):
+    """As bright as those stones, but all along the wall: 5 px of its 18."""
+    brightness = band(51.0, 69.0)
+    brightness[52:57] = 0.02 + 0.25 * 0.38
+    walls = walls_of(brightness)
+    assert walls.left_mm / MM_PER_PX == pytest.approx(9, abs=0.3)
+    assert walls.right_mm / MM_PER_PX == pytest.approx(9, abs=0.2)
+
+
+@pytest.mark.parametrize(("beside_px", "kept_out"), [(5, False), (12, True)])
+def test_what_is_dark_beside_a_wide_crack_is_kept_out_where_it_is_wide(walls_of, beside_px, kept_out):
+    """From a fifth of the crack's 40 px on: less moves no mean width, and edges of blurred stones are as wide."""
+    brightness = band(40.5, 80.5)
+    dark = brightness.copy()
+    dark[41 - beside_px : 42, 130:160] = 0.02 + 0.25 * 0.38
+    walls = walls_of(dark, width_px=40)
+    across = slice(46, 54)
+    wide_px = 20 if kept_out else 20 + beside_px
+    assert walls.left_mm[across] / MM_PER_PX == pytest.approx(wide_px, abs=1.5)
