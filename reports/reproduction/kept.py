@@ -10,7 +10,6 @@ from reports.reproduction.judging import NOT_COMPUTED, AnyClaim, Finding, Judgem
 from sealtwin.core import files
 
 KEPT = "kept.json"
-VERSION = 1
 
 
 @dataclass(frozen=True)
@@ -60,10 +59,9 @@ def read_kept(home: Path) -> dict[str, Kept]:
     with files.understood(path):
         return {
             stage: Kept(one["computed"], {name: Found(**found) for name, found in one["findings"].items()}, one["told"])
-            for stage, one in content["stages"].items()
+            for stage, one in content.items()
         }
 
 
 def write_kept(home: Path, kept: Mapping[str, Kept]) -> None:
-    stages = {stage: asdict(kept[stage]) for stage in sorted(kept)}
-    files.write_json(home / KEPT, {"version": VERSION, "stages": stages})
+    files.write_json(home / KEPT, {stage: asdict(kept[stage]) for stage in sorted(kept)})

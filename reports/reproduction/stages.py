@@ -93,7 +93,7 @@ def compute(stage: Stage, wanted: Sequence[Part], work: Path, progress: Progress
         for study in (part.study, part.fine):
             if study is not None:
                 _swept(study, work / load_study(study).folder_name, progress)
-    elif kind.rows is None and (missing := missing_pairs(part, work)) is not None:
+    elif kind is not TIMED and (missing := missing_pairs(part, work)) is not None:
         return [f"{stage.name}: left out, since {missing}."]
     else:
         _compute_small(part, kind, work, progress)

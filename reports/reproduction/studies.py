@@ -2,6 +2,7 @@
 
 import shutil
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -49,15 +50,14 @@ from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats, Profile
 from sealtwin.study.study_file import load_study
 from sealtwin.study.study_folder import holds_study, read_plan, run_path
-from sealtwin.study.study_map import finished_run, map_study
+from sealtwin.study.study_map import Mapped, finished_run, map_study
 from validate.study_figures.chart import Chart, Finished
 
 ELEMENTS = "paper_elements.toml"
-
-
 EVERY_CLAIM = (*CLAIMS, DAMPING_CLAIM, FREEZING_CLAIM, *TIME_CLAIMS)
 """Those about a part, in the page's order."""
-FEEDING = "feeding"
+FEEDING = "unequal-samplings"
+"""Name under which is kept what similaritymeasures makes of unequal samplings, in the first part that is computed."""
 
 
 def reproduce(home: Path, wanted: Sequence[Part], names: Sequence[str], work: Path, progress: Progress) -> list[str]:
@@ -82,8 +82,11 @@ def write_pages(home: Path, wanted: Sequence[Part], work: Path, progress: Progre
     for part in wanted:
         told = missing_pairs(part, work)
         if told is None:
-            kept[part.name], finding = _study(home, part, work, progress)
-            said.append(finding)
+            kept[part.name], mapped = _study(home, part, work, progress)
+            said.append(mapped.sheet.finding)
+            if part is wanted[0] or FEEDING not in kept:
+                progress.note("Feeding similaritymeasures unequal samplings.")
+                kept[FEEDING] = replace(kept[part.name], findings={}, told=_fed(mapped.chart))
         elif part.name in kept:
             said.append(f"{part.title}: as kept from {kept[part.name].computed}, since {told} here.")
         else:
@@ -100,8 +103,7 @@ def write_pages(home: Path, wanted: Sequence[Part], work: Path, progress: Progre
     if not told_of:
         return said
     of_slots = found_in(SLOT_CLAIM, [kept[SLOTS]] if SLOTS in kept else [])
-    feeding = told_of[0].study.told[FEEDING]
-    files.write_text(home / "README.md", page(told_of, missing, of_slots, feeding))
+    files.write_text(home / "README.md", page(told_of, missing, of_slots, kept[FEEDING].told))
     _write_claims(home / "figures" / "claims.csv", told_of, of_slots)
     return [*said, f"Page: {home / 'README.md'}"]
 
@@ -116,8 +118,8 @@ def _told(part: Part, kept: Mapping[str, Kept]) -> Told:
     return Told(part.name, part.title, study, times, findings)
 
 
-def _study(home: Path, part: Part, work: Path, progress: Progress) -> tuple[Kept, str]:
-    """Judge all pairs of a part and what follows from them, draw its figures; what is to be kept, and the finding."""
+def _study(home: Path, part: Part, work: Path, progress: Progress) -> tuple[Kept, Mapped]:
+    """Judge all pairs of a part and what follows from them, draw its figures; what is to be kept, and the map."""
     # The paper holds all runs against the readings, those that lost volume too, which preset "paper" does.
     device = "cpu" if part.fills else None
     mapped = map_study(part.folder(work), None, None, None, device, progress, any_volume=True)
@@ -141,11 +143,14 @@ def _study(home: Path, part: Part, work: Path, progress: Progress) -> tuple[Kept
     radius_mm = float(load_study(part.study).fixed["solver.radius_mm"])
     first = first_readings(chosen.profile, chart.readings)
     study = Study(radius_mm, chart, finer_mm, shown, first, replicates)
-    progress.note("Feeding similaritymeasures unequal samplings.")
-    feeding = Feeding(chart, by_sampling(chosen, chart.readings), chosen.mean_error_mm, of_all(chart))
     last = max(run.finished_unix_s or 0.0 for run in done_runs(part.folder(work)))
-    kept = kept_of(last, found, {**tell(study), FEEDING: tell_feeding(feeding)})
-    return kept, mapped.sheet.finding
+    return kept_of(last, found, tell(study)), mapped
+
+
+def _fed(chart: Chart) -> dict[str, Any]:
+    chosen = next(run for run in chart.runs if run.at == CHOSEN)
+    samplings = by_sampling(chosen, chart.readings)
+    return tell_feeding(Feeding(chart, samplings, chosen.mean_error_mm, of_all(chart)))
 
 
 def _replicates(chart: Chart, folder: Path) -> Replicates | None:

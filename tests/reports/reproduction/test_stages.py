@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from reports.reproduction import stages as stages_module
+from reports.reproduction import studies
 from reports.reproduction.derived import (
     DAMPED,
     FROZEN,
@@ -18,21 +19,23 @@ from reports.reproduction.derived import (
     study_text,
     write_study,
 )
-from reports.reproduction.extra_claims import SLOT_CLAIM
+from reports.reproduction.extra_claims import DAMPING_CLAIM, SLOT_CLAIM
 from reports.reproduction.kept import KEPT, read_kept
 from reports.reproduction.pace import read_pace, take_pace
 from reports.reproduction.scatter import SEEDS, deciding_pairs
 from reports.reproduction.stages import SLOT_RUNS, SLOTS, Part, Stage, compute, missing_pairs, parts, slot_path, stages
-from reports.reproduction.studies import reproduce
+from reports.reproduction.studies import FEEDING, reproduce
 from sealtwin.core.progress import Progress
 from sealtwin.study.runner import read_bench
 from sealtwin.study.study_file import load_study, plan_runs
-from sealtwin.study.study_folder import read_plan
+from sealtwin.study.study_folder import StudyRun, read_plan
+from sealtwin.study.study_map import Mapped
 from sealtwin.study.sweep import SweepOptions, sweep
 from sealtwin.trial.trial_file import load_trial
 from tests.charts import make_chart
 from tests.places import FIXTURE, ROOT
 from tests.studies import tiny_lab
+from validate.study_figures.figure_sheet import FigureSheet
 
 HOME = ROOT / "reports" / "reproduction"
 
@@ -48,6 +51,15 @@ def test_times_come_last_and_the_pairs_before_what_follows_from_them():
     assert names[:4] == ["flare", "flare-seeds", "flare-damping", "flare-freezing"]
     assert names[-3:] == ["flare-times", "lean-times", SLOTS]
     assert len(names) == len(set(names)) == 2 * (1 + len(KINDS)) + 1
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
+def test_only_times_are_computed_without_the_pairs(tmp_path, monkeypatch, kind):
+    computed = []
+    monkeypatch.setattr(stages_module, "_compute_small", lambda part, kind, *_: computed.append(kind))
+    said = compute(Stage(parts(HOME)[0], kind), parts(HOME), tmp_path, Progress())
+    assert computed == ([TIMED] if kind is TIMED else [])
+    assert [f"flare-{kind.name}" in line for line in said] == ([] if kind is TIMED else [True])
 
 
 @pytest.mark.parametrize("part", parts(HOME), ids=lambda part: part.name)
@@ -159,6 +171,36 @@ def test_a_stage_computed_anew_replaces_its_own_and_the_page_keeps_all_else(tmp_
     changed = [line for line in here if line not in there]
     assert all("straight cracks" in line or "disagrees" in line for line in changed)
     assert any("(2 times; paper: 9 times)" in line for line in changed)
+
+
+@pytest.mark.parametrize("name", ["flare", "lean"])
+def test_pairs_computed_anew_replace_their_part_alone(tmp_path, monkeypatch, name):
+    """Runs whose errors are known stand for the pairs: no checkout holds 132 of them."""
+    home, drawn = tmp_path / "home", tmp_path / "mapped" / "figures"
+    for folder in (home, drawn):
+        folder.mkdir(parents=True)
+    for kept in (KEPT, "paper_elements.toml"):
+        shutil.copyfile(HOME / kept, home / kept)
+    for figure in ("heat.svg", "runs.csv"):
+        (drawn / figure).write_text(figure, encoding="utf-8")
+    (part,) = (each for each in parts(HOME) if each.name == name)
+    mapped = Mapped({}, make_chart(), FigureSheet("", "", [], "the nearest", [], []), drawn.parent)
+    done = StudyRun(1, "key", {}, {}, "sample", "kin", 1.0, "done", finished_unix_s=1_800_000_000.0)
+    monkeypatch.setattr(studies, "missing_pairs", lambda each, _: None if each == part else "none")
+    monkeypatch.setattr(studies, "map_study", lambda *_, **__: mapped)
+    monkeypatch.setattr(studies, "done_runs", lambda folder: [done] if folder == part.folder(tmp_path) else [])
+    before, said = read_kept(home), reproduce(home, parts(HOME), ["page"], tmp_path, Progress())
+    after = read_kept(home)
+    changed = {stage for stage in after if after[stage] != before[stage]}
+    assert changed == ({name, FEEDING} if name == "flare" else {name})
+    assert after[name].computed == "2027-01-15"
+    assert after[name].findings["largest mean error"].ours != before[name].findings["largest mean error"].ours
+    assert DAMPING_CLAIM.name not in after[name].findings
+    assert "the nearest" in said
+    assert {path.name for path in (home / "figures").glob(f"{name}-*")} == {f"{name}-runs.csv", f"{name}-heat.svg"}
+    page = (home / "README.md").read_text(encoding="utf-8")
+    assert "Computed on 2027-01-15, times on " in page
+    assert f"{DAMPING_CLAIM.name} (not computed yet" in page
 
 
 def test_the_page_of_the_repository_is_that_of_what_is_kept(tmp_path):
