@@ -40,7 +40,7 @@ class Component:
     source: Source
     draws_mm: Floats  # (draws, n), or (draws, n - 1) for an error between stations
     shared: bool = False  # True for an error that many stations have alike, which does not average out along the crack
-    between: bool = False  # True for a height above the straight line, in the middle between two stations
+    between: bool = False  # True for the straight line's height above the bed, in the middle between two stations
     kind: Kind = "readings"
     setting: str = ""  # Key of the trial file that declares it
 
@@ -111,7 +111,7 @@ class Budget:
 
     @cached_property
     def between_mm(self) -> Floats:
-        """Draws of the bed's height above the straight line between two stations, (draws, n - 1)."""
+        """Draws of the straight line's height above the bed between two stations, (draws, n - 1)."""
         start = np.zeros((self.draws, self.stations - 1))
         return sum((one.draws_mm for one in self.components if one.between), start=start)
 
@@ -151,24 +151,30 @@ class Budget:
         """Return the ends of the 95 % interval of the mean of |error| against the true level.
 
         Scatter adds to a mean of absolute values, the more the smaller the true error is. The true error is taken for
-        one of the found one's shape, k times as large: the ends are those k for which readings with these errors would
-        give the found mean, or more, in 2.5 % of all cases, and it, or less. A shared error may turn the error's sign
-        along whole stretches, so that the upper end is also that of the error moved by it.
+        one of the likeliest one's shape, k times as large: the ends are those k for which readings with these errors
+        would give the likeliest one's mean, or more, in 2.5 % of all cases, and it, or less. The likeliest error is
+        that against the likeliest level: a probe reads too high, and so does a station with one reading far above the
+        others. A shared error may turn the error's sign along whole stretches, so that the upper end is also that of
+        the error moved by it.
         """
         from scipy.optimize import root_scalar
 
         x, found_mm = curve.x, float(mean_absolute(curve.x, curve.error_mm))
         off_mm = self.along_mm(curve)
+        # The bed between stations is taken for straight, as in the found mean.
+        middle_mm = curve.hat @ np.median(self.at_stations_mm, axis=0)
+        off_mm, likely = off_mm - middle_mm, curve.error_mm + middle_mm
+        likely_mm = float(mean_absolute(x, likely))
         most_mm = float(np.quantile(mean_absolute(x, off_mm), (1 + SHARE) / 2))
-        if found_mm == 0 or most_mm == 0:
-            return found_mm, found_mm + most_mm
+        if min(found_mm, likely_mm, most_mm) == 0:
+            return min(found_mm, likely_mm), max(found_mm, likely_mm) + most_mm
 
         def excess(times: float, share: float) -> float:
-            made_mm = mean_absolute(x, times * curve.error_mm - off_mm)
-            return float(np.quantile(made_mm, share)) - found_mm
+            made_mm = mean_absolute(x, times * likely - off_mm)
+            return float(np.quantile(made_mm, share)) - likely_mm
 
         low, high = (1 - SHARE) / 2, (1 + SHARE) / 2
-        reach = most_mm / found_mm
+        reach = most_mm / likely_mm
         # Where even no error at all would give more than was found, there is nothing to search.
         bracket = max(0.0, 1 - reach), 1 + reach
         least, most = (
@@ -178,7 +184,8 @@ class Budget:
             for share in (high, low)
         )
         moved_mm = mean_absolute(x, curve.error_mm + self.only(lambda one: one.shared).along_mm(curve))
-        return min(found_mm, least * found_mm), max(found_mm, most * found_mm, float(np.quantile(moved_mm, high)))
+        upper_mm = max(found_mm, most * likely_mm, float(np.quantile(moved_mm, high)))
+        return min(found_mm, least * likely_mm), upper_mm
 
     def summary(self, curve: Curve) -> BudgetSummary:
         """Return each component's standard uncertainty of mean level, mean error and station, as report.json has it."""

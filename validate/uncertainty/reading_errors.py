@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sealtwin.core.records import Floats, Profile
 from validate.settings import PASS_MM, Readings, Uncertainty
@@ -49,9 +50,14 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
     per_pass = _pass_coefficients(residual_mm, shapes)
     own_mm = residual_mm - shapes @ per_pass
     own_mm -= np.nanmean(own_mm, axis=1, keepdims=True)
+    far, robust_mm = _far(own_mm, count, resolution_mm)
+    notes = list(_outliers(s_mm[far.any(axis=1)].tolist(), robust_mm))
+    # Of two readings nothing tells which one is far.
+    alone = far & (count > 2)[:, None]
+    kept_mm, count = np.where(alone, np.nan, own_mm), count - alone.sum(axis=1)
+    middle_mm = np.nanmean(kept_mm, axis=1)
     freedom = (count - 1) * (1 - shapes.shape[1] / stations)
-    squares_mm2 = np.nansum(own_mm**2, axis=1)
-    notes = list(_outliers(s_mm, own_mm, count))
+    squares_mm2 = np.nansum((kept_mm - middle_mm[:, None]) ** 2, axis=1)
     components: list[Component] = []
     known = bool(freedom.sum()) or declared.repeatability_mm is not None
     pooled_mm = declared.repeatability_mm or 0.0
@@ -59,13 +65,13 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
         pooled_mm = float(np.sqrt(squares_mm2.sum() / freedom.sum()))
     last_digit = f"last digit, {resolution_mm:g} mm"
     if known and resolution_mm > COARSE * pooled_mm and count.max() > 1:
-        draws_mm = rounded_errors_mm(repeats_mm, resolution_mm, draws)
+        draws_mm = rounded_errors_mm(np.where(alone, np.nan, repeats_mm), resolution_mm, draws) - middle_mm
         components.append(Component(f"scatter and {last_digit}", seen, draws_mm))
     else:
         if freedom.sum():
             rounded_mm2 = squares_mm2 + freedom * resolution_mm**2 / 12
             sets_mm = possible_scatter_mm(rounded_mm2, freedom, draws) / np.sqrt(count)
-            draws_mm = sets_mm * normals("scatter", stations, draws)
+            draws_mm = sets_mm * normals("scatter", stations, draws) - middle_mm
             components.append(Component("scatter of the repeats", "repeats", draws_mm))
         elif known:
             draws_mm = pooled_mm * normals("scatter", stations, draws)
@@ -200,7 +206,7 @@ def _declared(name: str, size_mm: float, s_mm: Floats, slope: Floats) -> Compone
 
 
 def _arches(s_mm: Floats, level_mm: Floats) -> Component:
-    """Draw the bed's height above the straight line in the middle between two stations.
+    """Draw the straight line's height above the bed in the middle between two stations.
 
     Each station shows a curvature; how much of it lies in the gaps beside it is drawn for each (``BENT``).
     """
@@ -212,19 +218,27 @@ def _arches(s_mm: Floats, level_mm: Floats) -> Component:
     return Component("the bed's shape between stations", "assumed", draws_mm, shared=True, between=True)
 
 
-def _outliers(s_mm: Floats, own_mm: Floats, count: Floats) -> Iterator[str]:
-    """Yield a sentence on readings far from the others of their station; none is left out."""
+def _far(own_mm: Floats, count: Floats, resolution_mm: float) -> tuple[NDArray[np.bool_], float]:
+    """Return which reading is far from the others of its station, and the robust standard deviation, in mm.
+
+    At most one of a station is: two leave a scatter that is the station's own. Readings scatter by their last digit
+    at least, where most repeats are the same.
+    """
     again = count > 1
-    scaled_mm = np.abs(own_mm[again]) / np.sqrt(1 - 1 / count[again])[:, None]
-    robust_mm = 1.4826 * float(np.nanmedian(scaled_mm)) if again.any() else 0.0
-    if robust_mm == 0:
-        return
-    far = np.nan_to_num(scaled_mm) > OUTLIER * robust_mm
-    places = s_mm[again][far.any(axis=1)]
-    if len(places):
+    scaled_mm = np.nan_to_num(np.abs(own_mm)) / np.sqrt(1 - 1 / np.maximum(count, 2))[:, None]
+    read = ~np.isnan(own_mm[again])
+    median_mm = float(np.median(scaled_mm[again][read])) if again.any() else 0.0
+    robust_mm = max(1.4826 * median_mm, resolution_mm / np.sqrt(12))
+    largest = np.arange(own_mm.shape[1]) == scaled_mm.argmax(axis=1)[:, None]
+    return largest & (scaled_mm > OUTLIER * robust_mm) & (robust_mm > 0), robust_mm
+
+
+def _outliers(places: list[float], robust_mm: float) -> Iterator[str]:
+    if places:
         yield (
-            f"At {counted(len(places), 'station')} (s = {_listed(places.tolist())} mm) a reading is more than "
-            f"{OUTLIER:g} robust standard deviations ({robust_mm:.2g} mm) away from the others. It is kept."
+            f"At {counted(len(places), 'station')} (s = {_listed(places)} mm) a reading is more than {OUTLIER:g} "
+            f"robust standard deviations ({robust_mm:.2g} mm) away from the others. The mean has it; where there are "
+            "three readings or more, the intervals take the true level for that of the others."
         )
 
 

@@ -126,6 +126,16 @@ def test_a_shared_error_moves_a_balanced_one_little():
     assert np.ptp(shared.mean_error_interval(curve(balanced_mm))) < 0.1 * one_sided_mm
 
 
+def test_readings_that_are_probably_too_high_hide_an_error():
+    """Levels that are read 0.5 mm too high: the error against the true ones is that much larger."""
+    high = Component("outliers", "repeats", 0.5 + 0.1 * normals("own", 9))
+    known, plain = budget(high), budget(own(0.1))
+    low_mm, high_mm = known.mean_error_interval(curve(2.0))
+    _, around_mm = plain.mean_error_interval(curve(2.5))
+    assert (low_mm, high_mm) == (2.0, pytest.approx(around_mm, abs=0.01))
+    assert known.mean_error_interval(curve(-2.0))[0] == pytest.approx(1.5, abs=0.1)
+
+
 def test_what_scatter_alone_would_make_may_be_nothing():
     """An error of a tenth of the scatter does not show; one of ten times the scatter does."""
     assert budget(own(0.1)).mean_error_interval(curve(0.01))[0] == 0.0

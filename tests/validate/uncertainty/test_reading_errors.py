@@ -180,6 +180,52 @@ def test_an_outlier_is_named_and_kept():
     assert budget(scattered(0.15), NO_PASSES).notes == ()
 
 
+@pytest.mark.parametrize("off_mm", [3.0, -3.0])
+def test_the_level_of_a_station_with_an_outlier_is_taken_for_that_of_its_other_readings(off_mm):
+    """The mean of three is off by a third of it; the others know it as well as any two readings do."""
+    sound_mm, far_mm = scattered(0.15).repeats_mm, scattered(0.15).repeats_mm
+    assert sound_mm is not None
+    assert far_mm is not None
+    far_mm[5, 1] += off_mm
+    far = part(budget(measured(far_mm), NO_PASSES), "scatter").draws_mm
+    sound = part(budget(measured(sound_mm), NO_PASSES), "scatter").draws_mm
+    others_mm = far_mm[5, [0, 2]].mean()
+    assert np.median(far[:, 5]) == pytest.approx(far_mm[5].mean() - others_mm, abs=0.01)
+    assert far[:, 5].std() == pytest.approx(np.sqrt(3 / 2) * np.median(sound.std(axis=0)), rel=0.15)
+    rest = np.arange(17) != 5
+    assert far[:, rest].std(axis=0) == pytest.approx(sound[:, rest].std(axis=0), rel=0.1)
+
+
+def test_of_two_readings_that_are_far_apart_neither_is_believed():
+    far_mm = scattered(0.15, repeats=2).repeats_mm
+    assert far_mm is not None
+    far_mm[5, 1] += 3.0
+    found = budget(measured(far_mm), NO_PASSES)
+    assert any("At 1 station (s = 25 mm)" in text for text in found.notes)
+    assert np.median(part(found, "scatter").draws_mm[:, 5]) == pytest.approx(0.0, abs=0.01)
+    assert found.band_mm[5] > 2 * np.median(found.band_mm)
+
+
+def test_a_station_with_two_outliers_of_four_scatters_by_itself():
+    """One is told apart; the other leaves a scatter that no other station has."""
+    far_mm = scattered(0.15, repeats=4).repeats_mm
+    assert far_mm is not None
+    far_mm[5, :2] += [3.0, -2.5]
+    band_mm = half_width(part(budget(measured(far_mm), NO_PASSES), "scatter").draws_mm)
+    assert band_mm[5] > 3 * np.median(band_mm)
+
+
+def test_an_outlier_among_coarse_readings_is_told_apart_too():
+    """Multiples of 0.5 mm hide a scatter of 0.1 mm, and a reading 6 mm off is no part of it."""
+    coarse_mm = scattered(0.1).repeats_mm
+    assert coarse_mm is not None
+    coarse_mm = np.round((coarse_mm + 0.25 * np.sin(S_MM)[:, None]) / 0.5) * 0.5
+    coarse_mm[5] = [0.0, 6.0, 0.0]
+    draws_mm = part(budget(measured(coarse_mm), NO_PASSES), "scatter and last digit").draws_mm
+    assert np.median(draws_mm[:, 5]) == pytest.approx(2.0, abs=0.05)
+    assert draws_mm[:, 5].std() < 0.5
+
+
 def test_one_station_that_scatters_more_is_less_sure():
     repeats_mm = np.tile([-0.1, 0.003, 0.1], (17, 1))
     repeats_mm[5] *= 2
