@@ -2,6 +2,7 @@
 
 import sys
 import time
+from collections import deque
 from contextlib import AbstractContextManager
 from typing import Any
 
@@ -10,23 +11,29 @@ TENTH = 0.1  # Share of the work after which its pace is known
 
 
 class Pace:
-    """The time that work still takes, by the pace of its steps since the first report.
+    """The time that work still takes, by the pace of the later half of its steps since the first report.
 
-    What goes before that report, as compiling kernels, is set-up, and says nothing of the steps that follow.
+    What goes before that report, as compiling kernels, is set-up, and says nothing of the steps that follow. Early
+    steps may be the cheaper ones: a fill begins with few particles.
     """
 
     def __init__(self, total: float, done: float = 0.0) -> None:
         self._total, self._before = total, done
-        self._first: tuple[float, float] | None = None
+        self._first = done
+        self._reports: deque[tuple[float, float]] = deque()  # Steps done and time, from half of the way on
 
     def left_s(self, done: float, now_s: float) -> float | None:
         """Return the expected time left after ``done`` steps; None before a tenth of those that were to do."""
-        if self._first is None:
-            self._first = done, now_s
-        first, first_s = self._first
-        if done <= first or done - self._before < TENTH * (self._total - self._before):
+        if not self._reports:
+            self._first = done
+        if not self._reports or done > self._reports[-1][0]:
+            self._reports.append((done, now_s))
+        while len(self._reports) > 1 and self._reports[1][0] <= (self._first + done) / 2:
+            self._reports.popleft()
+        since, since_s = self._reports[0]
+        if done <= since or done - self._before < TENTH * (self._total - self._before):
             return None
-        return (now_s - first_s) * (self._total - done) / (done - first)
+        return (now_s - since_s) * (self._total - done) / (done - since)
 
 
 class Progress(AbstractContextManager["Progress"]):

@@ -28,6 +28,21 @@ def test_what_an_earlier_process_did_counts_as_no_pace():
     assert pace.left_s(61, 20.0) == pytest.approx(39.0)
 
 
+def test_steps_that_grew_dearer_count_by_their_later_half():
+    """A second each for the first hundred steps of a thousand, and ten for those that follow."""
+    pace = Pace(1000)
+    for step in range(301):
+        left_s = pace.left_s(step, float(min(step, 100) + 10 * max(0, step - 100)))
+    assert left_s == pytest.approx(7000.0)
+
+
+def test_time_in_which_nothing_is_done_counts():
+    pace = Pace(100)
+    for now_s in range(1000):
+        assert pace.left_s(20, float(now_s)) is None
+    assert pace.left_s(40, 1000.0) == pytest.approx(3 * 1000.0)
+
+
 def test_a_log_tells_the_time_that_is_given_and_counts_it_down(capsys, clock):
     shown = PlainProgress()
     shown.start("Extra runs", 100)
