@@ -89,7 +89,9 @@ def find_walls(strip: Strip, width_mm: float, edge_fraction: float = 0.5, both_r
     if inside_px:
         inner_px, innermost_px = inside_px
         place_px = np.where(place_px - inner_px > ASIDE_PX, inner_px, place_px)
-        beside_stone = place_px - innermost_px > max(ASIDE_PX, STONE_ASIDE * width_mm / strip.mm_per_px)
+        # In a photo that is soft, as an enlarged one, blur alone takes the lower level as far in all along.
+        farther_in_px = place_px - innermost_px - np.median(place_px - innermost_px, axis=1, keepdims=True)
+        beside_stone = farther_in_px > max(ASIDE_PX, STONE_ASIDE * width_mm / strip.mm_per_px)
         beside_stone &= beside_stone.mean(axis=1, keepdims=True) < SELDOM
         place_px = np.where(beside_stone, innermost_px, place_px)
     seen_px = softness_px(share, place_px, strip.sample_px, fraction)
