@@ -1,13 +1,14 @@
-"""Two draws of forty slots, one to choose the fast model's domain by and one to judge it, and their fill by particles.
+"""Three draws of forty slots, two to choose the fast model by and one to judge it, and their fill by particles.
 
     python -m benchmarks.slot_cases
 
 Each draw is a Latin hypercube over seven settings by a fixed seed; stresses and viscosities, which span decades, evenly
-in their logarithms. The first was drawn before the model existed, the fresh one before its domain was last changed.
+in their logarithms. The first was drawn before the model existed, the second judged it until it was changed by what
+that showed, and the fresh one was drawn after.
 Each slot is straight, 60 mm long and closed at both ends, and opens upward from the width of its floor. Particles fill
 each with two seeds and the settings that a trial has by default, at four abreast or more but in the narrowest.
 ``benchmarks/slot/`` keeps the levels, so that judging the model needs no particles: runs that lie there are not made
-again. Cases inside the model's domain are made first, those of the fresh draw before those of the first, and within
+again. Cases inside the model's domain are made first, those of later draws before those of earlier ones, and within
 each those of few particles: so all that says which are there is in their settings.
 """
 
@@ -37,8 +38,8 @@ from tests.shapes import straight_slot
 
 FOLDER = Path(__file__).parent / "slot"
 CASES, SEEDS = 40, (0, 1)
-FIRST, FRESH = 20261121, 20261122
-"""Seeds of the draws: the domain was chosen on the first one, and the fresh one judges it (decision 0138)."""
+FIRST, SECOND, FRESH = 20261121, 20261122, 20261123
+"""Seeds of the draws: the model was chosen on the first two, and the fresh one judges it (decision 0151)."""
 TUNING_SEED = 7  # Of the draw on which the model's constants may be chosen; it is not judged
 LENGTH_MM, TRIM_MM, SETTLE_S = 60.0, 8.0, 3.0
 STATIONS_MM = np.arange(0.0, LENGTH_MM + 0.25, 0.5)
@@ -172,7 +173,7 @@ def _run(draw: int, number: int, seed: int, case: Case) -> None:
 def main() -> None:
     argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args()
     # All that orders them is their settings.
-    cases = [(draw, number, case) for draw in (FRESH, FIRST) for number, case in enumerate(drawn(seed=draw))]
+    cases = [(draw, number, case) for draw in (FRESH, SECOND, FIRST) for number, case in enumerate(drawn(seed=draw))]
     for draw, number, case in sorted(cases, key=lambda one: (bool(one[2].fitness.unfit), -one[0], one[2].particles)):
         (FOLDER / f"{draw}").mkdir(parents=True, exist_ok=True)
         for seed in SEEDS:

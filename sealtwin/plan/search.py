@@ -63,7 +63,10 @@ def target_of(sections: Trapezoids, margin_mm: float) -> Floats:
 
 
 def discrepancy(filled: Filled, s_mm: Floats, level_mm: Floats) -> Floats:
-    """Return the areas of a level by particles less those of the fast model, smoothed, (cells,)."""
+    """Return the areas of a level by particles less those of the fast model, smoothed, (cells,).
+
+    The level is that of the middle of the crack: what its crown adds to the area is part of it.
+    """
     it = filled.sections
     apart = np.exp(-0.5 * ((it.s_mm[:, None] - it.s_mm) / SMOOTHED_MM) ** 2)
     return apart @ (areas_of(it, s_mm, level_mm) - filled.area_mm2) / apart.sum(axis=1)

@@ -15,6 +15,7 @@ from scipy.linalg.lapack import dptsv  # pyright: ignore[reportAttributeAccessIs
 from sealtwin.core.records import Floats, Outline, Solid, Trajectory, arc_length
 from simulate.settings import LEVEL, SampleSlope
 from simulate.slot.flux import Conduits, HerschelBulkley, conduits
+from simulate.slot.mound import crown_mm, mound_mm2
 from simulate.slot.sections import Trapezoids, sections_of
 from simulate.slot.supply import supplied_mm3
 
@@ -36,7 +37,7 @@ class Filled:
 
     sections: Trapezoids
     area_mm2: Floats  # Filled of each section
-    level_mm: Floats  # Of the surface, relative to the face, at the middles of the cells
+    level_mm: Floats  # Of the surface in the middle of the crack, relative to the face, at the middles of the cells
     dispensed_mm3: float
     in_flight_mm3: float
     """Given, and not yet landed when the run ends."""
@@ -66,7 +67,10 @@ def fill(
     steps: int = STEPS,
     watch: Callable[[float, Floats], None] = lambda t_s, area_mm2: None,
 ) -> Filled:
-    """Pour along the trajectory, let the bed settle, and return it as it lies; ``watch`` gets the areas over time."""
+    """Pour along the trajectory, let the bed settle, and return it as it lies.
+
+    ``watch`` gets the areas over time, without the mound that stays at the end.
+    """
     weight = paste.weight_pa_mm
     reach = min(HUGE, weight / (2 * paste.yield_stress_pa)) if paste.yield_stress_pa > 0 else HUGE
     sections = sections_of(outline, solid, cells, reach_per_mm=reach)
@@ -78,16 +82,22 @@ def fill(
     surface_mm = -float(sections.depth_mm.mean()) * (1 - flat)
     way = np.array([float(along.mean()), into])
     landed_mm3 = supplied_mm3(trajectory, times_s, edges_mm, nozzle_mm=nozzle_mm, surface_mm=surface_mm, down=way)
+    held_mm = paste.yield_stress_pa / (weight * into)
+    all_mm3, last_mm = float(landed_mm3.sum()), float(trajectory.s_mm[trajectory.giving][-1])
+    mound = mound_mm2(sections, all_mm3, held_mm=held_mm, middle_mm=last_mm, nozzle_mm=nozzle_mm, surface_mm=surface_mm)
+    flowing_mm3 = landed_mm3 * (1 - float(mound.sum()) * sections.step_mm / max(all_mm3, np.finfo(float).tiny))
     bed = _Bed(sections, paste, weight * into, weight * along)
-    for t_s, step_s, landed in zip(times_s[1:], np.diff(times_s), landed_mm3, strict=True):
-        bed.advance(float(step_s), landed / sections.step_mm)
+    for t_s, step_s, more_mm3 in zip(times_s[1:], np.diff(times_s), flowing_mm3, strict=True):
+        bed.advance(float(step_s), more_mm3 / sections.step_mm)
         watch(float(t_s), bed.area_mm2)
+    area_mm2 = bed.area_mm2 + mound
+    height_mm = sections.height_mm(area_mm2)
     return Filled(
         sections=sections,
-        area_mm2=bed.area_mm2,
-        level_mm=sections.bottom_mm + bed.height_mm,
+        area_mm2=area_mm2,
+        level_mm=sections.bottom_mm + height_mm + crown_mm(height_mm, sections.depth_mm, held_mm),
         dispensed_mm3=dispensed_mm3,
-        in_flight_mm3=max(0.0, dispensed_mm3 - float(landed_mm3.sum())),
+        in_flight_mm3=max(0.0, dispensed_mm3 - all_mm3),
         steps=len(times_s) - 1,
         newton_steps=bed.newton_steps,
     )

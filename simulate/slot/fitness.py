@@ -7,14 +7,11 @@ import numpy as np
 from sealtwin.core.records import Outline, Solid, Trajectory
 from simulate.slot.fill import CELLS
 from simulate.slot.flux import HerschelBulkley
+from simulate.slot.mound import MOUND
 from simulate.slot.sections import Trapezoids, sections_of
 
-STEEPEST, TALLEST_MM, FULLEST, HIGHEST_MM = 0.45, 3.0, 0.95, 2.0
+STEEPEST, TALLEST_MM, FULLEST, HIGHEST_MM = 0.45, 4.0, 0.95, 2.5
 """Largest slope that the walls hold, height of a mound, share of the crack that is filled, and level over the face."""
-ACTIVE_TO_PASSIVE = 4.0
-"""Height of a mound over tau / rho g. Paste that is pulled apart presses along the crack by 2 tau less than its weight,
-and paste that is pushed together by 2 tau more (Rankine's limits of a plastic soil without friction); where they meet,
-under the nozzle's last place, their levels differ by both."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +42,7 @@ class Fitness:
         if self.mound_mm > TALLEST_MM:
             found.append(
                 f"A mound of about {self.mound_mm:.1f} mm stays under the nozzle's last place, held by the walls or by "
-                f"the paste itself, and this model spreads it; {TALLEST_MM:g} mm are allowed."
+                f"the paste itself; particles agree with this model on mounds of up to {TALLEST_MM:g} mm."
             )
         if self.fill > FULLEST:
             found.append(
@@ -77,7 +74,7 @@ def _held(sections: Trapezoids, fill: float, held_mm: float) -> tuple[float, flo
     area_mm2 = fill * sections.full_mm2
     height_mm = sections.height_mm(area_mm2)
     slope = held_mm / sections.holding_mm(area_mm2, sections.wetted_mm(height_mm))
-    return float(slope.mean()), max(float((slope * height_mm).mean()), ACTIVE_TO_PASSIVE * held_mm)
+    return float(slope.mean()), max(float((slope * height_mm).mean()), MOUND * held_mm)
 
 
 def _rounded_down(value: float) -> float:

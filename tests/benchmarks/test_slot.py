@@ -13,6 +13,7 @@ from benchmarks.slot_cases import (
     HIGH,
     IN_LOGARITHMS,
     LOW,
+    SECOND,
     STATIONS_MM,
     Case,
     drawn,
@@ -31,10 +32,17 @@ from benchmarks.slot_cases import (
             ),
         ),
         (
-            FRESH,
+            SECOND,
             (
                 Case(2.599, 25.81, 1.403, 13.51, 4.947, 0.512, 3.252),
                 Case(5.826, 22.91, 0.7748, 44.35, 0.275, 0.8947, 3.512),
+            ),
+        ),
+        (
+            FRESH,
+            (
+                Case(5.743, 16.12, 6.987, 14.84, 0.05157, 1.056, 4.294),
+                Case(3.795, 21.05, 3.588, 41.8, 0.3191, 0.4894, 7.755),
             ),
         ),
     ],
@@ -54,7 +62,7 @@ def test_a_draw_is_a_latin_hypercube_and_stays_as_it_is(draw: int, ends: tuple[C
         assert strata.max() < 1.02
 
 
-@pytest.mark.parametrize("draw", [FIRST, FRESH])
+@pytest.mark.parametrize("draw", [FIRST, SECOND, FRESH])
 def test_every_stored_run_is_whole_and_lost_nothing(draw: int):
     with (FOLDER / f"{draw}" / "runs.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))

@@ -154,6 +154,26 @@ const slot = (() => {
     return landed_mm3;
   };
 
+  // simulate/slot/mound.py
+
+  const [MOUND, CROWN, MOST] = [4.0, 2.0, 0.5];
+
+  // Area in each section of what stands under the nozzle's last place.
+  const mound_mm2 = (sections, landed_mm3, held_mm, middle_mm, nozzle_mm, surface_mm) => {
+    const area_mm2 = sections.s_mm.map((s_mm, i) => {
+      const aside_mm = Math.max(Math.abs(s_mm - middle_mm) - nozzle_mm / 2, 0);
+      const rise_mm = Math.sqrt(Math.max((MOUND * held_mm) ** 2 - 2 * held_mm * aside_mm, 0));
+      return rise_mm * sections.area_mm2(i, surface_mm + sections.depth_mm[i])[1];
+    });
+    const total_mm3 = sum(area_mm2) * sections.step_mm;
+    const share = total_mm3 > 0 ? Math.min(1, (MOST * landed_mm3) / total_mm3) : 0;
+    return area_mm2.map((one_mm2) => one_mm2 * share);
+  };
+
+  // How far the middle of the crack lies over the mean across it.
+  const crown_mm = (height_mm, depth_mm, held_mm) =>
+    clip(Math.min(height_mm, depth_mm - height_mm), 0, (CROWN * held_mm) / 3);
+
   // simulate/slot/fill.py
 
   const [STEPS, GROWS, TOLERANCE, MOST_NEWTON, MOST_HALVED, OVERSHOT, HUGE] = [200, 1.05, 1e-6, 60, 12, 0.3, 1e6];
@@ -171,12 +191,20 @@ const slot = (() => {
     const flat = Math.min(1, dispensed_mm3 / sum(sections.full_mm2) / sections.step_mm);
     const surface_mm = -mean(sections.depth_mm) * (1 - flat);
     const landed_mm3 = supplied_mm3(path, times, edges_mm, nozzle_mm, surface_mm, [mean(along), into]);
+    const held_mm = paste.yield_stress_pa / (weight * into);
+    const all_mm3 = sum(landed_mm3.map(sum));
+    const mound = mound_mm2(sections, all_mm3, held_mm, path.s_mm.at(-1), nozzle_mm, surface_mm);
+    const flowing = 1 - (sum(mound) * sections.step_mm) / Math.max(all_mm3, Number.MIN_VALUE);
     const bed = new Bed(sections, paste, weight * into, along.map((pull) => weight * pull));
     landed_mm3.forEach((landed, step) => {
-      bed.advance(times[step + 1] - times[step], landed.map((volume_mm3) => volume_mm3 / sections.step_mm));
+      bed.advance(times[step + 1] - times[step], landed.map((volume_mm3) => (flowing * volume_mm3) / sections.step_mm));
     });
-    const level_mm = bed.height_mm.map((height_mm, i) => height_mm - sections.depth_mm[i]);
-    return { sections, area_mm2: bed.area_mm2, level_mm, dispensed_mm3 };
+    const area_mm2 = bed.area_mm2.map((one_mm2, i) => one_mm2 + mound[i]);
+    const level_mm = area_mm2.map((one_mm2, i) => {
+      const height_mm = sections.height_mm(i, one_mm2);
+      return height_mm - sections.depth_mm[i] + crown_mm(height_mm, sections.depth_mm[i], held_mm);
+    });
+    return { sections, area_mm2, level_mm, dispensed_mm3 };
   };
 
   // Ends of the steps.
@@ -283,7 +311,7 @@ const slot = (() => {
 
   // simulate/slot/fitness.py
 
-  const [STEEPEST, TALLEST_MM, FULLEST, HIGHEST_MM, ACTIVE_TO_PASSIVE] = [0.45, 3.0, 0.95, 2.0, 4.0];
+  const [STEEPEST, TALLEST_MM, FULLEST, HIGHEST_MM] = [0.45, 4.0, 0.95, 2.5];
 
   // The case in three numbers, for a fill of ``dispensed_mm3``.
   const fitness_of = (shape, dispensed_mm3, paste) => {
@@ -295,7 +323,7 @@ const slot = (() => {
     const slope = area_mm2.map(
       (one_mm2, i) => held_mm / sections.holding_mm(one_mm2, sections.wetted_mm(i, height_mm[i]))
     );
-    const mound_mm = Math.max(dot(slope, height_mm) / slope.length, ACTIVE_TO_PASSIVE * held_mm);
+    const mound_mm = Math.max(dot(slope, height_mm) / slope.length, MOUND * held_mm);
     return { slope: mean(slope), mound_mm, fill };
   };
 
@@ -311,7 +339,7 @@ const slot = (() => {
     if (mound_mm > TALLEST_MM) {
       found.push(
         `A mound of about ${mound_mm.toFixed(1)} mm stays under the nozzle's last place, held by the walls or by the paste ` +
-          `itself, and this model spreads it; ${TALLEST_MM} mm are allowed.`
+          `itself; particles agree with this model on mounds of up to ${TALLEST_MM} mm.`
       );
     }
     if (fill > FULLEST) {

@@ -220,10 +220,7 @@ def left_out(evidence: Evidence) -> list[str]:
         cracks = counted(len(outline.branches_mm), "side crack")
         sentences.append(f"{cracks} seen in the {outline.seen_in}: no part of the solid.")
     if run.bed is not None:
-        sentences.append(
-            "The fast model computes no jet, no mound under the nozzle's last place, no overspill and no view of the "
-            "fill over time."
-        )
+        sentences.append("The fast model computes no jet, no overspill and no view of the fill over time.")
     return sentences or ["Nothing: every reading and every particle counts."]
 
 

@@ -71,13 +71,13 @@ def test_a_level_over_the_face_is_outside_and_what_it_asks_for_is_inside():
 
 
 def test_paste_that_holds_a_mound_by_itself_is_outside_in_a_crack_of_any_width():
-    """4 tau / rho g above 3 mm is above 12.4 Pa at 1690 kg/m3: decision 0138."""
+    """4 tau / rho g above 4 mm is above 16.6 Pa at 1690 kg/m3: decisions 0138 and 0151."""
     crack = slot(40.0, 12.0)
     solid, outline = crack
-    paste = HerschelBulkley(1690.0, 12.3, 0.3)
+    paste = HerschelBulkley(1690.0, 16.4, 0.3)
     trajectory = path(outline, 2.0, trim_mm=6.0)
     assert "mound" not in str(fitness_of(solid, outline, trajectory, paste).unfit)
-    stiffer = replace(paste, yield_stress_pa=12.6)
+    stiffer = replace(paste, yield_stress_pa=16.8)
     assert "mound" in str(fitness_of(solid, outline, trajectory, stiffer).unfit)
 
 
