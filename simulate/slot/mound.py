@@ -1,4 +1,4 @@
-"""What paste holds by itself, which a flow averaged over the section spreads: a mound under the nozzle, a crown across.
+"""Mound under the nozzle and crown across the crack, which paste holds by itself and an averaged flow would spread.
 
 Paste that is pulled apart presses sideways by 2 tau less than its weight, and paste that is pushed together by 2 tau
 more (Rankine's limits of a plastic soil without friction). Under the nozzle's last place both meet along the crack, and
