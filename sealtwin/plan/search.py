@@ -42,11 +42,12 @@ class Case:
         trajectory: Trajectory,
         cells: int = CELLS,
         steps: int = STEPS,
+        mound: bool = True,
         watch: Callable[[float, Floats], None] = lambda t_s, area_mm2: None,
     ) -> Filled:
         how: dict[str, Any] = {"nozzle_mm": self.nozzle_mm, "settle_s": self.settle_s, "slope": self.slope}
         sample = self.solid, self.outline, trajectory, self.paste
-        return fill(*sample, **how, cells=cells, steps=steps, watch=watch)
+        return fill(*sample, **how, cells=cells, steps=steps, mound=mound, watch=watch)
 
 
 @dataclass(frozen=True)
