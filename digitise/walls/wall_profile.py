@@ -90,7 +90,8 @@ def find_walls(strip: Strip, width_mm: float, edge_fraction: float = 0.5, both_r
         inner_px, innermost_px = inside_px
         place_px = np.where(place_px - inner_px > ASIDE_PX, inner_px, place_px)
         # In a photo that is soft, as an enlarged one, blur alone takes the lower level as far in all along.
-        farther_in_px = place_px - innermost_px - np.median(place_px - innermost_px, axis=1, keepdims=True)
+        in_px = place_px - innermost_px
+        farther_in_px = in_px - np.median(in_px, axis=1, keepdims=True)
         beside_stone = farther_in_px > max(ASIDE_PX, STONE_ASIDE * width_mm / strip.mm_per_px)
         beside_stone &= beside_stone.mean(axis=1, keepdims=True) < SELDOM
         place_px = np.where(beside_stone, innermost_px, place_px)

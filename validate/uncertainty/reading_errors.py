@@ -237,8 +237,8 @@ def _outliers(places: list[float], robust_mm: float) -> Iterator[str]:
     if places:
         yield (
             f"At {counted(len(places), 'station')} (s = {_listed(places)} mm) a reading is more than {OUTLIER:g} "
-            f"robust standard deviations ({robust_mm:.2g} mm) away from the others. The mean has it; where there are "
-            "three readings or more, the intervals take the true level for that of the others."
+            f"robust standard deviations ({robust_mm:.2g} mm) away from the others. The mean includes it; where there "
+            "are three readings or more, the intervals take the true level for that of the others."
         )
 
 

@@ -61,5 +61,7 @@ def test_the_level_rises_where_the_nozzle_stops_and_no_sealant_is_made_of_it():
     flat = fill(*crack, trajectory, paste, nozzle_mm=2.4, settle_s=3.0, mound=False)
     assert flat.bed_mm3 == pytest.approx(filled.bed_mm3)
     assert flat.level_mm[top] < filled.level_mm[top] - held_mm
+    mean_mm = filled.sections.bottom_mm + filled.sections.height_mm(filled.area_mm2)
+    assert np.median(filled.level_mm - mean_mm) == pytest.approx(2 * held_mm / 3)
     # The bed below it is the front of what flowed, and slopes as its walls hold it.
     assert filled.level_mm[top] - np.median(filled.level_mm[20:40]) == pytest.approx(4 * held_mm, rel=0.35)
