@@ -7,7 +7,8 @@ box of ones, longest run of each column, its top edge) and removes what the pixe
   surface by up to m R. A reading is therefore put where its particle is, and columns between readings interpolate.
 - The top edge of a pixel lies up to a pixel above the particle's. The pixels choose the particle, its own z is read.
 - A particle stands for a cube of side Vp^(1/3) (Eq. 6: 1.73 R), so the liquid ends half a side above the topmost
-  centres, and a level multiplied by a width gives back the volume.
+  centres. A liquid's level multiplied by its width gives back the volume; paste stands higher in the middle of a
+  crack, which a side view reads (``simulate/slot/mound.py``).
 """
 
 from typing import Any, Protocol

@@ -134,7 +134,7 @@ def plan_on(
         plan = searching.search(few, knots, limits, goal, plan, progress.advance)
         path = NozzlePath(plan=planned_path(knots.trajectory(plan)))
         bed = nominal.fill(plan_trajectory(bench.outline, path))
-        predicted_mm = sections.bottom_mm + sections.height_mm(bed.area_mm2 + goal.discrepancy_mm2)
+        predicted_mm = sections.bottom_mm + sections.height_mm(bed.read_mm2 + goal.discrepancy_mm2)
         (level,) = verifier.levels(f"Particles, round {number}", [(f"round {number}", path, trial.seed)])
         rounds.append(judged(f"round {number}", path, level, predicted_mm))
         told = rounds[-1].misfit
@@ -157,7 +157,7 @@ def plan_on(
     if draws:
         drawn_mm = np.array(
             [
-                sections.bottom_mm + sections.height_mm(case.fill(trajectory).area_mm2 + apart_mm2)
+                sections.bottom_mm + sections.height_mm(case.fill(trajectory).read_mm2 + apart_mm2)
                 for case in cases[:: max(1, len(cases) // JUDGED)][:JUDGED]
             ]
         )

@@ -42,17 +42,16 @@ class Case:
         trajectory: Trajectory,
         cells: int = CELLS,
         steps: int = STEPS,
-        mound: bool = True,
         watch: Callable[[float, Floats], None] = lambda t_s, area_mm2: None,
     ) -> Filled:
         how: dict[str, Any] = {"nozzle_mm": self.nozzle_mm, "settle_s": self.settle_s, "slope": self.slope}
         sample = self.solid, self.outline, trajectory, self.paste
-        return fill(*sample, **how, cells=cells, steps=steps, mound=mound, watch=watch)
+        return fill(*sample, **how, cells=cells, steps=steps, watch=watch)
 
 
 @dataclass(frozen=True)
 class Goal:
-    """Areas that a bed should have, and what is added to the fast model's."""
+    """Areas that a bed should be read to have, and what is added to the fast model's."""
 
     target_mm2: Floats  # (cells,)
     discrepancy_mm2: Floats  # (cells,): particles less fast model, of the plan that was run last
@@ -66,11 +65,11 @@ def target_of(sections: Trapezoids, margin_mm: float) -> Floats:
 def discrepancy(filled: Filled, s_mm: Floats, level_mm: Floats) -> Floats:
     """Return the areas of a level by particles less those of the fast model, smoothed, (cells,).
 
-    The level is that of the middle of the crack: what its crown adds to the area is part of it.
+    Both are areas under the level of the crack's middle, which is what a plan is judged by.
     """
     it = filled.sections
     apart = np.exp(-0.5 * ((it.s_mm[:, None] - it.s_mm) / SMOOTHED_MM) ** 2)
-    return apart @ (areas_of(it, s_mm, level_mm) - filled.area_mm2) / apart.sum(axis=1)
+    return apart @ (areas_of(it, s_mm, level_mm) - filled.read_mm2) / apart.sum(axis=1)
 
 
 def areas_of(sections: Trapezoids, s_mm: Floats, level_mm: Floats) -> Floats:
@@ -102,7 +101,7 @@ def search(
         trajectory = knots.trajectory(plan)
         found = []
         for case in cases:
-            off_mm2 = case.fill(trajectory).area_mm2 + goal.discrepancy_mm2 - goal.target_mm2
+            off_mm2 = case.fill(trajectory).read_mm2 + goal.discrepancy_mm2 - goal.target_mm2
             found.append(weight * np.where(off_mm2 > 0, OVER_WEIGHT, 1.0) * off_mm2)
         flow, speed, dwell_s = knots.parts(plan)
         smooth = [BENT * np.diff(values, 2) for values in (flow, speed)]

@@ -45,6 +45,11 @@ class Filled:
     newton_steps: int
 
     @property
+    def read_mm2(self) -> Floats:
+        """Area of each section under the level of its middle, (n,): what a reading there makes of it."""
+        return self.sections.area_mm2(self.level_mm - self.sections.bottom_mm)[0]
+
+    @property
     def bed_mm3(self) -> float:
         return float(self.area_mm2.sum()) * self.sections.step_mm
 
@@ -65,13 +70,11 @@ def fill(
     slope: SampleSlope = LEVEL,
     cells: int = CELLS,
     steps: int = STEPS,
-    mound: bool = True,
     watch: Callable[[float, Floats], None] = lambda t_s, area_mm2: None,
 ) -> Filled:
     """Pour along the trajectory, let the bed settle, and return it as it lies.
 
-    ``watch`` gets the areas over time, without the mound that stays at the end. Without ``mound`` all that lands flows,
-    and between two such pours nothing differs but what they gave.
+    ``watch`` gets the areas over time, without the mound that stays at the end.
     """
     weight = paste.weight_pa_mm
     reach = min(HUGE, weight / (2 * paste.yield_stress_pa)) if paste.yield_stress_pa > 0 else HUGE
@@ -87,7 +90,7 @@ def fill(
     held_mm = paste.yield_stress_pa / (weight * into)
     all_mm3, last_mm = float(landed_mm3.sum()), float(trajectory.s_mm[trajectory.giving][-1])
     where = {"middle_mm": last_mm, "nozzle_mm": nozzle_mm, "surface_mm": surface_mm}
-    stands_mm2 = mound_mm2(sections, all_mm3, held_mm=held_mm if mound else 0.0, **where)
+    stands_mm2 = mound_mm2(sections, all_mm3, held_mm=held_mm, **where)
     flowing_mm3 = landed_mm3 * (1 - float(stands_mm2.sum()) * sections.step_mm / max(all_mm3, np.finfo(float).tiny))
     bed = _Bed(sections, paste, weight * into, weight * along)
     for t_s, step_s, more_mm3 in zip(times_s[1:], np.diff(times_s), flowing_mm3, strict=True):
