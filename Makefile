@@ -59,7 +59,7 @@ benchmark-gpu: $(DEVELOPING)
 
 # Every benchmark; what ran on this very code is not run again.
 results: $(DEVELOPING)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[browser]' --constraint constraints.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[browser,baselines]' --constraint constraints.txt
 	command -v chromium || { apt-get update && apt-get install --yes --no-install-recommends chromium; }
 	$(BIN)/python -m benchmarks.results
 

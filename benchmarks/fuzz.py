@@ -41,6 +41,7 @@ from sealtwin.material.by_rheometer import material_of_table
 from sealtwin.material.material_text import material_text
 from sealtwin.trial.starter_files import CELL
 from tests.lab_folder import DEFAULTS
+from tests.pictures import mortar, with_crack, write_png
 from tests.spreads import BEAD_FACE_MM, BeadPhoto, Blob, write_sheet_table
 from tests.studies import TRIAL, plannable_lab
 
@@ -409,8 +410,10 @@ def sound_lab(folder: Path) -> None:
     (folder / "filled.toml").write_text(filled + "\n[output]\nsnapshots_s = []\n")
     photos = folder / "photos"
     photos.mkdir()
-    for name, own in (("crack.png", "P01.png"), ("readings.csv", "P01.csv")):
-        shutil.copy(folder / name, photos / own)
+    # Longer than that of trial.toml: nobody gives its ends.
+    longer = with_crack(mortar((200, 400)), [(10, 101), (150, 97), (250, 103), (390, 98)], 20)
+    write_png(photos / "P01.png", longer)
+    shutil.copy(folder / "readings.csv", photos / "P01.csv")
     (photos / "lab.toml").write_text(DEFAULTS.replace("[crack]", "[crack]\ndepth_mm = 8.0"))
     made = ["--device", "cpu", "--quiet", "--out"]
     with chdir(folder):

@@ -26,6 +26,11 @@ class Vessel:
         self._ceiling_mm = np.full(len(order), np.inf)
         same_cell = self._cell[1:] == self._cell[:-1]
         self._ceiling_mm[:-1][same_cell] = self._z_mm[1:][same_cell]
+        # So turned, cells of 0.5 mm take up 0.3 % less than a slot 6 mm wide: their area makes the empty cavity right.
+        lines_mm = np.minimum(self._ceiling_mm, 0.0)[self._upward] - np.minimum(self._z_mm, 0.0)[self._upward]
+        lines_mm = float(lines_mm.sum())
+        known = lines_mm > 0 and solid.cavity_volume_mm3 > 0
+        self._cell_mm2 = solid.cavity_volume_mm3 / lines_mm if known else cell_mm**2
 
     def volume_mm3(self, position_mm: Floats, half_mm: float) -> float:
         """Volume below the surface of particles, (n, 3), that end ``half_mm`` above their centres.
@@ -43,7 +48,7 @@ class Vessel:
         top_mm = np.full(len(keys), -np.inf)
         np.maximum.at(top_mm, below[free], z_mm[free] + half_mm)
         wet = np.isfinite(top_mm)
-        return float((np.minimum(top_mm, self._ceiling_mm) - self._z_mm)[wet].sum()) * self._cell_mm**2
+        return float((np.minimum(top_mm, self._ceiling_mm) - self._z_mm)[wet].sum()) * self._cell_mm2
 
     def _stamp(self, position_mm: Floats, reach_mm: float) -> tuple[Integers, Floats]:
         """Each particle with every cell whose middle lies within reach of it: the cells' numbers and the heights."""

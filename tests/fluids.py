@@ -55,9 +55,9 @@ def hewn(body: manifold3d.Manifold, block_mm: tuple[float, float, float, float],
     sides = [(0, block_mm[0]), (1, block_mm[1]), (0, block_mm[2]), (1, block_mm[3]), (2, vertices[:, 2].min())]
     for axis, at_mm in sides:
         label[(np.abs(corner[:, :, axis] - at_mm) < 1e-6).all(axis=1)] = FaceLabel.OUTSIDE
-    return Solid(
-        vertices, faces, label, block_mm, depth_mm, "vertical", (0.0, 0.0), 1e3, level_floor(depth_mm), SolidFigures()
-    )
+    whole_mm3 = (block_mm[2] - block_mm[0]) * (block_mm[3] - block_mm[1]) * -float(vertices[:, 2].min())
+    cavity, floor = whole_mm3 - body.volume(), level_floor(depth_mm)
+    return Solid(vertices, faces, label, block_mm, depth_mm, "vertical", (0.0, 0.0), cavity, floor, SolidFigures())
 
 
 def path(outline: Outline, volume_ml: float, speed_mm_s: float = 4.0, trim_mm: float = 2.0) -> Trajectory:
