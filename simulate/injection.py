@@ -121,8 +121,8 @@ class Injection:
         """
         lasting = self.engine.lasting()
         # Older versions did not keep them: the guess for the next viscosity solve is then the velocity itself.
-        one = np.ones(self.engine.state.runs, dtype=np.float32)
-        snapshot = {"earlier_velocity": snapshot["velocity"], "swelling": one, "lacking": np.nan * one, **snapshot}
+        swelling = np.ones(self.engine.state.runs, dtype=np.float32)
+        snapshot = {"earlier_velocity": snapshot["velocity"], "swelling": swelling, **snapshot}
         for name, here in self.snapshot().items():
             found = snapshot[name]
             # The statistics grow with the run.

@@ -26,7 +26,7 @@ class Vessel:
         self._ceiling_mm = np.full(len(order), np.inf)
         same_cell = self._cell[1:] == self._cell[:-1]
         self._ceiling_mm[:-1][same_cell] = self._z_mm[1:][same_cell]
-        # So turned, cells of 0.5 mm take up 0.3 % less than a slot 6 mm wide: their area makes the empty cavity right.
+        # Turned so, cells of 0.5 mm take up 0.3 % less than a slot 6 mm wide: their area makes the empty cavity right.
         lines_mm = np.minimum(self._ceiling_mm, 0.0)[self._upward] - np.minimum(self._z_mm, 0.0)[self._upward]
         lines_mm = float(lines_mm.sum())
         known = lines_mm > 0 and solid.cavity_volume_mm3 > 0

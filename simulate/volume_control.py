@@ -22,11 +22,6 @@ from simulate.vessel import Mask, Vessel
 PERIOD_S = 0.1  # Time between two measurements: a third of what paste needs to come to rest
 MEMORY_S = 0.4
 """Time in which a lack of volume is made up: with 0.7 stiff paste is asleep before."""
-DAMPING = 0.4
-"""Share of a change of the lack that the factor follows at once, beside the memory (a proportional and an integral
-part). Paste that its yield stress holds gives way late, and then overshoots without it; at 1.0 the factor swings by
-itself.
-"""
 LEAST_MOVING = 0.3
 """Least share of the bed that is taken to move: the less does, the more must it make up for. With 0.1, and a
 memory of 0.25 s, few particles that make up for much overshoot and wake the bed that sleeps.
@@ -52,7 +47,7 @@ class _Bed:
 
 
 class VolumeControl:
-    """Changes ``State.swelling`` of each run as if it were alone, by what lacks and by what lacked before."""
+    """Changes ``State.swelling`` of each run as if it were alone."""
 
     def __init__(
         self,
@@ -75,7 +70,7 @@ class VolumeControl:
         """Adjust each run's particles, once in a period. ``done`` is the number of finished frames."""
         if done % self.every:
             return
-        swelling, lacked = self._state.swelling.numpy().copy(), self._state.lacking.numpy().copy()
+        swelling = self._state.swelling.numpy().copy()
         least, most = LEAST_FACTOR / self._factor, MOST_FACTOR / self._factor
         for run, (bed, moving) in enumerate(self._beds(done)):
             lies = settled(bed, np.full(len(bed.position_mm), self._solid.depth_mm))
@@ -84,11 +79,8 @@ class VolumeControl:
                 continue
             lacking = 1 - self._vessel.volume_mm3(bed.position_mm[lies], half_spacing_mm(bed)) / dispensed_mm3
             share = max(LEAST_MOVING, min(1.0, moving / lies.sum()))
-            made_up = np.nan_to_num(lacked[run] - lacking)
-            change = (self._gain * lacking - DAMPING * made_up) / share
-            swelling[run], lacked[run] = min(most, max(least, swelling[run] + change)), lacking
+            swelling[run] = min(most, max(least, swelling[run] + self._gain * lacking / share))
         self._state.swelling.assign(swelling)
-        self._state.lacking.assign(lacked)
 
     def _beds(self, done: int) -> Iterator[tuple[_Bed, int]]:
         """Each run's particles that have left the nozzle and are not lost, and the number of those that move."""

@@ -287,12 +287,7 @@ class FluidSolver:
 
     def lasting(self) -> dict[str, Any]:
         """Arrays that a substep takes over from the one before, by their names in a checkpoint."""
-        return {
-            **self.state.lasting(),
-            "quiet_s": self._quiet_s,
-            "swelling": self.state.swelling,
-            "lacking": self.state.lacking,
-        }
+        return {**self.state.lasting(), "quiet_s": self._quiet_s, "swelling": self.state.swelling}
 
     def resume(self, done: int) -> None:
         """Continue after ``done`` frames, once the lasting arrays were restored."""

@@ -44,7 +44,6 @@ class State:
         self.status = wp.full(count, int(device_code.WAITING), dtype=int, device=device)
         self.frame = wp.full(1, -1, dtype=int, device=device)
         self.swelling = wp.full(runs, 1.0, dtype=float, device=device)
-        self.lacking = wp.full(runs, np.nan, dtype=float, device=device)  # Share of its volume, when last measured
         self.particles = device_code.Particles()  # The struct of these arrays that kernels take
         self.particles.per_run = schedule.particles
         for name in (*KEPT_AS.values(), "scaled_residual", "frame", "swelling"):

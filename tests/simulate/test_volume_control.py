@@ -60,23 +60,6 @@ def test_too_large_a_bed_shrinks_and_too_small_a_one_swells_within_bounds():
         assert state.swelling.numpy()[0] * scheme == pytest.approx(bound, rel=1e-5)
 
 
-def test_a_bed_that_gives_way_all_at_once_is_held_back_though_it_still_lacks_volume():
-    """Stiff paste stands while its factor grows, and would overshoot by what was added meanwhile."""
-    injection = ready(PASTES[1:2], settle_s=0.0)
-    finish(injection)
-    state, control = injection.engine.state, injection.volume_control
-    assert control is not None
-    place = state.position.numpy().copy()
-    place[:, 2] = -1.6 + 0.7 * (place[:, 2] + 1.6)
-    state.position.assign(place)
-    for lacked, sign in ((np.nan, 1), (0.9, -1)):
-        state.swelling.fill_(1.0)
-        state.lacking.fill_(lacked)
-        control.after_frame(_due(injection.done, control))
-        assert 0 < state.lacking.numpy()[0] < 0.5
-        assert np.sign(state.swelling.numpy()[0] - 1) == sign
-
-
 def _due(done: int, control: VolumeControl) -> int:
     """The next frame in which the bed is measured."""
     return (done // control.every + 1) * control.every
