@@ -27,7 +27,7 @@ from validate.study_figures.compare_sheet import MOST
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
-    """A tiny run, compared; no report is drawn. It freezes late, and so loses less volume than bars it from a ranking."""
+    """A tiny run, compared; no report is drawn. It freezes late, and so keeps enough volume for a ranking."""
     lab = tiny_lab(tmp_path_factory.mktemp("lab")).parent
     path = tmp_path_factory.mktemp("runs") / "first"
     text = (lab / "trial.toml").read_text(encoding="utf-8")
