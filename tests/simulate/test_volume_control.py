@@ -3,14 +3,18 @@
 import numpy as np
 import pytest
 
+from simulate.injection import Injection
+from simulate.kernels.status import MOVING
 from simulate.profile import volume_ratio
 from simulate.settings import Fluid
-from simulate.volume_control import LEAST_FACTOR, MOST_FACTOR, VolumeControl
+from simulate.setup.signed_distance import CM
+from simulate.volume_control import LEAST_FACTOR, LEAST_FLOWING, MOST_FACTOR
 from tests.fluids import path, pour, slot
 from tests.launches import PASTES, finish, ready
 
 THIN = Fluid(U=30.0, D_cm=0.3, freeze_after_s="never")
 FREEZING = THIN.model_copy(update={"freeze_after_s": 2.58})
+FLOOR_CM = -1.6
 STIFF = THIN.model_copy(update={"yield_stress_pa": 12.0})
 
 
@@ -39,27 +43,53 @@ def test_a_factor_that_is_given_or_the_papers_stays(solver):
     assert (injection.engine.state.swelling.numpy() == 1.0).all()
 
 
-def test_too_large_a_bed_shrinks_and_too_small_a_one_swells_within_bounds():
-    """The bed lies as on its way, and only its height is changed."""
-    injection = ready(PASTES[1:2], settle_s=0.0)
-    finish(injection)
-    state, control = injection.engine.state, injection.volume_control
+@pytest.fixture(scope="module")
+def bed():
+    """A bed in which nothing flies any more."""
+    return finish(ready(PASTES[1:2], settle_s=0.5))
+
+
+@pytest.mark.parametrize(("stretch", "bound"), [(1.3, LEAST_FACTOR), (0.7, MOST_FACTOR)])
+def test_too_large_a_bed_shrinks_and_too_small_a_one_swells_within_bounds(bed, stretch, bound):
+    once, last = _factors(bed, stretch, speed_mm_s=2.0)
+    assert np.sign(once / bed.engine.scheme.volume_factor - 1) == np.sign(1 - stretch)
+    assert last == pytest.approx(bound, rel=1e-5)
+
+
+def test_a_bed_that_stands_may_shrink_but_is_given_nothing(bed):
+    """What a yield stress holds is not less for being pressed; it would give way later, and all at once."""
+    before = bed.engine.scheme.volume_factor
+    assert _factors(bed, 0.7, speed_mm_s=0.5) == pytest.approx((before, before))
+    assert _factors(bed, 1.3, speed_mm_s=0.5)[1] == pytest.approx(LEAST_FACTOR, rel=1e-5)
+
+
+def test_the_less_of_a_bed_flows_the_more_it_makes_up_for(bed):
+    whole, half, tenth = (_factors(bed, 0.98, 2.0, share)[0] for share in (1.0, 0.5, 0.1))
+    before = bed.engine.scheme.volume_factor
+    assert (half - before) / (whole - before) == pytest.approx(2, rel=0.02)
+    assert (tenth - before) / (whole - before) == pytest.approx(1 / LEAST_FLOWING, rel=0.02)
+
+
+def _factors(bed: Injection, stretch: float, speed_mm_s: float, share: float = 1.0) -> tuple[float, float]:
+    """Factor after one measurement and after twenty more, of the bed made ``stretch`` times as high.
+
+    The ``share`` of it that was released first moves at ``speed_mm_s``, the others hardly.
+    """
+    state, control, scheme = bed.engine.state, bed.volume_control, bed.engine.scheme.volume_factor
     assert control is not None
-    floor, place = -1.6, state.position.numpy().copy()
-    scheme = injection.engine.scheme.volume_factor
-    for stretch, bound in ((1.3, LEAST_FACTOR), (0.7, MOST_FACTOR)):
-        stretched = place.copy()
-        stretched[:, 2] = floor + stretch * (place[:, 2] - floor)
-        state.position.assign(stretched)
-        state.swelling.fill_(1.0)
-        control.after_frame(_due(injection.done, control))
-        once = float(state.swelling.numpy()[0])
-        assert np.sign(once - 1) == np.sign(1 - stretch)
-        for _ in range(20):
-            control.after_frame(_due(injection.done, control))
-        assert state.swelling.numpy()[0] * scheme == pytest.approx(bound, rel=1e-5)
-
-
-def _due(done: int, control: VolumeControl) -> int:
-    """The next frame in which the bed is measured."""
-    return (done // control.every + 1) * control.every
+    place, velocity, status = (array.numpy().copy() for array in (state.position, state.velocity, state.status))
+    stretched, moved = place.copy(), np.zeros_like(velocity)
+    stretched[:, 2] = FLOOR_CM + stretch * (place[:, 2] - FLOOR_CM)
+    moved[: round(share * len(moved)), 0] = speed_mm_s * CM
+    for array, values in ((state.position, stretched), (state.velocity, moved)):
+        array.assign(values)
+    state.status.fill_(int(MOVING))
+    state.swelling.fill_(1.0)
+    due = (bed.done // control.every + 1) * control.every
+    factors = []
+    for _ in range(21):
+        control.after_frame(due)
+        factors.append(float(state.swelling.numpy()[0]) * scheme)
+    for array, values in ((state.position, place), (state.velocity, velocity), (state.status, status)):
+        array.assign(values)
+    return factors[0], factors[-1]
