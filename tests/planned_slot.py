@@ -37,8 +37,7 @@ def passes() -> TwoPasses:
 def areas(commands: Floats, moments: Floats, thicker: float = 0.0) -> Floats:
     rows: list[tuple[float, Floats]] = []
     case = replace(CASE, paste=thickened(CASE.paste, thicker))
-    pour = passes().with_flow(commands)
-    case.fill(pour, CELLS, STEPS, watch=lambda t_s, mm2: rows.append((t_s, mm2.copy())))
+    case.fill(passes().with_flow(commands), CELLS, STEPS, watch=lambda t_s, mm2: rows.append((t_s, mm2.copy())))
     t_s, table = np.array([row[0] for row in rows]), np.array([row[1] for row in rows])
     return np.column_stack([np.interp(moments, t_s, column, left=0.0) for column in table.T])
 

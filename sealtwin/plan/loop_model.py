@@ -129,8 +129,7 @@ def make_model(
         """Return areas over time of the fast model, (T, C)."""
         rows: list[tuple[float, Floats]] = []
         thick = replace(case, paste=thickened(case.paste, thicker))
-        pour = passes.with_flow(commands)
-        thick.fill(pour, cells, steps, watch=lambda t_s, mm2: rows.append((t_s, mm2.copy())))
+        thick.fill(passes.with_flow(commands), cells, steps, watch=lambda t_s, mm2: rows.append((t_s, mm2.copy())))
         progress.advance(next(done))
         t_s, table = np.array([row[0] for row in rows]), np.array([row[1] for row in rows])
         return np.column_stack([np.interp(moments, t_s, column, left=0.0) for column in table.T])

@@ -89,14 +89,15 @@ def fill(
     landed_mm3 = supplied_mm3(trajectory, times_s, edges_mm, nozzle_mm=nozzle_mm, surface_mm=surface_mm, down=way)
     held_mm = paste.yield_stress_pa / (weight * into)
     all_mm3, last_mm = float(landed_mm3.sum()), float(trajectory.s_mm[trajectory.giving][-1])
-    where = {"middle_mm": last_mm, "nozzle_mm": nozzle_mm, "surface_mm": surface_mm}
-    stands_mm2 = mound_mm2(sections, all_mm3, held_mm=held_mm, **where)
-    flowing_mm3 = landed_mm3 * (1 - float(stands_mm2.sum()) * sections.step_mm / max(all_mm3, np.finfo(float).tiny))
+    heap_mm2 = mound_mm2(
+        sections, all_mm3, held_mm=held_mm, middle_mm=last_mm, nozzle_mm=nozzle_mm, surface_mm=surface_mm
+    )
+    flowing_mm3 = landed_mm3 * (1 - float(heap_mm2.sum()) * sections.step_mm / max(all_mm3, np.finfo(float).tiny))
     bed = _Bed(sections, paste, weight * into, weight * along)
     for t_s, step_s, more_mm3 in zip(times_s[1:], np.diff(times_s), flowing_mm3, strict=True):
         bed.advance(float(step_s), more_mm3 / sections.step_mm)
         watch(float(t_s), bed.area_mm2)
-    area_mm2 = bed.area_mm2 + stands_mm2
+    area_mm2 = bed.area_mm2 + heap_mm2
     height_mm = sections.height_mm(area_mm2)
     return Filled(
         sections=sections,

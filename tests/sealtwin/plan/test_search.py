@@ -10,12 +10,18 @@ from digitise.settings import CrackShape, NozzlePath
 from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
 from sealtwin.core.errors import InputError
+from sealtwin.core.progress import Progress
+from sealtwin.core.records import Profile
+from sealtwin.plan.make_plan import Options, case_of, plan_on
 from sealtwin.plan.plan_page import chance_rows
 from sealtwin.plan.search import Case, Goal, discrepancy, search, target_of
 from sealtwin.plan.shape import Knots, Limits, limits_of, require_possible
-from sealtwin.plan.verify import misfit
+from sealtwin.plan.verify import Verifier, misfit
+from sealtwin.study.runner import Bench
+from sealtwin.trial.trial_file import load_trial
 from simulate.slot.flux import HerschelBulkley
 from tests.shapes import straight_slot
+from tests.studies import plannable_lab
 
 OUTLINE = straight_slot(40.0, 4.0)
 SOLID = build_solid(OUTLINE, CrackShape(depth_mm=10.0, tilt="vertical"))
@@ -114,3 +120,23 @@ def test_chances_are_told_as_draws():
         ("draws that stand above 0.8 mm", "0 of 24"),
     ]
     assert chance_rows({}) == []
+
+
+class FastModelItself(Verifier):
+    """Stands for particles that do what the fast model says."""
+
+    def levels(self, title, paths):
+        case = case_of(self.bench, self.trial, OWN)
+        found = [
+            case.fill(plan_trajectory(OUTLINE, path, SOLID.cavity_volume_mm3, SOLID.sections)) for _, path, _ in paths
+        ]
+        return [Profile(bed.sections.s_mm, bed.level_mm) for bed in found]
+
+
+def test_a_plan_expects_the_level_of_the_middle(tmp_path):
+    """By the mean level it would expect 0.11 mm less of this paste."""
+    folder = plannable_lab(tmp_path)
+    trial = load_trial(folder / "planned.toml").loaded(folder)
+    bench = Bench(OUTLINE, SOLID, OWN, None)
+    found = plan_on(FastModelItself(folder, trial, bench, "cpu", Progress()), Options(rounds=1, seeds=1), [])
+    assert found.rounds[0].off_mm == pytest.approx(0.0, abs=1e-6)
