@@ -337,7 +337,13 @@ def prepare(
     if solver.keeps_volume:
         factor = engine.scheme.volume_factor
         control = VolumeControl(
-            solid, schedule, engine.state, radius_mm=solver.size_mm, factor=factor, settings=_sloping(slope)
+            solid,
+            schedule,
+            engine.state,
+            radius_mm=solver.size_mm,
+            factor=factor,
+            yields=[paste.yields for paste in pastes],
+            settings=_sloping(slope),
         )
     setup_s = time.perf_counter() - began
     frames, statistics = courses[0].frames, RunStatistics(len(pastes))

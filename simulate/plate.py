@@ -61,20 +61,23 @@ class PastePlate:
         schedule = _all_at_once(place_mm, step_s, radius_mm)
         state, enclosure = State(schedule, "cpu"), enclose(solid, outline, radius_mm, "cpu")
         box = np.array([reach_mm + RIM_MM, reach_mm + RIM_MM, depth_mm + RIM_MM]) * CM
+        paste = rheology_of(fluid, support, step_s)
         engine = FluidSolver(
             state,
             enclosure.walls,
             enclosure.barrier,
             Domain(-box, box * [1, 1, 0.5]),
             settings,
-            [rheology_of(fluid, support, step_s)],
+            [paste],
             frame_s=step_s,
             substeps=1,
             rows=state.count,
             centreline=outline.centreline_mm * CM,
         )
         factor = engine.scheme.volume_factor
-        control = VolumeControl(solid, schedule, state, radius_mm=radius_mm, factor=factor, settings={})
+        control = VolumeControl(
+            solid, schedule, state, radius_mm=radius_mm, factor=factor, yields=[paste.yields], settings={}
+        )
         return cls(engine, control, Vessel(solid), radius_mm, depth_mm)
 
     def run(self, seconds: float, every_s: float) -> Iterator[float]:

@@ -6,7 +6,7 @@ dense as it might be; and new sealant presses into what has frozen. The sum of t
 between the walls and its surface, and what is missing or too much is made up by what still flows.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,13 +22,13 @@ from simulate.vessel import Mask, Vessel
 PERIOD_S = 0.1  # Time between two measurements: a third of what paste needs to come to rest
 MEMORY_S = 0.4
 """Time in which a lack of volume is made up: with 0.7 stiff paste is asleep before."""
-FLOWS_MM_S = 1.0  # Speed from which a particle flows; what creeps more slowly answers late, and then at once
+FLOWS_MM_S = 1.0  # Speed from which paste that yields flows; what creeps more slowly answers late, and then at once
 LEAST_FLOWING = 0.3
 """Least share of the bed that is taken to flow: the less does, the more must it make up for. With 0.1, and a
 memory of 0.25 s, few particles that make up for much overshoot and wake the bed that sleeps.
 """
 STANDS = 0.05
-"""Share of the bed up to which it stands, and is given nothing: a yield stress would hold that until it gives way."""
+"""Share of the bed up to which paste stands, and is given nothing: its yield stress holds that until it gives way."""
 LEAST_SETTLED = 0.05
 """Share of the dispensed volume from which a bed is measured: a smaller one is all surface."""
 CELL = 0.5
@@ -60,11 +60,15 @@ class VolumeControl:
         *,
         radius_mm: float,
         factor: float,
+        yields: Sequence[bool],
         settings: dict[str, Any],
     ) -> None:
-        """``factor`` is the scheme's volume factor, which ``State.swelling`` multiplies; ``settings`` are a run's."""
+        """``factor`` is the scheme's volume factor, which ``State.swelling`` multiplies; ``settings`` are a run's.
+
+        ``yields`` says of each run whether its sealant has a yield stress.
+        """
         self._solid, self._vessel, self._schedule, self._state = solid, Vessel(solid, CELL * radius_mm), schedule, state
-        self._radius_mm, self._factor, self._settings = radius_mm, factor, settings
+        self._radius_mm, self._factor, self._yields, self._settings = radius_mm, factor, yields, settings
         self.every = max(1, round(PERIOD_S / schedule.frame_s))
         """Frames from one measurement to the next."""
         self._gain = self.every * schedule.frame_s / MEMORY_S
@@ -81,9 +85,11 @@ class VolumeControl:
             if not moves.any() or dispensed_mm3 < LEAST_SETTLED * self._schedule.dispensed_mm3:
                 continue
             lacking = 1 - self._vessel.volume_mm3(bed.position_mm[lies], half_spacing_mm(bed)) / dispensed_mm3
-            flows = moves & (np.linalg.norm(bed.velocity_mm_s, axis=1) >= FLOWS_MM_S)
+            flows = moves
+            if self._yields[run]:
+                flows = moves & (np.linalg.norm(bed.velocity_mm_s, axis=1) >= FLOWS_MM_S)
             share = (flows & lies).sum() / lies.sum()
-            if share <= STANDS:
+            if self._yields[run] and share <= STANDS:
                 lacking, share = min(0.0, lacking), (moves & lies).sum() / lies.sum()
             changed = swelling[run] + self._gain * lacking / max(LEAST_FLOWING, share)
             swelling[run] = min(most, max(least, changed))

@@ -44,28 +44,35 @@ def test_a_factor_that_is_given_or_the_papers_stays(solver):
 
 
 @pytest.fixture(scope="module")
-def bed():
+def liquid():
     """A bed in which nothing flies any more."""
     return finish(ready(PASTES[1:2], settle_s=0.5))
 
 
+@pytest.fixture(scope="module")
+def paste():
+    """The same of 12 Pa."""
+    return finish(ready(PASTES[2:3], settle_s=0.5))
+
+
 @pytest.mark.parametrize(("stretch", "bound"), [(1.3, LEAST_FACTOR), (0.7, MOST_FACTOR)])
-def test_too_large_a_bed_shrinks_and_too_small_a_one_swells_within_bounds(bed, stretch, bound):
-    once, last = _factors(bed, stretch, speed_mm_s=2.0)
-    assert np.sign(once / bed.engine.scheme.volume_factor - 1) == np.sign(1 - stretch)
+def test_too_large_a_bed_shrinks_and_too_small_a_one_swells_within_bounds(liquid, stretch, bound):
+    once, last = _factors(liquid, stretch, speed_mm_s=2.0)
+    assert np.sign(once / liquid.engine.scheme.volume_factor - 1) == np.sign(1 - stretch)
     assert last == pytest.approx(bound, rel=1e-5)
 
 
-def test_a_bed_that_stands_may_shrink_but_is_given_nothing(bed):
-    """What a yield stress holds is not less for being pressed; it would give way later, and all at once."""
-    before = bed.engine.scheme.volume_factor
-    assert _factors(bed, 0.7, speed_mm_s=0.5) == pytest.approx((before, before))
-    assert _factors(bed, 1.3, speed_mm_s=0.5)[1] == pytest.approx(LEAST_FACTOR, rel=1e-5)
+def test_paste_that_stands_may_shrink_but_is_given_nothing(liquid, paste):
+    """What a yield stress holds is not more for being pressed; it gives way later, at once. A liquid creeps on."""
+    before = paste.engine.scheme.volume_factor
+    assert _factors(paste, 0.7, speed_mm_s=0.5) == pytest.approx((before, before))
+    assert _factors(paste, 1.3, speed_mm_s=0.5)[1] == pytest.approx(LEAST_FACTOR, rel=1e-5)
+    assert _factors(liquid, 0.7, speed_mm_s=0.5)[1] == pytest.approx(MOST_FACTOR, rel=1e-5)
 
 
-def test_the_less_of_a_bed_flows_the_more_it_makes_up_for(bed):
-    whole, half, tenth = (_factors(bed, 0.98, 2.0, share)[0] for share in (1.0, 0.5, 0.1))
-    before = bed.engine.scheme.volume_factor
+def test_the_less_of_a_paste_flows_the_more_it_makes_up_for(paste):
+    whole, half, tenth = (_factors(paste, 0.98, 2.0, share)[0] for share in (1.0, 0.5, 0.1))
+    before = paste.engine.scheme.volume_factor
     assert (half - before) / (whole - before) == pytest.approx(2, rel=0.02)
     assert (tenth - before) / (whole - before) == pytest.approx(1 / LEAST_FLOWING, rel=0.02)
 
