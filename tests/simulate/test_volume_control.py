@@ -68,6 +68,7 @@ def test_paste_that_stands_may_shrink_but_is_given_nothing(liquid, paste):
     assert _factors(paste, 0.7, speed_mm_s=0.5) == pytest.approx((before, before))
     assert _factors(paste, 1.3, speed_mm_s=0.5)[1] == pytest.approx(LEAST_FACTOR, rel=1e-5)
     assert _factors(liquid, 0.7, speed_mm_s=0.5)[1] == pytest.approx(MOST_FACTOR, rel=1e-5)
+    assert _factors(liquid, 0.98, speed_mm_s=0.5) == _factors(liquid, 0.98, speed_mm_s=2.0)
 
 
 def test_the_less_of_a_paste_flows_the_more_it_makes_up_for(paste):
