@@ -123,14 +123,14 @@ def code_sha256(root: Path, command: str) -> str:
     """Return the hash of the files that the figures of a benchmark follow from, of those that git tracks or would.
 
     These are the modules that it imports, at any depth; data of their packages; and versions. The data of a benchmark
-    lie in a file or a folder of its name. Where one of the modules starts programs, all code counts.
+    lie in a file or a folder of its name. Where one of the modules starts programs, all code counts but tests.
     """
     listed = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard", *CODE]
     names = subprocess.run(listed, cwd=root, stdout=subprocess.PIPE, check=True).stdout.decode().split("\0")
     needed = _needed(command)
     total = hashlib.sha256()
     for name in sorted(filter(None, names)):
-        if (root / name).is_file() and (needed is None or _counts(PurePosixPath(name), needed)):
+        if (root / name).is_file() and _counts(PurePosixPath(name), needed):
             total.update(f"{name}\0".encode() + hashlib.sha256((root / name).read_bytes()).digest())
     return total.hexdigest()
 
@@ -152,7 +152,9 @@ def _needed(command: str) -> frozenset[str] | None:
     return None if starts else frozenset(needed)
 
 
-def _counts(path: PurePosixPath, needed: frozenset[str]) -> bool:
+def _counts(path: PurePosixPath, needed: frozenset[str] | None) -> bool:
+    if needed is None:
+        return not path.name.startswith("test_")
     package = path.parts[0]
     if path.suffix == ".py":
         name = ".".join(path.with_suffix("").parts)

@@ -123,8 +123,9 @@ def test_data_of_a_benchmarks_own_name_are_its(checkout):
     assert code_sha256(root, results.COMMANDS["slot"]) != before["slot"]
 
 
-def test_a_benchmark_that_starts_programs_follows_all_code(checkout):
-    root = checkout("sealtwin/lab/ingest.py")
+@pytest.mark.parametrize(("name", "follows"), [("sealtwin/lab/ingest.py", True), ("tests/lab/test_ingest.py", False)])
+def test_a_benchmark_that_starts_programs_follows_all_code_but_tests(checkout, name, follows):
+    root = checkout(name)
     before = code_sha256(root, results.COMMANDS["report_speed"])
-    (root / "sealtwin" / "lab" / "ingest.py").write_text("2")
-    assert code_sha256(root, results.COMMANDS["report_speed"]) != before
+    (root / name).write_text("2")
+    assert (code_sha256(root, results.COMMANDS["report_speed"]) != before) == follows
