@@ -202,7 +202,13 @@ class Tank:
         if keeps_volume:
             schedule, factor = put_down(place_mm, step_s, radius_mm), engine.scheme.volume_factor
             control = VolumeControl(
-                pit.crack[0], schedule, engine.state, radius_mm=radius_mm, factor=factor, settings={}
+                pit.crack[0],
+                schedule,
+                engine.state,
+                radius_mm=radius_mm,
+                factor=factor,
+                yields=[rheology.yields],
+                settings={},
             )
         return cls(pit, engine, radius_mm, control)
 
