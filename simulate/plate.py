@@ -171,4 +171,6 @@ def _dish(reach_mm: float, depth_mm: float) -> tuple[Solid, Outline]:
     )
     level = Sections(np.array([0.0, 2 * reach_mm]), np.full(2, depth_mm), np.full(2, 2 * reach_mm * depth_mm))
     block = (-out_mm, -out_mm, out_mm, out_mm)
-    return Solid(vertices, faces, label, block, depth_mm, "vertical", (0.0, 0.0), 1.0, level, SolidFigures()), outline
+    hollow_mm3 = (2 * reach_mm) ** 2 * depth_mm
+    dish = Solid(vertices, faces, label, block, depth_mm, "vertical", (0.0, 0.0), hollow_mm3, level, SolidFigures())
+    return dish, outline

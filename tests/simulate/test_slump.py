@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from sealtwin.core.errors import InputError
+from simulate.plate import PastePlate
 from simulate.slump import STEP, SlumpCurve, radius_of_particles_mm, slump
 from simulate.spread_law import GRAVITY_M_S2, Cone, spread_radius_mm, stretched_stress_pa
 
 CONE = Cone(38.0, 19.0, 57.0)
+STIFF = {"age_s": [0.0, 1.0, 2.0], "viscosity_pa_s": [50.0] * 3, "yield_stress_pa": [60.0] * 3}
 
 
 def by_closed_form() -> SlumpCurve:
@@ -35,6 +37,15 @@ def test_a_stress_between_two_slumps_is_that_of_the_curve():
 def test_a_heap_too_flat_for_particles_is_refused_with_what_to_do():
     with pytest.raises(InputError, match="Use a larger cone or more paste"):
         radius_of_particles_mm(CONE, 1.0, 1690)
+
+
+def test_the_plates_hollow_is_as_large_as_it_states():
+    """Its volume makes the columns as large as they are; with another one, paste swells or shrinks to its bounds."""
+    plate = PastePlate.with_paste(CONE, 3.0, 60.0, 1690.0, STIFF)
+    edge_mm = np.linspace(-60, 60, 401)
+    x_mm, y_mm = np.meshgrid(edge_mm, edge_mm)
+    layer_mm = np.column_stack([x_mm.ravel(), y_mm.ravel(), np.full(x_mm.size, 2.0 - plate.depth_mm)])
+    assert plate.vessel.volume_mm3(layer_mm, 0.3) == pytest.approx(120**2 * 2.3, rel=1e-3)
 
 
 @pytest.mark.slow
