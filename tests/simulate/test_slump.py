@@ -48,6 +48,18 @@ def test_the_plates_hollow_is_as_large_as_it_states():
     assert plate.vessel.volume_mm3(layer_mm, 0.3) == pytest.approx(120**2 * 2.3, rel=1e-3)
 
 
+def test_paste_that_stands_on_a_plate_is_given_nothing():
+    """As it lies before it moves, lowered by a third."""
+    plate = PastePlate.with_paste(CONE, 3.0, 60.0, 1690.0, STIFF)
+    plate.engine.begin_frame(0)
+    state = plate.engine.state
+    place = state.position.numpy().copy()
+    place[:, 2] = place[:, 2].min() + 0.67 * (place[:, 2] - place[:, 2].min())
+    state.position.assign(place)
+    plate.control.after_frame(plate.control.every)
+    assert state.swelling.numpy()[0] == 1.0
+
+
 @pytest.mark.slow
 def test_a_slump_comes_to_rest_where_plasticity_says():
     """The first order in H / R is 1.6 % off at 12 Pa (benchmarks/slumps.py); here as coarse as is allowed."""

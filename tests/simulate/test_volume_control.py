@@ -8,7 +8,8 @@ from simulate.kernels.status import MOVING
 from simulate.profile import volume_ratio
 from simulate.settings import Fluid
 from simulate.setup.signed_distance import CM
-from simulate.volume_control import LEAST_FACTOR, LEAST_FLOWING, MOST_FACTOR
+from simulate.vessel import Vessel
+from simulate.volume_control import CELL, LEAST_FACTOR, LEAST_FLOWING, MOST_FACTOR
 from tests.fluids import path, pour, slot
 from tests.launches import PASTES, finish, ready
 
@@ -41,6 +42,17 @@ def test_a_factor_that_is_given_or_the_papers_stays(solver):
     injection = finish(ready(PASTES[:1], **solver))
     assert injection.volume_control is None
     assert (injection.engine.state.swelling.numpy() == 1.0).all()
+
+
+def test_its_columns_read_a_rough_bed_in_a_narrow_slot():
+    """Particles of 0.6 mm that lie loose, so that columns as wide as they are miss hollows between them."""
+    solid, _ = slot(28.0, 3.1, 8.0, "vertical", 0.0)
+    random, off = np.random.default_rng(0), []
+    for _ in range(12):
+        place_mm = random.uniform([0, -1.2, -7.5], [28, 1.2, -3.0], (160, 3))
+        coarse, fine = (Vessel(solid, cell_mm).volume_mm3(place_mm, 0.52) for cell_mm in (CELL * 0.6, 0.1))
+        off.append(coarse / fine - 1)
+    assert np.abs(off).max() < 0.01
 
 
 @pytest.fixture(scope="module")
