@@ -25,7 +25,7 @@ ROOM = 1.2
 """For images, over those of an even fluid."""
 CHANGES = {"engine": ("predict", "update_velocity"), "pressure": ("measure_density", "correct")}
 """What a substep does to particles, up to its viscosity; what parts of the solver do it."""
-STIR_MM_S, STIR_STEPS, CALM_STEPS = 200.0, 80, 80
+STIR_MM_S, STIR_STEPS, CALM_STEPS = 200.0, 80, 240
 """Enough to lose a lattice, whose layers slide in steps; and to come to rest in a paste of the paper's U."""
 CALMING_MM2_S = 32.2
 
@@ -79,6 +79,11 @@ class Endless:
     @property
     def velocity_mm_s(self) -> Floats:
         return self.tank.velocity_mm_s[: self.count]
+
+    def moved_mm(self, from_mm: Floats) -> Floats:
+        """Displacement from earlier places, (n, 3), less than half of the box."""
+        moved_mm = self.place_mm - from_mm
+        return moved_mm - self.side_mm * np.round(moved_mm / self.side_mm)
 
     @property
     def density(self) -> float:

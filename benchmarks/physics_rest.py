@@ -60,7 +60,8 @@ def hydrostatic() -> list[Finding]:
     found = []
     for substeps, pressure in ((4, "local"), (8, "local"), (4, "two-level")):
         tank = _column(substeps, pressure)
-        density, height = tank.engine.state.density.numpy(), tank.place_mm[:, 2]
+        inside = tank.inside
+        density, height = tank.engine.state.density.numpy()[inside], tank.place_mm[inside, 2]
         dense = float(density[(height > 1) & (height < 3)].mean() - 1)
         level_mm = float(np.median(tank.surface_mm()[:, 1]))
         stands_mm = len(height) * particle_volume(RADIUS_MM) / COLUMN.length_mm / COLUMN.width_mm

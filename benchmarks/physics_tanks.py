@@ -180,6 +180,7 @@ class Tank:
             drag_mm / 10,
             yield_cm2_s2=yield_mm2_s2 / 100,
             yield_most_cm2_s2=yield_mm2_s2 / 100,
+            physical=True,
         )
         if fluid is not None:
             rheology = fluid if isinstance(fluid, Rheology) else rheology_of(fluid, support_cm, step_s)
@@ -245,6 +246,12 @@ class Tank:
         for _ in self.run(seconds):
             pass
 
+    @property
+    def inside(self) -> Mask:
+        """Particles that did not splash out of the pit."""
+        x, y, _ = self.place_mm.T
+        return (x > 0) & (x < self.pit.length_mm) & (np.abs(y) < self.pit.width_mm / 2)
+
     def leaked(self) -> int:
         """Particles inside the solid, or no numbers."""
         place = positions_mm(self.engine)
@@ -253,7 +260,7 @@ class Tank:
 
     def surface_mm(self, column_mm: float = 1.0) -> Floats:
         """Level over x, (columns, 2): half a spacing above the topmost centre of each column that has any."""
-        place = self.place_mm
+        place = self.place_mm[self.inside]
         column = np.floor(place[:, 0] / column_mm).astype(int)
         top = np.full(column.max() + 1, -np.inf)
         np.maximum.at(top, column, place[:, 2])

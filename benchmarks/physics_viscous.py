@@ -11,7 +11,7 @@ from benchmarks.physics_findings import Finding, reported, within
 from benchmarks.physics_rest import pressure_at
 from benchmarks.physics_tanks import GRAVITY_MM_S2, Pit, Tank, settled_mm
 from sealtwin.core.records import Floats
-from simulate.injection import THIN
+from simulate.remarks import THIN
 from simulate.settings import Fluid
 from simulate.setup.rheology import added_viscosity
 from simulate.setup.signed_distance import CM

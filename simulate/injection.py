@@ -19,6 +19,7 @@ from simulate.fluid.run_statistics import RunStatistics
 from simulate.fluid.solver import FluidSolver, substeps_for
 from simulate.fluid.state import State
 from simulate.kernels import status
+from simulate.remarks import remarks_on
 from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver
 from simulate.setup.release_schedule import Schedule, course_of, plan_releases
 from simulate.setup.rheology import Rheology, added_viscosity, kinematic_viscosity
@@ -37,8 +38,6 @@ from simulate.volume_control import VolumeControl
 
 NO_SLIP = "no slip"
 """Origin of D for fluid that sticks to the walls; settings that name no origin have D as it was given."""
-THIN = 0.1
-"""Share of a viscosity that the particles may add to it without a remark: the bar of the channels' flow."""
 SAMPLE_EVERY = 50  # Frames between two samples of the density error
 
 
@@ -46,6 +45,7 @@ SAMPLE_EVERY = 50  # Frames between two samples of the density error
 class Injection:
     """A prepared run with its inputs and its progress. ``prepare`` makes it."""
 
+    solid: Solid
     outline: Outline
     fluids: tuple[Fluid, ...]
     solver: Solver
@@ -225,20 +225,19 @@ class Injection:
 
     def remarks(self) -> list[str]:
         """Remarks on the fluids, for before the first frame."""
-        added_mm2_s = 1e6 * self._added_m2_s
-        found = []
-        for fluid in self.fluids:
-            asked_mm2_s = 1e6 * self._effects(fluid)["viscosity_m2_s"]
-            if not fluid.yields and asked_mm2_s * THIN < added_mm2_s:
-                keys = ("U", "viscosity_pa_s", "consistency_pa_s_n")
-                given = [f"{key} is {value:g}" for key in keys if (value := getattr(fluid, key)) is not None]
-                said = given[0] if given else "curve begins thin"
-                found.append(
-                    f"fluid.{said}: {asked_mm2_s:.3g} mm2/s, to which particles of "
-                    f"solver.radius_mm = {self.solver.size_mm:g} add about {added_mm2_s:.2g} of their own. The fluid "
-                    f"acts as one of {asked_mm2_s + added_mm2_s:.3g} mm2/s; smaller particles add less."
-                )
-        return found
+        return [
+            remark
+            for fluid in self.fluids
+            for remark in remarks_on(
+                fluid,
+                self.outline,
+                self.solid,
+                viscosity_mm2_s=1e6 * self._effects(fluid)["viscosity_m2_s"],
+                added_mm2_s=1e6 * self._added_m2_s,
+                radius_mm=self.solver.size_mm,
+                lasts_s=self.frames * self.schedule.frame_s,
+            )
+        ]
 
     def _d_cm(self, fluid: Fluid) -> float:
         return effective_d_cm(fluid, 4 * self.solver.size_mm * CM, self.schedule.frame_s)
@@ -352,6 +351,7 @@ def prepare(
         # How much of a paste is awake is not known before: as much while it is given, and half as it falls asleep.
         each = np.where(np.arange(frames) < len(schedule.released), 2, 1)
     return Injection(
+        solid=solid,
         outline=outline,
         fluids=tuple(fluids),
         solver=solver,

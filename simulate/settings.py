@@ -54,7 +54,9 @@ class Fluid(Settings):
     any other viscosity the fluid sticks to the walls.
     """
     viscosity_pa_s: float | None = Field(default=None, ge=0, le=1e4)
-    """Dynamic viscosity in place of U, which follows from the radius and the frame."""
+    """Dynamic viscosity in place of U, which follows from the radius and the frame. Particles move with the velocity
+    that it leaves; with U, and without a yield stress, they move before it acts, as in the paper (decision 0155).
+    """
     consistency_pa_s_n: float | None = Field(default=None, ge=0, le=1e4)
     """K of Herschel and Bulkley's stress, yield_stress_pa + K gamma^flow_index, in Pa s^n; in place of viscosity_pa_s
     where flow_index is not 1. It is the viscosity at a shear of 1/s.

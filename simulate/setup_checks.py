@@ -158,6 +158,7 @@ def rheology_of(fluid: Fluid, support: float, frame_s: float, frames: int = MOST
         stiffening_cm2_s3=fluid.structuration_pa_per_s / fluid.density_kg_m3 * CM2_IN_M2,
         yield_most_cm2_s2=fluid.most_yield_stress_pa / fluid.density_kg_m3 * CM2_IN_M2,
         frames_to_freeze=frames_to_freeze(fluid, frame_s),
+        physical=fluid.U is None,
         by_age=by_age,
     )
 

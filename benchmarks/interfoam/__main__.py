@@ -1,4 +1,4 @@
-"""Heaps of paste in a slot by a second solver, OpenFOAM's interFoam, kept as tables.
+"""Heaps of paste and of liquid in a slot by a second solver, OpenFOAM's interFoam, kept as tables.
 
     python -m benchmarks.interfoam [--keep FOLDER] CASE...    run cases, and put them into the tables beside this file
     python -m benchmarks.interfoam                            their names
@@ -9,7 +9,8 @@ minutes of one core.
 
 ``heaps.csv`` has a row for each time: tan of the surface between 25 and 90 % of its height, that height, and the
 height of the centre of all paste. ``profiles.csv`` has the surface: in the slot's middle, where tan and height are
-taken, and its mean over the width, with the films that stay on the walls.
+taken, and its mean over the width, with the films that stay on the walls. ``liquids.csv`` has the front and the centre
+of liquids without a yield stress, by which ``python -m benchmarks.channels --only fronts`` judges.
 
 Pressure and velocity are solved in turn, which lets stiff paste flow in long steps: hence steps of 0.1 ms, several
 rounds a step where paste at rest is let go, and no course beyond half a second.
@@ -27,7 +28,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.interfoam.cases import Axis, Case, Mesh, Stage, write_case, write_stage
+from benchmarks.interfoam.cases import DENSITY_KG_M3, Axis, Case, Mesh, Stage, write_case, write_stage
 from sealtwin.core.records import Floats
 
 TABLES = Path(__file__).parent
@@ -36,6 +37,12 @@ VISCOSITY_PA_S = 0.0545
 WIDTH_MM, HEAP_MM = 3.1, (12.0, 24.0)
 LIMIT_M2_S, SIZE_MM = 0.1, 0.75
 COLLAPSE = (Stage(0.05, 2e-4, 5), Stage(0.5, 1e-4, 1))
+CREEP = {0.5: Stage(0.5, 1e-4, 4), 2.0: Stage(0.5, 1e-4, 4), 5.0: Stage(2.0, 2e-4, 4)}
+"""Of liquids, by their viscosity in Pa s: until the front is some particles on; a single round leaves thick liquid's
+viscosity half solved.
+"""
+SPRAY = 0.005
+"""Share of a liquid that may lie beyond its front."""
 COLUMN_MM = 1.0
 LEVEL_SHARES = 0.25, 0.9
 """Of the height, between which the slope is taken."""
@@ -54,10 +61,23 @@ def heap(yield_pa: float, size_mm: float = SIZE_MM, limit: float = LIMIT_M2_S) -
     return Case(name, mesh, HEAP_MM, yield_pa, VISCOSITY_PA_S, limit, COLLAPSE, 0.025)
 
 
+def liquid(viscosity_pa_s: float, size_mm: float = SIZE_MM) -> Case:
+    """The same heap, of liquid of the paste's density."""
+    mesh = Mesh(
+        Axis((27.0, round(27.0 / size_mm)), (36.0, round(4.5 / size_mm))),
+        Axis((WIDTH_MM / 2, round(4.5 / size_mm))),
+        Axis((24.75, round(24.75 / size_mm))),
+    )
+    limit_m2_s, creep = viscosity_pa_s / DENSITY_KG_M3, CREEP[viscosity_pa_s]
+    name = f"liquid-{viscosity_pa_s:g}pas-{size_mm:g}mm"
+    return Case(name, mesh, HEAP_MM, 0.0, viscosity_pa_s, limit_m2_s, (creep,), creep.end_s / 20)
+
+
 def cases() -> dict[str, Case]:
     heaps = [heap(stress) for stress in (5.0, 9.0, 12.0, 15.0)]
     heaps += [heap(12.0, limit=limit) for limit in (0.03, 0.3)] + [heap(12.0, size_mm=1.0)]
-    return {case.name: case for case in heaps}
+    liquids = [liquid(viscosity) for viscosity in CREEP] + [liquid(2.0, size_mm=1.0)]
+    return {case.name: case for case in (*heaps, *liquids)}
 
 
 def slope(x_mm: Floats, level_mm: Floats) -> float:
@@ -109,6 +129,13 @@ def read_heap(case: Case, folder: Path) -> tuple[list[list[float]], list[list[fl
     return figures, profile
 
 
+def front_mm(case: Case, share: Floats) -> float:
+    """Where a liquid ends in x, but for its SPRAY."""
+    volume = (share * case.mesh.z.size_mm[:, None, None]).mean(axis=1).sum(axis=0) * case.mesh.x.size_mm
+    behind = np.concatenate([[0.0], np.cumsum(volume)]) / volume.sum()
+    return float(np.interp(1 - SPRAY, behind, case.mesh.x.lines_mm))
+
+
 def put(table: str, heads: Sequence[str], key: Sequence[str], rows: Sequence[Sequence[float]]) -> None:
     """Put rows into a table in place of those that begin with the same key."""
     path = TABLES / table
@@ -124,6 +151,15 @@ def put(table: str, heads: Sequence[str], key: Sequence[str], rows: Sequence[Seq
 
 def record(case: Case, folder: Path) -> None:
     """Put a case that was run into the tables."""
+    if not case.yield_pa:
+        heights = [figures[-1] for figures in read_heap(case, folder)[0]]
+        rows = [
+            [t_s, front_mm(case, share), height]
+            for (t_s, share), height in zip(shares(case, folder), heights, strict=True)
+        ]
+        key = [f"{case.viscosity_pa_s:g}", f"{case.mesh.x.size_mm[0]:g}"]
+        put("liquids.csv", ["viscosity_pa_s", "mesh_mm", "t_s", "front_mm", "centre_mm"], key, rows)
+        return
     key = [f"{case.yield_pa:g}", f"{case.mesh.x.size_mm[0]:g}", f"{case.limit_m2_s:g}"]
     heads = ["yield_pa", "mesh_mm", "limit_m2_s", "t_s"]
     figures, profile = read_heap(case, folder)

@@ -149,6 +149,8 @@ def _same_physics(base: Base, bench: Bench, radius_mm: float, steps: Mapping[str
     Raises InputError if its settings cannot be used.
     """
     from simulate.setup.release_schedule import plan_releases
+    from simulate.setup.signed_distance import CM
+    from simulate.setup_checks import effective_u
 
     trial, health = base.trial, base.run.health.recorded()
     assert trial.fluid is not None, "it was run"
@@ -159,7 +161,13 @@ def _same_physics(base: Base, bench: Bench, radius_mm: float, steps: Mapping[str
         # Left out, it follows from the viscosity again.
         "fluid.D_cm": None if trial.fluid.D_cm is None else trial.fluid.D_cm * frame_s / health["frame_s"],
     }
-    return base.changed(changes).model_copy(update={"readings": None, "gate": None})
+    changed = base.changed(changes)
+    if trial.fluid.U is not None:
+        assert changed.fluid is not None, "as the trial has"
+        # A viscosity in physical units would move particles otherwise than the trial's U does (decision 0155).
+        weight = effective_u(changed.fluid, 4 * radius_mm * CM, frame_s)
+        changed = base.changed({**changes, "fluid.U": weight, "fluid.viscosity_pa_s": None})
+    return changed.model_copy(update={"readings": None, "gate": None})
 
 
 def _runs(

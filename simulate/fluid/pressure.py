@@ -1,5 +1,6 @@
 """The pressure of a substep: particles move where their density pushes them, in a few iterations (Eqs 1 to 3)."""
 
+import itertools
 import math
 from typing import Any
 
@@ -28,7 +29,7 @@ class Pressure:
         launcher: Launcher,
         *,
         smoothing: Any,
-        yields: wp.array,
+        as_solved: wp.array,
         scheme: Scheme,
         coarse: CoarsePressure | None,
     ) -> None:
@@ -45,9 +46,11 @@ class Pressure:
         longest = LONGEST_CORRECTION * smoothing.support
         self._correct = launcher.bind(pairs.correct, *around, longest, scheme.frozen_answer, wall_slope, correction)
         walls = (barrier.clearance, barrier.grid, correction)
-        self._shift_beside, self._shift = (
-            launcher.bind(pressure.shift, *moving, yields, last, *walls) for last in (False, True)
-        )
+        self._shifts = {
+            part: launcher.bind(pressure.shift, *moving, as_solved, *part, *walls)
+            for part in itertools.product((False, True), repeat=2)
+        }
+        """Moves, by whether they are the first and the last of a substep."""
 
     def solve(self, rows: int) -> None:
         """All iterations of a substep."""
@@ -59,12 +62,12 @@ class Pressure:
                 self.coarse.change(iteration, rows)
             else:
                 self.measure_density(rows)
-            self.correct(rows, last=iteration == self._iterations - 1)
+            self.correct(rows, first=iteration == 0, last=iteration == self._iterations - 1)
 
-    def correct(self, rows: int, *, last: bool = True) -> None:
+    def correct(self, rows: int, *, first: bool = False, last: bool = True) -> None:
         """Move by Eq. 3; the ``last`` of a substep as far as walls allow, the others as far as their planes do."""
         self._correct(rows)
-        (self._shift if last else self._shift_beside)(rows)
+        self._shifts[first, last](rows)
 
 
 def smoothing_of(support: float, mass: float, wall_mass: float, relaxation: float) -> Any:

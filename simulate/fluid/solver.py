@@ -103,8 +103,9 @@ class FluidSolver:
         self.lists = neighbour_lists(rows, wall_particles, device, packed=native)
         shared = (state, self.movers, self.lists)
         kernels = pair_kernels(native)
-        self._yields = any(fluid.yields for fluid in fluids)
-        self.sleeps = self._yields and settings.sleep
+        self.sleeps = any(fluid.yields for fluid in fluids) and settings.sleep
+        as_solved = [float(fluid.moves_as_solved) for fluid in fluids]
+        self._any_as_solved, self._as_solved = any(as_solved), wp.array(as_solved, dtype=float, device=device)
         self.measures = any(fluid.thickens or fluid.by_age is not None for fluid in fluids)
         """Particles get a viscosity of their own in each substep, by their shear or by their age."""
         self.paste = paste_on_device(fluids, support, self.step_s, substeps, SLOWEST_SHEAR, device)
@@ -133,7 +134,7 @@ class FluidSolver:
             kernels.pressure,
             launcher,
             smoothing=smoothing,
-            yields=self.paste.yields_at_most,
+            as_solved=self._as_solved,
             scheme=self.scheme,
             coarse=coarse,
         )
@@ -184,7 +185,7 @@ class FluidSolver:
         falling = (self.step_s, settings.damping_per_s, self.gravity)
         self._predict = launcher.bind(pressure.predict, *moving, *falling, *solid)
         self._update_velocity = launcher.bind(pressure.update_velocity, *moving, self.step_s)
-        self._move_as_solved = launcher.bind(pressure.move_as_solved, *yielding, self.step_s, *solid)
+        self._move_as_solved = launcher.bind(pressure.move_as_solved, *moving, self._as_solved, self.step_s, *solid)
         limits = (self._frame_s, PATIENCE_S, QUIET_SHEAR, QUIET_SHEAR * self._support)
         waking = (WAKING_CM_S, RESTLESS_S)
         near = (lists, self.viscosity.walls_drag, self.viscosity.held)
@@ -272,7 +273,7 @@ class FluidSolver:
             self.viscosity.solve_implicit(rows)
         else:
             passes = self.viscosity.pass_explicit(rows)
-        if self._yields:
+        if self._any_as_solved:
             self._move_as_solved(rows)
         return np.full(self.state.runs, passes)
 

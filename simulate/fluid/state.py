@@ -52,6 +52,7 @@ class State:
         self.particles.previous_position = wp.array(everywhere, dtype=wp.vec3, device=device)
         for name in ("free", "wall"):
             setattr(self.particles, name, wp.zeros(count, dtype=wp.vec4, device=device))
+        self.particles.density_before = wp.zeros(count, dtype=float, device=device)
         self.particles.release_frame = wp.array(np.tile(schedule.frame_of, runs), dtype=int, device=device)
 
     @property

@@ -24,6 +24,11 @@ NOT_FINITE = wp.constant(4)
 TOO_FAST = wp.constant(8)
 TOO_DENSE = wp.constant(16)
 
+UNDONE = wp.constant(0.6)
+UNDONE_RANGE = wp.constant(0.3)
+"""Compression, over the rest density, that pressure undoes in a substep: from UNDONE on a share of its displacement
+outlasts the viscosity, UNDONE_RANGE further all of it. Beds that flow or rest are pressed together by less.
+"""
 MOST_BY_WALLS = wp.constant(0.6)
 """Largest share of a density: a corner of two walls makes 0.43 (1 - 0.75^2), one of three 0.58."""
 
@@ -83,7 +88,8 @@ def shift(
     begin: int,
     movers: Movers,
     particles: Particles,
-    yields: wp.array[float],
+    as_solved: wp.array[float],
+    first: bool,
     last: bool,
     clearance: float,
     solid: Distance,
@@ -91,16 +97,18 @@ def shift(
 ):
     """Move by the pressure's correction; by the ``last`` in a substep as far as walls allow, by others as their planes.
 
-    The last move begins where the substep did: since then, walls were planes. Paste that yields makes it later, with
-    the velocity that its viscosity leaves.
+    The last move begins where the substep did: since then, walls were planes. Runs of which ``as_solved`` is 1 make it
+    later, with the velocity that their viscosity leaves.
     """
     row = begin + wp.tid()
     if row >= movers.count[0]:
         return
     i = movers.particle[row]
     x = particles.position[i]
+    if first:
+        particles.density_before[i] = particles.density[i]
     there = wp.vec3()
-    if last and yields[i // particles.per_run] == 0.0:
+    if last and as_solved[i // particles.per_run] == 0.0:
         start = particles.previous_position[i]
         there = move(solid, particles.free, particles.wall, i, start, xyz(x) + correction[row] - start, clearance)
     else:
@@ -126,23 +134,27 @@ def move_as_solved(
     begin: int,
     movers: Movers,
     particles: Particles,
-    yields: wp.array[float],
+    as_solved: wp.array[float],
     step_s: float,
     clearance: float,
     solid: Distance,
 ):
-    """X = x0 + v dt with the velocity that the viscosity left, for paste that yields.
+    """X = x0 + v dt with the velocity that the viscosity left.
 
-    Eq. 5 changes velocities after positions have moved: without this, a bank at rest slides in every substep.
+    Eq. 5 changes velocities after positions have moved by v + g dt: without this a bank at rest slides in every
+    substep, and thick liquid falls at g dt however thick it is (decision 0155). Thick fluid takes away what pressure
+    does to a few particles as well; where that undid much compression, it stays done.
     """
     row = begin + wp.tid()
     if row >= movers.count[0]:
         return
     i = movers.particle[row]
-    if yields[i // particles.per_run] == 0.0:
+    if as_solved[i // particles.per_run] == 0.0:
         return
-    step = step_s * particles.velocity[i]
-    there = move(solid, particles.free, particles.wall, i, particles.previous_position[i], step, clearance)
+    start, step = particles.previous_position[i], step_s * particles.velocity[i]
+    stays = wp.clamp((particles.density_before[i] - particles.density[i] - UNDONE) / UNDONE_RANGE, 0.0, 1.0)
+    step += stays * (xyz(particles.position[i]) - start - step)
+    there = move(solid, particles.free, particles.wall, i, start, step, clearance)
     particles.position[i] = wp.vec4(there[0], there[1], there[2], particles.position[i][3])
 
 

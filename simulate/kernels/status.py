@@ -37,6 +37,7 @@ class Particles:
     where walls are far, ROUNDED where they are no plane.
     """
     density: wp.array[float]  # Density over the rest density
+    density_before: wp.array[float]  # The same before the substep's pressure
     volume_and_viscosity: wp.array[wp.vec2]
     """Volume m/rho in cm3, and the weight of the particle's pairs in the viscosity."""
     status: wp.array[int]

@@ -32,6 +32,7 @@ class Rheology(NamedTuple):
     stiffening_cm2_s3: float = 0.0
     yield_most_cm2_s2: float = 0.0
     frames_to_freeze: int = NEVER
+    physical: bool = False  # Its viscosity was given in physical units, and not as the paper's U
     by_age: Floats | None = None
     """U and yield stress of particles of each age in frames, (n, 2), of which the last row holds from there on; None
     where they are those of fresh paste at any age, but for the stiffening.
@@ -52,6 +53,11 @@ class Rheology(NamedTuple):
     @property
     def yields(self) -> bool:
         return self.yield_most_cm2_s2 > 0
+
+    @property
+    def moves_as_solved(self) -> bool:
+        """Particles move with the velocity that viscosity leaves, and not before it as in the paper's Algorithm 1."""
+        return self.yields or self.physical
 
     @property
     def freezes(self) -> bool:

@@ -33,6 +33,21 @@ def _prepared(engine: FluidSolver) -> FluidSolver:
     return engine
 
 
+@pytest.mark.parametrize("physical", [True, False])
+def test_particles_of_a_physical_fluid_move_with_the_velocity_that_viscosity_leaves(physical):
+    """Those of the paper's U move before it acts, by g dt^2 more, however thick it is (Algorithm 1)."""
+    points = lattice(np.array([0.2, -1.1, -13]), np.array([5.8, 1.1, -5]), 0.8)
+    thick = Rheology(viscous_weight(30.0, SUPPORT_CM, STEP_S), 0.0, sticks=True, physical=physical)
+    engine = engine_with(points, slot(), fluid=thick, substeps=1, frame_s=STEP_S)
+    before_mm = engine.state.position_mm()
+    engine.advance(0)
+    off_mm = engine.state.position_mm() - before_mm - STEP_S * engine.state.velocity_mm_s()
+    inside = np.abs(points[:, 1]) < 0.5
+    fall_mm = 9810 * STEP_S**2
+    low, high = (-0.01, 0.01) if physical else (-1.1, -0.5)
+    assert low < np.median(off_mm[inside, 2]) / fall_mm < high
+
+
 def set_velocity(engine: FluidSolver, velocity: Floats) -> None:
     engine.state.velocity.assign(np.asarray(velocity, dtype=np.float32))
 
