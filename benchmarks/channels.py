@@ -7,22 +7,21 @@ collisions. A channel repeats itself along x and z, its walls are planes in y; a
 """
 
 import argparse
-import csv
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
-from math import pi, sqrt
-from pathlib import Path
+from math import pi
 from typing import Any
 
 import numpy as np
 
+from benchmarks.collapse import fronts
 from benchmarks.physics_endless import Endless, stirred_mm
-from benchmarks.physics_tanks import GRAVITY_MM_S2, Pit, Tank, block_mm, raised, settled_mm
+from benchmarks.physics_tanks import GRAVITY_MM_S2, Pit, Tank, block_mm, raised, step_of
 from benchmarks.table import Row, finish
 from sealtwin.core.records import Floats
-from simulate.settings import Fluid, Solver
-from simulate.setup.rheology import FALL, added_viscosity
+from simulate.settings import Fluid
+from simulate.setup.rheology import added_viscosity
 from simulate.setup.signed_distance import CM
 from tests.fluids import FRAME_S
 
@@ -37,8 +36,6 @@ LAST = 1 / 3
 OFF = 0.1
 MANY = 8
 """Arrangements of particles, where one alone says little."""
-SHORT_OF = 0.9
-"""Of the longest substep that the solver would take."""
 
 
 @dataclass(frozen=True)
@@ -117,10 +114,6 @@ class Channel:
         flows = [self.flow(seconds, seed, **solver) for seed in range(seeds)]
         mean = float(np.mean([seen / exact for seen, exact in flows]))
         return Row(f"{name}: speed over closed form", mean, "", 1 - off, 1 + off, "1")
-
-
-def step_of(radius_mm: float) -> float:
-    return SHORT_OF * sqrt(FALL * 4 * radius_mm / GRAVITY_MM_S2)
 
 
 @cache
@@ -234,54 +227,6 @@ def herschel() -> Iterator[Row]:
             # A layer thinner than a particle is sheared at each wall by then, most of all of a thinning fluid: one
             # arrangement is 7 % off another.
             yield flow.row(name, 0.3, seeds=MANY if (index, yields) == (0.5, 0.8) else 1)
-
-
-HEAP_MM, SLOT_MM, DEEP_MM = (12.0, 24.0), 3.1, 40.0
-"""A heap against the end of a slot, let go; as benchmarks/interfoam has it."""
-AFTER_S = 0.5
-BURST_S = 0.1
-"""Local pressure holds the heap compressed by a tenth, which bursts out as the gate opens; counted from here on."""
-LIQUIDS = Path(__file__).parent / "interfoam" / "liquids.csv"
-FOAM_MESH_MM = 0.75
-
-
-def fronts() -> Iterator[Row]:
-    """How far a heap runs, and its centre falls, over what interFoam says of it; thin liquid, over finer particles."""
-    thin = Fluid(viscosity_pa_s=0.055, freeze_after_s="never")
-    coarse, fine = (_collapse(thin, (0.0, AFTER_S), radius_mm=radius_mm) for radius_mm in (Solver().size_mm, 0.25))
-    reached = [coarse[0]]
-    yield Row("front, 0.055 Pa s: advance over R 0.25 mm's", coarse[0] / fine[0], "", 0.9, 1.1, "1")
-    for viscosity_pa_s in (0.5, 2.0, 5.0):
-        fluid = Fluid(viscosity_pa_s=viscosity_pa_s, freeze_after_s="never")
-        for pressure, begins_s in (("local", BURST_S), ("two-level", 0.0)):
-            ours = _collapse(fluid, (begins_s, AFTER_S), radius_mm=Solver().size_mm, pressure=pressure)
-            theirs = _of_foam(viscosity_pa_s, (begins_s, AFTER_S))
-            for what, here, there in zip(("advance of the front", "fall of the centre"), ours, theirs, strict=True):
-                name = f"{viscosity_pa_s:g} Pa s, {pressure}: {what} over interFoam's"
-                yield Row(name, here / there, "", 1 - OFF, 1 + OFF, "1")
-        reached.append(ours[0])
-    yield Row("fronts: least lead over the next thicker", float(-np.diff(reached).max()), "mm", 0.01, 100.0, "> 0")
-
-
-def _collapse(fluid: Fluid, between_s: tuple[float, float], *, radius_mm: float, **solver: Any) -> tuple[float, float]:
-    """How far the front advances and the centre of all liquid falls between two times after the gate's opening, mm."""
-    step_s = step_of(radius_mm)
-    how: dict[str, Any] = {"radius_mm": radius_mm, "step_s": step_s, "keeps_volume": True, **solver}
-    packed = settled_mm(Pit(HEAP_MM[0], SLOT_MM, DEEP_MM), height_mm=HEAP_MM[1], **how)
-    tank = Tank.of(Pit(70.0, SLOT_MM, DEEP_MM), packed, fluid=fluid, **how)
-    begins_s, ends_s = between_s
-    tank.wait(begins_s)
-    front_mm, centre_mm = tank.front_mm(), tank.place_mm[:, 2].mean()
-    tank.wait(ends_s - begins_s)
-    return tank.front_mm() - front_mm, float(centre_mm - tank.place_mm[:, 2].mean())
-
-
-def _of_foam(viscosity_pa_s: float, between_s: tuple[float, float]) -> tuple[float, float]:
-    with LIQUIDS.open(newline="") as file:
-        rows = [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
-    of = {(row["viscosity_pa_s"], row["mesh_mm"], row["t_s"]): row for row in rows}
-    begin, end = (of[viscosity_pa_s, FOAM_MESH_MM, t_s] for t_s in between_s)
-    return end["front_mm"] - begin["front_mm"], begin["centre_mm"] - end["centre_mm"]
 
 
 CASES: dict[str, Callable[[], Iterator[Row]]] = {

@@ -17,7 +17,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from benchmarks.channels import step_of
 from benchmarks.heap_limit import holding_pa
 from benchmarks.interfoam.__main__ import (
     HEAP_MM,
@@ -29,7 +28,7 @@ from benchmarks.interfoam.__main__ import (
     slope,
 )
 from benchmarks.interfoam.cases import DENSITY_KG_M3
-from benchmarks.physics_tanks import GRAVITY_MM_S2, Pit, Tank, block_mm, spacing_mm
+from benchmarks.physics_tanks import GRAVITY_MM_S2, Pit, Tank, block_mm, spacing_mm, step_of
 from benchmarks.table import Row, finish
 from sealtwin.core.records import Floats
 from simulate.settings import PAPERS_D_CM, Fluid

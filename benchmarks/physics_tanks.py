@@ -3,6 +3,7 @@
 Millimetres and seconds. A pit stands on z = 0 here: its floor is at z = 0, its mouth at its depth.
 """
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
@@ -18,7 +19,7 @@ from simulate.fluid.cell_grid import MOST_ROOM
 from simulate.fluid.solver import FluidSolver
 from simulate.kernels.neighbours import Neighbours
 from simulate.settings import Fluid, Solver, particle_volume
-from simulate.setup.rheology import Rheology, viscous_weight
+from simulate.setup.rheology import FALL, Rheology, viscous_weight
 from simulate.setup_checks import rheology_of
 from simulate.volume_control import VolumeControl
 from tests.fluids import engine_with, hewn, positions_mm, put_down
@@ -31,6 +32,9 @@ CLEARANCE = 0.86
 """Of particles from walls, over their radius, where fluid comes to rest."""
 SCATTER = 0.05
 """Of a block's lattice, over its spacing: exactly even rows stack up on top of each other."""
+
+SHORT_OF = 0.9
+"""Of the longest substep that the solver would take."""
 
 SETTLING_MM2_S, SETTLING_S = 300.0, 0.25
 """Thick enough to end all motion in that time, thin enough to find its level."""
@@ -77,6 +81,11 @@ def _hew(pit: Pit) -> tuple[Solid, Outline]:
 def raised(place_mm: Floats, by_mm: float) -> Floats:
     """The same places, (n, 3), so much higher."""
     return place_mm + np.array([0.0, 0.0, by_mm])
+
+
+def step_of(radius_mm: float) -> float:
+    """Substep in s that the solver would take with particles of a radius, or nearly."""
+    return SHORT_OF * math.sqrt(FALL * 4 * radius_mm / GRAVITY_MM_S2)
 
 
 def spacing_mm(radius_mm: float) -> float:

@@ -29,6 +29,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.interfoam.cases import DENSITY_KG_M3, Axis, Case, Mesh, Stage, write_case, write_stage
+from benchmarks.physics_tanks import SPRAY
 from sealtwin.core.records import Floats
 
 TABLES = Path(__file__).parent
@@ -41,8 +42,6 @@ CREEP = {0.5: Stage(0.5, 1e-4, 4), 2.0: Stage(0.5, 1e-4, 4), 5.0: Stage(2.0, 2e-
 """Of liquids, by their viscosity in Pa s: until the front is some particles on; a single round leaves thick liquid's
 viscosity half solved.
 """
-SPRAY = 0.005
-"""Share of a liquid that may lie beyond its front."""
 COLUMN_MM = 1.0
 LEVEL_SHARES = 0.25, 0.9
 """Of the height, between which the slope is taken."""
