@@ -139,6 +139,16 @@ def test_physical_units_give_the_same_viscosity_as_their_u():
     assert np.median(np.abs(by_unit.position_mm - by_weight.position_mm)) < 0.5
 
 
+@pytest.mark.parametrize("yield_stress_pa", [0.0, 20.0])
+def test_sealant_too_thick_to_flow_away_under_the_nozzle_does_not_collapse(yield_stress_pa):
+    """Where nothing of the pressure's displacement outlasts the viscosity, particles gather under the nozzle."""
+    crack = slot(14.0, 3.1, 8.0, "vertical", 0.0)
+    fluid = Fluid(viscosity_pa_s=300.0, yield_stress_pa=yield_stress_pa, freeze_after_s="never")
+    run = pour(crack, path(crack[1], 0.3, speed_mm_s=4.0), fluid, radius_mm=0.6, settle_s=0.1)
+    assert run.escaped_particles == 0
+    assert np.isfinite(run.position_mm).all()
+
+
 def test_a_collapse_stops_the_run_and_says_what_when_which_and_where():
     """One substep of 38 ms: the column falls into itself."""
     crack = slot(12.0)
