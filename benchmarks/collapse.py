@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.interfoam.__main__ import CREEP, HEAP_MM, SIZE_MM, TABLES, WIDTH_MM
+from benchmarks.interfoam.cases import CREEP, HEAP_MM, SIZE_MM, TABLES, WIDTH_MM
 from benchmarks.physics_tanks import Pit, Tank, settled_mm, step_of
 from benchmarks.table import Row
 from sealtwin.core.records import Floats

@@ -18,16 +18,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from benchmarks.heap_limit import holding_pa
-from benchmarks.interfoam.__main__ import (
-    HEAP_MM,
-    LIMIT_M2_S,
-    SIZE_MM,
-    TABLES,
-    VISCOSITY_PA_S,
-    WIDTH_MM,
-    slope,
-)
-from benchmarks.interfoam.cases import DENSITY_KG_M3
+from benchmarks.interfoam.__main__ import LIMIT_M2_S, VISCOSITY_PA_S, slope
+from benchmarks.interfoam.cases import DENSITY_KG_M3, HEAP_MM, SIZE_MM, TABLES, WIDTH_MM
 from benchmarks.physics_tanks import GRAVITY_MM_S2, Pit, Tank, block_mm, spacing_mm, step_of
 from benchmarks.table import Row, finish
 from sealtwin.core.records import Floats

@@ -28,20 +28,27 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.interfoam.cases import DENSITY_KG_M3, Axis, Case, Mesh, Stage, write_case, write_stage
+from benchmarks.interfoam.cases import (
+    CREEP,
+    DENSITY_KG_M3,
+    HEAP_MM,
+    SIZE_MM,
+    TABLES,
+    WIDTH_MM,
+    Axis,
+    Case,
+    Mesh,
+    Stage,
+    write_case,
+    write_stage,
+)
 from benchmarks.physics_tanks import SPRAY
 from sealtwin.core.records import Floats
 
-TABLES = Path(__file__).parent
 VISCOSITY_PA_S = 0.0545
 """The paste of ``benchmarks/physics_yield.py``, whose heap and slot these are."""
-WIDTH_MM, HEAP_MM = 3.1, (12.0, 24.0)
-LIMIT_M2_S, SIZE_MM = 0.1, 0.75
+LIMIT_M2_S = 0.1
 COLLAPSE = (Stage(0.05, 2e-4, 5), Stage(0.5, 1e-4, 1))
-CREEP = {0.5: Stage(0.5, 1e-4, 4), 2.0: Stage(0.5, 1e-4, 4), 5.0: Stage(2.0, 2e-4, 4)}
-"""Of liquids, by their viscosity in Pa s: until the front is some particles on; a single round leaves thick liquid's
-viscosity half solved.
-"""
 COLUMN_MM = 1.0
 LEVEL_SHARES = 0.25, 0.9
 """Of the height, between which the slope is taken."""

@@ -14,6 +14,9 @@ import numpy as np
 
 from sealtwin.core.records import Floats
 
+TABLES = Path(__file__).parent
+WIDTH_MM, HEAP_MM = 3.1, (12.0, 24.0)
+SIZE_MM = 0.75
 DENSITY_KG_M3 = 1690.0
 GAS_KG_M3, GAS_M2_S = 10.0, 1e-4
 """As heavy as keeps the pressure's equations well-conditioned: 0.6 % of the paste's weight, 2 % of its viscosity."""
@@ -76,6 +79,12 @@ class Stage(NamedTuple):
     step_s: float
     """Longest time step."""
     rounds: int
+
+
+CREEP = {0.5: Stage(0.5, 1e-4, 4), 2.0: Stage(0.5, 1e-4, 4), 5.0: Stage(2.0, 2e-4, 4)}
+"""Of liquids, by their viscosity in Pa s: until the front is some particles on. A single round leaves the viscosity of
+thick liquid half solved.
+"""
 
 
 @dataclass(frozen=True)
