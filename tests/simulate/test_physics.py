@@ -10,7 +10,6 @@ from benchmarks.physics import CASES
 QUICK = ("hydrostatic", "momentum", "passes", "drop", "energy")
 KNOWN_MISSES = {
     "shear_wave": {"shear wave, U = 0: the solver's own nu over what is told"},
-    "plane_current": {"plane current, local: exponent"},
 }
 
 
