@@ -4,16 +4,17 @@
     python -m benchmarks.interfoam                            their names
 
 It needs interFoam on the path (Debian: apt-get install openfoam, and WM_PROJECT_DIR=/usr/share/openfoam), which
-nothing else here does: ``python -m benchmarks.heaps`` judges the solver by the tables. A heap takes two to four
-minutes of one core.
+nothing else here does: ``python -m benchmarks.heaps`` judges the solver by the tables. A heap of paste takes two to
+four minutes of one core, one of liquid eight to twenty.
 
 ``heaps.csv`` has a row for each time: tan of the surface between 25 and 90 % of its height, that height, and the
 height of the centre of all paste. ``profiles.csv`` has the surface: in the slot's middle, where tan and height are
 taken, and its mean over the width, with the films that stay on the walls. ``liquids.csv`` has the front and the centre
 of liquids without a yield stress, by which ``python -m benchmarks.channels --only fronts`` judges.
 
-Pressure and velocity are solved in turn, which lets stiff paste flow in long steps: hence steps of 0.1 ms, several
-rounds a step where paste at rest is let go, and no course beyond half a second.
+Pressure and velocity are solved in turn, which lets stiff paste flow in long steps: hence steps of 0.1 ms (0.2 for the
+thickest liquid), several rounds a step where paste at rest is let go or liquid is thick, and no course of paste beyond
+half a second.
 """
 
 import argparse
