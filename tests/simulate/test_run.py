@@ -390,7 +390,11 @@ def bins_mm(profile: Profile) -> np.ndarray:
 @pytest.mark.slow
 @pytest.mark.parametrize(("tilt", "preset", "worst_mm"), [("flare", "accurate", 1.6), ("lean", "paper", 1.8)])
 def test_the_papers_trial_settles_as_in_the_prototype(tilt, preset, worst_mm):
-    run, profile, ratio = trial(tilt, preset)
+    """The prototype solves Eq. 5 as printed, and so do explicit passes; the implicit solve has pairs of its own (0111).
+
+    With those the bed is lower at its back, by 1.2 mm at most.
+    """
+    run, profile, ratio = trial(tilt, preset, viscosity_solve="explicit")
     assert run.escaped_particles == 0
     assert bins_mm(profile) == pytest.approx(PROTOTYPE_MM[tilt, preset], abs=1.0)
     error_mm = np.abs(profile.level_mm - np.interp(profile.s_mm, *PROSE.T)).mean()
