@@ -1,6 +1,6 @@
 """Flow that viscosity rules: shear waves, what the solver adds of its own, and the currents of Huppert."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from math import pi, sqrt
 from typing import Any
 
@@ -9,7 +9,7 @@ import numpy as np
 from benchmarks.physics_endless import Endless, stirred_mm
 from benchmarks.physics_findings import Finding, reported, within
 from benchmarks.physics_rest import pressure_at
-from benchmarks.physics_tanks import GRAVITY_MM_S2, Pit, Tank, settled_mm
+from benchmarks.physics_tanks import GRAVITY_MM_S2, Mask, Pit, Tank, settled_mm
 from sealtwin.core.records import Floats
 from simulate.remarks import THIN
 from simulate.settings import Fluid
@@ -137,12 +137,23 @@ def slot_current() -> list[Finding]:
     return _current("slot current", path, 1 / 3, theory, "Barenblatt")
 
 
-def _let_go(pit: Pit, start_mm: tuple[float, float], viscosity_mm2_s: float, seconds: float, **how: Any) -> Floats:
-    """Time and front, (n, 2), of a heap of that length and height; with the settings of a trial file, volume kept."""
-    where: dict[str, Any] = {"radius_mm": CURRENT_RADIUS_MM, "step_s": CURRENT_STEP_S, "keeps_volume": True}
+def _let_go(
+    pit: Pit,
+    start_mm: tuple[float, float],
+    viscosity_mm2_s: float,
+    seconds: float,
+    *,
+    slips: Callable[[Floats], Mask],
+    **solver: Any,
+) -> Floats:
+    """Time and front, (n, 2), of a heap of that length and height; with the settings of a trial file, volume kept.
+
+    The heap has come to rest by the pressure that lets it go: one that another leaves compressed bursts.
+    """
+    where: dict[str, Any] = {"radius_mm": CURRENT_RADIUS_MM, "step_s": CURRENT_STEP_S, "keeps_volume": True, **solver}
     heap = settled_mm(Pit(start_mm[0], pit.width_mm, pit.depth_mm), height_mm=start_mm[1], **where)
     fluid = Fluid(viscosity_pa_s=1e-3 * viscosity_mm2_s, density_kg_m3=1000.0, freeze_after_s="never")
-    tank = Tank.of(pit, heap, fluid=fluid, **where, **how)
+    tank = Tank.of(pit, heap, fluid=fluid, slips=slips, **where)
     return np.array([[t, tank.front_mm()] for t in tank.run(seconds)])
 
 

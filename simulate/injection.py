@@ -120,9 +120,11 @@ class Injection:
         Raises KeyError or ValueError, with nothing changed, for a snapshot of a run unlike this one.
         """
         lasting = self.engine.lasting()
-        # Older versions did not keep them: the guess for the next viscosity solve is then the velocity itself.
+        # Older versions did not keep them: the guess for the next viscosity solve is then the velocity itself, and no
+        # pressure is carried over.
         swelling = np.ones(self.engine.state.runs, dtype=np.float32)
-        snapshot = {"earlier_velocity": snapshot["velocity"], "swelling": swelling, **snapshot}
+        pressed = np.zeros((len(snapshot["place"]), 4), dtype=np.float32)
+        snapshot = {"earlier_velocity": snapshot["velocity"], "swelling": swelling, "pressed": pressed, **snapshot}
         for name, here in self.snapshot().items():
             found = snapshot[name]
             # The statistics grow with the run.
@@ -170,7 +172,7 @@ class Injection:
                     particle_volume_mm3=schedule.dispensed_mm3 / count,
                     escaped_particles=int((status_of[own] == int(status.ESCAPED)).sum()),
                     device=describe_device(engine.state.device),
-                    settings=self._settings(fluid),
+                    settings=self._settings(number),
                     health=RunHealth(
                         **self.statistics.summary(number),
                         **facts,
@@ -181,8 +183,10 @@ class Injection:
             )
         return made
 
-    def _settings(self, fluid: Fluid) -> dict[str, Any]:
-        effective = self.solver.scheme._asdict() | {"substeps": self.engine.substeps}
+    def _settings(self, number: int) -> dict[str, Any]:
+        fluid, engine = self.fluids[number], self.engine
+        steps = {"substeps": engine.substeps, "iterations": engine.iterations[number].number}
+        effective = self.solver.scheme._asdict() | steps
         # Left out, D follows from the viscosity.
         drag = {"D_cm": self._d_cm(fluid), "D_from": NO_SLIP} if fluid.D_cm is None else {}
         # A fluid without tables is recorded as it always was.

@@ -290,7 +290,9 @@ class Solver(Settings):
     a run takes about a quarter longer.
     """
     iterations: int | None = Field(default=None, ge=1, le=1000)
-    """Pressure iterations a substep; left out, the preset's 4, or 5 where the pressure has two levels."""
+    """Pressure iterations a substep; left out, 4, or 5 where the pressure has two levels. Fluids in physical units or
+    with a yield stress that are viscous enough to carry pressure over from the last substep have 3, or 2.
+    """
     volume_factor: float | None = Field(default=None, ge=0.5, le=2)
     """Volume of a particle in the density sum over that of Eq. 6. Left out, preset accurate finds it on the way, so
     that the bed keeps the dispensed volume, and the run records the one it ended with; paper has 0.811.
@@ -349,6 +351,11 @@ class Solver(Settings):
         return preset._replace(
             iterations=self.iterations or preset.iterations, volume_factor=self.volume_factor or preset.volume_factor
         )
+
+    @property
+    def carries_pressure(self) -> bool:
+        """Pressure may begin with what the last substep's came to; on two levels, or as the paper's, it begins at 0."""
+        return self.preset == "accurate" and self.pressure == "local"
 
     @property
     def keeps_volume(self) -> bool:

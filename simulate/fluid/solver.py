@@ -13,7 +13,7 @@ from simulate.fluid.cell_grid import MOST_ROOM, CellGrid, make_room, neighbour_l
 from simulate.fluid.coarse_pressure import CoarsePressure
 from simulate.fluid.fault_checks import FaultChecks
 from simulate.fluid.launcher import Launcher
-from simulate.fluid.pressure import Pressure, smoothing_of
+from simulate.fluid.pressure import Iterations, Pressure, iterations_of, smoothing_of
 from simulate.fluid.state import MoversList, State
 from simulate.fluid.viscosity import Viscosity
 from simulate.kernels import neighbours, pressure, status
@@ -127,6 +127,8 @@ class FluidSolver:
                 support=support,
                 iterations=self.scheme.iterations,
             )
+        self.iterations = [self._iterations_of(fluid) for fluid in fluids]
+        """Iterations of each run's pressure."""
         smoothing = smoothing_of(support, self.mass, wall_mass(radius), settings.relaxation)
         self.pressure = Pressure(
             *shared,
@@ -136,6 +138,7 @@ class FluidSolver:
             smoothing=smoothing,
             as_solved=self._as_solved,
             scheme=self.scheme,
+            iterations=self.iterations,
             coarse=coarse,
         )
         self.faults = FaultChecks(state, self.movers, launcher, barrier, self.viscosity.unsolved, support)
@@ -151,6 +154,14 @@ class FluidSolver:
         self._projections: dict[int, Any] = {}  # Recorded, by the number of rows
         self.kernels_a_frame = 0  # Launches by the host in the last frame that was not replayed
         self.rows = 0  # Rows of a launch: the present number of movers or, where frames are replayed, the largest ever
+
+    def _iterations_of(self, fluid: Rheology) -> Iterations:
+        """Return the iterations that the user asked for, or as few as the fluid allows."""
+        alone = self.scheme.iterations
+        if not (self.settings.carries_pressure and fluid.moves_as_solved):
+            return Iterations(0.0, alone)
+        found = iterations_of(fluid.damping(self._support, self._frame_s, self.substeps), alone)
+        return found if self.settings.iterations is None else found._replace(number=alone)
 
     def _bind_lists(self, kernel: Any, domain: Domain) -> None:
         state, lists, walls = self.state, self.lists, self.lists.wall_particle
@@ -183,7 +194,7 @@ class FluidSolver:
         moving, solid = (self.movers.movers, state.particles), (self.barrier.clearance, self.barrier.grid)
         yielding = (*moving, self.paste.yields_at_most)
         falling = (self.step_s, settings.damping_per_s, self.gravity)
-        self._predict = launcher.bind(pressure.predict, *moving, *falling, *solid)
+        self._predict = launcher.bind(pressure.predict, *moving, *falling, self.pressure.effort, *solid)
         self._update_velocity = launcher.bind(pressure.update_velocity, *moving, self.step_s)
         self._move_as_solved = launcher.bind(pressure.move_as_solved, *moving, self._as_solved, self.step_s, *solid)
         limits = (self._frame_s, PATIENCE_S, QUIET_SHEAR, QUIET_SHEAR * self._support)

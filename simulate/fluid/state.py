@@ -20,6 +20,7 @@ KEPT_AS = {
     "earlier_velocity": "earlier_velocity",
     "density": "density",
     "bulk": "volume_and_viscosity",
+    "pressed": "pressed",
     "fate": "status",
 }
 """Arrays that a substep takes over from the one before, by their names in a checkpoint, which older versions wrote."""
@@ -41,6 +42,7 @@ class State:
         self.scaled_residual = _padded(np.zeros((schedule.particles, 3)), runs, wp.vec3, device)
         self.density = wp.full(count, 1.0, dtype=float, device=device)
         self.volume_and_viscosity = _padded(np.zeros((schedule.particles, 2)), runs, wp.vec2, device)
+        self.pressed = wp.zeros(count, dtype=wp.vec4, device=device)
         self.status = wp.full(count, int(device_code.WAITING), dtype=int, device=device)
         self.frame = wp.full(1, -1, dtype=int, device=device)
         self.swelling = wp.full(runs, 1.0, dtype=float, device=device)

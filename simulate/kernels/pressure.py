@@ -24,6 +24,8 @@ NOT_FINITE = wp.constant(4)
 TOO_FAST = wp.constant(8)
 TOO_DENSE = wp.constant(16)
 
+CARRIED_OVER = wp.constant(-1)
+"""Number that stands, in place of an iteration's, for the move by what the last substep's pressure leaves."""
 UNDONE = wp.constant(0.6)
 UNDONE_RANGE = wp.constant(0.3)
 """Compression, over the rest density, that pressure undoes in a substep: from UNDONE on a share of its displacement
@@ -44,6 +46,22 @@ class Smoothing:
     wall_density: float
     wall_slope: float
     relaxation: float  # epsilon of Eq. 1, 1/cm2.
+
+
+@wp.struct
+class Effort:
+    """Start and end of each run's pressure in a substep, by run."""
+
+    carried: wp.array[float]  # Share of the last substep's multipliers
+    iterations: wp.array[int]
+
+
+@wp.func
+def takes_part(effort: Effort, run: int, iteration: int) -> bool:
+    """Returns whether a run's particles move in an iteration, or by what is carried over."""
+    if iteration == CARRIED_OVER:
+        return effort.carried[run] > 0.0
+    return iteration < effort.iterations[run]
 
 
 @wp.func
@@ -68,10 +86,11 @@ def predict(
     step_s: float,
     damping: float,
     gravity: wp.vec3,
+    effort: Effort,
     clearance: float,
     solid: Distance,
 ):
-    """V + (g - eta v) dt, x* = x + v dt, as far as walls allow (Eq. 4; Algorithm 1, line 2)."""
+    """V + (g - eta v) dt, x* = x + v dt, as far as walls allow (Eq. 4; Algorithm 1, line 2); what is carried over."""
     row = begin + wp.tid()
     if row >= movers.count[0]:
         return
@@ -80,7 +99,10 @@ def predict(
     particles.previous_position[i] = x
     v = particles.velocity[i] + step_s * (gravity - damping * particles.velocity[i])
     there = move(solid, particles.free, particles.wall, i, x, step_s * v, clearance)
-    particles.position[i] = wp.vec4(there[0], there[1], there[2], 0.0)
+    pressed = particles.pressed[i]
+    multiplier = effort.carried[i // particles.per_run] * pressed[3]
+    particles.pressed[i] = wp.vec4(pressed[0], pressed[1], pressed[2], multiplier)
+    particles.position[i] = wp.vec4(there[0], there[1], there[2], multiplier)
 
 
 @wp.kernel
@@ -89,13 +111,13 @@ def shift(
     movers: Movers,
     particles: Particles,
     as_solved: wp.array[float],
-    first: bool,
-    last: bool,
+    effort: Effort,
+    iteration: int,
     clearance: float,
     solid: Distance,
     correction: wp.array[wp.vec3],
 ):
-    """Move by the pressure's correction; by the ``last`` in a substep as far as walls allow, by others as their planes.
+    """Move by the pressure's correction; by a run's last in a substep as far as walls allow, by others as their planes.
 
     The last move begins where the substep did: since then, walls were planes. Runs of which ``as_solved`` is 1 make it
     later, with the velocity that their viscosity leaves.
@@ -104,11 +126,14 @@ def shift(
     if row >= movers.count[0]:
         return
     i = movers.particle[row]
+    run = i // particles.per_run
+    if not takes_part(effort, run, iteration):
+        return
     x = particles.position[i]
-    if first:
+    if iteration == 0:
         particles.density_before[i] = particles.density[i]
     there = wp.vec3()
-    if last and as_solved[i // particles.per_run] == 0.0:
+    if iteration == effort.iterations[run] - 1 and as_solved[run] == 0.0:
         start = particles.previous_position[i]
         there = move(solid, particles.free, particles.wall, i, start, xyz(x) + correction[row] - start, clearance)
     else:
@@ -254,20 +279,29 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
         particles: Particles,
         neighbours: Neighbours,
         kernel: Smoothing,
-        wall_slope: wp.array[wp.vec3],  # out
+        effort: Effort,
+        iteration: int,
     ):
-        """lambda_i = -max(rho_i - 1, 0) / (sum |grad C|^2 + eps)."""
+        """The change of lambda_i by (1 - rho_i) / (sum |grad C|^2 + eps), as far as lambda_i stays below zero.
+
+        Where nothing is carried over, lambda_i is the paper's: that of an iteration, which begins at zero.
+        """
         row = begin + wp.tid()
         if row >= movers.count[0]:
             return
         i = movers.particle[row]
+        run = i // particles.per_run
+        if not takes_part(effort, run, iteration):
+            return
         here = particles.position[i]
-        it = constrain(kernel, neighbours, particles.position, particles.swelling[i // particles.per_run], row, here)
-        wall_slope[row] = it.wall_slope
+        it = constrain(kernel, neighbours, particles.position, particles.swelling[run], row, here)
         particles.density[i] = it.density
         particles.volume_and_viscosity[i] = wp.vec2(it.volume, particles.volume_and_viscosity[i][1])
-        multiplier = -wp.max(it.density - 1.0, 0.0) / (it.squares + kernel.relaxation)
-        particles.position[i] = wp.vec4(here[0], here[1], here[2], multiplier)
+        before = particles.pressed[i][3]
+        after = wp.min(before - (it.density - 1.0) / (it.squares + kernel.relaxation), 0.0)
+        particles.position[i] = wp.vec4(here[0], here[1], here[2], after - before)
+        lasts = wp.where(effort.carried[run] > 0.0, after, 0.0)
+        particles.pressed[i] = wp.vec4(it.wall_slope[0], it.wall_slope[1], it.wall_slope[2], lasts)
 
     @wp.kernel(enable_backward=False, module=two_level)
     def measure_terms(
@@ -276,7 +310,6 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
         particles: Particles,
         neighbours: Neighbours,
         kernel: Smoothing,
-        wall_slope: wp.array[wp.vec3],  # out
         coarse: CoarseRows,  # out: slope and yielding
     ):
         """Density, and what the coarse level needs of each particle.
@@ -290,9 +323,9 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
         i = movers.particle[row]
         here = particles.position[i]
         it = constrain(kernel, neighbours, particles.position, particles.swelling[i // particles.per_run], row, here)
-        wall_slope[row] = it.wall_slope
         particles.density[i] = it.density
         particles.volume_and_viscosity[i] = wp.vec2(it.volume, particles.volume_and_viscosity[i][1])
+        particles.pressed[i] = wp.vec4(it.wall_slope[0], it.wall_slope[1], it.wall_slope[2], 0.0)
         share = 1.0 / (1.0 - wp.min(it.by_walls / it.density, MOST_BY_WALLS))
         coarse.slope[row] = wp.vec4(it.slope[0], it.slope[1], it.slope[2], share)
         coarse.yielding[row] = 1.0 / (it.squares + kernel.relaxation)
@@ -306,7 +339,8 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
         kernel: Smoothing,
         longest: float,
         frozen_answer: float,
-        wall_slope: wp.array[wp.vec3],
+        effort: Effort,
+        iteration: int,
         correction: wp.array[wp.vec3],  # out
     ):
         """dx_i = sum_j (lambda_i + lambda_j) m grad W + lambda_i sum_k psi_k grad W (Eq. 3).
@@ -320,10 +354,14 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
         if row >= movers.count[0]:
             return
         i = movers.particle[row]
+        run = i // particles.per_run
+        if not takes_part(effort, run, iteration):
+            return
         here = particles.position[i]
         own = here[3]
-        slope = particles.swelling[i // particles.per_run] * kernel.slope
-        step = own * wall_slope[row]
+        slope = particles.swelling[run] * kernel.slope
+        pressed = particles.pressed[i]
+        step = own * wp.vec3(pressed[0], pressed[1], pressed[2])
         step += slope * sum_correction(
             particles.position,
             neighbours.fluid,

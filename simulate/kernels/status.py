@@ -38,6 +38,10 @@ class Particles:
     """
     density: wp.array[float]  # Density over the rest density
     density_before: wp.array[float]  # The same before the substep's pressure
+    pressed: wp.array[wp.vec4]
+    """Gradient of the density with the particle's position, by walls, and the sum of the multipliers that a substep's
+    iterations found: what the next one carries over.
+    """
     volume_and_viscosity: wp.array[wp.vec2]
     """Volume m/rho in cm3, and the weight of the particle's pairs in the viscosity."""
     status: wp.array[int]
@@ -89,6 +93,7 @@ def bring_to_rest(particles: Particles, i: int):
     particles.velocity[i] = wp.vec3(0.0)
     particles.earlier_velocity[i] = wp.vec3(0.0)
     particles.scaled_residual[i] = wp.vec3(0.0)
+    particles.pressed[i] = wp.vec4(0.0)
 
 
 @wp.kernel

@@ -18,6 +18,10 @@ waves of 30 to 300 mm/s and in channels, to a factor of two (decision 0111).
 """
 FALL = 0.03
 """Fall from rest in one substep, g dt^2 over h: more compresses the column (4 substeps in the paper's trial)."""
+DAMPS = 33.0
+"""Damping over nu dt / h^2, of particles packed as a liquid: a third of the sum of their weights."""
+SWINGS = 10.0
+"""Shear in 1/s of a column of weak paste that swings under its own pressure."""
 NEVER = 2**30  # Frames to freeze of sealant that does not freeze
 
 
@@ -58,6 +62,15 @@ class Rheology(NamedTuple):
     def moves_as_solved(self) -> bool:
         """Particles move with the velocity that viscosity leaves, and not before it as in the paper's Algorithm 1."""
         return self.yields or self.physical
+
+    def damping(self, support: float, frame_s: float, substeps: int) -> float:
+        """Share of a speed among neighbours at rest that viscosity takes in a substep, to first order.
+
+        It is the least over all ages, at a shear of ``SWINGS``. ``support`` is h in cm.
+        """
+        thin, tau = self.course.T
+        kinematic = kinematic_viscosity(1.0, support, frame_s) * SWINGS ** (self.flow_index - 1) * thin + tau / SWINGS
+        return float(DAMPS * kinematic.min() * frame_s / substeps / support**2)
 
     @property
     def freezes(self) -> bool:

@@ -48,10 +48,12 @@ def run_warnings(run: Run, volume_ratio: float) -> tuple[str, ...]:
     # To the digits that are shown: 1.050 is never too much.
     kept = round(volume_ratio / max(1 - spilled, 1e-3), 3)
     if not low <= kept <= high:
-        change, stand = ("lost", "lower") if kept < low else ("gained", "higher")
+        change, hollows, stand = (
+            ("lost", "", "lower") if kept < low else ("gained", ", or stands over hollows", "higher")
+        )
         texts.append(
-            f"The fluid {change} {100 * abs(1 - kept):.0f} % of its volume ({kept:.3f}; {low:g} to {high:g} is sound): "
-            f"levels stand {stand} than that much sealant would.{_why(run, lost=kept < low)}"
+            f"The fluid {change} {100 * abs(1 - kept):.0f} % of its volume{hollows} ({kept:.3f}; {low:g} to {high:g} "
+            f"is sound): levels stand {stand} than that much sealant would.{_why(run, lost=kept < low)}"
         )
     if (compressed := run.health.density_error_p95 or 0.0) > MOST_COMPRESSED:
         # The two-level pressure is for deep beds, and many substeps help shallow ones as well.

@@ -69,7 +69,7 @@ def test_the_volume_that_preset_paper_loses_is_known(run):
 
 def test_a_gain_with_two_particles_across_names_the_radius(run):
     (text,) = run_warnings(replace(run, health=RunHealth(particles_across=2.07)), 1.107)
-    assert text.startswith("The fluid gained 11 % of its volume (1.107")
+    assert text.startswith("The fluid gained 11 % of its volume, or stands over hollows (1.107")
     assert "Only 2.1 particles" in text
     assert "solver.radius_mm" in text
     (plain,) = run_warnings(replace(run, health=RunHealth(particles_across=3.87)), 1.107)

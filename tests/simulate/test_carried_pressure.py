@@ -1,0 +1,93 @@
+"""Pressure that begins with what the last substep's came to, in fluids that are viscous enough (decision 0156)."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks.physics_tanks import Pit, Tank, cube_mm, settled_mm, step_of
+from simulate.fluid import solver
+from simulate.fluid.pressure import Iterations, iterations_of
+from simulate.settings import Fluid
+from simulate.setup.rheology import Rheology, viscous_weight
+from tests.fluids import engine_with, lay_down, slot
+
+RADIUS_MM = 0.4
+STEP_S = step_of(RADIUS_MM)
+
+
+@pytest.mark.parametrize(
+    ("damping", "expected"),
+    [(0.0, (0.0, 4)), (0.99, (0.0, 4)), (1.0, (0.5, 3)), (6.99, (0.5, 3)), (7.0, (0.5, 2)), (1e6, (0.5, 2))],
+)
+def test_the_more_a_viscosity_takes_the_fewer_iterations_its_pressure_has(damping, expected):
+    assert iterations_of(damping, alone=4) == expected
+    assert iterations_of(damping, alone=1).number == 1
+
+
+@pytest.mark.parametrize("viscosity_mm2_s", [10.0, 300.0])
+def test_the_damping_is_what_pairs_take_of_a_speed_among_neighbours_that_stand(viscosity_mm2_s):
+    """At rest: the first-order share that the viscosity's weights stand for."""
+    place_mm = cube_mm(6.0) + np.array([0.0, 0.0, 5.0])
+    support = 0.4 * RADIUS_MM
+    fluid = Rheology(viscous_weight(viscosity_mm2_s / 100, support, STEP_S), 0.0, physical=True)
+    taken = []
+    for one in np.flatnonzero((np.abs(place_mm - place_mm.mean(axis=0)) < 1.2).all(axis=1))[:8]:
+        engine = engine_with(place_mm, slot(), fluid=fluid, frame_s=STEP_S, substeps=1, radius_mm=RADIUS_MM)
+        engine.find_neighbours()
+        engine.pressure.measure_density(engine.rows)
+        lay_down(engine, np.arange(len(place_mm)) != one)
+        engine.find_neighbours()
+        engine.viscosity.weigh_pairs(1)
+        taken.append(engine.viscosity.held.numpy()[0])
+    assert len(taken) == 8
+    assert fluid.damping(support, STEP_S, 1) == pytest.approx(np.mean(taken), rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("fluid", "settings", "expected"),
+    [
+        ({"viscosity_pa_s": 0.5}, {}, (0.5, 2)),
+        ({"viscosity_pa_s": 0.1}, {}, (0.5, 3)),
+        ({"viscosity_pa_s": 0.003}, {}, (0.0, 4)),
+        # Thin as it flows, whatever it is at rest.
+        ({"viscosity_pa_s": 0.003, "yield_stress_pa": 0.1}, {}, (0.0, 4)),
+        ({"viscosity_pa_s": 0.003, "yield_stress_pa": 12.0}, {}, (0.5, 2)),
+        ({"U": 30.0, "D_cm": 0.3, "yield_stress_pa": 12.0}, {}, (0.5, 2)),
+        ({"U": 1e4, "D_cm": 0.3}, {}, (0.0, 4)),
+        ({"viscosity_pa_s": 0.5}, {"iterations": 6}, (0.5, 6)),
+        ({"viscosity_pa_s": 0.5}, {"preset": "paper"}, (0.0, 4)),
+        ({"viscosity_pa_s": 0.5}, {"pressure": "two-level"}, (0.0, 5)),
+    ],
+)
+def test_what_is_carried_over_is_the_fluids_and_the_users_affair(fluid, settings, expected):
+    tank = _column(Fluid(**fluid, freeze_after_s="never"), 4.0, **settings)
+    assert tank.engine.iterations == [Iterations(*expected)]
+    assert tank.engine.pressure.effort.carried.numpy() == pytest.approx([expected[0]])
+
+
+@pytest.mark.parametrize(("viscosity_pa_s", "over"), [(0.1, 0.75), (0.5, 1.0)])
+def test_a_column_that_carries_pressure_over_is_as_calm_and_pressed_no_more(viscosity_pa_s, over, monkeypatch):
+    """Over four iterations that begin at zero; with 0.83 for the share of 0.5, the second swings at 20 mm/s."""
+    fluid = Fluid(viscosity_pa_s=viscosity_pa_s, freeze_after_s="never")
+    carrying = _rest(fluid)
+    monkeypatch.setattr(solver, "iterations_of", lambda *_: Iterations(0.0, 4))
+    pressed, speed_mm_s = _rest(fluid)
+    assert pressed > 0.05
+    assert carrying[0] < over * pressed
+    assert carrying[1] < 1.3 * speed_mm_s + 0.5
+
+
+def _rest(fluid: Fluid) -> tuple[float, float]:
+    """Compression at the floor of a column at rest, and its particles' mean speed in mm/s."""
+    tank = _column(fluid, 16.0)
+    tank.wait(0.6)
+    speeds = [float(np.linalg.norm(tank.velocity_mm_s, axis=1).mean()) for _ in tank.run(0.2)]
+    low = np.abs(tank.place_mm[:, 2] - 2.0) < 1.0
+    return float(tank.engine.state.density.numpy()[low].mean() - 1), float(np.mean(speeds))
+
+
+def _column(fluid: Fluid, height_mm: float, **settings: Any) -> Tank:
+    pit = Pit(4.0, 3.1, 24.0)
+    place_mm = settled_mm(pit, RADIUS_MM, STEP_S, height_mm)
+    return Tank.of(pit, place_mm, radius_mm=RADIUS_MM, step_s=STEP_S, fluid=fluid, **settings)
