@@ -33,7 +33,7 @@ class Iterations(NamedTuple):
 
 
 def iterations_of(damping: float, alone: int) -> Iterations:
-    """Return the iterations for a fluid's ``Rheology.damping``; ``alone`` is their number where nothing is carried over.
+    """Return the iterations for a fluid's ``Rheology.damping``; ``alone`` are those where nothing is carried over.
 
     They leave no more compression than four that begin at zero, and are as calm (decision 0156).
     """
