@@ -63,24 +63,34 @@ def test_the_damping_is_what_pairs_take_of_a_speed_among_neighbours_that_stand(v
 def test_what_is_carried_over_is_the_fluids_and_the_users_affair(fluid, settings, expected):
     tank = _column(Fluid(**fluid, freeze_after_s="never"), 4.0, **settings)
     assert tank.engine.iterations == [Iterations(*expected)]
-    assert tank.engine.pressure.effort.carried.numpy() == pytest.approx([expected[0]])
+    tank.engine.step()
+    kept = tank.engine.state.pressed.numpy()[:, 3]
+    assert (kept <= 0).all()
+    # Otherwise every iteration begins at zero, as the paper's.
+    assert (kept < 0).any() == (expected[0] > 0)
 
 
-@pytest.mark.parametrize(("viscosity_pa_s", "over"), [(0.1, 0.75), (0.5, 1.0)])
-def test_a_column_that_carries_pressure_over_is_as_calm_and_pressed_no_more(viscosity_pa_s, over, monkeypatch):
-    """Over four iterations that begin at zero; with 0.83 for the share of 0.5, the second swings at 20 mm/s."""
-    fluid = Fluid(viscosity_pa_s=viscosity_pa_s, freeze_after_s="never")
-    carrying = _rest(fluid)
+def test_a_column_that_carries_pressure_over_is_pressed_less_and_as_calm(monkeypatch):
+    """Over four iterations that begin at zero."""
+    carrying = _rest(_column(Fluid(viscosity_pa_s=0.1, freeze_after_s="never"), 16.0))
     monkeypatch.setattr(solver, "iterations_of", lambda *_: Iterations(0.0, 4))
-    pressed, speed_mm_s = _rest(fluid)
+    pressed, speed_mm_s = _rest(_column(Fluid(viscosity_pa_s=0.1, freeze_after_s="never"), 16.0))
     assert pressed > 0.05
-    assert carrying[0] < over * pressed
+    assert carrying[0] < 0.75 * pressed
     assert carrying[1] < 1.3 * speed_mm_s + 0.5
 
 
-def _rest(fluid: Fluid) -> tuple[float, float]:
-    """Compression at the floor of a column at rest, and its particles' mean speed in mm/s."""
-    tank = _column(fluid, 16.0)
+def test_a_deep_column_between_walls_that_slip_does_not_swing():
+    """Nothing but its own viscosity calms it: 1 mm/s, and 57 with 0.7 or 0.83 for the share of 0.5."""
+    pit = Pit(4.0, 3.1, 40.0)
+    place_mm = settled_mm(pit, RADIUS_MM, STEP_S, 24.0)
+    tank = Tank.of(pit, place_mm, radius_mm=RADIUS_MM, step_s=STEP_S, viscosity_mm2_s=300.0)
+    assert tank.engine.iterations == [Iterations(0.5, 2)]
+    assert _rest(tank)[1] < 6.0
+
+
+def _rest(tank: Tank) -> tuple[float, float]:
+    """Compression at the floor of a column that comes to rest, and its particles' mean speed in mm/s."""
     tank.wait(0.6)
     speeds = [float(np.linalg.norm(tank.velocity_mm_s, axis=1).mean()) for _ in tank.run(0.2)]
     low = np.abs(tank.place_mm[:, 2] - 2.0) < 1.0
