@@ -290,8 +290,8 @@ class Solver(Settings):
     a run takes about a quarter longer.
     """
     iterations: int | None = Field(default=None, ge=1, le=1000)
-    """Pressure iterations a substep; left out, 4, or 5 where the pressure has two levels. Fluids in physical units or
-    with a yield stress that are viscous enough to carry pressure over from the last substep have 3, or 2.
+    """Pressure iterations a substep; left out, 4, or 5 where the pressure has two levels, and 3 for a liquid in
+    physical units that is viscous enough to carry pressure over from the last substep.
     """
     volume_factor: float | None = Field(default=None, ge=0.5, le=2)
     """Volume of a particle in the density sum over that of Eq. 6. Left out, preset accurate finds it on the way, so

@@ -14,7 +14,7 @@ from tests.fluids import path, slot
 
 PASTES = (
     Fluid(U=30.0, D_cm=0.3, freeze_after_s=0.2),
-    Fluid(U=1000.0, D_cm=0.01, freeze_after_s="never"),
+    Fluid(viscosity_pa_s=0.5, D_cm=0.01, freeze_after_s="never"),
     Fluid(U=30.0, D_cm=0.3, yield_stress_pa=12.0, freeze_after_s="never"),
 )
 

@@ -20,9 +20,10 @@ CARRIED = 0.5
 """Share of its multipliers that pressure carries over to the next substep. More answers late, as a spring with memory:
 with 0.7 a column of water swings ever higher, with 0.8 one of 300 mm2/s.
 """
-VISCOUS, STIFF = 1.0, 7.0
-"""Damping from which pressure carries over, and from which fewer iterations are as calm: thinner fluids jostle."""
-CARRYING, CARRYING_STIFF = 3, 2  # Iterations of both
+VISCOUS = 1.0
+"""Damping from which pressure carries over: thinner fluids jostle by it."""
+CARRYING = 3
+"""Iterations with it, as calm as four that begin at zero, with two thirds of their compression; two are not calm."""
 
 
 class Iterations(NamedTuple):
@@ -33,13 +34,8 @@ class Iterations(NamedTuple):
 
 
 def iterations_of(damping: float, alone: int) -> Iterations:
-    """Return the iterations for a fluid's ``Rheology.damping``; ``alone`` are those where nothing is carried over.
-
-    They leave no more compression than four that begin at zero, and are as calm (decision 0156).
-    """
-    if damping < VISCOUS:
-        return Iterations(0.0, alone)
-    return Iterations(CARRIED, min(alone, CARRYING_STIFF if damping >= STIFF else CARRYING))
+    """Return the iterations for a liquid's ``Rheology.damping``; ``alone`` are those where nothing is carried over."""
+    return Iterations(CARRIED, min(alone, CARRYING)) if damping >= VISCOUS else Iterations(0.0, alone)
 
 
 class Pressure:

@@ -158,7 +158,7 @@ class FluidSolver:
     def _iterations_of(self, fluid: Rheology) -> Iterations:
         """Return the iterations that the user asked for, or as few as the fluid allows."""
         alone = self.scheme.iterations
-        if not (self.settings.carries_pressure and fluid.moves_as_solved):
+        if not self.settings.carries_pressure or fluid.yields or not fluid.physical:
             return Iterations(0.0, alone)
         found = iterations_of(fluid.damping(self._support, self._frame_s, self.substeps), alone)
         return found if self.settings.iterations is None else found._replace(number=alone)

@@ -18,6 +18,7 @@ from simulate.settings import Fluid, Nozzle, Solver
 from tests.fluids import path, slot
 
 FREEZING = Fluid(U=30.0, D_cm=0.3, freeze_after_s=0.2)
+CARRYING = Fluid(viscosity_pa_s=0.5, freeze_after_s=0.2)
 YIELDING = Fluid(viscosity_pa_s=0.05, yield_stress_pa=60.0, structuration_pa_per_s=5.0, freeze_after_s="never")
 
 
@@ -57,7 +58,13 @@ class Killed:
 
 @pytest.mark.parametrize(
     ("fluid", "solver"),
-    [(FREEZING, {}), (YIELDING, {}), (YIELDING, {"sleep": False}), (FREEZING, {"viscosity_solve": "explicit"})],
+    [
+        (FREEZING, {}),
+        (CARRYING, {}),
+        (YIELDING, {}),
+        (YIELDING, {"sleep": False}),
+        (FREEZING, {"viscosity_solve": "explicit"}),
+    ],
 )
 def test_a_run_killed_at_random_frames_is_the_unbroken_one_to_the_bit(tmp_path, fluid, solver):
     """Once as it fills, once as it comes to rest and some particles already lie; nothing may be left out of the file.
