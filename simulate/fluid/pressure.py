@@ -20,8 +20,10 @@ CARRIED = 0.5
 """Share of its multipliers that pressure carries over to the next substep. More answers late, as a spring with memory:
 with 0.7 a column of water swings ever higher, with 0.8 one of 300 mm2/s.
 """
-VISCOUS = 1.0
-"""Damping from which pressure carries over: thinner fluids jostle by it."""
+VISCOUS, THICK = 1.0, 100.0
+"""Damping from and up to which pressure carries over: thinner fluids jostle by it, and sealant of 300 Pa s collapses under
+the nozzle.
+"""
 CARRYING = 3
 """Iterations with it, as calm as four that begin at zero, with two thirds of their compression; two are not calm."""
 
@@ -35,7 +37,7 @@ class Iterations(NamedTuple):
 
 def iterations_of(damping: float, alone: int) -> Iterations:
     """Return the iterations for a liquid's ``Rheology.damping``; ``alone`` are those where nothing is carried over."""
-    return Iterations(CARRIED, min(alone, CARRYING)) if damping >= VISCOUS else Iterations(0.0, alone)
+    return Iterations(CARRIED, min(alone, CARRYING)) if VISCOUS <= damping <= THICK else Iterations(0.0, alone)
 
 
 class Pressure:
