@@ -21,8 +21,8 @@ CARRIED = 0.5
 with 0.7 a column of water swings ever higher, with 0.8 one of 300 mm2/s.
 """
 VISCOUS, THICK = 1.0, 100.0
-"""Damping from and up to which pressure carries over: thinner fluids jostle by it, and sealant of 300 Pa s collapses
-under the nozzle.
+"""Damping from and up to which pressure carries over: thinner fluids jostle by it; sealant collapses under the nozzle
+from 340 on, and at 190 it does not.
 """
 CARRYING = 3
 """Iterations with it, as calm as four that begin at zero, with two thirds of their compression; two are not calm."""

@@ -1,5 +1,6 @@
 import logging
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -150,6 +151,16 @@ def test_sealant_too_thick_to_flow_away_under_the_nozzle_does_not_collapse(yield
     run = pour(crack, path(crack[1], 0.3, speed_mm_s=4.0), fluid, radius_mm=0.6, settle_s=0.1)
     assert run.escaped_particles == 0
     assert np.isfinite(run.position_mm).all()
+
+
+def test_sealant_just_thin_enough_to_carry_pressure_over_does_not_collapse():
+    """Of 20 Pa s it does where it carries over: what viscosity takes back, the next substep's pressure has again."""
+    crack = slot(14.0, 3.1, 8.0, "vertical", 0.0)
+    fluid = Fluid(viscosity_pa_s=5.7, freeze_after_s="never")
+    run = pour(crack, path(crack[1], 0.3, speed_mm_s=4.0), fluid, settle_s=0.1)
+    assert run.settings["solver"]["iterations"] == 3
+    assert run.escaped_particles == 0
+    assert run.health.recorded()["density_error_max"] < 0.2
 
 
 def test_a_collapse_stops_the_run_and_says_what_when_which_and_where():
@@ -387,16 +398,35 @@ def bins_mm(profile: Profile) -> np.ndarray:
     return np.array([profile.level_mm[(profile.s_mm >= a) & (profile.s_mm < a + 10)].mean() for a in range(0, 80, 10)])
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("tilt", "preset", "worst_mm"), [("flare", "accurate", 1.6), ("lean", "paper", 1.8)])
-def test_the_papers_trial_settles_as_in_the_prototype(tilt, preset, worst_mm):
-    """The prototype solves Eq. 5 as printed, and so do explicit passes; the implicit solve has pairs of its own (0111).
+@cache
+def papers_trial(tilt: str, preset: str, viscosity_solve: str) -> tuple[Run, Profile, float]:
+    return trial(tilt, preset, viscosity_solve=viscosity_solve)
 
-    With those the bed is lower at its back, by 1.2 mm at most.
-    """
-    run, profile, ratio = trial(tilt, preset, viscosity_solve="explicit")
-    assert run.escaped_particles == 0
+
+AS_PRINTED = "the prototype solves Eq. 5 as printed; the implicit pairs of decision 0111 leave a bed 1.4 mm lower"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "viscosity_solve",
+    [
+        "explicit",
+        pytest.param("implicit", marks=pytest.mark.xfail(reason=AS_PRINTED, raises=AssertionError, strict=True)),
+    ],
+)
+@pytest.mark.parametrize(("tilt", "preset"), PROTOTYPE_MM)
+def test_the_papers_trial_settles_as_in_the_prototype(tilt, preset, viscosity_solve):
+    """The implicit solve, which users run, misses the bound at the bed's back: a miss that is known, not met."""
+    _, profile, _ = papers_trial(tilt, preset, viscosity_solve)
     assert bins_mm(profile) == pytest.approx(PROTOTYPE_MM[tilt, preset], abs=1.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("viscosity_solve", ["explicit", "implicit"])
+@pytest.mark.parametrize(("tilt", "preset", "worst_mm"), [("flare", "accurate", 1.6), ("lean", "paper", 1.8)])
+def test_the_papers_trial_is_near_its_prose_and_keeps_its_volume(tilt, preset, worst_mm, viscosity_solve):
+    run, profile, ratio = papers_trial(tilt, preset, viscosity_solve)
+    assert run.escaped_particles == 0
     error_mm = np.abs(profile.level_mm - np.interp(profile.s_mm, *PROSE.T)).mean()
     assert error_mm < worst_mm
     if preset == "accurate":
