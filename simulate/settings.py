@@ -233,6 +233,7 @@ class Scheme(NamedTuple):
     wall: Literal["calibrated", "source"]
     """Strength of wall particles: completing the missing half of the kernel, or 1 / W(0)."""
     frozen_answer: float  # Multiplier that a frozen neighbour answers with, over the particle's own
+    lists_serve: int  # Substeps of a frame that a list of neighbours serves
 
 
 PACKING = 0.97  # f of Eq. 6, the paper's: the effective radius of a particle over its radius.
@@ -248,8 +249,8 @@ SPHERE = 4 / 3 * math.pi / particle_volume(1.0)
 
 PRESETS = {
     # Where a run begins; it ends between 0.95 and 1.20 (decision 0113).
-    "accurate": Scheme(iterations=4, volume_factor=1.07, wall="calibrated", frozen_answer=1.0),
-    "paper": Scheme(iterations=4, volume_factor=SPHERE, wall="source", frozen_answer=0.0),
+    "accurate": Scheme(iterations=4, volume_factor=1.07, wall="calibrated", frozen_answer=1.0, lists_serve=2),
+    "paper": Scheme(iterations=4, volume_factor=SPHERE, wall="source", frozen_answer=0.0, lists_serve=1),
 }
 
 LEAST_TWO_LEVEL_ITERATIONS = 4
@@ -290,8 +291,8 @@ class Solver(Settings):
     a run takes about a quarter longer.
     """
     iterations: int | None = Field(default=None, ge=1, le=1000)
-    """Pressure iterations a substep; left out, 4, or 5 where the pressure has two levels, and 3 for a liquid in
-    physical units that is viscous enough to carry pressure over from the last substep.
+    """Pressure iterations a substep; left out, 4, or 5 where the pressure has two levels. Fluids in physical units or
+    with a yield stress that are viscous enough to carry pressure over from the last substep have 3, or 2.
     """
     volume_factor: float | None = Field(default=None, ge=0.5, le=2)
     """Volume of a particle in the density sum over that of Eq. 6. Left out, preset accurate finds it on the way, so

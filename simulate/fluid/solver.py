@@ -31,7 +31,11 @@ QUIET_SHEAR = 0.015
 """Shear in 1/s below which paste may fall asleep, and times h the speed: it then moves by 0.06 R in a second. At 0.1 /s
 paste that flows back along a slope falls asleep on its way, and stands up to 1.4 mm off (``benchmarks/sleep.py``).
 """
-PATIENCE_S = 0.3  # Time of quiet before sleep (prototype)
+PATIENCE_S = 0.45
+"""Time of quiet before sleep. After 0.3 s, paste of 20 Pa whose pressure carries over falls asleep as it sags, and a
+bed of it stands 0.2 mm off (``benchmarks/sleep.py``).
+"""
+AGAIN_S = 0.15  # The same for a particle that was woken: quiet paste beside a flow shall not stay awake with it
 WAKING_CM_S = 0.5  # Speed of a neighbour that wakes a particle (prototype)
 RESTLESS_S = 0.1  # Time for which a slower neighbour flows before it wakes a particle
 ROWS_ALIKE = 128  # Rows are recorded in such steps, for some that stay empty cost less than another recording
@@ -146,6 +150,7 @@ class FluidSolver:
         self._bind_lists(kernels.list_neighbours, domain)
         self._bind_frame(fluids)
         self._out = state.count
+        self._age = 0  # Substeps since the neighbours were listed
         # Explicit passes are counted by the host, in each substep.
         self.replays = device != "cpu" and settings.viscosity_solve == "implicit"
         """Frames are recorded and replayed, without reports to the host in between."""
@@ -158,14 +163,14 @@ class FluidSolver:
     def _iterations_of(self, fluid: Rheology) -> Iterations:
         """Return the iterations that the user asked for, or as few as the fluid allows."""
         alone = self.scheme.iterations
-        if not self.settings.carries_pressure or fluid.yields or not fluid.physical:
+        if not (self.settings.carries_pressure and fluid.moves_as_solved):
             return Iterations(0.0, alone)
-        found = iterations_of(fluid.damping(self._support, self._frame_s, self.substeps), alone)
+        found = iterations_of(fluid.damping(self._support, self._frame_s, self.substeps), alone, yields=fluid.yields)
         return found if self.settings.iterations is None else found._replace(number=alone)
 
     def _bind_lists(self, kernel: Any, domain: Domain) -> None:
         state, lists, walls = self.state, self.lists, self.lists.wall_particle
-        # What comes within h while the pressure iterations move it is listed in the next substep: kernels vanish at h.
+        # What comes within h meanwhile is listed the next time: kernels vanish at h.
         box = (domain.low, domain.high, self._support)
         self.fluid_cells = CellGrid(*box, state.position, state.status, self._launcher, state.runs)
         here = wp.zeros(len(walls), dtype=int, device=state.device)
@@ -198,7 +203,7 @@ class FluidSolver:
         self._update_velocity = launcher.bind(pressure.update_velocity, *moving, self.step_s)
         self._move_as_solved = launcher.bind(pressure.move_as_solved, *moving, self._as_solved, self.step_s, *solid)
         limits = (self._frame_s, PATIENCE_S, QUIET_SHEAR, QUIET_SHEAR * self._support)
-        waking = (WAKING_CM_S, RESTLESS_S)
+        waking = (WAKING_CM_S, RESTLESS_S, PATIENCE_S - AGAIN_S)
         near = (lists, self.viscosity.walls_drag, self.viscosity.held)
         self._wake = launcher.bind(neighbours.wake, *yielding, *waking, *near, self._quiet_s)
         self._fall_asleep = launcher.bind(status.fall_asleep, *yielding, *limits, self.viscosity.shear, self._quiet_s)
@@ -264,7 +269,9 @@ class FluidSolver:
         replay what follows the lists: kernels are loaded, and the solver's parts are its own.
         """
         self.predict()
-        self.find_neighbours()
+        if self._age % self.scheme.lists_serve == 0:
+            self.find_neighbours()
+        self._age += 1
         if self.settings.viscosity_solve == "explicit":
             return self._project(self.rows)
         if recorded and self._one_thread and not self.replays and self.rows <= MOST_RECORDED:
@@ -307,6 +314,8 @@ class FluidSolver:
         self.find_movers()
 
     def find_movers(self) -> None:
+        """List the movers anew; what was listed of neighbours is by the rows of the old list."""
+        self._age = 0
         self.movers.find()
         self.rows = len(self.lists.fluid_count) if self.replays else self.count_movers()
 

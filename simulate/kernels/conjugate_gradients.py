@@ -12,8 +12,6 @@ wp.set_module_options({"enable_backward": False})
 CHUNKS = wp.constant(64)
 """Parts of a run whose sums are made one by one, the same on all devices and with any number of threads."""
 
-Sums = wp.types.vector(length=7, dtype=wp.float32)
-
 ROUNDS = wp.constant(1.0e-3)
 """Part of a curvature below which a difference of two float32 sums is not to be trusted."""
 
@@ -42,14 +40,11 @@ class Search:
     product: wp.array[wp.vec3]  # The matrix times the scaled residual
     direction: wp.array[wp.vec3]
     pull: wp.array[wp.vec3]  # The matrix times the direction
-    partial: wp.array2d[Sums]  # Sums of each part of a run
+    partial: wp.array2d[wp.vec4]  # Sums of each part of a run
     error: wp.array[float]
     length: wp.array[float]  # How far to go along the direction
     turn: wp.array[float]  # Share of the last direction in the next one
     goal: wp.array[float]
-    size: wp.array[float]  # Square of the solution in the matrix's norm, less that of what is missing
-    change: wp.array[float]  # The same of its difference from the velocity without viscosity
-    gained: wp.array[wp.vec4]  # By how much each of the last four iterations has added to both
     holds: wp.array[float]  # Number of particles, and the drag of all that does not move with them
     warm: wp.array[int]  # 1 where the search begins at the guess
     iterations: wp.array[int]
@@ -75,39 +70,30 @@ def sum_residuals(
     search: Search,  # out: partial
     more: wp.array[int],  # out: zero
 ):
-    """Squares of the right side and of both residuals, in the norm of the preconditioner, and both starts' energies."""
+    """Squares of the right side and of both residuals, in the norm of the preconditioner."""
     part = begin + wp.tid()
     if part == 0:
         more[0] = 0
     rows = rows_of(movers, part)
-    total = Sums()
+    total = wp.vec4(0.0)
     for row in range(rows[0], rows[1]):
         inverse = system.inverse[row]
         own = particles.velocity[movers.particle[row]]
-        guess = particles.scaled_residual[movers.particle[row]]
         still = search.residual[row]
         moved = search.product[row]
-        total += Sums(
+        total += wp.vec4(
             wp.dot(own, inverse * own),
             wp.dot(still, inverse * still),
             wp.dot(moved, inverse * moved),
             1.0 + system.held[row],
-            wp.dot(own, own + still),
-            wp.dot(guess, own + moved),
-            wp.dot(guess - own, still + moved),
         )
     search.partial[part // CHUNKS, part % CHUNKS] = total
 
 
 @wp.func
-def first(total: float):
-    return Sums(total, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-
-
-@wp.func
 def whole_sum(search: Search, run: int):
     """The parts in their order."""
-    total = Sums()
+    total = wp.vec4(0.0)
     for chunk in range(CHUNKS):
         total += search.partial[run, chunk]
     return total
@@ -130,9 +116,6 @@ def begin_search(
     search.warm[run] = wp.where(squares[2] < squares[1], 1, 0)
     search.error[run] = wp.where(squares[2] < squares[1], squares[2], squares[1])
     search.holds[run] = squares[3]
-    # What x misses of the solution s of A s = v has the square s.v - x.(v + r), with r = v - A x.
-    search.size[run] = wp.where(squares[2] < squares[1], squares[5], squares[4])
-    search.change[run] = wp.where(squares[2] < squares[1], squares[6], 0.0)
     search.turn[run] = 0.0
     search.length[run] = 0.0
     search.iterations[run] = 0
@@ -183,7 +166,7 @@ def sum_curvature(
     total = float(0.0)
     for row in range(rows[0], rows[1]):
         total += wp.dot(particles.scaled_residual[movers.particle[row]], search.product[row])
-    search.partial[part // CHUNKS, part % CHUNKS] = first(total)
+    search.partial[part // CHUNKS, part % CHUNKS] = wp.vec4(total, 0.0, 0.0, 0.0)
 
 
 @wp.kernel
@@ -226,34 +209,21 @@ def advance_search(begin: int, movers: Movers, particles: Particles, system: Sys
         scaled = system.inverse[row] * r
         particles.scaled_residual[i] = scaled
         total += wp.dot(r, scaled)
-    search.partial[run, part % CHUNKS] = first(total)
+    search.partial[run, part % CHUNKS] = wp.vec4(total, 0.0, 0.0, 0.0)
 
 
 @wp.kernel
 def find_turn(
-    nearly: float,
     at_most: int,
     search: Search,  # in, out
     more: wp.array[int],  # out
     unsolved: wp.array[int],  # in, out
 ):
-    """The next turn, unless what the last four iterations gained says that the velocity was near before them.
-
-    Stiff motions, which are right long before their residual is small, need not be solved to its goal (Strakos and
-    Tichy: an iteration gains its length times its error).
-    """
+    """The share of this direction in the next one, and whether there is one."""
     run = wp.tid()
     if search.error[run] <= search.goal[run]:
         return
     error = whole_sum(search, run)[0]
-    gain = search.length[run] * search.error[run]
-    search.size[run] = search.size[run] + gain
-    search.change[run] = search.change[run] + gain
-    before = search.gained[run]
-    search.gained[run] = wp.vec4(gain, before[0], before[1], before[2])
-    lately = gain + before[0] + before[1] + before[2]
-    if search.iterations[run] >= 4 and lately <= nearly * nearly * wp.min(search.size[run], search.change[run]):
-        error = 0.0
     search.turn[run] = error / wp.max(search.error[run], 1.0e-30)
     search.error[run] = error
     ask_for_more(search, run, at_most, more, unsolved)
@@ -271,7 +241,7 @@ def sum_left(
     total = wp.vec3(0.0)
     for row in range(rows[0], rows[1]):
         total += search.residual[row]
-    search.partial[part // CHUNKS, part % CHUNKS] = Sums(total[0], total[1], total[2], 0.0, 0.0, 0.0, 0.0)
+    search.partial[part // CHUNKS, part % CHUNKS] = wp.vec4(total[0], total[1], total[2], 0.0)
 
 
 @wp.kernel

@@ -86,6 +86,7 @@ def wake(
     yields: wp.array[float],
     fast: float,
     restless_s: float,
+    rested_s: float,
     near: Neighbours,
     drag: wp.array[float],
     held: wp.array[float],
@@ -93,6 +94,7 @@ def wake(
 ):
     """Wake the sleeping neighbours of a particle that is fast, or was above its yield stress for ``restless_s``.
 
+    They count as quiet for ``rested_s``, until they flow.
     Several threads may write to one of them; all write the same.
     """
     row = begin + wp.tid()
@@ -109,4 +111,4 @@ def wake(
             j = near.fluid[near.fluid_at[row], slot]
             if particles.status[j] == ASLEEP:
                 particles.status[j] = MOVING
-                quiet_s[j] = 0.0
+                quiet_s[j] = rested_s

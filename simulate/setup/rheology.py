@@ -21,7 +21,7 @@ FALL = 0.03
 DAMPS = 33.0
 """Damping over nu dt / h^2, of particles packed as a liquid: a third of the sum of their weights."""
 SWINGS = 10.0
-"""Shear in 1/s of a column that swings under its own pressure."""
+"""Shear in 1/s of a column of weak paste that swings under its own pressure."""
 NEVER = 2**30  # Frames to freeze of sealant that does not freeze
 
 
@@ -64,12 +64,13 @@ class Rheology(NamedTuple):
         return self.yields or self.physical
 
     def damping(self, support: float, frame_s: float, substeps: int) -> float:
-        """Share of a speed among neighbours at rest that a liquid's viscosity takes in a substep, to first order.
+        """Share of a speed among neighbours at rest that viscosity takes in a substep, to first order.
 
         It is the least over all ages, at a shear of ``SWINGS``. ``support`` is h in cm.
         """
-        thinnest = float(self.course[:, 0].min()) * SWINGS ** (self.flow_index - 1)
-        return DAMPS * kinematic_viscosity(thinnest, support, frame_s) * frame_s / substeps / support**2
+        thin, tau = self.course.T
+        kinematic = kinematic_viscosity(1.0, support, frame_s) * SWINGS ** (self.flow_index - 1) * thin + tau / SWINGS
+        return float(DAMPS * kinematic.min() * frame_s / substeps / support**2)
 
     @property
     def freezes(self) -> bool:

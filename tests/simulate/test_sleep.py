@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from simulate.fluid.solver import PATIENCE_S, RESTLESS_S, WAKING_CM_S
+from simulate.fluid.solver import AGAIN_S, PATIENCE_S, RESTLESS_S, WAKING_CM_S
 from simulate.kernels.status import ASLEEP, MOVING, RESTS
 from simulate.setup.rheology import Rheology
 from tests.fluids import FRAME_S, engine_with, slot
@@ -38,7 +38,8 @@ def test_a_sleeper_wakes_beside_what_is_fast_or_goes_on_flowing(speed, flowed_s,
     engine._wake(engine.rows)
     assert (state.status.numpy()[0] == int(MOVING)) == wakes
     if wakes:
-        assert quiet_s.numpy()[0] == 0.0
+        # It lies down again soon, if it does not flow.
+        assert quiet_s.numpy()[0] == pytest.approx(PATIENCE_S - AGAIN_S)
 
 
 def test_a_moment_of_quiet_forgets_the_flow_and_one_of_flow_the_quiet():
