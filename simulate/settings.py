@@ -233,7 +233,6 @@ class Scheme(NamedTuple):
     wall: Literal["calibrated", "source"]
     """Strength of wall particles: completing the missing half of the kernel, or 1 / W(0)."""
     frozen_answer: float  # Multiplier that a frozen neighbour answers with, over the particle's own
-    lists_serve: int  # Substeps of a frame that a list of neighbours serves
 
 
 PACKING = 0.97  # f of Eq. 6, the paper's: the effective radius of a particle over its radius.
@@ -249,8 +248,8 @@ SPHERE = 4 / 3 * math.pi / particle_volume(1.0)
 
 PRESETS = {
     # Where a run begins; it ends between 0.95 and 1.20 (decision 0113).
-    "accurate": Scheme(iterations=4, volume_factor=1.07, wall="calibrated", frozen_answer=1.0, lists_serve=2),
-    "paper": Scheme(iterations=4, volume_factor=SPHERE, wall="source", frozen_answer=0.0, lists_serve=1),
+    "accurate": Scheme(iterations=4, volume_factor=1.07, wall="calibrated", frozen_answer=1.0),
+    "paper": Scheme(iterations=4, volume_factor=SPHERE, wall="source", frozen_answer=0.0),
 }
 
 LEAST_TWO_LEVEL_ITERATIONS = 4

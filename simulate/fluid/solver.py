@@ -150,7 +150,6 @@ class FluidSolver:
         self._bind_lists(kernels.list_neighbours, domain)
         self._bind_frame(fluids)
         self._out = state.count
-        self._age = 0  # Substeps since the neighbours were listed
         # Explicit passes are counted by the host, in each substep.
         self.replays = device != "cpu" and settings.viscosity_solve == "implicit"
         """Frames are recorded and replayed, without reports to the host in between."""
@@ -170,7 +169,7 @@ class FluidSolver:
 
     def _bind_lists(self, kernel: Any, domain: Domain) -> None:
         state, lists, walls = self.state, self.lists, self.lists.wall_particle
-        # What comes within h meanwhile is listed the next time: kernels vanish at h.
+        # What comes within h while the pressure iterations move it is listed in the next substep: kernels vanish at h.
         box = (domain.low, domain.high, self._support)
         self.fluid_cells = CellGrid(*box, state.position, state.status, self._launcher, state.runs)
         here = wp.zeros(len(walls), dtype=int, device=state.device)
@@ -269,9 +268,7 @@ class FluidSolver:
         replay what follows the lists: kernels are loaded, and the solver's parts are its own.
         """
         self.predict()
-        if self._age % self.scheme.lists_serve == 0:
-            self.find_neighbours()
-        self._age += 1
+        self.find_neighbours()
         if self.settings.viscosity_solve == "explicit":
             return self._project(self.rows)
         if recorded and self._one_thread and not self.replays and self.rows <= MOST_RECORDED:
@@ -314,8 +311,6 @@ class FluidSolver:
         self.find_movers()
 
     def find_movers(self) -> None:
-        """List the movers anew; what was listed of neighbours is by the rows of the old list."""
-        self._age = 0
         self.movers.find()
         self.rows = len(self.lists.fluid_count) if self.replays else self.count_movers()
 

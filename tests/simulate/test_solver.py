@@ -89,16 +89,3 @@ def test_a_relaxation_is_the_same_at_any_scale():
         moved.append((positions_mm(engine) - points) / scale)
     assert np.abs(moved[0]).max() > 0.02
     assert moved[1] == pytest.approx(moved[0], abs=1e-4)
-
-
-@pytest.mark.parametrize(("preset", "listed"), [("accurate", [0, 2, 4, 5]), ("paper", [0, 1, 2, 3, 4, 5])])
-def test_a_list_of_neighbours_serves_two_substeps_of_a_frame_and_one_by_the_papers_preset(monkeypatch, preset, listed):
-    """Rows are others after a change of the movers, which ends a list at once."""
-    engine = engine_with(np.array([[2.0, 0.0, -8.0], [2.0, 0.0, -7.4]]), slot(), preset=preset)
-    seen, find, substep = [], engine.find_neighbours, 0
-    monkeypatch.setattr(engine, "find_neighbours", lambda: (seen.append(substep), find()))
-    for substep in range(6):
-        if substep == 5:
-            engine.find_movers()
-        engine.step()
-    assert seen == listed
