@@ -26,8 +26,6 @@ from 340 on, and at 190 it does not.
 """
 CARRYING = 3
 """Iterations with it, as calm as four that begin at zero, with two thirds of their compression; two are not calm."""
-STIFF, CARRYING_STIFF = 7.0, 2
-"""Damping from which paste with a yield stress is as calm with fewer iterations, and as compressed as by four."""
 
 
 class Iterations(NamedTuple):
@@ -37,11 +35,11 @@ class Iterations(NamedTuple):
     number: int
 
 
-def iterations_of(damping: float, alone: int, *, yields: bool) -> Iterations:
+def iterations_of(damping: float, alone: int) -> Iterations:
     """Return the iterations for a fluid's ``Rheology.damping``; ``alone`` are those where nothing is carried over."""
     if not VISCOUS <= damping <= THICK:
         return Iterations(0.0, alone)
-    return Iterations(CARRIED, min(alone, CARRYING_STIFF if yields and damping >= STIFF else CARRYING))
+    return Iterations(CARRIED, min(alone, CARRYING))
 
 
 class Pressure:

@@ -23,6 +23,7 @@ from simulate.setup.rheology import FALL, Rheology, paste_on_device
 from simulate.setup.signed_distance import Barrier
 from simulate.setup.wall_particles import WallParticles, calibrated_wall_mass, source_wall_mass
 
+FALL_OF_TWO_LEVELS = 0.03  # ``FALL`` by two-level pressure, under which the fluid boils in longer substeps
 MORE_ROOM = 9 / 8  # Room of packed lists over that which did not suffice
 GRAVITY_CM_S2 = 981.0
 SLOWEST_SHEAR = 0.002
@@ -31,9 +32,9 @@ QUIET_SHEAR = 0.015
 """Shear in 1/s below which paste may fall asleep, and times h the speed: it then moves by 0.06 R in a second. At 0.1 /s
 paste that flows back along a slope falls asleep on its way, and stands up to 1.4 mm off (``benchmarks/sleep.py``).
 """
-PATIENCE_S = 0.45
-"""Time of quiet before sleep. After 0.3 s, paste of 20 Pa whose pressure carries over falls asleep as it sags, and a
-bed of it stands 0.2 mm off (``benchmarks/sleep.py``).
+PATIENCE_S = 0.6
+"""Time of quiet before sleep. After 0.45 s, paste of 20 Pa whose pressure carries over falls asleep as it sags, and a
+bed of it stands 0.14 mm off (``benchmarks/sleep.py``).
 """
 AGAIN_S = 0.15  # The same for a particle that was woken: quiet paste beside a flow shall not stay awake with it
 WAKING_CM_S = 0.5  # Speed of a neighbour that wakes a particle (prototype)
@@ -55,7 +56,8 @@ def substeps_for(settings: Solver, frame_s: float) -> int:
     Raises InputError where the number is smaller than that and the pressure has two levels.
     """
     support = 4 * settings.size_mm / 10
-    short = max(1, math.ceil(frame_s / math.sqrt(FALL * support / GRAVITY_CM_S2)))
+    fall = FALL_OF_TWO_LEVELS if settings.pressure == "two-level" else FALL
+    short = max(1, math.ceil(frame_s / math.sqrt(fall * support / GRAVITY_CM_S2)))
     if settings.substeps is not None and settings.substeps < short and settings.pressure == "two-level":
         raise InputError(
             f'solver.substeps is {settings.substeps}: with solver.pressure = "two-level" frames of '
@@ -164,7 +166,7 @@ class FluidSolver:
         alone = self.scheme.iterations
         if not (self.settings.carries_pressure and fluid.moves_as_solved):
             return Iterations(0.0, alone)
-        found = iterations_of(fluid.damping(self._support, self._frame_s, self.substeps), alone, yields=fluid.yields)
+        found = iterations_of(fluid.damping(self._support, self._frame_s, self.substeps), alone)
         return found if self.settings.iterations is None else found._replace(number=alone)
 
     def _bind_lists(self, kernel: Any, domain: Domain) -> None:

@@ -55,7 +55,8 @@ def place_walls(solid: Solid, outline: Outline, barrier: Barrier, radius_mm: flo
     label, triangles_mm = solid.face_label[touched], solid.vertices_mm[solid.faces[touched]]
     points = spread_points(triangles_mm, spacing_mm / np.sqrt(CANDIDATES))
     # All of the cavity, and the part of the face that sealant may run over.
-    near = (label[points.face] != FaceLabel.TOP) | _near_crack(points.position_mm, outline)
+    near = label[points.face] != FaceLabel.TOP
+    near[~near] = _near_crack(points.position_mm[~near], outline)
     deep = points.position_mm[near] - radius_mm * _normals(triangles_mm)[points.face[near]]
     # Across a thin nose the far wall is nearer than the near one: such a point would be outside the solid there.
     held = barrier.exact_mm(deep) <= -0.9 * radius_mm if len(deep) else np.zeros(0, dtype=bool)
