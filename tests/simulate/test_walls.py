@@ -12,7 +12,7 @@ from digitise.mesh_import.import_mesh import import_sample
 from digitise.settings import CrackShape, MeshInput
 from digitise.solid.build_solid import build_solid
 from sealtwin.core.records import FaceLabel, Outline, Solid
-from simulate.setup.signed_distance import CM, build_barrier
+from simulate.setup.signed_distance import CM, MARGIN_MM, build_barrier
 from simulate.setup.wall_particles import WallParticles, calibrated_wall_mass, place_walls, source_wall_mass
 from tests.fluids import engine_with, lattice, slot
 from tests.meshes import sheet
@@ -89,6 +89,21 @@ def test_the_layer_lies_a_radius_deep_and_covers_what_sealant_can_touch(shape):
     assert hole_mm[lies_deep].max() < 1.1 * 2 * RADIUS_MM
     assert hole_mm.max() < 1.2 * 2 * RADIUS_MM
     assert share.min() >= 0
+
+
+def test_the_face_is_covered_beside_the_crack_and_no_farther():
+    """What heaps up over the mouth rests on wall particles for 12 mm, and beyond on the plane of the face."""
+    solid, outline = slot()
+    _, point, _ = walls_of(solid, outline)
+    rows = KDTree(np.vstack([outline.left_wall_mm, outline.centreline_mm, outline.right_wall_mm]))
+    mesh = trimesh.Trimesh(solid.vertices_mm, solid.faces[solid.face_label == FaceLabel.TOP], process=False)
+    sample: Any = trimesh.sample.sample_surface(mesh, 5000, seed=0)
+    deep = sample[0] - np.array([0.0, 0.0, RADIUS_MM])
+    away_mm, hole_mm = rows.query(deep[:, :2])[0], KDTree(point).query(deep)[0]
+    beside = (away_mm > 1.0) & (away_mm < MARGIN_MM - 2 * RADIUS_MM)
+    assert beside.sum() > 500
+    assert hole_mm[beside].max() < 1.2 * 2 * RADIUS_MM
+    assert rows.query(point[:, :2])[0].max() < MARGIN_MM + RADIUS_MM
 
 
 def test_walls_that_lean_far_are_covered_to_the_floor():
