@@ -294,9 +294,10 @@ def prepare(
 ) -> Injection:
     """Prepare schedule, walls and particles for the first frame.
 
-    Several ``fluids`` are computed at once, each as if it were alone; files of their tables lie in the current folder.
+    Several ``fluids`` are computed at once, each as if it were alone, if they need the same number of substeps; files
+    of their tables lie in the current folder.
     ``enclosure`` is that of an earlier run in this crack, with particles of this size on this device; None builds it.
-    Raises InputError where the settings do not fit the crack.
+    Raises InputError where the settings do not fit the crack, and ValueError where the numbers of substeps differ.
     """
     if solver.model == "slot":
         raise InputError('solver.model is "slot": this runs particles alone. Take "particles", or leave it out.')
@@ -318,10 +319,12 @@ def prepare(
         diameter_mm=nozzle.diameter_mm,
         seed=seed,
     )
-    substeps = substeps_for(solver, schedule.frame_s)
-    check_damping(solver, schedule.frame_s / substeps)
     support = 4 * solver.size_mm * CM
     pastes = [rheology_of(fluid, support, schedule.frame_s, courses[0].frames) for fluid in fluids]
+    substeps, *others = {substeps_for(solver, paste, schedule.frame_s) for paste in pastes}
+    if others:
+        raise ValueError("Fluids that need different numbers of substeps cannot be computed at once.")
+    check_damping(solver, schedule.frame_s / substeps)
     engine = FluidSolver(
         State(schedule, device, len(pastes)),
         enclosure.walls,

@@ -34,7 +34,7 @@ def ready(
         outline,
         path(outline, 0.1, speed_mm_s=20.0),
         pastes,
-        Solver.model_validate({"settle_s": 0.3, **solver}),
+        Solver.model_validate({"settle_s": 0.3, "substeps": 16, **solver}),
         Nozzle(),
         seed=0,
         device=device,

@@ -3,13 +3,18 @@
 import heapq
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from math import log
+from typing import TYPE_CHECKING
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import in_words
 from sealtwin.core.records import Trajectory
 from sealtwin.study.study_folder import StudyRun
 from sealtwin.trial.trial_file import Trial
+
+if TYPE_CHECKING:
+    from simulate.setup.release_schedule import Schedule
 
 SETUP_S = 0.2
 """Walls, distances and reading the profile, on a core of the machine that the README names; so is the next."""
@@ -34,6 +39,7 @@ class RunSize:
     particles: int
     moving: int  # Largest number that move at the same time
     work_s: float  # Computing time on one core, by the model
+    substeps: int = 0  # Of a frame; runs of one launch share them
 
     @property
     def bytes(self) -> float:
@@ -69,14 +75,25 @@ def size_of(trial: Trial, trajectory: Trajectory, width_mm: float) -> RunSize:
     if trial.solver.model == "slot":
         return RunSize(0, 0, FAST_S)
     from simulate.fluid.solver import substeps_for
-    from simulate.setup.release_schedule import course_of, plan_releases
+    from simulate.setup.release_schedule import course_of
+    from simulate.setup_checks import rheology_of
 
     assert trial.fluid is not None, "a study without one is refused"
     solver = trial.solver.for_crack(width_mm)
-    schedule = plan_releases(trajectory, solver.size_mm, trial.nozzle.diameter_mm, trial.seed)
+    schedule = _releases(trajectory, solver.size_mm, trial.nozzle.diameter_mm, trial.seed)
     course = course_of(schedule, trial.fluid, solver.settle_s)
-    work_s = PARTICLE_S * substeps_for(solver, schedule.frame_s) * course.work.sum()
-    return RunSize(schedule.particles, int(course.moving.max()), SETUP_S + float(work_s))
+    paste = rheology_of(trial.fluid, 4 * solver.size_mm / 10, schedule.frame_s, course.frames)
+    substeps = substeps_for(solver, paste, schedule.frame_s)
+    work_s = PARTICLE_S * substeps * course.work.sum()
+    return RunSize(schedule.particles, int(course.moving.max()), SETUP_S + float(work_s), substeps)
+
+
+@lru_cache(maxsize=1)
+def _releases(trajectory: Trajectory, radius_mm: float, diameter_mm: float, seed: int) -> "Schedule":
+    """Plan the releases of runs that differ in their fluids alone, which mostly follow each other."""
+    from simulate.setup.release_schedule import plan_releases
+
+    return plan_releases(trajectory, radius_mm, diameter_mm, seed)
 
 
 Timing = tuple[float, float]

@@ -35,7 +35,7 @@ class StudyRun:
     settings: dict[str, Any]  # Varied settings by dotted name, for example {"fluid.U": 30.0, "fluid.D_cm": 0.3}
     trial: dict[str, Any] = field(repr=False)  # All settings
     sample: str  # Folder below samples/ that holds the digitised crack
-    kin: str  # Equal for runs that differ in the fluid alone and may share a launch
+    kin: str  # Equal for runs that may share a launch: those that differ in the fluid alone, of as many substeps
     work_s: float  # Expected computing time on the machine that the estimate was calibrated on
     state: State = "waiting"
     wall_s: float | None = None

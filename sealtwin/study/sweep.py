@@ -177,20 +177,16 @@ def _runs(
     inputs = {name: {file: files.sha256(home / file) for file in names} for name, home in homes.items()}
     runs: list[study_folder.StudyRun] = []
     faults: dict[str, list[int]] = {}
-    sizes: dict[Any, RunSize] = {}
+    sizes: list[RunSize] = []
     for run in planned:
         trial, name = run.trial, samples[run.number]
         fluid, bench = trial.fluid, benches[name]
         assert fluid is not None, "checked before"
         settings = stage_settings(trial, "simulate")
-        kin = stage_key({}, {**settings, "fluid": None, "bench": name})
-        # Of the fluid's numbers only its age at freezing counts for the size.
-        alike = kin, fluid.freeze_after_s
         try:
             if trial.solver.model != "slot":
                 check_fit(bench.outline, bench.solid, fluid, trial.solver, trial.nozzle, trial.sample)
-            if alike not in sizes:
-                sizes[alike] = size_of(trial, bench.trajectory, bench.outline.mean_width_mm)
+            sizes.append(size_of(trial, bench.trajectory, bench.outline.mean_width_mm))
         except InputError as fault:
             faults.setdefault(str(fault), []).append(run.number)
             continue
@@ -199,10 +195,11 @@ def _runs(
             # It names what was chosen and changes no result.
             validated.pop("fitted", None)
         key = stage_key(inputs[name], {**settings, "readings": validated, "device": device})
+        kin = stage_key({}, {**settings, "fluid": None, "bench": name, "substeps": sizes[-1].substeps})
         content = trial.model_dump(mode="json", exclude_none=True)
-        runs.append(study_folder.StudyRun(run.number, key, run.settings, content, name, kin, sizes[alike].work_s))
+        runs.append(study_folder.StudyRun(run.number, key, run.settings, content, name, kin, sizes[-1].work_s))
     raise_faults(faults)
-    return runs, max(sizes.values(), key=lambda size: (size.particles, size.bytes))
+    return runs, max(sizes, key=lambda size: (size.particles, size.bytes))
 
 
 def report(folder: Path, plan: study_folder.Plan, holder: str | None = None, *, table: bool = True) -> dict[str, Any]:

@@ -23,7 +23,10 @@ from simulate.setup.rheology import FALL, Rheology, paste_on_device
 from simulate.setup.signed_distance import Barrier
 from simulate.setup.wall_particles import WallParticles, calibrated_wall_mass, source_wall_mass
 
-FALL_OF_TWO_LEVELS = 0.03  # ``FALL`` by two-level pressure, under which the fluid boils in longer substeps
+SHORT_FALL = 0.03
+"""``FALL`` where pressure begins at zero: a fluid freezing by age is compressed by a tenth in longer substeps, and by
+two-level pressure it boils.
+"""
 MORE_ROOM = 9 / 8  # Room of packed lists over that which did not suffice
 GRAVITY_CM_S2 = 981.0
 SLOWEST_SHEAR = 0.002
@@ -50,20 +53,32 @@ class Domain(NamedTuple):
     high: Floats
 
 
-def substeps_for(settings: Solver, frame_s: float) -> int:
+def substeps_for(settings: Solver, fluid: Rheology, frame_s: float) -> int:
     """The user's number of substeps, or as many as keep the fall in one of them short.
 
     Raises InputError where the number is smaller than that and the pressure has two levels.
     """
-    support = 4 * settings.size_mm / 10
-    fall = FALL_OF_TWO_LEVELS if settings.pressure == "two-level" else FALL
-    short = max(1, math.ceil(frame_s / math.sqrt(fall * support / GRAVITY_CM_S2)))
-    if settings.substeps is not None and settings.substeps < short and settings.pressure == "two-level":
-        raise InputError(
-            f'solver.substeps is {settings.substeps}: with solver.pressure = "two-level" frames of '
-            f"{frame_s * 1e3:.3g} ms need at least {short}, or the fluid boils. Give as many, or leave it out."
-        )
-    return settings.substeps or short
+    few, many = (
+        max(1, math.ceil(frame_s / math.sqrt(fall * 4 * settings.size_mm / 10 / GRAVITY_CM_S2)))
+        for fall in (FALL, SHORT_FALL)
+    )
+    if settings.substeps is not None:
+        if settings.substeps < many and settings.pressure == "two-level":
+            raise InputError(
+                f'solver.substeps is {settings.substeps}: with solver.pressure = "two-level" frames of '
+                f"{frame_s * 1e3:.3g} ms need at least {many}, or the fluid boils. Give as many, or leave it out."
+            )
+        return settings.substeps
+    return few if iterations_for(settings, fluid, frame_s, few).carried else many
+
+
+def iterations_for(settings: Solver, fluid: Rheology, frame_s: float, substeps: int) -> Iterations:
+    """The user's number of pressure iterations in a substep, or as few as the fluid allows."""
+    alone = settings.scheme.iterations
+    if not (settings.carries_pressure and fluid.moves_as_solved):
+        return Iterations(0.0, alone)
+    found = iterations_of(fluid.damping(4 * settings.size_mm / 10, frame_s, substeps), alone)
+    return found if settings.iterations is None else found._replace(number=alone)
 
 
 class FluidSolver:
@@ -133,7 +148,7 @@ class FluidSolver:
                 support=support,
                 iterations=self.scheme.iterations,
             )
-        self.iterations = [self._iterations_of(fluid) for fluid in fluids]
+        self.iterations = [iterations_for(settings, fluid, frame_s, substeps) for fluid in fluids]
         """Iterations of each run's pressure."""
         smoothing = smoothing_of(support, self.mass, wall_mass(radius), settings.relaxation)
         self.pressure = Pressure(
@@ -160,14 +175,6 @@ class FluidSolver:
         self._projections: dict[int, Any] = {}  # Recorded, by the number of rows
         self.kernels_a_frame = 0  # Launches by the host in the last frame that was not replayed
         self.rows = 0  # Rows of a launch: the present number of movers or, where frames are replayed, the largest ever
-
-    def _iterations_of(self, fluid: Rheology) -> Iterations:
-        """Return the iterations that the user asked for, or as few as the fluid allows."""
-        alone = self.scheme.iterations
-        if not (self.settings.carries_pressure and fluid.moves_as_solved):
-            return Iterations(0.0, alone)
-        found = iterations_of(fluid.damping(self._support, self._frame_s, self.substeps), alone)
-        return found if self.settings.iterations is None else found._replace(number=alone)
 
     def _bind_lists(self, kernel: Any, domain: Domain) -> None:
         state, lists, walls = self.state, self.lists, self.lists.wall_particle

@@ -17,7 +17,9 @@ RUBS = 0.010
 waves of 30 to 300 mm/s and in channels, to a factor of two (decision 0111).
 """
 FALL = 0.035
-"""Fall from rest in one substep, g dt^2 over h: more compresses the column (3 substeps in the shipped trial)."""
+"""Fall from rest in one substep, g dt^2 over h, where pressure carries over; more compresses the column. The shipped
+trial has 3 substeps.
+"""
 DAMPS = 33.0
 """Damping over nu dt / h^2, of particles packed as a liquid: a third of the sum of their weights."""
 SWINGS = 10.0

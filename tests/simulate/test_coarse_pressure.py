@@ -12,6 +12,7 @@ from simulate.fluid.coarse_pressure import CoarsePressure
 from simulate.fluid.solver import substeps_for
 from simulate.injection import Injection, prepare
 from simulate.settings import Fluid, Nozzle, Solver
+from simulate.setup.rheology import Rheology
 from tests.fluids import FRAME_S, engine_with, in_rows, lattice, path, slot
 
 PASTES = (
@@ -132,9 +133,9 @@ def test_what_two_levels_cannot_do_is_refused_in_words():
             Solver.model_validate({"pressure": "two-level", **table})
     few = Solver(pressure="two-level", substeps=3)
     with pytest.raises(InputError, match=r"solver.substeps is 3: .* frames of 7.23 ms need at least 4"):
-        substeps_for(few, FRAME_S)
-    assert substeps_for(few.model_copy(update={"pressure": "local"}), FRAME_S) == 3
-    assert substeps_for(few, FRAME_S / 2) == 3
+        substeps_for(few, Rheology(30.0, 0.3), FRAME_S)
+    assert substeps_for(few.model_copy(update={"pressure": "local"}), Rheology(30.0, 0.3), FRAME_S) == 3
+    assert substeps_for(few, Rheology(30.0, 0.3), FRAME_S / 2) == 3
 
 
 def test_two_levels_bring_their_own_constants_and_the_users_replace_them():

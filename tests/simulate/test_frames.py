@@ -154,7 +154,8 @@ def test_resident_memory_does_not_grow_over_a_run(replays):
         # What set-up left free would else take in what a leak keeps.
         "    ctypes.CDLL(None).malloc_trim(0)\n"
         "    return int(Path('/proc/self/statm').read_text().split()[1]) * 4096\n"
-        "solid, outline = slot(12.0); settings = Solver(radius_mm=0.6, settle_s=30.0, sleep=False, volume_factor=1.1)\n"
+        "solid, outline = slot(12.0)\n"
+        "settings = Solver(radius_mm=0.6, substeps=19, settle_s=30.0, sleep=False, volume_factor=1.1)\n"
         "run = prepare(solid, outline, path(outline, 0.1, 20.0), PASTES, settings, Nozzle(), seed=1, device='cpu')\n"
         f"run.engine.replays = {replays}\n"
         "[run.advance() for _ in range(300)]; before = resident(); [run.advance() for _ in range(1500)]\n"

@@ -5,7 +5,8 @@ import pytest
 from numpy.typing import NDArray
 
 from simulate.fluid.solver import FluidSolver, substeps_for
-from simulate.settings import Solver, particle_volume
+from simulate.settings import Fluid, Solver, particle_volume
+from simulate.setup_checks import rheology_of
 from tests.fluids import FRAME_S, check, engine_with, lattice, positions_mm, slot
 
 LENGTH_MM, WIDTH_MM, DEPTH_MM = 4.0, 3.1, 24.0
@@ -70,14 +71,24 @@ def test_fluid_rests_on_walls_at_the_clearance():
 
 
 @pytest.mark.parametrize(
-    ("radius_mm", "frame_s", "local", "two_level"),
+    ("radius_mm", "frame_s", "carried", "alone"),
     [(0.4, 7.225e-3, 4, 4), (0.4, 7.14e-3, 3, 4), (0.5, 14.1e-3, 6, 6), (0.4, 1e-3, 1, 1)],
 )
-def test_substeps_follow_the_fall_of_a_particle(radius_mm, frame_s, local, two_level):
+def test_substeps_follow_the_fall_of_a_particle(radius_mm, frame_s, carried, alone):
     """4 x 4 at R = 0.4 and 6 x 4 at R = 0.5 mm are what the prototype recommends for the paper's trial."""
-    assert substeps_for(Solver(radius_mm=radius_mm), frame_s) == local
-    assert substeps_for(Solver(radius_mm=radius_mm, pressure="two-level"), frame_s) == two_level
-    assert substeps_for(Solver(radius_mm=radius_mm, substeps=3), frame_s) == 3
+    paste, the_papers, water = (
+        rheology_of(Fluid.model_validate({"freeze_after_s": "never", **fluid}), radius_mm * 0.4, frame_s)
+        for fluid in (
+            {"U": 30.0, "D_cm": 0.3, "yield_stress_pa": 12.0},
+            {"U": 30.0, "D_cm": 0.3, "freeze_after_s": 2.0},
+            {"viscosity_pa_s": 0.001},
+        )
+    )
+    local = Solver(radius_mm=radius_mm)
+    assert substeps_for(local, paste, frame_s) == carried
+    assert substeps_for(local, the_papers, frame_s) == substeps_for(local, water, frame_s) == alone
+    assert substeps_for(Solver(radius_mm=radius_mm, pressure="two-level"), paste, frame_s) == alone
+    assert substeps_for(Solver(radius_mm=radius_mm, substeps=3), paste, frame_s) == 3
 
 
 def test_a_relaxation_is_the_same_at_any_scale():

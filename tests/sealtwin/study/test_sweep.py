@@ -7,6 +7,7 @@ import shutil
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -167,6 +168,27 @@ def test_pastes_with_and_without_a_yield_stress_share_a_launch(tmp_path):
     assert len({run.kin for run in runs}) == 1
     assert [facts["settings"]["fluid"]["yield_stress_pa"] for facts in recorded] == [0.0, 12.0]
     assert all(0.9499 < facts["health"]["volume_factor"] < 1.2001 for facts in recorded)
+
+
+def test_fluids_of_unlike_substeps_never_share_a_launch(tmp_path):
+    """Paste carries pressure over in longer substeps; forced together, each still has the bits that it has alone."""
+    lab = tiny_lab(tmp_path, '[grid]\n"fluid.freeze_after_s" = ["never"]\n"fluid.yield_stress_pa" = [0.0, 12.0]\n')
+    trial = tmp_path / "trial.toml"
+    text = trial.read_text(encoding="utf-8")
+    trial.write_text(text.replace("radius_mm = 0.45\nsubsteps = 2", "radius_mm = 0.42"), encoding="utf-8")
+    out = tmp_path / "out"
+    sweep(lab, out, replace(HERE, dry_run=True), Progress())
+    liquid, paste = read_plan(out).runs
+    assert liquid.kin != paste.kin
+    at, _ = _first(out)
+    trials = [liquid.checked_trial, paste.checked_trial]
+    assert [runner.ready(at, [each], "cpu").engine.substeps for each in trials] == [6, 5]
+    alone = [runner.seal(at, [each], device="cpu", keep_runs=False)[0] for each in trials]
+    together = runner.seal(at, trials, device="cpu", keep_runs=False)
+    for one, other in zip(alone, together, strict=True):
+        assert isinstance(one, runner.Sealing)
+        assert isinstance(other, runner.Sealing)
+        assert np.array_equal(one.profile.level_mm, other.profile.level_mm, equal_nan=True)
 
 
 def _first(out):
