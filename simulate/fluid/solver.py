@@ -35,9 +35,9 @@ QUIET_SHEAR = 0.015
 """Shear in 1/s below which paste may fall asleep, and times h the speed: it then moves by 0.06 R in a second. At 0.1 /s
 paste that flows back along a slope falls asleep on its way, and stands up to 1.4 mm off (``benchmarks/sleep.py``).
 """
-PATIENCE_S = 0.6
+PATIENCE_S = 0.5
 """Time of quiet before sleep. After 0.45 s, paste of 20 Pa whose pressure carries over falls asleep as it sags, and a
-bed of it stands 0.14 mm off (``benchmarks/sleep.py``).
+bed of it stands 0.14 mm off, for 0.06 (``benchmarks/sleep.py``).
 """
 AGAIN_S = 0.15  # The same for a particle that was woken: quiet paste beside a flow shall not stay awake with it
 WAKING_CM_S = 0.5  # Speed of a neighbour that wakes a particle (prototype)
