@@ -203,7 +203,7 @@ class Solid:
         return np.interp(s_mm, self.sections.s_mm, self.sections.depth_mm)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class Trajectory:
     """Timed nozzle path: waypoints, each with the speed and flow that hold until the next.
 

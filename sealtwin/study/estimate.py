@@ -3,7 +3,6 @@
 import heapq
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from math import log
 from typing import TYPE_CHECKING
 
@@ -67,12 +66,26 @@ class Estimate:
         )
 
 
-def size_of(trial: Trial, trajectory: Trajectory, width_mm: float) -> RunSize:
-    """Return the size of a run on a crack of mean width ``width_mm``, from which a radius may follow.
+def releases_of(trial: Trial, trajectory: Trajectory, width_mm: float) -> "Schedule | None":
+    """Return the plan of a run's releases, which runs that differ in their fluids alone share; None without particles.
 
     Raises InputError if the path gives no sealant, or more particles than are allowed.
     """
     if trial.solver.model == "slot":
+        return None
+    from simulate.setup.release_schedule import plan_releases
+
+    radius_mm = trial.solver.for_crack(width_mm).size_mm
+    return plan_releases(trajectory, radius_mm, trial.nozzle.diameter_mm, trial.seed)
+
+
+def size_of(trial: Trial, trajectory: Trajectory, width_mm: float, releases: "Schedule | None" = None) -> RunSize:
+    """Return the size of a run on a crack of mean width ``width_mm``, from which a radius may follow.
+
+    ``releases`` is what ``releases_of`` returned, None if it was not called. Raises InputError as it does.
+    """
+    schedule = releases or releases_of(trial, trajectory, width_mm)
+    if schedule is None:
         return RunSize(0, 0, FAST_S)
     from simulate.fluid.solver import substeps_for
     from simulate.setup.release_schedule import course_of
@@ -80,20 +93,11 @@ def size_of(trial: Trial, trajectory: Trajectory, width_mm: float) -> RunSize:
 
     assert trial.fluid is not None, "a study without one is refused"
     solver = trial.solver.for_crack(width_mm)
-    schedule = _releases(trajectory, solver.size_mm, trial.nozzle.diameter_mm, trial.seed)
     course = course_of(schedule, trial.fluid, solver.settle_s)
     paste = rheology_of(trial.fluid, 4 * solver.size_mm / 10, schedule.frame_s, course.frames)
     substeps = substeps_for(solver, paste, schedule.frame_s)
     work_s = PARTICLE_S * substeps * course.work.sum()
     return RunSize(schedule.particles, int(course.moving.max()), SETUP_S + float(work_s), substeps)
-
-
-@lru_cache(maxsize=1)
-def _releases(trajectory: Trajectory, radius_mm: float, diameter_mm: float, seed: int) -> "Schedule":
-    """Plan the releases of runs that differ in their fluids alone, which mostly follow each other."""
-    from simulate.setup.release_schedule import plan_releases
-
-    return plan_releases(trajectory, radius_mm, diameter_mm, seed)
 
 
 Timing = tuple[float, float]

@@ -16,7 +16,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import HOLDER, holding, open_folder, refuse_foreign, require_folder, stage_key
 from sealtwin.study import study_folder
-from sealtwin.study.estimate import RunSize, estimate, require_disk, require_memory, size_of
+from sealtwin.study.estimate import RunSize, estimate, releases_of, require_disk, require_memory, size_of
 from sealtwin.study.runner import INPUTS, Computing, compute, read_bench
 from sealtwin.study.study_file import PlannedRun, load_study, plan_runs, raise_faults
 from sealtwin.trial.job import DIGITISED, require_sample, shown, stage_settings, start_job
@@ -178,15 +178,20 @@ def _runs(
     runs: list[study_folder.StudyRun] = []
     faults: dict[str, list[int]] = {}
     sizes: list[RunSize] = []
+    releases: dict[str, Any] = {}
     for run in planned:
         trial, name = run.trial, samples[run.number]
         fluid, bench = trial.fluid, benches[name]
         assert fluid is not None, "checked before"
         settings = stage_settings(trial, "simulate")
+        alike = {**settings, "fluid": None, "bench": name}
         try:
             if trial.solver.model != "slot":
                 check_fit(bench.outline, bench.solid, fluid, trial.solver, trial.nozzle, trial.sample)
-            sizes.append(size_of(trial, bench.trajectory, bench.outline.mean_width_mm))
+            sample = bench.trajectory, bench.outline.mean_width_mm
+            if (planned_as := stage_key({}, alike)) not in releases:
+                releases[planned_as] = releases_of(trial, *sample)
+            sizes.append(size_of(trial, *sample, releases[planned_as]))
         except InputError as fault:
             faults.setdefault(str(fault), []).append(run.number)
             continue
@@ -195,7 +200,7 @@ def _runs(
             # It names what was chosen and changes no result.
             validated.pop("fitted", None)
         key = stage_key(inputs[name], {**settings, "readings": validated, "device": device})
-        kin = stage_key({}, {**settings, "fluid": None, "bench": name, "substeps": sizes[-1].substeps})
+        kin = stage_key({}, {**alike, "substeps": sizes[-1].substeps})
         content = trial.model_dump(mode="json", exclude_none=True)
         runs.append(study_folder.StudyRun(run.number, key, run.settings, content, name, kin, sizes[-1].work_s))
     raise_faults(faults)
