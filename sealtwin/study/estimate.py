@@ -82,7 +82,8 @@ def releases_of(trial: Trial, trajectory: Trajectory, width_mm: float) -> "Sched
 def size_of(trial: Trial, trajectory: Trajectory, width_mm: float, releases: "Schedule | None" = None) -> RunSize:
     """Return the size of a run on a crack of mean width ``width_mm``, from which a radius may follow.
 
-    ``releases`` is what ``releases_of`` returned, None if it was not called. Raises InputError as it does.
+    ``releases`` is what ``releases_of`` returned, None if it was not called. Raises InputError as it does, and where
+    the sealant is too stiff for such particles.
     """
     schedule = releases or releases_of(trial, trajectory, width_mm)
     if schedule is None:

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from sealtwin.core.cluster import cores
+from sealtwin.core.errors import InputError
 from sealtwin.study.drawn_runs import PLACES, level_of, model_of
 from sealtwin.study.estimate import estimate, in_words, size_of
 from sealtwin.study.extra_runs import RATIO, REPLICATES
@@ -36,7 +37,11 @@ def time_of_extra_runs(job: Job) -> str:
     runs, sizes = list[StudyRun](), []
     for radius_mm, number in numbers.items():
         solver = trial.solver.model_copy(update={"radius_mm": radius_mm})
-        sizes.append(size_of(trial.model_copy(update={"solver": solver}), trajectory, outline.mean_width_mm))
+        try:
+            sizes.append(size_of(trial.model_copy(update={"solver": solver}), trajectory, outline.mean_width_mm))
+        except InputError:
+            # Particles so small are too many, or its sealant is too stiff in them: 'sealtwin validate' says which.
+            return ""
         runs += [replace(waiting, work_s=sizes[-1].work_s)] * number
     # One of the trial's own size is done.
     wall_s = job.folder.manifest["stages"]["simulate"]["wall_time_s"]
