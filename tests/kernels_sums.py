@@ -9,7 +9,7 @@ import warp as wp
 
 @cache
 def sum_kernel(loops: ModuleType) -> Any:
-    """Stores what each sum of ``loops`` is for the first points of a cloud, (row, 48), and the coupling of pairs."""
+    """Stores what each sum of ``loops`` is for the first points of a cloud, (row, 48), and the links of pairs."""
     module = wp.get_module(f"tests.pairs.{loops.__name__}")
     sum_density, sum_walls, sum_correction = loops.sum_density, loops.sum_walls, loops.sum_correction
     sum_gradient, couple, sum_drag = loops.sum_gradient, loops.couple, loops.sum_drag
@@ -23,7 +23,7 @@ def sum_kernel(loops: ModuleType) -> Any:
         listed: wp.array2d[int],
         count: wp.array[int],
         support: float,
-        coupling: wp.array2d[float],
+        links: wp.array2d[wp.float16],
         out: wp.array2d[float],
     ):
         row = wp.tid()
@@ -39,9 +39,9 @@ def sum_kernel(loops: ModuleType) -> Any:
             out[row, 9 + k] = correction[k]
         guess = wp.vec3(0.3, -2.0, 1.0) + velocity[row]
         coupled = couple(
-            place, bulk, velocity, velocity, listed, row, many, here, bulk[row], velocity[row], guess, support, coupling
+            place, bulk, velocity, velocity, listed, row, many, here, bulk[row], velocity[row], guess, support, links
         )
-        pulled = sum_pulled(place, velocity, coupling, listed, row, many, here, velocity[row])
+        pulled = sum_pulled(velocity, links, listed, row, many, velocity[row])
         for k in range(2):
             out[row, 12 + k] = coupled[k]
         for k in range(3):

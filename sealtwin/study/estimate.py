@@ -23,8 +23,8 @@ PROCESS_BYTES = 300e6  # Python and its libraries, in a process that has done so
 WALLS_BYTES = 18e3
 """Distance grid and wall particles, per particle: both get finer with it. 270 and 115 MB at radii of 0.4 and 0.6 mm."""
 PARTICLE_BYTES = 240.0  # Position, velocity and age, the search's sorting, and its part of the cells
-MOVER_BYTES = 1570.0
-"""A moving particle's lists of 224 neighbours, the weights of its 128 pairs, 4 bytes each, and work space."""
+MOVER_BYTES = 1810.0
+"""A moving particle's lists of 224 neighbours of 4 bytes, the links of its 128 pairs of 6 bytes, and work space."""
 ALIKE = 0.1  # Largest difference of two runs' expected times, as a share, at which they count as of one size
 OVERDUE = 0.1  # Share of its time so far that a run which takes longer than expected is expected to take yet
 RUN_BYTES = 25e3  # Files of a run without its particles

@@ -52,20 +52,21 @@ class Viscosity:
         self.unsolved = wp.zeros(runs, dtype=int, device=device)
         """1 for each run in which a solve ended before its goal."""
         self._system, self._search = device_code.System(), device_code.Search()
-        self._coupling, self._system.coupling = pairs_of(lists, NEIGHBOURS, float)
+        self._links, self._system.links = pairs_of(lists, NEIGHBOURS, wp.float16, each=3)
         self._system.at_walls = wp.array(sticks * viscosity, dtype=float, device=device)
-        self._system.inverse = wp.zeros(rows, dtype=wp.mat33, device=device)
+        self._system.inverse = wp.zeros(rows, dtype=device_code.Symmetric, device=device)
         for name in ("drag", "held"):
             setattr(self._system, name, wp.zeros(rows, dtype=float, device=device))
         for name in ("residual", "product", "direction", "pull"):
             setattr(self._search, name, wp.zeros(rows, dtype=wp.vec3, device=device))
+        self._search.curvature = wp.zeros(rows, dtype=float, device=device)
         for name in ("error", "length", "turn", "goal", "holds"):
             setattr(self._search, name, wp.zeros(runs, dtype=float, device=device))
         for name in ("warm", "iterations"):
             setattr(self._search, name, wp.zeros(runs, dtype=int, device=device))
         self._search.partial = wp.zeros((runs, int(device_code.CHUNKS)), dtype=wp.vec4, device=device)
         self._more = wp.zeros(1, dtype=int, device=device)
-        self._other: Any = wp.zeros(state.count + SPARE, dtype=wp.vec3, device=device)[: state.count]
+        self._other: Any = None  # What explicit passes write to
 
         fresh = (FRESH_SHEAR, frame_s)
         self.measure_shear = launcher.bind(
@@ -86,10 +87,10 @@ class Viscosity:
         return self._system.drag
 
     def make_room(self, lists: Any) -> None:
-        """Give the weights of pairs as much room as the lists have."""
+        """Give the links of pairs as much room as the lists have."""
         if lists is not self._lists:
             raise RuntimeError("the viscosity has lists of its own, whose stores are not renewed")
-        self._coupling, self._system.coupling = pairs_of(lists, NEIGHBOURS, float)
+        self._links, self._system.links = pairs_of(lists, NEIGHBOURS, wp.float16, each=3)
 
     def bind_weights(self, lists: Any) -> None:
         """Take the pairs' weights and the walls' drag from ``lists``."""
@@ -104,7 +105,7 @@ class Viscosity:
         self.apply_matrix = launcher.bind(self._pairs.apply_matrix, *self._moving, self._lists, system, search)
         self._sum_residuals = launcher.bind(device_code.sum_residuals, *self._moving, system, search, self._more)
         self._start = launcher.bind(device_code.start_search, *self._moving, system, search)
-        self._sum_curvature = launcher.bind(device_code.sum_curvature, *self._moving, search, self._more)
+        self._sum_curvature = launcher.bind(device_code.sum_curvature, self._moving[0], search, self._more)
         self._advance = launcher.bind(device_code.advance_search, *self._moving, system, search)
         self._sum_left = launcher.bind(device_code.sum_left, self._moving[0], search)
         self._shift_all = launcher.bind(device_code.shift_all, *self._moving, search)
@@ -145,6 +146,8 @@ class Viscosity:
     def pass_explicit(self, rows: int) -> int:
         """Eq. 5 as printed, v - (A / q) v, in the fewest passes that are stable; returns their number."""
         state = self._state
+        if self._other is None:
+            self._other = wp.zeros(state.count + SPARE, dtype=wp.vec3, device=state.device)[: state.count]
         # Particles at rest have no speed, in both arrays.
         wp.copy(self._other, state.velocity)
         before, after = state.velocity, self._other

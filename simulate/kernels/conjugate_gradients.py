@@ -15,16 +15,19 @@ CHUNKS = wp.constant(64)
 ROUNDS = wp.constant(1.0e-3)
 """Part of a curvature below which a difference of two float32 sums is not to be trusted."""
 
+Symmetric = wp.types.vector(length=6, dtype=wp.float32)
+"""A symmetric matrix: xx, yy, zz, xy, yz, zx."""
+
 
 @wp.struct
 class System:
     """The linear system (I + A) v_new = v of backward Euler on Eq. 5, by row."""
 
-    coupling: wp.array2d[float]
-    """Weight of each pair over its squared distance, in the slots of the fluid's neighbour lists."""
+    links: wp.array2d[wp.float16]
+    """Links of each pair, ``pair_sums.couple``, in the slots of the fluid's neighbour lists."""
     drag: wp.array[float]  # By the walls
     held: wp.array[float]  # Drag by the walls and by neighbours at rest
-    inverse: wp.array[wp.mat33]  # Of a particle's own block of I + A
+    inverse: wp.array[Symmetric]  # Of a particle's own block of I + A
     at_walls: wp.array[float]  # Weight of pairs with a wall to which the fluid sticks; by particle
 
 
@@ -38,6 +41,7 @@ class Search:
 
     residual: wp.array[wp.vec3]
     product: wp.array[wp.vec3]  # The matrix times the scaled residual
+    curvature: wp.array[float]  # The same times the scaled residual again
     direction: wp.array[wp.vec3]
     pull: wp.array[wp.vec3]  # The matrix times the direction
     partial: wp.array2d[wp.vec4]  # Sums of each part of a run
@@ -48,6 +52,15 @@ class Search:
     holds: wp.array[float]  # Number of particles, and the drag of all that does not move with them
     warm: wp.array[int]  # 1 where the search begins at the guess
     iterations: wp.array[int]
+
+
+@wp.func
+def times(it: Symmetric, by: wp.vec3):
+    return wp.vec3(
+        it[0] * by[0] + it[3] * by[1] + it[5] * by[2],
+        it[3] * by[0] + it[1] * by[1] + it[4] * by[2],
+        it[5] * by[0] + it[4] * by[1] + it[2] * by[2],
+    )
 
 
 @wp.func
@@ -82,9 +95,9 @@ def sum_residuals(
         still = search.residual[row]
         moved = search.product[row]
         total += wp.vec4(
-            wp.dot(own, inverse * own),
-            wp.dot(still, inverse * still),
-            wp.dot(moved, inverse * moved),
+            wp.dot(own, times(inverse, own)),
+            wp.dot(still, times(inverse, still)),
+            wp.dot(moved, times(inverse, moved)),
             1.0 + system.held[row],
         )
     search.partial[part // CHUNKS, part % CHUNKS] = total
@@ -148,14 +161,13 @@ def start_search(begin: int, movers: Movers, particles: Particles, system: Syste
         search.residual[row] = r
         search.direction[row] = wp.vec3(0.0)
         search.pull[row] = wp.vec3(0.0)
-        particles.scaled_residual[i] = system.inverse[row] * r
+        particles.scaled_residual[i] = times(system.inverse[row], r)
 
 
 @wp.kernel
 def sum_curvature(
     begin: int,
     movers: Movers,
-    particles: Particles,
     search: Search,  # out: partial
     more: wp.array[int],  # out: zero
 ):
@@ -165,7 +177,7 @@ def sum_curvature(
     rows = rows_of(movers, part)
     total = float(0.0)
     for row in range(rows[0], rows[1]):
-        total += wp.dot(particles.scaled_residual[movers.particle[row]], search.product[row])
+        total += search.curvature[row]
     search.partial[part // CHUNKS, part % CHUNKS] = wp.vec4(total, 0.0, 0.0, 0.0)
 
 
@@ -206,7 +218,7 @@ def advance_search(begin: int, movers: Movers, particles: Particles, system: Sys
         particles.velocity[i] = particles.velocity[i] + length * direction
         r = search.residual[row] - length * pull
         search.residual[row] = r
-        scaled = system.inverse[row] * r
+        scaled = times(system.inverse[row], r)
         particles.scaled_residual[i] = scaled
         total += wp.dot(r, scaled)
     search.partial[run, part % CHUNKS] = wp.vec4(total, 0.0, 0.0, 0.0)

@@ -177,6 +177,12 @@ def sum_gradient(
 
 
 @wp.func
+def place_of(slot: int, axis: int):
+    """Place of a link's coordinate: sixteen of x, then of y, then of z."""
+    return slot / 16 * 48 + 16 * axis + slot % 16
+
+
+@wp.func
 def couple(
     position: wp.array[wp.vec4],
     volume_and_viscosity: wp.array[wp.vec2],
@@ -190,11 +196,12 @@ def couple(
     moves: wp.vec3,
     guessed: wp.vec3,
     support: float,
-    coupling: wp.array2d[float],  # out: over the squared distance
+    links: wp.array2d[wp.float16],  # out
 ):
-    """Weight of each pair: five times mean volume, nearness and the mean of both viscosities.
+    """Link of each pair: its line, as long as the root of five times mean volume, nearness and mean viscosity.
 
-    Returns the sums of a particle's own block of the matrix, and of its products with two vectors.
+    The matrix is the sum of the links' squares: rounded to float16 it stays symmetric, without negative energies.
+    Returns the sums of a particle's own block of the matrix, and of its products with two vectors, not rounded.
     """
     sums = CoupleSums()
     for slot in range(count):
@@ -205,21 +212,22 @@ def couple(
         theirs = volume_and_viscosity[j]
         mean = 0.5 * (own[1] + theirs[1])
         weight = 0.5 * ALONG * (own[0] + theirs[0]) * mean * near(squared, support)
-        over = weight / wp.max(squared, 1.0e-20)
-        coupling[row, slot] = over
-        sums[0] += over * offset[0] * offset[0]
-        sums[1] += over * offset[1] * offset[1]
-        sums[2] += over * offset[2] * offset[2]
-        sums[3] += over * offset[0] * offset[1]
-        sums[4] += over * offset[1] * offset[2]
-        sums[5] += over * offset[2] * offset[0]
+        link = wp.sqrt(weight / wp.max(squared, 1.0e-20)) * offset
+        for axis in range(3):
+            links[row, place_of(slot, axis)] = wp.float16(link[axis])
+        sums[0] += link[0] * link[0]
+        sums[1] += link[1] * link[1]
+        sums[2] += link[2] * link[2]
+        sums[3] += link[0] * link[1]
+        sums[4] += link[1] * link[2]
+        sums[5] += link[2] * link[0]
         if other[3] == RESTS:
             sums[6] += weight
-        still = over * wp.dot(moves - velocity[j], offset)
-        moved = over * wp.dot(guessed - guess[j], offset)
+        still = wp.dot(moves - velocity[j], link)
+        moved = wp.dot(guessed - guess[j], link)
         for axis in range(3):
-            sums[7 + axis] += still * offset[axis]
-            sums[10 + axis] += moved * offset[axis]
+            sums[7 + axis] += still * link[axis]
+            sums[10 + axis] += moved * link[axis]
     return sums
 
 
@@ -280,20 +288,18 @@ def sum_drag(
 
 @wp.func
 def sum_pulled(
-    position: wp.array[wp.vec4],
     vector: wp.array[wp.vec3],
-    coupling: wp.array2d[float],
+    links: wp.array2d[wp.float16],
     listed: wp.array2d[int],
     row: int,
     count: int,
-    here: wp.vec4,
     own: wp.vec3,
 ):
-    """Sum of coupling times the difference of velocities along the pair's line; those of particles at rest are zero."""
+    """Sum of the links times the velocities' difference along them; those of particles at rest are zero."""
     total = wp.vec3(0.0)
     for slot in range(count):
-        j = listed[row, slot]
-        other = position[j]
-        offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
-        total += coupling[row, slot] * wp.dot(own - vector[j], offset) * offset
+        link = wp.vec3()
+        for axis in range(3):
+            link[axis] = float(links[row, place_of(slot, axis)])
+        total += wp.dot(own - vector[listed[row, slot]], link) * link
     return total

@@ -61,6 +61,9 @@ const floats none = {};
 #else
 #define INVERSE_ROOT(v) (1.0f / __builtin_elementwise_sqrt(v))
 #endif
+typedef _Float16 halves __attribute__((vector_size(2 * LANES)));
+#define PUT(v, at) ({ const halves h = __builtin_convertvector(v, halves); __builtin_memcpy(at, &h, sizeof h); })
+#define TAKEN(at) ({ halves h; __builtin_memcpy(&h, at, sizeof h); __builtin_convertvector(h, floats); })
 #define ABOVE(v) ({ const floats w = (v); w > 0.0f ? w : none; })
 // exp(-u) for 0 <= u <= 1, by the squares of exp(-u/4): to 1e-7.
 #define FADE(u) ({ const floats t = (u) * -0.25f; \\
@@ -211,7 +214,7 @@ def sum_gradient(
         """
 floats xx = {}, yy = {}, zz = {}, xy = {}, yz = {}, zx = {}, held = {};
 floats vx = {}, vy = {}, vz = {}, gx = {}, gy = {}, gz = {};
-float* out = (float*)((char*)coupling.data + (size_t)row * (size_t)coupling.strides[0]);
+_Float16* out = (_Float16*)((char*)links.data + (size_t)row * (size_t)links.strides[0]);
 """,
         OFFSETS.replace("POSITIONS", "position"),
         NEAR,
@@ -219,16 +222,17 @@ float* out = (float*)((char*)coupling.data + (size_t)row * (size_t)coupling.stri
     LOADS(volume, viscosity, next, after, volume_and_viscosity.data, 8, l)
     const floats mean = 0.5f * (own[1] + viscosity);
     const floats weight = 0.5f * ALONG * (volume + own[0]) * near * mean;
-    const floats over = weight / __builtin_elementwise_max(d2, none + 1e-20f);
-    __builtin_memcpy(out + s, &over, sizeof over);
-    const floats wx = over * X, wy = over * Y, wz = over * Z;
-    xx += wx * X; yy += wy * Y; zz += wz * Z; xy += wx * Y; yz += wy * Z; zx += wz * X;
+    const floats root = weight * INVERSE_ROOT(__builtin_elementwise_max(weight * d2, none + 1e-30f));
+    X *= root; Y *= root; Z *= root;
+    _Float16* at = out + s / 16 * 48 + s % 16;
+    PUT(X, at); PUT(Y, at + 16); PUT(Z, at + 32);
+    xx += X * X; yy += Y * Y; zz += Z * Z; xy += X * Y; yz += Y * Z; zx += Z * X;
     held += W == RESTS ? weight : none;
     LOADS(U, V, T, unused, velocity.data, 12, l)
-    const floats still = (moves[0] - U) * wx + (moves[1] - V) * wy + (moves[2] - T) * wz;
+    const floats still = (moves[0] - U) * X + (moves[1] - V) * Y + (moves[2] - T) * Z;
     vx += still * X; vy += still * Y; vz += still * Z;
     LOADS(E, F, G, spare, guess.data, 12, l)
-    const floats moved = (guessed[0] - E) * wx + (guessed[1] - F) * wy + (guessed[2] - G) * wz;
+    const floats moved = (guessed[0] - E) * X + (guessed[1] - F) * Y + (guessed[2] - G) * Z;
     gx += moved * X; gy += moved * Y; gz += moved * Z;
 }
 wp::vec_t<13, wp::float32> sums;
@@ -253,7 +257,7 @@ def couple(
     moves: wp.vec3,
     guessed: wp.vec3,
     support: float,
-    coupling: wp.array2d[float],
+    links: wp.array2d[wp.float16],
 ) -> CoupleSums: ...
 
 
@@ -323,15 +327,14 @@ def sum_drag(
         "const float support = 1.0f;",
         VECTORS,
         """
-const float* weight = (const float*)((const char*)coupling.data + (size_t)row * (size_t)coupling.strides[0]);
+const _Float16* link = (const _Float16*)((const char*)links.data + (size_t)row * (size_t)links.strides[0]);
 floats x = {}, y = {}, z = {};
-""",
-        OFFSETS.replace("POSITIONS", "position"),
-        """
+for (int s = 0; s < count; s += LANES) {
+    const int* l = list + s;
     LOADS(U, V, T, unused, vector.data, 12, l)
-    floats along;
-    __builtin_memcpy(&along, weight + s, sizeof along);
-    along *= (own[0] - U) * X + (own[1] - V) * Y + (own[2] - T) * Z;
+    const _Float16* at = link + s / 16 * 48 + s % 16;
+    const floats X = TAKEN(at), Y = TAKEN(at + 16), Z = TAKEN(at + 32);
+    const floats along = (own[0] - U) * X + (own[1] - V) * Y + (own[2] - T) * Z;
     x += along * X; y += along * Y; z += along * Z;
 }
 return wp::vec3(SUM(x), SUM(y), SUM(z));
@@ -339,12 +342,10 @@ return wp::vec3(SUM(x), SUM(y), SUM(z));
     )
 )
 def sum_pulled(
-    position: wp.array[wp.vec4],
     vector: wp.array[wp.vec3],
-    coupling: wp.array2d[float],
+    links: wp.array2d[wp.float16],
     listed: wp.array2d[int],
     row: int,
     count: int,
-    here: wp.vec4,
     own: wp.vec3,
 ) -> wp.vec3: ...

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import warp as wp
 
-from simulate.kernels.conjugate_gradients import Search, System
+from simulate.kernels.conjugate_gradients import Search, Symmetric, System
 from simulate.kernels.neighbours import Neighbours
 from simulate.kernels.pair_sums import DragSums, GradientSums
 from simulate.kernels.status import Movers, Particles
@@ -151,7 +151,7 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any) -> Viscosit
         neighbours: Neighbours,
         support: float,
         paste: Paste,
-        system: System,  # out: coupling, drag, held and inverse
+        system: System,  # out: links, drag, held and inverse
         search: Search,  # out: residual of the velocity without viscosity, and in ``product`` that of the guess
     ):
         """The weight of each pair, the walls' drag, each particle's own block of the matrix, and V - (I + A) v."""
@@ -176,7 +176,7 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any) -> Viscosit
             own,
             guess,
             support,
-            system.coupling,
+            system.links,
         )
         walls = sum_drag(near.wall_particle, near.wall, near.wall_at[row], near.wall_count[row], here, support)
         drag = paste.drag[i // particles.per_run] * walls[0] + system.at_walls[i] * walls[1]
@@ -186,7 +186,8 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any) -> Viscosit
         block = wp.mat33(sums[0], sums[3], sums[5], sums[3], sums[1], sums[4], sums[5], sums[4], sums[2])
         for axis in range(3):
             block[axis, axis] += 1.0 + drag
-        system.inverse[row] = wp.inverse(block)
+        it = wp.inverse(block)
+        system.inverse[row] = Symmetric(it[0, 0], it[1, 1], it[2, 2], it[0, 1], it[1, 2], it[2, 0])
         search.residual[row] = -(wp.vec3(sums[7], sums[8], sums[9]) + drag * own)
         search.product[row] = own - guess - (wp.vec3(sums[10], sums[11], sums[12]) + drag * guess)
 
@@ -197,7 +198,7 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any) -> Viscosit
         particles: Particles,
         neighbours: Neighbours,
         system: System,
-        search: Search,  # out: product
+        search: Search,  # out: product and curvature
     ):
         """(I + A) of backward Euler on Eq. 5, times the scaled residual."""
         row = begin + wp.tid()
@@ -206,17 +207,10 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any) -> Viscosit
         i = movers.particle[row]
         near = neighbours
         vector = particles.scaled_residual
-        pulled = sum_pulled(
-            particles.position,
-            vector,
-            system.coupling,
-            near.fluid,
-            near.fluid_at[row],
-            near.fluid_count[row],
-            particles.position[i],
-            vector[i],
-        )
-        search.product[row] = (1.0 + system.drag[row]) * vector[i] + pulled
+        pulled = sum_pulled(vector, system.links, near.fluid, near.fluid_at[row], near.fluid_count[row], vector[i])
+        product = (1.0 + system.drag[row]) * vector[i] + pulled
+        search.product[row] = product
+        search.curvature[row] = wp.dot(vector[i], product)
 
     @wp.kernel(enable_backward=False, module=explicit)
     def pass_velocity(
