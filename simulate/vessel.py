@@ -10,6 +10,7 @@ from sealtwin.core.records import Floats, Integers, Solid
 from simulate.kernels.vessel import Lines, raise_surface
 
 Mask = NDArray[np.bool_]
+ROUNDED = 1e-6  # Cells
 
 
 class Vessel:
@@ -68,8 +69,7 @@ def _crossings(triangle_mm: Floats, cell_mm: float, low: Integers, shape: Intege
     # Row by row along y, so that a needle askew to the cells costs no more than its length.
     row, owner = _counted(*_cells_between(*_ends((a, b, c), 0), cell_mm, low[0], shape[0]))
     first, last = _cells_between(*_stretch((a, b, c), owner, (row + low[0] + 0.5) * cell_mm), cell_mm, low[1], shape[1])
-    # A cell more at either end, against rounding; the edges decide.
-    column, which = _counted(np.maximum(first - 1, 0), np.minimum(last + 1, shape[1] - 1))
+    column, which = _counted(first, last)
     row, owner = row[which], owner[which]
     middle = (np.column_stack([row, column]) + low + 0.5) * cell_mm
     a, b, c, doubled_area = a[owner], b[owner], c[owner], doubled_area[owner]
@@ -104,9 +104,13 @@ def _stretch(corners: Sequence[Floats], owner: Integers, x_mm: Floats) -> tuple[
 
 
 def _cells_between(low_mm: Floats, high_mm: Floats, cell_mm: float, low: int, count: int) -> tuple[Integers, Integers]:
-    """First and last cell of stretches along an axis, counted from cell ``low``."""
-    first = np.maximum(np.floor(low_mm / cell_mm).astype(int) - low, 0)
-    return first, np.minimum(np.floor(high_mm / cell_mm).astype(int) - low, count - 1)
+    """First and last cell, counted from cell ``low``, whose middle lies on each stretch along an axis.
+
+    A stretch that ends at a middle, to rounding, has it: the edges decide.
+    """
+    first = np.ceil(low_mm / cell_mm - 0.5 - ROUNDED).astype(int) - low
+    last = np.floor(high_mm / cell_mm - 0.5 + ROUNDED).astype(int) - low
+    return np.maximum(first, 0), np.minimum(last, count - 1)
 
 
 def _counted(first: Integers, last: Integers) -> tuple[Integers, Integers]:
