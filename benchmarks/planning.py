@@ -3,16 +3,18 @@
     python -m benchmarks.planning [--keep DIR]
 
 EMULATED: reality is particles with other seeds and hidden errors; nothing is measured. The crack is straight, 80 mm
-long and 16 mm deep, and its width varies from 0.8 to 1.33 of 3.1 mm; particles have a radius of 0.8 mm, two abreast.
-The paste (5 Pa, 1 Pa s) and the weights of the search were chosen on this very crack with seed 0, margins of the loop
-with seeds 21 to 26; the loop is judged on seeds 11 to 13. Results in DIR are not computed again; without --keep it is a
-temporary folder.
+long and 16 mm deep, and its width varies from 0.8 to 1.33 of 3.1 mm; particles are two abreast. The paste (5 Pa,
+1 Pa s) and the weights of the search were chosen on this very crack with seed 0, margins of the loop with seeds 21 to
+26; the loop is judged on seeds 11 to 13. A plan follows from a few runs of particles, and one draw of those says
+little: particles of three sizes, one percent apart, make three draws, whose mean is judged. Results in DIR are not
+computed again; without --keep it is a temporary folder.
 """
 
 import argparse
 import json
 import tempfile
 import time
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -36,9 +38,23 @@ from simulate.settings import Fluid, Nozzle, Solver
 from tests.shapes import CUT, outline_between
 
 LENGTH_MM, WIDTH_MM, FLOW_MAX_MM3_S, BACK_MM_S = 80.0, 3.1, 680.0, 8.0
+RADII_MM = (0.79, 0.80, 0.81)
 SEEDS = (11, 12, 13)
 ALL = {"material_factor": 1.2, "wider_percent": 20.0, "noise_mm": 0.15, "latency_s": 0.3, "lost_share": 0.2}
 UPDATES = 50
+TABLES_OFF = "loop tables off the fast model, 20 % off"
+OVER_CONSTANT, OVER_BETTER = "plan over constant flow", "plan over the better baseline"
+MODEL_OFF, UPDATE = "fast model off particles, last round", "update, largest processor time of 50"
+LOOP, LOOP_OVER = "all faults of 20 % with top-up", "of it over the face"
+BARS: dict[str, tuple[float, float, str]] = {
+    OVER_CONSTANT: (0, 0.3, "0.2"),
+    OVER_BETTER: (0, 1.0, ""),
+    MODEL_OFF: (0, 0.4, ""),
+    UPDATE: (0, 0.2, "0.05"),
+    LOOP: (0, 300, "200"),
+    LOOP_OVER: (0, 10, "0"),
+}
+UNITS = {OVER_CONSTANT: "", OVER_BETTER: "", MODEL_OFF: "mm", UPDATE: "s", TABLES_OFF: "mm"}
 
 
 def crack() -> Outline:
@@ -49,50 +65,51 @@ def crack() -> Outline:
     return outline_between(middle, middle + half, middle - half, CUT, None)
 
 
-def trial() -> Trial:
+def trial(radius_mm: float) -> Trial:
     return Trial(
         name="planning",
         photo=PhotoInput(file=Path("none.png"), data="synthetic", mm_per_px=0.1),
         crack=CrackShape(depth_mm=16.0, tilt="vertical"),
         path=NozzlePath(trim_mm=3.0),
         fluid=Fluid(viscosity_pa_s=1.0, yield_stress_pa=5.0, freeze_after_s="never"),
-        solver=Solver(radius_mm=0.8, settle_s=2.0),
+        solver=Solver(radius_mm=radius_mm, settle_s=2.0),
         nozzle=Nozzle(diameter_mm=2.4),
     )
 
 
-def bench() -> Bench:
-    own, outline = trial(), crack()
+def bench(own: Trial) -> Bench:
+    outline = crack()
     assert own.crack is not None
     solid = build_solid(outline, own.crack)
     return Bench(outline, solid, plan_trajectory(outline, own.path, solid.cavity_volume_mm3, solid.sections), None)
 
 
-def planned(folder: Path) -> tuple[Planned, Verifier]:
-    verifier = Verifier(folder / "verification", trial(), bench(), "cpu", PlainProgress())
-    return plan_on(verifier, Options(flow_max_mm3_s=FLOW_MAX_MM3_S), []), verifier
+def figures_of(folder: Path, radius_mm: float) -> dict[str, float]:
+    """Figures of one draw, by name."""
+    own = trial(radius_mm)
+    verifier = Verifier(folder / "verification", own, bench(own), "cpu", PlainProgress())
+    found = plan_on(verifier, Options(flow_max_mm3_s=FLOW_MAX_MM3_S), [])
+    return {**of_the_plan(found), **of_the_loop(folder, own, found, verifier)}
 
 
-def plan_rows(found: Planned) -> list[Row]:
+def of_the_plan(found: Planned) -> dict[str, float]:
     constant, by_area = (one.misfit.total_mm3 for one in found.baselines)
-    mean = float(np.mean([one.total_mm3 for one in found.misfits]))
-    off = [one.off_mm or 0.0 for one in found.rounds]
-    given = found.trajectory.dispensed_mm3
-    return [
-        Row("constant flow, error by particles", constant, "mm3"),
-        Row("flow by local area", by_area, "mm3"),
-        *(Row(f"plan after round {number}", one.misfit.total_mm3, "mm3") for number, one in enumerate(found.rounds, 1)),
-        Row("plan kept, mean of 3 seeds", mean, "mm3"),
-        Row("plan over constant flow", mean / constant, "", 0, 0.3, "0.2"),
-        Row("plan over the better baseline", mean / min(constant, by_area), "", 0, 1.0),
-        Row("fast model off particles, last round", off[-1], "mm", 0, 0.4),
-        Row("over the face, mean of 3 seeds", float(np.mean([one.over_mm3 for one in found.misfits])), "mm3"),
-        Row("volume of the plan", given, "mm3"),
-    ]
+    kept = float(np.mean([one.total_mm3 for one in found.misfits]))
+    return {
+        "constant flow, error by particles": constant,
+        "flow by local area": by_area,
+        **{f"plan after round {number}": one.misfit.total_mm3 for number, one in enumerate(found.rounds, 1)},
+        "plan kept, mean of 3 seeds": kept,
+        OVER_CONSTANT: kept / constant,
+        OVER_BETTER: kept / min(constant, by_area),
+        MODEL_OFF: found.rounds[-1].off_mm or 0.0,
+        "over the face, mean of 3 seeds": float(np.mean([one.over_mm3 for one in found.misfits])),
+        "volume of the plan": found.trajectory.dispensed_mm3,
+    }
 
 
-def loop_rows(folder: Path, found: Planned, verifier: Verifier) -> list[Row]:
-    own, its = trial(), verifier.bench
+def of_the_loop(folder: Path, own: Trial, found: Planned, verifier: Verifier) -> dict[str, float]:
+    its = verifier.bench
     assert own.fluid is not None
     assert own.crack is not None
     case = case_of(its, own, its.trajectory)
@@ -106,7 +123,7 @@ def loop_rows(folder: Path, found: Planned, verifier: Verifier) -> list[Row]:
         reference = by_particles(case, passes, physics, seed=100, **how)
         write_model(tables, make_model(case, passes, reference, **how), "")
     model = read_model(tables)
-    rows = [Row("loop tables off the fast model, 20 % off", model.linear_off_mm, "mm"), *update_rows(model)]
+    figures = {TABLES_OFF: model.linear_off_mm, UPDATE: longest_update_s(model)}
     totals, overs = [], []
     for seed in SEEDS:
         for sign, factor in (("-", 0.8), ("+", 1.2)):
@@ -122,18 +139,13 @@ def loop_rows(folder: Path, found: Planned, verifier: Verifier) -> list[Row]:
             one = json.loads(kept.read_text())
             totals.append(one["total_mm3"])
             overs.append(one["over_mm3"])
-            rows.append(Row(f"all faults, flow {sign}20 %, seed {seed}: after pass 1", one["first_total_mm3"], "mm3"))
-            rows.append(Row(f"all faults, flow {sign}20 %, seed {seed}", one["total_mm3"], "mm3"))
-            rows.append(Row("    of it over the face", one["over_mm3"], "mm3"))
-    return [
-        *rows,
-        Row("all faults of 20 % with top-up, mean of 3 seeds", float(np.mean(totals)), "mm3", 0, 300, "200"),
-        Row("    of it over the face", float(np.mean(overs)), "mm3", 0, 10, "0"),
-    ]
+            name = f"all faults, flow {sign}20 %, seed {seed}"
+            figures |= {f"{name}: after pass 1": one["first_total_mm3"], name: one["total_mm3"]}
+    return {**figures, LOOP: float(np.mean(totals)), LOOP_OVER: float(np.mean(overs))}
 
 
-def update_rows(model: LoopModel) -> list[Row]:
-    """Time of an update, on levels of the tables themselves with noise."""
+def longest_update_s(model: LoopModel) -> float:
+    """Longest processor time of an update, on levels of the tables themselves with noise."""
     random, spent = np.random.default_rng(1), []
     state = LoopState.start(model)
     sections = model.sections
@@ -145,7 +157,21 @@ def update_rows(model: LoopModel) -> list[Row]:
         began = time.process_time()
         state, _ = step(model, state, t_s, frame)
         spent.append(time.process_time() - began)
-    return [Row("update, largest processor time of 50", max(spent), "s", 0, 0.2, "0.05")]
+    return max(spent)
+
+
+def rows_of(draws: Sequence[Mapping[str, float]]) -> list[Row]:
+    """The mean of each figure, and below a judged one what each draw has."""
+    rows = []
+    for name in draws[0]:
+        found, unit = [draw[name] for draw in draws], UNITS.get(name, "mm3")
+        low, high, goal = BARS.get(name, (0, np.inf, ""))
+        rows.append(Row(name, float(np.mean(found)), unit, low, high, goal))
+        if name in BARS:
+            rows += [
+                Row(f"{name}, R = {radius_mm} mm", it, unit) for radius_mm, it in zip(RADII_MM, found, strict=True)
+            ]
+    return rows
 
 
 def main() -> None:
@@ -154,8 +180,7 @@ def main() -> None:
     keep = parser.parse_args().keep
     with tempfile.TemporaryDirectory() as temporary:
         folder = keep or Path(temporary)
-        found, verifier = planned(folder)
-        finish([*plan_rows(found), *loop_rows(folder, found, verifier)])
+        finish(rows_of([figures_of(folder / f"{radius_mm}", radius_mm) for radius_mm in RADII_MM]))
 
 
 if __name__ == "__main__":
