@@ -3,6 +3,7 @@
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
@@ -54,6 +55,11 @@ class Job:
     @property
     def path(self) -> Path:
         return self.folder.path
+
+    @cached_property
+    def extra_runs(self) -> str:
+        """``Above.extra_runs``, asked for once: it times a run, and the report and the terminal tell the same."""
+        return self.above.extra_runs(self)
 
 
 def start_job(trial: Trial, source: Path, folder: RunFolder, device: str, progress: Progress) -> Job:

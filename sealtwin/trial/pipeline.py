@@ -137,7 +137,7 @@ def read_result(job: Job) -> dict[str, Any]:
     with files.understood(folder.path):
         result |= _findings(folder, trial, stages)
         if "findings" in result:
-            result["findings"] = list(with_time(result["findings"], job.above.extra_runs(job)))
+            result["findings"] = list(with_time(result["findings"], job.extra_runs))
     target = folder.path / "run.json"
     if not target.is_file() or files.read_json(target) != result:
         files.write_json(target, result)

@@ -96,7 +96,7 @@ def bring_up_to_date(job: Job) -> bool:
         sheet=sheet,
         edited=tuple(name for stage in (*made, UNCERTAINTY) for name in job.folder.edited(stage) if name in used),
         lab_searched=searched,
-        extra_runs=job.above.extra_runs(job),
+        extra_runs=job.extra_runs,
         frames=tuple(read_frame(job.path / name) for name in snapshots_of(job)),
         live=live_model(job, outline, solid, trajectory),
     )
