@@ -45,7 +45,7 @@ UPDATES = 50
 TABLES_OFF = "loop tables off the fast model, 20 % off"
 OVER_CONSTANT, OVER_BETTER = "plan over constant flow", "plan over the better baseline"
 MODEL_OFF, UPDATE = "fast model off particles, last round", "update, largest processor time of 50"
-LOOP, LOOP_OVER = "all faults of 20 % with top-up", "of it over the face"
+LOOP, LOOP_OVER = "all faults of 20 % with top-up", "all faults of 20 % with top-up, over the face"
 BARS: dict[str, tuple[float, float, str]] = {
     OVER_CONSTANT: (0, 0.3, "0.2"),
     OVER_BETTER: (0, 1.0, ""),
@@ -141,6 +141,7 @@ def of_the_loop(folder: Path, own: Trial, found: Planned, verifier: Verifier) ->
             overs.append(one["over_mm3"])
             name = f"all faults, flow {sign}20 %, seed {seed}"
             figures |= {f"{name}: after pass 1": one["first_total_mm3"], name: one["total_mm3"]}
+            figures[f"{name}: over the face"] = one["over_mm3"]
     return {**figures, LOOP: float(np.mean(totals)), LOOP_OVER: float(np.mean(overs))}
 
 
@@ -161,12 +162,13 @@ def longest_update_s(model: LoopModel) -> float:
 
 
 def rows_of(draws: Sequence[Mapping[str, float]]) -> list[Row]:
-    """The mean of each figure, and below a judged one what each draw has."""
+    """The mean of each figure, of times the longest, and below a judged one what each draw has."""
     rows = []
     for name in draws[0]:
         found, unit = [draw[name] for draw in draws], UNITS.get(name, "mm3")
         low, high, goal = BARS.get(name, (0, np.inf, ""))
-        rows.append(Row(name, float(np.mean(found)), unit, low, high, goal))
+        judged = max(found) if name == UPDATE else float(np.mean(found))
+        rows.append(Row(name, judged, unit, low, high, goal))
         if name in BARS:
             rows += [
                 Row(f"{name}, R = {radius_mm} mm", it, unit) for radius_mm, it in zip(RADII_MM, found, strict=True)

@@ -23,7 +23,7 @@ def sum_kernel(loops: ModuleType) -> Any:
         listed: wp.array2d[int],
         count: wp.array[int],
         support: float,
-        links: wp.array2d[wp.float16],
+        links: wp.array2d[wp.vec3h],
         out: wp.array2d[float],
     ):
         row = wp.tid()

@@ -45,20 +45,20 @@ def make_room(lists: Any, sixteens: int) -> None:
         lists.wall = _windows(lists.wall_store, (rows, WALL_NEIGHBOURS), (1, rows))
 
 
-def pairs_of(lists: Any, slots: int, dtype: type, each: int = 1) -> tuple[wp.array, wp.array]:
-    """A store with ``each`` values for an entry of the lists, and its windows of ``slots`` entries, in two dimensions.
+def pairs_of(lists: Any, slots: int, dtype: type) -> tuple[wp.array, wp.array]:
+    """A store with a value for each entry of the lists, and its windows of ``slots`` values, in two dimensions.
 
     Where they are packed a window begins at every sixteenth entry. A GPU reads one slot of many rows at once: there
     each row has a window, whose slots are far apart.
     """
     rows, device = len(lists.fluid_count), lists.fluid_count.device
     if not lists.room:
-        store = wp.zeros(each * slots * rows, dtype=dtype, device=device)
-        return store, _windows(store, (rows, each * slots), (1, rows))
+        store = wp.zeros(slots * rows, dtype=dtype, device=device)
+        return store, _windows(store, (rows, slots), (1, rows))
     sixteens = -(-rows // int(BLOCK)) * lists.room
     # The last windows reach beyond the last block.
-    store = wp.zeros(each * (16 * sixteens + slots), dtype=dtype, device=device)
-    return store, _windows(store, (sixteens, each * slots), (16 * each, 1))
+    store = wp.zeros(16 * sixteens + slots, dtype=dtype, device=device)
+    return store, _windows(store, (sixteens, slots), (16, 1))
 
 
 def _windows(store: wp.array, shape: tuple[int, int], steps: tuple[int, int]) -> wp.array:

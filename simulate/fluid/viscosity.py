@@ -52,7 +52,7 @@ class Viscosity:
         self.unsolved = wp.zeros(runs, dtype=int, device=device)
         """1 for each run in which a solve ended before its goal."""
         self._system, self._search = device_code.System(), device_code.Search()
-        self._links, self._system.links = pairs_of(lists, NEIGHBOURS, wp.float16, each=3)
+        self.links, self._system.links = pairs_of(lists, NEIGHBOURS, wp.vec3h)
         self._system.at_walls = wp.array(sticks * viscosity, dtype=float, device=device)
         self._system.inverse = wp.zeros(rows, dtype=device_code.Symmetric, device=device)
         for name in ("drag", "held"):
@@ -90,7 +90,7 @@ class Viscosity:
         """Give the links of pairs as much room as the lists have."""
         if lists is not self._lists:
             raise RuntimeError("the viscosity has lists of its own, whose stores are not renewed")
-        self._links, self._system.links = pairs_of(lists, NEIGHBOURS, wp.float16, each=3)
+        self.links, self._system.links = pairs_of(lists, NEIGHBOURS, wp.vec3h)
 
     def bind_weights(self, lists: Any) -> None:
         """Take the pairs' weights and the walls' drag from ``lists``."""

@@ -23,7 +23,7 @@ Symmetric = wp.types.vector(length=6, dtype=wp.float32)
 class System:
     """The linear system (I + A) v_new = v of backward Euler on Eq. 5, by row."""
 
-    links: wp.array2d[wp.float16]
+    links: wp.array2d[wp.vec3h]
     """Links of each pair, ``pair_sums.couple``, in the slots of the fluid's neighbour lists."""
     drag: wp.array[float]  # By the walls
     held: wp.array[float]  # Drag by the walls and by neighbours at rest
@@ -137,13 +137,18 @@ def begin_search(
 
 @wp.func
 def ask_for_more(search: Search, run: int, at_most: int, more: wp.array[int], unsolved: wp.array[int]):
-    """Ask for another iteration while a residual is above its goal; after ``at_most`` the run counts as unsolved."""
-    if search.error[run] > search.goal[run]:
-        if search.iterations[run] < at_most:
-            search.iterations[run] = search.iterations[run] + 1
-            more[0] = 1
-        else:
-            unsolved[run] = 1
+    """Ask for another iteration while a residual is above its goal.
+
+    After ``at_most``, or where the residual is no number, as with a link that float16 cannot hold, the run counts as
+    unsolved.
+    """
+    if search.error[run] <= search.goal[run]:
+        return
+    if search.iterations[run] < at_most and wp.isfinite(search.error[run]):
+        search.iterations[run] = search.iterations[run] + 1
+        more[0] = 1
+    else:
+        unsolved[run] = 1
 
 
 @wp.kernel

@@ -177,12 +177,6 @@ def sum_gradient(
 
 
 @wp.func
-def place_of(slot: int, axis: int):
-    """Place of a link's coordinate: sixteen of x, then of y, then of z."""
-    return slot / 16 * 48 + 16 * axis + slot % 16
-
-
-@wp.func
 def couple(
     position: wp.array[wp.vec4],
     volume_and_viscosity: wp.array[wp.vec2],
@@ -196,7 +190,7 @@ def couple(
     moves: wp.vec3,
     guessed: wp.vec3,
     support: float,
-    links: wp.array2d[wp.float16],  # out
+    links: wp.array2d[wp.vec3h],  # out
 ):
     """Link of each pair: its line, as long as the root of five times mean volume, nearness and mean viscosity.
 
@@ -213,8 +207,7 @@ def couple(
         mean = 0.5 * (own[1] + theirs[1])
         weight = 0.5 * ALONG * (own[0] + theirs[0]) * mean * near(squared, support)
         link = wp.sqrt(weight / wp.max(squared, 1.0e-20)) * offset
-        for axis in range(3):
-            links[row, place_of(slot, axis)] = wp.float16(link[axis])
+        links[row, slot] = wp.vec3h(link)
         sums[0] += link[0] * link[0]
         sums[1] += link[1] * link[1]
         sums[2] += link[2] * link[2]
@@ -289,7 +282,7 @@ def sum_drag(
 @wp.func
 def sum_pulled(
     vector: wp.array[wp.vec3],
-    links: wp.array2d[wp.float16],
+    links: wp.array2d[wp.vec3h],
     listed: wp.array2d[int],
     row: int,
     count: int,
@@ -298,8 +291,6 @@ def sum_pulled(
     """Sum of the links times the velocities' difference along them; those of particles at rest are zero."""
     total = wp.vec3(0.0)
     for slot in range(count):
-        link = wp.vec3()
-        for axis in range(3):
-            link[axis] = float(links[row, place_of(slot, axis)])
+        link = wp.vec3(links[row, slot])
         total += wp.dot(own - vector[listed[row, slot]], link) * link
     return total

@@ -257,7 +257,7 @@ def couple(
     moves: wp.vec3,
     guessed: wp.vec3,
     support: float,
-    links: wp.array2d[wp.float16],
+    links: wp.array2d[wp.vec3h],
 ) -> CoupleSums: ...
 
 
@@ -343,7 +343,7 @@ return wp::vec3(SUM(x), SUM(y), SUM(z));
 )
 def sum_pulled(
     vector: wp.array[wp.vec3],
-    links: wp.array2d[wp.float16],
+    links: wp.array2d[wp.vec3h],
     listed: wp.array2d[int],
     row: int,
     count: int,

@@ -228,3 +228,13 @@ def test_a_guess_saves_iterations_in_a_flow_that_goes_on():
         taken[refused] = np.mean(iterations[10:])
     assert taken[True] > 6
     assert taken[False] < 0.8 * taken[True], taken
+
+
+@pytest.mark.parametrize("native", [True, False])
+def test_fluid_whose_links_float16_cannot_hold_counts_as_unsolved(native):
+    """Of a residual that is no number, no comparison with the goal is true."""
+    engine = still_block((1e13, 0.0), native=native)
+    set_velocity(engine, chaos(engine))
+    engine.viscosity.solve_implicit(engine.rows)
+    assert np.isinf(engine.viscosity.links.numpy()).any()
+    assert engine.viscosity.unsolved.numpy().tolist() == [1]
