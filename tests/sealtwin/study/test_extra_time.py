@@ -1,6 +1,7 @@
 """How long the runs of --uncertainty are said to take."""
 
 import json
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
@@ -12,7 +13,7 @@ from sealtwin.core.run_folder import open_folder
 from sealtwin.study import extra_time
 from sealtwin.study.estimate import size_of
 from sealtwin.study.extra_time import time_of_extra_runs
-from sealtwin.trial.job import resume_job, start_job
+from sealtwin.trial.job import STAGES, Above, resume_job, start_job
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.trial_file import load_trial
 from tests.studies import TRIAL, tiny_lab
@@ -82,3 +83,13 @@ def test_a_sealant_that_is_too_stiff_in_finer_particles_has_no_time_and_no_fault
         size_of(finer, path, width_mm)
     with open_folder(run_folder, create=False) as folder:
         assert time_of_extra_runs(resume_job(folder, "cpu", Progress())) == ""
+
+
+def test_it_is_asked_for_once_a_command(tmp_path):
+    """It times a run of the fast model: asked for again, it could say another time than the report."""
+    tiny_lab(tmp_path)
+    told = iter(["5 min", "6 min"])
+    with open_folder(tmp_path / "run", create=True) as folder:
+        job = start_job(load_trial(tmp_path / "trial.toml"), tmp_path, folder, "cpu", Progress())
+        run_stages(replace(job, above=Above(extra_runs=lambda _: next(told))), STAGES)
+    assert next(told) == "6 min"
