@@ -120,11 +120,11 @@ class Injection:
         Raises KeyError or ValueError, with nothing changed, for a snapshot of a run unlike this one.
         """
         lasting = self.engine.lasting()
-        # Older versions did not keep them: the guess for the next viscosity solve is then the velocity itself, and no
-        # pressure is carried over.
+        # Older versions did not keep them: the guess for the next viscosity solve is then the velocity itself, no
+        # pressure is carried over, and nothing is known of walls.
         swelling = np.ones(self.engine.state.runs, dtype=np.float32)
-        pressed = np.zeros((len(snapshot["place"]), 4), dtype=np.float32)
-        snapshot = {"earlier_velocity": snapshot["velocity"], "swelling": swelling, "pressed": pressed, **snapshot}
+        unknown = dict.fromkeys(("pressed", "free", "wall"), np.zeros((len(snapshot["place"]), 4), dtype=np.float32))
+        snapshot = {"earlier_velocity": snapshot["velocity"], "swelling": swelling, **unknown, **snapshot}
         for name, here in self.snapshot().items():
             found = snapshot[name]
             # The statistics grow with the run.

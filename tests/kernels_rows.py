@@ -2,14 +2,16 @@
 
 import warp as wp
 
-
-@wp.kernel(enable_backward=False)
-def count_row(begin: int, seen: wp.array[int]):
-    row = begin + wp.tid()
-    seen[row] = seen[row] + 1
+from simulate.kernels.status import Span
 
 
 @wp.kernel(enable_backward=False)
-def copy_row(begin: int, seen: wp.array[int], copied: wp.array[int]):
-    row = begin + wp.tid()
-    copied[row] = seen[row]
+def count_row(rows: Span, seen: wp.array[int]):
+    for row in range(rows.begin + wp.tid(), rows.end, rows.step):
+        seen[row] = seen[row] + 1
+
+
+@wp.kernel(enable_backward=False)
+def copy_row(rows: Span, seen: wp.array[int], copied: wp.array[int]):
+    for row in range(rows.begin + wp.tid(), rows.end, rows.step):
+        copied[row] = seen[row]

@@ -6,6 +6,8 @@ from typing import Any
 
 import warp as wp
 
+from simulate.kernels.status import Span
+
 LEAST_SLICE = 3000  # Rows of a slice, at least: handing a smaller one to a thread takes longer than the slice
 
 
@@ -17,17 +19,20 @@ class Launcher:
     """
 
     def __init__(self, device: str, threads: int = 1) -> None:
-        self._device, self._threads = device, threads
+        self.device, self._threads = device, threads
         self._pool = ThreadPoolExecutor(threads - 1) if threads > 1 else None
         self.kernels = 0  # Number of launches so far; scans and sorts of Warp's own library are not counted
 
     def bind(self, kernel: Any, *inputs: object) -> "RowLaunch":
-        """A launch over rows; the kernel's first argument is a slice's first row, the rest are ``inputs``.
+        """A launch over rows; the kernel's first argument is the ``Span`` of a slice's rows, the rest are ``inputs``.
+
+        One thread of a CPU takes all rows of a slice, in a loop within the kernel: to read the arguments anew for each
+        row takes up to a third of a kernel's time.
 
         The arrays among ``inputs`` may be written to later, but not replaced. A struct's may be, until a frame is
         recorded: a launch reads the struct anew.
         """
-        return RowLaunch(self, [self._record(kernel, 1, [0, *inputs]) for _ in range(self._threads)], inputs)
+        return RowLaunch(self, [self._record(kernel, 1, [Span(), *inputs]) for _ in range(self._threads)], inputs)
 
     def bind_whole(self, kernel: Any, dim: int | tuple[int, ...], *inputs: object) -> Callable[[], None]:
         """A launch over all of ``dim`` in one piece, for kernels without rows."""
@@ -78,7 +83,7 @@ class Launcher:
             future.result()
 
     def _record(self, kernel: Any, dim: int | tuple[int, ...], inputs: Sequence[object]) -> Any:
-        return wp.launch(kernel, dim, inputs=list(inputs), device=self._device, record_cmd=True)
+        return wp.launch(kernel, dim, inputs=list(inputs), device=self.device, record_cmd=True)
 
 
 class RowLaunch:
@@ -86,7 +91,7 @@ class RowLaunch:
 
     def __init__(self, launcher: Launcher, commands: list[Any], inputs: object) -> None:
         self._launcher, self.commands = launcher, commands
-        self._slices = [(0, 1)] * len(commands)
+        self._slices = [(0, 0)] * len(commands)
         # Warp's commands keep the addresses of arrays, not the arrays.
         self._inputs = inputs
 
@@ -99,8 +104,11 @@ class RowLaunch:
         command = self.commands[part]
         # To tell a command its slice takes as long as to launch it, and most have the slice of their last launch.
         if self._slices[part] != (begin, end):
-            command.set_param_at_index(0, begin)
-            command.set_dim(end - begin)
+            span = Span()
+            span.begin, span.end = begin, end
+            span.step = 1 if self._launcher.device == "cpu" else end - begin
+            command.set_param_at_index(0, span)
+            command.set_dim(span.step)
             self._slices[part] = begin, end
         return command
 

@@ -162,7 +162,9 @@ class FluidSolver:
             iterations=self.iterations,
             coarse=coarse,
         )
-        self.faults = FaultChecks(state, self.movers, launcher, barrier, self.viscosity.unsolved, support)
+        self.faults = FaultChecks(
+            state, self.movers, launcher, barrier, self.viscosity.unsolved, support=support, frame_s=frame_s
+        )
         self._quiet_s = wp.zeros(state.count, dtype=float, device=device)
         self._bind_lists(kernels.list_neighbours, domain)
         self._bind_frame(fluids)
@@ -244,7 +246,7 @@ class FluidSolver:
         solves: list[Integers] = []
         if self.rows:
             solves = [self.step(recorded=self.kernels_a_frame > 0) for _ in range(self.substeps)]
-            self.faults.look(self.rows)
+            self.faults.look_if_due(self.rows)
             self.rest()
         self.kernels_a_frame = self._launcher.kernels - before
         return [] if self.replays else solves
@@ -255,9 +257,6 @@ class FluidSolver:
         # One run's particles are sorted up to the last that is out; those of several runs, or on a GPU, all.
         if state.runs == 1 and not self.replays:
             self._out = state.released(frame)
-        # A run that goes on from a checkpoint, which has neither, asks for walls in the same places.
-        state.particles.free.zero_()
-        state.particles.wall.zero_()
         self._count_frame()
         self._release()
         self._freeze()

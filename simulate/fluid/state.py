@@ -21,6 +21,8 @@ KEPT_AS = {
     "density": "density",
     "bulk": "volume_and_viscosity",
     "pressed": "pressed",
+    "free": "free",
+    "wall": "wall",
     "fate": "status",
 }
 """Arrays that a substep takes over from the one before, by their names in a checkpoint, which older versions wrote."""
@@ -42,7 +44,7 @@ class State:
         self.scaled_residual = _padded(np.zeros((schedule.particles, 3)), runs, wp.vec3, device)
         self.density = wp.full(count, 1.0, dtype=float, device=device)
         self.volume_and_viscosity = _padded(np.zeros((schedule.particles, 2)), runs, wp.vec2, device)
-        self.pressed = wp.zeros(count, dtype=wp.vec4, device=device)
+        self.pressed, self.free, self.wall = (wp.zeros(count, dtype=wp.vec4, device=device) for _ in range(3))
         self.status = wp.full(count, int(device_code.WAITING), dtype=int, device=device)
         self.frame = wp.full(1, -1, dtype=int, device=device)
         self.swelling = wp.full(runs, 1.0, dtype=float, device=device)
@@ -52,8 +54,6 @@ class State:
             setattr(self.particles, name, getattr(self, name))
         everywhere = np.tile(schedule.position_mm * CM, (runs, 1))
         self.particles.previous_position = wp.array(everywhere, dtype=wp.vec3, device=device)
-        for name in ("free", "wall"):
-            setattr(self.particles, name, wp.zeros(count, dtype=wp.vec4, device=device))
         self.particles.density_before = wp.zeros(count, dtype=float, device=device)
         self.particles.release_frame = wp.array(np.tile(schedule.frame_of, runs), dtype=int, device=device)
 

@@ -10,7 +10,7 @@ Sums over particles are in whole numbers, so that their order, and with it the d
 
 import warp as wp
 
-from simulate.kernels.status import Movers, Particles
+from simulate.kernels.status import Movers, Particles, Span, end_of
 
 wp.set_module_options({"enable_backward": False})
 
@@ -67,7 +67,7 @@ class CoarseRows:
 
 @wp.kernel
 def locate(
-    begin: int,
+    rows: Span,
     movers: Movers,
     particles: Particles,
     arc: ArcLengthMap,
@@ -75,26 +75,24 @@ def locate(
     coarse: CoarseRows,  # out
 ):
     """Find each mover's nodes for a substep, and the compression that the last one left."""
-    row = begin + wp.tid()
-    if row >= movers.count[0]:
-        return
-    i = movers.particle[row]
-    here = particles.position[i]
-    x = wp.vec2(here[0], here[1])
-    q = (x - arc.corner) / arc.spacing
-    a = wp.clamp(int(q[0] + 0.5), 0, arc.count[0] - 1)
-    b = wp.clamp(int(q[1] + 0.5), 0, arc.count[1] - 1)
-    nearest = arc.at[a * arc.count[1] + b]
-    along = wp.vec2(nearest[1], nearest[2])
-    beside = x - arc.corner - arc.spacing * wp.vec2(float(a), float(b))
-    p = (wp.vec2(nearest[0] + wp.dot(beside, along), here[2]) - nodes.low) / nodes.spacing
-    s = wp.clamp(p[0], 1.0, float(nodes.count[0]) - 2.001)
-    z = wp.clamp(p[1], 1.0, float(nodes.count[1]) - 2.001)
-    coarse.node[row] = i // particles.per_run * nodes.per_run + int(s) * nodes.count[1] + int(z)
-    coarse.part[row] = wp.vec2(s - float(int(s)), z - float(int(z)))
-    coarse.along[row] = along
-    coarse.old[row] = particles.density[i] - 1.0
-    coarse.multiplier[row] = 0.0
+    for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
+        i = movers.particle[row]
+        here = particles.position[i]
+        x = wp.vec2(here[0], here[1])
+        q = (x - arc.corner) / arc.spacing
+        a = wp.clamp(int(q[0] + 0.5), 0, arc.count[0] - 1)
+        b = wp.clamp(int(q[1] + 0.5), 0, arc.count[1] - 1)
+        nearest = arc.at[a * arc.count[1] + b]
+        along = wp.vec2(nearest[1], nearest[2])
+        beside = x - arc.corner - arc.spacing * wp.vec2(float(a), float(b))
+        p = (wp.vec2(nearest[0] + wp.dot(beside, along), here[2]) - nodes.low) / nodes.spacing
+        s = wp.clamp(p[0], 1.0, float(nodes.count[0]) - 2.001)
+        z = wp.clamp(p[1], 1.0, float(nodes.count[1]) - 2.001)
+        coarse.node[row] = i // particles.per_run * nodes.per_run + int(s) * nodes.count[1] + int(z)
+        coarse.part[row] = wp.vec2(s - float(int(s)), z - float(int(z)))
+        coarse.along[row] = along
+        coarse.old[row] = particles.density[i] - 1.0
+        coarse.multiplier[row] = 0.0
 
 
 @wp.func
@@ -253,7 +251,7 @@ def solve(
 
 @wp.kernel
 def change_multipliers(
-    begin: int,
+    rows: Span,
     movers: Movers,
     particles: Particles,  # in, out: the change of the multiplier with the position
     nodes: Nodes,
@@ -266,21 +264,19 @@ def change_multipliers(
     The own part is a Jacobi step with the factors and the momentum of Legendre's polynomials: n of them reach as far as
     n^2 / 2 plain ones.
     """
-    row = begin + wp.tid()
-    if row >= movers.count[0]:
-        return
-    i = movers.particle[row]
-    n = coarse.node[row]
-    s = coarse.part[row][0]
-    z = coarse.part[row][1]
-    ahead = n + nodes.count[1]
-    change = nodes.change
-    smooth = (1.0 - s) * ((1.0 - z) * change[n] + z * change[n + 1])
-    smooth += s * ((1.0 - z) * change[ahead] + z * change[ahead + 1])
-    x = particles.position[i]
-    before = coarse.multiplier[row]
-    momentum = (iteration - 1.0) / iteration
-    own = momentum * x[3] - (1.0 + momentum) * step * (particles.density[i] - 1.0) * coarse.yielding[row]
-    after = wp.min(0.0, before + own + coarse.slope[row][3] * smooth)
-    particles.position[i] = wp.vec4(x[0], x[1], x[2], after - before)
-    coarse.multiplier[row] = after
+    for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
+        i = movers.particle[row]
+        n = coarse.node[row]
+        s = coarse.part[row][0]
+        z = coarse.part[row][1]
+        ahead = n + nodes.count[1]
+        change = nodes.change
+        smooth = (1.0 - s) * ((1.0 - z) * change[n] + z * change[n + 1])
+        smooth += s * ((1.0 - z) * change[ahead] + z * change[ahead + 1])
+        x = particles.position[i]
+        before = coarse.multiplier[row]
+        momentum = (iteration - 1.0) / iteration
+        own = momentum * x[3] - (1.0 + momentum) * step * (particles.density[i] - 1.0) * coarse.yielding[row]
+        after = wp.min(0.0, before + own + coarse.slope[row][3] * smooth)
+        particles.position[i] = wp.vec4(x[0], x[1], x[2], after - before)
+        coarse.multiplier[row] = after

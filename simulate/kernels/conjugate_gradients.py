@@ -5,7 +5,7 @@ Each run is solved as if it were alone, to the same bits with any number of thre
 
 import warp as wp
 
-from simulate.kernels.status import Movers, Particles
+from simulate.kernels.status import Movers, Particles, Span
 
 wp.set_module_options({"enable_backward": False})
 
@@ -76,7 +76,7 @@ def rows_of(movers: Movers, part: int):
 
 @wp.kernel
 def sum_residuals(
-    begin: int,
+    parts: Span,
     movers: Movers,
     particles: Particles,
     system: System,
@@ -84,23 +84,23 @@ def sum_residuals(
     more: wp.array[int],  # out: zero
 ):
     """Squares of the right side and of both residuals, in the norm of the preconditioner."""
-    part = begin + wp.tid()
-    if part == 0:
-        more[0] = 0
-    rows = rows_of(movers, part)
-    total = wp.vec4(0.0)
-    for row in range(rows[0], rows[1]):
-        inverse = system.inverse[row]
-        own = particles.velocity[movers.particle[row]]
-        still = search.residual[row]
-        moved = search.product[row]
-        total += wp.vec4(
-            wp.dot(own, times(inverse, own)),
-            wp.dot(still, times(inverse, still)),
-            wp.dot(moved, times(inverse, moved)),
-            1.0 + system.held[row],
-        )
-    search.partial[part // CHUNKS, part % CHUNKS] = total
+    for part in range(parts.begin + wp.tid(), parts.end, parts.step):
+        if part == 0:
+            more[0] = 0
+        rows = rows_of(movers, part)
+        total = wp.vec4(0.0)
+        for row in range(rows[0], rows[1]):
+            inverse = system.inverse[row]
+            own = particles.velocity[movers.particle[row]]
+            still = search.residual[row]
+            moved = search.product[row]
+            total += wp.vec4(
+                wp.dot(own, times(inverse, own)),
+                wp.dot(still, times(inverse, still)),
+                wp.dot(moved, times(inverse, moved)),
+                1.0 + system.held[row],
+            )
+        search.partial[part // CHUNKS, part % CHUNKS] = total
 
 
 @wp.func
@@ -152,38 +152,38 @@ def ask_for_more(search: Search, run: int, at_most: int, more: wp.array[int], un
 
 
 @wp.kernel
-def start_search(begin: int, movers: Movers, particles: Particles, system: System, search: Search):
+def start_search(parts: Span, movers: Movers, particles: Particles, system: System, search: Search):
     """Begin at the guess, which lies where the scaled residual will, or at the velocity without viscosity."""
-    part = begin + wp.tid()
-    rows = rows_of(movers, part)
-    warm = search.warm[part // CHUNKS]
-    for row in range(rows[0], rows[1]):
-        i = movers.particle[row]
-        r = search.residual[row]
-        if warm == 1:
-            r = search.product[row]
-            particles.velocity[i] = particles.scaled_residual[i]
-        search.residual[row] = r
-        search.direction[row] = wp.vec3(0.0)
-        search.pull[row] = wp.vec3(0.0)
-        particles.scaled_residual[i] = times(system.inverse[row], r)
+    for part in range(parts.begin + wp.tid(), parts.end, parts.step):
+        rows = rows_of(movers, part)
+        warm = search.warm[part // CHUNKS]
+        for row in range(rows[0], rows[1]):
+            i = movers.particle[row]
+            r = search.residual[row]
+            if warm == 1:
+                r = search.product[row]
+                particles.velocity[i] = particles.scaled_residual[i]
+            search.residual[row] = r
+            search.direction[row] = wp.vec3(0.0)
+            search.pull[row] = wp.vec3(0.0)
+            particles.scaled_residual[i] = times(system.inverse[row], r)
 
 
 @wp.kernel
 def sum_curvature(
-    begin: int,
+    parts: Span,
     movers: Movers,
     search: Search,  # out: partial
     more: wp.array[int],  # out: zero
 ):
-    part = begin + wp.tid()
-    if part == 0:
-        more[0] = 0
-    rows = rows_of(movers, part)
-    total = float(0.0)
-    for row in range(rows[0], rows[1]):
-        total += search.curvature[row]
-    search.partial[part // CHUNKS, part % CHUNKS] = wp.vec4(total, 0.0, 0.0, 0.0)
+    for part in range(parts.begin + wp.tid(), parts.end, parts.step):
+        if part == 0:
+            more[0] = 0
+        rows = rows_of(movers, part)
+        total = float(0.0)
+        for row in range(rows[0], rows[1]):
+            total += search.curvature[row]
+        search.partial[part // CHUNKS, part % CHUNKS] = wp.vec4(total, 0.0, 0.0, 0.0)
 
 
 @wp.kernel
@@ -204,29 +204,29 @@ def find_length(search: Search):
 
 
 @wp.kernel
-def advance_search(begin: int, movers: Movers, particles: Particles, system: System, search: Search):
+def advance_search(parts: Span, movers: Movers, particles: Particles, system: System, search: Search):
     """Turn the direction, go along it, and sum up the new residual."""
-    part = begin + wp.tid()
-    run = part // CHUNKS
-    if search.error[run] <= search.goal[run]:
-        return
-    rows = rows_of(movers, part)
-    length = search.length[run]
-    turn = search.turn[run]
-    total = float(0.0)
-    for row in range(rows[0], rows[1]):
-        i = movers.particle[row]
-        direction = particles.scaled_residual[i] + turn * search.direction[row]
-        pull = search.product[row] + turn * search.pull[row]
-        search.direction[row] = direction
-        search.pull[row] = pull
-        particles.velocity[i] = particles.velocity[i] + length * direction
-        r = search.residual[row] - length * pull
-        search.residual[row] = r
-        scaled = times(system.inverse[row], r)
-        particles.scaled_residual[i] = scaled
-        total += wp.dot(r, scaled)
-    search.partial[run, part % CHUNKS] = wp.vec4(total, 0.0, 0.0, 0.0)
+    for part in range(parts.begin + wp.tid(), parts.end, parts.step):
+        run = part // CHUNKS
+        if search.error[run] <= search.goal[run]:
+            continue
+        rows = rows_of(movers, part)
+        length = search.length[run]
+        turn = search.turn[run]
+        total = float(0.0)
+        for row in range(rows[0], rows[1]):
+            i = movers.particle[row]
+            direction = particles.scaled_residual[i] + turn * search.direction[row]
+            pull = search.product[row] + turn * search.pull[row]
+            search.direction[row] = direction
+            search.pull[row] = pull
+            particles.velocity[i] = particles.velocity[i] + length * direction
+            r = search.residual[row] - length * pull
+            search.residual[row] = r
+            scaled = times(system.inverse[row], r)
+            particles.scaled_residual[i] = scaled
+            total += wp.dot(r, scaled)
+        search.partial[run, part % CHUNKS] = wp.vec4(total, 0.0, 0.0, 0.0)
 
 
 @wp.kernel
@@ -248,30 +248,30 @@ def find_turn(
 
 @wp.kernel
 def sum_left(
-    begin: int,
+    parts: Span,
     movers: Movers,
     search: Search,  # out: partial
 ):
     """The residual of a run as a whole."""
-    part = begin + wp.tid()
-    rows = rows_of(movers, part)
-    total = wp.vec3(0.0)
-    for row in range(rows[0], rows[1]):
-        total += search.residual[row]
-    search.partial[part // CHUNKS, part % CHUNKS] = wp.vec4(total[0], total[1], total[2], 0.0)
+    for part in range(parts.begin + wp.tid(), parts.end, parts.step):
+        rows = rows_of(movers, part)
+        total = wp.vec3(0.0)
+        for row in range(rows[0], rows[1]):
+            total += search.residual[row]
+        search.partial[part // CHUNKS, part % CHUNKS] = wp.vec4(total[0], total[1], total[2], 0.0)
 
 
 @wp.kernel
-def shift_all(begin: int, movers: Movers, particles: Particles, search: Search):
+def shift_all(parts: Span, movers: Movers, particles: Particles, search: Search):
     """Move a run as a whole until its residual is zero: pairs then keep momentum, wherever the search ended."""
-    part = begin + wp.tid()
-    run = part // CHUNKS
-    rows = rows_of(movers, part)
-    left = whole_sum(search, run)
-    by = wp.vec3(left[0], left[1], left[2]) / wp.max(search.holds[run], 1.0)
-    # What is no number stays with its particle, which is then found.
-    if not wp.isfinite(by):
-        return
-    for row in range(rows[0], rows[1]):
-        i = movers.particle[row]
-        particles.velocity[i] = particles.velocity[i] + by
+    for part in range(parts.begin + wp.tid(), parts.end, parts.step):
+        run = part // CHUNKS
+        rows = rows_of(movers, part)
+        left = whole_sum(search, run)
+        by = wp.vec3(left[0], left[1], left[2]) / wp.max(search.holds[run], 1.0)
+        # What is no number stays with its particle, which is then found.
+        if not wp.isfinite(by):
+            continue
+        for row in range(rows[0], rows[1]):
+            i = movers.particle[row]
+            particles.velocity[i] = particles.velocity[i] + by

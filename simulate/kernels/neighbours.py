@@ -6,7 +6,7 @@ from typing import Any
 import warp as wp
 
 from simulate.kernels.cells import CellArrays
-from simulate.kernels.status import ASLEEP, MOVING, Movers, Particles
+from simulate.kernels.status import ASLEEP, MOVING, Movers, Particles, Span, end_of
 
 wp.set_module_options({"enable_backward": False})
 
@@ -38,7 +38,7 @@ class Neighbours:
 
 def neighbour_kernels(search: ModuleType, module: Any) -> Any:
     """The kernel ``list_neighbours`` with the search of ``search``."""
-    list_rows, rows = search.list_rows, search.ROWS
+    list_rows, block = search.list_rows, search.ROWS
 
     @wp.func(module=module)
     def cut(count: wp.array[int], row: int, slots: int):
@@ -49,7 +49,7 @@ def neighbour_kernels(search: ModuleType, module: Any) -> Any:
 
     @wp.kernel(enable_backward=False, module=module)
     def list_neighbours(
-        begin: int,
+        rows: Span,
         movers: Movers,
         cells: CellArrays,
         wall_cells: CellArrays,
@@ -63,24 +63,24 @@ def neighbour_kernels(search: ModuleType, module: Any) -> Any:
 
         The cells of both are the same; a list that is too short sets ``fault``.
         """
-        first = begin + wp.tid()
-        if first % rows > 0:
-            return
-        last = wp.min(first + rows, movers.count[0])
-        list_rows(first, last, movers, cells, wall_cells, position, near)
-        for row in range(first, last):
-            i = movers.particle[row]
-            if cut(near.fluid_count, row, near.fluid.shape[1]):
-                fault[i] = fault[i] | fluid_full
-            if cut(near.wall_count, row, near.wall.shape[1]):
-                fault[i] = fault[i] | walls_full
+        for first in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
+            if first % block > 0:
+                continue
+            last = wp.min(first + block, movers.count[0])
+            list_rows(first, last, movers, cells, wall_cells, position, near)
+            for row in range(first, last):
+                i = movers.particle[row]
+                if cut(near.fluid_count, row, near.fluid.shape[1]):
+                    fault[i] = fault[i] | fluid_full
+                if cut(near.wall_count, row, near.wall.shape[1]):
+                    fault[i] = fault[i] | walls_full
 
     return list_neighbours
 
 
 @wp.kernel
 def wake(
-    begin: int,
+    rows: Span,
     movers: Movers,
     particles: Particles,
     yields: wp.array[float],
@@ -97,18 +97,16 @@ def wake(
     They count as quiet for ``rested_s``, until they flow.
     Several threads may write to one of them; all write the same.
     """
-    row = begin + wp.tid()
-    if row >= movers.count[0]:
-        return
-    # Most particles have no neighbour at rest: walls alone hold them.
-    if held[row] == drag[row]:
-        return
-    i = movers.particle[row]
-    if yields[i // particles.per_run] == 0.0:
-        return
-    if wp.length(particles.velocity[i]) > fast or quiet_s[i] < -restless_s:
-        for slot in range(near.fluid_count[row]):
-            j = near.fluid[near.fluid_at[row], slot]
-            if particles.status[j] == ASLEEP:
-                particles.status[j] = MOVING
-                quiet_s[j] = rested_s
+    for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
+        # Most particles have no neighbour at rest: walls alone hold them.
+        if held[row] == drag[row]:
+            continue
+        i = movers.particle[row]
+        if yields[i // particles.per_run] == 0.0:
+            continue
+        if wp.length(particles.velocity[i]) > fast or quiet_s[i] < -restless_s:
+            for slot in range(near.fluid_count[row]):
+                j = near.fluid[near.fluid_at[row], slot]
+                if particles.status[j] == ASLEEP:
+                    particles.status[j] = MOVING
+                    quiet_s[j] = rested_s

@@ -1,8 +1,7 @@
 """Device code of the fluid: Algorithm 1 of the paper, Eqs 1 to 4.
 
 Centimetres and seconds; densities in units of the rest density, so that a particle's mass is a volume in cm3.
-Row ``row`` of a launch is a mover's row in ``Movers``; ``begin`` is the first row of a slice, where a launch is cut for
-several threads.
+Row ``row`` of a launch is a mover's row in ``Movers``.
 """
 
 from types import ModuleType
@@ -13,7 +12,7 @@ import warp as wp
 from simulate.kernels.coarse_pressure import CoarseRows
 from simulate.kernels.distance import ROUNDED, Distance, distance_at, move, slide
 from simulate.kernels.neighbours import Neighbours
-from simulate.kernels.status import ESCAPED, MOVING, SPILLED, Movers, Particles, bring_to_rest
+from simulate.kernels.status import ESCAPED, MOVING, SPILLED, Movers, Particles, Span, bring_to_rest, end_of
 
 wp.set_module_options({"enable_backward": False})
 
@@ -80,7 +79,7 @@ def move_beside(solid: Distance, particles: Particles, i: int, x: wp.vec3, step:
 
 @wp.kernel
 def predict(
-    begin: int,
+    rows: Span,
     movers: Movers,
     particles: Particles,
     step_s: float,
@@ -91,23 +90,21 @@ def predict(
     solid: Distance,
 ):
     """V + (g - eta v) dt, x* = x + v dt, as far as walls allow (Eq. 4; Algorithm 1, line 2); what is carried over."""
-    row = begin + wp.tid()
-    if row >= movers.count[0]:
-        return
-    i = movers.particle[row]
-    x = xyz(particles.position[i])
-    particles.previous_position[i] = x
-    v = particles.velocity[i] + step_s * (gravity - damping * particles.velocity[i])
-    there = move(solid, particles.free, particles.wall, i, x, step_s * v, clearance)
-    pressed = particles.pressed[i]
-    multiplier = effort.carried[i // particles.per_run] * pressed[3]
-    particles.pressed[i] = wp.vec4(pressed[0], pressed[1], pressed[2], multiplier)
-    particles.position[i] = wp.vec4(there[0], there[1], there[2], multiplier)
+    for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
+        i = movers.particle[row]
+        x = xyz(particles.position[i])
+        particles.previous_position[i] = x
+        v = particles.velocity[i] + step_s * (gravity - damping * particles.velocity[i])
+        there = move(solid, particles.free, particles.wall, i, x, step_s * v, clearance)
+        pressed = particles.pressed[i]
+        multiplier = effort.carried[i // particles.per_run] * pressed[3]
+        particles.pressed[i] = wp.vec4(pressed[0], pressed[1], pressed[2], multiplier)
+        particles.position[i] = wp.vec4(there[0], there[1], there[2], multiplier)
 
 
 @wp.kernel
 def shift(
-    begin: int,
+    rows: Span,
     movers: Movers,
     particles: Particles,
     as_solved: wp.array[float],
@@ -122,41 +119,37 @@ def shift(
     The last move begins where the substep did: since then, walls were planes. Runs of which ``as_solved`` is 1 make it
     later, with the velocity that their viscosity leaves.
     """
-    row = begin + wp.tid()
-    if row >= movers.count[0]:
-        return
-    i = movers.particle[row]
-    run = i // particles.per_run
-    if not takes_part(effort, run, iteration):
-        return
-    x = particles.position[i]
-    if iteration == 0:
-        particles.density_before[i] = particles.density[i]
-    there = wp.vec3()
-    if iteration == effort.iterations[run] - 1 and as_solved[run] == 0.0:
-        start = particles.previous_position[i]
-        there = move(solid, particles.free, particles.wall, i, start, xyz(x) + correction[row] - start, clearance)
-    else:
-        there = move_beside(solid, particles, i, xyz(x), correction[row], clearance)
-    particles.position[i] = wp.vec4(there[0], there[1], there[2], x[3])
+    for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
+        i = movers.particle[row]
+        run = i // particles.per_run
+        if not takes_part(effort, run, iteration):
+            continue
+        x = particles.position[i]
+        if iteration == 0:
+            particles.density_before[i] = particles.density[i]
+        there = wp.vec3()
+        if iteration == effort.iterations[run] - 1 and as_solved[run] == 0.0:
+            start = particles.previous_position[i]
+            there = move(solid, particles.free, particles.wall, i, start, xyz(x) + correction[row] - start, clearance)
+        else:
+            there = move_beside(solid, particles, i, xyz(x), correction[row], clearance)
+        particles.position[i] = wp.vec4(there[0], there[1], there[2], x[3])
 
 
 @wp.kernel
-def update_velocity(begin: int, movers: Movers, particles: Particles, step_s: float):
+def update_velocity(rows: Span, movers: Movers, particles: Particles, step_s: float):
     """V = (x - x0) / dt, and a guess of what viscosity leaves of it: the last two substeps' course, gone on with."""
-    row = begin + wp.tid()
-    if row >= movers.count[0]:
-        return
-    i = movers.particle[row]
-    last = particles.velocity[i]
-    particles.scaled_residual[i] = 2.0 * last - particles.earlier_velocity[i]
-    particles.earlier_velocity[i] = last
-    particles.velocity[i] = (xyz(particles.position[i]) - particles.previous_position[i]) / step_s
+    for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
+        i = movers.particle[row]
+        last = particles.velocity[i]
+        particles.scaled_residual[i] = 2.0 * last - particles.earlier_velocity[i]
+        particles.earlier_velocity[i] = last
+        particles.velocity[i] = (xyz(particles.position[i]) - particles.previous_position[i]) / step_s
 
 
 @wp.kernel
 def move_as_solved(
-    begin: int,
+    rows: Span,
     movers: Movers,
     particles: Particles,
     as_solved: wp.array[float],
@@ -170,55 +163,57 @@ def move_as_solved(
     substep, and thick liquid falls at g dt however thick it is (decision 0155). Thick fluid takes away what pressure
     does to a few particles as well; where that undid much compression, it stays done.
     """
-    row = begin + wp.tid()
-    if row >= movers.count[0]:
-        return
-    i = movers.particle[row]
-    if as_solved[i // particles.per_run] == 0.0:
-        return
-    start, step = particles.previous_position[i], step_s * particles.velocity[i]
-    stays = wp.clamp((particles.density_before[i] - particles.density[i] - UNDONE) / UNDONE_RANGE, 0.0, 1.0)
-    step += stays * (xyz(particles.position[i]) - start - step)
-    there = move(solid, particles.free, particles.wall, i, start, step, clearance)
-    particles.position[i] = wp.vec4(there[0], there[1], there[2], particles.position[i][3])
+    for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
+        i = movers.particle[row]
+        if as_solved[i // particles.per_run] == 0.0:
+            continue
+        start, step = particles.previous_position[i], step_s * particles.velocity[i]
+        stays = wp.clamp((particles.density_before[i] - particles.density[i] - UNDONE) / UNDONE_RANGE, 0.0, 1.0)
+        step += stays * (xyz(particles.position[i]) - start - step)
+        there = move(solid, particles.free, particles.wall, i, start, step, clearance)
+        particles.position[i] = wp.vec4(there[0], there[1], there[2], particles.position[i][3])
 
 
 @wp.kernel
 def inspect(
-    begin: int,
+    rows: Span,
     movers: Movers,
     particles: Particles,
+    every: int,
     fastest: float,
     densest: float,
     support: float,
     solid: Distance,
     fault: wp.array[int],  # in, out
 ):
-    """Mark the particles that have a fault, and those that spilled over the edge or escaped through a wall."""
-    row = begin + wp.tid()
-    if row >= movers.count[0]:
+    """Mark the particles that have a fault, and those that spilled over the edge or escaped through a wall.
+
+    It is done in one of ``every`` frames.
+    """
+    if particles.frame[0] % every > 0:
         return
-    i = movers.particle[row]
-    if particles.status[i] != MOVING:
-        return
-    x = xyz(particles.position[i])
-    speed = wp.length(particles.velocity[i])
-    density = particles.density[i]
-    if not (wp.isfinite(x) and wp.isfinite(speed) and wp.isfinite(density)):
-        fault[i] = fault[i] | NOT_FINITE
-    elif speed > fastest:
-        fault[i] = fault[i] | TOO_FAST
-    elif density > densest:
-        fault[i] = fault[i] | TOO_DENSE
-    else:
-        face = solid.face
-        over = wp.max(wp.max(face[0] - x[0], x[0] - face[2]), wp.max(face[1] - x[1], x[1] - face[3]))
-        if over > support or (over > 0.0 and x[2] < 0.0):
-            particles.status[i] = SPILLED
-        elif distance_at(solid, x, 0.0)[3] < 0.0:
-            particles.status[i] = ESCAPED
+    for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
+        i = movers.particle[row]
         if particles.status[i] != MOVING:
-            bring_to_rest(particles, i)
+            continue
+        x = xyz(particles.position[i])
+        speed = wp.length(particles.velocity[i])
+        density = particles.density[i]
+        if not (wp.isfinite(x) and wp.isfinite(speed) and wp.isfinite(density)):
+            fault[i] = fault[i] | NOT_FINITE
+        elif speed > fastest:
+            fault[i] = fault[i] | TOO_FAST
+        elif density > densest:
+            fault[i] = fault[i] | TOO_DENSE
+        else:
+            face = solid.face
+            over = wp.max(wp.max(face[0] - x[0], x[0] - face[2]), wp.max(face[1] - x[1], x[1] - face[3]))
+            if over > support or (over > 0.0 and x[2] < 0.0):
+                particles.status[i] = SPILLED
+            elif distance_at(solid, x, 0.0)[3] < 0.0:
+                particles.status[i] = ESCAPED
+            if particles.status[i] != MOVING:
+                bring_to_rest(particles, i)
 
 
 @wp.struct
@@ -274,7 +269,7 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
 
     @wp.kernel(enable_backward=False, module=module)
     def measure_density(
-        begin: int,
+        rows: Span,
         movers: Movers,
         particles: Particles,
         neighbours: Neighbours,
@@ -286,26 +281,24 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
 
         Where nothing is carried over, lambda_i is the paper's: that of an iteration, which begins at zero.
         """
-        row = begin + wp.tid()
-        if row >= movers.count[0]:
-            return
-        i = movers.particle[row]
-        run = i // particles.per_run
-        if not takes_part(effort, run, iteration):
-            return
-        here = particles.position[i]
-        it = constrain(kernel, neighbours, particles.position, particles.swelling[run], row, here)
-        particles.density[i] = it.density
-        particles.volume_and_viscosity[i] = wp.vec2(it.volume, particles.volume_and_viscosity[i][1])
-        before = particles.pressed[i][3]
-        after = wp.min(before - (it.density - 1.0) / (it.squares + kernel.relaxation), 0.0)
-        particles.position[i] = wp.vec4(here[0], here[1], here[2], after - before)
-        lasts = wp.where(effort.carried[run] > 0.0, after, 0.0)
-        particles.pressed[i] = wp.vec4(it.wall_slope[0], it.wall_slope[1], it.wall_slope[2], lasts)
+        for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
+            i = movers.particle[row]
+            run = i // particles.per_run
+            if not takes_part(effort, run, iteration):
+                continue
+            here = particles.position[i]
+            it = constrain(kernel, neighbours, particles.position, particles.swelling[run], row, here)
+            particles.density[i] = it.density
+            particles.volume_and_viscosity[i] = wp.vec2(it.volume, particles.volume_and_viscosity[i][1])
+            before = particles.pressed[i][3]
+            after = wp.min(before - (it.density - 1.0) / (it.squares + kernel.relaxation), 0.0)
+            particles.position[i] = wp.vec4(here[0], here[1], here[2], after - before)
+            lasts = wp.where(effort.carried[run] > 0.0, after, 0.0)
+            particles.pressed[i] = wp.vec4(it.wall_slope[0], it.wall_slope[1], it.wall_slope[2], lasts)
 
     @wp.kernel(enable_backward=False, module=two_level)
     def measure_terms(
-        begin: int,
+        rows: Span,
         movers: Movers,
         particles: Particles,
         neighbours: Neighbours,
@@ -317,22 +310,22 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
         Walls answer a multiplier, but not its gradient: a particle beside them feels only the part of that gradient
         that its fluid neighbours make, and so takes a larger share of its nodes' multipliers.
         """
-        row = begin + wp.tid()
-        if row >= movers.count[0]:
-            return
-        i = movers.particle[row]
-        here = particles.position[i]
-        it = constrain(kernel, neighbours, particles.position, particles.swelling[i // particles.per_run], row, here)
-        particles.density[i] = it.density
-        particles.volume_and_viscosity[i] = wp.vec2(it.volume, particles.volume_and_viscosity[i][1])
-        particles.pressed[i] = wp.vec4(it.wall_slope[0], it.wall_slope[1], it.wall_slope[2], 0.0)
-        share = 1.0 / (1.0 - wp.min(it.by_walls / it.density, MOST_BY_WALLS))
-        coarse.slope[row] = wp.vec4(it.slope[0], it.slope[1], it.slope[2], share)
-        coarse.yielding[row] = 1.0 / (it.squares + kernel.relaxation)
+        for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
+            i = movers.particle[row]
+            here = particles.position[i]
+            it = constrain(
+                kernel, neighbours, particles.position, particles.swelling[i // particles.per_run], row, here
+            )
+            particles.density[i] = it.density
+            particles.volume_and_viscosity[i] = wp.vec2(it.volume, particles.volume_and_viscosity[i][1])
+            particles.pressed[i] = wp.vec4(it.wall_slope[0], it.wall_slope[1], it.wall_slope[2], 0.0)
+            share = 1.0 / (1.0 - wp.min(it.by_walls / it.density, MOST_BY_WALLS))
+            coarse.slope[row] = wp.vec4(it.slope[0], it.slope[1], it.slope[2], share)
+            coarse.yielding[row] = 1.0 / (it.squares + kernel.relaxation)
 
     @wp.kernel(enable_backward=False, module=module)
     def correct(
-        begin: int,
+        rows: Span,
         movers: Movers,
         particles: Particles,
         neighbours: Neighbours,
@@ -350,30 +343,28 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
         A particle at rest cannot give way: it answers with the particle's own multiplier or, as in the paper, with
         none, and is then half as hard as it should be.
         """
-        row = begin + wp.tid()
-        if row >= movers.count[0]:
-            return
-        i = movers.particle[row]
-        run = i // particles.per_run
-        if not takes_part(effort, run, iteration):
-            return
-        here = particles.position[i]
-        own = here[3]
-        slope = particles.swelling[run] * kernel.slope
-        pressed = particles.pressed[i]
-        step = own * wp.vec3(pressed[0], pressed[1], pressed[2])
-        step += slope * sum_correction(
-            particles.position,
-            neighbours.fluid,
-            neighbours.fluid_at[row],
-            neighbours.fluid_count[row],
-            here,
-            kernel.support,
-            frozen_answer * own,
-        )
-        length = wp.length(step)
-        if length > longest:
-            step *= longest / length
-        correction[row] = step
+        for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
+            i = movers.particle[row]
+            run = i // particles.per_run
+            if not takes_part(effort, run, iteration):
+                continue
+            here = particles.position[i]
+            own = here[3]
+            slope = particles.swelling[run] * kernel.slope
+            pressed = particles.pressed[i]
+            step = own * wp.vec3(pressed[0], pressed[1], pressed[2])
+            step += slope * sum_correction(
+                particles.position,
+                neighbours.fluid,
+                neighbours.fluid_at[row],
+                neighbours.fluid_count[row],
+                here,
+                kernel.support,
+                frozen_answer * own,
+            )
+            squared = wp.length_sq(step)
+            if squared > longest * longest:
+                step *= longest / wp.sqrt(squared)
+            correction[row] = step
 
     return PressureKernels(measure_density, measure_terms, correct)

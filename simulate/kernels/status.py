@@ -29,9 +29,7 @@ class Particles:
     scaled_residual: wp.array[wp.vec3]
     """Residual over the diagonal in the viscosity's solve; before it, the guess. Zero for a particle at rest."""
     free: wp.array[wp.vec4]
-    """Centre and radius of a ball that keeps clear of all walls, from when they were last asked for; none is older than
-    the frame.
-    """
+    """Centre and radius of a ball that keeps clear of all walls, from when they were last asked for."""
     wall: wp.array[wp.vec4]
     """Unit normal of the nearest wall's plane and its offset along it, from the same time; zero
     where walls are far, ROUNDED where they are no plane.
@@ -58,6 +56,21 @@ class Movers:
     particle: wp.array[int]
     count: wp.array[int]
     first_row: wp.array[int]  # First row of each run, and one past the last row
+
+
+@wp.struct
+class Span:
+    """Rows of a launch, or parts of them. Each thread takes every ``step``-th: on a GPU one, on a CPU all of them."""
+
+    begin: int
+    end: int
+    step: int
+
+
+@wp.func
+def end_of(rows: Span, movers: Movers):
+    """End of the rows of a launch in which there is a mover."""
+    return wp.min(rows.end, movers.count[0])
 
 
 @wp.kernel
@@ -150,7 +163,7 @@ def list_sorted(
 
 @wp.kernel
 def fall_asleep(
-    begin: int,
+    rows: Span,
     movers: Movers,
     particles: Particles,
     yields: wp.array[float],
@@ -165,16 +178,14 @@ def fall_asleep(
 
     Below zero, ``quiet_s`` is the time for which a particle was above it.
     """
-    row = begin + wp.tid()
-    if row >= movers.count[0]:
-        return
-    i = movers.particle[row]
-    if particles.status[i] != MOVING or yields[i // particles.per_run] == 0.0:
-        return
-    quiet = wp.min(quiet_s[i], 0.0) - frame_s
-    if shear[i] < slowest_shear and wp.length(particles.velocity[i]) < slowest:
-        quiet = wp.max(quiet_s[i], 0.0) + frame_s
-    quiet_s[i] = quiet
-    if quiet >= patience_s:
-        particles.status[i] = ASLEEP
-        bring_to_rest(particles, i)
+    for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
+        i = movers.particle[row]
+        if particles.status[i] != MOVING or yields[i // particles.per_run] == 0.0:
+            continue
+        quiet = wp.min(quiet_s[i], 0.0) - frame_s
+        if shear[i] < slowest_shear and wp.length(particles.velocity[i]) < slowest:
+            quiet = wp.max(quiet_s[i], 0.0) + frame_s
+        quiet_s[i] = quiet
+        if quiet >= patience_s:
+            particles.status[i] = ASLEEP
+            bring_to_rest(particles, i)

@@ -14,7 +14,7 @@ import warp as wp
 from simulate.kernels.conjugate_gradients import Search, Symmetric, System
 from simulate.kernels.neighbours import Neighbours
 from simulate.kernels.pair_sums import DragSums, GradientSums
-from simulate.kernels.status import Movers, Particles
+from simulate.kernels.status import Movers, Particles, Span, end_of
 
 wp.set_module_options({"enable_backward": False})
 
@@ -94,7 +94,7 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any) -> Viscosit
 
     @wp.kernel(enable_backward=False, module=module)
     def measure_shear(
-        begin: int,
+        rows: Span,
         movers: Movers,
         particles: Particles,  # out: viscosity
         neighbours: Neighbours,
@@ -109,43 +109,41 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any) -> Viscosit
 
         gamma^2 is the rate at which a viscosity of 1 dissipates, in pairs and at walls.
         """
-        row = begin + wp.tid()
-        if row >= movers.count[0]:
-            return
-        i = movers.particle[row]
-        near = neighbours
-        run = i // particles.per_run
-        gamma = fresh_shear
-        at_wall = fresh_shear
-        age = particles.frame[0] - particles.release_frame[i]
-        if age > 0:
-            own = particles.velocity[i]
-            here = particles.position[i]
-            walls = sum_drag(near.wall_particle, near.wall, near.wall_at[row], near.wall_count[row], here, support)
-            sums = sum_gradient(
-                particles.position,
-                particles.velocity,
-                near.fluid,
-                near.fluid_at[row],
-                near.fluid_count[row],
-                here,
-                own,
-                support,
-            )
-            gamma = shear_of(sums, walls, own, particles.volume_and_viscosity[i][0], support)
-            at_wall = wp.length(own) * walls[1] / wp.max(walls[2], 1.0e-20)
-        shear[i] = gamma
-        aged = paste.by_age[run, wp.min(age, paste.by_age.shape[1] - 1)]
-        tau = wp.min(aged[1] + paste.stiffens_by[run] * (float(age) * frame_s), paste.yields_at_most[run])
-        thin = aged[0] * thinning(paste, run, gamma)
-        yields = paste.per_viscosity * tau / not_slower(paste, gamma)
-        particles.volume_and_viscosity[i] = wp.vec2(particles.volume_and_viscosity[i][0], thin + yields)
-        thin = paste.sticks[run] * aged[0] * thinning(paste, run, at_wall)
-        system.at_walls[i] = thin + paste.per_viscosity * tau / not_slower(paste, at_wall)
+        for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
+            i = movers.particle[row]
+            near = neighbours
+            run = i // particles.per_run
+            gamma = fresh_shear
+            at_wall = fresh_shear
+            age = particles.frame[0] - particles.release_frame[i]
+            if age > 0:
+                own = particles.velocity[i]
+                here = particles.position[i]
+                walls = sum_drag(near.wall_particle, near.wall, near.wall_at[row], near.wall_count[row], here, support)
+                sums = sum_gradient(
+                    particles.position,
+                    particles.velocity,
+                    near.fluid,
+                    near.fluid_at[row],
+                    near.fluid_count[row],
+                    here,
+                    own,
+                    support,
+                )
+                gamma = shear_of(sums, walls, own, particles.volume_and_viscosity[i][0], support)
+                at_wall = wp.length(own) * walls[1] / wp.max(walls[2], 1.0e-20)
+            shear[i] = gamma
+            aged = paste.by_age[run, wp.min(age, paste.by_age.shape[1] - 1)]
+            tau = wp.min(aged[1] + paste.stiffens_by[run] * (float(age) * frame_s), paste.yields_at_most[run])
+            thin = aged[0] * thinning(paste, run, gamma)
+            yields = paste.per_viscosity * tau / not_slower(paste, gamma)
+            particles.volume_and_viscosity[i] = wp.vec2(particles.volume_and_viscosity[i][0], thin + yields)
+            thin = paste.sticks[run] * aged[0] * thinning(paste, run, at_wall)
+            system.at_walls[i] = thin + paste.per_viscosity * tau / not_slower(paste, at_wall)
 
     @wp.kernel(enable_backward=False, module=module)
     def weigh_pairs(
-        begin: int,
+        rows: Span,
         movers: Movers,
         particles: Particles,
         neighbours: Neighbours,
@@ -154,46 +152,44 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any) -> Viscosit
         system: System,  # out: links, drag, held and inverse
         search: Search,  # out: residual of the velocity without viscosity, and in ``product`` that of the guess
     ):
-        """The weight of each pair, the walls' drag, each particle's own block of the matrix, and V - (I + A) v."""
-        row = begin + wp.tid()
-        if row >= movers.count[0]:
-            return
-        i = movers.particle[row]
-        near = neighbours
-        here = particles.position[i]
-        own = particles.velocity[i]
-        guess = particles.scaled_residual[i]
-        sums = couple(
-            particles.position,
-            particles.volume_and_viscosity,
-            particles.velocity,
-            particles.scaled_residual,
-            near.fluid,
-            near.fluid_at[row],
-            near.fluid_count[row],
-            here,
-            particles.volume_and_viscosity[i],
-            own,
-            guess,
-            support,
-            system.links,
-        )
-        walls = sum_drag(near.wall_particle, near.wall, near.wall_at[row], near.wall_count[row], here, support)
-        drag = paste.drag[i // particles.per_run] * walls[0] + system.at_walls[i] * walls[1]
-        system.drag[row] = drag
-        # A pair pulls along one of three directions.
-        system.held[row] = drag + sums[6] / 3.0
-        block = wp.mat33(sums[0], sums[3], sums[5], sums[3], sums[1], sums[4], sums[5], sums[4], sums[2])
-        for axis in range(3):
-            block[axis, axis] += 1.0 + drag
-        it = wp.inverse(block)
-        system.inverse[row] = Symmetric(it[0, 0], it[1, 1], it[2, 2], it[0, 1], it[1, 2], it[2, 0])
-        search.residual[row] = -(wp.vec3(sums[7], sums[8], sums[9]) + drag * own)
-        search.product[row] = own - guess - (wp.vec3(sums[10], sums[11], sums[12]) + drag * guess)
+        """The link of each pair, the walls' drag, each particle's own block of the matrix, and V - (I + A) v."""
+        for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
+            i = movers.particle[row]
+            near = neighbours
+            here = particles.position[i]
+            own = particles.velocity[i]
+            guess = particles.scaled_residual[i]
+            sums = couple(
+                particles.position,
+                particles.volume_and_viscosity,
+                particles.velocity,
+                particles.scaled_residual,
+                near.fluid,
+                near.fluid_at[row],
+                near.fluid_count[row],
+                here,
+                particles.volume_and_viscosity[i],
+                own,
+                guess,
+                support,
+                system.links,
+            )
+            walls = sum_drag(near.wall_particle, near.wall, near.wall_at[row], near.wall_count[row], here, support)
+            drag = paste.drag[i // particles.per_run] * walls[0] + system.at_walls[i] * walls[1]
+            system.drag[row] = drag
+            # A pair pulls along one of three directions.
+            system.held[row] = drag + sums[6] / 3.0
+            block = wp.mat33(sums[0], sums[3], sums[5], sums[3], sums[1], sums[4], sums[5], sums[4], sums[2])
+            for axis in range(3):
+                block[axis, axis] += 1.0 + drag
+            it = wp.inverse(block)
+            system.inverse[row] = Symmetric(it[0, 0], it[1, 1], it[2, 2], it[0, 1], it[1, 2], it[2, 0])
+            search.residual[row] = -(wp.vec3(sums[7], sums[8], sums[9]) + drag * own)
+            search.product[row] = own - guess - (wp.vec3(sums[10], sums[11], sums[12]) + drag * guess)
 
     @wp.kernel(enable_backward=False, module=module)
     def apply_matrix(
-        begin: int,
+        rows: Span,
         movers: Movers,
         particles: Particles,
         neighbours: Neighbours,
@@ -201,20 +197,18 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any) -> Viscosit
         search: Search,  # out: product and curvature
     ):
         """(I + A) of backward Euler on Eq. 5, times the scaled residual."""
-        row = begin + wp.tid()
-        if row >= movers.count[0]:
-            return
-        i = movers.particle[row]
-        near = neighbours
-        vector = particles.scaled_residual
-        pulled = sum_pulled(vector, system.links, near.fluid, near.fluid_at[row], near.fluid_count[row], vector[i])
-        product = (1.0 + system.drag[row]) * vector[i] + pulled
-        search.product[row] = product
-        search.curvature[row] = wp.dot(vector[i], product)
+        for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
+            i = movers.particle[row]
+            near = neighbours
+            vector = particles.scaled_residual
+            pulled = sum_pulled(vector, system.links, near.fluid, near.fluid_at[row], near.fluid_count[row], vector[i])
+            product = (1.0 + system.drag[row]) * vector[i] + pulled
+            search.product[row] = product
+            search.curvature[row] = wp.dot(vector[i], product)
 
     @wp.kernel(enable_backward=False, module=explicit)
     def pass_velocity(
-        begin: int,
+        rows: Span,
         movers: Movers,
         particles: Particles,
         neighbours: Neighbours,
@@ -226,29 +220,27 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any) -> Viscosit
         after: wp.array[wp.vec3],  # out
     ):
         """One of the q passes of Eq. 5 as printed, with U sum_j m/rho_j W and D sum_k W."""
-        row = begin + wp.tid()
-        if row >= movers.count[0]:
-            return
-        i = movers.particle[row]
-        near = neighbours
-        here = particles.position[i]
-        own = before[i]
-        pulled = sum_printed(
-            particles.position,
-            before,
-            particles.volume_and_viscosity,
-            near.fluid,
-            near.fluid_at[row],
-            near.fluid_count[row],
-            here,
-            own,
-            particles.volume_and_viscosity[i][1],
-            support,
-        )
-        walls = sum_drag(near.wall_particle, near.wall, near.wall_at[row], near.wall_count[row], here, support)
-        drag = paste.drag[i // particles.per_run] * walls[0] + system.at_walls[i] * walls[1]
-        system.drag[row] = drag
-        system.held[row] = drag + pulled[3]
-        after[i] = own - (drag * own + wp.vec3(pulled[0], pulled[1], pulled[2])) / passes
+        for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
+            i = movers.particle[row]
+            near = neighbours
+            here = particles.position[i]
+            own = before[i]
+            pulled = sum_printed(
+                particles.position,
+                before,
+                particles.volume_and_viscosity,
+                near.fluid,
+                near.fluid_at[row],
+                near.fluid_count[row],
+                here,
+                own,
+                particles.volume_and_viscosity[i][1],
+                support,
+            )
+            walls = sum_drag(near.wall_particle, near.wall, near.wall_at[row], near.wall_count[row], here, support)
+            drag = paste.drag[i // particles.per_run] * walls[0] + system.at_walls[i] * walls[1]
+            system.drag[row] = drag
+            system.held[row] = drag + pulled[3]
+            after[i] = own - (drag * own + wp.vec3(pulled[0], pulled[1], pulled[2])) / passes
 
     return ViscosityKernels(measure_shear, weigh_pairs, apply_matrix, pass_velocity)

@@ -20,7 +20,7 @@ from simulate.settings import PRESETS, Fluid, Nozzle, Solver
 from simulate.setup import signed_distance
 from simulate.setup.wall_particles import enclose
 from simulate.setup_checks import check_fit, domain_of
-from tests.fluids import LIKE_THE_PAPER, path, pour, slot
+from tests.fluids import LIKE_THE_PAPER, engine_with, path, pour, slot
 from tests.shapes import oblique_slot, straight_slot
 
 LOWER = np.array([0, 0, 2.0])
@@ -179,6 +179,16 @@ def test_speed_and_density_are_watched(monkeypatch, limit, value, what):
     crack = slot(12.0)
     with pytest.raises(NumericalError, match=f"{what}.*particle 0"):
         pour(crack, path(crack[1], 0.01, speed_mm_s=20.0))
+
+
+def test_frames_of_1_ms_are_checked_every_5_ms(monkeypatch):
+    monkeypatch.setattr("simulate.fluid.fault_checks.DENSEST", 0.5)
+    engine = engine_with(np.array([[0.0, 0.0, -4.0]]), slot(12.0), frame_s=1e-3)
+    found = []
+    for frame in range(1, 6):
+        engine.advance(frame)
+        found.append(len(engine.faults.found()))
+    assert found == [0, 0, 0, 0, 1]
 
 
 def test_a_position_that_is_no_number_stops_the_run(monkeypatch):
