@@ -104,8 +104,14 @@ def settled(run: Lying, depth_mm: Floats) -> Mask:
     fast = np.flatnonzero(on_sample & (run.velocity_mm_s @ down > np.sqrt(2 * GRAVITY_MM_S2 * run.radius_mm)))
     if not len(fast):
         return on_sample
-    slow_mm = run.position_mm[np.setdiff1d(np.flatnonzero(on_sample), fast)]
-    around = KDTree(slow_mm[:, :2]).query_ball_point(run.position_mm[fast, :2], 2 * run.radius_mm)
+    fast_mm, reach_mm = run.position_mm[fast, :2], 2 * run.radius_mm
+    slow = on_sample.copy()
+    slow[fast] = False
+    # What flies does so over a small part of the bed.
+    low_mm, high_mm = fast_mm.min(axis=0) - reach_mm, fast_mm.max(axis=0) + reach_mm
+    slow &= ((low_mm <= run.position_mm[:, :2]) & (run.position_mm[:, :2] <= high_mm)).all(axis=1)
+    slow_mm = run.position_mm[slow]
+    around = KDTree(slow_mm[:, :2]).query_ball_point(fast_mm, reach_mm)
     bed_mm = np.array(
         [slow_mm[near, 2].max(initial=-floor) for near, floor in zip(around, depth_mm[fast], strict=True)]
     )

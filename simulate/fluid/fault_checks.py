@@ -13,7 +13,6 @@ from simulate.kernels import pressure
 from simulate.setup.signed_distance import Barrier
 
 FASTEST_CM_S = 2000.0  # Speed after a fall of 20 m: anything faster gained its energy from the numbers
-DUE_S = 5e-3  # Time between two checks, where frames are shorter: a check takes as long as a tenth of a substep
 DENSEST = 2.5
 """Largest density over the rest density. Sound runs, overfull and thick ones included, stayed under 1.5; lists of 128
 neighbours are full soon after.
@@ -41,28 +40,17 @@ class FaultChecks:
     """Marks particles that spilled or escaped, and keeps every fault of a particle or a run."""
 
     def __init__(
-        self,
-        state: State,
-        movers: MoversList,
-        launcher: Launcher,
-        barrier: Barrier,
-        unsolved: wp.array,
-        *,
-        support: float,
-        frame_s: float,
+        self, state: State, movers: MoversList, launcher: Launcher, barrier: Barrier, unsolved: wp.array, support: float
     ) -> None:
         """``unsolved`` is 1 for a run whose viscosity was not solved."""
         self._state, self._unsolved = state, unsolved
         self.by_particle = wp.zeros(state.count, dtype=int, device=state.device)
         """Faults of each particle so far, one bit each."""
-        limits = (FASTEST_CM_S, DENSEST, support)
-        self.look, self.look_if_due = (
-            launcher.bind(
-                pressure.inspect, movers.movers, state.particles, every, *limits, barrier.grid, self.by_particle
-            )
-            for every in (1, max(1, int(DUE_S / frame_s)))
+        limits = (FASTEST_CM_S, DENSEST, support, barrier.clearance)
+        self.look = launcher.bind(
+            pressure.inspect, movers.movers, state.particles, *limits, barrier.grid, self.by_particle
         )
-        """Check the movers of so many rows; ``look_if_due`` does it where frames are short in every so many of them."""
+        """Check the movers of so many rows."""
 
     def found(self) -> dict[int, RunFault]:
         """The first fault of each run that has any, by the number of the run."""

@@ -162,9 +162,7 @@ class FluidSolver:
             iterations=self.iterations,
             coarse=coarse,
         )
-        self.faults = FaultChecks(
-            state, self.movers, launcher, barrier, self.viscosity.unsolved, support=support, frame_s=frame_s
-        )
+        self.faults = FaultChecks(state, self.movers, launcher, barrier, self.viscosity.unsolved, support)
         self._quiet_s = wp.zeros(state.count, dtype=float, device=device)
         self._bind_lists(kernels.list_neighbours, domain)
         self._bind_frame(fluids)
@@ -246,7 +244,7 @@ class FluidSolver:
         solves: list[Integers] = []
         if self.rows:
             solves = [self.step(recorded=self.kernels_a_frame > 0) for _ in range(self.substeps)]
-            self.faults.look_if_due(self.rows)
+            self.faults.look(self.rows)
             self.rest()
         self.kernels_a_frame = self._launcher.kernels - before
         return [] if self.replays else solves

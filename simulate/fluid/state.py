@@ -25,7 +25,9 @@ KEPT_AS = {
     "wall": "wall",
     "fate": "status",
 }
-"""Arrays that a substep takes over from the one before, by their names in a checkpoint, which older versions wrote."""
+"""Arrays that a substep takes over from the one before, by their names in a checkpoint; some are older than ours."""
+NOWHERE_FREE = (0.0, 0.0, 0.0, -1e3)
+"""Free ball of a particle that never asked for walls: no place lies in it, nor near it."""
 
 
 class State:
@@ -44,7 +46,8 @@ class State:
         self.scaled_residual = _padded(np.zeros((schedule.particles, 3)), runs, wp.vec3, device)
         self.density = wp.full(count, 1.0, dtype=float, device=device)
         self.volume_and_viscosity = _padded(np.zeros((schedule.particles, 2)), runs, wp.vec2, device)
-        self.pressed, self.free, self.wall = (wp.zeros(count, dtype=wp.vec4, device=device) for _ in range(3))
+        self.pressed, self.wall = (wp.zeros(count, dtype=wp.vec4, device=device) for _ in range(2))
+        self.free = wp.full(count, wp.vec4(*NOWHERE_FREE), dtype=wp.vec4, device=device)
         self.status = wp.full(count, int(device_code.WAITING), dtype=int, device=device)
         self.frame = wp.full(1, -1, dtype=int, device=device)
         self.swelling = wp.full(runs, 1.0, dtype=float, device=device)

@@ -17,6 +17,7 @@ BESIDE = wp.constant(1.0e3)  # Distance that stands for a place beside the block
 ROUNDED = wp.constant(2.0)  # Each part of the normal where the nearest surface is no plane
 AS_PLANE = wp.constant(0.1)
 """Way from where a wall was asked for, over the clearance, on which it stays the same plane."""
+LARGEST = wp.constant(3.0e38)  # What is not below it counts as no number
 PIECES = wp.constant(256)
 """Largest number of pieces of a move. A longer one ends early; the run stops for its speed before that."""
 
@@ -151,6 +152,12 @@ def slide(plane: wp.vec4, x: wp.vec3, clearance: float):
 
 
 @wp.func
+def is_number(x: float) -> bool:
+    """``isfinite`` without a call of C's library."""
+    return wp.abs(x) < LARGEST
+
+
+@wp.func
 def move(
     solid: Distance,
     free: wp.array[wp.vec4],  # in, out: a ball for each particle, centre and radius, that keeps clear of all walls
@@ -170,7 +177,7 @@ def move(
     length = wp.length(step)
     if length == 0.0:
         return start
-    if not wp.isfinite(length):
+    if not is_number(length):
         # Left at its start, the particle would pass for one at rest; with this position it stops the run.
         return start + step
     ball = free[i]
@@ -182,6 +189,21 @@ def move(
         slid = slide(plane, start + step, clearance)
         if wp.max(wp.length(start - centre), wp.length(slid - centre)) <= AS_PLANE * clearance:
             return slid
+    return move_along(solid, free, beside, i, start, step, clearance)
+
+
+@wp.func
+def move_along(
+    solid: Distance,
+    free: wp.array[wp.vec4],  # out
+    beside: wp.array[wp.vec4],  # out
+    i: int,
+    start: wp.vec3,
+    step: wp.vec3,
+    clearance: float,
+) -> wp.vec3:
+    """Move where walls must be asked for; apart from ``move``, for a call copies ``solid``, which few moves need."""
+    length = wp.length(step)
     pieces = wp.min(int(length / (0.45 * clearance)) + 1, PIECES)
     piece = step / wp.max(float(pieces), length / (0.45 * clearance))
     here = Landing(start, wp.vec3(0.0), 0.0)
@@ -199,6 +221,12 @@ def move(
     free[i] = wp.vec4(x[0], x[1], x[2], radius)
     beside[i] = wp.vec4(n[0], n[1], n[2], wp.dot(n, x) - here.distance)
     return x
+
+
+@wp.func
+def near_free(ball: wp.vec4, x: wp.vec3, clearance: float) -> bool:
+    """Returns whether a position is nearer to the middle of a free ball than every wall is."""
+    return wp.length(x - wp.vec3(ball[0], ball[1], ball[2])) < ball[3] + clearance
 
 
 @wp.kernel

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import warp as wp
 
 from simulate.kernels.coarse_pressure import CoarseRows
-from simulate.kernels.distance import ROUNDED, Distance, distance_at, move, slide
+from simulate.kernels.distance import ROUNDED, Distance, distance_at, is_number, move, near_free, slide
 from simulate.kernels.neighbours import Neighbours
 from simulate.kernels.status import ESCAPED, MOVING, SPILLED, Movers, Particles, Span, bring_to_rest, end_of
 
@@ -179,19 +179,17 @@ def inspect(
     rows: Span,
     movers: Movers,
     particles: Particles,
-    every: int,
     fastest: float,
     densest: float,
     support: float,
+    clearance: float,
     solid: Distance,
     fault: wp.array[int],  # in, out
 ):
     """Mark the particles that have a fault, and those that spilled over the edge or escaped through a wall.
 
-    It is done in one of ``every`` frames.
+    Walls are not asked for again near a place that is known to be farther from them.
     """
-    if particles.frame[0] % every > 0:
-        return
     for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
         i = movers.particle[row]
         if particles.status[i] != MOVING:
@@ -199,7 +197,7 @@ def inspect(
         x = xyz(particles.position[i])
         speed = wp.length(particles.velocity[i])
         density = particles.density[i]
-        if not (wp.isfinite(x) and wp.isfinite(speed) and wp.isfinite(density)):
+        if not (is_number(wp.length_sq(x)) and is_number(speed) and is_number(density)):
             fault[i] = fault[i] | NOT_FINITE
         elif speed > fastest:
             fault[i] = fault[i] | TOO_FAST
@@ -210,7 +208,7 @@ def inspect(
             over = wp.max(wp.max(face[0] - x[0], x[0] - face[2]), wp.max(face[1] - x[1], x[1] - face[3]))
             if over > support or (over > 0.0 and x[2] < 0.0):
                 particles.status[i] = SPILLED
-            elif distance_at(solid, x, 0.0)[3] < 0.0:
+            elif not near_free(particles.free[i], x, clearance) and distance_at(solid, x, 0.0)[3] < 0.0:
                 particles.status[i] = ESCAPED
             if particles.status[i] != MOVING:
                 bring_to_rest(particles, i)
