@@ -138,9 +138,10 @@ def momentum() -> Iterator[Row]:
         yield Row(f"cloud, {name} alone: momentum off rms", pushed, "", 0, 1e-5, "0")
         yield Row(f"cloud, {name} alone: angular momentum off", turned, "", 0, 0.01, "0")
         pushed, _ = drift(*fluid)
-        yield Row(f"cloud, {name} and pressure: momentum off rms", pushed, "", 0, pressed, "0")
+        yield Row(f"cloud, {name} and pressure: momentum off rms", pushed, "", 0, pressed, "0", because=ROUNDING)
 
 
+ROUNDING = "float32: of 24 clouds the mean is 0.5e-6 at 32, 0.8e-6 at 322 mm2/s, 0.7e-6 at 12 Pa; 0.5e-6 without both"
 CLOUDS = {"32 mm2/s": (32.2, 0.0), "322 mm2/s": (322.0, 0.0), "12 Pa": (32.2, 7100.0)}
 """Viscosity in mm2/s, and yield stress over the density in mm2/s2, 12 Pa at that of paste."""
 
