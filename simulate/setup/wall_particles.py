@@ -22,6 +22,8 @@ OFF_NODE = 1e-3
 as near."""
 LEVEL = 0.99  # Vertical part of a normal beyond which a plane has no horizontal direction of its own, and takes x
 CANDIDATES = 20  # Candidates for each particle that is kept: more do not make the layer more even
+PARTS, LEAST_PART = 12, 2000
+"""Parts in which candidates are chosen from, and the least number of candidates in one."""
 NEAREST = 0.78
 """Least distance of two wall particles over 2R: with it a greedy choice leaves no hole wider than one particle."""
 
@@ -108,9 +110,25 @@ def _near_crack(points_mm: Floats, outline: Outline) -> np.ndarray:
 
 
 def _spread(points: Floats, lot: NDArray[np.uint64], apart: float) -> Floats:
-    """The greedy choice, in the order of ``lot``, of points no two of which are nearer than ``apart``."""
+    """The greedy choice, in the order of ``lot``, of points no two of which are nearer than ``apart``.
+
+    It is made part by part. Most points are dropped beside one chosen before them, and their pairs never listed.
+    """
     # Planes that meet may each have a node of the same lot; those differ in place.
-    points = points[np.lexsort((*points.T, lot))]
+    left = points[np.lexsort((*points.T, lot))]
+    part = max(LEAST_PART, len(left) // PARTS)
+    kept = [left[:0]]
+    while len(left):
+        chosen = _chosen(left[:part], apart)
+        # Scipy finds what is nearer than its bound, and a pair may be as near as ``apart``.
+        away, _ = KDTree(chosen).query(left[part:], distance_upper_bound=np.nextafter(apart, np.inf))
+        left = left[part:][np.isinf(away)]
+        kept.append(chosen)
+    return np.concatenate(kept)
+
+
+def _chosen(points: Floats, apart: float) -> Floats:
+    """The greedy choice in the order of ``points``."""
     count = len(points)
     pairs = KDTree(points).query_pairs(apart, output_type="ndarray")
     earlier = csr_array((np.ones(len(pairs), dtype=np.int32), (pairs[:, 1], pairs[:, 0])), shape=(count, count))
