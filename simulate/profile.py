@@ -21,7 +21,7 @@ from scipy.spatial import KDTree
 from sealtwin.core.errors import NumericalError
 from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Profile, Run, Solid, arc_length_at
 from simulate.settings import SampleSlope
-from simulate.vessel import Mask, Vessel, cross
+from simulate.vessel import Mask, cross, vessel_of
 
 PIXEL_MM = 0.2  # Pixel of the side view; never more than half a particle's radius
 GRAVITY_MM_S2 = 9810.0
@@ -71,7 +71,7 @@ def volume_ratio(run: Run, solid: Solid, cell_mm: float = 0.4) -> float:
     on_sample = settled(run, np.full(len(run.position_mm), solid.depth_mm))
     if not on_sample.any():
         return 0.0
-    occupied_mm3 = Vessel(solid, cell_mm).volume_mm3(run.position_mm[on_sample], half_spacing_mm(run))
+    occupied_mm3 = vessel_of(solid, cell_mm).volume_mm3(run.position_mm[on_sample], half_spacing_mm(run))
     return occupied_mm3 / run.dispensed_volume_mm3
 
 

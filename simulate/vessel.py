@@ -1,6 +1,7 @@
 """The volume of a bed between the walls of its solid and its surface, along the vertical lines of square cells."""
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 import warp as wp
@@ -52,6 +53,12 @@ class Vessel:
         reached_mm = top_mm.numpy()
         wet = np.isfinite(reached_mm)
         return float((np.minimum(reached_mm, self._ceiling_mm) - self._z_mm)[wet].sum()) * self._cell_mm2
+
+
+@lru_cache(maxsize=2)
+def vessel_of(solid: Solid, cell_mm: float) -> Vessel:
+    """Return the vessel of a solid. The last two are kept: a study's runs share the two that each of them needs."""
+    return Vessel(solid, cell_mm)
 
 
 def _turned(point_mm: Floats) -> Floats:

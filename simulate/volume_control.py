@@ -17,7 +17,7 @@ from simulate.fluid.state import State
 from simulate.kernels.status import FROZEN, MOVING
 from simulate.profile import half_spacing_mm, settled
 from simulate.setup.release_schedule import Schedule
-from simulate.vessel import Mask, Vessel
+from simulate.vessel import Mask, vessel_of
 
 PERIOD_S = 0.1  # Time between two measurements: a third of what paste needs to come to rest
 MEMORY_S = 0.4
@@ -67,7 +67,8 @@ class VolumeControl:
 
         ``yields`` says of each run whether its sealant has a yield stress.
         """
-        self._solid, self._vessel, self._schedule, self._state = solid, Vessel(solid, CELL * radius_mm), schedule, state
+        self._solid, self._schedule, self._state = solid, schedule, state
+        self._vessel = vessel_of(solid, CELL * radius_mm)
         self._radius_mm, self._factor, self._yields, self._settings = radius_mm, factor, yields, settings
         self.every = max(1, round(PERIOD_S / schedule.frame_s))
         """Frames from one measurement to the next."""

@@ -183,9 +183,12 @@ class Sections:
     area_mm2: Numbers  # (k,): of the section square to the centreline, below the face
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Solid:
-    """Sample: a block less the crack's cavity, with dams at open ends. Watertight, faces outward."""
+    """Sample: a block less the crack's cavity, with dams at open ends. Watertight, faces outward.
+
+    A solid equals itself alone, so that what is made from it can be kept beside it.
+    """
 
     vertices_mm: Floats  # (v, 3)
     faces: Integers  # (f, 3)
