@@ -1,7 +1,8 @@
 """Launches of kernels with fixed arguments, over rows that several threads share."""
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from queue import SimpleQueue
+from threading import Thread
 from typing import Any
 
 import warp as wp
@@ -20,7 +21,7 @@ class Launcher:
 
     def __init__(self, device: str, threads: int = 1) -> None:
         self.device, self._threads = device, threads
-        self._pool = ThreadPoolExecutor(threads - 1) if threads > 1 else None
+        self._helpers = [_Helper() for _ in range(threads - 1)]
         self.kernels = 0  # Number of launches so far; scans and sorts of Warp's own library are not counted
 
     def bind(self, kernel: Any, *inputs: object) -> "RowLaunch":
@@ -65,22 +66,25 @@ class Launcher:
         if not rows:
             return
         self.kernels += len(launches)
-        if self._pool is None:
+        if not self._helpers:
             for launch in launches:
                 launch.cut(0, 0, rows).launch()
             return
         slices = min(self._threads, max(1, int(rows * each) // LEAST_SLICE))
-        pending = []
-        for part in reversed(range(slices)):
-            begin = rows * part // slices // block * block
-            end = rows * (part + 1) // slices // block * block if part + 1 < slices else rows
-            commands = [launch.cut(part, begin, end) for launch in launches]
-            if part:
-                pending.append(self._pool.submit(_launch_all, commands))
-            else:
-                _launch_all(commands)
-        for future in pending:
-            future.result()
+        busy: list[_Helper] = []
+        try:
+            for part in reversed(range(slices)):
+                begin = rows * part // slices // block * block
+                end = rows * (part + 1) // slices // block * block if part + 1 < slices else rows
+                commands = [launch.cut(part, begin, end) for launch in launches]
+                if part:
+                    busy.append(self._helpers[part - 1])
+                    busy[-1].begin(commands)
+                else:
+                    _launch_all(commands)
+        finally:
+            for helper in busy:
+                helper.finish()
 
     def _record(self, kernel: Any, dim: int | tuple[int, ...], inputs: Sequence[object]) -> Any:
         return wp.launch(kernel, dim, inputs=list(inputs), device=self.device, record_cmd=True)
@@ -111,6 +115,39 @@ class RowLaunch:
             command.set_dim(span.step)
             self._slices[part] = begin, end
         return command
+
+
+class _Helper:
+    """A thread that launches what it is given, and ends with the launcher.
+
+    An executor's task and its future take three times as long, for each of forty launches a frame.
+    """
+
+    def __init__(self) -> None:
+        self._given: SimpleQueue[Sequence[Any] | None] = SimpleQueue()
+        self._faults: SimpleQueue[BaseException | None] = SimpleQueue()
+        Thread(target=_help, args=(self._given, self._faults), daemon=True).start()
+
+    def begin(self, commands: Sequence[Any]) -> None:
+        self._given.put(commands)
+
+    def finish(self) -> None:
+        """Wait for what was begun. Raises what a launch has raised."""
+        if (fault := self._faults.get()) is not None:
+            raise fault
+
+    def __del__(self) -> None:
+        self._given.put(None)
+
+
+def _help(given: "SimpleQueue[Sequence[Any] | None]", faults: "SimpleQueue[BaseException | None]") -> None:
+    while (commands := given.get()) is not None:
+        try:
+            _launch_all(commands)
+        except BaseException as fault:
+            faults.put(fault)
+        else:
+            faults.put(None)
 
 
 def _launch_all(commands: Sequence[Any]) -> None:
