@@ -17,7 +17,7 @@ from simulate.device import describe_device
 from simulate.fluid.fault_checks import SENTENCES, RunFault
 from simulate.fluid.run_statistics import RunStatistics
 from simulate.fluid.solver import FluidSolver, substeps_for
-from simulate.fluid.state import State
+from simulate.fluid.state import NOWHERE_FREE, State
 from simulate.kernels import status
 from simulate.remarks import remarks_on
 from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver
@@ -123,7 +123,8 @@ class Injection:
         # Older versions did not keep them: the guess for the next viscosity solve is then the velocity itself, no
         # pressure is carried over, and nothing is known of walls.
         swelling = np.ones(self.engine.state.runs, dtype=np.float32)
-        unknown = dict.fromkeys(("pressed", "free", "wall"), np.zeros((len(snapshot["place"]), 4), dtype=np.float32))
+        nothing = np.zeros((len(snapshot["place"]), 4), dtype=np.float32)
+        unknown = {"pressed": nothing, "wall": nothing, "free": np.full_like(nothing, NOWHERE_FREE)}
         snapshot = {"earlier_velocity": snapshot["velocity"], "swelling": swelling, **unknown, **snapshot}
         for name, here in self.snapshot().items():
             found = snapshot[name]

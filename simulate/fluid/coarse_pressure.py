@@ -64,7 +64,7 @@ class CoarsePressure:
             setattr(nodes, name, wp.zeros(count, dtype=float, device=device))
         self.rows = coarse = device_code.CoarseRows()
         types = {"node": int, "part": wp.vec2, "along": wp.vec2, "slope": wp.vec4}
-        for name in (*types, "old", "multiplier", "yielding"):
+        for name in (*types, "old", "multiplier", "yielding", "compression"):
             setattr(coarse, name, wp.zeros(rows, dtype=types.get(name, float), device=device))
 
         moving = (movers.movers, state.particles)
@@ -72,7 +72,7 @@ class CoarsePressure:
         self._locate = launcher.bind(device_code.locate, *moving, arc, nodes, coarse)
         # Sums into nodes are made in one piece: on a CPU two threads must not add to one of them.
         self._sum_matrix = launcher.bind_whole(device_code.sum_matrix, rows, movers.movers, nodes, coarse)
-        self._sum_excess = launcher.bind_whole(device_code.sum_excess, rows, *moving, nodes, coarse)
+        self._sum_excess = launcher.bind_whole(device_code.sum_excess, rows, movers.movers, nodes, coarse)
         constants = (lanes, SWEEPS, OVERSHOOT, LEAST_WEIGHT, AT_ONCE)
         self._solve_first, self._solve_again = (
             launcher.bind_whole(device_code.solve, (state.runs, lanes), nodes, summed, *constants)

@@ -202,8 +202,7 @@ class FluidSolver:
         state, lists, launcher, settings = self.state, self.lists, self._launcher, self.settings
         ages = wp.array([fluid.frames_to_freeze for fluid in fluids], dtype=int, device=state.device)
         self._count_frame = launcher.bind_whole(status.count_frame, 1, state.frame)
-        self._release = launcher.bind_whole(status.release, state.count, state.particles)
-        self._freeze = launcher.bind_whole(status.freeze, state.count, state.particles, ages)
+        self._grow_older = launcher.bind_whole(status.grow_older, state.count, state.particles, ages)
         moving, solid = (self.movers.movers, state.particles), (self.barrier.clearance, self.barrier.grid)
         yielding = (*moving, self.paste.yields_at_most)
         falling = (self.step_s, settings.damping_per_s, self.gravity)
@@ -256,8 +255,7 @@ class FluidSolver:
         if state.runs == 1 and not self.replays:
             self._out = state.released(frame)
         self._count_frame()
-        self._release()
-        self._freeze()
+        self._grow_older()
         self.find_movers()
 
     def rest(self) -> None:

@@ -63,6 +63,7 @@ class CoarseRows:
     multiplier: wp.array[float]
     slope: wp.array[wp.vec4]  # The constraint's own gradient, and the share in the nodes' multipliers
     yielding: wp.array[float]  # Change of the multiplier for each unit of compression
+    compression: wp.array[float]  # Density less 1
 
 
 @wp.kernel
@@ -164,7 +165,6 @@ def sum_matrix(
 @wp.kernel
 def sum_excess(
     movers: Movers,
-    particles: Particles,
     nodes: Nodes,  # out: excess
     coarse: CoarseRows,
 ):
@@ -175,7 +175,7 @@ def sum_excess(
     n = coarse.node[row]
     s = coarse.part[row][0]
     z = coarse.part[row][1]
-    c = coarse.slope[row][3] * (particles.density[movers.particle[row]] - 1.0) * UNIT
+    c = coarse.slope[row][3] * coarse.compression[row] * UNIT
     on = s * c
     wp.atomic_add(nodes.excess, n, wp.int64((1.0 - z) * (c - on)))
     wp.atomic_add(nodes.excess, n + 1, wp.int64(z * (c - on)))
@@ -276,7 +276,7 @@ def change_multipliers(
         x = particles.position[i]
         before = coarse.multiplier[row]
         momentum = (iteration - 1.0) / iteration
-        own = momentum * x[3] - (1.0 + momentum) * step * (particles.density[i] - 1.0) * coarse.yielding[row]
+        own = momentum * x[3] - (1.0 + momentum) * step * coarse.compression[row] * coarse.yielding[row]
         after = wp.min(0.0, before + own + coarse.slope[row][3] * smooth)
         particles.position[i] = wp.vec4(x[0], x[1], x[2], after - before)
         coarse.multiplier[row] = after

@@ -17,6 +17,8 @@ BESIDE = wp.constant(1.0e3)  # Distance that stands for a place beside the block
 ROUNDED = wp.constant(2.0)  # Each part of the normal where the nearest surface is no plane
 AS_PLANE = wp.constant(0.1)
 """Way from where a wall was asked for, over the clearance, on which it stays the same plane."""
+NEARBY = wp.constant(0.5)
+"""The same for a prediction. Farther away another wall may be the nearest."""
 LARGEST = wp.constant(3.0e38)  # What is not below it counts as no number
 PIECES = wp.constant(256)
 """Largest number of pieces of a move. A longer one ends early; the run stops for its speed before that."""
@@ -174,21 +176,53 @@ def move(
     From a start at half the clearance or more, every position on the way is in the open: pieces of the move are shorter
     than that distance, and a piece that would end nearer to a wall is not made.
     """
-    length = wp.length(step)
-    if length == 0.0:
+    squared = wp.length_sq(step)
+    if squared == 0.0:
         return start
-    if not is_number(length):
+    if not is_number(squared):
         # Left at its start, the particle would pass for one at rest; with this position it stops the run.
         return start + step
     ball = free[i]
     centre = wp.vec3(ball[0], ball[1], ball[2])
-    if wp.length(start - centre) <= ball[3] and wp.length(start + step - centre) <= ball[3]:
+    radius = wp.max(ball[3], 0.0)
+    from_centre = wp.length_sq(start - centre)
+    if wp.max(from_centre, wp.length_sq(start + step - centre)) <= radius * radius:
         return start + step
     plane = beside[i]
     if plane[0] != ROUNDED and plane[0] * plane[0] + plane[1] * plane[1] + plane[2] * plane[2] > 0.0:
         slid = slide(plane, start + step, clearance)
-        if wp.max(wp.length(start - centre), wp.length(slid - centre)) <= AS_PLANE * clearance:
+        reach = AS_PLANE * clearance
+        if wp.max(from_centre, wp.length_sq(slid - centre)) <= reach * reach:
             return slid
+    return move_along(solid, free, beside, i, start, step, clearance)
+
+
+@wp.func
+def move_for_now(
+    solid: Distance,
+    free: wp.array[wp.vec4],  # in, out
+    beside: wp.array[wp.vec4],  # in, out
+    i: int,
+    start: wp.vec3,
+    step: wp.vec3,
+    clearance: float,
+) -> wp.vec3:
+    """``move`` by a prediction, which the last move of its substep replaces.
+
+    It leaves behind a plane that was asked for nearby: the moves between the two take that one for the walls.
+    """
+    squared = wp.length_sq(step)
+    if squared == 0.0 or not is_number(squared):
+        return start + step
+    ball = free[i]
+    centre = wp.vec3(ball[0], ball[1], ball[2])
+    reach = NEARBY * clearance
+    known = wp.max(wp.length_sq(start - centre), wp.length_sq(start + step - centre)) <= reach * reach
+    plane = beside[i]
+    # Without a plane the walls are far, but for a particle that never asked for them and one beside the block.
+    far_or_plane = ball[3] >= reach or plane[0] * plane[0] + plane[1] * plane[1] + plane[2] * plane[2] > 0.0
+    if known and far_or_plane and plane[0] != ROUNDED:
+        return slide(plane, start + step, clearance)
     return move_along(solid, free, beside, i, start, step, clearance)
 
 

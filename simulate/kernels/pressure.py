@@ -10,7 +10,16 @@ from typing import Any, NamedTuple
 import warp as wp
 
 from simulate.kernels.coarse_pressure import CoarseRows
-from simulate.kernels.distance import ROUNDED, Distance, distance_at, is_number, move, near_free, slide
+from simulate.kernels.distance import (
+    ROUNDED,
+    Distance,
+    distance_at,
+    is_number,
+    move,
+    move_for_now,
+    near_free,
+    slide,
+)
 from simulate.kernels.neighbours import Neighbours
 from simulate.kernels.status import ESCAPED, MOVING, SPILLED, Movers, Particles, Span, bring_to_rest, end_of
 
@@ -95,7 +104,7 @@ def predict(
         x = xyz(particles.position[i])
         particles.previous_position[i] = x
         v = particles.velocity[i] + step_s * (gravity - damping * particles.velocity[i])
-        there = move(solid, particles.free, particles.wall, i, x, step_s * v, clearance)
+        there = move_for_now(solid, particles.free, particles.wall, i, x, step_s * v, clearance)
         pressed = particles.pressed[i]
         multiplier = effort.carried[i // particles.per_run] * pressed[3]
         particles.pressed[i] = wp.vec4(pressed[0], pressed[1], pressed[2], multiplier)
@@ -301,7 +310,7 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
         particles: Particles,
         neighbours: Neighbours,
         kernel: Smoothing,
-        coarse: CoarseRows,  # out: slope and yielding
+        coarse: CoarseRows,  # out: slope, yielding and compression
     ):
         """Density, and what the coarse level needs of each particle.
 
@@ -320,6 +329,7 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
             share = 1.0 / (1.0 - wp.min(it.by_walls / it.density, MOST_BY_WALLS))
             coarse.slope[row] = wp.vec4(it.slope[0], it.slope[1], it.slope[2], share)
             coarse.yielding[row] = 1.0 / (it.squares + kernel.relaxation)
+            coarse.compression[row] = it.density - 1.0
 
     @wp.kernel(enable_backward=False, module=module)
     def correct(

@@ -82,18 +82,18 @@ def count_frame(
 
 
 @wp.kernel
-def release(particles: Particles):
-    i = wp.tid()
-    if particles.status[i] == WAITING and particles.release_frame[i] <= particles.frame[0]:
-        particles.status[i] = MOVING
+def grow_older(particles: Particles, frames_to_freeze: wp.array[int]):
+    """Release the particles of this frame, and fix those older than the paste's stiffening time.
 
-
-@wp.kernel
-def freeze(particles: Particles, frames_to_freeze: wp.array[int]):
-    """Fix particles older than the paste's stiffening time, those asleep included: the paper's bound on its cost."""
+    Those asleep are fixed too: a sleeper that woke later would be one mover more than the run has room for, and the
+    paper's bound on its cost is that of the particles that are younger.
+    """
     i = wp.tid()
     age = particles.frame[0] - particles.release_frame[i]
-    # A sleeper that woke later would be one mover more than the run has room for.
+    if age < 0:
+        return
+    if particles.status[i] == WAITING:
+        particles.status[i] = MOVING
     if particles.status[i] <= ASLEEP and age >= frames_to_freeze[i // particles.per_run]:
         particles.status[i] = FROZEN
         bring_to_rest(particles, i)
