@@ -216,13 +216,15 @@ def move_for_now(
         return start + step
     ball = free[i]
     centre = wp.vec3(ball[0], ball[1], ball[2])
+    radius = wp.max(ball[3], 0.0)
     reach = NEARBY * clearance
-    known = wp.max(wp.length_sq(start - centre), wp.length_sq(start + step - centre)) <= reach * reach
+    away = wp.max(wp.length_sq(start - centre), wp.length_sq(start + step - centre))
     plane = beside[i]
-    # Without a plane the walls are far, but for a particle that never asked for them and one beside the block.
-    far_or_plane = ball[3] >= reach or plane[0] * plane[0] + plane[1] * plane[1] + plane[2] * plane[2] > 0.0
-    if known and far_or_plane and plane[0] != ROUNDED:
-        return slide(plane, start + step, clearance)
+    if away <= reach * reach and plane[0] != ROUNDED:
+        if plane[0] * plane[0] + plane[1] * plane[1] + plane[2] * plane[2] > 0.0:
+            return slide(plane, start + step, clearance)
+        if away <= radius * radius:
+            return start + step
     return move_along(solid, free, beside, i, start, step, clearance)
 
 

@@ -45,9 +45,11 @@ def test_launches_over_the_same_rows_follow_each_other_in_every_slice():
     assert launcher.kernels == 2 * 19
 
 
-def test_a_fault_in_a_thread_reaches_the_caller():
-    launcher = Launcher("cpu", 2)
-    count = launcher.bind(count_row, zeros(ROWS))
+@pytest.mark.parametrize("part", [0, 1])
+def test_a_fault_in_a_thread_reaches_the_caller_once(part):
+    """Also where the caller's own slice fails, while the other thread still works on its slice."""
+    launcher, seen = Launcher("cpu", 2), zeros(ROWS)
+    count = launcher.bind(count_row, seen)
 
     class Broken:
         def set_param_at_index(self, *_): ...
@@ -55,6 +57,10 @@ def test_a_fault_in_a_thread_reaches_the_caller():
         def launch(self):
             raise ArithmeticError("in the thread")
 
-    count.commands[1] = Broken()
+    count.commands[part] = Broken()
     with pytest.raises(ArithmeticError, match="in the thread"):
         count(ROWS)
+    seen.zero_()
+    count = launcher.bind(count_row, seen)
+    count(ROWS)
+    assert (seen.numpy() == 1).all()
