@@ -30,7 +30,7 @@ LONGEST_S = 0.1
 COMPRESSED = 1.05
 """Times as many particles as the box holds at rest: about what lies at the middle of a bed of 16 mm."""
 OFF = 0.05
-DRAWS = 8  # One draw of a fluid without viscosity is off their mean of 1.96 by 0.08, one standard deviation
+DRAWS = 24  # One draw of a fluid without viscosity is off the mean by 0.08, one standard deviation
 TOLD_OFF = 0.1
 """Where a run says before it begins what its particles add: the bar of the channels' flow."""
 

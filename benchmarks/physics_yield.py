@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 from math import sqrt
+from statistics import fmean
 from typing import Any
 
 import numpy as np
@@ -79,6 +80,8 @@ def banks() -> list[Finding]:
 
 RESTED_S, WATCHED_S = 6.0, 10.0
 BIN_MM = 10.0
+BANKS_PA = (11.9, 12.0, 12.1)
+"""One particle that rolls on moves a bank's bin by 0.1 mm."""
 
 
 def drift() -> list[Finding]:
@@ -88,20 +91,26 @@ def drift() -> list[Finding]:
     limit lies y lower once it has crept by y of its length, and a bin of it fills by as much as its depth brings.
     """
     found = []
-    for sleep in (True, False):
-        tank = bank(12.0, RESTED_S, sleep=sleep)
-        before, (_, depth_mm), length_mm = tank.place_mm, slope(tank), tank.front_mm()
-        tank.wait(WATCHED_S)
-        # Means over a stretch of the bank: a particle that rolls is no slope that moves.
-        bins = [
-            np.array([place[(place[:, 0] // BIN_MM) == cell, 2].mean() for cell in range(3)])
-            for place in (before, tank.place_mm)
-        ]
-        crept_mm = _crept_mm(RESTED_S + WATCHED_S, length_mm) - _crept_mm(RESTED_S, length_mm)
-        name = f"12 Pa, drift in {WATCHED_S:g} s, {'asleep' if sleep else 'awake'}"
-        most_mm, source = (0.0, "asleep") if sleep else (crept_mm * depth_mm / BIN_MM, "creep of its law")
-        found.append(Finding(name, 2 * float(np.abs(bins[1] - bins[0]).max()), "mm", 0, most_mm, "0", source))
+    for sleep, stresses_pa in ((True, (12.0,)), (False, BANKS_PA)):
+        moved_mm, bounds_mm = zip(*(_drift(stress_pa, sleep=sleep) for stress_pa in stresses_pa), strict=True)
+        name = f"12 Pa, drift in {WATCHED_S:g} s, {'asleep' if sleep else 'awake, mean of banks a percent apart'}"
+        most_mm, source = (0.0, "asleep") if sleep else (fmean(bounds_mm), "creep of its law")
+        found.append(Finding(name, fmean(moved_mm), "mm", 0, most_mm, "0", source))
     return found
+
+
+def _drift(stress_pa: float, *, sleep: bool) -> tuple[float, float]:
+    """Largest change of a bin's surface, twice that of its particles' mean height, and what the law allows; in mm."""
+    tank = bank(stress_pa, RESTED_S, sleep=sleep)
+    before, (_, depth_mm), length_mm = tank.place_mm, slope(tank), tank.front_mm()
+    tank.wait(WATCHED_S)
+    # Means over a stretch of the bank: a particle that rolls is no slope that moves.
+    bins = [
+        np.array([place[(place[:, 0] // BIN_MM) == cell, 2].mean() for cell in range(3)])
+        for place in (before, tank.place_mm)
+    ]
+    crept_mm = _crept_mm(RESTED_S + WATCHED_S, length_mm) - _crept_mm(RESTED_S, length_mm)
+    return 2 * float(np.abs(bins[1] - bins[0]).max()), crept_mm * depth_mm / BIN_MM
 
 
 def _crept_mm(seconds: float, length_mm: float) -> float:
