@@ -125,7 +125,11 @@ class Injection:
         swelling = np.ones(self.engine.state.runs, dtype=np.float32)
         nothing = np.zeros((len(snapshot["place"]), 4), dtype=np.float32)
         unknown = {"pressed": nothing, "wall": nothing, "free": np.full_like(nothing, NOWHERE_FREE)}
-        snapshot = {"earlier_velocity": snapshot["velocity"], "swelling": swelling, **unknown, **snapshot}
+        by_release = {
+            "number": np.arange(len(nothing), dtype=np.int32),
+            "released_in": np.tile(self.schedule.frame_of, self.engine.state.runs).astype(np.int32),
+        }
+        snapshot = {"earlier_velocity": snapshot["velocity"], "swelling": swelling, **unknown, **by_release, **snapshot}
         for name, here in self.snapshot().items():
             found = snapshot[name]
             # The statistics grow with the run.
@@ -383,7 +387,7 @@ def _sloping(slope: SampleSlope) -> dict[str, Any]:
 
 def _final_status(engine: FluidSolver) -> NDArray[np.integer]:
     """Status of each particle. The mesh itself decides on escapes, not the distance grid that stopped particles."""
-    status_of = np.array(engine.state.status.numpy(), dtype=np.int64)
+    status_of = engine.state.status_of()
     inside = engine.barrier.exact_mm(engine.state.position_mm()) < 0
     status_of[(status_of <= int(status.FROZEN)) & inside] = int(status.ESCAPED)
     return status_of

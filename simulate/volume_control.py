@@ -100,7 +100,7 @@ class VolumeControl:
         """Each run's particles that have left the nozzle and are not lost, and the mask of those that move."""
         state, schedule = self._state, self._schedule
         out = state.released(done - 1)
-        status, position_mm, velocity_mm_s = state.status.numpy(), state.position_mm(), state.velocity_mm_s()
+        status, position_mm, velocity_mm_s = state.status_of(), state.position_mm(), state.velocity_mm_s()
         for run in range(state.runs):
             own = slice(state.own(run).start, state.own(run).start + out)
             here = (status[own] <= int(FROZEN)) & np.isfinite(position_mm[own]).all(axis=1)

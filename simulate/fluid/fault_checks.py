@@ -44,7 +44,7 @@ class FaultChecks:
     ) -> None:
         """``unsolved`` is 1 for a run whose viscosity was not solved."""
         self._state, self._unsolved = state, unsolved
-        self.by_particle = wp.zeros(state.count, dtype=int, device=state.device)
+        self.by_particle = state.column(int)
         """Faults of each particle so far, one bit each."""
         limits = (FASTEST_CM_S, DENSEST, support, barrier.clearance)
         self.look = launcher.bind(
@@ -54,10 +54,9 @@ class FaultChecks:
 
     def found(self) -> dict[int, RunFault]:
         """The first fault of each run that has any, by the number of the run."""
-        unsolved, fault = self._unsolved.numpy(), self.by_particle.numpy()
-        found = {int(run): RunFault(UNSOLVED, None) for run in np.flatnonzero(unsolved)}
-        if fault.any():
-            for run, own in enumerate(fault.reshape(self._state.runs, -1)):
+        found = {int(run): RunFault(UNSOLVED, None) for run in np.flatnonzero(self._unsolved.numpy())}
+        if self.by_particle.numpy().any():
+            for run, own in enumerate(self._state.by_release(self.by_particle).reshape(self._state.runs, -1)):
                 if kinds := np.bitwise_or.reduce(own):
                     kind = int(kinds & -kinds)
                     found[run] = RunFault(kind, int(np.argmax(own & kind > 0)))

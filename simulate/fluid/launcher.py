@@ -1,6 +1,7 @@
 """Launches of kernels with fixed arguments, over rows that several threads share."""
 
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from queue import SimpleQueue
 from threading import Thread
 from typing import Any
@@ -71,20 +72,16 @@ class Launcher:
                 launch.cut(0, 0, rows).launch()
             return
         slices = min(self._threads, max(1, int(rows * each) // LEAST_SLICE))
-        busy: list[_Helper] = []
-        try:
+        with ExitStack() as busy:
             for part in reversed(range(slices)):
                 begin = rows * part // slices // block * block
                 end = rows * (part + 1) // slices // block * block if part + 1 < slices else rows
                 commands = [launch.cut(part, begin, end) for launch in launches]
                 if part:
-                    busy.append(self._helpers[part - 1])
-                    busy[-1].begin(commands)
+                    self._helpers[part - 1].begin(commands)
+                    busy.callback(self._helpers[part - 1].finish)
                 else:
                     _launch_all(commands)
-        finally:
-            for helper in busy:
-                helper.finish()
 
     def _record(self, kernel: Any, dim: int | tuple[int, ...], inputs: Sequence[object]) -> Any:
         return wp.launch(kernel, dim, inputs=list(inputs), device=self.device, record_cmd=True)
@@ -124,16 +121,23 @@ class _Helper:
     """
 
     def __init__(self) -> None:
+        self._begun = False
         self._given: SimpleQueue[Sequence[Any] | None] = SimpleQueue()
         self._faults: SimpleQueue[BaseException | None] = SimpleQueue()
         Thread(target=_help, args=(self._given, self._faults), daemon=True).start()
 
     def begin(self, commands: Sequence[Any]) -> None:
+        """Hand launches over; those that Ctrl-C kept ``finish`` from waiting for end first."""
+        if self._begun:
+            self._faults.get()
+        self._begun = True
         self._given.put(commands)
 
     def finish(self) -> None:
         """Wait for what was begun. Raises what a launch has raised."""
-        if (fault := self._faults.get()) is not None:
+        fault = self._faults.get()
+        self._begun = False
+        if fault is not None:
             raise fault
 
     def __del__(self) -> None:
@@ -144,7 +148,7 @@ def _help(given: "SimpleQueue[Sequence[Any] | None]", faults: "SimpleQueue[BaseE
     while (commands := given.get()) is not None:
         try:
             _launch_all(commands)
-        except BaseException as fault:
+        except BaseException as fault:  # Whatever it is, the caller waits for an answer.
             faults.put(fault)
         else:
             faults.put(None)

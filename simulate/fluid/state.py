@@ -24,6 +24,8 @@ KEPT_AS = {
     "free": "free",
     "wall": "wall",
     "fate": "status",
+    "number": "number",
+    "released_in": "release_frame",
 }
 """Arrays that a substep takes over from the one before, by their names in a checkpoint; some are older than ours."""
 NOWHERE_FREE = (0.0, 0.0, 0.0, -1e3)
@@ -31,14 +33,17 @@ NOWHERE_FREE = (0.0, 0.0, 0.0, -1e3)
 
 
 class State:
-    """All particles in the order of release, run by run; the ``runs`` share one schedule.
+    """All particles, run by run; the ``runs`` share one schedule.
 
-    Particles that are not released yet have the position and velocity of their release.
+    They begin in the order of release. ``renumber`` gives those that are out another one, as ``number`` says; what this
+    class returns by particle is in the order of release. Particles that are not released yet have the position and
+    velocity of their release.
     """
 
     def __init__(self, schedule: Schedule, device: str, runs: int = 1) -> None:
         self.device, self.runs, self.particles_per_run = device, runs, schedule.particles
         self._released = schedule.released
+        self._columns: list[wp.array] = []
         count = self.count
         self.position = _padded(np.pad(schedule.position_mm * CM, ((0, 0), (0, 1))), runs, wp.vec4, device)
         self.velocity = _padded(schedule.velocity_mm_s * CM, runs, wp.vec3, device)
@@ -49,16 +54,20 @@ class State:
         self.pressed, self.wall = (wp.zeros(count, dtype=wp.vec4, device=device) for _ in range(2))
         self.free = wp.full(count, wp.vec4(*NOWHERE_FREE), dtype=wp.vec4, device=device)
         self.status = wp.full(count, int(device_code.WAITING), dtype=int, device=device)
+        self.number = wp.array(np.arange(count), dtype=int, device=device)
+        """Place of each particle in the order of release, over all runs."""
+        self.release_frame = wp.array(np.tile(schedule.frame_of, runs), dtype=int, device=device)
         self.frame = wp.full(1, -1, dtype=int, device=device)
         self.swelling = wp.full(runs, 1.0, dtype=float, device=device)
         self.particles = device_code.Particles()  # The struct of these arrays that kernels take
         self.particles.per_run = schedule.particles
-        for name in (*KEPT_AS.values(), "scaled_residual", "frame", "swelling"):
-            setattr(self.particles, name, getattr(self, name))
+        for name in ("scaled_residual", "frame", "swelling", *KEPT_AS.values()):
+            if name != "number":
+                setattr(self.particles, name, getattr(self, name))
         everywhere = np.tile(schedule.position_mm * CM, (runs, 1))
         self.particles.previous_position = wp.array(everywhere, dtype=wp.vec3, device=device)
-        self.particles.density_before = wp.zeros(count, dtype=float, device=device)
-        self.particles.release_frame = wp.array(np.tile(schedule.frame_of, runs), dtype=int, device=device)
+        self.particles.density_before = self.column(float)
+        self._columns += [self.particles.previous_position, self.scaled_residual, *self.lasting().values()]
 
     @property
     def count(self) -> int:
@@ -76,7 +85,7 @@ class State:
     def release_by(self, released: Integers, frame: int) -> None:
         """Release by another list, which may grow on the way; no particle before ``frame`` unless it is placed."""
         self._released = released
-        self.particles.release_frame.fill_(frame)
+        self.release_frame.fill_(frame)
 
     def place(self, own: slice, position_cm: Floats, velocity_cm_s: Floats, frame: int) -> None:
         """Put particles that are not released yet where and when they leave; on a CPU, whose arrays are views."""
@@ -84,19 +93,40 @@ class State:
         self.particles.previous_position.numpy()[own] = position_cm
         for velocity in (self.velocity, self.earlier_velocity):
             velocity.numpy()[own] = velocity_cm_s
-        self.particles.release_frame.numpy()[own] = frame
+        self.release_frame.numpy()[own] = frame
 
     def lasting(self) -> dict[str, Any]:
         """Arrays that a substep takes over from the one before, by their names in a checkpoint."""
         return {kept: getattr(self, name) for kept, name in KEPT_AS.items()}
 
+    def column(self, dtype: type) -> Any:
+        """Return an array of zeros, one for each particle, that is renumbered with them."""
+        self._columns.append(wp.zeros(self.count, dtype=dtype, device=self.device))
+        return self._columns[-1]
+
+    def renumber(self, order: Integers) -> None:
+        """Move the particle from ``order[k]`` to place k, for the first n, (n,); none leaves its own run's places."""
+        for column in self._columns:
+            column[: len(order)].assign(column.numpy().take(order, axis=0))
+
+    def by_release(self, column: wp.array) -> Any:
+        """Values by particle in the order of release, a copy."""
+        values, place = column.numpy(), np.asarray(self.number.numpy(), dtype=np.int64)
+        found = np.empty_like(values)
+        found[place] = values
+        return found
+
     def position_mm(self) -> Floats:
         """Positions of all particles, (count, 3)."""
-        return self.position.numpy()[:, :3].astype(float) / CM
+        return self.by_release(self.position)[:, :3].astype(float) / CM
 
     def velocity_mm_s(self) -> Floats:
         """Velocities of all particles, (count, 3)."""
-        return self.velocity.numpy().astype(float) / CM
+        return self.by_release(self.velocity).astype(float) / CM
+
+    def status_of(self) -> Integers:
+        """Status of all particles, (count,), by the numbers of ``kernels.status``."""
+        return self.by_release(self.status).astype(np.int64)
 
 
 def _padded(rows: Floats, runs: int, dtype: type, device: str) -> Any:
@@ -112,18 +142,19 @@ class MoversList:
     def __init__(self, state: State, launcher: Launcher) -> None:
         count, device = state.count, state.device
         self._device, self._status, self._sorted = device, state.status, False
-        self._moves, self._row = (wp.zeros(count, dtype=int, device=device) for _ in range(2))
+        self._row = wp.zeros(count, dtype=int, device=device)
+        """1 for a mover and 0 for any other; summed up in place, the number of movers before each particle."""
         self.movers = device_code.Movers()
         self.movers.particle = wp.zeros(count, dtype=int, device=device)
         self.movers.count = wp.zeros(1, dtype=int, device=device)
         self.movers.first_row = wp.zeros(state.runs + 1, dtype=int, device=device)
-        self._mark = launcher.bind_whole(device_code.mark_movers, count, state.status, self._moves)
+        self._mark = launcher.bind_whole(device_code.mark_movers, count, state.status, self._row)
         self._number = launcher.bind_whole(device_code.number_movers, count, state.particles, self._row, self.movers)
 
     def find(self) -> None:
-        """List them in the order of release."""
+        """List them in the order in which they lie in memory."""
         self._mark()
-        array_scan(self._moves, self._row, inclusive=False)
+        array_scan(self._row, self._row, inclusive=False)
         self._number()
         self._sorted = False
 
@@ -136,10 +167,10 @@ class MoversList:
         if self._sorted:
             return
         self._sorted = True
-        status, device = self._status, self._device
-        wp.launch(device_code.mark_sorted, count, inputs=[number, status, self._moves], device=device)
-        array_scan(self._moves, self._row, inclusive=False)
-        wp.launch(device_code.list_sorted, count, inputs=[number, status, self._row, self.movers], device=device)
+        status, row, device = self._status, self._row, self._device
+        wp.launch(device_code.mark_sorted, count, inputs=[number, status, row], device=device)
+        array_scan(row, row, inclusive=False)
+        wp.launch(device_code.list_sorted, count, inputs=[number, status, row, self.movers], device=device)
 
     def number(self) -> int:
         """Number of movers, over all runs."""

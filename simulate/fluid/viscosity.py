@@ -47,13 +47,14 @@ class Viscosity:
         viscosity = np.repeat(paste.by_age.numpy()[:, 0, 0], state.particles_per_run)
         state.volume_and_viscosity.assign(np.column_stack([np.full(state.count, mass), viscosity]).astype(np.float32))
         sticks = np.repeat(paste.sticks.numpy(), state.particles_per_run)
-        self.shear = wp.zeros(state.count, dtype=float, device=device)
+        self.shear = state.column(float)
         """Shear in 1/s, as the last substep left it; by particle."""
         self.unsolved = wp.zeros(runs, dtype=int, device=device)
         """1 for each run in which a solve ended before its goal."""
         self._system, self._search = device_code.System(), device_code.Search()
         self.links, self._system.links = pairs_of(lists, NEIGHBOURS, wp.vec3h)
-        self._system.at_walls = wp.array(sticks * viscosity, dtype=float, device=device)
+        self._system.at_walls = state.column(float)
+        self._system.at_walls.assign((sticks * viscosity).astype(np.float32))
         self._system.inverse = wp.zeros(rows, dtype=device_code.Symmetric, device=device)
         for name in ("drag", "held"):
             setattr(self._system, name, wp.zeros(rows, dtype=float, device=device))

@@ -154,6 +154,12 @@ def slide(plane: wp.vec4, x: wp.vec3, clearance: float):
 
 
 @wp.func
+def is_plane(beside: wp.vec4) -> bool:
+    """Returns whether what a particle knows of its nearest wall is a plane: neither rounded nor unknown."""
+    return beside[0] != ROUNDED and beside[0] * beside[0] + beside[1] * beside[1] + beside[2] * beside[2] > 0.0
+
+
+@wp.func
 def is_number(x: float) -> bool:
     """``isfinite`` without a call of C's library."""
     return wp.abs(x) < LARGEST
@@ -189,7 +195,7 @@ def move(
     if wp.max(from_centre, wp.length_sq(start + step - centre)) <= radius * radius:
         return start + step
     plane = beside[i]
-    if plane[0] != ROUNDED and plane[0] * plane[0] + plane[1] * plane[1] + plane[2] * plane[2] > 0.0:
+    if is_plane(plane):
         slid = slide(plane, start + step, clearance)
         reach = AS_PLANE * clearance
         if wp.max(from_centre, wp.length_sq(slid - centre)) <= reach * reach:
@@ -221,7 +227,7 @@ def move_for_now(
     away = wp.max(wp.length_sq(start - centre), wp.length_sq(start + step - centre))
     plane = beside[i]
     if away <= reach * reach and plane[0] != ROUNDED:
-        if plane[0] * plane[0] + plane[1] * plane[1] + plane[2] * plane[2] > 0.0:
+        if is_plane(plane):
             return slide(plane, start + step, clearance)
         if away <= radius * radius:
             return start + step

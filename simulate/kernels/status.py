@@ -18,7 +18,7 @@ RESTS = wp.constant(1.0e30)
 
 @wp.struct
 class Particles:
-    """All particles in the order of release, run by run. Centimetres and seconds."""
+    """All particles, run by run. Centimetres and seconds."""
 
     per_run: int
     position: wp.array[wp.vec4]
@@ -51,7 +51,7 @@ class Particles:
 
 @wp.struct
 class Movers:
-    """List of the particles that move, in the order of release, run by run."""
+    """List of the particles that move, run by run."""
 
     particle: wp.array[int]
     count: wp.array[int]

@@ -3,8 +3,6 @@
 import math
 from collections.abc import Callable, Iterable
 
-import numpy as np
-
 from sealtwin.core.records import Frame
 from simulate.injection import Injection
 from simulate.setup.release_schedule import ROUNDING
@@ -24,8 +22,8 @@ def take_frame(injection: Injection) -> Frame:
         velocity_mm_s=state.velocity_mm_s()[:out],
         age_s=(injection.done - injection.schedule.frame_of[:out]).astype(float) * injection.schedule.frame_s,
         # The numbers of ParticleState and of the kernels are the same.
-        density=state.density.numpy()[:out].astype(float),
-        state=state.status.numpy()[:out].astype(np.int64),
+        density=state.by_release(state.density)[:out].astype(float),
+        state=state.status_of()[:out],
     )
 
 

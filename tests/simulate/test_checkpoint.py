@@ -136,9 +136,9 @@ def test_a_damaged_checkpoint_is_one_sentence_and_a_fresh_start(begun, fresh, tm
 
 
 def test_a_checkpoint_has_the_names_that_versions_before_wrote(begun):
-    """Those of version 7065196, whose checkpoints are read on, and three more; the solver has other names by now."""
+    """Those of version 7065196, whose checkpoints are read on, and five more; the solver has other names by now."""
     arrays = {"place", "velocity", "earlier_velocity", "density", "bulk", "fate", "quiet_s", "swelling"}
-    arrays |= {"pressed", "free", "wall"}
+    arrays |= {"pressed", "free", "wall", "number", "released_in"}
     figures = {"density", "owner", "solves", "moving", "neighbours", "frames_s"}
     expected = {"key", "done", *arrays, *(f"seen_{name}" for name in figures)}
     assert set(np.load(io.BytesIO(begun)).files) == expected

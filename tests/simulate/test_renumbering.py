@@ -1,0 +1,107 @@
+"""Particles of long runs are renumbered by cells: their pour, and all that is read of it, stays what it was."""
+
+import numpy as np
+import pytest
+
+from sealtwin.core.errors import NumericalError
+from simulate.fluid.state import State
+from simulate.injection import Injection
+from simulate.output.frames import take_frame
+from tests.launches import PASTES, check_going_on, finish, ready, together
+
+ALIKE_MM = 5e-5
+"""Apart after a frame, where sums in another order round otherwise: by 4e-6."""
+
+
+@pytest.fixture
+def often(monkeypatch):
+    """Renumber in every third frame, however few particles there are."""
+    monkeypatch.setattr("simulate.fluid.solver.RENUMBERED", 1)
+    monkeypatch.setattr("simulate.fluid.solver.RENUMBER_EVERY", 3)
+
+
+def begun(frames: int) -> Injection:
+    """A paste under way: some of it moves."""
+    injection = ready(PASTES[2:])
+    for _ in range(frames):
+        injection.advance()
+    return injection
+
+
+def test_a_renumbered_pour_is_the_same_pour(monkeypatch):
+    """Two frames on from one state, renumbered between the two or not.
+
+    Broken on purpose, with what was pressed left in its old places, it is off by 7e-4 mm; with velocities, by 0.04.
+    """
+    as_released = begun(30)
+    monkeypatch.setattr("simulate.fluid.solver.RENUMBERED", 1)
+    monkeypatch.setattr("simulate.fluid.solver.RENUMBER_EVERY", 30)
+    renumbered = ready(PASTES[2:])
+    renumbered.restore(as_released.snapshot())
+    for injection in (as_released, renumbered):
+        injection.advance()
+        injection.advance()
+    number, out = renumbered.engine.state.number.numpy(), renumbered.out
+    assert (number[:out] != np.arange(out)).mean() > 0.5
+    assert np.array_equal(number[out:], np.arange(out, len(number)))
+    here, there = take_frame(renumbered), take_frame(as_released)
+    assert np.abs(here.position_mm - there.position_mm).max() < ALIKE_MM
+    assert np.array_equal(here.age_s, there.age_s)
+    assert np.array_equal(here.state, there.state)
+    assert np.allclose(here.density, there.density, atol=1e-3)
+    state = renumbered.engine.state
+    assert np.array_equal(state.by_release(state.release_frame), renumbered.schedule.frame_of)
+
+
+@pytest.mark.usefixtures("often")
+def test_a_renumbered_run_goes_on_from_where_it_was_kept():
+    check_going_on()
+
+
+@pytest.mark.usefixtures("often")
+def test_renumbered_fluids_computed_at_once_are_what_each_is_alone():
+    for number, run in enumerate(together(PASTES)):
+        (alone,) = together(PASTES[number : number + 1])
+        assert np.array_equal(run.position_mm, alone.position_mm)
+
+
+@pytest.mark.usefixtures("often")
+def test_a_fault_names_the_particle_by_its_release():
+    injection = begun(31)
+    state = injection.engine.state
+    at = 5
+    released = int(state.number.numpy()[at])
+    assert released != at
+    position = state.position.numpy().copy()
+    position[at] = np.nan
+    state.position.assign(position)
+    with pytest.raises(NumericalError, match=f"particle {released} at"):
+        finish(injection)
+
+
+@pytest.mark.usefixtures("often")
+def test_a_checkpoint_of_a_version_that_kept_the_order_of_release_is_read_in_it(monkeypatch):
+    with monkeypatch.context() as before:
+        before.setattr("simulate.fluid.solver.RENUMBERED", 10**9)
+        older = begun(20)
+    kept = older.snapshot()
+    for name in ("number", "released_in"):
+        del kept[name]
+    injection = begun(31)
+    injection.restore(kept)
+    state = injection.engine.state
+    assert np.array_equal(injection.snapshot()["number"], np.arange(state.count))
+    assert np.array_equal(state.release_frame.numpy(), older.engine.state.release_frame.numpy())
+    assert np.array_equal(state.position_mm(), older.engine.state.position_mm())
+
+
+def test_each_column_moves_with_its_particles():
+    state: State = begun(2).engine.state
+    marks = state.column(float)
+    values = np.arange(state.count, dtype=np.float32)
+    marks.assign(values)
+    place_mm = state.position_mm()
+    state.renumber(np.array([2, 0, 1]))
+    assert marks.numpy()[:4].tolist() == [2, 0, 1, 3]
+    assert np.array_equal(state.by_release(marks), values)
+    assert np.array_equal(state.position_mm(), place_mm)
