@@ -121,7 +121,7 @@ class Injection:
         """
         lasting = self.engine.lasting()
         # Older versions did not keep them: the guess for the next viscosity solve is then the velocity itself, no
-        # pressure is carried over, and nothing is known of walls.
+        # pressure is carried over, nothing is known of walls, and particles are in the order of release.
         swelling = np.ones(self.engine.state.runs, dtype=np.float32)
         nothing = np.zeros((len(snapshot["place"]), 4), dtype=np.float32)
         unknown = {"pressed": nothing, "wall": nothing, "free": np.full_like(nothing, NOWHERE_FREE)}

@@ -10,6 +10,8 @@ import warp as wp
 
 from simulate.kernels.status import Span
 
+_Answer = SimpleQueue[BaseException | None]
+_Tasks = SimpleQueue[tuple[Sequence[Any], _Answer] | None]
 LEAST_SLICE = 3000  # Rows of a slice, at least: handing a smaller one to a thread takes longer than the slice
 
 
@@ -121,37 +123,33 @@ class _Helper:
     """
 
     def __init__(self) -> None:
-        self._begun = False
-        self._given: SimpleQueue[Sequence[Any] | None] = SimpleQueue()
-        self._faults: SimpleQueue[BaseException | None] = SimpleQueue()
-        Thread(target=_help, args=(self._given, self._faults), daemon=True).start()
+        self._given: _Tasks = SimpleQueue()
+        self._answer: _Answer = SimpleQueue()
+        Thread(target=_help, args=(self._given,), daemon=True).start()
 
     def begin(self, commands: Sequence[Any]) -> None:
-        """Hand launches over; those that Ctrl-C kept ``finish`` from waiting for end first."""
-        if self._begun:
-            self._faults.get()
-        self._begun = True
-        self._given.put(commands)
+        """Hand launches over, with a place of their own for the answer: Ctrl-C may keep ``finish`` from taking it."""
+        self._answer = SimpleQueue()
+        self._given.put((commands, self._answer))
 
     def finish(self) -> None:
         """Wait for what was begun. Raises what a launch has raised."""
-        fault = self._faults.get()
-        self._begun = False
-        if fault is not None:
+        if (fault := self._answer.get()) is not None:
             raise fault
 
     def __del__(self) -> None:
         self._given.put(None)
 
 
-def _help(given: "SimpleQueue[Sequence[Any] | None]", faults: "SimpleQueue[BaseException | None]") -> None:
-    while (commands := given.get()) is not None:
+def _help(given: _Tasks) -> None:
+    while (task := given.get()) is not None:
+        commands, answer = task
         try:
             _launch_all(commands)
         except BaseException as fault:  # Whatever it is, the caller waits for an answer.
-            faults.put(fault)
+            answer.put(fault)
         else:
-            faults.put(None)
+            answer.put(None)
 
 
 def _launch_all(commands: Sequence[Any]) -> None:

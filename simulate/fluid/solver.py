@@ -173,7 +173,7 @@ class FluidSolver:
         # Explicit passes are counted by the host, in each substep.
         self.replays = device != "cpu" and settings.viscosity_solve == "implicit"
         """Frames are recorded and replayed, without reports to the host in between."""
-        self._renumbers = not self.replays and state.particles_per_run >= RENUMBERED
+        self._renumbers = device == "cpu" and state.particles_per_run >= RENUMBERED
         self._recorded: Any = None
         self._one_thread = device == "cpu" and threads == 1
         self._projections: dict[int, Any] = {}  # Recorded, by the number of rows
@@ -229,6 +229,8 @@ class FluidSolver:
 
         On a GPU a frame is recorded once and replayed, without reports to the host in between; the list is then empty.
         """
+        if self._renumbers and frame % RENUMBER_EVERY == 0:
+            self._renumber()
         if self.replays and self._recorded is None and self.kernels_a_frame:
             # It keeps the addresses of the lists, and cannot give them more room on the way.
             self.make_room(MOST_ROOM)
@@ -249,17 +251,18 @@ class FluidSolver:
             solves = [self.step(recorded=self.kernels_a_frame > 0) for _ in range(self.substeps)]
             self.faults.look(self.rows)
             self.rest()
-            if self._renumbers and frame % RENUMBER_EVERY == 0:
-                self._renumber()
         self.kernels_a_frame = self._launcher.kernels - before
         return [] if self.replays else solves
 
     def _renumber(self) -> None:
-        """Give particles that are out the order of their cells: those that are near each other then share memory."""
+        """Give particles that are out the order of their cells: those that are near each other then share memory.
+
+        A frame then begins with its list of movers.
+        """
+        self.fluid_cells.fill(self._out)
         order = self.fluid_cells.cells.number.numpy()[: self._out]
         # Run by run; what belongs to no cell follows in its old order, so that what waits keeps its place.
         self.state.renumber(order[np.argsort(order // self.state.particles_per_run, kind="stable")])
-        self.find_movers()
 
     def begin_frame(self, frame: int) -> None:
         """Release the particles of a frame, and freeze those that have grown too old."""
@@ -325,6 +328,8 @@ class FluidSolver:
     def resume(self, done: int) -> None:
         """Continue after ``done`` frames, once the lasting arrays were restored."""
         self.state.frame.fill_(done - 1)
+        # Particles at rest have none, and those of a frame before may lie elsewhere.
+        self.state.scaled_residual.zero_()
         self.find_movers()
 
     def find_movers(self) -> None:

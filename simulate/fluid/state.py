@@ -27,7 +27,7 @@ KEPT_AS = {
     "number": "number",
     "released_in": "release_frame",
 }
-"""Arrays that a substep takes over from the one before, by their names in a checkpoint; some are older than ours."""
+"""Arrays that outlast a substep, by their names in a checkpoint; some of the names are older than ours."""
 NOWHERE_FREE = (0.0, 0.0, 0.0, -1e3)
 """Free ball of a particle that never asked for walls: no place lies in it, nor near it."""
 
@@ -96,7 +96,7 @@ class State:
         self.release_frame.numpy()[own] = frame
 
     def lasting(self) -> dict[str, Any]:
-        """Arrays that a substep takes over from the one before, by their names in a checkpoint."""
+        """Arrays that outlast a substep, by their names in a checkpoint."""
         return {kept: getattr(self, name) for kept, name in KEPT_AS.items()}
 
     def column(self, dtype: type) -> Any:
@@ -167,7 +167,8 @@ class MoversList:
         if self._sorted:
             return
         self._sorted = True
-        status, row, device = self._status, self._row, self._device
+        status, device = self._status, self._device
+        row: Any = self._row[:count]
         wp.launch(device_code.mark_sorted, count, inputs=[number, status, row], device=device)
         array_scan(row, row, inclusive=False)
         wp.launch(device_code.list_sorted, count, inputs=[number, status, row, self.movers], device=device)
