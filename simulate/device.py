@@ -17,6 +17,8 @@ from simulate.kernels import selftest as device_code
 wp.config.log_level = wp.LOG_WARNING
 # Warp's own threshold for inlining is 9000: kernels are no faster for it, and take a quarter longer to compile.
 wp.config.cpu_compiler_flags = "-march=native -mllvm=-inline-threshold=1000 -mllvm=-slp-recursion-max-depth=4"
+# A run compiles one module, and to prepare headers takes as long as to read them twice.
+wp.config.use_precompiled_headers = False
 
 SIDE = 8  # Number of points along each edge of the test lattice, and of turns of the test loop
 

@@ -3,3 +3,10 @@
 Their sums over neighbours are in ``pair_sums`` (any device) and ``pair_sums_cpu`` (eight or sixteen neighbours at a
 time). The modules of the same names in ``simulate.fluid`` launch these kernels.
 """
+
+import warp as wp
+
+from simulate.kernels import pair_kernels as pair_kernels
+
+# Of every function, for a GPU too; kernels ask for it themselves.
+wp.set_module_options({"enable_backward": False})

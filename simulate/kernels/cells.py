@@ -2,6 +2,7 @@
 
 import warp as wp
 
+from simulate.kernels.run_module import run_kernel
 from simulate.kernels.status import FROZEN
 
 wp.set_module_options({"enable_backward": False})
@@ -46,7 +47,7 @@ def cell_of(cells: CellArrays, x: wp.vec4):
     return a + cells.count[0] * (b + cells.count[1] * c)
 
 
-@wp.kernel
+@run_kernel
 def count_in_cells(
     cells: CellArrays,
     runs: int,
@@ -65,7 +66,7 @@ def count_in_cells(
     rank[i] = wp.atomic_add(count, key, 1)
 
 
-@wp.kernel
+@run_kernel
 def put_in_cells(
     cell: wp.array[int],
     rank: wp.array[int],
@@ -85,7 +86,7 @@ def put_in_cells(
     number[k] = i
 
 
-@wp.kernel
+@run_kernel
 def number_points(
     number: wp.array[int],  # out
 ):
@@ -93,7 +94,7 @@ def number_points(
     number[i] = i
 
 
-@wp.kernel
+@run_kernel
 def gather(
     number: wp.array[int],
     position: wp.array[wp.vec4],

@@ -5,6 +5,7 @@ Each run is solved as if it were alone, to the same bits with any number of thre
 
 import warp as wp
 
+from simulate.kernels.run_module import run_kernel
 from simulate.kernels.status import Movers, Particles, Span
 
 wp.set_module_options({"enable_backward": False})
@@ -74,7 +75,7 @@ def rows_of(movers: Movers, part: int):
     return wp.vec2i(first + begin, first + wp.min(begin + width, rows))
 
 
-@wp.kernel
+@run_kernel
 def sum_residuals(
     parts: Span,
     movers: Movers,
@@ -112,7 +113,7 @@ def whole_sum(search: Search, run: int):
     return total
 
 
-@wp.kernel
+@run_kernel
 def begin_search(
     of_the_right: float,
     of_the_change: float,
@@ -151,7 +152,7 @@ def ask_for_more(search: Search, run: int, at_most: int, more: wp.array[int], un
         unsolved[run] = 1
 
 
-@wp.kernel
+@run_kernel
 def start_search(parts: Span, movers: Movers, particles: Particles, system: System, search: Search):
     """Begin at the guess, which lies where the scaled residual will, or at the velocity without viscosity."""
     for part in range(parts.begin + wp.tid(), parts.end, parts.step):
@@ -169,7 +170,7 @@ def start_search(parts: Span, movers: Movers, particles: Particles, system: Syst
             particles.scaled_residual[i] = times(system.inverse[row], r)
 
 
-@wp.kernel
+@run_kernel
 def sum_curvature(
     parts: Span,
     movers: Movers,
@@ -186,7 +187,7 @@ def sum_curvature(
         search.partial[part // CHUNKS, part % CHUNKS] = wp.vec4(total, 0.0, 0.0, 0.0)
 
 
-@wp.kernel
+@run_kernel
 def find_length(search: Search):
     """The step to the least energy along the next direction."""
     run = wp.tid()
@@ -203,7 +204,7 @@ def find_length(search: Search):
     search.length[run] = search.error[run] / wp.max(curvature, 1.0e-30)
 
 
-@wp.kernel
+@run_kernel
 def advance_search(parts: Span, movers: Movers, particles: Particles, system: System, search: Search):
     """Turn the direction, go along it, and sum up the new residual."""
     for part in range(parts.begin + wp.tid(), parts.end, parts.step):
@@ -229,7 +230,7 @@ def advance_search(parts: Span, movers: Movers, particles: Particles, system: Sy
         search.partial[run, part % CHUNKS] = wp.vec4(total, 0.0, 0.0, 0.0)
 
 
-@wp.kernel
+@run_kernel
 def find_turn(
     at_most: int,
     search: Search,  # in, out
@@ -246,7 +247,7 @@ def find_turn(
     ask_for_more(search, run, at_most, more, unsolved)
 
 
-@wp.kernel
+@run_kernel
 def sum_left(
     parts: Span,
     movers: Movers,
@@ -261,7 +262,7 @@ def sum_left(
         search.partial[part // CHUNKS, part % CHUNKS] = wp.vec4(total[0], total[1], total[2], 0.0)
 
 
-@wp.kernel
+@run_kernel
 def shift_all(parts: Span, movers: Movers, particles: Particles, search: Search):
     """Move a run as a whole until its residual is zero: pairs then keep momentum, wherever the search ended."""
     for part in range(parts.begin + wp.tid(), parts.end, parts.step):

@@ -1,9 +1,11 @@
-"""Device code: the signed distance to the solid, and moves that cannot cross it. Centimetres.
+"""Device code: the signed distance to the solid from its grid, and moves that cannot cross it. Centimetres.
 
 Distances are positive in the open and negative in the solid.
 """
 
 import warp as wp
+
+from simulate.kernels.run_module import run_kernel
 
 wp.set_module_options({"enable_backward": False})
 
@@ -271,99 +273,7 @@ def near_free(ball: wp.vec4, x: wp.vec3, clearance: float) -> bool:
     return wp.length(x - wp.vec3(ball[0], ball[1], ball[2])) < ball[3] + clearance
 
 
-@wp.kernel
-def measure_distance(
-    mesh: wp.uint64,
-    point: wp.array[wp.vec3],
-    within: float,
-    distance: wp.array[float],  # out
-):
-    """Exact signed distance, negative where a ray crosses the surface an odd number of times.
-
-    NaN where no triangle is ``within`` reach.
-    """
-    i = wp.tid()
-    found = wp.mesh_query_point_sign_parity(mesh, point[i], within, 1)
-    distance[i] = wp.nan
-    if found.result:
-        nearest = wp.mesh_eval_position(mesh, found.face, found.u, found.v)
-        distance[i] = found.sign * wp.length(point[i] - nearest)
-
-
-@wp.kernel
-def measure_beside(
-    mesh: wp.uint64,
-    point: wp.array[wp.vec3],
-    known: wp.array[float],
-    away: wp.array[float],
-    distance: wp.array[float],  # out
-):
-    """Exact signed distance at places each of which is ``away`` from one whose distance is ``known``."""
-    i = wp.tid()
-    distance[i] = distance_beside(mesh, point[i], known[i], away[i])
-
-
-@wp.func
-def distance_beside(mesh: wp.uint64, x: wp.vec3, known: float, away: float) -> float:
-    """Exact signed distance at ``x``; ``known`` is that of a place no farther than ``away``.
-
-    No surface fits between the two where both are far from it. A ray, which tells on which side ``x`` is, takes as long
-    as to find the nearest triangle.
-    """
-    found = wp.mesh_query_point_no_sign(mesh, x, wp.abs(known) + away)
-    size = wp.length(x - wp.mesh_eval_position(mesh, found.face, found.u, found.v))
-    if size + wp.abs(known) > away:
-        return wp.sign(known) * size
-    # The ray of mesh_query_point_sign_parity, which would look for the nearest triangle again.
-    state = wp.rand_init(42)
-    ray = wp.vec3(1.0) + wp.vec3(wp.randf(state, -0.1, 0.1), wp.randf(state, -0.1, 0.1), wp.randf(state, -0.1, 0.1))
-    return wp.where(wp.mesh_query_ray_count_intersections(mesh, x, ray) % 2 == 1, -size, size)
-
-
-@wp.func
-def row_of_owner(solid: Distance, a: int, b: int, c: int, own: int) -> int:
-    """Row of the block that begins with the nodes that the block of row ``own`` ends with; ``own`` if it has none."""
-    row = row_at(solid, a, b, c)
-    return wp.where(row >= 0, row, own)
-
-
-@wp.kernel
-def measure_nodes(
-    mesh: wp.uint64,
-    solid: Distance,
-    x: wp.array[float],
-    y: wp.array[float],
-    z: wp.array[float],
-    noded: wp.array[wp.vec3i],
-    shared: bool,
-    distance: wp.array2d[float],  # out
-):
-    """Exact signed distance at the nodes of the blocks ``noded``, by row and node.
-
-    Nodes that several blocks share are measured by one of them; a second launch, ``shared``, copies them to the others.
-    """
-    row, node = wp.tid()
-    block = noded[row]
-    side = BLOCK + 1
-    place = wp.vec3i(node // (side * side), node // side % side, node % side)
-    step = wp.vec3i(place[0] // BLOCK, place[1] // BLOCK, place[2] // BLOCK)
-    owner = row_of_owner(solid, block[0] + step[0], block[1] + step[1], block[2] + step[2], row)
-    if (owner != row) != shared:
-        return
-    if shared:
-        rest = place - BLOCK * step
-        distance[row, node] = distance[owner, (rest[0] * side + rest[1]) * side + rest[2]]
-        return
-    number = BLOCK * block + place
-    point = wp.vec3(x[number[0]], y[number[1]], z[number[2]])
-    centre = solid.centre[block_at(solid, block[0], block[1], block[2])]
-    beside = wp.vec3(float(place[0]), float(place[1]), float(place[2])) - wp.vec3(0.5 * float(BLOCK))
-    # By a little more, for the middle node of a block is its centre but for rounding.
-    away = solid.spacing * (1.001 * wp.length(beside) + 0.001)
-    distance[row, node] = distance_beside(mesh, point, centre, away)
-
-
-@wp.kernel
+@run_kernel
 def sample_distance(
     solid: Distance,
     point: wp.array[wp.vec3],

@@ -9,6 +9,7 @@ import warp as wp
 
 from simulate.kernels.cells import CellArrays
 from simulate.kernels.neighbours import BLOCK, Neighbours
+from simulate.kernels.run_module import cpu_block
 from simulate.kernels.status import Movers
 
 wp.set_module_options({"enable_backward": False})
@@ -112,11 +113,12 @@ const auto take = [reach2](Points of, int begin, int end, wp::vec4 here, int sel
 
 
 @wp.func_native(
-    f"{{\n#pragma clang fp reassociate(on) contract(fast)\nenum {{ BLOCK = {int(BLOCK)} }};"
-    + REGISTERS
-    + AROUND
-    + TAKE
-    + """
+    cpu_block(
+        f"enum {{ BLOCK = {int(BLOCK)} }};",
+        REGISTERS,
+        AROUND,
+        TAKE,
+        """
 const int end = (first / BLOCK + 1) * near.room;
 int at = first / BLOCK * near.room;
 const auto list_one = [&](const auto& of, const Around& around, wp::vec4 here, int self, int slots, int dummy) {
@@ -156,8 +158,8 @@ for (int row = first; row < last; ++row) {
     near.fluid_count.data[row] = list_one(cells, fluid, here, i, near.fluid.shape[1], position.shape[0]);
     near.wall_at.data[row] = at;
     near.wall_count.data[row] = list_one(wall_cells, wall, here, -1, near.wall.shape[1], near.wall_particle.shape[0]);
-}
-}"""
+}""",
+    )
 )
 def list_rows(
     first: int,

@@ -6,6 +6,7 @@ from typing import Any
 import warp as wp
 
 from simulate.kernels.cells import CellArrays
+from simulate.kernels.run_module import run_kernel
 from simulate.kernels.status import ASLEEP, MOVING, Movers, Particles, Span, end_of
 
 wp.set_module_options({"enable_backward": False})
@@ -78,7 +79,7 @@ def neighbour_kernels(search: ModuleType, module: Any) -> Any:
     return list_neighbours
 
 
-@wp.kernel
+@run_kernel
 def wake(
     rows: Span,
     movers: Movers,

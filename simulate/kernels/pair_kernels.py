@@ -8,6 +8,7 @@ import warp as wp
 from simulate.kernels import listing, listing_cpu, pair_sums, pair_sums_cpu
 from simulate.kernels.neighbours import neighbour_kernels
 from simulate.kernels.pressure import PressureKernels, pressure_kernels
+from simulate.kernels.run_module import MODULE
 from simulate.kernels.viscosity import ViscosityKernels, viscosity_kernels
 
 
@@ -21,11 +22,15 @@ class PairKernels(NamedTuple):
 def pair_kernels(native: bool) -> PairKernels:
     """The same algorithm with the plain loops, or with those that a CPU runs eight or sixteen pairs at a time."""
     search, loops = (listing_cpu, pair_sums_cpu) if native else (listing, pair_sums)
-    # The loops for CPUs do not compile for a GPU; and what few runs launch is compiled apart, for them alone.
     kind = f"simulate.kernels.pair_kernels.{'native' if native else 'plain'}"
-    module, seldom = wp.get_module(kind), wp.get_module(f"{kind}.seldom")
+    # What few runs launch is compiled apart, for them alone.
+    module, seldom = MODULE if native else wp.get_module(kind), wp.get_module(f"{kind}.seldom")
     return PairKernels(
         neighbour_kernels(search, module),
         pressure_kernels(loops, module, seldom),
         viscosity_kernels(loops, module, seldom),
     )
+
+
+# A kernel that its module gets after it was compiled has it compiled once more.
+pair_kernels(native=True)

@@ -9,6 +9,7 @@ sums differs, and so do the last bits.
 import warp as wp
 
 from simulate.kernels.pair_sums import ALONG, NEAREST_WALL, CoupleSums, DensitySums, DragSums, GradientSums, WallSums
+from simulate.kernels.run_module import cpu_block
 from simulate.kernels.status import RESTS
 
 wp.set_module_options({"enable_backward": False})
@@ -93,13 +94,8 @@ NEAR = """
 """
 
 
-def _block(*parts: str) -> str:
-    """A block of C++ in which, and only in which, the compiler may reorder sums."""
-    return "{\n#pragma clang fp reassociate(on) contract(fast)\n" + "".join(parts) + "\n}"
-
-
 @wp.func_native(
-    _block(
+    cpu_block(
         VECTORS,
         "floats density = {}, gx = {}, gy = {}, gz = {}, squares = {};",
         OFFSETS.replace("POSITIONS", "position"),
@@ -122,7 +118,7 @@ def sum_density(
 
 
 @wp.func_native(
-    _block(
+    cpu_block(
         VECTORS,
         "floats density = {}, gx = {}, gy = {}, gz = {};",
         OFFSETS.replace("POSITIONS", "wall"),
@@ -145,7 +141,7 @@ def sum_walls(
 
 
 @wp.func_native(
-    _block(
+    cpu_block(
         VECTORS,
         f"const float RESTS = {float(RESTS)!r}f;",
         "floats x = {}, y = {}, z = {};",
@@ -171,7 +167,7 @@ def sum_correction(
 
 
 @wp.func_native(
-    _block(
+    cpu_block(
         VECTORS,
         "floats xx = {}, yy = {}, zz = {}, xy = {}, yz = {}, zx = {};",
         "floats ux = {}, uy = {}, uz = {}, vx = {}, vy = {}, vz = {}, tx = {}, ty = {}, tz = {};",
@@ -208,7 +204,7 @@ def sum_gradient(
 
 
 @wp.func_native(
-    _block(
+    cpu_block(
         VECTORS,
         f"const float RESTS = {float(RESTS)!r}f, ALONG = {float(ALONG)!r}f;",
         """
@@ -262,7 +258,7 @@ def couple(
 
 
 @wp.func_native(
-    _block(
+    cpu_block(
         VECTORS,
         "floats x = {}, y = {}, z = {}, total = {};",
         OFFSETS.replace("POSITIONS", "position"),
@@ -294,7 +290,7 @@ def sum_printed(
 
 
 @wp.func_native(
-    _block(
+    cpu_block(
         VECTORS,
         f"const float NEAREST_WALL = {float(NEAREST_WALL)!r}f;",
         "floats drag = {}, sticks = {}, far = {}, x = {}, y = {}, z = {};",
@@ -323,7 +319,7 @@ def sum_drag(
 
 
 @wp.func_native(
-    _block(
+    cpu_block(
         "const float support = 1.0f;",
         VECTORS,
         """

@@ -21,6 +21,7 @@ from simulate.kernels.distance import (
     slide,
 )
 from simulate.kernels.neighbours import Neighbours
+from simulate.kernels.run_module import run_kernel
 from simulate.kernels.status import ESCAPED, MOVING, SPILLED, Movers, Particles, Span, bring_to_rest, end_of
 
 wp.set_module_options({"enable_backward": False})
@@ -86,7 +87,7 @@ def move_beside(solid: Distance, particles: Particles, i: int, x: wp.vec3, step:
     return slide(wall, x + step, clearance)
 
 
-@wp.kernel
+@run_kernel
 def predict(
     rows: Span,
     movers: Movers,
@@ -111,7 +112,7 @@ def predict(
         particles.position[i] = wp.vec4(there[0], there[1], there[2], multiplier)
 
 
-@wp.kernel
+@run_kernel
 def shift(
     rows: Span,
     movers: Movers,
@@ -145,7 +146,7 @@ def shift(
         particles.position[i] = wp.vec4(there[0], there[1], there[2], x[3])
 
 
-@wp.kernel
+@run_kernel
 def update_velocity(rows: Span, movers: Movers, particles: Particles, step_s: float):
     """V = (x - x0) / dt, and a guess of what viscosity leaves of it: the last two substeps' course, gone on with."""
     for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
@@ -156,7 +157,7 @@ def update_velocity(rows: Span, movers: Movers, particles: Particles, step_s: fl
         particles.velocity[i] = (xyz(particles.position[i]) - particles.previous_position[i]) / step_s
 
 
-@wp.kernel
+@run_kernel
 def move_as_solved(
     rows: Span,
     movers: Movers,
@@ -183,7 +184,7 @@ def move_as_solved(
         particles.position[i] = wp.vec4(there[0], there[1], there[2], particles.position[i][3])
 
 
-@wp.kernel
+@run_kernel
 def inspect(
     rows: Span,
     movers: Movers,

@@ -2,6 +2,8 @@
 
 import warp as wp
 
+from simulate.kernels.run_module import run_kernel
+
 wp.set_module_options({"enable_backward": False})
 
 MOVING = wp.constant(0)
@@ -73,7 +75,7 @@ def end_of(rows: Span, movers: Movers):
     return wp.min(rows.end, movers.count[0])
 
 
-@wp.kernel
+@run_kernel
 def count_frame(
     frame: wp.array[int],  # in, out
 ):
@@ -81,7 +83,7 @@ def count_frame(
     frame[0] = frame[0] + 1
 
 
-@wp.kernel
+@run_kernel
 def grow_older(particles: Particles, frames_to_freeze: wp.array[int]):
     """Release the particles of this frame, and fix those older than the paste's stiffening time.
 
@@ -109,7 +111,7 @@ def bring_to_rest(particles: Particles, i: int):
     particles.pressed[i] = wp.vec4(0.0)
 
 
-@wp.kernel
+@run_kernel
 def mark_movers(
     status: wp.array[int],
     moves: wp.array[int],  # out
@@ -118,7 +120,7 @@ def mark_movers(
     moves[i] = wp.where(status[i] == MOVING, 1, 0)
 
 
-@wp.kernel
+@run_kernel
 def number_movers(
     particles: Particles,
     row: wp.array[int],
@@ -137,7 +139,7 @@ def number_movers(
         movers.first_row[count // particles.per_run] = total
 
 
-@wp.kernel
+@run_kernel
 def mark_sorted(
     number: wp.array[int],
     status: wp.array[int],
@@ -147,7 +149,7 @@ def mark_sorted(
     moves[k] = wp.where(status[number[k]] == MOVING, 1, 0)
 
 
-@wp.kernel
+@run_kernel
 def list_sorted(
     number: wp.array[int],
     status: wp.array[int],
@@ -161,7 +163,7 @@ def list_sorted(
         movers.particle[row[k]] = i
 
 
-@wp.kernel
+@run_kernel
 def fall_asleep(
     rows: Span,
     movers: Movers,

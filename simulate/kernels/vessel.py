@@ -5,6 +5,8 @@ It computes in double precision, in which the solid's crossings are known.
 
 import warp as wp
 
+from simulate.kernels.run_module import run_kernel
+
 wp.set_module_options({"enable_backward": False})
 
 
@@ -21,7 +23,7 @@ class Lines:
     upward: wp.array[int]  # 1 for a facet that looks up
 
 
-@wp.kernel
+@run_kernel
 def raise_surface(
     position_mm: wp.array[wp.vec3d],
     half_mm: wp.float64,

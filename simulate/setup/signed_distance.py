@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Solid
 from simulate.kernels import distance as device_code
+from simulate.kernels import exact_distance
 
 Mask = NDArray[np.bool_]
 CM = 0.1  # Centimetres in a millimetre: kernels work in centimetres
@@ -120,14 +121,10 @@ def _at_the_face(solid: Solid, middle_mm: Floats, half_diagonal_mm: float, block
 def _nodes_mm(mesh: wp.Mesh, grid: Any, low: Floats, noded: Integers, spacing_mm: float, device: str) -> Floats:
     """Distances on the nodes of the blocks ``noded``, (b, NODES), in a grid that has no nodes yet."""
     distance = wp.empty((len(noded), int(device_code.NODES)), dtype=float, device=device)
-    places = [
-        wp.array((start + spacing_mm * np.arange(device_code.BLOCK * count + 1)) * CM, dtype=float, device=device)
-        for start, count in zip(low, grid.blocks, strict=True)
-    ]
     number = wp.array(noded, dtype=wp.vec3i, device=device)
     for shared in (False, True):
-        inputs = [mesh.id, grid, *places, number, shared, distance]
-        wp.launch(device_code.measure_nodes, distance.shape, inputs=inputs, device=device)
+        inputs = [mesh.id, grid, number, shared, distance]
+        wp.launch(exact_distance.measure_nodes, len(noded), inputs=inputs, device=device)
     return distance.numpy() / CM
 
 
@@ -175,7 +172,7 @@ def exact_distance_mm(mesh: wp.Mesh, points_mm: Floats, device: str, within_mm: 
     points = wp.array(points_mm * CM, dtype=wp.vec3, device=device)
     distance = wp.empty(len(points_mm), dtype=float, device=device)
     inputs = [mesh.id, points, within_mm * CM, distance]
-    wp.launch(device_code.measure_distance, len(points_mm), inputs=inputs, device=device)
+    wp.launch(exact_distance.measure_distance, len(points_mm), inputs=inputs, device=device)
     found = distance.numpy() / CM
     if np.isnan(found[np.isfinite(points_mm).all(axis=1)]).any():
         raise InputError("the solid has no triangle of any area: check the mesh, or digitise again.")
@@ -188,6 +185,6 @@ def _beside_mm(mesh: wp.Mesh, points_mm: Floats, known_mm: Floats, away_mm: Floa
     known, away = (wp.array(of * CM, dtype=float, device=device) for of in (known_mm, away_mm * SLACK))
     distance = wp.empty(len(points_mm), dtype=float, device=device)
     wp.launch(
-        device_code.measure_beside, len(points_mm), inputs=[mesh.id, points, known, away, distance], device=device
+        exact_distance.measure_beside, len(points_mm), inputs=[mesh.id, points, known, away, distance], device=device
     )
     return distance.numpy() / CM

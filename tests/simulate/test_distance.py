@@ -3,13 +3,17 @@ from dataclasses import replace
 import manifold3d
 import numpy as np
 import pytest
+import trimesh
 
+from digitise.settings import CrackShape
+from digitise.solid.build_solid import build_solid
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import FaceLabel, Floats, Solid
+from simulate.kernels.distance import BLOCK
 from simulate.setup.signed_distance import CLEARANCE, CM, build_barrier
 from simulate.vessel import Mask
 from tests.fluids import engine_with, hewn, lattice, slot
-from tests.shapes import straight_slot
+from tests.shapes import straight_slot, wandering_crack
 
 RADIUS_MM = 0.4
 
@@ -37,6 +41,24 @@ def test_the_grid_knows_the_mesh_to_a_twentieth_of_a_radius():
     # Away from the surface the grid may only be careful: never a longer way than there is, never another side.
     assert (np.abs(sampled) <= np.abs(exact) + RADIUS_MM / 4)[~near].all()
     assert (np.sign(exact) == np.sign(sampled))[np.abs(exact) > 0.05].all()
+
+
+def test_the_nodes_of_the_grid_are_exact_beside_needles():
+    """Against trimesh. The face around a crack has triangles a thousand times as long as high."""
+    outline = wandering_crack()
+    solid = build_solid(outline, CrackShape(depth_mm=16.0, tilt="flare", wall_angle_deg=5.5))
+    grid = build_barrier(solid, outline, RADIUS_MM, "cpu").grid
+    row = grid.row.numpy()
+    block = np.random.default_rng(0).choice(np.flatnonzero(row >= 0), 30, replace=False)
+    node = np.stack(np.meshgrid(*3 * [np.arange(BLOCK + 1)], indexing="ij"), axis=-1).reshape(-1, 3)
+    corner = BLOCK * np.column_stack(np.unravel_index(block, tuple(grid.blocks)))
+    points = (np.array(grid.corner) + grid.spacing * (corner[:, None] + node).reshape(-1, 3)) / CM
+    nearest_mm = np.full(len(points), np.inf)
+    for triangle_mm in solid.vertices_mm[solid.faces]:
+        closest = trimesh.triangles.closest_point(np.broadcast_to(triangle_mm, (len(points), 3, 3)), points)
+        nearest_mm = np.fmin(nearest_mm, np.linalg.norm(closest - points, axis=1))
+    nodes_mm = grid.nodes.numpy().reshape(-1, len(node))[row[block]] / CM
+    assert np.abs(nodes_mm).ravel() == pytest.approx(nearest_mm, abs=1e-4)
 
 
 def test_exact_distances_are_those_of_a_box():
