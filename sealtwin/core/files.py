@@ -139,8 +139,10 @@ def read_bytes(path: Path) -> bytes:
 
 def write_table(path: Path, columns: Sequence[str], rows: Floats, decimals: int = 6) -> None:
     """Write a CSV of numbers with one header line, units in the names; NaN becomes an empty field."""
-    cells = (["" if np.isnan(value) else f"{value:.{decimals}f}" for value in row] for row in rows)
-    write_text(path, _csv_text(columns, cells))
+    # One format for a whole row: a call for each number takes six times as long.
+    line = ",".join([f"%.{decimals}f"] * len(columns)) + "\n"
+    body = "".join(line % tuple(row) for row in rows.tolist())
+    write_text(path, _csv_text(columns, ()) + body.replace("nan", ""))
 
 
 def write_sheet(path: Path, columns: Sequence[str], rows: Iterable[Sequence[str | float | None]]) -> None:

@@ -84,7 +84,7 @@ def draw_top_view(run: Run, outline: Outline, solid: Solid, trajectory: Trajecto
     axes = figure.add_subplot()
     x_min, y_min, x_max, y_max = solid.block_mm
     face = Rectangle((x_min, y_min), x_max - x_min, y_max - y_min, facecolor=theme.GROUND, edgecolor="none")
-    axes.add_patch(face)
+    axes.add_artist(face)
     shown = ~run.spilled
     order = np.argsort(run.position_mm[shown, 2])
     position_mm = run.position_mm[shown][order]

@@ -158,7 +158,7 @@ def draw_section(
     ahead = (tip - foot) / np.linalg.norm(tip - foot)
     right = np.array([ahead[1], -ahead[0]])
     for ring in cut_rings(solid.vertices_mm, solid.faces, foot, ahead):
-        axes.add_patch(Polygon(ring, closed=True, facecolor=GROUND, edgecolor=ON_GROUND, linewidth=0.8))
+        axes.add_artist(Polygon(ring, closed=True, facecolor=GROUND, edgecolor=ON_GROUND, linewidth=0.8))
     offset = position_mm[:, :2] - foot
     near = (np.abs(offset @ ahead) <= radius_mm) & (np.abs(offset @ right) < ACROSS_MM)
     place_mm = np.column_stack([offset @ right, position_mm[:, 2]])[near]

@@ -160,10 +160,7 @@ def save(figure: Figure, target: Path | IO[Any], **how: Any) -> None:
     where the figure has a layout engine.
     """
     draw = figure.draw
-    for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
-        if not axis.get_label_text():
-            # An empty label in a fixed place: a place beside the tick labels is looked for among all of them.
-            axis.set_label_coords(0.0, 0.0)
+    _fix_empty_labels(figure)
 
     def lay_out(_: RendererBase) -> None:
         engine = figure.get_layout_engine()
@@ -176,6 +173,13 @@ def save(figure: Figure, target: Path | IO[Any], **how: Any) -> None:
         figure.savefig(target, **how)
     finally:
         del vars(figure)["draw"]
+
+
+def _fix_empty_labels(figure: Figure) -> None:
+    """Give empty labels a fixed place: one beside the tick labels is looked for among all of them."""
+    for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
+        if not axis.get_label_text():
+            axis.set_label_coords(0.0, 0.0)
 
 
 def lay_out_as(figure: Figure, model: Figure) -> None:
@@ -206,6 +210,7 @@ def as_picture(figure: FigureBase, dpi: int) -> Image.Image:
     """Return a figure in pixels, on white."""
     assert isinstance(figure, Figure)
     figure.set_dpi(dpi)
+    _fix_empty_labels(figure)
     canvas = FigureCanvasAgg(figure)
     with themed():
         canvas.draw()
