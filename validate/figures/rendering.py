@@ -101,7 +101,8 @@ def _covered(corner: Floats, nearness: Floats, width: int, height: int) -> tuple
     last = np.minimum(np.floor(corner[:, :, 1].max(axis=1) - 0.5), height - 1).astype(int)
     (ax, ay), (bx, by), (cx, cy) = corner.transpose(1, 2, 0)
     doubled_area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
-    owner, row = _counted_up(np.where(np.abs(doubled_area) < FLAT, 0, np.maximum(last - first + 1, 0)), first)
+    flat = np.abs(doubled_area) < FLAT
+    owner, row = _counted_up(np.where(flat, 0, np.maximum(last - first + 1, 0)), first)
     begin, end = np.full(len(row), np.inf), np.full(len(row), -np.inf)
     for one, other in ((0, 1), (1, 2), (2, 0)):
         (x0, y0), (x1, y1) = corner[owner, one].T, corner[owner, other].T
@@ -110,13 +111,14 @@ def _covered(corner: Floats, nearness: Floats, width: int, height: int) -> tuple
         begin, end = np.fmin(begin, x), np.fmax(end, x)
     begin = np.clip(np.nan_to_num(np.ceil(begin - 0.5), posinf=width), 0, width).astype(int)
     end = np.clip(np.nan_to_num(np.floor(end - 0.5), neginf=-1), -1, width - 1).astype(int)
-    span, column = _counted_up(np.maximum(end - begin + 1, 0), begin)
-    owner, row = owner[span], row[span]
-    ax, ay, bx, by, cx, cy, doubled_area = (values[owner] for values in (ax, ay, bx, by, cx, cy, doubled_area))
-    a, b, c = nearness[owner].T
-    to_b = ((column + 0.5 - ax) * (cy - ay) - (row + 0.5 - ay) * (cx - ax)) / doubled_area
-    to_c = ((bx - ax) * (row + 0.5 - ay) - (by - ay) * (column + 0.5 - ax)) / doubled_area
-    return owner, row * width + column, a + to_b * (b - a) + to_c * (c - a)
+    # Nearness is linear on a triangle: one number at the beginning of each row, and one slope along it.
+    a, to_b, to_c = nearness[:, 0], nearness[:, 1] - nearness[:, 0], nearness[:, 2] - nearness[:, 0]
+    scale = 1 / np.where(flat, 1.0, doubled_area)
+    across, down = scale * (to_b * (cy - ay) - to_c * (by - ay)), scale * (to_c * (bx - ax) - to_b * (cx - ax))
+    at_begin = a[owner] + across[owner] * (begin + 0.5 - ax[owner]) + down[owner] * (row + 0.5 - ay[owner])
+    count = np.maximum(end - begin + 1, 0)
+    span, step = _counted_up(count, np.zeros_like(begin))
+    return owner[span], (row * width + begin)[span] + step, at_begin[span] + across[owner][span] * step
 
 
 def _counted_up(count: Integers, first: Integers) -> tuple[Integers, Integers]:

@@ -218,23 +218,20 @@ def fluid_surface(position_mm: Floats, particle_volume_mm3: float, value: Floats
     spacing_mm = float(np.cbrt(particle_volume_mm3))
     cell_mm = spacing_mm / 2
     while True:
-        surface = _at(position_mm, particle_volume_mm3, value, cell_mm, BLUR * max(spacing_mm, cell_mm))
-        if len(surface.vertices_mm) <= MOST_VERTICES:
-            return surface
+        blur_mm = BLUR * max(spacing_mm, cell_mm)
+        margin_mm = 4 * blur_mm + cell_mm
+        low_mm = position_mm.min(axis=0) - margin_mm
+        place = (position_mm - low_mm) / cell_mm
+        shape = tuple(np.ceil(place.max(axis=0) + margin_mm / cell_mm).astype(int) + 2)
+        share = particle_volume_mm3 / cell_mm**3
+        filled = share * ndimage.gaussian_filter(_spread(place, np.ones(len(place)), shape), blur_mm / cell_mm)
+        if filled.max() <= HALF_FULL:
+            return NOTHING
+        vertices, faces, normal, _ = marching_cubes(filled, HALF_FULL, gradient_direction="ascent")
+        if len(vertices) <= MOST_VERTICES:
+            break
         cell_mm *= SURFACE_COARSER
-
-
-def _at(position_mm: Floats, volume_mm3: float, value: Floats, cell_mm: float, blur_mm: float) -> FluidSurface:
-    margin_mm = 4 * blur_mm + cell_mm
-    low_mm = position_mm.min(axis=0) - margin_mm
-    place = (position_mm - low_mm) / cell_mm
-    shape = tuple(np.ceil(place.max(axis=0) + margin_mm / cell_mm).astype(int) + 2)
-    filled = ndimage.gaussian_filter(_spread(place, np.ones(len(place)), shape), blur_mm / cell_mm)
-    filled *= volume_mm3 / cell_mm**3
-    if filled.max() <= HALF_FULL:
-        return NOTHING
-    vertices, faces, normal, _ = marching_cubes(filled, HALF_FULL, gradient_direction="ascent")
-    weighted = ndimage.gaussian_filter(_spread(place, value, shape), blur_mm / cell_mm) * volume_mm3 / cell_mm**3
+    weighted = share * ndimage.gaussian_filter(_spread(place, value, shape), blur_mm / cell_mm)
     at = ndimage.map_coordinates(weighted, vertices.T, order=1) / ndimage.map_coordinates(filled, vertices.T, order=1)
     return FluidSurface(vertices * cell_mm + low_mm, faces.astype(np.int64), normal.astype(float), at)
 
