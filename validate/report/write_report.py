@@ -306,7 +306,11 @@ class Typesetter(FPDF):
 
     def lines(self, text: str, width_in: float) -> list[str]:
         """Lines no wider than ``width_in``, broken at blanks, or inside a word that is wider than a line."""
-        lines = self.multi_cell(width_in, text=printable(text), align="L", dry_run=True, output=MethodReturnValue.LINES)
+        text = printable(text)
+        # Most cells are one line, without a letter at which it could break; fpdf2 sums a longer one letter by letter.
+        if text.isprintable() and self.get_string_width(text) <= width_in:
+            return [text]
+        lines = self.multi_cell(width_in, text=text, align="L", dry_run=True, output=MethodReturnValue.LINES)
         return [str(line) for line in lines] if isinstance(lines, list) else []
 
     def _cells(self, row: tuple[str, str]) -> tuple[list[str], list[str]]:
