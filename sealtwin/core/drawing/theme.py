@@ -17,6 +17,7 @@ from matplotlib.backend_bases import RendererBase
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure, FigureBase
 from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.patches import Polygon
 from matplotlib.ticker import FuncFormatter
 from PIL import Image
 
@@ -108,8 +109,11 @@ def print_plain(axis: Axis) -> None:
 
 def draw_ground(axes: Axes, s_mm: Floats, floor_mm: Floats, bottom_mm: float) -> None:
     """Draw the sample between its floor and the lower end of the plot."""
-    outline_mm = np.concatenate([floor_mm, [bottom_mm, bottom_mm]])
-    axes.fill(np.concatenate([s_mm, s_mm[[-1, 0]]]), outline_mm, color=GROUND, linewidth=0)
+    ends_mm = [(s_mm[-1], bottom_mm), (s_mm[0], bottom_mm)]
+    outline_mm = np.vstack([np.column_stack([s_mm, floor_mm]), ends_mm])
+    # Axes search a patch for its extremes, curve by curve, and a polygon's are among its corners.
+    axes.update_datalim(outline_mm)
+    axes.add_artist(Polygon(outline_mm, color=GROUND, linewidth=0))
 
 
 def put_legend_under_title(axes: Axes, columns: int) -> None:
