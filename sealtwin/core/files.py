@@ -141,7 +141,7 @@ def write_table(path: Path, columns: Sequence[str], rows: Floats, decimals: int 
     """Write a CSV of numbers with one header line, units in the names; NaN becomes an empty field."""
     # One format for a whole row: a call for each number takes six times as long.
     line = ",".join([f"%.{decimals}f"] * len(columns)) + "\n"
-    body = "".join(line % tuple(row) for row in rows.tolist())
+    body = "".join(line % tuple(row.tolist()) for row in rows)
     write_text(path, _csv_text(columns, ()) + body.replace("nan", ""))
 
 
