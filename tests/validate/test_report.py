@@ -151,7 +151,7 @@ def test_pages_are_filled(usual_folder, usual):
         assert min(heights_pt) < 0.4 * float(page.mediabox.height)
 
 
-def test_the_first_page_of_the_pdf_answers(usual_folder):
+def test_the_first_page_of_the_pdf_answers(usual_folder, usual):
     """Verdict, plain sentences, main figures, photo and level plot; the appendix begins after six pages at most."""
     pages = [page.extract_text() for page in PdfReader(usual_folder / "report.pdf").pages]
     first = pages[0].replace("\n", " ")
