@@ -66,6 +66,35 @@ def test_a_ring_that_crosses_itself_is_found_and_a_plain_one_is_not():
     assert not crossings(square, closed=True)
 
 
+@pytest.mark.parametrize("closed", [False, True])
+def test_crossings_are_those_of_all_pairs(closed):
+    """Beside a search through all pairs, on random walks with corners on each other's edges."""
+
+    def side(p, q, r):
+        return np.linalg.det([q - p, r - p])
+
+    def cross(a, b, c, d):
+        return side(a, b, c) * side(a, b, d) < -1e-9 and side(c, d, a) * side(c, d, b) < -1e-9
+
+    crossed = 0
+    for seed in range(20):
+        points = np.cumsum(np.random.default_rng(seed).integers(-3, 4, (25, 2)), axis=0).astype(float)
+        ends = np.roll(points, -1, axis=0) if closed else points[1:]
+        last = {}
+        for second in range(len(ends)):
+            for first in range(1 if closed and second == len(ends) - 1 else 0, second - 1):
+                if cross(points[first], ends[first], points[second], ends[second]):
+                    last[first] = second
+        # None that begins inside an earlier pair.
+        outermost = [(a, b) for a, b in sorted(last.items())]
+        for pair in list(outermost):
+            if pair in outermost:
+                outermost = [one for one in outermost if one[0] <= pair[0] or one[0] > pair[1]]
+        assert crossings(points, closed) == outermost
+        crossed += len(outermost)
+    assert crossed > 20
+
+
 def test_clipping_keeps_the_area_inside_and_takes_in_a_corner_of_the_box():
     """A diamond over the corner of the unit square: what is inside is half of its quarter."""
     diamond = np.array([[1.5, 1], [1, 1.5], [0.5, 1], [1, 0.5]])
