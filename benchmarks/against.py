@@ -96,12 +96,15 @@ def main() -> None:
     finish(rows)
 
 
-def turn(body: str, tree: Path, scratch: Path) -> tuple[float, float]:
-    """Seconds of the processor, and the result that is compared."""
+def turn(body: str, tree: Path, scratch: Path, site: Path | None = None) -> tuple[float, float]:
+    """Seconds of the processor, and the result that is compared.
+
+    Each Python program of the turn begins with ``sitecustomize.py`` in the folder ``site``.
+    """
     child = subprocess.run(
         [sys.executable, "-c", CHILD.format(body=body), str(scratch)],
         cwd=tree,
-        env={**os.environ, **ONE_CORE, "PYTHONPATH": str(tree)},
+        env={**os.environ, **ONE_CORE, "PYTHONPATH": os.pathsep.join(map(str, filter(None, [site, tree])))},
         stdout=subprocess.PIPE,
         text=True,
         check=True,
