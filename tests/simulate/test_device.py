@@ -36,7 +36,7 @@ def device_code() -> list[Any]:
     files = sorted(Path(simulate.__path__[0], "kernels").glob("[!_]*.py"))
     by_file = [wp.get_module(importlib.import_module(f"simulate.kernels.{file.stem}").__name__) for file in files]
     by_file.append(run_module.MODULE)
-    by_pairs = {kernel.module for group in pair_kernels(native=False) for kernel in _kernels_of(group)}
+    by_pairs = dict.fromkeys(kernel.module for group in pair_kernels(native=False) for kernel in _kernels_of(group))
     return [module for module in (*by_file, *by_pairs) if module.kernels]
 
 
