@@ -3,9 +3,10 @@
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from sealtwin.core.records import Floats, Integers, arc_length
+from sealtwin.core.records import Floats, arc_length
 
 Box = tuple[float, float, float, float]  # x_min, y_min, x_max, y_max
+PAIRS_AT_ONCE = 500_000  # Pairs of segments that are compared at once: a drawing's 100,000 points do not fit in memory
 
 
 def resampled(points: Floats, spacing: float) -> Floats:
@@ -71,35 +72,24 @@ def crossings(points: Floats, closed: bool = False) -> list[tuple[int, int]]:
     """Return pairs of segments that cross, neighbours apart, by their first points; the outermost of nested loops."""
     start = points if closed else points[:-1]
     end = np.roll(points, -1, axis=0) if closed else points[1:]
-    if len(start) < 3:
-        return []
-    near = _near_pairs(np.minimum(start, end), np.maximum(start, end), closed)
-    # Of one segment's crossings the last counts, and none that begins inside an earlier pair.
-    crossed = {a: b for a, b in near.tolist() if _cross(start[a], end[a], start[b], end[b])}
+    low, high = np.minimum(start, end), np.maximum(start, end)
+    number = np.arange(len(start))
+    at_once = PAIRS_AT_ONCE // max(len(start), 1) + 1
     found, beyond = [], -1
-    for first, second in crossed.items():
-        if first > beyond:
-            beyond = second
-            found.append((first, second))
+    for begin in range(0, len(start) - 2, at_once):
+        first = number[begin : begin + at_once, None]
+        # Segments that share a point do not cross: ``_cross`` is strict.
+        meet = number > first + 1
+        for axis in (0, 1):
+            meet &= (low[:, axis] <= high[first, axis]) & (high[:, axis] >= low[first, axis])
+        near = (np.argwhere(meet) + np.array([begin, 0])).tolist()
+        # Of one segment's crossings the last counts, and none that begins inside an earlier pair.
+        crossed = {a: b for a, b in near if a > beyond and _cross(start[a], end[a], start[b], end[b])}
+        for a, b in crossed.items():
+            if a > beyond:
+                beyond = b
+                found.append((a, b))
     return found
-
-
-def _near_pairs(low: Floats, high: Floats, closed: bool) -> Integers:
-    """Return the pairs of segments, (n, 2), neighbours apart, whose boxes meet, in order."""
-    long = int(np.argmax(np.ptp(low, axis=0)))
-    # Of segments in the order of their lower ends, only those up to its own upper end can meet one.
-    order = np.argsort(low[:, long], kind="stable")
-    count = np.searchsorted(low[order, long], high[order, long], side="right") - np.arange(len(order)) - 1
-    lower = np.repeat(np.arange(len(order)), count)
-    upper = lower + 1 + np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
-    first, second = np.sort([order[lower], order[upper]], axis=0)
-    across = 1 - long
-    meet = (low[first, across] <= high[second, across]) & (high[first, across] >= low[second, across])
-    meet &= second > first + 1
-    if closed:
-        meet &= (first > 0) | (second < len(low) - 1)
-    first, second = first[meet], second[meet]
-    return np.column_stack([first, second])[np.lexsort((second, first))]
 
 
 def uncrossed(ring: Floats) -> Floats:

@@ -4,9 +4,5 @@ Their sums over neighbours are in ``pair_sums`` (any device) and ``pair_sums_cpu
 time). The modules of the same names in ``simulate.fluid`` launch these kernels.
 """
 
-import warp as wp
-
+# All kernels of a run belong to their module before the first of them is launched.
 from simulate.kernels import pair_kernels as pair_kernels
-
-# Of every function, for a GPU too; kernels ask for it themselves.
-wp.set_module_options({"enable_backward": False})

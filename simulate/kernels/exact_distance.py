@@ -112,20 +112,18 @@ def measure_nodes(
     """
     row = wp.tid()
     block = noded[row]
-    side = BLOCK + 1
     for node in range(NODES):
-        place = wp.vec3i(node // (side * side), node // side % side, node % side)
+        place = place_of(node)
         step = wp.vec3i(place[0] // BLOCK, place[1] // BLOCK, place[2] // BLOCK)
         owner = row_of_owner(solid, block[0] + step[0], block[1] + step[1], block[2] + step[2], row)
         if not shared:
             distance[row, node] = wp.where(owner == row, float(LARGEST), float(NOT_OWN))
         elif owner != row:
-            rest = place - BLOCK * step
-            distance[row, node] = distance[owner, (rest[0] * side + rest[1]) * side + rest[2]]
+            distance[row, node] = distance[owner, node_at(place - BLOCK * step)]
     if shared:
         return
     half = 0.5 * float(BLOCK) * solid.spacing
-    low = solid.corner + 2.0 * half * wp.vec3(float(block[0]), float(block[1]), float(block[2]))
+    low = solid.corner + 2.0 * half * wp.vec3(block)
     middle = low + wp.vec3(half)
     known = solid.centre[block_at(solid, block[0], block[1], block[2])]
     at_middle = float(LARGEST)
@@ -141,17 +139,15 @@ def measure_nodes(
         if wp.sqrt(squared) <= wp.abs(known) + 2.0 * corner:
             for node in range(NODES):
                 if distance[row, node] != NOT_OWN:
-                    x = low + solid.spacing * wp.vec3(
-                        float(node // (side * side)), float(node // side % side), float(node % side)
-                    )
+                    x = low + solid.spacing * wp.vec3(place_of(node))
                     distance[row, node] = wp.min(distance[row, node], squared_from_triangle(p, q, r, x))
     known = wp.sign(known) * wp.sqrt(at_middle)
     last = wp.vec3(0.5 * float(BLOCK))
     for turn in range(NODES):
         place = place_on_path(turn)
-        node = (place[0] * side + place[1]) * side + place[2]
+        node = node_at(place)
         if distance[row, node] != NOT_OWN:
-            here = wp.vec3(float(place[0]), float(place[1]), float(place[2]))
+            here = wp.vec3(place)
             away = solid.spacing * (1.001 * wp.length(here - last) + 0.001)
             known = with_sign(mesh, low + solid.spacing * here, wp.sqrt(distance[row, node]), known, away)
             distance[row, node] = known
@@ -159,8 +155,21 @@ def measure_nodes(
 
 
 @wp.func
+def place_of(node: int) -> wp.vec3i:
+    """Place of a node in its block, in steps from the low corner."""
+    side = BLOCK + 1
+    return wp.vec3i(node // (side * side), node // side % side, node % side)
+
+
+@wp.func
+def node_at(place: wp.vec3i) -> int:
+    side = BLOCK + 1
+    return (place[0] * side + place[1]) * side + place[2]
+
+
+@wp.func
 def place_on_path(turn: int) -> wp.vec3i:
-    """Node of a block at which a path through all of them is after ``turn`` steps, each to the next node."""
+    """Place in a block at which a path through all of them is after ``turn`` steps, each to a node beside the last."""
     side = BLOCK + 1
     line = turn // side
     i = line // side

@@ -81,7 +81,7 @@ def build_barrier(solid: Solid, outline: Outline, radius_mm: float, device: str)
     grid.row = wp.array(row, dtype=int, device=device)
     grid.centre = wp.array(centre_mm * CM, dtype=float, device=device)
     grid.face = wp.vec4(*(np.array(solid.block_mm) * CM))
-    nodes_mm = _nodes_mm(mesh, grid, low, number[noded], spacing_mm, device)
+    nodes_mm = _nodes_mm(mesh, grid, number[noded], device)
     grid.nodes = wp.array(nodes_mm.ravel() * CM, dtype=float, device=device)
     grid.rounded = wp.array(_off_plane(nodes_mm) > ROUND * radius_mm, dtype=int, device=device)
     return Barrier(grid, mesh, CLEARANCE * radius_mm * CM, device)
@@ -118,7 +118,7 @@ def _at_the_face(solid: Solid, middle_mm: Floats, half_diagonal_mm: float, block
     return away_mm - half_diagonal_mm > np.abs(middle_mm[:, 2]) + block_mm / 2
 
 
-def _nodes_mm(mesh: wp.Mesh, grid: Any, low: Floats, noded: Integers, spacing_mm: float, device: str) -> Floats:
+def _nodes_mm(mesh: wp.Mesh, grid: Any, noded: Integers, device: str) -> Floats:
     """Distances on the nodes of the blocks ``noded``, (b, NODES), in a grid that has no nodes yet."""
     distance = wp.empty((len(noded), int(device_code.NODES)), dtype=float, device=device)
     number = wp.array(noded, dtype=wp.vec3i, device=device)
