@@ -64,6 +64,7 @@ class State:
         for name in ("scaled_residual", "frame", "swelling", *KEPT_AS.values()):
             if name != "number":
                 setattr(self.particles, name, getattr(self, name))
+        self.particles.moved = self.scaled_residual
         everywhere = np.tile(schedule.position_mm * CM, (runs, 1))
         self.particles.previous_position = wp.array(everywhere, dtype=wp.vec3, device=device)
         self.particles.density_before = self.column(float)

@@ -149,10 +149,10 @@ def push_out(solid: Distance, x: wp.vec3, clearance: float):
 
 
 @wp.func
-def slide(plane: wp.vec4, x: wp.vec3, clearance: float):
-    """Keep clear of a wall that is a plane."""
+def slide(plane: wp.vec4, start: wp.vec3, step: wp.vec3, clearance: float):
+    """The step that keeps clear of a wall that is a plane."""
     normal = wp.vec3(plane[0], plane[1], plane[2])
-    return x + wp.max(clearance - (wp.dot(normal, x) - plane[3]), 0.0) * normal
+    return step + wp.max(clearance - (wp.dot(normal, start + step) - plane[3]), 0.0) * normal
 
 
 @wp.func
@@ -177,7 +177,7 @@ def move(
     step: wp.vec3,
     clearance: float,
 ) -> wp.vec3:
-    """Move from ``start`` by ``step``, sliding along walls.
+    """The step that walls leave of ``step``, from ``start``, sliding along them.
 
     They are asked for where the move leaves the free ball, and beside a plane where it leads away from the last place.
 
@@ -185,22 +185,20 @@ def move(
     than that distance, and a piece that would end nearer to a wall is not made.
     """
     squared = wp.length_sq(step)
-    if squared == 0.0:
-        return start
-    if not is_number(squared):
-        # Left at its start, the particle would pass for one at rest; with this position it stops the run.
-        return start + step
+    # Left at its start, a particle whose step is no number would pass for one at rest; by this step it stops the run.
+    if squared == 0.0 or not is_number(squared):
+        return step
     ball = free[i]
     centre = wp.vec3(ball[0], ball[1], ball[2])
     radius = wp.max(ball[3], 0.0)
     from_centre = wp.length_sq(start - centre)
     if wp.max(from_centre, wp.length_sq(start + step - centre)) <= radius * radius:
-        return start + step
+        return step
     plane = beside[i]
     if is_plane(plane):
-        slid = slide(plane, start + step, clearance)
+        slid = slide(plane, start, step, clearance)
         reach = AS_PLANE * clearance
-        if wp.max(from_centre, wp.length_sq(slid - centre)) <= reach * reach:
+        if wp.max(from_centre, wp.length_sq(start + slid - centre)) <= reach * reach:
             return slid
     return move_along(solid, free, beside, i, start, step, clearance)
 
@@ -221,7 +219,7 @@ def move_for_now(
     """
     squared = wp.length_sq(step)
     if squared == 0.0 or not is_number(squared):
-        return start + step
+        return step
     ball = free[i]
     centre = wp.vec3(ball[0], ball[1], ball[2])
     radius = wp.max(ball[3], 0.0)
@@ -230,9 +228,9 @@ def move_for_now(
     plane = beside[i]
     if away <= reach * reach and plane[0] != ROUNDED:
         if is_plane(plane):
-            return slide(plane, start + step, clearance)
+            return slide(plane, start, step, clearance)
         if away <= radius * radius:
-            return start + step
+            return step
     return move_along(solid, free, beside, i, start, step, clearance)
 
 
@@ -246,7 +244,7 @@ def move_along(
     step: wp.vec3,
     clearance: float,
 ) -> wp.vec3:
-    """Move where walls must be asked for; apart from ``move``, for a call copies ``solid``, which few moves need."""
+    """``move`` where walls must be asked for; apart from ``move``, for a call copies ``solid``, which few moves need."""
     length = wp.length(step)
     pieces = wp.min(int(length / (0.45 * clearance)) + 1, PIECES)
     piece = step / wp.max(float(pieces), length / (0.45 * clearance))
@@ -264,7 +262,10 @@ def move_along(
     radius = wp.where(here.distance < BESIDE, wp.min(here.distance - clearance, clearance), 0.0)
     free[i] = wp.vec4(x[0], x[1], x[2], radius)
     beside[i] = wp.vec4(n[0], n[1], n[2], wp.dot(n, x) - here.distance)
-    return x
+    # What no wall has changed is not rounded as a position is.
+    if wp.length_sq(x - (start + step)) == 0.0:
+        return step
+    return x - start
 
 
 @wp.func

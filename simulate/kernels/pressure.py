@@ -84,7 +84,7 @@ def move_beside(solid: Distance, particles: Particles, i: int, x: wp.vec3, step:
     wall = particles.wall[i]
     if wall[0] == ROUNDED:
         return move(solid, particles.free, particles.wall, i, x, step, clearance)
-    return slide(wall, x + step, clearance)
+    return slide(wall, x, step, clearance)
 
 
 @run_kernel
@@ -105,7 +105,9 @@ def predict(
         x = xyz(particles.position[i])
         particles.previous_position[i] = x
         v = particles.velocity[i] + step_s * (gravity - damping * particles.velocity[i])
-        there = move_for_now(solid, particles.free, particles.wall, i, x, step_s * v, clearance)
+        moved = move_for_now(solid, particles.free, particles.wall, i, x, step_s * v, clearance)
+        there = x + moved
+        particles.moved[i] = moved
         pressed = particles.pressed[i]
         multiplier = effort.carried[i // particles.per_run] * pressed[3]
         particles.pressed[i] = wp.vec4(pressed[0], pressed[1], pressed[2], multiplier)
@@ -137,12 +139,17 @@ def shift(
         x = particles.position[i]
         if iteration == 0:
             particles.density_before[i] = particles.density[i]
-        there = wp.vec3()
+        there = xyz(x)
+        moved = particles.moved[i]
         if iteration == effort.iterations[run] - 1 and as_solved[run] == 0.0:
             start = particles.previous_position[i]
-            there = move(solid, particles.free, particles.wall, i, start, xyz(x) + correction[row] - start, clearance)
+            moved = move(solid, particles.free, particles.wall, i, start, moved + correction[row], clearance)
+            there = start + moved
         else:
-            there = move_beside(solid, particles, i, xyz(x), correction[row], clearance)
+            step = move_beside(solid, particles, i, there, correction[row], clearance)
+            moved += step
+            there += step
+        particles.moved[i] = moved
         particles.position[i] = wp.vec4(there[0], there[1], there[2], x[3])
 
 
@@ -151,10 +158,11 @@ def update_velocity(rows: Span, movers: Movers, particles: Particles, step_s: fl
     """V = (x - x0) / dt, and a guess of what viscosity leaves of it: the last two substeps' course, gone on with."""
     for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
         i = movers.particle[row]
+        moved = particles.moved[i]
         last = particles.velocity[i]
         particles.scaled_residual[i] = 2.0 * last - particles.earlier_velocity[i]
         particles.earlier_velocity[i] = last
-        particles.velocity[i] = (xyz(particles.position[i]) - particles.previous_position[i]) / step_s
+        particles.velocity[i] = moved / step_s
 
 
 @run_kernel
@@ -180,7 +188,7 @@ def move_as_solved(
         start, step = particles.previous_position[i], step_s * particles.velocity[i]
         stays = wp.clamp((particles.density_before[i] - particles.density[i] - UNDONE) / UNDONE_RANGE, 0.0, 1.0)
         step += stays * (xyz(particles.position[i]) - start - step)
-        there = move(solid, particles.free, particles.wall, i, start, step, clearance)
+        there = start + move(solid, particles.free, particles.wall, i, start, step, clearance)
         particles.position[i] = wp.vec4(there[0], there[1], there[2], particles.position[i][3])
 
 

@@ -123,3 +123,19 @@ def test_free_fall_with_damping_is_the_closed_form():
         engine.update_velocity()
     t = 100 * 7.23e-3 / 4
     assert engine.state.velocity.numpy()[0, 2] == pytest.approx(-981 / 2 * (1 - np.exp(-2 * t)), rel=3e-3)
+
+
+def test_velocities_are_not_rounded_as_positions_are():
+    """Eight centimetres from the origin, where float32 rounds a position by 0.0005 mm/s times a substep."""
+    engine = engine_with(np.array([[80.0, 79.0, 500.0]]), slot())
+    given = np.array([1e-3, -1e-3, 0.0], dtype=np.float32)
+    engine.state.velocity.assign(given[None])
+    for _ in range(10):
+        engine.predict()
+        engine.update_velocity()
+    assert engine.state.velocity.numpy()[0, :2] == pytest.approx(given[:2], rel=1e-5)
+    engine.find_neighbours()
+    engine.predict()
+    engine.pressure.solve(engine.rows)
+    engine.update_velocity()
+    assert engine.state.velocity.numpy()[0, :2] == pytest.approx(given[:2], rel=1e-5)
