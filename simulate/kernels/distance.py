@@ -249,10 +249,14 @@ def move_along(
     pieces = wp.min(int(length / (0.45 * clearance)) + 1, PIECES)
     piece = step / wp.max(float(pieces), length / (0.45 * clearance))
     here = Landing(start, wp.vec3(0.0), 0.0)
+    # Summed up piece by piece, for a difference of two positions is rounded as they are.
+    moved = wp.vec3(0.0)
     for _piece in range(pieces):
-        there = push_out(solid, here.position + piece, clearance)
+        ahead = here.position + piece
+        there = push_out(solid, ahead, clearance)
         if there.distance < 0.5 * clearance:
             break
+        moved += piece + (there.position - ahead)
         here = there
     x = here.position
     n = here.slope
@@ -262,10 +266,7 @@ def move_along(
     radius = wp.where(here.distance < BESIDE, wp.min(here.distance - clearance, clearance), 0.0)
     free[i] = wp.vec4(x[0], x[1], x[2], radius)
     beside[i] = wp.vec4(n[0], n[1], n[2], wp.dot(n, x) - here.distance)
-    # What no wall has changed is not rounded as a position is.
-    if wp.length_sq(x - (start + step)) == 0.0:
-        return step
-    return x - start
+    return moved
 
 
 @wp.func
