@@ -44,19 +44,15 @@ class FaultChecks:
     ) -> None:
         """``unsolved`` is 1 for a run whose viscosity was not solved."""
         self._state, self._unsolved = state, unsolved
-        self.by_particle = state.column(int)
-        """Faults of each particle so far, one bit each."""
         limits = (FASTEST_CM_S, DENSEST, support, barrier.clearance)
-        self.look = launcher.bind(
-            pressure.inspect, movers.movers, state.particles, *limits, barrier.grid, self.by_particle
-        )
+        self.look = launcher.bind(pressure.inspect, movers.movers, state.particles, *limits, barrier.grid)
         """Check the movers of so many rows."""
 
     def found(self) -> dict[int, RunFault]:
         """The first fault of each run that has any, by the number of the run."""
         found = {int(run): RunFault(UNSOLVED, None) for run in np.flatnonzero(self._unsolved.numpy())}
-        if self.by_particle.numpy().any():
-            for run, own in enumerate(self._state.by_release(self.by_particle).reshape(self._state.runs, -1)):
+        if self._state.fault.numpy().any():
+            for run, own in enumerate(self._state.by_release(self._state.fault).reshape(self._state.runs, -1)):
                 if kinds := np.bitwise_or.reduce(own):
                     kind = int(kinds & -kinds)
                     found[run] = RunFault(kind, int(np.argmax(own & kind > 0)))
@@ -64,5 +60,5 @@ class FaultChecks:
 
     def forget(self, run: int) -> None:
         """Forget the faults of a run that is given up."""
-        self.by_particle[self._state.own(run)].fill_(0)
+        self._state.fault[self._state.own(run)].fill_(0)
         self._unsolved[run : run + 1].fill_(0)

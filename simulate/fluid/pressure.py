@@ -55,34 +55,35 @@ class Pressure:
         launcher: Launcher,
         *,
         smoothing: Any,
-        as_solved: wp.array,
+        as_solved: Sequence[bool],
         scheme: Scheme,
         iterations: Sequence[Iterations],
         coarse: CoarsePressure | None,
     ) -> None:
-        """``iterations`` are each run's."""
+        """``iterations`` are each run's; so is ``as_solved``, which says that it moves as its viscosity leaves it."""
         self.smoothing, self.coarse = smoothing, coarse
         carried, numbers = zip(*iterations, strict=True)
         self._carries, self._most = any(carried), max(numbers)
         self.effort = effort = pressure.Effort()
         effort.carried = wp.array(np.array(carried), dtype=float, device=state.device)
         effort.iterations = wp.array(np.array(numbers), dtype=int, device=state.device)
-        correction = wp.zeros(len(lists.fluid_count), dtype=wp.vec3, device=state.device)
+        effort.as_solved = wp.array([float(way) for way in as_solved], dtype=float, device=state.device)
+        effort.correction = wp.zeros(len(lists.fluid_count), dtype=wp.vec3, device=state.device)
         moving = (movers.movers, state.particles)
         around = (*moving, lists, smoothing)
         if coarse:
             self.measure_terms = launcher.bind(pairs.measure_terms, *around, coarse.rows)
             """Densities and volumes; multipliers are the coarse level's."""
         limits = (LONGEST_CORRECTION * smoothing.support, scheme.frozen_answer)
-        walls = (barrier.clearance, barrier.grid, correction)
+        walls = (barrier.clearance, barrier.grid)
         self._densities = [
             launcher.bind(pairs.measure_density, *around, effort, number) for number in range(self._most)
         ]
         self._corrections, self._shifts = {}, {}
         for iteration in (CARRIED_OVER, *range(self._most)):
             part = (effort, iteration)
-            self._corrections[iteration] = launcher.bind(pairs.correct, *around, *limits, *part, correction)
-            self._shifts[iteration] = launcher.bind(pressure.shift, *moving, as_solved, *part, *walls)
+            self._corrections[iteration] = launcher.bind(pairs.correct, *around, *limits, *part)
+            self._shifts[iteration] = launcher.bind(pressure.shift, *moving, *part, *walls)
 
     def solve(self, rows: int) -> None:
         """All iterations of a substep."""

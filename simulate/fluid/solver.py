@@ -16,7 +16,7 @@ from simulate.fluid.launcher import Launcher
 from simulate.fluid.pressure import Iterations, Pressure, iterations_of, smoothing_of
 from simulate.fluid.state import MoversList, State
 from simulate.fluid.viscosity import Viscosity
-from simulate.kernels import neighbours, pressure, status
+from simulate.kernels import neighbours, pressure, sleep, status
 from simulate.kernels.pair_kernels import pair_kernels
 from simulate.settings import LEVEL, Solver, particle_volume
 from simulate.setup.rheology import FALL, Rheology, paste_on_device
@@ -128,8 +128,8 @@ class FluidSolver:
         shared = (state, self.movers, self.lists)
         kernels = pair_kernels(native)
         self.sleeps = any(fluid.yields for fluid in fluids) and settings.sleep
-        as_solved = [float(fluid.moves_as_solved) for fluid in fluids]
-        self._any_as_solved, self._as_solved = any(as_solved), wp.array(as_solved, dtype=float, device=device)
+        as_solved = [fluid.moves_as_solved for fluid in fluids]
+        self._any_as_solved = any(as_solved)
         self.measures = any(fluid.thickens or fluid.by_age is not None for fluid in fluids)
         """Particles get a viscosity of their own in each substep, by their shear or by their age."""
         self.paste = paste_on_device(fluids, support, self.step_s, substeps, SLOWEST_SHEAR, device)
@@ -160,13 +160,12 @@ class FluidSolver:
             kernels.pressure,
             launcher,
             smoothing=smoothing,
-            as_solved=self._as_solved,
+            as_solved=as_solved,
             scheme=self.scheme,
             iterations=self.iterations,
             coarse=coarse,
         )
         self.faults = FaultChecks(state, self.movers, launcher, barrier, self.viscosity.unsolved, support)
-        self._quiet_s = state.column(float)
         self._bind_lists(kernels.list_neighbours, domain)
         self._bind_frame(fluids)
         self._out = state.count
@@ -193,12 +192,11 @@ class FluidSolver:
         self._list = self._launcher.bind(
             kernel,
             self.movers.movers,
+            state.particles,
             self.fluid_cells.cells,
             wall_cells.cells,
             *full,
-            state.position,
             lists,
-            self.faults.by_particle,
         )
 
     def _bind_frame(self, fluids: Sequence[Rheology]) -> None:
@@ -208,16 +206,16 @@ class FluidSolver:
         self._count_frame = launcher.bind_whole(status.count_frame, 1, state.frame)
         self._grow_older = launcher.bind_whole(status.grow_older, state.count, state.particles, ages)
         moving, solid = (self.movers.movers, state.particles), (self.barrier.clearance, self.barrier.grid)
-        yielding = (*moving, self.paste.yields_at_most)
+        yielding = (*moving, self.paste)
         falling = (self.step_s, settings.damping_per_s, self.gravity)
         self._predict = launcher.bind(pressure.predict, *moving, *falling, self.pressure.effort, *solid)
         self._update_velocity = launcher.bind(pressure.update_velocity, *moving, self.step_s)
-        self._move_as_solved = launcher.bind(pressure.move_as_solved, *moving, self._as_solved, self.step_s, *solid)
+        self._move_as_solved = launcher.bind(pressure.move_as_solved, *moving, self.pressure.effort, self.step_s, *solid)
         limits = (self._frame_s, PATIENCE_S, QUIET_SHEAR, QUIET_SHEAR * self._support)
         waking = (WAKING_CM_S, RESTLESS_S, PATIENCE_S - AGAIN_S)
-        near = (lists, self.viscosity.walls_drag, self.viscosity.held)
-        self._wake = launcher.bind(neighbours.wake, *yielding, *waking, *near, self._quiet_s)
-        self._fall_asleep = launcher.bind(status.fall_asleep, *yielding, *limits, self.viscosity.shear, self._quiet_s)
+        system = self.viscosity.system
+        self._wake = launcher.bind(sleep.wake, *yielding, *waking, lists, system)
+        self._fall_asleep = launcher.bind(sleep.fall_asleep, *yielding, system, *limits)
 
     @property
     def recorded(self) -> bool:
@@ -323,7 +321,7 @@ class FluidSolver:
 
     def lasting(self) -> dict[str, Any]:
         """Arrays that a substep takes over from the one before, by their names in a checkpoint."""
-        return {**self.state.lasting(), "quiet_s": self._quiet_s, "swelling": self.state.swelling}
+        return {**self.state.lasting(), "swelling": self.state.swelling}
 
     def resume(self, done: int) -> None:
         """Continue after ``done`` frames, once the lasting arrays were restored."""

@@ -26,6 +26,7 @@ KEPT_AS = {
     "fate": "status",
     "number": "number",
     "released_in": "release_frame",
+    "quiet_s": "quiet_s",
 }
 """Arrays that outlast a substep, by their names in a checkpoint; some of the names are older than ours."""
 NOWHERE_FREE = (0.0, 0.0, 0.0, -1e3)
@@ -57,11 +58,14 @@ class State:
         self.number = wp.array(np.arange(count), dtype=int, device=device)
         """Place of each particle in the order of release, over all runs."""
         self.release_frame = wp.array(np.tile(schedule.frame_of, runs), dtype=int, device=device)
+        self.quiet_s = wp.zeros(count, dtype=float, device=device)
+        self.fault = self.column(int)
+        """Faults of each particle so far, one bit each."""
         self.frame = wp.full(1, -1, dtype=int, device=device)
         self.swelling = wp.full(runs, 1.0, dtype=float, device=device)
         self.particles = device_code.Particles()  # The struct of these arrays that kernels take
         self.particles.per_run = schedule.particles
-        for name in ("scaled_residual", "frame", "swelling", *KEPT_AS.values()):
+        for name in ("scaled_residual", "frame", "swelling", "fault", *KEPT_AS.values()):
             if name != "number":
                 setattr(self.particles, name, getattr(self, name))
         self.particles.moved = self.scaled_residual

@@ -47,13 +47,9 @@ class Viscosity:
         viscosity = np.repeat(paste.by_age.numpy()[:, 0, 0], state.particles_per_run)
         state.volume_and_viscosity.assign(np.column_stack([np.full(state.count, mass), viscosity]).astype(np.float32))
         sticks = np.repeat(paste.sticks.numpy(), state.particles_per_run)
-        self.shear = state.column(float)
-        """Shear in 1/s, as the last substep left it; by particle."""
-        self.unsolved = wp.zeros(runs, dtype=int, device=device)
-        """1 for each run in which a solve ended before its goal."""
         self._system, self._search = device_code.System(), device_code.Search()
         self.links, self._system.links = pairs_of(lists, NEIGHBOURS, wp.vec3h)
-        self._system.at_walls = state.column(float)
+        self._system.at_walls, self._system.shear = state.column(float), state.column(float)
         self._system.at_walls.assign((sticks * viscosity).astype(np.float32))
         self._system.inverse = wp.zeros(rows, dtype=device_code.Symmetric, device=device)
         for name in ("drag", "held"):
@@ -63,19 +59,34 @@ class Viscosity:
         self._search.curvature = wp.zeros(rows, dtype=float, device=device)
         for name in ("error", "length", "turn", "goal", "holds"):
             setattr(self._search, name, wp.zeros(runs, dtype=float, device=device))
-        for name in ("warm", "iterations"):
+        for name in ("warm", "iterations", "unsolved"):
             setattr(self._search, name, wp.zeros(runs, dtype=int, device=device))
         self._search.partial = wp.zeros((runs, int(device_code.CHUNKS)), dtype=wp.vec4, device=device)
-        self._more = wp.zeros(1, dtype=int, device=device)
+        self._search.more = wp.zeros(1, dtype=int, device=device)
         self._other: Any = None  # What explicit passes write to
 
         fresh = (FRESH_SHEAR, frame_s)
         self.measure_shear = launcher.bind(
-            pairs.measure_shear, *self._moving, lists, support, paste, *fresh, self.shear, self._system
+            pairs.measure_shear, *self._moving, lists, support, paste, *fresh, self._system
         )
         """Measure the shear before a substep replaces the velocities that the last one left."""
         self.bind_weights(lists)
         self._bind_search()
+
+    @property
+    def system(self) -> Any:
+        """The linear system that was solved last."""
+        return self._system
+
+    @property
+    def shear(self) -> Any:
+        """Shear in 1/s, as the last substep left it; by particle."""
+        return self._system.shear
+
+    @property
+    def unsolved(self) -> Any:
+        """1 for each run in which a solve ended before its goal."""
+        return self._search.unsolved
 
     @property
     def held(self) -> Any:
@@ -104,17 +115,16 @@ class Viscosity:
     def _bind_search(self) -> None:
         launcher, runs, search, system = self._launcher, self._state.runs, self._search, self._system
         self.apply_matrix = launcher.bind(self._pairs.apply_matrix, *self._moving, self._lists, system, search)
-        self._sum_residuals = launcher.bind(device_code.sum_residuals, *self._moving, system, search, self._more)
+        self._sum_residuals = launcher.bind(device_code.sum_residuals, *self._moving, system, search)
         self._start = launcher.bind(device_code.start_search, *self._moving, system, search)
-        self._sum_curvature = launcher.bind(device_code.sum_curvature, self._moving[0], search, self._more)
+        self._sum_curvature = launcher.bind(device_code.sum_curvature, self._moving[0], search)
         self._advance = launcher.bind(device_code.advance_search, *self._moving, system, search)
         self._sum_left = launcher.bind(device_code.sum_left, self._moving[0], search)
         self._shift_all = launcher.bind(device_code.shift_all, *self._moving, search)
-        asking = (search, self._more, self.unsolved)
         limits = (OF_THE_RIGHT, OF_THE_CHANGE, ITERATIONS_AT_MOST)
-        self._begin = launcher.bind_whole(device_code.begin_search, runs, *limits, *asking)
+        self._begin = launcher.bind_whole(device_code.begin_search, runs, *limits, search)
         self._find_length = launcher.bind_whole(device_code.find_length, runs, search)
-        self._find_turn = launcher.bind_whole(device_code.find_turn, runs, ITERATIONS_AT_MOST, *asking)
+        self._find_turn = launcher.bind_whole(device_code.find_turn, runs, ITERATIONS_AT_MOST, search)
 
     def solve_implicit(self, rows: int) -> None:
         """Backward Euler on Eq. 5, (I + A) v_new = v, by conjugate gradients, until every run's is solved.
@@ -125,7 +135,7 @@ class Viscosity:
         self._by_parts(self._sum_residuals, rows)
         self._begin()
         self._by_parts(self._start, rows)
-        wp.capture_while(self._more, self._iterate, rows=rows)
+        wp.capture_while(self._search.more, self._iterate, rows=rows)
         self._by_parts(self._sum_left, rows)
         self._by_parts(self._shift_all, rows)
 

@@ -30,6 +30,7 @@ class System:
     held: wp.array[float]  # Drag by the walls and by neighbours at rest
     inverse: wp.array[Symmetric]  # Of a particle's own block of I + A
     at_walls: wp.array[float]  # Weight of pairs with a wall to which the fluid sticks; by particle
+    shear: wp.array[float]  # Shear in 1/s, as the last substep left it; by particle
 
 
 @wp.struct
@@ -53,6 +54,8 @@ class Search:
     holds: wp.array[float]  # Number of particles, and the drag of all that does not move with them
     warm: wp.array[int]  # 1 where the search begins at the guess
     iterations: wp.array[int]
+    more: wp.array[int]  # A single 1 where a run needs another iteration
+    unsolved: wp.array[int]  # 1 for each run in which a search ended before its goal
 
 
 @wp.func
@@ -81,13 +84,12 @@ def sum_residuals(
     movers: Movers,
     particles: Particles,
     system: System,
-    search: Search,  # out: partial
-    more: wp.array[int],  # out: zero
+    search: Search,  # out: partial, and zero in ``more``
 ):
     """Squares of the right side and of both residuals, in the norm of the preconditioner."""
     for part in range(parts.begin + wp.tid(), parts.end, parts.step):
         if part == 0:
-            more[0] = 0
+            search.more[0] = 0
         rows = rows_of(movers, part)
         total = wp.vec4(0.0)
         for row in range(rows[0], rows[1]):
@@ -119,8 +121,6 @@ def begin_search(
     of_the_change: float,
     at_most: int,
     search: Search,  # out: all scalars
-    more: wp.array[int],  # out
-    unsolved: wp.array[int],  # in, out
 ):
     """Choose where to begin, and the goal: shares of the right side, and of the residual of no viscosity at all."""
     run = wp.tid()
@@ -133,11 +133,11 @@ def begin_search(
     search.turn[run] = 0.0
     search.length[run] = 0.0
     search.iterations[run] = 0
-    ask_for_more(search, run, at_most, more, unsolved)
+    ask_for_more(search, run, at_most)
 
 
 @wp.func
-def ask_for_more(search: Search, run: int, at_most: int, more: wp.array[int], unsolved: wp.array[int]):
+def ask_for_more(search: Search, run: int, at_most: int):
     """Ask for another iteration while a residual is above its goal.
 
     After ``at_most``, or where the residual is no number, as with a link that float16 cannot hold, the run counts as
@@ -147,9 +147,9 @@ def ask_for_more(search: Search, run: int, at_most: int, more: wp.array[int], un
         return
     if search.iterations[run] < at_most and wp.isfinite(search.error[run]):
         search.iterations[run] = search.iterations[run] + 1
-        more[0] = 1
+        search.more[0] = 1
     else:
-        unsolved[run] = 1
+        search.unsolved[run] = 1
 
 
 @run_kernel
@@ -174,12 +174,11 @@ def start_search(parts: Span, movers: Movers, particles: Particles, system: Syst
 def sum_curvature(
     parts: Span,
     movers: Movers,
-    search: Search,  # out: partial
-    more: wp.array[int],  # out: zero
+    search: Search,  # out: partial, and zero in ``more``
 ):
     for part in range(parts.begin + wp.tid(), parts.end, parts.step):
         if part == 0:
-            more[0] = 0
+            search.more[0] = 0
         rows = rows_of(movers, part)
         total = float(0.0)
         for row in range(rows[0], rows[1]):
@@ -234,8 +233,6 @@ def advance_search(parts: Span, movers: Movers, particles: Particles, system: Sy
 def find_turn(
     at_most: int,
     search: Search,  # in, out
-    more: wp.array[int],  # out
-    unsolved: wp.array[int],  # in, out
 ):
     """The share of this direction in the next one, and whether there is one."""
     run = wp.tid()
@@ -244,7 +241,7 @@ def find_turn(
     error = whole_sum(search, run)[0]
     search.turn[run] = error / wp.max(search.error[run], 1.0e-30)
     search.error[run] = error
-    ask_for_more(search, run, at_most, more, unsolved)
+    ask_for_more(search, run, at_most)
 
 
 @run_kernel

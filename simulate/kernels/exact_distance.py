@@ -14,44 +14,39 @@ wp.set_module_options({"enable_backward": False})
 NOT_OWN = wp.constant(-1.0)  # Square of the distance at a node that another block measures
 
 
+@wp.struct
+class Places:
+    """Places whose exact signed distance is asked for."""
+
+    point: wp.array[wp.vec3]
+    known: wp.array[float]  # Distance of a place near each, zero where none is known
+    away: wp.array[float]  # How far away that place is at most, or how far to look
+    distance: wp.array[float]
+
+
+@wp.struct
+class Blocks:
+    """Blocks of the grid that have nodes, and the distances at these."""
+
+    number: wp.array[wp.vec3i]
+    distance: wp.array2d[float]  # By row and node
+
+
 @run_kernel
-def measure_distance(
+def measure_places(
     mesh: wp.uint64,
-    point: wp.array[wp.vec3],
-    within: float,
-    distance: wp.array[float],  # out
+    places: Places,  # out: distance, NaN where no triangle is within reach
 ):
-    """Exact signed distance, negative where a ray crosses the surface an odd number of times.
-
-    NaN where no triangle is ``within`` reach.
-    """
+    """Exact signed distance, negative where a ray crosses the surface an odd number of times."""
     i = wp.tid()
-    found = wp.mesh_query_point_sign_parity(mesh, point[i], within, 1)
-    distance[i] = wp.nan
-    if found.result:
-        nearest = wp.mesh_eval_position(mesh, found.face, found.u, found.v)
-        distance[i] = found.sign * wp.length(point[i] - nearest)
-
-
-@run_kernel
-def measure_beside(
-    mesh: wp.uint64,
-    point: wp.array[wp.vec3],
-    known: wp.array[float],
-    away: wp.array[float],
-    distance: wp.array[float],  # out
-):
-    """Exact signed distance at places each of which is ``away`` from one whose distance is ``known``."""
-    i = wp.tid()
-    distance[i] = distance_beside(mesh, point[i], known[i], away[i])
-
-
-@wp.func
-def distance_beside(mesh: wp.uint64, x: wp.vec3, known: float, away: float) -> float:
-    """Exact signed distance at ``x``; ``known`` is that of a place no farther than ``away``."""
+    x = places.point[i]
+    known = places.known[i]
+    away = places.away[i]
     found = wp.mesh_query_point_no_sign(mesh, x, wp.abs(known) + away)
-    size = wp.length(x - wp.mesh_eval_position(mesh, found.face, found.u, found.v))
-    return with_sign(mesh, x, size, known, away)
+    places.distance[i] = wp.nan
+    if found.result:
+        size = wp.length(x - wp.mesh_eval_position(mesh, found.face, found.u, found.v))
+        places.distance[i] = with_sign(mesh, x, size, known, away)
 
 
 @wp.func
@@ -63,7 +58,7 @@ def with_sign(mesh: wp.uint64, x: wp.vec3, size: float, known: float, away: floa
     """
     if size + wp.abs(known) > away:
         return wp.sign(known) * size
-    # The ray of mesh_query_point_sign_parity, which would look for the nearest triangle again.
+    # The ray of Warp's mesh_query_point_sign_parity, which would look for the nearest triangle again.
     state = wp.rand_init(42)
     ray = wp.vec3(1.0) + wp.vec3(wp.randf(state, -0.1, 0.1), wp.randf(state, -0.1, 0.1), wp.randf(state, -0.1, 0.1))
     return wp.where(wp.mesh_query_ray_count_intersections(mesh, x, ray) % 2 == 1, -size, size)
@@ -101,25 +96,24 @@ def squared_from_triangle(p: wp.vec3, q: wp.vec3, r: wp.vec3, x: wp.vec3) -> flo
 def measure_nodes(
     mesh: wp.uint64,
     solid: Distance,
-    noded: wp.array[wp.vec3i],
     shared: bool,
-    distance: wp.array2d[float],  # out
+    blocks: Blocks,  # out: distance
 ):
-    """Exact signed distance at the nodes of the blocks ``noded``, by row and node.
+    """Exact signed distance at the nodes of blocks.
 
     Nodes that several blocks share are measured by one of them; a second launch, ``shared``, copies them to the others.
     The nodes of a block share the few triangles that can be the nearest to one of them.
     """
     row = wp.tid()
-    block = noded[row]
+    block = blocks.number[row]
     for node in range(NODES):
         place = place_of(node)
         step = wp.vec3i(place[0] // BLOCK, place[1] // BLOCK, place[2] // BLOCK)
         owner = row_of_owner(solid, block[0] + step[0], block[1] + step[1], block[2] + step[2], row)
         if not shared:
-            distance[row, node] = wp.where(owner == row, float(LARGEST), float(NOT_OWN))
+            blocks.distance[row, node] = wp.where(owner == row, float(LARGEST), float(NOT_OWN))
         elif owner != row:
-            distance[row, node] = distance[owner, node_at(place - BLOCK * step)]
+            blocks.distance[row, node] = blocks.distance[owner, node_at(place - BLOCK * step)]
     if shared:
         return
     half = 0.5 * float(BLOCK) * solid.spacing
@@ -138,19 +132,19 @@ def measure_nodes(
         at_middle = wp.min(at_middle, squared)
         if wp.sqrt(squared) <= wp.abs(known) + 2.0 * corner:
             for node in range(NODES):
-                if distance[row, node] != NOT_OWN:
+                if blocks.distance[row, node] != NOT_OWN:
                     x = low + solid.spacing * wp.vec3(place_of(node))
-                    distance[row, node] = wp.min(distance[row, node], squared_from_triangle(p, q, r, x))
+                    blocks.distance[row, node] = wp.min(blocks.distance[row, node], squared_from_triangle(p, q, r, x))
     known = wp.sign(known) * wp.sqrt(at_middle)
     last = wp.vec3(0.5 * float(BLOCK))
     for turn in range(NODES):
         place = place_on_path(turn)
         node = node_at(place)
-        if distance[row, node] != NOT_OWN:
+        if blocks.distance[row, node] != NOT_OWN:
             here = wp.vec3(place)
             away = solid.spacing * (1.001 * wp.length(here - last) + 0.001)
-            known = with_sign(mesh, low + solid.spacing * here, wp.sqrt(distance[row, node]), known, away)
-            distance[row, node] = known
+            known = with_sign(mesh, low + solid.spacing * here, wp.sqrt(blocks.distance[row, node]), known, away)
+            blocks.distance[row, node] = known
             last = here
 
 

@@ -1,4 +1,4 @@
-"""Device code of the neighbours: a list for each particle that moves, and who wakes whom."""
+"""Device code of the neighbours: a list for each particle that moves."""
 
 from types import ModuleType
 from typing import Any
@@ -6,8 +6,7 @@ from typing import Any
 import warp as wp
 
 from simulate.kernels.cells import CellArrays
-from simulate.kernels.run_module import run_kernel
-from simulate.kernels.status import ASLEEP, MOVING, Movers, Particles, Span, end_of
+from simulate.kernels.status import Movers, Particles, Span, end_of
 
 wp.set_module_options({"enable_backward": False})
 
@@ -52,62 +51,27 @@ def neighbour_kernels(search: ModuleType, module: Any) -> Any:
     def list_neighbours(
         rows: Span,
         movers: Movers,
+        particles: Particles,
         cells: CellArrays,
         wall_cells: CellArrays,
         fluid_full: int,
         walls_full: int,
-        position: wp.array[wp.vec4],
         near: Neighbours,  # out
-        fault: wp.array[int],  # in, out
     ):
         """List the fluid and the wall particles nearer than a cell's size, the particle itself apart.
 
-        The cells of both are the same; a list that is too short sets ``fault``.
+        The cells of both are the same; a list that is too short is a fault.
         """
         for first in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
             if first % block > 0:
                 continue
             last = wp.min(first + block, movers.count[0])
-            list_rows(first, last, movers, cells, wall_cells, position, near)
+            list_rows(first, last, movers, cells, wall_cells, particles.position, near)
             for row in range(first, last):
                 i = movers.particle[row]
                 if cut(near.fluid_count, row, near.fluid.shape[1]):
-                    fault[i] = fault[i] | fluid_full
+                    particles.fault[i] = particles.fault[i] | fluid_full
                 if cut(near.wall_count, row, near.wall.shape[1]):
-                    fault[i] = fault[i] | walls_full
+                    particles.fault[i] = particles.fault[i] | walls_full
 
     return list_neighbours
-
-
-@run_kernel
-def wake(
-    rows: Span,
-    movers: Movers,
-    particles: Particles,
-    yields: wp.array[float],
-    fast: float,
-    restless_s: float,
-    rested_s: float,
-    near: Neighbours,
-    drag: wp.array[float],
-    held: wp.array[float],
-    quiet_s: wp.array[float],  # in, out
-):
-    """Wake the sleeping neighbours of a particle that is fast, or was above its yield stress for ``restless_s``.
-
-    They count as quiet for ``rested_s``, until they flow.
-    Several threads may write to one of them; all write the same.
-    """
-    for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
-        # Most particles have no neighbour at rest: walls alone hold them.
-        if held[row] == drag[row]:
-            continue
-        i = movers.particle[row]
-        if yields[i // particles.per_run] == 0.0:
-            continue
-        if wp.length(particles.velocity[i]) > fast or quiet_s[i] < -restless_s:
-            for slot in range(near.fluid_count[row]):
-                j = near.fluid[near.fluid_at[row], slot]
-                if particles.status[j] == ASLEEP:
-                    particles.status[j] = MOVING
-                    quiet_s[j] = rested_s

@@ -59,10 +59,12 @@ class Smoothing:
 
 @wp.struct
 class Effort:
-    """Start and end of each run's pressure in a substep, by run."""
+    """Start and end of each run's pressure in a substep, by run, and what an iteration makes of it, by row."""
 
     carried: wp.array[float]  # Share of the last substep's multipliers
     iterations: wp.array[int]
+    as_solved: wp.array[float]  # 1 for runs that move with the velocity that their viscosity leaves
+    correction: wp.array[wp.vec3]  # Move by Eq. 3
 
 
 @wp.func
@@ -119,17 +121,14 @@ def shift(
     rows: Span,
     movers: Movers,
     particles: Particles,
-    as_solved: wp.array[float],
     effort: Effort,
     iteration: int,
     clearance: float,
     solid: Distance,
-    correction: wp.array[wp.vec3],
 ):
     """Move by the pressure's correction; by a run's last in a substep as far as walls allow, by others as their planes.
 
-    The last move begins where the substep did: since then, walls were planes. Runs of which ``as_solved`` is 1 make it
-    later, with the velocity that their viscosity leaves.
+    The last move begins where the substep did: since then, walls were planes. Runs that move ``as_solved`` make it later.
     """
     for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
         i = movers.particle[row]
@@ -141,12 +140,12 @@ def shift(
             particles.density_before[i] = particles.density[i]
         there = xyz(x)
         moved = particles.moved[i]
-        if iteration == effort.iterations[run] - 1 and as_solved[run] == 0.0:
+        if iteration == effort.iterations[run] - 1 and effort.as_solved[run] == 0.0:
             start = particles.previous_position[i]
-            moved = move(solid, particles.free, particles.wall, i, start, moved + correction[row], clearance)
+            moved = move(solid, particles.free, particles.wall, i, start, moved + effort.correction[row], clearance)
             there = start + moved
         else:
-            step = move_beside(solid, particles, i, there, correction[row], clearance)
+            step = move_beside(solid, particles, i, there, effort.correction[row], clearance)
             moved += step
             there += step
         particles.moved[i] = moved
@@ -170,7 +169,7 @@ def move_as_solved(
     rows: Span,
     movers: Movers,
     particles: Particles,
-    as_solved: wp.array[float],
+    effort: Effort,
     step_s: float,
     clearance: float,
     solid: Distance,
@@ -183,7 +182,7 @@ def move_as_solved(
     """
     for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
         i = movers.particle[row]
-        if as_solved[i // particles.per_run] == 0.0:
+        if effort.as_solved[i // particles.per_run] == 0.0:
             continue
         start, step = particles.previous_position[i], step_s * particles.velocity[i]
         stays = wp.clamp((particles.density_before[i] - particles.density[i] - UNDONE) / UNDONE_RANGE, 0.0, 1.0)
@@ -202,7 +201,6 @@ def inspect(
     support: float,
     clearance: float,
     solid: Distance,
-    fault: wp.array[int],  # in, out
 ):
     """Mark the particles that have a fault, and those that spilled over the edge or escaped through a wall.
 
@@ -216,11 +214,11 @@ def inspect(
         speed = wp.length(particles.velocity[i])
         density = particles.density[i]
         if not (is_number(wp.length_sq(x)) and is_number(speed) and is_number(density)):
-            fault[i] = fault[i] | NOT_FINITE
+            particles.fault[i] = particles.fault[i] | NOT_FINITE
         elif speed > fastest:
-            fault[i] = fault[i] | TOO_FAST
+            particles.fault[i] = particles.fault[i] | TOO_FAST
         elif density > densest:
-            fault[i] = fault[i] | TOO_DENSE
+            particles.fault[i] = particles.fault[i] | TOO_DENSE
         else:
             face = solid.face
             over = wp.max(wp.max(face[0] - x[0], x[0] - face[2]), wp.max(face[1] - x[1], x[1] - face[3]))
@@ -349,9 +347,8 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
         kernel: Smoothing,
         longest: float,
         frozen_answer: float,
-        effort: Effort,
+        effort: Effort,  # out: correction
         iteration: int,
-        correction: wp.array[wp.vec3],  # out
     ):
         """dx_i = sum_j (lambda_i + lambda_j) m grad W + lambda_i sum_k psi_k grad W (Eq. 3).
 
@@ -382,6 +379,6 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
             squared = wp.length_sq(step)
             if squared > longest * longest:
                 step *= longest / wp.sqrt(squared)
-            correction[row] = step
+            effort.correction[row] = step
 
     return PressureKernels(measure_density, measure_terms, correct)

@@ -1,4 +1,4 @@
-"""Device code of the particles' status: release, freezing by age, and sleep below the yield stress."""
+"""Device code of the particles' status: what a particle is, who moves, release, and freezing by age."""
 
 import warp as wp
 
@@ -51,6 +51,9 @@ class Particles:
     status: wp.array[int]
     release_frame: wp.array[int]
     frame: wp.array[int]  # Number of the frame that runs, or ran last; -1 before the first
+    quiet_s: wp.array[float]
+    """Time for which a particle has been below its yield stress; below zero, for which it was above it."""
+    fault: wp.array[int]  # Its faults so far, one bit each
     swelling: wp.array[float]
     """Factor by which each run's particles count for more in the density sum than the scheme says."""
 
@@ -165,33 +168,3 @@ def list_sorted(
     i = number[k]
     if status[i] == MOVING:
         movers.particle[row[k]] = i
-
-
-@run_kernel
-def fall_asleep(
-    rows: Span,
-    movers: Movers,
-    particles: Particles,
-    yields: wp.array[float],
-    frame_s: float,
-    patience_s: float,
-    slowest_shear: float,
-    slowest: float,
-    shear: wp.array[float],
-    quiet_s: wp.array[float],  # in, out
-):
-    """Bring to rest the particles that were below their yield stress for ``patience_s``.
-
-    Below zero, ``quiet_s`` is the time for which a particle was above it.
-    """
-    for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
-        i = movers.particle[row]
-        if particles.status[i] != MOVING or yields[i // particles.per_run] == 0.0:
-            continue
-        quiet = wp.min(quiet_s[i], 0.0) - frame_s
-        if shear[i] < slowest_shear and wp.length(particles.velocity[i]) < slowest:
-            quiet = wp.max(quiet_s[i], 0.0) + frame_s
-        quiet_s[i] = quiet
-        if quiet >= patience_s:
-            particles.status[i] = ASLEEP
-            bring_to_rest(particles, i)

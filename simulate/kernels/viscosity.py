@@ -102,8 +102,7 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any) -> Viscosit
         paste: Paste,
         fresh_shear: float,
         frame_s: float,
-        shear: wp.array[float],  # out
-        system: System,  # out: at_walls
+        system: System,  # out: shear, at_walls
     ):
         """Shear, by the velocities that the last substep left, and the viscosity of Herschel and Bulkley at it.
 
@@ -132,7 +131,7 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any) -> Viscosit
                 )
                 gamma = shear_of(sums, walls, own, particles.volume_and_viscosity[i][0], support)
                 at_wall = wp.length(own) * walls[1] / wp.max(walls[2], 1.0e-20)
-            shear[i] = gamma
+            system.shear[i] = gamma
             aged = paste.by_age[run, wp.min(age, paste.by_age.shape[1] - 1)]
             tau = wp.min(aged[1] + paste.stiffens_by[run] * (float(age) * frame_s), paste.yields_at_most[run])
             thin = aged[0] * thinning(paste, run, gamma)

@@ -120,12 +120,13 @@ def _at_the_face(solid: Solid, middle_mm: Floats, half_diagonal_mm: float, block
 
 def _nodes_mm(mesh: wp.Mesh, grid: Any, noded: Integers, device: str) -> Floats:
     """Distances on the nodes of the blocks ``noded``, (b, NODES), in a grid that has no nodes yet."""
-    distance = wp.empty((len(noded), int(device_code.NODES)), dtype=float, device=device)
-    number = wp.array(noded, dtype=wp.vec3i, device=device)
+    blocks = exact_distance.Blocks()
+    blocks.number = wp.array(noded, dtype=wp.vec3i, device=device)
+    blocks.distance = wp.empty((len(noded), int(device_code.NODES)), dtype=float, device=device)
     for shared in (False, True):
-        inputs = [mesh.id, grid, number, shared, distance]
+        inputs = [mesh.id, grid, shared, blocks]
         wp.launch(exact_distance.measure_nodes, len(noded), inputs=inputs, device=device)
-    return distance.numpy() / CM
+    return blocks.distance.numpy() / CM
 
 
 def _off_plane(nodes_mm: Floats) -> Floats:
@@ -169,11 +170,8 @@ def crack_box_mm(solid: Solid, outline: Outline, radius_mm: float) -> tuple[Floa
 
 def exact_distance_mm(mesh: wp.Mesh, points_mm: Floats, device: str, within_mm: float = EVERYWHERE_MM) -> Floats:
     """Exact signed distance, (n,); NaN for a point that is NaN. Raises InputError if no triangle is ``within_mm``."""
-    points = wp.array(points_mm * CM, dtype=wp.vec3, device=device)
-    distance = wp.empty(len(points_mm), dtype=float, device=device)
-    inputs = [mesh.id, points, within_mm * CM, distance]
-    wp.launch(exact_distance.measure_distance, len(points_mm), inputs=inputs, device=device)
-    found = distance.numpy() / CM
+    nothing = np.zeros(len(points_mm))
+    found = _beside_mm(mesh, points_mm, nothing, nothing + within_mm, device)
     if np.isnan(found[np.isfinite(points_mm).all(axis=1)]).any():
         raise InputError("the solid has no triangle of any area: check the mesh, or digitise again.")
     return found
@@ -181,10 +179,10 @@ def exact_distance_mm(mesh: wp.Mesh, points_mm: Floats, device: str, within_mm: 
 
 def _beside_mm(mesh: wp.Mesh, points_mm: Floats, known_mm: Floats, away_mm: Floats, device: str) -> Floats:
     """Exact signed distance, (n,), of points each of which is ``away_mm`` from one with distance ``known_mm``."""
-    points = wp.array(points_mm * CM, dtype=wp.vec3, device=device)
-    known, away = (wp.array(of * CM, dtype=float, device=device) for of in (known_mm, away_mm * SLACK))
-    distance = wp.empty(len(points_mm), dtype=float, device=device)
-    wp.launch(
-        exact_distance.measure_beside, len(points_mm), inputs=[mesh.id, points, known, away, distance], device=device
-    )
-    return distance.numpy() / CM
+    places = exact_distance.Places()
+    places.point = wp.array(points_mm * CM, dtype=wp.vec3, device=device)
+    places.known = wp.array(known_mm * CM, dtype=float, device=device)
+    places.away = wp.array(away_mm * CM * SLACK, dtype=float, device=device)
+    places.distance = wp.empty(len(points_mm), dtype=float, device=device)
+    wp.launch(exact_distance.measure_places, len(points_mm), inputs=[mesh.id, places], device=device)
+    return places.distance.numpy() / CM

@@ -1,0 +1,69 @@
+"""Device code of sleep below the yield stress: who wakes whom, and what falls asleep."""
+
+import warp as wp
+
+from simulate.kernels.conjugate_gradients import System
+from simulate.kernels.neighbours import Neighbours
+from simulate.kernels.run_module import run_kernel
+from simulate.kernels.status import ASLEEP, MOVING, Movers, Particles, Span, bring_to_rest, end_of
+from simulate.kernels.viscosity import Paste
+
+wp.set_module_options({"enable_backward": False})
+
+
+@run_kernel
+def wake(
+    rows: Span,
+    movers: Movers,
+    particles: Particles,
+    paste: Paste,
+    fast: float,
+    restless_s: float,
+    rested_s: float,
+    near: Neighbours,
+    system: System,
+):
+    """Wake the sleeping neighbours of a particle that is fast, or was above its yield stress for ``restless_s``.
+
+    They count as quiet for ``rested_s``, until they flow.
+    Several threads may write to one of them; all write the same.
+    """
+    for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
+        # Most particles have no neighbour at rest: walls alone hold them.
+        if system.held[row] == system.drag[row]:
+            continue
+        i = movers.particle[row]
+        if paste.yields_at_most[i // particles.per_run] == 0.0:
+            continue
+        if wp.length(particles.velocity[i]) > fast or particles.quiet_s[i] < -restless_s:
+            for slot in range(near.fluid_count[row]):
+                j = near.fluid[near.fluid_at[row], slot]
+                if particles.status[j] == ASLEEP:
+                    particles.status[j] = MOVING
+                    particles.quiet_s[j] = rested_s
+
+
+@run_kernel
+def fall_asleep(
+    rows: Span,
+    movers: Movers,
+    particles: Particles,
+    paste: Paste,
+    system: System,
+    frame_s: float,
+    patience_s: float,
+    slowest_shear: float,
+    slowest: float,
+):
+    """Bring to rest the particles that were below their yield stress for ``patience_s``."""
+    for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
+        i = movers.particle[row]
+        if particles.status[i] != MOVING or paste.yields_at_most[i // particles.per_run] == 0.0:
+            continue
+        quiet = wp.min(particles.quiet_s[i], 0.0) - frame_s
+        if system.shear[i] < slowest_shear and wp.length(particles.velocity[i]) < slowest:
+            quiet = wp.max(particles.quiet_s[i], 0.0) + frame_s
+        particles.quiet_s[i] = quiet
+        if quiet >= patience_s:
+            particles.status[i] = ASLEEP
+            bring_to_rest(particles, i)
