@@ -132,7 +132,7 @@ CHAOS_MM_S, TURN_PER_S = 40.0, 20.0
 def momentum() -> Iterator[Row]:
     """A cloud in which speeds are at random about a turn: nothing in it can push or turn it as a whole.
 
-    Under all forces that is the mean of many clouds, whose bound is that by pressure alone, or how float32 rounds a speed.
+    Under all forces it is the mean of many clouds. Its bound is that by pressure alone, or how float32 rounds a speed.
     """
     pressed = _mean_drift(0.0, 0.0)
     most = max(pressed, float(np.finfo(np.float32).eps) / 2)

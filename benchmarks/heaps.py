@@ -7,7 +7,7 @@ The paste is given as a trial file gives it, by viscosity and yield stress, and 
 tables in ``benchmarks/interfoam``; it is not run. Levels are those in the slot's middle:
 interFoam leaves films on the walls, thinner than a particle. While interFoam's
 heap still goes down, ``heap_limit.py`` says where paste of that yield stress must stop. interFoam's heaps go on past
-that: where particles differ, they are also given the lower yield stress that holds interFoam's. Two minutes of one core.
+that: where particles differ, they are also given the lower yield stress that holds interFoam's. Two minutes.
 """
 
 import argparse
@@ -134,9 +134,7 @@ def _figures(tank: Tank) -> tuple[float, float, float]:
 def compared(ours: Course, theirs: Course) -> dict[str, tuple[float, float]]:
     """One course over another, and by how much it may be off; by the figure's name."""
     half_mm = (theirs.centre_mm[0] + theirs.centre_mm[-1]) / 2
-    heights = {
-        f"height after {t_s:g} s": (ours.at(t_s)[1] / theirs.at(t_s)[1], OFF) for t_s in (SEEN_S / 2, SEEN_S)
-    }
+    heights = {f"height after {t_s:g} s": (ours.at(t_s)[1] / theirs.at(t_s)[1], OFF) for t_s in (SEEN_S / 2, SEEN_S)}
     return {
         "time of half of the way down": (ours.time_at(half_mm) / theirs.time_at(half_mm), LATE),
         **heights,

@@ -210,7 +210,8 @@ class FluidSolver:
         falling = (self.step_s, settings.damping_per_s, self.gravity)
         self._predict = launcher.bind(pressure.predict, *moving, *falling, self.pressure.effort, *solid)
         self._update_velocity = launcher.bind(pressure.update_velocity, *moving, self.step_s)
-        self._move_as_solved = launcher.bind(pressure.move_as_solved, *moving, self.pressure.effort, self.step_s, *solid)
+        solved = (*moving, self.pressure.effort, self.step_s, *solid)
+        self._move_as_solved = launcher.bind(pressure.move_as_solved, *solved)
         limits = (self._frame_s, PATIENCE_S, QUIET_SHEAR, QUIET_SHEAR * self._support)
         waking = (WAKING_CM_S, RESTLESS_S, PATIENCE_S - AGAIN_S)
         system = self.viscosity.system

@@ -139,12 +139,12 @@ def push_out(solid: Distance, x: wp.vec3, clearance: float):
     """
     here = x
     enough = 0.999 * clearance
-    there = distance_at(solid, here, 2.0 * clearance)
-    for _turn in range(8):
-        if there[3] >= enough or there[3] <= 0.0:
+    there = wp.vec4(0.0)
+    for turn in range(9):
+        there = distance_at(solid, here, 2.0 * clearance)
+        if there[3] >= enough or there[3] <= 0.0 or turn == 8:
             break
         here += wp.min(clearance - there[3], 0.9 * there[3]) * wp.vec3(there[0], there[1], there[2])
-        there = distance_at(solid, here, 2.0 * clearance)
     return Landing(here, wp.vec3(there[0], there[1], there[2]), there[3])
 
 
@@ -244,7 +244,7 @@ def move_along(
     step: wp.vec3,
     clearance: float,
 ) -> wp.vec3:
-    """``move`` where walls must be asked for; apart from ``move``, for a call copies ``solid``, which few moves need."""
+    """``move`` where walls must be asked for; apart from it, for a call copies ``solid``, which few moves need."""
     length = wp.length(step)
     pieces = wp.min(int(length / (0.45 * clearance)) + 1, PIECES)
     piece = step / wp.max(float(pieces), length / (0.45 * clearance))

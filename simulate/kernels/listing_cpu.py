@@ -125,12 +125,13 @@ const auto list_one = [&](const auto& of, const Around& around, wp::vec4 here, i
     int* list = near.store.data + 16 * (size_t)at;
     const int room = 16 * (end - at), most = room < slots ? room : slots;
     int found = 0;
-    if (around.count <= MOST)
-        found = take({around.x, around.y, around.z, around.number}, 0, around.count, here, self, list, most, 0);
-    else
-        for (int line = 0; line < around.lines; ++line)
-            found = take({of.x.data, of.y.data, of.z.data, of.number.data}, around.begin[line], around.end[line], here,
-                         self, list, most, found);
+    // A compiler makes a copy of ``take`` for each of its calls.
+    const bool together = around.count <= MOST;
+    const Points points = together ? Points{around.x, around.y, around.z, around.number}
+                                   : Points{of.x.data, of.y.data, of.z.data, of.number.data};
+    for (int line = 0, lines = together ? 1 : around.lines; line < lines; ++line)
+        found = take(points, together ? 0 : around.begin[line], together ? around.count : around.end[line], here, self,
+                     list, most, found);
     if (found > most && most < slots) near.lacking.data[0] = 1;
     int slot = found < most ? found : most;
     for (; slot % 16; ++slot) list[slot] = dummy;

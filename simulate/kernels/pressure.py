@@ -80,15 +80,6 @@ def xyz(x: wp.vec4):
     return wp.vec3(x[0], x[1], x[2])
 
 
-@wp.func
-def move_beside(solid: Distance, particles: Particles, i: int, x: wp.vec3, step: wp.vec3, clearance: float):
-    """``move`` with the nearest wall as a plane where it is one; what it lets through, a substep's last move stops."""
-    wall = particles.wall[i]
-    if wall[0] == ROUNDED:
-        return move(solid, particles.free, particles.wall, i, x, step, clearance)
-    return slide(wall, x, step, clearance)
-
-
 @run_kernel
 def predict(
     rows: Span,
@@ -128,7 +119,8 @@ def shift(
 ):
     """Move by the pressure's correction; by a run's last in a substep as far as walls allow, by others as their planes.
 
-    The last move begins where the substep did: since then, walls were planes. Runs that move ``as_solved`` make it later.
+    The last move begins where the substep did, and stops what planes have let through. Runs that move ``as_solved``
+    make it later.
     """
     for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
         i = movers.particle[row]
@@ -138,16 +130,21 @@ def shift(
         x = particles.position[i]
         if iteration == 0:
             particles.density_before[i] = particles.density[i]
-        there = xyz(x)
+        start = xyz(x)
         moved = particles.moved[i]
-        if iteration == effort.iterations[run] - 1 and effort.as_solved[run] == 0.0:
+        step = effort.correction[row]
+        wall = particles.wall[i]
+        last = iteration == effort.iterations[run] - 1 and effort.as_solved[run] == 0.0
+        if last:
             start = particles.previous_position[i]
-            moved = move(solid, particles.free, particles.wall, i, start, moved + effort.correction[row], clearance)
-            there = start + moved
+            step += moved
+            moved = wp.vec3(0.0)
+        if last or wall[0] == ROUNDED:
+            step = move(solid, particles.free, particles.wall, i, start, step, clearance)
         else:
-            step = move_beside(solid, particles, i, there, effort.correction[row], clearance)
-            moved += step
-            there += step
+            step = slide(wall, start, step, clearance)
+        there = start + step
+        moved += step
         particles.moved[i] = moved
         particles.position[i] = wp.vec4(there[0], there[1], there[2], x[3])
 
