@@ -36,9 +36,12 @@ class Barrier:
     clearance: float  # Least distance in cm of a particle's centre from walls
     device: str
 
-    def exact_mm(self, points_mm: Floats) -> Floats:
-        """Signed distance from the mesh itself, (n,): negative inside the solid."""
-        return exact_distance_mm(self.mesh, points_mm, self.device)
+    def exact_mm(self, points_mm: Floats, within_mm: float = EVERYWHERE_MM) -> Floats:
+        """Signed distance from the mesh itself, (n,): negative inside the solid.
+
+        It is looked for ``within_mm`` alone; raises InputError where there is no triangle.
+        """
+        return exact_distance_mm(self.mesh, points_mm, self.device, within_mm)
 
     def sampled_mm(self, points_mm: Floats) -> Floats:
         """Signed distance from the grid, (n,); away from the surface a lower bound of its size."""
@@ -114,8 +117,9 @@ def _at_the_face(solid: Solid, middle_mm: Floats, half_diagonal_mm: float, block
     if top.all() or not top.any() or not flat:
         return np.zeros(len(middle_mm), dtype=bool)
     others = _mesh(solid, solid.faces[~top], device)
-    away_mm = np.abs(exact_distance_mm(others, middle_mm, device))
-    return away_mm - half_diagonal_mm > np.abs(middle_mm[:, 2]) + block_mm / 2
+    # No farther than the face is from any place in a block and in those beside it: most are answered at once.
+    reach_mm = half_diagonal_mm + np.abs(middle_mm[:, 2]) + block_mm / 2
+    return np.isnan(_beside_mm(others, middle_mm, np.zeros(len(middle_mm)), reach_mm, device))
 
 
 def _nodes_mm(mesh: wp.Mesh, grid: Any, noded: Integers, device: str) -> Floats:
@@ -133,6 +137,7 @@ def _off_plane(nodes_mm: Floats) -> Floats:
     """Largest difference between the distances of a block's nodes, (b, NODES), and those from a plane, (b,)."""
     side = np.arange(device_code.BLOCK + 1) - device_code.BLOCK / 2
     away = np.stack(np.meshgrid(side, side, side, indexing="ij"), axis=-1).reshape(-1, 3)
+    away = away.astype(nodes_mm.dtype)
     slope = nodes_mm @ away / (away[:, 0] ** 2).sum()
     return np.abs(nodes_mm - nodes_mm.mean(axis=1, keepdims=True) - slope @ away.T).max(axis=1, initial=0.0)
 
