@@ -150,7 +150,9 @@ def course_rows(yield_pa: float) -> Iterator[Row]:
     for radius_mm, sleep in runs:
         name = f"{yield_pa:g} Pa, R {radius_mm:g} mm{'' if sleep else ', awake'}"
         found = _mean_over_sizes(yield_pa, yield_pa, radius_mm, sleep=sleep)
-        rows = {figure: Row(f"{name}: {figure}", mean, "", *bounds, "1") for figure, (mean, *bounds) in found.items()}
+        rows = {
+            figure: Row(f"{name}: {figure}", mean, "", low, high, "1") for figure, (mean, low, high) in found.items()
+        }
         if any(row.missed for row in rows.values()):
             weaker_pa = holding_pa(*last_mm(yield_pa), WIDTH_MM, WEIGHT_N_M3)
             for figure, (mean, low, high) in _mean_over_sizes(yield_pa, weaker_pa, radius_mm, sleep=sleep).items():
