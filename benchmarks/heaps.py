@@ -13,7 +13,6 @@ that: where particles differ, they are also given the lower yield stress that ho
 import argparse
 import csv
 from collections.abc import Iterator
-from dataclasses import replace
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -41,6 +40,7 @@ FACE_MM, FACE, FACE_OFF = 10.0, 3.83, 0.03
 """A vertical face that clay just holds is 3.83 tau / (rho g) high, by Taylor's slip circle; the best is 3.78."""
 
 
+HALF_WAY, AT_REST = "time of half of the way down", "at rest, stress that holds it"
 AS_LARGE = (0.98, 1.0, 1.02)
 """Sizes of particles, over a radius, whose mean is judged: by how they lie, times scatter by 6 % and slopes by 8 %."""
 
@@ -131,15 +131,17 @@ def _figures(tank: Tank) -> tuple[float, float, float]:
     return slope(x, level), float(level.max()), float(tank.place_mm[:, 2].mean())
 
 
-def compared(ours: Course, theirs: Course) -> dict[str, tuple[float, float]]:
-    """One course over another, and by how much it may be off; by the figure's name."""
+def compared(ours: Course, theirs: Course) -> dict[str, float]:
+    """One course over another, by the figure's name."""
     half_mm = (theirs.centre_mm[0] + theirs.centre_mm[-1]) / 2
-    heights = {f"height after {t_s:g} s": (ours.at(t_s)[1] / theirs.at(t_s)[1], OFF) for t_s in (SEEN_S / 2, SEEN_S)}
-    return {
-        "time of half of the way down": (ours.time_at(half_mm) / theirs.time_at(half_mm), LATE),
-        **heights,
-        f"tan after {SEEN_S:g} s": (ours.at(SEEN_S)[0] / theirs.at(SEEN_S)[0], OFF),
-    }
+    heights = {f"height after {t_s:g} s": ours.at(t_s)[1] / theirs.at(t_s)[1] for t_s in (SEEN_S / 2, SEEN_S)}
+    time, tan = ours.time_at(half_mm) / theirs.time_at(half_mm), ours.at(SEEN_S)[0] / theirs.at(SEEN_S)[0]
+    return {HALF_WAY: time, **heights, f"tan after {SEEN_S:g} s": tan}
+
+
+def _row(case: str, figure: str, value: float, because: str = "") -> Row:
+    off = LATE if figure == HALF_WAY else OFF
+    return Row(f"{case}: {figure}", value, "", 1 - off, 1 + off, "1", because=because)
 
 
 def course_rows(yield_pa: float) -> Iterator[Row]:
@@ -150,32 +152,25 @@ def course_rows(yield_pa: float) -> Iterator[Row]:
     for radius_mm, sleep in runs:
         name = f"{yield_pa:g} Pa, R {radius_mm:g} mm{'' if sleep else ', awake'}"
         found = _mean_over_sizes(yield_pa, yield_pa, radius_mm, sleep=sleep)
-        rows = {
-            figure: Row(f"{name}: {figure}", mean, "", low, high, "1") for figure, (mean, low, high) in found.items()
-        }
+        rows = {figure: _row(name, figure, mean) for figure, mean in found.items()}
         if any(row.missed for row in rows.values()):
             weaker_pa = holding_pa(*last_mm(yield_pa), WIDTH_MM, WEIGHT_N_M3)
-            for figure, (mean, low, high) in _mean_over_sizes(yield_pa, weaker_pa, radius_mm, sleep=sleep).items():
-                if low <= mean <= high:
-                    paste = f"{weaker_pa:.3g} Pa"
+            paste = f"{weaker_pa:.3g} Pa"
+            for figure, mean in _mean_over_sizes(yield_pa, weaker_pa, radius_mm, sleep=sleep).items():
+                if _row(name, figure, mean).met:
                     why = f"interFoam's heap lies where {paste} hold it, and particles of {paste} have {mean:.3g} here"
-                    rows[figure] = replace(rows[figure], because=why)
+                    rows[figure] = _row(name, figure, found[figure], why)
         yield from rows.values()
 
 
-def _mean_over_sizes(
-    theirs_pa: float, ours_pa: float, radius_mm: float, *, sleep: bool
-) -> dict[str, tuple[float, float, float]]:
-    """Mean of each figure over ``AS_LARGE``, and its bounds."""
+def _mean_over_sizes(theirs_pa: float, ours_pa: float, radius_mm: float, *, sleep: bool) -> dict[str, float]:
+    """Mean of each figure over ``AS_LARGE``."""
     theirs = references()[theirs_pa, SIZE_MM, LIMIT_M2_S]
     found = []
     for share in AS_LARGE:
         ours, held_pa = collapse(ours_pa, share * radius_mm, sleep=sleep)
-        found.append({**compared(ours, theirs), "at rest, stress that holds it": (held_pa / ours_pa, OFF)})
-    return {
-        figure: (float(np.mean([each[figure][0] for each in found])), 1 - off, 1 + off)
-        for figure, (_, off) in found[0].items()
-    }
+        found.append({**compared(ours, theirs), AT_REST: held_pa / ours_pa})
+    return {figure: float(np.mean([each[figure] for each in found])) for figure in found[0]}
 
 
 def own_rows() -> Iterator[Row]:
@@ -183,12 +178,12 @@ def own_rows() -> Iterator[Row]:
     for (yield_pa, size_mm, limit_m2_s), course in references().items():
         if (size_mm, limit_m2_s) != (SIZE_MM, LIMIT_M2_S):
             name = f"interFoam, {size_mm:g} mm, {limit_m2_s:g} m2/s"
-            for figure, (ratio, off) in compared(course, references()[yield_pa, SIZE_MM, LIMIT_M2_S]).items():
-                yield Row(f"{name}: {figure}", ratio, "", 1 - off, 1 + off, "1")
+            for figure, ratio in compared(course, references()[yield_pa, SIZE_MM, LIMIT_M2_S]).items():
+                yield _row(name, figure, ratio)
         else:
             held_pa = holding_pa(*last_mm(yield_pa), WIDTH_MM, WEIGHT_N_M3)
-            name = f"interFoam, {yield_pa:g} Pa after {SEEN_S:g} s: stress that holds it"
-            yield Row(name, held_pa / yield_pa, "", 1 - OFF, 1 + OFF, "1")
+            name = f"interFoam, {yield_pa:g} Pa after {SEEN_S:g} s"
+            yield _row(name, "stress that holds it", held_pa / yield_pa)
 
 
 def wall_row() -> Row:

@@ -44,6 +44,9 @@ BESIDE = 1e-3
 """The same beside a wall, over the clearance: there numba leaves so much of it, and this package no less than all."""
 EDGES = 3.0
 """Supports around the tank's edges that are judged apart: pressure hands on what is done differently there."""
+PLANES = (
+    f"for {float(AS_PLANE):g} of the clearance this package takes a wall for a plane, and numba asks the rounded grid"
+)
 
 
 def tank(particles: int) -> tuple[Solid, Outline, float]:
@@ -132,8 +135,7 @@ def main() -> None:
     rows = [
         Row("both, one step on, farthest apart, away from walls", apart.off_walls_mm, "mm", 0, TOGETHER_MM),
         Row("the same beside them, over the clearance", apart.at_walls, "", 0, BESIDE),
-        # For so much of the clearance this package takes a wall for a plane, where numba asks the rounded grid.
-        Row(f"the same within {EDGES:g} supports of an edge", apart.at_edges, "", 0, float(AS_PLANE)),
+        Row(f"the same within {EDGES:g} supports of an edge", apart.at_edges, "", 0, BESIDE, because=PLANES),
         Row("density, mean of the settled block", float(engine.state.density.numpy().mean()), "", 0.9, 1.1),
         Row("neighbours of a particle, mean", near, "", 30, 70),
         Row("this package, a substep", ours_ms, "ms", 0, np.inf),

@@ -47,13 +47,14 @@ class Viscosity:
         viscosity = np.repeat(paste.by_age.numpy()[:, 0, 0], state.particles_per_run)
         state.volume_and_viscosity.assign(np.column_stack([np.full(state.count, mass), viscosity]).astype(np.float32))
         sticks = np.repeat(paste.sticks.numpy(), state.particles_per_run)
-        self._system, self._search = device_code.System(), device_code.Search()
-        self.links, self._system.links = pairs_of(lists, NEIGHBOURS, wp.vec3h)
-        self._system.at_walls, self._system.shear = state.column(float), state.column(float)
-        self._system.at_walls.assign((sticks * viscosity).astype(np.float32))
-        self._system.inverse = wp.zeros(rows, dtype=device_code.Symmetric, device=device)
+        self.system, self._search = device_code.System(), device_code.Search()
+        """The linear system that was solved last."""
+        self.links, self.system.links = pairs_of(lists, NEIGHBOURS, wp.vec3h)
+        self.system.at_walls, self.system.shear = state.column(float), state.column(float)
+        self.system.at_walls.assign((sticks * viscosity).astype(np.float32))
+        self.system.inverse = wp.zeros(rows, dtype=device_code.Symmetric, device=device)
         for name in ("drag", "held"):
-            setattr(self._system, name, wp.zeros(rows, dtype=float, device=device))
+            setattr(self.system, name, wp.zeros(rows, dtype=float, device=device))
         for name in ("residual", "product", "direction", "pull"):
             setattr(self._search, name, wp.zeros(rows, dtype=wp.vec3, device=device))
         self._search.curvature = wp.zeros(rows, dtype=float, device=device)
@@ -67,21 +68,16 @@ class Viscosity:
 
         fresh = (FRESH_SHEAR, frame_s)
         self.measure_shear = launcher.bind(
-            pairs.measure_shear, *self._moving, lists, support, paste, *fresh, self._system
+            pairs.measure_shear, *self._moving, lists, support, paste, *fresh, self.system
         )
         """Measure the shear before a substep replaces the velocities that the last one left."""
         self.bind_weights(lists)
         self._bind_search()
 
     @property
-    def system(self) -> Any:
-        """The linear system that was solved last."""
-        return self._system
-
-    @property
     def shear(self) -> Any:
         """Shear in 1/s, as the last substep left it; by particle."""
-        return self._system.shear
+        return self.system.shear
 
     @property
     def unsolved(self) -> Any:
@@ -91,29 +87,29 @@ class Viscosity:
     @property
     def held(self) -> Any:
         """Drag by the walls and by neighbours at rest, by row; after explicit passes, by all neighbours."""
-        return self._system.held
+        return self.system.held
 
     @property
     def walls_drag(self) -> Any:
         """Part of each mover's velocity that walls take away in a substep, to first order; by row."""
-        return self._system.drag
+        return self.system.drag
 
     def make_room(self, lists: Any) -> None:
         """Give the links of pairs as much room as the lists have."""
         if lists is not self._lists:
             raise RuntimeError("the viscosity has lists of its own, whose stores are not renewed")
-        self.links, self._system.links = pairs_of(lists, NEIGHBOURS, wp.vec3h)
+        self.links, self.system.links = pairs_of(lists, NEIGHBOURS, wp.vec3h)
 
     def bind_weights(self, lists: Any) -> None:
         """Take the pairs' weights and the walls' drag from ``lists``."""
         self._lists = lists
         self.weigh_pairs = self._launcher.bind(
-            self._pairs.weigh_pairs, *self._moving, lists, self._support, self._paste, self._system, self._search
+            self._pairs.weigh_pairs, *self._moving, lists, self._support, self._paste, self.system, self._search
         )
         """The matrix, and the residuals of the velocity without viscosity and of the guess."""
 
     def _bind_search(self) -> None:
-        launcher, runs, search, system = self._launcher, self._state.runs, self._search, self._system
+        launcher, runs, search, system = self._launcher, self._state.runs, self._search, self.system
         self.apply_matrix = launcher.bind(self._pairs.apply_matrix, *self._moving, self._lists, system, search)
         self._sum_residuals = launcher.bind(device_code.sum_residuals, *self._moving, system, search)
         self._start = launcher.bind(device_code.start_search, *self._moving, system, search)
@@ -176,5 +172,5 @@ class Viscosity:
     def pass_once(self, before: Any, after: Any, passes: float, rows: int) -> None:
         """One of q passes; stable up to a largest diagonal of A of about 1.95 q."""
         kernel = self._pairs.pass_velocity
-        inputs = (self._lists, self._support, self._paste, self._system, passes, before, after)
+        inputs = (self._lists, self._support, self._paste, self.system, passes, before, after)
         self._launcher.bind(kernel, *self._moving, *inputs)(rows)

@@ -141,6 +141,7 @@ def push_out(solid: Distance, x: wp.vec3, clearance: float):
     enough = 0.999 * clearance
     there = wp.vec4(0.0)
     for turn in range(9):
+        # The one place that asks: a compiler makes a copy for each.
         there = distance_at(solid, here, 2.0 * clearance)
         if there[3] >= enough or there[3] <= 0.0 or turn == 8:
             break

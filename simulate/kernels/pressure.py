@@ -154,6 +154,7 @@ def update_velocity(rows: Span, movers: Movers, particles: Particles, step_s: fl
     """V = (x - x0) / dt, and a guess of what viscosity leaves of it: the last two substeps' course, gone on with."""
     for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
         i = movers.particle[row]
+        # Read before the guess takes its memory.
         moved = particles.moved[i]
         last = particles.velocity[i]
         particles.scaled_residual[i] = 2.0 * last - particles.earlier_velocity[i]

@@ -32,7 +32,7 @@ class Particles:
     """Residual over the diagonal in the viscosity's solve; before it, the guess. Zero for a particle at rest."""
     moved: wp.array[wp.vec3]
     """Displacement in this substep so far, in the memory of ``scaled_residual``, which is free until its pressure ends.
-    The difference of two positions in float32 would round the velocity to a thousandth of a mm/s.
+    The difference of two positions in float32 would round the velocity to some thousandths of a mm/s.
     """
     free: wp.array[wp.vec4]
     """Centre and radius of a ball that keeps clear of all walls, from when they were last asked for."""

@@ -36,12 +36,9 @@ class Barrier:
     clearance: float  # Least distance in cm of a particle's centre from walls
     device: str
 
-    def exact_mm(self, points_mm: Floats, within_mm: float = EVERYWHERE_MM) -> Floats:
-        """Signed distance from the mesh itself, (n,): negative inside the solid.
-
-        It is looked for ``within_mm`` alone; raises InputError where there is no triangle.
-        """
-        return exact_distance_mm(self.mesh, points_mm, self.device, within_mm)
+    def exact_mm(self, points_mm: Floats) -> Floats:
+        """Signed distance from the mesh itself, (n,): negative inside the solid."""
+        return exact_distance_mm(self.mesh, points_mm, self.device)
 
     def sampled_mm(self, points_mm: Floats) -> Floats:
         """Signed distance from the grid, (n,); away from the surface a lower bound of its size."""
@@ -117,7 +114,7 @@ def _at_the_face(solid: Solid, middle_mm: Floats, half_diagonal_mm: float, block
     if top.all() or not top.any() or not flat:
         return np.zeros(len(middle_mm), dtype=bool)
     others = _mesh(solid, solid.faces[~top], device)
-    # No farther than the face is from any place in a block and in those beside it: most are answered at once.
+    # Where nothing else is within this reach, the face is nearer to each place in the block and around it.
     reach_mm = half_diagonal_mm + np.abs(middle_mm[:, 2]) + block_mm / 2
     return np.isnan(_beside_mm(others, middle_mm, np.zeros(len(middle_mm)), reach_mm, device))
 
@@ -173,10 +170,10 @@ def crack_box_mm(solid: Solid, outline: Outline, radius_mm: float) -> tuple[Floa
     return np.append(low_mm, -solid.depth_mm - 2 * radius_mm), np.append(high_mm, top_mm + 2 * radius_mm)
 
 
-def exact_distance_mm(mesh: wp.Mesh, points_mm: Floats, device: str, within_mm: float = EVERYWHERE_MM) -> Floats:
-    """Exact signed distance, (n,); NaN for a point that is NaN. Raises InputError if no triangle is ``within_mm``."""
+def exact_distance_mm(mesh: wp.Mesh, points_mm: Floats, device: str) -> Floats:
+    """Exact signed distance, (n,); NaN for a point that is NaN. Raises InputError where no triangle has any area."""
     nothing = np.zeros(len(points_mm))
-    found = _beside_mm(mesh, points_mm, nothing, nothing + within_mm, device)
+    found = _beside_mm(mesh, points_mm, nothing, nothing + EVERYWHERE_MM, device)
     if np.isnan(found[np.isfinite(points_mm).all(axis=1)]).any():
         raise InputError("the solid has no triangle of any area: check the mesh, or digitise again.")
     return found

@@ -61,7 +61,7 @@ def place_walls(solid: Solid, outline: Outline, barrier: Barrier, radius_mm: flo
     near[~near] = _near_crack(points.position_mm[~near], outline)
     deep = points.position_mm[near] - radius_mm * _normals(triangles_mm)[points.face[near]]
     # Across a thin nose the far wall is nearer than the near one: such a point would be outside the solid there.
-    held = barrier.exact_mm(deep, 2 * radius_mm) <= -0.9 * radius_mm if len(deep) else np.zeros(0, dtype=bool)
+    held = barrier.exact_mm(deep) <= -0.9 * radius_mm if len(deep) else np.zeros(0, dtype=bool)
     kept = _spread(deep[held], points.lot[near][held], NEAREST * spacing_mm)
     _, nearest = KDTree(kept).query(deep)
     share = np.bincount(nearest, minlength=len(kept)) / CANDIDATES

@@ -126,7 +126,7 @@ def test_free_fall_with_damping_is_the_closed_form():
 
 
 def test_velocities_are_not_rounded_as_positions_are():
-    """Eight centimetres from the origin, where float32 rounds a position by 0.0005 mm/s times a substep."""
+    """Eight centimetres from the origin, where the difference of two positions is off by 0.003 mm/s over a substep."""
     engine = engine_with(np.array([[80.0, 79.0, 500.0]]), slot(), damping_per_s=0.0)
     given = np.array([1e-3, -1e-3, 0.0], dtype=np.float32)
     engine.state.velocity.assign(given[None])

@@ -234,7 +234,7 @@ def test_an_escape_is_counted_and_shouted(monkeypatch):
             Ear.heard += text
 
     exact = signed_distance.Barrier.exact_mm
-    monkeypatch.setattr(signed_distance.Barrier, "exact_mm", lambda self, points, *_: exact(self, points - LOWER))
+    monkeypatch.setattr(signed_distance.Barrier, "exact_mm", lambda self, points: exact(self, points - LOWER))
     crack = slot(12.0)
     run = run_module.inject(
         *crack,
