@@ -8,7 +8,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from sealtwin.core.records import Floats, Integers, Solid
-from simulate.kernels.vessel import Lines, raise_surface
+from simulate.kernels.vessel import Bed, Lines, raise_surface
 
 Mask = NDArray[np.bool_]
 ROUNDED = 1e-6  # Cells
@@ -46,11 +46,12 @@ class Vessel:
         It is the sum over cells and over the free stretches of each cell's vertical line. A stretch begins at an upward
         facet and ends at the next downward one, if any; liquid fills it from its foot to its highest particle.
         """
-        top_mm = wp.full(len(self._z_mm), -np.inf, dtype=wp.float64, device="cpu")
-        places = wp.array(_turned(position_mm), dtype=wp.vec3d, device="cpu")
-        inputs = [places, half_mm, np.sqrt(2) * half_mm, self._lines, top_mm]
-        wp.launch(raise_surface, len(places), inputs=inputs, device="cpu")
-        reached_mm = top_mm.numpy()
+        bed = Bed()
+        bed.top_mm = wp.full(len(self._z_mm), -np.inf, dtype=wp.float64, device="cpu")
+        bed.position_mm = wp.array(_turned(position_mm), dtype=wp.vec3d, device="cpu")
+        inputs = [bed, half_mm, np.sqrt(2) * half_mm, self._lines]
+        wp.launch(raise_surface, len(position_mm), inputs=inputs, device="cpu")
+        reached_mm = bed.top_mm.numpy()
         wet = np.isfinite(reached_mm)
         return float((np.minimum(reached_mm, self._ceiling_mm) - self._z_mm)[wet].sum()) * self._cell_mm2
 

@@ -88,36 +88,32 @@ class CellGrid:
         """``in_order`` says that the device takes one point after the other, as a CPU does; None asks the device."""
         device, points = str(position.device), len(position)
         count = np.maximum(np.ceil((high - low) / size).astype(int), 1)
-        cells = runs * int(count.prod())
+        in_all = runs * int(count.prod())
         self._in_order = device == "cpu" if in_order is None else in_order
-        self._bits = cells.bit_length()  # Bits of a cell's number. To sort by all 32 would be twice the work.
+        self._bits = in_all.bit_length()  # Bits of a cell's number. To sort by all 32 would be twice the work.
         # One cell more for points left out, and one end more than cells.
-        self._counts = wp.zeros(cells + 2, dtype=int, device=device)
-        self._ends = wp.zeros(cells + 2, dtype=int, device=device)
+        self._counts = wp.zeros(in_all + 2, dtype=int, device=device)
+        self._ends = wp.zeros(in_all + 2, dtype=int, device=device)
         # A sort needs as much room again.
         room = points if self._in_order else 2 * points
-        self._cell = wp.zeros(room, dtype=int, device=device)
-        self._number = wp.zeros(room + SPARE, dtype=int, device=device)
-        self._rank = wp.zeros(points, dtype=int, device=device) if self._in_order else self._number
-        self.cells = device_code.CellArrays()
-        self.cells.corner = wp.vec3(*low)
-        self.cells.size = size
-        self.cells.count = wp.vec3i(*map(int, count))
-        self.cells.points_per_run = points // runs
-        self.cells.start = self._ends
-        self.cells.x, self.cells.y, self.cells.z = (
-            wp.zeros(points + SPARE, dtype=float, device=device) for _ in range(3)
-        )
-        self.cells.number = self._number
-        to = [self.cells.x, self.cells.y, self.cells.z]
-        self._count = launcher.bind_first(
-            device_code.count_in_cells, self.cells, runs, position, status, self._cell, self._rank, self._counts
-        )
-        self._put = launcher.bind_first(
-            device_code.put_in_cells, self._cell, self._rank, self._ends, position, *to, self._number
-        )
-        self._number_all = launcher.bind_first(device_code.number_points, self._number)
-        self._gather = launcher.bind_first(device_code.gather, self._number, position, *to)
+        self.cells = cells = device_code.CellArrays()
+        cells.corner = wp.vec3(*low)
+        cells.size = size
+        cells.count = wp.vec3i(*map(int, count))
+        cells.points_per_run = points // runs
+        cells.start = self._ends
+        cells.x, cells.y, cells.z = (wp.zeros(points + SPARE, dtype=float, device=device) for _ in range(3))
+        cells.number = wp.zeros(room + SPARE, dtype=int, device=device)
+        self._points = them = device_code.Points()
+        them.runs, them.position, them.status, them.count = runs, position, status, self._counts
+        them.cell = wp.zeros(room, dtype=int, device=device)
+        them.rank = wp.zeros(points, dtype=int, device=device) if self._in_order else cells.number
+        self._count = launcher.bind_first(device_code.count_in_cells, cells, them)
+        if self._in_order:
+            self._put = launcher.bind_first(device_code.put_in_cells, them, cells)
+        else:
+            self._number_all = launcher.bind_first(device_code.number_points, cells)
+            self._gather = launcher.bind_first(device_code.gather, them, cells)
 
     def fill(self, count: int) -> None:
         """Sort the first ``count`` points; the order within a cell is theirs, on any device."""
@@ -129,5 +125,5 @@ class CellGrid:
             self._put(count)
         else:
             self._number_all(count)
-            radix_sort_pairs(self._cell, self._number, count, end_bit=self._bits)
+            radix_sort_pairs(self._points.cell, self.cells.number, count, end_bit=self._bits)
             self._gather(count)

@@ -16,7 +16,7 @@ from simulate.fluid.launcher import Launcher
 from simulate.fluid.pressure import Iterations, Pressure, iterations_of, smoothing_of
 from simulate.fluid.state import MoversList, State
 from simulate.fluid.viscosity import Viscosity
-from simulate.kernels import neighbours, pressure, sleep, status
+from simulate.kernels import movers, neighbours, pressure, sleep, status
 from simulate.kernels.pair_kernels import pair_kernels
 from simulate.settings import LEVEL, Solver, particle_volume
 from simulate.setup.rheology import FALL, Rheology, paste_on_device
@@ -167,7 +167,7 @@ class FluidSolver:
         )
         self.faults = FaultChecks(state, self.movers, launcher, barrier, self.viscosity.unsolved, support)
         self._bind_lists(kernels.list_neighbours, domain)
-        self._bind_frame(fluids)
+        self._bind_frame()
         self._out = state.count
         # Explicit passes are counted by the host, in each substep.
         self.replays = device != "cpu" and settings.viscosity_solve == "implicit"
@@ -199,12 +199,11 @@ class FluidSolver:
             lists,
         )
 
-    def _bind_frame(self, fluids: Sequence[Rheology]) -> None:
+    def _bind_frame(self) -> None:
         """Bind all else that happens to particles in a frame."""
         state, lists, launcher, settings = self.state, self.lists, self._launcher, self.settings
-        ages = wp.array([fluid.frames_to_freeze for fluid in fluids], dtype=int, device=state.device)
-        self._count_frame = launcher.bind_whole(status.count_frame, 1, state.frame)
-        self._grow_older = launcher.bind_whole(status.grow_older, state.count, state.particles, ages)
+        self._count_frame = launcher.bind_whole(movers.count_frame, 1, state.particles)
+        self._grow_older = launcher.bind_first(movers.grow_older, state.particles, self.paste)
         moving, solid = (self.movers.movers, state.particles), (self.barrier.clearance, self.barrier.grid)
         yielding = (*moving, self.paste)
         falling = (self.step_s, settings.damping_per_s, self.gravity)
@@ -266,11 +265,11 @@ class FluidSolver:
     def begin_frame(self, frame: int) -> None:
         """Release the particles of a frame, and freeze those that have grown too old."""
         state = self.state
-        # One run's particles are sorted up to the last that is out; those of several runs, or on a GPU, all.
+        # One run's particles are looked at up to the last that is out; those of several runs, or on a GPU, all.
         if state.runs == 1 and not self.replays:
             self._out = state.released(frame)
         self._count_frame()
-        self._grow_older()
+        self._grow_older(self._out)
         self.find_movers()
 
     def rest(self) -> None:
@@ -332,7 +331,7 @@ class FluidSolver:
         self.find_movers()
 
     def find_movers(self) -> None:
-        self.movers.find()
+        self.movers.find(self._out)
         self.rows = len(self.lists.fluid_count) if self.replays else self.count_movers()
 
     def count_movers(self) -> int:

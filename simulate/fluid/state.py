@@ -8,6 +8,7 @@ from warp.utils import array_scan
 
 from sealtwin.core.records import Floats, Integers
 from simulate.fluid.launcher import Launcher
+from simulate.kernels import movers as listing
 from simulate.kernels import status as device_code
 from simulate.kernels.neighbours import NOWHERE_CM
 from simulate.setup.release_schedule import Schedule
@@ -144,24 +145,29 @@ def _padded(rows: Floats, runs: int, dtype: type, device: str) -> Any:
 class MoversList:
     """The list of particles that move, made anew in each frame: some are released, freeze, fall asleep or wake."""
 
-    def __init__(self, state: State, launcher: Launcher) -> None:
-        count, device = state.count, state.device
-        self._device, self._status, self._sorted = device, state.status, False
-        self._row = wp.zeros(count, dtype=int, device=device)
-        """1 for a mover and 0 for any other; summed up in place, the number of movers before each particle."""
+    def __init__(self, state: State, launcher: Launcher, in_order: bool | None = None) -> None:
+        """``in_order`` says that the device takes one point after the other, as a CPU does; None asks the device."""
+        device = state.device
+        self._state, self._sorted = state, False
+        self._in_order = device == "cpu" if in_order is None else in_order
         self.movers = device_code.Movers()
-        self.movers.particle = wp.zeros(count, dtype=int, device=device)
+        self.movers.particle = wp.zeros(state.count, dtype=int, device=device)
         self.movers.count = wp.zeros(1, dtype=int, device=device)
         self.movers.first_row = wp.zeros(state.runs + 1, dtype=int, device=device)
-        self._mark = launcher.bind_whole(device_code.mark_movers, count, state.status, self._row)
-        self._number = launcher.bind_whole(device_code.number_movers, count, state.particles, self._row, self.movers)
+        self._order = listing.Order()
+        self._order.row = wp.zeros(0 if self._in_order else state.count, dtype=int, device=device)
+        ways = [(state.particles, self._order, by_cell) for by_cell in (0, 1)]
+        if self._in_order:
+            self._list = [launcher.bind(listing.list_in_order, *way, self.movers) for way in ways]
+        else:
+            self._mark = [launcher.bind_first(listing.mark_movers, *way) for way in ways]
+            self._list_marked = [launcher.bind_first(listing.list_marked, *way, self.movers) for way in ways]
 
-    def find(self) -> None:
-        """List them in the order in which they lie in memory."""
-        self._mark()
-        array_scan(self._row, self._row, inclusive=False)
-        self._number()
+    def find(self, count: int) -> None:
+        """List them in the order in which they lie in memory, among the first ``count`` particles."""
         self._sorted = False
+        # Runs follow each other, and those of several are counted up to the last particle.
+        self._list_first(count if self._in_order else self._state.count, by_cell=False)
 
     def sort(self, number: wp.array, count: int) -> None:
         """Put movers just found into the order of ``number``, the first ``count`` particles cell by cell.
@@ -172,11 +178,18 @@ class MoversList:
         if self._sorted:
             return
         self._sorted = True
-        status, device = self._status, self._device
-        row: Any = self._row[:count]
-        wp.launch(device_code.mark_sorted, count, inputs=[number, status, row], device=device)
+        self._order.number = number
+        self._list_first(count, by_cell=True)
+
+    def _list_first(self, count: int, *, by_cell: bool) -> None:
+        if self._in_order:
+            # One slice, however many threads there are.
+            self._list[by_cell](count, each=0.0)
+            return
+        self._mark[by_cell](count)
+        row: Any = self._order.row[:count]
         array_scan(row, row, inclusive=False)
-        wp.launch(device_code.list_sorted, count, inputs=[number, status, row, self.movers], device=device)
+        self._list_marked[by_cell](count)
 
     def number(self) -> int:
         """Number of movers, over all runs."""

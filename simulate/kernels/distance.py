@@ -5,7 +5,6 @@ Distances are positive in the open and negative in the solid.
 
 import warp as wp
 
-from simulate.kernels.run_module import run_kernel
 
 wp.set_module_options({"enable_backward": False})
 
@@ -276,7 +275,7 @@ def near_free(ball: wp.vec4, x: wp.vec3, clearance: float) -> bool:
     return wp.length(x - wp.vec3(ball[0], ball[1], ball[2])) < ball[3] + clearance
 
 
-@run_kernel
+@wp.kernel
 def sample_distance(
     solid: Distance,
     point: wp.array[wp.vec3],

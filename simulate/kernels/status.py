@@ -1,8 +1,6 @@
-"""Device code of the particles' status: what a particle is, who moves, release, and freezing by age."""
+"""Device code of the particles and their status: what a kernel is given of them, of those that move, and of its rows."""
 
 import warp as wp
-
-from simulate.kernels.run_module import run_kernel
 
 wp.set_module_options({"enable_backward": False})
 
@@ -82,32 +80,6 @@ def end_of(rows: Span, movers: Movers):
     return wp.min(rows.end, movers.count[0])
 
 
-@run_kernel
-def count_frame(
-    frame: wp.array[int],  # in, out
-):
-    """Advance the frame number on the device, so that a recorded frame has its own number when it is replayed."""
-    frame[0] = frame[0] + 1
-
-
-@run_kernel
-def grow_older(particles: Particles, frames_to_freeze: wp.array[int]):
-    """Release the particles of this frame, and fix those older than the paste's stiffening time.
-
-    Those asleep are fixed too: a sleeper that woke later would be one mover more than the run has room for, and the
-    paper's bound on its cost is that of the particles that are younger.
-    """
-    i = wp.tid()
-    age = particles.frame[0] - particles.release_frame[i]
-    if age < 0:
-        return
-    if particles.status[i] == WAITING:
-        particles.status[i] = MOVING
-    if particles.status[i] <= ASLEEP and age >= frames_to_freeze[i // particles.per_run]:
-        particles.status[i] = FROZEN
-        bring_to_rest(particles, i)
-
-
 @wp.func
 def bring_to_rest(particles: Particles, i: int):
     x = particles.position[i]
@@ -116,55 +88,3 @@ def bring_to_rest(particles: Particles, i: int):
     particles.earlier_velocity[i] = wp.vec3(0.0)
     particles.scaled_residual[i] = wp.vec3(0.0)
     particles.pressed[i] = wp.vec4(0.0)
-
-
-@run_kernel
-def mark_movers(
-    status: wp.array[int],
-    moves: wp.array[int],  # out
-):
-    i = wp.tid()
-    moves[i] = wp.where(status[i] == MOVING, 1, 0)
-
-
-@run_kernel
-def number_movers(
-    particles: Particles,
-    row: wp.array[int],
-    movers: Movers,  # out
-):
-    """List the movers; ``row`` is the number of movers before each particle."""
-    i = wp.tid()
-    count = particles.status.shape[0]
-    if particles.status[i] == MOVING:
-        movers.particle[row[i]] = i
-    if i % particles.per_run == 0:
-        movers.first_row[i // particles.per_run] = row[i]
-    if i == count - 1:
-        total = row[i] + wp.where(particles.status[i] == MOVING, 1, 0)
-        movers.count[0] = total
-        movers.first_row[count // particles.per_run] = total
-
-
-@run_kernel
-def mark_sorted(
-    number: wp.array[int],
-    status: wp.array[int],
-    moves: wp.array[int],  # out
-):
-    k = wp.tid()
-    moves[k] = wp.where(status[number[k]] == MOVING, 1, 0)
-
-
-@run_kernel
-def list_sorted(
-    number: wp.array[int],
-    status: wp.array[int],
-    row: wp.array[int],
-    movers: Movers,  # out
-):
-    """List the movers in the order of ``number``, which leaves each run its rows."""
-    k = wp.tid()
-    i = number[k]
-    if status[i] == MOVING:
-        movers.particle[row[k]] = i

@@ -23,19 +23,21 @@ class Lines:
     upward: wp.array[int]  # 1 for a facet that looks up
 
 
+@wp.struct
+class Bed:
+    """The particles, and the liquid's top above each of the crossings."""
+
+    position_mm: wp.array[wp.vec3d]
+    top_mm: wp.array[wp.float64]
+
+
 @run_kernel
-def raise_surface(
-    position_mm: wp.array[wp.vec3d],
-    half_mm: wp.float64,
-    reach_mm: wp.float64,
-    lines: Lines,
-    top_mm: wp.array[wp.float64],  # in, out
-):
+def raise_surface(bed: Bed, half_mm: wp.float64, reach_mm: wp.float64, lines: Lines):
     """Raise the liquid above each upward crossing to ``half_mm`` above every particle within reach of the cell's line.
 
     A particle counts for the stretch of the line that it is in.
     """
-    here = position_mm[wp.tid()]
+    here = bed.position_mm[wp.tid()]
     size = lines.cell_mm
     reach = int(wp.ceil(reach_mm / size))
     row = int(wp.floor(here[0] / size))
@@ -60,4 +62,4 @@ def raise_surface(
                 else:
                     break
             if below >= 0 and lines.upward[below] == 1:
-                wp.atomic_max(top_mm, below, here[2] + half_mm)
+                wp.atomic_max(bed.top_mm, below, here[2] + half_mm)

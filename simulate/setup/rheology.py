@@ -134,4 +134,5 @@ def paste_on_device(
     paste.yields_at_most = by_run([fluid.yield_most_cm2_s2 for fluid in fluids])
     paste.per_viscosity = viscous_weight(1.0, support, step_s) / shape
     paste.slowest_shear = slowest_shear_per_s
+    paste.frames_to_freeze = wp.array([fluid.frames_to_freeze for fluid in fluids], dtype=int, device=device)
     return paste

@@ -6,7 +6,9 @@ from scipy.spatial import KDTree
 from simulate.fluid.cell_grid import CellGrid
 from simulate.fluid.fault_checks import RunFault
 from simulate.fluid.launcher import Launcher
+from simulate.fluid.state import MoversList, State
 from simulate.kernels import pressure, status
+from simulate.setup.release_schedule import Schedule
 from simulate.setup.signed_distance import CM
 from tests.fluids import check, engine_with, in_rows, lattice, listed_fluid, listed_walls, slot
 
@@ -84,3 +86,24 @@ def test_the_grid_sorts_a_part_of_its_points(count, in_order):
     assert (np.diff(key * 1000 + number) > 0).all()
     for axis, sorted_to in enumerate((grid.cells.x, grid.cells.y, grid.cells.z)):
         assert sorted_to.numpy()[:count] == pytest.approx(points[number, axis])
+
+
+@pytest.mark.parametrize("runs", [1, 3])
+def test_a_cpu_lists_who_moves_as_a_gpu_does(runs):
+    """In memory's order and by cell, with the rows of each run; one that moves past the counted ones is left out."""
+    schedule = Schedule(np.zeros((50, 3)), np.zeros((50, 3)), np.zeros(50, dtype=int), np.array([50]), 0.01, 50, 1.0)
+    listed = []
+    for in_order in (True, False):
+        state = State(schedule, "cpu", runs)
+        fate = np.random.default_rng(3).choice([status.MOVING, status.ASLEEP, status.FROZEN], state.count)
+        state.status.assign(fate.astype(np.int32))
+        number = wp.array(np.random.default_rng(4).permutation(state.count).astype(np.int32), device="cpu")
+        movers = MoversList(state, Launcher("cpu", threads=2), in_order)
+        movers.find(state.count)
+        in_memory = movers.movers.particle.numpy()[: movers.number()].copy()
+        movers.sort(number, state.count)
+        by_cell = movers.movers.particle.numpy()[: movers.number()].copy()
+        assert (in_memory == np.flatnonzero(fate == int(status.MOVING))).all()
+        assert (by_cell == number.numpy()[fate[number.numpy()] == int(status.MOVING)]).all()
+        listed.append([*in_memory, *by_cell, *movers.movers.first_row.numpy()])
+    assert listed[0] == listed[1]
