@@ -8,7 +8,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from sealtwin.core.records import Floats, Integers, Solid
-from simulate.kernels.vessel import Bed, Lines, raise_surface
+from simulate.kernels.vessel import Lines, Liquid, raise_surface
 
 Mask = NDArray[np.bool_]
 ROUNDED = 1e-6  # Cells
@@ -46,12 +46,12 @@ class Vessel:
         It is the sum over cells and over the free stretches of each cell's vertical line. A stretch begins at an upward
         facet and ends at the next downward one, if any; liquid fills it from its foot to its highest particle.
         """
-        bed = Bed()
-        bed.top_mm = wp.full(len(self._z_mm), -np.inf, dtype=wp.float64, device="cpu")
-        bed.position_mm = wp.array(_turned(position_mm), dtype=wp.vec3d, device="cpu")
-        inputs = [bed, half_mm, np.sqrt(2) * half_mm, self._lines]
+        liquid = Liquid()
+        liquid.top_mm = wp.full(len(self._z_mm), -np.inf, dtype=wp.float64, device="cpu")
+        liquid.position_mm = wp.array(_turned(position_mm), dtype=wp.vec3d, device="cpu")
+        inputs = [liquid, half_mm, np.sqrt(2) * half_mm, self._lines]
         wp.launch(raise_surface, len(position_mm), inputs=inputs, device="cpu")
-        reached_mm = bed.top_mm.numpy()
+        reached_mm = liquid.top_mm.numpy()
         wet = np.isfinite(reached_mm)
         return float((np.minimum(reached_mm, self._ceiling_mm) - self._z_mm)[wet].sum()) * self._cell_mm2
 

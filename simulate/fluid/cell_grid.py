@@ -9,6 +9,7 @@ from warp.utils import array_scan, radix_sort_pairs
 from sealtwin.core.records import Floats
 from simulate.fluid.launcher import Launcher
 from simulate.kernels import cells as device_code
+from simulate.kernels import cells_cpu as in_order_code
 from simulate.kernels.neighbours import BLOCK, Neighbours
 
 NEIGHBOURS = 128  # Slots of a list, a whole number of sixteens. Fluid at rest fills about 50, at twice its density 100.
@@ -91,39 +92,38 @@ class CellGrid:
         in_all = runs * int(count.prod())
         self._in_order = device == "cpu" if in_order is None else in_order
         self._bits = in_all.bit_length()  # Bits of a cell's number. To sort by all 32 would be twice the work.
-        # One cell more for points left out, and one end more than cells.
-        self._counts = wp.zeros(in_all + 2, dtype=int, device=device)
-        self._ends = wp.zeros(in_all + 2, dtype=int, device=device)
-        # A sort needs as much room again.
-        room = points if self._in_order else 2 * points
         self.cells = cells = device_code.CellArrays()
         cells.corner = wp.vec3(*low)
         cells.size = size
         cells.count = wp.vec3i(*map(int, count))
         cells.points_per_run = points // runs
-        cells.start = self._ends
+        # One cell more for points left out, and one end more than cells.
+        cells.start = wp.zeros(in_all + 2, dtype=int, device=device)
         cells.x, cells.y, cells.z = (wp.zeros(points + SPARE, dtype=float, device=device) for _ in range(3))
+        # A sort by keys needs as much room again.
+        room = points if self._in_order else 2 * points
         cells.number = wp.zeros(room + SPARE, dtype=int, device=device)
-        self._points = them = device_code.Points()
-        them.runs, them.position, them.status, them.count = runs, position, status, self._counts
-        them.cell = wp.zeros(room, dtype=int, device=device)
-        them.rank = wp.zeros(points, dtype=int, device=device) if self._in_order else cells.number
-        self._count = launcher.bind_first(device_code.count_in_cells, cells, them)
+        self._cell = wp.zeros(room, dtype=int, device=device)
         if self._in_order:
-            self._put = launcher.bind_first(device_code.put_in_cells, them, cells)
+            them = in_order_code.Points()
+            them.runs, them.position, them.status, them.cell = runs, position, status, self._cell
+            them.rank = wp.zeros(points, dtype=int, device=device)
+            self._sort = launcher.bind(in_order_code.sort_in_order, them, cells)
         else:
-            self._number_all = launcher.bind_first(device_code.number_points, cells)
-            self._gather = launcher.bind_first(device_code.gather, them, cells)
+            self._counts = wp.zeros(in_all + 2, dtype=int, device=device)
+            counted = (self._cell, cells.number, self._counts)
+            self._count = launcher.bind_first(device_code.count_in_cells, cells, runs, position, status, *counted)
+            sorted_to = (cells.x, cells.y, cells.z)
+            self._gather = launcher.bind_first(device_code.gather, cells.number, position, *sorted_to)
 
     def fill(self, count: int) -> None:
         """Sort the first ``count`` points; the order within a cell is theirs, on any device."""
+        if self._in_order:
+            # One slice, however many threads there are.
+            self._sort(count, each=0.0)
+            return
         self._counts.zero_()
         self._count(count)
-        array_scan(self._counts, self._ends, inclusive=False)
-        if self._in_order:
-            # The rank of a point in its cell is its place in the sorted order: half the time of a sort.
-            self._put(count)
-        else:
-            self._number_all(count)
-            radix_sort_pairs(self._points.cell, self.cells.number, count, end_bit=self._bits)
-            self._gather(count)
+        array_scan(self._counts, self.cells.start, inclusive=False)
+        radix_sort_pairs(self._cell, self.cells.number, count, end_bit=self._bits)
+        self._gather(count)

@@ -203,7 +203,7 @@ class FluidSolver:
         """Bind all else that happens to particles in a frame."""
         state, lists, launcher, settings = self.state, self.lists, self._launcher, self.settings
         self._count_frame = launcher.bind_whole(movers.count_frame, 1, state.particles)
-        self._grow_older = launcher.bind_first(movers.grow_older, state.particles, self.paste)
+        self._grow_older = launcher.bind(movers.grow_older, state.particles, self.paste)
         moving, solid = (self.movers.movers, state.particles), (self.barrier.clearance, self.barrier.grid)
         yielding = (*moving, self.paste)
         falling = (self.step_s, settings.damping_per_s, self.gravity)

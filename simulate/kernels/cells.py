@@ -1,8 +1,7 @@
-"""Device code that sorts points into cells."""
+"""Device code that sorts points into cells; ``cells_cpu`` does it in one launch of a CPU's thread."""
 
 import warp as wp
 
-from simulate.kernels.run_module import run_kernel
 from simulate.kernels.status import FROZEN
 
 wp.set_module_options({"enable_backward": False})
@@ -47,56 +46,39 @@ def cell_of(cells: CellArrays, x: wp.vec4):
     return a + cells.count[0] * (b + cells.count[1] * c)
 
 
-@wp.struct
-class Points:
-    """What is sorted into cells, and what the sorting takes."""
-
-    runs: int
-    position: wp.array[wp.vec4]
-    status: wp.array[int]
-    cell: wp.array[int]
-    rank: wp.array[int]  # Within its cell; the points' own order on a CPU only
-    count: wp.array[int]  # Number of points of each cell
-
-
-@run_kernel
-def count_in_cells(cells: CellArrays, points: Points):
+@wp.kernel
+def count_in_cells(
+    cells: CellArrays,
+    runs: int,
+    position: wp.array[wp.vec4],
+    status: wp.array[int],
+    cell: wp.array[int],  # out
+    number: wp.array[int],  # out: of the points, in their order
+    count: wp.array[int],  # out
+):
     """Cell of each point, one past the last for points that are absent, and the number of points of each cell."""
     i = wp.tid()
-    key = points.runs * cells_per_run(cells)
-    if points.status[i] <= FROZEN:
-        key = cell_of(cells, points.position[i]) + i // cells.points_per_run * cells_per_run(cells)
-    points.cell[i] = key
-    points.rank[i] = wp.atomic_add(points.count, key, 1)
-
-
-@wp.func
-def put(cells: CellArrays, points: Points, i: int, k: int):
-    here = points.position[i]
-    cells.x[k] = here[0]
-    cells.y[k] = here[1]
-    cells.z[k] = here[2]
-    cells.number[k] = i
-
-
-@run_kernel
-def put_in_cells(points: Points, cells: CellArrays):
-    """Put each point where its rank in its cell says, for a device that counts them one by one."""
-    i = wp.tid()
-    put(cells, points, i, cells.start[points.cell[i]] + points.rank[i])
+    key = runs * cells_per_run(cells)
+    if status[i] <= FROZEN:
+        key = cell_of(cells, position[i]) + i // cells.points_per_run * cells_per_run(cells)
+    cell[i] = key
+    number[i] = i
+    wp.atomic_add(count, key, 1)
 
 
 @wp.kernel
-def number_points(cells: CellArrays):
-    i = wp.tid()
-    cells.number[i] = i
-
-
-@wp.kernel
-def gather(points: Points, cells: CellArrays):
-    """Put each point where its number was sorted to."""
+def gather(
+    number: wp.array[int],
+    position: wp.array[wp.vec4],
+    x: wp.array[float],  # out
+    y: wp.array[float],  # out
+    z: wp.array[float],  # out
+):
     k = wp.tid()
-    put(cells, points, cells.number[k], k)
+    here = position[number[k]]
+    x[k] = here[0]
+    y[k] = here[1]
+    z[k] = here[2]
 
 
 @wp.func

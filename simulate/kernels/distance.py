@@ -5,7 +5,6 @@ Distances are positive in the open and negative in the solid.
 
 import warp as wp
 
-
 wp.set_module_options({"enable_backward": False})
 
 BLOCK = wp.constant(4)

@@ -1,12 +1,12 @@
-"""Device code of who moves: release, freezing by age, and the list of movers, in memory's order and in that of the cells.
+"""Device code of who moves: release, freezing by age, and the list of movers, in the order of memory or of the cells.
 
-A CPU takes one point after the other and lists in one pass; a GPU marks the movers, sums the marks up, and lists each
-where its sum says.
+A CPU takes one particle after the other and lists in one pass; a GPU marks the movers, sums the marks up, and lists
+each mover where its sum says.
 """
 
 import warp as wp
 
-from simulate.kernels.run_module import run_kernel
+from simulate.kernels.run_module import cpu_block, run_kernel
 from simulate.kernels.status import ASLEEP, FROZEN, MOVING, WAITING, Movers, Particles, Span, bring_to_rest
 from simulate.kernels.viscosity import Paste
 
@@ -28,21 +28,49 @@ def count_frame(particles: Particles):
 
 
 @run_kernel
-def grow_older(particles: Particles, paste: Paste):
+def grow_older(points: Span, particles: Particles, paste: Paste):
     """Release the particles of this frame, and fix those older than the paste's stiffening time.
 
     Those asleep are fixed too: a sleeper that woke later would be one mover more than the run has room for, and the
     paper's bound on its cost is that of the particles that are younger.
     """
-    i = wp.tid()
-    age = particles.frame[0] - particles.release_frame[i]
-    if age < 0:
-        return
-    if particles.status[i] == WAITING:
-        particles.status[i] = MOVING
-    if particles.status[i] <= ASLEEP and age >= paste.frames_to_freeze[i // particles.per_run]:
-        particles.status[i] = FROZEN
-        bring_to_rest(particles, i)
+    for i in range(points.begin + wp.tid(), points.end, points.step):
+        # Most of a long run are fixed, and are asked for nothing else.
+        status = particles.status[i]
+        if status > ASLEEP and status != WAITING:
+            continue
+        age = particles.frame[0] - particles.release_frame[i]
+        if age < 0:
+            continue
+        if status == WAITING:
+            particles.status[i] = MOVING
+        if age >= paste.frames_to_freeze[i // particles.per_run]:
+            particles.status[i] = FROZEN
+            bring_to_rest(particles, i)
+
+
+@wp.func_native(
+    cpu_block(
+        f"enum {{ MOVING = {int(MOVING)} }};",
+        """
+// The arrays lie without gaps; their pointers stay in registers.
+const int *status = particles.status.data, *number = order.number.data;
+int *particle = movers.particle.data, *first_row = movers.first_row.data;
+int found = 0, run = 0;
+if (by_cell) {
+    for (int k = 0; k < count; ++k)
+        if (status[number[k]] == MOVING) particle[found++] = number[k];
+    return;
+}
+for (int i = 0, next = 0; i < count; ++i) {
+    if (i == next) first_row[run++] = found, next += particles.per_run;
+    if (status[i] == MOVING) particle[found++] = i;
+}
+first_row[movers.first_row.shape[0] - 1] = movers.count.data[0] = found;
+""",
+    )
+)
+def list_first(count: int, particles: Particles, order: Order, by_cell: int, movers: Movers): ...
 
 
 @run_kernel
@@ -57,21 +85,7 @@ def list_in_order(
 
     By cell they have the rows of their runs as in memory, which a list in memory's order has found.
     """
-    found = int(0)
-    run = int(0)
-    for k in range(points.begin, points.end):
-        i = k
-        if by_cell == 1:
-            i = order.number[k]
-        elif k == run * particles.per_run:
-            movers.first_row[run] = found
-            run += 1
-        if particles.status[i] == MOVING:
-            movers.particle[found] = i
-            found += 1
-    if by_cell == 0:
-        movers.first_row[movers.first_row.shape[0] - 1] = found
-        movers.count[0] = found
+    list_first(points.end, particles, order, by_cell, movers)
 
 
 @wp.kernel

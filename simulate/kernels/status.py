@@ -1,4 +1,4 @@
-"""Device code of the particles and their status: what a kernel is given of them, of those that move, and of its rows."""
+"""Device code of the particles and their status, of the list of movers, and of the rows of a launch."""
 
 import warp as wp
 

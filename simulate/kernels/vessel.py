@@ -24,7 +24,7 @@ class Lines:
 
 
 @wp.struct
-class Bed:
+class Liquid:
     """The particles, and the liquid's top above each of the crossings."""
 
     position_mm: wp.array[wp.vec3d]
@@ -32,12 +32,12 @@ class Bed:
 
 
 @run_kernel
-def raise_surface(bed: Bed, half_mm: wp.float64, reach_mm: wp.float64, lines: Lines):
+def raise_surface(liquid: Liquid, half_mm: wp.float64, reach_mm: wp.float64, lines: Lines):
     """Raise the liquid above each upward crossing to ``half_mm`` above every particle within reach of the cell's line.
 
     A particle counts for the stretch of the line that it is in.
     """
-    here = bed.position_mm[wp.tid()]
+    here = liquid.position_mm[wp.tid()]
     size = lines.cell_mm
     reach = int(wp.ceil(reach_mm / size))
     row = int(wp.floor(here[0] / size))
@@ -62,4 +62,4 @@ def raise_surface(bed: Bed, half_mm: wp.float64, reach_mm: wp.float64, lines: Li
                 else:
                     break
             if below >= 0 and lines.upward[below] == 1:
-                wp.atomic_max(bed.top_mm, below, here[2] + half_mm)
+                wp.atomic_max(liquid.top_mm, below, here[2] + half_mm)
