@@ -328,6 +328,8 @@ class FluidSolver:
         self.state.frame.fill_(done - 1)
         # Particles at rest have none, and those of a frame before may lie elsewhere.
         self.state.scaled_residual.zero_()
+        # Those that are out are known again when a frame begins.
+        self._out = self.state.count
         self.find_movers()
 
     def find_movers(self) -> None:
