@@ -50,7 +50,7 @@ class Launcher:
         return launch
 
     def bind_first(self, kernel: Any, *inputs: object) -> Callable[[int], None]:
-        """A launch over the first so many points in one piece, for kernels that take points in their order."""
+        """A launch over the first so many points, in one piece."""
         command = self._record(kernel, 1, inputs)
 
         def launch(count: int, _inputs: object = inputs) -> None:

@@ -146,7 +146,7 @@ class MoversList:
     """The list of particles that move, made anew in each frame: some are released, freeze, fall asleep or wake."""
 
     def __init__(self, state: State, launcher: Launcher, in_order: bool | None = None) -> None:
-        """``in_order`` says that the device takes one point after the other, as a CPU does; None asks the device."""
+        """``in_order`` says that one thread takes all particles in order, as on a CPU; None asks the device."""
         device = state.device
         self._state, self._sorted = state, False
         self._in_order = device == "cpu" if in_order is None else in_order
@@ -164,9 +164,12 @@ class MoversList:
             self._list_marked = [launcher.bind_first(listing.list_marked, *way, self.movers) for way in ways]
 
     def find(self, count: int) -> None:
-        """List them in the order in which they lie in memory, among the first ``count`` particles."""
+        """List them in the order in which they lie in memory, among the first ``count`` particles.
+
+        Of several runs ``count`` is that of all.
+        """
         self._sorted = False
-        # Runs follow each other, and those of several are counted up to the last particle.
+        # A GPU finds the number of movers at the last particle.
         self._list_first(count if self._in_order else self._state.count, by_cell=False)
 
     def sort(self, number: wp.array, count: int) -> None:
@@ -183,8 +186,8 @@ class MoversList:
 
     def _list_first(self, count: int, *, by_cell: bool) -> None:
         if self._in_order:
-            # One slice, however many threads there are.
-            self._list[by_cell](count, each=0.0)
+            # One slice, however many threads there are; without a row nothing is launched, and the list would stay.
+            self._list[by_cell](max(count, 1), each=0.0)
             return
         self._mark[by_cell](count)
         row: Any = self._order.row[:count]

@@ -1,4 +1,4 @@
-"""Device code that sorts points into cells; ``cells_cpu`` does it in one launch of a CPU's thread."""
+"""Device code that sorts points into cells; ``cells_cpu`` does it in one launch, by one thread of a CPU."""
 
 import warp as wp
 

@@ -69,7 +69,7 @@ def sort_points(count: int, cells: CellArrays, points: Points): ...
 @run_kernel
 def sort_in_order(
     rows: Span,
-    points: Points,
+    points: Points,  # out: cell and rank
     cells: CellArrays,  # out
 ):
     """Sort the first points, those of a launch of one thread; within a cell they keep their order."""

@@ -32,7 +32,12 @@ class Liquid:
 
 
 @run_kernel
-def raise_surface(liquid: Liquid, half_mm: wp.float64, reach_mm: wp.float64, lines: Lines):
+def raise_surface(
+    liquid: Liquid,  # in, out: top_mm
+    half_mm: wp.float64,
+    reach_mm: wp.float64,
+    lines: Lines,
+):
     """Raise the liquid above each upward crossing to ``half_mm`` above every particle within reach of the cell's line.
 
     A particle counts for the stretch of the line that it is in.

@@ -40,7 +40,7 @@ class Paste:
     yields_at_most: wp.array[float]
     per_viscosity: float  # Weight of pairs for each cm2/s of viscosity
     slowest_shear: float  # 1/s: below it the paste creeps as a fluid of constant viscosity
-    frames_to_freeze: wp.array[int]
+    frames_to_freeze: wp.array[int]  # Age at which a particle is fixed
 
 
 class ViscosityKernels(NamedTuple):

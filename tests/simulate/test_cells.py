@@ -5,7 +5,7 @@ from scipy.spatial import KDTree
 
 from simulate.fluid.cell_grid import CellGrid
 from simulate.fluid.fault_checks import RunFault
-from simulate.fluid.launcher import Launcher
+from simulate.fluid.launcher import LEAST_SLICE, Launcher
 from simulate.fluid.state import MoversList, State
 from simulate.kernels import pressure, status
 from simulate.setup.release_schedule import Schedule
@@ -90,8 +90,10 @@ def test_the_grid_sorts_a_part_of_its_points(count, in_order):
 
 @pytest.mark.parametrize("runs", [1, 3])
 def test_a_cpu_lists_who_moves_as_a_gpu_does(runs):
-    """In memory's order and by cell, with the rows of each run; one that moves past the counted ones is left out."""
-    schedule = Schedule(np.zeros((50, 3)), np.zeros((50, 3)), np.zeros(50, dtype=int), np.array([50]), 0.01, 50, 1.0)
+    """In memory's order and by cell, with the rows of each run, and in one slice however many threads there are."""
+    many = 3 * LEAST_SLICE
+    nowhere, at_once = np.zeros((many, 3)), np.zeros(many, dtype=int)
+    schedule = Schedule(nowhere, nowhere, at_once, np.array([many]), 0.01, many, 1.0)
     listed = []
     for in_order in (True, False):
         state = State(schedule, "cpu", runs)
