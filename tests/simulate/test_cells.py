@@ -89,8 +89,9 @@ def test_the_grid_sorts_a_part_of_its_points(count, in_order):
 
 
 @pytest.mark.parametrize("runs", [1, 3])
-def test_a_cpu_lists_who_moves_as_a_gpu_does(runs):
+def test_a_cpu_lists_who_moves_as_a_gpu_does(runs, monkeypatch):
     """In memory's order and by cell, with the rows of each run, and in one slice however many threads there are."""
+    monkeypatch.setattr("simulate.fluid.launcher._Helper.begin", lambda *_: pytest.fail("a second thread lists"))
     many = 3 * LEAST_SLICE
     nowhere, at_once = np.zeros((many, 3)), np.zeros(many, dtype=int)
     schedule = Schedule(nowhere, nowhere, at_once, np.array([many]), 0.01, many, 1.0)
