@@ -88,10 +88,36 @@ def test_the_grid_sorts_a_part_of_its_points(count, in_order):
         assert sorted_to.numpy()[:count] == pytest.approx(points[number, axis])
 
 
+@pytest.fixture
+def one_slice(monkeypatch):
+    """Fails where a second thread is given a slice."""
+    monkeypatch.setattr("simulate.fluid.launcher._Helper.begin", lambda *_: pytest.fail("a second thread has a slice"))
+
+
+@pytest.mark.usefixtures("one_slice")
 @pytest.mark.parametrize("runs", [1, 3])
-def test_a_cpu_lists_who_moves_as_a_gpu_does(runs, monkeypatch):
-    """In memory's order and by cell, with the rows of each run, and in one slice however many threads there are."""
-    monkeypatch.setattr("simulate.fluid.launcher._Helper.begin", lambda *_: pytest.fail("a second thread lists"))
+def test_a_cpu_sorts_into_cells_as_a_gpu_does(runs):
+    """Run by run, with points that are gone and points beyond the grid."""
+    many = 3 * LEAST_SLICE
+    random = np.random.default_rng(5)
+    place = wp.array(np.pad(random.uniform(-0.5, 1.5, (many, 3)), ((0, 0), (0, 1))), dtype=wp.vec4, device="cpu")
+    fate = wp.array(random.choice([status.MOVING, status.FROZEN, status.SPILLED], many), dtype=int, device="cpu")
+    found = []
+    for in_order in (True, False):
+        grid = CellGrid(
+            np.zeros(3), np.ones(3), 0.25, place, fate, Launcher("cpu", threads=2), runs=runs, in_order=in_order
+        )
+        grid.fill(many)
+        columns = (grid.cells.number, grid.cells.x, grid.cells.y, grid.cells.z)
+        found.append([grid.cells.start.numpy(), *(column.numpy()[:many] for column in columns)])
+    assert all(map(np.array_equal, *found))
+    assert len(np.unique(found[0][0])) > 50 * runs
+
+
+@pytest.mark.usefixtures("one_slice")
+@pytest.mark.parametrize("runs", [1, 3])
+def test_a_cpu_lists_who_moves_as_a_gpu_does(runs):
+    """In memory's order and by cell, with the rows of each run."""
     many = 3 * LEAST_SLICE
     nowhere, at_once = np.zeros((many, 3)), np.zeros(many, dtype=int)
     schedule = Schedule(nowhere, nowhere, at_once, np.array([many]), 0.01, many, 1.0)
