@@ -5,6 +5,7 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+from scipy.optimize import lsq_linear
 
 from digitise.settings import CrackShape, NozzlePath
 from digitise.solid.build_solid import build_solid
@@ -49,3 +50,10 @@ def model() -> LoopModel:
 
     how: dict[str, Any] = {"most_mm3_s": 600.0, "cells": CELLS, "steps": STEPS}
     return make_model(CASE, passes(), reference, **how, progress=Progress())
+
+
+def with_other_last_bits(*inputs: Any) -> Any:
+    """``lsq_linear`` as another processor's BLAS solves it."""
+    found = lsq_linear(*inputs)
+    found.x = found.x * (1 + 1e-13 * np.random.default_rng(len(found.x)).normal(size=len(found.x)))
+    return found

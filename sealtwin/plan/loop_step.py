@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sealtwin.core.records import Floats
+from sealtwin.plan.search import DECIMALS
 from simulate.slot.sections import Trapezoids
 
 FLOW_SD, MATERIAL_SD = 0.15, 0.5
@@ -216,7 +217,7 @@ def _corrected(model: LoopModel, state: LoopState, t_s: float) -> LoopState:
         wanted = np.concatenate([weight * lacks, [whole * lacks.sum()], held @ np.full(len(chosen), still)])
         chosen = lsq_linear(rows, wanted, (least, most)).x
         weight = np.where(table @ chosen > lacks, OVER_WEIGHT[int(again)], 1.0)
-    commands[free] = chosen
+    commands[free] = np.clip(chosen.round(DECIMALS), least, most)
     return replace(state, commands=tuple(commands.tolist()))
 
 

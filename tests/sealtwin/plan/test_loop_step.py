@@ -9,7 +9,7 @@ import pytest
 from sealtwin.core.records import Floats
 from sealtwin.plan.loop_model import REACH_MM, read_model, targets_of, write_model
 from sealtwin.plan.loop_step import LevelFrame, LoopState, RemainingPlan, step
-from tests.planned_slot import OWN, areas, model, passes
+from tests.planned_slot import OWN, areas, model, passes, with_other_last_bits
 
 
 def frame(t_s: float, commands: Floats, flow: float, thicker: float = 0.0) -> LevelFrame:
@@ -54,6 +54,13 @@ def test_no_fault_is_not_corrected_into_one():
     assert state.flow == pytest.approx(1.0, abs=0.03)
     assert np.exp(state.material) == pytest.approx(1.0, abs=0.1)
     assert error_mm3(np.array(state.commands), 1.0) == pytest.approx((160.0, 0.0), abs=10)
+
+
+def test_last_bits_of_a_solver_do_not_reach_a_command(monkeypatch):
+    here, _ = poured(0.8)
+    monkeypatch.setattr("scipy.optimize.lsq_linear", with_other_last_bits)
+    there, _ = poured(0.8)
+    assert there.commands == here.commands
 
 
 def test_what_is_over_at_the_beginning_does_not_keep_the_top_up_from_the_end():
