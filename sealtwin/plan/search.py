@@ -24,8 +24,8 @@ MOST_STEPS, WIDEST, ENOUGH, TINY = 16, 0.5, 0.02, 1e-9
 with new ones it ends."""
 STEP = 2e-2  # Of the differences, in logarithms and seconds: far above the tolerance of the model's own iteration
 DECIMALS = 3
-"""Of what a search or a correction finds. Below them it differs with the processor, by how its BLAS orders sums, and
-two pours by particles that differ at all part."""
+"""Decimals of what a search or a correction finds. The ones below differ with the processor, by how its BLAS orders
+sums, and pours by particles that differ at all part."""
 SMOOTHED_MM = 3.0  # Standard deviation to which a discrepancy is smoothed: one run's level has noise of 0.2 mm
 
 
