@@ -280,7 +280,7 @@ class Injection:
         if fault.particle is not None:
             x, y, z = self.engine.state.position_mm()[run * self.schedule.particles + fault.particle]
             said += f", particle {fault.particle} at ({x:.2f}, {y:.2f}, {z:.2f}) mm"
-        return f"{said}. Try more substeps, or a smaller radius."
+        return f"{said}. Try more solver.substeps, a smaller solver.radius_mm or, of thick sealant, a thinner one."
 
 
 def prepare(

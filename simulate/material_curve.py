@@ -112,18 +112,21 @@ def read_cooling(path: Path) -> CoolingCurve:
     return CoolingCurve.model_validate(_read(path, CoolingCurve))
 
 
-def fault_of(curve: MaterialCurve, cooling: CoolingCurve | None) -> str | None:
-    """Say what keeps two tables from making a course, or None."""
+def fault_of(curve: MaterialCurve, cooling: CoolingCurve | None, file: Path | None = None) -> str | None:
+    """Say what keeps two tables from making a course, or None; ``file`` is that of the cooling, if it has one."""
     if curve.temperature_c is None:
-        return None if cooling is None else "cooling beside a curve over age_s: temperature is in neither; leave it out"
+        said = "fluid.cooling beside a fluid.curve over age_s: temperature is in neither; leave it out"
+        return None if cooling is None else said
     if cooling is None:
-        return "curve is over temperature_c: give cooling, the table of the temperature over age_s"
+        return "fluid.curve is over temperature_c: give fluid.cooling, the table of the temperature over age_s"
     low, high = min(curve.temperature_c), max(curve.temperature_c)
     for row, (age_s, temperature_c) in enumerate(zip(cooling.age_s, cooling.temperature_c, strict=True), start=1):
         if not low <= temperature_c <= high:
+            # A file's first row has the names.
+            where = f"fluid.cooling, row {row}" if file is None else f"{file}, row {row + 1}"
             return (
-                f"cooling, row {row}: {temperature_c:g} C at {age_s:g} s is outside the curve's {low:g} to {high:g} C, "
-                "and nothing is known there; give a curve that reaches as far"
+                f"{where}, column temperature_c: {temperature_c:g} at {age_s:g} s is outside the curve's {low:g} to "
+                f"{high:g}, and nothing is known there; give a curve that reaches as far"
             )
     return None
 

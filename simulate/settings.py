@@ -110,8 +110,9 @@ class Fluid(Settings):
             return self._with(read_material(folder / self.material), folder / self.material)
         curve = read_curve(folder / self.curve) if isinstance(self.curve, Path) else self.curve
         cooling = read_cooling(folder / self.cooling) if isinstance(self.cooling, Path) else self.cooling
-        if curve is not None and (fault := fault_of(curve, cooling)):
-            raise InputError(f"fluid.{fault}.")
+        file = folder / self.cooling if isinstance(self.cooling, Path) else None
+        if curve is not None and (fault := fault_of(curve, cooling, file)):
+            raise InputError(f"{fault}.")
         return self.model_copy(update={"curve": curve, "cooling": cooling})
 
     def _with(self, material: Material, file: Path) -> Self:

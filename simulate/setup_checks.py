@@ -19,7 +19,7 @@ CELLS_AT_MOST = 4_000_000
 """Largest number of cells of the neighbour search, 90 times the paper's trial. Each substep scans them all: 2 ms."""
 CM2_IN_M2 = 1e4
 MOST_AGES = 1_000_000  # Frames up to which a curve is followed where nobody says how long a run lasts
-TICK_MM = 0.1  # Step of the diameters and heights that are proposed
+TICK_MM, TICK_OF_RADIUS_MM = 0.1, 1e-3  # Steps of diameters and heights, and of radii, that are proposed
 ROUNDING_MM = 1e-3  # Tolerance of distances, which are float32: a release at just the clearance is allowed
 
 
@@ -45,7 +45,7 @@ def check_fit(
     if not _carried(solid, outline, radius_mm):
         raise InputError(
             f"solver.radius_mm is {radius_mm:g}: a crack {outline.length_mm:.0f} mm long needs more particles, or a "
-            f"finer distance grid, than a run can have. {_radii_allowed(outline, solid, widest_mm)}"
+            f"finer distance grid, than a run can have. {_radii_allowed(outline, solid, widest_mm, radius_mm)}"
         )
     if radius_mm > nozzle.diameter_mm / 2:
         raise InputError(
@@ -80,12 +80,17 @@ def check_fit(
         )
 
 
-def _radii_allowed(outline: Outline, solid: Solid, widest_mm: float) -> str:
+def _radii_allowed(outline: Outline, solid: Solid, widest_mm: float, too_fine_mm: float | None = None) -> str:
     """Return the radii at which a crack of that width can run, which its distance grid may limit from below."""
     abreast_mm = outline.mean_width_mm / 8
     if _carried(solid, outline, abreast_mm):
         said = f'{abreast_mm:.3f} is four abreast, as in the paper, and so is "auto"'
-        return f"Allowed is at most {widest_mm:.3f}; {said}."
+        least = "at most"
+        if too_fine_mm is not None:
+            ends = math.ceil(abreast_mm / TICK_OF_RADIUS_MM), math.floor(too_fine_mm / TICK_OF_RADIUS_MM)
+            ticks = _bisect(*ends, lambda ticks: _carried(solid, outline, ticks * TICK_OF_RADIUS_MM))
+            least = f"{ticks * TICK_OF_RADIUS_MM:.3f} to"
+        return f"Allowed is {least} {widest_mm:.3f}; {said}."
     too_fine = f'"auto", {abreast_mm:.3f}, is too fine for a run'
     if _carried(solid, outline, 0.99 * widest_mm):
         return f"Take {0.99 * widest_mm:.3f}; {too_fine}."

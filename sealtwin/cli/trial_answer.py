@@ -104,6 +104,7 @@ def result_lines(result: dict[str, Any], last: "StageName") -> list[str]:
             f"Fluid: {result['particles']} particles, {result['escaped_particles']} escaped, "
             f"{result['spilled_particles']} spilled; volume ratio {result['volume_ratio']:.3f}; {result['device']}."
         )
+        lines += result["fluid_warnings"]
     if "unfit" in result and last != "digitise":
         lines += ["Fluid: the fast model, without particles; for screening, never a level by itself.", *result["unfit"]]
     if "mean_error_mm" in result and last == "validate":

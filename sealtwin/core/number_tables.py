@@ -18,7 +18,11 @@ def read_columns(path: Path, bounds: Bounds, needed: Sequence[str], rows: tuple[
     ``rows`` is how few and how many it may have. Returns numbers by column, and as ``row`` where in the file they
     stood. Raises InputError.
     """
-    said = f"a CSV with columns {', '.join(bounds)}, separated by commas"
+    others = [name for name in bounds if name not in needed]
+    optional = f", and of {', '.join(others)} those that are known" if others else ""
+    said = f"a CSV in UTF-8 with columns {', '.join(needed)}{optional}, separated by commas"
+    if path.is_dir():
+        raise InputError(f"{path}: a folder; it must be {said}.")
     if not path.is_file():
         raise InputError(f"{path}: no such file; it must be {said}.")
     if path.stat().st_size > LARGEST_BYTES:
@@ -27,7 +31,9 @@ def read_columns(path: Path, bounds: Bounds, needed: Sequence[str], rows: tuple[
         with naming(path):
             text = path.read_text(encoding="utf-8-sig")
         lines = [(line, row) for line, row in enumerate(csv.reader(io.StringIO(text)), start=1) if any(row)]
-    except (UnicodeDecodeError, csv.Error) as fault:
+    except UnicodeDecodeError as fault:
+        raise InputError(f"{path}, byte {fault.start + 1}: not in UTF-8; it must be {said}. Save it so.") from None
+    except csv.Error as fault:
         raise InputError(f"{path}: no readable CSV ({fault}); it must be {said}.") from None
     if not lines:
         raise InputError(f"{path}: empty; it must be {said}.")

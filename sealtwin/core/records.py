@@ -332,6 +332,10 @@ class Run:
     bed: Bed | None = None  # None of a run of particles; of one with a bed, numbers of particles are not computed
 
     @property
+    def particles(self) -> int:
+        return len(self.position_mm)
+
+    @property
     def spilled_particles(self) -> int:
         return int(self.spilled.sum())
 
@@ -339,7 +343,7 @@ class Run:
     def dispensed_volume_mm3(self) -> float:
         if self.bed is not None:
             return self.bed.dispensed_mm3
-        return len(self.position_mm) * self.particle_volume_mm3
+        return self.particles * self.particle_volume_mm3
 
 
 class ParticleState(IntEnum):

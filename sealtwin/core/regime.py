@@ -29,3 +29,8 @@ def regime_of(
     reynolds = 1e-6 * speed_mm_s * nozzle_mm / viscosity_m2_s
     viscous_pa = density_kg_m3 * viscosity_m2_s * speed_mm_s / nozzle_mm
     return Regime(reynolds, bond, yield_stress_pa / viscous_pa)
+
+
+def standing_stress_pa(density_kg_m3: float, width_mm: float) -> float:
+    """Yield stress above which paste stands between upright walls: they carry its weight, rho g w / 2 a side."""
+    return density_kg_m3 * GRAVITY_M_S2 * 1e-3 * width_mm / 2

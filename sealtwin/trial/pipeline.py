@@ -174,11 +174,14 @@ def _findings(folder: RunFolder, trial: Trial, stages: Sequence[str]) -> dict[st
             "warnings": [*outline.warnings, *solid["warnings"]],
         }
     if "simulate" in stages:
+        from validate.wording.headline import run_warnings
+
         simulation = record_files.read_simulation(folder.path)
         result |= {
             **_counted(simulation),
             "volume_ratio": round(simulation.volume_ratio, 4),
             "device": simulation.device,
+            "fluid_warnings": list(run_warnings(simulation, simulation.volume_ratio)),
         }
     if "validate" in stages:
         result["report"] = shown(folder.path / "report.html")

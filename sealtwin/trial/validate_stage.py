@@ -65,7 +65,6 @@ def bring_up_to_date(job: Job) -> bool:
     from validate.report_input import Evidence
     from validate.uncertainty.earlier_trials import foresee
     from validate.uncertainty.prediction import predict
-    from validate.wording.headline import run_warnings
 
     outline, solid = record_files.read_outline(job.path), record_files.read_solid(job.path)
     run, profile = record_files.read_run(job.path), record_files.read_profile(job.path)
@@ -108,8 +107,6 @@ def bring_up_to_date(job: Job) -> bool:
         prediction = predict(profile, spread, trial.known_inputs(outline, solid), gained_mm)
         evidence = replace(evidence, prediction=prediction)
     evidence = replace(evidence, earlier=foresee(earlier, evidence))
-    for warning in run_warnings(run, ratio):
-        job.progress.note(f"note: {warning}")
     begin_writing(job, "validate")
     keep_origin(job)
     outputs: list[str] = list(REPORT)

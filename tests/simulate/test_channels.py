@@ -98,6 +98,7 @@ def test_sealant_too_thick_to_sink_is_told_before_the_run():
         "thick and long": {"viscosity_pa_s": 100.0, "settle_s": 400.0},
         "thin": {"viscosity_pa_s": 1.0},
         "by U": {"U": 1e5, "D_cm": 0.3},
+        "slipping": {"viscosity_pa_s": 100.0, "D_cm": 0.0},
     }.items():
         solver = Solver(radius_mm=0.6, settle_s=fluid.pop("settle_s", 2.0))
         liquid = Fluid.model_validate({**fluid, "density_kg_m3": 1000.0, "freeze_after_s": "never"})
@@ -106,7 +107,37 @@ def test_sealant_too_thick_to_sink_is_told_before_the_run():
     (remark,) = said.pop("thick")
     assert remark.startswith("fluid.viscosity_pa_s is 100: between walls 3.1 mm apart")
     assert "0.079 mm/s at most" in remark
-    assert said == {"thick and long": [], "thin": [], "by U": []}
+    assert said == {"thick and long": [], "thin": [], "by U": [], "slipping": []}
+
+
+def remarks_of(**fluid) -> list[str]:
+    """Remarks on a fluid of 1,000 kg/m3 between walls 3.1 mm apart, in a run of 2.2 s."""
+    crack = slot(12.0)
+    asked = Fluid.model_validate({**fluid, "density_kg_m3": 1000.0, "freeze_after_s": "never"})
+    trajectory = path(crack[1], 0.02, speed_mm_s=40.0)
+    solver = Solver(radius_mm=0.6, settle_s=2.0)
+    return prepare(*crack, trajectory, [asked], solver, Nozzle(), seed=0, device="cpu").remarks()
+
+
+def test_paste_that_stands_between_the_walls_is_told_before_the_run():
+    """Its weight overcomes 1000 * 9.81 * 3.1e-3 / 2 = 15.2 Pa, with U as well."""
+    for law in ({"viscosity_pa_s": 1.0}, {"U": 30.0}, {"viscosity_pa_s": 1.0, "D_cm": 0.3}):
+        (remark,) = remarks_of(**law, yield_stress_pa=15.3)
+        assert remark.startswith("fluid.yield_stress_pa: 15.3 Pa hold paste up between walls 3.1 mm apart")
+        assert "15 Pa" in remark
+        assert not remarks_of(**law, yield_stress_pa=15.1)
+    table = {"age_s": [0.0, 9.0], "viscosity_pa_s": [1.0, 1.0], "yield_stress_pa": [20.0, 20.0]}
+    (remark,) = remarks_of(curve=table)
+    assert remark.startswith("fluid.curve: 20 Pa hold paste up")
+
+
+def test_a_curve_that_thins_sinks_by_what_it_becomes():
+    """100 Pa s for good sinks by a fraction of a millimetre; at 0.5 Pa s it falls 16 mm in a second."""
+    thick, thins = ({"age_s": [0.0, 0.1], "viscosity_pa_s": [100.0, last]} for last in (100.0, 0.5))
+    (remark,) = remarks_of(curve=thick)
+    assert remark.startswith("fluid.curve is thick")
+    assert "0.079 mm/s at most" in remark
+    assert not remarks_of(curve=thins)
 
 
 def test_shorter_substeps_add_more():

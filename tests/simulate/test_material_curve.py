@@ -97,8 +97,10 @@ def test_a_missing_file_and_bytes_that_are_no_text_are_refused(tmp_path):
     with pytest.raises(InputError, match=r"none\.csv: no such file"):
         fluid(curve="none.csv").loaded(tmp_path)
     (tmp_path / "bytes.csv").write_bytes(b"\xff\xfe\x00\x01")
-    with pytest.raises(InputError, match=r"bytes\.csv: no readable CSV"):
+    with pytest.raises(InputError, match=r"bytes\.csv, byte 1: not in UTF-8"):
         fluid(curve="bytes.csv").loaded(tmp_path)
+    with pytest.raises(InputError, match="a folder"):
+        fluid(curve="").loaded(tmp_path)
     # Excel's UTF-8 begins with a mark.
     (tmp_path / "excel.csv").write_bytes(b"\xef\xbb\xbf" + CURING.encode())
     assert fluid(curve="excel.csv").loaded(tmp_path).course is not None
@@ -111,9 +113,9 @@ def test_a_missing_file_and_bytes_that_are_no_text_are_refused(tmp_path):
         ({"viscosity_pa_s": 0.1}, "viscosity_pa_s beside curve"),
         ({"yield_stress_pa": 1.0}, "yield_stress_pa beside curve"),
         ({"structuration_pa_per_s": 1.0}, "structuration_pa_per_s beside curve"),
-        ({"cooling": {"age_s": [0, 1], "temperature_c": [1, 1]}}, "cooling beside a curve over age_s"),
+        ({"cooling": {"age_s": [0, 1], "temperature_c": [1, 1]}}, "fluid.cooling beside a fluid.curve over age_s"),
         ({"curve": None, "cooling": {"age_s": [0, 1], "temperature_c": [1, 1]}}, "cooling without curve"),
-        ({"curve": {"temperature_c": [0, 1], "viscosity_pa_s": [1, 1]}}, "over temperature_c: give cooling"),
+        ({"curve": {"temperature_c": [0, 1], "viscosity_pa_s": [1, 1]}}, "over temperature_c: give fluid.cooling"),
         ({"curve": {"age_s": [0, 1], "viscosity_pa_s": [1]}}, "viscosity_pa_s"),
         ({"curve": {"age_s": [0, 1], "viscosity_pa_s": [1, 1, 1]}}, "age_s, row 3: no value"),
         (
@@ -121,7 +123,7 @@ def test_a_missing_file_and_bytes_that_are_no_text_are_refused(tmp_path):
                 "curve": {"temperature_c": [10, 50], "viscosity_pa_s": [1, 1]},
                 "cooling": {"age_s": [0, 9], "temperature_c": [50, 9]},
             },
-            "cooling, row 2: 9 C at 9 s is outside the curve's 10 to 50 C",
+            "fluid.cooling, row 2, column temperature_c: 9 at",
         ),
     ],
 )
@@ -244,3 +246,11 @@ def test_sealant_that_thickens_with_age_stands_higher_where_it_was_poured():
     assert curing.escaped_particles == 0
     assert "curve" not in constant.settings["fluid"]
     assert curing.settings["fluid"]["curve"]["viscosity_pa_s"] == (0.05, 50.0)
+
+
+def test_a_cooling_beyond_its_curve_is_named_by_file_and_row(tmp_path):
+    """The row is that of a text editor, the first of which has the names of columns."""
+    hot = write(tmp_path, "hot.csv", "temperature_c,viscosity_pa_s\n20,9000\n180,1\n")
+    cools = write(tmp_path, "cools.csv", "age_s,temperature_c\n0,170\n10,12\n")
+    with pytest.raises(InputError, match=r"cools\.csv, row 3, column temperature_c: 12 at 10 s"):
+        fluid(curve=hot, cooling=cools).loaded(tmp_path)

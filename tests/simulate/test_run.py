@@ -1,4 +1,5 @@
 import logging
+import math
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -17,7 +18,7 @@ from simulate import run as run_module
 from simulate.fluid import viscosity
 from simulate.kernels import status
 from simulate.profile import measure_profile, volume_ratio
-from simulate.settings import PRESETS, Fluid, Nozzle, Solver
+from simulate.settings import PRESETS, Fluid, Nozzle, Solver, particle_volume
 from simulate.setup import signed_distance
 from simulate.setup.signed_distance import CM
 from simulate.setup.wall_particles import enclose
@@ -287,6 +288,18 @@ def test_a_crack_too_thin_for_any_radius_is_told_what_does(monkeypatch):
         monkeypatch.setattr(setup_checks, "PARTICLES_AT_MOST", most)
         with pytest.raises(InputError, match=f"needs more particles.*{says}"):
             check_fit(outline, solid, LIKE_THE_PAPER, Solver(radius_mm="auto"), Nozzle())
+
+
+def test_a_radius_that_is_too_fine_is_answered_with_the_least(monkeypatch):
+    solid, outline = slot()
+    solid = replace(solid, figures=replace(solid.figures, sealant_mm3=2000.0))
+    most = 20_000
+    monkeypatch.setattr(setup_checks, "PARTICLES_AT_MOST", most)
+    least_mm = math.ceil(1000 * (2000.0 / most / particle_volume(1.0)) ** (1 / 3)) / 1000
+    for radius_mm in (0.01, least_mm - 0.001):
+        with pytest.raises(InputError, match=rf"radius_mm is {radius_mm:g}: .*Allowed is {least_mm:.3f} to 0.775"):
+            check_fit(outline, solid, LIKE_THE_PAPER, Solver(radius_mm=radius_mm), Nozzle())
+    check_fit(outline, solid, LIKE_THE_PAPER, Solver(radius_mm=least_mm), Nozzle())
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,11 @@
 """The beginning of a report: cautions, the verdict in one line, and the key figures."""
 
+from typing import Any
+
 from sealtwin.core.comparison import Outcome
+from sealtwin.core.record_files import Simulation
 from sealtwin.core.records import Run
+from sealtwin.core.regime import standing_stress_pa
 from validate.metrics.verdict import NO_VERDICT, SOUND, edited_by_hand, kept_volume, leak
 from validate.report_input import Evidence
 from validate.units import NOT_COMPUTED, counted
@@ -23,7 +27,7 @@ FAST = (
 )
 
 
-def fast_model(run: Run) -> tuple[str, ...]:
+def fast_model(run: Run | Simulation) -> tuple[str, ...]:
     """Return sentences on a run of the fast model, whether it is fit for the case; none for a run of particles."""
     if run.bed is None:
         return ()
@@ -34,7 +38,7 @@ def fast_model(run: Run) -> tuple[str, ...]:
     return (f"{FAST} The case is within its domain (decision 0151){over if above_mm > 0 else ''}.",)
 
 
-def run_warnings(run: Run, volume_ratio: float) -> tuple[str, ...]:
+def run_warnings(run: Run | Simulation, volume_ratio: float) -> tuple[str, ...]:
     """Return a sentence for each number of a run that shows a fault; empty where the run is sound.
 
     ``volume_ratio`` is the volume of the settled particles over the dispensed volume. Sealant over the sample's edge is
@@ -44,21 +48,22 @@ def run_warnings(run: Run, volume_ratio: float) -> tuple[str, ...]:
     if run.escaped_particles:
         texts.append(f"{leak(run.escaped_particles)}, which must never happen. Please report it with the trial file.")
     low, high = SOUND
-    spilled = run.spilled_particles / max(1, len(run.position_mm))
+    spilled = run.spilled_particles / max(1, run.particles)
     # To the digits that are shown: 1.050 is never too much.
     kept = round(volume_ratio / max(1 - spilled, 1e-3), 3)
     if not low <= kept <= high:
+        stayed = " of what stayed on the sample" if spilled else ""
         change, hollows, stand = (
             ("lost", "", "lower") if kept < low else ("gained", ", or stands over hollows", "higher")
         )
         texts.append(
-            f"The fluid {change} {100 * abs(1 - kept):.0f} % of its volume{hollows} ({kept:.3f}; {low:g} to {high:g} "
-            f"is sound): levels stand {stand} than that much sealant would.{_why(run, lost=kept < low)}"
+            f"The fluid {change} {100 * abs(1 - kept):.0f} % of its volume{hollows} ({kept:.3f}{stayed}; {low:g} to "
+            f"{high:g} is sound): levels stand {stand} than that much sealant would.{_why(run, lost=kept < low)}"
         )
     if (compressed := run.health.density_error_p95 or 0.0) > MOST_COMPRESSED:
         # The two-level pressure is for deep beds, and many substeps help shallow ones as well.
         cure = 'solver.pressure = "two-level" compresses a deep bed less (decision 0065), more solver.substeps any.'
-        if run.settings.get("solver", {}).get("pressure") == "two-level":
+        if _table(run, "solver").get("pressure") == "two-level":
             cure = "More solver.substeps compress less."
         texts.append(
             f"The bed is compressed: of its particles 5 % are by more than {100 * compressed:.0f} %, and levels stand "
@@ -77,20 +82,36 @@ def run_warnings(run: Run, volume_ratio: float) -> tuple[str, ...]:
     return tuple(texts)
 
 
-def _why(run: Run, *, lost: bool) -> str:
+def _why(run: Run | Simulation, *, lost: bool) -> str:
     across = run.health.particles_across
-    if lost and run.settings.get("solver", {}).get("preset") == "paper":
+    if lost and _table(run, "solver").get("preset") == "paper":
         return (
             ' For preset "paper" this is known: it keeps the source\'s constants. Preset "accurate" keeps the volume.'
         )
     if lost:
         return " See the compression under numerical health; more solver.substeps compress less."
-    if across is None or across >= FEW_ACROSS:
+    if across is None:
+        return ""
+    fluid = _table(run, "fluid")
+    stress_pa, width_mm = fluid.get("yield_stress_pa", 0.0), 2 * run.radius_mm * across
+    stands_pa = standing_stress_pa(fluid.get("density_kg_m3", 0.0), width_mm)
+    if stress_pa > stands_pa > 0:
+        return (
+            f" Its yield stress of {stress_pa:g} Pa holds it up between walls {width_mm:.3g} mm apart, where its own "
+            f"weight overcomes {stands_pa:.2g} Pa: the hollows are the paste's, and finer particles have them too."
+        )
+    if across >= FEW_ACROSS:
         return ""
     return (
         f" Only {across:.1f} particles lie side by side between the walls, where the paper has four: "
         "make solver.radius_mm smaller."
     )
+
+
+def _table(run: Run | Simulation, name: str) -> dict[str, Any]:
+    """Return a table of the run's settings in effect, beside which its seed stands."""
+    table = run.settings.get(name)
+    return table if isinstance(table, dict) else {}
 
 
 def cautions(evidence: Evidence) -> tuple[str, ...]:

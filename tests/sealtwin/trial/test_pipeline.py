@@ -79,6 +79,7 @@ def test_a_run_leaves_every_file_and_answers_with_the_headline(unbroken):
     assert answer["escaped_particles"] == 0
     assert answer["spilled_particles"] >= 0
     assert answer["particles"] == 170
+    assert answer["fluid_warnings"] == json.loads((run / "report.json").read_text(encoding="utf-8"))["cautions"][:-1]
     assert Path(answer["report"]).name == "report.html"
     assert answer["verdict"] == " ".join(answer["headline"])
     for said, sentence in zip(("Gate kept: ", "etter", "Calibrated on"), answer["headline"], strict=True):
@@ -175,6 +176,18 @@ def copied(unbroken, tmp_path) -> Path:
 @pytest.fixture
 def no_pages(monkeypatch):
     leave_out_pages(monkeypatch)
+
+
+def test_a_fluid_that_is_not_sound_is_said_at_the_end_of_every_command(copied, no_pages):
+    """By the terminal and by run.json, also where nothing is computed again and --quiet hides the narration."""
+    simulation = json.loads((copied / "simulation.json").read_text())
+    simulation["health"]["volume_ratio"] = 1.7
+    (copied / "simulation.json").write_text(json.dumps(simulation))
+    for _ in range(2):
+        _, out, _ = _finish("validate", copied, "--device", "cpu", "--quiet")
+        warning, *_ = json.loads((copied / "run.json").read_text())["fluid_warnings"]
+        assert warning.startswith("The fluid gained 70 %")
+        assert out.splitlines().count(warning) == 1
 
 
 def test_validate_refuses_results_of_other_settings(copied):

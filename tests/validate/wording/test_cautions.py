@@ -76,6 +76,16 @@ def test_a_gain_with_two_particles_across_names_the_radius(run):
     assert plain.endswith("levels stand higher than that much sealant would.")
 
 
+@pytest.mark.parametrize(("stress_pa", "stands"), [(14.9, False), (15.6, True)])
+def test_hollows_under_paste_that_stands_are_the_paste_s(run, stress_pa, stands):
+    """1,000 kg/m3 between walls 3.1 mm apart: 15.2 Pa."""
+    fluid = {"yield_stress_pa": stress_pa, "density_kg_m3": 1000.0}
+    two = RunHealth(particles_across=3.1 / (2 * run.radius_mm))
+    (text,) = run_warnings(replace(run, settings={**run.settings, "fluid": fluid}, health=two), 1.5)
+    assert ("holds it up between walls 3.1 mm apart" in text) == stands
+    assert ("solver.radius_mm" in text) == (not stands and 3.1 / (2 * run.radius_mm) < 3)
+
+
 def test_what_ran_over_the_edge_is_not_lost_by_the_fluid(run):
     spilled = run.spilled.copy()
     spilled[: len(spilled) // 10] = True
@@ -90,6 +100,8 @@ def test_what_ran_over_the_edge_is_not_lost_by_the_fluid(run):
     assert lost.startswith("The fluid lost 20 %")
     (gained,) = run_warnings(replace(run, spilled=spilled), 1.04)
     assert gained.startswith("The fluid gained 15 %")
+    # The ratio that the terminal prints is of all sealant.
+    assert f"({1.04 / (1 - share):.3f} of what stayed on the sample; " in gained
 
 
 def test_a_leak_comes_first(run, evidence):
