@@ -10,6 +10,7 @@ import warp as wp
 
 from simulate.fluid.launcher import LEAST_SLICE, Launcher
 from tests.kernels_rows import copy_row, count_row
+from tests.programs import interruptible
 
 ROWS = 5 * LEAST_SLICE + 7
 
@@ -88,7 +89,7 @@ def test_a_launch_after_one_that_was_interrupted_waits_for_its_own_threads():
         time.sleep(0.2)
 
     count.commands[1] = Broken(interrupt)
-    with pytest.raises(KeyboardInterrupt):
+    with interruptible(), pytest.raises(KeyboardInterrupt):
         count(ROWS)
     check_next(launcher, seen)
 

@@ -4,7 +4,6 @@ import os
 import random
 import shutil
 import signal
-import subprocess
 import sys
 import time
 from contextlib import suppress
@@ -16,6 +15,7 @@ import pytest
 from sealtwin.core.progress import Progress
 from sealtwin.study.study_folder import OUTCOME, read_plan, run_path
 from sealtwin.study.sweep import SweepOptions, merge, sweep
+from tests.programs import start_interruptible
 from tests.studies import compute_here, results_of, tiny_lab
 
 pytestmark = pytest.mark.skipif(
@@ -42,20 +42,8 @@ def unbroken(lab, tmp_path_factory):
 
 def _start(lab, out, *options):
     command = [sys.executable, "-m", "sealtwin", "sweep", lab, "--out", out, "--device", "cpu", "--jobs", "2"]
-    # Ctrl-C means what it does in a terminal, also under a background job, whose children inherit that it is ignored.
-    # Set here: Python that runs between fork and exec may wait for a lock that another thread held.
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    try:
-        return subprocess.Popen(
-            [*map(str, command), "--quiet", *options],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            # A group of its own, as a terminal makes it.
-            start_new_session=True,
-        )
-    finally:
-        signal.signal(signal.SIGINT, before)
+    # A group of its own, as a terminal makes it.
+    return start_interruptible([*map(str, command), "--quiet", *options], start_new_session=True)
 
 
 def _workers(pid):
