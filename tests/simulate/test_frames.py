@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from sealtwin.core.records import ParticleState
+from simulate.fluid import solver
 from simulate.injection import Injection, prepare
 from simulate.kernels import status
 from simulate.output.frames import Moments, take_frame
@@ -111,11 +112,13 @@ def test_health_has_a_row_for_every_tenth_frame_and_a_resumed_run_goes_on_with_i
     assert [row[:-2] for row in rows(file)] == [row[:-2] for row in [header, *values]]
 
 
-def test_memory_does_not_grow_over_a_watched_run(tmp_path):
+def test_memory_does_not_grow_over_a_watched_run(tmp_path, monkeypatch):
     """300 frames, each of them taken and let go: to keep them would be 47 kB each.
 
     For the run's health 4 iterations, a number of movers and a fiftieth of a density sample are kept: 104 B, as seen.
     """
+    # A recording is kept for each number of rows, in steps of 128, and not for a frame.
+    monkeypatch.setattr(solver, "MOST_RECORDED", 0)
     run = injection(volume_ml=0.8)
     log = HealthLog(tmp_path / "health.csv")
     moments = Moments((run.schedule.frame_s * number for number in itertools.count()), lambda *_: None)
