@@ -15,7 +15,7 @@ from simulate.device import start_warp
 from simulate.injection import prepare
 from simulate.profile import measure_profile
 from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver, particle_volume
-from simulate.setup.release_schedule import pack_disc
+from simulate.setup.release_schedule import Outlet
 from simulate.setup.rheology import NEVER
 from simulate.setup.signed_distance import CM
 
@@ -60,9 +60,8 @@ class SteeredPour:
         self._run = prepare(*sample, [fluid], solver, nozzle, seed=seed, device="cpu", slope=slope)
         self._solid, self._motion, self._slope = solid, motion, slope
         self._volume_mm3 = particle_volume(self._run.solver.size_mm)
-        self._disc_mm = pack_disc(nozzle.diameter_mm / 2, self._run.solver.size_mm)
+        self._outlet = Outlet(self._run.solver.size_mm, nozzle.diameter_mm, seed)
         self._outlet_mm2 = np.pi / 4 * nozzle.diameter_mm**2
-        self._random = np.random.default_rng(seed)
         self._asked_mm3, self._out = 0.0, 0
         schedule = self._run.schedule
         self._released = np.zeros_like(schedule.released)
@@ -103,13 +102,11 @@ class SteeredPour:
         self._asked_mm3 += flow_mm3_s * frame_s
         frame, state = self._run.done, self._run.engine.state
         if flow_mm3_s > 0 and self._asked_mm3 / self._volume_mm3 > self._out + 1e-6:
-            count = min(len(self._disc_mm), state.particles_per_run - self._out)
+            count = min(self._outlet.release, state.particles_per_run - self._out)
             own = slice(self._out, self._out + count)
-            turn, t_s = self._random.uniform(0, 2 * np.pi), self.t_s
-            x, y = self._disc_mm[:count].T
-            tip_mm = [np.interp(t_s, self._motion.t_s, values) for values in self._motion.position_mm.T]
-            offset = np.column_stack([x * np.cos(turn) - y * np.sin(turn), x * np.sin(turn) + y * np.cos(turn), 0 * x])
+            tip_mm = [np.interp(self.t_s, self._motion.t_s, values) for values in self._motion.position_mm.T]
+            offset_mm = np.pad(self._outlet.places_mm(1)[0, :count], ((0, 0), (0, 1)))
             down_mm_s = np.array([0.0, 0.0, -flow_mm3_s / self._outlet_mm2])
-            state.place(own, (tip_mm + offset) * CM, down_mm_s * CM, frame)
+            state.place(own, (tip_mm + offset_mm) * CM, down_mm_s * CM, frame)
             self._out += count
         self._released[frame:] = self._out

@@ -14,7 +14,7 @@ from sealtwin.core.records import Outline, Profile
 from sealtwin.core.settings import Settings
 from sealtwin.plan.loop_model import TwoPasses
 from sealtwin.plan.loop_step import LevelFrame, LoopModel, LoopState, as_line, step
-from sealtwin.plan.verify import Misfit, misfit, seeded
+from sealtwin.plan.verify import Misfit, misfit
 from simulate.settings import Fluid, Nozzle, SampleSlope, Solver
 from simulate.steered import SteeredPour
 
@@ -71,7 +71,6 @@ def emulate(
 ) -> Emulated:
     """Pour with faults and answer with ``step``; without ``corrects`` the plan is poured as it is."""
     fluid, solver, nozzle = physics
-    solver = seeded(solver, nozzle, outline.mean_width_mm, seed)
     share = faults.wider_percent / 100 * np.exp(-0.5 * ((outline.s_mm - faults.wider_at_mm) / WIDENED_MM) ** 2)
     real = widened_by(outline, share)
     solid = build_solid(real, shape)

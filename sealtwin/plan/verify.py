@@ -19,12 +19,7 @@ from sealtwin.study.estimate import size_of
 from sealtwin.study.runner import Bench, Computing, compute
 from sealtwin.trial.job import stage_settings
 from sealtwin.trial.trial_file import Trial
-from simulate.settings import Nozzle, Solver
 from simulate.slot.sections import sections_of
-
-FINER, SIZES = 0.01, 20
-"""Share by which the particles of each further seed are smaller where one leaves at a time, and how many sizes there
-are."""
 
 CELLS = 160  # Of a crack that a level is judged on: of 80 mm half a millimetre, finer than levels are read
 
@@ -75,9 +70,7 @@ class Verifier:
 
         bench, asked = self.bench, list[study_folder.StudyRun]()
         for said, path, seed in paths:
-            again, width_mm = seed - self.trial.seed, bench.outline.mean_width_mm
-            solver = seeded(self.trial.solver, self.trial.nozzle, width_mm, again)
-            trial = self.trial.model_copy(update={"path": path, "seed": seed, "solver": solver})
+            trial = self.trial.model_copy(update={"path": path, "seed": seed})
             assert trial.fluid is not None, "checked before"
             check_fit(bench.outline, bench.solid, trial.fluid, trial.solver, trial.nozzle, trial.sample)
             trajectory = plan_trajectory(bench.outline, path, bench.solid.cavity_volume_mm3, bench.solid.sections)
@@ -107,16 +100,6 @@ class Verifier:
             if run.state == "failed":
                 raise NumericalError(f"{self.folder}: the run of {run.settings['path']} failed: {run.reason}")
         return [record_files.read_profile(study_folder.run_path(self.folder, run.key)) for run in asked]
-
-
-def seeded(solver: Solver, nozzle: Nozzle, width_mm: float, again: int) -> Solver:
-    """Return the solver of a further seed: a seed turns each release, and one particle alone has no turn."""
-    from simulate.setup.release_schedule import pack_disc
-
-    solver = solver.for_crack(width_mm)
-    if again % SIZES == 0 or len(pack_disc(nozzle.diameter_mm / 2, solver.size_mm)) > 1:
-        return solver
-    return solver.model_copy(update={"radius_mm": round(solver.size_mm * (1 - FINER * (again % SIZES)), 5)})
 
 
 def require_plannable(trial: Trial, where: str) -> Trial:

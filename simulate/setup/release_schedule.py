@@ -14,7 +14,35 @@ from simulate.setup.rheology import NEVER
 PARTICLES_AT_MOST = 1_000_000  # Largest number of particles; their neighbour lists, where none freezes, take 3 GB
 RELEASED_AT_MOST = 100_000
 """Largest number of one release. The disc is packed from a lattice of four times as many; the paper's holds seven."""
+LEAST_SHIFT = 0.25
+"""Shift of a lone particle over its radius, at most, if the nozzle's bore leaves it less room than that."""
 ROUNDING = 1e-9  # Tolerance with which a whole number of frames does not become one more
+
+
+class Outlet:
+    """The particles that leave the nozzle together, each time in another place about its axis.
+
+    Discs in line would stack up like coins. The seed turns a disc of several, and shifts a lone particle in the bore.
+    """
+
+    def __init__(self, radius_mm: float, diameter_mm: float, seed: int) -> None:
+        self._disc_mm = pack_disc(diameter_mm / 2, radius_mm)
+        self._room_mm = max(diameter_mm / 2 - radius_mm, LEAST_SHIFT * radius_mm)
+        self._random = np.random.default_rng(seed)
+
+    @property
+    def release(self) -> int:
+        """Number of particles of a full release."""
+        return len(self._disc_mm)
+
+    def places_mm(self, releases: int) -> Floats:
+        """Draw the places of the next releases, (releases, release, 2)."""
+        turn = self._random.uniform(0, 2 * np.pi, releases)
+        if self.release == 1:
+            shift_mm = self._room_mm * np.sqrt(self._random.uniform(0, 1, releases))
+            return (shift_mm * [np.cos(turn), np.sin(turn)]).T[:, np.newaxis]
+        (x, y), turn = self._disc_mm.T, turn[:, np.newaxis]
+        return np.stack([x * np.cos(turn) - y * np.sin(turn), x * np.sin(turn) + y * np.cos(turn)], axis=-1)
 
 
 @dataclass(frozen=True)
@@ -60,8 +88,8 @@ def plan_releases(trajectory: Trajectory, radius_mm: float, diameter_mm: float, 
             f"{RELEASED_AT_MOST} particles would leave at once. Allowed is a diameter of at most "
             f"{2 * radius_mm * math.sqrt(RELEASED_AT_MOST):.3g} mm, or take a larger radius."
         )
-    disc_mm = pack_disc(diameter_mm / 2, radius_mm)
-    frames = math.ceil(trajectory.duration_s * flow_mm3_s.max() / (len(disc_mm) * volume_mm3))
+    outlet = Outlet(radius_mm, diameter_mm, seed)
+    frames = math.ceil(trajectory.duration_s * flow_mm3_s.max() / (outlet.release * volume_mm3))
     if frames > PARTICLES_AT_MOST:
         raise InputError(
             f"trajectory: its largest flow, {flow_mm3_s.max():g} mm3/s over {trajectory.duration_s:g} s, needs "
@@ -75,7 +103,7 @@ def plan_releases(trajectory: Trajectory, radius_mm: float, diameter_mm: float, 
     for frame in range(frames):
         # Rounding must not open a release.
         if wanted[frame] > out + 1e-6:
-            out = min(out + len(disc_mm), particles)
+            out = min(out + outlet.release, particles)
         released[frame] = out
     released[-1] = particles
     frame_of = np.searchsorted(released, np.arange(particles), side="right")
@@ -83,18 +111,15 @@ def plan_releases(trajectory: Trajectory, radius_mm: float, diameter_mm: float, 
     at_s = ends_s[frame_of] - frame_s
     tip_mm = np.column_stack([np.interp(at_s, trajectory.t_s, x) for x in trajectory.position_mm.T])
     flow = _flow_as_it_leaves(trajectory, ends_s, frame_s)[frame_of]
-    # Each disc turned by chance: discs in line would stack up like coins.
-    turn = np.random.default_rng(seed).uniform(0, 2 * np.pi, frames)[frame_of]
-    x, y = disc_mm[np.arange(particles) - batch_start].T
-    offset = np.column_stack([x * np.cos(turn) - y * np.sin(turn), x * np.sin(turn) + y * np.cos(turn), 0 * turn])
+    x, y = outlet.places_mm(frames)[frame_of, np.arange(particles) - batch_start].T
     down_mm_s = flow / (np.pi * (diameter_mm / 2) ** 2)
     return Schedule(
-        position_mm=tip_mm + offset,
+        position_mm=tip_mm + np.column_stack([x, y, 0 * x]),
         velocity_mm_s=np.outer(down_mm_s, [0.0, 0.0, -1.0]),
         frame_of=frame_of,
         released=released,
         frame_s=frame_s,
-        release=len(disc_mm),
+        release=outlet.release,
         dispensed_mm3=float(asked_mm3[-1]),
     )
 

@@ -19,7 +19,7 @@ from sealtwin.plan.loop_model import write_model
 from sealtwin.plan.loop_page import write_loop_page
 from sealtwin.plan.loop_step import LevelFrame, LoopState, as_line, step
 from sealtwin.plan.make_loop import TABLES, replay
-from sealtwin.plan.verify import Misfit, seeded
+from sealtwin.plan.verify import Misfit
 from simulate.settings import LEVEL, Fluid, Nozzle, Solver
 from tests.planned_slot import OUTLINE, areas, model, passes
 from tests.studies import plannable_lab
@@ -82,14 +82,6 @@ def test_a_sensor_loses_levels_is_late_and_does_not_see_the_nozzle():
             assert np.abs(np.array(level["s_mm"]) - at_mm).min() > 6
         else:
             assert line["plan"]["said"] != "corrected"
-
-
-def test_a_seed_changes_particles_that_leave_one_at_a_time():
-    """One particle has no turn, so that its size changes; where several leave, their turn does."""
-    solver, nozzle = PHYSICS[1:]
-    sizes = [seeded(solver, nozzle, 4.0, again).size_mm for again in (0, 1, 2, 100)]
-    assert sizes == pytest.approx([0.95, 0.9405, 0.931, 0.95])
-    assert seeded(solver, Nozzle(diameter_mm=6.0), 4.0, 1) == solver
 
 
 def test_the_page_has_the_numbers_of_its_pour(tmp_path):
