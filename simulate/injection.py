@@ -16,24 +16,16 @@ from sealtwin.core.regime import regime_of
 from simulate.device import describe_device
 from simulate.fluid.fault_checks import SENTENCES, RunFault
 from simulate.fluid.run_statistics import RunStatistics
-from simulate.fluid.solver import FluidSolver, substeps_for
+from simulate.fluid.solver import FluidSolver
 from simulate.fluid.state import NOWHERE_FREE, State
 from simulate.kernels import status
 from simulate.remarks import remarks_on
 from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver
 from simulate.setup.release_schedule import Schedule, course_of, plan_releases
-from simulate.setup.rheology import Rheology, added_viscosity, kinematic_viscosity
+from simulate.setup.rheology import CM2_IN_M2, Rheology, added_viscosity, dynamic_viscosity
 from simulate.setup.signed_distance import CM
 from simulate.setup.wall_particles import Enclosure, enclose
-from simulate.setup_checks import (
-    CM2_IN_M2,
-    check_damping,
-    check_fit,
-    check_outlet,
-    domain_of,
-    effective_d_cm,
-    rheology_of,
-)
+from simulate.setup_checks import check_damping, check_fit, check_outlet, domain_of, effective_d_cm, solved_as
 from simulate.volume_control import VolumeControl
 
 NO_SLIP = "no slip"
@@ -48,6 +40,7 @@ class Injection:
     solid: Solid
     outline: Outline
     fluids: tuple[Fluid, ...]
+    pastes: tuple[Rheology, ...]  # The fluids in the solver's units
     solver: Solver
     nozzle: Nozzle
     seed: int
@@ -162,7 +155,7 @@ class Injection:
         count, swelling = schedule.particles, engine.state.swelling.numpy()
         facts = self._facts()
         made: list[Run | NumericalError] = []
-        for number, fluid in enumerate(self.fluids):
+        for number in range(len(self.fluids)):
             if number in self.failed:
                 made.append(self.failed[number])
                 continue
@@ -181,9 +174,11 @@ class Injection:
                     health=RunHealth(
                         **self.statistics.summary(number),
                         **facts,
-                        **self._effects(fluid),
+                        **self._effects(number),
                         volume_factor=self.engine.scheme.volume_factor * float(swelling[number]),
+                        end_speed_mm_s=_rms_speed_mm_s(velocity_mm_s[own][status_of[own] < int(status.SPILLED)]),
                     ),
+                    remarks=self.remarks_on(number),
                 )
             )
         return made
@@ -205,11 +200,12 @@ class Injection:
             **_sloping(self.slope),
         }
 
-    def _effects(self, fluid: Fluid) -> dict[str, Any]:
+    def _effects(self, number: int) -> dict[str, Any]:
         """Quantities in effect that follow from a fluid's settings, and its flow regime."""
-        rheology = self._rheology(fluid)
-        weight, support = rheology.viscous_weight, 4 * self.solver.size_mm * CM
-        viscosity_m2_s = kinematic_viscosity(weight, support, self.schedule.frame_s) / CM2_IN_M2
+        fluid, paste = self.fluids[number], self.pastes[number]
+        # Sealant of the paper's U moves before its viscosity acts: like water, however large U is (decision 0155).
+        viscosity_pa_s = self._viscosity_pa_s(number) if paste.moves_as_solved else None
+        viscosity_m2_s = None if viscosity_pa_s is None else viscosity_pa_s / fluid.density_kg_m3
         regime = regime_of(
             viscosity_m2_s=viscosity_m2_s,
             density_kg_m3=fluid.density_kg_m3,
@@ -220,9 +216,9 @@ class Injection:
         )
         return {
             "viscosity_m2_s": viscosity_m2_s,
-            "viscosity_pa_s": viscosity_m2_s * fluid.density_kg_m3,
+            "viscosity_pa_s": viscosity_pa_s,
             "viscosity_added_m2_s": self._added_m2_s,
-            "U": weight,
+            "U": paste.viscous_weight,
             "D_cm": self._d_cm(fluid),
             "yield_stress_pa": fluid.fresh[1],
             **{name: value for name, value in regime._asdict().items() if value is not None},
@@ -232,27 +228,26 @@ class Injection:
     def _added_m2_s(self) -> float:
         return added_viscosity(self.solver.size_mm * CM, self.engine.step_s) / CM2_IN_M2
 
-    def remarks(self) -> list[str]:
-        """Remarks on the fluids, for before the first frame."""
-        return [
-            remark
-            for fluid in self.fluids
-            for remark in remarks_on(
-                fluid,
-                self.outline,
-                self.solid,
-                viscosity_mm2_s=1e6 * self._effects(fluid)["viscosity_m2_s"],
-                added_mm2_s=1e6 * self._added_m2_s,
-                radius_mm=self.solver.size_mm,
-                lasts_s=self.frames * self.schedule.frame_s,
-            )
-        ]
+    def _viscosity_pa_s(self, number: int) -> float:
+        """Viscosity that a fluid's U amounts to, of fresh sealant at a shear of 1/s."""
+        weight, density_kg_m3 = self.pastes[number].viscous_weight, self.fluids[number].density_kg_m3
+        return dynamic_viscosity(weight, density_kg_m3, 4 * self.solver.size_mm * CM, self.schedule.frame_s)
+
+    def remarks_on(self, number: int) -> tuple[str, ...]:
+        """Remarks on a fluid, for before the first frame."""
+        remarks = remarks_on(
+            self.fluids[number],
+            self.outline,
+            self.solid,
+            viscosity_pa_s=self._viscosity_pa_s(number),
+            added_mm2_s=1e6 * self._added_m2_s,
+            radius_mm=self.solver.size_mm,
+            lasts_s=self.frames * self.schedule.frame_s,
+        )
+        return tuple(remarks)
 
     def _d_cm(self, fluid: Fluid) -> float:
         return effective_d_cm(fluid, 4 * self.solver.size_mm * CM, self.schedule.frame_s)
-
-    def _rheology(self, fluid: Fluid) -> Rheology:
-        return rheology_of(fluid, 4 * self.solver.size_mm * CM, self.schedule.frame_s, self.frames)
 
     def _facts(self) -> dict[str, Any]:
         return {
@@ -324,9 +319,9 @@ def prepare(
         diameter_mm=nozzle.diameter_mm,
         seed=seed,
     )
-    support = 4 * solver.size_mm * CM
-    pastes = [rheology_of(fluid, support, schedule.frame_s, courses[0].frames) for fluid in fluids]
-    substeps, *others = {substeps_for(solver, paste, schedule.frame_s) for paste in pastes}
+    solved = [solved_as(fluid, solver, schedule.frame_s, courses[0].frames) for fluid in fluids]
+    pastes = tuple(paste for paste, _ in solved)
+    substeps, *others = {substeps for _, substeps in solved}
     if others:
         raise ValueError("Fluids that need different numbers of substeps cannot be computed at once.")
     check_damping(solver, schedule.frame_s / substeps)
@@ -366,6 +361,7 @@ def prepare(
         solid=solid,
         outline=outline,
         fluids=tuple(fluids),
+        pastes=pastes,
         solver=solver,
         nozzle=nozzle,
         seed=seed,
@@ -383,6 +379,10 @@ def prepare(
 def _sloping(slope: SampleSlope) -> dict[str, Any]:
     """The table of a run's settings that says how its sample lies; none for a level sample, as ever."""
     return {} if slope.level else {"sample": slope.model_dump()}
+
+
+def _rms_speed_mm_s(velocity_mm_s: NDArray[np.floating]) -> float | None:
+    return float(np.sqrt((velocity_mm_s.astype(float) ** 2).sum(axis=1).mean())) if len(velocity_mm_s) else None
 
 
 def _final_status(engine: FluidSolver) -> NDArray[np.integer]:

@@ -45,7 +45,7 @@ def inject(
     """
     sample = solid, outline, trajectory
     injection = prepare(*sample, [fluid], solver, nozzle, seed=seed, device=device, slope=slope, threads=threads)
-    for remark in injection.remarks():
+    for remark in injection.remarks_on(0):
         progress.note(f"note: {remark}")
     follow(injection, progress, watchers)
     (run,) = injection.results()

@@ -21,7 +21,10 @@ from simulate.material_curve import (
 )
 from simulate.material_file import Material, read_material
 
-STIFFEST_U = 1e6  # A thousand times the paper's stiffest: it stands like a solid, and float32 still solves it
+STIFFEST_U = 1e6
+"""A hundred times the paper's stiffest: it stands like a solid. What a run can solve for depends on its substep."""
+THICKNESSES = ("U", "viscosity_pa_s", "consistency_pa_s_n")
+"""Settings of which one says how thick a fluid is, unless a curve does."""
 
 MOST_YIELD_PA = 1e4  # Paste that has set: a column of a metre stands
 
@@ -47,7 +50,8 @@ class Fluid(Settings):
 
     U: float | None = Field(default=None, ge=0, le=STIFFEST_U)
     """Weight of the fluid's own viscosity in Eq. 5; no unit where lengths are in cm, as in the paper. A frame of
-    7.23 ms at a radius of 0.4 mm turns U = 1 into 1.07e-6 m2/s, about water.
+    7.23 ms at a radius of 0.4 mm turns U = 1 into 1.07e-6 m2/s, about water; without a yield stress particles move
+    before it acts, and no U makes them viscous.
     """
     D_cm: float | None = Field(default=None, ge=0, le=1e3)
     """Weight of the walls' drag in Eq. 5, of a whole frame. Left out, it is the paper's 0.3 beside U, and beside
@@ -263,6 +267,7 @@ Decision 0065.
 """
 
 
+MOST_SUBSTEPS = 1000
 STEEPEST_DEG = 45.0  # Bound of both slopes of a sample: roads stay below 12 degrees
 
 
@@ -281,7 +286,7 @@ class Solver(Settings):
     """Radius of a particle: 0.4 is four abreast in a crack of 3.1 mm, as in the paper; "auto" is four abreast in
     this crack.
     """
-    substeps: int | None = Field(default=None, ge=1, le=1000)
+    substeps: int | None = Field(default=None, ge=1, le=MOST_SUBSTEPS)
     """Number of parts of a frame. Left out, as many as keep a particle's fall in one of them under 0.03 h: 4 in the
     paper's trial. Compression falls with their square.
     """

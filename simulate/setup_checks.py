@@ -7,17 +7,27 @@ import numpy as np
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Outline, Solid, Trajectory
-from simulate.fluid.solver import Domain
+from simulate.fluid.solver import Domain, substeps_for
 from simulate.material_file import Material
-from simulate.settings import LEVEL, STIFFEST_U, Fluid, Nozzle, SampleSlope, Solver, particle_volume
+from simulate.settings import LEVEL, MOST_SUBSTEPS, THICKNESSES, Fluid, Nozzle, SampleSlope, Solver, particle_volume
 from simulate.setup.release_schedule import PARTICLES_AT_MOST, Schedule, frames_to_freeze, plan_releases
-from simulate.setup.rheology import Rheology, no_slip_weight, viscous_weight
+from simulate.setup.rheology import (
+    CM2_IN_M2,
+    Rheology,
+    dynamic_viscosity,
+    kinematic_viscosity,
+    no_slip_weight,
+    viscous_weight,
+)
 from simulate.setup.signed_distance import CM, Barrier, crack_box_mm, grid_fits
 
 ACROSS_AT_LEAST = 2  # Least number of particles abreast in a crack of mean width
 CELLS_AT_MOST = 4_000_000
 """Largest number of cells of the neighbour search, 90 times the paper's trial. Each substep scans them all: 2 ms."""
-CM2_IN_M2 = 1e4
+STIFFEST = 250.0
+"""Largest kinematic viscosity that is solved for, times a substep over h^2: that of 600 Pa s at a radius of 0.4 mm. In
+slots 1.2 to 12 mm wide all pours at 250 are solved, and some at 1000 are not.
+"""
 MOST_AGES = 1_000_000  # Frames up to which a curve is followed where nobody says how long a run lasts
 TICK_MM, TICK_OF_RADIUS_MM = 0.1, 1e-3  # Steps of diameters and heights, and of radii, that are proposed
 ROUNDING_MM = 1e-3  # Tolerance of distances, which are float32: a release at just the clearance is allowed
@@ -116,21 +126,11 @@ def check_damping(solver: Solver, step_s: float) -> None:
 
 
 def effective_u(fluid: Fluid, support: float, frame_s: float) -> float:
-    """U in effect. Raises InputError where a viscosity in physical units is more than the equations can carry."""
+    """U in effect, of fresh sealant."""
     fresh_pa_s, _ = fluid.fresh
     if fresh_pa_s is None:
         return fluid.U or 0.0
-    course = fluid.course
-    key = "viscosity_pa_s" if fluid.consistency_pa_s_n is None else "consistency_pa_s_n"
-    said, most_pa_s = (f"{key} is", fresh_pa_s) if course is None else ("curve reaches", course.thickest_pa_s)
-    weight = viscous_weight(most_pa_s / fluid.density_kg_m3 * CM2_IN_M2, support, frame_s)
-    if weight > STIFFEST_U:
-        raise InputError(
-            f"fluid.{said} {most_pa_s:g} and fluid.density_kg_m3 {fluid.density_kg_m3:g}: in "
-            f"frames of {frame_s * 1e3:.3g} ms they amount to U = {weight:.3g}, {STIFFEST_U:g} is allowed. "
-            f"Give at most {most_pa_s * STIFFEST_U / weight:.3g} Pa s."
-        )
-    return weight * fresh_pa_s / most_pa_s if course is not None else weight
+    return viscous_weight(fresh_pa_s / fluid.density_kg_m3 * CM2_IN_M2, support, frame_s)
 
 
 def effective_d_cm(fluid: Fluid, support: float, frame_s: float) -> float:
@@ -143,10 +143,7 @@ def effective_d_cm(fluid: Fluid, support: float, frame_s: float) -> float:
 
 
 def rheology_of(fluid: Fluid, support: float, frame_s: float, frames: int = MOST_AGES) -> Rheology:
-    """The fluid in the solver's units, up to an age of ``frames``.
-
-    Raises InputError where a viscosity is more than the equations can carry.
-    """
+    """The fluid in the solver's units, up to an age of ``frames``."""
     _, fresh_stress_pa = fluid.fresh
     u, by_age = effective_u(fluid, support, frame_s), None
     if (course := fluid.course) is not None:
@@ -166,6 +163,36 @@ def rheology_of(fluid: Fluid, support: float, frame_s: float, frames: int = MOST
         physical=fluid.U is None,
         by_age=by_age,
     )
+
+
+def solved_as(fluid: Fluid, solver: Solver, frame_s: float, frames: int) -> tuple[Rheology, int]:
+    """The fluid in the solver's units, and the number of substeps of a frame.
+
+    Raises InputError if the fluid is stiffer than the viscosity's linear system can be solved for.
+    """
+    support = 4 * solver.size_mm * CM
+    paste = rheology_of(fluid, support, frame_s, frames)
+    substeps = substeps_for(solver, paste, frame_s)
+    thickest = float(paste.course[:, 0].max())
+    stiffness = kinematic_viscosity(thickest, support, frame_s) * frame_s / substeps / support**2
+    if stiffness <= STIFFEST or solver.viscosity_solve == "explicit":
+        return paste, substeps
+    key = next((key for key in THICKNESSES if getattr(fluid, key) is not None), "curve")
+    value = thickest if key == "U" else dynamic_viscosity(thickest, fluid.density_kg_m3, support, frame_s)
+    shorter, more = math.ceil(substeps * stiffness / STIFFEST), ""
+    if shorter <= MOST_SUBSTEPS:
+        more = f", or solver.substeps of at least {shorter}"
+    raise InputError(
+        f"fluid.{key} {'reaches' if key == 'curve' else 'is'} {value:.6g}, which is stiffer than can be solved for "
+        f"with solver.radius_mm = {solver.size_mm:g} in substeps of {frame_s / substeps * 1e3:.3g} ms. Give at most "
+        f"{_rounded_down(value * STIFFEST / stiffness)}{more}."
+    )
+
+
+def _rounded_down(value: float) -> str:
+    """Three significant digits, of which the last is not rounded up."""
+    tick = 10 ** (math.floor(math.log10(value)) - 2)
+    return f"{math.floor(value / tick + ROUNDING_MM) * tick:.3g}"
 
 
 def domain_of(solid: Solid, outline: Outline, trajectory: Trajectory, radius_mm: float) -> Domain:

@@ -257,12 +257,13 @@ def inject(
     Warns
     -----
     RuntimeWarning
-        A particle went through a wall: do not use the run.
+        The run cannot show this sealant, or what it shows is not sound: a sentence each.
     """
     from simulate.device import choose_device
     from simulate.profile import volume_ratio
     from simulate.run import inject as inject_fluid
     from simulate.setup_checks import check_fit
+    from validate.wording.headline import run_warnings
 
     solver = solver or SolverChoice(radius_mm="auto", settle_s=2.0)
     nozzle = nozzle or NozzleChoice()
@@ -281,10 +282,10 @@ def inject(
     with progress_for_stderr(quiet=not progress) as shown:
         how = {"seed": seed, "device": chosen, "slope": slope, "threads": threads}
         run = inject_fluid(solid, crack, path, fluid, solver, nozzle, progress=shown, **how)
-    if run.escaped_particles:
-        text = f"{run.escaped_particles} particles went through a wall: do not use this run, and please report it"
+    ratio = volume_ratio(run, solid)
+    for text in run_warnings(run, ratio):
         warnings.warn(text, RuntimeWarning, stacklevel=2)
-    return replace(run, health=run.health.model_copy(update={"volume_ratio": volume_ratio(run, solid)}))
+    return replace(run, health=run.health.model_copy(update={"volume_ratio": ratio}))
 
 
 def measure_level(run: Run, crack: Outline, solid: Solid) -> SimulatedLevel:

@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 import tempfile
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -122,6 +123,11 @@ def run_trial(
         The numbers stopped meaning anything, or a particle went through a wall.
     BusyError
         Another process holds the run folder.
+
+    Warns
+    -----
+    RuntimeWarning
+        The run cannot show this sealant, or what it shows is not sound: a sentence each, as in ``fluid_warnings``.
     """
     from sealtwin.lab.facts_above import facts_above
     from sealtwin.trial.job import STAGES
@@ -138,6 +144,8 @@ def run_trial(
     target = Path(out) if out is not None else Path("reports", checked.folder_name)
     with progress_for_stderr(quiet=not progress) as shown:
         outcome = run_trial(checked, home, target, STAGES, device, shown, threads, facts_above(checked, home))
+    for text in outcome.result.get("fluid_warnings", ()):
+        warnings.warn(text, RuntimeWarning, stacklevel=2)
     return TrialRun(target, outcome.result, outcome.redone)
 
 

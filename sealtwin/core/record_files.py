@@ -58,6 +58,7 @@ class Simulation(Result):
     settings: dict[str, dict[str, Any] | int]
     health: RunHealth
     bed: Bed | None = None
+    remarks: tuple[str, ...] = ()
 
     @model_validator(mode="after")
     def _hold_sealant(self) -> Self:
@@ -175,6 +176,8 @@ def write_run(folder: Path, run: Run) -> None:
     content["health"] = run.health.recorded()
     if run.bed is not None:
         content["bed"] = run.bed.model_dump()
+    if run.remarks:
+        content["remarks"] = run.remarks
     files.write_json(folder / "simulation.json", {"particles": len(run.position_mm), **content})
 
 
@@ -194,7 +197,7 @@ def read_run(folder: Path) -> Run:
             f"{path}: {counts[0]} particles, {counts[1]} of them spilled; simulation.json has {simulation.particles} "
             f"and {simulation.spilled_particles}. Simulate again."
         )
-    keys = ("radius_mm", "particle_volume_mm3", "escaped_particles", "device", "health", "bed")
+    keys = ("radius_mm", "particle_volume_mm3", "escaped_particles", "device", "health", "bed", "remarks")
     return Run(
         position_mm=rows[:, 0:3],
         velocity_mm_s=rows[:, 3:6],

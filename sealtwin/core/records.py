@@ -282,7 +282,7 @@ class RunHealth(JsonRecord):
     kernels_a_frame: int | None = None
     setup_s: Known = None  # Computing time before the first frame
     frames_s: Known = None  # Computing time of all frames
-    viscosity_m2_s: Known = None
+    viscosity_m2_s: Known = None  # None of U without a yield stress, which is no viscosity
     viscosity_pa_s: Known = None
     viscosity_added_m2_s: Known = None  # Viscosity that the particles add to it by themselves
     U: Known = None
@@ -293,6 +293,7 @@ class RunHealth(JsonRecord):
     bingham: Known = None
     volume_factor: Known = None  # Volume of a particle in the density sum over that of Eq. 6, at the end
     volume_ratio: Known = None  # Volume of the settled particles over the dispensed volume
+    end_speed_mm_s: Known = None  # RMS speed of the particles at the end, without those that spilled
 
     def recorded(self) -> dict[str, Any]:
         """Return the numbers that were recorded, by name."""
@@ -330,6 +331,7 @@ class Run:
     settings: dict[str, Any]  # Effective settings of the solver after its preset is resolved
     health: RunHealth  # Numbers that show whether the run can be trusted: density error, neighbours, iterations, times
     bed: Bed | None = None  # None of a run of particles; of one with a bed, numbers of particles are not computed
+    remarks: tuple[str, ...] = ()  # Sentences on what the run cannot show of its sealant, known before its first frame
 
     @property
     def particles(self) -> int:

@@ -15,16 +15,19 @@ class Regime(NamedTuple):
 
 def regime_of(
     *,
-    viscosity_m2_s: float,
+    viscosity_m2_s: float | None,
     density_kg_m3: float,
     yield_stress_pa: float,
     speed_mm_s: float,
     nozzle_mm: float,
     width_mm: float,
 ) -> Regime:
-    """Compute the numbers from the speed of the sealant in the nozzle and the width of the crack."""
+    """Compute the numbers from the speed of the sealant in the nozzle and the width of the crack.
+
+    Without a viscosity there is the Bond number alone.
+    """
     bond = density_kg_m3 * GRAVITY_M_S2 * (1e-3 * width_mm) ** 2 / SURFACE_TENSION_N_M
-    if viscosity_m2_s == 0 or speed_mm_s == 0:
+    if not viscosity_m2_s or speed_mm_s == 0:
         return Regime(None, bond, None)
     reynolds = 1e-6 * speed_mm_s * nozzle_mm / viscosity_m2_s
     viscous_pa = density_kg_m3 * viscosity_m2_s * speed_mm_s / nozzle_mm

@@ -113,7 +113,7 @@ def require_plannable(trial: Trial, where: str) -> Trial:
     if trial.fluid.U is not None:
         raise InputError(
             f"{where}: fluid.U = {trial.fluid.U:g} is another viscosity for each frame, and a plan's flow sets it. "
-            "Give viscosity_pa_s in its place; a run's simulation.json has the one that U amounted to."
+            "Give viscosity_pa_s in its place."
         )
     solver = trial.solver.model_copy(update={"model": None})
     return trial.model_copy(update={"solver": solver, "readings": None, "gate": None})

@@ -88,15 +88,13 @@ def size_of(trial: Trial, trajectory: Trajectory, width_mm: float, releases: "Sc
     schedule = releases or releases_of(trial, trajectory, width_mm)
     if schedule is None:
         return RunSize(0, 0, FAST_S)
-    from simulate.fluid.solver import substeps_for
     from simulate.setup.release_schedule import course_of
-    from simulate.setup_checks import rheology_of
+    from simulate.setup_checks import solved_as
 
     assert trial.fluid is not None, "a study without one is refused"
     solver = trial.solver.for_crack(width_mm)
     course = course_of(schedule, trial.fluid, solver.settle_s)
-    paste = rheology_of(trial.fluid, 4 * solver.size_mm / 10, schedule.frame_s, course.frames)
-    substeps = substeps_for(solver, paste, schedule.frame_s)
+    _, substeps = solved_as(trial.fluid, solver, schedule.frame_s, course.frames)
     work_s = PARTICLE_S * substeps * course.work.sum()
     return RunSize(schedule.particles, int(course.moving.max()), SETUP_S + float(work_s), substeps)
 

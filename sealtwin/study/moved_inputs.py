@@ -128,16 +128,30 @@ def _in_sections(bench: Bench, shape: CrackShape, wider_mm: float) -> tuple[Outl
     return outline, replace(bench.solid, sections=crack_sections(outline, shape), **moved)
 
 
+def _fresh_pa_s(base: Base) -> float:
+    """Return the viscosity of the run's sealant in Pa s, or what its U amounts to if U alone is no viscosity."""
+    from simulate.setup.rheology import dynamic_viscosity
+    from simulate.setup.signed_distance import CM
+
+    fluid, health = base.trial.fluid, base.run.health
+    if health.viscosity_pa_s is not None:
+        return health.viscosity_pa_s
+    assert fluid is not None, "it was run"
+    assert health.U is not None, "recorded beside U"
+    assert health.frame_s is not None, "recorded of particles, and the fast model refuses such a U"
+    return dynamic_viscosity(health.U, fluid.density_kg_m3, 4 * base.run.radius_mm * CM, health.frame_s)
+
+
 def moved_paste(base: Base, steps: Mapping[str, float]) -> dict[str, Any]:
     """Return the settings, by dotted name, of the moved paste in physical units: U depends on radius and frame."""
-    fluid, health = base.trial.fluid, base.run.health.recorded()
+    fluid = base.trial.fluid
     assert fluid is not None, "it was run"
     thicker = 1 + steps.get("viscosity_percent", 0.0) / 100
     # Its record is of the measured numbers, not of moved ones.
     changes: dict[str, Any] = {"fluid.material": None}
     if (curve := fluid.curve) is None:
         thickness = "fluid.viscosity_pa_s" if fluid.consistency_pa_s_n is None else "fluid.consistency_pa_s_n"
-        changes |= {"fluid.U": None, thickness: health["viscosity_pa_s"] * thicker}
+        changes |= {"fluid.U": None, thickness: _fresh_pa_s(base) * thicker}
         if "yield_stress_pa" in steps:
             changes["fluid.yield_stress_pa"] = fluid.yield_stress_pa + steps["yield_stress_pa"]
         return changes

@@ -62,7 +62,7 @@ class Viscosity:
             setattr(self._search, name, wp.zeros(runs, dtype=float, device=device))
         for name in ("warm", "iterations", "unsolved"):
             setattr(self._search, name, wp.zeros(runs, dtype=int, device=device))
-        self._search.partial = wp.zeros((runs, int(device_code.CHUNKS)), dtype=wp.vec4, device=device)
+        self._search.partial = wp.zeros((runs, int(device_code.CHUNKS)), dtype=device_code.Sums, device=device)
         self._search.more = wp.zeros(1, dtype=int, device=device)
         self._other: Any = None  # What explicit passes write to
 

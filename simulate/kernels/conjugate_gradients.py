@@ -13,8 +13,14 @@ wp.set_module_options({"enable_backward": False})
 CHUNKS = wp.constant(64)
 """Parts of a run whose sums are made one by one, the same on all devices and with any number of threads."""
 
-ROUNDS = wp.constant(1.0e-3)
+ROUNDS = wp.constant(1.0e-5)
 """Part of a curvature below which a difference of two float32 sums is not to be trusted."""
+
+UNIT_ROUNDOFF = wp.constant(6.0e-8)  # Of float32
+ROUNDINGS = wp.constant(16.0)
+"""Residual that no search need get below, over that of one rounding of each velocity: a sum has 40 pairs."""
+
+Sums = wp.types.vector(length=5, dtype=wp.float32)
 
 Symmetric = wp.types.vector(length=6, dtype=wp.float32)
 """A symmetric matrix: xx, yy, zz, xy, yz, zx."""
@@ -46,7 +52,7 @@ class Search:
     curvature: wp.array[float]  # The same times the scaled residual again
     direction: wp.array[wp.vec3]
     pull: wp.array[wp.vec3]  # The matrix times the direction
-    partial: wp.array2d[wp.vec4]  # Sums of each part of a run
+    partial: wp.array2d[Sums]  # Sums of each part of a run
     error: wp.array[float]
     length: wp.array[float]  # How far to go along the direction
     turn: wp.array[float]  # Share of the last direction in the next one
@@ -91,17 +97,18 @@ def sum_residuals(
         if part == 0:
             search.more[0] = 0
         rows = rows_of(movers, part)
-        total = wp.vec4(0.0)
+        total = Sums(0.0)
         for row in range(rows[0], rows[1]):
             inverse = system.inverse[row]
             own = particles.velocity[movers.particle[row]]
             still = search.residual[row]
             moved = search.product[row]
-            total += wp.vec4(
+            total += Sums(
                 wp.dot(own, times(inverse, own)),
                 wp.dot(still, times(inverse, still)),
                 wp.dot(moved, times(inverse, moved)),
                 1.0 + system.held[row],
+                wp.dot(own, own),
             )
         search.partial[part // CHUNKS, part % CHUNKS] = total
 
@@ -109,7 +116,7 @@ def sum_residuals(
 @wp.func
 def whole_sum(search: Search, run: int):
     """The parts in their order."""
-    total = wp.vec4(0.0)
+    total = Sums(0.0)
     for chunk in range(CHUNKS):
         total += search.partial[run, chunk]
     return total
@@ -125,7 +132,11 @@ def begin_search(
     """Choose where to begin, and the goal: shares of the right side, and of the residual of no viscosity at all."""
     run = wp.tid()
     squares = whole_sum(search, run)
-    search.goal[run] = wp.min(of_the_right * of_the_right * squares[0], of_the_change * of_the_change * squares[1])
+    # Stiff sealant that moves as a whole has a residual of rounding alone: of velocities times the matrix, whose size
+    # is the ratio of their squares in both norms.
+    rounded = ROUNDINGS * UNIT_ROUNDOFF * squares[4]
+    change = wp.max(of_the_change * of_the_change * squares[1], rounded * rounded / wp.max(squares[0], 1.0e-30))
+    search.goal[run] = wp.min(of_the_right * of_the_right * squares[0], change)
     # False for a guess that is no number.
     search.warm[run] = wp.where(squares[2] < squares[1], 1, 0)
     search.error[run] = wp.where(squares[2] < squares[1], squares[2], squares[1])
@@ -183,7 +194,7 @@ def sum_curvature(
         total = float(0.0)
         for row in range(rows[0], rows[1]):
             total += search.curvature[row]
-        search.partial[part // CHUNKS, part % CHUNKS] = wp.vec4(total, 0.0, 0.0, 0.0)
+        search.partial[part // CHUNKS, part % CHUNKS] = Sums(total, 0.0, 0.0, 0.0, 0.0)
 
 
 @run_kernel
@@ -226,7 +237,7 @@ def advance_search(parts: Span, movers: Movers, particles: Particles, system: Sy
             scaled = times(system.inverse[row], r)
             particles.scaled_residual[i] = scaled
             total += wp.dot(r, scaled)
-        search.partial[run, part % CHUNKS] = wp.vec4(total, 0.0, 0.0, 0.0)
+        search.partial[run, part % CHUNKS] = Sums(total, 0.0, 0.0, 0.0, 0.0)
 
 
 @run_kernel
@@ -256,7 +267,7 @@ def sum_left(
         total = wp.vec3(0.0)
         for row in range(rows[0], rows[1]):
             total += search.residual[row]
-        search.partial[part // CHUNKS, part % CHUNKS] = wp.vec4(total[0], total[1], total[2], 0.0)
+        search.partial[part // CHUNKS, part % CHUNKS] = Sums(total[0], total[1], total[2], 0.0, 0.0)
 
 
 @run_kernel

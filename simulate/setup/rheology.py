@@ -24,6 +24,7 @@ DAMPS = 33.0
 """Damping over nu dt / h^2, of particles packed as a liquid: a third of the sum of their weights."""
 SWINGS = 10.0
 """Shear in 1/s of a column of weak paste that swings under its own pressure."""
+CM2_IN_M2 = 1e4
 NEVER = 2**30  # Frames to freeze of sealant that does not freeze
 
 
@@ -82,6 +83,11 @@ class Rheology(NamedTuple):
 def kinematic_viscosity(weight: float, support: float, step_s: float) -> float:
     """Kinematic viscosity of Eq. 5 with U = ``weight``, once in ``step_s``; cm2/s."""
     return LAW * weight * support**4 / step_s
+
+
+def dynamic_viscosity(weight: float, density_kg_m3: float, support: float, step_s: float) -> float:
+    """Viscosity in Pa s of Eq. 5 with U = ``weight``, if particles move with the velocity that it leaves."""
+    return kinematic_viscosity(weight, support, step_s) / CM2_IN_M2 * density_kg_m3
 
 
 def viscous_weight(kinematic: float, support: float, step_s: float) -> float:

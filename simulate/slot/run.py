@@ -11,9 +11,8 @@ from sealtwin.core.records import Bed, Outline, Profile, Run, RunHealth, Solid, 
 from sealtwin.core.regime import regime_of
 from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver, particle_volume
 from simulate.setup.release_schedule import plan_releases
-from simulate.setup.rheology import kinematic_viscosity
+from simulate.setup.rheology import dynamic_viscosity
 from simulate.setup.signed_distance import CM
-from simulate.setup_checks import CM2_IN_M2
 from simulate.slot.fill import Filled, fill
 from simulate.slot.fitness import FULLEST, Fitness, fitness_of
 from simulate.slot.flux import HerschelBulkley
@@ -122,6 +121,11 @@ def paste_of(fluid: Fluid, solver: Solver, nozzle: Nozzle, trajectory: Trajector
                 'stiffening. Take solver.model = "particles", or a paste whose yield stress stays as it is.'
             )
     thickness = fluid.thickness_pa_s
+    if thickness is None and not fluid.yields:
+        raise InputError(
+            f"fluid.U is {fluid.U:g}: without a yield stress it amounts to no viscosity, and the fast model needs one. "
+            "Give fluid.viscosity_pa_s in its place."
+        )
     if thickness is None:
         try:
             frame_s = plan_releases(trajectory, solver.size_mm, nozzle.diameter_mm, seed).frame_s
@@ -130,8 +134,7 @@ def paste_of(fluid: Fluid, solver: Solver, nozzle: Nozzle, trajectory: Trajector
                 f"fluid.U: its viscosity is that of particles, which cannot be released here ({fault}); give "
                 "fluid.viscosity_pa_s, which the fast model takes as it is."
             ) from None
-        nu_cm2_s = kinematic_viscosity(fluid.U or 0.0, 4 * solver.size_mm * CM, frame_s)
-        thickness = nu_cm2_s / CM2_IN_M2 * fluid.density_kg_m3
+        thickness = dynamic_viscosity(fluid.U or 0.0, fluid.density_kg_m3, 4 * solver.size_mm * CM, frame_s)
     if thickness == 0:
         raise InputError('fluid: without a viscosity solver.model = "slot" has no flow; give viscosity_pa_s above 0.')
     index = fluid.flow_index or 1.0

@@ -4,6 +4,7 @@ import inspect
 import json
 import subprocess
 import sys
+import warnings
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -32,6 +33,7 @@ from validate.settings import Readings
 ENDS_PX = [[40, 101], [160, 98]]
 READINGS = np.array([[0.5, -2.0, -2.1], [4.0, -2.0, -1.9], [7.0, -1.5, -1.4], [10.0, -1.0, -1.1], [13.5, -1.0, np.nan]])
 COARSE = {"radius_mm": 0.45, "substeps": 2}
+pytestmark = pytest.mark.filterwarnings("ignore::RuntimeWarning")  # Of a crack that is narrow, and runs that end early
 HEAVY = ("warp", "cv2", "trimesh", "scipy", "skimage", "matplotlib", "numpy", "pydantic")
 SCRIPT = """
 import sealtwin as st
@@ -152,6 +154,30 @@ def test_a_mask_may_be_an_array(way):
     assert st.trace_crack(masked, ENDS_PX).length_mm == pytest.approx(crack.length_mm, abs=0.5)
     with pytest.raises(InputError, match="roi_px"):
         st.trace_crack(masked, ENDS_PX, roi_px=[(0, 0), (199, 199)])
+
+
+@pytest.mark.parametrize(
+    ("fluid", "settle_s", "sentences"),
+    [
+        ({"consistency_pa_s_n": 20, "flow_index": 0.3}, 2.0, ["fluid.consistency_pa_s_n is 20", "stands over hollows"]),
+        ({"U": 30, "D_cm": 0.3}, 0.0, ["solver.settle_s lets it come to rest"]),
+        ({"viscosity_pa_s": 0.3}, 2.0, []),
+    ],
+)
+def test_python_is_warned_of_what_a_run_cannot_show(way, fluid, settle_s, sentences):
+    """A volume ratio of 2 came back without a word."""
+    _, crack, solid, path, _ = way
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        run = st.inject(crack, solid, path, st.Fluid(**fluid), solver=st.Solver(radius_mm=0.4, settle_s=settle_s))
+    texts = [str(one.message) for one in caught if "Bond number" not in str(one.message)]
+    assert all(one.filename == __file__ for one in caught)
+    assert len(texts) >= len(sentences)
+    for sentence in sentences:
+        assert any(sentence in text for text in texts), (sentence, texts)
+    if not sentences:
+        assert not texts
+    assert run.remarks == tuple(text for text in texts if text.startswith("fluid."))
 
 
 def test_a_run_is_the_trial_s_own(lab, way, tmp_path, monkeypatch):

@@ -4,7 +4,7 @@ import pytest
 from pydantic import ValidationError
 
 from benchmarks.channels import CLOUDS, Channel, drift
-from simulate.injection import prepare
+from simulate.injection import Injection, prepare
 from simulate.settings import Fluid, Nozzle, Solver
 from simulate.setup.rheology import added_viscosity
 from tests.fluids import path, slot
@@ -60,63 +60,58 @@ def test_a_flow_index_goes_with_a_consistency_and_nothing_else(table, fault):
         Fluid.model_validate({"freeze_after_s": "never", **table})
 
 
+def injection_of(settle_s: float = 2.0, **fluid) -> Injection:
+    """A run of a fluid of 1,000 kg/m3 between walls 3.1 mm apart, of 0.2 s and ``settle_s``."""
+    crack = slot(12.0)
+    asked = Fluid.model_validate({"density_kg_m3": 1000.0, "freeze_after_s": "never", **fluid})
+    trajectory = path(crack[1], 0.02, speed_mm_s=40.0)
+    solver = Solver(radius_mm=0.6, settle_s=settle_s)
+    return prepare(*crack, trajectory, [asked], solver, Nozzle(), seed=0, device="cpu")
+
+
+def remarks_of(settle_s: float = 2.0, **fluid) -> tuple[str, ...]:
+    return injection_of(settle_s, **fluid).remarks_on(0)
+
+
 def test_a_fluid_that_its_particles_thicken_is_told_before_the_run():
     """Water of 1 mm2/s, at particles of 0.6 mm."""
-    crack = slot(12.0)
-    trajectory = path(crack[1], 0.02, speed_mm_s=40.0)
-    said, recorded = {}, {}
-    for viscosity_pa_s in (0.001, 0.1):
-        fluid = Fluid(viscosity_pa_s=viscosity_pa_s, density_kg_m3=1000.0, freeze_after_s="never")
-        injection = prepare(*crack, trajectory, [fluid], Solver(radius_mm=0.6), Nozzle(), seed=0, device="cpu")
-        said[viscosity_pa_s] = injection.remarks()
-        recorded[viscosity_pa_s] = injection.engine.step_s
-    (remark,) = said[0.001]
-    added_mm2_s = 100 * added_viscosity(0.06, recorded[0.001])
+    water = injection_of(viscosity_pa_s=0.001)
+    (remark,) = water.remarks_on(0)
+    added_mm2_s = 100 * added_viscosity(0.06, water.engine.step_s)
     assert remark.startswith("fluid.viscosity_pa_s is 0.001: 1 mm2/s")
     assert f"acts as one of {1 + added_mm2_s:.3g} mm2/s" in remark
-    assert not said[0.1]
+    assert not remarks_of(viscosity_pa_s=0.1)
 
 
 def test_a_thin_fluid_of_a_table_is_told_too():
     """Such a fluid has none of the keys of the others; the remark once ended in StopIteration for it."""
-    crack = slot(12.0)
-    table = {"age_s": [0.0, 9.0], "viscosity_pa_s": [0.001, 0.1]}
-    fluid = Fluid.model_validate({"curve": table, "density_kg_m3": 1000.0, "freeze_after_s": "never"})
-    trajectory = path(crack[1], 0.02, speed_mm_s=40.0)
-    injection = prepare(*crack, trajectory, [fluid], Solver(radius_mm=0.6), Nozzle(), seed=0, device="cpu")
-    (remark,) = injection.remarks()
+    (remark,) = remarks_of(curve={"age_s": [0.0, 9.0], "viscosity_pa_s": [0.001, 0.1]})
     assert remark.startswith("fluid.curve begins thin: 1 mm2/s")
 
 
-def test_sealant_too_thick_to_sink_is_told_before_the_run():
-    """1e5 mm2/s between walls 3.1 mm apart: 9810 * 3.1^2 / 12e5 = 0.08 mm/s. With U it is another matter."""
-    crack = slot(12.0)
-    trajectory = path(crack[1], 0.02, speed_mm_s=40.0)
-    said = {}
-    for name, fluid in {
-        "thick": {"viscosity_pa_s": 100.0},
-        "thick and long": {"viscosity_pa_s": 100.0, "settle_s": 400.0},
-        "thin": {"viscosity_pa_s": 1.0},
-        "by U": {"U": 1e5, "D_cm": 0.3},
-        "slipping": {"viscosity_pa_s": 100.0, "D_cm": 0.0},
-    }.items():
-        solver = Solver(radius_mm=0.6, settle_s=fluid.pop("settle_s", 2.0))
-        liquid = Fluid.model_validate({**fluid, "density_kg_m3": 1000.0, "freeze_after_s": "never"})
-        injection = prepare(*crack, trajectory, [liquid], solver, Nozzle(), seed=0, device="cpu")
-        said[name] = injection.remarks()
-    (remark,) = said.pop("thick")
-    assert remark.startswith("fluid.viscosity_pa_s is 100: between walls 3.1 mm apart")
-    assert "0.079 mm/s at most" in remark
-    assert said == {"thick and long": [], "thin": [], "by U": [], "slipping": []}
+@pytest.mark.parametrize(
+    ("fluid", "key", "mm_s"),
+    [
+        # 9810 * 3.1^2 / 12e5
+        ({"viscosity_pa_s": 100.0}, "viscosity_pa_s is 100", "0.079"),
+        # tau_w = 15.2 Pa at the wall, m = 1/n: w/2 (tau_w / K)^m / (m + 2)
+        ({"consistency_pa_s_n": 20.0, "flow_index": 0.5}, "consistency_pa_s_n is 20", "0.22"),
+        # Bingham: w/2 tau_w/mu (1 - p)^2 (1 - (1 - p)/3) / 2 with p = 10/15.2
+        ({"viscosity_pa_s": 2.0, "yield_stress_pa": 10.0}, "viscosity_pa_s is 2", "0.61"),
+    ],
+)
+def test_sealant_too_thick_to_sink_is_told_before_the_run(fluid, key, mm_s):
+    (remark,) = remarks_of(**fluid)
+    assert remark.startswith(f"fluid.{key}: between walls 3.1 mm apart it sinks by its own weight at {mm_s} mm/s")
+    assert not remarks_of(settle_s=400.0, **fluid)
 
 
-def remarks_of(**fluid) -> list[str]:
-    """Remarks on a fluid of 1,000 kg/m3 between walls 3.1 mm apart, in a run of 2.2 s."""
-    crack = slot(12.0)
-    asked = Fluid.model_validate({**fluid, "density_kg_m3": 1000.0, "freeze_after_s": "never"})
-    trajectory = path(crack[1], 0.02, speed_mm_s=40.0)
-    solver = Solver(radius_mm=0.6, settle_s=2.0)
-    return prepare(*crack, trajectory, [asked], solver, Nozzle(), seed=0, device="cpu").remarks()
+@pytest.mark.parametrize(
+    "fluid", [{"viscosity_pa_s": 0.5}, {"U": 1e5, "D_cm": 0.3}, {"viscosity_pa_s": 100.0, "D_cm": 0}]
+)
+def test_sealant_that_sinks_or_slips_has_no_remark(fluid):
+    """0.5 Pa s sinks 2.2 times the depth; U without a yield stress and walls that slip are another matter."""
+    assert not remarks_of(**fluid)
 
 
 def test_paste_that_stands_between_the_walls_is_told_before_the_run():
@@ -125,7 +120,7 @@ def test_paste_that_stands_between_the_walls_is_told_before_the_run():
         (remark,) = remarks_of(**law, yield_stress_pa=15.3)
         assert remark.startswith("fluid.yield_stress_pa: 15.3 Pa hold paste up between walls 3.1 mm apart")
         assert "15 Pa" in remark
-        assert not remarks_of(**law, yield_stress_pa=15.1)
+        assert not any("hold paste up" in other for other in remarks_of(**law, yield_stress_pa=15.1))
     table = {"age_s": [0.0, 9.0], "viscosity_pa_s": [1.0, 1.0], "yield_stress_pa": [20.0, 20.0]}
     (remark,) = remarks_of(curve=table)
     assert remark.startswith("fluid.curve: 20 Pa hold paste up")
@@ -138,6 +133,27 @@ def test_a_curve_that_thins_sinks_by_what_it_becomes():
     assert remark.startswith("fluid.curve is thick")
     assert "0.079 mm/s at most" in remark
     assert not remarks_of(curve=thins)
+
+
+@pytest.mark.parametrize(
+    ("fluid", "has_viscosity"),
+    [
+        ({"U": 1e5}, False),
+        ({"U": 1e5, "yield_stress_pa": 3.0}, True),
+        ({"U": 30.0, "structuration_pa_per_s": 1.0}, True),
+        ({"viscosity_pa_s": 0.1}, True),
+    ],
+)
+def test_u_is_recorded_as_a_viscosity_only_where_particles_move_by_it(fluid, has_viscosity):
+    """Without a yield stress U = 1e5 levels like water; its record once said 854 Pa s."""
+    injection = injection_of(**fluid)
+    injection.advance()
+    (run,) = injection.results()
+    recorded = run.health.recorded()
+    for name in ("viscosity_pa_s", "viscosity_m2_s"):
+        assert (recorded[name] is not None) == has_viscosity, name
+    assert ("reynolds" in recorded) == has_viscosity
+    assert recorded["U"] > 0
 
 
 def test_shorter_substeps_add_more():

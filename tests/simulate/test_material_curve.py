@@ -13,7 +13,7 @@ from sealtwin.core.errors import InputError
 from simulate.fluid.solver import FluidSolver
 from simulate.settings import Fluid, Nozzle, Solver
 from simulate.setup.rheology import Rheology
-from simulate.setup_checks import check_fit, rheology_of
+from simulate.setup_checks import check_fit, rheology_of, solved_as
 from tests.fluids import FRAME_S, engine_with, in_rows, lattice, path, pour, slot
 
 SUPPORT_CM = 0.16
@@ -155,7 +155,7 @@ def test_the_run_s_table_is_the_curve_at_each_frame_of_age():
 def test_a_curve_too_thick_to_compute_or_that_softens_in_sleep_is_refused():
     stiff = curve(age_s=[0, 1], viscosity_pa_s=[1, 1e4])
     with pytest.raises(InputError, match=r"fluid\.curve reaches 10000"):
-        rheology_of(stiff.model_copy(update={"density_kg_m3": 1.0}), SUPPORT_CM, FRAME_S)
+        solved_as(stiff.model_copy(update={"density_kg_m3": 1.0}), Solver(), FRAME_S, 1000)
     solid, outline = slot()
     soft = curve(age_s=[0, 1], viscosity_pa_s=[1, 1], yield_stress_pa=[9, 3])
     with pytest.raises(InputError, match=r"solver\.sleep = false"):

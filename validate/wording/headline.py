@@ -17,6 +17,8 @@ FEW_ACROSS = 3.0
 LEAST_BOND = 1.0  # Least Bond number, by water's surface tension, within the model's range: about 2 mm of cement paste
 MOST_COMPRESSED = 0.10
 """Largest compression that 95 % of the particles may stay below, as benchmarks/paper_run.py asks of every run."""
+AT_REST_MM_S = 2.0
+"""RMS speed at the end of a run, at most, of sealant at rest. Liquids ten times as thick as water end at 0.1 to 1.2."""
 MUCH_SPILLED = 0.05
 """Share of the sealant whose spill is always reported; a smaller one only where it alone makes the ratio unsound."""
 
@@ -44,7 +46,7 @@ def run_warnings(run: Run | Simulation, volume_ratio: float) -> tuple[str, ...]:
     ``volume_ratio`` is the volume of the settled particles over the dispensed volume. Sealant over the sample's edge is
     no fault of the fluid and has a sentence of its own.
     """
-    texts = list(fast_model(run))
+    texts = [*fast_model(run), *run.remarks]
     if run.escaped_particles:
         texts.append(f"{leak(run.escaped_particles)}, which must never happen. Please report it with the trial file.")
     low, high = SOUND
@@ -68,6 +70,12 @@ def run_warnings(run: Run | Simulation, volume_ratio: float) -> tuple[str, ...]:
         texts.append(
             f"The bed is compressed: of its particles 5 % are by more than {100 * compressed:.0f} %, and levels stand "
             f"lower there than as much sealant would. {cure}"
+        )
+    if (speed_mm_s := run.health.end_speed_mm_s or 0.0) > AT_REST_MM_S:
+        texts.append(
+            f"The sealant still moves at the end of the run, at {speed_mm_s:.2g} mm/s (RMS): its level is not that of "
+            "a fluid at rest. A longer solver.settle_s lets it come to rest, unless it is as thin as water, which "
+            "particles keep in motion."
         )
     if not kept_volume(volume_ratio) and (low <= kept <= high or spilled > MUCH_SPILLED):
         texts.append(

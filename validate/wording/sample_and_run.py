@@ -296,7 +296,9 @@ def _surface_tension(evidence: Evidence) -> str:
     viscosity_m2_s = evidence.run.health.viscosity_m2_s
     nozzle_mm = evidence.run.settings.get("nozzle", {}).get("diameter_mm")
     if density_kg_m3 is None or nozzle_mm is None or not viscosity_m2_s:
-        return "Surface tension is not modelled. The run records no viscosity, so no Reynolds or Bond number is given."
+        u = evidence.run.health.U
+        why = "The run records no viscosity" if not u else f"U = {u:.4g} without a yield stress is no viscosity"
+        return f"Surface tension is not modelled. {why}, so no Reynolds or Bond number is given."
     # The mean flow over the time in which sealant flows; each waypoint's flow holds until the next.
     trajectory = evidence.trajectory
     flowing_s = np.diff(trajectory.t_s)[trajectory.flow_mm3_s[:-1] > 0].sum()

@@ -58,7 +58,7 @@ def test_it_is_the_own_run_scaled_to_three_of_each_size_and_the_design(run_folde
 def test_the_fast_models_draws_take_as_long_as_one_of_them_on_this_machine(tmp_path, monkeypatch):
     """A run of the fast model with moved inputs, timed as 36 s: a thousand on two cores take 5 h."""
     tiny_lab(tmp_path)
-    text = TRIAL.replace("freeze_after_s = 0.2\n", 'freeze_after_s = "never"\n').replace(
+    text = TRIAL.replace("freeze_after_s = 0.2\n", 'freeze_after_s = "never"\nyield_stress_pa = 3.0\n').replace(
         "substeps = 2\n", 'model = "slot"\n'
     )
     (tmp_path / "trial.toml").write_text(text + DECLARED)
@@ -74,12 +74,12 @@ def test_the_fast_models_draws_take_as_long_as_one_of_them_on_this_machine(tmp_p
 def test_a_sealant_that_is_too_stiff_in_finer_particles_has_no_time_and_no_fault(run_folder):
     """The run stands, and its report is written: what cannot be is for 'sealtwin validate RUN --uncertainty' to say."""
     width_mm = record_files.read_outline(run_folder).mean_width_mm
-    stiff = TRIAL.replace("readings.csv", "inputs/readings.csv").replace("U = 30.0", "viscosity_pa_s = 1300")
+    stiff = TRIAL.replace("readings.csv", "inputs/readings.csv").replace("U = 30.0", "viscosity_pa_s = 250")
     (run_folder / "trial.toml").write_text(stiff)
     trial, path = load_trial(run_folder / "trial.toml"), record_files.read_trajectory(run_folder)
     size_of(trial, path, width_mm)
     finer = trial.model_copy(update={"solver": trial.solver.model_copy(update={"radius_mm": 0.45 / 1.3})})
-    with pytest.raises(InputError, match=r"fluid\.viscosity_pa_s is 1300"):
+    with pytest.raises(InputError, match=r"fluid\.viscosity_pa_s is 250"):
         size_of(finer, path, width_mm)
     with open_folder(run_folder, create=False) as folder:
         assert time_of_extra_runs(resume_job(folder, "cpu", Progress())) == ""

@@ -134,6 +134,7 @@ def test_extra_runs_move_a_table_by_what_is_declared_and_keep_the_other_one(tmp_
         assert cooling.temperature_c == (190.0, 120.0)
 
 
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
 def test_the_front_door_takes_a_file_or_columns(tmp_path, monkeypatch):
     lab_with(tmp_path, "U = 1.0\nfreeze_after_s = 1.0")
     crack = st.trace_crack(st.read_photo(tmp_path / "crack.png", mm_per_px=0.1), [(40, 101), (160, 98)])

@@ -79,6 +79,7 @@ def test_a_slope_that_cannot_be_is_named(tmp_path, table, fault):
         load_trial(trial)
 
 
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
 def test_inject_takes_the_slopes_by_keyword(tmp_path):
     tiny_lab(tmp_path)
     crack = st.trace_crack(st.read_photo(tmp_path / "crack.png", mm_per_px=0.1), [(40, 101), (160, 98)])

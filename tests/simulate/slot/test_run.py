@@ -95,10 +95,16 @@ def test_u_counts_as_the_viscosity_that_it_amounts_to():
 
 def test_a_u_whose_particles_cannot_be_released_asks_for_a_viscosity():
     """The fast model has no particles: a refusal of their number alone would say nothing."""
-    crack, fluid = slot(40.0), Fluid(U=30.0, D_cm=0.3, freeze_after_s="never")
+    crack, fluid = slot(40.0), Fluid(U=30.0, D_cm=0.3, yield_stress_pa=3.0, freeze_after_s="never")
     fine = SLOT.model_copy(update={"radius_mm": 0.03})
     with pytest.raises(InputError, match=r"give fluid\.viscosity_pa_s"):
         pour(*crack, path(crack[1], 1.2, trim_mm=6.0), fluid, fine, Nozzle(), seed=0)
+
+
+def test_u_without_a_yield_stress_is_refused_as_it_is_no_viscosity():
+    crack, fluid = slot(40.0), Fluid(U=30.0, D_cm=0.3, freeze_after_s="never")
+    with pytest.raises(InputError, match=r"fluid\.U is 30: .* fluid\.viscosity_pa_s"):
+        pour(*crack, path(crack[1], 1.2, trim_mm=6.0), fluid, SLOT, Nozzle(), seed=0)
 
 
 def test_particles_are_not_run_in_its_place():
