@@ -18,7 +18,8 @@ def ends(key: str, value: float, *, again: bool = True) -> str:
     except NumericalError:
         return "fails"
     except st.InputError as refused:
-        allowed = float(re.search(r"at most ([\d.e+]+)", str(refused))[1].rstrip("."))
+        (most, *_) = re.findall(r"at most ([\d.e+]+)", str(refused))
+        allowed = float(most.rstrip("."))
         return f"refused, {allowed:g} {ends(key, allowed, again=False)}" if again else "fails"
     return "runs"
 
