@@ -76,6 +76,7 @@ class CppStep:
             np.pad(state.earlier_velocity.numpy(), ((0, 0), (0, 1))),
             state.pressed.numpy().copy(),
         )
+        self._number = state.number.numpy().copy()
         wall = np.ascontiguousarray(engine.walls.position_and_share.numpy())
         self.iterations = 0
         """Of the implicit solve in the last step."""
@@ -99,9 +100,10 @@ class CppStep:
 
     @property
     def place_mm(self) -> Floats:
-        place = np.zeros((len(self._state[0]), 3), dtype=np.float32)
+        """Positions in the order of release, (count, 3)."""
+        place = np.zeros((len(self._number), 3), dtype=np.float32)
         _library().read_tank(self._tank, place)
-        return 10 * place.astype(float)
+        return 10 * place[np.argsort(self._number)].astype(float)
 
 
 def _numbers(engine: FluidSolver, carried: float) -> tuple[Any, ...]:

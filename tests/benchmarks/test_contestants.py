@@ -45,7 +45,7 @@ def test_cpp_takes_the_substeps_of_paste_that_we_take():
 
     Without the pressure that is carried over they part by 0.06 of it, with a viscosity 4 % off by 0.02.
     """
-    ours = PasteFrame(paste_after(FLOWING, FEW), FLOWING + 1)
+    ours = PasteFrame(paste_after(FLOWING, FEW), FLOWING)
     theirs = in_cpp(ours.engine)
     before_mm, iterations = ours.engine.state.position_mm(), []
     for number in ours.run():
