@@ -38,8 +38,8 @@ void set_tank(Tank* t, const Point* place, const Point* velocity, const Point* e
     std::copy(earlier, earlier + t->n, t->earlier.begin()); std::copy(pressed, pressed + t->n, t->pressed.begin());
     std::iota(t->order.begin(), t->order.end(), 0);
 }
-// ``exactly`` is the number of iterations of an implicit solve; -1 takes as many as it needs. Returns that number, or -1
-// if a list of neighbours had too little room.
+// ``exactly`` is the number of iterations of an implicit solve; -1 takes as many as it needs. Returns that number, or
+// -1 if a list of neighbours had too little room.
 int step_tank(Tank* t, int exactly) {
     t->exactly = exactly;
     t->advance();

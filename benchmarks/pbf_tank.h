@@ -150,7 +150,8 @@ struct Tank : Numbers {
     }
     // (h - r)^2 / r
     Lanes spike(const Near& p) const {
-        const Lanes squared = p.squared + 1e-14f, inverse = inverse_root(squared), remaining = above(h - squared * inverse);
+        const Lanes squared = p.squared + 1e-14f, inverse = inverse_root(squared);
+        const Lanes remaining = above(h - squared * inverse);
         return remaining * remaining * inverse;
     }
     void measure() {
