@@ -123,5 +123,12 @@ def processor() -> str:
     return models[0] if models else platform.processor()
 
 
+def flags() -> list[str]:
+    """What the processor can do, as Linux lists it; none on other systems."""
+    info = Path("/proc/cpuinfo")
+    lines = info.read_text(encoding="utf-8").splitlines() if info.exists() else []
+    return next((line.split() for line in lines if line.startswith("flags")), [])
+
+
 if __name__ == "__main__":
     main()

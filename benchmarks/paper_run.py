@@ -16,7 +16,8 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.pbf_step import settled_block, time_both
+from benchmarks.pbf_step import time_both
+from benchmarks.pbf_tank import settled_block
 from benchmarks.table import Row, finish
 from digitise.settings import CrackShape, NozzlePath
 from digitise.solid.build_solid import build_solid

@@ -5,8 +5,9 @@
 
 ``cold`` is what ``benchmarks.cold`` finds. All is processor time, but for a step on two threads, which is by the clock.
 Contestants take turns in one process, work trees in processes of their own, and a figure is a ratio within this run.
-The contestants are ours: ``pbf_numba.py``, and ``pbf_step.cpp`` where there is a g++. The C++ is judged where the
-processor has AVX-512 only, which it then uses.
+The contestants are ours: ``pbf_numba.py``, and ``pbf_step.cpp`` if there is a g++, which takes as long as a program by
+others (``pbf_step.py --peer``). It is judged only if the processor has AVX-512, which it then uses. Both take the
+explicit substep of ``pbf_step.py``, which has that of a paste too.
 """
 
 import argparse
@@ -25,20 +26,16 @@ import numpy as np
 import warp as wp
 
 from benchmarks import cold
-from benchmarks.against import HERE, processor, turn
+from benchmarks.against import HERE, flags, processor, turn
 from benchmarks.pbf_cpp import CppStep, has_compiler
 from benchmarks.pbf_numba import NumbaStep
-from benchmarks.pbf_step import PARTICLES, RADIUS_MM, SIDE_MM, SPACING_MM, settled_block, take_turns, tank
+from benchmarks.pbf_step import ALIKE_MM, OVER_CPP
+from benchmarks.pbf_tank import PARTICLES, RADIUS_MM, block_mm, in_cpp, settled_block, take_turns, tank
 from benchmarks.table import Row, finish
-from simulate.fluid.solver import FluidSolver
-from tests.fluids import engine_with, lattice
+from tests.fluids import engine_with
 
 MANY = 50_000
-ALIKE_MM = 1e-2
-"""Median distance after one step in C++, whose walls are planes where a grid of distances rounds corners off."""
 SETTLED = 60
-OVER_CPP = 1.7
-"""The issue's."""
 
 TRIAL = """
 import resource, subprocess
@@ -95,7 +92,7 @@ def main() -> None:
         "--without-avx512", action="store_true", help="compile for an older processor, in this tree and in the other"
     )
     asked = parser.parse_args()
-    wide = "avx512f" in _flags() and not asked.without_avx512
+    wide = "avx512f" in flags() and not asked.without_avx512
     if asked.without_avx512:
         wp.config.cpu_compiler_flags = OLDER
     print(f"{processor()}, {'with' if wide else 'without'} AVX-512, load {os.getloadavg()[0]:.1f}")
@@ -125,7 +122,7 @@ def _substep(particles: int, *, judged: bool) -> list[Row]:
     contestants: dict[str, NumbaStep | CppStep] = {"numba": NumbaStep.copy_of(engine)}
     rows = []
     if has_compiler():
-        compiled = _in_cpp(engine, particles, threads=1)
+        compiled = in_cpp(engine)
         contestants["C++"] = compiled
         engine.step()
         for contestant in contestants.values():
@@ -146,7 +143,7 @@ def _substep(particles: int, *, judged: bool) -> list[Row]:
 def _on_two_threads(particles: int, *, judged: bool) -> Row:
     """A substep over that in C++ by the clock, each on two threads of a machine that does nothing else."""
     engine = settled_block(particles, 2, steps=SETTLED)
-    compiled = _in_cpp(engine, particles, threads=2)
+    compiled = in_cpp(engine, threads=2)
     (ours,) = take_turns([engine.step], time.perf_counter)
     # OpenMP's threads look for work after a step, and take a core from ours: they come last.
     (theirs,) = take_turns([compiled.step], time.perf_counter)
@@ -154,17 +151,10 @@ def _on_two_threads(particles: int, *, judged: bool) -> Row:
     return Row(f"{particles}: over C++, two threads", ours / theirs, "", 0, OVER_CPP if judged else np.inf, "<= 1.3")
 
 
-def _in_cpp(engine: FluidSolver, particles: int, threads: int) -> CppStep:
-    _, _, depth_mm = tank(particles)
-    return CppStep(engine, SIDE_MM * (particles / PARTICLES) ** (1 / 3), depth_mm, threads)
-
-
 def _bytes_a_particle() -> float:
     """Of arrays on the device that one more particle needs, where all of them move."""
     sizes = {}
-    crack, depth_mm = tank(PARTICLES)[:2], tank(PARTICLES)[2]
-    half = SIDE_MM / 2 - 0.35
-    points = lattice(np.array([-half, -half, 0.35 - depth_mm]), np.array([half, half, 0.0]), SPACING_MM)[:PARTICLES]
+    crack, points = tank(PARTICLES), block_mm(PARTICLES)
     for count in (PARTICLES // 2, PARTICLES):
         # The first engine of a crack builds its walls, which the next ones share.
         engine_with(points[:10], crack, radius_mm=RADIUS_MM)
@@ -205,12 +195,6 @@ def _ratio(body: str, before: Path, turns: int, *, older: bool) -> float:
             print(f"  {ours:.1f} s, {theirs:.1f} s: {ours / theirs:.3f}", flush=True)
             ratios.append(ours / theirs)
     return statistics.median(ratios)
-
-
-def _flags() -> list[str]:
-    info = Path("/proc/cpuinfo")
-    lines = info.read_text(encoding="utf-8").splitlines() if info.exists() else []
-    return next((line.split() for line in lines if line.startswith("flags")), [])
 
 
 if __name__ == "__main__":
