@@ -113,7 +113,7 @@ def test_the_report_and_the_doctor_show_the_numbers_beside_the_version(run, lab,
     assert list(facts)[:2] == ["sealtwin", "stage numbers"]
     assert facts["stage numbers"] == f"digitise {NUMBERS['digitise']}, simulate {NUMBERS['simulate']}, validate 999"
     answer = CliRunner().invoke(app, ["doctor"])
-    assert "validate 999" in next(line for line in answer.stdout.splitlines() if line.startswith("stage numbers"))
+    assert "validate 999" in next(line for line in answer.stdout.splitlines() if line.startswith("sealtwin "))
 
 
 def forget_numbers(run: Path) -> None:
