@@ -20,6 +20,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
+from benchmarks.kept_runs import KeptRuns
 from benchmarks.table import Row, finish
 from digitise.bead import BeadOutline, bead_of
 from sealtwin.core.records import Floats
@@ -32,6 +33,7 @@ from simulate.slump import FLAT_GALILEI, THICK_UNTIL, THIN_FROM, THINNED
 from simulate.spread_law import GRAVITY_M_S2
 
 TABLE = Path(__file__).with_name("beads.csv")
+KEPT = KeptRuns(TABLE, "python -m benchmarks.beads --record", ("simulate",))
 SECTION_MM2, DENSITY_KG_M3 = 64.0, 1690.0
 ENDS = 450.0  # In units of mu / (rho g V^(1/3)), as of a slump's
 ANGLES = 25
@@ -74,7 +76,8 @@ WANTED += [("judge", stress, 5.0, 1.3) for stress in (0.03, 0.045, 0.08, 0.13, 0
 
 @cache
 def recorded() -> tuple[Shape, ...]:
-    """Return all beads."""
+    """Return all beads. Leaves if another solver computed them."""
+    KEPT.require()
     with TABLE.open(newline="", encoding="utf-8") as file:
         lines = list(csv.reader(file))[1:]
     found = []
@@ -86,6 +89,7 @@ def recorded() -> tuple[Shape, ...]:
 
 def record() -> None:
     """Compute what is not in the table yet, one bead after the other."""
+    KEPT.begin()
     if not TABLE.is_file():
         head = ["kind", "stress", "length", "wide", "half_length", "half_width", *map(str, range(ANGLES))]
         TABLE.write_text(",".join(head) + "\n", encoding="utf-8")

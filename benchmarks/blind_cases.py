@@ -18,7 +18,8 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.blind_measured import COURSES, LENGTH_MM, Measured, measured, record
+from benchmarks import slumps
+from benchmarks.blind_measured import COURSES, KEPT, LENGTH_MM, Measured, measured, record
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats
 from sealtwin.study.drawn_runs import draw, unfit_for
@@ -40,12 +41,18 @@ def path_of(seed: int, number: int) -> Path:
 
 
 def finished(seed: int) -> dict[int, dict[str, Floats]]:
-    """Return what is known of each trial of a draw: columns along ``STATIONS_MM``."""
+    """Return what is known of each trial of a draw: columns along ``STATIONS_MM``.
+
+    Leaves if another solver computed them, or none is there.
+    """
+    KEPT.require()
     found = {}
     for path in sorted((FOLDER / f"{seed}").glob("[0-9]*.csv")):
         with path.open(newline="", encoding="utf-8") as file:
             names, *rows = csv.reader(file)
         found[int(path.stem)] = dict(zip(names, np.array(rows, dtype=float).T, strict=True))
+    if not found:
+        raise SystemExit(f"{FOLDER.name}/{seed}: no trial is kept: '{KEPT.command}' computes them.")
     return found
 
 
@@ -120,6 +127,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--tune", action="store_true", help="trials of the draw that the numerics are measured on")
     tune = parser.parse_args().tune
+    # Trials are emulated by them: they come first.
+    slumps.KEPT.require()
+    KEPT.begin()
     if not COURSES.is_file():
         record()
     seed, wanted = (TUNING_SEED, TUNING) if tune else (JUDGED_SEED, TRIALS)

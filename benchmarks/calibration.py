@@ -1,6 +1,6 @@
 """Calibration of EMULATED readings: fourteen pastes that are known, by real particle runs throughout.
 
-    python -m benchmarks.calibration [--truths 14] [--no-baselines] [--no-search]
+    python -m benchmarks.calibration [--truths 14] [--no-baselines] [--no-search] [--anew]
 
 A slot of 30 mm is filled by coarse particles (R = 0.8 mm). Viscosity, yield stress, freezing age and volume of each
 truth are a point of a scrambled Halton sequence; its readings are one run at 27 stations with normal errors of
@@ -14,7 +14,8 @@ Nothing of the method was chosen on these truths.
 --no-search reads the truths by the runs of that Sobol sequence alone. That the scatter of runs is a log-linear function
 of the settings was chosen on runs 14 to 39 of it, each left out of the others, and on no truth.
 
-Runs stand in ``calibration.csv``, where a later call finds them; without them it takes some 25 minutes of one core.
+Runs are kept in ``calibration.csv``, where a later call finds them; without them it takes some 25 minutes of one core.
+Those of another solver are refused, and --anew removes them.
 """
 
 import argparse
@@ -29,6 +30,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import qmc
 
+from benchmarks.kept_runs import KeptRuns
 from benchmarks.table import Row, finish
 from digitise.settings import CrackShape, NozzlePath
 from digitise.solid.build_solid import build_solid
@@ -46,6 +48,7 @@ from validate.calibration.identified import marginals_of
 from validate.calibration.posterior import Posterior, ReadLevels, reach_of
 
 TABLE = Path(__file__).with_name("calibration.csv")
+KEPT = KeptRuns(TABLE, "python -m benchmarks.calibration --anew")
 BUDGET, TRUTHS = 40, 14
 CLOSE_MM, READING_MM = 0.18, 0.09  # 95 % half-width of a reading, and its standard deviation
 STATIONS_MM = np.arange(2.0, 28.5)
@@ -72,6 +75,8 @@ class Library:
     """Runs by their settings and seed, in the order in which they were made."""
 
     def __init__(self) -> None:
+        """Read the runs that are kept. Leaves if another solver computed them."""
+        KEPT.require()
         self._rows: dict[tuple[float, ...], Floats] = {}
         if TABLE.is_file():
             for row in np.loadtxt(TABLE, delimiter=",", skiprows=1, ndmin=2):
@@ -82,6 +87,7 @@ class Library:
         if key not in self._rows:
             self._rows[key] = np.round(fill(setting, seed), 3)
             fresh = not TABLE.is_file()
+            KEPT.begin()
             with TABLE.open("a", newline="", encoding="utf-8") as file:
                 if fresh:
                     names = [free.name for free in FREES]
@@ -158,7 +164,10 @@ def main() -> None:
     parser.add_argument("--truths", type=int, default=TRUTHS)
     parser.add_argument("--no-baselines", action="store_true", help="leave grid, Sobol sequence and TPE out")
     parser.add_argument("--no-search", action="store_true", help="read the truths by the Sobol runs alone")
+    parser.add_argument("--anew", action="store_true", help="remove kept runs of another solver")
     asked = parser.parse_args()
+    if asked.anew:
+        KEPT.begin()
     if asked.no_search:
         finish(library_rows(Library()))
     count: int = asked.truths

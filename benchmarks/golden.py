@@ -74,6 +74,9 @@ MOVED: tuple[Rule, ...] = (
     Rule("sweep/runs/*/outcome.json", "the file", "the outcome of a run, in place of its ledger", case="sweep"),
     Rule("lab/catalogue.json", "the file", "the catalogue of a lab, in place of its database", case="ingest"),
     Rule("answer-*.json", "answer/samples/*/sound", "an answer says whether a sample runs", case="ingest"),
+    Rule("*.json", "*stage_numbers*", "results name the numbers of the stages that computed them"),
+    Rule("*.json", "*computed_by*", "likewise"),
+    Rule("*report.json", "*stage numbers*", "likewise"),
 )
 """Numbers that moved, came or went on purpose; the changelog has them too."""
 

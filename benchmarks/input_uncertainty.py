@@ -22,7 +22,7 @@ import numpy as np
 from benchmarks.against import HERE
 from benchmarks.material_by_scale import spread_of
 from benchmarks.slot_cases import TRIM_MM, drawn
-from benchmarks.slumps import replayed
+from benchmarks.slumps import KEPT, replayed
 from benchmarks.table import Row, finish
 from benchmarks.weighing import poured_into
 from digitise.settings import CrackShape
@@ -66,6 +66,9 @@ def main() -> None:
     parser.add_argument("--only-judge", action="store_true", help="that alone")
     parser.add_argument("--numerics", action="store_true", help="run particles for the level and its numerics")
     asked = parser.parse_args()
+    if not asked.only_judge:
+        # Before minutes of particles.
+        KEPT.require()
     print("Fill, weighings and spread are EMULATED; nothing was measured.")
     rows = [] if asked.only_judge else [*shipped(asked.runs, numerics=asked.numerics)]
     if asked.judge or asked.only_judge:

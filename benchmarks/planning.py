@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.kept_runs import KeptRuns
 from benchmarks.table import Row, finish
 from digitise.settings import CrackShape, NozzlePath, PhotoInput
 from digitise.solid.build_solid import build_solid
@@ -180,6 +181,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--keep", type=Path, help="folder for results")
     keep = parser.parse_args().keep
+    if keep:
+        kept = KeptRuns(keep, "python -m benchmarks.planning --keep OTHER")
+        kept.require()
+        kept.begin()
     with tempfile.TemporaryDirectory() as temporary:
         folder = keep or Path(temporary)
         finish(rows_of([figures_of(folder / f"{radius_mm}", radius_mm) for radius_mm in RADII_MM]))

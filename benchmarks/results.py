@@ -27,6 +27,8 @@ from benchmarks.against import HERE, processor
 from benchmarks.table import ROWS_TO
 from sealtwin.core.files import write_json, write_text
 from sealtwin.core.progress import in_words
+from sealtwin.core.stage_keys import UNNUMBERED, number_words, other_numbers
+from sealtwin.trial.stage_numbers import NUMBERS
 
 COMMANDS = {
     "paper_trial": "benchmarks/paper_trial.py",
@@ -116,6 +118,7 @@ def measure(arguments: list[str]) -> dict[str, Any]:
     # An exit code of 0 or 1 without a table is a fault of the benchmark.
     exit_code = ended.returncode if seen or ended.returncode > 1 else 2
     facts = {"exit_code": exit_code, "processor": processor(), "load": round(os.getloadavg()[0], 1)}
+    facts["stage_numbers"] = dict(NUMBERS)
     return facts | {"date": f"{now:%Y-%m-%d}", "wall_s": round(time.monotonic() - began_s), "rows": seen}
 
 
@@ -179,6 +182,8 @@ def page(found: Content, code: Mapping[str, str]) -> str:
         "",
         f"`make results` writes this page: **{met} of {len(judged)} targets met**. *Before* is the figure of the run "
         "before this one. A figure that is reported has no target.",
+        "",
+        _of_one_solver(found),
     ]
     for name in COMMANDS:
         if name in found:
@@ -188,9 +193,21 @@ def page(found: Content, code: Mapping[str, str]) -> str:
     return "\n".join(lines) + "\n"
 
 
+def _of_one_solver(found: Content) -> str:
+    """Return the sentence on whether all sections were computed by the same stage numbers, and by this version's."""
+    by = {name: one.get("stage_numbers", {}) for name, one in found.items()}
+    if older := [f"`{name}`" for name, numbers in by.items() if other_numbers(numbers, NUMBERS)]:
+        return (
+            f"**Not all by one solver.** This version is {number_words(NUMBERS)}; computed by other stage numbers: "
+            f"{', '.join(older)}."
+        )
+    return f"All sections were computed by {number_words(NUMBERS)}, the stage numbers of this version."
+
+
 def _section(name: str, one: dict[str, Any], code: str) -> list[str]:
     older = "" if one["code"] == code else " **The code has changed since.**"
     took = f"{in_words(one['wall_s'])} on {one['processor']}, load {one['load']}, {one['date']}"
+    took += f", by {number_words(one.get('stage_numbers') or dict.fromkeys(NUMBERS, UNNUMBERED))}"
     lines = [f"## {name}", "", f"`{one['command']}`, {took}.{older}"]
     if not _ended(one):
         return [*lines, "", f"It ended with exit code {one['exit_code']} and without a result."]

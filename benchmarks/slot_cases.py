@@ -22,6 +22,7 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import qmc
 
+from benchmarks.kept_runs import KeptRuns
 from digitise.settings import CrackShape, NozzlePath
 from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
@@ -37,6 +38,7 @@ from simulate.slot.run import paste_of
 from tests.shapes import straight_slot
 
 FOLDER = Path(__file__).parent / "slot"
+KEPT = KeptRuns(FOLDER, "python -m benchmarks.slot_cases")
 CASES, SEEDS = 40, (0, 1)
 FIRST, SECOND, FRESH = 20261121, 20261122, 20261123
 """Seeds of the draws: the model was chosen on the first two, and the fresh one judges it (decision 0151)."""
@@ -134,7 +136,8 @@ def drawn(count: int = CASES, seed: int = FIRST) -> list[Case]:
 
 
 def levels_mm(draw: int, number: int, seed: int) -> Floats | None:
-    """Level by particles at ``STATIONS_MM``; None for a run that was not made."""
+    """Level by particles at ``STATIONS_MM``; None for a run that was not made. Leaves if another solver made it."""
+    KEPT.require()
     path = _path(draw, number, seed)
     return np.loadtxt(path, delimiter=",", skiprows=1)[:, 1] if path.is_file() else None
 
@@ -172,6 +175,7 @@ def _run(draw: int, number: int, seed: int, case: Case) -> None:
 
 def main() -> None:
     argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args()
+    KEPT.begin()
     # All that orders them is their settings.
     cases = [(draw, number, case) for draw in (FRESH, SECOND, FIRST) for number, case in enumerate(drawn(seed=draw))]
     for draw, number, case in sorted(cases, key=lambda one: (bool(one[2].fitness.unfit), -one[0], one[2].particles)):

@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from benchmarks.kept_runs import KeptRuns
 from benchmarks.table import Row, finish
 from simulate.slump import STEP, SlumpCurve, slump
 from simulate.spread_law import (
@@ -31,6 +32,7 @@ from simulate.spread_law import (
 MINI_CONE = Cone(38.0, 19.0, 57.0)
 DENSITY_KG_M3 = 1690.0
 TABLE = Path(__file__).with_name("slumps.csv")
+KEPT = KeptRuns(TABLE, "python -m benchmarks.slumps --record", ("simulate",))
 TRUE_PA = {4.0: 1.0, 7.0: 1.3, 20.0: 1.375, 60.0: 1.375}
 """Yield stresses that slumps have, and how many times finer their particles are than those of a replay; those of 4 Pa
 judge the closed form, which has none."""
@@ -49,7 +51,8 @@ class Known(NamedTuple):
 
 @cache
 def recorded() -> dict[str, list[Known]]:
-    """Return all slumps by what they are for."""
+    """Return all slumps by what they are for. Leaves if another solver computed them."""
+    KEPT.require()
     found: dict[str, list[Known]] = {kind: [] for kind in KINDS}
     if TABLE.is_file():
         with TABLE.open(newline="", encoding="utf-8") as file:
@@ -84,6 +87,7 @@ def true_pa() -> list[float]:
 
 def record() -> None:
     """Compute what is not in the table yet, one slump after the other."""
+    KEPT.begin()
     unit_pa = DENSITY_KG_M3 * GRAVITY_M_S2 * MINI_CONE.volume_mm3 ** (1 / 3) * 1e-3
     wanted = [("truth", stress / unit_pa, finer) for stress, finer in TRUE_PA.items()]
     wanted += [("replay", STEP**power, 1.0) for power in POWERS]

@@ -1,6 +1,7 @@
 """Input of a report: one trial with its readings and their comparison."""
 
 import platform
+from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -9,6 +10,7 @@ from typing import Any
 from sealtwin.core.comparison import Comparison, PredictedLevel
 from sealtwin.core.earlier_trials import EarlierTrials
 from sealtwin.core.records import DataKind, Frame, JsonRecord, Outline, Profile, Run, Solid, Trajectory
+from sealtwin.core.stage_keys import number_words
 
 
 class ReadingsSheet(JsonRecord):
@@ -102,10 +104,16 @@ class Evidence:
     live: LiveModel | None = None  # Fast model of the page; None where it cannot do the trial
 
 
-def provenance(facts: dict[str, str], device: str, seed: Any, versions: dict[str, str]) -> dict[str, str]:
-    """Return ``facts`` between this program and machine, and the device, the seed and the versions of a run."""
+def provenance(
+    facts: dict[str, str], device: str, seed: Any, versions: dict[str, str], numbers: Mapping[str, int]
+) -> dict[str, str]:
+    """Return ``facts`` between this program and machine, and the device, the seed and the versions of a run.
+
+    ``numbers`` are the stage numbers by which the results were computed.
+    """
     return {
         "sealtwin": version("sealtwin"),
+        "stage numbers": number_words(numbers),
         "system": f"{platform.system()} {platform.machine()}",
         **facts,
         "device": device,

@@ -13,7 +13,7 @@ solid, crack = slot(24.0, depth_mm=12.0)
 def ends(key: str, value: float, *, again: bool = True) -> str:
     """Return how a pour of a fluid ends; after a refusal, how one of the largest value that it names ends."""
     try:
-        fluid = st.Fluid(**{key: value})
+        fluid = st.Fluid(U=value) if key == "U" else st.Fluid(viscosity_pa_s=value)
         st.inject(crack, solid, path(crack, 0.2, speed_mm_s=20.0), fluid, solver=st.Solver(radius_mm=0.6))
     except NumericalError:
         return "fails"

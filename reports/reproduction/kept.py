@@ -8,6 +8,7 @@ from typing import Any
 
 from reports.reproduction.judging import NOT_COMPUTED, AnyClaim, Finding, Judgement, not_computed
 from sealtwin.core import files
+from sealtwin.trial.stage_numbers import NUMBERS
 
 KEPT = "kept.json"
 
@@ -27,6 +28,8 @@ class Kept:
 
     computed: str
     """Date of its last run, for example "2026-11-22"."""
+    stage_numbers: Mapping[str, int]
+    """Those that computed it; empty if they are not recorded."""
     findings: Mapping[str, Found]
     """By the claim's name."""
     told: Mapping[str, Any]
@@ -34,9 +37,11 @@ class Kept:
 
 
 def kept_of(last_run_unix_s: float, findings: Sequence[Finding], told: Mapping[str, Any] | None = None) -> Kept:
+    """Return what is kept of findings by runs of this version's stage numbers."""
     date = time.strftime("%Y-%m-%d", time.gmtime(last_run_unix_s))
     computed = [each for each in findings if each.ours != NOT_COMPUTED]
-    return Kept(date, {each.name: Found(each.ours, each.redrawn, each.judgement) for each in computed}, told or {})
+    findings_by_name = {each.name: Found(each.ours, each.redrawn, each.judgement) for each in computed}
+    return Kept(date, dict(NUMBERS), findings_by_name, told or {})
 
 
 def found_in(claim: AnyClaim[Any], kept: Sequence[Kept]) -> Finding:
@@ -58,7 +63,12 @@ def read_kept(home: Path) -> dict[str, Kept]:
     content = files.read_json(path)
     with files.understood(path):
         return {
-            stage: Kept(one["computed"], {name: Found(**found) for name, found in one["findings"].items()}, one["told"])
+            stage: Kept(
+                one["computed"],
+                one.get("stage_numbers", {}),
+                {name: Found(**found) for name, found in one["findings"].items()},
+                one["told"],
+            )
             for stage, one in content.items()
         }
 

@@ -13,6 +13,7 @@ from sealtwin.core.errors import NumericalError
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats
 from sealtwin.study.runner import Bench, ready
+from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.trial_file import Trial
 from simulate.injection import Injection
 from simulate.run import follow
@@ -57,8 +58,14 @@ def take_pace(path: Path, bench: Bench, trial: Trial) -> None:
     Raises NumericalError where the run fails.
     """
     settings = trial.model_dump(mode="json")
-    if not path.is_file() or files.read_json(path).get("trial") != settings:
-        files.write_json(path, {"version": 1, **_listed(_paced(bench, trial)), "trial": settings})
+    if not is_current(path) or files.read_json(path).get("trial") != settings:
+        facts = {"trial": settings, "stage_numbers": numbers_up_to("simulate")}
+        files.write_json(path, {"version": 1, **_listed(_paced(bench, trial)), **facts})
+
+
+def is_current(path: Path) -> bool:
+    """Return True for a pace of this version's stage numbers."""
+    return path.is_file() and files.read_json(path).get("stage_numbers") == numbers_up_to("simulate")
 
 
 def read_pace(path: Path) -> Pace:

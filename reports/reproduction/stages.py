@@ -17,11 +17,13 @@ from reports.reproduction.derived import (
 from reports.reproduction.pace import take_pace
 from sealtwin.core.cluster import cores
 from sealtwin.core.progress import Progress
+from sealtwin.core.stage_keys import other_numbers
 from sealtwin.study.runner import Bench, read_bench
 from sealtwin.study.study_file import load_study
-from sealtwin.study.study_folder import StudyRun, holds_study, read_plan, run_path
+from sealtwin.study.study_folder import Plan, StudyRun, holds_study, read_plan, run_path
 from sealtwin.study.study_map import chart_of
 from sealtwin.study.sweep import SweepOptions, sweep
+from sealtwin.trial.stage_numbers import NUMBERS
 from sealtwin.trial.trial_file import Trial, load_trial
 from validate.study_figures.chart import Chart
 
@@ -105,6 +107,8 @@ def missing_pairs(part: Part, work: Path) -> str | None:
     folder, runs, done = part.folder(work), load_study(part.study).runs, 0
     if holds_study(folder):
         plan = read_plan(folder)
+        if other := _other_numbers(plan):
+            return f"its pairs were computed by {other}"
         done = sum(run.state != "waiting" for run in plan.runs) if plan.total == runs else 0
     return None if done == runs else f"{done} of its {runs} pairs are computed"
 
@@ -115,11 +119,18 @@ def read_chart(part: Part, work: Path) -> Chart:
 
 
 def done_runs(folder: Path) -> list[StudyRun]:
-    """Return the runs with a result, in the study's order; none while any waits."""
+    """Return the runs with a result, in the study's order; none while any waits, or of other stage numbers."""
     if not holds_study(folder):
         return []
-    runs = read_plan(folder).runs
-    return [] if any(run.state == "waiting" for run in runs) else [run for run in runs if run.state == "done"]
+    plan = read_plan(folder)
+    if _other_numbers(plan) or any(run.state == "waiting" for run in plan.runs):
+        return []
+    return [run for run in plan.runs if run.state == "done"]
+
+
+def _other_numbers(plan: Plan) -> str:
+    """Return how a plan's stage numbers differ from this version's, or nothing: what is judged together is of one."""
+    return other_numbers(plan.numbers, {stage: NUMBERS[stage] for stage in plan.numbers or NUMBERS})
 
 
 def slot_path(work: Path, name: str) -> Path:

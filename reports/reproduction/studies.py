@@ -26,7 +26,7 @@ from reports.reproduction.extra_claims import (
 )
 from reports.reproduction.judging import Finding, judge, not_computed
 from reports.reproduction.kept import Kept, found_in, kept_of, read_kept, write_kept
-from reports.reproduction.pace import Pace, read_pace
+from reports.reproduction.pace import Pace, is_current, read_pace
 from reports.reproduction.redrawn import errors_against, first_readings, redraw
 from reports.reproduction.scatter import Replicates, draws_of, join
 from reports.reproduction.stages import (
@@ -189,7 +189,7 @@ def _times(folder: Path) -> Kept | None:
 
 def _slots(work: Path) -> Kept | None:
     paths = [slot_path(work, name) for name, _, _ in SLOT_RUNS]
-    if not all(path.is_file() for path in paths):
+    if not all(map(is_current, paths)):
         return None
     *wide, narrow = map(read_pace, paths)
     return kept_of(paths[-1].stat().st_mtime, [judge_slots(wide, narrow)])
@@ -211,7 +211,7 @@ def _paces(folder: Path) -> dict[tuple[str, float], list[Pace]] | None:
     found: dict[tuple[str, float], list[Pace]] = {}
     for run in read_plan(folder).runs:
         path = run_path(folder, run.key) / PACE
-        if not path.is_file():
+        if not is_current(path):
             return None
         key = run.settings["solver.viscosity_solve"], float(run.settings["fluid.D_cm"])
         found.setdefault(key, []).append(read_pace(path))

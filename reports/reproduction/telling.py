@@ -15,6 +15,8 @@ from reports.reproduction.scatter import Pair, Replicates
 from reports.reproduction.surface import CHOSEN
 from reports.reproduction.unequal import OF_ALL, Careless
 from sealtwin.core.records import Floats
+from sealtwin.core.stage_keys import UNNUMBERED, number_words
+from sealtwin.trial.stage_numbers import NUMBERS
 from validate.study_figures.chart import Chart
 
 FIGURES = (
@@ -106,6 +108,7 @@ def _listed(part: Told) -> dict[str, Any]:
         "name": part.name,
         "title": part.title,
         "computed": part.study.computed,
+        "computed_by": number_words(part.study.stage_numbers or dict.fromkeys(NUMBERS, UNNUMBERED)),
         "timed": None if part.times is None else part.times.computed,
         "not_computed": [found.name for found in part.findings if found.ours == NOT_COMPUTED],
         "claims": len(part.findings),

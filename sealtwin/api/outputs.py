@@ -17,6 +17,7 @@ from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Outline, Run, Solid, Trajectory
 from sealtwin.core.run_folder import MANIFEST, require_folder, versions
+from sealtwin.trial.stage_numbers import NUMBERS
 
 if TYPE_CHECKING:
     from digitise.robots.cell import Format, RobotCell
@@ -97,7 +98,7 @@ def write_report(
         volume_ratio=float(run.health.volume_ratio or volume_ratio(run, solid)),
         overlay_path=target / OVERLAY,
         photo_data=crack.data,
-        provenance=provenance(facts, run.device, run.settings.get("seed"), versions()),
+        provenance=provenance(facts, run.device, run.settings.get("seed"), versions(), NUMBERS),
         sheet=sheet,
     )
     if result is not None:

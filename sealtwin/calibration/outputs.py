@@ -13,6 +13,7 @@ from sealtwin.core import files
 from sealtwin.core.records import Floats
 from sealtwin.material.material_text import material_text
 from sealtwin.trial.job import shown
+from sealtwin.trial.stage_numbers import NUMBERS
 from simulate.material_file import Material
 from validate.calibration.identified import Marginal
 from validate.calibration.summary import Calibrated
@@ -51,6 +52,7 @@ def write(
         "date": date.isoformat(),
         "radius_mm": list(calibrated.radius_mm),
         "runs_of_each_trial": calibrated.runs,
+        "stage_numbers": NUMBERS,
         "free": [_free(one) for one in calibrated.marginals] or [free.name for free in found.frees],
         "combinations": [
             {"parts": dict(zip((free.name for free in found.frees), _rounded(one.parts), strict=True)),

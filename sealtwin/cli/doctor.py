@@ -1,4 +1,4 @@
-"""Check of an installation: versions, devices, and each stage on a task whose answer is known."""
+"""Check of an installation: versions, stage numbers, devices, and each stage on a task whose answer is known."""
 
 import time
 from collections.abc import Callable
@@ -7,9 +7,11 @@ from sealtwin.cli.answer import BUG, Answer, Json, answering
 
 
 def doctor(as_json: Json = False) -> None:
-    """Print versions, devices and the results of a self-test of about a second."""
+    """Print versions, stage numbers, devices and the results of a self-test of about a second."""
     with answering("auto", as_json, quiet=False) as command:
         from sealtwin.core.run_folder import versions
+        from sealtwin.core.stage_keys import number_words
+        from sealtwin.trial.stage_numbers import NUMBERS
 
         checks: dict[str, str] = {}
         healthy = True
@@ -20,8 +22,10 @@ def doctor(as_json: Json = False) -> None:
             except Exception as fault:  # A self-test may fail in any way; the answer names it.
                 checks[name] = f"FAILED: {type(fault).__name__}: {fault}"
                 healthy = False
-        content = {"version": 1, "versions": versions(), "checks": checks, "healthy": healthy}
-        lines = [f"{name:<24} {found}" for name, found in {**versions(), **checks}.items()]
+        content = {"version": 1, "versions": versions(), "stage_numbers": NUMBERS, "checks": checks, "healthy": healthy}
+        facts = {**versions(), **checks}
+        facts["sealtwin"] += f", stage numbers {number_words(NUMBERS)}"
+        lines = [f"{name:<24} {fact}" for name, fact in facts.items()]
         command.reply(Answer(content, lines, 0 if healthy else BUG))
 
 

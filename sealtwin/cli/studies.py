@@ -21,7 +21,7 @@ def compare(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Put runs side by side: settings that differ, levels and errors in one plot, figures, held-out trials.
+    """Put runs side by side: settings and stage numbers that differ, levels and errors in one plot, held-out trials.
 
     Replicates, which have the same settings and readings of their own, also get the area validation metric.
 

@@ -8,6 +8,7 @@ import signal
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from functools import partial
 from importlib.metadata import version
 from multiprocessing import resource_tracker
 from typing import Any, TypeVar
@@ -52,6 +53,7 @@ def run_tasks(
     tasks: Iterable[tuple[Item, tuple[Any, ...]]],
     processes: int,
     scheduler: str | None = None,
+    numbers: Callable[[], Any] = dict,
 ) -> Iterator[tuple[Item, Result | Lost]]:
     """Call ``function`` for every task and yield results as they finish.
 
@@ -62,9 +64,12 @@ def run_tasks(
         processes: Worker processes on this machine, one core each, which end with this process, however that ends; 0
             computes in the calling process.
         scheduler: Address of a Dask scheduler whose workers are used instead.
+        numbers: A function of a module that returns the stage numbers of the machine it is called on: those of each
+            worker must be those of this process.
 
     Raises:
-        InputError: The scheduler does not answer, has no worker, or disappears; or it is refused as unencrypted.
+        InputError: The scheduler does not answer, has no worker, or disappears; it is refused as unencrypted; or a
+            worker has another version or other stage numbers.
     """
     if scheduler is None and processes == 0:
         yield from ((item, function(*arguments)) for item, arguments in tasks)
@@ -72,7 +77,7 @@ def run_tasks(
     import dask.config
     from distributed import as_completed
 
-    reached = _local_client(processes) if scheduler is None else _connected(scheduler)
+    reached = _local_client(processes) if scheduler is None else _connected(scheduler, numbers)
     with dask.config.set(CONFIG if scheduler else CONFIG | LOCAL_CONFIG), reached as client:
         waiting = iter(tasks)
         at_work: dict[Any, Item] = {}
@@ -167,7 +172,7 @@ def _children_ignore_interrupts() -> Iterator[None]:
 
 
 @contextmanager
-def _connected(address: str) -> Iterator[Any]:
+def _connected(address: str, numbers: Callable[[], Any]) -> Iterator[Any]:
     from distributed import Client
 
     _refuse_unencrypted(address)
@@ -183,7 +188,7 @@ def _connected(address: str) -> Iterator[Any]:
             "Dask's configuration (distributed.comm.tls) names the credentials."
         ) from None
     with client:
-        _require_workers(client, address)
+        _require_workers(client, address, numbers)
         yield client
 
 
@@ -215,18 +220,19 @@ def _refuse_unencrypted(address: str) -> None:
     )
 
 
-def _require_workers(client: Any, address: str) -> None:
+def _require_workers(client: Any, address: str, numbers: Callable[[], Any]) -> None:
     try:
         client.wait_for_workers(1, timeout=CONNECT_S)
     except TimeoutError:
         raise InputError(
             f"--scheduler {address}: the scheduler has no worker. 'dask worker {address}' starts one."
         ) from None
-    own = version("sealtwin")
-    # What a worker raised comes over the wire as whatever it was there.
-    found = client.run(version, "sealtwin", on_error="return")
-    if other := {worker: theirs for worker, theirs in found.items() if theirs != own}:
-        worker, theirs = next(iter(other.items()))
-        raise InputError(
-            f"--scheduler {address}: {worker} has sealtwin {theirs}, here is {own}. Install one version everywhere."
-        )
+    # The second is asked for once the first is known to be the same. What a worker raised comes over the wire as
+    # whatever it was there.
+    for what, ask in (("sealtwin", partial(version, "sealtwin")), ("stage numbers", numbers)):
+        own, answers = ask(), client.run(ask, on_error="return")
+        if other := {worker: theirs for worker, theirs in answers.items() if theirs != own}:
+            worker, theirs = next(iter(other.items()))
+            raise InputError(
+                f"--scheduler {address}: {worker} has {what} {theirs}, here is {own}. Install one version everywhere."
+            )

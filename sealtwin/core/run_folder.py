@@ -1,13 +1,11 @@
 """Run folder: its lock, and the manifest of which stage made which file from which inputs."""
 
-import hashlib
 import json
 import os
 import platform
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from datetime import UTC, datetime
-from functools import cache
 from importlib.metadata import version
 from itertools import chain, count
 from pathlib import Path
@@ -54,6 +52,10 @@ class RunFolder:
         """Return the settings of a finished ``stage``; None if it is not finished."""
         return self.manifest["stages"].get(stage, {}).get("settings")
 
+    def numbers_of(self, stage: str) -> dict[str, int]:
+        """Return the stage numbers by which a finished ``stage`` was computed; without those that are not recorded."""
+        return self.manifest["stages"].get(stage, {}).get("stage_numbers", {})
+
     def edited(self, stage: str) -> list[str]:
         """Return the files of ``stage`` that exist, but not as it wrote them."""
         entry = self.manifest["stages"].get(stage)
@@ -90,12 +92,14 @@ class RunFolder:
         outputs: Sequence[str],
         wall_time_s: float,
         *,
+        numbers: Mapping[str, int],
         given: Sequence[str] = (),
         **facts: Any,
     ) -> None:
         """Record a finished ``stage``: its key, its settings, the hashes of its inputs and outputs, and other facts.
 
-        ``given`` names the inputs that came from the user and not from an earlier stage.
+        ``numbers`` are the stage numbers in its key; ``given`` names the inputs that came from the user and not from an
+        earlier stage.
         """
         self.manifest["stages"][stage] = {
             "key": key,
@@ -106,6 +110,7 @@ class RunFolder:
             "wall_time_s": round(wall_time_s, 3),
             "finished_utc": datetime.now(UTC).isoformat(timespec="seconds"),
             "versions": versions(),
+            "stage_numbers": dict(numbers),
             **facts,
         }
         self.save()
@@ -214,18 +219,6 @@ def refuse_foreign(path: Path, maker: str, names: Sequence[str] | None = None) -
         raise InputError(f"{path}: holds files that no {maker} wrote ({', '.join(found[:3])}); give another --out.")
 
 
-def stage_key(inputs: Mapping[str, str], settings: Mapping[str, Any]) -> str:
-    """Return a hash of all that a stage's result depends on: its inputs, its settings and the package version."""
-    content = {"inputs": dict(inputs), "settings": dict(settings), "version": _own_version()}
-    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
-
-
-@cache
-def _own_version() -> str:
-    """Return the package's version, whose metadata take a millisecond to parse: a study has 20,000 keys."""
-    return version("sealtwin")
-
-
 def versions() -> dict[str, str]:
     return {"python": platform.python_version(), **{name: version(name) for name in PACKAGES}}
 
@@ -267,4 +260,5 @@ def _is_entry(folder: Path, entry: Mapping[str, Any]) -> bool:
     home = folder.resolve()
     files = [Path(os.path.normpath(home / name)) for name in entry["outputs"]]
     below = all(home in file.parents and file.parent.resolve().is_relative_to(home) for file in files)
-    return below and all(isinstance(entry[part], kind) for part, kind in ENTRY.items())
+    numbered = isinstance(entry.get("stage_numbers", {}), dict)
+    return below and numbered and all(isinstance(entry[part], kind) for part, kind in ENTRY.items())

@@ -2,15 +2,16 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from importlib.metadata import version
 from pathlib import Path, PurePath
 from typing import Any
 
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
+from sealtwin.core.stage_keys import stage_key
 from sealtwin.lab.found_files import TRIAL, Role, Said
 from sealtwin.lab.pairing import Decisions
 from sealtwin.lab.sample_trials import KeptFile
+from sealtwin.trial.stage_numbers import NUMBERS
 from validate.readings.samples import sample_key
 
 CATALOGUE = "catalogue.json"
@@ -127,9 +128,9 @@ class Catalogue:
 
 
 def state_of(folder: Path) -> str:
-    """Return what a trial's check depends on: its file, which the user may edit, its level, and this version."""
+    """Return the key of a trial's check: of its file, which the user may edit, and of its level."""
     looked_at = (path for path in (folder / TRIAL, folder / RUN / "profile.csv") if path.is_file())
-    return " ".join([*map(files.sha256, looked_at), version("sealtwin")])
+    return stage_key({path.name: files.sha256(path) for path in looked_at}, {}, NUMBERS)
 
 
 def is_lab(folder: Path) -> bool:

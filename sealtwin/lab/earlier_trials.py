@@ -8,8 +8,10 @@ from sealtwin.core.earlier_trials import EarlierTrial
 from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import Judged, Positive
 from sealtwin.core.records import DataKind
+from sealtwin.core.stage_keys import other_numbers
 from sealtwin.lab.catalogue import RUN, Catalogue, Record, read_run
 from sealtwin.lab.held_out import TRIAL, readings_hash, uses
+from sealtwin.trial.stage_numbers import NUMBERS
 from sealtwin.trial.trial_file import load_trial
 from validate.metrics.verdict import kept_volume
 from validate.readings.read_readings import read_readings
@@ -67,6 +69,9 @@ def _counts(lab: Path, record: Record) -> tuple[str, EarlierTrial] | None:
     readings = load_trial(run / TRIAL).readings
     if readings is None:
         return None
+    recorded = result.get("computed_by", {}).get("validate", {}).get("stage_numbers", {})
+    if other := other_numbers(recorded, NUMBERS):
+        raise InputError(f"{run}: computed by {other}. 'sealtwin run' with its trial computes it anew.")
     length_mm = content["covered_length_mm"]
     return readings_hash(read_readings(run / readings.file, readings)), EarlierTrial(
         name=record.name,

@@ -217,11 +217,11 @@ def thickened(paste: HerschelBulkley, log_factor: float) -> HerschelBulkley:
     )
 
 
-def write_model(path: Path, model: LoopModel, plan_sha256: str) -> None:
-    """Write the tables as JSON, with the hash of the plan that they are of."""
+def write_model(path: Path, model: LoopModel, key: str) -> None:
+    """Write the tables as JSON, with the key of all that they depend on."""
     sections = {name: getattr(model.sections, name) for name in Trapezoids.__dataclass_fields__}
     content = {name: getattr(model, name) for name in LoopModel.__dataclass_fields__}
-    files.write_json(path, {"version": VERSION, "plan_sha256": plan_sha256, **content, "sections": sections})
+    files.write_json(path, {"version": VERSION, "key": key, **content, "sections": sections})
 
 
 def read_model(path: Path) -> LoopModel:

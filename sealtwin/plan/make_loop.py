@@ -13,13 +13,16 @@ from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import holding
 from sealtwin.core.settings import read_settings
+from sealtwin.core.stage_keys import other_numbers, stage_key
 from sealtwin.plan.emulation import Emulated, Faults, emulate
 from sealtwin.plan.loop_model import VERSION, TwoPasses, by_particles, make_model, read_model, two_passes, write_model
 from sealtwin.plan.loop_step import LevelFrame, LoopModel, LoopState, as_line, step
 from sealtwin.plan.make_plan import REPORT, SAMPLE, TABLE, VERIFICATION, case_of
 from sealtwin.plan.shape import FASTER
 from sealtwin.study.runner import Bench, read_bench
+from sealtwin.study.study_folder import read_plan
 from sealtwin.trial.job import shown
+from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.trial_file import Trial, load_trial
 
 TABLES, PAGE = "loop.json", "loop.html"
@@ -44,7 +47,7 @@ def run_loop(
         )
     with holding(folder), progress:
         passes = passes_of(bench, trial)
-        factor = _volume_factor(folder)
+        factor = _volume_factor(folder, progress)
         physics = trial.fluid, trial.solver.model_copy(update={"volume_factor": factor}), trial.nozzle
         model = _model(folder, bench, trial, passes, physics, progress)
         progress.start("Pouring, EMULATED", round(passes.motion.t_s[-1]))
@@ -96,22 +99,26 @@ def _plan_in(folder: Path) -> tuple[Trial, Bench]:
     return trial.model_copy(update={"readings": None, "gate": None}), read_bench(folder / SAMPLE, None)
 
 
-def _volume_factor(folder: Path) -> float:
-    """Return the volume factor that the plan's own runs ended with, on average."""
-    found = []
-    for path in sorted((folder / VERIFICATION).glob("runs/*/summary.json")):
-        with files.understood(path):
-            found.append(float(files.read_json(path)["figures"]["health"]["volume_factor"]))
-    if not found:
+def _volume_factor(folder: Path, progress: Progress) -> float:
+    """Return the volume factor that the plan's own runs ended with, on average.
+
+    The folder may have runs of other stage numbers beside them, which do not count.
+    """
+    verification = read_plan(folder / VERIFICATION)
+    if other := other_numbers(verification.numbers, numbers_up_to("simulate")):
+        progress.note(f"{folder}: its plan was computed by {other}. 'sealtwin plan TRIAL' plans anew.")
+    with files.understood(folder / VERIFICATION):
+        factors = [float(run.figures["health"]["volume_factor"]) for run in verification.runs if run.figures]
+    if not factors:
         raise InputError(f"{folder / VERIFICATION}: holds no finished run. 'sealtwin plan TRIAL' makes them again.")
-    return float(np.mean(found))
+    return float(np.mean(factors))
 
 
 def _model(folder: Path, bench: Bench, trial: Trial, passes: TwoPasses, physics: Any, progress: Progress) -> LoopModel:
     """Return the tables of the plan as it is now."""
-    key, kept = files.sha256(folder / TABLE), folder / TABLES
-    held = files.read_json(kept) if kept.is_file() else {}
-    if (held.get("version"), held.get("plan_sha256")) == (VERSION, key):
+    key = stage_key({TABLE: files.sha256(folder / TABLE)}, {"tables": VERSION}, numbers_up_to("simulate"))
+    kept = folder / TABLES
+    if kept.is_file() and files.read_json(kept).get("key") == key:
         return read_model(kept)
     most_mm3_s = 2 * float(passes.base_mm3_s.max())
     case = case_of(bench, trial, bench.trajectory)

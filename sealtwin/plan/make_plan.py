@@ -28,6 +28,7 @@ from sealtwin.study.study_file import with_settings
 from sealtwin.trial.job import require_sample, shown, start_job
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.robot_files import pump_of, read_cell, write_programs
+from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.trial_file import SETTINGS, Trial, load_trial, trial_text
 
 REPORT, TABLE, PAGE, LEVEL = "plan.json", "plan.csv", "plan.html", "level.csv"
@@ -277,6 +278,7 @@ def _write(folder: Path, planned: Planned, trial: Trial, options: Options) -> di
         "version": 1,
         "name": trial.name,
         "folder": shown(folder),
+        "stage_numbers": numbers_up_to("simulate"),
         "kept": planned.best.name,
         "verified": planned.verified,
         "expected_off_mm": planned.best.off_mm,

@@ -13,11 +13,12 @@ from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats, Outline, Profile, Solid
-from sealtwin.core.run_folder import stage_key
+from sealtwin.core.stage_keys import stage_key
 from sealtwin.study import study_folder
 from sealtwin.study.estimate import size_of
 from sealtwin.study.runner import Bench, Computing, compute
 from sealtwin.trial.job import stage_settings
+from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.trial_file import Trial
 from simulate.slot.sections import sections_of
 
@@ -75,7 +76,7 @@ class Verifier:
             check_fit(bench.outline, bench.solid, trial.fluid, trial.solver, trial.nozzle, trial.sample)
             trajectory = plan_trajectory(bench.outline, path, bench.solid.cavity_volume_mm3, bench.solid.sections)
             settings = {**stage_settings(trial, "simulate"), "path": path.model_dump(mode="json", exclude_none=True)}
-            name = stage_key({}, {"path": settings["path"]})[:12]
+            name = stage_key({}, {"path": settings["path"]}, numbers_up_to("digitise"))[:12]
             sample = self.folder / "samples" / name
             if not (sample / "trajectory.csv").is_file():
                 record_files.write_outline(sample, bench.outline)
@@ -83,15 +84,15 @@ class Verifier:
                 # Last: with it the sample is whole.
                 record_files.write_trajectory(sample, trajectory)
             inputs = {file: files.sha256(sample / file) for file in ("outline.json", "crack.ply", "trajectory.csv")}
-            key = stage_key(inputs, {**settings, "device": self.device})
+            key = stage_key(inputs, {**settings, "device": self.device}, numbers_up_to("simulate"))
             content = json.loads(trial.model_dump_json(exclude_none=True))
             work_s = size_of(trial, trajectory, bench.outline.mean_width_mm).work_s
             number = len(self._runs) + len(asked) + 1
             asked.append(study_folder.StudyRun(number, key, {"path": said, "seed": seed}, content, name, key, work_s))
         known = {run.key for run in self._runs}
         self._runs += {run.key: run for run in asked if run.key not in known}.values()
-        plan = study_folder.Plan("verification", self._runs, len(self._runs))
-        self._runs = study_folder.resume(self.folder, plan, retry=True)
+        plan = study_folder.Plan("verification", self._runs, len(self._runs), numbers=numbers_up_to("simulate"))
+        self._runs = study_folder.resume(self.folder, plan, self.progress.note, retry=True)
         if any(run.state == "waiting" for run in self._runs):
             waiting = sum(run.state == "waiting" for run in self._runs)
             how = Computing(self.device, min(self.jobs, waiting) if self.jobs > 1 else 0)

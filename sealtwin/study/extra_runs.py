@@ -17,13 +17,14 @@ from sealtwin.core.cluster import cores
 from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile
-from sealtwin.core.run_folder import stage_key
+from sealtwin.core.stage_keys import stage_key
 from sealtwin.study import study_folder
 from sealtwin.study.drawn_runs import draw, model_of
 from sealtwin.study.estimate import RunSize, Timing, estimate, size_of
 from sealtwin.study.moved_inputs import Base, moved_bench, moved_paste, refuse_immovable
 from sealtwin.study.runner import Bench, Computing, compute
 from sealtwin.trial.job import DIGITISED, Job, made_by, stage_settings
+from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.trial_file import Trial
 from sealtwin.trial.validate_stage import SPREAD, UNCERTAINTY, varied_settings
 from validate.uncertainty.inputs import RUNS, Effect, InputDraws
@@ -46,19 +47,25 @@ def vary(job: Job) -> bool:
     """Bring RUN/uncertainty.json up to date, and return True if anything was computed.
 
     Raises:
-        InputError: The trial's run is not finished, or an input cannot be varied as declared.
+        InputError: The trial's run is not finished, or was computed by other stage numbers than extra runs would be;
+            or an input cannot be varied as declared.
         NumericalError: An extra run failed; it is named, and the same command tries it again.
     """
     from simulate.device import choose_device
 
     inputs = {**made_by(job, "digitise", DIGITISED), **made_by(job, "simulate", ("particles.csv", "profile.csv"))}
+    if other := job.other_numbers("simulate"):
+        raise InputError(
+            f"{job.path}: its level was computed by {other}, and extra runs would be of another solver than it. Run "
+            f"'sealtwin run TRIAL --out {job.path}' first."
+        )
     base, settings = Base.of(job), varied_settings(job.trial)
     particles = job.trial.solver.model != "slot"
     device = choose_device(job.device) if particles else ""
     drawn = bool(base.inputs) and model_of(base) == "slot"
-    key = stage_key(
-        inputs, {**settings, "replicates": REPLICATES, "device": device, **({"drawn": RUNS} if drawn else {})}
-    )
+    how = {"replicates": REPLICATES, "device": device, **({"drawn": RUNS} if drawn else {})}
+    numbers = job.numbers("validate")
+    key = stage_key(inputs, {**settings, **how}, numbers)
     if job.folder.is_current(UNCERTAINTY, key):
         return False
     if not (particles or drawn):
@@ -76,7 +83,7 @@ def vary(job: Job) -> bool:
     job.folder.clear(UNCERTAINTY)
     files.write_json(job.path / SPREAD, spread.content())
     wall_s = drew_s + sum(run.wall_s or 0.0 for run in runs)
-    job.folder.record(UNCERTAINTY, key, settings, inputs, [SPREAD], wall_s)
+    job.folder.record(UNCERTAINTY, key, settings, inputs, [SPREAD], wall_s, numbers=numbers)
     for done in folder.glob("drawn-*"):
         shutil.rmtree(done)
     return True
@@ -91,7 +98,8 @@ def _compute(
         study_folder.read_plan(folder)  # Imports what an earlier version computed.
         study_folder.remove_temporary_files(folder)
     runs, largest = _runs(folder, variants, device, inputs)
-    runs = study_folder.resume(folder, study_folder.Plan(UNCERTAINTY, runs, len(runs)), retry=True)
+    plan = study_folder.Plan(UNCERTAINTY, runs, len(runs), numbers=numbers_up_to("simulate"))
+    runs = study_folder.resume(folder, plan, progress.note, retry=True)
     how = Computing(device, cores() if device == "cpu" else 1)
     timings = _own_timing(base)
     expected = estimate(runs, largest, how.jobs, how.batch, keep_runs=False, timings=timings)
@@ -187,7 +195,8 @@ def _runs(
                 f"{folder}: the extra run with {_said(moved)} cannot be: {fault} Extra runs have particles "
                 f"{RATIO:g} times smaller and larger than the trial's: give the trial another solver.radius_mm."
             ) from None
-        name = stage_key(inputs, {"moved": {} if "solver.radius_mm" in moved else moved})[:12]
+        steps = {} if "solver.radius_mm" in moved else moved
+        name = stage_key(inputs, {"moved": steps}, numbers_up_to("digitise"))[:12]
         sample = folder / "samples" / name
         if not all((sample / file).is_file() for file in DIGITISED):
             record_files.write_outline(sample, bench.outline)
@@ -196,7 +205,8 @@ def _runs(
             record_files.write_trajectory(sample, bench.trajectory)
         # A sloping sample has a table of that name.
         place = {"sample" if trial.sample.level else "bench": name}
-        key = stage_key(inputs, {**stage_settings(trial, "simulate"), **place, "device": device})
+        settings = {**stage_settings(trial, "simulate"), **place, "device": device}
+        key = stage_key(inputs, settings, numbers_up_to("simulate"))
         content = trial.model_dump(mode="json", exclude_none=True)
         runs.append(study_folder.StudyRun(number, key, moved, content, name, key, sizes[-1].work_s))
     return runs, max(sizes, key=lambda size: (size.particles, size.bytes))

@@ -11,6 +11,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.record_files import Judged
 from sealtwin.core.run_folder import look_into
+from sealtwin.core.stage_keys import UNNUMBERED
 from sealtwin.trial.job import DIGITISED, SIMULATED, STAGES, Job, made_by, resume_job, shown, stage_settings
 from sealtwin.trial.trial_file import Trial
 from sealtwin.trial.validate_stage import readings_of
@@ -125,14 +126,16 @@ def _side(job: Job, name: str) -> Side:
     }
     with files.understood(job.path / "simulation.json"):
         volume_ratio = run.volume_ratio
+    stages = STAGES if readings is not None else STAGES[:-1]
+    numbers = {f"stage_number.{stage}": job.folder.numbers_of(stage).get(stage, UNNUMBERED) for stage in stages}
     return Side(
         name=name,
-        settings=_flat(job.trial.model_dump(mode="json", exclude=set(NOT_SETTINGS))),
+        settings=_flat(job.trial.model_dump(mode="json", exclude=set(NOT_SETTINGS))) | numbers,
         profile=record_files.read_profile(job.path),
         readings=readings,
         metrics=metrics,
         facts=facts,
-        replicate_of=_replicate_of(job.trial),
+        replicate_of=_replicate_of(job.trial, job.folder.numbers_of("simulate")),
         volume_ratio=volume_ratio,
         escaped_particles=run.escaped_particles,
         edited=[file for stage in STAGES for file in job.folder.edited(stage)],
@@ -150,9 +153,12 @@ def _flat(content: dict[str, Any], before: str = "") -> dict[str, Any]:
     return flat
 
 
-def _replicate_of(trial: Trial) -> str:
-    """Return the nominal crack, path, paste and solver, without the photo: each replicate has a sample of its own."""
+def _replicate_of(trial: Trial, numbers: dict[str, int]) -> str:
+    """Return the nominal crack, path, paste and solver, without the photo: each replicate has a sample of its own.
+
+    ``numbers`` are the stage numbers of its level: levels by two solvers are no replicates.
+    """
     digitised = stage_settings(trial, "digitise")
     ordered = {name: digitised[name] for name in ("crack", "path")}
     role = None if trial.readings is None else trial.readings.role
-    return json.dumps([ordered, stage_settings(trial, "simulate"), role], sort_keys=True)
+    return json.dumps([ordered, stage_settings(trial, "simulate"), role, numbers], sort_keys=True)

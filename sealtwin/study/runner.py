@@ -16,6 +16,7 @@ from sealtwin.core.progress import Progress
 from sealtwin.core.records import Outline, Profile, Run, Solid, Trajectory
 from sealtwin.study.estimate import Forecast, Timing, timings_of
 from sealtwin.study.study_folder import OUTCOME, PROFILE, STATES, StudyRun, run_path, with_outcome, write_outcome
+from sealtwin.trial.stage_numbers import own_numbers
 from sealtwin.trial.trial_file import Trial
 from validate.settings import Readings
 
@@ -95,7 +96,7 @@ def compute(
                 forecast.begin(key, time.monotonic())
             yield group, _arguments(folder, group, how)
 
-    for group, outcomes in run_tasks(seal_in_worker, tasks(), jobs, how.scheduler):
+    for group, outcomes in run_tasks(seal_in_worker, tasks(), jobs, how.scheduler, own_numbers):
         if isinstance(outcomes, Lost):
             outcomes = [Failure(f"{outcomes.reason}: give fewer --jobs, and --retry.")] * len(group)
         for run, outcome in zip(group, outcomes, strict=True):

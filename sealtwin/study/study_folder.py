@@ -6,7 +6,7 @@ appears whole or not at all: a process that is killed leaves a run waiting or fi
 
 import json
 import sqlite3
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
@@ -14,6 +14,7 @@ from typing import Any, Literal
 
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
+from sealtwin.core.stage_keys import other_numbers
 from sealtwin.trial.trial_file import Trial
 from validate.metrics.verdict import kept_volume
 
@@ -71,6 +72,7 @@ class Plan:
     runs: Sequence[StudyRun]
     total: int  # Number of runs of the whole study; a shard has fewer
     started_unix_s: float = 0.0  # Time of the latest start
+    numbers: Mapping[str, int] = field(default_factory=dict)  # Stage numbers in the keys; empty if not recorded
 
 
 def profile_path(folder: Path, key: str) -> Path:
@@ -95,14 +97,16 @@ def read_plan(folder: Path) -> Plan:
     content = files.read_json(folder / PLAN)
     with files.understood(folder / PLAN):
         runs = [with_outcome(folder, StudyRun(**run)) for run in content["runs"]]
-        return Plan(content["study"], runs, content["total"], content["started_unix_s"])
+        numbers = content.get("stage_numbers", {})
+        return Plan(content["study"], runs, content["total"], content["started_unix_s"], numbers)
 
 
 def write_plan(folder: Path, plan: Plan) -> None:
     """Write the plan. Outcomes are files of their own, so that nothing else has to be locked or updated."""
     runs = [{name: getattr(run, name) for name in PLANNED} for run in plan.runs]
     content = {"version": 1, "study": plan.study, "total": plan.total, "started_unix_s": plan.started_unix_s}
-    files.write_text(folder / PLAN, json.dumps({**content, "runs": runs}, ensure_ascii=False, allow_nan=False))
+    content |= {"stage_numbers": dict(plan.numbers), "runs": runs}
+    files.write_text(folder / PLAN, json.dumps(content, ensure_ascii=False, allow_nan=False))
 
 
 def with_outcome(folder: Path, run: StudyRun) -> StudyRun:
@@ -127,12 +131,15 @@ def forget_outcome(folder: Path, run: StudyRun) -> StudyRun:
     return StudyRun(**{name: getattr(run, name) for name in PLANNED})
 
 
-def resume(folder: Path, plan: Plan, *, retry: bool, keep_runs: bool = False) -> list[StudyRun]:
-    """Write a plan, and return its runs with their outcomes so far.
+def resume(
+    folder: Path, plan: Plan, note: Callable[[str], None], *, retry: bool, keep_runs: bool = False
+) -> list[StudyRun]:
+    """Write a plan, and return its runs with their outcomes so far; ``note`` receives what is made anew, and why.
 
     A run is waiting again if its files are not as they were written, or its particles are missing and to be kept; with
     ``retry`` also if it failed.
     """
+    _note_other_numbers(folder, plan, note)
     runs = []
     for run in (with_outcome(folder, run) for run in plan.runs):
         kept = not keep_runs or (run_path(folder, run.key) / "particles.csv").is_file()
@@ -140,6 +147,16 @@ def resume(folder: Path, plan: Plan, *, retry: bool, keep_runs: bool = False) ->
         runs.append(forget_outcome(folder, run) if lost or (run.state == "failed" and retry) else run)
     write_plan(folder, plan)
     return runs
+
+
+def _note_other_numbers(folder: Path, plan: Plan, note: Callable[[str], None]) -> None:
+    """Note how many finished runs of the folder's plan were computed by other stage numbers than the new plan's."""
+    if not holds_study(folder):
+        return
+    before = read_plan(folder)
+    done = sum(run.state == "done" for run in before.runs)
+    if done and (other := other_numbers(before.numbers, plan.numbers)):
+        note(f"{folder}: {done} finished runs were computed by {other}: they are made anew.")
 
 
 def is_intact(folder: Path, run: StudyRun) -> bool:

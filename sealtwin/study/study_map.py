@@ -15,12 +15,14 @@ from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress, in_words
 from sealtwin.core.records import DataKind, Frame, Profile
 from sealtwin.core.run_folder import holding
+from sealtwin.core.stage_keys import other_numbers
 from sealtwin.core.vtk_files import read_frame, write_frame
 from sealtwin.study.runner import INPUTS, read_bench, ready
 from sealtwin.study.study_folder import Plan, StudyRun, is_intact, profile_path, read_plan, run_path
 from sealtwin.study.sweep import screening
 from sealtwin.trial.job import check_sheet, shown
 from sealtwin.trial.simulate_stage import HEALTH, read_health
+from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.trial_file import Trial
 from validate.settings import Readings
 from validate.study_figures.chart import (
@@ -97,6 +99,8 @@ def map_study(
     if device is not None:
         # The fast model has no particles to draw.
         chosen = [held for held in chosen_few(chart) if not done[held.number].fast]
+        if chosen and (other := other_numbers(plan.numbers, numbers_up_to("simulate"))):
+            progress.note(f"{folder}: its runs were computed by {other}; those that are drawn may differ from them.")
         with holding(folder), progress:
             watched = watch_runs(folder, [done[held.number] for held in chosen], device, progress)
         for letter, held, seen in zip(ascii_lowercase, chosen, watched, strict=False):
@@ -105,7 +109,7 @@ def map_study(
     target = out or folder / MAP
     sheet = map_sheet(chart, fills)
     written = write_sheet_of_figures(target, PAGE, sheet)
-    content = _content(chart, target, written)
+    content = _content(chart, plan, target, written)
     files.write_json(target / CONTENT, content)
     return Mapped(content, chart, sheet, target)
 
@@ -259,7 +263,7 @@ def _scene(folder: Path, run: StudyRun) -> FillScene:
     return FillScene(bench.outline, bench.solid, bench.trajectory, size_mm, trial.nozzle.diameter_mm)
 
 
-def _content(chart: Chart, target: Path, written: Sequence[str]) -> dict[str, Any]:
+def _content(chart: Chart, plan: Plan, target: Path, written: Sequence[str]) -> dict[str, Any]:
     rows = [
         {
             "number": run.number,
@@ -273,6 +277,7 @@ def _content(chart: Chart, target: Path, written: Sequence[str]) -> dict[str, An
     return {
         "version": 1,
         "name": chart.name,
+        "stage_numbers": plan.numbers,
         "page": shown(target / PAGE),
         "readings": {"source": chart.readings.source, "data": chart.readings.data, "dialect": chart.readings.dialect},
         "axes": [{"setting": axis.setting, "unit": axis.unit, "logarithmic": axis.logarithmic} for axis in chart.axes],

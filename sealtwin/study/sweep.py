@@ -6,7 +6,7 @@ import platform
 import shlex
 import shutil
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -14,13 +14,15 @@ from typing import Any, Literal
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
-from sealtwin.core.run_folder import HOLDER, holding, open_folder, refuse_foreign, require_folder, stage_key
+from sealtwin.core.run_folder import HOLDER, holding, open_folder, refuse_foreign, require_folder
+from sealtwin.core.stage_keys import content_key, other_numbers, stage_key
 from sealtwin.study import study_folder
 from sealtwin.study.estimate import RunSize, estimate, releases_of, require_disk, require_memory, size_of
 from sealtwin.study.runner import INPUTS, Computing, compute, read_bench
 from sealtwin.study.study_file import PlannedRun, load_study, plan_runs, raise_faults
 from sealtwin.trial.job import DIGITISED, require_sample, shown, stage_settings, start_job
 from sealtwin.trial.pipeline import run_stages
+from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.trial_file import load_trial
 from validate.metrics.verdict import kept_volume
 
@@ -105,12 +107,15 @@ def brought_up_to_date(
     """
     from simulate.device import free_bytes
 
-    plan = study_folder.Plan(name, [], len(planned), time.time())
+    # Readings are compared in the run.
+    numbers = numbers_up_to("simulate" if planned[0].trial.readings is None else "validate")
+    plan = study_folder.Plan(name, [], len(planned), time.time(), numbers)
     shard, shards = options.shard
     planned = planned[shard - 1 :: shards]
     samples = _digitise(planned, source, folder, progress)
-    runs, largest = _runs(planned, samples, folder, options.device)
-    runs = study_folder.resume(folder, replace(plan, runs=runs), retry=options.retry, keep_runs=options.keep_runs)
+    runs, largest = _runs(planned, samples, folder, options.device, numbers)
+    plan = replace(plan, runs=runs)
+    runs = study_folder.resume(folder, plan, progress.note, retry=options.retry, keep_runs=options.keep_runs)
     expected = estimate(runs, largest, options.jobs, options.batch, keep_runs=options.keep_runs)
     size = f"{largest.particles:,} particles at most" if largest.particles else "the fast model, for screening"
     progress.note(f"{name}: {len(runs)} runs of {size}. {expected.sentence}")
@@ -165,7 +170,7 @@ def _digitise(planned: Sequence[PlannedRun], source: Path, folder: Path, progres
 
 
 def _runs(
-    planned: Sequence[PlannedRun], samples: dict[int, str], folder: Path, device: str
+    planned: Sequence[PlannedRun], samples: dict[int, str], folder: Path, device: str, numbers: Mapping[str, int]
 ) -> tuple[list[study_folder.StudyRun], RunSize]:
     """Return the runs with their keys, and the largest size. Raises InputError if settings do not fit a crack."""
     from simulate.setup_checks import check_fit
@@ -189,7 +194,7 @@ def _runs(
             if trial.solver.model != "slot":
                 check_fit(bench.outline, bench.solid, fluid, trial.solver, trial.nozzle, trial.sample)
             sample = bench.trajectory, bench.outline.mean_width_mm
-            if (planned_as := stage_key({}, alike)) not in releases:
+            if (planned_as := content_key(alike)) not in releases:
                 releases[planned_as] = releases_of(trial, *sample)
             sizes.append(size_of(trial, *sample, releases[planned_as]))
         except InputError as fault:
@@ -199,8 +204,8 @@ def _runs(
         if validated is not None:
             # It names what was chosen and changes no result.
             validated.pop("fitted", None)
-        key = stage_key(inputs[name], {**settings, "readings": validated, "device": device})
-        kin = stage_key({}, {**alike, "substeps": sizes[-1].substeps})
+        key = stage_key(inputs[name], {**settings, "readings": validated, "device": device}, numbers)
+        kin = content_key({**alike, "substeps": sizes[-1].substeps})
         content = trial.model_dump(mode="json", exclude_none=True)
         runs.append(study_folder.StudyRun(run.number, key, run.settings, content, name, kin, sizes[-1].work_s))
     raise_faults(faults)
@@ -220,6 +225,7 @@ def report(folder: Path, plan: study_folder.Plan, holder: str | None = None, *, 
         "folder": shown(folder),
         "states": {state: sum(run.state == state for run in runs) for state in study_folder.STATES},
         "runs_of_study": plan.total,
+        "stage_numbers": plan.numbers,
         "computed_by": holder,
         "left_s": _left_s(plan) if holder else None,
         "best": _best(runs),
@@ -364,6 +370,11 @@ def _chosen(folders: Sequence[Path], plans: Sequence[study_folder.Plan]) -> list
             raise InputError(
                 f"{folder}: holds '{plan.study}' of {plan.total} runs, {folders[0]} holds '{first.study}' of "
                 f"{first.total}; only shards of one study can be merged."
+            )
+        if other := other_numbers(plan.numbers, first.numbers):
+            raise InputError(
+                f"{folder}: its runs were computed by {other.replace('this version', str(folders[0]))}; compute all "
+                "shards by one version."
             )
         for run in plan.runs:
             held = chosen.setdefault(run.number, (folder, run))[1]

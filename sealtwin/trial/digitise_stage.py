@@ -10,7 +10,7 @@ from digitise.settings import LARGEST_FILE_BYTES
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Outline, Pixels, Solid
-from sealtwin.core.run_folder import stage_key
+from sealtwin.core.stage_keys import stage_key
 from sealtwin.trial.job import DIGITISED, OF_A_PATH, Job, begin_writing, sample_files, shown, stage_settings
 
 if TYPE_CHECKING:
@@ -25,7 +25,8 @@ def bring_up_to_date(job: Job) -> bool:
     (job.path / REFUSED).unlink(missing_ok=True)
     inputs = _hashes_of_sample(job)
     settings = stage_settings(job.trial, "digitise")
-    key = stage_key(inputs, settings)
+    numbers = job.numbers("digitise")
+    key = stage_key(inputs, settings, numbers)
     # A file that is missing or too large has no hash; its reader refuses it.
     if len(inputs) == len(sample_files(job.trial)) and job.folder.is_current("digitise", key):
         return False
@@ -57,9 +58,8 @@ def bring_up_to_date(job: Job) -> bool:
     for warning in warnings:
         job.progress.note(f"note: {warning}")
     wall_time_s = time.monotonic() - began
-    job.folder.record(
-        "digitise", key, settings, inputs, outputs, wall_time_s, given=list(inputs), path_source=outline.path_source
-    )
+    facts = {"given": list(inputs), "path_source": outline.path_source}
+    job.folder.record("digitise", key, settings, inputs, outputs, wall_time_s, numbers=numbers, **facts)
     return True
 
 

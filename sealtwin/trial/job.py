@@ -5,16 +5,17 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from sealtwin.core import files, record_files
 from sealtwin.core.earlier_trials import EarlierTrial
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import RunFolder
+from sealtwin.core.stage_keys import UNNUMBERED, other_numbers
+from sealtwin.trial.stage_numbers import NUMBERS, StageName, numbers_up_to
 from sealtwin.trial.trial_file import Trial, load_trial, trial_text
 
-StageName = Literal["digitise", "simulate", "validate"]
 STAGES: tuple[StageName, ...] = ("digitise", "simulate", "validate")
 DIGITISED = ("outline.json", "crack.ply", "solid.json", "trajectory.csv")
 """Files of the first stage that later stages read."""
@@ -60,6 +61,15 @@ class Job:
     def extra_runs(self) -> str:
         """``Above.extra_runs``, asked for once: it times a run, and the report and the terminal tell the same."""
         return self.above.extra_runs(self)
+
+    def numbers(self, stage: StageName) -> dict[str, int]:
+        """Return the stage numbers that results of ``stage`` depend on: this version's, and those of earlier files."""
+        recorded = {name: self.folder.numbers_of(name).get(name, UNNUMBERED) for name in numbers_up_to(stage)}
+        return {**recorded, stage: NUMBERS[stage]}
+
+    def other_numbers(self, stage: StageName) -> str:
+        """Return how the numbers by which ``stage`` was computed here differ from this version's, or nothing."""
+        return other_numbers(self.folder.numbers_of(stage), numbers_up_to(stage))
 
 
 def start_job(trial: Trial, source: Path, folder: RunFolder, device: str, progress: Progress) -> Job:
@@ -194,6 +204,8 @@ def made_by(job: Job, stage: StageName, names: Sequence[str]) -> dict[str, str]:
             f"{job.path / 'trial.toml'}: [{'], ['.join(differing)}] is not what {stage} ran with here. "
             f"Run {again} for these settings first."
         )
+    if other := job.other_numbers(stage):
+        job.progress.note(f"{job.path}: its {stage} files were computed by {other}. {again} computes them anew.")
     for name in job.folder.edited(stage):
         job.progress.note(f"{name}: not as {stage} wrote it; it is used as it is now.")
     return {name: files.sha256(job.path / name) for name in names}

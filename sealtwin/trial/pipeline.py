@@ -1,4 +1,4 @@
-"""Stages of one trial in their order; each is redone only if its inputs, its settings or this version changed."""
+"""Stages of one trial in their order; each is redone only if its inputs, its settings or its number changed."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -132,6 +132,7 @@ def read_result(job: Job) -> dict[str, Any]:
         "folder": shown(folder.path),
         "wall_time_s": round(sum(folder.manifest["stages"][stage]["wall_time_s"] for stage in stages), 1),
         "stages": stages,
+        "computed_by": {stage: _computed_by(folder, stage) for stage in stages},
         "edited": [name for stage in stages for name in folder.edited(stage)],
     }
     with files.understood(folder.path):
@@ -142,6 +143,12 @@ def read_result(job: Job) -> dict[str, Any]:
     if not target.is_file() or files.read_json(target) != result:
         files.write_json(target, result)
     return result
+
+
+def _computed_by(folder: RunFolder, stage: str) -> dict[str, Any]:
+    """Return the version and the stage numbers by which a finished stage was computed."""
+    sealtwin = folder.manifest["stages"][stage]["versions"].get("sealtwin")
+    return {"sealtwin": sealtwin, "stage_numbers": folder.numbers_of(stage)}
 
 
 def _findings(folder: RunFolder, trial: Trial, stages: Sequence[str]) -> dict[str, Any]:

@@ -16,8 +16,9 @@ from digitise.robots.urscript import urscript_text
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Trajectory
-from sealtwin.core.run_folder import RunFolder, require_folder, stage_key
+from sealtwin.core.run_folder import RunFolder, require_folder
 from sealtwin.core.settings import read_settings
+from sealtwin.core.stage_keys import stage_key
 from sealtwin.trial.job import shown
 from sealtwin.trial.trial_file import load_trial
 
@@ -75,16 +76,9 @@ def write_robot_files(
     if out is None:
         settings = {"formats": kinds_of(cell, cell_file.name, formats), "allow_automatic": allow_automatic}
         outputs = [f"robot/{name}" for name in (*report["files"], REPORT)]
-        wall_time_s = time.monotonic() - began
-        folder.record(
-            "robot",
-            stage_key(inputs, settings),
-            settings,
-            inputs,
-            outputs,
-            wall_time_s,
-            given=[one.name for one in given],
-        )
+        wall_time_s, numbers = time.monotonic() - began, folder.numbers_of("digitise")
+        facts = {"numbers": numbers, "given": [one.name for one in given]}
+        folder.record("robot", stage_key(inputs, settings, numbers), settings, inputs, outputs, wall_time_s, **facts)
     return {**report, "folder": shown(target), "kept": kept}
 
 

@@ -15,7 +15,8 @@ from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Pace
 from sealtwin.core.records import Floats, Frame, Profile, Run
-from sealtwin.core.run_folder import MANIFEST, stage_key
+from sealtwin.core.run_folder import MANIFEST
+from sealtwin.core.stage_keys import stage_key
 from sealtwin.core.vtk_files import read_collection, read_frame, write_collection, write_frame
 from sealtwin.trial.job import DIGITISED, SIMULATED, Job, begin_writing, made_by, stage_settings
 from sealtwin.trial.trial_file import Output
@@ -159,8 +160,8 @@ def bring_up_to_date(job: Job) -> bool:
         raise InputError(f"--threads {job.threads}: threads are a CPU's, and this run is on {device}. Leave it out.")
     job.progress.note(f"Device: {describe_device(device)}")
     inputs = made_by(job, "digitise", DIGITISED)
-    settings = stage_settings(trial, "simulate")
-    key = stage_key(inputs, {**settings, "device": device})
+    settings, numbers = stage_settings(trial, "simulate"), job.numbers("simulate")
+    key = stage_key(inputs, {**settings, "device": device}, numbers)
     if job.folder.is_current("simulate", key) and _has_pictures(job, trial.output):
         # A run that was killed just after its end leaves its checkpoint.
         (job.path / CHECKPOINT).unlink(missing_ok=True)
@@ -211,7 +212,8 @@ def bring_up_to_date(job: Job) -> bool:
         if late := [f"{t_s:g}" for t_s in sorted(set(trial.output.snapshots_s)) if t_s > PAST_THE_END * end_s]:
             job.progress.note(f"note: no snapshot at {', '.join(late)} s: the run ended after {end_s:.2f} s.")
         facts = {"device": describe_device(device), "seed": trial.seed, "output": trial.output.model_dump(mode="json")}
-        job.folder.record("simulate", key, settings, inputs, (*SIMULATED, *pictures), time.monotonic() - began, **facts)
+        outputs, wall_time_s = (*SIMULATED, *pictures), time.monotonic() - began
+        job.folder.record("simulate", key, settings, inputs, outputs, wall_time_s, numbers=numbers, **facts)
         checkpoint.remove()
     return True
 
@@ -219,8 +221,8 @@ def bring_up_to_date(job: Job) -> bool:
 def _fill_fast(job: Job, fluid: Fluid) -> bool:
     """Run the fast model in place of particles unless its files are current; return True if it ran."""
     trial, inputs = job.trial, made_by(job, "digitise", DIGITISED)
-    settings = stage_settings(trial, "simulate")
-    key = stage_key(inputs, settings)
+    settings, numbers = stage_settings(trial, "simulate"), job.numbers("simulate")
+    key = stage_key(inputs, settings, numbers)
     if job.folder.is_current("simulate", key):
         return False
     if trial.output.frames_every_s is not None:
@@ -237,7 +239,7 @@ def _fill_fast(job: Job, fluid: Fluid) -> bool:
         collection.unlink(missing_ok=True)
     record_files.write_run(job.path, run)
     record_files.write_profile(job.path, profile)
-    facts = {"device": run.device, "seed": trial.seed}
+    facts = {"numbers": numbers, "device": run.device, "seed": trial.seed}
     job.folder.record("simulate", key, settings, inputs, SIMULATED, time.monotonic() - began, **facts)
     return True
 

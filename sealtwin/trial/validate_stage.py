@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from sealtwin.core import files, record_files
 from sealtwin.core.records import Profile
-from sealtwin.core.run_folder import stage_key
+from sealtwin.core.stage_keys import other_numbers, stage_key
 from sealtwin.core.vtk_files import read_frame
 from sealtwin.trial.job import DIGITISED, SIMULATED, Job, begin_writing, check_sheet, made_by, stage_settings
 from sealtwin.trial.simulate_stage import snapshots_of
@@ -52,7 +52,8 @@ def bring_up_to_date(job: Job) -> bool:
     above: dict[str, Any] = {"sheet": sheet and dict(sheet), "searched": searched}
     if earlier := job.above.earlier(job):
         above["earlier"] = [one.model_dump() for one in earlier]
-    key = stage_key(inputs, {**settings, "form": REPORT_FORM, **above})
+    numbers = job.numbers("validate")
+    key = stage_key(inputs, {**settings, "form": REPORT_FORM, **above}, numbers)
     if job.folder.is_current("validate", key):
         return False
     job.progress.start("Validating", 2)
@@ -121,7 +122,8 @@ def bring_up_to_date(job: Job) -> bool:
         outputs.append(EARLIER)
     write_report(job.path, evidence)
     job.progress.advance(2)
-    job.folder.record("validate", key, settings, inputs, outputs, time.monotonic() - began, given=list(given))
+    facts = {"numbers": numbers, "given": list(given)}
+    job.folder.record("validate", key, settings, inputs, outputs, time.monotonic() - began, **facts)
     return True
 
 
@@ -134,6 +136,12 @@ def varied_settings(trial: Trial) -> dict[str, Any]:
 def read_spread(job: Job) -> "Spread | None":
     """Read the results of the extra runs; None if there are none for these files and settings."""
     if UNCERTAINTY not in job.folder.finished() or job.folder.settings_of(UNCERTAINTY) != varied_settings(job.trial):
+        return None
+    if other := other_numbers(job.folder.numbers_of(UNCERTAINTY), job.numbers("validate")):
+        job.progress.note(
+            f"{job.path / SPREAD}: left out, since its extra runs were computed by {other}. "
+            f"'sealtwin validate {job.path} --uncertainty' computes them anew."
+        )
         return None
     from validate.uncertainty.validation import Spread
 
@@ -216,4 +224,4 @@ def _provenance(job: Job, sheet: "ReadingsSheet | None", varied: bool) -> dict[s
     if edited := [name for stage in stages for name in job.folder.edited(stage)]:
         facts["edited by hand since"] = ", ".join(edited)
     run = stages["simulate"]
-    return provenance(facts, run["device"], run["seed"], run["versions"])
+    return provenance(facts, run["device"], run["seed"], run["versions"], job.numbers("validate"))

@@ -8,6 +8,8 @@ from benchmarks.blind_measured import LENGTH_MM, course, measured
 from benchmarks.blind_prediction import judge, read, rows
 from benchmarks.slumps import DENSITY_KG_M3, MINI_CONE
 
+pytestmark = pytest.mark.usefixtures("kept_of_any_number")
+
 
 def levels(off_mm: float) -> dict[str, np.ndarray]:
     """A bed, predicted too high by ``off_mm``, of inputs that are unsure by 0.2 mm."""

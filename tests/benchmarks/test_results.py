@@ -8,6 +8,8 @@ import pytest
 
 from benchmarks import results
 from benchmarks.results import code_sha256, measure, page
+from sealtwin.core.stage_keys import number_words
+from sealtwin.trial.stage_numbers import NUMBERS
 
 BENCHMARK = """
 from math import inf, nan
@@ -74,6 +76,14 @@ def test_the_page_shows_each_figure_beside_the_one_before(benchmarks):
     assert "| slow | <= 2 | 3 s | 2.5 | **missed**: of \\| this |" in text
     assert "| none | reported | no number |  |  |" in text
     assert "changed since" not in text
+    assert f"by {number_words(NUMBERS)}.\n" in text
+    assert f"All sections were computed by {number_words(NUMBERS)}, the stage numbers of this version." in text
+    found["good"]["stage_numbers"] = {**NUMBERS, "simulate": 0}
+    older = page(found, {"good": "new"})
+    assert f"This version is {number_words(NUMBERS)}; computed by other stage numbers: `good`." in older
+    assert f"by {number_words({**NUMBERS, 'simulate': 0})}.\n" in older
+    del found["good"]["stage_numbers"]
+    assert "by digitise unknown, simulate unknown, validate unknown.\n" in page(found, {"good": "new"})
     assert "changed since" in page(found, {"good": "newer"})
 
 

@@ -20,6 +20,8 @@ from benchmarks.slot_cases import (
     levels_mm,
 )
 
+pytestmark = pytest.mark.usefixtures("kept_of_any_number")
+
 
 @pytest.mark.parametrize(
     ("draw", "ends"),

@@ -21,16 +21,29 @@ from reports.reproduction.derived import (
 )
 from reports.reproduction.extra_claims import DAMPING_CLAIM, SLOT_CLAIM
 from reports.reproduction.kept import KEPT, read_kept
-from reports.reproduction.pace import read_pace, take_pace
+from reports.reproduction.pace import is_current, read_pace, take_pace
 from reports.reproduction.scatter import SEEDS, deciding_pairs
-from reports.reproduction.stages import SLOT_RUNS, SLOTS, Part, Stage, compute, missing_pairs, parts, slot_path, stages
+from reports.reproduction.stages import (
+    SLOT_RUNS,
+    SLOTS,
+    Part,
+    Stage,
+    compute,
+    done_runs,
+    missing_pairs,
+    parts,
+    slot_path,
+    stages,
+)
 from reports.reproduction.studies import FEEDING, reproduce
 from sealtwin.core.progress import Progress
+from sealtwin.core.stage_keys import number_words
 from sealtwin.study.runner import read_bench
 from sealtwin.study.study_file import load_study, plan_runs
 from sealtwin.study.study_folder import StudyRun, read_plan
 from sealtwin.study.study_map import Mapped
 from sealtwin.study.sweep import SweepOptions, sweep
+from sealtwin.trial.stage_numbers import NUMBERS, numbers_up_to
 from sealtwin.trial.trial_file import load_trial
 from tests.charts import make_chart
 from tests.places import FIXTURE, ROOT
@@ -102,6 +115,10 @@ def test_a_pace_is_taken_once_and_in_the_run_itself(tmp_path, monkeypatch):
     assert pace.others_cores >= 0
     monkeypatch.setattr("reports.reproduction.pace.follow", None)
     take_pace(path, bench, run.checked_trial)
+    assert is_current(path)
+    with monkeypatch.context() as patch:
+        patch.setitem(NUMBERS, "simulate", 999)
+        assert not is_current(path)
     with pytest.raises(TypeError):  # Another trial's is taken anew
         take_pace(path, bench, run.checked_trial.model_copy(update={"seed": 1}))
 
@@ -135,6 +152,12 @@ def test_a_stage_of_all_pairs_is_computed_once(tmp_path, monkeypatch):
     dates = [run.finished_unix_s for run in read_plan(part.folder(tmp_path)).runs]
     compute(Stage(part), [part], tmp_path, Progress())
     assert [run.finished_unix_s for run in read_plan(part.folder(tmp_path)).runs] == dates
+    assert len(done_runs(part.folder(tmp_path))) == 4
+    monkeypatch.setitem(NUMBERS, "simulate", 999)
+    words = missing_pairs(part, tmp_path)
+    assert words is not None
+    assert words.startswith("its pairs were computed by simulate ")
+    assert done_runs(part.folder(tmp_path)) == [], "what is judged together is of one solver"
 
 
 def test_without_any_run_the_table_of_elements_is_written_and_the_page_left(tmp_path):
@@ -159,6 +182,7 @@ def test_a_stage_computed_anew_replaces_its_own_and_the_page_keeps_all_else(tmp_
         slot_path(work, name).parent.mkdir(parents=True, exist_ok=True)
         seconds = {"wide-1": 10.0, "wide-2": 10.0, "wide-3": 10.0, "narrow": 25.0}[name]
         pace = {"processor_s": seconds, "wall_s": seconds, "others_cores": 0.01, "moving": [5], "frame_ms": [1.0]}
+        pace["stage_numbers"] = numbers_up_to("simulate")
         slot_path(work, name).write_text(json.dumps(pace), encoding="utf-8")
     before = read_kept(home)
     said = reproduce(home, parts(HOME), ["page"], work, Progress())
@@ -199,7 +223,8 @@ def test_pairs_computed_anew_replace_their_part_alone(tmp_path, monkeypatch, nam
     assert "the nearest" in said
     assert {path.name for path in (home / "figures").glob(f"{name}-*")} == {f"{name}-runs.csv", f"{name}-heat.svg"}
     page = (home / "README.md").read_text(encoding="utf-8")
-    assert "Computed on 2027-01-15, times on " in page
+    assert f"Computed on 2027-01-15 by {number_words(NUMBERS)}, times on " in page
+    assert "by digitise unknown, simulate unknown, validate unknown, times on " in page, "the other part, as kept"
     assert f"{DAMPING_CLAIM.name} (not computed yet" in page
 
 

@@ -6,16 +6,19 @@ import time
 
 import pytest
 
-from sealtwin.core import files, run_folder
+from sealtwin.core import files
 from sealtwin.core.errors import BusyError, InputError
-from sealtwin.core.run_folder import HOLDER, LOCK, MANIFEST, open_folder, stage_key
+from sealtwin.core.run_folder import HOLDER, LOCK, MANIFEST, open_folder
+from sealtwin.core.stage_keys import stage_key
 
-KEY = stage_key({"photo.jpg": "1"}, {"depth_mm": 16.0})
+NUMBERS = {"digitise": 1}
+KEY = stage_key({"photo.jpg": "1"}, {"depth_mm": 16.0}, NUMBERS)
 
 
 def _finish(folder, stage="digitise", name="outline.json", inputs=None, given=("photo.jpg",)):
     files.write_text(folder.path / name, "{}")
-    folder.record(stage, KEY, {"depth_mm": 16.0}, inputs or {"photo.jpg": "1"}, [name], 1.0, given=given)
+    facts = {"numbers": NUMBERS, "given": given}
+    folder.record(stage, KEY, {"depth_mm": 16.0}, inputs or {"photo.jpg": "1"}, [name], 1.0, **facts)
 
 
 def _killed_while_writing(path):
@@ -37,8 +40,9 @@ def test_a_stage_is_current_until_its_key_or_its_files_change(tmp_path):
         _finish(folder)
     with open_folder(tmp_path / "run", create=True) as folder:
         assert folder.is_current("digitise", KEY)
-        assert not folder.is_current("digitise", stage_key({"photo.jpg": "2"}, {"depth_mm": 16.0}))
-        assert not folder.is_current("digitise", stage_key({"photo.jpg": "1"}, {"depth_mm": 16.5}))
+        assert not folder.is_current("digitise", stage_key({"photo.jpg": "2"}, {"depth_mm": 16.0}, NUMBERS))
+        assert not folder.is_current("digitise", stage_key({"photo.jpg": "1"}, {"depth_mm": 16.5}, NUMBERS))
+        assert not folder.is_current("digitise", stage_key({"photo.jpg": "1"}, {"depth_mm": 16.0}, {"digitise": 2}))
         (folder.path / "outline.json").write_text("{ }")
         assert not folder.is_current("digitise", KEY)
 
@@ -219,13 +223,3 @@ def test_a_linked_folder_in_it_that_leads_elsewhere_is_refused(tmp_path):
     (tmp_path / "run" / "inputs").symlink_to(tmp_path / "elsewhere")
     with pytest.raises(InputError, match="inputs: a link"), open_folder(tmp_path / "run", create=True):
         pass
-
-
-def test_the_keys_of_a_study_ask_for_the_version_once(monkeypatch):
-    """It takes a millisecond, and 20,000 runs have two keys each."""
-    asked = []
-    run_folder._own_version.cache_clear()
-    monkeypatch.setattr(run_folder, "version", lambda name: asked.append(name) or "1.0")
-    assert len({stage_key({}, {"number": number}) for number in range(50)}) == 50
-    assert asked == ["sealtwin"]
-    run_folder._own_version.cache_clear()

@@ -14,6 +14,7 @@ from sealtwin.core.records import DataKind
 from sealtwin.lab.catalogue import RUN, Catalogue
 from sealtwin.lab.earlier_trials import earlier_trials
 from sealtwin.lab.held_out import note_use
+from sealtwin.trial.stage_numbers import NUMBERS
 from sealtwin.trial.trial_file import load_trial
 from tests.evidence import make_evidence
 from tests.labs import sealtwin
@@ -53,7 +54,10 @@ def finish(lab: Path, name: str, error_mm: float, role: Role = "held-out", data:
     record_files.write_comparison(run, replace(evidence.comparison, metrics=metrics))
     health = evidence.run.health.model_copy(update={"volume_ratio": 1.0})
     record_files.write_run(run, replace(evidence.run, health=health))
-    files.write_json(run / "run.json", {"mean_error_mm": error_mm, "edited": [], "stages": ["validate"]})
+    by = {"validate": {"stage_numbers": NUMBERS}}
+    files.write_json(
+        run / "run.json", {"mean_error_mm": error_mm, "edited": [], "stages": ["validate"], "computed_by": by}
+    )
 
 
 def names_of(lab: Path, source: Path | None = None) -> list[str]:
@@ -70,6 +74,19 @@ def test_measured_trials_that_were_held_out_count_with_their_errors(lab):
         ("P01", 0.5), ("P02", 0.7), ("P05", 0.9), ("P07", 1.1),
     ]  # fmt: skip
     assert not cautions
+
+
+def test_a_run_by_another_solver_says_nothing_of_this_ones_error(lab):
+    """Its error is another solver's: the trial is left out, with a caution that names its number and the remedy."""
+    run = lab / "P01" / RUN / "run.json"
+    change(run, computed_by={"validate": {"stage_numbers": {**NUMBERS, "simulate": 999}}})
+    trials, cautions = earlier_trials(Catalogue(lab))
+    assert [one.name for one in trials] == ["P02", "P05", "P07"]
+    (caution,) = cautions
+    assert "sample 'P01' is not among the earlier trials" in caution
+    assert "computed by simulate 999, while this version has simulate" in caution
+    change(run, computed_by={})
+    assert "computed by digitise unknown, simulate unknown" in earlier_trials(Catalogue(lab))[1][0]
 
 
 def test_a_sample_is_not_among_its_own_earlier_trials(lab):

@@ -4,6 +4,8 @@ import json
 
 import pytest
 
+from sealtwin.lab.catalogue import state_of
+from sealtwin.trial.stage_numbers import NUMBERS
 from tests.labs import sealtwin
 
 
@@ -104,3 +106,13 @@ def test_sound_means_that_it_runs(small, tmp_path):
     assert "fewer than 2 particles fit abreast" in refused.output
     (small / "lab.toml").write_text(lab_toml)
     assert "2 of 2 samples are sound" in _ingest(small, lab).stdout
+
+
+@pytest.mark.parametrize("raised", ["digitise", "simulate", "validate"])
+def test_a_check_by_another_solver_is_made_again(tmp_path, monkeypatch, raised):
+    """It traces, prepares the fluid and reads the sheet: any of the three may judge otherwise."""
+    (tmp_path / "trial.toml").write_text('name = "tiny"\n')
+    before = state_of(tmp_path)
+    assert state_of(tmp_path) == before
+    monkeypatch.setitem(NUMBERS, raised, 999)
+    assert state_of(tmp_path) != before

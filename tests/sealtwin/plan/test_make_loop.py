@@ -3,6 +3,7 @@
 import json
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,13 +14,16 @@ from digitise.settings import CrackShape
 from sealtwin.cli.app import app
 from sealtwin.core import files
 from sealtwin.core.errors import InputError, NumericalError
+from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile
+from sealtwin.plan import make_loop
 from sealtwin.plan.emulation import Emulated, Faults, emulate
 from sealtwin.plan.loop_model import write_model
 from sealtwin.plan.loop_page import write_loop_page
 from sealtwin.plan.loop_step import LevelFrame, LoopState, as_line, step
 from sealtwin.plan.make_loop import TABLES, replay
 from sealtwin.plan.verify import Misfit
+from sealtwin.trial.stage_numbers import NUMBERS
 from simulate.settings import LEVEL, Fluid, Nozzle, Solver
 from tests.planned_slot import OUTLINE, areas, model, passes
 from tests.studies import plannable_lab
@@ -142,6 +146,25 @@ def test_a_cell_whose_programs_keep_one_flow_is_refused_before_any_run(tmp_path)
     assert answer.exit_code == 3
     assert 'cell.toml: spel.motion = "curve" and spel.dispenser = "output"' in answer.output
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("raised", ["digitise", "simulate"])
+def test_tables_of_another_solver_are_made_anew(tmp_path, monkeypatch, raised):
+    """Their plan is the same, and its motion: only who computes the areas is another."""
+    made = []
+    stand_ins = {"case_of": lambda *_: None, "by_particles": lambda *_, **__: None}
+    stand_ins["make_model"] = lambda *_, **__: made.append(1) or model()
+    for name, stand_in in stand_ins.items():
+        monkeypatch.setattr(make_loop, name, stand_in)
+    (tmp_path / "plan.csv").write_text("t_s\n0\n")
+    trial: Any = SimpleNamespace(seed=0)
+    bench: Any = SimpleNamespace(trajectory=None)
+    for expected in (1, 1):
+        make_loop._model(tmp_path, bench, trial, passes(), PHYSICS, Progress())
+        assert len(made) == expected
+    monkeypatch.setitem(NUMBERS, raised, 999)
+    make_loop._model(tmp_path, bench, trial, passes(), PHYSICS, Progress())
+    assert len(made) == 2
 
 
 def test_plan_and_loop_of_a_tiny_trial(tmp_path):

@@ -18,6 +18,7 @@ from sealtwin.core.run_folder import open_folder
 from sealtwin.study.run_comparison import compare_runs
 from sealtwin.trial.job import DIGITISED, SIMULATED, stage_settings, start_job
 from sealtwin.trial.pipeline import run_stages
+from sealtwin.trial.stage_numbers import NUMBERS
 from sealtwin.trial.trial_file import load_trial
 from tests.studies import tiny_lab
 from validate.compare import compare
@@ -57,7 +58,8 @@ def hold(path: Path) -> None:
     with open_folder(path, create=False) as folder:
         inputs = {name: files.sha256(path / name) for name in (*DIGITISED, *SIMULATED, trial.readings.file.as_posix())}
         settings = stage_settings(trial, "validate")
-        folder.record("validate", "key", settings, inputs, ["comparison.json"], 1.0, given=[str(trial.readings.file)])
+        facts = {"numbers": NUMBERS, "given": [str(trial.readings.file)]}
+        folder.record("validate", "key", settings, inputs, ["comparison.json"], 1.0, **facts)
 
 
 @pytest.fixture

@@ -15,12 +15,13 @@ from typer.testing import CliRunner
 
 from sealtwin.cli.app import app
 from sealtwin.cli.studies import swept_lines
-from sealtwin.core.cluster import KILLED, Lost
+from sealtwin.core.cluster import KILLED, Lost, run_tasks
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.study import runner
 from sealtwin.study.study_folder import LEDGER, PLAN, profile_path, read_plan
 from sealtwin.study.sweep import DIRECTIVES, SweepOptions, merge, sweep
+from sealtwin.trial.stage_numbers import NUMBERS, own_numbers
 from tests.studies import results_of, tiny_lab
 
 HERE = SweepOptions(device="cpu", jobs=0, batch=1)
@@ -179,6 +180,14 @@ def test_a_cluster_gives_what_this_machine_gives(lab, unbroken, tmp_path, schedu
     answer = _sweep(lab, "--out", tmp_path / "out", "--device", "cpu", "--scheduler", scheduler, "--quiet")
     assert answer.exit_code == 0, answer.output
     assert results_of(tmp_path / "out") == results_of(unbroken)
+
+
+def test_a_worker_of_other_stage_numbers_is_refused(scheduler, monkeypatch):
+    """Its version is the same, and its solver another: it would compute other levels into the same study."""
+    own = NUMBERS["simulate"]
+    monkeypatch.setitem(NUMBERS, "simulate", 999)
+    with pytest.raises(InputError, match=rf"has stage numbers .*'simulate': {own}.*, here is .*'simulate': 999"):
+        next(run_tasks(pow, [(0, (1, 1))], 0, scheduler, own_numbers))
 
 
 def test_a_scheduler_that_is_not_there_is_bad_input(lab, tmp_path, monkeypatch):

@@ -27,17 +27,10 @@ from sealtwin.study.sweep import SweepOptions, sweep
 from sealtwin.trial.trial_file import load_trial
 from simulate.profile import measure_profile
 from simulate.run import inject
+from tests.narration import Narration
 from tests.studies import compute_here, results_of, tiny_lab
 
 HERE = SweepOptions(device="cpu", jobs=0, batch=1)
-
-
-class Narration(Progress):
-    def __init__(self):
-        self.notes = []
-
-    def note(self, text):
-        self.notes.append(text)
 
 
 @pytest.fixture(scope="module")

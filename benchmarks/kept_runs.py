@@ -1,0 +1,59 @@
+"""Results of particle runs that are kept in the repository, and the stage numbers that they were computed by.
+
+``NAME.json`` beside a file or folder of kept results has the numbers. A benchmark reads no results of other numbers
+than this version's: it leaves with a sentence that names the command which computes them anew.
+"""
+
+import json
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+
+from sealtwin.core.files import write_json
+from sealtwin.core.stage_keys import other_numbers
+from sealtwin.trial.stage_numbers import NUMBERS
+
+HERE = Path(__file__).parent.parent
+
+
+@dataclass(frozen=True)
+class KeptRuns:
+    """Kept results: a file or a folder of this folder."""
+
+    path: Path
+    command: str
+    """Command that computes them anew."""
+    stages: tuple[str, ...] = ("digitise", "simulate")
+    """Stages that compute them."""
+
+    @property
+    def other_numbers(self) -> str:
+        """Words on how the numbers of what is kept differ from this version's; empty if they do not, or none is."""
+        if not self.path.exists():
+            return ""
+        recorded = json.loads(self._beside.read_text(encoding="utf-8")) if self._beside.is_file() else {}
+        return other_numbers(recorded, self._own)
+
+    def require(self) -> None:
+        """Leave with exit code 1 if other stage numbers computed what is kept."""
+        if other := self.other_numbers:
+            raise SystemExit(f"{self._name}: computed by {other}: '{self.command}' computes them anew.")
+
+    def begin(self) -> None:
+        """Begin to add results: state this version's numbers, and remove results of other numbers, which git has."""
+        if other := self.other_numbers:
+            print(f"{self._name}: computed by {other}: removed, and computed anew.", flush=True)
+            shutil.rmtree(self.path) if self.path.is_dir() else self.path.unlink()
+        write_json(self._beside, self._own)
+
+    @property
+    def _own(self) -> dict[str, int]:
+        return {stage: NUMBERS[stage] for stage in self.stages}
+
+    @property
+    def _beside(self) -> Path:
+        return self.path.with_suffix(".json")
+
+    @property
+    def _name(self) -> str:
+        return self.path.relative_to(HERE).as_posix() if self.path.is_relative_to(HERE) else str(self.path)

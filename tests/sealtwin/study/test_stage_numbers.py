@@ -1,0 +1,101 @@
+"""Studies, comparisons and plans across a raised stage number."""
+
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from sealtwin.core import files
+from sealtwin.core.errors import InputError
+from sealtwin.core.progress import Progress
+from sealtwin.core.run_folder import open_folder
+from sealtwin.study.run_comparison import compare_runs
+from sealtwin.study.study_folder import read_plan
+from sealtwin.study.sweep import SweepOptions, merge, sweep
+from sealtwin.trial.job import start_job
+from sealtwin.trial.pipeline import run_stages
+from sealtwin.trial.stage_numbers import NUMBERS
+from sealtwin.trial.trial_file import load_trial
+from tests.narration import Narration
+from tests.studies import TRIAL, compute_here, tiny_lab
+
+HERE = SweepOptions(device="cpu", jobs=0, batch=1)
+TWO = '[grid]\n"fluid.U" = [3.0, 300.0]\n'
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory) -> Path:
+    return tiny_lab(tmp_path_factory.mktemp("lab"), TWO)
+
+
+@pytest.fixture(scope="module")
+def finished(lab, tmp_path_factory) -> Path:
+    out = tmp_path_factory.mktemp("finished") / "out"
+    sweep(lab, out, replace(HERE, dry_run=True), Progress())
+    compute_here(out)
+    return out
+
+
+@pytest.fixture
+def out(finished, tmp_path) -> Path:
+    return Path(shutil.copytree(finished, tmp_path / "out"))
+
+
+@pytest.mark.parametrize("raised", ["digitise", "simulate", "validate"])
+def test_a_study_continued_by_another_number_is_made_anew_and_says_so_once(lab, out, monkeypatch, raised):
+    """Its readings are compared in its runs, so that all three numbers count. Nothing of both is ranked together."""
+    before, own = {run.key for run in read_plan(out).runs}, NUMBERS[raised]
+    monkeypatch.setitem(NUMBERS, raised, 999)
+    first, second = Narration(), Narration()
+    report = sweep(lab, out, HERE, first)
+    words = f"{out}: 2 finished runs were computed by {raised} {own}, while this version has {raised} 999: they are "
+    assert [note for note in first.notes if "finished runs" in note] == [f"{words}made anew."]
+    assert report["states"]["done"] == 2
+    assert report["stage_numbers"] == NUMBERS
+    assert not before & {run.key for run in read_plan(out).runs}
+    sweep(lab, out, HERE, second)
+    assert not [note for note in second.notes if "finished runs" in note]
+
+
+def test_a_study_without_readings_does_not_depend_on_validate(tmp_path, monkeypatch):
+    study = tiny_lab(tmp_path, TWO)
+    (tmp_path / "trial.toml").write_text(TRIAL.split("[readings]")[0])
+    dry = replace(HERE, dry_run=True)
+    sweep(study, tmp_path / "out", dry, Progress())
+    before = [run.key for run in read_plan(tmp_path / "out").runs]
+    monkeypatch.setitem(NUMBERS, "validate", 999)
+    sweep(study, tmp_path / "out", dry, Progress())
+    assert [run.key for run in read_plan(tmp_path / "out").runs] == before
+
+
+def test_shards_of_two_numbers_are_not_merged(lab, tmp_path, monkeypatch):
+    shards = [tmp_path / "one", tmp_path / "two"]
+    dry, own = replace(HERE, dry_run=True), NUMBERS["simulate"]
+    sweep(lab, shards[0], replace(dry, shard=(1, 2)), Progress())
+    monkeypatch.setitem(NUMBERS, "simulate", 999)
+    sweep(lab, shards[1], replace(dry, shard=(2, 2)), Progress())
+    with pytest.raises(InputError, match=rf"computed by simulate 999, while .*one has simulate {own}; compute"):
+        merge(shards, tmp_path / "out")
+
+
+def test_a_number_that_differs_between_two_runs_is_a_row_of_their_comparison(tmp_path, monkeypatch):
+    """Settings are the same; two solvers computed the levels, which are no replicates of each other."""
+    tiny_lab(tmp_path)
+    (tmp_path / "trial.toml").write_text(TRIAL.split("[readings]")[0])
+    trial, runs = load_trial(tmp_path / "trial.toml"), [tmp_path / "one", tmp_path / "two"]
+    with open_folder(runs[0], create=True) as folder:
+        run_stages(start_job(trial, tmp_path, folder, "cpu", Progress()), ("digitise", "simulate"))
+    shutil.copytree(runs[0], runs[1])
+    own = dict(NUMBERS)
+    monkeypatch.setitem(NUMBERS, "simulate", 999)
+    with open_folder(runs[1], create=False) as folder:
+        run_stages(start_job(trial, tmp_path, folder, "cpu", Progress()), ("simulate",))
+    content, _ = compare_runs(runs, tmp_path / "page")
+    assert content["differing"] == {"stage_number.simulate": [own["simulate"], 999]}
+    manifest = files.read_json(runs[0] / "manifest.json")
+    for entry in manifest["stages"].values():
+        del entry["stage_numbers"]
+    files.write_json(runs[0] / "manifest.json", manifest)
+    content, _ = compare_runs(runs, tmp_path / "page")
+    assert content["differing"] == {"stage_number.digitise": [0, own["digitise"]], "stage_number.simulate": [0, 999]}

@@ -1,0 +1,125 @@
+"""Runs of other stage numbers than this version's: what is computed anew, and what is said of what is not."""
+
+import shutil
+from importlib.metadata import version
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from sealtwin.cli.app import app
+from sealtwin.core import files
+from sealtwin.core.errors import InputError
+from sealtwin.core.run_folder import open_folder
+from sealtwin.core.stage_keys import content_key
+from sealtwin.study.extra_runs import vary
+from sealtwin.trial import validate_stage
+from sealtwin.trial.job import STAGES, resume_job, start_job
+from sealtwin.trial.pipeline import run_stages
+from sealtwin.trial.stage_numbers import NUMBERS, numbers_up_to
+from sealtwin.trial.trial_file import load_trial
+from tests.narration import Narration
+from tests.pages import leave_out_pages
+from tests.studies import tiny_lab
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory) -> Path:
+    return tiny_lab(tmp_path_factory.mktemp("lab")).parent
+
+
+@pytest.fixture(autouse=True)
+def no_pages(monkeypatch):
+    leave_out_pages(monkeypatch)
+
+
+@pytest.fixture(scope="module")
+def finished(lab, tmp_path_factory) -> Path:
+    """The tiny run with all its stages; no report is drawn."""
+    run = tmp_path_factory.mktemp("finished") / "run"
+    with pytest.MonkeyPatch.context() as patch:
+        leave_out_pages(patch)
+        redone_in(run, lab)
+    return run
+
+
+@pytest.fixture
+def run(finished, tmp_path) -> Path:
+    return Path(shutil.copytree(finished, tmp_path / "run"))
+
+
+def redone_in(run: Path, lab: Path) -> tuple[str, ...]:
+    trial = load_trial(lab / "trial.toml")
+    with open_folder(run, create=True) as folder:
+        return run_stages(start_job(trial, lab, folder, "cpu", Narration()), STAGES).redone
+
+
+@pytest.mark.parametrize(
+    ("raised", "redone"),
+    [("digitise", STAGES), ("simulate", ("simulate", "validate")), ("validate", ("validate",))],
+)
+def test_a_raised_number_makes_its_stage_and_those_after_it_anew(run, lab, monkeypatch, raised, redone):
+    assert redone_in(run, lab) == ()
+    monkeypatch.setitem(NUMBERS, raised, NUMBERS[raised] + 1)
+    assert redone_in(run, lab) == redone
+    assert redone_in(run, lab) == ()
+    by = files.read_json(run / "run.json")["computed_by"]
+    assert {stage: one["stage_numbers"] for stage, one in by.items()} == {one: numbers_up_to(one) for one in STAGES}
+
+
+def test_a_run_of_a_version_without_numbers_is_made_anew(run, lab):
+    forget_numbers(run)
+    assert redone_in(run, lab) == STAGES
+
+
+def test_a_stage_that_goes_on_from_files_of_another_number_says_so_and_records_it(run, monkeypatch):
+    """Without the photo nothing is digitised again: the level is of the old outline, and is recorded as such."""
+    before = dict(NUMBERS)
+    monkeypatch.setitem(NUMBERS, "digitise", 999)
+    narration = Narration()
+    with open_folder(run, create=False) as folder:
+        run_stages(resume_job(folder, "cpu", narration), ("simulate",))
+        assert folder.numbers_of("simulate") == numbers_up_to("simulate") | {"digitise": before["digitise"]}
+    words = f"computed by digitise {before['digitise']}, while this version has digitise 999. 'sealtwin run TRIAL"
+    assert any(words in note for note in narration.notes)
+
+
+def test_extra_runs_of_another_solver_than_the_level_are_refused(run, monkeypatch):
+    """Their differences from the level would be taken for the scatter of one solver."""
+    own = NUMBERS["simulate"]
+    monkeypatch.setitem(NUMBERS, "simulate", 999)
+    with open_folder(run, create=False) as folder, pytest.raises(InputError, match="another solver than it") as fault:
+        vary(resume_job(folder, "cpu", Narration()))
+    assert f"simulate {own}, while this version has simulate 999" in str(fault.value)
+
+
+def test_extra_runs_of_another_number_are_left_out_of_a_report_with_a_word(run, monkeypatch):
+    """The file is there and whole; only its number is another."""
+    narration = Narration()
+    with open_folder(run, create=False) as folder:
+        job = resume_job(folder, "cpu", narration)
+        files.write_json(run / validate_stage.SPREAD, {})
+        settings, numbers = validate_stage.varied_settings(job.trial), {**NUMBERS, "simulate": 999}
+        folder.record(validate_stage.UNCERTAINTY, "key", settings, {}, [validate_stage.SPREAD], 1.0, numbers=numbers)
+        assert validate_stage.read_spread(job) is None
+    assert "left out, since its extra runs were computed by simulate 999, while" in narration.notes[0]
+
+
+def test_the_report_and_the_doctor_show_the_numbers_beside_the_version(run, lab, monkeypatch):
+    monkeypatch.setitem(NUMBERS, "validate", 999)
+    evidence = leave_out_pages(monkeypatch)
+    redone_in(run, lab)
+    facts = evidence[0].provenance
+    assert list(facts)[:2] == ["sealtwin", "stage numbers"]
+    assert facts["stage numbers"] == f"digitise {NUMBERS['digitise']}, simulate {NUMBERS['simulate']}, validate 999"
+    answer = CliRunner().invoke(app, ["doctor"])
+    assert "validate 999" in next(line for line in answer.stdout.splitlines() if line.startswith("sealtwin "))
+
+
+def forget_numbers(run: Path) -> None:
+    """Make a manifest what a version without stage numbers wrote."""
+    manifest = files.read_json(run / "manifest.json")
+    for entry in manifest["stages"].values():
+        del entry["stage_numbers"]
+        entry["key"] = content_key({**entry["inputs"], **entry["settings"], "version": version("sealtwin")})
+    files.write_json(run / "manifest.json", manifest)
