@@ -27,7 +27,9 @@ ERRORS = {
 
 def map_sheet(chart: Chart, fills: Sequence[map_figures.Fill]) -> FigureSheet:
     best = chart.best
-    as_near = f"{sum(chart.as_near)} of {len(chart.runs)}" if chart.replicates else "not known: no pair was run again"
+    as_near = "not known: no pair was run again"
+    if chart.scatter_of_replicates_mm is not None:
+        as_near = f"{sum(chart.as_near)} of {len(chart.runs)}"
     first, second = chart.axes
     sections = [_levels(chart), _map(chart, fills), _influences(chart)]
     if fills:
