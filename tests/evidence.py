@@ -15,6 +15,7 @@ from digitise.trajectory import plan_trajectory
 from sealtwin.core.records import Bed, DataKind, Floats, Outline, Profile, Run, RunHealth, Solid, arc_length_at
 from tests.shapes import straight_slot
 from validate.compare import compare
+from validate.metrics.baselines import flat_levels
 from validate.report_input import Evidence
 from validate.settings import Gate
 
@@ -65,6 +66,7 @@ def make_evidence(
             photo_data=photo_data,
             gate=gate,
             escaped_particles=run.escaped_particles,
+            unseen=flat_levels(readings, outline, solid, run.dispensed_volume_mm3),
         )
     overlay = folder / "overlay.png"
     cv2.imwrite(str(overlay), np.full((60, 120, 3), 128, np.uint8))

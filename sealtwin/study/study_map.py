@@ -204,6 +204,7 @@ def chart_of(
         as_near=as_near,
         replicates=replicates,
         screening=screening([run for run in plan.runs if run.state == "done"]),
+        fitted=len({*(axis.setting for axis in axes), *(settings.fitted or ())}),
     )
 
 
@@ -283,6 +284,7 @@ def _content(chart: Chart, target: Path, written: Sequence[str]) -> dict[str, An
         "as_near_as_the_best": [row["number"] for row in rows if row["as_near_as_the_best"]],
         "flat_level_error_mm": round(chart.best.flat_level_error_mm, 4),
         "beats_flat_level": chart.best.mean_error_mm < chart.best.flat_level_error_mm,
+        "baselines": [one.model_dump() for one in chart.baselines],
         "scatter_of_runs_mm": round(chart.scatter_mm, 4),
         "scatter_of_replicates_mm": scatter_mm and round(scatter_mm, 4),
         "screening": chart.screening,

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from validate.uncertainty.validation import Spread
 
 NOT_RECORDED = "not recorded"
-REPORT_FORM = 4  # Version of comparison.json and report.json: those of another one are made again
+REPORT_FORM = 5  # Version of comparison.json and report.json: those of another one are made again
 UNCERTAINTY, SPREAD = "uncertainty", "uncertainty.json"
 """Name in the manifest of the extra runs of 'sealtwin validate RUN --uncertainty', and their file."""
 PREDICTION = "prediction.json"  # Of a run without readings, with extra runs
@@ -100,7 +100,7 @@ def bring_up_to_date(job: Job) -> bool:
         live=live_model(job, outline, solid, trajectory),
     )
     if trial.readings is not None and readings is not None:
-        comparison = assess(evidence, trial.readings, trial.known_inputs(outline, solid), spread, trial.gate)
+        comparison = assess(evidence, trial.readings, trial.known_inputs(outline, solid), spread, trial.gate, earlier)
         evidence = replace(evidence, comparison=comparison)
     elif spread is not None:
         gained_mm = gained_level_mm(run, profile, outline, solid, ratio)

@@ -3,13 +3,16 @@
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from sealtwin.core.comparison import Baseline
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Profile
 from sealtwin.core.replicates import require_different
+from validate.metrics.baselines import ALWAYS, against_baselines, best_curves
 from validate.metrics.curve_distances import CLOSE_MM, best_flat_line, level_difference
 from validate.uncertainty.budget import Budget, hats, mean_absolute
 from validate.units import counted, words
@@ -217,6 +220,7 @@ class Chart:
     of that one alone without replicates."""
     replicates: RepeatedPairs | None = None
     screening: str = ""  # Sentence on the runs of the fast model, if there are any
+    fitted: int = 2  # Number of settings that these readings chose: those of the map, and what the trial declares
 
     @property
     def errors_mm(self) -> Floats:
@@ -225,6 +229,17 @@ class Chart:
     @property
     def best(self) -> HeldRun:
         return self.runs[int(np.argmin(self.errors_mm))]
+
+    @cached_property
+    def baselines(self) -> tuple[Baseline, ...]:
+        """Best curves through the readings, over the stretch of the nearest run."""
+        x = level_difference(self.best.profile, self.readings).x
+        return best_curves(self.readings, float(x[0]), float(x[-1]), (*ALWAYS, self.fitted))
+
+    @property
+    def beside_baselines(self) -> str:
+        """Statement about the nearest run, which these readings chose whatever their role, beside the baselines."""
+        return against_baselines(self.best.mean_error_mm, self.baselines, "calibrated-on", self.fitted)
 
     @property
     def places(self) -> Floats:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sealtwin.core.comparison import PredictedLevel, PredictedPart
+from sealtwin.core.predicted_level import PredictedLevel, PredictedPart
 from sealtwin.core.records import Floats, Profile
 from validate.settings import NO_INPUTS, Uncertainty
 from validate.uncertainty.budget import Budget, Curve, Kind, half_width, rms
