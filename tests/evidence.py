@@ -55,7 +55,9 @@ def make_evidence(
     run = changes.get("run", make_run(outline, solid))
     readings = comparison = None
     if readings_data is not None:
-        repeats_mm = slope(STATIONS_MM)[:, None] + np.array([-0.1, 0.0, 0.1])
+        # In another order at each station, as of repeats that are no passes.
+        off_mm = np.random.default_rng(0).permuted(np.tile([-0.1, 0.0, 0.1], (len(STATIONS_MM), 1)), axis=1)
+        repeats_mm = slope(STATIONS_MM)[:, None] + off_mm
         readings = Profile(STATIONS_MM, slope(STATIONS_MM), repeats_mm, readings_data, source)
         comparison = compare(
             profile,

@@ -147,18 +147,24 @@ def read_spread(job: Job) -> "Spread | None":
 
 
 def readings_of(job: Job, simulated: Profile | None = None) -> Profile | None:
-    """Return the trial's readings, with doubts by the crack, the volume in it and the level, if it is simulated."""
+    """Return the trial's readings, with doubts by the crack, the volume in it and the level, if it is simulated.
+
+    Raises InputError for a sheet that cannot be read, or a declared error that it contradicts.
+    """
     if job.trial.readings is None or job.sheet is None:
         return None
     from validate.readings.read_readings import read_readings
     from validate.readings.whole_sheet import Filling
+    from validate.uncertainty.contradictions import refuse_contradicted
 
     outline, solid = record_files.read_outline(job.path), record_files.read_solid(job.path)
     # A volume that nobody said is none to hold readings against.
     said = job.trial.path.volume_ml != "cavity" or job.trial.path.plan is not None
     dispensed_mm3 = record_files.read_trajectory(job.path).dispensed_mm3 if said else 0.0
     filling = Filling(outline, solid, dispensed_mm3, simulated)
-    return read_readings(job.sheet, job.trial.readings, outline.length_mm, solid.depth_mm, filling)
+    readings = read_readings(job.sheet, job.trial.readings, outline.length_mm, solid.depth_mm, filling)
+    refuse_contradicted(readings, job.trial.readings, job.trial.uncertainty)
+    return readings
 
 
 def note_doubts(job: Job, readings: Profile) -> None:
