@@ -125,7 +125,7 @@ class LevelComparison(Comparison):
     """A simulated level held against readings: what ``compare`` returns.
 
     Its main figures are ``mean_error_mm``, ``interval_95_mm``, ``worst_error_mm`` at ``worst_at_mm``, ``verdict`` and
-    ``findings``; ``metrics`` holds all others.
+    ``findings``; ``metrics`` holds all others, with the ``baselines`` that the verdict names.
     """
 
     level: Profile
@@ -168,7 +168,7 @@ def compare(
     Raises
     ------
     InputError
-        The two curves do not overlap, or a value is out of bounds.
+        The curves do not overlap, a value is out of bounds, or the readings contradict a declared error.
     """
     from validate.compare import compare, error_uncertainty
     from validate.metrics.baselines import flat_levels
@@ -217,7 +217,8 @@ def plot_levels(
     Parameters
     ----------
     level, readings, result
-        What to draw, at least one level; their comparison adds the 95 % band of the readings and the best flat level.
+        What to draw, at least one level; their comparison adds the 95 % band of the readings, and the best flat level
+        unless the readings were held out.
     solid
         The solid, to draw the crack's floor; left out, that of ``result``.
     ax
