@@ -25,7 +25,7 @@ with tempfile.TemporaryDirectory() as place:
     with (out / "level.csv").open(encoding="utf-8") as table:
         row = next(csv.DictReader(table))
 half_mm, ends_mm = answer["band_95_mm"], (row["low_95_mm"], row["high_95_mm"])
-said = (
+line = (
     f"band_95_mm = {half_mm}, in level.csv {row['level_mm']} mm within {ends_mm[0] or 'none'} to {ends_mm[1] or 'none'}"
 )
-print(json.dumps({"line": said, "sound": half_mm is None and ends_mm == ("", "")}))
+print(json.dumps({"line": line, "sound": half_mm is None and ends_mm == ("", "")}))

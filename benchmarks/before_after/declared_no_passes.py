@@ -18,7 +18,7 @@ random = np.random.default_rng(0)
 
 def sheets(off_mm: float, count: int = 60) -> tuple[int, int, str]:
     """Return how many sheets are refused, how many of the others hold the true bias of 0, and a refusal."""
-    refusals, held = list[str](), 0
+    refusals, covered = list[str](), 0
     for _ in range(count):
         repeats_mm = bed_mm[:, None] + 0.15 * random.standard_normal((17, 3)) + [0.0, 0.0, off_mm]
         readings = st.read_readings(np.column_stack([s_mm, repeats_mm]), data="measured", role="held-out")
@@ -28,13 +28,13 @@ def sheets(off_mm: float, count: int = 60) -> tuple[int, int, str]:
             refusals.append(str(fault))
             continue
         low_mm, high_mm = result.uncertainty.bias_interval_mm if result.uncertainty else (0.0, 0.0)
-        held += low_mm <= 0.0 <= high_mm
-    return len(refusals), held, refusals[0] if refusals else "none"
+        covered += low_mm <= 0.0 <= high_mm
+    return len(refusals), covered, refusals[0] if refusals else "none"
 
 
-(alike, held, _), (differ, wrong, words) = sheets(0.0), sheets(0.3)
+(alike, covered, _), (differ, wrong, words) = sheets(0.0), sheets(0.3)
 line = (
-    f"of 60 true sheets {alike} refused, {held} of the others hold the bias; of 60 with a column 0.3 mm off {differ} "
-    f"refused, {wrong} of the others hold it. {words[:150]}"
+    f"of 60 true sheets {alike} refused, {covered} of the others hold the bias; of 60 with a column 0.3 mm off "
+    f"{differ} refused, {wrong} of the others hold it. {words[:150]}"
 )
 print(json.dumps({"line": line, "sound": alike <= 3 and differ >= 57 and "uncertainty.pass_mm" in words}))

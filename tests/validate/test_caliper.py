@@ -195,10 +195,10 @@ def test_an_array_raises_the_doubts_of_the_same_file(tmp_path, change, answer):
     lines = [",".join(f"{value:g}" for value in row) for row in table]
     file = tmp_path / "caliper.csv"
     file.write_text("\n".join(["s_mm,level_1_mm,level_2_mm,level_3_mm", *lines]), encoding="utf-8")
-    found, of_file = (
+    of_array, of_file = (
         [doubt.partition(": ")[2].partition(", or answer")[0] for doubt in one.doubts] for one in (taken, read(file))
     )
-    assert found == of_file != []
+    assert of_array == of_file != []
     assert any(doubt.endswith(f'["{answer}"].') for doubt in taken.doubts)
     answered = take_readings(table, SETTINGS.model_copy(update={"as_written": (answer,)}), 80.0, 16.0)
     assert len(answered.doubts) == len(taken.doubts) - 1

@@ -67,16 +67,16 @@ def _nearest_polynomial(x: Floats, level_mm: Floats, count: int) -> Floats:
     weight = (np.append(piece, 0.0) + np.append(0.0, piece)) / 2
     basis = legvander(2 * (x - x[0]) / (x[-1] - x[0]) - 1, count - 1)
     rows, room = csr_array(basis), eye_array(len(x))
-    found: Any = linprog(
+    solved: Any = linprog(
         np.concatenate([np.zeros(count), weight]),
         A_ub=bmat([[rows, -room], [-rows, -room]], format="csr"),
         b_ub=np.concatenate([level_mm, -level_mm]),
         bounds=[(None, None)] * count + [(0, None)] * len(x),
         method="highs",
     )
-    if found.status != 0:
-        raise RuntimeError(f"No polynomial of {count} coefficients was found: {found.message}")
-    return basis @ found.x[:count]
+    if solved.status != 0:
+        raise RuntimeError(f"No polynomial of {count} coefficients was found: {solved.message}")
+    return basis @ solved.x[:count]
 
 
 def flat_levels(
@@ -127,7 +127,7 @@ def against_baselines(
     ``fitted`` is the number of settings that were fitted to the readings, or None if nobody declared them, and
     ``stations`` that of the stations that shape the readings' line, if it is known.
     """
-    known = [one if isinstance(one, Baseline) else Baseline.model_validate(one) for one in baselines]
+    levels = [one if isinstance(one, Baseline) else Baseline.model_validate(one) for one in baselines]
     simulated = {
         "held-out": "the simulation, which has not seen the readings,",
         "calibrated-on": "the simulation, of which nobody declared what was fitted,",
@@ -135,15 +135,15 @@ def against_baselines(
     }[role]
     if role != "held-out" and fitted:
         simulated = f"the simulation, with {counted(fitted, 'setting')} fitted,"
-    if not known:
+    if not levels:
         return f"{simulated[0].upper()}{simulated[1:]} is {error_mm:.2f} mm off; no baseline is known."
-    first, *others = known
+    first, *others = levels
     rest = "".join(f", {one.name} {one.mean_error_mm:.2f} mm" for one in others)
     text = f"{first.name[0].upper()}{first.name[1:]} is {first.mean_error_mm:.2f} mm off{rest}; {simulated} "
     text += f"{error_mm:.2f} mm."
     if role != "held-out" and fitted and stations is not None and fitted >= stations:
         text += f" A curve with {fitted} numbers would meet all {stations} stations."
-    elif beaten(error_mm, known, role, fitted) is False:
+    elif beaten(error_mm, levels, role, fitted) is False:
         peer = "a baseline that has not seen them" if role == "held-out" else "a curve with no more numbers"
         text += f" The simulation meets these readings no better than {peer}."
     return text

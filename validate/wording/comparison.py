@@ -116,8 +116,8 @@ def readings_role(metrics: LevelMetrics) -> str:
 def _baseline(one: Baseline, error_mm: float) -> str:
     """Return a baseline's error; of two equal ones the baseline's is the better, since it needs no simulation."""
     beats = "the simulation beats it" if error_mm < one.mean_error_mm else "the simulation does NOT beat it"
-    seen = f", {counted(one.numbers, 'number')} fitted to the readings" if one.numbers else ""
-    return f"mean error {one.mean_error_mm:.3f} mm{seen}: {beats}"
+    fitted = f", {counted(one.numbers, 'number')} fitted to the readings" if one.numbers else ""
+    return f"mean error {one.mean_error_mm:.3f} mm{fitted}: {beats}"
 
 
 def readings_table(readings: Profile, comparison: Comparison, sheet: ReadingsSheet | None) -> PageTable:

@@ -68,8 +68,8 @@ def test_a_baseline_has_seen_no_more_than_the_simulation(role, fitted, names):
     outline, solid = straight_slot(80.0, 3.0), _solid()
     pool = flat_levels(BED, outline, solid, 3000.0)
     how = {"role": role, "photo_data": "measured", "fitted": fitted, "unseen": pool}
-    found = compare(Profile(S_MM, BED.level_mm + 0.5), BED, outline, solid, **how).metrics
-    assert [one.name for one in found.baselines] == names
+    compared = compare(Profile(S_MM, BED.level_mm + 0.5), BED, outline, solid, **how).metrics
+    assert [one.name for one in compared.baselines] == names
 
 
 def test_readings_that_a_parabola_meets_better_are_said_to_be():
@@ -78,11 +78,11 @@ def test_readings_that_a_parabola_meets_better_are_said_to_be():
     readings = Profile(S_MM, -5.0 + 4.0 * (S_MM / 40.0 - 1.0) ** 2)
     names = ("fluid.U", "fluid.D_cm", "crack.tilt")
     how = {"role": "calibrated-on", "photo_data": "measured", "fitted": names}
-    found = compare(Profile(S_MM, readings.level_mm + 0.5), readings, outline, solid, **how)
-    assert found.metrics.beats_baseline is False
-    assert found.metrics.beats_flat_level
-    assert "a parabola 0.00 mm; the simulation, with 3 settings fitted, 0.50 mm. " in found.headline[1]
-    assert found.headline[1].endswith("no better than a curve with no more numbers.")
+    compared = compare(Profile(S_MM, readings.level_mm + 0.5), readings, outline, solid, **how)
+    assert compared.metrics.beats_baseline is False
+    assert compared.metrics.beats_flat_level
+    assert "a parabola 0.00 mm; the simulation, with 3 settings fitted, 0.50 mm. " in compared.headline[1]
+    assert compared.headline[1].endswith("no better than a curve with no more numbers.")
 
 
 def test_a_lab_s_earlier_samples_are_a_baseline():

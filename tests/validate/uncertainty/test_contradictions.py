@@ -80,8 +80,8 @@ def test_repeats_that_scatter_more_than_was_declared_contradict_it():
     """0.15 mm over 34 degrees of freedom exceed 0.1 mm; a true declaration is refused once in 100."""
     random = np.random.default_rng(9)
     sheets = [noise_mm(random, "normal") for _ in range(300)]
-    said = Uncertainty(repeatability_mm=0.15, pass_mm=0.0)
-    by_scatter = [not refused(sheet, NO_PASSES) and refused(sheet, said) for sheet in sheets]
+    declared = Uncertainty(repeatability_mm=0.15, pass_mm=0.0)
+    by_scatter = [not refused(sheet, NO_PASSES) and refused(sheet, declared) for sheet in sheets]
     assert sum(by_scatter) <= 300 * (0.01 + 3 * np.sqrt(0.01 * 0.99 / 300))
     with pytest.raises(
         InputError, match=r"uncertainty\.repeatability_mm = 0\.05: .* scatter by 0\.1\d mm \(28 degrees"

@@ -34,6 +34,6 @@ def test_a_paste_without_a_stated_uncertainty_has_no_interval(tmp_path):
     paste = {"method": "calibration", "date": "2026-11-25", "data": "measured", "not_for": ("a warm day",)}
     paste |= {"yield_stress_pa": 10.0, "yield_stress_error_pa": 0.0, "yield_stress_95_pa": (10.0, 10.0)}
     settings = {**evidence.run.settings, "fluid": {**evidence.run.settings["fluid"], "material": paste}}
-    said = " ".join(assumptions(replace(evidence, run=replace(evidence.run, settings=settings))))
-    assert "yield stress is 10 Pa, its uncertainty is not stated, by: calibration" in said
-    assert "95 % 10 to 10" not in said
+    words = " ".join(assumptions(replace(evidence, run=replace(evidence.run, settings=settings))))
+    assert "yield stress is 10 Pa, its uncertainty is not stated, by: calibration" in words
+    assert "95 % 10 to 10" not in words
