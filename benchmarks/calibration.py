@@ -38,6 +38,7 @@ from digitise.trajectory import plan_trajectory
 from sealtwin.calibration.search import CONFIRM, Found, Setting, Source, search, settings_at
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats, Outline, Solid
+from sealtwin.core.replicates import require_different
 from simulate.profile import measure_profile
 from simulate.run import inject
 from simulate.settings import Fluid, Nozzle, Solver
@@ -227,6 +228,8 @@ def rows(
     seeds = np.array(
         [[library.levels_mm(truth, AGAIN + seed) for seed in range(SEEDS_OF_A_TRUTH)] for truth, *_ in found]
     )
+    for levels_mm in seeds:
+        require_different(levels_mm, [f"with seed {AGAIN + seed}" for seed in range(SEEDS_OF_A_TRUTH)], f"{TABLE}")
     noise_mm2 = float(seeds.var(axis=1, ddof=1).mean())
     first, middle = 1 / SEEDS_OF_A_TRUTH + 1 / CONFIRM, 1 / SEEDS_OF_A_TRUTH + 1
     errors: dict[str, list[float]] = {"calibrated": [], **{name: [] for name in others}}

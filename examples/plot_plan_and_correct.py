@@ -34,7 +34,7 @@ folder = Path(place.name)
 
 # %%
 # The plan is searched on the fast model and judged by particles, beside two baselines.
-coarse = {"knots": 4, "verify": 1, "seeds": 1, "device": "cpu"}
+coarse = {"knots": 4, "verify": 1, "seeds": 2, "device": "cpu"}
 plan = st.plan_flow(folder / "trial.toml", out=folder / "plan", flow_max_mm3_s=3000, **coarse)
 judged = {"planned": plan.content, **plan.content["baselines"]}
 for name, one in judged.items():
@@ -45,6 +45,7 @@ for name, one in judged.items():
 figure, (above, below) = plt.subplots(2, figsize=(8, 5), layout="constrained")
 above.step(plan.t_s, plan.flow_mm3_s, where="post")
 above.set(xlabel="time (s)", ylabel="flow (mm³/s)")
+assert plan.half_width_mm is not None, "a band needs two seeds"
 low_mm, high_mm = plan.level_mm - plan.half_width_mm, plan.level_mm + plan.half_width_mm
 below.fill_between(plan.s_mm, low_mm, high_mm, alpha=0.3)
 below.plot(plan.s_mm, plan.level_mm)

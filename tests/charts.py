@@ -38,7 +38,9 @@ def error_mm(u: float, d_cm: float) -> float:
 
 
 def make_readings(scatter_mm: float = 0.1) -> Profile:
-    repeats_mm = line(STATIONS_MM)[:, None] + scatter_mm * np.array([-1.0, 0.0, 1.0])
+    # In another order at each station, as of repeats that are no passes.
+    off_mm = np.random.default_rng(0).permuted(np.tile([-scatter_mm, 0.0, scatter_mm], (len(STATIONS_MM), 1)), axis=1)
+    repeats_mm = line(STATIONS_MM)[:, None] + off_mm
     return Profile(STATIONS_MM, line(STATIONS_MM), repeats_mm, "measured", "caliper.csv")
 
 

@@ -15,6 +15,7 @@ from digitise.trajectory import plan_trajectory
 from sealtwin.core.records import Bed, DataKind, Floats, Outline, Profile, Run, RunHealth, Solid, arc_length_at
 from tests.shapes import straight_slot
 from validate.compare import compare
+from validate.metrics.baselines import flat_levels
 from validate.report_input import Evidence
 from validate.settings import Gate
 
@@ -54,7 +55,9 @@ def make_evidence(
     run = changes.get("run", make_run(outline, solid))
     readings = comparison = None
     if readings_data is not None:
-        repeats_mm = slope(STATIONS_MM)[:, None] + np.array([-0.1, 0.0, 0.1])
+        # In another order at each station, as of repeats that are no passes.
+        off_mm = np.random.default_rng(0).permuted(np.tile([-0.1, 0.0, 0.1], (len(STATIONS_MM), 1)), axis=1)
+        repeats_mm = slope(STATIONS_MM)[:, None] + off_mm
         readings = Profile(STATIONS_MM, slope(STATIONS_MM), repeats_mm, readings_data, source)
         comparison = compare(
             profile,
@@ -65,6 +68,7 @@ def make_evidence(
             photo_data=photo_data,
             gate=gate,
             escaped_particles=run.escaped_particles,
+            unseen=flat_levels(readings, outline, solid, run.dispensed_volume_mm3),
         )
     overlay = folder / "overlay.png"
     cv2.imwrite(str(overlay), np.full((60, 120, 3), 128, np.uint8))

@@ -1,11 +1,13 @@
 """Comparison of a simulated with a measured level: errors, intervals, baselines and the verdict."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from sealtwin.core.comparison import (
+    Baseline,
     Comparison,
     ErrorUncertainty,
     LevelMetrics,
@@ -16,8 +18,10 @@ from sealtwin.core.comparison import (
     StationErrors,
     VolumeComparison,
 )
+from sealtwin.core.earlier_trials import EarlierTrial
 from sealtwin.core.records import DataKind, Floats, Outline, Profile, Solid
 from validate.metrics.alignment import alignment
+from validate.metrics.baselines import ALWAYS, beaten, best_curves, flat_levels
 from validate.metrics.curve_distances import (
     CLOSE_MM,
     PiecewiseLinear,
@@ -54,13 +58,15 @@ def compare(
     fitted: tuple[str, ...] | None = None,
     lab_searched: bool = False,
     screening: bool = False,
+    unseen: Sequence[Baseline] = (),
 ) -> Comparison:
     """Compare two levels over their common stretch of s and judge the error.
 
     A positive error means that the simulated level is too high; between stations both are straight, so the integrals
     are exact. With an escaped particle nothing passes, and without ``uncertainty`` the verdict has no interval. The
-    settings ``fitted`` to the readings, and whether the lab's catalogue was searched for them, are for the headline; a
-    level by a model for ``screening`` gets no verdict. Raises InputError where the two curves do not overlap.
+    settings ``fitted`` to the readings, whether the lab's catalogue was searched for them, and ``unseen`` baselines,
+    which have not seen the readings, are for the headline; a level by a model for ``screening`` gets no verdict. Raises
+    InputError where the two curves do not overlap.
     """
     error = level_difference(simulated, measured)
     area_mm2, area_library_mm2 = error.area, error.area_by_similaritymeasures()
@@ -70,6 +76,10 @@ def compare(
     worst = int(np.argmax(np.abs(error.value)))
     bins = error_bins(simulated, measured, outline.length_mm)
     flat_level_mm, flat_error_mm = best_flat_line(error, measured)
+    count = len(fitted) if fitted else None
+    baselines = () if role == "calibrated-on" else tuple(unseen)
+    if role != "held-out":
+        baselines += best_curves(measured, from_mm, to_mm, (*ALWAYS, *([count] if count else [])))
     basis = basis_of(measured.s_mm, from_mm, to_mm, outline.length_mm)
     beyond = (measured.s_mm < from_mm) | (measured.s_mm > to_mm)
     volumes: dict[str, Any] = {
@@ -106,6 +116,8 @@ def compare(
         flat_level_mm=flat_level_mm,
         flat_level_error_mm=flat_error_mm,
         beats_flat_level=error.mean_error < flat_error_mm,
+        baselines=baselines,
+        beats_baseline=beaten(error.mean_error, baselines, role, count),
         readings=repeatability(measured),
         role=role,
         fitted=fitted,
@@ -119,11 +131,17 @@ def compare(
 
 
 def assess(
-    evidence: Evidence, settings: Readings, declared: Uncertainty, spread: Spread | None, gate: Gate | None = None
+    evidence: Evidence,
+    settings: Readings,
+    declared: Uncertainty,
+    spread: Spread | None,
+    gate: Gate | None = None,
+    earlier: Sequence[EarlierTrial] = (),
 ) -> Comparison:
     """Compare the level of a trial with its readings, with intervals, baselines and the mass balance, and judge it.
 
-    The comparison that ``evidence`` holds is not used; ``spread`` holds the results of extra runs, if there were any.
+    The comparison that ``evidence`` holds is not used. ``spread`` holds the results of extra runs, if there were any,
+    and ``earlier`` the lab's earlier samples, whose filling is a baseline.
     """
     simulated, measured, outline, solid = evidence.profile, evidence.readings, evidence.outline, evidence.solid
     if measured is None:
@@ -143,6 +161,7 @@ def assess(
         fitted=settings.fitted,
         lab_searched=evidence.lab_searched,
         screening=evidence.run.bed is not None,
+        unseen=flat_levels(measured, outline, solid, evidence.run.dispensed_volume_mm3, earlier),
     )
     metrics = comparison.metrics
     baseline = balance_profile(evidence.run.dispensed_volume_mm3, outline, solid)

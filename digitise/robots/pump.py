@@ -28,6 +28,7 @@ DOUBTFUL = 0.1  # Relative half-width of the interval of a flow that earns a war
 WORTHLESS = 0.5
 """Half-width that is refused: the crack would get anything from half of its sealant to half as much again, from a bare
 floor to sealant beside the crack."""
+ROUNDING = 1e-9  # Relative scatter of equal weighings
 ALIKE = 1e-6  # Relative difference of two numbers that one person wrote as the same
 
 
@@ -90,11 +91,17 @@ class PumpTable:
         bend = 4 * share * (1 - share) * self.bend
         return float(np.hypot(np.hypot(factor * mean, 1.96 * self.density_error), bend))
 
-    def doubts(self, wanted_mm3_s: Floats) -> tuple[float, tuple[str, ...]]:
-        """Return the largest relative half-width of flows that are wanted, and a warning where it is large.
+    def doubts(self, wanted_mm3_s: Floats) -> tuple[float | None, tuple[str, ...]]:
+        """Return the largest relative half-width of flows that are wanted, and a warning if it is large.
 
-        Raises InputError where it says nothing.
+        Weighings that repeat each other to the last digit show no scatter, and give None and a warning. Raises
+        InputError if the flow is hardly known.
         """
+        if self.scatter < ROUNDING:
+            return None, (
+                f"{self.name}: weighings of one flow repeat each other to the last digit and show no scatter, so that "
+                "nothing is said of how well the path's flow is known: weigh for longer or on a finer scale",
+            )
         flows = wanted_mm3_s[wanted_mm3_s > 0]
         half = max(self.error_95(float(flows.min())), self.error_95(float(flows.max())))
         said = (

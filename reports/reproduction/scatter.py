@@ -9,6 +9,7 @@ from reports.reproduction.claims import FARTHEST, NEAREST
 from reports.reproduction.redrawn import errors_against
 from reports.reproduction.surface import CHOSEN, Surface, along, surfaces_of
 from sealtwin.core.records import Floats, Profile
+from sealtwin.core.replicates import require_different
 from validate.study_figures.chart import Chart, Finished
 
 Pair = tuple[float, float]
@@ -48,6 +49,9 @@ def join(chart: Chart, again: Sequence[tuple[Pair, Finished]]) -> Replicates:
     pairs = tuple(dict.fromkeys(pair for pair, _ in again))
     own = {run.at: run for run in chart.runs}
     runs = tuple((own[pair], *(run for at, run in again if at == pair)) for pair in pairs)
+    for pair, alike in zip(pairs, runs, strict=True):
+        names = [f"{number} with another seed" if number else "of the study" for number in range(len(alike))]
+        require_different([run.profile.level_mm for run in alike], names, f"U and D of {pair}")
     # Where one failed, all pairs are known by as many as the least known one.
     fewest = min(len(each) for each in runs)
     return Replicates(pairs, tuple(each[:fewest] for each in runs))

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure, SubFigure
 
-OF_A_FILE = ("sheet", "sample", "separator", "decimal", "unit", "as_written")
+OF_A_FILE = ("sheet", "sample", "separator", "decimal", "unit")
 """Keywords that say how a file is written, which an array is not."""
 
 
@@ -78,7 +78,8 @@ def read_readings(
         What readings are counted from, and its height above the sample's surface in mm.
     as_written
         Answers to the ``doubts`` of an earlier result: cells, columns or rows of the file that are meant as they stand,
-        or "sign", "unit", "datum" and "direction" of all of it.
+        or "sign", "unit", "datum" and "direction" of all of it. Cells of an array have a spreadsheet's names: "B4" is
+        the reading [3, 1].
     data, role, fitted
         Where the readings come from, as in ``read_photo``; whether the fluid was tuned on them, "calibrated-on" or
         "held-out"; and which settings of a trial were, as ``("fluid.U", "fluid.D_cm")``. Left "undeclared", every
@@ -92,7 +93,7 @@ def read_readings(
     Returns
     -------
     LevelReadings
-        Levels from the face in mm, in the order of s, and in ``doubts`` what a file may not have meant.
+        Levels from the face in mm, in the order of s, and in ``doubts`` what a file or an array may not have meant.
 
     Raises
     ------
@@ -124,7 +125,7 @@ class LevelComparison(Comparison):
     """A simulated level held against readings: what ``compare`` returns.
 
     Its main figures are ``mean_error_mm``, ``interval_95_mm``, ``worst_error_mm`` at ``worst_at_mm``, ``verdict`` and
-    ``findings``; ``metrics`` holds all others.
+    ``findings``; ``metrics`` holds all others, with the ``baselines`` that the verdict names.
     """
 
     level: Profile
@@ -167,9 +168,10 @@ def compare(
     Raises
     ------
     InputError
-        The two curves do not overlap, or a value is out of bounds.
+        The curves do not overlap, a value is out of bounds, or the readings contradict a declared error.
     """
     from validate.compare import compare, error_uncertainty
+    from validate.metrics.baselines import flat_levels
 
     if gate_mm is not None and not 0 < gate_mm < np.inf:
         raise InputError(f"compare: gate_mm = {gate_mm}: must be above 0, in mm.")
@@ -178,6 +180,7 @@ def compare(
     else:
         settings = Readings(file=Path(readings.source or "readings"), data=readings.data, role="undeclared")
     declared = settings_of(Uncertainty, "compare: uncertainty", uncertainty or {})
+    dispensed_mm3 = level.dispensed_mm3 if isinstance(level, SimulatedLevel) else 0.0
     comparison = compare(
         level,
         readings,
@@ -189,6 +192,7 @@ def compare(
         gate=None if gate_mm is None else Gate(mean_error_mm=float(gate_mm), reason=gate_reason),
         escaped_particles=level.escaped_particles if isinstance(level, SimulatedLevel) else 0,
         uncertainty=error_uncertainty(level, readings, crack, solid, settings, declared),
+        unseen=flat_levels(readings, crack, solid, dispensed_mm3),
     )
     return LevelComparison(
         **content_of(comparison),
@@ -213,7 +217,8 @@ def plot_levels(
     Parameters
     ----------
     level, readings, result
-        What to draw, at least one level; their comparison adds the 95 % band of the readings and the best flat level.
+        What to draw, at least one level; their comparison adds the 95 % band of the readings, and the best flat level
+        unless the readings were held out.
     solid
         The solid, to draw the crack's floor; left out, that of ``result``.
     ax

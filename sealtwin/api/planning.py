@@ -22,7 +22,8 @@ class FlowPlan:
     """A plan that particles judged: what ``plan_flow`` returns.
 
     ``t_s``, ``speed_mm_s`` and ``flow_mm3_s`` are (n,), ``position_mm`` is (n, 3); each row holds until the next.
-    ``s_mm``, ``level_mm`` and ``half_width_mm``, of the 95 % band, are (m,): the level that it leads to.
+    ``s_mm``, ``level_mm`` and ``half_width_mm``, of the 95 % band, are (m,): the level that it leads to. With one seed
+    there is no band.
     """
 
     folder: Path
@@ -32,7 +33,7 @@ class FlowPlan:
     flow_mm3_s: Floats
     s_mm: Floats
     level_mm: Floats
-    half_width_mm: Floats
+    half_width_mm: Floats | None
     verified: bool
     """True where particles found the plan better than both baselines."""
     content: dict[str, Any]
@@ -100,6 +101,7 @@ def plan_flow(
     folder = Path(content["folder"])
     path = files.read_table(folder / TABLE, ("t_s", "x_mm", "y_mm", "z_mm", "speed_mm_s", "flow_mm3_s"))
     level = files.read_table(folder / LEVEL, ("s_mm", "level_mm", "low_95_mm", "high_95_mm"))
+    half_width_mm = np.asarray(level[:, 3] - level[:, 1])
     return FlowPlan(
         folder=folder,
         t_s=path[:, 0],
@@ -108,7 +110,7 @@ def plan_flow(
         flow_mm3_s=path[:, 5],
         s_mm=level[:, 0],
         level_mm=level[:, 1],
-        half_width_mm=np.asarray(level[:, 3] - level[:, 1]),
+        half_width_mm=None if np.isnan(half_width_mm).any() else half_width_mm,
         verified=content["verified"],
         content=content,
     )

@@ -202,6 +202,8 @@ class SimulatedLevel(Profile):
 
     escaped_particles: int
     """Particles of the run that went through a wall: with one, the level means nothing."""
+    dispensed_mm3: float = 0.0
+    """Dispensed volume, whose flat level is a baseline; 0 if it is not known."""
 
 
 def inject(
@@ -310,4 +312,6 @@ def measure_level(run: Run, crack: Outline, solid: Solid) -> SimulatedLevel:
     from simulate.profile import measure_profile
 
     profile = measure_profile(run, crack, solid)
-    return SimulatedLevel(**content_of(profile), escaped_particles=run.escaped_particles)
+    return SimulatedLevel(
+        **content_of(profile), escaped_particles=run.escaped_particles, dispensed_mm3=run.dispensed_volume_mm3
+    )

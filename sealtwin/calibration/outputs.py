@@ -160,6 +160,11 @@ def _material(found: Found, calibrated: Calibrated, twin: Twin, date: day) -> Ma
             for sentence in (
                 *(["readings that nobody measured (EMULATED)"] if calibrated.emulated else []),
                 f"joint distribution: {POSTERIOR}; the numbers here are its likeliest draw",
+                *(
+                    []
+                    if error_pa
+                    else ["the yield stress was not free, and its uncertainty is not stated: no interval"]
+                ),
                 *([f"found together with {', '.join(beside)}: set them beside it"] if beside else []),
                 *([f"not identified by the readings: {identified}"] if identified else []),
             )

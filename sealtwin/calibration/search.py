@@ -12,6 +12,7 @@ import numpy as np
 
 from sealtwin.core.errors import NumericalError
 from sealtwin.core.records import Floats
+from sealtwin.core.replicates import require_different
 from validate.calibration.emulator import Emulator
 from validate.calibration.free import Free
 from validate.calibration.posterior import BasisReach, Posterior, ReadLevels, reach_of
@@ -88,6 +89,11 @@ class _Search:
                     "an emulator of the others would be of a part of the range. Narrow the ranges, or give finer "
                     "particles."
                 )
+            for point in np.unique(self.points, axis=0):
+                alike = np.flatnonzero((self.points == point).all(axis=1)).tolist()
+                again = {f"{number + 1} (seed + {number})": levels_mm[number] for number in alike}
+                done = {name: level_mm for name, level_mm in again.items() if level_mm is not None}
+                require_different(done.values(), list(done), source.name)
 
     def done(self, trial: int) -> tuple[Floats, Floats]:
         """Points and levels of a trial's runs that have a result."""

@@ -20,7 +20,7 @@ def plan(
     margin_mm: Annotated[float, number_option("Level below the face to aim at.", 0, 100)] = 0.0,
     knots: Annotated[int, count_option("Places along the path where flow and speed are free.", 3, 40)] = 8,
     verify: Annotated[int, count_option("Rounds of search and particles.", 1, 10)] = 3,
-    seeds: Annotated[int, count_option("Particle runs of the plan that is kept, for its band.", 1, 20)] = 3,
+    seeds: Annotated[int, count_option("Particle runs of the plan that is kept; its band needs two.", 1, 20)] = 3,
     keep_speed: Annotated[bool, flag("--keep-speed", "Plan the flow alone, at the trial's speed.")] = False,
     jobs: Annotated[int, count_option("Processes for particle runs that can be made at once.", 1, 512)] = 1,
     device: Device = "auto",

@@ -221,10 +221,10 @@ def swept_lines(swept: dict[str, Any]) -> list[str]:
             f"{best['mean_error_mm']:.2f} mm on average."
         )
         # Runs of earlier versions have not kept it.
-        if best["flat_level_error_mm"] is not None:
-            from validate.metrics.verdict import against_flat_line
+        if best["baselines"]:
+            from validate.metrics.baselines import against_baselines
 
-            lines.append(against_flat_line(best["mean_error_mm"], best["flat_level_error_mm"]))
+            lines.append(against_baselines(best["mean_error_mm"], best["baselines"], "calibrated-on", best["varied"]))
     if unranked := swept["not_ranked"]:
         which = ", ".join(f"{run['number']} ({run['volume_ratio']:.3f})" for run in unranked[:MOST_NAMED])
         more = f" and {len(unranked) - MOST_NAMED} more" if len(unranked) > MOST_NAMED else ""
@@ -240,14 +240,12 @@ def swept_lines(swept: dict[str, Any]) -> list[str]:
 
 def mapped_lines(mapped: "Mapped") -> list[str]:
     """Return the lines that a person reads of a map."""
-    from validate.metrics.verdict import against_flat_line
-
     chart, best = mapped.chart, mapped.chart.best
     return [
         *mapped.sheet.cautions,
         f"{chart.name}: {len(chart.runs)} runs against {chart.readings.source}.",
         f"Nearest to the readings: run {best.number} ({chart.said(best)}), {best.mean_error_mm:.2f} mm on average.",
-        against_flat_line(best.mean_error_mm, best.flat_level_error_mm),
+        chart.beside_baselines,
         chart.flatness,
         chart.exclusion,
         f"Page: {mapped.content['page']}",

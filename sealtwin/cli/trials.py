@@ -116,7 +116,9 @@ def _pump_line(pump: dict[str, Any] | None) -> list[str]:
         " to ".join(dict.fromkeys(f"{flow:.4g}" for flow in pump[f"{name}_mm3_s"])) for name in ("asked", "wanted")
     )
     waits = f", and waits {pump['waits_s']:.2g} s for the first" if pump["waits_s"] else ""
-    return [f"Pump: asked for {asked} mm³/s to give {wanted}, 95 % within {pump['interval_95_percent']:.2g} %{waits}."]
+    half_percent = pump["interval_95_percent"]
+    within = "equal weighings show no interval" if half_percent is None else f"95 % within {half_percent:.2g} %"
+    return [f"Pump: asked for {asked} mm³/s to give {wanted}, {within}{waits}."]
 
 
 def demo(out: DemoOut = None, device: Device = "auto", as_json: Json = False, quiet: Quiet = False) -> None:

@@ -50,6 +50,17 @@ class ReadingsScatter(JsonRecord):
     """Standard deviation of a single reading; None without repeats."""
 
 
+class Baseline(JsonRecord):
+    """A level along the crack that no simulation made, held against the same readings over the same stretch."""
+
+    name: str
+    """Name in words."""
+    numbers: int
+    """Number of its coefficients that were fitted to these readings; 0 for a level that has not seen them."""
+    mean_error_mm: float
+    """Mean error of that level."""
+
+
 class LevelMetrics(JsonRecord):
     """Figures of simulated minus measured level over the stretch that both curves cover, all exact integrals."""
 
@@ -104,6 +115,12 @@ class LevelMetrics(JsonRecord):
     flat_level_error_mm: float
     """Mean error of that constant level."""
     beats_flat_level: bool
+    baselines: tuple[Baseline, ...] = ()
+    """Levels without a simulation: of readings that were calibrated on, the best curves through them; of held-out ones,
+    levels that have not seen them."""
+    beats_baseline: bool | None = None
+    """True if the mean error is smaller than that of each baseline with no more numbers than settings were fitted; None
+    without such a baseline."""
     readings: ReadingsScatter
     role: Role
     fitted: tuple[str, ...] | None = None
@@ -354,50 +371,6 @@ class ErrorUncertainty(JsonRecord):
     design_radius_mm: float | None
 
 
-class PredictedPart(JsonRecord):
-    """One error of a predicted level, and its standard uncertainty: half the half-width of 95 % by it alone."""
-
-    name: str
-    """Name in words."""
-    kind: str
-    """numerics or inputs."""
-    setting: str
-    """Key of the trial file that declares it; empty for an error that none declares."""
-    mean_level_mm: float
-    """Standard uncertainty of the mean level."""
-    place_mm: float
-    """Standard uncertainty of the level at a place, root mean square along the crack."""
-
-
-class PredictedLevel(JsonRecord):
-    """The level of a run without readings, with its band by the numerics and by the declared inputs."""
-
-    s_mm: Floats
-    """Places along the crack; the next five are at them."""
-    level_mm: Floats
-    """Predicted level, from the face."""
-    band_95_mm: Floats
-    """Half-width of the 95 % band at each place by itself."""
-    profile_band_95_mm: Floats
-    """Half-width of the band that holds the whole level in 95 %."""
-    numerics_mm: Floats | None
-    """Standard uncertainty by the numerics; None where they are not known."""
-    inputs_mm: Floats | None
-    """Standard uncertainty by the inputs; None where none is declared."""
-    mean_level_mm: float
-    """Mean level along the crack."""
-    mean_level_95_mm: tuple[float, float]
-    """Ends of its 95 % interval."""
-    parts: tuple[PredictedPart, ...]
-    """All errors that the band is made of, each alone."""
-    inputs: tuple[InputEffect, ...]
-    """Effects of the inputs that were moved."""
-    inputs_left_out: tuple[str, ...]
-    """Names of the inputs without a declared uncertainty."""
-    unfit: tuple[str, ...]
-    """Reasons why the case is outside the domain of the fast model that moved the inputs."""
-
-
 @dataclass(frozen=True)
 class Comparison:
     """A simulated level compared with a measured one, and the verdict on it."""
@@ -415,7 +388,7 @@ class Comparison:
     """True if the mean error keeps the gate; None without a gate, False where a particle escaped."""
     outcome: Outcome = "open"
     headline: tuple[str, ...] = ()
-    """Sentences on the gate, on the best flat line, and on what the readings were used for before."""
+    """Sentences on the gate, on the baselines, and on what the readings were used for before."""
     findings: tuple[str, ...] = ()
     """Conclusions that ASME V&V 20 allows, or that it is not assessed; empty without a verdict or an interval."""
 

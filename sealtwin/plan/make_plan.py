@@ -17,6 +17,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.number_tables import read_columns
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats, Profile, Trajectory
+from sealtwin.core.replicates import require_different
 from sealtwin.core.run_folder import holding, open_folder, refuse_foreign, require_folder
 from sealtwin.core.settings import checked
 from sealtwin.plan import search as searching
@@ -71,7 +72,8 @@ class Planned:
     trajectory: Trajectory  # Of the best
     s_mm: Floats
     level_mm: Floats  # Mean of the seeds
-    half_width_mm: Floats  # Of the 95 % band
+    half_width_mm: Floats | None
+    """Half the 95 % band of a further run; None with one seed, since single runs then show no scatter."""
     misfits: tuple[Misfit, ...]  # Of each seed
     chances: dict[str, float] | None
 
@@ -151,10 +153,15 @@ def plan_on(
     levels = [best.level, *(verifier.levels("The plan with other seeds", seeds) if seeds else [])]
     s_mm = best.level.s_mm
     levels_mm = np.array([np.interp(s_mm, level.s_mm, level.level_mm) for level in levels])
+    names = [f"with seed = {trial.seed + number}" for number in range(len(levels))]
+    require_different(levels_mm, names, f"{where}: {best.name}")
     trajectory = plan_trajectory(bench.outline, best.path, bench.solid.cavity_volume_mm3, bench.solid.sections)
     bed = nominal.fill(trajectory)
     apart_mm2 = discrepancy(bed, s_mm, levels_mm.mean(axis=0))
-    chances, variance = None, np.full(len(s_mm), levels_mm.var(axis=0, ddof=1).mean() if len(levels) > 1 else 0.0)
+    chances, variance = None, np.zeros(len(s_mm))
+    if len(levels) > 1:
+        # Of a further run about the mean of these.
+        variance += levels_mm.var(axis=0, ddof=1).mean() * (1 + 1 / len(levels))
     if draws:
         drawn_mm = np.array(
             [
@@ -171,7 +178,7 @@ def plan_on(
         trajectory=trajectory,
         s_mm=s_mm,
         level_mm=levels_mm.mean(axis=0),
-        half_width_mm=Z_95 * np.sqrt(variance),
+        half_width_mm=Z_95 * np.sqrt(variance) if len(levels) > 1 else None,
         misfits=tuple(misfit(bench.outline, bench.solid, s_mm, level_mm) for level_mm in levels_mm),
         chances=chances,
     )
@@ -270,7 +277,8 @@ def _write(folder: Path, planned: Planned, trial: Trial, options: Options) -> di
     path = planned_path(planned.trajectory)
     rows = np.column_stack([path.t_s, path.place_mm, path.speed_mm_s, path.flow])
     files.write_table(folder / TABLE, COLUMNS, rows)
-    low_mm, high_mm = planned.level_mm - planned.half_width_mm, planned.level_mm + planned.half_width_mm
+    half_mm = np.full(len(planned.s_mm), np.nan) if planned.half_width_mm is None else planned.half_width_mm
+    low_mm, high_mm = planned.level_mm - half_mm, planned.level_mm + half_mm
     columns = ("s_mm", "level_mm", "low_95_mm", "high_95_mm")
     files.write_table(folder / LEVEL, columns, np.column_stack([planned.s_mm, planned.level_mm, low_mm, high_mm]))
     mean = Misfit(*np.mean([list(asdict(one).values()) for one in planned.misfits], axis=0).tolist())
@@ -287,7 +295,7 @@ def _write(folder: Path, planned: Planned, trial: Trial, options: Options) -> di
         "margin_mm": options.margin_mm,
         **_said(mean),
         "seeds": [_said(one) for one in planned.misfits],
-        "band_95_mm": float(planned.half_width_mm.mean()),
+        "band_95_mm": None if planned.half_width_mm is None else float(planned.half_width_mm.mean()),
         "chances": planned.chances,
         "baselines": {one.name: _said(one.misfit) for one in planned.baselines},
         "rounds": [{**_said(one.misfit), "expected_off_mm": one.off_mm} for one in planned.rounds],

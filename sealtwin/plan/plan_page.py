@@ -35,6 +35,9 @@ def write_page(path: Path, planned: "Planned", content: dict[str, Any]) -> None:
     flow = Numbers(
         ("s_mm", "speed_mm_s", "flow_mm3_s"), np.column_stack([it.s_mm, it.speed_mm_s, it.flow_mm3_s]).tolist()
     )
+    band = []
+    if content["band_95_mm"] is not None:
+        band = [(f"95 % band of a run, half-width, by {len(content['seeds'])} runs", f"{content['band_95_mm']:.2f} mm")]
     sheet = FigureSheet(
         title=f"Plan: {content['name']}",
         lead="Flow and speed along the path, chosen on the fast model and judged by particles. No number is measured.",
@@ -43,7 +46,7 @@ def write_page(path: Path, planned: "Planned", content: dict[str, Any]) -> None:
         key_figures=[
             ("sealant", f"{content['sealant_mm3'] / 1000:.3g} ml"),
             ("duration", f"{content['duration_s']:.1f} s"),
-            ("95 % band, half-width", f"{content['band_95_mm']:.2f} mm"),
+            *band,
             *chance_rows(content["chances"] or {}),
         ],
         parts=[
@@ -83,14 +86,22 @@ def finding(content: dict[str, Any]) -> str:
 
 
 def cautions_of(content: dict[str, Any]) -> list[str]:
-    """Return sentences on a plan that no baseline is worse than, or that the fast model does not yet describe."""
+    """Return sentences on a plan without a band, worse than a baseline, or that the fast model does not describe."""
+    single = []
+    if content["band_95_mm"] is None:
+        single = [
+            "One run of particles judged this plan, so that the scatter of single runs is not known and its level has "
+            "no band. Use --seeds 3."
+        ]
     if not content["verified"]:
-        return [f"NOT VERIFIED: no plan was better than {content['kept']}, which is kept. No robot program is written."]
+        not_verified = f"NOT VERIFIED: no plan was better than {content['kept']}, which is kept."
+        return [f"{not_verified} No robot program is written.", *single]
     if content["expected_off_mm"] <= AGREES_MM:
-        return []
+        return single
     return [
-        f"Fast model and particles still differ by {content['expected_off_mm']:.2f} mm on average. The level and its "
-        "band are those of the particles; another round (--verify) may find a better plan."
+        *single,
+        f"Fast model and particles still differ by {content['expected_off_mm']:.2f} mm on average. The level is "
+        "that of the particles; another round (--verify) may find a better plan.",
     ]
 
 
@@ -99,8 +110,9 @@ def _levels(planned: "Planned") -> "Figure":
     from validate.study_figures.figure_sheet import wide_axes
 
     figure, axes = wide_axes(3.2, face=True)
-    low_mm, high_mm = planned.level_mm - planned.half_width_mm, planned.level_mm + planned.half_width_mm
-    axes.fill_between(planned.s_mm, low_mm, high_mm, color=SIMULATED, alpha=0.2, linewidth=0, label="95 % band")
+    if (half_mm := planned.half_width_mm) is not None:
+        ends_mm = planned.level_mm - half_mm, planned.level_mm + half_mm
+        axes.fill_between(planned.s_mm, *ends_mm, color=SIMULATED, alpha=0.2, linewidth=0, label="95 % band")
     axes.plot(planned.s_mm, planned.level_mm, color=SIMULATED, label="the plan")
     for one in planned.baselines:
         axes.plot(one.level.s_mm, one.level.level_mm, BASELINES[one.name], color=MUTED, label=one.name)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from sealtwin.core import files, record_files
+from sealtwin.core.comparison import Baseline
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.record_files import Judged
@@ -34,6 +35,8 @@ class RunErrors(Judged):
     frechet_mm: float
     flat_level_error_mm: float
     beats_flat_level: bool
+    baselines: tuple[Baseline, ...] = ()
+    beats_baseline: bool | None = None
     volume_balance_error_mm: float | None = None
     beats_volume_balance: bool | None = None
     simulated_fill_ratio: float | None = None
@@ -71,6 +74,8 @@ def compare_runs(folders: Sequence[Path], out: Path) -> tuple[dict[str, Any], Fi
                 "mean_error_mm": side.metrics.get("mean_error_mm"),
                 "flat_level_error_mm": side.metrics.get("flat_level_error_mm"),
                 "beats_flat_level": side.metrics.get("beats_flat_level"),
+                "baselines": side.metrics.get("baselines"),
+                "beats_baseline": side.metrics.get("beats_baseline"),
                 "role": side.metrics.get("role"),
                 "fitted": side.metrics.get("fitted"),
                 "not_ranked": side.unranked or None,

@@ -20,6 +20,8 @@ from sealtwin.trial.stage_numbers import own_numbers
 from sealtwin.trial.trial_file import Trial
 from validate.settings import Readings
 
+MOST_NUMBERS = 8  # Of the curves that a run is held against; a sweep that varies more settings names the last
+
 if TYPE_CHECKING:
     from simulate.injection import Injection
     from simulate.setup.wall_particles import Enclosure
@@ -285,16 +287,19 @@ def _measure(bench: Bench, trial: Trial, run: Run | NumericalError) -> tuple[Pro
     return profile, figures, run
 
 
-def _compared(bench: Bench, trial: Trial, profile: Profile) -> dict[str, float]:
+def _compared(bench: Bench, trial: Trial, profile: Profile) -> dict[str, Any]:
     """Return the figures of a run against the readings; none without them."""
     if trial.readings is None or bench.readings is None:
         return {}
     from validate.compare import compare
+    from validate.metrics.baselines import best_curves
 
     held, sample = trial.readings, (bench.outline, bench.solid)
     comparison = compare(profile, bench.readings, *sample, role=held.role, photo_data=trial.shown_by.data)
     names = ("mean_error_mm", "worst_error_mm", "worst_at_mm", "flat_level_error_mm")
-    return {name: getattr(comparison.metrics, name) for name in names}
+    m = comparison.metrics
+    curves = best_curves(bench.readings, m.covered_from_mm, m.covered_to_mm, range(1, MOST_NUMBERS + 1))
+    return {**{name: getattr(m, name) for name in names}, "baselines": [one.model_dump() for one in curves]}
 
 
 def _failure(fault: Exception, wall_s: float) -> Failure:

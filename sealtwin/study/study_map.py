@@ -187,12 +187,14 @@ def chart_of(
     trial = done[0].checked_trial
     sample = folder / "samples" / done[0].sample
     readings, settings = _readings(sample, trial, _largest_mm(folder, done), caliper, data)
-    held, replicates = first_of_each_pair([hold(finished_run(folder, run), readings, axes) for run in done])
+    fast = all(run.fast for run in done)
+    compared = [hold(finished_run(folder, run), readings, axes) for run in done]
+    held, replicates = first_of_each_pair(compared, f"{folder}", fast=fast)
     scatter_mm = scatter_of_runs(held, axes)
     as_near = tuple(run is min(held, key=lambda each: each.mean_error_mm) for run in held)
     outline, solid = record_files.read_outline(sample), record_files.read_solid(sample)
     budget = budget_of(readings, settings, trial.uncertainty, mouth_widths_mm(readings.s_mm, outline, solid))
-    if replicates is not None:
+    if replicates is not None and replicates.scatter_mm is not None:
         as_near = as_near_as_the_best(held, readings, budget, replicates.scatter_mm)
     numbers = {run.number for run in done}
     return Chart(
@@ -206,6 +208,7 @@ def chart_of(
         as_near=as_near,
         replicates=replicates,
         screening=screening([run for run in plan.runs if run.state == "done"]),
+        fitted=len({*(axis.setting for axis in axes), *(settings.fitted or ())}),
     )
 
 
@@ -274,6 +277,7 @@ def _content(chart: Chart, plan: Plan, target: Path, written: Sequence[str]) -> 
         }
         for run, near in zip(chart.runs, chart.as_near, strict=True)
     ]
+    scatter_mm = chart.scatter_of_replicates_mm
     return {
         "version": 1,
         "name": chart.name,
@@ -285,8 +289,9 @@ def _content(chart: Chart, plan: Plan, target: Path, written: Sequence[str]) -> 
         "as_near_as_the_best": [row["number"] for row in rows if row["as_near_as_the_best"]],
         "flat_level_error_mm": round(chart.best.flat_level_error_mm, 4),
         "beats_flat_level": chart.best.mean_error_mm < chart.best.flat_level_error_mm,
+        "baselines": [one.model_dump() for one in chart.baselines],
         "scatter_of_runs_mm": round(chart.scatter_mm, 4),
-        "scatter_of_replicates_mm": chart.replicates and round(chart.replicates.scatter_mm, 4),
+        "scatter_of_replicates_mm": scatter_mm and round(scatter_mm, 4),
         "screening": chart.screening,
         "excluded": [vars(each) for each in chart.excluded],
         "runs": rows,

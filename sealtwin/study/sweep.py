@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from sealtwin.core import files
+from sealtwin.core.comparison import Baseline
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import HOLDER, holding, open_folder, refuse_foreign, require_folder
@@ -276,7 +277,19 @@ def _best(runs: Sequence[study_folder.StudyRun]) -> dict[str, Any] | None:
         "mean_error_mm": round(error_mm, 4),
         "flat_level_error_mm": None if flat_mm is None else round(flat_mm, 4),
         "beats_flat_level": None if flat_mm is None else error_mm < flat_mm,
+        **_baselines(run, error_mm),
     }
+
+
+def _baselines(run: study_folder.StudyRun, error_mm: float) -> dict[str, Any]:
+    """Return the curves that a run is held against, which is the nearest by as many settings as vary."""
+    from validate.metrics.baselines import ALWAYS, beaten
+
+    varied = sum(name != "seed" for name in run.settings)
+    curves = [Baseline.model_validate(one) for one in (run.figures or {}).get("baselines", ())]
+    curves = [one for one in curves if one.numbers in (*ALWAYS, varied)]
+    beats = beaten(error_mm, curves, "calibrated-on", varied)
+    return {"varied": varied, "baselines": [one.model_dump() for one in curves], "beats_baseline": beats}
 
 
 def _not_ranked(runs: Sequence[study_folder.StudyRun]) -> list[dict[str, Any]]:

@@ -239,6 +239,9 @@ def _compared(comparison: dict[str, Any]) -> dict[str, Any]:
         "worst_at_mm": round(comparison["worst_at_mm"], 2),
         "flat_level_error_mm": round(comparison["flat_level_error_mm"], 4),
         "beats_flat_level": comparison["beats_flat_level"],
+        # An earlier version knew the flat line alone.
+        "baselines": comparison.get("baselines", []),
+        "beats_baseline": comparison.get("beats_baseline"),
         "gate_passed": comparison["passed"],
         "outcome": comparison["outcome"],
         "verdict": comparison["verdict"],

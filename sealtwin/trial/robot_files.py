@@ -170,12 +170,13 @@ def _report(path: RobotPath, origin: Mapping[str, Any]) -> dict[str, Any]:
 def _pump(path: RobotPath, wanted: Trajectory, pump: PumpTable) -> dict[str, Any]:
     """Return what the programs ask of a pump, and how well its flow is known."""
     flows = wanted.flow_mm3_s[wanted.flow_mm3_s > 0]
+    half, _ = pump.doubts(flows)
     asked = path.trajectory.flow_mm3_s[path.trajectory.flow_mm3_s > 0]
     return {
         "weighed_mm3_s": list(pump.range_mm3_s),
         "wanted_mm3_s": [float(flows.min()), float(flows.max())],
         "asked_mm3_s": [float(asked.min()), float(asked.max())],
-        "interval_95_percent": 100 * pump.doubts(flows)[0],
+        "interval_95_percent": None if half is None else 100 * half,
         "waits_s": path.hold_s,
     }
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from validate.uncertainty.validation import Spread
 
 NOT_RECORDED = "not recorded"
-REPORT_FORM = 4  # Version of comparison.json and report.json: those of another one are made again
+REPORT_FORM = 5  # Version of comparison.json and report.json: those of another one are made again
 UNCERTAINTY, SPREAD = "uncertainty", "uncertainty.json"
 """Name in the manifest of the extra runs of 'sealtwin validate RUN --uncertainty', and their file."""
 PREDICTION = "prediction.json"  # Of a run without readings, with extra runs
@@ -101,11 +101,16 @@ def bring_up_to_date(job: Job) -> bool:
         live=live_model(job, outline, solid, trajectory),
     )
     if trial.readings is not None and readings is not None:
-        comparison = assess(evidence, trial.readings, trial.known_inputs(outline, solid), spread, trial.gate)
+        comparison = assess(evidence, trial.readings, trial.known_inputs(outline, solid), spread, trial.gate, earlier)
         evidence = replace(evidence, comparison=comparison)
     elif spread is not None:
         gained_mm = gained_level_mm(run, profile, outline, solid, ratio)
         prediction = predict(profile, spread, trial.known_inputs(outline, solid), gained_mm)
+        if prediction is None:
+            job.progress.note(
+                f"warning: {SPREAD}: each particle size was run once and no input was moved, so that the predicted "
+                f"level has no band. Remove it, and 'sealtwin validate {run_folder} --uncertainty' makes the runs."
+            )
         evidence = replace(evidence, prediction=prediction)
     evidence = replace(evidence, earlier=foresee(earlier, evidence))
     begin_writing(job, "validate")
@@ -150,18 +155,24 @@ def read_spread(job: Job) -> "Spread | None":
 
 
 def readings_of(job: Job, simulated: Profile | None = None) -> Profile | None:
-    """Return the trial's readings, with doubts by the crack, the volume in it and the level, if it is simulated."""
+    """Return the trial's readings, with doubts by the crack, the volume in it and the level, if it is simulated.
+
+    Raises InputError for a sheet that cannot be read, or a declared error that it contradicts.
+    """
     if job.trial.readings is None or job.sheet is None:
         return None
     from validate.readings.read_readings import read_readings
     from validate.readings.whole_sheet import Filling
+    from validate.uncertainty.contradictions import refuse_contradicted
 
     outline, solid = record_files.read_outline(job.path), record_files.read_solid(job.path)
     # A volume that nobody said is none to hold readings against.
     said = job.trial.path.volume_ml != "cavity" or job.trial.path.plan is not None
     dispensed_mm3 = record_files.read_trajectory(job.path).dispensed_mm3 if said else 0.0
     filling = Filling(outline, solid, dispensed_mm3, simulated)
-    return read_readings(job.sheet, job.trial.readings, outline.length_mm, solid.depth_mm, filling)
+    readings = read_readings(job.sheet, job.trial.readings, outline.length_mm, solid.depth_mm, filling)
+    refuse_contradicted(readings, job.trial.readings, job.trial.uncertainty)
+    return readings
 
 
 def note_doubts(job: Job, readings: Profile) -> None:

@@ -171,6 +171,39 @@ def test_readings_in_memory_are_those_of_a_sheet(sheet):
     assert taken.repeats_mm == pytest.approx(read_back.repeats_mm, nan_ok=True)
 
 
+SLOPE_MM = np.linspace(-12.0, -4.0, 9)
+
+
+@pytest.mark.parametrize(
+    ("change", "answer"),
+    [
+        (lambda mm: mm.__setitem__((3, 1), 0.0), "C4"),
+        (lambda mm: mm.__setitem__((5, 0), 6.98), "B6"),
+        (lambda mm: mm.__setitem__((6, 2), -9.0), "7"),
+        (lambda mm: mm.__setitem__((slice(None), 2), mm[:, 0]), "D"),
+        (lambda mm: mm.__imul__(-0.5), "sign"),
+        (lambda mm: mm.__imul__(0.1), "unit"),
+    ],
+    ids=["a zero", "a sign that slipped", "scatter", "a copied column", "the sign", "the unit"],
+)
+def test_an_array_raises_the_doubts_of_the_same_file(tmp_path, change, answer):
+    """Broken on purpose, without its screens, an array raises none. A file's header is one row more."""
+    repeats_mm = np.round(SLOPE_MM[:, None] + 0.02 * np.random.default_rng(3).standard_normal((9, 3)), 2)
+    change(repeats_mm)
+    table = np.round(np.column_stack([np.arange(0.0, 81.0, 10.0), repeats_mm]), 3)
+    taken = take_readings(table, SETTINGS, 80.0, 16.0)
+    lines = [",".join(f"{value:g}" for value in row) for row in table]
+    file = tmp_path / "caliper.csv"
+    file.write_text("\n".join(["s_mm,level_1_mm,level_2_mm,level_3_mm", *lines]), encoding="utf-8")
+    of_array, of_file = (
+        [doubt.partition(": ")[2].partition(", or answer")[0] for doubt in one.doubts] for one in (taken, read(file))
+    )
+    assert of_array == of_file != []
+    assert any(doubt.endswith(f'["{answer}"].') for doubt in taken.doubts)
+    answered = take_readings(table, SETTINGS.model_copy(update={"as_written": (answer,)}), 80.0, 16.0)
+    assert len(answered.doubts) == len(taken.doubts) - 1
+
+
 @pytest.mark.parametrize(
     ("change", "named"),
     [

@@ -4,8 +4,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
-from sealtwin.core.comparison import Comparison, PredictedLevel, StationErrors
+from sealtwin.core.comparison import Comparison, StationErrors
 from sealtwin.core.drawing import theme
+from sealtwin.core.predicted_level import PredictedLevel
 from sealtwin.core.records import Profile, Sections
 from validate.metrics.curve_distances import level_difference
 from validate.uncertainty.validation import COVERAGE
@@ -76,7 +77,7 @@ def draw_levels(
         )
     if readings is not None:
         _draw_readings(axes, readings, comparison)
-    if comparison is not None:
+    if comparison is not None and any(one.numbers for one in comparison.metrics.baselines):
         flat_mm = comparison.metrics.flat_level_mm
         label = f"best flat level, {flat_mm:.1f} mm"
         axes.axhline(flat_mm, color=theme.THIRD, linewidth=1.2, linestyle=DOTTED, label=label)

@@ -8,6 +8,7 @@ import numpy as np
 
 from sealtwin.core.comparison import Comparison, ErrorUncertainty, LevelMetrics, Outcome
 from sealtwin.core.records import Floats
+from validate.metrics.baselines import against_baselines
 from validate.settings import Gate
 from validate.units import counted, setting_name
 
@@ -85,8 +86,7 @@ def judged(
         passed, outcome = None, "open"
         not_judged = "" if gate is None else f" The gate of {gate.mean_error_mm:g} mm is not judged."
         found = f"Mean error {_with_interval(m, uncertainty)}."
-        told = NO_VERDICT + not_judged, found, against_flat_line(m.mean_error_mm, m.flat_level_error_mm)
-        told += (_use_of_readings(m),)
+        told = NO_VERDICT + not_judged, found, _beside_baselines(m), _use_of_readings(m)
         gate = None
     elif not m.enough_readings:
         outcome = "open" if gate is None else "undecided"
@@ -99,7 +99,7 @@ def judged(
     else:
         passed, outcome, first = _held_against(m, gate, uncertainty)
         first += f" The readings {covers}." if m.coverage < NEARLY_ALL else ""
-        told = first, against_flat_line(m.mean_error_mm, m.flat_level_error_mm), _use_of_readings(m)
+        told = first, _beside_baselines(m), _use_of_readings(m)
         findings = () if uncertainty is None else uncertainty.sentences
     limit_mm, reason = (None, "") if gate is None else (gate.mean_error_mm, gate.reason)
     return Comparison(m, uncertainty, None, limit_mm, reason, passed, outcome, told, findings)
@@ -129,10 +129,8 @@ def _held_against(
     return passed, "passed" if passed else "failed", f"Gate {'kept' if passed else 'missed'}: {found}."
 
 
-def against_flat_line(error_mm: float, flat_mm: float) -> str:
-    """Return the sentence that holds a mean error against that of the best flat line through the same readings."""
-    apart = f"by {abs(flat_mm - error_mm):.2f} mm: that line is {flat_mm:.2f} mm off on average."
-    return f"{'Better' if error_mm < flat_mm else 'No better: worse'} than the best flat line {apart}"
+def _beside_baselines(m: LevelMetrics) -> str:
+    return against_baselines(m.mean_error_mm, m.baselines, m.role, len(m.fitted) if m.fitted else None, m.stations_used)
 
 
 def _use_of_readings(m: LevelMetrics) -> str:

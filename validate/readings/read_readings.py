@@ -19,7 +19,7 @@ from validate.readings.screens import ReadCells, cell_name
 from validate.readings.sheet import FaultList, Place, SheetCell, SheetGrid, SheetRow, letters, quoted
 from validate.readings.table_rows import upright
 from validate.readings.text_table import common_mark, decimals_of, is_ambiguous, is_grouped, is_missing, number
-from validate.readings.understood import dialect_of, doubts_of, understood
+from validate.readings.understood import dialect_of, doubts_of, in_words, screened, unanswered, understood
 from validate.readings.whole_sheet import Filling
 from validate.settings import Decimal, Declared, Quantity, Readings
 from validate.units import counted
@@ -86,17 +86,20 @@ def read_readings(
 def take_readings(
     table: Floats, settings: Readings, length_mm: float | None = None, depth_mm: float | None = None
 ) -> Profile:
-    """Return readings that are in memory as ``read_readings`` does, judged alike.
+    """Return readings that are in memory as ``read_readings`` does, judged alike and with the same doubts.
 
     ``table`` is (n, 1 + r): s in mm, then r repeats as levels upward from the sample's surface, or as depths where
-    ``settings.quantity`` says so; NaN where a reading is missing. Raises InputError, naming a row by its number from 0.
+    ``settings.quantity`` says so; NaN where a reading is missing. Cells in doubt have the names that they have in a
+    spreadsheet that begins with the first row: B4 is the reading [3, 1]. Raises InputError, naming a row by its number
+    from 0.
     """
     name = str(settings.file)
     table = np.asarray(table, dtype=float)
     if table.ndim != 2 or table.shape[1] < 2:
         raise InputError(f"{name}: an array of shape {table.shape}; give (n, 1 + r): s_mm, then r readings.")
     faults, crack = FaultList(), None if depth_mm is None else CrackLimits(length_mm, depth_mm)
-    levels_mm = level_mm(table[:, 1:], settings.quantity or "level", settings)
+    quantity = settings.quantity or "level"
+    levels_mm = level_mm(table[:, 1:], quantity, settings)
     for row, (s_mm, repeats_mm) in enumerate(zip(table[:, 0], levels_mm, strict=True)):
         place = Place(Path(f"{name}, row {row}"))
         if not np.isfinite(s_mm) or np.isinf(repeats_mm).any():
@@ -108,10 +111,27 @@ def take_readings(
     faults.raise_if_any()
     kept = np.isfinite(levels_mm).any(axis=1)
     order = np.argsort(table[kept, 0], kind="stable")
-    s_mm, levels_mm = table[kept, 0][order], levels_mm[kept][order]
+    rows = np.flatnonzero(kept)[order]
+    s_mm, levels_mm = table[rows, 0], levels_mm[rows]
     if len(s_mm) < 2 or (np.diff(s_mm) <= 0).any():
         raise InputError(f"{name}: {len(s_mm)} stations with a reading; give two or more, each place once.")
-    return Profile(s_mm, np.nanmean(levels_mm, axis=1), levels_mm, settings.data, name)
+    readings_mm = table[rows, 1:]
+    cells = ReadCells(
+        s_mm=s_mm,
+        readings_mm=readings_mm,
+        levels_mm=levels_mm,
+        rows=np.tile(rows[:, None] + 1, (1, readings_mm.shape[1])),
+        columns=np.arange(1, table.shape[1]),
+        station_column=0,
+        header_row=1,
+        digits_mm=10.0 ** -np.vectorize(lambda value: decimals_of(f"{value:.12g}"), otypes=[float])(readings_mm),
+        is_depth=quantity == "depth",
+    )
+    doubts = (
+        in_words(doubt, f"{name}, cell {cell_name(doubt.row, doubt.column)}")
+        for doubt in unanswered(screened(cells, depth_mm, None), settings)
+    )
+    return Profile(s_mm, np.nanmean(levels_mm, axis=1), levels_mm, settings.data, name, doubts=tuple(doubts))
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """Account of how a sheet was understood: in a sentence, as a table of its columns, and the doubts about it."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
@@ -74,14 +74,24 @@ def doubts_of(
     filling: Filling | None,
 ) -> Iterator[str]:
     """Yield a sentence for each doubt without an answer: its cell, what was found, the remedy, and what to answer."""
-    answered = set(declared.as_written or ())
     names = {column.index: column.name for column in header.read}
-    for doubt in (*_marked(grid, header), *_screened(cells, depth_mm, filling)):
-        if answered.issuperset(doubt.answers) or (doubt.kind == "datum" and declared.datum != "sample_surface"):
-            continue
+    for doubt in unanswered((*_marked(grid, header), *screened(cells, depth_mm, filling)), declared):
         place = grid.place(doubt.row, doubt.column, names.get(doubt.column))
-        answers = ", ".join(f'"{answer}"' for answer in doubt.answers)
-        yield f"{_with_cell(place)}: {doubt.found} {doubt.remedy}, {OR_ANSWER} = [{answers}]."
+        yield in_words(doubt, _with_cell(place))
+
+
+def unanswered(doubts: Iterable[Doubt], declared: Declared) -> Iterator[Doubt]:
+    """Yield the doubts that ``readings.as_written`` does not answer."""
+    answered = set(declared.as_written or ())
+    for doubt in doubts:
+        if not answered.issuperset(doubt.answers) and (doubt.kind != "datum" or declared.datum == "sample_surface"):
+            yield doubt
+
+
+def in_words(doubt: Doubt, place: str) -> str:
+    """Return the sentence on a doubt: its place, what was found, the remedy, and what to answer."""
+    answers = ", ".join(f'"{answer}"' for answer in doubt.answers)
+    return f"{place}: {doubt.found} {doubt.remedy}, {OR_ANSWER} = [{answers}]."
 
 
 def _with_cell(place: Place) -> str:
@@ -91,7 +101,7 @@ def _with_cell(place: Place) -> str:
     return f"{place}, cell {letters(place.column)}{place.row}"
 
 
-def _screened(cells: ReadCells, depth_mm: float | None, filling: Filling | None) -> Iterator[Doubt]:
+def screened(cells: ReadCells, depth_mm: float | None, filling: Filling | None) -> Iterator[Doubt]:
     """Yield what the screens find; a reading in doubt, answered or not, is kept from those that follow."""
     odd = np.zeros(cells.readings_mm.shape, dtype=bool)
     for doubt in mean_rows(cells):

@@ -10,17 +10,18 @@ from collections.abc import Iterable
 from typing import Any, Literal
 
 from sealtwin.core.comparison import (
+    Baseline,
     BudgetPart,
     Comparison,
     ErrorBin,
     ErrorBudget,
     LevelMetrics,
     Outcome,
-    PredictedPart,
     Role,
     ShiftedError,
 )
 from sealtwin.core.earlier_trials import EarlierTrials
+from sealtwin.core.predicted_level import PredictedPart
 from sealtwin.core.records import DataKind, JsonRecord, Known
 from validate.report_input import Evidence, ReadingsSheet
 from validate.uncertainty.validation import with_time
@@ -51,7 +52,7 @@ class ReportedVerdict(JsonRecord):
     sentence: str
     """Text that the report begins with: the sentences of ``headline``."""
     headline: tuple[str, ...]
-    """Sentences on the gate, on the best flat line, and on what the readings were used for before."""
+    """Sentences on the gate, on the baselines, and on what the readings were used for before."""
     findings: tuple[str, ...]
     """Conclusions that ASME V&V 20 allows, or that it is not assessed; empty without a verdict."""
     outcome: Outcome
@@ -157,6 +158,8 @@ class ReportData(JsonRecord):
     """Warnings that must be read before any number."""
     metrics: dict[str, NumberWithUnit]
     """Figures of simulated against measured level; empty without readings."""
+    baselines: tuple[Baseline, ...] = ()
+    """Levels without a simulation, held against the same readings; empty without readings."""
     readings: ReadingsFile | None
     """File of the readings; None without readings."""
     error_by_bin: tuple[ErrorBin, ...]
@@ -197,7 +200,16 @@ def schema() -> dict[str, Any]:
     return head | ReportData.model_json_schema(mode="serialization")
 
 
-UNREPORTED = ("covered_length_mm", "fitted", "lab_searched", "length_mm", "stations_beyond_mm", "stations_used")
+UNREPORTED = (
+    "baselines",
+    "beats_baseline",
+    "covered_length_mm",
+    "fitted",
+    "lab_searched",
+    "length_mm",
+    "stations_beyond_mm",
+    "stations_used",
+)
 METRICS = [name for name, field in LevelMetrics.model_fields.items() if field.description and name not in UNREPORTED]
 """Figures that are reported as numbers with a unit."""
 
@@ -224,6 +236,7 @@ def report_data(evidence: Evidence, tables: tuple[PageTable, ...] = ()) -> Repor
             readings_data=None if readings is None else readings.data,
         ),
         cautions=cautions(evidence),
+        baselines=() if comparison is None else comparison.metrics.baselines,
         readings=sheet and readings and ReadingsFile(**dict(sheet), dialect=readings.dialect),
         prediction=_predicted(evidence),
         earlier_trials=evidence.earlier,

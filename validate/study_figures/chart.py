@@ -3,15 +3,19 @@
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from sealtwin.core.comparison import Baseline
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Profile
+from sealtwin.core.replicates import require_different
+from validate.metrics.baselines import ALWAYS, against_baselines, best_curves
 from validate.metrics.curve_distances import CLOSE_MM, best_flat_line, level_difference
 from validate.uncertainty.budget import Budget, hats, mean_absolute
-from validate.units import words
+from validate.units import counted, words
 
 DECADES = 100.0  # Ratio of the largest to the smallest value from which an axis is logarithmic: two decades
 LEVELS = 16  # Largest number of values of a setting that are drawn as a line each
@@ -139,7 +143,9 @@ class RepeatedPairs:
 
     runs: int
     pairs: int  # Number of pairs that they repeat
-    scatter_mm: float  # Standard deviation of a single run's mean error, pooled over the pairs
+    scatter_mm: float | None
+    """Standard deviation of a single run's mean error, pooled over the pairs; None of the fast model, which has no
+    scatter."""
 
 
 def hold(run: Finished, readings: Profile, axes: tuple[Axis, Axis]) -> HeldRun:
@@ -160,16 +166,27 @@ def hold(run: Finished, readings: Profile, axes: tuple[Axis, Axis]) -> HeldRun:
     )
 
 
-def first_of_each_pair(runs: Sequence[HeldRun]) -> tuple[tuple[HeldRun, ...], RepeatedPairs | None]:
-    """Return the first run of each pair, and what the others say of the scatter; None if no pair was run again."""
+def first_of_each_pair(
+    runs: Sequence[HeldRun], where: str = "study", *, fast: bool = False
+) -> tuple[tuple[HeldRun, ...], RepeatedPairs | None]:
+    """Return the first run of each pair, and what the others say of the scatter; None if no pair was run again.
+
+    ``where`` begins a message, and ``fast`` is True of runs of the fast model, which no seed changes. Raises InputError
+    if particles gave the same level twice.
+    """
     pairs: dict[tuple[float, float], list[HeldRun]] = {}
     for run in runs:
         pairs.setdefault(run.at, []).append(run)
-    errors_mm = [np.array([run.mean_error_mm for run in alike]) for alike in pairs.values() if len(alike) > 1]
+    repeated = [alike for alike in pairs.values() if len(alike) > 1]
+    errors_mm = [np.array([run.mean_error_mm for run in alike]) for alike in repeated]
     replicates = None
     if freedom := sum(len(each) - 1 for each in errors_mm):
+        for alike in () if fast else repeated:
+            names = [f"{run.number} (seed {run.settings.get(REPEATED, 0)})" for run in alike]
+            require_different([run.profile.level_mm for run in alike], names, where)
         squares_mm2 = sum(float(((each - each.mean()) ** 2).sum()) for each in errors_mm)
-        replicates = RepeatedPairs(freedom, len(errors_mm), float(np.sqrt(squares_mm2 / freedom)))
+        scatter_mm = None if fast else float(np.sqrt(squares_mm2 / freedom))
+        replicates = RepeatedPairs(freedom, len(errors_mm), scatter_mm)
     return tuple(alike[0] for alike in pairs.values()), replicates
 
 
@@ -203,6 +220,7 @@ class Chart:
     of that one alone without replicates."""
     replicates: RepeatedPairs | None = None
     screening: str = ""  # Sentence on the runs of the fast model, if there are any
+    fitted: int = 2  # Number of settings that these readings chose: those of the map, and what the trial declares
 
     @property
     def errors_mm(self) -> Floats:
@@ -211,6 +229,17 @@ class Chart:
     @property
     def best(self) -> HeldRun:
         return self.runs[int(np.argmin(self.errors_mm))]
+
+    @cached_property
+    def baselines(self) -> tuple[Baseline, ...]:
+        """Best curves through the readings, over the stretch of the nearest run."""
+        x = level_difference(self.best.profile, self.readings).x
+        return best_curves(self.readings, float(x[0]), float(x[-1]), (*ALWAYS, self.fitted))
+
+    @property
+    def beside_baselines(self) -> str:
+        """Statement about the nearest run, which these readings chose whatever their role, beside the baselines."""
+        return against_baselines(self.best.mean_error_mm, self.baselines, "calibrated-on", self.fitted)
 
     @property
     def places(self) -> Floats:
@@ -222,20 +251,25 @@ class Chart:
         return ", ".join(axis.said(value) for axis, value in zip(self.axes, run.at, strict=True))
 
     @property
+    def scatter_of_replicates_mm(self) -> float | None:
+        """Standard deviation of a single run's mean error by replicates; None without any, and of the fast model."""
+        return None if self.replicates is None else self.replicates.scatter_mm
+
+    @property
     def flatness(self) -> str:
         """Statement about the pairs as near as the nearest one."""
-        if self.replicates is None and self.screening:
+        scatter_mm = self.scatter_of_replicates_mm
+        if scatter_mm is None and self.screening:
             return "The fast model's runs do not scatter; how far particles would be from them is not known here."
-        if self.replicates is None:
+        if self.replicates is None or scatter_mm is None:
             return (
                 "No pair was run again with another seed: how far single runs scatter is not known, and no other pair "
                 "is called as near."
             )
         near = [run for run, alike in zip(self.runs, self.as_near, strict=True) if alike]
-        pairs = f"{self.replicates.pairs} pair{'s' if self.replicates.pairs > 1 else ''}"
-        first = (
-            f"Single runs scatter by {self.replicates.scatter_mm:.2f} mm (one standard deviation, {pairs} run again)"
-        )
+        pairs = f"{counted(self.replicates.pairs, 'pair')} run again"
+        freedom = f"{counted(self.replicates.runs, 'degree')} of freedom"
+        first = f"Single runs scatter by {scatter_mm:.2f} mm (one standard deviation, {pairs}, {freedom})"
         if len(near) == 1:
             return f"{first}; with that and the doubt about the readings no other pair comes as near."
         values = np.array([run.at for run in near]).T

@@ -1,6 +1,6 @@
 """Page that compares finished runs, named by number in all figures and tables, with the figures."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -8,8 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sealtwin.core.drawing import theme
+from validate.metrics.baselines import against_baselines
 from validate.metrics.curve_distances import level_difference
-from validate.metrics.verdict import against_flat_line, leak
+from validate.metrics.verdict import leak
 from validate.study_figures import figure_sheet
 from validate.study_figures.side_by_side import (
     Side,
@@ -57,7 +58,7 @@ def compare_sheet(sides: Sequence[Side]) -> figure_sheet.FigureSheet:
     if best is not None:
         error_mm = sides[best].metrics["mean_error_mm"]
         finding = f"Nearest is run {best + 1}, {sides[best].name}, {error_mm:.2f} mm off on average."
-        finding += f" {against_flat_line(error_mm, sides[best].metrics['flat_level_error_mm'])}"
+        finding += f" {_beside_baselines(sides[best].metrics)}"
         key_figures.append(("nearest", f"run {best + 1}, {error_mm:.2f} mm off"))
     elif any(side.counts for side in compared):
         finding = "Their readings differ, so none of them is the nearest."
@@ -159,6 +160,11 @@ def _figures(sides: Sequence[Side]) -> list[Row]:
     ]
 
 
+def _beside_baselines(metrics: Mapping[str, Any]) -> str:
+    fitted, error_mm = metrics.get("fitted"), metrics["mean_error_mm"]
+    return against_baselines(error_mm, metrics.get("baselines", ()), metrics["role"], len(fitted) if fitted else None)
+
+
 def _held_out_words(sides: Sequence[Side]) -> str:
     held_out_mm = held_out_mean_mm(sides)
     if held_out_mm is not None:
@@ -170,9 +176,9 @@ def _held_out_words(sides: Sequence[Side]) -> str:
 
 def _held_out(sides: Sequence[Side]) -> figure_sheet.FigureTable:
     head = ["run", "role", "readings", "mean error (mm)", "95 % interval (mm)", "bias (mm)", "worst (mm)"]
-    head += ["beats the best flat line", "beats the dispensed volume's flat level"]
+    head += ["beats its baselines", "beats the dispensed volume's flat level"]
     columns = ["run", "trial", "role", "readings", "mean_error_mm", "low_mm", "high_mm", "bias_mm", "worst_error_mm"]
-    columns += ["beats_flat_level", "beats_volume_balance"]
+    columns += ["beats_baseline", "beats_volume_balance"]
     rows: list[list[str]] = []
     numbers: list[list[figure_sheet.Cell]] = []
     compared = [(str(number), side) for number, side in enumerate(sides, start=1) if side.metrics]
@@ -182,7 +188,7 @@ def _held_out(sides: Sequence[Side]) -> figure_sheet.FigureTable:
         mean_mm, bias_mm, worst_mm = (metrics[key] for key in ("mean_error_mm", "bias_mm", "worst_error_mm"))
         low_mm, high_mm = metrics.get("uncertainty", {}).get("mean_error_mm", (None, None))
         interval = figure_sheet.NONE if low_mm is None else f"{low_mm:.2f} to {high_mm:.2f}"
-        beaten = metrics["beats_flat_level"], metrics.get("beats_volume_balance")
+        beaten = metrics.get("beats_baseline"), metrics.get("beats_volume_balance")
         beats = [figure_sheet.NONE if value is None else "yes" if value else "no" for value in beaten]
         rows.append([number, *kind, f"{mean_mm:.3f}", interval, signed(bias_mm, 3), f"{worst_mm:.2f}", *beats])
         numbers.append([number, side.name, *kind, mean_mm, low_mm, high_mm, bias_mm, worst_mm, *beats])

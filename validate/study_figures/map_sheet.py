@@ -5,7 +5,6 @@ from functools import partial
 
 import numpy as np
 
-from validate.metrics.verdict import against_flat_line
 from validate.study_figures import map_figures
 from validate.study_figures.chart import Chart
 from validate.study_figures.figure_sheet import NONE, Cell, FigureSheet, FigureTable, Numbers, Plot, SheetSection
@@ -27,7 +26,9 @@ ERRORS = {
 
 def map_sheet(chart: Chart, fills: Sequence[map_figures.Fill]) -> FigureSheet:
     best = chart.best
-    as_near = f"{sum(chart.as_near)} of {len(chart.runs)}" if chart.replicates else "not known: no pair was run again"
+    as_near = "not known: no pair was run again"
+    if chart.scatter_of_replicates_mm is not None:
+        as_near = f"{sum(chart.as_near)} of {len(chart.runs)}"
     first, second = chart.axes
     sections = [_levels(chart), _map(chart, fills), _influences(chart)]
     if fills:
@@ -44,12 +45,12 @@ def map_sheet(chart: Chart, fills: Sequence[map_figures.Fill]) -> FigureSheet:
         cautions=_cautions(chart),
         finding=(
             f"Nearest to the readings: {chart.said(best)}, {best.mean_error_mm:.2f} mm off on average. "
-            f"{against_flat_line(best.mean_error_mm, best.flat_level_error_mm)} {chart.flatness} {chart.exclusion}"
+            f"{chart.beside_baselines} {chart.flatness} {chart.exclusion}"
         ),
         key_figures=[
             ("nearest pair", chart.said(best)),
             ("its mean error", f"{best.mean_error_mm:.2f} mm"),
-            ("best flat line's mean error, as a baseline", f"{best.flat_level_error_mm:.2f} mm"),
+            *((f"{one.name}, as a baseline", f"{one.mean_error_mm:.2f} mm") for one in chart.baselines),
             ("its bias", f"{signed(best.bias_mm, 2)} mm"),
             ("of the length under 1 mm", percent(best.share_under_1_mm, 0)),
             ("pairs as near as that", as_near),

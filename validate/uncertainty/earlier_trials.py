@@ -19,6 +19,7 @@ from validate.metrics.volumes import fill_volumes
 from validate.report_input import Evidence
 
 FEWEST = 2  # Trials: one has no scatter
+ROUNDING = 1e-9  # Scatter of equal errors, mm, mm² or a logarithm
 RANGE: dict[Quantity, tuple[float, float]] = {
     "mean_level_mm": (-np.inf, np.inf),
     "fill_ratio": (0.0, 1.0),
@@ -28,7 +29,10 @@ RANGE: dict[Quantity, tuple[float, float]] = {
 
 
 def biases(trials: Sequence[EarlierTrial]) -> tuple[Bias, ...]:
-    """Return bias and scatter of each quantity; none of fewer than two trials, nor of a ratio to an empty crack."""
+    """Return bias and scatter of each quantity; none of fewer than two trials, nor of a ratio to an empty crack.
+
+    A quantity whose error is the same in all trials, as that of a heap that none has, shows no scatter and has none.
+    """
     if len(trials) < FEWEST:
         return ()
     found: list[Bias] = []
@@ -38,18 +42,21 @@ def biases(trials: Sequence[EarlierTrial]) -> tuple[Bias, ...]:
         if not np.isfinite(errors).all():
             continue
         mean, scatter = float(errors.mean()), float(errors.std(ddof=1))
+        if scatter < ROUNDING:
+            continue
         bias = float(np.exp(mean)) if relative else mean
         found.append(Bias(quantity=quantity, relative=relative, bias=bias, scatter=scatter, trials=len(trials)))
     return tuple(found)
 
 
 def expect(trials: Sequence[EarlierTrial], computed: Mapping[Quantity, float]) -> EarlierTrials | None:
-    """Return what the next trial's readings should find by the earlier ones; None of fewer than two.
+    """Return what the next trial's readings should find by the earlier ones; None without bias and scatter of a level.
 
     With n trials of scatter s the interval's half-width is t s sqrt(1 + 1/n), t of n - 1 degrees of freedom.
     """
     found = [_expectation(bias, computed[bias.quantity]) for bias in biases(trials)]
-    return EarlierTrials(trials=tuple(trials), expectations=tuple(found)) if found else None
+    level = any(one.quantity == "mean_level_mm" for one in found)
+    return EarlierTrials(trials=tuple(trials), expectations=tuple(found)) if level else None
 
 
 def foresee(trials: Sequence[EarlierTrial], evidence: Evidence) -> EarlierTrials | None:

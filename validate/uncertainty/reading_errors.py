@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sealtwin.core.records import Floats, Profile
-from validate.settings import PASS_MM, Readings, Uncertainty
+from validate.settings import Readings, Uncertainty
 from validate.uncertainty.budget import (
     FEW_STATIONS,
     UNDECLARED_MM,
@@ -18,10 +18,11 @@ from validate.uncertainty.budget import (
     normals,
     uniforms,
 )
+from validate.uncertainty.contradictions import refuse_contradicted
+from validate.uncertainty.passes import coefficients, passes_error, shapes_of_passes
 from validate.uncertainty.scatter import possible_scatter_mm, rounded_errors_mm
 from validate.units import counted
 
-FREEDOM_OF_PASSES = 4.0  # Degrees of freedom of the half-t prior of that deviation, so that the repeats may show more
 COARSE = 1.2
 """Last digits larger than this many standard deviations hide the scatter, and are modelled as cut off. Below it they
 are as good as an error of their own (Sheppard)."""
@@ -38,7 +39,11 @@ ALIKE_MM = 15.0
 
 
 def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mouth_mm: Floats) -> Budget:
-    """Return the budget of a set of readings; ``mouth_mm`` is the crack's width at the face at each station, (n,)."""
+    """Return the budget of a set of readings; ``mouth_mm`` is the crack's width at the face at each station, (n,).
+
+    Raises InputError for a declared error that the readings contradict.
+    """
+    refuse_contradicted(measured, settings, declared)
     s_mm, stations = measured.s_mm, len(measured.s_mm)
     draws = draws_for(stations)
     repeats_mm = measured.repeats_mm if measured.repeats_mm is not None else measured.level_mm[:, None]
@@ -46,8 +51,8 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
     residual_mm = repeats_mm - np.nanmean(repeats_mm, axis=1, keepdims=True)
     resolution_mm = max(settings.resolution_mm, resolution_of(repeats_mm))
     seen: Source = "detected" if resolution_mm > settings.resolution_mm else "declared"
-    shapes = np.zeros((stations, 0)) if declared.pass_mm == 0 else _shapes_of_passes(s_mm)
-    per_pass = _pass_coefficients(residual_mm, shapes)
+    shapes = np.zeros((stations, 0)) if declared.pass_mm == 0 else shapes_of_passes(s_mm)
+    per_pass = coefficients(residual_mm, shapes)
     own_mm = residual_mm - shapes @ per_pass
     own_mm -= np.nanmean(own_mm, axis=1, keepdims=True)
     far, robust_mm = _far(own_mm, count, resolution_mm)
@@ -82,7 +87,7 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
         components.append(Component(last_digit, seen, rounding_mm, setting="readings.resolution_mm"))
     if shapes.shape[1]:
         noise_mm2 = (pooled_mm**2 + resolution_mm**2 / 12) / (shapes**2).sum(axis=0)
-        components.append(_passes(declared.pass_mm, per_pass, noise_mm2, shapes, ~np.isnan(repeats_mm)))
+        components.append(passes_error(declared.pass_mm, per_pass, noise_mm2, shapes, ~np.isnan(repeats_mm)))
     slope = _steeper_slope(s_mm, measured.level_mm)
     told = {
         "readings.datum_error_mm": settings.datum_error_mm,
@@ -121,54 +126,6 @@ def resolution_of(repeats_mm: Floats) -> float:
     times = (read_mm - read_mm[0])[:, None] / steps_mm
     whole = (np.abs(times - np.round(times)) * steps_mm < 1e-4).all(axis=0)
     return float(steps_mm[whole].max()) if whole.any() else 0.0
-
-
-def _shapes_of_passes(s_mm: Floats) -> Floats:
-    """Return an offset, a tilt and a bend along the crack, (n, k), orthogonal and each 1 on average (rms).
-
-    Few stations have no room for all of them.
-    """
-    most = min(3, max(1, len(s_mm) // 2))
-    place = (s_mm - s_mm.mean()) / np.ptp(s_mm)
-    orthogonal, _ = np.linalg.qr(np.vander(place, most, increasing=True))
-    return orthogonal * np.sqrt(len(s_mm))
-
-
-def _pass_coefficients(residual_mm: Floats, shapes: Floats) -> Floats:
-    """Return what each repeat has of each shape, (k, repeats), about the mean of all repeats."""
-    columns: list[Floats] = []
-    for one in residual_mm.T:
-        read = ~np.isnan(one)
-        columns.append(np.linalg.lstsq(shapes[read], one[read])[0] if shapes.shape[1] else np.zeros(0))
-    found = np.array(columns).T
-    return found - found.mean(axis=1, keepdims=True)
-
-
-def _passes(declared_mm: float | None, found: Floats, noise_mm2: Floats, shapes: Floats, read: Floats) -> Component:
-    """Draw what passes over all stations, or operators, leave in the mean of the repeats.
-
-    Each shape has its own standard deviation t among passes. Its posterior has a half-t prior of the declared scale
-    and the spread of the coefficients, whose variance is t² and that of the scatter. The passes of the mean are drawn
-    with it: of their own mean the repeats tell nothing.
-    """
-    scale_mm = PASS_MM if declared_mm is None else declared_mm
-    passes = read.shape[1]
-    share = read / read.sum(axis=1, keepdims=True)
-    draws = draws_for(len(read))
-    total_mm = np.zeros((draws, len(read)))
-    for number, (noise, shape) in enumerate(zip(noise_mm2, shapes.T, strict=True)):
-        squares = float((found[number] ** 2).sum())
-        t_mm = np.geomspace(1e-3 * scale_mm, 30 * (scale_mm + np.sqrt(squares)), 400)
-        prior = -(FREEDOM_OF_PASSES + 1) / 2 * np.log1p((t_mm / scale_mm) ** 2 / FREEDOM_OF_PASSES)
-        spread = noise + t_mm**2
-        # Even steps of ln t: the density of t times t.
-        chance = prior - (passes - 1) / 2 * np.log(spread) - squares / (2 * spread) + np.log(t_mm)
-        below = np.cumsum(np.exp(chance - chance.max()))
-        drawn_mm = np.interp(uniforms(f"pass {number}", 1, draws)[:, 0], below / below[-1], t_mm)
-        each = normals(f"passes {number}", passes, draws) * drawn_mm[:, None]
-        total_mm += (each @ share.T) * shape
-    source: Source = "allowed for" if declared_mm is None else "declared"
-    return Component("passes or operators", source, total_mm, shared=True, setting="uncertainty.pass_mm")
 
 
 def _steeper_slope(s_mm: Floats, level_mm: Floats) -> Floats:

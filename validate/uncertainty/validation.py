@@ -9,6 +9,7 @@ from pydantic import TypeAdapter
 
 from sealtwin.core.comparison import BudgetPart, MeanLevelBudget, StationErrors
 from sealtwin.core.records import Floats, Integers, Numbers
+from sealtwin.core.replicates import require_different
 from validate.uncertainty.inputs import Effect, InputDraws, Inputs, along
 from validate.uncertainty.numerics import Replicates
 from validate.units import counted, signed
@@ -159,6 +160,12 @@ class Spread:
     """Standard deviation of an effect by the scatter of single runs; None where it is not known."""
     design_radius_mm: float | None  # Particle radius in the runs of the effects; None where there are none
     draws: InputDraws | None = None  # Runs of the fast model with moved inputs, in place of effects by particles
+
+    def __post_init__(self) -> None:
+        """Raise InputError if runs of one size are copies of each other."""
+        for size in self.sizes or ():
+            seeds = [f"with seed + {number}" for number in range(len(size.levels_mm))]
+            require_different(size.levels_mm, seeds, f"extra runs at a radius of {size.radius_mm:.4g} mm")
 
     def at(self, s_mm: Floats) -> Replicates | None:
         """Return the levels of the runs of each size at other places; None where there are none."""

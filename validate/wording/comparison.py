@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from sealtwin.core.comparison import (
+    Baseline,
     BudgetPart,
     Comparison,
     ErrorUncertainty,
@@ -95,7 +96,7 @@ def agreement_table(comparison: Comparison) -> PageTable:
         ("length with less than 1 mm error", percent(m.share_under_1_mm)),
         ("mean error, first 10 mm bin", millimetres(m.start_zone_error_mm)),
         ("mean error, last 10 mm bin", millimetres(m.end_zone_error_mm)),
-        ("best flat line, as a baseline", _baseline(m.flat_level_mm, m.flat_level_error_mm, m.beats_flat_level)),
+        *((f"{one.name}, as a baseline", _baseline(one, m.mean_error_mm)) for one in m.baselines),
         ("room between level and mouth, over the covered length", room),
         ("heap between mouth and level, over the covered length", heap),
     )
@@ -112,9 +113,11 @@ def readings_role(metrics: LevelMetrics) -> str:
     return f"{ROLES[metrics.role]}: {', '.join(map(setting_name, metrics.fitted or ())) or 'not declared what'}"
 
 
-def _baseline(level_mm: float, error_mm: float, beaten: bool) -> str:
-    beats = "the simulation beats it" if beaten else "the simulation does NOT beat it"
-    return f"{level_mm:.2f} mm, mean error {error_mm:.3f} mm: {beats}"
+def _baseline(one: Baseline, error_mm: float) -> str:
+    """Return a baseline's error; of two equal ones the baseline's is the better, since it needs no simulation."""
+    beats = "the simulation beats it" if error_mm < one.mean_error_mm else "the simulation does NOT beat it"
+    fitted = f", {counted(one.numbers, 'number')} fitted to the readings" if one.numbers else ""
+    return f"mean error {one.mean_error_mm:.3f} mm{fitted}: {beats}"
 
 
 def readings_table(readings: Profile, comparison: Comparison, sheet: ReadingsSheet | None) -> PageTable:
@@ -193,7 +196,8 @@ def volume_table(metrics: LevelMetrics, volumes: VolumeComparison) -> PageTable:
     state, _ = sealant_as_read(balance)
     filled = f"{percent(metrics.simulated_fill_ratio)} simulated, {percent(metrics.measured_fill_ratio)} measured"
     level_mm, error_mm = volumes.volume_balance_level_mm, volumes.volume_balance_error_mm
-    baseline = _baseline(level_mm, error_mm, volumes.beats_volume_balance)
+    pool = Baseline(name="", numbers=0, mean_error_mm=error_mm)
+    baseline = f"{level_mm:.2f} mm, {_baseline(pool, metrics.mean_error_mm)}"
     settled_mm3 = balance.in_crack_mm3 + balance.above_mm3
     read_off = f"{percent(metrics.simulated_sealant_mm3 / settled_mm3)} of the settled space" if settled_mm3 else "none"
     rows = (

@@ -29,8 +29,12 @@ def expected_sentences(found: EarlierTrials) -> tuple[str, ...]:
     if (fill := told.get("fill_ratio")) is not None:
         ends = " to ".join(percent(end, 0) for end in fill.expected_95)
         sentence += f", and {percent(fill.expected, 0)} of the room below the face filled ({ends})"
+    assumed = (
+        f"The ranges, by Student t of {len(found.trials)} trials, assume that these and this one are exchangeable and "
+        "their errors normal."
+    )
     few = (f"So few trials make these ranges wide; {ENOUGH} would make them much narrower.",)
-    return (f"{sentence}.", *(few if len(found.trials) < FEW else ()))
+    return (f"{sentence}.", assumed, *(few if len(found.trials) < FEW else ()))
 
 
 def earlier_table(found: EarlierTrials) -> PageTable:

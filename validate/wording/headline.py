@@ -173,8 +173,8 @@ def key_figures(evidence: Evidence) -> list[tuple[str, str]]:
         if interval_mm is not None:
             figures.append(("its 95 % interval by the readings", "{:.2f} to {:.2f} mm".format(*interval_mm)))
         worst = f"worst error (at s = {m.worst_at_mm:.1f} mm)", f"{m.worst_error_mm:.2f} mm"
-        flat = "best flat line's mean error, as a baseline", f"{m.flat_level_error_mm:.2f} mm"
-        figures += [flat, worst, ("readings were", ROLES[m.role])]
+        figures += [(f"{one.name}, as a baseline", f"{one.mean_error_mm:.2f} mm") for one in m.baselines]
+        figures += [worst, ("readings were", ROLES[m.role])]
     return [
         *figures,
         ("volume ratio", f"{evidence.volume_ratio:.3f}"),

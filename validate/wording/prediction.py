@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sealtwin.core.comparison import PredictedLevel
+from sealtwin.core.predicted_level import PredictedLevel
 from validate.units import LABELS, PageTable, signed
 
 INPUTS = LABELS["inputs"]

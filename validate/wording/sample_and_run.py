@@ -270,9 +270,11 @@ def _measured(fluid: dict[str, Any]) -> list[str]:
     """Return sentences for a paste that was measured: how, how well, and what its numbers are not for."""
     if not (paste := fluid.get("material")):
         return []
-    low, high = paste["yield_stress_95_pa"]
+    (low, high), within = paste["yield_stress_95_pa"], "its uncertainty is not stated"
+    if paste["yield_stress_error_pa"] > 0:
+        within = f"95 % {low:.3g} to {high:.3g}"
     return [
-        f"The paste's yield stress is {paste['yield_stress_pa']:.3g} Pa, 95 % {low:.3g} to {high:.3g}, by: "
+        f"The paste's yield stress is {paste['yield_stress_pa']:.3g} Pa, {within}, by: "
         f"{paste['method']} ({paste['date']}, {paste['data']}). It must not be used for {'; '.join(paste['not_for'])}."
     ]
 

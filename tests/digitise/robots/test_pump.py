@@ -65,6 +65,13 @@ def test_a_pump_that_scatters_earns_a_warning_with_the_figure(tmp_path, off, war
     )
 
 
+def test_equal_weighings_show_no_interval(tmp_path):
+    """A scale with a coarse digit. Broken on purpose, the path's flow is known to 0 %, without a word."""
+    half, warnings = scattered(tmp_path, 0.0).doubts(np.array([8.0, 800.0]))
+    assert half is None
+    assert "show no scatter" in warnings[0]
+
+
 def test_a_pump_that_scatters_by_half_of_its_flow_is_refused(tmp_path):
     with pytest.raises(InputError, match=r"pump\.csv: one weighing is 35% off .* known to 108% \(95 %\); 50% are"):
         place_path(trajectory(), cell(), "cell.toml", scattered(tmp_path, 0.25))

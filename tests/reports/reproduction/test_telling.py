@@ -1,6 +1,7 @@
 """The page of the reproduction, from a study whose errors are known."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
 
 from reports.reproduction.claims import CLAIMS
@@ -13,6 +14,7 @@ from reports.reproduction.surface import CHOSEN, surface_of
 from reports.reproduction.telling import Feeding, Study, Told, page, tell, tell_feeding
 from reports.reproduction.unequal import by_sampling, of_all
 from tests.charts import make_chart
+from validate.study_figures.chart import HeldRun
 
 
 @cache
@@ -22,6 +24,11 @@ def findings() -> Sequence[Finding]:
     return [judge(claim, surface_of(chart), draws) for claim in CLAIMS]
 
 
+def _moved(run: HeldRun, seed: int) -> HeldRun:
+    """The run with another seed, a micrometre higher: a copy would be refused."""
+    return replace(run, profile=replace(run.profile, level_mm=run.profile.level_mm + 1e-3 * seed))
+
+
 @cache
 def told(*, again: bool = False) -> str:
     chart = make_chart()
@@ -29,7 +36,7 @@ def told(*, again: bool = False) -> str:
     replicates: Replicates | None = None
     if again:
         own = {run.at: run for run in chart.runs}
-        replicates = join(chart, [(pair, own[pair]) for pair in deciding_pairs(chart) for _ in SEEDS])
+        replicates = join(chart, [(pair, _moved(own[pair], seed)) for pair in deciding_pairs(chart) for seed in SEEDS])
     first = first_readings(chosen.profile, chart.readings)
     study = tell(Study(0.6, chart, {CHOSEN: 1.23}, ["heat"], first, replicates))
     feeding = Feeding(chart, by_sampling(chosen, chart.readings), chosen.mean_error_mm, of_all(chart))

@@ -5,7 +5,7 @@ import pytest
 
 from sealtwin.calibration import search as searching
 from sealtwin.calibration.search import FEWEST, FIRST, Source, search
-from sealtwin.core.errors import NumericalError
+from sealtwin.core.errors import InputError, NumericalError
 from validate.calibration.free import Free
 from validate.calibration.identified import marginals_of
 from validate.calibration.posterior import ReadLevels
@@ -77,3 +77,12 @@ def test_a_lost_run_is_left_out_and_many_end_the_search():
     with pytest.raises(NumericalError, match="toy: 6 of 16 runs"):
         search(FREES, [_source(Twin(lost=set(range(6))))], FEWEST, lambda _: None)
     assert FIRST == 16
+
+
+def test_seeds_that_change_nothing_are_no_replicates():
+    """Broken on purpose, the emulator takes its nugget from four copies of one run."""
+    copies = Source("toy", _source(Twin()).evidence, lambda wanted: [_level_mm(setting) for setting, _ in wanted])
+    with pytest.raises(
+        InputError, match=r"toy: the runs \d+ \(seed \+ \d+\) and 17 \(seed \+ 16\) .* solver.radius_mm"
+    ):
+        search(FREES, [copies], FEWEST, lambda _: None)

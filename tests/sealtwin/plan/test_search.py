@@ -152,3 +152,7 @@ def test_a_plan_expects_the_level_of_the_middle(tmp_path):
     bench = Bench(OUTLINE, SOLID, OWN, None)
     found = plan_on(FastModelItself(folder, trial, bench, "cpu", Progress()), Options(rounds=1, seeds=1), [])
     assert found.rounds[0].off_mm == pytest.approx(0.0, abs=1e-6)
+    # One run shows no scatter: a band of no width would be false.
+    assert found.half_width_mm is None
+    with pytest.raises(InputError, match=r"seed = 0 and with seed = 1 have the same level .* solver.radius_mm"):
+        plan_on(FastModelItself(folder, trial, bench, "cpu", Progress()), Options(rounds=1, seeds=2), [])

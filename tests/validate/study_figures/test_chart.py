@@ -7,12 +7,14 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from sealtwin.core.errors import InputError
 from sealtwin.core.records import Profile
 from tests.charts import BEST, D_CM, U, error_mm, make_budget, make_chart, make_readings, make_runs
 from tests.evidence import axes_of as plots_of
 from validate.study_figures.chart import (
     Excluded,
     Finished,
+    HeldRun,
     as_near_as_the_best,
     axes_of,
     chosen_few,
@@ -61,7 +63,7 @@ def test_scatter_of_single_runs_makes_neighbours_as_near():
     }
     chart = make_chart()
     assert "come as near: U = 30 and D from 0.01 to 3 cm" in chart.flatness
-    assert "scatter by 0.10 mm (one standard deviation, 1 pair run again)" in chart.flatness
+    assert "scatter by 0.10 mm (one standard deviation, 1 pair run again, 4 degrees of freedom)" in chart.flatness
 
 
 def test_without_replicates_no_other_pair_is_called_as_near():
@@ -84,14 +86,33 @@ def test_what_is_a_third_worse_is_not_as_near_whatever_the_doubt():
 def test_replicates_are_runs_of_a_pair_with_other_seeds():
     """Errors of 0.5 and 0.7 mm, and of 1.0, 1.1 and 1.2: squares of 0.02 and 0.02, over one and two degrees."""
     one, other, third = make_chart().runs[:3]
-    again = [replace(one, mean_error_mm=value) for value in (0.5, 0.7)]
-    again += [replace(other, mean_error_mm=value) for value in (1.0, 1.1, 1.2)]
+    again = [_with_error(one, value) for value in (0.5, 0.7)]
+    again += [_with_error(other, value) for value in (1.0, 1.1, 1.2)]
     firsts, replicates = first_of_each_pair([*again, third])
     assert [run.mean_error_mm for run in firsts] == [0.5, 1.0, third.mean_error_mm]
     assert replicates is not None
     assert (replicates.runs, replicates.pairs) == (3, 2)
     assert replicates.scatter_mm == pytest.approx(np.sqrt(0.04 / 3))
     assert first_of_each_pair(make_chart().runs)[1] is None
+
+
+def test_copies_of_a_run_are_no_replicates():
+    """Broken on purpose, without the refusal, single runs scatter by 0.00 mm and no other pair is as near.
+
+    Of the fast model, which no seed changes, nothing is said of a scatter.
+    """
+    one, other = make_chart().runs[:2]
+    copies = [one, replace(one, number=9, settings={**one.settings, "seed": 1}), other]
+    with pytest.raises(InputError, match=r"maps: the runs 1 \(seed 0\) and 9 \(seed 1\) .* solver.radius_mm"):
+        first_of_each_pair(copies, "maps")
+    _, replicates = first_of_each_pair(copies, fast=True)
+    assert replicates is not None
+    assert replicates.scatter_mm is None
+
+
+def _with_error(run: HeldRun, error_mm: float) -> HeldRun:
+    level_mm = run.profile.level_mm + error_mm - run.mean_error_mm
+    return replace(run, mean_error_mm=error_mm, profile=replace(run.profile, level_mm=level_mm))
 
 
 def test_a_seed_is_no_axis():

@@ -59,10 +59,14 @@ def test_a_run_whose_volume_is_off_is_in_no_ranking_and_stands_apart():
     assert "1.051" in apart.rows[0][1]
 
 
-def test_the_nearest_is_held_against_the_best_flat_line():
-    assert "Better than the best flat line by 3.50 mm" in compare_sheet([side("a", 0.5), side("b", 0.7)]).finding
-    flat = [replace(each, metrics=METRICS | {"flat_level_error_mm": 0.1}) for each in (side("a", 0.5), side("b", 0.7))]
-    assert "No better" in compare_sheet(flat).finding
+def test_the_nearest_is_held_against_its_baselines():
+    finding = compare_sheet([side("a", 0.5), side("b", 0.7)]).finding
+    assert "The dispensed volume lying flat is 4.00 mm off; the simulation, which has not" in finding
+    assert "no better" not in finding
+    near = {"baselines": [{"name": "a parabola", "numbers": 3, "mean_error_mm": 0.1}], "role": "calibrated-on"}
+    fitted = {**near, "fitted": ["fluid.U", "fluid.D_cm", "crack.tilt"]}
+    worse = [replace(each, metrics=METRICS | fitted) for each in (side("a", 0.5), side("b", 0.7))]
+    assert "no better than a curve with no more numbers" in compare_sheet(worse).finding
 
 
 def test_no_finding_comes_from_a_run_that_was_edited():

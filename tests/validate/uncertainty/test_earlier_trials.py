@@ -46,24 +46,32 @@ def test_a_level_is_moved_by_the_mean_error_within_students_t():
 
 def test_a_fill_is_divided_by_the_mean_factor_and_stays_a_share():
     """Computed over read is 1.1 and 1 / 1.1, then twice 0.5: twice as much was read as computed."""
-    even = expected([trial(filled=(0.55, 0.5)), trial(filled=(0.5, 0.55))], "fill_ratio")
+    even = expected([trial(filled=(0.55, 0.5)), trial(level=0.2, filled=(0.5, 0.55))], "fill_ratio")
     assert even.relative
     assert (even.bias, even.expected) == pytest.approx((1.0, 0.8))
     assert even.scatter == pytest.approx(np.sqrt(2) * np.log(1.1))
-    twice = expected([trial(filled=(0.2, 0.4)), trial(filled=(0.3, 0.6))], "fill_ratio")
-    assert (twice.bias, twice.expected, *twice.expected_95) == pytest.approx((0.5, 1.0, 1.0, 1.0))
+    twice = expected([trial(filled=(0.2, 0.4)), trial(level=0.2, filled=(0.3, 0.606))], "fill_ratio")
+    assert (twice.bias, twice.expected, twice.expected_95[1]) == pytest.approx((0.4975, 1.0, 1.0), abs=1e-4)
 
 
 def test_no_heap_is_below_zero():
-    heap = expected([trial(heap=(3.0, 1.0)), trial(heap=(2.0, 1.5))], "heap_mm2")
+    heap = expected([trial(heap=(3.0, 1.0)), trial(level=0.2, heap=(2.0, 1.5))], "heap_mm2")
     assert (heap.bias, heap.expected, heap.expected_95[0]) == (1.25, 0.0, 0.0)
     assert heap.expected_95[1] > 0.5
 
 
 def test_an_empty_crack_has_no_ratio_and_the_rest_is_told():
-    found = expect([trial(filled=(0.1, 0.0)), trial(level=0.2)], HERE)
+    found = expect([trial(filled=(0.1, 0.0), heap=(0.1, 0.0)), trial(level=0.2)], HERE)
     assert found is not None
     assert [one.quantity for one in found.expectations] == ["mean_level_mm", "heap_mm2"]
+
+
+def test_equal_errors_show_no_scatter_and_make_no_interval():
+    """Two trials without a heap. Broken on purpose, its interval is 0.5 to 0.5 mm² and that of a level has no width."""
+    found = expect([trial(level=0.1), trial(level=0.3)], HERE)
+    assert found is not None
+    assert [one.quantity for one in found.expectations] == ["mean_level_mm"]
+    assert expect([trial(level=0.1, heap=(0.1, 0.0)), trial(level=0.1)], HERE) is None
 
 
 def test_the_interval_holds_the_next_reading_in_95_of_100_labs():
@@ -108,7 +116,8 @@ def test_words_have_the_sign_of_the_bias():
     assert "0.3 mm below the computed level" in expected_sentences(high)[0]
     assert "-2.30 mm" in expected_sentences(high)[0]
     assert "0.3 mm above the computed level" in expected_sentences(low)[0]
-    assert len(expected_sentences(high)) == 2, "few trials are called few"
+    assert len(expected_sentences(high)) == 3, "few trials are called few"
+    assert "Student t of 2 trials, assume that these and this one are exchangeable" in expected_sentences(high)[1]
     several = expect([trial(level=0.1 * one) for one in range(4)], HERE)
     assert several is not None
-    assert len(expected_sentences(several)) == 1
+    assert len(expected_sentences(several)) == 2

@@ -7,7 +7,12 @@ import pytest
 from numpy.typing import ArrayLike
 from scipy import stats
 
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Profile
+from validate.settings import Uncertainty
 from validate.uncertainty.numerics import ORDERS, Replicates, numerical_errors, size_series
+from validate.uncertainty.prediction import predict
+from validate.uncertainty.validation import SizeRuns, Spread
 
 RADII_MM = (1 / 1.3, 1.0, 1.3)
 APART_MM = np.array([-0.05, 0.0, 0.05])
@@ -115,3 +120,22 @@ def test_the_order_stays_within_what_is_allowed_for():
     for means_mm in ((0.0, 0.1, 0.11), (0.0, 0.1, 0.9), (0.1, 0.0, 0.1)):
         orders = replicates(means_mm).orders(1000)
         assert ORDERS[0] <= orders.min() <= orders.max() <= ORDERS[-1]
+
+
+def test_extra_runs_that_are_copies_are_refused():
+    """Broken on purpose, a copy counts as a run: the scatter of a single one falls from 0.050 to 0.044 mm."""
+    s_mm = np.linspace(0.0, 40.0, 9)
+    runs_mm = 0.1 * np.sin(s_mm) + APART_MM[:, None]
+    sizes = [SizeRuns(radius_mm, runs_mm + radius_mm) for radius_mm in RADII_MM]
+    assert Spread(s_mm, (sizes[0], sizes[1], sizes[2]), (), None, None).at(s_mm) is not None
+    copies = SizeRuns(1.3, runs_mm[[0, 1, 1]])
+    with pytest.raises(InputError, match=r"1\.3 mm: the runs with seed \+ 1 and with seed \+ 2 .* solver\.radius_mm"):
+        Spread(s_mm, (sizes[0], sizes[1], copies), (), None, None)
+
+
+def test_a_level_of_single_runs_is_predicted_without_a_band():
+    """Extra runs of version 0.1. Broken on purpose, the band is ± 0.00 mm."""
+    s_mm = np.linspace(0.0, 40.0, 9)
+    single = [SizeRuns(radius_mm, np.full((1, 9), radius_mm)) for radius_mm in RADII_MM]
+    spread = Spread(s_mm, (single[0], single[1], single[2]), (), None, None)
+    assert predict(Profile(s_mm, np.ones(9)), spread, Uncertainty(), 0.1) is None

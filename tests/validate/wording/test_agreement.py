@@ -14,7 +14,7 @@ def test_both_areas_stand_side_by_side(tmp_path):
     assert agreement["mean error = area / covered length"] == "0.500 mm"
     assert agreement["area by similaritymeasures"].endswith("the same to 1e-9 mm²")
     assert "100.0 % of the crack" in agreement["covered length"]
-    assert "beats it" in agreement["best flat line, as a baseline"]
+    assert "the simulation beats it" in agreement["the dispensed volume lying flat, as a baseline"]
 
 
 def test_a_report_says_how_the_sheet_was_understood(tmp_path):

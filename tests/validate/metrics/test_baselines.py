@@ -1,0 +1,125 @@
+"""Baselines that have seen as much of the readings as the simulation, and the words on them."""
+
+import numpy as np
+import pytest
+
+from sealtwin.core.comparison import Baseline
+from sealtwin.core.earlier_trials import EarlierTrial
+from sealtwin.core.records import Profile
+from tests.shapes import straight_slot
+from validate.compare import compare
+from validate.metrics.baselines import against_baselines, beaten, best_curves, flat_levels
+
+S_MM = np.linspace(0.0, 80.0, 17)
+BED = Profile(S_MM, -4.0 + 3.0 * np.cos(S_MM / 15.0) + 0.01 * S_MM)
+
+
+def errors_mm(measured: Profile, *numbers: int) -> list[float]:
+    return [one.mean_error_mm for one in best_curves(measured, 0.0, 80.0, numbers)]
+
+
+def test_a_curve_finds_readings_of_its_own_kind():
+    """Readings are straight between stations 5 mm apart, where this parabola sags by 0.016 mm: 0.005 mm on average."""
+    parabola = Profile(S_MM, -5.0 + 4.0 * (S_MM / 40.0 - 1.0) ** 2)
+    one, three, six = errors_mm(parabola, 1, 3, 6)
+    assert one > 0.9
+    assert three < 0.02
+    assert six <= three + 1e-9
+
+
+def test_no_other_polynomial_comes_nearer():
+    """Of 300 random changes of the best parabola's coefficients none is nearer, nor is least squares.
+
+    Broken on purpose with least squares, some of them are nearer.
+    """
+    (best_mm,) = errors_mm(BED, 3)
+    fine_mm = np.linspace(0.0, 80.0, 1601)
+    read_mm = np.interp(fine_mm, S_MM, BED.level_mm)
+    x = fine_mm / 40.0 - 1.0
+    middle = np.polynomial.polynomial.polyfit(x, read_mm, 2)
+    random = np.random.default_rng(0)
+    tried = [middle, *(middle + 0.3 * random.standard_normal((300, 3)))]
+    others_mm = [np.abs(np.polynomial.polynomial.polyval(x, one) - read_mm).mean() for one in tried]
+    # The grid of the fit has eight points in a gap of 5 mm, on which an extremum is off by 0.001 mm.
+    assert best_mm < min(others_mm) + 0.002
+
+
+def test_a_curve_through_all_stations_is_no_baseline():
+    assert [one.numbers for one in best_curves(BED, 0.0, 80.0, (1, 16, 17, 20))] == [1, 16]
+
+
+def test_outlying_readings_do_not_drag_a_curve_along():
+    """Least absolute error, as the simulation is judged by: one reading 10 mm off moves the rest by nothing."""
+    flat = Profile(S_MM, np.where(S_MM == 40.0, 10.0, 0.0))
+    assert errors_mm(flat, 1)[0] == pytest.approx(10.0 * 5.0 / 80.0)
+
+
+@pytest.mark.parametrize(
+    ("role", "fitted", "names"),
+    [
+        ("calibrated-on", ("fluid.U",) * 6, ["a flat line", "a parabola", "a curve with 6 numbers"]),
+        ("calibrated-on", None, ["a flat line", "a parabola"]),
+        ("held-out", None, ["the dispensed volume lying flat"]),
+        ("undeclared", None, ["the dispensed volume lying flat", "a flat line", "a parabola"]),
+    ],
+)
+def test_a_baseline_has_seen_no_more_than_the_simulation(role, fitted, names):
+    """A curve through readings that were held out has seen them, and a fitted level more than the dispensed volume."""
+    outline, solid = straight_slot(80.0, 3.0), _solid()
+    pool = flat_levels(BED, outline, solid, 3000.0)
+    how = {"role": role, "photo_data": "measured", "fitted": fitted, "unseen": pool}
+    compared = compare(Profile(S_MM, BED.level_mm + 0.5), BED, outline, solid, **how).metrics
+    assert [one.name for one in compared.baselines] == names
+
+
+def test_readings_that_a_parabola_meets_better_are_said_to_be():
+    """The simulation is 0.5 mm off with three settings fitted, and the readings are a parabola."""
+    outline, solid = straight_slot(80.0, 3.0), _solid()
+    readings = Profile(S_MM, -5.0 + 4.0 * (S_MM / 40.0 - 1.0) ** 2)
+    names = ("fluid.U", "fluid.D_cm", "crack.tilt")
+    how = {"role": "calibrated-on", "photo_data": "measured", "fitted": names}
+    compared = compare(Profile(S_MM, readings.level_mm + 0.5), readings, outline, solid, **how)
+    assert compared.metrics.beats_baseline is False
+    assert compared.metrics.beats_flat_level
+    assert "a parabola 0.00 mm; the simulation, with 3 settings fitted, 0.50 mm. " in compared.headline[1]
+    assert compared.headline[1].endswith("no better than a curve with no more numbers.")
+
+
+def test_a_lab_s_earlier_samples_are_a_baseline():
+    """Filled to half on average, in a slot 10 mm deep: a level of -5 mm."""
+    outline, solid = straight_slot(80.0, 3.0), _solid()
+    earlier = [_earlier(share) for share in (0.4, 0.6)]
+    readings = Profile(S_MM, np.full(17, -4.0))
+    pool, mean = flat_levels(readings, outline, solid, 3.0 * 80.0 * 8.0, earlier)
+    assert mean.name == "a flat level that fills as 2 earlier samples"
+    assert (pool.mean_error_mm, mean.mean_error_mm) == pytest.approx((2.0, 1.0), abs=1e-3)
+    words = against_baselines(1.5, (pool, mean), "held-out", None)
+    assert "lying flat is 2.00 mm off, a flat level that fills as 2 earlier samples 1.00 mm; the sim" in words
+    assert words.endswith("no better than a baseline that has not seen them.")
+
+
+def test_as_many_settings_as_stations_are_said_to_be_so():
+    line = Baseline(name="a flat line", numbers=1, mean_error_mm=2.0)
+    words = against_baselines(0.5, [line], "calibrated-on", 17, stations=17)
+    assert words.endswith("with 17 settings fitted, 0.50 mm. A curve with 17 numbers would meet all 17 stations.")
+    assert beaten(0.5, [line], "calibrated-on", 17)
+    assert beaten(0.5, [], "held-out", None) is None
+    assert against_baselines(0.5, [], "held-out", None).endswith("is 0.50 mm off; no baseline is known.")
+
+
+def _solid():
+    from digitise.settings import CrackShape
+    from digitise.solid.build_solid import build_solid
+
+    return build_solid(straight_slot(80.0, 3.0), CrackShape(depth_mm=10.0, tilt="vertical"))
+
+
+def _earlier(share: float) -> EarlierTrial:
+    return EarlierTrial(
+        name="P",
+        level_error_mm=0.0,
+        computed_fill_ratio=share,
+        read_fill_ratio=share,
+        computed_heap_mm2=0,
+        read_heap_mm2=0,
+    )

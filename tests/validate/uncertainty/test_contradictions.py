@@ -1,0 +1,123 @@
+"""Declared errors that readings contradict are refused by name, and true declarations hardly ever."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Profile
+from validate.settings import Readings, Uncertainty
+from validate.uncertainty.contradictions import refuse_contradicted
+
+S_MM = np.linspace(0.0, 80.0, 17)
+BED_MM = -6.0 + 2.0 * np.cos(S_MM / 20.0)
+NO_PASSES = Uncertainty(pass_mm=0.0)
+
+
+def check(repeats_mm, declared: Uncertainty, **settings) -> None:
+    repeats_mm = BED_MM[:, None] + repeats_mm
+    profile = Profile(S_MM, np.nanmean(repeats_mm, axis=1), repeats_mm, source="caliper.csv")
+    how = {"file": Path("caliper.csv"), "data": "measured", "role": "held-out", **settings}
+    refuse_contradicted(profile, Readings.model_validate(how), declared)
+
+
+def refused(repeats_mm, declared: Uncertainty, **settings) -> bool:
+    try:
+        check(repeats_mm, declared, **settings)
+    except InputError:
+        return True
+    return False
+
+
+def noise_mm(random: np.random.Generator, kind: str) -> np.ndarray:
+    normal = 0.15 * random.standard_normal((17, 3))
+    if kind == "outliers":
+        return normal + (random.random((17, 3)) < 0.05) * 1.5 * random.standard_normal((17, 3))
+    if kind == "uneven":
+        return normal * np.exp(0.7 * random.standard_normal((17, 1)))
+    if kind == "missing":
+        return np.where((random.random((17, 3)) < 0.3) & (np.arange(3) > 0), np.nan, normal)
+    return normal
+
+
+def test_repeats_that_are_no_passes_are_hardly_ever_refused():
+    """At most 1 in 100 sheets, whatever the scatter: 400 sheets of four kinds, and three standard deviations more."""
+    random = np.random.default_rng(5)
+    kinds = ["normal", "outliers", "uneven", "missing"]
+    count = sum(refused(noise_mm(random, kinds[number % 4]), NO_PASSES) for number in range(400))
+    assert count <= 400 * (0.01 + 3 * np.sqrt(0.01 * 0.99 / 400))
+
+
+def test_a_column_by_an_operator_who_reads_0_3_mm_higher_contradicts_no_passes():
+    """By 0.15 mm of scatter in 17 stations, found in 99 of 100 sheets; at most 3 of 60 may be missed."""
+    random = np.random.default_rng(6)
+    sheets = [noise_mm(random, "normal") + np.array([0.0, 0.0, 0.3]) for _ in range(60)]
+    assert sum(refused(sheet, NO_PASSES) for sheet in sheets) >= 57
+    with pytest.raises(InputError) as fault:
+        check(sheets[0], NO_PASSES)
+    assert str(fault.value).startswith("caliper.csv: uncertainty.pass_mm = 0: the columns of repeats contradict it.")
+    assert "Repeat 3 is +0.2" in str(fault.value)
+    assert "Leave pass_mm out, or declare" in str(fault.value)
+    # What is declared to differ by that much, may.
+    assert not refused(sheets[0], Uncertainty(pass_mm=0.2))
+    assert refused(sheets[0], Uncertainty(pass_mm=0.01))
+
+
+def test_passes_of_the_declared_size_are_hardly_ever_refused():
+    random = np.random.default_rng(7)
+    sheets = [noise_mm(random, "normal") + 0.2 * random.standard_normal(3) for _ in range(100)]
+    assert sum(refused(sheet, Uncertainty(pass_mm=0.2)) for sheet in sheets) <= 4
+
+
+def test_a_column_that_tilts_contradicts_no_passes_too():
+    tilt_mm = np.linspace(-0.4, 0.4, 17)[:, None] * [0.0, 1.0, 0.0]
+    with pytest.raises(InputError, match=r"Repeat 2 is tilted by \+0\.\d+ ± 0\.\d+ mm \(rms"):
+        check(noise_mm(np.random.default_rng(8), "normal") + tilt_mm, NO_PASSES)
+
+
+def test_repeats_that_scatter_more_than_was_declared_contradict_it():
+    """0.15 mm over 34 degrees of freedom exceed 0.1 mm; a true declaration is refused once in 100."""
+    random = np.random.default_rng(9)
+    sheets = [noise_mm(random, "normal") for _ in range(300)]
+    declared = Uncertainty(repeatability_mm=0.15, pass_mm=0.0)
+    by_scatter = [not refused(sheet, NO_PASSES) and refused(sheet, declared) for sheet in sheets]
+    assert sum(by_scatter) <= 300 * (0.01 + 3 * np.sqrt(0.01 * 0.99 / 300))
+    with pytest.raises(
+        InputError, match=r"uncertainty\.repeatability_mm = 0\.05: .* scatter by 0\.1\d mm \(28 degrees"
+    ):
+        check(sheets[1], Uncertainty(repeatability_mm=0.05))
+
+
+@pytest.mark.parametrize(("key", "declared_mm"), [("repeatability_mm", 1.0), ("station_each_mm", 4.0)])
+def test_readings_that_are_smoother_than_a_declared_error_contradict_it(key, declared_mm):
+    """The bed bends by 0.04 mm from station to station and rises by up to 0.1 mm a mm: both errors would leave more.
+
+    Errors of the declared size are refused in at most 1 of 100 sheets: in none of 200 on this bed, which adds to them.
+    """
+    declared = Uncertainty.model_validate({key: declared_mm})
+    with pytest.raises(InputError, match=rf"uncertainty\.{key} = {declared_mm:g}: .* differ from the line"):
+        check(np.zeros((17, 1)), declared)
+    random, size_mm = np.random.default_rng(10), declared_mm * np.ones(17)
+    if key == "station_each_mm":
+        size_mm = declared_mm * np.abs(np.gradient(BED_MM, S_MM))
+    sheets = [(size_mm * random.standard_normal(17))[:, None] for _ in range(200)]
+    assert sum(refused(sheet, declared) for sheet in sheets) <= 6
+
+
+def test_readings_finer_than_the_declared_last_digit_contradict_it():
+    """Readings between two marks by eye may be some; the caliper's own digit, which is the default, is not asked."""
+    random = np.random.default_rng(11)
+    fine_mm = np.round(BED_MM[:, None] + noise_mm(random, "normal"), 2) - BED_MM[:, None]
+    with pytest.raises(InputError, match=r"readings\.resolution_mm = 0\.5: \d+ of 51 readings are no multiples"):
+        check(fine_mm, Uncertainty(), resolution_mm=0.5)
+    coarse_mm = 0.37 + np.round((BED_MM[:, None] + noise_mm(random, "normal")) * 2) / 2 - BED_MM[:, None]
+    check(coarse_mm, Uncertainty(), resolution_mm=0.5)
+    coarse_mm[3, 1] += 0.25
+    check(coarse_mm, Uncertainty(), resolution_mm=0.5)
+    check(noise_mm(random, "normal"), Uncertainty())
+
+
+def test_what_leaves_no_trace_in_readings_is_taken_as_declared():
+    declared = Uncertainty(station_mm=5.0, common_mm=5.0)
+    check(noise_mm(np.random.default_rng(12), "normal"), declared, datum_error_mm=5.0, limit_mm=5.0, probe_mm=5.0)

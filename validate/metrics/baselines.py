@@ -1,0 +1,149 @@
+"""Baselines of a comparison: levels that no simulation made, held against the same readings, and the sentence on them.
+
+A calibrated level has seen its readings, and so have its baselines: curves with one number, with three, and with as
+many as settings were fitted. Baselines of held-out readings have not seen them: the dispensed volume lying flat, and a
+flat level that fills the crack as earlier samples were filled.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from sealtwin.core.comparison import Baseline, Role
+from sealtwin.core.earlier_trials import EarlierTrial
+from sealtwin.core.records import Floats, Outline, Profile, Solid
+from validate.metrics.curve_distances import level_difference
+from validate.metrics.volumes import balance_profile, fill_volumes
+from validate.units import counted
+
+ALWAYS = (1, 3)  # Numbers of the curves that every calibrated level is held against: a bed falls, rests and rises
+FINEST, IN_A_GAP = 400, 8  # Points at most, and in a gap between two stations, on which a curve is fitted
+NAMES = {1: "a flat line", 2: "a straight line", 3: "a parabola"}
+POOL = "the dispensed volume lying flat"
+
+
+def best_curves(measured: Profile, from_mm: float, to_mm: float, numbers: Iterable[int]) -> tuple[Baseline, ...]:
+    """Return the best polynomial of each number of coefficients over a stretch of the readings, the smallest first.
+
+    Best is the least mean absolute error along the crack, which is what a simulation is judged by. A curve with as many
+    numbers as stations shape the readings' line would meet all of them, and is left out.
+    """
+    stations_mm = measured.s_mm[(measured.s_mm > from_mm) & (measured.s_mm < to_mm)]
+    ends_mm = np.array([from_mm, *stations_mm, to_mm])
+    line = tuple(ends_mm.tolist()), tuple(np.interp(ends_mm, measured.s_mm, measured.level_mm).tolist())
+    return tuple(
+        Baseline(
+            name=NAMES.get(count, f"a curve with {count} numbers"),
+            numbers=count,
+            mean_error_mm=_curve_error_mm(*line, count),
+        )
+        for count in sorted(set(numbers))
+        if 0 < count < len(ends_mm)
+    )
+
+
+@lru_cache(maxsize=256)  # The runs of a study are held against the same readings.
+def _curve_error_mm(s_mm: tuple[float, ...], level_mm: tuple[float, ...], count: int) -> float:
+    """Return the mean error of the best polynomial of ``count`` coefficients, exact between its points."""
+    x, readings = np.array(s_mm), Profile(np.array(s_mm), np.array(level_mm))
+    if len(x) * IN_A_GAP <= FINEST:
+        x = np.unique(x[:-1, None] + np.diff(x)[:, None] * np.linspace(0, 1, IN_A_GAP + 1))
+    curve_mm = _nearest_polynomial(x, np.interp(x, readings.s_mm, readings.level_mm), count)
+    return level_difference(Profile(x, curve_mm), readings).mean_error
+
+
+def _nearest_polynomial(x: Floats, level_mm: Floats, count: int) -> Floats:
+    """Return at each x the polynomial of ``count`` coefficients with the least mean absolute difference.
+
+    It is a linear programme: the least sum of w t with |P c - level| <= t at each x, in Legendre's polynomials P.
+    """
+    from numpy.polynomial.legendre import legvander
+    from scipy.optimize import linprog
+    from scipy.sparse import bmat, csr_array, eye_array
+
+    piece = np.diff(x)
+    weight = (np.append(piece, 0.0) + np.append(0.0, piece)) / 2
+    basis = legvander(2 * (x - x[0]) / (x[-1] - x[0]) - 1, count - 1)
+    rows, room = csr_array(basis), eye_array(len(x))
+    solved: Any = linprog(
+        np.concatenate([np.zeros(count), weight]),
+        A_ub=bmat([[rows, -room], [-rows, -room]], format="csr"),
+        b_ub=np.concatenate([level_mm, -level_mm]),
+        bounds=[(None, None)] * count + [(0, None)] * len(x),
+        method="highs",
+    )
+    if solved.status != 0:
+        raise RuntimeError(f"No polynomial of {count} coefficients was found: {solved.message}")
+    return basis @ solved.x[:count]
+
+
+def flat_levels(
+    measured: Profile, outline: Outline, solid: Solid, dispensed_mm3: float, earlier: Sequence[EarlierTrial] = ()
+) -> tuple[Baseline, ...]:
+    """Return the baselines that have not seen the readings: a volume that lies flat in the whole crack, as water would.
+
+    The volume is the dispensed one, and that by which ``earlier`` samples were filled on average, heaps included.
+    """
+    volumes_mm3 = {POOL: dispensed_mm3}
+    if earlier:
+        full = Profile(outline.s_mm, np.zeros(len(outline.s_mm)))
+        room_mm3 = fill_volumes(full, outline, solid, outline.s_mm[0], outline.s_mm[-1])["sealant_mm3"]
+        share, heap_mm2 = np.mean([(one.read_fill_ratio, one.read_heap_mm2) for one in earlier], axis=0)
+        name = f"a flat level that fills as {counted(len(earlier), 'earlier sample')}"
+        volumes_mm3[name] = float(share * room_mm3 + heap_mm2 * outline.length_mm)
+    return tuple(
+        Baseline(
+            name=name,
+            numbers=0,
+            mean_error_mm=level_difference(balance_profile(volume_mm3, outline, solid), measured).mean_error,
+        )
+        for name, volume_mm3 in volumes_mm3.items()
+        if volume_mm3 > 0
+    )
+
+
+def beaten(error_mm: float, baselines: Sequence[Baseline], role: Role, fitted: int | None) -> bool | None:
+    """Return whether an error is smaller than those of the baselines that have seen no more of the readings.
+
+    None if there is none. With ``fitted`` settings a curve with as many numbers has, or with fewer if there is no such
+    curve; what was not declared is taken for one.
+    """
+    most = 0 if role == "held-out" else fitted or 1
+    fair = [one.mean_error_mm for one in baselines if one.numbers <= most]
+    return error_mm < min(fair) if fair else None
+
+
+def against_baselines(
+    error_mm: float,
+    baselines: Sequence[Baseline | Mapping[str, Any]],
+    role: Role,
+    fitted: int | None,
+    stations: int | None = None,
+) -> str:
+    """Return the sentences that hold a mean error against those of the baselines.
+
+    ``fitted`` is the number of settings that were fitted to the readings, or None if nobody declared them, and
+    ``stations`` that of the stations that shape the readings' line, if it is known.
+    """
+    levels = [one if isinstance(one, Baseline) else Baseline.model_validate(one) for one in baselines]
+    simulated = {
+        "held-out": "the simulation, which has not seen the readings,",
+        "calibrated-on": "the simulation, of which nobody declared what was fitted,",
+        "undeclared": "the simulation",
+    }[role]
+    if role != "held-out" and fitted:
+        simulated = f"the simulation, with {counted(fitted, 'setting')} fitted,"
+    if not levels:
+        return f"{simulated[0].upper()}{simulated[1:]} is {error_mm:.2f} mm off; no baseline is known."
+    first, *others = levels
+    rest = "".join(f", {one.name} {one.mean_error_mm:.2f} mm" for one in others)
+    text = f"{first.name[0].upper()}{first.name[1:]} is {first.mean_error_mm:.2f} mm off{rest}; {simulated} "
+    text += f"{error_mm:.2f} mm."
+    if role != "held-out" and fitted and stations is not None and fitted >= stations:
+        text += f" A curve with {fitted} numbers would meet all {stations} stations."
+    elif beaten(error_mm, levels, role, fitted) is False:
+        peer = "a baseline that has not seen them" if role == "held-out" else "a curve with no more numbers"
+        text += f" The simulation meets these readings no better than {peer}."
+    return text
