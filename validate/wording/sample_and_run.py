@@ -228,11 +228,7 @@ def _tilt(evidence: Evidence) -> str:
     ratio = evidence.solid.cavity_volume_mm3 / evidence.run.dispensed_volume_mm3
     if evidence.outline.seen_in == "mesh":
         return f"The walls stand as they do in the mesh; the cavity holds {ratio:.2f} times the sealant."
-    if (weighed := evidence.solid.figures.weighed) is not None and evidence.solid.tilt in (
-        "flare",
-        "funnel",
-        "undercut",
-    ):
+    if (weighed := evidence.solid.figures.weighed) is not None and evidence.solid.tilt not in ("lean", "vertical"):
         return (
             f"A liquid weighed into the crack in {counted(len(weighed.levels_mm), 'step')} shows how the walls stand: "
             f"{tilt_words(evidence)}, taken as straight; the cavity holds {ratio:.2f} times the sealant."
