@@ -16,7 +16,7 @@ import numpy as np
 
 from benchmarks.outlines import Kind, odd_outline
 from benchmarks.table import Row, finish
-from digitise.settings import CrackShape
+from digitise.settings import AGAINST_EACH_OTHER, CrackShape, Tilt
 from digitise.solid.footprint import lay_out
 from digitise.solid.tilt_variants import Slicer
 from digitise.solid.wedges import wall_shifts_mm
@@ -49,12 +49,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--fills", type=int, default=200, help="how many of each form: in steps, and to the brim alone")
     parser.add_argument("--first", type=int, default=0, help="first seed")
+    parser.add_argument("--tilt", choices=AGAINST_EACH_OTHER, help="of all walls; left out, they flare or funnel")
     arguments = parser.parse_args()
     rows: list[Row] = []
     forms: tuple[tuple[str, Literal["steps", "brim"]], ...] = (("in steps", "steps"), ("to the brim", "brim"))
     for form, poured in forms:
         seeds = range(arguments.first, arguments.first + arguments.fills)
-        rows += judged(form, [emulate(seed, poured) for seed in seeds])
+        rows += judged(form, [emulate(seed, poured, arguments.tilt) for seed in seeds])
     finish(rows)
 
 
@@ -71,10 +72,11 @@ def judged(form: str, fills: list[Emulated]) -> list[Row]:
     return rows
 
 
-def emulate(seed: int, poured: Literal["steps", "brim"]) -> Emulated:
+def emulate(seed: int, poured: Literal["steps", "brim"], only: Tilt | None = None) -> Emulated:
     rng = np.random.default_rng([seed, poured == "brim"])
     outline = odd_outline(KINDS[seed % len(KINDS)], seed, length_mm=float(rng.uniform(60, 200)), points=600)
-    tilt = "flare" if rng.random() < 0.5 else "funnel"
+    tilt: Tilt = "flare" if rng.random() < 0.5 else "funnel"
+    tilt = only or tilt
     real, depth_mm = widened(outline, float(rng.normal(0, WIDTH_SD_MM))), float(rng.uniform(8, 30))
     steepest_deg = np.degrees(np.arctan(MOST_CLOSED * real.mean_width_mm / depth_mm / 2))
     truth = CrackShape(depth_mm=depth_mm, tilt=tilt, wall_angle_deg=float(rng.uniform(0.3, 1) * min(8, steepest_deg)))

@@ -14,7 +14,7 @@ with tempfile.TemporaryDirectory() as place:
     command = [sys.executable, "-m", "sealtwin", "digitise", TRIAL, "--out", place, "--quiet"]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     figures = read_solid(Path(place)).figures
-mouth_mm, photo_mm = figures.mouth_width_mm, figures.photo_width_mm
+mouth_mm, photo_mm = figures.mouth_width_mm or 0.0, figures.photo_width_mm or 0.0
 state = tomllib.loads(TRIAL.read_text(encoding="utf-8"))["readings"].get("state", "not declared")
 print(
     json.dumps(
