@@ -30,6 +30,7 @@ from sealtwin.core.solid_figures import WeighedCavity
 KINDS: tuple[Kind, ...] = ("plain", "tapered", "pinched")
 WIDTH_SD_MM, DEPTH_SD_MM = 0.1, 0.5
 MOST_CLOSED = 0.6  # Largest share of its width that a crack loses on the way down
+MOST_OPEN_DEG = 8.0
 SLICES = 60
 STEPS = (4, 9)  # Least and largest number of steps of a fill that is poured in steps
 
@@ -78,8 +79,9 @@ def emulate(seed: int, poured: Literal["steps", "brim"], only: Tilt | None = Non
     tilt: Tilt = "flare" if rng.random() < 0.5 else "funnel"
     tilt = only or tilt
     real, depth_mm = widened(outline, float(rng.normal(0, WIDTH_SD_MM))), float(rng.uniform(8, 30))
-    steepest_deg = np.degrees(np.arctan(MOST_CLOSED * real.mean_width_mm / depth_mm / 2))
-    truth = CrackShape(depth_mm=depth_mm, tilt=tilt, wall_angle_deg=float(rng.uniform(0.3, 1) * min(8, steepest_deg)))
+    closing_deg = np.degrees(np.arctan(MOST_CLOSED * real.mean_width_mm / depth_mm / 2))
+    steepest_deg = MOST_OPEN_DEG if tilt == "undercut" else min(MOST_OPEN_DEG, closing_deg)
+    truth = CrackShape(depth_mm=depth_mm, tilt=tilt, wall_angle_deg=float(rng.uniform(0.3, 1) * steepest_deg))
     fill, volume_mm3 = poured_into(rng, real, truth, poured)
     gauged = CrackShape(depth_mm=depth_mm + float(rng.normal(0, DEPTH_SD_MM)), tilt=tilt)
     began = time.process_time()
